@@ -1,0 +1,164 @@
+//! Parameters, with what larger and smaller values do. `const` throughout: a bad value can fail
+//! the build.
+//!
+//! ```
+//! use stereo_selfcal::Config;
+//! const CONFIG: Config = match Config::paper().with_huber_threshold_px(1.5) {
+//!     Ok(config) => config,
+//!     Err(_) => panic!("huber threshold"),
+//! };
+//! ```
+
+use crate::error::ConfigError;
+
+/// Central tendency of the angles of the pairs' rotations, `s*` of eq 22.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Central {
+    /// Arithmetic mean: efficient where no pair is grossly wrong.
+    Mean,
+    /// Median: unmoved by a minority of wrong pairs; exact up to 31 pairs, then a streaming
+    /// estimate in constant memory.
+    Median,
+}
+
+/// Parameters of the whole calibrator. Numbers are `f32` whatever the scalar of the core.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Config {
+    pub(crate) huber_threshold_px: f32,
+    pub(crate) max_passes: u16,
+    pub(crate) step_tolerance_rad: f32,
+    pub(crate) min_correspondences: u16,
+    pub(crate) noise_floor_px: f32,
+    pub(crate) angle: Central,
+    pub(crate) max_sd_rad: f32,
+    pub(crate) max_correction_rad: f32,
+}
+
+impl Config {
+    /// The method as published: Huber weights on plain row offsets, each pair from the factory
+    /// extrinsics, mean-direction fusion (eqs 16-22).
+    ///
+    /// Its only defence against mismatches is the Huber weight: see the limits in the README.
+    #[must_use]
+    pub const fn paper() -> Self {
+        Self {
+            huber_threshold_px: 1.0,
+            max_passes: 50,
+            step_tolerance_rad: 1e-9,
+            min_correspondences: 12,
+            noise_floor_px: 0.02,
+            angle: Central::Mean,
+            max_sd_rad: 0.12,
+            max_correction_rad: 0.5,
+        }
+    }
+
+    /// Huber threshold `c_t` of eq 18, px of row offset. Default 1.
+    ///
+    /// Larger trusts more matches and bends to mismatches; smaller discards the information of good
+    /// matches and slows convergence from a start that is far off.
+    ///
+    /// # Errors
+    /// [`ConfigError::HuberThreshold`] unless finite and above 0.
+    pub const fn with_huber_threshold_px(mut self, px: f32) -> Result<Self, ConfigError> {
+        if px > 0.0 && px.is_finite() {
+            self.huber_threshold_px = px;
+            Ok(self)
+        } else {
+            Err(ConfigError::HuberThreshold)
+        }
+    }
+
+    /// Passes over the batch that one pair may take, the judging one not counted. Default 50.
+    ///
+    /// The bound on the time of a pair. Fewer may stop short of the optimum (reported).
+    ///
+    /// # Errors
+    /// [`ConfigError::MaxPasses`] below 2.
+    pub const fn with_max_passes(mut self, passes: u16) -> Result<Self, ConfigError> {
+        if passes >= 2 {
+            self.max_passes = passes;
+            Ok(self)
+        } else {
+            Err(ConfigError::MaxPasses)
+        }
+    }
+
+    /// The solver has converged when its step is below this, rad. Default 1e-9.
+    ///
+    /// Never taken as smaller than 8 units in the last place of 1: 1e-6 rad in `f32`.
+    ///
+    /// # Errors
+    /// [`ConfigError::StepTolerance`] unless from 0 to 0.1.
+    pub const fn with_step_tolerance_rad(mut self, rad: f32) -> Result<Self, ConfigError> {
+        if rad >= 0.0 && rad <= 0.1 {
+            self.step_tolerance_rad = rad;
+            Ok(self)
+        } else {
+            Err(ConfigError::StepTolerance)
+        }
+    }
+
+    /// Fewest usable correspondences that a pair is solved from. Default 12.
+    ///
+    /// # Errors
+    /// [`ConfigError::MinCorrespondences`] below 6: five unknowns, and one to judge them by.
+    pub const fn with_min_correspondences(mut self, count: u16) -> Result<Self, ConfigError> {
+        if count >= 6 {
+            self.min_correspondences = count;
+            Ok(self)
+        } else {
+            Err(ConfigError::MinCorrespondences)
+        }
+    }
+
+    /// Smallest standard deviation of row offsets believed, px. Default 0.02.
+    ///
+    /// Keeps the reported certainty finite on data without noise.
+    ///
+    /// # Errors
+    /// [`ConfigError::NoiseFloor`] unless finite and above 0.
+    pub const fn with_noise_floor_px(mut self, px: f32) -> Result<Self, ConfigError> {
+        if px > 0.0 && px.is_finite() {
+            self.noise_floor_px = px;
+            Ok(self)
+        } else {
+            Err(ConfigError::NoiseFloor)
+        }
+    }
+
+    /// Mean or median of the angles in fusion (eq 22). Default mean.
+    #[must_use]
+    pub const fn with_angle(mut self, angle: Central) -> Self {
+        self.angle = angle;
+        self
+    }
+
+    /// The gate refuses a pair whose weakest direction is less certain than this, rad. Default 0.12.
+    ///
+    /// # Errors
+    /// [`ConfigError::MaxStandardDeviation`] unless finite and above 0.
+    pub const fn with_max_sd_rad(mut self, rad: f32) -> Result<Self, ConfigError> {
+        if rad > 0.0 && rad.is_finite() {
+            self.max_sd_rad = rad;
+            Ok(self)
+        } else {
+            Err(ConfigError::MaxStandardDeviation)
+        }
+    }
+
+    /// The gate refuses a pair whose `R` or `t` is further from the factory values than this, rad.
+    /// Default 0.5.
+    ///
+    /// # Errors
+    /// [`ConfigError::MaxCorrection`] unless above 0 and below 1.5.
+    pub const fn with_max_correction_rad(mut self, rad: f32) -> Result<Self, ConfigError> {
+        if rad > 0.0 && rad < 1.5 {
+            self.max_correction_rad = rad;
+            Ok(self)
+        } else {
+            Err(ConfigError::MaxCorrection)
+        }
+    }
+}

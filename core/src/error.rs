@@ -1,0 +1,211 @@
+//! One small enum per verb: why it gave nothing. State is unchanged by every variant.
+
+use thiserror::Error;
+
+/// Which camera of the pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Side {
+    /// Left: the origin of the rig, `p_r = R p_l + t`.
+    Left,
+    /// Right.
+    Right,
+}
+
+impl core::fmt::Display for Side {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Left => "left",
+            Self::Right => "right",
+        })
+    }
+}
+
+/// Why a camera or lens was refused. Correct the named quantity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum CameraError {
+    /// A focal length is not finite or not in 1..=1e6 px.
+    #[error("focal length is not finite or not within 1 to 1e6 px")]
+    FocalLength,
+    /// The principal point is not finite, or further from the image than its own size.
+    #[error("principal point is not finite or far outside the image")]
+    PrincipalPoint,
+    /// The image is smaller than 2 x 2 px.
+    #[error("image is smaller than 2 x 2 px")]
+    ImageSize,
+    /// A distortion coefficient is not finite or above 1e3 in size.
+    #[error("distortion coefficient is not finite or above 1e3")]
+    Distortion,
+}
+
+/// Why a pixel has no ray. Drop the correspondence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum UndistortError {
+    /// A coordinate is NaN or infinite.
+    #[error("pixel is not finite")]
+    NotFinite,
+    /// The pixel lies outside the image by more than half a pixel.
+    #[error("pixel is outside the image")]
+    OutsideImage,
+    /// The lens model folds back before this pixel, or its ray is more than 85 degrees off axis.
+    #[error("the lens model is not invertible at this pixel")]
+    NotInvertible,
+}
+
+/// Why a ray has no pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ProjectError {
+    /// A coordinate is NaN or infinite.
+    #[error("ray is not finite")]
+    NotFinite,
+    /// The ray lies beyond the range in which the lens model is one to one.
+    #[error("ray is beyond the range of the lens model")]
+    BeyondLens,
+}
+
+/// Why `R`, `t` are not the extrinsics of a stereo rig.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ExtrinsicsError {
+    /// `R` is not finite, not orthonormal to about 0.1, or a reflection.
+    #[error("R is not a rotation")]
+    NotARotation,
+    /// `t` is not finite or has no direction.
+    #[error("t has no direction")]
+    NoDirection,
+    /// `t` is within 6 degrees of an optical axis: such a pair cannot be rectified.
+    #[error("the baseline lies along an optical axis")]
+    AlongOpticalAxis,
+}
+
+/// Which parameter of a configuration was out of its range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// Huber threshold: finite and above 0.
+    #[error("huber threshold must be finite and above 0 px")]
+    HuberThreshold,
+    /// Passes: from 2 up.
+    #[error("max passes must be at least 2")]
+    MaxPasses,
+    /// Step tolerance: finite, from 0 to 0.1 rad.
+    #[error("step tolerance must lie within 0 to 0.1 rad")]
+    StepTolerance,
+    /// Fewest correspondences: at least 6, one more than unknowns.
+    #[error("min correspondences must be at least 6")]
+    MinCorrespondences,
+    /// Noise floor: finite and above 0.
+    #[error("noise floor must be finite and above 0 px")]
+    NoiseFloor,
+    /// Largest standard deviation: finite and above 0.
+    #[error("max standard deviation must be finite and above 0 rad")]
+    MaxStandardDeviation,
+    /// Correction limit: above 0 and below 1.5 rad.
+    #[error("max correction must lie within 0 to 1.5 rad")]
+    MaxCorrection,
+}
+
+/// Why a correspondence was not taken. The batch is unchanged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum PushError {
+    /// The batch holds N correspondences already. Solve it.
+    #[error("the batch is full")]
+    Full,
+    /// `set_cameras` comes first.
+    #[error("no cameras have been set")]
+    NoCameras,
+    /// A pair is being solved: finish it or clear it first.
+    #[error("a pair is being solved")]
+    Busy,
+    /// A pixel has no ray.
+    #[error("{0} pixel: {1}")]
+    Pixel(Side, UndistortError),
+    /// The score is not within 0 to 1.
+    #[error("score is not within 0 to 1")]
+    Score,
+    /// The grid step is not within 0 to 256 px.
+    #[error("grid step is not within 0 to 256 px")]
+    GridStep,
+}
+
+/// Why a batch gave no estimate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum PairError {
+    /// `set_cameras` comes first.
+    #[error("no cameras have been set")]
+    NoCameras,
+    /// `begin_pair` comes first.
+    #[error("no pair has been begun")]
+    NotBegun,
+    /// Fewer usable correspondences than the configuration asks for. Collect more; nothing is wrong.
+    #[error("{usable} usable correspondences, {needed} needed")]
+    TooFew {
+        /// In the batch and in front of both cameras.
+        usable: u32,
+        /// By configuration.
+        needed: u32,
+    },
+    /// The correspondences leave a direction free: all alike, on one line, or all at infinity.
+    #[error("the correspondences leave a direction of the extrinsics free")]
+    Unobservable,
+}
+
+/// Why a pair's result was not fused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Refusal {
+    /// The pair's weakest direction is less certain than the configuration allows.
+    #[error("the weakest direction of the pair is too uncertain")]
+    TooUncertain,
+    /// `R` or `t` is further from the factory values than the correction limit.
+    #[error("further from the factory extrinsics than the correction limit")]
+    CorrectionLimit,
+    /// A quantity of the report is not finite: the report was altered.
+    #[error("the report is not finite")]
+    NotFinite,
+}
+
+/// Why nothing was applied.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ApplyError {
+    /// No pair has been fused yet.
+    #[error("there is no proposal: no pair has been fused")]
+    NoProposal,
+    /// The fused directions cancel or the fused baseline left the range that can be rectified.
+    #[error("the fused pairs agree on no extrinsics")]
+    Inconsistent,
+}
+
+/// Why no common rectified camera was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum RectifyError {
+    /// `alpha` is not within 0 to 1.
+    #[error("alpha is not within 0 to 1")]
+    Alpha,
+    /// A point on an image border has no ray.
+    #[error("{0} image border: {1}")]
+    Border(Side, UndistortError),
+    /// A border point lies behind the rectified image plane: the rig is turned too far.
+    #[error("the {0} image border lies behind the rectified plane")]
+    Behind(Side),
+    /// No rectangle of the rectified plane is seen by both cameras.
+    #[error("the rectified views share no rectangle")]
+    NoCommonView,
+}

@@ -1,0 +1,160 @@
+//! The paper's fusion: mean directions of `t^k` and of the rotation axes, and a central angle
+//! (eqs 20-22), as incremental sums.
+//!
+//! Sums are of differences from the first pair, compensated, so a million pairs lose nothing in
+//! `f32`. Every pair counts alike, whatever it says: that is the method. At `R = I` the axis of a
+//! pair is noise and the result is biased; the estimate says so (`axis_is_meaningful`).
+
+use nalgebra::{Unit, Vector3};
+
+use super::compensated::Sum;
+use super::median::Median;
+use crate::config::Central;
+use crate::extrinsics::Extrinsics;
+use crate::information::StandardDeviations;
+use crate::scalar::Scalar;
+use crate::so3;
+use crate::solver::PairReport;
+
+/// Angle, rad, below which the rotation axis of a usual pair is mostly noise.
+const MIN_ANGLE: f64 = 3e-3;
+
+/// Length of the mean of the unit axes below which they do not agree on one.
+const MIN_CONCENTRATION: f64 = 0.9;
+
+/// Sums over the pairs fused so far. RAM: about 130 bytes in `f32`.
+#[derive(Debug, Clone)]
+pub struct MeanDirection<T> {
+    central: Central,
+    pairs: u32,
+    /// `t` and rotation vector of the first pair: the origin of the sums of differences.
+    first: [Vector3<T>; 2],
+    first_sd: StandardDeviations<T>,
+    baseline: [Sum<T>; 3],
+    axis: [Sum<T>; 3],
+    rotation: [Sum<T>; 3],
+    squares: [Sum<T>; 2],
+    angle: Sum<T>,
+    median: Median<T>,
+}
+
+/// Estimate over all fused pairs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct FusedEstimate<T: Scalar> {
+    /// `R*`, `t*`.
+    pub extrinsics: Extrinsics<T>,
+    /// Pairs behind it.
+    pub pairs: u32,
+    /// From the scatter of the pairs; that of the pair itself while there is one only.
+    pub sd: StandardDeviations<T>,
+    /// Length of the mean of the unit rotation axes: 1 where all pairs agree, 0 for pure noise.
+    pub axis_concentration: T,
+    /// Whether the rotation is far enough from the identity for its axis to mean anything.
+    pub axis_is_meaningful: bool,
+}
+
+impl<T: Scalar> MeanDirection<T> {
+    /// No pairs yet.
+    #[must_use]
+    pub const fn new(central: Central) -> Self {
+        let origin = Vector3::new(T::ZERO, T::ZERO, T::ZERO);
+        Self {
+            central,
+            pairs: 0,
+            first: [origin, origin],
+            first_sd: StandardDeviations { rotation: T::ZERO, translation: T::ZERO },
+            baseline: [Sum::ZERO; 3],
+            axis: [Sum::ZERO; 3],
+            rotation: [Sum::ZERO; 3],
+            squares: [Sum::ZERO; 2],
+            angle: Sum::ZERO,
+            median: Median::EMPTY,
+        }
+    }
+
+    /// Adds one pair. Constant time; nothing is refused here: that is the gate's part.
+    pub fn add(&mut self, report: &PairReport<T>) {
+        if self.pairs == u32::MAX {
+            return;
+        }
+        let t = report.extrinsics.translation().into_inner();
+        let rotation = so3::log(report.extrinsics.rotation());
+        if self.pairs == 0 {
+            self.first = [t, rotation];
+            self.first_sd = report.information.standard_deviations().unwrap_or(self.first_sd);
+        }
+        self.pairs = self.pairs.saturating_add(1);
+        let [first_t, first_rotation] = self.first;
+        let angle = rotation.norm();
+        let (dt, dr) = (t - first_t, rotation - first_rotation);
+        add(&mut self.baseline, &dt);
+        add(&mut self.axis, &unit_or_zero(&rotation, angle));
+        add(&mut self.rotation, &dr);
+        let [squares_t, squares_r] = &mut self.squares;
+        squares_t.add(dt.norm_squared());
+        squares_r.add(dr.norm_squared());
+        self.angle.add(angle - first_rotation.norm());
+        self.median.add(angle);
+    }
+
+    /// Pairs added.
+    pub fn pairs(&self) -> u32 {
+        self.pairs
+    }
+
+    /// `R*`, `t*` of eqs 21, 22. `None` before the first pair, or if the directions cancel.
+    pub fn estimate(&self) -> Option<FusedEstimate<T>> {
+        if self.pairs == 0 {
+            return None;
+        }
+        let n = T::count(self.pairs);
+        let [first_t, first_rotation] = self.first;
+        let mean_t = first_t + mean(&self.baseline, n);
+        let mean_axis = mean(&self.axis, n);
+        let concentration = mean_axis.norm();
+        let angle = match self.central {
+            Central::Mean => first_rotation.norm() + self.angle.value() / n,
+            Central::Median => self.median.value()?,
+        };
+        let rotation = so3::exp(&(unit_or_zero(&mean_axis, concentration) * angle))?;
+        let translation = Unit::try_new(mean_t, T::lit(1e-3))?;
+        Some(FusedEstimate {
+            extrinsics: Extrinsics::try_new(rotation.matrix(), &translation).ok()?,
+            pairs: self.pairs,
+            sd: self.standard_deviations(n),
+            axis_concentration: concentration,
+            axis_is_meaningful: angle >= T::lit(MIN_ANGLE)
+                && concentration >= T::lit(MIN_CONCENTRATION),
+        })
+    }
+
+    /// Standard errors of the means: root of the sample variance over the number of pairs.
+    fn standard_deviations(&self, n: T) -> StandardDeviations<T> {
+        if self.pairs < 2 {
+            return self.first_sd;
+        }
+        let [squares_t, squares_r] = &self.squares;
+        let error = |squares: &Sum<T>, mean: Vector3<T>| {
+            let scatter = squares.value() / n - mean.norm_squared();
+            (scatter.max(T::ZERO) / (n - T::ONE)).sqrt()
+        };
+        StandardDeviations {
+            rotation: error(squares_r, mean(&self.rotation, n)),
+            translation: error(squares_t, mean(&self.baseline, n)),
+        }
+    }
+}
+
+fn add<T: Scalar>(sums: &mut [Sum<T>; 3], x: &Vector3<T>) {
+    sums.iter_mut().zip(x.iter()).for_each(|(sum, x)| sum.add(*x));
+}
+
+fn mean<T: Scalar>(sums: &[Sum<T>; 3], n: T) -> Vector3<T> {
+    Vector3::from(sums.map(|sum| sum.value() / n))
+}
+
+/// Direction of `v` of known length; no direction at all counts as none.
+fn unit_or_zero<T: Scalar>(v: &Vector3<T>, length: T) -> Vector3<T> {
+    if length > T::ZERO { v / length } else { Vector3::zeros() }
+}

@@ -1,0 +1,7 @@
+//! Many pairs into one estimate, in constant memory.
+
+mod compensated;
+mod mean_direction;
+mod median;
+
+pub use mean_direction::{FusedEstimate, MeanDirection};

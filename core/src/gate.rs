@@ -1,0 +1,36 @@
+//! Whether a pair's result may enter the fusion: the limits of what is believed at all.
+
+use crate::config::Config;
+use crate::error::Refusal;
+use crate::extrinsics::Extrinsics;
+use crate::metrics::Deviation;
+use crate::scalar::Scalar;
+use crate::solver::PairReport;
+
+/// Admits a report that is finite, certain enough, and within the correction limit.
+///
+/// * `factory`: the extrinsics that corrections are measured from.
+///
+/// # Errors
+/// [`Refusal`].
+pub(crate) fn admit<T: Scalar>(
+    config: &Config,
+    factory: &Extrinsics<T>,
+    report: &PairReport<T>,
+) -> Result<(), Refusal> {
+    if !report.information.is_finite() {
+        return Err(Refusal::NotFinite);
+    }
+    let (sd, _) = report.information.weakest().ok_or(Refusal::TooUncertain)?;
+    // Not `>`: a NaN must not pass.
+    if !(sd <= T::lit(config.max_sd_rad.into())) {
+        return Err(Refusal::TooUncertain);
+    }
+    let correction = Deviation::between(&report.extrinsics, factory);
+    let limit = T::lit(config.max_correction_rad.into());
+    if correction.translation <= limit && correction.rotation <= limit {
+        Ok(())
+    } else {
+        Err(Refusal::CorrectionLimit)
+    }
+}

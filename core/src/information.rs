@@ -1,0 +1,147 @@
+//! The 5 x 5 information of a pair about the extrinsics, and what follows from it.
+//!
+//! Order of the unknowns, all in rad and in the rectified frame (x along the baseline, z forward):
+//! turn of `R` about x, y, z; turn of the baseline about y (moves `t_z`) and about z (moves `t_y`).
+
+use nalgebra::{Cholesky, ComplexField, Const, Matrix5, Vector5};
+
+use crate::scalar::Scalar;
+
+/// Smallest eigenvalue of the information with unit diagonal, below which a direction is free.
+const MIN_CONDITION: f64 = 1e-5;
+
+/// Inverse iterations for a smallest eigenvalue; the start is never orthogonal to it in practice.
+const INVERSE_ITERATIONS: usize = 12;
+
+/// Symmetric positive semi-definite 5 x 5 sum of `w J J^T`, lower triangle row by row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Information<T>([T; 15]);
+
+impl<T: Scalar> Information<T> {
+    pub(crate) const ZERO: Self = Self([T::ZERO; 15]);
+
+    /// Adds `w j j^T`.
+    #[inline]
+    pub(crate) fn add_outer(&mut self, w: T, j: &[T; 5]) {
+        let [j0, j1, j2, j3, j4] = *j;
+        let [w0, w1, w2, w3, w4] = [w * j0, w * j1, w * j2, w * j3, w * j4];
+        let h = &mut self.0;
+        h[0] += w0 * j0;
+        h[1] += w1 * j0;
+        h[2] += w1 * j1;
+        h[3] += w2 * j0;
+        h[4] += w2 * j1;
+        h[5] += w2 * j2;
+        h[6] += w3 * j0;
+        h[7] += w3 * j1;
+        h[8] += w3 * j2;
+        h[9] += w3 * j3;
+        h[10] += w4 * j0;
+        h[11] += w4 * j1;
+        h[12] += w4 * j2;
+        h[13] += w4 * j3;
+        h[14] += w4 * j4;
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a += *b);
+    }
+
+    pub(crate) fn scaled(&self, factor: T) -> Self {
+        Self(self.0.map(|h| h * factor))
+    }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        self.0.iter().all(ComplexField::is_finite)
+    }
+
+    /// As a full matrix, 1/rad^2.
+    pub fn matrix(&self) -> Matrix5<T> {
+        let h = &self.0;
+        Matrix5::new(
+            h[0], h[1], h[3], h[6], h[10], //
+            h[1], h[2], h[4], h[7], h[11], //
+            h[3], h[4], h[5], h[8], h[12], //
+            h[6], h[7], h[8], h[9], h[13], //
+            h[10], h[11], h[12], h[13], h[14],
+        )
+    }
+
+    /// Inverse: covariance of the unknowns, rad^2. `None` if a direction is free.
+    pub fn covariance(&self) -> Option<Matrix5<T>> {
+        let (factor, scale) = self.factor(T::ZERO)?;
+        let inverse = factor.inverse();
+        Some(inverse.component_mul(&(scale * scale.transpose())))
+    }
+
+    /// Standard deviations of `R` and of the baseline direction, rad: the expected size of the
+    /// error, the root of the trace of each block of the covariance. `None` if a direction is free.
+    pub fn standard_deviations(&self) -> Option<StandardDeviations<T>> {
+        let c = self.covariance()?;
+        Some(StandardDeviations {
+            rotation: (c.m11 + c.m22 + c.m33).sqrt(),
+            translation: (c.m44 + c.m55).sqrt(),
+        })
+    }
+
+    /// Standard deviation along the least certain direction, rad, and that unit direction.
+    ///
+    /// `None` if it is free. Cost: one Cholesky factor and 12 solves.
+    pub fn weakest(&self) -> Option<(T, Vector5<T>)> {
+        let covariance = self.covariance()?;
+        let (variance, direction) = dominant(|v| covariance * v);
+        Some((variance.sqrt(), direction))
+    }
+
+    /// Whether all five directions are determined, in numbers: a scene of one point, of one line,
+    /// or at infinity leaves some free.
+    pub(crate) fn is_observable(&self) -> bool {
+        self.factor(T::ZERO).is_some_and(|(factor, _)| {
+            let (largest_inverse, _) = dominant(|v| factor.solve(v));
+            // Not `>`: a NaN must not pass.
+            largest_inverse * T::lit(MIN_CONDITION) <= T::ONE
+        })
+    }
+
+    /// Solves `(H + damping diag H) x = -gradient`; `None` if there is no Cholesky factor.
+    pub(crate) fn damped_step(&self, damping: T, gradient: &[T; 5]) -> Option<Vector5<T>> {
+        let (factor, scale) = self.factor(damping)?;
+        let mut x = -Vector5::from(*gradient).component_mul(&scale);
+        factor.solve_mut(&mut x);
+        Some(x.component_mul(&scale))
+    }
+
+    /// Factor of the matrix scaled to unit diagonal plus damping, and the scales `1 / sqrt(h_ii)`.
+    fn factor(&self, damping: T) -> Option<(Cholesky<T, Const<5>>, Vector5<T>)> {
+        let h = &self.0;
+        let diagonal = Vector5::new(h[0], h[2], h[5], h[9], h[14]);
+        if !diagonal.iter().all(|&d| d > T::ZERO && d.is_finite()) {
+            return None;
+        }
+        let scale = diagonal.map(|d| T::ONE / d.sqrt());
+        let mut scaled = self.matrix().component_mul(&(scale * scale.transpose()));
+        scaled.set_diagonal(&Vector5::repeat(T::ONE + damping));
+        Some((Cholesky::new(scaled)?, scale))
+    }
+}
+
+/// Largest eigenvalue and its direction of a positive definite map, by power iteration.
+fn dominant<T: Scalar>(map: impl Fn(&Vector5<T>) -> Vector5<T>) -> (T, Vector5<T>) {
+    let start = Vector5::new(1.0, -0.9, 0.8, 1.1, -1.2).map(T::lit);
+    (0..INVERSE_ITERATIONS).fold((T::ZERO, start), |(_, v), _| {
+        let mapped = map(&v);
+        let largest = mapped.amax();
+        // Scaled before the norm, whose squares could overflow.
+        let norm = (mapped / largest).norm() * largest;
+        (norm / v.norm(), mapped / norm)
+    })
+}
+
+/// Expected size of an error, rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StandardDeviations<T> {
+    /// Of `R`.
+    pub rotation: T,
+    /// Of the baseline direction.
+    pub translation: T,
+}

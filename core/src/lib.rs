@@ -1,0 +1,53 @@
+//! Online self-calibration of stereo extrinsics from left/right correspondences.
+//!
+//! Per stereo pair a bounded Levenberg-Marquardt on two rectifying rotations, from row offsets
+//! alone; over pairs an incremental fusion in constant memory. Method: H. Zhao, Y. Zhang, Q. Chen,
+//! R. Fan, "Dive Deeper into Rectifying Homography for Stereo Camera Online Self-Calibration";
+//! equation numbers are that paper's.
+//!
+//! Convention: `p_r = R p_l + t`, `|t| = 1`, camera frames x right, y down, z forward. A plain
+//! side-by-side rig has `R = I`, `t = (-1, 0, 0)`. Angles are in rad, image coordinates in px.
+//!
+//! Start at [`Calibrator`]. Data flows one way: [`Camera`] makes rays of pixels, a [`Batch`] holds
+//! them, the [`Solver`] turns a batch into a [`PairReport`], the fusion turns reports into a
+//! [`FusedEstimate`].
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+mod calibrator;
+mod camera;
+mod config;
+mod correspondence;
+mod error;
+mod extrinsics;
+mod fusion;
+mod gate;
+mod health;
+mod homography;
+mod information;
+mod loss;
+pub mod metrics;
+mod rectification;
+mod residual;
+mod scalar;
+pub mod so3;
+mod solver;
+
+pub use calibrator::Calibrator;
+pub use camera::{Camera, Fisheye, Intrinsics, Lens, RadialTangential};
+pub use config::{Central, Config};
+pub use correspondence::{Batch, Cameras, Correspondence, RayPair};
+pub use error::{
+    ApplyError, CameraError, ConfigError, ExtrinsicsError, PairError, ProjectError, PushError,
+    RectifyError, Refusal, Side, UndistortError,
+};
+pub use extrinsics::Extrinsics;
+pub use fusion::{FusedEstimate, MeanDirection};
+pub use health::Health;
+pub use homography::RectifiedCamera;
+pub use information::{Information, StandardDeviations};
+pub use rectification::RectifyingRotations;
+pub use residual::row_offset;
+pub use scalar::Scalar;
+pub use solver::{PairReport, Solver, Stop};

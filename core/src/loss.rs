@@ -1,0 +1,30 @@
+//! What a row offset costs, and the weight it gets in the normal equations.
+
+use crate::scalar::Scalar;
+
+/// Huber's loss: quadratic up to the threshold, linear beyond (eq 18).
+///
+/// Bounds the pull of one gross mismatch, but not of many: see the limits in the README.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Huber<T> {
+    /// `c_t`, in the unit of the residual.
+    pub(crate) threshold: T,
+}
+
+impl<T: Scalar> Huber<T> {
+    /// `w_i` of eq 18: 1 within the threshold, `c_t / |e|` beyond.
+    pub(crate) fn weight(&self, e: T) -> T {
+        let size = e.abs();
+        if size <= self.threshold { T::ONE } else { self.threshold / size }
+    }
+
+    /// The loss whose derivative is `w(e) e`.
+    pub(crate) fn cost(&self, e: T) -> T {
+        let size = e.abs();
+        if size <= self.threshold {
+            e * e * T::HALF
+        } else {
+            self.threshold * (size - self.threshold * T::HALF)
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! Errors of an estimate against a reference, in radians (eqs 23-26).
+//!
+//! Printed with `arccos`, which reads 0 or up to 5e-4 rad in `f32` near zero; here with `atan2`.
+
+use nalgebra::{Rotation3, Unit, Vector3};
+
+use crate::extrinsics::Extrinsics;
+use crate::scalar::Scalar;
+use crate::so3;
+
+/// Angle between two baseline directions, `e_t` of eq 23, in `0..=pi`.
+///
+/// Absolute error below 3e-7 rad in `f32` at any angle. Cost: 1 square root, 1 `atan2`.
+#[must_use]
+pub fn baseline_angle<T: Scalar>(a: &Unit<Vector3<T>>, b: &Unit<Vector3<T>>) -> T {
+    a.cross(b).norm().atan2(a.dot(b))
+}
+
+/// `e_theta = |theta* - theta|` of eq 24: distance between the two rotation vectors, rad.
+#[must_use]
+pub fn rotation_distance<T: Scalar>(a: &Rotation3<T>, b: &Rotation3<T>) -> T {
+    (so3::log(a) - so3::log(b)).norm()
+}
+
+/// `e_t` and `e_theta` of one estimate, or their RMS over many (`sigma_t`, `sigma_theta`), rad.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Deviation<T> {
+    /// Of the baseline direction, rad.
+    pub translation: T,
+    /// Of the rotation vector, rad.
+    pub rotation: T,
+}
+
+impl<T: Scalar> Deviation<T> {
+    /// Of `estimate` from `reference` (eqs 23, 24).
+    #[must_use]
+    pub fn between(estimate: &Extrinsics<T>, reference: &Extrinsics<T>) -> Self {
+        Self {
+            translation: baseline_angle(estimate.translation(), reference.translation()),
+            rotation: rotation_distance(estimate.rotation(), reference.rotation()),
+        }
+    }
+
+    /// Root mean square over single-pair deviations: `sigma_t`, `sigma_theta` (eqs 25, 26).
+    ///
+    /// `None` for no deviations at all.
+    #[must_use]
+    pub fn root_mean_square(deviations: impl IntoIterator<Item = Self>) -> Option<Self> {
+        let mut count = 0_u32;
+        let mut sum = Self::default();
+        for d in deviations {
+            count = count.saturating_add(1);
+            sum.translation += d.translation * d.translation;
+            sum.rotation += d.rotation * d.rotation;
+        }
+        let mean_root = |sum: T| (sum / T::count(count)).sqrt();
+        (count > 0).then(|| Self {
+            translation: mean_root(sum.translation),
+            rotation: mean_root(sum.rotation),
+        })
+    }
+}

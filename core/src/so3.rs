@@ -1,0 +1,120 @@
+//! Rotations: exponential and logarithm, the left-perturbation update, the way back to orthonormal.
+//!
+//! Rotation vectors are in radians. Every angle comes from `atan2`, never from `acos` of a trace,
+//! which is off by up to 5e-4 rad near zero in `f32`.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+use crate::scalar::Scalar;
+
+/// `exp([w]x)`: the rotation by `|w|` radians about `w`.
+///
+/// Error a few units in the last place of each element, at any angle and in both scalars.
+/// `None` if `w` is not finite. Cost: above 0.5 rad one sine and cosine, below none.
+#[must_use]
+pub fn exp<T: Scalar>(w: &Vector3<T>) -> Option<Rotation3<T>> {
+    let squared = w.norm_squared();
+    squared.is_finite().then(|| Rotation3::from_matrix_unchecked(exp_matrix(w, squared)))
+}
+
+/// Rotation vector in radians, `|w| <= pi`, whose [`exp`] is `r`.
+///
+/// Absolute error below 5e-7 rad in `f32` at any angle, relative error below 1e-6 near zero.
+#[must_use]
+pub fn log<T: Scalar>(r: &Rotation3<T>) -> Vector3<T> {
+    let (real, imaginary) = quaternion(r.matrix());
+    let norm = imaginary.norm();
+    if norm > T::ZERO {
+        imaginary * ((norm.atan2(real) / norm) / T::HALF)
+    } else {
+        imaginary / T::HALF
+    }
+}
+
+/// `exp([w]x) r`, re-orthonormalised: the update of eq. 19.
+///
+/// The error does not grow with the number of updates. `w` must be finite: the solver checks its step.
+#[must_use]
+pub(crate) fn left_update<T: Scalar>(w: &Vector3<T>, r: &Rotation3<T>) -> Rotation3<T> {
+    let product = exp_matrix(w, w.norm_squared()) * r.matrix();
+    Rotation3::from_matrix_unchecked(newton_schulz(&product))
+}
+
+/// The rotation nearest to `m`, if `m` is a rotation up to about 0.1 in its elements.
+///
+/// `None` if it is not finite, too far from orthonormal, or a reflection.
+#[must_use]
+pub fn nearest_rotation<T: Scalar>(m: &Matrix3<T>) -> Option<Rotation3<T>> {
+    let defect = (m.transpose() * m - Matrix3::identity()).norm_squared();
+    // Not `>`: a NaN must fail this test.
+    if !(defect < T::lit(0.04)) || m.determinant() <= T::ZERO {
+        return None;
+    }
+    // Quadratic convergence: 0.2, 3e-2, 7e-4, 4e-7, 1e-13, below rounding.
+    let nearest = (0..6).fold(*m, |m, _| newton_schulz(&m));
+    Some(Rotation3::from_matrix_unchecked(nearest))
+}
+
+/// One Newton-Schulz step towards the orthonormal polar factor: products only, no loop, no root.
+fn newton_schulz<T: Scalar>(m: &Matrix3<T>) -> Matrix3<T> {
+    let half_defect = (Matrix3::identity() - m.transpose() * m) * T::HALF;
+    m + m * half_defect
+}
+
+/// Rotation matrix by way of the unit quaternion `(cos h, sin h / h * w / 2)`, `h = |w| / 2`.
+fn exp_matrix<T: Scalar>(w: &Vector3<T>, squared: T) -> Matrix3<T> {
+    let x = squared * T::HALF * T::HALF;
+    let (sinc, cos) = if x < T::lit(1.0 / 16.0) {
+        (sinc_series(x), cos_series(x))
+    } else {
+        let h = x.sqrt();
+        let (sin, cos) = h.sin_cos();
+        (sin / h, cos)
+    };
+    let v = w * (sinc * T::HALF);
+    let cross = v.cross_matrix() / T::HALF;
+    Matrix3::identity() + cross * cos + cross * cross * T::HALF
+}
+
+/// `sin(h) / h` for `x = h^2 < 1/16`, truncated below 1e-17.
+fn sinc_series<T: Scalar>(x: T) -> T {
+    let c = [1.0 / 6.0, 1.0 / 20.0, 1.0 / 42.0, 1.0 / 72.0, 1.0 / 110.0, 1.0 / 156.0];
+    nested(x, c)
+}
+
+/// `cos(h)` for `x = h^2 < 1/16`, truncated below 1e-17.
+fn cos_series<T: Scalar>(x: T) -> T {
+    let c = [1.0 / 2.0, 1.0 / 12.0, 1.0 / 30.0, 1.0 / 56.0, 1.0 / 90.0, 1.0 / 132.0];
+    nested(x, c)
+}
+
+/// `1 - c0 x (1 - c1 x (1 - ...))`.
+fn nested<T: Scalar>(x: T, c: [f64; 6]) -> T {
+    c.iter().rev().fold(T::ONE, |sum, &c| T::ONE - T::lit(c) * x * sum)
+}
+
+/// Unit quaternion with a real part `>= 0`, by the largest of its four squares (Shepperd).
+fn quaternion<T: Scalar>(m: &Matrix3<T>) -> (T, Vector3<T>) {
+    let quarter = T::HALF * T::HALF;
+    let (xx, yy, zz) = (m.m11, m.m22, m.m33);
+    let antisymmetric = Vector3::new(m.m32 - m.m23, m.m13 - m.m31, m.m21 - m.m12);
+    let trace = xx + yy + zz;
+    if trace > T::ZERO {
+        let real = (T::ONE + trace).sqrt() * T::HALF;
+        return (real, antisymmetric * (quarter / real));
+    }
+    let (real, imaginary) = if xx >= yy && xx >= zz {
+        let x = (T::ONE + xx - yy - zz).sqrt() * T::HALF;
+        let k = quarter / x;
+        (antisymmetric.x * k, Vector3::new(x, (m.m12 + m.m21) * k, (m.m13 + m.m31) * k))
+    } else if yy >= zz {
+        let y = (T::ONE + yy - xx - zz).sqrt() * T::HALF;
+        let k = quarter / y;
+        (antisymmetric.y * k, Vector3::new((m.m12 + m.m21) * k, y, (m.m23 + m.m32) * k))
+    } else {
+        let z = (T::ONE + zz - xx - yy).sqrt() * T::HALF;
+        let k = quarter / z;
+        (antisymmetric.z * k, Vector3::new((m.m13 + m.m31) * k, (m.m23 + m.m32) * k, z))
+    };
+    if real < T::ZERO { (-real, -imaginary) } else { (real, imaginary) }
+}

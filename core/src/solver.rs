@@ -1,0 +1,352 @@
+//! One pair: Levenberg-Marquardt on the rectifying rotations (eqs 16-19), one pass at a time.
+//!
+//! A pass reads every correspondence once: residuals, derivatives, normal equations and cost of one
+//! trial pose together. A rejected trial costs a pass, so passes bound the time. The batch is only
+//! read. Optimum and steps are those of eq 17 with the damping scaled by the diagonal (Marquardt).
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::config::Config;
+use crate::correspondence::RayPair;
+use crate::error::PairError;
+use crate::extrinsics::Extrinsics;
+use crate::information::Information;
+use crate::loss::Huber;
+use crate::rectification::RectifyingRotations;
+use crate::residual::{linearised, row_offset};
+use crate::scalar::Scalar;
+
+/// Damping of the first step, relative to the diagonal.
+const FIRST_DAMPING: f64 = 1e-4;
+
+/// Above this damping a small step says nothing about convergence.
+const LOOSE_DAMPING: f64 = 1e-2;
+
+/// Above this damping no step is left to try.
+const MAX_DAMPING: f64 = 1e8;
+
+/// Correspondences summed apart before they are added to the totals: bounds the rounding.
+const BLOCK: usize = 16;
+
+/// Correspondences within this many Huber thresholds count as screened.
+pub(crate) const SCREEN: f64 = 3.0;
+
+/// Why the solver stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Stop {
+    /// The step fell below the tolerance, or below what the scalar resolves of the optimum.
+    Converged,
+    /// No step lowers the cost any more: the optimum to the resolution of the scalar.
+    NoDescent,
+    /// The allowed passes are used up; the estimate is the best pose seen.
+    PassLimit,
+}
+
+/// What one pair says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct PairReport<T: Scalar> {
+    /// `R`, `t` of the pair.
+    pub extrinsics: Extrinsics<T>,
+    /// Information about them, 1/rad^2: Huber's M-estimator covariance, inverted.
+    pub information: Information<T>,
+    /// Why the solver stopped.
+    pub stop: Stop,
+    /// Passes taken, the judging one not counted.
+    pub passes: u16,
+    /// Correspondences in front of both rectified cameras.
+    pub usable: u32,
+    /// Correspondences left out because they are not.
+    pub skipped: u32,
+    /// Usable correspondences within 3 Huber thresholds of the solution.
+    pub screened: u32,
+    /// Huber cost at the start, px^2.
+    pub cost_before: T,
+    /// Huber cost at the solution, px^2.
+    pub cost_after: T,
+    /// RMS row offset of the screened correspondences at the start, px.
+    pub rms_px_before: T,
+    /// RMS row offset of the same correspondences at the solution, px.
+    pub rms_px_after: T,
+    /// Standard deviation of the row offsets, estimated from the clipped residuals, px.
+    pub noise_px: T,
+}
+
+/// Sums of one pass over the batch at one pose.
+#[derive(Debug, Clone)]
+struct Pass<T> {
+    information: Information<T>,
+    gradient: [T; 5],
+    cost: T,
+    /// Sum of the squared weighted residuals.
+    squares: T,
+    usable: u32,
+    skipped: u32,
+}
+
+/// A pair on its way to its optimum.
+#[derive(Debug, Clone)]
+pub struct Solver<T: Scalar> {
+    focal: T,
+    loss: Huber<T>,
+    tolerance: T,
+    noise_floor: T,
+    max_passes: u16,
+    min_usable: u32,
+    start: RectifyingRotations<T>,
+    cost_before: T,
+    pose: RectifyingRotations<T>,
+    at_pose: Pass<T>,
+    damping: T,
+    growth: T,
+    passes: u16,
+    stop: Option<Stop>,
+}
+
+impl<T: Scalar> Solver<T> {
+    /// Takes the first pass, at the start.
+    ///
+    /// * `focal`: mean focal length of the cameras, px.
+    ///
+    /// # Errors
+    /// [`PairError::TooFew`], [`PairError::Unobservable`].
+    pub fn begin(
+        config: &Config,
+        focal: T,
+        start: &Extrinsics<T>,
+        pairs: &[RayPair<T>],
+    ) -> Result<Self, PairError> {
+        let pose = RectifyingRotations::from(start);
+        let loss = Huber { threshold: T::lit(config.huber_threshold_px.into()) / focal };
+        let at_pose = Pass::over(pairs, &pose, loss);
+        let needed = config.min_correspondences.into();
+        if at_pose.usable < needed {
+            return Err(PairError::TooFew { usable: at_pose.usable, needed });
+        }
+        if !at_pose.information.is_observable() {
+            return Err(PairError::Unobservable);
+        }
+        Ok(Self {
+            focal,
+            loss,
+            tolerance: T::lit(config.step_tolerance_rad.into()).max(T::lit(8.0) * T::EPSILON),
+            noise_floor: T::lit(config.noise_floor_px.into()) / focal,
+            max_passes: config.max_passes,
+            min_usable: needed,
+            start: pose,
+            cost_before: at_pose.cost,
+            pose,
+            at_pose,
+            damping: T::lit(FIRST_DAMPING),
+            growth: T::lit(2.0),
+            passes: 1,
+            stop: None,
+        })
+    }
+
+    /// Takes one more pass: one trial step, kept only if the cost falls. `Some` when done.
+    pub fn advance(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
+        if self.stop.is_none() {
+            self.stop = self.attempt(pairs);
+        }
+        if self.stop.is_none() && self.passes >= self.max_passes {
+            self.stop = Some(Stop::PassLimit);
+        }
+        self.stop
+    }
+
+    /// Whether [`Solver::report`] is all that is left to do.
+    pub fn is_done(&self) -> bool {
+        self.stop.is_some()
+    }
+
+    fn attempt(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
+        self.passes = self.passes.saturating_add(1);
+        let step = self.at_pose.information.damped_step(self.damping, &self.at_pose.gradient);
+        let trial = step.and_then(|d| {
+            let pose = self.pose.stepped(&Vector3::new(d.x, d.y, d.z), &Vector2::new(d.w, d.a))?;
+            Some((d, pose, Pass::over(pairs, &pose, self.loss)))
+        });
+        let Some((d, pose, at_trial)) = trial else {
+            return self.reject();
+        };
+        let slope = |g: &[T; 5]| g.iter().zip(d.iter()).fold(T::ZERO, |sum, (g, d)| sum + *g * *d);
+        let (slope_here, slope_there) = (slope(&self.at_pose.gradient), slope(&at_trial.gradient));
+        let penalty = self.loss.cost(T::ONE);
+        let change = at_trial.penalised(penalty) - self.at_pose.penalised(penalty);
+        let rounding = self.at_pose.cost_rounding();
+        // Below the rounding of the cost its change is known better from the slopes at both ends
+        // (the approximate Wolfe condition of Hager and Zhang).
+        let falls = change < -rounding
+            || (change <= rounding
+                && at_trial.usable == self.at_pose.usable
+                && slope_here + slope_there < T::ZERO);
+        if !falls {
+            let small = d.amax() <= self.tolerance;
+            return self.reject().or(small.then_some(Stop::NoDescent));
+        }
+        // In standard deviations of the estimate, whatever the scalar and the scene.
+        let negligible = -slope_here <= T::EPSILON * at_trial.squares;
+        let undamped = self.damping <= T::lit(LOOSE_DAMPING);
+        self.accept(pose, at_trial, change / (slope_here * T::HALF));
+        let converged = undamped && (negligible || d.amax() <= self.tolerance);
+        converged.then_some(Stop::Converged)
+    }
+
+    /// Nielsen's rule: the better the quadratic model was, the less damping.
+    fn accept(&mut self, pose: RectifyingRotations<T>, at_pose: Pass<T>, gain: T) {
+        self.pose = pose;
+        self.at_pose = at_pose;
+        let x = gain + gain - T::ONE;
+        let factor = (T::ONE - x * x * x).clamp(T::lit(0.1), T::lit(2.0));
+        self.damping = (self.damping * factor).max(T::lit(1e-9));
+        self.growth = T::lit(2.0);
+    }
+
+    fn reject(&mut self) -> Option<Stop> {
+        self.damping *= self.growth;
+        self.growth *= T::lit(2.0);
+        (self.damping > T::lit(MAX_DAMPING)).then_some(Stop::NoDescent)
+    }
+
+    /// Takes the judging pass at the pose reached and reports.
+    ///
+    /// # Errors
+    /// [`PairError::TooFew`] if too few correspondences are within the Huber threshold;
+    /// [`PairError::Unobservable`] if they leave a direction free, or the baseline has turned
+    /// towards an optical axis.
+    pub fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, PairError> {
+        let extrinsics = self.pose.extrinsics().map_err(|_| PairError::Unobservable)?;
+        let judged = Judgement::over(pairs, &self.start, &self.pose, self.loss.threshold);
+        if judged.inliers < self.min_usable {
+            return Err(PairError::TooFew { usable: judged.inliers, needed: self.min_usable });
+        }
+        if !judged.information.is_observable() {
+            return Err(PairError::Unobservable);
+        }
+        let usable = T::count(self.at_pose.usable);
+        let variance = (judged.clipped_squares / (usable - T::lit(5.0)))
+            .max(self.noise_floor * self.noise_floor);
+        let information = judged.information.scaled(T::count(judged.inliers) / (usable * variance));
+        let rms = |squares: T| (squares / T::count(judged.screened)).sqrt() * self.focal;
+        Ok(PairReport {
+            extrinsics,
+            information,
+            stop: self.stop.unwrap_or(Stop::PassLimit),
+            passes: self.passes,
+            usable: self.at_pose.usable,
+            skipped: self.at_pose.skipped,
+            screened: judged.screened,
+            cost_before: self.cost_before * self.focal * self.focal,
+            cost_after: self.at_pose.cost * self.focal * self.focal,
+            rms_px_before: rms(judged.squares_before),
+            rms_px_after: rms(judged.squares_after),
+            noise_px: variance.sqrt() * self.focal,
+        })
+    }
+}
+
+impl<T: Scalar> Pass<T> {
+    const EMPTY: Self = Self {
+        information: Information::ZERO,
+        gradient: [T::ZERO; 5],
+        cost: T::ZERO,
+        squares: T::ZERO,
+        usable: 0,
+        skipped: 0,
+    };
+
+    fn over(pairs: &[RayPair<T>], pose: &RectifyingRotations<T>, loss: Huber<T>) -> Self {
+        let gauge_slope = pose.gauge_slope();
+        let mut total = Self::EMPTY;
+        for block in pairs.chunks(BLOCK) {
+            let mut sums = Self::EMPTY;
+            for pair in block {
+                let Some(row) = linearised(pose, gauge_slope, pair) else {
+                    sums.skipped = sums.skipped.saturating_add(1);
+                    continue;
+                };
+                let w = loss.weight(row.offset);
+                sums.information.add_outer(w, &row.jacobian);
+                let weighted = w * row.offset;
+                add_scaled(&mut sums.gradient, weighted, &row.jacobian);
+                sums.squares += weighted * weighted;
+                sums.cost += loss.cost(row.offset);
+                sums.usable = sums.usable.saturating_add(1);
+            }
+            total.information.add(&sums.information);
+            add_scaled(&mut total.gradient, T::ONE, &sums.gradient);
+            total.cost += sums.cost;
+            total.squares += sums.squares;
+            total.usable = total.usable.saturating_add(sums.usable);
+            total.skipped = total.skipped.saturating_add(sums.skipped);
+        }
+        total
+    }
+
+    /// What rounding does to the cost: that of each residual at unit depth, and that of the sum.
+    fn cost_rounding(&self) -> T {
+        T::lit(2.0) * T::EPSILON * (self.squares.sqrt() + self.cost)
+    }
+
+    /// Cost in which pushing a ray behind the camera never pays.
+    fn penalised(&self, penalty: T) -> T {
+        self.cost + T::count(self.skipped) * penalty
+    }
+}
+
+fn add_scaled<T: Scalar>(sum: &mut [T; 5], factor: T, x: &[T; 5]) {
+    sum.iter_mut().zip(x).for_each(|(sum, x)| *sum += factor * *x);
+}
+
+/// Sums of the judging pass.
+#[derive(Debug)]
+struct Judgement<T> {
+    information: Information<T>,
+    inliers: u32,
+    clipped_squares: T,
+    screened: u32,
+    squares_before: T,
+    squares_after: T,
+}
+
+impl<T: Scalar> Judgement<T> {
+    fn over(
+        pairs: &[RayPair<T>],
+        start: &RectifyingRotations<T>,
+        pose: &RectifyingRotations<T>,
+        threshold: T,
+    ) -> Self {
+        let gauge_slope = pose.gauge_slope();
+        let mut sums = Self {
+            information: Information::ZERO,
+            inliers: 0,
+            clipped_squares: T::ZERO,
+            screened: 0,
+            squares_before: T::ZERO,
+            squares_after: T::ZERO,
+        };
+        for pair in pairs {
+            let Some(row) = linearised(pose, gauge_slope, pair) else {
+                continue;
+            };
+            let size = row.offset.abs();
+            let clipped = size.min(threshold);
+            sums.clipped_squares += clipped * clipped;
+            if size <= threshold {
+                sums.information.add_outer(T::ONE, &row.jacobian);
+                sums.inliers = sums.inliers.saturating_add(1);
+            }
+            if size <= T::lit(SCREEN) * threshold
+                && let Some(before) = row_offset(start, pair)
+            {
+                sums.screened = sums.screened.saturating_add(1);
+                sums.squares_before += before * before;
+                sums.squares_after += size * size;
+            }
+        }
+        sums
+    }
+}

@@ -1,0 +1,6 @@
+//! Everything that proves the core on a host: recorded and generated data, independent references,
+//! replay, evaluation.
+
+pub mod dataset;
+pub mod synth;
+pub mod view;

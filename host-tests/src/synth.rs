@@ -1,0 +1,199 @@
+//! Generated scenes: a known rig, points of known depth, Gaussian noise, gross mismatches.
+//!
+//! Pinhole cameras. Left points uniform in the image (or a vertical band), depth log-uniform, noise
+//! on all four coordinates, points that miss the right image drawn again. Half of the mismatches are
+//! uniform in the right image, half within +-60 px (u) and +-20 px (v) of the truth.
+
+use anyhow::{Result, ensure};
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use stereo_selfcal::{Extrinsics, so3};
+
+use crate::dataset::{Dataset, Match, Meta, rows};
+
+/// What is generated. `Default` is the scene of the project's figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Image `[width, height]`, px.
+    pub size: [u16; 2],
+    /// Focal length of both cameras, px; the principal point is the middle of the image.
+    pub focal: f64,
+    /// Extrinsics: the truth.
+    pub rig: Extrinsics<f64>,
+    /// Standard deviation of the noise of each coordinate, px.
+    pub noise_px: f64,
+    /// Share of gross mismatches, 0 to 1.
+    pub outliers: f64,
+    /// Nearest and farthest depth, in baselines.
+    pub depth: [f64; 2],
+    /// Height of the vertical band that left points come from, in image heights, centred.
+    pub band: f64,
+    /// Correspondences a pair.
+    pub matches: usize,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self {
+            size: [1920, 1200],
+            focal: 1400.0,
+            rig: Extrinsics::SIDE_BY_SIDE,
+            noise_px: 0.3,
+            outliers: 0.0,
+            depth: [3.0, 80.0],
+            band: 1.0,
+            matches: 256,
+        }
+    }
+}
+
+/// One generated pair: correspondences, and which of them are true.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SynthPair {
+    /// Correspondences, inliers and mismatches in random order.
+    pub matches: Vec<Match>,
+    /// Whether each is true.
+    pub inlier: Vec<bool>,
+}
+
+/// A rig off `R = I`, `t = (-1, 0, 0)`.
+///
+/// * `rotation_deg`: rotation vector of `R`, degrees.
+/// * `baseline_deg`: turn of `t` about y and z, degrees.
+///
+/// # Errors
+/// If the baseline comes to lie along an optical axis.
+pub fn rig(rotation_deg: [f64; 3], baseline_deg: [f64; 2]) -> Result<Extrinsics<f64>> {
+    let exp = |degrees: Vector3<f64>| {
+        so3::exp(&degrees.map(f64::to_radians)).ok_or_else(|| anyhow::anyhow!("not finite"))
+    };
+    let r = exp(Vector3::from(rotation_deg))?;
+    let [y, z] = baseline_deg;
+    let t = exp(Vector3::new(0.0, y, z))? * -Vector3::x();
+    Ok(Extrinsics::try_new(r.matrix(), &t)?)
+}
+
+impl Scene {
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// Names the parameter.
+    pub fn check(&self) -> Result<()> {
+        let [near, far] = self.depth;
+        ensure!(self.noise_px >= 0.0 && self.noise_px.is_finite(), "noise must be 0 px or more");
+        ensure!((0.0..=1.0).contains(&self.outliers), "outliers must be a share from 0 to 1");
+        ensure!(near > 0.0 && far >= near && far.is_finite(), "depth must be 0 < near <= far");
+        ensure!(self.band > 0.0 && self.band <= 1.0, "band must be above 0 and at most 1");
+        ensure!(self.focal.is_finite() && self.focal >= 1.0, "focal must be at least 1 px");
+        ensure!(self.size.iter().all(|&n| n >= 2), "image must be at least 2 x 2 px");
+        Ok(())
+    }
+
+    /// Pairs without end, the same for the same seed.
+    pub fn pairs(&self, seed: u64) -> impl Iterator<Item = SynthPair> + '_ {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        std::iter::repeat_with(move || self.pair(&mut rng))
+    }
+
+    /// A data set of so many pairs.
+    ///
+    /// # Errors
+    /// If a parameter is out of range.
+    pub fn dataset(&self, pairs: usize, seed: u64) -> Result<Dataset> {
+        self.check()?;
+        let pairs = self.pairs(seed).take(pairs).map(|pair| pair.matches).collect();
+        Ok(Dataset { name: format!("synth seed {seed}"), meta: self.meta(), pairs })
+    }
+
+    /// The rig as a data set says it.
+    #[must_use]
+    pub fn meta(&self) -> Meta {
+        let [cx, cy] = self.centre();
+        let k = [[self.focal, 0.0, cx], [0.0, self.focal, cy], [0.0, 0.0, 1.0]];
+        let t = self.rig.translation();
+        Meta {
+            k_l: k,
+            k_r: k,
+            dist_l: vec![0.0; 5],
+            dist_r: vec![0.0; 5],
+            lens: crate::dataset::LensModel::RadialTangential,
+            width: self.size[0],
+            height: self.size[1],
+            r: rows(self.rig.rotation().matrix()),
+            t: [t.x, t.y, t.z],
+            baseline_m: None,
+            source: "generated".into(),
+            license: String::new(),
+            sigma_r_deg: None,
+            sigma_t_deg: None,
+            other: serde_json::Map::new(),
+        }
+    }
+
+    fn centre(&self) -> [f64; 2] {
+        self.size.map(|n| f64::from(n - 1) / 2.0)
+    }
+
+    fn pair(&self, rng: &mut ChaCha8Rng) -> SynthPair {
+        let inlier: Vec<bool> =
+            (0..self.matches).map(|_| !rng.random_bool(self.outliers.clamp(0.0, 1.0))).collect();
+        let matches = inlier
+            .iter()
+            .map(|&inlier| {
+                let seen = self.seen_point(rng);
+                let seen = if inlier { seen } else { self.mismatched(seen, rng) };
+                self.noisy(seen, rng)
+            })
+            .collect();
+        SynthPair { matches, inlier }
+    }
+
+    /// Pixels of one point that both cameras see, without noise.
+    fn seen_point(&self, rng: &mut ChaCha8Rng) -> [f64; 4] {
+        let [width, height] = self.size.map(f64::from);
+        let [cx, cy] = self.centre();
+        let [near, far] = self.depth.map(f64::ln);
+        loop {
+            let ul = rng.random_range(0.0..width - 1.0);
+            let vl = cy + (rng.random_range(-0.5..0.5)) * self.band * (height - 1.0);
+            let depth = (near + (far - near) * rng.random::<f64>()).exp();
+            let p_l = Vector3::new((ul - cx) / self.focal, (vl - cy) / self.focal, 1.0) * depth;
+            let p_r = self.rig.rotation() * p_l + self.rig.translation().into_inner();
+            let ur = cx + self.focal * p_r.x / p_r.z;
+            let vr = cy + self.focal * p_r.y / p_r.z;
+            let inside = (0.0..=width - 1.0).contains(&ur) && (0.0..=height - 1.0).contains(&vr);
+            if p_r.z > 0.0 && inside {
+                return [ul, vl, ur, vr];
+            }
+        }
+    }
+
+    /// The same left point with a wrong right one.
+    fn mismatched(&self, [ul, vl, ur, vr]: [f64; 4], rng: &mut ChaCha8Rng) -> [f64; 4] {
+        let [width, height] = self.size.map(f64::from);
+        if rng.random() {
+            let u = rng.random_range(0.0..width - 1.0);
+            [ul, vl, u, rng.random_range(0.0..height - 1.0)]
+        } else {
+            let u = ur + rng.random_range(-60.0..60.0);
+            [ul, vl, u, vr + rng.random_range(-20.0..20.0)]
+        }
+    }
+
+    fn noisy(&self, pixels: [f64; 4], rng: &mut ChaCha8Rng) -> Match {
+        let normal = Normal::new(0.0, self.noise_px).expect("checked: finite and not negative");
+        let last = self.size.map(|n| f64::from(n - 1));
+        // A coordinate pushed out of the image stops at its border, as a matcher's would.
+        let mut coordinate = |i: usize| (pixels[i] + normal.sample(rng)).clamp(0.0, last[i % 2]);
+        Match {
+            ul: coordinate(0),
+            vl: coordinate(1),
+            ur: coordinate(2),
+            vr: coordinate(3),
+            score: 1.0,
+            step: 0.0,
+        }
+    }
+}
