@@ -44,7 +44,7 @@ impl Config {
     pub const fn paper() -> Self {
         Self {
             huber_threshold_px: 1.0,
-            max_passes: 50,
+            max_passes: 100,
             step_tolerance_rad: 1e-9,
             min_correspondences: 12,
             noise_floor_px: 0.02,
@@ -70,7 +70,7 @@ impl Config {
         }
     }
 
-    /// Passes over the batch that one pair may take, the judging one not counted. Default 50.
+    /// Passes over the batch that one pair may take, the judging one not counted. Default 100.
     ///
     /// The bound on the time of a pair. Fewer may stop short of the optimum (reported).
     ///

@@ -2,5 +2,7 @@
 //! replay, evaluation.
 
 pub mod dataset;
+pub mod evaluation;
+pub mod replay;
 pub mod synth;
 pub mod view;

@@ -40,7 +40,6 @@ pub struct MeanDirection<T> {
 
 /// Estimate over all fused pairs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
 pub struct FusedEstimate<T: Scalar> {
     /// `R*`, `t*`.
     pub extrinsics: Extrinsics<T>,

@@ -1,0 +1,335 @@
+//! What a run of the calibrator came to, against the truth of the data set: pair by pair, and whole.
+
+use std::fmt;
+
+use anyhow::Result;
+use nalgebra::{Matrix3, Vector3};
+use serde::Serialize;
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{
+    Extrinsics, FusedEstimate, PairError, PairReport, RayPair, RectifyingRotations, Refusal,
+    Scalar, row_offset,
+};
+
+use crate::dataset::Dataset;
+
+/// Matches further than this from the final estimate's rows do not count in RMS row offsets, px:
+/// three Huber thresholds, as the core screens.
+pub const SCREEN_PX: f64 = 3.0;
+
+/// What became of one pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Fused.
+    Accepted,
+    /// Solved, but not fused.
+    Refused(Refusal),
+    /// Not solved.
+    Failed(PairError),
+}
+
+/// One pair of a run, in `f64` whatever the scalar of the run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// Correspondences the data set has for this pair.
+    pub offered: usize,
+    /// Correspondences that the calibrator took.
+    pub taken: usize,
+    /// What became of it.
+    pub verdict: Verdict,
+    /// The solved pair.
+    pub solved: Option<Solved>,
+    /// Error of the running estimate after this pair.
+    pub running: Option<Deviation<f64>>,
+}
+
+/// What one pair said.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solved {
+    /// Error of this pair alone.
+    pub error: Deviation<f64>,
+    /// Standard deviation of the baseline direction that the pair claims, rad.
+    pub sd_translation: f64,
+    /// Standard deviation of the rotation that the pair claims, rad.
+    pub sd_rotation: f64,
+    /// Passes taken.
+    pub passes: u16,
+    /// Correspondences within the screening threshold of the solution.
+    pub screened: u32,
+    /// RMS row offset of the screened correspondences at the start, px.
+    pub rms_px_before: f64,
+    /// The same at the solution, px.
+    pub rms_px_after: f64,
+}
+
+/// The stable fields of `--json`. Angles in rad; `null` before there is an estimate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Pairs in the run.
+    pub pairs: usize,
+    /// Pairs fused.
+    pub accepted: usize,
+    /// `no estimate`, `estimated`, or `axis uncertain` (R so near the
+    /// identity that the axes of the pairs disagree).
+    pub state: &'static str,
+    /// Error of the fused baseline direction.
+    pub e_t: Option<f64>,
+    /// Error of the fused rotation.
+    pub e_theta: Option<f64>,
+    /// RMS error of the baseline direction over single accepted pairs.
+    pub sigma_t: Option<f64>,
+    /// RMS error of the rotation over single accepted pairs.
+    pub sigma_theta: Option<f64>,
+    /// Fused rotation, row-major.
+    #[serde(rename = "R")]
+    pub r: Option<[f64; 9]>,
+    /// Fused unit baseline direction.
+    pub t: Option<[f64; 3]>,
+    /// Standard deviation that the fused rotation claims.
+    pub sd_rotation: Option<f64>,
+    /// Standard deviation that the fused baseline direction claims.
+    pub sd_translation: Option<f64>,
+    /// RMS row offset of the factory extrinsics over the screened matches of all pairs, px.
+    pub rms_px_before: Option<f64>,
+    /// The same of the fused extrinsics, px.
+    pub rms_px_after: Option<f64>,
+}
+
+/// A run being evaluated.
+#[derive(Debug, Clone)]
+pub struct Evaluation {
+    truth: Extrinsics<f64>,
+    factory: Extrinsics<f64>,
+    steps: Vec<Step>,
+    fused: Option<FusedEstimate<f64>>,
+}
+
+impl Evaluation {
+    /// Of a run that starts at `factory`, on data whose truth is `truth`.
+    #[must_use]
+    pub fn new(truth: Extrinsics<f64>, factory: Extrinsics<f64>) -> Self {
+        Self { truth, factory, steps: Vec::new(), fused: None }
+    }
+
+    /// Records one pair.
+    ///
+    /// * `offered`, `taken`: correspondences in the data set and in the batch.
+    /// * `outcome`: what solving and fusing returned.
+    /// * `fused`: the estimate after this pair.
+    pub fn record<T: Scalar>(
+        &mut self,
+        [offered, taken]: [usize; 2],
+        outcome: Result<(PairReport<T>, Result<(), Refusal>), PairError>,
+        fused: Option<&FusedEstimate<T>>,
+    ) -> &Step {
+        self.fused = fused.copied().map(fused_in_f64);
+        let running = self.fused.map(|f| Deviation::between(&f.extrinsics, &self.truth));
+        let (verdict, solved) = match outcome {
+            Err(error) => (Verdict::Failed(error), None),
+            Ok((report, fusing)) => {
+                let verdict = fusing.map_or_else(Verdict::Refused, |()| Verdict::Accepted);
+                (verdict, Some(self.solved(&report)))
+            }
+        };
+        self.steps.push(Step { offered, taken, verdict, solved, running });
+        &self.steps[self.steps.len() - 1]
+    }
+
+    fn solved<T: Scalar>(&self, report: &PairReport<T>) -> Solved {
+        let sd = report.information.standard_deviations();
+        Solved {
+            error: Deviation::between(&in_f64(&report.extrinsics), &self.truth),
+            sd_translation: sd.map_or(f64::INFINITY, |sd| sd.translation.to_f64()),
+            sd_rotation: sd.map_or(f64::INFINITY, |sd| sd.rotation.to_f64()),
+            passes: report.passes,
+            screened: report.screened,
+            rms_px_before: report.rms_px_before.to_f64(),
+            rms_px_after: report.rms_px_after.to_f64(),
+        }
+    }
+
+    /// The pairs so far.
+    #[must_use]
+    pub fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+
+    /// Where the run started.
+    #[must_use]
+    pub fn factory(&self) -> &Extrinsics<f64> {
+        &self.factory
+    }
+
+    /// The estimate so far.
+    #[must_use]
+    pub fn fused(&self) -> Option<&FusedEstimate<f64>> {
+        self.fused.as_ref()
+    }
+
+    /// The whole run.
+    ///
+    /// # Errors
+    /// If the data set's cameras are not valid.
+    pub fn summary(&self, set: &Dataset) -> Result<Summary> {
+        let accepted = |step: &&Step| step.verdict == Verdict::Accepted;
+        let singles = self.steps.iter().filter(accepted).filter_map(|step| step.solved);
+        let sigma = Deviation::root_mean_square(singles.map(|solved| solved.error));
+        let error = self.fused.map(|f| Deviation::between(&f.extrinsics, &self.truth));
+        let rms = match &self.fused {
+            Some(f) => screened_rms_px(set, &self.factory, &f.extrinsics)?,
+            None => None,
+        };
+        let t = |f: FusedEstimate<f64>| f.extrinsics.translation().into_inner().into();
+        Ok(Summary {
+            pairs: self.steps.len(),
+            accepted: self.steps.iter().filter(accepted).count(),
+            state: match &self.fused {
+                None => "no estimate",
+                Some(f) if f.axis_is_meaningful => "estimated",
+                Some(_) => "axis uncertain",
+            },
+            e_t: error.map(|e| e.translation),
+            e_theta: error.map(|e| e.rotation),
+            sigma_t: sigma.map(|s| s.translation),
+            sigma_theta: sigma.map(|s| s.rotation),
+            r: self.fused.map(|f| f.extrinsics.rotation_row_major()),
+            t: self.fused.map(t),
+            sd_rotation: self.fused.map(|f| f.sd.rotation),
+            sd_translation: self.fused.map(|f| f.sd.translation),
+            rms_px_before: rms.map(|[before, _]| before),
+            rms_px_after: rms.map(|[_, after]| after),
+        })
+    }
+}
+
+/// Row offsets, px, of every correspondence of a data set under the given extrinsics, pair by pair
+/// (`None`: no ray, or behind the rectified plane).
+///
+/// # Errors
+/// If the data set's cameras are not valid.
+pub fn row_offsets_px(
+    set: &Dataset,
+    extrinsics: &Extrinsics<f64>,
+) -> Result<Vec<Vec<Option<f64>>>> {
+    let cameras = set.cameras::<f64>()?;
+    let rotations = RectifyingRotations::from(extrinsics);
+    let offset = |rays: &RayPair<f64>| Some(row_offset(&rotations, rays)? * cameras.mean_focal());
+    let of_pair = |pair: &Vec<crate::dataset::Match>| {
+        let rays = pair.iter().map(|m| cameras.rays(&m.correspondence()).ok());
+        rays.map(|rays| offset(&rays?)).collect()
+    };
+    Ok(set.pairs.iter().map(of_pair).collect())
+}
+
+/// RMS row offset before and after, px, over the matches within [`SCREEN_PX`] after.
+fn screened_rms_px(
+    set: &Dataset,
+    before: &Extrinsics<f64>,
+    after: &Extrinsics<f64>,
+) -> Result<Option<[f64; 2]>> {
+    let [before, after] = [row_offsets_px(set, before)?, row_offsets_px(set, after)?];
+    let both = before.iter().flatten().zip(after.iter().flatten());
+    let screened: Vec<[f64; 2]> = both
+        .filter_map(|(before, after)| Some([(*before)?, (*after)?]))
+        .filter(|[_, after]| after.abs() <= SCREEN_PX)
+        .collect();
+    let count = f64::from(u32::try_from(screened.len())?);
+    let rms = |i: usize| (screened.iter().map(|e| e[i] * e[i]).sum::<f64>() / count).sqrt();
+    Ok((!screened.is_empty()).then(|| [rms(0), rms(1)]))
+}
+
+/// The same extrinsics in `f64`.
+///
+/// # Panics
+/// Never: the type holds what the conversion checks.
+#[must_use]
+pub fn in_f64<T: Scalar>(extrinsics: &Extrinsics<T>) -> Extrinsics<f64> {
+    let r = Matrix3::from_row_slice(&extrinsics.rotation_row_major().map(T::to_f64));
+    let t: Vector3<f64> = extrinsics.translation().map(T::to_f64);
+    Extrinsics::try_new(&r, &t).expect("valid in the other scalar")
+}
+
+fn fused_in_f64<T: Scalar>(fused: FusedEstimate<T>) -> FusedEstimate<f64> {
+    FusedEstimate {
+        extrinsics: in_f64(&fused.extrinsics),
+        pairs: fused.pairs,
+        sd: stereo_selfcal::StandardDeviations {
+            rotation: fused.sd.rotation.to_f64(),
+            translation: fused.sd.translation.to_f64(),
+        },
+        axis_concentration: fused.axis_concentration.to_f64(),
+        axis_is_meaningful: fused.axis_is_meaningful,
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Accepted => f.write_str("fused"),
+            Self::Refused(why) => write!(f, "refused: {why}"),
+            Self::Failed(why) => write!(f, "not solved: {why}"),
+        }
+    }
+}
+
+impl Step {
+    /// Heading over the lines of [`Step`]'s `Display`.
+    pub const HEADING: &str = "matches  rows px before>after  passes   pair e_t  e_theta deg   \
+                               running e_t  e_theta deg   verdict";
+}
+
+impl fmt::Display for Step {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:>7}  ", self.taken)?;
+        match &self.solved {
+            Some(s) => write!(
+                f,
+                "{:>9.3} > {:>9.3}  {:>6}   {:>8.3}  {:>11.3}   ",
+                s.rms_px_before,
+                s.rms_px_after,
+                s.passes,
+                s.error.translation.to_degrees(),
+                s.error.rotation.to_degrees(),
+            )?,
+            None => write!(f, "{:>21}  {:>6}   {:>8}  {:>11}   ", "-", "-", "-", "-")?,
+        }
+        match &self.running {
+            Some(e) => write!(
+                f,
+                "{:>11.3}  {:>11.3}   ",
+                e.translation.to_degrees(),
+                e.rotation.to_degrees()
+            )?,
+            None => write!(f, "{:>11}  {:>11}   ", "-", "-")?,
+        }
+        write!(f, "{}", self.verdict)?;
+        if self.taken < self.offered {
+            write!(f, " ({} of {} matches not taken)", self.offered - self.taken, self.offered)?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "pairs fused        {} of {} ({})", self.accepted, self.pairs, self.state)?;
+        let mut angle = |name: &str, what: &str, value: Option<f64>| match value {
+            Some(rad) => {
+                writeln!(f, "{name:<18} {rad:>9.6} rad  {:>8.4} deg   {what}", rad.to_degrees())
+            }
+            None => writeln!(f, "{name:<18} {:>9}                     {what}", "-"),
+        };
+        angle("e_t", "fused baseline direction against the reference", self.e_t)?;
+        angle("e_theta", "fused rotation against the reference", self.e_theta)?;
+        angle("sigma_t", "single pairs, RMS", self.sigma_t)?;
+        angle("sigma_theta", "single pairs, RMS", self.sigma_theta)?;
+        angle("sd of t, claimed", "from the scatter of the pairs", self.sd_translation)?;
+        angle("sd of R, claimed", "from the scatter of the pairs", self.sd_rotation)?;
+        match self.rms_px_before.zip(self.rms_px_after) {
+            Some((before, after)) => {
+                write!(f, "RMS row offset     {before:.3} px before, {after:.3} px after")
+            }
+            None => write!(f, "RMS row offset     -"),
+        }
+    }
+}
