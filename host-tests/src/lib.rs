@@ -3,6 +3,8 @@
 
 pub mod dataset;
 pub mod evaluation;
+pub mod oracle;
+pub mod reference;
 pub mod replay;
 pub mod synth;
 pub mod view;

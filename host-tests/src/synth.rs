@@ -56,6 +56,8 @@ pub struct SynthPair {
     pub matches: Vec<Match>,
     /// Whether each is true.
     pub inlier: Vec<bool>,
+    /// Noise-free pixels `ul vl ur vr` of the point behind each.
+    pub clean: Vec<[f64; 4]>,
 }
 
 /// A rig off `R = I`, `t = (-1, 0, 0)`.
@@ -132,6 +134,14 @@ impl Scene {
         }
     }
 
+    /// Rays at unit depth `[p_l, p_r]` of pixels `ul vl ur vr`.
+    #[must_use]
+    pub fn rays(&self, [ul, vl, ur, vr]: [f64; 4]) -> [Vector3<f64>; 2] {
+        let [cx, cy] = self.centre();
+        let ray = |u: f64, v: f64| Vector3::new((u - cx) / self.focal, (v - cy) / self.focal, 1.0);
+        [ray(ul, vl), ray(ur, vr)]
+    }
+
     fn centre(&self) -> [f64; 2] {
         self.size.map(|n| f64::from(n - 1) / 2.0)
     }
@@ -139,15 +149,16 @@ impl Scene {
     fn pair(&self, rng: &mut ChaCha8Rng) -> SynthPair {
         let inlier: Vec<bool> =
             (0..self.matches).map(|_| !rng.random_bool(self.outliers.clamp(0.0, 1.0))).collect();
+        let clean: Vec<[f64; 4]> = (0..self.matches).map(|_| self.seen_point(rng)).collect();
         let matches = inlier
             .iter()
-            .map(|&inlier| {
-                let seen = self.seen_point(rng);
+            .zip(&clean)
+            .map(|(&inlier, &seen)| {
                 let seen = if inlier { seen } else { self.mismatched(seen, rng) };
                 self.noisy(seen, rng)
             })
             .collect();
-        SynthPair { matches, inlier }
+        SynthPair { matches, inlier, clean }
     }
 
     /// Pixels of one point that both cameras see, without noise.
@@ -159,7 +170,7 @@ impl Scene {
             let ul = rng.random_range(0.0..width - 1.0);
             let vl = cy + (rng.random_range(-0.5..0.5)) * self.band * (height - 1.0);
             let depth = (near + (far - near) * rng.random::<f64>()).exp();
-            let p_l = Vector3::new((ul - cx) / self.focal, (vl - cy) / self.focal, 1.0) * depth;
+            let [p_l, _] = self.rays([ul, vl, ul, vl]).map(|p| p * depth);
             let p_r = self.rig.rotation() * p_l + self.rig.translation().into_inner();
             let ur = cx + self.focal * p_r.x / p_r.z;
             let vr = cy + self.focal * p_r.y / p_r.z;
