@@ -17,6 +17,13 @@ const INVERSE_ITERATIONS: usize = 12;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Information<T>([T; 15]);
 
+impl<T: Scalar> Default for Information<T> {
+    /// No information at all.
+    fn default() -> Self {
+        Self::ZERO
+    }
+}
+
 impl<T: Scalar> Information<T> {
     pub(crate) const ZERO: Self = Self([T::ZERO; 15]);
 
@@ -144,4 +151,61 @@ pub struct StandardDeviations<T> {
     pub rotation: T,
     /// Of the baseline direction.
     pub translation: T,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Information of five unit rows of different weights along rotated axes.
+    fn example() -> Information<f64> {
+        let mut sum = Information::ZERO;
+        for (i, w) in [4.0, 9.0, 16.0, 0.25, 1e4].into_iter().enumerate() {
+            let j: [f64; 5] = core::array::from_fn(|k| {
+                ((i * 3 + k * 5 + i * k) as f64).sin() + f64::from(i == k)
+            });
+            sum.add_outer(w, &j);
+        }
+        sum
+    }
+
+    #[test]
+    fn covariance_is_the_inverse() {
+        let product = example().covariance().unwrap() * example().matrix();
+        assert!((product - Matrix5::identity()).amax() < 1e-10, "{product}");
+    }
+
+    #[test]
+    fn weakest_direction_is_the_smallest_eigenpair() {
+        let eigen = example().matrix().symmetric_eigen();
+        let smallest = eigen.eigenvalues.imin();
+        let (sd, direction) = example().weakest().unwrap();
+        assert!((sd * eigen.eigenvalues[smallest].sqrt() - 1.0).abs() < 1e-6);
+        assert!(direction.dot(&eigen.eigenvectors.column(smallest)).abs() > 1.0 - 1e-6);
+    }
+
+    #[test]
+    fn a_free_direction_has_no_covariance_and_is_not_observable() {
+        let mut sum = Information::<f32>::ZERO;
+        for i in 0..100_u8 {
+            let x = f32::from(i) / 100.0;
+            // The last two columns are one and the same.
+            sum.add_outer(1.0, &[1.0, x, x * x, x * x * x, x * x * x]);
+        }
+        assert!(!sum.is_observable());
+        assert!(!Information::<f32>::ZERO.is_observable());
+        assert_eq!(Information::<f32>::ZERO.covariance(), None);
+        assert!(example().is_observable());
+    }
+
+    #[test]
+    fn damped_step_solves_the_damped_system() {
+        let gradient = [1.0, -2.0, 0.5, 3.0, -0.1];
+        let step = example().damped_step(0.1, &gradient).unwrap();
+        let mut h = example().matrix();
+        for i in 0..5 {
+            h[(i, i)] *= 1.1;
+        }
+        assert!((h * step + Vector5::from(gradient)).amax() < 1e-10);
+    }
 }

@@ -60,3 +60,39 @@ impl<T: Scalar> Deviation<T> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tilted(angle: f32) -> Unit<Vector3<f32>> {
+        Unit::new_normalize(Vector3::new(-1.0, angle.tan(), 0.0))
+    }
+
+    #[test]
+    fn baseline_angle_is_accurate_in_f32_where_arccos_reads_zero() {
+        for angle in [1e-7_f32, 1e-5, 3e-4, 0.1, 1.5] {
+            let got = baseline_angle(&tilted(angle), &tilted(0.0));
+            assert!((got - angle).abs() < 3e-7, "{angle} {got}");
+        }
+        let opposite = Unit::new_normalize(-tilted(0.0).into_inner());
+        assert!((baseline_angle(&tilted(0.0), &opposite) - core::f32::consts::PI).abs() < 3e-7);
+        let printed = tilted(1e-4).dot(&tilted(0.0)).min(1.0).acos();
+        assert!((printed - 1e-4).abs() > 5e-5, "erratum 6 cannot be told: {printed}");
+    }
+
+    #[test]
+    fn rotation_distance_is_that_of_the_rotation_vectors() {
+        let r = |w: [f32; 3]| so3::exp(&Vector3::from(w)).unwrap();
+        let got = rotation_distance(&r([0.01, 0.02, 0.0]), &r([0.01, 0.02, 1e-5]));
+        assert!((got - 1e-5).abs() < 1e-8, "{got}");
+    }
+
+    #[test]
+    fn root_mean_square_of_none_is_none() {
+        assert_eq!(Deviation::<f32>::root_mean_square([]), None);
+        let d = |translation, rotation| Deviation { translation, rotation };
+        let rms = Deviation::root_mean_square([d(3.0, 0.0), d(4.0, 2.0_f64)]).unwrap();
+        assert_eq!(rms, d(12.5_f64.sqrt(), 2.0_f64.sqrt()));
+    }
+}

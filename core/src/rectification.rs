@@ -88,3 +88,95 @@ impl<T: Scalar> RectifyingRotations<T> {
         Some(Self { left: turned(&self.left), right: turned(&self.right) })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metrics::Deviation;
+    use proptest::prelude::*;
+
+    fn extrinsics(rotation: [f64; 3], t: [f64; 2]) -> Extrinsics<f64> {
+        let r = so3::exp(&Vector3::from(rotation)).unwrap();
+        let [y, z] = t;
+        Extrinsics::try_new(r.matrix(), &Vector3::new(-1.0, y, z)).unwrap()
+    }
+
+    proptest! {
+        #[test]
+        fn extrinsics_go_to_rotations_and_back(
+            rotation in [-0.4..0.4, -0.4..0.4, -0.4..0.4], t in [-0.7..0.7, -0.7..0.7],
+        ) {
+            let truth = extrinsics(rotation, t);
+            let rotations = RectifyingRotations::from(&truth);
+            let back = Deviation::between(&rotations.extrinsics().unwrap(), &truth);
+            prop_assert!(back.translation < 1e-14 && back.rotation < 1e-14, "{back:?}");
+        }
+
+        #[test]
+        fn rows_coincide_and_the_gauge_holds(
+            rotation in [-0.4..0.4, -0.4..0.4, -0.4..0.4], t in [-0.7..0.7, -0.7..0.7],
+            p in [-1.0..1.0, -1.0..1.0, 3.0..80.0],
+        ) {
+            let truth = extrinsics(rotation, t);
+            let rotations = RectifyingRotations::from(&truth);
+            let p_l = Vector3::from(p);
+            let p_r = truth.rotation() * p_l + truth.translation().into_inner();
+            let (l, r) = (rotations.left() * p_l, rotations.right() * p_r);
+            // p_l' = p_r' + i_1 (eq 6).
+            prop_assert!((l - r - Vector3::x()).norm() < 1e-12);
+            prop_assert!(rotations.right().matrix().m23.abs() < 1e-15);
+            prop_assert!(rotations.right().matrix().m33 > 0.0);
+        }
+
+        #[test]
+        fn a_step_moves_rotation_and_baseline_as_documented_and_keeps_the_gauge(
+            rotation in [-0.4..0.4, -0.4..0.4, -0.4..0.4], t in [-0.5..0.5, -0.5..0.5],
+            step in [-1e-6..1e-6, -1e-6..1e-6, -1e-6..1e-6], turn in [-1e-6..1e-6, -1e-6..1e-6],
+        ) {
+            let before = RectifyingRotations::from(&extrinsics(rotation, t));
+            let after = before.stepped(&Vector3::from(step), &Vector2::from(turn)).unwrap();
+            let [old, new] = [before, after].map(|r| r.extrinsics().unwrap());
+            let in_rectified = before.right();
+            let moved = new.rotation() * old.rotation().inverse();
+            let got = in_rectified * so3::log(&moved);
+            prop_assert!((got - Vector3::from(step)).norm() < 1e-11);
+            let shift = in_rectified * (new.translation().into_inner() - old.translation().into_inner());
+            let [y, z] = turn;
+            prop_assert!((shift - Vector3::new(0.0, z, -y)).norm() < 1e-11);
+            prop_assert!(after.right().matrix().m23.abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn the_baseline_points_from_right_to_left_for_a_plain_side_by_side_rig() {
+        let plain = RectifyingRotations::from(&Extrinsics::<f64>::SIDE_BY_SIDE);
+        assert_eq!(plain.left().matrix(), &Matrix3::identity());
+        assert_eq!(plain.right().matrix(), &Matrix3::identity());
+        let t = plain.extrinsics().unwrap().translation().into_inner();
+        assert_eq!(t, -Vector3::x());
+    }
+
+    #[test]
+    fn a_baseline_along_an_optical_axis_is_refused() {
+        let refused = |r: &Rotation3<f64>, t: [f64; 3]| {
+            Extrinsics::try_new(r.matrix(), &Vector3::from(t)).unwrap_err()
+        };
+        let identity = Rotation3::identity();
+        let sideways = so3::exp(&Vector3::new(0.0, 1.57, 0.0)).unwrap();
+        assert_eq!(refused(&identity, [-0.05, 0.0, 1.0]), ExtrinsicsError::AlongOpticalAxis);
+        assert_eq!(refused(&sideways, [-1.0, 0.0, 0.0]), ExtrinsicsError::AlongOpticalAxis);
+        assert_eq!(refused(&identity, [0.0; 3]), ExtrinsicsError::NoDirection);
+        assert_eq!(refused(&identity, [f64::NAN, 0.0, 0.0]), ExtrinsicsError::NoDirection);
+        assert_eq!(refused(&identity, [0.0, f64::INFINITY, 0.0]), ExtrinsicsError::NoDirection);
+    }
+
+    #[test]
+    fn tiny_and_huge_baselines_keep_their_direction_in_f32() {
+        for scale in [1e-38_f32, 1e38] {
+            let t = Vector3::new(-3.0, 0.0, 1.5) * scale;
+            let e = Extrinsics::try_new(&Matrix3::identity(), &t).unwrap();
+            let miss = e.translation().into_inner() - Vector3::new(-2.0, 0.0, 1.0) / 5.0_f32.sqrt();
+            assert!(miss.norm() < 2e-7);
+        }
+    }
+}

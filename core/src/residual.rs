@@ -73,3 +73,62 @@ fn rectified<T: Scalar>(r: &Matrix3<T>, ray: &Vector2<T>) -> Option<Vector2<T>> 
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::extrinsics::Extrinsics;
+    use crate::so3;
+    use nalgebra::Vector3;
+    use proptest::prelude::*;
+
+    fn pose(rotation: [f64; 3], t: [f64; 2]) -> RectifyingRotations<f64> {
+        let r = so3::exp(&Vector3::from(rotation)).unwrap();
+        let [y, z] = t;
+        let t = Vector3::new(-1.0, y, z);
+        RectifyingRotations::from(&Extrinsics::try_new(r.matrix(), &t).unwrap())
+    }
+
+    /// Central difference of fourth order by the five unknowns.
+    fn numeric(pose: &RectifyingRotations<f64>, pair: &RayPair<f64>) -> [f64; 5] {
+        core::array::from_fn(|i| {
+            let at = |h: f64| {
+                let d: [f64; 5] = core::array::from_fn(|k| if k == i { h } else { 0.0 });
+                let [x, y, z, by, bz] = d;
+                let moved = pose.stepped(&Vector3::new(x, y, z), &Vector2::new(by, bz)).unwrap();
+                row_offset(&moved, pair).unwrap()
+            };
+            let h = 1e-3;
+            (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h)
+        })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(1000))]
+
+        #[test]
+        fn analytic_jacobian_matches_central_differences_at_random_poses(
+            rotation in [-0.2..0.2, -0.2..0.2, -0.2..0.2], t in [-0.3..0.3, -0.3..0.3],
+            left in [-0.7..0.7, -0.5..0.5], right in [-0.7..0.7, -0.5..0.5],
+        ) {
+            let pose = pose(rotation, t);
+            let pair = RayPair::try_new(left, right).unwrap();
+            let row = linearised(&pose, pose.gauge_slope(), &pair).unwrap();
+            prop_assert_eq!(row.offset, row_offset(&pose, &pair).unwrap());
+            let numeric = numeric(&pose, &pair);
+            let size = row.jacobian.iter().fold(0.0_f64, |m, j| m.max(j.abs()));
+            for (analytic, numeric) in row.jacobian.iter().zip(numeric) {
+                prop_assert!((analytic - numeric).abs() < 1e-8 * size, "{analytic} {numeric}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_ray_behind_the_rectified_plane_has_no_row() {
+        let turned = pose([0.0, 0.9, 0.0], [0.0, 0.0]);
+        let pair = RayPair::try_new([-2.0, 0.0], [0.0, 0.0]).unwrap();
+        let other = RayPair::try_new([2.0, 0.0], [0.0, 0.0]).unwrap();
+        let rows = [pair, other].map(|pair| row_offset(&turned, &pair));
+        assert!(rows[0].is_some() != rows[1].is_some(), "{rows:?}");
+    }
+}

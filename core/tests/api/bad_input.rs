@@ -1,0 +1,218 @@
+//! Whatever comes in: a typed refusal or a counted skip, and the state as it was, bit for bit.
+
+use crate::scene::{calibrator, cameras, correspondences, rig};
+use stereo_selfcal::{
+    ApplyError, Calibrator, Camera, Config, Correspondence, Extrinsics, Intrinsics, Lens,
+    PairError, PushError, Refusal, Side, UndistortError,
+};
+
+type Tested = Calibrator<f32, 256>;
+
+/// Everything that is public of the state, as text: floats in full.
+fn state(c: &Tested) -> String {
+    format!("{:?} {:?} {:?} {}", c.batch().pairs(), c.estimate(), c.in_use(), c.generation())
+}
+
+fn filled(n: usize) -> Tested {
+    let mut calibrator = calibrator::<f32>();
+    for c in correspondences(&rig([1.0, 2.0, -1.0], [2.0, 1.0]), n, 0.3, 7) {
+        calibrator.push(&c).unwrap();
+    }
+    calibrator
+}
+
+/// A calibrator with one fused pair and an empty batch.
+fn fused() -> Tested {
+    let mut calibrator = filled(200);
+    let report = calibrator.solve_pair().unwrap();
+    calibrator.fuse(&report).unwrap();
+    calibrator.clear_pair();
+    calibrator
+}
+
+fn at(left: [f32; 2], right: [f32; 2]) -> Correspondence<f32> {
+    Correspondence { left, right, score: 1.0, grid_step: 0.0 }
+}
+
+#[test]
+fn correspondences_that_cannot_be_are_refused_and_change_nothing() {
+    let mut calibrator = filled(20);
+    let before = state(&calibrator);
+    let good = at([900.0, 500.0], [880.0, 500.0]);
+    let pixel = |side, why| PushError::Pixel(side, why);
+    let cases = [
+        (at([f32::NAN, 5.0], good.right), pixel(Side::Left, UndistortError::NotFinite)),
+        (at(good.left, [5.0, f32::INFINITY]), pixel(Side::Right, UndistortError::NotFinite)),
+        (at([1e30, 5.0], good.right), pixel(Side::Left, UndistortError::OutsideImage)),
+        (at(good.left, [5.0, -3e38]), pixel(Side::Right, UndistortError::OutsideImage)),
+        (Correspondence { score: f32::NAN, ..good }, PushError::Score),
+        (Correspondence { score: 1.5, ..good }, PushError::Score),
+        (Correspondence { score: -0.1, ..good }, PushError::Score),
+        (Correspondence { grid_step: f32::NAN, ..good }, PushError::GridStep),
+        (Correspondence { grid_step: 1e9, ..good }, PushError::GridStep),
+    ];
+    for (i, (bad, why)) in (1..).zip(cases) {
+        assert_eq!(calibrator.push(&bad), Err(why));
+        assert_eq!(calibrator.batch().refused(), i);
+    }
+    assert_eq!(state(&calibrator), before);
+    assert_eq!(calibrator.push(&good), Ok(()));
+}
+
+#[test]
+fn a_full_batch_refuses_and_keeps_what_it_has() {
+    let mut calibrator = filled(256);
+    let before = state(&calibrator);
+    assert_eq!(calibrator.push(&at([9.0, 9.0], [5.0, 9.0])), Err(PushError::Full));
+    assert_eq!(state(&calibrator), before);
+    assert!(calibrator.solve_pair().is_ok());
+}
+
+#[test]
+fn nothing_works_before_the_cameras_are_set() {
+    let mut calibrator = Tested::new(Config::paper());
+    let c = at([9.0, 9.0], [5.0, 9.0]);
+    assert_eq!(calibrator.push(&c), Err(PushError::NoCameras));
+    assert_eq!(calibrator.solve_pair(), Err(PairError::NoCameras));
+    assert_eq!(calibrator.apply(), Err(ApplyError::NoProposal));
+    assert_eq!(calibrator.health(), None);
+}
+
+#[test]
+fn no_correspondence_enters_while_a_pair_is_being_solved() {
+    let mut calibrator = filled(100);
+    calibrator.begin_pair().unwrap();
+    assert_eq!(calibrator.push(&at([9.0, 9.0], [5.0, 9.0])), Err(PushError::Busy));
+    calibrator.clear_pair();
+    assert_eq!(calibrator.push(&at([9.0, 9.0], [5.0, 9.0])), Ok(()));
+}
+
+/// Pushes, expects the solver to refuse, and the rest to be as before.
+fn refuses_pair(matches: impl IntoIterator<Item = Correspondence<f32>>, expected: PairError) {
+    let mut calibrator = fused();
+    for c in matches {
+        calibrator.push(&c).unwrap();
+    }
+    let before = state(&calibrator);
+    assert_eq!(calibrator.solve_pair(), Err(expected));
+    assert_eq!(state(&calibrator), before);
+    calibrator.clear_pair();
+    assert_eq!(state(&calibrator), state(&fused()));
+}
+
+#[test]
+fn too_few_correspondences_are_refused() {
+    let few = |n| correspondences(&Extrinsics::SIDE_BY_SIDE, n, 0.3, 3);
+    refuses_pair([], PairError::TooFew { usable: 0, needed: 12 });
+    refuses_pair(few(11), PairError::TooFew { usable: 11, needed: 12 });
+    assert!(filled(12).solve_pair().is_ok());
+}
+
+#[test]
+fn one_point_many_times_is_unobservable() {
+    let c = at([1100.0, 300.0], [1050.0, 310.0]);
+    refuses_pair(core::iter::repeat_n(c, 200), PairError::Unobservable);
+}
+
+#[test]
+fn points_on_one_line_are_unobservable() {
+    // Columns, rows and disparities all linear along the line.
+    let line = (0..200_u8).map(|i| {
+        let s = f32::from(i);
+        at([400.0 + 4.0 * s, 200.0 + 3.0 * s], [360.0 + 3.8 * s, 200.0 + 3.0 * s])
+    });
+    refuses_pair(line, PairError::Unobservable);
+}
+
+#[test]
+fn points_at_infinity_are_unobservable() {
+    let mut scene = correspondences::<f32>(&Extrinsics::SIDE_BY_SIDE, 200, 0.0, 3);
+    scene.iter_mut().for_each(|c| c.right = c.left);
+    refuses_pair(scene, PairError::Unobservable);
+}
+
+#[test]
+fn rays_behind_the_rectified_plane_are_skipped_and_counted() {
+    // 84 degrees off axis in a very wide camera; the rig turns the left camera by 8 degrees.
+    let mut wide = cameras::<f32>();
+    let intrinsics = Intrinsics { focal: [100.0; 2], ..*wide.left.intrinsics() };
+    wide.left = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
+    let mut calibrator = calibrator::<f32>();
+    calibrator.set_cameras(wide);
+    calibrator.set_factory(rig([0.0, 8.0, 0.0], [0.0, 0.0]));
+    for c in correspondences::<f32>(&rig([0.0, 8.0, 0.0], [0.0, 0.0]), 200, 0.3, 3) {
+        let left = c.left.map(|x| x / 14.0);
+        let left = [left[0] + 959.5 * 13.0 / 14.0, left[1] + 599.5 * 13.0 / 14.0];
+        calibrator.push(&Correspondence { left, ..c }).unwrap();
+    }
+    for v in [580.0, 600.0, 620.0] {
+        calibrator.push(&at([1918.0, v], [1000.0, v])).unwrap();
+    }
+    let report = calibrator.solve_pair().unwrap();
+    assert_eq!([report.usable, report.skipped], [200, 3]);
+}
+
+#[test]
+fn a_start_with_rays_behind_the_plane_is_recovered_from() {
+    let mut calibrator = calibrator::<f32>();
+    calibrator.set_factory(rig([0.0, 65.0, 0.0], [0.0, 0.0]));
+    for c in correspondences(&Extrinsics::SIDE_BY_SIDE, 200, 0.3, 3) {
+        calibrator.push(&c).unwrap();
+    }
+    let report = calibrator.solve_pair().unwrap();
+    assert!(report.screened < 200, "none was behind at the start");
+    assert_eq!([report.usable, report.skipped], [200, 0]);
+    assert_eq!(calibrator.fuse(&report), Err(Refusal::CorrectionLimit));
+}
+
+#[test]
+fn a_pair_beyond_the_limits_is_refused_and_the_estimate_keeps_its_bits() {
+    let config = Config::paper().with_max_correction_rad(0.02).unwrap();
+    let mut calibrator = Tested::new(config);
+    calibrator.set_cameras(cameras());
+    for c in correspondences(&rig([1.0, 2.0, -1.0], [2.0, 1.0]), 200, 0.3, 7) {
+        calibrator.push(&c).unwrap();
+    }
+    let report = calibrator.solve_pair().unwrap();
+    let before = state(&calibrator);
+    assert_eq!(calibrator.fuse(&report), Err(Refusal::CorrectionLimit));
+    assert_eq!(state(&calibrator), before);
+
+    let strict = Config::paper().with_max_sd_rad(1e-6).unwrap();
+    let mut calibrator = Tested::new(strict);
+    assert_eq!(calibrator.fuse(&report), Err(Refusal::TooUncertain));
+
+    let mut calibrator = fused();
+    let before = state(&calibrator);
+    let mut altered = report;
+    altered.information = stereo_selfcal::Information::default();
+    assert_eq!(calibrator.fuse(&altered), Err(Refusal::TooUncertain));
+    assert_eq!(state(&calibrator), before);
+}
+
+#[test]
+fn generation_counts_changes_of_what_is_in_use() {
+    let mut calibrator = fused();
+    assert_eq!(calibrator.generation(), 0);
+    let applied = calibrator.apply().unwrap();
+    assert_eq!((calibrator.generation(), calibrator.in_use()), (1, &applied));
+    calibrator.apply().unwrap();
+    assert_eq!(calibrator.generation(), 1);
+    calibrator.reset();
+    assert_eq!(calibrator.generation(), 2);
+    assert_eq!(calibrator.in_use(), &Extrinsics::SIDE_BY_SIDE);
+    assert_eq!(calibrator.estimate(), None);
+}
+
+#[test]
+fn health_compares_in_use_and_proposed_over_the_same_matches() {
+    let mut calibrator = filled(200);
+    let report = calibrator.solve_pair().unwrap();
+    calibrator.fuse(&report).unwrap();
+    let health = calibrator.health().unwrap();
+    assert!(health.in_use_px > 10.0 && health.proposed_px < 0.4, "{health:?}");
+    assert_eq!(health.screened, 200);
+    calibrator.apply().unwrap();
+    let applied = calibrator.health().unwrap();
+    assert_eq!(applied.in_use_px, applied.proposed_px);
+}
