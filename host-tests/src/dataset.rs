@@ -133,6 +133,23 @@ impl Dataset {
     pub const SHIPPED: [&str; 4] =
         ["opencv_chess_corners", "opencv_chess_sift", "motorcycle_sift", "aloe_sift"];
 
+    /// Reads a folder, or the shipped set of that name if there is no such folder.
+    ///
+    /// # Errors
+    /// As [`Dataset::load`], with the shipped names where nothing was found.
+    pub fn find(place: &Path) -> Result<Self> {
+        let name = place.to_str().filter(|name| Self::SHIPPED.contains(name));
+        match name {
+            Some(name) if !place.exists() => Self::load(&Self::shipped().join(name)),
+            _ if !place.exists() => bail!(
+                "{} does not exist, and is none of the shipped sets ({})",
+                place.display(),
+                Self::SHIPPED.join(", ")
+            ),
+            _ => Self::load(place),
+        }
+    }
+
     /// Reads a folder; pairs in the order of their file names.
     ///
     /// # Errors
@@ -222,7 +239,7 @@ fn camera<T: Scalar>(
 ) -> Result<Camera<T>> {
     let [[fx, skew, cx], [zero, fy, cy], bottom] = *k;
     ensure!(
-        skew == 0.0 && zero == 0.0 && bottom == [0.0, 0.0, 1.0],
+        (skew, zero, bottom) == (0.0, 0.0, [0.0, 0.0, 1.0]),
         "K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]: skew is not supported"
     );
     let lens = match model {

@@ -1,6 +1,7 @@
 //! Everything that proves the core on a host: recorded and generated data, independent references,
 //! replay, evaluation.
 
+pub mod abuse;
 pub mod dataset;
 pub mod evaluation;
 pub mod oracle;

@@ -1,14 +1,40 @@
-use host_tests::{dataset::Dataset, evaluation::Step, replay::replay};
-use stereo_selfcal::{Config, Extrinsics};
-fn main() {
-    for n in Dataset::SHIPPED {
-        let set = Dataset::load(&Dataset::shipped().join(n)).unwrap();
-        println!("{n}\n{}", Step::HEADING);
-        let e = replay::<f64>(&set, Config::paper(), Extrinsics::SIDE_BY_SIDE, |s| println!("{s}"))
-            .unwrap();
-        println!("{}", e.summary(&set).unwrap());
-        let e = replay::<f32>(&set, Config::paper(), Extrinsics::SIDE_BY_SIDE, |s| println!("{s}"))
-            .unwrap();
-        println!("{}", e.summary(&set).unwrap());
+//! `selfcal`: replays recorded or generated correspondences through the calibrator.
+#![allow(clippy::doc_markdown, reason = "doc comments of arguments are the help text")]
+
+mod cli;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Stereo self-calibration on a host: replay a recording, or generate one, and see what the
+/// calibrator makes of it.
+///
+/// The calibrator estimates R and t of a stereo rig (p_r = R p_l + t, |t| = 1) from left/right
+/// correspondences alone, pair by pair, and fuses the pairs.
+#[derive(Debug, Parser)]
+#[command(version, after_help = "Start with: selfcal replay opencv_chess_corners")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Replay(cli::ReplayArgs),
+    Synth(cli::SynthArgs),
+}
+
+fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Replay(args) => cli::replay(&args),
+        Command::Synth(args) => cli::synth(&args),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
     }
 }

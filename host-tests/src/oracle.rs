@@ -96,13 +96,11 @@ pub fn cramer_rao<'a>(
 ///
 /// # Panics
 /// If the scene leaves a direction free.
-pub fn joint_fit<'a>(
-    truth: &Extrinsics<f64>,
-    rays: impl Iterator<Item = &'a Rays> + Clone,
-) -> Extrinsics<f64> {
+#[must_use]
+pub fn joint_fit(truth: &Extrinsics<f64>, rays: &[Rays]) -> Extrinsics<f64> {
     let mut pose = Pose::from(truth);
     for _ in 0..4 {
-        let (h, g) = normal_equations(&pose, rays.clone());
+        let (h, g) = normal_equations(&pose, rays.iter());
         let step = h.cholesky().expect("the scene determines all directions").solve(&g);
         pose = pose.moved(&-step);
     }

@@ -109,6 +109,9 @@ pub fn initial(r: &Matrix3<f64>, t: &Vector3<f64>) -> [Matrix3<f64>; 2] {
 }
 
 /// Minimises eq 12 from `R`, `t`.
+///
+/// # Panics
+/// If the rays are not finite.
 #[must_use]
 pub fn solve(r: &Matrix3<f64>, t: &Vector3<f64>, rays: &[Rays], options: Options) -> Solution {
     let [mut left, mut right] = initial(r, t);

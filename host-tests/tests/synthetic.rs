@@ -63,7 +63,7 @@ fn trial<T: Scalar>(scene: &Scene, seed: u64) -> Trial {
         singles,
         bounds,
         fused: Deviation::between(&in_f64(&estimate.extrinsics), truth),
-        joint: Deviation::between(&oracle::joint_fit(truth, measured.iter()), truth),
+        joint: Deviation::between(&oracle::joint_fit(truth, &measured), truth),
     }
 }
 

@@ -204,9 +204,9 @@ impl<T: Scalar> Fisheye<T> {
         for _ in 0..4 * MAX_NEWTON {
             let miss = self.angle(theta) - target;
             if miss > T::ZERO {
-                high = theta
+                high = theta;
             } else {
-                low = theta
+                low = theta;
             }
             let newton = theta - miss / self.slope(theta);
             let next = if newton > low && newton < high { newton } else { (low + high) * T::HALF };

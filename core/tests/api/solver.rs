@@ -83,3 +83,10 @@ fn predicted_deviations_cover_the_errors() {
     // Mean of squared errors over predicted variances: 1 within sampling.
     assert!((chi2 / trials - 1.0).abs() < 0.2, "{}", chi2 / trials);
 }
+
+#[test]
+fn a_calibrator_of_256_correspondences_fits_8_kib() {
+    let bytes = size_of::<Calibrator<f32, 256>>();
+    println!("Calibrator<f32, 256>: {bytes} bytes");
+    assert!(bytes <= 8192);
+}

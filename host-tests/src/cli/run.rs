@@ -1,0 +1,135 @@
+//! What `replay` and `synth` share: how the calibrator is run and what is shown of it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use clap::{Args, ValueEnum};
+use host_tests::dataset::{Dataset, Rows, matrix};
+use host_tests::evaluation::{Evaluation, Step};
+use host_tests::replay;
+use indicatif::{ProgressBar, ProgressStyle};
+use nalgebra::Vector3;
+use serde::Deserialize;
+use stereo_selfcal::{Central, Config, Extrinsics, Scalar};
+
+/// How the calibrator is run.
+#[derive(Debug, Args)]
+pub(crate) struct RunArgs {
+    /// Parameters of the calibrator.
+    #[arg(long, value_enum, default_value_t = Preset::Paper)]
+    preset: Preset,
+
+    /// Number type that the core computes in; f32 is what ships.
+    #[arg(long, value_enum, default_value_t = Number::F32)]
+    scalar: Number,
+
+    /// Central tendency of the pairs' rotation angles in fusion.
+    #[arg(long, value_enum, default_value_t = Angle::Mean)]
+    angle: Angle,
+
+    /// Where every pair starts: `identity` (R = I, t = (-1, 0, 0)), or a JSON file with "R" (3 rows)
+    /// and "t" (3 numbers, any length), such as a meta.json.
+    #[arg(long, value_name = "identity|FILE", default_value = "identity")]
+    initial: PathBuf,
+
+    /// Print one JSON object and nothing else. Angles in rad, R row-major.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Preset {
+    /// As published: Huber weights, mean-direction fusion (eqs 16-22).
+    Paper,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Number {
+    /// Single precision.
+    F32,
+    /// Double precision.
+    F64,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Angle {
+    /// Arithmetic mean.
+    Mean,
+    /// Streaming median.
+    Median,
+}
+
+impl RunArgs {
+    /// Runs the calibrator over a data set and prints what came of it.
+    pub(super) fn run(&self, set: &Dataset) -> Result<()> {
+        let evaluation = match self.scalar {
+            Number::F32 => self.replay::<f32>(set),
+            Number::F64 => self.replay::<f64>(set),
+        }?;
+        let summary = evaluation.summary(set)?;
+        if self.json {
+            println!("{}", serde_json::to_string_pretty(&summary)?);
+        } else {
+            println!("\n{summary}");
+        }
+        if evaluation.fused().is_none() {
+            bail!("none of the {} pairs could be fused", set.pairs.len());
+        }
+        Ok(())
+    }
+
+    fn replay<T: Scalar>(&self, set: &Dataset) -> Result<Evaluation> {
+        let start = self.start::<T>()?;
+        if !self.json {
+            println!("{} pairs of {}: {}", set.pairs.len(), set.name, set.meta.source);
+            println!("pair {}", Step::HEADING);
+        }
+        let bar = progress(set.pairs.len());
+        let mut index = 0;
+        let evaluation = replay::replay(set, self.config(), start, |step| {
+            if !self.json {
+                bar.suspend(|| println!("{index:>4} {step}"));
+            }
+            index += 1;
+            bar.inc(1);
+        })?;
+        bar.finish_and_clear();
+        Ok(evaluation)
+    }
+
+    fn config(&self) -> Config {
+        let Preset::Paper = self.preset;
+        Config::paper().with_angle(match self.angle {
+            Angle::Mean => Central::Mean,
+            Angle::Median => Central::Median,
+        })
+    }
+
+    fn start<T: Scalar>(&self) -> Result<Extrinsics<T>> {
+        if self.initial == Path::new("identity") {
+            return Ok(Extrinsics::SIDE_BY_SIDE);
+        }
+        let read = || -> Result<Extrinsics<T>> {
+            let initial: Initial = serde_json::from_str(&fs::read_to_string(&self.initial)?)?;
+            let t = Vector3::from(initial.t).map(T::lit);
+            Ok(Extrinsics::try_new(&matrix(&initial.r).map(T::lit), &t)?)
+        };
+        read().with_context(|| format!("initial extrinsics from {}", self.initial.display()))
+    }
+}
+
+/// What a file of initial extrinsics must have; the rest of it is ignored.
+#[derive(Deserialize)]
+struct Initial {
+    #[serde(rename = "R")]
+    r: Rows,
+    t: [f64; 3],
+}
+
+/// A bar on a terminal, nothing elsewhere.
+fn progress(pairs: usize) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} pairs, {eta} left")
+        .expect("a valid template");
+    ProgressBar::new(pairs as u64).with_style(style)
+}

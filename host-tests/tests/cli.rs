@@ -1,0 +1,124 @@
+//! `selfcal` as a user meets it.
+
+use std::fs;
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+fn selfcal(args: &[&str]) -> Command {
+    let mut command = Command::cargo_bin("selfcal").unwrap();
+    command.args(args);
+    command
+}
+
+fn stdout(args: &[&str]) -> String {
+    let output = selfcal(args).assert().success();
+    String::from_utf8(output.get_output().stdout.clone()).unwrap()
+}
+
+fn json(args: &[&str]) -> Value {
+    serde_json::from_str(&stdout(args)).unwrap()
+}
+
+/// Standard error of a call that fails with the given status.
+fn failure(args: &[&str], status: i32) -> String {
+    let output = selfcal(args).assert().code(status);
+    String::from_utf8(output.get_output().stderr.clone()).unwrap()
+}
+
+#[test]
+fn json_has_the_stable_fields_and_no_others() {
+    let object = json(&["replay", "opencv_chess_corners", "--json"]);
+    let mut fields: Vec<&str> = object.as_object().unwrap().keys().map(String::as_str).collect();
+    let mut expected = [
+        "pairs",
+        "accepted",
+        "state",
+        "e_t",
+        "e_theta",
+        "sigma_t",
+        "sigma_theta",
+        "R",
+        "t",
+        "sd_rotation",
+        "sd_translation",
+        "rms_px_before",
+        "rms_px_after",
+    ];
+    fields.sort_unstable();
+    expected.sort_unstable();
+    assert_eq!(fields, expected);
+    assert_eq!(object["pairs"], 13);
+    assert_eq!(object["R"].as_array().unwrap().len(), 9);
+    assert_eq!(object["t"].as_array().unwrap().len(), 3);
+    assert!(object["rms_px_after"].as_f64().unwrap() < object["rms_px_before"].as_f64().unwrap());
+}
+
+#[test]
+fn text_has_a_line_a_pair_and_the_final_table() {
+    let text = stdout(&["replay", "opencv_chess_corners"]);
+    assert_eq!(text.lines().filter(|line| line.ends_with("fused")).count(), 13);
+    for name in ["e_t", "e_theta", "sigma_t", "sigma_theta", "RMS row offset", "rad", "deg"] {
+        assert!(text.contains(name), "{name} is missing:\n{text}");
+    }
+}
+
+#[test]
+fn a_turned_rectified_set_is_found_again_in_both_scalars() {
+    for scalar in ["f32", "f64"] {
+        for view in ["top", "bottom", "left", "right"] {
+            let args = ["replay", "motorcycle_sift", "--view", view, "--scalar", scalar, "--json"];
+            let e_theta = json(&args)["e_theta"].as_f64().unwrap();
+            // 5 degrees are 0.087 rad.
+            assert!(e_theta < 0.003, "{view} {scalar}: {e_theta}");
+        }
+    }
+}
+
+#[test]
+fn an_initial_file_is_used_and_a_bad_one_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("nominal.json");
+    let path = file.to_str().unwrap();
+    fs::write(&file, r#"{"R": [[1,0,0],[0,1,0],[0,0,1]], "t": [-0.12, 0.0, 0.0]}"#).unwrap();
+    let given = json(&["replay", "opencv_chess_corners", "--initial", path, "--json"]);
+    assert_eq!(given, json(&["replay", "opencv_chess_corners", "--json"]));
+    fs::write(&file, r#"{"R": [[2,0,0],[0,1,0],[0,0,1]], "t": [-1, 0, 0]}"#).unwrap();
+    let error = failure(&["replay", "opencv_chess_corners", "--initial", path], 1);
+    assert!(error.contains("nominal.json") && error.contains("not a rotation"), "{error}");
+}
+
+#[test]
+fn what_synth_writes_replays_as_what_it_pipes() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("scene");
+    let out = out.to_str().unwrap();
+    let scene = ["--pairs", "5", "--rotation", "3,-2,1", "--outliers", "0.1", "--scalar", "f64"];
+    let piped = json(&[&["synth", "--json"][..], &scene[..]].concat());
+    stdout(&[&["synth", "--out", out][..], &scene[..]].concat());
+    let replayed = json(&["replay", out, "--scalar", "f64", "--json"]);
+    assert_eq!(piped, replayed);
+    let error = failure(&["synth", "--out", out], 1);
+    assert!(error.contains("not empty"), "{error}");
+}
+
+#[test]
+fn mistakes_are_named() {
+    let error = failure(&["replay", "no_such_set"], 1);
+    assert!(error.contains("no_such_set") && error.contains("opencv_chess_sift"), "{error}");
+    let error = failure(&["synth", "--outliers", "1.5"], 1);
+    assert!(error.contains("outliers"), "{error}");
+    let error = failure(&["synth", "--depth", "3"], 2);
+    assert!(error.contains("2 numbers"), "{error}");
+    let error = failure(&["synth", "--pairs", "3", "--matches", "5"], 1);
+    assert!(error.contains("none of the 3 pairs could be fused"), "{error}");
+}
+
+#[test]
+fn help_teaches() {
+    let help = stdout(&["replay", "--help"]);
+    for word in ["meta.json", "Examples", "--initial", "p_r", "rad"] {
+        let found = help.contains(word) || stdout(&["--help"]).contains(word);
+        assert!(found, "{word} is missing:\n{help}");
+    }
+}

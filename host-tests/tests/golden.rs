@@ -1,0 +1,33 @@
+//! Replay of every shipped set, kept as text in `host-tests/golden`: behaviour that changes changes
+//! a table, and its author commits it on purpose.
+//!
+//! Update: `UPDATE_EXPECT=1 cargo test -p host-tests --test golden`.
+
+use std::fmt::Write;
+
+use expect_test::expect_file;
+use host_tests::dataset::Dataset;
+use host_tests::evaluation::Step;
+use host_tests::replay::replay;
+use stereo_selfcal::{Config, Extrinsics};
+
+fn table(name: &str) -> String {
+    let set = Dataset::load(&Dataset::shipped().join(name)).unwrap();
+    let mut text = format!("{name}, paper preset, f32\npair {}\n", Step::HEADING);
+    let mut index = 0;
+    let run = replay::<f32>(&set, Config::paper(), Extrinsics::SIDE_BY_SIDE, |step| {
+        writeln!(text, "{index:>4} {step}").unwrap();
+        index += 1;
+    });
+    let summary = run.unwrap().summary(&set).unwrap();
+    writeln!(text, "\n{summary}").unwrap();
+    text
+}
+
+#[test]
+fn recorded_sets_replay_as_they_did() {
+    expect_file!["../golden/opencv_chess_corners.txt"].assert_eq(&table("opencv_chess_corners"));
+    expect_file!["../golden/opencv_chess_sift.txt"].assert_eq(&table("opencv_chess_sift"));
+    expect_file!["../golden/motorcycle_sift.txt"].assert_eq(&table("motorcycle_sift"));
+    expect_file!["../golden/aloe_sift.txt"].assert_eq(&table("aloe_sift"));
+}
