@@ -188,11 +188,17 @@ mod tests {
     fn a_free_direction_has_no_covariance_and_is_not_observable() {
         let mut sum = Information::<f32>::ZERO;
         for i in 0..100_u8 {
-            let x = f32::from(i) / 100.0;
+            let x = f32::from(i) * core::f32::consts::TAU / 100.0;
             // The last two columns are one and the same.
-            sum.add_outer(1.0, &[1.0, x, x * x, x * x * x, x * x * x]);
+            sum.add_outer(1.0, &[1.0, x.sin(), x.cos(), (2.0 * x).sin(), (2.0 * x).sin()]);
         }
         assert!(!sum.is_observable());
+        // Nor is one that only noise tells apart.
+        for i in 0..100_u8 {
+            let noise = 3e-4 * f32::from(i % 7);
+            sum.add_outer(1.0, &[0.0, 0.0, 0.0, noise, -noise]);
+        }
+        assert!(sum.covariance().is_some() && !sum.is_observable());
         assert!(!Information::<f32>::ZERO.is_observable());
         assert_eq!(Information::<f32>::ZERO.covariance(), None);
         assert!(example().is_observable());

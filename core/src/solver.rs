@@ -350,3 +350,28 @@ impl<T: Scalar> Judgement<T> {
         sums
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn turning_the_cameras_away_from_gross_mismatches_never_pays() {
+        let mismatch = |i: u8| {
+            let x = f64::from(i) / 100.0 + 0.6;
+            RayPair::try_new([x, 0.4], [x - 0.1, -0.4]).unwrap()
+        };
+        let pairs: heapless::Vec<RayPair<f64>, 100> = (0..100).map(mismatch).collect();
+        let loss = Huber { threshold: 1e-3 };
+        let pass = |yaw: f64| {
+            let right = crate::so3::exp(&Vector3::new(0.0, yaw, 0.0)).unwrap();
+            let t = right * -Vector3::x();
+            let rig = Extrinsics::try_new(right.matrix(), &t).unwrap();
+            Pass::over(&pairs, &RectifyingRotations::from(&rig), loss)
+        };
+        let [ahead, away] = [0.0, -1.2].map(pass);
+        assert_eq!([ahead.skipped, away.usable], [0, 0]);
+        let penalty = loss.cost(1.0);
+        assert!(away.penalised(penalty) > ahead.penalised(penalty));
+    }
+}

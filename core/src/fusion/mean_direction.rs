@@ -22,7 +22,7 @@ const MIN_ANGLE: f64 = 3e-3;
 /// Length of the mean of the unit axes below which they do not agree on one.
 const MIN_CONCENTRATION: f64 = 0.9;
 
-/// Sums over the pairs fused so far. RAM: about 130 bytes in `f32`.
+/// Sums over the pairs fused so far. RAM: about 300 bytes in `f32`.
 #[derive(Debug, Clone)]
 pub struct MeanDirection<T> {
     central: Central,

@@ -11,6 +11,9 @@ use crate::scalar::Scalar;
 /// Values kept and sorted exactly.
 const WINDOW: usize = 31;
 
+/// Smallest deviation the steps are made of: a window of equal values must not freeze the median.
+const MIN_DEVIATION: f64 = 1e-6;
+
 /// Streaming median. RAM: about 140 bytes in `f32`.
 #[derive(Debug, Clone)]
 pub(super) struct Median<T> {
@@ -28,10 +31,8 @@ impl<T: Scalar> Median<T> {
         self.count = self.count.saturating_add(1);
         if self.window.insert(x) {
             self.centre = self.window.middle();
+            self.step = self.first_step();
         } else {
-            if self.step == T::ZERO {
-                self.step = self.first_step();
-            }
             let step = self.step / T::count(self.count);
             if x > self.centre {
                 self.centre += step;
@@ -49,10 +50,10 @@ impl<T: Scalar> Median<T> {
     /// `1 / (2 density at the median)` of a normal distribution with the window's deviation.
     fn first_step(&self) -> T {
         let mut deviations = Sorted::EMPTY;
-        for x in self.window.values {
-            deviations.insert((x - self.centre).abs());
+        for x in self.window.values.iter().take(self.window.filled) {
+            deviations.insert((*x - self.centre).abs());
         }
-        deviations.middle() * T::lit(1.4826 * 1.2533)
+        deviations.middle().max(T::lit(MIN_DEVIATION)) * T::lit(1.4826 * 1.2533)
     }
 }
 

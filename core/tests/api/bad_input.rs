@@ -178,6 +178,11 @@ fn a_pair_beyond_the_limits_is_refused_and_the_estimate_keeps_its_bits() {
     assert_eq!(calibrator.fuse(&report), Err(Refusal::CorrectionLimit));
     assert_eq!(state(&calibrator), before);
 
+    // The baseline alone is beyond the limit.
+    let mut calibrator = Tested::new(config);
+    calibrator.set_factory(rig([1.0, 2.0, -1.0], [0.0, 0.0]));
+    assert_eq!(calibrator.fuse(&report), Err(Refusal::CorrectionLimit));
+
     let strict = Config::paper().with_max_sd_rad(1e-6).unwrap();
     let mut calibrator = Tested::new(strict);
     assert_eq!(calibrator.fuse(&report), Err(Refusal::TooUncertain));
@@ -207,6 +212,7 @@ fn generation_counts_changes_of_what_is_in_use() {
 #[test]
 fn health_compares_in_use_and_proposed_over_the_same_matches() {
     let mut calibrator = filled(200);
+    calibrator.push(&at([1000.0, 300.0], [900.0, 800.0])).unwrap();
     let report = calibrator.solve_pair().unwrap();
     calibrator.fuse(&report).unwrap();
     let health = calibrator.health().unwrap();

@@ -2,7 +2,9 @@
 
 use crate::scene::{calibrator, cameras, correspondences, rig};
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Calibrator, Config, PairError, PairReport, Scalar, Stop};
+use stereo_selfcal::{
+    Calibrator, Config, Correspondence, Extrinsics, PairError, PairReport, Scalar, Solver, Stop,
+};
 
 const ROTATION: [f64; 3] = [3.0, -2.5, 4.0];
 const BASELINE: [f64; 2] = [4.0, -3.0];
@@ -64,24 +66,34 @@ fn passes_are_bounded_and_what_they_reach_is_reported() {
     assert!(report.cost_after < report.cost_before);
 }
 
-#[test]
-fn predicted_deviations_cover_the_errors() {
-    let truth = rig::<f64>(ROTATION, BASELINE);
+/// Mean over 200 trials of the squared errors over the predicted variances: 1 within sampling.
+fn mean_square_of_errors_over_predictions(
+    truth: &Extrinsics<f32>,
+    scene: impl Fn(u64) -> Vec<Correspondence<f32>>,
+) -> f32 {
     let mut calibrator = calibrator::<f32>();
-    let [mut chi2, trials] = [0.0, 200.0];
+    let [mut sum, trials] = [0.0, 200.0];
     for seed in 0..200 {
-        for c in correspondences(&truth, 256, 0.5, seed) {
+        for c in scene(seed) {
             calibrator.push(&c).unwrap();
         }
         let report = calibrator.solve_pair().unwrap();
         calibrator.clear_pair();
         let sd = report.information.standard_deviations().unwrap();
-        let error = Deviation::between(&report.extrinsics, &rig(ROTATION, BASELINE));
-        chi2 += f64::from((error.translation / sd.translation).powi(2)) / 2.0;
-        chi2 += f64::from((error.rotation / sd.rotation).powi(2)) / 2.0;
+        let error = Deviation::between(&report.extrinsics, truth);
+        sum += (error.translation / sd.translation).powi(2) / 2.0;
+        sum += (error.rotation / sd.rotation).powi(2) / 2.0;
     }
-    // Mean of squared errors over predicted variances: 1 within sampling.
-    assert!((chi2 / trials - 1.0).abs() < 0.2, "{}", chi2 / trials);
+    sum / trials
+}
+
+#[test]
+fn predicted_deviations_cover_the_errors() {
+    let truth = rig(ROTATION, BASELINE);
+    let chi2 = mean_square_of_errors_over_predictions(&rig(ROTATION, BASELINE), |seed| {
+        correspondences(&truth, 256, 0.5, seed)
+    });
+    assert!((chi2 - 1.0).abs() < 0.2, "{chi2}");
 }
 
 #[test]
@@ -89,4 +101,66 @@ fn a_calibrator_of_256_correspondences_fits_8_kib() {
     let bytes = size_of::<Calibrator<f32, 256>>();
     println!("Calibrator<f32, 256>: {bytes} bytes");
     assert!(bytes <= 8192);
+}
+
+/// Every third row wrong by up to 4 px either way: beyond the Huber threshold, without a bias.
+fn with_wrong_rows(n: usize, seed: u64) -> Vec<Correspondence<f32>> {
+    let mut all = correspondences::<f32>(&rig(ROTATION, BASELINE), n, 0.5, seed);
+    for (i, c) in all.iter_mut().enumerate().filter(|(i, _)| i % 3 == 0) {
+        let phase = f32::from(u16::try_from(i * 37 % 101).unwrap()) / 50.0 - 1.0;
+        c.right[1] = (c.right[1] + 4.0 * phase).clamp(0.0, 1199.0);
+    }
+    all
+}
+
+#[test]
+fn the_cost_never_rises_from_starts_that_are_far_off_among_mismatches() {
+    let cameras = cameras::<f32>();
+    let start = rig([-20.0, 25.0, -30.0], [-20.0, 25.0]);
+    let mut rejected = 0;
+    for seed in 0..200 {
+        let mut matches = with_wrong_rows(40, seed);
+        // Every second left point belongs to another right one.
+        for i in (0..38).step_by(2) {
+            let other = matches[i + 2].right;
+            matches[i].right = other;
+        }
+        let pairs: Vec<_> = matches.iter().map(|c| cameras.rays(c).unwrap()).collect();
+        let focal = cameras.mean_focal();
+        let Ok(mut solver) = Solver::begin(&Config::paper(), focal, &start, &pairs) else {
+            continue;
+        };
+        let mut cost = f32::INFINITY;
+        while solver.advance(&pairs).is_none() {
+            let Ok(report) = solver.report(&pairs) else { continue };
+            assert!(report.cost_after <= cost * (1.0 + 1e-5), "{cost} {}", report.cost_after);
+            rejected += u32::from(report.cost_after == cost);
+            cost = report.cost_after;
+        }
+    }
+    assert!(rejected > 30, "only {rejected} steps were rejected: the scenes are too easy");
+}
+
+#[test]
+fn predicted_deviations_cover_the_errors_where_a_third_of_the_rows_is_wrong() {
+    let truth = rig::<f32>(ROTATION, BASELINE);
+    let chi2 = mean_square_of_errors_over_predictions(&truth, |seed| with_wrong_rows(256, seed));
+    assert!((chi2 - 1.0).abs() < 0.25, "{chi2}");
+}
+
+#[test]
+fn the_noise_of_a_few_correspondences_is_estimated_without_bias() {
+    let mut calibrator = calibrator::<f32>();
+    let [mut sum, trials] = [0.0, 500.0];
+    for seed in 0..500 {
+        for c in correspondences(&rig(ROTATION, BASELINE), 16, 0.5, seed) {
+            calibrator.push(&c).unwrap();
+        }
+        if let Ok(report) = calibrator.solve_pair() {
+            sum += report.noise_px * report.noise_px;
+        }
+        calibrator.clear_pair();
+    }
+    // Uniform noise of +-0.5 px on two rows: variance 1/6. Rows count twice a little on the rim.
+    assert!((sum / trials * 6.0 - 1.0).abs() < 0.15, "{}", sum / trials * 6.0);
 }
