@@ -160,10 +160,9 @@ mod tests {
     /// Information of five unit rows of different weights along rotated axes.
     fn example() -> Information<f64> {
         let mut sum = Information::ZERO;
-        for (i, w) in [4.0, 9.0, 16.0, 0.25, 1e4].into_iter().enumerate() {
-            let j: [f64; 5] = core::array::from_fn(|k| {
-                ((i * 3 + k * 5 + i * k) as f64).sin() + f64::from(i == k)
-            });
+        for (i, w) in (0_u8..).zip([4.0, 9.0, 16.0, 0.25, 1e4]) {
+            let j: [u8; 5] = [0, 1, 2, 3, 4];
+            let j = j.map(|k| f64::from(i * 3 + k * 5 + i * k).sin() + f64::from(i == k));
             sum.add_outer(w, &j);
         }
         sum

@@ -156,7 +156,7 @@ mod tests {
             let w = single(&(axis * angle));
             let back = log(&exp(&w).unwrap());
             // Near pi the axis may come back reversed.
-            let miss = (back - w).norm().min((back + w).norm() + 2.0 * (3.141_592_7 - w.norm()).abs());
+            let miss = (back - w).norm().min((back + w).norm() + 2.0 * (core::f32::consts::PI - w.norm()).abs());
             prop_assert!(miss <= 1e-6, "{w} {back} {miss:e}");
         }
 

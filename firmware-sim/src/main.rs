@@ -1,1 +1,18 @@
-fn main() {}
+//! The firmware on a host: the application loop, fed by a simulated matcher.
+#![allow(clippy::doc_markdown, reason = "doc comments of arguments are the help text")]
+
+mod sim;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+fn main() -> ExitCode {
+    match sim::run(&sim::Args::parse(), &mut std::io::stdout()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

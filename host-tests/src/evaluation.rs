@@ -93,6 +93,10 @@ pub struct Summary {
     pub rms_px_before: Option<f64>,
     /// The same of the fused extrinsics, px.
     pub rms_px_after: Option<f64>,
+    /// Shares of all matches within [`SCREEN_PX`] of their row, with the factory extrinsics and with
+    /// the fused ones: what the RMS over matches that fit the latter cannot tell.
+    #[serde(skip)]
+    pub in_row: Option<[f64; 2]>,
 }
 
 /// A run being evaluated.
@@ -175,8 +179,8 @@ impl Evaluation {
         let singles = self.steps.iter().filter(accepted).filter_map(|step| step.solved);
         let sigma = Deviation::root_mean_square(singles.map(|solved| solved.error));
         let error = self.fused.map(|f| Deviation::between(&f.extrinsics, &self.truth));
-        let rms = match &self.fused {
-            Some(f) => screened_rms_px(set, &self.factory, &f.extrinsics)?,
+        let rows = match &self.fused {
+            Some(f) => RowOffsets::over(set, &self.factory, &f.extrinsics)?,
             None => None,
         };
         let t = |f: FusedEstimate<f64>| f.extrinsics.translation().into_inner().into();
@@ -196,8 +200,9 @@ impl Evaluation {
             t: self.fused.map(t),
             sd_rotation: self.fused.map(|f| f.sd.rotation),
             sd_translation: self.fused.map(|f| f.sd.translation),
-            rms_px_before: rms.map(|[before, _]| before),
-            rms_px_after: rms.map(|[_, after]| after),
+            rms_px_before: rows.map(|rows| rows.rms_px[0]),
+            rms_px_after: rows.map(|rows| rows.rms_px[1]),
+            in_row: rows.map(|rows| rows.in_row),
         })
     }
 }
@@ -221,21 +226,44 @@ pub fn row_offsets_px(
     Ok(set.pairs.iter().map(of_pair).collect())
 }
 
-/// RMS row offset before and after, px, over the matches within [`SCREEN_PX`] after.
-fn screened_rms_px(
-    set: &Dataset,
-    before: &Extrinsics<f64>,
-    after: &Extrinsics<f64>,
-) -> Result<Option<[f64; 2]>> {
-    let [before, after] = [row_offsets_px(set, before)?, row_offsets_px(set, after)?];
-    let both = before.iter().flatten().zip(after.iter().flatten());
-    let screened: Vec<[f64; 2]> = both
-        .filter_map(|(before, after)| Some([(*before)?, (*after)?]))
-        .filter(|[_, after]| after.abs() <= SCREEN_PX)
-        .collect();
-    let count = f64::from(u32::try_from(screened.len())?);
-    let rms = |i: usize| (screened.iter().map(|e| e[i] * e[i]).sum::<f64>() / count).sqrt();
-    Ok((!screened.is_empty()).then(|| [rms(0), rms(1)]))
+/// Row offsets before and after, over a whole data set.
+#[derive(Debug, Clone, Copy)]
+struct RowOffsets {
+    /// RMS over the matches within [`SCREEN_PX`] after.
+    rms_px: [f64; 2],
+    /// Share of all matches within [`SCREEN_PX`].
+    in_row: [f64; 2],
+}
+
+impl RowOffsets {
+    /// `None` if no match is screened.
+    fn over(
+        set: &Dataset,
+        before: &Extrinsics<f64>,
+        after: &Extrinsics<f64>,
+    ) -> Result<Option<Self>> {
+        let [before, after] = [row_offsets_px(set, before)?, row_offsets_px(set, after)?];
+        let both: Vec<[Option<f64>; 2]> = before
+            .into_iter()
+            .flatten()
+            .zip(after.into_iter().flatten())
+            .map(|(before, after)| [before, after])
+            .collect();
+        let near = |px: Option<f64>| px.is_some_and(|px| px.abs() <= SCREEN_PX);
+        let screened: Vec<[f64; 2]> = both
+            .iter()
+            .filter(|[_, after]| near(*after))
+            .filter_map(|[before, after]| Some([(*before)?, (*after)?]))
+            .collect();
+        if screened.is_empty() {
+            return Ok(None);
+        }
+        let count = |n: usize| Ok::<f64, anyhow::Error>(u32::try_from(n)?.into());
+        let [all, kept] = [count(both.len())?, count(screened.len())?];
+        let rms = |i: usize| (screened.iter().map(|e| e[i] * e[i]).sum::<f64>() / kept).sqrt();
+        let in_row = |i: usize| count(both.iter().filter(|e| near(e[i])).count());
+        Ok(Some(Self { rms_px: [rms(0), rms(1)], in_row: [in_row(0)? / all, in_row(1)? / all] }))
+    }
 }
 
 /// The same extrinsics in `f64`.
@@ -327,9 +355,14 @@ impl fmt::Display for Summary {
         angle("sd of R, claimed", "what the estimate says of itself", self.sd_rotation)?;
         match self.rms_px_before.zip(self.rms_px_after) {
             Some((before, after)) => {
-                write!(f, "RMS row offset     {before:.3} px before, {after:.3} px after")
+                writeln!(f, "RMS row offset     {before:.3} px before, {after:.3} px after")?;
             }
-            None => write!(f, "RMS row offset     -"),
+            None => writeln!(f, "RMS row offset     -")?,
         }
+        let [before, after] = self.in_row.unwrap_or_default().map(|share| 100.0 * share);
+        write!(
+            f,
+            "within {SCREEN_PX} px        {before:.1} % of all matches before, {after:.1} % after"
+        )
     }
 }

@@ -5,6 +5,8 @@ pub mod abuse;
 pub mod dataset;
 pub mod evaluation;
 pub mod oracle;
+pub mod plot;
+pub mod progress;
 pub mod reference;
 pub mod replay;
 pub mod synth;

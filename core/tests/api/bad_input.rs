@@ -127,7 +127,9 @@ fn points_on_one_line_are_unobservable() {
 #[test]
 fn points_at_infinity_are_unobservable() {
     let mut scene = correspondences::<f32>(&Extrinsics::SIDE_BY_SIDE, 200, 0.0, 3);
-    scene.iter_mut().for_each(|c| c.right = c.left);
+    for c in &mut scene {
+        c.right = c.left;
+    }
     refuses_pair(scene, PairError::Unobservable);
 }
 
@@ -217,7 +219,7 @@ fn health_compares_in_use_and_proposed_over_the_same_matches() {
     calibrator.fuse(&report).unwrap();
     let health = calibrator.health().unwrap();
     assert!(health.in_use_px > 10.0 && health.proposed_px < 0.4, "{health:?}");
-    assert_eq!(health.screened, 200);
+    assert_eq!([health.fit_in_use, health.fit_proposed], [0, 200]);
     calibrator.apply().unwrap();
     let applied = calibrator.health().unwrap();
     assert_eq!(applied.in_use_px, applied.proposed_px);

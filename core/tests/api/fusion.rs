@@ -23,7 +23,9 @@ fn reports<T: Scalar>(rotation_deg: [f64; 3], pairs: u64) -> Vec<PairReport<T>> 
 
 fn fused<T: Scalar>(central: Central, reports: &[PairReport<T>]) -> MeanDirection<T> {
     let mut fusion = MeanDirection::new(central);
-    reports.iter().for_each(|r| fusion.add(r));
+    for r in reports {
+        fusion.add(r);
+    }
     fusion
 }
 
@@ -105,7 +107,9 @@ fn a_million_pairs_in_f32_are_those_in_f64() {
     let singles = reports::<f32>(FAR_FROM_IDENTITY, cycle);
     let mut fusion = MeanDirection::new(Central::Mean);
     for _ in 0..1_000_000 / cycle {
-        singles.iter().for_each(|r| fusion.add(r));
+        for r in &singles {
+            fusion.add(r);
+        }
     }
     let estimate = fusion.estimate().unwrap();
     let once = fused(Central::Mean, &reports::<f64>(FAR_FROM_IDENTITY, cycle)).estimate().unwrap();

@@ -1,4 +1,11 @@
 //! The public API on generated rigs.
+#![allow(
+    clippy::unwrap_used,
+    clippy::as_conversions,
+    clippy::cast_precision_loss,
+    clippy::indexing_slicing,
+    reason = "a test that panics is a test that fails"
+)]
 
 mod bad_input;
 mod fusion;

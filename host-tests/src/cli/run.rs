@@ -7,8 +7,7 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use host_tests::dataset::{Dataset, Rows, matrix};
 use host_tests::evaluation::{Evaluation, Step};
-use host_tests::replay;
-use indicatif::{ProgressBar, ProgressStyle};
+use host_tests::{progress, replay};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use stereo_selfcal::{Central, Config, Extrinsics, Scalar};
@@ -85,7 +84,7 @@ impl RunArgs {
             println!("{} pairs of {}: {}", set.pairs.len(), set.name, set.meta.source);
             println!("pair {}", Step::HEADING);
         }
-        let bar = progress(set.pairs.len());
+        let bar = progress::over_pairs(set.pairs.len());
         let mut index = 0;
         let evaluation = replay::replay(set, self.config(), start, |step| {
             if !self.json {
@@ -125,11 +124,4 @@ struct Initial {
     #[serde(rename = "R")]
     r: Rows,
     t: [f64; 3],
-}
-
-/// A bar on a terminal, nothing elsewhere.
-fn progress(pairs: usize) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} pairs, {eta} left")
-        .expect("a valid template");
-    ProgressBar::new(pairs as u64).with_style(style)
 }

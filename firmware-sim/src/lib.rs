@@ -1,0 +1,29 @@
+//! Firmware of a controller that calibrates a stereo rig from what a hardware matcher sends.
+//!
+//! [`frame`]: the bytes on the bus. [`Matcher`]: the driver that reads them, over `embedded-hal`
+//! traits. [`App`]: the application loop over driver and calibrator. No heap, no clock; every call
+//! is bounded by the length of one frame or by one pass over one batch. Scalar: `f32`.
+
+#![no_std]
+#![forbid(unsafe_code)]
+#![deny(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    clippy::unreachable,
+    clippy::as_conversions
+)]
+
+#[cfg(test)]
+extern crate std;
+
+mod app;
+pub mod frame;
+mod matcher;
+#[cfg(test)]
+mod test_bus;
+mod thinning;
+
+pub use app::{App, Event, PairOutcome};
+pub use matcher::{Matcher, MatcherError};

@@ -1,0 +1,72 @@
+//! What is printed around the lines of the pairs.
+
+use std::io::Write;
+
+use anyhow::Result;
+use host_tests::dataset::Dataset;
+use host_tests::evaluation::Summary;
+use stereo_selfcal::Extrinsics;
+
+use super::CAPACITY;
+use super::play::Run;
+
+/// What runs on what.
+pub(super) fn heading(out: &mut impl Write, set: &Dataset) -> Result<()> {
+    let matches: usize = set.pairs.iter().map(Vec::len).sum();
+    let pairs = set.pairs.len();
+    writeln!(out, "Firmware simulation: recorded matches over SPI into the calibrator")?;
+    writeln!(out, "data set   {}: {pairs} pairs, {matches} matches", set.name)?;
+    writeln!(out, "source     {}", set.meta.source)?;
+    writeln!(out, "preset     paper: Huber loss, each pair from R = I, mean-direction fusion")?;
+    writeln!(out, "scalar     f32, room for {CAPACITY} matches a pair, 1/256 px on the wire")?;
+    writeln!(out, "errors     in degrees, against R, t of the data set\n")?;
+    Ok(())
+}
+
+/// The final table, and what puts its figures in proportion.
+pub(super) fn evaluation(out: &mut impl Write, set: &Dataset, run: &Run) -> Result<()> {
+    let summary = run.evaluation.summary(set)?;
+    writeln!(out, "\n{summary}")?;
+    if let Some([t, r]) = error_over_claim(&summary) {
+        writeln!(out, "error / claimed sd {t:.1} in t, {r:.1} in R")?;
+    }
+    if let Some((t, r)) = set.meta.sigma_t_deg.zip(set.meta.sigma_r_deg) {
+        writeln!(out, "sd of reference    {t:.4} deg in t, {r:.4} deg in R")?;
+    }
+    if let Some(h) = run.health {
+        let [used, new] = [h.in_use_px, h.proposed_px];
+        let rms = format!("{used:.3} px as in use, {new:.3} px as proposed");
+        let counts = format!("{} fit the former, {} the latter", h.fit_in_use, h.fit_proposed);
+        writeln!(out, "health, last pair  RMS row offset {rms}; {counts}")?;
+    }
+    let left_out: usize = run.evaluation.steps().iter().map(|s| s.offered - s.taken).sum();
+    if left_out > 0 {
+        let why = format!("over {CAPACITY} a pair, or without a ray");
+        writeln!(out, "left out           {left_out} matches: {why}")?;
+    }
+    Ok(())
+}
+
+/// Errors of `t` and `R` in their own claimed standard deviations.
+fn error_over_claim(summary: &Summary) -> Option<[f64; 2]> {
+    let t = summary.e_t? / summary.sd_translation?;
+    let r = summary.e_theta? / summary.sd_rotation?;
+    Some([t, r])
+}
+
+/// The extrinsics now in use.
+pub(super) fn applied(
+    out: &mut impl Write,
+    extrinsics: &Extrinsics<f32>,
+    generation: u32,
+) -> Result<()> {
+    let r = extrinsics.rotation_row_major();
+    let t = extrinsics.translation();
+    writeln!(out, "\nApplied, generation {generation}: p_r = R p_l + t, |t| = 1")?;
+    for (row, name) in r.chunks(3).zip(["R =", "", ""]) {
+        let row: Vec<String> = row.iter().map(|x| format!("{x:>10.6}")).collect();
+        writeln!(out, "{name:<4}[{} ]", row.join(" "))?;
+    }
+    writeln!(out, "t = [{:>10.6} {:>10.6} {:>10.6} ]", t.x, t.y, t.z)?;
+    Ok(())
+}

@@ -1,0 +1,67 @@
+//! What goes over the simulated bus comes to the same estimate as what is fed directly.
+
+#[path = "../src/sim/matcher.rs"]
+mod matcher;
+
+use firmware_sim::{App, Event};
+use host_tests::dataset::{Dataset, Match};
+use matcher::SimMatcher;
+use stereo_selfcal::{Calibrator, Config, Correspondence, Extrinsics};
+
+const CAPACITY: usize = 64;
+
+fn calibrator(set: &Dataset) -> Box<Calibrator<f32, CAPACITY>> {
+    let mut calibrator = Box::new(Calibrator::new(Config::paper()));
+    calibrator.set_cameras(set.cameras().unwrap());
+    calibrator
+}
+
+/// As the wire carries it, by other arithmetic than the frame's.
+fn quantised(m: &Match) -> Correspondence<f32> {
+    let exact: Correspondence<f32> = m.correspondence();
+    let px = |x: f32| (x * 256.0).round() / 256.0;
+    Correspondence {
+        left: exact.left.map(px),
+        right: exact.right.map(px),
+        score: (exact.score * 65_535.0).round() / 65_535.0,
+        grid_step: 1.0 / 256.0,
+    }
+}
+
+fn bits(extrinsics: &Extrinsics<f32>) -> Vec<u32> {
+    let t = extrinsics.translation().into_inner();
+    extrinsics.rotation_row_major().iter().chain(t.iter()).map(|x| x.to_bits()).collect()
+}
+
+#[test]
+fn the_fused_estimate_over_the_bus_is_that_of_direct_feeding_bit_for_bit() {
+    let set = Dataset::load(&Dataset::shipped().join("opencv_chess_corners")).unwrap();
+    let mut direct = calibrator(&set);
+    let mut over_bus = calibrator(&set);
+    let matcher = SimMatcher::default();
+    let mut app = App::new(matcher.driver(), &mut over_bus);
+    for (sequence, pair) in (0..).zip(&set.pairs) {
+        for m in pair {
+            direct.push(&quantised(m)).unwrap();
+        }
+        let batch = direct.batch().clone();
+        let report = direct.solve_pair().unwrap();
+        let fused = direct.fuse(&report);
+        let health = direct.health();
+        direct.clear_pair();
+
+        assert_eq!(app.poll(), Ok(Event::Idle));
+        matcher.send(sequence, pair);
+        let offered = pair.len();
+        assert_eq!(app.poll(), Ok(Event::Frame { sequence, offered, taken: offered }));
+        assert_eq!(app.calibrator().batch().pairs(), batch.pairs());
+        for _ in 0..report.passes {
+            assert_eq!(app.poll(), Ok(Event::Pass));
+        }
+        let Ok(Event::Pair(seen)) = app.poll() else { panic!("pair {sequence} has not ended") };
+        assert_eq!((seen.outcome, seen.health), (Ok((report, fused)), health));
+        let [a, b] = [direct.estimate(), app.calibrator().estimate()].map(Option::unwrap);
+        assert_eq!(bits(&a.extrinsics), bits(&b.extrinsics), "after pair {sequence}");
+    }
+    assert_eq!(app.calibrator().estimate().unwrap().pairs, 13);
+}
