@@ -10,8 +10,9 @@ use crate::extrinsics::Extrinsics;
 use crate::fusion::{FusedEstimate, MeanDirection};
 use crate::gate;
 use crate::health::Health;
+use crate::report::{PairReport, SCREEN};
 use crate::scalar::Scalar;
-use crate::solver::{PairReport, Solver};
+use crate::solver::Solver;
 
 /// Online calibrator of one stereo rig, for up to `N` correspondences a pair.
 ///
@@ -174,7 +175,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub fn health(&self) -> Option<Health<T>> {
         let focal = self.cameras.as_ref()?.mean_focal();
         let proposed = self.estimate()?.extrinsics;
-        let screen = T::lit(f64::from(self.config.huber_threshold_px) * crate::solver::SCREEN);
+        let screen = T::lit(f64::from(self.config.huber_threshold_px) * SCREEN);
         Health::over(self.batch.pairs(), &self.in_use, &proposed, focal, screen)
     }
 

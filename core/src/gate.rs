@@ -4,8 +4,8 @@ use crate::config::Config;
 use crate::error::Refusal;
 use crate::extrinsics::Extrinsics;
 use crate::metrics::Deviation;
+use crate::report::PairReport;
 use crate::scalar::Scalar;
-use crate::solver::PairReport;
 
 /// Admits a report that is finite, certain enough, and within the correction limit.
 ///

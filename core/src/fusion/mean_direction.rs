@@ -12,9 +12,9 @@ use super::median::Median;
 use crate::config::Central;
 use crate::extrinsics::Extrinsics;
 use crate::information::StandardDeviations;
+use crate::report::PairReport;
 use crate::scalar::Scalar;
 use crate::so3;
-use crate::solver::PairReport;
 
 /// Angle, rad, below which the rotation axis of a usual pair is mostly noise.
 const MIN_ANGLE: f64 = 3e-3;

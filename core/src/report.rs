@@ -1,0 +1,104 @@
+//! What one pair says, and the pass over its batch that judges the solution.
+
+use crate::correspondence::RayPair;
+use crate::extrinsics::Extrinsics;
+use crate::information::Information;
+use crate::rectification::RectifyingRotations;
+use crate::residual::{linearised, row_offset};
+use crate::scalar::Scalar;
+
+/// Correspondences within this many Huber thresholds count as screened.
+pub(crate) const SCREEN: f64 = 3.0;
+
+/// Why the solver stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Stop {
+    /// The step fell below the tolerance, or below what the scalar resolves of the optimum.
+    Converged,
+    /// No step lowers the cost any more: the optimum to the resolution of the scalar.
+    NoDescent,
+    /// The allowed passes are used up; the estimate is the best pose seen.
+    PassLimit,
+}
+
+/// What one pair says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct PairReport<T: Scalar> {
+    /// `R`, `t` of the pair.
+    pub extrinsics: Extrinsics<T>,
+    /// Information about them, 1/rad^2: Huber's M-estimator covariance, inverted.
+    pub information: Information<T>,
+    /// Why the solver stopped.
+    pub stop: Stop,
+    /// Passes taken, the judging one not counted.
+    pub passes: u16,
+    /// Correspondences in front of both rectified cameras.
+    pub usable: u32,
+    /// Correspondences left out because they are not.
+    pub skipped: u32,
+    /// Usable correspondences within 3 Huber thresholds of the solution.
+    pub screened: u32,
+    /// Huber cost at the start, px^2.
+    pub cost_before: T,
+    /// Huber cost at the solution, px^2.
+    pub cost_after: T,
+    /// RMS row offset of the screened correspondences at the start, px.
+    pub rms_px_before: T,
+    /// RMS row offset of the same correspondences at the solution, px.
+    pub rms_px_after: T,
+    /// Standard deviation of the row offsets, estimated from the clipped residuals, px.
+    pub noise_px: T,
+}
+
+/// Sums of the judging pass.
+#[derive(Debug)]
+pub(crate) struct Judgement<T> {
+    pub(crate) information: Information<T>,
+    pub(crate) inliers: u32,
+    pub(crate) clipped_squares: T,
+    pub(crate) screened: u32,
+    pub(crate) squares_before: T,
+    pub(crate) squares_after: T,
+}
+
+impl<T: Scalar> Judgement<T> {
+    pub(crate) fn over(
+        pairs: &[RayPair<T>],
+        start: &RectifyingRotations<T>,
+        pose: &RectifyingRotations<T>,
+        threshold: T,
+    ) -> Self {
+        let gauge_slope = pose.gauge_slope();
+        let mut sums = Self {
+            information: Information::ZERO,
+            inliers: 0,
+            clipped_squares: T::ZERO,
+            screened: 0,
+            squares_before: T::ZERO,
+            squares_after: T::ZERO,
+        };
+        for pair in pairs {
+            let Some(row) = linearised(pose, gauge_slope, pair) else {
+                continue;
+            };
+            let size = row.offset.abs();
+            let clipped = size.min(threshold);
+            sums.clipped_squares += clipped * clipped;
+            if size <= threshold {
+                sums.information.add_outer(T::ONE, &row.jacobian);
+                sums.inliers = sums.inliers.saturating_add(1);
+            }
+            if size <= T::lit(SCREEN) * threshold
+                && let Some(before) = row_offset(start, pair)
+            {
+                sums.screened = sums.screened.saturating_add(1);
+                sums.squares_before += before * before;
+                sums.squares_after += size * size;
+            }
+        }
+        sums
+    }
+}
