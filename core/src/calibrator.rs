@@ -7,25 +7,24 @@ use crate::config::Config;
 use crate::correspondence::{Batch, Cameras, Correspondence};
 use crate::error::{ApplyError, PairError, PushError, Refusal};
 use crate::extrinsics::Extrinsics;
-use crate::fusion::{FusedEstimate, MeanDirection};
+use crate::fusion::{FusedEstimate, Fusion};
 use crate::gate;
 use crate::health::Health;
+use crate::pair::Solver;
 use crate::report::{PairReport, SCREEN};
 use crate::scalar::Scalar;
-use crate::solver::Solver;
 
 /// Online calibrator of one stereo rig, for up to `N` correspondences a pair.
 ///
 /// Same correspondences in the same order give the same bits. No heap, no clock, no I/O. Every call
-/// takes at most one pass over the batch, but for [`Calibrator::solve_pair`], which takes at most
-/// `max_passes + 1`.
+/// takes at most one pass over the batch, but for [`Calibrator::solve_pair`], which takes all
+/// of them: `max_passes` and one or two to judge.
 ///
 /// ```
 /// use stereo_selfcal::{Calibrator, Camera, Cameras, Config, Correspondence, Intrinsics, Lens};
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// // In a static, so that 256 correspondences never pass over the stack.
-/// static NEW: Calibrator<f32, 256> = Calibrator::new(Config::paper());
-/// let mut calibrator = NEW.clone();
+/// // `new` is const: a firmware puts this into a static cell, off the stack.
+/// let mut calibrator = Calibrator::<f32, 256>::new(Config::robust());
 /// let intrinsics = Intrinsics { focal: [1400.0; 2], principal: [960.0, 600.0], size: [1920, 1200] };
 /// let camera = Camera::try_new(intrinsics, Lens::Pinhole)?;
 /// calibrator.set_cameras(Cameras { left: camera, right: camera });
@@ -54,7 +53,7 @@ pub struct Calibrator<T: Scalar, const N: usize> {
     generation: u32,
     batch: Batch<T, N>,
     solver: Option<Solver<T>>,
-    fusion: MeanDirection<T>,
+    fusion: Fusion<T>,
 }
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
@@ -69,7 +68,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             generation: 0,
             batch: Batch::new(),
             solver: None,
-            fusion: MeanDirection::new(config.angle),
+            fusion: Fusion::new(&config),
         }
     }
 
@@ -90,7 +89,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub fn reset(&mut self) {
         self.replace_in_use(self.factory);
         self.clear_pair();
-        self.fusion = MeanDirection::new(self.config.angle);
+        self.fusion = Fusion::restart(&self.config, &self.factory);
     }
 
     /// Adds one correspondence to the batch: two undistortions.

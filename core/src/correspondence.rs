@@ -30,7 +30,7 @@ pub struct RayPair<T> {
 }
 
 impl<T: Scalar> RayPair<T> {
-    /// From undistorted rays; `None` if a coordinate is not finite or beyond 85 degrees off axis.
+    /// From undistorted rays; `None` if a coordinate is not finite or above 11.43 (85 degrees).
     pub fn try_new(left: [T; 2], right: [T; 2]) -> Option<Self> {
         let limit = T::lit(MAX_TANGENT);
         let sane = |x: &T| x.abs() <= limit;

@@ -1,4 +1,5 @@
-//! One small enum per verb: why it gave nothing. State is unchanged by every variant.
+//! One small enum per verb: why it gave nothing. What is estimated and what is in use are unchanged by
+//! every variant.
 
 use thiserror::Error;
 
@@ -105,6 +106,9 @@ pub enum ConfigError {
     /// Noise floor: finite and above 0.
     #[error("noise floor must be finite and above 0 px")]
     NoiseFloor,
+    /// Standard deviation of the prior: from 1e-4 to 1 rad.
+    #[error("prior standard deviation must lie within 1e-4 to 1 rad")]
+    PriorStandardDeviation,
     /// Largest standard deviation: finite and above 0.
     #[error("max standard deviation must be finite and above 0 rad")]
     MaxStandardDeviation,
@@ -157,6 +161,9 @@ pub enum PairError {
         /// By configuration.
         needed: u32,
     },
+    /// No pose has clearly more matches near their rows than beside them: mismatches only.
+    #[error("the correspondences agree on no extrinsics")]
+    NoConsensus,
     /// The correspondences leave a direction free: all alike, on one line, or all at infinity.
     #[error("the correspondences leave a direction of the extrinsics free")]
     Unobservable,
@@ -205,7 +212,8 @@ pub enum RectifyError {
     /// A border point lies behind the rectified image plane: the rig is turned too far.
     #[error("the {0} image border lies behind the rectified plane")]
     Behind(Side),
-    /// No rectangle of the rectified plane is seen by both cameras.
+    /// No rectangle of the rectified plane is seen by both cameras, or the rectified images are not
+    /// upright: cameras one above the other, or left and right exchanged.
     #[error("the rectified views share no rectangle")]
     NoCommonView,
 }

@@ -1,9 +1,11 @@
 //! Whether a pair's result may enter the fusion: the limits of what is believed at all.
 
+use nalgebra::ComplexField;
+
 use crate::config::Config;
 use crate::error::Refusal;
 use crate::extrinsics::Extrinsics;
-use crate::metrics::Deviation;
+use crate::metrics::{baseline_angle, rotation_angle};
 use crate::report::PairReport;
 use crate::scalar::Scalar;
 
@@ -18,7 +20,7 @@ pub(crate) fn admit<T: Scalar>(
     factory: &Extrinsics<T>,
     report: &PairReport<T>,
 ) -> Result<(), Refusal> {
-    if !report.information.is_finite() {
+    if !report.information.is_finite() || !report.score.iter().all(ComplexField::is_finite) {
         return Err(Refusal::NotFinite);
     }
     let (sd, _) = report.information.weakest().ok_or(Refusal::TooUncertain)?;
@@ -26,9 +28,11 @@ pub(crate) fn admit<T: Scalar>(
     if !(sd <= T::lit(config.max_sd_rad.into())) {
         return Err(Refusal::TooUncertain);
     }
-    let correction = Deviation::between(&report.extrinsics, factory);
+    let found = &report.extrinsics;
     let limit = T::lit(config.max_correction_rad.into());
-    if correction.translation <= limit && correction.rotation <= limit {
+    if baseline_angle(found.translation(), factory.translation()) <= limit
+        && rotation_angle(found.rotation(), factory.rotation()) <= limit
+    {
         Ok(())
     } else {
         Err(Refusal::CorrectionLimit)

@@ -30,7 +30,9 @@ impl<T: Scalar> RectifiedCamera<T> {
     /// * `alpha`: 0 zooms in until every rectified pixel is seen by both cameras; 1 zooms out
     ///   until every pixel of both is kept; between, the focal length is interpolated.
     ///
-    /// Cost: 128 undistortions; call it when the extrinsics change, not per frame.
+    /// Cost: 136 undistortions; call it when the extrinsics change, not per frame.
+    ///
+    /// For rigs whose rectified images are upright: cameras side by side, the left one to the left.
     ///
     /// # Errors
     /// [`RectifyError`].

@@ -10,6 +10,9 @@ use crate::scalar::Scalar;
 /// Smallest eigenvalue of the information with unit diagonal, below which a direction is free.
 const MIN_CONDITION: f64 = 1e-5;
 
+/// Largest share of the disparities' square that may be noise.
+const MAX_NOISE: f64 = 0.75;
+
 /// Inverse iterations for a smallest eigenvalue; the start is never orthogonal to it in practice.
 const INVERSE_ITERATIONS: usize = 12;
 
@@ -54,8 +57,46 @@ impl<T: Scalar> Information<T> {
         self.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a += *b);
     }
 
+    /// With `value` added to every element of the diagonal.
+    pub(crate) fn plus_diagonal(&self, value: T) -> Self {
+        let mut sum = *self;
+        let h = &mut sum.0;
+        h[0] += value;
+        h[2] += value;
+        h[5] += value;
+        h[9] += value;
+        h[14] += value;
+        sum
+    }
+
+    /// `H x`.
+    pub(crate) fn times(&self, x: &Vector5<T>) -> Vector5<T> {
+        self.matrix() * x
+    }
+
     pub(crate) fn scaled(&self, factor: T) -> Self {
         Self(self.0.map(|h| h * factor))
+    }
+
+    /// Without what noise adds to the baseline's part of a sum over correspondences, whose rows are
+    /// disparities: at infinity noise is all there is of them.
+    ///
+    /// * `weight`: sum of the weights; `variance`: of a row, in the unit of the sum.
+    ///
+    /// `None` if less than a quarter of the disparities' square is more than that noise and three
+    /// standard deviations of the turn about y, which moves all disparities alike and rows hardly.
+    pub(crate) fn less_disparity_noise(&self, weight: T, variance: T) -> Option<Self> {
+        let squares = self.0[14];
+        let alike = T::lit(9.0) * self.0[0] / self.0[2];
+        if !(variance * (weight + alike) <= squares * T::lit(MAX_NOISE)) {
+            return None;
+        }
+        let share = T::ONE - variance * weight / squares;
+        let mut left = *self;
+        left.0[9] *= share;
+        left.0[13] *= share;
+        left.0[14] *= share;
+        Some(left)
     }
 
     pub(crate) fn is_finite(&self) -> bool {
@@ -93,7 +134,7 @@ impl<T: Scalar> Information<T> {
 
     /// Standard deviation along the least certain direction, rad, and that unit direction.
     ///
-    /// `None` if it is free. Cost: one Cholesky factor and 12 solves.
+    /// `None` if it is free. Cost: one 5 x 5 inverse and 12 products.
     pub fn weakest(&self) -> Option<(T, Vector5<T>)> {
         let covariance = self.covariance()?;
         let (variance, direction) = dominant(|v| covariance * v);

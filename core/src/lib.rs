@@ -25,15 +25,18 @@ mod fusion;
 mod gate;
 mod health;
 mod homography;
+mod huber;
 mod information;
 mod loss;
 pub mod metrics;
+mod pair;
 mod rectification;
 mod report;
 mod residual;
+mod robust;
 mod scalar;
 pub mod so3;
-mod solver;
+mod whitening;
 
 pub use calibrator::Calibrator;
 pub use camera::{Camera, Fisheye, Intrinsics, Lens, RadialTangential};
@@ -44,12 +47,12 @@ pub use error::{
     RectifyError, Refusal, Side, UndistortError,
 };
 pub use extrinsics::Extrinsics;
-pub use fusion::{FusedEstimate, MeanDirection};
+pub use fusion::{FusedEstimate, InformationMean, MeanDirection};
 pub use health::Health;
 pub use homography::RectifiedCamera;
 pub use information::{Information, StandardDeviations};
+pub use pair::Solver;
 pub use rectification::RectifyingRotations;
 pub use report::{PairReport, Stop};
 pub use residual::row_offset;
 pub use scalar::Scalar;
-pub use solver::Solver;

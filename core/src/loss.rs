@@ -28,3 +28,62 @@ impl<T: Scalar> Huber<T> {
         }
     }
 }
+
+/// A loss that gives up on what is far out: the weight falls to zero, not only the pull.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Redescending<T> {
+    /// `1 / (1 + (r / scale)^2)^2`: smooth and wide, for graduated non-convexity.
+    GemanMcClure(T),
+    /// `(1 - (r / limit)^2)^2` within the limit, zero beyond: Tukey's biweight.
+    Tukey(T),
+}
+
+impl<T: Scalar> Redescending<T> {
+    pub(crate) fn weight(&self, r: T) -> T {
+        match *self {
+            Self::GemanMcClure(scale) => {
+                let x = r / scale;
+                let root = T::ONE / (T::ONE + x * x);
+                root * root
+            }
+            Self::Tukey(limit) => {
+                let x = r / limit;
+                let root = (T::ONE - x * x).max(T::ZERO);
+                root * root
+            }
+        }
+    }
+
+    /// The loss whose derivative is `w(r) r`.
+    pub(crate) fn cost(&self, r: T) -> T {
+        match *self {
+            Self::GemanMcClure(scale) => {
+                let x = r / scale;
+                scale * scale * T::HALF * (x * x / (T::ONE + x * x))
+            }
+            Self::Tukey(limit) => {
+                let x = r / limit;
+                let root = (T::ONE - x * x).max(T::ZERO);
+                limit * limit / T::lit(6.0) * (T::ONE - root * root * root)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_are_the_derivatives_of_the_costs() {
+        let h = 1e-6;
+        for r in [-9.0, -2.0, -0.3, 0.0, 0.7, 1.9, 5.0_f64] {
+            let slope = |cost: &dyn Fn(f64) -> f64| (cost(r + h) - cost(r - h)) / (2.0 * h);
+            let huber = Huber { threshold: 1.0 };
+            assert!((slope(&|r| huber.cost(r)) - huber.weight(r) * r).abs() < 1e-8);
+            for loss in [Redescending::GemanMcClure(2.0), Redescending::Tukey(2.0)] {
+                assert!((slope(&|r| loss.cost(r)) - loss.weight(r) * r).abs() < 1e-8, "{loss:?}");
+            }
+        }
+    }
+}

@@ -17,9 +17,19 @@ pub fn baseline_angle<T: Scalar>(a: &Unit<Vector3<T>>, b: &Unit<Vector3<T>>) -> 
 }
 
 /// `e_theta = |theta* - theta|` of eq 24: distance between the two rotation vectors, rad.
+///
+/// It jumps where a rotation is near pi (erratum 6).
 #[must_use]
 pub fn rotation_distance<T: Scalar>(a: &Rotation3<T>, b: &Rotation3<T>) -> T {
     (so3::log(a) - so3::log(b)).norm()
+}
+
+/// Angle of the turn from one rotation to the other, rad, in `0..=pi`.
+///
+/// That of `e_theta` where rotations are small; unlike it, without a jump where they are near pi.
+#[must_use]
+pub fn rotation_angle<T: Scalar>(a: &Rotation3<T>, b: &Rotation3<T>) -> T {
+    so3::log(&(a.inverse() * b)).norm()
 }
 
 /// `e_t` and `e_theta` of one estimate, or their RMS over many (`sigma_t`, `sigma_theta`), rad.
@@ -86,6 +96,10 @@ mod tests {
         let r = |w: [f32; 3]| so3::exp(&Vector3::from(w)).unwrap();
         let got = rotation_distance(&r([0.01, 0.02, 0.0]), &r([0.01, 0.02, 1e-5]));
         assert!((got - 1e-5).abs() < 1e-8, "{got}");
+        let almost = core::f32::consts::PI - 1e-3;
+        let [a, b] = [r([almost, 0.0, 0.0]), r([-almost, 0.0, 0.0])];
+        assert!(rotation_distance(&a, &b) > 6.0);
+        assert!((rotation_angle(&a, &b) - 2e-3).abs() < 1e-6);
     }
 
     #[test]

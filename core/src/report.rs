@@ -29,8 +29,11 @@ pub enum Stop {
 pub struct PairReport<T: Scalar> {
     /// `R`, `t` of the pair.
     pub extrinsics: Extrinsics<T>,
-    /// Information about them, 1/rad^2: Huber's M-estimator covariance, inverted.
+    /// Information about them, 1/rad^2: inverse covariance of the M-estimate, without the prior.
     pub information: Information<T>,
+    /// Slope of the log-likelihood at the extrinsics by the same unknowns, 1/rad: zero but for what a
+    /// prior holds against the correspondences.
+    pub score: [T; 5],
     /// Why the solver stopped.
     pub stop: Stop,
     /// Passes taken, the judging one not counted.
@@ -39,17 +42,18 @@ pub struct PairReport<T: Scalar> {
     pub usable: u32,
     /// Correspondences left out because they are not.
     pub skipped: u32,
-    /// Usable correspondences within 3 Huber thresholds of the solution.
+    /// Usable correspondences within 3 Huber thresholds of the solution, or within Tukey's limit.
     pub screened: u32,
-    /// Huber cost at the start, px^2.
+    /// Cost at the start under the loss of the solution, px^2.
     pub cost_before: T,
-    /// Huber cost at the solution, px^2.
+    /// Cost at the solution, px^2.
     pub cost_after: T,
-    /// RMS row offset of the screened correspondences at the start, px.
+    /// RMS row offset of the screened correspondences at the start, px; 0 if there are none.
     pub rms_px_before: T,
     /// RMS row offset of the same correspondences at the solution, px.
     pub rms_px_after: T,
-    /// Standard deviation of the row offsets, estimated from the clipped residuals, px.
+    /// Standard deviation of the row offsets, estimated from the residuals, px. Paper: of
+    /// the row offsets, each clipped at the Huber threshold. Robust: of one coordinate, at most 3.
     pub noise_px: T,
 }
 

@@ -30,45 +30,52 @@ pub(crate) struct Row<T> {
 /// Row offset `e_i` of eq 11: `v_l - v_r` of the rectified rays, at unit depth, dimensionless; times
 /// the focal length it is px. `None` if a ray lies behind the rectified plane.
 pub fn row_offset<T: Scalar>(rotations: &RectifyingRotations<T>, pair: &RayPair<T>) -> Option<T> {
-    let left = rectified(rotations.left().matrix(), &pair.left)?;
-    let right = rectified(rotations.right().matrix(), &pair.right)?;
+    let (left, _) = rectified(rotations.left().matrix(), &pair.left)?;
+    let (right, _) = rectified(rotations.right().matrix(), &pair.right)?;
     Some(left.y - right.y)
 }
 
 /// `e_i` with its derivatives for [`RectifyingRotations::stepped`].
-///
-/// With the derivative of `v` by a left perturbation, `[-(1 + v^2), u v, u]` (eqs 14, 15), the
-/// baseline columns are differences of a left and a right one. They are written as products of the
-/// disparity `u_l - u_r`, so nothing cancels in far scenes.
 pub(crate) fn linearised<T: Scalar>(
     rotations: &RectifyingRotations<T>,
     gauge_slope: T,
     pair: &RayPair<T>,
 ) -> Option<Row<T>> {
-    let left = rectified(rotations.left().matrix(), &pair.left)?;
-    let right = rectified(rotations.right().matrix(), &pair.right)?;
-    let offset = left.y - right.y;
-    let disparity = left.x - right.x;
-    Some(Row {
-        offset,
-        jacobian: [
-            -(T::ONE + left.y * left.y),
-            left.x * left.y,
-            left.x,
-            disparity * left.y + right.x * offset,
-            disparity - gauge_slope * offset * (left.y + right.y),
-        ],
-    })
+    let (left, _) = rectified(rotations.left().matrix(), &pair.left)?;
+    let (right, _) = rectified(rotations.right().matrix(), &pair.right)?;
+    Some(Row::of(&left, &right, gauge_slope))
 }
 
-/// `(u, v)` of a ray after rotation.
-fn rectified<T: Scalar>(r: &Matrix3<T>, ray: &Vector2<T>) -> Option<Vector2<T>> {
+impl<T: Scalar> Row<T> {
+    /// Of a pair of rectified rays `(u, v)`.
+    ///
+    /// With the derivative of `v` by a left perturbation, `[-(1 + v^2), u v, u]` (eqs 14, 15), the
+    /// baseline columns are differences of a left and a right one. They are written as products of
+    /// the disparity `u_l - u_r`, so nothing cancels in far scenes.
+    pub(crate) fn of(left: &Vector2<T>, right: &Vector2<T>, gauge_slope: T) -> Self {
+        let offset = left.y - right.y;
+        let disparity = left.x - right.x;
+        Self {
+            offset,
+            jacobian: [
+                -(T::ONE + left.y * left.y),
+                left.x * left.y,
+                left.x,
+                disparity * left.y + right.x * offset,
+                disparity - gauge_slope * offset * (left.y + right.y),
+            ],
+        }
+    }
+}
+
+/// `(u, v)` of a ray after rotation, and the inverse of its rectified depth.
+pub(crate) fn rectified<T: Scalar>(r: &Matrix3<T>, ray: &Vector2<T>) -> Option<(Vector2<T>, T)> {
     let x = r.m11 * ray.x + r.m12 * ray.y + r.m13;
     let y = r.m21 * ray.x + r.m22 * ray.y + r.m23;
     let z = r.m31 * ray.x + r.m32 * ray.y + r.m33;
     if z >= T::lit(MIN_DEPTH) {
         let inverse = T::ONE / z;
-        Some(Vector2::new(x * inverse, y * inverse))
+        Some((Vector2::new(x * inverse, y * inverse), inverse))
     } else {
         None
     }

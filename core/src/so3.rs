@@ -9,7 +9,7 @@ use crate::scalar::Scalar;
 
 /// `exp([w]x)`: the rotation by `|w|` radians about `w`.
 ///
-/// Error of an element below 5e-7 in `f32`, at any angle.
+/// Error of an element below 5e-7 in `f32` up to pi, growing with `|w|` beyond.
 /// `None` if `w` is not finite. Cost: above 0.5 rad one sine and cosine, below none.
 #[must_use]
 pub fn exp<T: Scalar>(w: &Vector3<T>) -> Option<Rotation3<T>> {

@@ -55,7 +55,9 @@ pub enum Call {
 /// If the calibrator breaks a promise: that is what it is for.
 pub fn abuse(bytes: &[u8]) {
     let mut input = Unstructured::new(bytes);
-    let mut calibrator = Abused::new(Config::paper());
+    let robust = bool::arbitrary(&mut input).unwrap_or_default();
+    let config = if robust { Config::robust() } else { Config::paper() };
+    let mut calibrator = Abused::new(config);
     calibrator.set_cameras(usual_cameras([0; 5], false).expect("usual cameras"));
     let mut last = None;
     while let Ok(call) = Call::arbitrary(&mut input) {
@@ -220,6 +222,7 @@ fn check_estimate(estimate: &FusedEstimate<f32>) {
 fn check_report(report: &PairReport<f32>) {
     check_extrinsics(&report.extrinsics);
     assert!(report.passes <= 100 && report.usable >= 12, "{report:?}");
+    assert!(report.score.iter().all(|x| x.is_finite()), "{report:?}");
     let numbers = [
         report.cost_before,
         report.cost_after,

@@ -13,14 +13,17 @@ use stereo_selfcal::{Config, Extrinsics};
 
 fn table(name: &str) -> String {
     let set = Dataset::load(&Dataset::shipped().join(name)).unwrap();
-    let mut text = format!("{name}, paper preset, f32\npair {}\n", Step::HEADING);
-    let mut index = 0;
-    let run = replay::<f32>(&set, Config::paper(), Extrinsics::SIDE_BY_SIDE, |step| {
-        writeln!(text, "{index:>4} {step}").unwrap();
-        index += 1;
-    });
-    let summary = run.unwrap().summary(&set).unwrap();
-    writeln!(text, "\n{summary}").unwrap();
+    let mut text = String::new();
+    for (preset, config) in [("robust", Config::robust()), ("paper", Config::paper())] {
+        writeln!(text, "{name}, {preset} preset, f32\npair {}", Step::HEADING).unwrap();
+        let mut index = 0;
+        let run = replay::<f32>(&set, config, Extrinsics::SIDE_BY_SIDE, |step| {
+            writeln!(text, "{index:>4} {step}").unwrap();
+            index += 1;
+        });
+        let summary = run.unwrap().summary(&set).unwrap();
+        writeln!(text, "\n{summary}\n").unwrap();
+    }
     text
 }
 

@@ -3,7 +3,8 @@
 //!
 //! Points are normalised image coordinates (unit depth), dimensionless. A distortion polynomial
 //! folds back beyond some radius; both directions refuse what lies there, so what comes out of
-//! `undistort` always goes back to where it came from.
+//! `undistort` always goes back to where it came from. Within 2 % of a radial-tangential fold the
+//! iteration may not converge in time; that is a refusal too.
 
 use nalgebra::{Matrix2, Vector2};
 

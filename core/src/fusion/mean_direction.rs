@@ -19,6 +19,9 @@ use crate::so3;
 /// Angle, rad, below which the rotation axis of a usual pair is mostly noise.
 const MIN_ANGLE: f64 = 3e-3;
 
+/// Angle, rad, above which a pair's axis may come out reversed.
+const MAX_ANGLE: f64 = 3.0;
+
 /// Length of the mean of the unit axes below which they do not agree on one.
 const MIN_CONCENTRATION: f64 = 0.9;
 
@@ -45,11 +48,14 @@ pub struct FusedEstimate<T: Scalar> {
     pub extrinsics: Extrinsics<T>,
     /// Pairs behind it.
     pub pairs: u32,
-    /// From the scatter of the pairs; that of the pair itself while there is one only.
+    /// Expected size of the error. Mean directions: from the scatter of the pairs, and what the axis
+    /// and the angle disagree by; that of the pair itself while there is one only. Information: from
+    /// the claims of the pairs, widened where they scatter by more.
     pub sd: StandardDeviations<T>,
     /// Length of the mean of the unit rotation axes: 1 where all pairs agree, 0 for pure noise.
     pub axis_concentration: T,
-    /// Whether the rotation is far enough from the identity for its axis to mean anything.
+    /// Whether the rotation is far enough from the identity, and from a half turn, for its axis to
+    /// mean anything. Always so where fusion needs no axis.
     pub axis_is_meaningful: bool,
 }
 
@@ -81,7 +87,11 @@ impl<T: Scalar> MeanDirection<T> {
         let rotation = so3::log(report.extrinsics.rotation());
         if self.pairs == 0 {
             self.first = [t, rotation];
-            self.first_sd = report.information.standard_deviations().unwrap_or(self.first_sd);
+            let unknown = T::lit(f64::INFINITY);
+            self.first_sd = report
+                .information
+                .standard_deviations()
+                .unwrap_or(StandardDeviations { rotation: unknown, translation: unknown });
         }
         self.pairs = self.pairs.saturating_add(1);
         let [first_t, first_rotation] = self.first;
@@ -116,20 +126,25 @@ impl<T: Scalar> MeanDirection<T> {
             Central::Mean => first_rotation.norm() + self.angle.value() / n,
             Central::Median => self.median.value()?,
         };
-        let rotation = so3::exp(&(unit_or_zero(&mean_axis, concentration) * angle))?;
+        let vector = unit_or_zero(&mean_axis, concentration) * angle;
+        let rotation = so3::exp(&vector)?;
+        let bias = (vector - first_rotation - mean(&self.rotation, n)).norm();
         let translation = Unit::try_new(mean_t, T::lit(1e-3))?;
         Some(FusedEstimate {
             extrinsics: Extrinsics::try_new(rotation.matrix(), &translation).ok()?,
             pairs: self.pairs,
-            sd: self.standard_deviations(n),
+            sd: self.standard_deviations(n, bias),
             axis_concentration: concentration,
             axis_is_meaningful: angle >= T::lit(MIN_ANGLE)
+                && angle <= T::lit(MAX_ANGLE)
                 && concentration >= T::lit(MIN_CONCENTRATION),
         })
     }
 
     /// Standard errors of the means: root of the sample variance over the number of pairs.
-    fn standard_deviations(&self, n: T) -> StandardDeviations<T> {
+    ///
+    /// * `bias`: what mean axis times central angle is off the mean rotation vector, rad.
+    fn standard_deviations(&self, n: T, bias: T) -> StandardDeviations<T> {
         if self.pairs < 2 {
             return self.first_sd;
         }
@@ -139,7 +154,7 @@ impl<T: Scalar> MeanDirection<T> {
             (scatter.max(T::ZERO) / (n - T::ONE)).sqrt()
         };
         StandardDeviations {
-            rotation: error(squares_r, mean(&self.rotation, n)),
+            rotation: error(squares_r, mean(&self.rotation, n)).hypot(bias),
             translation: error(squares_t, mean(&self.baseline, n)),
         }
     }

@@ -1,6 +1,8 @@
 //! Whatever comes in: a typed refusal or a counted skip, and the state as it was, bit for bit.
 
 use crate::scene::{calibrator, cameras, correspondences, rig};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::{
     ApplyError, Calibrator, Camera, Config, Correspondence, Extrinsics, Intrinsics, Lens,
     PairError, PushError, Refusal, Side, UndistortError,
@@ -125,12 +127,34 @@ fn points_on_one_line_are_unobservable() {
 }
 
 #[test]
-fn points_at_infinity_are_unobservable() {
+fn points_at_infinity_are_never_fused_with_or_without_noise() {
     let mut scene = correspondences::<f32>(&Extrinsics::SIDE_BY_SIDE, 200, 0.0, 3);
     for c in &mut scene {
         c.right = c.left;
     }
-    refuses_pair(scene, PairError::Unobservable);
+    refuses_pair(scene.clone(), PairError::Unobservable);
+    // The noise of the disparities is all there is of them.
+    for config in [Config::paper(), Config::robust()] {
+        let mut calibrator = Tested::new(config);
+        calibrator.set_cameras(cameras());
+        for seed in 0..50 {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            for c in correspondences::<f32>(&Extrinsics::SIDE_BY_SIDE, 200, 0.0, seed) {
+                let mut noisy =
+                    |x: f32, last: f32| (x + rng.random_range(-0.7..0.7)).clamp(0.0, last);
+                let right = [noisy(c.left[0], 1919.0), noisy(c.left[1], 1199.0)];
+                calibrator.push(&at(c.left, right)).unwrap();
+            }
+            // A rare draw looks like a baseline far from the factory's.
+            let refused = match calibrator.solve_pair() {
+                Ok(report) => calibrator.fuse(&report) == Err(Refusal::CorrectionLimit),
+                Err(error) => error == PairError::Unobservable,
+            };
+            assert!(refused, "{seed}");
+            calibrator.clear_pair();
+        }
+        assert_eq!(calibrator.estimate(), None);
+    }
 }
 
 #[test]

@@ -119,6 +119,8 @@ fn a_million_pairs_in_f32_are_those_in_f64() {
     ];
     let gap = r.iter().zip(t).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(gap < 2e-6, "{gap:e}");
+    let t = once.extrinsics.translation().map(f32::lit);
+    assert!((estimate.extrinsics.translation().into_inner() - t).amax() < 2e-6);
     let shrunk = estimate.sd.translation / f32::lit(once.sd.translation) * 1e4_f32.sqrt();
     assert!((shrunk - 1.0).abs() < 0.02, "{shrunk}");
 }

@@ -16,14 +16,14 @@ use stereo_selfcal::{Central, Config, Extrinsics, Scalar};
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
     /// Parameters of the calibrator.
-    #[arg(long, value_enum, default_value_t = Preset::Paper)]
+    #[arg(long, value_enum, default_value_t = Preset::Robust)]
     preset: Preset,
 
     /// Number type that the core computes in; f32 is what ships.
     #[arg(long, value_enum, default_value_t = Number::F32)]
     scalar: Number,
 
-    /// Central tendency of the pairs' rotation angles in fusion.
+    /// Central tendency of the pairs' rotation angles in fusion, paper preset.
     #[arg(long, value_enum, default_value_t = Angle::Mean)]
     angle: Angle,
 
@@ -39,6 +39,8 @@ pub(crate) struct RunArgs {
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Preset {
+    /// Whitened residuals, redescending loss, fusion by information: survives mismatches.
+    Robust,
     /// As published: Huber weights, mean-direction fusion (eqs 16-22).
     Paper,
 }
@@ -98,11 +100,14 @@ impl RunArgs {
     }
 
     fn config(&self) -> Config {
-        let Preset::Paper = self.preset;
-        Config::paper().with_angle(match self.angle {
+        let angle = match self.angle {
             Angle::Mean => Central::Mean,
             Angle::Median => Central::Median,
-        })
+        };
+        match self.preset {
+            Preset::Robust => Config::robust(),
+            Preset::Paper => Config::paper().with_angle(angle),
+        }
     }
 
     fn start<T: Scalar>(&self) -> Result<Extrinsics<T>> {

@@ -43,7 +43,7 @@ struct Pass<T> {
 
 /// A pair on its way to its optimum.
 #[derive(Debug, Clone)]
-pub struct Solver<T: Scalar> {
+pub(crate) struct HuberSolver<T: Scalar> {
     focal: T,
     loss: Huber<T>,
     tolerance: T,
@@ -60,14 +60,14 @@ pub struct Solver<T: Scalar> {
     stop: Option<Stop>,
 }
 
-impl<T: Scalar> Solver<T> {
+impl<T: Scalar> HuberSolver<T> {
     /// Takes the first pass, at the start.
     ///
     /// * `focal`: mean focal length of the cameras, px.
     ///
     /// # Errors
     /// [`PairError::TooFew`], [`PairError::Unobservable`].
-    pub fn begin(
+    pub(crate) fn begin(
         config: &Config,
         focal: T,
         start: &Extrinsics<T>,
@@ -102,7 +102,7 @@ impl<T: Scalar> Solver<T> {
     }
 
     /// Takes one more pass: one trial step, kept only if the cost falls. `Some` when done.
-    pub fn advance(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
+    pub(crate) fn advance(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
         if self.stop.is_none() {
             self.stop = self.attempt(pairs);
         }
@@ -112,8 +112,8 @@ impl<T: Scalar> Solver<T> {
         self.stop
     }
 
-    /// Whether [`Solver::report`] is all that is left to do.
-    pub fn is_done(&self) -> bool {
+    /// Whether [`HuberSolver::report`] is all that is left to do.
+    pub(crate) fn is_done(&self) -> bool {
         self.stop.is_some()
     }
 
@@ -169,26 +169,31 @@ impl<T: Scalar> Solver<T> {
     /// Takes the judging pass at the pose reached and reports.
     ///
     /// # Errors
-    /// [`PairError::TooFew`] if too few correspondences are within the Huber threshold;
+    /// [`PairError::NoConsensus`] if too few correspondences are within the Huber threshold;
     /// [`PairError::Unobservable`] if they leave a direction free, or the baseline has turned
     /// towards an optical axis.
-    pub fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, PairError> {
+    pub(crate) fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, PairError> {
         let extrinsics = self.pose.extrinsics().map_err(|_| PairError::Unobservable)?;
         let judged = Judgement::over(pairs, &self.start, &self.pose, self.loss.threshold);
         if judged.inliers < self.min_usable {
-            return Err(PairError::TooFew { usable: judged.inliers, needed: self.min_usable });
-        }
-        if !judged.information.is_observable() {
-            return Err(PairError::Unobservable);
+            return Err(PairError::NoConsensus);
         }
         let usable = T::count(self.at_pose.usable);
         let variance = (judged.clipped_squares / (usable - T::lit(5.0)))
             .max(self.noise_floor * self.noise_floor);
-        let information = judged.information.scaled(T::count(judged.inliers) / (usable * variance));
-        let rms = |squares: T| (squares / T::count(judged.screened)).sqrt() * self.focal;
+        // Rows and disparities have the same noise.
+        let information = judged
+            .information
+            .less_disparity_noise(T::count(judged.inliers), variance)
+            .filter(Information::is_observable)
+            .ok_or(PairError::Unobservable)?
+            .scaled(T::count(judged.inliers) / (usable * variance));
+        let screened = T::count(judged.screened.max(1));
+        let rms = |squares: T| (squares / screened).sqrt() * self.focal;
         Ok(PairReport {
             extrinsics,
             information,
+            score: [T::ZERO; 5],
             stop: self.stop.unwrap_or(Stop::PassLimit),
             passes: self.passes,
             usable: self.at_pose.usable,
@@ -246,7 +251,8 @@ impl<T: Scalar> Pass<T> {
         T::lit(2.0) * T::EPSILON * (self.squares.sqrt() + self.cost)
     }
 
-    /// Cost in which pushing a ray behind the camera never pays.
+    /// Cost in which a ray behind the camera counts as a row offset of 1 at unit depth: pushing it
+    /// there does not pay.
     fn penalised(&self, penalty: T) -> T {
         self.cost + T::count(self.skipped) * penalty
     }
