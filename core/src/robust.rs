@@ -28,7 +28,7 @@ const LAST_SCALE_PX: f64 = 7.5;
 /// Tukey's limit in standard deviations: 95 % efficient on Gaussian noise.
 const TUKEY: f64 = 4.685;
 
-/// Noise of a coordinate to begin with, and at most, px.
+/// Noise of a coordinate to begin with, which a consensus stays below, and at most, px.
 const NOISE_PX: [f64; 2] = [1.5, 3.0];
 
 /// Variance of a normal distribution cut off at two standard deviations.
@@ -45,6 +45,9 @@ const NEGLIGIBLE: f64 = 1e-4;
 
 /// The noise has settled when it changes by no more than this share.
 const SETTLED: f64 = 0.05;
+
+/// Share of the correspondences that must fit.
+const MIN_INLIERS: f64 = 0.15;
 
 /// Correspondences summed apart before they are added to the totals: bounds the rounding.
 const BLOCK: usize = 16;
@@ -278,9 +281,7 @@ impl<T: Scalar> RobustSolver<T> {
     pub(crate) fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, PairError> {
         let extrinsics = self.pose.extrinsics().map_err(|_| PairError::Unobservable)?;
         let pass = self.pass(pairs);
-        // Uniform mismatches have as many residuals in either band.
-        let peak = pass.near >= pass.beside.saturating_add(pass.beside / 2);
-        if pass.near < self.needed || !peak {
+        if !self.has_peak(&pass) {
             return Err(PairError::NoConsensus);
         }
         let information = pass
@@ -306,6 +307,16 @@ impl<T: Scalar> RobustSolver<T> {
             rms_px_after: rows.rms(rows.squares[1]),
             noise_px: self.noise,
         })
+    }
+
+    /// Whether the residuals gather at zero. Mismatches have about as many within two standard
+    /// deviations as from two to four, and let the scale grow.
+    fn has_peak(&self, pass: &Pass<T>) -> bool {
+        let near = T::count(pass.near);
+        pass.near >= self.needed
+            && near >= T::lit(2.0) * T::count(pass.beside)
+            && near >= T::lit(MIN_INLIERS) * T::count(pass.usable)
+            && self.noise < T::lit(NOISE_PX[0])
     }
 
     /// Costs and row offsets of start and solution, over the same correspondences.

@@ -2,7 +2,8 @@
 //!
 //! [`frame`]: the bytes on the bus. [`Matcher`]: the driver that reads them, over `embedded-hal`
 //! traits. [`App`]: the application loop over driver and calibrator. No heap, no clock; every call
-//! is bounded by the length of one frame or by one pass over one batch. Scalar: `f32`.
+//! is bounded by the length of one frame or by four passes over one batch: a pair's last, which judges
+//! it and both calibrations. Scalar: `f32`.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -19,6 +20,7 @@
 extern crate std;
 
 mod app;
+mod controller;
 pub mod frame;
 mod matcher;
 #[cfg(test)]
@@ -26,4 +28,5 @@ mod test_bus;
 mod thinning;
 
 pub use app::{App, Event, PairOutcome};
+pub use controller::{CAPACITY, Controller, solve_and_fuse, start};
 pub use matcher::{Matcher, MatcherError};

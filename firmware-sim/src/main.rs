@@ -6,10 +6,13 @@ mod sim;
 use std::process::ExitCode;
 
 use clap::Parser;
+use host_tests::is_broken_pipe;
 
 fn main() -> ExitCode {
     match sim::run(&sim::Args::parse(), &mut std::io::stdout()) {
         Ok(()) => ExitCode::SUCCESS,
+        // Whoever read the output has seen enough.
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::FAILURE

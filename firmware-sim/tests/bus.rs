@@ -3,18 +3,10 @@
 #[path = "../src/sim/matcher.rs"]
 mod matcher;
 
-use firmware_sim::{App, Event};
+use firmware_sim::{App, Event, solve_and_fuse, start};
 use host_tests::dataset::{Dataset, Match};
 use matcher::SimMatcher;
-use stereo_selfcal::{Calibrator, Config, Correspondence, Extrinsics};
-
-const CAPACITY: usize = 64;
-
-fn calibrator(set: &Dataset) -> Box<Calibrator<f32, CAPACITY>> {
-    let mut calibrator = Box::new(Calibrator::new(Config::paper()));
-    calibrator.set_cameras(set.cameras().unwrap());
-    calibrator
-}
+use stereo_selfcal::{Correspondence, Extrinsics};
 
 /// As the wire carries it, by other arithmetic than the frame's.
 fn quantised(m: &Match) -> Correspondence<f32> {
@@ -36,8 +28,7 @@ fn bits(extrinsics: &Extrinsics<f32>) -> Vec<u32> {
 #[test]
 fn the_fused_estimate_over_the_bus_is_that_of_direct_feeding_bit_for_bit() {
     let set = Dataset::load(&Dataset::shipped().join("opencv_chess_corners")).unwrap();
-    let mut direct = calibrator(&set);
-    let mut over_bus = calibrator(&set);
+    let [mut direct, mut over_bus] = [(), ()].map(|()| Box::new(start(set.cameras().unwrap())));
     let matcher = SimMatcher::default();
     let mut app = App::new(matcher.driver(), &mut over_bus);
     for (sequence, pair) in (0..).zip(&set.pairs) {
@@ -45,8 +36,7 @@ fn the_fused_estimate_over_the_bus_is_that_of_direct_feeding_bit_for_bit() {
             direct.push(&quantised(m)).unwrap();
         }
         let batch = direct.batch().clone();
-        let report = direct.solve_pair().unwrap();
-        let fused = direct.fuse(&report);
+        let (report, fused) = solve_and_fuse(&mut direct).unwrap();
         let health = direct.health();
         direct.clear_pair();
 

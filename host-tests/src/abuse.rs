@@ -61,10 +61,12 @@ pub fn abuse(bytes: &[u8]) {
     calibrator.set_cameras(usual_cameras([0; 5], false).expect("usual cameras"));
     let mut last = None;
     while let Ok(call) = Call::arbitrary(&mut input) {
-        let before = (calibrator.estimate(), *calibrator.in_use(), calibrator.generation());
+        let before = state(&calibrator);
+        let batch = calibrator.batch().pairs().to_vec();
         let refused = perform(&mut calibrator, &call, &mut last);
-        let after = (calibrator.estimate(), *calibrator.in_use(), calibrator.generation());
-        assert!(!refused || before == after, "a refused {call:?} changed the state");
+        assert!(!refused || before == state(&calibrator), "a refused {call:?} changed the state");
+        let kept = matches!(call, Call::PushMany(_)) || batch == calibrator.batch().pairs();
+        assert!(!refused || kept, "a refused {call:?} changed the batch");
         check_extrinsics(calibrator.in_use());
         if let Some(estimate) = calibrator.estimate() {
             check_estimate(&estimate);
@@ -73,6 +75,10 @@ pub fn abuse(bytes: &[u8]) {
             break;
         }
     }
+}
+
+fn state(calibrator: &Abused) -> (Option<FusedEstimate<f32>>, Extrinsics<f32>, u32) {
+    (calibrator.estimate(), *calibrator.in_use(), calibrator.generation())
 }
 
 /// Whether the call was refused.

@@ -8,7 +8,7 @@ use serde::Serialize;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
     Extrinsics, FusedEstimate, PairError, PairReport, RayPair, RectifyingRotations, Refusal,
-    Scalar, row_offset,
+    Scalar, Stop, row_offset,
 };
 
 use crate::dataset::Dataset;
@@ -48,14 +48,10 @@ pub struct Step {
 pub struct Solved {
     /// Error of this pair alone.
     pub error: Deviation<f64>,
-    /// Standard deviation of the baseline direction that the pair claims, rad.
-    pub sd_translation: f64,
-    /// Standard deviation of the rotation that the pair claims, rad.
-    pub sd_rotation: f64,
     /// Passes taken.
     pub passes: u16,
-    /// Correspondences within the screening threshold of the solution.
-    pub screened: u32,
+    /// Whether they were not enough.
+    pub at_pass_limit: bool,
     /// RMS row offset of the screened correspondences at the start, px.
     pub rms_px_before: f64,
     /// The same at the solution, px.
@@ -140,13 +136,10 @@ impl Evaluation {
     }
 
     fn solved<T: Scalar>(&self, report: &PairReport<T>) -> Solved {
-        let sd = report.information.standard_deviations();
         Solved {
             error: Deviation::between(&in_f64(&report.extrinsics), &self.truth),
-            sd_translation: sd.map_or(f64::INFINITY, |sd| sd.translation.to_f64()),
-            sd_rotation: sd.map_or(f64::INFINITY, |sd| sd.rotation.to_f64()),
             passes: report.passes,
-            screened: report.screened,
+            at_pass_limit: report.stop == Stop::PassLimit,
             rms_px_before: report.rms_px_before.to_f64(),
             rms_px_after: report.rms_px_after.to_f64(),
         }
@@ -301,7 +294,7 @@ impl fmt::Display for Verdict {
 }
 
 impl Step {
-    /// Heading over the lines of [`Step`]'s `Display`.
+    /// Heading over the lines of [`Step`]'s `Display`. Passes end in `+` where the limit cut them off.
     pub const HEADING: &str = "matches  rows px before>after  passes   pair e_t  e_theta deg   \
                                running e_t  e_theta deg   verdict";
 }
@@ -312,10 +305,11 @@ impl fmt::Display for Step {
         match &self.solved {
             Some(s) => write!(
                 f,
-                "{:>9.3} > {:>9.3}  {:>6}   {:>8.3}  {:>11.3}   ",
+                "{:>9.3} > {:>9.3}  {:>5}{}   {:>8.3}  {:>11.3}   ",
                 s.rms_px_before,
                 s.rms_px_after,
                 s.passes,
+                if s.at_pass_limit { '+' } else { ' ' },
                 s.error.translation.to_degrees(),
                 s.error.rotation.to_degrees(),
             )?,

@@ -11,3 +11,10 @@ pub mod reference;
 pub mod replay;
 pub mod synth;
 pub mod view;
+
+/// Whether an error comes of a closed output, as by `| head`.
+#[must_use]
+pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    let kind = error.downcast_ref::<std::io::Error>().map(std::io::Error::kind);
+    kind == Some(std::io::ErrorKind::BrokenPipe)
+}

@@ -6,8 +6,7 @@
 
 use nalgebra::{Matrix3, Matrix6, RowVector3, Vector3, Vector6};
 
-/// One correspondence as rays at unit depth, `[p_l, p_r]`.
-pub type Rays = [Vector3<f64>; 2];
+use crate::oracle::Rays;
 
 /// What the transcription is run with.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,8 +38,6 @@ pub struct Solution {
     pub right: Matrix3<f64>,
     /// Whether the step fell below the tolerance.
     pub converged: bool,
-    /// Steps taken, rejected ones included.
-    pub steps: usize,
 }
 
 impl Solution {
@@ -117,7 +114,7 @@ pub fn solve(r: &Matrix3<f64>, t: &Vector3<f64>, rays: &[Rays], options: Options
     let [mut left, mut right] = initial(r, t);
     let mut energy = total_energy(&left, &right, rays, options);
     let mut lambda = 1e-3;
-    for steps in 1..=options.max_steps {
+    for _ in 0..options.max_steps {
         let (h, g) = normal_equations(&left, &right, rays, options);
         let damped = h + Matrix6::identity() * lambda;
         let step = -damped.cholesky().expect("damped normal equations").solve(&g);
@@ -132,10 +129,10 @@ pub fn solve(r: &Matrix3<f64>, t: &Vector3<f64>, rays: &[Rays], options: Options
             lambda *= 10.0;
         }
         if small {
-            return Solution { left, right, converged: true, steps };
+            return Solution { left, right, converged: true };
         }
     }
-    Solution { left, right, converged: false, steps: options.max_steps }
+    Solution { left, right, converged: false }
 }
 
 /// Eq 12 with Huber's loss in place of the square for `e_1` to `e_N`, and `w_0 e_0^2`; halved.

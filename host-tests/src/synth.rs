@@ -12,6 +12,7 @@ use rand_distr::{Distribution, Normal};
 use stereo_selfcal::{Extrinsics, so3};
 
 use crate::dataset::{Dataset, Match, Meta, rows};
+use crate::oracle::Rays;
 
 /// What is generated. `Default` is the scene of the project's figures.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +50,9 @@ impl Default for Scene {
     }
 }
 
+/// Points drawn to see whether the cameras share a view.
+const TRIES: usize = 10_000;
+
 /// One generated pair: correspondences, and which of them are true.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SynthPair {
@@ -78,7 +82,7 @@ pub fn rig(rotation_deg: [f64; 3], baseline_deg: [f64; 2]) -> Result<Extrinsics<
 }
 
 impl Scene {
-    /// Checks the ranges.
+    /// Checks the ranges, and that the cameras share a view.
     ///
     /// # Errors
     /// Names the parameter.
@@ -90,6 +94,12 @@ impl Scene {
         ensure!(self.band > 0.0 && self.band <= 1.0, "band must be above 0 and at most 1");
         ensure!(self.focal.is_finite() && self.focal >= 1.0, "focal must be at least 1 px");
         ensure!(self.size.iter().all(|&n| n >= 2), "image must be at least 2 x 2 px");
+        let mut rng = ChaCha8Rng::seed_from_u64(0);
+        let seen = (0..TRIES).filter(|_| self.point(&mut rng).is_some()).count();
+        ensure!(
+            seen > 0,
+            "no point of {TRIES} was seen by both cameras: rig or depth leave no overlap"
+        );
         Ok(())
     }
 
@@ -136,7 +146,7 @@ impl Scene {
 
     /// Rays at unit depth `[p_l, p_r]` of pixels `ul vl ur vr`.
     #[must_use]
-    pub fn rays(&self, [ul, vl, ur, vr]: [f64; 4]) -> [Vector3<f64>; 2] {
+    pub fn rays(&self, [ul, vl, ur, vr]: [f64; 4]) -> Rays {
         let [cx, cy] = self.centre();
         let ray = |u: f64, v: f64| Vector3::new((u - cx) / self.focal, (v - cy) / self.focal, 1.0);
         [ray(ul, vl), ray(ur, vr)]
@@ -162,23 +172,30 @@ impl Scene {
     }
 
     /// Pixels of one point that both cameras see, without noise.
+    ///
+    /// Ends with certainty: [`Scene::check`] has found such points.
     fn seen_point(&self, rng: &mut ChaCha8Rng) -> [f64; 4] {
+        loop {
+            if let Some(seen) = self.point(rng) {
+                return seen;
+            }
+        }
+    }
+
+    /// Pixels of one point of the left view, if the right camera sees it too.
+    fn point(&self, rng: &mut ChaCha8Rng) -> Option<[f64; 4]> {
         let [width, height] = self.size.map(f64::from);
         let [cx, cy] = self.centre();
         let [near, far] = self.depth.map(f64::ln);
-        loop {
-            let ul = rng.random_range(0.0..width - 1.0);
-            let vl = cy + (rng.random_range(-0.5..0.5)) * self.band * (height - 1.0);
-            let depth = (near + (far - near) * rng.random::<f64>()).exp();
-            let [p_l, _] = self.rays([ul, vl, ul, vl]).map(|p| p * depth);
-            let p_r = self.rig.rotation() * p_l + self.rig.translation().into_inner();
-            let ur = cx + self.focal * p_r.x / p_r.z;
-            let vr = cy + self.focal * p_r.y / p_r.z;
-            let inside = (0.0..=width - 1.0).contains(&ur) && (0.0..=height - 1.0).contains(&vr);
-            if p_r.z > 0.0 && inside {
-                return [ul, vl, ur, vr];
-            }
-        }
+        let ul = rng.random_range(0.0..width - 1.0);
+        let vl = cy + rng.random_range(-0.5..0.5) * self.band * (height - 1.0);
+        let depth = (near + (far - near) * rng.random::<f64>()).exp();
+        let [p_l, _] = self.rays([ul, vl, ul, vl]).map(|p| p * depth);
+        let p_r = self.rig.rotation() * p_l + self.rig.translation().into_inner();
+        let ur = cx + self.focal * p_r.x / p_r.z;
+        let vr = cy + self.focal * p_r.y / p_r.z;
+        let inside = (0.0..=width - 1.0).contains(&ur) && (0.0..=height - 1.0).contains(&vr);
+        (p_r.z > 0.0 && inside).then_some([ul, vl, ur, vr])
     }
 
     /// The same left point with a wrong right one.

@@ -4,7 +4,8 @@
 //! about arccos in `metrics` of the core.
 
 use host_tests::evaluation::Evaluation;
-use host_tests::reference::{self, Options, Rays};
+use host_tests::oracle::Rays;
+use host_tests::reference::{self, Options};
 use host_tests::replay::replay;
 use host_tests::synth::{Scene, rig};
 use nalgebra::{Matrix3, Vector3};

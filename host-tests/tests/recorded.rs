@@ -3,12 +3,13 @@
 
 use host_tests::dataset::{Dataset, Match};
 use host_tests::evaluation::{Summary, in_f64};
+use host_tests::oracle::Rays;
 use host_tests::reference::{self, Options, Solution};
 use host_tests::replay::{CAPACITY, replay};
 use host_tests::view::View;
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use stereo_selfcal::metrics::baseline_angle;
-use stereo_selfcal::{Calibrator, Config, Extrinsics, PairReport, Scalar, Stop, so3};
+use stereo_selfcal::{Calibrator, Config, Extrinsics, PairError, PairReport, Scalar, Stop, so3};
 
 /// Weight of the literal reference's gauge row that makes eq 8 hold as exactly as the core does.
 const EXACT_GAUGE: f64 = 1e6;
@@ -39,12 +40,20 @@ fn to_the_end() -> Config {
 }
 
 fn solve<T: Scalar>(set: &Dataset, pair: &[Match]) -> PairReport<T> {
-    let mut calibrator = Box::new(Calibrator::<T, CAPACITY>::new(to_the_end()));
+    solve_by(to_the_end(), set, pair).unwrap()
+}
+
+fn solve_by<T: Scalar>(
+    config: Config,
+    set: &Dataset,
+    pair: &[Match],
+) -> Result<PairReport<T>, PairError> {
+    let mut calibrator = Box::new(Calibrator::<T, CAPACITY>::new(config));
     calibrator.set_cameras(set.cameras().unwrap());
     for m in pair {
         calibrator.push(&m.correspondence()).unwrap();
     }
-    calibrator.solve_pair().unwrap()
+    calibrator.solve_pair()
 }
 
 /// The literal reference from `start`, or from `R = I`, `t = (-1, 0, 0)`.
@@ -55,7 +64,7 @@ fn solve_literally(
     gauge_weight: f64,
 ) -> Solution {
     let cameras = set.cameras::<f64>().unwrap();
-    let rays: Vec<reference::Rays> = pair
+    let rays: Vec<Rays> = pair
         .iter()
         .map(|m| cameras.rays(&m.correspondence()).unwrap())
         .map(|rays| [rays.left(), rays.right()].map(|[x, y]| Vector3::new(x, y, 1.0)))
@@ -92,6 +101,11 @@ fn paper_preset_and_literal_reference_reach_the_same_extrinsics_on_every_recorde
         assert_ne!(ours.stop, Stop::PassLimit, "{name}");
         beyond_limit += usize::from(ours.passes > 100);
         let start = TWO_OPTIMA.contains(&name).then_some(&ours.extrinsics);
+        if start.is_some() {
+            let other = solve_literally(set, pair, None, EXACT_GAUGE);
+            let apart = gap_to(&ours.extrinsics, &other);
+            assert!(other.converged && apart > 1e-3, "{name} has one optimum: {apart:e}");
+        }
         let exact = solve_literally(set, pair, start, EXACT_GAUGE);
         assert!(exact.converged, "{name}: the reference did not converge");
         let off = gap_to(&ours.extrinsics, &exact);
@@ -109,20 +123,32 @@ fn paper_preset_and_literal_reference_reach_the_same_extrinsics_on_every_recorde
     assert_eq!(compared, 140);
 }
 
-/// Figure 2.
+/// Figure 2, for both presets; the paper preset run to its end, because one pair in ten stops at its
+/// limit of 100 passes in `f64` and earlier in `f32`.
 #[test]
 fn f32_agrees_with_f64_within_a_twentieth_of_the_predicted_deviation_on_every_recorded_pair() {
+    for (preset, config) in [("paper", to_the_end()), ("robust", Config::robust())] {
+        let worst = worst_share_between_scalars(config);
+        println!("{preset}: {worst:.4} of the predicted standard deviation at worst");
+        assert!(worst < 0.05, "{preset}: {worst}");
+    }
+}
+
+fn worst_share_between_scalars(config: Config) -> f64 {
     let mut worst = 0.0_f64;
     for_every_pair(|name, set, pair| {
-        let double = solve::<f64>(set, pair);
-        let single = in_f64(&solve::<f32>(set, pair).extrinsics);
+        let both = (solve_by::<f64>(config, set, pair), solve_by::<f32>(config, set, pair));
+        let (Ok(double), Ok(single)) = both else {
+            assert_eq!(both.0.err(), both.1.err(), "{name}");
+            return;
+        };
+        let single = in_f64(&single.extrinsics);
         let sd = double.information.standard_deviations().unwrap();
         let [r, t] = gap(&double.extrinsics, single.rotation(), single.translation());
         let share = (r / sd.rotation).max(t / sd.translation);
-        assert!(share < 0.05, "{name}: {share}");
         worst = worst.max(share);
     });
-    println!("worst: {worst:.4} of the predicted standard deviation");
+    worst
 }
 
 fn paper_summary(set: &Dataset) -> Summary {
@@ -138,4 +164,17 @@ fn chessboard_corners_come_out_near_their_reference() {
     assert!(summary.e_t.unwrap() <= 0.004);
     assert!(summary.e_theta.unwrap() <= 0.002);
     assert_eq!(summary.accepted, 13);
+}
+
+#[test]
+fn natural_mismatches_are_survived_by_the_robust_preset() {
+    let set = shipped("opencv_chess_sift");
+    let run = replay::<f32>(&set, Config::robust(), Extrinsics::SIDE_BY_SIDE, |_| ()).unwrap();
+    let summary = run.summary(&set).unwrap();
+    println!("{summary}");
+    let [e_t, e_theta] = [summary.e_t.unwrap(), summary.e_theta.unwrap()];
+    assert!(e_t < 0.01 && e_theta < 0.005, "{e_t} {e_theta}");
+    // Honest about itself: within three claimed deviations.
+    assert!(e_t < 3.0 * summary.sd_translation.unwrap());
+    assert!(e_theta < 3.0 * summary.sd_rotation.unwrap());
 }

@@ -10,5 +10,6 @@
 mod bad_input;
 mod fusion;
 mod homography;
+mod robust;
 mod scene;
 mod solver;

@@ -11,13 +11,9 @@ use std::io::Write;
 use anyhow::{Context, Result};
 use firmware_sim::App;
 use host_tests::plot;
-use stereo_selfcal::{Calibrator, Config};
 
 pub(crate) use args::Args;
 use matcher::SimMatcher;
-
-/// Correspondences a pair that the simulated controller has room for.
-const CAPACITY: usize = 512;
 
 /// Plays the data set and prints what comes of it.
 ///
@@ -25,8 +21,7 @@ const CAPACITY: usize = 512;
 /// If the data set cannot be read, a file cannot be written, or no pair could be fused.
 pub(crate) fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     let set = args.dataset()?;
-    let mut calibrator = Box::new(Calibrator::<f32, CAPACITY>::new(Config::paper()));
-    calibrator.set_cameras(set.cameras()?);
+    let mut calibrator = Box::new(firmware_sim::start(set.cameras()?));
     let matcher = SimMatcher::default();
     let mut app = App::new(matcher.driver(), &mut calibrator);
 

@@ -7,8 +7,8 @@ use host_tests::dataset::Dataset;
 use host_tests::evaluation::Summary;
 use stereo_selfcal::Extrinsics;
 
-use super::CAPACITY;
 use super::play::Run;
+use firmware_sim::CAPACITY;
 
 /// What runs on what.
 pub(super) fn heading(out: &mut impl Write, set: &Dataset) -> Result<()> {
@@ -17,7 +17,10 @@ pub(super) fn heading(out: &mut impl Write, set: &Dataset) -> Result<()> {
     writeln!(out, "Firmware simulation: recorded matches over SPI into the calibrator")?;
     writeln!(out, "data set   {}: {pairs} pairs, {matches} matches", set.name)?;
     writeln!(out, "source     {}", set.meta.source)?;
-    writeln!(out, "preset     paper: Huber loss, each pair from R = I, mean-direction fusion")?;
+    writeln!(
+        out,
+        "preset     robust: redescending loss, each pair from R = I, fusion by information"
+    )?;
     writeln!(out, "scalar     f32, room for {CAPACITY} matches a pair, 1/256 px on the wire")?;
     writeln!(out, "errors     in degrees, against R, t of the data set\n")?;
     Ok(())

@@ -1,6 +1,7 @@
 //! What `replay` and `synth` share: how the calibrator is run and what is shown of it.
 
 use std::fs;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -69,10 +70,11 @@ impl RunArgs {
             Number::F64 => self.replay::<f64>(set),
         }?;
         let summary = evaluation.summary(set)?;
+        let mut out = io::stdout();
         if self.json {
-            println!("{}", serde_json::to_string_pretty(&summary)?);
+            writeln!(out, "{}", serde_json::to_string_pretty(&summary)?)?;
         } else {
-            println!("\n{summary}");
+            writeln!(out, "\n{summary}")?;
         }
         if evaluation.fused().is_none() {
             bail!("none of the {} pairs could be fused", set.pairs.len());
@@ -82,20 +84,22 @@ impl RunArgs {
 
     fn replay<T: Scalar>(&self, set: &Dataset) -> Result<Evaluation> {
         let start = self.start::<T>()?;
+        let mut out = io::stdout();
         if !self.json {
-            println!("{} pairs of {}: {}", set.pairs.len(), set.name, set.meta.source);
-            println!("pair {}", Step::HEADING);
+            writeln!(out, "{} pairs of {}: {}", set.pairs.len(), set.name, set.meta.source)?;
+            writeln!(out, "pair {}", Step::HEADING)?;
         }
         let bar = progress::over_pairs(set.pairs.len());
-        let mut index = 0;
+        let mut lines = 0..;
+        let mut written = Ok(());
         let evaluation = replay::replay(set, self.config(), start, |step| {
-            if !self.json {
-                bar.suspend(|| println!("{index:>4} {step}"));
+            if let (false, Some(i), Ok(())) = (self.json, lines.next(), &written) {
+                written = bar.suspend(|| writeln!(out, "{i:>4} {step}"));
             }
-            index += 1;
             bar.inc(1);
         })?;
         bar.finish_and_clear();
+        written?;
         Ok(evaluation)
     }
 

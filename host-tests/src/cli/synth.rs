@@ -1,5 +1,6 @@
 //! `selfcal synth`.
 
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -90,7 +91,7 @@ pub(crate) fn synth(args: &SynthArgs) -> Result<()> {
     match &args.out {
         Some(dir) => {
             set.save(dir)?;
-            println!("{} pairs written to {}", set.pairs.len(), dir.display());
+            writeln!(io::stdout(), "{} pairs written to {}", set.pairs.len(), dir.display())?;
             Ok(())
         }
         None => args.run.run(&set),

@@ -1,0 +1,31 @@
+//! The calibrator as this controller has it: `f32`, its capacity, its preset.
+//!
+//! Concrete on purpose: a library build for the target compiles the core's `f32` code with it.
+
+use stereo_selfcal::{Calibrator, Cameras, Config, PairError, PairReport, Refusal};
+
+/// Correspondences a pair that the controller has room for.
+pub const CAPACITY: usize = 512;
+
+/// The controller's calibrator. RAM: 24 bytes a correspondence and less than 1 kB.
+pub type Controller = Calibrator<f32, CAPACITY>;
+
+/// A controller for these cameras, at the factory extrinsics `R = I`, `t = (-1, 0, 0)`.
+#[must_use]
+pub fn start(cameras: Cameras<f32>) -> Controller {
+    let mut controller = Controller::new(Config::robust());
+    controller.set_cameras(cameras);
+    controller
+}
+
+/// Solves and fuses the controller's batch in one call, for loops that can afford it: the report, and
+/// whether it was fused.
+///
+/// # Errors
+/// [`PairError`]; the batch is kept.
+pub fn solve_and_fuse(
+    controller: &mut Controller,
+) -> Result<(PairReport<f32>, Result<(), Refusal>), PairError> {
+    let report = controller.solve_pair()?;
+    Ok((report, controller.fuse(&report)))
+}
