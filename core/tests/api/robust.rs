@@ -3,7 +3,8 @@
 use crate::scene::{cameras, correspondences, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Config, Correspondence, Extrinsics, InformationMean, PairReport, Scalar, Stop,
+    Calibrator, Config, Correspondence, Extrinsics, InformationMean, PairError, PairReport, Scalar,
+    Stop,
 };
 
 const ROTATION: [f64; 3] = [3.0, -2.5, 4.0];
@@ -115,4 +116,15 @@ fn a_million_pairs_in_f32_stay_where_they_are_and_claim_what_they_know() {
     // A hundredth of the deviation for ten thousand times the information.
     let shrunk = first.sd.translation / last.sd.translation;
     assert!((95.0..105.0).contains(&shrunk), "{shrunk}");
+}
+
+#[test]
+fn a_noise_floor_above_all_noise_is_a_refusal_and_no_panic() {
+    let config = Config::robust().with_noise_floor_px(50.0).unwrap();
+    let mut calibrator = Calibrator::<f32, 256>::new(config);
+    calibrator.set_cameras(cameras());
+    for c in among_mismatches(0.5, 5) {
+        calibrator.push(&c).unwrap();
+    }
+    assert_eq!(calibrator.solve_pair(), Err(PairError::NoConsensus));
 }

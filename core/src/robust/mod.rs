@@ -6,7 +6,9 @@
 //! information is held down: a gross mismatch with a huge disparity near its epipolar line fits any
 //! pose, and no residual tells it from a near point.
 
-use nalgebra::{Matrix5, Vector2, Vector3, Vector5};
+mod pass;
+
+use nalgebra::{Vector2, Vector3, Vector5};
 
 use crate::config::Config;
 use crate::correspondence::RayPair;
@@ -18,6 +20,7 @@ use crate::rectification::RectifyingRotations;
 use crate::report::{PairReport, Stop};
 use crate::scalar::Scalar;
 use crate::whitening::{WhitenedRow, whitened};
+use pass::{Leverage, Pass};
 
 /// First scale of the loss, px: 5 degrees at a focal length of 1400 px.
 const FIRST_SCALE_PX: f64 = 120.0;
@@ -33,9 +36,6 @@ const NOISE_PX: [f64; 2] = [1.5, 3.0];
 
 /// Variance of a normal distribution cut off at two standard deviations.
 const TRUNCATED_VARIANCE: f64 = 0.7737;
-
-/// Information a correspondence may carry, in mean shares.
-const MAX_SHARE: f64 = 4.0;
 
 /// Disparity below which a match lies behind the cameras, px; noise may reach below 0.
 const MIN_DISPARITY_PX: f64 = -4.0;
@@ -59,31 +59,6 @@ enum Stage<T> {
     Anneal(T),
     /// Tukey at the noise estimated so far.
     Polish,
-}
-
-/// What a correspondence's share of the information is judged by: sums of the pass before.
-#[derive(Debug, Clone, Copy)]
-struct Leverage<T> {
-    covariance: Matrix5<T>,
-    limit: T,
-}
-
-/// Sums of one pass over the batch at one pose.
-#[derive(Debug, Clone)]
-struct Pass<T> {
-    /// Of `w J J^T` with high leverage held down, and as it is.
-    capped: Information<T>,
-    uncapped: Information<T>,
-    gradient: [T; 5],
-    usable: u32,
-    skipped: u32,
-    /// Correspondences with a weight at all, and the sum of the weights as held down.
-    weighted: u32,
-    weight: T,
-    /// Residuals within 2, and from 2 to 4 standard deviations.
-    near: u32,
-    beside: u32,
-    near_squares: T,
 }
 
 /// A pair on its way to its optimum.
@@ -203,7 +178,7 @@ impl<T: Scalar> RobustSolver<T> {
             Stage::Polish if pass.near > 0 => {
                 let mean = pass.near_squares / T::count(pass.near);
                 let noise = (mean / T::lit(TRUNCATED_VARIANCE)).sqrt();
-                let noise = noise.clamp(self.noise_floor, T::lit(NOISE_PX[1]));
+                let noise = noise.min(T::lit(NOISE_PX[1])).max(self.noise_floor);
                 let change = (noise - self.noise).abs();
                 self.noise = noise;
                 change <= T::lit(SETTLED) * noise
@@ -353,58 +328,5 @@ struct Rows<T> {
 impl<T: Scalar> Rows<T> {
     fn rms(&self, squares: T) -> T {
         (squares / T::count(self.screened.max(1))).sqrt()
-    }
-}
-
-impl<T: Scalar> Leverage<T> {
-    /// From the sums of a pass; `prior` in their unit.
-    fn of(pass: &Pass<T>, prior: T) -> Option<Self> {
-        let covariance = pass.uncapped.plus_diagonal(prior).covariance()?;
-        // The shares add up to the trace: 5 where the prior is weak.
-        let sum = covariance.dot(&pass.uncapped.matrix());
-        let limit = T::lit(MAX_SHARE) * sum / T::count(pass.weighted.max(1));
-        limit.is_finite().then_some(Self { covariance, limit })
-    }
-
-    /// The weight that is left of `w`: falling with the square of the excess.
-    fn hold_down(&self, w: T, j: &[T; 5]) -> T {
-        let j = Vector5::from(*j);
-        let share = w * j.dot(&(self.covariance * j));
-        if share <= self.limit {
-            w
-        } else {
-            let excess = self.limit / share;
-            w * excess * excess
-        }
-    }
-}
-
-impl<T: Scalar> Pass<T> {
-    const EMPTY: Self = Self {
-        capped: Information::ZERO,
-        uncapped: Information::ZERO,
-        gradient: [T::ZERO; 5],
-        usable: 0,
-        skipped: 0,
-        weighted: 0,
-        weight: T::ZERO,
-        near: 0,
-        beside: 0,
-        near_squares: T::ZERO,
-    };
-
-    fn merge(&mut self, other: &Self) {
-        self.capped.add(&other.capped);
-        self.uncapped.add(&other.uncapped);
-        for (sum, g) in self.gradient.iter_mut().zip(&other.gradient) {
-            *sum += *g;
-        }
-        self.usable = self.usable.saturating_add(other.usable);
-        self.skipped = self.skipped.saturating_add(other.skipped);
-        self.weighted = self.weighted.saturating_add(other.weighted);
-        self.weight += other.weight;
-        self.near = self.near.saturating_add(other.near);
-        self.beside = self.beside.saturating_add(other.beside);
-        self.near_squares += other.near_squares;
     }
 }
