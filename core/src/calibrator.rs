@@ -159,8 +159,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// [`Refusal`]; the estimate is as it was, bit for bit.
     pub fn fuse(&mut self, report: &PairReport<T>) -> Result<(), Refusal> {
         gate::admit(&self.config, &self.factory, report)?;
-        self.fusion.add(report);
-        Ok(())
+        self.fusion.add(report).then_some(()).ok_or(Refusal::NoRig)
     }
 
     /// Estimate over all fused pairs; `None` before the first.

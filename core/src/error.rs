@@ -180,6 +180,9 @@ pub enum Refusal {
     /// `R` or `t` is further from the factory values than the correction limit.
     #[error("further from the factory extrinsics than the correction limit")]
     CorrectionLimit,
+    /// The estimate with this pair in it would be of a rig that cannot be rectified.
+    #[error("the pair leads to extrinsics that cannot be rectified")]
+    NoRig,
     /// A quantity of the report is not finite: the report was altered.
     #[error("the report is not finite")]
     NotFinite,

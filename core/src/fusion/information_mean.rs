@@ -50,14 +50,15 @@ impl<T: Scalar> InformationMean<T> {
         Self { extrinsics, information, ..Self::new() }
     }
 
-    /// Adds one pair; a pair that would leave the range of rigs that can be rectified is passed over.
-    pub fn add(&mut self, report: &PairReport<T>) {
+    /// Adds one pair; whether it was taken. One that would lead to a rig that cannot be rectified is
+    /// not, and leaves the sums as they were.
+    pub fn add(&mut self, report: &PairReport<T>) -> bool {
         let mut joint = self.information;
         joint.add(&report.information);
         let optimum = (0..GAUSS_NEWTON_STEPS)
             .try_fold(self.extrinsics, |at, _| self.joint_step(&at, &joint, report));
         let Some(extrinsics) = optimum else {
-            return;
+            return false;
         };
         if self.pairs > 0 {
             self.note_innovation(report);
@@ -65,6 +66,7 @@ impl<T: Scalar> InformationMean<T> {
         self.extrinsics = extrinsics;
         self.information = joint;
         self.pairs = self.pairs.saturating_add(1);
+        true
     }
 
     /// One step from `at` towards the joint optimum of the estimate and a pair.

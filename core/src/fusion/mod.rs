@@ -40,9 +40,13 @@ impl<T: Scalar> Fusion<T> {
         }
     }
 
-    pub(crate) fn add(&mut self, report: &PairReport<T>) {
+    /// Whether the pair was taken.
+    pub(crate) fn add(&mut self, report: &PairReport<T>) -> bool {
         match self {
-            Self::MeanDirection(fusion) => fusion.add(report),
+            Self::MeanDirection(fusion) => {
+                fusion.add(report);
+                true
+            }
             Self::Information(fusion) => fusion.add(report),
         }
     }

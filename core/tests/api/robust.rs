@@ -90,7 +90,7 @@ fn the_score_takes_most_of_the_prior_back_out() {
 fn a_pair_fused_from_afar_is_its_own_estimate() {
     let report = solved::<f32>(0.5, 4);
     let mut fusion = InformationMean::from_prior(Extrinsics::SIDE_BY_SIDE, 10.0);
-    fusion.add(&report);
+    assert!(fusion.add(&report));
     let estimate = fusion.estimate().unwrap();
     let error = Deviation::between(&estimate.extrinsics, &report.extrinsics);
     assert!(error.translation < 1e-4 && error.rotation < 1e-4, "{error:?}");
@@ -103,7 +103,7 @@ fn a_million_pairs_in_f32_stay_where_they_are_and_claim_what_they_know() {
     let mut after = |rounds: u32| {
         for _ in 0..rounds {
             for report in &singles {
-                fusion.add(report);
+                assert!(fusion.add(report));
             }
         }
         fusion.estimate().unwrap()
@@ -127,4 +127,13 @@ fn a_noise_floor_above_all_noise_is_a_refusal_and_no_panic() {
         calibrator.push(&c).unwrap();
     }
     assert_eq!(calibrator.solve_pair(), Err(PairError::NoConsensus));
+}
+
+#[test]
+fn a_pair_that_leads_to_no_rig_is_not_taken_and_changes_nothing() {
+    let mut report = solved::<f32>(0.5, 6);
+    let mut fusion = InformationMean::from_prior(Extrinsics::SIDE_BY_SIDE, 0.1);
+    report.score = [0.0, 0.0, 0.0, f32::MAX, 0.0];
+    assert!(!fusion.add(&report));
+    assert_eq!((fusion.pairs(), fusion.estimate()), (0, None));
 }
