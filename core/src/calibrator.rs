@@ -159,7 +159,16 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// [`Refusal`]; the estimate is as it was, bit for bit.
     pub fn fuse(&mut self, report: &PairReport<T>) -> Result<(), Refusal> {
         gate::admit(&self.config, &self.factory, report)?;
-        self.fusion.add(report).then_some(()).ok_or(Refusal::NoRig)
+        // Tried on a copy: weak pairs, each within the limit, may agree on what is beyond it.
+        let mut fusion = self.fusion.clone();
+        if !fusion.add(report) {
+            return Err(Refusal::NoRig);
+        }
+        if let Some(estimate) = fusion.estimate() {
+            gate::within_correction_limit(&self.config, &self.factory, &estimate.extrinsics)?;
+        }
+        self.fusion = fusion;
+        Ok(())
     }
 
     /// Estimate over all fused pairs; `None` before the first.

@@ -177,7 +177,8 @@ pub enum Refusal {
     /// The pair's weakest direction is less certain than the configuration allows.
     #[error("the weakest direction of the pair is too uncertain")]
     TooUncertain,
-    /// `R` or `t` is further from the factory values than the correction limit.
+    /// `R` or `t` of the pair, or of the estimate with it, is further from the factory values than the
+    /// correction limit.
     #[error("further from the factory extrinsics than the correction limit")]
     CorrectionLimit,
     /// The estimate with this pair in it would be of a rig that cannot be rectified.

@@ -28,7 +28,18 @@ pub(crate) fn admit<T: Scalar>(
     if !(sd <= T::lit(config.max_sd_rad.into())) {
         return Err(Refusal::TooUncertain);
     }
-    let found = &report.extrinsics;
+    within_correction_limit(config, factory, &report.extrinsics)
+}
+
+/// Whether extrinsics are within the correction limit of the factory's.
+///
+/// # Errors
+/// [`Refusal::CorrectionLimit`].
+pub(crate) fn within_correction_limit<T: Scalar>(
+    config: &Config,
+    factory: &Extrinsics<T>,
+    found: &Extrinsics<T>,
+) -> Result<(), Refusal> {
     let limit = T::lit(config.max_correction_rad.into());
     if baseline_angle(found.translation(), factory.translation()) <= limit
         && rotation_angle(found.rotation(), factory.rotation()) <= limit

@@ -115,7 +115,12 @@ fn perform(calibrator: &mut Abused, call: &Call, last: &mut Option<PairReport<f3
         Call::Advance => keep(calibrator.advance_pair(), last),
         Call::Fuse(times) => {
             let Some(report) = last else { return false };
-            (0..=*times).fold(false, |_, _| calibrator.fuse(report).is_err())
+            for _ in 0..*times {
+                let before = state(calibrator);
+                let refused = calibrator.fuse(report).is_err();
+                assert!(!refused || before == state(calibrator), "a refused pair was fused");
+            }
+            calibrator.fuse(report).is_err() && *times == 0
         }
         Call::Apply => calibrator.apply().is_err(),
         Call::Health => {

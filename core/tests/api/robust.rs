@@ -3,8 +3,8 @@
 use crate::scene::{cameras, correspondences, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Config, Correspondence, Extrinsics, InformationMean, PairError, PairReport, Scalar,
-    Stop,
+    Calibrator, Config, Correspondence, Extrinsics, InformationMean, PairError, PairReport,
+    Refusal, Scalar, Stop,
 };
 
 const ROTATION: [f64; 3] = [3.0, -2.5, 4.0];
@@ -136,4 +136,21 @@ fn a_pair_that_leads_to_no_rig_is_not_taken_and_changes_nothing() {
     report.score = [0.0, 0.0, 0.0, f32::MAX, 0.0];
     assert!(!fusion.add(&report));
     assert_eq!((fusion.pairs(), fusion.estimate()), (0, None));
+}
+
+#[test]
+fn weak_pairs_that_agree_on_what_is_beyond_the_correction_limit_stop_short_of_it() {
+    let config = Config::robust().with_max_correction_rad(0.05).unwrap();
+    let mut calibrator = Calibrator::<f32, 256>::new(config);
+    calibrator.set_cameras(cameras());
+    for c in correspondences(&rig([0.1, 0.0, 0.0], [0.0, 0.0]), 40, 0.5, 7) {
+        calibrator.push(&c).unwrap();
+    }
+    let mut report = calibrator.solve_pair().unwrap();
+    // What a prior held against a pair that says 0.2 rad more of the baseline.
+    let pull = report.information.matrix() * nalgebra::Vector5::new(0.0, 0.0, 0.0, 0.2, 0.0);
+    report.score = pull.into();
+    let before = calibrator.estimate();
+    assert_eq!(calibrator.fuse(&report), Err(Refusal::CorrectionLimit));
+    assert_eq!(calibrator.estimate(), before);
 }
