@@ -17,8 +17,8 @@ use crate::scalar::Scalar;
 /// Online calibrator of one stereo rig, for up to `N` correspondences a pair.
 ///
 /// Same correspondences in the same order give the same bits. No heap, no clock, no I/O. Every call
-/// takes at most one pass over the batch, but for [`Calibrator::solve_pair`], which takes all
-/// of them: `max_passes` and one or two to judge.
+/// takes at most one pass over the batch, but for the last [`Calibrator::advance_pair`], which takes up
+/// to two to judge, and [`Calibrator::solve_pair`], which takes all of them.
 ///
 /// ```
 /// use stereo_selfcal::{Calibrator, Camera, Cameras, Config, Correspondence, Intrinsics, Lens};

@@ -119,6 +119,8 @@ impl Config {
     /// Passes over the batch that one pair may take, the judging one not counted. Default 100, robust
     /// preset 12.
     ///
+    /// The robust preset anneals in the first 4: with no more than those no pair has a consensus.
+    ///
     /// The bound on the time of a pair. Fewer may stop short of the optimum (reported).
     ///
     /// # Errors
@@ -160,8 +162,7 @@ impl Config {
         }
     }
 
-    /// Smallest standard deviation of row offsets believed, px. Default 0.02, robust preset
-    /// 0.15.
+    /// Smallest noise believed, px: of a row offset, default 0.02; robust preset, of a coordinate, 0.15.
     ///
     /// Keeps the reported certainty finite on data without noise.
     ///

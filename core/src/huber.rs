@@ -10,7 +10,7 @@ use crate::config::Config;
 use crate::correspondence::RayPair;
 use crate::error::PairError;
 use crate::extrinsics::Extrinsics;
-use crate::information::Information;
+use crate::information::{BLOCK, Information};
 use crate::loss::Huber;
 use crate::rectification::RectifyingRotations;
 use crate::report::{Judgement, PairReport, Stop};
@@ -25,9 +25,6 @@ const LOOSE_DAMPING: f64 = 1e-2;
 
 /// Above this damping no step is left to try.
 const MAX_DAMPING: f64 = 1e8;
-
-/// Correspondences summed apart before they are added to the totals: bounds the rounding.
-const BLOCK: usize = 16;
 
 /// Sums of one pass over the batch at one pose.
 #[derive(Debug, Clone)]

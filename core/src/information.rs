@@ -13,6 +13,9 @@ const MIN_CONDITION: f64 = 1e-5;
 /// Largest share of the disparities' square that may be noise.
 const MAX_NOISE: f64 = 0.75;
 
+/// Correspondences summed apart before they are added to the totals: bounds the rounding.
+pub(crate) const BLOCK: usize = 16;
+
 /// Inverse iterations for a smallest eigenvalue; the start is never orthogonal to it in practice.
 const INVERSE_ITERATIONS: usize = 12;
 

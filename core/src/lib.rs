@@ -1,7 +1,8 @@
 //! Online self-calibration of stereo extrinsics from left/right correspondences.
 //!
-//! Per stereo pair a bounded Levenberg-Marquardt on two rectifying rotations, from row offsets
-//! alone; over pairs an incremental fusion in constant memory. Method: H. Zhao, Y. Zhang, Q. Chen,
+//! Per stereo pair two rectifying rotations from row offsets alone, in bounded passes; over pairs an
+//! incremental fusion in constant memory. As published ([`Config::paper`]), or so that half of the
+//! matches may be wrong ([`Config::robust`]). Method: H. Zhao, Y. Zhang, Q. Chen,
 //! R. Fan, "Dive Deeper into Rectifying Homography for Stereo Camera Online Self-Calibration";
 //! equation numbers are that paper's.
 //!

@@ -82,14 +82,14 @@ pub(crate) fn rectified<T: Scalar>(r: &Matrix3<T>, ray: &Vector2<T>) -> Option<(
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::extrinsics::Extrinsics;
     use crate::so3;
     use nalgebra::Vector3;
     use proptest::prelude::*;
 
-    fn pose(rotation: [f64; 3], t: [f64; 2]) -> RectifyingRotations<f64> {
+    pub(crate) fn pose(rotation: [f64; 3], t: [f64; 2]) -> RectifyingRotations<f64> {
         let r = so3::exp(&Vector3::from(rotation)).unwrap();
         let [y, z] = t;
         let t = Vector3::new(-1.0, y, z);

@@ -103,17 +103,9 @@ fn sum<T: Scalar>(a: &[T; 3], factor: T, b: &[T; 3]) -> [T; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::extrinsics::Extrinsics;
-    use crate::so3;
+    use crate::residual::tests::pose;
     use nalgebra::{Vector2, Vector3};
     use proptest::prelude::*;
-
-    fn pose(rotation: [f64; 3], t: [f64; 2]) -> RectifyingRotations<f64> {
-        let r = so3::exp(&Vector3::from(rotation)).unwrap();
-        let [y, z] = t;
-        let t = Vector3::new(-1.0, y, z);
-        RectifyingRotations::from(&Extrinsics::try_new(r.matrix(), &t).unwrap())
-    }
 
     fn at(pose: &RectifyingRotations<f64>, left: [f64; 2], right: [f64; 2]) -> WhitenedRow<f64> {
         let pair = RayPair::try_new(left, right).unwrap();

@@ -3,8 +3,9 @@
 //! A running estimate and its 5 x 5 information, begun at the factory extrinsics and their prior. A
 //! pair adds its information and moves the estimate to the joint optimum of both, by a few
 //! Gauss-Newton steps on the manifold: `(H + H_k) d = H d_0 + H_k d_k + s_k`, where `d_0` and `d_k` are
-//! the old estimate and the pair's pose as seen from the new one, and `s_k` is the pair's score, which takes the prior back out of the pair. What the scatter of
-//! the pairs says beyond their own claims widens the reported deviation.
+//! the old estimate and the pair's pose as seen from the new one, and `s_k` is the pair's score, which
+//! takes the prior back out of the pair. What the scatter of the pairs says beyond their own claims
+//! widens the reported deviation.
 
 use nalgebra::{Rotation3, Vector2, Vector3, Vector5};
 

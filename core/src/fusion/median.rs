@@ -2,9 +2,9 @@
 //!
 //! Exact over the first [`WINDOW`] values; after that Robbins and Monro's stochastic approximation,
 //! `m += 1.25 s sign(x - m) / n`, whose error is that of the exact median (1.25 s / sqrt n) for a
-//! normal distribution. `s` is 1.4826 times the window's median absolute deviation, so a minority of gross
-//! values moves neither the centre nor the step. A distribution that shifts later is followed only
-//! as fast as the steps allow.
+//! normal distribution. `s` is 1.4826 times the window's median absolute deviation, so a minority of
+//! gross values moves neither the centre nor the step. A distribution that shifts later is followed
+//! only as fast as the steps allow.
 
 use crate::scalar::Scalar;
 

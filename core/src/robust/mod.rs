@@ -14,7 +14,7 @@ use crate::config::Config;
 use crate::correspondence::RayPair;
 use crate::error::PairError;
 use crate::extrinsics::Extrinsics;
-use crate::information::Information;
+use crate::information::{BLOCK, Information};
 use crate::loss::Redescending;
 use crate::rectification::RectifyingRotations;
 use crate::report::{PairReport, Stop};
@@ -48,9 +48,6 @@ const SETTLED: f64 = 0.05;
 
 /// Share of the correspondences that must fit.
 const MIN_INLIERS: f64 = 0.15;
-
-/// Correspondences summed apart before they are added to the totals: bounds the rounding.
-const BLOCK: usize = 16;
 
 /// The loss of a pass.
 #[derive(Debug, Clone, Copy)]

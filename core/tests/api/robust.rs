@@ -154,3 +154,18 @@ fn weak_pairs_that_agree_on_what_is_beyond_the_correction_limit_stop_short_of_it
     assert_eq!(calibrator.fuse(&report), Err(Refusal::CorrectionLimit));
     assert_eq!(calibrator.estimate(), before);
 }
+
+#[test]
+fn passes_that_only_anneal_give_no_consensus() {
+    let solved_in = |passes| {
+        let config = Config::robust().with_max_passes(passes).unwrap();
+        let mut calibrator = Calibrator::<f32, 256>::new(config);
+        calibrator.set_cameras(cameras());
+        for c in among_mismatches(0.5, 8) {
+            calibrator.push(&c).unwrap();
+        }
+        calibrator.solve_pair().map(|report| report.stop)
+    };
+    assert_eq!(solved_in(4), Err(PairError::NoConsensus));
+    assert_eq!(solved_in(6), Ok(Stop::PassLimit));
+}
