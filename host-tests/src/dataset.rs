@@ -2,7 +2,10 @@
 //!
 //! `meta.json`: intrinsics and lens of both cameras (px, OpenCV's order), image size, `R` and unit
 //! `t` of `p_r = R p_l + t`. A pair file: columns `ul,vl,ur,vr,score` and, optionally, `step` (the
-//! matcher's grid), in px of the images as they are, before undistortion.
+//! matcher's grid), in px of the images as they are, before undistortion. Where the rig moves,
+//! `rigs.csv` has that of each pair.
+
+mod rigs;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,6 +17,8 @@ use stereo_selfcal::{
     Camera, Cameras, Correspondence, Extrinsics, Fisheye, Intrinsics, Lens, RadialTangential,
     Scalar,
 };
+
+pub use rigs::Rig;
 
 /// Row-major 3 x 3.
 pub type Rows = [[f64; 3]; 3];
@@ -38,10 +43,10 @@ pub struct Meta {
     pub width: u16,
     /// Image height, px.
     pub height: u16,
-    /// Rotation, left to right.
+    /// Rotation, left to right; of the last pair, where the rig moves.
     #[serde(rename = "R")]
     pub r: Rows,
-    /// Unit baseline direction, right camera frame.
+    /// Unit baseline direction, right camera frame; of the last pair, where the rig moves.
     pub t: [f64; 3],
     /// Length of the baseline, m, where it is known.
     pub baseline_m: Option<f64>,
@@ -120,6 +125,8 @@ pub struct Dataset {
     pub meta: Meta,
     /// Correspondences, pair by pair.
     pub pairs: Vec<Vec<Match>>,
+    /// The rig of each pair; empty where it does not move.
+    pub rigs: Vec<Rig>,
 }
 
 impl Dataset {
@@ -170,8 +177,9 @@ impl Dataset {
         files.sort();
         ensure!(!files.is_empty(), "no pair files (*.csv) in {}", pairs_dir.display());
         let pairs = files.iter().map(|path| read_pair(path)).collect::<Result<_>>()?;
+        let rigs = rigs::read(dir, files.len())?;
         let name = dir.file_name().unwrap_or(dir.as_os_str()).to_string_lossy().into_owned();
-        Ok(Self { name, meta, pairs })
+        Ok(Self { name, meta, pairs, rigs })
     }
 
     /// Writes a folder that [`Dataset::load`] reads back. The folder must not exist, or be empty.
@@ -190,7 +198,7 @@ impl Dataset {
         for (i, pair) in self.pairs.iter().enumerate() {
             write_pair(&pairs_dir.join(format!("{i:04}.csv")), pair)?;
         }
-        Ok(())
+        rigs::write(dir, &self.rigs)
     }
 
     /// Both cameras.
@@ -208,7 +216,7 @@ impl Dataset {
         })
     }
 
-    /// Extrinsics that the data set holds for true.
+    /// Extrinsics that the data set holds for true; of the last pair, where the rig moves.
     ///
     /// # Errors
     /// If they are not those of a stereo rig.
@@ -216,6 +224,16 @@ impl Dataset {
         let r = matrix(&self.meta.r).map(T::lit);
         let t = Vector3::from(self.meta.t).map(T::lit);
         Extrinsics::try_new(&r, &t).context("extrinsics of the data set")
+    }
+
+    /// The truth of each pair; empty where the rig does not move.
+    ///
+    /// # Errors
+    /// Names the pair whose rig is not a stereo rig.
+    pub fn truths(&self) -> Result<Vec<Extrinsics<f64>>> {
+        let truth =
+            |(i, rig): (usize, &Rig)| rig.extrinsics().with_context(|| format!("rig of pair {i}"));
+        self.rigs.iter().enumerate().map(truth).collect()
     }
 }
 

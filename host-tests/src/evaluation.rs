@@ -98,7 +98,10 @@ pub struct Summary {
 /// A run being evaluated.
 #[derive(Debug, Clone)]
 pub struct Evaluation {
+    /// Of the latest pair.
     truth: Extrinsics<f64>,
+    /// Of each pair; empty where the rig does not move.
+    truths: Vec<Extrinsics<f64>>,
     factory: Extrinsics<f64>,
     steps: Vec<Step>,
     fused: Option<FusedEstimate<f64>>,
@@ -108,7 +111,14 @@ impl Evaluation {
     /// Of a run that starts at `factory`, on data whose truth is `truth`.
     #[must_use]
     pub fn new(truth: Extrinsics<f64>, factory: Extrinsics<f64>) -> Self {
-        Self { truth, factory, steps: Vec::new(), fused: None }
+        Self { truth, truths: Vec::new(), factory, steps: Vec::new(), fused: None }
+    }
+
+    /// The same for a rig that moves: pair `i`, and the estimate after it, against `truths[i]`, pairs
+    /// beyond the last against the last.
+    #[must_use]
+    pub fn with_truths(self, truths: Vec<Extrinsics<f64>>) -> Self {
+        Self { truths, ..self }
     }
 
     /// Records one pair.
@@ -122,6 +132,7 @@ impl Evaluation {
         outcome: Result<(PairReport<T>, Result<(), Refusal>), PairError>,
         fused: Option<&FusedEstimate<T>>,
     ) -> &Step {
+        self.truth = self.truths.get(self.steps.len()).copied().unwrap_or(self.truth);
         self.fused = fused.copied().map(fused_in_f64);
         let running = self.fused.map(|f| Deviation::between(&f.extrinsics, &self.truth));
         let (verdict, solved) = match outcome {

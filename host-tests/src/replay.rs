@@ -25,7 +25,7 @@ pub fn replay<T: Scalar>(
     let mut calibrator = Box::new(Calibrator::<T, CAPACITY>::new(config));
     calibrator.set_cameras(set.cameras()?);
     calibrator.set_factory(start);
-    let mut evaluation = Evaluation::new(set.truth()?, in_f64(&start));
+    let mut evaluation = Evaluation::new(set.truth()?, in_f64(&start)).with_truths(set.truths()?);
     for pair in &set.pairs {
         each(replay_pair(&mut calibrator, pair, &mut evaluation));
     }

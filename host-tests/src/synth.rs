@@ -116,7 +116,12 @@ impl Scene {
     pub fn dataset(&self, pairs: usize, seed: u64) -> Result<Dataset> {
         self.check()?;
         let pairs = self.pairs(seed).take(pairs).map(|pair| pair.matches).collect();
-        Ok(Dataset { name: format!("synth seed {seed}"), meta: self.meta(), pairs })
+        Ok(Dataset {
+            name: format!("synth seed {seed}"),
+            meta: self.meta(),
+            pairs,
+            rigs: Vec::new(),
+        })
     }
 
     /// The rig as a data set says it.

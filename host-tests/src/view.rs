@@ -7,7 +7,7 @@ use anyhow::Result;
 use nalgebra::{Matrix3, Vector2, Vector3};
 use stereo_selfcal::{Camera, so3};
 
-use crate::dataset::{Dataset, Match, matrix, rows};
+use crate::dataset::{Dataset, Match, Rows, matrix, rows};
 
 /// Which way the left view is turned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -36,7 +36,9 @@ impl View {
         };
         let mut result = set.clone();
         result.name = format!("{} {self:?} {degrees}", set.name).to_lowercase();
-        result.meta.r = rows(&(matrix(&set.meta.r) * rotation.transpose()));
+        let turn = |r: &mut Rows| *r = rows(&(matrix(r) * rotation.transpose()));
+        turn(&mut result.meta.r);
+        result.rigs.iter_mut().for_each(|rig| turn(&mut rig.r));
         for pair in &mut result.pairs {
             *pair = pair.iter().filter_map(turned).collect();
         }
@@ -71,6 +73,8 @@ fn turned_pixel(camera: &Camera<f64>, r: &Matrix3<f64>, pixel: [f64; 2]) -> Opti
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dataset::Rig;
+    use stereo_selfcal::metrics::Deviation;
     use stereo_selfcal::{RayPair, RectifyingRotations, row_offset};
 
     fn median_row_offset_px(set: &Dataset) -> f64 {
@@ -94,6 +98,18 @@ mod tests {
             assert!(median_row_offset_px(&turned) < 0.3, "{view:?}");
             let wrong = Dataset { meta: set.meta.clone(), ..turned };
             assert!(median_row_offset_px(&wrong) > 1.0, "{view:?}");
+        }
+    }
+
+    #[test]
+    fn the_rig_of_each_pair_is_turned_as_that_of_the_set() {
+        let mut set = Dataset::load(&Dataset::shipped().join("opencv_chess_corners")).unwrap();
+        set.rigs = vec![Rig::from(&set.truth().unwrap()); set.pairs.len()];
+        let turned = View::Left.turn(&set, 5.0).unwrap();
+        assert_ne!(turned.truth::<f64>().unwrap(), set.truth().unwrap());
+        for truth in turned.truths().unwrap() {
+            let off = Deviation::between(&truth, &turned.truth().unwrap());
+            assert!(off.rotation < 1e-12 && off.translation < 1e-12, "{off:?}");
         }
     }
 

@@ -12,9 +12,12 @@ use super::run::RunArgs;
 /// Feed a recorded data set to the calibrator, pair by pair, and compare with its reference.
 ///
 /// A data set is a folder with meta.json (K_l, K_r, dist_l, dist_r, width, height, R, t) and
-/// pairs/NNNN.csv (ul,vl,ur,vr,score and optionally step; pixels before undistortion). Every pair
-/// gets a line: matches taken, RMS row offset of the screened matches at the start and at the
-/// solution, passes, error of the pair alone and of the running estimate, and what became of it.
+/// pairs/NNNN.csv (ul,vl,ur,vr,score and optionally step; pixels before undistortion). Where the rig
+/// moves, rigs.csv (r11,r12,...,r33,t1,t2,t3) has that of each pair, which the pair and the estimate
+/// after it are then compared with, and meta.json that of the last.
+///
+/// Every pair gets a line: matches taken, RMS row offset of the screened matches at the start and at
+/// the solution, passes, error of the pair alone and of the running estimate, and what became of it.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal replay opencv_chess_corners
