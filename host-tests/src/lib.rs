@@ -3,7 +3,9 @@
 
 pub mod abuse;
 pub mod dataset;
+pub mod depth;
 pub mod evaluation;
+pub mod grid;
 pub mod oracle;
 pub mod plot;
 pub mod progress;

@@ -1,8 +1,9 @@
 //! Generated scenes: a known rig, points of known depth, Gaussian noise, gross mismatches.
 //!
-//! Pinhole cameras. Left points uniform in the image (or a vertical band), depth log-uniform, noise
-//! on all four coordinates, points that miss the right image drawn again. Half of the mismatches are
-//! uniform in the right image, half within +-60 px (u) and +-20 px (v) of the truth.
+//! Pinhole cameras. Left points uniform in the image (or a vertical band), depth log-uniform (or that
+//! of a plane), noise on all four coordinates, points that miss the right image drawn again. Half of
+//! the mismatches are uniform in the right image, half within +-60 px (u) and +-20 px (v) of the truth.
+//! Coordinates are rounded to the matcher's grid last.
 
 use anyhow::{Result, ensure};
 use nalgebra::Vector3;
@@ -12,6 +13,8 @@ use rand_distr::{Distribution, Normal};
 use stereo_selfcal::{Extrinsics, so3};
 
 use crate::dataset::{Dataset, Match, Meta, rows};
+use crate::depth::Depth;
+use crate::grid::{self, Grid};
 use crate::oracle::Rays;
 
 /// What is generated. `Default` is the scene of the project's figures.
@@ -27,12 +30,16 @@ pub struct Scene {
     pub noise_px: f64,
     /// Share of gross mismatches, 0 to 1.
     pub outliers: f64,
-    /// Nearest and farthest depth, in baselines.
-    pub depth: [f64; 2],
-    /// Height of the vertical band that left points come from, in image heights, centred.
+    /// Depth of the points.
+    pub depth: Depth,
+    /// Height of the vertical band that left points come from, in image heights.
     pub band: f64,
+    /// Middle of that band, in image heights from the top; 0.5 is centred.
+    pub band_centre: f64,
     /// Correspondences a pair.
     pub matches: usize,
+    /// Grid that the coordinates are rounded to, after the noise.
+    pub grid: Grid,
 }
 
 impl Default for Scene {
@@ -43,9 +50,11 @@ impl Default for Scene {
             rig: Extrinsics::SIDE_BY_SIDE,
             noise_px: 0.3,
             outliers: 0.0,
-            depth: [3.0, 80.0],
+            depth: Depth::LogUniform([3.0, 80.0]),
             band: 1.0,
+            band_centre: 0.5,
             matches: 256,
+            grid: Grid::Continuous,
         }
     }
 }
@@ -62,6 +71,8 @@ pub struct SynthPair {
     pub inlier: Vec<bool>,
     /// Noise-free pixels `ul vl ur vr` of the point behind each.
     pub clean: Vec<[f64; 4]>,
+    /// Noise-free pixels that were matched: `clean`, or those of the mismatch.
+    pub matched: Vec<[f64; 4]>,
 }
 
 /// A rig off `R = I`, `t = (-1, 0, 0)`.
@@ -87,17 +98,18 @@ impl Scene {
     /// # Errors
     /// Names the parameter.
     pub fn check(&self) -> Result<()> {
-        let [near, far] = self.depth;
+        self.depth.check()?;
+        self.grid.check()?;
         ensure!(self.noise_px >= 0.0 && self.noise_px.is_finite(), "noise must be 0 px or more");
         ensure!((0.0..=1.0).contains(&self.outliers), "outliers must be a share from 0 to 1");
-        ensure!(near > 0.0 && far >= near && far.is_finite(), "depth must be 0 < near <= far");
         ensure!(self.band > 0.0 && self.band <= 1.0, "band must be above 0 and at most 1");
+        let (above, below) = (self.band_centre, 1.0 - self.band_centre);
+        ensure!(above.min(below) > self.band / 2.0 - 1e-9, "band must be inside the image");
         ensure!(self.focal.is_finite() && self.focal >= 1.0, "focal must be at least 1 px");
         ensure!(self.size.iter().all(|&n| n >= 2), "image must be at least 2 x 2 px");
         let mut rng = ChaCha8Rng::seed_from_u64(0);
-        let seen = (0..TRIES).filter(|_| self.point(&mut rng).is_some()).count();
         ensure!(
-            seen > 0,
+            (0..TRIES).any(|_| self.point(&mut rng).is_some()),
             "no point of {TRIES} was seen by both cameras: rig or depth leave no overlap"
         );
         Ok(())
@@ -161,19 +173,21 @@ impl Scene {
         self.size.map(|n| f64::from(n - 1) / 2.0)
     }
 
-    fn pair(&self, rng: &mut ChaCha8Rng) -> SynthPair {
+    /// The next pair. The scene must have been checked.
+    pub(crate) fn pair(&self, rng: &mut ChaCha8Rng) -> SynthPair {
         let inlier: Vec<bool> =
             (0..self.matches).map(|_| !rng.random_bool(self.outliers.clamp(0.0, 1.0))).collect();
         let clean: Vec<[f64; 4]> = (0..self.matches).map(|_| self.seen_point(rng)).collect();
-        let matches = inlier
+        let (matched, matches) = inlier
             .iter()
             .zip(&clean)
             .map(|(&inlier, &seen)| {
-                let seen = if inlier { seen } else { self.mismatched(seen, rng) };
-                self.noisy(seen, rng)
+                let matched = if inlier { seen } else { self.mismatched(seen, rng) };
+                let step = self.grid.step(rng);
+                (matched, self.observed(matched, step, rng))
             })
-            .collect();
-        SynthPair { matches, inlier, clean }
+            .unzip();
+        SynthPair { matches, inlier, clean, matched }
     }
 
     /// Pixels of one point that both cameras see, without noise.
@@ -191,11 +205,11 @@ impl Scene {
     fn point(&self, rng: &mut ChaCha8Rng) -> Option<[f64; 4]> {
         let [width, height] = self.size.map(f64::from);
         let [cx, cy] = self.centre();
-        let [near, far] = self.depth.map(f64::ln);
+        let middle = self.band_centre * (height - 1.0);
         let ul = rng.random_range(0.0..width - 1.0);
-        let vl = cy + rng.random_range(-0.5..0.5) * self.band * (height - 1.0);
-        let depth = (near + (far - near) * rng.random::<f64>()).exp();
-        let [p_l, _] = self.rays([ul, vl, ul, vl]).map(|p| p * depth);
+        let vl = middle + rng.random_range(-0.5..0.5) * self.band * (height - 1.0);
+        let [ray, _] = self.rays([ul, vl, ul, vl]);
+        let p_l = ray * self.depth.along(&ray, rng)?;
         let p_r = self.rig.rotation() * p_l + self.rig.translation().into_inner();
         let ur = cx + self.focal * p_r.x / p_r.z;
         let vr = cy + self.focal * p_r.y / p_r.z;
@@ -215,18 +229,102 @@ impl Scene {
         }
     }
 
-    fn noisy(&self, pixels: [f64; 4], rng: &mut ChaCha8Rng) -> Match {
+    /// Pixels as the matcher gives them: with noise, on its grid.
+    fn observed(&self, pixels: [f64; 4], step: f64, rng: &mut ChaCha8Rng) -> Match {
         let normal = Normal::new(0.0, self.noise_px).expect("checked: finite and not negative");
         let last = self.size.map(|n| f64::from(n - 1));
         // A coordinate pushed out of the image stops at its border, as a matcher's would.
-        let mut coordinate = |i: usize| (pixels[i] + normal.sample(rng)).clamp(0.0, last[i % 2]);
+        let mut coordinate = |i: usize| {
+            let last = last[i % 2];
+            grid::rounded((pixels[i] + normal.sample(rng)).clamp(0.0, last), step, last)
+        };
         Match {
             ul: coordinate(0),
             vl: coordinate(1),
             ur: coordinate(2),
             vr: coordinate(3),
             score: 1.0,
-            step: 0.0,
+            step,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn first(scene: &Scene) -> SynthPair {
+        scene.check().unwrap();
+        scene.pairs(11).next().unwrap()
+    }
+
+    /// Depth in baselines of a noise-free point: `p_r z_r = R p_l z_l + t`, crossed with `p_r`.
+    fn depth(scene: &Scene, pixels: [f64; 4]) -> f64 {
+        let [p_l, p_r] = scene.rays(pixels);
+        let known = p_r.cross(&scene.rig.translation().into_inner());
+        let turned = p_r.cross(&(scene.rig.rotation() * p_l));
+        -known.dot(&turned) / turned.norm_squared()
+    }
+
+    fn off_axis() -> Extrinsics<f64> {
+        rig([5.0, -3.0, 2.0], [4.0, -3.0]).unwrap()
+    }
+
+    #[test]
+    fn points_are_within_the_depth_range() {
+        let range = [30.0, 800.0];
+        let scene = Scene { rig: off_axis(), depth: Depth::LogUniform(range), ..Scene::default() };
+        let depths: Vec<f64> = first(&scene).clean.iter().map(|&p| depth(&scene, p)).collect();
+        assert!(depths.iter().all(|z| (29.9999..800.001).contains(z)), "{depths:?}");
+        assert!(depths.iter().any(|&z| z < 50.0) && depths.iter().any(|&z| z > 500.0));
+    }
+
+    #[test]
+    fn points_of_a_plane_are_on_it() {
+        let plane = Depth::Plane { on_axis: 12.0, slope: [-0.8, 0.5] };
+        let scene = Scene { rig: off_axis(), depth: plane, ..Scene::default() };
+        for pixels in first(&scene).clean {
+            let [ray, _] = scene.rays(pixels);
+            let off = Vector3::new(-0.8, 0.5, 1.0).dot(&ray) - 12.0 / depth(&scene, pixels);
+            assert!(off.abs() < 1e-9, "{pixels:?}: {off}");
+        }
+    }
+
+    #[test]
+    fn points_are_within_the_band() {
+        let scene = Scene { band: 0.2, band_centre: 0.7, ..Scene::default() };
+        let rows: Vec<f64> = first(&scene).clean.iter().map(|[_, v, ..]| v / 1199.0).collect();
+        assert!(rows.iter().all(|v| (0.6..0.8).contains(v)));
+        assert!(rows.iter().any(|&v| v < 0.65) && rows.iter().any(|&v| v > 0.75));
+        let outside = Scene { band_centre: 0.95, ..scene };
+        assert!(outside.check().unwrap_err().to_string().contains("band"));
+    }
+
+    #[test]
+    fn coordinates_lie_on_the_grid_that_the_match_names() {
+        for grid in [Grid::Pixels(0.25), Grid::Pixels(1.0), Grid::Pyramid] {
+            let pair = first(&Scene { grid, outliers: 0.3, ..Scene::default() });
+            for m in &pair.matches {
+                for x in [m.ul, m.vl, m.ur, m.vr].map(|x| x / m.step) {
+                    assert!((x - x.round()).abs() < 1e-9, "{grid:?}: {m:?}");
+                }
+            }
+            let steps =
+                |step: f64| pair.matches.iter().filter(|m| m.step.total_cmp(&step).is_eq()).count();
+            match grid {
+                Grid::Pixels(step) => assert_eq!(steps(step), pair.matches.len()),
+                _ => assert!(grid::LEVELS.iter().all(|&step| steps(step) > 10)),
+            }
+        }
+    }
+
+    #[test]
+    fn rounding_changes_nothing_but_the_last_digits() {
+        let [plain, rounded] = [Grid::Continuous, Grid::Pixels(0.5)]
+            .map(|grid| first(&Scene { grid, outliers: 0.3, ..Scene::default() }));
+        assert_eq!(plain.matched, rounded.matched);
+        for (a, b) in plain.matches.iter().zip(&rounded.matches) {
+            assert!((a.ur - b.ur).abs() <= 0.25 + 1e-9 || a.ur > 1918.5, "{a:?} {b:?}");
         }
     }
 }

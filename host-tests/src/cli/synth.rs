@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use anyhow::Result;
 use clap::Args;
+use host_tests::depth::Depth;
 use host_tests::synth::{Scene, rig};
 
 use super::run::RunArgs;
@@ -83,9 +84,10 @@ pub(crate) fn synth(args: &SynthArgs) -> Result<()> {
         rig: rig(args.rotation, args.baseline)?,
         noise_px: args.noise,
         outliers: args.outliers,
-        depth: args.depth,
+        depth: Depth::LogUniform(args.depth),
         band: args.band,
         matches: args.matches,
+        ..Scene::default()
     };
     let set = scene.dataset(args.pairs, args.seed)?;
     match &args.out {

@@ -1,0 +1,98 @@
+//! The grid that a matcher's coordinates lie on.
+
+use std::str::FromStr;
+
+use anyhow::{Result, ensure};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+/// Where keypoints can lie, in both images.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Grid {
+    /// Anywhere.
+    #[default]
+    Continuous,
+    /// On multiples of so many px.
+    Pixels(f64),
+    /// On multiples of `1.2^level` px: whole pixels of an image pyramid. The level is 0 to 7, at
+    /// random for each match, the same in both images.
+    Pyramid,
+}
+
+/// Steps of the pyramid's levels, px. Products, for `powi` is not the same bits everywhere.
+pub(crate) const LEVELS: [f64; 8] = {
+    let mut steps = [1.0; 8];
+    let mut level = 1;
+    while level < steps.len() {
+        steps[level] = steps[level - 1] * 1.2;
+        level += 1;
+    }
+    steps
+};
+
+impl Grid {
+    /// # Errors
+    /// If the step is out of range.
+    pub(crate) fn check(self) -> Result<()> {
+        if let Self::Pixels(step) = self {
+            ensure!((1e-3..=100.0).contains(&step), "grid must be from 0.001 to 100 px");
+        }
+        Ok(())
+    }
+
+    /// Step of the grid that the next match lies on, px; 0 for none.
+    pub(crate) fn step(self, rng: &mut ChaCha8Rng) -> f64 {
+        match self {
+            Self::Continuous => 0.0,
+            Self::Pixels(step) => step,
+            Self::Pyramid => LEVELS[rng.random_range(0..LEVELS.len())],
+        }
+    }
+}
+
+/// The multiple of `step` nearest to `x`, from 0 to `last`; `x` itself if `step` is 0.
+pub(crate) fn rounded(x: f64, step: f64, last: f64) -> f64 {
+    if step == 0.0 { x } else { (x / step).round().min((last / step).floor()) * step }
+}
+
+impl FromStr for Grid {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "continuous" => Ok(Self::Continuous),
+            "pyramid" => Ok(Self::Pyramid),
+            _ => text
+                .parse()
+                .map(Self::Pixels)
+                .map_err(|_| "continuous, pyramid or a number of px is needed".into()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_goes_to_the_nearest_multiple_inside_the_image() {
+        for (x, step, expected) in [
+            (7.3, 0.0, 7.3),
+            (7.3, 1.0, 7.0),
+            (7.5, 0.25, 7.5),
+            (7.3, 2.0, 8.0),
+            (9.0, 1.2, 1.2 * 7.0),
+        ] {
+            assert!((rounded(x, step, 9.0) - expected).abs() < 1e-12, "{x} {step}");
+        }
+    }
+
+    #[test]
+    fn a_grid_is_read_from_its_name_or_its_step() {
+        assert_eq!("continuous".parse(), Ok(Grid::Continuous));
+        assert_eq!("0.25".parse(), Ok(Grid::Pixels(0.25)));
+        assert_eq!("pyramid".parse(), Ok(Grid::Pyramid));
+        assert!("fine".parse::<Grid>().is_err());
+        assert!(Grid::Pixels(0.0).check().is_err() && Grid::Pixels(f64::NAN).check().is_err());
+    }
+}
