@@ -190,6 +190,13 @@ impl Scene {
         SynthPair { matches, inlier, clean, matched }
     }
 
+    /// The points and mismatches of a pair seen again: only the noise is new.
+    pub(crate) fn pair_again(&self, pair: &SynthPair, rng: &mut ChaCha8Rng) -> SynthPair {
+        let again = pair.matched.iter().zip(&pair.matches);
+        let matches = again.map(|(&pixels, m)| self.observed(pixels, m.step, rng)).collect();
+        SynthPair { matches, ..pair.clone() }
+    }
+
     /// Pixels of one point that both cameras see, without noise.
     ///
     /// Ends with certainty: [`Scene::check`] has found such points.
@@ -326,5 +333,18 @@ mod tests {
         for (a, b) in plain.matches.iter().zip(&rounded.matches) {
             assert!((a.ur - b.ur).abs() <= 0.25 + 1e-9 || a.ur > 1918.5, "{a:?} {b:?}");
         }
+    }
+
+    #[test]
+    fn a_pair_seen_again_differs_by_its_noise_alone() {
+        let scene = Scene { outliers: 0.3, grid: Grid::Pyramid, ..Scene::default() };
+        let pair = first(&scene);
+        let again = scene.pair_again(&pair, &mut ChaCha8Rng::seed_from_u64(5));
+        assert_ne!(again.matches, pair.matches);
+        for (a, b) in again.matches.iter().zip(&pair.matches) {
+            assert!(a.step.total_cmp(&b.step).is_eq());
+            assert!((a.vr - b.vr).abs() < 10.0 * scene.noise_px + a.step);
+        }
+        assert_eq!(SynthPair { matches: pair.matches.clone(), ..again }, pair);
     }
 }

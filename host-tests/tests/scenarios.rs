@@ -1,0 +1,215 @@
+//! Scenarios do what their names say, and a rig that moves is compared with its own truth.
+
+use clap::ValueEnum;
+use host_tests::dataset::Dataset;
+use host_tests::replay::replay;
+use host_tests::scenario::{Frame, Kind, Scenario};
+use host_tests::synth::{Scene, rig};
+use host_tests::view::View;
+use nalgebra::{Matrix3, Vector3};
+use stereo_selfcal::metrics::rotation_angle;
+use stereo_selfcal::{Config, Extrinsics, so3};
+
+fn frames(kind: Kind, pairs: usize) -> Vec<Frame> {
+    let mut scenario = Scenario::new(kind, pairs);
+    scenario.scene.rig = rig([2.0, -3.0, 1.0], [2.0, -1.0]).unwrap();
+    scenario.scene.outliers = 0.2;
+    scenario.frames(7).unwrap().collect()
+}
+
+/// Inverse depths of the points of a frame and their left rays of unit depth.
+fn inverse_depths(Frame { scene, pair }: &Frame) -> Vec<(f64, Vector3<f64>)> {
+    let inverse = |&pixels: &[f64; 4]| {
+        let [p_l, p_r] = scene.rays(pixels);
+        // p_r z_r = R p_l z_l + t, crossed with p_r.
+        let turned = p_r.cross(&(scene.rig.rotation() * p_l));
+        let known = p_r.cross(&scene.rig.translation().into_inner());
+        (-known.dot(&turned) / known.norm_squared(), p_l)
+    };
+    pair.clean.iter().map(inverse).collect()
+}
+
+/// Largest distance of the points from their common plane, in inverse depth, and its slope.
+fn fitted_plane(frame: &Frame) -> (f64, [f64; 2]) {
+    let points = inverse_depths(frame);
+    let normal: Matrix3<f64> = points.iter().map(|(_, p)| p * p.transpose()).sum();
+    let right: Vector3<f64> = points.iter().map(|(inverse, p)| p * *inverse).sum();
+    let plane = normal.lu().solve(&right).unwrap();
+    let off = points.iter().map(|(inverse, p)| (inverse - p.dot(&plane)).abs());
+    (off.fold(0.0, f64::max), [plane.x / plane.z, plane.y / plane.z])
+}
+
+#[test]
+fn every_scenario_is_the_same_for_the_same_seed_and_another_for_another() {
+    for &kind in Kind::value_variants() {
+        let scenario = Scenario::new(kind, 4);
+        let of = |seed| scenario.frames(seed).unwrap().collect::<Vec<Frame>>();
+        assert_eq!(of(1), of(1), "{kind}");
+        assert_ne!(of(1)[0].pair, of(2)[0].pair, "{kind}");
+        assert_eq!(of(1).len(), 4, "{kind}");
+        let fresh = of(1)[2].pair.clean != of(1)[3].pair.clean;
+        assert_eq!(fresh, kind != Kind::Parked, "{kind}");
+    }
+}
+
+#[test]
+fn near_is_the_scene_that_the_figures_are_of() {
+    let default = Scene::default();
+    let frames = Scenario::new(Kind::Near, 3).frames(5).unwrap();
+    for (Frame { scene, pair }, expected) in frames.zip(default.pairs(5)) {
+        assert_eq!((&scene, pair), (&default, expected));
+    }
+}
+
+#[test]
+fn far_points_are_far() {
+    for (kind, [near, far]) in [(Kind::Far, [30.0, 800.0]), (Kind::VeryFar, [300.0, 3000.0])] {
+        for (inverse, _) in frames(kind, 3).iter().flat_map(inverse_depths) {
+            assert!((near - 0.001..far + 0.01).contains(&inverse.recip()), "{kind} {inverse}");
+        }
+    }
+}
+
+#[test]
+fn a_narrow_band_is_in_the_middle_rows() {
+    for Frame { pair, .. } in frames(Kind::NarrowBand, 3) {
+        let rows = pair.clean.iter().map(|[_, v, ..]| (v - 599.5).abs() / 1199.0);
+        assert!((0.07..=0.075).contains(&rows.fold(0.0, f64::max)));
+    }
+}
+
+#[test]
+fn points_of_a_planar_pair_are_coplanar_and_the_plane_is_new_in_each() {
+    let mut seen: Vec<[f64; 2]> = Vec::new();
+    for frame in frames(Kind::Planar, 50) {
+        let (off, [x, y]) = fitted_plane(&frame);
+        assert!(off < 1e-9, "{off}");
+        let slant = x.hypot(y).atan().to_degrees();
+        assert!((14.999..60.001).contains(&slant), "{slant}");
+        assert!(seen.iter().all(|[u, v]| (x - u).hypot(y - v) > 1e-6));
+        seen.push([x, y]);
+    }
+    assert!(fitted_plane(&frames(Kind::Near, 1)[0]).0 > 0.1);
+}
+
+#[test]
+fn a_fronto_parallel_plane_has_one_depth_a_pair() {
+    let depths: Vec<f64> = frames(Kind::FrontoParallel, 50)
+        .iter()
+        .map(|frame| {
+            let inverse = inverse_depths(frame);
+            assert!(inverse.iter().all(|(i, _)| (i - inverse[0].0).abs() < 1e-9));
+            inverse[0].0.recip()
+        })
+        .collect();
+    assert!(depths.iter().all(|z| (2.999..80.001).contains(z)));
+    assert!(depths.iter().any(|&z| z < 8.0) && depths.iter().any(|&z| z > 40.0));
+}
+
+#[test]
+fn heterogeneous_pairs_differ_in_matches_depth_and_band() {
+    let frames = frames(Kind::Heterogeneous, 200);
+    let matches: Vec<usize> = frames.iter().map(|f| f.pair.matches.len()).collect();
+    assert!(matches.iter().all(|n| (48..=512).contains(n)));
+    assert!(matches.iter().any(|&n| n < 80) && matches.iter().any(|&n| n > 480));
+    let centred = frames.iter().filter(|f| (f.scene.band_centre - 0.5).abs() < 1e-9).count();
+    assert!((70..130).contains(&centred), "{centred}");
+    let mut few = Scenario::new(Kind::Heterogeneous, 5);
+    few.scene.matches = 30;
+    assert!(few.frames(1).unwrap().all(|frame| frame.pair.matches.len() == 30));
+}
+
+#[test]
+fn parked_pairs_show_the_same_points_and_mismatches_under_new_noise() {
+    let frames = frames(Kind::Parked, 5);
+    let first = &frames[0].pair;
+    assert!(first.inlier.contains(&false));
+    for Frame { pair, .. } in &frames[1..] {
+        assert_eq!((&pair.clean, &pair.matched), (&first.clean, &first.matched));
+        assert_eq!(pair.inlier, first.inlier);
+        assert_ne!(pair.matches, first.matches);
+    }
+}
+
+#[test]
+fn a_step_turns_the_rig_once_by_so_many_degrees() {
+    for (pairs, still) in [(1, 1), (10, 5), (11, 6)] {
+        let frames = frames(Kind::Step, pairs);
+        for (i, frame) in frames.iter().enumerate() {
+            let turn = rotation_angle(frame.scene.rig.rotation(), frames[0].scene.rig.rotation());
+            let expected = if i < still { 0.0 } else { 0.5_f64.to_radians() };
+            assert!((turn - expected).abs() < 1e-12, "{pairs} {i}: {turn}");
+        }
+    }
+}
+
+#[test]
+fn a_drift_turns_the_rig_by_as_much_with_every_pair() {
+    let frames = frames(Kind::Drift, 20);
+    for two in frames.windows(2) {
+        let turn = two[1].scene.rig.rotation() * two[0].scene.rig.rotation().inverse();
+        let vector = so3::log(&turn);
+        assert!((vector.norm() - 0.01_f64.to_radians()).abs() < 1e-12);
+        let t = turn * two[0].scene.rig.translation().into_inner();
+        assert!((t - two[1].scene.rig.translation().into_inner()).norm() < 1e-12);
+    }
+    let whole = rotation_angle(frames[19].scene.rig.rotation(), frames[0].scene.rig.rotation());
+    assert!((whole - 0.19_f64.to_radians()).abs() < 1e-12);
+}
+
+#[test]
+fn a_pair_that_cannot_be_seen_is_named() {
+    let away = Scenario { turn_deg: 15.0, ..Scenario::new(Kind::Drift, 30) };
+    let error = format!("{:#}", away.frames(1).err().unwrap());
+    assert!(error.contains("pair "), "{error}");
+}
+
+/// A step of 2 degrees, without noise.
+fn step() -> Dataset {
+    let mut scenario = Scenario { turn_deg: 2.0, ..Scenario::new(Kind::Step, 6) };
+    scenario.scene.noise_px = 0.0;
+    scenario.dataset(3).unwrap()
+}
+
+/// Errors of `R` of the single pairs and of the running estimate, and the final one, rad.
+fn errors(set: &Dataset) -> ([Vec<f64>; 2], f64) {
+    let run = replay::<f64>(set, Config::robust(), Extrinsics::SIDE_BY_SIDE, |_| {}).unwrap();
+    let single = run.steps().iter().map(|step| step.solved.unwrap().error.rotation);
+    let running = run.steps().iter().map(|step| step.running.unwrap().rotation);
+    ([single.collect(), running.collect()], run.summary(set).unwrap().e_theta.unwrap())
+}
+
+#[test]
+fn pairs_and_estimate_are_compared_with_the_truth_of_their_time() {
+    let set = step();
+    let ([single, running], last) = errors(&set);
+    assert!(single.iter().all(|&e| e < 1e-4), "{single:?}");
+    assert!(running[..3].iter().all(|&e| e < 1e-4) && running[3] > 0.01, "{running:?}");
+    assert_eq!(last.to_bits(), running[5].to_bits());
+    // Against the last truth alone, the pairs before the step are wrong by its degrees.
+    let ([single, _], _) = errors(&Dataset { rigs: Vec::new(), ..set });
+    assert!((single[0] - 2_f64.to_radians()).abs() < 1e-4 && single[5] < 1e-4, "{single:?}");
+}
+
+#[test]
+fn a_turned_view_turns_the_truth_of_each_pair() {
+    let ([single, _], _) = errors(&View::Top.turn(&step(), 3.0).unwrap());
+    assert!(single.iter().all(|&e| e < 1e-4), "{single:?}");
+}
+
+#[test]
+fn what_a_moving_scenario_saves_loads_back_with_the_rig_of_each_pair() {
+    for (kind, rigs) in [(Kind::Step, 4), (Kind::Drift, 4), (Kind::Near, 0)] {
+        let set = Scenario::new(kind, 4).dataset(1).unwrap();
+        assert_eq!(set.rigs.len(), rigs, "{kind}");
+        let dir = tempfile::tempdir().unwrap();
+        let copy = dir.path().join("copy");
+        set.save(&copy).unwrap();
+        let loaded = Dataset::load(&copy).unwrap();
+        // Not `assert_eq`: it would print every match.
+        assert!(Dataset { name: set.name.clone(), ..loaded } == set, "{kind}");
+        if let Some(last) = set.rigs.last() {
+            assert_eq!((last.r, last.t), (set.meta.r, set.meta.t), "{kind}");
+        }
+    }
+}
