@@ -5,6 +5,19 @@ use std::fs;
 use assert_cmd::Command;
 use serde_json::Value;
 
+const SCENES: [&str; 10] = [
+    "near",
+    "far",
+    "very-far",
+    "heterogeneous",
+    "narrow-band",
+    "planar",
+    "fronto-parallel",
+    "parked",
+    "step",
+    "drift",
+];
+
 fn selfcal(args: &[&str]) -> Command {
     let mut command = Command::cargo_bin("selfcal").unwrap();
     command.args(args);
@@ -100,6 +113,50 @@ fn what_synth_writes_replays_as_what_it_pipes() {
     assert_eq!(piped, replayed);
     let error = failure(&["synth", "--out", out], 1);
     assert!(error.contains("not empty"), "{error}");
+}
+
+#[test]
+fn every_scene_is_generated_by_its_name() {
+    let help = stdout(&["synth", "--help"]);
+    let dir = tempfile::tempdir().unwrap();
+    for scene in SCENES {
+        assert!(help.contains(&format!("- {scene}:")), "{scene} is missing:\n{help}");
+        for grid in ["continuous", "0.5", "pyramid"] {
+            let out = dir.path().join(format!("{scene} {grid}"));
+            stdout(&["synth", scene, "--pairs=3", "--grid", grid, "--out", out.to_str().unwrap()]);
+            let pair = fs::read_to_string(out.join("pairs/0002.csv")).unwrap();
+            assert!(pair.lines().count() > 48, "{scene} {grid}");
+            assert_eq!(out.join("rigs.csv").exists(), ["step", "drift"].contains(&scene));
+        }
+    }
+    assert_eq!(json(&["synth", "near", "--json"]), json(&["synth", "--json"]));
+}
+
+#[test]
+fn options_given_beside_a_scene_win() {
+    let far = ["synth", "--pairs", "5", "--depth", "30,800", "--json"];
+    assert_eq!(json(&far), json(&["synth", "far", "--pairs", "5", "--json"]));
+    let narrow = ["synth", "narrow-band", "--pairs", "5", "--json"];
+    let band = ["synth", "--pairs", "5", "--band", "0.15", "--json"];
+    assert_eq!(json(&narrow), json(&band));
+    let still = ["synth", "drift", "--drift-deg", "0", "--pairs", "5", "--json"];
+    assert_eq!(json(&still), json(&["synth", "--pairs", "5", "--json"]));
+    assert_ne!(json(&["synth", "drift", "--pairs", "5", "--json"]), json(&still));
+    let error = failure(&["synth", "planar", "--step-deg", "1"], 1);
+    assert!(error.contains("--step-deg"), "{error}");
+}
+
+#[test]
+fn a_step_that_is_written_replays_as_what_is_piped() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("scene");
+    let out = out.to_str().unwrap();
+    let scene = ["--pairs", "6", "--step-deg", "1"];
+    let piped = stdout(&[&["synth", "step"][..], &scene[..]].concat());
+    stdout(&[&["synth", "step", "--out", out][..], &scene[..]].concat());
+    let replayed = stdout(&["replay", out]);
+    let lines = |text: &str| text.lines().skip(1).map(String::from).collect::<Vec<_>>();
+    assert_eq!(lines(&piped), lines(&replayed));
 }
 
 #[test]

@@ -4,9 +4,11 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 use host_tests::depth::Depth;
+use host_tests::grid::Grid;
+use host_tests::scenario::{Kind, Scenario};
 use host_tests::synth::{Scene, rig};
 
 use super::run::RunArgs;
@@ -16,19 +18,28 @@ use super::run::RunArgs;
 /// Pinhole cameras, points uniform in the image and log-uniform in depth, Gaussian noise on all four
 /// coordinates. Half of the mismatches are uniform in the right image, half within 60 px (u) and 20
 /// px (v) of the truth. The same seed gives the same scenes.
+///
+/// A named scene sets what makes it one; options given beside it win. Where the rig moves (step,
+/// drift), every pair, and the estimate after it, is compared with the rig of its time.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal synth --pairs 100 --rotation 5,0,0
-  selfcal synth --outliers 0.3 --depth 30,800 --band 0.2
+  selfcal synth far --outliers 0.3 --band 0.2
+  selfcal synth planar --depth 5,20 --grid pyramid
+  selfcal synth step --step-deg 1 --pairs 40
   selfcal synth --pairs 20 --seed 7 --out my_scene && selfcal replay my_scene")]
 pub(crate) struct SynthArgs {
+    /// Scene to generate.
+    #[arg(value_enum, default_value_t = Kind::Near)]
+    scene: Kind,
+
     /// Stereo pairs to generate.
     #[arg(long, default_value_t = 100)]
     pairs: usize,
 
-    /// Correspondences a pair.
-    #[arg(long, default_value_t = 256, value_name = "N")]
-    matches: usize,
+    /// Correspondences a pair; the most of them in heterogeneous [default: 256, heterogeneous 512].
+    #[arg(long, value_name = "N")]
+    matches: Option<usize>,
 
     /// Standard deviation of each coordinate, px.
     #[arg(long, default_value_t = 0.3, value_name = "PX")]
@@ -38,13 +49,28 @@ pub(crate) struct SynthArgs {
     #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
     outliers: f64,
 
-    /// Nearest and farthest depth, in baselines.
-    #[arg(long, value_parser = numbers::<f64, 2>, default_value = "3,80", value_name = "NEAR,FAR")]
-    depth: [f64; 2],
+    /// Nearest and farthest depth, in baselines; of the planes, where they meet the optical axis
+    /// [default: that of the scene, 3,80 where it names none].
+    #[arg(long, value_parser = numbers::<f64, 2>, value_name = "NEAR,FAR")]
+    depth: Option<[f64; 2]>,
 
-    /// Height of the centred band that points come from, in image heights.
-    #[arg(long, default_value_t = 1.0, value_name = "SHARE")]
-    band: f64,
+    /// Height of the centred band that points come from, in image heights; the most of it in
+    /// heterogeneous [default: 1, narrow-band 0.15].
+    #[arg(long, value_name = "SHARE")]
+    band: Option<f64>,
+
+    /// Grid that the coordinates are rounded to, after the noise: none, multiples of Q px, or the
+    /// pixels of a random level of an image pyramid (1.2^level px, level 0 to 7).
+    #[arg(long, default_value = "continuous", value_name = "continuous|Q|pyramid")]
+    grid: Grid,
+
+    /// Turn of the right camera in mid run, degrees; scene step only [default: 0.5].
+    #[arg(long, value_name = "D", allow_hyphen_values = true)]
+    step_deg: Option<f64>,
+
+    /// Turn of the right camera with every pair, degrees; scene drift only [default: 0.01].
+    #[arg(long, value_name = "D", allow_hyphen_values = true)]
+    drift_deg: Option<f64>,
 
     /// True R as a rotation vector, degrees.
     #[arg(long, value_parser = numbers::<f64, 3>, default_value = "0,0,0", value_name = "X,Y,Z",
@@ -76,20 +102,32 @@ pub(crate) struct SynthArgs {
     run: RunArgs,
 }
 
+impl SynthArgs {
+    fn scenario(&self) -> Result<Scenario> {
+        let named = Scenario::new(self.scene, self.pairs);
+        let step = self.step_deg.filter(|_| self.scene == Kind::Step);
+        let drift = self.drift_deg.filter(|_| self.scene == Kind::Drift);
+        ensure!(step == self.step_deg, "--step-deg is an option of the scene step");
+        ensure!(drift == self.drift_deg, "--drift-deg is an option of the scene drift");
+        let scene = Scene {
+            size: self.size,
+            focal: self.focal,
+            rig: rig(self.rotation, self.baseline)?,
+            noise_px: self.noise,
+            outliers: self.outliers,
+            depth: self.depth.map_or(named.scene.depth, Depth::LogUniform),
+            band: self.band.unwrap_or(named.scene.band),
+            matches: self.matches.unwrap_or(named.scene.matches),
+            grid: self.grid,
+            ..named.scene
+        };
+        Ok(Scenario { scene, turn_deg: step.or(drift).unwrap_or(named.turn_deg), ..named })
+    }
+}
+
 /// Runs `selfcal synth`.
 pub(crate) fn synth(args: &SynthArgs) -> Result<()> {
-    let scene = Scene {
-        size: args.size,
-        focal: args.focal,
-        rig: rig(args.rotation, args.baseline)?,
-        noise_px: args.noise,
-        outliers: args.outliers,
-        depth: Depth::LogUniform(args.depth),
-        band: args.band,
-        matches: args.matches,
-        ..Scene::default()
-    };
-    let set = scene.dataset(args.pairs, args.seed)?;
+    let set = args.scenario()?.dataset(args.seed)?;
     match &args.out {
         Some(dir) => {
             set.save(dir)?;
