@@ -7,12 +7,15 @@ use crate::config::Config;
 use crate::correspondence::{Batch, Cameras, Correspondence};
 use crate::error::{ApplyError, PairError, PushError, Refusal};
 use crate::extrinsics::Extrinsics;
-use crate::fusion::{FusedEstimate, Fusion};
-use crate::gate;
+use crate::estimator::{Estimator, Setting};
 use crate::health::Health;
-use crate::pair::Solver;
+use crate::proposal::{Doubt, Proposal};
 use crate::report::{PairReport, SCREEN};
 use crate::scalar::Scalar;
+use crate::supervision::{Fused, State};
+
+/// Passes that judging and comparing take beyond those that the configuration limits.
+const SPARE_PASSES: u16 = 8;
 
 /// Online calibrator of one stereo rig, for up to `N` correspondences a pair.
 ///
@@ -50,10 +53,11 @@ pub struct Calibrator<T: Scalar, const N: usize> {
     cameras: Option<Cameras<T>>,
     factory: Extrinsics<T>,
     in_use: Extrinsics<T>,
+    before: Option<Extrinsics<T>>,
     generation: u32,
+    frozen: bool,
     batch: Batch<T, N>,
-    solver: Option<Solver<T>>,
-    fusion: Fusion<T>,
+    estimator: Estimator<T>,
 }
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
@@ -65,10 +69,11 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             cameras: None,
             factory: Extrinsics::SIDE_BY_SIDE,
             in_use: Extrinsics::SIDE_BY_SIDE,
+            before: None,
             generation: 0,
+            frozen: false,
             batch: Batch::new(),
-            solver: None,
-            fusion: Fusion::new(&config),
+            estimator: Estimator::new(&config),
         }
     }
 
@@ -85,11 +90,13 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.reset();
     }
 
-    /// Back to the factory extrinsics; batch, pair and fused pairs are forgotten.
+    /// Back to the factory extrinsics; batch, pair and fused pairs are forgotten. Not frozen any more.
     pub fn reset(&mut self) {
         self.replace_in_use(self.factory);
+        self.before = None;
+        self.frozen = false;
         self.clear_pair();
-        self.fusion = Fusion::restart(&self.config, &self.factory);
+        self.estimator.forget(&self.config);
     }
 
     /// Adds one correspondence to the batch: two undistortions.
@@ -97,7 +104,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// # Errors
     /// [`PushError`]; the batch is as it was. [`PushError::Busy`] while a pair is being solved.
     pub fn push(&mut self, correspondence: &Correspondence<T>) -> Result<(), PushError> {
-        if self.solver.is_some() {
+        if self.estimator.is_busy() {
             return Err(PushError::Busy);
         }
         let cameras = self.cameras.as_ref().ok_or(PushError::NoCameras)?;
@@ -107,7 +114,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Empties the batch and abandons a pair being solved.
     pub fn clear_pair(&mut self) {
         self.batch.clear();
-        self.solver = None;
+        self.estimator.abandon();
     }
 
     /// Starts to solve the batch: the first pass. Then call [`Calibrator::advance_pair`].
@@ -115,27 +122,20 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// # Errors
     /// [`PairError`]; the batch is kept and may be added to.
     pub fn begin_pair(&mut self) -> Result<(), PairError> {
-        let cameras = self.cameras.as_ref().ok_or(PairError::NoCameras)?;
-        self.solver = None;
-        let focal = cameras.mean_focal();
-        let solver = Solver::begin(&self.config, focal, &self.factory, self.batch.pairs())?;
-        self.solver = Some(solver);
-        Ok(())
+        let focal = self.cameras.as_ref().ok_or(PairError::NoCameras)?.mean_focal();
+        let setting = Setting { config: &self.config, factory: &self.factory, focal };
+        self.estimator.begin(&setting, self.batch.pairs())
     }
 
     /// Takes one more pass; the report once the pair is solved. The batch is then free again.
     ///
     /// # Errors
-    /// [`PairError`]; the batch is kept, the pair is abandoned.
+    /// [`PairError`]; the batch is kept, the pair is abandoned. Robust: a batch that agrees with
+    /// nothing counts against the estimate, see [`Calibrator::state`].
     pub fn advance_pair(&mut self) -> Result<Option<PairReport<T>>, PairError> {
-        let solver = self.solver.as_mut().ok_or(PairError::NotBegun)?;
-        if solver.is_done() {
-            let report = solver.report(self.batch.pairs());
-            self.solver = None;
-            return report.map(Some);
-        }
-        solver.advance(self.batch.pairs());
-        Ok(None)
+        let focal = self.cameras.as_ref().ok_or(PairError::NoCameras)?.mean_focal();
+        let setting = Setting { config: &self.config, factory: &self.factory, focal };
+        self.estimator.advance(&setting, self.batch.pairs())
     }
 
     /// Solves the batch in one call. The batch is kept, for [`Calibrator::health`].
@@ -144,8 +144,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// [`PairError`]; the batch is kept.
     pub fn solve_pair(&mut self) -> Result<PairReport<T>, PairError> {
         self.begin_pair()?;
-        // At most `max_passes - 1` trials and the judging pass.
-        for _ in 0..=self.config.max_passes {
+        // More than any preset takes.
+        for _ in 0..self.config.max_passes.saturating_add(SPARE_PASSES) {
             if let Some(report) = self.advance_pair()? {
                 return Ok(report);
             }
@@ -153,27 +153,31 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         Err(PairError::NotBegun)
     }
 
-    /// Adds a solved pair to the estimate. What is in use does not change.
+    /// Takes a solved pair into the estimate. What is in use does not change, unless the configuration
+    /// lets it ([`Config::with_automatic_apply`]). A report counts once.
     ///
     /// # Errors
     /// [`Refusal`]; the estimate is as it was, bit for bit.
-    pub fn fuse(&mut self, report: &PairReport<T>) -> Result<(), Refusal> {
-        gate::admit(&self.config, &self.factory, report)?;
-        // Tried on a copy: weak pairs, each within the limit, may agree on what is beyond it.
-        let mut fusion = self.fusion.clone();
-        if !fusion.add(report) {
-            return Err(Refusal::NoRig);
+    pub fn fuse(&mut self, report: &PairReport<T>) -> Result<Fused, Refusal> {
+        if self.frozen {
+            return Err(Refusal::Frozen);
         }
-        if let Some(estimate) = fusion.estimate() {
-            gate::within_correction_limit(&self.config, &self.factory, &estimate.extrinsics)?;
+        let fused = self.estimator.fuse(&self.config, &self.factory, report)?;
+        if self.config.applies_itself {
+            // Where it may not, it stays as it is; `proposal` says why.
+            let _ = self.apply();
         }
-        self.fusion = fusion;
-        Ok(())
+        Ok(fused)
+    }
+
+    /// How far the estimate can be relied on.
+    pub fn state(&self) -> State {
+        self.estimator.state()
     }
 
     /// Estimate over all fused pairs; `None` before the first.
-    pub fn estimate(&self) -> Option<FusedEstimate<T>> {
-        self.fusion.estimate()
+    pub fn proposal(&self) -> Option<Proposal<T>> {
+        self.estimator.proposal(&self.config, &self.factory, &self.in_use)
     }
 
     /// RMS row offset of what is in use and of the estimate over the batch at hand. One pass.
@@ -181,7 +185,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// `None` without cameras, fused pairs, or matches that fit the estimate.
     pub fn health(&self) -> Option<Health<T>> {
         let focal = self.cameras.as_ref()?.mean_focal();
-        let proposed = self.estimate()?.extrinsics;
+        let proposed = self.proposal()?.extrinsics;
         let screen = T::lit(f64::from(self.config.huber_threshold_px) * SCREEN);
         Health::over(self.batch.pairs(), &self.in_use, &proposed, focal, screen)
     }
@@ -191,12 +195,48 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// # Errors
     /// [`ApplyError`]; what is in use stays.
     pub fn apply(&mut self) -> Result<Extrinsics<T>, ApplyError> {
-        if self.fusion.pairs() == 0 {
+        if self.frozen {
+            return Err(ApplyError::Frozen);
+        }
+        if !self.estimator.has_pairs() {
             return Err(ApplyError::NoProposal);
         }
-        let proposed = self.estimate().ok_or(ApplyError::Inconsistent)?.extrinsics;
-        self.replace_in_use(proposed);
-        Ok(proposed)
+        let proposal = self.proposal().ok_or(ApplyError::Inconsistent)?;
+        if proposal.state != State::Locked {
+            return Err(ApplyError::NotLocked(proposal.state));
+        }
+        if proposal.doubt == Some(Doubt::Everything) {
+            return Err(ApplyError::Doubtful);
+        }
+        let before = self.in_use;
+        if self.replace_in_use(proposal.extrinsics) {
+            self.before = Some(before);
+        }
+        Ok(proposal.extrinsics)
+    }
+
+    /// Puts back what was in use before the last change, once; the estimate stays.
+    ///
+    /// # Errors
+    /// [`ApplyError::NothingToUndo`], [`ApplyError::Frozen`]; what is in use stays.
+    pub fn undo(&mut self) -> Result<Extrinsics<T>, ApplyError> {
+        if self.frozen {
+            return Err(ApplyError::Frozen);
+        }
+        let before = self.before.take().ok_or(ApplyError::NothingToUndo)?;
+        self.replace_in_use(before);
+        Ok(before)
+    }
+
+    /// Freezes both the estimate and what is in use, or lets go of them again. Pairs may still be solved
+    /// and [`Calibrator::health`] read.
+    pub fn set_frozen(&mut self, frozen: bool) {
+        self.frozen = frozen;
+    }
+
+    /// Whether the calibrator is frozen.
+    pub fn is_frozen(&self) -> bool {
+        self.frozen
     }
 
     /// The extrinsics in use: `p_r = R p_l + t`.
@@ -219,10 +259,13 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.cameras.as_ref()
     }
 
-    fn replace_in_use(&mut self, extrinsics: Extrinsics<T>) {
-        if self.in_use != extrinsics {
+    /// Whether that changed anything.
+    fn replace_in_use(&mut self, extrinsics: Extrinsics<T>) -> bool {
+        let changed = self.in_use != extrinsics;
+        if changed {
             self.in_use = extrinsics;
             self.generation = self.generation.wrapping_add(1);
         }
+        changed
     }
 }

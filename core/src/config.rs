@@ -10,6 +10,15 @@
 //! ```
 
 use crate::error::ConfigError;
+use crate::information::Information;
+use crate::scalar::Scalar;
+
+impl Default for Config {
+    /// [`Config::robust`].
+    fn default() -> Self {
+        Self::robust()
+    }
+}
 
 /// Central tendency of the angles of the pairs' rotations, `s*` of eq 22.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,6 +53,8 @@ pub struct Config {
     pub(crate) angle: Central,
     pub(crate) max_sd_rad: f32,
     pub(crate) max_correction_rad: f32,
+    pub(crate) memory_pairs: u32,
+    pub(crate) applies_itself: bool,
 }
 
 impl Config {
@@ -64,6 +75,8 @@ impl Config {
             angle: Central::Mean,
             max_sd_rad: 0.12,
             max_correction_rad: 0.5,
+            memory_pairs: 1000,
+            applies_itself: false,
         }
     }
 
@@ -78,7 +91,6 @@ impl Config {
             method: Method::Robust,
             max_passes: 12,
             noise_floor_px: 0.15,
-            max_sd_rad: 1.0,
             ..Self::paper()
         }
     }
@@ -184,8 +196,8 @@ impl Config {
         self
     }
 
-    /// The gate refuses a pair whose weakest direction is less certain than this, rad. Default 0.12,
-    /// robust preset 1: fusion by information takes from a pair what it knows.
+    /// The gate refuses a pair whose weakest direction is less certain than this, rad. Default 0.12.
+    /// Paper preset only: the robust one takes from a pair what it knows.
     ///
     /// # Errors
     /// [`ConfigError::MaxStandardDeviation`] unless finite and above 0.
@@ -196,6 +208,31 @@ impl Config {
         } else {
             Err(ConfigError::MaxStandardDeviation)
         }
+    }
+
+    /// Pairs after which the oldest fade: the weight of a pair falls by one part in so many with each
+    /// further one. Default 1000. Robust preset only.
+    ///
+    /// Larger averages longer; smaller follows a rig that drifts by less than the watch over it can tell,
+    /// and keeps the claimed deviation from falling below what a lens model is worth.
+    ///
+    /// # Errors
+    /// [`ConfigError::Memory`] below 20.
+    pub const fn with_memory_pairs(mut self, pairs: u32) -> Result<Self, ConfigError> {
+        if pairs >= 20 {
+            self.memory_pairs = pairs;
+            Ok(self)
+        } else {
+            Err(ConfigError::Memory)
+        }
+    }
+
+    /// Lets [`crate::Calibrator::fuse`] put the estimate into use whenever
+    /// [`crate::Calibrator::apply`] would. Default: only `apply` does.
+    #[must_use]
+    pub const fn with_automatic_apply(mut self, automatic: bool) -> Self {
+        self.applies_itself = automatic;
+        self
     }
 
     /// The gate refuses a pair whose `R` or `t` is further from the factory values than this, rad.
@@ -210,5 +247,11 @@ impl Config {
         } else {
             Err(ConfigError::MaxCorrection)
         }
+    }
+
+    /// Information of the prior about each axis, 1/rad^2.
+    pub(crate) fn prior<T: Scalar>(&self) -> Information<T> {
+        let sd = T::lit(self.prior_sd_rad.into());
+        Information::ZERO.plus_diagonal(T::ONE / (sd * sd))
     }
 }

@@ -3,6 +3,8 @@
 
 use thiserror::Error;
 
+use crate::supervision::State;
+
 /// Which camera of the pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -112,6 +114,9 @@ pub enum ConfigError {
     /// Largest standard deviation: finite and above 0.
     #[error("max standard deviation must be finite and above 0 rad")]
     MaxStandardDeviation,
+    /// Memory: from 20 pairs.
+    #[error("memory must be at least 20 pairs")]
+    Memory,
     /// Correction limit: above 0 and below 1.5 rad.
     #[error("max correction must lie within 0 to 1.5 rad")]
     MaxCorrection,
@@ -184,6 +189,15 @@ pub enum Refusal {
     /// The estimate with this pair in it would be of a rig that cannot be rectified.
     #[error("the pair leads to extrinsics that cannot be rectified")]
     NoRig,
+    /// The pair disagrees with the estimate, and with the pairs kept apart from it.
+    #[error("the pair disagrees with the estimate")]
+    Disagrees,
+    /// Another pair has been dealt with since this one was solved: a report counts once.
+    #[error("the report is stale")]
+    Stale,
+    /// The calibrator is frozen.
+    #[error("the calibrator is frozen")]
+    Frozen,
     /// A quantity of the report is not finite: the report was altered.
     #[error("the report is not finite")]
     NotFinite,
@@ -200,6 +214,18 @@ pub enum ApplyError {
     /// The fused directions cancel or the fused baseline left the range that can be rectified.
     #[error("the fused pairs agree on no extrinsics")]
     Inconsistent,
+    /// The estimate is not confirmed, or the last pairs disagree with it.
+    #[error("the estimate is {0}, not locked")]
+    NotLocked(State),
+    /// Image halves disagree by more than 5 standard deviations: matches are biased alike somewhere.
+    #[error("image halves disagree: the matches are biased")]
+    Doubtful,
+    /// The calibrator is frozen.
+    #[error("the calibrator is frozen")]
+    Frozen,
+    /// There is nothing to go back to.
+    #[error("nothing has been applied since the last reset")]
+    NothingToUndo,
 }
 
 /// Why no common rectified camera was found.

@@ -1,7 +1,5 @@
 //! Whether a pair's result may enter the fusion: the limits of what is believed at all.
 
-use nalgebra::ComplexField;
-
 use crate::config::Config;
 use crate::error::Refusal;
 use crate::extrinsics::Extrinsics;
@@ -20,7 +18,7 @@ pub(crate) fn admit<T: Scalar>(
     factory: &Extrinsics<T>,
     report: &PairReport<T>,
 ) -> Result<(), Refusal> {
-    if !report.information.is_finite() || !report.score.iter().all(ComplexField::is_finite) {
+    if !report.information.is_finite() {
         return Err(Refusal::NotFinite);
     }
     let (sd, _) = report.information.weakest().ok_or(Refusal::TooUncertain)?;

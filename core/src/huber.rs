@@ -38,9 +38,9 @@ struct Pass<T> {
     skipped: u32,
 }
 
-/// A pair on its way to its optimum.
+/// The paper's solver, with a pair on its way to its optimum.
 #[derive(Debug, Clone)]
-pub(crate) struct HuberSolver<T: Scalar> {
+pub struct HuberSolver<T: Scalar> {
     focal: T,
     loss: Huber<T>,
     tolerance: T,
@@ -64,7 +64,7 @@ impl<T: Scalar> HuberSolver<T> {
     ///
     /// # Errors
     /// [`PairError::TooFew`], [`PairError::Unobservable`].
-    pub(crate) fn begin(
+    pub fn begin(
         config: &Config,
         focal: T,
         start: &Extrinsics<T>,
@@ -99,7 +99,7 @@ impl<T: Scalar> HuberSolver<T> {
     }
 
     /// Takes one more pass: one trial step, kept only if the cost falls. `Some` when done.
-    pub(crate) fn advance(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
+    pub fn advance(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
         if self.stop.is_none() {
             self.stop = self.attempt(pairs);
         }
@@ -110,7 +110,7 @@ impl<T: Scalar> HuberSolver<T> {
     }
 
     /// Whether [`HuberSolver::report`] is all that is left to do.
-    pub(crate) fn is_done(&self) -> bool {
+    pub fn is_done(&self) -> bool {
         self.stop.is_some()
     }
 
@@ -169,7 +169,7 @@ impl<T: Scalar> HuberSolver<T> {
     /// [`PairError::NoConsensus`] if too few correspondences are within the Huber threshold;
     /// [`PairError::Unobservable`] if they leave a direction free, or the baseline has turned
     /// towards an optical axis.
-    pub(crate) fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, PairError> {
+    pub fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, PairError> {
         let extrinsics = self.pose.extrinsics().map_err(|_| PairError::Unobservable)?;
         let judged = Judgement::over(pairs, &self.start, &self.pose, self.loss.threshold);
         if judged.inliers < self.min_usable {
@@ -190,7 +190,6 @@ impl<T: Scalar> HuberSolver<T> {
         Ok(PairReport {
             extrinsics,
             information,
-            score: [T::ZERO; 5],
             stop: self.stop.unwrap_or(Stop::PassLimit),
             passes: self.passes,
             usable: self.at_pose.usable,
@@ -201,6 +200,7 @@ impl<T: Scalar> HuberSolver<T> {
             rms_px_before: rms(judged.squares_before),
             rms_px_after: rms(judged.squares_after),
             noise_px: variance.sqrt() * self.focal,
+            finding: None,
         })
     }
 }

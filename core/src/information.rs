@@ -3,7 +3,7 @@
 //! Order of the unknowns, all in rad and in the rectified frame (x along the baseline, z forward):
 //! turn of `R` about x, y, z; turn of the baseline about y (moves `t_z`) and about z (moves `t_y`).
 
-use nalgebra::{Cholesky, ComplexField, Const, Matrix5, Vector5};
+use nalgebra::{Cholesky, ComplexField, Const, Matrix5, SVector, Vector5};
 
 use crate::scalar::Scalar;
 
@@ -56,8 +56,37 @@ impl<T: Scalar> Information<T> {
         h[14] += w4 * j4;
     }
 
+    /// `x_i . y_j` for `j <= i`: symmetric if `y = M x` with a symmetric `M`.
+    pub(crate) fn of_products<const D: usize>(
+        x: &[SVector<T, D>; 5],
+        y: &[SVector<T, D>; 5],
+    ) -> Self {
+        let mut sum = Self::ZERO;
+        let rows = x.iter().enumerate();
+        let products = rows.flat_map(|(i, x)| y.iter().take(i + 1).map(move |y| x.dot(y)));
+        sum.0.iter_mut().zip(products).for_each(|(h, product)| *h = product);
+        sum
+    }
+
     pub(crate) fn add(&mut self, other: &Self) {
         self.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a += *b);
+    }
+
+    /// Without what another sum has added.
+    pub(crate) fn less(&self, other: &Self) -> Self {
+        let mut left = *self;
+        left.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a -= *b);
+        left
+    }
+
+    /// The lower triangle of a symmetric matrix.
+    fn packed(m: &Matrix5<T>) -> Self {
+        let mut packed = Self::ZERO;
+        let triangle = (0..5).flat_map(|row| (0..=row).map(move |column| (row, column)));
+        for (element, at) in packed.0.iter_mut().zip(triangle) {
+            *element = m.get(at).copied().unwrap_or(T::ZERO);
+        }
+        packed
     }
 
     /// With `value` added to every element of the diagonal.
@@ -81,6 +110,11 @@ impl<T: Scalar> Information<T> {
         Self(self.0.map(|h| h * factor))
     }
 
+    /// Squared disparity, summed, that one standard deviation of the turn about y moves all rows by.
+    pub(crate) fn yaw_share(&self) -> T {
+        self.0[0] / self.0[2]
+    }
+
     /// Without what noise adds to the baseline's part of a sum over correspondences, whose rows are
     /// disparities: at infinity noise is all there is of them.
     ///
@@ -90,7 +124,7 @@ impl<T: Scalar> Information<T> {
     /// standard deviations of the turn about y, which moves all disparities alike and rows hardly.
     pub(crate) fn less_disparity_noise(&self, weight: T, variance: T) -> Option<Self> {
         let squares = self.0[14];
-        let alike = T::lit(9.0) * self.0[0] / self.0[2];
+        let alike = T::lit(9.0) * self.yaw_share();
         if !(variance * (weight + alike) <= squares * T::lit(MAX_NOISE)) {
             return None;
         }
@@ -139,9 +173,7 @@ impl<T: Scalar> Information<T> {
     ///
     /// `None` if it is free. Cost: one 5 x 5 inverse and 12 products.
     pub fn weakest(&self) -> Option<(T, Vector5<T>)> {
-        let covariance = self.covariance()?;
-        let (variance, direction) = dominant(|v| covariance * v);
-        Some((variance.sqrt(), direction))
+        Some(largest_direction(&self.covariance()?))
     }
 
     /// Whether all five directions are determined, in numbers: a scene of one point, of one line,
@@ -152,6 +184,11 @@ impl<T: Scalar> Information<T> {
             // Not `>`: a NaN must not pass.
             largest_inverse * T::lit(MIN_CONDITION) <= T::ONE
         })
+    }
+
+    /// Inverse of a covariance, rad^2; `None` if it is none.
+    pub(crate) fn of_covariance(covariance: &Matrix5<T>) -> Option<Self> {
+        Some(Self::packed(&Self::packed(covariance).covariance()?))
     }
 
     /// Solves `(H + damping diag H) x = -gradient`; `None` if there is no Cholesky factor.
@@ -174,6 +211,12 @@ impl<T: Scalar> Information<T> {
         scaled.set_diagonal(&Vector5::repeat(T::ONE + damping));
         Some((Cholesky::new(scaled)?, scale))
     }
+}
+
+/// Largest standard deviation of a covariance, and its unit direction.
+pub(crate) fn largest_direction<T: Scalar>(covariance: &Matrix5<T>) -> (T, Vector5<T>) {
+    let (variance, direction) = dominant(|v| covariance * v);
+    (variance.sqrt(), direction)
 }
 
 /// Largest eigenvalue and its direction of a positive definite map, by power iteration.

@@ -15,12 +15,14 @@
 
 #![no_std]
 #![forbid(unsafe_code)]
+extern crate std;
 
 mod calibrator;
 mod camera;
 mod config;
 mod correspondence;
 mod error;
+mod estimator;
 mod extrinsics;
 mod fusion;
 mod gate;
@@ -30,13 +32,16 @@ mod huber;
 mod information;
 mod loss;
 pub mod metrics;
-mod pair;
+mod moments;
+mod proposal;
+mod quadratic;
 mod rectification;
 mod report;
 mod residual;
 mod robust;
 mod scalar;
 pub mod so3;
+mod supervision;
 mod whitening;
 
 pub use calibrator::Calibrator;
@@ -48,12 +53,14 @@ pub use error::{
     RectifyError, Refusal, Side, UndistortError,
 };
 pub use extrinsics::Extrinsics;
-pub use fusion::{FusedEstimate, InformationMean, MeanDirection};
+pub use fusion::{FusedEstimate, MeanDirection};
 pub use health::Health;
 pub use homography::RectifiedCamera;
 pub use information::{Information, StandardDeviations};
-pub use pair::Solver;
+pub use huber::HuberSolver;
+pub use proposal::{Direction, Doubt, Proposal};
 pub use rectification::RectifyingRotations;
 pub use report::{PairReport, Stop};
 pub use residual::row_offset;
 pub use scalar::Scalar;
+pub use supervision::{Fused, State};

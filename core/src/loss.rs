@@ -53,21 +53,6 @@ impl<T: Scalar> Redescending<T> {
             }
         }
     }
-
-    /// The loss whose derivative is `w(r) r`.
-    pub(crate) fn cost(&self, r: T) -> T {
-        match *self {
-            Self::GemanMcClure(scale) => {
-                let x = r / scale;
-                scale * scale * T::HALF * (x * x / (T::ONE + x * x))
-            }
-            Self::Tukey(limit) => {
-                let x = r / limit;
-                let root = (T::ONE - x * x).max(T::ZERO);
-                limit * limit / T::lit(6.0) * (T::ONE - root * root * root)
-            }
-        }
-    }
 }
 
 #[cfg(test)]

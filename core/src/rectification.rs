@@ -1,6 +1,6 @@
 //! The two rectifying rotations, and the extrinsics they stand for (eqs 6-8).
 
-use nalgebra::{Matrix3, Rotation3, Vector2, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector2, Vector3, Vector5};
 
 use crate::error::ExtrinsicsError;
 use crate::extrinsics::{Extrinsics, MIN_LATERAL};
@@ -65,6 +65,23 @@ impl<T: Scalar> RectifyingRotations<T> {
             right: so3::left_update(&common, &self.right),
         }
         .regauged()
+    }
+
+    /// The five unknowns that lead from this pose to another, to first order: turn of `R` about the
+    /// rectified x, y, z, then of the baseline about y and z, rad.
+    #[must_use]
+    pub fn unknowns_to(&self, other: &Self) -> Vector5<T> {
+        let turn = other.right.inverse() * other.left * self.left.inverse() * self.right;
+        let w = self.right * so3::log(&turn);
+        let t = -(self.right.matrix() * other.right.matrix().row(0).transpose());
+        // A baseline across the other is as far as it goes.
+        let along = (-t.x).max(T::lit(MIN_LATERAL));
+        Vector5::new(w.x, w.y, w.z, -t.z / along, t.y / along)
+    }
+
+    /// After a step of all five unknowns.
+    pub(crate) fn stepped_by(&self, d: &Vector5<T>) -> Option<Self> {
+        self.stepped(&Vector3::new(d.x, d.y, d.z), &Vector2::new(d.w, d.a))
     }
 
     /// Turn about the baseline that keeps eq 8 when both views turn by 1 about the rectified z.

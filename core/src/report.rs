@@ -6,6 +6,7 @@ use crate::information::Information;
 use crate::rectification::RectifyingRotations;
 use crate::residual::{linearised, row_offset};
 use crate::scalar::Scalar;
+use crate::supervision::{Finding, Lineage};
 
 /// Correspondences within this many Huber thresholds count as screened.
 pub(crate) const SCREEN: f64 = 3.0;
@@ -30,13 +31,11 @@ pub struct PairReport<T: Scalar> {
     /// `R`, `t` of the pair.
     pub extrinsics: Extrinsics<T>,
     /// Information about them, 1/rad^2: inverse covariance of the M-estimate, without the prior.
+    /// Nothing about the baseline where disparities are mostly noise.
     pub information: Information<T>,
-    /// Slope of the log-likelihood at the extrinsics by the same unknowns, 1/rad: zero but for what a
-    /// prior holds against the correspondences.
-    pub score: [T; 5],
     /// Why the solver stopped.
     pub stop: Stop,
-    /// Passes taken, the judging one not counted.
+    /// Passes taken. Paper: the judging one not counted. Robust: all of them.
     pub passes: u16,
     /// Correspondences in front of both rectified cameras.
     pub usable: u32,
@@ -55,6 +54,34 @@ pub struct PairReport<T: Scalar> {
     /// Standard deviation of the row offsets, estimated from the residuals, px. Paper: of
     /// the row offsets, each clipped at the Huber threshold. Robust: of one coordinate, at most 3.
     pub noise_px: T,
+    /// Robust: the evidence, and for which estimate it speaks.
+    pub(crate) finding: Option<Finding<T>>,
+}
+
+impl<T: Scalar> PairReport<T> {
+    /// Of the robust preset; `None` if the pair alone has no optimum.
+    pub(crate) fn of_finding(finding: Finding<T>, lineage: &Lineage<T>) -> Option<Self> {
+        let judged = &finding.judged;
+        let (pose, information) = judged.evidence.optimum(&lineage.prior)?;
+        let count = T::count(judged.screened.max(1));
+        let [squares_before, squares_after] = judged.squares;
+        let [cost_before, cost_after] = judged.cost;
+        Some(Self {
+            extrinsics: pose.extrinsics().ok()?,
+            information,
+            stop: finding.stop,
+            passes: finding.passes,
+            usable: judged.usable,
+            skipped: judged.skipped,
+            screened: judged.screened,
+            cost_before: cost_before * T::HALF,
+            cost_after: cost_after * T::HALF,
+            rms_px_before: (squares_before / count).sqrt(),
+            rms_px_after: (squares_after / count).sqrt(),
+            noise_px: judged.evidence.noise,
+            finding: Some(finding),
+        })
+    }
 }
 
 /// Sums of the judging pass.

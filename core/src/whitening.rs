@@ -19,6 +19,8 @@ pub(crate) struct WhitenedRow<T> {
     pub(crate) row: Row<T>,
     /// Row offset, px.
     pub(crate) offset_px: T,
+    /// Residual over the epipolar constraint of the rotated rays at unit depth, px.
+    pub(crate) per_constraint: T,
     /// Disparity, px; negative for points behind the cameras.
     pub(crate) disparity_px: T,
 }
@@ -91,6 +93,7 @@ pub(crate) fn whitened<T: Scalar>(
     Some(WhitenedRow {
         row: Row { offset: plain.offset * scale, jacobian },
         offset_px: plain.offset * focal,
+        per_constraint: scale * left_inverse * right_inverse,
         disparity_px: (l.x - r.x) * focal,
     })
 }

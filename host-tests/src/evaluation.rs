@@ -7,8 +7,8 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Extrinsics, FusedEstimate, PairError, PairReport, RayPair, RectifyingRotations, Refusal,
-    Scalar, Stop, row_offset,
+    Doubt, Extrinsics, Fused, PairError, PairReport, Proposal, RayPair, RectifyingRotations, Refusal,
+    Scalar, StandardDeviations, State, Stop, row_offset,
 };
 
 use crate::dataset::Dataset;
@@ -20,8 +20,8 @@ pub const SCREEN_PX: f64 = 3.0;
 /// What became of one pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// Fused.
-    Accepted,
+    /// Taken in: how.
+    Accepted(Fused),
     /// Solved, but not fused.
     Refused(Refusal),
     /// Not solved.
@@ -65,9 +65,8 @@ pub struct Summary {
     pub pairs: usize,
     /// Pairs fused.
     pub accepted: usize,
-    /// `no estimate`, `estimated`, or `axis uncertain` (R so near the
-    /// identity that the axes of the pairs disagree).
-    pub state: &'static str,
+    /// `no estimate`, or the state of the calibrator and what speaks against the estimate.
+    pub state: String,
     /// Error of the fused baseline direction.
     pub e_t: Option<f64>,
     /// Error of the fused rotation.
@@ -104,7 +103,7 @@ pub struct Evaluation {
     truths: Vec<Extrinsics<f64>>,
     factory: Extrinsics<f64>,
     steps: Vec<Step>,
-    fused: Option<FusedEstimate<f64>>,
+    fused: Option<Estimate>,
 }
 
 impl Evaluation {
@@ -129,16 +128,16 @@ impl Evaluation {
     pub fn record<T: Scalar>(
         &mut self,
         [offered, taken]: [usize; 2],
-        outcome: Result<(PairReport<T>, Result<(), Refusal>), PairError>,
-        fused: Option<&FusedEstimate<T>>,
+        outcome: Result<(PairReport<T>, Result<Fused, Refusal>), PairError>,
+        fused: Option<&Proposal<T>>,
     ) -> &Step {
         self.truth = self.truths.get(self.steps.len()).copied().unwrap_or(self.truth);
-        self.fused = fused.copied().map(fused_in_f64);
+        self.fused = fused.map(Estimate::of);
         let running = self.fused.map(|f| Deviation::between(&f.extrinsics, &self.truth));
         let (verdict, solved) = match outcome {
             Err(error) => (Verdict::Failed(error), None),
             Ok((report, fusing)) => {
-                let verdict = fusing.map_or_else(Verdict::Refused, |()| Verdict::Accepted);
+                let verdict = fusing.map_or_else(Verdict::Refused, Verdict::Accepted);
                 (verdict, Some(self.solved(&report)))
             }
         };
@@ -170,7 +169,7 @@ impl Evaluation {
 
     /// The estimate so far.
     #[must_use]
-    pub fn fused(&self) -> Option<&FusedEstimate<f64>> {
+    pub fn fused(&self) -> Option<&Estimate> {
         self.fused.as_ref()
     }
 
@@ -179,7 +178,7 @@ impl Evaluation {
     /// # Errors
     /// If the data set's cameras are not valid.
     pub fn summary(&self, set: &Dataset) -> Result<Summary> {
-        let accepted = |step: &&Step| step.verdict == Verdict::Accepted;
+        let accepted = |step: &&Step| matches!(step.verdict, Verdict::Accepted(_));
         let singles = self.steps.iter().filter(accepted).filter_map(|step| step.solved);
         let sigma = Deviation::root_mean_square(singles.map(|solved| solved.error));
         let error = self.fused.map(|f| Deviation::between(&f.extrinsics, &self.truth));
@@ -187,14 +186,13 @@ impl Evaluation {
             Some(f) => RowOffsets::over(set, &self.factory, &f.extrinsics)?,
             None => None,
         };
-        let t = |f: FusedEstimate<f64>| f.extrinsics.translation().into_inner().into();
+        let t = |f: Estimate| f.extrinsics.translation().into_inner().into();
         Ok(Summary {
             pairs: self.steps.len(),
             accepted: self.steps.iter().filter(accepted).count(),
             state: match &self.fused {
-                None => "no estimate",
-                Some(f) if f.axis_is_meaningful => "estimated",
-                Some(_) => "axis uncertain",
+                None => "no estimate".into(),
+                Some(f) => f.to_string(),
             },
             e_t: error.map(|e| e.translation),
             e_theta: error.map(|e| e.rotation),
@@ -281,23 +279,55 @@ pub fn in_f64<T: Scalar>(extrinsics: &Extrinsics<T>) -> Extrinsics<f64> {
     Extrinsics::try_new(&r, &t).expect("valid in the other scalar")
 }
 
-fn fused_in_f64<T: Scalar>(fused: FusedEstimate<T>) -> FusedEstimate<f64> {
-    FusedEstimate {
-        extrinsics: in_f64(&fused.extrinsics),
-        pairs: fused.pairs,
-        sd: stereo_selfcal::StandardDeviations {
-            rotation: fused.sd.rotation.to_f64(),
-            translation: fused.sd.translation.to_f64(),
-        },
-        axis_concentration: fused.axis_concentration.to_f64(),
-        axis_is_meaningful: fused.axis_is_meaningful,
+/// A proposal in `f64`, whatever the scalar of the run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// What would be put into use.
+    pub extrinsics: Extrinsics<f64>,
+    /// What it claims of its error, rad.
+    pub sd: StandardDeviations<f64>,
+    /// Whether it is confirmed.
+    pub state: State,
+    /// What speaks against it.
+    pub doubt: Option<Doubt>,
+}
+
+impl Estimate {
+    fn of<T: Scalar>(proposal: &Proposal<T>) -> Self {
+        Self {
+            extrinsics: in_f64(&proposal.extrinsics),
+            sd: StandardDeviations {
+                rotation: proposal.sd.rotation.to_f64(),
+                translation: proposal.sd.translation.to_f64(),
+            },
+            state: proposal.state,
+            doubt: proposal.doubt,
+        }
+    }
+}
+
+impl fmt::Display for Estimate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.state)?;
+        match self.doubt {
+            None => Ok(()),
+            Some(Doubt::Baseline) => f.write_str(", image halves disagree: t held"),
+            Some(Doubt::Everything) => f.write_str(", image halves disagree: not applied"),
+            Some(Doubt::Axis) => f.write_str(", axis uncertain"),
+            Some(other) => write!(f, ", {other:?}"),
+        }
     }
 }
 
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Accepted => f.write_str("fused"),
+            Self::Accepted(Fused::Added) => f.write_str("fused"),
+            Self::Accepted(Fused::Repeated) => f.write_str("same scene again"),
+            Self::Accepted(Fused::KeptApart) => f.write_str("kept apart"),
+            Self::Accepted(Fused::Renewed) => f.write_str("fused, older pairs dropped"),
+            Self::Accepted(Fused::TookOver) => f.write_str("the pairs kept apart took over"),
+            Self::Accepted(other) => write!(f, "{other:?}"),
             Self::Refused(why) => write!(f, "refused: {why}"),
             Self::Failed(why) => write!(f, "not solved: {why}"),
         }

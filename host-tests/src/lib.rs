@@ -4,6 +4,7 @@
 pub mod abuse;
 pub mod dataset;
 pub mod depth;
+pub mod campaign;
 pub mod evaluation;
 pub mod grid;
 pub mod oracle;

@@ -44,5 +44,5 @@ fn replay_pair<'a, T: Scalar>(
     let taken = calibrator.batch().pairs().len();
     let outcome = calibrator.solve_pair().map(|report| (report, calibrator.fuse(&report)));
     calibrator.clear_pair();
-    evaluation.record([pair.len(), taken], outcome, calibrator.estimate().as_ref())
+    evaluation.record([pair.len(), taken], outcome, calibrator.proposal().as_ref())
 }

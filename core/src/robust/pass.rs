@@ -11,18 +11,15 @@ const MAX_SHARE: f64 = 4.0;
 /// Sums of one pass over the batch at one pose.
 #[derive(Debug, Clone)]
 pub(super) struct Pass<T> {
-    /// Of `w J J^T` with high leverage held down, and as it is.
+    /// Of `w J J^T`, 1/rad^2, with high leverage held down, and as it is.
     pub(super) capped: Information<T>,
     pub(super) uncapped: Information<T>,
     pub(super) gradient: [T; 5],
     pub(super) usable: u32,
-    pub(super) skipped: u32,
-    /// Correspondences with a weight at all, and the sum of the weights as held down.
+    /// Correspondences with a weight at all.
     pub(super) weighted: u32,
-    pub(super) weight: T,
-    /// Residuals within 2, and from 2 to 4 standard deviations.
+    /// Residuals within 2 standard deviations, and what of their squares is not the grid's, px^2.
     pub(super) near: u32,
-    pub(super) beside: u32,
     pub(super) near_squares: T,
 }
 
@@ -32,11 +29,8 @@ impl<T: Scalar> Pass<T> {
         uncapped: Information::ZERO,
         gradient: [T::ZERO; 5],
         usable: 0,
-        skipped: 0,
         weighted: 0,
-        weight: T::ZERO,
         near: 0,
-        beside: 0,
         near_squares: T::ZERO,
     };
 
@@ -47,11 +41,8 @@ impl<T: Scalar> Pass<T> {
             *sum += *g;
         }
         self.usable = self.usable.saturating_add(other.usable);
-        self.skipped = self.skipped.saturating_add(other.skipped);
         self.weighted = self.weighted.saturating_add(other.weighted);
-        self.weight += other.weight;
         self.near = self.near.saturating_add(other.near);
-        self.beside = self.beside.saturating_add(other.beside);
         self.near_squares += other.near_squares;
     }
 }
@@ -64,13 +55,18 @@ pub(super) struct Leverage<T> {
 }
 
 impl<T: Scalar> Leverage<T> {
-    /// From the sums of a pass; `prior` in their unit.
-    pub(super) fn of(pass: &Pass<T>, prior: T) -> Option<Self> {
-        let covariance = pass.uncapped.plus_diagonal(prior).covariance()?;
-        // The shares add up to the trace: 5 where the prior is weak.
-        let sum = covariance.dot(&pass.uncapped.matrix());
+    /// * `covariance`: of the pose, from the sums as held down and the prior.
+    /// * `now`, `next`: variance that residuals are weighed by in this pass and the next, px^2.
+    pub(super) fn of(
+        pass: &Pass<T>,
+        covariance: &Matrix5<T>,
+        now: T,
+        next: T,
+    ) -> Option<Self> {
+        // The shares add up to the trace.
+        let sum = covariance.dot(&pass.capped.matrix());
         let limit = T::lit(MAX_SHARE) * sum / T::count(pass.weighted.max(1));
-        limit.is_finite().then_some(Self { covariance, limit })
+        limit.is_finite().then_some(Self { covariance: covariance * (next / now), limit })
     }
 
     /// The weight that is left of `w`: falling with the square of the excess.

@@ -3,7 +3,7 @@
 use crate::scene::{calibrator, cameras, correspondences, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Config, Correspondence, Extrinsics, PairError, PairReport, Scalar, Solver, Stop,
+    Calibrator, Config, Correspondence, Extrinsics, PairError, PairReport, Scalar, HuberSolver, Stop,
 };
 
 const ROTATION: [f64; 3] = [3.0, -2.5, 4.0];
@@ -127,7 +127,7 @@ fn the_cost_never_rises_from_starts_that_are_far_off_among_mismatches() {
         }
         let pairs: Vec<_> = matches.iter().map(|c| cameras.rays(c).unwrap()).collect();
         let focal = cameras.mean_focal();
-        let Ok(mut solver) = Solver::begin(&Config::paper(), focal, &start, &pairs) else {
+        let Ok(mut solver) = HuberSolver::begin(&Config::paper(), focal, &start, &pairs) else {
             continue;
         };
         let mut cost = f32::INFINITY;

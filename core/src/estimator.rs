@@ -1,0 +1,237 @@
+//! The two methods behind one door: a pair in, a pass at a time, and what all pairs come to.
+
+use crate::config::{Config, Method};
+use crate::correspondence::RayPair;
+use crate::error::{PairError, Refusal};
+use crate::extrinsics::Extrinsics;
+use crate::fusion::MeanDirection;
+use crate::gate;
+use crate::huber::HuberSolver;
+use crate::proposal::{Doubt, Proposal};
+use crate::report::PairReport;
+use crate::scalar::Scalar;
+use crate::supervision::{Fused, Inquiry, Lineage, State, Stillness, Subject, Supervisor};
+
+/// Disagreement of image halves above which the baseline is not believed, and above which nothing is.
+const MAX_HALVES: [f64; 2] = [3.0, 5.0];
+
+/// What pairs are solved with.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Setting<'a, T: Scalar> {
+    pub(crate) config: &'a Config,
+    pub(crate) factory: &'a Extrinsics<T>,
+    /// Mean focal length of the cameras, px.
+    pub(crate) focal: T,
+}
+
+/// State of the method that the configuration names.
+#[derive(Debug, Clone)]
+pub(crate) enum Estimator<T: Scalar> {
+    Paper { fusion: MeanDirection<T>, solver: Option<HuberSolver<T>> },
+    Robust { supervisor: Supervisor<T>, stillness: Stillness<T>, inquiry: Option<Inquiry<T>> },
+}
+
+impl<T: Scalar> Estimator<T> {
+    pub(crate) const fn new(config: &Config) -> Self {
+        match config.method {
+            Method::Paper => {
+                Self::Paper { fusion: MeanDirection::new(config.angle), solver: None }
+            }
+            Method::Robust => Self::Robust {
+                supervisor: Supervisor::new(),
+                stillness: Stillness::new(),
+                inquiry: None,
+            },
+        }
+    }
+
+    /// Back to no pairs at all; reports of before stay stale.
+    pub(crate) fn forget(&mut self, config: &Config) {
+        match self {
+            Self::Paper { .. } => *self = Self::new(config),
+            Self::Robust { supervisor, stillness, inquiry } => {
+                supervisor.forget();
+                stillness.forget();
+                *inquiry = None;
+            }
+        }
+    }
+
+    /// Whether a pair is being solved.
+    pub(crate) fn is_busy(&self) -> bool {
+        match self {
+            Self::Paper { solver, .. } => solver.is_some(),
+            Self::Robust { inquiry, .. } => inquiry.is_some(),
+        }
+    }
+
+    /// Abandons the pair being solved.
+    pub(crate) fn abandon(&mut self) {
+        match self {
+            Self::Paper { solver, .. } => *solver = None,
+            Self::Robust { inquiry, .. } => *inquiry = None,
+        }
+    }
+
+    /// Begins with a batch: its first pass.
+    pub(crate) fn begin(
+        &mut self,
+        setting: &Setting<'_, T>,
+        pairs: &[RayPair<T>],
+    ) -> Result<(), PairError> {
+        self.abandon();
+        let Setting { config, factory, focal } = *setting;
+        match self {
+            Self::Paper { solver, .. } => {
+                *solver = Some(HuberSolver::begin(config, focal, factory, pairs)?);
+            }
+            Self::Robust { supervisor, stillness, inquiry } => {
+                let lineage = Lineage::new(config, factory);
+                let subject = Subject { config, focal, supervisor, lineage: &lineage };
+                let needed = config.min_correspondences.into();
+                let usable = u32::try_from(pairs.len()).unwrap_or(u32::MAX);
+                if usable < needed {
+                    return Err(PairError::TooFew { usable, needed });
+                }
+                let repeated = stillness.note(pairs, focal);
+                let mut asked = Inquiry::new(&subject, repeated);
+                asked.advance(&subject, pairs)?;
+                *inquiry = Some(asked);
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes one more pass; the report when that was the last.
+    pub(crate) fn advance(
+        &mut self,
+        setting: &Setting<'_, T>,
+        pairs: &[RayPair<T>],
+    ) -> Result<Option<PairReport<T>>, PairError> {
+        let Setting { config, factory, focal } = *setting;
+        match self {
+            Self::Paper { solver: slot, .. } => {
+                let solver = slot.as_mut().ok_or(PairError::NotBegun)?;
+                if solver.is_done() {
+                    let report = solver.report(pairs);
+                    *slot = None;
+                    return report.map(Some);
+                }
+                solver.advance(pairs);
+                Ok(None)
+            }
+            Self::Robust { supervisor, inquiry: slot, .. } => {
+                let inquiry = slot.as_mut().ok_or(PairError::NotBegun)?;
+                let lineage = Lineage::new(config, factory);
+                let subject = Subject { config, focal, supervisor, lineage: &lineage };
+                let answer = match inquiry.advance(&subject, pairs) {
+                    Ok(None) => return Ok(None),
+                    Ok(Some(finding)) => PairReport::of_finding(finding, &lineage)
+                        .map(Some)
+                        .ok_or(PairError::Unobservable),
+                    Err(error) => {
+                        supervisor.note_failure(inquiry.refused());
+                        Err(error)
+                    }
+                };
+                *slot = None;
+                answer
+            }
+        }
+    }
+
+    /// Takes a solved pair in.
+    ///
+    /// # Errors
+    /// [`Refusal`]; the estimate is as it was.
+    pub(crate) fn fuse(
+        &mut self,
+        config: &Config,
+        factory: &Extrinsics<T>,
+        report: &PairReport<T>,
+    ) -> Result<Fused, Refusal> {
+        match self {
+            Self::Paper { fusion, .. } => {
+                gate::admit(config, factory, report)?;
+                // Tried on a copy: pairs within the limit may agree on what is beyond it.
+                let mut tried = fusion.clone();
+                tried.add(report);
+                if let Some(estimate) = tried.estimate() {
+                    gate::within_correction_limit(config, factory, &estimate.extrinsics)?;
+                }
+                *fusion = tried;
+                Ok(Fused::Added)
+            }
+            Self::Robust { supervisor, .. } => {
+                let finding = report.finding.as_ref().ok_or(Refusal::Stale)?;
+                let lineage = Lineage::new(config, factory);
+                supervisor.fuse(finding, &lineage, |pose| {
+                    let found = pose.extrinsics().map_err(|_| Refusal::NoRig)?;
+                    gate::within_correction_limit(config, factory, &found)
+                })
+            }
+        }
+    }
+
+    /// Whether any pair is behind the estimate.
+    pub(crate) fn has_pairs(&self) -> bool {
+        match self {
+            Self::Paper { fusion, .. } => fusion.pairs() > 0,
+            Self::Robust { supervisor, .. } => supervisor.reported().is_some(),
+        }
+    }
+
+    pub(crate) fn state(&self) -> State {
+        match self {
+            Self::Paper { fusion, .. } if fusion.pairs() == 0 => State::Acquiring,
+            Self::Paper { .. } => State::Locked,
+            Self::Robust { supervisor, .. } => supervisor.state(),
+        }
+    }
+
+    /// What the pairs come to; `None` before there is anything.
+    pub(crate) fn proposal(
+        &self,
+        config: &Config,
+        factory: &Extrinsics<T>,
+        in_use: &Extrinsics<T>,
+    ) -> Option<Proposal<T>> {
+        match self {
+            Self::Paper { fusion, .. } => {
+                let estimate = fusion.estimate()?;
+                Some(Proposal {
+                    extrinsics: estimate.extrinsics,
+                    pairs: estimate.pairs,
+                    sd: estimate.sd,
+                    covariance: None,
+                    state: self.state(),
+                    doubt: (!estimate.axis_is_meaningful).then_some(Doubt::Axis),
+                })
+            }
+            Self::Robust { supervisor, .. } => {
+                let filter = supervisor.reported()?;
+                let lineage = Lineage::new(config, factory);
+                let [baseline, everything] = MAX_HALVES.map(T::lit);
+                let halves = filter.halves();
+                let doubt = if halves > everything {
+                    Some(Doubt::Everything)
+                } else {
+                    (halves > baseline).then_some(Doubt::Baseline)
+                };
+                let extrinsics = if doubt == Some(Doubt::Baseline) {
+                    filter.with_baseline_of(in_use)?
+                } else {
+                    filter.pose().extrinsics().ok()?
+                };
+                Some(Proposal {
+                    extrinsics,
+                    pairs: filter.pairs(),
+                    sd: filter.deviations(&lineage)?,
+                    covariance: Some(filter.reported(&lineage)?),
+                    state: supervisor.state(),
+                    doubt,
+                })
+            }
+        }
+    }
+}

@@ -1,0 +1,252 @@
+//! One hypothesis about the rig: the sums of the pairs that agree with it, and its optimum over them.
+
+use nalgebra::{Matrix5, Vector5};
+
+use super::Lineage;
+use crate::extrinsics::Extrinsics;
+use crate::information::{Information, StandardDeviations};
+use crate::moments::Moments;
+use crate::quadratic::{Quadratic, squared_over};
+use crate::rectification::RectifyingRotations;
+use crate::robust::{Judged, Known};
+use crate::scalar::Scalar;
+
+/// Gauss-Newton steps to the optimum of all sums: each squares the error of the linearisation.
+const STEPS: usize = 3;
+
+/// A pair agrees if its distance from the estimate, squared, is below this in units of the scatter:
+/// chance is 6e-6 for one that tells the truth.
+const MAX_SURPRISE: f64 = 32.0;
+
+/// Part of the usual share of inliers that a pair must have.
+const MIN_SHARE: f64 = 0.5;
+
+/// What a pair may differ from the estimate it is tracked from, rad (0.05 degrees): the rig vibrates.
+const FREEDOM: f64 = 8.7e-4;
+
+/// Scatter of the pairs beyond which more is not believed: real lenses leave 3 to 10.
+const MAX_SCATTER: f64 = 16.0;
+
+/// Disagreement of image halves that healthy scenes stay below: chance is 1e-3 an axis.
+const HEALTHY_HALVES: f64 = 2.0;
+
+/// Sums over the pairs that agree, and their optimum.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Filter<T: Scalar> {
+    pose: RectifyingRotations<T>,
+    /// Where the sums were begun: their frame.
+    frame: RectifyingRotations<T>,
+    /// Over all pairs but the last, which a repeated scene replaces.
+    settled: Moments<T>,
+    last: Moments<T>,
+    /// Over the whole image, its left and its upper half, about the pose.
+    parts: [Quadratic<T>; 3],
+    /// Of all sums at the pose, without the prior.
+    information: Information<T>,
+    /// Running means: noise of a coordinate, px; share of inliers; distance of one pair from the next,
+    /// squared, per degree of freedom.
+    noise: T,
+    share: T,
+    scatter: T,
+    /// `sqrt(chi^2 / 5)` between the estimates of image halves, the worse axis.
+    halves: T,
+    pairs: u32,
+}
+
+impl<T: Scalar> Filter<T> {
+    /// Of one pair; `None` if it leads to no rig.
+    pub(super) fn born(judged: &Judged<T>, lineage: &Lineage<T>) -> Option<Self> {
+        let evidence = &judged.evidence;
+        let born = Self {
+            pose: evidence.pose,
+            frame: evidence.pose,
+            settled: Moments::ZERO,
+            last: evidence.moments,
+            parts: evidence.parts,
+            information: Information::ZERO,
+            noise: evidence.noise,
+            share: evidence.share,
+            scatter: T::ONE,
+            halves: T::ZERO,
+            pairs: 1,
+        };
+        born.solved(lineage)
+    }
+
+    /// With one more pair; `None` if it leads to no rig.
+    ///
+    /// * `repeated`: the scene is that of the last pair, which it replaces.
+    pub(super) fn with(
+        &self,
+        judged: &Judged<T>,
+        repeated: bool,
+        lineage: &Lineage<T>,
+    ) -> Option<Self> {
+        let evidence = &judged.evidence;
+        let moments = evidence.moments.turned(&evidence.pose, &self.frame);
+        let mut next = self.clone();
+        if !repeated {
+            next.note_scatter(judged, lineage);
+            next.settled.add(&self.last);
+            if self.pairs >= lineage.memory {
+                next.settled = next.settled.scaled(T::ONE - T::ONE / T::count(lineage.memory));
+            }
+            next.pairs = self.pairs.saturating_add(1);
+            let to_pose = evidence.pose.unknowns_to(&self.pose);
+            for (sum, part) in next.parts.iter_mut().zip(&evidence.parts) {
+                sum.add(&part.about(&to_pose));
+            }
+        }
+        next.last = moments;
+        let gain = T::ONE / T::count(next.pairs.min(50));
+        next.noise += (evidence.noise - self.noise) * gain;
+        next.share += (evidence.share - self.share) * gain;
+        next.solved(lineage)
+    }
+
+    /// With the sums over all pairs but the last replaced, as if there had been no others.
+    pub(super) fn replaced(&self, settled: &Moments<T>, pairs: u32, lineage: &Lineage<T>) -> Option<Self> {
+        let mut next = self.clone();
+        next.settled = *settled;
+        next.pairs = pairs;
+        next.parts = [Quadratic::ZERO; 3];
+        next.solved(lineage)
+    }
+
+    fn solved(mut self, lineage: &Lineage<T>) -> Option<Self> {
+        let mut sums = self.settled;
+        sums.add(&self.last);
+        let before = self.pose;
+        for _ in 0..STEPS {
+            let seen = sums.seen_at(&self.frame, &self.pose);
+            let pull = lineage.prior.times(&self.pose.unknowns_to(&lineage.factory));
+            let mut joint = seen.with(&lineage.prior);
+            joint.gradient -= pull;
+            self.pose = self.pose.stepped_by(&joint.step()?)?;
+        }
+        self.information = sums.seen_at(&self.frame, &self.pose).information;
+        let moved = before.unknowns_to(&self.pose);
+        self.parts = self.parts.map(|part| part.about(&moved));
+        self.halves = self.disagreement(lineage);
+        self.pose.extrinsics().ok()?;
+        Some(self)
+    }
+
+    pub(crate) fn pose(&self) -> &RectifyingRotations<T> {
+        &self.pose
+    }
+
+    pub(super) fn last(&self) -> &Moments<T> {
+        &self.last
+    }
+
+    pub(super) fn settled(&self) -> &Moments<T> {
+        &self.settled
+    }
+
+    pub(crate) fn pairs(&self) -> u32 {
+        self.pairs
+    }
+
+    /// Scatter of the pairs over what they claim, at least 1.
+    pub(super) fn scatter(&self) -> T {
+        self.scatter.max(T::ONE)
+    }
+
+    /// Disagreement of image halves, in standard deviations per degree of freedom.
+    pub(crate) fn halves(&self) -> T {
+        self.halves
+    }
+
+    /// Covariance of the estimate, rad^2, widened by what the halves of the image disagree.
+    fn covariance(&self, lineage: &Lineage<T>) -> Option<Matrix5<T>> {
+        let widened = if self.halves > T::lit(HEALTHY_HALVES) { self.halves } else { T::ONE };
+        let mut joint = self.information;
+        joint.add(&lineage.prior);
+        Some(joint.covariance()? * (widened * widened))
+    }
+
+    /// Covariance as it is reported: widened by what the pairs scatter as well.
+    pub(crate) fn reported(&self, lineage: &Lineage<T>) -> Option<Matrix5<T>> {
+        Some(self.covariance(lineage)? * self.scatter())
+    }
+
+    /// Expected size of the error.
+    pub(crate) fn deviations(&self, lineage: &Lineage<T>) -> Option<StandardDeviations<T>> {
+        self.reported(lineage).map(|c| StandardDeviations {
+            rotation: (c.m11 + c.m22 + c.m33).sqrt(),
+            translation: (c.m44 + c.m55).sqrt(),
+        })
+    }
+
+    /// The optimum among the rigs with a given baseline: what is left of an estimate whose own baseline
+    /// is not believed.
+    pub(crate) fn with_baseline_of(&self, given: &Extrinsics<T>) -> Option<Extrinsics<T>> {
+        let mut sums = self.settled;
+        sums.add(&self.last);
+        let target = RectifyingRotations::from(given);
+        let mut pose = self.pose;
+        for _ in 0..STEPS {
+            let seen = sums.seen_at(&self.frame, &pose);
+            let mut d = pose.unknowns_to(&target);
+            let across = Vector5::new(T::ZERO, T::ZERO, T::ZERO, d.w, d.a);
+            let pull = seen.about(&across).gradient;
+            let rotation = seen.information.matrix().fixed_view::<3, 3>(0, 0).into_owned();
+            let turn = rotation.cholesky()?.solve(&-pull.fixed_rows::<3>(0));
+            d.fixed_rows_mut::<3>(0).copy_from(&turn);
+            pose = pose.stepped_by(&d)?;
+        }
+        Extrinsics::try_new(pose.extrinsics().ok()?.rotation().matrix(), given.translation()).ok()
+    }
+
+    /// What a pair is tracked from: the estimate, and some freedom.
+    pub(super) fn known(&self, lineage: &Lineage<T>) -> Option<Known<T>> {
+        let freedom = Matrix5::from_diagonal_element(T::lit(FREEDOM * FREEDOM));
+        Some(Known {
+            pose: self.pose,
+            covariance: self.covariance(lineage)? + freedom,
+            noise: self.noise,
+        })
+    }
+
+    /// Distance of a pair from the estimate, squared, over its expected size.
+    pub(super) fn surprise(&self, judged: &Judged<T>, lineage: &Lineage<T>) -> Option<T> {
+        let pair = judged.evidence.seen_at(&self.pose).with(&lineage.prior);
+        let covariance = pair.information.covariance()? * T::lit(1.1) + self.covariance(lineage)?;
+        squared_over(&pair.step()?, covariance)
+    }
+
+    /// Whether a pair tracked from here agrees.
+    pub(super) fn agrees(&self, judged: &Judged<T>, slack: T, lineage: &Lineage<T>) -> bool {
+        let limit = T::lit(MAX_SURPRISE) * self.scatter() * slack;
+        judged.has_peak()
+            && judged.evidence.share >= T::lit(MIN_SHARE) * self.share
+            && self.surprise(judged, lineage).is_some_and(|surprise| surprise < limit)
+    }
+
+    /// Distance of this pair from the last: neither knows the estimate, which may be wrong.
+    fn note_scatter(&mut self, judged: &Judged<T>, lineage: &Lineage<T>) {
+        let pair = judged.evidence.seen_at(&self.pose).with(&lineage.prior);
+        let last = self.last.seen_at(&self.frame, &self.pose).with(&lineage.prior);
+        if let Some(distance) = pair.distance(&last) {
+            let per_freedom = (distance / T::lit(5.0)).min(T::lit(MAX_SCATTER));
+            // As if four pairs had scattered as they should.
+            let gain = T::ONE / (T::count(self.pairs.min(50)) + T::lit(4.0));
+            self.scatter += (per_freedom - self.scatter) * gain;
+        }
+    }
+
+    /// Distance between what the halves of the image say.
+    fn disagreement(&self, lineage: &Lineage<T>) -> T {
+        let [all, left, top] = &self.parts;
+        let Some(x) = all.with(&lineage.prior).step() else {
+            return T::ZERO;
+        };
+        let between = |half: &Quadratic<T>| {
+            let [one, other] = [*half, all.less(half)].map(|q| q.about(&x).with(&lineage.prior));
+            let distance = one.distance(&other).unwrap_or(T::ZERO);
+            (distance.max(T::ZERO) / T::lit(5.0)).sqrt()
+        };
+        between(left).max(between(top))
+    }
+}
