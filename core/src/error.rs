@@ -137,8 +137,8 @@ pub enum PushError {
     /// The score is not within 0 to 1.
     #[error("score is not within 0 to 1")]
     Score,
-    /// The grid step is not within 0 to 256 px.
-    #[error("grid step is not within 0 to 256 px")]
+    /// The grid step is not within 0 to 255.99 px.
+    #[error("grid step is not within 0 to 255.99 px")]
     GridStep,
 }
 
