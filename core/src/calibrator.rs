@@ -3,8 +3,9 @@
 //! *Estimate* ([`Calibrator::solve_pair`], [`Calibrator::fuse`]) never touches what is in use;
 //! *judge* ([`Calibrator::health`]) compares; *apply* ([`Calibrator::apply`]) is the caller's act.
 
+use crate::batch::{Batch, Pushed};
 use crate::config::Config;
-use crate::correspondence::{Batch, Cameras, Correspondence};
+use crate::correspondence::{Cameras, Correspondence};
 use crate::error::{ApplyError, PairError, PushError, Refusal};
 use crate::extrinsics::Extrinsics;
 use crate::fusion::{FusedEstimate, Fusion};
@@ -92,11 +93,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.fusion = Fusion::restart(&self.config, &self.factory);
     }
 
-    /// Adds one correspondence to the batch: two undistortions.
+    /// Offers one correspondence to the batch, which selects once it is full: two undistortions, and
+    /// one scan of a full batch.
     ///
     /// # Errors
     /// [`PushError`]; the batch is as it was. [`PushError::Busy`] while a pair is being solved.
-    pub fn push(&mut self, correspondence: &Correspondence<T>) -> Result<(), PushError> {
+    pub fn push(&mut self, correspondence: &Correspondence<T>) -> Result<Pushed, PushError> {
         if self.solver.is_some() {
             return Err(PushError::Busy);
         }

@@ -1,10 +1,17 @@
-//! What the matcher delivers, and the fixed-capacity batch of it that one pair is solved from.
+//! What the matcher delivers, and the rays that the cameras make of it.
 
 use nalgebra::Vector2;
 
 use crate::camera::{Camera, MAX_TANGENT};
 use crate::error::{PushError, Side};
 use crate::scalar::Scalar;
+
+/// Largest score in [`RayPair`], which stands for 1.
+const FULL_SCORE: u16 = u16::MAX;
+
+/// Steps of [`RayPair::grid_step`] in a pixel, and the most that it holds, px.
+const STEPS_PER_PX: f64 = 256.0;
+const MAX_GRID_STEP_PX: f64 = 65_535.0 / STEPS_PER_PX;
 
 /// One left/right correspondence, in pixels of the images as they are (before undistortion).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,12 +27,16 @@ pub struct Correspondence<T> {
     pub grid_step: T,
 }
 
-/// Largest score in [`RayPair`], which stands for 1.
-const FULL_SCORE: u16 = u16::MAX;
+impl<T: Scalar> Correspondence<T> {
+    /// The score in steps of 1/65535.
+    pub(crate) fn score_steps(&self) -> u16 {
+        nearest(self.score * T::count(FULL_SCORE.into()))
+    }
+}
 
-/// Steps of [`RayPair::grid_step`] in a pixel, and the most that it holds, px.
-const STEPS_PER_PX: f64 = 256.0;
-const MAX_GRID_STEP_PX: f64 = 65_535.0 / STEPS_PER_PX;
+fn nearest<T: Scalar>(x: T) -> u16 {
+    (x + T::HALF).to_u16()
+}
 
 /// The rays of one correspondence at unit depth (camera frames), dimensionless.
 ///
@@ -34,7 +45,7 @@ const MAX_GRID_STEP_PX: f64 = 65_535.0 / STEPS_PER_PX;
 pub struct RayPair<T> {
     pub(crate) left: Vector2<T>,
     pub(crate) right: Vector2<T>,
-    score: u16,
+    pub(crate) score: u16,
     grid_step: u16,
 }
 
@@ -92,74 +103,30 @@ impl<T: Scalar> Cameras<T> {
     /// # Errors
     /// [`PushError`]: pixel without a ray, score or grid step out of range.
     pub fn rays(&self, c: &Correspondence<T>) -> Result<RayPair<T>, PushError> {
+        self.check(c)?;
+        self.undistort(c)
+    }
+
+    /// What is asked of a correspondence before it is undistorted.
+    pub(crate) fn check(&self, c: &Correspondence<T>) -> Result<(), PushError> {
         if !(c.score >= T::ZERO && c.score <= T::ONE) {
             return Err(PushError::Score);
         }
         if !(c.grid_step >= T::ZERO && c.grid_step <= T::lit(MAX_GRID_STEP_PX)) {
             return Err(PushError::GridStep);
         }
-        let nearest = |x: T| (x + T::HALF).to_u16();
+        self.left.check(c.left).map_err(|e| PushError::Pixel(Side::Left, e))?;
+        self.right.check(c.right).map_err(|e| PushError::Pixel(Side::Right, e))
+    }
+
+    /// The rays of a correspondence that has been checked.
+    pub(crate) fn undistort(&self, c: &Correspondence<T>) -> Result<RayPair<T>, PushError> {
         Ok(RayPair {
             left: self.left.ray(c.left).map_err(|e| PushError::Pixel(Side::Left, e))?,
             right: self.right.ray(c.right).map_err(|e| PushError::Pixel(Side::Right, e))?,
-            score: nearest(c.score * T::count(FULL_SCORE.into())),
+            score: c.score_steps(),
             grid_step: nearest(c.grid_step * T::lit(STEPS_PER_PX)),
         })
-    }
-}
-
-/// Up to `N` correspondences as rays, and how many were refused on the way in.
-///
-/// RAM: 20 bytes a correspondence in `f32`.
-#[derive(Debug, Clone)]
-pub struct Batch<T, const N: usize> {
-    pairs: heapless::Vec<RayPair<T>, N>,
-    refused: u32,
-}
-
-impl<T: Scalar, const N: usize> Batch<T, N> {
-    /// An empty batch.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self { pairs: heapless::Vec::new(), refused: 0 }
-    }
-
-    /// Undistorts and keeps one correspondence.
-    ///
-    /// # Errors
-    /// [`PushError`]; the batch is unchanged but for the count of refusals.
-    pub fn push(&mut self, cameras: &Cameras<T>, c: &Correspondence<T>) -> Result<(), PushError> {
-        let pushed = if self.pairs.is_full() {
-            Err(PushError::Full)
-        } else {
-            cameras.rays(c).and_then(|pair| self.pairs.push(pair).map_err(|_| PushError::Full))
-        };
-        if pushed.is_err() {
-            self.refused = self.refused.saturating_add(1);
-        }
-        pushed
-    }
-
-    /// The correspondences kept so far, in order of arrival.
-    pub fn pairs(&self) -> &[RayPair<T>] {
-        &self.pairs
-    }
-
-    /// Correspondences refused since the last [`Batch::clear`].
-    pub fn refused(&self) -> u32 {
-        self.refused
-    }
-
-    /// Forgets all correspondences and the count of refusals.
-    pub fn clear(&mut self) {
-        self.pairs.clear();
-        self.refused = 0;
-    }
-}
-
-impl<T: Scalar, const N: usize> Default for Batch<T, N> {
-    fn default() -> Self {
-        Self::new()
     }
 }
 

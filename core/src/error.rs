@@ -122,9 +122,6 @@ pub enum ConfigError {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum PushError {
-    /// The batch holds N correspondences already. Solve it.
-    #[error("the batch is full")]
-    Full,
     /// `set_cameras` comes first.
     #[error("no cameras have been set")]
     NoCameras,

@@ -16,6 +16,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod batch;
 mod calibrator;
 mod camera;
 mod config;
@@ -36,13 +37,15 @@ mod report;
 mod residual;
 mod robust;
 mod scalar;
+mod selection;
 pub mod so3;
 mod whitening;
 
+pub use batch::{Batch, Pushed};
 pub use calibrator::Calibrator;
 pub use camera::{Camera, Fisheye, Intrinsics, Lens, RadialTangential};
 pub use config::{Central, Config};
-pub use correspondence::{Batch, Cameras, Correspondence, RayPair};
+pub use correspondence::{Cameras, Correspondence, RayPair};
 pub use error::{
     ApplyError, CameraError, ConfigError, ExtrinsicsError, PairError, ProjectError, PushError,
     RectifyError, Refusal, Side, UndistortError,

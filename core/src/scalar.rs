@@ -36,6 +36,10 @@ pub trait Scalar: sealed::Sealed + RealField + Copy + Default {
     /// The integer part, kept within `u16`; 0 for NaN.
     #[must_use]
     fn to_u16(self) -> u16;
+
+    /// The bits of the representation.
+    #[must_use]
+    fn bits(self) -> u64;
 }
 
 macro_rules! scalar {
@@ -79,6 +83,11 @@ macro_rules! scalar {
             )]
             fn to_u16(self) -> u16 {
                 self as u16
+            }
+
+            #[inline]
+            fn bits(self) -> u64 {
+                self.to_bits().into()
             }
         }
     };
