@@ -3,11 +3,12 @@
 //! *Estimate* ([`Calibrator::solve_pair`], [`Calibrator::fuse`]) never touches what is in use;
 //! *judge* ([`Calibrator::health`]) compares; *apply* ([`Calibrator::apply`]) is the caller's act.
 
+use crate::batch::{Batch, Pushed};
 use crate::config::Config;
-use crate::correspondence::{Batch, Cameras, Correspondence};
-use crate::error::{ApplyError, PairError, PushError, Refusal};
-use crate::extrinsics::Extrinsics;
+use crate::correspondence::{Cameras, Correspondence};
+use crate::error::{ApplyError, PairError, PushError, Refusal, Rejection};
 use crate::estimator::{Estimator, Setting};
+use crate::extrinsics::Extrinsics;
 use crate::health::Health;
 use crate::proposal::{Doubt, Proposal};
 use crate::report::{PairReport, SCREEN};
@@ -56,6 +57,7 @@ pub struct Calibrator<T: Scalar, const N: usize> {
     before: Option<Extrinsics<T>>,
     generation: u32,
     frozen: bool,
+    rejection: Option<Rejection>,
     batch: Batch<T, N>,
     estimator: Estimator<T>,
 }
@@ -72,6 +74,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             before: None,
             generation: 0,
             frozen: false,
+            rejection: None,
             batch: Batch::new(),
             estimator: Estimator::new(&config),
         }
@@ -95,15 +98,17 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.replace_in_use(self.factory);
         self.before = None;
         self.frozen = false;
+        self.rejection = None;
         self.clear_pair();
         self.estimator.forget(&self.config);
     }
 
-    /// Adds one correspondence to the batch: two undistortions.
+    /// Offers one correspondence to the batch, which selects once it is full: two undistortions, and
+    /// one scan of a full batch.
     ///
     /// # Errors
     /// [`PushError`]; the batch is as it was. [`PushError::Busy`] while a pair is being solved.
-    pub fn push(&mut self, correspondence: &Correspondence<T>) -> Result<(), PushError> {
+    pub fn push(&mut self, correspondence: &Correspondence<T>) -> Result<Pushed, PushError> {
         if self.estimator.is_busy() {
             return Err(PushError::Busy);
         }
@@ -124,7 +129,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub fn begin_pair(&mut self) -> Result<(), PairError> {
         let focal = self.cameras.as_ref().ok_or(PairError::NoCameras)?.mean_focal();
         let setting = Setting { config: &self.config, factory: &self.factory, focal };
-        self.estimator.begin(&setting, self.batch.pairs())
+        let begun = self.estimator.begin(&setting, self.batch.pairs());
+        self.rejection = begun.err().map(Rejection::Unsolved);
+        begun
     }
 
     /// Takes one more pass; the report once the pair is solved. The batch is then free again.
@@ -135,7 +142,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub fn advance_pair(&mut self) -> Result<Option<PairReport<T>>, PairError> {
         let focal = self.cameras.as_ref().ok_or(PairError::NoCameras)?.mean_focal();
         let setting = Setting { config: &self.config, factory: &self.factory, focal };
-        self.estimator.advance(&setting, self.batch.pairs())
+        let advanced = self.estimator.advance(&setting, self.batch.pairs());
+        self.rejection = advanced.err().map(Rejection::Unsolved);
+        advanced
     }
 
     /// Solves the batch in one call. The batch is kept, for [`Calibrator::health`].
@@ -159,15 +168,17 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// # Errors
     /// [`Refusal`]; the estimate is as it was, bit for bit.
     pub fn fuse(&mut self, report: &PairReport<T>) -> Result<Fused, Refusal> {
-        if self.frozen {
-            return Err(Refusal::Frozen);
-        }
-        let fused = self.estimator.fuse(&self.config, &self.factory, report)?;
-        if self.config.applies_itself {
-            // Where it may not, it stays as it is; `proposal` says why.
+        let fused = if self.frozen {
+            Err(Refusal::Frozen)
+        } else {
+            self.estimator.fuse(&self.config, &self.factory, report)
+        };
+        self.rejection = fused.err().map(Rejection::Refused);
+        if self.config.applies_itself && fused.is_ok() {
+            // Where it may not, it stays as it is; the proposal says why.
             let _ = self.apply();
         }
-        Ok(fused)
+        fused
     }
 
     /// How far the estimate can be relied on.
@@ -180,14 +191,15 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.estimator.proposal(&self.config, &self.factory, &self.in_use)
     }
 
-    /// RMS row offset of what is in use and of the estimate over the batch at hand. One pass.
+    /// How what is in use and the estimate fit the batch at hand, and how far the estimate can be
+    /// relied on. One pass.
     ///
     /// `None` without cameras, fused pairs, or matches that fit the estimate.
     pub fn health(&self) -> Option<Health<T>> {
         let focal = self.cameras.as_ref()?.mean_focal();
-        let proposed = self.proposal()?.extrinsics;
+        let proposal = self.proposal()?;
         let screen = T::lit(f64::from(self.config.huber_threshold_px) * SCREEN);
-        Health::over(self.batch.pairs(), &self.in_use, &proposed, focal, screen)
+        Health::over(&self.batch, &self.in_use, &proposal, self.rejection, focal, screen)
     }
 
     /// Puts the estimate into use and returns it. The generation changes if the extrinsics do.

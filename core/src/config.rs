@@ -87,12 +87,7 @@ impl Config {
     /// [`Config::with_prior_sd_rad`].
     #[must_use]
     pub const fn robust() -> Self {
-        Self {
-            method: Method::Robust,
-            max_passes: 12,
-            noise_floor_px: 0.15,
-            ..Self::paper()
-        }
+        Self { method: Method::Robust, max_passes: 12, noise_floor_px: 0.15, ..Self::paper() }
     }
 
     /// Standard deviation of the factory extrinsics about each axis, rad. Default 0.1. Robust preset

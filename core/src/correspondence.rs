@@ -1,10 +1,17 @@
-//! What the matcher delivers, and the fixed-capacity batch of it that one pair is solved from.
+//! What the matcher delivers, and the rays that the cameras make of it.
 
 use nalgebra::Vector2;
 
 use crate::camera::{Camera, MAX_TANGENT};
 use crate::error::{PushError, Side};
 use crate::scalar::Scalar;
+
+/// Largest score in [`RayPair`], which stands for 1.
+const FULL_SCORE: u16 = u16::MAX;
+
+/// Steps of [`RayPair::grid_step`] in a pixel, and the most that it holds, px.
+const STEPS_PER_PX: f64 = 256.0;
+const MAX_GRID_STEP_PX: f64 = 65_535.0 / STEPS_PER_PX;
 
 /// One left/right correspondence, in pixels of the images as they are (before undistortion).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,18 +22,31 @@ pub struct Correspondence<T> {
     pub right: [T; 2],
     /// The matcher's confidence, 0 (none) to 1 (certain), dimensionless.
     pub score: T,
-    /// Step of the grid that the coordinates were found on, px: 1 for whole pixels, 1/2^f for f
-    /// fraction bits, 1.2^level on a pyramid, 0 where they are continuous.
+    /// Step of the grid that the coordinates were found on, px, 0 to 255.99: 1 for whole pixels, 1/2^f
+    /// for f fraction bits, 1.2^level on a pyramid, 0 where they are continuous.
     pub grid_step: T,
 }
 
+impl<T: Scalar> Correspondence<T> {
+    /// The score in steps of 1/65535.
+    pub(crate) fn score_steps(&self) -> u16 {
+        nearest(self.score * T::count(FULL_SCORE.into()))
+    }
+}
+
+fn nearest<T: Scalar>(x: T) -> u16 {
+    (x + T::HALF).to_u16()
+}
+
 /// The rays of one correspondence at unit depth (camera frames), dimensionless.
+///
+/// RAM: 20 bytes in `f32`: score in steps of 1/65535, grid step in 1/256 px.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RayPair<T> {
     pub(crate) left: Vector2<T>,
     pub(crate) right: Vector2<T>,
-    score: T,
-    grid_step: T,
+    pub(crate) score: u16,
+    grid_step: u16,
 }
 
 impl<T: Scalar> RayPair<T> {
@@ -37,8 +57,8 @@ impl<T: Scalar> RayPair<T> {
         (left.iter().all(sane) && right.iter().all(sane)).then(|| Self {
             left: left.into(),
             right: right.into(),
-            score: T::ONE,
-            grid_step: T::ZERO,
+            score: FULL_SCORE,
+            grid_step: 0,
         })
     }
 
@@ -52,14 +72,14 @@ impl<T: Scalar> RayPair<T> {
         self.right.into()
     }
 
-    /// The matcher's confidence, 0 to 1.
+    /// The matcher's confidence, 0 to 1, to the nearest 1/65535.
     pub fn score(&self) -> T {
-        self.score
+        T::count(self.score.into()) / T::count(FULL_SCORE.into())
     }
 
-    /// Step of the matcher's grid, px; 0 where the coordinates are continuous.
+    /// Step of the matcher's grid to the nearest 1/256 px; 0 where the coordinates are continuous.
     pub fn grid_step(&self) -> T {
-        self.grid_step
+        T::count(self.grid_step.into()) / T::lit(STEPS_PER_PX)
     }
 }
 
@@ -83,72 +103,76 @@ impl<T: Scalar> Cameras<T> {
     /// # Errors
     /// [`PushError`]: pixel without a ray, score or grid step out of range.
     pub fn rays(&self, c: &Correspondence<T>) -> Result<RayPair<T>, PushError> {
+        self.check(c)?;
+        self.undistort(c)
+    }
+
+    /// What is asked of a correspondence before it is undistorted.
+    pub(crate) fn check(&self, c: &Correspondence<T>) -> Result<(), PushError> {
         if !(c.score >= T::ZERO && c.score <= T::ONE) {
             return Err(PushError::Score);
         }
-        if !(c.grid_step >= T::ZERO && c.grid_step <= T::lit(256.0)) {
+        if !(c.grid_step >= T::ZERO && c.grid_step <= T::lit(MAX_GRID_STEP_PX)) {
             return Err(PushError::GridStep);
         }
+        self.left.check(c.left).map_err(|e| PushError::Pixel(Side::Left, e))?;
+        self.right.check(c.right).map_err(|e| PushError::Pixel(Side::Right, e))
+    }
+
+    /// The rays of a correspondence that has been checked.
+    pub(crate) fn undistort(&self, c: &Correspondence<T>) -> Result<RayPair<T>, PushError> {
         Ok(RayPair {
             left: self.left.ray(c.left).map_err(|e| PushError::Pixel(Side::Left, e))?,
             right: self.right.ray(c.right).map_err(|e| PushError::Pixel(Side::Right, e))?,
-            score: c.score,
-            grid_step: c.grid_step,
+            score: c.score_steps(),
+            grid_step: nearest(c.grid_step * T::lit(STEPS_PER_PX)),
         })
     }
 }
 
-/// Up to `N` correspondences as rays, and how many were refused on the way in.
-///
-/// RAM: 24 bytes a correspondence in `f32`.
-#[derive(Debug, Clone)]
-pub struct Batch<T, const N: usize> {
-    pairs: heapless::Vec<RayPair<T>, N>,
-    refused: u32,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Intrinsics, Lens};
+    use proptest::prelude::*;
 
-impl<T: Scalar, const N: usize> Batch<T, N> {
-    /// An empty batch.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self { pairs: heapless::Vec::new(), refused: 0 }
+    fn cameras() -> Cameras<f32> {
+        let intrinsics =
+            Intrinsics { focal: [500.0; 2], principal: [320.0, 240.0], size: [640, 480] };
+        let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
+        Cameras { left: camera, right: camera }
     }
 
-    /// Undistorts and keeps one correspondence.
-    ///
-    /// # Errors
-    /// [`PushError`]; the batch is unchanged but for the count of refusals.
-    pub fn push(&mut self, cameras: &Cameras<T>, c: &Correspondence<T>) -> Result<(), PushError> {
-        let pushed = if self.pairs.is_full() {
-            Err(PushError::Full)
-        } else {
-            cameras.rays(c).and_then(|pair| self.pairs.push(pair).map_err(|_| PushError::Full))
-        };
-        if pushed.is_err() {
-            self.refused = self.refused.saturating_add(1);
+    fn rays(score: f32, grid_step: f32) -> Result<RayPair<f32>, PushError> {
+        let c = Correspondence { left: [300.0; 2], right: [290.0, 300.0], score, grid_step };
+        cameras().rays(&c)
+    }
+
+    #[test]
+    fn a_pair_of_rays_takes_20_bytes() {
+        assert_eq!(size_of::<RayPair<f32>>(), 20);
+    }
+
+    proptest! {
+        #[test]
+        fn score_and_grid_step_move_by_half_a_step_at_most(
+            score in 0.0..=1.0_f32,
+            step in 0.0..=255.99_f32,
+        ) {
+            let kept = rays(score, step).unwrap();
+            prop_assert!((kept.score() - score).abs() <= 0.501 / 65_535.0);
+            prop_assert!((kept.grid_step() - step).abs() <= 0.501 / 256.0);
         }
-        pushed
     }
 
-    /// The correspondences kept so far, in order of arrival.
-    pub fn pairs(&self) -> &[RayPair<T>] {
-        &self.pairs
-    }
-
-    /// Correspondences refused since the last [`Batch::clear`].
-    pub fn refused(&self) -> u32 {
-        self.refused
-    }
-
-    /// Forgets all correspondences and the count of refusals.
-    pub fn clear(&mut self) {
-        self.pairs.clear();
-        self.refused = 0;
-    }
-}
-
-impl<T: Scalar, const N: usize> Default for Batch<T, N> {
-    fn default() -> Self {
-        Self::new()
+    #[test]
+    fn the_ends_of_both_ranges_are_exact_and_what_is_beyond_is_refused() {
+        let ends = |score, step| rays(score, step).map(|pair| (pair.score(), pair.grid_step()));
+        let largest = 65_535.0 / 256.0;
+        assert_eq!(ends(0.0, 0.0), Ok((0.0, 0.0)));
+        assert_eq!(ends(1.0, largest), Ok((1.0, largest)));
+        assert_eq!(ends(1.0_f32.next_up(), 0.0), Err(PushError::Score));
+        assert_eq!(ends(1.0, largest.next_up()), Err(PushError::GridStep));
+        assert_eq!(ends(1.0, -f32::MIN_POSITIVE), Err(PushError::GridStep));
     }
 }

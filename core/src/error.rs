@@ -127,9 +127,6 @@ pub enum ConfigError {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum PushError {
-    /// The batch holds N correspondences already. Solve it.
-    #[error("the batch is full")]
-    Full,
     /// `set_cameras` comes first.
     #[error("no cameras have been set")]
     NoCameras,
@@ -142,8 +139,8 @@ pub enum PushError {
     /// The score is not within 0 to 1.
     #[error("score is not within 0 to 1")]
     Score,
-    /// The grid step is not within 0 to 256 px.
-    #[error("grid step is not within 0 to 256 px")]
+    /// The grid step is not within 0 to 255.99 px.
+    #[error("grid step is not within 0 to 255.99 px")]
     GridStep,
 }
 
@@ -201,6 +198,19 @@ pub enum Refusal {
     /// A quantity of the report is not finite: the report was altered.
     #[error("the report is not finite")]
     NotFinite,
+}
+
+/// Why a pair is not in the estimate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Rejection {
+    /// It could not be solved.
+    #[error("not solved: {0}")]
+    Unsolved(#[from] PairError),
+    /// It was solved, and not taken in.
+    #[error("refused: {0}")]
+    Refused(#[from] Refusal),
 }
 
 /// Why nothing was applied.

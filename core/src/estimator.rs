@@ -34,9 +34,7 @@ pub(crate) enum Estimator<T: Scalar> {
 impl<T: Scalar> Estimator<T> {
     pub(crate) const fn new(config: &Config) -> Self {
         match config.method {
-            Method::Paper => {
-                Self::Paper { fusion: MeanDirection::new(config.angle), solver: None }
-            }
+            Method::Paper => Self::Paper { fusion: MeanDirection::new(config.angle), solver: None },
             Method::Robust => Self::Robust {
                 supervisor: Supervisor::new(),
                 stillness: Stillness::new(),

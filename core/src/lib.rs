@@ -15,8 +15,8 @@
 
 #![no_std]
 #![forbid(unsafe_code)]
-extern crate std;
 
+mod batch;
 mod calibrator;
 mod camera;
 mod config;
@@ -40,24 +40,26 @@ mod report;
 mod residual;
 mod robust;
 mod scalar;
+mod selection;
 pub mod so3;
 mod supervision;
 mod whitening;
 
+pub use batch::{Batch, Pushed};
 pub use calibrator::Calibrator;
 pub use camera::{Camera, Fisheye, Intrinsics, Lens, RadialTangential};
 pub use config::{Central, Config};
-pub use correspondence::{Batch, Cameras, Correspondence, RayPair};
+pub use correspondence::{Cameras, Correspondence, RayPair};
 pub use error::{
     ApplyError, CameraError, ConfigError, ExtrinsicsError, PairError, ProjectError, PushError,
-    RectifyError, Refusal, Side, UndistortError,
+    RectifyError, Refusal, Rejection, Side, UndistortError,
 };
 pub use extrinsics::Extrinsics;
 pub use fusion::{FusedEstimate, MeanDirection};
-pub use health::Health;
+pub use health::{Arming, Band, DEPTHS_M, Health};
 pub use homography::RectifiedCamera;
-pub use information::{Information, StandardDeviations};
 pub use huber::HuberSolver;
+pub use information::{Information, StandardDeviations};
 pub use proposal::{Direction, Doubt, Proposal};
 pub use rectification::RectifyingRotations;
 pub use report::{PairReport, Stop};

@@ -81,10 +81,7 @@ impl<T: Scalar> Moments<T> {
     }
 
     pub(crate) fn scaled(&self, factor: T) -> Self {
-        Self {
-            products: self.products.map(|m| m * factor),
-            slope: self.slope.map(|s| s * factor),
-        }
+        Self { products: self.products.map(|m| m * factor), slope: self.slope.map(|s| s * factor) }
     }
 
     pub(crate) fn is_finite(&self) -> bool {

@@ -70,8 +70,7 @@ pub enum Direction {
 impl Direction {
     /// The unknown that has most of a direction.
     pub(crate) fn of<T: Scalar>(direction: &Vector5<T>) -> Self {
-        let names =
-            [Self::Pitch, Self::Yaw, Self::Roll, Self::BaselineForward, Self::BaselineDown];
+        let names = [Self::Pitch, Self::Yaw, Self::Roll, Self::BaselineForward, Self::BaselineDown];
         let sized = names.into_iter().zip(direction.iter().map(|x| ComplexField::abs(*x)));
         let largest = |a: (Self, T), b: (Self, T)| if b.1 > a.1 { b } else { a };
         sized.fold((Self::Pitch, T::ZERO), largest).0

@@ -40,18 +40,12 @@ impl<T: Scalar> Quadratic<T> {
     }
 
     pub(crate) fn scaled(&self, factor: T) -> Self {
-        Self {
-            information: self.information.scaled(factor),
-            gradient: self.gradient * factor,
-        }
+        Self { information: self.information.scaled(factor), gradient: self.gradient * factor }
     }
 
     /// The same model about a pose `d` away.
     pub(crate) fn about(&self, d: &Vector5<T>) -> Self {
-        Self {
-            information: self.information,
-            gradient: self.gradient + self.information.times(d),
-        }
+        Self { information: self.information, gradient: self.gradient + self.information.times(d) }
     }
 
     /// The step to the optimum, `None` if a direction is free.

@@ -32,6 +32,14 @@ pub trait Scalar: sealed::Sealed + RealField + Copy + Default {
     /// This number as `f64`, exact.
     #[must_use]
     fn to_f64(self) -> f64;
+
+    /// The integer part, kept within `u16`; 0 for NaN.
+    #[must_use]
+    fn to_u16(self) -> u16;
+
+    /// The bits of the representation.
+    #[must_use]
+    fn bits(self) -> u64;
 }
 
 macro_rules! scalar {
@@ -64,6 +72,22 @@ macro_rules! scalar {
             #[inline]
             fn to_f64(self) -> f64 {
                 f64::from(self)
+            }
+
+            #[inline]
+            #[expect(clippy::as_conversions, reason = "cutting off the fraction is meant")]
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "`as` keeps within the range"
+            )]
+            fn to_u16(self) -> u16 {
+                self as u16
+            }
+
+            #[inline]
+            fn bits(self) -> u64 {
+                self.to_bits().into()
             }
         }
     };

@@ -3,10 +3,11 @@
 
 use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
-use stereo_selfcal::{ApplyError, Calibrator, Extrinsics, Health, PairError, PairReport, Refusal};
+use stereo_selfcal::{
+    ApplyError, Calibrator, Extrinsics, Fused, Health, PairError, PairReport, Refusal,
+};
 
 use crate::matcher::{Matcher, MatcherError};
-use crate::thinning::Thinning;
 
 /// What one [`App::poll`] did.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +21,7 @@ pub enum Event {
         sequence: u32,
         /// Correspondences in the frame.
         offered: usize,
-        /// Correspondences in the batch: the others have no ray, or no room.
+        /// Correspondences in the batch: the others have no ray, or the full batch left them out.
         taken: usize,
     },
     /// The solver took one pass over the batch.
@@ -33,7 +34,7 @@ pub enum Event {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairOutcome {
     /// The solved pair and whether it was fused, or why it could not be solved.
-    pub outcome: Result<(PairReport<f32>, Result<(), Refusal>), PairError>,
+    pub outcome: Result<(PairReport<f32>, Result<Fused, Refusal>), PairError>,
     /// Row offsets of this pair's matches under what is in use and under the estimate with this pair
     /// in it. `None` before there is an estimate.
     pub health: Option<Health<f32>>,
@@ -50,7 +51,7 @@ enum State {
 ///
 /// It estimates and reports; what is in use changes by [`App::apply`] alone.
 ///
-/// * `N`: correspondences a pair; a longer frame is thinned to as many, evenly.
+/// * `N`: correspondences a pair; the batch selects as many of a longer frame.
 #[derive(Debug)]
 pub struct App<'a, SPI, RDY, const N: usize> {
     matcher: Matcher<SPI, RDY>,
@@ -83,13 +84,9 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     }
 
     fn receive(&mut self) -> Result<Event, MatcherError<SPI::Error, RDY::Error>> {
-        let mut thinning = None;
-        let polled = self.matcher.poll(|frame, c| {
-            let thinning = thinning.get_or_insert_with(|| Thinning::new(N, frame.count.into()));
-            if thinning.takes_next() {
-                // What the batch refuses shows as the difference of `offered` and `taken`.
-                let _ = self.calibrator.push(c);
-            }
+        let polled = self.matcher.poll(|c| {
+            // What is not kept shows as the difference of `offered` and `taken`.
+            let _ = self.calibrator.push(c);
         });
         let frame = match polled {
             Ok(Some(frame)) => frame,
@@ -130,7 +127,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
 
     fn finish(
         &mut self,
-        outcome: Result<(PairReport<f32>, Result<(), Refusal>), PairError>,
+        outcome: Result<(PairReport<f32>, Result<Fused, Refusal>), PairError>,
     ) -> Event {
         // Before the matches it is about are gone.
         let health = self.calibrator.health();
@@ -212,15 +209,18 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_beyond_capacity_is_thinned_evenly_and_the_next_one_starts_afresh() {
-        let mut calibrator = calibrator();
-        let cameras = *calibrator.cameras().unwrap();
+    fn the_batch_selects_of_a_frame_beyond_capacity_and_the_next_one_starts_afresh() {
+        let mut direct = calibrator();
+        let mut calibrator = direct.clone();
         let frames = [frame(1, (0..128).map(record)), frame(2, (0..50).map(record))];
         let mut app = app(&mut calibrator, frames.concat(), usize::MAX);
         assert_eq!(app.poll(), Ok(Event::Frame { sequence: 1, offered: 128, taken: CAPACITY }));
-        let every_second: Vec<_> =
-            (1..128).step_by(2).map(|i| cameras.rays(&record(i).decode()).unwrap()).collect();
-        assert_eq!(app.calibrator().batch().pairs(), every_second);
+        for i in 0..128 {
+            direct.push(&record(i).decode()).unwrap();
+        }
+        let batch = app.calibrator().batch();
+        assert_eq!(batch.pairs(), direct.batch().pairs());
+        assert_eq!([batch.offered(), batch.left_out()], [128, 64]);
         finish_pair(&mut app);
         assert_eq!(app.poll(), Ok(Event::Frame { sequence: 2, offered: 50, taken: 50 }));
     }

@@ -2,12 +2,12 @@
 //!
 //! Concrete on purpose: a library build for the target compiles the core's `f32` code with it.
 
-use stereo_selfcal::{Calibrator, Cameras, Config, PairError, PairReport, Refusal};
+use stereo_selfcal::{Calibrator, Cameras, Config, Fused, PairError, PairReport, Refusal};
 
 /// Correspondences a pair that the controller has room for.
 pub const CAPACITY: usize = 512;
 
-/// The controller's calibrator. RAM: 24 bytes a correspondence and less than 1 kB.
+/// The controller's calibrator. RAM: 21 bytes a correspondence and less than 1 kB.
 pub type Controller = Calibrator<f32, CAPACITY>;
 
 /// A controller for these cameras, at the factory extrinsics `R = I`, `t = (-1, 0, 0)`.
@@ -25,7 +25,7 @@ pub fn start(cameras: Cameras<f32>) -> Controller {
 /// [`PairError`]; the batch is kept.
 pub fn solve_and_fuse(
     controller: &mut Controller,
-) -> Result<(PairReport<f32>, Result<(), Refusal>), PairError> {
+) -> Result<(PairReport<f32>, Result<Fused, Refusal>), PairError> {
     let report = controller.solve_pair()?;
     Ok((report, controller.fuse(&report)))
 }

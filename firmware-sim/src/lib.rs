@@ -25,7 +25,6 @@ pub mod frame;
 mod matcher;
 #[cfg(test)]
 mod test_bus;
-mod thinning;
 
 pub use app::{App, Event, PairOutcome};
 pub use controller::{CAPACITY, Controller, solve_and_fuse, start};

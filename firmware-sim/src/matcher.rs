@@ -48,8 +48,7 @@ impl<SPI: SpiDevice, RDY: InputPin> Matcher<SPI, RDY> {
     /// Reads the frame that waits, if one does: its header in one transaction, its records 16 to a
     /// transaction. `None` if data-ready is low.
     ///
-    /// * `each`: takes the correspondences, in order, with the header of their frame; also those of a
-    ///   frame that then fails.
+    /// * `each`: takes the correspondences, in order; also those of a frame that then fails.
     ///
     /// Bounded by the largest frame, 65535 records.
     ///
@@ -57,7 +56,7 @@ impl<SPI: SpiDevice, RDY: InputPin> Matcher<SPI, RDY> {
     /// [`MatcherError`]; the bus is not read any further.
     pub fn poll(
         &mut self,
-        mut each: impl FnMut(FrameHeader, &Correspondence<f32>),
+        mut each: impl FnMut(&Correspondence<f32>),
     ) -> Result<Option<FrameHeader>, MatcherError<SPI::Error, RDY::Error>> {
         if !self.ready.is_high().map_err(MatcherError::Ready)? {
             return Ok(None);
@@ -71,7 +70,7 @@ impl<SPI: SpiDevice, RDY: InputPin> Matcher<SPI, RDY> {
             let records = chunk.get_mut(..CHUNK.min(count - start)).unwrap_or_default();
             self.spi.read(records.as_mut_bytes()).map_err(MatcherError::Bus)?;
             for record in records {
-                each(header, &record.decode());
+                each(&record.decode());
             }
         }
         Ok(Some(header))
@@ -107,7 +106,7 @@ mod tests {
         let mut ready = PinMock::new(&[PinTransaction::get(High)]);
 
         let mut seen = Vec::new();
-        let polled = Matcher::new(spi.clone(), ready.clone()).poll(|_, c| seen.push(*c));
+        let polled = Matcher::new(spi.clone(), ready.clone()).poll(|c| seen.push(*c));
 
         assert_eq!(polled, Ok(Some(header)));
         assert_eq!(seen, records.iter().map(Record::decode).collect::<Vec<_>>());
@@ -120,7 +119,7 @@ mod tests {
         let header = FrameHeader { sequence: 1, count: 0 };
         let mut spi = SpiMock::new(&read(&header.encode()));
         let mut ready = PinMock::new(&[PinTransaction::get(High)]);
-        let polled = Matcher::new(spi.clone(), ready.clone()).poll(|_, _| panic!("no record"));
+        let polled = Matcher::new(spi.clone(), ready.clone()).poll(|_| panic!("no record"));
         assert_eq!(polled, Ok(Some(header)));
         spi.done();
         ready.done();
@@ -130,7 +129,7 @@ mod tests {
     fn while_data_ready_is_low_the_bus_is_left_alone() {
         let mut spi = SpiMock::<u8>::new(&[]);
         let mut ready = PinMock::new(&[PinTransaction::get(Low)]);
-        assert_eq!(Matcher::new(spi.clone(), ready.clone()).poll(|_, _| ()), Ok(None));
+        assert_eq!(Matcher::new(spi.clone(), ready.clone()).poll(|_| ()), Ok(None));
         spi.done();
         ready.done();
     }
@@ -139,7 +138,7 @@ mod tests {
     fn after_a_damaged_header_no_record_is_read() {
         let mut spi = SpiMock::new(&read(&[0xff; FrameHeader::BYTES]));
         let mut ready = PinMock::new(&[PinTransaction::get(High)]);
-        let polled = Matcher::new(spi.clone(), ready.clone()).poll(|_, _| panic!("no record"));
+        let polled = Matcher::new(spi.clone(), ready.clone()).poll(|_| panic!("no record"));
         assert_eq!(polled, Err(MatcherError::Frame(FrameError::BadMagic([0xff; 4]))));
         spi.done();
         ready.done();
@@ -151,7 +150,7 @@ mod tests {
             let bus = TestBus::new(frame(7, (0..37).map(record)), reads);
             let mut ready = PinMock::new(&[PinTransaction::get(High)]);
             let mut seen = 0;
-            let polled = Matcher::new(bus, ready.clone()).poll(|_, _| seen += 1);
+            let polled = Matcher::new(bus, ready.clone()).poll(|_| seen += 1);
             assert_eq!(polled, Err(MatcherError::Bus(BusFault)));
             assert_eq!(seen, [0, 0, 16, 32][reads]);
             ready.done();
@@ -163,7 +162,7 @@ mod tests {
         let fault = MockError::Io(std::io::ErrorKind::NotConnected);
         let mut spi = SpiMock::<u8>::new(&[]);
         let mut ready = PinMock::new(&[PinTransaction::get(High).with_error(fault.clone())]);
-        let polled = Matcher::new(spi.clone(), ready.clone()).poll(|_, _| ());
+        let polled = Matcher::new(spi.clone(), ready.clone()).poll(|_| ());
         assert_eq!(polled, Err(MatcherError::Ready(fault)));
         spi.done();
         ready.done();

@@ -1,7 +1,7 @@
+use clap::ValueEnum;
 use host_tests::campaign::*;
 use host_tests::scenario::{Kind, Scenario};
 use stereo_selfcal::*;
-use clap::ValueEnum;
 fn main() {
     let a: Vec<String> = std::env::args().collect();
     let kind = Kind::from_str(&a[1], true).unwrap();
@@ -14,9 +14,18 @@ fn main() {
         let cam = Camera::try_new(i, Lens::Pinhole).unwrap();
         let mut cal = Calibrator::<f64, 512>::new(Config::robust());
         cal.set_cameras(Cameras { left: cam, right: cam });
-        for m in &f.pair.matches { let _ = cal.push(&m.correspondence()); }
+        for m in &f.pair.matches {
+            let _ = cal.push(&m.correspondence());
+        }
         match cal.solve_pair() {
-            Ok(r) => println!("{:?} noise {:.3} passes {} {:?} sd {:?}", metrics::Deviation::between(&r.extrinsics, &f.scene.rig), r.noise_px, r.passes, r.stop, r.information.standard_deviations()),
+            Ok(r) => println!(
+                "{:?} noise {:.3} passes {} {:?} sd {:?}",
+                metrics::Deviation::between(&r.extrinsics, &f.scene.rig),
+                r.noise_px,
+                r.passes,
+                r.stop,
+                r.information.standard_deviations()
+            ),
             Err(e) => println!("{e}"),
         }
     }

@@ -6,8 +6,8 @@
 use arbitrary::{Arbitrary, Unstructured};
 use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::{
-    Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, Fisheye, Proposal,
-    Intrinsics, Lens, PairReport, RadialTangential, RectifiedCamera, RectifyingRotations,
+    Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, Fisheye, Intrinsics, Lens,
+    PairReport, Proposal, Pushed, RadialTangential, RectifiedCamera, RectifyingRotations,
 };
 
 type Abused = Calibrator<f32, 32>;
@@ -92,9 +92,10 @@ fn perform(calibrator: &mut Abused, call: &Call, last: &mut Option<PairReport<f3
                 grid_step: *grid_step,
             };
             let held = calibrator.batch().pairs().len();
-            let refused = calibrator.push(&c).is_err();
-            assert_eq!(calibrator.batch().pairs().len(), held + usize::from(!refused));
-            refused
+            let pushed = calibrator.push(&c);
+            let added = usize::from(pushed == Ok(Pushed::Kept));
+            assert_eq!(calibrator.batch().pairs().len(), held + added, "{pushed:?}");
+            pushed.is_err()
         }
         Call::PushPlausible(bytes) => calibrator.push(&plausible(*bytes)).is_err(),
         Call::PushMany(bytes) => {

@@ -118,11 +118,8 @@ pub fn runs<T: Scalar>(
 /// Cameras of a generated scene.
 fn cameras<T: Scalar>(scene: &Scene) -> Result<Cameras<T>> {
     let centre = scene.size.map(|n| T::lit(f64::from(n - 1) / 2.0));
-    let intrinsics = Intrinsics {
-        focal: [T::lit(scene.focal); 2],
-        principal: centre,
-        size: scene.size,
-    };
+    let intrinsics =
+        Intrinsics { focal: [T::lit(scene.focal); 2], principal: centre, size: scene.size };
     let camera = Camera::try_new(intrinsics, Lens::Pinhole)?;
     Ok(Cameras { left: camera, right: camera })
 }
@@ -143,9 +140,9 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Run>
         let fused = report.as_ref().and_then(|report| calibrator.fuse(report).ok());
         calibrator.clear_pair();
         let passes = report.map(|report| report.passes);
-        let moment = calibrator
-            .proposal()
-            .map(|proposal| moment(&proposal, fused, passes, calibrator.in_use(), &frame.scene.rig));
+        let moment = calibrator.proposal().map(|proposal| {
+            moment(&proposal, fused, passes, calibrator.in_use(), &frame.scene.rig)
+        });
         moments.push(moment);
         if still {
             let noisy = frame.pair.matches.iter().zip(&frame.pair.inlier);
@@ -166,8 +163,8 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Run>
     let rig = &last.scene.rig;
     let noise = last.scene.noise_px / last.scene.focal;
     let bound = cramer_rao(rig, clean.iter(), noise);
-    let oracle = (still && !inliers.is_empty())
-        .then(|| Deviation::between(&joint_fit(rig, &inliers), rig));
+    let oracle =
+        (still && !inliers.is_empty()).then(|| Deviation::between(&joint_fit(rig, &inliers), rig));
     Ok(Run { moments, oracle, bound })
 }
 

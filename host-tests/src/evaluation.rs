@@ -7,8 +7,8 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Doubt, Extrinsics, Fused, PairError, PairReport, Proposal, RayPair, RectifyingRotations, Refusal,
-    Scalar, StandardDeviations, State, Stop, row_offset,
+    Doubt, Extrinsics, Fused, PairError, PairReport, Proposal, RayPair, RectifyingRotations,
+    Refusal, Scalar, StandardDeviations, State, Stop, row_offset,
 };
 
 use crate::dataset::Dataset;

@@ -2,9 +2,9 @@
 //! replay, evaluation.
 
 pub mod abuse;
+pub mod campaign;
 pub mod dataset;
 pub mod depth;
-pub mod campaign;
 pub mod evaluation;
 pub mod grid;
 pub mod oracle;

@@ -87,7 +87,17 @@ impl<T: Scalar> Camera<T> {
     /// [`UndistortError`]: the pixel is not finite, not in the image (half a pixel of grace), or
     /// the lens model is not invertible there.
     pub fn ray(&self, pixel: [T; 2]) -> Result<Vector2<T>, UndistortError> {
+        self.check(pixel)?;
         let [u, v] = pixel;
+        let [fx, fy] = self.intrinsics.focal;
+        let [cx, cy] = self.intrinsics.principal;
+        self.lens
+            .undistort(Vector2::new((u - cx) / fx, (v - cy) / fy))
+            .ok_or(UndistortError::NotInvertible)
+    }
+
+    /// What [`Camera::ray`] asks of a pixel before it undistorts it.
+    pub(crate) fn check(&self, [u, v]: [T; 2]) -> Result<(), UndistortError> {
         if !u.is_finite() || !v.is_finite() {
             return Err(UndistortError::NotFinite);
         }
@@ -96,11 +106,7 @@ impl<T: Scalar> Camera<T> {
         if outside(u, width) || outside(v, height) {
             return Err(UndistortError::OutsideImage);
         }
-        let [fx, fy] = self.intrinsics.focal;
-        let [cx, cy] = self.intrinsics.principal;
-        self.lens
-            .undistort(Vector2::new((u - cx) / fx, (v - cy) / fy))
-            .ok_or(UndistortError::NotInvertible)
+        Ok(())
     }
 
     /// Pixel of a ray at unit depth, wherever it falls; the image bounds are not applied.

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::weight::Spread;
 use super::{Descent, NOISE_PX, TRUNCATED_VARIANCE, TUKEY};
 use crate::correspondence::RayPair;
 use crate::error::PairError;
@@ -12,7 +13,6 @@ use crate::rectification::RectifyingRotations;
 use crate::residual::row_offset;
 use crate::scalar::Scalar;
 use crate::whitening::whitened;
-use super::weight::Spread;
 
 /// Share of the correspondences that must fit a pose found from afar.
 const MIN_INLIERS: f64 = 0.15;
@@ -196,11 +196,8 @@ impl<T: Scalar> Judged<T> {
 }
 
 impl<T: Scalar> Block<T> {
-    const EMPTY: Self = Self {
-        moments: Moments::ZERO,
-        parts: [Quadratic::ZERO; 3],
-        weights: [T::ZERO; 2],
-    };
+    const EMPTY: Self =
+        Self { moments: Moments::ZERO, parts: [Quadratic::ZERO; 3], weights: [T::ZERO; 2] };
 
     fn merge(&mut self, other: &Self) {
         self.moments.add(&other.moments);

@@ -178,14 +178,13 @@ impl<T: Scalar> Descent<T> {
         };
         self.pose = pose;
         self.moved += d;
-        if std::env::var("DBG").is_ok() { std::eprintln!("{} {:?} d {:?} moved {:?} noise {} weighted {} near {} usable {}", self.passes, self.stage, d.map(|x| x.to_f64()*57.3).as_slice(), self.moved.map(|x| x.to_f64()*57.3).as_slice(), self.noise.to_f64(), pass.weighted, pass.near, pass.usable); }
         let size = d.dot(&pass.capped.times(&d));
         let before = self.variance();
         let settled = self.tighten(pass);
         if let Some(covariance) = joint.covariance() {
             self.leverage = Leverage::of(pass, &covariance, before, self.variance());
-            self.min_disparity_px = -T::lit(MIN_DISPARITY_PX)
-                - T::lit(3.0) * self.focal * covariance.m22.sqrt();
+            self.min_disparity_px =
+                -T::lit(MIN_DISPARITY_PX) - T::lit(3.0) * self.focal * covariance.m22.sqrt();
             if matches!(self.stage, Stage::Follow(_)) {
                 self.stage = Stage::Follow(covariance);
             }
@@ -291,6 +290,7 @@ impl<T: Scalar> Descent<T> {
 
     /// The same at the noise alone, whatever the stage.
     fn polished(&self, row: &WhitenedRow<T>, spread: &Spread<T>) -> Option<T> {
-        (row.disparity_px >= self.min_disparity_px).then(|| spread.tukey(row.row.offset) / spread.variance)
+        (row.disparity_px >= self.min_disparity_px)
+            .then(|| spread.tukey(row.row.offset) / spread.variance)
     }
 }

@@ -57,12 +57,7 @@ pub(super) struct Leverage<T> {
 impl<T: Scalar> Leverage<T> {
     /// * `covariance`: of the pose, from the sums as held down and the prior.
     /// * `now`, `next`: variance that residuals are weighed by in this pass and the next, px^2.
-    pub(super) fn of(
-        pass: &Pass<T>,
-        covariance: &Matrix5<T>,
-        now: T,
-        next: T,
-    ) -> Option<Self> {
+    pub(super) fn of(pass: &Pass<T>, covariance: &Matrix5<T>, now: T, next: T) -> Option<Self> {
         // The shares add up to the trace.
         let sum = covariance.dot(&pass.capped.matrix());
         let limit = T::lit(MAX_SHARE) * sum / T::count(pass.weighted.max(1));

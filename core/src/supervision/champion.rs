@@ -72,9 +72,6 @@ impl<T: Scalar> Champion<T> {
         if next.since < WARM_UP || !next.has_moved(lineage) {
             return Some((next, false));
         }
-        if std::env::var("AL").is_ok() {
-            std::eprintln!("alarm since {} w {:?} {:?} cum {} scatter {}", next.since, next.windows[0].distance(lineage).map(|x| x.to_f64()), next.windows[1].distance(lineage).map(|x| x.to_f64()), next.cumulative, next.filter.scatter());
-        }
         let short = next.short;
         let filter = next.filter.replaced(&short, SHORT_PAIRS, lineage)?;
         let windows = [Window::EMPTY; 2];
@@ -84,9 +81,8 @@ impl<T: Scalar> Champion<T> {
     /// Whether the pairs of late speak of another rig.
     fn has_moved(&self, lineage: &Lineage<T>) -> bool {
         let limit = T::lit(MAX_WINDOW) * self.filter.scatter();
-        let far = |window: &Window<T>| {
-            window.distance(lineage).is_some_and(|distance| distance > limit)
-        };
+        let far =
+            |window: &Window<T>| window.distance(lineage).is_some_and(|distance| distance > limit);
         self.windows.iter().any(far) || self.cumulative > T::lit(MAX_SUM)
     }
 }

@@ -105,7 +105,12 @@ impl<T: Scalar> Filter<T> {
     }
 
     /// With the sums over all pairs but the last replaced, as if there had been no others.
-    pub(super) fn replaced(&self, settled: &Moments<T>, pairs: u32, lineage: &Lineage<T>) -> Option<Self> {
+    pub(super) fn replaced(
+        &self,
+        settled: &Moments<T>,
+        pairs: u32,
+        lineage: &Lineage<T>,
+    ) -> Option<Self> {
         let mut next = self.clone();
         next.settled = *settled;
         next.pairs = pairs;

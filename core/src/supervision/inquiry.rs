@@ -137,7 +137,9 @@ impl<T: Scalar> Inquiry<T> {
                     return Ok(Some(self.finding(subject, SpeaksFor::Champion, judged, stop)));
                 }
                 self.refused.by_champion = true;
-                subject.challenger().unwrap_or_else(|| Question::Search(subject.search(self.passes)))
+                subject
+                    .challenger()
+                    .unwrap_or_else(|| Question::Search(subject.search(self.passes)))
             }
             Question::Challenger(_) => {
                 if supervisor.challenger_agrees(&judged, subject.lineage) {

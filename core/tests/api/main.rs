@@ -12,4 +12,5 @@ mod fusion;
 mod homography;
 mod robust;
 mod scene;
+mod selection;
 mod solver;

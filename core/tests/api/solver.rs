@@ -3,7 +3,8 @@
 use crate::scene::{calibrator, cameras, correspondences, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Config, Correspondence, Extrinsics, PairError, PairReport, Scalar, HuberSolver, Stop,
+    Calibrator, Config, Correspondence, Extrinsics, HuberSolver, PairError, PairReport, Scalar,
+    Stop,
 };
 
 const ROTATION: [f64; 3] = [3.0, -2.5, 4.0];

@@ -11,8 +11,8 @@ use host_tests::dataset::Dataset;
 /// Each stereo pair of the data set becomes a frame of fixed-point correspondences (1/256 px) on a
 /// simulated SPI bus with a data-ready line. The firmware's own loop reads it, solves the pair for R
 /// and t (p_r = R p_l + t, |t| = 1) starting at R = I, t = (-1, 0, 0), and fuses it with the pairs
-/// before. Arithmetic and code are those of the controller: f32, 512 correspondences a pair, longer
-/// frames thinned evenly.
+/// before. Arithmetic and code are those of the controller: f32, 512 correspondences a pair,
+/// selected from longer frames for their spread over the image and their score.
 #[derive(Debug, clap::Parser)]
 #[command(
     version,

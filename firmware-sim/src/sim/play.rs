@@ -42,7 +42,7 @@ where
     for (sequence, pair) in (0_u32..).zip(&set.pairs) {
         matcher.send(sequence, pair);
         let (taken, solved) = finish_pair(app)?;
-        let estimate = app.calibrator().estimate();
+        let estimate = app.calibrator().proposal();
         let counts = [pair.len(), taken];
         let step = run.evaluation.record(counts, solved.outcome, estimate.as_ref());
         bar.suspend(|| writeln!(out, "{sequence:>4} {step}"))?;

@@ -1,0 +1,224 @@
+//! The fixed-capacity batch of correspondences that one pair is solved from.
+
+use crate::correspondence::{Cameras, Correspondence, RayPair};
+use crate::error::PushError;
+use crate::scalar::Scalar;
+use crate::selection::{Cell, Occupancy, Worth};
+
+/// What became of a valid correspondence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Pushed {
+    /// There was room for it.
+    Kept,
+    /// It is in the batch, and another one left.
+    Replaced,
+    /// The full batch is worth more without it.
+    LeftOut,
+}
+
+/// Up to `N` correspondences as rays, and how many more were offered. At most 65535.
+///
+/// A full batch selects: matches spread over the left image stay, of neighbours those with the better
+/// score, by chance among equals. The batch ends up with the same matches in whatever order they came.
+///
+/// RAM: 21 bytes a correspondence in `f32`.
+#[derive(Debug, Clone)]
+pub struct Batch<T, const N: usize> {
+    pairs: heapless::Vec<RayPair<T>, N>,
+    /// Of each of the pairs, in the same order.
+    cells: heapless::Vec<Cell, N>,
+    occupancy: Occupancy,
+    left_out: u32,
+    refused: u32,
+}
+
+impl<T: Scalar, const N: usize> Batch<T, N> {
+    /// An empty batch.
+    #[must_use]
+    pub const fn new() -> Self {
+        const { assert!(N <= 65_535, "cells are counted in 16 bits") }
+        Self {
+            pairs: heapless::Vec::new(),
+            cells: heapless::Vec::new(),
+            occupancy: Occupancy::EMPTY,
+            left_out: 0,
+            refused: 0,
+        }
+    }
+
+    /// Undistorts and keeps one correspondence; once the batch is full, if it is worth more than
+    /// another one. Cost: two undistortions, and one scan of a full batch.
+    ///
+    /// One that is left out for its score is not undistorted, so not known to have rays.
+    ///
+    /// # Errors
+    /// [`PushError`]; the batch is unchanged but for the count of refusals.
+    pub fn push(
+        &mut self,
+        cameras: &Cameras<T>,
+        c: &Correspondence<T>,
+    ) -> Result<Pushed, PushError> {
+        let pushed = self.select(cameras, c);
+        let count = match pushed {
+            Ok(Pushed::Kept) => return pushed,
+            Ok(Pushed::Replaced | Pushed::LeftOut) => &mut self.left_out,
+            Err(_) => &mut self.refused,
+        };
+        *count = count.saturating_add(1);
+        pushed
+    }
+
+    fn select(&mut self, cameras: &Cameras<T>, c: &Correspondence<T>) -> Result<Pushed, PushError> {
+        cameras.check(c)?;
+        let cell = Cell::of(c.left, cameras.left.intrinsics().size);
+        if !self.pairs.is_full() {
+            self.append(cameras.undistort(c)?, cell);
+            return Ok(Pushed::Kept);
+        }
+        let contest = self.occupancy.contest(cell, &self.cells, &self.pairs);
+        if contest.place(Worth::at_most(c.score_steps())).is_none() {
+            return Ok(Pushed::LeftOut);
+        }
+        // Before anything leaves: it may have no rays.
+        let pair = cameras.undistort(c)?;
+        let Some(place) = contest.place(Worth::of(&pair)) else {
+            return Ok(Pushed::LeftOut);
+        };
+        self.replace(place, pair, cell);
+        Ok(Pushed::Replaced)
+    }
+
+    fn append(&mut self, pair: RayPair<T>, cell: Cell) {
+        if self.pairs.push(pair).is_ok() && self.cells.push(cell).is_ok() {
+            self.occupancy.add(cell);
+        }
+    }
+
+    fn replace(&mut self, place: usize, pair: RayPair<T>, cell: Cell) {
+        if let (Some(old_pair), Some(old_cell)) =
+            (self.pairs.get_mut(place), self.cells.get_mut(place))
+        {
+            self.occupancy.remove(*old_cell);
+            self.occupancy.add(cell);
+            (*old_pair, *old_cell) = (pair, cell);
+        }
+    }
+
+    /// The correspondences at hand, in no particular order once some have been left out.
+    pub fn pairs(&self) -> &[RayPair<T>] {
+        &self.pairs
+    }
+
+    /// The same, each with the cell of the left image that it lies in.
+    pub(crate) fn located(&self) -> impl Iterator<Item = (&RayPair<T>, Cell)> {
+        self.pairs.iter().zip(self.cells.iter().copied())
+    }
+
+    /// Correspondences offered since the last [`Batch::clear`]: at hand, left out, or refused.
+    pub fn offered(&self) -> u32 {
+        let held = u32::try_from(self.pairs.len()).unwrap_or(u32::MAX);
+        held.saturating_add(self.left_out).saturating_add(self.refused)
+    }
+
+    /// Valid correspondences that had to leave a full batch, or did not get in.
+    pub fn left_out(&self) -> u32 {
+        self.left_out
+    }
+
+    /// Correspondences refused since the last [`Batch::clear`].
+    pub fn refused(&self) -> u32 {
+        self.refused
+    }
+
+    /// Forgets all correspondences and the counts.
+    pub fn clear(&mut self) {
+        self.pairs.clear();
+        self.cells.clear();
+        self.occupancy = Occupancy::EMPTY;
+        self.left_out = 0;
+        self.refused = 0;
+    }
+}
+
+impl<T: Scalar, const N: usize> Default for Batch<T, N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use crate::camera::{Camera, Intrinsics, Lens};
+    use core::cmp::Reverse;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    const SIZE: [u16; 2] = [640, 480];
+
+    fn cameras() -> Cameras<f32> {
+        let intrinsics = Intrinsics { focal: [500.0; 2], principal: [320.0, 240.0], size: SIZE };
+        let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
+        Cameras { left: camera, right: camera }
+    }
+
+    prop_compose! {
+        /// On whole pixels, half of them in one cell and its neighbours; few different scores.
+        fn matches()(u in 0..640_u16, v in 0..480_u16, crowded: bool, d in 1..60_u8, score in 0..4_u8)
+            -> Correspondence<f32>
+        {
+            let [u, v] = if crowded { [100 + u / 8, 200 + v / 8] } else { [u, v] }.map(f32::from);
+            let [d, score] = [d, score].map(f32::from);
+            Correspondence { left: [u, v], right: [u.max(d) - d, v], score: score / 4.0, grid_step: 1.0 }
+        }
+    }
+
+    /// The first `n` by rank in their cell, then by worth: slow and with all matches at hand.
+    fn first_by_rank_and_worth(offered: &[Correspondence<f32>], n: usize) -> Vec<Worth> {
+        let entry = |c: &Correspondence<f32>| {
+            (Cell::of(c.left, SIZE), Worth::of(&cameras().rays(c).unwrap()))
+        };
+        let all: Vec<(Cell, Worth)> = offered.iter().map(entry).collect();
+        let rank = |(cell, worth)| all.iter().filter(|(c, w)| *c == cell && *w > worth).count();
+        let mut order: Vec<_> = all.iter().map(|&(c, w)| (rank((c, w)), Reverse(w))).collect();
+        order.sort_unstable();
+        let mut kept: Vec<Worth> = order.iter().take(n).map(|(_, worth)| worth.0).collect();
+        kept.sort_unstable();
+        kept
+    }
+
+    fn selected<const N: usize>(offered: &[Correspondence<f32>]) -> Vec<Worth> {
+        let mut batch = Batch::<f32, N>::new();
+        for c in offered {
+            batch.push(&cameras(), c).unwrap();
+            let mut recount = Occupancy::EMPTY;
+            batch.cells.iter().for_each(|cell| recount.add(*cell));
+            assert_eq!(recount, batch.occupancy);
+        }
+        let mut kept: Vec<Worth> = batch.pairs().iter().map(Worth::of).collect();
+        kept.sort_unstable();
+        kept
+    }
+
+    proptest! {
+        #[test]
+        fn what_stays_is_the_first_by_rank_and_worth_in_whatever_order_they_came(
+            mut offered in prop::collection::vec(matches(), 0..400),
+            seed in prop::collection::vec(any::<prop::sample::Index>(), 400),
+        ) {
+            // Equal matches have equal worth, and ranks are then of no use to the oracle.
+            offered.sort_by(|a, b| (a.left, a.right).partial_cmp(&(b.left, b.right)).unwrap());
+            offered.dedup_by(|a, b| (a.left, a.right) == (b.left, b.right));
+            for i in (1..offered.len()).rev() {
+                offered.swap(i, seed[i].index(i + 1));
+            }
+            // Fewer than one, about one, and several a cell.
+            prop_assert_eq!(selected::<20>(&offered), first_by_rank_and_worth(&offered, 20));
+            prop_assert_eq!(selected::<60>(&offered), first_by_rank_and_worth(&offered, 60));
+            prop_assert_eq!(selected::<200>(&offered), first_by_rank_and_worth(&offered, 200));
+        }
+    }
+}
