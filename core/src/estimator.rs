@@ -7,6 +7,7 @@ use crate::extrinsics::Extrinsics;
 use crate::fusion::MeanDirection;
 use crate::gate;
 use crate::huber::HuberSolver;
+use crate::information::StandardDeviations;
 use crate::proposal::{Doubt, Proposal};
 use crate::report::PairReport;
 use crate::scalar::Scalar;
@@ -28,7 +29,7 @@ pub(crate) struct Setting<'a, T: Scalar> {
 #[derive(Debug, Clone)]
 pub(crate) enum Estimator<T: Scalar> {
     Paper { fusion: MeanDirection<T>, solver: Option<HuberSolver<T>> },
-    Robust { supervisor: Supervisor<T>, stillness: Stillness<T>, inquiry: Option<Inquiry<T>> },
+    Robust { supervisor: Supervisor<T>, stillness: Stillness, inquiry: Option<Inquiry<T>> },
 }
 
 impl<T: Scalar> Estimator<T> {
@@ -216,16 +217,16 @@ impl<T: Scalar> Estimator<T> {
                 } else {
                     (halves > baseline).then_some(Doubt::Baseline)
                 };
-                let extrinsics = if doubt == Some(Doubt::Baseline) {
-                    filter.with_baseline_of(in_use)?
+                let (extrinsics, covariance) = if doubt == Some(Doubt::Baseline) {
+                    filter.with_baseline_of(in_use, &lineage)?
                 } else {
-                    filter.pose().extrinsics().ok()?
+                    (filter.pose().extrinsics().ok()?, filter.reported(&lineage)?)
                 };
                 Some(Proposal {
                     extrinsics,
                     pairs: filter.pairs(),
-                    sd: filter.deviations(&lineage)?,
-                    covariance: Some(filter.reported(&lineage)?),
+                    sd: StandardDeviations::of(&covariance),
+                    covariance: Some(covariance),
                     state: supervisor.state(),
                     doubt,
                 })

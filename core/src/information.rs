@@ -162,11 +162,7 @@ impl<T: Scalar> Information<T> {
     /// Standard deviations of `R` and of the baseline direction, rad: the expected size of the
     /// error, the root of the trace of each block of the covariance. `None` if a direction is free.
     pub fn standard_deviations(&self) -> Option<StandardDeviations<T>> {
-        let c = self.covariance()?;
-        Some(StandardDeviations {
-            rotation: (c.m11 + c.m22 + c.m33).sqrt(),
-            translation: (c.m44 + c.m55).sqrt(),
-        })
+        Some(StandardDeviations::of(&self.covariance()?))
     }
 
     /// Standard deviation along the least certain direction, rad, and that unit direction.
@@ -238,6 +234,16 @@ pub struct StandardDeviations<T> {
     pub rotation: T,
     /// Of the baseline direction.
     pub translation: T,
+}
+
+impl<T: Scalar> StandardDeviations<T> {
+    /// Roots of the traces of the two blocks of a covariance.
+    pub(crate) fn of(c: &Matrix5<T>) -> Self {
+        Self {
+            rotation: (c.m11 + c.m22 + c.m33).sqrt(),
+            translation: (c.m44 + c.m55).sqrt(),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -83,10 +83,7 @@ impl<T: Scalar> Descent<T> {
             }
             total.merge(&sums);
         }
-        let noise = (near_squares / T::count(judged.near.max(1)))
-            .max(self.noise_floor * self.noise_floor)
-            .sqrt()
-            .max(self.noise_floor);
+        let noise = self.noise_of(near_squares, judged.near);
         let [weights, variances] = total.weights;
         let unit_depth = self.focal * self.focal;
         let variance = variances / weights.max(T::EPSILON) / unit_depth;

@@ -12,7 +12,7 @@ mod judgement;
 mod pass;
 mod weight;
 
-pub(crate) use judgement::Judged;
+pub(crate) use judgement::{Evidence, Judged};
 
 use nalgebra::{Matrix5, Vector5};
 
@@ -92,6 +92,8 @@ pub(crate) struct Descent<T: Scalar> {
     stage: Stage<T>,
     noise: T,
     leverage: Option<Leverage<T>>,
+    /// Unknowns that the correspondences determine rather than the prior, 0 to 5.
+    fitted: T,
     min_disparity_px: T,
     passes: u16,
     max_passes: u16,
@@ -120,6 +122,7 @@ impl<T: Scalar> Descent<T> {
             stage: Stage::Anneal(T::lit(FIRST_SCALE_PX)),
             noise: T::lit(NOISE_PX[0]),
             leverage: None,
+            fitted: T::ZERO,
             min_disparity_px: -T::lit(MIN_DISPARITY_PX),
             passes: 0,
             max_passes: max_passes.saturating_sub(1).max(1),
@@ -182,6 +185,7 @@ impl<T: Scalar> Descent<T> {
         let before = self.variance();
         let settled = self.tighten(pass);
         if let Some(covariance) = joint.covariance() {
+            self.fitted = covariance.dot(&pass.capped.matrix());
             self.leverage = Leverage::of(pass, &covariance, before, self.variance());
             self.min_disparity_px =
                 -T::lit(MIN_DISPARITY_PX) - T::lit(3.0) * self.focal * covariance.m22.sqrt();
@@ -196,6 +200,16 @@ impl<T: Scalar> Descent<T> {
         } else {
             None
         };
+    }
+
+    /// Noise of a coordinate, px, by the squares of so many residuals within 2 standard deviations.
+    fn noise_of(&self, near_squares: T, near: u32) -> T {
+        let count = T::count(near.max(1));
+        // The fit has taken up as much of them as it has freedom.
+        let free = (count - self.fitted).max(count * T::HALF);
+        let floor = self.noise_floor * self.noise_floor;
+        let noise = (near_squares / free).max(floor).sqrt();
+        noise.min(T::lit(NOISE_PX[1])).max(self.noise_floor)
     }
 
     /// What the loss of the current stage makes of a residual's variance, px^2.
@@ -216,9 +230,7 @@ impl<T: Scalar> Descent<T> {
                 false
             }
             Stage::Polish if pass.near > 0 => {
-                let mean = pass.near_squares / T::count(pass.near);
-                let floor = self.noise_floor * self.noise_floor;
-                let noise = mean.max(floor).sqrt().min(T::lit(NOISE_PX[1])).max(self.noise_floor);
+                let noise = self.noise_of(pass.near_squares, pass.near);
                 let change = (noise - self.noise).abs();
                 self.noise = noise;
                 change <= T::lit(SETTLED) * noise

@@ -8,7 +8,7 @@ use crate::information::{Information, StandardDeviations};
 use crate::moments::Moments;
 use crate::quadratic::{Quadratic, squared_over};
 use crate::rectification::RectifyingRotations;
-use crate::robust::{Judged, Known};
+use crate::robust::{Evidence, Judged, Known};
 use crate::scalar::Scalar;
 
 /// Gauss-Newton steps to the optimum of all sums: each squares the error of the linearisation.
@@ -26,6 +26,9 @@ const FREEDOM: f64 = 8.7e-4;
 
 /// Scatter of the pairs beyond which more is not believed: real lenses leave 3 to 10.
 const MAX_SCATTER: f64 = 16.0;
+
+/// Square of the way that models of the first order are good for, in deviations of `R`.
+const NEAR: f64 = 0.05;
 
 /// Disagreement of image halves that healthy scenes stay below: chance is 1e-3 an axis.
 const HEALTHY_HALVES: f64 = 2.0;
@@ -70,7 +73,7 @@ impl<T: Scalar> Filter<T> {
             halves: T::ZERO,
             pairs: 1,
         };
-        born.solved(lineage)
+        born.solved(lineage)?.listening(&evidence.pose, None, lineage)
     }
 
     /// With one more pair; `None` if it leads to no rig.
@@ -92,16 +95,12 @@ impl<T: Scalar> Filter<T> {
                 next.settled = next.settled.scaled(T::ONE - T::ONE / T::count(lineage.memory));
             }
             next.pairs = self.pairs.saturating_add(1);
-            let to_pose = evidence.pose.unknowns_to(&self.pose);
-            for (sum, part) in next.parts.iter_mut().zip(&evidence.parts) {
-                sum.add(&part.about(&to_pose));
-            }
         }
         next.last = moments;
         let gain = T::ONE / T::count(next.pairs.min(50));
         next.noise += (evidence.noise - self.noise) * gain;
         next.share += (evidence.share - self.share) * gain;
-        next.solved(lineage)
+        next.solved(lineage)?.listening(&self.pose, (!repeated).then_some(evidence), lineage)
     }
 
     /// With the sums over all pairs but the last replaced, as if there had been no others.
@@ -121,7 +120,6 @@ impl<T: Scalar> Filter<T> {
     fn solved(mut self, lineage: &Lineage<T>) -> Option<Self> {
         let mut sums = self.settled;
         sums.add(&self.last);
-        let before = self.pose;
         for _ in 0..STEPS {
             let seen = sums.seen_at(&self.frame, &self.pose);
             let pull = lineage.prior.times(&self.pose.unknowns_to(&lineage.factory));
@@ -130,10 +128,32 @@ impl<T: Scalar> Filter<T> {
             self.pose = self.pose.stepped_by(&joint.step()?)?;
         }
         self.information = sums.seen_at(&self.frame, &self.pose).information;
-        let moved = before.unknowns_to(&self.pose);
-        self.parts = self.parts.map(|part| part.about(&moved));
-        self.halves = self.disagreement(lineage);
         self.pose.extrinsics().ok()?;
+        Some(self)
+    }
+
+    /// With the image halves of one more pair, all about the pose as it is now.
+    ///
+    /// They are first-order models: those from before a long way are dropped.
+    fn listening(
+        mut self,
+        before: &RectifyingRotations<T>,
+        pair: Option<&Evidence<T>>,
+        lineage: &Lineage<T>,
+    ) -> Option<Self> {
+        let moved = before.unknowns_to(&self.pose);
+        let sd = self.deviations(lineage)?;
+        if moved.norm_squared() > T::lit(NEAR) * sd.rotation {
+            self.parts = [Quadratic::ZERO; 3];
+        }
+        self.parts = self.parts.map(|part| part.about(&moved));
+        if let Some(evidence) = pair {
+            let to_pose = evidence.pose.unknowns_to(&self.pose);
+            for (sum, part) in self.parts.iter_mut().zip(&evidence.parts) {
+                sum.add(&part.about(&to_pose));
+            }
+        }
+        self.halves = self.disagreement(lineage);
         Some(self)
     }
 
@@ -177,16 +197,17 @@ impl<T: Scalar> Filter<T> {
     }
 
     /// Expected size of the error.
-    pub(crate) fn deviations(&self, lineage: &Lineage<T>) -> Option<StandardDeviations<T>> {
-        self.reported(lineage).map(|c| StandardDeviations {
-            rotation: (c.m11 + c.m22 + c.m33).sqrt(),
-            translation: (c.m44 + c.m55).sqrt(),
-        })
+    pub(super) fn deviations(&self, lineage: &Lineage<T>) -> Option<StandardDeviations<T>> {
+        Some(StandardDeviations::of(&self.reported(lineage)?))
     }
 
-    /// The optimum among the rigs with a given baseline: what is left of an estimate whose own baseline
-    /// is not believed.
-    pub(crate) fn with_baseline_of(&self, given: &Extrinsics<T>) -> Option<Extrinsics<T>> {
+    /// The optimum among the rigs with a given baseline, known no better than by the prior, and its
+    /// covariance: what is left of an estimate whose own baseline is not believed.
+    pub(crate) fn with_baseline_of(
+        &self,
+        given: &Extrinsics<T>,
+        lineage: &Lineage<T>,
+    ) -> Option<(Extrinsics<T>, Matrix5<T>)> {
         let mut sums = self.settled;
         sums.add(&self.last);
         let target = RectifyingRotations::from(given);
@@ -201,7 +222,21 @@ impl<T: Scalar> Filter<T> {
             d.fixed_rows_mut::<3>(0).copy_from(&turn);
             pose = pose.stepped_by(&d)?;
         }
-        Extrinsics::try_new(pose.extrinsics().ok()?.rotation().matrix(), given.translation()).ok()
+        let found = pose.extrinsics().ok()?;
+        let extrinsics = Extrinsics::try_new(found.rotation().matrix(), given.translation()).ok()?;
+        let seen = sums.seen_at(&self.frame, &pose).information.matrix();
+        let alone = seen.fixed_view::<3, 3>(0, 0).into_owned().cholesky()?;
+        let by_baseline = -alone.solve(&seen.fixed_view::<3, 2>(0, 3).into_owned());
+        let prior = lineage.prior.covariance()?.fixed_view::<2, 2>(3, 3).into_owned();
+        let cross = by_baseline * prior;
+        let widened = self.scatter() * self.halves * self.halves;
+        let rotation = alone.inverse() * widened + cross * by_baseline.transpose();
+        let mut covariance = Matrix5::zeros();
+        covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation);
+        covariance.fixed_view_mut::<3, 2>(0, 3).copy_from(&cross);
+        covariance.fixed_view_mut::<2, 3>(3, 0).copy_from(&cross.transpose());
+        covariance.fixed_view_mut::<2, 2>(3, 3).copy_from(&prior);
+        Some((extrinsics, covariance))
     }
 
     /// What a pair is tracked from: the estimate, and some freedom.

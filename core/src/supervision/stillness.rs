@@ -16,23 +16,26 @@ const SAME_PX: f64 = 1.5;
 /// standing cameras, up to 0.13 in those of moving ones.
 const SAME_SHARE: f64 = 0.3;
 
-/// Some correspondences of the last pair.
+/// Steps that coordinates are remembered in, of a pixel.
+const STEPS: f64 = 4.0;
+
+/// Some correspondences of the last pair. RAM: 8 bytes each.
 #[derive(Debug, Clone)]
-pub(crate) struct Stillness<T> {
-    remembered: heapless::Vec<[T; 4], REMEMBERED>,
+pub(crate) struct Stillness {
+    remembered: heapless::Vec<[u16; 4], REMEMBERED>,
 }
 
-impl<T: Scalar> Stillness<T> {
+impl Stillness {
     pub(crate) const fn new() -> Self {
         Self { remembered: heapless::Vec::new() }
     }
 
     /// Whether the batch shows the scene of the last one; remembers it in its place.
-    pub(crate) fn note(&mut self, pairs: &[RayPair<T>], focal: T) -> bool {
-        let limit = T::lit(SAME_PX) / focal;
+    pub(crate) fn note<T: Scalar>(&mut self, pairs: &[RayPair<T>], focal: T) -> bool {
+        let same = (T::lit(SAME_PX * STEPS)).to_u16();
         let again = self.remembered.iter().filter(|old| {
             pairs.iter().any(|new| {
-                coordinates(new).iter().zip(old.iter()).all(|(a, b)| (*a - *b).abs() <= limit)
+                coordinates(new, focal).iter().zip(*old).all(|(a, b)| a.abs_diff(*b) <= same)
             })
         });
         let again = again.count();
@@ -43,7 +46,7 @@ impl<T: Scalar> Stillness<T> {
         let stride = pairs.len().div_ceil(REMEMBERED).max(1);
         for pair in pairs.iter().step_by(stride) {
             // Never full: the stride sees to it.
-            let _ = self.remembered.push(coordinates(pair));
+            let _ = self.remembered.push(coordinates(pair, focal));
         }
         repeated
     }
@@ -53,7 +56,8 @@ impl<T: Scalar> Stillness<T> {
     }
 }
 
-fn coordinates<T: Scalar>(pair: &RayPair<T>) -> [T; 4] {
+/// In steps from a corner that no image reaches.
+fn coordinates<T: Scalar>(pair: &RayPair<T>, focal: T) -> [u16; 4] {
     let ([a, b], [c, d]) = (pair.left(), pair.right());
-    [a, b, c, d]
+    [a, b, c, d].map(|x| (x * focal * T::lit(STEPS) + T::lit(32_768.0)).to_u16())
 }
