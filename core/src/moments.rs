@@ -21,8 +21,9 @@ const TRIANGLE: usize = 45;
 /// Largest share of the disparities' square that may be noise.
 const MAX_NOISE: f64 = 0.75;
 
-/// Places in the triangle: square of the horizontal disparity, and of the product of depths.
+/// Places in the triangle: of the horizontal disparity `cy` and the product of depths `zz`.
 const CY_CY: usize = 2;
+const ZZ_CY: usize = 16;
 const ZZ_ZZ: usize = 20;
 
 type Vector9<T> = SVector<T, 9>;
@@ -88,26 +89,20 @@ impl<T: Scalar> Moments<T> {
         self.products.iter().chain(&self.slope).all(nalgebra::ComplexField::is_finite)
     }
 
-    /// Without a word on the baseline if the disparities that speak of it are noise: a scene at
-    /// infinity says nothing of the baseline, but its noise looks as if it did.
+    /// Whether disparities are more than noise: a scene at infinity says nothing of the baseline, but
+    /// its noise looks as if it did.
     ///
     /// * `frame`: the pose in whose rectified frame the sums are.
     /// * `variance`: of a coordinate, at unit depth.
-    pub(crate) fn less_disparity_noise(&self, frame: &RectifyingRotations<T>, variance: T) -> Self {
-        let noise = T::lit(2.0) * variance * self.products[ZZ_ZZ];
-        let alike = T::lit(9.0) * self.seen_at(frame, frame).information.yaw_share();
+    pub(crate) fn speaks_of_baseline(&self, frame: &RectifyingRotations<T>, variance: T) -> bool {
+        let [sum, along, all] = [CY_CY, ZZ_CY, ZZ_ZZ].map(|place| self.products[place]);
+        let noise = T::lit(2.0) * variance * all;
+        // An error of yaw moves all disparities alike: so they must differ, or be larger than that.
+        let yaw = T::lit(9.0) * self.seen_at(frame, frame).information.yaw_share();
+        let spread = sum - along * along / all;
+        let most = T::lit(MAX_NOISE);
         // Not `>`: a NaN must not speak.
-        if noise + alike <= T::lit(MAX_NOISE) * self.products[CY_CY] {
-            return *self;
-        }
-        let mut silent = self.matrix();
-        silent.fixed_rows_mut::<2>(1).fill(T::ZERO);
-        silent.fixed_columns_mut::<2>(1).fill(T::ZERO);
-        let mut left = *self;
-        left.set_matrix(&silent);
-        let [x, y, z, _, _] = left.slope;
-        left.slope = [x, y, z, T::ZERO, T::ZERO];
-        left
+        noise <= most * spread || noise + yaw <= most * sum
     }
 
     /// The same sums in the rectified frame of another pose.

@@ -60,7 +60,7 @@ impl<T: Scalar> Descent<T> {
     /// Judges the pose reached, in one pass.
     ///
     /// # Errors
-    /// [`PairError::Unobservable`] if the pose is of no rig.
+    /// [`PairError::Unobservable`] if disparities are noise.
     pub(crate) fn judge(&self, pairs: &[RayPair<T>]) -> Result<Judged<T>, PairError> {
         let mut judged = Judged::empty(self.pose);
         let mut total = Block::EMPTY;
@@ -89,11 +89,12 @@ impl<T: Scalar> Descent<T> {
         let variance = variances / weights.max(T::EPSILON) / unit_depth;
         let [all, _, _] = &total.parts;
         total.moments.set_gradient(&self.pose, &all.gradient.into());
-        judged.evidence.moments = total.moments.less_disparity_noise(&self.pose, variance);
+        judged.evidence.moments = total.moments;
         judged.evidence.parts = total.parts;
         judged.evidence.noise = noise;
         judged.evidence.share = within / T::count(judged.usable.max(1));
-        if judged.evidence.moments.is_finite() && noise.is_finite() {
+        let finite = total.moments.is_finite() && noise.is_finite();
+        if finite && total.moments.speaks_of_baseline(&self.pose, variance) {
             Ok(judged)
         } else {
             Err(PairError::Unobservable)

@@ -179,14 +179,20 @@ impl<T: Scalar> Descent<T> {
             self.stop = Some(Stop::NoDescent);
             return;
         };
-        self.pose = pose;
-        self.moved += d;
+        // The first pass of a track only learns what leverage is usual.
+        if self.passes > 1 || !matches!(self.stage, Stage::Follow(_)) {
+            self.pose = pose;
+            self.moved += d;
+        }
         let size = d.dot(&pass.capped.times(&d));
         let before = self.variance();
         let settled = self.tighten(pass);
         if let Some(covariance) = joint.covariance() {
             self.fitted = covariance.dot(&pass.capped.matrix());
-            self.leverage = Leverage::of(pass, &covariance, before, self.variance());
+            self.leverage = match &self.stage {
+                Stage::Follow(prior) if self.passes == 1 => Leverage::first(pass, prior),
+                _ => Leverage::of(pass, &covariance, before, self.variance()),
+            };
             self.min_disparity_px =
                 -T::lit(MIN_DISPARITY_PX) - T::lit(3.0) * self.focal * covariance.m22.sqrt();
             if matches!(self.stage, Stage::Follow(_)) {
@@ -265,6 +271,11 @@ impl<T: Scalar> Descent<T> {
         if w > T::ZERO {
             sums.weighted = sums.weighted.saturating_add(1);
             sums.uncapped.add_outer(w, j);
+            if let (Stage::Follow(covariance), 0) = (&self.stage, self.passes) {
+                let j = nalgebra::Vector2::new(j[3], j[4]);
+                let covariance = covariance.fixed_view::<2, 2>(3, 3);
+                sums.roots += (w * j.dot(&(covariance * j))).sqrt();
+            }
             let w = self.leverage.as_ref().map_or(w, |leverage| leverage.hold_down(w, j));
             sums.capped.add_outer(w, j);
             let weighted = w * r;

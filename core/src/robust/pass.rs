@@ -1,12 +1,15 @@
 //! The sums of one pass, and the leverage that they hold against single correspondences.
 
-use nalgebra::{Matrix5, Vector5};
+use nalgebra::{Matrix2, Matrix5, Vector2};
 
 use crate::information::Information;
 use crate::scalar::Scalar;
 
-/// Information a correspondence may carry, in mean shares.
-const MAX_SHARE: f64 = 4.0;
+/// Information on the baseline that a correspondence may carry, in mean shares.
+const MAX_SHARE: f64 = 8.0;
+
+/// The same in squares of the mean root, which mismatches can hardly move.
+const MAX_ROOTS: f64 = 5.0;
 
 /// Sums of one pass over the batch at one pose.
 #[derive(Debug, Clone)]
@@ -21,6 +24,8 @@ pub(super) struct Pass<T> {
     /// Residuals within 2 standard deviations, and what of their squares is not the grid's, px^2.
     pub(super) near: u32,
     pub(super) near_squares: T,
+    /// Roots of the shares of information, by the prior's covariance.
+    pub(super) roots: T,
 }
 
 impl<T: Scalar> Pass<T> {
@@ -32,6 +37,7 @@ impl<T: Scalar> Pass<T> {
         weighted: 0,
         near: 0,
         near_squares: T::ZERO,
+        roots: T::ZERO,
     };
 
     pub(super) fn merge(&mut self, other: &Self) {
@@ -44,13 +50,15 @@ impl<T: Scalar> Pass<T> {
         self.weighted = self.weighted.saturating_add(other.weighted);
         self.near = self.near.saturating_add(other.near);
         self.near_squares += other.near_squares;
+        self.roots += other.roots;
     }
 }
 
-/// What a correspondence's share of the information is judged by: sums of the pass before.
+/// What a correspondence's share of the information on the baseline is judged by: sums of the pass
+/// before. Its share of that on `R` is bounded by the image.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Leverage<T> {
-    covariance: Matrix5<T>,
+    covariance: Matrix2<T>,
     limit: T,
 }
 
@@ -58,15 +66,27 @@ impl<T: Scalar> Leverage<T> {
     /// * `covariance`: of the pose, from the sums as held down and the prior.
     /// * `now`, `next`: variance that residuals are weighed by in this pass and the next, px^2.
     pub(super) fn of(pass: &Pass<T>, covariance: &Matrix5<T>, now: T, next: T) -> Option<Self> {
-        // The shares add up to the trace.
-        let sum = covariance.dot(&pass.capped.matrix());
+        let baseline = |m: &Matrix5<T>| m.fixed_view::<2, 2>(3, 3).into_owned();
+        let covariance = baseline(covariance);
+        let sum = covariance.dot(&baseline(&pass.capped.matrix()));
         let limit = T::lit(MAX_SHARE) * sum / T::count(pass.weighted.max(1));
         limit.is_finite().then_some(Self { covariance: covariance * (next / now), limit })
     }
 
+    /// From the first pass of a track, before anything has been held down.
+    ///
+    /// * `covariance`: of the pose before that pass.
+    pub(super) fn first(pass: &Pass<T>, covariance: &Matrix5<T>) -> Option<Self> {
+        let mean = pass.roots / T::count(pass.weighted.max(1));
+        let limit = T::lit(MAX_ROOTS) * mean * mean;
+        let covariance = covariance.fixed_view::<2, 2>(3, 3).into_owned();
+        limit.is_finite().then_some(Self { covariance, limit })
+    }
+
     /// The weight that is left of `w`: falling with the square of the excess.
     pub(super) fn hold_down(&self, w: T, j: &[T; 5]) -> T {
-        let j = Vector5::from(*j);
+        let [_, _, _, y, z] = *j;
+        let j = Vector2::new(y, z);
         let share = w * j.dot(&(self.covariance * j));
         if share <= self.limit {
             w
