@@ -5,7 +5,6 @@ use nalgebra::Vector3;
 use super::weight::Spread;
 use super::{Descent, NOISE_PX, TRUNCATED_VARIANCE, TUKEY};
 use crate::correspondence::RayPair;
-use crate::error::PairError;
 use crate::information::{BLOCK, Information};
 use crate::moments::Moments;
 use crate::quadratic::Quadratic;
@@ -35,6 +34,8 @@ pub(crate) struct Evidence<T: Scalar> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Judged<T: Scalar> {
     pub(crate) evidence: Evidence<T>,
+    /// Whether disparities are more than noise.
+    pub(crate) speaks_of_baseline: bool,
     pub(crate) usable: u32,
     pub(crate) skipped: u32,
     /// Residuals within 2, and from 2 to 4 standard deviations.
@@ -57,11 +58,8 @@ struct Block<T> {
 }
 
 impl<T: Scalar> Descent<T> {
-    /// Judges the pose reached, in one pass.
-    ///
-    /// # Errors
-    /// [`PairError::Unobservable`] if disparities are noise.
-    pub(crate) fn judge(&self, pairs: &[RayPair<T>]) -> Result<Judged<T>, PairError> {
+    /// Judges the pose reached, in one pass; `None` if the sums are not finite.
+    pub(crate) fn judge(&self, pairs: &[RayPair<T>]) -> Option<Judged<T>> {
         let mut judged = Judged::empty(self.pose);
         let mut total = Block::EMPTY;
         let [mut within, mut near_squares] = [T::ZERO; 2];
@@ -93,12 +91,8 @@ impl<T: Scalar> Descent<T> {
         judged.evidence.parts = total.parts;
         judged.evidence.noise = noise;
         judged.evidence.share = within / T::count(judged.usable.max(1));
-        let finite = total.moments.is_finite() && noise.is_finite();
-        if finite && total.moments.speaks_of_baseline(&self.pose, variance) {
-            Ok(judged)
-        } else {
-            Err(PairError::Unobservable)
-        }
+        judged.speaks_of_baseline = total.moments.speaks_of_baseline(&self.pose, variance);
+        (total.moments.is_finite() && noise.is_finite()).then_some(judged)
     }
 
     /// Adds one correspondence; its whitened residual and expected spread.
@@ -165,6 +159,7 @@ impl<T: Scalar> Judged<T> {
         };
         Self {
             evidence,
+            speaks_of_baseline: false,
             usable: 0,
             skipped: 0,
             near: 0,

@@ -24,14 +24,14 @@ const MAX_WINDOW: f64 = 34.0;
 const ALLOWED: f64 = 9.0;
 const MAX_SUM: f64 = 60.0;
 
-/// Pairs before the watch begins.
-const WARM_UP: u32 = 12;
+/// Pairs that the older ones are replaced by, at least.
+const WARM_UP: u32 = 4;
 
 /// The reported hypothesis with its watch.
 #[derive(Debug, Clone)]
 pub(super) struct Champion<T: Scalar> {
     pub(super) filter: Filter<T>,
-    /// Over the pairs of late but the last one, in the filter's frame.
+    /// Over the pairs of late but the last one, and since the watch began, in the filter's frame.
     short: Moments<T>,
     /// Over the pairs of late, about the filter's pose.
     windows: [Window<T>; 2],
@@ -41,8 +41,8 @@ pub(super) struct Champion<T: Scalar> {
 
 impl<T: Scalar> Champion<T> {
     pub(super) fn crowned(filter: Filter<T>) -> Self {
-        let short = *filter.settled();
-        Self { filter, short, windows: [Window::EMPTY; 2], cumulative: T::ZERO, since: 0 }
+        let windows = [Window::EMPTY; 2];
+        Self { filter, short: Moments::ZERO, windows, cumulative: T::ZERO, since: 0 }
     }
 
     /// With one more pair, and whether the pairs of late had to replace the older ones; `None` if it
@@ -72,10 +72,9 @@ impl<T: Scalar> Champion<T> {
         if next.since < WARM_UP || !next.has_moved(lineage) {
             return Some((next, false));
         }
-        let short = next.short;
-        let filter = next.filter.replaced(&short, SHORT_PAIRS, lineage)?;
-        let windows = [Window::EMPTY; 2];
-        Some((Self { filter, short, windows, cumulative: T::ZERO, since: 0 }, true))
+        let pairs = next.since.min(SHORT_PAIRS);
+        let filter = next.filter.replaced(&next.short, pairs, lineage)?;
+        Some((Self::crowned(filter), true))
     }
 
     /// Whether the pairs of late speak of another rig.

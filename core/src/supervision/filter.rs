@@ -16,16 +16,22 @@ const STEPS: usize = 3;
 
 /// A pair agrees if its distance from the estimate, squared, is below this in units of the scatter:
 /// chance is 6e-6 for one that tells the truth.
-const MAX_SURPRISE: f64 = 32.0;
+const MAX_SURPRISE: f64 = 28.0;
 
 /// Part of the usual share of inliers that a pair must have.
 const MIN_SHARE: f64 = 0.5;
 
-/// What a pair may differ from the estimate it is tracked from, rad (0.05 degrees): the rig vibrates.
+/// What a rig may move from one pair to the next without being another one, rad (0.01 degrees).
+const VIBRATION: f64 = 8.7e-5;
+
+/// What a pair may differ from the estimate it is tracked from, rad (0.05 degrees).
 const FREEDOM: f64 = 8.7e-4;
 
 /// Scatter of the pairs beyond which more is not believed: real lenses leave 3 to 10.
 const MAX_SCATTER: f64 = 16.0;
+
+/// What is left of a drift after each further pair.
+const DRIFT_FADES: f64 = 0.9;
 
 /// Square of the way that models of the first order are good for, in deviations of `R`.
 const NEAR: f64 = 0.05;
@@ -51,6 +57,9 @@ pub(crate) struct Filter<T: Scalar> {
     noise: T,
     share: T,
     scatter: T,
+    /// How far the older pairs were from those that replaced them, fading: a rig that has begun to drift
+    /// goes on.
+    drift: Vector5<T>,
     /// `sqrt(chi^2 / 5)` between the estimates of image halves, the worse axis.
     halves: T,
     pairs: u32,
@@ -70,6 +79,7 @@ impl<T: Scalar> Filter<T> {
             noise: evidence.noise,
             share: evidence.share,
             scatter: T::ONE,
+            drift: Vector5::zeros(),
             halves: T::ZERO,
             pairs: 1,
         };
@@ -95,6 +105,7 @@ impl<T: Scalar> Filter<T> {
                 next.settled = next.settled.scaled(T::ONE - T::ONE / T::count(lineage.memory));
             }
             next.pairs = self.pairs.saturating_add(1);
+            next.drift *= T::lit(DRIFT_FADES);
         }
         next.last = moments;
         let gain = T::ONE / T::count(next.pairs.min(50));
@@ -114,7 +125,9 @@ impl<T: Scalar> Filter<T> {
         next.settled = *settled;
         next.pairs = pairs;
         next.parts = [Quadratic::ZERO; 3];
-        next.solved(lineage)
+        let mut next = next.solved(lineage)?;
+        next.drift = self.pose.unknowns_to(&next.pose);
+        Some(next)
     }
 
     fn solved(mut self, lineage: &Lineage<T>) -> Option<Self> {
@@ -183,12 +196,13 @@ impl<T: Scalar> Filter<T> {
         self.halves
     }
 
-    /// Covariance of the estimate, rad^2, widened by what the halves of the image disagree.
+    /// Covariance of the estimate, rad^2, widened by what the halves of the image disagree and along
+    /// the drift.
     fn covariance(&self, lineage: &Lineage<T>) -> Option<Matrix5<T>> {
         let widened = if self.halves > T::lit(HEALTHY_HALVES) { self.halves } else { T::ONE };
         let mut joint = self.information;
         joint.add(&lineage.prior);
-        Some(joint.covariance()? * (widened * widened))
+        Some(joint.covariance()? * (widened * widened) + self.drift * self.drift.transpose())
     }
 
     /// Covariance as it is reported: widened by what the pairs scatter as well.
@@ -252,7 +266,8 @@ impl<T: Scalar> Filter<T> {
     /// Distance of a pair from the estimate, squared, over its expected size.
     pub(super) fn surprise(&self, judged: &Judged<T>, lineage: &Lineage<T>) -> Option<T> {
         let pair = judged.evidence.seen_at(&self.pose).with(&lineage.prior);
-        let covariance = pair.information.covariance()? * T::lit(1.1) + self.covariance(lineage)?;
+        let shaken = Matrix5::from_diagonal_element(T::lit(VIBRATION * VIBRATION));
+        let covariance = pair.information.covariance()? + self.covariance(lineage)? + shaken;
         squared_over(&pair.step()?, covariance)
     }
 

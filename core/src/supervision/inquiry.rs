@@ -119,7 +119,7 @@ impl<T: Scalar> Inquiry<T> {
             descent.advance(pairs)?;
             return Ok(None);
         }
-        let judged = descent.judge(pairs)?;
+        let judged = descent.judge(pairs).ok_or(PairError::Unobservable)?;
         let stop = descent.stop();
         self.answer(subject, judged, stop)
     }
@@ -134,7 +134,7 @@ impl<T: Scalar> Inquiry<T> {
         let next = match &self.question {
             Question::Champion(_) => {
                 if supervisor.champion_agrees(&judged, subject.lineage) {
-                    return Ok(Some(self.finding(subject, SpeaksFor::Champion, judged, stop)));
+                    return self.heard(subject, SpeaksFor::Champion, judged, stop);
                 }
                 self.refused.by_champion = true;
                 subject
@@ -143,7 +143,7 @@ impl<T: Scalar> Inquiry<T> {
             }
             Question::Challenger(_) => {
                 if supervisor.challenger_agrees(&judged, subject.lineage) {
-                    return Ok(Some(self.finding(subject, SpeaksFor::Challenger, judged, stop)));
+                    return self.heard(subject, SpeaksFor::Challenger, judged, stop);
                 }
                 self.refused.by_challenger = true;
                 if self.refused.by_champion {
@@ -161,6 +161,21 @@ impl<T: Scalar> Inquiry<T> {
         };
         self.question = next;
         Ok(None)
+    }
+
+    /// A batch that agrees, if it says anything at all of the baseline.
+    fn heard(
+        &self,
+        subject: &Subject<'_, T>,
+        speaks_for: SpeaksFor,
+        judged: Judged<T>,
+        stop: Stop,
+    ) -> Result<Option<Finding<T>>, PairError> {
+        if judged.speaks_of_baseline {
+            Ok(Some(self.finding(subject, speaks_for, judged, stop)))
+        } else {
+            Err(PairError::Unobservable)
+        }
     }
 
     /// Who the batch disagrees with so far.
@@ -216,7 +231,9 @@ impl<T: Scalar> Subject<'_, T> {
             return Err(PairError::NoConsensus);
         }
         let evidence = &judged.evidence;
-        if evidence.seen_at(&evidence.pose).information.is_observable() {
+        if judged.speaks_of_baseline
+            && evidence.seen_at(&evidence.pose).information.is_observable()
+        {
             Ok(())
         } else {
             Err(PairError::Unobservable)
