@@ -221,10 +221,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             return Err(ApplyError::Doubtful);
         }
         let before = self.in_use;
-        if self.replace_in_use(proposal.extrinsics) {
+        if self.replace_in_use(proposal.applicable) {
             self.before = Some(before);
         }
-        Ok(proposal.extrinsics)
+        Ok(proposal.applicable)
     }
 
     /// Puts back what was in use before the last change, once; the estimate stays.

@@ -200,6 +200,7 @@ impl<T: Scalar> Estimator<T> {
                 let estimate = fusion.estimate()?;
                 Some(Proposal {
                     extrinsics: estimate.extrinsics,
+                    applicable: estimate.extrinsics,
                     pairs: estimate.pairs,
                     sd: estimate.sd,
                     covariance: None,
@@ -217,13 +218,16 @@ impl<T: Scalar> Estimator<T> {
                 } else {
                     (halves > baseline).then_some(Doubt::Baseline)
                 };
-                let (extrinsics, covariance) = if doubt == Some(Doubt::Baseline) {
-                    filter.with_baseline_of(in_use, &lineage)?
+                let covariance = filter.reported(&lineage)?;
+                let extrinsics = filter.pose().extrinsics().ok()?;
+                let applicable = if doubt == Some(Doubt::Baseline) {
+                    filter.with_baseline_of(in_use)?
                 } else {
-                    (filter.pose().extrinsics().ok()?, filter.reported(&lineage)?)
+                    extrinsics
                 };
                 Some(Proposal {
                     extrinsics,
+                    applicable,
                     pairs: filter.pairs(),
                     sd: StandardDeviations::of(&covariance),
                     covariance: Some(covariance),

@@ -11,9 +11,11 @@ use crate::supervision::State;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Proposal<T: Scalar> {
-    /// `R`, `t` that would be put into use. Where `doubt` is [`Doubt::Baseline`], `t` is that in use
-    /// and `R` the best there is with it.
+    /// The best `R`, `t`.
     pub extrinsics: Extrinsics<T>,
+    /// What [`crate::Calibrator::apply`] puts into use: the same, but where `doubt` is
+    /// [`Doubt::Baseline`] `t` is that in use, and `R` the best there is with it.
+    pub applicable: Extrinsics<T>,
     /// Pairs behind it; those of a repeated scene count once.
     pub pairs: u32,
     /// Expected size of the error. Robust: from the information, widened by what pairs scatter beyond

@@ -12,7 +12,7 @@ mod judgement;
 mod pass;
 mod weight;
 
-pub(crate) use judgement::{Evidence, Judged};
+pub(crate) use judgement::Judged;
 
 use nalgebra::{Matrix5, Vector5};
 

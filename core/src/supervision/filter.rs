@@ -8,7 +8,7 @@ use crate::information::{Information, StandardDeviations};
 use crate::moments::Moments;
 use crate::quadratic::{Quadratic, squared_over};
 use crate::rectification::RectifyingRotations;
-use crate::robust::{Evidence, Judged, Known};
+use crate::robust::{Judged, Known};
 use crate::scalar::Scalar;
 
 /// Gauss-Newton steps to the optimum of all sums: each squares the error of the linearisation.
@@ -33,8 +33,8 @@ const MAX_SCATTER: f64 = 16.0;
 /// What is left of a drift after each further pair.
 const DRIFT_FADES: f64 = 0.9;
 
-/// Square of the way that models of the first order are good for, in deviations of `R`.
-const NEAR: f64 = 0.05;
+/// What models of the first order may be wrong by, in deviations of the estimate.
+const NEAR: f64 = 0.1;
 
 /// Disagreement of image halves that healthy scenes stay below: chance is 1e-3 an axis.
 const HEALTHY_HALVES: f64 = 2.0;
@@ -50,6 +50,9 @@ pub(crate) struct Filter<T: Scalar> {
     last: Moments<T>,
     /// Over the whole image, its left and its upper half, about the pose.
     parts: [Quadratic<T>; 3],
+    /// Pairs in the parts, and those of them that did not repeat a scene: repetition cannot average out
+    /// what it repeats, but it shows it.
+    heard: [u32; 2],
     /// Of all sums at the pose, without the prior.
     information: Information<T>,
     /// Running means: noise of a coordinate, px; share of inliers; distance of one pair from the next,
@@ -75,6 +78,7 @@ impl<T: Scalar> Filter<T> {
             settled: Moments::ZERO,
             last: evidence.moments,
             parts: evidence.parts,
+            heard: [1; 2],
             information: Information::ZERO,
             noise: evidence.noise,
             share: evidence.share,
@@ -83,7 +87,7 @@ impl<T: Scalar> Filter<T> {
             halves: T::ZERO,
             pairs: 1,
         };
-        born.solved(lineage)?.listening(&evidence.pose, None, lineage)
+        born.solved(lineage)?.listening(&evidence.pose, lineage)
     }
 
     /// With one more pair; `None` if it leads to no rig.
@@ -102,7 +106,7 @@ impl<T: Scalar> Filter<T> {
             next.note_scatter(judged, lineage);
             next.settled.add(&self.last);
             if self.pairs >= lineage.memory {
-                next.settled = next.settled.scaled(T::ONE - T::ONE / T::count(lineage.memory));
+                next.settled = next.settled.scaled(lineage.fading());
             }
             next.pairs = self.pairs.saturating_add(1);
             next.drift *= T::lit(DRIFT_FADES);
@@ -111,7 +115,15 @@ impl<T: Scalar> Filter<T> {
         let gain = T::ONE / T::count(next.pairs.min(50));
         next.noise += (evidence.noise - self.noise) * gain;
         next.share += (evidence.share - self.share) * gain;
-        next.solved(lineage)?.listening(&self.pose, (!repeated).then_some(evidence), lineage)
+        let mut next = next.solved(lineage)?.listening(&self.pose, lineage)?;
+        let to_pose = evidence.pose.unknowns_to(&next.pose);
+        for (sum, part) in next.parts.iter_mut().zip(&evidence.parts) {
+            sum.add(&part.about(&to_pose));
+        }
+        let [heard, distinct] = next.heard;
+        next.heard = [heard.saturating_add(1), distinct.saturating_add(u32::from(!repeated))];
+        next.halves = next.disagreement(lineage);
+        Some(next)
     }
 
     /// With the sums over all pairs but the last replaced, as if there had been no others.
@@ -125,6 +137,7 @@ impl<T: Scalar> Filter<T> {
         next.settled = *settled;
         next.pairs = pairs;
         next.parts = [Quadratic::ZERO; 3];
+        next.heard = [0; 2];
         let mut next = next.solved(lineage)?;
         next.drift = self.pose.unknowns_to(&next.pose);
         Some(next)
@@ -145,28 +158,21 @@ impl<T: Scalar> Filter<T> {
         Some(self)
     }
 
-    /// With the image halves of one more pair, all about the pose as it is now.
-    ///
-    /// They are first-order models: those from before a long way are dropped.
-    fn listening(
-        mut self,
-        before: &RectifyingRotations<T>,
-        pair: Option<&Evidence<T>>,
-        lineage: &Lineage<T>,
-    ) -> Option<Self> {
+    /// With the image halves about the pose as it is now. They are first-order models: those from
+    /// before a long way are dropped.
+    fn listening(mut self, before: &RectifyingRotations<T>, lineage: &Lineage<T>) -> Option<Self> {
         let moved = before.unknowns_to(&self.pose);
         let sd = self.deviations(lineage)?;
-        if moved.norm_squared() > T::lit(NEAR) * sd.rotation {
+        let turn = moved.fixed_rows::<3>(0).norm();
+        let shift = moved.fixed_rows::<2>(3).norm();
+        let near = T::lit(NEAR);
+        if turn * (turn + shift) > near * sd.rotation || shift * shift > near * sd.translation {
             self.parts = [Quadratic::ZERO; 3];
+            self.heard = [0; 2];
         }
-        self.parts = self.parts.map(|part| part.about(&moved));
-        if let Some(evidence) = pair {
-            let to_pose = evidence.pose.unknowns_to(&self.pose);
-            for (sum, part) in self.parts.iter_mut().zip(&evidence.parts) {
-                sum.add(&part.about(&to_pose));
-            }
-        }
-        self.halves = self.disagreement(lineage);
+        let [heard, _] = self.heard;
+        let fading = if heard >= lineage.memory { lineage.fading() } else { T::ONE };
+        self.parts = self.parts.map(|part| part.about(&moved).scaled(fading));
         Some(self)
     }
 
@@ -199,10 +205,20 @@ impl<T: Scalar> Filter<T> {
     /// Covariance of the estimate, rad^2, widened by what the halves of the image disagree and along
     /// the drift.
     fn covariance(&self, lineage: &Lineage<T>) -> Option<Matrix5<T>> {
-        let widened = if self.halves > T::lit(HEALTHY_HALVES) { self.halves } else { T::ONE };
         let mut joint = self.information;
         joint.add(&lineage.prior);
-        Some(joint.covariance()? * (widened * widened) + self.drift * self.drift.transpose())
+        Some(joint.covariance()? * self.widened() + self.drift * self.drift.transpose())
+    }
+
+    /// What the disagreement of image halves does to the variances. It is that of all pairs heard, the
+    /// variance that of distinct ones.
+    fn widened(&self) -> T {
+        let [heard, distinct] = self.heard.map(|n| T::count(n.max(1)));
+        if self.halves > T::lit(HEALTHY_HALVES) {
+            (self.halves * self.halves * (distinct / heard)).max(T::ONE)
+        } else {
+            T::ONE
+        }
     }
 
     /// Covariance as it is reported: widened by what the pairs scatter as well.
@@ -215,13 +231,9 @@ impl<T: Scalar> Filter<T> {
         Some(StandardDeviations::of(&self.reported(lineage)?))
     }
 
-    /// The optimum among the rigs with a given baseline, known no better than by the prior, and its
-    /// covariance: what is left of an estimate whose own baseline is not believed.
-    pub(crate) fn with_baseline_of(
-        &self,
-        given: &Extrinsics<T>,
-        lineage: &Lineage<T>,
-    ) -> Option<(Extrinsics<T>, Matrix5<T>)> {
+    /// The optimum among the rigs with a given baseline: what is left of an estimate whose own baseline
+    /// is not believed.
+    pub(crate) fn with_baseline_of(&self, given: &Extrinsics<T>) -> Option<Extrinsics<T>> {
         let mut sums = self.settled;
         sums.add(&self.last);
         let target = RectifyingRotations::from(given);
@@ -236,21 +248,7 @@ impl<T: Scalar> Filter<T> {
             d.fixed_rows_mut::<3>(0).copy_from(&turn);
             pose = pose.stepped_by(&d)?;
         }
-        let found = pose.extrinsics().ok()?;
-        let extrinsics = Extrinsics::try_new(found.rotation().matrix(), given.translation()).ok()?;
-        let seen = sums.seen_at(&self.frame, &pose).information.matrix();
-        let alone = seen.fixed_view::<3, 3>(0, 0).into_owned().cholesky()?;
-        let by_baseline = -alone.solve(&seen.fixed_view::<3, 2>(0, 3).into_owned());
-        let prior = lineage.prior.covariance()?.fixed_view::<2, 2>(3, 3).into_owned();
-        let cross = by_baseline * prior;
-        let widened = self.scatter() * self.halves * self.halves;
-        let rotation = alone.inverse() * widened + cross * by_baseline.transpose();
-        let mut covariance = Matrix5::zeros();
-        covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation);
-        covariance.fixed_view_mut::<3, 2>(0, 3).copy_from(&cross);
-        covariance.fixed_view_mut::<2, 3>(3, 0).copy_from(&cross.transpose());
-        covariance.fixed_view_mut::<2, 2>(3, 3).copy_from(&prior);
-        Some((extrinsics, covariance))
+        Extrinsics::try_new(pose.extrinsics().ok()?.rotation().matrix(), given.translation()).ok()
     }
 
     /// What a pair is tracked from: the estimate, and some freedom.

@@ -91,6 +91,11 @@ impl<T: Scalar> Lineage<T> {
             memory: config.memory_pairs,
         }
     }
+
+    /// What is left of older pairs after one more, once there are as many as the memory holds.
+    fn fading(&self) -> T {
+        T::ONE - T::ONE / T::count(self.memory)
+    }
 }
 
 /// A hypothesis on trial.
