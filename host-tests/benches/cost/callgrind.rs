@@ -1,0 +1,61 @@
+//! Instructions by valgrind's callgrind: this program again, one row of the table, counting only
+//! inside [`run_counted`].
+
+use std::fs;
+use std::hint::black_box;
+use std::process::{Command, Stdio};
+use std::thread;
+
+use anyhow::{Context, Result, anyhow, ensure};
+
+use crate::case::{Answer, Job};
+
+/// What a run under callgrind gave.
+#[derive(Debug)]
+pub(crate) struct Count {
+    /// Instructions inside [`run_counted`], all pairs of the row together.
+    pub(crate) instructions: f64,
+    /// Passes that the counted run took.
+    pub(crate) passes: usize,
+}
+
+/// Whether there is a valgrind to run.
+pub(crate) fn is_present() -> bool {
+    let version = Command::new("valgrind").arg("--version").stdout(Stdio::null()).status();
+    version.is_ok_and(|status| status.success())
+}
+
+/// Runs each job once, to be counted.
+///
+/// On a stack of its own: that of the main thread begins below the environment, with which counts
+/// changed by a few instructions.
+pub(crate) fn run_once(jobs: Vec<Job>) -> Result<Vec<Answer>> {
+    let run = || jobs.into_iter().map(run_counted).collect();
+    thread::spawn(run).join().map_err(|_| anyhow!("a job panicked"))
+}
+
+/// What callgrind counts: it collects from entry to return, so this must stay a symbol.
+#[inline(never)]
+fn run_counted(job: Job) -> Answer {
+    black_box(job.run())
+}
+
+/// Runs one row of the table under callgrind.
+pub(crate) fn count(row: usize) -> Result<Count> {
+    let folder = tempfile::tempdir()?;
+    let profile = folder.path().join("callgrind.out");
+    let output = Command::new("valgrind")
+        .args(["--tool=callgrind", "--toggle-collect=*run_counted*"])
+        .arg(format!("--callgrind-out-file={}", profile.display()))
+        .arg(std::env::current_exe()?)
+        .args(["--row", &row.to_string()])
+        .output()?;
+    let errors = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "valgrind failed:\n{errors}");
+    let passes = String::from_utf8(output.stdout)?.trim().parse()?;
+    let profile = fs::read_to_string(profile)?;
+    let total = profile.lines().find_map(|line| line.strip_prefix("totals: "));
+    let instructions: f64 = total.context("callgrind gave no total")?.trim().parse()?;
+    ensure!(instructions > 0.0, "callgrind counted nothing");
+    Ok(Count { instructions, passes })
+}

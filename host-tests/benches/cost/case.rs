@@ -1,0 +1,196 @@
+//! The rows of the table, and the work that each measures.
+
+use std::fmt;
+
+use anyhow::{Result, ensure};
+use host_tests::campaign::five_degrees_off;
+use host_tests::dataset::Match;
+use host_tests::evaluation::in_f64;
+use host_tests::oracle::Rays;
+use host_tests::scenario::Kind;
+use host_tests::synth::{Scene, SynthPair};
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{Calibrator, Config, Extrinsics, PairError, PairReport, State};
+
+use crate::minpack::{Fit, RowOffsets};
+
+/// Pairs of each row.
+pub(crate) const PAIRS: usize = 50;
+
+/// Pairs that lock a calibrator.
+const LOCKING: usize = 20;
+
+/// Of the measured pairs; those that lock a calibrator have the next.
+const SEED: u64 = 1;
+
+type Calibrator1024 = Calibrator<f32, 1024>;
+
+/// What is measured.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Method {
+    Acquiring,
+    Locked,
+    Paper,
+    Minpack,
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Acquiring => "robust, acquiring",
+            Self::Locked => "robust, locked",
+            Self::Paper => "paper",
+            Self::Minpack => "lmder, f64",
+        })
+    }
+}
+
+/// A row of the table.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Case {
+    pub(crate) matches: usize,
+    /// Share of them.
+    pub(crate) mismatches: f64,
+    pub(crate) method: Method,
+}
+
+/// One pair, ready to be measured.
+#[derive(Debug, Clone)]
+pub(crate) enum Job {
+    Solve(Box<Calibrator1024>),
+    SolveAndFuse(Box<Calibrator1024>),
+    Minpack(Box<RowOffsets>),
+}
+
+/// What a job gave.
+#[derive(Debug)]
+pub(crate) enum Answer {
+    Report(Result<Report, PairError>),
+    Fit(Fit),
+}
+
+/// What is asked of the calibrator's report.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Report {
+    passes: u16,
+    extrinsics: Extrinsics<f32>,
+}
+
+impl Case {
+    /// All rows, in the order of the table.
+    pub(crate) fn all() -> impl Iterator<Item = Self> {
+        let methods = [Method::Acquiring, Method::Locked, Method::Paper, Method::Minpack];
+        [64, 256, 1024].into_iter().flat_map(move |matches| {
+            [0.0, 0.3].into_iter().flat_map(move |mismatches| {
+                methods.map(|method| Self { matches, mismatches, method })
+            })
+        })
+    }
+
+    /// The pairs to measure, each with all that goes before it done.
+    pub(crate) fn jobs(&self) -> Result<Vec<Job>> {
+        let scene = self.scene();
+        scene.check()?;
+        let pairs = scene.pairs(SEED).take(PAIRS);
+        match self.method {
+            Method::Acquiring => pairs.map(|pair| fresh(&scene, Config::robust(), &pair)).collect(),
+            Method::Paper => pairs.map(|pair| fresh(&scene, Config::paper(), &pair)).collect(),
+            Method::Minpack => Ok(pairs.map(|pair| minpack(&scene, &pair)).collect()),
+            Method::Locked => locked(&scene, pairs),
+        }
+    }
+
+    /// Passes over the batch, judging ones counted, and the error of the pair for itself.
+    ///
+    /// # Errors
+    /// If there is no answer.
+    pub(crate) fn outcome(&self, answer: &Answer) -> Result<(usize, Deviation<f64>)> {
+        let (passes, found) = match answer {
+            Answer::Report(report) => {
+                let report = (*report)?;
+                // The paper preset's report leaves out the judging one.
+                let judging = usize::from(matches!(self.method, Method::Paper));
+                (usize::from(report.passes) + judging, in_f64(&report.extrinsics))
+            }
+            Answer::Fit(Fit { solution, evaluations }) => {
+                ensure!(solution.converged, "no convergence");
+                (*evaluations, Extrinsics::try_new(&solution.rotation(), &solution.translation())?)
+            }
+        };
+        Ok((passes, Deviation::between(&found, &five_degrees_off())))
+    }
+
+    fn scene(&self) -> Scene {
+        let (matches, outliers) = (self.matches, self.mismatches);
+        Scene { rig: five_degrees_off(), matches, outliers, ..Kind::Near.scene() }
+    }
+}
+
+impl Job {
+    /// All that is measured.
+    pub(crate) fn run(self) -> Answer {
+        match self {
+            Self::Solve(mut calibrator) => {
+                Answer::Report(calibrator.solve_pair().map(Report::from))
+            }
+            Self::SolveAndFuse(mut calibrator) => Answer::Report(solve_and_fuse(&mut calibrator)),
+            Self::Minpack(problem) => Answer::Fit(problem.minimise()),
+        }
+    }
+}
+
+impl From<PairReport<f32>> for Report {
+    fn from(report: PairReport<f32>) -> Self {
+        Self { passes: report.passes, extrinsics: report.extrinsics }
+    }
+}
+
+fn solve_and_fuse(calibrator: &mut Calibrator1024) -> Result<Report, PairError> {
+    let report = calibrator.solve_pair()?;
+    // A pair that is kept apart has its cost too.
+    let _ = calibrator.fuse(&report);
+    Ok(report.into())
+}
+
+/// A calibrator that has seen nothing but the matches of this pair.
+fn fresh(scene: &Scene, config: Config, pair: &SynthPair) -> Result<Job> {
+    let mut calibrator = Box::new(Calibrator1024::new(config));
+    calibrator.set_cameras(scene.dataset(0, SEED)?.cameras()?);
+    fill(&mut calibrator, pair)?;
+    Ok(Job::Solve(calibrator))
+}
+
+/// One calibrator, as it is before each of the pairs that it is locked for.
+fn locked(scene: &Scene, pairs: impl Iterator<Item = SynthPair>) -> Result<Vec<Job>> {
+    let mut calibrator = Box::new(Calibrator1024::new(Config::robust()));
+    calibrator.set_cameras(scene.dataset(0, SEED)?.cameras()?);
+    for pair in scene.pairs(SEED + 1).take(LOCKING) {
+        fill(&mut calibrator, &pair)?;
+        // Whether that was enough is checked below.
+        let _ = solve_and_fuse(&mut calibrator);
+    }
+    let mut jobs = Vec::with_capacity(PAIRS);
+    for pair in pairs {
+        fill(&mut calibrator, &pair)?;
+        if calibrator.state() == State::Locked {
+            jobs.push(Job::SolveAndFuse(calibrator.clone()));
+        }
+        let _ = solve_and_fuse(&mut calibrator);
+    }
+    ensure!(!jobs.is_empty(), "{LOCKING} pairs did not lock the calibrator");
+    Ok(jobs)
+}
+
+fn fill(calibrator: &mut Calibrator1024, pair: &SynthPair) -> Result<()> {
+    calibrator.clear_pair();
+    for m in &pair.matches {
+        calibrator.push(&m.correspondence())?;
+    }
+    Ok(())
+}
+
+fn minpack(scene: &Scene, pair: &SynthPair) -> Job {
+    let ray = |m: &Match| scene.rays([m.ul, m.vl, m.ur, m.vr]);
+    let rays: Vec<Rays> = pair.matches.iter().map(ray).collect();
+    Job::Minpack(Box::new(RowOffsets::new(&Extrinsics::SIDE_BY_SIDE, &rays)))
+}

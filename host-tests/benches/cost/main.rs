@@ -1,0 +1,147 @@
+//! What a pair costs: host time and instructions, beside a general least-squares solver.
+//!
+//! ```sh
+//! cargo bench -p host-tests --bench cost
+//! ```
+//!
+//! Scene `near` (3 to 80 baselines), 0.3 px, `R` off by 5 degrees about each axis and `t` by 5. From
+//! `R = I`, `t = (-1, 0, 0)`, all methods on the same pairs. The calibrator in `f32`:
+//! - `robust, acquiring`: `solve_pair` of a fresh calibrator;
+//! - `robust, locked`: `solve_pair` and `fuse` of a calibrator locked on earlier pairs;
+//! - `paper`: `solve_pair` of a fresh calibrator;
+//! - `lmder`: the crate `levenberg-marquardt` on the paper's row offsets, see [`minpack`].
+//!
+//! Columns, over the same [`case::PAIRS`] generated pairs:
+//! - `wrong`: share of mismatches;
+//! - `us`: median time of a pair on this host, caches warm;
+//! - `instr`: mean instructions of a pair, counted by valgrind's callgrind in a run of its own,
+//!   without generating the scene and filling the batch; `-` without valgrind. The same build gives
+//!   the same count. They are this host's: a controller's differ;
+//! - `instr/match/pass`: the same over matches and passes; `-` unless all pairs were solved;
+//! - `passes`: mean passes over the batch, judging ones counted. Of `lmder`, evaluations of the
+//!   residuals; its Jacobians and QR factorisations are in the instructions;
+//! - `solved`: pairs with an answer; of `lmder`, those where it met its tolerances;
+//! - `sigma_t`, `sigma_theta`: RMS error of the solved pairs, each for itself, rad.
+//!
+//! Its own harness, because none that times also counts: those that count need a runner installed
+//! or valgrind's headers to build.
+
+mod callgrind;
+mod case;
+mod minpack;
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use anyhow::{Context, Result, ensure};
+use clap::Parser;
+use stereo_selfcal::metrics::Deviation;
+
+use callgrind::Count;
+use case::{Answer, Case, Job};
+
+/// Runs of each pair that are timed.
+const RUNS: usize = 20;
+
+#[derive(Parser)]
+struct Args {
+    /// Passed by cargo.
+    #[arg(long, hide = true)]
+    bench: bool,
+    /// Only run each pair of this row once, for callgrind to count.
+    #[arg(long, hide = true)]
+    row: Option<usize>,
+}
+
+/// What the pairs of a row came to.
+struct Results {
+    pairs: usize,
+    /// Passes of the solved pairs together.
+    passes: usize,
+    /// Error of each solved pair.
+    errors: Vec<Deviation<f64>>,
+}
+
+impl Results {
+    fn of(case: &Case, answers: &[Answer]) -> Self {
+        let solved = answers.iter().filter_map(|answer| case.outcome(answer).ok());
+        let (passes, errors): (Vec<usize>, _) = solved.unzip();
+        Self { pairs: answers.len(), passes: passes.iter().sum(), errors }
+    }
+}
+
+fn main() -> Result<()> {
+    let args = Args::parse();
+    if let Some(row) = args.row {
+        let case = Case::all().nth(row).context("no such row")?;
+        let answers = callgrind::run_once(case.jobs()?)?;
+        println!("{}", Results::of(&case, &answers).passes);
+        return Ok(());
+    }
+    let counts = callgrind::is_present();
+    if !counts {
+        println!("valgrind was not found: no instruction counts\n");
+    }
+    println!(
+        "|    N | wrong | method            |    us |    instr | instr/match/pass | passes | solved \
+         | sigma_t | sigma_theta |"
+    );
+    println!("|--:|--:|---|--:|--:|--:|--:|--:|--:|--:|");
+    for (row, case) in Case::all().enumerate() {
+        let (answers, us) = timed(&case.jobs()?);
+        let results = Results::of(&case, &answers);
+        let count = counts.then(|| callgrind::count(row)).transpose()?;
+        let same = count.as_ref().is_none_or(|count| count.passes == results.passes);
+        ensure!(same, "the counted run took other passes than the timed one: {case:?}");
+        print_row(&case, us, count.as_ref(), &results)?;
+    }
+    Ok(())
+}
+
+/// The answer to each job, and the median time of one, us.
+fn timed(jobs: &[Job]) -> (Vec<Answer>, f64) {
+    let mut times = Vec::with_capacity(jobs.len() * RUNS);
+    let mut run = |job: &Job| {
+        let job = job.clone();
+        let start = Instant::now();
+        let answer = black_box(job.run());
+        times.push(start.elapsed());
+        answer
+    };
+    let answers = jobs.iter().map(&mut run).collect();
+    for _ in 1..RUNS {
+        for job in jobs {
+            run(job);
+        }
+    }
+    times.sort_unstable();
+    (answers, times[times.len() / 2].as_secs_f64() * 1e6)
+}
+
+fn print_row(case: &Case, us: f64, count: Option<&Count>, results: &Results) -> Result<()> {
+    let [matches, pairs, passes] = [case.matches, results.pairs, results.passes].map(as_f64);
+    let solved = results.errors.len();
+    let sigma = Deviation::root_mean_square(results.errors.iter().copied());
+    let sigma = sigma.context("no pair was solved")?;
+    let instructions = count.map_or("-".into(), |c| format!("{:.0}", c.instructions / pairs));
+    // The passes of a pair without an answer are not known.
+    let per_pass = count.filter(|_| solved == results.pairs);
+    let per_pass =
+        per_pass.map_or("-".into(), |c| format!("{:.0}", c.instructions / (passes * matches)));
+    println!(
+        "| {:4} | {:3.0} % | {:17} | {us:5.0} | {instructions:>8} | {per_pass:>16} | {:6.1} | {:>6} \
+         | {:7.5} | {:11.5} |",
+        case.matches,
+        case.mismatches * 100.0,
+        case.method.to_string(),
+        passes / as_f64(solved),
+        format!("{solved}/{}", results.pairs),
+        sigma.translation,
+        sigma.rotation,
+    );
+    Ok(())
+}
+
+fn as_f64(n: usize) -> f64 {
+    u32::try_from(n).map_or(f64::INFINITY, f64::from)
+}
