@@ -27,6 +27,7 @@ pub(crate) struct Setting<'a, T: Scalar> {
 
 /// State of the method that the configuration names.
 #[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub(crate) enum Estimator<T: Scalar> {
     Paper { fusion: MeanDirection<T>, solver: Option<HuberSolver<T>> },
     Robust { supervisor: Supervisor<T>, stillness: Stillness, inquiry: Option<Inquiry<T>> },

@@ -89,10 +89,12 @@ impl<T: Scalar> Health<T> {
     ///
     /// * `baseline_m`: length of the baseline, m; above 0.
     ///
-    /// What a matcher's own noise adds is not in it, nor the error of the baseline's length.
+    /// What a matcher's own noise adds is not in it, nor the error of the baseline's length. `None`
+    /// unless locked: an estimate that pairs disagree with predicts nothing.
     #[must_use]
-    pub fn depth_errors(&self, baseline_m: T) -> [T; 4] {
-        DEPTHS_M.map(|z| T::lit(z * z) * self.yaw / baseline_m)
+    pub fn depth_errors(&self, baseline_m: T) -> Option<[T; 4]> {
+        let of = |z: f64| T::lit(z * z) * self.yaw / baseline_m;
+        (self.state == State::Locked).then(|| DEPTHS_M.map(of))
     }
 
     /// Compares two calibrations over a batch. One pass; `None` if no match is left to judge by.

@@ -239,10 +239,7 @@ pub struct StandardDeviations<T> {
 impl<T: Scalar> StandardDeviations<T> {
     /// Roots of the traces of the two blocks of a covariance.
     pub(crate) fn of(c: &Matrix5<T>) -> Self {
-        Self {
-            rotation: (c.m11 + c.m22 + c.m33).sqrt(),
-            translation: (c.m44 + c.m55).sqrt(),
-        }
+        Self { rotation: (c.m11 + c.m22 + c.m33).sqrt(), translation: (c.m44 + c.m55).sqrt() }
     }
 }
 

@@ -95,7 +95,8 @@ impl<T: Scalar> Moments<T> {
     /// * `frame`: the pose in whose rectified frame the sums are.
     /// * `variance`: of a coordinate, at unit depth.
     pub(crate) fn speaks_of_baseline(&self, frame: &RectifyingRotations<T>, variance: T) -> bool {
-        let [sum, along, all] = [CY_CY, ZZ_CY, ZZ_ZZ].map(|place| self.products[place]);
+        let m = &self.products;
+        let (sum, along, all) = (m[CY_CY], m[ZZ_CY], m[ZZ_ZZ]);
         let noise = T::lit(2.0) * variance * all;
         // An error of yaw moves all disparities alike: so they must differ, or be larger than that.
         let yaw = T::lit(9.0) * self.seen_at(frame, frame).information.yaw_share();

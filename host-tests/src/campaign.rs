@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 use anyhow::{Context, Result};
-use nalgebra::{Vector3, Vector5};
+use nalgebra::Vector3;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
     Calibrator, Camera, Cameras, Config, Doubt, Extrinsics, Fused, Intrinsics, Lens, Proposal,
@@ -34,6 +34,8 @@ pub struct Moment {
     pub fused: Option<Fused>,
     /// Passes it took.
     pub passes: Option<u16>,
+    /// The estimate.
+    pub found: Extrinsics<f64>,
     /// Error of the estimate against the truth of this pair.
     pub error: Deviation<f64>,
     /// Error of what is in use.
@@ -185,6 +187,7 @@ fn moment<T: Scalar>(
     });
     Moment {
         state: proposal.state,
+        found,
         fused,
         passes,
         error,
@@ -221,6 +224,3 @@ pub fn nees_band(n: usize) -> [f64; 2] {
     let sd = (10.0 / f64::from(u32::try_from(n).unwrap_or(u32::MAX))).sqrt();
     [5.0 - 2.576 * sd, 5.0 + 2.576 * sd]
 }
-
-#[allow(dead_code)]
-fn unused(_: Vector5<f64>) {}

@@ -24,12 +24,14 @@ struct Cli {
 enum Command {
     Replay(cli::ReplayArgs),
     Synth(cli::SynthArgs),
+    Campaign(cli::CampaignArgs),
 }
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Replay(args) => cli::replay(&args),
         Command::Synth(args) => cli::synth(&args),
+        Command::Campaign(args) => cli::campaign(&args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -2,13 +2,13 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A bar over pairs.
+/// A bar over so many of a thing.
 ///
 /// # Panics
 /// Never: the template is a constant.
 #[must_use]
-pub fn over_pairs(pairs: usize) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} pairs, {eta} left")
+pub fn over(count: usize, things: &'static str) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}, {eta} left")
         .expect("a valid template");
-    ProgressBar::new(pairs as u64).with_style(style)
+    ProgressBar::new(count as u64).with_style(style).with_message(things)
 }

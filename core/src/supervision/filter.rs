@@ -184,10 +184,6 @@ impl<T: Scalar> Filter<T> {
         &self.last
     }
 
-    pub(super) fn settled(&self) -> &Moments<T> {
-        &self.settled
-    }
-
     pub(crate) fn pairs(&self) -> u32 {
         self.pairs
     }

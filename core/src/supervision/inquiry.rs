@@ -231,8 +231,7 @@ impl<T: Scalar> Subject<'_, T> {
             return Err(PairError::NoConsensus);
         }
         let evidence = &judged.evidence;
-        if judged.speaks_of_baseline
-            && evidence.seen_at(&evidence.pose).information.is_observable()
+        if judged.speaks_of_baseline && evidence.seen_at(&evidence.pose).information.is_observable()
         {
             Ok(())
         } else {

@@ -37,7 +37,7 @@ where
 {
     let start = in_f64(app.calibrator().in_use());
     let mut run = Run { evaluation: Evaluation::new(set.truth()?, start), health: None };
-    let bar = progress::over_pairs(set.pairs.len());
+    let bar = progress::over(set.pairs.len(), "pairs");
     writeln!(out, "pair {}", Step::HEADING)?;
     for (sequence, pair) in (0_u32..).zip(&set.pairs) {
         matcher.send(sequence, pair);

@@ -89,7 +89,7 @@ impl RunArgs {
             writeln!(out, "{} pairs of {}: {}", set.pairs.len(), set.name, set.meta.source)?;
             writeln!(out, "pair {}", Step::HEADING)?;
         }
-        let bar = progress::over_pairs(set.pairs.len());
+        let bar = progress::over(set.pairs.len(), "pairs");
         let mut lines = 0..;
         let mut written = Ok(());
         let evaluation = replay::replay(set, self.config(), start, |step| {
