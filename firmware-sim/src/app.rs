@@ -1,10 +1,12 @@
 //! The application loop: frame by frame from the matcher through the calibrator, a bounded piece of
 //! work at a time.
 
+use core::mem;
+
 use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
 use stereo_selfcal::{
-    ApplyError, Calibrator, Extrinsics, Fused, Health, PairError, PairReport, Refusal,
+    ApplyError, Calibrator, Extrinsics, Fused, Health, PairError, PairReport, Refusal, State,
 };
 
 use crate::matcher::{Matcher, MatcherError};
@@ -12,6 +14,7 @@ use crate::matcher::{Matcher, MatcherError};
 /// What one [`App::poll`] did.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
+#[expect(clippy::large_enum_variant, reason = "there is no heap to put the pair on")]
 pub enum Event {
     /// Nothing: no frame waits.
     Idle,
@@ -28,12 +31,19 @@ pub enum Event {
     Pass,
     /// The pair is done with, and the batch is empty again.
     Pair(PairOutcome),
+    /// The pair has changed how far the estimate can be relied on.
+    StateChanged {
+        /// Before the pair.
+        before: State,
+        /// After it.
+        after: State,
+    },
 }
 
 /// What became of a pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairOutcome {
-    /// The solved pair and whether it was fused, or why it could not be solved.
+    /// The solved pair and what became of it, or why it could not be solved.
     pub outcome: Result<(PairReport<f32>, Result<Fused, Refusal>), PairError>,
     /// Row offsets of this pair's matches under what is in use and under the estimate with this pair
     /// in it. `None` before there is an estimate.
@@ -41,21 +51,25 @@ pub struct PairOutcome {
 }
 
 #[derive(Debug, Clone, Copy)]
-enum State {
+enum Stage {
     Waiting,
     Received,
     Solving,
+    Judged,
 }
 
 /// Matcher and calibrator, run by calling [`App::poll`] over and over.
 ///
-/// It estimates and reports; what is in use changes by [`App::apply`] alone.
+/// It estimates and reports; what is in use changes by [`App::apply`] alone, unless the configuration
+/// lets the calibrator apply by itself.
 ///
 /// * `N`: correspondences a pair; the batch selects as many of a longer frame.
 #[derive(Debug)]
 pub struct App<'a, SPI, RDY, const N: usize> {
     matcher: Matcher<SPI, RDY>,
     calibrator: &'a mut Calibrator<f32, N>,
+    stage: Stage,
+    /// As last reported.
     state: State,
 }
 
@@ -65,22 +79,35 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     /// * `calibrator`: with its cameras set; borrowed, so that the batch can stay in a static.
     pub fn new(matcher: Matcher<SPI, RDY>, calibrator: &'a mut Calibrator<f32, N>) -> Self {
         calibrator.clear_pair();
-        Self { matcher, calibrator, state: State::Waiting }
+        let state = calibrator.state();
+        Self { matcher, calibrator, stage: Stage::Waiting, state }
     }
 
     /// Does the next piece of work: reads one frame, or takes one pass, or judges one pair.
     ///
-    /// A pair that cannot be solved is an [`Event::Pair`], not an error.
+    /// A pair that cannot be solved is an [`Event::Pair`], not an error. Where the pair has changed the
+    /// state, the next call tells so before the next frame is read.
     ///
     /// # Errors
     /// [`MatcherError`]: what came of the frame is dropped, the estimate is as it was, and the next
     /// call expects the start of a frame on the bus.
     pub fn poll(&mut self) -> Result<Event, MatcherError<SPI::Error, RDY::Error>> {
-        match self.state {
-            State::Waiting => self.receive(),
-            State::Received => Ok(self.begin()),
-            State::Solving => Ok(self.advance()),
+        match self.stage {
+            Stage::Judged => match self.note_state() {
+                Some(change) => Ok(change),
+                None => self.receive(),
+            },
+            Stage::Waiting => self.receive(),
+            Stage::Received => Ok(self.begin()),
+            Stage::Solving => Ok(self.advance()),
         }
+    }
+
+    fn note_state(&mut self) -> Option<Event> {
+        self.stage = Stage::Waiting;
+        let after = self.calibrator.state();
+        let before = mem::replace(&mut self.state, after);
+        (before != after).then_some(Event::StateChanged { before, after })
     }
 
     fn receive(&mut self) -> Result<Event, MatcherError<SPI::Error, RDY::Error>> {
@@ -96,7 +123,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
                 return Err(error);
             }
         };
-        self.state = State::Received;
+        self.stage = Stage::Received;
         Ok(Event::Frame {
             sequence: frame.sequence,
             offered: frame.count.into(),
@@ -107,7 +134,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     fn begin(&mut self) -> Event {
         match self.calibrator.begin_pair() {
             Ok(()) => {
-                self.state = State::Solving;
+                self.stage = Stage::Solving;
                 Event::Pass
             }
             Err(error) => self.finish(Err(error)),
@@ -125,6 +152,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         }
     }
 
+    #[expect(clippy::large_types_passed_by_value, reason = "moved on into the event")]
     fn finish(
         &mut self,
         outcome: Result<(PairReport<f32>, Result<Fused, Refusal>), PairError>,
@@ -132,7 +160,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         // Before the matches it is about are gone.
         let health = self.calibrator.health();
         self.calibrator.clear_pair();
-        self.state = State::Waiting;
+        self.stage = Stage::Judged;
         Event::Pair(PairOutcome { outcome, health })
     }
 
@@ -162,11 +190,18 @@ mod tests {
 
     const CAPACITY: usize = 64;
 
+    /// What a first pair is to the paper preset, which confirms nothing.
+    const LOCKED: Event = Event::StateChanged { before: State::Acquiring, after: State::Locked };
+
     fn calibrator() -> Calibrator<f32, CAPACITY> {
+        with(Config::paper())
+    }
+
+    fn with(config: Config) -> Calibrator<f32, CAPACITY> {
         let intrinsics =
             Intrinsics { focal: [1400.0; 2], principal: [960.0, 600.0], size: [1920, 1200] };
         let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
-        let mut calibrator = Calibrator::new(Config::paper());
+        let mut calibrator = Calibrator::new(config);
         calibrator.set_cameras(Cameras { left: camera, right: camera });
         calibrator
     }
@@ -198,12 +233,12 @@ mod tests {
         assert_eq!(app.poll(), Ok(Event::Frame { sequence: 5, offered: 60, taken: 60 }));
         let (passes, pair) = finish_pair(&mut app);
         let (report, fused) = pair.outcome.unwrap();
-        assert_eq!((passes, fused), (report.passes.into(), Ok(())));
+        assert_eq!((passes, fused), (report.passes.into(), Ok(Fused::Added)));
         let health = pair.health.unwrap();
         assert!(health.proposed_px < health.in_use_px && health.in_use_px > 1.0, "{health:?}");
         assert!(app.calibrator().batch().pairs().is_empty());
         assert_eq!(app.calibrator().generation(), 0);
-        let estimate = app.calibrator().estimate().unwrap().extrinsics;
+        let estimate = app.calibrator().proposal().unwrap().extrinsics;
         assert_eq!(app.apply(), Ok(estimate));
         assert_eq!((app.calibrator().generation(), app.calibrator().in_use()), (1, &estimate));
     }
@@ -222,6 +257,7 @@ mod tests {
         assert_eq!(batch.pairs(), direct.batch().pairs());
         assert_eq!([batch.offered(), batch.left_out()], [128, 64]);
         finish_pair(&mut app);
+        assert_eq!(app.poll(), Ok(LOCKED));
         assert_eq!(app.poll(), Ok(Event::Frame { sequence: 2, offered: 50, taken: 50 }));
     }
 
@@ -235,7 +271,27 @@ mod tests {
         assert_eq!(pair.outcome, Err(PairError::TooFew { usable: 5, needed: 12 }));
         assert_eq!((pair.health, app.apply()), (None, Err(ApplyError::NoProposal)));
         app.poll().unwrap();
-        assert!(matches!(finish_pair(&mut app).1.outcome, Ok((_, Ok(())))));
+        assert!(matches!(finish_pair(&mut app).1.outcome, Ok((_, Ok(Fused::Added)))));
+    }
+
+    #[test]
+    fn a_change_of_state_is_told_once_right_after_the_pair_that_made_it() {
+        let mut calibrator = with(Config::robust());
+        // Points that are new in each pair, and a last pair of too few.
+        let pair =
+            |sequence: u16| frame(sequence.into(), (0..60).map(|i| record(sequence * 60 + i)));
+        let frames: Vec<u8> = (0..6).flat_map(pair).chain(frame(6, (0..5).map(record))).collect();
+        let mut app = app(&mut calibrator, frames, 6 * 5 + 2);
+        let (mut pairs, mut changes) = (0, Vec::new());
+        while let Ok(event) = app.poll() {
+            match event {
+                Event::Pair(_) => pairs += 1,
+                Event::StateChanged { before, after } => changes.push((pairs, before, after)),
+                _ => (),
+            }
+        }
+        assert_eq!(pairs, 7);
+        assert_eq!(changes, [(4, State::Acquiring, State::Locked)]);
     }
 
     #[test]

@@ -13,7 +13,17 @@ pub type Controller = Calibrator<f32, CAPACITY>;
 /// A controller for these cameras, at the factory extrinsics `R = I`, `t = (-1, 0, 0)`.
 #[must_use]
 pub fn start(cameras: Cameras<f32>) -> Controller {
-    let mut controller = Controller::new(Config::robust());
+    start_with(Config::robust(), cameras)
+}
+
+/// The same, which puts its estimate into use by itself while that is locked.
+#[must_use]
+pub fn start_automatic(cameras: Cameras<f32>) -> Controller {
+    start_with(Config::robust().with_automatic_apply(true), cameras)
+}
+
+fn start_with(config: Config, cameras: Cameras<f32>) -> Controller {
+    let mut controller = Controller::new(config);
     controller.set_cameras(cameras);
     controller
 }

@@ -27,5 +27,5 @@ mod matcher;
 mod test_bus;
 
 pub use app::{App, Event, PairOutcome};
-pub use controller::{CAPACITY, Controller, solve_and_fuse, start};
+pub use controller::{CAPACITY, Controller, solve_and_fuse, start, start_automatic};
 pub use matcher::{Matcher, MatcherError};

@@ -9,7 +9,7 @@ use clap::Parser;
 use host_tests::is_broken_pipe;
 
 fn main() -> ExitCode {
-    match sim::run(&sim::Args::parse(), &mut std::io::stdout()) {
+    match sim::run(&sim::Cli::parse(), &mut std::io::stdout()) {
         Ok(()) => ExitCode::SUCCESS,
         // Whoever read the output has seen enough.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,

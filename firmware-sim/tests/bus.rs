@@ -36,22 +36,28 @@ fn the_fused_estimate_over_the_bus_is_that_of_direct_feeding_bit_for_bit() {
             direct.push(&quantised(m)).unwrap();
         }
         let batch = direct.batch().clone();
+        let before = direct.state();
         let (report, fused) = solve_and_fuse(&mut direct).unwrap();
         let health = direct.health();
         direct.clear_pair();
 
-        assert_eq!(app.poll(), Ok(Event::Idle));
         matcher.send(sequence, pair);
         let offered = pair.len();
         assert_eq!(app.poll(), Ok(Event::Frame { sequence, offered, taken: offered }));
         assert_eq!(app.calibrator().batch().pairs(), batch.pairs());
-        for _ in 0..report.passes {
+        // The last one ends the pair.
+        for _ in 1..report.passes {
             assert_eq!(app.poll(), Ok(Event::Pass));
         }
         let Ok(Event::Pair(seen)) = app.poll() else { panic!("pair {sequence} has not ended") };
         assert_eq!((seen.outcome, seen.health), (Ok((report, fused)), health));
-        let [a, b] = [direct.estimate(), app.calibrator().estimate()].map(Option::unwrap);
+        let after = direct.state();
+        if after != before {
+            assert_eq!(app.poll(), Ok(Event::StateChanged { before, after }));
+        }
+        assert_eq!(app.poll(), Ok(Event::Idle));
+        let [a, b] = [direct.proposal(), app.calibrator().proposal()].map(Option::unwrap);
         assert_eq!(bits(&a.extrinsics), bits(&b.extrinsics), "after pair {sequence}");
     }
-    assert_eq!(app.calibrator().estimate().unwrap().pairs, 13);
+    assert_eq!(app.calibrator().proposal().unwrap().pairs, 13);
 }

@@ -35,6 +35,21 @@ fn without_arguments_it_plays_the_chessboard_sift_set_and_plots() {
 }
 
 #[test]
+fn an_estimate_that_is_not_locked_is_shown_with_the_reason_and_not_applied() {
+    let (output, out, err) = run(&folder("one_pair"), &["motorcycle_sift"]);
+    assert_eq!(output.status.code(), Some(0), "{err}");
+    assert!(out.contains("Not applied: the estimate is acquiring, not locked"), "{out}");
+    assert!(out.contains("R = [") && out.contains("no: not locked"), "{out}");
+    assert!(out.contains("depth error"), "{out}");
+}
+
+#[test]
+fn changes_of_the_state_are_shown() {
+    let (_, out, _) = run(&folder("state"), &["opencv_chess_corners"]);
+    assert!(out.contains("acquiring -> locked"), "{out}");
+}
+
+#[test]
 fn matches_beyond_capacity_are_counted() {
     let folder = folder("beyond_capacity");
     let (output, out, err) = run(&folder, &["aloe_sift", "--plot", "a/b.svg"]);
@@ -61,4 +76,73 @@ fn without_an_estimate_it_plots_and_says_so_and_fails() {
     assert!(out.contains("not solved: 5 usable correspondences, 12 needed"), "{out}");
     assert!(err.contains("no pair has been fused"), "{err}");
     assert!(folder.join("target/firmware-sim/sparse.svg").exists());
+}
+
+#[test]
+fn a_flight_prints_its_changes_and_its_outcome_and_plots() {
+    let folder = folder("flight");
+    let flight = ["flight", "--pairs", "60", "--baseline", "0.2", "--plot", "a/b.svg"];
+    let (output, out, err) = run(&folder, &flight);
+    assert_eq!((output.status.code(), err.as_str()), (Some(0), ""), "{out}");
+    let said = ["0.2 m baseline", "acquiring", "the right camera is knocked", "took over"];
+    for part in said.into_iter().chain(["final error in use", "row offset in use"]) {
+        assert!(out.contains(part), "{part}: {out}");
+    }
+    let svg = fs::read_to_string(folder.join("a/b.svg")).unwrap();
+    assert!(svg.contains("flight of 60 pairs") && svg.ends_with("</svg>\n"));
+    assert_eq!(run(&folder, &flight).1, out, "not the same flight for the same seed");
+}
+
+#[test]
+fn a_longer_baseline_halves_the_depth_errors_and_nothing_else() {
+    let folder = folder("baseline");
+    let row = |metres: &str| {
+        let (_, out, _) = run(&folder, &["flight", "--pairs", "20", "--baseline", metres]);
+        let line = out.lines().find(|line| line.starts_with("   0")).unwrap().to_owned();
+        line.split_whitespace().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let [short, long] = [row("0.1"), row("0.2")];
+    let differ: Vec<[f64; 2]> = short
+        .iter()
+        .zip(&long)
+        .filter(|(a, b)| a != b)
+        .map(|(a, b)| [a, b].map(|x| x.parse().unwrap()))
+        .collect();
+    assert_eq!(differ.len(), 4, "{short:?} {long:?}");
+    assert!(differ.iter().all(|[a, b]| (a - 2.0 * b).abs() < 0.002), "{differ:?}");
+}
+
+#[test]
+fn a_flight_that_cannot_be_flown_is_refused_by_the_name_of_the_option() {
+    let folder = folder("no_flight");
+    for (option, bad) in [
+        ("--pairs", "1"),
+        ("--baseline", "0"),
+        ("--baseline", "-1"),
+        ("--knock", "nan"),
+        ("--seed", "x"),
+    ] {
+        let (output, out, err) = run(&folder, &["flight", option, bad]);
+        assert_eq!((output.status.code(), out.as_str()), (Some(2), ""), "{option} {bad}");
+        assert!(err.contains(option), "{err}");
+    }
+    assert_eq!(run(&folder, &["opencv_chess_sift", "flight"]).0.status.code(), Some(2));
+}
+
+#[test]
+fn a_flight_that_does_not_end_locked_plots_and_says_so_and_fails() {
+    let folder = folder("short_flight");
+    let (output, out, err) = run(&folder, &["flight", "--pairs", "2"]);
+    assert_eq!(output.status.code(), Some(1), "{out}");
+    assert!(err.contains("the flight ends acquiring, not locked"), "{err}");
+    assert!(folder.join("target/firmware-sim/flight.svg").exists());
+}
+
+#[test]
+fn help_teaches_both_ways_to_run_it() {
+    let folder = folder("help");
+    let (_, out, _) = run(&folder, &["--help"]);
+    assert!(out.contains("cargo run --release -- flight") && out.contains("DATASET"), "{out}");
+    let (_, out, _) = run(&folder, &["flight", "--help"]);
+    assert!(out.contains("--baseline") && out.contains("Exit status"), "{out}");
 }

@@ -38,6 +38,14 @@ impl Depth {
         Ok(())
     }
 
+    /// All of it so many times as far.
+    pub(crate) fn times(self, factor: f64) -> Self {
+        match self {
+            Self::LogUniform(range) => Self::LogUniform(range.map(|z| z * factor)),
+            Self::Plane { on_axis, slope } => Self::Plane { on_axis: on_axis * factor, slope },
+        }
+    }
+
     /// Depth of a point on a ray of unit depth; `None` where the ray misses the plane.
     pub(crate) fn along(self, ray: &Vector3<f64>, rng: &mut ChaCha8Rng) -> Option<f64> {
         match self {

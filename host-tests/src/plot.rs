@@ -1,24 +1,22 @@
 //! A run in one picture: row offsets before and after, and the error of the estimate over the pairs.
 
-use std::fs;
+mod sheet;
+pub mod timeline;
+
 use std::ops::Range;
 use std::path::Path;
 
-use anyhow::{Context, Result};
-use plotters::coord::Shift;
+use anyhow::Result;
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 use stereo_selfcal::metrics::Deviation;
 
 use crate::dataset::Dataset;
 use crate::evaluation::{Evaluation, Step, row_offsets_px};
+use sheet::{
+    Area, BLUE, DOT, Entry, FILL, GREEN, GREY, GRID, Mark, ORANGE, chart_on, font, headed,
+};
 
 const SIZE: (u32, u32) = (1000, 460);
-const GREY: RGBColor = RGBColor(120, 120, 120);
-const GREEN: RGBColor = RGBColor(0, 158, 115);
-const BLUE: RGBColor = RGBColor(0, 114, 178);
-const ORANGE: RGBColor = RGBColor(213, 94, 0);
-
 /// Bins of the histogram; an even number, so that none straddles 0.
 const BINS: u32 = 60;
 
@@ -31,16 +29,6 @@ const LIMIT_IN_MEDIANS: f64 = 2.0;
 /// Decades that the error axis shows at most.
 const MAX_DECADES: f64 = 6.0;
 
-/// Height of heading and legend, radius of a dot: px.
-const HEAD: u32 = 80;
-const DOT: u32 = 3;
-
-/// Opacities of areas and dots, and of grid lines.
-const FILL: f64 = 0.5;
-const GRID: f64 = 0.15;
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-
 /// Writes the picture as SVG; folders on the way are created, an older file is replaced.
 ///
 /// Left: histograms of the row offsets of all matches, px, under the extrinsics that the run started
@@ -50,11 +38,7 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// # Errors
 /// If the data set's cameras are not valid, or the file cannot be written.
 pub fn write_svg(path: &Path, set: &Dataset, evaluation: &Evaluation) -> Result<()> {
-    let svg = svg(set, evaluation)?;
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    }
-    fs::write(path, svg).with_context(|| format!("cannot write {}", path.display()))
+    sheet::write(path, &svg(set, evaluation)?)
 }
 
 fn svg(set: &Dataset, evaluation: &Evaluation) -> Result<String> {
@@ -71,68 +55,6 @@ fn svg(set: &Dataset, evaluation: &Evaluation) -> Result<String> {
         root.present()?;
     }
     Ok(svg)
-}
-
-fn font(size: u32) -> TextStyle<'static> {
-    ("sans-serif", size).into_font().color(&BLACK)
-}
-
-/// How a series is drawn, as its legend shows it.
-#[derive(Clone, Copy)]
-enum Mark {
-    Bars,
-    Dots,
-    Line,
-    Dashes,
-}
-
-/// An entry of a legend.
-type Entry = (Mark, RGBColor, String);
-
-/// Heading and legend, column by column, over a panel; returns what is left for the chart.
-///
-/// The legend of the plotting library lies on the data and guesses the width of its text.
-fn headed<'a>(area: &Area<'a>, heading: &str, legend: &[Vec<Entry>]) -> Result<Area<'a>> {
-    let (head, chart) = area.split_vertically(HEAD);
-    let middle = i32::try_from(head.dim_in_pixel().0)? / 2;
-    let centred = font(15).pos(Pos::new(HPos::Center, VPos::Top));
-    head.draw(&Text::new(heading.to_owned(), (middle, 4), centred))?;
-    for (column, x) in legend.iter().zip((70..).step_by(205)) {
-        for ((mark, color, label), y) in column.iter().zip((34..).step_by(17)) {
-            mark.draw(&head, *color, (x, y))?;
-            let beside = font(13).pos(Pos::new(HPos::Left, VPos::Center));
-            head.draw(&Text::new(label.clone(), (x + 27, y), beside))?;
-        }
-    }
-    Ok(chart)
-}
-
-fn chart_on<'a, 'b>(area: &'a Area<'b>) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
-    let mut chart = ChartBuilder::on(area);
-    chart.margin(10).x_label_area_size(40).y_label_area_size(55);
-    chart
-}
-
-impl Mark {
-    /// Draws a sample, 20 px wide; `x`, `y` is the middle of its left side.
-    fn draw(self, area: &Area<'_>, color: RGBColor, (x, y): (i32, i32)) -> Result<()> {
-        let line = |parts: &[[i32; 2]], width: u32| {
-            parts.iter().try_for_each(|ends| {
-                area.draw(&PathElement::new(ends.map(|x| (x, y)), color.stroke_width(width)))
-            })
-        };
-        match self {
-            Self::Bars => {
-                let corners = [(x, y - 5), (x + 20, y + 5)];
-                area.draw(&Rectangle::new(corners, color.mix(FILL).filled()))?;
-                area.draw(&Rectangle::new(corners, color.stroke_width(1)))?;
-            }
-            Self::Dots => area.draw(&Circle::new((x + 10, y), DOT, color.mix(FILL).filled()))?,
-            Self::Line => line(&[[x, x + 20]], 2)?,
-            Self::Dashes => line(&[[x, x + 5], [x + 8, x + 13], [x + 16, x + 21]], 1)?,
-        }
-        Ok(())
-    }
 }
 
 /// Row offsets of all matches before and after, counted in bins of one width.
@@ -341,6 +263,8 @@ fn draw_errors(area: &Area<'_>, set: &Dataset, steps: &[Step]) -> Result<()> {
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "bounds and shares that binary numbers hold exactly")]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::evaluation::in_f64;
     use crate::replay::replay;

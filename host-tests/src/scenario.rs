@@ -3,6 +3,8 @@
 //! What varies is drawn apart from the points: two scenarios of one seed whose scenes are the same
 //! have the same points.
 
+mod flight;
+
 use std::fmt;
 
 use anyhow::{Context, Result, ensure};
@@ -40,6 +42,8 @@ pub enum Kind {
     Step,
     /// The right camera turns a little with every pair, about a fixed random axis.
     Drift,
+    /// From the ground up and back: mismatches, vibration, warping, and a knock in mid flight.
+    Flight,
 }
 
 /// A scenario and its parameters.
@@ -52,8 +56,10 @@ pub struct Scenario {
     pub scene: Scene,
     /// Pairs of a run.
     pub pairs: usize,
-    /// Turn of the right camera, degrees: in mid run of a step, per pair of a drift.
+    /// Turn of the right camera, degrees: in mid run of a step or a flight, per pair of a drift.
     pub turn_deg: f64,
+    /// Turn of the right camera about each axis, new with every pair of a flight, degrees RMS.
+    pub vibration_deg: f64,
 }
 
 /// One pair of a scenario.
@@ -86,6 +92,7 @@ impl Kind {
             Self::Far => depth(30.0, 800.0),
             Self::VeryFar => depth(300.0, 3000.0),
             Self::Heterogeneous => Scene { matches: 512, ..depth(3.0, 800.0) },
+            Self::Flight => Scene { outliers: flight::OUTLIERS, ..depth(3.0, 80.0) },
             Self::NarrowBand => Scene { band: NARROW_BAND, ..depth(3.0, 80.0) },
             Self::Near
             | Self::Planar
@@ -102,14 +109,20 @@ impl Kind {
         match self {
             Self::Step => 0.5,
             Self::Drift => 0.01,
+            Self::Flight => flight::KNOCK_DEG,
             _ => 0.0,
         }
+    }
+
+    /// [`Scenario::vibration_deg`] unless said otherwise.
+    fn vibration_deg(self) -> f64 {
+        if self == Self::Flight { flight::VIBRATION_DEG } else { 0.0 }
     }
 
     /// Whether the rig moves.
     #[must_use]
     pub fn moves(self) -> bool {
-        matches!(self, Self::Step | Self::Drift)
+        matches!(self, Self::Step | Self::Drift | Self::Flight)
     }
 }
 
@@ -124,7 +137,27 @@ impl Scenario {
     /// The scenario of that name.
     #[must_use]
     pub fn new(kind: Kind, pairs: usize) -> Self {
-        Self { kind, scene: kind.scene(), pairs, turn_deg: kind.turn_deg() }
+        Self {
+            kind,
+            scene: kind.scene(),
+            pairs,
+            turn_deg: kind.turn_deg(),
+            vibration_deg: kind.vibration_deg(),
+        }
+    }
+
+    /// The first pair after mid run: that of a step's turn, and of a flight's knock.
+    #[must_use]
+    pub fn turned_from(&self) -> usize {
+        self.pairs.div_ceil(2)
+    }
+
+    /// The rig of each pair.
+    ///
+    /// # Errors
+    /// As [`Scenario::frames`].
+    pub fn rigs(&self, seed: u64) -> Result<Vec<Extrinsics<f64>>> {
+        Ok(self.scenes(seed)?.into_iter().map(|scene| scene.rig).collect())
     }
 
     /// The pairs, the same for the same seed.
@@ -191,7 +224,8 @@ impl Scenario {
                 Scene { depth: plane(base.depth, [x * slant, y * slant], rng), ..base }
             }
             Kind::FrontoParallel => Scene { depth: plane(base.depth, [0.0; 2], rng), ..base },
-            Kind::Step if pair < self.pairs.div_ceil(2) => base,
+            Kind::Flight => self.in_flight(pair, axis, rng)?,
+            Kind::Step if pair < self.turned_from() => base,
             Kind::Step => Scene { rig: turned(&base.rig, axis, self.turn_deg)?, ..base },
             Kind::Drift => {
                 let pairs = f64::from(u32::try_from(pair)?);

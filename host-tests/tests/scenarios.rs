@@ -2,6 +2,7 @@
 
 use clap::ValueEnum;
 use host_tests::dataset::Dataset;
+use host_tests::depth::Depth;
 use host_tests::replay::replay;
 use host_tests::scenario::{Frame, Kind, Scenario};
 use host_tests::synth::{Scene, rig};
@@ -155,6 +156,31 @@ fn a_drift_turns_the_rig_by_as_much_with_every_pair() {
     }
     let whole = rotation_angle(frames[19].scene.rig.rotation(), frames[0].scene.rig.rotation());
     assert!((whole - 0.19_f64.to_radians()).abs() < 1e-12);
+}
+
+#[test]
+fn a_flight_vibrates_warps_is_knocked_once_and_climbs() {
+    let scenario = Scenario::new(Kind::Flight, 100);
+    let calm = Scenario { vibration_deg: 0.0, ..scenario.clone() };
+    let [rigs, steady] = [&scenario, &calm].map(|scenario| scenario.rigs(4).unwrap());
+    let turn = |a: &Extrinsics<f64>, b: &Extrinsics<f64>| {
+        so3::log(&(b.rotation() * a.rotation().inverse())).map(f64::to_degrees)
+    };
+    let shakes = rigs.iter().zip(&steady).map(|(rig, steady)| turn(steady, rig));
+    let squares: Vector3<f64> = shakes.map(|shake| shake.component_mul(&shake)).sum();
+    let rms = (squares / 100.0).map(f64::sqrt);
+    assert!(rms.iter().all(|rms| (0.004..0.006).contains(rms)), "{rms}");
+    for (i, two) in steady.windows(2).enumerate() {
+        let turned = turn(&two[0], &two[1]).norm();
+        let expected = if i + 1 == scenario.turned_from() { 0.3 } else { 0.0005 };
+        assert!((turned - expected).abs() < 0.0006, "{i}: {turned}");
+    }
+    let farthest = |frame: &Frame| match frame.scene.depth {
+        Depth::LogUniform([_, far]) => far,
+        Depth::Plane { .. } => f64::NAN,
+    };
+    let far: Vec<f64> = scenario.frames(4).unwrap().map(|frame| farthest(&frame)).collect();
+    assert!((far[0] - 80.0).abs() < 1e-9 && (far[50] - 800.0).abs() < 1e-9 && far[99] < 90.0);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+use clap::{Args, Parser, Subcommand};
 use host_tests::dataset::Dataset;
 
 /// Run the controller's firmware on this computer, with a recorded data set in place of the
@@ -13,25 +14,45 @@ use host_tests::dataset::Dataset;
 /// and t (p_r = R p_l + t, |t| = 1) starting at R = I, t = (-1, 0, 0), and fuses it with the pairs
 /// before. Arithmetic and code are those of the controller: f32, 512 correspondences a pair,
 /// selected from longer frames for their spread over the image and their score.
-#[derive(Debug, clap::Parser)]
+#[derive(Debug, Parser)]
 #[command(
     version,
+    args_conflicts_with_subcommands = true,
+    disable_help_subcommand = true,
     after_help = "Columns:
   matches              correspondences taken into the batch
   rows px before>after RMS row offset of the pair's screened matches, at the start and solved
   passes               passes over the batch until the solver stopped
   pair e_t, e_theta    error of this pair alone, baseline direction and rotation
   running              the same of all pairs fused so far
-  verdict              fused, refused by the gate, or not solved, and why
+  verdict              fused, kept apart, refused, or not solved, and why
+
+The estimate is put into use at the end if it is locked, that is, if some pairs agree on it.
+Otherwise it is shown with the reason why not, as for a set of a single pair.
 
 Exit status: 0 if there is an estimate at the end, 1 if not.
 
 Examples:
   cargo run --release
   cargo run --release -- opencv_chess_corners
-  cargo run --release -- path/to/my_recording --plot my_recording.svg"
+  cargo run --release -- path/to/my_recording --plot my_recording.svg
+  cargo run --release -- flight"
 )]
-pub(crate) struct Args {
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(super) command: Option<Command>,
+
+    #[command(flatten)]
+    pub(super) replay: ReplayArgs,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    Flight(FlightArgs),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ReplayArgs {
     /// Folder of a data set (meta.json, pairs/*.csv), or the name of one that comes with the
     /// project: opencv_chess_corners, opencv_chess_sift, motorcycle_sift, aloe_sift.
     #[arg(value_name = "DATASET", default_value = "opencv_chess_sift")]
@@ -42,7 +63,7 @@ pub(crate) struct Args {
     plot: Option<PathBuf>,
 }
 
-impl Args {
+impl ReplayArgs {
     /// Reads the data set.
     pub(super) fn dataset(&self) -> Result<Dataset> {
         Dataset::find(&self.set)
@@ -53,4 +74,61 @@ impl Args {
         let default = || PathBuf::from("target/firmware-sim").join(format!("{}.svg", set.name));
         self.plot.clone().unwrap_or_else(default)
     }
+}
+
+/// Fly a generated rig that vibrates, warps with heat and is knocked in mid flight, with the firmware
+/// calibrating it all the while.
+///
+/// Each pair: 256 matches, 30 % of them wrong, 0.3 px of noise on the others; points 3 to 80 baselines
+/// away on the ground, ten times that at the highest point. The right camera turns by 0.005 degrees
+/// RMS about each axis from pair to pair and by 0.05 degrees in the course of the flight. What the
+/// firmware estimates is put into use as soon as it is locked. Errors are against the generated rig
+/// without its vibration, which no calibration can follow.
+#[derive(Debug, Args)]
+#[command(after_help = "A line for every pair that changes something, and for every 50th:
+  state        acquiring, locked, suspect (the last pairs disagree), lost
+  band         of the RMS row offset in use: good, improvable, recalibrate
+  rows px      RMS row offset of the matches that fit the estimate, as in use and as proposed
+  fit          matches within 3 px of their row, as in use and as proposed
+  sigma deg    standard deviations that the estimate claims of R and t
+  weakest      its least certain direction, and the standard deviation in degrees
+  cover        share of the left image that has a match that fits
+  depth error  expected at 1, 2, 5 and 10 m with what is in use, m
+  arm          what an arming check is told
+  what         what became of the pair
+
+Exit status: 0 if the flight ends locked, 1 if not.")]
+pub(super) struct FlightArgs {
+    /// Stereo pairs of the flight; the knock is in the middle.
+    #[arg(long, default_value_t = 400, value_name = "N",
+          value_parser = clap::value_parser!(u16).range(2..))]
+    pub(super) pairs: u16,
+
+    /// Turn of the right camera in mid flight, about a random axis, degrees.
+    #[arg(long, default_value_t = 0.3, value_name = "D", allow_hyphen_values = true,
+          value_parser = knock)]
+    pub(super) knock: f64,
+
+    /// Length of the baseline, m: what depth errors are predicted for.
+    #[arg(long, default_value_t = 0.12, value_name = "M", allow_hyphen_values = true,
+          value_parser = length)]
+    pub(super) baseline: f32,
+
+    /// Seed of the generator: the same flight for the same seed.
+    #[arg(long, default_value_t = 1)]
+    pub(super) seed: u64,
+
+    /// Where the plot goes (SVG); folders are created.
+    #[arg(long, value_name = "FILE", default_value = "target/firmware-sim/flight.svg")]
+    pub(super) plot: PathBuf,
+}
+
+fn knock(text: &str) -> Result<f64, String> {
+    let degrees = text.parse().ok().filter(|d: &f64| d.abs() <= 10.0);
+    degrees.ok_or_else(|| "a turn from -10 to 10 degrees is needed".into())
+}
+
+fn length(text: &str) -> Result<f32, String> {
+    let metres = text.parse().ok().filter(|m: &f32| *m > 0.0 && m.is_finite());
+    metres.ok_or_else(|| "a length above 0 m is needed".into())
 }

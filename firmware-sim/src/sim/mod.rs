@@ -1,10 +1,13 @@
-//! The simulation: a recorded data set in the matcher's place, what the firmware makes of it on
-//! standard output, and a plot.
+//! The simulation: a recorded data set or a generated flight in the matcher's place, what the firmware
+//! makes of it on standard output, and a plot.
 
 mod args;
+mod drive;
+mod flight;
 mod matcher;
 mod play;
 mod report;
+mod words;
 
 use std::io::Write;
 
@@ -12,14 +15,26 @@ use anyhow::{Context, Result};
 use firmware_sim::App;
 use host_tests::plot;
 
-pub(crate) use args::Args;
+pub(crate) use args::Cli;
+use args::{Command, ReplayArgs};
 use matcher::SimMatcher;
+
+/// Does what the command line asks for.
+///
+/// # Errors
+/// As the parts say.
+pub(crate) fn run(cli: &Cli, out: &mut impl Write) -> Result<()> {
+    match &cli.command {
+        Some(Command::Flight(args)) => flight::run(args, out),
+        None => replay(&cli.replay, out),
+    }
+}
 
 /// Plays the data set and prints what comes of it.
 ///
 /// # Errors
 /// If the data set cannot be read, a file cannot be written, or no pair could be fused.
-pub(crate) fn run(args: &Args, out: &mut impl Write) -> Result<()> {
+fn replay(args: &ReplayArgs, out: &mut impl Write) -> Result<()> {
     let set = args.dataset()?;
     let mut calibrator = Box::new(firmware_sim::start(set.cameras()?));
     let matcher = SimMatcher::default();
@@ -33,7 +48,11 @@ pub(crate) fn run(args: &Args, out: &mut impl Write) -> Result<()> {
     plot::write_svg(&plot, &set, &run.evaluation)?;
     writeln!(out, "plot               {}", plot.display())?;
 
-    let applied =
-        app.apply().with_context(|| format!("nothing to apply after {} pairs", set.pairs.len()))?;
-    report::applied(out, &applied, app.calibrator().generation())
+    match (app.apply(), app.calibrator().proposal()) {
+        (Ok(applied), _) => report::applied(out, &applied, app.calibrator().generation()),
+        (Err(why), Some(proposal)) => report::not_applied(out, &proposal.extrinsics, why),
+        (Err(why), None) => {
+            Err(why).with_context(|| format!("nothing to apply after {} pairs", set.pairs.len()))
+        }
+    }
 }

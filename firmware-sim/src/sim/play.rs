@@ -2,15 +2,16 @@
 
 use std::io::Write;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
-use firmware_sim::{App, Event, PairOutcome};
+use firmware_sim::App;
 use host_tests::dataset::Dataset;
 use host_tests::evaluation::{Evaluation, Step, in_f64};
 use host_tests::progress;
 use stereo_selfcal::Health;
 
+use super::drive::{Driven, drive};
 use super::matcher::SimMatcher;
 
 /// A run of the application over a data set.
@@ -41,33 +42,17 @@ where
     writeln!(out, "pair {}", Step::HEADING)?;
     for (sequence, pair) in (0_u32..).zip(&set.pairs) {
         matcher.send(sequence, pair);
-        let (taken, solved) = finish_pair(app)?;
+        let Driven { taken, pair: solved, change } = drive(app)?;
         let estimate = app.calibrator().proposal();
         let counts = [pair.len(), taken];
         let step = run.evaluation.record(counts, solved.outcome, estimate.as_ref());
-        bar.suspend(|| writeln!(out, "{sequence:>4} {step}"))?;
+        bar.suspend(|| {
+            writeln!(out, "{sequence:>4} {step}")?;
+            change.map_or(Ok(()), |[before, after]| writeln!(out, "     {before} -> {after}"))
+        })?;
         run.health = solved.health.or(run.health);
         bar.inc(1);
     }
     bar.finish_and_clear();
     Ok(run)
-}
-
-/// Polls from the frame to the end of its pair; how many correspondences were taken, and the outcome.
-fn finish_pair<SPI, RDY, const N: usize>(
-    app: &mut App<'_, SPI, RDY, N>,
-) -> Result<(usize, PairOutcome)>
-where
-    SPI: SpiDevice<Error: Send + Sync + 'static>,
-    RDY: InputPin<Error: Send + Sync + 'static>,
-{
-    let mut in_batch = 0;
-    loop {
-        match app.poll()? {
-            Event::Frame { taken, .. } => in_batch = taken,
-            Event::Pair(outcome) => return Ok((in_batch, outcome)),
-            Event::Idle => bail!("the application saw no frame on the bus"),
-            _ => (),
-        }
-    }
 }

@@ -5,9 +5,10 @@ use std::io::Write;
 use anyhow::Result;
 use host_tests::dataset::Dataset;
 use host_tests::evaluation::Summary;
-use stereo_selfcal::Extrinsics;
+use stereo_selfcal::{ApplyError, DEPTHS_M, Extrinsics, Health, Scalar};
 
 use super::play::Run;
+use super::words;
 use firmware_sim::CAPACITY;
 
 /// What runs on what.
@@ -37,10 +38,7 @@ pub(super) fn evaluation(out: &mut impl Write, set: &Dataset, run: &Run) -> Resu
         writeln!(out, "sd of reference    {t:.4} deg in t, {r:.4} deg in R")?;
     }
     if let Some(h) = run.health {
-        let [used, new] = [h.in_use_px, h.proposed_px];
-        let rms = format!("{used:.3} px as in use, {new:.3} px as proposed");
-        let counts = format!("{} fit the former, {} the latter", h.fit_in_use, h.fit_proposed);
-        writeln!(out, "health, last pair  RMS row offset {rms}; {counts}")?;
+        health(out, &h, set.meta.baseline_m.map(f32::lit))?;
     }
     let left_out: usize = run.evaluation.steps().iter().map(|s| s.offered - s.taken).sum();
     if left_out > 0 {
@@ -57,15 +55,54 @@ fn error_over_claim(summary: &Summary) -> Option<[f64; 2]> {
     Some([t, r])
 }
 
+/// What an operator is told.
+fn health(out: &mut impl Write, h: &Health<f32>, baseline_m: Option<f32>) -> Result<()> {
+    let [used, new] = [h.in_use_px, h.proposed_px];
+    let rms = format!("{used:.3} px as in use, {new:.3} px as proposed");
+    let counts = format!("{} fit the former, {} the latter", h.fit_in_use, h.fit_proposed);
+    writeln!(out, "health, last pair  RMS row offset {rms}; {counts}: {}", words::band(h.band))?;
+    let doubt = h.doubt.map_or(String::new(), |d| format!(", {}", words::doubt(d)));
+    let weakest = h.weakest.map_or(String::new(), |(direction, sd)| {
+        format!(", weakest {} at {:.4} deg", words::direction(direction), sd.to_degrees())
+    });
+    writeln!(
+        out,
+        "                   {}{doubt}{weakest}; {:.0} % of the image covered",
+        h.state,
+        100.0 * h.coverage
+    )?;
+    if let Some(baseline) = baseline_m {
+        let at = DEPTHS_M.iter().zip(h.depth_errors(baseline));
+        let errors: Vec<String> = at.map(|(z, e)| format!("{e:.3} m at {z} m")).collect();
+        writeln!(out, "depth error        {}, as in use", errors.join(", "))?;
+    }
+    writeln!(out, "may arm            {}, as in use", words::arming(h.arming))?;
+    Ok(())
+}
+
 /// The extrinsics now in use.
 pub(super) fn applied(
     out: &mut impl Write,
-    extrinsics: &Extrinsics<f32>,
+    applied: &Extrinsics<f32>,
     generation: u32,
 ) -> Result<()> {
+    writeln!(out, "\nApplied, generation {generation}: p_r = R p_l + t, |t| = 1")?;
+    extrinsics(out, applied)
+}
+
+/// The estimate, and why it is not in use.
+pub(super) fn not_applied(
+    out: &mut impl Write,
+    proposed: &Extrinsics<f32>,
+    why: ApplyError,
+) -> Result<()> {
+    writeln!(out, "\nNot applied: {why}. Proposed: p_r = R p_l + t, |t| = 1")?;
+    extrinsics(out, proposed)
+}
+
+fn extrinsics(out: &mut impl Write, extrinsics: &Extrinsics<f32>) -> Result<()> {
     let r = extrinsics.rotation_row_major();
     let t = extrinsics.translation();
-    writeln!(out, "\nApplied, generation {generation}: p_r = R p_l + t, |t| = 1")?;
     for (row, name) in r.chunks(3).zip(["R =", "", ""]) {
         let row: Vec<String> = row.iter().map(|x| format!("{x:>10.6}")).collect();
         writeln!(out, "{name:<4}[{} ]", row.join(" "))?;

@@ -20,13 +20,14 @@ use super::run::RunArgs;
 /// px (v) of the truth. The same seed gives the same scenes.
 ///
 /// A named scene sets what makes it one; options given beside it win. Where the rig moves (step,
-/// drift), every pair, and the estimate after it, is compared with the rig of its time.
+/// drift, flight), every pair, and the estimate after it, is compared with the rig of its time.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal synth --pairs 100 --rotation 5,0,0
   selfcal synth far --outliers 0.3 --band 0.2
   selfcal synth planar --depth 5,20 --grid pyramid
   selfcal synth step --step-deg 1 --pairs 40
+  selfcal synth flight --pairs 400
   selfcal synth --pairs 20 --seed 7 --out my_scene && selfcal replay my_scene")]
 pub(crate) struct SynthArgs {
     /// Scene to generate.
@@ -45,9 +46,9 @@ pub(crate) struct SynthArgs {
     #[arg(long, default_value_t = 0.3, value_name = "PX")]
     noise: f64,
 
-    /// Share of gross mismatches, 0 to 1.
-    #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
-    outliers: f64,
+    /// Share of gross mismatches, 0 to 1 [default: 0, flight 0.3].
+    #[arg(long, value_name = "SHARE")]
+    outliers: Option<f64>,
 
     /// Nearest and farthest depth, in baselines; of the planes, where they meet the optical axis
     /// [default: that of the scene, 3,80 where it names none].
@@ -64,7 +65,8 @@ pub(crate) struct SynthArgs {
     #[arg(long, default_value = "continuous", value_name = "continuous|Q|pyramid")]
     grid: Grid,
 
-    /// Turn of the right camera in mid run, degrees; scene step only [default: 0.5].
+    /// Turn of the right camera in mid run, degrees; scenes step and flight only [default: 0.5, flight
+    /// 0.3].
     #[arg(long, value_name = "D", allow_hyphen_values = true)]
     step_deg: Option<f64>,
 
@@ -105,16 +107,16 @@ pub(crate) struct SynthArgs {
 impl SynthArgs {
     fn scenario(&self) -> Result<Scenario> {
         let named = Scenario::new(self.scene, self.pairs);
-        let step = self.step_deg.filter(|_| self.scene == Kind::Step);
+        let step = self.step_deg.filter(|_| matches!(self.scene, Kind::Step | Kind::Flight));
         let drift = self.drift_deg.filter(|_| self.scene == Kind::Drift);
-        ensure!(step == self.step_deg, "--step-deg is an option of the scene step");
+        ensure!(step == self.step_deg, "--step-deg is an option of the scenes step and flight");
         ensure!(drift == self.drift_deg, "--drift-deg is an option of the scene drift");
         let scene = Scene {
             size: self.size,
             focal: self.focal,
             rig: rig(self.rotation, self.baseline)?,
             noise_px: self.noise,
-            outliers: self.outliers,
+            outliers: self.outliers.unwrap_or(named.scene.outliers),
             depth: self.depth.map_or(named.scene.depth, Depth::LogUniform),
             band: self.band.unwrap_or(named.scene.band),
             matches: self.matches.unwrap_or(named.scene.matches),

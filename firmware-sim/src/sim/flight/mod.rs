@@ -1,0 +1,178 @@
+//! A generated flight in the matcher's place, with the truth of every pair.
+
+mod log;
+mod outcome;
+
+use std::io::Write;
+
+use anyhow::{Result, ensure};
+use firmware_sim::{App, PairOutcome};
+use host_tests::evaluation::{Verdict, in_f64};
+use host_tests::plot::timeline;
+use host_tests::progress;
+use host_tests::scenario::{Frame, Kind, Scenario};
+use host_tests::synth::{Scene, rig};
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{Camera, Cameras, Intrinsics, Lens, Scalar, State};
+
+use super::args::FlightArgs;
+use super::drive::{Driven, drive};
+use super::matcher::SimMatcher;
+use log::Log;
+use outcome::Outcome;
+
+/// How far the assembled rig is from the factory extrinsics: `R` about x, y, z, `t` about y, z, degrees.
+const ASSEMBLED_DEG: ([f64; 3], [f64; 2]) = ([0.8, -0.5, 0.6], [0.7, -0.4]);
+
+/// One pair of the flight, after it.
+struct Moment {
+    became: Verdict,
+    state: State,
+    /// Error of what is in use, rad.
+    error: Deviation<f64>,
+    /// What the estimate claims of its own, rad.
+    sd: Option<Deviation<f64>>,
+    /// RMS row offset in use, px.
+    in_use_px: Option<f32>,
+}
+
+/// Flies, prints what happens, and plots it.
+///
+/// # Errors
+/// If a file cannot be written, or the flight does not end locked.
+pub(super) fn run(args: &FlightArgs, out: &mut impl Write) -> Result<()> {
+    let scenario = scenario(args)?;
+    log::heading(out, args, &scenario)?;
+    let flown = fly(&scenario, args, out)?;
+    let outcome = Outcome::of(&flown.moments, scenario.turned_from());
+    writeln!(out, "\n{outcome}")?;
+    writeln!(out, "applied            {} times by itself", flown.generation)?;
+    let title = format!(
+        "flight of {} pairs, knock of {} degrees, seed {}",
+        args.pairs, args.knock, args.seed
+    );
+    timeline::write_svg(&args.plot, &title, &flown.timeline, scenario.turned_from())?;
+    writeln!(out, "plot               {}", args.plot.display())?;
+    let last = flown.moments.last().map_or(State::Acquiring, |moment| moment.state);
+    ensure!(last == State::Locked, "the flight ends {last}, not locked");
+    Ok(())
+}
+
+fn scenario(args: &FlightArgs) -> Result<Scenario> {
+    let named = Scenario::new(Kind::Flight, args.pairs.into());
+    let (rotation, baseline) = ASSEMBLED_DEG;
+    let scene = Scene { rig: rig(rotation, baseline)?, ..named.scene };
+    Ok(Scenario { scene, turn_deg: args.knock, ..named })
+}
+
+/// What came of a flight.
+struct Flown {
+    moments: Vec<Moment>,
+    timeline: Vec<timeline::Moment>,
+    /// Changes of what is in use.
+    generation: u32,
+}
+
+fn fly(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Result<Flown> {
+    // Vibration is drawn apart: without it the flight is the same.
+    let calm = Scenario { vibration_deg: 0.0, ..scenario.clone() }.rigs(args.seed)?;
+    let mut calibrator = Box::new(firmware_sim::start_automatic(cameras(scenario)?));
+    let matcher = SimMatcher::default();
+    let mut app = App::new(matcher.driver(), &mut calibrator);
+    let mut log = Log::new(args.baseline);
+    let (mut moments, mut timeline) = (Vec::new(), Vec::new());
+    let bar = progress::over_pairs(scenario.pairs);
+    for ((sequence, frame), calm) in (0_u32..).zip(scenario.frames(args.seed)?).zip(calm) {
+        let Frame { scene, pair } = frame;
+        matcher.send(sequence, &pair.matches);
+        let Driven { pair: done, .. } = drive(&mut app)?;
+        let calibrator = app.calibrator();
+        let proposal = calibrator.proposal();
+        let in_use = in_f64(calibrator.in_use());
+        let became = verdict(&done);
+        bar.suspend(|| {
+            if usize::try_from(sequence)? == scenario.turned_from() {
+                log::knock(out, scenario.turn_deg)?;
+            }
+            log.note(out, sequence, became, calibrator.state(), done.health.as_ref())
+        })?;
+        moments.push(Moment {
+            became,
+            state: calibrator.state(),
+            error: Deviation::between(&in_use, &calm),
+            sd: proposal.map(|p| Deviation {
+                translation: p.sd.translation.to_f64(),
+                rotation: p.sd.rotation.to_f64(),
+            }),
+            in_use_px: done.health.map(|h| h.in_use_px),
+        });
+        timeline.push(timeline::Moment {
+            truth: scene.rig,
+            in_use,
+            proposed: proposal.as_ref().map(Into::into),
+            state: calibrator.state(),
+        });
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(Flown { moments, timeline, generation: app.calibrator().generation() })
+}
+
+fn verdict(done: &PairOutcome) -> Verdict {
+    match done.outcome {
+        Ok((_, fused)) => fused.map_or_else(Verdict::Refused, Verdict::Accepted),
+        Err(why) => Verdict::Failed(why),
+    }
+}
+
+/// Both cameras of the scene.
+fn cameras(scenario: &Scenario) -> Result<Cameras<f32>> {
+    let scene = &scenario.scene;
+    let principal = scene.size.map(|n| f32::from(n - 1) / 2.0);
+    let focal = [f32::lit(scene.focal); 2];
+    let camera = Camera::try_new(Intrinsics { focal, principal, size: scene.size }, Lens::Pinhole)?;
+    Ok(Cameras { left: camera, right: camera })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+    use stereo_selfcal::Fused;
+
+    /// The flight of the command line, and its log.
+    fn flown(arguments: &[&str]) -> (Flown, usize, String) {
+        let cli = super::super::Cli::parse_from([&["firmware-sim", "flight"], arguments].concat());
+        let Some(super::super::Command::Flight(args)) = cli.command else { panic!("no flight") };
+        let scenario = scenario(&args).unwrap();
+        let mut out = Vec::new();
+        let flown = fly(&scenario, &args, &mut out).unwrap();
+        (flown, scenario.turned_from(), String::from_utf8(out).unwrap())
+    }
+
+    #[test]
+    fn a_knock_is_noticed_at_once_and_the_new_rig_in_use_three_pairs_later() {
+        let (Flown { moments, .. }, knock, log) = flown(&["--pairs", "80"]);
+        assert!(moments[10..knock].iter().all(|m| m.state == State::Locked), "{log}");
+        assert_eq!(moments[knock].state, State::Suspect, "{log}");
+        let took_over = |m: &Moment| m.became == Verdict::Accepted(Fused::TookOver);
+        assert!(moments[knock..knock + 3].iter().any(took_over), "{log}");
+        assert!(moments[knock + 3..].iter().all(|m| m.state == State::Locked), "{log}");
+        let Moment { error, sd, .. } = moments.last().unwrap();
+        let sd = sd.unwrap();
+        assert!(error.rotation < 5.0 * sd.rotation, "{error:?} {sd:?}");
+        assert!(error.translation < 5.0 * sd.translation, "{error:?} {sd:?}");
+    }
+
+    #[test]
+    fn the_log_has_a_line_for_every_change_and_every_fiftieth_pair() {
+        let (Flown { moments, .. }, knock, log) = flown(&["--pairs", "60"]);
+        let numbers: Vec<usize> =
+            log.lines().filter_map(|line| line.get(..4)?.trim().parse().ok()).collect();
+        assert!(numbers.contains(&50) && numbers.contains(&knock), "{log}");
+        for (i, two) in moments.windows(2).enumerate() {
+            assert!(two[0].state == two[1].state || numbers.contains(&(i + 1)), "{i}: {log}");
+        }
+        assert!(numbers.len() < 25, "{log}");
+    }
+}

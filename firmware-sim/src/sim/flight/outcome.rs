@@ -1,0 +1,122 @@
+//! What a flight came to: how soon the knock was answered, and how far off the rig in use was.
+
+use std::fmt;
+
+use host_tests::evaluation::Verdict;
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{Fused, State};
+
+use super::Moment;
+
+/// The figures of a flight. Angles in rad.
+#[derive(Debug, PartialEq)]
+pub(super) struct Outcome {
+    /// Pairs until locked for the first time, that one included.
+    locked: Option<usize>,
+    /// Pairs from the knock until the state is no longer locked, that one included.
+    detected: Option<usize>,
+    /// Pairs from the knock until its rig is the estimate, that one included.
+    took_over: Option<usize>,
+    /// Worst errors in use, each part: locked and before the knock, from then to the take-over, after.
+    worst: [Option<Deviation<f64>>; 3],
+    last: Option<Last>,
+}
+
+/// After the last pair.
+#[derive(Debug, PartialEq)]
+struct Last {
+    error: Deviation<f64>,
+    sd: Option<Deviation<f64>>,
+    in_use_px: Option<f32>,
+}
+
+impl Outcome {
+    /// * `knock`: the first pair after it.
+    pub(super) fn of(moments: &[Moment], knock: usize) -> Self {
+        let locked = moments.iter().position(|m| m.state == State::Locked);
+        let (before, after) = moments.split_at(knock.min(moments.len()));
+        let took_over = after.iter().position(|m| m.became == Verdict::Accepted(Fused::TookOver));
+        let detected = after.iter().position(|m| m.state != State::Locked);
+        let settled = before.get(locked.unwrap_or(before.len())..).unwrap_or_default();
+        let (between, recovered) = after.split_at(took_over.unwrap_or(after.len()));
+        let last = moments.last();
+        Self {
+            locked: locked.map(|i| i + 1),
+            detected: detected.map(|i| i + 1),
+            took_over: took_over.map(|i| i + 1),
+            worst: [settled, between, recovered].map(worst),
+            last: last.map(|m| Last { error: m.error, sd: m.sd, in_use_px: m.in_use_px }),
+        }
+    }
+}
+
+fn worst(moments: &[Moment]) -> Option<Deviation<f64>> {
+    moments.iter().map(|m| m.error).reduce(|a, b| Deviation {
+        translation: a.translation.max(b.translation),
+        rotation: a.rotation.max(b.rotation),
+    })
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut pairs = |name: &str, count: Option<usize>, since: &str| match count {
+            Some(count) => writeln!(f, "{name:<18} with pair {count} after {since}"),
+            None => writeln!(f, "{name:<18} never after {since}"),
+        };
+        pairs("locked", self.locked, "take-off")?;
+        pairs("knock detected", self.detected, "the knock")?;
+        pairs("new rig taken over", self.took_over, "the knock")?;
+        let degrees = |d: &Deviation<f64>| {
+            format!("R {:.4} deg, t {:.4} deg", d.rotation.to_degrees(), d.translation.to_degrees())
+        };
+        let spans = ["locked, before the knock", "knock to take-over", "after take-over"];
+        for (i, (worst, span)) in self.worst.iter().zip(spans).enumerate() {
+            let name = if i == 0 { "worst error in use" } else { "" };
+            writeln!(f, "{name:<18} {}  {span}", worst.as_ref().map_or("-".into(), degrees))?;
+        }
+        let Some(Last { error, sd, in_use_px }) = &self.last else { return Ok(()) };
+        write!(f, "final error in use {}", degrees(error))?;
+        if let Some(sd) = sd {
+            let [r, t] = [error.rotation / sd.rotation, error.translation / sd.translation];
+            write!(f, "  {r:.1} and {t:.1} claimed sd of {}", degrees(sd))?;
+        }
+        if let Some(px) = in_use_px {
+            write!(f, "\nrow offset in use  {px:.3} px RMS over the last pair's matches that fit")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+#[expect(clippy::float_cmp, reason = "the largest of numbers is one of them")]
+mod tests {
+    use super::*;
+
+    fn moment(state: State, became: Fused, error: f64) -> Moment {
+        let error = Deviation { translation: 2.0 * error, rotation: error };
+        Moment { became: Verdict::Accepted(became), state, error, sd: None, in_use_px: None }
+    }
+
+    #[test]
+    fn pairs_are_counted_from_the_knock_and_errors_kept_apart_by_it() {
+        let moments = [
+            moment(State::Acquiring, Fused::Added, 9.0),
+            moment(State::Locked, Fused::Added, 1.0),
+            moment(State::Suspect, Fused::KeptApart, 5.0),
+            moment(State::Suspect, Fused::KeptApart, 4.0),
+            moment(State::Locked, Fused::TookOver, 2.0),
+            moment(State::Locked, Fused::Added, 0.5),
+        ];
+        let outcome = Outcome::of(&moments, 2);
+        assert_eq!([outcome.locked, outcome.detected, outcome.took_over], [2, 1, 3].map(Some));
+        assert_eq!(outcome.worst.map(|worst| worst.unwrap().rotation), [1.0, 5.0, 2.0]);
+    }
+
+    #[test]
+    fn what_never_happened_is_said_so() {
+        let outcome = Outcome::of(&[moment(State::Acquiring, Fused::Added, 1.0)], 1);
+        let text = outcome.to_string();
+        assert_eq!(text.matches("never").count(), 3, "{text}");
+        assert!(Outcome::of(&[], 0).to_string().contains("never"));
+    }
+}

@@ -1,0 +1,39 @@
+//! Words for what the core leaves to its user to name.
+
+use stereo_selfcal::{Arming, Band, Direction, Doubt};
+
+pub(super) fn band(band: Band) -> &'static str {
+    match band {
+        Band::Good => "good",
+        Band::Improvable => "improvable",
+        Band::Recalibrate => "recalibrate",
+    }
+}
+
+pub(super) fn arming(arming: Arming) -> &'static str {
+    match arming {
+        Arming::Yes => "yes",
+        Arming::NotLocked => "no: not locked",
+        Arming::Doubtful => "no: doubtful",
+        Arming::Misaligned => "no: misaligned",
+    }
+}
+
+pub(super) fn direction(direction: Direction) -> &'static str {
+    match direction {
+        Direction::Pitch => "pitch",
+        Direction::Yaw => "yaw",
+        Direction::Roll => "roll",
+        Direction::BaselineForward => "t_z",
+        Direction::BaselineDown => "t_y",
+    }
+}
+
+pub(super) fn doubt(doubt: Doubt) -> &'static str {
+    match doubt {
+        Doubt::Baseline => "image halves disagree: t held",
+        Doubt::Everything => "image halves disagree: not applied",
+        Doubt::Axis => "axis uncertain",
+        _ => "doubtful",
+    }
+}

@@ -1,0 +1,53 @@
+//! A flight: what a rig goes through from take-off to landing.
+
+use std::f64::consts::PI;
+
+use anyhow::{Result, ensure};
+use nalgebra::Vector3;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use stereo_selfcal::Extrinsics;
+
+use super::{Scenario, turned};
+use crate::synth::Scene;
+
+/// Share of mismatches.
+pub(super) const OUTLIERS: f64 = 0.3;
+
+/// Turn of the right camera in mid flight, degrees.
+pub(super) const KNOCK_DEG: f64 = 0.3;
+
+/// Turn of the right camera about each axis, new with every pair, degrees RMS.
+pub(super) const VIBRATION_DEG: f64 = 0.005;
+
+/// Turn of the right camera by heat, from take-off to landing, degrees.
+const WARP_DEG: f64 = 0.05;
+
+/// Axis of that turn: the bar between the cameras bends and twists. Unit length.
+const WARP_AXIS: [f64; 3] = [0.48, 0.60, 0.64];
+
+/// All depths at the highest point over those on the ground.
+const CEILING: f64 = 10.0;
+
+impl Scenario {
+    /// The scene of one pair of a flight.
+    ///
+    /// * `axis`: of the knock.
+    pub(super) fn in_flight(
+        &self,
+        pair: usize,
+        axis: &Vector3<f64>,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Scene> {
+        ensure!(self.vibration_deg.is_finite(), "vibration must be finite");
+        let flown = f64::from(u32::try_from(pair)?) / f64::from(u32::try_from(self.pairs)?);
+        let warped = turned(&self.scene.rig, &WARP_AXIS.into(), flown * WARP_DEG)?;
+        let knock = if pair < self.turned_from() { 0.0 } else { self.turn_deg };
+        let knocked = turned(&warped, axis, knock)?;
+        // Drawn also where it is 0: the rest of the flight is then the same without it.
+        let shake: Vector3<f64> = Vector3::from_fn(|_, _| StandardNormal.sample(rng));
+        let rig: Extrinsics<f64> = turned(&knocked, &shake, self.vibration_deg)?;
+        let height = CEILING.powf((PI * flown).sin());
+        Ok(Scene { rig, depth: self.scene.depth.times(height), ..self.scene.clone() })
+    }
+}
