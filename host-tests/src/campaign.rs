@@ -207,6 +207,9 @@ pub fn rms(all: impl IntoIterator<Item = Deviation<f64>>) -> Deviation<f64> {
 }
 
 /// A rig 5 degrees off about all axes, `t` 5 degrees off: what the figures are measured on.
+///
+/// # Panics
+/// Never: it is a rig.
 #[must_use]
 pub fn five_degrees_off() -> Extrinsics<f64> {
     let turn = Vector3::repeat(5.0_f64.to_radians());

@@ -71,8 +71,8 @@ fn health(out: &mut impl Write, h: &Health<f32>, baseline_m: Option<f32>) -> Res
         h.state,
         100.0 * h.coverage
     )?;
-    if let Some(baseline) = baseline_m {
-        let at = DEPTHS_M.iter().zip(h.depth_errors(baseline));
+    if let Some(all) = baseline_m.and_then(|baseline| h.depth_errors(baseline)) {
+        let at = DEPTHS_M.iter().zip(all);
         let errors: Vec<String> = at.map(|(z, e)| format!("{e:.3} m at {z} m")).collect();
         writeln!(out, "depth error        {}, as in use", errors.join(", "))?;
     }

@@ -108,7 +108,8 @@ impl Log {
             format!("{} {:.4}", words::direction(direction), sd.to_degrees())
         });
         let [r, t] = [h.sd.rotation, h.sd.translation].map(f32::to_degrees);
-        let errors = h.depth_errors(self.baseline_m).map(|m| format!("{m:.3}")).join(" ");
+        let errors = h.depth_errors(self.baseline_m);
+        let errors = errors.map_or("-".into(), |all| all.map(|m| format!("{m:.3}")).join(" "));
         let rows = format!("{:.3} > {:.3}", h.in_use_px, h.proposed_px);
         write!(
             out,

@@ -81,7 +81,7 @@ fn fly(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Result<F
     let mut app = App::new(matcher.driver(), &mut calibrator);
     let mut log = Log::new(args.baseline);
     let (mut moments, mut timeline) = (Vec::new(), Vec::new());
-    let bar = progress::over_pairs(scenario.pairs);
+    let bar = progress::over(scenario.pairs, "pairs");
     for ((sequence, frame), calm) in (0_u32..).zip(scenario.frames(args.seed)?).zip(calm) {
         let Frame { scene, pair } = frame;
         matcher.send(sequence, &pair.matches);
