@@ -154,7 +154,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub fn solve_pair(&mut self) -> Result<PairReport<T>, PairError> {
         self.begin_pair()?;
         // More than any preset takes.
-        for _ in 0..self.config.max_passes.saturating_add(SPARE_PASSES) {
+        for _ in 0..self.config.max_passes.saturating_mul(2).saturating_add(SPARE_PASSES) {
             if let Some(report) = self.advance_pair()? {
                 return Ok(report);
             }

@@ -123,8 +123,8 @@ impl Config {
         }
     }
 
-    /// Passes over the batch that one pair may take, the judging one not counted. Default 100, robust
-    /// preset 12.
+    /// Passes over the batch that one pair may take. Paper preset: 100, the judging one not counted.
+    /// Robust preset: 12 in all; twice as many with at most 128 matches.
     ///
     /// The robust preset anneals in the first 4: with no more than those no pair has a consensus.
     ///

@@ -87,7 +87,8 @@ impl<T: Scalar> Estimator<T> {
             }
             Self::Robust { supervisor, stillness, inquiry } => {
                 let lineage = Lineage::new(config, factory);
-                let subject = Subject { config, focal, supervisor, lineage: &lineage };
+                let subject =
+                    Subject { config, focal, pairs: pairs.len(), supervisor, lineage: &lineage };
                 let needed = config.min_correspondences.into();
                 let usable = u32::try_from(pairs.len()).unwrap_or(u32::MAX);
                 if usable < needed {
@@ -123,7 +124,8 @@ impl<T: Scalar> Estimator<T> {
             Self::Robust { supervisor, inquiry: slot, .. } => {
                 let inquiry = slot.as_mut().ok_or(PairError::NotBegun)?;
                 let lineage = Lineage::new(config, factory);
-                let subject = Subject { config, focal, supervisor, lineage: &lineage };
+                let subject =
+                    Subject { config, focal, pairs: pairs.len(), supervisor, lineage: &lineage };
                 let answer = match inquiry.advance(&subject, pairs) {
                     Ok(None) => return Ok(None),
                     Ok(Some(finding)) => PairReport::of_finding(finding, &lineage)

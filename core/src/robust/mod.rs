@@ -31,6 +31,9 @@ use weight::Spread;
 /// First scale of the loss, px: 5 degrees at a focal length of 1400 px.
 const FIRST_SCALE_PX: f64 = 120.0;
 
+/// Each scale over the one before among few correspondences.
+const SLOW_ANNEALING: f64 = 0.7;
+
 /// The scale below which the noise takes over, px.
 const LAST_SCALE_PX: f64 = 7.5;
 
@@ -86,6 +89,8 @@ pub(crate) struct Descent<T: Scalar> {
     start: RectifyingRotations<T>,
     /// About the start.
     prior: Information<T>,
+    /// Each scale of the loss over the one before.
+    annealing: T,
     pose: RectifyingRotations<T>,
     /// Sum of the steps taken from the start.
     moved: Vector5<T>,
@@ -117,6 +122,7 @@ impl<T: Scalar> Descent<T> {
             needed: config.min_correspondences.into(),
             start,
             prior: config.prior(),
+            annealing: T::HALF,
             pose: start,
             moved: Vector5::zeros(),
             stage: Stage::Anneal(T::lit(FIRST_SCALE_PX)),
@@ -127,6 +133,21 @@ impl<T: Scalar> Descent<T> {
             passes: 0,
             max_passes: max_passes.saturating_sub(1).max(1),
             stop: None,
+        }
+    }
+
+    /// From afar with few correspondences, which follow only small changes of the loss.
+    ///
+    /// * `max_passes`: of a usual batch; twice as many here, for no more work.
+    pub(crate) fn search_among_few(
+        config: &Config,
+        focal: T,
+        start: RectifyingRotations<T>,
+        max_passes: u16,
+    ) -> Self {
+        Self {
+            annealing: T::lit(SLOW_ANNEALING),
+            ..Self::search(config, focal, start, max_passes.saturating_mul(2))
         }
     }
 
@@ -230,7 +251,7 @@ impl<T: Scalar> Descent<T> {
     fn tighten(&mut self, pass: &Pass<T>) -> bool {
         match self.stage {
             Stage::Anneal(scale) => {
-                let next = scale * T::HALF;
+                let next = scale * self.annealing;
                 let last = next <= T::lit(LAST_SCALE_PX);
                 self.stage = if last { Stage::Polish } else { Stage::Anneal(next) };
                 false

@@ -17,8 +17,8 @@ const LONG: f64 = 0.98;
 const SHORT_PAIRS: u32 = 10;
 
 /// A window is not of the champion if its optimum is further away, squared, in units of the scatter:
-/// chance is 2e-6 a window.
-const MAX_WINDOW: f64 = 34.0;
+/// chance is 4e-5 a window.
+const MAX_WINDOW: f64 = 28.0;
 
 /// Cumulative sum of the surprises over what chance allows (mean 5, and 4 more a pair), and its limit.
 const ALLOWED: f64 = 9.0;

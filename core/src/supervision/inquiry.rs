@@ -20,6 +20,9 @@ const CLEARLY_BETTER: f64 = 0.04;
 /// Rejected pairs in a row after which the rig is lost.
 pub(super) const LOST_AFTER: u16 = 10;
 
+/// A batch of no more correspondences may take twice the passes.
+const FEW: usize = 128;
+
 /// Passes of a pair that is tracked from a running estimate, the judging one included.
 const TRACK_PASSES: u16 = 4;
 
@@ -76,6 +79,8 @@ pub(crate) struct Inquiry<T: Scalar> {
 pub(crate) struct Subject<'a, T: Scalar> {
     pub(crate) config: &'a Config,
     pub(crate) focal: T,
+    /// Correspondences in the batch.
+    pub(crate) pairs: usize,
     pub(crate) supervisor: &'a Supervisor<T>,
     pub(crate) lineage: &'a Lineage<T>,
 }
@@ -222,7 +227,11 @@ impl<T: Scalar> Subject<'_, T> {
         let start = self.supervisor.search_start().unwrap_or(self.lineage.factory);
         // One is left for the judgement even where the configuration leaves none.
         let left = self.config.max_passes.saturating_sub(used).max(TRACK_PASSES);
-        Descent::search(self.config, self.focal, start, left)
+        if self.pairs <= FEW {
+            Descent::search_among_few(self.config, self.focal, start, left)
+        } else {
+            Descent::search(self.config, self.focal, start, left)
+        }
     }
 
     /// Whether a pose found from afar is one, and determined.
