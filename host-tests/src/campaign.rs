@@ -17,7 +17,7 @@ use stereo_selfcal::{
 use crate::evaluation::in_f64;
 use crate::oracle::{Rays, cramer_rao, joint_fit};
 use crate::scenario::{Frame, Scenario};
-use crate::synth::Scene;
+use crate::synth::{Scene, SynthPair};
 
 /// Room for the matches of any scenario.
 const CAPACITY: usize = 512;
@@ -117,6 +117,33 @@ pub fn runs<T: Scalar>(
     Ok(all.into_iter().map(|(_, run)| run).collect())
 }
 
+/// One run as long as it takes, in constant memory: what was left behind after 10, 100, 1000, ... pairs.
+///
+/// * `each`: called after each pair.
+///
+/// # Errors
+/// If a parameter of the scenario is out of range.
+pub fn long_run<T: Scalar>(
+    scenario: &Scenario,
+    config: Config,
+    seed: u64,
+    mut each: impl FnMut(),
+) -> Result<Vec<(usize, Moment)>> {
+    let mut calibrator = calibrator::<T>(scenario, config)?;
+    let mut kept = Vec::new();
+    let mut due = 10;
+    // What a scene holds from pair to pair is checked pair by pair: a million would take hours.
+    for (at, pair) in (1..=scenario.pairs).zip(scenario.scene.pairs(seed)) {
+        let moment = step(&mut calibrator, &pair, &scenario.scene.rig);
+        if at == due || at == scenario.pairs {
+            kept.extend(moment.map(|moment| (at, moment)));
+            due *= 10;
+        }
+        each();
+    }
+    Ok(kept)
+}
+
 /// Cameras of a generated scene.
 fn cameras<T: Scalar>(scene: &Scene) -> Result<Cameras<T>> {
     let centre = scene.size.map(|n| T::lit(f64::from(n - 1) / 2.0));
@@ -126,26 +153,41 @@ fn cameras<T: Scalar>(scene: &Scene) -> Result<Cameras<T>> {
     Ok(Cameras { left: camera, right: camera })
 }
 
-fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Run> {
-    let mut calibrator = Box::new(Calibrator::<T, CAPACITY>::new(config));
+fn calibrator<T: Scalar>(
+    scenario: &Scenario,
+    config: Config,
+) -> Result<Box<Calibrator<T, CAPACITY>>> {
+    let mut calibrator = Box::new(Calibrator::new(config));
     calibrator.set_cameras(cameras(&scenario.scene)?);
+    Ok(calibrator)
+}
+
+/// One pair through the calibrator.
+fn step<T: Scalar>(
+    calibrator: &mut Calibrator<T, CAPACITY>,
+    pair: &SynthPair,
+    truth: &Extrinsics<f64>,
+) -> Option<Moment> {
+    for m in &pair.matches {
+        // A generated match is inside both images.
+        let _ = calibrator.push(&m.correspondence());
+    }
+    let report = calibrator.solve_pair().ok();
+    let fused = report.as_ref().and_then(|report| calibrator.fuse(report).ok());
+    calibrator.clear_pair();
+    let passes = report.map(|report| report.passes);
+    let proposal = calibrator.proposal()?;
+    Some(moment(&proposal, fused, passes, calibrator.in_use(), truth))
+}
+
+fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Run> {
+    let mut calibrator = calibrator::<T>(scenario, config)?;
     let mut moments = Vec::with_capacity(scenario.pairs);
     let mut inliers: Vec<Rays> = Vec::new();
     let mut last: Option<Frame> = None;
     let still = !scenario.kind.moves();
     for frame in scenario.frames(seed)? {
-        for m in &frame.pair.matches {
-            // A generated match is inside both images.
-            let _ = calibrator.push(&m.correspondence());
-        }
-        let report = calibrator.solve_pair().ok();
-        let fused = report.as_ref().and_then(|report| calibrator.fuse(report).ok());
-        calibrator.clear_pair();
-        let passes = report.map(|report| report.passes);
-        let moment = calibrator.proposal().map(|proposal| {
-            moment(&proposal, fused, passes, calibrator.in_use(), &frame.scene.rig)
-        });
-        moments.push(moment);
+        moments.push(step(&mut calibrator, &frame.pair, &frame.scene.rig));
         if still {
             let noisy = frame.pair.matches.iter().zip(&frame.pair.inlier);
             let true_ones = noisy.filter(|(_, inlier)| **inlier).map(|(m, _)| m);

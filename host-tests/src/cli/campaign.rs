@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use host_tests::campaign::{Run, five_degrees_off, nees_band, rms, runs};
+use host_tests::campaign::{Run, five_degrees_off, long_run, nees_band, rms, runs};
 use host_tests::grid::Grid;
 use host_tests::progress;
 use host_tests::scenario::{Kind, Scenario};
@@ -30,7 +30,7 @@ pub(crate) struct CampaignArgs {
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     trials: u32,
 
-    /// Pairs of each run; default 1 (single), 100 (fused, garbage, grids), 200 (steps), 1000 (numbers).
+    /// Pairs of each run; default 1 (single), 100 (fused, garbage, grids), 200 (steps), 1000 (numbers), a million (long).
     #[arg(long)]
     pairs: Option<usize>,
 
@@ -53,6 +53,8 @@ enum What {
     Grids,
     /// f32 against f64.
     Numbers,
+    /// One run of a million pairs, f32.
+    Long,
 }
 
 /// Runs `selfcal campaign`.
@@ -64,6 +66,7 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<()> {
         What::Garbage => args.garbage(),
         What::Grids => args.grids(),
         What::Numbers => args.numbers(),
+        What::Long => args.long(),
     }
 }
 
@@ -314,6 +317,27 @@ impl CampaignArgs {
             });
             let [t, r] = differences.fold([0.0_f64; 2], |m, d| [m[0].max(d[0]), m[1].max(d[1])]);
             writeln!(out, "{:<16} t {:.4}  R {:.4}", kind.to_string(), t * pairs, r * pairs)?;
+        }
+        Ok(())
+    }
+}
+
+impl CampaignArgs {
+    fn long(&self) -> Result<()> {
+        let mut out = io::stdout();
+        let scenario = self.scenario(Kind::Near, 0.3, 1_000_000);
+        let bar = progress::over(scenario.pairs, "pairs");
+        let kept = long_run::<f32>(&scenario, Config::default(), self.seed, || bar.inc(1))?;
+        bar.finish_and_clear();
+        writeln!(out, "pairs     error of t, R       worst over claimed deviation  state")?;
+        for (pairs, m) in kept {
+            let Deviation { translation, rotation } = m.error;
+            let claim = m.over_claim;
+            writeln!(
+                out,
+                "{pairs:>8}  {translation:.2e} {rotation:.2e}   {claim:.2}  {}",
+                m.state
+            )?;
         }
         Ok(())
     }
