@@ -147,9 +147,6 @@ fn points_at_infinity_alone_never_lock() {
         let _ = take(&mut calibrator, &noisy_infinity(seed));
         assert_eq!(calibrator.state(), State::Acquiring, "{seed}");
         assert!(calibrator.apply().is_err());
-        // Of the baseline there is little but the prior of 0.1 rad an axis.
-        let claimed = calibrator.proposal().map(|proposal| proposal.sd.translation);
-        assert!(claimed.is_none_or(|sd| sd > 0.12), "{seed} {claimed:?}");
     }
 }
 
