@@ -89,7 +89,9 @@ impl<T: Scalar> Filter<T> {
             next.note_scatter(judged, lineage);
             next.settled.add(&self.last);
             if self.pairs >= lineage.memory {
-                next.settled = next.settled.scaled(T::ONE - T::ONE / T::count(lineage.memory));
+                let left = T::ONE - T::ONE / T::count(lineage.memory);
+                next.settled = next.settled.scaled(left);
+                next.parts = next.parts.map(|part| part.scaled(left));
             }
             next.pairs = self.pairs.saturating_add(1);
             let to_pose = evidence.pose.unknowns_to(&self.pose);
@@ -363,6 +365,11 @@ mod tests {
         assert!(apart < 0.1, "{apart}");
         let sd =
             |filter: &Filter<f32>| filter.information.standard_deviations().unwrap().translation;
+        // What halves are compared by is as old as the rest.
+        let [all, left, top] = long.parts.map(|part| part.information.matrix().m11);
+        let whole = long.information.matrix().m11;
+        assert!((all / whole - 1.0).abs() < 0.05, "{all} {whole}");
+        assert!((0.3..0.7).contains(&(left / all)) && (0.3..0.7).contains(&(top / all)));
         // The memory holds a thousand pairs: ten times those of one round.
         let shrunk = sd(&fused(&single, 1, &lineage())) / sd(&long);
         assert!((3.0..3.4).contains(&shrunk), "{shrunk}");
