@@ -188,13 +188,14 @@ fn a_drift_of_small_steps_is_noticed_and_followed() {
     for (axis, step) in STEPS {
         let mut calibrator = locked();
         let mut rotation = ROTATION;
-        let [mut renewals, mut locks] = [0; 2];
+        let [mut renewals, mut renewed, mut locks] = [0; 3];
         let mut worst = 0.0_f32;
         let ten_pairs = calibrator.proposal().unwrap().covariance.unwrap()[(axis, axis)].sqrt();
         for seed in 0..200 {
             rotation[axis] += step;
             let fused = take(&mut calibrator, &scene(rotation, seed));
             renewals += u32::from(matches!(fused, Ok(Fused::Renewed | Fused::TookOver)));
+            renewed += u32::from(fused == Ok(Fused::Renewed));
             let proposal = calibrator.proposal().unwrap();
             locks += u32::from(proposal.state == State::Locked);
             let truth = RectifyingRotations::from(&rig::<f32>(rotation, BASELINE));
@@ -202,6 +203,8 @@ fn a_drift_of_small_steps_is_noticed_and_followed() {
             worst = worst.max(off[axis].abs() / ten_pairs);
         }
         assert!(renewals >= 4 && locks >= 150, "{axis} {step}: {renewals} {locks}");
+        // The watch over the pairs of late sees what no single pair does.
+        assert!(renewed >= 1, "{axis} {step}");
         // Eight deviations of a single pair.
         assert!(worst < 25.0, "{axis} {step}: {worst}");
     }
@@ -229,15 +232,50 @@ fn a_rig_beyond_the_correction_limit_is_refused_and_unlocks() {
 }
 
 #[test]
+fn a_pair_that_agrees_but_leads_beyond_the_correction_limit_makes_the_estimate_suspect() {
+    let mut calibrator = robust::<f32>();
+    let mut limit = 0.0_f32;
+    for seed in 0..6 {
+        take(&mut calibrator, &scene(ROTATION, seed)).unwrap();
+        let found = calibrator.proposal().unwrap().extrinsics;
+        let off = Deviation::between(&found, &Extrinsics::SIDE_BY_SIDE);
+        limit = limit.max(off.rotation).max(off.translation) + 1e-7;
+    }
+    // As far as those six go, and no further.
+    let config = Config::robust().with_max_correction_rad(limit).unwrap();
+    let mut calibrator = with::<f32>(config);
+    for seed in 0..6 {
+        take(&mut calibrator, &scene(ROTATION, seed)).unwrap();
+    }
+    let beyond = Err(Rejection::Refused(Refusal::CorrectionLimit));
+    let mut before = calibrator.proposal().unwrap();
+    let refused = (6..200).find(|&seed| {
+        before = calibrator.proposal().unwrap();
+        assert_eq!(before.state, State::Locked);
+        // Slowly outwards.
+        let [x, y, z] = ROTATION;
+        let further = 0.0002 * (seed - 5) as f64;
+        take(&mut calibrator, &scene([x + further, y, z], seed)) == beyond
+    });
+    let after = calibrator.proposal().unwrap();
+    assert!(refused.is_some());
+    assert_eq!(after.state, State::Suspect);
+    assert_eq!((after.extrinsics, after.sd), (before.extrinsics, before.sd));
+}
+
+#[test]
 fn a_rig_that_creeps_beyond_the_correction_limit_stops_short_of_it() {
     let limit = 0.025;
     let config = Config::robust().with_max_correction_rad(limit).unwrap();
     let mut calibrator = with::<f32>(config);
     let mut refused = false;
     for seed in 0..200_u8 {
-        let rotation = [1.0 + 0.01 * f64::from(seed), 0.0, 0.0];
+        let rotation = [1.38 + 0.001 * f64::from(seed), 0.0, 0.0];
         let fused = take(&mut calibrator, &scene(rotation, seed.into()));
-        refused |= fused == Err(Rejection::Refused(Refusal::CorrectionLimit));
+        if fused == Err(Rejection::Refused(Refusal::CorrectionLimit)) {
+            refused = true;
+            assert_ne!(calibrator.state(), State::Locked, "{seed}");
+        }
         if let Some(proposal) = calibrator.proposal() {
             let off = Deviation::between(&proposal.extrinsics, &Extrinsics::SIDE_BY_SIDE);
             assert!(off.rotation <= limit && off.translation <= limit, "{off:?}");
