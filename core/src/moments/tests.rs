@@ -34,7 +34,9 @@ fn scene(
 
 fn sums<T: Scalar>(scene: &[Match<T>]) -> Moments<T> {
     let mut sums = Moments::ZERO;
-    scene.iter().for_each(|(w, left, right)| sums.add_rays(*w, left, right));
+    for (w, left, right) in scene {
+        sums.add_rays(*w, left, right);
+    }
     sums
 }
 
