@@ -25,7 +25,9 @@ const SPARE_PASSES: u16 = 8;
 /// to two to judge, and [`Calibrator::solve_pair`], which takes all of them.
 ///
 /// ```
-/// use stereo_selfcal::{Calibrator, Camera, Cameras, Config, Correspondence, Intrinsics, Lens};
+/// use stereo_selfcal::{
+///     Calibrator, Camera, Cameras, Config, Correspondence, Intrinsics, Lens, State,
+/// };
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
 /// // `new` is const: a firmware puts this into a static cell, off the stack.
 /// let mut calibrator = Calibrator::<f32, 256>::new(Config::robust());
@@ -42,9 +44,11 @@ const SPARE_PASSES: u16 = 8;
 /// let pair = calibrator.solve_pair()?;
 /// calibrator.fuse(&pair)?; // refused: the estimate is as it was, bit for bit
 /// calibrator.clear_pair();
-/// let extrinsics = calibrator.apply()?; // p_r = R p_l + t
 /// assert!(pair.rms_px_after < pair.rms_px_before);
-/// # let _ = extrinsics;
+/// if calibrator.state() == State::Locked {
+///     let extrinsics = calibrator.apply()?; // p_r = R p_l + t
+/// #   let _ = extrinsics;
+/// }
 /// # Ok(())
 /// # }
 /// ```

@@ -126,7 +126,8 @@ impl Config {
     /// Passes over the batch that one pair may take. Paper preset: 100, the judging one not counted.
     /// Robust preset: 12 in all; twice as many with at most 128 matches.
     ///
-    /// The robust preset anneals in the first 4: with no more than those no pair has a consensus.
+    /// The robust preset counts the judging one, and takes up to 9 where the limit is lower: a few for
+    /// each hypothesis that is asked.
     ///
     /// The bound on the time of a pair. Fewer may stop short of the optimum (reported).
     ///

@@ -265,6 +265,18 @@ mod tests {
     }
 
     #[test]
+    fn information_of_a_covariance_is_its_inverse_or_none() {
+        let back = Information::of_covariance(&example().covariance().unwrap()).unwrap();
+        assert!((back.matrix() - example().matrix()).amax() < 1e-8 * example().matrix().amax());
+        assert_eq!(Information::of_covariance(&Matrix5::<f64>::zeros()), None);
+        assert_eq!(Information::of_covariance(&Matrix5::repeat(f64::NAN)), None);
+        let mut indefinite = Matrix5::<f64>::identity();
+        indefinite.m12 = 2.0;
+        indefinite.m21 = 2.0;
+        assert_eq!(Information::of_covariance(&indefinite), None);
+    }
+
+    #[test]
     fn weakest_direction_is_the_smallest_eigenpair() {
         let eigen = example().matrix().symmetric_eigen();
         let smallest = eigen.eigenvalues.imin();

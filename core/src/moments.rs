@@ -226,3 +226,6 @@ fn coefficients<T: Scalar>(x: &Matrix3<T>) -> Vector9<T> {
         half(x.m23 + x.m32),
     ])
 }
+
+#[cfg(test)]
+mod tests;

@@ -82,3 +82,101 @@ pub(crate) fn squared_over<T: Scalar>(
     let squared = y.dot(&Cholesky::new(unit)?.solve(&y));
     squared.is_finite().then_some(squared)
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use nalgebra::Matrix5;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    /// Normal to the fourth decimal: twelve uniform numbers.
+    fn normal(rng: &mut ChaCha8Rng) -> f64 {
+        (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
+    }
+
+    /// Rows of unknowns of very different size.
+    fn row(rng: &mut ChaCha8Rng) -> [f64; 5] {
+        let mut one = || rng.random_range(-1.0..1.0);
+        [1.0 + 0.1 * one(), one(), one(), 0.1 * one(), 0.05 + 0.03 * one()].map(|j| 1e3 * j)
+    }
+
+    /// What `n` rows of unit noise say about a truth at zero.
+    fn measured(n: usize, rng: &mut ChaCha8Rng) -> Quadratic<f64> {
+        let mut sum = Quadratic::ZERO;
+        for _ in 0..n {
+            let j = row(rng);
+            sum.add_row(1.0, normal(rng), &j);
+        }
+        sum
+    }
+
+    #[test]
+    fn distance_of_two_that_tell_the_truth_is_chi_square_of_five_freedoms() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let trials = 10_000;
+        let [mut sum, mut squares] = [0.0; 2];
+        for _ in 0..trials {
+            let (one, other) = (measured(20, &mut rng), measured(60, &mut rng));
+            let distance = one.distance(&other).unwrap();
+            sum += distance;
+            squares += distance * distance;
+        }
+        let mean = sum / f64::from(trials);
+        let variance = squares / f64::from(trials) - mean * mean;
+        // Four standard errors.
+        assert!((mean - 5.0).abs() < 0.13, "{mean}");
+        assert!((variance - 10.0).abs() < 1.0, "{variance}");
+    }
+
+    #[test]
+    fn distance_counts_a_gap_in_its_own_deviations() {
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let exact = Quadratic { gradient: Vector5::zeros(), ..measured(40, &mut rng) };
+        let sd = exact.information.covariance().unwrap().m44.sqrt();
+        let apart = exact.about(&(-Vector5::ith(3, 3.0 * sd)));
+        let distance = exact.distance(&apart).unwrap();
+        // Apart along one axis of many: at least as far as that axis alone tells.
+        assert!(distance >= 4.5 - 1e-9, "{distance}");
+        assert!(exact.distance(&exact).unwrap().abs() < 1e-12);
+        assert_eq!(exact.distance(&Quadratic::ZERO), None);
+    }
+
+    #[test]
+    fn about_another_pose_the_optimum_is_the_same() {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        for _ in 0..100 {
+            let model = measured(20, &mut rng);
+            let d = Vector5::from_fn(|_, _| rng.random_range(-0.01..0.01));
+            let moved = model.about(&d);
+            let gap = moved.step().unwrap() + d - model.step().unwrap();
+            assert!(gap.amax() < 1e-13, "{gap}");
+            assert_eq!(moved.information, model.information);
+        }
+    }
+
+    #[test]
+    fn a_sum_less_a_part_is_the_rest() {
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let (part, rest) = (measured(20, &mut rng), measured(30, &mut rng));
+        let mut all = part;
+        all.add(&rest);
+        let left = all.less(&part);
+        assert!((left.gradient - rest.gradient).amax() < 1e-8);
+        assert!((left.step().unwrap() - rest.step().unwrap()).amax() < 1e-12);
+        assert!((all.scaled(0.5).step().unwrap() - all.step().unwrap()).amax() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_no_covariance_measures_nothing() {
+        let y = Vector5::repeat(1.0);
+        let mut indefinite = Matrix5::<f64>::identity();
+        indefinite.m12 = 2.0;
+        indefinite.m21 = 2.0;
+        assert_eq!(squared_over(&y, indefinite), None);
+        assert_eq!(squared_over(&y, Matrix5::from_diagonal_element(f64::NAN)), None);
+        assert_eq!(squared_over(&y, Matrix5::from_diagonal_element(4.0)), Some(1.25));
+    }
+}

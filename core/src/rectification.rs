@@ -162,6 +162,32 @@ mod tests {
             prop_assert!((shift - Vector3::new(0.0, z, -y)).norm() < 1e-11);
             prop_assert!(after.right().matrix().m23.abs() < 1e-15);
         }
+
+        #[test]
+        fn unknowns_lead_where_a_step_went_but_for_the_square_of_its_length(
+            rotation in [-0.4..0.4, -0.4..0.4, -0.4..0.4], t in [-0.5..0.5, -0.5..0.5],
+            step in [-1.0..1.0, -1.0..1.0, -1.0..1.0, -1.0..1.0, -1.0..1.0], size in 1e-5..0.05,
+        ) {
+            let before = RectifyingRotations::from(&extrinsics(rotation, t));
+            let d = Vector5::from(step) * size;
+            let found = before.unknowns_to(&before.stepped_by(&d).unwrap());
+            // 1e-15: rounding.
+            prop_assert!((found - d).norm() <= d.norm_squared() + 1e-15, "{found} {d}");
+            prop_assert!(before.unknowns_to(&before).norm() < 1e-15);
+        }
+
+        #[test]
+        fn steps_along_the_unknowns_close_in_on_any_other_pose(
+            rotation in [-0.2..0.2, -0.2..0.2, -0.2..0.2], t in [-0.3..0.3, -0.3..0.3],
+            goal in [-0.2..0.2, -0.2..0.2, -0.2..0.2], goal_t in [-0.3..0.3, -0.3..0.3],
+        ) {
+            let goal = RectifyingRotations::from(&extrinsics(goal, goal_t));
+            let mut pose = RectifyingRotations::from(&extrinsics(rotation, t));
+            for _ in 0..6 {
+                pose = pose.stepped_by(&pose.unknowns_to(&goal)).unwrap();
+            }
+            prop_assert!(pose.unknowns_to(&goal).norm() < 1e-13);
+        }
     }
 
     #[test]

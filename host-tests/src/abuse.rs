@@ -7,7 +7,8 @@ use arbitrary::{Arbitrary, Unstructured};
 use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::{
     Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, Fisheye, Intrinsics, Lens,
-    PairReport, Proposal, Pushed, RadialTangential, RectifiedCamera, RectifyingRotations,
+    PairReport, Proposal, Pushed, RadialTangential, RectifiedCamera, RectifyingRotations, Refusal,
+    StandardDeviations,
 };
 
 type Abused = Calibrator<f32, 32>;
@@ -31,6 +32,10 @@ pub enum Call {
     Fuse(u8),
     /// Puts the estimate into use.
     Apply,
+    /// Takes that back.
+    Undo,
+    /// Freezes the calibrator or lets go of it.
+    Freeze(bool),
     /// Health of both calibrations.
     Health,
     /// Forgets the batch.
@@ -55,15 +60,21 @@ pub enum Call {
 /// If the calibrator breaks a promise: that is what it is for.
 pub fn abuse(bytes: &[u8]) {
     let mut input = Unstructured::new(bytes);
-    let robust = bool::arbitrary(&mut input).unwrap_or_default();
+    let [robust, automatic] = <[bool; 2]>::arbitrary(&mut input).unwrap_or_default();
     let config = if robust { Config::robust() } else { Config::paper() };
-    let mut calibrator = Abused::new(config);
+    let mut calibrator = Abused::new(config.with_automatic_apply(automatic));
     calibrator.set_cameras(usual_cameras([0; 5], false).expect("usual cameras"));
     let mut last = None;
     while let Ok(call) = Call::arbitrary(&mut input) {
         let before = state(&calibrator);
+        let frozen = calibrator.is_frozen();
         let batch = calibrator.batch().pairs().to_vec();
-        let refused = perform(&mut calibrator, &call, &mut last);
+        let refused = perform(&mut calibrator, &call, &mut last, robust);
+        let changed = before.generation != calibrator.generation();
+        // Many fusions may lead back to where they began.
+        let counted = changed == (before.in_use != *calibrator.in_use());
+        assert!(counted || matches!(call, Call::Fuse(_)), "{call:?}");
+        assert!(!changed || call.may_change_what_is_in_use(automatic && !frozen), "{call:?}");
         assert!(!refused || before == state(&calibrator), "a refused {call:?} changed the state");
         let kept = matches!(call, Call::PushMany(_)) || batch == calibrator.batch().pairs();
         assert!(!refused || kept, "a refused {call:?} changed the batch");
@@ -77,12 +88,45 @@ pub fn abuse(bytes: &[u8]) {
     }
 }
 
-fn state(calibrator: &Abused) -> (Option<Proposal<f32>>, Extrinsics<f32>, u32) {
-    (calibrator.proposal(), *calibrator.in_use(), calibrator.generation())
+impl Call {
+    fn may_change_what_is_in_use(&self, automatic: bool) -> bool {
+        match self {
+            Self::Apply
+            | Self::Undo
+            | Self::Reset
+            | Self::SetCameras(..)
+            | Self::SetUsualCameras(..)
+            | Self::SetFactory(_)
+            | Self::SetUsualFactory(_) => true,
+            Self::Fuse(_) => automatic,
+            _ => false,
+        }
+    }
+}
+
+/// What no refusal may change. Refused pairs may make the estimate suspect, not another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Kept {
+    proposed: Option<(Extrinsics<f32>, StandardDeviations<f32>, u32)>,
+    in_use: Extrinsics<f32>,
+    generation: u32,
+}
+
+fn state(calibrator: &Abused) -> Kept {
+    Kept {
+        proposed: calibrator.proposal().map(|p| (p.extrinsics, p.sd, p.pairs)),
+        in_use: *calibrator.in_use(),
+        generation: calibrator.generation(),
+    }
 }
 
 /// Whether the call was refused.
-fn perform(calibrator: &mut Abused, call: &Call, last: &mut Option<PairReport<f32>>) -> bool {
+fn perform(
+    calibrator: &mut Abused,
+    call: &Call,
+    last: &mut Option<PairReport<f32>>,
+    robust: bool,
+) -> bool {
     match call {
         Call::Push([a, b, c, d, score, grid_step]) => {
             let c = Correspondence {
@@ -111,22 +155,35 @@ fn perform(calibrator: &mut Abused, call: &Call, last: &mut Option<PairReport<f3
                 calibrator.push(&plausible(bytes)).is_err()
             })
         }
-        Call::Solve => keep(calibrator.solve_pair().map(Some), last),
+        Call::Solve => keep(calibrator.solve_pair().map(Some), last, robust),
         Call::Begin => calibrator.begin_pair().is_err(),
-        Call::Advance => keep(calibrator.advance_pair(), last),
+        Call::Advance => keep(calibrator.advance_pair(), last, robust),
         Call::Fuse(times) => {
             let Some(report) = last else { return false };
-            for _ in 0..*times {
-                let before = state(calibrator);
-                let refused = calibrator.fuse(report).is_err();
-                assert!(!refused || before == state(calibrator), "a refused pair was fused");
-            }
-            calibrator.fuse(report).is_err() && *times == 0
+            let fusions = (0..=*times).map(|_| fuse(calibrator, report));
+            let outcomes: Vec<_> = fusions.collect();
+            let mut again = outcomes.iter().skip(1);
+            let stale = |o: &Result<(), Refusal>| *o == Err(Refusal::Stale);
+            // Once it has been dealt with, for better or worse; frozen, it never is.
+            let frozen = calibrator.is_frozen();
+            assert!(!robust || frozen || again.all(stale), "{outcomes:?}");
+            outcomes.iter().all(Result::is_err)
         }
-        Call::Apply => calibrator.apply().is_err(),
+        Call::Apply => {
+            let proposal = calibrator.proposal();
+            let applied = calibrator.apply();
+            assert!(applied.is_err() || applied.ok() == proposal.map(|p| p.extrinsics));
+            applied.is_err()
+        }
+        Call::Undo => calibrator.undo().is_err(),
+        Call::Freeze(frozen) => {
+            calibrator.set_frozen(*frozen);
+            false
+        }
         Call::Health => {
             if let Some(health) = calibrator.health() {
                 assert!(health.in_use_px.is_finite() && health.proposed_px.is_finite());
+                assert!(health.yaw.is_finite() && (0.0..=1.0).contains(&health.coverage));
             }
             false
         }
@@ -161,13 +218,23 @@ fn perform(calibrator: &mut Abused, call: &Call, last: &mut Option<PairReport<f3
     }
 }
 
+fn fuse(calibrator: &mut Abused, report: &PairReport<f32>) -> Result<(), Refusal> {
+    let before = state(calibrator);
+    let fused = calibrator.fuse(report);
+    let after = state(calibrator);
+    assert!(fused.is_ok() || before == after, "a refused pair was fused");
+    assert_eq!(before.in_use == after.in_use, before.generation == after.generation);
+    fused.map(|_| ())
+}
+
 fn keep(
     solved: Result<Option<PairReport<f32>>, stereo_selfcal::PairError>,
     last: &mut Option<PairReport<f32>>,
+    robust: bool,
 ) -> bool {
     match solved {
         Ok(Some(report)) => {
-            check_report(&report);
+            check_report(&report, robust);
             *last = Some(report);
             false
         }
@@ -229,11 +296,14 @@ fn check_estimate(estimate: &Proposal<f32>) {
     check_extrinsics(&estimate.extrinsics);
     let sd = estimate.sd;
     assert!(sd.rotation.is_finite() && sd.translation.is_finite(), "{estimate:?}");
+    let covariance = estimate.covariance.unwrap_or_else(nalgebra::Matrix5::identity);
+    assert!(covariance.diagonal().iter().all(|c| *c > 0.0), "{estimate:?}");
 }
 
-fn check_report(report: &PairReport<f32>) {
+fn check_report(report: &PairReport<f32>, robust: bool) {
     check_extrinsics(&report.extrinsics);
-    assert!(report.passes <= 100 && report.usable >= 12, "{report:?}");
+    let most = if robust { 12 } else { 100 };
+    assert!(report.passes <= most && report.usable >= 12, "{report:?}");
     let numbers = [
         report.cost_before,
         report.cost_after,

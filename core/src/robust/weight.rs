@@ -40,3 +40,37 @@ impl<T: Scalar> Spread<T> {
         Redescending::Tukey(T::lit(TUKEY) * self.unit_squared.sqrt()).weight(r)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn variance_is_that_of_the_noise_and_of_the_rounding() {
+        let spread = Spread::of(0.3_f64, 2.0);
+        assert!((spread.variance - (0.09 + 4.0 / 12.0)).abs() < 1e-15);
+        assert!((spread.of_grid - 4.0 / 12.0).abs() < 1e-15);
+        let continuous = Spread::of(0.3_f64, 0.0);
+        assert_eq!((continuous.variance, continuous.of_grid), (0.09, 0.0));
+        assert_eq!(continuous.unit_squared, 0.09);
+    }
+
+    #[test]
+    fn the_unit_is_the_deviation_but_at_least_three_fifths_of_a_step() {
+        let floored = Spread::of(0.2_f64, 1.0);
+        assert!((floored.unit_squared.sqrt() - 0.6).abs() < 1e-15);
+        let noisy = Spread::of(0.9_f64, 1.0);
+        assert_eq!(noisy.unit_squared, noisy.variance);
+    }
+
+    #[test]
+    fn residuals_are_measured_in_units() {
+        let spread = Spread::of(0.2_f64, 1.0);
+        assert!(spread.is_within(2.0, -1.199) && !spread.is_within(2.0, 1.201));
+        assert!(!spread.is_within(2.0, f64::NAN));
+        // One whole step off still counts, past Tukey's limit nothing does.
+        assert!(spread.tukey(1.0) > 0.7 && spread.tukey(0.0) == 1.0);
+        assert_eq!(spread.tukey(0.6 * TUKEY + 1e-9), 0.0);
+        assert!(spread.tukey(0.6 * TUKEY - 0.1) > 0.0);
+    }
+}

@@ -299,3 +299,121 @@ impl<T: Scalar> Filter<T> {
         between(left).max(between(top))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use crate::config::Config;
+    use crate::correspondence::RayPair;
+    use crate::residual::tests::pose;
+    use crate::robust::Descent;
+    use nalgebra::Vector3;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use std::vec::Vec;
+
+    const FOCAL: f64 = 1400.0;
+
+    fn lineage<T: Scalar>() -> Lineage<T> {
+        Lineage::new(&Config::robust(), &Extrinsics::SIDE_BY_SIDE)
+    }
+
+    fn truth() -> RectifyingRotations<f64> {
+        pose([0.02, -0.01, 0.03], [0.04, -0.02])
+    }
+
+    /// 128 points 3 to 80 baselines away, uniform noise of +-0.5 px, judged at their optimum.
+    fn judged<T: Scalar>(seed: u64) -> Judged<T> {
+        let truth = truth();
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut one = || {
+            let [x, y] = [rng.random_range(-0.6..0.6), rng.random_range(-0.4..0.4)];
+            let p = Vector3::new(x, y, 1.0) * 3.0 * (80.0_f64 / 3.0).powf(rng.random());
+            let [l, r] = [truth.left().inverse() * p, truth.right().inverse() * (p - Vector3::x())];
+            let mut seen = |x: f64| T::lit(x + rng.random_range(-0.5..0.5) / FOCAL);
+            let left = [seen(l.x / l.z), seen(l.y / l.z)];
+            RayPair::try_new(left, [seen(r.x / r.z), seen(r.y / r.z)]).unwrap()
+        };
+        let pairs: Vec<RayPair<T>> = (0..128).map(|_| one()).collect();
+        let start = lineage().factory;
+        let mut descent = Descent::search(&Config::robust(), T::lit(FOCAL), start, 12);
+        while descent.advance(&pairs).unwrap().is_none() {}
+        descent.judge(&pairs).unwrap()
+    }
+
+    fn fused<T: Scalar>(pairs: &[Judged<T>], rounds: u32, lineage: &Lineage<T>) -> Filter<T> {
+        let mut all = (0..rounds).flat_map(|_| pairs);
+        let first = Filter::born(all.next().unwrap(), lineage).unwrap();
+        all.fold(first, |filter, pair| filter.with(pair, false, lineage).unwrap())
+    }
+
+    /// Difference of two poses, in what the first claims to be off.
+    fn gap<T: Scalar>(filter: &Filter<T>, to: &RectifyingRotations<f64>) -> f64 {
+        let covariance = filter.reported(&lineage()).unwrap().map(T::to_f64);
+        let e = filter.pose().extrinsics().unwrap();
+        let t = e.translation().map(T::to_f64);
+        let e = Extrinsics::try_new(&e.rotation().matrix().map(T::to_f64), &t).unwrap();
+        let off = RectifyingRotations::from(&e).unknowns_to(to);
+        off.component_div(&covariance.diagonal().map(f64::sqrt)).amax()
+    }
+
+    #[test]
+    fn the_claim_covers_the_error_of_many_pairs_and_is_not_timid() {
+        let [mut sum, mut worst] = [0.0, 0.0_f64];
+        for run in 0..40 {
+            let pairs: Vec<Judged<f64>> = (0..25).map(|k| judged(run * 25 + k)).collect();
+            let lineage = lineage();
+            let filter = fused(&pairs, 1, &lineage);
+            let off = filter.pose().unknowns_to(&truth());
+            let squared = squared_over(&off, filter.reported(&lineage).unwrap()).unwrap();
+            sum += squared / 5.0 / 40.0;
+            worst = worst.max(squared);
+        }
+        assert!((0.7..1.3).contains(&sum) && worst < 25.0, "{sum} {worst}");
+    }
+
+    #[test]
+    fn the_order_of_pairs_hardly_matters() {
+        let lineage = lineage();
+        let mut pairs: Vec<Judged<f64>> = (0..40).map(judged).collect();
+        let forwards = fused(&pairs, 1, &lineage);
+        pairs.reverse();
+        let apart = gap(&forwards, fused(&pairs, 1, &lineage).pose());
+        assert!(apart < 0.01, "{apart}");
+    }
+
+    #[test]
+    fn a_repeated_pair_takes_the_place_of_the_last() {
+        let lineage = lineage::<f64>();
+        let [a, b, c] = [1, 2, 3].map(judged);
+        let before = Filter::born(&a, &lineage).unwrap().with(&b, false, &lineage).unwrap();
+        let replaced = before.with(&c, true, &lineage).unwrap();
+        let without = Filter::born(&a, &lineage).unwrap().with(&c, false, &lineage).unwrap();
+        assert_eq!(replaced.pairs(), 2);
+        let apart = gap(&without, replaced.pose());
+        assert!(apart < 1e-3, "{apart}");
+        assert_eq!(replaced.scatter, before.scatter);
+    }
+
+    #[test]
+    fn a_hundred_thousand_pairs_in_f32_are_those_in_f64_and_claim_what_the_memory_holds() {
+        let single: Vec<Judged<f32>> = (0..100).map(judged).collect();
+        let double: Vec<Judged<f64>> = (0..100).map(judged).collect();
+        let long = fused(&single, 1000, &lineage());
+        assert_eq!(long.pairs(), 100_000);
+        let apart = gap(&long, fused(&double, 1000, &lineage()).pose());
+        assert!(apart < 0.1, "{apart}");
+        let sd =
+            |filter: &Filter<f32>| filter.information.standard_deviations().unwrap().translation;
+        // What halves are compared by is as old as the rest.
+        let [all, left, top] = long.parts.map(|part| part.information.matrix().m11);
+        let whole = long.information.matrix().m11;
+        assert!((all / whole - 1.0).abs() < 0.05, "{all} {whole}");
+        assert!((0.3..0.7).contains(&(left / all)) && (0.3..0.7).contains(&(top / all)));
+        // The memory holds a thousand pairs: ten times those of one round.
+        let shrunk = sd(&fused(&single, 1, &lineage())) / sd(&long);
+        assert!((3.0..3.4).contains(&shrunk), "{shrunk}");
+    }
+}

@@ -61,3 +61,103 @@ fn coordinates<T: Scalar>(pair: &RayPair<T>, focal: T) -> [u16; 4] {
     let ([a, b], [c, d]) = (pair.left(), pair.right());
     [a, b, c, d].map(|x| (x * focal * T::lit(STEPS) + T::lit(32_768.0)).to_u16())
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use std::vec::Vec;
+
+    const FOCAL: f32 = 1400.0;
+
+    fn scene(n: usize, seed: u64) -> Vec<[f32; 4]> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut one = || {
+            let [x, y] = [rng.random_range(-0.7..0.7), rng.random_range(-0.4..0.4)];
+            [x, y, x - rng.random_range(0.0..0.2), y]
+        };
+        (0..n).map(|_| one()).collect()
+    }
+
+    /// Rays of a scene, all coordinates moved by `shift_px` and each by noise up to `noise_px`.
+    fn rays(scene: &[[f32; 4]], shift_px: f32, noise_px: f32, seed: u64) -> Vec<RayPair<f32>> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let ray = |at: &[f32; 4]| {
+            let noisy = |x: f32| x + (shift_px + rng.random_range(-noise_px..=noise_px)) / FOCAL;
+            let [a, b, c, d] = at.map(noisy);
+            RayPair::try_new([a, b], [c, d]).unwrap()
+        };
+        scene.iter().map(ray).collect()
+    }
+
+    #[test]
+    fn the_first_pair_repeats_nothing_and_the_same_scene_with_noise_does() {
+        for n in [1, 20, 32, 33, 200, 256] {
+            let scene = scene(n, 1);
+            let mut stillness = Stillness::new();
+            assert!(!stillness.note(&rays(&scene, 0.0, 0.5, 0), FOCAL));
+            for seed in 1..20 {
+                // Uniform noise of +-0.5 px: a deviation of 0.3 px.
+                assert!(stillness.note(&rays(&scene, 0.0, 0.5, seed), FOCAL), "{n} {seed}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_scene_that_has_moved_is_another_and_so_is_one_that_is_no_longer_there() {
+        let seen = scene(256, 2);
+        let mut stillness = Stillness::new();
+        for k in 0..20_u8 {
+            // 4 px a pair: further than a coordinate may move.
+            let moved = rays(&seen, 4.0 * f32::from(k), 0.5, k.into());
+            assert!(!stillness.note(&moved, FOCAL), "{k}");
+        }
+        for seed in 3..50 {
+            assert!(!stillness.note(&rays(&scene(256, seed), 0.0, 0.5, seed), FOCAL));
+        }
+    }
+
+    #[test]
+    fn half_of_the_matches_seen_again_is_the_same_scene_and_a_fifth_is_another() {
+        let old = scene(200, 4);
+        let again_with = |kept: usize| {
+            let mut stillness = Stillness::new();
+            stillness.note(&rays(&old, 0.0, 0.0, 0), FOCAL);
+            let mut new = scene(200, 5);
+            for (i, (new, old)) in new.iter_mut().zip(&old).enumerate() {
+                if i % 10 < kept {
+                    *new = *old;
+                }
+            }
+            stillness.note(&rays(&new, 0.0, 0.5, 1), FOCAL)
+        };
+        assert!(again_with(5));
+        assert!(!again_with(2));
+    }
+
+    #[test]
+    fn the_order_of_matches_does_not_matter_and_only_the_last_pair_does() {
+        let [old, new] = [6, 7].map(|seed| rays(&scene(256, seed), 0.0, 0.0, 0));
+        let mut stillness = Stillness::new();
+        stillness.note(&old, FOCAL);
+        let backwards: Vec<_> = old.iter().rev().copied().collect();
+        assert!(stillness.note(&backwards, FOCAL));
+        assert!(!stillness.note(&new, FOCAL));
+        assert!(!stillness.note(&old, FOCAL));
+    }
+
+    #[test]
+    fn after_forgetting_nothing_is_repeated() {
+        let pairs = rays(&scene(100, 8), 0.0, 0.0, 0);
+        let mut stillness = Stillness::new();
+        stillness.note(&pairs, FOCAL);
+        stillness.forget();
+        assert!(!stillness.note(&pairs, FOCAL));
+        assert!(stillness.note(&pairs, FOCAL));
+        assert!(!stillness.note(&[], FOCAL));
+        assert!(!stillness.note(&pairs, FOCAL));
+    }
+}

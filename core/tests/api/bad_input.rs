@@ -1,18 +1,19 @@
 //! Whatever comes in: a typed refusal or a counted skip, and the state as it was, bit for bit.
 
-use crate::scene::{calibrator, cameras, correspondences, rig};
+use crate::scene::{calibrator, cameras, correspondences, rig, robust, take};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
     ApplyError, Calibrator, Camera, Config, Correspondence, Extrinsics, Intrinsics, Lens,
-    PairError, PushError, Pushed, Refusal, Side, UndistortError,
+    PairError, PushError, Pushed, Refusal, Rejection, Side, State, UndistortError,
 };
 
 type Tested = Calibrator<f32, 256>;
 
 /// Everything that is public of the state, as text: floats in full.
 fn state(c: &Tested) -> String {
-    format!("{:?} {:?} {:?} {}", c.batch().pairs(), c.estimate(), c.in_use(), c.generation())
+    format!("{:?} {:?} {:?} {}", c.batch().pairs(), c.proposal(), c.in_use(), c.generation())
 }
 
 fn filled(n: usize) -> Tested {
@@ -118,34 +119,71 @@ fn points_on_one_line_are_unobservable() {
 }
 
 #[test]
-fn points_at_infinity_are_never_fused_with_or_without_noise() {
+fn points_at_infinity_are_never_fused_by_the_paper_preset_with_or_without_noise() {
     let mut scene = correspondences::<f32>(&Extrinsics::SIDE_BY_SIDE, 200, 0.0, 3);
     for c in &mut scene {
         c.right = c.left;
     }
     refuses_pair(scene.clone(), PairError::Unobservable);
     // The noise of the disparities is all there is of them.
-    for config in [Config::paper(), Config::robust()] {
-        let mut calibrator = Tested::new(config);
-        calibrator.set_cameras(cameras());
-        for seed in 0..50 {
-            let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            for c in correspondences::<f32>(&Extrinsics::SIDE_BY_SIDE, 200, 0.0, seed) {
-                let mut noisy =
-                    |x: f32, last: f32| (x + rng.random_range(-0.7..0.7)).clamp(0.0, last);
-                let right = [noisy(c.left[0], 1919.0), noisy(c.left[1], 1199.0)];
-                calibrator.push(&at(c.left, right)).unwrap();
-            }
-            // A rare draw looks like a baseline far from the factory's.
-            let refused = match calibrator.solve_pair() {
-                Ok(report) => calibrator.fuse(&report) == Err(Refusal::CorrectionLimit),
-                Err(error) => error == PairError::Unobservable,
-            };
-            assert!(refused, "{seed}");
-            calibrator.clear_pair();
-        }
-        assert_eq!(calibrator.estimate(), None);
+    let mut calibrator = calibrator::<f32>();
+    for seed in 0..50 {
+        // A rare draw looks like a baseline far from the factory's.
+        let refused = match take(&mut calibrator, &noisy_infinity(seed)) {
+            Err(Rejection::Refused(why)) => why == Refusal::CorrectionLimit,
+            Err(Rejection::Unsolved(error)) => error == PairError::Unobservable,
+            _ => false,
+        };
+        assert!(refused, "{seed}");
     }
+    assert_eq!(calibrator.proposal(), None);
+}
+
+#[test]
+fn points_at_infinity_alone_never_lock() {
+    let mut calibrator = robust::<f32>();
+    for seed in 0..200 {
+        // Some draws are taken up: they tell of the rotation.
+        let _ = take(&mut calibrator, &noisy_infinity(seed));
+        assert_eq!(calibrator.state(), State::Acquiring, "{seed}");
+        assert!(calibrator.apply().is_err());
+    }
+}
+
+/// Points at infinity, noise of 0.4 px on the right.
+fn noisy_infinity(seed: u64) -> Vec<Correspondence<f32>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut noisy = |x: f32, last: f32| (x + rng.random_range(-0.7..0.7)).clamp(0.0, last);
+    let mut scene = correspondences::<f32>(&Extrinsics::SIDE_BY_SIDE, 200, 0.0, seed);
+    for c in &mut scene {
+        let [u, v] = c.left;
+        c.right = [noisy(u, 1919.0), noisy(v, 1199.0)];
+    }
+    scene
+}
+
+#[test]
+fn points_at_infinity_tell_a_locked_rig_nothing_of_its_baseline() {
+    let mut calibrator = robust::<f32>();
+    for seed in 0..5 {
+        let scene = correspondences(&Extrinsics::SIDE_BY_SIDE, 200, 0.5, seed);
+        take(&mut calibrator, &scene).unwrap();
+    }
+    let before = calibrator.proposal().unwrap();
+    let mut added = 0;
+    for seed in 10..60 {
+        added += u32::from(take(&mut calibrator, &noisy_infinity(seed)).is_ok());
+        assert_eq!(calibrator.state(), State::Locked, "{seed}");
+    }
+    assert_eq!(added, 50);
+    let after = calibrator.proposal().unwrap();
+    let sd = [before, after].map(|p| p.covariance.unwrap().diagonal().map(f32::sqrt));
+    let [pitch, _, _, forward, down] = sd[1].component_div(&sd[0]).into();
+    assert!(pitch < 0.5, "{pitch}");
+    // Down goes with the roll, of which it knows more.
+    assert!(forward > 0.9 && down > 0.5, "{forward} {down}");
+    let error = Deviation::between(&after.extrinsics, &Extrinsics::SIDE_BY_SIDE);
+    assert!(error.translation < 4.0 * after.sd.translation, "{error:?}");
 }
 
 #[test]
@@ -223,7 +261,7 @@ fn generation_counts_changes_of_what_is_in_use() {
     calibrator.reset();
     assert_eq!(calibrator.generation(), 2);
     assert_eq!(calibrator.in_use(), &Extrinsics::SIDE_BY_SIDE);
-    assert_eq!(calibrator.estimate(), None);
+    assert_eq!(calibrator.proposal(), None);
 }
 
 #[test]

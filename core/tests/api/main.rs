@@ -7,10 +7,14 @@
     reason = "a test that panics is a test that fails"
 )]
 
+mod applying;
 mod bad_input;
+mod bias;
 mod fusion;
+mod health;
 mod homography;
 mod robust;
 mod scene;
 mod selection;
 mod solver;
+mod supervision;

@@ -1,20 +1,15 @@
-//! The robust preset: exact where it can be, bounded, the same bits pass by pass, and its fusion.
+//! The robust preset: exact where it can be, bounded, the same bits pass by pass, and what its pairs
+//! come to.
 
-use crate::scene::{cameras, correspondences, rig};
+use crate::scene::{cameras, correspondences, fill, garbage, rig, robust, take, with};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Config, Correspondence, Extrinsics, InformationMean, PairError, PairReport,
-    Refusal, Scalar, Stop,
+    Calibrator, Config, Correspondence, PairError, PairReport, RectifyingRotations, Refusal,
+    Scalar, State, Stop,
 };
 
 const ROTATION: [f64; 3] = [3.0, -2.5, 4.0];
 const BASELINE: [f64; 2] = [4.0, -3.0];
-
-fn calibrator<T: Scalar>() -> Calibrator<T, 256> {
-    let mut calibrator = Calibrator::new(Config::robust());
-    calibrator.set_cameras(cameras());
-    calibrator
-}
 
 /// Three in ten right points exchanged among themselves.
 fn among_mismatches<T: Scalar>(noise_px: f64, seed: u64) -> Vec<Correspondence<T>> {
@@ -26,12 +21,24 @@ fn among_mismatches<T: Scalar>(noise_px: f64, seed: u64) -> Vec<Correspondence<T
     all
 }
 
+fn filled<T: Scalar>(config: Config, noise_px: f64, seed: u64) -> Calibrator<T, 256> {
+    let mut calibrator = with(config);
+    fill(&mut calibrator, &among_mismatches(noise_px, seed));
+    calibrator
+}
+
 fn solved<T: Scalar>(noise_px: f64, seed: u64) -> PairReport<T> {
-    let mut calibrator = calibrator::<T>();
-    for c in among_mismatches(noise_px, seed) {
-        calibrator.push(&c).unwrap();
+    filled(Config::robust(), noise_px, seed).solve_pair().unwrap()
+}
+
+/// A calibrator that has locked on the rig.
+fn locked<T: Scalar>() -> Calibrator<T, 256> {
+    let mut calibrator = robust();
+    for seed in 100..105 {
+        take(&mut calibrator, &among_mismatches(0.5, seed)).unwrap();
     }
-    calibrator.solve_pair().unwrap()
+    assert_eq!(calibrator.state(), State::Locked);
+    calibrator
 }
 
 #[test]
@@ -51,121 +58,168 @@ fn takes_no_more_than_twelve_passes_and_reports_them() {
     assert!((report.noise_px * 12.0_f32.sqrt() - 1.0).abs() < 0.2, "{}", report.noise_px);
 }
 
-#[test]
-fn pass_by_pass_gives_the_same_bits_as_one_call() {
-    let mut calibrator = calibrator::<f32>();
-    for c in among_mismatches(0.5, 3) {
-        calibrator.push(&c).unwrap();
-    }
-    let whole = calibrator.solve_pair().unwrap();
+/// The report, one pass a call, and how many calls it took.
+fn stepped(calibrator: &mut Calibrator<f32, 256>) -> (PairReport<f32>, u16) {
     calibrator.begin_pair().unwrap();
-    let stepped = (0..13).find_map(|_| calibrator.advance_pair().unwrap()).unwrap();
-    assert_eq!(stepped, whole);
+    (2..=14).find_map(|calls| Some((calibrator.advance_pair().unwrap()?, calls))).unwrap()
 }
 
 #[test]
-fn the_score_takes_most_of_the_prior_back_out() {
+fn pass_by_pass_gives_the_same_bits_as_one_call() {
+    let [mut one, mut other] = [(); 2].map(|()| filled(Config::robust(), 0.5, 3));
+    let whole = one.solve_pair().unwrap();
+    let (by_pass, calls) = stepped(&mut other);
+    assert_eq!(by_pass, whole);
+    // A call takes one pass.
+    assert_eq!(calls, whole.passes);
+    assert_eq!(other.advance_pair(), Err(PairError::NotBegun));
+}
+
+#[test]
+fn a_locked_rig_is_tracked_in_four_passes_and_with_the_same_bits_pass_by_pass() {
+    let [mut one, mut other] = [(); 2].map(|()| locked::<f32>());
+    for calibrator in [&mut one, &mut other] {
+        fill(calibrator, &among_mismatches(0.5, 4));
+    }
+    let whole = one.solve_pair().unwrap();
+    assert_eq!(stepped(&mut other).0, whole);
+    assert!(whole.passes <= 4, "{}", whole.passes);
+    let error = Deviation::between(&whole.extrinsics, &rig(ROTATION, BASELINE));
+    let sd = whole.information.standard_deviations().unwrap();
+    assert!(error.translation < 4.0 * sd.translation && error.rotation < 4.0 * sd.rotation);
+}
+
+#[test]
+fn the_prior_counts_once_however_many_pairs() {
     // The baseline is four of the prior's deviations off, and each pair is weaker than the prior.
     let truth = rig::<f64>([0.0; 3], [0.3, 0.4]);
     let config = Config::robust().with_prior_sd_rad(0.002).unwrap();
-    let mut calibrator = Calibrator::<f64, 256>::new(config);
-    calibrator.set_cameras(cameras());
+    let mut calibrator = with::<f64>(config);
     for seed in 0..100 {
-        for c in correspondences(&truth, 16, 1.0, seed) {
-            calibrator.push(&c).unwrap();
-        }
         // With so few matches some pairs have no consensus.
-        if let Ok(report) = calibrator.solve_pair() {
-            calibrator.fuse(&report).unwrap();
-        }
-        calibrator.clear_pair();
+        let _ = take(&mut calibrator, &correspondences(&truth, 16, 1.0, seed));
     }
-    let estimate = calibrator.estimate().unwrap();
-    let error = Deviation::between(&estimate.extrinsics, &truth);
-    // 8.7e-3 off at the start; twice as far off if the pairs were fused as they are.
+    let proposal = calibrator.proposal().unwrap();
+    let error = Deviation::between(&proposal.extrinsics, &truth);
+    // 8.7e-3 off at the start; twice as far off if every pair brought the prior along.
     assert!(error.translation < 4e-3 && error.rotation < 6e-4, "{error:?}");
 }
 
 #[test]
-fn a_pair_fused_from_afar_is_its_own_estimate() {
-    let report = solved::<f32>(0.5, 4);
-    let mut fusion = InformationMean::from_prior(Extrinsics::SIDE_BY_SIDE, 10.0);
-    assert!(fusion.add(&report));
-    let estimate = fusion.estimate().unwrap();
-    let error = Deviation::between(&estimate.extrinsics, &report.extrinsics);
-    assert!(error.translation < 1e-4 && error.rotation < 1e-4, "{error:?}");
+fn the_first_pair_is_its_own_estimate_and_claims_its_own_deviation() {
+    let mut calibrator = filled::<f32>(Config::robust(), 0.5, 4);
+    let report = calibrator.solve_pair().unwrap();
+    calibrator.fuse(&report).unwrap();
+    let proposal = calibrator.proposal().unwrap();
+    let sd = report.information.standard_deviations().unwrap();
+    let error = Deviation::between(&proposal.extrinsics, &report.extrinsics);
+    // What the prior of 0.1 rad holds against it.
+    assert!(error.translation < 0.1 * sd.translation && error.rotation < 0.1 * sd.rotation);
+    assert!((proposal.sd.translation / sd.translation - 1.0).abs() < 0.02);
+    assert!((proposal.sd.rotation / sd.rotation - 1.0).abs() < 0.02);
+    assert_eq!(proposal.pairs, 1);
 }
 
 #[test]
-fn a_million_pairs_in_f32_stay_where_they_are_and_claim_what_they_know() {
-    let singles: Vec<PairReport<f32>> = (0..100).map(|seed| solved(0.5, seed)).collect();
-    let mut fusion = InformationMean::from_prior(Extrinsics::SIDE_BY_SIDE, 0.1);
-    let mut after = |rounds: u32| {
-        for _ in 0..rounds {
-            for report in &singles {
-                assert!(fusion.add(report));
-            }
+fn the_covariance_is_of_the_unknowns_to_the_truth_and_sums_up_to_the_deviations() {
+    let truth = RectifyingRotations::from(&rig::<f64>(ROTATION, BASELINE));
+    let [mut sum, runs] = [0.0, 30.0];
+    for run in 0..30 {
+        let mut calibrator = robust::<f64>();
+        for seed in 0..8 {
+            take(&mut calibrator, &among_mismatches(0.5, 8 * run + seed)).unwrap();
         }
-        fusion.estimate().unwrap()
-    };
-    let [first, last] = [after(1), after(9999)];
-    assert_eq!(last.pairs, 1_000_000);
-    let drift = Deviation::between(&last.extrinsics, &first.extrinsics);
-    assert!(drift.translation < first.sd.translation / 2.0, "{drift:?} {:?}", first.sd);
-    assert!(drift.rotation < first.sd.rotation / 2.0, "{drift:?} {:?}", first.sd);
-    // A hundredth of the deviation for ten thousand times the information.
-    let shrunk = first.sd.translation / last.sd.translation;
-    assert!((95.0..105.0).contains(&shrunk), "{shrunk}");
+        let proposal = calibrator.proposal().unwrap();
+        let covariance = proposal.covariance.unwrap();
+        let off = RectifyingRotations::from(&proposal.extrinsics).unknowns_to(&truth);
+        sum += off.dot(&(covariance.try_inverse().unwrap() * off)) / 5.0 / runs;
+        let [r, t] =
+            [covariance.m11 + covariance.m22 + covariance.m33, covariance.m44 + covariance.m55];
+        assert!((proposal.sd.rotation.powi(2) / r - 1.0).abs() < 1e-9);
+        assert!((proposal.sd.translation.powi(2) / t - 1.0).abs() < 1e-9);
+    }
+    // Scatter and halves only ever widen.
+    assert!((0.5..1.3).contains(&sum), "{sum}");
+}
+
+#[test]
+fn a_report_counts_once_and_not_after_another_pair_or_a_reset() {
+    let mut calibrator = locked::<f32>();
+    fill(&mut calibrator, &among_mismatches(0.5, 5));
+    let report = calibrator.solve_pair().unwrap();
+    calibrator.fuse(&report).unwrap();
+    let before = calibrator.proposal();
+    assert_eq!(calibrator.fuse(&report), Err(Refusal::Stale));
+    assert_eq!(calibrator.proposal(), before);
+
+    fill(&mut calibrator, &among_mismatches(0.5, 6));
+    let old = calibrator.solve_pair().unwrap();
+    take(&mut calibrator, &among_mismatches(0.5, 7)).unwrap();
+    assert_eq!(calibrator.fuse(&old), Err(Refusal::Stale));
+
+    fill(&mut calibrator, &among_mismatches(0.5, 8));
+    let old = calibrator.solve_pair().unwrap();
+    calibrator.reset();
+    assert_eq!(calibrator.fuse(&old), Err(Refusal::Stale));
+    assert_eq!(calibrator.proposal(), None);
 }
 
 #[test]
 fn a_noise_floor_above_all_noise_is_a_refusal_and_no_panic() {
     let config = Config::robust().with_noise_floor_px(50.0).unwrap();
-    let mut calibrator = Calibrator::<f32, 256>::new(config);
-    calibrator.set_cameras(cameras());
-    for c in among_mismatches(0.5, 5) {
-        calibrator.push(&c).unwrap();
-    }
-    assert_eq!(calibrator.solve_pair(), Err(PairError::NoConsensus));
+    assert_eq!(filled::<f32>(config, 0.5, 5).solve_pair(), Err(PairError::NoConsensus));
 }
 
 #[test]
-fn a_pair_that_leads_to_no_rig_is_not_taken_and_changes_nothing() {
-    let mut report = solved::<f32>(0.5, 6);
-    let mut fusion = InformationMean::from_prior(Extrinsics::SIDE_BY_SIDE, 0.1);
-    report.score = [0.0, 0.0, 0.0, f32::MAX, 0.0];
-    assert!(!fusion.add(&report));
-    assert_eq!((fusion.pairs(), fusion.estimate()), (0, None));
+fn a_pair_that_runs_out_of_passes_says_so() {
+    let config = Config::robust().with_max_passes(5).unwrap();
+    let report = filled::<f32>(config, 0.5, 8).solve_pair().unwrap();
+    assert_eq!((report.stop, report.passes), (Stop::PassLimit, 5));
 }
 
 #[test]
-fn weak_pairs_that_agree_on_what_is_beyond_the_correction_limit_stop_short_of_it() {
-    let config = Config::robust().with_max_correction_rad(0.05).unwrap();
-    let mut calibrator = Calibrator::<f32, 256>::new(config);
-    calibrator.set_cameras(cameras());
-    for c in correspondences(&rig([0.1, 0.0, 0.0], [0.0, 0.0]), 40, 0.5, 7) {
-        calibrator.push(&c).unwrap();
-    }
-    let mut report = calibrator.solve_pair().unwrap();
-    // What a prior held against a pair that says 0.2 rad more of the baseline.
-    let pull = report.information.matrix() * nalgebra::Vector5::new(0.0, 0.0, 0.0, 0.2, 0.0);
-    report.score = pull.into();
-    let before = calibrator.estimate();
-    assert_eq!(calibrator.fuse(&report), Err(Refusal::CorrectionLimit));
-    assert_eq!(calibrator.estimate(), before);
-}
-
-#[test]
-fn passes_that_only_anneal_give_no_consensus() {
-    let solved_in = |passes| {
-        let config = Config::robust().with_max_passes(passes).unwrap();
-        let mut calibrator = Calibrator::<f32, 256>::new(config);
-        calibrator.set_cameras(cameras());
-        for c in among_mismatches(0.5, 8) {
-            calibrator.push(&c).unwrap();
+fn passes_are_bounded_however_many_hypotheses_are_asked() {
+    for limit in [2, 5, 9, 12] {
+        let mut calibrator = with::<f32>(Config::robust().with_max_passes(limit).unwrap());
+        let mut most = 0;
+        for seed in 0..60 {
+            // Three rigs in turn, with rubbish between.
+            let turned = ROTATION.map(|angle| angle - (seed / 5 % 3) as f64);
+            let mut matches = correspondences(&rig(turned, BASELINE), 250, 0.5, seed);
+            if seed % 7 == 6 {
+                matches = garbage(250, seed);
+            }
+            fill(&mut calibrator, &matches);
+            if let Ok(report) = calibrator.solve_pair() {
+                most = most.max(report.passes);
+                let _ = calibrator.fuse(&report);
+            }
         }
-        calibrator.solve_pair().map(|report| report.stop)
-    };
-    assert_eq!(solved_in(4), Err(PairError::NoConsensus));
-    assert_eq!(solved_in(6), Ok(Stop::PassLimit));
+        assert!(most > 4 && most <= limit.max(9), "{limit}: {most}");
+    }
+}
+
+#[test]
+fn a_batch_of_fewer_than_the_least_solves_nothing() {
+    let mut small = Calibrator::<f32, 8>::new(Config::robust());
+    small.set_cameras(cameras());
+    fill(&mut small, &correspondences(&rig(ROTATION, BASELINE), 200, 0.5, 9));
+    assert_eq!(small.batch().pairs().len(), 8);
+    assert_eq!(small.solve_pair(), Err(PairError::TooFew { usable: 8, needed: 12 }));
+}
+
+#[test]
+fn a_batch_that_selects_64_of_many_locks_on_the_rig() {
+    let truth = rig::<f32>(ROTATION, BASELINE);
+    let mut small = Calibrator::<f32, 64>::new(Config::robust());
+    small.set_cameras(cameras());
+    for seed in 0..10 {
+        take(&mut small, &among_mismatches(0.5, seed)).unwrap();
+        assert_eq!(small.batch().pairs().len(), 64);
+    }
+    let proposal = small.proposal().unwrap();
+    assert_eq!((proposal.state, proposal.pairs), (State::Locked, 10));
+    let error = Deviation::between(&proposal.extrinsics, &truth);
+    let sd = proposal.sd;
+    assert!(error.translation < 4.0 * sd.translation && error.rotation < 4.0 * sd.rotation);
 }

@@ -1,0 +1,98 @@
+//! Matches that are wrong alike: rounded to a grid, or shifted in one half of the image.
+
+use crate::scene::{correspondences, rig, robust, take};
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{ApplyError, Arming, Correspondence, Doubt, RectifyingRotations, State};
+
+const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
+const BASELINE: [f64; 2] = [0.5, -0.4];
+
+fn scene(rotation: [f64; 3], seed: u64) -> Vec<Correspondence<f32>> {
+    correspondences(&rig(rotation, BASELINE), 250, 0.5, seed)
+}
+
+/// Rows rounded to whole pixels.
+fn rounded(mut matches: Vec<Correspondence<f32>>) -> Vec<Correspondence<f32>> {
+    for c in &mut matches {
+        (c.left, c.right) = (c.left.map(f32::round), c.right.map(f32::round));
+        c.grid_step = 1.0;
+    }
+    matches
+}
+
+#[test]
+fn rows_rounded_to_whole_pixels_leave_the_estimate_unbiased() {
+    // Almost rectified: the row offsets gather at few whole numbers.
+    let truth = [0.01, 0.0, 0.01];
+    let rectified = RectifyingRotations::from(&rig::<f32>(truth, [0.02, 0.01]));
+    let mut calibrator = robust::<f32>();
+    for seed in 0..60 {
+        let matches = correspondences(&rig(truth, [0.02, 0.01]), 250, 0.3, seed);
+        take(&mut calibrator, &rounded(matches)).unwrap();
+    }
+    let proposal = calibrator.proposal().unwrap();
+    assert_eq!(proposal.state, State::Locked);
+    let off = RectifyingRotations::from(&proposal.extrinsics).unknowns_to(&rectified);
+    let covariance = proposal.covariance.unwrap();
+    let deviations = off.component_div(&covariance.diagonal().map(f32::sqrt));
+    assert!(deviations.amax() < 3.5, "{deviations} {proposal:?}");
+    // 0.25 px of row offset at half a pixel of pitch would be 2e-4 rad.
+    assert!(off.x.abs() < 5e-5, "{off}");
+}
+
+/// All matches of the left half of the image that much too low in the right one.
+fn biased(bias_px: f32, seed: u64) -> Vec<Correspondence<f32>> {
+    let mut matches = scene(ROTATION, seed);
+    for c in matches.iter_mut().filter(|c| c.left[0] < 960.0) {
+        c.right[1] = (c.right[1] + bias_px).min(1199.0);
+    }
+    matches
+}
+
+#[test]
+fn matches_biased_in_one_half_of_the_image_are_doubted_and_never_applied() {
+    let [mut healthy, mut suspect] = [(); 2].map(|()| robust::<f32>());
+    let truth = rig(ROTATION, BASELINE);
+    for seed in 0..20 {
+        take(&mut healthy, &scene(ROTATION, seed)).unwrap();
+        assert_eq!(healthy.proposal().unwrap().doubt, None, "{seed}");
+        take(&mut suspect, &biased(1.5, seed)).unwrap();
+        let proposal = suspect.proposal().unwrap();
+        assert!(proposal.doubt.is_some(), "{seed}");
+        if seed > 0 {
+            assert_eq!(proposal.doubt, Some(Doubt::Everything), "{seed}");
+        }
+        let refused = suspect.apply().unwrap_err();
+        let locked = proposal.state == State::Locked;
+        assert_eq!(refused == ApplyError::Doubtful, locked, "{seed} {refused:?}");
+        let error = Deviation::between(&proposal.extrinsics, &truth);
+        let sd = proposal.sd;
+        assert!(error.translation < 4.0 * sd.translation && error.rotation < 4.0 * sd.rotation);
+    }
+    let health = suspect.health().unwrap();
+    assert_eq!((health.arming, health.doubt), (Arming::Doubtful, Some(Doubt::Everything)));
+    let [claimed, usual] = [&suspect, &healthy].map(|c| c.proposal().unwrap().sd);
+    assert!(claimed.rotation > 5.0 * usual.rotation, "{claimed:?} {usual:?}");
+    assert!(claimed.translation > 5.0 * usual.translation, "{claimed:?} {usual:?}");
+}
+
+#[test]
+fn where_halves_disagree_a_little_the_baseline_in_use_is_kept_and_the_rotation_fitted_to_it() {
+    let mut calibrator = robust::<f32>();
+    let factory = rig([0.9, -0.4, 0.7], [0.4, -0.3]);
+    calibrator.set_factory(factory);
+    let mut seen = 0;
+    for seed in 0..60 {
+        take(&mut calibrator, &biased(0.2, seed)).unwrap();
+        let proposal = calibrator.proposal().unwrap();
+        if proposal.state == State::Locked && proposal.doubt == Some(Doubt::Baseline) {
+            seen += 1;
+            let applied = calibrator.apply().unwrap();
+            assert_eq!(applied.translation(), factory.translation());
+            // Half a pixel and less, in spite of a baseline that is 0.1 degrees off.
+            let health = calibrator.health().unwrap();
+            assert!(health.in_use_px < 0.5 && health.arming == Arming::Yes, "{health:?}");
+        }
+    }
+    assert!(seen > 0);
+}
