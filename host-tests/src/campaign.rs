@@ -22,6 +22,9 @@ use crate::synth::{Scene, SynthPair};
 /// Room for the matches of any scenario.
 const CAPACITY: usize = 512;
 
+/// Fewer true matches than this bound nothing.
+const FEW: usize = 12;
+
 /// An error above so many reported deviations is a false claim.
 const FALSE_CLAIM: f64 = 5.0;
 
@@ -53,9 +56,9 @@ pub struct Moment {
 pub struct Run {
     /// Pair by pair; `None` before there is an estimate.
     pub moments: Vec<Option<Moment>>,
-    /// Error of the joint fit of all true matches; `None` where the rig moves.
+    /// Error of the joint fit of all true matches; `None` where the rig moves or there are none.
     pub oracle: Option<Deviation<f64>>,
-    /// Cramer-Rao bound of the last pair's true matches.
+    /// Cramer-Rao bound of the last pair's true matches; NaN where there are too few.
     pub bound: Deviation<f64>,
 }
 
@@ -206,9 +209,11 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Run>
         .collect();
     let rig = &last.scene.rig;
     let noise = last.scene.noise_px / last.scene.focal;
-    let bound = cramer_rao(rig, clean.iter(), noise);
+    let unknown = Deviation { translation: f64::NAN, rotation: f64::NAN };
+    let few = |rays: &[Rays]| rays.len() < FEW;
+    let bound = if few(&clean) { unknown } else { cramer_rao(rig, clean.iter(), noise) };
     let oracle =
-        (still && !inliers.is_empty()).then(|| Deviation::between(&joint_fit(rig, &inliers), rig));
+        (still && !few(&inliers)).then(|| Deviation::between(&joint_fit(rig, &inliers), rig));
     Ok(Run { moments, oracle, bound })
 }
 

@@ -1,8 +1,10 @@
 //! The robust preset on generated scenes with mismatches: against the Cramer-Rao bound of the true
 //! inliers (one pair) and against the joint fit of all true inliers (fused). `f32`.
 
+use host_tests::campaign::{self, Run, five_degrees_off, nees_band, runs};
 use host_tests::evaluation::in_f64;
 use host_tests::oracle::{self, Rays};
+use host_tests::scenario::{Kind, Scenario};
 use host_tests::synth::{Scene, SynthPair, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Calibrator, Config, PairError};
@@ -92,29 +94,58 @@ fn six_in_ten_mismatches_from_5_degrees_off_are_survived() {
     assert!(single.success >= 0.95);
 }
 
+/// Runs of a scenario, 5 degrees off.
+fn campaign(kind: Kind, outliers: f64, pairs: usize, trials: u64) -> Vec<Run> {
+    let mut scenario = Scenario::new(kind, pairs);
+    scenario.scene.outliers = outliers;
+    scenario.scene.rig = five_degrees_off();
+    let config = Config::default().with_automatic_apply(true);
+    runs::<f32>(&scenario, config, 40_000..40_000 + trials, || ()).unwrap()
+}
+
 #[test]
-fn fused_pairs_are_near_the_joint_fit_of_all_true_inliers() {
-    let scene = scene(0.3);
-    let [mut fused, mut joint] = [Vec::new(), Vec::new()];
-    for seed in 0..100 {
-        let mut calibrator = calibrator(&scene);
-        let mut inliers: Vec<Rays> = Vec::new();
-        for pair in scene.pairs(5000 + seed).take(50) {
-            push(&mut calibrator, &pair);
-            let report = calibrator.solve_pair().unwrap();
-            calibrator.fuse(&report).unwrap();
-            calibrator.clear_pair();
-            let matches = pair.matches.iter().zip(&pair.inlier).filter(|(_, inlier)| **inlier);
-            inliers.extend(matches.map(|(m, _)| scene.rays([m.ul, m.vl, m.ur, m.vr])));
-        }
-        let estimate = calibrator.estimate().unwrap();
-        fused.push(Deviation::between(&in_f64(&estimate.extrinsics), &scene.rig));
-        joint.push(Deviation::between(&oracle::joint_fit(&scene.rig, &inliers), &scene.rig));
+fn fused_pairs_are_near_the_joint_fit_of_all_true_inliers_and_claim_what_they_know() {
+    for (kind, outliers) in
+        [(Kind::Near, 0.5), (Kind::Far, 0.3), (Kind::Heterogeneous, 0.5), (Kind::Planar, 0.3)]
+    {
+        let runs = campaign(kind, outliers, 100, 200);
+        let fused = campaign::rms(runs.iter().filter_map(Run::last).map(|m| m.error));
+        let joint = campaign::rms(runs.iter().filter_map(|run| run.oracle));
+        let [t, r] = [fused.translation / joint.translation, fused.rotation / joint.rotation];
+        let nees = runs.iter().filter_map(Run::last).map(|m| m.nees).sum::<f64>() / 200.0;
+        let locked = runs.iter().filter_map(Run::locked_at).max().unwrap() + 1;
+        println!("{kind}: e_t {t:.3}, e_theta {r:.3} of the joint fit, nees {nees:.2}, {locked}");
+        assert!(t <= 1.15 && r <= 1.15, "{kind}: {t} {r}");
+        let [low, high] = nees_band(200);
+        assert!((low..high).contains(&nees), "{kind}: {nees}");
+        assert!(runs.iter().all(|run| run.locked_at().is_some()) && locked <= 10, "{kind}");
+        let [pairs, false_ones] =
+            runs.iter().map(Run::locked_and_false).fold([0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+        assert!(false_ones * 1000 < pairs, "{kind}: {false_ones} of {pairs}");
     }
-    let [fused, joint] = [rms(fused), rms(joint)];
-    let [t, r] = [fused.translation / joint.translation, fused.rotation / joint.rotation];
-    println!("over the joint fit: e_t {t:.3}, e_theta {r:.3}");
-    assert!(t <= 1.25 && r <= 1.25, "{t} {r}");
+}
+
+#[test]
+fn a_knock_is_followed_in_three_pairs() {
+    let mut scenario = Scenario::new(Kind::Step, 60);
+    scenario.scene.outliers = 0.3;
+    scenario.turn_deg = 0.3;
+    let config = Config::default().with_automatic_apply(true);
+    let runs = runs::<f32>(&scenario, config, 50_000..50_100, || ()).unwrap();
+    let in_use =
+        |pair: usize| campaign::rms(runs.iter().map(|run| run.moments[pair].unwrap().in_use));
+    // The step comes with pair 30; a fresh estimate has three pairs with pair 2.
+    let fresh = campaign::rms(runs.iter().map(|run| run.moments[2].unwrap().error));
+    let after = in_use(32);
+    println!("in use three pairs after the step: {after:?}, fresh after three {fresh:?}");
+    assert!(in_use(30).rotation > 5e-3);
+    assert!(after.rotation < 1.5 * fresh.rotation && after.translation < 1.5 * fresh.translation);
+}
+
+#[test]
+fn mismatches_alone_never_lock() {
+    let runs = campaign(Kind::Near, 1.0, 30, 50);
+    assert!(runs.iter().all(|run| run.locked_at().is_none()));
 }
 
 #[test]

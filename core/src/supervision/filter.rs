@@ -87,7 +87,9 @@ impl<T: Scalar> Filter<T> {
             halves: T::ZERO,
             pairs: 1,
         };
-        born.solved(lineage)?.listening(&evidence.pose, lineage)
+        let mut born = born.solved(lineage)?.listening(&evidence.pose, lineage)?;
+        born.halves = born.disagreement(lineage);
+        Some(born)
     }
 
     /// With one more pair; `None` if it leads to no rig.

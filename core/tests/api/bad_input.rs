@@ -169,21 +169,12 @@ fn points_at_infinity_tell_a_locked_rig_nothing_of_its_baseline() {
         let scene = correspondences(&Extrinsics::SIDE_BY_SIDE, 200, 0.5, seed);
         take(&mut calibrator, &scene).unwrap();
     }
-    let before = calibrator.proposal().unwrap();
-    let mut added = 0;
+    let before = calibrator.proposal();
     for seed in 10..60 {
-        added += u32::from(take(&mut calibrator, &noisy_infinity(seed)).is_ok());
-        assert_eq!(calibrator.state(), State::Locked, "{seed}");
+        let taken = take(&mut calibrator, &noisy_infinity(seed));
+        assert_eq!(taken.unwrap_err(), Rejection::Unsolved(PairError::Unobservable), "{seed}");
+        assert_eq!(calibrator.proposal(), before, "{seed}");
     }
-    assert_eq!(added, 50);
-    let after = calibrator.proposal().unwrap();
-    let sd = [before, after].map(|p| p.covariance.unwrap().diagonal().map(f32::sqrt));
-    let [pitch, _, _, forward, down] = sd[1].component_div(&sd[0]).into();
-    assert!(pitch < 0.5, "{pitch}");
-    // Down goes with the roll, of which it knows more.
-    assert!(forward > 0.9 && down > 0.5, "{forward} {down}");
-    let error = Deviation::between(&after.extrinsics, &Extrinsics::SIDE_BY_SIDE);
-    assert!(error.translation < 4.0 * after.sd.translation, "{error:?}");
 }
 
 #[test]

@@ -119,7 +119,7 @@ fn the_error_of_depth_is_that_of_yaw_over_the_baseline_times_the_square_of_dista
     let own = proposal.covariance.unwrap().m22.sqrt();
     assert!((health.yaw / off.hypot(own) - 1.0).abs() < 1e-6);
     assert!((off.abs() - 0.5_f32.to_radians()).abs() < 0.2_f32.to_radians(), "{off}");
-    for (error, z) in health.depth_errors(0.12).into_iter().zip(DEPTHS_M) {
+    for (error, z) in health.depth_errors(0.12).unwrap().into_iter().zip(DEPTHS_M) {
         let z = f32::lit(z);
         assert!((error / (z * z * health.yaw / 0.12) - 1.0).abs() < 1e-6, "{z} {error}");
     }
