@@ -179,12 +179,25 @@ impl<T: Scalar> Judged<T> {
         self.near >= needed
             && near >= T::lit(2.0) * T::count(self.beside)
             && near >= T::lit(MIN_INLIERS) * T::count(self.usable)
+            && self.stands_out(T::lit(3.0))
             && self.evidence.noise < T::lit(NOISE_PX[0])
     }
 
     /// Whether the residuals at a pose that is known already gather at zero.
     pub(crate) fn has_peak(&self) -> bool {
         self.near >= 8 && T::count(self.near) >= T::lit(1.5) * T::count(self.beside)
+    }
+
+    /// Whether they do so by more than chance: what a pose must show that is not yet known.
+    pub(crate) fn has_clear_peak(&self) -> bool {
+        self.stands_out(T::lit(2.0))
+    }
+
+    /// Whether more residuals are near zero than beside by so many deviations of chance, which counts
+    /// both alike.
+    fn stands_out(&self, deviations: T) -> bool {
+        let [near, beside] = [self.near, self.beside].map(T::count);
+        near - beside >= deviations * (near + beside).sqrt()
     }
 }
 

@@ -275,6 +275,15 @@ impl<T: Scalar> Filter<T> {
             && self.surprise(judged, lineage).is_some_and(|surprise| surprise < limit)
     }
 
+    /// Whether this is the optimum of another rig, and not one that weak pairs have missed.
+    pub(super) fn departs_from(&self, other: &Self, lineage: &Lineage<T>) -> bool {
+        let covariances = self.covariance(lineage).zip(other.covariance(lineage));
+        let apart = self.pose.unknowns_to(&other.pose);
+        covariances
+            .and_then(|(a, b)| squared_over(&apart, a + b))
+            .is_some_and(|distance| distance > T::lit(MAX_SURPRISE) * other.scatter())
+    }
+
     /// Distance of this pair from the last: neither knows the estimate, which may be wrong.
     fn note_scatter(&mut self, judged: &Judged<T>, lineage: &Lineage<T>) {
         let pair = judged.evidence.seen_at(&self.pose).with(&lineage.prior);

@@ -1,8 +1,8 @@
 //! Many pairs into one estimate that can be wrong and find out.
 //!
 //! The *champion* is the hypothesis that is reported. A pair that disagrees with it is not thrown
-//! away: it founds a *challenger*, which gathers the pairs that agree with it. Three in all, and the
-//! challenger takes over, with its own sums; if the pairs return to the champion, the challenger is
+//! away: it founds a *challenger*, which gathers the pairs that agree with it. Three in all, if they
+//! speak of another rig, and the challenger takes over, with its own sums; if the pairs return to the champion, the challenger is
 //! dropped. A gate without this way out locks on a wrong answer and refuses the truth.
 
 mod champion;
@@ -165,7 +165,8 @@ impl<T: Scalar> Supervisor<T> {
     fn challenger_agrees(&self, judged: &Judged<T>, lineage: &Lineage<T>) -> bool {
         // A young hypothesis without a rival may be a few deviations off.
         let slack = if self.champion.is_none() { T::lit(2.0) } else { T::ONE };
-        self.challenger().is_some_and(|filter| filter.agrees(judged, slack, lineage))
+        judged.has_clear_peak()
+            && self.challenger().is_some_and(|filter| filter.agrees(judged, slack, lineage))
     }
 
     /// A batch that gave no answer: who it disagreed with before that.
@@ -269,7 +270,8 @@ impl<T: Scalar> Supervisor<T> {
             .deviations(lineage)
             .is_some_and(|sd| sd.rotation <= locked && sd.translation <= locked);
         let had_champion = self.champion.is_some();
-        if challenger.agreed >= MIN_AGREED && certain {
+        let departs = self.champion().is_none_or(|old| challenger.filter.departs_from(old, lineage));
+        if challenger.agreed >= MIN_AGREED && certain && departs {
             self.champion = Some(Champion::crowned(challenger.filter));
             self.challenger = None;
             self.rejected = 0;
