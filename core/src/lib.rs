@@ -10,8 +10,8 @@
 //! side-by-side rig has `R = I`, `t = (-1, 0, 0)`. Angles are in rad, image coordinates in px.
 //!
 //! Start at [`Calibrator`]. Data flows one way: [`Camera`] makes rays of pixels, a [`Batch`] holds
-//! them, the [`Solver`] turns a batch into a [`PairReport`], the fusion turns reports into a
-//! [`FusedEstimate`].
+//! them, a solver turns a batch into a [`PairReport`], the reports come to a [`Proposal`], and
+//! [`Health`] says whether to rely on it.
 
 #![no_std]
 #![forbid(unsafe_code)]

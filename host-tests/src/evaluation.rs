@@ -7,11 +7,12 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Doubt, Extrinsics, Fused, PairError, PairReport, Proposal, RayPair, RectifyingRotations,
-    Refusal, Scalar, StandardDeviations, State, Stop, row_offset,
+    Extrinsics, Fused, PairError, PairReport, Proposal, RayPair, RectifyingRotations, Refusal,
+    Scalar, Stop, row_offset,
 };
 
 use crate::dataset::Dataset;
+pub use crate::estimate::Estimate;
 
 /// Matches further than this from the final estimate's rows do not count in RMS row offsets, px:
 /// three Huber thresholds, as the core screens.
@@ -277,46 +278,6 @@ pub fn in_f64<T: Scalar>(extrinsics: &Extrinsics<T>) -> Extrinsics<f64> {
     let r = Matrix3::from_row_slice(&extrinsics.rotation_row_major().map(T::to_f64));
     let t: Vector3<f64> = extrinsics.translation().map(T::to_f64);
     Extrinsics::try_new(&r, &t).expect("valid in the other scalar")
-}
-
-/// A proposal in `f64`, whatever the scalar of the run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
-    /// What would be put into use.
-    pub extrinsics: Extrinsics<f64>,
-    /// What it claims of its error, rad.
-    pub sd: StandardDeviations<f64>,
-    /// Whether it is confirmed.
-    pub state: State,
-    /// What speaks against it.
-    pub doubt: Option<Doubt>,
-}
-
-impl Estimate {
-    fn of<T: Scalar>(proposal: &Proposal<T>) -> Self {
-        Self {
-            extrinsics: in_f64(&proposal.extrinsics),
-            sd: StandardDeviations {
-                rotation: proposal.sd.rotation.to_f64(),
-                translation: proposal.sd.translation.to_f64(),
-            },
-            state: proposal.state,
-            doubt: proposal.doubt,
-        }
-    }
-}
-
-impl fmt::Display for Estimate {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.state)?;
-        match self.doubt {
-            None => Ok(()),
-            Some(Doubt::Baseline) => f.write_str(", image halves disagree: t held"),
-            Some(Doubt::Everything) => f.write_str(", image halves disagree: not applied"),
-            Some(Doubt::Axis) => f.write_str(", axis uncertain"),
-            Some(other) => write!(f, ", {other:?}"),
-        }
-    }
 }
 
 impl fmt::Display for Verdict {

@@ -5,6 +5,7 @@ pub mod abuse;
 pub mod campaign;
 pub mod dataset;
 pub mod depth;
+pub mod estimate;
 pub mod evaluation;
 pub mod grid;
 pub mod oracle;

@@ -3,10 +3,11 @@
 use nalgebra::{Matrix5, Vector5};
 
 use super::Lineage;
+use super::halves::Halves;
 use crate::extrinsics::Extrinsics;
 use crate::information::{Information, StandardDeviations};
 use crate::moments::Moments;
-use crate::quadratic::{Quadratic, squared_over};
+use crate::quadratic::squared_over;
 use crate::rectification::RectifyingRotations;
 use crate::robust::{Judged, Known};
 use crate::scalar::Scalar;
@@ -33,12 +34,6 @@ const MAX_SCATTER: f64 = 16.0;
 /// What is left of a drift after each further pair.
 const DRIFT_FADES: f64 = 0.9;
 
-/// What models of the first order may be wrong by, in deviations of the estimate.
-const NEAR: f64 = 0.1;
-
-/// Disagreement of image halves that healthy scenes stay below: chance is 1e-3 an axis.
-const HEALTHY_HALVES: f64 = 2.0;
-
 /// Sums over the pairs that agree, and their optimum.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Filter<T: Scalar> {
@@ -48,11 +43,7 @@ pub(crate) struct Filter<T: Scalar> {
     /// Over all pairs but the last, which a repeated scene replaces.
     settled: Moments<T>,
     last: Moments<T>,
-    /// Over the whole image, its left and its upper half, about the pose.
-    parts: [Quadratic<T>; 3],
-    /// Pairs in the parts, and those of them that did not repeat a scene: repetition cannot average out
-    /// what it repeats, but it shows it.
-    heard: [u32; 2],
+    halves: Halves<T>,
     /// Of all sums at the pose, without the prior.
     information: Information<T>,
     /// Running means: noise of a coordinate, px; share of inliers; distance of one pair from the next,
@@ -63,8 +54,6 @@ pub(crate) struct Filter<T: Scalar> {
     /// How far the older pairs were from those that replaced them, fading: a rig that has begun to drift
     /// goes on.
     drift: Vector5<T>,
-    /// `sqrt(chi^2 / 5)` between the estimates of image halves, the worse axis.
-    halves: T,
     pairs: u32,
 }
 
@@ -77,18 +66,17 @@ impl<T: Scalar> Filter<T> {
             frame: evidence.pose,
             settled: Moments::ZERO,
             last: evidence.moments,
-            parts: evidence.parts,
-            heard: [1; 2],
+            halves: Halves::NONE,
             information: Information::ZERO,
             noise: evidence.noise,
             share: evidence.share,
             scatter: T::ONE,
             drift: Vector5::zeros(),
-            halves: T::ZERO,
             pairs: 1,
         };
-        let mut born = born.solved(lineage)?.listening(&evidence.pose, lineage)?;
-        born.halves = born.disagreement(lineage);
+        let mut born = born.solved(lineage)?;
+        let to_pose = evidence.pose.unknowns_to(&born.pose);
+        born.halves = Halves::NONE.with(&evidence.parts, &to_pose, false, lineage);
         Some(born)
     }
 
@@ -117,14 +105,12 @@ impl<T: Scalar> Filter<T> {
         let gain = T::ONE / T::count(next.pairs.min(50));
         next.noise += (evidence.noise - self.noise) * gain;
         next.share += (evidence.share - self.share) * gain;
-        let mut next = next.solved(lineage)?.listening(&self.pose, lineage)?;
+        let mut next = next.solved(lineage)?;
+        let moved = self.pose.unknowns_to(&next.pose);
         let to_pose = evidence.pose.unknowns_to(&next.pose);
-        for (sum, part) in next.parts.iter_mut().zip(&evidence.parts) {
-            sum.add(&part.about(&to_pose));
-        }
-        let [heard, distinct] = next.heard;
-        next.heard = [heard.saturating_add(1), distinct.saturating_add(u32::from(!repeated))];
-        next.halves = next.disagreement(lineage);
+        let sd = StandardDeviations::of(&next.reported(lineage)?);
+        let halves = next.halves.moved(&moved, &sd, lineage);
+        next.halves = halves.with(&evidence.parts, &to_pose, repeated, lineage);
         Some(next)
     }
 
@@ -138,8 +124,7 @@ impl<T: Scalar> Filter<T> {
         let mut next = self.clone();
         next.settled = *settled;
         next.pairs = pairs;
-        next.parts = [Quadratic::ZERO; 3];
-        next.heard = [0; 2];
+        next.halves = Halves::NONE;
         let mut next = next.solved(lineage)?;
         next.drift = self.pose.unknowns_to(&next.pose);
         Some(next)
@@ -157,24 +142,6 @@ impl<T: Scalar> Filter<T> {
         }
         self.information = sums.seen_at(&self.frame, &self.pose).information;
         self.pose.extrinsics().ok()?;
-        Some(self)
-    }
-
-    /// With the image halves about the pose as it is now. They are first-order models: those from
-    /// before a long way are dropped.
-    fn listening(mut self, before: &RectifyingRotations<T>, lineage: &Lineage<T>) -> Option<Self> {
-        let moved = before.unknowns_to(&self.pose);
-        let sd = self.deviations(lineage)?;
-        let turn = moved.fixed_rows::<3>(0).norm();
-        let shift = moved.fixed_rows::<2>(3).norm();
-        let near = T::lit(NEAR);
-        if turn * (turn + shift) > near * sd.rotation || shift * shift > near * sd.translation {
-            self.parts = [Quadratic::ZERO; 3];
-            self.heard = [0; 2];
-        }
-        let [heard, _] = self.heard;
-        let fading = if heard >= lineage.memory { lineage.fading() } else { T::ONE };
-        self.parts = self.parts.map(|part| part.about(&moved).scaled(fading));
         Some(self)
     }
 
@@ -197,7 +164,7 @@ impl<T: Scalar> Filter<T> {
 
     /// Disagreement of image halves, in standard deviations per degree of freedom.
     pub(crate) fn halves(&self) -> T {
-        self.halves
+        self.halves.disagreement()
     }
 
     /// Covariance of the estimate, rad^2, widened by what the halves of the image disagree and along
@@ -205,18 +172,7 @@ impl<T: Scalar> Filter<T> {
     fn covariance(&self, lineage: &Lineage<T>) -> Option<Matrix5<T>> {
         let mut joint = self.information;
         joint.add(&lineage.prior);
-        Some(joint.covariance()? * self.widened() + self.drift * self.drift.transpose())
-    }
-
-    /// What the disagreement of image halves does to the variances. It is that of all pairs heard, the
-    /// variance that of distinct ones.
-    fn widened(&self) -> T {
-        let [heard, distinct] = self.heard.map(|n| T::count(n.max(1)));
-        if self.halves > T::lit(HEALTHY_HALVES) {
-            (self.halves * self.halves * (distinct / heard)).max(T::ONE)
-        } else {
-            T::ONE
-        }
+        Some(joint.covariance()? * self.halves.widened() + self.drift * self.drift.transpose())
     }
 
     /// Covariance as it is reported: widened by what the pairs scatter as well.
@@ -294,20 +250,6 @@ impl<T: Scalar> Filter<T> {
             let gain = T::ONE / (T::count(self.pairs.min(50)) + T::lit(4.0));
             self.scatter += (per_freedom - self.scatter) * gain;
         }
-    }
-
-    /// Distance between what the halves of the image say.
-    fn disagreement(&self, lineage: &Lineage<T>) -> T {
-        let [all, left, top] = &self.parts;
-        let Some(x) = all.with(&lineage.prior).step() else {
-            return T::ZERO;
-        };
-        let between = |half: &Quadratic<T>| {
-            let [one, other] = [*half, all.less(half)].map(|q| q.about(&x).with(&lineage.prior));
-            let distance = one.distance(&other).unwrap_or(T::ZERO);
-            (distance.max(T::ZERO) / T::lit(5.0)).sqrt()
-        };
-        between(left).max(between(top))
     }
 }
 
@@ -419,7 +361,7 @@ mod tests {
         let sd =
             |filter: &Filter<f32>| filter.information.standard_deviations().unwrap().translation;
         // What halves are compared by is as old as the rest.
-        let [all, left, top] = long.parts.map(|part| part.information.matrix().m11);
+        let [all, left, top] = long.halves.pitch();
         let whole = long.information.matrix().m11;
         assert!((all / whole - 1.0).abs() < 0.05, "{all} {whole}");
         assert!((0.3..0.7).contains(&(left / all)) && (0.3..0.7).contains(&(top / all)));

@@ -7,6 +7,7 @@
 
 mod champion;
 mod filter;
+mod halves;
 mod inquiry;
 mod stillness;
 
@@ -270,7 +271,8 @@ impl<T: Scalar> Supervisor<T> {
             .deviations(lineage)
             .is_some_and(|sd| sd.rotation <= locked && sd.translation <= locked);
         let had_champion = self.champion.is_some();
-        let departs = self.champion().is_none_or(|old| challenger.filter.departs_from(old, lineage));
+        let departs =
+            self.champion().is_none_or(|old| challenger.filter.departs_from(old, lineage));
         if challenger.agreed >= MIN_AGREED && certain && departs {
             self.champion = Some(Champion::crowned(challenger.filter));
             self.challenger = None;

@@ -3,7 +3,6 @@
 use crate::scene::{calibrator, cameras, correspondences, rig, robust, take};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
     ApplyError, Calibrator, Camera, Config, Correspondence, Extrinsics, Intrinsics, Lens,
     PairError, PushError, Pushed, Refusal, Rejection, Side, State, UndistortError,

@@ -18,10 +18,7 @@ pub(super) fn heading(out: &mut impl Write, set: &Dataset) -> Result<()> {
     writeln!(out, "Firmware simulation: recorded matches over SPI into the calibrator")?;
     writeln!(out, "data set   {}: {pairs} pairs, {matches} matches", set.name)?;
     writeln!(out, "source     {}", set.meta.source)?;
-    writeln!(
-        out,
-        "preset     robust: redescending loss, each pair from R = I, fusion by information"
-    )?;
+    writeln!(out, "preset     robust: redescending loss, fusion by moments, a watch over the rig")?;
     writeln!(out, "scalar     f32, room for {CAPACITY} matches a pair, 1/256 px on the wire")?;
     writeln!(out, "errors     in degrees, against R, t of the data set\n")?;
     Ok(())

@@ -40,7 +40,7 @@ pub(crate) struct RunArgs {
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Preset {
-    /// Whitened residuals, redescending loss, fusion by information: survives mismatches.
+    /// Whitened residuals, redescending loss, fusion by moments, watched: survives mismatches.
     Robust,
     /// As published: Huber weights, mean-direction fusion (eqs 16-22).
     Paper,

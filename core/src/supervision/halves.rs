@@ -1,0 +1,106 @@
+//! What the halves of the image say, each for itself: matches that are biased alike in one region pull
+//! the estimate, and no residual tells.
+
+use nalgebra::Vector5;
+
+use super::Lineage;
+use crate::information::StandardDeviations;
+use crate::quadratic::Quadratic;
+use crate::scalar::Scalar;
+
+/// Disagreement that healthy scenes stay below: chance is 1e-3 an axis.
+const HEALTHY: f64 = 2.0;
+
+/// What models of the first order may be wrong by, in deviations of the estimate.
+const NEAR: f64 = 0.1;
+
+/// Sums over the image halves, about the pose of the estimate.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Halves<T> {
+    /// Of the whole image, its left and its upper half.
+    parts: [Quadratic<T>; 3],
+    /// Pairs in the sums, and those of them that did not repeat a scene: repetition cannot average out
+    /// what it repeats, but it shows it.
+    heard: [u32; 2],
+    /// `sqrt(chi^2 / 5)` between the estimates of the halves, the worse axis.
+    disagreement: T,
+}
+
+impl<T: Scalar> Halves<T> {
+    pub(super) const NONE: Self =
+        Self { parts: [Quadratic::ZERO; 3], heard: [0; 2], disagreement: T::ZERO };
+
+    /// After the pose has moved; `sd`: of the estimate. First-order models from before a long way are
+    /// dropped.
+    pub(super) fn moved(
+        &self,
+        moved: &Vector5<T>,
+        sd: &StandardDeviations<T>,
+        lineage: &Lineage<T>,
+    ) -> Self {
+        let turn = moved.fixed_rows::<3>(0).norm();
+        let shift = moved.fixed_rows::<2>(3).norm();
+        let near = T::lit(NEAR);
+        if turn * (turn + shift) > near * sd.rotation || shift * shift > near * sd.translation {
+            return Self::NONE;
+        }
+        let [heard, _] = self.heard;
+        let fading = if heard >= lineage.memory { lineage.fading() } else { T::ONE };
+        Self { parts: self.parts.map(|part| part.about(moved).scaled(fading)), ..self.clone() }
+    }
+
+    /// With one more pair.
+    ///
+    /// * `to_pose`: from where the pair was judged to the pose.
+    pub(super) fn with(
+        &self,
+        pair: &[Quadratic<T>; 3],
+        to_pose: &Vector5<T>,
+        repeated: bool,
+        lineage: &Lineage<T>,
+    ) -> Self {
+        let mut next = self.clone();
+        for (sum, part) in next.parts.iter_mut().zip(pair) {
+            sum.add(&part.about(to_pose));
+        }
+        let [heard, distinct] = next.heard;
+        next.heard = [heard.saturating_add(1), distinct.saturating_add(u32::from(!repeated))];
+        next.disagreement = next.between(lineage);
+        next
+    }
+
+    /// Disagreement, in standard deviations per degree of freedom.
+    pub(super) fn disagreement(&self) -> T {
+        self.disagreement
+    }
+
+    /// What it does to the variances. It is that of all pairs heard, the variance that of distinct ones.
+    pub(super) fn widened(&self) -> T {
+        let [heard, distinct] = self.heard.map(|n| T::count(n.max(1)));
+        if self.disagreement > T::lit(HEALTHY) {
+            (self.disagreement * self.disagreement * (distinct / heard)).max(T::ONE)
+        } else {
+            T::ONE
+        }
+    }
+
+    /// Distance between what the halves of the image say.
+    fn between(&self, lineage: &Lineage<T>) -> T {
+        let [all, left, top] = &self.parts;
+        let Some(x) = all.with(&lineage.prior).step() else {
+            return T::ZERO;
+        };
+        let between = |half: &Quadratic<T>| {
+            let [one, other] = [*half, all.less(half)].map(|q| q.about(&x).with(&lineage.prior));
+            let distance = one.distance(&other).unwrap_or(T::ZERO);
+            (distance.max(T::ZERO) / T::lit(5.0)).sqrt()
+        };
+        between(left).max(between(top))
+    }
+
+    /// Information about the turn of `R` about x in each sum.
+    #[cfg(test)]
+    pub(super) fn pitch(&self) -> [T; 3] {
+        self.parts.map(|part| part.information.matrix().m11)
+    }
+}
