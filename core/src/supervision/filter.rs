@@ -114,6 +114,14 @@ impl<T: Scalar> Filter<T> {
         Some(next)
     }
 
+    /// With its sums in the frame of its pose: what is far from its frame loses digits.
+    pub(super) fn reframed(mut self) -> Self {
+        self.settled = self.settled.turned(&self.frame, &self.pose);
+        self.last = self.last.turned(&self.frame, &self.pose);
+        self.frame = self.pose;
+        self
+    }
+
     /// With the sums over all pairs but the last replaced, as if there had been no others.
     pub(super) fn replaced(
         &self,
@@ -127,7 +135,7 @@ impl<T: Scalar> Filter<T> {
         next.halves = Halves::NONE;
         let mut next = next.solved(lineage)?;
         next.drift = self.pose.unknowns_to(&next.pose);
-        Some(next)
+        Some(next.reframed())
     }
 
     fn solved(mut self, lineage: &Lineage<T>) -> Option<Self> {

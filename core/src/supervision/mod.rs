@@ -274,7 +274,7 @@ impl<T: Scalar> Supervisor<T> {
         let departs =
             self.champion().is_none_or(|old| challenger.filter.departs_from(old, lineage));
         if challenger.agreed >= MIN_AGREED && certain && departs {
-            self.champion = Some(Champion::crowned(challenger.filter));
+            self.champion = Some(Champion::crowned(challenger.filter.reframed()));
             self.challenger = None;
             self.rejected = 0;
             return if had_champion { Fused::TookOver } else { Fused::Added };

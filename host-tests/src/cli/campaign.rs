@@ -302,7 +302,7 @@ impl CampaignArgs {
 
     fn numbers(&self) -> Result<()> {
         let mut out = io::stdout();
-        writeln!(out, "f32 against f64, largest difference over the bound of all pairs")?;
+        writeln!(out, "f32 against f64: RMS and largest difference over the bound of all pairs")?;
         for kind in [Kind::Near, Kind::Far, Kind::VeryFar, Kind::Heterogeneous] {
             let scenario = self.scenario(kind, 0.3, 1000);
             let [single, double] = [self.runs::<f32>(&scenario)?, self.runs::<f64>(&scenario)?];
@@ -311,14 +311,19 @@ impl CampaignArgs {
                 let apart = Deviation::between(&a.last()?.found, &b.last()?.found);
                 Some([apart.translation / b.bound.translation, apart.rotation / b.bound.rotation])
             });
-            let [t, r] = differences.fold([0.0_f64; 2], |m, d| [m[0].max(d[0]), m[1].max(d[1])]);
-            writeln!(out, "{:<16} t {:.4}  R {:.4}", kind.to_string(), t * pairs, r * pairs)?;
+            let differences: Vec<[f64; 2]> = differences.collect();
+            let of = |part: usize| {
+                let all = || differences.iter().map(|d| d[part] * pairs);
+                let squares: f64 = all().map(|d| d * d).sum();
+                let [rms, most] =
+                    [(squares / f64::from(self.trials)).sqrt(), all().fold(0.0, f64::max)];
+                format!("{rms:.4}, {most:.4}")
+            };
+            writeln!(out, "{:<16} t {}  R {}", kind.to_string(), of(0), of(1))?;
         }
         Ok(())
     }
-}
 
-impl CampaignArgs {
     fn long(&self) -> Result<()> {
         let mut out = io::stdout();
         let scenario = self.scenario(Kind::Near, 0.3, 1_000_000);
