@@ -142,7 +142,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// # Errors
     /// [`PairError`]; the batch is kept, the pair is abandoned. Robust: a batch that agrees with
-    /// nothing counts against the estimate, see [`Calibrator::state`].
+    /// nothing counts against the estimate, see [`Calibrator::state`]; one that nothing has confirmed
+    /// yet is given up after the second.
     pub fn advance_pair(&mut self) -> Result<Option<PairReport<T>>, PairError> {
         let focal = self.cameras.as_ref().ok_or(PairError::NoCameras)?.mean_focal();
         let setting = Setting { config: &self.config, factory: &self.factory, focal };
@@ -170,7 +171,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// lets it ([`Config::with_automatic_apply`]). A report counts once.
     ///
     /// # Errors
-    /// [`Refusal`]; the estimate is as it was, bit for bit.
+    /// [`Refusal`]; the estimate is as it was, bit for bit, unless nothing has confirmed it yet: then
+    /// it may be given up.
     pub fn fuse(&mut self, report: &PairReport<T>) -> Result<Fused, Refusal> {
         let fused = if self.frozen {
             Err(Refusal::Frozen)
