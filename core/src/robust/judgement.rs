@@ -223,10 +223,7 @@ impl<T: Scalar> Evidence<T> {
         &self,
         prior: &Information<T>,
     ) -> Option<(RectifyingRotations<T>, Information<T>)> {
-        let seen = self.seen_at(&self.pose);
-        let mut joint = seen.information;
-        joint.add(prior);
-        let d = joint.damped_step(T::ZERO, &seen.gradient.into())?;
+        let d = self.seen_at(&self.pose).with(prior).step()?;
         let pose = self.pose.stepped_by(&d)?;
         Some((pose, self.seen_at(&pose).information))
     }

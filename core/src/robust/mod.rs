@@ -25,7 +25,7 @@ use crate::rectification::RectifyingRotations;
 use crate::report::Stop;
 use crate::scalar::Scalar;
 use crate::whitening::{WhitenedRow, whitened};
-use pass::{Leverage, Pass};
+use pass::{Leverage, Pass, of_baseline, share};
 use weight::Spread;
 
 /// First scale of the loss, px: 5 degrees at a focal length of 1400 px.
@@ -41,7 +41,7 @@ const LAST_SCALE_PX: f64 = 7.5;
 const TUKEY: f64 = 4.685;
 
 /// Noise of a coordinate to begin with, which a consensus stays below, and at most, px.
-pub(crate) const NOISE_PX: [f64; 2] = [1.5, 3.0];
+const NOISE_PX: [f64; 2] = [1.5, 3.0];
 
 /// Variance of a normal distribution cut off at two standard deviations.
 const TRUNCATED_VARIANCE: f64 = 0.7737;
@@ -56,8 +56,8 @@ const NEGLIGIBLE: f64 = 1e-4;
 /// The noise has settled when it changes by no more than this share.
 const SETTLED: f64 = 0.05;
 
-/// Steps of a track; its judgement is the fourth pass.
-const TRACK_STEPS: u16 = 3;
+/// Passes of a track: three steps and the judgement.
+pub(crate) const TRACK_PASSES: u16 = 4;
 
 /// The loss of a pass.
 #[derive(Debug, Clone, Copy)]
@@ -136,19 +136,11 @@ impl<T: Scalar> Descent<T> {
         }
     }
 
-    /// From afar with few correspondences, which follow only small changes of the loss.
-    ///
-    /// * `max_passes`: of a usual batch; twice as many here, for no more work.
-    pub(crate) fn search_among_few(
-        config: &Config,
-        focal: T,
-        start: RectifyingRotations<T>,
-        max_passes: u16,
-    ) -> Self {
-        Self {
-            annealing: T::lit(SLOW_ANNEALING),
-            ..Self::search(config, focal, start, max_passes.saturating_mul(2))
-        }
+    /// The same among few correspondences, which follow only small changes of the loss: in twice the
+    /// passes, which is no more work.
+    pub(crate) fn among_few(self) -> Self {
+        let max_passes = self.max_passes.saturating_mul(2).saturating_add(1);
+        Self { annealing: T::lit(SLOW_ANNEALING), max_passes, ..self }
     }
 
     /// From a running estimate.
@@ -160,15 +152,15 @@ impl<T: Scalar> Descent<T> {
             prior: Information::of_covariance(covariance)?,
             stage: Stage::Follow(*covariance),
             noise: *noise,
-            ..Self::search(config, focal, *pose, TRACK_STEPS + 1)
+            ..Self::search(config, focal, *pose, TRACK_PASSES)
         })
     }
 
-    /// Takes one more pass and step. `Some` when [`Descent::judge`] is all that is left to do.
+    /// Takes one more pass and step, unless [`Descent::judge`] is all that is left to do.
     ///
     /// # Errors
-    /// [`PairError::TooFew`], [`PairError::Unobservable`]: in the first pass.
-    pub(crate) fn advance(&mut self, pairs: &[RayPair<T>]) -> Result<Option<Stop>, PairError> {
+    /// [`PairError::TooFew`] in front of both cameras.
+    pub(crate) fn advance(&mut self, pairs: &[RayPair<T>]) -> Result<(), PairError> {
         if self.stop.is_none() {
             let pass = self.pass(pairs);
             if pass.usable < self.needed {
@@ -176,7 +168,7 @@ impl<T: Scalar> Descent<T> {
             }
             self.step(&pass);
         }
-        Ok(self.stop)
+        Ok(())
     }
 
     /// Why it stopped.
@@ -192,11 +184,10 @@ impl<T: Scalar> Descent<T> {
     /// One Gauss-Newton step from the sums at the pose, then the next, tighter stage.
     fn step(&mut self, pass: &Pass<T>) {
         self.passes = self.passes.saturating_add(1);
-        let mut joint = pass.capped;
-        joint.add(&self.prior);
-        let gradient = Vector5::from(pass.gradient) + self.prior.times(&self.moved);
-        let step = joint.damped_step(T::ZERO, &gradient.into());
-        let Some((d, pose)) = step.and_then(|d| Some((d, self.pose.stepped_by(&d)?))) else {
+        let mut joint = pass.capped.with(&self.prior);
+        joint.gradient += self.prior.times(&self.moved);
+        let Some((d, pose)) = joint.step().and_then(|d| Some((d, self.pose.stepped_by(&d)?)))
+        else {
             self.stop = Some(Stop::NoDescent);
             return;
         };
@@ -205,11 +196,11 @@ impl<T: Scalar> Descent<T> {
             self.pose = pose;
             self.moved += d;
         }
-        let size = d.dot(&pass.capped.times(&d));
+        let size = d.dot(&pass.capped.information.times(&d));
         let before = self.variance();
         let settled = self.tighten(pass);
-        if let Some(covariance) = joint.covariance() {
-            self.fitted = covariance.dot(&pass.capped.matrix());
+        if let Some(covariance) = joint.information.covariance() {
+            self.fitted = covariance.dot(&pass.capped.information.matrix());
             self.leverage = match &self.stage {
                 Stage::Follow(prior) if self.passes == 1 => Leverage::first(pass, prior),
                 _ => Leverage::of(pass, &covariance, before, self.variance()),
@@ -291,18 +282,11 @@ impl<T: Scalar> Descent<T> {
         let r = row.row.offset;
         if w > T::ZERO {
             sums.weighted = sums.weighted.saturating_add(1);
-            sums.uncapped.add_outer(w, j);
             if let (Stage::Follow(covariance), 0) = (&self.stage, self.passes) {
-                let j = nalgebra::Vector2::new(j[3], j[4]);
-                let covariance = covariance.fixed_view::<2, 2>(3, 3);
-                sums.roots += (w * j.dot(&(covariance * j))).sqrt();
+                sums.roots += share(&of_baseline(covariance), w, j).sqrt();
             }
             let w = self.leverage.as_ref().map_or(w, |leverage| leverage.hold_down(w, j));
-            sums.capped.add_outer(w, j);
-            let weighted = w * r;
-            for (sum, j) in sums.gradient.iter_mut().zip(j) {
-                *sum += weighted * *j;
-            }
+            sums.capped.add_row(w, r, j);
         }
         if spread.is_within(T::lit(2.0), r) {
             sums.near = sums.near.saturating_add(1);

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix5, Vector2};
 
-use crate::information::Information;
+use crate::quadratic::Quadratic;
 use crate::scalar::Scalar;
 
 /// Information on the baseline that a correspondence may carry, in mean shares.
@@ -14,10 +14,8 @@ const MAX_ROOTS: f64 = 5.0;
 /// Sums of one pass over the batch at one pose.
 #[derive(Debug, Clone)]
 pub(super) struct Pass<T> {
-    /// Of `w J J^T`, 1/rad^2, with high leverage held down, and as it is.
-    pub(super) capped: Information<T>,
-    pub(super) uncapped: Information<T>,
-    pub(super) gradient: [T; 5],
+    /// Of `w J J^T` and `w J r`, with high leverage held down.
+    pub(super) capped: Quadratic<T>,
     pub(super) usable: u32,
     /// Correspondences with a weight at all.
     pub(super) weighted: u32,
@@ -30,9 +28,7 @@ pub(super) struct Pass<T> {
 
 impl<T: Scalar> Pass<T> {
     pub(super) const EMPTY: Self = Self {
-        capped: Information::ZERO,
-        uncapped: Information::ZERO,
-        gradient: [T::ZERO; 5],
+        capped: Quadratic::ZERO,
         usable: 0,
         weighted: 0,
         near: 0,
@@ -42,10 +38,6 @@ impl<T: Scalar> Pass<T> {
 
     pub(super) fn merge(&mut self, other: &Self) {
         self.capped.add(&other.capped);
-        self.uncapped.add(&other.uncapped);
-        for (sum, g) in self.gradient.iter_mut().zip(&other.gradient) {
-            *sum += *g;
-        }
         self.usable = self.usable.saturating_add(other.usable);
         self.weighted = self.weighted.saturating_add(other.weighted);
         self.near = self.near.saturating_add(other.near);
@@ -66,9 +58,8 @@ impl<T: Scalar> Leverage<T> {
     /// * `covariance`: of the pose, from the sums as held down and the prior.
     /// * `now`, `next`: variance that residuals are weighed by in this pass and the next, px^2.
     pub(super) fn of(pass: &Pass<T>, covariance: &Matrix5<T>, now: T, next: T) -> Option<Self> {
-        let baseline = |m: &Matrix5<T>| m.fixed_view::<2, 2>(3, 3).into_owned();
-        let covariance = baseline(covariance);
-        let sum = covariance.dot(&baseline(&pass.capped.matrix()));
+        let covariance = of_baseline(covariance);
+        let sum = covariance.dot(&of_baseline(&pass.capped.information.matrix()));
         let limit = T::lit(MAX_SHARE) * sum / T::count(pass.weighted.max(1));
         limit.is_finite().then_some(Self { covariance: covariance * (next / now), limit })
     }
@@ -79,15 +70,12 @@ impl<T: Scalar> Leverage<T> {
     pub(super) fn first(pass: &Pass<T>, covariance: &Matrix5<T>) -> Option<Self> {
         let mean = pass.roots / T::count(pass.weighted.max(1));
         let limit = T::lit(MAX_ROOTS) * mean * mean;
-        let covariance = covariance.fixed_view::<2, 2>(3, 3).into_owned();
-        limit.is_finite().then_some(Self { covariance, limit })
+        limit.is_finite().then_some(Self { covariance: of_baseline(covariance), limit })
     }
 
     /// The weight that is left of `w`: falling with the square of the excess.
     pub(super) fn hold_down(&self, w: T, j: &[T; 5]) -> T {
-        let [_, _, _, y, z] = *j;
-        let j = Vector2::new(y, z);
-        let share = w * j.dot(&(self.covariance * j));
+        let share = share(&self.covariance, w, j);
         if share <= self.limit {
             w
         } else {
@@ -95,4 +83,18 @@ impl<T: Scalar> Leverage<T> {
             w * excess * excess
         }
     }
+}
+
+/// The baseline's part of a covariance or an information.
+pub(super) fn of_baseline<T: Scalar>(m: &Matrix5<T>) -> Matrix2<T> {
+    m.fixed_view::<2, 2>(3, 3).into_owned()
+}
+
+/// Information on the baseline that a row of weight `w` carries, in units of what is known of it.
+///
+/// * `covariance`: of the baseline.
+pub(super) fn share<T: Scalar>(covariance: &Matrix2<T>, w: T, jacobian: &[T; 5]) -> T {
+    let [_, _, _, y, z] = *jacobian;
+    let j = Vector2::new(y, z);
+    w * j.dot(&(covariance * j))
 }

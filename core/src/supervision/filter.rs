@@ -16,13 +16,13 @@ use crate::scalar::Scalar;
 const STEPS: usize = 3;
 
 /// A pair agrees if its distance from the estimate, squared, is below this in units of the scatter:
-/// chance is 6e-6 for one that tells the truth.
+/// chance is 4e-5 for one that tells the truth.
 const MAX_SURPRISE: f64 = 28.0;
 
 /// Part of the usual share of inliers that a pair must have.
 const MIN_SHARE: f64 = 0.5;
 
-/// What a rig may move from one pair to the next without being another one, rad (0.01 degrees).
+/// What a rig may move from one pair to the next without being another one, rad (0.005 degrees).
 const VIBRATION: f64 = 8.7e-5;
 
 /// What a pair may differ from the estimate it is tracked from, rad (0.05 degrees).
@@ -108,7 +108,7 @@ impl<T: Scalar> Filter<T> {
         let mut next = next.solved(lineage)?;
         let moved = self.pose.unknowns_to(&next.pose);
         let to_pose = evidence.pose.unknowns_to(&next.pose);
-        let sd = StandardDeviations::of(&next.reported(lineage)?);
+        let sd = next.deviations(lineage)?;
         let halves = next.halves.moved(&moved, &sd, lineage);
         next.halves = halves.with(&evidence.parts, &to_pose, repeated, lineage);
         Some(next)
@@ -139,8 +139,7 @@ impl<T: Scalar> Filter<T> {
     }
 
     fn solved(mut self, lineage: &Lineage<T>) -> Option<Self> {
-        let mut sums = self.settled;
-        sums.add(&self.last);
+        let sums = self.sums();
         for _ in 0..STEPS {
             let seen = sums.seen_at(&self.frame, &self.pose);
             let pull = lineage.prior.times(&self.pose.unknowns_to(&lineage.factory));
@@ -151,6 +150,12 @@ impl<T: Scalar> Filter<T> {
         self.information = sums.seen_at(&self.frame, &self.pose).information;
         self.pose.extrinsics().ok()?;
         Some(self)
+    }
+
+    fn sums(&self) -> Moments<T> {
+        let mut sums = self.settled;
+        sums.add(&self.last);
+        sums
     }
 
     pub(crate) fn pose(&self) -> &RectifyingRotations<T> {
@@ -196,8 +201,7 @@ impl<T: Scalar> Filter<T> {
     /// The optimum among the rigs with a given baseline: what is left of an estimate whose own baseline
     /// is not believed.
     pub(crate) fn with_baseline_of(&self, given: &Extrinsics<T>) -> Option<Extrinsics<T>> {
-        let mut sums = self.settled;
-        sums.add(&self.last);
+        let sums = self.sums();
         let target = RectifyingRotations::from(given);
         let mut pose = self.pose;
         for _ in 0..STEPS {
@@ -300,7 +304,9 @@ mod tests {
         let pairs: Vec<RayPair<T>> = (0..128).map(|_| one()).collect();
         let start = lineage().factory;
         let mut descent = Descent::search(&Config::robust(), T::lit(FOCAL), start, 12);
-        while descent.advance(&pairs).unwrap().is_none() {}
+        while !descent.is_done() {
+            descent.advance(&pairs).unwrap();
+        }
         descent.judge(&pairs).unwrap()
     }
 

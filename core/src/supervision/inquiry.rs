@@ -8,7 +8,7 @@ use crate::error::PairError;
 use crate::rectification::RectifyingRotations;
 use crate::report::Stop;
 use crate::residual::row_offset;
-use crate::robust::{Descent, Judged};
+use crate::robust::{Descent, Judged, TRACK_PASSES};
 use crate::scalar::Scalar;
 
 /// A row offset counts fully from here on when two poses are compared, px.
@@ -22,9 +22,6 @@ pub(super) const LOST_AFTER: u16 = 10;
 
 /// A batch of no more correspondences may take twice the passes.
 const FEW: usize = 128;
-
-/// Passes of a pair that is tracked from a running estimate, the judging one included.
-const TRACK_PASSES: u16 = 4;
 
 /// Which hypothesis a pair speaks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -227,11 +224,8 @@ impl<T: Scalar> Subject<'_, T> {
         let start = self.supervisor.search_start().unwrap_or(self.lineage.factory);
         // One is left for the judgement even where the configuration leaves none.
         let left = self.config.max_passes.saturating_sub(used).max(TRACK_PASSES);
-        if self.pairs <= FEW {
-            Descent::search_among_few(self.config, self.focal, start, left)
-        } else {
-            Descent::search(self.config, self.focal, start, left)
-        }
+        let search = Descent::search(self.config, self.focal, start, left);
+        if self.pairs <= FEW { search.among_few() } else { search }
     }
 
     /// Whether a pose found from afar is one, and determined.

@@ -2,8 +2,9 @@
 //!
 //! The *champion* is the hypothesis that is reported. A pair that disagrees with it is not thrown
 //! away: it founds a *challenger*, which gathers the pairs that agree with it. Three in all, if they
-//! speak of another rig, and the challenger takes over, with its own sums; if the pairs return to the champion, the challenger is
-//! dropped. A gate without this way out locks on a wrong answer and refuses the truth.
+//! speak of another rig, and the challenger takes over, with its own sums; if the pairs return to the
+//! champion, the challenger is dropped. A gate without this way out locks on a wrong answer and refuses
+//! the truth.
 
 mod champion;
 mod filter;
@@ -195,7 +196,7 @@ impl<T: Scalar> Supervisor<T> {
     /// * `allowed`: whether an estimate may be held at all.
     ///
     /// # Errors
-    /// [`Refusal`]; the estimate is as it was.
+    /// [`Refusal`]; the champion is as it was. A challenger may be given up.
     pub(crate) fn fuse(
         &mut self,
         finding: &Finding<T>,
