@@ -3,7 +3,7 @@
 use crate::correspondence::{Cameras, Correspondence, RayPair};
 use crate::error::PushError;
 use crate::scalar::Scalar;
-use crate::selection::{Cell, Occupancy, Worth};
+use crate::selection::{Cell, Contest, Worth};
 
 /// What became of a valid correspondence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,13 +22,10 @@ pub enum Pushed {
 /// A full batch selects: matches spread over the left image stay, of neighbours those with the better
 /// score, by chance among equals. The batch ends up with the same matches in whatever order they came.
 ///
-/// RAM: 21 bytes a correspondence in `f32`.
+/// RAM: 20 bytes a correspondence in `f32`.
 #[derive(Debug, Clone)]
 pub struct Batch<T, const N: usize> {
     pairs: heapless::Vec<RayPair<T>, N>,
-    /// Of each of the pairs, in the same order.
-    cells: heapless::Vec<Cell, N>,
-    occupancy: Occupancy,
     left_out: u32,
     refused: u32,
 }
@@ -37,18 +34,12 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     /// An empty batch.
     #[must_use]
     pub const fn new() -> Self {
-        const { assert!(N <= 65_535, "cells are counted in 16 bits") }
-        Self {
-            pairs: heapless::Vec::new(),
-            cells: heapless::Vec::new(),
-            occupancy: Occupancy::EMPTY,
-            left_out: 0,
-            refused: 0,
-        }
+        const { assert!(N <= 65_535, "matches of a cell are counted in 16 bits") }
+        Self { pairs: heapless::Vec::new(), left_out: 0, refused: 0 }
     }
 
     /// Undistorts and keeps one correspondence; once the batch is full, if it is worth more than
-    /// another one. Cost: two undistortions, and one scan of a full batch.
+    /// another one. Cost: two undistortions, and two scans of a full batch.
     ///
     /// One that is left out for its score is not undistorted, so not known to have rays.
     ///
@@ -71,48 +62,32 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
 
     fn select(&mut self, cameras: &Cameras<T>, c: &Correspondence<T>) -> Result<Pushed, PushError> {
         cameras.check(c)?;
-        let cell = Cell::of(c.left, cameras.left.intrinsics().size);
-        if !self.pairs.is_full() {
-            self.append(cameras.undistort(c)?, cell);
-            return Ok(Pushed::Kept);
-        }
-        let contest = self.occupancy.contest(cell, &self.cells, &self.pairs);
-        if contest.place(Worth::at_most(c.score_steps())).is_none() {
+        let contest = self
+            .pairs
+            .is_full()
+            .then(|| Contest::of(Cell::of(c.left, cameras.left.intrinsics().size), &self.pairs));
+        let best = Worth::at_most(c.score_steps());
+        if contest.as_ref().is_some_and(|contest| contest.place(best).is_none()) {
             return Ok(Pushed::LeftOut);
         }
         // Before anything leaves: it may have no rays.
         let pair = cameras.undistort(c)?;
-        let Some(place) = contest.place(Worth::of(&pair)) else {
+        let Some(contest) = contest else {
+            // There is room.
+            let _ = self.pairs.push(pair);
+            return Ok(Pushed::Kept);
+        };
+        let place = contest.place(Worth::of(&pair));
+        let Some(old) = place.and_then(|place| self.pairs.get_mut(place)) else {
             return Ok(Pushed::LeftOut);
         };
-        self.replace(place, pair, cell);
+        *old = pair;
         Ok(Pushed::Replaced)
-    }
-
-    fn append(&mut self, pair: RayPair<T>, cell: Cell) {
-        if self.pairs.push(pair).is_ok() && self.cells.push(cell).is_ok() {
-            self.occupancy.add(cell);
-        }
-    }
-
-    fn replace(&mut self, place: usize, pair: RayPair<T>, cell: Cell) {
-        if let (Some(old_pair), Some(old_cell)) =
-            (self.pairs.get_mut(place), self.cells.get_mut(place))
-        {
-            self.occupancy.remove(*old_cell);
-            self.occupancy.add(cell);
-            (*old_pair, *old_cell) = (pair, cell);
-        }
     }
 
     /// The correspondences at hand, in no particular order once some have been left out.
     pub fn pairs(&self) -> &[RayPair<T>] {
         &self.pairs
-    }
-
-    /// The same, each with the cell of the left image that it lies in.
-    pub(crate) fn located(&self) -> impl Iterator<Item = (&RayPair<T>, Cell)> {
-        self.pairs.iter().zip(self.cells.iter().copied())
     }
 
     /// Correspondences offered since the last [`Batch::clear`]: at hand, left out, or refused.
@@ -134,8 +109,6 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     /// Forgets all correspondences and the counts.
     pub fn clear(&mut self) {
         self.pairs.clear();
-        self.cells.clear();
-        self.occupancy = Occupancy::EMPTY;
         self.left_out = 0;
         self.refused = 0;
     }
@@ -194,9 +167,6 @@ mod tests {
         let mut batch = Batch::<f32, N>::new();
         for c in offered {
             batch.push(&cameras(), c).unwrap();
-            let mut recount = Occupancy::EMPTY;
-            batch.cells.iter().for_each(|cell| recount.add(*cell));
-            assert_eq!(recount, batch.occupancy);
         }
         let mut kept: Vec<Worth> = batch.pairs().iter().map(Worth::of).collect();
         kept.sort_unstable();

@@ -108,7 +108,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     /// Offers one correspondence to the batch, which selects once it is full: two undistortions, and
-    /// one scan of a full batch.
+    /// two scans of a full batch.
     ///
     /// # Errors
     /// [`PushError`]; the batch is as it was. [`PushError::Busy`] while a pair is being solved.
@@ -147,9 +147,14 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub fn advance_pair(&mut self) -> Result<Option<PairReport<T>>, PairError> {
         let focal = self.cameras.as_ref().ok_or(PairError::NoCameras)?.mean_focal();
         let setting = Setting { config: &self.config, factory: &self.factory, focal };
-        let advanced = self.estimator.advance(&setting, self.batch.pairs());
-        self.rejection = advanced.err().map(Rejection::Unsolved);
-        advanced
+        let solved = self.estimator.advance(&setting, self.batch.pairs());
+        let report = match solved {
+            Ok(true) => self.estimator.report(&setting, self.batch.pairs()).map(Some),
+            Ok(false) => Ok(None),
+            Err(error) => Err(error),
+        };
+        self.rejection = report.as_ref().err().map(|error| Rejection::Unsolved(*error));
+        report
     }
 
     /// Solves the batch in one call. The batch is kept, for [`Calibrator::health`].
@@ -204,7 +209,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub fn health(&self) -> Option<Health<T>> {
         let focal = self.cameras.as_ref()?.mean_focal();
         let proposal = self.proposal()?;
-        let screen = T::lit(f64::from(self.config.huber_threshold_px) * SCREEN);
+        let screen = T::single(self.config.huber_threshold_px) * T::lit(SCREEN);
         Health::over(&self.batch, &self.in_use, &proposal, self.rejection, focal, screen)
     }
 
@@ -212,6 +217,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// # Errors
     /// [`ApplyError`]; what is in use stays.
+    #[inline(never)]
     pub fn apply(&mut self) -> Result<Extrinsics<T>, ApplyError> {
         if self.frozen {
             return Err(ApplyError::Frozen);

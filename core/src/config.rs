@@ -10,7 +10,6 @@
 //! ```
 
 use crate::error::ConfigError;
-use crate::information::Information;
 use crate::scalar::Scalar;
 
 impl Default for Config {
@@ -247,8 +246,8 @@ impl Config {
     }
 
     /// Information of the prior about each axis, 1/rad^2.
-    pub(crate) fn prior<T: Scalar>(&self) -> Information<T> {
-        let sd = T::lit(self.prior_sd_rad.into());
-        Information::ZERO.plus_diagonal(T::ONE / (sd * sd))
+    pub(crate) fn prior<T: Scalar>(&self) -> T {
+        let sd = T::single(self.prior_sd_rad);
+        T::ONE / (sd * sd)
     }
 }

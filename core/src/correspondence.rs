@@ -5,9 +5,11 @@ use nalgebra::Vector2;
 use crate::camera::{Camera, MAX_TANGENT};
 use crate::error::{PushError, Side};
 use crate::scalar::Scalar;
+use crate::selection::Cell;
 
-/// Largest score in [`RayPair`], which stands for 1.
-const FULL_SCORE: u16 = u16::MAX;
+/// Largest score in [`RayPair`], which stands for 1; the bits above it hold the cell.
+const FULL_SCORE: u16 = (1 << SCORE_BITS) - 1;
+const SCORE_BITS: u16 = 10;
 
 /// Steps of [`RayPair::grid_step`] in a pixel, and the most that it holds, px.
 const STEPS_PER_PX: f64 = 256.0;
@@ -28,7 +30,7 @@ pub struct Correspondence<T> {
 }
 
 impl<T: Scalar> Correspondence<T> {
-    /// The score in steps of 1/65535.
+    /// The score in steps of 1/1023.
     pub(crate) fn score_steps(&self) -> u16 {
         nearest(self.score * T::count(FULL_SCORE.into()))
     }
@@ -40,12 +42,13 @@ fn nearest<T: Scalar>(x: T) -> u16 {
 
 /// The rays of one correspondence at unit depth (camera frames), dimensionless.
 ///
-/// RAM: 20 bytes in `f32`: score in steps of 1/65535, grid step in 1/256 px.
+/// RAM: 20 bytes in `f32`: score in steps of 1/1023, grid step in 1/256 px.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RayPair<T> {
     pub(crate) left: Vector2<T>,
     pub(crate) right: Vector2<T>,
-    pub(crate) score: u16,
+    /// Score and cell of the left image.
+    tag: u16,
     grid_step: u16,
 }
 
@@ -57,7 +60,7 @@ impl<T: Scalar> RayPair<T> {
         (left.iter().all(sane) && right.iter().all(sane)).then(|| Self {
             left: left.into(),
             right: right.into(),
-            score: FULL_SCORE,
+            tag: FULL_SCORE,
             grid_step: 0,
         })
     }
@@ -72,14 +75,23 @@ impl<T: Scalar> RayPair<T> {
         self.right.into()
     }
 
-    /// The matcher's confidence, 0 to 1, to the nearest 1/65535.
+    /// The matcher's confidence, 0 to 1, to the nearest 1/1023.
     pub fn score(&self) -> T {
-        T::count(self.score.into()) / T::count(FULL_SCORE.into())
+        T::count(self.score_steps().into()) / T::count(FULL_SCORE.into())
+    }
+
+    pub(crate) fn score_steps(&self) -> u16 {
+        self.tag & FULL_SCORE
+    }
+
+    /// Of the left pixel; the first one for rays that never were a pixel.
+    pub(crate) fn cell(&self) -> Cell {
+        Cell::from_bits(self.tag >> SCORE_BITS)
     }
 
     /// Step of the matcher's grid to the nearest 1/256 px; 0 where the coordinates are continuous.
     pub fn grid_step(&self) -> T {
-        T::count(self.grid_step.into()) / T::lit(STEPS_PER_PX)
+        T::count(self.grid_step.into()) * T::lit(1.0 / STEPS_PER_PX)
     }
 }
 
@@ -121,10 +133,11 @@ impl<T: Scalar> Cameras<T> {
 
     /// The rays of a correspondence that has been checked.
     pub(crate) fn undistort(&self, c: &Correspondence<T>) -> Result<RayPair<T>, PushError> {
+        let cell = Cell::of(c.left, self.left.intrinsics().size);
         Ok(RayPair {
             left: self.left.ray(c.left).map_err(|e| PushError::Pixel(Side::Left, e))?,
             right: self.right.ray(c.right).map_err(|e| PushError::Pixel(Side::Right, e))?,
-            score: c.score_steps(),
+            tag: c.score_steps() | (cell.bits() << SCORE_BITS),
             grid_step: nearest(c.grid_step * T::lit(STEPS_PER_PX)),
         })
     }
@@ -160,7 +173,7 @@ mod tests {
             step in 0.0..=255.99_f32,
         ) {
             let kept = rays(score, step).unwrap();
-            prop_assert!((kept.score() - score).abs() <= 0.501 / 65_535.0);
+            prop_assert!((kept.score() - score).abs() <= 0.501 / 1023.0);
             prop_assert!((kept.grid_step() - step).abs() <= 0.501 / 256.0);
         }
     }

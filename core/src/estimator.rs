@@ -30,7 +30,7 @@ pub(crate) struct Setting<'a, T: Scalar> {
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub(crate) enum Estimator<T: Scalar> {
     Paper { fusion: MeanDirection<T>, solver: Option<HuberSolver<T>> },
-    Robust { supervisor: Supervisor<T>, stillness: Stillness, inquiry: Option<Inquiry<T>> },
+    Robust { supervisor: Supervisor<T>, stillness: Stillness, inquiry: Inquiry<T> },
 }
 
 impl<T: Scalar> Estimator<T> {
@@ -40,7 +40,7 @@ impl<T: Scalar> Estimator<T> {
             Method::Robust => Self::Robust {
                 supervisor: Supervisor::new(),
                 stillness: Stillness::new(),
-                inquiry: None,
+                inquiry: Inquiry::NONE,
             },
         }
     }
@@ -52,7 +52,7 @@ impl<T: Scalar> Estimator<T> {
             Self::Robust { supervisor, stillness, inquiry } => {
                 supervisor.forget();
                 stillness.forget();
-                *inquiry = None;
+                inquiry.close();
             }
         }
     }
@@ -61,19 +61,21 @@ impl<T: Scalar> Estimator<T> {
     pub(crate) fn is_busy(&self) -> bool {
         match self {
             Self::Paper { solver, .. } => solver.is_some(),
-            Self::Robust { inquiry, .. } => inquiry.is_some(),
+            Self::Robust { inquiry, .. } => inquiry.is_open(),
         }
     }
 
-    /// Abandons the pair being solved.
+    /// Abandons the pair being solved; one that is solved may still be fused.
     pub(crate) fn abandon(&mut self) {
         match self {
             Self::Paper { solver, .. } => *solver = None,
-            Self::Robust { inquiry, .. } => *inquiry = None,
+            Self::Robust { inquiry, .. } if inquiry.is_open() => inquiry.close(),
+            Self::Robust { .. } => (),
         }
     }
 
     /// Begins with a batch: its first pass.
+    #[inline(never)]
     pub(crate) fn begin(
         &mut self,
         setting: &Setting<'_, T>,
@@ -83,7 +85,7 @@ impl<T: Scalar> Estimator<T> {
         let Setting { config, factory, focal } = *setting;
         match self {
             Self::Paper { solver, .. } => {
-                *solver = Some(HuberSolver::begin(config, focal, factory, pairs)?);
+                begin_paper(solver, setting, pairs)?;
             }
             Self::Robust { supervisor, stillness, inquiry } => {
                 let lineage = Lineage::new(config, factory);
@@ -95,49 +97,71 @@ impl<T: Scalar> Estimator<T> {
                     return Err(PairError::TooFew { usable, needed });
                 }
                 let repeated = stillness.note(pairs, focal);
-                let mut asked = Inquiry::new(&subject, repeated);
-                asked.advance(&subject, pairs)?;
-                *inquiry = Some(asked);
+                inquiry.open(&subject, repeated);
+                if let Err(error) = inquiry.advance(&subject, pairs) {
+                    inquiry.close();
+                    return Err(error);
+                }
             }
         }
         Ok(())
     }
 
-    /// Takes one more pass; the report when that was the last.
+    /// Takes one more pass, if there is one left to take; whether the pair is solved.
+    #[inline(never)]
     pub(crate) fn advance(
         &mut self,
         setting: &Setting<'_, T>,
         pairs: &[RayPair<T>],
-    ) -> Result<Option<PairReport<T>>, PairError> {
+    ) -> Result<bool, PairError> {
         let Setting { config, factory, focal } = *setting;
         match self {
-            Self::Paper { solver: slot, .. } => {
-                let solver = slot.as_mut().ok_or(PairError::NotBegun)?;
-                if solver.is_done() {
-                    let report = solver.report(pairs);
-                    *slot = None;
-                    return report.map(Some);
+            Self::Paper { solver, .. } => {
+                let solver = solver.as_mut().ok_or(PairError::NotBegun)?;
+                let solved = solver.is_done();
+                if !solved {
+                    solver.advance(pairs);
                 }
-                solver.advance(pairs);
-                Ok(None)
+                Ok(solved)
             }
-            Self::Robust { supervisor, inquiry: slot, .. } => {
-                let inquiry = slot.as_mut().ok_or(PairError::NotBegun)?;
+            Self::Robust { supervisor, inquiry, .. } => {
+                if !inquiry.is_open() {
+                    return Err(PairError::NotBegun);
+                }
                 let lineage = Lineage::new(config, factory);
                 let subject =
                     Subject { config, focal, pairs: pairs.len(), supervisor, lineage: &lineage };
-                let answer = match inquiry.advance(&subject, pairs) {
-                    Ok(None) => return Ok(None),
-                    Ok(Some(finding)) => PairReport::of_finding(finding, &lineage)
-                        .map(Some)
-                        .ok_or(PairError::Unobservable),
-                    Err(error) => {
-                        supervisor.note_failure(inquiry.refused());
-                        Err(error)
-                    }
-                };
-                *slot = None;
-                answer
+                if let Err(error) = inquiry.advance(&subject, pairs) {
+                    supervisor.note_failure(inquiry.refused());
+                    inquiry.close();
+                    return Err(error);
+                }
+                Ok(!inquiry.is_open())
+            }
+        }
+    }
+
+    /// What a solved pair says. Paper: takes the judging pass.
+    #[inline(never)]
+    pub(crate) fn report(
+        &mut self,
+        setting: &Setting<'_, T>,
+        pairs: &[RayPair<T>],
+    ) -> Result<PairReport<T>, PairError> {
+        match self {
+            Self::Paper { solver, .. } => {
+                let report = solver.as_ref().ok_or(PairError::NotBegun)?.report(pairs);
+                *solver = None;
+                report
+            }
+            Self::Robust { inquiry, .. } => {
+                let lineage = Lineage::new(setting.config, setting.factory);
+                let finding = inquiry.finding().ok_or(PairError::NotBegun)?;
+                let report = PairReport::of_finding(&finding, &lineage);
+                if report.is_none() {
+                    inquiry.close();
+                }
+                report.ok_or(PairError::Unobservable)
             }
         }
     }
@@ -146,6 +170,7 @@ impl<T: Scalar> Estimator<T> {
     ///
     /// # Errors
     /// [`Refusal`]; the estimate is as it was.
+    #[inline(never)]
     pub(crate) fn fuse(
         &mut self,
         config: &Config,
@@ -154,20 +179,15 @@ impl<T: Scalar> Estimator<T> {
     ) -> Result<Fused, Refusal> {
         match self {
             Self::Paper { fusion, .. } => {
-                gate::admit(config, factory, report)?;
-                // Tried on a copy: pairs within the limit may agree on what is beyond it.
-                let mut tried = fusion.clone();
-                tried.add(report);
-                if let Some(estimate) = tried.estimate() {
-                    gate::within_correction_limit(config, factory, &estimate.extrinsics)?;
-                }
-                *fusion = tried;
+                fuse_mean(fusion, config, factory, report)?;
                 Ok(Fused::Added)
             }
-            Self::Robust { supervisor, .. } => {
-                let finding = report.finding.as_ref().ok_or(Refusal::Stale)?;
+            Self::Robust { supervisor, inquiry, .. } => {
+                let finding =
+                    inquiry.finding().filter(|finding| report.round == Some(finding.round));
+                let finding = finding.ok_or(Refusal::Stale)?;
                 let lineage = Lineage::new(config, factory);
-                supervisor.fuse(finding, &lineage, |pose| {
+                supervisor.fuse(&finding, &lineage, |pose| {
                     let found = pose.extrinsics().map_err(|_| Refusal::NoRig)?;
                     gate::within_correction_limit(config, factory, &found)
                 })
@@ -192,6 +212,7 @@ impl<T: Scalar> Estimator<T> {
     }
 
     /// What the pairs come to; `None` before there is anything.
+    #[inline(never)]
     pub(crate) fn proposal(
         &self,
         config: &Config,
@@ -233,11 +254,42 @@ impl<T: Scalar> Estimator<T> {
                     applicable,
                     pairs: filter.pairs(),
                     sd: StandardDeviations::of(&covariance),
-                    covariance: Some(covariance),
+                    covariance: Some(covariance.matrix()),
                     state: supervisor.state(),
                     doubt,
                 })
             }
         }
     }
+}
+
+/// Takes a pair of the paper's preset in.
+#[inline(never)]
+fn fuse_mean<T: Scalar>(
+    fusion: &mut MeanDirection<T>,
+    config: &Config,
+    factory: &Extrinsics<T>,
+    report: &PairReport<T>,
+) -> Result<(), Refusal> {
+    gate::admit(config, factory, report)?;
+    // Tried on a copy: pairs within the limit may agree on what is beyond it.
+    let mut tried = fusion.clone();
+    tried.add(report);
+    if let Some(estimate) = tried.estimate() {
+        gate::within_correction_limit(config, factory, &estimate.extrinsics)?;
+    }
+    *fusion = tried;
+    Ok(())
+}
+
+/// Takes the first pass of the paper's solver.
+#[inline(never)]
+fn begin_paper<T: Scalar>(
+    solver: &mut Option<HuberSolver<T>>,
+    setting: &Setting<'_, T>,
+    pairs: &[RayPair<T>],
+) -> Result<(), PairError> {
+    let Setting { config, factory, focal } = *setting;
+    *solver = Some(HuberSolver::begin(config, focal, factory, pairs)?);
+    Ok(())
 }

@@ -57,7 +57,7 @@ impl<T: Scalar> Extrinsics<T> {
     }
 
     /// `R`, left to right camera frame.
-    pub fn rotation(&self) -> &Rotation3<T> {
+    pub const fn rotation(&self) -> &Rotation3<T> {
         &self.rotation
     }
 

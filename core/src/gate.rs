@@ -23,7 +23,7 @@ pub(crate) fn admit<T: Scalar>(
     }
     let (sd, _) = report.information.weakest().ok_or(Refusal::TooUncertain)?;
     // Not `>`: a NaN must not pass.
-    if !(sd <= T::lit(config.max_sd_rad.into())) {
+    if !(sd <= T::single(config.max_sd_rad)) {
         return Err(Refusal::TooUncertain);
     }
     within_correction_limit(config, factory, &report.extrinsics)
@@ -38,7 +38,7 @@ pub(crate) fn within_correction_limit<T: Scalar>(
     factory: &Extrinsics<T>,
     found: &Extrinsics<T>,
 ) -> Result<(), Refusal> {
-    let limit = T::lit(config.max_correction_rad.into());
+    let limit = T::single(config.max_correction_rad);
     if baseline_angle(found.translation(), factory.translation()) <= limit
         && rotation_angle(found.rotation(), factory.rotation()) <= limit
     {

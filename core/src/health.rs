@@ -114,7 +114,7 @@ impl<T: Scalar> Health<T> {
         let fits = |offset: T| (offset * focal).abs() <= screen_px;
         let [mut squares_in_use, mut squares_proposed] = [T::ZERO; 2];
         let mut seen = Coverage::NONE;
-        for (pair, cell) in batch.located() {
+        for pair in batch.pairs() {
             let offsets = row_offset(&in_use, pair).zip(row_offset(&proposed, pair));
             let Some((used, new)) = offsets else {
                 continue;
@@ -124,7 +124,7 @@ impl<T: Scalar> Health<T> {
                 fit_proposed = fit_proposed.saturating_add(1);
                 squares_in_use += used * used;
                 squares_proposed += new * new;
-                seen.note(cell);
+                seen.note(pair.cell());
             }
         }
         if fit_proposed == 0 {
@@ -146,7 +146,7 @@ impl<T: Scalar> Health<T> {
             doubt: proposal.doubt,
             sd: proposal.sd,
             weakest: proposal.weakest(),
-            yaw: off.y.hypot(yaw_sd),
+            yaw: (off.y * off.y + yaw_sd * yaw_sd).sqrt(),
             rejection,
             arming: Arming::of(proposal, band),
         })

@@ -4,14 +4,15 @@
 //! trial pose together. A rejected trial costs a pass, so passes bound the time. The batch is only
 //! read. Optimum and steps are those of eq 17 with the damping scaled by the diagonal (Marquardt).
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector5;
 
 use crate::config::Config;
 use crate::correspondence::RayPair;
 use crate::error::PairError;
 use crate::extrinsics::Extrinsics;
-use crate::information::{BLOCK, Information};
+use crate::information::Information;
 use crate::loss::Huber;
+use crate::quadratic::add_pull;
 use crate::rectification::RectifyingRotations;
 use crate::report::{Judgement, PairReport, Stop};
 use crate::residual::linearised;
@@ -26,11 +27,15 @@ const LOOSE_DAMPING: f64 = 1e-2;
 /// Above this damping no step is left to try.
 const MAX_DAMPING: f64 = 1e8;
 
+/// Correspondences summed apart before they are added to the totals: the cost of two poses is compared
+/// to its last digits.
+const BLOCK: usize = 16;
+
 /// Sums of one pass over the batch at one pose.
 #[derive(Debug, Clone)]
 struct Pass<T> {
     information: Information<T>,
-    gradient: [T; 5],
+    gradient: Vector5<T>,
     cost: T,
     /// Sum of the squared weighted residuals.
     squares: T,
@@ -71,7 +76,7 @@ impl<T: Scalar> HuberSolver<T> {
         pairs: &[RayPair<T>],
     ) -> Result<Self, PairError> {
         let pose = RectifyingRotations::from(start);
-        let loss = Huber { threshold: T::lit(config.huber_threshold_px.into()) / focal };
+        let loss = Huber { threshold: T::single(config.huber_threshold_px) / focal };
         let at_pose = Pass::over(pairs, &pose, loss);
         let needed = config.min_correspondences.into();
         if at_pose.usable < needed {
@@ -83,8 +88,8 @@ impl<T: Scalar> HuberSolver<T> {
         Ok(Self {
             focal,
             loss,
-            tolerance: T::lit(config.step_tolerance_rad.into()).max(T::lit(8.0) * T::EPSILON),
-            noise_floor: T::lit(config.noise_floor_px.into()) / focal,
+            tolerance: T::single(config.step_tolerance_rad).max(T::lit(8.0) * T::EPSILON),
+            noise_floor: T::single(config.noise_floor_px) / focal,
             max_passes: config.max_passes,
             min_usable: needed,
             start: pose,
@@ -99,6 +104,7 @@ impl<T: Scalar> HuberSolver<T> {
     }
 
     /// Takes one more pass: one trial step, kept only if the cost falls. `Some` when done.
+    #[inline(never)]
     pub fn advance(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
         if self.stop.is_none() {
             self.stop = self.attempt(pairs);
@@ -118,14 +124,13 @@ impl<T: Scalar> HuberSolver<T> {
         self.passes = self.passes.saturating_add(1);
         let step = self.at_pose.information.damped_step(self.damping, &self.at_pose.gradient);
         let trial = step.and_then(|d| {
-            let pose = self.pose.stepped(&Vector3::new(d.x, d.y, d.z), &Vector2::new(d.w, d.a))?;
+            let pose = self.pose.stepped_by(&d)?;
             Some((d, pose, Pass::over(pairs, &pose, self.loss)))
         });
         let Some((d, pose, at_trial)) = trial else {
             return self.reject();
         };
-        let slope = |g: &[T; 5]| g.iter().zip(d.iter()).fold(T::ZERO, |sum, (g, d)| sum + *g * *d);
-        let (slope_here, slope_there) = (slope(&self.at_pose.gradient), slope(&at_trial.gradient));
+        let (slope_here, slope_there) = (self.at_pose.gradient.dot(&d), at_trial.gradient.dot(&d));
         let penalty = self.loss.cost(T::ONE);
         let change = at_trial.penalised(penalty) - self.at_pose.penalised(penalty);
         let rounding = self.at_pose.cost_rounding();
@@ -169,6 +174,7 @@ impl<T: Scalar> HuberSolver<T> {
     /// [`PairError::NoConsensus`] if too few correspondences are within the Huber threshold;
     /// [`PairError::Unobservable`] if they leave a direction free, or the baseline has turned
     /// towards an optical axis.
+    #[inline(never)]
     pub fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, PairError> {
         let extrinsics = self.pose.extrinsics().map_err(|_| PairError::Unobservable)?;
         let judged = Judgement::over(pairs, &self.start, &self.pose, self.loss.threshold);
@@ -200,7 +206,7 @@ impl<T: Scalar> HuberSolver<T> {
             rms_px_before: rms(judged.squares_before),
             rms_px_after: rms(judged.squares_after),
             noise_px: variance.sqrt() * self.focal,
-            finding: None,
+            round: None,
         })
     }
 }
@@ -208,7 +214,7 @@ impl<T: Scalar> HuberSolver<T> {
 impl<T: Scalar> Pass<T> {
     const EMPTY: Self = Self {
         information: Information::ZERO,
-        gradient: [T::ZERO; 5],
+        gradient: Vector5::new(T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO),
         cost: T::ZERO,
         squares: T::ZERO,
         usable: 0,
@@ -228,13 +234,13 @@ impl<T: Scalar> Pass<T> {
                 let w = loss.weight(row.offset);
                 sums.information.add_outer(w, &row.jacobian);
                 let weighted = w * row.offset;
-                add_scaled(&mut sums.gradient, weighted, &row.jacobian);
+                add_pull(&mut sums.gradient, weighted, &row.jacobian);
                 sums.squares += weighted * weighted;
                 sums.cost += loss.cost(row.offset);
                 sums.usable = sums.usable.saturating_add(1);
             }
             total.information.add(&sums.information);
-            add_scaled(&mut total.gradient, T::ONE, &sums.gradient);
+            total.gradient += sums.gradient;
             total.cost += sums.cost;
             total.squares += sums.squares;
             total.usable = total.usable.saturating_add(sums.usable);
@@ -255,13 +261,10 @@ impl<T: Scalar> Pass<T> {
     }
 }
 
-fn add_scaled<T: Scalar>(sum: &mut [T; 5], factor: T, x: &[T; 5]) {
-    sum.iter_mut().zip(x).for_each(|(sum, x)| *sum += factor * *x);
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector3;
 
     #[test]
     fn turning_the_cameras_away_from_gross_mismatches_never_pays() {

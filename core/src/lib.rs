@@ -43,6 +43,7 @@ mod scalar;
 mod selection;
 pub mod so3;
 mod supervision;
+mod symmetric;
 mod whitening;
 
 pub use batch::{Batch, Pushed};

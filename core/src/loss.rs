@@ -13,12 +13,14 @@ pub(crate) struct Huber<T> {
 
 impl<T: Scalar> Huber<T> {
     /// `w_i` of eq 18: 1 within the threshold, `c_t / |e|` beyond.
+    #[inline(always)]
     pub(crate) fn weight(&self, e: T) -> T {
         let size = e.abs();
         if size <= self.threshold { T::ONE } else { self.threshold / size }
     }
 
     /// The loss whose derivative is `w(e) e`.
+    #[inline(always)]
     pub(crate) fn cost(&self, e: T) -> T {
         let size = e.abs();
         if size <= self.threshold {
@@ -31,27 +33,23 @@ impl<T: Scalar> Huber<T> {
 
 /// A loss that gives up on what is far out: the weight falls to zero, not only the pull.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Redescending<T> {
-    /// `1 / (1 + (r / scale)^2)^2`: smooth and wide, for graduated non-convexity.
-    GemanMcClure(T),
-    /// `(1 - (r / limit)^2)^2` within the limit, zero beyond: Tukey's biweight.
-    Tukey(T),
+pub(crate) enum Redescending {
+    /// `1 / (1 + x)^2`, `x = (r / scale)^2`: smooth and wide, for graduated non-convexity.
+    GemanMcClure,
+    /// `(1 - x)^2` up to `x = 1`, zero beyond, `x = (r / limit)^2`: Tukey's biweight.
+    Tukey,
 }
 
-impl<T: Scalar> Redescending<T> {
-    pub(crate) fn weight(&self, r: T) -> T {
-        match *self {
-            Self::GemanMcClure(scale) => {
-                let x = r / scale;
-                let root = T::ONE / (T::ONE + x * x);
-                root * root
-            }
-            Self::Tukey(limit) => {
-                let x = r / limit;
-                let root = (T::ONE - x * x).max(T::ZERO);
-                root * root
-            }
-        }
+impl Redescending {
+    /// * `x`: the square of the residual over that of its scale.
+    #[inline(always)]
+    pub(crate) fn weight<T: Scalar>(self, x: T) -> T {
+        let root = match self {
+            Self::GemanMcClure => T::ONE / (T::ONE + x),
+            Self::Tukey if x < T::ONE => T::ONE - x,
+            Self::Tukey => T::ZERO,
+        };
+        root * root
     }
 }
 
@@ -67,11 +65,11 @@ mod tests {
             let huber = Huber { threshold: 1.0 };
             assert!((slope(&|r| huber.cost(r)) - huber.weight(r) * r).abs() < 1e-8);
             let geman_mcclure = |r: f64| 2.0 * r * r / (4.0 + r * r);
-            let loss = Redescending::GemanMcClure(2.0);
-            assert!((slope(&geman_mcclure) - loss.weight(r) * r).abs() < 1e-8, "{r}");
+            let weight = Redescending::GemanMcClure.weight(r * r / 4.0);
+            assert!((slope(&geman_mcclure) - weight * r).abs() < 1e-8, "{r}");
             let tukey = |r: f64| 4.0 / 6.0 * (1.0 - (1.0 - r * r / 4.0).max(0.0).powi(3));
-            let loss = Redescending::Tukey(2.0);
-            assert!((slope(&tukey) - loss.weight(r) * r).abs() < 1e-8, "{r}");
+            let weight = Redescending::Tukey.weight(r * r / 4.0);
+            assert!((slope(&tukey) - weight * r).abs() < 1e-8, "{r}");
         }
     }
 }

@@ -8,12 +8,15 @@
 //! first component is `C` itself and whose others are disparities, and the symmetric rest: nothing
 //! cancels, which `f32` needs.
 
-use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3, Vector5};
+use nalgebra::{Matrix3, Rotation3, Vector5};
 
 use crate::information::Information;
 use crate::quadratic::Quadratic;
 use crate::rectification::RectifyingRotations;
+use crate::residual::Sight;
 use crate::scalar::Scalar;
+use crate::so3::product;
+use crate::symmetric::Symmetric;
 
 /// Elements of the lower triangle of a 9 x 9 matrix.
 const TRIANGLE: usize = 45;
@@ -26,8 +29,7 @@ const CY_CY: usize = 2;
 const ZZ_CY: usize = 16;
 const ZZ_ZZ: usize = 20;
 
-type Vector9<T> = SVector<T, 9>;
-type Matrix9<T> = SMatrix<T, 9, 9>;
+type Vector9<T> = [T; 9];
 
 /// Sums over correspondences, in the rectified frame of a pose that the owner remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,37 +45,92 @@ impl<T: Scalar> Moments<T> {
 
     /// Adds one correspondence.
     ///
-    /// * `left`, `right`: its rays at unit depth, rotated into the rectified frame.
-    /// * `w`: one over the variance of their `C`.
-    #[inline]
-    pub(crate) fn add_rays(&mut self, w: T, left: &Vector3<T>, right: &Vector3<T>) {
-        let (a, b) = (left, right);
-        let k = [
-            a.y * b.z - a.z * b.y,
-            a.z * b.x - a.x * b.z,
-            a.x * b.y - a.y * b.x,
-            a.x * b.x,
-            a.y * b.y,
-            a.z * b.z,
-            a.x * b.y + a.y * b.x,
-            a.x * b.z + a.z * b.x,
-            a.y * b.z + a.z * b.y,
-        ];
-        let mut sums = self.products.iter_mut();
-        for (row, k_row) in k.iter().enumerate() {
-            let weighted = w * *k_row;
-            // The columns first: `zip` takes from its right side only what the left side has.
-            for (k_column, sum) in k.iter().take(row + 1).zip(sums.by_ref()) {
-                *sum += weighted * *k_column;
-            }
-        }
+    /// * `sight`: in the rectified frame.
+    /// * `w`: one over the variance of its row offset.
+    #[inline(always)]
+    pub(crate) fn add_sight(&mut self, w: T, sight: &Sight<T>) {
+        let (a, b) = (&sight.left, &sight.right);
+        let [across, along] = [a.u * b.v, a.v * b.u];
+        self.add_products(
+            w,
+            &[
+                a.v - b.v,
+                b.u - a.u,
+                across - along,
+                a.u * b.u,
+                a.v * b.v,
+                T::ONE,
+                across + along,
+                a.u + b.u,
+                a.v + b.v,
+            ],
+        );
+    }
+
+    #[inline(always)]
+    fn add_products(&mut self, w: T, k: &Vector9<T>) {
+        let [k0, k1, k2, k3, k4, k5, k6, k7, k8] = *k;
+        let m = &mut self.products;
+        let weighted = w * k0;
+        m[0] += weighted * k0;
+        let weighted = w * k1;
+        m[1] += weighted * k0;
+        m[2] += weighted * k1;
+        let weighted = w * k2;
+        m[3] += weighted * k0;
+        m[4] += weighted * k1;
+        m[5] += weighted * k2;
+        let weighted = w * k3;
+        m[6] += weighted * k0;
+        m[7] += weighted * k1;
+        m[8] += weighted * k2;
+        m[9] += weighted * k3;
+        let weighted = w * k4;
+        m[10] += weighted * k0;
+        m[11] += weighted * k1;
+        m[12] += weighted * k2;
+        m[13] += weighted * k3;
+        m[14] += weighted * k4;
+        let weighted = w * k5;
+        m[15] += weighted * k0;
+        m[16] += weighted * k1;
+        m[17] += weighted * k2;
+        m[18] += weighted * k3;
+        m[19] += weighted * k4;
+        m[20] += weighted * k5;
+        let weighted = w * k6;
+        m[21] += weighted * k0;
+        m[22] += weighted * k1;
+        m[23] += weighted * k2;
+        m[24] += weighted * k3;
+        m[25] += weighted * k4;
+        m[26] += weighted * k5;
+        m[27] += weighted * k6;
+        let weighted = w * k7;
+        m[28] += weighted * k0;
+        m[29] += weighted * k1;
+        m[30] += weighted * k2;
+        m[31] += weighted * k3;
+        m[32] += weighted * k4;
+        m[33] += weighted * k5;
+        m[34] += weighted * k6;
+        m[35] += weighted * k7;
+        let weighted = w * k8;
+        m[36] += weighted * k0;
+        m[37] += weighted * k1;
+        m[38] += weighted * k2;
+        m[39] += weighted * k3;
+        m[40] += weighted * k4;
+        m[41] += weighted * k5;
+        m[42] += weighted * k6;
+        m[43] += weighted * k7;
+        m[44] += weighted * k8;
     }
 
     /// Takes the slope of the cost at the frame's own pose as it is, variance and all.
-    pub(crate) fn set_gradient(&mut self, frame: &RectifyingRotations<T>, gradient: &[T; 5]) {
+    pub(crate) fn set_gradient(&mut self, gradient: &Vector5<T>) {
         self.slope = [T::ZERO; 5];
-        let plain = self.seen_at(frame, frame).gradient;
-        self.slope = (plain - Vector5::from(*gradient)).into();
+        self.slope = (self.at_frame().gradient - gradient).into();
     }
 
     pub(crate) fn add(&mut self, other: &Self) {
@@ -81,8 +138,8 @@ impl<T: Scalar> Moments<T> {
         self.slope.iter_mut().zip(&other.slope).for_each(|(a, b)| *a += *b);
     }
 
-    pub(crate) fn scaled(&self, factor: T) -> Self {
-        Self { products: self.products.map(|m| m * factor), slope: self.slope.map(|s| s * factor) }
+    pub(crate) fn scale(&mut self, factor: T) {
+        self.products.iter_mut().chain(&mut self.slope).for_each(|m| *m *= factor);
     }
 
     pub(crate) fn is_finite(&self) -> bool {
@@ -92,46 +149,66 @@ impl<T: Scalar> Moments<T> {
     /// Whether disparities are more than noise: a scene at infinity says nothing of the baseline, but
     /// its noise looks as if it did.
     ///
-    /// * `frame`: the pose in whose rectified frame the sums are.
     /// * `variance`: of a coordinate, at unit depth.
-    pub(crate) fn speaks_of_baseline(&self, frame: &RectifyingRotations<T>, variance: T) -> bool {
+    pub(crate) fn speaks_of_baseline(&self, variance: T) -> bool {
         let m = &self.products;
         let (sum, along, all) = (m[CY_CY], m[ZZ_CY], m[ZZ_ZZ]);
         let noise = T::lit(2.0) * variance * all;
         // An error of yaw moves all disparities alike: so they must differ, or be larger than that.
-        let yaw = T::lit(9.0) * self.seen_at(frame, frame).information.yaw_share();
+        let yaw = T::lit(9.0) * self.at_frame().information.yaw_share();
         let spread = sum - along * along / all;
         let most = T::lit(MAX_NOISE);
         // Not `>`: a NaN must not speak.
         noise <= most * spread || noise + yaw <= most * sum
     }
 
-    /// The same sums in the rectified frame of another pose.
-    pub(crate) fn turned(
-        &self,
-        from: &RectifyingRotations<T>,
-        to: &RectifyingRotations<T>,
-    ) -> Self {
+    /// Takes the sums into the rectified frame of another pose.
+    #[inline(never)]
+    pub(crate) fn turn(&mut self, from: &RectifyingRotations<T>, to: &RectifyingRotations<T>) {
         let less_identity = |to: &Rotation3<T>, from: &Rotation3<T>| {
-            (to * from.inverse()).matrix() - Matrix3::identity()
+            product(to.matrix(), &from.matrix().transpose()) - Matrix3::identity()
         };
-        let left = less_identity(to.left(), from.left());
+        let left = less_identity(to.left(), from.left()).transpose();
         let right = less_identity(to.right(), from.right());
-        let mut m = self.matrix();
+        let mut rows = self.rows();
         for _ in 0..2 {
-            for mut column in m.column_iter_mut() {
-                let k: Vector9<T> = column.clone_owned();
-                let b = outer(&k);
-                let turned = right * b;
-                // As a difference: what is small stays exact.
-                let moved = turned + (b + turned) * left.transpose();
-                column.copy_from(&(k + split(&moved)));
+            for k in &mut rows {
+                turn(k, &left, &right);
             }
-            m = m.transpose();
+            transpose(&mut rows);
         }
-        let mut turned = *self;
-        turned.set_matrix(&m);
-        turned
+        let triangle = rows.iter().enumerate().flat_map(|(row, k)| k.iter().take(row + 1));
+        self.products.iter_mut().zip(triangle).for_each(|(m, turned)| *m = *turned);
+    }
+
+    /// Information and slope of the cost at the pose of the frame, where each unknown moves but one or
+    /// two of the nine.
+    #[inline(never)]
+    pub(crate) fn at_frame(&self) -> Quadratic<T> {
+        let m = &self.products;
+        let [half, quarter] = [T::HALF, T::HALF * T::HALF];
+        let information = [
+            m[14] + m[19] + m[19] + m[20],
+            -half * (m[12] + m[17] + m[25] + m[26]),
+            quarter * (m[5] + m[23] + m[23] + m[27]),
+            half * (m[11] + m[16] - m[32] - m[33]),
+            quarter * (m[30] - m[4] + m[34] - m[22]),
+            quarter * (m[35] - m[29] - m[29] + m[2]),
+            -(m[12] + m[17]),
+            half * (m[5] + m[23]),
+            half * (m[30] - m[4]),
+            m[5],
+            m[11] + m[16],
+            -half * (m[4] + m[22]),
+            half * (m[2] - m[29]),
+            -m[4],
+            m[2],
+        ];
+        let plain = [-(m[10] + m[15]), half * (m[3] + m[21]), half * (m[28] - m[1]), m[3], -m[1]];
+        Quadratic {
+            information: Information(Symmetric(information)),
+            gradient: Vector5::from(plain) - Vector5::from(self.slope),
+        }
     }
 
     /// Information and slope of the cost at a pose.
@@ -142,46 +219,126 @@ impl<T: Scalar> Moments<T> {
         frame: &RectifyingRotations<T>,
         pose: &RectifyingRotations<T>,
     ) -> Quadratic<T> {
-        let left = (pose.left() * frame.left().inverse()).into_inner();
-        let right = (frame.right() * pose.right().inverse()).into_inner();
-        let (zero, one) = (T::ZERO, T::ONE);
-        let coefficients = |x: Matrix3<T>| coefficients(&(right * x * left));
-        let e = coefficients(Vector3::x().cross_matrix());
-        // By turn of R about x, y, z, then of the baseline about y and z (both views alike).
-        let by_unknown = [
-            coefficients(Matrix3::from_diagonal(&Vector3::new(zero, -one, -one))),
-            coefficients(Vector3::y() * Vector3::x().transpose()),
-            coefficients(Vector3::z() * Vector3::x().transpose()),
-            coefficients(Vector3::z().cross_matrix()),
-            coefficients((-Vector3::y()).cross_matrix()),
-        ];
-        let m = self.matrix();
-        let pull = m * e;
-        let slope = Vector5::from(self.slope);
-        let gradient = Vector5::from(by_unknown.map(|d: Vector9<T>| d.dot(&pull))) - slope;
-        let products = by_unknown.map(|d| m * d);
-        Quadratic { information: Information::of_products(&by_unknown, &products), gradient }
+        let (mut coefficients, mut seen) = (Coefficients::NONE, Quadratic::ZERO);
+        coefficients.add(frame, pose);
+        self.see_by(&coefficients, &mut seen);
+        seen
     }
 
-    fn matrix(&self) -> Matrix9<T> {
-        Matrix9::from_fn(|row, column| {
-            let (below, above) = (row.max(column), row.min(column));
-            self.products.get(below * (below + 1) / 2 + above).copied().unwrap_or(T::ZERO)
-        })
-    }
-
-    /// From the lower triangle.
-    fn set_matrix(&mut self, m: &Matrix9<T>) {
-        let triangle = (0..9).flat_map(|row| (0..=row).map(move |column| (row, column)));
-        for (element, at) in self.products.iter_mut().zip(triangle) {
-            *element = m.get(at).copied().unwrap_or(T::ZERO);
+    #[inline(never)]
+    fn see_by(&self, coefficients: &Coefficients<T>, seen: &mut Quadratic<T>) {
+        let Coefficients { by_unknown, of_offset } = coefficients;
+        let pull = self.times(of_offset);
+        for ((slope, d), own) in seen.gradient.iter_mut().zip(by_unknown).zip(&self.slope) {
+            *slope = dot(d, &pull) - *own;
+        }
+        let mut elements = seen.information.0.0.iter_mut();
+        for (unknown, d) in by_unknown.iter().enumerate() {
+            let weighed = self.times(d);
+            for (other, element) in by_unknown.iter().take(unknown + 1).zip(elements.by_ref()) {
+                *element = dot(other, &weighed);
+            }
         }
     }
+
+    /// `M x`.
+    #[inline(never)]
+    fn times(&self, x: &Vector9<T>) -> Vector9<T> {
+        let mut y = [T::ZERO; 9];
+        let mut m = self.products.iter();
+        for (row, x_row) in x.iter().enumerate() {
+            let mut sum = T::ZERO;
+            for ((x_column, y_column), m) in x.iter().zip(&mut y).take(row).zip(m.by_ref()) {
+                sum += *m * *x_column;
+                *y_column += *m * *x_row;
+            }
+            if let (Some(m), Some(y)) = (m.next(), y.get_mut(row)) {
+                *y += sum + *m * *x_row;
+            }
+        }
+        y
+    }
+
+    /// As a full matrix.
+    fn rows(&self) -> [Vector9<T>; 9] {
+        let mut rows = [[T::ZERO; 9]; 9];
+        let mut m = self.products.iter();
+        for (row, elements) in rows.iter_mut().enumerate() {
+            elements.iter_mut().take(row + 1).zip(m.by_ref()).for_each(|(e, m)| *e = *m);
+        }
+        let mut left: &mut [Vector9<T>] = &mut rows;
+        let mut diagonal = 0;
+        while let Some((first, below)) = left.split_first_mut() {
+            diagonal += 1;
+            let column = below.iter().filter_map(|row| row.get(diagonal - 1));
+            first.iter_mut().skip(diagonal).zip(column).for_each(|(e, below)| *e = *below);
+            left = below;
+        }
+        rows
+    }
+}
+
+/// Factors of the nine coordinates in the constraint at a pose, and in its derivatives.
+struct Coefficients<T> {
+    of_offset: Vector9<T>,
+    /// By turn of `R` about x, y, z, then of the baseline about y and z (both views alike).
+    by_unknown: [Vector9<T>; 5],
+}
+
+impl<T: Scalar> Coefficients<T> {
+    const NONE: Self = Self { of_offset: [T::ZERO; 9], by_unknown: [[T::ZERO; 9]; 5] };
+
+    #[inline(never)]
+    fn add(&mut self, frame: &RectifyingRotations<T>, pose: &RectifyingRotations<T>) {
+        // Rows of the one, columns of the other.
+        let left = product(frame.left().matrix(), &pose.left().matrix().transpose());
+        let right = product(frame.right().matrix(), &pose.right().matrix().transpose());
+        let ([[x_l, y_l, z_l], [x_r, y_r, z_r]], one) = ([left.data.0, right.data.0], T::ONE);
+        let Self { of_offset, by_unknown: [x, y, z, forward, down] } = self;
+        add_outer(x, -one, &y_r, &y_l);
+        add_outer(x, -one, &z_r, &z_l);
+        add_outer(y, one, &y_r, &x_l);
+        add_outer(z, one, &z_r, &x_l);
+        (*forward, *down) = (*y, *z);
+        add_outer(forward, -one, &x_r, &y_l);
+        add_outer(down, -one, &x_r, &z_l);
+        add_outer(of_offset, one, &z_r, &y_l);
+        add_outer(of_offset, -one, &y_r, &z_l);
+    }
+}
+
+fn transpose<T: Scalar>(m: &mut [Vector9<T>; 9]) {
+    let mut left: &mut [Vector9<T>] = m;
+    let mut diagonal = 0;
+    while let Some((first, below)) = left.split_first_mut() {
+        diagonal += 1;
+        let column = below.iter_mut().filter_map(|row| row.get_mut(diagonal - 1));
+        first
+            .iter_mut()
+            .skip(diagonal)
+            .zip(column)
+            .for_each(|(e, below)| core::mem::swap(e, below));
+        left = below;
+    }
+}
+
+/// The coordinates of products whose rays turn: `left`, transposed, and `right` are the rotations less
+/// the identity, so that what is small stays exact.
+#[inline(never)]
+fn turn<T: Scalar>(k: &mut Vector9<T>, left: &Matrix3<T>, right: &Matrix3<T>) {
+    let b = outer(k);
+    let turned = product(right, &b);
+    let moved = split(&(turned + product(&(b + turned), left)));
+    k.iter_mut().zip(moved).for_each(|(k, moved)| *k += moved);
+}
+
+fn dot<T: Scalar>(a: &Vector9<T>, b: &Vector9<T>) -> T {
+    a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 
 /// The products `b a^T` behind the nine coordinates.
 fn outer<T: Scalar>(k: &Vector9<T>) -> Matrix3<T> {
-    let [cx, cy, cz, xx, yy, zz, xy, xz, yz] = (*k).into();
+    let [cx, cy, cz, xx, yy, zz, xy, xz, yz] = *k;
     let half = |sum: T| sum * T::HALF;
     Matrix3::new(
         xx,
@@ -198,7 +355,7 @@ fn outer<T: Scalar>(k: &Vector9<T>) -> Matrix3<T> {
 
 /// The nine coordinates of products `b a^T`.
 fn split<T: Scalar>(b: &Matrix3<T>) -> Vector9<T> {
-    Vector9::from([
+    [
         b.m32 - b.m23,
         b.m13 - b.m31,
         b.m21 - b.m12,
@@ -208,23 +365,25 @@ fn split<T: Scalar>(b: &Matrix3<T>) -> Vector9<T> {
         b.m12 + b.m21,
         b.m13 + b.m31,
         b.m23 + b.m32,
-    ])
+    ]
 }
 
-/// The factors of the nine coordinates in `b^T X a`.
-fn coefficients<T: Scalar>(x: &Matrix3<T>) -> Vector9<T> {
+/// Adds the factors of the nine coordinates in `b^T X a`, where `X` is a column times a row.
+#[inline(never)]
+fn add_outer<T: Scalar>(sum: &mut Vector9<T>, factor: T, column: &[T; 3], row: &[T; 3]) {
+    let [x, y, z] = column.map(|x| x * factor);
+    let [a, b, c] = *row;
     let half = |sum: T| sum * T::HALF;
-    Vector9::from([
-        half(x.m32 - x.m23),
-        half(x.m13 - x.m31),
-        half(x.m21 - x.m12),
-        x.m11,
-        x.m22,
-        x.m33,
-        half(x.m12 + x.m21),
-        half(x.m13 + x.m31),
-        half(x.m23 + x.m32),
-    ])
+    let [cx, cy, cz, xx, yy, zz, xy, xz, yz] = sum;
+    *cx += half(z * b - y * c);
+    *cy += half(x * c - z * a);
+    *cz += half(y * a - x * b);
+    *xx += x * a;
+    *yy += y * b;
+    *zz += z * c;
+    *xy += half(x * b + y * a);
+    *xz += half(x * c + z * a);
+    *yz += half(y * c + z * b);
 }
 
 #[cfg(test)]

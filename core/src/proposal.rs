@@ -6,6 +6,7 @@ use crate::extrinsics::Extrinsics;
 use crate::information::{StandardDeviations, largest_direction};
 use crate::scalar::Scalar;
 use crate::supervision::State;
+use crate::symmetric::Symmetric;
 
 /// The estimate over all pairs so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +35,7 @@ pub struct Proposal<T: Scalar> {
 impl<T: Scalar> Proposal<T> {
     /// The least certain direction and its standard deviation, rad; `None` in the paper preset.
     pub fn weakest(&self) -> Option<(Direction, T)> {
-        let (sd, direction) = largest_direction(&self.covariance?);
+        let (sd, direction) = largest_direction(&Symmetric::packed(&self.covariance?));
         Some((Direction::of(&direction), sd))
     }
 }

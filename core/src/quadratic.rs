@@ -1,9 +1,21 @@
 //! A quadratic model of a cost about a pose.
 
-use nalgebra::{Cholesky, Vector5};
+use nalgebra::Vector5;
 
 use crate::information::Information;
 use crate::scalar::Scalar;
+use crate::symmetric::Symmetric;
+
+/// Adds a row times `pull` to a slope.
+#[inline(always)]
+pub(crate) fn add_pull<T: Scalar>(gradient: &mut Vector5<T>, pull: T, jacobian: &[T; 5]) {
+    let ([[a, b, c, d, e]], [j0, j1, j2, j3, j4]) = (&mut gradient.data.0, *jacobian);
+    *a += pull * j0;
+    *b += pull * j1;
+    *c += pull * j2;
+    *d += pull * j3;
+    *e += pull * j4;
+}
 
 /// Slope of a cost by the five unknowns at a pose, and the information there: half its curvature.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,15 +33,22 @@ impl<T: Scalar> Quadratic<T> {
     };
 
     /// Adds a residual `r` of weight `w` with its derivatives.
+    #[inline(always)]
     pub(crate) fn add_row(&mut self, w: T, r: T, jacobian: &[T; 5]) {
         self.information.add_outer(w, jacobian);
-        let weighted = w * r;
-        self.gradient.iter_mut().zip(jacobian).for_each(|(sum, j)| *sum += weighted * *j);
+        add_pull(&mut self.gradient, w * r, jacobian);
     }
 
     pub(crate) fn add(&mut self, other: &Self) {
         self.information.add(&other.information);
         self.gradient += other.gradient;
+    }
+
+    /// The sum of two.
+    pub(crate) fn plus(&self, other: &Self) -> Self {
+        let mut sum = *self;
+        sum.add(other);
+        sum
     }
 
     pub(crate) fn less(&self, other: &Self) -> Self {
@@ -50,7 +69,25 @@ impl<T: Scalar> Quadratic<T> {
 
     /// The step to the optimum, `None` if a direction is free.
     pub(crate) fn step(&self) -> Option<Vector5<T>> {
-        self.information.damped_step(T::ZERO, &self.gradient.into())
+        self.information.damped_step(T::ZERO, &self.gradient)
+    }
+
+    /// With the baseline held where it is.
+    pub(crate) fn rotation_alone(&self) -> Self {
+        let mut alone = *self;
+        let [.., y, z] = &mut alone.gradient.data.0[0];
+        (*y, *z) = (T::ZERO, T::ZERO);
+        let h = &mut alone.information.0.0;
+        (h[6], h[7], h[8], h[9]) = (T::ZERO, T::ZERO, T::ZERO, T::ONE);
+        (h[10], h[11], h[12], h[13], h[14]) = (T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ONE);
+        alone
+    }
+
+    /// With the same information on each unknown, about the pose itself.
+    pub(crate) fn pulled(&self, prior: T) -> Self {
+        let mut joint = *self;
+        joint.information.0.add_diagonal(prior);
+        joint
     }
 
     /// With a prior about the pose itself.
@@ -65,22 +102,15 @@ impl<T: Scalar> Quadratic<T> {
     ///
     /// `None` if a direction is free in either.
     pub(crate) fn distance(&self, other: &Self) -> Option<T> {
-        let apart = self.step()? - other.step()?;
-        let covariance = self.information.covariance()? + other.information.covariance()?;
-        squared_over(&apart, covariance)
+        let [one, other] = [self.optimum()?, other.optimum()?];
+        one.1.plus(&other.1).inverse_form(&(one.0 - other.0))
     }
-}
 
-/// `y^T C^-1 y`, of unknowns of very different size; `None` if `C` is not a covariance.
-pub(crate) fn squared_over<T: Scalar>(
-    y: &Vector5<T>,
-    covariance: nalgebra::Matrix5<T>,
-) -> Option<T> {
-    let scale = covariance.diagonal().map(|c| T::ONE / c.sqrt());
-    let unit = covariance.component_mul(&(scale * scale.transpose()));
-    let y = y.component_mul(&scale);
-    let squared = y.dot(&Cholesky::new(unit)?.solve(&y));
-    squared.is_finite().then_some(squared)
+    /// The step to the optimum and its covariance, `None` if a direction is free.
+    pub(crate) fn optimum(&self) -> Option<(Vector5<T>, Symmetric<T>)> {
+        let factor = self.information.0.factor(T::ZERO)?;
+        Some((-factor.solve(&self.gradient), factor.inverse()))
+    }
 }
 
 #[cfg(test)]
@@ -88,7 +118,6 @@ mod tests {
     extern crate std;
 
     use super::*;
-    use nalgebra::Matrix5;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -167,16 +196,5 @@ mod tests {
         assert!((left.gradient - rest.gradient).amax() < 1e-8);
         assert!((left.step().unwrap() - rest.step().unwrap()).amax() < 1e-12);
         assert!((all.scaled(0.5).step().unwrap() - all.step().unwrap()).amax() < 1e-12);
-    }
-
-    #[test]
-    fn what_is_no_covariance_measures_nothing() {
-        let y = Vector5::repeat(1.0);
-        let mut indefinite = Matrix5::<f64>::identity();
-        indefinite.m12 = 2.0;
-        indefinite.m21 = 2.0;
-        assert_eq!(squared_over(&y, indefinite), None);
-        assert_eq!(squared_over(&y, Matrix5::from_diagonal_element(f64::NAN)), None);
-        assert_eq!(squared_over(&y, Matrix5::from_diagonal_element(4.0)), Some(1.25));
     }
 }

@@ -7,6 +7,9 @@ use crate::extrinsics::{Extrinsics, MIN_LATERAL};
 use crate::scalar::Scalar;
 use crate::so3;
 
+/// No step turns a view further, rad.
+const MAX_STEP: f64 = 1.5;
+
 /// `R_l`, `R_r` with `p_l' = R_l p_l`, `p_r' = R_r p_r`: rows of both rectified views coincide.
 ///
 /// Always in the gauge of eq 8, `r_r2 . i_3 = 0`: the pair may turn together about the baseline,
@@ -31,6 +34,12 @@ impl<T: Scalar> From<&Extrinsics<T>> for RectifyingRotations<T> {
 }
 
 impl<T: Scalar> RectifyingRotations<T> {
+    /// Of [`Extrinsics::SIDE_BY_SIDE`].
+    pub(crate) const SIDE_BY_SIDE: Self = {
+        let identity = *Extrinsics::SIDE_BY_SIDE.rotation();
+        Self { left: identity, right: identity }
+    };
+
     /// `R_l`, left camera frame to rectified frame.
     pub fn left(&self) -> &Rotation3<T> {
         &self.left
@@ -57,12 +66,19 @@ impl<T: Scalar> RectifyingRotations<T> {
     /// * `baseline`: turn of both views about the rectified y and z axes, rad; it moves `t` by
     ///   `(0, baseline_z, -baseline_y)` in the rectified frame.
     ///
-    /// `None` if the step leaves the range in which the gauge is defined.
+    /// `None` if the step turns by more than 1.5 rad or leaves the range in which the gauge is defined.
+    #[inline(never)]
     pub(crate) fn stepped(&self, rotation: &Vector3<T>, baseline: &Vector2<T>) -> Option<Self> {
-        let common = Vector3::new(baseline.y * self.gauge_slope(), baseline.x, baseline.y);
+        let right = Vector3::new(baseline.y * self.gauge_slope(), baseline.x, baseline.y);
+        let left = rotation + right;
+        let longest = left.norm_squared().max(right.norm_squared());
+        // Not `>`: a NaN must fail this test.
+        if !(longest <= T::lit(MAX_STEP * MAX_STEP)) {
+            return None;
+        }
         Self {
-            left: so3::left_update(&(rotation + common), &self.left),
-            right: so3::left_update(&common, &self.right),
+            left: so3::left_update(&left, &self.left),
+            right: so3::left_update(&right, &self.right),
         }
         .regauged()
     }
@@ -70,9 +86,13 @@ impl<T: Scalar> RectifyingRotations<T> {
     /// The five unknowns that lead from this pose to another, to first order: turn of `R` about the
     /// rectified x, y, z, then of the baseline about y and z, rad.
     #[must_use]
+    #[inline(never)]
     pub fn unknowns_to(&self, other: &Self) -> Vector5<T> {
-        let turn = other.right.inverse() * other.left * self.left.inverse() * self.right;
-        let w = self.right * so3::log(&turn);
+        let turned =
+            |a: &Rotation3<T>, b: &Rotation3<T>| so3::product(&a.matrix().transpose(), b.matrix());
+        let turn =
+            so3::product(&turned(&other.right, &other.left), &turned(&self.left, &self.right));
+        let w = self.right * so3::log(&Rotation3::from_matrix_unchecked(turn));
         let t = -(self.right.matrix() * other.right.matrix().row(0).transpose());
         // A baseline across the other is as far as it goes.
         let along = (-t.x).max(T::lit(MIN_LATERAL));
@@ -101,7 +121,8 @@ impl<T: Scalar> RectifyingRotations<T> {
         let (cos, sin) = (m.m33 / lateral, m.m23 / lateral);
         let (zero, one) = (T::ZERO, T::ONE);
         let turn = Matrix3::new(one, zero, zero, zero, cos, -sin, zero, sin, cos);
-        let turned = |r: &Rotation3<T>| Rotation3::from_matrix_unchecked(turn * r.matrix());
+        let turned =
+            |r: &Rotation3<T>| Rotation3::from_matrix_unchecked(so3::product(&turn, r.matrix()));
         Some(Self { left: turned(&self.left), right: turned(&self.right) })
     }
 }

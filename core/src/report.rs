@@ -54,21 +54,24 @@ pub struct PairReport<T: Scalar> {
     /// Standard deviation of the row offsets, estimated from the residuals, px. Paper: of
     /// the row offsets, each clipped at the Huber threshold. Robust: of one coordinate, at most 3.
     pub noise_px: T,
-    /// Robust: the evidence, and for which estimate it speaks.
-    pub(crate) finding: Option<Finding<T>>,
+    /// Robust: which of the calibrator's findings this is about.
+    pub(crate) round: Option<u32>,
 }
 
 impl<T: Scalar> PairReport<T> {
     /// Of the robust preset; `None` if the pair alone has no optimum.
-    pub(crate) fn of_finding(finding: Finding<T>, lineage: &Lineage<T>) -> Option<Self> {
-        let judged = &finding.judged;
-        let (pose, information) = judged.evidence.optimum(&lineage.prior)?;
+    #[inline(never)]
+    pub(crate) fn of_finding(finding: &Finding<'_, T>, lineage: &Lineage<T>) -> Option<Self> {
+        let judged = finding.judged;
+        let evidence = &judged.evidence;
+        let seen = evidence.moments.at_frame();
+        let pose = evidence.pose.stepped_by(&seen.pulled(lineage.prior).step()?)?;
         let count = T::count(judged.screened.max(1));
         let [squares_before, squares_after] = judged.squares;
         let [cost_before, cost_after] = judged.cost;
         Some(Self {
             extrinsics: pose.extrinsics().ok()?,
-            information,
+            information: seen.information,
             stop: finding.stop,
             passes: finding.passes,
             usable: judged.usable,
@@ -78,8 +81,8 @@ impl<T: Scalar> PairReport<T> {
             cost_after: cost_after * T::HALF,
             rms_px_before: (squares_before / count).sqrt(),
             rms_px_after: (squares_after / count).sqrt(),
-            noise_px: judged.evidence.noise,
-            finding: Some(finding),
+            noise_px: evidence.noise,
+            round: Some(finding.round),
         })
     }
 }

@@ -9,7 +9,7 @@
 //! - eq 8 is kept by the step itself, so the row `e_0` and the sixth unknown are not needed;
 //! - a ray with rectified depth below [`MIN_DEPTH`] is skipped and counted, the paper divides by it.
 
-use nalgebra::{Matrix3, Vector2};
+use nalgebra::Vector2;
 
 use crate::correspondence::RayPair;
 use crate::rectification::RectifyingRotations;
@@ -30,52 +30,101 @@ pub(crate) struct Row<T> {
 /// Row offset `e_i` of eq 11: `v_l - v_r` of the rectified rays, at unit depth, dimensionless; times
 /// the focal length it is px. `None` if a ray lies behind the rectified plane.
 pub fn row_offset<T: Scalar>(rotations: &RectifyingRotations<T>, pair: &RayPair<T>) -> Option<T> {
-    let (left, _) = rectified(rotations.left().matrix(), &pair.left)?;
-    let (right, _) = rectified(rotations.right().matrix(), &pair.right)?;
-    Some(left.y - right.y)
+    let (l, r) = (rotations.left().matrix(), rotations.right().matrix());
+    let [y_l, y_r] = [
+        l.m21 * pair.left.x + l.m22 * pair.left.y + l.m23,
+        r.m21 * pair.right.x + r.m22 * pair.right.y + r.m23,
+    ];
+    let [inverse_l, inverse_r] = inverse_depths(
+        l.m31 * pair.left.x + l.m32 * pair.left.y + l.m33,
+        r.m31 * pair.right.x + r.m32 * pair.right.y + r.m33,
+    )?;
+    Some(y_l * inverse_l - y_r * inverse_r)
 }
 
 /// `e_i` with its derivatives for [`RectifyingRotations::stepped`].
+#[inline(always)]
 pub(crate) fn linearised<T: Scalar>(
     rotations: &RectifyingRotations<T>,
     gauge_slope: T,
     pair: &RayPair<T>,
 ) -> Option<Row<T>> {
-    let (left, _) = rectified(rotations.left().matrix(), &pair.left)?;
-    let (right, _) = rectified(rotations.right().matrix(), &pair.right)?;
-    Some(Row::of(&left, &right, gauge_slope))
+    Some(Sight::of(rotations, pair)?.row(gauge_slope))
 }
 
-impl<T: Scalar> Row<T> {
-    /// Of a pair of rectified rays `(u, v)`.
-    ///
+/// One side of a correspondence: its rectified ray `(u, v)` at unit depth, and one over the depth that
+/// the unit-depth ray had after rotation.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct View<T> {
+    pub(crate) u: T,
+    pub(crate) v: T,
+    pub(crate) inverse_depth: T,
+}
+
+/// A correspondence after rectification.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sight<T> {
+    pub(crate) left: View<T>,
+    pub(crate) right: View<T>,
+}
+
+impl<T: Scalar> Sight<T> {
+    /// `None` if a ray lies behind the rectified plane.
+    #[inline(always)]
+    pub(crate) fn of(rotations: &RectifyingRotations<T>, pair: &RayPair<T>) -> Option<Self> {
+        let (l, r) = (rotations.left().matrix(), rotations.right().matrix());
+        let (a, b): (&Vector2<T>, &Vector2<T>) = (&pair.left, &pair.right);
+        let [inverse_l, inverse_r] =
+            inverse_depths(l.m31 * a.x + l.m32 * a.y + l.m33, r.m31 * b.x + r.m32 * b.y + r.m33)?;
+        Some(Self {
+            left: View {
+                u: (l.m11 * a.x + l.m12 * a.y + l.m13) * inverse_l,
+                v: (l.m21 * a.x + l.m22 * a.y + l.m23) * inverse_l,
+                inverse_depth: inverse_l,
+            },
+            right: View {
+                u: (r.m11 * b.x + r.m12 * b.y + r.m13) * inverse_r,
+                v: (r.m21 * b.x + r.m22 * b.y + r.m23) * inverse_r,
+                inverse_depth: inverse_r,
+            },
+        })
+    }
+
+    /// `u_l - u_r`, unit depth; negative for points behind the cameras.
+    #[inline(always)]
+    pub(crate) fn disparity(&self) -> T {
+        self.left.u - self.right.u
+    }
+
     /// With the derivative of `v` by a left perturbation, `[-(1 + v^2), u v, u]` (eqs 14, 15), the
     /// baseline columns are differences of a left and a right one. They are written as products of
     /// the disparity `u_l - u_r`, so nothing cancels in far scenes.
-    pub(crate) fn of(left: &Vector2<T>, right: &Vector2<T>, gauge_slope: T) -> Self {
-        let offset = left.y - right.y;
-        let disparity = left.x - right.x;
-        Self {
+    #[inline(always)]
+    pub(crate) fn row(&self, gauge_slope: T) -> Row<T> {
+        let (left, right) = (&self.left, &self.right);
+        let offset = left.v - right.v;
+        let disparity = self.disparity();
+        Row {
             offset,
             jacobian: [
-                -(T::ONE + left.y * left.y),
-                left.x * left.y,
-                left.x,
-                disparity * left.y + right.x * offset,
-                disparity - gauge_slope * offset * (left.y + right.y),
+                -(T::ONE + left.v * left.v),
+                left.u * left.v,
+                left.u,
+                disparity * left.v + right.u * offset,
+                disparity - gauge_slope * offset * (left.v + right.v),
             ],
         }
     }
 }
 
-/// `(u, v)` of a ray after rotation, and the inverse of its rectified depth.
-pub(crate) fn rectified<T: Scalar>(r: &Matrix3<T>, ray: &Vector2<T>) -> Option<(Vector2<T>, T)> {
-    let x = r.m11 * ray.x + r.m12 * ray.y + r.m13;
-    let y = r.m21 * ray.x + r.m22 * ray.y + r.m23;
-    let z = r.m31 * ray.x + r.m32 * ray.y + r.m33;
-    if z >= T::lit(MIN_DEPTH) {
-        let inverse = T::ONE / z;
-        Some((Vector2::new(x * inverse, y * inverse), inverse))
+/// By one division for both: it is what a controller is slowest at.
+#[inline(always)]
+fn inverse_depths<T: Scalar>(left: T, right: T) -> Option<[T; 2]> {
+    let least = T::lit(MIN_DEPTH);
+    // Not `<`: a NaN must fail this test.
+    if left >= least && right >= least {
+        let inverse = T::ONE / (left * right);
+        Some([inverse * right, inverse * left])
     } else {
         None
     }

@@ -21,9 +21,19 @@ pub trait Scalar: sealed::Sealed + RealField + Copy + Default {
     /// Distance from 1 to the next larger number.
     const EPSILON: Self;
 
-    /// A constant of the source text or of a configuration, rounded to this type.
+    /// Each coefficient of the series of the sine over the one before, sign turned: `1 / (2 * 3)`,
+    /// `1 / (4 * 5)`, and so on.
+    const SINE: [Self; 11];
+    /// The same of the cosine: `1 / (1 * 2)`, `1 / (3 * 4)`.
+    const COSINE: [Self; 11];
+
+    /// A constant of the source text, rounded to this type.
     #[must_use]
     fn lit(value: f64) -> Self;
+
+    /// A parameter of a configuration, exact.
+    #[must_use]
+    fn single(value: f32) -> Self;
 
     /// A count, rounded to this type.
     #[must_use]
@@ -50,15 +60,46 @@ macro_rules! scalar {
             const HALF: Self = 0.5;
             const MINUS_ONE: Self = -1.0;
             const EPSILON: Self = $t::EPSILON;
+            const SINE: [Self; 11] = [
+                1.0 / 6.0,
+                1.0 / 20.0,
+                1.0 / 42.0,
+                1.0 / 72.0,
+                1.0 / 110.0,
+                1.0 / 156.0,
+                1.0 / 210.0,
+                1.0 / 272.0,
+                1.0 / 342.0,
+                1.0 / 420.0,
+                1.0 / 506.0,
+            ];
+            const COSINE: [Self; 11] = [
+                1.0 / 2.0,
+                1.0 / 12.0,
+                1.0 / 30.0,
+                1.0 / 56.0,
+                1.0 / 90.0,
+                1.0 / 132.0,
+                1.0 / 182.0,
+                1.0 / 240.0,
+                1.0 / 306.0,
+                1.0 / 380.0,
+                1.0 / 462.0,
+            ];
 
-            #[inline]
+            #[inline(always)]
             #[expect(clippy::as_conversions, reason = "rounding to nearest is meant")]
             #[allow(clippy::cast_possible_truncation, reason = "one macro, two types")]
             fn lit(value: f64) -> Self {
                 value as $t
             }
 
-            #[inline]
+            #[inline(always)]
+            fn single(value: f32) -> Self {
+                value.into()
+            }
+
+            #[inline(always)]
             #[expect(clippy::as_conversions, reason = "rounding to nearest is meant")]
             #[allow(
                 clippy::cast_precision_loss,
@@ -69,12 +110,12 @@ macro_rules! scalar {
                 value as $t
             }
 
-            #[inline]
+            #[inline(always)]
             fn to_f64(self) -> f64 {
                 f64::from(self)
             }
 
-            #[inline]
+            #[inline(always)]
             #[expect(clippy::as_conversions, reason = "cutting off the fraction is meant")]
             #[allow(
                 clippy::cast_possible_truncation,
@@ -85,7 +126,7 @@ macro_rules! scalar {
                 self as u16
             }
 
-            #[inline]
+            #[inline(always)]
             fn bits(self) -> u64 {
                 self.to_bits().into()
             }

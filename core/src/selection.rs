@@ -31,8 +31,16 @@ impl Cell {
             cell.to_u16().min(cells - 1)
         };
         let ([u, v], [width, height]) = (pixel, size);
-        let [index, _] =
-            (along(v, height, ROWS) * COLUMNS + along(u, width, COLUMNS)).to_le_bytes();
+        Self::from_bits(along(v, height, ROWS) * COLUMNS + along(u, width, COLUMNS))
+    }
+
+    /// The index, below 64.
+    pub(crate) fn bits(self) -> u16 {
+        self.0.into()
+    }
+
+    pub(crate) fn from_bits(index: u16) -> Self {
+        let [index, _] = index.to_le_bytes();
         Self(index)
     }
 }
@@ -52,7 +60,7 @@ impl Worth {
             let hash = (hash ^ words).wrapping_mul(MULTIPLIER);
             hash ^ (hash >> 29)
         });
-        Self { score: pair.score, lot: lot.wrapping_mul(MULTIPLIER) }
+        Self { score: pair.score_steps(), lot: lot.wrapping_mul(MULTIPLIER) }
     }
 
     /// The most that a match of this score, in steps, can be worth.
@@ -63,42 +71,21 @@ impl Worth {
 
 /// Matches in each cell.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Occupancy([u16; CELLS]);
+struct Occupancy([u16; CELLS]);
 
 impl Occupancy {
-    pub(crate) const EMPTY: Self = Self([0; CELLS]);
-
-    pub(crate) fn add(&mut self, cell: Cell) {
-        if let Some(count) = self.0.get_mut(usize::from(cell.0)) {
-            *count = count.saturating_add(1);
+    fn of(cells: impl Iterator<Item = Cell>) -> Self {
+        let mut occupancy = Self([0; CELLS]);
+        for cell in cells {
+            if let Some(count) = occupancy.0.get_mut(usize::from(cell.0)) {
+                *count = count.saturating_add(1);
+            }
         }
+        occupancy
     }
 
-    pub(crate) fn remove(&mut self, cell: Cell) {
-        if let Some(count) = self.0.get_mut(usize::from(cell.0)) {
-            *count = count.saturating_sub(1);
-        }
-    }
-
-    /// What a newcomer to a full batch is up against. One scan of the batch.
-    ///
-    /// * `cells`, `pairs`: the batch, in the same order.
-    pub(crate) fn contest<T: Scalar>(
-        &self,
-        newcomer: Cell,
-        cells: &[Cell],
-        pairs: &[RayPair<T>],
-    ) -> Contest {
-        let mut counted_in = self.clone();
-        counted_in.add(newcomer);
-        let fullest = counted_in.0.iter().max();
-        let is_fullest = |cell: Cell| counted_in.0.get(usize::from(cell.0)) == fullest;
-        let worst = (0..)
-            .zip(cells.iter().zip(pairs))
-            .filter(|(_, (cell, _))| is_fullest(**cell))
-            .map(|(place, (_, pair))| (Worth::of(pair), place))
-            .min();
-        Contest { worst, newcomer_may_leave: is_fullest(newcomer) }
+    fn get(&self, cell: Cell) -> Option<&u16> {
+        self.0.get(usize::from(cell.0))
     }
 }
 
@@ -128,6 +115,20 @@ pub(crate) struct Contest {
 }
 
 impl Contest {
+    /// What a newcomer to a full batch is up against. Two scans of the batch.
+    pub(crate) fn of<T: Scalar>(newcomer: Cell, pairs: &[RayPair<T>]) -> Self {
+        let cells = pairs.iter().map(RayPair::cell);
+        let counted_in = Occupancy::of(cells.chain([newcomer]));
+        let fullest = counted_in.0.iter().max();
+        let is_fullest = |cell: Cell| counted_in.get(cell) == fullest;
+        let worst = (0..)
+            .zip(pairs)
+            .filter(|(_, pair)| is_fullest(pair.cell()))
+            .map(|(place, pair)| (Worth::of(pair), place))
+            .min();
+        Self { worst, newcomer_may_leave: is_fullest(newcomer) }
+    }
+
     /// The place that a newcomer of this worth takes; `None` if it is the one that leaves.
     pub(crate) fn place(&self, newcomer: Worth) -> Option<usize> {
         let (worst, place) = self.worst?;

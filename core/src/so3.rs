@@ -10,12 +10,20 @@ use crate::scalar::Scalar;
 /// `exp([w]x)`: the rotation by `|w|` radians about `w`.
 ///
 /// Error of an element below 5e-7 in `f32` up to pi, growing with `|w|` beyond.
-/// `None` if `w` is not finite. Cost: above 0.5 rad one sine and cosine, below none.
+/// `None` if the square of `w` is not finite. Cost: no sine, no cosine; one root above pi.
 #[must_use]
 pub fn exp<T: Scalar>(w: &Vector3<T>) -> Option<Rotation3<T>> {
     let squared = w.norm_squared();
-    let rotation = || Rotation3::from_matrix_unchecked(newton_schulz(&exp_matrix(w, squared)));
-    squared.is_finite().then(rotation)
+    if !squared.is_finite() {
+        return None;
+    }
+    let within = if squared <= T::pi() * T::pi() {
+        *w
+    } else {
+        let angle = squared.sqrt();
+        w * ((angle - (angle / T::two_pi()).round() * T::two_pi()) / angle)
+    };
+    Some(Rotation3::from_matrix_unchecked(newton_schulz(&exp_matrix(&within))))
 }
 
 /// Rotation vector in radians, `|w| <= pi`, whose [`exp`] is `r`.
@@ -34,11 +42,11 @@ pub fn log<T: Scalar>(r: &Rotation3<T>) -> Vector3<T> {
 
 /// `exp([w]x) r`, re-orthonormalised: the update of eq. 19.
 ///
-/// The error does not grow with the number of updates. `w` must be finite: the solver checks its step.
+/// The error does not grow with the number of updates. `w` must be at most a half turn.
 #[must_use]
 pub(crate) fn left_update<T: Scalar>(w: &Vector3<T>, r: &Rotation3<T>) -> Rotation3<T> {
-    let product = exp_matrix(w, w.norm_squared()) * r.matrix();
-    Rotation3::from_matrix_unchecked(newton_schulz(&product))
+    let turned = product(&exp_matrix(w), r.matrix());
+    Rotation3::from_matrix_unchecked(newton_schulz(&turned))
 }
 
 /// The rotation nearest to `m`, if `m` is a rotation up to about 0.1 in its elements.
@@ -56,42 +64,58 @@ pub fn nearest_rotation<T: Scalar>(m: &Matrix3<T>) -> Option<Rotation3<T>> {
     Some(Rotation3::from_matrix_unchecked(nearest))
 }
 
+/// `a b`, written out: small at `opt-level = "s"`, where the generic product is a loop.
+pub(crate) fn product<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
+    Matrix3::new(
+        a.m11 * b.m11 + a.m12 * b.m21 + a.m13 * b.m31,
+        a.m11 * b.m12 + a.m12 * b.m22 + a.m13 * b.m32,
+        a.m11 * b.m13 + a.m12 * b.m23 + a.m13 * b.m33,
+        a.m21 * b.m11 + a.m22 * b.m21 + a.m23 * b.m31,
+        a.m21 * b.m12 + a.m22 * b.m22 + a.m23 * b.m32,
+        a.m21 * b.m13 + a.m22 * b.m23 + a.m23 * b.m33,
+        a.m31 * b.m11 + a.m32 * b.m21 + a.m33 * b.m31,
+        a.m31 * b.m12 + a.m32 * b.m22 + a.m33 * b.m32,
+        a.m31 * b.m13 + a.m32 * b.m23 + a.m33 * b.m33,
+    )
+}
+
 /// One Newton-Schulz step towards the orthonormal polar factor: products only, no loop, no root.
 fn newton_schulz<T: Scalar>(m: &Matrix3<T>) -> Matrix3<T> {
-    let half_defect = (Matrix3::identity() - m.transpose() * m) * T::HALF;
-    m + m * half_defect
+    let half_defect = (Matrix3::identity() - product(&m.transpose(), m)) * T::HALF;
+    m + product(m, &half_defect)
 }
 
 /// Rotation matrix by way of the unit quaternion `(cos h, sin h / h * w / 2)`, `h = |w| / 2`.
-fn exp_matrix<T: Scalar>(w: &Vector3<T>, squared: T) -> Matrix3<T> {
-    let x = squared * T::HALF * T::HALF;
-    let (sinc, cos) = if x < T::lit(1.0 / 16.0) {
-        (sinc_series(x), cos_series(x))
-    } else {
-        let h = x.sqrt();
-        let (sin, cos) = h.sin_cos();
-        (sin / h, cos)
-    };
+///
+/// * `w`: at most a half turn.
+fn exp_matrix<T: Scalar>(w: &Vector3<T>) -> Matrix3<T> {
+    let x = w.norm_squared() * T::HALF * T::HALF;
+    let (sinc, cos) = sinc_cos(x);
     let v = w * (sinc * T::HALF);
-    let cross = v.cross_matrix() / T::HALF;
-    Matrix3::identity() + cross * cos + cross * cross * T::HALF
+    let [x, y, z] = [v.x + v.x, v.y + v.y, v.z + v.z];
+    let [xx, yy, zz] = [x * v.x, y * v.y, z * v.z];
+    let [xy, xz, yz] = [x * v.y, x * v.z, y * v.z];
+    let [xw, yw, zw] = [x * cos, y * cos, z * cos];
+    let one = T::ONE;
+    Matrix3::new(
+        one - (yy + zz),
+        xy - zw,
+        xz + yw,
+        xy + zw,
+        one - (xx + zz),
+        yz - xw,
+        xz - yw,
+        yz + xw,
+        one - (xx + yy),
+    )
 }
 
-/// `sin(h) / h` for `x = h^2 < 1/16`, truncated below 1e-17.
-fn sinc_series<T: Scalar>(x: T) -> T {
-    let c = [1.0 / 6.0, 1.0 / 20.0, 1.0 / 42.0, 1.0 / 72.0, 1.0 / 110.0, 1.0 / 156.0];
-    nested(x, c)
-}
-
-/// `cos(h)` for `x = h^2 < 1/16`, truncated below 1e-17.
-fn cos_series<T: Scalar>(x: T) -> T {
-    let c = [1.0 / 2.0, 1.0 / 12.0, 1.0 / 30.0, 1.0 / 56.0, 1.0 / 90.0, 1.0 / 132.0];
-    nested(x, c)
-}
-
-/// `1 - c0 x (1 - c1 x (1 - ...))`.
-fn nested<T: Scalar>(x: T, c: [f64; 6]) -> T {
-    c.iter().rev().fold(T::ONE, |sum, &c| T::ONE - T::lit(c) * x * sum)
+/// `sin(h) / h` and `cos(h)` of `x = h^2`, `h` up to a right angle: truncated below 1e-18. A sine of
+/// its own, because that of `libm` computes in `f64`, which a controller does in software.
+pub(crate) fn sinc_cos<T: Scalar>(x: T) -> (T, T) {
+    // `1 - c0 x (1 - c1 x (1 - ...))`.
+    let nested = |c: &[T]| c.iter().rev().fold(T::ONE, |sum, c| T::ONE - x * *c * sum);
+    (nested(&T::SINE), nested(&T::COSINE))
 }
 
 /// Unit quaternion with a real part `>= 0`, by the largest of its four squares (Shepperd).

@@ -4,115 +4,140 @@
 //! Noise of one variance on the four image coordinates gives `e = v_l - v_r` the variance
 //! `(1 + v_r^2 - g_l^2) / z_l^2 + (1 + v_l^2 - g_r^2) / z_r^2` (unit depth), with
 //! `g_l = R_l[1][2] - R_l[2][2] v_r`, `g_r = R_r[1][2] - R_r[2][2] v_l` and the rectified depths
-//! `z`. The derivative includes that of the variance: without it the pose drifts to where the
-//! variance is large.
+//! `z`. Nothing is divided by the root of it: squares and products of whitened quantities are those of
+//! plain ones over the variance.
 
-use crate::correspondence::RayPair;
 use crate::rectification::RectifyingRotations;
-use crate::residual::{Row, rectified};
+use crate::residual::{Row, Sight, View};
 use crate::scalar::Scalar;
 
-/// Whitened residual of one correspondence.
+/// What the variances of a pass have in common.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct WhitenedRow<T> {
-    /// Residual in px of one coordinate's noise, and its derivatives, px/rad, as in [`Row`].
-    pub(crate) row: Row<T>,
-    /// Row offset, px.
-    pub(crate) offset_px: T,
-    /// Residual over the epipolar constraint of the rotated rays at unit depth, px.
-    pub(crate) per_constraint: T,
-    /// Disparity, px; negative for points behind the cameras.
-    pub(crate) disparity_px: T,
-}
-
-/// One side of a correspondence: the rectified ray, and the third column of its rotation.
-struct View<T> {
-    u: T,
-    v: T,
-    /// `1 / z`.
-    inverse_depth: T,
-    /// `R[.][2]`.
-    axis: [T; 3],
-}
-
-impl<T: Scalar> View<T> {
-    /// This side's part of the variance, where the other ray has row `v`, and its derivatives by a
-    /// turn of this side about x, y, z and by that `v`.
-    fn variance(&self, v: T) -> (T, [T; 3], T) {
-        let [c0, c1, c2] = self.axis;
-        let two = T::lit(2.0);
-        let square = self.inverse_depth * self.inverse_depth;
-        let g = c1 - c2 * v;
-        let spread = T::ONE + v * v - g * g;
-        let part = spread * square;
-        let twice = two * part;
-        let slope = -two * g * square;
-        let by_turn =
-            [-twice * self.v + slope * (-c2 - c1 * v), twice * self.u + slope * c0 * v, slope * c0];
-        (part, by_turn, two * square * (v + g * c2))
-    }
-}
-
-/// Residual and derivatives, or `None` if a ray lies behind the rectified plane.
-///
-/// * `focal`: px.
-pub(crate) fn whitened<T: Scalar>(
-    rotations: &RectifyingRotations<T>,
+pub(crate) struct Whitening<T> {
     gauge_slope: T,
-    focal: T,
-    pair: &RayPair<T>,
-) -> Option<WhitenedRow<T>> {
-    let (l, left_inverse) = rectified(rotations.left().matrix(), &pair.left)?;
-    let (r, right_inverse) = rectified(rotations.right().matrix(), &pair.right)?;
-    let axis = |m: &nalgebra::Matrix3<T>| [m.m13, m.m23, m.m33];
-    let left =
-        View { u: l.x, v: l.y, inverse_depth: left_inverse, axis: axis(rotations.left().matrix()) };
-    let right = View {
-        u: r.x,
-        v: r.y,
-        inverse_depth: right_inverse,
-        axis: axis(rotations.right().matrix()),
-    };
-    let plain = Row::of(&l, &r, gauge_slope);
-    let (left_part, left_turn, by_right_v) = left.variance(r.y);
-    let (right_part, right_turn, by_left_v) = right.variance(l.y);
-    let variance = left_part + right_part;
-
-    // dv by a turn of its own side (eq 15).
-    let dv = |p: &View<T>| [-(T::ONE + p.v * p.v), p.u * p.v, p.u];
-    let [lx, ly, lz] = sum(&left_turn, by_left_v, &dv(&left));
-    let [rx, ry, rz] = sum(&right_turn, by_right_v, &dv(&right));
-    let by_unknown = [lx, ly, lz, ly + ry, gauge_slope * (lx + rx) + lz + rz];
-
-    let scale = focal / variance.sqrt();
-    let shrink = plain.offset * T::HALF / variance;
-    let mut jacobian = plain.jacobian;
-    for (j, d) in jacobian.iter_mut().zip(by_unknown) {
-        *j = (*j - d * shrink) * scale;
-    }
-    Some(WhitenedRow {
-        row: Row { offset: plain.offset * scale, jacobian },
-        offset_px: plain.offset * focal,
-        per_constraint: scale * left_inverse * right_inverse,
-        disparity_px: (l.x - r.x) * focal,
-    })
+    /// `R[.][2]` of both rotations.
+    left: [T; 3],
+    right: [T; 3],
 }
 
-fn sum<T: Scalar>(a: &[T; 3], factor: T, b: &[T; 3]) -> [T; 3] {
-    let ([a0, a1, a2], [b0, b1, b2]) = (*a, *b);
-    [a0 + factor * b0, a1 + factor * b1, a2 + factor * b2]
+/// Variance of a row offset over that of a coordinate.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Variance<T> {
+    left: Part<T>,
+    right: Part<T>,
+}
+
+/// What one side adds to it.
+#[derive(Debug, Clone, Copy)]
+struct Part<T> {
+    value: T,
+    g: T,
+    /// `1 / z^2`.
+    square: T,
+}
+
+impl<T: Scalar> Whitening<T> {
+    pub(crate) fn at(rotations: &RectifyingRotations<T>) -> Self {
+        let (l, r) = (rotations.left().matrix(), rotations.right().matrix());
+        Self {
+            gauge_slope: rotations.gauge_slope(),
+            left: [l.m13, l.m23, l.m33],
+            right: [r.m13, r.m23, r.m33],
+        }
+    }
+
+    /// The plain row.
+    #[inline(always)]
+    pub(crate) fn row(&self, sight: &Sight<T>) -> Row<T> {
+        sight.row(self.gauge_slope)
+    }
+
+    #[inline(always)]
+    pub(crate) fn variance(&self, sight: &Sight<T>) -> Variance<T> {
+        Variance {
+            left: Part::of(&self.left, &sight.left, sight.right.v),
+            right: Part::of(&self.right, &sight.right, sight.left.v),
+        }
+    }
+
+    /// The row with what the variance changes in its derivatives: half the relative slope of the
+    /// variance, times the offset. Without it the pose drifts to where the variance is large.
+    #[inline(always)]
+    pub(crate) fn whole(&self, row: &Row<T>, sight: &Sight<T>, variance: &Variance<T>) -> Row<T> {
+        let (l, r) = (&sight.left, &sight.right);
+        let (left_turn, by_right_v) = variance.left.slope(&self.left, l, r.v);
+        let (right_turn, by_left_v) = variance.right.slope(&self.right, r, l.v);
+        let [lx, ly, lz] = through_row(left_turn, by_left_v, l);
+        let [rx, ry, rz] = through_row(right_turn, by_right_v, r);
+        let by_unknown = [lx, ly, lz, ly + ry, self.gauge_slope * (lx + rx) + lz + rz];
+        let shrink = row.offset * T::HALF / variance.value();
+        let ([j0, j1, j2, j3, j4], [d0, d1, d2, d3, d4]) = (row.jacobian, by_unknown);
+        Row {
+            offset: row.offset,
+            jacobian: [
+                j0 - d0 * shrink,
+                j1 - d1 * shrink,
+                j2 - d2 * shrink,
+                j3 - d3 * shrink,
+                j4 - d4 * shrink,
+            ],
+        }
+    }
+}
+
+impl<T: Scalar> Variance<T> {
+    #[inline(always)]
+    pub(crate) fn value(&self) -> T {
+        self.left.value + self.right.value
+    }
+}
+
+impl<T: Scalar> Part<T> {
+    /// * `v`: row of the other ray.
+    #[inline(always)]
+    fn of([_, c1, c2]: &[T; 3], view: &View<T>, v: T) -> Self {
+        let square = view.inverse_depth * view.inverse_depth;
+        let g = *c1 - *c2 * v;
+        Self { value: (T::ONE + v * v - g * g) * square, g, square }
+    }
+
+    /// Derivatives by a turn of this side about x, y, z, and by the row of the other ray.
+    #[inline(always)]
+    fn slope(&self, [c0, c1, c2]: &[T; 3], view: &View<T>, v: T) -> ([T; 3], T) {
+        let two = T::lit(2.0);
+        let twice = two * self.value;
+        let slope = -two * self.g * self.square;
+        let by_turn = [
+            -twice * view.v - slope * (*c2 + *c1 * v),
+            twice * view.u + slope * *c0 * v,
+            slope * *c0,
+        ];
+        (by_turn, two * self.square * (v + self.g * *c2))
+    }
+}
+
+/// With what a turn does by way of this side's own row (eq 15), on which the other part depends.
+#[inline(always)]
+fn through_row<T: Scalar>([x, y, z]: [T; 3], by_v: T, view: &View<T>) -> [T; 3] {
+    [x - by_v * (T::ONE + view.v * view.v), y + by_v * (view.u * view.v), z + by_v * view.u]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::correspondence::RayPair;
     use crate::residual::tests::pose;
     use nalgebra::{Vector2, Vector3};
     use proptest::prelude::*;
 
-    fn at(pose: &RectifyingRotations<f64>, left: [f64; 2], right: [f64; 2]) -> WhitenedRow<f64> {
-        let pair = RayPair::try_new(left, right).unwrap();
-        whitened(pose, pose.gauge_slope(), 1.0, &pair).unwrap()
+    /// Whitened residual and derivatives.
+    fn at(pose: &RectifyingRotations<f64>, left: [f64; 2], right: [f64; 2]) -> Row<f64> {
+        let sight = Sight::of(pose, &RayPair::try_new(left, right).unwrap()).unwrap();
+        let whitening = Whitening::at(pose);
+        let variance = whitening.variance(&sight);
+        let row = whitening.whole(&whitening.row(&sight), &sight, &variance);
+        let scale = 1.0 / variance.value().sqrt();
+        Row { offset: row.offset * scale, jacobian: row.jacobian.map(|j| j * scale) }
     }
 
     proptest! {
@@ -122,14 +147,14 @@ mod tests {
             left in [-0.7..0.7, -0.5..0.5], right in [-0.7..0.7, -0.5..0.5],
         ) {
             let pose = pose(rotation, t);
-            let analytic = at(&pose, left, right).row.jacobian;
+            let analytic = at(&pose, left, right).jacobian;
             let size = analytic.iter().fold(0.0_f64, |m, j| m.max(j.abs()));
             for (i, analytic) in analytic.into_iter().enumerate() {
                 let moved = |h: f64| {
                     let d: [f64; 5] = core::array::from_fn(|k| if k == i { h } else { 0.0 });
                     let [x, y, z, by, bz] = d;
                     let step = (Vector3::new(x, y, z), Vector2::new(by, bz));
-                    at(&pose.stepped(&step.0, &step.1).unwrap(), left, right).row.offset
+                    at(&pose.stepped(&step.0, &step.1).unwrap(), left, right).offset
                 };
                 let h = 1e-3;
                 let numeric =
@@ -154,7 +179,7 @@ mod tests {
                     let moved = |h: f64| {
                         let d = |k: usize| if k == i { h } else { 0.0 };
                         let left = [left[0] + d(0), left[1] + d(1)];
-                        at(&pose, left, [right[0] + d(2), right[1] + d(3)]).row.offset
+                        at(&pose, left, [right[0] + d(2), right[1] + d(3)]).offset
                     };
                     ((moved(h) - moved(-h)) / (2.0 * h)).powi(2)
                 })

@@ -11,6 +11,7 @@ use nalgebra::{Matrix2, Vector2};
 use super::MAX_TANGENT;
 use crate::error::CameraError;
 use crate::scalar::Scalar;
+use crate::so3::sinc_cos;
 
 /// Newton iterations allowed; 3 to 5 are usual.
 const MAX_NEWTON: usize = 12;
@@ -217,8 +218,8 @@ impl<T: Scalar> Fisheye<T> {
                 break;
             }
         }
-        let (sin, cos) = theta.sin_cos();
-        Some(d * (sin / (cos * target)))
+        let (sinc, cos) = sinc_cos(theta * theta);
+        Some(d * (theta * sinc / (cos * target)))
     }
 }
 

@@ -153,8 +153,9 @@ impl<T: Scalar> MeanDirection<T> {
             let scatter = squares.value() / n - mean.norm_squared();
             (scatter.max(T::ZERO) / (n - T::ONE)).sqrt()
         };
+        let scatter = error(squares_r, mean(&self.rotation, n));
         StandardDeviations {
-            rotation: error(squares_r, mean(&self.rotation, n)).hypot(bias),
+            rotation: (scatter * scatter + bias * bias).sqrt(),
             translation: error(squares_t, mean(&self.baseline, n)),
         }
     }

@@ -1,17 +1,17 @@
 //! The pass that judges a pose: what the batch says there, and whether it says anything at all.
 
-use nalgebra::Vector3;
+use nalgebra::Vector5;
 
 use super::weight::Spread;
-use super::{Descent, NOISE_PX, TRUNCATED_VARIANCE, TUKEY};
+use super::{NOISE_PX, Outlook, TRUNCATED_VARIANCE, TUKEY};
 use crate::correspondence::RayPair;
-use crate::information::{BLOCK, Information};
+use crate::error::PairError;
 use crate::moments::Moments;
-use crate::quadratic::Quadratic;
+use crate::quadratic::{Quadratic, add_pull};
 use crate::rectification::RectifyingRotations;
-use crate::residual::row_offset;
+use crate::residual::{Row, Sight, row_offset};
 use crate::scalar::Scalar;
-use crate::whitening::whitened;
+use crate::whitening::Whitening;
 
 /// Share of the correspondences that must fit a pose found from afar.
 const MIN_INLIERS: f64 = 0.15;
@@ -22,8 +22,8 @@ pub(crate) struct Evidence<T: Scalar> {
     /// Where the batch was judged: the frame of the moments.
     pub(crate) pose: RectifyingRotations<T>,
     pub(crate) moments: Moments<T>,
-    /// Of the whole image, of its left and of its upper half, about the pose.
-    pub(crate) parts: [Quadratic<T>; 3],
+    /// Of the left and of the upper half of the image, about the pose.
+    pub(crate) halves: [Quadratic<T>; 2],
     /// Noise of a coordinate, px.
     pub(crate) noise: T,
     /// Share of the usable correspondences within 3 standard deviations.
@@ -48,127 +48,195 @@ pub(crate) struct Judged<T: Scalar> {
     pub(crate) cost: [T; 2],
 }
 
-/// Sums of a block of correspondences.
+/// What is only counted.
 #[derive(Debug, Clone, Copy)]
-struct Block<T> {
-    moments: Moments<T>,
-    parts: [Quadratic<T>; 3],
-    /// Of the weights, 1/px^2, and of the weights times their variances.
-    weights: [T; 2],
+struct Tally<T> {
+    usable: u32,
+    skipped: u32,
+    /// Residuals within 2, 3, and 4 standard deviations.
+    within: [u32; 3],
+    /// What of the squares of those within 2 is not the grid's, px^2.
+    near_squares: T,
+    screened: u32,
+    /// Unit depth.
+    squares: [T; 2],
+    cost: [T; 2],
 }
 
-impl<T: Scalar> Descent<T> {
-    /// Judges the pose reached, in one pass; `None` if the sums are not finite.
-    pub(crate) fn judge(&self, pairs: &[RayPair<T>]) -> Option<Judged<T>> {
-        let mut judged = Judged::empty(self.pose);
-        let mut total = Block::EMPTY;
-        let [mut within, mut near_squares] = [T::ZERO; 2];
-        for block in pairs.chunks(BLOCK) {
-            let mut sums = Block::EMPTY;
-            for pair in block {
-                let Some((r, spread)) = self.judge_one(pair, &mut judged, &mut sums) else {
-                    continue;
-                };
-                if spread.is_within(T::lit(3.0), r) {
-                    within += T::ONE;
+/// A correspondence that counts.
+#[derive(Debug, Clone, Copy)]
+struct Member<T> {
+    /// 1/px^2.
+    w: T,
+    /// px^2, one over the variance of the offset where a coordinate's is 1 px^2.
+    precision: T,
+    row: Row<T>,
+    sight: Sight<T>,
+    /// Of a coordinate, px^2.
+    variance: T,
+}
+
+impl<T: Scalar> Outlook<T> {
+    /// Judges the pose, in one pass.
+    ///
+    /// * `judged`: of nothing yet; of no use after an error.
+    ///
+    /// # Errors
+    /// [`PairError::TooFew`] in front of both cameras, [`PairError::Unobservable`] where the sums are
+    /// not finite.
+    #[inline(never)]
+    pub(crate) fn judge(
+        &self,
+        pairs: &[RayPair<T>],
+        judged: &mut Judged<T>,
+    ) -> Result<(), PairError> {
+        let mut tally = Tally::NONE;
+        let mut gradient = Vector5::zeros();
+        let mut weights = [T::ZERO; 2];
+        let whitening = Whitening::at(&self.pose);
+        let Evidence { pose, moments, halves: [left, upper], noise, share } = &mut judged.evidence;
+        *pose = self.pose;
+        for pair in pairs {
+            if let Some(member) = self.judge_one(&whitening, pair, &mut tally) {
+                let Member { w, precision, row, sight, variance } = &member;
+                let precise = *w * *precision;
+                let [x, y] = pair.left();
+                if x < T::ZERO {
+                    left.add_row(precise, row.offset, &row.jacobian);
                 }
-                if spread.is_within(T::lit(2.0), r) {
-                    judged.near = judged.near.saturating_add(1);
-                    near_squares += r * r / T::lit(TRUNCATED_VARIANCE) - spread.of_grid;
-                } else if spread.is_within(T::lit(4.0), r) {
-                    judged.beside = judged.beside.saturating_add(1);
+                if y < T::ZERO {
+                    upper.add_row(precise, row.offset, &row.jacobian);
                 }
+                add_pull(&mut gradient, precise * row.offset, &row.jacobian);
+                moments.add_sight(precise, sight);
+                let [sum, variances] = &mut weights;
+                *sum += *w;
+                *variances += *w * *variance;
             }
-            total.merge(&sums);
         }
-        let noise = self.noise_of(near_squares, judged.near);
-        let [weights, variances] = total.weights;
         let unit_depth = self.focal * self.focal;
-        let variance = variances / weights.max(T::EPSILON) / unit_depth;
-        let [all, _, _] = &total.parts;
-        total.moments.set_gradient(&self.pose, &all.gradient.into());
-        judged.evidence.moments = total.moments;
-        judged.evidence.parts = total.parts;
-        judged.evidence.noise = noise;
-        judged.evidence.share = within / T::count(judged.usable.max(1));
-        judged.speaks_of_baseline = total.moments.speaks_of_baseline(&self.pose, variance);
-        (total.moments.is_finite() && noise.is_finite()).then_some(judged)
+        let [sum, variances] = weights;
+        let variance = variances / (sum.max(T::EPSILON) * unit_depth);
+        moments.set_gradient(&gradient);
+        judged.speaks_of_baseline = moments.speaks_of_baseline(variance);
+        let [near, within, around] = tally.within;
+        *noise = self.noise_of(tally.near_squares, near);
+        *share = T::count(within) / T::count(tally.usable.max(1));
+        judged.usable = tally.usable;
+        judged.skipped = tally.skipped;
+        judged.near = near;
+        judged.beside = around.saturating_sub(near);
+        judged.screened = tally.screened;
+        judged.squares = tally.squares.map(|sum| sum * unit_depth);
+        judged.cost = tally.cost.map(|sum| sum * unit_depth);
+        self.check(judged.usable)?;
+        let finite = judged.evidence.moments.is_finite() && judged.evidence.noise.is_finite();
+        if finite { Ok(()) } else { Err(PairError::Unobservable) }
     }
 
-    /// Adds one correspondence; its whitened residual and expected spread.
+    /// Counts one correspondence; what it adds to the sums, if anything.
+    #[inline(always)]
     fn judge_one(
         &self,
+        whitening: &Whitening<T>,
         pair: &RayPair<T>,
-        judged: &mut Judged<T>,
-        sums: &mut Block<T>,
-    ) -> Option<(T, Spread<T>)> {
-        let Some(row) = whitened(&self.pose, self.pose.gauge_slope(), self.focal, pair) else {
-            judged.skipped = judged.skipped.saturating_add(1);
+        tally: &mut Tally<T>,
+    ) -> Option<Member<T>> {
+        let Some(sight) = Sight::of(&self.pose, pair) else {
+            tally.skipped += 1;
             return None;
         };
-        judged.usable = judged.usable.saturating_add(1);
-        let spread = Spread::of(self.noise, pair.grid_step());
-        let r = row.row.offset;
-        let limit = T::lit(TUKEY) * spread.unit_squared.sqrt();
-        let cut = |px: T| (px * px).min(T::lit(2.0) * limit * limit);
-        let before = row_offset(&self.start, pair).map(|offset| offset * self.focal);
-        let [cost_before, cost_after] = &mut judged.cost;
-        *cost_before += before.map_or(T::lit(2.0) * limit * limit, cut);
-        *cost_after += cut(row.offset_px);
+        let spread = Spread::of(self.noise * self.noise, pair.grid_step());
+        let row = whitening.row(&sight);
+        let variance = whitening.variance(&sight);
+        let precision = self.focal * self.focal / variance.value();
+        let offset_squared = row.offset * row.offset;
+        let squared = offset_squared * precision;
+        tally.count(squared, &spread);
+        let limit = T::lit(TUKEY * TUKEY) * spread.unit_squared;
+        let before = row_offset(&self.start, pair).map(|offset| offset * offset);
+        let most = T::lit(2.0) * limit / (self.focal * self.focal);
+        tally.compare(before, offset_squared, most, squared <= limit);
+        if sight.disparity() < self.min_disparity {
+            return None;
+        }
+        let w = spread.tukey(squared);
+        if !(w > T::ZERO) {
+            return None;
+        }
+        let row = whitening.whole(&row, &sight, &variance);
+        let w = w * self.left_of(w * precision, &row);
+        Some(Member { w, precision, row, sight, variance: spread.variance })
+    }
+}
+
+impl<T: Scalar> Tally<T> {
+    const NONE: Self = Self {
+        usable: 0,
+        skipped: 0,
+        within: [0; 3],
+        near_squares: T::ZERO,
+        screened: 0,
+        squares: [T::ZERO; 2],
+        cost: [T::ZERO; 2],
+    };
+
+    /// * `squared`: of a whitened residual, px^2.
+    #[inline(always)]
+    fn count(&mut self, squared: T, spread: &Spread<T>) {
+        self.usable += 1;
+        let [two, three, four] = &mut self.within;
+        let unit = spread.unit_squared;
+        if squared < T::lit(16.0) * unit {
+            *four += 1;
+            if squared < T::lit(9.0) * unit {
+                *three += 1;
+            }
+            if squared < T::lit(4.0) * unit {
+                *two += 1;
+                self.near_squares += squared * T::lit(1.0 / TRUNCATED_VARIANCE) - spread.of_grid;
+            }
+        }
+    }
+
+    /// * `before`, `after`: squared row offsets at the start and at the pose, unit depth.
+    /// * `most`: beyond which they cost no more.
+    /// * `fits`: whether the correspondence fits the pose.
+    #[inline(always)]
+    fn compare(&mut self, before: Option<T>, after: T, most: T, fits: bool) {
+        let cut = |squared: T| if squared < most { squared } else { most };
+        let [cost_before, cost_after] = &mut self.cost;
+        *cost_before += before.map_or(most, cut);
+        *cost_after += cut(after);
         if let Some(before) = before
-            && r.abs() <= limit
+            && fits
         {
-            judged.screened = judged.screened.saturating_add(1);
-            let [squares_before, squares_after] = &mut judged.squares;
-            *squares_before += before * before;
-            *squares_after += row.offset_px * row.offset_px;
+            self.screened += 1;
+            let [squares_before, squares_after] = &mut self.squares;
+            *squares_before += before;
+            *squares_after += after;
         }
-        let w = self.polished(&row, &spread)?;
-        if w > T::ZERO {
-            let j = &row.row.jacobian;
-            let w = self.leverage.as_ref().map_or(w, |leverage| leverage.hold_down(w, j));
-            let [x_l, y_l] = pair.left();
-            let [all, left, top] = &mut sums.parts;
-            all.add_row(w, r, j);
-            if x_l < T::ZERO {
-                left.add_row(w, r, j);
-            }
-            if y_l < T::ZERO {
-                top.add_row(w, r, j);
-            }
-            let ray = |[x, y]: [T; 2]| Vector3::new(x, y, T::ONE);
-            let [a, b] =
-                [self.pose.left() * ray(pair.left()), self.pose.right() * ray(pair.right())];
-            sums.moments.add_rays(w * row.per_constraint * row.per_constraint, &a, &b);
-            let [weights, variances] = &mut sums.weights;
-            *weights += w;
-            *variances += w * spread.variance;
-        }
-        Some((r, spread))
     }
 }
 
 impl<T: Scalar> Judged<T> {
-    fn empty(pose: RectifyingRotations<T>) -> Self {
-        let evidence = Evidence {
-            pose,
+    pub(crate) const NOTHING: Self = Self {
+        evidence: Evidence {
+            pose: RectifyingRotations::SIDE_BY_SIDE,
             moments: Moments::ZERO,
-            parts: [Quadratic::ZERO; 3],
+            halves: [Quadratic::ZERO; 2],
             noise: T::ZERO,
             share: T::ZERO,
-        };
-        Self {
-            evidence,
-            speaks_of_baseline: false,
-            usable: 0,
-            skipped: 0,
-            near: 0,
-            beside: 0,
-            screened: 0,
-            squares: [T::ZERO; 2],
-            cost: [T::ZERO; 2],
-        }
-    }
+        },
+        speaks_of_baseline: false,
+        usable: 0,
+        skipped: 0,
+        near: 0,
+        beside: 0,
+        screened: 0,
+        squares: [T::ZERO; 2],
+        cost: [T::ZERO; 2],
+    };
 
     /// Whether a pose found from afar is one: the residuals gather at zero. Mismatches have about as
     /// many within two standard deviations as from two to four, and let the scale grow.
@@ -201,30 +269,9 @@ impl<T: Scalar> Judged<T> {
     }
 }
 
-impl<T: Scalar> Block<T> {
-    const EMPTY: Self =
-        Self { moments: Moments::ZERO, parts: [Quadratic::ZERO; 3], weights: [T::ZERO; 2] };
-
-    fn merge(&mut self, other: &Self) {
-        self.moments.add(&other.moments);
-        self.parts.iter_mut().zip(&other.parts).for_each(|(a, b)| a.add(b));
-        self.weights.iter_mut().zip(&other.weights).for_each(|(a, b)| *a += *b);
-    }
-}
-
 impl<T: Scalar> Evidence<T> {
     /// Information and slope at a pose.
     pub(crate) fn seen_at(&self, pose: &RectifyingRotations<T>) -> Quadratic<T> {
         self.moments.seen_at(&self.pose, pose)
-    }
-
-    /// The pair's own optimum, with a weak prior about where it was judged, and the information there.
-    pub(crate) fn optimum(
-        &self,
-        prior: &Information<T>,
-    ) -> Option<(RectifyingRotations<T>, Information<T>)> {
-        let d = self.seen_at(&self.pose).with(prior).step()?;
-        let pose = self.pose.stepped_by(&d)?;
-        Some((pose, self.seen_at(&pose).information))
     }
 }

@@ -12,19 +12,21 @@ mod judgement;
 mod pass;
 mod weight;
 
-pub(crate) use judgement::Judged;
+pub(crate) use judgement::{Evidence, Judged};
 
-use nalgebra::{Matrix5, Vector5};
+use nalgebra::Vector5;
 
 use crate::config::Config;
 use crate::correspondence::RayPair;
 use crate::error::PairError;
-use crate::information::{BLOCK, Information};
+use crate::information::Information;
 use crate::loss::Redescending;
 use crate::rectification::RectifyingRotations;
 use crate::report::Stop;
+use crate::residual::{Row, Sight};
 use crate::scalar::Scalar;
-use crate::whitening::{WhitenedRow, whitened};
+use crate::symmetric::Symmetric;
+use crate::whitening::Whitening;
 use pass::{Leverage, Pass, of_baseline, share};
 use weight::Spread;
 
@@ -56,8 +58,17 @@ const NEGLIGIBLE: f64 = 1e-4;
 /// The noise has settled when it changes by no more than this share.
 const SETTLED: f64 = 0.05;
 
-/// Passes of a track: three steps and the judgement.
+/// A track has arrived when its step moved the residuals by no more than this part of the noise, in
+/// the mean of squares: the weights are then what they would be after another one.
+const ARRIVED: f64 = 0.25;
+
+/// Passes of a track at most: a survey, two steps and the judgement.
 pub(crate) const TRACK_PASSES: u16 = 4;
+
+/// Correspondences that a survey and that a step of a track look at, evenly spread over the batch: the
+/// pose that they lead to decides weights only. What the batch says is summed over all of it.
+const SURVEYED: usize = 32;
+const TRACKED: usize = 128;
 
 /// The loss of a pass.
 #[derive(Debug, Clone, Copy)]
@@ -65,7 +76,7 @@ enum Stage<T> {
     /// Geman-McClure at this scale, px.
     Anneal(T),
     /// As wide as the estimate's own uncertainty (covariance, rad^2) asks for.
-    Follow(Matrix5<T>),
+    Follow(Symmetric<T>),
     /// Tukey at the noise.
     Polish,
 }
@@ -75,31 +86,38 @@ enum Stage<T> {
 pub(crate) struct Known<T: Scalar> {
     pub(crate) pose: RectifyingRotations<T>,
     /// Of the estimate, with what a pair may differ from it, rad^2.
-    pub(crate) covariance: Matrix5<T>,
+    pub(crate) covariance: Symmetric<T>,
     /// Of a coordinate, px.
     pub(crate) noise: T,
+}
+
+/// A pose that correspondences are weighed at.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Outlook<T: Scalar> {
+    focal: T,
+    noise_floor: T,
+    needed: u32,
+    start: RectifyingRotations<T>,
+    pose: RectifyingRotations<T>,
+    noise: T,
+    leverage: Option<Leverage<T>>,
+    /// Unknowns that the correspondences determine rather than the prior, 0 to 5.
+    fitted: T,
+    /// Unit depth.
+    min_disparity: T,
 }
 
 /// A pair on its way to its optimum.
 #[derive(Debug, Clone)]
 pub(crate) struct Descent<T: Scalar> {
-    focal: T,
-    noise_floor: T,
-    needed: u32,
-    start: RectifyingRotations<T>,
+    at: Outlook<T>,
     /// About the start.
     prior: Information<T>,
     /// Each scale of the loss over the one before.
     annealing: T,
-    pose: RectifyingRotations<T>,
     /// Sum of the steps taken from the start.
     moved: Vector5<T>,
     stage: Stage<T>,
-    noise: T,
-    leverage: Option<Leverage<T>>,
-    /// Unknowns that the correspondences determine rather than the prior, 0 to 5.
-    fitted: T,
-    min_disparity_px: T,
     passes: u16,
     max_passes: u16,
     stop: Option<Stop>,
@@ -116,20 +134,23 @@ impl<T: Scalar> Descent<T> {
         start: RectifyingRotations<T>,
         max_passes: u16,
     ) -> Self {
-        Self {
+        let at = Outlook {
             focal,
-            noise_floor: T::lit(config.noise_floor_px.into()),
+            noise_floor: T::single(config.noise_floor_px),
             needed: config.min_correspondences.into(),
             start,
-            prior: config.prior(),
-            annealing: T::HALF,
             pose: start,
-            moved: Vector5::zeros(),
-            stage: Stage::Anneal(T::lit(FIRST_SCALE_PX)),
             noise: T::lit(NOISE_PX[0]),
             leverage: None,
             fitted: T::ZERO,
-            min_disparity_px: -T::lit(MIN_DISPARITY_PX),
+            min_disparity: -T::lit(MIN_DISPARITY_PX) / focal,
+        };
+        Self {
+            at,
+            prior: Information(Symmetric::of_diagonal([config.prior(); 5])),
+            annealing: T::HALF,
+            moved: Vector5::zeros(),
+            stage: Stage::Anneal(T::lit(FIRST_SCALE_PX)),
             passes: 0,
             max_passes: max_passes.saturating_sub(1).max(1),
             stop: None,
@@ -148,12 +169,11 @@ impl<T: Scalar> Descent<T> {
     /// `None` if the covariance has no inverse.
     pub(crate) fn track(config: &Config, focal: T, known: &Known<T>) -> Option<Self> {
         let Known { pose, covariance, noise } = known;
-        Some(Self {
-            prior: Information::of_covariance(covariance)?,
-            stage: Stage::Follow(*covariance),
-            noise: *noise,
-            ..Self::search(config, focal, *pose, TRACK_PASSES)
-        })
+        let mut track = Self::search(config, focal, *pose, TRACK_PASSES);
+        track.prior = Information(covariance.inverse()?);
+        track.stage = Stage::Follow(*covariance);
+        track.at.noise = *noise;
+        Some(track)
     }
 
     /// Takes one more pass and step, unless [`Descent::judge`] is all that is left to do.
@@ -161,14 +181,25 @@ impl<T: Scalar> Descent<T> {
     /// # Errors
     /// [`PairError::TooFew`] in front of both cameras.
     pub(crate) fn advance(&mut self, pairs: &[RayPair<T>]) -> Result<(), PairError> {
-        if self.stop.is_none() {
-            let pass = self.pass(pairs);
-            if pass.usable < self.needed {
-                return Err(PairError::TooFew { usable: pass.usable, needed: self.needed });
+        match (&self.stop, &self.stage) {
+            (Some(_), _) => (),
+            (None, Stage::Follow(covariance)) if self.passes == 0 => {
+                self.at.leverage = self.survey(pairs, covariance);
+                self.passes = 1;
             }
-            self.step(&pass);
+            (None, Stage::Follow(_)) => self.step(&self.pass(pairs, TRACKED)),
+            (None, Stage::Anneal(_) | Stage::Polish) => {
+                let pass = self.pass(pairs, usize::MAX);
+                self.at.check(pass.usable)?;
+                self.step(&pass);
+            }
         }
         Ok(())
+    }
+
+    /// What the pose reached is judged with.
+    pub(crate) fn outlook(&self) -> &Outlook<T> {
+        &self.at
     }
 
     /// Why it stopped.
@@ -182,36 +213,36 @@ impl<T: Scalar> Descent<T> {
     }
 
     /// One Gauss-Newton step from the sums at the pose, then the next, tighter stage.
+    #[inline(never)]
     fn step(&mut self, pass: &Pass<T>) {
         self.passes = self.passes.saturating_add(1);
         let mut joint = pass.capped.with(&self.prior);
         joint.gradient += self.prior.times(&self.moved);
-        let Some((d, pose)) = joint.step().and_then(|d| Some((d, self.pose.stepped_by(&d)?)))
-        else {
+        let factor = joint.information.0.factor(T::ZERO);
+        let stepped = factor.and_then(|factor| {
+            let d = -factor.solve(&joint.gradient);
+            Some((d, self.at.pose.stepped_by(&d)?, factor.inverse()))
+        });
+        let Some((d, pose, covariance)) = stepped else {
             self.stop = Some(Stop::NoDescent);
             return;
         };
-        // The first pass of a track only learns what leverage is usual.
-        if self.passes > 1 || !matches!(self.stage, Stage::Follow(_)) {
-            self.pose = pose;
-            self.moved += d;
-        }
+        self.at.pose = pose;
+        self.moved += d;
         let size = d.dot(&pass.capped.information.times(&d));
         let before = self.variance();
         let settled = self.tighten(pass);
-        if let Some(covariance) = joint.information.covariance() {
-            self.fitted = covariance.dot(&pass.capped.information.matrix());
-            self.leverage = match &self.stage {
-                Stage::Follow(prior) if self.passes == 1 => Leverage::first(pass, prior),
-                _ => Leverage::of(pass, &covariance, before, self.variance()),
-            };
-            self.min_disparity_px =
-                -T::lit(MIN_DISPARITY_PX) - T::lit(3.0) * self.focal * covariance.m22.sqrt();
-            if matches!(self.stage, Stage::Follow(_)) {
-                self.stage = Stage::Follow(covariance);
-            }
+        self.at.fitted = covariance.dot(&pass.capped.information.0);
+        self.at.leverage = Leverage::of(pass, &covariance, before, self.variance());
+        let [_, yaw, ..] = covariance.diagonal();
+        self.at.min_disparity =
+            -T::lit(MIN_DISPARITY_PX) / self.at.focal - T::lit(3.0) * yaw.sqrt();
+        let mut negligible = T::lit(NEGLIGIBLE);
+        if let Stage::Follow(uncertain) = &mut self.stage {
+            *uncertain = covariance;
+            negligible = T::lit(ARRIVED) * T::count(pass.weighted);
         }
-        self.stop = if settled && size <= T::lit(NEGLIGIBLE) {
+        self.stop = if settled && size <= negligible {
             Some(Stop::Converged)
         } else if self.passes >= self.max_passes {
             Some(Stop::PassLimit)
@@ -220,21 +251,11 @@ impl<T: Scalar> Descent<T> {
         };
     }
 
-    /// Noise of a coordinate, px, by the squares of so many residuals within 2 standard deviations.
-    fn noise_of(&self, near_squares: T, near: u32) -> T {
-        let count = T::count(near.max(1));
-        // The fit has taken up as much of them as it has freedom.
-        let free = (count - self.fitted).max(count * T::HALF);
-        let floor = self.noise_floor * self.noise_floor;
-        let noise = (near_squares / free).max(floor).sqrt();
-        noise.min(T::lit(NOISE_PX[1])).max(self.noise_floor)
-    }
-
     /// What the loss of the current stage makes of a residual's variance, px^2.
     fn variance(&self) -> T {
         match self.stage {
             Stage::Anneal(scale) => scale * scale,
-            Stage::Follow(_) | Stage::Polish => self.noise * self.noise,
+            Stage::Follow(_) | Stage::Polish => self.at.noise * self.at.noise,
         }
     }
 
@@ -248,77 +269,139 @@ impl<T: Scalar> Descent<T> {
                 false
             }
             Stage::Polish if pass.near > 0 => {
-                let noise = self.noise_of(pass.near_squares, pass.near);
-                let change = (noise - self.noise).abs();
-                self.noise = noise;
+                let noise = self.at.noise_of(pass.near_squares, pass.near);
+                let change = (noise - self.at.noise).abs();
+                self.at.noise = noise;
                 change <= T::lit(SETTLED) * noise
             }
-            Stage::Follow(_) | Stage::Polish => false,
+            Stage::Polish => false,
+            Stage::Follow(_) => true,
         }
     }
 
-    fn pass(&self, pairs: &[RayPair<T>]) -> Pass<T> {
-        let gauge_slope = self.pose.gauge_slope();
-        let mut total = Pass::EMPTY;
-        for block in pairs.chunks(BLOCK) {
-            let mut sums = Pass::EMPTY;
-            for pair in block {
-                if let Some(row) = whitened(&self.pose, gauge_slope, self.focal, pair) {
-                    self.add(&mut sums, &row, pair.grid_step());
-                }
+    /// What leverage is usual, at the pose of before, where a mismatch has not yet had any.
+    ///
+    /// * `covariance`: of that pose.
+    #[inline(never)]
+    fn survey(&self, pairs: &[RayPair<T>], covariance: &Symmetric<T>) -> Option<Leverage<T>> {
+        let of_baseline = of_baseline(covariance);
+        let whitening = Whitening::at(&self.at.pose);
+        let [mut roots, mut weighted] = [T::ZERO; 2];
+        for pair in spread_over(pairs, SURVEYED) {
+            let Some(sight) = Sight::of(&self.at.pose, pair) else {
+                continue;
+            };
+            let row = whitening.row(&sight);
+            let precision = self.at.focal * self.at.focal / whitening.variance(&sight).value();
+            let spread = Spread::of(self.at.noise * self.at.noise, pair.grid_step());
+            if sight.disparity() >= self.at.min_disparity {
+                let x = following(covariance, &row, precision, &spread);
+                let w = Redescending::GemanMcClure.weight(x) / spread.variance;
+                roots += share(&of_baseline, w * precision, &row.jacobian).sqrt();
+                weighted += T::ONE;
             }
-            total.merge(&sums);
         }
-        total
+        Leverage::first(roots / weighted.max(T::ONE), covariance)
     }
 
-    fn add(&self, sums: &mut Pass<T>, row: &WhitenedRow<T>, grid_step: T) {
-        sums.usable = sums.usable.saturating_add(1);
-        let spread = Spread::of(self.noise, grid_step);
-        let Some(w) = self.weight(row, &spread) else {
+    /// * `most`: correspondences to look at.
+    #[inline(never)]
+    fn pass(&self, pairs: &[RayPair<T>], most: usize) -> Pass<T> {
+        let whitening = Whitening::at(&self.at.pose);
+        let mut sums = Pass::EMPTY;
+        for pair in spread_over(pairs, most) {
+            self.add(&mut sums, &whitening, pair);
+        }
+        sums
+    }
+
+    #[inline(always)]
+    fn add(&self, sums: &mut Pass<T>, whitening: &Whitening<T>, pair: &RayPair<T>) {
+        let Some(sight) = Sight::of(&self.at.pose, pair) else {
             return;
         };
-        let j = &row.row.jacobian;
-        let r = row.row.offset;
-        if w > T::ZERO {
-            sums.weighted = sums.weighted.saturating_add(1);
-            if let (Stage::Follow(covariance), 0) = (&self.stage, self.passes) {
-                sums.roots += share(&of_baseline(covariance), w, j).sqrt();
-            }
-            let w = self.leverage.as_ref().map_or(w, |leverage| leverage.hold_down(w, j));
-            sums.capped.add_row(w, r, j);
-        }
-        if spread.is_within(T::lit(2.0), r) {
-            sums.near = sums.near.saturating_add(1);
-            sums.near_squares += r * r / T::lit(TRUNCATED_VARIANCE) - spread.of_grid;
-        }
-    }
-
-    /// Weight of a row in the normal equations, 1/px^2; `None` for a point behind the cameras.
-    fn weight(&self, row: &WhitenedRow<T>, spread: &Spread<T>) -> Option<T> {
-        let r = row.row.offset;
-        Some(match &self.stage {
+        sums.usable += 1;
+        let mut row = whitening.row(&sight);
+        let variance = whitening.variance(&sight);
+        let precision = self.at.focal * self.at.focal / variance.value();
+        let squared = row.offset * row.offset * precision;
+        let w = match &self.stage {
             Stage::Anneal(scale) => {
-                Redescending::GemanMcClure(*scale).weight(r) / (*scale * *scale)
+                let scale_squared = *scale * *scale;
+                Redescending::GemanMcClure.weight(squared / scale_squared) / scale_squared
             }
-            _ if row.disparity_px < self.min_disparity_px => return None,
+            Stage::Follow(_) | Stage::Polish if sight.disparity() < self.at.min_disparity => return,
             Stage::Follow(covariance) => {
-                let j = Vector5::from(row.row.jacobian);
-                let wide = (spread.unit_squared + j.dot(&(covariance * j))).sqrt() * T::lit(TUKEY);
-                let loss = if self.passes == 0 {
-                    Redescending::GemanMcClure(wide)
-                } else {
-                    Redescending::Tukey(wide)
-                };
-                loss.weight(r) / spread.variance
+                let spread = Spread::of(self.at.noise * self.at.noise, pair.grid_step());
+                let x = following(covariance, &row, precision, &spread);
+                Redescending::Tukey.weight(x) / spread.variance
             }
-            Stage::Polish => return self.polished(row, spread),
-        })
+            Stage::Polish => {
+                let spread = Spread::of(self.at.noise * self.at.noise, pair.grid_step());
+                if squared < T::lit(4.0) * spread.unit_squared {
+                    sums.near += 1;
+                    sums.near_squares += squared / T::lit(TRUNCATED_VARIANCE) - spread.of_grid;
+                }
+                spread.tukey(squared)
+            }
+        };
+        if !(w > T::ZERO) {
+            return;
+        }
+        sums.weighted += 1;
+        // The few steps of a track can do without: what they lead to is judged with it.
+        if !matches!(self.stage, Stage::Follow(_)) {
+            row = whitening.whole(&row, &sight, &variance);
+        }
+        let w = w * precision;
+        sums.capped.add_row(w * self.at.left_of(w, &row), row.offset, &row.jacobian);
+    }
+}
+
+impl<T: Scalar> Outlook<T> {
+    fn check(&self, usable: u32) -> Result<(), PairError> {
+        if usable < self.needed {
+            Err(PairError::TooFew { usable, needed: self.needed })
+        } else {
+            Ok(())
+        }
     }
 
-    /// The same at the noise alone, whatever the stage.
-    fn polished(&self, row: &WhitenedRow<T>, spread: &Spread<T>) -> Option<T> {
-        (row.disparity_px >= self.min_disparity_px)
-            .then(|| spread.tukey(row.row.offset) / spread.variance)
+    /// Noise of a coordinate, px, by the squares of so many residuals within 2 standard deviations.
+    fn noise_of(&self, near_squares: T, near: u32) -> T {
+        let count = T::count(near.max(1));
+        // The fit has taken up as much of them as it has freedom.
+        let free = (count - self.fitted).max(count * T::HALF);
+        let floor = self.noise_floor * self.noise_floor;
+        let noise = (near_squares / free).max(floor).sqrt();
+        noise.min(T::lit(NOISE_PX[1])).max(self.noise_floor)
     }
+
+    /// What leverage leaves of a weight `w`, as a part of it.
+    #[inline(always)]
+    fn left_of(&self, w: T, row: &Row<T>) -> T {
+        self.leverage.as_ref().map_or(T::ONE, |leverage| leverage.left_of(w, &row.jacobian))
+    }
+}
+
+/// Square of a residual over that of Tukey's limit, where the estimate's own uncertainty adds to the
+/// noise.
+///
+/// * `precision`: px^2, one over the variance of the offset where a coordinate's is 1 px^2.
+#[inline(always)]
+fn following<T: Scalar>(
+    covariance: &Symmetric<T>,
+    row: &Row<T>,
+    precision: T,
+    spread: &Spread<T>,
+) -> T {
+    let of_pose = covariance.form(&row.jacobian) * precision;
+    let wide = (spread.unit_squared + of_pose) * T::lit(TUKEY * TUKEY);
+    row.offset * row.offset * precision / wide
+}
+
+/// At most so many of the correspondences, evenly spread over the batch.
+fn spread_over<T>(pairs: &[RayPair<T>], most: usize) -> impl Iterator<Item = &RayPair<T>> {
+    let stride = pairs.len().div_ceil(most.max(1)).max(1);
+    pairs.iter().step_by(stride)
 }

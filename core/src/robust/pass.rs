@@ -1,15 +1,14 @@
 //! The sums of one pass, and the leverage that they hold against single correspondences.
 
-use nalgebra::{Matrix2, Matrix5, Vector2};
-
 use crate::quadratic::Quadratic;
 use crate::scalar::Scalar;
+use crate::symmetric::Symmetric;
 
 /// Information on the baseline that a correspondence may carry, in mean shares.
 const MAX_SHARE: f64 = 8.0;
 
 /// The same in squares of the mean root, which mismatches can hardly move.
-const MAX_ROOTS: f64 = 5.0;
+const MAX_ROOTS: f64 = 20.0;
 
 /// Sums of one pass over the batch at one pose.
 #[derive(Debug, Clone)]
@@ -22,79 +21,67 @@ pub(super) struct Pass<T> {
     /// Residuals within 2 standard deviations, and what of their squares is not the grid's, px^2.
     pub(super) near: u32,
     pub(super) near_squares: T,
-    /// Roots of the shares of information, by the prior's covariance.
-    pub(super) roots: T,
 }
 
 impl<T: Scalar> Pass<T> {
-    pub(super) const EMPTY: Self = Self {
-        capped: Quadratic::ZERO,
-        usable: 0,
-        weighted: 0,
-        near: 0,
-        near_squares: T::ZERO,
-        roots: T::ZERO,
-    };
-
-    pub(super) fn merge(&mut self, other: &Self) {
-        self.capped.add(&other.capped);
-        self.usable = self.usable.saturating_add(other.usable);
-        self.weighted = self.weighted.saturating_add(other.weighted);
-        self.near = self.near.saturating_add(other.near);
-        self.near_squares += other.near_squares;
-        self.roots += other.roots;
-    }
+    pub(super) const EMPTY: Self =
+        Self { capped: Quadratic::ZERO, usable: 0, weighted: 0, near: 0, near_squares: T::ZERO };
 }
 
 /// What a correspondence's share of the information on the baseline is judged by: sums of the pass
 /// before. Its share of that on `R` is bounded by the image.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Leverage<T> {
-    covariance: Matrix2<T>,
+    /// Of the baseline: forward, both, down.
+    covariance: [T; 3],
     limit: T,
 }
 
 impl<T: Scalar> Leverage<T> {
     /// * `covariance`: of the pose, from the sums as held down and the prior.
     /// * `now`, `next`: variance that residuals are weighed by in this pass and the next, px^2.
-    pub(super) fn of(pass: &Pass<T>, covariance: &Matrix5<T>, now: T, next: T) -> Option<Self> {
-        let covariance = of_baseline(covariance);
-        let sum = covariance.dot(&of_baseline(&pass.capped.information.matrix()));
+    pub(super) fn of(pass: &Pass<T>, covariance: &Symmetric<T>, now: T, next: T) -> Option<Self> {
+        let [a, b, c] = of_baseline(covariance);
+        let [x, y, z] = of_baseline(&pass.capped.information.0);
+        let sum = a * x + b * y + b * y + c * z;
         let limit = T::lit(MAX_SHARE) * sum / T::count(pass.weighted.max(1));
-        limit.is_finite().then_some(Self { covariance: covariance * (next / now), limit })
+        let covariance = [a, b, c].map(|c| c * (next / now));
+        limit.is_finite().then_some(Self { covariance, limit })
     }
 
-    /// From the first pass of a track, before anything has been held down.
+    /// Before anything has been held down.
     ///
-    /// * `covariance`: of the pose before that pass.
-    pub(super) fn first(pass: &Pass<T>, covariance: &Matrix5<T>) -> Option<Self> {
-        let mean = pass.roots / T::count(pass.weighted.max(1));
-        let limit = T::lit(MAX_ROOTS) * mean * mean;
+    /// * `mean_root`: of the shares by the covariance of the pose.
+    pub(super) fn first(mean_root: T, covariance: &Symmetric<T>) -> Option<Self> {
+        let limit = T::lit(MAX_ROOTS) * mean_root * mean_root;
         limit.is_finite().then_some(Self { covariance: of_baseline(covariance), limit })
     }
 
-    /// The weight that is left of `w`: falling with the square of the excess.
-    pub(super) fn hold_down(&self, w: T, j: &[T; 5]) -> T {
+    /// What is left of a weight `w`, as a part of it: falling with the square of the excess.
+    #[inline(always)]
+    pub(super) fn left_of(&self, w: T, j: &[T; 5]) -> T {
         let share = share(&self.covariance, w, j);
         if share <= self.limit {
-            w
+            T::ONE
         } else {
             let excess = self.limit / share;
-            w * excess * excess
+            excess * excess
         }
     }
 }
 
-/// The baseline's part of a covariance or an information.
-pub(super) fn of_baseline<T: Scalar>(m: &Matrix5<T>) -> Matrix2<T> {
-    m.fixed_view::<2, 2>(3, 3).into_owned()
+/// The baseline's part of a covariance or an information: forward, both, down.
+pub(super) fn of_baseline<T: Scalar>(m: &Symmetric<T>) -> [T; 3] {
+    let h = &m.0;
+    [h[9], h[13], h[14]]
 }
 
 /// Information on the baseline that a row of weight `w` carries, in units of what is known of it.
 ///
 /// * `covariance`: of the baseline.
-pub(super) fn share<T: Scalar>(covariance: &Matrix2<T>, w: T, jacobian: &[T; 5]) -> T {
-    let [_, _, _, y, z] = *jacobian;
-    let j = Vector2::new(y, z);
-    w * j.dot(&(covariance * j))
+#[inline(always)]
+pub(super) fn share<T: Scalar>(covariance: &[T; 3], w: T, jacobian: &[T; 5]) -> T {
+    let [.., y, z] = *jacobian;
+    let [a, b, c] = *covariance;
+    w * (y * (a * y + b * z) + z * (b * y + c * z))
 }

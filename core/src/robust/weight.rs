@@ -20,24 +20,25 @@ pub(super) struct Spread<T> {
 }
 
 impl<T: Scalar> Spread<T> {
-    /// * `noise`: standard deviation before rounding, px.
+    /// * `noise_squared`: variance before rounding, px^2.
     /// * `grid_step`: px.
-    pub(super) fn of(noise: T, grid_step: T) -> Self {
+    #[inline(always)]
+    pub(super) fn of(noise_squared: T, grid_step: T) -> Self {
         let square = grid_step * grid_step;
-        let of_grid = square / T::lit(12.0);
-        let variance = noise * noise + of_grid;
-        let unit_squared = variance.max(square * T::lit(MIN_UNIT * MIN_UNIT));
+        let of_grid = square * T::lit(1.0 / 12.0);
+        let variance = noise_squared + of_grid;
+        let least = square * T::lit(MIN_UNIT * MIN_UNIT);
+        let unit_squared = if variance < least { least } else { variance };
         Self { variance, of_grid, unit_squared }
     }
 
-    /// Whether a residual is within so many units.
-    pub(super) fn is_within(&self, units: T, r: T) -> bool {
-        r * r < units * units * self.unit_squared
-    }
-
-    /// Weight of a residual by Tukey's biweight.
-    pub(super) fn tukey(&self, r: T) -> T {
-        Redescending::Tukey(T::lit(TUKEY) * self.unit_squared.sqrt()).weight(r)
+    /// Weight of a residual by Tukey's biweight, 1/px^2.
+    ///
+    /// * `squared`: of the residual, px^2.
+    #[inline(always)]
+    pub(super) fn tukey(&self, squared: T) -> T {
+        let x = squared / (T::lit(TUKEY * TUKEY) * self.unit_squared);
+        Redescending::Tukey.weight(x) / self.variance
     }
 }
 
@@ -47,30 +48,30 @@ mod tests {
 
     #[test]
     fn variance_is_that_of_the_noise_and_of_the_rounding() {
-        let spread = Spread::of(0.3_f64, 2.0);
+        let spread = Spread::of(0.09_f64, 2.0);
         assert!((spread.variance - (0.09 + 4.0 / 12.0)).abs() < 1e-15);
         assert!((spread.of_grid - 4.0 / 12.0).abs() < 1e-15);
-        let continuous = Spread::of(0.3_f64, 0.0);
+        let continuous = Spread::of(0.09_f64, 0.0);
         assert_eq!((continuous.variance, continuous.of_grid), (0.09, 0.0));
         assert_eq!(continuous.unit_squared, 0.09);
     }
 
     #[test]
     fn the_unit_is_the_deviation_but_at_least_three_fifths_of_a_step() {
-        let floored = Spread::of(0.2_f64, 1.0);
+        let floored = Spread::of(0.04_f64, 1.0);
         assert!((floored.unit_squared.sqrt() - 0.6).abs() < 1e-15);
-        let noisy = Spread::of(0.9_f64, 1.0);
+        let noisy = Spread::of(0.81_f64, 1.0);
         assert_eq!(noisy.unit_squared, noisy.variance);
     }
 
     #[test]
     fn residuals_are_measured_in_units() {
-        let spread = Spread::of(0.2_f64, 1.0);
-        assert!(spread.is_within(2.0, -1.199) && !spread.is_within(2.0, 1.201));
-        assert!(!spread.is_within(2.0, f64::NAN));
+        let spread = Spread::of(0.04_f64, 1.0);
+        let share = |r: f64| spread.tukey(r * r) * spread.variance;
         // One whole step off still counts, past Tukey's limit nothing does.
-        assert!(spread.tukey(1.0) > 0.7 && spread.tukey(0.0) == 1.0);
-        assert_eq!(spread.tukey(0.6 * TUKEY + 1e-9), 0.0);
-        assert!(spread.tukey(0.6 * TUKEY - 0.1) > 0.0);
+        assert!(share(1.0) > 0.7 && (share(0.0) - 1.0).abs() < 1e-15);
+        assert_eq!(share(0.6 * TUKEY + 1e-9), 0.0);
+        assert!(share(0.6 * TUKEY - 0.1) > 0.0);
+        assert_eq!(share(f64::NAN), 0.0);
     }
 }

@@ -4,11 +4,13 @@
 use nalgebra::Vector5;
 
 use super::Lineage;
-use super::filter::Filter;
+use super::filter::{Advance, Filter};
+use crate::error::Refusal;
 use crate::information::Information;
 use crate::moments::Moments;
 use crate::quadratic::Quadratic;
-use crate::robust::Judged;
+use crate::rectification::RectifyingRotations;
+use crate::robust::Evidence;
 use crate::scalar::Scalar;
 
 /// What is left of a pair in the window after each further one: about 10 and 50 pairs long.
@@ -33,84 +35,121 @@ pub(super) struct Champion<T: Scalar> {
     pub(super) filter: Filter<T>,
     /// Over the pairs of late but the last one, and since the watch began, in the filter's frame.
     short: Moments<T>,
-    /// Over the pairs of late, about the filter's pose.
-    windows: [Window<T>; 2],
+    /// What the slope of the pairs of late scatters by: the weights enter twice.
+    short_scatter: Information<T>,
+    /// Over more of them, about the filter's pose.
+    long: Quadratic<T>,
+    long_scatter: Information<T>,
     cumulative: T,
     since: u32,
 }
 
 impl<T: Scalar> Champion<T> {
-    pub(super) fn crowned(filter: Filter<T>) -> Self {
-        let windows = [Window::EMPTY; 2];
-        Self { filter, short: Moments::ZERO, windows, cumulative: T::ZERO, since: 0 }
+    /// Of nobody yet: to be crowned.
+    pub(super) const EMPTY: Self = Self {
+        filter: Filter::EMPTY,
+        short: Moments::ZERO,
+        short_scatter: Information::ZERO,
+        long: Quadratic::ZERO,
+        long_scatter: Information::ZERO,
+        cumulative: T::ZERO,
+        since: 0,
+    };
+
+    /// Puts a hypothesis in the place of what was there.
+    pub(super) fn crown(&mut self, filter: &Filter<T>) {
+        self.filter = *filter;
+        self.filter.reframe();
+        self.begin_watch();
     }
 
-    /// With one more pair, and whether the pairs of late had to replace the older ones; `None` if it
-    /// leads to no rig.
-    pub(super) fn with(
-        &self,
-        judged: &Judged<T>,
+    fn begin_watch(&mut self) {
+        self.short = Moments::ZERO;
+        self.short_scatter = Information::ZERO;
+        self.long = Quadratic::ZERO;
+        self.long_scatter = Information::ZERO;
+        (self.cumulative, self.since) = (T::ZERO, 0);
+    }
+
+    /// Takes in one more pair; whether the pairs of late speak of another rig.
+    ///
+    /// * `surprise`: distance of the pair from the estimate, over the scatter of pairs.
+    ///
+    /// # Errors
+    /// [`Refusal`], as [`Filter::next`]; the champion is as it was.
+    #[inline(never)]
+    pub(super) fn add(
+        &mut self,
+        evidence: &Evidence<T>,
+        surprise: T,
         repeated: bool,
         lineage: &Lineage<T>,
-    ) -> Option<(Self, bool)> {
-        let filter = self.filter.with(judged, repeated, lineage)?;
-        let mut next = Self { filter, ..self.clone() };
-        if repeated {
-            return Some((next, false));
+        allowed: impl Fn(&RectifyingRotations<T>) -> Result<(), Refusal>,
+    ) -> Result<bool, Refusal> {
+        let mut advance = Advance::NONE;
+        self.filter.next(evidence, repeated, lineage, allowed, &mut advance)?;
+        if !repeated {
+            self.short.add(self.filter.last());
+            self.short.scale(T::lit(SHORT));
         }
-        next.short.add(self.filter.last());
-        next.short = next.short.scaled(T::lit(SHORT));
-        let moved = self.filter.pose().unknowns_to(next.filter.pose());
-        let pair = judged.evidence.seen_at(next.filter.pose());
-        for (window, decay) in next.windows.iter_mut().zip([SHORT, LONG]) {
-            window.add(&pair, &moved, T::lit(decay));
+        let moved = self.filter.take(evidence, &advance, repeated, lineage);
+        Ok(!repeated && self.watch(evidence, surprise, &moved, lineage))
+    }
+
+    /// * `moved`: how the pose has moved.
+    #[inline(never)]
+    fn watch(
+        &mut self,
+        evidence: &Evidence<T>,
+        surprise: T,
+        moved: &Vector5<T>,
+        lineage: &Lineage<T>,
+    ) -> bool {
+        let pair = evidence.seen_at(self.filter.pose());
+        let short = self.filter.see(&self.short).plus(&pair);
+        let [decay, long_decay] = [T::lit(SHORT), T::lit(LONG)];
+        self.long = self.long.about(moved).scaled(long_decay).plus(&pair);
+        let scattered = |before: &Information<T>, decay: T| {
+            let mut scatter = before.scaled(decay * decay);
+            scatter.add(&pair.information);
+            scatter
+        };
+        self.short_scatter = scattered(&self.short_scatter, decay);
+        self.long_scatter = scattered(&self.long_scatter, long_decay);
+        self.cumulative = (self.cumulative + surprise - T::lit(ALLOWED)).max(T::ZERO);
+        self.since = self.since.saturating_add(1);
+        self.since >= WARM_UP && self.has_moved(&short, lineage)
+    }
+
+    /// Lets the pairs of late replace the older ones; whether they lead to a rig that may be, or else
+    /// nothing has changed.
+    pub(super) fn renew(
+        &mut self,
+        lineage: &Lineage<T>,
+        allowed: impl Fn(&RectifyingRotations<T>) -> Result<(), Refusal>,
+    ) -> bool {
+        let pairs = self.since.min(SHORT_PAIRS);
+        let renewed = self.filter.replace(&self.short, pairs, lineage, allowed);
+        if renewed {
+            self.begin_watch();
         }
-        let surprise = self.filter.surprise(judged, lineage).unwrap_or(T::ZERO);
-        let excess = surprise / self.filter.scatter() - T::lit(ALLOWED);
-        next.cumulative = (self.cumulative + excess).max(T::ZERO);
-        next.since = self.since.saturating_add(1);
-        if next.since < WARM_UP || !next.has_moved(lineage) {
-            return Some((next, false));
-        }
-        let pairs = next.since.min(SHORT_PAIRS);
-        let filter = next.filter.replaced(&next.short, pairs, lineage)?;
-        Some((Self::crowned(filter), true))
+        renewed
     }
 
     /// Whether the pairs of late speak of another rig.
-    fn has_moved(&self, lineage: &Lineage<T>) -> bool {
+    ///
+    /// * `short`: over them, about the filter's pose.
+    fn has_moved(&self, short: &Quadratic<T>, lineage: &Lineage<T>) -> bool {
         let limit = T::lit(MAX_WINDOW) * self.filter.scatter();
-        let far =
-            |window: &Window<T>| window.distance(lineage).is_some_and(|distance| distance > limit);
-        self.windows.iter().any(far) || self.cumulative > T::lit(MAX_SUM)
-    }
-}
-
-/// Sums with falling weights over the pairs of late, about the filter's pose.
-#[derive(Debug, Clone, Copy)]
-struct Window<T> {
-    sum: Quadratic<T>,
-    /// What the slope of that sum scatters by: the weights enter twice.
-    scatter: Information<T>,
-}
-
-impl<T: Scalar> Window<T> {
-    const EMPTY: Self = Self { sum: Quadratic::ZERO, scatter: Information::ZERO };
-
-    /// * `moved`: how the pose has moved.
-    fn add(&mut self, pair: &Quadratic<T>, moved: &Vector5<T>, decay: T) {
-        self.sum = self.sum.about(moved).scaled(decay);
-        self.sum.add(pair);
-        self.scatter = self.scatter.scaled(decay * decay);
-        self.scatter.add(&pair.information);
-    }
-
-    /// Score at the pose, squared, over what it scatters by if that is the rig.
-    fn distance(&self, lineage: &Lineage<T>) -> Option<T> {
-        let score = self.sum.gradient;
-        let mut scatter = self.scatter;
-        scatter.add(&lineage.prior);
-        let whitened = scatter.damped_step(T::ZERO, &score.into())?;
-        Some(-whitened.dot(&score))
+        // Score at the pose, squared, over what it scatters by if that is the rig.
+        let far = |window: &Quadratic<T>, scatter: &Information<T>| {
+            let mut scatter = scatter.0;
+            scatter.add_diagonal(lineage.prior);
+            let distance = scatter.inverse_form(&window.gradient);
+            distance.is_some_and(|distance| distance > limit)
+        };
+        far(short, &self.short_scatter)
+            || far(&self.long, &self.long_scatter)
+            || self.cumulative > T::lit(MAX_SUM)
     }
 }

@@ -1,19 +1,24 @@
 //! One hypothesis about the rig: the sums of the pairs that agree with it, and its optimum over them.
 
-use nalgebra::{Matrix5, Vector5};
+use nalgebra::Vector5;
 
 use super::Lineage;
 use super::halves::Halves;
+use crate::error::Refusal;
 use crate::extrinsics::Extrinsics;
 use crate::information::{Information, StandardDeviations};
 use crate::moments::Moments;
-use crate::quadratic::squared_over;
+use crate::quadratic::Quadratic;
 use crate::rectification::RectifyingRotations;
-use crate::robust::{Judged, Known};
+use crate::robust::{Evidence, Judged, Known};
 use crate::scalar::Scalar;
+use crate::symmetric::Symmetric;
 
 /// Gauss-Newton steps to the optimum of all sums: each squares the error of the linearisation.
 const STEPS: usize = 3;
+
+/// A step is the last one if what it leaves is below rounding: its square, rad^2.
+const LAST_STEP: f64 = 1e-8;
 
 /// A pair agrees if its distance from the estimate, squared, is below this in units of the scatter:
 /// chance is 4e-5 for one that tells the truth.
@@ -26,16 +31,19 @@ const MIN_SHARE: f64 = 0.5;
 const VIBRATION: f64 = 8.7e-5;
 
 /// What a pair may differ from the estimate it is tracked from, rad (0.05 degrees).
-const FREEDOM: f64 = 8.7e-4;
+const FREEDOM: f64 = 3.5e-4;
 
 /// Scatter of the pairs beyond which more is not believed: real lenses leave 3 to 10.
 const MAX_SCATTER: f64 = 16.0;
+
+/// Expected error above which nothing is locked, rad.
+const MAX_LOCKED_SD: f64 = 0.12;
 
 /// What is left of a drift after each further pair.
 const DRIFT_FADES: f64 = 0.9;
 
 /// Sums over the pairs that agree, and their optimum.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Filter<T: Scalar> {
     pose: RectifyingRotations<T>,
     /// Where the sums were begun: their frame.
@@ -57,99 +65,180 @@ pub(crate) struct Filter<T: Scalar> {
     pairs: u32,
 }
 
+/// One more pair, and where it leads.
+#[derive(Debug)]
+pub(super) struct Advance<T: Scalar> {
+    /// Its sums, in the filter's frame.
+    last: Moments<T>,
+    found: Optimum<T>,
+}
+
+/// The optimum of sums and the prior, and the information of the sums there.
+#[derive(Debug)]
+struct Optimum<T: Scalar> {
+    pose: RectifyingRotations<T>,
+    information: Information<T>,
+}
+
+impl<T: Scalar> Advance<T> {
+    pub(super) const NONE: Self = Self {
+        last: Moments::ZERO,
+        found: Optimum { pose: RectifyingRotations::SIDE_BY_SIDE, information: Information::ZERO },
+    };
+}
+
 impl<T: Scalar> Filter<T> {
-    /// Of one pair; `None` if it leads to no rig.
-    pub(super) fn born(judged: &Judged<T>, lineage: &Lineage<T>) -> Option<Self> {
-        let evidence = &judged.evidence;
-        let born = Self {
-            pose: evidence.pose,
-            frame: evidence.pose,
-            settled: Moments::ZERO,
-            last: evidence.moments,
-            halves: Halves::NONE,
-            information: Information::ZERO,
-            noise: evidence.noise,
-            share: evidence.share,
-            scatter: T::ONE,
-            drift: Vector5::zeros(),
-            pairs: 1,
-        };
-        let mut born = born.solved(lineage)?;
-        let to_pose = evidence.pose.unknowns_to(&born.pose);
-        born.halves = Halves::NONE.with(&evidence.parts, &to_pose, false, lineage);
-        Some(born)
+    /// No pairs yet: to be founded.
+    pub(super) const EMPTY: Self = Self {
+        pose: RectifyingRotations::SIDE_BY_SIDE,
+        frame: RectifyingRotations::SIDE_BY_SIDE,
+        settled: Moments::ZERO,
+        last: Moments::ZERO,
+        halves: Halves::NONE,
+        information: Information::ZERO,
+        noise: T::ZERO,
+        share: T::ZERO,
+        scatter: T::ONE,
+        drift: Vector5::new(T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO),
+        pairs: 0,
+    };
+
+    /// Where a first pair leads: into `advance`.
+    ///
+    /// * `allowed`: whether an estimate may be at a pose.
+    ///
+    /// # Errors
+    /// [`Refusal`]: to no rig, or where it may not be.
+    #[inline(never)]
+    pub(super) fn first(
+        evidence: &Evidence<T>,
+        lineage: &Lineage<T>,
+        allowed: impl Fn(&RectifyingRotations<T>) -> Result<(), Refusal>,
+        advance: &mut Advance<T>,
+    ) -> Result<(), Refusal> {
+        advance.last = evidence.moments;
+        advance.found.pose = evidence.pose;
+        advance.found.descend(&advance.last, &evidence.pose, lineage)?;
+        allowed(&advance.found.pose)
     }
 
-    /// With one more pair; `None` if it leads to no rig.
+    /// Takes in a first pair.
+    #[inline(never)]
+    pub(super) fn found(
+        &mut self,
+        evidence: &Evidence<T>,
+        advance: &Advance<T>,
+        lineage: &Lineage<T>,
+    ) {
+        let Advance { last, found } = advance;
+        (self.pose, self.information) = (found.pose, found.information);
+        self.frame = evidence.pose;
+        self.last = *last;
+        (self.noise, self.share) = (evidence.noise, evidence.share);
+        self.pairs = 1;
+        let to_pose = self.frame.unknowns_to(&self.pose);
+        self.halves.add(evidence, &to_pose, false, lineage);
+    }
+
+    /// Where one more pair leads: into `advance`.
     ///
     /// * `repeated`: the scene is that of the last pair, which it replaces.
-    pub(super) fn with(
+    /// * `allowed`: whether the estimate may be at a pose.
+    ///
+    /// # Errors
+    /// [`Refusal`]: to no rig, or where it may not be.
+    #[inline(never)]
+    pub(super) fn next(
         &self,
-        judged: &Judged<T>,
+        evidence: &Evidence<T>,
         repeated: bool,
         lineage: &Lineage<T>,
-    ) -> Option<Self> {
-        let evidence = &judged.evidence;
-        let moments = evidence.moments.turned(&evidence.pose, &self.frame);
-        let mut next = self.clone();
+        allowed: impl Fn(&RectifyingRotations<T>) -> Result<(), Refusal>,
+        advance: &mut Advance<T>,
+    ) -> Result<(), Refusal> {
+        let Advance { last, found } = advance;
+        *last = evidence.moments;
+        last.turn(&evidence.pose, &self.frame);
+        let mut sums = self.settled;
         if !repeated {
-            next.note_scatter(judged, lineage);
-            next.settled.add(&self.last);
-            if self.pairs >= lineage.memory {
-                next.settled = next.settled.scaled(lineage.fading());
-            }
-            next.pairs = self.pairs.saturating_add(1);
-            next.drift *= T::lit(DRIFT_FADES);
+            sums.add(&self.last);
+            sums.scale(self.fading(lineage));
         }
-        next.last = moments;
-        let gain = T::ONE / T::count(next.pairs.min(50));
-        next.noise += (evidence.noise - self.noise) * gain;
-        next.share += (evidence.share - self.share) * gain;
-        let mut next = next.solved(lineage)?;
-        let moved = self.pose.unknowns_to(&next.pose);
-        let to_pose = evidence.pose.unknowns_to(&next.pose);
-        let sd = next.deviations(lineage)?;
-        let halves = next.halves.moved(&moved, &sd, lineage);
-        next.halves = halves.with(&evidence.parts, &to_pose, repeated, lineage);
-        Some(next)
+        sums.add(last);
+        found.pose = self.pose;
+        found.descend(&sums, &self.frame, lineage)?;
+        allowed(&found.pose)
     }
 
-    /// With its sums in the frame of its pose: what is far from its frame loses digits.
-    pub(super) fn reframed(mut self) -> Self {
-        self.settled = self.settled.turned(&self.frame, &self.pose);
-        self.last = self.last.turned(&self.frame, &self.pose);
+    /// Takes in one more pair; how the pose has moved.
+    #[inline(never)]
+    pub(super) fn take(
+        &mut self,
+        evidence: &Evidence<T>,
+        advance: &Advance<T>,
+        repeated: bool,
+        lineage: &Lineage<T>,
+    ) -> Vector5<T> {
+        if !repeated {
+            self.note_scatter(evidence, lineage);
+            self.settled.add(&self.last);
+            self.settled.scale(self.fading(lineage));
+            self.pairs = self.pairs.saturating_add(1);
+            self.drift *= T::lit(DRIFT_FADES);
+        }
+        let Advance { last, found } = advance;
+        self.last = *last;
+        let gain = T::ONE / T::count(self.pairs.min(50));
+        self.noise += (evidence.noise - self.noise) * gain;
+        self.share += (evidence.share - self.share) * gain;
+        let moved = self.pose.unknowns_to(&found.pose);
+        (self.pose, self.information) = (found.pose, found.information);
+        match self.deviations(lineage) {
+            Some(sd) => self.halves.follow(&moved, &sd, lineage),
+            None => self.halves = Halves::NONE,
+        }
+        let to_pose = evidence.pose.unknowns_to(&self.pose);
+        self.halves.add(evidence, &to_pose, repeated, lineage);
+        moved
+    }
+
+    /// What one more pair leaves of the older ones.
+    fn fading(&self, lineage: &Lineage<T>) -> T {
+        if self.pairs >= lineage.memory { lineage.fading() } else { T::ONE }
+    }
+
+    /// Takes its sums into the frame of its pose: what is far from its frame loses digits.
+    #[inline(never)]
+    pub(super) fn reframe(&mut self) {
+        self.settled.turn(&self.frame, &self.pose);
+        self.last.turn(&self.frame, &self.pose);
         self.frame = self.pose;
-        self
     }
 
-    /// With the sums over all pairs but the last replaced, as if there had been no others.
-    pub(super) fn replaced(
-        &self,
+    /// Replaces the sums over all pairs but the last, as if there had been no others; whether they lead
+    /// to a rig that may be, or else nothing has changed.
+    #[inline(never)]
+    pub(super) fn replace(
+        &mut self,
         settled: &Moments<T>,
         pairs: u32,
         lineage: &Lineage<T>,
-    ) -> Option<Self> {
-        let mut next = self.clone();
-        next.settled = *settled;
-        next.pairs = pairs;
-        next.halves = Halves::NONE;
-        let mut next = next.solved(lineage)?;
-        next.drift = self.pose.unknowns_to(&next.pose);
-        Some(next.reframed())
-    }
-
-    fn solved(mut self, lineage: &Lineage<T>) -> Option<Self> {
-        let sums = self.sums();
-        for _ in 0..STEPS {
-            let seen = sums.seen_at(&self.frame, &self.pose);
-            let pull = lineage.prior.times(&self.pose.unknowns_to(&lineage.factory));
-            let mut joint = seen.with(&lineage.prior);
-            joint.gradient -= pull;
-            self.pose = self.pose.stepped_by(&joint.step()?)?;
+        allowed: impl Fn(&RectifyingRotations<T>) -> Result<(), Refusal>,
+    ) -> bool {
+        let mut sums = *settled;
+        sums.add(&self.last);
+        let mut found = Optimum { pose: self.pose, information: Information::ZERO };
+        let descended = found.descend(&sums, &self.frame, lineage);
+        if descended.and_then(|()| allowed(&found.pose)).is_err() {
+            return false;
         }
-        self.information = sums.seen_at(&self.frame, &self.pose).information;
-        self.pose.extrinsics().ok()?;
-        Some(self)
+        self.drift = self.pose.unknowns_to(&found.pose);
+        (self.pose, self.information) = (found.pose, found.information);
+        self.settled = *settled;
+        self.pairs = pairs;
+        self.halves = Halves::NONE;
+        self.reframe();
+        true
     }
 
     fn sums(&self) -> Moments<T> {
@@ -160,6 +249,11 @@ impl<T: Scalar> Filter<T> {
 
     pub(crate) fn pose(&self) -> &RectifyingRotations<T> {
         &self.pose
+    }
+
+    /// Information and slope, at the pose, of sums in the filter's frame.
+    pub(super) fn see(&self, sums: &Moments<T>) -> Quadratic<T> {
+        sums.seen_at(&self.frame, &self.pose)
     }
 
     pub(super) fn last(&self) -> &Moments<T> {
@@ -182,15 +276,18 @@ impl<T: Scalar> Filter<T> {
 
     /// Covariance of the estimate, rad^2, widened by what the halves of the image disagree and along
     /// the drift.
-    fn covariance(&self, lineage: &Lineage<T>) -> Option<Matrix5<T>> {
-        let mut joint = self.information;
-        joint.add(&lineage.prior);
-        Some(joint.covariance()? * self.halves.widened() + self.drift * self.drift.transpose())
+    #[inline(never)]
+    fn covariance(&self, lineage: &Lineage<T>) -> Option<Symmetric<T>> {
+        let mut joint = self.information.0;
+        joint.add_diagonal(lineage.prior);
+        let mut covariance = joint.inverse()?.scaled(self.halves.widened());
+        covariance.add_outer(T::ONE, &self.drift.into());
+        Some(covariance)
     }
 
     /// Covariance as it is reported: widened by what the pairs scatter as well.
-    pub(crate) fn reported(&self, lineage: &Lineage<T>) -> Option<Matrix5<T>> {
-        Some(self.covariance(lineage)? * self.scatter())
+    pub(crate) fn reported(&self, lineage: &Lineage<T>) -> Option<Symmetric<T>> {
+        Some(self.covariance(lineage)?.scaled(self.scatter()))
     }
 
     /// Expected size of the error.
@@ -198,20 +295,26 @@ impl<T: Scalar> Filter<T> {
         Some(StandardDeviations::of(&self.reported(lineage)?))
     }
 
+    /// Whether it is certain enough to be relied on.
+    pub(super) fn is_certain(&self, lineage: &Lineage<T>) -> bool {
+        let most = T::lit(MAX_LOCKED_SD);
+        let certain = |sd: StandardDeviations<T>| sd.rotation <= most && sd.translation <= most;
+        self.deviations(lineage).is_some_and(certain)
+    }
+
     /// The optimum among the rigs with a given baseline: what is left of an estimate whose own baseline
     /// is not believed.
+    #[inline(never)]
     pub(crate) fn with_baseline_of(&self, given: &Extrinsics<T>) -> Option<Extrinsics<T>> {
         let sums = self.sums();
         let target = RectifyingRotations::from(given);
         let mut pose = self.pose;
         for _ in 0..STEPS {
-            let seen = sums.seen_at(&self.frame, &pose);
-            let mut d = pose.unknowns_to(&target);
-            let across = Vector5::new(T::ZERO, T::ZERO, T::ZERO, d.w, d.a);
-            let pull = seen.about(&across).gradient;
-            let rotation = seen.information.matrix().fixed_view::<3, 3>(0, 0).into_owned();
-            let turn = rotation.cholesky()?.solve(&-pull.fixed_rows::<3>(0));
-            d.fixed_rows_mut::<3>(0).copy_from(&turn);
+            let mut seen = sums.seen_at(&self.frame, &pose);
+            let to_target = pose.unknowns_to(&target);
+            let across = Vector5::new(T::ZERO, T::ZERO, T::ZERO, to_target.w, to_target.a);
+            seen = seen.about(&across);
+            let d = seen.rotation_alone().step()? + across;
             pose = pose.stepped_by(&d)?;
         }
         Extrinsics::try_new(pose.extrinsics().ok()?.rotation().matrix(), given.translation()).ok()
@@ -219,28 +322,33 @@ impl<T: Scalar> Filter<T> {
 
     /// What a pair is tracked from: the estimate, and some freedom.
     pub(super) fn known(&self, lineage: &Lineage<T>) -> Option<Known<T>> {
-        let freedom = Matrix5::from_diagonal_element(T::lit(FREEDOM * FREEDOM));
-        Some(Known {
-            pose: self.pose,
-            covariance: self.covariance(lineage)? + freedom,
-            noise: self.noise,
-        })
+        let mut covariance = self.covariance(lineage)?;
+        covariance.add_diagonal(T::lit(FREEDOM * FREEDOM));
+        Some(Known { pose: self.pose, covariance, noise: self.noise })
     }
 
     /// Distance of a pair from the estimate, squared, over its expected size.
-    pub(super) fn surprise(&self, judged: &Judged<T>, lineage: &Lineage<T>) -> Option<T> {
-        let pair = judged.evidence.seen_at(&self.pose).with(&lineage.prior);
-        let shaken = Matrix5::from_diagonal_element(T::lit(VIBRATION * VIBRATION));
-        let covariance = pair.information.covariance()? + self.covariance(lineage)? + shaken;
-        squared_over(&pair.step()?, covariance)
+    #[inline(never)]
+    fn surprise(&self, evidence: &Evidence<T>, lineage: &Lineage<T>) -> Option<T> {
+        let (step, covariance) = evidence.seen_at(&self.pose).pulled(lineage.prior).optimum()?;
+        let mut both = covariance.plus(&self.covariance(lineage)?);
+        both.add_diagonal(T::lit(VIBRATION * VIBRATION));
+        both.inverse_form(&step)
     }
 
-    /// Whether a pair tracked from here agrees.
-    pub(super) fn agrees(&self, judged: &Judged<T>, slack: T, lineage: &Lineage<T>) -> bool {
-        let limit = T::lit(MAX_SURPRISE) * self.scatter() * slack;
-        judged.has_peak()
-            && judged.evidence.share >= T::lit(MIN_SHARE) * self.share
-            && self.surprise(judged, lineage).is_some_and(|surprise| surprise < limit)
+    /// Distance of a pair that was tracked from here, over the scatter of pairs; `None` if it disagrees.
+    pub(super) fn agreement(
+        &self,
+        judged: &Judged<T>,
+        slack: T,
+        lineage: &Lineage<T>,
+    ) -> Option<T> {
+        let alike = judged.has_peak() && judged.evidence.share >= T::lit(MIN_SHARE) * self.share;
+        if !alike {
+            return None;
+        }
+        let surprise = self.surprise(&judged.evidence, lineage)? / self.scatter();
+        (surprise < T::lit(MAX_SURPRISE) * slack).then_some(surprise)
     }
 
     /// Whether this is the optimum of another rig, and not one that weak pairs have missed.
@@ -248,20 +356,60 @@ impl<T: Scalar> Filter<T> {
         let covariances = self.covariance(lineage).zip(other.covariance(lineage));
         let apart = self.pose.unknowns_to(&other.pose);
         covariances
-            .and_then(|(a, b)| squared_over(&apart, a + b))
+            .and_then(|(a, b)| a.plus(&b).inverse_form(&apart))
             .is_some_and(|distance| distance > T::lit(MAX_SURPRISE) * other.scatter())
     }
 
     /// Distance of this pair from the last: neither knows the estimate, which may be wrong.
-    fn note_scatter(&mut self, judged: &Judged<T>, lineage: &Lineage<T>) {
-        let pair = judged.evidence.seen_at(&self.pose).with(&lineage.prior);
-        let last = self.last.seen_at(&self.frame, &self.pose).with(&lineage.prior);
+    #[inline(never)]
+    fn note_scatter(&mut self, evidence: &Evidence<T>, lineage: &Lineage<T>) {
+        let pair = evidence.seen_at(&self.pose).pulled(lineage.prior);
+        let last = self.see(&self.last).pulled(lineage.prior);
         if let Some(distance) = pair.distance(&last) {
             let per_freedom = (distance / T::lit(5.0)).min(T::lit(MAX_SCATTER));
             // As if four pairs had scattered as they should.
             let gain = T::ONE / (T::count(self.pairs.min(50)) + T::lit(4.0));
             self.scatter += (per_freedom - self.scatter) * gain;
         }
+    }
+}
+
+impl<T: Scalar> Optimum<T> {
+    /// Goes there from the pose it is at.
+    ///
+    /// # Errors
+    /// [`Refusal::NoRig`].
+    #[inline(never)]
+    fn descend(
+        &mut self,
+        sums: &Moments<T>,
+        frame: &RectifyingRotations<T>,
+        lineage: &Lineage<T>,
+    ) -> Result<(), Refusal> {
+        for _ in 0..STEPS {
+            let step = self.step(sums, frame, lineage).ok_or(Refusal::NoRig)?;
+            if step.norm_squared() <= T::lit(LAST_STEP) {
+                break;
+            }
+        }
+        self.pose.extrinsics().map(|_| ()).map_err(|_| Refusal::NoRig)
+    }
+
+    /// Takes one Gauss-Newton step; the information is that from where it starts.
+    #[inline(never)]
+    fn step(
+        &mut self,
+        sums: &Moments<T>,
+        frame: &RectifyingRotations<T>,
+        lineage: &Lineage<T>,
+    ) -> Option<Vector5<T>> {
+        let mut seen = sums.seen_at(frame, &self.pose);
+        self.information = seen.information;
+        seen.information.0.add_diagonal(lineage.prior);
+        seen.gradient -= self.pose.unknowns_to(&lineage.factory) * lineage.prior;
+        let step = seen.step()?;
+        self.pose = self.pose.stepped_by(&step)?;
+        Some(step)
     }
 }
 
@@ -307,18 +455,38 @@ mod tests {
         while !descent.is_done() {
             descent.advance(&pairs).unwrap();
         }
-        descent.judge(&pairs).unwrap()
+        let mut judged = Judged::NOTHING;
+        descent.outlook().judge(&pairs, &mut judged).unwrap();
+        judged
     }
 
     fn fused<T: Scalar>(pairs: &[Judged<T>], rounds: u32, lineage: &Lineage<T>) -> Filter<T> {
         let mut all = (0..rounds).flat_map(|_| pairs);
-        let first = Filter::born(all.next().unwrap(), lineage).unwrap();
-        all.fold(first, |filter, pair| filter.with(pair, false, lineage).unwrap())
+        let first = &all.next().unwrap().evidence;
+        let mut filter = Filter::EMPTY;
+        let mut advance = Advance::NONE;
+        Filter::first(first, lineage, |_| Ok(()), &mut advance).unwrap();
+        filter.found(first, &advance, lineage);
+        for pair in all {
+            add(&mut filter, pair, false, lineage);
+        }
+        filter
+    }
+
+    fn add<T: Scalar>(
+        filter: &mut Filter<T>,
+        pair: &Judged<T>,
+        repeated: bool,
+        lineage: &Lineage<T>,
+    ) {
+        let mut advance = Advance::NONE;
+        filter.next(&pair.evidence, repeated, lineage, |_| Ok(()), &mut advance).unwrap();
+        filter.take(&pair.evidence, &advance, repeated, lineage);
     }
 
     /// Difference of two poses, in what the first claims to be off.
     fn gap<T: Scalar>(filter: &Filter<T>, to: &RectifyingRotations<f64>) -> f64 {
-        let covariance = filter.reported(&lineage()).unwrap().map(T::to_f64);
+        let covariance = filter.reported(&lineage()).unwrap().matrix().map(T::to_f64);
         let e = filter.pose().extrinsics().unwrap();
         let t = e.translation().map(T::to_f64);
         let e = Extrinsics::try_new(&e.rotation().matrix().map(T::to_f64), &t).unwrap();
@@ -334,7 +502,7 @@ mod tests {
             let lineage = lineage();
             let filter = fused(&pairs, 1, &lineage);
             let off = filter.pose().unknowns_to(&truth());
-            let squared = squared_over(&off, filter.reported(&lineage).unwrap()).unwrap();
+            let squared = filter.reported(&lineage).unwrap().inverse_form(&off).unwrap();
             sum += squared / 5.0 / 40.0;
             worst = worst.max(squared);
         }
@@ -355,9 +523,10 @@ mod tests {
     fn a_repeated_pair_takes_the_place_of_the_last() {
         let lineage = lineage::<f64>();
         let [a, b, c] = [1, 2, 3].map(judged);
-        let before = Filter::born(&a, &lineage).unwrap().with(&b, false, &lineage).unwrap();
-        let replaced = before.with(&c, true, &lineage).unwrap();
-        let without = Filter::born(&a, &lineage).unwrap().with(&c, false, &lineage).unwrap();
+        let before = fused(&[a, b], 1, &lineage);
+        let mut replaced = before.clone();
+        add(&mut replaced, &c, true, &lineage);
+        let without = fused(&[a, c], 1, &lineage);
         assert_eq!(replaced.pairs(), 2);
         let apart = gap(&without, replaced.pose());
         assert!(apart < 1e-3, "{apart}");

@@ -6,6 +6,7 @@ use nalgebra::Vector5;
 use super::Lineage;
 use crate::information::StandardDeviations;
 use crate::quadratic::Quadratic;
+use crate::robust::Evidence;
 use crate::scalar::Scalar;
 
 /// Disagreement that healthy scenes stay below: chance is 1e-3 an axis.
@@ -15,7 +16,7 @@ const HEALTHY: f64 = 2.0;
 const NEAR: f64 = 0.1;
 
 /// Sums over the image halves, about the pose of the estimate.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Halves<T> {
     /// Of the whole image, its left and its upper half.
     parts: [Quadratic<T>; 3],
@@ -32,41 +33,42 @@ impl<T: Scalar> Halves<T> {
 
     /// After the pose has moved; `sd`: of the estimate. First-order models from before a long way are
     /// dropped.
-    pub(super) fn moved(
-        &self,
+    pub(super) fn follow(
+        &mut self,
         moved: &Vector5<T>,
         sd: &StandardDeviations<T>,
         lineage: &Lineage<T>,
-    ) -> Self {
+    ) {
         let turn = moved.fixed_rows::<3>(0).norm();
         let shift = moved.fixed_rows::<2>(3).norm();
         let near = T::lit(NEAR);
         if turn * (turn + shift) > near * sd.rotation || shift * shift > near * sd.translation {
-            return Self::NONE;
+            *self = Self::NONE;
+            return;
         }
         let [heard, _] = self.heard;
         let fading = if heard >= lineage.memory { lineage.fading() } else { T::ONE };
-        Self { parts: self.parts.map(|part| part.about(moved).scaled(fading)), ..self.clone() }
+        self.parts.iter_mut().for_each(|part| *part = part.about(moved).scaled(fading));
     }
 
-    /// With one more pair.
+    /// Takes in one more pair.
     ///
     /// * `to_pose`: from where the pair was judged to the pose.
-    pub(super) fn with(
-        &self,
-        pair: &[Quadratic<T>; 3],
+    pub(super) fn add(
+        &mut self,
+        evidence: &Evidence<T>,
         to_pose: &Vector5<T>,
         repeated: bool,
         lineage: &Lineage<T>,
-    ) -> Self {
-        let mut next = self.clone();
-        for (sum, part) in next.parts.iter_mut().zip(pair) {
-            sum.add(&part.about(to_pose));
+    ) {
+        let [all, left, upper] = &mut self.parts;
+        all.add(&evidence.moments.at_frame().about(to_pose));
+        for (sum, half) in [left, upper].into_iter().zip(&evidence.halves) {
+            sum.add(&half.about(to_pose));
         }
-        let [heard, distinct] = next.heard;
-        next.heard = [heard.saturating_add(1), distinct.saturating_add(u32::from(!repeated))];
-        next.disagreement = next.between(lineage);
-        next
+        let [heard, distinct] = self.heard;
+        self.heard = [heard.saturating_add(1), distinct.saturating_add(u32::from(!repeated))];
+        self.disagreement = self.between(lineage);
     }
 
     /// Disagreement, in standard deviations per degree of freedom.
@@ -85,17 +87,19 @@ impl<T: Scalar> Halves<T> {
     }
 
     /// Distance between what the halves of the image say.
+    #[inline(never)]
     fn between(&self, lineage: &Lineage<T>) -> T {
         let [all, left, top] = &self.parts;
-        let Some(x) = all.with(&lineage.prior).step() else {
+        let Some(x) = all.pulled(lineage.prior).step() else {
             return T::ZERO;
         };
-        let between = |half: &Quadratic<T>| {
-            let [one, other] = [*half, all.less(half)].map(|q| q.about(&x).with(&lineage.prior));
-            let distance = one.distance(&other).unwrap_or(T::ZERO);
-            (distance.max(T::ZERO) / T::lit(5.0)).sqrt()
+        // About the optimum of both, where the prior belongs.
+        let distance = |half: &Quadratic<T>| {
+            let one = half.about(&x).pulled(lineage.prior);
+            let other = all.less(half).about(&x).pulled(lineage.prior);
+            one.distance(&other).unwrap_or(T::ZERO)
         };
-        between(left).max(between(top))
+        (distance(left).max(distance(top)).max(T::ZERO) / T::lit(5.0)).sqrt()
     }
 
     /// Information about the turn of `R` about x in each sum.

@@ -8,7 +8,7 @@ use crate::error::PairError;
 use crate::rectification::RectifyingRotations;
 use crate::report::Stop;
 use crate::residual::row_offset;
-use crate::robust::{Descent, Judged, TRACK_PASSES};
+use crate::robust::{Descent, Judged, Known, TRACK_PASSES};
 use crate::scalar::Scalar;
 
 /// A row offset counts fully from here on when two poses are compared, px.
@@ -35,10 +35,12 @@ pub(crate) enum SpeaksFor {
 }
 
 /// What came of the questions.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Finding<T: Scalar> {
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Finding<'a, T: Scalar> {
     pub(crate) speaks_for: SpeaksFor,
-    pub(crate) judged: Judged<T>,
+    pub(crate) judged: &'a Judged<T>,
+    /// Distance from the estimate that it speaks for, over the scatter of pairs.
+    pub(crate) surprise: T,
     pub(crate) refused: Refused,
     pub(crate) repeated: bool,
     /// State of the supervisor that the questions were asked in.
@@ -54,21 +56,39 @@ pub(crate) struct Refused {
     pub(crate) by_challenger: bool,
 }
 
+/// What is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Question {
+    /// Nothing: there is no batch.
+    None,
+    Champion,
+    Challenger,
+    Search,
+    /// Whether what was found fits the batch better than the challenger.
+    Compare,
+    Answered(SpeaksFor),
+}
+
+/// What is worked on: the way to a pose, then the judgement of it, one in the place of the other.
 #[derive(Debug, Clone)]
-enum Question<T: Scalar> {
-    Champion(Descent<T>),
-    Challenger(Descent<T>),
-    Search(Descent<T>),
-    Compare(Judged<T>, Stop),
+#[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
+enum Work<T: Scalar> {
+    None,
+    Descent(Descent<T>),
+    Judged(Judged<T>),
 }
 
 /// A batch being asked.
 #[derive(Debug, Clone)]
 pub(crate) struct Inquiry<T: Scalar> {
-    question: Question<T>,
+    question: Question,
+    work: Work<T>,
     refused: Refused,
     repeated: bool,
+    round: u32,
     passes: u16,
+    stop: Stop,
+    surprise: T,
 }
 
 /// All that the questions are about.
@@ -83,20 +103,80 @@ pub(crate) struct Subject<'a, T: Scalar> {
 }
 
 impl<T: Scalar> Inquiry<T> {
-    pub(crate) fn new(subject: &Subject<'_, T>, repeated: bool) -> Self {
-        let mut inquiry = Self {
-            question: Question::Search(subject.search(0)),
-            refused: Refused::default(),
-            repeated,
-            passes: 0,
-        };
-        if let Some(next) = subject.champion().or_else(|| subject.challenger()) {
-            inquiry.question = next;
-        }
-        inquiry
+    pub(crate) const NONE: Self = Self {
+        question: Question::None,
+        work: Work::None,
+        refused: Refused { by_champion: false, by_challenger: false },
+        repeated: false,
+        round: 0,
+        passes: 0,
+        stop: Stop::PassLimit,
+        surprise: T::ZERO,
+    };
+
+    /// Whether there are questions left.
+    pub(crate) fn is_open(&self) -> bool {
+        !matches!(self.question, Question::None | Question::Answered(_))
     }
 
-    /// Takes one more pass; what came of it once there are no questions left.
+    /// Drops the batch and all that it was asked.
+    pub(crate) fn close(&mut self) {
+        self.question = Question::None;
+    }
+
+    /// Asks a new batch the first question.
+    #[inline(never)]
+    pub(crate) fn open(&mut self, subject: &Subject<'_, T>, repeated: bool) {
+        self.refused = Refused::default();
+        self.repeated = repeated;
+        self.round = subject.supervisor.round();
+        self.passes = 0;
+        self.ask(Question::Champion, subject);
+    }
+
+    /// Asks a question, or the next one if there is nobody to ask about.
+    #[inline(never)]
+    fn ask(&mut self, question: Question, subject: &Subject<'_, T>) {
+        let (champion, challenger) =
+            (subject.supervisor.champion(), subject.supervisor.challenger());
+        let (asked, filter) = match question {
+            Question::Champion if champion.is_some() => (question, champion),
+            Question::Champion | Question::Challenger => (Question::Challenger, challenger),
+            _ => (question, None),
+        };
+        self.question = asked;
+        if !filter.is_some_and(|filter| self.track(filter, subject)) {
+            self.question = Question::Search;
+            self.search(subject);
+        }
+    }
+
+    /// Sets out from a running estimate, if that can be.
+    #[inline(never)]
+    fn track(&mut self, filter: &super::Filter<T>, subject: &Subject<'_, T>) -> bool {
+        let known = filter.known(subject.lineage);
+        let track = |known: Known<T>| Descent::track(subject.config, subject.focal, &known);
+        match known.and_then(track) {
+            Some(descent) => {
+                self.work = Work::Descent(descent);
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// Sets out from afar.
+    #[inline(never)]
+    fn search(&mut self, subject: &Subject<'_, T>) {
+        self.work = Work::Descent(subject.search(self.used()));
+    }
+
+    /// Passes that are gone, or needed after a search.
+    fn used(&self) -> u16 {
+        self.passes.saturating_add(u16::from(self.refused.by_challenger))
+    }
+
+    /// Takes one more pass, unless there are no questions left.
     ///
     /// # Errors
     /// [`PairError`]: the batch gives no answer.
@@ -104,79 +184,85 @@ impl<T: Scalar> Inquiry<T> {
         &mut self,
         subject: &Subject<'_, T>,
         pairs: &[RayPair<T>],
-    ) -> Result<Option<Finding<T>>, PairError> {
+    ) -> Result<(), PairError> {
         self.passes = self.passes.saturating_add(1);
-        let descent = match &mut self.question {
-            Question::Compare(judged, stop) => {
-                let (judged, stop) = (*judged, *stop);
+        match &mut self.work {
+            Work::Descent(descent) if !descent.is_done() => descent.advance(pairs),
+            Work::Descent(_) => {
+                self.judge(pairs)?;
+                let next = self.next(subject)?;
+                self.question = next;
+                if matches!(next, Question::Challenger | Question::Search) {
+                    self.ask(next, subject);
+                }
+                Ok(())
+            }
+            Work::Judged(judged) => {
                 let better = subject.is_better(&judged.evidence.pose, pairs);
                 let speaks = if better { SpeaksFor::Itself } else { SpeaksFor::Nobody };
-                return Ok(Some(self.finding(subject, speaks, judged, stop)));
+                self.question = Question::Answered(speaks);
+                Ok(())
             }
-            Question::Champion(descent)
-            | Question::Challenger(descent)
-            | Question::Search(descent) => descent,
-        };
-        if !descent.is_done() {
-            descent.advance(pairs)?;
-            return Ok(None);
+            Work::None => Ok(()),
         }
-        let judged = descent.judge(pairs).ok_or(PairError::Unobservable)?;
-        let stop = descent.stop();
-        self.answer(subject, judged, stop)
     }
 
-    fn answer(
-        &mut self,
-        subject: &Subject<'_, T>,
-        judged: Judged<T>,
-        stop: Stop,
-    ) -> Result<Option<Finding<T>>, PairError> {
+    #[inline(never)]
+    fn judge(&mut self, pairs: &[RayPair<T>]) -> Result<(), PairError> {
+        let Work::Descent(descent) = &self.work else {
+            return Ok(());
+        };
+        self.stop = descent.stop();
+        let outlook = *descent.outlook();
+        self.clear_judgement();
+        match &mut self.work {
+            Work::Judged(judged) => outlook.judge(pairs, judged),
+            _ => Ok(()),
+        }
+    }
+
+    /// By itself: what is moved into place passes through the stack.
+    #[inline(never)]
+    fn clear_judgement(&mut self) {
+        self.work = Work::Judged(Judged::NOTHING);
+    }
+
+    /// The next question after a judgement, or the answer.
+    #[inline(never)]
+    fn next(&mut self, subject: &Subject<'_, T>) -> Result<Question, PairError> {
         let supervisor = subject.supervisor;
-        let next = match &self.question {
-            Question::Champion(_) => {
-                if supervisor.champion_agrees(&judged, subject.lineage) {
-                    return self.heard(subject, SpeaksFor::Champion, judged, stop);
+        let Work::Judged(judged) = &self.work else {
+            return Err(PairError::NotBegun);
+        };
+        match self.question {
+            Question::Champion => {
+                if let Some(surprise) = supervisor.champion_agrees(judged, subject.lineage) {
+                    self.surprise = surprise;
+                    return heard(SpeaksFor::Champion, judged);
                 }
                 self.refused.by_champion = true;
-                subject
-                    .challenger()
-                    .unwrap_or_else(|| Question::Search(subject.search(self.passes)))
+                Ok(Question::Challenger)
             }
-            Question::Challenger(_) => {
-                if supervisor.challenger_agrees(&judged, subject.lineage) {
-                    return self.heard(subject, SpeaksFor::Challenger, judged, stop);
+            Question::Challenger => {
+                if let Some(surprise) = supervisor.challenger_agrees(judged, subject.lineage) {
+                    self.surprise = surprise;
+                    return heard(SpeaksFor::Challenger, judged);
                 }
                 self.refused.by_challenger = true;
-                if self.refused.by_champion {
-                    return Ok(Some(self.finding(subject, SpeaksFor::Nobody, judged, stop)));
-                }
-                Question::Search(subject.search(self.passes.saturating_add(1)))
+                Ok(if self.refused.by_champion {
+                    Question::Answered(SpeaksFor::Nobody)
+                } else {
+                    Question::Search
+                })
             }
-            Question::Search(_) | Question::Compare(..) => {
-                subject.found(&judged)?;
-                if !self.refused.by_challenger {
-                    return Ok(Some(self.finding(subject, SpeaksFor::Itself, judged, stop)));
-                }
-                Question::Compare(judged, stop)
+            _ => {
+                subject.found(judged)?;
+                Ok(if self.refused.by_challenger {
+                    Question::Compare
+                } else {
+                    Question::Answered(SpeaksFor::Itself)
+                })
             }
-        };
-        self.question = next;
-        Ok(None)
-    }
-
-    /// A batch that agrees, if it says anything at all of the baseline.
-    fn heard(
-        &self,
-        subject: &Subject<'_, T>,
-        speaks_for: SpeaksFor,
-        judged: Judged<T>,
-        stop: Stop,
-    ) -> Result<Option<Finding<T>>, PairError> {
-        if judged.speaks_of_baseline {
-            Ok(Some(self.finding(subject, speaks_for, judged, stop)))
-        } else {
-            Err(PairError::Unobservable)
         }
     }
 
@@ -185,40 +271,35 @@ impl<T: Scalar> Inquiry<T> {
         self.refused
     }
 
-    fn finding(
-        &self,
-        subject: &Subject<'_, T>,
-        speaks_for: SpeaksFor,
-        judged: Judged<T>,
-        stop: Stop,
-    ) -> Finding<T> {
-        Finding {
+    /// What came of the questions, once there are none left.
+    pub(crate) fn finding(&self) -> Option<Finding<'_, T>> {
+        let (Question::Answered(speaks_for), Work::Judged(judged)) = (self.question, &self.work)
+        else {
+            return None;
+        };
+        Some(Finding {
             speaks_for,
             judged,
+            surprise: self.surprise,
             refused: self.refused,
             repeated: self.repeated,
-            round: subject.supervisor.round(),
+            round: self.round,
             passes: self.passes,
-            stop,
-        }
+            stop: self.stop,
+        })
+    }
+}
+
+/// A batch that agrees, if it says anything at all of the baseline.
+fn heard<T: Scalar>(speaks_for: SpeaksFor, judged: &Judged<T>) -> Result<Question, PairError> {
+    if judged.speaks_of_baseline {
+        Ok(Question::Answered(speaks_for))
+    } else {
+        Err(PairError::Unobservable)
     }
 }
 
 impl<T: Scalar> Subject<'_, T> {
-    fn champion(&self) -> Option<Question<T>> {
-        let filter = self.supervisor.champion()?;
-        self.track(filter).map(Question::Champion)
-    }
-
-    fn challenger(&self) -> Option<Question<T>> {
-        let filter = self.supervisor.challenger()?;
-        self.track(filter).map(Question::Challenger)
-    }
-
-    fn track(&self, filter: &super::Filter<T>) -> Option<Descent<T>> {
-        Descent::track(self.config, self.focal, &filter.known(self.lineage)?)
-    }
-
     /// * `used`: passes that are gone, or needed after it.
     fn search(&self, used: u16) -> Descent<T> {
         let start = self.supervisor.search_start().unwrap_or(self.lineage.factory);
@@ -234,8 +315,7 @@ impl<T: Scalar> Subject<'_, T> {
             return Err(PairError::NoConsensus);
         }
         let evidence = &judged.evidence;
-        if judged.speaks_of_baseline && evidence.seen_at(&evidence.pose).information.is_observable()
-        {
+        if judged.speaks_of_baseline && evidence.moments.at_frame().information.is_observable() {
             Ok(())
         } else {
             Err(PairError::Unobservable)
@@ -243,6 +323,7 @@ impl<T: Scalar> Subject<'_, T> {
     }
 
     /// Whether a pose fits the batch clearly better than the challenger's.
+    #[inline(never)]
     fn is_better(&self, pose: &RectifyingRotations<T>, pairs: &[RayPair<T>]) -> bool {
         let Some(challenger) = self.supervisor.challenger() else {
             return true;

@@ -12,6 +12,7 @@ mod halves;
 mod inquiry;
 mod stillness;
 
+use filter::Advance;
 pub(crate) use filter::Filter;
 pub(crate) use inquiry::{Finding, Inquiry, Refused, SpeaksFor, Subject};
 pub(crate) use stillness::Stillness;
@@ -19,18 +20,14 @@ pub(crate) use stillness::Stillness;
 use crate::config::Config;
 use crate::error::Refusal;
 use crate::extrinsics::Extrinsics;
-use crate::information::Information;
 use crate::rectification::RectifyingRotations;
-use crate::robust::Judged;
+use crate::robust::{Evidence, Judged};
 use crate::scalar::Scalar;
 use champion::Champion;
 use inquiry::LOST_AFTER;
 
 /// Pairs that a challenger needs behind it.
 const MIN_AGREED: u16 = 3;
-
-/// Standard deviation of the weakest direction above which nothing is locked, rad.
-const MAX_LOCKED_SD: f64 = 0.12;
 
 /// How far the estimate can be relied on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,8 +76,8 @@ pub enum Fused {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Lineage<T: Scalar> {
     pub(crate) factory: RectifyingRotations<T>,
-    /// About the factory extrinsics.
-    pub(crate) prior: Information<T>,
+    /// Information on each unknown about the factory extrinsics, 1/rad^2.
+    pub(crate) prior: T,
     /// Pairs beyond which the oldest fade.
     pub(crate) memory: u32,
 }
@@ -106,6 +103,25 @@ struct Challenger<T: Scalar> {
     filter: Filter<T>,
     agreed: u16,
     failed: u16,
+}
+
+impl<T: Scalar> Challenger<T> {
+    const EMPTY: Self = Self { filter: Filter::EMPTY, agreed: 0, failed: 0 };
+
+    #[inline(never)]
+    fn add(
+        &mut self,
+        evidence: &Evidence<T>,
+        repeated: bool,
+        lineage: &Lineage<T>,
+        allowed: impl Fn(&RectifyingRotations<T>) -> Result<(), Refusal>,
+    ) -> Result<(), Refusal> {
+        let mut advance = Advance::NONE;
+        self.filter.next(evidence, repeated, lineage, allowed, &mut advance)?;
+        self.filter.take(evidence, &advance, repeated, lineage);
+        self.agreed = self.agreed.saturating_add(1);
+        Ok(())
+    }
 }
 
 /// Champion and challenger. RAM: about 2 kB in `f32`.
@@ -160,15 +176,17 @@ impl<T: Scalar> Supervisor<T> {
         self.champion().filter(|_| !afresh).map(|filter| *filter.pose())
     }
 
-    fn champion_agrees(&self, judged: &Judged<T>, lineage: &Lineage<T>) -> bool {
-        self.champion().is_some_and(|filter| filter.agrees(judged, T::ONE, lineage))
+    /// Distance of a pair that agrees with the champion, over the scatter of pairs.
+    fn champion_agrees(&self, judged: &Judged<T>, lineage: &Lineage<T>) -> Option<T> {
+        self.champion()?.agreement(judged, T::ONE, lineage)
     }
 
-    fn challenger_agrees(&self, judged: &Judged<T>, lineage: &Lineage<T>) -> bool {
+    /// The same for the challenger.
+    fn challenger_agrees(&self, judged: &Judged<T>, lineage: &Lineage<T>) -> Option<T> {
         // A young hypothesis without a rival may be a few deviations off.
         let slack = if self.champion.is_none() { T::lit(2.0) } else { T::ONE };
-        judged.has_clear_peak()
-            && self.challenger().is_some_and(|filter| filter.agrees(judged, slack, lineage))
+        let challenger = self.challenger().filter(|_| judged.has_clear_peak())?;
+        challenger.agreement(judged, slack, lineage)
     }
 
     /// A batch that gave no answer: who it disagreed with before that.
@@ -199,7 +217,7 @@ impl<T: Scalar> Supervisor<T> {
     /// [`Refusal`]; the champion is as it was. A challenger may be given up.
     pub(crate) fn fuse(
         &mut self,
-        finding: &Finding<T>,
+        finding: &Finding<'_, T>,
         lineage: &Lineage<T>,
         allowed: impl Fn(&RectifyingRotations<T>) -> Result<(), Refusal>,
     ) -> Result<Fused, Refusal> {
@@ -219,23 +237,23 @@ impl<T: Scalar> Supervisor<T> {
         fused
     }
 
+    #[inline(never)]
     fn admit(
         &mut self,
-        finding: &Finding<T>,
+        finding: &Finding<'_, T>,
         lineage: &Lineage<T>,
         allowed: impl Fn(&RectifyingRotations<T>) -> Result<(), Refusal>,
     ) -> Result<Fused, Refusal> {
-        let judged = &finding.judged;
+        let evidence = &finding.judged.evidence;
         let repeated = finding.repeated;
         match finding.speaks_for {
             SpeaksFor::Champion => {
-                let champion = self.champion.as_ref().ok_or(Refusal::Stale)?;
-                let (next, renewed) =
-                    champion.with(judged, repeated, lineage).ok_or(Refusal::NoRig)?;
-                allowed(next.filter.pose())?;
-                self.champion = Some(next);
+                let champion = self.champion.as_mut().ok_or(Refusal::Stale)?;
+                let moved =
+                    champion.add(evidence, finding.surprise, repeated, lineage, &allowed)?;
+                let renewed = moved && champion.renew(lineage, allowed);
                 self.rejected = 0;
-                self.challenger = self.challenger.take().and_then(Challenger::contradicted);
+                self.contradict_challenger();
                 Ok(match (renewed, repeated) {
                     (true, _) => Fused::Renewed,
                     (false, true) => Fused::Repeated,
@@ -243,52 +261,83 @@ impl<T: Scalar> Supervisor<T> {
                 })
             }
             SpeaksFor::Challenger => {
-                let challenger = self.challenger.as_ref().ok_or(Refusal::Stale)?;
-                let filter = challenger.filter.with(judged, repeated, lineage);
-                let filter = filter.ok_or(Refusal::NoRig)?;
-                allowed(filter.pose())?;
-                let agreed = challenger.agreed.saturating_add(1);
-                let next = Challenger { filter, agreed, failed: challenger.failed };
-                self.count(finding.refused);
-                Ok(self.promote(next, lineage))
+                let challenger = self.challenger.as_mut().ok_or(Refusal::Stale)?;
+                challenger.add(evidence, repeated, lineage, allowed)?;
+                if finding.refused.by_champion {
+                    self.rejected = self.rejected.saturating_add(1);
+                }
+                Ok(self.promote(lineage))
             }
             SpeaksFor::Itself => {
-                let filter = Filter::born(judged, lineage).ok_or(Refusal::NoRig)?;
-                allowed(filter.pose())?;
-                self.count(finding.refused);
-                let agreed = u16::from(self.champion.is_some());
-                self.challenger = Some(Challenger { filter, agreed, failed: 0 });
+                self.found(finding, lineage, allowed)?;
                 Ok(if self.champion.is_some() { Fused::KeptApart } else { Fused::Added })
             }
             SpeaksFor::Nobody => Err(Refusal::Disagrees),
         }
     }
 
-    /// The challenger takes over if enough pairs are behind it.
-    fn promote(&mut self, challenger: Challenger<T>, lineage: &Lineage<T>) -> Fused {
-        let locked = T::lit(MAX_LOCKED_SD);
-        let certain = challenger
-            .filter
-            .deviations(lineage)
-            .is_some_and(|sd| sd.rotation <= locked && sd.translation <= locked);
-        let had_champion = self.champion.is_some();
-        let departs =
-            self.champion().is_none_or(|old| challenger.filter.departs_from(old, lineage));
-        if challenger.agreed >= MIN_AGREED && certain && departs {
-            self.champion = Some(Champion::crowned(challenger.filter.reframed()));
-            self.challenger = None;
-            self.rejected = 0;
-            return if had_champion { Fused::TookOver } else { Fused::Added };
+    /// Founds a challenger on a pair, in the place of any other.
+    #[inline(never)]
+    fn found(
+        &mut self,
+        finding: &Finding<'_, T>,
+        lineage: &Lineage<T>,
+        allowed: impl Fn(&RectifyingRotations<T>) -> Result<(), Refusal>,
+    ) -> Result<(), Refusal> {
+        let evidence = &finding.judged.evidence;
+        let mut advance = Advance::NONE;
+        Filter::first(evidence, lineage, allowed, &mut advance)?;
+        self.count(finding.refused);
+        self.vacate();
+        if let Some(challenger) = &mut self.challenger {
+            challenger.filter.found(evidence, &advance, lineage);
+            challenger.agreed = u16::from(self.champion.is_some());
         }
-        self.challenger = Some(challenger);
-        if had_champion { Fused::KeptApart } else { Fused::Added }
+        Ok(())
     }
-}
 
-impl<T: Scalar> Challenger<T> {
+    /// A challenger without pairs. By itself: what is moved into place passes through the stack.
+    #[inline(never)]
+    fn vacate(&mut self) {
+        self.challenger = Some(Challenger::EMPTY);
+    }
+
+    /// A champion without pairs, if there is none.
+    #[inline(never)]
+    fn make_room(&mut self) {
+        if self.champion.is_none() {
+            self.champion = Some(Champion::EMPTY);
+        }
+    }
+
+    /// Lets the challenger take over if enough pairs are behind it.
+    #[inline(never)]
+    fn promote(&mut self, lineage: &Lineage<T>) -> Fused {
+        let had_champion = self.champion.is_some();
+        let takes_over = self.challenger.as_ref().is_some_and(|challenger| {
+            challenger.agreed >= MIN_AGREED
+                && challenger.filter.is_certain(lineage)
+                && self.champion().is_none_or(|old| challenger.filter.departs_from(old, lineage))
+        });
+        if !takes_over {
+            return if had_champion { Fused::KeptApart } else { Fused::Added };
+        }
+        self.make_room();
+        if let (Some(champion), Some(challenger)) = (&mut self.champion, &self.challenger) {
+            champion.crown(&challenger.filter);
+        }
+        self.challenger = None;
+        self.rejected = 0;
+        if had_champion { Fused::TookOver } else { Fused::Added }
+    }
+
     /// After a pair that agrees with the champion.
-    fn contradicted(mut self) -> Option<Self> {
-        self.failed = self.failed.saturating_add(1);
-        (self.failed < 2).then_some(self)
+    fn contradict_challenger(&mut self) {
+        if let Some(challenger) = &mut self.challenger {
+            challenger.failed = challenger.failed.saturating_add(1);
+            if challenger.failed >= 2 {
+                self.challenger = None;
+            }
+        }
     }
 }

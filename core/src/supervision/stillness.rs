@@ -6,11 +6,11 @@
 use crate::correspondence::RayPair;
 use crate::scalar::Scalar;
 
-/// Correspondences remembered of a pair.
+/// Correspondences remembered of a pair: as many as a word has bits.
 const REMEMBERED: usize = 32;
 
-/// A correspondence is seen again if no coordinate has moved further, px.
-const SAME_PX: f64 = 1.5;
+/// A correspondence is seen again if no coordinate has moved further, steps: 1.5 px.
+const SAME_STEPS: u16 = 6;
 
 /// Share of the remembered correspondences that makes it the same scene: 0.6 to 0.8 in recordings of
 /// standing cameras, up to 0.13 in those of moving ones.
@@ -19,10 +19,10 @@ const SAME_SHARE: f64 = 0.3;
 /// Steps that coordinates are remembered in, of a pixel.
 const STEPS: f64 = 4.0;
 
-/// Some correspondences of the last pair. RAM: 8 bytes each.
+/// Some correspondences of the last pair. RAM: 6 bytes each.
 #[derive(Debug, Clone)]
 pub(crate) struct Stillness {
-    remembered: heapless::Vec<[u16; 4], REMEMBERED>,
+    remembered: heapless::Vec<[u16; 3], REMEMBERED>,
 }
 
 impl Stillness {
@@ -31,24 +31,43 @@ impl Stillness {
     }
 
     /// Whether the batch shows the scene of the last one; remembers it in its place.
+    #[inline(never)]
     pub(crate) fn note<T: Scalar>(&mut self, pairs: &[RayPair<T>], focal: T) -> bool {
-        let same = (T::lit(SAME_PX * STEPS)).to_u16();
-        let again = self.remembered.iter().filter(|old| {
-            pairs.iter().any(|new| {
-                coordinates(new, focal).iter().zip(*old).all(|(a, b)| a.abs_diff(*b) <= same)
-            })
-        });
-        let again = again.count();
-        let count = |n: usize| T::count(u32::try_from(n).unwrap_or(u32::MAX));
-        let known = count(self.remembered.len());
-        let repeated = known > T::ZERO && count(again) > T::lit(SAME_SHARE) * known;
+        let scale = focal * T::lit(STEPS);
+        let again = self.seen_again(pairs, scale);
+        let share = T::lit(SAME_SHARE) * count(self.remembered.len());
+        let repeated = again > 0 && T::count(again) > share;
         self.remembered.clear();
         let stride = pairs.len().div_ceil(REMEMBERED).max(1);
         for pair in pairs.iter().step_by(stride) {
             // Never full: the stride sees to it.
-            let _ = self.remembered.push(coordinates(pair, focal));
+            let _ = self.remembered.push(coordinates(pair, scale));
         }
         repeated
+    }
+
+    /// How many of those remembered are in a batch.
+    fn seen_again<T: Scalar>(&self, pairs: &[RayPair<T>], scale: T) -> u32 {
+        let buckets = Buckets::of(&self.remembered);
+        let mut seen = 0_u32;
+        for pair in pairs {
+            let mut left = buckets.near(steps(pair.left.x, scale)) & !seen;
+            if left == 0 {
+                continue;
+            }
+            let new = coordinates(pair, scale);
+            while left != 0 {
+                let place = left.trailing_zeros();
+                left &= left - 1;
+                let old = usize::try_from(place).ok().and_then(|place| self.remembered.get(place));
+                let same =
+                    |old: &[u16; 3]| new.iter().zip(old).all(|(a, b)| a.abs_diff(*b) <= SAME_STEPS);
+                if old.is_some_and(same) {
+                    seen |= 1_u32.checked_shl(place).unwrap_or(0);
+                }
+            }
+        }
+        seen.count_ones()
     }
 
     pub(crate) fn forget(&mut self) {
@@ -56,10 +75,47 @@ impl Stillness {
     }
 }
 
-/// In steps from a corner that no image reaches.
-fn coordinates<T: Scalar>(pair: &RayPair<T>, focal: T) -> [u16; 4] {
-    let ([a, b], [c, d]) = (pair.left(), pair.right());
-    [a, b, c, d].map(|x| (x * focal * T::lit(STEPS) + T::lit(32_768.0)).to_u16())
+/// Places of those remembered, as bits, by their first coordinate: 8 px a bucket, in turn.
+struct Buckets([u32; 16]);
+
+impl Buckets {
+    fn of(remembered: &[[u16; 3]]) -> Self {
+        let mut buckets = Self([0; 16]);
+        for ([first, ..], place) in remembered.iter().zip(0_u32..) {
+            if let Some(bucket) = buckets.0.get_mut(Self::of_coordinate(*first)) {
+                *bucket |= 1_u32.checked_shl(place).unwrap_or(0);
+            }
+        }
+        buckets
+    }
+
+    /// Those that may be as near as the same; a bucket is wider.
+    fn near(&self, first: u16) -> u32 {
+        [first.saturating_sub(SAME_STEPS), first.saturating_add(SAME_STEPS)]
+            .into_iter()
+            .filter_map(|end| self.0.get(Self::of_coordinate(end)))
+            .fold(0, |all, places| all | places)
+    }
+
+    fn of_coordinate(first: u16) -> usize {
+        usize::from((first >> 5) & 15)
+    }
+}
+
+/// Left column and row and right column, in steps from a corner that no image reaches: the right row is
+/// nearly the left one.
+fn coordinates<T: Scalar>(pair: &RayPair<T>, scale: T) -> [u16; 3] {
+    let ([a, b], [c, _]) = (pair.left(), pair.right());
+    [a, b, c].map(|x| steps(x, scale))
+}
+
+/// * `scale`: steps at unit depth.
+fn steps<T: Scalar>(x: T, scale: T) -> u16 {
+    (x * scale + T::lit(32_768.0)).to_u16()
+}
+
+fn count<T: Scalar>(n: usize) -> T {
+    T::count(u32::try_from(n).unwrap_or(u32::MAX))
 }
 
 #[cfg(test)]
