@@ -9,8 +9,9 @@
  *
  * Every function returns a selfcal_error_t and gives its results through pointers, but for the _string
  * functions. No pointer may be null, unless its function says so; null and misaligned pointers and
- * storage that is not initialised are refused. A call that is refused gives no results and leaves the
- * calibrator as it was; a pair that is refused is noted in the health and may count against the estimate.
+ * storage that is not initialised are refused. A call that is refused gives no results and changes no
+ * extrinsics. Correspondences that are refused are counted; a pair that is refused is noted in the health
+ * and may count against the estimate.
  *
  * Nothing allocates, blocks or keeps a pointer. One call at a time for each calibrator.
  *

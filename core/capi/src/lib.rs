@@ -5,8 +5,9 @@
 //! z forward; matrices row by row; angles in rad; pixels of the image as it is, before undistortion.
 //!
 //! Every function returns a [`selfcal_error_t`] and gives its results through pointers, but for the
-//! `_string` functions. A call that is refused gives no results and leaves the calibrator as it was; a
-//! pair that the core refuses is noted in the health, and may count against the estimate.
+//! `_string` functions. A call that is refused gives no results and changes no extrinsics. Correspondences
+//! that are refused are counted; a pair that is refused is noted in the health and may count against the
+//! estimate.
 //!
 //! # Safety
 //! One contract for all functions. Each pointer is null, or points to a live object of its type that

@@ -4,6 +4,7 @@
 mod codes;
 mod life;
 mod misuse;
+mod order;
 mod rig;
 mod source;
 mod storage;
