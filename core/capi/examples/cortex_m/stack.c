@@ -1,0 +1,24 @@
+#include "stack.h"
+
+#define PAINT 0xA5C3F00Du
+/* The emulator says where the stack is: what is painted is counted from there. */
+#define PAINTED_WORDS 8192
+/* Of the stack that the two functions themselves stand on. */
+#define OWN_WORDS 16
+
+static volatile uint32_t *painted_to;
+
+__attribute__((noinline)) void stack_paint(void)
+{
+    painted_to = (uint32_t *)__builtin_frame_address(0) - OWN_WORDS;
+    for (int i = 1; i <= PAINTED_WORDS; i++)
+        painted_to[-i] = PAINT;
+}
+
+__attribute__((noinline)) uint32_t stack_used(void)
+{
+    int untouched = PAINTED_WORDS;
+    while (untouched > 0 && painted_to[-untouched] == PAINT)
+        untouched--;
+    return sizeof(uint32_t) * (OWN_WORDS + untouched);
+}

@@ -1,0 +1,27 @@
+/* Recorded correspondences: a folder with meta.json and pairs/NNNN.csv. */
+#ifndef DATASET_H
+#define DATASET_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "stereo_selfcal.h"
+
+/* R row by row, t of unit length: p_r = R p_l + t. */
+struct rig {
+    double rotation[9];
+    double translation[3];
+};
+
+/* Both cameras and the reference of a set; false, with a message, if it cannot be read. */
+bool dataset_read_meta(const char *set, selfcal_camera_t *left, selfcal_camera_t *right,
+                       struct rig *reference);
+
+enum dataset_pair { DATASET_PAIR, DATASET_END, DATASET_ERROR };
+
+/* Pair number `index`, from 0: at most `room` matches, and how many there are. DATASET_ERROR comes with
+ * a message. */
+enum dataset_pair dataset_read_pair(const char *set, int index, selfcal_correspondence_t *matches,
+                                    size_t room, size_t *count);
+
+#endif

@@ -1,0 +1,307 @@
+//! The configuration: a preset, and what the setters change of it.
+
+use stereo_selfcal::{Central, Config, ConfigError};
+use zerocopy::FromBytes;
+
+use crate::code::code;
+use crate::code::selfcal_error_t::{self, *};
+use crate::pointer::{Out, read};
+
+/// Says that a preset has filled the configuration, and with what layout.
+const MAGIC: u32 = 0x5343_4647;
+
+const ROBUST: u32 = 1;
+const PAPER: u32 = 2;
+
+/// Central tendency of the pairs' angles in fusion; paper preset.
+#[repr(u32)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum selfcal_angle_t {
+    /// Arithmetic mean: efficient where no pair is grossly wrong.
+    SELFCAL_ANGLE_MEAN = 0,
+    /// Median: unmoved by a minority of wrong pairs.
+    SELFCAL_ANGLE_MEDIAN = 1,
+}
+
+/// Parameters of a calibrator. Private: begin with `selfcal_config_default`, `selfcal_config_robust`
+/// or `selfcal_config_paper`, then change it with the setters.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, FromBytes)]
+pub struct selfcal_config_t {
+    /// Private, as all that follows.
+    magic: u32,
+    /// Which preset.
+    preset: u32,
+    /// NaN, or 0 of an integer: that of the preset.
+    prior_sd_rad: f32,
+    huber_threshold_px: f32,
+    step_tolerance_rad: f32,
+    noise_floor_px: f32,
+    max_sd_rad: f32,
+    max_correction_rad: f32,
+    memory_pairs: u32,
+    max_passes: u16,
+    min_correspondences: u16,
+    angle: u32,
+    automatic_apply: u32,
+}
+
+impl selfcal_config_t {
+    const fn of(preset: u32) -> Self {
+        Self {
+            magic: MAGIC,
+            preset,
+            prior_sd_rad: f32::NAN,
+            huber_threshold_px: f32::NAN,
+            step_tolerance_rad: f32::NAN,
+            noise_floor_px: f32::NAN,
+            max_sd_rad: f32::NAN,
+            max_correction_rad: f32::NAN,
+            memory_pairs: 0,
+            max_passes: 0,
+            min_correspondences: 0,
+            angle: 0,
+            automatic_apply: 0,
+        }
+    }
+
+    /// The core's; any bits are judged.
+    pub(crate) fn core(&self) -> Result<Config, selfcal_error_t> {
+        let preset = match (self.magic, self.preset) {
+            (MAGIC, ROBUST) => Config::robust(),
+            (MAGIC, PAPER) => Config::paper(),
+            _ => return Err(SELFCAL_ERROR_CONFIG_NOT_INITIALISED),
+        };
+        let config =
+            preset.with_angle(central(self.angle)?).with_automatic_apply(self.automatic_apply != 0);
+        let config = real(config, self.prior_sd_rad, Config::with_prior_sd_rad)?;
+        let config = real(config, self.huber_threshold_px, Config::with_huber_threshold_px)?;
+        let config = real(config, self.step_tolerance_rad, Config::with_step_tolerance_rad)?;
+        let config = real(config, self.noise_floor_px, Config::with_noise_floor_px)?;
+        let config = real(config, self.max_sd_rad, Config::with_max_sd_rad)?;
+        let config = real(config, self.max_correction_rad, Config::with_max_correction_rad)?;
+        let config = whole(config, self.memory_pairs, Config::with_memory_pairs)?;
+        let config = whole(config, self.max_passes, Config::with_max_passes)?;
+        Ok(whole(config, self.min_correspondences, Config::with_min_correspondences)?)
+    }
+}
+
+fn real(
+    config: Config,
+    value: f32,
+    with: impl FnOnce(Config, f32) -> Result<Config, ConfigError>,
+) -> Result<Config, ConfigError> {
+    if value.is_nan() { Ok(config) } else { with(config, value) }
+}
+
+fn whole<N: Default + PartialEq>(
+    config: Config,
+    value: N,
+    with: impl FnOnce(Config, N) -> Result<Config, ConfigError>,
+) -> Result<Config, ConfigError> {
+    if value == N::default() { Ok(config) } else { with(config, value) }
+}
+
+fn central(angle: u32) -> Result<Central, selfcal_error_t> {
+    const MEAN: u32 = selfcal_angle_t::SELFCAL_ANGLE_MEAN as u32;
+    const MEDIAN: u32 = selfcal_angle_t::SELFCAL_ANGLE_MEDIAN as u32;
+    match angle {
+        MEAN => Ok(Central::Mean),
+        MEDIAN => Ok(Central::Median),
+        _ => Err(SELFCAL_ERROR_VALUE),
+    }
+}
+
+/// # Safety
+/// The contract of the crate.
+unsafe fn fill(config: *mut selfcal_config_t, preset: u32) -> selfcal_error_t {
+    code(|| {
+        // SAFETY: the contract of the crate.
+        unsafe { Out::checked(config) }?.set(selfcal_config_t::of(preset));
+        Ok(())
+    })
+}
+
+/// Changes a configuration that is initialised, if the core takes the value.
+///
+/// # Safety
+/// The contract of the crate.
+unsafe fn change<E: Into<selfcal_error_t>, C>(
+    config: *mut selfcal_config_t,
+    judged: Result<C, E>,
+    edit: impl FnOnce(&mut selfcal_config_t),
+) -> selfcal_error_t {
+    code(|| {
+        // SAFETY: the contract of the crate.
+        let (mut changed, place) = unsafe { (read(config)?, Out::checked(config)?) };
+        changed.core()?;
+        judged.map_err(Into::into)?;
+        edit(&mut changed);
+        place.set(changed);
+        Ok(())
+    })
+}
+
+/// The default: the robust preset.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_default(config: *mut selfcal_config_t) -> selfcal_error_t {
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { fill(config, ROBUST) }
+}
+
+/// The robust preset: survives half of the matches being wrong, follows a knock in three pairs.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_robust(config: *mut selfcal_config_t) -> selfcal_error_t {
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { fill(config, ROBUST) }
+}
+
+/// The method as published: its only defence against mismatches is the Huber weight.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_paper(config: *mut selfcal_config_t) -> selfcal_error_t {
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { fill(config, PAPER) }
+}
+
+/// Standard deviation of the factory extrinsics about each axis; robust preset.
+///
+/// * `rad`: 1e-4 to 1; default 0.1. Larger follows a rig that is further off; smaller steadies pairs
+///   that say little.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_set_prior_sd_rad(
+    config: *mut selfcal_config_t,
+    rad: f32,
+) -> selfcal_error_t {
+    let judged = Config::robust().with_prior_sd_rad(rad);
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { change(config, judged, |c| c.prior_sd_rad = rad) }
+}
+
+/// Huber threshold of the row offset; paper preset, and three times it screens for the health.
+///
+/// * `px`: finite and above 0; default 1. Larger trusts more matches and bends to mismatches.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_set_huber_threshold_px(
+    config: *mut selfcal_config_t,
+    px: f32,
+) -> selfcal_error_t {
+    let judged = Config::robust().with_huber_threshold_px(px);
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { change(config, judged, |c| c.huber_threshold_px = px) }
+}
+
+/// Passes over the batch that a pair may take: the bound on its time.
+///
+/// * `passes`: 2 or more; default 12 in the robust preset, which takes up to 9 where it is lower and
+///   twice as many with at most 128 matches; 100 in the paper preset.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_set_max_passes(
+    config: *mut selfcal_config_t,
+    passes: u16,
+) -> selfcal_error_t {
+    let judged = Config::robust().with_max_passes(passes);
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { change(config, judged, |c| c.max_passes = passes) }
+}
+
+/// The solver has converged when its step is below this.
+///
+/// * `rad`: 0 to 0.1; default 1e-9, which is never taken as smaller than 1e-6.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_set_step_tolerance_rad(
+    config: *mut selfcal_config_t,
+    rad: f32,
+) -> selfcal_error_t {
+    let judged = Config::robust().with_step_tolerance_rad(rad);
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { change(config, judged, |c| c.step_tolerance_rad = rad) }
+}
+
+/// Fewest usable correspondences that a pair is solved from.
+///
+/// * `count`: 6 or more; default 12.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_set_min_correspondences(
+    config: *mut selfcal_config_t,
+    count: u16,
+) -> selfcal_error_t {
+    let judged = Config::robust().with_min_correspondences(count);
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { change(config, judged, |c| c.min_correspondences = count) }
+}
+
+/// Smallest noise believed: keeps the certainty finite on data without noise.
+///
+/// * `px`: finite and above 0; default 0.15 of a coordinate in the robust preset, 0.02 of a row
+///   offset in the paper preset.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_set_noise_floor_px(
+    config: *mut selfcal_config_t,
+    px: f32,
+) -> selfcal_error_t {
+    let judged = Config::robust().with_noise_floor_px(px);
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { change(config, judged, |c| c.noise_floor_px = px) }
+}
+
+/// Central tendency of the pairs' angles in fusion; paper preset.
+///
+/// * `angle`: a `selfcal_angle_t`; default the mean.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_set_angle(
+    config: *mut selfcal_config_t,
+    angle: u32,
+) -> selfcal_error_t {
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { change(config, central(angle), |c| c.angle = angle) }
+}
+
+/// A pair whose weakest direction is less certain than this is refused; paper preset.
+///
+/// * `rad`: finite and above 0; default 0.12.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_set_max_sd_rad(
+    config: *mut selfcal_config_t,
+    rad: f32,
+) -> selfcal_error_t {
+    let judged = Config::robust().with_max_sd_rad(rad);
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { change(config, judged, |c| c.max_sd_rad = rad) }
+}
+
+/// A pair that is further from the factory extrinsics than this is refused.
+///
+/// * `rad`: above 0 and below 1.5; default 0.5.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_set_max_correction_rad(
+    config: *mut selfcal_config_t,
+    rad: f32,
+) -> selfcal_error_t {
+    let judged = Config::robust().with_max_correction_rad(rad);
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { change(config, judged, |c| c.max_correction_rad = rad) }
+}
+
+/// Pairs after which the oldest fade; robust preset.
+///
+/// * `pairs`: 20 or more; default 1000. Larger averages longer; smaller follows a slow drift.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_set_memory_pairs(
+    config: *mut selfcal_config_t,
+    pairs: u32,
+) -> selfcal_error_t {
+    let judged = Config::robust().with_memory_pairs(pairs);
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { change(config, judged, |c| c.memory_pairs = pairs) }
+}
+
+/// Lets `selfcal_fuse` put the estimate into use whenever `selfcal_apply` would. Default: it does not.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_set_automatic_apply(
+    config: *mut selfcal_config_t,
+    automatic: bool,
+) -> selfcal_error_t {
+    let judged = Ok::<_, selfcal_error_t>(());
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { change(config, judged, |c| c.automatic_apply = automatic.into()) }
+}

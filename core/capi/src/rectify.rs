@@ -1,0 +1,149 @@
+//! What a rectifier loads: rotations, the common camera, homographies.
+
+use nalgebra::Matrix3;
+use stereo_selfcal::{RectifiedCamera, RectifyingRotations};
+use zerocopy::FromBytes;
+
+use crate::camera::cameras;
+use crate::code::code;
+use crate::code::selfcal_error_t::{self, *};
+use crate::instance::{Instance, shared};
+use crate::pointer::{Out, read};
+use crate::storage::selfcal_t;
+
+/// Which extrinsics to rectify for.
+#[repr(u32)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum selfcal_source_t {
+    /// Those in use.
+    SELFCAL_SOURCE_IN_USE = 0,
+    /// The estimate.
+    SELFCAL_SOURCE_PROPOSED = 1,
+    /// What `selfcal_apply` would put into use.
+    SELFCAL_SOURCE_APPLICABLE = 2,
+}
+
+/// Rectifying rotations `R_l`, `R_r`: rows of both rectified views coincide.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct selfcal_rotations_t {
+    /// `R_l`, left camera frame to rectified frame, row by row.
+    pub left: [f32; 9],
+    /// `R_r`, right camera frame to rectified frame, row by row.
+    pub right: [f32; 9],
+}
+
+/// The common camera of both rectified views, without distortion.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, FromBytes)]
+pub struct selfcal_rectified_camera_t {
+    /// Focal length, px.
+    pub focal_px: f32,
+    /// Principal point cx, cy, px.
+    pub principal_px: [f32; 2],
+}
+
+/// Homographies from undistorted pixels of each camera to pixels of the rectified camera.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct selfcal_homographies_t {
+    /// `H_l = K R_l K_l^-1`, row by row.
+    pub left: [f32; 9],
+    /// `H_r = K R_r K_r^-1`, row by row.
+    pub right: [f32; 9],
+}
+
+fn rows(m: &Matrix3<f32>) -> [f32; 9] {
+    [m.m11, m.m12, m.m13, m.m21, m.m22, m.m23, m.m31, m.m32, m.m33]
+}
+
+fn rotations(
+    instance: &Instance,
+    source: u32,
+) -> Result<RectifyingRotations<f32>, selfcal_error_t> {
+    const IN_USE: u32 = selfcal_source_t::SELFCAL_SOURCE_IN_USE as u32;
+    const PROPOSED: u32 = selfcal_source_t::SELFCAL_SOURCE_PROPOSED as u32;
+    const APPLICABLE: u32 = selfcal_source_t::SELFCAL_SOURCE_APPLICABLE as u32;
+    let calibrator = &instance.calibrator;
+    let proposal = || calibrator.proposal().ok_or(SELFCAL_ERROR_NO_ESTIMATE);
+    match source {
+        IN_USE => Ok(calibrator.in_use().into()),
+        PROPOSED => Ok((&proposal()?.extrinsics).into()),
+        APPLICABLE => Ok((&proposal()?.applicable).into()),
+        _ => Err(SELFCAL_ERROR_VALUE),
+    }
+}
+
+/// The two rectifying rotations.
+///
+/// * `source`: a `selfcal_source_t`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_rotations(
+    cal: *const selfcal_t,
+    source: u32,
+    rectifying: *mut selfcal_rotations_t,
+) -> selfcal_error_t {
+    code(|| {
+        // SAFETY: the caller keeps the contract of the crate.
+        let (instance, out) = unsafe { (shared(cal)?, Out::checked(rectifying)?) };
+        let rotations = rotations(instance, source)?;
+        out.set(selfcal_rotations_t {
+            left: rows(rotations.left().matrix()),
+            right: rows(rotations.right().matrix()),
+        });
+        Ok(())
+    })
+}
+
+/// Chooses a camera for rectified images of the left camera's size, for cameras side by side. 136
+/// undistortions: call it when the generation changes, not per frame.
+///
+/// * `source`: a `selfcal_source_t`.
+/// * `alpha`: 0 zooms in until both cameras see every rectified pixel, 1 zooms out until every pixel
+///   of both is kept.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_choose_camera(
+    cal: *const selfcal_t,
+    source: u32,
+    alpha: f32,
+    camera: *mut selfcal_rectified_camera_t,
+) -> selfcal_error_t {
+    code(|| {
+        // SAFETY: the caller keeps the contract of the crate.
+        let (instance, out) = unsafe { (shared(cal)?, Out::checked(camera)?) };
+        let rotations = rotations(instance, source)?;
+        let chosen = RectifiedCamera::try_choose(cameras(instance)?, &rotations, alpha)?;
+        out.set(selfcal_rectified_camera_t {
+            focal_px: chosen.focal,
+            principal_px: chosen.principal,
+        });
+        Ok(())
+    })
+}
+
+/// The two rectifying homographies for a rectified camera, chosen or one's own.
+///
+/// * `source`: a `selfcal_source_t`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_homographies(
+    cal: *const selfcal_t,
+    source: u32,
+    camera: *const selfcal_rectified_camera_t,
+    homographies: *mut selfcal_homographies_t,
+) -> selfcal_error_t {
+    code(|| {
+        // SAFETY: the caller keeps the contract of the crate.
+        let (instance, camera, out) =
+            unsafe { (shared(cal)?, read(camera)?, Out::checked(homographies)?) };
+        let camera = RectifiedCamera { focal: camera.focal_px, principal: camera.principal_px };
+        let [cx, cy] = camera.principal;
+        let finite = camera.focal.is_finite() && cx.is_finite() && cy.is_finite();
+        if !finite || camera.focal <= 0.0 {
+            return Err(SELFCAL_ERROR_RECTIFIED_CAMERA);
+        }
+        let rotations = rotations(instance, source)?;
+        let [left, right] = camera.homographies(cameras(instance)?, &rotations);
+        out.set(selfcal_homographies_t { left: rows(&left), right: rows(&right) });
+        Ok(())
+    })
+}

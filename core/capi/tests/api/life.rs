@@ -1,0 +1,381 @@
+//! A whole life through C is that through Rust, bit for bit.
+
+use std::mem::MaybeUninit;
+use std::ptr;
+
+use host_tests::dataset::Dataset;
+use nalgebra::Matrix3;
+use stereo_selfcal::{
+    Calibrator, Central, Config, Extrinsics, PairError, PairReport, Pushed, RectifiedCamera,
+    RectifyingRotations, State,
+};
+use stereo_selfcal_capi::selfcal_error_t::*;
+use stereo_selfcal_capi::selfcal_lens_t::*;
+use stereo_selfcal_capi::*;
+
+use crate::rig::{Cal, Seen, config, get, pair, recorded};
+
+type Twin = Calibrator<f32, SELFCAL_CAPACITY>;
+
+fn bits(of: &[f32]) -> Vec<u32> {
+    of.iter().map(|x| x.to_bits()).collect()
+}
+
+fn assert_same(c: &selfcal_extrinsics_t, rust: &Extrinsics<f32>) {
+    assert_eq!(bits(&c.rotation), bits(&rust.rotation_row_major()));
+    assert_eq!(bits(&c.translation), bits(rust.translation().as_slice()));
+}
+
+fn assert_rows(c: &[f32; 9], rust: &Matrix3<f32>) {
+    assert_eq!(bits(c), bits(rust.transpose().as_slice()));
+}
+
+fn push(cal: &mut Cal, twin: &mut Twin, set: &Dataset, index: usize) {
+    let (c, rust) = pair(set, index);
+    let counts = get!(cal, selfcal_push_array, c.as_ptr(), c.len()).unwrap();
+    let all: Vec<_> = rust.iter().map(|m| twin.push(m)).collect();
+    let count = |wanted: Pushed| all.iter().filter(|p| **p == Ok(wanted)).count();
+    assert_eq!(counts.kept, count(Pushed::Kept));
+    assert_eq!(counts.replaced, count(Pushed::Replaced));
+    assert_eq!(counts.left_out, count(Pushed::LeftOut));
+    assert_eq!((counts.refused, counts.first_refusal), (0, SELFCAL_OK));
+    let batch = get!(cal, selfcal_batch).unwrap();
+    assert_eq!(usize::try_from(batch.held).unwrap(), twin.batch().pairs().len());
+    assert_eq!(
+        (batch.offered, batch.left_out, batch.refused),
+        (twin.batch().offered(), twin.batch().left_out(), twin.batch().refused())
+    );
+}
+
+/// Pass by pass.
+fn solve(cal: &mut Cal, twin: &mut Twin) -> Result<PairReport<f32>, PairError> {
+    // SAFETY: live storage.
+    let begun = unsafe { selfcal_begin_pair(cal.ptr()) };
+    assert_eq!(begun, twin.begin_pair().err().map_or(SELFCAL_OK, Into::into));
+    loop {
+        assert_eq!(get!(cal, selfcal_report), Err(SELFCAL_ERROR_NO_REPORT));
+        let solved = get!(cal, selfcal_advance_pair);
+        match twin.advance_pair() {
+            Ok(None) => assert_eq!(solved, Ok(false)),
+            Ok(Some(report)) => {
+                assert_eq!(solved, Ok(true));
+                return Ok(report);
+            }
+            Err(error) => {
+                assert_eq!(solved, Err(error.into()));
+                return Err(error);
+            }
+        }
+    }
+}
+
+fn assert_same_report(cal: &mut Cal, rust: &PairReport<f32>) {
+    let c = get!(cal, selfcal_report).unwrap();
+    assert_same(&c.extrinsics, &rust.extrinsics);
+    let information = rust.information.matrix();
+    for (i, row) in c.information.iter().enumerate() {
+        assert!(row.iter().enumerate().all(|(j, x)| x.to_bits() == information[(i, j)].to_bits()));
+    }
+    assert_eq!(c.stop, rust.stop.into());
+    assert_eq!(
+        (c.passes, c.usable, c.skipped, c.screened),
+        (rust.passes, rust.usable, rust.skipped, rust.screened)
+    );
+    assert_eq!(
+        bits(&[c.cost_before, c.cost_after, c.rms_px_before, c.rms_px_after, c.noise_px]),
+        bits(&[
+            rust.cost_before,
+            rust.cost_after,
+            rust.rms_px_before,
+            rust.rms_px_after,
+            rust.noise_px
+        ])
+    );
+}
+
+fn assert_same_estimate(cal: &mut Cal, twin: &Twin) {
+    assert_eq!(get!(cal, selfcal_state), Ok(twin.state().into()));
+    let Some(rust) = twin.proposal() else {
+        assert_eq!(get!(cal, selfcal_proposal), Err(SELFCAL_ERROR_NO_ESTIMATE));
+        return;
+    };
+    let c = get!(cal, selfcal_proposal).unwrap();
+    assert_same(&c.extrinsics, &rust.extrinsics);
+    assert_same(&c.applicable, &rust.applicable);
+    assert_eq!((c.pairs, c.state, c.doubt), (rust.pairs, rust.state.into(), rust.doubt.into()));
+    let sd = [c.sd.rotation_rad, c.sd.translation_rad];
+    assert_eq!(bits(&sd), bits(&[rust.sd.rotation, rust.sd.translation]));
+    assert_eq!(c.has_covariance, rust.covariance.is_some());
+    let covariance = rust.covariance.unwrap_or_default();
+    for (i, row) in c.covariance.iter().enumerate() {
+        assert!(row.iter().enumerate().all(|(j, x)| x.to_bits() == covariance[(i, j)].to_bits()));
+    }
+    assert_eq!(c.weakest, rust.weakest().into());
+}
+
+fn assert_same_health(cal: &mut Cal, twin: &Twin) {
+    let Some(rust) = twin.health() else {
+        assert_eq!(get!(cal, selfcal_health), Err(SELFCAL_ERROR_NO_HEALTH));
+        return;
+    };
+    let c = get!(cal, selfcal_health).unwrap();
+    assert_eq!(
+        bits(&[c.in_use_px, c.proposed_px, c.coverage, c.yaw_rad, c.weakest.sd_rad]),
+        bits(&[
+            rust.in_use_px,
+            rust.proposed_px,
+            rust.coverage,
+            rust.yaw,
+            rust.weakest.map_or(0.0, |(_, sd)| sd)
+        ])
+    );
+    assert_eq!((c.fit_in_use, c.fit_proposed), (rust.fit_in_use, rust.fit_proposed));
+    assert_eq!(
+        (c.band, c.state, c.doubt, c.arming),
+        (rust.band.into(), rust.state.into(), rust.doubt.into(), rust.arming.into())
+    );
+    assert_eq!((c.sd, c.weakest), (rust.sd.into(), rust.weakest.into()));
+    assert_eq!(c.rejection, rust.rejection.map_or(SELFCAL_OK, Into::into));
+    let mut depth = [0.0; 4];
+    // SAFETY: live objects.
+    let code = unsafe { selfcal_depth_errors(cal.ptr(), 0.12, depth.as_mut_ptr()) };
+    let depth = (code == SELFCAL_OK).then(|| bits(&depth));
+    assert_eq!(depth, rust.depth_errors(0.12).map(|depth| bits(&depth)));
+}
+
+fn assert_same_rectification(cal: &mut Cal, twin: &Twin) {
+    let cameras = twin.cameras().unwrap();
+    let proposal = twin.proposal().unwrap();
+    let sources = [
+        (selfcal_source_t::SELFCAL_SOURCE_IN_USE, *twin.in_use()),
+        (selfcal_source_t::SELFCAL_SOURCE_PROPOSED, proposal.extrinsics),
+        (selfcal_source_t::SELFCAL_SOURCE_APPLICABLE, proposal.applicable),
+    ];
+    for (source, extrinsics) in sources {
+        let source = source as u32;
+        let rotations = RectifyingRotations::from(&extrinsics);
+        let c = get!(cal, selfcal_rotations, source).unwrap();
+        assert_rows(&c.left, rotations.left().matrix());
+        assert_rows(&c.right, rotations.right().matrix());
+        let chosen = RectifiedCamera::try_choose(cameras, &rotations, 0.5).unwrap();
+        let c = get!(cal, selfcal_choose_camera, source, 0.5).unwrap();
+        let [cx, cy] = chosen.principal;
+        assert_eq!(bits(&[c.focal_px]), bits(&[chosen.focal]));
+        assert_eq!(bits(&c.principal_px), bits(&[cx, cy]));
+        let [left, right] = chosen.homographies(cameras, &rotations);
+        let c = get!(cal, selfcal_homographies, source, &raw const c).unwrap();
+        assert_rows(&c.left, &left);
+        assert_rows(&c.right, &right);
+    }
+}
+
+/// Applies, takes back and applies again in both.
+fn change_what_is_in_use(cal: &mut Cal, twin: &mut Twin) {
+    let check = |cal: &mut Cal, twin: &Twin, c: Result<selfcal_extrinsics_t, _>, rust| {
+        match rust {
+            Ok(rust) => assert_same(&c.unwrap(), &rust),
+            Err(error) => assert_eq!(c, Err(selfcal_error_t::from(error))),
+        }
+        assert_same(&get!(cal, selfcal_in_use).unwrap(), twin.in_use());
+        assert_eq!(get!(cal, selfcal_generation), Ok(twin.generation()));
+    };
+    let (c, rust) = (get!(cal, selfcal_apply), twin.apply());
+    check(cal, twin, c, rust);
+    for _ in 0..2 {
+        let (c, rust) = (get!(cal, selfcal_undo), twin.undo());
+        check(cal, twin, c, rust);
+    }
+    let (c, rust) = (get!(cal, selfcal_apply), twin.apply());
+    check(cal, twin, c, rust);
+}
+
+/// Both over the whole set; what they came to.
+fn live(cal: &mut Cal, twin: &mut Twin, set: &Dataset) -> State {
+    for index in 0..set.pairs.len() {
+        push(cal, twin, set, index);
+        if let Ok(report) = solve(cal, twin) {
+            assert_same_report(cal, &report);
+            let fused = get!(cal, selfcal_fuse);
+            let rust = twin.fuse(&report);
+            assert_eq!(fused, rust.map(Into::into).map_err(Into::into));
+            if fused.is_ok() {
+                assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_FUSE_STALE));
+            }
+        }
+        assert_same_estimate(cal, twin);
+        assert_same_health(cal, twin);
+        change_what_is_in_use(cal, twin);
+        if twin.proposal().is_some() {
+            assert_same_rectification(cal, twin);
+        }
+        // SAFETY: live storage.
+        assert_eq!(unsafe { selfcal_clear_pair(cal.ptr()) }, SELFCAL_OK);
+        twin.clear_pair();
+        assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_NO_REPORT));
+    }
+    twin.state()
+}
+
+fn twins(set: &Dataset, c: &selfcal_config_t, rust: Config) -> (Cal, Box<Twin>) {
+    let mut twin = Box::new(Twin::new(rust));
+    twin.set_cameras(set.cameras().unwrap());
+    (Cal::of(set, Some(c)), twin)
+}
+
+#[test]
+fn the_robust_preset_lives_as_in_rust() {
+    let set = recorded();
+    let (mut cal, mut twin) = twins(&set, &config(selfcal_config_default), Config::default());
+    assert_eq!(live(&mut cal, &mut twin, &set), State::Locked);
+    assert!(twin.generation() > 0);
+    // SAFETY: live storage.
+    assert_eq!(unsafe { selfcal_reset(cal.ptr()) }, SELFCAL_OK);
+    twin.reset();
+    assert_eq!(get!(cal, selfcal_generation), Ok(twin.generation()));
+    assert_eq!(live(&mut cal, &mut twin, &set), State::Locked);
+}
+
+#[test]
+fn the_paper_preset_with_every_setter_lives_as_in_rust() {
+    let mut c = config(selfcal_config_paper);
+    let median = selfcal_angle_t::SELFCAL_ANGLE_MEDIAN as u32;
+    // SAFETY: a live configuration.
+    let set = unsafe {
+        [
+            selfcal_config_set_prior_sd_rad(&mut c, 0.05),
+            selfcal_config_set_huber_threshold_px(&mut c, 1.5),
+            selfcal_config_set_max_passes(&mut c, 40),
+            selfcal_config_set_step_tolerance_rad(&mut c, 0.0),
+            selfcal_config_set_min_correspondences(&mut c, 20),
+            selfcal_config_set_noise_floor_px(&mut c, 0.05),
+            selfcal_config_set_angle(&mut c, median),
+            selfcal_config_set_max_sd_rad(&mut c, 0.1),
+            selfcal_config_set_max_correction_rad(&mut c, 0.4),
+            selfcal_config_set_memory_pairs(&mut c, 50),
+            selfcal_config_set_automatic_apply(&mut c, true),
+        ]
+    };
+    assert_eq!(set, [SELFCAL_OK; 11]);
+    let rust = Config::paper()
+        .with_angle(Central::Median)
+        .with_automatic_apply(true)
+        .with_prior_sd_rad(0.05)
+        .and_then(|c| c.with_huber_threshold_px(1.5))
+        .and_then(|c| c.with_max_passes(40))
+        .and_then(|c| c.with_step_tolerance_rad(0.0))
+        .and_then(|c| c.with_min_correspondences(20))
+        .and_then(|c| c.with_noise_floor_px(0.05))
+        .and_then(|c| c.with_max_sd_rad(0.1))
+        .and_then(|c| c.with_max_correction_rad(0.4))
+        .and_then(|c| c.with_memory_pairs(50))
+        .unwrap();
+    let set = recorded();
+    let (mut cal, mut twin) = twins(&set, &c, rust);
+    live(&mut cal, &mut twin, &set);
+    assert!(twin.proposal().is_some());
+}
+
+#[test]
+fn factory_extrinsics_come_from_c_as_from_rust() {
+    let set = recorded();
+    let (mut cal, mut twin) = twins(&set, &config(selfcal_config_robust), Config::robust());
+    // Rounded, and t of another length: both sides mend it.
+    let factory = selfcal_extrinsics_t {
+        rotation: [0.9998, 0.02, 0.0, -0.02, 0.9998, 0.0, 0.0, 0.0, 1.0],
+        translation: [-0.12, 0.001, 0.0],
+    };
+    // SAFETY: live objects.
+    assert_eq!(unsafe { selfcal_set_factory(cal.ptr(), &factory) }, SELFCAL_OK);
+    let r = Matrix3::from_row_slice(&factory.rotation);
+    twin.set_factory(Extrinsics::try_new(&r, &factory.translation.into()).unwrap());
+    assert_same(&get!(cal, selfcal_in_use).unwrap(), twin.in_use());
+    assert_eq!(live(&mut cal, &mut twin, &set), State::Locked);
+}
+
+#[test]
+fn one_call_and_single_pushes_do_what_passes_and_arrays_do() {
+    let set = recorded();
+    let (mut by_array, mut by_one) = (Cal::of(&set, None), Cal::of(&set, None));
+    for index in 0..4 {
+        let (all, _) = pair(&set, index);
+        get!(by_array, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
+        for one in &all {
+            // SAFETY: live objects.
+            assert_eq!(unsafe { selfcal_push(by_one.ptr(), one, ptr::null_mut()) }, SELFCAL_OK);
+        }
+        // SAFETY: live storage.
+        assert_eq!(unsafe { selfcal_begin_pair(by_array.ptr()) }, SELFCAL_OK);
+        while !get!(by_array, selfcal_advance_pair).unwrap() {}
+        // SAFETY: live storage.
+        assert_eq!(unsafe { selfcal_solve_pair(by_one.ptr()) }, SELFCAL_OK);
+        for cal in [&mut by_array, &mut by_one] {
+            // SAFETY: live storage.
+            assert_eq!(unsafe { selfcal_fuse(cal.ptr(), ptr::null_mut()) }, SELFCAL_OK);
+        }
+        assert_eq!(Seen::of(&mut by_array), Seen::of(&mut by_one));
+        for cal in [&mut by_array, &mut by_one] {
+            // SAFETY: live storage.
+            assert_eq!(unsafe { selfcal_clear_pair(cal.ptr()) }, SELFCAL_OK);
+        }
+    }
+    assert_eq!(get!(by_one, selfcal_state), Ok(selfcal_state_t::SELFCAL_STATE_LOCKED));
+}
+
+#[test]
+fn what_is_frozen_stays_until_it_is_let_go() {
+    let set = recorded();
+    let mut cal = Cal::of(&set, None);
+    assert_eq!(get!(cal, selfcal_is_frozen), Ok(false));
+    // SAFETY: live storage.
+    assert_eq!(unsafe { selfcal_set_frozen(cal.ptr(), true) }, SELFCAL_OK);
+    assert_eq!(get!(cal, selfcal_is_frozen), Ok(true));
+    let (all, _) = pair(&set, 0);
+    get!(cal, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
+    // SAFETY: live storage.
+    assert_eq!(unsafe { selfcal_solve_pair(cal.ptr()) }, SELFCAL_OK);
+    assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_FUSE_FROZEN));
+    assert_eq!(get!(cal, selfcal_apply), Err(SELFCAL_ERROR_APPLY_FROZEN));
+    assert_eq!(get!(cal, selfcal_undo), Err(SELFCAL_ERROR_APPLY_FROZEN));
+    // SAFETY: live storage.
+    assert_eq!(unsafe { selfcal_set_frozen(cal.ptr(), false) }, SELFCAL_OK);
+    assert_eq!(get!(cal, selfcal_fuse), Ok(selfcal_fused_t::SELFCAL_FUSED_ADDED));
+}
+
+#[test]
+fn rays_and_pixels_of_all_lens_models_are_those_of_the_core() {
+    let camera = |lens, distortion| selfcal_camera_t {
+        focal_px: [534.0, 531.0],
+        principal_px: [342.0, 234.5],
+        size_px: [640, 480],
+        lens: lens as u32,
+        distortion,
+    };
+    let pinhole = camera(SELFCAL_LENS_PINHOLE, [0.0; 5]);
+    let brown = camera(SELFCAL_LENS_RADIAL_TANGENTIAL, [-0.28, 0.04, 1e-3, -1e-4, 0.11]);
+    let fisheye = camera(SELFCAL_LENS_FISHEYE, [-0.01, 0.02, -0.003, 1e-3, 0.0]);
+    let mut cal = Cal::new(None);
+    for (left, right) in [(pinhole, brown), (fisheye, pinhole)] {
+        // SAFETY: live objects.
+        assert_eq!(unsafe { selfcal_set_cameras(cal.ptr(), &left, &right) }, SELFCAL_OK);
+        let mut kept = MaybeUninit::zeroed();
+        assert_eq!(get!(cal, selfcal_cameras, kept.as_mut_ptr()), Ok(right));
+        // SAFETY: zeros are a camera, and the call has filled it.
+        assert_eq!(unsafe { kept.assume_init() }, left);
+        for side in [0, 1] {
+            let pixel = [20.0_f32, 460.0];
+            let [mut ray, mut back] = [[0.0; 2]; 2];
+            // SAFETY: live objects.
+            let codes = unsafe {
+                [
+                    selfcal_ray(cal.ptr(), side, pixel.as_ptr(), ray.as_mut_ptr()),
+                    selfcal_pixel(cal.ptr(), side, ray.as_ptr(), back.as_mut_ptr()),
+                ]
+            };
+            assert_eq!(codes, [SELFCAL_OK; 2]);
+            assert!(back.iter().zip(pixel).all(|(b, p)| (b - p).abs() < 1e-3), "{back:?}");
+            let straight = [(20.0 - 342.0) / 534.0, (460.0 - 234.5) / 531.0];
+            let distorted = if side == 0 { left.lens } else { right.lens } != 0;
+            assert_eq!(bits(&ray) != bits(&straight), distorted);
+        }
+    }
+}

@@ -1,0 +1,299 @@
+//! Every misuse has its code and changes nothing.
+
+use std::collections::BTreeSet;
+use std::mem::MaybeUninit;
+use std::ptr::{null, null_mut};
+
+use stereo_selfcal_capi::selfcal_error_t::*;
+use stereo_selfcal_capi::*;
+
+use crate::rig::{Cal, Seen, cameras, get, pair, recorded};
+use crate::source;
+
+pub(crate) static CORRESPONDENCE: selfcal_correspondence_t = selfcal_correspondence_t {
+    left_px: [100.0, 100.0],
+    right_px: [90.0, 100.0],
+    score: 1.0,
+    grid_step_px: 0.0,
+};
+
+/// Somewhere for a result.
+pub(crate) fn place<T>() -> *mut T {
+    Box::leak(Box::<T>::new_uninit()).as_mut_ptr()
+}
+
+/// Somewhere for up to four numbers.
+pub(crate) fn four() -> *mut f32 {
+    place::<[f32; 4]>().cast()
+}
+
+/// Every function that takes a calibrator, otherwise called as it should be.
+pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_error_t)> {
+    let [left, right] = cameras(&recorded());
+    let factory = selfcal_extrinsics_t {
+        rotation: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        translation: [-1.0, 0.0, 0.0],
+    };
+    let camera = selfcal_rectified_camera_t { focal_px: 500.0, principal_px: [320.0, 240.0] };
+    let (c, two) = (&raw const CORRESPONDENCE, CORRESPONDENCE.left_px.as_ptr());
+    macro_rules! calls {
+        ($($function:ident($($argument:expr),*);)*) => {
+            // SAFETY: live objects but for the calibrator, which is what is tested.
+            unsafe { vec![$((stringify!($function), $function(cal $(, $argument)*))),*] }
+        };
+    }
+    calls! {
+        selfcal_set_cameras(&left, &right);
+        selfcal_cameras(place(), place());
+        selfcal_ray(0, two, four());
+        selfcal_pixel(0, two, four());
+        selfcal_set_factory(&factory);
+        selfcal_in_use(place());
+        selfcal_generation(place());
+        selfcal_push(c, place());
+        selfcal_push_array(c, 1, place());
+        selfcal_batch(place());
+        selfcal_begin_pair();
+        selfcal_advance_pair(place());
+        selfcal_solve_pair();
+        selfcal_report(place());
+        selfcal_fuse(place());
+        selfcal_clear_pair();
+        selfcal_state(place());
+        selfcal_proposal(place());
+        selfcal_health(place());
+        selfcal_depth_errors(0.1, four());
+        selfcal_apply(place());
+        selfcal_undo(place());
+        selfcal_set_frozen(true);
+        selfcal_is_frozen(place());
+        selfcal_reset();
+        selfcal_rotations(0, place());
+        selfcal_choose_camera(0, 0.0, place());
+        selfcal_homographies(0, &camera, place());
+    }
+}
+
+/// Fed and locked, with a batch and a report at hand.
+pub(crate) fn at_work() -> Cal {
+    let set = recorded();
+    let mut cal = Cal::of(&set, None);
+    for index in 0..5 {
+        // SAFETY: live storage.
+        assert_eq!(unsafe { selfcal_clear_pair(cal.ptr()) }, SELFCAL_OK);
+        let (all, _) = pair(&set, index);
+        get!(cal, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
+        // SAFETY: live storage.
+        assert_eq!(unsafe { selfcal_solve_pair(cal.ptr()) }, SELFCAL_OK);
+        get!(cal, selfcal_fuse).unwrap();
+    }
+    assert_eq!(get!(cal, selfcal_state), Ok(selfcal_state_t::SELFCAL_STATE_LOCKED));
+    cal
+}
+
+/// Refused with this code, and nothing has changed.
+pub(crate) fn refused(
+    cal: &mut Cal,
+    code: selfcal_error_t,
+    act: impl FnOnce(*mut selfcal_t) -> selfcal_error_t,
+) {
+    let before = Seen::of(cal);
+    assert_eq!(act(cal.ptr()), code);
+    assert_eq!(Seen::of(cal), before);
+}
+
+#[test]
+fn no_function_that_takes_a_calibrator_goes_untested() {
+    let tested = every_function(null_mut()).into_iter().map(|(name, _)| name.to_owned());
+    assert_eq!(tested.collect::<BTreeSet<_>>(), source::functions_of_a_calibrator());
+}
+
+#[test]
+fn no_calibrator_at_all_has_its_code() {
+    for (name, code) in every_function(null_mut()) {
+        assert_eq!(code, SELFCAL_ERROR_NULL, "{name}");
+    }
+}
+
+#[test]
+fn storage_that_was_never_initialised_has_its_code() {
+    for (name, code) in every_function(Cal::zeroed().ptr()) {
+        assert_eq!(code, SELFCAL_ERROR_NOT_INITIALISED, "{name}");
+    }
+}
+
+#[test]
+fn misaligned_storage_has_its_code() {
+    let mut cal = Cal::new(None);
+    for (name, code) in every_function(cal.ptr().cast::<u8>().wrapping_add(1).cast()) {
+        assert_eq!(code, SELFCAL_ERROR_ALIGNMENT, "{name}");
+    }
+}
+
+#[test]
+fn storage_is_judged_before_it_is_written() {
+    let mut cal = Cal::zeroed();
+    let mut needed = MaybeUninit::zeroed();
+    // SAFETY: a live place.
+    let needed = unsafe {
+        assert_eq!(selfcal_requirements(needed.as_mut_ptr()), SELFCAL_OK);
+        needed.assume_init()
+    };
+    assert!(needed.size <= SELFCAL_STORAGE_SIZE && needed.align <= SELFCAL_STORAGE_ALIGN);
+    assert_eq!(needed.capacity, SELFCAL_CAPACITY);
+    let odd = cal.ptr().cast::<u8>().wrapping_add(1).cast();
+    // SAFETY: null, misaligned or live storage.
+    let codes = unsafe {
+        [
+            selfcal_init(null_mut(), SELFCAL_STORAGE_SIZE, null()),
+            selfcal_init(odd, SELFCAL_STORAGE_SIZE - 1, null()),
+            selfcal_init(cal.ptr(), needed.size - 1, null()),
+            selfcal_init(cal.ptr(), 0, null()),
+        ]
+    };
+    assert_eq!(
+        codes,
+        [
+            SELFCAL_ERROR_NULL,
+            SELFCAL_ERROR_ALIGNMENT,
+            SELFCAL_ERROR_STORAGE_SIZE,
+            SELFCAL_ERROR_STORAGE_SIZE
+        ]
+    );
+    assert_eq!(get!(cal, selfcal_generation), Err(SELFCAL_ERROR_NOT_INITIALISED));
+    // SAFETY: live storage of that size.
+    assert_eq!(unsafe { selfcal_init(cal.ptr(), needed.size, null()) }, SELFCAL_OK);
+    assert_eq!(get!(cal, selfcal_generation), Ok(0));
+}
+
+#[test]
+fn a_result_without_a_place_is_refused_before_anything_is_done() {
+    let mut cal = at_work();
+    let camera = selfcal_rectified_camera_t { focal_px: 500.0, principal_px: [320.0, 240.0] };
+    let mut left = MaybeUninit::zeroed();
+    let two = CORRESPONDENCE.left_px.as_ptr();
+    macro_rules! refuses_null {
+        ($($function:ident($($argument:expr),*);)*) => {
+            // SAFETY: live objects, or null.
+            $(refused(&mut cal, SELFCAL_ERROR_NULL, |cal| unsafe { $function(cal $(, $argument)*) });)*
+        };
+    }
+    refuses_null! {
+        selfcal_set_cameras(null(), null());
+        selfcal_set_cameras(left.as_ptr(), null());
+        selfcal_cameras(left.as_mut_ptr(), null_mut());
+        selfcal_cameras(null_mut(), left.as_mut_ptr());
+        selfcal_ray(0, two, null_mut());
+        selfcal_ray(0, null(), four());
+        selfcal_pixel(0, two, null_mut());
+        selfcal_pixel(0, null(), four());
+        selfcal_set_factory(null());
+        selfcal_in_use(null_mut());
+        selfcal_generation(null_mut());
+        selfcal_push(null(), place());
+        selfcal_push_array(null(), 1, place());
+        selfcal_batch(null_mut());
+        selfcal_advance_pair(null_mut());
+        selfcal_report(null_mut());
+        selfcal_state(null_mut());
+        selfcal_proposal(null_mut());
+        selfcal_health(null_mut());
+        selfcal_depth_errors(0.1, null_mut());
+        selfcal_is_frozen(null_mut());
+        selfcal_rotations(0, null_mut());
+        selfcal_choose_camera(0, 0.0, null_mut());
+        selfcal_homographies(0, &camera, null_mut());
+        selfcal_homographies(0, null(), place());
+    }
+    // SAFETY: null.
+    assert_eq!(unsafe { selfcal_requirements(null_mut()) }, SELFCAL_ERROR_NULL);
+    // SAFETY: null.
+    assert_eq!(unsafe { selfcal_side_by_side(null_mut()) }, SELFCAL_ERROR_NULL);
+}
+
+#[test]
+fn misaligned_arguments_are_refused_before_anything_is_done() {
+    let mut cal = at_work();
+    let bytes: *mut u8 = place::<[u64; 64]>().cast();
+    let odd = bytes.wrapping_add(1);
+    // SAFETY: live memory, misaligned.
+    unsafe {
+        refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| selfcal_push(cal, odd.cast(), null_mut()));
+        refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| {
+            selfcal_push(cal, &raw const CORRESPONDENCE, odd.cast())
+        });
+        refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| {
+            selfcal_push_array(cal, odd.cast(), 2, null_mut())
+        });
+        refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| selfcal_set_factory(cal, odd.cast()));
+        refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| selfcal_apply(cal, odd.cast()));
+        refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| selfcal_fuse(cal, odd.cast()));
+    }
+}
+
+#[test]
+fn an_array_may_be_empty_and_not_longer_than_the_address_space() {
+    let mut cal = at_work();
+    let counts = get!(cal, selfcal_push_array, null(), 0).unwrap();
+    assert_eq!((counts.kept, counts.refused, counts.first_refusal), (0, 0, SELFCAL_OK));
+    // SAFETY: refused by its count.
+    refused(&mut cal, SELFCAL_ERROR_COUNT, |cal| unsafe {
+        selfcal_push_array(cal, &raw const CORRESPONDENCE, usize::MAX, null_mut())
+    });
+}
+
+#[test]
+fn an_array_goes_on_after_what_it_refuses_and_says_why_of_the_first() {
+    let mut cal = Cal::of(&recorded(), None);
+    let bad = selfcal_correspondence_t { score: 2.0, ..CORRESPONDENCE };
+    let worse = selfcal_correspondence_t { left_px: [f32::NAN, 0.0], ..CORRESPONDENCE };
+    let all = [CORRESPONDENCE, bad, worse, CORRESPONDENCE];
+    let counts = get!(cal, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
+    assert_eq!((counts.kept, counts.replaced, counts.left_out, counts.refused), (2, 0, 0, 2));
+    assert_eq!(counts.first_refusal, SELFCAL_ERROR_PUSH_SCORE);
+}
+
+#[test]
+fn numbers_that_are_not_finite_or_no_values_are_refused() {
+    let mut cal = at_work();
+    let [good, _] = cameras(&recorded());
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let factory = selfcal_extrinsics_t { rotation: [bad; 9], translation: [-1.0, 0.0, 0.0] };
+        let own = selfcal_rectified_camera_t { focal_px: 500.0, principal_px: [bad, 0.0] };
+        let camera = selfcal_camera_t { focal_px: [bad, 500.0], ..good };
+        let ray = [bad, 0.0];
+        // SAFETY: live objects.
+        unsafe {
+            refused(&mut cal, SELFCAL_ERROR_EXTRINSICS_NOT_A_ROTATION, |cal| {
+                selfcal_set_factory(cal, &factory)
+            });
+            refused(&mut cal, SELFCAL_ERROR_RIGHT_FOCAL_LENGTH, |cal| {
+                selfcal_set_cameras(cal, &good, &camera)
+            });
+            refused(&mut cal, SELFCAL_ERROR_BASELINE, |cal| selfcal_depth_errors(cal, bad, four()));
+            refused(&mut cal, SELFCAL_ERROR_RECTIFY_ALPHA, |cal| {
+                selfcal_choose_camera(cal, 0, bad, place())
+            });
+            refused(&mut cal, SELFCAL_ERROR_RECTIFIED_CAMERA, |cal| {
+                selfcal_homographies(cal, 0, &own, place())
+            });
+            refused(&mut cal, SELFCAL_ERROR_RAY_NOT_FINITE, |cal| {
+                selfcal_ray(cal, 0, ray.as_ptr(), four())
+            });
+            refused(&mut cal, SELFCAL_ERROR_PIXEL_NOT_FINITE, |cal| {
+                selfcal_pixel(cal, 1, ray.as_ptr(), four())
+            });
+        }
+    }
+    let own = selfcal_rectified_camera_t { focal_px: 0.0, principal_px: [0.0; 2] };
+    let two = CORRESPONDENCE.left_px.as_ptr();
+    // SAFETY: live objects.
+    unsafe {
+        refused(&mut cal, SELFCAL_ERROR_BASELINE, |cal| selfcal_depth_errors(cal, 0.0, four()));
+        refused(&mut cal, SELFCAL_ERROR_RECTIFIED_CAMERA, |cal| {
+            selfcal_homographies(cal, 0, &own, place())
+        });
+        refused(&mut cal, SELFCAL_ERROR_VALUE, |cal| selfcal_rotations(cal, 3, place()));
+        refused(&mut cal, SELFCAL_ERROR_VALUE, |cal| selfcal_ray(cal, 2, two, four()));
+    }
+}

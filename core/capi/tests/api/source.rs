@@ -1,0 +1,75 @@
+//! What the sources say there is, so that a test cannot miss a new one.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use syn::{Expr, FnArg, Item, Lit, Type};
+
+fn files(dir: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path());
+    let (dirs, files): (Vec<_>, Vec<_>) = entries.partition(|path| path.is_dir());
+    files.into_iter().chain(dirs.iter().flat_map(|dir| self::files(dir))).collect()
+}
+
+fn items(of: &str) -> Vec<Item> {
+    let sources = files(&Path::new(env!("CARGO_MANIFEST_DIR")).join(of));
+    let parse = |path: PathBuf| syn::parse_file(&fs::read_to_string(path).unwrap()).unwrap().items;
+    sources.into_iter().flat_map(parse).collect()
+}
+
+/// The variants of every enum, with their numbers where they have one.
+fn enums(of: &str) -> BTreeMap<String, Vec<(String, Option<i64>)>> {
+    let number = |expression: &Expr| match expression {
+        Expr::Lit(literal) => match &literal.lit {
+            Lit::Int(number) => number.base10_parse().ok(),
+            _ => None,
+        },
+        _ => None,
+    };
+    let all = items(of).into_iter().filter_map(|item| match item {
+        Item::Enum(item) => Some(item),
+        _ => None,
+    });
+    all.map(|item| {
+        let variants = item
+            .variants
+            .iter()
+            .map(|v| (v.ident.to_string(), v.discriminant.as_ref().and_then(|(_, e)| number(e))));
+        (item.ident.to_string(), variants.collect())
+    })
+    .collect()
+}
+
+/// Names of the variants of an enum of the core.
+pub(crate) fn variants_of_core(name: &str) -> BTreeSet<String> {
+    let variants = enums("../src").remove(name).unwrap_or_else(|| panic!("no enum {name}"));
+    variants.into_iter().map(|(name, _)| name).collect()
+}
+
+/// Variants of an enum of C, with their numbers.
+pub(crate) fn variants_of_c(name: &str) -> Vec<(String, i64)> {
+    let variants = enums("src").remove(name).unwrap_or_else(|| panic!("no enum {name}"));
+    variants.into_iter().map(|(name, number)| (name, number.expect("a number"))).collect()
+}
+
+/// Functions whose first argument is an initialised calibrator.
+pub(crate) fn functions_of_a_calibrator() -> BTreeSet<String> {
+    let takes_one = |argument: Option<&FnArg>| match argument {
+        Some(FnArg::Typed(argument)) => match &*argument.ty {
+            Type::Ptr(pointer) => match &*pointer.elem {
+                Type::Path(path) => path.path.is_ident("selfcal_t"),
+                _ => false,
+            },
+            _ => false,
+        },
+        _ => false,
+    };
+    let functions = items("src").into_iter().filter_map(|item| match item {
+        Item::Fn(item) if item.sig.abi.is_some() && takes_one(item.sig.inputs.first()) => {
+            Some(item.sig.ident.to_string())
+        }
+        _ => None,
+    });
+    functions.filter(|name| name != "selfcal_init").collect()
+}

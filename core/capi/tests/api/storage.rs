@@ -1,0 +1,90 @@
+//! Arbitrary bits as storage, configuration and arguments.
+
+use std::mem::MaybeUninit;
+use std::ptr;
+
+use proptest::prelude::*;
+use stereo_selfcal_capi::selfcal_error_t::*;
+use stereo_selfcal_capi::*;
+
+use crate::misuse::every_function;
+use crate::rig::{Cal, Seen, get};
+
+fn bytes(cal: &mut Cal) -> &mut [u8] {
+    // SAFETY: live storage, in which every byte has been written.
+    unsafe { std::slice::from_raw_parts_mut(cal.ptr().cast(), SELFCAL_STORAGE_SIZE) }
+}
+
+/// A value of arbitrary bits.
+fn of_bits<T: zerocopy::FromBytes>(bits: &[u8]) -> T {
+    T::read_from_prefix(bits).unwrap().0
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn storage_of_arbitrary_bits_is_recognised_and_left_alone(
+        seed in prop::collection::vec(any::<u8>(), 64),
+    ) {
+        let mut cal = Cal::zeroed();
+        bytes(&mut cal).iter_mut().zip(seed.iter().cycle()).for_each(|(to, from)| *to = *from);
+        let before = bytes(&mut cal).to_vec();
+        for (name, code) in every_function(cal.ptr()) {
+            prop_assert_eq!(code, SELFCAL_ERROR_NOT_INITIALISED, "{}", name);
+        }
+        prop_assert!(before == bytes(&mut cal));
+    }
+
+    #[test]
+    fn one_wrong_byte_at_the_head_of_the_storage_is_recognised(at in 0..12_usize, flip in 1..=u8::MAX) {
+        let mut cal = Cal::new(None);
+        bytes(&mut cal)[at] ^= flip;
+        prop_assert_eq!(get!(cal, selfcal_generation), Err(SELFCAL_ERROR_NOT_INITIALISED));
+        bytes(&mut cal)[at] ^= flip;
+        prop_assert_eq!(get!(cal, selfcal_generation), Ok(0));
+    }
+
+    #[test]
+    fn arguments_of_arbitrary_bits_are_taken_or_refused_whole(
+        bits in prop::collection::vec(any::<u8>(), 64), numbers in any::<[u32; 2]>(),
+    ) {
+        let mut cal = Cal::new(None);
+        let before = Seen::of(&mut cal);
+        let camera: selfcal_camera_t = of_bits(&bits);
+        let factory: selfcal_extrinsics_t = of_bits(&bits);
+        let match_: selfcal_correspondence_t = of_bits(&bits);
+        let config: selfcal_config_t = of_bits(&bits);
+        let [source, alpha] = numbers;
+        let alpha = f32::from_bits(alpha);
+        // SAFETY: live objects.
+        let codes = unsafe {
+            [
+                selfcal_set_cameras(cal.ptr(), &camera, &camera),
+                selfcal_set_factory(cal.ptr(), &factory),
+                selfcal_push(cal.ptr(), &match_, ptr::null_mut()),
+                selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, &config),
+                selfcal_choose_camera(cal.ptr(), source, alpha, MaybeUninit::uninit().as_mut_ptr()),
+            ]
+        };
+        prop_assert_eq!(codes[3], SELFCAL_ERROR_CONFIG_NOT_INITIALISED);
+        if !codes[..3].contains(&SELFCAL_OK) {
+            prop_assert_eq!(Seen::of(&mut cal), before);
+        }
+    }
+
+    #[test]
+    fn a_configuration_with_a_wrong_byte_is_refused_or_within_its_limits(
+        at in 0..size_of::<selfcal_config_t>(), flip in 1..=u8::MAX,
+    ) {
+        let mut config = crate::rig::config(selfcal_config_default);
+        // SAFETY: any bits are a configuration.
+        unsafe { *(&raw mut config).cast::<u8>().add(at) ^= flip };
+        let mut cal = Cal::zeroed();
+        // SAFETY: live objects.
+        let code = unsafe { selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, &config) };
+        prop_assert!(at >= 8 || code == SELFCAL_ERROR_CONFIG_NOT_INITIALISED, "{:?}", code);
+        let begun = get!(cal, selfcal_generation) == Ok(0);
+        prop_assert_eq!(begun, code == SELFCAL_OK);
+    }
+}
