@@ -102,14 +102,14 @@ mod firmware {
     }
 
     #[init(local = [
-        queue: Queue<u8, ROOM> = Queue::new(),
-        controller: Controller = Controller::new(Config::robust()),
+        fifo: Queue<u8, ROOM> = Queue::new(),
+        memory: Controller = Controller::new(Config::robust()),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let Ok(cameras) = baked::cameras() else { exit(false) };
-        let controller = cx.local.controller;
+        let controller = cx.local.memory;
         controller.set_cameras(cameras);
-        let (bytes, read) = cx.local.queue.split();
+        let (bytes, read) = cx.local.fifo.split();
         let receiver = Receiver { timer: Timer::every(PERIOD), tape: Tape::new(FRAMES), bytes };
         let inbox = Inbox { bytes: read.into() };
         (Shared {}, Local { receiver, inbox, controller })
@@ -161,7 +161,7 @@ mod firmware {
         }
         let interrupted = INTERRUPTED.load(Ordering::Relaxed);
         let applied = app.apply();
-        info!("the receiver interrupted {} passes; applied: {}", interrupted, applied.is_ok());
+        info!("bytes came in {} times in mid pass; applied: {}", interrupted, applied.is_ok());
         exit(applied.is_ok() && interrupted > 0)
     }
 }

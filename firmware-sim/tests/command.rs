@@ -139,10 +139,41 @@ fn a_flight_that_does_not_end_locked_plots_and_says_so_and_fails() {
 }
 
 #[test]
-fn help_teaches_both_ways_to_run_it() {
+fn in_the_loop_what_is_missing_is_named() {
+    let folder = folder("in_the_loop");
+    let (output, _, err) = run(&folder, &["pil", "--image", "none.elf"]);
+    assert_eq!(output.status.code(), Some(1), "{err}");
+    assert!(err.contains("there is no image none.elf"), "{err}");
+
+    fs::write(folder.join("some.elf"), "").unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_firmware-sim"));
+    // Where there is no QEMU.
+    command.current_dir(&folder).env("PATH", &folder).args(["pil", "--image", "some.elf"]);
+    let output = command.output().unwrap();
+    let err = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{err}");
+    assert!(err.contains("apt-get install qemu-system-arm"), "{err}");
+}
+
+#[test]
+fn in_the_loop_an_option_that_cannot_be_is_refused_by_its_name() {
+    let folder = folder("in_no_loop");
+    for (option, bad) in [("--machine", "mps3"), ("--timeout", "0"), ("--timeout", "1.5")] {
+        let (output, out, err) = run(&folder, &["pil", option, bad]);
+        assert_eq!((output.status.code(), out.as_str()), (Some(2), ""), "{option} {bad}");
+        assert!(err.contains(option), "{err}");
+    }
+    let (_, _, err) = run(&folder, &["pil", "nowhere", "--image", "none.elf"]);
+    assert!(err.contains("nowhere does not exist"), "{err}");
+}
+
+#[test]
+fn help_teaches_every_way_to_run_it() {
     let folder = folder("help");
     let (_, out, _) = run(&folder, &["--help"]);
     assert!(out.contains("cargo run --release -- flight") && out.contains("DATASET"), "{out}");
     let (_, out, _) = run(&folder, &["flight", "--help"]);
     assert!(out.contains("--baseline") && out.contains("Exit status"), "{out}");
+    let (_, out, _) = run(&folder, &["pil", "--help"]);
+    assert!(out.contains("mps2-an500") && out.contains("Exit status"), "{out}");
 }

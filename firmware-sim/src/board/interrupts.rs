@@ -18,6 +18,9 @@ pub enum Interrupt {
     TIMER1 = 9,
 }
 
+// As the scheduler calls it.
+pub use Interrupt as interrupt;
+
 // SAFETY: the numbers are those of the board, each once.
 unsafe impl InterruptNumber for Interrupt {
     fn number(self) -> u16 {

@@ -21,6 +21,9 @@ pub struct Timer {
     registers: &'static Registers,
 }
 
+// SAFETY: the registers may be used from any priority: each access is one of a word, none is kept.
+unsafe impl Send for Timer {}
+
 impl Timer {
     /// Ticks in a second.
     pub const HZ: u32 = 25_000_000;

@@ -23,11 +23,19 @@ impl Machine {
         }
     }
 
-    /// Its core, as QEMU and the compiler name it.
+    /// Its core, as QEMU names it.
     pub(crate) fn cpu(self) -> &'static str {
         match self {
             Self::An386 => "cortex-m4",
             Self::An500 => "cortex-m7",
+        }
+    }
+
+    /// What the compiler is told beyond the target, which is made for the smaller core.
+    pub(crate) fn rustflags(self) -> Option<&'static str> {
+        match self {
+            Self::An386 => None,
+            Self::An500 => Some("-Ctarget-cpu=cortex-m7"),
         }
     }
 }

@@ -11,6 +11,9 @@ use super::super::emulator::Machine;
 
 const TARGET: &str = "thumbv7em-none-eabihf";
 
+/// Cargo's variable for the flags of that target.
+const RUSTFLAGS: &str = "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS";
+
 /// Why there is no image.
 #[derive(Debug, Error)]
 pub(super) enum ImageError {
@@ -37,18 +40,14 @@ pub(super) enum ImageError {
 pub(super) fn build(machine: Machine) -> Result<PathBuf, ImageError> {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let script = workspace.join(".cargo/for-target");
-    let build = Command::new(&script)
+    let mut build = Command::new(&script);
+    build
         .current_dir(&workspace)
         .args([TARGET, "build", "-p", "firmware-sim", "--bin", "firmware-pil"])
         .args(["--features", "pil", "--message-format=json-render-diagnostics"])
-        .env(
-            "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS",
-            format!("-Ctarget-cpu={}", machine.cpu()),
-        )
-        .stdout(Stdio::piped())
-        .stderr(Stdio::inherit())
-        .output();
-    let build = build.map_err(|why| ImageError::NoScript { script, why })?;
+        .envs(machine.rustflags().map(|flags| (RUSTFLAGS, flags)))
+        .stderr(Stdio::inherit());
+    let build = build.output().map_err(|why| ImageError::NoScript { script, why })?;
     if !build.status.success() {
         return Err(ImageError::NotBuilt(build.status));
     }
