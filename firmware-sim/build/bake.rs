@@ -1,6 +1,7 @@
 //! A data set as the matcher's frames, and its rig as numbers. The test in `tests/baked.rs` holds the
 //! bytes to those of the simulated matcher.
 
+use std::ffi::OsStr;
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -48,6 +49,7 @@ fn frame(bytes: &mut Vec<u8>, sequence: u32, csv: &str) -> Result<()> {
     Ok(())
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "rounded to f32, as the host does")]
 fn row(line: &str) -> Result<[f32; 5]> {
     let numbers: Vec<f32> = line
         .split(',')
@@ -57,6 +59,11 @@ fn row(line: &str) -> Result<[f32; 5]> {
     numbers.try_into().ok().with_context(|| format!("not five numbers: {line}"))
 }
 
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a whole number in range"
+)]
 fn fixed(x: f32, scale: f64, bits: u32) -> Result<u32> {
     let steps = (f64::from(x) * scale).round();
     ensure!(steps >= 0.0 && steps < f64::from(1_u32 << bits), "{x} does not fit the wire");
@@ -66,7 +73,7 @@ fn fixed(x: f32, scale: f64, bits: u32) -> Result<u32> {
 /// The rig as constants.
 fn constants(set: &Path, meta: &Value, pairs: usize) -> Result<String> {
     ensure!(meta["lens"].is_null(), "only the radial-tangential lens is baked");
-    let name = set.file_name().context("a data set has a name")?;
+    let name = set.file_name().and_then(OsStr::to_str).context("a data set has a name")?;
     let mut text = String::new();
     writeln!(text, "pub const NAME: &str = {name:?};")?;
     writeln!(text, "pub const PAIRS: u32 = {pairs};")?;

@@ -14,7 +14,8 @@ fn set() -> Dataset {
 
 #[test]
 fn the_frames_are_those_of_the_simulated_matcher_byte_for_byte() {
-    let sent = (0..).zip(&set().pairs).flat_map(|(i, pair)| matcher::frame(i, pair));
+    let set = set();
+    let sent = (0..).zip(&set.pairs).flat_map(|(i, pair)| matcher::frame(i, pair));
     assert!(sent.eq(FRAMES.iter().copied()));
 }
 
@@ -38,5 +39,5 @@ fn the_tape_and_the_simulated_matcher_lead_to_the_same_estimate() {
     let mut app = App::new(matcher.driver(), from_matcher);
     while app.poll().unwrap() != Event::Idle {}
     let [a, b] = calibrators.map(|calibrator| calibrator.proposal().unwrap());
-    assert_eq!((a.pairs, a.extrinsics), (PAIRS, b.extrinsics));
+    assert_eq!(a, b);
 }

@@ -27,9 +27,11 @@ pub struct Greeting {
 impl Greeting {
     const MAGIC: [u8; 4] = *b"SCPG";
 
+    /// * `refused`: why the opening is not taken, if it is not.
     /// * `capacity`: correspondences a pair that the controller has room for.
-    pub fn new<T>(opened: Result<T, OpeningError>, capacity: u16) -> Self {
-        let refused = codes::opening(opened);
+    #[must_use]
+    pub fn new(refused: Option<OpeningError>, capacity: u16) -> Self {
+        let refused = codes::opening(refused);
         Self { magic: Self::MAGIC, version: VERSION, refused, capacity: capacity.into() }
     }
 
@@ -140,6 +142,7 @@ impl PairAnswer {
     /// What became of a pair, and what the calibrator holds after it.
     ///
     /// * `taken`: correspondences in the batch.
+    #[must_use]
     pub fn new<const N: usize>(
         sequence: u32,
         taken: usize,
@@ -287,16 +290,17 @@ pub struct EndAnswer {
 impl EndAnswer {
     const MAGIC: [u8; 4] = *b"SCPE";
 
-    /// * `applied`: what applying the estimate came to.
+    /// * `refused`: why the estimate was not applied, if it was not.
+    #[must_use]
     pub fn new<const N: usize>(
-        applied: Result<Extrinsics<f32>, ApplyError>,
+        refused: Option<ApplyError>,
         calibrator: &Calibrator<f32, N>,
     ) -> Self {
         Self {
             magic: Self::MAGIC,
             generation: calibrator.generation().into(),
             in_use: Rig::of(calibrator.in_use()),
-            applied: codes::applied(applied),
+            applied: codes::applied(refused),
         }
     }
 

@@ -113,26 +113,26 @@ pub(super) fn direction(direction: Direction) -> u8 {
 }
 
 /// 0: applied.
-pub(super) fn applied<T>(applied: Result<T, ApplyError>) -> u8 {
-    match applied {
-        Ok(_) => NONE,
-        Err(ApplyError::NoProposal) => 1,
-        Err(ApplyError::Inconsistent) => 2,
-        Err(ApplyError::NotLocked(_)) => 3,
-        Err(ApplyError::Doubtful) => 4,
-        Err(ApplyError::Frozen) => 5,
-        Err(_) => OTHER,
+pub(super) fn applied(refused: Option<ApplyError>) -> u8 {
+    match refused {
+        None => NONE,
+        Some(ApplyError::NoProposal) => 1,
+        Some(ApplyError::Inconsistent) => 2,
+        Some(ApplyError::NotLocked(_)) => 3,
+        Some(ApplyError::Doubtful) => 4,
+        Some(ApplyError::Frozen) => 5,
+        Some(_) => OTHER,
     }
 }
 
 /// 0: taken. From 0x10 the left camera, from 0x20 the right one.
-pub(super) fn opening<T>(opened: Result<T, OpeningError>) -> u8 {
-    match opened {
-        Ok(_) => NONE,
-        Err(OpeningError::BadMagic(_)) => 1,
-        Err(OpeningError::Version(_)) => 2,
-        Err(OpeningError::Lens(_)) => 3,
-        Err(OpeningError::Camera(side, why)) => {
+pub(super) fn opening(refused: Option<OpeningError>) -> u8 {
+    match refused {
+        None => NONE,
+        Some(OpeningError::BadMagic(_)) => 1,
+        Some(OpeningError::Version(_)) => 2,
+        Some(OpeningError::Lens(_)) => 3,
+        Some(OpeningError::Camera(side, why)) => {
             let of_side = match side {
                 Side::Left => 0x10,
                 Side::Right => 0x20,

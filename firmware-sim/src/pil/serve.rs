@@ -41,7 +41,7 @@ pub fn serve<SPI: SpiDevice, RDY: InputPin>(
     let mut bytes = [0; Opening::BYTES];
     spi.read(&mut bytes).map_err(ServeError::Line)?;
     let opened = Opening::decode(bytes);
-    send(Greeting::new(opened, u16::try_from(CAPACITY).unwrap_or(u16::MAX)).as_bytes());
+    send(Greeting::new(opened.err(), u16::try_from(CAPACITY).unwrap_or(u16::MAX)).as_bytes());
     let Opening { pairs, cameras } = opened?;
 
     let mut controller = start(cameras);
@@ -57,7 +57,7 @@ pub fn serve<SPI: SpiDevice, RDY: InputPin>(
             _ => (),
         }
     }
-    let applied = app.apply();
-    send(EndAnswer::new(applied, app.calibrator()).as_bytes());
+    let refused = app.apply().err();
+    send(EndAnswer::new(refused, app.calibrator()).as_bytes());
     Ok(())
 }

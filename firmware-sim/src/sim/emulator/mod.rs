@@ -98,7 +98,9 @@ impl Emulator {
                 None => thread::sleep(POLL),
             }
         };
-        self.log.take().map(Log::finish);
+        if let Some(log) = self.log.take() {
+            log.finish();
+        }
         Ok(status)
     }
 }

@@ -121,7 +121,7 @@ fn hold<L: Read + Write>(
     }
     bar.finish_and_clear();
     let applied = app.apply();
-    let here = EndAnswer::new(applied, app.calibrator());
+    let here = EndAnswer::new(applied.err(), app.calibrator());
     let there = session.end()?;
     let end = differences(&here.parts(), &there.parts());
     let applied = match applied {

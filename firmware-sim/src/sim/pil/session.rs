@@ -163,7 +163,7 @@ mod tests {
     }
 
     fn greeting() -> Greeting {
-        Greeting::new(Ok(()), 512)
+        Greeting::new(None, 512)
     }
 
     fn opened(answers: &[&[u8]]) -> Session<Script> {
@@ -201,7 +201,7 @@ mod tests {
     #[test]
     fn a_refusal_is_told_with_its_code() {
         use firmware_sim::pil::OpeningError;
-        let refusal = Greeting::new::<()>(Err(OpeningError::Version(2)), 512);
+        let refusal = Greeting::new(Some(OpeningError::Version(2)), 512);
         let open = Session::open(Script::new(&[refusal.as_bytes()]), &opening());
         assert!(matches!(open, Err(SessionError::Refused(2))));
     }
