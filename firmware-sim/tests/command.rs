@@ -155,6 +155,41 @@ fn in_the_loop_what_is_missing_is_named() {
     assert!(err.contains("apt-get install qemu-system-arm"), "{err}");
 }
 
+/// Runs `pil` with a script in the place of QEMU, and a second of patience.
+#[cfg(unix)]
+fn with_qemu(folder: &Path, script: &str) -> (Option<i32>, String) {
+    use std::os::unix::fs::PermissionsExt;
+    let qemu = folder.join("qemu-system-arm");
+    fs::write(&qemu, format!("#!/bin/sh\n{script}\n")).unwrap();
+    fs::set_permissions(&qemu, fs::Permissions::from_mode(0o755)).unwrap();
+    fs::write(folder.join("some.elf"), "").unwrap();
+    let path = format!("{}:{}", folder.display(), std::env::var("PATH").unwrap());
+    let mut command = Command::new(env!("CARGO_BIN_EXE_firmware-sim"));
+    command.args(["pil", "--image", "some.elf", "--timeout", "1"]);
+    let output = command.current_dir(folder).env("PATH", path).output().unwrap();
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+}
+
+#[cfg(unix)]
+#[test]
+fn in_the_loop_a_qemu_that_ends_at_once_is_told_with_its_status() {
+    let (code, err) = with_qemu(&folder("short_qemu"), "exit 3");
+    assert_eq!(code, Some(1));
+    assert!(err.contains("ended before it was there") && err.contains('3'), "{err}");
+}
+
+#[cfg(unix)]
+#[test]
+fn in_the_loop_a_qemu_that_never_comes_is_given_up_and_ended() {
+    let folder = folder("late_qemu");
+    let (code, err) = with_qemu(&folder, "echo $$ > pid; exec sleep 600");
+    assert_eq!(code, Some(1));
+    assert!(err.contains("did not come to the line within 1 s"), "{err}");
+    let pid = fs::read_to_string(folder.join("pid")).unwrap();
+    let alive = Command::new("kill").args(["-0", pid.trim()]).output().unwrap();
+    assert!(!alive.status.success(), "it still runs");
+}
+
 #[test]
 fn in_the_loop_an_option_that_cannot_be_is_refused_by_its_name() {
     let folder = folder("in_no_loop");

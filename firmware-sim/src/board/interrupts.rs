@@ -6,22 +6,20 @@ use cortex_m::interrupt::InterruptNumber;
 pub const NVIC_PRIO_BITS: u8 = 3;
 
 /// Vectors up to the last interrupt that may be handled.
-const VECTORS: usize = Interrupt::TIMER1 as usize + 1;
+const VECTORS: usize = Interrupt::TIMER0 as usize + 1;
 
-/// The timers. What the UART and the others of the board would raise stays off.
+/// The timer's. What the UART and the others of the board would raise stays off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u16)]
 pub enum Interrupt {
     /// Of [`super::Timer`].
     TIMER0 = 8,
-    /// Free, as what a scheduler dispatches its tasks by.
-    TIMER1 = 9,
 }
 
 // As the scheduler calls it.
 pub use Interrupt as interrupt;
 
-// SAFETY: the numbers are those of the board, each once.
+// SAFETY: the number is that of the board.
 unsafe impl InterruptNumber for Interrupt {
     fn number(self) -> u16 {
         self as u16
@@ -30,10 +28,9 @@ unsafe impl InterruptNumber for Interrupt {
 
 type Handler = unsafe extern "C" fn();
 
-// SAFETY: `device.x` names a handler for each that the firmware leaves out.
+// SAFETY: `device.x` names a handler where the firmware has none.
 unsafe extern "C" {
     fn TIMER0();
-    fn TIMER1();
 }
 
 // SAFETY: the runtime reads the section as the vectors of interrupts 0 and up; an empty one is zero.
@@ -43,6 +40,5 @@ unsafe extern "C" {
 pub static __INTERRUPTS: [Option<Handler>; VECTORS] = {
     let mut vectors: [Option<Handler>; VECTORS] = [None; VECTORS];
     vectors[Interrupt::TIMER0 as usize] = Some(TIMER0);
-    vectors[Interrupt::TIMER1 as usize] = Some(TIMER1);
     vectors
 };
