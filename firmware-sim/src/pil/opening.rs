@@ -41,7 +41,7 @@ pub enum OpeningError {
     Camera(Side, CameraError),
 }
 
-/// The start of a session.
+/// The start of an exchange.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Opening {
     /// Pairs that will come.

@@ -1,4 +1,4 @@
-//! The controller's side of a session.
+//! The controller's side of an exchange.
 
 use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
@@ -11,7 +11,7 @@ use crate::app::{App, Event};
 use crate::controller::{CAPACITY, start};
 use crate::matcher::{Matcher, MatcherError};
 
-/// Why a session ended before its last pair.
+/// Why an exchange ended before its last pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum ServeError<S, P> {
@@ -26,7 +26,7 @@ pub enum ServeError<S, P> {
     Matcher(#[from] MatcherError<S, P>),
 }
 
-/// Serves one session, from the opening to the answer after the last pair.
+/// Serves one exchange, from the opening to the answer after the last pair.
 ///
 /// * `spi`, `ready`: what the host sends.
 /// * `send`: sends it an answer.

@@ -1,9 +1,9 @@
 //! Processor in the loop: every pair here and on an emulated controller, compared bit for bit.
 
 mod compare;
+mod exchange;
 mod image;
 mod line;
-mod session;
 mod table;
 
 use std::io::{Read, Write};
@@ -20,8 +20,8 @@ use super::drive::drive;
 use super::emulator::Emulator;
 use super::matcher::{SimMatcher, frame};
 use compare::{Difference, differences};
+use exchange::Exchange;
 use line::Listener;
-use session::Session;
 use table::Table;
 
 /// How long a firmware that hung up may take to end.
@@ -76,7 +76,7 @@ fn explained(error: anyhow::Error, emulator: &mut Emulator) -> anyhow::Error {
     }
 }
 
-/// What a session came to.
+/// What an exchange came to.
 struct Tally {
     /// Pairs that are the same.
     same: usize,
@@ -86,7 +86,7 @@ struct Tally {
     applied: String,
 }
 
-/// Holds a session: each pair here, there, and compared.
+/// Holds an exchange: each pair here, there, and compared.
 ///
 /// # Errors
 /// If the line or an answer fails, or the output does.
@@ -96,11 +96,11 @@ fn hold<L: Read + Write>(
     opening: &Opening,
     out: &mut impl Write,
 ) -> Result<Tally> {
-    let mut session = Session::open(line, opening)?;
+    let mut exchange = Exchange::open(line, opening)?;
     ensure!(
-        usize::from(session.capacity) == CAPACITY,
+        usize::from(exchange.capacity) == CAPACITY,
         "the controller has room for {} matches a pair, this program for {CAPACITY}",
-        session.capacity
+        exchange.capacity
     );
     let mut calibrator = Box::new(firmware_sim::start(opening.cameras));
     let matcher = SimMatcher::default();
@@ -113,7 +113,7 @@ fn hold<L: Read + Write>(
         matcher.send(sequence, pair);
         let driven = drive(&mut app)?;
         let here = PairAnswer::new(sequence, driven.taken, &driven.pair, app.calibrator());
-        let there = session.pair(sequence, &frame(sequence, pair));
+        let there = exchange.pair(sequence, &frame(sequence, pair));
         let there = there.with_context(|| format!("pair {sequence}"))?;
         let found = differences(&here.parts(), &there.parts());
         same += usize::from(found.is_empty());
@@ -123,7 +123,7 @@ fn hold<L: Read + Write>(
     bar.finish_and_clear();
     let applied = app.apply();
     let here = EndAnswer::new(applied.err(), app.calibrator());
-    let there = session.end()?;
+    let there = exchange.end()?;
     let end = differences(&here.parts(), &there.parts());
     let applied = match applied {
         Ok(_) => format!("applied, generation {}", app.calibrator().generation()),
@@ -182,10 +182,10 @@ mod tests {
         }
     }
 
-    /// A session with the firmware in a thread.
+    /// An exchange with the firmware in a thread.
     ///
     /// * `tamper`: what becomes of an answer on its way.
-    fn session(name: &str, tamper: fn(usize, &mut [u8])) -> (Result<Tally>, String, bool) {
+    fn exchange(name: &str, tamper: fn(usize, &mut [u8])) -> (Result<Tally>, String, bool) {
         let set = Dataset::load(&Dataset::shipped().join(name)).unwrap();
         let opening =
             Opening { pairs: set.pairs.len().try_into().unwrap(), cameras: set.cameras().unwrap() };
@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn the_firmware_in_a_thread_is_the_same_pair_by_pair_and_at_the_end() {
-        let (tally, table, served) = session("opencv_chess_corners", |_, _| ());
+        let (tally, table, served) = exchange("opencv_chess_corners", |_, _| ());
         let tally = tally.unwrap();
         assert_eq!((tally.same, tally.end.len(), served), (13, 0, true), "{table}");
         assert_eq!(tally.applied, "applied, generation 1");
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn a_set_beyond_capacity_is_selected_from_alike() {
-        let (tally, table, _) = session("aloe_sift", |_, _| ());
+        let (tally, table, _) = exchange("aloe_sift", |_, _| ());
         assert_eq!(tally.unwrap().same, 1, "{table}");
         assert!(table.contains("not taken"), "{table}");
     }
@@ -231,7 +231,7 @@ mod tests {
                 bytes[12] ^= 1;
             }
         };
-        let (tally, table, _) = session("opencv_chess_corners", last_bit_of_the_pairs_r);
+        let (tally, table, _) = exchange("opencv_chess_corners", last_bit_of_the_pairs_r);
         assert_eq!(tally.unwrap().same, 12, "{table}");
         assert!(table.contains("   2 DIFFER"), "{table}");
         assert!(table.contains("R, t of the pair: "), "{table}");
@@ -244,18 +244,18 @@ mod tests {
                 bytes[4] ^= 1;
             }
         };
-        let (tally, _, _) = session("opencv_chess_corners", generation);
+        let (tally, _, _) = exchange("opencv_chess_corners", generation);
         assert_eq!(tally.unwrap().end.len(), 1);
     }
 
     #[test]
-    fn an_answer_that_is_none_ends_the_session_with_the_number_of_the_pair() {
+    fn an_answer_that_is_none_ends_the_exchange_with_the_number_of_the_pair() {
         let garbage = |answer: usize, bytes: &mut [u8]| {
             if answer == 3 {
                 bytes[0] = 0;
             }
         };
-        let (tally, _, served) = session("opencv_chess_corners", garbage);
+        let (tally, _, served) = exchange("opencv_chess_corners", garbage);
         let error = format!("{:#}", tally.err().unwrap());
         assert!(error.starts_with("pair 2: the controller sent something else"), "{error}");
         assert!(!served, "the firmware sees the line closed");

@@ -1,4 +1,4 @@
-//! The host's side of a session, over any line.
+//! The host's side of an exchange, over any line.
 
 use std::io::{self, ErrorKind, Read, Write};
 
@@ -8,7 +8,7 @@ use zerocopy::{FromBytes, IntoBytes};
 
 /// Why the controller has not answered.
 #[derive(Debug, Error)]
-pub(super) enum SessionError {
+pub(super) enum ExchangeError {
     /// Nothing came in time.
     #[error("the controller has not sent {0} in time")]
     TimedOut(&'static str),
@@ -34,7 +34,7 @@ pub(super) enum SessionError {
     Line(#[source] io::Error),
 }
 
-impl SessionError {
+impl ExchangeError {
     /// * `awaited`: what should have come.
     fn of(error: io::Error, awaited: &'static str) -> Self {
         match error.kind() {
@@ -49,25 +49,25 @@ impl SessionError {
     }
 }
 
-/// A session with a controller at the other end of `line`, whose reads and writes end in time.
-pub(super) struct Session<L> {
+/// An exchange with a controller at the other end of `line`, whose reads and writes end in time.
+pub(super) struct Exchange<L> {
     line: L,
     /// Correspondences a pair that the controller has room for.
     pub(super) capacity: u16,
 }
 
-impl<L: Read + Write> Session<L> {
+impl<L: Read + Write> Exchange<L> {
     /// Opens: cameras there, greeting back.
     ///
     /// # Errors
-    /// [`SessionError`].
-    pub(super) fn open(mut line: L, opening: &Opening) -> Result<Self, SessionError> {
+    /// [`ExchangeError`].
+    pub(super) fn open(mut line: L, opening: &Opening) -> Result<Self, ExchangeError> {
         const AWAITED: &str = "its greeting";
         send(&mut line, &opening.encode(), AWAITED)?;
         let greeting: Greeting = receive(&mut line, AWAITED)?;
         match (greeting.is_valid(), greeting.refused()) {
-            (false, _) => Err(SessionError::Garbage(AWAITED)),
-            (true, Some(code)) => Err(SessionError::Refused(code)),
+            (false, _) => Err(ExchangeError::Garbage(AWAITED)),
+            (true, Some(code)) => Err(ExchangeError::Refused(code)),
             (true, None) => Ok(Self { line, capacity: greeting.capacity() }),
         }
     }
@@ -77,16 +77,20 @@ impl<L: Read + Write> Session<L> {
     /// * `sequence`: number of the frame.
     ///
     /// # Errors
-    /// [`SessionError`].
-    pub(super) fn pair(&mut self, sequence: u32, frame: &[u8]) -> Result<PairAnswer, SessionError> {
+    /// [`ExchangeError`].
+    pub(super) fn pair(
+        &mut self,
+        sequence: u32,
+        frame: &[u8],
+    ) -> Result<PairAnswer, ExchangeError> {
         const AWAITED: &str = "what became of a pair";
         send(&mut self.line, frame, AWAITED)?;
         let answer: PairAnswer = receive(&mut self.line, AWAITED)?;
         if !answer.is_valid() {
-            return Err(SessionError::Garbage(AWAITED));
+            return Err(ExchangeError::Garbage(AWAITED));
         }
         if answer.sequence() != sequence {
-            return Err(SessionError::Sequence { sent: sequence, answered: answer.sequence() });
+            return Err(ExchangeError::Sequence { sent: sequence, answered: answer.sequence() });
         }
         Ok(answer)
     }
@@ -94,25 +98,25 @@ impl<L: Read + Write> Session<L> {
     /// What is in use after the last pair.
     ///
     /// # Errors
-    /// [`SessionError`].
-    pub(super) fn end(mut self) -> Result<EndAnswer, SessionError> {
+    /// [`ExchangeError`].
+    pub(super) fn end(mut self) -> Result<EndAnswer, ExchangeError> {
         const AWAITED: &str = "what is in use";
         let answer: EndAnswer = receive(&mut self.line, AWAITED)?;
-        if answer.is_valid() { Ok(answer) } else { Err(SessionError::Garbage(AWAITED)) }
+        if answer.is_valid() { Ok(answer) } else { Err(ExchangeError::Garbage(AWAITED)) }
     }
 }
 
-fn send(line: &mut impl Write, bytes: &[u8], awaited: &'static str) -> Result<(), SessionError> {
+fn send(line: &mut impl Write, bytes: &[u8], awaited: &'static str) -> Result<(), ExchangeError> {
     let sent = line.write_all(bytes).and_then(|()| line.flush());
-    sent.map_err(|error| SessionError::of(error, awaited))
+    sent.map_err(|error| ExchangeError::of(error, awaited))
 }
 
 fn receive<A: FromBytes + IntoBytes>(
     line: &mut impl Read,
     awaited: &'static str,
-) -> Result<A, SessionError> {
+) -> Result<A, ExchangeError> {
     let mut answer = A::new_zeroed();
-    line.read_exact(answer.as_mut_bytes()).map_err(|error| SessionError::of(error, awaited))?;
+    line.read_exact(answer.as_mut_bytes()).map_err(|error| ExchangeError::of(error, awaited))?;
     Ok(answer)
 }
 
@@ -166,44 +170,44 @@ mod tests {
         Greeting::new(None, 512)
     }
 
-    fn opened(answers: &[&[u8]]) -> Session<Script> {
+    fn opened(answers: &[&[u8]]) -> Exchange<Script> {
         let greeting = greeting();
         let all = [&[greeting.as_bytes()], answers].concat();
-        Session::open(Script::new(&all), &opening()).unwrap()
+        Exchange::open(Script::new(&all), &opening()).unwrap()
     }
 
     #[test]
     fn an_opening_is_sent_and_the_greeting_read() {
-        let session = opened(&[]);
-        assert_eq!(session.capacity, 512);
-        assert_eq!(session.line.sent, opening().encode());
+        let exchange = opened(&[]);
+        assert_eq!(exchange.capacity, 512);
+        assert_eq!(exchange.line.sent, opening().encode());
     }
 
     #[test]
     fn silence_is_a_time_out_and_an_early_end_is_none() {
-        let open = |script: Script| Session::open(script, &opening()).err().unwrap();
-        assert!(matches!(open(Script::new(&[]).silent()), SessionError::TimedOut(_)));
-        assert!(matches!(open(Script::new(&[b"SCPG"]).silent()), SessionError::TimedOut(_)));
-        assert!(matches!(open(Script::new(&[b"SCPG"])), SessionError::Ended(_)));
-        assert!(matches!(opened(&[]).pair(0, b"x"), Err(SessionError::Ended(_))));
-        assert!(matches!(opened(&[]).end(), Err(SessionError::Ended(_))));
+        let open = |script: Script| Exchange::open(script, &opening()).err().unwrap();
+        assert!(matches!(open(Script::new(&[]).silent()), ExchangeError::TimedOut(_)));
+        assert!(matches!(open(Script::new(&[b"SCPG"]).silent()), ExchangeError::TimedOut(_)));
+        assert!(matches!(open(Script::new(&[b"SCPG"])), ExchangeError::Ended(_)));
+        assert!(matches!(opened(&[]).pair(0, b"x"), Err(ExchangeError::Ended(_))));
+        assert!(matches!(opened(&[]).end(), Err(ExchangeError::Ended(_))));
     }
 
     #[test]
     fn garbage_is_told_from_an_answer() {
         let garbage = [0x55_u8; 300];
-        let open = Session::open(Script::new(&[&garbage]), &opening());
-        assert!(matches!(open, Err(SessionError::Garbage(_))));
-        assert!(matches!(opened(&[&garbage]).pair(0, b"x"), Err(SessionError::Garbage(_))));
-        assert!(matches!(opened(&[&garbage]).end(), Err(SessionError::Garbage(_))));
+        let open = Exchange::open(Script::new(&[&garbage]), &opening());
+        assert!(matches!(open, Err(ExchangeError::Garbage(_))));
+        assert!(matches!(opened(&[&garbage]).pair(0, b"x"), Err(ExchangeError::Garbage(_))));
+        assert!(matches!(opened(&[&garbage]).end(), Err(ExchangeError::Garbage(_))));
     }
 
     #[test]
     fn a_refusal_is_told_with_its_code() {
         use firmware_sim::pil::OpeningError;
         let refusal = Greeting::new(Some(OpeningError::Version(2)), 512);
-        let open = Session::open(Script::new(&[refusal.as_bytes()]), &opening());
-        assert!(matches!(open, Err(SessionError::Refused(2))));
+        let open = Exchange::open(Script::new(&[refusal.as_bytes()]), &opening());
+        assert!(matches!(open, Err(ExchangeError::Refused(2))));
     }
 
     #[test]
@@ -211,7 +215,7 @@ mod tests {
         let mut answer = [0; size_of::<PairAnswer>()];
         answer[..5].copy_from_slice(b"SCPA\x07");
         let wrong = opened(&[&answer]).pair(8, b"x");
-        assert!(matches!(wrong, Err(SessionError::Sequence { sent: 8, answered: 7 })));
+        assert!(matches!(wrong, Err(ExchangeError::Sequence { sent: 8, answered: 7 })));
         assert!(opened(&[&answer]).pair(7, b"x").is_ok());
     }
 }
