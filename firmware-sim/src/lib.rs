@@ -4,9 +4,13 @@
 //! traits. [`App`]: the application loop over driver and calibrator. No heap, no clock; every call
 //! is bounded by the length of one frame or by four passes over one batch: a pair's last, which judges
 //! it and both calibrations. Scalar: `f32`.
+//!
+//! Two stand in for the matcher: [`baked`], a recording in flash, and [`pil`], a host at the other end
+//! of a line. The board of the latter is the module `board`, on the controller alone.
 
 #![no_std]
-#![forbid(unsafe_code)]
+#![cfg_attr(not(target_os = "none"), forbid(unsafe_code))]
+#![cfg_attr(target_os = "none", deny(unsafe_code))]
 #![deny(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -20,9 +24,15 @@
 extern crate std;
 
 mod app;
+pub mod baked;
+#[cfg(target_os = "none")]
+#[expect(unsafe_code, reason = "registers")]
+#[expect(clippy::as_conversions, reason = "their addresses")]
+pub mod board;
 mod controller;
 pub mod frame;
 mod matcher;
+pub mod pil;
 #[cfg(test)]
 mod test_bus;
 

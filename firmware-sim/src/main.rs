@@ -1,21 +1,13 @@
-//! The firmware on a host: the application loop, fed by a simulated matcher.
+//! The firmware: on a host fed by a simulated matcher, on the controller by a recording in flash.
+#![cfg_attr(target_os = "none", no_std, no_main)]
 #![allow(clippy::doc_markdown, reason = "doc comments of arguments are the help text")]
 
+#[cfg(target_os = "none")]
+mod flash;
+#[cfg(not(target_os = "none"))]
 mod sim;
 
-use std::process::ExitCode;
-
-use clap::Parser;
-use host_tests::is_broken_pipe;
-
-fn main() -> ExitCode {
-    match sim::run(&sim::Cli::parse(), &mut std::io::stdout()) {
-        Ok(()) => ExitCode::SUCCESS,
-        // Whoever read the output has seen enough.
-        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+#[cfg(not(target_os = "none"))]
+fn main() -> std::process::ExitCode {
+    sim::main()
 }

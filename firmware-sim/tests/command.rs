@@ -139,10 +139,76 @@ fn a_flight_that_does_not_end_locked_plots_and_says_so_and_fails() {
 }
 
 #[test]
-fn help_teaches_both_ways_to_run_it() {
+fn in_the_loop_what_is_missing_is_named() {
+    let folder = folder("in_the_loop");
+    let (output, _, err) = run(&folder, &["pil", "--image", "none.elf"]);
+    assert_eq!(output.status.code(), Some(1), "{err}");
+    assert!(err.contains("there is no image none.elf"), "{err}");
+
+    fs::write(folder.join("some.elf"), "").unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_firmware-sim"));
+    // Where there is no QEMU.
+    command.current_dir(&folder).env("PATH", &folder).args(["pil", "--image", "some.elf"]);
+    let output = command.output().unwrap();
+    let err = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{err}");
+    assert!(err.contains("apt-get install qemu-system-arm"), "{err}");
+}
+
+/// Runs `pil` with a script in the place of QEMU, and a second of patience.
+#[cfg(unix)]
+fn with_qemu(folder: &Path, script: &str) -> (Option<i32>, String) {
+    use std::os::unix::fs::PermissionsExt;
+    let qemu = folder.join("qemu-system-arm");
+    fs::write(&qemu, format!("#!/bin/sh\n{script}\n")).unwrap();
+    fs::set_permissions(&qemu, fs::Permissions::from_mode(0o755)).unwrap();
+    fs::write(folder.join("some.elf"), "").unwrap();
+    let path = format!("{}:{}", folder.display(), std::env::var("PATH").unwrap());
+    let mut command = Command::new(env!("CARGO_BIN_EXE_firmware-sim"));
+    command.args(["pil", "--image", "some.elf", "--timeout", "1"]);
+    let output = command.current_dir(folder).env("PATH", path).output().unwrap();
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+}
+
+#[cfg(unix)]
+#[test]
+fn in_the_loop_a_qemu_that_ends_at_once_is_told_with_its_status() {
+    let (code, err) = with_qemu(&folder("short_qemu"), "exit 3");
+    assert_eq!(code, Some(1));
+    assert!(err.contains("ended before it was there") && err.contains('3'), "{err}");
+}
+
+#[cfg(unix)]
+#[test]
+fn in_the_loop_a_qemu_that_never_comes_is_given_up_and_ended() {
+    let folder = folder("late_qemu");
+    let (code, err) = with_qemu(&folder, "echo $$ > pid; exec sleep 600");
+    assert_eq!(code, Some(1));
+    assert!(err.contains("did not come to the line within 1 s"), "{err}");
+    let pid = fs::read_to_string(folder.join("pid")).unwrap();
+    let alive = Command::new("kill").args(["-0", pid.trim()]).output().unwrap();
+    assert!(!alive.status.success(), "it still runs");
+}
+
+#[test]
+fn in_the_loop_an_option_that_cannot_be_is_refused_by_its_name() {
+    let folder = folder("in_no_loop");
+    for (option, bad) in [("--machine", "mps3"), ("--timeout", "0"), ("--timeout", "1.5")] {
+        let (output, out, err) = run(&folder, &["pil", option, bad]);
+        assert_eq!((output.status.code(), out.as_str()), (Some(2), ""), "{option} {bad}");
+        assert!(err.contains(option), "{err}");
+    }
+    let (_, _, err) = run(&folder, &["pil", "nowhere", "--image", "none.elf"]);
+    assert!(err.contains("nowhere does not exist"), "{err}");
+}
+
+#[test]
+fn help_teaches_every_way_to_run_it() {
     let folder = folder("help");
     let (_, out, _) = run(&folder, &["--help"]);
     assert!(out.contains("cargo run --release -- flight") && out.contains("DATASET"), "{out}");
     let (_, out, _) = run(&folder, &["flight", "--help"]);
     assert!(out.contains("--baseline") && out.contains("Exit status"), "{out}");
+    let (_, out, _) = run(&folder, &["pil", "--help"]);
+    assert!(out.contains("mps2-an500") && out.contains("Exit status"), "{out}");
 }

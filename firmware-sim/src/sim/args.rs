@@ -1,10 +1,13 @@
 //! The command line.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
 use host_tests::dataset::Dataset;
+
+use super::emulator::Machine;
 
 /// Run the controller's firmware on this computer, with a recorded data set in place of the
 /// matcher.
@@ -36,9 +39,10 @@ Examples:
   cargo run --release
   cargo run --release -- opencv_chess_corners
   cargo run --release -- path/to/my_recording --plot my_recording.svg
-  cargo run --release -- flight"
+  cargo run --release -- flight
+  cargo run --release -- pil motorcycle_sift"
 )]
-pub(crate) struct Cli {
+pub(super) struct Cli {
     #[command(subcommand)]
     pub(super) command: Option<Command>,
 
@@ -49,6 +53,9 @@ pub(crate) struct Cli {
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
     Flight(FlightArgs),
+    Pil(PilArgs),
+    #[cfg(feature = "logs")]
+    Emulate(EmulateArgs),
 }
 
 #[derive(Debug, Args)]
@@ -121,6 +128,73 @@ pub(super) struct FlightArgs {
     /// Where the plot goes (SVG); folders are created.
     #[arg(long, value_name = "FILE", default_value = "target/firmware-sim/flight.svg")]
     pub(super) plot: PathBuf,
+}
+
+/// Run the same pairs here and on an emulated controller, and compare what comes of each, bit for bit.
+///
+/// The image is built for the controller and started in QEMU. Cameras and frames go into its UART, and
+/// through the firmware's own decoder and loop; after each pair it sends what it made of it: R and t of
+/// the pair and of the estimate, deviations, passes, state, verdict, health. This computer does the same
+/// with the same code. Arithmetic is f32 on both.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Columns: `bits` says whether all that the controller sent is the same, the others \
+are those of the replay (`--help` of the program), of both.
+
+Needs qemu-system-arm, and a compiler for thumbv7em-none-eabihf as .cargo/for-target finds it.
+
+Exit status: 0 if every pair is the same in all bits, 1 if not, or if the controller does not answer.
+
+Examples:
+  cargo run --release -- pil opencv_chess_sift
+  cargo run --release -- pil path/to/my_recording --machine mps2-an500
+  cargo run --release --features logs -- pil aloe_sift    # with the controller's own log"
+)]
+pub(super) struct PilArgs {
+    /// Folder of a data set, or the name of one that comes with the project.
+    #[arg(value_name = "DATASET", default_value = "opencv_chess_sift")]
+    set: PathBuf,
+
+    /// Board that QEMU emulates.
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) machine: Machine,
+
+    /// Image to run in place of the one that would be built.
+    #[arg(long, value_name = "FILE")]
+    pub(super) image: Option<PathBuf>,
+
+    /// Longest wait for an answer, s.
+    #[arg(long, value_name = "S", default_value = "60", value_parser = seconds)]
+    pub(super) timeout: Duration,
+}
+
+impl PilArgs {
+    /// Reads the data set.
+    pub(super) fn dataset(&self) -> Result<Dataset> {
+        Dataset::find(&self.set)
+    }
+}
+
+/// Run a controller image in QEMU and print its log. Cargo calls this for `run`.
+#[cfg(feature = "logs")]
+#[derive(Debug, Args)]
+#[command(after_help = "Exit status: that of the firmware, or 1 if it does not end in time.")]
+pub(super) struct EmulateArgs {
+    /// Image, as built.
+    pub(super) image: PathBuf,
+
+    /// Board that QEMU emulates.
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) machine: Machine,
+
+    /// Longest run, s.
+    #[arg(long, value_name = "S", default_value = "300", value_parser = seconds)]
+    pub(super) timeout: Duration,
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().filter(|s| (1..=86_400).contains(s));
+    seconds.map(Duration::from_secs).ok_or_else(|| "1 to 86400 whole seconds are needed".into())
 }
 
 fn knock(text: &str) -> Result<f64, String> {

@@ -30,15 +30,18 @@ impl SimMatcher {
         Matcher::new(SimSpi(Rc::clone(&self.wire)), SimReady(Rc::clone(&self.wire)))
     }
 
-    /// Puts a pair on the bus as one frame and raises data-ready. A match that no frame can carry
-    /// (beyond its range, or beyond its 65535 records) stays behind.
+    /// Puts a pair on the bus as one frame and raises data-ready.
     pub(crate) fn send(&self, sequence: u32, pair: &[Match]) {
-        let records: Vec<Record> = pair.iter().filter_map(record).take(u16::MAX.into()).collect();
-        let count = u16::try_from(records.len()).unwrap_or(u16::MAX);
-        let mut wire = self.wire.borrow_mut();
-        wire.extend(FrameHeader { sequence, count }.encode());
-        wire.extend(records.as_bytes());
+        self.wire.borrow_mut().extend(frame(sequence, pair));
     }
+}
+
+/// A pair as one frame. A match that no frame can carry (beyond its range, or beyond its 65535 records)
+/// stays behind.
+pub(crate) fn frame(sequence: u32, pair: &[Match]) -> Vec<u8> {
+    let records: Vec<Record> = pair.iter().filter_map(record).take(u16::MAX.into()).collect();
+    let count = u16::try_from(records.len()).unwrap_or(u16::MAX);
+    [&FrameHeader { sequence, count }.encode()[..], records.as_bytes()].concat()
 }
 
 /// On the grid of the wire, which is then the grid of the coordinates too.

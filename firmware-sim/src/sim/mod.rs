@@ -3,31 +3,53 @@
 
 mod args;
 mod drive;
+mod emulator;
 mod flight;
 mod matcher;
+mod pil;
 mod play;
 mod report;
 mod words;
 
-use std::io::Write;
+use std::io::{self, Write};
+use std::process::ExitCode;
 
 use anyhow::{Context, Result};
+use clap::Parser;
 use firmware_sim::App;
-use host_tests::plot;
+use host_tests::{is_broken_pipe, plot};
 
-pub(crate) use args::Cli;
-use args::{Command, ReplayArgs};
+use args::{Cli, Command, ReplayArgs};
 use matcher::SimMatcher;
+
+/// The program.
+pub(crate) fn main() -> ExitCode {
+    match run(&Cli::parse(), &mut io::stdout()) {
+        Ok(code) => code,
+        // Whoever read the output has seen enough.
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
 
 /// Does what the command line asks for.
 ///
 /// # Errors
 /// As the parts say.
-pub(crate) fn run(cli: &Cli, out: &mut impl Write) -> Result<()> {
+fn run(cli: &Cli, out: &mut impl Write) -> Result<ExitCode> {
     match &cli.command {
-        Some(Command::Flight(args)) => flight::run(args, out),
-        None => replay(&cli.replay, out),
+        Some(Command::Flight(args)) => flight::run(args, out)?,
+        Some(Command::Pil(args)) => pil::run(args, out)?,
+        #[cfg(feature = "logs")]
+        Some(Command::Emulate(args)) => {
+            return emulator::run(&args.image, args.machine, args.timeout);
+        }
+        None => replay(&cli.replay, out)?,
     }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Plays the data set and prints what comes of it.

@@ -1,0 +1,92 @@
+//! A data set as the matcher's frames, and its rig as numbers. The test in `tests/baked.rs` holds the
+//! bytes to those of the simulated matcher.
+
+use std::ffi::OsStr;
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use serde_json::Value;
+
+/// Writes `frames.bin` and `recording.rs`.
+pub(crate) fn bake(set: &Path, out: &Path) -> Result<()> {
+    println!("cargo::rerun-if-changed={}", set.display());
+    let mut files: Vec<PathBuf> = fs::read_dir(set.join("pairs"))
+        .with_context(|| format!("pairs of {}", set.display()))?
+        .map(|entry| Ok(entry?.path()))
+        .collect::<Result<_>>()?;
+    files.sort();
+    let mut bytes = Vec::new();
+    for (sequence, file) in (0_u32..).zip(&files) {
+        let text = fs::read_to_string(file)?;
+        frame(&mut bytes, sequence, &text).with_context(|| file.display().to_string())?;
+    }
+    fs::write(out.join("frames.bin"), bytes)?;
+    let meta = set.join("meta.json");
+    let meta = serde_json::from_str(&fs::read_to_string(meta)?).context("meta.json")?;
+    fs::write(out.join("recording.rs"), constants(set, &meta, files.len())?)?;
+    Ok(())
+}
+
+/// Header and records as `src/frame.rs` has them.
+fn frame(bytes: &mut Vec<u8>, sequence: u32, csv: &str) -> Result<()> {
+    let mut lines = csv.lines();
+    ensure!(lines.next() == Some("ul,vl,ur,vr,score"), "columns ul,vl,ur,vr,score are needed");
+    let rows: Vec<[f32; 5]> = lines.map(row).collect::<Result<_>>()?;
+    bytes.extend(b"SCMF\x01\x08");
+    bytes.extend(u16::try_from(rows.len())?.to_le_bytes());
+    bytes.extend(sequence.to_le_bytes());
+    for [pixels @ .., score] in rows {
+        for px in pixels {
+            bytes.extend(fixed(px, 256.0, 24)?.to_le_bytes());
+        }
+        let score = u16::try_from(fixed(score, 65_535.0, 16)?)?;
+        let grid_step = 1_u16;
+        bytes.extend(score.to_le_bytes());
+        bytes.extend(grid_step.to_le_bytes());
+    }
+    Ok(())
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "rounded to f32, as the host does")]
+fn row(line: &str) -> Result<[f32; 5]> {
+    let numbers: Vec<f32> = line
+        .split(',')
+        // As the host reads them: through f64.
+        .map(|text| text.parse::<f64>().map(|x| x as f32).context("a number is needed"))
+        .collect::<Result<_>>()?;
+    numbers.try_into().ok().with_context(|| format!("not five numbers: {line}"))
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a whole number in range"
+)]
+fn fixed(x: f32, scale: f64, bits: u32) -> Result<u32> {
+    let steps = (f64::from(x) * scale).round();
+    ensure!(steps >= 0.0 && steps < f64::from(1_u32 << bits), "{x} does not fit the wire");
+    Ok(steps as u32)
+}
+
+/// The rig as constants.
+fn constants(set: &Path, meta: &Value, pairs: usize) -> Result<String> {
+    ensure!(meta["lens"].is_null(), "only the radial-tangential lens is baked");
+    let name = set.file_name().and_then(OsStr::to_str).context("a data set has a name")?;
+    let mut text = String::new();
+    writeln!(text, "pub const NAME: &str = {name:?};")?;
+    writeln!(text, "pub const PAIRS: u32 = {pairs};")?;
+    writeln!(text, "pub(super) const SIZE: [u16; 2] = [{}, {}];", meta["width"], meta["height"])?;
+    for (constant, key, kind) in [
+        ("LEFT", "K_l", "[[f64; 3]; 3]"),
+        ("RIGHT", "K_r", "[[f64; 3]; 3]"),
+        ("LEFT_LENS", "dist_l", "[f64; 5]"),
+        ("RIGHT_LENS", "dist_r", "[f64; 5]"),
+        ("R", "R", "[[f64; 3]; 3]"),
+        ("T", "t", "[f64; 3]"),
+    ] {
+        writeln!(text, "pub(super) const {constant}: {kind} = {};", meta[key])?;
+    }
+    Ok(text)
+}

@@ -1,0 +1,396 @@
+//! What the controller answers: fixed records, floats as their bits.
+//!
+//! A host makes the same record of its own run, and compares.
+
+use stereo_selfcal::{
+    ApplyError, Calibrator, Extrinsics, Fused, Health, PairError, PairReport, Proposal, Refusal,
+};
+use zerocopy::little_endian::{F32, U16, U32};
+use zerocopy::{FromBytes, FromZeros, Immutable, IntoBytes, Unaligned};
+
+use super::codes;
+use super::opening::OpeningError;
+use crate::app::PairOutcome;
+
+const VERSION: u8 = 1;
+
+/// Answer to an opening, 8 bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
+#[repr(C)]
+pub struct Greeting {
+    magic: [u8; 4],
+    version: u8,
+    refused: u8,
+    capacity: U16,
+}
+
+impl Greeting {
+    const MAGIC: [u8; 4] = *b"SCPG";
+
+    /// * `refused`: why the opening is not taken, if it is not.
+    /// * `capacity`: correspondences a pair that the controller has room for.
+    #[must_use]
+    pub fn new(refused: Option<OpeningError>, capacity: u16) -> Self {
+        let refused = codes::opening(refused);
+        Self { magic: Self::MAGIC, version: VERSION, refused, capacity: capacity.into() }
+    }
+
+    /// Whether the record is what it claims to be, of this version.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        self.magic == Self::MAGIC && self.version == VERSION
+    }
+
+    /// Why the opening was not taken: a number of [`Greeting::new`]; `None` if it was.
+    #[must_use]
+    pub fn refused(&self) -> Option<u8> {
+        (self.refused != codes::NONE).then_some(self.refused)
+    }
+
+    /// Correspondences a pair that the controller has room for.
+    #[must_use]
+    pub fn capacity(&self) -> u16 {
+        self.capacity.get()
+    }
+}
+
+/// What became of a pair, 227 bytes; parts that there is nothing of are zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
+#[repr(C)]
+pub struct PairAnswer {
+    magic: [u8; 4],
+    sequence: U32,
+    taken: U16,
+    /// Fused, refused or not solved.
+    outcome: u8,
+    state: u8,
+    pair: Solved,
+    estimate: Estimate,
+    health: Judged,
+}
+
+/// `R` row-major, then `t`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
+#[repr(C)]
+struct Rig {
+    r: [F32; 9],
+    t: [F32; 3],
+}
+
+/// The pair alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
+#[repr(C)]
+struct Solved {
+    rig: Rig,
+    passes: U16,
+    stop: u8,
+    /// Where too few are usable too.
+    usable: U32,
+    screened: U32,
+    rms_px: [F32; 2],
+    noise_px: F32,
+}
+
+/// The estimate after the pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
+#[repr(C)]
+struct Estimate {
+    rig: Rig,
+    applicable: Rig,
+    pairs: U32,
+    /// Of `R`, of `t`, rad.
+    sd: [F32; 2],
+    /// 1 if there is an estimate, and its doubt.
+    verdicts: [u8; 2],
+}
+
+/// Health over the pair's matches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
+#[repr(C)]
+struct Judged {
+    rms_px: [F32; 2],
+    fit: [U32; 2],
+    coverage: F32,
+    yaw: F32,
+    weakest_sd: F32,
+    /// 1 if there is health; its weakest direction, band, arming, doubt and rejection.
+    verdicts: [u8; 6],
+}
+
+/// A part of an answer, to be compared and shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Part<'a> {
+    /// What it is.
+    pub name: &'static str,
+    /// As on the wire.
+    pub bytes: &'a [u8],
+    /// Whether these are `f32`.
+    pub floats: bool,
+}
+
+fn numbers<'a>(name: &'static str, bytes: &'a (impl IntoBytes + Immutable + ?Sized)) -> Part<'a> {
+    Part { name, bytes: bytes.as_bytes(), floats: false }
+}
+
+fn floats<'a>(name: &'static str, bytes: &'a (impl IntoBytes + Immutable + ?Sized)) -> Part<'a> {
+    Part { name, bytes: bytes.as_bytes(), floats: true }
+}
+
+impl PairAnswer {
+    const MAGIC: [u8; 4] = *b"SCPA";
+
+    /// What became of a pair, and what the calibrator holds after it.
+    ///
+    /// * `taken`: correspondences in the batch.
+    #[must_use]
+    pub fn new<const N: usize>(
+        sequence: u32,
+        taken: usize,
+        pair: &PairOutcome,
+        calibrator: &Calibrator<f32, N>,
+    ) -> Self {
+        Self {
+            magic: Self::MAGIC,
+            sequence: sequence.into(),
+            // A batch holds 65535 at most.
+            taken: u16::try_from(taken).unwrap_or(u16::MAX).into(),
+            outcome: outcome(&pair.outcome),
+            state: codes::state(calibrator.state()),
+            pair: Solved::of(&pair.outcome),
+            estimate: Estimate::of(calibrator.proposal().as_ref()),
+            health: Judged::of(pair.health.as_ref()),
+        }
+    }
+
+    /// Whether the record is what it claims to be.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        self.magic == Self::MAGIC
+    }
+
+    /// The matcher's number of the frame.
+    #[must_use]
+    pub fn sequence(&self) -> u32 {
+        self.sequence.get()
+    }
+
+    /// All of it but the magic, part by part.
+    #[must_use]
+    pub fn parts(&self) -> [Part<'_>; 22] {
+        let Self { pair, estimate, health, .. } = self;
+        [
+            numbers("sequence", &self.sequence),
+            numbers("matches taken", &self.taken),
+            numbers("outcome", &self.outcome),
+            numbers("state", &self.state),
+            floats("R, t of the pair", &pair.rig),
+            numbers("passes", &pair.passes),
+            numbers("stop", &pair.stop),
+            numbers("usable", &pair.usable),
+            numbers("screened", &pair.screened),
+            floats("row offsets of the pair", &pair.rms_px),
+            floats("noise", &pair.noise_px),
+            floats("R, t of the estimate", &estimate.rig),
+            floats("R, t to be applied", &estimate.applicable),
+            numbers("pairs behind the estimate", &estimate.pairs),
+            floats("standard deviations", &estimate.sd),
+            numbers("doubt", &estimate.verdicts),
+            floats("health: row offsets", &health.rms_px),
+            numbers("health: matches that fit", &health.fit),
+            floats("health: coverage", &health.coverage),
+            floats("health: yaw", &health.yaw),
+            floats("health: weakest deviation", &health.weakest_sd),
+            numbers("health: verdicts", &health.verdicts),
+        ]
+    }
+}
+
+fn outcome(outcome: &Result<(PairReport<f32>, Result<Fused, Refusal>), PairError>) -> u8 {
+    match *outcome {
+        Ok((_, Ok(fused))) => codes::fused(fused),
+        Ok((_, Err(why))) => codes::refusal(why),
+        Err(why) => codes::pair_error(why),
+    }
+}
+
+impl Rig {
+    fn of(extrinsics: &Extrinsics<f32>) -> Self {
+        let t = extrinsics.translation();
+        Self { r: extrinsics.rotation_row_major().map(F32::new), t: [t.x, t.y, t.z].map(F32::new) }
+    }
+}
+
+impl Solved {
+    fn of(outcome: &Result<(PairReport<f32>, Result<Fused, Refusal>), PairError>) -> Self {
+        let nothing = Self::new_zeroed();
+        match outcome {
+            Ok((report, _)) => Self {
+                rig: Rig::of(&report.extrinsics),
+                passes: report.passes.into(),
+                stop: codes::stop(report.stop),
+                usable: report.usable.into(),
+                screened: report.screened.into(),
+                rms_px: [report.rms_px_before, report.rms_px_after].map(F32::new),
+                noise_px: F32::new(report.noise_px),
+            },
+            Err(PairError::TooFew { usable, .. }) => Self { usable: (*usable).into(), ..nothing },
+            Err(_) => nothing,
+        }
+    }
+}
+
+impl Estimate {
+    fn of(proposal: Option<&Proposal<f32>>) -> Self {
+        let Some(proposal) = proposal else { return Self::new_zeroed() };
+        Self {
+            rig: Rig::of(&proposal.extrinsics),
+            applicable: Rig::of(&proposal.applicable),
+            pairs: proposal.pairs.into(),
+            sd: [proposal.sd.rotation, proposal.sd.translation].map(F32::new),
+            verdicts: [1, proposal.doubt.map_or(codes::NONE, codes::doubt)],
+        }
+    }
+}
+
+impl Judged {
+    fn of(health: Option<&Health<f32>>) -> Self {
+        let Some(health) = health else { return Self::new_zeroed() };
+        let (weakest, weakest_sd) = match health.weakest {
+            Some((direction, sd)) => (codes::direction(direction), sd),
+            None => (codes::NONE, 0.0),
+        };
+        Self {
+            rms_px: [health.in_use_px, health.proposed_px].map(F32::new),
+            fit: [health.fit_in_use, health.fit_proposed].map(U32::new),
+            coverage: F32::new(health.coverage),
+            yaw: F32::new(health.yaw),
+            weakest_sd: F32::new(weakest_sd),
+            verdicts: [
+                1,
+                weakest,
+                codes::band(health.band),
+                codes::arming(health.arming),
+                health.doubt.map_or(codes::NONE, codes::doubt),
+                health.rejection.map_or(codes::NONE, codes::rejection),
+            ],
+        }
+    }
+}
+
+/// What is in use after the last pair, 57 bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
+#[repr(C)]
+pub struct EndAnswer {
+    magic: [u8; 4],
+    generation: U32,
+    in_use: Rig,
+    applied: u8,
+}
+
+impl EndAnswer {
+    const MAGIC: [u8; 4] = *b"SCPE";
+
+    /// * `refused`: why the estimate was not applied, if it was not.
+    #[must_use]
+    pub fn new<const N: usize>(
+        refused: Option<ApplyError>,
+        calibrator: &Calibrator<f32, N>,
+    ) -> Self {
+        Self {
+            magic: Self::MAGIC,
+            generation: calibrator.generation().into(),
+            in_use: Rig::of(calibrator.in_use()),
+            applied: codes::applied(refused),
+        }
+    }
+
+    /// Whether the record is what it claims to be.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        self.magic == Self::MAGIC
+    }
+
+    /// All of it but the magic, part by part.
+    #[must_use]
+    pub fn parts(&self) -> [Part<'_>; 3] {
+        [
+            numbers("generation", &self.generation),
+            floats("R, t in use", &self.in_use),
+            numbers("applied", &self.applied),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Record;
+    use crate::test_bus::record;
+    use crate::{Controller, start};
+    use std::vec::Vec;
+    use stereo_selfcal::{Camera, Cameras, Intrinsics, Lens};
+
+    fn controller() -> Controller {
+        let intrinsics =
+            Intrinsics { focal: [1400.0; 2], principal: [960.0, 600.0], size: [1920, 1200] };
+        let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
+        start(Cameras { left: camera, right: camera })
+    }
+
+    fn solved(controller: &mut Controller, matches: u16) -> PairOutcome {
+        for c in (0..matches).map(|i| Record::decode(&record(i))) {
+            controller.push(&c).unwrap();
+        }
+        let outcome = crate::solve_and_fuse(controller);
+        PairOutcome { outcome, health: controller.health() }
+    }
+
+    #[test]
+    fn lengths_are_those_of_the_wire() {
+        assert_eq!([size_of::<Greeting>(), size_of::<PairAnswer>()], [8, 227]);
+        assert_eq!(size_of::<EndAnswer>(), 57);
+    }
+
+    #[test]
+    fn an_answer_is_laid_out_in_the_order_of_its_parts() {
+        let mut controller = controller();
+        let pair = solved(&mut controller, 60);
+        let answer = PairAnswer::new(7, 60, &pair, &controller);
+        let bytes = answer.as_bytes();
+        assert_eq!(bytes[..12], [b'S', b'C', b'P', b'A', 7, 0, 0, 0, 60, 0, 1, 1]);
+        let (report, _) = pair.outcome.unwrap();
+        let r = report.extrinsics.rotation_row_major();
+        assert_eq!(bytes[12..16], r[0].to_le_bytes());
+        assert_eq!(bytes[56..60], report.extrinsics.translation().z.to_le_bytes());
+        assert_eq!(bytes[60..62], report.passes.to_le_bytes());
+        assert_eq!(answer.parts().iter().map(|part| part.bytes.len()).sum::<usize>(), 227 - 4);
+    }
+
+    #[test]
+    fn a_pair_without_a_solution_has_its_reason_and_zeros() {
+        let mut controller = controller();
+        let pair = solved(&mut controller, 5);
+        let answer = PairAnswer::new(0, 5, &pair, &controller);
+        assert_eq!((answer.outcome, answer.pair.usable.get()), (0x22, 5));
+        assert_eq!((answer.pair.rig.r, answer.estimate.verdicts), ([F32::ZERO; 9], [0, 0]));
+        assert!(answer.health.as_bytes().iter().all(|&byte| byte == 0));
+    }
+
+    #[test]
+    fn one_bit_of_the_estimate_shows_in_its_part_alone() {
+        let mut controller = controller();
+        let pair = solved(&mut controller, 60);
+        let answer = PairAnswer::new(0, 60, &pair, &controller);
+        let mut other = answer;
+        let [x, ..] = &mut other.estimate.rig.t;
+        *x = F32::new(f32::from_bits(x.get().to_bits() ^ 1));
+        let differ: Vec<&str> = answer
+            .parts()
+            .iter()
+            .zip(other.parts())
+            .filter(|(a, b)| *a != b)
+            .map(|(a, _)| a.name)
+            .collect();
+        assert_eq!(differ, ["R, t of the estimate"]);
+    }
+}

@@ -1,0 +1,76 @@
+//! The image, built for the controller by the project's own script.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+
+use serde_json::Value;
+use thiserror::Error;
+
+use super::super::emulator::Machine;
+
+const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Cargo's variable for the flags of that target.
+const RUSTFLAGS: &str = "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS";
+
+/// Why there is no image.
+#[derive(Debug, Error)]
+pub(super) enum ImageError {
+    /// The script is not there: the program runs outside of its workspace.
+    #[error("{}: {why}; give an image with --image", .script.display())]
+    NoScript {
+        /// Where it should be.
+        script: PathBuf,
+        /// What the system says.
+        why: io::Error,
+    },
+    /// It failed, and has said why.
+    #[error("the image for the controller was not built ({0}); see above")]
+    NotBuilt(ExitStatus),
+    /// It said nothing of an image.
+    #[error("the build named no image")]
+    NotNamed,
+}
+
+/// Builds the image for a board: with the instructions that its core has.
+///
+/// # Errors
+/// [`ImageError`].
+pub(super) fn build(machine: Machine) -> Result<PathBuf, ImageError> {
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let script = workspace.join(".cargo/for-target");
+    let mut build = Command::new(&script);
+    build
+        .current_dir(&workspace)
+        .args([TARGET, "build", "-p", "firmware-sim", "--bin", "firmware-pil"])
+        .args(["--features", "pil", "--message-format=json-render-diagnostics"])
+        .envs(machine.rustflags().map(|flags| (RUSTFLAGS, flags)))
+        .stderr(Stdio::inherit());
+    let build = build.output().map_err(|why| ImageError::NoScript { script, why })?;
+    if !build.status.success() {
+        return Err(ImageError::NotBuilt(build.status));
+    }
+    named(&build.stdout).ok_or(ImageError::NotNamed)
+}
+
+/// The executable in cargo's messages.
+fn named(messages: &[u8]) -> Option<PathBuf> {
+    let messages = serde_json::Deserializer::from_slice(messages).into_iter::<Value>();
+    messages.flatten().filter_map(|m| m["executable"].as_str().map(PathBuf::from)).last()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_executable_is_found_among_the_messages() {
+        let messages = br#"{"reason":"compiler-artifact","executable":null}
+{"reason":"compiler-artifact","executable":"/a/firmware-pil"}
+{"reason":"build-finished","success":true}
+"#;
+        assert_eq!(named(messages), Some("/a/firmware-pil".into()));
+        assert_eq!(named(br#"{"reason":"build-finished","success":true}"#), None);
+    }
+}

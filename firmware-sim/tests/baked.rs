@@ -1,0 +1,43 @@
+//! What the build script bakes into the image is what the simulated matcher sends.
+
+#[path = "../src/sim/matcher.rs"]
+mod matcher;
+
+use firmware_sim::baked::{FRAMES, NAME, PAIRS, Tape, cameras, truth};
+use firmware_sim::{App, Event, start};
+use host_tests::dataset::Dataset;
+use matcher::SimMatcher;
+
+fn set() -> Dataset {
+    Dataset::load(&Dataset::shipped().join(NAME)).unwrap()
+}
+
+#[test]
+fn the_frames_are_those_of_the_simulated_matcher_byte_for_byte() {
+    let set = set();
+    let sent = (0..).zip(&set.pairs).flat_map(|(i, pair)| matcher::frame(i, pair));
+    assert!(sent.eq(FRAMES.iter().copied()));
+}
+
+#[test]
+fn cameras_and_truth_are_those_of_the_data_set() {
+    let set = set();
+    assert_eq!(PAIRS as usize, set.pairs.len());
+    assert_eq!(cameras().unwrap(), set.cameras().unwrap());
+    assert_eq!(truth().unwrap(), set.truth().unwrap());
+}
+
+#[test]
+fn the_tape_and_the_simulated_matcher_lead_to_the_same_estimate() {
+    let mut calibrators = [(), ()].map(|()| Box::new(start(cameras().unwrap())));
+    let [from_tape, from_matcher] = &mut calibrators;
+    let tape = Tape::new(FRAMES);
+    let mut app = App::new(tape.driver(), from_tape);
+    while app.poll().unwrap() != Event::Idle {}
+    let matcher = SimMatcher::default();
+    (0..).zip(&set().pairs).for_each(|(i, pair)| matcher.send(i, pair));
+    let mut app = App::new(matcher.driver(), from_matcher);
+    while app.poll().unwrap() != Event::Idle {}
+    let [a, b] = calibrators.map(|calibrator| calibrator.proposal().unwrap());
+    assert_eq!(a, b);
+}
