@@ -13,8 +13,7 @@ pub(crate) fn all() -> Option<Cameras<f32>> {
 }
 
 fn camera() -> Option<Camera<f32>> {
-    let intrinsics =
-        Intrinsics { focal: numbers(), principal: numbers(), size: black_box([0; 2]) };
+    let intrinsics = Intrinsics { focal: numbers(), principal: numbers(), size: black_box([0; 2]) };
     let camera = Camera::try_new(intrinsics, lens()?).ok()?;
     show(camera.intrinsics());
     show(camera.lens());
