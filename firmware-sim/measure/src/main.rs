@@ -136,7 +136,9 @@ fn check(committed: &Table, measured: &Table) -> Result<()> {
         return Ok(());
     }
     println!();
-    changes.iter().for_each(|change| println!("{change}"));
+    for change in &changes {
+        println!("{change}");
+    }
     let advice = if committed.compiler == measured.compiler {
         "commit to them with --update if they are meant".to_owned()
     } else {
