@@ -1,0 +1,55 @@
+//! The calibrator.
+
+use core::hint::black_box;
+
+use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics};
+
+use crate::{geometry, number, show, solver};
+
+pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
+    let mut calibrator = Calibrator::<f32, 256>::new(config);
+    calibrator.set_cameras(cameras);
+    calibrator.set_factory(geometry::extrinsics().unwrap_or(Extrinsics::SIDE_BY_SIDE));
+    while black_box(true) {
+        for _ in 0..black_box(0) {
+            show(calibrator.push(&solver::correspondence()));
+        }
+        pair(&mut calibrator);
+        judge(&mut calibrator);
+        if black_box(false) {
+            calibrator.reset();
+        }
+    }
+}
+
+fn pair(calibrator: &mut Calibrator<f32, 256>) {
+    if let Ok(report) = calibrator.solve_pair() {
+        show(calibrator.fuse(&report));
+    }
+    show(calibrator.begin_pair());
+    if let Ok(Some(report)) = calibrator.advance_pair() {
+        show(calibrator.fuse(&report));
+    }
+}
+
+fn judge(calibrator: &mut Calibrator<f32, 256>) {
+    show(calibrator.state());
+    if let Some(proposal) = calibrator.proposal() {
+        show(proposal.weakest());
+        show(proposal);
+    }
+    if let Some(health) = calibrator.health() {
+        show(health.depth_errors(number()));
+        show(health);
+    }
+    show(calibrator.apply());
+    show(calibrator.undo());
+    calibrator.set_frozen(black_box(false));
+    show(calibrator.is_frozen());
+    show(calibrator.in_use());
+    show(calibrator.generation());
+    show(calibrator.batch());
+    show(calibrator.cameras());
+    show(calibrator.clone());
+    calibrator.clear_pair();
+}

@@ -1,0 +1,82 @@
+//! Links only if no panic is reachable from any public function of the core in `f32`.
+//!
+//! The panic handler calls a symbol that does not exist. What is called is every public function, on
+//! inputs out of `black_box`; `Debug` and `Display` are left out, for `core::fmt` itself can panic.
+//! No allocator is defined, so nothing that links can allocate. Not meant to be run.
+
+#![no_std]
+#![no_main]
+
+mod cameras;
+mod facade;
+mod geometry;
+mod solver;
+
+use core::hint::black_box;
+use core::panic::PanicInfo;
+
+use stereo_selfcal::{Central, Config, ConfigError, Scalar};
+
+unsafe extern "C" {
+    fn a_panic_is_reachable() -> !;
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo) -> ! {
+    // SAFETY: never run: the symbol does not exist, so what calls it does not link.
+    unsafe { a_panic_is_reachable() }
+}
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    loop {
+        if let Some(cameras) = cameras::all() {
+            let configured = config().unwrap_or_default();
+            facade::all(configured, cameras);
+            solver::all(configured, &cameras);
+            geometry::all(&cameras);
+        }
+        scalar();
+        #[cfg(feature = "planted-panic")]
+        black_box(black_box([0_u8; 4]).as_slice()[black_box(5)]);
+    }
+}
+
+/// A number of which the compiler knows nothing.
+fn number() -> f32 {
+    black_box(0.0)
+}
+
+fn numbers<const N: usize>() -> [f32; N] {
+    black_box([0.0; N])
+}
+
+/// Keeps what is computed.
+fn show<V>(value: V) {
+    black_box(value);
+}
+
+fn config() -> Result<Config, ConfigError> {
+    let angle = if black_box(false) { Central::Median } else { Central::Mean };
+    let start = if black_box(false) { Config::paper() } else { Config::robust() };
+    Ok(start
+        .with_prior_sd_rad(number())?
+        .with_huber_threshold_px(number())?
+        .with_max_passes(black_box(0))?
+        .with_step_tolerance_rad(number())?
+        .with_min_correspondences(black_box(0))?
+        .with_noise_floor_px(number())?
+        .with_angle(angle)
+        .with_max_sd_rad(number())?
+        .with_memory_pairs(black_box(0))?
+        .with_automatic_apply(black_box(false))
+        .with_max_correction_rad(number())?)
+}
+
+fn scalar() {
+    show(f32::lit(black_box(0.0)));
+    show(f32::count(black_box(0)));
+    show(Scalar::to_f64(number()));
+    show(Scalar::to_u16(number()));
+    show(Scalar::bits(number()));
+}

@@ -1,0 +1,91 @@
+//! The core's calls, each a function that is not inlined: what a firmware would call.
+
+use firmware_sim::frame::Record;
+use stereo_selfcal::{
+    ApplyError, Calibrator, Cameras, Correspondence, Extrinsics, Fused, Health, PairError,
+    PairReport, Proposal, PushError, Pushed, RectifiedCamera, RectifyError, RectifyingRotations,
+    Refusal, Scalar,
+};
+
+/// Room for correspondences of one pair.
+pub(crate) const CAPACITY: usize = 256;
+
+pub(crate) type Calibrated<T> = Calibrator<T, CAPACITY>;
+
+#[inline(never)]
+pub(crate) fn decode(record: &Record) -> Correspondence<f32> {
+    record.decode()
+}
+
+#[inline(never)]
+pub(crate) fn push<T: Scalar>(
+    calibrator: &mut Calibrated<T>,
+    c: &Correspondence<T>,
+) -> Result<Pushed, PushError> {
+    calibrator.push(c)
+}
+
+#[inline(never)]
+pub(crate) fn begin<T: Scalar>(calibrator: &mut Calibrated<T>) -> Result<(), PairError> {
+    calibrator.begin_pair()
+}
+
+#[inline(never)]
+pub(crate) fn advance<T: Scalar>(
+    calibrator: &mut Calibrated<T>,
+) -> Result<Option<PairReport<T>>, PairError> {
+    calibrator.advance_pair()
+}
+
+#[inline(never)]
+pub(crate) fn solve<T: Scalar>(calibrator: &mut Calibrated<T>) -> Result<PairReport<T>, PairError> {
+    calibrator.solve_pair()
+}
+
+#[inline(never)]
+pub(crate) fn fuse<T: Scalar>(
+    calibrator: &mut Calibrated<T>,
+    report: &PairReport<T>,
+) -> Result<Fused, Refusal> {
+    calibrator.fuse(report)
+}
+
+#[inline(never)]
+pub(crate) fn health<T: Scalar>(calibrator: &Calibrated<T>) -> Option<Health<T>> {
+    calibrator.health()
+}
+
+#[inline(never)]
+pub(crate) fn proposal<T: Scalar>(calibrator: &Calibrated<T>) -> Option<Proposal<T>> {
+    calibrator.proposal()
+}
+
+#[inline(never)]
+pub(crate) fn apply<T: Scalar>(
+    calibrator: &mut Calibrated<T>,
+) -> Result<Extrinsics<T>, ApplyError> {
+    calibrator.apply()
+}
+
+#[inline(never)]
+pub(crate) fn undo<T: Scalar>(calibrator: &mut Calibrated<T>) -> Result<Extrinsics<T>, ApplyError> {
+    calibrator.undo()
+}
+
+#[inline(never)]
+pub(crate) fn reset<T: Scalar>(calibrator: &mut Calibrated<T>) {
+    calibrator.reset();
+}
+
+#[inline(never)]
+pub(crate) fn rotations<T: Scalar>(extrinsics: &Extrinsics<T>) -> RectifyingRotations<T> {
+    extrinsics.into()
+}
+
+#[inline(never)]
+pub(crate) fn choose<T: Scalar>(
+    cameras: &Cameras<T>,
+    rotations: &RectifyingRotations<T>,
+) -> Result<RectifiedCamera<T>, RectifyError> {
+    RectifiedCamera::try_choose(cameras, rotations, T::ZERO)
+}

@@ -1,0 +1,58 @@
+//! One call, measured.
+
+use core::sync::atomic::{Ordering, compiler_fence};
+
+use crate::clock::{Clock, instructions};
+use crate::stack;
+
+/// What a call took.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Sample {
+    pub(crate) instructions: u32,
+    /// Below the stack of the caller, bytes.
+    pub(crate) stack: u32,
+}
+
+impl Sample {
+    /// The larger of each.
+    pub(crate) fn most(self, other: Self) -> Self {
+        Self {
+            instructions: self.instructions.max(other.instructions),
+            stack: self.stack.max(other.stack),
+        }
+    }
+}
+
+pub(crate) struct Probe {
+    clock: Clock,
+    /// Ticks that reading the clock takes.
+    overhead: u32,
+}
+
+impl Probe {
+    pub(crate) fn new() -> Self {
+        let mut probe = Self { clock: Clock::start(), overhead: 0 };
+        probe.overhead = (0..8).map(|_| probe.ticks(|| ()).1).min().unwrap_or(0);
+        probe
+    }
+
+    /// Runs `call`, which is to be one call of a function that is not inlined.
+    #[inline(never)]
+    pub(crate) fn run<R>(&self, call: impl FnOnce() -> R) -> (R, Sample) {
+        let top = stack::paint();
+        let (result, ticks) = self.ticks(call);
+        let stack = stack::depth(top);
+        (result, Sample { instructions: instructions(ticks), stack })
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a frame of its own would count as the call's")]
+    fn ticks<R>(&self, call: impl FnOnce() -> R) -> (R, u32) {
+        let start = self.clock.ticks();
+        compiler_fence(Ordering::SeqCst);
+        let result = call();
+        compiler_fence(Ordering::SeqCst);
+        let ticks = self.clock.ticks().wrapping_sub(start);
+        (result, ticks.saturating_sub(self.overhead))
+    }
+}
