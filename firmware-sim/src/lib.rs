@@ -25,7 +25,7 @@ extern crate std;
 
 mod app;
 pub mod baked;
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "board"))]
 #[expect(unsafe_code, reason = "registers")]
 #[expect(clippy::as_conversions, reason = "their addresses")]
 pub mod board;

@@ -77,7 +77,7 @@
 /**
  * Storage in words of 8 bytes: the same for every target, so with a little to spare.
  */
-#define SELFCAL_STORAGE_WORDS (560 + ((11 * SELFCAL_CAPACITY) / 4))
+#define SELFCAL_STORAGE_WORDS (448 + ((5 * SELFCAL_CAPACITY) / 2))
 
 /**
  * Storage, bytes.

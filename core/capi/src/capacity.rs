@@ -32,7 +32,7 @@ pub const SELFCAL_CAPACITY: usize = 64;
 pub const SELFCAL_CAPACITY: usize = 256;
 
 /// Storage in words of 8 bytes: the same for every target, so with a little to spare.
-pub const SELFCAL_STORAGE_WORDS: usize = 560 + 11 * SELFCAL_CAPACITY / 4;
+pub const SELFCAL_STORAGE_WORDS: usize = 448 + 5 * SELFCAL_CAPACITY / 2;
 
 /// Storage, bytes.
 pub const SELFCAL_STORAGE_SIZE: usize = 8 * SELFCAL_STORAGE_WORDS;
