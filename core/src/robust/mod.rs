@@ -58,15 +58,12 @@ const NEGLIGIBLE: f64 = 1e-4;
 /// The noise has settled when it changes by no more than this share.
 const SETTLED: f64 = 0.05;
 
-/// A track has arrived when its step moved the residuals by no more than this part of the noise, in
-/// the mean of squares: the weights are then what they would be after another one.
-const ARRIVED: f64 = 0.25;
-
-/// Passes of a track at most: a survey, two steps and the judgement.
+/// Passes of a track: a survey, two steps and the judgement.
 pub(crate) const TRACK_PASSES: u16 = 4;
 
-/// Correspondences that a survey and that a step of a track look at, evenly spread over the batch: the
-/// pose that they lead to decides weights only. What the batch says is summed over all of it.
+/// Correspondences that a survey looks at, and that each step of a track does where there are no more
+/// than twice as many: of a larger batch every second one. The pose that they lead to decides weights
+/// only; what the batch says is summed over all of it.
 const SURVEYED: usize = 32;
 const TRACKED: usize = 128;
 
@@ -187,7 +184,9 @@ impl<T: Scalar> Descent<T> {
                 self.at.leverage = self.survey(pairs, covariance);
                 self.passes = 1;
             }
-            (None, Stage::Follow(_)) => self.step(&self.pass(pairs, TRACKED)),
+            (None, Stage::Follow(_)) => {
+                self.step(&self.pass(pairs, TRACKED.max(pairs.len() / 2)));
+            }
             (None, Stage::Anneal(_) | Stage::Polish) => {
                 let pass = self.pass(pairs, usize::MAX);
                 self.at.check(pass.usable)?;
@@ -237,12 +236,10 @@ impl<T: Scalar> Descent<T> {
         let [_, yaw, ..] = covariance.diagonal();
         self.at.min_disparity =
             -T::lit(MIN_DISPARITY_PX) / self.at.focal - T::lit(3.0) * yaw.sqrt();
-        let mut negligible = T::lit(NEGLIGIBLE);
         if let Stage::Follow(uncertain) = &mut self.stage {
             *uncertain = covariance;
-            negligible = T::lit(ARRIVED) * T::count(pass.weighted);
         }
-        self.stop = if settled && size <= negligible {
+        self.stop = if settled && size <= T::lit(NEGLIGIBLE) {
             Some(Stop::Converged)
         } else if self.passes >= self.max_passes {
             Some(Stop::PassLimit)
@@ -274,8 +271,7 @@ impl<T: Scalar> Descent<T> {
                 self.at.noise = noise;
                 change <= T::lit(SETTLED) * noise
             }
-            Stage::Polish => false,
-            Stage::Follow(_) => true,
+            Stage::Follow(_) | Stage::Polish => false,
         }
     }
 
