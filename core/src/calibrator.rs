@@ -21,8 +21,7 @@ const SPARE_PASSES: u16 = 8;
 /// Online calibrator of one stereo rig, for up to `N` correspondences a pair.
 ///
 /// Same correspondences in the same order give the same bits. No heap, no clock, no I/O. Every call
-/// takes at most one pass over the batch, but for the last [`Calibrator::advance_pair`], which takes up
-/// to two to judge, and [`Calibrator::solve_pair`], which takes all of them.
+/// takes at most one pass over the batch, but for [`Calibrator::solve_pair`], which takes all of them.
 ///
 /// ```
 /// use stereo_selfcal::{
@@ -173,7 +172,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     /// Takes a solved pair into the estimate. What is in use does not change, unless the configuration
-    /// lets it ([`Config::with_automatic_apply`]). A report counts once.
+    /// lets it ([`Config::with_automatic_apply`]).
+    ///
+    /// Robust: a report counts once, and until the next pair is begun; the batch may be cleared before.
     ///
     /// # Errors
     /// [`Refusal`]; the estimate is as it was, bit for bit, unless nothing has confirmed it yet: then

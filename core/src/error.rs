@@ -189,7 +189,7 @@ pub enum Refusal {
     /// The pair disagrees with the estimate, and with the pairs kept apart from it.
     #[error("the pair disagrees with the estimate")]
     Disagrees,
-    /// Another pair has been dealt with since this one was solved: a report counts once.
+    /// Another pair has been begun or dealt with since this one was solved: a report counts once.
     #[error("the report is stale")]
     Stale,
     /// The calibrator is frozen.

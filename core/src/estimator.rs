@@ -88,14 +88,15 @@ impl<T: Scalar> Estimator<T> {
                 begin_paper(solver, setting, pairs)?;
             }
             Self::Robust { supervisor, stillness, inquiry } => {
-                let lineage = Lineage::new(config, factory);
-                let subject =
-                    Subject { config, focal, pairs: pairs.len(), supervisor, lineage: &lineage };
                 let needed = config.min_correspondences.into();
                 let usable = u32::try_from(pairs.len()).unwrap_or(u32::MAX);
                 if usable < needed {
                     return Err(PairError::TooFew { usable, needed });
                 }
+                supervisor.begin_round();
+                let lineage = Lineage::new(config, factory);
+                let subject =
+                    Subject { config, focal, pairs: pairs.len(), supervisor, lineage: &lineage };
                 let repeated = stillness.note(pairs, focal);
                 inquiry.open(&subject, repeated);
                 if let Err(error) = inquiry.advance(&subject, pairs) {

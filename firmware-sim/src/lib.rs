@@ -2,7 +2,7 @@
 //!
 //! [`frame`]: the bytes on the bus. [`Matcher`]: the driver that reads them, over `embedded-hal`
 //! traits. [`App`]: the application loop over driver and calibrator. No heap, no clock; every call
-//! is bounded by the length of one frame or by four passes over one batch: a pair's last, which judges
+//! is bounded by the length of one frame or by two passes over one batch: a pair's last, which judges
 //! it and both calibrations. Scalar: `f32`.
 //!
 //! Two stand in for the matcher: [`baked`], a recording in flash, and [`pil`], a host at the other end

@@ -131,7 +131,7 @@ pub(crate) struct Supervisor<T: Scalar> {
     challenger: Option<Challenger<T>>,
     /// Pairs in a row that disagree with the champion.
     rejected: u16,
-    /// Changes with every pair that has been dealt with.
+    /// Changes with every pair that is begun or has been dealt with.
     round: u32,
 }
 
@@ -168,6 +168,11 @@ impl<T: Scalar> Supervisor<T> {
 
     fn round(&self) -> u32 {
         self.round
+    }
+
+    /// Another pair is begun: reports of those before it are stale.
+    pub(crate) fn begin_round(&mut self) {
+        self.round = self.round.wrapping_add(1);
     }
 
     /// Where a search starts: at the champion, and when that is lost every second time afresh.

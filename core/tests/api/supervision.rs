@@ -1,6 +1,8 @@
 //! An estimate that can be wrong and find out: locking, knocks, rubbish, still scenes, drift, limits.
 
-use crate::scene::{correspondences, garbage, jittered, rig, robust, take, with, with_mismatches};
+use crate::scene::{
+    correspondences, fill, garbage, jittered, rig, robust, take, with, with_mismatches,
+};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
     Calibrator, Config, Correspondence, Extrinsics, Fused, Proposal, RectifyingRotations, Refusal,
@@ -52,6 +54,26 @@ fn locks_when_three_pairs_agree_with_the_first_and_never_before() {
         }
         assert!(is_of(&calibrator.proposal().unwrap(), ROTATION), "{run}");
     }
+}
+
+#[test]
+fn a_report_outlives_its_batch_but_not_the_beginning_of_the_next_pair() {
+    let mut calibrator = locked();
+    fill(&mut calibrator, &scene(ROTATION, 1));
+    let report = calibrator.solve_pair().unwrap();
+    calibrator.clear_pair();
+    assert_eq!(calibrator.fuse(&report), Ok(Fused::Added));
+    assert_eq!(calibrator.fuse(&report), Err(Refusal::Stale));
+
+    fill(&mut calibrator, &scene(ROTATION, 2));
+    let report = calibrator.solve_pair().unwrap();
+    fill(&mut calibrator, &scene(ROTATION, 3));
+    calibrator.begin_pair().unwrap();
+    let before = calibrator.proposal();
+    assert_eq!(calibrator.fuse(&report), Err(Refusal::Stale));
+    assert_eq!(calibrator.proposal(), before);
+    while calibrator.advance_pair().unwrap().is_none() {}
+    assert_eq!(calibrator.fuse(&report), Err(Refusal::Stale));
 }
 
 #[test]
