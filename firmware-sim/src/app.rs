@@ -14,7 +14,6 @@ use crate::matcher::{Matcher, MatcherError};
 /// What one [`App::poll`] did.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-#[expect(clippy::large_enum_variant, reason = "there is no heap to put the pair on")]
 pub enum Event {
     /// Nothing: no frame waits.
     Idle,
@@ -152,7 +151,6 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         }
     }
 
-    #[expect(clippy::large_types_passed_by_value, reason = "moved on into the event")]
     fn finish(
         &mut self,
         outcome: Result<(PairReport<f32>, Result<Fused, Refusal>), PairError>,

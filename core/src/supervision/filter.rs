@@ -544,7 +544,7 @@ mod tests {
         let lineage = lineage::<f64>();
         let [a, b, c] = [1, 2, 3].map(judged);
         let before = fused(&[a, b], 1, &lineage);
-        let mut replaced = before.clone();
+        let mut replaced = before;
         add(&mut replaced, &c, true, &lineage);
         let without = fused(&[a, c], 1, &lineage);
         assert_eq!(replaced.pairs(), 2);
