@@ -113,7 +113,6 @@ fn passes<T: Scalar>(probe: &Probe, records: &mut [Record]) -> Calls {
         calibrator
     };
     let [half, whole] = both_sizes(probe, records, || locked.clone());
-    row("pass track", "instructions/match", slope(half.second, whole.second));
     let [half_last, whole_last] = [&half, &whole].map(|cost| cost.calls.last.instructions);
     row("pass judging robust", "instructions/match", slope(half_last, whole_last));
     let health = [&half, &whole].map(|cost| cost.calls.health.instructions);
