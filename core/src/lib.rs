@@ -16,6 +16,9 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+// `inline(always)`: the inner loops must be of one piece at opt-level "s" too. `inline(never)`: what
+// needs much stack must not lend it to its caller, who would hold it through all other calls.
+
 mod batch;
 mod calibrator;
 mod camera;
