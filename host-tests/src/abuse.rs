@@ -176,7 +176,7 @@ fn perform(
         Call::Apply => {
             let proposal = calibrator.proposal();
             let applied = calibrator.apply();
-            assert!(applied.is_err() || applied.ok() == proposal.map(|p| p.extrinsics));
+            assert!(applied.is_err() || applied.ok() == proposal.map(|p| p.applicable));
             applied.is_err()
         }
         Call::Undo => calibrator.undo().is_err(),
