@@ -144,16 +144,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// nothing counts against the estimate, see [`Calibrator::state`]; one that nothing has confirmed
     /// yet is given up after the second.
     pub fn advance_pair(&mut self) -> Result<Option<PairReport<T>>, PairError> {
-        let focal = self.cameras.as_ref().ok_or(PairError::NoCameras)?.mean_focal();
-        let setting = Setting { config: &self.config, factory: &self.factory, focal };
-        let solved = self.estimator.advance(&setting, self.batch.pairs());
-        let report = match solved {
-            Ok(true) => self.estimator.report(&setting, self.batch.pairs()).map(Some),
-            Ok(false) => Ok(None),
-            Err(error) => Err(error),
-        };
-        self.rejection = report.as_ref().err().map(|error| Rejection::Unsolved(*error));
-        report
+        if self.take_pass()? { self.report().map(Some) } else { Ok(None) }
     }
 
     /// Solves the batch in one call. The batch is kept, for [`Calibrator::health`].
@@ -164,11 +155,29 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.begin_pair()?;
         // More than any preset takes.
         for _ in 0..self.config.max_passes.saturating_mul(2).saturating_add(SPARE_PASSES) {
-            if let Some(report) = self.advance_pair()? {
-                return Ok(report);
+            if self.take_pass()? {
+                return self.report();
             }
         }
         Err(PairError::NotBegun)
+    }
+
+    /// One more pass; whether the pair is solved.
+    fn take_pass(&mut self) -> Result<bool, PairError> {
+        let focal = self.cameras.as_ref().ok_or(PairError::NoCameras)?.mean_focal();
+        let setting = Setting { config: &self.config, factory: &self.factory, focal };
+        let solved = self.estimator.advance(&setting, self.batch.pairs());
+        self.rejection = solved.err().map(Rejection::Unsolved);
+        solved
+    }
+
+    /// What a solved pair says.
+    fn report(&mut self) -> Result<PairReport<T>, PairError> {
+        let focal = self.cameras.as_ref().ok_or(PairError::NoCameras)?.mean_focal();
+        let setting = Setting { config: &self.config, factory: &self.factory, focal };
+        let report = self.estimator.report(&setting, self.batch.pairs());
+        self.rejection = report.as_ref().err().copied().map(Rejection::Unsolved);
+        report
     }
 
     /// Takes a solved pair into the estimate. What is in use does not change, unless the configuration

@@ -158,7 +158,7 @@ impl<T: Scalar> Estimator<T> {
             Self::Robust { inquiry, .. } => {
                 let lineage = Lineage::new(setting.config, setting.factory);
                 let finding = inquiry.finding().ok_or(PairError::NotBegun)?;
-                let report = PairReport::of_finding(&finding, &lineage);
+                let report = PairReport::of_finding(&finding, &lineage, setting.focal);
                 if report.is_none() {
                     inquiry.close();
                 }

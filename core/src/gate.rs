@@ -33,6 +33,7 @@ pub(crate) fn admit<T: Scalar>(
 ///
 /// # Errors
 /// [`Refusal::CorrectionLimit`].
+#[inline(never)]
 pub(crate) fn within_correction_limit<T: Scalar>(
     config: &Config,
     factory: &Extrinsics<T>,

@@ -60,23 +60,30 @@ pub struct PairReport<T: Scalar> {
 
 impl<T: Scalar> PairReport<T> {
     /// Of the robust preset; `None` if the pair alone has no optimum.
+    ///
+    /// * `focal`: px.
     #[inline(never)]
-    pub(crate) fn of_finding(finding: &Finding<'_, T>, lineage: &Lineage<T>) -> Option<Self> {
+    pub(crate) fn of_finding(
+        finding: &Finding<'_, T>,
+        lineage: &Lineage<T>,
+        focal: T,
+    ) -> Option<Self> {
         let judged = finding.judged;
         let evidence = &judged.evidence;
         let seen = evidence.moments.at_frame();
         let pose = evidence.pose.stepped_by(&seen.pulled(lineage.prior).step()?)?;
-        let count = T::count(judged.screened.max(1));
-        let [squares_before, squares_after] = judged.squares;
-        let [cost_before, cost_after] = judged.cost;
+        let tally = &judged.tally;
+        let count = T::count(tally.screened.max(1));
+        let [squares_before, squares_after] = tally.squares.map(|sum| sum * focal * focal);
+        let [cost_before, cost_after] = tally.cost.map(|sum| sum * focal * focal);
         Some(Self {
             extrinsics: pose.extrinsics().ok()?,
             information: seen.information,
             stop: finding.stop,
             passes: finding.passes,
-            usable: judged.usable,
-            skipped: judged.skipped,
-            screened: judged.screened,
+            usable: tally.usable,
+            skipped: tally.skipped,
+            screened: tally.screened,
             cost_before: cost_before * T::HALF,
             cost_after: cost_after * T::HALF,
             rms_px_before: (squares_before / count).sqrt(),

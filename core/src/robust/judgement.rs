@@ -2,8 +2,9 @@
 
 use nalgebra::Vector5;
 
-use super::weight::Spread;
-use super::{NOISE_PX, Outlook, TRUNCATED_VARIANCE, TUKEY};
+use super::outlook::Outlook;
+use super::tally::Tally;
+use super::{NOISE_PX, TUKEY};
 use crate::correspondence::RayPair;
 use crate::error::PairError;
 use crate::moments::Moments;
@@ -36,31 +37,7 @@ pub(crate) struct Judged<T: Scalar> {
     pub(crate) evidence: Evidence<T>,
     /// Whether disparities are more than noise.
     pub(crate) speaks_of_baseline: bool,
-    pub(crate) usable: u32,
-    pub(crate) skipped: u32,
-    /// Residuals within 2, and from 2 to 4 standard deviations.
-    pub(crate) near: u32,
-    pub(crate) beside: u32,
-    /// Correspondences that fit, and sums of their squared row offsets at start and pose, px^2.
-    pub(crate) screened: u32,
-    pub(crate) squares: [T; 2],
-    /// Of the row offsets of all correspondences, each cut off at Tukey's limit, px^2.
-    pub(crate) cost: [T; 2],
-}
-
-/// What is only counted.
-#[derive(Debug, Clone, Copy)]
-struct Tally<T> {
-    usable: u32,
-    skipped: u32,
-    /// Residuals within 2, 3, and 4 standard deviations.
-    within: [u32; 3],
-    /// What of the squares of those within 2 is not the grid's, px^2.
-    near_squares: T,
-    screened: u32,
-    /// Unit depth.
-    squares: [T; 2],
-    cost: [T; 2],
+    pub(crate) tally: Tally<T>,
 }
 
 /// A correspondence that counts.
@@ -90,48 +67,39 @@ impl<T: Scalar> Outlook<T> {
         pairs: &[RayPair<T>],
         judged: &mut Judged<T>,
     ) -> Result<(), PairError> {
-        let mut tally = Tally::NONE;
+        let Judged { evidence, tally, speaks_of_baseline } = judged;
+        let Evidence { pose, moments, halves: [left, upper], noise, share } = evidence;
         let mut gradient = Vector5::zeros();
         let mut weights = [T::ZERO; 2];
         let whitening = Whitening::at(&self.pose);
-        let Evidence { pose, moments, halves: [left, upper], noise, share } = &mut judged.evidence;
         *pose = self.pose;
         for pair in pairs {
-            if let Some(member) = self.judge_one(&whitening, pair, &mut tally) {
-                let Member { w, precision, row, sight, variance } = &member;
-                let precise = *w * *precision;
-                let [x, y] = pair.left();
-                if x < T::ZERO {
-                    left.add_row(precise, row.offset, &row.jacobian);
-                }
-                if y < T::ZERO {
-                    upper.add_row(precise, row.offset, &row.jacobian);
-                }
-                add_pull(&mut gradient, precise * row.offset, &row.jacobian);
-                moments.add_sight(precise, sight);
-                let [sum, variances] = &mut weights;
-                *sum += *w;
-                *variances += *w * *variance;
+            let Some(member) = self.judge_one(&whitening, pair, tally) else {
+                continue;
+            };
+            let Member { w, precision, row, sight, variance } = &member;
+            let precise = *w * *precision;
+            let [x, y] = pair.left();
+            if x < T::ZERO {
+                left.add_row(precise, row.offset, &row.jacobian);
             }
+            if y < T::ZERO {
+                upper.add_row(precise, row.offset, &row.jacobian);
+            }
+            add_pull(&mut gradient, precise * row.offset, &row.jacobian);
+            moments.add_sight(precise, sight);
+            let [sum, variances] = &mut weights;
+            *sum += *w;
+            *variances += *w * *variance;
         }
-        let unit_depth = self.focal * self.focal;
-        let [sum, variances] = weights;
-        let variance = variances / (sum.max(T::EPSILON) * unit_depth);
         moments.set_gradient(&gradient);
-        judged.speaks_of_baseline = moments.speaks_of_baseline(variance);
-        let [near, within, around] = tally.within;
-        *noise = self.noise_of(tally.near_squares, near);
-        *share = T::count(within) / T::count(tally.usable.max(1));
-        judged.usable = tally.usable;
-        judged.skipped = tally.skipped;
-        judged.near = near;
-        judged.beside = around.saturating_sub(near);
-        judged.screened = tally.screened;
-        judged.squares = tally.squares.map(|sum| sum * unit_depth);
-        judged.cost = tally.cost.map(|sum| sum * unit_depth);
-        self.check(judged.usable)?;
-        let finite = judged.evidence.moments.is_finite() && judged.evidence.noise.is_finite();
-        if finite { Ok(()) } else { Err(PairError::Unobservable) }
+        let [sum, variances] = weights;
+        let variance = variances / (sum.max(T::EPSILON) * self.focal * self.focal);
+        *speaks_of_baseline = moments.speaks_of_baseline(variance);
+        *noise = self.noise_of(tally.near_squares(), tally.near());
+        *share = tally.inliers();
+        self.check(tally.usable)?;
+        if moments.is_finite() && noise.is_finite() { Ok(()) } else { Err(PairError::Unobservable) }
     }
 
     /// Counts one correspondence; what it adds to the sums, if anything.
@@ -146,10 +114,10 @@ impl<T: Scalar> Outlook<T> {
             tally.skipped += 1;
             return None;
         };
-        let spread = Spread::of(self.noise * self.noise, pair.grid_step());
+        let spread = self.spread(pair);
         let row = whitening.row(&sight);
         let variance = whitening.variance(&sight);
-        let precision = self.focal * self.focal / variance.value();
+        let precision = self.precision(&variance);
         let offset_squared = row.offset * row.offset;
         let squared = offset_squared * precision;
         tally.count(squared, &spread);
@@ -157,7 +125,7 @@ impl<T: Scalar> Outlook<T> {
         let before = row_offset(&self.start, pair).map(|offset| offset * offset);
         let most = T::lit(2.0) * limit / (self.focal * self.focal);
         tally.compare(before, offset_squared, most, squared <= limit);
-        if sight.disparity() < self.min_disparity {
+        if self.is_behind(&sight) {
             return None;
         }
         let w = spread.tukey(squared);
@@ -167,55 +135,6 @@ impl<T: Scalar> Outlook<T> {
         let row = whitening.whole(&row, &sight, &variance);
         let w = w * self.left_of(w * precision, &row);
         Some(Member { w, precision, row, sight, variance: spread.variance })
-    }
-}
-
-impl<T: Scalar> Tally<T> {
-    const NONE: Self = Self {
-        usable: 0,
-        skipped: 0,
-        within: [0; 3],
-        near_squares: T::ZERO,
-        screened: 0,
-        squares: [T::ZERO; 2],
-        cost: [T::ZERO; 2],
-    };
-
-    /// * `squared`: of a whitened residual, px^2.
-    #[inline(always)]
-    fn count(&mut self, squared: T, spread: &Spread<T>) {
-        self.usable += 1;
-        let [two, three, four] = &mut self.within;
-        let unit = spread.unit_squared;
-        if squared < T::lit(16.0) * unit {
-            *four += 1;
-            if squared < T::lit(9.0) * unit {
-                *three += 1;
-            }
-            if squared < T::lit(4.0) * unit {
-                *two += 1;
-                self.near_squares += squared * T::lit(1.0 / TRUNCATED_VARIANCE) - spread.of_grid;
-            }
-        }
-    }
-
-    /// * `before`, `after`: squared row offsets at the start and at the pose, unit depth.
-    /// * `most`: beyond which they cost no more.
-    /// * `fits`: whether the correspondence fits the pose.
-    #[inline(always)]
-    fn compare(&mut self, before: Option<T>, after: T, most: T, fits: bool) {
-        let cut = |squared: T| if squared < most { squared } else { most };
-        let [cost_before, cost_after] = &mut self.cost;
-        *cost_before += before.map_or(most, cut);
-        *cost_after += cut(after);
-        if let Some(before) = before
-            && fits
-        {
-            self.screened += 1;
-            let [squares_before, squares_after] = &mut self.squares;
-            *squares_before += before;
-            *squares_after += after;
-        }
     }
 }
 
@@ -229,13 +148,7 @@ impl<T: Scalar> Judged<T> {
             share: T::ZERO,
         },
         speaks_of_baseline: false,
-        usable: 0,
-        skipped: 0,
-        near: 0,
-        beside: 0,
-        screened: 0,
-        squares: [T::ZERO; 2],
-        cost: [T::ZERO; 2],
+        tally: Tally::NONE,
     };
 
     /// Whether a pose found from afar is one: the residuals gather at zero. Mismatches have about as
@@ -243,17 +156,18 @@ impl<T: Scalar> Judged<T> {
     ///
     /// * `needed`: correspondences, by configuration.
     pub(crate) fn is_found(&self, needed: u32) -> bool {
-        let near = T::count(self.near);
-        self.near >= needed
-            && near >= T::lit(2.0) * T::count(self.beside)
-            && near >= T::lit(MIN_INLIERS) * T::count(self.usable)
+        let near = T::count(self.tally.near());
+        self.tally.near() >= needed
+            && near >= T::lit(2.0) * T::count(self.tally.beside())
+            && near >= T::lit(MIN_INLIERS) * T::count(self.tally.usable)
             && self.stands_out(T::lit(3.0))
             && self.evidence.noise < T::lit(NOISE_PX[0])
     }
 
     /// Whether the residuals at a pose that is known already gather at zero.
     pub(crate) fn has_peak(&self) -> bool {
-        self.near >= 8 && T::count(self.near) >= T::lit(1.5) * T::count(self.beside)
+        let [near, beside] = [self.tally.near(), self.tally.beside()];
+        near >= 8 && T::count(near) >= T::lit(1.5) * T::count(beside)
     }
 
     /// Whether they do so by more than chance: what a pose must show that is not yet known.
@@ -264,7 +178,7 @@ impl<T: Scalar> Judged<T> {
     /// Whether more residuals are near zero than beside by so many deviations of chance, which counts
     /// both alike.
     fn stands_out(&self, deviations: T) -> bool {
-        let [near, beside] = [self.near, self.beside].map(T::count);
+        let [near, beside] = [self.tally.near(), self.tally.beside()].map(T::count);
         near - beside >= deviations * (near + beside).sqrt()
     }
 }

@@ -9,7 +9,10 @@
 //! a near point.
 
 mod judgement;
+mod leverage;
+mod outlook;
 mod pass;
+mod tally;
 mod weight;
 
 pub(crate) use judgement::{Evidence, Judged};
@@ -20,15 +23,13 @@ use crate::config::Config;
 use crate::correspondence::RayPair;
 use crate::error::PairError;
 use crate::information::Information;
-use crate::loss::Redescending;
 use crate::rectification::RectifyingRotations;
 use crate::report::Stop;
-use crate::residual::{Row, Sight};
 use crate::scalar::Scalar;
 use crate::symmetric::Symmetric;
-use crate::whitening::Whitening;
-use pass::{Leverage, Pass, of_baseline, share};
-use weight::Spread;
+use leverage::Leverage;
+use outlook::Outlook;
+use pass::Pass;
 
 /// First scale of the loss, px: 5 degrees at a focal length of 1400 px.
 const FIRST_SCALE_PX: f64 = 120.0;
@@ -45,9 +46,6 @@ const TUKEY: f64 = 4.685;
 /// Noise of a coordinate to begin with, which a consensus stays below, and at most, px.
 const NOISE_PX: [f64; 2] = [1.5, 3.0];
 
-/// Variance of a normal distribution cut off at two standard deviations.
-const TRUNCATED_VARIANCE: f64 = 0.7737;
-
 /// A match this far behind infinity is none, px: noise may reach below a disparity of 0. While the
 /// estimate is loose its yaw moves all disparities by more.
 const MIN_DISPARITY_PX: f64 = 4.0;
@@ -61,10 +59,9 @@ const SETTLED: f64 = 0.05;
 /// Passes of a track: a survey, two steps and the judgement.
 pub(crate) const TRACK_PASSES: u16 = 4;
 
-/// Correspondences that a survey looks at, and that each step of a track does where there are no more
-/// than twice as many: of a larger batch every second one. The pose that they lead to decides weights
-/// only; what the batch says is summed over all of it.
-const SURVEYED: usize = 32;
+/// Correspondences that each step of a track looks at where there are no more than twice as many: of a
+/// larger batch every second one. The pose that they lead to decides weights only; what the batch says
+/// is summed over all of it.
 const TRACKED: usize = 128;
 
 /// The loss of a pass.
@@ -86,22 +83,6 @@ pub(crate) struct Known<T: Scalar> {
     pub(crate) covariance: Symmetric<T>,
     /// Of a coordinate, px.
     pub(crate) noise: T,
-}
-
-/// A pose that correspondences are weighed at.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Outlook<T: Scalar> {
-    focal: T,
-    noise_floor: T,
-    needed: u32,
-    start: RectifyingRotations<T>,
-    pose: RectifyingRotations<T>,
-    noise: T,
-    leverage: Option<Leverage<T>>,
-    /// Unknowns that the correspondences determine rather than the prior, 0 to 5.
-    fitted: T,
-    /// Unit depth.
-    min_disparity: T,
 }
 
 /// A pair on its way to its optimum.
@@ -173,7 +154,7 @@ impl<T: Scalar> Descent<T> {
         Some(track)
     }
 
-    /// Takes one more pass and step, unless [`Descent::judge`] is all that is left to do.
+    /// Takes one more pass and step, unless all that is left to do is to judge.
     ///
     /// # Errors
     /// [`PairError::TooFew`] in front of both cameras.
@@ -206,7 +187,7 @@ impl<T: Scalar> Descent<T> {
         self.stop.unwrap_or(Stop::PassLimit)
     }
 
-    /// Whether [`Descent::judge`] is all that is left to do.
+    /// Whether all that is left to do is to judge.
     pub(crate) fn is_done(&self) -> bool {
         self.stop.is_some()
     }
@@ -231,8 +212,10 @@ impl<T: Scalar> Descent<T> {
         let size = d.dot(&pass.capped.information.times(&d));
         let before = self.variance();
         let settled = self.tighten(pass);
-        self.at.fitted = covariance.dot(&pass.capped.information.0);
-        self.at.leverage = Leverage::of(pass, &covariance, before, self.variance());
+        let held = &pass.capped.information.0;
+        self.at.fitted = covariance.dot(held);
+        let growth = self.variance() / before;
+        self.at.leverage = Leverage::of(held, pass.weighted, &covariance, growth);
         let [_, yaw, ..] = covariance.diagonal();
         self.at.min_disparity =
             -T::lit(MIN_DISPARITY_PX) / self.at.focal - T::lit(3.0) * yaw.sqrt();
@@ -274,130 +257,4 @@ impl<T: Scalar> Descent<T> {
             Stage::Follow(_) | Stage::Polish => false,
         }
     }
-
-    /// What leverage is usual, at the pose of before, where a mismatch has not yet had any.
-    ///
-    /// * `covariance`: of that pose.
-    #[inline(never)]
-    fn survey(&self, pairs: &[RayPair<T>], covariance: &Symmetric<T>) -> Option<Leverage<T>> {
-        let of_baseline = of_baseline(covariance);
-        let whitening = Whitening::at(&self.at.pose);
-        let [mut roots, mut weighted] = [T::ZERO; 2];
-        for pair in spread_over(pairs, SURVEYED) {
-            let Some(sight) = Sight::of(&self.at.pose, pair) else {
-                continue;
-            };
-            let row = whitening.row(&sight);
-            let precision = self.at.focal * self.at.focal / whitening.variance(&sight).value();
-            let spread = Spread::of(self.at.noise * self.at.noise, pair.grid_step());
-            if sight.disparity() >= self.at.min_disparity {
-                let x = following(covariance, &row, precision, &spread);
-                let w = Redescending::GemanMcClure.weight(x) / spread.variance;
-                roots += share(&of_baseline, w * precision, &row.jacobian).sqrt();
-                weighted += T::ONE;
-            }
-        }
-        Leverage::first(roots / weighted.max(T::ONE), covariance)
-    }
-
-    /// * `most`: correspondences to look at.
-    #[inline(never)]
-    fn pass(&self, pairs: &[RayPair<T>], most: usize) -> Pass<T> {
-        let whitening = Whitening::at(&self.at.pose);
-        let mut sums = Pass::EMPTY;
-        for pair in spread_over(pairs, most) {
-            self.add(&mut sums, &whitening, pair);
-        }
-        sums
-    }
-
-    #[inline(always)]
-    fn add(&self, sums: &mut Pass<T>, whitening: &Whitening<T>, pair: &RayPair<T>) {
-        let Some(sight) = Sight::of(&self.at.pose, pair) else {
-            return;
-        };
-        sums.usable += 1;
-        let mut row = whitening.row(&sight);
-        let variance = whitening.variance(&sight);
-        let precision = self.at.focal * self.at.focal / variance.value();
-        let squared = row.offset * row.offset * precision;
-        let w = match &self.stage {
-            Stage::Anneal(scale) => {
-                let scale_squared = *scale * *scale;
-                Redescending::GemanMcClure.weight(squared / scale_squared) / scale_squared
-            }
-            Stage::Follow(_) | Stage::Polish if sight.disparity() < self.at.min_disparity => return,
-            Stage::Follow(covariance) => {
-                let spread = Spread::of(self.at.noise * self.at.noise, pair.grid_step());
-                let x = following(covariance, &row, precision, &spread);
-                Redescending::Tukey.weight(x) / spread.variance
-            }
-            Stage::Polish => {
-                let spread = Spread::of(self.at.noise * self.at.noise, pair.grid_step());
-                if squared < T::lit(4.0) * spread.unit_squared {
-                    sums.near += 1;
-                    sums.near_squares += squared / T::lit(TRUNCATED_VARIANCE) - spread.of_grid;
-                }
-                spread.tukey(squared)
-            }
-        };
-        if !(w > T::ZERO) {
-            return;
-        }
-        sums.weighted += 1;
-        // The few steps of a track can do without: what they lead to is judged with it.
-        if !matches!(self.stage, Stage::Follow(_)) {
-            row = whitening.whole(&row, &sight, &variance);
-        }
-        let w = w * precision;
-        sums.capped.add_row(w * self.at.left_of(w, &row), row.offset, &row.jacobian);
-    }
-}
-
-impl<T: Scalar> Outlook<T> {
-    fn check(&self, usable: u32) -> Result<(), PairError> {
-        if usable < self.needed {
-            Err(PairError::TooFew { usable, needed: self.needed })
-        } else {
-            Ok(())
-        }
-    }
-
-    /// Noise of a coordinate, px, by the squares of so many residuals within 2 standard deviations.
-    fn noise_of(&self, near_squares: T, near: u32) -> T {
-        let count = T::count(near.max(1));
-        // The fit has taken up as much of them as it has freedom.
-        let free = (count - self.fitted).max(count * T::HALF);
-        let floor = self.noise_floor * self.noise_floor;
-        let noise = (near_squares / free).max(floor).sqrt();
-        noise.min(T::lit(NOISE_PX[1])).max(self.noise_floor)
-    }
-
-    /// What leverage leaves of a weight `w`, as a part of it.
-    #[inline(always)]
-    fn left_of(&self, w: T, row: &Row<T>) -> T {
-        self.leverage.as_ref().map_or(T::ONE, |leverage| leverage.left_of(w, &row.jacobian))
-    }
-}
-
-/// Square of a residual over that of Tukey's limit, where the estimate's own uncertainty adds to the
-/// noise.
-///
-/// * `precision`: px^2, one over the variance of the offset where a coordinate's is 1 px^2.
-#[inline(always)]
-fn following<T: Scalar>(
-    covariance: &Symmetric<T>,
-    row: &Row<T>,
-    precision: T,
-    spread: &Spread<T>,
-) -> T {
-    let of_pose = covariance.form(&row.jacobian) * precision;
-    let wide = (spread.unit_squared + of_pose) * T::lit(TUKEY * TUKEY);
-    row.offset * row.offset * precision / wide
-}
-
-/// At most so many of the correspondences, evenly spread over the batch.
-fn spread_over<T>(pairs: &[RayPair<T>], most: usize) -> impl Iterator<Item = &RayPair<T>> {
-    let stride = pairs.len().div_ceil(most.max(1)).max(1);
-    pairs.iter().step_by(stride)
 }

@@ -1,14 +1,18 @@
-//! The sums of one pass, and the leverage that they hold against single correspondences.
+//! A pass over the batch at one pose, on the way to another: sums, or only a look at what is usual.
 
+use super::leverage::{Leverage, of_baseline, share};
+use super::weight::Spread;
+use super::{Descent, Stage, TUKEY};
+use crate::correspondence::RayPair;
+use crate::loss::Redescending;
 use crate::quadratic::Quadratic;
+use crate::residual::{Row, Sight};
 use crate::scalar::Scalar;
 use crate::symmetric::Symmetric;
+use crate::whitening::Whitening;
 
-/// Information on the baseline that a correspondence may carry, in mean shares.
-const MAX_SHARE: f64 = 8.0;
-
-/// The same in squares of the mean root, which mismatches can hardly move.
-const MAX_ROOTS: f64 = 20.0;
+/// Correspondences that a survey looks at.
+const SURVEYED: usize = 32;
 
 /// Sums of one pass over the batch at one pose.
 #[derive(Debug, Clone)]
@@ -28,60 +32,109 @@ impl<T: Scalar> Pass<T> {
         Self { capped: Quadratic::ZERO, usable: 0, weighted: 0, near: 0, near_squares: T::ZERO };
 }
 
-/// What a correspondence's share of the information on the baseline is judged by: sums of the pass
-/// before. Its share of that on `R` is bounded by the image.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Leverage<T> {
-    /// Of the baseline: forward, both, down.
-    covariance: [T; 3],
-    limit: T,
-}
-
-impl<T: Scalar> Leverage<T> {
-    /// * `covariance`: of the pose, from the sums as held down and the prior.
-    /// * `now`, `next`: variance that residuals are weighed by in this pass and the next, px^2.
-    pub(super) fn of(pass: &Pass<T>, covariance: &Symmetric<T>, now: T, next: T) -> Option<Self> {
-        let [a, b, c] = of_baseline(covariance);
-        let [x, y, z] = of_baseline(&pass.capped.information.0);
-        let sum = a * x + b * y + b * y + c * z;
-        let limit = T::lit(MAX_SHARE) * sum / T::count(pass.weighted.max(1));
-        let covariance = [a, b, c].map(|c| c * (next / now));
-        limit.is_finite().then_some(Self { covariance, limit })
-    }
-
-    /// Before anything has been held down.
+impl<T: Scalar> Descent<T> {
+    /// What leverage is usual, at the pose of before, where a mismatch has not yet had any.
     ///
-    /// * `mean_root`: of the shares by the covariance of the pose.
-    pub(super) fn first(mean_root: T, covariance: &Symmetric<T>) -> Option<Self> {
-        let limit = T::lit(MAX_ROOTS) * mean_root * mean_root;
-        limit.is_finite().then_some(Self { covariance: of_baseline(covariance), limit })
-    }
-
-    /// What is left of a weight `w`, as a part of it: falling with the square of the excess.
-    #[inline(always)]
-    pub(super) fn left_of(&self, w: T, j: &[T; 5]) -> T {
-        let share = share(&self.covariance, w, j);
-        if share <= self.limit {
-            T::ONE
-        } else {
-            let excess = self.limit / share;
-            excess * excess
+    /// * `covariance`: of that pose.
+    #[inline(never)]
+    pub(super) fn survey(
+        &self,
+        pairs: &[RayPair<T>],
+        covariance: &Symmetric<T>,
+    ) -> Option<Leverage<T>> {
+        let of_baseline = of_baseline(covariance);
+        let whitening = Whitening::at(&self.at.pose);
+        let [mut roots, mut weighted] = [T::ZERO; 2];
+        for pair in spread_over(pairs, SURVEYED) {
+            let Some(sight) = Sight::of(&self.at.pose, pair) else {
+                continue;
+            };
+            if self.at.is_behind(&sight) {
+                continue;
+            }
+            let row = whitening.row(&sight);
+            let precision = self.at.precision(&whitening.variance(&sight));
+            let spread = self.at.spread(pair);
+            let x = following(covariance, &row, precision, &spread);
+            let w = Redescending::GemanMcClure.weight(x) / spread.variance;
+            roots += share(&of_baseline, w * precision, &row.jacobian).sqrt();
+            weighted += T::ONE;
         }
+        Leverage::first(roots / weighted.max(T::ONE), covariance)
+    }
+
+    /// * `most`: correspondences to look at.
+    #[inline(never)]
+    pub(super) fn pass(&self, pairs: &[RayPair<T>], most: usize) -> Pass<T> {
+        let whitening = Whitening::at(&self.at.pose);
+        let mut sums = Pass::EMPTY;
+        for pair in spread_over(pairs, most) {
+            self.add(&mut sums, &whitening, pair);
+        }
+        sums
+    }
+
+    #[inline(always)]
+    fn add(&self, sums: &mut Pass<T>, whitening: &Whitening<T>, pair: &RayPair<T>) {
+        let Some(sight) = Sight::of(&self.at.pose, pair) else {
+            return;
+        };
+        sums.usable += 1;
+        let mut row = whitening.row(&sight);
+        let variance = whitening.variance(&sight);
+        let precision = self.at.precision(&variance);
+        let squared = row.offset * row.offset * precision;
+        let w = match &self.stage {
+            Stage::Anneal(scale) => {
+                let scale_squared = *scale * *scale;
+                Redescending::GemanMcClure.weight(squared / scale_squared) / scale_squared
+            }
+            Stage::Follow(_) | Stage::Polish if self.at.is_behind(&sight) => return,
+            Stage::Follow(covariance) => {
+                let spread = self.at.spread(pair);
+                let x = following(covariance, &row, precision, &spread);
+                Redescending::Tukey.weight(x) / spread.variance
+            }
+            Stage::Polish => {
+                let spread = self.at.spread(pair);
+                if spread.is_within(T::lit(2.0), squared) {
+                    sums.near += 1;
+                    sums.near_squares += spread.noise_squared(squared);
+                }
+                spread.tukey(squared)
+            }
+        };
+        if !(w > T::ZERO) {
+            return;
+        }
+        sums.weighted += 1;
+        // The few steps of a track can do without: what they lead to is judged with it.
+        if !matches!(self.stage, Stage::Follow(_)) {
+            row = whitening.whole(&row, &sight, &variance);
+        }
+        let w = w * precision;
+        sums.capped.add_row(w * self.at.left_of(w, &row), row.offset, &row.jacobian);
     }
 }
 
-/// The baseline's part of a covariance or an information: forward, both, down.
-pub(super) fn of_baseline<T: Scalar>(m: &Symmetric<T>) -> [T; 3] {
-    let h = &m.0;
-    [h[9], h[13], h[14]]
+/// Square of a residual over that of Tukey's limit, where the estimate's own uncertainty adds to the
+/// noise.
+///
+/// * `precision`: px^2, one over the variance of the offset where a coordinate's is 1 px^2.
+#[inline(always)]
+fn following<T: Scalar>(
+    covariance: &Symmetric<T>,
+    row: &Row<T>,
+    precision: T,
+    spread: &Spread<T>,
+) -> T {
+    let of_pose = covariance.form(&row.jacobian) * precision;
+    let wide = (spread.unit_squared + of_pose) * T::lit(TUKEY * TUKEY);
+    row.offset * row.offset * precision / wide
 }
 
-/// Information on the baseline that a row of weight `w` carries, in units of what is known of it.
-///
-/// * `covariance`: of the baseline.
-#[inline(always)]
-pub(super) fn share<T: Scalar>(covariance: &[T; 3], w: T, jacobian: &[T; 5]) -> T {
-    let [.., y, z] = *jacobian;
-    let [a, b, c] = *covariance;
-    w * (y * (a * y + b * z) + z * (b * y + c * z))
+/// At most so many of the correspondences, evenly spread over the batch.
+fn spread_over<T>(pairs: &[RayPair<T>], most: usize) -> impl Iterator<Item = &RayPair<T>> {
+    let stride = pairs.len().div_ceil(most.max(1)).max(1);
+    pairs.iter().step_by(stride)
 }

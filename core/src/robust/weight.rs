@@ -8,13 +8,16 @@ use crate::scalar::Scalar;
 /// not on their mean.
 const MIN_UNIT: f64 = 0.6;
 
+/// Variance of a normal distribution cut off at two standard deviations.
+const TRUNCATED_VARIANCE: f64 = 0.7737;
+
 /// Expected spread of one correspondence's whitened residual, px of one coordinate.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spread<T> {
     /// Of noise and rounding together, px^2.
     pub(super) variance: T,
     /// Of the rounding alone: `q^2 / 12`, px^2.
-    pub(super) of_grid: T,
+    of_grid: T,
     /// Unit that the loss measures residuals in, squared, px^2.
     pub(super) unit_squared: T,
 }
@@ -30,6 +33,20 @@ impl<T: Scalar> Spread<T> {
         let least = square * T::lit(MIN_UNIT * MIN_UNIT);
         let unit_squared = if variance < least { least } else { variance };
         Self { variance, of_grid, unit_squared }
+    }
+
+    /// Whether a residual is within so many units.
+    ///
+    /// * `squared`: of the residual, px^2.
+    #[inline(always)]
+    pub(super) fn is_within(&self, units: T, squared: T) -> bool {
+        squared < units * units * self.unit_squared
+    }
+
+    /// What the square of a residual within 2 units says of the variance before rounding, px^2.
+    #[inline(always)]
+    pub(super) fn noise_squared(&self, squared: T) -> T {
+        squared * T::lit(1.0 / TRUNCATED_VARIANCE) - self.of_grid
     }
 
     /// Weight of a residual by Tukey's biweight, 1/px^2.
@@ -67,6 +84,10 @@ mod tests {
     #[test]
     fn residuals_are_measured_in_units() {
         let spread = Spread::of(0.04_f64, 1.0);
+        assert!(
+            spread.is_within(2.0, 1.199_f64.powi(2)) && !spread.is_within(2.0, 1.201_f64.powi(2))
+        );
+        assert!(!spread.is_within(2.0, f64::NAN));
         let share = |r: f64| spread.tukey(r * r) * spread.variance;
         // One whole step off still counts, past Tukey's limit nothing does.
         assert!(share(1.0) > 0.7 && (share(0.0) - 1.0).abs() < 1e-15);

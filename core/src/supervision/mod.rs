@@ -10,6 +10,7 @@ mod champion;
 mod filter;
 mod halves;
 mod inquiry;
+mod optimum;
 mod stillness;
 
 use filter::Advance;
@@ -268,9 +269,7 @@ impl<T: Scalar> Supervisor<T> {
             SpeaksFor::Challenger => {
                 let challenger = self.challenger.as_mut().ok_or(Refusal::Stale)?;
                 challenger.add(evidence, repeated, lineage, allowed)?;
-                if finding.refused.by_champion {
-                    self.rejected = self.rejected.saturating_add(1);
-                }
+                self.count(finding.refused);
                 Ok(self.promote(lineage))
             }
             SpeaksFor::Itself => {

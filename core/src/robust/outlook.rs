@@ -1,0 +1,73 @@
+//! A pose, and what correspondences are weighed by there.
+
+use super::NOISE_PX;
+use super::leverage::Leverage;
+use super::weight::Spread;
+use crate::correspondence::RayPair;
+use crate::error::PairError;
+use crate::rectification::RectifyingRotations;
+use crate::residual::{Row, Sight};
+use crate::scalar::Scalar;
+use crate::whitening::Variance;
+
+/// A pose that correspondences are weighed at.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Outlook<T: Scalar> {
+    pub(super) focal: T,
+    pub(super) noise_floor: T,
+    pub(super) needed: u32,
+    pub(super) start: RectifyingRotations<T>,
+    pub(super) pose: RectifyingRotations<T>,
+    pub(super) noise: T,
+    pub(super) leverage: Option<Leverage<T>>,
+    /// Unknowns that the correspondences determine rather than the prior, 0 to 5.
+    pub(super) fitted: T,
+    /// Unit depth.
+    pub(super) min_disparity: T,
+}
+
+impl<T: Scalar> Outlook<T> {
+    /// One over the variance of a row offset where that of a coordinate is 1 px^2, px^2.
+    #[inline(always)]
+    pub(super) fn precision(&self, variance: &Variance<T>) -> T {
+        self.focal * self.focal / variance.value()
+    }
+
+    /// What is expected of a residual.
+    #[inline(always)]
+    pub(super) fn spread(&self, pair: &RayPair<T>) -> Spread<T> {
+        Spread::of(self.noise * self.noise, pair.grid_step())
+    }
+
+    /// Whether it is further behind infinity than noise and the yaw's uncertainty may put a point.
+    #[inline(always)]
+    pub(super) fn is_behind(&self, sight: &Sight<T>) -> bool {
+        sight.disparity() < self.min_disparity
+    }
+
+    /// # Errors
+    /// [`PairError::TooFew`].
+    pub(super) fn check(&self, usable: u32) -> Result<(), PairError> {
+        if usable < self.needed {
+            Err(PairError::TooFew { usable, needed: self.needed })
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Noise of a coordinate, px, by the squares of so many residuals within 2 standard deviations.
+    pub(super) fn noise_of(&self, near_squares: T, near: u32) -> T {
+        let count = T::count(near.max(1));
+        // The fit has taken up as much of them as it has freedom.
+        let free = (count - self.fitted).max(count * T::HALF);
+        let floor = self.noise_floor * self.noise_floor;
+        let noise = (near_squares / free).max(floor).sqrt();
+        noise.min(T::lit(NOISE_PX[1])).max(self.noise_floor)
+    }
+
+    /// What leverage leaves of a weight `w`, as a part of it.
+    #[inline(always)]
+    pub(super) fn left_of(&self, w: T, row: &Row<T>) -> T {
+        self.leverage.as_ref().map_or(T::ONE, |leverage| leverage.left_of(w, &row.jacobian))
+    }
+}
