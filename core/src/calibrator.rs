@@ -3,6 +3,8 @@
 //! *Estimate* ([`Calibrator::solve_pair`], [`Calibrator::fuse`]) never touches what is in use;
 //! *judge* ([`Calibrator::health`]) compares; *apply* ([`Calibrator::apply`]) is the caller's act.
 
+mod memory;
+
 use crate::batch::{Batch, Pushed};
 use crate::config::Config;
 use crate::correspondence::{Cameras, Correspondence};

@@ -238,6 +238,60 @@ pub enum ApplyError {
     NothingToUndo,
 }
 
+/// Why a record was not written. Nothing else has happened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum SnapshotError {
+    /// The buffer is too short.
+    #[error("the record takes {needed} bytes")]
+    Room {
+        /// Bytes that this record takes.
+        needed: usize,
+    },
+    /// `set_cameras` comes first: a record is of one rig.
+    #[error("no cameras have been set")]
+    NoCameras,
+}
+
+/// Why a record was not read. The calibrator is as it was.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum RestoreError {
+    /// Its checksum is wrong, or it ends where it should not: use an older one.
+    #[error("the record is damaged")]
+    Damaged,
+    /// It is a record of something else.
+    #[error("the record is of something else")]
+    Foreign,
+    /// It was written by later firmware, in a layout that this one does not know.
+    #[error("the record has layout {0}, which is not known")]
+    Version(u8),
+    /// Its numbers are of the other type, `f32` or `f64`.
+    #[error("the numbers of the record are of another type")]
+    Scalar,
+    /// It is of the other preset.
+    #[error("the record is of another preset")]
+    Preset,
+    /// It was learnt with other cameras or from other factory extrinsics. Start afresh.
+    #[error("the record is of another rig")]
+    OtherRig,
+    /// A quantity in it cannot be, although its checksum is right: it was not written by this code.
+    #[error("a quantity of the record cannot be")]
+    Absurd,
+    /// Its estimate is further from the factory extrinsics than the configuration allows now.
+    #[error("further from the factory extrinsics than the correction limit")]
+    CorrectionLimit,
+    /// The calibrator has learnt something already: restore right after the cameras and the factory
+    /// extrinsics have been set.
+    #[error("the calibrator has learnt something already")]
+    NotFresh,
+    /// `set_cameras` comes first.
+    #[error("no cameras have been set")]
+    NoCameras,
+}
+
 /// Why no common rectified camera was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -2,13 +2,14 @@
 
 use crate::config::{Config, Method};
 use crate::correspondence::RayPair;
-use crate::error::{PairError, Refusal};
+use crate::error::{PairError, Refusal, RestoreError};
 use crate::extrinsics::Extrinsics;
 use crate::fusion::MeanDirection;
 use crate::gate;
 use crate::huber::HuberSolver;
 use crate::information::StandardDeviations;
 use crate::proposal::{Doubt, Proposal};
+use crate::record::{Reader, Writer};
 use crate::report::PairReport;
 use crate::scalar::Scalar;
 use crate::supervision::{Fused, Inquiry, Lineage, State, Stillness, Subject, Supervisor};
@@ -29,14 +30,27 @@ pub(crate) struct Setting<'a, T: Scalar> {
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub(crate) enum Estimator<T: Scalar> {
-    Paper { fusion: MeanDirection<T>, solver: Option<HuberSolver<T>> },
-    Robust { supervisor: Supervisor<T>, stillness: Stillness, inquiry: Inquiry<T> },
+    Paper {
+        fusion: MeanDirection<T>,
+        solver: Option<HuberSolver<T>>,
+        /// Since it was restored no pair has been fused.
+        unconfirmed: bool,
+    },
+    Robust {
+        supervisor: Supervisor<T>,
+        stillness: Stillness,
+        inquiry: Inquiry<T>,
+    },
 }
 
 impl<T: Scalar> Estimator<T> {
     pub(crate) const fn new(config: &Config) -> Self {
         match config.method {
-            Method::Paper => Self::Paper { fusion: MeanDirection::new(config.angle), solver: None },
+            Method::Paper => Self::Paper {
+                fusion: MeanDirection::new(config.angle),
+                solver: None,
+                unconfirmed: false,
+            },
             Method::Robust => Self::Robust {
                 supervisor: Supervisor::new(),
                 stillness: Stillness::new(),
@@ -54,6 +68,14 @@ impl<T: Scalar> Estimator<T> {
                 stillness.forget();
                 inquiry.close();
             }
+        }
+    }
+
+    /// Number of the method in a record.
+    pub(crate) fn number(&self) -> u8 {
+        match self {
+            Self::Paper { .. } => 1,
+            Self::Robust { .. } => 2,
         }
     }
 
@@ -179,8 +201,9 @@ impl<T: Scalar> Estimator<T> {
         report: &PairReport<T>,
     ) -> Result<Fused, Refusal> {
         match self {
-            Self::Paper { fusion, .. } => {
+            Self::Paper { fusion, unconfirmed, .. } => {
                 fuse_mean(fusion, config, factory, report)?;
+                *unconfirmed = false;
                 Ok(Fused::Added)
             }
             Self::Robust { supervisor, inquiry, .. } => {
@@ -196,6 +219,54 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        match self {
+            Self::Paper { fusion, .. } => fusion.write(to),
+            Self::Robust { supervisor, .. } => supervisor.write(to),
+        }
+    }
+
+    /// In the place of one without pairs; after an error there are none again.
+    ///
+    /// # Errors
+    /// [`RestoreError`].
+    #[inline(never)]
+    pub(crate) fn read(
+        &mut self,
+        config: &Config,
+        factory: &Extrinsics<T>,
+        from: &mut Reader<'_>,
+    ) -> Result<(), RestoreError> {
+        let read = match self {
+            Self::Paper { fusion, unconfirmed, .. } => {
+                *unconfirmed = true;
+                fusion.read(from)
+            }
+            Self::Robust { supervisor, .. } => {
+                supervisor.read(from, &Lineage::new(config, factory))
+            }
+        };
+        let read = read.and_then(|()| from.end()).and_then(|()| self.check(config, factory));
+        if read.is_err() {
+            self.forget(config);
+        }
+        read
+    }
+
+    /// Whether what the pairs come to can be, and may be held.
+    fn check(&self, config: &Config, factory: &Extrinsics<T>) -> Result<(), RestoreError> {
+        if !self.has_pairs() {
+            return Ok(());
+        }
+        let proposal = self.proposal(config, factory, factory).ok_or(RestoreError::Absurd)?;
+        let StandardDeviations { rotation, translation } = proposal.sd;
+        if !(rotation.is_finite() && translation.is_finite()) {
+            return Err(RestoreError::Absurd);
+        }
+        gate::within_correction_limit(config, factory, &proposal.extrinsics)
+            .map_err(|_| RestoreError::CorrectionLimit)
+    }
+
     /// Whether any pair is behind the estimate.
     pub(crate) fn has_pairs(&self) -> bool {
         match self {
@@ -207,6 +278,7 @@ impl<T: Scalar> Estimator<T> {
     pub(crate) fn state(&self) -> State {
         match self {
             Self::Paper { fusion, .. } if fusion.pairs() == 0 => State::Acquiring,
+            Self::Paper { unconfirmed: true, .. } => State::Suspect,
             Self::Paper { .. } => State::Locked,
             Self::Robust { supervisor, .. } => supervisor.state(),
         }

@@ -2,12 +2,16 @@
 
 use nalgebra::{ArrayStorage, ComplexField, Matrix3, Rotation3, Unit, Vector3};
 
-use crate::error::ExtrinsicsError;
+use crate::error::{ExtrinsicsError, RestoreError};
+use crate::record::{Reader, Writer};
 use crate::scalar::Scalar;
 use crate::so3;
 
 /// Smallest part of a unit baseline across the optical axis (sine of 6 degrees).
 pub(crate) const MIN_LATERAL: f64 = 0.1;
+
+/// What the length of a recorded baseline may be off from 1.
+const UNIT: f64 = 1e-5;
 
 /// `R` and unit `t` of `p_r = R p_l + t`. For a plain side-by-side rig `t = (-1, 0, 0)`.
 ///
@@ -64,6 +68,25 @@ impl<T: Scalar> Extrinsics<T> {
     /// Unit `t`, right camera frame.
     pub fn translation(&self) -> &Unit<Vector3<T>> {
         &self.translation
+    }
+
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        to.numbers(self.rotation.matrix());
+        to.numbers(self.translation.iter());
+    }
+
+    pub(crate) fn read(from: &mut Reader<'_>) -> Result<Self, RestoreError> {
+        let rotation = from.rotation()?;
+        let mut translation = Vector3::zeros();
+        from.numbers(translation.iter_mut())?;
+        let exact = Self::try_new(rotation.matrix(), &translation);
+        let exact = exact.map_err(|_| RestoreError::Absurd)?.translation;
+        // Kept as it is, bit for bit, if it is a direction.
+        if (exact.into_inner() - translation).amax() <= T::lit(UNIT) {
+            Ok(Self { rotation, translation: Unit::new_unchecked(translation) })
+        } else {
+            Err(RestoreError::Absurd)
+        }
     }
 
     /// `R` row by row, as files and wire formats carry it.

@@ -22,11 +22,13 @@
 mod batch;
 mod calibrator;
 mod camera;
+mod checksum;
 mod config;
 mod correspondence;
 mod error;
 mod estimator;
 mod extrinsics;
+mod factory;
 mod fusion;
 mod gate;
 mod health;
@@ -38,6 +40,7 @@ pub mod metrics;
 mod moments;
 mod proposal;
 mod quadratic;
+mod record;
 mod rectification;
 mod report;
 mod residual;
@@ -56,9 +59,10 @@ pub use config::{Central, Config};
 pub use correspondence::{Cameras, Correspondence, RayPair};
 pub use error::{
     ApplyError, CameraError, ConfigError, ExtrinsicsError, PairError, ProjectError, PushError,
-    RectifyError, Refusal, Rejection, Side, UndistortError,
+    RectifyError, Refusal, Rejection, RestoreError, Side, SnapshotError, UndistortError,
 };
 pub use extrinsics::Extrinsics;
+pub use factory::FactoryCalibration;
 pub use fusion::{FusedEstimate, MeanDirection};
 pub use health::{Arming, Band, DEPTHS_M, Health};
 pub use homography::RectifiedCamera;

@@ -10,8 +10,10 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector5};
 
+use crate::error::RestoreError;
 use crate::information::Information;
 use crate::quadratic::Quadratic;
+use crate::record::{Reader, Writer};
 use crate::rectification::RectifyingRotations;
 use crate::residual::Sight;
 use crate::scalar::Scalar;
@@ -144,6 +146,19 @@ impl<T: Scalar> Moments<T> {
 
     pub(crate) fn is_finite(&self) -> bool {
         self.products.iter().chain(&self.slope).all(nalgebra::ComplexField::is_finite)
+    }
+
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        to.numbers(self.products.iter().chain(&self.slope));
+    }
+
+    /// Sums whose diagonal can be that of squares.
+    pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        from.numbers(self.products.iter_mut().chain(&mut self.slope))?;
+        let mut elements = self.products.iter();
+        // One more element a row: the last one is on the diagonal.
+        let is_sum = (0..9).all(|row| elements.nth(row).is_some_and(|m| *m >= T::ZERO));
+        if is_sum { Ok(()) } else { Err(RestoreError::Absurd) }
     }
 
     /// Whether disparities are more than noise: a scene at infinity says nothing of the baseline, but

@@ -2,7 +2,9 @@
 
 use nalgebra::Vector5;
 
+use crate::error::RestoreError;
 use crate::information::Information;
+use crate::record::{Reader, Writer};
 use crate::scalar::Scalar;
 use crate::symmetric::Symmetric;
 
@@ -42,6 +44,16 @@ impl<T: Scalar> Quadratic<T> {
     pub(crate) fn add(&mut self, other: &Self) {
         self.information.add(&other.information);
         self.gradient += other.gradient;
+    }
+
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        self.information.0.write(to);
+        to.numbers(self.gradient.iter());
+    }
+
+    pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        self.information.0.read(from)?;
+        from.numbers(self.gradient.iter_mut())
     }
 
     /// The sum of two.

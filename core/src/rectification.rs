@@ -2,10 +2,14 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector2, Vector3, Vector5};
 
-use crate::error::ExtrinsicsError;
+use crate::error::{ExtrinsicsError, RestoreError};
 use crate::extrinsics::{Extrinsics, MIN_LATERAL};
+use crate::record::{Reader, Writer};
 use crate::scalar::Scalar;
 use crate::so3;
+
+/// What `r_r2 . i_3` of a recorded pose may be off from 0.
+const ON_GAUGE: f64 = 1e-4;
 
 /// No step turns a view further, rad.
 const MAX_STEP: f64 = 1.5;
@@ -102,6 +106,20 @@ impl<T: Scalar> RectifyingRotations<T> {
     /// After a step of all five unknowns.
     pub(crate) fn stepped_by(&self, d: &Vector5<T>) -> Option<Self> {
         self.stepped(&Vector3::new(d.x, d.y, d.z), &Vector2::new(d.w, d.a))
+    }
+
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        to.numbers(self.left.matrix());
+        to.numbers(self.right.matrix());
+    }
+
+    pub(crate) fn read(from: &mut Reader<'_>) -> Result<Self, RestoreError> {
+        let read = Self { left: from.rotation()?, right: from.rotation()? };
+        let off_gauge = read.right.matrix().m23.abs() > T::lit(ON_GAUGE);
+        if off_gauge || read.extrinsics().is_err() {
+            return Err(RestoreError::Absurd);
+        }
+        Ok(read)
     }
 
     /// Turn about the baseline that keeps eq 8 when both views turn by 1 about the rectified z.

@@ -21,6 +21,9 @@ pub trait Scalar: sealed::Sealed + RealField + Copy + Default {
     /// Distance from 1 to the next larger number.
     const EPSILON: Self;
 
+    /// Bytes of the representation.
+    const BYTES: u8;
+
     /// Each coefficient of the series of the sine over the one before, sign turned: `1 / (2 * 3)`,
     /// `1 / (4 * 5)`, and so on.
     const SINE: [Self; 11];
@@ -50,16 +53,21 @@ pub trait Scalar: sealed::Sealed + RealField + Copy + Default {
     /// The bits of the representation.
     #[must_use]
     fn bits(self) -> u64;
+
+    /// The number of this representation; bits beyond it are ignored.
+    #[must_use]
+    fn from_bits(bits: u64) -> Self;
 }
 
 macro_rules! scalar {
-    ($t:ident) => {
+    ($t:ident, $bits:ident, $bytes:literal) => {
         impl Scalar for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const HALF: Self = 0.5;
             const MINUS_ONE: Self = -1.0;
             const EPSILON: Self = $t::EPSILON;
+            const BYTES: u8 = $bytes;
             const SINE: [Self; 11] = [
                 1.0 / 6.0,
                 1.0 / 20.0,
@@ -130,9 +138,16 @@ macro_rules! scalar {
             fn bits(self) -> u64 {
                 self.to_bits().into()
             }
+
+            #[inline(always)]
+            #[expect(clippy::as_conversions, reason = "cutting off what is beyond is meant")]
+            #[allow(clippy::cast_possible_truncation, reason = "one macro, two types")]
+            fn from_bits(bits: u64) -> Self {
+                Self::from_bits(bits as $bits)
+            }
         }
     };
 }
 
-scalar!(f32);
-scalar!(f64);
+scalar!(f32, u32, 4);
+scalar!(f64, u64, 8);

@@ -3,6 +3,8 @@
 
 use nalgebra::{Matrix5, Vector5};
 
+use crate::error::RestoreError;
+use crate::record::{Reader, Writer};
 use crate::scalar::Scalar;
 
 /// Lower triangle row by row.
@@ -95,6 +97,17 @@ impl<T: Scalar> Symmetric<T> {
     pub(crate) fn scaled(mut self, factor: T) -> Self {
         self.0.iter_mut().for_each(|h| *h *= factor);
         self
+    }
+
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        to.numbers(&self.0);
+    }
+
+    /// One whose diagonal can be that of a sum of squares.
+    pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        from.numbers(&mut self.0)?;
+        let is_sum = self.diagonal().iter().all(|d| *d >= T::ZERO);
+        if is_sum { Ok(()) } else { Err(RestoreError::Absurd) }
     }
 
     /// `x^T M x`.

@@ -1,6 +1,8 @@
 //! Sums that do not lose small terms: what rounding takes from one addition goes into the next
 //! (Kahan's compensation with Knuth's exact two-term sum).
 
+use crate::error::RestoreError;
+use crate::record::{Reader, Writer};
 use crate::scalar::Scalar;
 
 /// A running sum whose error does not grow with the number of terms.
@@ -19,6 +21,14 @@ impl<T: Scalar> Sum<T> {
         let taken = total - self.sum;
         self.lost = (self.sum - (total - taken)) + (x - taken);
         self.sum = total;
+    }
+
+    pub(super) fn write(&self, to: &mut Writer<'_>) {
+        to.numbers(&[self.sum, self.lost]);
+    }
+
+    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        from.numbers([&mut self.sum, &mut self.lost])
     }
 
     pub(super) fn value(&self) -> T {

@@ -10,8 +10,10 @@ use nalgebra::{Unit, Vector3};
 use super::compensated::Sum;
 use super::median::Median;
 use crate::config::Central;
+use crate::error::RestoreError;
 use crate::extrinsics::Extrinsics;
 use crate::information::StandardDeviations;
+use crate::record::{Reader, Writer};
 use crate::report::PairReport;
 use crate::scalar::Scalar;
 use crate::so3;
@@ -105,6 +107,37 @@ impl<T: Scalar> MeanDirection<T> {
         squares_r.add(dr.norm_squared());
         self.angle.add(angle - first_rotation.norm());
         self.median.add(angle);
+    }
+
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        to.word(self.pairs);
+        if self.pairs == 0 {
+            return;
+        }
+        self.first.iter().for_each(|first| to.numbers(first.iter()));
+        to.numbers(&[self.first_sd.rotation, self.first_sd.translation]);
+        self.sums().for_each(|sum| sum.write(to));
+        self.median.write(to);
+    }
+
+    /// In the place of one without pairs.
+    pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        self.pairs = from.word()?;
+        if self.pairs == 0 {
+            return Ok(());
+        }
+        self.first.iter_mut().try_for_each(|first| from.numbers(first.iter_mut()))?;
+        self.first_sd = StandardDeviations { rotation: from.size()?, translation: from.size()? };
+        let Self { baseline, axis, rotation, squares, angle, .. } = self;
+        for sum in baseline.iter_mut().chain(axis).chain(rotation).chain(squares).chain([angle]) {
+            sum.read(from)?;
+        }
+        self.median.read(from)
+    }
+
+    fn sums(&self) -> impl Iterator<Item = &Sum<T>> {
+        let Self { baseline, axis, rotation, squares, angle, .. } = self;
+        baseline.iter().chain(axis).chain(rotation).chain(squares).chain([angle])
     }
 
     /// Pairs added.

@@ -6,6 +6,8 @@
 //! gross values moves neither the centre nor the step. A distribution that shifts later is followed
 //! only as fast as the steps allow.
 
+use crate::error::RestoreError;
+use crate::record::{Reader, Writer};
 use crate::scalar::Scalar;
 
 /// Values kept and sorted exactly.
@@ -40,6 +42,23 @@ impl<T: Scalar> Median<T> {
                 self.centre -= step;
             }
         }
+    }
+
+    pub(super) fn write(&self, to: &mut Writer<'_>) {
+        to.numbers(&self.window.values);
+        to.word(self.count);
+        to.numbers(&[self.centre, self.step]);
+    }
+
+    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        from.numbers(&mut self.window.values)?;
+        self.count = from.word()?;
+        // One value a place, as long as there are places.
+        self.window.filled = usize::try_from(self.count).unwrap_or(WINDOW).min(WINDOW);
+        let filled = self.window.values.iter().take(self.window.filled);
+        self.centre = from.number()?;
+        self.step = from.size()?;
+        if filled.is_sorted() { Ok(()) } else { Err(RestoreError::Absurd) }
     }
 
     /// The median so far; `None` before the first value.

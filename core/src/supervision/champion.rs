@@ -5,10 +5,11 @@ use nalgebra::Vector5;
 
 use super::Lineage;
 use super::filter::{Advance, Filter};
-use crate::error::Refusal;
+use crate::error::{Refusal, RestoreError};
 use crate::information::Information;
 use crate::moments::Moments;
 use crate::quadratic::Quadratic;
+use crate::record::{Reader, Writer};
 use crate::rectification::RectifyingRotations;
 use crate::robust::Evidence;
 use crate::scalar::Scalar;
@@ -45,6 +46,10 @@ pub(super) struct Champion<T: Scalar> {
 }
 
 impl<T: Scalar> Champion<T> {
+    /// Numbers and words in a record.
+    pub(super) const NUMBERS: usize = Filter::<T>::NUMBERS + 101;
+    pub(super) const WORDS: usize = Filter::<T>::WORDS + 1;
+
     /// Of nobody yet: to be crowned.
     pub(super) const EMPTY: Self = Self {
         filter: Filter::EMPTY,
@@ -69,6 +74,32 @@ impl<T: Scalar> Champion<T> {
         self.long = Quadratic::ZERO;
         self.long_scatter = Information::ZERO;
         (self.cumulative, self.since) = (T::ZERO, 0);
+    }
+
+    pub(super) fn write(&self, to: &mut Writer<'_>) {
+        self.filter.write(to);
+        self.short.write(to);
+        self.short_scatter.0.write(to);
+        self.long.write(to);
+        self.long_scatter.0.write(to);
+        to.number(self.cumulative);
+        to.word(self.since);
+    }
+
+    /// In the place of an empty one.
+    pub(super) fn read(
+        &mut self,
+        from: &mut Reader<'_>,
+        lineage: &Lineage<T>,
+    ) -> Result<(), RestoreError> {
+        self.filter.read(from, lineage)?;
+        self.short.read(from)?;
+        self.short_scatter.0.read(from)?;
+        self.long.read(from)?;
+        self.long_scatter.0.read(from)?;
+        self.cumulative = from.size()?;
+        self.since = from.word()?;
+        Ok(())
     }
 
     /// Takes in one more pair; whether the pairs of late speak of another rig.

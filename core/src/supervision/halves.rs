@@ -4,8 +4,10 @@
 use nalgebra::Vector5;
 
 use super::Lineage;
+use crate::error::RestoreError;
 use crate::information::StandardDeviations;
 use crate::quadratic::Quadratic;
+use crate::record::{Reader, Writer};
 use crate::robust::Evidence;
 use crate::scalar::Scalar;
 
@@ -69,6 +71,19 @@ impl<T: Scalar> Halves<T> {
         let [heard, distinct] = self.heard;
         self.heard = [heard.saturating_add(1), distinct.saturating_add(u32::from(!repeated))];
         self.disagreement = self.between(lineage);
+    }
+
+    pub(super) fn write(&self, to: &mut Writer<'_>) {
+        self.parts.iter().for_each(|part| part.write(to));
+        self.heard.iter().for_each(|heard| to.word(*heard));
+        to.number(self.disagreement);
+    }
+
+    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        self.parts.iter_mut().try_for_each(|part| part.read(from))?;
+        self.heard = [from.word()?, from.word()?];
+        self.disagreement = from.size()?;
+        Ok(())
     }
 
     /// Disagreement, in standard deviations per degree of freedom.

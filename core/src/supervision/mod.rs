@@ -19,8 +19,9 @@ pub(crate) use inquiry::{Finding, Inquiry, Refused, SpeaksFor, Subject};
 pub(crate) use stillness::Stillness;
 
 use crate::config::Config;
-use crate::error::Refusal;
+use crate::error::{Refusal, RestoreError};
 use crate::extrinsics::Extrinsics;
+use crate::record::{Reader, Writer};
 use crate::rectification::RectifyingRotations;
 use crate::robust::{Evidence, Judged};
 use crate::scalar::Scalar;
@@ -137,12 +138,58 @@ pub(crate) struct Supervisor<T: Scalar> {
 }
 
 impl<T: Scalar> Supervisor<T> {
+    /// Numbers and words in the longest record.
+    pub(crate) const NUMBERS: usize = Champion::<T>::NUMBERS + Filter::<T>::NUMBERS;
+    pub(crate) const WORDS: usize = Champion::<T>::WORDS + Filter::<T>::WORDS + 5;
+
     pub(crate) const fn new() -> Self {
         Self { champion: None, challenger: None, rejected: 0, round: 0 }
     }
 
     pub(crate) fn forget(&mut self) {
         *self = Self { round: self.round.wrapping_add(1), ..Self::new() };
+    }
+
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        to.flag(self.champion.is_some());
+        if let Some(champion) = &self.champion {
+            champion.write(to);
+        }
+        to.flag(self.challenger.is_some());
+        if let Some(Challenger { filter, agreed, failed }) = &self.challenger {
+            filter.write(to);
+            to.word((*agreed).into());
+            to.word((*failed).into());
+        }
+        to.word(self.rejected.into());
+    }
+
+    /// In the place of one without pairs, or of what a failure has left. The champion is suspect until a
+    /// pair confirms it.
+    #[inline(never)]
+    pub(crate) fn read(
+        &mut self,
+        from: &mut Reader<'_>,
+        lineage: &Lineage<T>,
+    ) -> Result<(), RestoreError> {
+        let small = |word: u32| u16::try_from(word).map_err(|_| RestoreError::Absurd);
+        if from.flag()? {
+            self.make_room();
+            let champion = self.champion.as_mut().ok_or(RestoreError::NotFresh)?;
+            champion.read(from, lineage)?;
+        }
+        if from.flag()? {
+            self.vacate();
+            let challenger = self.challenger.as_mut().ok_or(RestoreError::NotFresh)?;
+            challenger.filter.read(from, lineage)?;
+            challenger.agreed = small(from.word()?)?;
+            challenger.failed = small(from.word()?)?;
+        }
+        let rejected = small(from.word()?)?;
+        if self.champion.is_some() {
+            self.rejected = rejected.clamp(1, LOST_AFTER - 1);
+        }
+        Ok(())
     }
 
     pub(crate) fn state(&self) -> State {

@@ -13,6 +13,7 @@ mod bias;
 mod fusion;
 mod health;
 mod homography;
+mod memory;
 mod robust;
 mod scene;
 mod selection;
