@@ -2,7 +2,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 
-/// A byte at a time: 1 KiB of flash; sixteen at a time would take 16.
+/// A byte at a time: a table of 1,024 bytes; sixteen at a time would take 16 of them.
 static CRC_32: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
 /// A running checksum.

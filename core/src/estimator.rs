@@ -222,7 +222,10 @@ impl<T: Scalar> Estimator<T> {
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         match self {
             Self::Paper { fusion, .. } => fusion.write(to),
-            Self::Robust { supervisor, .. } => supervisor.write(to),
+            Self::Robust { supervisor, stillness, .. } => {
+                supervisor.write(to);
+                stillness.write(to);
+            }
         }
     }
 
@@ -242,8 +245,9 @@ impl<T: Scalar> Estimator<T> {
                 *unconfirmed = true;
                 fusion.read(from)
             }
-            Self::Robust { supervisor, .. } => {
-                supervisor.read(from, &Lineage::new(config, factory))
+            Self::Robust { supervisor, stillness, .. } => {
+                let read = supervisor.read(from, &Lineage::new(config, factory));
+                read.and_then(|()| if from.version() < 2 { Ok(()) } else { stillness.read(from) })
             }
         };
         let read = read.and_then(|()| from.end()).and_then(|()| self.check(config, factory));

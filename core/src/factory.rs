@@ -51,7 +51,7 @@ impl<T: Scalar> FactoryCalibration<T> {
     /// # Errors
     /// [`SnapshotError::Room`].
     pub fn to_record<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b [u8], SnapshotError> {
-        record::write::<T>(&Label::FACTORY, buffer, |to| write(&self.cameras, &self.extrinsics, to))
+        record::write::<T>(Label::FACTORY, buffer, |to| write(&self.cameras, &self.extrinsics, to))
             .map_err(|needed| SnapshotError::Room { needed })
     }
 
@@ -60,7 +60,7 @@ impl<T: Scalar> FactoryCalibration<T> {
     /// # Errors
     /// [`RestoreError`].
     pub fn from_record(record: &[u8]) -> Result<Self, RestoreError> {
-        let mut from = record::open::<T>(&Label::FACTORY, record)?;
+        let mut from = record::open::<T>(Label::FACTORY, record)?;
         let cameras = Cameras { left: read_camera(&mut from)?, right: read_camera(&mut from)? };
         let extrinsics = Extrinsics::read(&mut from)?;
         from.end()?;
@@ -85,7 +85,9 @@ fn write_camera<T: Scalar>(camera: &Camera<T>, to: &mut Writer<'_>) {
     let Intrinsics { focal, principal, size } = camera.intrinsics();
     to.numbers(focal);
     to.numbers(principal);
-    size.iter().for_each(|length| to.word((*length).into()));
+    for length in size {
+        to.word((*length).into());
+    }
     match camera.lens() {
         Lens::Pinhole => to.word(0),
         Lens::RadialTangential(lens) => {

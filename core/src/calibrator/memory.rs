@@ -6,15 +6,15 @@ use crate::extrinsics::Extrinsics;
 use crate::factory::fingerprint;
 use crate::record::{self, FRAME_BYTES, Kind, Label, Reader, Writer};
 use crate::scalar::Scalar;
-use crate::supervision::Supervisor;
+use crate::supervision::{Stillness, Supervisor};
 
 /// Numbers and words beside the estimator's: what is in use and was before; generation, frozen, whether
 /// anything was before.
 const NUMBERS: usize = 24;
-const WORDS: usize = 3;
+const WORDS: usize = 3 + Stillness::WORDS;
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
-    /// Length of the longest record of [`Calibrator::snapshot`]: 2,336 bytes in `f32`.
+    /// Length of the longest record of [`Calibrator::snapshot`]: 2,532 bytes in `f32`.
     pub const SNAPSHOT_BYTES: usize = FRAME_BYTES
         + 4 * (WORDS + Supervisor::<T>::WORDS)
         + (NUMBERS + Supervisor::<T>::NUMBERS) * size_of::<T>();
@@ -27,7 +27,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// [`SnapshotError`].
     pub fn snapshot<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b [u8], SnapshotError> {
         let label = self.label().ok_or(SnapshotError::NoCameras)?;
-        record::write::<T>(&label, buffer, |to| self.write(to))
+        record::write::<T>(label, buffer, |to| self.write(to))
             .map_err(|needed| SnapshotError::Room { needed })
     }
 
@@ -45,7 +45,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if self.estimator.has_pairs() || self.estimator.is_busy() {
             return Err(RestoreError::NotFresh);
         }
-        self.read(&mut record::open::<T>(&label, record)?)
+        self.read(&mut record::open::<T>(label, record)?)
     }
 
     fn label(&self) -> Option<Label> {

@@ -11,8 +11,8 @@
 //! | 12 | the numbers, each type in the order of its fields |
 //! | last 4 | CRC-32 of all before it |
 //!
-//! A later version may only add to the end of what one type writes, and reads what is not there as
-//! nothing: [`Reader::version`].
+//! Version 2 adds the scene of the last pair at the end; a record of version 1 is read without. A later
+//! version reads those before it: [`Reader::version`].
 
 mod reader;
 mod writer;
@@ -26,7 +26,7 @@ use crate::scalar::Scalar;
 const MAGIC: [u8; 4] = *b"SCRC";
 
 /// Version that is written; those from 1 on are read.
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 
 /// Bytes before the numbers, and after them.
 pub(crate) const FRAME_BYTES: usize = 16;
@@ -36,6 +36,15 @@ pub(crate) const FRAME_BYTES: usize = 16;
 pub(crate) enum Kind {
     Factory,
     State,
+}
+
+impl Kind {
+    fn number(self) -> u8 {
+        match self {
+            Self::Factory => 1,
+            Self::State => 2,
+        }
+    }
 }
 
 /// What a record must be to be read.
@@ -50,33 +59,25 @@ pub(crate) struct Label {
 impl Label {
     pub(crate) const FACTORY: Self = Self { kind: Kind::Factory, method: 0, rig: 0 };
 
-    fn write<T: Scalar>(&self, to: &mut Writer<'_>) {
-        let kind = match self.kind {
-            Kind::Factory => 1,
-            Kind::State => 2,
-        };
+    fn write<T: Scalar>(self, to: &mut Writer<'_>) {
         to.bytes(&MAGIC);
-        to.bytes(&[VERSION, kind, T::BYTES, self.method]);
+        to.bytes(&[VERSION, self.kind.number(), T::BYTES, self.method]);
         to.word(self.rig);
     }
 
     /// Checks the first bytes of a record; its version.
-    fn check<T: Scalar>(&self, from: &mut Reader<'_>) -> Result<u8, RestoreError> {
-        let mut own = [0; 12];
-        let mut writer = Writer::new(&mut own);
-        self.write::<T>(&mut writer);
-        let [.., kind, scalar, method, _, _, _, _] = own;
-        let [m0, m1, m2, m3, version, its_kind, its_scalar, its_method] = from.bytes::<8>()?;
-        if [m0, m1, m2, m3] != MAGIC || its_kind != kind {
+    fn check<T: Scalar>(self, from: &mut Reader<'_>) -> Result<u8, RestoreError> {
+        let [m0, m1, m2, m3, version, kind, scalar, method] = from.bytes()?;
+        if [m0, m1, m2, m3] != MAGIC || kind != self.kind.number() {
             return Err(RestoreError::Foreign);
         }
         if !(1..=VERSION).contains(&version) {
             return Err(RestoreError::Version(version));
         }
-        if its_scalar != scalar {
+        if scalar != T::BYTES {
             return Err(RestoreError::Scalar);
         }
-        if its_method != method {
+        if method != self.method {
             return Err(RestoreError::Preset);
         }
         if from.word()? != self.rig {
@@ -90,27 +91,23 @@ impl Label {
 ///
 /// # Errors
 /// `Err` with the bytes that are needed, if there is less room.
-pub(crate) fn write<'b, T: Scalar>(
-    label: &Label,
-    buffer: &'b mut [u8],
+pub(crate) fn write<T: Scalar>(
+    label: Label,
+    buffer: &mut [u8],
     body: impl FnOnce(&mut Writer<'_>),
-) -> Result<&'b [u8], usize> {
+) -> Result<&[u8], usize> {
     let mut writer = Writer::new(buffer);
     label.write::<T>(&mut writer);
     body(&mut writer);
     let needed = writer.finish();
-    let room = buffer.len();
-    buffer.get(..needed).filter(|_| needed <= room).ok_or(needed)
+    buffer.get(..needed).ok_or(needed)
 }
 
 /// Opens a record for its numbers to be read.
 ///
 /// # Errors
 /// [`RestoreError`].
-pub(crate) fn open<'r, T: Scalar>(
-    label: &Label,
-    record: &'r [u8],
-) -> Result<Reader<'r>, RestoreError> {
+pub(crate) fn open<T: Scalar>(label: Label, record: &[u8]) -> Result<Reader<'_>, RestoreError> {
     let mut reader = Reader::checked(record)?;
     reader.version = label.check::<T>(&mut reader)?;
     Ok(reader)

@@ -42,7 +42,7 @@ impl<'a> Reader<'a> {
         if self.rest.is_empty() { Ok(()) } else { Err(RestoreError::Damaged) }
     }
 
-    pub(super) fn bytes<const B: usize>(&mut self) -> Result<[u8; B], RestoreError> {
+    pub(crate) fn bytes<const B: usize>(&mut self) -> Result<[u8; B], RestoreError> {
         let (bytes, rest) = self.rest.split_first_chunk().ok_or(RestoreError::Damaged)?;
         self.rest = rest;
         Ok(*bytes)

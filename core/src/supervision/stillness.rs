@@ -4,6 +4,8 @@
 //! one pair, however often they come.
 
 use crate::correspondence::RayPair;
+use crate::error::RestoreError;
+use crate::record::{Reader, Writer};
 use crate::scalar::Scalar;
 
 /// Correspondences remembered of a pair: as many as a word has bits.
@@ -26,6 +28,9 @@ pub(crate) struct Stillness {
 }
 
 impl Stillness {
+    /// Words in the longest record.
+    pub(crate) const WORDS: usize = 1 + REMEMBERED * 3 / 2;
+
     pub(crate) const fn new() -> Self {
         Self { remembered: heapless::Vec::new() }
     }
@@ -72,6 +77,25 @@ impl Stillness {
 
     pub(crate) fn forget(&mut self) {
         self.remembered.clear();
+    }
+
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        to.word(u32::try_from(self.remembered.len()).unwrap_or(u32::MAX));
+        for coordinate in self.remembered.iter().flatten() {
+            to.bytes(&coordinate.to_le_bytes());
+        }
+    }
+
+    pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        self.remembered.clear();
+        for _ in 0..from.word()? {
+            let mut old = [0; 3];
+            for coordinate in &mut old {
+                *coordinate = u16::from_le_bytes(from.bytes()?);
+            }
+            self.remembered.push(old).map_err(|_| RestoreError::Absurd)?;
+        }
+        Ok(())
     }
 }
 
