@@ -114,7 +114,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// # Errors
     /// [`PushError`]; the batch is as it was. [`PushError::Busy`] while a pair is being solved.
     pub fn push(&mut self, correspondence: &Correspondence<T>) -> Result<Pushed, PushError> {
-        if self.estimator.is_busy() {
+        if self.is_solving() {
             return Err(PushError::Busy);
         }
         let cameras = self.cameras.as_ref().ok_or(PushError::NoCameras)?;
@@ -288,6 +288,11 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// The batch at hand.
     pub fn batch(&self) -> &Batch<T, N> {
         &self.batch
+    }
+
+    /// Whether a pair has been begun and is not solved: until then correspondences are refused.
+    pub fn is_solving(&self) -> bool {
+        self.estimator.is_busy()
     }
 
     /// The cameras, once set.

@@ -35,6 +35,7 @@ mod health;
 mod homography;
 mod huber;
 mod information;
+pub mod link;
 mod loss;
 pub mod metrics;
 mod moments;

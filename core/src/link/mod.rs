@@ -1,0 +1,32 @@
+//! The link to a matcher: its frames off the wire, into a batch.
+//!
+//! [`FrameHeader`] and [`Record`] are the bytes; [`Decoder`] finds whole frames in any stream of them
+//! and loses no frame but those that were damaged; [`Intake`] is what a frame goes into, a
+//! [`Calibrator`](crate::Calibrator) for one. [`FpgaMatcher`] reads from SPI and a data-ready line,
+//! [`StreamMatcher`] from a UART or a ring that DMA fills. Nothing of the mathematics depends on it.
+#![doc = ""]
+#![doc = include_str!("FORMAT.md")]
+
+mod counters;
+mod crc;
+mod decoder;
+mod event;
+mod fpga;
+mod frame;
+mod header;
+mod inlet;
+mod intake;
+mod record;
+mod stream;
+mod window;
+
+pub use counters::Counters;
+pub use crc::FrameCrc;
+pub use decoder::Decoder;
+pub use event::{Damage, Event};
+pub use fpga::{FpgaError, FpgaMatcher};
+pub use header::{FrameHeader, HeaderError};
+pub use inlet::Polled;
+pub use intake::{FrameRefusal, Intake, Received};
+pub use record::{EncodeError, Record, RecordError};
+pub use stream::{StreamError, StreamMatcher};

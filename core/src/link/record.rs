@@ -1,0 +1,138 @@
+//! A correspondence on the wire.
+
+use thiserror::Error;
+
+use super::header::{FrameHeader, MAX_LEVEL};
+use crate::correspondence::Correspondence;
+use crate::scalar::Scalar;
+
+/// Largest coordinate, steps of the wire: 24 bits, which `f32` holds without rounding.
+const MAX_COORDINATE: u32 = (1 << 24) - 1;
+
+/// A score of 1.
+const FULL_SCORE: f32 = 65_535.0;
+
+/// One correspondence in the units of the wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Record {
+    left: [u32; 2],
+    right: [u32; 2],
+    score: u16,
+    level: u8,
+}
+
+/// Which quantity of a correspondence does not fit a record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum EncodeError {
+    /// A coordinate is not finite, negative, or beyond 24 bits of the wire's step. Drop the match.
+    #[error("a coordinate is not within the 24 bits of a record")]
+    Coordinate,
+    /// The score is not within 0 to 1. Drop the match.
+    #[error("the score is not within 0 to 1")]
+    Score,
+    /// No level of the header's pyramid has this grid step. Correct the header.
+    #[error("the grid step is of no level of the header's pyramid")]
+    GridStep,
+}
+
+/// Why sixteen bytes with a right CRC are no record. Correct the sender.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum RecordError {
+    /// Pyramid level: 0 to 15.
+    #[error("pyramid level {0} is not within 0 to 15")]
+    Level(u8),
+    /// The last byte is 0 in version 1.
+    #[error("the reserved byte is {0:#04x}")]
+    Reserved(u8),
+}
+
+impl Record {
+    /// Length on the wire, bytes.
+    pub const BYTES: usize = 16;
+
+    /// Rounds a correspondence to the resolution of the wire.
+    ///
+    /// * `header`: of the frame that the record goes into; it says resolution and grid.
+    ///
+    /// # Errors
+    /// [`EncodeError`].
+    pub fn encode(c: &Correspondence<f32>, header: &FrameHeader) -> Result<Self, EncodeError> {
+        let scale = header.steps_per_px();
+        let coordinate = |px: f32| {
+            let steps = rounded(px, scale).filter(|&steps| steps <= MAX_COORDINATE);
+            steps.ok_or(EncodeError::Coordinate)
+        };
+        let score = rounded(c.score, FULL_SCORE).and_then(|score| u16::try_from(score).ok());
+        Ok(Self {
+            left: [coordinate(c.left[0])?, coordinate(c.left[1])?],
+            right: [coordinate(c.right[0])?, coordinate(c.right[1])?],
+            score: score.ok_or(EncodeError::Score)?,
+            level: header.level_of(c.grid_step).ok_or(EncodeError::GridStep)?,
+        })
+    }
+
+    /// As bytes on the wire.
+    #[must_use]
+    pub fn to_bytes(&self) -> [u8; Self::BYTES] {
+        let [a0, a1, a2, _] = self.left[0].to_le_bytes();
+        let [b0, b1, b2, _] = self.left[1].to_le_bytes();
+        let [c0, c1, c2, _] = self.right[0].to_le_bytes();
+        let [d0, d1, d2, _] = self.right[1].to_le_bytes();
+        let [s0, s1] = self.score.to_le_bytes();
+        [a0, a1, a2, b0, b1, b2, c0, c1, c2, d0, d1, d2, s0, s1, self.level, 0]
+    }
+
+    /// From bytes off the wire.
+    ///
+    /// # Errors
+    /// [`RecordError`].
+    #[inline(always)]
+    pub fn from_bytes(bytes: &[u8; Self::BYTES]) -> Result<Self, RecordError> {
+        let [a0, a1, a2, b0, b1, b2, c0, c1, c2, d0, d1, d2, s0, s1, level, reserved] = *bytes;
+        if level > MAX_LEVEL {
+            return Err(RecordError::Level(level));
+        }
+        if reserved != 0 {
+            return Err(RecordError::Reserved(reserved));
+        }
+        Ok(Self {
+            left: [u32::from_le_bytes([a0, a1, a2, 0]), u32::from_le_bytes([b0, b1, b2, 0])],
+            right: [u32::from_le_bytes([c0, c1, c2, 0]), u32::from_le_bytes([d0, d1, d2, 0])],
+            score: u16::from_le_bytes([s0, s1]),
+            level,
+        })
+    }
+
+    /// The correspondence, px; exact.
+    ///
+    /// * `header`: of the frame that the record came in.
+    #[must_use]
+    #[inline(always)]
+    pub fn decode(&self, header: &FrameHeader) -> Correspondence<f32> {
+        let step = 1.0 / header.steps_per_px();
+        let px = |steps: u32| f32::count(steps) * step;
+        Correspondence {
+            left: self.left.map(px),
+            right: self.right.map(px),
+            score: f32::from(self.score) / FULL_SCORE,
+            grid_step: header.grid_step_px(self.level),
+        }
+    }
+}
+
+/// `x * scale` rounded to the nearest integer; `None` if it is negative, beyond 32 bits, or NaN.
+#[expect(
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "in range, and cutting off the fraction is meant"
+)]
+fn rounded(x: f32, scale: f32) -> Option<u32> {
+    // In f64, where adding the half does not itself round.
+    let nearest = f64::from(x) * f64::from(scale) + 0.5;
+    (nearest >= 0.5 && nearest < f64::from(u32::MAX)).then_some(nearest as u32)
+}

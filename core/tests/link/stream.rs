@@ -1,0 +1,101 @@
+//! Frames to send, and what a decoder hands out of a stream.
+
+use stereo_selfcal::Correspondence;
+use stereo_selfcal::link::{Damage, Decoder, Event, FrameCrc, FrameHeader, Record};
+
+/// A frame as it is meant and as it is sent.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Frame {
+    pub(crate) header: FrameHeader,
+    pub(crate) matches: Vec<Correspondence<f32>>,
+}
+
+pub(crate) const HEADER: FrameHeader = FrameHeader {
+    timestamp_us: 0x0123_4567_89ab_cdef,
+    sequence: 0,
+    count: 0,
+    image_size: [1920, 1200],
+    grid_step: 256,
+    fraction_bits: 8,
+    pyramid_ratio: 77,
+    dropped_before: false,
+    more_found: false,
+};
+
+impl Frame {
+    /// `count` plain matches.
+    pub(crate) fn plain(sequence: u32, count: u16) -> Self {
+        let header = FrameHeader { sequence, count, ..HEADER };
+        let matches = (0..count).map(|i| {
+            let [u, v] = [i * 37 % 1800 + 100, i * 71 % 1200].map(f32::from);
+            Correspondence {
+                left: [u + 0.25, v],
+                right: [u - 50.5, v + 1.5],
+                score: 1.0,
+                grid_step: header.grid_step_px((i % 8) as u8),
+            }
+        });
+        Self { header, matches: matches.collect() }
+    }
+
+    pub(crate) fn bytes(&self) -> Vec<u8> {
+        let records = self.matches.iter().map(|c| Record::encode(c, &self.header).unwrap());
+        let records: Vec<_> = records.map(|record| record.to_bytes()).collect();
+        sealed(&self.header.encode().unwrap(), &records)
+    }
+}
+
+/// Header and records with the frame's CRC at their end.
+pub(crate) fn sealed(
+    header: &[u8; FrameHeader::BYTES],
+    records: &[[u8; Record::BYTES]],
+) -> Vec<u8> {
+    let mut crc = FrameCrc::new(header);
+    records.iter().for_each(|record| crc.add(record));
+    [&header[..], records.as_flattened(), &crc.value().to_le_bytes()].concat()
+}
+
+/// All events of a stream that comes in the given pieces.
+pub(crate) fn events<'a>(
+    decoder: &mut Decoder,
+    pieces: impl IntoIterator<Item = &'a [u8]>,
+) -> Vec<Event> {
+    let mut events = Vec::new();
+    for mut piece in pieces {
+        events.extend(std::iter::from_fn(|| decoder.next(&mut piece)));
+        assert!(piece.is_empty());
+    }
+    events
+}
+
+/// The whole frames among the events, and why others are lost.
+pub(crate) fn whole(events: &[Event]) -> (Vec<Frame>, Vec<Damage>) {
+    let (mut frames, mut damages) = (Vec::new(), Vec::new());
+    let mut open: Option<Frame> = None;
+    for event in events {
+        match event {
+            Event::Started(header) => {
+                assert!(open.is_none(), "a frame starts inside another");
+                open = Some(Frame { header: *header, matches: Vec::new() });
+            }
+            Event::Match(c) => open.as_mut().unwrap().matches.push(*c),
+            Event::Finished(header) => {
+                let frame = open.take().unwrap();
+                assert_eq!(frame.header, *header);
+                frames.push(frame);
+            }
+            Event::Discarded(damage) => {
+                open.take().unwrap();
+                damages.push(*damage);
+            }
+        }
+    }
+    (frames, damages)
+}
+
+/// The whole frames of a stream that comes in one piece, and why others are lost.
+pub(crate) fn received(bytes: &[u8]) -> (Vec<Frame>, Vec<Damage>, Decoder) {
+    let mut decoder = Decoder::new();
+    let (frames, damages) = whole(&events(&mut decoder, [bytes]));
+    (frames, damages, decoder)
+}
