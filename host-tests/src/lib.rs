@@ -16,6 +16,7 @@ pub mod replay;
 pub mod scenario;
 pub mod synth;
 pub mod view;
+pub mod wire;
 
 /// Whether an error comes of a closed output, as by `| head`.
 #[must_use]
