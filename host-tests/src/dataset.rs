@@ -67,6 +67,22 @@ pub struct Meta {
     pub other: serde_json::Map<String, serde_json::Value>,
 }
 
+impl Meta {
+    /// Reads a `meta.json`, that of a folder, or that of the shipped set of that name.
+    ///
+    /// # Errors
+    /// Names the file.
+    pub fn find(place: &Path) -> Result<Self> {
+        if place.is_file() { Self::read(place) } else { Ok(Dataset::find(place)?.meta) }
+    }
+
+    fn read(path: &Path) -> Result<Self> {
+        let text =
+            fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+        serde_json::from_str(&text).with_context(|| format!("cannot understand {}", path.display()))
+    }
+}
+
 /// Lens model of a data set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -162,12 +178,8 @@ impl Dataset {
     /// # Errors
     /// Names the file, and the line where there is one.
     pub fn load(dir: &Path) -> Result<Self> {
-        let meta_path = dir.join("meta.json");
-        let text = fs::read_to_string(&meta_path).with_context(|| {
-            format!("{} is not a data set: cannot read its meta.json", dir.display())
-        })?;
-        let meta = serde_json::from_str(&text)
-            .with_context(|| format!("cannot understand {}", meta_path.display()))?;
+        let meta = Meta::read(&dir.join("meta.json"))
+            .with_context(|| format!("{} is not a data set", dir.display()))?;
         let pairs_dir = dir.join("pairs");
         let mut files: Vec<PathBuf> = fs::read_dir(&pairs_dir)
             .with_context(|| format!("cannot list {}", pairs_dir.display()))?

@@ -23,15 +23,19 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Replay(cli::ReplayArgs),
+    Record(cli::RecordArgs),
     Synth(cli::SynthArgs),
     Campaign(cli::CampaignArgs),
+    Link(cli::LinkArgs),
 }
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Replay(args) => cli::replay(&args),
+        Command::Record(args) => cli::record(&args),
         Command::Synth(args) => cli::synth(&args),
         Command::Campaign(args) => cli::campaign(&args),
+        Command::Link(args) => cli::link(&args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::Correspondence;
 use stereo_selfcal::link::{Decoder, Event, FrameHeader, Record};
 
-use super::faults::{FaultyWire, Faults, Sent};
+use super::faults::{Faults, FaultyWire, Sent};
 use super::recording::seal;
 
 /// Frames that are on the wire at once: what a piece of damage could possibly touch.
@@ -106,10 +106,8 @@ impl Campaign {
             let sequence = first.wrapping_add(i);
             let frame = any_frame(&mut rng, sequence);
             let sent = wire.send(&frame, &mut on_wire);
-            let after_whole = std::mem::replace(
-                &mut whole,
-                matches!(sent, Sent::Intact | Sent::Repeated),
-            );
+            let after_whole =
+                std::mem::replace(&mut whole, matches!(sent, Sent::Intact | Sent::Repeated));
             receiver.expect(Expected { sequence, frame, sent, after_whole, seen: false });
             // The receiver cuts where it likes, also within the next frame.
             let kept = if rng.random_bool(0.3) { rng.random_range(0..=on_wire.len()) } else { 0 };
@@ -231,6 +229,7 @@ fn any_frame(rng: &mut ChaCha8Rng, sequence: u32) -> Vec<u8> {
 }
 
 /// Whether a frame is what came out: by other arithmetic than the decoder's.
+#[expect(clippy::float_cmp, reason = "fixed point is exact")]
 fn is_content(frame: &[u8], header: &FrameHeader, matches: &[Correspondence<f32>]) -> bool {
     let records = frame[32..frame.len() - 4].chunks_exact(16);
     let word = |at: usize| u32::from_le_bytes(frame[at..at + 4].try_into().expect("four bytes"));

@@ -5,5 +5,5 @@ mod faults;
 mod recording;
 
 pub use campaign::{Campaign, Tally};
-pub use faults::{FaultyWire, Faults, Sent};
+pub use faults::{Faults, FaultyWire, Sent};
 pub use recording::{Recording, Sender};

@@ -1,5 +1,7 @@
 //! A data set as the bytes that a matcher would send, and back.
 
+use std::fmt;
+
 use anyhow::{Context, Result, ensure};
 use stereo_selfcal::Correspondence;
 use stereo_selfcal::link::{Counters, Decoder, Event, FrameCrc, FrameHeader, Record};
@@ -152,6 +154,29 @@ impl Recording {
         }
         let pairs = self.frames.iter().map(|(_, m)| m.iter().map(as_match).collect());
         Ok(Dataset { name: name.into(), meta, pairs: pairs.collect(), rigs: Vec::new() })
+    }
+}
+
+impl fmt::Display for Recording {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let c = &self.counters;
+        write!(f, "{} whole frames", self.frames.len())?;
+        for (count, what) in [
+            (c.bad_crc, "with a wrong checksum"),
+            (c.bad_header, "with a damaged header"),
+            (c.cut, "cut short"),
+            (c.foreign, "of another version"),
+            (c.gaps, "missing in the sequence"),
+            (c.repeats, "repeated"),
+            (c.restarts, "restarts of the sender"),
+            (c.overruns, "with others dropped before them by the sender"),
+            (c.skipped_bytes, "bytes between frames passed over"),
+        ] {
+            if count > 0 {
+                write!(f, ", {count} {what}")?;
+            }
+        }
+        Ok(())
     }
 }
 

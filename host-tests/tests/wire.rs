@@ -1,0 +1,173 @@
+//! Data sets over the link: what the calibrator makes of a faulty wire is what it makes of the frames
+//! that survive.
+
+use assert_cmd::Command;
+use host_tests::dataset::Dataset;
+use host_tests::wire::{Faults, FaultyWire, Recording, Sender, Sent};
+use stereo_selfcal::link::{Decoder, Received};
+use stereo_selfcal::{Calibrator, Config, Correspondence};
+
+type Controller = Calibrator<f32, 256>;
+
+fn set(name: &str) -> Dataset {
+    Dataset::load(&Dataset::shipped().join(name)).unwrap()
+}
+
+fn controller(set: &Dataset) -> Box<Controller> {
+    let mut controller = Box::new(Controller::new(Config::robust().with_automatic_apply(true)));
+    controller.set_cameras(set.cameras().unwrap());
+    controller
+}
+
+fn solve_and_fuse(controller: &mut Controller) {
+    if let Ok(report) = controller.solve_pair() {
+        let _ = controller.fuse(&report);
+    }
+    controller.clear_pair();
+}
+
+/// All that the calibrator has learnt.
+fn memory(controller: &Controller) -> Vec<u8> {
+    let mut buffer = vec![0; Controller::SNAPSHOT_BYTES];
+    controller.snapshot(&mut buffer).unwrap().to_vec()
+}
+
+/// As the wire carries it, by other arithmetic than the link's.
+fn quantised(m: &host_tests::dataset::Match) -> Correspondence<f32> {
+    let exact: Correspondence<f32> = m.correspondence();
+    let px = |x: f32| (x * 256.0).round() / 256.0;
+    Correspondence {
+        left: exact.left.map(px),
+        right: exact.right.map(px),
+        score: (exact.score * 65_535.0).round() / 65_535.0,
+        grid_step: 1.0 / 256.0,
+    }
+}
+
+#[test]
+fn the_outcome_over_a_faulty_wire_is_that_of_the_frames_that_survive_bit_for_bit() {
+    let set = set("opencv_chess_sift");
+    let sender = Sender::of(&set).unwrap();
+    let one_in_a_hundred = Faults { damaged: 0.01, dropped: 0.01, ..Faults::NONE };
+    let [mut damaged, mut dropped, mut applied] = [0; 3];
+    for seed in 0..20 {
+        let mut wire = FaultyWire::new(one_in_a_hundred, seed);
+        let (mut bytes, mut direct) = (Vec::new(), controller(&set));
+        let mut survivors = 0;
+        // Three times round, so that every run has its faults.
+        for (sequence, pair) in (0..).zip(set.pairs.iter().cycle().take(39)) {
+            let (frame, left_out) = sender.frame(sequence, pair);
+            assert_eq!(left_out, 0);
+            match wire.send(&frame, &mut bytes) {
+                Sent::Damaged => damaged += 1,
+                Sent::Dropped => dropped += 1,
+                Sent::Intact | Sent::Repeated => {
+                    survivors += 1;
+                    for m in pair {
+                        direct.push(&quantised(m)).unwrap();
+                    }
+                    solve_and_fuse(&mut direct);
+                }
+            }
+        }
+        let (mut linked, mut decoder) = (controller(&set), Decoder::new());
+        let (mut rest, mut received) = (&bytes[..], 0);
+        while let Some(Received { .. }) = decoder.feed(&mut rest, &mut *linked).unwrap() {
+            received += 1;
+            solve_and_fuse(&mut linked);
+        }
+        assert_eq!(received, survivors, "seed {seed}");
+        assert_eq!(memory(&linked), memory(&direct), "seed {seed}");
+        assert_eq!(linked.in_use(), direct.in_use(), "seed {seed}");
+        applied += linked.generation();
+    }
+    println!("{damaged} damaged and {dropped} dropped of 780 frames, 20 outcomes the same");
+    assert!(damaged > 3 && dropped > 3 && applied >= 20, "{damaged} {dropped} {applied}");
+}
+
+#[test]
+fn a_recording_has_what_the_data_set_has_to_the_resolution_of_the_wire() {
+    for name in Dataset::SHIPPED {
+        let set = set(name);
+        let sender = Sender::of(&set).unwrap();
+        let frames = (0..).zip(&set.pairs).flat_map(|(i, pair)| sender.frame(i, pair).0);
+        let bytes: Vec<u8> = frames.collect();
+        let recording = Recording::decode(&bytes);
+        assert_eq!(recording.to_string(), format!("{} whole frames", set.pairs.len()));
+        let back = recording.dataset(name, set.meta.clone()).unwrap();
+        for (sent, seen) in set.pairs.iter().zip(&back.pairs) {
+            assert_eq!(sent.len(), seen.len());
+            for (a, b) in sent.iter().zip(seen) {
+                let apart = [a.ul - b.ul, a.vl - b.vl, a.ur - b.ur, a.vr - b.vr];
+                assert!(apart.iter().all(|d| d.abs() <= 0.51 / 256.0), "{a:?} {b:?}");
+                let step = a.step.max(1.0 / 256.0);
+                assert!((b.step / step - 1.0).abs() < 0.06, "{a:?} {b:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_level_of_a_pyramid_has_its_grid_step() {
+    let steps = (0..8).map(|level| 1.2_f64.powi(level));
+    let sender = Sender::new([640, 480], steps.clone()).unwrap();
+    let m =
+        |step| host_tests::dataset::Match { ul: 1.0, vl: 2.0, ur: 3.0, vr: 4.0, score: 1.0, step };
+    let pair: Vec<_> = steps.clone().map(m).collect();
+    let recording = Recording::decode(&sender.frame(0, &pair).0);
+    let [(_, seen)] = &recording.frames[..] else { panic!("{recording}") };
+    for (step, c) in steps.zip(seen) {
+        assert!((f64::from(c.grid_step) / step - 1.0).abs() < 0.03, "{step} {}", c.grid_step);
+    }
+    let error = Sender::new([640, 480], [1.0, 1.37, 29.0, 250.0, 255.0]).unwrap_err();
+    assert!(error.to_string().contains("of no pyramid"), "{error}");
+}
+
+fn selfcal(args: &[&str]) -> (bool, String, String) {
+    let output = Command::cargo_bin("selfcal").unwrap().args(args).output().unwrap();
+    let [out, err] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+    (output.status.success(), out, err)
+}
+
+#[test]
+fn a_recorded_stream_replays_as_the_set_it_is_of_and_a_damaged_one_as_what_is_left_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (whole, bad) = (path("whole.scmf"), path("bad.scmf"));
+    let (good, said, _) = selfcal(&["record", "opencv_chess_sift", &whole]);
+    assert!(good && said.contains("13 frames") && said.contains("13 as sent"), "{said}");
+    let (_, from_stream, heard) =
+        selfcal(&["replay", &whole, "--rig", "opencv_chess_sift", "--json"]);
+    assert!(heard.contains("13 whole frames\n"), "{heard}");
+    let (_, from_set, _) = selfcal(&["replay", "opencv_chess_sift", "--json"]);
+    let [a, b] = [from_stream, from_set]
+        .map(|text| serde_json::from_str::<serde_json::Value>(&text).unwrap());
+    assert_eq!([&a["pairs"], &a["state"]], [&b["pairs"], &b["state"]]);
+    let apart = |field: &str| (a[field].as_f64().unwrap() - b[field].as_f64().unwrap()).abs();
+    assert!(apart("e_t") < 1e-4 && apart("e_theta") < 1e-4, "{a} {b}");
+
+    let (again, _, why) = selfcal(&["record", "opencv_chess_sift", &whole]);
+    assert!(!again && why.contains("nothing is overwritten"), "{why}");
+    let (_, said, _) =
+        selfcal(&["record", "opencv_chess_sift", &bad, "--damaged", "0.4", "--seed", "3"]);
+    let damaged: usize =
+        said.split(", ").find_map(|s| s.strip_suffix(" damaged")?.parse().ok()).unwrap();
+    assert!((2..10).contains(&damaged), "{said}");
+    let (good, _, heard) = selfcal(&["replay", &bad, "--rig", "opencv_chess_sift"]);
+    assert!(good && heard.contains(&format!("{} whole frames, ", 13 - damaged)), "{heard}");
+    let (good, _, why) = selfcal(&["replay", &bad]);
+    assert!(!good && why.contains("--rig"), "{why}");
+    let (good, _, why) = selfcal(&["replay", &bad, "--rig", "aloe_sift"]);
+    assert!(!good && why.contains("images"), "{why}");
+    let (good, _, why) = selfcal(&["replay", "aloe_sift", "--rig", "aloe_sift"]);
+    assert!(!good && why.contains("rig of its own"), "{why}");
+}
+
+#[test]
+fn the_link_campaign_reports_and_passes() {
+    let (good, said, _) = selfcal(&["link", "--frames", "3000"]);
+    assert!(good, "{said}");
+    assert!(said.contains("handed out, not as sent                                  0"), "{said}");
+    let (good, _, why) = selfcal(&["link", "--damaged", "2"]);
+    assert!(!good && why.contains("from 0 to 1"), "{why}");
+}
