@@ -275,6 +275,16 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.frozen
     }
 
+    /// The parameters.
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// The factory extrinsics: `p_r = R p_l + t`.
+    pub fn factory(&self) -> &Extrinsics<T> {
+        &self.factory
+    }
+
     /// The extrinsics in use: `p_r = R p_l + t`.
     pub fn in_use(&self) -> &Extrinsics<T> {
         &self.in_use

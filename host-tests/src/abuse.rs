@@ -1,7 +1,13 @@
 //! The calibrator under arbitrary bits as input, in any order of calls, held to its promises: no
 //! panic, bounded passes, finite and orthonormal output, state untouched by what is refused.
 //!
-//! Shared by the fuzz target and by a property test that runs on any toolchain.
+//! Shared by the fuzz targets and by property tests that run on any toolchain.
+
+mod link;
+mod record;
+
+pub use link::{abuse_decoder, abuse_frames};
+pub use record::abuse_record;
 
 use arbitrary::{Arbitrary, Unstructured};
 use nalgebra::{Matrix3, Vector3};
@@ -50,6 +56,8 @@ pub enum Call {
     SetFactory([f32; 12]),
     /// A usual rig: rotation vector and baseline in hundredths of a radian.
     SetUsualFactory([i8; 5]),
+    /// Power off and on again.
+    Restart,
     /// Rectified camera for the extrinsics in use, for any `alpha`.
     Rectify(f32),
 }
@@ -217,6 +225,13 @@ fn perform(
             let r = stereo_selfcal::so3::exp(&Vector3::new(x, y, z)).expect("finite");
             let factory = Extrinsics::try_new(r.matrix(), &Vector3::new(-1.0, ty, tz));
             factory.map(|e| calibrator.set_factory(e)).is_err()
+        }
+        Call::Restart => {
+            let mut fresh = Abused::new(*calibrator.config());
+            fresh.set_cameras(*calibrator.cameras().expect("they have been set"));
+            fresh.set_factory(*calibrator.factory());
+            *calibrator = link::restarted(calibrator, fresh);
+            false
         }
         Call::Rectify(alpha) => rectify(calibrator, *alpha),
     }

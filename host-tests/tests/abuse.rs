@@ -1,15 +1,34 @@
 //! The fuzz target's harness under random bytes, on any toolchain.
 
-use host_tests::abuse::abuse;
+use host_tests::abuse::{abuse, abuse_decoder, abuse_frames, abuse_record};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-#[test]
-fn arbitrary_bits_in_any_order_break_no_promise() {
+fn random_bytes_into(harness: fn(&[u8]), runs: usize) {
     let mut rng = ChaCha8Rng::seed_from_u64(20_261_121);
-    for _ in 0..20_000 {
+    for _ in 0..runs {
         let mut bytes = vec![0; rng.random_range(0..2048)];
         rng.fill_bytes(&mut bytes);
-        abuse(&bytes);
+        harness(&bytes);
     }
+}
+
+#[test]
+fn arbitrary_calls_in_any_order_break_no_promise() {
+    random_bytes_into(abuse, 20_000);
+}
+
+#[test]
+fn arbitrary_streams_in_any_cut_break_no_promise_of_the_decoder() {
+    random_bytes_into(abuse_decoder, 20_000);
+}
+
+#[test]
+fn arbitrary_frames_break_no_promise_of_the_calibrator() {
+    random_bytes_into(abuse_frames, 20_000);
+}
+
+#[test]
+fn arbitrary_records_break_no_promise() {
+    random_bytes_into(abuse_record, 5_000);
 }
