@@ -7,5 +7,13 @@
     reason = "a test that panics is a test that fails"
 )]
 
+#[cfg(feature = "async")]
+mod asynchronous;
+mod bus;
+mod calibrator;
 mod counters;
+mod damage;
+mod fpga;
+mod roundtrip;
 mod stream;
+mod uart;
