@@ -2,6 +2,7 @@
 #![allow(
     clippy::unwrap_used,
     clippy::as_conversions,
+    clippy::cast_possible_truncation,
     clippy::indexing_slicing,
     clippy::panic,
     reason = "a test that panics is a test that fails"
