@@ -16,6 +16,8 @@ mod frame;
 mod header;
 mod inlet;
 mod intake;
+#[cfg(test)]
+mod page;
 mod record;
 mod stream;
 mod window;

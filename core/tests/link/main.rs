@@ -2,10 +2,19 @@
 #![allow(
     clippy::unwrap_used,
     clippy::as_conversions,
+    clippy::cast_possible_truncation,
     clippy::indexing_slicing,
     clippy::panic,
     reason = "a test that panics is a test that fails"
 )]
 
+#[cfg(feature = "async")]
+mod asynchronous;
+mod bus;
+mod calibrator;
 mod counters;
+mod damage;
+mod fpga;
+mod roundtrip;
 mod stream;
+mod uart;

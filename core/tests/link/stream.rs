@@ -51,7 +51,9 @@ pub(crate) fn sealed(
     records: &[[u8; Record::BYTES]],
 ) -> Vec<u8> {
     let mut crc = FrameCrc::new(header);
-    records.iter().for_each(|record| crc.add(record));
+    for record in records {
+        crc.add(record);
+    }
     [&header[..], records.as_flattened(), &crc.value().to_le_bytes()].concat()
 }
 
@@ -62,7 +64,7 @@ pub(crate) fn events<'a>(
 ) -> Vec<Event> {
     let mut events = Vec::new();
     for mut piece in pieces {
-        events.extend(std::iter::from_fn(|| decoder.next(&mut piece)));
+        events.extend(core::iter::from_fn(|| decoder.next(&mut piece)));
         assert!(piece.is_empty());
     }
     events

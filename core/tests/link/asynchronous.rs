@@ -1,0 +1,114 @@
+//! The driver over `embedded-hal-async`.
+
+use core::convert::Infallible;
+use core::future::{Future, poll_fn};
+use core::pin::pin;
+use core::task::{Context, Poll, Waker};
+
+use crate::bus::{Far, Taken};
+use crate::stream::Frame;
+use embedded_hal::spi::{ErrorKind, Operation, SpiDevice as _};
+use stereo_selfcal::link::{FpgaError, FpgaMatcher, FrameRefusal, Received};
+
+/// [`Far`] as a bus and a line that are awaited, each a poll late.
+#[derive(Debug, Clone)]
+struct Late(Far);
+
+async fn once_more() {
+    let mut late = false;
+    poll_fn(|_| if core::mem::replace(&mut late, true) { Poll::Ready(()) } else { Poll::Pending })
+        .await;
+}
+
+impl embedded_hal::spi::ErrorType for Late {
+    type Error = ErrorKind;
+}
+
+impl embedded_hal_async::spi::SpiDevice for Late {
+    async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
+        once_more().await;
+        self.0.transaction(operations)
+    }
+}
+
+impl embedded_hal::digital::ErrorType for Late {
+    type Error = Infallible;
+}
+
+impl embedded_hal_async::digital::Wait for Late {
+    async fn wait_for_high(&mut self) -> Result<(), Infallible> {
+        poll_fn(|_| if self.0.waits() { Poll::Ready(Ok(())) } else { Poll::Pending }).await
+    }
+
+    async fn wait_for_low(&mut self) -> Result<(), Infallible> {
+        panic!("not waited for")
+    }
+
+    async fn wait_for_rising_edge(&mut self) -> Result<(), Infallible> {
+        panic!("not waited for")
+    }
+
+    async fn wait_for_falling_edge(&mut self) -> Result<(), Infallible> {
+        panic!("not waited for")
+    }
+
+    async fn wait_for_any_edge(&mut self) -> Result<(), Infallible> {
+        panic!("not waited for")
+    }
+}
+
+/// Polls a future so often and no more, then drops it.
+fn within<F: Future>(polls: usize, future: F) -> Option<F::Output> {
+    let mut future = pin!(future);
+    (0..polls).find_map(|_| match future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(output) => Some(output),
+        Poll::Pending => None,
+    })
+}
+
+fn driver(far: &Far) -> FpgaMatcher<Late, Late> {
+    FpgaMatcher::new(Late(far.clone()), Late(far.clone()))
+}
+
+#[test]
+fn a_frame_is_awaited_and_the_bus_left_alone_until_the_line_is_high() {
+    let far = Far::default();
+    let mut matcher = driver(&far);
+    let mut taken = Taken::default();
+    assert_eq!(within(10, matcher.receive(&mut taken)), None);
+    assert_eq!(far.reads(), []);
+    let frame = Frame::plain(1, 40);
+    far.send(frame.bytes());
+    let received = Received { header: frame.header, taken: 40 };
+    assert_eq!(within(10, matcher.receive(&mut taken)), Some(Ok(received)));
+    assert_eq!(far.reads(), [32, 256, 256, 132]);
+    assert_eq!(taken.matches, frame.matches);
+}
+
+#[test]
+fn a_future_dropped_between_transactions_loses_nothing() {
+    let far = Far::default();
+    let frame = Frame::plain(1, 40);
+    let bytes = frame.bytes();
+    far.send(bytes[..288].iter().copied());
+    let mut matcher = driver(&far);
+    let mut taken = Taken::default();
+    assert_eq!(within(10, matcher.receive(&mut taken)), None);
+    far.send(bytes[288..].iter().copied());
+    let received = Received { header: frame.header, taken: 40 };
+    assert_eq!(within(10, matcher.receive(&mut taken)), Some(Ok(received)));
+}
+
+#[test]
+fn errors_are_those_of_the_blocking_driver() {
+    let far = Far::default();
+    far.send([0; 32]);
+    let mut matcher = driver(&far);
+    let mut taken = Taken { busy: true, ..Taken::default() };
+    let busy = Some(Err(FpgaError::Refused(FrameRefusal::Busy)));
+    assert_eq!(within(1, matcher.receive(&mut taken)), busy);
+    taken.busy = false;
+    far.fail(true);
+    let failed = Some(Err(FpgaError::Bus(ErrorKind::Overrun)));
+    assert_eq!(within(2, matcher.receive(&mut taken)), failed);
+}
