@@ -17,3 +17,18 @@ pub(crate) fn begin() -> Checksum {
 pub(crate) fn of(bytes: &[u8]) -> u32 {
     CRC_32.checksum(bytes)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_checksum_is_the_one_of_ethernet() {
+        assert_eq!(of(b"123456789"), 0xcbf4_3926);
+        let mut parts = begin();
+        parts.update(b"1234");
+        parts.update(b"");
+        parts.update(b"56789");
+        assert_eq!(parts.finalize(), 0xcbf4_3926);
+    }
+}

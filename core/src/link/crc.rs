@@ -2,23 +2,13 @@
 
 use core::fmt;
 
-use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
-
 use super::header::FrameHeader;
 use super::record::Record;
-
-/// One table, 1024 bytes of flash and a look-up a byte: without it a byte takes eight shifts, and the
-/// other choice of the crate takes 16384.
-static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
-
-/// CRC-32 of `bytes`.
-pub(super) fn checksum(bytes: &[u8]) -> u32 {
-    CRC.checksum(bytes)
-}
+use crate::checksum::{self, Checksum};
 
 /// The CRC that ends a frame: over the header without its own CRC, then over all records.
 #[derive(Clone)]
-pub struct FrameCrc(Digest<'static, u32, Table<1>>);
+pub struct FrameCrc(Checksum);
 
 impl FrameCrc {
     /// Length on the wire, bytes.
@@ -29,7 +19,7 @@ impl FrameCrc {
     /// * `header`: as it goes over the wire; its last four bytes do not enter.
     #[must_use]
     pub fn new(header: &[u8; FrameHeader::BYTES]) -> Self {
-        let mut digest = CRC.digest();
+        let mut digest = checksum::begin();
         if let Some((covered, _)) = header.split_last_chunk::<{ Self::BYTES }>() {
             digest.update(covered);
         }
@@ -52,15 +42,5 @@ impl FrameCrc {
 impl fmt::Debug for FrameCrc {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "FrameCrc({:#010x})", self.value())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_crc_is_the_one_of_ethernet() {
-        assert_eq!(checksum(b"123456789"), 0xcbf4_3926);
     }
 }

@@ -3,8 +3,8 @@
 use thiserror::Error;
 
 use super::crc::FrameCrc;
-use super::crc::checksum;
 use super::record::Record;
+use crate::checksum;
 
 /// The bytes every frame starts with.
 pub(super) const MAGIC: [u8; 4] = *b"SCMF";
@@ -97,7 +97,7 @@ impl FrameHeader {
         ];
         fill(&mut bytes, parts.into_iter().flatten());
         if let Some((covered, crc)) = bytes.split_last_chunk_mut::<{ FrameCrc::BYTES }>() {
-            *crc = checksum(covered).to_le_bytes();
+            *crc = checksum::of(covered).to_le_bytes();
         }
         Ok(bytes)
     }
@@ -118,7 +118,7 @@ impl FrameHeader {
             return Err(HeaderError::Magic);
         }
         let crc = u32::from_le_bytes(covered);
-        if bytes.split_last_chunk::<{ FrameCrc::BYTES }>().map(|(b, _)| checksum(b)) != Some(crc) {
+        if bytes.split_last_chunk::<{ FrameCrc::BYTES }>().map(|(b, _)| checksum::of(b)) != Some(crc) {
             return Err(HeaderError::Crc);
         }
         if version != VERSION {
