@@ -1,4 +1,4 @@
-//! Instructions by valgrind's callgrind: this program again, one row of the table, counting only
+//! Instructions by valgrind's callgrind: this program again, one row of its table, counting only
 //! inside [`run_counted`].
 
 use std::fs;
@@ -8,15 +8,13 @@ use std::thread;
 
 use anyhow::{Context, Result, anyhow, ensure};
 
-use crate::case::{Answer, Job};
-
 /// What a run under callgrind gave.
 #[derive(Debug)]
 pub(crate) struct Count {
-    /// Instructions inside [`run_counted`], all pairs of the row together.
+    /// Instructions inside [`run_counted`], all jobs of the row together.
     pub(crate) instructions: f64,
-    /// Passes that the counted run took.
-    pub(crate) passes: usize,
+    /// What the counted run printed.
+    pub(crate) said: String,
 }
 
 /// Whether there is a valgrind to run.
@@ -29,15 +27,18 @@ pub(crate) fn is_present() -> bool {
 ///
 /// On a stack of its own: that of the main thread begins below the environment, with which counts
 /// changed by a few instructions.
-pub(crate) fn run_once(jobs: Vec<Job>) -> Result<Vec<Answer>> {
-    let run = || jobs.into_iter().map(run_counted).collect();
+pub(crate) fn run_once<J: Send + 'static, A: Send + 'static>(
+    jobs: Vec<J>,
+    run: fn(J) -> A,
+) -> Result<Vec<A>> {
+    let run = move || jobs.into_iter().map(|job| run_counted(job, run)).collect();
     thread::spawn(run).join().map_err(|_| anyhow!("a job panicked"))
 }
 
 /// What callgrind counts: it collects from entry to return, so this must stay a symbol.
 #[inline(never)]
-fn run_counted(job: Job) -> Answer {
-    black_box(job.run())
+fn run_counted<J, A>(job: J, run: fn(J) -> A) -> A {
+    black_box(run(job))
 }
 
 /// Runs one row of the table under callgrind.
@@ -52,10 +53,10 @@ pub(crate) fn count(row: usize) -> Result<Count> {
         .output()?;
     let errors = String::from_utf8_lossy(&output.stderr);
     ensure!(output.status.success(), "valgrind failed:\n{errors}");
-    let passes = String::from_utf8(output.stdout)?.trim().parse()?;
+    let said = String::from_utf8(output.stdout)?.trim().to_owned();
     let profile = fs::read_to_string(profile)?;
     let total = profile.lines().find_map(|line| line.strip_prefix("totals: "));
     let instructions: f64 = total.context("callgrind gave no total")?.trim().parse()?;
     ensure!(instructions > 0.0, "callgrind counted nothing");
-    Ok(Count { instructions, passes })
+    Ok(Count { instructions, said })
 }

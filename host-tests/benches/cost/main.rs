@@ -74,7 +74,7 @@ fn main() -> Result<()> {
     let args = Args::parse();
     if let Some(row) = args.row {
         let case = Case::all().nth(row).context("no such row")?;
-        let answers = callgrind::run_once(case.jobs()?)?;
+        let answers = callgrind::run_once(case.jobs()?, Job::run)?;
         println!("{}", Results::of(&case, &answers).passes);
         return Ok(());
     }
@@ -91,7 +91,8 @@ fn main() -> Result<()> {
         let (answers, us) = timed(&case.jobs()?);
         let results = Results::of(&case, &answers);
         let count = counts.then(|| callgrind::count(row)).transpose()?;
-        let same = count.as_ref().is_none_or(|count| count.passes == results.passes);
+        let passes = results.passes.to_string();
+        let same = count.as_ref().is_none_or(|count| count.said == passes);
         ensure!(same, "the counted run took other passes than the timed one: {case:?}");
         print_row(&case, us, count.as_ref(), &results)?;
     }
