@@ -27,8 +27,9 @@ impl<T: Scalar> Sum<T> {
         to.numbers(&[self.sum, self.lost]);
     }
 
-    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
-        from.numbers([&mut self.sum, &mut self.lost])
+    /// * `limit`: no sum can be further from 0.
+    pub(super) fn read(&mut self, from: &mut Reader<'_>, limit: T) -> Result<(), RestoreError> {
+        from.numbers_within(limit, [&mut self.sum, &mut self.lost])
     }
 
     pub(super) fn value(&self) -> T {

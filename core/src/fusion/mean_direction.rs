@@ -27,6 +27,10 @@ const MAX_ANGLE: f64 = 3.0;
 /// Length of the mean of the unit axes below which they do not agree on one.
 const MIN_CONCENTRATION: f64 = 0.9;
 
+/// Larger than what a pair can add: a turn or a direction, and the square of two turns.
+const LARGEST: f64 = 4.0;
+const LARGEST_SQUARE: f64 = 64.0;
+
 /// Sums over the pairs fused so far. RAM: about 300 bytes in `f32`.
 #[derive(Debug, Clone)]
 pub struct MeanDirection<T> {
@@ -126,11 +130,14 @@ impl<T: Scalar> MeanDirection<T> {
         if self.pairs == 0 {
             return Ok(());
         }
-        self.first.iter_mut().try_for_each(|first| from.numbers(first.iter_mut()))?;
+        let [first_t, first_rotation] = &mut self.first;
+        let first = first_t.iter_mut().chain(first_rotation.iter_mut());
+        from.numbers_within(T::lit(LARGEST), first)?;
         self.first_sd = StandardDeviations { rotation: from.size()?, translation: from.size()? };
+        let limit = T::lit(LARGEST_SQUARE) * T::count(self.pairs);
         let Self { baseline, axis, rotation, squares, angle, .. } = self;
         for sum in baseline.iter_mut().chain(axis).chain(rotation).chain(squares).chain([angle]) {
-            sum.read(from)?;
+            sum.read(from, limit)?;
         }
         self.median.read(from)
     }

@@ -16,6 +16,9 @@ const WINDOW: usize = 31;
 /// Smallest deviation the steps are made of: a window of equal values must not freeze the median.
 const MIN_DEVIATION: f64 = 1e-6;
 
+/// No angle is larger, nor twice the step of angles.
+const LARGEST: f64 = 8.0;
+
 /// Streaming median. RAM: about 140 bytes in `f32`.
 #[derive(Debug, Clone)]
 pub(super) struct Median<T> {
@@ -51,14 +54,14 @@ impl<T: Scalar> Median<T> {
     }
 
     pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
-        from.numbers(&mut self.window.values)?;
+        let limit = T::lit(LARGEST);
+        from.numbers_within(limit, &mut self.window.values)?;
         self.count = from.word()?;
         // One value a place, as long as there are places.
         self.window.filled = usize::try_from(self.count).unwrap_or(WINDOW).min(WINDOW);
         let filled = self.window.values.iter().take(self.window.filled);
-        self.centre = from.number()?;
-        self.step = from.size()?;
-        if filled.is_sorted() { Ok(()) } else { Err(RestoreError::Absurd) }
+        from.numbers_within(limit, [&mut self.centre, &mut self.step])?;
+        if filled.is_sorted() && self.step >= T::ZERO { Ok(()) } else { Err(RestoreError::Absurd) }
     }
 
     /// The median so far; `None` before the first value.

@@ -80,6 +80,21 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// Numbers no further than `limit` from 0.
+    pub(crate) fn numbers_within<'n, T: Scalar>(
+        &mut self,
+        limit: T,
+        numbers: impl IntoIterator<Item = &'n mut T>,
+    ) -> Result<(), RestoreError> {
+        for number in numbers {
+            *number = self.number()?;
+            if number.abs() > limit {
+                return Err(RestoreError::Absurd);
+            }
+        }
+        Ok(())
+    }
+
     /// A number that cannot be negative.
     pub(crate) fn size<T: Scalar>(&mut self) -> Result<T, RestoreError> {
         self.number().and_then(|x| if x >= T::ZERO { Ok(x) } else { Err(RestoreError::Absurd) })
