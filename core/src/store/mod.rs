@@ -37,7 +37,7 @@ pub use entry::Kind;
 pub use error::{LoadError, OpenError, PolicyError, SaveError};
 pub use policy::{SavePolicy, SaveReason};
 
-use entry::{KINDS, Subject};
+use entry::Subject;
 use medium::Medium;
 use pages::Pages;
 use save::Record;

@@ -119,11 +119,12 @@ impl<T: Scalar> SavePolicy<T> {
         now: Duration,
     ) -> Option<SaveReason> {
         self.last = self.last.map(|last| last.min(now));
-        let since = self.last.map(|last| now.saturating_sub(last));
-        if since.is_some_and(|since| since < self.shortest) {
+        // In nanoseconds: to subtract a `Duration` can panic for all that the compiler knows.
+        let since = self.last.map(|last| now.as_nanos().saturating_sub(last.as_nanos()));
+        if since.is_some_and(|since| since < self.shortest.as_nanos()) {
             return None;
         }
-        let overdue = since.is_none_or(|since| since >= self.longest);
+        let overdue = since.is_none_or(|since| since >= self.longest.as_nanos());
         let reason = self.reason(calibrator, overdue)?;
         self.last = Some(now);
         Some(reason)

@@ -14,6 +14,7 @@ mod fusion;
 mod health;
 mod homography;
 mod robust;
+mod saving;
 mod scene;
 mod selection;
 mod solver;
