@@ -49,6 +49,7 @@ mod robust;
 mod scalar;
 mod selection;
 pub mod so3;
+pub mod store;
 mod supervision;
 mod symmetric;
 mod whitening;

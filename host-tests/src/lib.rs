@@ -7,6 +7,9 @@ pub mod dataset;
 pub mod depth;
 pub mod estimate;
 pub mod evaluation;
+#[path = "../../core/tests/store/flash.rs"]
+#[allow(dead_code, reason = "shared with the tests of the core")]
+mod flash;
 pub mod grid;
 pub mod oracle;
 pub mod plot;
@@ -14,6 +17,7 @@ pub mod progress;
 pub mod reference;
 pub mod replay;
 pub mod scenario;
+pub mod store_abuse;
 pub mod synth;
 pub mod view;
 pub mod wire;

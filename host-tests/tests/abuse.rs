@@ -1,6 +1,7 @@
-//! The fuzz target's harness under random bytes, on any toolchain.
+//! The fuzz targets' harnesses under random bytes, on any toolchain.
 
 use host_tests::abuse::{abuse, abuse_decoder, abuse_frames, abuse_record};
+use host_tests::store_abuse::abuse_store;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -31,4 +32,16 @@ fn arbitrary_frames_break_no_promise_of_the_calibrator() {
 #[test]
 fn arbitrary_records_break_no_promise() {
     random_bytes_into(abuse_record, 5_000);
+}
+
+#[test]
+fn any_flash_and_any_operations_break_no_promise_of_the_store() {
+    let mut rng = ChaCha8Rng::seed_from_u64(20_261_122);
+    let mut loaded = 0_u32;
+    for _ in 0..4000 {
+        let mut bytes = vec![0; rng.random_range(0..3000)];
+        rng.fill_bytes(&mut bytes);
+        abuse_store(&bytes, |_, _| loaded += 1);
+    }
+    assert!(loaded > 100_000, "{loaded}");
 }

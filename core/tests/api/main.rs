@@ -15,6 +15,7 @@ mod health;
 mod homography;
 mod memory;
 mod robust;
+mod saving;
 mod scene;
 mod selection;
 mod solver;

@@ -209,7 +209,7 @@ fn any_wrong_bit_and_any_missing_or_further_byte_is_refused() {
 
 /// Every word of a record replaced by numbers that cannot be: how many were believed, of those that are
 /// not finite and of those that are.
-fn believed(config: Config, good: &[u8], words: std::ops::Range<usize>) -> [usize; 2] {
+fn believed(config: Config, good: &[u8], words: core::ops::Range<usize>) -> [usize; 2] {
     let mut believed = [0; 2];
     for at in words.step_by(4) {
         for absurd in [f32::NAN, f32::INFINITY, f32::MAX, -f32::MAX, 1e30, -1e9] {

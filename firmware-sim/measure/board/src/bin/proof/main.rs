@@ -11,6 +11,7 @@ mod cameras;
 mod facade;
 mod geometry;
 mod solver;
+mod store;
 
 use core::hint::black_box;
 use core::panic::PanicInfo;

@@ -1,0 +1,166 @@
+//! What is in flash: a scan of all pages.
+//!
+//! A page is *whole* once it has an entry that is no copy: the copies that open a page come first. What
+//! a page that is not whole holds is elsewhere too, and counts only if nothing else does.
+
+use embedded_storage::nor_flash::NorFlash;
+
+use super::entry::{Found, KINDS, Kind, PerKind};
+use super::medium::{Medium, Place};
+
+/// What a scan found.
+#[derive(Debug)]
+pub(super) struct Survey<E> {
+    /// Newest intact entry of each kind.
+    pub(super) live: PerKind<Option<Place>>,
+    /// The newest whole page.
+    pub(super) base: Option<u32>,
+    /// Where the next entry goes in it.
+    pub(super) end: u32,
+    /// Highest sequence number of any header.
+    pub(super) sequence: u64,
+    /// Erasures of pages so far.
+    pub(super) erasures: u32,
+    /// Stretches that are neither erased nor intact entries.
+    pub(super) damaged: u32,
+    /// Headers of another layout.
+    pub(super) foreign: bool,
+    /// Reads that failed, and why the last of them did.
+    pub(super) faults: u32,
+    pub(super) fault: Option<E>,
+}
+
+/// What a scan found in one page.
+#[derive(Debug)]
+struct PageSurvey {
+    live: PerKind<Option<Place>>,
+    newest: u64,
+    whole: bool,
+    end: u32,
+}
+
+impl<E> Survey<E> {
+    const NOTHING: Self = Self {
+        live: PerKind { factory: None, state: None },
+        base: None,
+        end: 0,
+        sequence: 0,
+        erasures: 0,
+        damaged: 0,
+        foreign: false,
+        faults: 0,
+        fault: None,
+    };
+
+    /// Reads all pages but `except`. Entries are checked in full.
+    #[inline(never)]
+    pub(super) fn of<F: NorFlash<Error = E>>(medium: &mut Medium<F>, except: Option<u32>) -> Self {
+        let mut survey = Self::NOTHING;
+        // Newest entries of pages that are whole, and of those that are not.
+        let mut whole = PerKind { factory: None, state: None };
+        let mut torn = whole;
+        let mut newest_base = 0;
+        for page in medium.pages.starts() {
+            if Some(page) == except {
+                continue;
+            }
+            let found = survey.page(medium, page);
+            for kind in KINDS {
+                let best = if found.whole { whole.of_mut(kind) } else { torn.of_mut(kind) };
+                *best = newer(*best, *found.live.of(kind));
+            }
+            if found.whole && (survey.base.is_none() || found.newest > newest_base) {
+                survey.base = Some(page);
+                survey.end = found.end;
+                newest_base = found.newest;
+            }
+        }
+        for kind in KINDS {
+            *survey.live.of_mut(kind) = whole.of(kind).or(*torn.of(kind));
+        }
+        survey
+    }
+
+    /// Steps from entry to entry, through what is damaged from word to word.
+    #[inline(never)]
+    fn page<F: NorFlash<Error = E>>(&mut self, medium: &mut Medium<F>, page: u32) -> PageSurvey {
+        let page_end = medium.pages.end_of(page);
+        let written = medium.written_end(page);
+        let nothing = PerKind { factory: None, state: None };
+        let mut found = PageSurvey { live: nothing, newest: 0, whole: false, end: written };
+        let mut address = page;
+        let mut within_damage = false;
+        while address < written {
+            let place = self.header(medium, address, page_end);
+            let intact = place.is_some_and(|place| self.is_intact(medium, &place));
+            if let Some(place) = place {
+                let header = place.header;
+                if header.sequence >= self.sequence {
+                    self.sequence = header.sequence;
+                    self.erasures = header.erasures;
+                }
+                address = address.saturating_add(header.subject.bytes(&medium.pages));
+                if intact {
+                    let best = found.live.of_mut(header.subject.kind);
+                    *best = newer(*best, Some(place));
+                    found.whole |= !header.copy;
+                    found.newest = found.newest.max(header.sequence);
+                }
+            } else {
+                address = address.saturating_add(medium.pages.word());
+            }
+            if !intact && (!within_damage || place.is_some()) {
+                self.damaged = self.damaged.saturating_add(1);
+            }
+            within_damage = !intact;
+        }
+        // Of an entry that was cut off, the words after the last that can be told may be written too: up
+        // to the length that its header says, or the rest of that header.
+        let unseen = if within_damage { medium.pages.rounded(24) } else { 0 };
+        found.end = written.max(address).saturating_add(unseen);
+        found
+    }
+
+    fn header<F: NorFlash<Error = E>>(
+        &mut self,
+        medium: &mut Medium<F>,
+        address: u32,
+        page_end: u32,
+    ) -> Option<Place> {
+        match medium.found_at(address, page_end) {
+            Ok(Found::Entry(header)) => return Some(Place { address, header }),
+            Ok(Found::Foreign) => self.foreign = true,
+            Ok(Found::Nothing) => (),
+            Err(error) => self.note(error),
+        }
+        None
+    }
+
+    fn is_intact<F: NorFlash<Error = E>>(&mut self, medium: &mut Medium<F>, place: &Place) -> bool {
+        match medium.read_entry(place, &mut []) {
+            Ok(intact) => intact,
+            Err(error) => {
+                self.note(error);
+                false
+            }
+        }
+    }
+
+    fn note(&mut self, error: E) {
+        self.faults = self.faults.saturating_add(1);
+        self.fault = Some(error);
+    }
+
+    /// The newest entry of a kind, unless that kind was forgotten.
+    pub(super) fn record(&self, kind: Kind) -> Option<&Place> {
+        self.live.of(kind).as_ref().filter(|place| !place.header.subject.forgotten)
+    }
+}
+
+/// The later one, of equals the second.
+fn newer(a: Option<Place>, b: Option<Place>) -> Option<Place> {
+    match (a, b) {
+        (Some(a), Some(b)) if b.header.sequence < a.header.sequence => Some(a),
+        (a, b) => b.or(a),
+    }
+}

@@ -1,0 +1,193 @@
+//! Power is lost at every word that any save writes and at every block that it erases.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::flash::{Flash, TEARS, Tear};
+use crate::rig::{Content, KINDS, Step, content, open, payload, perform, scenario};
+
+/// How often power was lost once, and once more in the save after it.
+#[derive(Debug, Default)]
+struct Cuts {
+    first: u64,
+    second: u64,
+}
+
+/// Pages that there are, blocks of each, bytes of factory data and of state.
+#[derive(Debug, Clone, Copy)]
+struct Shape {
+    pages: usize,
+    page_blocks: usize,
+    factory: usize,
+    state: usize,
+}
+
+impl Cuts {
+    /// Loses power everywhere in the first steps of the scenario, and in the save after that at so many
+    /// places.
+    fn everywhere<const W: usize, const E: usize>(
+        &mut self,
+        shape: Shape,
+        tear: Tear,
+        (steps, again): (usize, u32),
+    ) {
+        let mut flash = Flash::<W, E>::new(1 + shape.pages * shape.page_blocks, 1);
+        flash.tear = tear;
+        let outside = flash.bytes[..E].to_vec();
+        let mut held = Content::default();
+        for step in scenario(shape.factory, shape.state).into_iter().take(steps) {
+            let after = self.during(&flash, shape.page_blocks, &held, &step, again);
+            held = held.after(&step);
+            flash = after;
+        }
+        assert_eq!(flash.bytes[..E], outside, "the flash beside the range");
+    }
+
+    /// Loses power everywhere in one save; the flash without that.
+    fn during<const W: usize, const E: usize>(
+        &mut self,
+        before: &Flash<W, E>,
+        page_blocks: usize,
+        held: &Content,
+        step: &Step,
+        again: u32,
+    ) -> Flash<W, E> {
+        let mut store = open(before.clone(), page_blocks);
+        assert_eq!(content(&mut store), *held);
+        perform(&mut store, step).unwrap();
+        assert_eq!(content(&mut store), held.after(step));
+        let after = store.close();
+        for cut in 0..after.operations - before.operations {
+            let context = format!("cut {cut} of {step:?}, {:?}", before.tear);
+            let mut random = ChaCha8Rng::seed_from_u64(u64::from(cut));
+            let flash = cut_off(before, page_blocks, step, cut, &mut random);
+            self.first += 1;
+            let mut store = open(flash, page_blocks);
+            let found = content(&mut store);
+            assert!(found == *held || found == held.after(step), "{context}: {found:?}");
+            // The other kind than the one that was cut every second time.
+            let kind = KINDS[usize::try_from(cut).unwrap() % 2];
+            let length = found.of(kind).map_or(9, Vec::len);
+            let next = Step { kind, payload: Some(payload(777, length)) };
+            self.once_more(&store.close(), page_blocks, &found, &next, again, &mut random);
+        }
+        after
+    }
+
+    /// The next save works, and may be cut off as well.
+    fn once_more<const W: usize, const E: usize>(
+        &mut self,
+        flash: &Flash<W, E>,
+        page_blocks: usize,
+        held: &Content,
+        step: &Step,
+        again: u32,
+        random: &mut ChaCha8Rng,
+    ) {
+        let saved = |flash: Flash<W, E>| {
+            let mut store = open(flash, page_blocks);
+            perform(&mut store, step).unwrap_or_else(|e| panic!("{e}: {step:?} after {held:?}"));
+            assert_eq!(content(&mut store), held.after(step));
+            let flash = store.close();
+            assert_eq!(content(&mut open(flash.clone(), page_blocks)), held.after(step));
+            flash.operations
+        };
+        let operations = saved(flash.clone()) - flash.operations;
+        for _ in 0..again {
+            let cut = random.random_range(0..operations);
+            let torn = cut_off(flash, page_blocks, step, cut, random);
+            self.second += 1;
+            let found = content(&mut open(torn.clone(), page_blocks));
+            assert!(found == *held || found == held.after(step), "again, {cut} of {step:?}");
+            saved(torn);
+        }
+    }
+}
+
+/// The flash after a loss of power in a save.
+fn cut_off<const W: usize, const E: usize>(
+    flash: &Flash<W, E>,
+    page_blocks: usize,
+    step: &Step,
+    cut: u32,
+    random: &mut ChaCha8Rng,
+) -> Flash<W, E> {
+    let mut flash = flash.clone();
+    flash.random = ChaCha8Rng::seed_from_u64(random.random());
+    flash.power_for = Some(cut + 1);
+    let mut store = open(flash, page_blocks);
+    perform(&mut store, step).expect_err("power is lost");
+    let mut flash = store.close();
+    flash.power_on();
+    flash
+}
+
+/// Bytes of state that fit beside so many of factory data, in a page of so many.
+fn largest<const W: usize>(page: usize, factory: usize) -> usize {
+    page / 2 - (factory + 28).next_multiple_of(W) - 28
+}
+
+fn shapes<const W: usize, const E: usize>() -> Vec<Shape> {
+    let of_one = |pages| {
+        let lengths = [(0, 1), (20, 31), (30, largest::<W>(E, 30))];
+        lengths.map(|(factory, state)| Shape { pages, page_blocks: 1, factory, state })
+    };
+    let mut shapes = [2, 3, 5].map(of_one).concat();
+    let state = largest::<W>(2 * E, 50);
+    shapes.push(Shape { pages: 2, page_blocks: 2, factory: 50, state });
+    shapes
+}
+
+/// Each shape with one kind of tear.
+fn one_tear_each<const W: usize, const E: usize>(steps: usize) {
+    let mut cuts = Cuts::default();
+    for (shape, tear) in shapes::<W, E>().into_iter().zip(TEARS.into_iter().cycle()) {
+        cuts.everywhere::<W, E>(shape, tear, (steps, 1));
+    }
+    println!("words of {W} bytes: {cuts:?}, none lost a record");
+}
+
+fn all_tears_each<const W: usize, const E: usize>() {
+    let mut cuts = Cuts::default();
+    for shape in shapes::<W, E>() {
+        for tear in TEARS {
+            cuts.everywhere::<W, E>(shape, tear, (28, 2));
+        }
+    }
+    println!("words of {W} bytes: {cuts:?}, none lost a record");
+}
+
+#[test]
+fn a_cut_at_any_word_of_1_byte_leaves_the_old_record_or_the_new_one() {
+    one_tear_each::<1, 224>(6);
+}
+
+#[test]
+fn a_cut_at_any_word_of_4_bytes_leaves_the_old_record_or_the_new_one() {
+    one_tear_each::<4, 256>(12);
+}
+
+#[test]
+fn a_cut_at_any_word_of_8_bytes_leaves_the_old_record_or_the_new_one() {
+    one_tear_each::<8, 512>(16);
+}
+
+#[test]
+fn a_cut_at_any_word_of_32_bytes_leaves_the_old_record_or_the_new_one() {
+    one_tear_each::<32, 1024>(28);
+}
+
+#[test]
+fn a_cut_at_any_word_of_64_bytes_leaves_the_old_record_or_the_new_one() {
+    one_tear_each::<64, 1536>(28);
+}
+
+#[test]
+#[ignore = "minutes: every kind of tear with every shape, and longer"]
+fn a_cut_at_any_word_leaves_the_old_record_or_the_new_one() {
+    all_tears_each::<1, 224>();
+    all_tears_each::<4, 256>();
+    all_tears_each::<8, 512>();
+    all_tears_each::<32, 1024>();
+    all_tears_each::<64, 1536>();
+}

@@ -1,0 +1,246 @@
+//! NOR flash that loses power at a chosen word, and rots.
+//!
+//! It panics where the store breaks the rules of NOR flash: words written twice, ranges not of whole
+//! words or blocks. What power was lost in is undefined as the driver's contract says.
+
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+};
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Why the flash did nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Fault {
+    /// Power is off.
+    NoPower,
+    /// The word was torn, and does not take another one.
+    Torn,
+    /// The word was torn, and its ECC does not fit.
+    Ecc,
+    /// The block is worn out.
+    Worn,
+}
+
+impl NorFlashError for Fault {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+/// What a loss of power leaves of a write.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Tear {
+    /// Words up to the cut, then one with some of its bits.
+    Word,
+    /// Any of the words of the same call, each with some of its bits.
+    Call,
+    /// Words up to the cut, then one that reads as erased and is not.
+    Hidden,
+    /// As `Word`; and what is torn cannot be read.
+    Ecc,
+}
+
+/// All of them.
+pub(crate) const TEARS: [Tear; 4] = [Tear::Word, Tear::Call, Tear::Hidden, Tear::Ecc];
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Word {
+    Erased,
+    Written,
+    Torn,
+}
+
+/// `W`: bytes of a word; `E`: bytes of an erase block.
+#[derive(Debug, Clone)]
+pub(crate) struct Flash<const W: usize, const E: usize> {
+    pub(crate) bytes: Vec<u8>,
+    words: Vec<Word>,
+    /// Words and blocks until power is lost.
+    pub(crate) power_for: Option<u32>,
+    /// Words written and blocks erased.
+    pub(crate) operations: u32,
+    /// Erasures of each block.
+    pub(crate) erased: Vec<u32>,
+    /// Block that takes no more words.
+    pub(crate) worn: Option<usize>,
+    /// One read in so many has a wrong bit.
+    pub(crate) flaky: Option<u32>,
+    /// A byte that rots after so many reads, and its wrong bits. The store may write onto it unawares.
+    pub(crate) rot: Option<(u32, usize, u8)>,
+    pub(crate) tear: Tear,
+    pub(crate) random: ChaCha8Rng,
+}
+
+impl<const W: usize, const E: usize> Flash<W, E> {
+    /// Never erased.
+    pub(crate) fn new(blocks: usize, seed: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut bytes = vec![0; blocks * E];
+        random.fill_bytes(&mut bytes);
+        Self::of(bytes, seed)
+    }
+
+    pub(crate) fn of(bytes: Vec<u8>, seed: u64) -> Self {
+        let erased = |word: &[u8]| word.iter().all(|byte| *byte == 0xff);
+        let state = |word| if erased(word) { Word::Erased } else { Word::Written };
+        Self {
+            words: bytes.chunks(W).map(state).collect(),
+            erased: vec![0; bytes.len() / E],
+            bytes,
+            power_for: None,
+            operations: 0,
+            worn: None,
+            flaky: None,
+            rot: None,
+            tear: Tear::Word,
+            random: ChaCha8Rng::seed_from_u64(seed),
+        }
+    }
+
+    pub(crate) fn power_on(&mut self) {
+        self.power_for = None;
+    }
+
+    /// Whether power lasts for one more operation.
+    fn operate(&mut self) -> bool {
+        self.operations += 1;
+        match &mut self.power_for {
+            None => true,
+            Some(0) => false,
+            Some(left) => {
+                *left -= 1;
+                *left > 0
+            }
+        }
+    }
+
+    fn has_power(&self) -> Result<(), Fault> {
+        if self.power_for == Some(0) { Err(Fault::NoPower) } else { Ok(()) }
+    }
+
+    /// Some of the bits, none, or all of them.
+    fn tear_word(&mut self, word: usize, content: &[u8]) {
+        self.words[word] = Word::Torn;
+        let hidden = self.tear == Tear::Hidden;
+        let much: u8 = self.random.random_range(0..4);
+        for (i, byte) in content.iter().enumerate() {
+            let left: u8 = match much {
+                _ if hidden => 0xff,
+                0 => 0,
+                1 => 0xff,
+                _ => self.random.random(),
+            };
+            self.bytes[word * W + i] &= byte | left;
+        }
+    }
+
+    fn tear_block(&mut self, block: usize) {
+        let many = match self.random.random_range(0..4_u8) {
+            0 => 0,
+            1 => E,
+            _ => self.random.random_range(0..E),
+        };
+        let mixed: bool = self.random.random();
+        for i in 0..E {
+            let byte = &mut self.bytes[block * E + i];
+            match self.random.random_range(0..3_u8) {
+                _ if !mixed && i < many => *byte = 0xff,
+                0 if mixed => *byte = 0xff,
+                1 if mixed => *byte = self.random.random(),
+                _ => (),
+            }
+        }
+        self.words[block * E / W..(block + 1) * E / W].fill(Word::Torn);
+    }
+}
+
+impl<const W: usize, const E: usize> ErrorType for Flash<W, E> {
+    type Error = Fault;
+}
+
+impl<const W: usize, const E: usize> ReadNorFlash for Flash<W, E> {
+    const READ_SIZE: usize = if W < 4 { W } else { 4 };
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Fault> {
+        self.has_power()?;
+        let start = offset as usize;
+        assert!(start.is_multiple_of(Self::READ_SIZE), "a read not aligned");
+        assert!(bytes.len().is_multiple_of(Self::READ_SIZE), "a read not of whole words");
+        let end = start + bytes.len();
+        if self.tear == Tear::Ecc && self.words[start / W..end.div_ceil(W)].contains(&Word::Torn) {
+            return Err(Fault::Ecc);
+        }
+        if let Some((reads, at, bits)) = &mut self.rot
+            && let Some(left) = reads.checked_sub(1)
+        {
+            *reads = left;
+            self.bytes[*at] ^= if left == 0 { *bits } else { 0 };
+        }
+        bytes.copy_from_slice(&self.bytes[start..end]);
+        if let Some(one_in) = self.flaky
+            && self.random.random_ratio(1, one_in)
+        {
+            let at = self.random.random_range(0..bytes.len());
+            bytes[at] ^= 1 << self.random.random_range(0..8);
+        }
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl<const W: usize, const E: usize> NorFlash for Flash<W, E> {
+    const WRITE_SIZE: usize = W;
+    const ERASE_SIZE: usize = E;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Fault> {
+        assert!(from < to && (from as usize).is_multiple_of(E) && (to as usize).is_multiple_of(E));
+        for block in from as usize / E..to as usize / E {
+            self.has_power()?;
+            if !self.operate() {
+                self.tear_block(block);
+                return Err(Fault::NoPower);
+            }
+            self.bytes[block * E..(block + 1) * E].fill(0xff);
+            self.words[block * E / W..(block + 1) * E / W].fill(Word::Erased);
+            self.erased[block] += 1;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Fault> {
+        let first = offset as usize / W;
+        assert!((offset as usize).is_multiple_of(W) && bytes.len().is_multiple_of(W));
+        for (i, content) in bytes.chunks(W).enumerate() {
+            self.has_power()?;
+            let word = first + i;
+            let reads_erased = self.bytes[word * W..(word + 1) * W].iter().all(|b| *b == 0xff);
+            match self.words[word] {
+                Word::Torn if reads_erased => return Err(Fault::Torn),
+                Word::Erased if reads_erased || self.rot.is_some() => (),
+                state => panic!("word {word} is written onto what is {state:?}"),
+            }
+            if self.worn == Some(word * W / E) {
+                return Err(Fault::Worn);
+            }
+            if self.operate() {
+                self.words[word] = Word::Written;
+                let cells = &mut self.bytes[word * W..(word + 1) * W];
+                cells.iter_mut().zip(content).for_each(|(cell, bits)| *cell &= bits);
+                continue;
+            }
+            if self.tear == Tear::Call {
+                self.bytes[first * W..][..bytes.len()].fill(0xff);
+                let words = bytes.chunks(W).enumerate();
+                words.for_each(|(j, content)| self.tear_word(first + j, content));
+            } else {
+                self.tear_word(word, content);
+            }
+            return Err(Fault::NoPower);
+        }
+        Ok(())
+    }
+}

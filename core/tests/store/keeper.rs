@@ -1,0 +1,139 @@
+//! A calibrator that loses its power in mid flight, at every word that it writes, and goes on.
+
+use core::time::Duration;
+
+use stereo_selfcal::store::{Keeper, ResumeError, SavePolicy, SaveReason};
+use stereo_selfcal::{
+    Calibrator, Config, Extrinsics, FactoryCalibration, Proposal, RestoreError, State,
+};
+
+use crate::flash::{Fault, Flash, TEARS};
+use crate::rig::open;
+use crate::scene::{cameras, correspondences, rig, take};
+
+const WORD: usize = 8;
+const BLOCK: usize = 8192;
+
+type Nor = Flash<WORD, BLOCK>;
+type Controller = Calibrator<f32, 256>;
+
+/// What must come back: what is in use, its generation, the estimate.
+type Memory = (Extrinsics<f32>, u32, Option<Proposal<f32>>);
+
+fn memory(calibrator: &Controller) -> Memory {
+    // All but the state, which is suspect after a break.
+    let proposal = calibrator.proposal().map(|p| {
+        let mut p = p;
+        p.state = State::Suspect;
+        p
+    });
+    (*calibrator.in_use(), calibrator.generation(), proposal)
+}
+
+fn keeper(flash: Nor) -> Keeper<Nor, f32> {
+    let policy = SavePolicy::new().with_shortest_interval(Duration::from_secs(1)).unwrap();
+    Keeper::new(open(flash, 1), policy)
+}
+
+/// A controller at its start.
+fn boot(keeper: &mut Keeper<Nor, f32>) -> (Box<Controller>, Result<bool, ResumeError<Fault>>) {
+    let mut buffer = vec![0; Controller::SNAPSHOT_BYTES];
+    let made = keeper.factory(&mut buffer).unwrap().unwrap();
+    let config = Config::robust().with_automatic_apply(true);
+    let mut calibrator = Box::new(Controller::new(config));
+    calibrator.set_cameras(made.cameras);
+    calibrator.set_factory(made.extrinsics);
+    let resumed = keeper.resume(&mut calibrator, &mut buffer);
+    (calibrator, resumed)
+}
+
+fn produced(factory: &Extrinsics<f32>) -> Nor {
+    let mut keeper = keeper(Flash::new(3, 7));
+    let mut buffer = [0; FactoryCalibration::<f32>::MAX_BYTES];
+    assert_eq!(keeper.factory(&mut buffer), Ok(None));
+    let made = FactoryCalibration { cameras: cameras(), extrinsics: *factory };
+    keeper.keep_factory(&made, &mut buffer).unwrap();
+    assert_eq!(keeper.factory(&mut buffer), Ok(Some(made)));
+    keeper.release().close()
+}
+
+/// A pair of the rig, which was knocked before pair 8.
+fn fly(calibrator: &mut Controller, pair: u64) {
+    let knocked = if pair < 8 { 0.0 } else { 0.4 };
+    let truth = rig([1.0 + knocked, -0.5, 0.8], [0.5, -0.4]);
+    let _ = take(calibrator, &correspondences(&truth, 250, 0.5, pair));
+    calibrator.clear_pair();
+}
+
+#[test]
+fn power_lost_at_any_word_costs_no_more_than_what_was_learnt_since_the_save_before() {
+    let mut buffer = vec![0; Controller::SNAPSHOT_BYTES];
+    let mut keeper_in_flight = keeper(produced(&Extrinsics::SIDE_BY_SIDE));
+    let (mut calibrator, resumed) = boot(&mut keeper_in_flight);
+    assert_eq!(resumed, Ok(false));
+    let mut last: Option<Memory> = None;
+    let [mut cuts, mut reasons] = [0, 0];
+    for pair in 0..14 {
+        fly(&mut calibrator, pair);
+        let now = Duration::from_secs(2 * pair);
+        let before = keeper_in_flight.release().close();
+        let again = |flash| {
+            let mut keeper = keeper(flash);
+            // As the one in flight has it: nothing saved, or what was saved.
+            let _ = boot(&mut keeper);
+            keeper
+        };
+        let mut whole = again(before.clone());
+        let reason = whole.tend(&calibrator, now, &mut buffer).unwrap();
+        let after = whole.release().close();
+        for cut in 0..after.operations - before.operations {
+            let mut flash = before.clone();
+            flash.tear = TEARS[cut as usize % TEARS.len()];
+            flash.power_for = Some(cut + 1);
+            let mut torn = again(flash);
+            torn.tend(&calibrator, now, &mut buffer).expect_err("power is lost");
+            let mut flash = torn.release().close();
+            flash.power_on();
+            let (mut new, resumed) = boot(&mut keeper(flash));
+            let found = memory(&new);
+            // Of the first save there may be a torn word that cannot be read, and nothing else.
+            let fresh = last.is_none() && resumed != Ok(true);
+            assert!(fresh || Some(&found) == last.as_ref() || found == memory(&calibrator));
+            cuts += 1;
+            if cut % 97 == 0 && resumed == Ok(true) {
+                assert_eq!(new.state(), State::Suspect);
+                fly(&mut new, pair);
+                assert_ne!(new.state(), State::Acquiring);
+            }
+        }
+        if reason.is_some() {
+            reasons += 1;
+            last = Some(memory(&calibrator));
+        }
+        keeper_in_flight = again(after);
+    }
+    println!("{cuts} cuts in {reasons} saves, none lost what was saved before");
+    assert!(cuts > 1000 && reasons > 3, "{cuts} {reasons}");
+}
+
+#[test]
+fn what_was_learnt_from_another_factory_calibration_is_not_taken_up() {
+    let mut first = keeper(produced(&Extrinsics::SIDE_BY_SIDE));
+    let mut buffer = vec![0; Controller::SNAPSHOT_BYTES];
+    let (mut calibrator, _) = boot(&mut first);
+    (0..5).for_each(|pair| fly(&mut calibrator, pair));
+    let now = Duration::ZERO;
+    assert_eq!(first.tend(&calibrator, now, &mut buffer), Ok(Some(SaveReason::Locked)));
+    let (resumed, found) = boot(&mut first);
+    assert_eq!((found, memory(&resumed)), (Ok(true), memory(&calibrator)));
+
+    let made = FactoryCalibration { cameras: cameras(), extrinsics: rig([0.1; 3], [0.0; 2]) };
+    first.keep_factory(&made, &mut buffer).unwrap();
+    let (fresh, found) = boot(&mut first);
+    assert_eq!(found, Err(ResumeError::Record(RestoreError::OtherRig)));
+    assert_eq!((fresh.proposal(), fresh.in_use()), (None, &made.extrinsics));
+
+    first.forget().unwrap();
+    assert_eq!(boot(&mut first).1, Ok(false));
+    assert!(first.store().wear().erasures >= 1);
+}

@@ -1,0 +1,164 @@
+//! What the store refuses, what it costs, and flash that wears out.
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use stereo_selfcal::store::{Kind, LoadError, OpenError, SaveError, Store};
+
+use crate::flash::{Fault, Flash};
+use crate::rig::{Content, KINDS, content, load, open, payload, perform, save};
+
+type Small = Flash<8, 512>;
+
+#[test]
+fn ranges_that_are_no_pages_are_refused() {
+    let refused = |range, page| {
+        let flash = Small::new(8, 1);
+        Store::open(flash, range, page).map(|_| ()).unwrap_err()
+    };
+    assert_eq!(refused(0..5000, 512), OpenError::OutOfBounds);
+    #[allow(clippy::reversed_empty_ranges, reason = "what is refused")]
+    let backwards = 1024..512;
+    assert_eq!(refused(backwards, 512), OpenError::OutOfBounds);
+    assert_eq!(refused(0..1024, 0), OpenError::TooFewPages);
+    assert_eq!(refused(0..512, 512), OpenError::TooFewPages);
+    assert_eq!(refused(0..1536, 1024), OpenError::TooFewPages);
+    assert_eq!(refused(8..1032, 512), OpenError::Unaligned);
+    assert_eq!(refused(0..2000, 1000), OpenError::Unaligned);
+    assert_eq!(refused(0..2560, 1024), OpenError::Unaligned);
+    assert!(Store::open(Small::new(8, 1), 512..4096, 512).is_ok());
+    assert!(Store::open(Small::new(8, 1), 0..4096, 2048).is_ok());
+}
+
+#[test]
+fn what_does_not_fit_a_page_twice_is_refused_before_anything_is_written() {
+    let mut store = open(Small::new(3, 1), 1);
+    // Two entries of 60 and 28 bytes in words of 8: 176; leaves two of 168, 140 of them payload.
+    store.save(Kind::Factory, &payload(1, 60)).unwrap();
+    let before = store.wear();
+    let refused = store.save(Kind::State, &payload(2, 141)).unwrap_err();
+    assert_eq!(refused, SaveError::TooLarge { needed: 528, page: 512 });
+    let refused = store.save(Kind::State, &vec![0; 65_536]).unwrap_err();
+    assert_eq!(refused, SaveError::TooLarge { needed: 65_536, page: 512 });
+    assert_eq!(store.wear(), before);
+    for number in 0..20 {
+        store.save(Kind::State, &payload(number, 140)).unwrap();
+    }
+    assert_eq!(load(&mut store, Kind::Factory), Ok(Some(payload(1, 60))));
+}
+
+#[test]
+fn the_largest_payload_is_kept() {
+    let mut store = open(Flash::<32, 0x2_1000>::new(3, 1), 1);
+    let large = payload(1, 65_535);
+    store.save(Kind::State, &large).unwrap();
+    let mut buffer = vec![0; 70_000];
+    assert_eq!(store.load(Kind::State, &mut buffer), Ok(Some(&large[..])));
+    let refused = store.load(Kind::State, &mut buffer[..65_534]);
+    assert_eq!(refused, Err(LoadError::BufferTooSmall { needed: 65_535 }));
+}
+
+#[test]
+fn a_kind_that_is_forgotten_stays_so_and_the_other_stays() {
+    let mut store = open(Small::new(3, 1), 1);
+    perform(&mut store, &save(Kind::Factory, 1, 50)).unwrap();
+    perform(&mut store, &save(Kind::State, 2, 90)).unwrap();
+    store.forget(Kind::State).unwrap();
+    let before = store.wear();
+    store.forget(Kind::State).unwrap();
+    assert_eq!(store.wear(), before, "there is nothing to forget");
+    let mut held = Content { factory: Some(payload(1, 50)), state: None };
+    assert_eq!(content(&mut store), held);
+    // Round all pages.
+    for number in 3..20 {
+        let step = save(Kind::Factory, number, 90);
+        perform(&mut store, &step).unwrap();
+        held = held.after(&step);
+        store = open(store.close(), 1);
+        assert_eq!(content(&mut store), held);
+    }
+}
+
+#[test]
+fn a_formatted_store_is_empty() {
+    let mut store = open(Small::new(3, 1), 1);
+    for kind in KINDS {
+        store.save(kind, b"something").unwrap();
+    }
+    let mut store = Store::format(store.close(), 512..1536, 512).unwrap();
+    assert_eq!(content(&mut store), Content::default());
+    assert_eq!(store.wear().damaged, 0);
+}
+
+#[test]
+fn records_of_another_layout_are_not_overwritten() {
+    let mut store = open(Small::new(3, 1), 1);
+    store.save(Kind::State, b"something").unwrap();
+    let mut flash = store.close();
+    // The header of the next layout, at the start of the range, which is at address 512.
+    flash.bytes[512 + 3] = 2;
+    let address = 512_u32.to_le_bytes();
+    let summed = [&flash.bytes[512..512 + 20], &address].concat();
+    let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&summed);
+    flash.bytes[512 + 20..512 + 24].copy_from_slice(&crc.to_le_bytes());
+    let refused = Store::open(flash.clone(), 512..1536, 512).map(|_| ()).unwrap_err();
+    assert_eq!(refused, OpenError::OtherLayout);
+    assert!(Store::format(flash, 512..1536, 512).is_ok());
+}
+
+#[test]
+fn a_page_that_is_worn_out_is_passed_over_and_if_there_is_no_other_the_records_stay() {
+    for pages in [2, 3, 4] {
+        let mut store = open(Small::new(1 + pages, 1), 1);
+        perform(&mut store, &save(Kind::Factory, 1, 50)).unwrap();
+        let mut flash = store.close();
+        flash.worn = Some(2);
+        let mut store = open(flash, 1);
+        let mut held = Content { factory: Some(payload(1, 50)), state: None };
+        let mut failed = 0;
+        for number in 2..20 {
+            let step = save(Kind::State, number, 90);
+            match perform(&mut store, &step) {
+                Ok(()) => held = held.after(&step),
+                Err(error) => {
+                    assert_eq!(error, SaveError::Flash(Fault::Worn));
+                    failed += 1;
+                }
+            }
+            assert_eq!(content(&mut store), held);
+            store = open(store.close(), 1);
+            assert_eq!(content(&mut store), held);
+        }
+        assert_eq!(failed > 0, pages == 2, "{pages} pages");
+    }
+}
+
+#[test]
+fn pages_wear_alike_and_last_as_documented() {
+    let mut store = open(Flash::<32, 0x2_0000>::new(3, 1), 1);
+    store.save(Kind::Factory, &[1; 1024]).unwrap();
+    let saves = 610_u32;
+    for _ in 0..saves {
+        store.save(Kind::State, &[2; 2048]).unwrap();
+    }
+    let wear = store.wear();
+    let flash = store.close();
+    assert_eq!(flash.erased, [0, 5, 5]);
+    assert_eq!((wear.erasures, wear.pages, wear.damaged), (10, 2, 2), "no page was ever erased");
+    let wear = open(flash, 1).wear();
+    assert_eq!((wear.erasures, wear.pages, wear.damaged), (10, 2, 0));
+    println!("{} saves an erasure", saves / wear.erasures);
+}
+
+#[test]
+fn room_is_told_to_the_byte() {
+    let mut store = open(Small::new(3, 1), 1);
+    assert_eq!((store.wear().room, store.wear().erasures), (0, 0));
+    store.save(Kind::State, &payload(0, 4)).unwrap();
+    // Two entries of 32 bytes.
+    assert_eq!((store.wear().room, store.wear().erasures), (448, 1));
+    for number in 1..15 {
+        store.save(Kind::State, &payload(number, 4)).unwrap();
+    }
+    assert_eq!((store.wear().room, store.wear().erasures), (0, 1));
+    store.save(Kind::State, &payload(15, 4)).unwrap();
+    assert_eq!((store.wear().room, store.wear().erasures), (448, 2));
+}

@@ -1,0 +1,25 @@
+//! The flash store through its public API, on flash that loses power and rots.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::as_conversions,
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    clippy::indexing_slicing,
+    reason = "a test that panics is a test that fails"
+)]
+
+#[allow(dead_code, reason = "shared with the fuzz harness of the host tests")]
+mod flash;
+#[path = "../api/scene.rs"]
+#[allow(dead_code, reason = "shared with the tests of the public API")]
+mod scene;
+
+mod cuts;
+mod garbage;
+mod keeper;
+mod limits;
+mod model;
+mod rig;
+mod rot;

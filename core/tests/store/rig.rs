@@ -1,0 +1,94 @@
+//! A store over the flash, and what it should hold.
+
+use stereo_selfcal::store::{Kind, LoadError, SaveError, Store};
+
+use crate::flash::{Fault, Flash};
+
+pub(crate) const KINDS: [Kind; 2] = [Kind::Factory, Kind::State];
+
+/// What an operation puts into the store: a payload, or nothing.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Step {
+    pub(crate) kind: Kind,
+    pub(crate) payload: Option<Vec<u8>>,
+}
+
+/// What the store holds of each kind.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) struct Content {
+    pub(crate) factory: Option<Vec<u8>>,
+    pub(crate) state: Option<Vec<u8>>,
+}
+
+impl Content {
+    pub(crate) fn of(&self, kind: Kind) -> Option<&Vec<u8>> {
+        if kind == Kind::Factory { self.factory.as_ref() } else { self.state.as_ref() }
+    }
+
+    pub(crate) fn after(&self, step: &Step) -> Self {
+        let mut after = self.clone();
+        let content =
+            if step.kind == Kind::Factory { &mut after.factory } else { &mut after.state };
+        content.clone_from(&step.payload);
+        after
+    }
+}
+
+/// Pages of so many blocks, after one block that is not the store's.
+pub(crate) fn open<const W: usize, const E: usize>(
+    flash: Flash<W, E>,
+    page_blocks: usize,
+) -> Store<Flash<W, E>> {
+    let end = u32::try_from(flash.bytes.len()).unwrap();
+    let [start, page] = [E, page_blocks * E].map(|bytes| u32::try_from(bytes).unwrap());
+    Store::open(flash, start..end, page).unwrap()
+}
+
+pub(crate) fn load<const W: usize, const E: usize>(
+    store: &mut Store<Flash<W, E>>,
+    kind: Kind,
+) -> Result<Option<Vec<u8>>, LoadError<Fault>> {
+    let mut buffer = [0; 4096];
+    Ok(store.load(kind, &mut buffer)?.map(<[u8]>::to_vec))
+}
+
+/// What is in the store; what cannot be read, though nothing else is there, counts as nothing.
+pub(crate) fn content<const W: usize, const E: usize>(store: &mut Store<Flash<W, E>>) -> Content {
+    let [factory, state] = KINDS.map(|kind| match load(store, kind) {
+        Err(LoadError::Flash(Fault::Ecc)) => None,
+        loaded => loaded.unwrap(),
+    });
+    Content { factory, state }
+}
+
+pub(crate) fn perform<const W: usize, const E: usize>(
+    store: &mut Store<Flash<W, E>>,
+    step: &Step,
+) -> Result<(), SaveError<Fault>> {
+    match &step.payload {
+        Some(payload) => store.save(step.kind, payload),
+        None => store.forget(step.kind),
+    }
+}
+
+/// Different for each number; one in four looks like erased flash.
+pub(crate) fn payload(number: usize, bytes: usize) -> Vec<u8> {
+    let of = |i: usize| if number % 4 == 3 && i > 0 { 0xff } else { (number * 37 + i * 101) % 251 };
+    (0..bytes).map(|i| u8::try_from(of(i)).unwrap()).collect()
+}
+
+pub(crate) fn save(kind: Kind, number: usize, bytes: usize) -> Step {
+    Step { kind, payload: Some(payload(number, bytes)) }
+}
+
+/// First saves, several turnovers, both kinds, one forgotten and saved again.
+pub(crate) fn scenario(factory: usize, state: usize) -> Vec<Step> {
+    let mut steps = vec![save(Kind::State, 0, state), save(Kind::Factory, 1, factory)];
+    steps.extend((2..16).map(|i| save(Kind::State, i, state - state.min(i % 3))));
+    steps.push(save(Kind::Factory, 16, factory));
+    steps.push(Step { kind: Kind::State, payload: None });
+    steps.extend((18..23).map(|i| save(Kind::State, i, state)));
+    steps.push(save(Kind::Factory, 23, factory));
+    steps.extend((24..28).map(|i| save(Kind::State, i, state)));
+    steps
+}

@@ -1,0 +1,107 @@
+//! One byte of flash goes wrong, anywhere, at any time.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::store::{Kind, LoadError, Store};
+
+use crate::flash::Flash;
+use crate::rig::{KINDS, load, open, perform, save, scenario};
+
+const PAGES: usize = 3;
+
+/// Payloads that a kind had, newest last; `None` once it was forgotten.
+type History = Vec<Option<Vec<u8>>>;
+
+fn histories(steps: usize) -> (Flash<8, 512>, [History; 2]) {
+    let mut store = open(Flash::new(1 + PAGES, 2), 1);
+    let mut histories = [vec![None], vec![None]];
+    for step in scenario(60, 140).into_iter().take(steps) {
+        perform(&mut store, &step).unwrap();
+        histories[usize::from(step.kind == Kind::State)].push(step.payload);
+    }
+    (store.close(), histories)
+}
+
+/// The newest, or the one before.
+fn assert_recent(store: &mut Store<Flash<8, 512>>, histories: &[History; 2], context: &str) {
+    for (kind, history) in KINDS.into_iter().zip(histories) {
+        let loaded = load(store, kind).unwrap();
+        let recent = &history[history.len().saturating_sub(2)..];
+        // What was there before a first record, or before it was forgotten, is no excuse.
+        let newest_counts = history.last().unwrap().is_some();
+        let found = recent.contains(&loaded) && (loaded.is_some() || !newest_counts);
+        assert!(found, "{kind:?} after {context}: {loaded:?}");
+    }
+}
+
+fn rotten(flash: &Flash<8, 512>, at: usize, how: u8) -> Flash<8, 512> {
+    let mut flash = flash.clone();
+    let byte = &mut flash.bytes[at];
+    *byte = match how {
+        0 => *byte ^ 1 << (at % 8),
+        1 => 0xff,
+        2 => 0,
+        _ => !*byte,
+    };
+    flash
+}
+
+#[test]
+fn any_byte_may_rot_while_the_power_is_off() {
+    let mut tried = 0_u32;
+    // First saves, and from before to after a turnover for each kind.
+    for steps in [1, 2, 3, 4, 5, 6, 16, 17, 18, 19, 23, 24, 25] {
+        let (flash, histories) = histories(steps);
+        for at in 512..flash.bytes.len() {
+            let how = u8::try_from((at + steps) % 4).unwrap();
+            let context = format!("byte {at}, {how}, after {steps} steps");
+            let mut store = open(rotten(&flash, at, how), 1);
+            assert_recent(&mut store, &histories, &context);
+            tried += 1;
+        }
+    }
+    println!("{tried} rotten bytes, none lost a record");
+}
+
+#[test]
+fn any_byte_may_rot_while_the_store_is_open_and_pages_go_round() {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    for run in 0..1000 {
+        let (mut flash, mut histories) = histories(run % 28);
+        let at = random.random_range(512..flash.bytes.len());
+        flash.rot = Some((random.random_range(1..400), at, random.random_range(1..=255)));
+        let context = format!("rot {:?} in run {run}", flash.rot);
+        let mut store = open(flash, 1);
+        for number in 40..48 {
+            assert_recent(&mut store, &histories, &context);
+            let kind = KINDS[usize::from(random.random_ratio(3, 4))];
+            let next = save(kind, number, 60);
+            perform(&mut store, &next).unwrap();
+            histories[usize::from(kind == Kind::State)].push(next.payload);
+        }
+        let mut store = open(store.close(), 1);
+        assert_recent(&mut store, &histories, &context);
+    }
+}
+
+#[test]
+fn a_flash_that_misreads_at_times_never_gives_a_wrong_record() {
+    let (mut flash, histories) = histories(20);
+    flash.flaky = Some(6);
+    let (mut right, mut other) = (0, 0);
+    for seed in 0..2000 {
+        flash.random = ChaCha8Rng::seed_from_u64(seed);
+        let mut store = open(flash.clone(), 1);
+        for (kind, history) in KINDS.into_iter().zip(&histories) {
+            match load(&mut store, kind) {
+                Ok(loaded) if loaded == *history.last().unwrap() => right += 1,
+                Ok(loaded) => {
+                    assert!(history.contains(&loaded));
+                    other += 1;
+                }
+                Err(error) => assert_eq!(error, LoadError::Unsteady),
+            }
+        }
+    }
+    assert!(right > 100 && other > 0, "{right} {other}: neither is rare");
+}
