@@ -10,6 +10,7 @@
 mod cameras;
 mod facade;
 mod geometry;
+mod link;
 mod solver;
 
 use core::hint::black_box;
@@ -33,6 +34,7 @@ fn main() -> ! {
         if let Some(cameras) = cameras::all() {
             let configured = config().unwrap_or_default();
             facade::all(configured, cameras);
+            link::all(configured, cameras);
             solver::all(configured, &cameras);
             geometry::all(&cameras);
         }
