@@ -7,7 +7,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use crc::{CRC_32_ISO_HDLC, Crc};
 use serde_json::Value;
+
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// Writes `frames.bin` and `recording.rs`.
 pub(crate) fn bake(set: &Path, out: &Path) -> Result<()> {
@@ -17,36 +20,58 @@ pub(crate) fn bake(set: &Path, out: &Path) -> Result<()> {
         .map(|entry| Ok(entry?.path()))
         .collect::<Result<_>>()?;
     files.sort();
+    let meta = set.join("meta.json");
+    let meta: Value = serde_json::from_str(&fs::read_to_string(meta)?).context("meta.json")?;
+    let side = |key: &str| meta[key].as_u64().and_then(|n| u16::try_from(n).ok()).context("a size");
+    let image_size = [side("width")?, side("height")?];
     let mut bytes = Vec::new();
     for (sequence, file) in (0_u32..).zip(&files) {
         let text = fs::read_to_string(file)?;
-        frame(&mut bytes, sequence, &text).with_context(|| file.display().to_string())?;
+        bytes.extend(
+            frame(sequence, image_size, &text).with_context(|| file.display().to_string())?,
+        );
     }
     fs::write(out.join("frames.bin"), bytes)?;
-    let meta = set.join("meta.json");
-    let meta = serde_json::from_str(&fs::read_to_string(meta)?).context("meta.json")?;
     fs::write(out.join("recording.rs"), constants(set, &meta, files.len())?)?;
     Ok(())
 }
 
-/// Header and records as `src/frame.rs` has them.
-fn frame(bytes: &mut Vec<u8>, sequence: u32, csv: &str) -> Result<()> {
+/// A frame as the page of the core's link has it; without a grid of its own, so that of the wire.
+fn frame(sequence: u32, [width, height]: [u16; 2], csv: &str) -> Result<Vec<u8>> {
     let mut lines = csv.lines();
     ensure!(lines.next() == Some("ul,vl,ur,vr,score"), "columns ul,vl,ur,vr,score are needed");
     let rows: Vec<[f32; 5]> = lines.map(row).collect::<Result<_>>()?;
-    bytes.extend(b"SCMF\x01\x08");
-    bytes.extend(u16::try_from(rows.len())?.to_le_bytes());
+    let [version, flags, fraction_bits, pyramid_ratio] = [1, 0, 8, 64];
+    let (grid_step, timestamp) = (0_u16, 0_u64);
+    let mut bytes = b"SCMF".to_vec();
+    bytes.extend([version, flags, fraction_bits, pyramid_ratio]);
     bytes.extend(sequence.to_le_bytes());
-    for [pixels @ .., score] in rows {
-        for px in pixels {
-            bytes.extend(fixed(px, 256.0, 24)?.to_le_bytes());
-        }
-        let score = u16::try_from(fixed(score, 65_535.0, 16)?)?;
-        let grid_step = 1_u16;
-        bytes.extend(score.to_le_bytes());
-        bytes.extend(grid_step.to_le_bytes());
+    bytes.extend(u16::try_from(rows.len())?.to_le_bytes());
+    bytes.extend(grid_step.to_le_bytes());
+    bytes.extend(timestamp.to_le_bytes());
+    bytes.extend(width.to_le_bytes());
+    bytes.extend(height.to_le_bytes());
+    let mut crc = CRC.digest();
+    crc.update(&bytes);
+    bytes.extend(crc.clone().finalize().to_le_bytes());
+    for row in rows {
+        let record = record(row)?;
+        crc.update(&record);
+        bytes.extend(record);
     }
-    Ok(())
+    bytes.extend(crc.finalize().to_le_bytes());
+    Ok(bytes)
+}
+
+fn record([pixels @ .., score]: [f32; 5]) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    for px in pixels {
+        bytes.extend(&fixed(px, 256.0, 24)?.to_le_bytes()[..3]);
+    }
+    bytes.extend(u16::try_from(fixed(score, 65_535.0, 16)?)?.to_le_bytes());
+    let [level, reserved] = [0, 0];
+    bytes.extend([level, reserved]);
+    Ok(bytes)
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "rounded to f32, as the host does")]

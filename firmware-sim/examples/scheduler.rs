@@ -75,9 +75,10 @@ mod firmware {
     use defmt::{error, info};
     use firmware_sim::baked::{self, FRAMES, PAIRS, Tape};
     use firmware_sim::board::{Timer, exit};
-    use firmware_sim::{App, Controller, Event, Matcher};
+    use firmware_sim::{App, Controller, Event};
     use heapless::spsc::Queue;
     use stereo_selfcal::Config;
+    use stereo_selfcal::link::FpgaMatcher;
 
     use super::{Inbox, ROOM, Receiver};
 
@@ -139,12 +140,15 @@ mod firmware {
     #[idle(local = [inbox, controller])]
     fn idle(cx: idle::Context) -> ! {
         let inbox: &Inbox = cx.local.inbox;
-        let mut app = App::new(Matcher::new(inbox, inbox), cx.local.controller);
+        let mut app = App::new(FpgaMatcher::new(inbox, inbox), cx.local.controller);
         let mut pairs = 0;
         while pairs < PAIRS {
-            let Ok(event) = app.poll() else {
-                error!("no frame where one should start");
-                exit(false)
+            let event = match app.poll() {
+                Ok(event) => event,
+                Err(why) => {
+                    error!("the matcher: {}", why);
+                    exit(false)
+                }
             };
             match event {
                 Event::Idle => cortex_m::asm::wfi(),

@@ -5,11 +5,10 @@ use core::mem;
 
 use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
+use stereo_selfcal::link::{Counters, FpgaError, FpgaMatcher, Polled, Received};
 use stereo_selfcal::{
     ApplyError, Calibrator, Extrinsics, Fused, Health, PairError, PairReport, Refusal, State,
 };
-
-use crate::matcher::{Matcher, MatcherError};
 
 /// What one [`App::poll`] did.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,7 +16,9 @@ use crate::matcher::{Matcher, MatcherError};
 pub enum Event {
     /// Nothing: no frame waits.
     Idle,
-    /// A frame was read into the batch.
+    /// A part of a frame was read, or bytes that are none.
+    Reading,
+    /// A whole frame is in the batch.
     Frame {
         /// The matcher's number of the frame.
         sequence: u32,
@@ -65,7 +66,7 @@ enum Stage {
 /// * `N`: correspondences a pair; the batch selects as many of a longer frame.
 #[derive(Debug)]
 pub struct App<'a, SPI, RDY, const N: usize> {
-    matcher: Matcher<SPI, RDY>,
+    matcher: FpgaMatcher<SPI, RDY>,
     calibrator: &'a mut Calibrator<f32, N>,
     stage: Stage,
     /// As last reported.
@@ -76,21 +77,21 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     /// An application that waits for its first frame.
     ///
     /// * `calibrator`: with its cameras set; borrowed, so that the batch can stay in a static.
-    pub fn new(matcher: Matcher<SPI, RDY>, calibrator: &'a mut Calibrator<f32, N>) -> Self {
+    pub fn new(matcher: FpgaMatcher<SPI, RDY>, calibrator: &'a mut Calibrator<f32, N>) -> Self {
         calibrator.clear_pair();
         let state = calibrator.state();
         Self { matcher, calibrator, stage: Stage::Waiting, state }
     }
 
-    /// Does the next piece of work: reads one frame, or takes one pass, or judges one pair.
+    /// Does the next piece of work: reads once from the bus, or takes one pass, or judges one pair.
     ///
-    /// A pair that cannot be solved is an [`Event::Pair`], not an error. Where the pair has changed the
-    /// state, the next call tells so before the next frame is read.
+    /// A pair that cannot be solved is an [`Event::Pair`], and a damaged frame is counted
+    /// ([`App::counters`]): neither is an error. Where the pair has changed the state, the next call
+    /// tells so before the next frame is read.
     ///
     /// # Errors
-    /// [`MatcherError`]: what came of the frame is dropped, the estimate is as it was, and the next
-    /// call expects the start of a frame on the bus.
-    pub fn poll(&mut self) -> Result<Event, MatcherError<SPI::Error, RDY::Error>> {
+    /// [`FpgaError`]: the estimate is as it was, and the next call reads on.
+    pub fn poll(&mut self) -> Result<Event, FpgaError<SPI::Error, RDY::Error>> {
         match self.stage {
             Stage::Judged => match self.note_state() {
                 Some(change) => Ok(change),
@@ -109,24 +110,14 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         (before != after).then_some(Event::StateChanged { before, after })
     }
 
-    fn receive(&mut self) -> Result<Event, MatcherError<SPI::Error, RDY::Error>> {
-        let polled = self.matcher.poll(|c| {
-            // What is not kept shows as the difference of `offered` and `taken`.
-            let _ = self.calibrator.push(c);
-        });
-        let frame = match polled {
-            Ok(Some(frame)) => frame,
-            Ok(None) => return Ok(Event::Idle),
-            Err(error) => {
-                self.calibrator.clear_pair();
-                return Err(error);
+    fn receive(&mut self) -> Result<Event, FpgaError<SPI::Error, RDY::Error>> {
+        Ok(match self.matcher.poll(self.calibrator)? {
+            Polled::Idle => Event::Idle,
+            Polled::Reading => Event::Reading,
+            Polled::Frame(Received { header, taken }) => {
+                self.stage = Stage::Received;
+                Event::Frame { sequence: header.sequence, offered: header.count.into(), taken }
             }
-        };
-        self.stage = Stage::Received;
-        Ok(Event::Frame {
-            sequence: frame.sequence,
-            offered: frame.count.into(),
-            taken: self.calibrator.batch().pairs().len(),
         })
     }
 
@@ -167,6 +158,11 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         self.calibrator
     }
 
+    /// What the link to the matcher has been through.
+    pub fn counters(&self) -> &Counters {
+        self.matcher.counters()
+    }
+
     /// Puts the estimate into use and returns it: `p_r = R p_l + t`.
     ///
     /// # Errors
@@ -179,12 +175,13 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_bus::{AlwaysReady, BusFault, TestBus, frame, record};
-    use embedded_hal_mock::eh1::digital::{
-        Mock as PinMock, State::High, State::Low, Transaction as PinTransaction,
-    };
+    use crate::test_bus::{BusFault, TestBus, correspondence, frame};
+    use core::convert::Infallible;
     use std::vec::Vec;
+    use stereo_selfcal::link::FrameRefusal;
     use stereo_selfcal::{Camera, Cameras, Config, Intrinsics, Lens};
+
+    type TestApp<'a> = App<'a, &'a TestBus, &'a TestBus, CAPACITY>;
 
     const CAPACITY: usize = 64;
 
@@ -204,16 +201,18 @@ mod tests {
         calibrator
     }
 
-    fn app(
-        calibrator: &mut Calibrator<f32, CAPACITY>,
-        bytes: Vec<u8>,
-        reads: usize,
-    ) -> App<'_, TestBus, AlwaysReady, CAPACITY> {
-        App::new(Matcher::new(TestBus::new(bytes, reads), AlwaysReady), calibrator)
+    /// Polls until a frame is whole, or there is something else to tell.
+    fn read(app: &mut TestApp<'_>) -> Result<Event, FpgaError<BusFault, Infallible>> {
+        loop {
+            match app.poll() {
+                Ok(Event::Reading) => (),
+                other => return other,
+            }
+        }
     }
 
     /// Polls up to the end of the pair.
-    fn finish_pair(app: &mut App<'_, TestBus, AlwaysReady, CAPACITY>) -> (usize, PairOutcome) {
+    fn finish_pair(app: &mut TestApp<'_>) -> (usize, PairOutcome) {
         for passes in 0..200 {
             match app.poll().unwrap() {
                 Event::Pass => (),
@@ -227,8 +226,9 @@ mod tests {
     #[test]
     fn a_frame_is_read_then_solved_a_pass_a_poll_then_fused_and_not_applied() {
         let mut calibrator = calibrator();
-        let mut app = app(&mut calibrator, frame(5, (0..60).map(record)), usize::MAX);
-        assert_eq!(app.poll(), Ok(Event::Frame { sequence: 5, offered: 60, taken: 60 }));
+        let bus = TestBus::new(frame(5, 0..60));
+        let mut app = App::new(bus.driver(), &mut calibrator);
+        assert_eq!(read(&mut app), Ok(Event::Frame { sequence: 5, offered: 60, taken: 60 }));
         let (passes, pair) = finish_pair(&mut app);
         let (report, fused) = pair.outcome.unwrap();
         assert_eq!((passes, fused), (report.passes.into(), Ok(Fused::Added)));
@@ -245,30 +245,32 @@ mod tests {
     fn the_batch_selects_of_a_frame_beyond_capacity_and_the_next_one_starts_afresh() {
         let mut direct = calibrator();
         let mut calibrator = direct.clone();
-        let frames = [frame(1, (0..128).map(record)), frame(2, (0..50).map(record))];
-        let mut app = app(&mut calibrator, frames.concat(), usize::MAX);
-        assert_eq!(app.poll(), Ok(Event::Frame { sequence: 1, offered: 128, taken: CAPACITY }));
+        let frames = [frame(1, 0..128), frame(2, 0..50)];
+        let bus = TestBus::new(frames.concat());
+        let mut app = App::new(bus.driver(), &mut calibrator);
+        assert_eq!(read(&mut app), Ok(Event::Frame { sequence: 1, offered: 128, taken: CAPACITY }));
         for i in 0..128 {
-            direct.push(&record(i).decode()).unwrap();
+            direct.push(&correspondence(i)).unwrap();
         }
         let batch = app.calibrator().batch();
         assert_eq!(batch.pairs(), direct.batch().pairs());
         assert_eq!([batch.offered(), batch.left_out()], [128, 64]);
         finish_pair(&mut app);
         assert_eq!(app.poll(), Ok(LOCKED));
-        assert_eq!(app.poll(), Ok(Event::Frame { sequence: 2, offered: 50, taken: 50 }));
+        assert_eq!(read(&mut app), Ok(Event::Frame { sequence: 2, offered: 50, taken: 50 }));
     }
 
     #[test]
     fn a_pair_without_a_solution_is_an_event_and_the_next_one_is_fused() {
         let mut calibrator = calibrator();
-        let frames = [frame(1, (0..5).map(record)), frame(2, (0..60).map(record))];
-        let mut app = app(&mut calibrator, frames.concat(), usize::MAX);
-        app.poll().unwrap();
+        let frames = [frame(1, 0..5), frame(2, 0..60)];
+        let bus = TestBus::new(frames.concat());
+        let mut app = App::new(bus.driver(), &mut calibrator);
+        read(&mut app).unwrap();
         let (_, pair) = finish_pair(&mut app);
         assert_eq!(pair.outcome, Err(PairError::TooFew { usable: 5, needed: 12 }));
         assert_eq!((pair.health, app.apply()), (None, Err(ApplyError::NoProposal)));
-        app.poll().unwrap();
+        read(&mut app).unwrap();
         assert!(matches!(finish_pair(&mut app).1.outcome, Ok((_, Ok(Fused::Added)))));
     }
 
@@ -276,15 +278,16 @@ mod tests {
     fn a_change_of_state_is_told_once_right_after_the_pair_that_made_it() {
         let mut calibrator = with(Config::robust());
         // Points that are new in each pair, and a last pair of too few.
-        let pair =
-            |sequence: u16| frame(sequence.into(), (0..60).map(|i| record(sequence * 60 + i)));
-        let frames: Vec<u8> = (0..6).flat_map(pair).chain(frame(6, (0..5).map(record))).collect();
-        let mut app = app(&mut calibrator, frames, 6 * 5 + 2);
+        let pair = |sequence: u16| frame(sequence.into(), sequence * 60..sequence * 60 + 60);
+        let frames: Vec<u8> = (0..6).flat_map(pair).chain(frame(6, 0..5)).collect();
+        let bus = TestBus::new(frames);
+        let mut app = App::new(bus.driver(), &mut calibrator);
         let (mut pairs, mut changes) = (0, Vec::new());
-        while let Ok(event) = app.poll() {
-            match event {
+        loop {
+            match app.poll().unwrap() {
                 Event::Pair(_) => pairs += 1,
                 Event::StateChanged { before, after } => changes.push((pairs, before, after)),
+                Event::Idle => break,
                 _ => (),
             }
         }
@@ -293,23 +296,48 @@ mod tests {
     }
 
     #[test]
-    fn half_a_frame_is_dropped_with_the_error_of_the_bus() {
+    fn a_bus_error_costs_the_frame_and_the_next_one_is_taken_in() {
         let mut calibrator = calibrator();
-        // Two of the five reads of a frame succeed.
-        let mut app = app(&mut calibrator, frame(1, (0..60).map(record)), 2);
-        assert_eq!(app.poll(), Err(MatcherError::Bus(BusFault)));
-        assert!(app.calibrator().batch().pairs().is_empty());
-        assert_eq!(app.poll(), Err(MatcherError::Bus(BusFault)), "waiting for the next frame");
+        let frames = [1, 2].map(|sequence| frame(sequence, 0..60));
+        // The third of five reads.
+        let bus = TestBus::new(frames.concat()).failing_after(2);
+        let mut app = App::new(bus.driver(), &mut calibrator);
+        assert_eq!(read(&mut app), Err(FpgaError::Bus(BusFault)));
+        assert_eq!(read(&mut app), Ok(Event::Frame { sequence: 2, offered: 60, taken: 60 }));
+        assert_eq!((app.counters().good, app.counters().cut), (1, 1));
+    }
+
+    #[test]
+    fn a_damaged_frame_is_counted_and_never_solved() {
+        let mut calibrator = calibrator();
+        let [mut damaged, whole] = [1, 2].map(|sequence| frame(sequence, 0..60));
+        damaged[100] ^= 1;
+        let bus = TestBus::new([damaged, whole].concat());
+        let mut app = App::new(bus.driver(), &mut calibrator);
+        assert_eq!(read(&mut app), Ok(Event::Frame { sequence: 2, offered: 60, taken: 60 }));
+        assert_eq!((app.counters().good, app.counters().bad_crc), (1, 1));
+    }
+
+    #[test]
+    fn a_frame_of_other_images_is_an_error_and_the_next_one_is_taken_in() {
+        let mut calibrator = calibrator();
+        let mut cameras = *calibrator.cameras().unwrap();
+        let intrinsics = Intrinsics { size: [1920, 1199], ..*cameras.left.intrinsics() };
+        cameras.left = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
+        calibrator.set_cameras(cameras);
+        let bus = TestBus::new(frame(1, 0..60));
+        let mut app = App::new(bus.driver(), &mut calibrator);
+        let refused = FpgaError::Refused(FrameRefusal::ImageSize([1920, 1200]));
+        assert_eq!(read(&mut app), Err(refused));
+        assert_eq!(read(&mut app), Ok(Event::Idle));
+        assert_eq!(app.counters().refused, 1);
     }
 
     #[test]
     fn without_a_frame_nothing_happens() {
         let mut calibrator = calibrator();
-        let mut ready = PinMock::new(&[PinTransaction::get(Low), PinTransaction::get(High)]);
-        let bus = TestBus::new(frame(9, (0..1).map(record)), 2);
-        let mut app = App::new(Matcher::new(bus, ready.clone()), &mut calibrator);
+        let bus = TestBus::new(Vec::new());
+        let mut app = App::new(bus.driver(), &mut calibrator);
         assert_eq!(app.poll(), Ok(Event::Idle));
-        assert_eq!(app.poll(), Ok(Event::Frame { sequence: 9, offered: 1, taken: 1 }));
-        ready.done();
     }
 }

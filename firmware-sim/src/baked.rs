@@ -7,12 +7,11 @@ use core::convert::Infallible;
 
 use embedded_hal::digital::{self, InputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
+use stereo_selfcal::link::FpgaMatcher;
 use stereo_selfcal::{
     Camera, CameraError, Cameras, Extrinsics, ExtrinsicsError, Intrinsics, Lens, RadialTangential,
     Scalar,
 };
-
-use crate::matcher::Matcher;
 
 #[expect(clippy::unreadable_literal, missing_docs, reason = "numbers as the data set has them")]
 mod recording {
@@ -73,8 +72,8 @@ impl Tape {
     }
 
     /// The driver of a matcher that sends them.
-    pub fn driver(&self) -> Matcher<&Self, &Self> {
-        Matcher::new(self, self)
+    pub fn driver(&self) -> FpgaMatcher<&Self, &Self> {
+        FpgaMatcher::new(self, self)
     }
 
     /// Whether all has been read.

@@ -34,14 +34,14 @@ fn main() -> ! {
             Ok(Event::Pair(pair)) => log(&pair),
             Ok(Event::StateChanged { before, after }) => info!("{} -> {}", before, after),
             Ok(_) => (),
-            Err(_) => {
-                error!("no frame where one should start");
+            Err(why) => {
+                error!("the matcher: {}", why);
                 exit(false)
             }
         }
     }
     if taken_in != PAIRS {
-        error!("{} frames were read", taken_in);
+        error!("{} frames were read; the link: {}", taken_in, app.counters());
         exit(false)
     }
     match app.apply() {

@@ -1,9 +1,9 @@
 //! Firmware of a controller that calibrates a stereo rig from what a hardware matcher sends.
 //!
-//! [`frame`]: the bytes on the bus. [`Matcher`]: the driver that reads them, over `embedded-hal`
-//! traits. [`App`]: the application loop over driver and calibrator. No heap, no clock; every call
-//! is bounded by the length of one frame or by two passes over one batch: a pair's last, which judges
-//! it and both calibrations. Scalar: `f32`.
+//! [`App`]: the application loop over the matcher's driver, which is the core's
+//! ([`stereo_selfcal::link`]), and the calibrator. No heap, no clock; every call is bounded by one read
+//! of 256 bytes or by two passes over one batch: a pair's last, which judges it and both calibrations.
+//! Scalar: `f32`.
 //!
 //! Two stand in for the matcher: [`baked`], a recording in flash, and [`pil`], a host at the other end
 //! of a line. The board of the latter is the module `board`, on the controller alone.
@@ -30,12 +30,9 @@ pub mod baked;
 #[expect(clippy::as_conversions, reason = "their addresses")]
 pub mod board;
 mod controller;
-pub mod frame;
-mod matcher;
 pub mod pil;
 #[cfg(test)]
 mod test_bus;
 
 pub use app::{App, Event, PairOutcome};
 pub use controller::{CAPACITY, Controller, solve_and_fuse, start, start_automatic};
-pub use matcher::{Matcher, MatcherError};

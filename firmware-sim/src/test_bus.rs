@@ -1,5 +1,6 @@
-//! A bus that hands out given bytes and then fails: the SPI mock at hand cannot fail.
+//! A bus that hands out given bytes and can fail once: the SPI mock at hand cannot fail.
 
+use core::cell::{Cell, RefCell};
 use core::convert::Infallible;
 use std::collections::VecDeque;
 use std::vec::Vec;
@@ -7,9 +8,7 @@ use std::vec::Vec;
 use embedded_hal::digital::{self, InputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use stereo_selfcal::Correspondence;
-use zerocopy::IntoBytes;
-
-use crate::frame::{FrameHeader, Record};
+use stereo_selfcal::link::{FpgaMatcher, FrameCrc, FrameHeader, Record};
 
 /// The bus failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,69 +20,97 @@ impl spi::Error for BusFault {
     }
 }
 
-/// Bytes to be read, and how many reads succeed.
+/// Bytes to be read, by reference; data-ready is high while there are some.
 pub(crate) struct TestBus {
-    bytes: VecDeque<u8>,
-    reads: usize,
+    bytes: RefCell<VecDeque<u8>>,
+    /// Reads until the one that fails.
+    good_reads: Cell<Option<usize>>,
 }
 
 impl TestBus {
-    pub(crate) fn new(bytes: Vec<u8>, reads: usize) -> Self {
-        Self { bytes: bytes.into(), reads }
+    pub(crate) fn new(bytes: Vec<u8>) -> Self {
+        Self { bytes: RefCell::new(bytes.into()), good_reads: Cell::new(None) }
+    }
+
+    /// One read fails, after so many; what it would have read is lost.
+    pub(crate) fn failing_after(self, reads: usize) -> Self {
+        self.good_reads.set(Some(reads));
+        self
+    }
+
+    pub(crate) fn driver(&self) -> FpgaMatcher<&Self, &Self> {
+        FpgaMatcher::new(self, self)
     }
 }
 
-impl spi::ErrorType for TestBus {
+impl spi::ErrorType for &TestBus {
     type Error = BusFault;
 }
 
-impl SpiDevice for TestBus {
+impl SpiDevice for &TestBus {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), BusFault> {
         for operation in operations {
             let Operation::Read(buffer) = operation else { panic!("the driver only reads") };
-            self.reads = self.reads.checked_sub(1).ok_or(BusFault)?;
-            for byte in buffer.iter_mut() {
-                *byte = self.bytes.pop_front().expect("no more than was sent is read");
+            for place in buffer.iter_mut() {
+                let byte = self.bytes.borrow_mut().pop_front();
+                *place = byte.expect("no more than was sent is read");
+            }
+            match self.good_reads.take() {
+                Some(0) => return Err(BusFault),
+                reads => self.good_reads.set(reads.map(|reads| reads - 1)),
             }
         }
         Ok(())
     }
 }
 
-/// Data-ready that is always high.
-pub(crate) struct AlwaysReady;
-
-impl digital::ErrorType for AlwaysReady {
+impl digital::ErrorType for &TestBus {
     type Error = Infallible;
 }
 
-impl InputPin for AlwaysReady {
+impl InputPin for &TestBus {
     fn is_high(&mut self) -> Result<bool, Infallible> {
-        Ok(true)
+        Ok(!self.bytes.borrow().is_empty())
     }
 
     fn is_low(&mut self) -> Result<bool, Infallible> {
-        Ok(false)
+        Ok(self.bytes.borrow().is_empty())
     }
 }
 
-/// The `i`-th of records that are all different, and of a scene that determines all directions.
-pub(crate) fn record(i: u16) -> Record {
+/// The `i`-th of matches that are all different, and of a scene that determines all directions.
+pub(crate) fn correspondence(i: u16) -> Correspondence<f32> {
     let [u, v] = [i * 37 % 900 + 700, i * 71 % 1100].map(f32::from);
     let disparity = f32::from(i * 13 % 97) + 20.0;
-    let c = Correspondence {
+    Correspondence {
         left: [u, v],
         right: [u - disparity, v + 1.5],
-        score: 0.5,
-        grid_step: 0.0,
-    };
-    Record::encode(&c).expect("in range")
+        // Of the wire, so that nothing is rounded.
+        score: 13_107.0 / 65_535.0,
+        grid_step: 1.0 / 256.0,
+    }
 }
 
-/// A frame of those records, as bytes.
-pub(crate) fn frame(sequence: u32, records: impl ExactSizeIterator<Item = Record>) -> Vec<u8> {
-    let count = records.len().try_into().expect("within a frame");
-    let mut bytes = FrameHeader { sequence, count }.encode().to_vec();
-    records.for_each(|record| bytes.extend_from_slice(record.as_bytes()));
+/// A frame of those matches of images of 1920 x 1200 px, as bytes.
+pub(crate) fn frame(sequence: u32, matches: impl ExactSizeIterator<Item = u16>) -> Vec<u8> {
+    let header = FrameHeader {
+        timestamp_us: 0,
+        sequence,
+        count: matches.len().try_into().expect("within a frame"),
+        image_size: [1920, 1200],
+        grid_step: 0,
+        fraction_bits: 8,
+        pyramid_ratio: 64,
+        dropped_before: false,
+        more_found: false,
+    };
+    let mut bytes = header.encode().expect("a valid header").to_vec();
+    let mut crc = FrameCrc::new(bytes.first_chunk().expect("of a header's length"));
+    for i in matches {
+        let record = Record::encode(&correspondence(i), &header).expect("in range").to_bytes();
+        crc.add(&record);
+        bytes.extend(record);
+    }
+    bytes.extend(crc.value().to_le_bytes());
     bytes
 }

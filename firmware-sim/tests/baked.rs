@@ -15,7 +15,8 @@ fn set() -> Dataset {
 #[test]
 fn the_frames_are_those_of_the_simulated_matcher_byte_for_byte() {
     let set = set();
-    let sent = (0..).zip(&set.pairs).flat_map(|(i, pair)| matcher::frame(i, pair));
+    let matcher = SimMatcher::new([set.meta.width, set.meta.height]);
+    let sent = (0..).zip(&set.pairs).flat_map(|(i, pair)| matcher.frame(i, pair));
     assert!(sent.eq(FRAMES.iter().copied()));
 }
 
@@ -34,8 +35,9 @@ fn the_tape_and_the_simulated_matcher_lead_to_the_same_estimate() {
     let tape = Tape::new(FRAMES);
     let mut app = App::new(tape.driver(), from_tape);
     while app.poll().unwrap() != Event::Idle {}
-    let matcher = SimMatcher::default();
-    (0..).zip(&set().pairs).for_each(|(i, pair)| matcher.send(i, pair));
+    let set = set();
+    let matcher = SimMatcher::new([set.meta.width, set.meta.height]);
+    (0..).zip(&set.pairs).for_each(|(i, pair)| matcher.send(i, pair));
     let mut app = App::new(matcher.driver(), from_matcher);
     while app.poll().unwrap() != Event::Idle {}
     let [a, b] = calibrators.map(|calibrator| calibrator.proposal().unwrap());

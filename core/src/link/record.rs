@@ -13,7 +13,7 @@ const MAX_COORDINATE: u32 = (1 << 24) - 1;
 const FULL_SCORE: f32 = 65_535.0;
 
 /// One correspondence in the units of the wire.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Record {
     left: [u32; 2],
     right: [u32; 2],

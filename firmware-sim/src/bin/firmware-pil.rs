@@ -6,11 +6,11 @@
 use cortex_m_rt::entry;
 use defmt::{error, info};
 use defmt_semihosting as _;
+use firmware_sim::CAPACITY;
 use firmware_sim::board::{Link, LinkError, Timer, Uart, exit};
-use firmware_sim::frame::FrameError;
 use firmware_sim::pil::{ServeError, serve};
-use firmware_sim::{CAPACITY, MatcherError};
 use panic_probe as _;
+use stereo_selfcal::link::FpgaError;
 
 #[entry]
 fn main() -> ! {
@@ -28,12 +28,8 @@ fn log(why: &ServeError<LinkError, LinkError>) {
     match why {
         ServeError::Line(why) => error!("line: {}", why),
         ServeError::Opening(why) => error!("opening not taken: {}", why),
-        ServeError::Matcher(MatcherError::Bus(why) | MatcherError::Ready(why)) => {
-            error!("line: {}", why);
-        }
-        ServeError::Matcher(MatcherError::Frame(FrameError::BadMagic(bytes))) => {
-            error!("no frame starts with {}", bytes);
-        }
-        _ => error!("a frame that is not understood"),
+        ServeError::Matcher(FpgaError::Bus(why) | FpgaError::Ready(why)) => error!("line: {}", why),
+        ServeError::Matcher(FpgaError::Refused(why)) => error!("frame not taken: {}", why),
+        _ => error!("the exchange failed"),
     }
 }

@@ -324,8 +324,7 @@ impl EndAnswer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::Record;
-    use crate::test_bus::record;
+    use crate::test_bus::correspondence;
     use crate::{Controller, start};
     use std::vec::Vec;
     use stereo_selfcal::{Camera, Cameras, Intrinsics, Lens};
@@ -338,7 +337,7 @@ mod tests {
     }
 
     fn solved(controller: &mut Controller, matches: u16) -> PairOutcome {
-        for c in (0..matches).map(|i| Record::decode(&record(i))) {
+        for c in (0..matches).map(correspondence) {
             controller.push(&c).unwrap();
         }
         let outcome = crate::solve_and_fuse(controller);

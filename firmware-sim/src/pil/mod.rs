@@ -5,7 +5,7 @@
 //! |---|---|---|
 //! | host | [`Opening`] | cameras, and how many pairs will come |
 //! | controller | [`Greeting`] | whether it takes them |
-//! | host | a frame, see [`crate::frame`] | through the same decoder as the matcher's |
+//! | host | a frame, see [`stereo_selfcal::link`] | through the same decoder as the matcher's |
 //! | controller | [`PairAnswer`] | after each frame |
 //! | controller | [`EndAnswer`] | after the last: what is now in use |
 //!

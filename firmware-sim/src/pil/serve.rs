@@ -2,6 +2,7 @@
 
 use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
+use stereo_selfcal::link::{FpgaError, FpgaMatcher};
 use thiserror::Error;
 use zerocopy::IntoBytes;
 
@@ -9,7 +10,6 @@ use super::answer::{EndAnswer, Greeting, PairAnswer};
 use super::opening::{Opening, OpeningError};
 use crate::app::{App, Event};
 use crate::controller::{CAPACITY, start};
-use crate::matcher::{Matcher, MatcherError};
 
 /// Why an exchange ended before its last pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
@@ -21,9 +21,9 @@ pub enum ServeError<S, P> {
     /// The opening was not taken; the host has been told so.
     #[error(transparent)]
     Opening(#[from] OpeningError),
-    /// The line or the frame on it failed.
+    /// The line failed, or a frame was not taken.
     #[error("{0}")]
-    Matcher(#[from] MatcherError<S, P>),
+    Matcher(#[from] FpgaError<S, P>),
 }
 
 /// Serves one exchange, from the opening to the answer after the last pair.
@@ -45,7 +45,7 @@ pub fn serve<SPI: SpiDevice, RDY: InputPin>(
     let Opening { pairs, cameras } = opened?;
 
     let mut controller = start(cameras);
-    let mut app = App::new(Matcher::new(spi, ready), &mut controller);
+    let mut app = App::new(FpgaMatcher::new(spi, ready), &mut controller);
     let (mut number, mut in_batch, mut answered) = (0, 0, 0);
     while answered < pairs {
         match app.poll()? {

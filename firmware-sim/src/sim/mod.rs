@@ -59,7 +59,7 @@ fn run(cli: &Cli, out: &mut impl Write) -> Result<ExitCode> {
 fn replay(args: &ReplayArgs, out: &mut impl Write) -> Result<()> {
     let set = args.dataset()?;
     let mut calibrator = Box::new(firmware_sim::start(set.cameras()?));
-    let matcher = SimMatcher::default();
+    let matcher = SimMatcher::new([set.meta.width, set.meta.height]);
     let mut app = App::new(matcher.driver(), &mut calibrator);
 
     report::heading(out, &set)?;

@@ -1,6 +1,6 @@
 //! The core's calls, each a function that is not inlined: what a firmware would call.
 
-use firmware_sim::frame::Record;
+use stereo_selfcal::link::{Decoder, FrameRefusal, Intake, Received};
 use stereo_selfcal::{
     ApplyError, Calibrator, Cameras, Correspondence, Extrinsics, Fused, Health, PairError,
     PairReport, Proposal, PushError, Pushed, RectifiedCamera, RectifyError, RectifyingRotations,
@@ -13,8 +13,12 @@ pub(crate) const CAPACITY: usize = 256;
 pub(crate) type Calibrated<T> = Calibrator<T, CAPACITY>;
 
 #[inline(never)]
-pub(crate) fn decode(record: &Record) -> Correspondence<f32> {
-    record.decode()
+pub(crate) fn feed(
+    decoder: &mut Decoder,
+    bytes: &mut &[u8],
+    intake: &mut impl Intake,
+) -> Result<Option<Received>, FrameRefusal> {
+    decoder.feed(bytes, intake)
 }
 
 #[inline(never)]

@@ -7,6 +7,7 @@
 
 mod calls;
 mod clock;
+mod frame;
 mod lens;
 mod pair;
 mod probe;

@@ -1,10 +1,11 @@
 //! One pair through the calibrator, every call measured.
 
-use firmware_sim::frame::Record;
+use stereo_selfcal::link::Record;
 use stereo_selfcal::{Correspondence, PairReport, Scalar, State};
 
 use crate::calls::{self, Calibrated};
 use crate::probe::{Probe, Sample};
+use crate::scene::HEADER;
 use crate::table::remark;
 
 /// More calls than any pair takes.
@@ -76,7 +77,7 @@ pub(crate) fn fill<T: Scalar>(
 ) -> Sample {
     calibrator.clear_pair();
     records.iter().fold(Sample::default(), |most, record| {
-        let c = converted(&record.decode());
+        let c = converted(&record.decode(&HEADER));
         let (pushed, sample) = probe.run(|| calls::push(calibrator, &c));
         pushed.expect("the match is inside both images");
         most.most(sample)

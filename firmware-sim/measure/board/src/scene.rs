@@ -3,13 +3,26 @@
 //!
 //! 3 to 80 baselines away, 0.3 px of noise a coordinate, of ten matches so many wrong.
 
-use firmware_sim::frame::Record;
 use nalgebra::{Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::link::{FrameHeader, Record};
 use stereo_selfcal::{Correspondence, so3};
 
 use crate::lens::{FOCAL_PX, SIZE};
+
+/// Of a frame of these matches, but for their number.
+pub(crate) const HEADER: FrameHeader = FrameHeader {
+    timestamp_us: 0,
+    sequence: 0,
+    count: 0,
+    image_size: SIZE,
+    grid_step: 0,
+    fraction_bits: 8,
+    pyramid_ratio: 64,
+    dropped_before: false,
+    more_found: false,
+};
 
 /// Inverse distances, in 1/baseline.
 const NEARNESS: [f32; 2] = [1.0 / 80.0, 1.0 / 3.0];
@@ -66,7 +79,8 @@ impl Scene {
             };
             let score = 0.5 + 0.5 * self.share();
             let c = Correspondence { left, right, score, grid_step: 0.0 };
-            if let Some(record) = Record::encode(&c).ok().filter(|_| inside(left) && inside(right))
+            if let Some(record) =
+                Record::encode(&c, &HEADER).ok().filter(|_| inside(left) && inside(right))
             {
                 return record;
             }

@@ -1,14 +1,15 @@
 //! The life of a rig, every call measured, and the rows that come of it.
 
 use cortex_m_semihosting::debug::{self, EXIT_SUCCESS};
-use firmware_sim::frame::Record;
+use stereo_selfcal::link::Record;
 use stereo_selfcal::{Config, Extrinsics, Scalar, State};
 
 use crate::calls::{self, CAPACITY, Calibrated};
+use crate::frame;
 use crate::lens;
 use crate::pair::{self, Calls, PairCost};
 use crate::probe::{Probe, Sample};
-use crate::scene::{Rig, Scene};
+use crate::scene::{HEADER, Rig, Scene};
 use crate::table::{remark, row};
 
 /// Half a batch: the slope between the two is the price of a correspondence.
@@ -27,7 +28,7 @@ const GARBAGE: usize = 12;
 /// Measures everything in one scalar, prints the rows and ends the emulation.
 pub fn survey<T: Scalar>() -> ! {
     let probe = Probe::new();
-    let mut records = [Record::EMPTY; CAPACITY];
+    let mut records = [Record::default(); CAPACITY];
     intake::<T>(&probe, &mut records);
     let mut all = passes::<T>(&probe, &mut records);
     all = all.most(&paper::<T>(&probe, &mut records));
@@ -62,9 +63,9 @@ fn intake<T: Scalar>(probe: &Probe, records: &mut [Record]) {
     let mut scene = Scene::new(Rig::off(OFF_DEGREES));
     scene.fill(records);
     let mut calibrator = fresh::<T>(Config::robust());
-    let decode =
-        records.iter().fold(0, |sum, r| sum + probe.run(|| calls::decode(r)).1.instructions);
-    row("decode a record mean", "instructions", mean(decode, records.len()));
+    let decoded = frame::decode(probe, records);
+    row("decode a record mean", "instructions", mean(decoded.instructions, records.len()));
+    row("stack of decoding a frame", "bytes", decoded.stack);
     let pinhole = push_all(probe, &mut calibrator, records).0;
     row("push pinhole mean", "instructions", mean(pinhole, records.len()));
     scene.fill(records);
@@ -84,7 +85,7 @@ fn push_all<T: Scalar>(
     records: &[Record],
 ) -> (u32, u32) {
     records.iter().fold((0, 0), |(sum, most), record| {
-        let c = pair::converted(&record.decode());
+        let c = pair::converted(&record.decode(&HEADER));
         let (pushed, sample) = probe.run(|| calls::push(calibrator, &c));
         assert!(pushed.is_ok(), "a match of the scene is refused");
         (sum + sample.instructions, most.max(sample.instructions))

@@ -77,7 +77,7 @@ fn fly(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Result<F
     // Vibration is drawn apart: without it the flight is the same.
     let calm = Scenario { vibration_deg: 0.0, ..scenario.clone() }.rigs(args.seed)?;
     let mut calibrator = Box::new(firmware_sim::start_automatic(cameras(scenario)?));
-    let matcher = SimMatcher::default();
+    let matcher = SimMatcher::new(scenario.scene.size);
     let mut app = App::new(matcher.driver(), &mut calibrator);
     let mut log = Log::new(args.baseline);
     let (mut moments, mut timeline) = (Vec::new(), Vec::new());

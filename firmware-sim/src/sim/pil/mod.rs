@@ -18,7 +18,7 @@ use host_tests::progress;
 use super::args::PilArgs;
 use super::drive::drive;
 use super::emulator::Emulator;
-use super::matcher::{SimMatcher, frame};
+use super::matcher::SimMatcher;
 use compare::{Difference, differences};
 use exchange::Exchange;
 use line::Listener;
@@ -103,7 +103,7 @@ fn hold<L: Read + Write>(
         exchange.capacity
     );
     let mut calibrator = Box::new(firmware_sim::start(opening.cameras));
-    let matcher = SimMatcher::default();
+    let matcher = SimMatcher::new([set.meta.width, set.meta.height]);
     let mut app = App::new(matcher.driver(), &mut calibrator);
     let mut table = Table::new(set, app.calibrator())?;
     let mut same = 0;
@@ -113,7 +113,7 @@ fn hold<L: Read + Write>(
         matcher.send(sequence, pair);
         let driven = drive(&mut app)?;
         let here = PairAnswer::new(sequence, driven.taken, &driven.pair, app.calibrator());
-        let there = exchange.pair(sequence, &frame(sequence, pair));
+        let there = exchange.pair(sequence, &matcher.frame(sequence, pair));
         let there = there.with_context(|| format!("pair {sequence}"))?;
         let found = differences(&here.parts(), &there.parts());
         same += usize::from(found.is_empty());

@@ -10,6 +10,7 @@
 mod cameras;
 mod facade;
 mod geometry;
+mod link;
 mod solver;
 mod store;
 
@@ -34,6 +35,7 @@ fn main() -> ! {
         if let Some(cameras) = cameras::all() {
             let configured = config().unwrap_or_default();
             facade::all(configured, cameras);
+            link::all(configured, cameras);
             solver::all(configured, &cameras);
             geometry::all(&cameras);
         }

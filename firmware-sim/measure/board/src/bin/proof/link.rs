@@ -1,0 +1,132 @@
+//! The link to the matcher: bytes, decoder and drivers over a bus of which nothing is known.
+
+use core::convert::Infallible;
+use core::hint::black_box;
+
+use embedded_hal::digital::{self, InputPin};
+use embedded_hal::spi::{self, ErrorKind, Operation, SpiDevice};
+use embedded_io::{Read, ReadReady};
+use stereo_selfcal::link::{
+    Decoder, FpgaMatcher, FrameCrc, FrameHeader, Intake, Record, StreamMatcher,
+};
+use stereo_selfcal::{Calibrator, Cameras, Config};
+
+use crate::{number, show, solver};
+
+/// Gives anything, and fails at any time.
+struct Anything;
+
+impl spi::ErrorType for Anything {
+    type Error = ErrorKind;
+}
+
+impl SpiDevice for Anything {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
+        black_box(operations);
+        black_box(Ok(()))
+    }
+}
+
+impl digital::ErrorType for Anything {
+    type Error = Infallible;
+}
+
+impl InputPin for Anything {
+    fn is_high(&mut self) -> Result<bool, Infallible> {
+        black_box(Ok(true))
+    }
+
+    fn is_low(&mut self) -> Result<bool, Infallible> {
+        black_box(Ok(true))
+    }
+}
+
+impl embedded_io::ErrorType for Anything {
+    type Error = embedded_io::ErrorKind;
+}
+
+impl Read for Anything {
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, embedded_io::ErrorKind> {
+        black_box(buffer);
+        black_box(Ok(0))
+    }
+}
+
+impl ReadReady for Anything {
+    fn read_ready(&mut self) -> Result<bool, embedded_io::ErrorKind> {
+        black_box(Ok(true))
+    }
+}
+
+pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
+    let mut calibrator = Calibrator::<f32, 256>::new(config);
+    calibrator.set_cameras(cameras);
+    bytes();
+    decoder(&mut calibrator);
+    fpga(&mut calibrator);
+    stream(&mut calibrator);
+}
+
+fn bytes() {
+    let bytes = black_box([0; FrameHeader::BYTES]);
+    if let Ok(header) = FrameHeader::decode(&bytes) {
+        show(header.encode());
+        show(header.frame_bytes());
+        show(header.grid_step_px(black_box(0)));
+        show(header.level_of(number()));
+        if let Ok(record) = Record::encode(&solver::correspondence(), &header) {
+            show(record.to_bytes());
+        }
+        if let Ok(record) = Record::from_bytes(&black_box([0; Record::BYTES])) {
+            show(record.decode(&header));
+        }
+    }
+    let mut crc = FrameCrc::new(&bytes);
+    crc.add(&black_box([0; Record::BYTES]));
+    show(crc.value());
+}
+
+fn decoder(calibrator: &mut Calibrator<f32, 256>) {
+    let mut decoder = if black_box(false) { Decoder::new() } else { Decoder::default() };
+    let bytes = black_box([0; 64]);
+    let length = black_box(0);
+    while black_box(true) {
+        let mut piece = bytes.get(..length).unwrap_or_default();
+        show(decoder.next(&mut piece));
+        show(decoder.feed(&mut piece, calibrator));
+        decoder.refuse();
+        decoder.note_overrun();
+        show(decoder.bytes_wanted());
+        show(decoder.counters());
+    }
+    show(calibrator.is_busy());
+    show(calibrator.is_solving());
+    show(calibrator.begin_pair());
+    calibrator.discard();
+    show(calibrator.finish());
+}
+
+fn fpga(calibrator: &mut Calibrator<f32, 256>) {
+    let mut matcher = FpgaMatcher::new(Anything, Anything);
+    while black_box(true) {
+        show(matcher.poll(calibrator));
+        show(matcher.poll_until(calibrator, || black_box(true)));
+        show(matcher.read(calibrator));
+        show(matcher.read_until(calibrator, || black_box(true)));
+        matcher.note_overrun();
+        show(matcher.counters());
+    }
+    let _ = matcher.release();
+}
+
+fn stream(calibrator: &mut Calibrator<f32, 256>) {
+    let mut matcher = StreamMatcher::new(Anything);
+    while black_box(true) {
+        show(matcher.poll(calibrator));
+        show(matcher.poll_until(calibrator, || black_box(true)));
+        show(matcher.read(calibrator));
+        matcher.note_overrun();
+        show(matcher.counters());
+    }
+    let _ = matcher.release();
+}

@@ -1,0 +1,58 @@
+//! A frame off the wire, decoded.
+
+use stereo_selfcal::Correspondence;
+use stereo_selfcal::link::{
+    Decoder, FrameCrc, FrameHeader, FrameRefusal, Intake, Received, Record,
+};
+
+use crate::calls::{self, CAPACITY};
+use crate::probe::{Probe, Sample};
+use crate::scene::HEADER;
+
+const BYTES: usize = FrameHeader::BYTES + CAPACITY * Record::BYTES + FrameCrc::BYTES;
+
+/// Looks at no match: what is measured is the decoder.
+struct Nothing;
+
+impl Intake for Nothing {
+    fn start(&mut self, _: &FrameHeader) -> Result<(), FrameRefusal> {
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn take(&mut self, correspondence: &Correspondence<f32>) {
+        core::hint::black_box(correspondence);
+    }
+
+    fn finish(&mut self) -> usize {
+        0
+    }
+
+    fn discard(&mut self) {}
+}
+
+/// Decodes a frame that lies in one piece.
+///
+/// # Panics
+/// If the frame does not come through whole.
+pub(crate) fn decode(probe: &Probe, records: &[Record]) -> Sample {
+    let count = records.len().try_into().expect("within a frame");
+    let header = FrameHeader { count, ..HEADER };
+    let start = header.encode().expect("valid");
+    let mut crc = FrameCrc::new(&start);
+    let mut bytes = [0; BYTES];
+    let (body, _) = bytes[FrameHeader::BYTES..].as_chunks_mut();
+    for (place, record) in body.iter_mut().zip(records) {
+        *place = record.to_bytes();
+        crc.add(place);
+    }
+    bytes[..FrameHeader::BYTES].copy_from_slice(&start);
+    let end = header.frame_bytes();
+    bytes[end - FrameCrc::BYTES..end].copy_from_slice(&crc.value().to_le_bytes());
+
+    let mut decoder = Decoder::new();
+    let mut rest = bytes.as_slice();
+    let (fed, sample) = probe.run(|| calls::feed(&mut decoder, &mut rest, &mut Nothing));
+    assert_eq!(fed, Ok(Some(Received { header, taken: 0 })));
+    sample
+}
