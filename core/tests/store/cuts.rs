@@ -67,7 +67,7 @@ impl Cuts {
             assert!(found == *held || found == held.after(step), "{context}: {found:?}");
             // The other kind than the one that was cut every second time.
             let kind = KINDS[usize::try_from(cut).unwrap() % 2];
-            let length = found.of(kind).as_ref().map_or(9, Vec::len);
+            let length = found.of(kind).map_or(9, <[u8]>::len);
             let next = Step { kind, payload: Some(payload(777, length)) };
             self.once_more(&store.close(), page_blocks, &found, &next, again, &mut random);
         }
@@ -150,7 +150,9 @@ fn one_tear_each<const W: usize, const E: usize>(steps: usize) {
 fn all_tears_each<const W: usize, const E: usize>() {
     let mut cuts = Cuts::default();
     for shape in shapes::<W, E>() {
-        TEARS.iter().for_each(|tear| cuts.everywhere::<W, E>(shape, *tear, (28, 2)));
+        for tear in TEARS {
+            cuts.everywhere::<W, E>(shape, tear, (28, 2));
+        }
     }
     println!("words of {W} bytes: {cuts:?}, none lost a record");
 }

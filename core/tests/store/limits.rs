@@ -80,7 +80,9 @@ fn a_kind_that_is_forgotten_stays_so_and_the_other_stays() {
 #[test]
 fn a_formatted_store_is_empty() {
     let mut store = open(Small::new(3, 1), 1);
-    KINDS.map(|kind| store.save(kind, b"something").unwrap());
+    for kind in KINDS {
+        store.save(kind, b"something").unwrap();
+    }
     let mut store = Store::format(store.close(), 512..1536, 512).unwrap();
     assert_eq!(content(&mut store), Content::default());
     assert_eq!(store.wear().damaged, 0);

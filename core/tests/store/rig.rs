@@ -21,8 +21,8 @@ pub(crate) struct Content {
 }
 
 impl Content {
-    pub(crate) fn of(&self, kind: Kind) -> &Option<Vec<u8>> {
-        if kind == Kind::Factory { &self.factory } else { &self.state }
+    pub(crate) fn of(&self, kind: Kind) -> Option<&[u8]> {
+        if kind == Kind::Factory { &self.factory } else { &self.state }.as_deref()
     }
 
     pub(crate) fn after(&self, step: &Step) -> Self {
