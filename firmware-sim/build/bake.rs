@@ -42,7 +42,8 @@ fn frame(sequence: u32, [width, height]: [u16; 2], csv: &str) -> Result<Vec<u8>>
     ensure!(lines.next() == Some("ul,vl,ur,vr,score"), "columns ul,vl,ur,vr,score are needed");
     let rows: Vec<[f32; 5]> = lines.map(row).collect::<Result<_>>()?;
     let [version, flags, fraction_bits, pyramid_ratio] = [1, 0, 8, 64];
-    let (grid_step, timestamp) = (0_u16, 0_u64);
+    // At 20 Hz.
+    let (grid_step, timestamp) = (0_u16, u64::from(sequence) * 50_000);
     let mut bytes = b"SCMF".to_vec();
     bytes.extend([version, flags, fraction_bits, pyramid_ratio]);
     bytes.extend(sequence.to_le_bytes());

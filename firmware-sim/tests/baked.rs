@@ -6,6 +6,7 @@ mod matcher;
 use firmware_sim::baked::{FRAMES, NAME, PAIRS, Tape, cameras, truth};
 use firmware_sim::{App, Event, start};
 use host_tests::dataset::Dataset;
+use host_tests::wire::Sender;
 use matcher::SimMatcher;
 
 fn set() -> Dataset {
@@ -15,8 +16,8 @@ fn set() -> Dataset {
 #[test]
 fn the_frames_are_those_of_the_simulated_matcher_byte_for_byte() {
     let set = set();
-    let matcher = SimMatcher::new([set.meta.width, set.meta.height]);
-    let sent = (0..).zip(&set.pairs).flat_map(|(i, pair)| matcher.frame(i, pair));
+    let sender = Sender::of(&set).unwrap();
+    let sent = (0..).zip(&set.pairs).flat_map(|(i, pair)| sender.frame(i, pair).0);
     assert!(sent.eq(FRAMES.iter().copied()));
 }
 
@@ -36,7 +37,7 @@ fn the_tape_and_the_simulated_matcher_lead_to_the_same_estimate() {
     let mut app = App::new(tape.driver(), from_tape);
     while app.poll().unwrap() != Event::Idle {}
     let set = set();
-    let matcher = SimMatcher::new([set.meta.width, set.meta.height]);
+    let matcher = SimMatcher::new(Sender::of(&set).unwrap());
     (0..).zip(&set.pairs).for_each(|(i, pair)| matcher.send(i, pair));
     let mut app = App::new(matcher.driver(), from_matcher);
     while app.poll().unwrap() != Event::Idle {}

@@ -5,8 +5,8 @@ mod matcher;
 
 use firmware_sim::{App, Event, solve_and_fuse, start};
 use host_tests::dataset::{Dataset, Match};
+use host_tests::wire::Sender;
 use matcher::SimMatcher;
-use stereo_selfcal::link::{Decoder, Event as LinkEvent};
 use stereo_selfcal::{Correspondence, Extrinsics};
 
 /// As the wire carries it, by other arithmetic than the frame's.
@@ -30,7 +30,7 @@ fn bits(extrinsics: &Extrinsics<f32>) -> Vec<u32> {
 fn the_fused_estimate_over_the_bus_is_that_of_direct_feeding_bit_for_bit() {
     let set = Dataset::load(&Dataset::shipped().join("opencv_chess_corners")).unwrap();
     let [mut direct, mut over_bus] = [(), ()].map(|()| Box::new(start(set.cameras().unwrap())));
-    let matcher = SimMatcher::new([set.meta.width, set.meta.height]);
+    let matcher = SimMatcher::new(Sender::of(&set).unwrap());
     let mut app = App::new(matcher.driver(), &mut over_bus);
     for (sequence, pair) in (0..).zip(&set.pairs) {
         for m in pair {
@@ -62,39 +62,4 @@ fn the_fused_estimate_over_the_bus_is_that_of_direct_feeding_bit_for_bit() {
         assert_eq!(bits(&a.extrinsics), bits(&b.extrinsics), "after pair {sequence}");
     }
     assert_eq!(app.calibrator().proposal().unwrap().pairs, 13);
-}
-
-/// The grid steps that a receiver is told of.
-fn steps_received(steps: &[f64]) -> Vec<f32> {
-    let at = |&step: &f64| Match { ul: 100.0, vl: 90.0, ur: 80.0, vr: 90.0, score: 1.0, step };
-    let pair: Vec<Match> = steps.iter().map(at).collect();
-    let sent = SimMatcher::new([640, 480]).frame(0, &pair);
-    let (mut bytes, mut decoder) = (sent.as_slice(), Decoder::new());
-    let events = std::iter::from_fn(|| decoder.next(&mut bytes));
-    let steps = events.filter_map(|event| match event {
-        LinkEvent::Match(c) => Some(c.grid_step),
-        _ => None,
-    });
-    steps.collect()
-}
-
-#[test]
-fn one_grid_comes_over_the_bus_as_it_is_and_none_as_that_of_the_wire() {
-    for step in [1.0_f32, 0.5, 0.25, 1.0 / 256.0, 40.0] {
-        assert_eq!(steps_received(&[step.into(); 2]), [step; 2]);
-    }
-    assert_eq!(steps_received(&[0.0, 0.0]), [1.0 / 256.0; 2]);
-    assert_eq!(steps_received(&[]), [0.0_f32; 0]);
-}
-
-#[test]
-fn a_pyramid_comes_over_the_bus_within_2_percent() {
-    for (ratio, levels) in [(1.2_f64, 8), (2.0, 5), (1.5, 3)] {
-        let steps: Vec<f64> = (0..levels).rev().map(|level| ratio.powi(level)).collect();
-        let received = steps_received(&steps);
-        assert_eq!(received.len(), steps.len());
-        for (sent, received) in steps.iter().zip(received) {
-            assert!((f64::from(received) / sent - 1.0).abs() < 0.02, "{received} for {sent}");
-        }
-    }
 }

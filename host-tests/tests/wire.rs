@@ -2,7 +2,7 @@
 //! that survive.
 
 use assert_cmd::Command;
-use host_tests::dataset::Dataset;
+use host_tests::dataset::{Dataset, Match};
 use host_tests::wire::{Faults, FaultyWire, Recording, Sender, Sent};
 use stereo_selfcal::link::{Decoder, Received};
 use stereo_selfcal::{Calibrator, Config, Correspondence};
@@ -33,7 +33,7 @@ fn memory(controller: &Controller) -> Vec<u8> {
 }
 
 /// As the wire carries it, by other arithmetic than the link's.
-fn quantised(m: &host_tests::dataset::Match) -> Correspondence<f32> {
+fn quantised(m: &Match) -> Correspondence<f32> {
     let exact: Correspondence<f32> = m.correspondence();
     let px = |x: f32| (x * 256.0).round() / 256.0;
     Correspondence {
@@ -107,17 +107,34 @@ fn a_recording_has_what_the_data_set_has_to_the_resolution_of_the_wire() {
     }
 }
 
-#[test]
-fn every_level_of_a_pyramid_has_its_grid_step() {
-    let steps = (0..8).map(|level| 1.2_f64.powi(level));
-    let sender = Sender::new([640, 480], steps.clone()).unwrap();
-    let m =
-        |step| host_tests::dataset::Match { ul: 1.0, vl: 2.0, ur: 3.0, vr: 4.0, score: 1.0, step };
-    let pair: Vec<_> = steps.clone().map(m).collect();
+/// The grid steps that a receiver is told of.
+fn steps_received(steps: &[f64]) -> Vec<f32> {
+    let at = |&step: &f64| Match { ul: 100.0, vl: 90.0, ur: 80.0, vr: 90.0, score: 1.0, step };
+    let pair: Vec<Match> = steps.iter().map(at).collect();
+    let sender = Sender::new([640, 480], steps.iter().copied()).unwrap();
     let recording = Recording::decode(&sender.frame(0, &pair).0);
     let [(_, seen)] = &recording.frames[..] else { panic!("{recording}") };
-    for (step, c) in steps.zip(seen) {
-        assert!((f64::from(c.grid_step) / step - 1.0).abs() < 0.03, "{step} {}", c.grid_step);
+    seen.iter().map(|c| c.grid_step).collect()
+}
+
+#[test]
+fn one_grid_is_told_as_it_is_and_none_as_that_of_the_wire() {
+    for step in [1.0_f32, 0.5, 0.25, 1.0 / 256.0, 40.0] {
+        assert_eq!(steps_received(&[step.into(); 2]), [step; 2]);
+    }
+    assert_eq!(steps_received(&[0.0, 0.0]), [1.0 / 256.0; 2]);
+    assert_eq!(steps_received(&[]), [0.0_f32; 0]);
+}
+
+#[test]
+fn every_level_of_a_pyramid_has_its_grid_step_within_2_percent() {
+    for (ratio, levels) in [(1.2_f64, 8), (2.0, 5), (1.5, 3)] {
+        let steps: Vec<f64> = (0..levels).rev().map(|level| ratio.powi(level)).collect();
+        let received = steps_received(&steps);
+        assert_eq!(received.len(), steps.len());
+        for (sent, received) in steps.iter().zip(received) {
+            assert!((f64::from(received) / sent - 1.0).abs() < 0.02, "{received} for {sent}");
+        }
     }
     let error = Sender::new([640, 480], [1.0, 1.37, 29.0, 250.0, 255.0]).unwrap_err();
     assert!(error.to_string().contains("of no pyramid"), "{error}");

@@ -17,6 +17,7 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 use clap::Parser;
 use firmware_sim::App;
+use host_tests::wire::Sender;
 use host_tests::{is_broken_pipe, plot};
 
 use args::{Cli, Command, ReplayArgs};
@@ -59,7 +60,7 @@ fn run(cli: &Cli, out: &mut impl Write) -> Result<ExitCode> {
 fn replay(args: &ReplayArgs, out: &mut impl Write) -> Result<()> {
     let set = args.dataset()?;
     let mut calibrator = Box::new(firmware_sim::start(set.cameras()?));
-    let matcher = SimMatcher::new([set.meta.width, set.meta.height]);
+    let matcher = SimMatcher::new(Sender::of(&set)?);
     let mut app = App::new(matcher.driver(), &mut calibrator);
 
     report::heading(out, &set)?;

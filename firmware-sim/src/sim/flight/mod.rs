@@ -12,6 +12,7 @@ use host_tests::plot::timeline;
 use host_tests::progress;
 use host_tests::scenario::{Frame, Kind, Scenario};
 use host_tests::synth::{Scene, rig};
+use host_tests::wire::Sender;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Camera, Cameras, Intrinsics, Lens, Scalar, State};
 
@@ -77,7 +78,7 @@ fn fly(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Result<F
     // Vibration is drawn apart: without it the flight is the same.
     let calm = Scenario { vibration_deg: 0.0, ..scenario.clone() }.rigs(args.seed)?;
     let mut calibrator = Box::new(firmware_sim::start_automatic(cameras(scenario)?));
-    let matcher = SimMatcher::new(scenario.scene.size);
+    let matcher = SimMatcher::new(Sender::new(scenario.scene.size, [0.0])?);
     let mut app = App::new(matcher.driver(), &mut calibrator);
     let mut log = Log::new(args.baseline);
     let (mut moments, mut timeline) = (Vec::new(), Vec::new());

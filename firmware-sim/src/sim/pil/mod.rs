@@ -14,6 +14,7 @@ use firmware_sim::pil::{EndAnswer, Opening, PairAnswer};
 use firmware_sim::{App, CAPACITY};
 use host_tests::dataset::Dataset;
 use host_tests::progress;
+use host_tests::wire::Sender;
 
 use super::args::PilArgs;
 use super::drive::drive;
@@ -103,7 +104,8 @@ fn hold<L: Read + Write>(
         exchange.capacity
     );
     let mut calibrator = Box::new(firmware_sim::start(opening.cameras));
-    let matcher = SimMatcher::new([set.meta.width, set.meta.height]);
+    let sender = Sender::of(set)?;
+    let matcher = SimMatcher::new(sender);
     let mut app = App::new(matcher.driver(), &mut calibrator);
     let mut table = Table::new(set, app.calibrator())?;
     let mut same = 0;
@@ -113,7 +115,7 @@ fn hold<L: Read + Write>(
         matcher.send(sequence, pair);
         let driven = drive(&mut app)?;
         let here = PairAnswer::new(sequence, driven.taken, &driven.pair, app.calibrator());
-        let there = exchange.pair(sequence, &matcher.frame(sequence, pair));
+        let there = exchange.pair(sequence, &sender.frame(sequence, pair).0);
         let there = there.with_context(|| format!("pair {sequence}"))?;
         let found = differences(&here.parts(), &there.parts());
         same += usize::from(found.is_empty());
