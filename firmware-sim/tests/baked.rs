@@ -1,6 +1,7 @@
 //! What the build script bakes into the image is what the simulated matcher sends.
 
 #[path = "../src/sim/matcher.rs"]
+#[allow(dead_code, reason = "nothing goes wrong here")]
 mod matcher;
 
 use firmware_sim::baked::{FRAMES, NAME, PAIRS, Tape, cameras, truth};

@@ -1,6 +1,7 @@
 //! What goes over the simulated bus comes to the same estimate as what is fed directly.
 
 #[path = "../src/sim/matcher.rs"]
+#[allow(dead_code, reason = "nothing goes wrong here")]
 mod matcher;
 
 use firmware_sim::{App, Event, solve_and_fuse, start};

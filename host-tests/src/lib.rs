@@ -8,8 +8,7 @@ pub mod depth;
 pub mod estimate;
 pub mod evaluation;
 #[path = "../../core/tests/store/flash.rs"]
-#[allow(dead_code, reason = "shared with the tests of the core")]
-mod flash;
+pub mod flash;
 pub mod grid;
 pub mod oracle;
 pub mod plot;

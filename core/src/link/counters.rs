@@ -31,6 +31,24 @@ pub struct Counters {
 }
 
 impl Counters {
+    /// The counts of two decoders together.
+    #[must_use]
+    pub const fn plus(&self, other: &Self) -> Self {
+        Self {
+            good: self.good.saturating_add(other.good),
+            bad_crc: self.bad_crc.saturating_add(other.bad_crc),
+            bad_header: self.bad_header.saturating_add(other.bad_header),
+            foreign: self.foreign.saturating_add(other.foreign),
+            cut: self.cut.saturating_add(other.cut),
+            gaps: self.gaps.saturating_add(other.gaps),
+            repeats: self.repeats.saturating_add(other.repeats),
+            restarts: self.restarts.saturating_add(other.restarts),
+            overruns: self.overruns.saturating_add(other.overruns),
+            refused: self.refused.saturating_add(other.refused),
+            skipped_bytes: self.skipped_bytes.saturating_add(other.skipped_bytes),
+        }
+    }
+
     pub(super) const NONE: Self = Self {
         good: 0,
         bad_crc: 0,

@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 
 /// Why the flash did nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Fault {
+pub enum Fault {
     /// Power is off.
     NoPower,
     /// The word was torn, and does not take another one.
@@ -30,7 +30,7 @@ impl NorFlashError for Fault {
 
 /// What a loss of power leaves of a write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Tear {
+pub enum Tear {
     /// Words up to the cut, then one with some of its bits.
     Word,
     /// Any of the words of the same call, each with some of its bits.
@@ -42,7 +42,7 @@ pub(crate) enum Tear {
 }
 
 /// All of them.
-pub(crate) const TEARS: [Tear; 4] = [Tear::Word, Tear::Call, Tear::Hidden, Tear::Ecc];
+pub const TEARS: [Tear; 4] = [Tear::Word, Tear::Call, Tear::Hidden, Tear::Ecc];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Word {
@@ -53,35 +53,41 @@ enum Word {
 
 /// `W`: bytes of a word; `E`: bytes of an erase block.
 #[derive(Debug, Clone)]
-pub(crate) struct Flash<const W: usize, const E: usize> {
-    pub(crate) bytes: Vec<u8>,
+pub struct Flash<const W: usize, const E: usize> {
+    /// What is in it.
+    pub bytes: Vec<u8>,
     words: Vec<Word>,
     /// Words and blocks until power is lost.
-    pub(crate) power_for: Option<u32>,
+    pub power_for: Option<u32>,
     /// Words written and blocks erased.
-    pub(crate) operations: u32,
+    pub operations: u32,
     /// Erasures of each block.
-    pub(crate) erased: Vec<u32>,
+    pub erased: Vec<u32>,
     /// Block that takes no more words.
-    pub(crate) worn: Option<usize>,
+    pub worn: Option<usize>,
     /// One read in so many has a wrong bit.
-    pub(crate) flaky: Option<u32>,
+    pub flaky: Option<u32>,
     /// A byte that rots after so many reads, and its wrong bits. The store may write onto it unawares.
-    pub(crate) rot: Option<(u32, usize, u8)>,
-    pub(crate) tear: Tear,
-    pub(crate) random: ChaCha8Rng,
+    pub rot: Option<(u32, usize, u8)>,
+    /// What a loss of power leaves.
+    pub tear: Tear,
+    /// Of the tears.
+    pub random: ChaCha8Rng,
 }
 
 impl<const W: usize, const E: usize> Flash<W, E> {
     /// Never erased.
-    pub(crate) fn new(blocks: usize, seed: u64) -> Self {
+    #[must_use]
+    pub fn new(blocks: usize, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut bytes = vec![0; blocks * E];
         random.fill_bytes(&mut bytes);
         Self::of(bytes, seed)
     }
 
-    pub(crate) fn of(bytes: Vec<u8>, seed: u64) -> Self {
+    /// With this in it: what is all ones counts as erased.
+    #[must_use]
+    pub fn of(bytes: Vec<u8>, seed: u64) -> Self {
         let erased = |word: &[u8]| word.iter().all(|byte| *byte == 0xff);
         let state = |word| if erased(word) { Word::Erased } else { Word::Written };
         Self {
@@ -98,7 +104,8 @@ impl<const W: usize, const E: usize> Flash<W, E> {
         }
     }
 
-    pub(crate) fn power_on(&mut self) {
+    /// Power comes back.
+    pub fn power_on(&mut self) {
         self.power_for = None;
     }
 

@@ -121,6 +121,12 @@ pub(super) struct FlightArgs {
           value_parser = length)]
     pub(super) baseline: f32,
 
+    /// Let the hardware fail: 5 % of the frames damaged, 3 % lost, 2 % sent twice, noise after 2 %;
+    /// data-ready stuck for some pairs in every hundred, and power lost every fifty pairs, as like as
+    /// not while the controller saves. What was learnt is taken up from flash again.
+    #[arg(long)]
+    pub(super) faults: bool,
+
     /// Seed of the generator: the same flight for the same seed.
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,

@@ -1,6 +1,6 @@
 //! A matcher made of recorded data: SPI device and data-ready line over one queue of bytes.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::rc::Rc;
@@ -16,27 +16,56 @@ type Wire = Rc<RefCell<VecDeque<u8>>>;
 /// What an idle bus reads as.
 const IDLE: u8 = 0xff;
 
+/// How the data-ready line is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum DataReady {
+    /// High while bytes wait.
+    #[default]
+    Works,
+    /// Though nothing waits.
+    StuckHigh,
+    /// Whatever waits.
+    StuckLow,
+}
+
 /// The matcher's side of the bus.
 #[derive(Debug)]
 pub(crate) struct SimMatcher {
     wire: Wire,
+    ready: Rc<Cell<DataReady>>,
     sender: Sender,
 }
 
 impl SimMatcher {
     /// A matcher with nothing to send yet.
     pub(crate) fn new(sender: Sender) -> Self {
-        Self { wire: Wire::default(), sender }
+        Self { wire: Wire::default(), ready: Rc::default(), sender }
     }
 
     /// The controller's side of the bus.
     pub(crate) fn driver(&self) -> FpgaMatcher<SimSpi, SimReady> {
-        FpgaMatcher::new(SimSpi(Rc::clone(&self.wire)), SimReady(Rc::clone(&self.wire)))
+        let ready = SimReady { wire: Rc::clone(&self.wire), line: Rc::clone(&self.ready) };
+        FpgaMatcher::new(SimSpi(Rc::clone(&self.wire)), ready)
     }
 
     /// Puts a pair on the bus as one frame and raises data-ready.
     pub(crate) fn send(&self, sequence: u32, pair: &[Match]) {
-        self.wire.borrow_mut().extend(self.sender.frame(sequence, pair).0);
+        self.put(self.sender.frame(sequence, pair).0);
+    }
+
+    /// Puts bytes on the bus.
+    pub(crate) fn put(&self, bytes: Vec<u8>) {
+        self.wire.borrow_mut().extend(bytes);
+    }
+
+    /// Bytes that nobody has read yet.
+    pub(crate) fn waiting(&self) -> usize {
+        self.wire.borrow().len()
+    }
+
+    /// Lets data-ready stick, or work again.
+    pub(crate) fn set_ready(&self, line: DataReady) {
+        self.ready.set(line);
     }
 }
 
@@ -63,9 +92,12 @@ impl SpiDevice for SimSpi {
     }
 }
 
-/// Data-ready: high while bytes wait.
+/// The data-ready line.
 #[derive(Debug)]
-pub(crate) struct SimReady(Wire);
+pub(crate) struct SimReady {
+    wire: Wire,
+    line: Rc<Cell<DataReady>>,
+}
 
 impl digital::ErrorType for SimReady {
     type Error = Infallible;
@@ -73,10 +105,14 @@ impl digital::ErrorType for SimReady {
 
 impl InputPin for SimReady {
     fn is_high(&mut self) -> Result<bool, Infallible> {
-        Ok(!self.0.borrow().is_empty())
+        Ok(match self.line.get() {
+            DataReady::Works => !self.wire.borrow().is_empty(),
+            DataReady::StuckHigh => true,
+            DataReady::StuckLow => false,
+        })
     }
 
     fn is_low(&mut self) -> Result<bool, Infallible> {
-        Ok(self.0.borrow().is_empty())
+        Ok(!self.is_high()?)
     }
 }

@@ -6,4 +6,4 @@ mod recording;
 
 pub use campaign::{Campaign, Tally};
 pub use faults::{Faults, FaultyWire, Sent};
-pub use recording::{Recording, Sender};
+pub use recording::{Recording, Sender, counted};

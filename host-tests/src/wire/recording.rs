@@ -159,25 +159,27 @@ impl Recording {
 
 impl fmt::Display for Recording {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let c = &self.counters;
-        write!(f, "{} whole frames", self.frames.len())?;
-        for (count, what) in [
-            (c.bad_crc, "with a wrong checksum"),
-            (c.bad_header, "with a damaged header"),
-            (c.cut, "cut short"),
-            (c.foreign, "of another version"),
-            (c.gaps, "missing in the sequence"),
-            (c.repeats, "repeated"),
-            (c.restarts, "restarts of the sender"),
-            (c.overruns, "with others dropped before them by the sender"),
-            (c.skipped_bytes, "bytes between frames passed over"),
-        ] {
-            if count > 0 {
-                write!(f, ", {count} {what}")?;
-            }
-        }
-        Ok(())
+        f.write_str(&counted(&self.counters))
     }
+}
+
+/// What a link has been through, in words.
+#[must_use]
+pub fn counted(c: &Counters) -> String {
+    let rare = [
+        (c.bad_crc, "with a wrong checksum"),
+        (c.bad_header, "with a damaged header"),
+        (c.cut, "cut short"),
+        (c.foreign, "of another version"),
+        (c.refused, "refused"),
+        (c.gaps, "missing in the sequence"),
+        (c.repeats, "repeated"),
+        (c.restarts, "restarts of the sender"),
+        (c.overruns, "with others dropped before them by the sender"),
+        (c.skipped_bytes, "bytes between frames passed over"),
+    ];
+    let rare = rare.into_iter().filter(|(count, _)| *count > 0);
+    rare.fold(format!("{} whole frames", c.good), |text, (n, what)| format!("{text}, {n} {what}"))
 }
 
 fn as_match(c: &Correspondence<f32>) -> Match {

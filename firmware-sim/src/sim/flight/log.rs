@@ -3,8 +3,10 @@
 use std::io::Write;
 
 use anyhow::Result;
+use firmware_sim::Controller;
 use host_tests::evaluation::Verdict;
 use host_tests::scenario::Scenario;
+use stereo_selfcal::store::ResumeError;
 use stereo_selfcal::{Arming, Band, Doubt, Fused, Health, State};
 
 use super::super::args::FlightArgs;
@@ -56,10 +58,31 @@ pub(super) fn knock(out: &mut impl Write, degrees: f64) -> Result<()> {
     Ok(writeln!(out, "      -- the right camera is knocked: {degrees} deg --")?)
 }
 
+/// Right after a pair.
+pub(super) fn power_lost(out: &mut impl Write, pair: u32, in_a_save: bool) -> Result<()> {
+    let when = if in_a_save { ", during a save" } else { "" };
+    Ok(writeln!(out, "      -- power is lost after pair {pair}{when} --")?)
+}
+
+/// After power has come back.
+pub(super) fn resumed<E: std::fmt::Debug>(
+    out: &mut impl Write,
+    resumed: &Result<bool, ResumeError<E>>,
+    calibrator: &Controller,
+) -> Result<()> {
+    let pairs = calibrator.proposal().map_or(0, |p| p.pairs);
+    let what = match resumed {
+        Ok(true) => format!("{pairs} pairs are taken up from flash"),
+        Ok(false) => "nothing in flash yet".into(),
+        Err(why) => format!("nothing is taken up: {why}"),
+    };
+    Ok(writeln!(out, "      -- power is back: {what} --")?)
+}
+
 /// What a line is written about when it changes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Key {
-    became: Verdict,
+    became: Option<Verdict>,
     state: State,
     health: Option<(Band, Arming, Option<Doubt>)>,
 }
@@ -80,13 +103,13 @@ impl Log {
         &mut self,
         out: &mut impl Write,
         pair: u32,
-        became: Verdict,
+        became: Option<Verdict>,
         state: State,
         health: Option<&Health<f32>>,
     ) -> Result<()> {
         let health_key = health.map(|h| (h.band, h.arming, h.doubt));
         let key = Key { became, state, health: health_key };
-        let plain = became == Verdict::Accepted(Fused::Added);
+        let plain = matches!(became, None | Some(Verdict::Accepted(Fused::Added)));
         if self.last == Some(key) && plain && !pair.is_multiple_of(EVERY) {
             return Ok(());
         }
@@ -96,7 +119,10 @@ impl Log {
             Some(h) => self.health(out, h)?,
             None => write!(out, "{:<120}  ", "-")?,
         }
-        write!(out, "{became}")?;
+        match became {
+            Some(became) => write!(out, "{became}")?,
+            None => write!(out, "no frame came through")?,
+        }
         if let Some(doubt) = health.and_then(|h| h.doubt) {
             write!(out, "; {}", words::doubt(doubt))?;
         }

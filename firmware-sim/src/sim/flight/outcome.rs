@@ -35,7 +35,8 @@ impl Outcome {
     pub(super) fn of(moments: &[Moment], knock: usize) -> Self {
         let locked = moments.iter().position(|m| m.state == State::Locked);
         let (before, after) = moments.split_at(knock.min(moments.len()));
-        let took_over = after.iter().position(|m| m.became == Verdict::Accepted(Fused::TookOver));
+        let took_over =
+            after.iter().position(|m| m.became == Some(Verdict::Accepted(Fused::TookOver)));
         let detected = after.iter().position(|m| m.state != State::Locked);
         let settled = before.get(locked.unwrap_or(before.len())..).unwrap_or_default();
         let (between, recovered) = after.split_at(took_over.unwrap_or(after.len()));
@@ -94,7 +95,7 @@ mod tests {
 
     fn moment(state: State, became: Fused, error: f64) -> Moment {
         let error = Deviation { translation: 2.0 * error, rotation: error };
-        Moment { became: Verdict::Accepted(became), state, error, sd: None, in_use_px: None }
+        Moment { became: Some(Verdict::Accepted(became)), state, error, sd: None, in_use_px: None }
     }
 
     #[test]
