@@ -11,7 +11,7 @@ use crate::so3;
 pub(crate) const MIN_LATERAL: f64 = 0.1;
 
 /// What the length of a recorded baseline may be off from 1.
-const UNIT: f64 = 1e-5;
+const UNIT: f64 = 2e-6;
 
 /// `R` and unit `t` of `p_r = R p_l + t`. For a plain side-by-side rig `t = (-1, 0, 0)`.
 ///

@@ -28,8 +28,8 @@ enum Operation {
     Cut(bool, u8, u8),
     /// A byte gets other bits.
     Rot(u16, u8),
-    /// A block takes no more words, or all do again.
-    WearOut(Option<u8>),
+    /// A block takes no more words, and says so or not; or all do again.
+    WearOut(Option<(u8, bool)>),
 }
 
 /// What must be in the store.
@@ -155,7 +155,8 @@ fn perform(
         }
         Operation::WearOut(block) => {
             let mut flash = store.close();
-            flash.worn = block.map(|block| usize::from(block) % flash.erased.len());
+            let blocks = flash.erased.len();
+            flash.worn = block.map(|(block, says_so)| (usize::from(block) % blocks, says_so));
             store = open(flash, page)?;
         }
     }

@@ -8,7 +8,7 @@ use crate::scalar::Scalar;
 use crate::so3;
 
 /// What the rows of a rotation may be off from orthonormal: rounding leaves 4e-7 in `f32`.
-const ORTHONORMAL: f64 = 1e-5;
+const ORTHONORMAL: f64 = 2e-6;
 
 /// Reads a record whose checksum is right.
 pub(crate) struct Reader<'a> {

@@ -63,8 +63,8 @@ pub struct Flash<const W: usize, const E: usize> {
     pub operations: u32,
     /// Erasures of each block.
     pub erased: Vec<u32>,
-    /// Block that takes no more words.
-    pub worn: Option<usize>,
+    /// Block that takes no more words, and whether it says so.
+    pub worn: Option<(usize, bool)>,
     /// One read in so many has a wrong bit.
     pub flaky: Option<u32>,
     /// A byte that rots after so many reads, and its wrong bits. The store may write onto it unawares.
@@ -230,8 +230,10 @@ impl<const W: usize, const E: usize> NorFlash for Flash<W, E> {
                 Word::Erased if reads_erased || self.rot.is_some() => (),
                 state => panic!("word {word} is written onto what is {state:?}"),
             }
-            if self.worn == Some(word * W / E) {
-                return Err(Fault::Worn);
+            match self.worn {
+                Some((block, true)) if block == word * W / E => return Err(Fault::Worn),
+                Some((block, false)) if block == word * W / E => continue,
+                _ => (),
             }
             if self.operate() {
                 self.words[word] = Word::Written;

@@ -7,13 +7,11 @@ use stereo_selfcal::store::{Kind, LoadError, Store};
 use crate::flash::Flash;
 use crate::rig::{KINDS, load, open, perform, save, scenario};
 
-const PAGES: usize = 3;
-
 /// Payloads that a kind had, newest last; `None` once it was forgotten.
 type History = Vec<Option<Vec<u8>>>;
 
-fn histories(steps: usize) -> (Flash<8, 512>, [History; 2]) {
-    let mut store = open(Flash::new(1 + PAGES, 2), 1);
+fn histories(pages: usize, steps: usize) -> (Flash<8, 512>, [History; 2]) {
+    let mut store = open(Flash::new(1 + pages, 2), 1);
     let mut histories = [vec![None], vec![None]];
     for step in scenario(60, 140).into_iter().take(steps) {
         perform(&mut store, &step).unwrap();
@@ -51,7 +49,7 @@ fn any_byte_may_rot_while_the_power_is_off() {
     let mut tried = 0_u32;
     // First saves, and from before to after a turnover for each kind.
     for steps in [1, 2, 3, 4, 5, 6, 16, 17, 18, 19, 23, 24, 25] {
-        let (flash, histories) = histories(steps);
+        let (flash, histories) = histories(3, steps);
         for at in 512..flash.bytes.len() {
             let how = u8::try_from((at + steps) % 4).unwrap();
             let context = format!("byte {at}, {how}, after {steps} steps");
@@ -67,7 +65,7 @@ fn any_byte_may_rot_while_the_power_is_off() {
 fn any_byte_may_rot_while_the_store_is_open_and_pages_go_round() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     for run in 0..1000 {
-        let (mut flash, mut histories) = histories(run % 28);
+        let (mut flash, mut histories) = histories(2 + run % 2, run % 28);
         let at = random.random_range(512..flash.bytes.len());
         flash.rot = Some((random.random_range(1..400), at, random.random_range(1..=255)));
         let context = format!("rot {:?} in run {run}", flash.rot);
@@ -86,7 +84,7 @@ fn any_byte_may_rot_while_the_store_is_open_and_pages_go_round() {
 
 #[test]
 fn a_flash_that_misreads_at_times_never_gives_a_wrong_record() {
-    let (mut flash, histories) = histories(20);
+    let (mut flash, histories) = histories(3, 20);
     flash.flaky = Some(6);
     let (mut right, mut other) = (0, 0);
     for seed in 0..2000 {
