@@ -5,9 +5,11 @@
 
 mod link;
 mod record;
+mod store;
 
 pub use link::{abuse_decoder, abuse_frames};
 pub use record::abuse_record;
+pub use store::abuse_store;
 
 use arbitrary::{Arbitrary, Unstructured};
 use nalgebra::{Matrix3, Vector3};

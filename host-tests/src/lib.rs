@@ -16,7 +16,6 @@ pub mod progress;
 pub mod reference;
 pub mod replay;
 pub mod scenario;
-pub mod store_abuse;
 pub mod synth;
 pub mod view;
 pub mod wire;

@@ -1,7 +1,6 @@
 //! The fuzz targets' harnesses under random bytes, on any toolchain.
 
-use host_tests::abuse::{abuse, abuse_decoder, abuse_frames, abuse_record};
-use host_tests::store_abuse::abuse_store;
+use host_tests::abuse::{abuse, abuse_decoder, abuse_frames, abuse_record, abuse_store};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -1,7 +1,5 @@
 //! The flash store on arbitrary flash under any sequence of operations, held to its promises: no panic,
 //! no word written twice, what was saved is found until something rots, and then nothing else is.
-//!
-//! Shared by the fuzz target and by a property test that runs on any toolchain.
 
 use arbitrary::{Arbitrary, Unstructured};
 use stereo_selfcal::store::{Kind, LoadError, Store};
