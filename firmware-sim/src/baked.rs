@@ -7,7 +7,7 @@ use core::convert::Infallible;
 
 use embedded_hal::digital::{self, InputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
-use stereo_selfcal::link::FpgaMatcher;
+use stereo_selfcal::link::{FpgaMatcher, FrameHeader};
 use stereo_selfcal::{
     Camera, CameraError, Cameras, Extrinsics, ExtrinsicsError, Intrinsics, Lens, RadialTangential,
     Scalar,
@@ -74,6 +74,14 @@ impl Tape {
     /// The driver of a matcher that sends them.
     pub fn driver(&self) -> FpgaMatcher<&Self, &Self> {
         FpgaMatcher::new(self, self)
+    }
+
+    /// Winds on by so many frames.
+    pub fn skip_frames(&self, count: u32) {
+        for _ in 0..count {
+            let header = self.rest.get().first_chunk().and_then(|h| FrameHeader::decode(h).ok());
+            self.take(header.map_or(0, |header| header.frame_bytes()));
+        }
     }
 
     /// Whether all has been read.
