@@ -4,7 +4,7 @@ use stereo_selfcal::link::{Decoder, FrameRefusal, Intake, Received};
 use stereo_selfcal::{
     ApplyError, Calibrator, Cameras, Correspondence, Extrinsics, Fused, Health, PairError,
     PairReport, Proposal, PushError, Pushed, RectifiedCamera, RectifyError, RectifyingRotations,
-    Refusal, Scalar,
+    Refusal, RestoreError, Scalar, SnapshotError,
 };
 
 /// Room for correspondences of one pair.
@@ -92,4 +92,20 @@ pub(crate) fn choose<T: Scalar>(
     rotations: &RectifyingRotations<T>,
 ) -> Result<RectifiedCamera<T>, RectifyError> {
     RectifiedCamera::try_choose(cameras, rotations, T::ZERO)
+}
+
+#[inline(never)]
+pub(crate) fn snapshot<T: Scalar>(
+    calibrator: &Calibrated<T>,
+    buffer: &mut [u8],
+) -> Result<usize, SnapshotError> {
+    calibrator.snapshot(buffer).map(<[u8]>::len)
+}
+
+#[inline(never)]
+pub(crate) fn restore<T: Scalar>(
+    calibrator: &mut Calibrated<T>,
+    record: &[u8],
+) -> Result<(), RestoreError> {
+    calibrator.restore(record)
 }

@@ -12,6 +12,9 @@ use crate::probe::{Probe, Sample};
 use crate::scene::{HEADER, Rig, Scene};
 use crate::table::{remark, row};
 
+/// Room for all that is learnt, in either scalar.
+const ROOM: usize = Calibrated::<f64>::SNAPSHOT_BYTES;
+
 /// Half a batch: the slope between the two is the price of a correspondence.
 const HALF: usize = CAPACITY / 2;
 
@@ -249,7 +252,7 @@ impl<'a, T: Scalar> Life<'a, T> {
 }
 
 /// Calls beside those of each pair.
-fn others<T: Scalar>(probe: &Probe, records: &mut [Record]) -> [(&'static str, Sample); 5] {
+fn others<T: Scalar>(probe: &Probe, records: &mut [Record]) -> [(&'static str, Sample); 7] {
     let mut calibrator = fresh::<T>(Config::robust());
     let mut scene = Scene::new(Rig::off(OFF_DEGREES));
     let mut solve = Sample::default();
@@ -263,12 +266,20 @@ fn others<T: Scalar>(probe: &Probe, records: &mut [Record]) -> [(&'static str, S
     let extrinsics: Extrinsics<T> = *calibrator.in_use();
     let (rotations, of_rotations) = probe.run(|| calls::rotations(&extrinsics));
     let choose = probe.run(|| calls::choose(&lens::distorted(), &rotations)).1;
+    let mut buffer = [0; ROOM];
+    let (length, snapshot) = probe.run(|| calls::snapshot(&calibrator, &mut buffer));
+    let record = buffer.get(..length.unwrap_or_default()).unwrap_or_default();
+    let mut other = fresh::<T>(Config::robust());
+    let (restored, restore) = probe.run(|| calls::restore(&mut other, record));
+    assert!(restored.is_ok(), "a record that was just written");
     let undo = probe.run(|| calls::undo(&mut calibrator)).1;
     let reset = probe.run(|| calls::reset(&mut calibrator)).1;
     [
         ("solve_pair", solve),
         ("RectifyingRotations", of_rotations),
         ("RectifiedCamera", choose),
+        ("snapshot", snapshot),
+        ("restore", restore),
         ("undo", undo),
         ("reset", reset),
     ]

@@ -4,7 +4,7 @@ use core::hint::black_box;
 
 use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics};
 
-use crate::{geometry, number, show, solver, store};
+use crate::{geometry, memory, number, show, solver, store};
 
 pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
     let mut calibrator = Calibrator::<f32, 256>::new(config);
@@ -16,7 +16,8 @@ pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
         }
         pair(&mut calibrator);
         judge(&mut calibrator);
-        store::all(&calibrator);
+        memory::all(&mut calibrator);
+        store::all(&mut calibrator);
         if black_box(false) {
             calibrator.reset();
         }

@@ -97,7 +97,7 @@ fn decoder(calibrator: &mut Calibrator<f32, 256>) {
         decoder.refuse();
         decoder.note_overrun();
         show(decoder.bytes_wanted());
-        show(decoder.counters());
+        show(decoder.counters().plus(decoder.counters()));
     }
     show(calibrator.is_busy());
     show(calibrator.is_solving());

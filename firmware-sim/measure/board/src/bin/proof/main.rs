@@ -11,6 +11,7 @@ mod cameras;
 mod facade;
 mod geometry;
 mod link;
+mod memory;
 mod solver;
 mod store;
 

@@ -5,7 +5,7 @@ use core::time::Duration;
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use stereo_selfcal::Calibrator;
-use stereo_selfcal::store::{Kind, SavePolicy, Store};
+use stereo_selfcal::store::{Keeper, Kind, SavePolicy, Store};
 
 use crate::show;
 
@@ -49,13 +49,16 @@ impl NorFlash for Flash {
     }
 }
 
-pub(crate) fn all(calibrator: &Calibrator<f32, 256>) {
+pub(crate) fn all(calibrator: &mut Calibrator<f32, 256>) {
     let range = black_box(0)..black_box(0);
     let store = if black_box(false) { Store::open } else { Store::format };
     if let Ok(mut store) = store(black_box(Flash), range, black_box(0)) {
         keep(&mut store);
         show(store.wear());
-        black_box(store.close());
+        let mut keeper = Keeper::new(store, SavePolicy::new());
+        tend(&mut keeper, calibrator);
+        show(keeper.store().wear());
+        black_box(keeper.release().close());
     }
     let _ = policy(calibrator);
 }
@@ -70,8 +73,25 @@ fn keep(store: &mut Store<Flash>) {
     show(store.forget(kind));
 }
 
+#[inline(never)]
+fn tend(keeper: &mut Keeper<Flash, f32>, calibrator: &mut Calibrator<f32, 256>) {
+    let mut buffer = black_box([0; 64]);
+    let length = black_box(0);
+    let buffer = buffer.get_mut(..length).unwrap_or_default();
+    if let Ok(Some(made)) = keeper.factory(buffer) {
+        show(keeper.keep_factory(&made, buffer));
+    }
+    show(keeper.resume(calibrator, buffer));
+    show(keeper.tend(calibrator, time(), buffer));
+    show(keeper.keep(calibrator, time(), buffer));
+    show(keeper.forget());
+}
+
+fn time() -> Duration {
+    Duration::new(black_box(0), black_box(0) % 1_000_000_000)
+}
+
 fn policy(calibrator: &Calibrator<f32, 256>) -> Result<(), stereo_selfcal::store::PolicyError> {
-    let time = || Duration::new(black_box(0), black_box(0) % 1_000_000_000);
     let policy = if black_box(false) { SavePolicy::new() } else { SavePolicy::default() };
     let mut policy = policy.with_shortest_interval(time())?.with_longest_interval(time())?;
     show(policy.due(calibrator, time()));
