@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, Rotation3, Vector5};
 use crate::error::RestoreError;
 use crate::information::Information;
 use crate::quadratic::Quadratic;
-use crate::record::{Reader, Writer};
+use crate::record::{Reader, Writer, can_be_squares};
 use crate::rectification::RectifyingRotations;
 use crate::residual::Sight;
 use crate::scalar::Scalar;
@@ -157,8 +157,8 @@ impl<T: Scalar> Moments<T> {
         from.numbers(self.products.iter_mut().chain(&mut self.slope))?;
         let mut elements = self.products.iter();
         // One more element a row: the last one is on the diagonal.
-        let is_sum = (0..9).all(|row| elements.nth(row).is_some_and(|m| *m >= T::ZERO));
-        if is_sum { Ok(()) } else { Err(RestoreError::Absurd) }
+        let diagonal = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|row| elements.nth(row).copied());
+        can_be_squares(diagonal.into_iter().flatten())
     }
 
     /// Whether disparities are more than noise: a scene at infinity says nothing of the baseline, but

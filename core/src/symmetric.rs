@@ -4,7 +4,7 @@
 use nalgebra::{Matrix5, Vector5};
 
 use crate::error::RestoreError;
-use crate::record::{Reader, Writer};
+use crate::record::{Reader, Writer, can_be_squares};
 use crate::scalar::Scalar;
 
 /// Lower triangle row by row.
@@ -106,8 +106,7 @@ impl<T: Scalar> Symmetric<T> {
     /// One whose diagonal can be that of a sum of squares.
     pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
         from.numbers(&mut self.0)?;
-        let is_sum = self.diagonal().iter().all(|d| *d >= T::ZERO);
-        if is_sum { Ok(()) } else { Err(RestoreError::Absurd) }
+        can_be_squares(self.diagonal())
     }
 
     /// `x^T M x`.

@@ -39,7 +39,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// [`Calibrator::set_factory`].
     ///
     /// # Errors
-    /// [`RestoreError`]; the calibrator is as it was.
+    /// [`RestoreError`]; the calibrator is as it was, but that a report not fused yet is stale.
     pub fn restore(&mut self, record: &[u8]) -> Result<(), RestoreError> {
         let label = self.label().ok_or(RestoreError::NoCameras)?;
         if self.estimator.has_pairs() || self.estimator.is_busy() {

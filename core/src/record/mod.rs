@@ -17,7 +17,7 @@
 mod reader;
 mod writer;
 
-pub(crate) use reader::Reader;
+pub(crate) use reader::{Reader, can_be_squares};
 pub(crate) use writer::Writer;
 
 use crate::error::RestoreError;

@@ -10,6 +10,9 @@ use crate::so3;
 /// What the rows of a rotation may be off from orthonormal: rounding leaves 4e-7 in `f32`.
 const ORTHONORMAL: f64 = 2e-6;
 
+/// What turning sums may leave of a square below 0, in parts of the largest.
+const TURNED: f64 = 1e-4;
+
 /// Reads a record whose checksum is right.
 pub(crate) struct Reader<'a> {
     rest: &'a [u8],
@@ -112,4 +115,17 @@ impl<'a> Reader<'a> {
             Err(RestoreError::Absurd)
         }
     }
+}
+
+/// Whether these can be sums of squares that were turned, which may leave a small one below 0.
+///
+/// # Errors
+/// [`RestoreError::Absurd`].
+pub(crate) fn can_be_squares<T: Scalar>(
+    diagonal: impl IntoIterator<Item = T>,
+) -> Result<(), RestoreError> {
+    let ends =
+        diagonal.into_iter().fold([T::ZERO; 2], |[least, most], d| [least.min(d), most.max(d)]);
+    let [least, most] = ends;
+    if -least <= T::lit(TURNED) * most { Ok(()) } else { Err(RestoreError::Absurd) }
 }
