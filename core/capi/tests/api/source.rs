@@ -9,7 +9,8 @@ use syn::{Expr, FnArg, Item, Lit, Type};
 fn files(dir: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path());
     let (dirs, files): (Vec<_>, Vec<_>) = entries.partition(|path| path.is_dir());
-    files.into_iter().chain(dirs.iter().flat_map(|dir| self::files(dir))).collect()
+    let sources = files.into_iter().filter(|path| path.extension().is_some_and(|e| e == "rs"));
+    sources.chain(dirs.iter().flat_map(|dir| self::files(dir))).collect()
 }
 
 fn items(of: &str) -> Vec<Item> {
