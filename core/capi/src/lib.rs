@@ -41,6 +41,7 @@ mod estimate;
 mod extrinsics;
 mod health;
 mod instance;
+mod marked;
 mod pair;
 mod pointer;
 mod push;

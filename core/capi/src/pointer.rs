@@ -61,7 +61,8 @@ impl<T> Out<T> {
     }
 }
 
-fn check<T>(pointer: *const T) -> Result<(), selfcal_error_t> {
+/// Neither null nor misaligned.
+pub(crate) fn check<T>(pointer: *const T) -> Result<(), selfcal_error_t> {
     if pointer.is_null() {
         return Err(SELFCAL_ERROR_NULL);
     }
