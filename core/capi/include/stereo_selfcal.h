@@ -9,11 +9,12 @@
  *
  * Every function returns a selfcal_error_t and gives its results through pointers, but for the _string
  * functions. No pointer may be null, unless its function says so; null and misaligned pointers and
- * storage that is not initialised are refused. A call that is refused gives no results and changes no
- * extrinsics. Correspondences that are refused are counted; a pair that is refused is noted in the health
- * and may count against the estimate.
+ * storage that is not initialised are refused. A call that is refused changes no extrinsics, and gives no
+ * results but those that its function names. Correspondences that are refused are counted; a pair that is
+ * refused is noted in the health and may count against the estimate.
  *
- * Nothing allocates, blocks or keeps a pointer. One call at a time for each calibrator.
+ * Nothing allocates, blocks or keeps a pointer. One call at a time for each calibrator and
+ * each link.
  *
  *     static selfcal_t cal;
  *
@@ -26,6 +27,28 @@
  *         selfcal_health(&cal, &health);
  *         selfcal_clear_pair(&cal);
  *     when it suits: selfcal_apply(&cal, &extrinsics);
+ *
+ * A matcher that sends frames (core/src/link/FORMAT.md) needs no code but this, behind any driver of a UART
+ * or of SPI:
+ *
+ *     static selfcal_link_t wire;
+ *
+ *     selfcal_link_init(&wire, sizeof wire);
+ *     for each piece of bytes that the driver has:
+ *         do {
+ *             selfcal_link_feed(&wire, &cal, bytes, length, &used, &frame);
+ *             bytes += used;
+ *             length -= used;
+ *             if (frame.whole)
+ *                 solve, fuse and look at the health, as above; the next frame clears the pair
+ *         } while (used > 0 && length > 0);
+ *
+ * What was learnt outlasts a loss of power in a record, in whatever flash layer there is:
+ *
+ *     static uint8_t record[SELFCAL_SNAPSHOT_BYTES];
+ *
+ *     at each start, the cameras set: selfcal_restore(&cal, record, length);
+ *     now and then: selfcal_snapshot(&cal, record, sizeof record, &length);
  *
  * SELFCAL_CAPACITY follows the library: define SELFCAL_CAPACITY_64, _128, _512 or _1024 if it was built
  * with the feature of that name. selfcal_init refuses storage that is too small.
@@ -88,6 +111,26 @@
  * Alignment of the storage that is enough on every target, bytes.
  */
 #define SELFCAL_STORAGE_ALIGN 8
+
+/**
+ * Storage of a link in words of 8 bytes: the same for every target, so with a little to spare.
+ */
+#define SELFCAL_LINK_STORAGE_WORDS 26
+
+/**
+ * Storage of a link, bytes.
+ */
+#define SELFCAL_LINK_STORAGE_SIZE (8 * SELFCAL_LINK_STORAGE_WORDS)
+
+/**
+ * Length of the longest record of `selfcal_snapshot`, bytes; of any capacity.
+ */
+#define SELFCAL_SNAPSHOT_BYTES 2532
+
+/**
+ * Length of the longest record of `selfcal_factory_to_record`, bytes.
+ */
+#define SELFCAL_FACTORY_BYTES 160
 
 /**
  * Why a function gave nothing. The numbers stay; new ones may come.
@@ -429,6 +472,66 @@ enum selfcal_error_t
      * Rectify: the right image border lies behind the rectified plane: turned too far.
      */
     SELFCAL_ERROR_RECTIFY_RIGHT_BEHIND = 823,
+    /**
+     * Snapshot: the record takes more room than there is.
+     */
+    SELFCAL_ERROR_SNAPSHOT_ROOM = 900,
+    /**
+     * Snapshot: `selfcal_set_cameras` comes first; a record is of one rig.
+     */
+    SELFCAL_ERROR_SNAPSHOT_NO_CAMERAS = 901,
+    /**
+     * Restore: the checksum of the record is wrong, or it ends where it should not. Use an older one.
+     */
+    SELFCAL_ERROR_RESTORE_DAMAGED = 1000,
+    /**
+     * Restore: it is a record of something else.
+     */
+    SELFCAL_ERROR_RESTORE_FOREIGN = 1001,
+    /**
+     * Restore: the record was written by later firmware, in a layout that is not known.
+     */
+    SELFCAL_ERROR_RESTORE_VERSION = 1002,
+    /**
+     * Restore: the numbers of the record are not of type float.
+     */
+    SELFCAL_ERROR_RESTORE_SCALAR = 1003,
+    /**
+     * Restore: the record is of the other preset.
+     */
+    SELFCAL_ERROR_RESTORE_PRESET = 1004,
+    /**
+     * Restore: it was learnt with other cameras or from other factory extrinsics. Start afresh.
+     */
+    SELFCAL_ERROR_RESTORE_OTHER_RIG = 1005,
+    /**
+     * Restore: a quantity of the record cannot be; it was not written by this library.
+     */
+    SELFCAL_ERROR_RESTORE_ABSURD = 1006,
+    /**
+     * Restore: further from the factory extrinsics than the correction limit is now.
+     */
+    SELFCAL_ERROR_RESTORE_CORRECTION_LIMIT = 1007,
+    /**
+     * Restore: the calibrator has learnt something already, or is solving a pair.
+     */
+    SELFCAL_ERROR_RESTORE_NOT_FRESH = 1008,
+    /**
+     * Restore: `selfcal_set_cameras` comes first.
+     */
+    SELFCAL_ERROR_RESTORE_NO_CAMERAS = 1009,
+    /**
+     * Link: a pair is being solved; no byte was used. Finish it or clear it, then feed on.
+     */
+    SELFCAL_ERROR_LINK_BUSY = 1100,
+    /**
+     * Link: `selfcal_set_cameras` comes first. The frame is not taken; feed on.
+     */
+    SELFCAL_ERROR_LINK_NO_CAMERAS = 1101,
+    /**
+     * Link: the matcher's images are not of the cameras' size. The frame is not taken; feed on.
+     */
+    SELFCAL_ERROR_LINK_IMAGE_SIZE = 1102,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -997,6 +1100,106 @@ typedef struct selfcal_batch_t {
 } selfcal_batch_t;
 
 /**
+ * What looks for the frames of a matcher in the bytes of a driver. The caller owns it, as a `selfcal_t`;
+ * it holds no frame, only the place in one. One for each wire.
+ */
+typedef struct selfcal_link_t {
+    /**
+     * Private.
+     */
+    uint64_t opaque[SELFCAL_LINK_STORAGE_WORDS];
+} selfcal_link_t;
+
+/**
+ * A whole frame and what was taken of it. All 0 where none is whole.
+ */
+typedef struct selfcal_frame_t {
+    /**
+     * When the images were taken: the matcher's clock, us; 0 without one. Not interpreted.
+     */
+    uint64_t timestamp_us;
+    /**
+     * Number of the frame; wraps around.
+     */
+    uint32_t sequence;
+    /**
+     * Matches in the frame.
+     */
+    uint32_t count;
+    /**
+     * Matches of it that the batch holds: a full one selects, and what is not valid is refused. See
+     * `selfcal_batch`.
+     */
+    uint32_t taken;
+    /**
+     * Whether a frame is whole now: its matches are the batch. Solve it before you feed on.
+     */
+    bool whole;
+    /**
+     * The matcher dropped frames right before this one: nobody read them.
+     */
+    bool dropped_before;
+    /**
+     * The matcher found more matches than it sends.
+     */
+    bool more_found;
+    /**
+     * 0.
+     */
+    uint8_t reserved;
+} selfcal_frame_t;
+
+/**
+ * What a link has been through since `selfcal_link_init`. Counts stay at their largest value.
+ */
+typedef struct selfcal_link_counters_t {
+    /**
+     * Frames handed out whole.
+     */
+    uint32_t good;
+    /**
+     * Frames whose CRC was wrong: look at the wiring and the clock of the bus.
+     */
+    uint32_t bad_crc;
+    /**
+     * Starts of a frame whose header had a wrong CRC.
+     */
+    uint32_t bad_header;
+    /**
+     * Headers or frames with a right CRC that version 1 of the format does not have: correct the sender.
+     */
+    uint32_t foreign;
+    /**
+     * Frames that the next one began inside of: bytes are being lost.
+     */
+    uint32_t cut;
+    /**
+     * Frames that never came whole, by the sequence numbers of those that did.
+     */
+    uint32_t gaps;
+    /**
+     * Frames with the sequence number of the frame before; not handed out.
+     */
+    uint32_t repeats;
+    /**
+     * Steps back in the sequence: the sender was restarted.
+     */
+    uint32_t restarts;
+    /**
+     * Whole frames before which the sender had dropped some, and calls of `selfcal_link_note_overrun`.
+     */
+    uint32_t overruns;
+    /**
+     * Frames that were refused: no cameras, or images of another size.
+     */
+    uint32_t refused;
+    /**
+     * Bytes passed over in search of a frame.
+     */
+    uint32_t skipped_bytes;
+} selfcal_link_counters_t;
+
+/**
  * What one pair says.
  */
 typedef struct selfcal_report_t {
@@ -1450,6 +1653,60 @@ selfcal_error_t selfcal_batch(const struct selfcal_t *cal, struct selfcal_batch_
 const char *selfcal_pushed_string(uint32_t pushed);
 
 /**
+ * Makes a link in search of its first frame. Comes before all other calls; on a link in use it begins
+ * anew, and a frame half read is lost.
+ *
+ * * `size`: of the storage, bytes: `sizeof(selfcal_link_t)`.
+ */
+selfcal_error_t selfcal_link_init(struct selfcal_link_t *link,
+                                  size_t size);
+
+/**
+ * Takes bytes as they come off the wire, in pieces of any length, up to the end of the first whole frame.
+ * A frame replaces the batch. What was damaged or lost on the way costs the frames it hit; the next one
+ * is found.
+ *
+ * Feed all bytes, in their order, in a loop:
+ *
+ * ```c
+ * do {
+ *     error = selfcal_link_feed(&wire, &cal, bytes, length, &used, &frame);
+ *     bytes += used;
+ *     length -= used;
+ *     if (frame.whole)
+ *         ...
+ * } while (used > 0 && length > 0);
+ * ```
+ *
+ * Push nothing and begin no pair while a frame comes in: half of it is in the batch. A pair that is being
+ * solved is not given up for a frame: `SELFCAL_ERROR_LINK_BUSY`, nothing is used, and the same bytes are
+ * to be fed later. After the other `SELFCAL_ERROR_LINK_` codes feed the rest: the frame is passed over,
+ * and the batch is as it was. What was solved is forgotten with the batch: fuse it before.
+ *
+ * * `bytes`: `length` of them; may be null where that is 0. Not needed after the call.
+ * * `used`: how many of them are done with, with errors too; 0 where nothing was done.
+ * * `frame`: the frame, if one is whole now; all 0 if none is, and with errors.
+ */
+selfcal_error_t selfcal_link_feed(struct selfcal_link_t *link,
+                                  struct selfcal_t *cal,
+                                  const uint8_t *bytes,
+                                  size_t length,
+                                  size_t *used,
+                                  struct selfcal_frame_t *frame);
+
+/**
+ * Counts an overrun on this side of the wire: a ring that was lapped, a UART that says so. Then feed on:
+ * the next whole frame is found.
+ */
+selfcal_error_t selfcal_link_note_overrun(struct selfcal_link_t *link);
+
+/**
+ * What the link has been through.
+ */
+selfcal_error_t selfcal_link_counters(const struct selfcal_link_t *link,
+                                      struct selfcal_link_counters_t *counters);
+
+/**
  * Starts to solve the batch: the first pass over it. Then call `selfcal_advance_pair`. The report of
  * the pair before is forgotten.
  */
@@ -1603,6 +1860,64 @@ selfcal_error_t selfcal_homographies(const struct selfcal_t *cal,
                                      uint32_t source,
                                      const struct selfcal_rectified_camera_t *camera,
                                      struct selfcal_homographies_t *homographies);
+
+/**
+ * Writes all that was learnt as a record, to be kept where power loss does not reach. Not in it: cameras
+ * and factory extrinsics, see `selfcal_factory_to_record`; the batch, and a pair being solved.
+ *
+ * The record is versioned, has its own checksum, and is the same on every machine. Keep the one before
+ * until the new one is written: `selfcal_restore` recognises one that power loss has cut short.
+ *
+ * * `buffer`: where to; `SELFCAL_SNAPSHOT_BYTES` are always enough. What the record leaves of these is
+ *   set to 0. May be null where `room` is 0.
+ * * `room`: of the buffer, bytes.
+ * * `length`: of the record, bytes; to be kept with it. Also set by `SELFCAL_ERROR_SNAPSHOT_ROOM`, after
+ *   which the buffer holds no record.
+ */
+selfcal_error_t selfcal_snapshot(const struct selfcal_t *cal,
+                                 uint8_t *buffer,
+                                 size_t room,
+                                 size_t *length);
+
+/**
+ * Takes up where a record left off: what was in use is in use, and the pairs behind the estimate count,
+ * as if there had been no break. But the rig may have changed meanwhile: the state is
+ * `SELFCAL_STATE_SUSPECT` until a pair confirms the estimate.
+ *
+ * For a calibrator that has learnt nothing yet, right after its cameras and factory extrinsics have been
+ * set. Refused: it is as it was, and the rig starts from the factory.
+ *
+ * * `record`: from `selfcal_snapshot`, also of another machine, another capacity or an older version.
+ * * `length`: what `selfcal_snapshot` gave as such.
+ */
+selfcal_error_t selfcal_restore(struct selfcal_t *cal,
+                                const uint8_t *record,
+                                size_t length);
+
+/**
+ * Writes cameras and factory extrinsics as a record: once, in production.
+ *
+ * * `buffer`: where to; `SELFCAL_FACTORY_BYTES` are always enough. What the record leaves of these is set
+ *   to 0. May be null where `room` is 0.
+ * * `room`: of the buffer, bytes.
+ * * `length`: of the record, bytes; to be kept with it. Also set by `SELFCAL_ERROR_SNAPSHOT_ROOM`, after
+ *   which the buffer holds no record.
+ */
+selfcal_error_t selfcal_factory_to_record(const struct selfcal_t *cal,
+                                          uint8_t *buffer,
+                                          size_t room,
+                                          size_t *length);
+
+/**
+ * Sets cameras and factory extrinsics from a record, at each start; forgets all that was learnt. In the
+ * place of `selfcal_set_cameras` and `selfcal_set_factory`, to the same bits as when it was written.
+ *
+ * * `record`: from `selfcal_factory_to_record`.
+ * * `length`: what it gave as such.
+ */
+selfcal_error_t selfcal_factory_from_record(struct selfcal_t *cal,
+                                            const uint8_t *record,
+                                            size_t length);
 
 #ifdef __cplusplus
 }  // extern "C"

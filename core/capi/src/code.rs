@@ -184,6 +184,39 @@ pub enum selfcal_error_t {
     SELFCAL_ERROR_RECTIFY_RIGHT_NOT_INVERTIBLE = 822,
     /// Rectify: the right image border lies behind the rectified plane: turned too far.
     SELFCAL_ERROR_RECTIFY_RIGHT_BEHIND = 823,
+
+    /// Snapshot: the record takes more room than there is.
+    SELFCAL_ERROR_SNAPSHOT_ROOM = 900,
+    /// Snapshot: `selfcal_set_cameras` comes first; a record is of one rig.
+    SELFCAL_ERROR_SNAPSHOT_NO_CAMERAS = 901,
+
+    /// Restore: the checksum of the record is wrong, or it ends where it should not. Use an older one.
+    SELFCAL_ERROR_RESTORE_DAMAGED = 1000,
+    /// Restore: it is a record of something else.
+    SELFCAL_ERROR_RESTORE_FOREIGN = 1001,
+    /// Restore: the record was written by later firmware, in a layout that is not known.
+    SELFCAL_ERROR_RESTORE_VERSION = 1002,
+    /// Restore: the numbers of the record are not of type float.
+    SELFCAL_ERROR_RESTORE_SCALAR = 1003,
+    /// Restore: the record is of the other preset.
+    SELFCAL_ERROR_RESTORE_PRESET = 1004,
+    /// Restore: it was learnt with other cameras or from other factory extrinsics. Start afresh.
+    SELFCAL_ERROR_RESTORE_OTHER_RIG = 1005,
+    /// Restore: a quantity of the record cannot be; it was not written by this library.
+    SELFCAL_ERROR_RESTORE_ABSURD = 1006,
+    /// Restore: further from the factory extrinsics than the correction limit is now.
+    SELFCAL_ERROR_RESTORE_CORRECTION_LIMIT = 1007,
+    /// Restore: the calibrator has learnt something already, or is solving a pair.
+    SELFCAL_ERROR_RESTORE_NOT_FRESH = 1008,
+    /// Restore: `selfcal_set_cameras` comes first.
+    SELFCAL_ERROR_RESTORE_NO_CAMERAS = 1009,
+
+    /// Link: a pair is being solved; no byte was used. Finish it or clear it, then feed on.
+    SELFCAL_ERROR_LINK_BUSY = 1100,
+    /// Link: `selfcal_set_cameras` comes first. The frame is not taken; feed on.
+    SELFCAL_ERROR_LINK_NO_CAMERAS = 1101,
+    /// Link: the matcher's images are not of the cameras' size. The frame is not taken; feed on.
+    SELFCAL_ERROR_LINK_IMAGE_SIZE = 1102,
 }
 
 /// What an error code means, in English; never null, `"unknown"` for other numbers.

@@ -1,8 +1,9 @@
 //! Errors of the core as error codes: each its own.
 
+use stereo_selfcal::link::FrameRefusal;
 use stereo_selfcal::{
     ApplyError, CameraError, ConfigError, ExtrinsicsError, PairError, ProjectError, PushError,
-    RectifyError, Refusal, Rejection, Side, UndistortError,
+    RectifyError, Refusal, Rejection, RestoreError, Side, SnapshotError, UndistortError,
 };
 
 use crate::code::selfcal_error_t::{self, *};
@@ -186,6 +187,45 @@ impl From<RectifyError> for selfcal_error_t {
             RectifyError::Behind(side) => {
                 of_side(side, SELFCAL_ERROR_RECTIFY_LEFT_BEHIND, SELFCAL_ERROR_RECTIFY_RIGHT_BEHIND)
             }
+            _ => SELFCAL_ERROR_UNKNOWN,
+        }
+    }
+}
+
+impl From<SnapshotError> for selfcal_error_t {
+    fn from(error: SnapshotError) -> Self {
+        match error {
+            SnapshotError::Room { .. } => SELFCAL_ERROR_SNAPSHOT_ROOM,
+            SnapshotError::NoCameras => SELFCAL_ERROR_SNAPSHOT_NO_CAMERAS,
+            _ => SELFCAL_ERROR_UNKNOWN,
+        }
+    }
+}
+
+impl From<RestoreError> for selfcal_error_t {
+    fn from(error: RestoreError) -> Self {
+        match error {
+            RestoreError::Damaged => SELFCAL_ERROR_RESTORE_DAMAGED,
+            RestoreError::Foreign => SELFCAL_ERROR_RESTORE_FOREIGN,
+            RestoreError::Version(_) => SELFCAL_ERROR_RESTORE_VERSION,
+            RestoreError::Scalar => SELFCAL_ERROR_RESTORE_SCALAR,
+            RestoreError::Preset => SELFCAL_ERROR_RESTORE_PRESET,
+            RestoreError::OtherRig => SELFCAL_ERROR_RESTORE_OTHER_RIG,
+            RestoreError::Absurd => SELFCAL_ERROR_RESTORE_ABSURD,
+            RestoreError::CorrectionLimit => SELFCAL_ERROR_RESTORE_CORRECTION_LIMIT,
+            RestoreError::NotFresh => SELFCAL_ERROR_RESTORE_NOT_FRESH,
+            RestoreError::NoCameras => SELFCAL_ERROR_RESTORE_NO_CAMERAS,
+            _ => SELFCAL_ERROR_UNKNOWN,
+        }
+    }
+}
+
+impl From<FrameRefusal> for selfcal_error_t {
+    fn from(refusal: FrameRefusal) -> Self {
+        match refusal {
+            FrameRefusal::Busy => SELFCAL_ERROR_LINK_BUSY,
+            FrameRefusal::NoCameras => SELFCAL_ERROR_LINK_NO_CAMERAS,
+            FrameRefusal::ImageSize(_) => SELFCAL_ERROR_LINK_IMAGE_SIZE,
             _ => SELFCAL_ERROR_UNKNOWN,
         }
     }

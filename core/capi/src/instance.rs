@@ -1,19 +1,11 @@
-//! What lies in the storage, and how it is told from anything else.
+//! What lies in the storage of a calibrator.
 
 use stereo_selfcal::{Calibrator, Config, PairReport};
 
 use crate::capacity::SELFCAL_CAPACITY;
-use crate::code::selfcal_error_t::{self, *};
+use crate::code::selfcal_error_t;
+use crate::marked::{self, Marked};
 use crate::storage::selfcal_t;
-
-/// "SELFCAL1", and the size: another build has another.
-const MAGIC: [u32; 3] = [0x5345_4C46, 0x4341_4C31, {
-    let size = size_of::<Instance>();
-    assert!(size < 1 << 31);
-    #[expect(clippy::cast_possible_truncation, reason = "asserted")]
-    let size = size as u32;
-    size
-}];
 
 /// A calibrator and its last pair.
 #[repr(C)]
@@ -21,6 +13,12 @@ pub(crate) struct Instance {
     magic: [u32; 3],
     pub(crate) calibrator: Calibrator<f32, SELFCAL_CAPACITY>,
     pub(crate) solved: Option<Solved>,
+}
+
+// SAFETY: `repr(C)`, and the magic is the first field.
+unsafe impl Marked for Instance {
+    /// "SELFCAL1".
+    const NAME: [u32; 2] = [0x5345_4C46, 0x4341_4C31];
 }
 
 /// The last pair, once it is solved.
@@ -46,20 +44,12 @@ pub(crate) unsafe fn place(
     config: Config,
 ) -> Result<(), selfcal_error_t> {
     let place = storage.cast::<Instance>();
-    if place.is_null() {
-        return Err(SELFCAL_ERROR_NULL);
-    }
-    if !place.is_aligned() {
-        return Err(SELFCAL_ERROR_ALIGNMENT);
-    }
-    if size < size_of::<Instance>() {
-        return Err(SELFCAL_ERROR_STORAGE_SIZE);
-    }
+    marked::judge(place, size)?;
     // SAFETY: not null, aligned and large enough. Field by field: the whole need not pass the stack.
     unsafe {
         (&raw mut (*place).calibrator).write(Calibrator::new(config));
         (&raw mut (*place).solved).write(None);
-        (&raw mut (*place).magic).write(MAGIC);
+        (&raw mut (*place).magic).write(Instance::MAGIC);
     }
     Ok(())
 }
@@ -71,10 +61,8 @@ pub(crate) unsafe fn place(
 pub(crate) unsafe fn instance<'a>(
     storage: *mut selfcal_t,
 ) -> Result<&'a mut Instance, selfcal_error_t> {
-    // SAFETY: the contract of the crate.
-    unsafe { check(storage) }?;
-    // SAFETY: the magic says that `place` has been here.
-    Ok(unsafe { &mut *storage.cast::<Instance>() })
+    // SAFETY: the contract of the crate; storage is as large as `Instance`.
+    unsafe { marked::exclusive(storage.cast()) }
 }
 
 /// The calibrator in a storage, to look at it.
@@ -84,23 +72,6 @@ pub(crate) unsafe fn instance<'a>(
 pub(crate) unsafe fn shared<'a>(
     storage: *const selfcal_t,
 ) -> Result<&'a Instance, selfcal_error_t> {
-    // SAFETY: the contract of the crate.
-    unsafe { check(storage) }?;
-    // SAFETY: the magic says that `place` has been here.
-    Ok(unsafe { &*storage.cast::<Instance>() })
-}
-
-/// # Safety
-/// `storage` is null or points to an owned storage.
-unsafe fn check(storage: *const selfcal_t) -> Result<(), selfcal_error_t> {
-    let place = storage.cast::<Instance>();
-    if place.is_null() {
-        return Err(SELFCAL_ERROR_NULL);
-    }
-    if !place.is_aligned() {
-        return Err(SELFCAL_ERROR_ALIGNMENT);
-    }
-    // SAFETY: any bits are a magic, if not the right one.
-    let magic = unsafe { (&raw const (*place).magic).read() };
-    if magic == MAGIC { Ok(()) } else { Err(SELFCAL_ERROR_NOT_INITIALISED) }
+    // SAFETY: as above.
+    unsafe { marked::shared(storage.cast()) }
 }

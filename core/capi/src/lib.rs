@@ -5,15 +5,15 @@
 //! z forward; matrices row by row; angles in rad; pixels of the image as it is, before undistortion.
 //!
 //! Every function returns a [`selfcal_error_t`] and gives its results through pointers, but for the
-//! `_string` functions. A call that is refused gives no results and changes no extrinsics. Correspondences
-//! that are refused are counted; a pair that is refused is noted in the health and may count against the
-//! estimate.
+//! `_string` functions. A call that is refused changes no extrinsics, and gives no results but those that
+//! its function names. Correspondences that are refused are counted; a pair that is refused is noted in
+//! the health and may count against the estimate.
 //!
 //! # Safety
 //! One contract for all functions. Each pointer is null, or points to a live object of its type that
 //! no other thread or interrupt touches during the call, and that does not overlap the others of the
-//! call. Null and misaligned pointers, and storage that `selfcal_init` has not been called on, are
-//! refused.
+//! call. Null and misaligned pointers, and storage that `selfcal_init` or `selfcal_link_init` has not
+//! been called on, are refused.
 
 #![no_std]
 #![deny(
@@ -41,9 +41,12 @@ mod estimate;
 mod extrinsics;
 mod health;
 mod instance;
+mod link;
+mod marked;
 mod pair;
 mod pointer;
 mod push;
+mod record;
 mod rectify;
 mod storage;
 mod text;
@@ -56,8 +59,10 @@ pub use config::*;
 pub use estimate::*;
 pub use extrinsics::*;
 pub use health::*;
+pub use link::*;
 pub use pair::*;
 pub use push::*;
+pub use record::*;
 pub use rectify::*;
 pub use storage::*;
 

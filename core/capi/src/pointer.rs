@@ -33,6 +33,28 @@ pub(crate) unsafe fn read_array<'a, T: FromBytes>(
     Ok(unsafe { core::slice::from_raw_parts(from, count) })
 }
 
+/// Where the caller wants up to `most` bytes: as much of the room as they can take, all 0; null is no
+/// room.
+///
+/// # Safety
+/// The contract of the crate, for `room` bytes, which need not be initialised.
+pub(crate) unsafe fn room<'a>(
+    to: *mut u8,
+    room: usize,
+    most: usize,
+) -> Result<&'a mut [u8], selfcal_error_t> {
+    let room = room.min(most);
+    if room == 0 {
+        return Ok(&mut []);
+    }
+    check(to)?;
+    // SAFETY: not null, the caller's, and after the first line initialised.
+    Ok(unsafe {
+        to.write_bytes(0, room);
+        core::slice::from_raw_parts_mut(to, room)
+    })
+}
+
 /// The caller's place for a result.
 pub(crate) struct Out<T>(*mut T);
 
@@ -61,7 +83,8 @@ impl<T> Out<T> {
     }
 }
 
-fn check<T>(pointer: *const T) -> Result<(), selfcal_error_t> {
+/// Neither null nor misaligned.
+pub(crate) fn check<T>(pointer: *const T) -> Result<(), selfcal_error_t> {
     if pointer.is_null() {
         return Err(SELFCAL_ERROR_NULL);
     }

@@ -8,7 +8,7 @@ use cbindgen::{Builder, Config};
 use expect_test::expect_file;
 
 /// In the order of the header.
-const SOURCES: [&str; 12] = [
+const SOURCES: [&str; 14] = [
     "capacity",
     "code",
     "storage",
@@ -16,11 +16,13 @@ const SOURCES: [&str; 12] = [
     "camera",
     "extrinsics",
     "push",
+    "link",
     "pair",
     "estimate",
     "health",
     "apply",
     "rectify",
+    "record",
 ];
 
 #[test]

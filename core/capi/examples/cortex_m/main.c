@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "check.h"
+#include "restart.h"
 #include "scene.h"
 #include "stack.h"
 #include "stereo_selfcal.h"
@@ -11,15 +13,7 @@
 #define MATCHES 200
 
 static selfcal_t cal;
-static int failures;
-
-#define CHECK(condition)                                                    \
-    do {                                                                    \
-        if (!(condition)) {                                                 \
-            printf("%s:%d: not so: %s\n", __FILE__, __LINE__, #condition);  \
-            failures++;                                                     \
-        }                                                                   \
-    } while (0)
+int failures;
 
 static void check_misuse_without_cameras(void)
 {
@@ -165,6 +159,7 @@ int main(void)
     CHECK(health.band == SELFCAL_BAND_RECALIBRATE && health.proposed_px < 0.6f);
     CHECK(health.arming == SELFCAL_ARMING_MISALIGNED);
     check_estimate(&rig);
+    check_restart(&cal, &rig);
 
     printf(failures == 0 ? "as it should be\n" : "%d failures\n", failures);
     return failures != 0;

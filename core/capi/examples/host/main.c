@@ -6,40 +6,10 @@
 #include <string.h>
 
 #include "dataset.h"
-#include "reference.h"
+#include "steps.h"
 #include "stereo_selfcal.h"
 
 static selfcal_t cal;
-
-static bool done(selfcal_error_t error, const char *what)
-{
-    if (error != SELFCAL_OK)
-        fprintf(stderr, "error: %s: %s (%d)\n", what, selfcal_error_string(error), (int)error);
-    return error == SELFCAL_OK;
-}
-
-/* Solves and fuses what is in the batch; false if it was not taken in, which is no failure. */
-static bool take_pair(int index, size_t count)
-{
-    selfcal_fused_t fused;
-    selfcal_report_t report;
-    selfcal_error_t error = selfcal_solve_pair(&cal);
-    if (error == SELFCAL_OK)
-        error = selfcal_fuse(&cal, &fused);
-    fprintf(stderr, "pair %2d, %3zu matches: ", index, count);
-    if (selfcal_report(&cal, &report) == SELFCAL_OK)
-        fprintf(stderr, "%6.3f > %5.3f px, ", report.rms_px_before, report.rms_px_after);
-    fprintf(stderr, "%s\n", error ? selfcal_error_string(error) : selfcal_fused_string(fused));
-    return error == SELFCAL_OK;
-}
-
-static void print_numbers(const char *name, const float *numbers, int count)
-{
-    printf("%s", name);
-    for (int i = 0; i < count; i++)
-        printf(" %.9g", numbers[i]);
-    printf("\n");
-}
 
 static void print_health(const selfcal_health_t *health)
 {
@@ -48,23 +18,6 @@ static void print_health(const selfcal_health_t *health)
     printf("coverage %.2f\n", health->coverage);
     printf("band %s\n", selfcal_band_string(health->band));
     printf("arming %s\n", selfcal_arming_string(health->arming));
-}
-
-static bool print_estimate(int pairs, int accepted, const struct rig *reference)
-{
-    selfcal_proposal_t proposal;
-    if (!done(selfcal_proposal(&cal, &proposal), "estimate"))
-        return false;
-    printf("pairs %d\n", pairs);
-    printf("accepted %d\n", accepted);
-    printf("state %s\n", selfcal_state_string(proposal.state));
-    print_numbers("R", proposal.extrinsics.rotation, 9);
-    print_numbers("t", proposal.extrinsics.translation, 3);
-    print_numbers("sd_rotation", &proposal.sd.rotation_rad, 1);
-    print_numbers("sd_translation", &proposal.sd.translation_rad, 1);
-    printf("e_t %.9f\n", baseline_error(&proposal.extrinsics, reference));
-    printf("e_theta %.9f\n", rotation_error(&proposal.extrinsics, reference));
-    return true;
 }
 
 /* Puts the estimate into use and asks for what a rectifier loads. */
@@ -98,10 +51,10 @@ static bool calibrate(const char *set)
     static selfcal_correspondence_t matches[SELFCAL_CAPACITY];
     selfcal_health_t health;
     bool has_health = false;
-    int accepted = 0;
-    for (int pairs = 0;; pairs++) {
+    unsigned accepted = 0;
+    for (unsigned pairs = 0;; pairs++) {
         size_t count;
-        switch (dataset_read_pair(set, pairs, matches, SELFCAL_CAPACITY, &count)) {
+        switch (dataset_read_pair(set, (int)pairs, matches, SELFCAL_CAPACITY, &count)) {
         case DATASET_ERROR:
             return false;
         case DATASET_END:
@@ -109,7 +62,7 @@ static bool calibrate(const char *set)
                 fprintf(stderr, "error: no pairs/0000.csv in %s\n", set);
                 return false;
             }
-            if (!print_estimate(pairs, accepted, &reference))
+            if (!print_estimate(&cal, pairs, accepted, &reference))
                 return false;
             if (has_health)
                 print_health(&health);
@@ -120,7 +73,7 @@ static bool calibrate(const char *set)
         /* Matches that are refused are counted, and no reason to stop. */
         if (!done(selfcal_push_array(&cal, matches, count, NULL), "matches"))
             return false;
-        accepted += take_pair(pairs, count);
+        accepted += take_pair(&cal, pairs, count);
         has_health = selfcal_health(&cal, &health) == SELFCAL_OK;
         if (!done(selfcal_clear_pair(&cal), "clear"))
             return false;

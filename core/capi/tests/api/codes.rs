@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 use std::ffi::{CStr, c_char};
 use std::fmt::Debug;
 
+use stereo_selfcal::link::FrameRefusal;
 use stereo_selfcal::{
     ApplyError, ConfigError, Doubt, ExtrinsicsError, Fused, PairError, ProjectError, PushError,
-    RectifyError, Refusal, Rejection, Side, State, Stop, UndistortError,
+    RectifyError, Refusal, Rejection, RestoreError, Side, SnapshotError, State, Stop,
+    UndistortError,
 };
 use stereo_selfcal_capi::selfcal_error_t::{self, *};
 use stereo_selfcal_capi::*;
@@ -75,6 +77,21 @@ const CONFIG: [ConfigError; 9] = [
     ConfigError::Memory,
     ConfigError::MaxCorrection,
 ];
+const SNAPSHOT: [SnapshotError; 2] = [SnapshotError::Room { needed: 1 }, SnapshotError::NoCameras];
+const RESTORE: [RestoreError; 10] = [
+    RestoreError::Damaged,
+    RestoreError::Foreign,
+    RestoreError::Version(3),
+    RestoreError::Scalar,
+    RestoreError::Preset,
+    RestoreError::OtherRig,
+    RestoreError::Absurd,
+    RestoreError::CorrectionLimit,
+    RestoreError::NotFresh,
+    RestoreError::NoCameras,
+];
+const FRAME: [FrameRefusal; 3] =
+    [FrameRefusal::Busy, FrameRefusal::NoCameras, FrameRefusal::ImageSize([1, 2])];
 
 /// The list has every variant that the source of the core has.
 fn assert_complete<E: Debug>(name: &str, all: &[E]) {
@@ -127,6 +144,9 @@ fn every_error_of_the_core_has_a_code_of_its_own() {
     assert_complete("Refusal", &REFUSALS);
     assert_complete("ApplyError", &APPLY);
     assert_complete("RectifyError", &rectify_errors());
+    assert_complete("SnapshotError", &SNAPSHOT);
+    assert_complete("RestoreError", &RESTORE);
+    assert_complete("FrameRefusal", &FRAME);
     // Two of the six are of this crate: the lens model, and a coefficient too many.
     assert_eq!(variants_of_core("CameraError").len(), camera_codes().len() / 2 - 2);
     let all = [
@@ -140,6 +160,9 @@ fn every_error_of_the_core_has_a_code_of_its_own() {
         codes(&REFUSALS),
         codes(&APPLY),
         codes(&rectify_errors()),
+        codes(&SNAPSHOT),
+        codes(&RESTORE),
+        codes(&FRAME),
     ]
     .concat();
     let numbers: BTreeSet<i32> = all.iter().map(|code| *code as i32).collect();

@@ -15,13 +15,13 @@ use stereo_selfcal_capi::*;
 
 use crate::rig::{Cal, Seen, config, get, pair, recorded};
 
-type Twin = Calibrator<f32, SELFCAL_CAPACITY>;
+pub(crate) type Twin = Calibrator<f32, SELFCAL_CAPACITY>;
 
 fn bits(of: &[f32]) -> Vec<u32> {
     of.iter().map(|x| x.to_bits()).collect()
 }
 
-fn assert_same(c: &selfcal_extrinsics_t, rust: &Extrinsics<f32>) {
+pub(crate) fn assert_same(c: &selfcal_extrinsics_t, rust: &Extrinsics<f32>) {
     assert_eq!(bits(&c.rotation), bits(&rust.rotation_row_major()));
     assert_eq!(bits(&c.translation), bits(rust.translation().as_slice()));
 }
@@ -30,7 +30,7 @@ fn assert_rows(c: &[f32; 9], rust: &Matrix3<f32>) {
     assert_eq!(bits(c), bits(rust.transpose().as_slice()));
 }
 
-fn push(cal: &mut Cal, twin: &mut Twin, set: &Dataset, index: usize) {
+pub(crate) fn push(cal: &mut Cal, twin: &mut Twin, set: &Dataset, index: usize) {
     let (c, rust) = pair(set, index);
     let counts = get!(cal, selfcal_push_array, c.as_ptr(), c.len()).unwrap();
     let all: Vec<_> = rust.iter().map(|m| twin.push(m)).collect();
@@ -93,7 +93,7 @@ fn assert_same_report(cal: &mut Cal, rust: &PairReport<f32>) {
     );
 }
 
-fn assert_same_estimate(cal: &mut Cal, twin: &Twin) {
+pub(crate) fn assert_same_estimate(cal: &mut Cal, twin: &Twin) {
     assert_eq!(get!(cal, selfcal_state), Ok(twin.state().into()));
     let Some(rust) = twin.proposal() else {
         assert_eq!(get!(cal, selfcal_proposal), Err(SELFCAL_ERROR_NO_ESTIMATE));
@@ -170,7 +170,7 @@ fn assert_same_rectification(cal: &mut Cal, twin: &Twin) {
 }
 
 /// Applies, takes back and applies again in both.
-fn change_what_is_in_use(cal: &mut Cal, twin: &mut Twin) {
+pub(crate) fn change_what_is_in_use(cal: &mut Cal, twin: &mut Twin) {
     let check = |cal: &mut Cal, twin: &Twin, c: Result<selfcal_extrinsics_t, _>, rust| {
         match rust {
             Ok(rust) => assert_same(&c.unwrap(), &rust),
@@ -189,21 +189,26 @@ fn change_what_is_in_use(cal: &mut Cal, twin: &mut Twin) {
     check(cal, twin, c, rust);
 }
 
+/// Both take in the batch at hand.
+pub(crate) fn take_pair(cal: &mut Cal, twin: &mut Twin) {
+    if let Ok(report) = solve(cal, twin) {
+        assert_same_report(cal, &report);
+        let fused = get!(cal, selfcal_fuse);
+        let rust = twin.fuse(&report);
+        assert_eq!(fused, rust.map(Into::into).map_err(Into::into));
+        if fused.is_ok() {
+            assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_FUSE_STALE));
+        }
+    }
+    assert_same_estimate(cal, twin);
+    assert_same_health(cal, twin);
+}
+
 /// Both over the whole set; what they came to.
 fn live(cal: &mut Cal, twin: &mut Twin, set: &Dataset) -> State {
     for index in 0..set.pairs.len() {
         push(cal, twin, set, index);
-        if let Ok(report) = solve(cal, twin) {
-            assert_same_report(cal, &report);
-            let fused = get!(cal, selfcal_fuse);
-            let rust = twin.fuse(&report);
-            assert_eq!(fused, rust.map(Into::into).map_err(Into::into));
-            if fused.is_ok() {
-                assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_FUSE_STALE));
-            }
-        }
-        assert_same_estimate(cal, twin);
-        assert_same_health(cal, twin);
+        take_pair(cal, twin);
         change_what_is_in_use(cal, twin);
         if twin.proposal().is_some() {
             assert_same_rectification(cal, twin);
@@ -216,7 +221,7 @@ fn live(cal: &mut Cal, twin: &mut Twin, set: &Dataset) -> State {
     twin.state()
 }
 
-fn twins(set: &Dataset, c: &selfcal_config_t, rust: Config) -> (Cal, Box<Twin>) {
+pub(crate) fn twins(set: &Dataset, c: &selfcal_config_t, rust: Config) -> (Cal, Box<Twin>) {
     let mut twin = Box::new(Twin::new(rust));
     twin.set_cameras(set.cameras().unwrap());
     (Cal::of(set, Some(c)), twin)

@@ -3,8 +3,12 @@
 
 mod codes;
 mod life;
+mod link;
+mod link_misuse;
 mod misuse;
 mod order;
+mod record;
+mod record_misuse;
 mod rig;
 mod source;
 mod storage;

@@ -6,8 +6,8 @@ use std::ptr::null_mut;
 use stereo_selfcal_capi::selfcal_error_t::*;
 use stereo_selfcal_capi::*;
 
-use crate::misuse::{CORRESPONDENCE, at_work, four, place, refused};
-use crate::rig::{Cal, cameras, config, get, pair, recorded};
+use crate::misuse::{CORRESPONDENCE, four, place, refused};
+use crate::rig::{Cal, at_work, cameras, config, get, pair, recorded};
 
 #[test]
 fn calls_in_the_wrong_order_have_their_codes() {

@@ -43,7 +43,7 @@ impl Cal {
 /// The result of a function that gives one, or its error.
 macro_rules! get {
     ($cal:expr, $function:ident $(, $argument:expr)*) => {{
-        let mut out = MaybeUninit::zeroed();
+        let mut out = std::mem::MaybeUninit::zeroed();
         // SAFETY: live objects; zeros are a value of every result.
         match unsafe { $function($cal.ptr() $(, $argument)*, out.as_mut_ptr()) } {
             // SAFETY: as above.
@@ -120,4 +120,21 @@ pub(crate) fn config(
         assert_eq!(preset(config.as_mut_ptr()), SELFCAL_OK);
         config.assume_init()
     }
+}
+
+/// Fed and locked, with a batch and a report at hand.
+pub(crate) fn at_work() -> Cal {
+    let set = recorded();
+    let mut cal = Cal::of(&set, None);
+    for index in 0..5 {
+        // SAFETY: live storage.
+        assert_eq!(unsafe { selfcal_clear_pair(cal.ptr()) }, SELFCAL_OK);
+        let (all, _) = pair(&set, index);
+        get!(cal, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
+        // SAFETY: live storage.
+        assert_eq!(unsafe { selfcal_solve_pair(cal.ptr()) }, SELFCAL_OK);
+        get!(cal, selfcal_fuse).unwrap();
+    }
+    assert_eq!(get!(cal, selfcal_state), Ok(selfcal_state_t::SELFCAL_STATE_LOCKED));
+    cal
 }

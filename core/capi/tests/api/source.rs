@@ -9,7 +9,8 @@ use syn::{Expr, FnArg, Item, Lit, Type};
 fn files(dir: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path());
     let (dirs, files): (Vec<_>, Vec<_>) = entries.partition(|path| path.is_dir());
-    files.into_iter().chain(dirs.iter().flat_map(|dir| self::files(dir))).collect()
+    let sources = files.into_iter().filter(|path| path.extension().is_some_and(|e| e == "rs"));
+    sources.chain(dirs.iter().flat_map(|dir| self::files(dir))).collect()
 }
 
 fn items(of: &str) -> Vec<Item> {
@@ -53,12 +54,12 @@ pub(crate) fn variants_of_c(name: &str) -> Vec<(String, i64)> {
     variants.into_iter().map(|(name, number)| (name, number.expect("a number"))).collect()
 }
 
-/// Functions whose first argument is an initialised calibrator.
-pub(crate) fn functions_of_a_calibrator() -> BTreeSet<String> {
+/// Functions whose first argument is an initialised storage of this type.
+pub(crate) fn functions_of(storage: &str) -> BTreeSet<String> {
     let takes_one = |argument: Option<&FnArg>| match argument {
         Some(FnArg::Typed(argument)) => match &*argument.ty {
             Type::Ptr(pointer) => match &*pointer.elem {
-                Type::Path(path) => path.path.is_ident("selfcal_t"),
+                Type::Path(path) => path.path.is_ident(storage),
                 _ => false,
             },
             _ => false,
@@ -71,5 +72,5 @@ pub(crate) fn functions_of_a_calibrator() -> BTreeSet<String> {
         }
         _ => None,
     });
-    functions.filter(|name| name != "selfcal_init").collect()
+    functions.filter(|name| !name.ends_with("_init")).collect()
 }

@@ -1,0 +1,17 @@
+/* Things that are not as they should be are said, and counted. */
+#ifndef CHECK_H
+#define CHECK_H
+
+#include <stdio.h>
+
+extern int failures;
+
+#define CHECK(condition)                                                    \
+    do {                                                                    \
+        if (!(condition)) {                                                 \
+            printf("%s:%d: not so: %s\n", __FILE__, __LINE__, #condition);  \
+            failures++;                                                     \
+        }                                                                   \
+    } while (0)
+
+#endif

@@ -1,0 +1,97 @@
+#include "restart.h"
+
+#include <string.h>
+
+#include "check.h"
+#include "matcher.h"
+#include "scene.h"
+#include "stack.h"
+
+#define MATCHES 200
+/* What one transfer of a driver brings. */
+#define PIECE 100
+
+static selfcal_link_t wire;
+
+/* Flash, in a firmware. */
+static uint8_t factory[SELFCAL_FACTORY_BYTES], learnt[SELFCAL_SNAPSHOT_BYTES];
+
+static void lose_power(selfcal_t *cal)
+{
+    size_t factory_length, length;
+    selfcal_extrinsics_t before, after;
+    selfcal_state_t state;
+
+    CHECK(selfcal_apply(cal, &before) == SELFCAL_OK);
+    CHECK(selfcal_factory_to_record(cal, factory, sizeof factory, &factory_length) == SELFCAL_OK);
+    CHECK(selfcal_snapshot(cal, learnt, 100, &length) == SELFCAL_ERROR_SNAPSHOT_ROOM);
+    stack_paint();
+    CHECK(selfcal_snapshot(cal, learnt, sizeof learnt, &length) == SELFCAL_OK);
+    const unsigned snapshot_stack = stack_used();
+
+    CHECK(selfcal_init(cal, sizeof *cal, NULL) == SELFCAL_OK);
+    CHECK(selfcal_restore(cal, learnt, length) == SELFCAL_ERROR_RESTORE_NO_CAMERAS);
+    CHECK(selfcal_factory_from_record(cal, factory, factory_length) == SELFCAL_OK);
+    CHECK(selfcal_restore(cal, learnt, length - 1) == SELFCAL_ERROR_RESTORE_DAMAGED);
+    stack_paint();
+    CHECK(selfcal_restore(cal, learnt, length) == SELFCAL_OK);
+    printf("records: factory %u bytes, learnt %u; stack, bytes: snapshot %u, restore %u\n",
+           (unsigned)factory_length, (unsigned)length, snapshot_stack, (unsigned)stack_used());
+
+    CHECK(selfcal_in_use(cal, &after) == SELFCAL_OK);
+    CHECK(memcmp(&before, &after, sizeof before) == 0);
+    CHECK(selfcal_state(cal, &state) == SELFCAL_OK && state == SELFCAL_STATE_SUSPECT);
+    CHECK(selfcal_restore(cal, learnt, length) == SELFCAL_ERROR_RESTORE_NOT_FRESH);
+}
+
+/* Feeds a frame in pieces; whether it came whole. */
+static bool receive(selfcal_t *cal, const uint8_t *bytes, size_t length, uint32_t *stack)
+{
+    bool whole = false;
+    while (length > 0) {
+        size_t used;
+        selfcal_frame_t frame;
+        stack_paint();
+        CHECK(selfcal_link_feed(&wire, cal, bytes, length < PIECE ? length : PIECE, &used,
+                                &frame) == SELFCAL_OK);
+        if (stack_used() > *stack)
+            *stack = stack_used();
+        whole = whole || (frame.whole && frame.taken == MATCHES);
+        bytes += used;
+        length -= used;
+    }
+    return whole;
+}
+
+static void go_on(selfcal_t *cal, const selfcal_extrinsics_t *rig)
+{
+    static selfcal_correspondence_t matches[MATCHES];
+    static uint8_t frame[MATCHER_FRAME_BYTES(MATCHES)];
+    selfcal_link_counters_t counters;
+    selfcal_proposal_t proposal;
+    uint32_t stack = 0;
+
+    CHECK(selfcal_link_note_overrun(&wire) == SELFCAL_ERROR_NOT_INITIALISED);
+    CHECK(selfcal_link_init(&wire, sizeof wire) == SELFCAL_OK);
+    scene_matches(rig, matches, MATCHES);
+    matcher_frame(frame, 0, scene_camera.size_px, matches, MATCHES);
+    frame[500] ^= 1;
+    CHECK(!receive(cal, frame, sizeof frame, &stack));
+    frame[500] ^= 1;
+    CHECK(receive(cal, frame, sizeof frame, &stack));
+    CHECK(selfcal_solve_pair(cal) == SELFCAL_OK);
+    CHECK(selfcal_fuse(cal, NULL) == SELFCAL_OK);
+    CHECK(selfcal_proposal(cal, &proposal) == SELFCAL_OK);
+    CHECK(selfcal_link_counters(&wire, &counters) == SELFCAL_OK);
+    CHECK(counters.good == 1 && counters.bad_crc == 1);
+    CHECK(proposal.state == SELFCAL_STATE_LOCKED);
+    printf("link: %u bytes, stack of feed %u; %s again after a frame, %u pairs behind it\n",
+           (unsigned)sizeof wire, (unsigned)stack, selfcal_state_string(proposal.state),
+           (unsigned)proposal.pairs);
+}
+
+void check_restart(selfcal_t *cal, const selfcal_extrinsics_t *rig)
+{
+    lose_power(cal);
+    go_on(cal, rig);
+}

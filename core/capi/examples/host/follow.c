@@ -1,0 +1,119 @@
+/* Calibrates from the bytes of a matcher, as a firmware would: what was learnt before the power went is
+ * read from memory first, and written back at the end.
+ *
+ *     follow host-tests/data/opencv_chess_sift stream.scmf memory
+ */
+#include <stdio.h>
+#include <string.h>
+
+#include "dataset.h"
+#include "steps.h"
+#include "stereo_selfcal.h"
+
+/* What one interrupt of a driver brings. */
+#define PIECE 200
+
+static selfcal_t cal;
+static selfcal_link_t wire;
+
+/* A flash layer would stand here, and keep the record before until the new one is written. */
+static uint8_t record[SELFCAL_SNAPSHOT_BYTES];
+
+static size_t read_memory(const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    if (file == NULL)
+        return 0;
+    size_t length = fread(record, 1, sizeof record, file);
+    fclose(file);
+    return length;
+}
+
+static bool write_memory(const char *path, size_t length)
+{
+    FILE *file = fopen(path, "wb");
+    bool written = file != NULL && fwrite(record, 1, length, file) == length;
+    if (file != NULL && fclose(file) != 0)
+        written = false;
+    if (!written)
+        fprintf(stderr, "error: cannot write %s\n", path);
+    return written;
+}
+
+static bool start(const char *set, const char *memory, struct rig *reference)
+{
+    selfcal_camera_t left, right;
+    if (!dataset_read_meta(set, &left, &right, reference) ||
+        !done(selfcal_init(&cal, sizeof cal, NULL), "start") ||
+        !done(selfcal_link_init(&wire, sizeof wire), "link") ||
+        !done(selfcal_set_cameras(&cal, &left, &right), "cameras"))
+        return false;
+    size_t length = read_memory(memory);
+    if (length > 0) {
+        /* A record that is refused is no reason to stop: the rig starts from the factory. */
+        selfcal_error_t error = selfcal_restore(&cal, record, length);
+        fprintf(stderr, "memory: %s\n", error ? selfcal_error_string(error) : "restored");
+    }
+    return true;
+}
+
+/* Feeds one piece; how many of the pairs in it were taken in. */
+static unsigned feed(const uint8_t *bytes, size_t length)
+{
+    unsigned accepted = 0;
+    size_t used;
+    do {
+        selfcal_frame_t frame;
+        selfcal_error_t error = selfcal_link_feed(&wire, &cal, bytes, length, &used, &frame);
+        bytes += used;
+        length -= used;
+        if (error != SELFCAL_OK)
+            fprintf(stderr, "link: %s\n", selfcal_error_string(error));
+        if (frame.whole)
+            accepted += take_pair(&cal, (unsigned)frame.sequence, frame.taken);
+    } while (used > 0 && length > 0);
+    return accepted;
+}
+
+static bool follow(const char *set, const char *stream, const char *memory)
+{
+    struct rig reference;
+    if (!start(set, memory, &reference))
+        return false;
+    FILE *driver = fopen(stream, "rb");
+    if (driver == NULL) {
+        fprintf(stderr, "error: cannot read %s\n", stream);
+        return false;
+    }
+    uint8_t piece[PIECE];
+    unsigned accepted = 0;
+    for (size_t length; (length = fread(piece, 1, sizeof piece, driver)) > 0;)
+        accepted += feed(piece, length);
+    fclose(driver);
+
+    selfcal_link_counters_t counters;
+    size_t length;
+    if (!done(selfcal_link_counters(&wire, &counters), "counters") ||
+        !print_estimate(&cal, counters.good, accepted, &reference) ||
+        !done(selfcal_snapshot(&cal, record, sizeof record, &length), "snapshot"))
+        return false;
+    printf("missing %u\n", (unsigned)counters.gaps);
+    printf("record_bytes %zu\n", length);
+    return write_memory(memory, length);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc != 4) {
+        bool asked = argc == 2 && strcmp(argv[1], "--help") == 0;
+        fprintf(asked ? stdout : stderr,
+                "usage: %s SET STREAM MEMORY\n\n"
+                "Calibrates a stereo rig from the bytes of a matcher. SET is a folder with the\n"
+                "meta.json of the rig, STREAM a file of frames (cargo selfcal record), MEMORY a\n"
+                "file that stands for flash: what was learnt is restored from it, if it exists,\n"
+                "and written to it.\n",
+                argv[0]);
+        return asked ? 0 : 2;
+    }
+    return follow(argv[1], argv[2], argv[3]) ? 0 : 1;
+}

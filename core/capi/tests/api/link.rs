@@ -1,0 +1,261 @@
+//! Bytes off a wire through C are those through Rust, bit for bit.
+
+use std::mem::MaybeUninit;
+
+use host_tests::dataset::Dataset;
+use host_tests::wire::{Faults, FaultyWire, Sender};
+use proptest::prelude::*;
+use stereo_selfcal::link::{Counters, Decoder};
+use stereo_selfcal::{Calibrator, Config, State};
+use stereo_selfcal_capi::selfcal_error_t::*;
+use stereo_selfcal_capi::*;
+
+use crate::life::{Twin, take_pair, twins};
+use crate::rig::{Cal, Seen, at_work, config, get, recorded};
+
+/// Storage on the heap, as C has it: first of all zeros.
+pub(crate) struct Link(Box<MaybeUninit<selfcal_link_t>>);
+
+/// What a feed came to: code, bytes used, frame.
+pub(crate) type Fed = (selfcal_error_t, usize, selfcal_frame_t);
+
+impl Link {
+    pub(crate) fn zeroed() -> Self {
+        Self(Box::new(MaybeUninit::zeroed()))
+    }
+
+    pub(crate) fn new() -> Self {
+        let mut link = Self::zeroed();
+        // SAFETY: live storage of that size.
+        let code = unsafe { selfcal_link_init(link.ptr(), SELFCAL_LINK_STORAGE_SIZE) };
+        assert_eq!(code, SELFCAL_OK);
+        link
+    }
+
+    pub(crate) fn ptr(&mut self) -> *mut selfcal_link_t {
+        self.0.as_mut_ptr()
+    }
+
+    pub(crate) fn feed(&mut self, cal: &mut Cal, bytes: &[u8]) -> Fed {
+        feed(self.ptr(), cal.ptr(), bytes)
+    }
+
+    pub(crate) fn counters(&mut self) -> selfcal_link_counters_t {
+        get!(self, selfcal_link_counters).unwrap()
+    }
+
+    pub(crate) fn bytes(&mut self) -> &mut [u8] {
+        // SAFETY: live storage, in which every byte has been written.
+        unsafe { std::slice::from_raw_parts_mut(self.ptr().cast(), SELFCAL_LINK_STORAGE_SIZE) }
+    }
+}
+
+/// Whatever was there before, the results are set.
+pub(crate) fn feed(link: *mut selfcal_link_t, cal: *mut selfcal_t, bytes: &[u8]) -> Fed {
+    let (mut used, mut frame) = (usize::MAX, selfcal_frame_t { whole: true, ..NONE });
+    // SAFETY: live bytes and places; the others are live, or what is tested.
+    let code =
+        unsafe { selfcal_link_feed(link, cal, bytes.as_ptr(), bytes.len(), &mut used, &mut frame) };
+    (code, used, frame)
+}
+
+pub(crate) const NONE: selfcal_frame_t = selfcal_frame_t {
+    timestamp_us: 0,
+    sequence: 0,
+    count: 0,
+    taken: 0,
+    whole: false,
+    dropped_before: false,
+    more_found: false,
+    reserved: 0,
+};
+
+pub(crate) fn frame(set: &Dataset, sequence: u32) -> Vec<u8> {
+    let index = usize::try_from(sequence).unwrap() % set.pairs.len();
+    Sender::of(set).unwrap().frame(sequence, &set.pairs[index]).0
+}
+
+fn assert_same_counters(c: &selfcal_link_counters_t, rust: &Counters) {
+    // One name for each of the core's, in its order.
+    assert_eq!(
+        format!("{c:?}").replace("selfcal_link_counters_t", "Counters"),
+        format!("{rust:?}")
+    );
+}
+
+/// Feeds one piece to both, all of it; frames that came whole.
+fn feed_both(c: (&mut Link, &mut Cal), rust: (&mut Decoder, &mut Twin), piece: &[u8]) -> usize {
+    let ((link, cal), (decoder, twin)) = (c, rust);
+    let (mut piece, mut frames) = (piece, 0);
+    while !piece.is_empty() {
+        let (code, used, frame) = link.feed(cal, piece);
+        let mut left = piece;
+        let received = decoder.feed(&mut left, twin);
+        assert_eq!(used, piece.len() - left.len());
+        match received {
+            Err(refusal) => assert_eq!((code, frame), (refusal.into(), NONE)),
+            Ok(None) => assert_eq!((code, frame), (SELFCAL_OK, NONE)),
+            Ok(Some(received)) => {
+                let header = received.header;
+                let expected = selfcal_frame_t {
+                    timestamp_us: header.timestamp_us,
+                    sequence: header.sequence,
+                    count: header.count.into(),
+                    taken: received.taken.try_into().unwrap(),
+                    whole: true,
+                    dropped_before: header.dropped_before,
+                    more_found: header.more_found,
+                    reserved: 0,
+                };
+                assert_eq!((code, frame), (SELFCAL_OK, expected));
+                take_pair(cal, twin);
+                frames += 1;
+            }
+        }
+        piece = left;
+    }
+    frames
+}
+
+#[test]
+fn a_damaged_stream_gives_the_bits_of_rust() {
+    let set = recorded();
+    let faults = Faults { damaged: 0.3, dropped: 0.1, repeated: 0.1, noise_after: 0.3 };
+    let mut wire = FaultyWire::new(faults, 0x11);
+    let mut bytes = Vec::new();
+    for sequence in 0..40 {
+        wire.send(&frame(&set, sequence), &mut bytes);
+    }
+    let (mut cal, mut twin) = twins(&set, &config(selfcal_config_default), Config::default());
+    let (mut link, mut decoder) = (Link::new(), Decoder::new());
+    let (mut frames, mut at) = (0, 0);
+    for length in [1, 7, 64, 255, 1024, 9000].into_iter().cycle() {
+        let piece = &bytes[at..bytes.len().min(at + length)];
+        frames += feed_both((&mut link, &mut cal), (&mut decoder, &mut twin), piece);
+        at += piece.len();
+        if at == bytes.len() {
+            break;
+        }
+    }
+    let counters = link.counters();
+    assert_same_counters(&counters, decoder.counters());
+    assert_eq!(usize::try_from(counters.good).unwrap(), frames);
+    assert!(frames > 20 && counters.gaps > 5 && counters.repeats > 0, "{counters:?}");
+    assert!(counters.bad_crc + counters.cut > 3 && counters.skipped_bytes > 0, "{counters:?}");
+    assert_eq!(twin.state(), State::Locked);
+}
+
+#[test]
+fn bytes_after_a_whole_frame_are_left_for_the_next_call() {
+    let set = recorded();
+    let (mut cal, mut link) = (Cal::of(&set, None), Link::new());
+    let [first, second] = [frame(&set, 0), frame(&set, 1)];
+    let bytes = [&first[..], &second[..]].concat();
+    let (code, used, whole) = link.feed(&mut cal, &bytes);
+    assert_eq!((code, used, whole.whole, whole.sequence), (SELFCAL_OK, first.len(), true, 0));
+    assert_eq!(whole.count, u32::try_from(set.pairs[0].len()).unwrap());
+    assert_eq!(whole.taken, get!(cal, selfcal_batch).unwrap().held);
+    let (code, used, whole) = link.feed(&mut cal, &bytes[used..]);
+    assert_eq!((code, used, whole.sequence), (SELFCAL_OK, second.len(), 1));
+    assert_eq!(link.feed(&mut cal, &[]), (SELFCAL_OK, 0, NONE));
+}
+
+#[test]
+fn a_pair_being_solved_keeps_its_batch_and_the_bytes_wait() {
+    let set = recorded();
+    let (mut cal, mut link) = (Cal::of(&set, None), Link::new());
+    link.feed(&mut cal, &frame(&set, 0));
+    // SAFETY: live storage.
+    assert_eq!(unsafe { selfcal_begin_pair(cal.ptr()) }, SELFCAL_OK);
+    let (before, next) = (Seen::of(&mut cal), frame(&set, 1));
+    assert_eq!(link.feed(&mut cal, &next), (SELFCAL_ERROR_LINK_BUSY, 0, NONE));
+    assert_eq!(Seen::of(&mut cal), before);
+    while !get!(cal, selfcal_advance_pair).unwrap() {}
+    let (code, used, whole) = link.feed(&mut cal, &next);
+    assert_eq!((code, used, whole.sequence), (SELFCAL_OK, next.len(), 1));
+    assert_eq!((link.counters().good, link.counters().refused), (2, 0));
+}
+
+#[test]
+fn a_pair_begun_in_the_middle_of_a_frame_holds_the_rest_back() {
+    let set = recorded();
+    let (mut cal, mut link) = (Cal::of(&set, None), Link::new());
+    let (first, rest) = (&frame(&set, 0)[..2000], &frame(&set, 0)[2000..]);
+    assert_eq!(link.feed(&mut cal, first), (SELFCAL_OK, 2000, NONE));
+    let half = get!(cal, selfcal_batch).unwrap().held;
+    // SAFETY: live storage.
+    assert_eq!(unsafe { selfcal_begin_pair(cal.ptr()) }, SELFCAL_OK);
+    assert_eq!(link.feed(&mut cal, rest), (SELFCAL_ERROR_LINK_BUSY, 0, NONE));
+    while !get!(cal, selfcal_advance_pair).unwrap() {}
+    assert_eq!(get!(cal, selfcal_batch).unwrap().held, half);
+    let (code, used, whole) = link.feed(&mut cal, rest);
+    assert_eq!((code, used, whole.whole), (SELFCAL_OK, rest.len(), true));
+    assert_eq!(get!(cal, selfcal_batch).unwrap().offered, whole.count);
+}
+
+#[test]
+fn a_frame_that_is_not_taken_leaves_the_batch_and_the_next_one_comes() {
+    let set = recorded();
+    let (mut cal, mut link) = (at_work(), Link::new());
+    let (before, size) = (Seen::of(&mut cal), [set.meta.width, set.meta.height + 1]);
+    let other = Sender::new(size, []).unwrap().frame(7, &set.pairs[0]).0;
+    let (code, used, whole) = link.feed(&mut cal, &other);
+    assert_eq!((code, whole), (SELFCAL_ERROR_LINK_IMAGE_SIZE, NONE));
+    // The header is done with; the rest is passed over.
+    assert_eq!(link.feed(&mut cal, &other[used..]), (SELFCAL_OK, other.len() - used, NONE));
+    assert_eq!(Seen::of(&mut cal), before);
+    assert!(link.feed(&mut cal, &frame(&set, 8)).2.whole);
+    assert_eq!((link.counters().refused, link.counters().good), (1, 1));
+
+    let mut blind = Cal::new(None);
+    let (code, used, _) = link.feed(&mut blind, &frame(&set, 9));
+    assert_eq!((code, used), (SELFCAL_ERROR_LINK_NO_CAMERAS, 32));
+}
+
+#[test]
+fn a_report_goes_with_the_batch_that_a_frame_replaces() {
+    let set = recorded();
+    let whole = frame(&set, 6);
+    let mut damaged = whole.clone();
+    *damaged.last_mut().unwrap() ^= 1;
+    for (bytes, held) in [(&whole[..32], true), (&whole, true), (&damaged, false)] {
+        let (mut cal, mut link) = (at_work(), Link::new());
+        get!(cal, selfcal_report).unwrap();
+        assert_eq!(link.feed(&mut cal, bytes).0, SELFCAL_OK);
+        assert_eq!(get!(cal, selfcal_report), Err(SELFCAL_ERROR_NO_REPORT));
+        let batch = get!(cal, selfcal_batch).unwrap();
+        assert_eq!(batch.held > 0, held && bytes.len() > 32);
+    }
+}
+
+#[test]
+fn overruns_are_counted_and_a_link_begins_anew() {
+    let set = recorded();
+    let (mut cal, mut link) = (Cal::of(&set, None), Link::new());
+    // SAFETY: live storage.
+    assert_eq!(unsafe { selfcal_link_note_overrun(link.ptr()) }, SELFCAL_OK);
+    link.feed(&mut cal, &frame(&set, 0)[..1000]);
+    assert_eq!(link.counters().overruns, 1);
+    // SAFETY: live storage of that size.
+    let code = unsafe { selfcal_link_init(link.ptr(), SELFCAL_LINK_STORAGE_SIZE) };
+    assert_eq!(code, SELFCAL_OK);
+    assert_same_counters(&link.counters(), Decoder::new().counters());
+    assert_eq!(link.feed(&mut cal, &frame(&set, 1)).2.sequence, 1);
+    assert_eq!(link.counters().cut, 0, "nothing is left of the frame before");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn any_bytes_are_used_up_as_by_rust(
+        bytes in prop::collection::vec(prop_oneof![Just(b'S'), Just(b'C'), any::<u8>()], 0..300),
+    ) {
+        let (mut cal, mut link) = (Cal::new(None), Link::new());
+        let mut decoder = Decoder::new();
+        prop_assert_eq!(link.feed(&mut cal, &bytes), (SELFCAL_OK, bytes.len(), NONE));
+        let mut twin = Box::new(Calibrator::<f32, 8>::new(Config::default()));
+        prop_assert_eq!(decoder.feed(&mut bytes.as_slice(), &mut *twin), Ok(None));
+        assert_same_counters(&link.counters(), decoder.counters());
+    }
+}

@@ -1,0 +1,153 @@
+//! Records over a loss of power: those of Rust, byte for byte.
+
+use host_tests::dataset::Dataset;
+use stereo_selfcal::{Calibrator, Config, FactoryCalibration};
+use stereo_selfcal_capi::selfcal_error_t::{self, *};
+use stereo_selfcal_capi::selfcal_state_t::*;
+use stereo_selfcal_capi::*;
+
+use crate::life::{
+    Twin, assert_same, assert_same_estimate, change_what_is_in_use, push, take_pair, twins,
+};
+use crate::rig::{Cal, at_work, config, get, pair, recorded};
+
+pub(crate) type Write =
+    unsafe extern "C" fn(*const selfcal_t, *mut u8, usize, *mut usize) -> selfcal_error_t;
+pub(crate) type Read = unsafe extern "C" fn(*mut selfcal_t, *const u8, usize) -> selfcal_error_t;
+
+pub(crate) fn record(cal: &mut Cal, write: Write, room: usize) -> Result<Vec<u8>, selfcal_error_t> {
+    let (mut buffer, mut length) = (vec![0xa5; room], usize::MAX);
+    // SAFETY: live objects.
+    match unsafe { write(cal.ptr(), buffer.as_mut_ptr(), room, &mut length) } {
+        SELFCAL_OK => {
+            buffer.truncate(length);
+            Ok(buffer)
+        }
+        error => Err(error),
+    }
+}
+
+pub(crate) fn snapshot(cal: &mut Cal) -> Vec<u8> {
+    record(cal, selfcal_snapshot, SELFCAL_SNAPSHOT_BYTES).unwrap()
+}
+
+pub(crate) fn read(cal: &mut Cal, read: Read, record: &[u8]) -> selfcal_error_t {
+    // SAFETY: live objects.
+    unsafe { read(cal.ptr(), record.as_ptr(), record.len()) }
+}
+
+pub(crate) fn restore(cal: &mut Cal, record: &[u8]) -> selfcal_error_t {
+    read(cal, selfcal_restore, record)
+}
+
+fn snapshot_of(twin: &Twin) -> Vec<u8> {
+    let mut buffer = [0; SELFCAL_SNAPSHOT_BYTES];
+    twin.snapshot(&mut buffer).unwrap().to_vec()
+}
+
+fn live(cal: &mut Cal, twin: &mut Twin, set: &Dataset, pairs: std::ops::Range<usize>) {
+    for index in pairs {
+        // SAFETY: live storage.
+        assert_eq!(unsafe { selfcal_clear_pair(cal.ptr()) }, SELFCAL_OK);
+        twin.clear_pair();
+        push(cal, twin, set, index);
+        take_pair(cal, twin);
+        change_what_is_in_use(cal, twin);
+    }
+}
+
+#[test]
+fn a_life_over_a_loss_of_power_is_that_of_rust() {
+    let set = recorded();
+    let presets = [
+        (config(selfcal_config_robust), Config::robust()),
+        (config(selfcal_config_paper), Config::paper()),
+    ];
+    for (c, rust) in presets {
+        let (mut cal, mut twin) = twins(&set, &c, rust);
+        assert_eq!(snapshot(&mut cal), snapshot_of(&twin));
+        live(&mut cal, &mut twin, &set, 0..6);
+        let kept = snapshot(&mut cal);
+        assert_eq!(kept, snapshot_of(&twin));
+
+        let before = get!(cal, selfcal_in_use).unwrap();
+        let generation = twin.generation();
+        (cal, twin) = twins(&set, &c, rust);
+        assert_eq!(restore(&mut cal, &kept), SELFCAL_OK);
+        twin.restore(&kept).unwrap();
+        assert_eq!(get!(cal, selfcal_state), Ok(SELFCAL_STATE_SUSPECT));
+        assert_eq!(get!(cal, selfcal_in_use), Ok(before));
+        assert_eq!(get!(cal, selfcal_generation), Ok(generation));
+        assert_same_estimate(&mut cal, &twin);
+        live(&mut cal, &mut twin, &set, 6..13);
+        assert_eq!(get!(cal, selfcal_state), Ok(SELFCAL_STATE_LOCKED));
+        assert_eq!(snapshot(&mut cal), snapshot_of(&twin));
+    }
+}
+
+#[test]
+fn a_record_of_another_capacity_is_taken() {
+    let set = recorded();
+    let mut small = Box::new(Calibrator::<f32, 64>::new(Config::default()));
+    small.set_cameras(set.cameras().unwrap());
+    for index in 0..5 {
+        small.clear_pair();
+        for m in &pair(&set, index).1 {
+            small.push(m).unwrap();
+        }
+        let report = small.solve_pair().unwrap();
+        small.fuse(&report).unwrap();
+    }
+    let mut buffer = [0; SELFCAL_SNAPSHOT_BYTES];
+    let kept = small.snapshot(&mut buffer).unwrap();
+    let mut cal = Cal::of(&set, None);
+    assert_eq!(restore(&mut cal, kept), SELFCAL_OK);
+    let estimate = get!(cal, selfcal_proposal).unwrap();
+    assert_same(&estimate.extrinsics, &small.proposal().unwrap().extrinsics);
+}
+
+#[test]
+fn a_report_of_before_is_forgotten() {
+    let set = recorded();
+    let mut cal = at_work();
+    let kept = snapshot(&mut cal);
+    let factory = record(&mut cal, selfcal_factory_to_record, SELFCAL_FACTORY_BYTES).unwrap();
+    assert_eq!(read(&mut cal, selfcal_factory_from_record, &factory), SELFCAL_OK);
+    assert_eq!(get!(cal, selfcal_report), Err(SELFCAL_ERROR_NO_REPORT));
+    assert_eq!(get!(cal, selfcal_state), Ok(SELFCAL_STATE_ACQUIRING));
+
+    let (all, _) = pair(&set, 5);
+    get!(cal, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
+    // SAFETY: live storage.
+    assert_eq!(unsafe { selfcal_solve_pair(cal.ptr()) }, SELFCAL_OK);
+    assert_eq!(restore(&mut cal, &kept), SELFCAL_OK);
+    assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_NO_REPORT));
+}
+
+#[test]
+fn factory_values_outlast_production_to_the_bit() {
+    let set = recorded();
+    let (mut cal, mut twin) = twins(&set, &config(selfcal_config_default), Config::default());
+    // Rounded: set once more from plain numbers it could end up in other bits.
+    let factory = selfcal_extrinsics_t {
+        rotation: [0.9998, 0.02, 0.0, -0.02, 0.9998, 0.0, 0.0, 0.0, 1.0],
+        translation: [-0.12, 0.001, 0.0],
+    };
+    // SAFETY: live objects.
+    assert_eq!(unsafe { selfcal_set_factory(cal.ptr(), &factory) }, SELFCAL_OK);
+    let made = record(&mut cal, selfcal_factory_to_record, SELFCAL_FACTORY_BYTES).unwrap();
+    let found = FactoryCalibration::<f32>::from_record(&made).unwrap();
+    assert_same(&get!(cal, selfcal_in_use).unwrap(), &found.extrinsics);
+    let mut buffer = [0; SELFCAL_FACTORY_BYTES];
+    assert_eq!(found.to_record(&mut buffer).unwrap(), made);
+    twin.set_factory(found.extrinsics);
+    live(&mut cal, &mut twin, &set, 0..5);
+    let learnt = snapshot(&mut cal);
+
+    let mut next = Cal::new(None);
+    assert_eq!(read(&mut next, selfcal_factory_from_record, &made), SELFCAL_OK);
+    assert_eq!(restore(&mut next, &learnt), SELFCAL_OK);
+    assert_eq!(get!(next, selfcal_in_use), get!(cal, selfcal_in_use));
+    let again = record(&mut next, selfcal_factory_to_record, SELFCAL_FACTORY_BYTES);
+    assert_eq!(again, Ok(made));
+}

@@ -1,0 +1,168 @@
+//! Records and buffers that are not what they should be have their codes and change nothing.
+
+use std::ptr::{null, null_mut};
+use std::sync::LazyLock;
+
+use proptest::prelude::*;
+use stereo_selfcal::{Calibrator, Config};
+use stereo_selfcal_capi::selfcal_error_t::*;
+use stereo_selfcal_capi::*;
+
+use crate::misuse::{place, refused};
+use crate::record::{Read, Write, read, record, restore, snapshot};
+use crate::rig::{Cal, Seen, at_work, config, recorded};
+
+const WRITERS: [(Write, usize); 2] = [
+    (selfcal_snapshot, SELFCAL_SNAPSHOT_BYTES),
+    (selfcal_factory_to_record, SELFCAL_FACTORY_BYTES),
+];
+const READERS: [Read; 2] = [selfcal_restore, selfcal_factory_from_record];
+
+#[test]
+fn a_buffer_is_judged_by_the_record() {
+    let mut cal = at_work();
+    for (write, most) in WRITERS {
+        let mut needed = 0;
+        // SAFETY: no room, live objects.
+        let code = unsafe { write(cal.ptr(), null_mut(), 0, &mut needed) };
+        assert_eq!(code, SELFCAL_ERROR_SNAPSHOT_ROOM);
+        assert!(0 < needed && needed <= most);
+        assert_eq!(record(&mut cal, write, needed).unwrap().len(), needed);
+        assert_eq!(record(&mut cal, write, needed - 1), Err(SELFCAL_ERROR_SNAPSHOT_ROOM));
+
+        let (mut buffer, mut length) = (vec![0xa5; most + 100], 0);
+        // SAFETY: live objects.
+        let code = unsafe { write(cal.ptr(), buffer.as_mut_ptr(), usize::MAX, &mut length) };
+        assert_eq!((code, length), (SELFCAL_OK, needed));
+        assert!(buffer[needed..most].iter().all(|byte| *byte == 0));
+        assert!(buffer[most..].iter().all(|byte| *byte == 0xa5), "beyond the longest record");
+    }
+}
+
+#[test]
+fn pointers_are_judged_before_anything_is_done() {
+    let mut cal = at_work();
+    let byte: *mut u8 = place::<[u8; SELFCAL_SNAPSHOT_BYTES]>().cast();
+    let odd: *mut usize = place::<[usize; 2]>().cast::<u8>().wrapping_add(1).cast();
+    // SAFETY: live objects, null, misaligned, or refused by its length.
+    unsafe {
+        for (write, most) in WRITERS {
+            refused(&mut cal, SELFCAL_ERROR_NULL, |cal| write(cal, byte, most, null_mut()));
+            refused(&mut cal, SELFCAL_ERROR_NULL, |cal| write(cal, null_mut(), most, place()));
+            refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| write(cal, byte, most, odd));
+        }
+        for read in READERS {
+            refused(&mut cal, SELFCAL_ERROR_NULL, |cal| read(cal, null(), 1));
+            refused(&mut cal, SELFCAL_ERROR_COUNT, |cal| read(cal, byte, usize::MAX));
+        }
+    }
+}
+
+#[test]
+fn without_cameras_there_is_no_record() {
+    let mut cal = Cal::new(None);
+    for (write, most) in WRITERS {
+        assert_eq!(record(&mut cal, write, most), Err(SELFCAL_ERROR_SNAPSHOT_NO_CAMERAS));
+    }
+    assert_eq!(restore(&mut cal, &snapshot(&mut at_work())), SELFCAL_ERROR_RESTORE_NO_CAMERAS);
+}
+
+/// The record with one byte changed, and its checksum right.
+fn resealed(record: &[u8], at: usize, byte: u8) -> Vec<u8> {
+    let mut record = record.to_vec();
+    record[at] = byte;
+    let body = record.len() - 4;
+    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&record[..body]);
+    record[body..].copy_from_slice(&crc.to_le_bytes());
+    record
+}
+
+#[test]
+fn a_record_of_something_else_has_its_code_and_changes_nothing() {
+    let set = recorded();
+    let mut learnt = at_work();
+    let kept = snapshot(&mut learnt);
+    let factory = record(&mut learnt, selfcal_factory_to_record, SELFCAL_FACTORY_BYTES).unwrap();
+    let mut flipped = kept.clone();
+    flipped[100] ^= 1;
+    let mut doubles = Box::new(Calibrator::<f64, 64>::new(Config::default()));
+    doubles.set_cameras(set.cameras().unwrap());
+    let mut buffer = [0; Calibrator::<f64, 64>::SNAPSHOT_BYTES];
+    let doubles = doubles.snapshot(&mut buffer).unwrap().to_vec();
+    let mut paper = Cal::of(&set, Some(&config(selfcal_config_paper)));
+    let mut cal = Cal::of(&set, None);
+    for (bytes, code) in [
+        (&[][..], SELFCAL_ERROR_RESTORE_DAMAGED),
+        (&[0xff; SELFCAL_SNAPSHOT_BYTES], SELFCAL_ERROR_RESTORE_DAMAGED),
+        (&flipped, SELFCAL_ERROR_RESTORE_DAMAGED),
+        (&kept[..kept.len() - 1], SELFCAL_ERROR_RESTORE_DAMAGED),
+        (&[&kept[..], &[0]].concat(), SELFCAL_ERROR_RESTORE_DAMAGED),
+        (&factory, SELFCAL_ERROR_RESTORE_FOREIGN),
+        (&resealed(&kept, 4, 99), SELFCAL_ERROR_RESTORE_VERSION),
+        (&doubles, SELFCAL_ERROR_RESTORE_SCALAR),
+        (&snapshot(&mut paper), SELFCAL_ERROR_RESTORE_PRESET),
+        // The highest byte of the first number, of an entry of R.
+        (&resealed(&kept, 15, 0x7f), SELFCAL_ERROR_RESTORE_ABSURD),
+    ] {
+        refused(&mut cal, code, |cal| {
+            // SAFETY: live objects.
+            unsafe { selfcal_restore(cal, bytes.as_ptr(), bytes.len()) }
+        });
+    }
+    for (bytes, code) in [
+        (&kept[..], SELFCAL_ERROR_RESTORE_FOREIGN),
+        (&factory[1..], SELFCAL_ERROR_RESTORE_DAMAGED),
+        (&resealed(&factory, 15, 0x7f), SELFCAL_ERROR_RESTORE_ABSURD),
+    ] {
+        refused(&mut cal, code, |cal| {
+            // SAFETY: live objects.
+            unsafe { selfcal_factory_from_record(cal, bytes.as_ptr(), bytes.len()) }
+        });
+    }
+    assert_eq!(restore(&mut cal, &kept), SELFCAL_OK);
+    let again = Seen::of(&mut cal);
+    assert_eq!(restore(&mut cal, &kept), SELFCAL_ERROR_RESTORE_NOT_FRESH);
+    assert_eq!(Seen::of(&mut cal), again);
+}
+
+#[test]
+fn a_record_of_another_rig_or_beyond_the_limit_is_refused() {
+    let set = recorded();
+    let kept = snapshot(&mut at_work());
+    let mut other = Cal::of(&set, None);
+    let factory = selfcal_extrinsics_t {
+        rotation: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        translation: [-1.0, 1e-4, 0.0],
+    };
+    // SAFETY: live objects.
+    assert_eq!(unsafe { selfcal_set_factory(other.ptr(), &factory) }, SELFCAL_OK);
+    assert_eq!(restore(&mut other, &kept), SELFCAL_ERROR_RESTORE_OTHER_RIG);
+
+    let mut strict = config(selfcal_config_default);
+    // SAFETY: a live configuration.
+    assert_eq!(unsafe { selfcal_config_set_max_correction_rad(&mut strict, 1e-5) }, SELFCAL_OK);
+    let mut strict = Cal::of(&set, Some(&strict));
+    let before = Seen::of(&mut strict);
+    assert_eq!(restore(&mut strict, &kept), SELFCAL_ERROR_RESTORE_CORRECTION_LIMIT);
+    assert_eq!(Seen::of(&mut strict), before);
+}
+
+static KEPT: LazyLock<Vec<u8>> = LazyLock::new(|| snapshot(&mut at_work()));
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn a_record_cut_short_or_of_any_bytes_is_refused_whole(
+        cut in any::<prop::sample::Index>(), bits in prop::collection::vec(any::<u8>(), 0..300),
+    ) {
+        let mut cal = Cal::of(&recorded(), None);
+        let before = Seen::of(&mut cal);
+        for bytes in [&KEPT[..cut.index(KEPT.len())], &bits] {
+            for reader in READERS {
+                prop_assert_eq!(read(&mut cal, reader, bytes), SELFCAL_ERROR_RESTORE_DAMAGED);
+            }
+        }
+        prop_assert_eq!(Seen::of(&mut cal), before);
+    }
+}
