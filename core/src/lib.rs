@@ -11,7 +11,7 @@
 //!
 //! Start at [`Calibrator`]. Data flows one way: [`Camera`] makes rays of pixels, a [`Batch`] holds
 //! them, a solver turns a batch into a [`PairReport`], the reports come to a [`Proposal`], and
-//! [`Health`] says whether to rely on it.
+//! [`Health`] says whether to rely on it. Module [`link`] brings a matcher's frames into the batch.
 
 #![no_std]
 #![forbid(unsafe_code)]

@@ -152,7 +152,7 @@ impl Decoder {
         if self.window.is_empty()
             && frame.is_at_record()
             && let Some((record, rest)) = bytes.split_first_chunk::<{ Record::BYTES }>()
-            && !may_start_header(record)
+            && !may_start_header(record, rest)
         {
             *bytes = rest;
             return match frame.record(record) {
@@ -229,13 +229,30 @@ fn take_first(bytes: &mut &[u8]) -> Option<u8> {
     Some(first)
 }
 
-/// Whether the first byte of the magic is among them, four at a time.
+/// Whether a header may start within a record, as far as two of its bytes say.
+///
+/// * `rest`: what follows the record, as far as it has come.
 #[inline(always)]
-fn may_start_header(record: &[u8; Record::BYTES]) -> bool {
+fn may_start_header(record: &[u8; Record::BYTES], rest: &[u8]) -> bool {
+    // One record in twenty has the magic's first byte.
+    has_first_byte(record) && has_first_two_bytes(record, rest)
+}
+
+/// Whether the magic's first byte is among them, four at a time.
+#[inline(always)]
+fn has_first_byte(record: &[u8; Record::BYTES]) -> bool {
     const ONES: u32 = u32::from_ne_bytes([1; 4]);
     const TOPS: u32 = u32::from_ne_bytes([0x80; 4]);
     const FIRST: u32 = u32::from_ne_bytes([MAGIC[0]; 4]);
     let (words, _) = record.as_chunks::<4>();
     let zero_byte = |word: u32| word.wrapping_sub(ONES) & !word & TOPS;
     words.iter().fold(0, |any, &word| any | zero_byte(u32::from_ne_bytes(word) ^ FIRST)) != 0
+}
+
+#[inline(never)]
+fn has_first_two_bytes(record: &[u8; Record::BYTES], rest: &[u8]) -> bool {
+    let next = record.iter().skip(1).map(Some).chain([rest.first()]);
+    // What has not come yet may be anything.
+    let second = |byte: Option<&u8>| byte.is_none_or(|&byte| byte == MAGIC[1]);
+    record.iter().zip(next).any(|(&byte, next)| byte == MAGIC[0] && second(next))
 }

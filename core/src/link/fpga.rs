@@ -30,7 +30,7 @@ pub enum FpgaError<S, P> {
     TimedOut,
 }
 
-/// A matcher on SPI with chip select and a data-ready line. About 450 bytes of RAM.
+/// A matcher on SPI with chip select and a data-ready line. Below 512 bytes of RAM.
 ///
 /// * `SPI`: an [`SpiDevice`]; the largest read is 256 bytes.
 /// * `RDY`: an [`InputPin`], high while a whole frame waits; anything for a caller with an interrupt.

@@ -28,7 +28,7 @@ pub enum StreamError<E> {
     TimedOut,
 }
 
-/// A matcher on a stream of bytes. About 450 bytes of RAM.
+/// A matcher on a stream of bytes. Below 512 bytes of RAM.
 ///
 /// * `R`: an [`embedded_io::Read`] that holds what comes in while nobody reads.
 #[derive(Debug)]

@@ -185,3 +185,9 @@ fn an_overrun_that_the_caller_knows_of_is_counted() {
     assert_eq!(matcher.counters().overruns, 1);
     assert_eq!(matcher.release(), ((), ()));
 }
+
+#[test]
+fn a_driver_takes_less_than_512_bytes() {
+    let size = size_of::<FpgaMatcher<(), ()>>();
+    assert!(size < 512, "{size}");
+}
