@@ -3,8 +3,12 @@
 use embedded_storage::nor_flash::NorFlash;
 
 use super::entry::{Found, HEADER, Header, TAIL};
-use super::pages::{CHUNK, Pages};
+use super::pages::Pages;
 
+/// Most bytes that are written at a time: a page of common SPI flash.
+const WRITTEN: usize = 256;
+/// Most bytes that are read at a time: at the depth of the stack where it is read, less is more.
+const READ: usize = 128;
 /// Attempts at a read: a bus may fail once.
 const ATTEMPTS: u8 = 3;
 
@@ -66,10 +70,10 @@ impl<F: NorFlash> Medium<F> {
     /// End of what is written in a page, in whole words: what cannot be read counts as written.
     #[inline(never)]
     pub(super) fn written_end(&mut self, page: u32) -> u32 {
-        let mut chunk = Chunk([0; CHUNK]);
+        let mut chunk = Chunk([0; READ]);
         let size = index(self.pages.size());
-        for offset in (0..size).step_by(CHUNK).rev() {
-            let bytes = CHUNK.min(size.saturating_sub(offset));
+        for offset in (0..size).step_by(READ).rev() {
+            let bytes = READ.min(size.saturating_sub(offset));
             let Some(part) = chunk.0.get_mut(..bytes) else { continue };
             let address = page.saturating_add(offset32(offset));
             let written = match self.read(address, part) {
@@ -96,9 +100,9 @@ impl<F: NorFlash> Medium<F> {
         let length = usize::from(subject.length);
         let mut digest = subject.digest();
         let mut tail = [0; TAIL];
-        let mut chunk = Chunk([0; CHUNK]);
-        for offset in (0..total).step_by(CHUNK) {
-            let bytes = CHUNK.min(total.saturating_sub(offset));
+        let mut chunk = Chunk([0; READ]);
+        for offset in (0..total).step_by(READ) {
+            let bytes = READ.min(total.saturating_sub(offset));
             let Some(part) = chunk.0.get_mut(..bytes) else { continue };
             self.read(place.address.saturating_add(offset32(offset)), part)?;
             let within = |at: usize| at.saturating_sub(offset).min(bytes);
@@ -126,9 +130,9 @@ impl<F: NorFlash> Medium<F> {
             digest.update(payload);
             tail = digest.finalize().to_le_bytes();
         }
-        let mut chunk = Chunk([0; CHUNK]);
-        for offset in (0..total).step_by(CHUNK) {
-            let Some(part) = chunk.0.get_mut(..CHUNK.min(total.saturating_sub(offset))) else {
+        let mut chunk = Chunk([0; WRITTEN]);
+        for offset in (0..total).step_by(WRITTEN) {
+            let Some(part) = chunk.0.get_mut(..WRITTEN.min(total.saturating_sub(offset))) else {
                 continue;
             };
             match source {

@@ -11,9 +11,9 @@
 //! is written twice.
 //!
 //! Cost of a save, an entry being the payload and 28 bytes in whole words: a write for each 256 bytes of
-//! it, and as many reads twice. If the page is full: all pages are read, one is erased, and two entries of each kind
-//! written. A load reads one entry; [`Store::open`] reads all pages. Buffers: the caller's, and 256 bytes
-//! of stack.
+//! it and a read for each 128. If the page is full: all pages are read, one is erased, and two entries
+//! of each kind written. A load reads one entry, [`Store::open`] all pages. Buffers: the caller's, and
+//! 256 bytes of stack.
 //!
 //! Endurance: 2 sectors of 128 kB, 10,000 cycles, 1 kB of factory data and 2 kB of state: 61 saves to an
 //! erasure, 1.2 million in all. One a minute lasts 2.3 years, one in ten minutes 23 years.

@@ -6,9 +6,6 @@ use embedded_storage::nor_flash::{NorFlash, NorFlashError};
 
 use super::error::OpenError;
 
-/// Most bytes that are read or written at a time.
-pub(super) const CHUNK: usize = 256;
-
 /// The pages, each of one or more erase blocks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Pages {

@@ -5,6 +5,7 @@ use core::time::Duration;
 use super::error::PolicyError;
 use crate::calibrator::Calibrator;
 use crate::extrinsics::Extrinsics;
+use crate::information::StandardDeviations;
 use crate::metrics::{baseline_angle, rotation_angle};
 use crate::proposal::Proposal;
 use crate::scalar::Scalar;
@@ -30,7 +31,32 @@ pub enum SaveReason {
 struct Saved<T: Scalar> {
     state: State,
     generation: u32,
-    estimate: Option<(Extrinsics<T>, u32)>,
+    estimate: Option<Estimate<T>>,
+}
+
+/// What of a proposal counts here.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Estimate<T: Scalar> {
+    extrinsics: Extrinsics<T>,
+    pairs: u32,
+    sd: StandardDeviations<T>,
+}
+
+impl<T: Scalar> Estimate<T> {
+    /// Out of line: a whole proposal is not to stay on the stack.
+    #[inline(never)]
+    fn of<const N: usize>(calibrator: &Calibrator<T, N>) -> Option<Self> {
+        let Proposal { extrinsics, pairs, sd, .. } = calibrator.proposal()?;
+        Some(Self { extrinsics, pairs, sd })
+    }
+
+    /// By more than its own claimed deviation, in `R` or in `t`.
+    #[inline(never)]
+    fn has_moved_from(&self, old: &Extrinsics<T>) -> bool {
+        let Self { extrinsics: new, sd, .. } = self;
+        rotation_angle(new.rotation(), old.rotation()) > sd.rotation
+            || baseline_angle(new.translation(), old.translation()) > sd.translation
+    }
 }
 
 /// Says when to save, at most once in the shortest interval. It has no clock: time is a [`Duration`]
@@ -139,7 +165,7 @@ impl<T: Scalar> SavePolicy<T> {
     /// Notes that the calibrator is now what the store holds. The next save does not wait.
     #[inline(never)]
     pub fn restored<const N: usize>(&mut self, calibrator: &Calibrator<T, N>) {
-        let estimate = calibrator.proposal().map(|p| (p.extrinsics, p.pairs));
+        let estimate = Estimate::of(calibrator);
         let (state, generation) = (calibrator.state(), calibrator.generation());
         self.saved = Some(Saved { state, generation, estimate });
     }
@@ -157,13 +183,13 @@ impl<T: Scalar> SavePolicy<T> {
         if calibrator.generation() != saved.generation {
             return Some(SaveReason::InUse);
         }
-        let proposal = calibrator.proposal().filter(|_| locked)?;
-        let Some((extrinsics, pairs)) = &saved.estimate else { return Some(SaveReason::Moved) };
-        if has_moved(&proposal, extrinsics) {
+        let new = Estimate::of(calibrator).filter(|_| locked)?;
+        let Some(old) = &saved.estimate else { return Some(SaveReason::Moved) };
+        if new.has_moved_from(&old.extrinsics) {
             return Some(SaveReason::Moved);
         }
-        let new = proposal.pairs != *pairs || proposal.extrinsics != *extrinsics;
-        (overdue && new).then_some(SaveReason::Overdue)
+        let has_news = new.pairs != old.pairs || new.extrinsics != old.extrinsics;
+        (overdue && has_news).then_some(SaveReason::Overdue)
     }
 }
 
@@ -171,11 +197,4 @@ impl<T: Scalar> Default for SavePolicy<T> {
     fn default() -> Self {
         Self::new()
     }
-}
-
-/// By more than the claimed deviation, in `R` or in `t`.
-fn has_moved<T: Scalar>(proposal: &Proposal<T>, from: &Extrinsics<T>) -> bool {
-    let to = &proposal.extrinsics;
-    rotation_angle(to.rotation(), from.rotation()) > proposal.sd.rotation
-        || baseline_angle(to.translation(), from.translation()) > proposal.sd.translation
 }

@@ -104,17 +104,18 @@ impl<F: NorFlash> Store<F> {
         Ok(())
     }
 
-    /// The page after the one in use, or the next one without which a record of each kind is left, and
-    /// what those are. `skip`: how many of them have failed.
+    /// The page after the one in use, or a later one, that has none of the newest records, and what those
+    /// are. `skip`: how many such pages have failed.
     ///
-    /// At worst one without which none of `kind` is left: only if there is no other.
+    /// Where several faults left no such page: one without which an older record of each kind is left, and
+    /// at worst none of `kind`.
     #[inline(never)]
     fn page_to_erase(
         &mut self,
         kind: Kind,
         mut skip: u32,
     ) -> Option<(u32, PerKind<Option<Place>>)> {
-        for strict in [true, false] {
+        for leniency in 0..3_u8 {
             let mut page = self.survey.base;
             for _ in 0..CANDIDATES.min(self.medium.pages.count()) {
                 let candidate = self.medium.pages.after(page);
@@ -123,9 +124,10 @@ impl<F: NorFlash> Store<F> {
                     continue;
                 }
                 let live = Survey::of(&mut self.medium, page).live;
-                let spared = |other: Kind| {
-                    let had = self.survey.live.of(other).is_some();
-                    !had || live.of(other).is_some() || (!strict && other == kind)
+                let spared = |other: Kind| match (self.survey.live.of(other), live.of(other)) {
+                    (None, _) => true,
+                    (Some(had), Some(left)) => leniency > 0 || had == left,
+                    (Some(_), None) => leniency > 1 && other == kind,
                 };
                 if KINDS.into_iter().all(spared) {
                     if skip == 0 {

@@ -3,6 +3,9 @@
 //! It panics where the store breaks the rules of NOR flash: words written twice, ranges not of whole
 //! words or blocks. What power was lost in is undefined as the driver's contract says.
 
+use std::cell::Cell;
+use std::rc::Rc;
+
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
@@ -14,6 +17,8 @@ use rand_chacha::ChaCha8Rng;
 pub enum Fault {
     /// Power is off.
     NoPower,
+    /// The bus does not work.
+    Deaf,
     /// The word was torn, and does not take another one.
     Torn,
     /// The word was torn, and its ECC does not fit.
@@ -65,6 +70,8 @@ pub struct Flash<const W: usize, const E: usize> {
     pub erased: Vec<u32>,
     /// Block that takes no more words, and whether it says so.
     pub worn: Option<(usize, bool)>,
+    /// Nothing can be read.
+    pub is_deaf: Rc<Cell<bool>>,
     /// One read in so many has a wrong bit.
     pub flaky: Option<u32>,
     /// A byte that rots after so many reads, and its wrong bits. The store may write onto it unawares.
@@ -97,6 +104,7 @@ impl<const W: usize, const E: usize> Flash<W, E> {
             power_for: None,
             operations: 0,
             worn: None,
+            is_deaf: Rc::default(),
             flaky: None,
             rot: None,
             tear: Tear::Word,
@@ -171,6 +179,9 @@ impl<const W: usize, const E: usize> ReadNorFlash for Flash<W, E> {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Fault> {
         self.has_power()?;
+        if self.is_deaf.get() {
+            return Err(Fault::Deaf);
+        }
         let start = offset as usize;
         assert!(start.is_multiple_of(Self::READ_SIZE), "a read not aligned");
         assert!(bytes.len().is_multiple_of(Self::READ_SIZE), "a read not of whole words");

@@ -79,7 +79,11 @@ proptest! {
         }
         let next = save(Kind::State, 50, 40);
         if perform(&mut store, &next).is_ok() {
-            prop_assert_eq!(content(&mut store), held.after(&next));
+            let now = content(&mut store);
+            prop_assert_eq!(&now.state, &next.payload);
+            // After several faults it may be an older one.
+            prop_assert_eq!(now.factory.is_some(), held.factory.is_some());
+            prop_assert!(now.factory.is_none_or(|found| ever.contains(&found)));
         }
     }
 

@@ -133,6 +133,22 @@ fn a_page_that_is_worn_out_is_passed_over_and_if_there_is_no_other_the_records_s
 }
 
 #[test]
+fn what_could_not_be_read_when_the_store_was_opened_is_not_overwritten() {
+    let mut store = open(Small::new(3, 1), 1);
+    let factory = save(Kind::Factory, 1, 50);
+    perform(&mut store, &factory).unwrap();
+    let flash = store.close();
+    let is_deaf = flash.is_deaf.clone();
+    is_deaf.set(true);
+    let mut store = open(flash, 1);
+    assert_eq!(load(&mut store, Kind::Factory), Err(LoadError::Flash(Fault::Deaf)));
+    is_deaf.set(false);
+    let state = save(Kind::State, 2, 50);
+    perform(&mut store, &state).unwrap();
+    assert_eq!(content(&mut store), Content::default().after(&factory).after(&state));
+}
+
+#[test]
 fn pages_wear_alike_and_last_as_documented() {
     let mut store = open(Flash::<32, 0x2_0000>::new(3, 1), 1);
     store.save(Kind::Factory, &[1; 1024]).unwrap();
