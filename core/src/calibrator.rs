@@ -198,10 +198,16 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         };
         self.rejection = fused.err().map(Rejection::Refused);
         if self.config.applies_itself && fused.is_ok() {
-            // Where it may not, it stays as it is; the proposal says why.
-            let _ = self.apply();
+            self.try_apply();
         }
         fused
+    }
+
+    /// Where it may not, it stays as it is; the proposal says why. By itself: what is returned would lie
+    /// on the stack of its caller.
+    #[inline(never)]
+    fn try_apply(&mut self) {
+        let _ = self.apply();
     }
 
     /// How far the estimate can be relied on.

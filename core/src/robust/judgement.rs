@@ -67,30 +67,31 @@ impl<T: Scalar> Outlook<T> {
         pairs: &[RayPair<T>],
         judged: &mut Judged<T>,
     ) -> Result<(), PairError> {
-        let Judged { evidence, tally, speaks_of_baseline } = judged;
-        let Evidence { pose, moments, halves: [left, upper], noise, share } = evidence;
+        // A copy, which the compiler knows that nobody else looks at.
+        let mut tally = Tally::NONE;
         let mut gradient = Vector5::zeros();
         let mut weights = [T::ZERO; 2];
         let whitening = Whitening::at(&self.pose);
+        let Judged { evidence, tally: counted, speaks_of_baseline } = judged;
+        let Evidence { pose, moments, halves: [left, upper], noise, share } = evidence;
         *pose = self.pose;
         for pair in pairs {
-            let Some(member) = self.judge_one(&whitening, pair, tally) else {
-                continue;
-            };
-            let Member { w, precision, row, sight, variance } = &member;
-            let precise = *w * *precision;
-            let [x, y] = pair.left();
-            if x < T::ZERO {
-                left.add_row(precise, row.offset, &row.jacobian);
+            if let Some(member) = self.judge_one(&whitening, pair, &mut tally) {
+                let Member { w, precision, row, sight, variance } = &member;
+                let precise = *w * *precision;
+                let [x, y] = pair.left();
+                if x < T::ZERO {
+                    left.add_row(precise, row.offset, &row.jacobian);
+                }
+                if y < T::ZERO {
+                    upper.add_row(precise, row.offset, &row.jacobian);
+                }
+                add_pull(&mut gradient, precise * row.offset, &row.jacobian);
+                moments.add_sight(precise, sight);
+                let [sum, variances] = &mut weights;
+                *sum += *w;
+                *variances += *w * *variance;
             }
-            if y < T::ZERO {
-                upper.add_row(precise, row.offset, &row.jacobian);
-            }
-            add_pull(&mut gradient, precise * row.offset, &row.jacobian);
-            moments.add_sight(precise, sight);
-            let [sum, variances] = &mut weights;
-            *sum += *w;
-            *variances += *w * *variance;
         }
         moments.set_gradient(&gradient);
         let [sum, variances] = weights;
@@ -98,6 +99,7 @@ impl<T: Scalar> Outlook<T> {
         *speaks_of_baseline = moments.speaks_of_baseline(variance);
         *noise = self.noise_of(tally.near_squares(), tally.near());
         *share = tally.inliers();
+        *counted = tally;
         self.check(tally.usable)?;
         if moments.is_finite() && noise.is_finite() { Ok(()) } else { Err(PairError::Unobservable) }
     }

@@ -35,16 +35,15 @@ impl<T: Scalar> Tally<T> {
     pub(super) fn count(&mut self, squared: T, spread: &Spread<T>) {
         self.usable += 1;
         let [two, three, four] = &mut self.within;
-        if !spread.is_within(T::lit(4.0), squared) {
-            return;
-        }
-        *four += 1;
-        if spread.is_within(T::lit(3.0), squared) {
-            *three += 1;
-        }
-        if spread.is_within(T::lit(2.0), squared) {
-            *two += 1;
-            self.near_squares += spread.noise_squared(squared);
+        if spread.is_within(T::lit(4.0), squared) {
+            *four += 1;
+            if spread.is_within(T::lit(3.0), squared) {
+                *three += 1;
+            }
+            if spread.is_within(T::lit(2.0), squared) {
+                *two += 1;
+                self.near_squares += spread.noise_squared(squared);
+            }
         }
     }
 

@@ -49,8 +49,10 @@ pub struct Tally {
     pub missed_next: u64,
     /// Whole on the wire after a whole one, and not handed out: must be 0.
     pub missed: u64,
-    /// Of those handed out: damaged, in bytes that did not matter to them.
+    /// Lost their ends, which the first bytes of the next frames happened to be: handed out as sent.
     pub mended: u64,
+    /// Whole on the wire, and not handed out because the frame before took their first bytes so.
+    pub robbed: u64,
 }
 
 impl Tally {
@@ -70,6 +72,7 @@ impl Tally {
             missed_next: self.missed_next + other.missed_next,
             missed: self.missed + other.missed,
             mended: self.mended + other.mended,
+            robbed: self.robbed + other.robbed,
         }
     }
 
@@ -129,6 +132,8 @@ struct Receiver {
     decoder: Decoder,
     matches: Vec<Correspondence<f32>>,
     expected: VecDeque<Expected>,
+    /// Whether the last frame that nothing more can come of was mended.
+    mended: bool,
     tally: Tally,
 }
 
@@ -138,6 +143,7 @@ impl Receiver {
             decoder: Decoder::new(),
             matches: Vec::new(),
             expected: VecDeque::new(),
+            mended: false,
             tally: Tally::default(),
         }
     }
@@ -160,13 +166,15 @@ impl Receiver {
     fn settle(&mut self) {
         let Some(oldest) = self.expected.pop_front() else { return };
         let whole = matches!(oldest.sent, Sent::Intact | Sent::Repeated);
-        match (whole, oldest.seen, oldest.after_whole) {
-            (true, true, _) => self.tally.decoded += 1,
-            (true, false, true) => self.tally.missed += 1,
-            (true, false, false) => self.tally.missed_next += 1,
-            (false, true, _) => self.tally.mended += 1,
-            (false, false, _) => (),
-        }
+        let after_mended = std::mem::replace(&mut self.mended, !whole && oldest.seen);
+        *match (whole, oldest.seen, oldest.after_whole) {
+            (true, true, _) => &mut self.tally.decoded,
+            (true, false, true) => &mut self.tally.missed,
+            (true, false, false) if after_mended => &mut self.tally.robbed,
+            (true, false, false) => &mut self.tally.missed_next,
+            (false, true, _) => &mut self.tally.mended,
+            (false, false, _) => return,
+        } += 1;
     }
 
     fn take(&mut self, mut bytes: &[u8], rng: &mut ChaCha8Rng) {
@@ -263,7 +271,8 @@ mod tests {
         assert!(tally.is_good(), "{tally:?}");
         assert!(tally.damaged > 3000 && tally.dropped > 800 && tally.repeated > 600, "{tally:?}");
         assert_eq!(tally.frames, 20_000);
-        assert_eq!(tally.decoded + tally.damaged + tally.dropped, tally.frames);
+        let lost = tally.damaged - tally.mended + tally.robbed + tally.dropped;
+        assert_eq!(tally.decoded + tally.mended + lost, tally.frames);
     }
 
     #[test]
