@@ -43,11 +43,12 @@ struct Estimate<T: Scalar> {
 }
 
 impl<T: Scalar> Estimate<T> {
-    /// Out of line: a whole proposal is not to stay on the stack.
+    /// Out of line: a whole proposal is not to stay on the stack. Borrowed: nor is a second one.
     #[inline(never)]
     fn of<const N: usize>(calibrator: &Calibrator<T, N>) -> Option<Self> {
-        let Proposal { extrinsics, pairs, sd, .. } = calibrator.proposal()?;
-        Some(Self { extrinsics, pairs, sd })
+        let proposal = calibrator.proposal();
+        let Proposal { extrinsics, pairs, sd, .. } = proposal.as_ref()?;
+        Some(Self { extrinsics: *extrinsics, pairs: *pairs, sd: *sd })
     }
 
     /// By more than its own claimed deviation, in `R` or in `t`.

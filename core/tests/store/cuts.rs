@@ -185,8 +185,10 @@ fn a_cut_at_any_word_of_64_bytes_leaves_the_old_record_or_the_new_one() {
 
 #[test]
 fn nothing_is_written_onto_bytes_of_a_torn_header_that_look_erased() {
-    let mut store = open(Flash::<1, 2048>::new(3, 9), 1);
-    for number in 0..300 {
+    let mut flash = Flash::<1, 2048>::new(3, 9);
+    flash.tear = Tear::Hidden;
+    let mut store = open(flash, 1);
+    for number in 0..500 {
         let step = save(Kind::State, number, 5);
         perform(&mut store, &step).unwrap();
         let held = content(&mut store);

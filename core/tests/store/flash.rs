@@ -3,7 +3,7 @@
 //! It panics where the store breaks the rules of NOR flash: words written twice, ranges not of whole
 //! words or blocks. What power was lost in is undefined as the driver's contract says.
 
-use std::cell::Cell;
+use core::cell::Cell;
 use std::rc::Rc;
 
 use embedded_storage::nor_flash::{

@@ -166,6 +166,13 @@ fn pages_wear_alike_and_last_as_documented() {
 }
 
 #[test]
+fn a_store_takes_a_fifth_of_a_kib_beside_its_driver() {
+    let bytes = size_of::<Store<Small>>() - size_of::<Small>();
+    println!("{bytes} bytes");
+    assert!(bytes <= 200);
+}
+
+#[test]
 fn room_is_told_to_the_byte() {
     let mut store = open(Small::new(3, 1), 1);
     assert_eq!((store.wear().room, store.wear().erasures), (0, 0));
