@@ -28,7 +28,7 @@ use crate::scalar::Scalar;
 /// let mut buffer = [0; Calibrator::<f32, 256>::SNAPSHOT_BYTES];
 ///
 /// // At start. What to do without factory calibration is the firmware's to say.
-/// let made = keeper.factory(&mut buffer).ok()?.unwrap()?;
+/// let made = keeper.factory(&mut buffer).ok()??;
 /// let mut calibrator = Calibrator::<f32, 256>::new(Config::robust());
 /// calibrator.set_cameras(made.cameras);
 /// calibrator.set_factory(made.extrinsics);
