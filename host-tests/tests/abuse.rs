@@ -1,5 +1,8 @@
 //! The fuzz targets' harnesses under random bytes, on any toolchain.
 
+use std::fs;
+use std::path::Path;
+
 use host_tests::abuse::{abuse, abuse_decoder, abuse_frames, abuse_record, abuse_store};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -10,6 +13,26 @@ fn random_bytes_into(harness: fn(&[u8]), runs: usize) {
         let mut bytes = vec![0; rng.random_range(0..2048)];
         rng.fill_bytes(&mut bytes);
         harness(&bytes);
+    }
+}
+
+/// What the fuzzer starts from, and what once broke a promise.
+#[test]
+fn the_corpus_breaks_no_promise() {
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
+    let harnesses: [(&str, fn(&[u8])); 5] = [
+        ("calibrator", abuse),
+        ("decoder", abuse_decoder),
+        ("frames", abuse_frames),
+        ("record", abuse_record),
+        ("store", |bytes| abuse_store(bytes, |_, _| ())),
+    ];
+    for (target, harness) in harnesses {
+        let inputs = fs::read_dir(corpus.join(target)).unwrap();
+        let read = |input: std::io::Result<fs::DirEntry>| fs::read(input.unwrap().path()).unwrap();
+        let inputs: Vec<_> = inputs.map(read).collect();
+        assert!(inputs.len() > 5, "{target}");
+        inputs.iter().for_each(|bytes| harness(bytes));
     }
 }
 
