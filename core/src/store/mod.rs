@@ -50,7 +50,7 @@ const LOADS: u8 = 3;
 
 /// The flash, read through.
 ///
-/// RAM: the driver and about 200 bytes.
+/// RAM: the driver and about 130 bytes.
 #[derive(Debug)]
 pub struct Store<F: NorFlash> {
     medium: Medium<F>,
