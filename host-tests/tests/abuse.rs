@@ -19,8 +19,9 @@ fn random_bytes_into(harness: fn(&[u8]), runs: usize) {
 /// What the fuzzer starts from, and what once broke a promise.
 #[test]
 fn the_corpus_breaks_no_promise() {
+    type Harness = fn(&[u8]);
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
-    let harnesses: [(&str, fn(&[u8])); 5] = [
+    let harnesses: [(&str, Harness); 5] = [
         ("calibrator", abuse),
         ("decoder", abuse_decoder),
         ("frames", abuse_frames),
@@ -32,7 +33,9 @@ fn the_corpus_breaks_no_promise() {
         let read = |input: std::io::Result<fs::DirEntry>| fs::read(input.unwrap().path()).unwrap();
         let inputs: Vec<_> = inputs.map(read).collect();
         assert!(inputs.len() > 5, "{target}");
-        inputs.iter().for_each(|bytes| harness(bytes));
+        for bytes in &inputs {
+            harness(bytes);
+        }
     }
 }
 

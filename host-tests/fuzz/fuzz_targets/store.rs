@@ -1,4 +1,4 @@
-//! Any flash, any sequence of operations: `cargo +nightly fuzz run store` in `host-tests`.
+//! Any flash, any sequence of operations: `cargo fuzz run --sanitizer none store` in `host-tests`.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| host_tests::abuse::abuse_store(bytes, |_, _| ()));

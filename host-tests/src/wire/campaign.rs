@@ -132,7 +132,7 @@ struct Receiver {
     decoder: Decoder,
     matches: Vec<Correspondence<f32>>,
     expected: VecDeque<Expected>,
-    /// Whether the last frame that nothing more can come of was mended.
+    /// Whether the last frame on the wire that nothing more can come of was mended.
     mended: bool,
     tally: Tally,
 }
@@ -166,7 +166,10 @@ impl Receiver {
     fn settle(&mut self) {
         let Some(oldest) = self.expected.pop_front() else { return };
         let whole = matches!(oldest.sent, Sent::Intact | Sent::Repeated);
-        let after_mended = std::mem::replace(&mut self.mended, !whole && oldest.seen);
+        let after_mended = self.mended;
+        if oldest.sent != Sent::Dropped {
+            self.mended = !whole && oldest.seen;
+        }
         *match (whole, oldest.seen, oldest.after_whole) {
             (true, true, _) => &mut self.tally.decoded,
             (true, false, true) => &mut self.tally.missed,
