@@ -11,7 +11,10 @@
 //!
 //! Start at [`Calibrator`]. Data flows one way: [`Camera`] makes rays of pixels, a [`Batch`] holds
 //! them, a solver turns a batch into a [`PairReport`], the reports come to a [`Proposal`], and
-//! [`Health`] says whether to rely on it. Module [`link`] brings a matcher's frames into the batch.
+//! [`Health`] says whether to rely on it.
+//!
+//! Beside it stand [`link`], which takes a matcher's frames in, and [`store`], which keeps what was learnt
+//! in flash; nothing of the mathematics depends on them.
 
 #![no_std]
 #![forbid(unsafe_code)]
