@@ -131,12 +131,13 @@ impl Decoder {
             }
             Err(_) => {
                 count(&mut self.counters.foreign);
-                let dropped = self.window.clear();
+                let dropped = self.window.slide();
                 self.skip(dropped.into());
                 None
             }
             Ok(header) => {
-                self.window.clear();
+                // The next frame may begin with the last byte, where this one is cut off right there.
+                self.window.slide();
                 let seen = self.last == Some(header.sequence);
                 let fate = if seen { Fate::Repeat } else { Fate::Taken };
                 self.frame = Some(Frame::new(header, bytes, fate));
@@ -176,12 +177,12 @@ impl Decoder {
 
     fn finish(&mut self, whole: bool) -> Option<Event> {
         let frame = self.frame.take()?;
+        // The window stays: the next frame may have begun within the last bytes, also of one that is whole
+        // because it was cut off where the next begins with the same.
         if !whole {
-            // The window stays: the next frame may have begun within the last bytes.
             count(&mut self.counters.bad_crc);
             return frame.is_known().then_some(Event::Discarded(Damage::Crc));
         }
-        self.window.clear();
         if frame.fate == Fate::Repeat {
             count(&mut self.counters.repeats);
             return None;

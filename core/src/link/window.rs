@@ -65,9 +65,4 @@ impl Window {
         }
         dropped
     }
-
-    /// Drops all; how many.
-    pub(super) fn clear(&mut self) -> u8 {
-        core::mem::take(&mut self.held)
-    }
 }

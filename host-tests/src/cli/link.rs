@@ -20,9 +20,7 @@ const FAULTS: Faults = Faults { damaged: 0.2, dropped: 0.02, repeated: 0.02, noi
 ///
 /// Frames of 0 to 512 matches with any content, in pieces of any length. Unless said otherwise 20 % of
 /// them are damaged, 2 % dropped, 2 % repeated, and noise follows 5 %. The run fails if anything is
-/// handed out that was not sent so, or if a frame is lost that was on the wire whole. One exception, which
-/// no receiver can tell: where the last bytes of a frame are lost and the next one begins with the same,
-/// the former comes out, as sent, and the latter does not.
+/// handed out that was not sent so, or if a frame is lost that was on the wire whole.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal link
@@ -75,7 +73,6 @@ fn print(tally: &Tally) -> Result<()> {
         ("received whole and lost, after a whole one", tally.missed),
         ("received whole and lost, after another one", tally.missed_next),
         ("without its end, which followed, handed out", tally.mended),
-        ("  received whole and lost to one of these", tally.robbed),
     ] {
         writeln!(out, "{what:<45} {count:>12}")?;
     }
