@@ -32,6 +32,8 @@ use super::window::Window;
 pub struct Decoder {
     window: Window,
     frame: Option<Frame>,
+    /// Bytes in the window that were of a whole frame.
+    claimed: usize,
     /// Sequence number of the last whole frame.
     last: Option<u32>,
     counters: Counters,
@@ -41,7 +43,13 @@ impl Decoder {
     /// A decoder in search of its first frame.
     #[must_use]
     pub const fn new() -> Self {
-        Self { window: Window::new(), frame: None, last: None, counters: Counters::NONE }
+        Self {
+            window: Window::new(),
+            frame: None,
+            claimed: 0,
+            last: None,
+            counters: Counters::NONE,
+        }
     }
 
     /// Goes on to the next event, and takes what was used off the front of `bytes`.
@@ -107,7 +115,9 @@ impl Decoder {
     }
 
     fn skip(&mut self, bytes: usize) {
-        let bytes = u32::try_from(bytes).unwrap_or(u32::MAX);
+        let of_a_frame = bytes.min(self.claimed);
+        self.claimed = self.claimed.saturating_sub(bytes);
+        let bytes = u32::try_from(bytes.saturating_sub(of_a_frame)).unwrap_or(u32::MAX);
         self.counters.skipped_bytes = self.counters.skipped_bytes.saturating_add(bytes);
     }
 
@@ -138,6 +148,7 @@ impl Decoder {
             Ok(header) => {
                 // The next frame may begin with the last byte, where this one is cut off right there.
                 self.window.slide();
+                self.claimed = 0;
                 let seen = self.last == Some(header.sequence);
                 let fate = if seen { Fate::Repeat } else { Fate::Taken };
                 self.frame = Some(Frame::new(header, bytes, fate));
@@ -179,6 +190,7 @@ impl Decoder {
         let frame = self.frame.take()?;
         // The window stays: the next frame may have begun within the last bytes, also of one that is whole
         // because it was cut off where the next begins with the same.
+        self.claimed = if whole { self.window.held() } else { 0 };
         if !whole {
             count(&mut self.counters.bad_crc);
             return frame.is_known().then_some(Event::Discarded(Damage::Crc));
