@@ -320,6 +320,10 @@ impl<T: Scalar> Estimator<T> {
                     (halves > baseline).then_some(Doubt::Baseline)
                 };
                 let covariance = filter.reported(&lineage)?;
+                let sd = StandardDeviations::of(&covariance);
+                if !(sd.rotation.is_finite() && sd.translation.is_finite()) {
+                    return None;
+                }
                 let extrinsics = filter.pose().extrinsics().ok()?;
                 let applicable = if doubt == Some(Doubt::Baseline) {
                     filter.with_baseline_of(in_use)?
@@ -330,7 +334,7 @@ impl<T: Scalar> Estimator<T> {
                     extrinsics,
                     applicable,
                     pairs: filter.pairs(),
-                    sd: StandardDeviations::of(&covariance),
+                    sd,
                     covariance: Some(covariance.matrix()),
                     state: supervisor.state(),
                     doubt,

@@ -17,6 +17,9 @@ const HEALTHY: f64 = 2.0;
 /// What models of the first order may be wrong by, in deviations of the estimate.
 const NEAR: f64 = 0.1;
 
+/// More disagreement than this is not told apart: its square must not overflow.
+const LARGEST: f64 = 1e4;
+
 /// Sums over the image halves, about the pose of the estimate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Halves<T> {
@@ -114,7 +117,8 @@ impl<T: Scalar> Halves<T> {
             let other = all.less(half).about(&x).pulled(lineage.prior);
             one.distance(&other).unwrap_or(T::ZERO)
         };
-        (distance(left).max(distance(top)).max(T::ZERO) / T::lit(5.0)).sqrt()
+        let worse = (distance(left).max(distance(top)).max(T::ZERO) / T::lit(5.0)).sqrt();
+        worse.min(T::lit(LARGEST))
     }
 
     /// Information about the turn of `R` about x in each sum.
