@@ -3,6 +3,7 @@
 
 use assert_cmd::Command;
 use host_tests::dataset::{Dataset, Match};
+use host_tests::evaluation::in_f64;
 use host_tests::wire::{Faults, FaultyWire, Recording, Sender, Sent};
 use stereo_selfcal::link::{Decoder, Received};
 use stereo_selfcal::{Calibrator, Config, Correspondence};
@@ -178,6 +179,47 @@ fn a_recorded_stream_replays_as_the_set_it_is_of_and_a_damaged_one_as_what_is_le
     assert!(!good && why.contains("images"), "{why}");
     let (good, _, why) = selfcal(&["replay", "aloe_sift", "--rig", "aloe_sift"]);
     assert!(!good && why.contains("rig of its own"), "{why}");
+}
+
+#[test]
+fn a_stream_replays_to_the_bits_of_the_controller_that_received_it() {
+    let set = set("opencv_chess_sift");
+    let sender = Sender::of(&set).unwrap();
+    let frames = (0..).zip(&set.pairs).flat_map(|(i, pair)| sender.frame(i, pair).0);
+    let bytes: Vec<u8> = frames.collect();
+    // Most pairs have more than it holds.
+    let mut controller = Box::new(Calibrator::<f32, 128>::new(Config::robust()));
+    controller.set_cameras(set.cameras().unwrap());
+    let (mut rest, mut decoder) = (&bytes[..], Decoder::new());
+    while decoder.feed(&mut rest, &mut *controller).unwrap().is_some() {
+        let report = controller.solve_pair().unwrap();
+        let _ = controller.fuse(&report);
+        controller.clear_pair();
+    }
+    let expected = in_f64(&controller.proposal().unwrap().extrinsics);
+
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("flight.scmf");
+    std::fs::write(&file, bytes).unwrap();
+    let replayed = |capacity: &str| -> Vec<f64> {
+        let (good, out, why) = selfcal(&[
+            "replay",
+            file.to_str().unwrap(),
+            "--rig",
+            "opencv_chess_sift",
+            "--capacity",
+            capacity,
+            "--json",
+        ]);
+        assert!(good, "{why}");
+        let object: serde_json::Value = serde_json::from_str(&out).unwrap();
+        let numbers = [&object["R"], &object["t"]].map(|part| part.as_array().unwrap().clone());
+        numbers.concat().iter().map(|x| x.as_f64().unwrap()).collect()
+    };
+    let r = expected.rotation_row_major();
+    let expected: Vec<f64> = r.iter().chain(expected.translation().iter()).copied().collect();
+    assert_eq!(replayed("128"), expected);
+    assert_ne!(replayed("256"), expected);
 }
 
 #[test]

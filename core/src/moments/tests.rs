@@ -2,6 +2,7 @@
 
 extern crate std;
 
+use super::turning::split;
 use super::*;
 use crate::residual::tests::pose;
 use nalgebra::Vector3;

@@ -1,16 +1,17 @@
 //! One hypothesis about the rig: the sums of the pairs that agree with it, and its optimum over them.
 
+mod memory;
+
 use nalgebra::Vector5;
 
 use super::Lineage;
 use super::halves::Halves;
 use super::optimum::{Optimum, STEPS};
-use crate::error::{Refusal, RestoreError};
+use crate::error::Refusal;
 use crate::extrinsics::Extrinsics;
 use crate::information::{Information, StandardDeviations};
 use crate::moments::Moments;
 use crate::quadratic::Quadratic;
-use crate::record::{Reader, Writer};
 use crate::rectification::RectifyingRotations;
 use crate::robust::{Evidence, Judged, Known};
 use crate::scalar::Scalar;
@@ -74,10 +75,6 @@ impl<T: Scalar> Advance<T> {
 }
 
 impl<T: Scalar> Filter<T> {
-    /// Numbers and words in a record.
-    pub(super) const NUMBERS: usize = 220;
-    pub(super) const WORDS: usize = 3;
-
     /// No pairs yet: to be founded.
     pub(super) const EMPTY: Self = Self {
         pose: RectifyingRotations::SIDE_BY_SIDE,
@@ -229,44 +226,6 @@ impl<T: Scalar> Filter<T> {
         self.halves = Halves::NONE;
         self.reframe();
         true
-    }
-
-    pub(super) fn write(&self, to: &mut Writer<'_>) {
-        self.pose.write(to);
-        self.frame.write(to);
-        self.settled.write(to);
-        self.last.write(to);
-        self.halves.write(to);
-        self.information.0.write(to);
-        to.numbers(&[self.noise, self.share, self.scatter]);
-        to.numbers(self.drift.iter());
-        to.word(self.pairs);
-    }
-
-    /// In the place of an empty one.
-    #[inline(never)]
-    pub(super) fn read(
-        &mut self,
-        from: &mut Reader<'_>,
-        lineage: &Lineage<T>,
-    ) -> Result<(), RestoreError> {
-        self.pose = RectifyingRotations::read(from)?;
-        self.frame = RectifyingRotations::read(from)?;
-        self.settled.read(from)?;
-        self.last.read(from)?;
-        self.halves.read(from)?;
-        self.information.0.read(from)?;
-        (self.noise, self.share, self.scatter) = (from.size()?, from.size()?, from.size()?);
-        from.numbers(self.drift.iter_mut())?;
-        self.pairs = from.word()?;
-        // What is finite may still be too large to reckon with.
-        let is_finite =
-            |sd: StandardDeviations<T>| sd.rotation.is_finite() && sd.translation.is_finite();
-        if self.pairs > 0 && self.deviations(lineage).is_some_and(is_finite) {
-            Ok(())
-        } else {
-            Err(RestoreError::Absurd)
-        }
     }
 
     fn sums(&self) -> Moments<T> {

@@ -21,7 +21,8 @@ use super::run::RunArgs;
 ///
 /// A stream is a file of the bytes that a matcher sent (stereo_selfcal::link), as `selfcal record` writes
 /// it or a vehicle has logged it; what was damaged on the way is passed over, and counted. The
-/// calibrator takes in the same numbers as that of the vehicle, bit for bit. The cameras, and the
+/// calibrator takes in the same numbers as that of the vehicle, bit for bit, if it has the same room for
+/// them (--capacity). The cameras, and the
 /// extrinsics to compare with, are those of --rig.
 ///
 /// Every pair gets a line: matches taken, RMS row offset of the screened matches at the start and at
@@ -31,7 +32,7 @@ use super::run::RunArgs;
   selfcal replay opencv_chess_corners
   selfcal replay motorcycle_sift --view top --degrees 5
   selfcal replay path/to/my_recording --initial factory.json --scalar f64 --json
-  selfcal replay flight.scmf --rig path/to/meta.json")]
+  selfcal replay flight.scmf --rig path/to/meta.json --capacity 256")]
 pub(crate) struct ReplayArgs {
     /// Folder of a data set, or the name of one that comes with the project: opencv_chess_corners,
     /// opencv_chess_sift, motorcycle_sift, aloe_sift. Or the file of a stream.

@@ -24,6 +24,11 @@ pub(crate) struct RunArgs {
     #[arg(long, value_enum, default_value_t = Number::F32)]
     scalar: Number,
 
+    /// Correspondences a pair that the calibrator has room for; of longer pairs it selects. A recorded
+    /// stream comes to the same bits as on the vehicle with the capacity of the vehicle.
+    #[arg(long, value_enum, default_value_t = Capacity::N2048, value_name = "N")]
+    capacity: Capacity,
+
     /// Central tendency of the pairs' rotation angles in fusion, paper preset.
     #[arg(long, value_enum, default_value_t = Angle::Mean)]
     angle: Angle,
@@ -52,6 +57,23 @@ enum Number {
     F32,
     /// Double precision.
     F64,
+}
+
+/// Capacities are in the type, so there are some.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Capacity {
+    #[value(name = "64")]
+    N64,
+    #[value(name = "128")]
+    N128,
+    #[value(name = "256")]
+    N256,
+    #[value(name = "512")]
+    N512,
+    #[value(name = "1024")]
+    N1024,
+    #[value(name = "2048")]
+    N2048,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -92,12 +114,21 @@ impl RunArgs {
         let bar = progress::over(set.pairs.len(), "pairs");
         let mut lines = 0..;
         let mut written = Ok(());
-        let evaluation = replay::replay(set, self.config(), start, |step| {
+        let each = |step: &Step| {
             if let (false, Some(i), Ok(())) = (self.json, lines.next(), &written) {
                 written = bar.suspend(|| writeln!(out, "{i:>4} {step}"));
             }
             bar.inc(1);
-        })?;
+        };
+        let config = self.config();
+        let evaluation = match self.capacity {
+            Capacity::N64 => replay::replay_within::<T, 64>(set, config, start, each),
+            Capacity::N128 => replay::replay_within::<T, 128>(set, config, start, each),
+            Capacity::N256 => replay::replay_within::<T, 256>(set, config, start, each),
+            Capacity::N512 => replay::replay_within::<T, 512>(set, config, start, each),
+            Capacity::N1024 => replay::replay_within::<T, 1024>(set, config, start, each),
+            Capacity::N2048 => replay::replay_within::<T, 2048>(set, config, start, each),
+        }?;
         bar.finish_and_clear();
         written?;
         Ok(evaluation)

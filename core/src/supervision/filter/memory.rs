@@ -1,0 +1,53 @@
+//! A hypothesis as a part of a record.
+
+use super::Filter;
+use crate::error::RestoreError;
+use crate::information::StandardDeviations;
+use crate::record::{Reader, Writer};
+use crate::rectification::RectifyingRotations;
+use crate::scalar::Scalar;
+use crate::supervision::Lineage;
+
+impl<T: Scalar> Filter<T> {
+    /// Numbers and words in a record.
+    pub(in crate::supervision) const NUMBERS: usize = 220;
+    pub(in crate::supervision) const WORDS: usize = 3;
+
+    pub(in crate::supervision) fn write(&self, to: &mut Writer<'_>) {
+        self.pose.write(to);
+        self.frame.write(to);
+        self.settled.write(to);
+        self.last.write(to);
+        self.halves.write(to);
+        self.information.0.write(to);
+        to.numbers(&[self.noise, self.share, self.scatter]);
+        to.numbers(self.drift.iter());
+        to.word(self.pairs);
+    }
+
+    /// In the place of an empty one.
+    #[inline(never)]
+    pub(in crate::supervision) fn read(
+        &mut self,
+        from: &mut Reader<'_>,
+        lineage: &Lineage<T>,
+    ) -> Result<(), RestoreError> {
+        self.pose = RectifyingRotations::read(from)?;
+        self.frame = RectifyingRotations::read(from)?;
+        self.settled.read(from)?;
+        self.last.read(from)?;
+        self.halves.read(from)?;
+        self.information.0.read(from)?;
+        (self.noise, self.share, self.scatter) = (from.size()?, from.size()?, from.size()?);
+        from.numbers(self.drift.iter_mut())?;
+        self.pairs = from.word()?;
+        // What is finite may still be too large to reckon with.
+        let is_finite =
+            |sd: StandardDeviations<T>| sd.rotation.is_finite() && sd.translation.is_finite();
+        if self.pairs > 0 && self.deviations(lineage).is_some_and(is_finite) {
+            Ok(())
+        } else {
+            Err(RestoreError::Absurd)
+        }
+    }
+}
