@@ -1,14 +1,9 @@
 //! What the build script bakes into the image is what the simulated matcher sends.
 
-#[path = "../src/sim/matcher.rs"]
-#[allow(dead_code, reason = "nothing goes wrong here")]
-mod matcher;
-
 use firmware_sim::baked::{FRAMES, NAME, PAIRS, Tape, cameras, truth};
 use firmware_sim::{App, Event, start};
 use host_tests::dataset::Dataset;
-use host_tests::wire::Sender;
-use matcher::SimMatcher;
+use host_tests::wire::{Sender, SimMatcher};
 
 fn set() -> Dataset {
     Dataset::load(&Dataset::shipped().join(NAME)).unwrap()

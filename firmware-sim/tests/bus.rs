@@ -1,26 +1,9 @@
 //! What goes over the simulated bus comes to the same estimate as what is fed directly.
 
-#[path = "../src/sim/matcher.rs"]
-#[allow(dead_code, reason = "nothing goes wrong here")]
-mod matcher;
-
 use firmware_sim::{App, Event, solve_and_fuse, start};
-use host_tests::dataset::{Dataset, Match};
-use host_tests::wire::Sender;
-use matcher::SimMatcher;
-use stereo_selfcal::{Correspondence, Extrinsics};
-
-/// As the wire carries it, by other arithmetic than the frame's.
-fn quantised(m: &Match) -> Correspondence<f32> {
-    let exact: Correspondence<f32> = m.correspondence();
-    let px = |x: f32| (x * 256.0).round() / 256.0;
-    Correspondence {
-        left: exact.left.map(px),
-        right: exact.right.map(px),
-        score: (exact.score * 65_535.0).round() / 65_535.0,
-        grid_step: 1.0 / 256.0,
-    }
-}
+use host_tests::dataset::Dataset;
+use host_tests::wire::{Sender, SimMatcher, quantised};
+use stereo_selfcal::Extrinsics;
 
 fn bits(extrinsics: &Extrinsics<f32>) -> Vec<u32> {
     let t = extrinsics.translation().into_inner();

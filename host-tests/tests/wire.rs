@@ -4,9 +4,9 @@
 use assert_cmd::Command;
 use host_tests::dataset::{Dataset, Match};
 use host_tests::evaluation::in_f64;
-use host_tests::wire::{Faults, FaultyWire, Recording, Sender, Sent};
+use host_tests::wire::{Faults, FaultyWire, Recording, Sender, Sent, quantised};
 use stereo_selfcal::link::{Decoder, Received};
-use stereo_selfcal::{Calibrator, Config, Correspondence};
+use stereo_selfcal::{Calibrator, Config};
 
 type Controller = Calibrator<f32, 256>;
 
@@ -31,18 +31,6 @@ fn solve_and_fuse(controller: &mut Controller) {
 fn memory(controller: &Controller) -> Vec<u8> {
     let mut buffer = vec![0; Controller::SNAPSHOT_BYTES];
     controller.snapshot(&mut buffer).unwrap().to_vec()
-}
-
-/// As the wire carries it, by other arithmetic than the link's.
-fn quantised(m: &Match) -> Correspondence<f32> {
-    let exact: Correspondence<f32> = m.correspondence();
-    let px = |x: f32| (x * 256.0).round() / 256.0;
-    Correspondence {
-        left: exact.left.map(px),
-        right: exact.right.map(px),
-        score: (exact.score * 65_535.0).round() / 65_535.0,
-        grid_step: 1.0 / 256.0,
-    }
 }
 
 #[test]

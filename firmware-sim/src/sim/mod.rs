@@ -5,7 +5,6 @@ mod args;
 mod drive;
 mod emulator;
 mod flight;
-mod matcher;
 mod pil;
 mod play;
 mod report;
@@ -17,11 +16,10 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 use clap::Parser;
 use firmware_sim::App;
-use host_tests::wire::Sender;
+use host_tests::wire::{Sender, SimMatcher};
 use host_tests::{is_broken_pipe, plot};
 
 use args::{Cli, Command, ReplayArgs};
-use matcher::SimMatcher;
 
 /// The program.
 pub(crate) fn main() -> ExitCode {

@@ -9,10 +9,10 @@ use firmware_sim::App;
 use host_tests::dataset::Dataset;
 use host_tests::evaluation::{Evaluation, Step, in_f64};
 use host_tests::progress;
+use host_tests::wire::SimMatcher;
 use stereo_selfcal::Health;
 
 use super::drive::{Driven, drive};
-use super::matcher::SimMatcher;
 
 /// A run of the application over a data set.
 pub(super) struct Run {

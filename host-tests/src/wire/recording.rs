@@ -182,6 +182,19 @@ pub fn counted(c: &Counters) -> String {
     rare.fold(format!("{} whole frames", c.good), |text, (n, what)| format!("{text}, {n} {what}"))
 }
 
+/// A match of continuous coordinates as the wire carries it, by other arithmetic than the link's.
+#[must_use]
+pub fn quantised(m: &Match) -> Correspondence<f32> {
+    let exact: Correspondence<f32> = m.correspondence();
+    let px = |x: f32| (x * 256.0).round() / 256.0;
+    Correspondence {
+        left: exact.left.map(px),
+        right: exact.right.map(px),
+        score: (exact.score * 65_535.0).round() / 65_535.0,
+        grid_step: 1.0 / 256.0,
+    }
+}
+
 fn as_match(c: &Correspondence<f32>) -> Match {
     let ([ul, vl], [ur, vr]) = (c.left.map(f64::from), c.right.map(f64::from));
     Match { ul, vl, ur, vr, score: c.score.into(), step: c.grid_step.into() }

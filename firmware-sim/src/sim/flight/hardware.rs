@@ -9,13 +9,11 @@ use anyhow::{Result, anyhow};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use host_tests::dataset::Match;
 use host_tests::flash::{Fault, Flash, TEARS};
-use host_tests::wire::{Faults, FaultyWire, Sender};
+use host_tests::wire::{DataReady, Faults, FaultyWire, Sender, SimMatcher, SimReady, SimSpi};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::link::FpgaMatcher;
 use stereo_selfcal::store::{Keeper, SavePolicy, Store};
-
-use super::super::matcher::{DataReady, SimMatcher, SimReady, SimSpi};
 
 /// Two pages of NOR flash, bytes; it is written in words of 8.
 const PAGE: usize = 8192;

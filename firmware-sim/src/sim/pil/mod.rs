@@ -14,12 +14,11 @@ use firmware_sim::pil::{EndAnswer, Opening, PairAnswer};
 use firmware_sim::{App, CAPACITY};
 use host_tests::dataset::Dataset;
 use host_tests::progress;
-use host_tests::wire::Sender;
+use host_tests::wire::{Sender, SimMatcher};
 
 use super::args::PilArgs;
 use super::drive::drive;
 use super::emulator::Emulator;
-use super::matcher::SimMatcher;
 use compare::{Difference, differences};
 use exchange::Exchange;
 use line::Listener;

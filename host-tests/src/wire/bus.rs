@@ -7,9 +7,10 @@ use std::rc::Rc;
 
 use embedded_hal::digital::{self, InputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
-use host_tests::dataset::Match;
-use host_tests::wire::Sender;
 use stereo_selfcal::link::FpgaMatcher;
+
+use super::recording::Sender;
+use crate::dataset::Match;
 
 type Wire = Rc<RefCell<VecDeque<u8>>>;
 
@@ -18,7 +19,7 @@ const IDLE: u8 = 0xff;
 
 /// How the data-ready line is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) enum DataReady {
+pub enum DataReady {
     /// High while bytes wait.
     #[default]
     Works,
@@ -30,7 +31,7 @@ pub(crate) enum DataReady {
 
 /// The matcher's side of the bus.
 #[derive(Debug)]
-pub(crate) struct SimMatcher {
+pub struct SimMatcher {
     wire: Wire,
     ready: Rc<Cell<DataReady>>,
     sender: Sender,
@@ -38,40 +39,43 @@ pub(crate) struct SimMatcher {
 
 impl SimMatcher {
     /// A matcher with nothing to send yet.
-    pub(crate) fn new(sender: Sender) -> Self {
+    #[must_use]
+    pub fn new(sender: Sender) -> Self {
         Self { wire: Wire::default(), ready: Rc::default(), sender }
     }
 
     /// The controller's side of the bus.
-    pub(crate) fn driver(&self) -> FpgaMatcher<SimSpi, SimReady> {
+    #[must_use]
+    pub fn driver(&self) -> FpgaMatcher<SimSpi, SimReady> {
         let ready = SimReady { wire: Rc::clone(&self.wire), line: Rc::clone(&self.ready) };
         FpgaMatcher::new(SimSpi(Rc::clone(&self.wire)), ready)
     }
 
     /// Puts a pair on the bus as one frame and raises data-ready.
-    pub(crate) fn send(&self, sequence: u32, pair: &[Match]) {
+    pub fn send(&self, sequence: u32, pair: &[Match]) {
         self.put(self.sender.frame(sequence, pair).0);
     }
 
     /// Puts bytes on the bus.
-    pub(crate) fn put(&self, bytes: Vec<u8>) {
+    pub fn put(&self, bytes: Vec<u8>) {
         self.wire.borrow_mut().extend(bytes);
     }
 
     /// Bytes that nobody has read yet.
-    pub(crate) fn waiting(&self) -> usize {
+    #[must_use]
+    pub fn waiting(&self) -> usize {
         self.wire.borrow().len()
     }
 
     /// Lets data-ready stick, or work again.
-    pub(crate) fn set_ready(&self, line: DataReady) {
+    pub fn set_ready(&self, line: DataReady) {
         self.ready.set(line);
     }
 }
 
 /// The bus: reads take what has been sent, writes go nowhere.
 #[derive(Debug)]
-pub(crate) struct SimSpi(Wire);
+pub struct SimSpi(Wire);
 
 impl spi::ErrorType for SimSpi {
     type Error = Infallible;
@@ -94,7 +98,7 @@ impl SpiDevice for SimSpi {
 
 /// The data-ready line.
 #[derive(Debug)]
-pub(crate) struct SimReady {
+pub struct SimReady {
     wire: Wire,
     line: Rc<Cell<DataReady>>,
 }
