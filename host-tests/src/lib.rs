@@ -2,6 +2,7 @@
 //! replay, evaluation.
 
 pub mod abuse;
+pub mod bench;
 pub mod campaign;
 pub mod dataset;
 pub mod depth;

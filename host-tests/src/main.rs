@@ -27,6 +27,7 @@ enum Command {
     Synth(cli::SynthArgs),
     Campaign(cli::CampaignArgs),
     Link(cli::LinkArgs),
+    Bench(cli::BenchArgs),
 }
 
 fn main() -> ExitCode {
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
         Command::Synth(args) => cli::synth(&args),
         Command::Campaign(args) => cli::campaign(&args),
         Command::Link(args) => cli::link(&args),
+        Command::Bench(args) => cli::bench(&args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -44,7 +44,7 @@ pub(crate) struct RunArgs {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum Preset {
+pub(super) enum Preset {
     /// Whitened residuals, redescending loss, fusion by moments, watched: survives mismatches.
     Robust,
     /// As published: Huber weights, mean-direction fusion (eqs 16-22).
@@ -52,7 +52,7 @@ enum Preset {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum Number {
+pub(super) enum Number {
     /// Single precision.
     F32,
     /// Double precision.
