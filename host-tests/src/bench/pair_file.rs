@@ -55,11 +55,8 @@ impl PairFile {
     /// If a pixel has no ray, or the rig is not valid.
     pub fn of(set: &Dataset) -> Result<Self> {
         let cameras = set.cameras::<f64>()?;
-        let truths = if set.rigs.is_empty() {
-            vec![set.truth()?; set.pairs.len()]
-        } else {
-            set.truths()?
-        };
+        let truths =
+            if set.rigs.is_empty() { vec![set.truth()?; set.pairs.len()] } else { set.truths()? };
         let rays = |m: &Match| {
             let pair = cameras.rays(&m.correspondence())?;
             let ([x_l, y_l], [x_r, y_r]) = (pair.left(), pair.right());
