@@ -4,6 +4,7 @@ mod cauchy;
 mod dang;
 mod epipolar;
 mod filter;
+mod five_point;
 mod fusion;
 mod hansen;
 mod ling_shen;
@@ -12,6 +13,7 @@ mod mueller_block;
 mod mueller_ukf;
 mod ours;
 mod pose;
+mod ransac;
 #[cfg(test)]
 mod tests;
 
@@ -28,6 +30,7 @@ pub use ling_shen::LingShen;
 pub use mueller_block::MuellerBlock;
 pub use mueller_ukf::MuellerUkf;
 pub use ours::{Paper, Robust};
+pub use ransac::Ransac;
 
 /// What a method may know beside the correspondences.
 #[derive(Debug, Clone, Copy)]
@@ -79,6 +82,7 @@ pub fn all() -> Vec<Box<dyn Method>> {
         Box::new(MuellerUkf),
         Box::new(MuellerBlock),
         Box::new(Cauchy),
+        Box::new(Ransac),
     ]
 }
 
