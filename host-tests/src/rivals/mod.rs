@@ -1,5 +1,6 @@
 //! The methods that ours are compared with, each written from its publication alone, in `f64`.
 
+mod bundle;
 mod cauchy;
 mod dang;
 mod epipolar;
@@ -23,6 +24,7 @@ use stereo_selfcal::Extrinsics;
 
 use crate::oracle::Rays;
 
+pub use bundle::Bundle;
 pub use cauchy::Cauchy;
 pub use dang::Dang;
 pub use hansen::Hansen;
@@ -83,6 +85,7 @@ pub fn all() -> Vec<Box<dyn Method>> {
         Box::new(MuellerBlock),
         Box::new(Cauchy),
         Box::new(Ransac),
+        Box::new(Bundle),
     ]
 }
 
