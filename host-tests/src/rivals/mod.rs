@@ -107,8 +107,10 @@ const MIN_NOISE_PX: f64 = 0.01;
 /// Largest slope of a ray that counts, unit depth: 87 degrees off the axis.
 const MAX_SLOPE: f64 = 20.0;
 
-/// The rays that are finite and in front of both cameras, each at unit depth.
+/// The correspondences of which both rays are finite, at unit depth, and within what a lens sees.
 fn usable(rays: &[Rays]) -> Vec<Rays> {
-    let usable = |ray: &Vector3<f64>| ray.z == 1.0 && ray.x.abs().max(ray.y.abs()) <= MAX_SLOPE;
+    let usable = |ray: &Vector3<f64>| {
+        (ray.z - 1.0).abs() < 1e-9 && ray.x.abs() <= MAX_SLOPE && ray.y.abs() <= MAX_SLOPE
+    };
     rays.iter().filter(|pair| pair.iter().all(usable)).copied().collect()
 }
