@@ -13,13 +13,10 @@ use nalgebra::{
 };
 use stereo_selfcal::Extrinsics;
 
-use super::filter::{self, Belief, limit};
+use super::filter::{self, Belief, ITERATIONS, limit};
 use super::pose::Pose;
 use super::{Method, Setting};
 use crate::oracle::Rays;
-
-/// Linearisations of a pair.
-const ITERATIONS: usize = 12;
 
 /// Deviation of an inverse depth before the pair, one over baselines.
 const INVERSE_DEPTH_SD: f64 = 1.0;

@@ -14,15 +14,12 @@ use nalgebra::{Matrix5, Vector5};
 use stereo_selfcal::Extrinsics;
 
 use super::epipolar::Scaling;
-use super::filter::{self, Belief, limit};
+use super::filter::{self, Belief, ITERATIONS, limit};
 use super::{Method, Setting};
 use crate::oracle::Rays;
 
 /// Unknowns.
 const N: usize = 5;
-
-/// Linearisations of a pair.
-const ITERATIONS: usize = 8;
 
 /// The method.
 #[derive(Debug, Clone, Copy)]

@@ -5,6 +5,7 @@ use stereo_selfcal::Extrinsics;
 use stereo_selfcal::metrics::Deviation;
 
 use super::{LingShen, Method, Setting, all, by_name};
+use crate::depth::Depth;
 use crate::oracle::{Rays, cramer_rao};
 use crate::synth::{Scene, rig};
 
@@ -97,6 +98,17 @@ fn every_method_but_the_one_without_rejection_finds_the_rig_among_mismatches() {
 }
 
 #[test]
+fn every_method_finds_the_rig_from_a_slanted_plane() {
+    let plane = Depth::Plane { on_axis: 10.0, slope: [-0.4, 0.3] };
+    let scene = Scene { depth: plane, ..scene(0.05, 0.0) };
+    let pairs = pairs(&scene, 6);
+    for method in all() {
+        let error = error(method.fused(&pairs, &setting()), &scene);
+        assert!(error < 0.5, "{}: {error}", method.name());
+    }
+}
+
+#[test]
 fn every_method_gives_one_estimate_a_pair_and_the_last_is_the_fused_one() {
     let scene = scene(0.3, 0.1);
     let pairs = pairs(&scene, 3);
@@ -129,10 +141,8 @@ fn unreasonable() -> Vec<Vec<Rays>> {
     let p = |x: f64, y: f64| Vector3::new(x, y, 1.0);
     let one = [p(0.1, 0.2), p(0.05, 0.2)];
     let line = |i: i32| [p(0.01 * f64::from(i), 0.0), p(0.01 * f64::from(i) - 0.02, 0.0)];
-    let plane = Scene {
-        depth: crate::depth::Depth::Plane { on_axis: 10.0, slope: [0.0, 0.0] },
-        ..scene(0.0, 0.0)
-    };
+    let plane =
+        Scene { depth: Depth::Plane { on_axis: 10.0, slope: [0.0, 0.0] }, ..scene(0.0, 0.0) };
     // Any numbers, the same for ever.
     let mut state = 1_u32;
     let mut any = || {
