@@ -7,7 +7,7 @@
 
 use divan::{Bencher, black_box};
 use host_tests::campaign::five_degrees_off;
-use host_tests::dataset::Dataset;
+use host_tests::dataset::{Dataset, Match};
 use host_tests::scenario::Kind;
 use host_tests::synth::Scene;
 use host_tests::wire::Sender;
@@ -30,7 +30,7 @@ fn recording() -> Dataset {
 }
 
 fn matches(set: &Dataset, pair: usize) -> Vec<Correspondence<f32>> {
-    set.pairs[pair].iter().map(|m| m.correspondence()).collect()
+    set.pairs[pair].iter().map(Match::correspondence).collect()
 }
 
 /// With a pair in its batch, having fused so many before.
@@ -57,7 +57,7 @@ fn undistort(bencher: Bencher) {
     let chess =
         Dataset::load(&Dataset::shipped().join("opencv_chess_sift")).expect("it is shipped");
     let cameras = chess.cameras::<f32>().expect("its cameras are valid");
-    let pair: Vec<_> = chess.pairs.iter().flatten().map(|m| m.correspondence()).take(256).collect();
+    let pair: Vec<_> = chess.pairs.iter().flatten().map(Match::correspondence).take(256).collect();
     bencher.bench(|| pair.iter().filter_map(|m| cameras.rays(black_box(m)).ok()).count());
 }
 
