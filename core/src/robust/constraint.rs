@@ -77,10 +77,8 @@ impl<V: Value> Constraint<V> {
         frame: &Frame<V>,
         [x_l, y_l, x_r, y_r]: [V; 4],
     ) -> (Self, L::Mask) {
-        let turned = |rows: &[[V; 3]; 3], x: V, y: V| {
-            rows.map(|[by_x, by_y, by_1]| lanes.mul_add(by_x, x, lanes.mul_add(by_y, y, by_1)))
-        };
-        let (a, b) = (turned(&frame.left, x_l, y_l), turned(&frame.right, x_r, y_r));
+        let a = turned(lanes, &frame.left, x_l, y_l);
+        let b = turned(lanes, &frame.right, x_r, y_r);
         let ([x_a, y_a, z_a], [x_b, y_b, z_b]) = (a, b);
         let [_, [_, _, l_23], [_, _, l_33]] = frame.left;
         let g = lanes.less_product(l_33 * y_b, l_23, z_b);
@@ -149,6 +147,21 @@ impl<V: Value> Constraint<V> {
             lanes.less_product(j4, share, both_z),
         ]
     }
+}
+
+/// A rotation of the ray `(x, y, 1)`.
+#[inline(always)]
+fn turned<T: Scalar, L: Lanes<T>>(
+    lanes: L,
+    [r1, r2, r3]: &[[L::Value; 3]; 3],
+    x: L::Value,
+    y: L::Value,
+) -> [L::Value; 3] {
+    [
+        lanes.mul_add(r1[0], x, lanes.mul_add(r1[1], y, r1[2])),
+        lanes.mul_add(r2[0], x, lanes.mul_add(r2[1], y, r2[2])),
+        lanes.mul_add(r3[0], x, lanes.mul_add(r3[1], y, r3[2])),
+    ]
 }
 
 #[cfg(test)]

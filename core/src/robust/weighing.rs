@@ -124,25 +124,23 @@ impl<V: Value> Counts<V> {
         grid_step: V,
     ) -> V {
         let squared = constraint.value * constraint.value * precision;
-        let ahead = || lanes.both(in_front, constraint.has_disparity(lanes, by.min_disparity));
-        let spread = || Spread::of(lanes, by.noise_squared, grid_step);
-        match &by.loss {
-            Loss::Anneal(scale) => {
-                lanes.keep(in_front, geman_mcclure(lanes, squared * *scale) * *scale)
-            }
-            Loss::Follow(covariance) => {
-                let x = following(lanes, covariance, constraint, precision, &spread());
-                lanes.keep(ahead(), tukey(lanes, x) / spread().variance)
-            }
-            Loss::Polish => {
-                let (spread, ahead) = (spread(), ahead());
-                let near = lanes.both(ahead, spread.is_within(lanes, T::lit(2.0), squared));
-                self.near = self.near + lanes.keep(near, lanes.all(T::ONE));
-                self.near_squares =
-                    self.near_squares + lanes.keep(near, spread.noise_squared(lanes, squared));
-                lanes.keep(ahead, spread.tukey(lanes, squared))
-            }
+        if let Loss::Anneal(scale) = &by.loss {
+            return lanes.keep(in_front, geman_mcclure(lanes, squared * *scale) * *scale);
         }
+        let ahead = lanes.both(in_front, constraint.has_disparity(lanes, by.min_disparity));
+        if !lanes.is_any(ahead) {
+            return lanes.all(T::ZERO);
+        }
+        let spread = Spread::of(lanes, by.noise_squared, grid_step);
+        if let Loss::Follow(covariance) = &by.loss {
+            let x = following(lanes, covariance, constraint, precision, &spread);
+            return lanes.keep(ahead, tukey(lanes, x) / spread.variance);
+        }
+        let near = lanes.both(ahead, spread.is_within(lanes, T::lit(2.0), squared));
+        self.near = self.near + lanes.keep(near, lanes.all(T::ONE));
+        self.near_squares =
+            self.near_squares + lanes.keep(near, spread.noise_squared(lanes, squared));
+        lanes.keep(ahead, spread.tukey(lanes, squared))
     }
 }
 
