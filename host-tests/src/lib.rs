@@ -3,6 +3,7 @@
 
 pub mod abuse;
 pub mod campaign;
+pub mod conventions;
 pub mod dataset;
 pub mod depth;
 pub mod estimate;
