@@ -24,6 +24,8 @@ struct Cli {
 enum Command {
     Replay(cli::ReplayArgs),
     Record(cli::RecordArgs),
+    Export(cli::ExportArgs),
+    Import(cli::ImportArgs),
     Synth(cli::SynthArgs),
     Campaign(cli::CampaignArgs),
     Link(cli::LinkArgs),
@@ -33,6 +35,8 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Replay(args) => cli::replay(&args),
         Command::Record(args) => cli::record(&args),
+        Command::Export(args) => cli::export(&args),
+        Command::Import(args) => cli::import(&args),
         Command::Synth(args) => cli::synth(&args),
         Command::Campaign(args) => cli::campaign(&args),
         Command::Link(args) => cli::link(&args),
