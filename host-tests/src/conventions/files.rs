@@ -65,8 +65,10 @@ impl Files {
         let read = |path: PathBuf| -> Result<File> {
             let name = path.display();
             let text = fs::read_to_string(&path).with_context(|| format!("cannot read {name}"))?;
+            // OpenCV's header is not of YAML, and older files have no `---` after it: a comment.
+            let text = text.replacen("%YAML:", "#YAML:", 1);
             let keys: BTreeMap<String, IgnoredAny> = serde_saphyr::from_str(&text)
-                .with_context(|| format!("{name} is not a YAML file with keys"))?;
+                .with_context(|| format!("cannot understand {name}"))?;
             Ok(File { text, keys: keys.into_keys().collect(), path })
         };
         Ok(Self(paths.into_iter().map(read).collect::<Result<_>>()?))

@@ -58,10 +58,13 @@ impl Format {
     /// What is wrong with the rig, or what of it the format cannot say.
     pub fn write(self, meta: &Meta) -> Result<Vec<Document>> {
         rig::check(meta)?;
+        // As it will be read: what is derived of it then comes to the same bits.
+        let (t, baseline_m) = scale::split(scale::scaled(meta.t, meta.baseline_m))?;
+        let meta = Meta { t, baseline_m, ..meta.clone() };
         match self {
-            Self::Opencv => opencv::write(meta),
-            Self::Kalibr => kalibr::write(meta),
-            Self::Ros => ros::write(meta),
+            Self::Opencv => opencv::write(&meta),
+            Self::Kalibr => kalibr::write(&meta),
+            Self::Ros => ros::write(&meta),
         }
     }
 

@@ -125,7 +125,6 @@ pub(super) fn check(meta: &Meta) -> Result<()> {
 
 /// Coefficients as we hold them: five of a radial-tangential lens, four of a fisheye.
 pub(super) fn coefficients(lens: LensModel, given: &[f64]) -> Result<Vec<f64>> {
-    ensure!(given.iter().all(|k| k.is_finite()), "a lens coefficient is not a finite number");
     match lens {
         LensModel::Fisheye => {
             ensure!(given.len() == 4, "{} lens coefficients: a fisheye has 4", given.len());
