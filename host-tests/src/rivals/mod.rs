@@ -1,8 +1,24 @@
 //! The methods that ours are compared with, each written from its publication alone, in `f64`.
 
+mod cauchy;
+mod epipolar;
+mod fusion;
+mod ling_shen;
+mod minimise;
+mod ours;
+mod pose;
+#[cfg(test)]
+mod tests;
+
+use anyhow::{Context, Result};
+use nalgebra::Vector3;
 use stereo_selfcal::Extrinsics;
 
 use crate::oracle::Rays;
+
+pub use cauchy::Cauchy;
+pub use ling_shen::LingShen;
+pub use ours::{Paper, Robust};
 
 /// What a method may know beside the correspondences.
 #[derive(Debug, Clone, Copy)]
@@ -13,6 +29,13 @@ pub struct Setting {
     pub focal: f64,
     /// Expected noise of a coordinate, px.
     pub noise_px: f64,
+}
+
+impl Setting {
+    /// Expected noise of a coordinate at unit depth; above 0, as scales are divided by it.
+    fn noise(&self) -> f64 {
+        self.noise_px.max(MIN_NOISE_PX) / self.focal
+    }
 }
 
 /// A way from correspondences to extrinsics.
@@ -32,4 +55,35 @@ pub trait Method: Sync {
     fn fused(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Option<Extrinsics<f64>> {
         self.running(pairs, setting).pop().flatten()
     }
+}
+
+/// All of them, in the order of a table's columns: ours, then by the year of publication, then what
+/// is common practice.
+#[must_use]
+pub fn all() -> Vec<Box<dyn Method>> {
+    vec![Box::new(Robust), Box::new(Paper), Box::new(LingShen), Box::new(Cauchy)]
+}
+
+/// The method of that name.
+///
+/// # Errors
+/// Lists the names there are.
+pub fn by_name(name: &str) -> Result<Box<dyn Method>> {
+    let all = all();
+    let names: Vec<&str> = all.iter().map(|method| method.name()).collect();
+    let names = names.join(", ");
+    let found = all.into_iter().find(|method| method.name() == name);
+    found.with_context(|| format!("no method is called {name}; there are: {names}"))
+}
+
+/// Smallest noise believed, px.
+const MIN_NOISE_PX: f64 = 0.01;
+
+/// Largest slope of a ray that counts, unit depth: 87 degrees off the axis.
+const MAX_SLOPE: f64 = 20.0;
+
+/// The rays that are finite and in front of both cameras, each at unit depth.
+fn usable(rays: &[Rays]) -> Vec<Rays> {
+    let usable = |ray: &Vector3<f64>| ray.z == 1.0 && ray.x.abs().max(ray.y.abs()) <= MAX_SLOPE;
+    rays.iter().filter(|pair| pair.iter().all(usable)).copied().collect()
 }
