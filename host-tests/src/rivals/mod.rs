@@ -1,12 +1,19 @@
 //! The methods that ours are compared with, each written from its publication alone, in `f64`.
 
 mod cauchy;
+mod dang;
 mod epipolar;
+mod filter;
+mod five_point;
 mod fusion;
+mod hansen;
 mod ling_shen;
 mod minimise;
+mod mueller_block;
+mod mueller_ukf;
 mod ours;
 mod pose;
+mod ransac;
 #[cfg(test)]
 mod tests;
 
@@ -17,8 +24,13 @@ use stereo_selfcal::Extrinsics;
 use crate::oracle::Rays;
 
 pub use cauchy::Cauchy;
+pub use dang::Dang;
+pub use hansen::Hansen;
 pub use ling_shen::LingShen;
+pub use mueller_block::MuellerBlock;
+pub use mueller_ukf::MuellerUkf;
 pub use ours::{Paper, Robust};
+pub use ransac::Ransac;
 
 /// What a method may know beside the correspondences.
 #[derive(Debug, Clone, Copy)]
@@ -61,7 +73,17 @@ pub trait Method: Sync {
 /// is common practice.
 #[must_use]
 pub fn all() -> Vec<Box<dyn Method>> {
-    vec![Box::new(Robust), Box::new(Paper), Box::new(LingShen), Box::new(Cauchy)]
+    vec![
+        Box::new(Robust),
+        Box::new(Paper),
+        Box::new(Dang),
+        Box::new(Hansen),
+        Box::new(LingShen),
+        Box::new(MuellerUkf),
+        Box::new(MuellerBlock),
+        Box::new(Cauchy),
+        Box::new(Ransac),
+    ]
 }
 
 /// The method of that name.

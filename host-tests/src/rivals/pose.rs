@@ -57,7 +57,7 @@ impl Pose {
     }
 
     /// `B`: two unit directions across `t` and each other.
-    fn across(&self) -> [Vector3<f64>; 2] {
+    pub(super) fn across(&self) -> [Vector3<f64>; 2] {
         let aside = if self.t.z.abs() < 0.7 { Vector3::z() } else { Vector3::x() };
         let b = self.t.cross(&aside).normalize();
         [b, self.t.cross(&b)]
