@@ -16,6 +16,7 @@ pub mod plot;
 pub mod progress;
 pub mod reference;
 pub mod replay;
+pub mod report;
 pub mod rivals;
 pub mod scenario;
 pub mod synth;

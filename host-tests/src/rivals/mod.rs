@@ -1,8 +1,36 @@
 //! The methods that ours are compared with, each written from its publication alone, in `f64`.
 
+mod cauchy;
+mod dang;
+mod epipolar;
+mod filter;
+mod five_point;
+mod fusion;
+mod hansen;
+mod ling_shen;
+mod minimise;
+mod mueller_block;
+mod mueller_ukf;
+mod ours;
+mod pose;
+mod ransac;
+#[cfg(test)]
+mod tests;
+
+use anyhow::{Context, Result};
+use nalgebra::Vector3;
 use stereo_selfcal::Extrinsics;
 
 use crate::oracle::Rays;
+
+pub use cauchy::Cauchy;
+pub use dang::Dang;
+pub use hansen::Hansen;
+pub use ling_shen::LingShen;
+pub use mueller_block::MuellerBlock;
+pub use mueller_ukf::MuellerUkf;
+pub use ours::{Paper, Robust};
+pub use ransac::Ransac;
 
 /// What a method may know beside the correspondences.
 #[derive(Debug, Clone, Copy)]
@@ -13,6 +41,13 @@ pub struct Setting {
     pub focal: f64,
     /// Expected noise of a coordinate, px.
     pub noise_px: f64,
+}
+
+impl Setting {
+    /// Expected noise of a coordinate at unit depth; above 0, as scales are divided by it.
+    fn noise(&self) -> f64 {
+        self.noise_px.max(MIN_NOISE_PX) / self.focal
+    }
 }
 
 /// A way from correspondences to extrinsics.
@@ -32,4 +67,45 @@ pub trait Method: Sync {
     fn fused(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Option<Extrinsics<f64>> {
         self.running(pairs, setting).pop().flatten()
     }
+}
+
+/// All of them, in the order of a table's columns: ours, then by the year of publication, then what
+/// is common practice.
+#[must_use]
+pub fn all() -> Vec<Box<dyn Method>> {
+    vec![
+        Box::new(Robust),
+        Box::new(Paper),
+        Box::new(Dang),
+        Box::new(Hansen),
+        Box::new(LingShen),
+        Box::new(MuellerUkf),
+        Box::new(MuellerBlock),
+        Box::new(Cauchy),
+        Box::new(Ransac),
+    ]
+}
+
+/// The method of that name.
+///
+/// # Errors
+/// Lists the names there are.
+pub fn by_name(name: &str) -> Result<Box<dyn Method>> {
+    let all = all();
+    let names: Vec<&str> = all.iter().map(|method| method.name()).collect();
+    let names = names.join(", ");
+    let found = all.into_iter().find(|method| method.name() == name);
+    found.with_context(|| format!("no method is called {name}; there are: {names}"))
+}
+
+/// Smallest noise believed, px.
+const MIN_NOISE_PX: f64 = 0.01;
+
+/// Largest slope of a ray that counts, unit depth: 87 degrees off the axis.
+const MAX_SLOPE: f64 = 20.0;
+
+/// The rays that are finite and in front of both cameras, each at unit depth.
+fn usable(rays: &[Rays]) -> Vec<Rays> {
+    let usable = |ray: &Vector3<f64>| ray.z == 1.0 && ray.x.abs().max(ray.y.abs()) <= MAX_SLOPE;
+    rays.iter().filter(|pair| pair.iter().all(usable)).copied().collect()
 }
