@@ -12,6 +12,7 @@ pub mod evaluation;
 pub mod flash;
 pub mod grid;
 pub mod oracle;
+pub mod pictures;
 pub mod plot;
 pub mod progress;
 pub mod reference;
