@@ -6,6 +6,7 @@ pub mod campaign;
 pub mod dataset;
 pub mod depth;
 pub mod estimate;
+pub mod evaluate;
 pub mod evaluation;
 #[path = "../../core/tests/store/flash.rs"]
 pub mod flash;
@@ -13,6 +14,7 @@ pub mod grid;
 pub mod oracle;
 pub mod plot;
 pub mod progress;
+pub mod rectified;
 pub mod reference;
 pub mod replay;
 pub mod report;

@@ -26,6 +26,7 @@ enum Command {
     Record(cli::RecordArgs),
     Synth(cli::SynthArgs),
     Campaign(cli::CampaignArgs),
+    Evaluate(cli::EvaluateArgs),
     Link(cli::LinkArgs),
 }
 
@@ -35,6 +36,7 @@ fn main() -> ExitCode {
         Command::Record(args) => cli::record(&args),
         Command::Synth(args) => cli::synth(&args),
         Command::Campaign(args) => cli::campaign(&args),
+        Command::Evaluate(args) => cli::evaluate_all(&args),
         Command::Link(args) => cli::link(&args),
     };
     match outcome {

@@ -1,0 +1,143 @@
+//! The evidence, made again: the method of the paper and ours against others, on recorded and on
+//! generated data, as one page.
+//!
+//! What is measured is cut into cells, each by itself and the same on any number of threads; finished
+//! cells are kept beside the page, and an interrupted evaluation goes on where it was.
+
+mod chart;
+pub mod effort;
+mod jackknife;
+mod ordering;
+mod recorded;
+mod recording;
+pub mod runner;
+mod sections;
+mod step;
+mod store;
+mod sweep;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use indicatif::ProgressBar;
+
+use crate::report::Page;
+use crate::report::palette::{self, Color};
+use crate::rivals::{self, Method};
+use effort::Effort;
+use ordering::Judged;
+use recorded::Row;
+use recording::Recording;
+use runner::{Measured, Runner, Tally};
+use step::Course;
+use store::Store;
+use sweep::{Axis, Sweep};
+
+/// What is to be evaluated.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Request {
+    /// Data sets, or folders of data sets, beside those that come with the project.
+    pub data: Vec<PathBuf>,
+    /// Names of the methods to compare; all if none.
+    pub methods: Vec<String>,
+    /// How much is measured.
+    pub effort: Effort,
+    /// Forget what was measured before.
+    pub fresh: bool,
+    /// What the page says it was made by.
+    pub command: String,
+}
+
+/// What came of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Evaluated {
+    /// The page.
+    pub page: PathBuf,
+    /// What became of the cells.
+    pub tally: Tally,
+    /// Cells of the paper's order: those in which it holds, all, and those nobody can explain.
+    pub order: [usize; 3],
+}
+
+const TITLE: &str = "Online stereo self-calibration: the evidence";
+
+const LEAD: &str = "How far the estimated extrinsics of a stereo rig are from the truth, for this \
+                    project's two presets and for what else there is, on recorded and on generated \
+                    correspondences. All methods get the same undistorted rays and start at R = I, \
+                    t = (-1, 0, 0), with p_r = R p_l + t and |t| = 1. Errors are in radians: 0.001 rad is \
+                    0.057 degrees.";
+
+/// Methods that are too slow to be asked after every pair of a run.
+const BATCH: [&str; 1] = ["bundle"];
+
+/// Evaluates all methods and writes the page into a folder, which is made; nothing is written
+/// elsewhere.
+///
+/// * `bar`: moves on with every cell.
+///
+/// # Errors
+/// If a data set cannot be read, or a file of the folder cannot be written.
+pub fn evaluate(request: &Request, dir: &Path, bar: &ProgressBar) -> Result<Evaluated> {
+    let sets = recording::all(&request.data)?;
+    let methods = request.methods()?;
+    let store = Store::open(dir, request.fresh)?;
+    let runner = Runner::new(&store, bar);
+    let rows = recorded::rows(&runner, &sets, &methods)?;
+    let judged = ordering::judge(&runner, &rows, &methods)?;
+    let sweep = |axis| sweep::sweep(&runner, axis, &methods, request.effort);
+    let sweeps: Vec<Sweep> = Axis::ALL.into_iter().map(sweep).collect::<Result<_>>()?;
+    let tracking = methods.iter().map(AsRef::as_ref).filter(|by| !BATCH.contains(&by.name()));
+    let tracking: Vec<&dyn Method> = tracking.collect();
+    let courses = step::courses(&runner, &tracking, request.effort.steps)?;
+    let courses = tracking.iter().map(|by| by.name()).zip(courses).collect();
+    let tally = runner.tally();
+    let holds = judged.iter().filter(|cell| cell.holds()).count();
+    let unexplained = judged.iter().filter(|cell| cell.is_unexplained()).count();
+    let order = [holds, judged.len(), unexplained];
+    let found = Found {
+        request,
+        sets: &sets,
+        methods: &methods,
+        rows: &rows,
+        judged: &judged,
+        sweeps,
+        courses,
+    };
+    let page = found.page(&tally).write(dir)?;
+    Ok(Evaluated { page, tally, order })
+}
+
+/// All that was measured.
+struct Found<'a> {
+    request: &'a Request,
+    sets: &'a [Recording],
+    methods: &'a [Box<dyn Method>],
+    rows: &'a [Row<'a>],
+    judged: &'a [Judged<'a>],
+    sweeps: Vec<Sweep>,
+    /// By method.
+    courses: Vec<(&'static str, Measured<Course>)>,
+}
+
+impl Found<'_> {
+    fn page(&self, tally: &Tally) -> Page {
+        let mut page = Page::new(TITLE, LEAD);
+        page.sections = sections::all(self, tally);
+        page
+    }
+
+    /// The colour of a method, the same in all charts.
+    fn color(&self, method: &str) -> Color {
+        let place = self.methods.iter().position(|by| by.name() == method);
+        palette::series(place.unwrap_or_default())
+    }
+}
+
+impl Request {
+    fn methods(&self) -> Result<Vec<Box<dyn Method>>> {
+        if self.methods.is_empty() {
+            return Ok(rivals::all());
+        }
+        self.methods.iter().map(|name| rivals::by_name(name)).collect()
+    }
+}
