@@ -4,17 +4,17 @@
 //! What is measured is cut into cells, each by itself and the same on any number of threads; finished
 //! cells are kept beside the page, and an interrupted evaluation goes on where it was.
 
-mod chart;
+pub mod chart;
 pub mod effort;
-mod jackknife;
-mod ordering;
-mod recorded;
-mod recording;
+pub mod jackknife;
+pub mod ordering;
+pub mod recorded;
+pub mod recording;
 pub mod runner;
 mod sections;
-mod step;
-mod store;
-mod sweep;
+pub mod step;
+pub mod store;
+pub mod sweep;
 
 use std::path::{Path, PathBuf};
 
