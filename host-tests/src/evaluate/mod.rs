@@ -141,3 +141,71 @@ impl Request {
         self.methods.iter().map(|name| rivals::by_name(name)).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::fs;
+
+    use super::*;
+
+    fn request() -> Request {
+        Request {
+            data: Vec::new(),
+            methods: ["robust", "paper", "ling-shen"].map(String::from).to_vec(),
+            effort: Effort::QUICK.with_trials(1),
+            fresh: false,
+            command: "cargo selfcal evaluate".into(),
+        }
+    }
+
+    fn run(dir: &Path, threads: usize) -> Evaluated {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| evaluate(&request(), dir, &ProgressBar::hidden()).unwrap())
+    }
+
+    /// The page and its numbers.
+    fn files(dir: &Path) -> BTreeMap<PathBuf, String> {
+        let csv = fs::read_dir(dir.join("csv")).unwrap().map(|entry| entry.unwrap().path());
+        let all = csv.chain([dir.join("index.html")]);
+        let read = |path: PathBuf| {
+            let name = path.strip_prefix(dir).unwrap().to_owned();
+            (name, fs::read_to_string(path).unwrap())
+        };
+        all.map(read).collect()
+    }
+
+    #[test]
+    fn any_number_of_threads_and_an_interruption_come_to_the_same_page() {
+        let [one, three] = [1, 3].map(|threads| {
+            let dir = tempfile::tempdir().unwrap();
+            let evaluated = run(dir.path(), threads);
+            assert_eq!(evaluated.tally.reused, 0);
+            dir
+        });
+        let page = files(one.path());
+        assert_eq!(page, files(three.path()));
+
+        let cells = three.path().join("cells.jsonl");
+        let text = fs::read_to_string(&cells).unwrap();
+        let lines = text.lines().count();
+        let (kept, _) = text.split_at(text.len() / 2);
+        fs::write(&cells, kept).unwrap();
+        let whole = kept.matches('\n').count();
+        let again = run(three.path(), 2);
+        assert_eq!(again.tally.reused, whole);
+        assert!(whole > 0 && whole < lines, "{whole} of {lines}");
+        assert_eq!(page, files(three.path()));
+        assert_eq!(run(three.path(), 2).tally.reused, lines);
+    }
+
+    #[test]
+    fn a_method_that_does_not_exist_is_named_before_anything_is_written() {
+        let dir = tempfile::tempdir().unwrap();
+        let unknown = Request { methods: vec!["wizard".into()], ..request() };
+        let out = dir.path().join("out");
+        let error = evaluate(&unknown, &out, &ProgressBar::hidden()).unwrap_err().to_string();
+        assert!(error.contains("wizard") && error.contains("ling-shen"), "{error}");
+        assert!(!out.exists());
+    }
+}

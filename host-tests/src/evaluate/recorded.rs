@@ -3,15 +3,11 @@
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{RayPair, RectifyingRotations, row_offset};
 
-use super::recording::{Look, Recording, TURN_DEG};
+use super::recording::{GATE_PX, Look, Recording, TURN_DEG};
 use super::runner::{Cell, Measured, Runner};
 use crate::oracle::{Rays, joint_fit};
 use crate::rivals::Method;
-
-/// Matches within so many pixels of their row, as the reference has it, tell what the data say.
-pub const GATE_PX: f64 = 2.0;
 
 /// Fewer matches than this say nothing of five unknowns.
 const FEW: usize = 12;
@@ -122,14 +118,10 @@ impl Cell for DataOptimum<'_> {
     }
 
     fn measure(&self) -> Result<Pair> {
-        let Look { pairs, truth, setting, .. } = self.look;
-        let rotations = RectifyingRotations::from(truth);
-        let agrees = |[p_l, p_r]: &&Rays| {
-            let pair = RayPair::try_new([p_l.x, p_l.y], [p_r.x, p_r.y]);
-            let offset = pair.and_then(|pair| row_offset(&rotations, &pair));
-            offset.is_some_and(|offset| offset.abs() * setting.focal <= self.gate_px)
-        };
-        let agreeing: Vec<Rays> = pairs.iter().flatten().filter(agrees).copied().collect();
+        let Look { pairs, truth, .. } = self.look;
+        let agrees = self.look.agrees();
+        let agreeing: Vec<Rays> =
+            pairs.iter().flatten().filter(|rays| agrees(rays)).copied().collect();
         ensure!(agreeing.len() >= FEW, "{} matches agree with the reference", agreeing.len());
         Ok(pair(self.look.error(&joint_fit(truth, &agreeing))))
     }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use nalgebra::Vector3;
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Extrinsics, RayPair};
+use stereo_selfcal::{Extrinsics, RayPair, RectifyingRotations, row_offset};
 
 use super::store::digest;
 use crate::dataset::Dataset;
@@ -19,6 +19,9 @@ pub const TURN_DEG: f64 = 5.0;
 
 /// Noise of a coordinate that methods are told to expect of recorded data, px.
 const NOISE_PX: f64 = 0.3;
+
+/// A match further from its row, as the reference has it, is a mismatch, px.
+pub const GATE_PX: f64 = 2.0;
 
 /// A start closer to the truth than this says nothing by staying there, rad.
 const NO_EVIDENCE: f64 = 1e-6;
@@ -36,6 +39,8 @@ pub struct Recording {
     pub source: String,
     /// Standard error of its reference, rad, where it is known.
     pub reference: Option<Deviation<f64>>,
+    /// Share of matches that do not agree with the reference, 0 to 1.
+    pub mismatches: f64,
     /// Middle, top, bottom, left, right.
     pub looks: Vec<Look>,
 }
@@ -71,7 +76,8 @@ impl Recording {
             None => Look::new(name, set),
             Some(view) => Look::new(name, &view.turn(set, TURN_DEG)?),
         };
-        let looks = views.into_iter().map(look).collect::<Result<_>>();
+        let looks: Result<Vec<Look>> = views.into_iter().map(look).collect();
+        let looks = looks.with_context(|| set.name.clone())?;
         let reference = set
             .meta
             .sigma_t_deg
@@ -84,7 +90,8 @@ impl Recording {
             digest: digest(&content),
             source: set.meta.source.clone(),
             reference,
-            looks: looks.with_context(|| set.name.clone())?,
+            mismatches: looks.first().map_or(0.0, Look::mismatches),
+            looks,
         })
     }
 
@@ -109,6 +116,25 @@ impl Look {
         let truths = if moving.is_empty() { vec![truth; pairs.len()] } else { moving };
         let setting = Setting { start: START, focal: cameras.mean_focal(), noise_px: NOISE_PX };
         Ok(Self { view, pairs, truths, truth, setting })
+    }
+
+    /// Whether a match lies within [`GATE_PX`] of its row, as the reference has it.
+    pub fn agrees(&self) -> impl Fn(&Rays) -> bool {
+        let rotations = RectifyingRotations::from(&self.truth);
+        let gate = GATE_PX / self.setting.focal;
+        move |[p_l, p_r]| {
+            let pair = RayPair::try_new([p_l.x, p_l.y], [p_r.x, p_r.y]);
+            let offset = pair.and_then(|pair| row_offset(&rotations, &pair));
+            offset.is_some_and(|offset| offset.abs() <= gate)
+        }
+    }
+
+    fn mismatches(&self) -> f64 {
+        let count = |n: usize| u32::try_from(n).map_or(f64::INFINITY, f64::from);
+        let agrees = self.agrees();
+        let all = self.pairs.iter().map(Vec::len).sum::<usize>();
+        let agreeing = self.pairs.iter().flatten().filter(|rays| agrees(rays)).count();
+        1.0 - count(agreeing) / count(all.max(1))
     }
 
     /// Whether an estimate says anything: not where the start is the truth, as in rectified data.

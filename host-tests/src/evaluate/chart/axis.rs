@@ -7,8 +7,9 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, Value
 /// Decades that a logarithmic axis shows at most.
 const MAX_DECADES: f64 = 6.0;
 
-/// Below so many decades there are ticks between the powers of ten.
+/// Below so many decades there are ticks between the powers of ten, and below this more of them.
 const FEW_DECADES: f64 = 2.2;
+const ONE_DECADE: f64 = 1.0;
 
 /// One direction of a chart.
 #[derive(Debug, Clone)]
@@ -28,14 +29,14 @@ impl Axis {
         let low = low.max(high - MAX_DECADES);
         let margin = (0.06 * (high - low)).max(0.1);
         let range = low - margin..high + margin;
-        let steps: &[f64] = if high - low < FEW_DECADES { &[1.0, 2.0, 5.0] } else { &[1.0] };
-        let decades = (0..20).map(|i| range.start.floor() + f64::from(i));
-        let ticks = decades
-            .flat_map(|decade| steps.iter().map(move |step| step * 10_f64.powf(decade)))
-            .filter(|tick| range.contains(&tick.log10()))
-            .map(|tick| (tick, label(tick)))
-            .collect();
-        Self { range, ticks, log: true }
+        Self { ticks: log_ticks(&range), range, log: true }
+    }
+
+    /// Logarithmic, in whole decades around all positive values: bars begin at a power of ten.
+    pub(super) fn decades(values: impl Iterator<Item = f64>) -> Self {
+        let Self { range, .. } = Self::log(values);
+        let range = range.start.floor()..range.end.ceil();
+        Self { ticks: log_ticks(&range), range, log: true }
     }
 
     /// Linear, around all values.
@@ -72,6 +73,23 @@ impl Axis {
     pub(super) fn shows(&self, value: f64) -> bool {
         value.is_finite() && (!self.log || value > 0.0)
     }
+}
+
+/// Powers of ten, with what is between them where there are few.
+fn log_ticks(range: &Range<f64>) -> Vec<(f64, String)> {
+    let steps: &[f64] = match range.end - range.start {
+        decades if decades < ONE_DECADE => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
+        decades if decades < FEW_DECADES => &[1.0, 2.0, 5.0],
+        _ => &[1.0],
+    };
+    // A hair wider, so that rounding does not lose the ticks at both ends.
+    let wide = range.start - 1e-9..range.end + 1e-9;
+    (0..20)
+        .map(|i| range.start.floor() + f64::from(i))
+        .flat_map(|decade| steps.iter().map(move |step| step * 10_f64.powf(decade)))
+        .filter(|tick| wide.contains(&tick.log10()))
+        .map(|tick| (tick, label(tick)))
+        .collect()
 }
 
 fn extremes(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
@@ -137,6 +155,10 @@ mod tests {
         assert_eq!(labels(&Axis::log([0.0004, 0.3].into_iter())), ["0.001", "0.01", "0.1"]);
         let narrow = Axis::log([0.012, 0.3].into_iter());
         assert_eq!(labels(&narrow), ["0.01", "0.02", "0.05", "0.1", "0.2"]);
+        let narrowest = Axis::log([0.0027, 0.0042].into_iter());
+        assert_eq!(labels(&narrowest), ["0.003", "0.004", "0.005"]);
+        let bars = Axis::decades([0.0027, 0.0042].into_iter());
+        assert_eq!(labels(&bars), ["0.001", "0.002", "0.005", "0.01"]);
         let linear = Axis::linear([0.0, 0.6].into_iter());
         assert_eq!(labels(&linear), ["0", "0.1", "0.2", "0.3", "0.4", "0.5", "0.6"]);
         assert_eq!(labels(&Axis::groups(&["top", "left"])), ["top", "left"]);

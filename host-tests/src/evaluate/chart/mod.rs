@@ -28,18 +28,29 @@ pub struct Scale {
     pub log: bool,
 }
 
+/// How a curve is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Line {
+    /// Broad, over the others.
+    Broad,
+    /// Thin.
+    Thin,
+    /// Broken, and without dots.
+    Broken,
+}
+
 /// A curve.
 #[derive(Debug, Clone)]
 pub struct Curve {
     /// Black if none.
     pub color: Option<palette::Color>,
-    /// Broken, and without dots.
-    pub dashed: bool,
+    /// How it is drawn.
+    pub line: Line,
     /// In the order of `x`; what is not a positive number is a gap.
     pub points: Vec<(f64, Option<f64>)>,
 }
 
-/// Bars of one series, one of each group; a gap where there is none.
+/// Bars of one series, one of each group; a cross where there is none.
 #[derive(Debug, Clone)]
 pub struct Bars {
     /// Of the series.
@@ -60,7 +71,9 @@ pub fn curves(title: &str, x: &Scale, curves: &[Curve]) -> Result<String> {
     let x_axis = if x.log { Axis::log(xs) } else { Axis::linear(xs) };
     let y_axis = Axis::log(points().filter_map(|(_, y)| *y));
     draw(title, &x.name, [&x_axis, &y_axis], |chart| {
-        curves.iter().try_for_each(|curve| draw_curve(chart, curve, &y_axis))
+        let mut order: Vec<&Curve> = curves.iter().collect();
+        order.sort_by_key(|curve| curve.line == Line::Broad);
+        order.into_iter().try_for_each(|curve| draw_curve(chart, curve, &y_axis))
     })
 }
 
@@ -70,14 +83,15 @@ fn draw_curve(chart: &mut Chart<'_, '_>, curve: &Curve, axis: &Axis) -> Result<(
     let points: Vec<Option<(f64, f64)>> = curve.points.iter().map(shown).collect();
     for run in points.split(Option::is_none) {
         let run: Vec<(f64, f64)> = run.iter().flatten().copied().collect();
-        if curve.dashed {
+        let width = if curve.line == Line::Broad { 3 } else { 1 };
+        if curve.line == Line::Broken {
             chart.draw_series(DashedLineSeries::new(run, 6, 4, color.stroke_width(2)))?;
             continue;
         }
         if points.len() <= FEW_POINTS {
-            chart.draw_series(run.iter().map(|&at| Circle::new(at, 3, color.filled())))?;
+            chart.draw_series(run.iter().map(|&at| Circle::new(at, width + 1, color.filled())))?;
         }
-        chart.draw_series(LineSeries::new(run, color.stroke_width(2)))?;
+        chart.draw_series(LineSeries::new(run, color.stroke_width(width)))?;
     }
     Ok(())
 }
@@ -89,14 +103,20 @@ fn draw_curve(chart: &mut Chart<'_, '_>, curve: &Curve, axis: &Axis) -> Result<(
 pub fn bars(title: &str, groups: &[&str], series: &[Bars]) -> Result<String> {
     let count = |n: usize| u32::try_from(n).map(f64::from);
     let heights = series.iter().flat_map(|bars| bars.heights.iter().flatten().copied());
-    let y_axis = Axis::log(heights);
+    let y_axis = Axis::decades(heights);
     let [of_group, of_bar] = FILLED;
     let width = of_group / count(series.len().max(1))?;
     draw(title, "", [&Axis::groups(groups), &y_axis], |chart| {
         for (i, bars) in series.iter().enumerate() {
             for (group, height) in bars.heights.iter().enumerate() {
-                let Some(top) = height.filter(|&y| y_axis.shows(y)) else { continue };
                 let left = count(group)? + (1.0 - of_group) / 2.0 + count(i)? * width;
+                let Some(top) = height.filter(|&y| y_axis.shows(y)) else {
+                    let middle = left + of_bar * width / 2.0;
+                    let cross =
+                        Cross::new((middle, y_axis.floor()), 4, bars.color.light.stroke_width(2));
+                    chart.draw_series([cross])?;
+                    continue;
+                };
                 let corners = [(left, y_axis.floor()), (left + of_bar * width, top)];
                 chart.draw_series([Rectangle::new(corners, bars.color.light.filled())])?;
             }
@@ -121,9 +141,9 @@ fn draw(
         let mut chart = ChartBuilder::on(&root)
             .margin(6)
             .margin_right(14)
-            .caption(title, font(15))
-            .x_label_area_size(if x_name.is_empty() { 26 } else { 42 })
-            .y_label_area_size(54)
+            .caption(title, font(18))
+            .x_label_area_size(if x_name.is_empty() { 28 } else { 46 })
+            .y_label_area_size(58)
             .build_cartesian_2d(x.clone(), y.clone())?;
         let mut mesh = chart.configure_mesh();
         if x_name.is_empty() {
@@ -133,8 +153,8 @@ fn draw(
             .bold_line_style(BLACK.mix(0.13))
             .axis_style(BLACK.mix(0.5))
             .x_desc(x_name)
-            .label_style(font(13))
-            .axis_desc_style(font(14))
+            .label_style(font(16))
+            .axis_desc_style(font(17))
             .draw()?;
         series(&mut chart)?;
         root.present()?;
@@ -149,7 +169,7 @@ mod tests {
     #[test]
     fn nothing_one_point_gaps_and_zeros_are_drawn_all_the_same() {
         let x = Scale { name: "x".into(), log: true };
-        let curve = |points| Curve { color: None, dashed: false, points };
+        let curve = |points| Curve { color: None, line: Line::Thin, points };
         for points in [
             vec![],
             vec![(1.0, Some(0.1))],

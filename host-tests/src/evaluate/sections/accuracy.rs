@@ -33,7 +33,7 @@ pub(super) fn section(found: &Found<'_>) -> Section {
 
 fn fused(found: &Found<'_>, part: usize) -> Table {
     let mut heading = vec!["data set".to_owned(), "view".to_owned()];
-    heading.extend(found.methods.iter().map(|by| by.name().to_owned()));
+    heading.extend(found.methods.iter().map(|by| super::label(by.name())));
     heading.extend(["data's own".to_owned(), "reference sd".to_owned()]);
     let mut table = Table::new(&format!("e_{}", PARTS[part]), heading);
     for row in found.rows {
@@ -75,7 +75,9 @@ fn value<T>(measured: &Measured<Errors>, of: impl Fn(&Errors) -> T) -> Measured<
 /// Bars of `sigma_t` and `sigma_theta`.
 fn spread(found: &Found<'_>) -> Figure {
     let names: Vec<&str> = found.methods.iter().map(|by| by.name()).collect();
-    let legend = names.iter().map(|name| Entry::new(Sample::Bar, Some(found.color(name)), name));
+    let legend = names
+        .iter()
+        .map(|name| Entry::new(Sample::Bar, Some(found.color(name)), &super::label(name)));
     let heading =
         ["data set", "view", "method", "sigma_t, rad", "sigma_theta, rad", "pairs solved", "pairs"];
     let mut numbers = Csv::new("sigma", &heading);

@@ -14,21 +14,21 @@ pub(super) fn section(found: &Found<'_>) -> Section {
     );
     let mut methods = Table::new("methods", ["method".into(), "what it is".into()]);
     for method in found.methods {
-        methods.push(vec![Cell::text(method.name()), Cell::text(method.source())]);
+        methods.push(vec![Cell::text(super::label(method.name())), Cell::text(method.source())]);
     }
     section.table(methods.explained(
         "The methods. robust and paper are this project's presets, as shipped; the others are written \
          from their publications for this comparison.",
         command,
     ));
-    let heading = ["data set", "pairs", "matches", "reference sd t, rad", "sd R, rad", "source"];
+    let heading = ["data set", "pairs", "matches", "wrong, %", "sd t, rad", "sd R, rad", "source"];
     let mut sets = Table::new("data_sets", heading.map(String::from));
     for set in found.sets {
         sets.push(row(set));
     }
     section.table(sets.explained(
-        "The recorded data. Matches passed no geometric test, so the mismatches are the matcher's own. \
-         sd: standard error of the reference extrinsics for the intrinsics they come with, where it is \
+        "The recorded data. Matches passed no geometric test, so the mismatches are the matcher's own: \
+         wrong are those more than 2 px off the reference's rows. sd: standard error of the reference extrinsics for the intrinsics they come with, where it is \
          known.",
         command,
     ));
@@ -47,6 +47,7 @@ fn row(set: &Recording) -> Vec<Cell> {
         Cell::text(set.name.as_str()),
         Cell::count(pairs),
         Cell::count(set.matches()),
+        Cell::number(100.0 * set.mismatches, 1),
         t,
         r,
         source,

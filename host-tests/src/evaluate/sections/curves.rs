@@ -1,7 +1,7 @@
 //! Curves over what is varied in generated scenes.
 
 use super::Found;
-use crate::evaluate::chart::{self, Curve, Scale};
+use crate::evaluate::chart::{self, Curve, Line, Scale};
 use crate::evaluate::runner::Measured;
 use crate::evaluate::sweep::{Axis, Sweep, Trial};
 use crate::report::{Csv, Entry, Figure, Picture, Sample, Section};
@@ -104,13 +104,13 @@ fn figure(found: &Found<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of); 2])
             .map(|(by, trials)| {
                 let points = sweep.values.iter().zip(trials).map(|(&x, t)| (x, rms(t, *of)));
                 let color = Some(found.color(by.name()));
-                Curve { color, dashed: false, points: points.collect() }
+                Curve { color, line: super::line(by.name()), points: points.collect() }
             })
             .collect();
         if bounded {
             let bound = sweep.bound.iter().map(|bound| bound.as_ref().ok().map(|b| b[part]));
             let points = sweep.values.iter().copied().zip(bound).collect();
-            curves.push(Curve { color: None, dashed: true, points });
+            curves.push(Curve { color: None, line: Line::Broken, points });
         }
         // Ours on top.
         curves.reverse();
@@ -120,7 +120,7 @@ fn figure(found: &Found<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of); 2])
     let mut legend: Vec<Entry> = found
         .methods
         .iter()
-        .map(|by| Entry::new(Sample::Line, Some(found.color(by.name())), by.name()))
+        .map(|by| Entry::new(Sample::Line, Some(found.color(by.name())), &super::label(by.name())))
         .collect();
     if bounded {
         legend.push(Entry::new(Sample::Dashes, None, "Cramer-Rao bound"));

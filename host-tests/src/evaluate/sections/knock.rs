@@ -22,7 +22,8 @@ pub(super) fn section(found: &Found<'_>) -> Section {
             .filter_map(|(method, course)| {
                 let errors = course.as_ref().ok()?.iter().map(|e| e.map(|e| e[part]));
                 let points = (0_u32..).map(f64::from).zip(errors).collect();
-                Some(Curve { color: Some(found.color(method)), dashed: false, points })
+                let color = Some(found.color(method));
+                Some(Curve { color, line: super::line(method), points })
             })
             .collect();
         curves.reverse();
@@ -38,10 +39,9 @@ pub(super) fn section(found: &Found<'_>) -> Section {
             numbers.push([pair.to_string(), (*method).to_owned(), text(0), text(1)]);
         }
     }
-    let legend = found
-        .courses
-        .iter()
-        .map(|(method, _)| Entry::new(Sample::Line, Some(found.color(method)), method));
+    let legend = found.courses.iter().map(|(method, _)| {
+        Entry::new(Sample::Line, Some(found.color(method)), &super::label(method))
+    });
     section.figure(Figure {
         panels: PARTS.iter().enumerate().map(panel).collect(),
         legend: legend.collect(),

@@ -7,6 +7,7 @@ mod knock;
 mod order;
 
 use super::Found;
+use super::chart::Line;
 use super::runner::Tally;
 use crate::report::Section;
 
@@ -17,6 +18,21 @@ pub(super) fn all(found: &Found<'_>, tally: &Tally) -> Vec<Section> {
     all.push(knock::section(found));
     all.push(failures(tally));
     all
+}
+
+/// A method in a legend or a heading.
+fn label(method: &str) -> String {
+    match method {
+        "robust" => "ours: robust".into(),
+        "paper" => "ours: paper".into(),
+        "ling-shen" => "ling-shen [7]".into(),
+        other => other.into(),
+    }
+}
+
+/// The presets stand out.
+fn line(method: &str) -> Line {
+    if ["robust", "paper"].contains(&method) { Line::Broad } else { Line::Thin }
 }
 
 /// What could not be measured, so that nothing is missing in silence.

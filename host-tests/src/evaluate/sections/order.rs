@@ -4,19 +4,26 @@ use super::Found;
 use crate::evaluate::ordering::{Judged, ORDER, Reason};
 use crate::report::{Cell, Section, Table};
 
+/// A recording with fewer mismatches than this share is one without.
+const FEW_MISMATCHES: f64 = 0.01;
+
 pub(super) fn section(found: &Found<'_>) -> Section {
     let mut section = Section::new("Does the paper's order hold?");
     let [ours, paper, other] = ORDER;
     section.text(format!(
         "The paper's method is reported to be better than Ling and Shen's, [7]; ours should be no worse \
          than the paper's on data with mismatches. A cell is one data set, one view and one error; the \
-         order holds in it if {ours} <= {paper} <= {other}.",
+         order holds in it if {ours} <= {paper} <= {other}. A method without an estimate is worse than any.",
     ));
     if found.judged.is_empty() {
         section.text(format!("Not judged: that takes the methods {ours}, {paper} and {other}."));
         return section;
     }
-    section.text(summary(found.judged));
+    let (wrong, clean): (Vec<_>, Vec<_>) =
+        found.judged.iter().partition(|judged| judged.row.set.mismatches > FEW_MISMATCHES);
+    let few = 100.0 * FEW_MISMATCHES;
+    section.text(summary(&format!("Recordings with mismatches (above {few} %)"), &wrong));
+    section.text(summary("Recordings without", &clean));
     section.text(
         "Where it does not hold, the reason is looked for in the data, in this order. Reference: the \
          difference is below the reference's own standard error. Chance: it is below two standard \
@@ -35,23 +42,26 @@ pub(super) fn section(found: &Found<'_>) -> Section {
     section
 }
 
-fn summary(judged: &[Judged<'_>]) -> String {
-    let count = |which: &dyn Fn(&Judged<'_>) -> bool| judged.iter().filter(|j| which(j)).count();
-    let first = |step: usize| {
-        let fits =
-            move |j: &Judged<'_>| j.errors.is_some_and(|errors| errors[step] <= errors[step + 1]);
-        count(&fits)
-    };
+fn summary(name: &str, judged: &[&Judged<'_>]) -> String {
     let all = judged.len();
-    let holds = count(&|j| j.holds());
-    let unexplained = count(&|j| j.is_unexplained());
+    let count = |which: &dyn Fn(&Judged<'_>) -> bool| judged.iter().filter(|j| which(j)).count();
+    let step = |step: usize| count(&|j| j.errors[step] <= j.errors[step + 1]);
+    let because = |which: fn(&Reason) -> bool| {
+        count(&|j| !j.is_unexplained() && j.exceptions.iter().any(|e| which(&e.reason)))
+    };
     let [ours, paper, other] = ORDER;
     format!(
-        "It holds in {holds} of {all} cells; of the others {} are explained by the data and {unexplained} \
-         are not. Step by step: {ours} <= {paper} in {} of {all}, {paper} <= {other} in {} of {all}.",
-        all - holds - unexplained,
-        first(0),
-        first(1),
+        "{name}: the order holds in {} of {all} cells; {ours} <= {paper} in {}, {paper} <= {other} in {}. \
+         Of the rest, with some for two reasons: {} by the reference's error, {} by chance, {} by the data, \
+         {} by single pairs, {} unexplained.",
+        count(&|j| j.holds()),
+        step(0),
+        step(1),
+        because(|reason| matches!(reason, Reason::Reference { .. })),
+        because(|reason| matches!(reason, Reason::Chance { .. })),
+        because(|reason| matches!(reason, Reason::Data { .. })),
+        because(|reason| matches!(reason, Reason::SinglePairs { .. })),
+        count(&|j| j.is_unexplained()),
     )
 }
 
@@ -62,19 +72,13 @@ fn row(judged: &Judged<'_>) -> Vec<Cell> {
         Cell::text(row.look.view),
         Cell::text(["e_t", "e_theta"][*part]),
     ];
-    match errors {
-        Some(errors) => cells.extend(errors.map(|error| Cell::number(error, 4))),
-        None => cells.extend([(); 3].map(|()| Cell::missing("", "a method has no estimate"))),
-    }
+    cells.extend(errors.map(|error| match error {
+        f64::INFINITY => Cell::missing("none", "no estimate"),
+        error => Cell::number(error, 4),
+    }));
     let steps: Vec<String> = exceptions.iter().map(ToString::to_string).collect();
-    let (holds, why) = match (errors, judged.holds()) {
-        (None, _) => ("unknown", "a method has no estimate".to_owned()),
-        (_, true) => ("yes", String::new()),
-        _ => ("no", steps.join("; ")),
-    };
-    let unexplained = exceptions.iter().any(|e| e.reason == Reason::Unexplained);
-    let why = Cell::text(why);
-    cells.push(Cell::text(holds));
-    cells.push(if unexplained || errors.is_none() { why.alarming() } else { why });
+    let why = Cell::text(steps.join("; "));
+    cells.push(Cell::text(if judged.holds() { "yes" } else { "no" }));
+    cells.push(if judged.is_unexplained() { why.alarming() } else { why });
     cells
 }
