@@ -7,6 +7,7 @@ pub mod conventions;
 pub mod dataset;
 pub mod depth;
 pub mod estimate;
+pub mod evaluate;
 pub mod evaluation;
 #[path = "../../core/tests/store/flash.rs"]
 pub mod flash;
@@ -15,6 +16,7 @@ pub mod oracle;
 pub mod pictures;
 pub mod plot;
 pub mod progress;
+pub mod rectified;
 pub mod reference;
 pub mod replay;
 pub mod report;

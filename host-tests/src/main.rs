@@ -28,6 +28,7 @@ enum Command {
     Import(cli::ImportArgs),
     Synth(cli::SynthArgs),
     Campaign(cli::CampaignArgs),
+    Evaluate(cli::EvaluateArgs),
     Link(cli::LinkArgs),
 }
 
@@ -39,6 +40,7 @@ fn main() -> ExitCode {
         Command::Import(args) => cli::import(&args),
         Command::Synth(args) => cli::synth(&args),
         Command::Campaign(args) => cli::campaign(&args),
+        Command::Evaluate(args) => cli::evaluate_all(&args),
         Command::Link(args) => cli::link(&args),
     };
     match outcome {

@@ -3,6 +3,7 @@
 use std::str::FromStr;
 
 mod campaign;
+mod evaluate;
 mod export;
 mod faults;
 mod import;
@@ -15,6 +16,7 @@ mod source;
 mod synth;
 
 pub(crate) use campaign::{CampaignArgs, campaign};
+pub(crate) use evaluate::{EvaluateArgs, evaluate_all};
 pub(crate) use export::{ExportArgs, export};
 pub(crate) use import::{ImportArgs, import};
 pub(crate) use link::{LinkArgs, link};

@@ -13,16 +13,10 @@
 use nalgebra::{Matrix3, Matrix5, Rotation3, Vector3, Vector5};
 use stereo_selfcal::{Extrinsics, so3};
 
-use super::filter::{DRIFT_SD, PRIOR_SD, limit};
+use super::filter::{DRIFT_SD, ITERATIONS, PRIOR_SD, limit};
 use super::{Method, Setting, usable};
 use crate::oracle::Rays;
 use crate::reference;
-
-/// Linearisations of a pair.
-const ITERATIONS: usize = 20;
-
-/// The step below which a pair is done, rad.
-const TOLERANCE: f64 = 1e-9;
 
 /// The method.
 #[derive(Debug, Clone, Copy)]
@@ -136,12 +130,8 @@ impl Filter {
                 gradient += j * (h / (noise * noise));
             }
             let posterior = information.cholesky()?;
-            let step = -posterior.solve(&gradient);
-            let state = updated.state.moved(&step);
+            let state = updated.state.moved(&-posterior.solve(&gradient));
             updated = Self { state, covariance: posterior.inverse() };
-            if step.norm() < TOLERANCE {
-                break;
-            }
         }
         Some(updated)
     }

@@ -17,6 +17,9 @@ pub(super) const PRIOR_SD: f64 = 0.1;
 /// Deviation of what the rig moves by from pair to pair, rad about each axis.
 pub(super) const DRIFT_SD: f64 = 1e-5;
 
+/// Linearisations of a pair: of all filters alike, each about what the one before came to.
+pub(super) const ITERATIONS: usize = 10;
+
 /// A pose, and the covariance of the five unknowns about it, rad^2.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Belief {

@@ -117,16 +117,13 @@ fn constraints(basis: &[Matrix3<f64>; 4]) -> SMatrix<f64, 10, 20> {
     });
     let trace = outer[0][0] + outer[1][1] + outer[2][2];
     let mut all = SMatrix::<f64, 10, 20>::zeros();
-    for i in 0..3 {
-        for j in 0..3 {
-            let cubic: Cubic = (0..3)
-                .map(|k| {
-                    let left = outer[i][k] * 2.0 - if i == k { trace } else { Cubic::zeros() };
-                    product(&left, QUADRATIC, &e[k][j], LINEAR)
-                })
-                .sum();
-            all.set_row(3 * i + j, &cubic.transpose());
-        }
+    for n in 0..9 {
+        let (i, j) = (n / 3, n % 3);
+        let terms = (0..3).map(|k| {
+            let left = outer[i][k] * 2.0 - if i == k { trace } else { Cubic::zeros() };
+            product(&left, QUADRATIC, &e[k][j], LINEAR)
+        });
+        all.set_row(n, &terms.sum::<Cubic>().transpose());
     }
     let minor = |a: usize, b: usize| linear(&e[1][a], &e[2][b]) - linear(&e[1][b], &e[2][a]);
     let determinant = product(&minor(1, 2), QUADRATIC, &e[0][0], LINEAR)

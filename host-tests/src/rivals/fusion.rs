@@ -96,7 +96,9 @@ mod tests {
     fn middle<F: Fusion>() -> Pose {
         let mut fusion = F::default();
         assert!(fusion.estimate().is_none());
-        [0.1, 0.2, 0.3].iter().for_each(|&x| fusion.add(&turned(x)));
+        for x in [0.1, 0.2, 0.3] {
+            fusion.add(&turned(x));
+        }
         fusion.estimate().unwrap()
     }
 

@@ -63,3 +63,16 @@ fn information(pose: &Pose, rays: &[Rays], noise: f64) -> Matrix5<f64> {
     let variance = (squares / count).max(noise * noise);
     fit().map(|(_, j)| j * j.transpose()).sum::<Matrix5<f64>>() / variance
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rivals::tests::{NOISE, assert_claims_the_bound, clean_pair};
+
+    #[test]
+    fn a_pair_without_noise_is_measured_with_its_cramer_rao_bound() {
+        let (rig, rays) = clean_pair();
+        let covariance = information(&Pose::of(&rig), &rays, NOISE).try_inverse().unwrap();
+        assert_claims_the_bound(&covariance, &rig, &rays);
+    }
+}

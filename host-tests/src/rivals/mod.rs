@@ -1,5 +1,6 @@
 //! The methods that ours are compared with, each written from its publication alone, in `f64`.
 
+mod bundle;
 mod cauchy;
 mod dang;
 mod epipolar;
@@ -23,6 +24,7 @@ use stereo_selfcal::Extrinsics;
 
 use crate::oracle::Rays;
 
+pub use bundle::Bundle;
 pub use cauchy::Cauchy;
 pub use dang::Dang;
 pub use hansen::Hansen;
@@ -83,6 +85,7 @@ pub fn all() -> Vec<Box<dyn Method>> {
         Box::new(MuellerBlock),
         Box::new(Cauchy),
         Box::new(Ransac),
+        Box::new(Bundle),
     ]
 }
 
@@ -104,8 +107,10 @@ const MIN_NOISE_PX: f64 = 0.01;
 /// Largest slope of a ray that counts, unit depth: 87 degrees off the axis.
 const MAX_SLOPE: f64 = 20.0;
 
-/// The rays that are finite and in front of both cameras, each at unit depth.
+/// The correspondences of which both rays are finite, at unit depth, and within what a lens sees.
 fn usable(rays: &[Rays]) -> Vec<Rays> {
-    let usable = |ray: &Vector3<f64>| ray.z == 1.0 && ray.x.abs().max(ray.y.abs()) <= MAX_SLOPE;
+    let usable = |ray: &Vector3<f64>| {
+        (ray.z - 1.0).abs() < 1e-9 && ray.x.abs() <= MAX_SLOPE && ray.y.abs() <= MAX_SLOPE
+    };
     rays.iter().filter(|pair| pair.iter().all(usable)).copied().collect()
 }

@@ -13,13 +13,10 @@ use nalgebra::{
 };
 use stereo_selfcal::Extrinsics;
 
-use super::filter::{self, Belief, limit};
+use super::filter::{self, Belief, ITERATIONS, limit};
 use super::pose::Pose;
 use super::{Method, Setting};
 use crate::oracle::Rays;
-
-/// Linearisations of a pair.
-const ITERATIONS: usize = 12;
 
 /// Deviation of an inverse depth before the pair, one over baselines.
 const INVERSE_DEPTH_SD: f64 = 1.0;
@@ -113,4 +110,19 @@ fn inverse_depth(at: &Pose, turned: &Vector3<f64>, p_r: &Vector3<f64>) -> f64 {
     let across = p_r.cross(&at.t);
     let squared = across.norm_squared();
     if squared > 0.0 { -across.dot(&p_r.cross(turned)) / squared } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rivals::tests::{NOISE, assert_claims_the_bound, clean_pair};
+
+    #[test]
+    fn with_its_points_marginalised_a_pair_says_what_its_cramer_rao_bound_allows() {
+        let (rig, rays) = clean_pair();
+        let prior = Belief { pose: Pose::of(&rig), covariance: Matrix5::identity() };
+        let updated = updated(&prior, &prior.pose, &rays, NOISE).unwrap();
+        assert_claims_the_bound(&updated.covariance, &rig, &rays);
+        assert!(prior.pose.step_to(&updated.pose).norm() < 1e-12);
+    }
 }

@@ -14,15 +14,12 @@ use nalgebra::{Matrix5, Vector5};
 use stereo_selfcal::Extrinsics;
 
 use super::epipolar::Scaling;
-use super::filter::{self, Belief, limit};
+use super::filter::{self, Belief, ITERATIONS, limit};
 use super::{Method, Setting};
 use crate::oracle::Rays;
 
 /// Unknowns.
 const N: usize = 5;
-
-/// Linearisations of a pair.
-const ITERATIONS: usize = 8;
 
 /// The method.
 #[derive(Debug, Clone, Copy)]
@@ -88,4 +85,21 @@ fn updated(prior: &Belief, about: &Belief, rays: &[Rays], noise: f64) -> Option<
         gradient += weighted * e.mean;
     }
     prior.corrected(&about.pose, information, gradient)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rivals::pose::Pose;
+    use crate::rivals::tests::{NOISE, assert_claims_the_bound, clean_pair};
+
+    #[test]
+    fn over_narrow_sigma_points_a_pair_says_what_its_cramer_rao_bound_allows() {
+        let (rig, rays) = clean_pair();
+        let pose = Pose::of(&rig);
+        let prior = Belief { pose, covariance: Matrix5::identity() };
+        let about = Belief { pose, covariance: Matrix5::identity() * 1e-8 };
+        let updated = updated(&prior, &about, &rays, NOISE).unwrap();
+        assert_claims_the_bound(&updated.covariance, &rig, &rays);
+    }
 }

@@ -1,14 +1,38 @@
 //! What is asked of every method alike.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix5, Vector3};
 use stereo_selfcal::Extrinsics;
 use stereo_selfcal::metrics::Deviation;
 
-use super::{Setting, all, by_name};
-use crate::oracle::Rays;
+use super::{LingShen, Method, Setting, all, by_name};
+use crate::depth::Depth;
+use crate::oracle::{Rays, cramer_rao};
 use crate::synth::{Scene, rig};
 
 const FOCAL: f64 = 1400.0;
+
+/// Noise of 0.3 px at unit depth.
+pub(super) const NOISE: f64 = 0.3 / FOCAL;
+
+/// A rig, and one pair of it without noise.
+pub(super) fn clean_pair() -> (Extrinsics<f64>, Vec<Rays>) {
+    let scene = scene(0.0, 0.0);
+    (scene.rig, pairs(&scene, 1).remove(0))
+}
+
+/// Whether a covariance of the five unknowns is the Cramer-Rao bound at [`NOISE`].
+pub(super) fn assert_claims_the_bound(
+    covariance: &Matrix5<f64>,
+    rig: &Extrinsics<f64>,
+    rays: &[Rays],
+) {
+    let bound = cramer_rao(rig, rays.iter(), NOISE);
+    let variance = covariance.diagonal();
+    let rotation = variance.fixed_rows::<3>(0).sum().sqrt() / bound.rotation;
+    let translation = variance.fixed_rows::<2>(3).sum().sqrt() / bound.translation;
+    assert!((rotation - 1.0).abs() < 0.01, "{rotation}");
+    assert!((translation - 1.0).abs() < 0.01, "{translation}");
+}
 
 fn setting() -> Setting {
     Setting { start: Extrinsics::SIDE_BY_SIDE, focal: FOCAL, noise_px: 0.3 }
@@ -64,6 +88,27 @@ fn every_method_finds_the_rig_from_several_pairs_with_little_noise() {
 }
 
 #[test]
+fn every_method_but_the_one_without_rejection_finds_the_rig_among_mismatches() {
+    let scene = scene(0.3, 0.3);
+    let pairs = pairs(&scene, 8);
+    for method in all().iter().filter(|method| method.name() != LingShen.name()) {
+        let error = error(method.fused(&pairs, &setting()), &scene);
+        assert!(error < 0.3, "{}: {error}", method.name());
+    }
+}
+
+#[test]
+fn every_method_finds_the_rig_from_a_slanted_plane() {
+    let plane = Depth::Plane { on_axis: 10.0, slope: [-0.4, 0.3] };
+    let scene = Scene { depth: plane, ..scene(0.05, 0.0) };
+    let pairs = pairs(&scene, 6);
+    for method in all() {
+        let error = error(method.fused(&pairs, &setting()), &scene);
+        assert!(error < 0.5, "{}: {error}", method.name());
+    }
+}
+
+#[test]
 fn every_method_gives_one_estimate_a_pair_and_the_last_is_the_fused_one() {
     let scene = scene(0.3, 0.1);
     let pairs = pairs(&scene, 3);
@@ -96,10 +141,8 @@ fn unreasonable() -> Vec<Vec<Rays>> {
     let p = |x: f64, y: f64| Vector3::new(x, y, 1.0);
     let one = [p(0.1, 0.2), p(0.05, 0.2)];
     let line = |i: i32| [p(0.01 * f64::from(i), 0.0), p(0.01 * f64::from(i) - 0.02, 0.0)];
-    let plane = Scene {
-        depth: crate::depth::Depth::Plane { on_axis: 10.0, slope: [0.0, 0.0] },
-        ..scene(0.0, 0.0)
-    };
+    let plane =
+        Scene { depth: Depth::Plane { on_axis: 10.0, slope: [0.0, 0.0] }, ..scene(0.0, 0.0) };
     // Any numbers, the same for ever.
     let mut state = 1_u32;
     let mut any = || {
