@@ -23,11 +23,18 @@ pub const WRONG_PX: f64 = 2.0;
 /// Largest range of disparities searched, px.
 const MOST_RANGE: u16 = 192;
 
+/// What one set of extrinsics came to.
+#[derive(Debug, Clone)]
+pub struct Attempt {
+    /// Whose extrinsics.
+    pub name: &'static str,
+    /// The rectified pair, or why there is none.
+    pub outcome: Result<Rectification, String>,
+}
+
 /// A pair as one set of extrinsics rectifies it.
 #[derive(Debug, Clone)]
 pub struct Rectification {
-    /// Whose extrinsics.
-    pub name: &'static str,
     /// Rectified left and right image.
     pub images: [Grey; 2],
     /// Of the left image.
@@ -57,19 +64,23 @@ pub struct Scores {
 /// measured are those that ours keeps within [`SCREEN_PX`].
 ///
 /// # Errors
-/// If an estimate is missing, or cannot rectify the images.
-pub fn comparison(scene: &Scene) -> Result<Vec<Rectification>> {
+/// If there is no estimate of ours to measure with, or the scene's cameras are not valid.
+pub fn comparison(scene: &Scene) -> Result<Vec<Attempt>> {
     let start = Extrinsics::SIDE_BY_SIDE;
     let evaluation =
         replay::replay::<f32>(&scene.set, Config::robust(), Extrinsics::SIDE_BY_SIDE, |_| ())?;
     let ours = evaluation.fused().context("no pair of the scene could be fused")?.extrinsics;
     let cameras = scene.set.cameras::<f64>()?;
-    let published = ling_shen(scene, &cameras, start)?;
     let kept = in_row(scene, &cameras, &ours)?;
     let range = range(&cameras, &ours, &kept)?;
-    let all = [("start", start), ("Ling and Shen", published), ("ours", ours)];
-    let one = |(name, extrinsics)| rectification(scene, &cameras, name, &extrinsics, &kept, range);
-    all.into_par_iter().map(one).collect()
+    let published = ling_shen(scene, &cameras, start);
+    let all = [("start", Ok(start)), ("Ling and Shen", published), ("ours", Ok(ours))];
+    let attempt = |(name, extrinsics): (&'static str, Result<Extrinsics<f64>>)| {
+        let rectified = |e| rectification(scene, &cameras, &e, &kept, range);
+        let outcome = extrinsics.and_then(rectified).map_err(|why| format!("{why:#}"));
+        Attempt { name, outcome }
+    };
+    Ok(all.into_par_iter().map(attempt).collect())
 }
 
 fn ling_shen(
@@ -119,14 +130,13 @@ fn range(cameras: &Cameras<f64>, extrinsics: &Extrinsics<f64>, kept: &[Match]) -
 fn rectification(
     scene: &Scene,
     cameras: &Cameras<f64>,
-    name: &'static str,
     extrinsics: &Extrinsics<f64>,
     kept: &[Match],
     range: u16,
 ) -> Result<Rectification> {
     let rotations = RectifyingRotations::from(extrinsics);
     let target = RectifiedCamera::try_choose(cameras, &rotations, 0.0)
-        .with_context(|| format!("{name}: no rectified camera"))?;
+        .context("no camera sees what both see after this rectification")?;
     let images = [
         rectified(&scene.left, &cameras.left, rotations.left(), &target),
         rectified(&scene.right, &cameras.right, rotations.right(), &target),
@@ -141,7 +151,7 @@ fn rectification(
         row_offset_px: offsets.get(offsets.len() / 2).copied().context("no match is in row")?,
     };
     let matches = ends(cameras, &rotations, &target, kept).collect();
-    Ok(Rectification { name, images, disparities, range, matches, scores })
+    Ok(Rectification { images, disparities, range, matches, scores })
 }
 
 /// Where the ends of matches are in the rectified images, px.

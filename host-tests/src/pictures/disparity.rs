@@ -2,9 +2,10 @@
 
 use anyhow::Result;
 
-use super::comparison::{Rectification, WRONG_PX, comparison};
+use super::comparison::{Attempt, Rectification, Scores, WRONG_PX, comparison};
 use super::encode::{disparity_picture, pair_picture};
 use super::scene::Scene;
+use crate::evaluation::SCREEN_PX;
 use crate::report::{Csv, Figure};
 
 /// How far the left view is turned, degrees.
@@ -27,22 +28,26 @@ pub fn disparity_figures(name: &str, command: &str) -> Result<[Figure; 2]> {
             "row offset, median, px",
             "disparities found, share",
             "found and right, share",
+            "failed",
         ],
     );
-    for one in &all {
-        let scores = one.scores;
-        let right = scores.right.map(|right| right.to_string());
-        numbers.push([
-            one.name.into(),
-            scores.row_offset_px.to_string(),
-            scores.valid.to_string(),
-            right.unwrap_or_default(),
-        ]);
+    for Attempt { name, outcome } in &all {
+        let scores = outcome.as_ref().map(|one| one.scores);
+        let cells = match scores {
+            Ok(Scores { row_offset_px, valid, right }) => {
+                let right = right.map(|right| right.to_string()).unwrap_or_default();
+                [row_offset_px.to_string(), valid.to_string(), right, String::new()]
+            }
+            Err(why) => [String::new(), String::new(), String::new(), why.clone()],
+        };
+        numbers.push([(*name).to_owned()].into_iter().chain(cells));
     }
     let mut pairs = numbers.clone();
     pairs.name = format!("rectified_{name}");
     let panels = |picture: fn(&Rectification) -> Result<_>, label: fn(&Rectification) -> String| {
-        all.iter().map(|one| Ok((picture(one)?, label(one)))).collect::<Result<Vec<_>>>()
+        let rectified = all.iter().filter_map(|a| Some((a.name, a.outcome.as_ref().ok()?)));
+        let panel = |(name, one)| Ok((picture(one)?, format!("{name}: {}", label(one))));
+        rectified.map(panel).collect::<Result<Vec<_>>>()
     };
     let disparities = Figure {
         panels: panels(disparity_picture, found)?,
@@ -57,8 +62,9 @@ pub fn disparity_figures(name: &str, command: &str) -> Result<[Figure; 2]> {
         caption: format!(
             "Left and right image of {name}, rectified, side by side. Blue lines are level; an orange \
              line leads level from a match's end in the left image, and the match's end in the right \
-             image should lie on it. All three panels show the same matches: those within 3 px of \
-             their row by ours."
+             image should lie on it. All panels show the same matches: those within {SCREEN_PX} px of \
+             their row by ours.{}",
+            failures(&all)
         ),
         command: command.to_owned(),
         numbers: pairs,
@@ -71,15 +77,21 @@ fn found(one: &Rectification) -> String {
     let right = one.scores.right.map(|right| {
         format!(", {:.1} % found and within {WRONG_PX} px of the published depth", 100.0 * right)
     });
-    format!("{}: {valid:.1} % found{}", one.name, right.unwrap_or_default())
+    format!("{valid:.1} % found{}", right.unwrap_or_default())
 }
 
 fn aligned(one: &Rectification) -> String {
-    format!("{}: median row offset {:.2} px", one.name, one.scores.row_offset_px)
+    format!("median row offset {:.2} px", one.scores.row_offset_px)
 }
 
-fn disparity_caption(scene: &Scene, all: &[Rectification]) -> String {
-    let range = all.first().map_or(0, |one| one.range);
+/// Who could not rectify the pair, and why.
+fn failures(all: &[Attempt]) -> String {
+    let failed = all.iter().filter_map(|a| Some((a.name, a.outcome.as_ref().err()?)));
+    failed.map(|(name, why)| format!(" {name} is missing: {why}.")).collect()
+}
+
+fn disparity_caption(scene: &Scene, all: &[Attempt]) -> String {
+    let range = all.iter().find_map(|a| Some(a.outcome.as_ref().ok()?.range)).unwrap_or(0);
     let truth = if scene.has_depth() {
         format!(
             " Right: within {WRONG_PX} px of what the published depth says under the same rectification, \
@@ -92,9 +104,10 @@ fn disparity_caption(scene: &Scene, all: &[Rectification]) -> String {
         "Dense disparities of {}, pair {}, from yellow (near, {range} px) to dark blue (far, 0 px); grey where left and \
          right image do not agree within 1 px. The left camera is turned by {DEGREES} degrees, which \
          R = I does not know; both estimates are from all {} pairs of the recording. Semi-global \
-         matching on 7 x 7 census transforms, nothing filled in, the same for all.{truth}",
+         matching on 7 x 7 census transforms, nothing filled in, the same for all.{truth}{}",
         scene.set.name,
         scene.pair,
-        scene.set.pairs.len()
+        scene.set.pairs.len(),
+        failures(all)
     )
 }

@@ -10,7 +10,7 @@ mod sgm;
 mod sphere;
 mod warp;
 
-pub use comparison::{Rectification, Scores, WRONG_PX, comparison};
+pub use comparison::{Attempt, Rectification, Scores, WRONG_PX, comparison};
 pub use disparity::disparity_figures;
 pub use encode::{disparity_picture, pair_picture};
 pub use grey::Grey;

@@ -1,8 +1,9 @@
 //! Dense disparities of a rectified pair: census transform and semi-global matching.
 //!
 //! H. Hirschmueller, "Stereo Processing by Semiglobal Matching and Mutual Information", PAMI 2008: costs
-//! aggregated along eight directions, winner takes all, left-right check. The cost is the Hamming
-//! distance of 7 x 7 census transforms. Nothing is filled in, so what is shown is what was found.
+//! aggregated along eight directions, winner takes all. The cost is the Hamming distance of 7 x 7 census
+//! transforms. A disparity counts if no other is nearly as cheap and the right image says the same.
+//! Nothing is filled in, so what is shown is what was found.
 
 use super::grey::Grey;
 
@@ -18,6 +19,10 @@ const LARGE_STEP: u16 = 80;
 
 /// Difference allowed between the disparities found from the left and from the right, px.
 const CONSISTENT: usize = 1;
+
+/// By how much any other disparity must cost more, per cent: the middle of what OpenCV recommends for its
+/// `uniquenessRatio`.
+const UNIQUE_PERCENT: u32 = 10;
 
 /// Disparities of the left image's pixels, `u_l - u_r`, px.
 #[derive(Debug, Clone, PartialEq)]
@@ -143,7 +148,7 @@ fn aggregate_along(
     }
 }
 
-/// One row of disparities: the cheapest, if the right image's pixel says the same.
+/// One row of disparities: the cheapest, if it is unique and the right image's pixel says the same.
 fn row(sums: &[u16], pixels: &[Option<u8>], range: usize) -> Vec<Option<f64>> {
     let width = pixels.len();
     let cheapest = |costs: &mut dyn Iterator<Item = u16>| {
@@ -158,9 +163,17 @@ fn row(sums: &[u16], pixels: &[Option<u8>], range: usize) -> Vec<Option<f64>> {
         pixels[u]?;
         let d = from_left[u];
         let other = *from_right.get(u.checked_sub(d)?)?;
-        (other.abs_diff(d) <= CONSISTENT).then(|| vertex(&sums[u * range..(u + 1) * range], d))
+        let costs = &sums[u * range..(u + 1) * range];
+        (other.abs_diff(d) <= CONSISTENT && unique(costs, d)).then(|| vertex(costs, d))
     };
     (0..width).map(disparity).collect()
+}
+
+/// Whether all disparities but the neighbours cost more by the margin.
+fn unique(costs: &[u16], d: usize) -> bool {
+    let limit = u32::from(costs[d]) * (100 + UNIQUE_PERCENT);
+    let others = costs.iter().enumerate().filter(|(other, _)| other.abs_diff(d) > 1);
+    others.into_iter().all(|(_, &cost)| u32::from(cost) * 100 >= limit)
 }
 
 /// The vertex of the parabola through the least cost and its neighbours.
