@@ -51,6 +51,16 @@ impl Format {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Opencv, Self::Kalibr, Self::Ros];
 
+    /// As it is given on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Opencv => "opencv",
+            Self::Kalibr => "kalibr",
+            Self::Ros => "ros",
+        }
+    }
+
     /// The files of a rig, in this format. A baseline of unknown length is written as 1, with a
     /// comment that says so.
     ///
