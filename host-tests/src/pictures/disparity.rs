@@ -11,7 +11,7 @@ use crate::report::{Csv, Figure};
 /// How far the left view is turned, degrees.
 const DEGREES: f64 = 5.0;
 
-/// Rectified pairs and their disparities: from the start, by Ling and Shen's estimate and by ours.
+/// Rectified pairs and their disparities: from the start, by Ling and Shen's estimate and by both presets.
 ///
 /// * `name`: one of [`Scene::SHIPPED`].
 /// * `command`: what makes the page.
@@ -63,7 +63,7 @@ pub fn disparity_figures(name: &str, command: &str) -> Result<[Figure; 2]> {
             "Left and right image of {name}, rectified, side by side. Blue lines are level; an orange \
              line leads level from a match's end in the left image, and the match's end in the right \
              image should lie on it. All panels show the same matches: those within {SCREEN_PX} px of \
-             their row by ours.{}",
+             their row by the robust preset.{}",
             failures(&all)
         ),
         command: command.to_owned(),
@@ -103,7 +103,7 @@ fn disparity_caption(scene: &Scene, all: &[Attempt]) -> String {
     format!(
         "Dense disparities of {}, pair {}, from yellow (near, {range} px) to dark blue (far, 0 px); grey where left and \
          right image do not agree within 1 px. The left camera is turned by {DEGREES} degrees, which \
-         R = I does not know; both estimates are from all {} pairs of the recording. Semi-global \
+         R = I does not know; the estimates are from all {} pairs of the recording. Semi-global \
          matching on 7 x 7 census transforms, nothing filled in, the same for all.{truth}{}",
         scene.set.name,
         scene.pair,

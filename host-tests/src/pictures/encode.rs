@@ -21,10 +21,10 @@ const UNSEEN: Rgb<u8> = Rgb([40, 44, 60]);
 
 /// Horizontal lines over a pair, and matches at most.
 const LINES: u32 = 12;
-const MATCHES: usize = 24;
+const MATCHES: usize = 16;
 
 /// Radius of the mark of a match's end, px.
-const MARK: i64 = 3;
+const MARK: i64 = 4;
 
 const QUALITY: u8 = 88;
 
@@ -67,13 +67,14 @@ pub fn pair_picture(rectification: &Rectification) -> Result<Picture> {
     });
     for i in 1..LINES {
         let y = height * i / LINES;
-        (0..2 * width).for_each(|x| blend(&mut image, x, y, line));
+        (0..2 * width).for_each(|x| (y..y + 2).for_each(|y| blend(&mut image, x, y, line)));
     }
     for [l, r] in spread(&rectification.matches) {
         let right = [r[0] + f64::from(width), r[1]];
         let y = whole(l[1]);
         for x in whole(l[0])..=whole(right[0]) {
             put(&mut image, [x, y], level);
+            put(&mut image, [x, y + 1], level);
         }
         for point in [*l, right] {
             dot(&mut image, point.map(whole), end);

@@ -61,7 +61,7 @@ impl Cells {
                 ChartBuilder::on(&root).margin(2).build_cartesian_2d(0.0..right, bottom..0.0)?;
             let plane = chart.plotting_area();
             for ([column, row], count) in self.places().filter(|(_, count)| *count > 0) {
-                let color = ViridisRGB.get_color(f64::from(count) / f64::from(most));
+                let color = ViridisRGB.get_color((f64::from(count) / f64::from(most)).sqrt());
                 let at = |x: u16, limit: f64| (f64::from(x) * self.edge).min(limit);
                 let field = [
                     (at(column, right), at(row, bottom)),
@@ -100,7 +100,7 @@ pub(super) fn section(replayed: &Replayed<'_>) -> Result<Section> {
         legend: Vec::new(),
         caption: format!(
             "Matches of all pairs, false ones too, in cells of {edge:.0} px; left image and right image. \
-             Empty: no match; dark blue: few; yellow: {most}, the most."
+             Empty: no match; yellow: {most}, the most; colours by the root of the count."
         ),
         command: replayed.command.to_owned(),
         numbers,

@@ -1,9 +1,9 @@
 //! The final numbers.
 
-use nalgebra::Vector3;
-use stereo_selfcal::{State, so3};
+use stereo_selfcal::{Extrinsics, State, so3};
 
 use super::Replayed;
+use crate::dataset::rows;
 use crate::evaluation::{SCREEN_PX, Summary};
 use crate::report::{Cell, Section, Table};
 
@@ -21,6 +21,9 @@ pub(super) fn section(replayed: &Replayed<'_>, summary: &Summary) -> Section {
         Some(_) => {}
     }
     section.table(table(replayed, summary));
+    if let Some(fused) = replayed.evaluation.fused() {
+        section.table(extrinsics(replayed, &fused.extrinsics));
+    }
     section
 }
 
@@ -41,13 +44,6 @@ fn table(replayed: &Replayed<'_>, summary: &Summary) -> Table {
                 Cell::number(turn.to_degrees(), 4),
                 "deg",
             );
-        }
-        let t: &Vector3<f64> = fused.extrinsics.translation();
-        for (name, part) in ["x", "y", "z"].iter().zip(t) {
-            row(&format!("t, {name}"), Cell::number(*part, 6), "baselines");
-        }
-        for (i, r) in (0..).zip(fused.extrinsics.rotation_row_major()) {
-            row(&format!("R, row {}, column {}", i / 3 + 1, i % 3 + 1), Cell::number(r, 6), "");
         }
     }
     let mut known = |name: &str, value: Option<f64>, factor: f64, decimals, unit: &str| {
@@ -78,4 +74,18 @@ fn table(replayed: &Replayed<'_>, summary: &Summary) -> Table {
         ),
         replayed.command,
     )
+}
+
+/// `R` beside `t`, as they multiply.
+fn extrinsics(replayed: &Replayed<'_>, found: &Extrinsics<f64>) -> Table {
+    let heading = ["row", "R, column 1", "R, column 2", "R, column 3", "t, baselines"];
+    let mut table = Table::new("extrinsics", heading.map(Into::into));
+    let axes = ["x", "y", "z"];
+    for ((axis, r), t) in
+        axes.iter().zip(rows(found.rotation().matrix())).zip(found.translation().iter())
+    {
+        let numbers = r.iter().chain([t]).map(|x| Cell::number(*x, 6));
+        table.push([Cell::text(*axis)].into_iter().chain(numbers).collect());
+    }
+    table.explained("R and t of p_r = R p_l + t, all digits in the file.", replayed.command)
 }
