@@ -86,9 +86,11 @@ fn two_unrelated_textures_agree_nearly_nowhere() {
 
 #[test]
 fn rows_of_a_turned_pair_align_and_its_disparities_are_found_after_calibration_only() {
-    for name in Scene::SHIPPED {
+    for name in ["motorcycle_sift", "opencv_chess_corners"] {
         let all = comparison(&Scene::shipped(name, 5.0).unwrap()).unwrap();
         let [start, ours] = [&all[0], &all[3]].map(|a| a.outcome.as_ref().unwrap());
+        // One is full of mismatches, one has none.
+        assert_eq!(all[1].outcome.is_ok(), name == "opencv_chess_corners", "{}", all[1].name);
         let [before, after] = [start.scores, ours.scores];
         assert!(before.row_offset_px > 20.0 && after.row_offset_px < 0.6, "{before:?} {after:?}");
         assert!(after.valid > 2.0 * before.valid, "{name} {before:?} {after:?}");

@@ -35,6 +35,7 @@ pub use rig::Unknowns;
 use crate::dataset::Meta;
 
 /// Whose files.
+#[expect(clippy::doc_markdown, reason = "doc comments of the variants are help text")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Format {
     /// FileStorage YAML as stereo_calib.cpp writes it: intrinsics.yml (M1 D1 M2 D2) and

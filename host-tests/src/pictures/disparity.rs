@@ -3,10 +3,10 @@
 use anyhow::Result;
 
 use super::comparison::{Attempt, Rectification, Scores, WRONG_PX, comparison};
-use super::encode::{disparity_picture, pair_picture};
+use super::encode::{disparity_picture, missing_picture, pair_picture};
 use super::scene::Scene;
 use crate::evaluation::SCREEN_PX;
-use crate::report::{Csv, Figure};
+use crate::report::{Csv, Figure, Picture};
 
 /// How far the left view is turned, degrees.
 const DEGREES: f64 = 5.0;
@@ -44,20 +44,27 @@ pub fn disparity_figures(name: &str, command: &str) -> Result<[Figure; 2]> {
     }
     let mut pairs = numbers.clone();
     pairs.name = format!("rectified_{name}");
-    let panels = |picture: fn(&Rectification) -> Result<_>, label: fn(&Rectification) -> String| {
-        let rectified = all.iter().filter_map(|a| Some((a.name, a.outcome.as_ref().ok()?)));
-        let panel = |(name, one)| Ok((picture(one)?, format!("{name}: {}", label(one))));
-        rectified.map(panel).collect::<Result<Vec<_>>>()
+    let [width, height] = scene.left.size();
+    let panels = |size: [u16; 2],
+                  picture: fn(&Rectification) -> Result<Picture>,
+                  label: fn(&Rectification) -> String| {
+        let panel = |Attempt { name, outcome }: &Attempt| match outcome {
+            Ok(one) => Ok((picture(one)?, format!("{name}: {}", label(one)))),
+            Err(why) => {
+                Ok((missing_picture(size, &format!("{name}: nothing to show"))?, why.clone()))
+            }
+        };
+        all.iter().map(panel).collect::<Result<Vec<_>>>()
     };
     let disparities = Figure {
-        panels: panels(disparity_picture, found)?,
+        panels: panels([width, height], disparity_picture, found)?,
         legend: Vec::new(),
         caption: disparity_caption(&scene, &all),
         command: command.to_owned(),
         numbers,
     };
     let rectified = Figure {
-        panels: panels(pair_picture, aligned)?,
+        panels: panels([2 * width, height], pair_picture, aligned)?,
         legend: Vec::new(),
         caption: format!(
             "Left and right image of {name}, rectified, side by side. Blue lines are level; an orange \
@@ -87,7 +94,8 @@ fn aligned(one: &Rectification) -> String {
 /// Who could not rectify the pair, and why.
 fn failures(all: &[Attempt]) -> String {
     let failed = all.iter().filter_map(|a| Some((a.name, a.outcome.as_ref().err()?)));
-    failed.map(|(name, why)| format!(" {name} is missing: {why}.")).collect()
+    let sentence = |(name, why)| format!(" {name} has nothing to show: {why}.");
+    failed.map(sentence).collect::<Vec<_>>().concat()
 }
 
 fn disparity_caption(scene: &Scene, all: &[Attempt]) -> String {

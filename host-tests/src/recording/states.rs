@@ -8,7 +8,7 @@ use crate::evaluation::{Step, Verdict};
 use crate::report::palette::{self, SERIES};
 use crate::report::{Entry, Sample};
 
-const SIZE: (u32, u32) = (960, 120);
+const SIZE: (u32, u32) = (640, 120);
 
 /// All states that are drawn, with their colours; none is drawn as nothing.
 const STATES: [(State, palette::Color); 4] = [
@@ -26,7 +26,7 @@ pub(super) fn strip(steps: &[Step]) -> Result<String> {
         let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
         let mut chart = ChartBuilder::on(&root)
             .margin(8)
-            .x_label_area_size(44)
+            .x_label_area_size(48)
             .build_cartesian_2d(0.0..f64::from(count.max(1)), 0.0..1.0)?;
         chart
             .configure_mesh()
@@ -35,7 +35,7 @@ pub(super) fn strip(steps: &[Step]) -> Result<String> {
             .x_labels(10)
             .x_label_formatter(&|x| format!("{x:.0}"))
             .x_desc("pairs so far")
-            .label_style(("sans-serif", 15))
+            .label_style(("sans-serif", 16))
             .draw()?;
         for (i, step) in (0..count).map(f64::from).zip(steps) {
             let state = step.estimate.map(|estimate| estimate.state);
