@@ -51,6 +51,10 @@ pub(crate) struct EvaluateArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
     trials: Option<u64>,
 
+    /// Leave out the pictures of disparities and of spheres, which are made anew each time.
+    #[arg(long)]
+    no_pictures: bool,
+
     /// Measure everything anew.
     #[arg(long)]
     fresh: bool,
@@ -86,6 +90,7 @@ impl EvaluateArgs {
             data: self.data.clone(),
             methods: self.methods.clone(),
             effort: self.trials.map_or(effort, |trials| effort.with_trials(trials)),
+            pictures: !self.no_pictures,
             fresh: self.fresh,
             command: self.command(),
         }
