@@ -1,6 +1,5 @@
 //! `selfcal evaluate`.
 
-use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -109,8 +108,10 @@ impl EvaluateArgs {
             command += " --full";
         }
         if let Some(trials) = self.trials {
-            // Writing to a string does not fail.
-            let _ = write!(command, " --trials {trials}");
+            command = format!("{command} --trials {trials}");
+        }
+        if self.no_pictures {
+            command += " --no-pictures";
         }
         command
     }

@@ -4,100 +4,99 @@ use super::Found;
 use super::curves::rms;
 use super::order::FEW_MISMATCHES;
 use crate::evaluate::ordering::{Judged, ORDER};
+use crate::evaluate::recorded::Pair;
 use crate::evaluate::sweep::{Axis, Sweep};
 use crate::report::{Cell, Section, Table};
 
-/// How long after a knock the estimate is looked at, pairs.
-const AFTER: [usize; 2] = [3, 20];
+/// How long after a knock the estimates are looked at, pairs.
+const AFTER: usize = 3;
+
+/// A line of the table: what, and `e_t`, `e_theta` if measured.
+type Line = (String, Option<Pair>, usize);
 
 pub(super) fn section(found: &Found<'_>) -> Section {
     let mut section = Section::new("In short");
-    let mut table = Table::new("in_short", ["what".into(), "figure".into()]);
-    let mut line = |what: &str, figure: Option<String>| {
-        table.push(vec![
-            Cell::text(what),
-            figure.map_or(Cell::missing("-", "not measured"), Cell::text),
-        ]);
-    };
     let wrong: Vec<&Judged<'_>> =
         found.judged.iter().filter(|j| j.row.set.mismatches > FEW_MISMATCHES).collect();
     let [ours, paper, other] = ORDER;
-    line(
-        &format!("recordings with mismatches: cells in which {ours} <= {paper} <= {other}"),
-        (!wrong.is_empty()).then(|| {
-            let holds = wrong.iter().filter(|judged| judged.holds()).count();
-            let unexplained = wrong.iter().filter(|judged| judged.is_unexplained()).count();
-            format!("{holds} of {}; {unexplained} unexplained", wrong.len())
-        }),
-    );
-    for (against, name) in [(1, paper), (2, other)] {
-        line(
-            &format!("the same: error of {name} over that of {ours}, geometric mean, e_t, e_theta"),
-            ratios(&wrong, against),
-        );
+    if !wrong.is_empty() {
+        section.text(format!(
+            "On recordings with mismatches {ours} <= {paper} <= {other} holds in {} of {} cells; {} of the \
+             others are unexplained.",
+            wrong.iter().filter(|judged| judged.holds()).count(),
+            wrong.len(),
+            wrong.iter().filter(|judged| judged.is_unexplained()).count(),
+        ));
     }
-    line(
-        &format!(
-            "one pair of 256 matches: e_t, e_theta of {ours} over the Cramer-Rao bound, without \
-             mismatches and with most"
-        ),
-        over_bound(found, Axis::Outliers),
-    );
-    line(
-        &format!("pairs fused, 10 % wrong: the same, of one pair and of most"),
-        over_bound(found, Axis::Pairs),
-    );
-    let [soon, later] = AFTER;
-    line(
-        &format!(
-            "after a knock: e_theta of {ours}, {paper} after {soon} pairs; after {later} pairs, rad"
-        ),
-        knocked(found),
-    );
+    let heading = ["what", "e_t", "e_theta"];
+    let mut table = Table::new("in_short", heading.map(String::from));
+    for (what, errors, decimals) in lines(found, &wrong) {
+        let Some([t, theta]) = errors else { continue };
+        table.push(vec![
+            Cell::text(what),
+            Cell::number(t, decimals),
+            Cell::number(theta, decimals),
+        ]);
+    }
     section.table(table.explained(
-        "Figures of this page. Ratios above 1 in favour of ours; 1 is as good as the bound.",
+        "Figures of this page. Over the bound: RMS error over the least that the true matches allow, \
+         which is 1 within the chance of so many scenes.",
         &found.request.command,
     ));
     section
 }
 
+fn lines(found: &Found<'_>, wrong: &[&Judged<'_>]) -> Vec<Line> {
+    let [ours, paper, other] = ORDER;
+    let ratio = |against: usize, name: &str| {
+        let what = format!(
+            "recordings with mismatches: error of {name} over that of {ours}, geometric mean"
+        );
+        (what, ratios(wrong, against), 1)
+    };
+    let bound = |axis: Axis, value: f64, what: &str| {
+        (format!("{ours} over the bound: {what}"), over_bound(found, axis, value), 2)
+    };
+    let after = |name: &str| {
+        let what = format!("{AFTER} pairs after a knock of 0.0087 rad: {name}, rad");
+        (what, knocked(found, name), 5)
+    };
+    vec![
+        ratio(1, paper),
+        ratio(2, other),
+        bound(Axis::Outliers, 0.0, "one pair of 256 matches, none wrong"),
+        bound(Axis::Outliers, 0.3, "one pair, 30 % wrong"),
+        bound(Axis::Outliers, 0.6, "one pair, 60 % wrong"),
+        bound(Axis::Pairs, 100.0, "100 pairs fused, 10 % wrong"),
+        after(ours),
+        after(paper),
+    ]
+}
+
 /// Geometric means over the cells in which both have an estimate.
-fn ratios(judged: &[&Judged<'_>], against: usize) -> Option<String> {
+fn ratios(judged: &[&Judged<'_>], against: usize) -> Option<Pair> {
     let of = |part: usize| {
-        let ratio = |j: &&&Judged<'_>| j.errors[against] / j.errors[0];
-        let logs: Vec<f64> = judged
-            .iter()
-            .filter(|j| j.part == part)
-            .map(|j| ratio(&j).ln())
+        let of_part = judged.iter().filter(|j| j.part == part);
+        let logs: Vec<f64> = of_part
+            .map(|j| (j.errors[against] / j.errors[0]).ln())
             .filter(|log| log.is_finite())
             .collect();
         let count = f64::from(u32::try_from(logs.len()).ok()?);
         (count > 0.0).then(|| (logs.iter().sum::<f64>() / count).exp())
     };
-    Some(format!("{:.1}, {:.1}", of(0)?, of(1)?))
+    Some([of(0)?, of(1)?])
 }
 
-/// At the first and at the last value.
-fn over_bound(found: &Found<'_>, axis: Axis) -> Option<String> {
+fn over_bound(found: &Found<'_>, axis: Axis, value: f64) -> Option<Pair> {
     let sweep: &Sweep = found.sweeps.iter().find(|sweep| sweep.axis == axis)?;
     let place = found.methods.iter().position(|by| by.name() == ORDER[0])?;
-    let at = |i: usize| {
-        let trials = &sweep.trials[place][i];
-        let bound = sweep.bound[i].as_ref().ok()?;
-        let [t, r] = [rms(trials, |t| t.e_t)? / bound[0], rms(trials, |t| t.e_theta)? / bound[1]];
-        Some(format!("{t:.2}, {r:.2} at {}", sweep.values[i]))
-    };
-    Some(format!("{}; {}", at(0)?, at(sweep.values.len().checked_sub(1)?)?))
+    let at = sweep.values.iter().position(|x| x.total_cmp(&value).is_eq())?;
+    let [t, theta] = *sweep.bound[at].as_ref().ok()?;
+    let trials = &sweep.trials[place][at];
+    Some([rms(trials, |trial| trial.e_t)? / t, rms(trials, |trial| trial.e_theta)? / theta])
 }
 
-fn knocked(found: &Found<'_>) -> Option<String> {
-    let of = |method: &str, after: usize| {
-        let (_, course) = found.courses.iter().find(|(name, _)| *name == method)?;
-        let [_, e_theta] = (*course.as_ref().ok()?.get(super::knock::FIRST + after - 1)?)?;
-        Some(format!("{e_theta:.5}"))
-    };
-    let [soon, later] = AFTER;
-    let [ours, paper, _] = ORDER;
-    let both = |after: usize| Some(format!("{}, {}", of(ours, after)?, of(paper, after)?));
-    Some(format!("{}; {}", both(soon)?, both(later)?))
+fn knocked(found: &Found<'_>, method: &str) -> Option<Pair> {
+    let (_, course) = found.courses.iter().find(|(name, _)| *name == method)?;
+    *course.as_ref().ok()?.get(super::knock::FIRST + AFTER - 1)?
 }
