@@ -16,6 +16,7 @@ pub mod oracle;
 pub mod pictures;
 pub mod plot;
 pub mod progress;
+pub mod recording;
 pub mod rectified;
 pub mod reference;
 pub mod replay;

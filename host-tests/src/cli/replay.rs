@@ -27,6 +27,7 @@ use super::source::Source;
   selfcal replay opencv_chess_corners
   selfcal replay motorcycle_sift --view top --degrees 5
   selfcal replay path/to/my_recording --initial factory.json --scalar f64 --json
+  selfcal replay opencv_chess_sift --report target/page
   selfcal replay flight.scmf --rig path/to/meta.json --capacity 256")]
 pub(crate) struct ReplayArgs {
     #[command(flatten)]

@@ -1,12 +1,14 @@
 //! What `replay` and `synth` share: what is shown of a run.
 
 use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use clap::Args;
 use host_tests::dataset::Dataset;
 use host_tests::evaluation::{Evaluation, Step};
 use host_tests::progress;
+use host_tests::recording::Replayed;
 
 use super::setup::Setup;
 
@@ -19,6 +21,12 @@ pub(crate) struct RunArgs {
     /// Print one JSON object and nothing else. Angles in rad, R row-major.
     #[arg(long)]
     json: bool,
+
+    /// Write a page of the run into this folder: index.html with states, row offsets, claims, coverage
+    /// and the estimates on their spheres, its numbers in csv/, and the calibrated rig for OpenCV, Kalibr
+    /// and ROS in rig/. Files of an earlier page are replaced.
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
 }
 
 impl RunArgs {
@@ -27,10 +35,14 @@ impl RunArgs {
         let evaluation = self.replay(set)?;
         let summary = evaluation.summary(set)?;
         let mut out = io::stdout();
+        let page = self.report.as_ref().map(|dir| write_page(set, &evaluation, dir)).transpose()?;
         if self.json {
             writeln!(out, "{}", serde_json::to_string_pretty(&summary)?)?;
         } else {
             writeln!(out, "\n{summary}")?;
+            if let Some(path) = page {
+                writeln!(out, "page               {}", path.display())?;
+            }
         }
         if evaluation.fused().is_none() {
             bail!("none of the {} pairs could be fused", set.pairs.len());
@@ -58,4 +70,10 @@ impl RunArgs {
         written?;
         Ok(evaluation)
     }
+}
+
+fn write_page(set: &Dataset, evaluation: &Evaluation, dir: &Path) -> Result<PathBuf> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let command = format!("selfcal {}", arguments.join(" "));
+    Replayed { set, evaluation, command: &command }.write(dir)
 }

@@ -117,15 +117,12 @@ impl Setup {
             return Ok(Extrinsics::SIDE_BY_SIDE);
         }
         let read = || -> Result<Extrinsics<T>> {
-            let (r, t) = match json(&self.initial)? {
-                Some(text) => {
-                    let initial: Initial = serde_json::from_str(&text)?;
-                    (matrix(&initial.r), Vector3::from(initial.t))
-                }
-                None => {
-                    let extrinsics = conventions::import_extrinsics(&self.initial)?;
-                    (*extrinsics.rotation().matrix(), extrinsics.translation().into_inner())
-                }
+            let (r, t) = if let Some(text) = json(&self.initial)? {
+                let initial: Initial = serde_json::from_str(&text)?;
+                (matrix(&initial.r), Vector3::from(initial.t))
+            } else {
+                let extrinsics = conventions::import_extrinsics(&self.initial)?;
+                (*extrinsics.rotation().matrix(), extrinsics.translation().into_inner())
             };
             Ok(Extrinsics::try_new(&r.map(T::lit), &t.map(T::lit))?)
         };

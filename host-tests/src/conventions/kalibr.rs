@@ -51,7 +51,8 @@ pub(super) fn pose(files: &Files) -> Result<Pose> {
             .collect::<Result<_, _>>()
             .context("has a row that is not of 4 numbers")?;
         let [a, b, c, last]: [[f64; 4]; 4] = rows.try_into().ok().context("has not 4 rows")?;
-        ensure!(last == [0.0, 0.0, 0.0, 1.0], "has {last:?} for its last row, not [0, 0, 0, 1]");
+        let homogeneous = last.iter().zip([0.0, 0.0, 0.0, 1.0]).all(|(a, b)| (a - b).abs() < 1e-9);
+        ensure!(homogeneous, "has {last:?} for its last row, not [0, 0, 0, 1]");
         let r = [a, b, c].map(|[x, y, z, _]| [x, y, z]);
         Pose::of(r, [a, b, c].map(|[.., t]| t))
     };

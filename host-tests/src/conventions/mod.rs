@@ -35,6 +35,7 @@ pub use rig::Unknowns;
 use crate::dataset::Meta;
 
 /// Whose files.
+#[expect(clippy::doc_markdown, reason = "doc comments of the variants are help text")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Format {
     /// FileStorage YAML as stereo_calib.cpp writes it: intrinsics.yml (M1 D1 M2 D2) and
@@ -50,6 +51,16 @@ pub enum Format {
 impl Format {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Opencv, Self::Kalibr, Self::Ros];
+
+    /// As it is given on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Opencv => "opencv",
+            Self::Kalibr => "kalibr",
+            Self::Ros => "ros",
+        }
+    }
 
     /// The files of a rig, in this format. A baseline of unknown length is written as 1, with a
     /// comment that says so.

@@ -1,4 +1,4 @@
-//! OpenCV's FileStorage YAML, as the sample `stereo_calib.cpp` writes it.
+//! OpenCV's `FileStorage` YAML, as the sample `stereo_calib.cpp` writes it.
 //!
 //! `x_2 = R x_1 + T` with the left camera first (`cv::stereoCalibrate`), so ours but for the length.
 //! Image size and `fisheye_model` are the keys of the sample `camera_calibration.cpp`.

@@ -1,6 +1,6 @@
 //! What the formats have in common: two cameras, a pose between them, and the checks of both.
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::Extrinsics;
 
@@ -13,7 +13,7 @@ const ROTATION: f64 = 2e-3;
 /// What files may leave open.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unknowns {
-    /// Image width and height, px: OpenCV's stereo_calib.cpp does not write them.
+    /// Image width and height, px: OpenCV's `stereo_calib.cpp` does not write them.
     pub size: Option<[u16; 2]>,
     /// Length of OpenCV's unit of `T`, m: that of the chessboard it was calibrated from.
     pub unit_m: f64,
@@ -61,12 +61,10 @@ impl Pose {
     pub(super) fn extrinsics(&self) -> Result<Extrinsics<f64>> {
         let r = matrix(&self.r);
         let off = (r.transpose() * r - Matrix3::identity()).amax();
-        // Not `>`: a NaN must fail this test.
-        if !(off <= ROTATION) || r.determinant() <= 0.0 {
-            bail!(
-                "R is not a rotation: R^T R is off the identity by {off:.1e}, or it is a reflection"
-            );
-        }
+        ensure!(
+            off <= ROTATION && r.determinant() > 0.0,
+            "R is not a rotation: R^T R is off the identity by {off:.1e}, or it is a reflection"
+        );
         let [x, y, _] = self.t;
         ensure!(
             x < y.abs(),

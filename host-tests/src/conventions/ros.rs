@@ -1,4 +1,4 @@
-//! ROS `camera_info` files of a pair, as camera_calibration writes them.
+//! ROS `camera_info` files of a pair, as `camera_calibration` writes them.
 //!
 //! The extrinsics are in the rectification: `R = R_r^T R_l` and `t` is minus the first row of `R_r`,
 //! whatever turn about the baseline the rectified frame has; `P[0][3] = -fx b` of the right camera.

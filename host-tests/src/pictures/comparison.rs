@@ -41,7 +41,7 @@ pub struct Rectification {
     pub disparities: Disparities,
     /// Range that was searched, px.
     pub range: u16,
-    /// Ends of matches that are in row under the last extrinsics of the comparison, rectified, px.
+    /// Ends of matches that are in row under the robust preset's extrinsics, rectified, px.
     pub matches: Vec<[[f64; 2]; 2]>,
     /// Its numbers.
     pub scores: Scores,
@@ -54,33 +54,44 @@ pub struct Scores {
     pub valid: f64,
     /// Share of the left pixels of known depth whose disparity is found and within [`WRONG_PX`].
     pub right: Option<f64>,
-    /// Median row offset of those matches that are in row under the last extrinsics, px.
+    /// Median row offset of those matches that are in row under the robust preset's, px.
     pub row_offset_px: f64,
 }
 
-/// The start, Ling and Shen's estimate and ours over all pairs of the scene, each rectifying its images.
+/// The start, Ling and Shen's estimate, and those of the presets as published and robust, over all pairs
+/// of the scene, each rectifying its images.
 ///
 /// Each chooses a camera in which every rectified pixel is seen by both (alpha 0). The matches shown and
-/// measured are those that ours keeps within [`SCREEN_PX`].
+/// measured are those that the robust preset keeps within [`SCREEN_PX`].
 ///
 /// # Errors
 /// If there is no estimate of ours to measure with, or the scene's cameras are not valid.
 pub fn comparison(scene: &Scene) -> Result<Vec<Attempt>> {
     let start = Extrinsics::SIDE_BY_SIDE;
-    let evaluation =
-        replay::replay::<f32>(&scene.set, Config::robust(), Extrinsics::SIDE_BY_SIDE, |_| ())?;
-    let ours = evaluation.fused().context("no pair of the scene could be fused")?.extrinsics;
+    let ours = calibrated(scene, Config::robust())?;
     let cameras = scene.set.cameras::<f64>()?;
     let kept = in_row(scene, &cameras, &ours)?;
     let range = range(&cameras, &ours, &kept)?;
     let published = ling_shen(scene, &cameras, start);
-    let all = [("start", Ok(start)), ("Ling and Shen", published), ("ours", Ok(ours))];
+    let paper = calibrated(scene, Config::paper());
+    let all = [
+        ("start", Ok(start)),
+        ("Ling and Shen", published),
+        ("ours: paper", paper),
+        ("ours: robust", Ok(ours)),
+    ];
     let attempt = |(name, extrinsics): (&'static str, Result<Extrinsics<f64>>)| {
         let rectified = |e| rectification(scene, &cameras, &e, &kept, range);
         let outcome = extrinsics.and_then(rectified).map_err(|why| format!("{why:#}"));
         Attempt { name, outcome }
     };
     Ok(all.into_par_iter().map(attempt).collect())
+}
+
+fn calibrated(scene: &Scene, config: Config) -> Result<Extrinsics<f64>> {
+    let start = Extrinsics::<f32>::SIDE_BY_SIDE;
+    let evaluation = replay::replay(&scene.set, config, start, |_| ())?;
+    Ok(evaluation.fused().context("no pair of the scene could be fused")?.extrinsics)
 }
 
 fn ling_shen(

@@ -3,15 +3,15 @@
 use anyhow::Result;
 
 use super::comparison::{Attempt, Rectification, Scores, WRONG_PX, comparison};
-use super::encode::{disparity_picture, pair_picture};
+use super::encode::{disparity_picture, missing_picture, pair_picture};
 use super::scene::Scene;
 use crate::evaluation::SCREEN_PX;
-use crate::report::{Csv, Figure};
+use crate::report::{Csv, Figure, Picture};
 
 /// How far the left view is turned, degrees.
 const DEGREES: f64 = 5.0;
 
-/// Rectified pairs and their disparities: from the start, by Ling and Shen's estimate and by ours.
+/// Rectified pairs and their disparities: from the start, by Ling and Shen's estimate and by both presets.
 ///
 /// * `name`: one of [`Scene::SHIPPED`].
 /// * `command`: what makes the page.
@@ -44,26 +44,33 @@ pub fn disparity_figures(name: &str, command: &str) -> Result<[Figure; 2]> {
     }
     let mut pairs = numbers.clone();
     pairs.name = format!("rectified_{name}");
-    let panels = |picture: fn(&Rectification) -> Result<_>, label: fn(&Rectification) -> String| {
-        let rectified = all.iter().filter_map(|a| Some((a.name, a.outcome.as_ref().ok()?)));
-        let panel = |(name, one)| Ok((picture(one)?, format!("{name}: {}", label(one))));
-        rectified.map(panel).collect::<Result<Vec<_>>>()
+    let [width, height] = scene.left.size();
+    let panels = |size: [u16; 2],
+                  picture: fn(&Rectification) -> Result<Picture>,
+                  label: fn(&Rectification) -> String| {
+        let panel = |Attempt { name, outcome }: &Attempt| match outcome {
+            Ok(one) => Ok((picture(one)?, format!("{name}: {}", label(one)))),
+            Err(why) => {
+                Ok((missing_picture(size, &format!("{name}: nothing to show"))?, why.clone()))
+            }
+        };
+        all.iter().map(panel).collect::<Result<Vec<_>>>()
     };
     let disparities = Figure {
-        panels: panels(disparity_picture, found)?,
+        panels: panels([width, height], disparity_picture, found)?,
         legend: Vec::new(),
         caption: disparity_caption(&scene, &all),
         command: command.to_owned(),
         numbers,
     };
     let rectified = Figure {
-        panels: panels(pair_picture, aligned)?,
+        panels: panels([2 * width, height], pair_picture, aligned)?,
         legend: Vec::new(),
         caption: format!(
             "Left and right image of {name}, rectified, side by side. Blue lines are level; an orange \
              line leads level from a match's end in the left image, and the match's end in the right \
              image should lie on it. All panels show the same matches: those within {SCREEN_PX} px of \
-             their row by ours.{}",
+             their row by the robust preset.{}",
             failures(&all)
         ),
         command: command.to_owned(),
@@ -87,7 +94,8 @@ fn aligned(one: &Rectification) -> String {
 /// Who could not rectify the pair, and why.
 fn failures(all: &[Attempt]) -> String {
     let failed = all.iter().filter_map(|a| Some((a.name, a.outcome.as_ref().err()?)));
-    failed.map(|(name, why)| format!(" {name} is missing: {why}.")).collect()
+    let sentence = |(name, why)| format!(" {name} has nothing to show: {why}.");
+    failed.map(sentence).collect::<Vec<_>>().concat()
 }
 
 fn disparity_caption(scene: &Scene, all: &[Attempt]) -> String {
@@ -103,7 +111,7 @@ fn disparity_caption(scene: &Scene, all: &[Attempt]) -> String {
     format!(
         "Dense disparities of {}, pair {}, from yellow (near, {range} px) to dark blue (far, 0 px); grey where left and \
          right image do not agree within 1 px. The left camera is turned by {DEGREES} degrees, which \
-         R = I does not know; both estimates are from all {} pairs of the recording. Semi-global \
+         R = I does not know; the estimates are from all {} pairs of the recording. Semi-global \
          matching on 7 x 7 census transforms, nothing filled in, the same for all.{truth}{}",
         scene.set.name,
         scene.pair,

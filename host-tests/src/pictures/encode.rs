@@ -5,8 +5,9 @@ use std::io::Cursor;
 use anyhow::{Context, Result};
 use image::codecs::jpeg::JpegEncoder;
 use image::{ImageFormat, Rgb, RgbImage};
-use plotters::style::RGBColor;
+use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::comparison::Rectification;
 use super::grey::Grey;
@@ -21,10 +22,10 @@ const UNSEEN: Rgb<u8> = Rgb([40, 44, 60]);
 
 /// Horizontal lines over a pair, and matches at most.
 const LINES: u32 = 12;
-const MATCHES: usize = 24;
+const MATCHES: usize = 16;
 
 /// Radius of the mark of a match's end, px.
-const MARK: i64 = 3;
+const MARK: i64 = 4;
 
 const QUALITY: u8 = 88;
 
@@ -67,13 +68,14 @@ pub fn pair_picture(rectification: &Rectification) -> Result<Picture> {
     });
     for i in 1..LINES {
         let y = height * i / LINES;
-        (0..2 * width).for_each(|x| blend(&mut image, x, y, line));
+        (0..2 * width).for_each(|x| (y..y + 2).for_each(|y| blend(&mut image, x, y, line)));
     }
     for [l, r] in spread(&rectification.matches) {
         let right = [r[0] + f64::from(width), r[1]];
         let y = whole(l[1]);
         for x in whole(l[0])..=whole(right[0]) {
             put(&mut image, [x, y], level);
+            put(&mut image, [x, y + 1], level);
         }
         for point in [*l, right] {
             dot(&mut image, point.map(whole), end);
@@ -84,6 +86,26 @@ pub fn pair_picture(rectification: &Rectification) -> Result<Picture> {
         .encode_image(&image)
         .context("cannot encode the pair")?;
     Ok(Picture::Jpeg(bytes))
+}
+
+/// What stands where there is no rectified pair.
+///
+/// # Errors
+/// If the picture cannot be drawn.
+pub fn missing_picture(size: [u16; 2], words: &str) -> Result<Picture> {
+    let [width, height] = size.map(u32::from);
+    let mut svg = String::new();
+    {
+        let root = SVGBackend::with_string(&mut svg, (width, height)).into_drawing_area();
+        let centred = Pos::new(HPos::Center, VPos::Center);
+        let style = ("sans-serif", height / 16).into_font().color(&BLACK).pos(centred);
+        let [right, bottom] = size.map(i32::from);
+        root.draw(&Text::new(words, (right / 2, bottom / 2), style))?;
+        let frame = [(0, 0), (right - 1, bottom - 1)];
+        root.draw(&Rectangle::new(frame, BLACK.mix(0.5).stroke_width(2)))?;
+        root.present()?;
+    }
+    Ok(Picture::Svg(svg))
 }
 
 fn paste(image: &mut RgbImage, side: &Grey, x: u32) {

@@ -12,7 +12,7 @@ mod warp;
 
 pub use comparison::{Attempt, Rectification, Scores, WRONG_PX, comparison};
 pub use disparity::disparity_figures;
-pub use encode::{disparity_picture, pair_picture};
+pub use encode::{disparity_picture, missing_picture, pair_picture};
 pub use grey::Grey;
 pub use scene::Scene;
 pub use sgm::Disparities;

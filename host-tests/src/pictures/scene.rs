@@ -39,7 +39,7 @@ struct Depth {
 
 impl Scene {
     /// Names of the scenes that come with the project.
-    pub const SHIPPED: [&str; 2] = ["motorcycle_sift", "opencv_chess_sift"];
+    pub const SHIPPED: [&str; 3] = ["motorcycle_sift", "opencv_chess_sift", "opencv_chess_corners"];
 
     /// A shipped scene, its left view turned up by so many degrees.
     ///
@@ -48,8 +48,10 @@ impl Scene {
     pub fn shipped(name: &str, degrees: f64) -> Result<Self> {
         let [left, right] = match name {
             "motorcycle_sift" => ["motorcycle_left.jpg", "motorcycle_right.jpg"],
-            "opencv_chess_sift" => ["chess_01_left.jpg", "chess_01_right.jpg"],
-            _ => anyhow::bail!("{name} has no images; {} have", Self::SHIPPED.join(" and ")),
+            "opencv_chess_sift" | "opencv_chess_corners" => {
+                ["chess_01_left.jpg", "chess_01_right.jpg"]
+            }
+            _ => anyhow::bail!("{name} has no images; {} have", Self::SHIPPED.join(", ")),
         };
         let images = Dataset::shipped().join("images");
         let set = Dataset::load(&Dataset::shipped().join(name))?;

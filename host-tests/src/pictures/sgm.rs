@@ -5,6 +5,8 @@
 //! transforms. A disparity counts if no other is nearly as cheap and the right image says the same.
 //! Nothing is filled in, so what is shown is what was found.
 
+use rayon::prelude::*;
+
 use super::grey::Grey;
 
 /// Census window, half of it, px.
@@ -14,15 +16,15 @@ const REACH: isize = 3;
 const UNSEEN: u8 = 24;
 
 /// Penalties of a disparity that changes by 1 px between neighbours, and by more (eq 13 there).
-const SMALL_STEP: u16 = 8;
-const LARGE_STEP: u16 = 80;
+const SMALL_STEP: i16 = 8;
+const LARGE_STEP: i16 = 80;
 
 /// Difference allowed between the disparities found from the left and from the right, px.
 const CONSISTENT: usize = 1;
 
 /// By how much any other disparity must cost more, per cent: the middle of what OpenCV recommends for its
 /// `uniquenessRatio`.
-const UNIQUE_PERCENT: u32 = 10;
+const UNIQUE_PERCENT: i32 = 10;
 
 /// Disparities of the left image's pixels, `u_l - u_r`, px.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,15 +38,15 @@ pub struct Disparities {
 impl Disparities {
     /// Of a rectified pair, each disparity from 0 to below `range`, px.
     ///
-    /// Both images must be of one size; where the right one is smaller, it is unseen.
+    /// Both images must be of one size: rows beyond the right one's have none.
     #[must_use]
     pub fn of(left: &Grey, right: &Grey, range: u16) -> Self {
         let range = usize::from(range.max(1));
         let width = left.width();
         let costs = matching_costs(left, right, range);
         let sums = aggregated(&costs, width, range);
-        let rows = sums.chunks(width * range).zip(left.pixels().chunks(width));
-        let pixels = rows.flat_map(|(sums, pixels)| row(sums, pixels, range)).collect();
+        let rows = sums.par_chunks(width * range).zip(left.pixels().par_chunks(width));
+        let pixels = rows.flat_map_iter(|(sums, pixels)| row(sums, pixels, range)).collect();
         Self { size: left.size(), pixels }
     }
 
@@ -83,22 +85,22 @@ fn census(image: &Grey) -> Vec<Option<u64>> {
 fn matching_costs(left: &Grey, right: &Grey, range: usize) -> Vec<u8> {
     let width = left.width();
     let (left, right) = (census(left), census(right));
-    let mut costs = Vec::with_capacity(left.len() * range);
-    for (i, l) in left.iter().enumerate() {
-        let column = i % width;
-        for d in 0..range {
-            let r = if d <= column { right.get(i - d).copied().flatten() } else { None };
-            let cost = l
-                .zip(r)
-                .map_or(UNSEEN, |(l, r)| u8::try_from((l ^ r).count_ones()).unwrap_or(UNSEEN));
-            costs.push(cost);
+    let mut costs = vec![UNSEEN; left.len() * range];
+    let rows = costs.par_chunks_mut(width * range).zip(left.par_chunks(width));
+    rows.zip(right.par_chunks(width)).for_each(|((costs, left), right)| {
+        for ((u, l), costs) in left.iter().enumerate().zip(costs.chunks_mut(range)) {
+            let from_here = right.get(..=u).unwrap_or(right).iter().rev();
+            for (cost, r) in costs.iter_mut().zip(from_here) {
+                let bits = l.zip(*r).map(|(l, r)| (l ^ r).count_ones());
+                *cost = bits.and_then(|bits| u8::try_from(bits).ok()).unwrap_or(UNSEEN);
+            }
         }
-    }
+    });
     costs
 }
 
 /// Sums of the path costs of all eight directions.
-fn aggregated(costs: &[u8], width: usize, range: usize) -> Vec<u16> {
+fn aggregated(costs: &[u8], width: usize, range: usize) -> Vec<i16> {
     let mut sums = vec![0; costs.len()];
     for (dx, dy) in [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1)] {
         aggregate_along(costs, &mut sums, width, range, (dx, dy));
@@ -109,7 +111,7 @@ fn aggregated(costs: &[u8], width: usize, range: usize) -> Vec<u16> {
 /// Adds `L_r` (eq 13 there) of one direction to the sums.
 fn aggregate_along(
     costs: &[u8],
-    sums: &mut [u16],
+    sums: &mut [i16],
     width: usize,
     range: usize,
     (dx, dy): (isize, isize),
@@ -118,10 +120,11 @@ fn aggregate_along(
     let height = costs.len() / stride;
     let in_order =
         |n: usize, forward: bool| (0..n).map(move |i| if forward { i } else { n - 1 - i });
-    let mut above = vec![0_u16; stride];
-    let mut here = vec![0_u16; stride];
+    let mut above = vec![0_i16; stride];
+    let mut here = vec![0_i16; stride];
+    // 16 bits with a sign: every processor takes the least of several of these at once.
     // The path so far, with a place on either side that costs too much to come from.
-    let mut before = vec![u16::MAX / 2; range + 2];
+    let mut before = vec![i16::MAX / 2; range + 2];
     for (n, y) in in_order(height, dy >= 0).enumerate() {
         std::mem::swap(&mut above, &mut here);
         for x in in_order(width, dx >= 0) {
@@ -137,11 +140,12 @@ fn aggregate_along(
             let least = before.iter().copied().min().unwrap_or(0);
             let at = (y * width + x) * range;
             let pixel = costs[at..at + range].iter().zip(&mut sums[at..at + range]);
-            let places = before.windows(3).zip(&mut here[x * range..(x + 1) * range]);
-            for ((cost, sum), (near, path)) in pixel.zip(places) {
-                let step = near[0].min(near[2]) + SMALL_STEP;
-                let cheapest = near[1].min(step).min(least + LARGE_STEP);
-                *path = u16::from(*cost) + cheapest - least;
+            let near = before[..range].iter().zip(&before[1..=range]).zip(&before[2..]);
+            let places = near.zip(&mut here[x * range..(x + 1) * range]);
+            for ((cost, sum), (((below, same), above), path)) in pixel.zip(places) {
+                let step = *below.min(above) + SMALL_STEP;
+                let cheapest = step.min(*same).min(least + LARGE_STEP);
+                *path = i16::from(*cost) + cheapest - least;
                 *sum += *path;
             }
         }
@@ -149,9 +153,9 @@ fn aggregate_along(
 }
 
 /// One row of disparities: the cheapest, if it is unique and the right image's pixel says the same.
-fn row(sums: &[u16], pixels: &[Option<u8>], range: usize) -> Vec<Option<f64>> {
+fn row(sums: &[i16], pixels: &[Option<u8>], range: usize) -> Vec<Option<f64>> {
     let width = pixels.len();
-    let cheapest = |costs: &mut dyn Iterator<Item = u16>| {
+    let cheapest = |costs: &mut dyn Iterator<Item = i16>| {
         costs.enumerate().min_by_key(|&(_, cost)| cost).map_or(0, |(d, _)| d)
     };
     let from_left: Vec<usize> =
@@ -170,14 +174,14 @@ fn row(sums: &[u16], pixels: &[Option<u8>], range: usize) -> Vec<Option<f64>> {
 }
 
 /// Whether all disparities but the neighbours cost more by the margin.
-fn unique(costs: &[u16], d: usize) -> bool {
-    let limit = u32::from(costs[d]) * (100 + UNIQUE_PERCENT);
+fn unique(costs: &[i16], d: usize) -> bool {
+    let limit = i32::from(costs[d]) * (100 + UNIQUE_PERCENT);
     let others = costs.iter().enumerate().filter(|(other, _)| other.abs_diff(d) > 1);
-    others.into_iter().all(|(_, &cost)| u32::from(cost) * 100 >= limit)
+    others.into_iter().all(|(_, &cost)| i32::from(cost) * 100 >= limit)
 }
 
 /// The vertex of the parabola through the least cost and its neighbours.
-fn vertex(costs: &[u16], d: usize) -> f64 {
+fn vertex(costs: &[i16], d: usize) -> f64 {
     let whole = u32::try_from(d).map_or(0.0, f64::from);
     let neighbours = d.checked_sub(1).and_then(|i| costs.get(i)).zip(costs.get(d + 1));
     let Some((&low, &high)) = neighbours else { return whole };

@@ -1,9 +1,10 @@
 //! Estimates of single pairs on the unit sphere, with the fused one and the reference, as the paper
 //! pictures its fusion (its eqs 20-22): baseline directions `t^k` and rotation axes `v^k`.
 
+use std::f64::consts::{PI, TAU};
+
 use anyhow::Result;
 use nalgebra::Vector3;
-use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use stereo_selfcal::{Extrinsics, so3};
@@ -13,6 +14,14 @@ use crate::report::{Csv, Entry, Figure, Picture, Sample};
 
 const SIZE: (u32, u32) = (460, 460);
 const DOT: u32 = 3;
+const TITLE: (&str, u32) = ("sans-serif", 18);
+const LABEL: (&str, u32) = ("sans-serif", 15);
+
+/// Left and right of the sphere, as much as its title takes above it, px.
+const SIDES: u32 = 14;
+
+/// Half of what a picture of the surroundings shows at least, rad.
+const LEAST_REACH: f64 = 1e-4;
 
 /// Of the sphere's grid, degrees, and samples along each of its lines.
 const GRID_DEG: i16 = 30;
@@ -20,8 +29,6 @@ const SAMPLES: i16 = 72;
 
 /// The picture of the whole sphere is not seen along the estimates, which would hide its curvature, rad.
 const ASIDE: f64 = 0.5;
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// What a run estimated.
 #[derive(Debug, Clone)]
@@ -51,13 +58,13 @@ pub fn sphere_figure(name: &str, estimates: &Estimates, command: &str) -> Result
     let t = estimates.directions(|e| e.translation().into_inner());
     let v = estimates.directions(|e| axis(&so3::log(e.rotation())));
     let mut panels = Vec::new();
-    for (directions, symbol, what) in [(&t, "t", "baseline direction"), (&v, "v", "rotation axis")]
-    {
-        panels.push((Picture::Svg(globe(directions)?), format!("{what} {symbol}^k, whole sphere")));
-        panels.push((
-            Picture::Svg(zoom(directions, symbol)?),
-            format!("{what} {symbol}^k around the reference, mrad"),
-        ));
+    let kinds =
+        [(&t, "baseline direction t", "mrad", 1e3), (&v, "rotation axis v", "degrees", 180.0 / PI)];
+    for (directions, what, unit, factor) in kinds {
+        let [whole, near] =
+            [format!("{what} of each pair"), format!("{what}, around the reference")];
+        panels.push((Picture::Svg(globe(directions, &whole)?), whole));
+        panels.push((Picture::Svg(zoom(directions, &near, unit, factor)?), near));
     }
     let angle = so3::log(estimates.reference.rotation()).norm().to_degrees();
     Ok(Figure {
@@ -65,7 +72,7 @@ pub fn sphere_figure(name: &str, estimates: &Estimates, command: &str) -> Result
         legend: vec![
             Entry::new(Sample::Dots, Some(SERIES[0]), "one pair"),
             Entry::new(Sample::Dots, Some(SERIES[1]), "fused"),
-            Entry::new(Sample::Dots, None, "reference"),
+            Entry::new(Sample::Dots, None, "reference (a cross)"),
         ],
         caption: format!(
             "Every pair's baseline direction t^k and rotation axis v^k on the unit sphere; beside each \
@@ -116,12 +123,12 @@ fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
 }
 
 /// The sphere as seen from afar, the reference a little aside of the middle.
-fn globe(directions: &Directions) -> Result<String> {
+fn globe(directions: &Directions, title: &str) -> Result<String> {
     let [right, down] = across(&directions.reference);
     let towards = (directions.reference + (right - down * 0.7) * ASIDE).normalize();
     let [right, down] = across(&towards);
     let seen = |p: &Vector3<f64>| ((p.dot(&right), p.dot(&down)), p.dot(&towards) >= 0.0);
-    drawn(1.06, |plane| {
+    drawn(title, |plane| {
         for line in graticule() {
             for ends in line.windows(2) {
                 let [(a, near), (b, also)] = [seen(&ends[0]), seen(&ends[1])];
@@ -139,17 +146,19 @@ fn globe(directions: &Directions) -> Result<String> {
     })
 }
 
-/// By arc length around the reference, mrad.
-fn zoom(directions: &Directions, symbol: &str) -> Result<String> {
+/// By arc length around the reference.
+///
+/// * `factor`: of the unit in 1 rad.
+fn zoom(directions: &Directions, title: &str, unit: &str, factor: f64) -> Result<String> {
     let [right, down] = across(&directions.reference);
     let unrolled = |p: &Vector3<f64>| {
         let [x, y] = [p.dot(&right), p.dot(&down)];
         let arc = x.hypot(y).atan2(p.dot(&directions.reference));
-        let scale = if arc > 0.0 { 1e3 * arc / x.hypot(y).max(f64::MIN_POSITIVE) } else { 0.0 };
+        let scale = if arc > 0.0 { factor * arc / x.hypot(y).max(f64::MIN_POSITIVE) } else { 0.0 };
         ((x * scale, y * scale), true)
     };
     let all = directions.pairs.iter().chain(&directions.fused);
-    let reach = all.fold(0.1, |most: f64, p| {
+    let reach = all.fold(LEAST_REACH * factor, |most: f64, p| {
         let ((x, y), _) = unrolled(p);
         most.max(x.abs()).max(y.abs())
     });
@@ -159,19 +168,20 @@ fn zoom(directions: &Directions, symbol: &str) -> Result<String> {
         let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
         let mut chart = ChartBuilder::on(&root);
         let mut chart = chart
-            .margin(12)
+            .margin(8)
+            .caption(title, TITLE)
             .x_label_area_size(40)
             .y_label_area_size(58)
             .build_cartesian_2d(-limit..limit, limit..-limit)?;
         chart
             .configure_mesh()
-            .x_desc(format!("{symbol}, across, mrad"))
-            .y_desc(format!("{symbol}, down, mrad"))
+            .x_desc(format!("across, {unit}"))
+            .y_desc(format!("down, {unit}"))
             .x_labels(6)
             .y_labels(6)
             .light_line_style(TRANSPARENT)
             .bold_line_style(BLACK.mix(0.12))
-            .label_style(("sans-serif", 13))
+            .label_style(LABEL)
             .draw()?;
         directions.draw(chart.plotting_area(), unrolled)?;
         root.present()?;
@@ -181,13 +191,17 @@ fn zoom(directions: &Directions, symbol: &str) -> Result<String> {
 
 type Plane<'a> = DrawingArea<SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// A square picture, `-limit` to `limit` either way, y down.
-fn drawn(limit: f64, draw: impl FnOnce(&Plane<'_>) -> Result<()>) -> Result<String> {
+/// A picture that holds the unit circle, y down.
+fn drawn(title: &str, draw: impl FnOnce(&Plane<'_>) -> Result<()>) -> Result<String> {
+    let limit = 1.04;
     let mut svg = String::new();
     {
-        let root: Area<'_> = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        let chart =
-            ChartBuilder::on(&root).margin(4).build_cartesian_2d(-limit..limit, limit..-limit)?;
+        let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        let chart = ChartBuilder::on(&root)
+            .margin_left(SIDES)
+            .margin_right(SIDES)
+            .caption(title, TITLE)
+            .build_cartesian_2d(-limit..limit, limit..-limit)?;
         draw(chart.plotting_area())?;
         root.present()?;
     }
@@ -238,5 +252,5 @@ fn graticule() -> Vec<Vec<Vector3<f64>>> {
 
 /// `i` of `n` parts of a full turn, rad.
 fn turn(i: i16, n: i16) -> f64 {
-    std::f64::consts::TAU * f64::from(i) / f64::from(n)
+    TAU * f64::from(i) / f64::from(n)
 }

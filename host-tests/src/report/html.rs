@@ -67,6 +67,9 @@ fn section(id: &str, section: &Section, count: &mut Count) -> Markup {
                     Block::Alarm(words) => p.alarm { (words) },
                     Block::Table(table) => (self::table(table, count)),
                     Block::Figure(figure) => (self::figure(figure, count)),
+                    Block::Listing { name, text } => {
+                        details { summary { code { (name) } } pre { code { (text) } } }
+                    },
                 }
             }
         }

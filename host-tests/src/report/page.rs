@@ -41,6 +41,13 @@ pub enum Block {
     Table(Table),
     /// A figure.
     Figure(Figure),
+    /// Lines of a file, folded up under its name.
+    Listing {
+        /// Of the file.
+        name: String,
+        /// What is in it.
+        text: String,
+    },
 }
 
 impl Page {
@@ -105,9 +112,14 @@ impl Section {
         self.blocks.push(Block::Figure(figure));
     }
 
+    /// One more file.
+    pub fn listing(&mut self, name: impl Into<String>, text: impl Into<String>) {
+        self.blocks.push(Block::Listing { name: name.into(), text: text.into() });
+    }
+
     fn numbers(&self) -> impl Iterator<Item = Csv> {
         self.blocks.iter().filter_map(|block| match block {
-            Block::Text(_) | Block::Alarm(_) => None,
+            Block::Text(_) | Block::Alarm(_) | Block::Listing { .. } => None,
             Block::Table(table) => Some(table.numbers()),
             Block::Figure(figure) => Some(figure.numbers.clone()),
         })
