@@ -1,6 +1,5 @@
 //! `selfcal evaluate`.
 
-use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -51,6 +50,10 @@ pub(crate) struct EvaluateArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
     trials: Option<u64>,
 
+    /// Leave out the pictures of disparities and of spheres, which are made anew each time.
+    #[arg(long)]
+    no_pictures: bool,
+
     /// Measure everything anew.
     #[arg(long)]
     fresh: bool,
@@ -86,6 +89,7 @@ impl EvaluateArgs {
             data: self.data.clone(),
             methods: self.methods.clone(),
             effort: self.trials.map_or(effort, |trials| effort.with_trials(trials)),
+            pictures: !self.no_pictures,
             fresh: self.fresh,
             command: self.command(),
         }
@@ -104,8 +108,10 @@ impl EvaluateArgs {
             command += " --full";
         }
         if let Some(trials) = self.trials {
-            // Writing to a string does not fail.
-            let _ = write!(command, " --trials {trials}");
+            command = format!("{command} --trials {trials}");
+        }
+        if self.no_pictures {
+            command += " --no-pictures";
         }
         command
     }

@@ -15,9 +15,9 @@ pub struct Effort {
 
 impl Effort {
     /// Minutes.
-    pub const QUICK: Self = Self { single: 24, fused: 6, steps: 6, dense: false };
+    pub const QUICK: Self = Self { single: 200, fused: 50, steps: 50, dense: false };
     /// Hours.
-    pub const FULL: Self = Self { single: 1000, fused: 200, steps: 200, dense: true };
+    pub const FULL: Self = Self { single: 10_000, fused: 2000, steps: 2000, dense: true };
 
     /// With so many scenes and runs of each kind.
     #[must_use]

@@ -42,6 +42,8 @@ pub struct Request {
     pub methods: Vec<String>,
     /// How much is measured.
     pub effort: Effort,
+    /// Whether disparities and spheres are pictured.
+    pub pictures: bool,
     /// Forget what was measured before.
     pub fresh: bool,
     /// What the page says it was made by.
@@ -154,6 +156,7 @@ mod tests {
             data: Vec::new(),
             methods: ["robust", "paper", "ling-shen"].map(String::from).to_vec(),
             effort: Effort::QUICK.with_trials(1),
+            pictures: false,
             fresh: false,
             command: "cargo selfcal evaluate".into(),
         }

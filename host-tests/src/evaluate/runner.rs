@@ -39,7 +39,7 @@ pub struct Runner<'a> {
     bar: &'a ProgressBar,
     cells: AtomicUsize,
     reused: AtomicUsize,
-    failed: Mutex<Vec<String>>,
+    failed: Mutex<Vec<(String, String)>>,
 }
 
 /// What became of the cells.
@@ -50,7 +50,7 @@ pub struct Tally {
     /// Measured by an earlier run.
     pub reused: usize,
     /// Those without an outcome, and why, in order.
-    pub failed: Vec<String>,
+    pub failed: Vec<(String, String)>,
 }
 
 impl<'a> Runner<'a> {
@@ -103,7 +103,7 @@ impl<'a> Runner<'a> {
             Ok(outcome) => self.store.put(&key, serde_json::to_value(outcome)?)?,
             Err(why) => {
                 let mut failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner);
-                failed.push(format!("{}: {why}", cell.label()));
+                failed.push((cell.label(), why.clone()));
             }
         }
         self.bar.inc(1);
@@ -154,7 +154,8 @@ mod tests {
         let (first, tally) = run(dir.path());
         assert_eq!((first[0].clone(), first[2].clone()), (Ok(1.0), Ok(2.0)));
         assert_eq!((tally.cells, tally.reused), (4, 0));
-        assert_eq!(tally.failed, ["half of 7: seven is odd", "half of 9: it panicked: nine"]);
+        let failed = [("half of 7", "seven is odd"), ("half of 9", "it panicked: nine")];
+        assert_eq!(tally.failed, failed.map(|(what, why)| (what.to_owned(), why.to_owned())));
         let (again, tally_again) = run(dir.path());
         assert_eq!(again, first);
         assert_eq!(tally_again, Tally { reused: 2, ..tally });

@@ -97,6 +97,19 @@ impl Axis {
     pub const ALL: [Self; 6] =
         [Self::Matches, Self::Noise, Self::Outliers, Self::Pairs, Self::Depth, Self::Band];
 
+    /// In a word, or two.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Matches => "matches",
+            Self::Noise => "noise",
+            Self::Outliers => "mismatches",
+            Self::Pairs => "pairs",
+            Self::Depth => "depth",
+            Self::Band => "band",
+        }
+    }
+
     /// Values of a curve with all its points.
     #[must_use]
     pub fn values(self) -> &'static [f64] {
@@ -157,7 +170,7 @@ impl Cell for Point<'_> {
     const KIND: &'static str = "generated";
 
     fn label(&self) -> String {
-        format!("{} over {:?}, {}", self.method, self.axis, self.value)
+        format!("{}, {} {}", self.method, self.axis.name(), self.value)
     }
 
     fn measure(&self) -> Result<Vec<Option<Trial>>> {
@@ -181,7 +194,7 @@ impl Cell for Bound {
     const KIND: &'static str = "bound";
 
     fn label(&self) -> String {
-        format!("Cramer-Rao bound over {:?}, {}", self.axis, self.value)
+        format!("Cramer-Rao bound, {} {}", self.axis.name(), self.value)
     }
 
     fn measure(&self) -> Result<[f64; 2]> {

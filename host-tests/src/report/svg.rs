@@ -22,7 +22,7 @@ pub fn inline(svg: &str, label: &str) -> String {
     let whole = format!("0 0 {width} {height}");
     let label = maud::html! { (label) }.into_string();
     format!(
-        "<svg viewBox=\"{}\" role=\"img\" aria-label=\"{label}\" style=\"max-width:{width}px\">{}",
+        "<svg viewBox=\"{}\" role=\"img\" aria-label=\"{label}\" style=\"max-width:calc(1.2*{width}px)\">{}",
         of("viewBox").unwrap_or(&whole),
         recolored(body.trim_end())
     )
@@ -48,7 +48,7 @@ mod tests {
         assert_eq!(
             inlined,
             "<svg viewBox=\"0 0 30 20\" role=\"img\" aria-label=\"a &lt; b\" \
-             style=\"max-width:30px\">\n<rect fill=\"var(--page)\"/>\
+             style=\"max-width:calc(1.2*30px)\">\n<rect fill=\"var(--page)\"/>\
              <g stroke=\"currentColor\" fill=\"var(--s0)\"/></svg>"
         );
     }

@@ -11,7 +11,7 @@ use super::pose::Pose;
 use super::{Setting, usable};
 use crate::oracle::Rays;
 
-/// Deviation of the start about each axis, rad.
+/// Deviation of the start about each axis, rad: that of the core.
 pub(super) const PRIOR_SD: f64 = 0.1;
 
 /// Deviation of what the rig moves by from pair to pair, rad about each axis.

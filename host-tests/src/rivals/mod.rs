@@ -1,4 +1,7 @@
-//! The methods that ours are compared with, each written from its publication alone, in `f64`.
+//! The methods that ours are compared with, in `f64`: those of the literature and common practice.
+//!
+//! Each is written independently of the core, from what is known of its publication; what had to be
+//! filled in or was left out stands in its file, and in [`Method::source`].
 
 mod bundle;
 mod cauchy;

@@ -21,6 +21,9 @@ use crate::oracle::Rays;
 /// Unknowns.
 const N: usize = 5;
 
+/// Squared spread of the sigma points, in variances: the number of unknowns, at kappa 0.
+const SPREAD_SQUARED: f64 = 5.0;
+
 /// The method.
 #[derive(Debug, Clone, Copy)]
 pub struct MuellerUkf;
@@ -58,7 +61,7 @@ struct Linearised {
 fn updated(prior: &Belief, about: &Belief, rays: &[Rays], noise: f64) -> Option<Belief> {
     let cholesky = about.covariance.cholesky()?;
     let (root, inverse) = (cholesky.l(), cholesky.inverse());
-    let spread = f64::from(u8::try_from(N).ok()?).sqrt();
+    let spread = SPREAD_SQUARED.sqrt();
     let steps: [Vector5<f64>; 2 * N] = std::array::from_fn(|i| {
         let side = if i < N { spread } else { -spread };
         root.column(i % N) * side
@@ -67,7 +70,7 @@ fn updated(prior: &Belief, about: &Belief, rays: &[Rays], noise: f64) -> Option<
     let linearise = |rays: &Rays| {
         let seen = essentials.each_ref().map(|e| Scaling::Sampson.residual(e, rays));
         // All weigh alike: the middle one has no weight at kappa 0.
-        let weight = 1.0 / (2.0 * spread * spread);
+        let weight = 0.5 / SPREAD_SQUARED;
         let mean = weight * seen.iter().sum::<f64>();
         let off = || seen.iter().map(|e| e - mean);
         let cross: Vector5<f64> = steps.iter().zip(off()).map(|(d, e)| d * (e * weight)).sum();

@@ -19,7 +19,8 @@ pub(super) fn section(found: &Found<'_>) -> Section {
     let command = found.request.command.as_str();
     for (part, name) in PARTS.iter().enumerate() {
         let caption = format!(
-            "e_{name}, rad, of all pairs fused; the best of a row is marked. Last columns: the joint \
+            "e_{name}, rad, of all pairs fused; the best of a row is marked, with what \
+             is, like it, below the reference's standard error. Last columns: the joint \
              maximum-likelihood fit of the matches within 2 px of the reference's rows, which is how far \
              the data themselves are from the reference, and the reference's standard error. Table {} \
              of the paper in form.",
@@ -46,6 +47,9 @@ fn cells(row: &Row<'_>, part: usize) -> Vec<Cell> {
     let errors: Vec<Measured<f64>> =
         row.errors.iter().map(|errors| value(errors, |errors| errors.fused[part])).collect();
     let best = errors.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+    let sd = row.set.reference.map(|sd| [sd.translation, sd.rotation][part]);
+    // Below the error of the reference nothing is better than anything.
+    let best = best.max(sd.unwrap_or(0.0));
     let evidence = row.look.is_evidence();
     let cell = |error: &Measured<f64>| match error {
         Err(why) => Cell::missing("failed", why),
@@ -61,8 +65,8 @@ fn cells(row: &Row<'_>, part: usize) -> Vec<Cell> {
         Ok(errors) => Cell::number(errors[part], 4).faint(),
         Err(why) => Cell::missing("failed", why),
     });
-    cells.push(match row.set.reference {
-        Some(sd) => Cell::number([sd.translation, sd.rotation][part], 4).faint(),
+    cells.push(match sd {
+        Some(sd) => Cell::number(sd, 4).faint(),
         None => Cell::missing("", "not known"),
     });
     cells
@@ -101,7 +105,7 @@ fn spread(found: &Found<'_>) -> Figure {
         panels: found.sets.iter().flat_map(|set| panels(found, &set.digest)).collect(),
         legend: legend.collect(),
         caption: "Errors of single pairs, root mean square over those that a method solved, by view. A \
-                  recording of one pair has its error in place of a mean. Views that are no evidence are \
+                  recording of one pair has its error in place of a mean; a cross is a method without an estimate. Views that are no evidence are \
                   left out. Figures 2 and 3 of the paper in form."
             .into(),
         command: found.request.command.clone(),

@@ -8,62 +8,55 @@ use crate::report::{Csv, Entry, Figure, Picture, Sample, Section};
 
 /// Words of a curve.
 struct Words {
-    name: &'static str,
     x: &'static str,
     log: bool,
     caption: &'static str,
 }
 
 /// A number of a trial.
-type Of = fn(&Trial) -> f64;
+pub(super) type Of = fn(&Trial) -> f64;
 
 const ERRORS: [(&str, Of); 2] = [("e_t, rad", |t| t.e_t), ("e_theta, rad", |t| t.e_theta)];
 const OFFSETS: [(&str, Of); 2] =
     [("row offset, px", |t| t.row_px), ("reprojection error, px", |t| t.reprojection_px)];
 
 fn words(axis: Axis) -> Words {
-    let (name, x, log, caption) = match axis {
+    let (x, log, caption) = match axis {
         Axis::Matches => (
-            "matches",
             "matches a pair",
             true,
             "One pair, 0.3 px of noise, no mismatches, points 3 to 80 baselines away.",
         ),
         Axis::Noise => (
-            "noise",
             "noise of a coordinate, px",
             true,
             "One pair of 256 matches, no mismatches, points 3 to 80 baselines away.",
         ),
         Axis::Outliers => (
-            "outliers",
             "share of mismatches",
             false,
             "One pair of 256 matches, 0.3 px of noise, points 3 to 80 baselines away. Half of the \
              mismatches are anywhere, half within 60 px and 20 rows of the truth.",
         ),
         Axis::Pairs => (
-            "pairs",
             "pairs fused",
             true,
             "Pairs of 256 matches, 10 % wrong, 0.3 px of noise, points 3 to 80 baselines away.",
         ),
         Axis::Depth => (
-            "depth",
             "nearest point, baselines",
             true,
             "One pair of 256 matches, 10 % wrong, 0.3 px of noise; the farthest point is ten times as \
              far as the nearest. 3: near, 30: far, 300: very far.",
         ),
         Axis::Band => (
-            "band",
             "height of the band with matches, image heights",
             true,
             "One pair of 256 matches, 10 % wrong, 0.3 px of noise, all in a band across the middle of \
              the image.",
         ),
     };
-    Words { name, x, log, caption }
+    Words { x, log, caption }
 }
 
 pub(super) fn sections(found: &Found<'_>) -> Vec<Section> {
@@ -76,8 +69,8 @@ pub(super) fn sections(found: &Found<'_>) -> Vec<Section> {
     let mut sections = vec![noise];
     let mut errors = Section::new("Error against mismatches, pairs, depth and band");
     errors.text(
-        "The same rig. Curves are root mean squares over the same scenes for all methods, of the trials in \
-         which a method has an estimate; the numbers say how many have none, and give the median beside. \
+        "The same rig. Curves are root mean squares over the same scenes for all methods, of those in \
+         which a method has an estimate; the CSV files say how many have none, and give medians. \
          The broken black line is the Cramer-Rao bound of the true matches: no unbiased estimate errs less.",
     );
     for sweep in &found.sweeps {
@@ -129,10 +122,27 @@ fn figure(found: &Found<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of); 2])
     Figure {
         panels: parts.iter().enumerate().map(panel).collect(),
         legend,
-        caption: format!("{} {scenes} scenes a point.", words.caption),
+        caption: format!(
+            "{} {scenes} scenes a point: by chance alone a curve is off by {:.0} % (1 sd). Where curves \
+             coincide, ours is on top.",
+            words.caption,
+            100.0 * chance(scenes),
+        ),
         command: found.request.command.clone(),
-        numbers: numbers(found, sweep, &format!("{}_{unit}", words.name), words.x, parts, bounded),
+        numbers: numbers(
+            found,
+            sweep,
+            &format!("{}_{unit}", sweep.axis.name()),
+            words.x,
+            parts,
+            bounded,
+        ),
     }
+}
+
+/// Relative standard error of a root mean square over so many scenes, of one degree of freedom each.
+fn chance(scenes: usize) -> f64 {
+    (0.5 / f64::from(u32::try_from(scenes.max(1)).unwrap_or(u32::MAX))).sqrt()
 }
 
 fn numbers(
@@ -179,7 +189,7 @@ fn numbers_of(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Vec<f64> {
     trials.iter().flatten().flatten().map(of).collect()
 }
 
-fn rms(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Option<f64> {
+pub(super) fn rms(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Option<f64> {
     let numbers = numbers_of(trials, of);
     let count = f64::from(u32::try_from(numbers.len()).ok()?);
     let squares: f64 = numbers.iter().map(|x| x * x).sum();

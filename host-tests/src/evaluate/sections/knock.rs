@@ -5,15 +5,18 @@ use crate::evaluate::chart::{self, Curve, Scale};
 use crate::evaluate::step::{PAIRS, TURN_DEG};
 use crate::report::{Csv, Entry, Figure, Picture, Sample, Section};
 
+/// The first pair of the turned rig.
+pub(super) const FIRST: usize = PAIRS / 2;
+
 const PARTS: [&str; 2] = ["e_t", "e_theta"];
 
 pub(super) fn section(found: &Found<'_>) -> Section {
     let mut section = Section::new("After a knock");
     section.text(format!(
         "The right camera turns by {TURN_DEG} degrees about a random axis at pair {} of {PAIRS}, with 10 % \
-         mismatches. Who averages all pairs forgets the old rig never, a filter slowly; ours notices and \
-         begins anew.",
-        PAIRS / 2,
+         mismatches. A mean over all pairs never forgets the old rig, a filter forgets it slowly; the robust \
+         preset notices, and begins anew.",
+        FIRST,
     ));
     let panel = |(part, name): (usize, &&str)| {
         let mut curves: Vec<Curve> = found
