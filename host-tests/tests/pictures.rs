@@ -86,33 +86,26 @@ fn two_unrelated_textures_agree_nearly_nowhere() {
 
 #[test]
 fn rows_of_a_turned_pair_align_and_its_disparities_are_found_after_calibration_only() {
-    for name in ["motorcycle_sift", "opencv_chess_corners"] {
-        let all = comparison(&Scene::shipped(name, 5.0).unwrap()).unwrap();
-        let [start, ours] = [&all[0], &all[3]].map(|a| a.outcome.as_ref().unwrap());
-        // One is full of mismatches, one has none.
-        assert_eq!(all[1].outcome.is_ok(), name == "opencv_chess_corners", "{}", all[1].name);
-        let [before, after] = [start.scores, ours.scores];
-        assert!(before.row_offset_px > 20.0 && after.row_offset_px < 0.6, "{before:?} {after:?}");
-        assert!(after.valid > 2.0 * before.valid, "{name} {before:?} {after:?}");
-        let apart = |one: &Rectification| {
-            let mut apart: Vec<f64> =
-                one.matches.iter().map(|[l, r]| (l[1] - r[1]).abs()).collect();
-            apart.sort_by(f64::total_cmp);
-            apart[apart.len() / 2]
-        };
-        assert!(apart(start) > 20.0 && apart(ours) < 1.0, "{} {}", apart(start), apart(ours));
-        if let [Some(before), Some(after)] = [before.right, after.right] {
-            assert!(before < 0.1 && after > 0.6, "{before} {after}");
-        }
-        for one in [start, ours] {
-            let Picture::Png(png) = disparity_picture(one).unwrap() else { panic!("no PNG") };
-            let decoded = image::load_from_memory(&png).unwrap();
-            assert_eq!([decoded.width(), decoded.height()], scene_size(one));
-            let Picture::Jpeg(jpeg) = pair_picture(one).unwrap() else { panic!("no JPEG") };
-            let decoded = image::load_from_memory(&jpeg).unwrap();
-            let [width, height] = scene_size(one);
-            assert_eq!([decoded.width(), decoded.height()], [2 * width, height]);
-        }
+    let all = comparison(&Scene::shipped("motorcycle_sift", 5.0).unwrap()).unwrap();
+    let [start, ours] = [&all[0], &all[3]].map(|a| a.outcome.as_ref().unwrap());
+    let [before, after] = [start.scores, ours.scores];
+    assert!(before.row_offset_px > 20.0 && after.row_offset_px < 0.6, "{before:?} {after:?}");
+    assert!(after.valid > 2.0 * before.valid, "{before:?} {after:?}");
+    assert!(before.right.unwrap() < 0.1 && after.right.unwrap() > 0.6, "{before:?} {after:?}");
+    let apart = |one: &Rectification| {
+        let mut apart: Vec<f64> = one.matches.iter().map(|[l, r]| (l[1] - r[1]).abs()).collect();
+        apart.sort_by(f64::total_cmp);
+        apart[apart.len() / 2]
+    };
+    assert!(apart(start) > 20.0 && apart(ours) < 1.0, "{} {}", apart(start), apart(ours));
+    for one in [start, ours] {
+        let [width, height] = scene_size(one);
+        let Picture::Png(png) = disparity_picture(one).unwrap() else { panic!("no PNG") };
+        let decoded = image::load_from_memory(&png).unwrap();
+        assert_eq!([decoded.width(), decoded.height()], [width, height]);
+        let Picture::Jpeg(jpeg) = pair_picture(one).unwrap() else { panic!("no JPEG") };
+        let decoded = image::load_from_memory(&jpeg).unwrap();
+        assert_eq!([decoded.width(), decoded.height()], [2 * width, height]);
     }
 }
 
