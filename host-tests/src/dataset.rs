@@ -81,6 +81,31 @@ impl Meta {
             fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
         serde_json::from_str(&text).with_context(|| format!("cannot understand {}", path.display()))
     }
+
+    /// Both cameras.
+    ///
+    /// # Errors
+    /// Says what of the intrinsics or the lens is wrong.
+    pub fn cameras<T: Scalar>(&self) -> Result<Cameras<T>> {
+        let camera = |k: &Rows, dist: &[f64], side: &str| {
+            camera(k, dist, self.lens, [self.width, self.height])
+                .with_context(|| format!("{side} camera"))
+        };
+        Ok(Cameras {
+            left: camera(&self.k_l, &self.dist_l, "left")?,
+            right: camera(&self.k_r, &self.dist_r, "right")?,
+        })
+    }
+
+    /// `R` and unit `t`.
+    ///
+    /// # Errors
+    /// If they are not those of a stereo rig.
+    pub fn extrinsics<T: Scalar>(&self) -> Result<Extrinsics<T>> {
+        let r = matrix(&self.r).map(T::lit);
+        let t = Vector3::from(self.t).map(T::lit);
+        Extrinsics::try_new(&r, &t).context("extrinsics of the data set")
+    }
 }
 
 /// Lens model of a data set.
@@ -216,26 +241,17 @@ impl Dataset {
     /// Both cameras.
     ///
     /// # Errors
-    /// Says what of the intrinsics or the lens is wrong.
+    /// As [`Meta::cameras`].
     pub fn cameras<T: Scalar>(&self) -> Result<Cameras<T>> {
-        let Meta { width, height, lens, .. } = self.meta;
-        let camera = |k: &Rows, dist: &[f64], side: &str| {
-            camera(k, dist, lens, [width, height]).with_context(|| format!("{side} camera"))
-        };
-        Ok(Cameras {
-            left: camera(&self.meta.k_l, &self.meta.dist_l, "left")?,
-            right: camera(&self.meta.k_r, &self.meta.dist_r, "right")?,
-        })
+        self.meta.cameras()
     }
 
     /// Extrinsics that the data set holds for true; of the last pair, where the rig moves.
     ///
     /// # Errors
-    /// If they are not those of a stereo rig.
+    /// As [`Meta::extrinsics`].
     pub fn truth<T: Scalar>(&self) -> Result<Extrinsics<T>> {
-        let r = matrix(&self.meta.r).map(T::lit);
-        let t = Vector3::from(self.meta.t).map(T::lit);
-        Extrinsics::try_new(&r, &t).context("extrinsics of the data set")
+        self.meta.extrinsics()
     }
 
     /// The truth of each pair; empty where the rig does not move.

@@ -42,11 +42,15 @@ pub struct Step {
     pub solved: Option<Solved>,
     /// Error of the running estimate after this pair.
     pub running: Option<Deviation<f64>>,
+    /// The running estimate after this pair.
+    pub estimate: Option<Estimate>,
 }
 
 /// What one pair said.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solved {
+    /// Of this pair alone.
+    pub extrinsics: Extrinsics<f64>,
     /// Error of this pair alone.
     pub error: Deviation<f64>,
     /// Passes taken.
@@ -142,13 +146,16 @@ impl Evaluation {
                 (verdict, Some(self.solved(&report)))
             }
         };
-        self.steps.push(Step { offered, taken, verdict, solved, running });
+        let estimate = self.fused;
+        self.steps.push(Step { offered, taken, verdict, solved, running, estimate });
         &self.steps[self.steps.len() - 1]
     }
 
     fn solved<T: Scalar>(&self, report: &PairReport<T>) -> Solved {
+        let extrinsics = in_f64(&report.extrinsics);
         Solved {
-            error: Deviation::between(&in_f64(&report.extrinsics), &self.truth),
+            extrinsics,
+            error: Deviation::between(&extrinsics, &self.truth),
             passes: report.passes,
             at_pass_limit: report.stop == Stop::PassLimit,
             rms_px_before: report.rms_px_before.to_f64(),
@@ -166,6 +173,12 @@ impl Evaluation {
     #[must_use]
     pub fn factory(&self) -> &Extrinsics<f64> {
         &self.factory
+    }
+
+    /// What the latest pair was compared with.
+    #[must_use]
+    pub fn truth(&self) -> &Extrinsics<f64> {
+        &self.truth
     }
 
     /// The estimate so far.

@@ -24,8 +24,11 @@ struct Cli {
 enum Command {
     Replay(cli::ReplayArgs),
     Record(cli::RecordArgs),
+    Export(cli::ExportArgs),
+    Import(cli::ImportArgs),
     Synth(cli::SynthArgs),
     Campaign(cli::CampaignArgs),
+    Evaluate(cli::EvaluateArgs),
     Link(cli::LinkArgs),
     Bench(cli::BenchArgs),
 }
@@ -34,8 +37,11 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Replay(args) => cli::replay(&args),
         Command::Record(args) => cli::record(&args),
+        Command::Export(args) => cli::export(&args),
+        Command::Import(args) => cli::import(&args),
         Command::Synth(args) => cli::synth(&args),
         Command::Campaign(args) => cli::campaign(&args),
+        Command::Evaluate(args) => cli::evaluate_all(&args),
         Command::Link(args) => cli::link(&args),
         Command::Bench(args) => cli::bench(&args),
     };

@@ -46,7 +46,8 @@ impl View {
     }
 
     /// `Rot`, old to new left camera frame.
-    fn rotation(self, degrees: f64) -> Matrix3<f64> {
+    #[must_use]
+    pub fn rotation(self, degrees: f64) -> Matrix3<f64> {
         let axis = match self {
             Self::Top => -Vector3::x(),
             Self::Bottom => Vector3::x(),

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Re-creates the four data sets beside this folder from their public sources and compares them with what is committed.
+# Re-creates the four data sets and the images beside this folder from their public sources and compares them with what is committed.
 set -euo pipefail
 
 usage() {
@@ -7,10 +7,10 @@ usage() {
 usage: recreate.sh [--write] [--help]
 
 Re-creates the data sets opencv_chess_corners, opencv_chess_sift, motorcycle_sift and aloe_sift
-from their public sources, and compares them with the committed ones: pair files byte for byte,
-numbers in meta.json to rounding.
+and the images from their public sources, and compares them with the committed ones: pair files and
+images byte for byte, numbers in meta.json to rounding.
 
-  --write   overwrite the committed sets that differ with the re-created ones
+  --write   overwrite the committed sets and images that differ with the re-created ones
   --help    print this
 
 Needs Debian 12 (bookworm; a container will do) on an x86-64 processor with AVX2, with python3
@@ -115,10 +115,10 @@ quiet "pip could not download $wheel; is the network there?" \
     "${pip[@]}" download --no-deps --only-binary=:all: --python-version 3.8 --platform manylinux2014_x86_64 "$wheel"
 whl=$(echo "$work"/download/scikit_image-*.whl)
 check_sum "$whl" "$wheel_sha256"
-unzip -q "$whl" 'skimage/data/motorcycle_*.png' -d "$work/wheel"
+unzip -q "$whl" 'skimage/data/motorcycle_*' -d "$work/wheel"
 skimage_images=$work/wheel/skimage/data
 
-say "5/6 re-creating the sets"
+say "5/6 re-creating the sets and the images"
 make_set() { # make_set SCRIPT ARGUMENTS...
     "$work/venv/bin/python" -B "$here/$1" "${@:2}" || fail "$1 failed"
 }
@@ -129,14 +129,17 @@ make_set make_pairs.py --out "$work/new/motorcycle_sift" --calib "$here/calib/mo
 make_set make_pairs.py --out "$work/new/aloe_sift" --calib "$here/calib/aloe.json" \
     --left "$opencv_images/aloeL.jpg" --right "$opencv_images/aloeR.jpg"
 
+make_set make_images.py --out "$work/new/images" --chess "$opencv_images" --motorcycle "$skimage_images"
+
 say "6/6 comparing with the committed sets"
 different=()
 for name in "${sets[@]}"; do
     "$work/venv/bin/python" -B "$here/compare.py" "$work/new/$name" "$data/$name" || different+=("$name")
 done
+diff -rq "$work/new/images" "$data/images" || different+=(images)
 
 if [ "${#different[@]}" -eq 0 ]; then
-    say "PASS: all ${#sets[@]} sets are the same as the committed ones"
+    say "PASS: all ${#sets[@]} sets and the images are the same as the committed ones"
 elif [ "$write" = yes ]; then
     for name in "${different[@]}"; do
         rm -rf "${data:?}/$name"

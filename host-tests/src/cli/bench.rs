@@ -10,7 +10,7 @@ use host_tests::bench::{self, Outcome};
 use host_tests::progress;
 use stereo_selfcal::{Config, Scalar};
 
-use super::run::{Number, Preset};
+use super::setup::{Number, Preset};
 
 /// Solve each pair of a file by itself, and say how long it takes and how far off it is.
 ///

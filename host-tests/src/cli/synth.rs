@@ -2,7 +2,6 @@
 
 use std::io::{self, Write};
 use std::path::PathBuf;
-use std::str::FromStr;
 
 use anyhow::{Result, ensure};
 use clap::Args;
@@ -12,6 +11,7 @@ use host_tests::grid::Grid;
 use host_tests::scenario::{Kind, Scenario};
 use host_tests::synth::{Scene, rig};
 
+use super::numbers;
 use super::run::RunArgs;
 
 /// Generate scenes of a known rig and feed them to the calibrator, or write them as a data set.
@@ -149,13 +149,4 @@ pub(crate) fn synth(args: &SynthArgs) -> Result<()> {
         }
         None => args.run.run(&set),
     }
-}
-
-/// `N` numbers with commas between.
-fn numbers<T: FromStr, const N: usize>(text: &str) -> Result<[T; N], String> {
-    let numbers: Vec<T> = text
-        .split(',')
-        .map(|number| number.trim().parse().map_err(|_| format!("`{number}` is not a number here")))
-        .collect::<Result<_, _>>()?;
-    numbers.try_into().map_err(|_| format!("{N} numbers with commas between are needed"))
 }

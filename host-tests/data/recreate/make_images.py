@@ -1,0 +1,38 @@
+"""The images that the project's pictures are made of: one chessboard pair, and Motorcycle with its depth.
+
+The chessboard pair is copied as it is. Motorcycle becomes grey JPEG of quality 90, its published disparities PNG in
+steps of a quarter of a pixel, 0 where there is none.
+"""
+import argparse
+import pathlib
+import shutil
+
+import cv2
+import numpy as np
+
+import common
+
+STEPS_PER_PX = 4
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--chess", required=True, help="folder of left01.jpg and right01.jpg")
+    parser.add_argument("--motorcycle", required=True, help="folder of motorcycle_left.png, _right.png and _disp.npz")
+    parser.add_argument("--out", required=True, help="new folder of the images")
+    args = parser.parse_args()
+
+    chess, motorcycle, out = (pathlib.Path(folder) for folder in (args.chess, args.motorcycle, args.out))
+    out.mkdir(parents=True)
+    for side in ("left", "right"):
+        shutil.copyfile(chess / f"{side}01.jpg", out / f"chess_01_{side}.jpg")
+        image = common.read_gray(motorcycle / f"motorcycle_{side}.png")
+        cv2.imwrite(str(out / f"motorcycle_{side}.jpg"), image, [cv2.IMWRITE_JPEG_QUALITY, 90])
+    disparity = np.load(motorcycle / "motorcycle_disp.npz")["arr_0"]
+    known = np.isfinite(disparity)
+    steps = np.where(known, np.clip(np.round(np.where(known, disparity, 0) * STEPS_PER_PX), 1, 255), 0)
+    path = out / "motorcycle_disparity_quarter_px.png"
+    cv2.imwrite(str(path), steps.astype(np.uint8), [cv2.IMWRITE_PNG_COMPRESSION, 9])
+
+
+main()

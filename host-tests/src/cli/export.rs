@@ -1,0 +1,89 @@
+//! `selfcal export`.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use host_tests::conventions::{Document, Format};
+use host_tests::dataset::{Dataset, Meta, rows};
+use stereo_selfcal::State;
+
+use super::setup::Setup;
+use super::source::Source;
+
+/// Write a rig as the files of OpenCV, Kalibr or ROS: that of a data set as it stands, or, with
+/// --replayed, what the calibrator makes of it.
+///
+/// Ours: p_r = R p_l + t, |t| = 1, and the baseline in metres beside it; a side-by-side rig has
+/// t = (-1, 0, 0). In OpenCV's files x_2 = R x_1 + T, so T = b t. In Kalibr's T_cn_cnm1 of cam1 is
+/// [R b t; 0 1], with cam0 left. In those of ROS the rectification matrices carry R and t, and the right
+/// camera has P[0][3] = -fx b. All lengths are in metres; where the baseline is not known it is written
+/// as 1, with a comment.
+///
+/// Numbers are written with the digits that read back to the same bits.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  selfcal export opencv_chess_sift --format opencv --out calibrated --replayed
+  selfcal export motorcycle_sift --format kalibr --out chain
+  selfcal export flight.scmf --rig meta.json --replayed --format ros --out camera_info
+  selfcal export path/to/meta.json --format ros --out camera_info")]
+pub(crate) struct ExportArgs {
+    #[command(flatten)]
+    source: Source,
+
+    /// Whose files.
+    #[arg(long, value_enum)]
+    format: Format,
+
+    /// Folder for the files; none of them may exist.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+
+    /// Replay the recording, and write R and t as the calibrator then proposes them.
+    #[arg(long)]
+    replayed: bool,
+
+    #[command(flatten)]
+    setup: Setup,
+}
+
+/// Runs `selfcal export`.
+pub(crate) fn export(args: &ExportArgs) -> Result<()> {
+    let meta = args.meta()?;
+    if meta.baseline_m.is_none() {
+        eprintln!("the length of the baseline is not known: it is written as 1");
+    }
+    let paths = Document::save_all(&args.format.write(&meta)?, &args.out)?;
+    let mut out = io::stdout();
+    for path in paths {
+        writeln!(out, "{}", path.display())?;
+    }
+    Ok(())
+}
+
+impl ExportArgs {
+    fn meta(&self) -> Result<Meta> {
+        let place = self.source.place();
+        if place.extension().is_some_and(|e| e == "json") {
+            ensure!(!self.replayed, "{} is a rig: there is nothing to replay", place.display());
+            return Meta::find(place);
+        }
+        let set = self.source.read()?;
+        if self.replayed { self.calibrated(set) } else { Ok(set.meta) }
+    }
+
+    fn calibrated(&self, set: Dataset) -> Result<Meta> {
+        let evaluation = self.setup.replay(&set, |_| ())?;
+        let estimate = evaluation.fused().with_context(|| {
+            format!("none of the {} pairs of {} could be fused", set.pairs.len(), set.name)
+        })?;
+        eprintln!("{} pairs of {}: {estimate}", set.pairs.len(), set.name);
+        if estimate.state != State::Locked || estimate.doubt.is_some() {
+            eprintln!("the calibrator does not vouch for this estimate");
+        }
+        let r = rows(estimate.extrinsics.rotation().matrix());
+        let t = estimate.extrinsics.translation().into_inner().into();
+        Ok(Meta { r, t, ..set.meta })
+    }
+}

@@ -1,0 +1,148 @@
+//! How the calibrator is run: what every subcommand that runs it asks for.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use clap::{Args, ValueEnum};
+use host_tests::dataset::{Dataset, Rows, matrix};
+use host_tests::evaluation::{Evaluation, Step};
+use host_tests::{conventions, replay};
+use nalgebra::Vector3;
+use serde::Deserialize;
+use stereo_selfcal::{Central, Config, Extrinsics, Scalar};
+
+/// How the calibrator is run.
+#[derive(Debug, Args)]
+pub(crate) struct Setup {
+    /// Parameters of the calibrator.
+    #[arg(long, value_enum, default_value_t = Preset::Robust)]
+    preset: Preset,
+
+    /// Number type that the core computes in; f32 is what ships.
+    #[arg(long, value_enum, default_value_t = Number::F32)]
+    scalar: Number,
+
+    /// Correspondences a pair that the calibrator has room for; of longer pairs it selects. A recorded
+    /// stream comes to the same bits as on the vehicle with the capacity of the vehicle.
+    #[arg(long, value_enum, default_value_t = Capacity::N2048, value_name = "N")]
+    capacity: Capacity,
+
+    /// Central tendency of the pairs' rotation angles in fusion, paper preset.
+    #[arg(long, value_enum, default_value_t = Angle::Mean)]
+    angle: Angle,
+
+    /// Where every pair starts: `identity` (R = I, t = (-1, 0, 0)); a JSON file with "R" (3 rows) and
+    /// "t" (3 numbers, any length), such as a meta.json; OpenCV's extrinsics.yml, Kalibr's
+    /// camchain.yaml, or a folder with left.yaml and right.yaml of ROS.
+    #[arg(long, value_name = "identity|FILE|DIR", default_value = "identity")]
+    initial: PathBuf,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum Preset {
+    /// Whitened residuals, redescending loss, fusion by moments, watched: survives mismatches.
+    Robust,
+    /// As published: Huber weights, mean-direction fusion (eqs 16-22).
+    Paper,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum Number {
+    /// Single precision.
+    F32,
+    /// Double precision.
+    F64,
+}
+
+/// Capacities are in the type, so there are some.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Capacity {
+    #[value(name = "64")]
+    N64,
+    #[value(name = "128")]
+    N128,
+    #[value(name = "256")]
+    N256,
+    #[value(name = "512")]
+    N512,
+    #[value(name = "1024")]
+    N1024,
+    #[value(name = "2048")]
+    N2048,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Angle {
+    /// Arithmetic mean.
+    Mean,
+    /// Streaming median.
+    Median,
+}
+
+impl Setup {
+    /// Runs the calibrator over a data set.
+    pub(super) fn replay(&self, set: &Dataset, each: impl FnMut(&Step)) -> Result<Evaluation> {
+        match self.scalar {
+            Number::F32 => self.replay_in::<f32>(set, each),
+            Number::F64 => self.replay_in::<f64>(set, each),
+        }
+    }
+
+    fn replay_in<T: Scalar>(&self, set: &Dataset, each: impl FnMut(&Step)) -> Result<Evaluation> {
+        let (config, start) = (self.config(), self.start::<T>()?);
+        match self.capacity {
+            Capacity::N64 => replay::replay_within::<T, 64>(set, config, start, each),
+            Capacity::N128 => replay::replay_within::<T, 128>(set, config, start, each),
+            Capacity::N256 => replay::replay_within::<T, 256>(set, config, start, each),
+            Capacity::N512 => replay::replay_within::<T, 512>(set, config, start, each),
+            Capacity::N1024 => replay::replay_within::<T, 1024>(set, config, start, each),
+            Capacity::N2048 => replay::replay_within::<T, 2048>(set, config, start, each),
+        }
+    }
+
+    fn config(&self) -> Config {
+        let angle = match self.angle {
+            Angle::Mean => Central::Mean,
+            Angle::Median => Central::Median,
+        };
+        match self.preset {
+            Preset::Robust => Config::robust(),
+            Preset::Paper => Config::paper().with_angle(angle),
+        }
+    }
+
+    fn start<T: Scalar>(&self) -> Result<Extrinsics<T>> {
+        if self.initial == Path::new("identity") {
+            return Ok(Extrinsics::SIDE_BY_SIDE);
+        }
+        let read = || -> Result<Extrinsics<T>> {
+            let (r, t) = if let Some(text) = json(&self.initial)? {
+                let initial: Initial = serde_json::from_str(&text)?;
+                (matrix(&initial.r), Vector3::from(initial.t))
+            } else {
+                let extrinsics = conventions::import_extrinsics(&self.initial)?;
+                (*extrinsics.rotation().matrix(), extrinsics.translation().into_inner())
+            };
+            Ok(Extrinsics::try_new(&r.map(T::lit), &t.map(T::lit))?)
+        };
+        read().with_context(|| format!("initial extrinsics from {}", self.initial.display()))
+    }
+}
+
+/// The text of a JSON file; `None` of a folder or any other file.
+fn json(place: &Path) -> Result<Option<String>> {
+    if place.is_dir() {
+        return Ok(None);
+    }
+    let text = fs::read_to_string(place)?;
+    Ok(text.trim_start().starts_with('{').then_some(text))
+}
+
+/// What a file of initial extrinsics must have; the rest of it is ignored.
+#[derive(Deserialize)]
+struct Initial {
+    #[serde(rename = "R")]
+    r: Rows,
+    t: [f64; 3],
+}

@@ -1,0 +1,35 @@
+//! How much is measured.
+
+/// Trials of each kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effort {
+    /// Scenes of a point of a curve over single pairs.
+    pub single: u64,
+    /// Scenes of a point of the curve over the number of pairs.
+    pub fused: u64,
+    /// Runs over a step.
+    pub steps: u64,
+    /// Whether every point of a curve is measured, or every other.
+    pub dense: bool,
+}
+
+impl Effort {
+    /// Minutes.
+    pub const QUICK: Self = Self { single: 200, fused: 50, steps: 50, dense: false };
+    /// Hours.
+    pub const FULL: Self = Self { single: 10_000, fused: 2000, steps: 2000, dense: true };
+
+    /// With so many scenes and runs of each kind.
+    #[must_use]
+    pub fn with_trials(self, trials: u64) -> Self {
+        Self { single: trials, fused: trials, steps: trials, ..self }
+    }
+
+    /// Every value, or every other from the first on, and the last.
+    #[must_use]
+    pub fn thinned(self, values: &[f64]) -> Vec<f64> {
+        let last = values.len().saturating_sub(1);
+        let numbered = values.iter().enumerate();
+        numbered.filter(|(i, _)| self.dense || i % 2 == 0 || *i == last).map(|(_, x)| *x).collect()
+    }
+}

@@ -1,0 +1,51 @@
+//! The numbers of a table or a figure, as a CSV file.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+/// Rows under a heading; written as `csv/NAME.csv` beside the page.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Csv {
+    /// Name of the file, without its ending: letters, digits, `-` and `_`.
+    pub name: String,
+    /// Names of the columns, with units.
+    pub heading: Vec<String>,
+    /// Rows as long as the heading.
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Csv {
+    /// No rows yet.
+    #[must_use]
+    pub fn new(name: &str, heading: &[&str]) -> Self {
+        let heading = heading.iter().map(|&column| column.to_owned()).collect();
+        Self { name: name.to_owned(), heading, rows: Vec::new() }
+    }
+
+    /// One more row.
+    pub fn push(&mut self, row: impl IntoIterator<Item = String>) {
+        self.rows.push(row.into_iter().collect());
+    }
+
+    /// Where the file is, seen from the page.
+    #[must_use]
+    pub fn link(&self) -> String {
+        format!("csv/{}.csv", self.name)
+    }
+
+    pub(super) fn write(&self, dir: &Path) -> Result<()> {
+        let path = dir.join(self.link());
+        let write = || -> Result<()> {
+            fs::create_dir_all(dir.join("csv"))?;
+            let mut file = csv::Writer::from_path(&path)?;
+            file.write_record(&self.heading)?;
+            for row in &self.rows {
+                file.write_record(row)?;
+            }
+            Ok(file.flush()?)
+        };
+        write().with_context(|| format!("cannot write {}", path.display()))
+    }
+}
