@@ -1,5 +1,7 @@
 //! The fixed-capacity batch of correspondences that one pair is solved from.
 
+#[cfg(feature = "simd")]
+use crate::columns::Columns;
 use crate::correspondence::{Cameras, Correspondence, RayPair};
 use crate::error::PushError;
 use crate::scalar::Scalar;
@@ -28,6 +30,18 @@ pub struct Batch<T, const N: usize> {
     pairs: heapless::Vec<RayPair<T>, N>,
     left_out: u32,
     refused: u32,
+    /// `pairs` again.
+    #[cfg(feature = "simd")]
+    columns: Columns<[T; N]>,
+}
+
+/// The correspondences of a batch, as the solvers read them.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Matches<'a, T> {
+    pub(crate) pairs: &'a [RayPair<T>],
+    /// The same as columns.
+    #[cfg(feature = "simd")]
+    pub(crate) columns: Columns<&'a [T]>,
 }
 
 impl<T: Scalar, const N: usize> Batch<T, N> {
@@ -35,7 +49,23 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     #[must_use]
     pub const fn new() -> Self {
         const { assert!(N <= 65_535, "matches of a cell are counted in 16 bits") }
-        Self { pairs: heapless::Vec::new(), left_out: 0, refused: 0 }
+        Self {
+            pairs: heapless::Vec::new(),
+            left_out: 0,
+            refused: 0,
+            #[cfg(feature = "simd")]
+            columns: Columns::ZERO,
+        }
+    }
+
+    /// A batch of rays that never were pixels.
+    #[cfg(test)]
+    pub(crate) fn of(pairs: &[RayPair<T>]) -> Self {
+        let mut batch = Self::new();
+        for pair in pairs {
+            batch.keep(*pair);
+        }
+        batch
     }
 
     /// Undistorts and keeps one correspondence; once the batch is full, if it is worth more than
@@ -73,21 +103,39 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         // Before anything leaves: it may have no rays.
         let pair = cameras.undistort(c)?;
         let Some(contest) = contest else {
-            // There is room.
-            let _ = self.pairs.push(pair);
+            self.keep(pair);
             return Ok(Pushed::Kept);
         };
-        let place = contest.place(Worth::of(&pair));
-        let Some(old) = place.and_then(|place| self.pairs.get_mut(place)) else {
+        let Some(place) = contest.place(Worth::of(&pair)) else {
             return Ok(Pushed::LeftOut);
         };
-        *old = pair;
+        if let Some(old) = self.pairs.get_mut(place) {
+            *old = pair;
+        }
+        #[cfg(feature = "simd")]
+        self.columns.set(place, &pair);
         Ok(Pushed::Replaced)
+    }
+
+    /// Adds one; there is room.
+    fn keep(&mut self, pair: RayPair<T>) {
+        #[cfg(feature = "simd")]
+        self.columns.set(self.pairs.len(), &pair);
+        let _ = self.pairs.push(pair);
     }
 
     /// The correspondences at hand, in no particular order once some have been left out.
     pub fn pairs(&self) -> &[RayPair<T>] {
         &self.pairs
+    }
+
+    /// What the solvers read.
+    pub(crate) fn matches(&self) -> Matches<'_, T> {
+        Matches {
+            pairs: &self.pairs,
+            #[cfg(feature = "simd")]
+            columns: self.columns.first(self.pairs.len()),
+        }
     }
 
     /// Correspondences offered since the last [`Batch::clear`]: at hand, left out, or refused.

@@ -134,7 +134,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub fn begin_pair(&mut self) -> Result<(), PairError> {
         let focal = self.cameras.as_ref().ok_or(PairError::NoCameras)?.mean_focal();
         let setting = Setting { config: &self.config, factory: &self.factory, focal };
-        let begun = self.estimator.begin(&setting, self.batch.pairs());
+        let begun = self.estimator.begin(&setting, self.batch.matches());
         self.rejection = begun.err().map(Rejection::Unsolved);
         begun
     }
@@ -168,7 +168,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     fn take_pass(&mut self) -> Result<bool, PairError> {
         let focal = self.cameras.as_ref().ok_or(PairError::NoCameras)?.mean_focal();
         let setting = Setting { config: &self.config, factory: &self.factory, focal };
-        let solved = self.estimator.advance(&setting, self.batch.pairs());
+        let solved = self.estimator.advance(&setting, self.batch.matches());
         self.rejection = solved.err().map(Rejection::Unsolved);
         solved
     }
@@ -177,7 +177,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     fn report(&mut self) -> Result<PairReport<T>, PairError> {
         let focal = self.cameras.as_ref().ok_or(PairError::NoCameras)?.mean_focal();
         let setting = Setting { config: &self.config, factory: &self.factory, focal };
-        let report = self.estimator.report(&setting, self.batch.pairs());
+        let report = self.estimator.report(&setting, self.batch.matches());
         self.rejection = report.as_ref().err().copied().map(Rejection::Unsolved);
         report
     }

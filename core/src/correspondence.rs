@@ -75,6 +75,12 @@ impl<T: Scalar> RayPair<T> {
         self.right.into()
     }
 
+    /// `x_l`, `y_l`, `x_r`, `y_r` at unit depth.
+    #[inline(always)]
+    pub(crate) fn rays(&self) -> [T; 4] {
+        [self.left.x, self.left.y, self.right.x, self.right.y]
+    }
+
     /// The matcher's confidence, 0 to 1, to the nearest 1/1023.
     pub fn score(&self) -> T {
         T::count(self.score_steps().into()) / T::count(FULL_SCORE.into())

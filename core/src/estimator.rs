@@ -1,5 +1,6 @@
 //! The two methods behind one door: a pair in, a pass at a time, and what all pairs come to.
 
+use crate::batch::Matches;
 use crate::config::{Config, Method};
 use crate::correspondence::RayPair;
 use crate::error::{PairError, Refusal, RestoreError};
@@ -101,27 +102,27 @@ impl<T: Scalar> Estimator<T> {
     pub(crate) fn begin(
         &mut self,
         setting: &Setting<'_, T>,
-        pairs: &[RayPair<T>],
+        matches: Matches<'_, T>,
     ) -> Result<(), PairError> {
         self.abandon();
         let Setting { config, factory, focal } = *setting;
         match self {
             Self::Paper { solver, .. } => {
-                begin_paper(solver, setting, pairs)?;
+                begin_paper(solver, setting, matches.pairs)?;
             }
             Self::Robust { supervisor, stillness, inquiry } => {
                 let needed = config.min_correspondences.into();
-                let usable = u32::try_from(pairs.len()).unwrap_or(u32::MAX);
+                let usable = u32::try_from(matches.pairs.len()).unwrap_or(u32::MAX);
                 if usable < needed {
                     return Err(PairError::TooFew { usable, needed });
                 }
                 supervisor.begin_round();
                 let lineage = Lineage::new(config, factory);
-                let subject =
-                    Subject { config, focal, pairs: pairs.len(), supervisor, lineage: &lineage };
-                let repeated = stillness.note(pairs, focal);
+                let pairs = matches.pairs.len();
+                let subject = Subject { config, focal, pairs, supervisor, lineage: &lineage };
+                let repeated = stillness.note(matches.pairs, focal);
                 inquiry.open(&subject, repeated);
-                if let Err(error) = inquiry.advance(&subject, pairs) {
+                if let Err(error) = inquiry.advance(&subject, matches) {
                     inquiry.close();
                     return Err(error);
                 }
@@ -135,7 +136,7 @@ impl<T: Scalar> Estimator<T> {
     pub(crate) fn advance(
         &mut self,
         setting: &Setting<'_, T>,
-        pairs: &[RayPair<T>],
+        matches: Matches<'_, T>,
     ) -> Result<bool, PairError> {
         let Setting { config, factory, focal } = *setting;
         match self {
@@ -143,7 +144,7 @@ impl<T: Scalar> Estimator<T> {
                 let solver = solver.as_mut().ok_or(PairError::NotBegun)?;
                 let solved = solver.is_done();
                 if !solved {
-                    solver.advance(pairs);
+                    solver.advance(matches.pairs);
                 }
                 Ok(solved)
             }
@@ -152,9 +153,9 @@ impl<T: Scalar> Estimator<T> {
                     return Err(PairError::NotBegun);
                 }
                 let lineage = Lineage::new(config, factory);
-                let subject =
-                    Subject { config, focal, pairs: pairs.len(), supervisor, lineage: &lineage };
-                if let Err(error) = inquiry.advance(&subject, pairs) {
+                let pairs = matches.pairs.len();
+                let subject = Subject { config, focal, pairs, supervisor, lineage: &lineage };
+                if let Err(error) = inquiry.advance(&subject, matches) {
                     supervisor.note_failure(inquiry.refused());
                     inquiry.close();
                     return Err(error);
@@ -169,11 +170,11 @@ impl<T: Scalar> Estimator<T> {
     pub(crate) fn report(
         &mut self,
         setting: &Setting<'_, T>,
-        pairs: &[RayPair<T>],
+        matches: Matches<'_, T>,
     ) -> Result<PairReport<T>, PairError> {
         match self {
             Self::Paper { solver, .. } => {
-                let report = solver.as_ref().ok_or(PairError::NotBegun)?.report(pairs);
+                let report = solver.as_ref().ok_or(PairError::NotBegun)?.report(matches.pairs);
                 *solver = None;
                 report
             }

@@ -26,6 +26,8 @@ mod batch;
 mod calibrator;
 mod camera;
 mod checksum;
+#[cfg(feature = "simd")]
+mod columns;
 mod config;
 mod correspondence;
 mod error;
@@ -38,6 +40,7 @@ mod health;
 mod homography;
 mod huber;
 mod information;
+mod lanes;
 pub mod link;
 mod loss;
 pub mod metrics;

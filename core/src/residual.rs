@@ -16,7 +16,7 @@ use crate::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 
 /// Smallest depth of a rectified unit-depth ray: 87 degrees off the rectified axis.
-const MIN_DEPTH: f64 = 0.05;
+pub(crate) const MIN_DEPTH: f64 = 0.05;
 
 /// Residual and derivatives of one correspondence.
 #[derive(Debug, Clone, Copy)]

@@ -3,6 +3,10 @@
 use nalgebra::RealField;
 
 mod sealed {
+    #[cfg(feature = "simd")]
+    #[allow(private_bounds, reason = "nobody else can name it")]
+    pub trait Sealed: crate::lanes::Vectorised {}
+    #[cfg(not(feature = "simd"))]
     pub trait Sealed {}
     impl Sealed for f32 {}
     impl Sealed for f64 {}

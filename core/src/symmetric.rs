@@ -4,12 +4,31 @@
 use nalgebra::{Matrix5, Vector5};
 
 use crate::error::RestoreError;
+use crate::lanes::Lanes;
 use crate::record::{Reader, Writer, can_be_squares};
 use crate::scalar::Scalar;
 
 /// Lower triangle row by row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Symmetric<T>(pub(crate) [T; 15]);
+
+/// `x^T M x` of a lower triangle.
+#[inline(always)]
+pub(crate) fn form<T: Scalar, L: Lanes<T>>(
+    lanes: L,
+    h: &[L::Value; 15],
+    x: &[L::Value; 5],
+) -> L::Value {
+    let [a, b, c, d, e] = *x;
+    let of_b = h[1] * a;
+    let of_c = lanes.mul_add(h[4], b, h[3] * a);
+    let of_d = lanes.mul_add(h[8], c, lanes.mul_add(h[7], b, h[6] * a));
+    let of_e = lanes.mul_add(h[13], d, lanes.mul_add(h[12], c, lanes.mul_add(h[11], b, h[10] * a)));
+    let twice = lanes.mul_add(e, of_e, lanes.mul_add(d, of_d, lanes.mul_add(c, of_c, b * of_b)));
+    let squares = lanes.mul_add(c * c, h[5], lanes.mul_add(b * b, h[2], a * a * h[0]));
+    let squares = lanes.mul_add(e * e, h[14], lanes.mul_add(d * d, h[9], squares));
+    squares + (twice + twice)
+}
 
 /// `L D L^T`: without roots, and as exact for unknowns of very different size.
 #[derive(Debug, Clone, Copy)]
@@ -107,19 +126,6 @@ impl<T: Scalar> Symmetric<T> {
     pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
         from.numbers(&mut self.0)?;
         can_be_squares(self.diagonal())
-    }
-
-    /// `x^T M x`.
-    #[inline(always)]
-    pub(crate) fn form(&self, x: &[T; 5]) -> T {
-        let h = &self.0;
-        let [a, b, c, d, e] = *x;
-        let twice = b * (h[1] * a)
-            + c * (h[3] * a + h[4] * b)
-            + d * (h[6] * a + h[7] * b + h[8] * c)
-            + e * (h[10] * a + h[11] * b + h[12] * c + h[13] * d);
-        let squares = a * (h[0] * a) + b * (h[2] * b) + c * (h[5] * c);
-        squares + d * (h[9] * d) + e * (h[14] * e) + (twice + twice)
     }
 
     /// `M x`.
@@ -279,7 +285,7 @@ mod tests {
             let v = Vector5::from(x);
             prop_assert!((packed.matrix() - full).amax() <= 1e-12 * full.amax());
             prop_assert!((packed.times(&v) - full * v).amax() <= 1e-12 * full.amax());
-            prop_assert!((packed.form(&x) - v.dot(&(full * v))).abs() <= 1e-12 * full.amax());
+            prop_assert!((form(crate::lanes::Single, &packed.0, &x) - v.dot(&(full * v))).abs() <= 1e-12 * full.amax());
             prop_assert!((packed.dot(&packed) - full.dot(&full)).abs() <= 1e-12 * full.norm_squared());
         }
 

@@ -2,6 +2,7 @@
 //! replay, evaluation.
 
 pub mod abuse;
+pub mod bench;
 pub mod campaign;
 pub mod conventions;
 pub mod dataset;

@@ -30,6 +30,7 @@ enum Command {
     Campaign(cli::CampaignArgs),
     Evaluate(cli::EvaluateArgs),
     Link(cli::LinkArgs),
+    Bench(cli::BenchArgs),
 }
 
 fn main() -> ExitCode {
@@ -42,6 +43,7 @@ fn main() -> ExitCode {
         Command::Campaign(args) => cli::campaign(&args),
         Command::Evaluate(args) => cli::evaluate_all(&args),
         Command::Link(args) => cli::link(&args),
+        Command::Bench(args) => cli::bench(&args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -7,6 +7,7 @@ use super::tally::Tally;
 use super::{NOISE_PX, TUKEY};
 use crate::correspondence::RayPair;
 use crate::error::PairError;
+use crate::lanes::Single;
 use crate::moments::Moments;
 use crate::quadratic::{Quadratic, add_pull};
 use crate::rectification::RectifyingRotations;
@@ -130,7 +131,7 @@ impl<T: Scalar> Outlook<T> {
         if self.is_behind(&sight) {
             return None;
         }
-        let w = spread.tukey(squared);
+        let w = spread.tukey(Single, squared);
         if !(w > T::ZERO) {
             return None;
         }

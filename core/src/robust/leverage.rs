@@ -1,5 +1,6 @@
 //! The leverage that is held against single correspondences.
 
+use crate::lanes::{Lanes, Value};
 use crate::scalar::Scalar;
 use crate::symmetric::Symmetric;
 
@@ -44,16 +45,30 @@ impl<T: Scalar> Leverage<T> {
         limit.is_finite().then_some(Self { covariance: of_baseline(covariance), limit })
     }
 
+    /// For so many correspondences at a time.
+    #[inline(always)]
+    pub(super) fn beside<L: Lanes<T>>(&self, lanes: L) -> Leverage<L::Value> {
+        Leverage { covariance: self.covariance.map(|c| lanes.all(c)), limit: lanes.all(self.limit) }
+    }
+}
+
+impl<V: Value> Leverage<V> {
     /// What is left of a weight `w`, as a part of it: falling with the square of the excess.
     #[inline(always)]
-    pub(super) fn left_of(&self, w: T, j: &[T; 5]) -> T {
-        let share = share(&self.covariance, w, j);
-        if share <= self.limit {
-            T::ONE
-        } else {
-            let excess = self.limit / share;
-            excess * excess
+    pub(super) fn left_of<T: Scalar, L: Lanes<T, Value = V>>(
+        &self,
+        lanes: L,
+        w: V,
+        j: &[V; 5],
+    ) -> V {
+        let one = lanes.all(T::ONE);
+        let share = share(lanes, &self.covariance, w, j);
+        let over = lanes.below(self.limit, share);
+        if !lanes.is_any(over) {
+            return one;
         }
+        let excess = self.limit / share;
+        lanes.choose(over, excess * excess, one)
     }
 }
 
@@ -67,8 +82,13 @@ pub(super) fn of_baseline<T: Scalar>(m: &Symmetric<T>) -> [T; 3] {
 ///
 /// * `covariance`: of the baseline.
 #[inline(always)]
-pub(super) fn share<T: Scalar>(covariance: &[T; 3], w: T, jacobian: &[T; 5]) -> T {
+pub(super) fn share<T: Scalar, L: Lanes<T>>(
+    lanes: L,
+    [a, b, c]: &[L::Value; 3],
+    w: L::Value,
+    jacobian: &[L::Value; 5],
+) -> L::Value {
     let [.., y, z] = *jacobian;
-    let [a, b, c] = *covariance;
-    w * (y * (a * y + b * z) + z * (b * y + c * z))
+    let (of_y, of_z) = (lanes.mul_add(*b, z, *a * y), lanes.mul_add(*c, z, *b * y));
+    w * lanes.mul_add(z, of_z, y * of_y)
 }

@@ -5,6 +5,7 @@ use super::leverage::Leverage;
 use super::weight::Spread;
 use crate::correspondence::RayPair;
 use crate::error::PairError;
+use crate::lanes::Single;
 use crate::rectification::RectifyingRotations;
 use crate::residual::{Row, Sight};
 use crate::scalar::Scalar;
@@ -36,7 +37,7 @@ impl<T: Scalar> Outlook<T> {
     /// What is expected of a residual.
     #[inline(always)]
     pub(super) fn spread(&self, pair: &RayPair<T>) -> Spread<T> {
-        Spread::of(self.noise * self.noise, pair.grid_step())
+        Spread::of(Single, self.noise * self.noise, pair.grid_step())
     }
 
     /// Whether it is further behind infinity than noise and the yaw's uncertainty may put a point.
@@ -68,6 +69,7 @@ impl<T: Scalar> Outlook<T> {
     /// What leverage leaves of a weight `w`, as a part of it.
     #[inline(always)]
     pub(super) fn left_of(&self, w: T, row: &Row<T>) -> T {
-        self.leverage.as_ref().map_or(T::ONE, |leverage| leverage.left_of(w, &row.jacobian))
+        let left = |leverage: &Leverage<T>| leverage.left_of(Single, w, &row.jacobian);
+        self.leverage.as_ref().map_or(T::ONE, left)
     }
 }

@@ -1,15 +1,17 @@
 //! A pass over the batch at one pose, on the way to another: sums, or only a look at what is usual.
 
+use super::constraint::{Constraint, Frame};
 use super::leverage::{Leverage, of_baseline, share};
-use super::weight::Spread;
-use super::{Descent, Stage, TUKEY};
+use super::outlook::Outlook;
+use super::weighing::{Counts, Loss, Weighed, Weighing, following};
+use super::weight::{Spread, geman_mcclure};
+use super::{Descent, Stage};
+use crate::batch::Matches;
 use crate::correspondence::RayPair;
-use crate::loss::Redescending;
+use crate::lanes::{Lanes, Single};
 use crate::quadratic::Quadratic;
-use crate::residual::{Row, Sight};
 use crate::scalar::Scalar;
 use crate::symmetric::Symmetric;
-use crate::whitening::Whitening;
 
 /// Correspondences that a survey looks at.
 const SURVEYED: usize = 32;
@@ -28,8 +30,34 @@ pub(super) struct Pass<T> {
 }
 
 impl<T: Scalar> Pass<T> {
-    pub(super) const EMPTY: Self =
-        Self { capped: Quadratic::ZERO, usable: 0, weighted: 0, near: 0, near_squares: T::ZERO };
+    pub(super) fn of<L: Lanes<T>>(
+        lanes: L,
+        counts: &Counts<L::Value>,
+        capped: Quadratic<T>,
+    ) -> Self {
+        let count = |sum| lanes.total(sum).to_u16().into();
+        Self {
+            capped,
+            usable: count(counts.usable),
+            weighted: count(counts.weighted),
+            near: count(counts.near),
+            near_squares: lanes.total(counts.near_squares),
+        }
+    }
+}
+
+impl<T: Scalar> Pass<T> {
+    /// The sums of two parts of a batch.
+    #[cfg(feature = "simd")]
+    pub(super) fn plus(self, other: &Self) -> Self {
+        Self {
+            capped: self.capped.plus(&other.capped),
+            usable: self.usable.saturating_add(other.usable),
+            weighted: self.weighted.saturating_add(other.weighted),
+            near: self.near.saturating_add(other.near),
+            near_squares: self.near_squares + other.near_squares,
+        }
+    }
 }
 
 impl<T: Scalar> Descent<T> {
@@ -43,21 +71,18 @@ impl<T: Scalar> Descent<T> {
         covariance: &Symmetric<T>,
     ) -> Option<Leverage<T>> {
         let of_baseline = of_baseline(covariance);
-        let whitening = Whitening::at(&self.at.pose);
+        let by = self.weighing(Single);
         let [mut roots, mut weighted] = [T::ZERO; 2];
         for pair in spread_over(pairs, SURVEYED) {
-            let Some(sight) = Sight::of(&self.at.pose, pair) else {
-                continue;
-            };
-            if self.at.is_behind(&sight) {
+            let (constraint, in_front) = Constraint::of(Single, &by.frame, pair.rays());
+            if !in_front || !constraint.has_disparity(Single, by.min_disparity) {
                 continue;
             }
-            let row = whitening.row(&sight);
-            let precision = self.at.precision(&whitening.variance(&sight));
-            let spread = self.at.spread(pair);
-            let x = following(covariance, &row, precision, &spread);
-            let w = Redescending::GemanMcClure.weight(x) / spread.variance;
-            roots += share(&of_baseline, w * precision, &row.jacobian).sqrt();
+            let precision = by.focal_squared / constraint.variance;
+            let spread = Spread::of(Single, by.noise_squared, pair.grid_step());
+            let x = following(Single, &covariance.0, &constraint, precision, &spread);
+            let w = geman_mcclure(Single, x) / spread.variance;
+            roots += share(Single, &of_baseline, w * precision, &constraint.jacobian).sqrt();
             weighted += T::ONE;
         }
         Leverage::first(roots / weighted.max(T::ONE), covariance)
@@ -65,72 +90,44 @@ impl<T: Scalar> Descent<T> {
 
     /// * `most`: correspondences to look at.
     #[inline(never)]
-    pub(super) fn pass(&self, pairs: &[RayPair<T>], most: usize) -> Pass<T> {
-        let whitening = Whitening::at(&self.at.pose);
-        let mut sums = Pass::EMPTY;
-        for pair in spread_over(pairs, most) {
-            self.add(&mut sums, &whitening, pair);
+    pub(super) fn pass(&self, matches: Matches<'_, T>, most: usize) -> Pass<T> {
+        #[cfg(feature = "simd")]
+        if matches.pairs.len() <= most {
+            return self.pass_side_by_side(matches);
         }
-        sums
+        self.pass_one_by_one(matches.pairs, most)
+    }
+
+    pub(super) fn pass_one_by_one(&self, pairs: &[RayPair<T>], most: usize) -> Pass<T> {
+        let by = self.weighing(Single);
+        let (mut counts, mut capped) = (Counts::zero(Single), Quadratic::ZERO);
+        for pair in spread_over(pairs, most) {
+            let weighed = counts.weigh(Single, &by, pair.rays(), pair.grid_step());
+            if let Some(Weighed { weight, value, jacobian }) = weighed {
+                capped.add_row(weight, value, &jacobian);
+            }
+        }
+        Pass::of(Single, &counts, capped)
     }
 
     #[inline(always)]
-    fn add(&self, sums: &mut Pass<T>, whitening: &Whitening<T>, pair: &RayPair<T>) {
-        let Some(sight) = Sight::of(&self.at.pose, pair) else {
-            return;
+    pub(super) fn weighing<L: Lanes<T>>(&self, lanes: L) -> Weighing<L::Value> {
+        let Outlook { focal, noise, min_disparity, .. } = self.at;
+        let loss = match &self.stage {
+            Stage::Anneal(scale) => Loss::Anneal(lanes.all(T::ONE / (*scale * *scale))),
+            Stage::Follow(covariance) => Loss::Follow(covariance.0.map(|c| lanes.all(c))),
+            Stage::Polish => Loss::Polish,
         };
-        sums.usable += 1;
-        let mut row = whitening.row(&sight);
-        let variance = whitening.variance(&sight);
-        let precision = self.at.precision(&variance);
-        let squared = row.offset * row.offset * precision;
-        let w = match &self.stage {
-            Stage::Anneal(scale) => {
-                let scale_squared = *scale * *scale;
-                Redescending::GemanMcClure.weight(squared / scale_squared) / scale_squared
-            }
-            Stage::Follow(_) | Stage::Polish if self.at.is_behind(&sight) => return,
-            Stage::Follow(covariance) => {
-                let spread = self.at.spread(pair);
-                let x = following(covariance, &row, precision, &spread);
-                Redescending::Tukey.weight(x) / spread.variance
-            }
-            Stage::Polish => {
-                let spread = self.at.spread(pair);
-                if spread.is_within(T::lit(2.0), squared) {
-                    sums.near += 1;
-                    sums.near_squares += spread.noise_squared(squared);
-                }
-                spread.tukey(squared)
-            }
-        };
-        if !(w > T::ZERO) {
-            return;
+        Weighing {
+            frame: Frame::at(lanes, &self.at.pose),
+            loss,
+            leverage: self.at.leverage.as_ref().map(|leverage| leverage.beside(lanes)),
+            focal_squared: lanes.all(focal * focal),
+            unit_squared: lanes.all(T::ONE / (focal * focal)),
+            noise_squared: lanes.all(noise * noise),
+            min_disparity: lanes.all(min_disparity),
         }
-        sums.weighted += 1;
-        // The few steps of a track can do without: what they lead to is judged with it.
-        if !matches!(self.stage, Stage::Follow(_)) {
-            row = whitening.whole(&row, &sight, &variance);
-        }
-        let w = w * precision;
-        sums.capped.add_row(w * self.at.left_of(w, &row), row.offset, &row.jacobian);
     }
-}
-
-/// Square of a residual over that of Tukey's limit, where the estimate's own uncertainty adds to the
-/// noise.
-///
-/// * `precision`: px^2, one over the variance of the offset where a coordinate's is 1 px^2.
-#[inline(always)]
-fn following<T: Scalar>(
-    covariance: &Symmetric<T>,
-    row: &Row<T>,
-    precision: T,
-    spread: &Spread<T>,
-) -> T {
-    let of_pose = covariance.form(&row.jacobian) * precision;
-    let wide = (spread.unit_squared + of_pose) * T::lit(TUKEY * TUKEY);
-    row.offset * row.offset * precision / wide
 }
 
 /// At most so many of the correspondences, evenly spread over the batch.

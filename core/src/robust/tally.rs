@@ -1,6 +1,7 @@
 //! What a judgement counts, and compares with the start.
 
 use super::weight::Spread;
+use crate::lanes::Single;
 use crate::scalar::Scalar;
 
 /// Counts of correspondences, and sums over them.
@@ -35,14 +36,14 @@ impl<T: Scalar> Tally<T> {
     pub(super) fn count(&mut self, squared: T, spread: &Spread<T>) {
         self.usable += 1;
         let [two, three, four] = &mut self.within;
-        if spread.is_within(T::lit(4.0), squared) {
+        if spread.is_within(Single, T::lit(4.0), squared) {
             *four += 1;
-            if spread.is_within(T::lit(3.0), squared) {
+            if spread.is_within(Single, T::lit(3.0), squared) {
                 *three += 1;
             }
-            if spread.is_within(T::lit(2.0), squared) {
+            if spread.is_within(Single, T::lit(2.0), squared) {
                 *two += 1;
-                self.near_squares += spread.noise_squared(squared);
+                self.near_squares += spread.noise_squared(Single, squared);
             }
         }
     }

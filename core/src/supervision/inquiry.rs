@@ -2,6 +2,7 @@
 //! challenger, or else with anything at all?
 
 use super::{Lineage, Supervisor};
+use crate::batch::Matches;
 use crate::config::Config;
 use crate::correspondence::RayPair;
 use crate::error::PairError;
@@ -183,13 +184,13 @@ impl<T: Scalar> Inquiry<T> {
     pub(crate) fn advance(
         &mut self,
         subject: &Subject<'_, T>,
-        pairs: &[RayPair<T>],
+        matches: Matches<'_, T>,
     ) -> Result<(), PairError> {
         self.passes = self.passes.saturating_add(1);
         match &mut self.work {
-            Work::Descent(descent) if !descent.is_done() => descent.advance(pairs),
+            Work::Descent(descent) if !descent.is_done() => descent.advance(matches),
             Work::Descent(_) => {
-                self.judge(pairs)?;
+                self.judge(matches.pairs)?;
                 let next = self.next(subject)?;
                 self.question = next;
                 if matches!(next, Question::Challenger | Question::Search) {
@@ -198,7 +199,7 @@ impl<T: Scalar> Inquiry<T> {
                 Ok(())
             }
             Work::Judged(judged) => {
-                let better = subject.is_better(&judged.evidence.pose, pairs);
+                let better = subject.is_better(&judged.evidence.pose, matches.pairs);
                 let speaks = if better { SpeaksFor::Itself } else { SpeaksFor::Nobody };
                 self.question = Question::Answered(speaks);
                 Ok(())

@@ -7,6 +7,7 @@
 //! Scene `near` (3 to 80 baselines), 0.3 px, `R` off by 5 degrees about each axis and `t` by 5. From
 //! `R = I`, `t = (-1, 0, 0)`, all methods on the same pairs. The calibrator in `f32`:
 //! - `robust, acquiring`: `solve_pair` of a fresh calibrator;
+//! - `robust, one pass`: a late one of those, weighed by the noise, with its step;
 //! - `robust, locked`: `solve_pair` and `fuse` of a calibrator locked on earlier pairs;
 //! - `paper`: `solve_pair` of a fresh calibrator;
 //! - `lmder`: the crate `levenberg-marquardt` on the paper's row offsets, see [`minpack`].
@@ -58,15 +59,19 @@ struct Results {
     pairs: usize,
     /// Passes of the solved pairs together.
     passes: usize,
-    /// Error of each solved pair.
+    /// Jobs with an answer.
+    solved: usize,
+    /// Error of each pair that was solved to the end.
     errors: Vec<Deviation<f64>>,
 }
 
 impl Results {
     fn of(case: &Case, answers: &[Answer]) -> Self {
         let solved = answers.iter().filter_map(|answer| case.outcome(answer).ok());
-        let (passes, errors): (Vec<usize>, _) = solved.unzip();
-        Self { pairs: answers.len(), passes: passes.iter().sum(), errors }
+        let (passes, errors): (Vec<usize>, Vec<_>) = solved.unzip();
+        let (solved, passes) = (passes.len(), passes.iter().sum());
+        let errors = errors.into_iter().flatten().collect();
+        Self { pairs: answers.len(), passes, solved, errors }
     }
 }
 
@@ -94,7 +99,7 @@ fn main() -> Result<()> {
         let passes = results.passes.to_string();
         let same = count.as_ref().is_none_or(|count| count.said == passes);
         ensure!(same, "the counted run took other passes than the timed one: {case:?}");
-        print_row(&case, us, count.as_ref(), &results)?;
+        print_row(&case, us, count.as_ref(), &results);
     }
     Ok(())
 }
@@ -119,11 +124,13 @@ fn timed(jobs: &[Job]) -> (Vec<Answer>, f64) {
     (answers, times[times.len() / 2].as_secs_f64() * 1e6)
 }
 
-fn print_row(case: &Case, us: f64, count: Option<&Count>, results: &Results) -> Result<()> {
+fn print_row(case: &Case, us: f64, count: Option<&Count>, results: &Results) {
     let [matches, pairs, passes] = [case.matches, results.pairs, results.passes].map(as_f64);
-    let solved = results.errors.len();
+    let solved = results.solved;
     let sigma = Deviation::root_mean_square(results.errors.iter().copied());
-    let sigma = sigma.context("no pair was solved")?;
+    let sigma = |part: fn(&Deviation<f64>) -> f64| {
+        sigma.as_ref().map_or("-".into(), |sigma| format!("{:.5}", part(sigma)))
+    };
     let instructions = count.map_or("-".into(), |c| format!("{:.0}", c.instructions / pairs));
     // The passes of a pair without an answer are not known.
     let per_pass = count.filter(|_| solved == results.pairs);
@@ -131,16 +138,15 @@ fn print_row(case: &Case, us: f64, count: Option<&Count>, results: &Results) -> 
         per_pass.map_or("-".into(), |c| format!("{:.0}", c.instructions / (passes * matches)));
     println!(
         "| {:4} | {:3.0} % | {:17} | {us:5.0} | {instructions:>8} | {per_pass:>16} | {:6.1} | {:>6} \
-         | {:7.5} | {:11.5} |",
+         | {:>7} | {:>11} |",
         case.matches,
         case.mismatches * 100.0,
         case.method.to_string(),
         passes / as_f64(solved),
         format!("{solved}/{}", results.pairs),
-        sigma.translation,
-        sigma.rotation,
+        sigma(|sigma| sigma.translation),
+        sigma(|sigma| sigma.rotation),
     );
-    Ok(())
 }
 
 fn as_f64(n: usize) -> f64 {

@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 
+mod bench;
 mod campaign;
 mod evaluate;
 mod export;
@@ -15,6 +16,7 @@ mod setup;
 mod source;
 mod synth;
 
+pub(crate) use bench::{BenchArgs, bench};
 pub(crate) use campaign::{CampaignArgs, campaign};
 pub(crate) use evaluate::{EvaluateArgs, evaluate_all};
 pub(crate) use export::{ExportArgs, export};

@@ -40,7 +40,7 @@ pub(crate) struct Setup {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum Preset {
+pub(super) enum Preset {
     /// Whitened residuals, redescending loss, fusion by moments, watched: survives mismatches.
     Robust,
     /// As published: Huber weights, mean-direction fusion (eqs 16-22).
@@ -48,7 +48,7 @@ enum Preset {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum Number {
+pub(super) enum Number {
     /// Single precision.
     F32,
     /// Double precision.

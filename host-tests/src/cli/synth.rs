@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 use clap::Args;
+use host_tests::bench::pair_file::PairFile;
 use host_tests::depth::Depth;
 use host_tests::grid::Grid;
 use host_tests::scenario::{Kind, Scenario};
@@ -28,7 +29,8 @@ use super::run::RunArgs;
   selfcal synth planar --depth 5,20 --grid pyramid
   selfcal synth step --step-deg 1 --pairs 40
   selfcal synth flight --pairs 400
-  selfcal synth --pairs 20 --seed 7 --out my_scene && selfcal replay my_scene")]
+  selfcal synth --pairs 20 --seed 7 --out my_scene && selfcal replay my_scene
+  selfcal synth --pairs 1000 --outliers 0.3 --rays near.pairs && selfcal bench near.pairs")]
 pub(crate) struct SynthArgs {
     /// Scene to generate.
     #[arg(value_enum, default_value_t = Kind::Near)]
@@ -100,6 +102,10 @@ pub(crate) struct SynthArgs {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
+    /// Write the rays and the truth of each pair into this new file for `selfcal bench`.
+    #[arg(long, value_name = "FILE", conflicts_with = "out")]
+    rays: Option<PathBuf>,
+
     #[command(flatten)]
     run: RunArgs,
 }
@@ -130,6 +136,11 @@ impl SynthArgs {
 /// Runs `selfcal synth`.
 pub(crate) fn synth(args: &SynthArgs) -> Result<()> {
     let set = args.scenario()?.dataset(args.seed)?;
+    if let Some(file) = &args.rays {
+        PairFile::of(&set)?.save(file)?;
+        writeln!(io::stdout(), "{} pairs written to {}", set.pairs.len(), file.display())?;
+        return Ok(());
+    }
     match &args.out {
         Some(dir) => {
             set.save(dir)?;

@@ -3,6 +3,7 @@
 extern crate std;
 
 use super::*;
+use crate::batch::Batch;
 use crate::config::Config;
 use crate::correspondence::RayPair;
 use crate::residual::tests::pose;
@@ -38,10 +39,11 @@ fn judged_of<T: Scalar>(truth: &RectifyingRotations<f64>, seed: u64) -> Judged<T
         RayPair::try_new(left, [seen(r.x / r.z), seen(r.y / r.z)]).unwrap()
     };
     let pairs: Vec<RayPair<T>> = (0..128).map(|_| one()).collect();
+    let batch = Batch::<T, 128>::of(&pairs);
     let start = lineage().factory;
     let mut descent = Descent::search(&Config::robust(), T::lit(FOCAL), start, 12);
     while !descent.is_done() {
-        descent.advance(&pairs).unwrap();
+        descent.advance(batch.matches()).unwrap();
     }
     let mut judged = Judged::NOTHING;
     descent.outlook().judge(&pairs, &mut judged).unwrap();

@@ -1,0 +1,215 @@
+//! As many correspondences at a time as the processor at hand has lanes for.
+
+use core::ops::{Add, Div, Mul, Sub};
+
+use pulp::bytemuck::cast;
+use pulp::{Arch, Scalar128b, Simd, WithSimd};
+
+use super::Lanes;
+
+/// Runs on the widest lanes there are; on four in plain code where the processor is not known to have
+/// any.
+pub(crate) fn dispatch<Op: WithSimd>(op: Op) -> Op::Output {
+    match Arch::new() {
+        Arch::Scalar => op.with_simd(Scalar128b),
+        arch => arch.dispatch(op),
+    }
+}
+
+/// A number type that there are lanes for.
+pub(crate) trait Vectorised: Sized + 'static {
+    /// Those of a processor.
+    type Wide<S: Simd>: Lanes<Self>;
+
+    /// Those of a processor.
+    fn wide<S: Simd>(simd: S) -> Self::Wide<S>;
+
+    /// So many numbers in memory.
+    type Stored<S: Simd>: Copy;
+
+    /// A column, as many of its numbers at a time as there are lanes, and what is left over.
+    fn split<S: Simd>(column: &[Self]) -> (&[Self::Stored<S>], &[Self]);
+
+    /// Numbers from memory.
+    fn load<S: Simd>(simd: S, stored: &Self::Stored<S>) -> <Self::Wide<S> as Lanes<Self>>::Value;
+}
+
+macro_rules! vectorised {
+    ($t:ident, $wide:ident, $packed:ident, $values:ident, $masks:ident, $bits:ident, $and_bits:ident, $as_simd:ident,
+     $splat:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $mul_add:ident,
+     $negate_mul_add:ident, $at_least:ident, $below:ident, $and:ident, $select:ident,
+     $sum:ident) => {
+        /// The lanes of a processor.
+        #[derive(Debug, Clone, Copy)]
+        pub(crate) struct $wide<S>(S);
+
+        /// A number for each lane.
+        #[derive(Debug, Clone, Copy)]
+        pub(crate) struct $packed<S: Simd> {
+            simd: S,
+            values: S::$values,
+        }
+
+        impl<S: Simd> Add for $packed<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, other: Self) -> Self {
+                Self { values: self.simd.$add(self.values, other.values), ..self }
+            }
+        }
+
+        impl<S: Simd> Sub for $packed<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, other: Self) -> Self {
+                Self { values: self.simd.$sub(self.values, other.values), ..self }
+            }
+        }
+
+        impl<S: Simd> Mul for $packed<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn mul(self, other: Self) -> Self {
+                Self { values: self.simd.$mul(self.values, other.values), ..self }
+            }
+        }
+
+        impl<S: Simd> Div for $packed<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn div(self, other: Self) -> Self {
+                Self { values: self.simd.$div(self.values, other.values), ..self }
+            }
+        }
+
+        impl<S: Simd> $wide<S> {
+            #[inline(always)]
+            fn packed(self, values: S::$values) -> $packed<S> {
+                $packed { simd: self.0, values }
+            }
+        }
+
+        impl<S: Simd> Lanes<$t> for $wide<S> {
+            type Value = $packed<S>;
+            type Mask = S::$masks;
+
+            #[inline(always)]
+            fn all(self, x: $t) -> $packed<S> {
+                self.packed(self.0.$splat(x))
+            }
+
+            #[inline(always)]
+            fn mul_add(self, a: $packed<S>, b: $packed<S>, c: $packed<S>) -> $packed<S> {
+                self.packed(self.0.$mul_add(a.values, b.values, c.values))
+            }
+
+            #[inline(always)]
+            fn less_product(self, c: $packed<S>, a: $packed<S>, b: $packed<S>) -> $packed<S> {
+                self.packed(self.0.$negate_mul_add(a.values, b.values, c.values))
+            }
+
+            #[inline(always)]
+            fn at_least(self, a: $packed<S>, b: $packed<S>) -> S::$masks {
+                self.0.$at_least(a.values, b.values)
+            }
+
+            #[inline(always)]
+            fn below(self, a: $packed<S>, b: $packed<S>) -> S::$masks {
+                self.0.$below(a.values, b.values)
+            }
+
+            #[inline(always)]
+            fn both(self, a: S::$masks, b: S::$masks) -> S::$masks {
+                self.0.$and(a, b)
+            }
+
+            #[inline(always)]
+            fn is_any(self, _: S::$masks) -> bool {
+                true
+            }
+
+            #[inline(always)]
+            fn choose(self, mask: S::$masks, a: $packed<S>, b: $packed<S>) -> $packed<S> {
+                self.packed(self.0.$select(mask, a.values, b.values))
+            }
+
+            #[inline(always)]
+            fn keep(self, mask: S::$masks, a: $packed<S>) -> $packed<S> {
+                let bits = cast::<S::$masks, S::$bits>(mask);
+                let values = cast::<S::$values, S::$bits>(a.values);
+                self.packed(cast(self.0.$and_bits(bits, values)))
+            }
+
+            #[inline(always)]
+            fn total(self, x: $packed<S>) -> $t {
+                self.0.$sum(x.values)
+            }
+        }
+
+        impl Vectorised for $t {
+            type Wide<S: Simd> = $wide<S>;
+
+            #[inline(always)]
+            fn wide<S: Simd>(simd: S) -> $wide<S> {
+                $wide(simd)
+            }
+
+            type Stored<S: Simd> = S::$values;
+
+            #[inline(always)]
+            fn split<S: Simd>(column: &[$t]) -> (&[S::$values], &[$t]) {
+                S::$as_simd(column)
+            }
+
+            #[inline(always)]
+            fn load<S: Simd>(simd: S, stored: &S::$values) -> $packed<S> {
+                $packed { simd, values: *stored }
+            }
+        }
+    };
+}
+
+vectorised!(
+    f32,
+    WideF32,
+    PackedF32,
+    f32s,
+    m32s,
+    u32s,
+    and_u32s,
+    as_simd_f32s,
+    splat_f32s,
+    add_f32s,
+    sub_f32s,
+    mul_f32s,
+    div_f32s,
+    mul_add_e_f32s,
+    negate_mul_add_e_f32s,
+    greater_than_or_equal_f32s,
+    less_than_f32s,
+    and_m32s,
+    select_f32s,
+    reduce_sum_f32s
+);
+vectorised!(
+    f64,
+    WideF64,
+    PackedF64,
+    f64s,
+    m64s,
+    u64s,
+    and_u64s,
+    as_simd_f64s,
+    splat_f64s,
+    add_f64s,
+    sub_f64s,
+    mul_f64s,
+    div_f64s,
+    mul_add_e_f64s,
+    negate_mul_add_e_f64s,
+    greater_than_or_equal_f64s,
+    less_than_f64s,
+    and_m64s,
+    select_f64s,
+    reduce_sum_f64s
+);

@@ -1,0 +1,221 @@
+//! The same pass over as many correspondences at a time as there are lanes.
+
+use core::hint::black_box;
+
+use pulp::{Simd, WithSimd};
+
+use super::Descent;
+use super::pass::Pass;
+use super::weighing::{Counts, Weighed};
+use crate::batch::Matches;
+use crate::information::Information;
+use crate::lanes::{Lanes, Value, dispatch};
+use crate::quadratic::Quadratic;
+use crate::scalar::Scalar;
+use crate::symmetric::Symmetric;
+
+/// Rows that are weighed before they are summed: registers hold what either needs, not both.
+const BLOCK: usize = 8;
+
+/// A pass over the whole batch.
+struct Whole<'a, T: Scalar> {
+    descent: &'a Descent<T>,
+    matches: Matches<'a, T>,
+}
+
+/// Sums for each lane.
+struct Sums<V> {
+    /// Of `w J J^T`: lower triangle but for its last row, then that.
+    upper: [V; 10],
+    last: [V; 5],
+    /// Of `w J r`.
+    gradient: [V; 5],
+}
+
+impl<T: Scalar> Descent<T> {
+    /// As [`Descent::pass_one_by_one`] over all, to rounding: sums are made in another order, and
+    /// products are not rounded where the processor can add to them at once.
+    pub(super) fn pass_side_by_side(&self, matches: Matches<'_, T>) -> Pass<T> {
+        dispatch(Whole { descent: self, matches })
+    }
+}
+
+impl<T: Scalar> WithSimd for Whole<'_, T> {
+    type Output = Pass<T>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Pass<T> {
+        let Self { descent, matches: Matches { pairs, columns } } = self;
+        let lanes = T::wide(simd);
+        // From memory a number comes with the operation; the compiler would copy it to all lanes anew.
+        let by = black_box(descent.weighing(lanes));
+        let (mut counts, mut sums) = (Counts::zero(lanes), Sums::zero(lanes));
+        let chunks = |column| T::split::<S>(column).0.chunks(BLOCK);
+        let [x_l, y_l, x_r, y_r] = columns.rays.map(chunks);
+        let mut block = [Weighed::nothing(lanes); BLOCK];
+        let rows = x_l.zip(y_l).zip(x_r).zip(y_r).zip(chunks(columns.grid_step));
+        for ((((x_l, y_l), x_r), y_r), steps) in rows {
+            let rows = x_l.iter().zip(y_l).zip(x_r).zip(y_r).zip(steps);
+            for (place, ((((x_l, y_l), x_r), y_r), step)) in block.iter_mut().zip(rows) {
+                let rays = [x_l, y_l, x_r, y_r].map(|stored| T::load(simd, stored));
+                let weighed = counts.weigh(lanes, &by, rays, T::load(simd, step));
+                *place = weighed.unwrap_or(Weighed::nothing(lanes));
+            }
+            sums.add(lanes, block.get(..x_l.len()).unwrap_or_default());
+        }
+        let (_, left_over) = T::split::<S>(columns.grid_step);
+        let (_, rest) = pairs.split_at(pairs.len().saturating_sub(left_over.len()));
+        let whole = Pass::of(lanes, &counts, sums.total(lanes));
+        whole.plus(&descent.pass_one_by_one(rest, usize::MAX))
+    }
+}
+
+impl<V: Value> Sums<V> {
+    #[inline(always)]
+    fn zero<T: Scalar>(lanes: impl Lanes<T, Value = V>) -> Self {
+        let zero = lanes.all(T::ZERO);
+        Self { upper: [zero; 10], last: [zero; 5], gradient: [zero; 5] }
+    }
+
+    #[inline(always)]
+    fn add<T: Scalar>(&mut self, lanes: impl Lanes<T, Value = V>, block: &[Weighed<V>]) {
+        let [mut a, mut b, mut c, mut d, mut e, mut f, mut g, mut h, mut i, mut j] = self.upper;
+        for Weighed { weight, jacobian: [j0, j1, j2, j3, _], .. } in block {
+            let [w0, w1, w2, w3] = [*j0, *j1, *j2, *j3].map(|j| *weight * j);
+            a = lanes.mul_add(w0, *j0, a);
+            b = lanes.mul_add(w1, *j0, b);
+            c = lanes.mul_add(w1, *j1, c);
+            d = lanes.mul_add(w2, *j0, d);
+            e = lanes.mul_add(w2, *j1, e);
+            f = lanes.mul_add(w2, *j2, f);
+            g = lanes.mul_add(w3, *j0, g);
+            h = lanes.mul_add(w3, *j1, h);
+            i = lanes.mul_add(w3, *j2, i);
+            j = lanes.mul_add(w3, *j3, j);
+        }
+        self.upper = [a, b, c, d, e, f, g, h, i, j];
+        let ([mut a, mut b, mut c, mut d, mut e], [mut f, mut g, mut h, mut i, mut j]) =
+            (self.last, self.gradient);
+        for Weighed { weight, value, jacobian: [j0, j1, j2, j3, j4] } in block {
+            let (w4, pull) = (*weight * *j4, *weight * *value);
+            a = lanes.mul_add(w4, *j0, a);
+            b = lanes.mul_add(w4, *j1, b);
+            c = lanes.mul_add(w4, *j2, c);
+            d = lanes.mul_add(w4, *j3, d);
+            e = lanes.mul_add(w4, *j4, e);
+            f = lanes.mul_add(pull, *j0, f);
+            g = lanes.mul_add(pull, *j1, g);
+            h = lanes.mul_add(pull, *j2, h);
+            i = lanes.mul_add(pull, *j3, i);
+            j = lanes.mul_add(pull, *j4, j);
+        }
+        (self.last, self.gradient) = ([a, b, c, d, e], [f, g, h, i, j]);
+    }
+
+    #[inline(always)]
+    fn total<T: Scalar>(&self, lanes: impl Lanes<T, Value = V>) -> Quadratic<T> {
+        let [a, b, c, d, e, f, g, h, i, j] = self.upper.map(|h| lanes.total(h));
+        let [k, l, m, n, o] = self.last.map(|h| lanes.total(h));
+        Quadratic {
+            information: Information(Symmetric([a, b, c, d, e, f, g, h, i, j, k, l, m, n, o])),
+            gradient: self.gradient.map(|g| lanes.total(g)).into(),
+        }
+    }
+}
+
+impl<V: Value> Weighed<V> {
+    #[inline(always)]
+    fn nothing<T: Scalar>(lanes: impl Lanes<T, Value = V>) -> Self {
+        let zero = lanes.all(T::ZERO);
+        Self { weight: zero, value: zero, jacobian: [zero; 5] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Known;
+    use super::*;
+    use crate::batch::Batch;
+    use crate::camera::{Camera, Intrinsics, Lens};
+    use crate::config::Config;
+    use crate::correspondence::{Cameras, Correspondence};
+    use crate::rectification::RectifyingRotations;
+    use crate::residual::tests::pose;
+    use proptest::prelude::*;
+
+    const FOCAL: f64 = 500.0;
+
+    /// Seen all over wide images, so that some rays fall behind a turned pose; near each other and far.
+    fn batch<T: Scalar>(pixels: &[[f64; 4]]) -> Batch<T, 100> {
+        let intrinsics = Intrinsics {
+            focal: [T::lit(FOCAL); 2],
+            principal: [T::lit(4000.0), T::lit(300.0)],
+            size: [8000, 600],
+        };
+        let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
+        let cameras = Cameras { left: camera, right: camera };
+        let mut batch = Batch::new();
+        for (i, [u, v, d, e]) in pixels.iter().enumerate() {
+            let grid_step = if i % 3 == 0 { T::ZERO } else { T::lit(1.5) };
+            let left = [T::lit(*u), T::lit(*v)];
+            let right = [T::lit(u - d), T::lit(v + e)];
+            let _ = batch.push(&cameras, &Correspondence { left, right, score: T::ONE, grid_step });
+        }
+        batch
+    }
+
+    /// A search at each of its stages, and a track.
+    fn descents<T: Scalar>(
+        batch: &Batch<T, 100>,
+        start: RectifyingRotations<T>,
+    ) -> impl Iterator<Item = Descent<T>> {
+        let focal = T::lit(FOCAL);
+        let mut search = Descent::search(&Config::robust(), focal, start, 12);
+        let mut covariance = Symmetric::ZERO;
+        covariance.add_diagonal(T::lit(1e-6));
+        let known = Known { pose: start, covariance, noise: T::lit(0.4) };
+        let track = Descent::track(&Config::robust(), focal, &known).unwrap();
+        let stages: heapless::Vec<_, 12> = (0..9)
+            .map(|_| {
+                let at = search.clone();
+                let _ = search.advance(batch.matches());
+                at
+            })
+            .chain([track])
+            .collect();
+        stages.into_iter()
+    }
+
+    fn agree<T: Scalar>(pixels: &[[f64; 4]], rotation: [f64; 3], t: [f64; 2], rounding: f64) {
+        let batch = batch::<T>(pixels);
+        let start = pose(rotation, t).extrinsics().unwrap();
+        let r = start.rotation().matrix().map(T::lit);
+        let t = start.translation().map(T::lit);
+        let start = crate::extrinsics::Extrinsics::try_new(&r, &t).unwrap();
+        for descent in descents(&batch, RectifyingRotations::from(&start)) {
+            let one = descent.pass_one_by_one(batch.pairs(), usize::MAX);
+            let wide = descent.pass_side_by_side(batch.matches());
+            assert_eq!([one.usable], [wide.usable]);
+            // On the edge of a weight of zero or of two deviations rounding decides.
+            assert!(one.weighted.abs_diff(wide.weighted) <= 1, "{one:?} {wide:?}");
+            assert!(one.near.abs_diff(wide.near) <= 1, "{one:?} {wide:?}");
+            let (a, b) = (&one.capped.information.0, &wide.capped.information.0);
+            let scale = a.diagonal().map(|d| d.to_f64().sqrt());
+            let largest = scale.iter().fold(0.0_f64, |m, s| m.max(*s)).powi(2);
+            for (a, b) in a.0.iter().zip(&b.0) {
+                assert!((*a - *b).to_f64().abs() <= rounding * largest, "{one:?} {wide:?}");
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_pass_side_by_side_is_that_one_by_one_to_rounding(
+            pixels in prop::collection::vec([200.0..7800.0, 0.0..599.0, -5.0..80.0, -3.0..3.0], 0..100),
+            rotation in [-0.1..0.1, -0.3..0.3, -0.1..0.1], t in [-0.1..0.1, -0.1..0.1],
+        ) {
+            agree::<f64>(&pixels, rotation, t, 1e-12);
+            agree::<f32>(&pixels, rotation, t, 1e-3);
+        }
+    }
+}
