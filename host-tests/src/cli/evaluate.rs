@@ -19,6 +19,7 @@ use host_tests::progress;
 /// and one made again by the same program measures nothing twice. The same program comes to the same
 /// page, whatever the number of threads.
 #[derive(Debug, Args)]
+#[expect(clippy::struct_excessive_bools, reason = "flags of a command line, each by itself")]
 #[command(after_help = "Examples:
   selfcal evaluate
   selfcal evaluate --data path/to/my_recordings --out target/mine

@@ -171,12 +171,12 @@ fn reason(
     let errors = places.map(|place| row.errors[place].as_ref().ok());
     let sigma = errors.map(|errors| Some(errors?.sigma()?[part]));
     let many = row.look.pairs.len() >= MANY_PAIRS;
-    if let ([Some(better), Some(worse)], true) = (sigma, many) {
-        if better <= worse {
-            return Reason::SinglePairs { sigma: [better, worse] };
+    match sigma {
+        [Some(better), Some(worse)] if many && better <= worse => {
+            Reason::SinglePairs { sigma: [better, worse] }
         }
+        _ => Reason::Unexplained,
     }
-    Reason::Unexplained
 }
 
 impl fmt::Display for Reason {

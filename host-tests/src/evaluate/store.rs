@@ -71,7 +71,11 @@ impl Store {
 /// SHA-256 of some bytes, in hex, cut to 64 bits: enough to tell inputs apart.
 #[must_use]
 pub fn digest(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+    let digest = Sha256::digest(bytes)
+        .iter()
+        .take(8)
+        .fold(0, |bits: u64, byte| bits << 8 | u64::from(*byte));
+    format!("{digest:016x}")
 }
 
 /// The digest of this program.

@@ -55,5 +55,7 @@ pub(super) fn variable(i: usize) -> String {
 #[must_use]
 pub(super) fn variables(of: impl Fn(&Color) -> RGBColor) -> String {
     let all = SERIES.iter().enumerate();
-    all.map(|(i, color)| format!("{}:{};", variable(i), hex(of(color)))).collect()
+    let all: Vec<String> =
+        all.map(|(i, color)| format!("{}:{}", variable(i), hex(of(color)))).collect();
+    all.join(";")
 }

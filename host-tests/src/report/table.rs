@@ -4,6 +4,9 @@ use maud::{Markup, html};
 
 use super::numbers::Csv;
 
+/// Words longer than this, bytes, keep some width on a phone.
+const LONG: usize = 40;
+
 /// What one cell shows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
@@ -37,7 +40,8 @@ impl Cell {
     #[must_use]
     pub fn text(words: impl Into<String>) -> Self {
         let full = words.into();
-        Self { shown: full.clone(), full, number: None, class: "", hint: None }
+        let class = if full.len() > LONG { "words" } else { "" };
+        Self { shown: full.clone(), full, number: None, class, hint: None }
     }
 
     /// A number, shown with so many decimals and kept in full.
@@ -78,7 +82,8 @@ impl Cell {
     /// Stands out as a thing to look at.
     #[must_use]
     pub fn alarming(self) -> Self {
-        Self { class: "alarm", ..self }
+        let class = if self.class == "words" { "words alarm" } else { "alarm" };
+        Self { class, ..self }
     }
 
     /// With more to say, on hovering.

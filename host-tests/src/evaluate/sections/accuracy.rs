@@ -88,7 +88,7 @@ fn spread(found: &Found<'_>) -> Figure {
     for row in found.rows {
         for (name, errors) in names.iter().zip(&row.errors) {
             let solved = value(errors, |errors| errors.single.iter().flatten().count());
-            let sigma = value(errors, |errors| errors.sigma()).ok().flatten();
+            let sigma = value(errors, Errors::sigma).ok().flatten();
             let text = |part: usize| sigma.map_or(String::new(), |s: Pair| s[part].to_string());
             numbers.push([
                 row.set.name.clone(),

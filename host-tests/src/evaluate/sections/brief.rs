@@ -20,12 +20,12 @@ pub(super) fn section(found: &Found<'_>) -> Section {
         found.judged.iter().filter(|j| j.row.set.mismatches > FEW_MISMATCHES).collect();
     let [ours, paper, other] = ORDER;
     if !wrong.is_empty() {
+        let holds = wrong.iter().filter(|judged| judged.holds()).count();
+        let unexplained = wrong.iter().filter(|judged| judged.is_unexplained()).count();
         section.text(format!(
-            "On recordings with mismatches {ours} <= {paper} <= {other} holds in {} of {} cells; {} of the \
-             others are unexplained.",
-            wrong.iter().filter(|judged| judged.holds()).count(),
+            "On recordings with mismatches {ours} <= {paper} <= {other} holds in {holds} of {} cells, data \
+             sets by views by the two errors. Exceptions without an explanation: {unexplained}.",
             wrong.len(),
-            wrong.iter().filter(|judged| judged.is_unexplained()).count(),
         ));
     }
     let heading = ["what", "e_t", "e_theta"];

@@ -13,10 +13,9 @@ const PARTS: [&str; 2] = ["e_t", "e_theta"];
 pub(super) fn section(found: &Found<'_>) -> Section {
     let mut section = Section::new("After a knock");
     section.text(format!(
-        "The right camera turns by {TURN_DEG} degrees about a random axis at pair {} of {PAIRS}, with 10 % \
+        "The right camera turns by {TURN_DEG} degrees about a random axis at pair {FIRST} of {PAIRS}, with 10 % \
          mismatches. A mean over all pairs never forgets the old rig, a filter forgets it slowly; the robust \
          preset notices, and begins anew.",
-        FIRST,
     ));
     let panel = |(part, name): (usize, &&str)| {
         let mut curves: Vec<Curve> = found

@@ -52,7 +52,7 @@ fn summary(name: &str, judged: &[&Judged<'_>]) -> String {
     };
     let [ours, paper, other] = ORDER;
     let holds = count(&|j| j.holds());
-    let mut words = format!(
+    let words = format!(
         "{name}: the order holds in {holds} of {all} cells, {ours} <= {paper} in {} and {paper} <= {other} in \
          {}.",
         step(0),
@@ -67,10 +67,10 @@ fn summary(name: &str, judged: &[&Judged<'_>]) -> String {
     ];
     let found = reasons.iter().filter(|(cells, _)| *cells > 0);
     let found: Vec<String> = found.map(|(cells, why)| format!("{why} {cells}")).collect();
-    if holds < all {
-        words += &format!(" The others, some for two reasons: {}.", found.join(", "));
+    if holds == all {
+        return words;
     }
-    words
+    format!("{words} The others, some for two reasons: {}.", found.join(", "))
 }
 
 fn row(judged: &Judged<'_>) -> Vec<Cell> {
