@@ -179,3 +179,36 @@ fn help_teaches() {
         assert!(found, "{word} is missing:\n{help}");
     }
 }
+
+#[test]
+fn bench_judges_the_pairs_that_synth_has_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("near.pairs");
+    let file = path.to_str().unwrap();
+    let synth = ["synth", "--pairs", "5", "--matches", "64", "--rotation", "1,2,3", "--rays", file];
+    assert!(stdout(&synth).contains("5 pairs written"));
+    assert!(failure(&synth, 1).contains("nothing is overwritten"));
+    let object = json(&["bench", file, "--rounds", "1", "--json"]);
+    let mut fields: Vec<&str> = object.as_object().unwrap().keys().map(String::as_str).collect();
+    fields.sort_unstable();
+    let expected = [
+        "e_t_deg",
+        "e_theta_deg",
+        "failures",
+        "matches",
+        "median_us",
+        "p99_us",
+        "pairs",
+        "passes",
+        "push_median_us",
+        "refused",
+    ];
+    assert_eq!(fields, expected);
+    assert_eq!([&object["pairs"], &object["matches"], &object["failures"]], [5, 64, 0]);
+    assert!(
+        stdout(&["bench", file, "--preset", "paper", "--scalar", "f64"]).contains("failures  0")
+    );
+    let bytes = fs::read(&path).unwrap();
+    fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
+    assert!(failure(&["bench", file], 1).contains("5 pairs of 64 correspondences are"));
+}

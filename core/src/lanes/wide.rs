@@ -3,16 +3,16 @@
 use core::ops::{Add, Div, Mul, Sub};
 
 use pulp::bytemuck::cast;
-use pulp::{Arch, Scalar128b, Simd, WithSimd};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::Lanes;
 
-/// Runs on the widest lanes there are; on four in plain code where the processor is not known to have
-/// any.
-pub(crate) fn dispatch<Op: WithSimd>(op: Op) -> Op::Output {
+/// Runs on the widest lanes of the processor at hand; `None` where it is not known to have any: one at a
+/// time is faster there.
+pub(crate) fn dispatch<Op: WithSimd>(op: Op) -> Option<Op::Output> {
     match Arch::new() {
-        Arch::Scalar => op.with_simd(Scalar128b),
-        arch => arch.dispatch(op),
+        Arch::Scalar => None,
+        arch => Some(arch.dispatch(op)),
     }
 }
 

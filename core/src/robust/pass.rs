@@ -92,8 +92,10 @@ impl<T: Scalar> Descent<T> {
     #[inline(never)]
     pub(super) fn pass(&self, matches: Matches<'_, T>, most: usize) -> Pass<T> {
         #[cfg(feature = "simd")]
-        if matches.pairs.len() <= most {
-            return self.pass_side_by_side(matches);
+        if matches.pairs.len() <= most
+            && let Some(pass) = self.pass_side_by_side(matches)
+        {
+            return pass;
         }
         self.pass_one_by_one(matches.pairs, most)
     }

@@ -198,3 +198,68 @@ fn quantile_us(times: &mut [Duration], percent: usize) -> f64 {
     let place = (times.len() * percent).div_ceil(100).saturating_sub(1);
     times.get(place).map_or(f64::NAN, |time| time.as_secs_f64() * 1e6)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::Kind;
+    use crate::synth::{Scene, rig};
+
+    fn generated(matches: usize) -> PairFile {
+        let rig = rig([3.0, -2.0, 4.0], [3.0, -3.0]).unwrap();
+        let scene = Scene { rig, matches, outliers: 0.3, ..Kind::Near.scene() };
+        PairFile::of(&scene.dataset(20, 1).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn every_pair_is_solved_by_itself_and_counted_once() {
+        let file = generated(128);
+        let mut calls = 0;
+        let all = run::<f32, 128>(&file, Config::robust(), 1400.0, 2, || calls += 1).unwrap();
+        assert_eq!((all.pairs, all.matches, all.failures, all.refused), (20, 128, 0, 0));
+        assert_eq!(calls, 60);
+        assert!(all.e_t_deg < 0.3 && all.e_theta_deg < 0.1, "{all}");
+        assert!(all.median_us > 0.0 && all.p99_us >= all.median_us, "{all}");
+        let backwards = PairFile { pairs: file.pairs.iter().rev().cloned().collect() };
+        let again = run::<f32, 128>(&backwards, Config::robust(), 1400.0, 1, || ()).unwrap();
+        assert!((again.e_t_deg - all.e_t_deg).abs() < 1e-12, "the order of the pairs matters");
+    }
+
+    #[test]
+    fn a_pair_without_an_estimate_is_a_failure_and_in_no_mean() {
+        let mut file = generated(64);
+        file.pairs[3].rays.fill([0.1, 0.1, 0.1, 0.1]);
+        let all = run::<f64, 64>(&file, Config::robust(), 1400.0, 1, || ()).unwrap();
+        assert_eq!((all.failures, all.refused), (1, 1));
+        assert!(all.e_t_deg.is_finite());
+    }
+
+    #[test]
+    fn a_truth_that_is_off_by_more_than_a_degree_is_a_failure() {
+        let mut file = generated(128);
+        file.pairs[0].truth = rig([3.0, -2.0, 5.5], [3.0, -3.0]).unwrap();
+        let all = run::<f32, 128>(&file, Config::robust(), 1400.0, 1, || ()).unwrap();
+        assert_eq!((all.failures, all.refused), (1, 0));
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let file = generated(128);
+        let said = |file: &PairFile, focal| {
+            format!("{:#}", run::<f32, 64>(file, Config::robust(), focal, 1, || ()).unwrap_err())
+        };
+        assert!(said(&file, 1400.0).contains("longer than 64"));
+        let mut wide = generated(64);
+        wide.pairs[0].rays[0][0] = 11.0;
+        assert!(said(&wide, 1400.0).contains("further out"));
+        assert!(said(&generated(64), 1e6).contains("too large"));
+    }
+
+    #[test]
+    fn a_quantile_is_the_time_that_so_many_stay_within() {
+        let mut times: Vec<Duration> = (1..=200).rev().map(Duration::from_micros).collect();
+        assert!((quantile_us(&mut times, 50) - 100.0).abs() < 1e-9);
+        assert!((quantile_us(&mut times, 99) - 198.0).abs() < 1e-9);
+        assert!(quantile_us(&mut [], 50).is_nan());
+    }
+}

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 const NEAR_ONE: f64 = 1e-12;
 
 /// How many ulps the length is varied by, either way.
-const ULPS: usize = 16;
+const ULPS: usize = 64;
 
 /// `T = b t`; 1 for the length that is not known.
 pub(super) fn scaled(t: [f64; 3], baseline_m: Option<f64>) -> [f64; 3] {
@@ -33,9 +33,11 @@ pub(super) fn split(scaled: [f64; 3]) -> Result<([f64; 3], Option<f64>)> {
     if known(length).is_none() {
         return Ok((scaled, None));
     }
-    let longer = std::iter::successors(Some(length), |b| Some(b.next_up())).take(ULPS);
-    let shorter = std::iter::successors(Some(length), |b| Some(b.next_down())).take(ULPS);
-    let exact = longer.chain(shorter).find_map(|b| Some((direction(scaled, b)?, Some(b))));
+    let longer = std::iter::successors(Some(length), |b| Some(b.next_up()));
+    let shorter = std::iter::successors(Some(length), |b| Some(b.next_down()));
+    // The nearest first.
+    let mut near = longer.zip(shorter).take(ULPS).flat_map(<[f64; 2]>::from);
+    let exact = near.find_map(|b| Some((direction(scaled, b)?, Some(b))));
     Ok(exact.unwrap_or((scaled.map(|x| x / length), Some(length))))
 }
 
