@@ -8,7 +8,12 @@
 //! first component is `C` itself and whose others are disparities, and the symmetric rest: nothing
 //! cancels, which `f32` needs.
 
+#[cfg(feature = "simd")]
+mod side_by_side;
 mod turning;
+
+#[cfg(feature = "simd")]
+pub(crate) use side_by_side::{Products, Seen};
 
 use nalgebra::Vector5;
 

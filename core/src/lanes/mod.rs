@@ -56,6 +56,21 @@ pub(crate) trait Lanes<T>: Copy {
     /// The sum over the correspondences.
     fn total(self, x: Self::Value) -> T;
 
+    /// The sums of several numbers over the correspondences. A loop: `map` is not always inlined, and
+    /// on its own has no vector instructions.
+    #[cfg(feature = "simd")]
+    #[inline(always)]
+    fn totals<const N: usize>(self, numbers: &[Self::Value; N]) -> [T; N]
+    where
+        T: Scalar,
+    {
+        let mut totals = [T::ZERO; N];
+        for (total, x) in totals.iter_mut().zip(numbers) {
+            *total = self.total(*x);
+        }
+        totals
+    }
+
     /// `a`, or zero where the mask says no.
     #[inline(always)]
     fn keep(self, mask: Self::Mask, a: Self::Value) -> Self::Value

@@ -52,8 +52,8 @@ impl<V: Value> Frame<V> {
     ) -> Self {
         let (l, r) = (pose.left().matrix(), pose.right().matrix());
         let rows = |m: &Matrix3<T>| {
-            let rows = [[m.m11, m.m12, m.m13], [m.m21, m.m22, m.m23], [m.m31, m.m32, m.m33]];
-            rows.map(|row| row.map(|x| lanes.all(x)))
+            let row = |x, y, z| [lanes.all(x), lanes.all(y), lanes.all(z)];
+            [row(m.m11, m.m12, m.m13), row(m.m21, m.m22, m.m23), row(m.m31, m.m32, m.m33)]
         };
         let kappa = r.m13 * r.m13;
         Self {
@@ -116,6 +116,33 @@ impl<V: Value> Constraint<V> {
         let ([.., z_a], [.., z_b]) = (self.a, self.b);
         let [.., disparity] = self.jacobian;
         lanes.at_least(disparity, least * (z_a * z_b))
+    }
+
+    /// The row offset of eq 11, unit depth.
+    #[cfg(feature = "simd")]
+    #[inline(always)]
+    pub(super) fn offset(&self) -> V {
+        let ([.., z_a], [.., z_b]) = (self.a, self.b);
+        self.value / (z_a * z_b)
+    }
+
+    /// The nine products of the rays that [`crate::moments`] sums, times `z_a z_b`.
+    #[cfg(feature = "simd")]
+    #[inline(always)]
+    pub(super) fn products<T: Scalar, L: Lanes<T, Value = V>>(&self, lanes: L) -> [V; 9] {
+        let ([x_a, y_a, z_a], [x_b, y_b, z_b]) = (self.a, self.b);
+        let [_, _, _, down, disparity] = self.jacobian;
+        [
+            self.value,
+            lanes.all(T::MINUS_ONE) * disparity,
+            down,
+            x_a * x_b,
+            y_a * y_b,
+            z_a * z_b,
+            lanes.mul_add(x_a, y_b, y_a * x_b),
+            lanes.mul_add(x_a, z_b, z_a * x_b),
+            lanes.mul_add(y_a, z_b, z_a * y_b),
+        ]
     }
 
     /// Derivatives of `C / sqrt V` times `sqrt V`.

@@ -5,6 +5,7 @@ use nalgebra::Vector5;
 use super::outlook::Outlook;
 use super::tally::Tally;
 use super::{NOISE_PX, TUKEY};
+use crate::batch::Matches;
 use crate::correspondence::RayPair;
 use crate::error::PairError;
 use crate::lanes::Single;
@@ -41,6 +42,15 @@ pub(crate) struct Judged<T: Scalar> {
     pub(crate) tally: Tally<T>,
 }
 
+/// What a judgement sums beside the evidence.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Heard<T> {
+    pub(super) tally: Tally<T>,
+    pub(super) gradient: Vector5<T>,
+    /// Of the weights, 1/px^2, and of the weights times the variance of a coordinate.
+    pub(super) weights: [T; 2],
+}
+
 /// A correspondence that counts.
 #[derive(Debug, Clone, Copy)]
 struct Member<T> {
@@ -65,17 +75,40 @@ impl<T: Scalar> Outlook<T> {
     #[inline(never)]
     pub(crate) fn judge(
         &self,
-        pairs: &[RayPair<T>],
+        matches: Matches<'_, T>,
         judged: &mut Judged<T>,
     ) -> Result<(), PairError> {
+        let Judged { evidence, tally: counted, speaks_of_baseline } = judged;
+        #[cfg(feature = "simd")]
+        let Heard { tally, gradient, weights } = self.hear_side_by_side(matches, evidence);
+        #[cfg(not(feature = "simd"))]
+        let Heard { tally, gradient, weights } = self.hear_one_by_one(matches.pairs, evidence);
+        let Evidence { pose, moments, noise, share, .. } = evidence;
+        *pose = self.pose;
+        moments.set_gradient(&gradient);
+        let [sum, variances] = weights;
+        let variance = variances / (sum.max(T::EPSILON) * self.focal * self.focal);
+        *speaks_of_baseline = moments.speaks_of_baseline(variance);
+        *noise = self.noise_of(tally.near_squares(), tally.near());
+        *share = tally.inliers();
+        *counted = tally;
+        self.check(tally.usable)?;
+        if moments.is_finite() && noise.is_finite() { Ok(()) } else { Err(PairError::Unobservable) }
+    }
+
+    /// Adds correspondences to the moments and the halves, and sums what else they say.
+    #[inline(always)]
+    pub(super) fn hear_one_by_one(
+        &self,
+        pairs: &[RayPair<T>],
+        evidence: &mut Evidence<T>,
+    ) -> Heard<T> {
         // A copy, which the compiler knows that nobody else looks at.
         let mut tally = Tally::NONE;
         let mut gradient = Vector5::zeros();
         let mut weights = [T::ZERO; 2];
         let whitening = Whitening::at(&self.pose);
-        let Judged { evidence, tally: counted, speaks_of_baseline } = judged;
-        let Evidence { pose, moments, halves: [left, upper], noise, share } = evidence;
-        *pose = self.pose;
+        let Evidence { moments, halves: [left, upper], .. } = evidence;
         for pair in pairs {
             if let Some(member) = self.judge_one(&whitening, pair, &mut tally) {
                 let Member { w, precision, row, sight, variance } = &member;
@@ -94,15 +127,7 @@ impl<T: Scalar> Outlook<T> {
                 *variances += *w * *variance;
             }
         }
-        moments.set_gradient(&gradient);
-        let [sum, variances] = weights;
-        let variance = variances / (sum.max(T::EPSILON) * self.focal * self.focal);
-        *speaks_of_baseline = moments.speaks_of_baseline(variance);
-        *noise = self.noise_of(tally.near_squares(), tally.near());
-        *share = tally.inliers();
-        *counted = tally;
-        self.check(tally.usable)?;
-        if moments.is_finite() && noise.is_finite() { Ok(()) } else { Err(PairError::Unobservable) }
+        Heard { tally, gradient, weights }
     }
 
     /// Counts one correspondence; what it adds to the sums, if anything.
@@ -138,6 +163,19 @@ impl<T: Scalar> Outlook<T> {
         let row = whitening.whole(&row, &sight, &variance);
         let w = w * self.left_of(w * precision, &row);
         Some(Member { w, precision, row, sight, variance: spread.variance })
+    }
+}
+
+#[cfg(feature = "simd")]
+impl<T: Scalar> Heard<T> {
+    /// The sums of two parts of a batch.
+    pub(super) fn plus(&self, other: &Self) -> Self {
+        let ([a, b], [c, d]) = (self.weights, other.weights);
+        Self {
+            tally: self.tally.plus(&other.tally),
+            gradient: self.gradient + other.gradient,
+            weights: [a + c, b + d],
+        }
     }
 }
 

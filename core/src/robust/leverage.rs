@@ -48,7 +48,11 @@ impl<T: Scalar> Leverage<T> {
     /// For so many correspondences at a time.
     #[inline(always)]
     pub(super) fn beside<L: Lanes<T>>(&self, lanes: L) -> Leverage<L::Value> {
-        Leverage { covariance: self.covariance.map(|c| lanes.all(c)), limit: lanes.all(self.limit) }
+        let [a, b, c] = self.covariance;
+        Leverage {
+            covariance: [lanes.all(a), lanes.all(b), lanes.all(c)],
+            limit: lanes.all(self.limit),
+        }
     }
 }
 

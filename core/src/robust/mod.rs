@@ -9,12 +9,16 @@
 //! a near point.
 
 mod constraint;
+#[cfg(feature = "simd")]
+mod judged_side_by_side;
 mod judgement;
 mod leverage;
 mod outlook;
 mod pass;
 #[cfg(feature = "simd")]
 mod side_by_side;
+#[cfg(feature = "simd")]
+mod tallies;
 mod tally;
 mod weighing;
 mod weight;

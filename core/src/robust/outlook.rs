@@ -1,11 +1,13 @@
 //! A pose, and what correspondences are weighed by there.
 
 use super::NOISE_PX;
+use super::constraint::Frame;
 use super::leverage::Leverage;
+use super::weighing::{Loss, Weighing};
 use super::weight::Spread;
 use crate::correspondence::RayPair;
 use crate::error::PairError;
-use crate::lanes::Single;
+use crate::lanes::{Lanes, Single};
 use crate::rectification::RectifyingRotations;
 use crate::residual::{Row, Sight};
 use crate::scalar::Scalar;
@@ -28,6 +30,25 @@ pub(crate) struct Outlook<T: Scalar> {
 }
 
 impl<T: Scalar> Outlook<T> {
+    /// What correspondences at the pose are weighed with.
+    #[inline(always)]
+    pub(super) fn weighing<L: Lanes<T>>(
+        &self,
+        lanes: L,
+        loss: Loss<L::Value>,
+    ) -> Weighing<L::Value> {
+        let Self { focal, noise, .. } = *self;
+        Weighing {
+            frame: Frame::at(lanes, &self.pose),
+            loss,
+            leverage: self.leverage.as_ref().map(|leverage| leverage.beside(lanes)),
+            focal_squared: lanes.all(focal * focal),
+            unit_squared: lanes.all(T::ONE / (focal * focal)),
+            noise_squared: lanes.all(noise * noise),
+            min_disparity: lanes.all(self.min_disparity),
+        }
+    }
+
     /// One over the variance of a row offset where that of a coordinate is 1 px^2, px^2.
     #[inline(always)]
     pub(super) fn precision(&self, variance: &Variance<T>) -> T {

@@ -1,8 +1,7 @@
 //! A pass over the batch at one pose, on the way to another: sums, or only a look at what is usual.
 
-use super::constraint::{Constraint, Frame};
+use super::constraint::Constraint;
 use super::leverage::{Leverage, of_baseline, share};
-use super::outlook::Outlook;
 use super::weighing::{Counts, Loss, Weighed, Weighing, following};
 use super::weight::{Spread, geman_mcclure};
 use super::{Descent, Stage};
@@ -114,21 +113,12 @@ impl<T: Scalar> Descent<T> {
 
     #[inline(always)]
     pub(super) fn weighing<L: Lanes<T>>(&self, lanes: L) -> Weighing<L::Value> {
-        let Outlook { focal, noise, min_disparity, .. } = self.at;
         let loss = match &self.stage {
             Stage::Anneal(scale) => Loss::Anneal(lanes.all(T::ONE / (*scale * *scale))),
             Stage::Follow(covariance) => Loss::Follow(covariance.0.map(|c| lanes.all(c))),
             Stage::Polish => Loss::Polish,
         };
-        Weighing {
-            frame: Frame::at(lanes, &self.at.pose),
-            loss,
-            leverage: self.at.leverage.as_ref().map(|leverage| leverage.beside(lanes)),
-            focal_squared: lanes.all(focal * focal),
-            unit_squared: lanes.all(T::ONE / (focal * focal)),
-            noise_squared: lanes.all(noise * noise),
-            min_disparity: lanes.all(min_disparity),
-        }
+        self.at.weighing(lanes, loss)
     }
 }
 

@@ -15,7 +15,7 @@ use crate::scalar::Scalar;
 use crate::symmetric::Symmetric;
 
 /// Rows that are weighed before they are summed: registers hold what either needs, not both.
-const BLOCK: usize = 8;
+pub(super) const BLOCK: usize = 8;
 
 /// A pass over the whole batch.
 struct Whole<'a, T: Scalar> {
@@ -24,7 +24,7 @@ struct Whole<'a, T: Scalar> {
 }
 
 /// Sums for each lane.
-struct Sums<V> {
+pub(super) struct Sums<V> {
     /// Of `w J J^T`: lower triangle but for its last row, then that.
     upper: [V; 10],
     last: [V; 5],
@@ -61,7 +61,7 @@ impl<T: Scalar> WithSimd for Whole<'_, T> {
                 let weighed = counts.weigh(lanes, &by, rays, T::load(simd, step));
                 *place = weighed.unwrap_or(Weighed::nothing(lanes));
             }
-            sums.add(lanes, block.get(..x_l.len()).unwrap_or_default());
+            sums.add(lanes, block.get(..x_l.len()).unwrap_or_default().iter().copied());
         }
         let (_, left_over) = T::split::<S>(columns.grid_step);
         let (_, rest) = pairs.split_at(pairs.len().saturating_sub(left_over.len()));
@@ -72,60 +72,64 @@ impl<T: Scalar> WithSimd for Whole<'_, T> {
 
 impl<V: Value> Sums<V> {
     #[inline(always)]
-    fn zero<T: Scalar>(lanes: impl Lanes<T, Value = V>) -> Self {
+    pub(super) fn zero<T: Scalar>(lanes: impl Lanes<T, Value = V>) -> Self {
         let zero = lanes.all(T::ZERO);
         Self { upper: [zero; 10], last: [zero; 5], gradient: [zero; 5] }
     }
 
     #[inline(always)]
-    fn add<T: Scalar>(&mut self, lanes: impl Lanes<T, Value = V>, block: &[Weighed<V>]) {
+    pub(super) fn add<T: Scalar>(
+        &mut self,
+        lanes: impl Lanes<T, Value = V>,
+        block: impl Iterator<Item = Weighed<V>> + Clone,
+    ) {
         let [mut a, mut b, mut c, mut d, mut e, mut f, mut g, mut h, mut i, mut j] = self.upper;
-        for Weighed { weight, jacobian: [j0, j1, j2, j3, _], .. } in block {
-            let [w0, w1, w2, w3] = [*j0, *j1, *j2, *j3].map(|j| *weight * j);
-            a = lanes.mul_add(w0, *j0, a);
-            b = lanes.mul_add(w1, *j0, b);
-            c = lanes.mul_add(w1, *j1, c);
-            d = lanes.mul_add(w2, *j0, d);
-            e = lanes.mul_add(w2, *j1, e);
-            f = lanes.mul_add(w2, *j2, f);
-            g = lanes.mul_add(w3, *j0, g);
-            h = lanes.mul_add(w3, *j1, h);
-            i = lanes.mul_add(w3, *j2, i);
-            j = lanes.mul_add(w3, *j3, j);
+        for Weighed { weight, jacobian: [j0, j1, j2, j3, _], .. } in block.clone() {
+            let [w0, w1, w2, w3] = [j0, j1, j2, j3].map(|j| weight * j);
+            a = lanes.mul_add(w0, j0, a);
+            b = lanes.mul_add(w1, j0, b);
+            c = lanes.mul_add(w1, j1, c);
+            d = lanes.mul_add(w2, j0, d);
+            e = lanes.mul_add(w2, j1, e);
+            f = lanes.mul_add(w2, j2, f);
+            g = lanes.mul_add(w3, j0, g);
+            h = lanes.mul_add(w3, j1, h);
+            i = lanes.mul_add(w3, j2, i);
+            j = lanes.mul_add(w3, j3, j);
         }
         self.upper = [a, b, c, d, e, f, g, h, i, j];
         let ([mut a, mut b, mut c, mut d, mut e], [mut f, mut g, mut h, mut i, mut j]) =
             (self.last, self.gradient);
         for Weighed { weight, value, jacobian: [j0, j1, j2, j3, j4] } in block {
-            let (w4, pull) = (*weight * *j4, *weight * *value);
-            a = lanes.mul_add(w4, *j0, a);
-            b = lanes.mul_add(w4, *j1, b);
-            c = lanes.mul_add(w4, *j2, c);
-            d = lanes.mul_add(w4, *j3, d);
-            e = lanes.mul_add(w4, *j4, e);
-            f = lanes.mul_add(pull, *j0, f);
-            g = lanes.mul_add(pull, *j1, g);
-            h = lanes.mul_add(pull, *j2, h);
-            i = lanes.mul_add(pull, *j3, i);
-            j = lanes.mul_add(pull, *j4, j);
+            let (w4, pull) = (weight * j4, weight * value);
+            a = lanes.mul_add(w4, j0, a);
+            b = lanes.mul_add(w4, j1, b);
+            c = lanes.mul_add(w4, j2, c);
+            d = lanes.mul_add(w4, j3, d);
+            e = lanes.mul_add(w4, j4, e);
+            f = lanes.mul_add(pull, j0, f);
+            g = lanes.mul_add(pull, j1, g);
+            h = lanes.mul_add(pull, j2, h);
+            i = lanes.mul_add(pull, j3, i);
+            j = lanes.mul_add(pull, j4, j);
         }
         (self.last, self.gradient) = ([a, b, c, d, e], [f, g, h, i, j]);
     }
 
     #[inline(always)]
-    fn total<T: Scalar>(&self, lanes: impl Lanes<T, Value = V>) -> Quadratic<T> {
-        let [a, b, c, d, e, f, g, h, i, j] = self.upper.map(|h| lanes.total(h));
-        let [k, l, m, n, o] = self.last.map(|h| lanes.total(h));
+    pub(super) fn total<T: Scalar>(&self, lanes: impl Lanes<T, Value = V>) -> Quadratic<T> {
+        let [a, b, c, d, e, f, g, h, i, j] = lanes.totals(&self.upper);
+        let [k, l, m, n, o] = lanes.totals(&self.last);
         Quadratic {
             information: Information(Symmetric([a, b, c, d, e, f, g, h, i, j, k, l, m, n, o])),
-            gradient: self.gradient.map(|g| lanes.total(g)).into(),
+            gradient: lanes.totals(&self.gradient).into(),
         }
     }
 }
 
 impl<V: Value> Weighed<V> {
     #[inline(always)]
-    fn nothing<T: Scalar>(lanes: impl Lanes<T, Value = V>) -> Self {
+    pub(super) fn nothing<T: Scalar>(lanes: impl Lanes<T, Value = V>) -> Self {
         let zero = lanes.all(T::ZERO);
         Self { weight: zero, value: zero, jacobian: [zero; 5] }
     }

@@ -10,9 +10,9 @@ pub(crate) struct Tally<T> {
     pub(crate) usable: u32,
     pub(crate) skipped: u32,
     /// Residuals within 2, 3, and 4 standard deviations.
-    within: [u32; 3],
+    pub(super) within: [u32; 3],
     /// What the squares of those within 2 say of the noise, px^2.
-    near_squares: T,
+    pub(super) near_squares: T,
     /// Correspondences that fit, and sums of their squared row offsets at start and pose, unit depth.
     pub(crate) screened: u32,
     pub(crate) squares: [T; 2],

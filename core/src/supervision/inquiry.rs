@@ -190,7 +190,7 @@ impl<T: Scalar> Inquiry<T> {
         match &mut self.work {
             Work::Descent(descent) if !descent.is_done() => descent.advance(matches),
             Work::Descent(_) => {
-                self.judge(matches.pairs)?;
+                self.judge(matches)?;
                 let next = self.next(subject)?;
                 self.question = next;
                 if matches!(next, Question::Challenger | Question::Search) {
@@ -209,7 +209,7 @@ impl<T: Scalar> Inquiry<T> {
     }
 
     #[inline(never)]
-    fn judge(&mut self, pairs: &[RayPair<T>]) -> Result<(), PairError> {
+    fn judge(&mut self, matches: Matches<'_, T>) -> Result<(), PairError> {
         let Work::Descent(descent) = &self.work else {
             return Ok(());
         };
@@ -217,7 +217,7 @@ impl<T: Scalar> Inquiry<T> {
         let outlook = *descent.outlook();
         self.clear_judgement();
         match &mut self.work {
-            Work::Judged(judged) => outlook.judge(pairs, judged),
+            Work::Judged(judged) => outlook.judge(matches, judged),
             _ => Ok(()),
         }
     }

@@ -46,7 +46,7 @@ fn judged_of<T: Scalar>(truth: &RectifyingRotations<f64>, seed: u64) -> Judged<T
         descent.advance(batch.matches()).unwrap();
     }
     let mut judged = Judged::NOTHING;
-    descent.outlook().judge(&pairs, &mut judged).unwrap();
+    descent.outlook().judge(batch.matches(), &mut judged).unwrap();
     judged
 }
 
