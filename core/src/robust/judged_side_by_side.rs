@@ -52,13 +52,16 @@ struct Block<V> {
 
 impl<T: Scalar> Outlook<T> {
     /// As [`Outlook::hear_one_by_one`] over all, to rounding: sums are made in another order, and
-    /// products are not rounded where the processor can add to them at once.
+    /// products are not rounded where the processor can add to them at once. One by one without lanes.
     pub(super) fn hear_side_by_side(
         &self,
         matches: Matches<'_, T>,
         evidence: &mut Evidence<T>,
     ) -> Heard<T> {
-        let (heard, filled) = dispatch(Filling { outlook: self, matches, evidence });
+        let filled = dispatch(Filling { outlook: self, matches, evidence: &mut *evidence });
+        let Some((heard, filled)) = filled else {
+            return self.hear_one_by_one(matches.pairs, evidence);
+        };
         let (_, rest) = matches.pairs.split_at(filled.min(matches.pairs.len()));
         heard.plus(&self.hear_one_by_one(rest, evidence))
     }
