@@ -20,8 +20,8 @@ pub(crate) const PAIRS: usize = 50;
 /// Pairs that lock a calibrator.
 const LOCKING: usize = 20;
 
-/// Passes after the first that a search takes at least before it weighs by the noise, also among few.
-const ANNEALED: usize = 8;
+/// Passes after the first that a search takes before it weighs by the noise; among 128 matches and fewer.
+const ANNEALED: [usize; 2] = [4, 8];
 
 /// Of the measured pairs; those that lock a calibrator have the next.
 const SEED: u64 = 1;
@@ -182,7 +182,8 @@ fn amid(scene: &Scene, pair: &SynthPair) -> Result<Job> {
         bail!("a fresh calibrator is to be solved");
     };
     calibrator.begin_pair()?;
-    for _ in 0..ANNEALED {
+    let [many, few] = ANNEALED;
+    for _ in 0..if pair.matches.len() <= 128 { few } else { many } {
         calibrator.advance_pair()?;
     }
     Ok(Job::Pass(calibrator))

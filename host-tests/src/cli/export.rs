@@ -18,7 +18,7 @@ use super::source::Source;
 /// Ours: p_r = R p_l + t, |t| = 1, and the baseline in metres beside it; a side-by-side rig has
 /// t = (-1, 0, 0). In OpenCV's files x_2 = R x_1 + T, so T = b t. In Kalibr's T_cn_cnm1 of cam1 is
 /// [R b t; 0 1], with cam0 left. In those of ROS the rectification matrices carry R and t, and the right
-/// camera has P[0][3] = -fx b. All lengths are in metres; where the baseline is not known it is written
+/// camera has `P[0][3] = -fx b`. All lengths are in metres; where the baseline is not known it is written
 /// as 1, with a comment.
 ///
 /// Numbers are written with the digits that read back to the same bits.

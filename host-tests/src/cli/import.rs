@@ -16,8 +16,8 @@ use super::numbers;
 /// Told by their keys: OpenCV's intrinsics.yml and extrinsics.yml (M1 D1 M2 D2 R T, also in one file),
 /// where x_2 = R x_1 + T and the first camera is the left one; Kalibr's camchain.yaml, where T_cn_cnm1
 /// takes points of cam0 (left) to cam1 (right); left.yaml and right.yaml of ROS, where R = R_r^T R_l and
-/// t = -(first row of R_r) of the rectification matrices, and the right camera has P[0][3] = -fx b. So T,
-/// t and P[0][3] are negative in x for a side-by-side rig.
+/// t = -(first row of R_r) of the rectification matrices, and the right camera has `P[0][3] = -fx b`. So T,
+/// t and `P[0][3]` are negative in x for a side-by-side rig.
 ///
 /// A baseline of 1 stands for one that is not known. Lenses: k1 k2 p1 p2 k3, or a fisheye of four.
 #[derive(Debug, Args)]

@@ -43,7 +43,7 @@ pub enum Format {
     Opencv,
     /// camchain.yaml: cam0 left, cam1 right; T_cn_cnm1 takes points of cam0 to cam1, in metres.
     Kalibr,
-    /// left.yaml and right.yaml (camera_info): rectification matrices, and P[0][3] = -fx b of the
+    /// left.yaml and right.yaml (camera_info): rectification matrices, and `P[0][3] = -fx b` of the
     /// right camera, b in metres.
     Ros,
 }
