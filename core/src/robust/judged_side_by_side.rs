@@ -140,7 +140,7 @@ impl<V: Value> Hearing<V> {
         let (at_start, in_front_before) = Constraint::of(lanes, start, rays);
         let spread = Spread::of(lanes, by.noise_squared, grid_step);
         let (value, offset) = (constraint.value, constraint.offset());
-        let precision = by.focal_squared / constraint.variance;
+        let precision = by.precision(lanes, &constraint, in_front);
         let squared = value * value * precision;
         self.tallies.count(lanes, in_front, squared, &spread);
         let limit = lanes.all(T::lit(TUKEY * TUKEY)) * spread.unit_squared;

@@ -66,6 +66,20 @@ struct Seen<'a, V, M> {
     precision: V,
 }
 
+impl<V: Value> Weighing<V> {
+    /// One over the variance of the constraint where that of a coordinate is 1 px^2, px^2. Behind a
+    /// camera there may be none: what counts for nothing must not become no number.
+    #[inline(always)]
+    pub(super) fn precision<T: Scalar, L: Lanes<T, Value = V>>(
+        &self,
+        lanes: L,
+        constraint: &Constraint<V>,
+        in_front: L::Mask,
+    ) -> V {
+        self.focal_squared / lanes.choose(in_front, constraint.variance, lanes.all(T::ONE))
+    }
+}
+
 impl<V: Value> Counts<V> {
     pub(super) fn zero<T: Scalar>(lanes: impl Lanes<T, Value = V>) -> Self {
         let zero = lanes.all(T::ZERO);
@@ -90,7 +104,7 @@ impl<V: Value> Counts<V> {
         }
         let one = lanes.all(T::ONE);
         self.usable = self.usable + lanes.keep(in_front, one);
-        let precision = by.focal_squared / constraint.variance;
+        let precision = by.precision(lanes, &constraint, in_front);
         let seen = Seen { constraint: &constraint, in_front, precision };
         let by_loss = self.by_loss(lanes, by, &seen, grid_step);
         let counts = lanes.below(lanes.all(T::ZERO), by_loss);
