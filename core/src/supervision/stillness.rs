@@ -53,6 +53,9 @@ impl Stillness {
 
     /// How many of those remembered are in a batch.
     fn seen_again<T: Scalar>(&self, pairs: &[RayPair<T>], scale: T) -> u32 {
+        if self.remembered.is_empty() {
+            return 0;
+        }
         let buckets = Buckets::of(&self.remembered);
         let mut seen = 0_u32;
         for pair in pairs {
@@ -99,26 +102,26 @@ impl Stillness {
     }
 }
 
-/// Places of those remembered, as bits, by their first coordinate: 8 px a bucket, in turn.
+/// Places of those remembered, as bits, by what first coordinate may be the same: 8 px a bucket, in turn.
 struct Buckets([u32; 16]);
 
 impl Buckets {
     fn of(remembered: &[[u16; 3]]) -> Self {
         let mut buckets = Self([0; 16]);
         for ([first, ..], place) in remembered.iter().zip(0_u32..) {
-            if let Some(bucket) = buckets.0.get_mut(Self::of_coordinate(*first)) {
-                *bucket |= 1_u32.checked_shl(place).unwrap_or(0);
+            // Both ends of what is near enough: a bucket is wider.
+            for end in [first.saturating_sub(SAME_STEPS), first.saturating_add(SAME_STEPS)] {
+                if let Some(bucket) = buckets.0.get_mut(Self::of_coordinate(end)) {
+                    *bucket |= 1_u32.checked_shl(place).unwrap_or(0);
+                }
             }
         }
         buckets
     }
 
-    /// Those that may be as near as the same; a bucket is wider.
+    /// Those that may be as near as the same.
     fn near(&self, first: u16) -> u32 {
-        [first.saturating_sub(SAME_STEPS), first.saturating_add(SAME_STEPS)]
-            .into_iter()
-            .filter_map(|end| self.0.get(Self::of_coordinate(end)))
-            .fold(0, |all, places| all | places)
+        self.0.get(Self::of_coordinate(first)).copied().unwrap_or(0)
     }
 
     fn of_coordinate(first: u16) -> usize {
