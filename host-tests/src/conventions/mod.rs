@@ -16,6 +16,7 @@
 
 mod files;
 mod kalibr;
+mod mat;
 mod number;
 mod opencv;
 mod rectified;

@@ -8,19 +8,12 @@ use std::fmt::Write;
 use anyhow::{Context, Result, ensure};
 use serde::Deserialize;
 
+use super::mat::Mat;
 use super::number::list;
 use super::rectified::Rectified;
 use super::rig::{self, NO_SCALE, Pose, Unknowns, View, coefficients, square};
 use super::{Document, Files, scale};
 use crate::dataset::{LensModel, Meta};
-
-/// `!!opencv-matrix`.
-#[derive(Debug, Clone, Deserialize)]
-struct Mat {
-    rows: usize,
-    cols: usize,
-    data: Vec<f64>,
-}
 
 /// The keys that are read; all others are ignored.
 #[derive(Debug, Clone, Deserialize)]
@@ -103,12 +96,7 @@ fn find<T>(
         .iter()
         .find_map(|(file, storage)| Some((file, of(storage)?)))
         .with_context(|| format!("{files}: there is no {name}"))?;
-    let whole = || -> Result<T> {
-        let (rows, cols, len) = (mat.rows, mat.cols, mat.data.len());
-        ensure!(rows.checked_mul(cols) == Some(len), "{len} numbers for {rows} x {cols}");
-        understand(&mat.data)
-    };
-    whole().with_context(|| format!("{file}: {name}"))
+    mat.numbers().and_then(understand).with_context(|| format!("{file}: {name}"))
 }
 
 /// `intrinsics.yml` and `extrinsics.yml`.

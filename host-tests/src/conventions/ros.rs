@@ -6,18 +6,12 @@
 use anyhow::{Context, Result, bail, ensure};
 use serde::Deserialize;
 
+use super::mat::Mat;
 use super::number::list;
 use super::rectified::Rectified;
 use super::rig::{self, NO_SCALE, Pose, Unknowns, View, coefficients, square};
 use super::{Document, Files};
 use crate::dataset::{LensModel, Meta, Rows, matrix, rows};
-
-#[derive(Debug, Clone, Deserialize)]
-struct Mat {
-    rows: usize,
-    cols: usize,
-    data: Vec<f64>,
-}
 
 /// `camera_info` in YAML; the camera's name is ignored.
 #[derive(Debug, Clone, Deserialize)]
@@ -55,11 +49,11 @@ fn pair(files: &Files) -> Result<[(String, CameraInfo); 2]> {
 pub(super) fn pose(files: &Files) -> Result<Pose> {
     let [(left_name, left), (right_name, right)] = pair(files)?;
     let rotation = |name: &str, info: &CameraInfo| -> Result<Rows> {
-        let read = numbers(&info.rectification_matrix, [3, 3]).and_then(square);
+        let read = info.rectification_matrix.shaped([3, 3]).and_then(square);
         read.with_context(|| format!("{name}: rectification_matrix"))
     };
     let [r_l, r_r] = [rotation(&left_name, &left)?, rotation(&right_name, &right)?];
-    let p = numbers(&right.projection_matrix, [3, 4])
+    let p = (right.projection_matrix.shaped([3, 4]))
         .with_context(|| format!("{right_name}: projection_matrix"))?;
     ensure!(p[0] > 0.0, "{right_name}: projection_matrix: fx must be above 0");
     let r = matrix(&r_r).transpose() * matrix(&r_l);
@@ -89,24 +83,11 @@ fn view(info: &CameraInfo) -> Result<View> {
         "equidistant" | "fisheye" => LensModel::Fisheye,
         other => bail!("distortion_model {other}: plumb_bob and equidistant are handled"),
     };
-    let Mat { rows, cols, .. } = info.distortion_coefficients;
-    let dist = numbers(&info.distortion_coefficients, [rows, cols])
+    let dist = (info.distortion_coefficients.numbers())
         .and_then(|given| coefficients(lens, given))
         .context("distortion_coefficients")?;
-    let k = numbers(&info.camera_matrix, [3, 3]).and_then(square).context("camera_matrix")?;
+    let k = info.camera_matrix.shaped([3, 3]).and_then(square).context("camera_matrix")?;
     Ok(View { k, lens, dist, size: [info.image_width, info.image_height] })
-}
-
-/// The numbers of a matrix of that shape.
-fn numbers(mat: &Mat, [rows, cols]: [usize; 2]) -> Result<&[f64]> {
-    let len = mat.data.len();
-    ensure!(
-        [mat.rows, mat.cols] == [rows, cols] && rows.checked_mul(cols) == Some(len),
-        "{len} numbers, said to be {} x {}: {rows} x {cols} are expected",
-        mat.rows,
-        mat.cols
-    );
-    Ok(&mat.data)
 }
 
 /// `left.yaml` and `right.yaml`.

@@ -77,6 +77,21 @@ pub(super) fn running(
     after.collect()
 }
 
+/// The same of an iterated filter: `update` corrects the first belief by a pair that is linearised about
+/// the second, which the one before came to.
+pub(super) fn iterated(
+    pairs: &[Vec<Rays>],
+    setting: &Setting,
+    update: impl Fn(&Belief, &Belief, &[Rays]) -> Option<Belief>,
+) -> Vec<Option<Extrinsics<f64>>> {
+    running(pairs, setting, |prior, rays| {
+        if rays.is_empty() {
+            return None;
+        }
+        (0..ITERATIONS).try_fold(*prior, |about, _| update(prior, &about, rays))
+    })
+}
+
 /// Residuals beyond so many robust deviations are mismatches (Rousseeuw and Leroy).
 const REJECTED: f64 = 2.5;
 

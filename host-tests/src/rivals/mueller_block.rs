@@ -13,7 +13,7 @@ use nalgebra::{
 };
 use stereo_selfcal::Extrinsics;
 
-use super::filter::{self, Belief, ITERATIONS, limit};
+use super::filter::{self, Belief, limit};
 use super::pose::Pose;
 use super::{Method, Setting};
 use crate::oracle::Rays;
@@ -37,12 +37,8 @@ impl Method for MuellerBlock {
     }
 
     fn running(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>> {
-        filter::running(pairs, setting, |prior, rays| {
-            if rays.is_empty() {
-                return None;
-            }
-            (0..ITERATIONS)
-                .try_fold(*prior, |about, _| updated(prior, &about.pose, rays, setting.noise()))
+        filter::iterated(pairs, setting, |prior, about, rays| {
+            updated(prior, &about.pose, rays, setting.noise())
         })
     }
 }

@@ -14,7 +14,7 @@ use nalgebra::{Matrix5, Vector5};
 use stereo_selfcal::Extrinsics;
 
 use super::epipolar::Scaling;
-use super::filter::{self, Belief, ITERATIONS, limit};
+use super::filter::{self, Belief, limit};
 use super::{Method, Setting};
 use crate::oracle::Rays;
 
@@ -40,12 +40,8 @@ impl Method for MuellerUkf {
     }
 
     fn running(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>> {
-        filter::running(pairs, setting, |prior, rays| {
-            if rays.is_empty() {
-                return None;
-            }
-            (0..ITERATIONS)
-                .try_fold(*prior, |about, _| updated(prior, &about, rays, setting.noise()))
+        filter::iterated(pairs, setting, |prior, about, rays| {
+            updated(prior, about, rays, setting.noise())
         })
     }
 }
