@@ -58,7 +58,6 @@ pub mod so3;
 pub mod store;
 mod supervision;
 mod symmetric;
-mod whitening;
 
 pub use batch::{Batch, Pushed};
 pub use calibrator::Calibrator;

@@ -13,7 +13,7 @@ mod side_by_side;
 mod turning;
 
 #[cfg(feature = "simd")]
-pub(crate) use side_by_side::{Products, Seen};
+pub(crate) use side_by_side::Products;
 
 use nalgebra::Vector5;
 
@@ -22,7 +22,6 @@ use crate::information::Information;
 use crate::quadratic::Quadratic;
 use crate::record::{Reader, Writer, can_be_squares};
 use crate::rectification::RectifyingRotations;
-use crate::residual::Sight;
 use crate::scalar::Scalar;
 use crate::so3::product;
 use crate::symmetric::Symmetric;
@@ -40,6 +39,15 @@ const ZZ_ZZ: usize = 20;
 
 type Vector9<T> = [T; 9];
 
+/// A correspondence as it enters the sums.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seen<V> {
+    /// One over the variance of its constraint.
+    pub(crate) weight: V,
+    /// The nine products of its rays, in the rectified frame and at any depth, which scales the constraint.
+    pub(crate) products: [V; 9],
+}
+
 /// Sums over correspondences, in the rectified frame of a pose that the owner remembers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Moments<T> {
@@ -53,32 +61,9 @@ impl<T: Scalar> Moments<T> {
     pub(crate) const ZERO: Self = Self { products: [T::ZERO; TRIANGLE], slope: [T::ZERO; 5] };
 
     /// Adds one correspondence.
-    ///
-    /// * `sight`: in the rectified frame.
-    /// * `w`: one over the variance of its row offset.
     #[inline(always)]
-    pub(crate) fn add_sight(&mut self, w: T, sight: &Sight<T>) {
-        let (a, b) = (&sight.left, &sight.right);
-        let [across, along] = [a.u * b.v, a.v * b.u];
-        self.add_products(
-            w,
-            &[
-                a.v - b.v,
-                b.u - a.u,
-                across - along,
-                a.u * b.u,
-                a.v * b.v,
-                T::ONE,
-                across + along,
-                a.u + b.u,
-                a.v + b.v,
-            ],
-        );
-    }
-
-    #[inline(always)]
-    fn add_products(&mut self, w: T, k: &Vector9<T>) {
-        let [k0, k1, k2, k3, k4, k5, k6, k7, k8] = *k;
+    pub(crate) fn add_seen(&mut self, &Seen { weight: w, products }: &Seen<T>) {
+        let [k0, k1, k2, k3, k4, k5, k6, k7, k8] = products;
         let m = &mut self.products;
         let weighted = w * k0;
         m[0] += weighted * k0;

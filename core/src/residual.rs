@@ -52,13 +52,11 @@ pub(crate) fn linearised<T: Scalar>(
     Some(Sight::of(rotations, pair)?.row(gauge_slope))
 }
 
-/// One side of a correspondence: its rectified ray `(u, v)` at unit depth, and one over the depth that
-/// the unit-depth ray had after rotation.
+/// One side of a correspondence: its rectified ray `(u, v)` at unit depth.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct View<T> {
     pub(crate) u: T,
     pub(crate) v: T,
-    pub(crate) inverse_depth: T,
 }
 
 /// A correspondence after rectification.
@@ -80,12 +78,10 @@ impl<T: Scalar> Sight<T> {
             left: View {
                 u: (l.m11 * a.x + l.m12 * a.y + l.m13) * inverse_l,
                 v: (l.m21 * a.x + l.m22 * a.y + l.m23) * inverse_l,
-                inverse_depth: inverse_l,
             },
             right: View {
                 u: (r.m11 * b.x + r.m12 * b.y + r.m13) * inverse_r,
                 v: (r.m21 * b.x + r.m22 * b.y + r.m23) * inverse_r,
-                inverse_depth: inverse_r,
             },
         })
     }

@@ -58,7 +58,6 @@ pub(crate) trait Lanes<T>: Copy {
 
     /// The sums of several numbers over the correspondences. A loop: `map` is not always inlined, and
     /// on its own has no vector instructions.
-    #[cfg(feature = "simd")]
     #[inline(always)]
     fn totals<const N: usize>(self, numbers: &[Self::Value; N]) -> [T; N]
     where

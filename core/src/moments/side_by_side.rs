@@ -1,22 +1,22 @@
 //! The sums of as many correspondences at a time as there are lanes.
 
-use super::Moments;
+use super::{Moments, Seen};
 use crate::lanes::{Lanes, Value};
 use crate::scalar::Scalar;
-
-/// A correspondence as it enters the sums.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Seen<V> {
-    pub(crate) weight: V,
-    /// The nine products of its rays at any depth, of which the weight is to be one.
-    pub(crate) products: [V; 9],
-}
 
 /// Sums of `w k k^T` for each lane: a row of the lower triangle each.
 pub(crate) struct Products<V> {
     upper: ([V; 1], [V; 2], [V; 3], [V; 4]),
     middle: [V; 5],
     lower: ([V; 6], [V; 7], [V; 8], [V; 9]),
+}
+
+impl<V: Value> Seen<V> {
+    #[inline(always)]
+    pub(crate) fn nothing<T: Scalar>(lanes: impl Lanes<T, Value = V>) -> Self {
+        let zero = lanes.all(T::ZERO);
+        Self { weight: zero, products: [zero; 9] }
+    }
 }
 
 impl<V: Value> Products<V> {

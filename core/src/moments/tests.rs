@@ -4,6 +4,7 @@ extern crate std;
 
 use super::turning::split;
 use super::*;
+use crate::residual::Sight;
 use crate::residual::tests::pose;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -37,7 +38,7 @@ fn scene(
 fn sums<T: Scalar>(scene: &[Match<T>]) -> Moments<T> {
     let mut sums = Moments::ZERO;
     for (w, left, right) in scene {
-        sums.add_products(*w, &split(&(right * left.transpose())));
+        sums.add_seen(&Seen { weight: *w, products: split(&(right * left.transpose())) });
     }
     sums
 }
@@ -131,7 +132,9 @@ fn at_the_frame_they_are_those_of_the_general_formula_and_of_sights() {
         let mut ray = || [rng.random_range(-0.6..0.6), rng.random_range(-0.4..0.4)];
         let pair = crate::RayPair::try_new(ray(), ray()).unwrap();
         let sight = Sight::of(&frame, &pair).unwrap();
-        sums.add_sight(2.5, &sight);
+        let [left, right] =
+            [&sight.left, &sight.right].map(|view| Vector3::new(view.u, view.v, 1.0));
+        sums.add_seen(&Seen { weight: 2.5, products: split(&(right * left.transpose())) });
         // Without what the slope of the depths does to the row: the moments hold depths as they are.
         let (a, b) = (&sight.left, &sight.right);
         let row = sight.row(frame.gauge_slope());

@@ -5,7 +5,8 @@
 //! eq 11 times `z_a z_b`. Noise of one variance on the four image coordinates gives it the variance
 //! `V = y_a^2 + z_a^2 - g_a^2 + y_b^2 + z_b^2 - g_b^2` (to first order, at unit depth), with
 //! `g_a = R_r[2][2] y_a - R_r[1][2] z_a` and `g_b` likewise of `R_l`. In the gauge of eq 8 `R_r[1][2]` is
-//! zero. `C^2 / V` is the whitened row offset of [`crate::whitening`], squared.
+//! zero. `C / sqrt V` is the row offset over its own standard deviation (Sampson). Nothing is divided by
+//! the root: squares and products of whitened quantities are those of plain ones over the variance.
 
 use nalgebra::Matrix3;
 
@@ -119,7 +120,6 @@ impl<V: Value> Constraint<V> {
     }
 
     /// The row offset of eq 11, unit depth.
-    #[cfg(feature = "simd")]
     #[inline(always)]
     pub(super) fn offset(&self) -> V {
         let ([.., z_a], [.., z_b]) = (self.a, self.b);
@@ -127,7 +127,6 @@ impl<V: Value> Constraint<V> {
     }
 
     /// The nine products of the rays that [`crate::moments`] sums, times `z_a z_b`.
-    #[cfg(feature = "simd")]
     #[inline(always)]
     pub(super) fn products<T: Scalar, L: Lanes<T, Value = V>>(&self, lanes: L) -> [V; 9] {
         let ([x_a, y_a, z_a], [x_b, y_b, z_b]) = (self.a, self.b);
@@ -198,36 +197,102 @@ mod tests {
     use crate::lanes::Single;
     use crate::residual::Sight;
     use crate::residual::tests::pose;
-    use crate::whitening::Whitening;
+    use nalgebra::{Vector2, Vector3};
     use proptest::prelude::*;
+
+    fn at(pose: &RectifyingRotations<f64>, left: [f64; 2], right: [f64; 2]) -> Constraint<f64> {
+        let rays = [left, right].as_flattened().try_into().unwrap();
+        let (constraint, in_front) = Constraint::of(Single, &Frame::at(Single, pose), rays);
+        assert!(in_front);
+        constraint
+    }
+
+    /// `C / sqrt V`.
+    fn whitened(pose: &RectifyingRotations<f64>, left: [f64; 2], right: [f64; 2]) -> f64 {
+        let Constraint { value, variance, .. } = at(pose, left, right);
+        value / variance.sqrt()
+    }
 
     proptest! {
         #[test]
-        fn whitened_it_is_the_whitened_row_offset_with_its_derivatives(
+        fn derivatives_match_central_differences(
             rotation in [-0.2..0.2, -0.2..0.2, -0.2..0.2], t in [-0.3..0.3, -0.3..0.3],
             left in [-0.7..0.7, -0.5..0.5], right in [-0.7..0.7, -0.5..0.5],
         ) {
             let pose = pose(rotation, t);
-            let sight = Sight::of(&pose, &RayPair::try_new(left, right).unwrap()).unwrap();
-            let whitening = Whitening::at(&pose);
-            let of_offset = whitening.variance(&sight);
-            let row = whitening.whole(&whitening.row(&sight), &sight, &of_offset);
+            let constraint = at(&pose, left, right);
+            let Constraint { value, variance, jacobian, .. } = constraint;
             let frame = Frame::at(Single, &pose);
-            let rays = [left, right].as_flattened().try_into().unwrap();
-            let (constraint, in_front) = Constraint::of(Single, &frame, rays);
-            prop_assert!(in_front);
-            let Constraint { value, variance, .. } = constraint;
             let whole = constraint.whole(Single, &frame, value / variance);
-            let [sd, sd_of_offset] = [variance.sqrt(), of_offset.value().sqrt()];
-            prop_assert!((value / sd - row.offset / sd_of_offset).abs() < 1e-13);
-            let size = row.jacobian.iter().fold(0.0_f64, |m, j| m.max(j.abs())) / sd_of_offset;
-            for (one, other) in whole.iter().zip(&row.jacobian) {
-                let miss = one / sd - other / sd_of_offset;
-                prop_assert!(miss.abs() < 1e-13 * size, "{whole:?} {row:?}");
+            // By the turns of the frame alone they are those of the constraint over its depths.
+            let moved = |i: usize, h: f64, of: &dyn Fn(&RectifyingRotations<f64>) -> f64| {
+                let at = |h: f64| {
+                    let d: [f64; 5] = core::array::from_fn(|k| if k == i { h } else { 0.0 });
+                    let [x, y, z, by, bz] = d;
+                    of(&pose.stepped(&Vector3::new(x, y, z), &Vector2::new(by, bz)).unwrap())
+                };
+                (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h)
+            };
+            let size = whole.iter().fold(0.0_f64, |m, j| m.max(j.abs())) / variance.sqrt();
+            for (i, whole) in whole.into_iter().enumerate() {
+                let numeric = moved(i, 1e-3, &|pose| whitened(pose, left, right));
+                let miss = whole / variance.sqrt() - numeric;
+                prop_assert!(miss.abs() < 1e-8 * size, "{i}: {whole} {numeric}");
+            }
+            let size = jacobian.iter().fold(0.0_f64, |m, j| m.max(j.abs()));
+            for (i, of_value) in jacobian.into_iter().enumerate() {
+                let numeric = moved(i, 1e-3, &|pose| at(pose, left, right).value);
+                prop_assert!((of_value - numeric).abs() < 1e-8 * size, "{i}: {of_value} {numeric}");
+            }
+        }
+
+        #[test]
+        fn it_is_the_row_offset_times_the_depths_and_one_of_the_products_of_the_rays(
+            rotation in [-0.2..0.2, -0.2..0.2, -0.2..0.2], t in [-0.3..0.3, -0.3..0.3],
+            left in [-0.7..0.7, -0.5..0.5], right in [-0.7..0.7, -0.5..0.5],
+        ) {
+            let pose = pose(rotation, t);
+            let constraint = at(&pose, left, right);
+            let sight = Sight::of(&pose, &RayPair::try_new(left, right).unwrap()).unwrap();
+            prop_assert!((constraint.offset() - (sight.left.v - sight.right.v)).abs() < 1e-14);
+            let [a, b] = [pose.left() * Vector3::new(left[0], left[1], 1.0),
+                pose.right() * Vector3::new(right[0], right[1], 1.0)];
+            let (apart, outer) = (a.cross(&b), b * a.transpose());
+            let together = outer + outer.transpose();
+            let products = [
+                apart.x, apart.y, apart.z, outer.m11, outer.m22, outer.m33,
+                together.m12, together.m13, together.m23,
+            ];
+            for (ours, product) in constraint.products(Single).iter().zip(products) {
+                prop_assert!((ours - product).abs() < 1e-14, "{ours} {product}");
             }
             let least = sight.disparity() - 1e-9;
             prop_assert!(constraint.has_disparity(Single, least));
             prop_assert!(!constraint.has_disparity(Single, least + 2e-9));
+        }
+
+        #[test]
+        fn unit_noise_on_the_coordinates_gives_it_unit_deviation(
+            rotation in [-0.2..0.2, -0.2..0.2, -0.2..0.2], t in [-0.3..0.3, -0.3..0.3],
+            left in [-0.7..0.7, -0.5..0.5], disparity in 0.0..0.3_f64,
+        ) {
+            // On the epipolar line, where the residual is zero and its scale does not vary.
+            let pose = pose(rotation, t);
+            let p = pose.left() * Vector3::new(left[0], left[1], 1.0);
+            let q = pose.right().inverse() * Vector3::new(p.x / p.z - disparity, p.y / p.z, 1.0);
+            let right = [q.x / q.z, q.y / q.z];
+            let h = 1e-5;
+            let gradient_squared: f64 = (0..4_usize)
+                .map(|i| {
+                    let moved = |h: f64| {
+                        let d = |k: usize| if k == i { h } else { 0.0 };
+                        let left = [left[0] + d(0), left[1] + d(1)];
+                        whitened(&pose, left, [right[0] + d(2), right[1] + d(3)])
+                    };
+                    ((moved(h) - moved(-h)) / (2.0 * h)).powi(2)
+                })
+                .sum();
+            prop_assert!((gradient_squared - 1.0).abs() < 1e-6, "{gradient_squared}");
         }
     }
 }

@@ -4,15 +4,12 @@ use core::hint::black_box;
 
 use pulp::{Simd, WithSimd};
 
-use super::TUKEY;
-use super::constraint::{Constraint, Frame};
+use super::hearing::{Bench, Hearing};
 use super::judgement::{Evidence, Heard};
 use super::outlook::Outlook;
 use super::side_by_side::{BLOCK, Sums};
-use super::tallies::{Compared, Tallies};
 use super::tally::Tally;
-use super::weighing::{Loss, Weighed, Weighing};
-use super::weight::Spread;
+use super::weighing::Weighed;
 use crate::batch::Matches;
 use crate::lanes::{Lanes, Value, dispatch};
 use crate::moments::{Products, Seen};
@@ -25,17 +22,8 @@ struct Filling<'a, T: Scalar> {
     evidence: &'a mut Evidence<T>,
 }
 
-/// What correspondences are judged by.
-struct Bench<V> {
-    by: Weighing<V>,
-    start: Frame<V>,
-}
-
 /// Sums for each lane.
-struct Hearing<V> {
-    tallies: Tallies<V>,
-    /// Of the weights, and of the weights times the variance of a coordinate.
-    weights: [V; 2],
+struct Added<V> {
     products: Products<V>,
     /// Of the left and of the upper half of the image.
     halves: [Sums<V>; 2],
@@ -76,11 +64,9 @@ impl<T: Scalar> WithSimd for Filling<'_, T> {
         let Self { outlook, matches: Matches { pairs, columns }, evidence } = self;
         let lanes = T::wide(simd);
         // From memory a number comes with the operation; the compiler would copy it to all lanes anew.
-        let bench = black_box(Bench {
-            by: outlook.weighing(lanes, Loss::Polish),
-            start: Frame::at(lanes, &outlook.start),
-        });
-        let (mut hearing, mut block) = (Hearing::zero(lanes), Block::empty(lanes));
+        let bench = black_box(Bench::of(lanes, outlook));
+        let (mut hearing, mut added) = (Hearing::nothing(lanes), Added::nothing(lanes));
+        let (mut block, nothing) = (Block::empty(lanes), Seen::nothing(lanes));
         let chunks = |column| T::split::<S>(column).0.chunks(BLOCK);
         let [x_l, y_l, x_r, y_r] = columns.rays.map(chunks);
         let rows = x_l.zip(y_l).zip(x_r).zip(y_r).zip(chunks(columns.grid_step));
@@ -91,80 +77,39 @@ impl<T: Scalar> WithSimd for Filling<'_, T> {
             for ((((row, seen), left), upper), ((((x_l, y_l), x_r), y_r), step)) in places.zip(rows)
             {
                 let rays = [x_l, y_l, x_r, y_r].map(|stored| T::load(simd, stored));
-                (*row, *seen) = hearing.judge(lanes, &bench, rays, T::load(simd, step));
+                let judged = hearing.judge(lanes, &bench, rays, T::load(simd, step));
+                (*row, *seen) = judged.unwrap_or((Weighed::nothing(lanes), nothing));
                 let ([x, y, ..], zero) = (rays, lanes.all(T::ZERO));
                 *left = lanes.keep(lanes.below(x, zero), row.weight);
                 *upper = lanes.keep(lanes.below(y, zero), row.weight);
             }
-            hearing.add(lanes, &block, x_l.len());
+            added.add(lanes, &block, x_l.len());
         }
         let (_, left_over) = T::split::<S>(columns.grid_step);
         let filled = pairs.len().saturating_sub(left_over.len());
         let seen = u32::try_from(filled).unwrap_or(u32::MAX);
         let heard = Heard {
             tally: Tally::of(lanes, seen, &hearing.tallies),
-            gradient: lanes.totals(&hearing.gradient).into(),
+            gradient: lanes.totals(&added.gradient).into(),
             weights: lanes.totals(&hearing.weights),
         };
-        evidence.moments.add_side_by_side(lanes, &hearing.products);
-        for (half, sums) in evidence.halves.iter_mut().zip(&hearing.halves) {
+        evidence.moments.add_side_by_side(lanes, &added.products);
+        for (half, sums) in evidence.halves.iter_mut().zip(&added.halves) {
             half.add(&sums.total(lanes));
         }
         (heard, filled)
     }
 }
 
-impl<V: Value> Hearing<V> {
+impl<V: Value> Added<V> {
     #[inline(always)]
-    fn zero<T: Scalar, L: Lanes<T, Value = V>>(lanes: L) -> Self {
+    fn nothing<T: Scalar, L: Lanes<T, Value = V>>(lanes: L) -> Self {
         let zero = lanes.all(T::ZERO);
         Self {
-            tallies: Tallies::zero(lanes),
-            weights: [zero; 2],
             products: Products::zero(lanes),
             halves: [Sums::zero(lanes), Sums::zero(lanes)],
             gradient: [zero; 5],
         }
-    }
-
-    /// Counts correspondences; what they add to the sums.
-    #[inline(always)]
-    fn judge<T: Scalar, L: Lanes<T, Value = V>>(
-        &mut self,
-        lanes: L,
-        Bench { by, start }: &Bench<V>,
-        rays: [V; 4],
-        grid_step: V,
-    ) -> (Weighed<V>, Seen<V>) {
-        let (constraint, in_front) = Constraint::of(lanes, &by.frame, rays);
-        let (at_start, in_front_before) = Constraint::of(lanes, start, rays);
-        let spread = Spread::of(lanes, by.noise_squared, grid_step);
-        let (value, offset) = (constraint.value, constraint.offset());
-        let precision = by.precision(lanes, &constraint, in_front);
-        let squared = value * value * precision;
-        self.tallies.count(lanes, in_front, squared, &spread);
-        let limit = lanes.all(T::lit(TUKEY * TUKEY)) * spread.unit_squared;
-        let compared = Compared {
-            before: at_start.offset() * at_start.offset(),
-            after: offset * offset,
-            in_front_before,
-            most: lanes.all(T::lit(2.0)) * limit * by.unit_squared,
-            fit: lanes.at_least(limit, squared),
-        };
-        self.tallies.compare(lanes, in_front, &compared);
-        let counts = lanes.both(in_front, constraint.has_disparity(lanes, by.min_disparity));
-        let w = lanes.keep(counts, spread.tukey(lanes, squared));
-        let jacobian = constraint.whole(lanes, &by.frame, value * precision * by.unit_squared);
-        let w = match &by.leverage {
-            Some(leverage) => w * leverage.left_of(lanes, w * precision, &jacobian),
-            None => w,
-        };
-        let [sum, variances] = &mut self.weights;
-        *sum = *sum + w;
-        *variances = lanes.mul_add(w, spread.variance, *variances);
-        let weight = w * precision;
-        let seen = Seen { weight, products: constraint.products(lanes) };
-        (Weighed { weight, value, jacobian }, seen)
     }
 
     /// Adds the first so many of a block.
@@ -196,7 +141,7 @@ impl<V: Value> Block<V> {
         let zero = lanes.all(T::ZERO);
         Self {
             rows: [Weighed::nothing(lanes); BLOCK],
-            seen: [Seen { weight: zero, products: [zero; 9] }; BLOCK],
+            seen: [Seen::nothing(lanes); BLOCK],
             halves: [[zero; BLOCK]; 2],
         }
     }

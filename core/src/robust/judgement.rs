@@ -2,19 +2,19 @@
 
 use nalgebra::Vector5;
 
+use super::NOISE_PX;
+use super::hearing::{Bench, Hearing};
 use super::outlook::Outlook;
 use super::tally::Tally;
-use super::{NOISE_PX, TUKEY};
+use super::weighing::Weighed;
 use crate::batch::Matches;
 use crate::correspondence::RayPair;
 use crate::error::PairError;
 use crate::lanes::Single;
 use crate::moments::Moments;
-use crate::quadratic::{Quadratic, add_pull};
+use crate::quadratic::Quadratic;
 use crate::rectification::RectifyingRotations;
-use crate::residual::{Row, Sight, row_offset};
 use crate::scalar::Scalar;
-use crate::whitening::Whitening;
 
 /// Share of the correspondences that must fit a pose found from afar.
 const MIN_INLIERS: f64 = 0.15;
@@ -49,19 +49,6 @@ pub(super) struct Heard<T> {
     pub(super) gradient: Vector5<T>,
     /// Of the weights, 1/px^2, and of the weights times the variance of a coordinate.
     pub(super) weights: [T; 2],
-}
-
-/// A correspondence that counts.
-#[derive(Debug, Clone, Copy)]
-struct Member<T> {
-    /// 1/px^2.
-    w: T,
-    /// px^2, one over the variance of the offset where a coordinate's is 1 px^2.
-    precision: T,
-    row: Row<T>,
-    sight: Sight<T>,
-    /// Of a coordinate, px^2.
-    variance: T,
 }
 
 impl<T: Scalar> Outlook<T> {
@@ -103,66 +90,30 @@ impl<T: Scalar> Outlook<T> {
         pairs: &[RayPair<T>],
         evidence: &mut Evidence<T>,
     ) -> Heard<T> {
-        // A copy, which the compiler knows that nobody else looks at.
-        let mut tally = Tally::NONE;
-        let mut gradient = Vector5::zeros();
-        let mut weights = [T::ZERO; 2];
-        let whitening = Whitening::at(&self.pose);
-        let Evidence { moments, halves: [left, upper], .. } = evidence;
+        let (bench, mut hearing) = (Bench::of(Single, self), Hearing::nothing(Single));
+        let Evidence { moments, halves: [left_half, upper_half], .. } = evidence;
+        // A row is in one quadrant of the image: the halves and the whole are made of those.
+        let mut quadrants = [[Quadratic::ZERO; 2]; 2];
         for pair in pairs {
-            if let Some(member) = self.judge_one(&whitening, pair, &mut tally) {
-                let Member { w, precision, row, sight, variance } = &member;
-                let precise = *w * *precision;
-                let [x, y] = pair.left();
-                if x < T::ZERO {
-                    left.add_row(precise, row.offset, &row.jacobian);
-                }
-                if y < T::ZERO {
-                    upper.add_row(precise, row.offset, &row.jacobian);
-                }
-                add_pull(&mut gradient, precise * row.offset, &row.jacobian);
-                moments.add_sight(precise, sight);
-                let [sum, variances] = &mut weights;
-                *sum += *w;
-                *variances += *w * *variance;
-            }
+            let rays = pair.rays();
+            let judged = hearing.judge(Single, &bench, rays, pair.grid_step());
+            let Some((Weighed { weight, value, jacobian }, seen)) = judged else {
+                continue;
+            };
+            let [x, y, ..] = rays;
+            let [upper, lower] = &mut quadrants;
+            let [left, right] = if y < T::ZERO { upper } else { lower };
+            let quadrant = if x < T::ZERO { left } else { right };
+            quadrant.add_row(weight, value, &jacobian);
+            moments.add_seen(&seen);
         }
-        Heard { tally, gradient, weights }
-    }
-
-    /// Counts one correspondence; what it adds to the sums, if anything.
-    #[inline(always)]
-    fn judge_one(
-        &self,
-        whitening: &Whitening<T>,
-        pair: &RayPair<T>,
-        tally: &mut Tally<T>,
-    ) -> Option<Member<T>> {
-        let Some(sight) = Sight::of(&self.pose, pair) else {
-            tally.skipped += 1;
-            return None;
-        };
-        let spread = self.spread(pair);
-        let row = whitening.row(&sight);
-        let variance = whitening.variance(&sight);
-        let precision = self.precision(&variance);
-        let offset_squared = row.offset * row.offset;
-        let squared = offset_squared * precision;
-        tally.count(squared, &spread);
-        let limit = T::lit(TUKEY * TUKEY) * spread.unit_squared;
-        let before = row_offset(&self.start, pair).map(|offset| offset * offset);
-        let most = T::lit(2.0) * limit / (self.focal * self.focal);
-        tally.compare(before, offset_squared, most, squared <= limit);
-        if self.is_behind(&sight) {
-            return None;
-        }
-        let w = spread.tukey(Single, squared);
-        if !(w > T::ZERO) {
-            return None;
-        }
-        let row = whitening.whole(&row, &sight, &variance);
-        let w = w * self.left_of(w * precision, &row);
-        Some(Member { w, precision, row, sight, variance: spread.variance })
+        let [[upper_left, upper_right], [lower_left, _]] = &quadrants;
+        left_half.add(&upper_left.plus(lower_left));
+        upper_half.add(&upper_left.plus(upper_right));
+        let gradient = quadrants.as_flattened().iter().map(|quadrant| quadrant.gradient).sum();
+        let Hearing { tallies, weights } = hearing;
+        let seen = u32::try_from(pairs.len()).unwrap_or(u32::MAX);
+        Heard { tally: Tally::of(Single, seen, &tallies), gradient, weights }
     }
 }
 

@@ -9,6 +9,7 @@
 //! a near point.
 
 mod constraint;
+mod hearing;
 #[cfg(feature = "simd")]
 mod judged_side_by_side;
 mod judgement;
@@ -17,7 +18,6 @@ mod outlook;
 mod pass;
 #[cfg(feature = "simd")]
 mod side_by_side;
-#[cfg(feature = "simd")]
 mod tallies;
 mod tally;
 mod weighing;

@@ -4,14 +4,10 @@ use super::NOISE_PX;
 use super::constraint::Frame;
 use super::leverage::Leverage;
 use super::weighing::{Loss, Weighing};
-use super::weight::Spread;
-use crate::correspondence::RayPair;
 use crate::error::PairError;
-use crate::lanes::{Lanes, Single};
+use crate::lanes::Lanes;
 use crate::rectification::RectifyingRotations;
-use crate::residual::{Row, Sight};
 use crate::scalar::Scalar;
-use crate::whitening::Variance;
 
 /// A pose that correspondences are weighed at.
 #[derive(Debug, Clone, Copy)]
@@ -49,24 +45,6 @@ impl<T: Scalar> Outlook<T> {
         }
     }
 
-    /// One over the variance of a row offset where that of a coordinate is 1 px^2, px^2.
-    #[inline(always)]
-    pub(super) fn precision(&self, variance: &Variance<T>) -> T {
-        self.focal * self.focal / variance.value()
-    }
-
-    /// What is expected of a residual.
-    #[inline(always)]
-    pub(super) fn spread(&self, pair: &RayPair<T>) -> Spread<T> {
-        Spread::of(Single, self.noise * self.noise, pair.grid_step())
-    }
-
-    /// Whether it is further behind infinity than noise and the yaw's uncertainty may put a point.
-    #[inline(always)]
-    pub(super) fn is_behind(&self, sight: &Sight<T>) -> bool {
-        sight.disparity() < self.min_disparity
-    }
-
     /// # Errors
     /// [`PairError::TooFew`].
     pub(super) fn check(&self, usable: u32) -> Result<(), PairError> {
@@ -85,12 +63,5 @@ impl<T: Scalar> Outlook<T> {
         let floor = self.noise_floor * self.noise_floor;
         let noise = (near_squares / free).max(floor).sqrt();
         noise.min(T::lit(NOISE_PX[1])).max(self.noise_floor)
-    }
-
-    /// What leverage leaves of a weight `w`, as a part of it.
-    #[inline(always)]
-    pub(super) fn left_of(&self, w: T, row: &Row<T>) -> T {
-        let left = |leverage: &Leverage<T>| leverage.left_of(Single, w, &row.jacobian);
-        self.leverage.as_ref().map_or(T::ONE, left)
     }
 }

@@ -1,11 +1,11 @@
-//! A tally of as many correspondences at a time as there are lanes.
+//! What a judgement counts, and compares with the start: sums for each lane.
 
 use super::tally::Tally;
 use super::weight::Spread;
 use crate::lanes::{Lanes, Value};
 use crate::scalar::Scalar;
 
-/// Counts and sums for each lane, as in [`Tally`].
+/// As [`Tally`], whose counts are sums of ones here.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tallies<V> {
     usable: V,
@@ -42,7 +42,9 @@ impl<V: Value> Tallies<V> {
         }
     }
 
-    /// As [`Tally::count`] of those in front of both cameras.
+    /// Those in front of both cameras.
+    ///
+    /// * `squared`: of the whitened residual, px^2.
     #[inline(always)]
     pub(super) fn count<T: Scalar, L: Lanes<T, Value = V>>(
         &mut self,
@@ -54,16 +56,20 @@ impl<V: Value> Tallies<V> {
         let one = lanes.all(T::ONE);
         self.usable = self.usable + lanes.keep(in_front, one);
         let within = |units| lanes.both(in_front, spread.is_within(lanes, T::lit(units), squared));
+        let around = within(4.0);
+        if !lanes.is_any(around) {
+            return;
+        }
         let near = within(2.0);
         let [two, three, four] = &mut self.within;
         *two = *two + lanes.keep(near, one);
         *three = *three + lanes.keep(within(3.0), one);
-        *four = *four + lanes.keep(within(4.0), one);
+        *four = *four + lanes.keep(around, one);
         let of_noise = spread.noise_squared(lanes, squared);
         self.near_squares = self.near_squares + lanes.keep(near, of_noise);
     }
 
-    /// As [`Tally::compare`] of those in front of both cameras.
+    /// Those in front of both cameras at the pose, with the start.
     #[inline(always)]
     pub(super) fn compare<T: Scalar, L: Lanes<T, Value = V>>(
         &mut self,
@@ -107,6 +113,7 @@ impl<T: Scalar> Tally<T> {
     }
 
     /// The counts of two parts of a batch.
+    #[cfg(feature = "simd")]
     pub(super) fn plus(&self, other: &Self) -> Self {
         let ([a, b, c], [d, e, f]) = (self.within, other.within);
         let sums = |[a, b]: [T; 2], [c, d]: [T; 2]| [a + c, b + d];

@@ -1,7 +1,5 @@
-//! What a judgement counts, and compares with the start.
+//! What a judgement has counted.
 
-use super::weight::Spread;
-use crate::lanes::Single;
 use crate::scalar::Scalar;
 
 /// Counts of correspondences, and sums over them.
@@ -31,23 +29,6 @@ impl<T: Scalar> Tally<T> {
         cost: [T::ZERO; 2],
     };
 
-    /// * `squared`: of a whitened residual, px^2.
-    #[inline(always)]
-    pub(super) fn count(&mut self, squared: T, spread: &Spread<T>) {
-        self.usable += 1;
-        let [two, three, four] = &mut self.within;
-        if spread.is_within(Single, T::lit(4.0), squared) {
-            *four += 1;
-            if spread.is_within(Single, T::lit(3.0), squared) {
-                *three += 1;
-            }
-            if spread.is_within(Single, T::lit(2.0), squared) {
-                *two += 1;
-                self.near_squares += spread.noise_squared(Single, squared);
-            }
-        }
-    }
-
     /// Residuals within 2 standard deviations.
     pub(super) fn near(&self) -> u32 {
         let [near, _, _] = self.within;
@@ -69,24 +50,5 @@ impl<T: Scalar> Tally<T> {
     pub(super) fn inliers(&self) -> T {
         let [_, within, _] = self.within;
         T::count(within) / T::count(self.usable.max(1))
-    }
-
-    /// * `before`, `after`: squared row offsets at the start and at the pose, unit depth.
-    /// * `most`: beyond which they cost no more.
-    /// * `fits`: whether the correspondence fits the pose.
-    #[inline(always)]
-    pub(super) fn compare(&mut self, before: Option<T>, after: T, most: T, fits: bool) {
-        let cut = |squared: T| if squared < most { squared } else { most };
-        let [cost_before, cost_after] = &mut self.cost;
-        *cost_before += before.map_or(most, cut);
-        *cost_after += cut(after);
-        if let Some(before) = before
-            && fits
-        {
-            self.screened += 1;
-            let [squares_before, squares_after] = &mut self.squares;
-            *squares_before += before;
-            *squares_after += after;
-        }
     }
 }
