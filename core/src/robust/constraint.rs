@@ -215,7 +215,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn derivatives_match_central_differences(
+        fn jacobian_matches_central_differences(
             rotation in [-0.2..0.2, -0.2..0.2, -0.2..0.2], t in [-0.3..0.3, -0.3..0.3],
             left in [-0.7..0.7, -0.5..0.5], right in [-0.7..0.7, -0.5..0.5],
         ) {
@@ -224,7 +224,6 @@ mod tests {
             let Constraint { value, variance, jacobian, .. } = constraint;
             let frame = Frame::at(Single, &pose);
             let whole = constraint.whole(Single, &frame, value / variance);
-            // By the turns of the frame alone they are those of the constraint over its depths.
             let moved = |i: usize, h: f64, of: &dyn Fn(&RectifyingRotations<f64>) -> f64| {
                 let at = |h: f64| {
                     let d: [f64; 5] = core::array::from_fn(|k| if k == i { h } else { 0.0 });
@@ -255,8 +254,8 @@ mod tests {
             let constraint = at(&pose, left, right);
             let sight = Sight::of(&pose, &RayPair::try_new(left, right).unwrap()).unwrap();
             prop_assert!((constraint.offset() - (sight.left.v - sight.right.v)).abs() < 1e-14);
-            let [a, b] = [pose.left() * Vector3::new(left[0], left[1], 1.0),
-                pose.right() * Vector3::new(right[0], right[1], 1.0)];
+            let a = pose.left() * Vector3::new(left[0], left[1], 1.0);
+            let b = pose.right() * Vector3::new(right[0], right[1], 1.0);
             let (apart, outer) = (a.cross(&b), b * a.transpose());
             let together = outer + outer.transpose();
             let products = [
