@@ -25,7 +25,7 @@ pub(super) struct Frame<V> {
     kappa: V,
     rest: V,
     rho: V,
-    min_depth: V,
+    pub(super) min_depth: V,
 }
 
 /// A correspondence at a pose.

@@ -1,6 +1,7 @@
 //! The judgement side by side against the one by one.
 
 use super::super::leverage::Leverage;
+use super::super::side_by_side::tests::rounded_by;
 use super::super::{Judged, Outlook};
 use super::*;
 use crate::batch::Batch;
@@ -112,8 +113,11 @@ impl Scene<'_> {
         for (a, b) in by_one.weights.into_iter().zip(by_many.weights) {
             near(a, b, rounding * n / self.noise.powi(2));
         }
-        let most = largest(&one.moments.at_frame());
-        let scale = [most, (most * n).sqrt()].map(|scale| rounding * scale);
+        let squared = outlook.noise * outlook.noise;
+        let most = |largest| rounded_by(&outlook, batch.pairs(), squared, largest);
+        let largest_here = largest(&one.moments.at_frame());
+        let scale =
+            [most(largest_here), (22.0 * largest_here * n).sqrt()].map(|scale| rounding * scale);
         let [_, of_gradient] = scale;
         for (a, b) in by_one.gradient.iter().zip(&by_many.gradient) {
             near(*a, *b, of_gradient);
@@ -124,8 +128,8 @@ impl Scene<'_> {
         // At its own pose and at another: all that the moments hold.
         quadratics_agree(&one.moments.at_frame(), &wide.moments.at_frame(), scale);
         let [a, b] = [one, wide].map(|e| e.moments.seen_at(pose, &outlook.start));
-        let most = most.max(largest(&a));
-        quadratics_agree(&a, &b, [rounding * most; 2]);
+        let largest = largest_here.max(largest(&a));
+        quadratics_agree(&a, &b, [rounding * most(largest); 2]);
     }
 }
 
