@@ -87,3 +87,92 @@ impl<V: Value> Hearing<V> {
         Some((Weighed { weight, value, jacobian }, seen))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tally::Tally;
+    use super::super::weight::tukey;
+    use super::*;
+    use crate::correspondence::RayPair;
+    use crate::lanes::Single;
+    use crate::residual::row_offset;
+    use crate::residual::tests::pose;
+
+    const FOCAL: f64 = 500.0;
+    const NOISE: f64 = 0.4;
+
+    #[test]
+    fn correspondences_are_counted_compared_and_weighed_as_defined() {
+        let outlook = Outlook {
+            focal: FOCAL,
+            noise_floor: 0.1,
+            needed: 8,
+            start: pose([0.002, 0.0, -0.001], [0.0, 0.003]),
+            pose: pose([0.01, -0.02, 0.03], [0.02, -0.01]),
+            noise: NOISE,
+            leverage: None,
+            fitted: 0.0,
+            min_disparity: -0.008,
+        };
+        let bench = Bench::of(Single, &outlook);
+        let mut hearing = Hearing::nothing(Single);
+        let (mut within, mut near_squares, mut screened) = ([0; 3], 0.0, 0);
+        let (mut cost, mut squares, mut weights) = ([0.0; 2], [0.0; 2], [0.0; 2]);
+        let (mut added, mut behind) = (0, 0);
+        for i in 0..200_u32 {
+            // Rows up to 4 px apart, some behind infinity, every third one on a grid.
+            let k = f64::from(i);
+            let [u, v] = [(0.37 * k).sin() * 0.6, (0.73 * k).cos() * 0.4];
+            let [d, e] = [(0.11 * k).sin() * 0.05 + 0.03, (0.057 * k).sin() * 0.008];
+            let grid_step = if i % 3 == 0 { 1.5 } else { 0.0 };
+            let l = outlook.pose.left().inverse() * nalgebra::Vector3::new(u, v, 1.0);
+            let r = outlook.pose.right().inverse() * nalgebra::Vector3::new(u - d, v + e, 1.0);
+            let [left, right] = [l, r].map(|ray| [ray.x / ray.z, ray.y / ray.z]);
+            let rays = [left, right].as_flattened().try_into().unwrap();
+            let judged = hearing.judge(Single, &bench, rays, grid_step);
+
+            let pair = RayPair::try_new(left, right).unwrap();
+            let frame = Frame::at(Single, &outlook.pose);
+            let (Constraint { value, variance, .. }, _) = Constraint::of(Single, &frame, rays);
+            let deviation = FOCAL * value / variance.sqrt();
+            let expected = NOISE * NOISE + grid_step * grid_step / 12.0;
+            let unit = expected.sqrt().max(0.6 * grid_step);
+            for (count, units) in within.iter_mut().zip([2.0, 3.0, 4.0]) {
+                *count += u32::from(deviation.abs() < units * unit);
+            }
+            if deviation.abs() < 2.0 * unit {
+                near_squares += deviation * deviation / 0.7737 - grid_step * grid_step / 12.0;
+            }
+            let offsets = [&outlook.start, &outlook.pose].map(|p| row_offset(p, &pair).unwrap());
+            let most = 2.0 * (TUKEY * unit / FOCAL).powi(2);
+            let fits = deviation.abs() <= TUKEY * unit;
+            screened += u32::from(fits);
+            for ((cost, squares), e) in cost.iter_mut().zip(&mut squares).zip(offsets) {
+                *cost += (e * e).min(most);
+                *squares += if fits { e * e } else { 0.0 };
+            }
+            let w = tukey(Single, (deviation / (TUKEY * unit)).powi(2)) / expected;
+            behind += u32::from(d < -0.008);
+            let Some((row, seen)) = judged else {
+                assert!(d < -0.008 || w == 0.0, "{d} {w}");
+                continue;
+            };
+            assert!(d >= -0.008 && w > 0.0, "{d} {w}");
+            added += 1;
+            weights = [weights[0] + w, weights[1] + w * expected];
+            let whole = w * FOCAL * FOCAL / variance;
+            assert!((row.weight / whole - 1.0).abs() < 1e-9 && seen.weight == row.weight);
+            assert!((row.value - value).abs() < 1e-15 && seen.products[0] == row.value);
+        }
+        assert!(added > 80 && added < 160 && behind > 5, "{added} {behind}");
+        let tally = Tally::of(Single, 203, &hearing.tallies);
+        assert_eq!((tally.usable, tally.skipped), (200, 3));
+        assert_eq!((tally.within, tally.screened), (within, screened));
+        let sums = [tally.near_squares, tally.cost[0], tally.cost[1], tally.squares[0]];
+        let sums = sums.into_iter().chain([tally.squares[1]]).chain(hearing.weights);
+        let expected = [near_squares, cost[0], cost[1], squares[0], squares[1]];
+        for (sum, expected) in sums.zip(expected.into_iter().chain(weights)) {
+            assert!((sum / expected - 1.0).abs() < 1e-9, "{sum} {expected}");
+        }
+    }
+}

@@ -233,6 +233,18 @@ mod tests {
     }
 
     #[test]
+    fn it_is_found_again_on_the_other_side_of_the_edge_of_a_bucket() {
+        for (side, shift) in [(0.1, -0.5), (-0.1, 0.5)] {
+            let at_edges = |k: u8| (8.0 * f32::from(k) + side) / FOCAL;
+            let seen: Vec<_> =
+                (0..40).map(|k| [at_edges(k), 0.1, at_edges(k) - 0.05, 0.1]).collect();
+            let mut stillness = Stillness::new();
+            stillness.note(&rays(&seen, 0.0, 0.0, 0), FOCAL);
+            assert!(stillness.note(&rays(&seen, shift, 0.0, 0), FOCAL), "{shift}");
+        }
+    }
+
+    #[test]
     fn after_forgetting_nothing_is_repeated() {
         let pairs = rays(&scene(100, 8), 0.0, 0.0, 0);
         let mut stillness = Stillness::new();
