@@ -1,10 +1,12 @@
 //! The image, built for the controller by the project's own script.
 
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 
 use serde_json::Value;
+use tempfile::{NamedTempFile, TempPath};
 use thiserror::Error;
 
 use super::super::emulator::Machine;
@@ -31,15 +33,29 @@ pub(super) enum ImageError {
     /// It said nothing of an image.
     #[error("the build named no image")]
     NotNamed,
+    /// It could not be kept for this run.
+    #[error("a copy of {}: {why}", .image.display())]
+    Copy {
+        /// What was built.
+        image: PathBuf,
+        /// What the system says.
+        why: io::Error,
+    },
 }
 
-/// Builds the image for a board: with the instructions that its core has.
+/// Builds the image for a board, with the instructions that its core has: a copy of this run's own, since
+/// the build for another board leaves its image in the same place.
 ///
 /// # Errors
 /// [`ImageError`].
-pub(super) fn build(machine: Machine) -> Result<PathBuf, ImageError> {
+pub(super) fn build(machine: Machine) -> Result<TempPath, ImageError> {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let script = workspace.join(".cargo/for-target");
+    // From the build to the copy, no other run builds.
+    let _alone = match locked(&script) {
+        Ok(lock) => lock,
+        Err(why) => return Err(ImageError::NoScript { script, why }),
+    };
     let mut build = Command::new(&script);
     build
         .current_dir(&workspace)
@@ -51,7 +67,21 @@ pub(super) fn build(machine: Machine) -> Result<PathBuf, ImageError> {
     if !build.status.success() {
         return Err(ImageError::NotBuilt(build.status));
     }
-    named(&build.stdout).ok_or(ImageError::NotNamed)
+    let image = named(&build.stdout).ok_or(ImageError::NotNamed)?;
+    copy(&image).map_err(|why| ImageError::Copy { image, why })
+}
+
+/// A lock that ends with the value.
+fn locked(file: &Path) -> io::Result<File> {
+    let file = File::open(file)?;
+    file.lock()?;
+    Ok(file)
+}
+
+fn copy(image: &Path) -> io::Result<TempPath> {
+    let copy = NamedTempFile::new()?.into_temp_path();
+    fs::copy(image, &copy)?;
+    Ok(copy)
 }
 
 /// The executable in cargo's messages.

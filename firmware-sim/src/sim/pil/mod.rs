@@ -7,6 +7,7 @@ mod line;
 mod table;
 
 use std::io::{Read, Write};
+use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
@@ -37,13 +38,16 @@ const HINT: &str = if cfg!(feature = "logs") { "" } else { " (--features logs sh
 pub(super) fn run(args: &PilArgs, out: &mut impl Write) -> Result<()> {
     let set = args.dataset()?;
     let opening = Opening { pairs: set.pairs.len().try_into()?, cameras: set.cameras()? };
-    let image = match &args.image {
-        Some(image) => image.clone(),
-        None => image::build(args.machine)?,
+    let built;
+    let image: &Path = if let Some(image) = &args.image {
+        image
+    } else {
+        built = image::build(args.machine)?;
+        &built
     };
     heading(out, &set, args)?;
     let listener = Listener::open()?;
-    let mut emulator = Emulator::start(args.machine, &image, &listener.serial()?)?;
+    let mut emulator = Emulator::start(args.machine, image, &listener.serial()?)?;
     let line = listener.accept(&mut emulator, args.timeout)?;
     let tally = hold(&set, line, &opening, out).map_err(|error| explained(error, &mut emulator))?;
     let status = emulator.wait(args.timeout)?;
