@@ -1,7 +1,6 @@
 //! Everything that proves the core on a host: recorded and generated data, independent references,
 //! replay, evaluation.
 
-pub mod abuse;
 pub mod bench;
 pub mod campaign;
 pub mod conventions;
@@ -10,8 +9,6 @@ pub mod depth;
 pub mod estimate;
 pub mod evaluate;
 pub mod evaluation;
-#[path = "../../core/tests/store/flash.rs"]
-pub mod flash;
 pub mod grid;
 pub mod oracle;
 pub mod pictures;

@@ -2,9 +2,9 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use simulated_flash::{Flash, TEARS, Tear};
 use stereo_selfcal::store::Kind;
 
-use crate::flash::{Flash, TEARS, Tear};
 use crate::rig::{Content, KINDS, Step, content, open, payload, perform, save, scenario};
 
 /// How often power was lost once, and once more in the save after it.

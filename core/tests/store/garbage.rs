@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use proptest::prelude::*;
+use simulated_flash::Flash;
 use stereo_selfcal::store::Kind;
 
-use crate::flash::Flash;
 use crate::rig::{KINDS, content, load, open, payload, perform, save, scenario};
 
 const BYTES: usize = 4 * 256;

@@ -2,12 +2,12 @@
 
 use core::time::Duration;
 
+use simulated_flash::{Fault, Flash, TEARS};
 use stereo_selfcal::store::{Keeper, ResumeError, SavePolicy, SaveReason};
 use stereo_selfcal::{
     Calibrator, Config, Extrinsics, FactoryCalibration, Proposal, RestoreError, State,
 };
 
-use crate::flash::{Fault, Flash, TEARS};
 use crate::rig::open;
 use crate::scene::{cameras, correspondences, rig, take};
 

@@ -1,9 +1,9 @@
 //! What the store refuses, what it costs, and flash that wears out.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
+use simulated_flash::{Fault, Flash};
 use stereo_selfcal::store::{Kind, LoadError, OpenError, SaveError, Store};
 
-use crate::flash::{Fault, Flash};
 use crate::rig::{Content, KINDS, content, load, open, payload, perform, save};
 
 type Small = Flash<8, 512>;

@@ -10,8 +10,6 @@
     reason = "a test that panics is a test that fails"
 )]
 
-#[allow(dead_code, unreachable_pub, reason = "shared with the host tests")]
-mod flash;
 #[path = "../api/scene.rs"]
 #[allow(dead_code, reason = "shared with the tests of the public API")]
 mod scene;

@@ -1,9 +1,9 @@
 //! Any sequence of operations against a map.
 
 use proptest::prelude::*;
+use simulated_flash::{Flash, TEARS, Tear};
 use stereo_selfcal::store::Kind;
 
-use crate::flash::{Flash, TEARS, Tear};
 use crate::rig::{Content, Step, content, open, payload, perform};
 
 #[derive(Debug, Clone)]

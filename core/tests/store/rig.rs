@@ -1,8 +1,7 @@
 //! A store over the flash, and what it should hold.
 
+use simulated_flash::{Fault, Flash};
 use stereo_selfcal::store::{Kind, LoadError, SaveError, Store};
-
-use crate::flash::{Fault, Flash};
 
 pub(crate) const KINDS: [Kind; 2] = [Kind::Factory, Kind::State];
 

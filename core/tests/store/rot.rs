@@ -2,9 +2,9 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use simulated_flash::Flash;
 use stereo_selfcal::store::{Kind, LoadError, Store};
 
-use crate::flash::Flash;
 use crate::rig::{KINDS, load, open, perform, save, scenario};
 
 /// Payloads that a kind had, newest last; `None` once it was forgotten.

@@ -8,10 +8,10 @@ use std::time::Duration;
 use anyhow::{Result, anyhow};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use host_tests::dataset::Match;
-use host_tests::flash::{Fault, Flash, TEARS};
 use host_tests::wire::{DataReady, Faults, FaultyWire, Sender, SimMatcher, SimReady, SimSpi};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use simulated_flash::{Fault, Flash, TEARS};
 use stereo_selfcal::link::FpgaMatcher;
 use stereo_selfcal::store::{Keeper, SavePolicy, Store};
 

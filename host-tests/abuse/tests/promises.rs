@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use host_tests::abuse::{abuse, abuse_decoder, abuse_frames, abuse_record, abuse_store};
+use abuse::{abuse, abuse_decoder, abuse_frames, abuse_record, abuse_store};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -20,7 +20,7 @@ fn random_bytes_into(harness: fn(&[u8]), runs: usize) {
 #[test]
 fn the_corpus_breaks_no_promise() {
     type Harness = fn(&[u8]);
-    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus");
     let harnesses: [(&str, Harness); 5] = [
         ("calibrator", abuse),
         ("decoder", abuse_decoder),

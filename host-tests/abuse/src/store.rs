@@ -2,9 +2,8 @@
 //! no word written twice, what was saved is found until something rots, and then nothing else is.
 
 use arbitrary::{Arbitrary, Unstructured};
+use simulated_flash::{Fault, Flash, TEARS};
 use stereo_selfcal::store::{Kind, LoadError, Store};
-
-use crate::flash::{Fault, Flash, TEARS};
 
 const BLOCK: usize = 256;
 const KINDS: [Kind; 2] = [Kind::Factory, Kind::State];
