@@ -3,6 +3,7 @@
 use anyhow::{Result, ensure};
 use serde::Deserialize;
 
+/// As it is in the file: its numbers may be more or fewer than its shape says.
 #[derive(Debug, Clone, Deserialize)]
 pub(super) struct Mat {
     rows: usize,

@@ -53,8 +53,8 @@ pub(super) fn pose(files: &Files) -> Result<Pose> {
         read.with_context(|| format!("{name}: rectification_matrix"))
     };
     let [r_l, r_r] = [rotation(&left_name, &left)?, rotation(&right_name, &right)?];
-    let p = (right.projection_matrix.shaped([3, 4]))
-        .with_context(|| format!("{right_name}: projection_matrix"))?;
+    let p = right.projection_matrix.shaped([3, 4]);
+    let p = p.with_context(|| format!("{right_name}: projection_matrix"))?;
     ensure!(p[0] > 0.0, "{right_name}: projection_matrix: fx must be above 0");
     let r = matrix(&r_r).transpose() * matrix(&r_l);
     let (t, _) = super::scale::split(r_r[0].map(|x| -x))?;
@@ -83,9 +83,9 @@ fn view(info: &CameraInfo) -> Result<View> {
         "equidistant" | "fisheye" => LensModel::Fisheye,
         other => bail!("distortion_model {other}: plumb_bob and equidistant are handled"),
     };
-    let dist = (info.distortion_coefficients.numbers())
-        .and_then(|given| coefficients(lens, given))
-        .context("distortion_coefficients")?;
+    let given = info.distortion_coefficients.numbers();
+    let dist =
+        given.and_then(|given| coefficients(lens, given)).context("distortion_coefficients")?;
     let k = info.camera_matrix.shaped([3, 3]).and_then(square).context("camera_matrix")?;
     Ok(View { k, lens, dist, size: [info.image_width, info.image_height] })
 }
