@@ -1,7 +1,10 @@
 //! The arithmetic of the inner loop: on one correspondence, or on several side by side.
 
+mod four;
 #[cfg(feature = "simd")]
 mod wide;
+
+pub(crate) use four::{Four, Quad};
 
 #[cfg(feature = "simd")]
 pub(crate) use wide::{Vectorised, dispatch};

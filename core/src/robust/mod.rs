@@ -10,12 +10,15 @@
 
 mod constraint;
 mod hearing;
+mod in_fours;
 #[cfg(feature = "simd")]
 mod judged_side_by_side;
 mod judgement;
 mod leverage;
 mod outlook;
 mod pass;
+#[cfg(test)]
+mod scenes;
 #[cfg(feature = "simd")]
 mod side_by_side;
 mod tallies;

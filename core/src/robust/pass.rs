@@ -7,7 +7,7 @@ use super::weight::{Spread, geman_mcclure};
 use super::{Descent, Stage};
 use crate::batch::Matches;
 use crate::correspondence::RayPair;
-use crate::lanes::{Lanes, Single};
+use crate::lanes::{Four, Lanes, Single};
 use crate::quadratic::Quadratic;
 use crate::scalar::Scalar;
 use crate::symmetric::Symmetric;
@@ -29,19 +29,10 @@ pub(super) struct Pass<T> {
 }
 
 impl<T: Scalar> Pass<T> {
-    pub(super) fn of<L: Lanes<T>>(
-        lanes: L,
-        counts: &Counts<L::Value>,
-        capped: Quadratic<T>,
-    ) -> Self {
-        let count = |sum| lanes.total(sum).to_u16().into();
-        Self {
-            capped,
-            usable: count(counts.usable),
-            weighted: count(counts.weighted),
-            near: count(counts.near),
-            near_squares: lanes.total(counts.near_squares),
-        }
+    pub(super) fn of(counts: &Counts<T>, capped: Quadratic<T>) -> Self {
+        let Counts { usable, weighted, near, near_squares } = *counts;
+        let [usable, weighted, near] = [usable, weighted, near].map(|count| count.to_u16().into());
+        Self { capped, usable, weighted, near, near_squares }
     }
 }
 
@@ -96,19 +87,33 @@ impl<T: Scalar> Descent<T> {
         {
             return pass;
         }
-        self.pass_one_by_one(matches.pairs, most)
+        if Four::AT_ONCE {
+            self.pass_in_fours(matches.pairs, most)
+        } else {
+            self.pass_one_by_one(matches.pairs, most)
+        }
     }
 
     pub(super) fn pass_one_by_one(&self, pairs: &[RayPair<T>], most: usize) -> Pass<T> {
+        self.pass_onward(spread_over(pairs, most), Counts::zero(Single), Quadratic::ZERO)
+    }
+
+    /// * `counts`, `capped`: of those before.
+    #[inline(always)]
+    pub(super) fn pass_onward<'a>(
+        &self,
+        pairs: impl Iterator<Item = &'a RayPair<T>>,
+        mut counts: Counts<T>,
+        mut capped: Quadratic<T>,
+    ) -> Pass<T> {
         let by = self.weighing(Single);
-        let (mut counts, mut capped) = (Counts::zero(Single), Quadratic::ZERO);
-        for pair in spread_over(pairs, most) {
+        for pair in pairs {
             let weighed = counts.weigh(Single, &by, pair.rays(), pair.grid_step());
             if let Some(Weighed { weight, value, jacobian }) = weighed {
                 capped.add_row(weight, value, &jacobian);
             }
         }
-        Pass::of(Single, &counts, capped)
+        Pass::of(&counts, capped)
     }
 
     #[inline(always)]
@@ -123,7 +128,10 @@ impl<T: Scalar> Descent<T> {
 }
 
 /// At most so many of the correspondences, evenly spread over the batch.
-fn spread_over<T>(pairs: &[RayPair<T>], most: usize) -> impl Iterator<Item = &RayPair<T>> {
+pub(super) fn spread_over<T>(
+    pairs: &[RayPair<T>],
+    most: usize,
+) -> impl Iterator<Item = &RayPair<T>> {
     let stride = pairs.len().div_ceil(most.max(1)).max(1);
     pairs.iter().step_by(stride)
 }

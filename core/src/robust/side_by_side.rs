@@ -65,7 +65,7 @@ impl<T: Scalar> WithSimd for Whole<'_, T> {
         }
         let (_, left_over) = T::split::<S>(columns.grid_step);
         let (_, rest) = pairs.split_at(pairs.len().saturating_sub(left_over.len()));
-        let whole = Pass::of(lanes, &counts, sums.total(lanes));
+        let whole = Pass::of(&counts.total(lanes), sums.total(lanes));
         whole.plus(&descent.pass_one_by_one(rest, usize::MAX))
     }
 }
@@ -127,71 +127,16 @@ impl<V: Value> Sums<V> {
     }
 }
 
-impl<V: Value> Weighed<V> {
-    #[inline(always)]
-    pub(super) fn nothing<T: Scalar>(lanes: impl Lanes<T, Value = V>) -> Self {
-        let zero = lanes.all(T::ZERO);
-        Self { weight: zero, value: zero, jacobian: [zero; 5] }
-    }
-}
-
 #[cfg(test)]
 pub(super) mod tests {
     use super::super::constraint::{Constraint, Frame};
+    use super::super::scenes::{batch, descents};
     use super::super::weighing::Loss;
-    use super::super::{Known, Outlook, Stage};
+    use super::super::{Outlook, Stage};
     use super::*;
-    use crate::batch::Batch;
-    use crate::camera::{Camera, Intrinsics, Lens};
-    use crate::config::Config;
-    use crate::correspondence::{Cameras, Correspondence, RayPair};
+    use crate::correspondence::RayPair;
     use crate::lanes::Single;
-    use crate::rectification::RectifyingRotations;
-    use crate::residual::tests::pose;
     use proptest::prelude::*;
-
-    const FOCAL: f64 = 500.0;
-
-    /// Seen all over wide images, so that some rays fall behind a turned pose; near each other and far.
-    fn batch<T: Scalar>(pixels: &[[f64; 4]]) -> Batch<T, 100> {
-        let intrinsics = Intrinsics {
-            focal: [T::lit(FOCAL); 2],
-            principal: [T::lit(4000.0), T::lit(300.0)],
-            size: [8000, 600],
-        };
-        let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
-        let cameras = Cameras { left: camera, right: camera };
-        let mut batch = Batch::new();
-        for (i, [u, v, d, e]) in pixels.iter().enumerate() {
-            let grid_step = if i % 3 == 0 { T::ZERO } else { T::lit(1.5) };
-            let left = [T::lit(*u), T::lit(*v)];
-            let right = [T::lit(u - d), T::lit(v + e)];
-            let _ = batch.push(&cameras, &Correspondence { left, right, score: T::ONE, grid_step });
-        }
-        batch
-    }
-
-    /// A search at each of its stages, and a track.
-    fn descents<T: Scalar>(
-        batch: &Batch<T, 100>,
-        start: RectifyingRotations<T>,
-    ) -> impl Iterator<Item = Descent<T>> {
-        let focal = T::lit(FOCAL);
-        let mut search = Descent::search(&Config::robust(), focal, start, 12);
-        let mut covariance = Symmetric::ZERO;
-        covariance.add_diagonal(T::lit(1e-6));
-        let known = Known { pose: start, covariance, noise: T::lit(0.4) };
-        let track = Descent::track(&Config::robust(), focal, &known).unwrap();
-        let stages: heapless::Vec<_, 12> = (0..9)
-            .map(|_| {
-                let at = search.clone();
-                let _ = search.advance(batch.matches());
-                at
-            })
-            .chain([track])
-            .collect();
-        stages.into_iter()
-    }
 
     /// What rounding is relative to in sums whose largest element is that: a weight is what is left of a
     /// whole one, so near the edge of the loss its own error is the geometric mean of the two.
@@ -230,11 +175,7 @@ pub(super) mod tests {
 
     fn agree<T: Scalar>(pixels: &[[f64; 4]], rotation: [f64; 3], t: [f64; 2], rounding: f64) {
         let batch = batch::<T>(pixels);
-        let start = pose(rotation, t).extrinsics().unwrap();
-        let r = start.rotation().matrix().map(T::lit);
-        let t = start.translation().map(T::lit);
-        let start = crate::extrinsics::Extrinsics::try_new(&r, &t).unwrap();
-        for descent in descents(&batch, RectifyingRotations::from(&start)) {
+        for descent in descents(&batch, rotation, t) {
             if is_on_edge(&descent.at, batch.pairs(), rounding) {
                 continue;
             }

@@ -80,10 +80,25 @@ impl<V: Value> Weighing<V> {
     }
 }
 
+impl<V: Value> Weighed<V> {
+    #[inline(always)]
+    pub(super) fn nothing<T: Scalar>(lanes: impl Lanes<T, Value = V>) -> Self {
+        let zero = lanes.all(T::ZERO);
+        Self { weight: zero, value: zero, jacobian: [zero; 5] }
+    }
+}
+
 impl<V: Value> Counts<V> {
     pub(super) fn zero<T: Scalar>(lanes: impl Lanes<T, Value = V>) -> Self {
         let zero = lanes.all(T::ZERO);
         Self { usable: zero, weighted: zero, near: zero, near_squares: zero }
+    }
+
+    /// The sums over the lanes.
+    pub(super) fn total<T: Scalar>(&self, lanes: impl Lanes<T, Value = V>) -> Counts<T> {
+        let Self { usable, weighted, near, near_squares } = *self;
+        let [usable, weighted, near] = [usable, weighted, near].map(|count| lanes.total(count));
+        Counts { usable, weighted, near, near_squares: lanes.total(near_squares) }
     }
 
     /// Counts and weighs correspondences; `None` if none of them counts.
