@@ -39,6 +39,7 @@ impl<T: Scalar> Descent<T> {
                 let rays = Quad::columns(four.map(RayPair::rays));
                 let weighed = counts.weigh(Four, &by, rays, Quad(four.map(RayPair::grid_step)));
                 *place = weighed.unwrap_or(Weighed::nothing(Four));
+                // One by one too: the order of a sum is in its bits.
                 for squares in replace(&mut counts.near_squares, zero).0 {
                     near_squares += squares;
                 }
