@@ -1,6 +1,7 @@
 //! Putting estimates into use: when it is refused, and how it is taken back.
 
-use crate::scene::{correspondences, fill, rig, robust, take, with};
+use crate::presets::{robust, with};
+use crate::scene::{correspondences, fill, rig, take};
 use stereo_selfcal::{
     ApplyError, Calibrator, Config, Extrinsics, PairError, Refusal, Rejection, State,
 };

@@ -1,6 +1,7 @@
 //! Whatever comes in: a typed refusal or a counted skip, and the state as it was, bit for bit.
 
-use crate::scene::{calibrator, cameras, correspondences, rig, robust, take};
+use crate::presets::{calibrator, robust};
+use crate::scene::{cameras, correspondences, rig, take};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::{

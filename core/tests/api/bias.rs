@@ -1,6 +1,7 @@
 //! Matches that are wrong alike: rounded to a grid, or shifted in one half of the image.
 
-use crate::scene::{correspondences, rig, robust, take};
+use crate::presets::robust;
+use crate::scene::{correspondences, rig, take};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{ApplyError, Arming, Correspondence, Doubt, RectifyingRotations, State};
 

@@ -1,6 +1,7 @@
 //! Many pairs: the incremental sums against the batch formulas, and what they survive.
 
-use crate::scene::{calibrator, correspondences, rig};
+use crate::presets::calibrator;
+use crate::scene::{correspondences, rig};
 use nalgebra::Vector3;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Central, Extrinsics, MeanDirection, PairReport, Scalar, so3};

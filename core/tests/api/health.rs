@@ -1,6 +1,8 @@
 //! What a rig's user is told before it moves.
 
-use crate::scene::{correspondences, fill, garbage, rig, robust, take};
+use crate::disturbed::garbage;
+use crate::presets::robust;
+use crate::scene::{correspondences, fill, rig, take};
 use stereo_selfcal::{
     Arming, Band, Calibrator, Correspondence, DEPTHS_M, Direction, PairError, RectifyingRotations,
     Refusal, Rejection, Scalar, State,

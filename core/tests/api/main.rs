@@ -10,10 +10,12 @@
 mod applying;
 mod bad_input;
 mod bias;
+mod disturbed;
 mod fusion;
 mod health;
 mod homography;
 mod memory;
+mod presets;
 mod robust;
 mod saving;
 mod scene;

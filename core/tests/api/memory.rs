@@ -1,6 +1,8 @@
 //! Over a loss of power: what was learnt is resumed bit for bit, and nothing broken is believed.
 
-use crate::scene::{cameras, correspondences, rig, robust, take, with, with_mismatches};
+use crate::disturbed::with_mismatches;
+use crate::presets::{robust, with};
+use crate::scene::{cameras, correspondences, rig, take};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
     ApplyError, Calibrator, Cameras, Config, Correspondence, Extrinsics, FactoryCalibration,
@@ -138,7 +140,7 @@ fn a_standing_vehicle_does_not_count_its_scene_again_after_a_break() {
 fn a_lost_estimate_comes_back_as_a_suspect_one() {
     let mut lost = after::<f32>(Config::robust(), 10);
     for seed in 0..12 {
-        let _ = take(&mut lost, &crate::scene::garbage(200, seed));
+        let _ = take(&mut lost, &crate::disturbed::garbage(200, seed));
     }
     assert_eq!(lost.state(), State::Lost);
     assert_eq!(restored::<f32>(Config::robust(), &record(&lost)).unwrap().state(), State::Suspect);

@@ -1,7 +1,9 @@
 //! The robust preset: exact where it can be, bounded, the same bits pass by pass, and what its pairs
 //! come to.
 
-use crate::scene::{cameras, correspondences, fill, garbage, rig, robust, take, with};
+use crate::disturbed::garbage;
+use crate::presets::{robust, with};
+use crate::scene::{cameras, correspondences, fill, rig, take};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
     Calibrator, Config, Correspondence, PairError, PairReport, RectifyingRotations, Refusal,

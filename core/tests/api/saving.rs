@@ -2,7 +2,9 @@
 
 use core::time::Duration;
 
-use crate::scene::{correspondences, garbage, rig, robust, take};
+use crate::disturbed::garbage;
+use crate::presets::robust;
+use crate::scene::{correspondences, rig, take};
 use stereo_selfcal::store::{PolicyError, SavePolicy, SaveReason};
 use stereo_selfcal::{Calibrator, State};
 

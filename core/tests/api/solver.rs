@@ -1,6 +1,7 @@
 //! One pair: where it ends, what it reports, and that it can be taken a pass at a time.
 
-use crate::scene::{calibrator, cameras, correspondences, rig};
+use crate::presets::calibrator;
+use crate::scene::{cameras, correspondences, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
     Calibrator, Config, Correspondence, Extrinsics, HuberSolver, PairError, PairReport, Scalar,

@@ -1,8 +1,8 @@
 //! An estimate that can be wrong and find out: locking, knocks, rubbish, still scenes, drift, limits.
 
-use crate::scene::{
-    correspondences, fill, garbage, jittered, rig, robust, take, with, with_mismatches,
-};
+use crate::disturbed::{garbage, jittered, with_mismatches};
+use crate::presets::{robust, with};
+use crate::scene::{correspondences, fill, rig, take};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
     Calibrator, Config, Correspondence, Extrinsics, Fused, Proposal, RectifyingRotations, Refusal,

@@ -11,7 +11,6 @@
 )]
 
 #[path = "../api/scene.rs"]
-#[allow(dead_code, reason = "shared with the tests of the public API")]
 mod scene;
 
 mod cuts;
