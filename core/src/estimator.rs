@@ -1,6 +1,7 @@
 //! The two methods behind one door: a pair in, a pass at a time, and what all pairs come to.
 
 use crate::batch::Matches;
+use crate::codec::{Reader, Writer};
 use crate::config::{Config, Method};
 use crate::correspondence::RayPair;
 use crate::error::{PairError, Refusal, RestoreError};
@@ -10,7 +11,6 @@ use crate::gate;
 use crate::huber::HuberSolver;
 use crate::information::StandardDeviations;
 use crate::proposal::{Doubt, Proposal};
-use crate::record::{Reader, Writer};
 use crate::report::PairReport;
 use crate::scalar::Scalar;
 use crate::supervision::{Fused, Inquiry, Lineage, State, Stillness, Subject, Supervisor};

@@ -2,8 +2,8 @@
 
 use nalgebra::{ArrayStorage, ComplexField, Matrix3, Rotation3, Unit, Vector3};
 
+use crate::codec::{Reader, Writer};
 use crate::error::{ExtrinsicsError, RestoreError};
-use crate::record::{Reader, Writer};
 use crate::scalar::Scalar;
 use crate::so3;
 

@@ -2,10 +2,10 @@
 //! learnt starts from.
 
 use crate::camera::{Camera, Fisheye, Intrinsics, Lens, RadialTangential};
+use crate::codec::{self, OVERHEAD_BYTES, Reader, RecordHeader, Writer};
 use crate::correspondence::Cameras;
 use crate::error::{CameraError, RestoreError, SnapshotError};
 use crate::extrinsics::Extrinsics;
-use crate::record::{self, FRAME_BYTES, Label, Reader, Writer};
 use crate::scalar::Scalar;
 
 /// Numbers of a camera, its lens included, and of the extrinsics; words of a camera.
@@ -42,7 +42,7 @@ pub struct FactoryCalibration<T: Scalar> {
 
 impl<T: Scalar> FactoryCalibration<T> {
     /// Length of the longest record: 160 bytes in `f32`, 280 in `f64`.
-    pub const MAX_BYTES: usize = FRAME_BYTES
+    pub const MAX_BYTES: usize = OVERHEAD_BYTES
         + 2 * 4 * CAMERA_WORDS
         + (2 * CAMERA_NUMBERS + EXTRINSICS_NUMBERS) * size_of::<T>();
 
@@ -51,8 +51,10 @@ impl<T: Scalar> FactoryCalibration<T> {
     /// # Errors
     /// [`SnapshotError::Room`].
     pub fn to_record<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b [u8], SnapshotError> {
-        record::write::<T>(Label::FACTORY, buffer, |to| write(&self.cameras, &self.extrinsics, to))
-            .map_err(|needed| SnapshotError::Room { needed })
+        codec::write::<T>(RecordHeader::FACTORY, buffer, |to| {
+            write(&self.cameras, &self.extrinsics, to)
+        })
+        .map_err(|needed| SnapshotError::Room { needed })
     }
 
     /// Reads a record.
@@ -60,7 +62,7 @@ impl<T: Scalar> FactoryCalibration<T> {
     /// # Errors
     /// [`RestoreError`].
     pub fn from_record(record: &[u8]) -> Result<Self, RestoreError> {
-        let mut from = record::open::<T>(Label::FACTORY, record)?;
+        let mut from = codec::open::<T>(RecordHeader::FACTORY, record)?;
         let cameras = Cameras { left: read_camera(&mut from)?, right: read_camera(&mut from)? };
         let extrinsics = Extrinsics::read(&mut from)?;
         from.end()?;

@@ -25,7 +25,7 @@
 mod batch;
 mod calibrator;
 mod camera;
-mod checksum;
+mod codec;
 #[cfg(feature = "simd")]
 mod columns;
 mod config;
@@ -47,7 +47,6 @@ pub mod metrics;
 mod moments;
 mod proposal;
 mod quadratic;
-mod record;
 mod rectification;
 mod report;
 mod residual;

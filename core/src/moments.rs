@@ -17,10 +17,10 @@ pub(crate) use side_by_side::Products;
 
 use nalgebra::Vector5;
 
+use crate::codec::{Reader, Writer, check_sums_of_squares};
 use crate::error::RestoreError;
 use crate::information::Information;
 use crate::quadratic::Quadratic;
-use crate::record::{Reader, Writer, can_be_squares};
 use crate::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::so3::product;
@@ -150,7 +150,7 @@ impl<T: Scalar> Moments<T> {
         let mut elements = self.products.iter();
         // One more element a row: the last one is on the diagonal.
         let diagonal = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|row| elements.nth(row).copied());
-        can_be_squares(diagonal.into_iter().flatten())
+        check_sums_of_squares(diagonal.into_iter().flatten())
     }
 
     /// Whether disparities are more than noise: a scene at infinity says nothing of the baseline, but

@@ -2,9 +2,9 @@
 
 use nalgebra::Vector5;
 
+use crate::codec::{Reader, Writer};
 use crate::error::RestoreError;
 use crate::information::Information;
-use crate::record::{Reader, Writer};
 use crate::scalar::Scalar;
 use crate::symmetric::Symmetric;
 

@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector2, Vector3, Vector5};
 
+use crate::codec::{Reader, Writer};
 use crate::error::{ExtrinsicsError, RestoreError};
 use crate::extrinsics::{Extrinsics, MIN_LATERAL};
-use crate::record::{Reader, Writer};
 use crate::scalar::Scalar;
 use crate::so3;
 

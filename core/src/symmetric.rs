@@ -3,9 +3,9 @@
 
 use nalgebra::{Matrix5, Vector5};
 
+use crate::codec::{Reader, Writer, check_sums_of_squares};
 use crate::error::RestoreError;
 use crate::lanes::Lanes;
-use crate::record::{Reader, Writer, can_be_squares};
 use crate::scalar::Scalar;
 
 /// Lower triangle row by row.
@@ -125,7 +125,7 @@ impl<T: Scalar> Symmetric<T> {
     /// One whose diagonal can be that of a sum of squares.
     pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
         from.numbers(&mut self.0)?;
-        can_be_squares(self.diagonal())
+        check_sums_of_squares(self.diagonal())
     }
 
     /// `M x`.

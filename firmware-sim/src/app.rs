@@ -5,7 +5,7 @@ use core::mem;
 
 use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
-use stereo_selfcal::link::{Counters, FpgaError, FpgaMatcher, Polled, Received};
+use stereo_selfcal::link::{Counters, FpgaError, FpgaMatcher, ReadStatus, Received};
 use stereo_selfcal::{
     ApplyError, Calibrator, Extrinsics, Fused, Health, PairError, PairReport, Refusal, State,
 };
@@ -112,9 +112,9 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
 
     fn receive(&mut self) -> Result<Event, FpgaError<SPI::Error, RDY::Error>> {
         Ok(match self.matcher.poll(self.calibrator)? {
-            Polled::Idle => Event::Idle,
-            Polled::Reading => Event::Reading,
-            Polled::Frame(Received { header, taken }) => {
+            ReadStatus::Idle => Event::Idle,
+            ReadStatus::Partial => Event::Reading,
+            ReadStatus::Frame(Received { header, taken }) => {
                 self.stage = Stage::Received;
                 Event::Frame { sequence: header.sequence, offered: header.count.into(), taken }
             }
@@ -304,7 +304,7 @@ mod tests {
         let mut app = App::new(bus.driver(), &mut calibrator);
         assert_eq!(read(&mut app), Err(FpgaError::Bus(BusFault)));
         assert_eq!(read(&mut app), Ok(Event::Frame { sequence: 2, offered: 60, taken: 60 }));
-        assert_eq!((app.counters().good, app.counters().cut), (1, 1));
+        assert_eq!((app.counters().good, app.counters().truncated), (1, 1));
     }
 
     #[test]

@@ -12,7 +12,7 @@ use firmware_sim::{App, CAPACITY, Controller, Event, PairOutcome, start};
 use panic_probe as _;
 use stereo_selfcal::Extrinsics;
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::store::{Keeper, SavePolicy, Store};
+use stereo_selfcal::store::{Persistence, SavePolicy, Store};
 
 /// Largest errors of `t` and `R` that pass, rad: three times what the host's replay of the set ends at.
 const BOUND: Deviation<f32> = Deviation { translation: 0.005, rotation: 0.002 };
@@ -32,14 +32,14 @@ fn main() -> ! {
         error!("the recording is of no stereo rig");
         exit(false)
     };
-    let Some(mut keeper) = keeper() else {
+    let Some(mut persistence) = persistence() else {
         error!("the flash holds no store");
         exit(false)
     };
     let mut buffer = [0; RECORD];
     let mut controller = start(cameras);
     let tape = Tape::new(FRAMES);
-    let resumed = match keeper.resume(&mut controller, &mut buffer) {
+    let resumed = match persistence.resume(&mut controller, &mut buffer) {
         Ok(resumed) => resumed,
         Err(why) => {
             warn!("nothing is taken up from flash: {}", why);
@@ -67,7 +67,7 @@ fn main() -> ! {
             }
             Ok(Event::Pair(pair)) => {
                 log(&pair);
-                keep(&mut keeper, app.calibrator(), taken_in, &mut buffer);
+                keep(&mut persistence, app.calibrator(), taken_in, &mut buffer);
                 if !resumed && taken_in == BEFORE_THE_BREAK {
                     info!("power is lost");
                     reset()
@@ -95,19 +95,19 @@ fn main() -> ! {
 }
 
 /// What is learnt goes into the board's flash, once a second at most.
-fn keeper() -> Option<Keeper<NorFlash, f32>> {
+fn persistence() -> Option<Persistence<NorFlash, f32>> {
     let store = Store::open(NorFlash::take()?, 0..NorFlash::SIZE, NorFlash::PAGE).ok()?;
     let policy = SavePolicy::new().with_shortest_interval(Duration::from_secs(1)).ok()?;
-    Some(Keeper::new(store, policy))
+    Some(Persistence::new(store, policy))
 }
 
 fn keep(
-    keeper: &mut Keeper<NorFlash, f32>,
+    persistence: &mut Persistence<NorFlash, f32>,
     controller: &Controller,
     pairs: u32,
     buffer: &mut [u8],
 ) {
-    match keeper.tend(controller, PERIOD * pairs, buffer) {
+    match persistence.save_if_due(controller, PERIOD * pairs, buffer) {
         Ok(Some(why)) => info!("  saved: {}", why),
         Ok(None) => (),
         Err(why) => warn!("  not saved: {}", why),

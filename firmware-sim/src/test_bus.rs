@@ -8,7 +8,7 @@ use std::vec::Vec;
 use embedded_hal::digital::{self, InputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use stereo_selfcal::Correspondence;
-use stereo_selfcal::link::{FpgaMatcher, FrameCrc, FrameHeader, Record};
+use stereo_selfcal::link::{FpgaMatcher, FrameCrc, FrameHeader, MatchRecord};
 
 /// The bus failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -107,7 +107,7 @@ pub(crate) fn frame(sequence: u32, matches: impl ExactSizeIterator<Item = u16>) 
     let mut bytes = header.encode().expect("a valid header").to_vec();
     let mut crc = FrameCrc::new(bytes.first_chunk().expect("of a header's length"));
     for i in matches {
-        let record = Record::encode(&correspondence(i), &header).expect("in range").to_bytes();
+        let record = MatchRecord::encode(&correspondence(i), &header).expect("in range").to_bytes();
         crc.add(&record);
         bytes.extend(record);
     }

@@ -1168,11 +1168,11 @@ typedef struct selfcal_link_counters_t {
     /**
      * Headers or frames with a right CRC that version 1 of the format does not have: correct the sender.
      */
-    uint32_t foreign;
+    uint32_t unsupported;
     /**
      * Frames that the next one began inside of: bytes are being lost.
      */
-    uint32_t cut;
+    uint32_t truncated;
     /**
      * Frames that never came whole, by the sequence numbers of those that did.
      */

@@ -3,7 +3,7 @@
 use core::mem::MaybeUninit;
 
 use stereo_selfcal::Correspondence;
-use stereo_selfcal::link::{Decoder, FrameHeader, FrameRefusal, Intake, Received};
+use stereo_selfcal::link::{Decoder, FrameHeader, FrameRefusal, FrameSink, Received};
 use zerocopy::IntoBytes;
 
 use crate::code::{code, selfcal_error_t};
@@ -104,9 +104,9 @@ pub struct selfcal_link_counters_t {
     /// Starts of a frame whose header had a wrong CRC.
     pub bad_header: u32,
     /// Headers or frames with a right CRC that version 1 of the format does not have: correct the sender.
-    pub foreign: u32,
+    pub unsupported: u32,
     /// Frames that the next one began inside of: bytes are being lost.
-    pub cut: u32,
+    pub truncated: u32,
     /// Frames that never came whole, by the sequence numbers of those that did.
     pub gaps: u32,
     /// Frames with the sequence number of the frame before; not handed out.
@@ -122,7 +122,7 @@ pub struct selfcal_link_counters_t {
 }
 
 /// A frame replaces the batch, and what was solved of the batch before goes with that.
-impl Intake for Instance {
+impl FrameSink for Instance {
     fn is_busy(&self) -> bool {
         self.calibrator.is_busy()
     }
@@ -267,8 +267,8 @@ pub unsafe extern "C" fn selfcal_link_counters(
             good: counters.good,
             bad_crc: counters.bad_crc,
             bad_header: counters.bad_header,
-            foreign: counters.foreign,
-            cut: counters.cut,
+            unsupported: counters.unsupported,
+            truncated: counters.truncated,
             gaps: counters.gaps,
             repeats: counters.repeats,
             restarts: counters.restarts,

@@ -1,10 +1,10 @@
 //! What the calibrator has learnt, out and in again: over a loss of power.
 
 use super::Calibrator;
+use crate::codec::{self, OVERHEAD_BYTES, Reader, RecordHeader, RecordKind, Writer};
 use crate::error::{RestoreError, SnapshotError};
 use crate::extrinsics::Extrinsics;
 use crate::factory::fingerprint;
-use crate::record::{self, FRAME_BYTES, Kind, Label, Reader, Writer};
 use crate::scalar::Scalar;
 use crate::supervision::{Stillness, Supervisor};
 
@@ -15,7 +15,7 @@ const WORDS: usize = 3 + Stillness::WORDS;
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Length of the longest record of [`Calibrator::snapshot`]: 2,532 bytes in `f32`.
-    pub const SNAPSHOT_BYTES: usize = FRAME_BYTES
+    pub const SNAPSHOT_BYTES: usize = OVERHEAD_BYTES
         + 4 * (WORDS + Supervisor::<T>::WORDS)
         + (NUMBERS + Supervisor::<T>::NUMBERS) * size_of::<T>();
 
@@ -27,7 +27,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// [`SnapshotError`].
     pub fn snapshot<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b [u8], SnapshotError> {
         let label = self.label().ok_or(SnapshotError::NoCameras)?;
-        record::write::<T>(label, buffer, |to| self.write(to))
+        codec::write::<T>(label, buffer, |to| self.write(to))
             .map_err(|needed| SnapshotError::Room { needed })
     }
 
@@ -45,12 +45,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if self.estimator.has_pairs() || self.estimator.is_busy() {
             return Err(RestoreError::NotFresh);
         }
-        self.read(&mut record::open::<T>(label, record)?)
+        self.read(&mut codec::open::<T>(label, record)?)
     }
 
-    fn label(&self) -> Option<Label> {
+    fn label(&self) -> Option<RecordHeader> {
         let rig = fingerprint(self.cameras.as_ref()?, &self.factory);
-        Some(Label { kind: Kind::State, method: self.estimator.number(), rig })
+        Some(RecordHeader { kind: RecordKind::State, method: self.estimator.number(), rig })
     }
 
     fn write(&self, to: &mut Writer<'_>) {

@@ -1,8 +1,8 @@
 //! Sums that do not lose small terms: what rounding takes from one addition goes into the next
 //! (Kahan's compensation with Knuth's exact two-term sum).
 
+use crate::codec::{Reader, Writer};
 use crate::error::RestoreError;
-use crate::record::{Reader, Writer};
 use crate::scalar::Scalar;
 
 /// A running sum whose error does not grow with the number of terms.

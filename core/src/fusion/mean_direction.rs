@@ -9,11 +9,11 @@ use nalgebra::{Unit, Vector3};
 
 use super::compensated::Sum;
 use super::median::Median;
+use crate::codec::{Reader, Writer};
 use crate::config::Central;
 use crate::error::RestoreError;
 use crate::extrinsics::Extrinsics;
 use crate::information::StandardDeviations;
-use crate::record::{Reader, Writer};
 use crate::report::PairReport;
 use crate::scalar::Scalar;
 use crate::so3;

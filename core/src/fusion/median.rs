@@ -6,8 +6,8 @@
 //! gross values moves neither the centre nor the step. A distribution that shifts later is followed
 //! only as fast as the steps allow.
 
+use crate::codec::{Reader, Writer};
 use crate::error::RestoreError;
-use crate::record::{Reader, Writer};
 use crate::scalar::Scalar;
 
 /// Values kept and sorted exactly.

@@ -12,9 +12,9 @@ pub struct Counters {
     /// Starts of a frame whose header had a wrong CRC.
     pub bad_header: u32,
     /// Headers or frames with a right CRC that version 1 does not have.
-    pub foreign: u32,
+    pub unsupported: u32,
     /// Frames that the next one began inside of.
-    pub cut: u32,
+    pub truncated: u32,
     /// Frames that never came whole, by the sequence numbers of those that did.
     pub gaps: u32,
     /// Frames with the sequence number of the frame before; not handed out.
@@ -38,8 +38,8 @@ impl Counters {
             good: self.good.saturating_add(other.good),
             bad_crc: self.bad_crc.saturating_add(other.bad_crc),
             bad_header: self.bad_header.saturating_add(other.bad_header),
-            foreign: self.foreign.saturating_add(other.foreign),
-            cut: self.cut.saturating_add(other.cut),
+            unsupported: self.unsupported.saturating_add(other.unsupported),
+            truncated: self.truncated.saturating_add(other.truncated),
             gaps: self.gaps.saturating_add(other.gaps),
             repeats: self.repeats.saturating_add(other.repeats),
             restarts: self.restarts.saturating_add(other.restarts),
@@ -53,8 +53,8 @@ impl Counters {
         good: 0,
         bad_crc: 0,
         bad_header: 0,
-        foreign: 0,
-        cut: 0,
+        unsupported: 0,
+        truncated: 0,
         gaps: 0,
         repeats: 0,
         restarts: 0,

@@ -3,8 +3,8 @@
 use core::fmt;
 
 use super::header::FrameHeader;
-use super::record::Record;
-use crate::checksum::{self, Checksum};
+use super::record::MatchRecord;
+use crate::codec::checksum::{self, Checksum};
 
 /// The CRC that ends a frame: over the header without its own CRC, then over all records.
 #[derive(Clone)]
@@ -28,7 +28,7 @@ impl FrameCrc {
 
     /// Takes in one more record.
     #[inline(always)]
-    pub fn add(&mut self, record: &[u8; Record::BYTES]) {
+    pub fn add(&mut self, record: &[u8; MatchRecord::BYTES]) {
         self.0.update(record);
     }
 

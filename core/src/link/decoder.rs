@@ -2,9 +2,9 @@
 
 use super::counters::{Counters, count};
 use super::event::{Damage, Event};
-use super::frame::{Fate, Frame, Step};
+use super::frame::{Disposition, Frame, Step};
 use super::header::{FrameHeader, HeaderError, MAGIC};
-use super::record::Record;
+use super::record::MatchRecord;
 use super::window::Window;
 
 /// Finds frames in bytes that come in pieces of any length; below 256 bytes of RAM.
@@ -76,8 +76,10 @@ impl Decoder {
 
     /// Hands out nothing more of the frame at hand: what it was to go into refuses it.
     pub fn refuse(&mut self) {
-        if let Some(frame) = self.frame.as_mut().filter(|frame| frame.fate == Fate::Taken) {
-            frame.fate = Fate::Refused;
+        if let Some(frame) =
+            self.frame.as_mut().filter(|frame| frame.disposition == Disposition::Accepted)
+        {
+            frame.disposition = Disposition::Refused;
             count(&mut self.counters.refused);
         }
     }
@@ -135,12 +137,12 @@ impl Decoder {
             }
             // The window stays, and is met again without a frame.
             _ if self.frame.is_some() => {
-                count(&mut self.counters.cut);
+                count(&mut self.counters.truncated);
                 let known = self.frame.take().is_some_and(|frame| frame.is_known());
-                known.then_some(Event::Discarded(Damage::Cut))
+                known.then_some(Event::Discarded(Damage::Truncated))
             }
             Err(_) => {
-                count(&mut self.counters.foreign);
+                count(&mut self.counters.unsupported);
                 let dropped = self.window.slide();
                 self.skip(dropped.into());
                 None
@@ -150,8 +152,8 @@ impl Decoder {
                 self.window.slide();
                 self.claimed = 0;
                 let seen = self.last == Some(header.sequence);
-                let fate = if seen { Fate::Repeat } else { Fate::Taken };
-                self.frame = Some(Frame::new(header, bytes, fate));
+                let disposition = if seen { Disposition::Repeated } else { Disposition::Accepted };
+                self.frame = Some(Frame::new(header, bytes, disposition));
                 (!seen).then_some(Event::Started(header))
             }
         }
@@ -163,7 +165,7 @@ impl Decoder {
         let frame = self.frame.as_mut()?;
         if self.window.is_empty()
             && frame.is_at_record()
-            && let Some((record, rest)) = bytes.split_first_chunk::<{ Record::BYTES }>()
+            && let Some((record, rest)) = bytes.split_first_chunk::<{ MatchRecord::BYTES }>()
             && !may_start_header(record, rest)
         {
             *bytes = rest;
@@ -195,21 +197,21 @@ impl Decoder {
             count(&mut self.counters.bad_crc);
             return frame.is_known().then_some(Event::Discarded(Damage::Crc));
         }
-        if frame.fate == Fate::Repeat {
+        if frame.disposition == Disposition::Repeated {
             count(&mut self.counters.repeats);
             return None;
         }
         self.note(&frame.header);
-        match frame.fate {
-            Fate::Taken => {
+        match frame.disposition {
+            Disposition::Accepted => {
                 count(&mut self.counters.good);
                 Some(Event::Finished(frame.header))
             }
-            Fate::Foreign => {
-                count(&mut self.counters.foreign);
-                Some(Event::Discarded(Damage::Content))
+            Disposition::Unsupported => {
+                count(&mut self.counters.unsupported);
+                Some(Event::Discarded(Damage::Unsupported))
             }
-            Fate::Repeat | Fate::Refused => None,
+            Disposition::Repeated | Disposition::Refused => None,
         }
     }
 
@@ -246,14 +248,14 @@ fn take_first(bytes: &mut &[u8]) -> Option<u8> {
 ///
 /// * `rest`: what follows the record, as far as it has come.
 #[inline(always)]
-fn may_start_header(record: &[u8; Record::BYTES], rest: &[u8]) -> bool {
+fn may_start_header(record: &[u8; MatchRecord::BYTES], rest: &[u8]) -> bool {
     // One record in twenty has the magic's first byte.
     has_first_byte(record) && has_first_two_bytes(record, rest)
 }
 
 /// Whether the magic's first byte is among them, four at a time.
 #[inline(always)]
-fn has_first_byte(record: &[u8; Record::BYTES]) -> bool {
+fn has_first_byte(record: &[u8; MatchRecord::BYTES]) -> bool {
     const ONES: u32 = u32::from_ne_bytes([1; 4]);
     const TOPS: u32 = u32::from_ne_bytes([0x80; 4]);
     const FIRST: u32 = u32::from_ne_bytes([MAGIC[0]; 4]);
@@ -263,7 +265,7 @@ fn has_first_byte(record: &[u8; Record::BYTES]) -> bool {
 }
 
 #[inline(never)]
-fn has_first_two_bytes(record: &[u8; Record::BYTES], rest: &[u8]) -> bool {
+fn has_first_two_bytes(record: &[u8; MatchRecord::BYTES], rest: &[u8]) -> bool {
     let next = record.iter().skip(1).map(Some).chain([rest.first()]);
     // What has not come yet may be anything.
     let second = |byte: Option<&u8>| byte.is_none_or(|&byte| byte == MAGIC[1]);

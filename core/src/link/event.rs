@@ -28,8 +28,8 @@ pub enum Damage {
     Crc,
     /// The next frame began before this one ended. Seen often: bytes are being lost.
     #[error("the next frame began before this one ended")]
-    Cut,
+    Truncated,
     /// Its CRC is right, but a record is not of version 1. Correct the sender.
     #[error("a record of the frame is not of version 1")]
-    Content,
+    Unsupported,
 }

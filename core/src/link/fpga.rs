@@ -7,8 +7,8 @@ use embedded_hal::spi::SpiDevice;
 use thiserror::Error;
 
 use super::counters::Counters;
-use super::inlet::{Inlet, Polled, until};
-use super::intake::{FrameRefusal, Intake, Received};
+use super::read_buffer::{ReadBuffer, ReadStatus, until};
+use super::sink::{FrameRefusal, FrameSink, Received};
 
 /// Why a call gave no frame. Call again: the decoder keeps its place, and finds the next frame where
 /// bytes are missing.
@@ -37,11 +37,11 @@ pub enum FpgaError<S, P> {
 ///
 /// ```
 /// # use embedded_hal::{digital::InputPin, spi::SpiDevice};
-/// # use stereo_selfcal::{Calibrator, link::{FpgaMatcher, Polled}};
+/// # use stereo_selfcal::{Calibrator, link::{FpgaMatcher, ReadStatus}};
 /// # fn step<S: SpiDevice, P: InputPin>(matcher: &mut FpgaMatcher<S, P>, calibrator: &mut Calibrator<f32, 256>) {
 /// match matcher.poll(calibrator) {
-///     Ok(Polled::Frame(frame)) => (),              // the batch is this frame: solve it
-///     Ok(Polled::Reading | Polled::Idle) => (),    // call again, or do something else
+///     Ok(ReadStatus::Frame(frame)) => (),              // the batch is this frame: solve it
+///     Ok(ReadStatus::Partial | ReadStatus::Idle) => (),    // call again, or do something else
 ///     Err(why) => (),                              // log it, and call again
 /// }
 /// # }
@@ -50,23 +50,23 @@ pub enum FpgaError<S, P> {
 pub struct FpgaMatcher<SPI, RDY> {
     spi: SPI,
     ready: RDY,
-    inlet: Inlet,
+    buffer: ReadBuffer,
 }
 
 impl<SPI, RDY> FpgaMatcher<SPI, RDY> {
     /// A driver; the bus is not touched.
     pub const fn new(spi: SPI, ready: RDY) -> Self {
-        Self { spi, ready, inlet: Inlet::new() }
+        Self { spi, ready, buffer: ReadBuffer::new() }
     }
 
     /// What the link has been through.
     pub fn counters(&self) -> &Counters {
-        self.inlet.decoder.counters()
+        self.buffer.decoder.counters()
     }
 
     /// Counts an overrun that the caller knows of.
     pub fn note_overrun(&mut self) {
-        self.inlet.decoder.note_overrun();
+        self.buffer.decoder.note_overrun();
     }
 
     /// The bus and the line.
@@ -86,11 +86,11 @@ impl<SPI: SpiDevice, RDY> FpgaMatcher<SPI, RDY> {
     /// [`FrameHeader::frame_bytes`]: super::FrameHeader::frame_bytes
     pub fn read(
         &mut self,
-        intake: &mut impl Intake,
-    ) -> Result<Polled, FpgaError<SPI::Error, Infallible>> {
-        match self.inlet.resume(intake)? {
-            Some(received) => Ok(Polled::Frame(received)),
-            None => self.transfer(intake),
+        sink: &mut impl FrameSink,
+    ) -> Result<ReadStatus, FpgaError<SPI::Error, Infallible>> {
+        match self.buffer.resume(sink)? {
+            Some(received) => Ok(ReadStatus::Frame(received)),
+            None => self.transfer(sink),
         }
     }
 
@@ -102,21 +102,21 @@ impl<SPI: SpiDevice, RDY> FpgaMatcher<SPI, RDY> {
     /// [`FpgaError`], but for [`FpgaError::Ready`].
     pub fn read_until(
         &mut self,
-        intake: &mut impl Intake,
+        sink: &mut impl FrameSink,
         expired: impl FnMut() -> bool,
     ) -> Result<Received, FpgaError<SPI::Error, Infallible>> {
-        until(expired, || self.read(intake))?.ok_or(FpgaError::TimedOut)
+        until(expired, || self.read(sink))?.ok_or(FpgaError::TimedOut)
     }
 
     /// One transaction, no further than to the end of a frame or of a header.
     fn transfer<P>(
         &mut self,
-        intake: &mut impl Intake,
-    ) -> Result<Polled, FpgaError<SPI::Error, P>> {
-        let room = self.inlet.room();
+        sink: &mut impl FrameSink,
+    ) -> Result<ReadStatus, FpgaError<SPI::Error, P>> {
+        let room = self.buffer.room();
         let count = room.len();
         self.spi.read(room).map_err(FpgaError::Bus)?;
-        Ok(self.inlet.filled(count, intake)?)
+        Ok(self.buffer.filled(count, sink)?)
     }
 }
 
@@ -128,15 +128,15 @@ impl<SPI: SpiDevice, RDY: InputPin> FpgaMatcher<SPI, RDY> {
     /// [`FpgaError`], but for [`FpgaError::TimedOut`].
     pub fn poll(
         &mut self,
-        intake: &mut impl Intake,
-    ) -> Result<Polled, FpgaError<SPI::Error, RDY::Error>> {
-        if let Some(received) = self.inlet.resume(intake)? {
-            return Ok(Polled::Frame(received));
+        sink: &mut impl FrameSink,
+    ) -> Result<ReadStatus, FpgaError<SPI::Error, RDY::Error>> {
+        if let Some(received) = self.buffer.resume(sink)? {
+            return Ok(ReadStatus::Frame(received));
         }
         if !self.ready.is_high().map_err(FpgaError::Ready)? {
-            return Ok(Polled::Idle);
+            return Ok(ReadStatus::Idle);
         }
-        self.transfer(intake)
+        self.transfer(sink)
     }
 
     /// Polls until a frame is whole.
@@ -147,10 +147,10 @@ impl<SPI: SpiDevice, RDY: InputPin> FpgaMatcher<SPI, RDY> {
     /// [`FpgaError`]. After [`FpgaError::TimedOut`] the next call reads on where this one stopped.
     pub fn poll_until(
         &mut self,
-        intake: &mut impl Intake,
+        sink: &mut impl FrameSink,
         expired: impl FnMut() -> bool,
     ) -> Result<Received, FpgaError<SPI::Error, RDY::Error>> {
-        until(expired, || self.poll(intake))?.ok_or(FpgaError::TimedOut)
+        until(expired, || self.poll(sink))?.ok_or(FpgaError::TimedOut)
     }
 }
 
@@ -165,18 +165,18 @@ impl<SPI: embedded_hal_async::spi::SpiDevice, RDY: embedded_hal_async::digital::
     /// [`FpgaError`], but for [`FpgaError::TimedOut`].
     pub async fn receive(
         &mut self,
-        intake: &mut impl Intake,
+        sink: &mut impl FrameSink,
     ) -> Result<Received, FpgaError<SPI::Error, RDY::Error>> {
-        let mut polled = self.inlet.resume(intake)?.map_or(Polled::Idle, Polled::Frame);
+        let mut polled = self.buffer.resume(sink)?.map_or(ReadStatus::Idle, ReadStatus::Frame);
         loop {
-            if let Polled::Frame(received) = polled {
+            if let ReadStatus::Frame(received) = polled {
                 return Ok(received);
             }
             self.ready.wait_for_high().await.map_err(FpgaError::Ready)?;
-            let room = self.inlet.room();
+            let room = self.buffer.room();
             let count = room.len();
             self.spi.read(room).await.map_err(FpgaError::Bus)?;
-            polled = self.inlet.filled(count, intake)?;
+            polled = self.buffer.filled(count, sink)?;
         }
     }
 }

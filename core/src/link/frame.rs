@@ -2,31 +2,31 @@
 
 use super::crc::FrameCrc;
 use super::header::FrameHeader;
-use super::record::Record;
+use super::record::MatchRecord;
 use crate::correspondence::Correspondence;
 
 /// What is made of a frame if its CRC is right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Fate {
+pub(super) enum Disposition {
     /// It is handed out.
-    Taken,
+    Accepted,
     /// It has been before.
-    Repeat,
+    Repeated,
     /// What it was to go into does not want it.
     Refused,
     /// It has a record that is not understood.
-    Foreign,
+    Unsupported,
 }
 
 /// A frame between its header and its end.
 #[derive(Debug, Clone)]
 pub(super) struct Frame {
     pub(super) header: FrameHeader,
-    pub(super) fate: Fate,
+    pub(super) disposition: Disposition,
     crc: FrameCrc,
     records_left: u16,
     /// The start of a record, or of the frame's CRC.
-    part: [u8; Record::BYTES],
+    part: [u8; MatchRecord::BYTES],
     held: u8,
 }
 
@@ -42,10 +42,14 @@ pub(super) enum Step {
 }
 
 impl Frame {
-    pub(super) fn new(header: FrameHeader, bytes: &[u8; FrameHeader::BYTES], fate: Fate) -> Self {
+    pub(super) fn new(
+        header: FrameHeader,
+        bytes: &[u8; FrameHeader::BYTES],
+        disposition: Disposition,
+    ) -> Self {
         let crc = FrameCrc::new(bytes);
         let records_left = header.count;
-        Self { header, fate, crc, records_left, part: [0; Record::BYTES], held: 0 }
+        Self { header, disposition, crc, records_left, part: [0; MatchRecord::BYTES], held: 0 }
     }
 
     /// Whether a record's first byte comes next.
@@ -56,13 +60,13 @@ impl Frame {
 
     /// Bytes to the end.
     pub(super) fn bytes_left(&self) -> usize {
-        (usize::from(self.records_left) * Record::BYTES + FrameCrc::BYTES)
+        (usize::from(self.records_left) * MatchRecord::BYTES + FrameCrc::BYTES)
             .saturating_sub(self.held.into())
     }
 
     /// Whether something of it has been handed out.
     pub(super) fn is_known(&self) -> bool {
-        matches!(self.fate, Fate::Taken | Fate::Foreign)
+        matches!(self.disposition, Disposition::Accepted | Disposition::Unsupported)
     }
 
     /// One more byte.
@@ -71,7 +75,7 @@ impl Frame {
             *place = byte;
         }
         self.held = self.held.saturating_add(1);
-        let wanted = if self.records_left > 0 { Record::BYTES } else { FrameCrc::BYTES };
+        let wanted = if self.records_left > 0 { MatchRecord::BYTES } else { FrameCrc::BYTES };
         if usize::from(self.held) < wanted {
             return Step::None;
         }
@@ -86,14 +90,14 @@ impl Frame {
 
     /// One more record.
     #[inline(always)]
-    pub(super) fn record(&mut self, bytes: &[u8; Record::BYTES]) -> Step {
+    pub(super) fn record(&mut self, bytes: &[u8; MatchRecord::BYTES]) -> Step {
         self.crc.add(bytes);
         self.records_left = self.records_left.saturating_sub(1);
-        if self.fate != Fate::Taken {
+        if self.disposition != Disposition::Accepted {
             return Step::None;
         }
-        let Ok(record) = Record::from_bytes(bytes) else {
-            self.fate = Fate::Foreign;
+        let Ok(record) = MatchRecord::from_bytes(bytes) else {
+            self.disposition = Disposition::Unsupported;
             return Step::None;
         };
         Step::Match(record.decode(&self.header))

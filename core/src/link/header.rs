@@ -3,8 +3,8 @@
 use thiserror::Error;
 
 use super::crc::FrameCrc;
-use super::record::Record;
-use crate::checksum;
+use super::record::MatchRecord;
+use crate::codec::checksum;
 
 /// The bytes every frame starts with.
 pub(super) const MAGIC: [u8; 4] = *b"SCMF";
@@ -154,7 +154,7 @@ impl FrameHeader {
     /// Length of the whole frame on the wire, bytes.
     #[must_use]
     pub fn frame_bytes(&self) -> usize {
-        Self::BYTES + usize::from(self.count) * Record::BYTES + FrameCrc::BYTES
+        Self::BYTES + usize::from(self.count) * MatchRecord::BYTES + FrameCrc::BYTES
     }
 
     /// Steps of the wire in a pixel.

@@ -14,7 +14,7 @@ const FULL_SCORE: f32 = 65_535.0;
 
 /// One correspondence in the units of the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Record {
+pub struct MatchRecord {
     left: [u32; 2],
     right: [u32; 2],
     score: u16,
@@ -50,7 +50,7 @@ pub enum RecordError {
     Reserved(u8),
 }
 
-impl Record {
+impl MatchRecord {
     /// Length on the wire, bytes.
     pub const BYTES: usize = 16;
 

@@ -4,8 +4,8 @@ use embedded_io::{Read, ReadReady};
 use thiserror::Error;
 
 use super::counters::Counters;
-use super::inlet::{Inlet, Polled, until};
-use super::intake::{FrameRefusal, Intake, Received};
+use super::read_buffer::{ReadBuffer, ReadStatus, until};
+use super::sink::{FrameRefusal, FrameSink, Received};
 
 /// Why a call gave no frame. Call again: the decoder keeps its place, and finds the next frame where
 /// bytes are missing.
@@ -34,23 +34,23 @@ pub enum StreamError<E> {
 #[derive(Debug)]
 pub struct StreamMatcher<R> {
     stream: R,
-    inlet: Inlet,
+    buffer: ReadBuffer,
 }
 
 impl<R> StreamMatcher<R> {
     /// A driver; nothing is read yet.
     pub const fn new(stream: R) -> Self {
-        Self { stream, inlet: Inlet::new() }
+        Self { stream, buffer: ReadBuffer::new() }
     }
 
     /// What the link has been through.
     pub fn counters(&self) -> &Counters {
-        self.inlet.decoder.counters()
+        self.buffer.decoder.counters()
     }
 
     /// Counts an overrun that the caller knows of: a ring that was lapped, a UART that says so.
     pub fn note_overrun(&mut self) {
-        self.inlet.decoder.note_overrun();
+        self.buffer.decoder.note_overrun();
     }
 
     /// The stream.
@@ -64,17 +64,17 @@ impl<R: Read> StreamMatcher<R> {
     ///
     /// # Errors
     /// [`StreamError`], but for [`StreamError::TimedOut`].
-    pub fn read(&mut self, intake: &mut impl Intake) -> Result<Polled, StreamError<R::Error>> {
-        match self.inlet.resume(intake)? {
-            Some(received) => Ok(Polled::Frame(received)),
-            None => self.transfer(intake),
+    pub fn read(&mut self, sink: &mut impl FrameSink) -> Result<ReadStatus, StreamError<R::Error>> {
+        match self.buffer.resume(sink)? {
+            Some(received) => Ok(ReadStatus::Frame(received)),
+            None => self.transfer(sink),
         }
     }
 
-    fn transfer(&mut self, intake: &mut impl Intake) -> Result<Polled, StreamError<R::Error>> {
-        match self.stream.read(self.inlet.room()).map_err(StreamError::Stream)? {
+    fn transfer(&mut self, sink: &mut impl FrameSink) -> Result<ReadStatus, StreamError<R::Error>> {
+        match self.stream.read(self.buffer.room()).map_err(StreamError::Stream)? {
             0 => Err(StreamError::Ended),
-            count => Ok(self.inlet.filled(count, intake)?),
+            count => Ok(self.buffer.filled(count, sink)?),
         }
     }
 }
@@ -84,14 +84,14 @@ impl<R: Read + ReadReady> StreamMatcher<R> {
     ///
     /// # Errors
     /// [`StreamError`], but for [`StreamError::TimedOut`].
-    pub fn poll(&mut self, intake: &mut impl Intake) -> Result<Polled, StreamError<R::Error>> {
-        if let Some(received) = self.inlet.resume(intake)? {
-            return Ok(Polled::Frame(received));
+    pub fn poll(&mut self, sink: &mut impl FrameSink) -> Result<ReadStatus, StreamError<R::Error>> {
+        if let Some(received) = self.buffer.resume(sink)? {
+            return Ok(ReadStatus::Frame(received));
         }
         if !self.stream.read_ready().map_err(StreamError::Stream)? {
-            return Ok(Polled::Idle);
+            return Ok(ReadStatus::Idle);
         }
-        self.transfer(intake)
+        self.transfer(sink)
     }
 
     /// Polls until a frame is whole.
@@ -102,9 +102,9 @@ impl<R: Read + ReadReady> StreamMatcher<R> {
     /// [`StreamError`]. After [`StreamError::TimedOut`] the next call reads on where this one stopped.
     pub fn poll_until(
         &mut self,
-        intake: &mut impl Intake,
+        sink: &mut impl FrameSink,
         expired: impl FnMut() -> bool,
     ) -> Result<Received, StreamError<R::Error>> {
-        until(expired, || self.poll(intake))?.ok_or(StreamError::TimedOut)
+        until(expired, || self.poll(sink))?.ok_or(StreamError::TimedOut)
     }
 }

@@ -21,7 +21,7 @@ pub enum OpenError<E: Debug> {
     /// Records of another layout are there. Run the firmware that wrote them, or
     /// [`crate::store::Store::format`].
     #[error("the records are of another layout")]
-    OtherLayout,
+    UnsupportedLayout,
     /// The flash could not be erased. Try again.
     #[error("flash: {0:?}")]
     Flash(E),
@@ -40,7 +40,7 @@ pub enum LoadError<E: Debug> {
     },
     /// The record reads differently each time. Try again, or take what was there before for lost.
     #[error("the record reads differently each time")]
-    Unsteady,
+    Unstable,
     /// The flash could not be read everywhere, and no such record was found in what could be. Try again;
     /// where power was lost in the very first save, only the next save ends it.
     #[error("flash: {0:?}")]
@@ -63,7 +63,7 @@ pub enum SaveError<E: Debug> {
     },
     /// What was read back is not what was written: the flash is worn out or locked. Try again later.
     #[error("what was read back is not what was written")]
-    NotKept,
+    VerifyFailed,
     /// Every page that might be erased has the only intact record of another kind. Load what is
     /// needed, then [`crate::store::Store::format`].
     #[error("no page can be erased without losing a record")]

@@ -7,7 +7,7 @@
 //! entry is read back.
 //!
 //! After a cut every kind is found as it was before the save or as it is after. A record that rots is
-//! replaced by its other copy, or by the one before it: a first record, and each of [`Kind::Factory`],
+//! replaced by its other copy, or by the one before it: a first record, and each of [`RecordKind::Factory`],
 //! is written twice.
 //!
 //! Cost of a save, an entry being the payload and 28 bytes in whole words: a write for each 256 bytes of
@@ -23,27 +23,27 @@
 
 mod entry;
 mod error;
-mod keeper;
-mod medium;
+mod flash_io;
 mod pages;
+mod persistence;
 mod policy;
 mod save;
-mod survey;
+mod scan;
 
 use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
 
-pub use entry::Kind;
+pub use crate::codec::RecordKind;
 pub use error::{LoadError, OpenError, PolicyError, SaveError};
-pub use keeper::{KeepError, Keeper, ResumeError};
+pub use persistence::{PersistError, Persistence, ResumeError};
 pub use policy::{SavePolicy, SaveReason};
 
-use entry::Subject;
-use medium::Medium;
+use entry::EntryMeta;
+use flash_io::FlashIo;
 use pages::Pages;
-use save::Record;
-use survey::Survey;
+use save::NewRecord;
+use scan::Scan;
 
 /// Attempts at a load: after the first, all pages are read again.
 const LOADS: u8 = 3;
@@ -53,8 +53,8 @@ const LOADS: u8 = 3;
 /// RAM: the driver and about 130 bytes.
 #[derive(Debug)]
 pub struct Store<F: NorFlash> {
-    medium: Medium<F>,
-    survey: Survey<F::Error>,
+    flash_io: FlashIo<F>,
+    scan: Scan<F::Error>,
 }
 
 /// How the flash is used up.
@@ -87,12 +87,12 @@ impl<F: NorFlash> Store<F> {
     /// [`OpenError`].
     pub fn open(flash: F, range: Range<u32>, page: u32) -> Result<Self, OpenError<F::Error>> {
         let pages = Pages::try_new(&flash, range, page)?;
-        let mut medium = Medium { flash, pages };
-        let survey = Survey::of(&mut medium, None);
-        if survey.foreign { Err(OpenError::OtherLayout) } else { Ok(Self { medium, survey }) }
+        let mut flash_io = FlashIo { flash, pages };
+        let scan = Scan::of(&mut flash_io, None);
+        if scan.foreign { Err(OpenError::UnsupportedLayout) } else { Ok(Self { flash_io, scan }) }
     }
 
-    /// Erases all pages, [`Kind::Factory`] with them; arguments as of [`Store::open`].
+    /// Erases all pages, [`RecordKind::Factory`] with them; arguments as of [`Store::open`].
     ///
     /// After a loss of power meanwhile old records may be found: do it again.
     ///
@@ -100,15 +100,15 @@ impl<F: NorFlash> Store<F> {
     /// [`OpenError`].
     pub fn format(flash: F, range: Range<u32>, page: u32) -> Result<Self, OpenError<F::Error>> {
         let pages = Pages::try_new(&flash, range.clone(), page)?;
-        let mut medium = Medium { flash, pages };
-        for page in medium.pages.starts() {
-            let end = medium.pages.end_of(page);
-            medium.flash.erase(page, end).map_err(OpenError::Flash)?;
+        let mut flash_io = FlashIo { flash, pages };
+        for page in flash_io.pages.starts() {
+            let end = flash_io.pages.end_of(page);
+            flash_io.flash.erase(page, end).map_err(OpenError::Flash)?;
         }
-        Self::open(medium.flash, range, page)
+        Self::open(flash_io.flash, range, page)
     }
 
-    /// The newest intact record of a kind; `None` if there never was one, or it was forgotten.
+    /// The newest intact record of a kind; `None` if there never was one, or it was removed.
     ///
     /// * `buffer`: may hold anything after an error.
     ///
@@ -116,29 +116,29 @@ impl<F: NorFlash> Store<F> {
     /// [`LoadError`].
     pub fn load<'b>(
         &mut self,
-        kind: Kind,
+        kind: RecordKind,
         buffer: &'b mut [u8],
     ) -> Result<Option<&'b [u8]>, LoadError<F::Error>> {
         for attempt in 0..LOADS {
             if attempt > 0 {
                 self.read_through();
             }
-            let Some(place) = self.survey.record(kind).copied() else {
-                if self.survey.faults == 0 {
+            let Some(place) = self.scan.record(kind).copied() else {
+                if self.scan.faults == 0 {
                     return Ok(None);
                 }
-                match self.survey.fault.take() {
+                match self.scan.fault.take() {
                     Some(error) if attempt > 0 => return Err(LoadError::Flash(error)),
                     _ => continue,
                 }
             };
-            let needed = usize::from(place.header.subject.length);
+            let needed = usize::from(place.header.meta.length);
             let part = buffer.get_mut(..needed).ok_or(LoadError::BufferTooSmall { needed })?;
-            if matches!(self.medium.read_entry(&place, part), Ok(true)) {
+            if matches!(self.flash_io.read_entry(&place, part), Ok(true)) {
                 return Ok(buffer.get(..needed));
             }
         }
-        Err(LoadError::Unsteady)
+        Err(LoadError::Unstable)
     }
 
     /// Keeps a record in the place of the one before of its kind. Takes at most three erasures, and one
@@ -148,49 +148,49 @@ impl<F: NorFlash> Store<F> {
     ///
     /// # Errors
     /// [`SaveError`].
-    pub fn save(&mut self, kind: Kind, payload: &[u8]) -> Result<(), SaveError<F::Error>> {
-        let page = self.medium.pages.size();
+    pub fn save(&mut self, kind: RecordKind, payload: &[u8]) -> Result<(), SaveError<F::Error>> {
+        let page = self.flash_io.pages.size();
         let needed = u32::try_from(payload.len()).unwrap_or(u32::MAX);
         let length = u16::try_from(needed).map_err(|_| SaveError::TooLarge { needed, page })?;
-        self.put(&Record { subject: Subject { kind, forgotten: false, length }, payload })
+        self.put(&NewRecord { meta: EntryMeta { kind, removed: false, length }, payload })
     }
 
     /// Lets no record of a kind be found until the next is saved. It stays in flash for a while.
     ///
     /// # Errors
     /// [`SaveError`].
-    pub fn forget(&mut self, kind: Kind) -> Result<(), SaveError<F::Error>> {
-        if self.survey.record(kind).is_none() {
+    pub fn remove(&mut self, kind: RecordKind) -> Result<(), SaveError<F::Error>> {
+        if self.scan.record(kind).is_none() {
             return Ok(());
         }
-        self.put(&Record { subject: Subject { kind, forgotten: true, length: 0 }, payload: &[] })
+        self.put(&NewRecord { meta: EntryMeta { kind, removed: true, length: 0 }, payload: &[] })
     }
 
     /// How the flash is used up, as far as it has been read through.
     pub fn wear(&self) -> Wear {
-        let Survey { erasures, damaged, .. } = self.survey;
-        let pages = self.medium.pages.count();
+        let Scan { erasures, damaged, .. } = self.scan;
+        let pages = self.flash_io.pages.count();
         Wear { erasures, pages, room: self.room().map_or(0, |(_, bytes)| bytes), damaged }
     }
 
     /// Gives the driver back.
     pub fn close(self) -> F {
-        self.medium.flash
+        self.flash_io.flash
     }
 
     /// Address and bytes of what is free in the page in use.
     fn room(&self) -> Option<(u32, u32)> {
-        let base = self.survey.base?;
-        let end = self.survey.end;
-        Some((end, self.medium.pages.end_of(base).saturating_sub(end)))
+        let base = self.scan.base?;
+        let end = self.scan.end;
+        Some((end, self.flash_io.pages.end_of(base).saturating_sub(end)))
     }
 
     /// Reads all pages again; counters never go back.
     #[inline(never)]
     fn read_through(&mut self) {
-        let Survey { sequence, erasures, .. } = self.survey;
-        self.survey = Survey::of(&mut self.medium, None);
-        self.survey.sequence = self.survey.sequence.max(sequence);
-        self.survey.erasures = self.survey.erasures.max(erasures);
+        let Scan { sequence, erasures, .. } = self.scan;
+        self.scan = Scan::of(&mut self.flash_io, None);
+        self.scan.sequence = self.scan.sequence.max(sequence);
+        self.scan.erasures = self.scan.erasures.max(erasures);
     }
 }

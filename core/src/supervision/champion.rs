@@ -5,11 +5,11 @@ use nalgebra::Vector5;
 
 use super::Lineage;
 use super::filter::{Advance, Filter};
+use crate::codec::{Reader, Writer};
 use crate::error::{Refusal, RestoreError};
 use crate::information::Information;
 use crate::moments::Moments;
 use crate::quadratic::Quadratic;
-use crate::record::{Reader, Writer};
 use crate::rectification::RectifyingRotations;
 use crate::robust::Evidence;
 use crate::scalar::Scalar;

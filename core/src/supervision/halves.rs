@@ -4,10 +4,10 @@
 use nalgebra::Vector5;
 
 use super::Lineage;
+use crate::codec::{Reader, Writer};
 use crate::error::RestoreError;
 use crate::information::StandardDeviations;
 use crate::quadratic::Quadratic;
-use crate::record::{Reader, Writer};
 use crate::robust::Evidence;
 use crate::scalar::Scalar;
 

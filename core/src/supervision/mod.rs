@@ -18,10 +18,10 @@ pub(crate) use filter::Filter;
 pub(crate) use inquiry::{Finding, Inquiry, Refused, SpeaksFor, Subject};
 pub(crate) use stillness::Stillness;
 
+use crate::codec::{Reader, Writer};
 use crate::config::Config;
 use crate::error::{Refusal, RestoreError};
 use crate::extrinsics::Extrinsics;
-use crate::record::{Reader, Writer};
 use crate::rectification::RectifyingRotations;
 use crate::robust::{Evidence, Judged};
 use crate::scalar::Scalar;

@@ -3,9 +3,9 @@
 //! A vehicle that stands sends the same matches for minutes, mismatches and all: as evidence they are
 //! one pair, however often they come.
 
+use crate::codec::{Reader, Writer};
 use crate::correspondence::RayPair;
 use crate::error::RestoreError;
-use crate::record::{Reader, Writer};
 use crate::scalar::Scalar;
 
 /// Correspondences remembered of a pair: as many as a word has bits.

@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use stereo_selfcal::Correspondence;
-use stereo_selfcal::link::{FrameHeader, FrameRefusal, Intake};
+use stereo_selfcal::link::{FrameHeader, FrameRefusal, FrameSink};
 
 /// The wire's far end. Idle bytes are `0xff`.
 #[derive(Debug, Default, Clone)]
@@ -108,7 +108,7 @@ pub(crate) struct Taken {
     pub(crate) busy: bool,
 }
 
-impl Intake for Taken {
+impl FrameSink for Taken {
     fn is_busy(&self) -> bool {
         self.busy
     }

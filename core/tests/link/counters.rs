@@ -52,8 +52,11 @@ fn a_damaged_header_is_counted_and_its_frame_passed_over() {
 fn a_frame_that_the_next_one_begins_inside_of_is_cut() {
     let mut short = plain(2);
     short.truncate(60);
-    let expected = counters(|c| (c.good, c.cut, c.gaps) = (2, 1, 1));
-    assert_eq!(through(&[plain(1), short, plain(3)]), (vec![1, 3], vec![Damage::Cut], expected));
+    let expected = counters(|c| (c.good, c.truncated, c.gaps) = (2, 1, 1));
+    assert_eq!(
+        through(&[plain(1), short, plain(3)]),
+        (vec![1, 3], vec![Damage::Truncated], expected)
+    );
 }
 
 #[test]
@@ -118,7 +121,7 @@ fn a_header_of_another_version_is_foreign_and_its_frame_passed_over() {
     let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&other[..28]);
     other[28..32].copy_from_slice(&crc.to_le_bytes());
     let expected = counters(|c| {
-        (c.good, c.foreign, c.gaps, c.skipped_bytes) = (2, 1, 1, 36 + 5 * 16);
+        (c.good, c.unsupported, c.gaps, c.skipped_bytes) = (2, 1, 1, 36 + 5 * 16);
     });
     assert_eq!(through(&[plain(1), other, plain(3)]), (vec![1, 3], vec![], expected));
 }
@@ -130,9 +133,9 @@ fn a_record_that_version_1_does_not_have_makes_the_frame_foreign() {
         record[at] = value;
         let header = FrameHeader { sequence: 2, count: 2, ..HEADER };
         let foreign = sealed(&header.encode().unwrap(), &[record, [0; 16]]);
-        let expected = counters(|c| (c.good, c.foreign) = (2, 1));
+        let expected = counters(|c| (c.good, c.unsupported) = (2, 1));
         let got = through(&[plain(1), foreign, plain(3)]);
-        assert_eq!(got, (vec![1, 3], vec![Damage::Content], expected));
+        assert_eq!(got, (vec![1, 3], vec![Damage::Unsupported], expected));
     }
 }
 

@@ -8,7 +8,7 @@ use embedded_hal_mock::eh1::digital::{
     Mock as PinMock, State::High, State::Low, Transaction as PinTransaction,
 };
 use embedded_hal_mock::eh1::spi::{Mock as SpiMock, Transaction as SpiTransaction};
-use stereo_selfcal::link::{FpgaError, FpgaMatcher, FrameRefusal, Polled, Received};
+use stereo_selfcal::link::{FpgaError, FpgaMatcher, FrameRefusal, ReadStatus, Received};
 
 /// One read in a transaction of its own.
 fn read(bytes: &[u8]) -> [SpiTransaction<u8>; 3] {
@@ -34,9 +34,9 @@ fn a_frame_is_read_header_first_then_256_bytes_a_transaction_and_not_beyond_its_
     let mut matcher = FpgaMatcher::new(spi.clone(), ready.clone());
     let mut taken = Taken::default();
     for _ in 0..3 {
-        assert_eq!(matcher.poll(&mut taken), Ok(Polled::Reading));
+        assert_eq!(matcher.poll(&mut taken), Ok(ReadStatus::Partial));
     }
-    assert_eq!(matcher.poll(&mut taken), Ok(Polled::Frame(whole(&frame))));
+    assert_eq!(matcher.poll(&mut taken), Ok(ReadStatus::Frame(whole(&frame))));
     assert_eq!(taken.matches, frame.matches);
     spi.done();
     ready.done();
@@ -47,7 +47,7 @@ fn while_data_ready_is_low_the_bus_is_left_alone() {
     let mut spi = SpiMock::<u8>::new(&[]);
     let mut ready = PinMock::new(&[PinTransaction::get(Low)]);
     let polled = FpgaMatcher::new(spi.clone(), ready.clone()).poll(&mut Taken::default());
-    assert_eq!(polled, Ok(Polled::Idle));
+    assert_eq!(polled, Ok(ReadStatus::Idle));
     spi.done();
     ready.done();
 }
@@ -59,8 +59,8 @@ fn after_an_interrupt_the_line_is_not_looked_at() {
     let mut spi = SpiMock::new(&[&bytes[..32], &bytes[32..]].map(read).concat());
     let mut matcher = FpgaMatcher::new(spi.clone(), ());
     let mut taken = Taken::default();
-    assert_eq!(matcher.read(&mut taken), Ok(Polled::Reading));
-    assert_eq!(matcher.read(&mut taken), Ok(Polled::Frame(whole(&frame))));
+    assert_eq!(matcher.read(&mut taken), Ok(ReadStatus::Partial));
+    assert_eq!(matcher.read(&mut taken), Ok(ReadStatus::Frame(whole(&frame))));
     spi.done();
 }
 
@@ -98,7 +98,7 @@ fn frames_that_wait_are_read_one_a_call() {
         assert_eq!(matcher.poll_until(&mut taken, || false), Ok(whole(frame)));
         assert_eq!(taken.matches, frame.matches);
     }
-    assert_eq!(matcher.poll(&mut taken), Ok(Polled::Idle));
+    assert_eq!(matcher.poll(&mut taken), Ok(ReadStatus::Idle));
     assert_eq!(matcher.counters().skipped_bytes, 0);
 }
 
@@ -131,8 +131,8 @@ fn two_frames_that_end_in_one_read_after_damage_are_both_handed_out() {
     assert_eq!(matcher.poll_until(&mut taken, || !far.waits()), Ok(whole(&frames[0])));
     assert_eq!(far.reads(), [32, 256], "both are there");
     // The line is low, and the bus is not needed.
-    assert_eq!(matcher.poll(&mut taken), Ok(Polled::Frame(whole(&frames[1]))));
-    assert_eq!(matcher.poll(&mut taken), Ok(Polled::Idle));
+    assert_eq!(matcher.poll(&mut taken), Ok(ReadStatus::Frame(whole(&frames[1]))));
+    assert_eq!(matcher.poll(&mut taken), Ok(ReadStatus::Idle));
     assert_eq!(far.reads().len(), 2);
 }
 

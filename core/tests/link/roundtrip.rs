@@ -3,7 +3,7 @@
 use crate::stream::{Frame, HEADER, received};
 use proptest::prelude::*;
 use stereo_selfcal::Correspondence;
-use stereo_selfcal::link::{EncodeError, FrameHeader, HeaderError, Record, RecordError};
+use stereo_selfcal::link::{EncodeError, FrameHeader, HeaderError, MatchRecord, RecordError};
 
 prop_compose! {
     pub(crate) fn headers()(
@@ -22,9 +22,9 @@ prop_compose! {
 }
 
 prop_compose! {
-    pub(crate) fn records()(mut bytes: [u8; 16], level in 0..=15_u8) -> Record {
+    pub(crate) fn records()(mut bytes: [u8; 16], level in 0..=15_u8) -> MatchRecord {
         [bytes[14], bytes[15]] = [level, 0];
-        Record::from_bytes(&bytes).unwrap()
+        MatchRecord::from_bytes(&bytes).unwrap()
     }
 }
 
@@ -55,7 +55,7 @@ proptest! {
         level in 0..=15_u8,
     ) {
         let sent = Correspondence { left, right, score, grid_step: header.grid_step_px(level) };
-        let seen = Record::encode(&sent, &header).unwrap().decode(&header);
+        let seen = MatchRecord::encode(&sent, &header).unwrap().decode(&header);
         let step = 1.0 / f32::from(1_u16 << header.fraction_bits);
         for (a, b) in sent.left.iter().chain(&sent.right).zip(seen.left.iter().chain(&seen.right)) {
             prop_assert!((a - b).abs() <= step * 0.5001);
@@ -102,7 +102,7 @@ fn a_record_that_version_1_does_not_have_is_refused_by_what_is_foreign_in_it() {
     let with = |at: usize, value: u8| {
         let mut bytes = [0; 16];
         bytes[at] = value;
-        Record::from_bytes(&bytes)
+        MatchRecord::from_bytes(&bytes)
     };
     assert_eq!(with(14, 16), Err(RecordError::Level(16)));
     assert_eq!(with(15, 1), Err(RecordError::Reserved(1)));
@@ -111,9 +111,9 @@ fn a_record_that_version_1_does_not_have_is_refused_by_what_is_foreign_in_it() {
 #[test]
 fn what_does_not_fit_a_record_is_named() {
     let good = Correspondence { left: [1.0; 2], right: [1.0; 2], score: 1.0, grid_step: 1.0 };
-    assert!(Record::encode(&good, &HEADER).is_ok());
+    assert!(MatchRecord::encode(&good, &HEADER).is_ok());
     for bad in [-0.1, 65_536.0, f32::NAN, f32::INFINITY] {
-        let refused = |c| Record::encode(&c, &HEADER).unwrap_err();
+        let refused = |c| MatchRecord::encode(&c, &HEADER).unwrap_err();
         let at = [1.0, bad];
         assert_eq!(refused(Correspondence { left: at, ..good }), EncodeError::Coordinate, "{bad}");
         assert_eq!(refused(Correspondence { right: at, ..good }), EncodeError::Coordinate, "{bad}");

@@ -1,7 +1,7 @@
 //! Frames to send, and what a decoder hands out of a stream.
 
 use stereo_selfcal::Correspondence;
-use stereo_selfcal::link::{Damage, Decoder, Event, FrameCrc, FrameHeader, Record};
+use stereo_selfcal::link::{Damage, Decoder, Event, FrameCrc, FrameHeader, MatchRecord};
 
 /// A frame as it is meant and as it is sent.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,7 +39,7 @@ impl Frame {
     }
 
     pub(crate) fn bytes(&self) -> Vec<u8> {
-        let records = self.matches.iter().map(|c| Record::encode(c, &self.header).unwrap());
+        let records = self.matches.iter().map(|c| MatchRecord::encode(c, &self.header).unwrap());
         let records: Vec<_> = records.map(|record| record.to_bytes()).collect();
         sealed(&self.header.encode().unwrap(), &records)
     }
@@ -48,7 +48,7 @@ impl Frame {
 /// Header and records with the frame's CRC at their end.
 pub(crate) fn sealed(
     header: &[u8; FrameHeader::BYTES],
-    records: &[[u8; Record::BYTES]],
+    records: &[[u8; MatchRecord::BYTES]],
 ) -> Vec<u8> {
     let mut crc = FrameCrc::new(header);
     for record in records {

@@ -2,7 +2,7 @@
 
 use crate::bus::{Far, Taken, Uart};
 use crate::stream::Frame;
-use stereo_selfcal::link::{FrameRefusal, Polled, Received, StreamError, StreamMatcher};
+use stereo_selfcal::link::{FrameRefusal, ReadStatus, Received, StreamError, StreamMatcher};
 
 fn whole(frame: &Frame) -> Received {
     Received { header: frame.header, taken: frame.matches.len() }
@@ -19,7 +19,7 @@ fn frames_come_in_over_short_reads() {
         assert_eq!(matcher.poll_until(&mut taken, || false), Ok(whole(frame)));
         assert_eq!(taken.matches, frame.matches);
     }
-    assert_eq!(matcher.poll(&mut taken), Ok(Polled::Idle));
+    assert_eq!(matcher.poll(&mut taken), Ok(ReadStatus::Idle));
 }
 
 #[test]
@@ -29,8 +29,8 @@ fn a_blocking_read_takes_what_there_is() {
     far.send(frame.bytes());
     let mut matcher = StreamMatcher::new(Uart(far));
     let mut taken = Taken::default();
-    assert_eq!(matcher.read(&mut taken), Ok(Polled::Reading));
-    assert_eq!(matcher.read(&mut taken), Ok(Polled::Frame(whole(&frame))));
+    assert_eq!(matcher.read(&mut taken), Ok(ReadStatus::Partial));
+    assert_eq!(matcher.read(&mut taken), Ok(ReadStatus::Frame(whole(&frame))));
     assert_eq!(matcher.read(&mut taken), Err(StreamError::Ended));
 }
 

@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use simulated_flash::{Flash, TEARS, Tear};
-use stereo_selfcal::store::Kind;
+use stereo_selfcal::store::RecordKind;
 
 use crate::rig::{Content, KINDS, Step, content, open, payload, perform, save, scenario};
 
@@ -189,7 +189,7 @@ fn nothing_is_written_onto_bytes_of_a_torn_header_that_look_erased() {
     flash.tear = Tear::Hidden;
     let mut store = open(flash, 1);
     for number in 0..500 {
-        let step = save(Kind::State, number, 5);
+        let step = save(RecordKind::State, number, 5);
         perform(&mut store, &step).unwrap();
         let held = content(&mut store);
         let flash = store.close();

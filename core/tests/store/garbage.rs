@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use proptest::prelude::*;
 use simulated_flash::Flash;
-use stereo_selfcal::store::Kind;
+use stereo_selfcal::store::RecordKind;
 
 use crate::rig::{KINDS, content, load, open, payload, perform, save, scenario};
 
@@ -77,7 +77,7 @@ proptest! {
                 prop_assert!(ever.contains(found), "{kind:?}: {found:?}");
             }
         }
-        let next = save(Kind::State, 50, 40);
+        let next = save(RecordKind::State, 50, 40);
         if perform(&mut store, &next).is_ok() {
             let now = content(&mut store);
             prop_assert_eq!(&now.state, &next.payload);
@@ -90,10 +90,10 @@ proptest! {
     #[test]
     fn noise_is_an_empty_store(noise in prop::collection::vec(any::<u8>(), BYTES)) {
         let mut store = open(Flash::<4, 256>::of(noise, 1), 1);
-        prop_assert_eq!(load(&mut store, Kind::Factory), Ok(None));
-        prop_assert_eq!(load(&mut store, Kind::State), Ok(None));
-        perform(&mut store, &save(Kind::State, 1, 90)).unwrap();
-        prop_assert_eq!(load(&mut store, Kind::State), Ok(Some(payload(1, 90))));
+        prop_assert_eq!(load(&mut store, RecordKind::Factory), Ok(None));
+        prop_assert_eq!(load(&mut store, RecordKind::State), Ok(None));
+        perform(&mut store, &save(RecordKind::State, 1, 90)).unwrap();
+        prop_assert_eq!(load(&mut store, RecordKind::State), Ok(Some(payload(1, 90))));
     }
 }
 
@@ -102,12 +102,12 @@ fn records_inside_a_payload_are_not_found_when_its_own_header_is_damaged() {
     // A store in use, as the payload of another: its entries are whole, only not where they belong.
     let (inner, _) = used(7);
     let mut store = open(Flash::<4, 4096>::new(3, 6), 1);
-    store.save(Kind::State, b"the one before").unwrap();
-    store.save(Kind::State, &inner[256..]).unwrap();
+    store.save(RecordKind::State, b"the one before").unwrap();
+    store.save(RecordKind::State, &inner[256..]).unwrap();
     let mut flash = store.close();
     let start = flash.bytes.windows(8).position(|w| *w == inner[256..264]).unwrap();
     flash.bytes[start - 1] ^= 1;
     let mut store = open(flash, 1);
-    assert_eq!(load(&mut store, Kind::State), Ok(Some(b"the one before".to_vec())));
-    assert_eq!(load(&mut store, Kind::Factory), Ok(None));
+    assert_eq!(load(&mut store, RecordKind::State), Ok(Some(b"the one before".to_vec())));
+    assert_eq!(load(&mut store, RecordKind::Factory), Ok(None));
 }

@@ -2,7 +2,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use simulated_flash::{Fault, Flash};
-use stereo_selfcal::store::{Kind, LoadError, OpenError, SaveError, Store};
+use stereo_selfcal::store::{LoadError, OpenError, RecordKind, SaveError, Store};
 
 use crate::rig::{Content, KINDS, content, load, open, payload, perform, save};
 
@@ -32,44 +32,44 @@ fn ranges_that_are_no_pages_are_refused() {
 fn what_does_not_fit_a_page_twice_is_refused_before_anything_is_written() {
     let mut store = open(Small::new(3, 1), 1);
     // Two entries of 60 and 28 bytes in words of 8: 176; leaves two of 168, 140 of them payload.
-    store.save(Kind::Factory, &payload(1, 60)).unwrap();
+    store.save(RecordKind::Factory, &payload(1, 60)).unwrap();
     let before = store.wear();
-    let refused = store.save(Kind::State, &payload(2, 141)).unwrap_err();
+    let refused = store.save(RecordKind::State, &payload(2, 141)).unwrap_err();
     assert_eq!(refused, SaveError::TooLarge { needed: 528, page: 512 });
-    let refused = store.save(Kind::State, &vec![0; 65_536]).unwrap_err();
+    let refused = store.save(RecordKind::State, &vec![0; 65_536]).unwrap_err();
     assert_eq!(refused, SaveError::TooLarge { needed: 65_536, page: 512 });
     assert_eq!(store.wear(), before);
     for number in 0..20 {
-        store.save(Kind::State, &payload(number, 140)).unwrap();
+        store.save(RecordKind::State, &payload(number, 140)).unwrap();
     }
-    assert_eq!(load(&mut store, Kind::Factory), Ok(Some(payload(1, 60))));
+    assert_eq!(load(&mut store, RecordKind::Factory), Ok(Some(payload(1, 60))));
 }
 
 #[test]
 fn the_largest_payload_is_kept() {
     let mut store = open(Flash::<32, 0x2_1000>::new(3, 1), 1);
     let large = payload(1, 65_535);
-    store.save(Kind::State, &large).unwrap();
+    store.save(RecordKind::State, &large).unwrap();
     let mut buffer = vec![0; 70_000];
-    assert_eq!(store.load(Kind::State, &mut buffer), Ok(Some(&large[..])));
-    let refused = store.load(Kind::State, &mut buffer[..65_534]);
+    assert_eq!(store.load(RecordKind::State, &mut buffer), Ok(Some(&large[..])));
+    let refused = store.load(RecordKind::State, &mut buffer[..65_534]);
     assert_eq!(refused, Err(LoadError::BufferTooSmall { needed: 65_535 }));
 }
 
 #[test]
 fn a_kind_that_is_forgotten_stays_so_and_the_other_stays() {
     let mut store = open(Small::new(3, 1), 1);
-    perform(&mut store, &save(Kind::Factory, 1, 50)).unwrap();
-    perform(&mut store, &save(Kind::State, 2, 90)).unwrap();
-    store.forget(Kind::State).unwrap();
+    perform(&mut store, &save(RecordKind::Factory, 1, 50)).unwrap();
+    perform(&mut store, &save(RecordKind::State, 2, 90)).unwrap();
+    store.remove(RecordKind::State).unwrap();
     let before = store.wear();
-    store.forget(Kind::State).unwrap();
+    store.remove(RecordKind::State).unwrap();
     assert_eq!(store.wear(), before, "there is nothing to forget");
     let mut held = Content { factory: Some(payload(1, 50)), state: None };
     assert_eq!(content(&mut store), held);
     // Round all pages.
     for number in 3..20 {
-        let step = save(Kind::Factory, number, 90);
+        let step = save(RecordKind::Factory, number, 90);
         perform(&mut store, &step).unwrap();
         held = held.after(&step);
         store = open(store.close(), 1);
@@ -91,7 +91,7 @@ fn a_formatted_store_is_empty() {
 #[test]
 fn records_of_another_layout_are_not_overwritten() {
     let mut store = open(Small::new(3, 1), 1);
-    store.save(Kind::State, b"something").unwrap();
+    store.save(RecordKind::State, b"something").unwrap();
     let mut flash = store.close();
     // The header of the next layout, at the start of the range, which is at address 512.
     flash.bytes[512 + 3] = 2;
@@ -100,7 +100,7 @@ fn records_of_another_layout_are_not_overwritten() {
     let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&summed);
     flash.bytes[512 + 20..512 + 24].copy_from_slice(&crc.to_le_bytes());
     let refused = Store::open(flash.clone(), 512..1536, 512).map(|_| ()).unwrap_err();
-    assert_eq!(refused, OpenError::OtherLayout);
+    assert_eq!(refused, OpenError::UnsupportedLayout);
     assert!(Store::format(flash, 512..1536, 512).is_ok());
 }
 
@@ -108,19 +108,19 @@ fn records_of_another_layout_are_not_overwritten() {
 fn a_page_that_is_worn_out_is_passed_over_and_if_there_is_no_other_the_records_stay() {
     for (pages, says_so) in [2, 3, 4].into_iter().flat_map(|n| [(n, true), (n, false)]) {
         let mut store = open(Small::new(1 + pages, 1), 1);
-        perform(&mut store, &save(Kind::Factory, 1, 50)).unwrap();
+        perform(&mut store, &save(RecordKind::Factory, 1, 50)).unwrap();
         let mut flash = store.close();
         flash.worn = Some((2, says_so));
         let mut store = open(flash, 1);
         let mut held = Content { factory: Some(payload(1, 50)), state: None };
         let mut failed = 0;
         for number in 2..20 {
-            let step = save(Kind::State, number, 90);
+            let step = save(RecordKind::State, number, 90);
             match perform(&mut store, &step) {
                 Ok(()) => held = held.after(&step),
                 Err(error) => {
                     let worn = SaveError::Flash(Fault::Worn);
-                    assert_eq!(error, if says_so { worn } else { SaveError::NotKept });
+                    assert_eq!(error, if says_so { worn } else { SaveError::VerifyFailed });
                     failed += 1;
                 }
             }
@@ -135,15 +135,15 @@ fn a_page_that_is_worn_out_is_passed_over_and_if_there_is_no_other_the_records_s
 #[test]
 fn what_could_not_be_read_when_the_store_was_opened_is_not_overwritten() {
     let mut store = open(Small::new(3, 1), 1);
-    let factory = save(Kind::Factory, 1, 50);
+    let factory = save(RecordKind::Factory, 1, 50);
     perform(&mut store, &factory).unwrap();
     let flash = store.close();
     let is_deaf = flash.is_deaf.clone();
     is_deaf.set(true);
     let mut store = open(flash, 1);
-    assert_eq!(load(&mut store, Kind::Factory), Err(LoadError::Flash(Fault::Deaf)));
+    assert_eq!(load(&mut store, RecordKind::Factory), Err(LoadError::Flash(Fault::Deaf)));
     is_deaf.set(false);
-    let state = save(Kind::State, 2, 50);
+    let state = save(RecordKind::State, 2, 50);
     perform(&mut store, &state).unwrap();
     assert_eq!(content(&mut store), Content::default().after(&factory).after(&state));
 }
@@ -151,10 +151,10 @@ fn what_could_not_be_read_when_the_store_was_opened_is_not_overwritten() {
 #[test]
 fn pages_wear_alike_and_last_as_documented() {
     let mut store = open(Flash::<32, 0x2_0000>::new(3, 1), 1);
-    store.save(Kind::Factory, &[1; 1024]).unwrap();
+    store.save(RecordKind::Factory, &[1; 1024]).unwrap();
     let saves = 610_u32;
     for _ in 0..saves {
-        store.save(Kind::State, &[2; 2048]).unwrap();
+        store.save(RecordKind::State, &[2; 2048]).unwrap();
     }
     let wear = store.wear();
     let flash = store.close();
@@ -176,13 +176,13 @@ fn a_store_takes_an_eighth_of_a_kib_beside_its_driver() {
 fn room_is_told_to_the_byte() {
     let mut store = open(Small::new(3, 1), 1);
     assert_eq!((store.wear().room, store.wear().erasures), (0, 0));
-    store.save(Kind::State, &payload(0, 4)).unwrap();
+    store.save(RecordKind::State, &payload(0, 4)).unwrap();
     // Two entries of 32 bytes.
     assert_eq!((store.wear().room, store.wear().erasures), (448, 1));
     for number in 1..15 {
-        store.save(Kind::State, &payload(number, 4)).unwrap();
+        store.save(RecordKind::State, &payload(number, 4)).unwrap();
     }
     assert_eq!((store.wear().room, store.wear().erasures), (0, 1));
-    store.save(Kind::State, &payload(15, 4)).unwrap();
+    store.save(RecordKind::State, &payload(15, 4)).unwrap();
     assert_eq!((store.wear().room, store.wear().erasures), (448, 2));
 }

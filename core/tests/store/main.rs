@@ -15,8 +15,8 @@ mod scene;
 
 mod cuts;
 mod garbage;
-mod keeper;
 mod limits;
 mod model;
+mod persistence;
 mod rig;
 mod rot;

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use simulated_flash::{Flash, TEARS, Tear};
-use stereo_selfcal::store::Kind;
+use stereo_selfcal::store::RecordKind;
 
 use crate::rig::{Content, Step, content, open, payload, perform};
 
@@ -40,7 +40,7 @@ fn run<const W: usize, const E: usize>(pages: usize, tear: Tear, operations: &[O
     flash.tear = tear;
     let mut store = open(flash, 1);
     let mut held = Content::default();
-    let kind = |factory| if factory { Kind::Factory } else { Kind::State };
+    let kind = |factory| if factory { RecordKind::Factory } else { RecordKind::State };
     for (number, operation) in operations.iter().enumerate() {
         match *operation {
             Operation::Save { factory, bytes } => {

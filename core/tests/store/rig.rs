@@ -1,14 +1,14 @@
 //! A store over the flash, and what it should hold.
 
 use simulated_flash::{Fault, Flash};
-use stereo_selfcal::store::{Kind, LoadError, SaveError, Store};
+use stereo_selfcal::store::{LoadError, RecordKind, SaveError, Store};
 
-pub(crate) const KINDS: [Kind; 2] = [Kind::Factory, Kind::State];
+pub(crate) const KINDS: [RecordKind; 2] = [RecordKind::Factory, RecordKind::State];
 
 /// What an operation puts into the store: a payload, or nothing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Step {
-    pub(crate) kind: Kind,
+    pub(crate) kind: RecordKind,
     pub(crate) payload: Option<Vec<u8>>,
 }
 
@@ -20,14 +20,14 @@ pub(crate) struct Content {
 }
 
 impl Content {
-    pub(crate) fn of(&self, kind: Kind) -> Option<&Vec<u8>> {
-        if kind == Kind::Factory { self.factory.as_ref() } else { self.state.as_ref() }
+    pub(crate) fn of(&self, kind: RecordKind) -> Option<&Vec<u8>> {
+        if kind == RecordKind::Factory { self.factory.as_ref() } else { self.state.as_ref() }
     }
 
     pub(crate) fn after(&self, step: &Step) -> Self {
         let mut after = self.clone();
         let content =
-            if step.kind == Kind::Factory { &mut after.factory } else { &mut after.state };
+            if step.kind == RecordKind::Factory { &mut after.factory } else { &mut after.state };
         content.clone_from(&step.payload);
         after
     }
@@ -45,7 +45,7 @@ pub(crate) fn open<const W: usize, const E: usize>(
 
 pub(crate) fn load<const W: usize, const E: usize>(
     store: &mut Store<Flash<W, E>>,
-    kind: Kind,
+    kind: RecordKind,
 ) -> Result<Option<Vec<u8>>, LoadError<Fault>> {
     let mut buffer = [0; 4096];
     Ok(store.load(kind, &mut buffer)?.map(<[u8]>::to_vec))
@@ -66,7 +66,7 @@ pub(crate) fn perform<const W: usize, const E: usize>(
 ) -> Result<(), SaveError<Fault>> {
     match &step.payload {
         Some(payload) => store.save(step.kind, payload),
-        None => store.forget(step.kind),
+        None => store.remove(step.kind),
     }
 }
 
@@ -76,18 +76,18 @@ pub(crate) fn payload(number: usize, bytes: usize) -> Vec<u8> {
     (0..bytes).map(|i| u8::try_from(of(i)).unwrap()).collect()
 }
 
-pub(crate) fn save(kind: Kind, number: usize, bytes: usize) -> Step {
+pub(crate) fn save(kind: RecordKind, number: usize, bytes: usize) -> Step {
     Step { kind, payload: Some(payload(number, bytes)) }
 }
 
 /// First saves, several turnovers, both kinds, one forgotten and saved again.
 pub(crate) fn scenario(factory: usize, state: usize) -> Vec<Step> {
-    let mut steps = vec![save(Kind::State, 0, state), save(Kind::Factory, 1, factory)];
-    steps.extend((2..16).map(|i| save(Kind::State, i, state - state.min(i % 3))));
-    steps.push(save(Kind::Factory, 16, factory));
-    steps.push(Step { kind: Kind::State, payload: None });
-    steps.extend((18..23).map(|i| save(Kind::State, i, state)));
-    steps.push(save(Kind::Factory, 23, factory));
-    steps.extend((24..28).map(|i| save(Kind::State, i, state)));
+    let mut steps = vec![save(RecordKind::State, 0, state), save(RecordKind::Factory, 1, factory)];
+    steps.extend((2..16).map(|i| save(RecordKind::State, i, state - state.min(i % 3))));
+    steps.push(save(RecordKind::Factory, 16, factory));
+    steps.push(Step { kind: RecordKind::State, payload: None });
+    steps.extend((18..23).map(|i| save(RecordKind::State, i, state)));
+    steps.push(save(RecordKind::Factory, 23, factory));
+    steps.extend((24..28).map(|i| save(RecordKind::State, i, state)));
     steps
 }

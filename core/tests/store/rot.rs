@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use simulated_flash::Flash;
-use stereo_selfcal::store::{Kind, LoadError, Store};
+use stereo_selfcal::store::{LoadError, RecordKind, Store};
 
 use crate::rig::{KINDS, load, open, perform, save, scenario};
 
@@ -15,7 +15,7 @@ fn histories(pages: usize, steps: usize) -> (Flash<8, 512>, [History; 2]) {
     let mut histories = [vec![None], vec![None]];
     for step in scenario(60, 140).into_iter().take(steps) {
         perform(&mut store, &step).unwrap();
-        histories[usize::from(step.kind == Kind::State)].push(step.payload);
+        histories[usize::from(step.kind == RecordKind::State)].push(step.payload);
     }
     (store.close(), histories)
 }
@@ -26,7 +26,7 @@ fn assert_recent(store: &mut Store<Flash<8, 512>>, histories: &[History; 2], con
         let loaded = load(store, kind).unwrap();
         let newest = history.last().unwrap();
         let before = history.len().checked_sub(2).and_then(|i| history[i].clone());
-        let fell_back = kind == Kind::State && before.is_some() && loaded == before;
+        let fell_back = kind == RecordKind::State && before.is_some() && loaded == before;
         assert!(loaded == *newest || fell_back, "{kind:?} after {context}: {loaded:?}");
     }
 }
@@ -74,7 +74,7 @@ fn any_byte_may_rot_while_the_store_is_open_and_pages_go_round() {
             let kind = KINDS[usize::from(random.random_ratio(3, 4))];
             let next = save(kind, number, 60);
             perform(&mut store, &next).unwrap();
-            histories[usize::from(kind == Kind::State)].push(next.payload);
+            histories[usize::from(kind == RecordKind::State)].push(next.payload);
         }
         let mut store = open(store.close(), 1);
         assert_recent(&mut store, &histories, &context);
@@ -96,7 +96,7 @@ fn a_flash_that_misreads_at_times_never_gives_a_wrong_record() {
                     assert!(history.contains(&loaded));
                     other += 1;
                 }
-                Err(error) => assert_eq!(error, LoadError::Unsteady),
+                Err(error) => assert_eq!(error, LoadError::Unstable),
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Streams of anything: the decoder in any cut, and the calibrator at its end.
 
 use arbitrary::{Arbitrary, Unstructured};
-use stereo_selfcal::link::{Counters, Decoder, Event, FrameCrc, FrameHeader, Record};
+use stereo_selfcal::link::{Counters, Decoder, Event, FrameCrc, FrameHeader, MatchRecord};
 use stereo_selfcal::{Config, Correspondence};
 
 use super::{Abused, check_estimate, check_extrinsics, plausible, usual_cameras};
@@ -39,7 +39,7 @@ struct Content {
     size: Option<[u16; 2]>,
     /// Usual matches, many, or any records.
     usual: bool,
-    records: Vec<[u8; Record::BYTES]>,
+    records: Vec<[u8; MatchRecord::BYTES]>,
 }
 
 impl Content {
@@ -61,7 +61,7 @@ impl Content {
         let mut bytes = start.to_vec();
         for record in records {
             let [a, b, c, d, ..] = *record;
-            let usual = Record::encode(&plausible([a, b, c, d / 16]), &header);
+            let usual = MatchRecord::encode(&plausible([a, b, c, d / 16]), &header);
             let record =
                 usual.ok().filter(|_| self.usual).map_or(*record, |usual| usual.to_bytes());
             crc.add(&record);
@@ -167,10 +167,10 @@ fn is_in(stream: &[u8], header: &FrameHeader, matches: &[Correspondence<f32>]) -
     let start = header.encode().expect("it was decoded");
     stream.windows(header.frame_bytes()).filter(|frame| frame.starts_with(&start)).any(|frame| {
         let mut crc = FrameCrc::new(&start);
-        let (records, end) = frame[FrameHeader::BYTES..].as_chunks::<{ Record::BYTES }>();
+        let (records, end) = frame[FrameHeader::BYTES..].as_chunks::<{ MatchRecord::BYTES }>();
         let same = records.iter().zip(matches).all(|(record, m)| {
             crc.add(record);
-            Record::from_bytes(record).is_ok_and(|record| record.decode(header) == *m)
+            MatchRecord::from_bytes(record).is_ok_and(|record| record.decode(header) == *m)
         });
         same && crc.value().to_le_bytes() == *end
     })

@@ -3,10 +3,10 @@
 
 use arbitrary::{Arbitrary, Unstructured};
 use simulated_flash::{Fault, Flash, TEARS};
-use stereo_selfcal::store::{Kind, LoadError, Store};
+use stereo_selfcal::store::{LoadError, RecordKind, Store};
 
 const BLOCK: usize = 256;
-const KINDS: [Kind; 2] = [Kind::Factory, Kind::State];
+const KINDS: [RecordKind; 2] = [RecordKind::Factory, RecordKind::State];
 
 type Abused = Store<Flash<8, BLOCK>>;
 
@@ -44,7 +44,7 @@ struct Promise {
 ///
 /// # Panics
 /// If the store breaks a promise: that is what it is for.
-pub fn abuse_store(bytes: &[u8], mut loaded: impl FnMut(Kind, &[u8])) {
+pub fn abuse_store(bytes: &[u8], mut loaded: impl FnMut(RecordKind, &[u8])) {
     let mut input = Unstructured::new(bytes);
     let [is_known, large] = <[bool; 2]>::arbitrary(&mut input).unwrap_or_default();
     let [pages, tear] = <[u8; 2]>::arbitrary(&mut input).unwrap_or_default();
@@ -83,7 +83,11 @@ fn open(flash: Flash<8, BLOCK>, page: usize) -> Option<Abused> {
     Store::open(flash, 0..end, page).ok()
 }
 
-fn load(store: &mut Abused, kind: Kind, loaded: &mut impl FnMut(Kind, &[u8])) -> Option<Vec<u8>> {
+fn load(
+    store: &mut Abused,
+    kind: RecordKind,
+    loaded: &mut impl FnMut(RecordKind, &[u8]),
+) -> Option<Vec<u8>> {
     let mut buffer = [0; 2 * BLOCK];
     match store.load(kind, &mut buffer) {
         Ok(found) => found.map(|payload| {
@@ -117,7 +121,7 @@ fn perform(
             }
         }
         Operation::Forget(state) => {
-            if store.forget(KINDS[usize::from(state)]).is_ok() {
+            if store.remove(KINDS[usize::from(state)]).is_ok() {
                 promise.held[usize::from(state)] = None;
             } else {
                 promise.is_rotten = true;

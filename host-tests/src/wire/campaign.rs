@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::Correspondence;
-use stereo_selfcal::link::{Decoder, Event, FrameHeader, Record};
+use stereo_selfcal::link::{Decoder, Event, FrameHeader, MatchRecord};
 
 use super::faults::{Faults, FaultyWire, Sent};
 use super::recording::seal;
@@ -219,7 +219,7 @@ fn any_frame(rng: &mut ChaCha8Rng, sequence: u32) -> Vec<u8> {
         more_found: rng.random(),
     };
     let records = (0..count).map(|_| {
-        let mut record = [0; Record::BYTES];
+        let mut record = [0; MatchRecord::BYTES];
         rng.fill_bytes(&mut record);
         record[14] %= 16;
         record[15] = 0;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use anyhow::{Context, Result, ensure};
 use stereo_selfcal::Correspondence;
-use stereo_selfcal::link::{Counters, Decoder, Event, FrameCrc, FrameHeader, Record};
+use stereo_selfcal::link::{Counters, Decoder, Event, FrameCrc, FrameHeader, MatchRecord};
 
 use crate::dataset::{Dataset, Match, Meta};
 
@@ -67,15 +67,16 @@ impl Sender {
     /// A pair as one frame, and how many of its matches no frame can carry: out of range, or beyond 65535.
     #[must_use]
     pub fn frame(&self, sequence: u32, pair: &[Match]) -> (Vec<u8>, usize) {
-        let encode = |m: &Match| Record::encode(&m.correspondence(), &self.header).ok();
-        let records: Vec<Record> = pair.iter().filter_map(encode).take(u16::MAX.into()).collect();
+        let encode = |m: &Match| MatchRecord::encode(&m.correspondence(), &self.header).ok();
+        let records: Vec<MatchRecord> =
+            pair.iter().filter_map(encode).take(u16::MAX.into()).collect();
         let header = FrameHeader {
             timestamp_us: u64::from(sequence) * PERIOD_US,
             sequence,
             count: u16::try_from(records.len()).unwrap_or(u16::MAX),
             ..self.header
         };
-        let bytes = records.iter().map(Record::to_bytes);
+        let bytes = records.iter().map(MatchRecord::to_bytes);
         (seal(&header, bytes), pair.len() - records.len())
     }
 }
@@ -83,7 +84,7 @@ impl Sender {
 /// Header, records and checksum as one frame.
 pub(super) fn seal(
     header: &FrameHeader,
-    records: impl Iterator<Item = [u8; Record::BYTES]>,
+    records: impl Iterator<Item = [u8; MatchRecord::BYTES]>,
 ) -> Vec<u8> {
     let start = header.encode().expect("fraction bits and ratio are in range");
     let mut crc = FrameCrc::new(&start);
@@ -169,8 +170,8 @@ pub fn counted(c: &Counters) -> String {
     let rare = [
         (c.bad_crc, "with a wrong checksum"),
         (c.bad_header, "with a damaged header"),
-        (c.cut, "cut short"),
-        (c.foreign, "of another version"),
+        (c.truncated, "cut short"),
+        (c.unsupported, "of another version"),
         (c.refused, "refused"),
         (c.gaps, "missing in the sequence"),
         (c.repeats, "repeated"),

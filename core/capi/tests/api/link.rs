@@ -141,7 +141,10 @@ fn a_damaged_stream_gives_the_bits_of_rust() {
     assert_same_counters(&counters, decoder.counters());
     assert_eq!(usize::try_from(counters.good).unwrap(), frames);
     assert!(frames > 20 && counters.gaps > 5 && counters.repeats > 0, "{counters:?}");
-    assert!(counters.bad_crc + counters.cut > 3 && counters.skipped_bytes > 0, "{counters:?}");
+    assert!(
+        counters.bad_crc + counters.truncated > 3 && counters.skipped_bytes > 0,
+        "{counters:?}"
+    );
     assert_eq!(twin.state(), State::Locked);
 }
 
@@ -241,7 +244,7 @@ fn overruns_are_counted_and_a_link_begins_anew() {
     assert_eq!(code, SELFCAL_OK);
     assert_same_counters(&link.counters(), Decoder::new().counters());
     assert_eq!(link.feed(&mut cal, &frame(&set, 1)).2.sequence, 1);
-    assert_eq!(link.counters().cut, 0, "nothing is left of the frame before");
+    assert_eq!(link.counters().truncated, 0, "nothing is left of the frame before");
 }
 
 proptest! {

@@ -1,9 +1,9 @@
 //! A hypothesis as a part of a record.
 
 use super::Filter;
+use crate::codec::{Reader, Writer};
 use crate::error::RestoreError;
 use crate::information::StandardDeviations;
-use crate::record::{Reader, Writer};
 use crate::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::supervision::Lineage;

@@ -1,6 +1,6 @@
 //! The core's calls, each a function that is not inlined: what a firmware would call.
 
-use stereo_selfcal::link::{Decoder, FrameRefusal, Intake, Received};
+use stereo_selfcal::link::{Decoder, FrameRefusal, FrameSink, Received};
 use stereo_selfcal::{
     ApplyError, Calibrator, Cameras, Correspondence, Extrinsics, Fused, Health, PairError,
     PairReport, Proposal, PushError, Pushed, RectifiedCamera, RectifyError, RectifyingRotations,
@@ -16,7 +16,7 @@ pub(crate) type Calibrated<T> = Calibrator<T, CAPACITY>;
 pub(crate) fn feed(
     decoder: &mut Decoder,
     bytes: &mut &[u8],
-    intake: &mut impl Intake,
+    intake: &mut impl FrameSink,
 ) -> Result<Option<Received>, FrameRefusal> {
     decoder.feed(bytes, intake)
 }

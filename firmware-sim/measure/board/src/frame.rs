@@ -2,19 +2,19 @@
 
 use stereo_selfcal::Correspondence;
 use stereo_selfcal::link::{
-    Decoder, FrameCrc, FrameHeader, FrameRefusal, Intake, Received, Record,
+    Decoder, FrameCrc, FrameHeader, FrameRefusal, FrameSink, MatchRecord, Received,
 };
 
 use crate::calls::{self, CAPACITY};
 use crate::probe::{Probe, Sample};
 use crate::scene::HEADER;
 
-const BYTES: usize = FrameHeader::BYTES + CAPACITY * Record::BYTES + FrameCrc::BYTES;
+const BYTES: usize = FrameHeader::BYTES + CAPACITY * MatchRecord::BYTES + FrameCrc::BYTES;
 
 /// Looks at no match: what is measured is the decoder.
 struct Nothing;
 
-impl Intake for Nothing {
+impl FrameSink for Nothing {
     fn start(&mut self, _: &FrameHeader) -> Result<(), FrameRefusal> {
         Ok(())
     }
@@ -35,7 +35,7 @@ impl Intake for Nothing {
 ///
 /// # Panics
 /// If the frame does not come through whole.
-pub(crate) fn decode(probe: &Probe, records: &[Record]) -> Sample {
+pub(crate) fn decode(probe: &Probe, records: &[MatchRecord]) -> Sample {
     let count = records.len().try_into().expect("within a frame");
     let header = FrameHeader { count, ..HEADER };
     let start = header.encode().expect("valid");

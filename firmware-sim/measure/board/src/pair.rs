@@ -1,6 +1,6 @@
 //! One pair through the calibrator, every call measured.
 
-use stereo_selfcal::link::Record;
+use stereo_selfcal::link::MatchRecord;
 use stereo_selfcal::{Correspondence, PairReport, Scalar, State};
 
 use crate::calls::{self, Calibrated};
@@ -73,7 +73,7 @@ pub(crate) struct PairCost {
 pub(crate) fn fill<T: Scalar>(
     probe: &Probe,
     calibrator: &mut Calibrated<T>,
-    records: &[Record],
+    records: &[MatchRecord],
 ) -> Sample {
     calibrator.clear_pair();
     records.iter().fold(Sample::default(), |most, record| {
@@ -88,7 +88,7 @@ pub(crate) fn fill<T: Scalar>(
 pub(crate) fn take<T: Scalar>(
     probe: &Probe,
     calibrator: &mut Calibrated<T>,
-    records: &[Record],
+    records: &[MatchRecord],
 ) -> PairCost {
     let state = calibrator.state();
     let mut calls = Calls { push: fill(probe, calibrator, records), ..Calls::default() };

@@ -6,7 +6,7 @@
 use nalgebra::{Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use stereo_selfcal::link::{FrameHeader, Record};
+use stereo_selfcal::link::{FrameHeader, MatchRecord};
 use stereo_selfcal::{Correspondence, so3};
 
 use crate::lens::{FOCAL_PX, SIZE};
@@ -61,14 +61,14 @@ impl Scene {
     }
 
     /// Matches of one more pair.
-    pub(crate) fn fill(&mut self, records: &mut [Record]) {
+    pub(crate) fn fill(&mut self, records: &mut [MatchRecord]) {
         for (i, record) in records.iter_mut().enumerate() {
             *record = self.record(i % 10 < self.wrong);
         }
     }
 
     /// One match, inside both images.
-    fn record(&mut self, wrong: bool) -> Record {
+    fn record(&mut self, wrong: bool) -> MatchRecord {
         loop {
             let left = self.pixel();
             let right = if wrong { self.pixel() } else { self.seen_right(left) };
@@ -80,7 +80,7 @@ impl Scene {
             let score = 0.5 + 0.5 * self.share();
             let c = Correspondence { left, right, score, grid_step: 0.0 };
             if let Some(record) =
-                Record::encode(&c, &HEADER).ok().filter(|_| inside(left) && inside(right))
+                MatchRecord::encode(&c, &HEADER).ok().filter(|_| inside(left) && inside(right))
             {
                 return record;
             }

@@ -1,7 +1,7 @@
 //! The life of a rig, every call measured, and the rows that come of it.
 
 use cortex_m_semihosting::debug::{self, EXIT_SUCCESS};
-use stereo_selfcal::link::Record;
+use stereo_selfcal::link::MatchRecord;
 use stereo_selfcal::{Config, Extrinsics, Scalar, State};
 
 use crate::calls::{self, CAPACITY, Calibrated};
@@ -31,7 +31,7 @@ const GARBAGE: usize = 12;
 /// Measures everything in one scalar, prints the rows and ends the emulation.
 pub fn survey<T: Scalar>() -> ! {
     let probe = Probe::new();
-    let mut records = [Record::default(); CAPACITY];
+    let mut records = [MatchRecord::default(); CAPACITY];
     intake::<T>(&probe, &mut records);
     let mut all = passes::<T>(&probe, &mut records);
     all = all.most(&paper::<T>(&probe, &mut records));
@@ -62,7 +62,7 @@ fn fresh<T: Scalar>(config: Config) -> Calibrated<T> {
 }
 
 /// What taking in a match costs.
-fn intake<T: Scalar>(probe: &Probe, records: &mut [Record]) {
+fn intake<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) {
     let mut scene = Scene::new(Rig::off(OFF_DEGREES));
     scene.fill(records);
     let mut calibrator = fresh::<T>(Config::robust());
@@ -85,7 +85,7 @@ fn intake<T: Scalar>(probe: &Probe, records: &mut [Record]) {
 fn push_all<T: Scalar>(
     probe: &Probe,
     calibrator: &mut Calibrated<T>,
-    records: &[Record],
+    records: &[MatchRecord],
 ) -> (u32, u32) {
     records.iter().fold((0, 0), |(sum, most), record| {
         let c = pair::converted(&record.decode(&HEADER));
@@ -96,7 +96,7 @@ fn push_all<T: Scalar>(
 }
 
 /// What a pass costs a correspondence, between half a batch and a whole one.
-fn passes<T: Scalar>(probe: &Probe, records: &mut [Record]) -> Calls {
+fn passes<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
     let mut all = Calls::default();
     for (name, config) in [("paper", Config::paper()), ("search", Config::robust())] {
         let [half, whole] = both_sizes(probe, records, || fresh::<T>(config));
@@ -126,7 +126,7 @@ fn passes<T: Scalar>(probe: &Probe, records: &mut [Record]) -> Calls {
 
 fn both_sizes<T: Scalar>(
     probe: &Probe,
-    records: &mut [Record],
+    records: &mut [MatchRecord],
     calibrator: impl Fn() -> Calibrated<T>,
 ) -> [PairCost; 2] {
     let mut scene = Scene::new(Rig::off(OFF_DEGREES));
@@ -138,7 +138,7 @@ fn both_sizes<T: Scalar>(
 }
 
 /// One pair of the paper preset.
-fn paper<T: Scalar>(probe: &Probe, records: &mut [Record]) -> Calls {
+fn paper<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
     let mut scene = Scene::new(Rig::off(OFF_DEGREES));
     scene.fill(records);
     let cost = pair::take(probe, &mut fresh::<T>(Config::paper()), records);
@@ -147,7 +147,7 @@ fn paper<T: Scalar>(probe: &Probe, records: &mut [Record]) -> Calls {
 }
 
 /// From the first pair to the loss of the rig and back, in whole batches and in halves.
-fn life<T: Scalar>(probe: &Probe, records: &mut [Record]) -> Calls {
+fn life<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
     let mut all = Calls::default();
     for count in [CAPACITY, HALF] {
         remark(format_args!("a life in batches of {count}"));
@@ -166,7 +166,7 @@ fn life<T: Scalar>(probe: &Probe, records: &mut [Record]) -> Calls {
 
 struct Life<'a, T: Scalar> {
     probe: &'a Probe,
-    records: &'a mut [Record],
+    records: &'a mut [MatchRecord],
     calibrator: Calibrated<T>,
     scene: Scene,
     all: Calls,
@@ -174,7 +174,7 @@ struct Life<'a, T: Scalar> {
 }
 
 impl<'a, T: Scalar> Life<'a, T> {
-    fn begin(probe: &'a Probe, records: &'a mut [Record]) -> Self {
+    fn begin(probe: &'a Probe, records: &'a mut [MatchRecord]) -> Self {
         Self {
             probe,
             records,
@@ -252,7 +252,7 @@ impl<'a, T: Scalar> Life<'a, T> {
 }
 
 /// Calls beside those of each pair.
-fn others<T: Scalar>(probe: &Probe, records: &mut [Record]) -> [(&'static str, Sample); 7] {
+fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static str, Sample); 7] {
     let mut calibrator = fresh::<T>(Config::robust());
     let mut scene = Scene::new(Rig::off(OFF_DEGREES));
     let mut solve = Sample::default();

@@ -13,7 +13,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use simulated_flash::{Fault, Flash, TEARS};
 use stereo_selfcal::link::FpgaMatcher;
-use stereo_selfcal::store::{Keeper, SavePolicy, Store};
+use stereo_selfcal::store::{Persistence, SavePolicy, Store};
 
 /// Two pages of NOR flash, bytes; it is written in words of 8.
 const PAGE: usize = 8192;
@@ -99,13 +99,13 @@ impl Hardware {
     ///
     /// # Errors
     /// If there is no store in the flash: never.
-    pub(super) fn keeper(&self) -> Result<Keeper<SharedFlash, f32>> {
+    pub(super) fn persistence(&self) -> Result<Persistence<SharedFlash, f32>> {
         let [end, page] = [2 * PAGE, PAGE].map(u32::try_from);
         let store = Store::open(self.flash.clone(), 0..end?, page?);
         let store = store.map_err(|error| anyhow!("flash: {error}"))?;
         // Flights are short: what takes minutes in the field takes a second here.
         let policy = SavePolicy::new().with_shortest_interval(Duration::from_secs(1))?;
-        Ok(Keeper::new(store, policy.with_longest_interval(Duration::from_secs(5))?))
+        Ok(Persistence::new(store, policy.with_longest_interval(Duration::from_secs(5))?))
     }
 
     /// Time since take-off.

@@ -95,8 +95,8 @@ fn fly(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Result<F
     while pairs.peek().is_some() {
         // From power on to power off.
         let mut calibrator = Box::new(firmware_sim::start_automatic(cameras(scenario)?));
-        let mut keeper = hardware.keeper()?;
-        let resumed = keeper.resume(&mut calibrator, &mut buffer);
+        let mut persistence = hardware.persistence()?;
+        let resumed = persistence.resume(&mut calibrator, &mut buffer);
         if flown.service.begin(&resumed, calibrator.state()) {
             bar.suspend(|| log::resumed(out, &resumed, &calibrator))?;
         }
@@ -119,8 +119,8 @@ fn fly(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Result<F
             let (power, now) = (hardware.power(), Hardware::now(sequence));
             let kept = match power {
                 // What a controller does that sees its supply go down.
-                Power::Failing => keeper.keep(calibrator, now, &mut buffer).map(|()| None),
-                _ => keeper.tend(calibrator, now, &mut buffer),
+                Power::Failing => persistence.save(calibrator, now, &mut buffer).map(|()| None),
+                _ => persistence.save_if_due(calibrator, now, &mut buffer),
             };
             flown.service.note(&kept, calibrator.state());
             if power != Power::On {
@@ -129,7 +129,7 @@ fn fly(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Result<F
             }
         }
         flown.generation = app.calibrator().generation();
-        flown.service.end(app.counters(), keeper.store().wear());
+        flown.service.end(app.counters(), persistence.store().wear());
         hardware.power_on();
     }
     bar.finish_and_clear();

@@ -5,7 +5,7 @@ use std::fmt;
 use host_tests::wire::counted;
 use stereo_selfcal::State;
 use stereo_selfcal::link::Counters;
-use stereo_selfcal::store::{KeepError, ResumeError, SaveReason, Wear};
+use stereo_selfcal::store::{PersistError, ResumeError, SaveReason, Wear};
 
 /// Counts over all times that power was on.
 #[derive(Debug, Default)]
@@ -41,7 +41,7 @@ impl Service {
     /// After a pair.
     pub(super) fn note<E: fmt::Debug>(
         &mut self,
-        kept: &Result<Option<SaveReason>, KeepError<E>>,
+        kept: &Result<Option<SaveReason>, PersistError<E>>,
         state: State,
     ) {
         self.saves += u32::from(matches!(kept, Ok(Some(_))));

@@ -7,7 +7,7 @@ use embedded_hal::digital::{self, InputPin};
 use embedded_hal::spi::{self, ErrorKind, Operation, SpiDevice};
 use embedded_io::{Read, ReadReady};
 use stereo_selfcal::link::{
-    Decoder, FpgaMatcher, FrameCrc, FrameHeader, Intake, Record, StreamMatcher,
+    Decoder, FpgaMatcher, FrameCrc, FrameHeader, FrameSink, MatchRecord, StreamMatcher,
 };
 use stereo_selfcal::{Calibrator, Cameras, Config};
 
@@ -74,15 +74,15 @@ fn bytes() {
         show(header.frame_bytes());
         show(header.grid_step_px(black_box(0)));
         show(header.level_of(number()));
-        if let Ok(record) = Record::encode(&solver::correspondence(), &header) {
+        if let Ok(record) = MatchRecord::encode(&solver::correspondence(), &header) {
             show(record.to_bytes());
         }
-        if let Ok(record) = Record::from_bytes(&black_box([0; Record::BYTES])) {
+        if let Ok(record) = MatchRecord::from_bytes(&black_box([0; MatchRecord::BYTES])) {
             show(record.decode(&header));
         }
     }
     let mut crc = FrameCrc::new(&bytes);
-    crc.add(&black_box([0; Record::BYTES]));
+    crc.add(&black_box([0; MatchRecord::BYTES]));
     show(crc.value());
 }
 

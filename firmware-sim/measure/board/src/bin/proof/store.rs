@@ -5,7 +5,7 @@ use core::time::Duration;
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use stereo_selfcal::Calibrator;
-use stereo_selfcal::store::{Keeper, Kind, SavePolicy, Store};
+use stereo_selfcal::store::{Persistence, RecordKind, SavePolicy, Store};
 
 use crate::show;
 
@@ -55,36 +55,36 @@ pub(crate) fn all(calibrator: &mut Calibrator<f32, 256>) {
     if let Ok(mut store) = store(black_box(Flash), range, black_box(0)) {
         keep(&mut store);
         show(store.wear());
-        let mut keeper = Keeper::new(store, SavePolicy::new());
-        tend(&mut keeper, calibrator);
-        show(keeper.store().wear());
-        black_box(keeper.release().close());
+        let mut persistence = Persistence::new(store, SavePolicy::new());
+        save_if_due(&mut persistence, calibrator);
+        show(persistence.store().wear());
+        black_box(persistence.release().close());
     }
     let _ = policy(calibrator);
 }
 
 #[inline(never)]
 fn keep(store: &mut Store<Flash>) {
-    let kind = if black_box(false) { Kind::Factory } else { Kind::State };
+    let kind = if black_box(false) { RecordKind::Factory } else { RecordKind::State };
     let mut buffer = black_box([0; 64]);
     let length = black_box(0);
     show(store.load(kind, buffer.get_mut(..length).unwrap_or_default()));
     show(store.save(kind, buffer.get(..length).unwrap_or_default()));
-    show(store.forget(kind));
+    show(store.remove(kind));
 }
 
 #[inline(never)]
-fn tend(keeper: &mut Keeper<Flash, f32>, calibrator: &mut Calibrator<f32, 256>) {
+fn save_if_due(persistence: &mut Persistence<Flash, f32>, calibrator: &mut Calibrator<f32, 256>) {
     let mut buffer = black_box([0; 64]);
     let length = black_box(0);
     let buffer = buffer.get_mut(..length).unwrap_or_default();
-    if let Ok(Some(made)) = keeper.factory(buffer) {
-        show(keeper.keep_factory(&made, buffer));
+    if let Ok(Some(made)) = persistence.load_factory(buffer) {
+        show(persistence.save_factory(&made, buffer));
     }
-    show(keeper.resume(calibrator, buffer));
-    show(keeper.tend(calibrator, time(), buffer));
-    show(keeper.keep(calibrator, time(), buffer));
-    show(keeper.forget());
+    show(persistence.resume(calibrator, buffer));
+    show(persistence.save_if_due(calibrator, time(), buffer));
+    show(persistence.save(calibrator, time(), buffer));
+    show(persistence.remove());
 }
 
 fn time() -> Duration {

@@ -5,14 +5,15 @@
 
 use embedded_storage::nor_flash::NorFlash;
 
-use super::entry::{Found, KINDS, Kind, PerKind};
-use super::medium::{Medium, Place};
+use super::entry::{DecodedHeader, PerKind};
+use super::flash_io::{EntryLocation, FlashIo};
+use crate::codec::RecordKind;
 
 /// What a scan found.
 #[derive(Debug)]
-pub(super) struct Survey<E> {
+pub(super) struct Scan<E> {
     /// Newest intact entry of each kind.
-    pub(super) live: PerKind<Option<Place>>,
+    pub(super) live: PerKind<Option<EntryLocation>>,
     /// The newest whole page.
     pub(super) base: Option<u32>,
     /// Where the next entry goes in it.
@@ -32,14 +33,14 @@ pub(super) struct Survey<E> {
 
 /// What a scan found in one page.
 #[derive(Debug)]
-struct PageSurvey {
-    live: PerKind<Option<Place>>,
+struct PageScan {
+    live: PerKind<Option<EntryLocation>>,
     newest: u64,
     whole: bool,
     end: u32,
 }
 
-impl<E> Survey<E> {
+impl<E> Scan<E> {
     const NOTHING: Self = Self {
         live: PerKind { factory: None, state: None },
         base: None,
@@ -54,60 +55,63 @@ impl<E> Survey<E> {
 
     /// Reads all pages but `except`. Entries are checked in full.
     #[inline(never)]
-    pub(super) fn of<F: NorFlash<Error = E>>(medium: &mut Medium<F>, except: Option<u32>) -> Self {
-        let mut survey = Self::NOTHING;
+    pub(super) fn of<F: NorFlash<Error = E>>(
+        flash_io: &mut FlashIo<F>,
+        except: Option<u32>,
+    ) -> Self {
+        let mut scan = Self::NOTHING;
         // Newest entries of pages that are whole, and of those that are not.
         let mut whole = PerKind { factory: None, state: None };
         let mut torn = whole;
         let mut newest_base = 0;
-        for page in medium.pages.starts() {
+        for page in flash_io.pages.starts() {
             if Some(page) == except {
                 continue;
             }
-            let found = survey.page(medium, page);
-            for kind in KINDS {
+            let found = scan.page(flash_io, page);
+            for kind in RecordKind::ALL {
                 let best = if found.whole { whole.of_mut(kind) } else { torn.of_mut(kind) };
                 *best = newer(*best, *found.live.of(kind));
             }
-            if found.whole && (survey.base.is_none() || found.newest > newest_base) {
-                survey.base = Some(page);
-                survey.end = found.end;
+            if found.whole && (scan.base.is_none() || found.newest > newest_base) {
+                scan.base = Some(page);
+                scan.end = found.end;
                 newest_base = found.newest;
             }
         }
-        for kind in KINDS {
-            *survey.live.of_mut(kind) = whole.of(kind).or(*torn.of(kind));
+        for kind in RecordKind::ALL {
+            *scan.live.of_mut(kind) = whole.of(kind).or(*torn.of(kind));
         }
-        survey
+        scan
     }
 
     /// Steps from entry to entry, through what is damaged from word to word.
     #[inline(never)]
-    fn page<F: NorFlash<Error = E>>(&mut self, medium: &mut Medium<F>, page: u32) -> PageSurvey {
-        let page_end = medium.pages.end_of(page);
-        let written = medium.written_end(page);
+    fn page<F: NorFlash<Error = E>>(&mut self, flash_io: &mut FlashIo<F>, page: u32) -> PageScan {
+        let page_end = flash_io.pages.end_of(page);
+        let written = flash_io.written_end(page);
         let nothing = PerKind { factory: None, state: None };
-        let mut found = PageSurvey { live: nothing, newest: 0, whole: false, end: written };
+        let mut found = PageScan { live: nothing, newest: 0, whole: false, end: written };
         let mut address = page;
         let mut within_damage = false;
         while address < written {
-            let place = self.header(medium, address, page_end);
-            let intact = place.is_some_and(|place| self.is_intact(medium, &place));
+            let place = self.header(flash_io, address, page_end);
+            let intact = place.is_some_and(|place| self.is_intact(flash_io, &place));
             if let Some(place) = place {
                 let header = place.header;
                 if header.sequence >= self.sequence {
                     self.sequence = header.sequence;
                     self.erasures = header.erasures;
                 }
-                address = address.saturating_add(header.subject.bytes(&medium.pages));
+                address = address.saturating_add(header.meta.bytes(&flash_io.pages));
                 if intact {
-                    let best = found.live.of_mut(header.subject.kind);
+                    let best = found.live.of_mut(header.meta.kind);
                     *best = newer(*best, Some(place));
                     found.whole |= !header.copy;
                     found.newest = found.newest.max(header.sequence);
                 }
             } else {
-                address = address.saturating_add(medium.pages.word());
+                address = address.saturating_add(flash_io.pages.word());
             }
             if !intact && (!within_damage || place.is_some()) {
                 self.damaged = self.damaged.saturating_add(1);
@@ -116,28 +120,32 @@ impl<E> Survey<E> {
         }
         // Of an entry that was cut off, the words after the last that can be told may be written too: up
         // to the length that its header says, or the rest of that header.
-        let unseen = if within_damage { medium.pages.rounded(24) } else { 0 };
+        let unseen = if within_damage { flash_io.pages.rounded(24) } else { 0 };
         found.end = written.max(address).saturating_add(unseen);
         found
     }
 
     fn header<F: NorFlash<Error = E>>(
         &mut self,
-        medium: &mut Medium<F>,
+        flash_io: &mut FlashIo<F>,
         address: u32,
         page_end: u32,
-    ) -> Option<Place> {
-        match medium.found_at(address, page_end) {
-            Ok(Found::Entry(header)) => return Some(Place { address, header }),
-            Ok(Found::Foreign) => self.foreign = true,
-            Ok(Found::Nothing) => (),
+    ) -> Option<EntryLocation> {
+        match flash_io.found_at(address, page_end) {
+            Ok(DecodedHeader::Entry(header)) => return Some(EntryLocation { address, header }),
+            Ok(DecodedHeader::Unsupported) => self.foreign = true,
+            Ok(DecodedHeader::None) => (),
             Err(error) => self.note(error),
         }
         None
     }
 
-    fn is_intact<F: NorFlash<Error = E>>(&mut self, medium: &mut Medium<F>, place: &Place) -> bool {
-        match medium.read_entry(place, &mut []) {
+    fn is_intact<F: NorFlash<Error = E>>(
+        &mut self,
+        flash_io: &mut FlashIo<F>,
+        place: &EntryLocation,
+    ) -> bool {
+        match flash_io.read_entry(place, &mut []) {
             Ok(intact) => intact,
             Err(error) => {
                 self.note(error);
@@ -151,14 +159,14 @@ impl<E> Survey<E> {
         self.fault = Some(error);
     }
 
-    /// The newest entry of a kind, unless that kind was forgotten.
-    pub(super) fn record(&self, kind: Kind) -> Option<&Place> {
-        self.live.of(kind).as_ref().filter(|place| !place.header.subject.forgotten)
+    /// The newest entry of a kind, unless that kind was removed.
+    pub(super) fn record(&self, kind: RecordKind) -> Option<&EntryLocation> {
+        self.live.of(kind).as_ref().filter(|place| !place.header.meta.removed)
     }
 }
 
 /// The later one, of equals the second.
-fn newer(a: Option<Place>, b: Option<Place>) -> Option<Place> {
+fn newer(a: Option<EntryLocation>, b: Option<EntryLocation>) -> Option<EntryLocation> {
     match (a, b) {
         (Some(a), Some(b)) if b.header.sequence < a.header.sequence => Some(a),
         (a, b) => b.or(a),

@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 /// Takes the matches of one frame at a time.
 ///
 /// A [`Calibrator`] is one: the frame replaces its batch, which selects of a frame beyond its capacity.
-pub trait Intake {
+pub trait FrameSink {
     /// Whether no frame can be taken now. The drivers then read nothing: the sender keeps the frame.
     fn is_busy(&self) -> bool {
         false
@@ -30,7 +30,7 @@ pub trait Intake {
     /// The frame is whole; how many of its matches are held.
     fn finish(&mut self) -> usize;
 
-    /// The frame is lost: forgets what came since [`Intake::start`].
+    /// The frame is lost: forgets what came since [`FrameSink::start`].
     fn discard(&mut self);
 }
 
@@ -61,7 +61,7 @@ pub struct Received {
 }
 
 impl Decoder {
-    /// Takes `bytes` into `intake`, up to the end of the first whole frame, and off their front what was
+    /// Takes `bytes` into `sink`, up to the end of the first whole frame, and off their front what was
     /// used; for a receiver with buffers of its own. `None`: all are used.
     ///
     /// # Errors
@@ -69,15 +69,15 @@ impl Decoder {
     pub fn feed(
         &mut self,
         bytes: &mut &[u8],
-        intake: &mut impl Intake,
+        sink: &mut impl FrameSink,
     ) -> Result<Option<Received>, FrameRefusal> {
         while let Some(event) = self.next(bytes) {
             match event {
-                Event::Started(header) => intake.start(&header).inspect_err(|_| self.refuse())?,
-                Event::Match(correspondence) => intake.take(&correspondence),
-                Event::Discarded(_) => intake.discard(),
+                Event::Started(header) => sink.start(&header).inspect_err(|_| self.refuse())?,
+                Event::Match(correspondence) => sink.take(&correspondence),
+                Event::Discarded(_) => sink.discard(),
                 Event::Finished(header) => {
-                    return Ok(Some(Received { header, taken: intake.finish() }));
+                    return Ok(Some(Received { header, taken: sink.finish() }));
                 }
             }
         }
@@ -87,7 +87,7 @@ impl Decoder {
 
 /// A frame replaces the batch. While a pair is being solved nothing is taken, so that no solve is given
 /// up unsaid. Do not begin a pair before [`Received`]: half a frame may be in the batch.
-impl<T: Scalar, const N: usize> Intake for Calibrator<T, N> {
+impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
     fn is_busy(&self) -> bool {
         self.is_solving()
     }

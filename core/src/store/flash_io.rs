@@ -2,7 +2,7 @@
 
 use embedded_storage::nor_flash::NorFlash;
 
-use super::entry::{Found, HEADER, Header, TAIL};
+use super::entry::{DecodedHeader, HEADER, Header, TAIL};
 use super::pages::Pages;
 
 /// Most bytes that are written at a time: a page of common SPI flash.
@@ -18,7 +18,7 @@ struct Chunk<const N: usize>([u8; N]);
 
 /// An intact entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Place {
+pub(super) struct EntryLocation {
     pub(super) address: u32,
     pub(super) header: Header,
 }
@@ -27,18 +27,18 @@ pub(super) struct Place {
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Source<'a> {
     Payload(&'a [u8]),
-    /// An entry of the same subject.
+    /// An entry of the same meta.
     Entry(u32),
 }
 
 /// Flash, as pages.
 #[derive(Debug)]
-pub(super) struct Medium<F> {
+pub(super) struct FlashIo<F> {
     pub(super) flash: F,
     pub(super) pages: Pages,
 }
 
-impl<F: NorFlash> Medium<F> {
+impl<F: NorFlash> FlashIo<F> {
     #[inline(never)]
     fn read(&mut self, address: u32, bytes: &mut [u8]) -> Result<(), F::Error> {
         for _ in 1..ATTEMPTS {
@@ -51,18 +51,24 @@ impl<F: NorFlash> Medium<F> {
 
     /// What begins at an address; `Nothing` too if it does not end within its page.
     #[inline(never)]
-    pub(super) fn found_at(&mut self, address: u32, page_end: u32) -> Result<Found, F::Error> {
+    pub(super) fn found_at(
+        &mut self,
+        address: u32,
+        page_end: u32,
+    ) -> Result<DecodedHeader, F::Error> {
         let mut chunk = Chunk([0; 64]);
         let bytes = self.pages.rounded(24);
         let room = page_end.saturating_sub(address);
         let (true, Some(part)) = (bytes <= room, chunk.0.get_mut(..index(bytes))) else {
-            return Ok(Found::Nothing);
+            return Ok(DecodedHeader::None);
         };
         self.read(address, part)?;
         let header: Option<&[u8; HEADER]> = part.first_chunk();
-        let found = header.map_or(Found::Nothing, |bytes| Header::decode(bytes, address));
+        let found = header.map_or(DecodedHeader::None, |bytes| Header::decode(bytes, address));
         Ok(match found {
-            Found::Entry(header) if header.subject.bytes(&self.pages) > room => Found::Nothing,
+            DecodedHeader::Entry(header) if header.meta.bytes(&self.pages) > room => {
+                DecodedHeader::None
+            }
             found => found,
         })
     }
@@ -92,13 +98,13 @@ impl<F: NorFlash> Medium<F> {
     #[inline(never)]
     pub(super) fn read_entry(
         &mut self,
-        place: &Place,
+        place: &EntryLocation,
         payload: &mut [u8],
     ) -> Result<bool, F::Error> {
-        let subject = place.header.subject;
-        let total = index(subject.bytes(&self.pages));
-        let length = usize::from(subject.length);
-        let mut digest = subject.digest();
+        let meta = place.header.meta;
+        let total = index(meta.bytes(&self.pages));
+        let length = usize::from(meta.length);
+        let mut digest = meta.digest();
         let mut tail = [0; TAIL];
         let mut chunk = Chunk([0; READ]);
         for offset in (0..total).step_by(READ) {
@@ -118,15 +124,15 @@ impl<F: NorFlash> Medium<F> {
     #[inline(never)]
     pub(super) fn write_entry(
         &mut self,
-        place: &Place,
+        place: &EntryLocation,
         source: Source<'_>,
     ) -> Result<bool, F::Error> {
-        let Place { address, header } = *place;
-        let total = index(header.subject.bytes(&self.pages));
+        let EntryLocation { address, header } = *place;
+        let total = index(header.meta.bytes(&self.pages));
         let first = header.encoded(address);
         let mut tail = [0; TAIL];
         if let Source::Payload(payload) = source {
-            let mut digest = header.subject.digest();
+            let mut digest = header.meta.digest();
             digest.update(payload);
             tail = digest.finalize().to_le_bytes();
         }
@@ -148,7 +154,7 @@ impl<F: NorFlash> Medium<F> {
             self.flash.write(address.saturating_add(offset32(offset)), part)?;
         }
         let page_end = address.saturating_add(offset32(total));
-        let kept = self.found_at(address, page_end)? == Found::Entry(header);
+        let kept = self.found_at(address, page_end)? == DecodedHeader::Entry(header);
         Ok(kept && self.read_entry(place, &mut [])?)
     }
 }

@@ -3,7 +3,7 @@
 use core::time::Duration;
 
 use simulated_flash::{Fault, Flash, TEARS};
-use stereo_selfcal::store::{Keeper, ResumeError, SavePolicy, SaveReason};
+use stereo_selfcal::store::{Persistence, ResumeError, SavePolicy, SaveReason};
 use stereo_selfcal::{
     Calibrator, Config, Extrinsics, FactoryCalibration, Proposal, RestoreError, State,
 };
@@ -30,31 +30,33 @@ fn memory(calibrator: &Controller) -> Memory {
     (*calibrator.in_use(), calibrator.generation(), proposal)
 }
 
-fn keeper(flash: Nor) -> Keeper<Nor, f32> {
+fn persistence(flash: Nor) -> Persistence<Nor, f32> {
     let policy = SavePolicy::new().with_shortest_interval(Duration::from_secs(1)).unwrap();
-    Keeper::new(open(flash, 1), policy)
+    Persistence::new(open(flash, 1), policy)
 }
 
 /// A controller at its start.
-fn boot(keeper: &mut Keeper<Nor, f32>) -> (Box<Controller>, Result<bool, ResumeError<Fault>>) {
+fn boot(
+    persistence: &mut Persistence<Nor, f32>,
+) -> (Box<Controller>, Result<bool, ResumeError<Fault>>) {
     let mut buffer = vec![0; Controller::SNAPSHOT_BYTES];
-    let made = keeper.factory(&mut buffer).unwrap().unwrap();
+    let made = persistence.load_factory(&mut buffer).unwrap().unwrap();
     let config = Config::robust().with_automatic_apply(true);
     let mut calibrator = Box::new(Controller::new(config));
     calibrator.set_cameras(made.cameras);
     calibrator.set_factory(made.extrinsics);
-    let resumed = keeper.resume(&mut calibrator, &mut buffer);
+    let resumed = persistence.resume(&mut calibrator, &mut buffer);
     (calibrator, resumed)
 }
 
 fn produced(factory: &Extrinsics<f32>) -> Nor {
-    let mut keeper = keeper(Flash::new(3, 7));
+    let mut persistence = persistence(Flash::new(3, 7));
     let mut buffer = [0; FactoryCalibration::<f32>::MAX_BYTES];
-    assert_eq!(keeper.factory(&mut buffer), Ok(None));
+    assert_eq!(persistence.load_factory(&mut buffer), Ok(None));
     let made = FactoryCalibration { cameras: cameras(), extrinsics: *factory };
-    keeper.keep_factory(&made, &mut buffer).unwrap();
-    assert_eq!(keeper.factory(&mut buffer), Ok(Some(made)));
-    keeper.release().close()
+    persistence.save_factory(&made, &mut buffer).unwrap();
+    assert_eq!(persistence.load_factory(&mut buffer), Ok(Some(made)));
+    persistence.release().close()
 }
 
 /// A pair of the rig, which was knocked before pair 8.
@@ -68,7 +70,7 @@ fn fly(calibrator: &mut Controller, pair: u64) {
 #[test]
 fn power_lost_at_any_word_costs_no_more_than_what_was_learnt_since_the_save_before() {
     let mut buffer = vec![0; Controller::SNAPSHOT_BYTES];
-    let mut keeper_in_flight = keeper(produced(&Extrinsics::SIDE_BY_SIDE));
+    let mut keeper_in_flight = persistence(produced(&Extrinsics::SIDE_BY_SIDE));
     let (mut calibrator, resumed) = boot(&mut keeper_in_flight);
     assert_eq!(resumed, Ok(false));
     let mut last: Option<Memory> = None;
@@ -78,23 +80,23 @@ fn power_lost_at_any_word_costs_no_more_than_what_was_learnt_since_the_save_befo
         let now = Duration::from_secs(2 * pair);
         let before = keeper_in_flight.release().close();
         let again = |flash| {
-            let mut keeper = keeper(flash);
+            let mut persistence = persistence(flash);
             // As the one in flight has it: nothing saved, or what was saved.
-            let _ = boot(&mut keeper);
-            keeper
+            let _ = boot(&mut persistence);
+            persistence
         };
         let mut whole = again(before.clone());
-        let reason = whole.tend(&calibrator, now, &mut buffer).unwrap();
+        let reason = whole.save_if_due(&calibrator, now, &mut buffer).unwrap();
         let after = whole.release().close();
         for cut in 0..after.operations - before.operations {
             let mut flash = before.clone();
             flash.tear = TEARS[cut as usize % TEARS.len()];
             flash.power_for = Some(cut + 1);
             let mut torn = again(flash);
-            torn.tend(&calibrator, now, &mut buffer).expect_err("power is lost");
+            torn.save_if_due(&calibrator, now, &mut buffer).expect_err("power is lost");
             let mut flash = torn.release().close();
             flash.power_on();
-            let (mut new, resumed) = boot(&mut keeper(flash));
+            let (mut new, resumed) = boot(&mut persistence(flash));
             let found = memory(&new);
             // Of the first save there may be a torn word that cannot be read, and nothing else.
             let fresh = last.is_none() && resumed != Ok(true);
@@ -118,22 +120,22 @@ fn power_lost_at_any_word_costs_no_more_than_what_was_learnt_since_the_save_befo
 
 #[test]
 fn what_was_learnt_from_another_factory_calibration_is_not_taken_up() {
-    let mut first = keeper(produced(&Extrinsics::SIDE_BY_SIDE));
+    let mut first = persistence(produced(&Extrinsics::SIDE_BY_SIDE));
     let mut buffer = vec![0; Controller::SNAPSHOT_BYTES];
     let (mut calibrator, _) = boot(&mut first);
     (0..5).for_each(|pair| fly(&mut calibrator, pair));
     let now = Duration::ZERO;
-    assert_eq!(first.tend(&calibrator, now, &mut buffer), Ok(Some(SaveReason::Locked)));
+    assert_eq!(first.save_if_due(&calibrator, now, &mut buffer), Ok(Some(SaveReason::Locked)));
     let (resumed, found) = boot(&mut first);
     assert_eq!((found, memory(&resumed)), (Ok(true), memory(&calibrator)));
 
     let made = FactoryCalibration { cameras: cameras(), extrinsics: rig([0.1; 3], [0.0; 2]) };
-    first.keep_factory(&made, &mut buffer).unwrap();
+    first.save_factory(&made, &mut buffer).unwrap();
     let (fresh, found) = boot(&mut first);
     assert_eq!(found, Err(ResumeError::Record(RestoreError::OtherRig)));
     assert_eq!((fresh.proposal(), fresh.in_use()), (None, &made.extrinsics));
 
-    first.forget().unwrap();
+    first.remove().unwrap();
     assert_eq!(boot(&mut first).1, Ok(false));
     assert!(first.store().wear().erasures >= 1);
 }

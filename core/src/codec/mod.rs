@@ -14,10 +14,11 @@
 //! Version 2 adds the scene of the last pair at the end; a record of version 1 is read without. A later
 //! version reads those before it: [`Reader::version`].
 
+pub(crate) mod checksum;
 mod reader;
 mod writer;
 
-pub(crate) use reader::{Reader, can_be_squares};
+pub(crate) use reader::{Reader, check_sums_of_squares};
 pub(crate) use writer::Writer;
 
 use crate::error::RestoreError;
@@ -29,17 +30,25 @@ const MAGIC: [u8; 4] = *b"SCRC";
 const VERSION: u8 = 2;
 
 /// Bytes before the numbers, and after them.
-pub(crate) const FRAME_BYTES: usize = 16;
+pub(crate) const OVERHEAD_BYTES: usize = 16;
 
-/// What a record is of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+/// Kind of a stored record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum RecordKind {
+    /// Factory calibration: written once in production.
     Factory,
+    /// Calibrator state: all that was learnt since.
     State,
 }
 
-impl Kind {
-    fn number(self) -> u8 {
+impl RecordKind {
+    /// Every kind.
+    pub(crate) const ALL: [Self; 2] = [Self::Factory, Self::State];
+
+    /// Number on flash. Fixed: records of earlier firmware hold it.
+    pub(crate) const fn number(self) -> u8 {
         match self {
             Self::Factory => 1,
             Self::State => 2,
@@ -49,15 +58,15 @@ impl Kind {
 
 /// What a record must be to be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Label {
-    pub(crate) kind: Kind,
+pub(crate) struct RecordHeader {
+    pub(crate) kind: RecordKind,
     /// 0 where it does not matter.
     pub(crate) method: u8,
     pub(crate) rig: u32,
 }
 
-impl Label {
-    pub(crate) const FACTORY: Self = Self { kind: Kind::Factory, method: 0, rig: 0 };
+impl RecordHeader {
+    pub(crate) const FACTORY: Self = Self { kind: RecordKind::Factory, method: 0, rig: 0 };
 
     fn write<T: Scalar>(self, to: &mut Writer<'_>) {
         to.bytes(&MAGIC);
@@ -92,7 +101,7 @@ impl Label {
 /// # Errors
 /// `Err` with the bytes that are needed, if there is less room.
 pub(crate) fn write<T: Scalar>(
-    label: Label,
+    label: RecordHeader,
     buffer: &mut [u8],
     body: impl FnOnce(&mut Writer<'_>),
 ) -> Result<&[u8], usize> {
@@ -107,7 +116,10 @@ pub(crate) fn write<T: Scalar>(
 ///
 /// # Errors
 /// [`RestoreError`].
-pub(crate) fn open<T: Scalar>(label: Label, record: &[u8]) -> Result<Reader<'_>, RestoreError> {
+pub(crate) fn open<T: Scalar>(
+    label: RecordHeader,
+    record: &[u8],
+) -> Result<Reader<'_>, RestoreError> {
     let mut reader = Reader::checked(record)?;
     reader.version = label.check::<T>(&mut reader)?;
     Ok(reader)

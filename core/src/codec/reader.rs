@@ -2,7 +2,7 @@
 
 use nalgebra::Rotation3;
 
-use crate::checksum;
+use crate::codec::checksum;
 use crate::error::RestoreError;
 use crate::scalar::Scalar;
 use crate::so3;
@@ -121,7 +121,7 @@ impl<'a> Reader<'a> {
 ///
 /// # Errors
 /// [`RestoreError::Absurd`].
-pub(crate) fn can_be_squares<T: Scalar>(
+pub(crate) fn check_sums_of_squares<T: Scalar>(
     diagonal: impl IntoIterator<Item = T>,
 ) -> Result<(), RestoreError> {
     let ends =

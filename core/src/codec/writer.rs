@@ -2,7 +2,7 @@
 
 use core::mem;
 
-use crate::checksum::{self, Checksum};
+use crate::codec::checksum::{self, Checksum};
 use crate::scalar::Scalar;
 
 /// Writes into a buffer, and goes on to count and to sum up once that is full.

@@ -6,7 +6,7 @@ use core::time::Duration;
 use embedded_storage::nor_flash::NorFlash;
 use thiserror::Error;
 
-use super::{Kind, LoadError, SaveError, SavePolicy, SaveReason, Store};
+use super::{LoadError, RecordKind, SaveError, SavePolicy, SaveReason, Store};
 use crate::calibrator::Calibrator;
 use crate::error::{RestoreError, SnapshotError};
 use crate::factory::FactoryCalibration;
@@ -24,23 +24,23 @@ use crate::scalar::Scalar;
 /// # fn run<F: NorFlash>(flash: F, now: Duration) -> Option<()> where F::Error: core::fmt::Debug {
 /// // Two sectors of 128 kB.
 /// let store = Store::open(flash, 0..0x4_0000, 0x2_0000).ok()?;
-/// let mut keeper = Keeper::new(store, SavePolicy::<f32>::new());
+/// let mut persistence = Persistence::new(store, SavePolicy::<f32>::new());
 /// let mut buffer = [0; Calibrator::<f32, 256>::SNAPSHOT_BYTES];
 ///
 /// // At start. What to do without factory calibration is the firmware's to say.
-/// let made = keeper.factory(&mut buffer).ok()??;
+/// let made = persistence.load_factory(&mut buffer).ok()??;
 /// let mut calibrator = Calibrator::<f32, 256>::new(Config::robust());
 /// calibrator.set_cameras(made.cameras);
 /// calibrator.set_factory(made.extrinsics);
-/// let resumed = keeper.resume(&mut calibrator, &mut buffer); // log it
+/// let resumed = persistence.resume(&mut calibrator, &mut buffer); // log it
 ///
 /// // After each pair.
-/// let saved = keeper.tend(&calibrator, now, &mut buffer); // log it
+/// let saved = persistence.save_if_due(&calibrator, now, &mut buffer); // log it
 /// # Some(())
 /// # }
 /// ```
 #[derive(Debug)]
-pub struct Keeper<F: NorFlash, T: Scalar> {
+pub struct Persistence<F: NorFlash, T: Scalar> {
     store: Store<F>,
     policy: SavePolicy<T>,
 }
@@ -62,7 +62,7 @@ pub enum ResumeError<E: Debug> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
-pub enum KeepError<E: Debug> {
+pub enum PersistError<E: Debug> {
     /// There is no record to be kept.
     #[error(transparent)]
     Snapshot(SnapshotError),
@@ -71,7 +71,7 @@ pub enum KeepError<E: Debug> {
     Save(SaveError<E>),
 }
 
-impl<F: NorFlash<Error: Debug>, T: Scalar> Keeper<F, T> {
+impl<F: NorFlash<Error: Debug>, T: Scalar> Persistence<F, T> {
     /// Of a store that has been opened.
     pub const fn new(store: Store<F>, policy: SavePolicy<T>) -> Self {
         Self { store, policy }
@@ -81,11 +81,11 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Keeper<F, T> {
     ///
     /// # Errors
     /// [`ResumeError`].
-    pub fn factory(
+    pub fn load_factory(
         &mut self,
         buffer: &mut [u8],
     ) -> Result<Option<FactoryCalibration<T>>, ResumeError<F::Error>> {
-        let record = self.store.load(Kind::Factory, buffer).map_err(ResumeError::Load)?;
+        let record = self.store.load(RecordKind::Factory, buffer).map_err(ResumeError::Load)?;
         record.map(FactoryCalibration::from_record).transpose().map_err(ResumeError::Record)
     }
 
@@ -93,14 +93,14 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Keeper<F, T> {
     /// taken up any more.
     ///
     /// # Errors
-    /// [`KeepError`].
-    pub fn keep_factory(
+    /// [`PersistError`].
+    pub fn save_factory(
         &mut self,
         made: &FactoryCalibration<T>,
         buffer: &mut [u8],
-    ) -> Result<(), KeepError<F::Error>> {
-        let record = made.to_record(buffer).map_err(KeepError::Snapshot)?;
-        self.store.save(Kind::Factory, record).map_err(KeepError::Save)
+    ) -> Result<(), PersistError<F::Error>> {
+        let record = made.to_record(buffer).map_err(PersistError::Snapshot)?;
+        self.store.save(RecordKind::Factory, record).map_err(PersistError::Save)
     }
 
     /// Lets a calibrator that has learnt nothing yet take up what was kept; whether there was anything.
@@ -112,7 +112,7 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Keeper<F, T> {
         calibrator: &mut Calibrator<T, N>,
         buffer: &mut [u8],
     ) -> Result<bool, ResumeError<F::Error>> {
-        let record = self.store.load(Kind::State, buffer).map_err(ResumeError::Load)?;
+        let record = self.store.load(RecordKind::State, buffer).map_err(ResumeError::Load)?;
         let Some(record) = record else { return Ok(false) };
         calibrator.restore(record).map_err(ResumeError::Record)?;
         self.policy.restored(calibrator);
@@ -124,16 +124,16 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Keeper<F, T> {
     /// * `now`: since any origin, the same for all calls.
     ///
     /// # Errors
-    /// [`KeepError`]; it is due again after the shortest interval.
-    pub fn tend<const N: usize>(
+    /// [`PersistError`]; it is due again after the shortest interval.
+    pub fn save_if_due<const N: usize>(
         &mut self,
         calibrator: &Calibrator<T, N>,
         now: Duration,
         buffer: &mut [u8],
-    ) -> Result<Option<SaveReason>, KeepError<F::Error>> {
+    ) -> Result<Option<SaveReason>, PersistError<F::Error>> {
         let reason = self.policy.due(calibrator, now);
         if reason.is_some() {
-            self.keep(calibrator, now, buffer)?;
+            self.save(calibrator, now, buffer)?;
         }
         Ok(reason)
     }
@@ -141,15 +141,15 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Keeper<F, T> {
     /// Keeps what was learnt, due or not: before power is switched off on purpose.
     ///
     /// # Errors
-    /// [`KeepError`].
-    pub fn keep<const N: usize>(
+    /// [`PersistError`].
+    pub fn save<const N: usize>(
         &mut self,
         calibrator: &Calibrator<T, N>,
         now: Duration,
         buffer: &mut [u8],
-    ) -> Result<(), KeepError<F::Error>> {
-        let record = calibrator.snapshot(buffer).map_err(KeepError::Snapshot)?;
-        self.store.save(Kind::State, record).map_err(KeepError::Save)?;
+    ) -> Result<(), PersistError<F::Error>> {
+        let record = calibrator.snapshot(buffer).map_err(PersistError::Snapshot)?;
+        self.store.save(RecordKind::State, record).map_err(PersistError::Save)?;
         self.policy.saved(calibrator, now);
         Ok(())
     }
@@ -157,9 +157,9 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Keeper<F, T> {
     /// Lets nothing that was learnt be taken up, after a reset that is to last.
     ///
     /// # Errors
-    /// [`KeepError::Save`].
-    pub fn forget(&mut self) -> Result<(), KeepError<F::Error>> {
-        self.store.forget(Kind::State).map_err(KeepError::Save)
+    /// [`PersistError::Save`].
+    pub fn remove(&mut self) -> Result<(), PersistError<F::Error>> {
+        self.store.remove(RecordKind::State).map_err(PersistError::Save)
     }
 
     /// The store, for what an operator asks of it.

@@ -2,7 +2,7 @@
 
 extern crate std;
 
-use super::{Decoder, Event, FrameCrc, FrameHeader, Record};
+use super::{Decoder, Event, FrameCrc, FrameHeader, MatchRecord};
 use crate::correspondence::Correspondence;
 use std::vec::Vec;
 
@@ -50,7 +50,7 @@ fn hex(word: &str) -> Option<u8> {
 #[test]
 fn what_the_example_means_encodes_to_its_bytes() {
     let header = HEADER.encode().unwrap();
-    let records = matches().map(|c| Record::encode(&c, &HEADER).unwrap().to_bytes());
+    let records = matches().map(|c| MatchRecord::encode(&c, &HEADER).unwrap().to_bytes());
     let mut crc = FrameCrc::new(&header);
     for record in &records {
         crc.add(record);
