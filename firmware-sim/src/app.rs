@@ -5,7 +5,7 @@ use core::mem;
 
 use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
-use stereo_selfcal::link::{Counters, FpgaError, FpgaMatcher, ReadStatus, Received};
+use stereo_selfcal::link::{Counters, FpgaMatcher, ReadStatus, ReceiveError, Received};
 use stereo_selfcal::{
     ApplyError, Calibrator, Extrinsics, Fused, Health, PairError, PairReport, Refusal, State,
 };
@@ -90,8 +90,8 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     /// tells so before the next frame is read.
     ///
     /// # Errors
-    /// [`FpgaError`]: the estimate is as it was, and the next call reads on.
-    pub fn poll(&mut self) -> Result<Event, FpgaError<SPI::Error, RDY::Error>> {
+    /// [`ReceiveError`]: the estimate is as it was, and the next call reads on.
+    pub fn poll(&mut self) -> Result<Event, ReceiveError<SPI::Error, RDY::Error>> {
         match self.stage {
             Stage::Judged => match self.note_state() {
                 Some(change) => Ok(change),
@@ -110,7 +110,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         (before != after).then_some(Event::StateChanged { before, after })
     }
 
-    fn receive(&mut self) -> Result<Event, FpgaError<SPI::Error, RDY::Error>> {
+    fn receive(&mut self) -> Result<Event, ReceiveError<SPI::Error, RDY::Error>> {
         Ok(match self.matcher.poll(self.calibrator)? {
             ReadStatus::Idle => Event::Idle,
             ReadStatus::Partial => Event::Reading,
@@ -202,7 +202,7 @@ mod tests {
     }
 
     /// Polls until a frame is whole, or there is something else to tell.
-    fn read(app: &mut TestApp<'_>) -> Result<Event, FpgaError<BusFault, Infallible>> {
+    fn read(app: &mut TestApp<'_>) -> Result<Event, ReceiveError<BusFault, Infallible>> {
         loop {
             match app.poll() {
                 Ok(Event::Reading) => (),
@@ -302,7 +302,7 @@ mod tests {
         // The third of five reads.
         let bus = TestBus::new(frames.concat()).failing_after(2);
         let mut app = App::new(bus.driver(), &mut calibrator);
-        assert_eq!(read(&mut app), Err(FpgaError::Bus(BusFault)));
+        assert_eq!(read(&mut app), Err(ReceiveError::Bus(BusFault)));
         assert_eq!(read(&mut app), Ok(Event::Frame { sequence: 2, offered: 60, taken: 60 }));
         assert_eq!((app.counters().good, app.counters().truncated), (1, 1));
     }
@@ -327,7 +327,7 @@ mod tests {
         calibrator.set_cameras(cameras);
         let bus = TestBus::new(frame(1, 0..60));
         let mut app = App::new(bus.driver(), &mut calibrator);
-        let refused = FpgaError::Refused(FrameRefusal::ImageSize([1920, 1200]));
+        let refused = ReceiveError::Refused(FrameRefusal::ImageSize([1920, 1200]));
         assert_eq!(read(&mut app), Err(refused));
         assert_eq!(read(&mut app), Ok(Event::Idle));
         assert_eq!(app.counters().refused, 1);

@@ -1,38 +1,37 @@
-//! The CRC of headers and frames: CRC-32 of IEEE 802.3, also known as CRC-32/ISO-HDLC.
+//! CRC of a frame: CRC-32 of IEEE 802.3, also known as CRC-32/ISO-HDLC.
 
 use core::fmt;
 
-use super::header::FrameHeader;
-use super::record::MatchRecord;
+use super::layout::{CRC_BYTES, HEADER_BYTES, RECORD_BYTES};
 use crate::codec::checksum::{self, Checksum};
 
-/// The CRC that ends a frame: over the header without its own CRC, then over all records.
+/// Running CRC of a frame: header without its own CRC, then all records.
 #[derive(Clone)]
 pub struct FrameCrc(Checksum);
 
 impl FrameCrc {
     /// Length on the wire, bytes.
-    pub const BYTES: usize = 4;
+    pub const BYTES: usize = CRC_BYTES;
 
-    /// The CRC of a frame without records.
+    /// CRC of a frame without records.
     ///
-    /// * `header`: as it goes over the wire; its last four bytes do not enter.
+    /// * `header`: encoded header; its last 4 bytes, the header CRC, are left out.
     #[must_use]
-    pub fn new(header: &[u8; FrameHeader::BYTES]) -> Self {
+    pub fn new(header: &[u8; HEADER_BYTES]) -> Self {
         let mut digest = checksum::begin();
-        if let Some((covered, _)) = header.split_last_chunk::<{ Self::BYTES }>() {
+        if let Some((covered, _)) = header.split_last_chunk::<CRC_BYTES>() {
             digest.update(covered);
         }
         Self(digest)
     }
 
-    /// Takes in one more record.
+    /// Adds one encoded record.
     #[inline(always)]
-    pub fn add(&mut self, record: &[u8; MatchRecord::BYTES]) {
+    pub fn add(&mut self, record: &[u8; RECORD_BYTES]) {
         self.0.update(record);
     }
 
-    /// The CRC of what has been taken in.
+    /// CRC of the header and the records added so far.
     #[must_use]
     pub fn value(&self) -> u32 {
         self.0.clone().finalize()

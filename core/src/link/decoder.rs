@@ -1,18 +1,18 @@
-//! Whole frames out of any stream of bytes.
+//! Decoder: finds whole frames in a byte stream.
 
 use super::counters::{Counters, count};
 use super::event::{Damage, Event};
-use super::frame::{Disposition, Frame, Step};
-use super::header::{FrameHeader, HeaderError, MAGIC};
-use super::record::MatchRecord;
+use super::frame::{Disposition, FrameBody, Step};
+use super::header::{FrameHeader, HeaderError};
+use super::layout::{HEADER_BYTES, MAGIC, RECORD_BYTES};
+use super::sink::{FrameRefusal, FrameSink, Received};
 use super::window::Window;
 
-/// Finds frames in bytes that come in pieces of any length; below 256 bytes of RAM.
+/// Resynchronising frame decoder; takes the stream in pieces of any length. Below 256 bytes of RAM.
 ///
-/// No buffer of a frame: matches are handed out as they come, and [`Event::Finished`] says that they
-/// were as sent. After damage of any kind at most the frames that it touched are lost: every byte, also
-/// of a frame's body, is looked at as the start of a header, and a header with its CRC right ends what
-/// came before.
+/// It buffers no frame: matches are handed out as they arrive, and [`Event::Finished`] verifies them.
+/// Every byte, inside a frame too, is tested as the start of a header; a header with a correct CRC ends
+/// the frame before it. Damage therefore costs only the frames it touches.
 ///
 /// ```
 /// use stereo_selfcal::link::{Decoder, Event};
@@ -21,48 +21,43 @@ use super::window::Window;
 /// let mut bytes: &[u8] = received();
 /// while let Some(event) = decoder.next(&mut bytes) {
 ///     match event {
-///         Event::Started(header) => (),    // make room
-///         Event::Match(m) => (),           // keep it, do not use it
-///         Event::Finished(header) => (),   // now use them
-///         Event::Discarded(why) => (),     // forget them
+///         Event::Started(header) => (),  // clear the buffer
+///         Event::Match(m) => (),         // store it
+///         Event::Finished(header) => (), // use the stored matches
+///         Event::Discarded(why) => (),   // drop the stored matches
 ///     }
 /// }
 /// ```
 #[derive(Debug, Clone)]
 pub struct Decoder {
     window: Window,
-    frame: Option<Frame>,
-    /// Bytes in the window that were of a whole frame.
-    claimed: usize,
+    frame: Option<FrameBody>,
+    /// Leading bytes of the window that belong to a whole frame: not counted as skipped.
+    received: usize,
     /// Sequence number of the last whole frame.
     last: Option<u32>,
     counters: Counters,
 }
 
 impl Decoder {
-    /// A decoder in search of its first frame.
+    /// Decoder before its first frame.
     #[must_use]
     pub const fn new() -> Self {
-        Self {
-            window: Window::new(),
-            frame: None,
-            claimed: 0,
-            last: None,
-            counters: Counters::NONE,
-        }
+        let (window, counters) = (Window::new(), Counters::ZERO);
+        Self { window, frame: None, received: 0, last: None, counters }
     }
 
-    /// Goes on to the next event, and takes what was used off the front of `bytes`.
+    /// Decodes up to the next event and removes the bytes it used from the front of `bytes`.
     ///
-    /// `None`: all of `bytes` is used. Work is bounded by their number; a record that lies in one piece
-    /// is taken at once.
+    /// `None`: `bytes` is used up. Work is bounded by its length; a record in one piece is decoded
+    /// at once.
     pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Event> {
         while self.window.full().is_some() || !bytes.is_empty() {
             let event = if let Some(header) = self.window.full() {
                 let header = *header;
-                self.meet(&header)
+                self.take_header(&header)
             } else if self.frame.is_some() {
-                self.read(bytes)
+                self.take_body(bytes)
             } else {
                 self.search(bytes);
                 None
@@ -74,36 +69,58 @@ impl Decoder {
         None
     }
 
-    /// Hands out nothing more of the frame at hand: what it was to go into refuses it.
+    /// Feeds `bytes` into `sink` up to the end of the first whole frame and removes the bytes it used
+    /// from the front; for a receiver with its own buffers. `None`: `bytes` is used up.
+    ///
+    /// # Errors
+    /// [`FrameRefusal`], once a frame. Feed the rest of `bytes` next.
+    pub fn feed(
+        &mut self,
+        bytes: &mut &[u8],
+        sink: &mut impl FrameSink,
+    ) -> Result<Option<Received>, FrameRefusal> {
+        while let Some(event) = self.next(bytes) {
+            match event {
+                Event::Started(header) => sink.start(&header).inspect_err(|_| self.refuse())?,
+                Event::Match(correspondence) => sink.take(&correspondence),
+                Event::Discarded(_) => sink.discard(),
+                Event::Finished(header) => {
+                    return Ok(Some(Received { header, taken: sink.finish() }));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Drops the rest of the current frame. Call it when the sink refuses the frame.
     pub fn refuse(&mut self) {
-        if let Some(frame) =
-            self.frame.as_mut().filter(|frame| frame.disposition == Disposition::Accepted)
-        {
+        let accepted = |frame: &&mut FrameBody| frame.disposition == Disposition::Accepted;
+        if let Some(frame) = self.frame.as_mut().filter(accepted) {
             frame.disposition = Disposition::Refused;
             count(&mut self.counters.refused);
         }
     }
 
-    /// Bytes to the end of the frame at hand or, between frames, of the next header. A driver that asks
-    /// for no more never holds bytes of another frame.
+    /// Bytes to the end of the current frame; between frames, to the end of the next header. A driver
+    /// that reads no more than this never holds bytes of the frame after.
     #[must_use]
     pub fn bytes_wanted(&self) -> usize {
-        let to_header = FrameHeader::BYTES.saturating_sub(self.window.held());
-        self.frame.as_ref().map_or(to_header, Frame::bytes_left).max(1)
+        let to_header = HEADER_BYTES.saturating_sub(self.window.held());
+        self.frame.as_ref().map_or(to_header, FrameBody::bytes_left).max(1)
     }
 
-    /// What the link has been through.
+    /// Statistics since the decoder was created.
     #[must_use]
     pub fn counters(&self) -> &Counters {
         &self.counters
     }
 
-    /// Counts an overrun on this side of the wire: a ring that was lapped, a UART that says so.
+    /// Counts an overrun on the receiver's side: a DMA ring that wrapped, a UART that reports it.
     pub fn note_overrun(&mut self) {
         count(&mut self.counters.overruns);
     }
 
-    /// Between frames: on to where one may start.
+    /// Between frames: skips to the next possible header and takes one byte.
     fn search(&mut self, bytes: &mut &[u8]) {
         if self.window.is_empty() {
             let start = bytes.iter().position(|&byte| byte == MAGIC[0]).unwrap_or(bytes.len());
@@ -116,16 +133,17 @@ impl Decoder {
         }
     }
 
+    /// Counts bytes that left the window or never entered it.
     fn skip(&mut self, bytes: usize) {
-        let of_a_frame = bytes.min(self.claimed);
-        self.claimed = self.claimed.saturating_sub(bytes);
-        let bytes = u32::try_from(bytes.saturating_sub(of_a_frame)).unwrap_or(u32::MAX);
+        let skipped = bytes.saturating_sub(self.received);
+        self.received = self.received.saturating_sub(bytes);
+        let bytes = u32::try_from(skipped).unwrap_or(u32::MAX);
         self.counters.skipped_bytes = self.counters.skipped_bytes.saturating_add(bytes);
     }
 
-    /// Something starts as a header does.
+    /// Takes the full window: a header, or bytes that start like one.
     #[inline(never)]
-    fn meet(&mut self, bytes: &[u8; FrameHeader::BYTES]) -> Option<Event> {
+    fn take_header(&mut self, bytes: &[u8; HEADER_BYTES]) -> Option<Event> {
         match FrameHeader::decode(bytes) {
             Err(HeaderError::Crc | HeaderError::Magic) => {
                 count(&mut self.counters.bad_header);
@@ -135,11 +153,11 @@ impl Decoder {
                 }
                 None
             }
-            // The window stays, and is met again without a frame.
+            // The window stays full: the next call takes it without a frame.
             _ if self.frame.is_some() => {
                 count(&mut self.counters.truncated);
-                let known = self.frame.take().is_some_and(|frame| frame.is_known());
-                known.then_some(Event::Discarded(Damage::Truncated))
+                let handed_out = self.frame.take().is_some_and(|frame| frame.was_handed_out());
+                handed_out.then_some(Event::Discarded(Damage::Truncated))
             }
             Err(_) => {
                 count(&mut self.counters.unsupported);
@@ -148,37 +166,38 @@ impl Decoder {
                 None
             }
             Ok(header) => {
-                // The next frame may begin with the last byte, where this one is cut off right there.
+                // If this frame is cut off here, its last byte may be the first of the next.
                 self.window.slide();
-                self.claimed = 0;
-                let seen = self.last == Some(header.sequence);
-                let disposition = if seen { Disposition::Repeated } else { Disposition::Accepted };
-                self.frame = Some(Frame::new(header, bytes, disposition));
-                (!seen).then_some(Event::Started(header))
+                self.received = 0;
+                let repeated = self.last == Some(header.sequence);
+                let disposition =
+                    if repeated { Disposition::Repeated } else { Disposition::Accepted };
+                self.frame = Some(FrameBody::new(header, bytes, disposition));
+                (!repeated).then_some(Event::Started(header))
             }
         }
     }
 
-    /// Inside a frame: one record, or one byte.
+    /// Inside a frame: takes one record or one byte.
     #[inline(always)]
-    fn read(&mut self, bytes: &mut &[u8]) -> Option<Event> {
+    fn take_body(&mut self, bytes: &mut &[u8]) -> Option<Event> {
         let frame = self.frame.as_mut()?;
         if self.window.is_empty()
             && frame.is_at_record()
-            && let Some((record, rest)) = bytes.split_first_chunk::<{ MatchRecord::BYTES }>()
+            && let Some((record, rest)) = bytes.split_first_chunk::<RECORD_BYTES>()
             && !may_start_header(record, rest)
         {
             *bytes = rest;
-            return match frame.record(record) {
+            return match frame.push_record(record) {
                 Step::Match(c) => Some(Event::Match(c)),
                 _ => None,
             };
         }
-        self.read_byte(bytes)
+        self.take_byte(bytes)
     }
 
     #[inline(never)]
-    fn read_byte(&mut self, bytes: &mut &[u8]) -> Option<Event> {
+    fn take_byte(&mut self, bytes: &mut &[u8]) -> Option<Event> {
         let byte = take_first(bytes)?;
         self.window.push(byte);
         match self.frame.as_mut()?.push(byte) {
@@ -190,18 +209,18 @@ impl Decoder {
 
     fn finish(&mut self, whole: bool) -> Option<Event> {
         let frame = self.frame.take()?;
-        // The window stays: the next frame may have begun within the last bytes, also of one that is whole
-        // because it was cut off where the next begins with the same.
-        self.claimed = if whole { self.window.held() } else { 0 };
+        // The window stays: the next frame may start within the last bytes, of a whole frame too, where
+        // it was cut off and the start of the next completes it.
+        self.received = if whole { self.window.held() } else { 0 };
         if !whole {
             count(&mut self.counters.bad_crc);
-            return frame.is_known().then_some(Event::Discarded(Damage::Crc));
+            return frame.was_handed_out().then_some(Event::Discarded(Damage::Crc));
         }
         if frame.disposition == Disposition::Repeated {
             count(&mut self.counters.repeats);
             return None;
         }
-        self.note(&frame.header);
+        self.count_missing(&frame.header);
         match frame.disposition {
             Disposition::Accepted => {
                 count(&mut self.counters.good);
@@ -215,8 +234,8 @@ impl Decoder {
         }
     }
 
-    /// What a whole frame says of those before it.
-    fn note(&mut self, header: &FrameHeader) {
+    /// Counts what a whole frame tells about the frames before it.
+    fn count_missing(&mut self, header: &FrameHeader) {
         if header.dropped_before {
             count(&mut self.counters.overruns);
         }
@@ -244,18 +263,18 @@ fn take_first(bytes: &mut &[u8]) -> Option<u8> {
     Some(first)
 }
 
-/// Whether a header may start within a record, as far as two of its bytes say.
+/// Whether a header may start within a record, by its first two bytes.
 ///
-/// * `rest`: what follows the record, as far as it has come.
+/// * `rest`: bytes received after the record.
 #[inline(always)]
-fn may_start_header(record: &[u8; MatchRecord::BYTES], rest: &[u8]) -> bool {
-    // One record in twenty has the magic's first byte.
+fn may_start_header(record: &[u8; RECORD_BYTES], rest: &[u8]) -> bool {
+    // One random record in twenty passes the first test.
     has_first_byte(record) && has_first_two_bytes(record, rest)
 }
 
-/// Whether the magic's first byte is among them, four at a time.
+/// Whether a record holds the first byte of the magic; tests four bytes at a time.
 #[inline(always)]
-fn has_first_byte(record: &[u8; MatchRecord::BYTES]) -> bool {
+fn has_first_byte(record: &[u8; RECORD_BYTES]) -> bool {
     const ONES: u32 = u32::from_ne_bytes([1; 4]);
     const TOPS: u32 = u32::from_ne_bytes([0x80; 4]);
     const FIRST: u32 = u32::from_ne_bytes([MAGIC[0]; 4]);
@@ -265,9 +284,9 @@ fn has_first_byte(record: &[u8; MatchRecord::BYTES]) -> bool {
 }
 
 #[inline(never)]
-fn has_first_two_bytes(record: &[u8; MatchRecord::BYTES], rest: &[u8]) -> bool {
+fn has_first_two_bytes(record: &[u8; RECORD_BYTES], rest: &[u8]) -> bool {
     let next = record.iter().skip(1).map(Some).chain([rest.first()]);
-    // What has not come yet may be anything.
+    // A byte not yet received may be the second.
     let second = |byte: Option<&u8>| byte.is_none_or(|&byte| byte == MAGIC[1]);
     record.iter().zip(next).any(|(&byte, next)| byte == MAGIC[0] && second(next))
 }

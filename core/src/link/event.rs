@@ -1,35 +1,35 @@
-//! What the decoder tells.
+//! Output of the decoder.
 
 use thiserror::Error;
 
 use super::header::FrameHeader;
 use crate::correspondence::Correspondence;
 
-/// What the decoder met in the stream.
+/// One step of the decoder through the stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
-    /// A frame begins.
+    /// A frame starts.
     Started(FrameHeader),
-    /// A correspondence of the frame. Not to be believed before [`Event::Finished`].
+    /// Correspondence of the frame, in px. Unverified until [`Event::Finished`].
     Match(Correspondence<f32>),
-    /// The frame is whole: all that came since [`Event::Started`] is as it was sent.
+    /// The frame is whole and its CRC correct: every match since [`Event::Started`] is as sent.
     Finished(FrameHeader),
-    /// The frame is lost: forget what came since [`Event::Started`].
+    /// The frame is lost: drop every match since [`Event::Started`].
     Discarded(Damage),
 }
 
-/// Why a frame is lost. The next one is found all the same.
+/// Why a frame is lost. The decoder goes on with the next frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Damage {
-    /// Its CRC is wrong. Seen often: look at the wiring and the clock of the bus.
+    /// The CRC is wrong. If frequent, check wiring and clock of the bus.
     #[error("the CRC of the frame is wrong")]
     Crc,
-    /// The next frame began before this one ended. Seen often: bytes are being lost.
-    #[error("the next frame began before this one ended")]
+    /// The next frame starts inside this one. If frequent, bytes are being lost.
+    #[error("the next frame starts inside this one")]
     Truncated,
-    /// Its CRC is right, but a record is not of version 1. Correct the sender.
+    /// The CRC is correct, but a record is not of version 1. Correct the sender.
     #[error("a record of the frame is not of version 1")]
     Unsupported,
 }

@@ -1,48 +1,28 @@
-//! Driver of a matcher on SPI with a data-ready line.
+//! Driver of a matcher on SPI with a data-ready pin.
 
 use core::convert::Infallible;
 
 use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
-use thiserror::Error;
 
 use super::counters::Counters;
-use super::read_buffer::{ReadBuffer, ReadStatus, until};
-use super::sink::{FrameRefusal, FrameSink, Received};
+use super::read_buffer::{ReadBuffer, ReadStatus, ReceiveError, until};
+use super::sink::{FrameSink, Received};
 
-/// Why a call gave no frame. Call again: the decoder keeps its place, and finds the next frame where
-/// bytes are missing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum FpgaError<S, P> {
-    /// The bus failed: what it read is lost.
-    #[error("bus: {0:?}")]
-    Bus(S),
-    /// The data-ready line could not be read. Nothing is lost.
-    #[error("data-ready line: {0:?}")]
-    Ready(P),
-    /// The frame was not taken; see there for what to do.
-    #[error("frame not taken: {0}")]
-    Refused(#[from] FrameRefusal),
-    /// The time was over before a frame was whole.
-    #[error("no frame within the time given")]
-    TimedOut,
-}
-
-/// A matcher on SPI with chip select and a data-ready line. Below 512 bytes of RAM.
+/// Driver of a matcher on SPI with chip select and a data-ready pin. Below 512 bytes of RAM.
 ///
-/// * `SPI`: an [`SpiDevice`]; the largest read is 256 bytes.
-/// * `RDY`: an [`InputPin`], high while a whole frame waits; anything for a caller with an interrupt.
+/// * `SPI`: an [`SpiDevice`]; reads at most 256 bytes a transaction.
+/// * `RDY`: an [`InputPin`], high while a whole frame waits. Any type, `()` too, for a caller with an
+///   interrupt, who uses [`FpgaMatcher::read`].
 ///
 /// ```
 /// # use embedded_hal::{digital::InputPin, spi::SpiDevice};
 /// # use stereo_selfcal::{Calibrator, link::{FpgaMatcher, ReadStatus}};
 /// # fn step<S: SpiDevice, P: InputPin>(matcher: &mut FpgaMatcher<S, P>, calibrator: &mut Calibrator<f32, 256>) {
 /// match matcher.poll(calibrator) {
-///     Ok(ReadStatus::Frame(frame)) => (),              // the batch is this frame: solve it
-///     Ok(ReadStatus::Partial | ReadStatus::Idle) => (),    // call again, or do something else
-///     Err(why) => (),                              // log it, and call again
+///     Ok(ReadStatus::Frame(frame)) => (),                // the batch holds this frame: solve it
+///     Ok(ReadStatus::Partial | ReadStatus::Idle) => (),  // call again later
+///     Err(why) => (),                                    // log it, and call again
 /// }
 /// # }
 /// ```
@@ -54,129 +34,125 @@ pub struct FpgaMatcher<SPI, RDY> {
 }
 
 impl<SPI, RDY> FpgaMatcher<SPI, RDY> {
-    /// A driver; the bus is not touched.
+    /// Driver over a bus, which is not accessed yet.
     pub const fn new(spi: SPI, ready: RDY) -> Self {
         Self { spi, ready, buffer: ReadBuffer::new() }
     }
 
-    /// What the link has been through.
+    /// Statistics of the link.
     pub fn counters(&self) -> &Counters {
         self.buffer.decoder.counters()
     }
 
-    /// Counts an overrun that the caller knows of.
+    /// Counts an overrun that the caller detected.
     pub fn note_overrun(&mut self) {
         self.buffer.decoder.note_overrun();
     }
 
-    /// The bus and the line.
+    /// Returns the bus and the pin.
     pub fn release(self) -> (SPI, RDY) {
         (self.spi, self.ready)
     }
 }
 
-/// The caller's interrupt says that a frame waits; `RDY` may be `()`.
+/// For a caller whom an interrupt tells that a frame waits.
 impl<SPI: SpiDevice, RDY> FpgaMatcher<SPI, RDY> {
-    /// Reads on without a look at data-ready: at most one transaction. Call until the frame is whole,
-    /// or as often as the longest frame expected takes, see [`FrameHeader::frame_bytes`].
+    /// Reads without checking data-ready: at most one transaction. Call until the frame is whole, or
+    /// as often as the longest expected frame takes: see [`FrameHeader::frame_bytes`].
     ///
     /// # Errors
-    /// [`FpgaError`], but for [`FpgaError::Ready`] and [`FpgaError::TimedOut`].
+    /// [`ReceiveError::Bus`], [`ReceiveError::Refused`].
     ///
     /// [`FrameHeader::frame_bytes`]: super::FrameHeader::frame_bytes
     pub fn read(
         &mut self,
         sink: &mut impl FrameSink,
-    ) -> Result<ReadStatus, FpgaError<SPI::Error, Infallible>> {
-        match self.buffer.resume(sink)? {
-            Some(received) => Ok(ReadStatus::Frame(received)),
-            None => self.transfer(sink),
-        }
+    ) -> Result<ReadStatus, ReceiveError<SPI::Error, Infallible>> {
+        self.buffer.advance(sink, |bytes| transfer(&mut self.spi, bytes))
     }
 
     /// Reads until a frame is whole.
     ///
-    /// * `expired`: asked after each transaction; whether to give up.
+    /// * `expired`: called after each transaction; `true` ends the wait.
     ///
     /// # Errors
-    /// [`FpgaError`], but for [`FpgaError::Ready`].
+    /// [`ReceiveError::Bus`], [`ReceiveError::Refused`], [`ReceiveError::TimedOut`].
     pub fn read_until(
         &mut self,
         sink: &mut impl FrameSink,
         expired: impl FnMut() -> bool,
-    ) -> Result<Received, FpgaError<SPI::Error, Infallible>> {
-        until(expired, || self.read(sink))?.ok_or(FpgaError::TimedOut)
-    }
-
-    /// One transaction, no further than to the end of a frame or of a header.
-    fn transfer<P>(
-        &mut self,
-        sink: &mut impl FrameSink,
-    ) -> Result<ReadStatus, FpgaError<SPI::Error, P>> {
-        let room = self.buffer.room();
-        let count = room.len();
-        self.spi.read(room).map_err(FpgaError::Bus)?;
-        Ok(self.buffer.filled(count, sink)?)
+    ) -> Result<Received, ReceiveError<SPI::Error, Infallible>> {
+        until(expired, || self.read(sink))
     }
 }
 
-/// The data-ready line says whether a frame waits.
+/// For a caller who polls the data-ready pin.
 impl<SPI: SpiDevice, RDY: InputPin> FpgaMatcher<SPI, RDY> {
-    /// Reads on while data-ready is high: at most one look at it and one transaction.
+    /// Reads if data-ready is high: at most one sample of the pin and one transaction.
     ///
     /// # Errors
-    /// [`FpgaError`], but for [`FpgaError::TimedOut`].
+    /// [`ReceiveError::Bus`], [`ReceiveError::Ready`], [`ReceiveError::Refused`].
     pub fn poll(
         &mut self,
         sink: &mut impl FrameSink,
-    ) -> Result<ReadStatus, FpgaError<SPI::Error, RDY::Error>> {
-        if let Some(received) = self.buffer.resume(sink)? {
-            return Ok(ReadStatus::Frame(received));
-        }
-        if !self.ready.is_high().map_err(FpgaError::Ready)? {
-            return Ok(ReadStatus::Idle);
-        }
-        self.transfer(sink)
+    ) -> Result<ReadStatus, ReceiveError<SPI::Error, RDY::Error>> {
+        let Self { spi, ready, buffer } = self;
+        buffer.advance(sink, |bytes| match ready.is_high() {
+            Ok(true) => transfer(spi, bytes),
+            Ok(false) => Ok(None),
+            Err(error) => Err(ReceiveError::Ready(error)),
+        })
     }
 
     /// Polls until a frame is whole.
     ///
-    /// * `expired`: asked after each transaction or look at the line; whether to give up.
+    /// * `expired`: called after each poll; `true` ends the wait.
     ///
     /// # Errors
-    /// [`FpgaError`]. After [`FpgaError::TimedOut`] the next call reads on where this one stopped.
+    /// [`ReceiveError::Bus`], [`ReceiveError::Ready`], [`ReceiveError::Refused`],
+    /// [`ReceiveError::TimedOut`].
     pub fn poll_until(
         &mut self,
         sink: &mut impl FrameSink,
         expired: impl FnMut() -> bool,
-    ) -> Result<Received, FpgaError<SPI::Error, RDY::Error>> {
-        until(expired, || self.poll(sink))?.ok_or(FpgaError::TimedOut)
+    ) -> Result<Received, ReceiveError<SPI::Error, RDY::Error>> {
+        until(expired, || self.poll(sink))
     }
+}
+
+/// Fills `bytes` in one transaction.
+fn transfer<SPI: SpiDevice, P>(
+    spi: &mut SPI,
+    bytes: &mut [u8],
+) -> Result<Option<usize>, ReceiveError<SPI::Error, P>> {
+    spi.read(bytes).map_err(ReceiveError::Bus)?;
+    Ok(Some(bytes.len()))
 }
 
 #[cfg(feature = "async")]
 impl<SPI: embedded_hal_async::spi::SpiDevice, RDY: embedded_hal_async::digital::Wait>
     FpgaMatcher<SPI, RDY>
 {
-    /// Waits for frames until one is whole. May be dropped at any await, for a time-out: the next call
-    /// reads on, and finds the next frame if a transaction was broken off.
+    /// Waits until a frame is whole. Cancel-safe: the future may be dropped at any await, for a
+    /// time-out; the next call continues, and resynchronises if a transaction was broken off.
     ///
     /// # Errors
-    /// [`FpgaError`], but for [`FpgaError::TimedOut`].
+    /// [`ReceiveError::Bus`], [`ReceiveError::Ready`], [`ReceiveError::Refused`].
     pub async fn receive(
         &mut self,
         sink: &mut impl FrameSink,
-    ) -> Result<Received, FpgaError<SPI::Error, RDY::Error>> {
-        let mut polled = self.buffer.resume(sink)?.map_or(ReadStatus::Idle, ReadStatus::Frame);
+    ) -> Result<Received, ReceiveError<SPI::Error, RDY::Error>> {
+        if let Some(frame) = self.buffer.pending(sink)? {
+            return Ok(frame);
+        }
         loop {
-            if let ReadStatus::Frame(received) = polled {
-                return Ok(received);
+            self.ready.wait_for_high().await.map_err(ReceiveError::Ready)?;
+            let space = self.buffer.space();
+            let count = space.len();
+            self.spi.read(space).await.map_err(ReceiveError::Bus)?;
+            if let ReadStatus::Frame(frame) = self.buffer.received(count, sink)? {
+                return Ok(frame);
             }
-            self.ready.wait_for_high().await.map_err(FpgaError::Ready)?;
-            let room = self.buffer.room();
-            let count = room.len();
-            self.spi.read(room).await.map_err(FpgaError::Bus)?;
-            polled = self.buffer.filled(count, sink)?;
         }
     }
 }

@@ -1,96 +1,95 @@
-//! The frame that is coming in.
+//! Frame being received: its records and its CRC.
 
 use super::crc::FrameCrc;
 use super::header::FrameHeader;
+use super::layout::{CRC_BYTES, HEADER_BYTES, RECORD_BYTES};
 use super::record::MatchRecord;
 use crate::correspondence::Correspondence;
 
-/// What is made of a frame if its CRC is right.
+/// Treatment of a frame whose CRC proves correct.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Disposition {
-    /// It is handed out.
+    /// Matches are handed out.
     Accepted,
-    /// It has been before.
+    /// Same sequence number as the frame before: dropped.
     Repeated,
-    /// What it was to go into does not want it.
+    /// Refused by the sink: dropped.
     Refused,
-    /// It has a record that is not understood.
+    /// Holds a record outside version 1: discarded.
     Unsupported,
 }
 
-/// A frame between its header and its end.
+/// Body of a frame, from its header to its CRC.
 #[derive(Debug, Clone)]
-pub(super) struct Frame {
+pub(super) struct FrameBody {
     pub(super) header: FrameHeader,
     pub(super) disposition: Disposition,
     crc: FrameCrc,
     records_left: u16,
-    /// The start of a record, or of the frame's CRC.
-    part: [u8; MatchRecord::BYTES],
+    /// First `held` bytes of the current record or of the CRC.
+    partial: [u8; RECORD_BYTES],
     held: u8,
 }
 
-/// What a byte or a record of the body came to.
+/// Effect of a byte or a record of the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Step {
-    /// Nothing to tell yet.
+    /// Nothing to hand out.
     None,
-    /// A correspondence, not to be believed yet.
+    /// Correspondence, unverified.
     Match(Correspondence<f32>),
-    /// The end; whether the CRC is right.
+    /// End of the frame; whether its CRC is correct.
     End(bool),
 }
 
-impl Frame {
+impl FrameBody {
     pub(super) fn new(
         header: FrameHeader,
-        bytes: &[u8; FrameHeader::BYTES],
+        bytes: &[u8; HEADER_BYTES],
         disposition: Disposition,
     ) -> Self {
-        let crc = FrameCrc::new(bytes);
-        let records_left = header.count;
-        Self { header, disposition, crc, records_left, part: [0; MatchRecord::BYTES], held: 0 }
+        let (crc, records_left) = (FrameCrc::new(bytes), header.count);
+        Self { header, disposition, crc, records_left, partial: [0; RECORD_BYTES], held: 0 }
     }
 
-    /// Whether a record's first byte comes next.
+    /// Whether the next byte is the first of a record.
     #[inline(always)]
     pub(super) fn is_at_record(&self) -> bool {
         self.held == 0 && self.records_left > 0
     }
 
-    /// Bytes to the end.
+    /// Bytes to the end of the frame.
     pub(super) fn bytes_left(&self) -> usize {
-        (usize::from(self.records_left) * MatchRecord::BYTES + FrameCrc::BYTES)
-            .saturating_sub(self.held.into())
+        (usize::from(self.records_left) * RECORD_BYTES + CRC_BYTES).saturating_sub(self.held.into())
     }
 
-    /// Whether something of it has been handed out.
-    pub(super) fn is_known(&self) -> bool {
+    /// Whether matches of it may have been handed out.
+    pub(super) fn was_handed_out(&self) -> bool {
         matches!(self.disposition, Disposition::Accepted | Disposition::Unsupported)
     }
 
-    /// One more byte.
+    /// Takes one byte.
     pub(super) fn push(&mut self, byte: u8) -> Step {
-        if let Some(place) = self.part.get_mut(usize::from(self.held)) {
+        if let Some(place) = self.partial.get_mut(usize::from(self.held)) {
             *place = byte;
         }
         self.held = self.held.saturating_add(1);
-        let wanted = if self.records_left > 0 { MatchRecord::BYTES } else { FrameCrc::BYTES };
+        let wanted = if self.records_left > 0 { RECORD_BYTES } else { CRC_BYTES };
         if usize::from(self.held) < wanted {
             return Step::None;
         }
         self.held = 0;
         if self.records_left > 0 {
-            let record = self.part;
-            return self.record(&record);
+            let record = self.partial;
+            return self.push_record(&record);
         }
-        let [c0, c1, c2, c3, ..] = self.part;
+        let [c0, c1, c2, c3, ..] = self.partial;
         Step::End(u32::from_le_bytes([c0, c1, c2, c3]) == self.crc.value())
     }
 
-    /// One more record.
+    /// Takes one whole record.
     #[inline(always)]
-    pub(super) fn record(&mut self, bytes: &[u8; MatchRecord::BYTES]) -> Step {
+    pub(super) fn push_record(&mut self, bytes: &[u8; RECORD_BYTES]) -> Step {
         self.crc.add(bytes);
         self.records_left = self.records_left.saturating_sub(1);
         if self.disposition != Disposition::Accepted {

@@ -1,9 +1,9 @@
-//! The link to a matcher: its frames off the wire, into a batch.
+//! Link to a matcher: receives its frames into a batch.
 //!
-//! [`FrameHeader`] and [`MatchRecord`] are the bytes; [`Decoder`] finds whole frames in any stream of them
-//! and loses no frame but those that were damaged; [`FrameSink`] is what a frame goes into, a
-//! [`Calibrator`](crate::Calibrator) for one. [`FpgaMatcher`] reads from SPI and a data-ready line,
-//! [`StreamMatcher`] from a UART or a ring that DMA fills. Nothing of the mathematics depends on it.
+//! [`FrameHeader`] and [`MatchRecord`] encode and decode the wire format. [`Decoder`] finds whole frames in
+//! a byte stream and resynchronises after damage. [`FrameSink`] receives the matches: a
+//! [`Calibrator`](crate::Calibrator), or a buffer of the caller. [`FpgaMatcher`] drives SPI with a
+//! data-ready pin, [`StreamMatcher`] a UART or a DMA ring. The estimator does not depend on this module.
 #![doc = ""]
 #![doc = include_str!("FORMAT.md")]
 
@@ -11,11 +11,10 @@ mod counters;
 mod crc;
 mod decoder;
 mod event;
-#[cfg(test)]
-mod format_tests;
 mod fpga;
 mod frame;
 mod header;
+mod layout;
 mod read_buffer;
 mod record;
 mod sink;
@@ -26,9 +25,9 @@ pub use counters::Counters;
 pub use crc::FrameCrc;
 pub use decoder::Decoder;
 pub use event::{Damage, Event};
-pub use fpga::{FpgaError, FpgaMatcher};
+pub use fpga::FpgaMatcher;
 pub use header::{FrameHeader, HeaderError};
-pub use read_buffer::ReadStatus;
+pub use read_buffer::{ReadStatus, ReceiveError};
 pub use record::{EncodeError, MatchRecord, RecordError};
 pub use sink::{FrameRefusal, FrameSink, Received};
-pub use stream::{StreamError, StreamMatcher};
+pub use stream::StreamMatcher;

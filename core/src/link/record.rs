@@ -1,18 +1,19 @@
-//! A correspondence on the wire.
+//! Match record: one correspondence on the wire.
 
 use thiserror::Error;
 
-use super::header::{FrameHeader, MAX_LEVEL};
+use super::header::FrameHeader;
+use super::layout::{MAX_LEVEL, RECORD_BYTES};
 use crate::correspondence::Correspondence;
 use crate::scalar::Scalar;
 
-/// Largest coordinate, steps of the wire: 24 bits, which `f32` holds without rounding.
+/// Largest encoded coordinate: 24 bits, exact in `f32`.
 const MAX_COORDINATE: u32 = (1 << 24) - 1;
 
-/// A score of 1.
+/// Encoded score of 1.
 const FULL_SCORE: f32 = 65_535.0;
 
-/// One correspondence in the units of the wire.
+/// Correspondence in the integer units of the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MatchRecord {
     left: [u32; 2],
@@ -21,42 +22,43 @@ pub struct MatchRecord {
     level: u8,
 }
 
-/// Which quantity of a correspondence does not fit a record.
+/// Why a correspondence cannot be encoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EncodeError {
-    /// A coordinate is not finite, negative, or beyond 24 bits of the wire's step. Drop the match.
+    /// A coordinate is not finite, negative, or above 24 bits of coordinate steps. Drop the match.
     #[error("a coordinate is not within the 24 bits of a record")]
     Coordinate,
     /// The score is not within 0 to 1. Drop the match.
     #[error("the score is not within 0 to 1")]
     Score,
     /// No level of the header's pyramid has this grid step. Correct the header.
-    #[error("the grid step is of no level of the header's pyramid")]
+    #[error("no level of the header's pyramid has this grid step")]
     GridStep,
 }
 
-/// Why sixteen bytes with a right CRC are no record. Correct the sender.
+/// Why 16 bytes with a correct CRC are not a record of version 1. Correct the sender.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum RecordError {
-    /// Pyramid level: 0 to 15.
+    /// The pyramid level is above 15.
     #[error("pyramid level {0} is not within 0 to 15")]
     Level(u8),
-    /// The last byte is 0 in version 1.
-    #[error("the reserved byte is {0:#04x}")]
+    /// The reserved byte is not 0.
+    #[error("the reserved byte is {0:#04x}, not 0")]
     Reserved(u8),
 }
 
 impl MatchRecord {
     /// Length on the wire, bytes.
-    pub const BYTES: usize = 16;
+    pub const BYTES: usize = RECORD_BYTES;
 
     /// Rounds a correspondence to the resolution of the wire.
     ///
-    /// * `header`: of the frame that the record goes into; it says resolution and grid.
+    /// * `c`: coordinates and grid step in px.
+    /// * `header`: header of the frame that carries the record; sets coordinate and grid steps.
     ///
     /// # Errors
     /// [`EncodeError`].
@@ -75,9 +77,9 @@ impl MatchRecord {
         })
     }
 
-    /// As bytes on the wire.
+    /// Encodes the record.
     #[must_use]
-    pub fn to_bytes(&self) -> [u8; Self::BYTES] {
+    pub fn to_bytes(&self) -> [u8; RECORD_BYTES] {
         let [a0, a1, a2, _] = self.left[0].to_le_bytes();
         let [b0, b1, b2, _] = self.left[1].to_le_bytes();
         let [c0, c1, c2, _] = self.right[0].to_le_bytes();
@@ -86,12 +88,12 @@ impl MatchRecord {
         [a0, a1, a2, b0, b1, b2, c0, c1, c2, d0, d1, d2, s0, s1, self.level, 0]
     }
 
-    /// From bytes off the wire.
+    /// Decodes a record.
     ///
     /// # Errors
     /// [`RecordError`].
     #[inline(always)]
-    pub fn from_bytes(bytes: &[u8; Self::BYTES]) -> Result<Self, RecordError> {
+    pub fn from_bytes(bytes: &[u8; RECORD_BYTES]) -> Result<Self, RecordError> {
         let [a0, a1, a2, b0, b1, b2, c0, c1, c2, d0, d1, d2, s0, s1, level, reserved] = *bytes;
         if level > MAX_LEVEL {
             return Err(RecordError::Level(level));
@@ -107,9 +109,9 @@ impl MatchRecord {
         })
     }
 
-    /// The correspondence, px; exact.
+    /// Correspondence in px, exact.
     ///
-    /// * `header`: of the frame that the record came in.
+    /// * `header`: header of the frame that carried the record.
     #[must_use]
     #[inline(always)]
     pub fn decode(&self, header: &FrameHeader) -> Correspondence<f32> {
@@ -124,15 +126,15 @@ impl MatchRecord {
     }
 }
 
-/// `x * scale` rounded to the nearest integer; `None` if it is negative, beyond 32 bits, or NaN.
+/// `x * scale` rounded to the nearest integer; `None` if negative, above 32 bits or NaN.
 #[expect(
     clippy::as_conversions,
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "in range, and cutting off the fraction is meant"
+    reason = "in range, and truncation is intended"
 )]
 fn rounded(x: f32, scale: f32) -> Option<u32> {
-    // In f64, where adding the half does not itself round.
+    // In f64: adding 0.5 does not round.
     let nearest = f64::from(x) * f64::from(scale) + 0.5;
     (nearest >= 0.5 && nearest < f64::from(u32::MAX)).then_some(nearest as u32)
 }

@@ -1,92 +1,65 @@
-//! What a frame goes into.
+//! Receiver of decoded frames.
 
 use thiserror::Error;
 
-use super::decoder::Decoder;
-use super::event::Event;
 use super::header::FrameHeader;
 use crate::calibrator::Calibrator;
 use crate::correspondence::Correspondence;
 use crate::scalar::Scalar;
 
-/// Takes the matches of one frame at a time.
-///
-/// A [`Calibrator`] is one: the frame replaces its batch, which selects of a frame beyond its capacity.
+/// Receiver of the matches of one frame at a time: a [`Calibrator`], or a buffer of the caller.
 pub trait FrameSink {
-    /// Whether no frame can be taken now. The drivers then read nothing: the sender keeps the frame.
+    /// Whether no frame can be taken now. The drivers then read nothing, and the sender keeps the frame.
     fn is_busy(&self) -> bool {
         false
     }
 
-    /// Makes room for a frame.
+    /// Prepares for the matches of a frame.
     ///
     /// # Errors
-    /// [`FrameRefusal`]; nothing has changed, and nothing of the frame will come.
+    /// [`FrameRefusal`]: the sink is unchanged and receives no match of this frame.
     fn start(&mut self, header: &FrameHeader) -> Result<(), FrameRefusal>;
 
-    /// Takes one match. What it cannot use it counts itself.
+    /// Takes one match, in px. The sink counts the matches it rejects.
     fn take(&mut self, correspondence: &Correspondence<f32>);
 
-    /// The frame is whole; how many of its matches are held.
+    /// Ends a whole frame; number of its matches held.
     fn finish(&mut self) -> usize;
 
-    /// The frame is lost: forgets what came since [`FrameSink::start`].
+    /// Ends a damaged frame: drops every match since [`FrameSink::start`].
     fn discard(&mut self);
 }
 
-/// Why a frame was not taken. What was there before is untouched.
+/// Why a sink refused a frame. Its content is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum FrameRefusal {
-    /// A pair is being solved. Finish it or clear it, then read on.
+    /// A pair is being solved. Finish or clear it, then read again.
     #[error("a pair is being solved")]
     Busy,
-    /// `set_cameras` comes first.
+    /// No cameras are set. Call `set_cameras` first.
     #[error("no cameras have been set")]
     NoCameras,
-    /// The images are not of the size that the cameras were set with. Correct the one or the other.
+    /// The image size differs from that of the cameras. Correct the sender or the cameras.
     #[error("the matcher's images are {} x {} px, not the cameras'", .0[0], .0[1])]
     ImageSize([u16; 2]),
 }
 
-/// A whole frame and what was taken of it.
+/// A whole frame in the sink.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Received {
-    /// Its header.
+    /// Header of the frame.
     pub header: FrameHeader,
-    /// Matches held of the `count` offered.
+    /// Number of matches held, of `header.count` sent.
     pub taken: usize,
 }
 
-impl Decoder {
-    /// Takes `bytes` into `sink`, up to the end of the first whole frame, and off their front what was
-    /// used; for a receiver with buffers of its own. `None`: all are used.
-    ///
-    /// # Errors
-    /// [`FrameRefusal`], once a frame; the rest of `bytes` is still to be fed.
-    pub fn feed(
-        &mut self,
-        bytes: &mut &[u8],
-        sink: &mut impl FrameSink,
-    ) -> Result<Option<Received>, FrameRefusal> {
-        while let Some(event) = self.next(bytes) {
-            match event {
-                Event::Started(header) => sink.start(&header).inspect_err(|_| self.refuse())?,
-                Event::Match(correspondence) => sink.take(&correspondence),
-                Event::Discarded(_) => sink.discard(),
-                Event::Finished(header) => {
-                    return Ok(Some(Received { header, taken: sink.finish() }));
-                }
-            }
-        }
-        Ok(None)
-    }
-}
-
-/// A frame replaces the batch. While a pair is being solved nothing is taken, so that no solve is given
-/// up unsaid. Do not begin a pair before [`Received`]: half a frame may be in the batch.
+/// The frame replaces the batch, which selects from a frame above its capacity.
+///
+/// While a pair is being solved no frame is taken. Do not begin a pair before [`Received`]: the batch may
+/// hold half a frame.
 impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
     fn is_busy(&self) -> bool {
         self.is_solving()
@@ -114,7 +87,7 @@ impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
             score: T::single(c.score),
             grid_step: T::single(c.grid_step),
         };
-        // The batch counts what it refuses and what it leaves out.
+        // The batch counts refused and omitted matches.
         let _ = self.push(&correspondence);
     }
 

@@ -1,19 +1,19 @@
-//! The bytes that may be the start of a header.
+//! Sliding window of the stream that may hold a header.
 
-use super::header::{FrameHeader, MAGIC};
+use super::layout::{HEADER_BYTES, MAGIC};
 
-/// Up to one header's length of the stream, from the first place on where a frame could start.
+/// Bytes since the earliest position that may start a header; at most one header length.
 ///
-/// A window that slides over the stream, without the places that cannot be a start.
+/// Invariant: the bytes held agree with the magic as far as it reaches.
 #[derive(Debug, Clone)]
 pub(super) struct Window {
-    bytes: [u8; FrameHeader::BYTES],
+    bytes: [u8; HEADER_BYTES],
     held: u8,
 }
 
 impl Window {
     pub(super) const fn new() -> Self {
-        Self { bytes: [0; FrameHeader::BYTES], held: 0 }
+        Self { bytes: [0; HEADER_BYTES], held: 0 }
     }
 
     pub(super) fn held(&self) -> usize {
@@ -25,44 +25,36 @@ impl Window {
         self.held == 0
     }
 
-    /// The bytes, once they are as many as a header has.
+    /// The bytes, once they have the length of a header.
     #[inline(always)]
-    pub(super) fn full(&self) -> Option<&[u8; FrameHeader::BYTES]> {
-        (self.held() == FrameHeader::BYTES).then_some(&self.bytes)
+    pub(super) fn full(&self) -> Option<&[u8; HEADER_BYTES]> {
+        (self.held() == HEADER_BYTES).then_some(&self.bytes)
     }
 
-    /// Takes one more byte; how many were found to be no part of a header.
+    /// Appends a byte; number of bytes dropped because no header starts with them.
     pub(super) fn push(&mut self, byte: u8) -> u8 {
-        // The magic's first byte is nowhere else in it: after a mismatch it starts here or later.
+        let mut dropped = 0;
         if MAGIC.get(self.held()).is_some_and(|&expected| expected != byte) {
-            let dropped = self.held;
+            // The magic holds its first byte once: a header starts at this byte or later.
+            dropped = self.held;
             self.held = 0;
             if byte != MAGIC[0] {
                 return dropped.saturating_add(1);
             }
-            self.append(byte);
-            return dropped;
         }
-        self.append(byte);
-        0
-    }
-
-    fn append(&mut self, byte: u8) {
         if let Some(place) = self.bytes.get_mut(usize::from(self.held)) {
             *place = byte;
             self.held = self.held.saturating_add(1);
         }
+        dropped
     }
 
-    /// On to the next place where a frame could start; how many bytes were dropped on the way.
+    /// Moves on to the next position that may start a header; number of bytes dropped.
     pub(super) fn slide(&mut self) -> u8 {
         let bytes = self.bytes;
         let held = self.held();
         self.held = 0;
-        let mut dropped = 1;
-        for &byte in bytes.iter().take(held).skip(1) {
-            dropped = self.push(byte).saturating_add(dropped);
-        }
-        dropped
+        let rest = bytes.iter().take(held).skip(1);
+        rest.fold(1, |dropped, &byte| self.push(byte).saturating_add(dropped))
     }
 }

@@ -8,7 +8,7 @@ use core::task::{Context, Poll, Waker};
 use crate::bus::{Far, Taken};
 use crate::stream::Frame;
 use embedded_hal::spi::{ErrorKind, Operation, SpiDevice as _};
-use stereo_selfcal::link::{FpgaError, FpgaMatcher, FrameRefusal, Received};
+use stereo_selfcal::link::{FpgaMatcher, FrameRefusal, ReceiveError, Received};
 
 /// [`Far`] as a bus and a line that are awaited, each a poll late.
 #[derive(Debug, Clone)]
@@ -105,10 +105,10 @@ fn errors_are_those_of_the_blocking_driver() {
     far.send([0; 32]);
     let mut matcher = driver(&far);
     let mut taken = Taken { busy: true, ..Taken::default() };
-    let busy = Some(Err(FpgaError::Refused(FrameRefusal::Busy)));
+    let busy = Some(Err(ReceiveError::Refused(FrameRefusal::Busy)));
     assert_eq!(within(1, matcher.receive(&mut taken)), busy);
     taken.busy = false;
     far.fail(true);
-    let failed = Some(Err(FpgaError::Bus(ErrorKind::Overrun)));
+    let failed = Some(Err(ReceiveError::Bus(ErrorKind::Overrun)));
     assert_eq!(within(2, matcher.receive(&mut taken)), failed);
 }

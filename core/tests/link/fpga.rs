@@ -8,7 +8,7 @@ use embedded_hal_mock::eh1::digital::{
     Mock as PinMock, State::High, State::Low, Transaction as PinTransaction,
 };
 use embedded_hal_mock::eh1::spi::{Mock as SpiMock, Transaction as SpiTransaction};
-use stereo_selfcal::link::{FpgaError, FpgaMatcher, FrameRefusal, ReadStatus, Received};
+use stereo_selfcal::link::{FpgaMatcher, FrameRefusal, ReadStatus, ReceiveError, Received};
 
 /// One read in a transaction of its own.
 fn read(bytes: &[u8]) -> [SpiTransaction<u8>; 3] {
@@ -70,8 +70,8 @@ fn while_the_intake_is_busy_neither_line_nor_bus_is_touched() {
     let mut ready = PinMock::new(&[]);
     let mut matcher = FpgaMatcher::new(spi.clone(), ready.clone());
     let mut busy = Taken { busy: true, ..Taken::default() };
-    assert_eq!(matcher.poll(&mut busy), Err(FpgaError::Refused(FrameRefusal::Busy)));
-    assert_eq!(matcher.read(&mut busy), Err(FpgaError::Refused(FrameRefusal::Busy)));
+    assert_eq!(matcher.poll(&mut busy), Err(ReceiveError::Refused(FrameRefusal::Busy)));
+    assert_eq!(matcher.read(&mut busy), Err(ReceiveError::Refused(FrameRefusal::Busy)));
     spi.done();
     ready.done();
 }
@@ -82,7 +82,7 @@ fn an_unreadable_data_ready_line_is_reported_as_such() {
     let mut spi = SpiMock::<u8>::new(&[]);
     let mut ready = PinMock::new(&[PinTransaction::get(High).with_error(fault.clone())]);
     let polled = FpgaMatcher::new(spi.clone(), ready.clone()).poll(&mut Taken::default());
-    assert_eq!(polled, Err(FpgaError::Ready(fault)));
+    assert_eq!(polled, Err(ReceiveError::Ready(fault)));
     spi.done();
     ready.done();
 }
@@ -112,7 +112,7 @@ fn a_bus_error_costs_one_frame() {
     assert_eq!(matcher.poll_until(&mut taken, || false), Ok(whole(&frames[0])));
     matcher.poll(&mut taken).unwrap();
     far.fail(true);
-    assert_eq!(matcher.poll(&mut taken), Err(FpgaError::Bus(ErrorKind::Overrun)));
+    assert_eq!(matcher.poll(&mut taken), Err(ReceiveError::Bus(ErrorKind::Overrun)));
     far.fail(false);
     assert_eq!(matcher.poll_until(&mut taken, || !far.waits()), Ok(whole(&frames[2])));
     assert_eq!(matcher.counters().good, 2);
@@ -144,7 +144,7 @@ fn a_line_that_stays_low_ends_in_the_time_out() {
         asked += 1;
         asked == 10
     });
-    assert_eq!(waited, Err(FpgaError::TimedOut));
+    assert_eq!(waited, Err(ReceiveError::TimedOut));
     assert_eq!((asked, far.reads().len()), (10, 0));
 }
 
@@ -158,7 +158,7 @@ fn a_line_that_stays_high_over_idle_bytes_ends_in_the_time_out() {
         asked += 1;
         asked == 10
     });
-    assert_eq!(waited, Err(FpgaError::TimedOut));
+    assert_eq!(waited, Err(ReceiveError::TimedOut));
     assert_eq!(far.reads(), [32; 10]);
     assert_eq!(matcher.counters().skipped_bytes, 320);
     ready.done();
@@ -172,10 +172,10 @@ fn after_a_time_out_the_frame_is_read_on() {
     far.send(bytes[..288].iter().copied());
     let mut matcher = driver(&far);
     let mut taken = Taken::default();
-    assert_eq!(matcher.poll_until(&mut taken, || !far.waits()), Err(FpgaError::TimedOut));
+    assert_eq!(matcher.poll_until(&mut taken, || !far.waits()), Err(ReceiveError::TimedOut));
     far.send(bytes[288..].iter().copied());
     assert_eq!(matcher.read_until(&mut taken, || false), Ok(whole(&frame)));
-    assert_eq!(matcher.read_until(&mut taken, || true), Err(FpgaError::TimedOut));
+    assert_eq!(matcher.read_until(&mut taken, || true), Err(ReceiveError::TimedOut));
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod bus;
 mod calibrator;
 mod counters;
 mod damage;
+mod format;
 mod fpga;
 mod roundtrip;
 mod stream;

@@ -2,7 +2,7 @@
 
 use crate::bus::{Far, Taken, Uart};
 use crate::stream::Frame;
-use stereo_selfcal::link::{FrameRefusal, ReadStatus, Received, StreamError, StreamMatcher};
+use stereo_selfcal::link::{FrameRefusal, ReadStatus, ReceiveError, Received, StreamMatcher};
 
 fn whole(frame: &Frame) -> Received {
     Received { header: frame.header, taken: frame.matches.len() }
@@ -31,7 +31,7 @@ fn a_blocking_read_takes_what_there_is() {
     let mut taken = Taken::default();
     assert_eq!(matcher.read(&mut taken), Ok(ReadStatus::Partial));
     assert_eq!(matcher.read(&mut taken), Ok(ReadStatus::Frame(whole(&frame))));
-    assert_eq!(matcher.read(&mut taken), Err(StreamError::Ended));
+    assert_eq!(matcher.read(&mut taken), Err(ReceiveError::Ended));
 }
 
 #[test]
@@ -43,13 +43,13 @@ fn a_failing_stream_costs_one_frame() {
     let mut taken = Taken::default();
     matcher.poll(&mut taken).unwrap();
     far.fail(true);
-    let failed = Err(StreamError::Stream(embedded_io::ErrorKind::Other));
+    let failed = Err(ReceiveError::Bus(embedded_io::ErrorKind::Other));
     assert_eq!(matcher.poll(&mut taken), failed);
     far.fail(false);
     matcher.note_overrun();
     assert_eq!(matcher.poll_until(&mut taken, || !far.waits()), Ok(whole(&frames[1])));
     assert_eq!(matcher.counters().overruns, 1);
-    assert_eq!(matcher.poll_until(&mut taken, || true), Err(StreamError::TimedOut));
+    assert_eq!(matcher.poll_until(&mut taken, || true), Err(ReceiveError::TimedOut));
     assert!(!matcher.release().0.waits());
 }
 
@@ -59,7 +59,7 @@ fn while_the_intake_is_busy_the_stream_is_left_alone() {
     far.send(Frame::plain(1, 1).bytes());
     let mut matcher = StreamMatcher::new(Uart(far.clone()));
     let mut busy = Taken { busy: true, ..Taken::default() };
-    assert_eq!(matcher.poll(&mut busy), Err(StreamError::Refused(FrameRefusal::Busy)));
-    assert_eq!(matcher.read(&mut busy), Err(StreamError::Refused(FrameRefusal::Busy)));
+    assert_eq!(matcher.poll(&mut busy), Err(ReceiveError::Refused(FrameRefusal::Busy)));
+    assert_eq!(matcher.read(&mut busy), Err(ReceiveError::Refused(FrameRefusal::Busy)));
     assert_eq!(far.reads(), []);
 }

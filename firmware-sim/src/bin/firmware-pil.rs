@@ -10,7 +10,7 @@ use firmware_sim::CAPACITY;
 use firmware_sim::board::{Link, LinkError, Timer, Uart, exit};
 use firmware_sim::pil::{ServeError, serve};
 use panic_probe as _;
-use stereo_selfcal::link::FpgaError;
+use stereo_selfcal::link::ReceiveError;
 
 #[entry]
 fn main() -> ! {
@@ -28,8 +28,10 @@ fn log(why: &ServeError<LinkError, LinkError>) {
     match why {
         ServeError::Line(why) => error!("line: {}", why),
         ServeError::Opening(why) => error!("opening not taken: {}", why),
-        ServeError::Matcher(FpgaError::Bus(why) | FpgaError::Ready(why)) => error!("line: {}", why),
-        ServeError::Matcher(FpgaError::Refused(why)) => error!("frame not taken: {}", why),
+        ServeError::Matcher(ReceiveError::Bus(why) | ReceiveError::Ready(why)) => {
+            error!("line: {}", why)
+        }
+        ServeError::Matcher(ReceiveError::Refused(why)) => error!("frame not taken: {}", why),
         _ => error!("the exchange failed"),
     }
 }

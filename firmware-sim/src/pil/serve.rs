@@ -2,7 +2,7 @@
 
 use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
-use stereo_selfcal::link::{FpgaError, FpgaMatcher};
+use stereo_selfcal::link::{FpgaMatcher, ReceiveError};
 use thiserror::Error;
 use zerocopy::IntoBytes;
 
@@ -23,7 +23,7 @@ pub enum ServeError<S, P> {
     Opening(#[from] OpeningError),
     /// The line failed, or a frame was not taken.
     #[error("{0}")]
-    Matcher(#[from] FpgaError<S, P>),
+    Matcher(#[from] ReceiveError<S, P>),
 }
 
 /// Serves one exchange, from the opening to the answer after the last pair.
