@@ -52,7 +52,7 @@ impl<T: Scalar> FactoryCalibration<T> {
     /// [`SnapshotError::Room`].
     pub fn to_record<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b [u8], SnapshotError> {
         codec::write::<T>(RecordHeader::FACTORY, buffer, |to| {
-            write(&self.cameras, &self.extrinsics, to)
+            write(&self.cameras, &self.extrinsics, to);
         })
         .map_err(|needed| SnapshotError::Room { needed })
     }

@@ -1,19 +1,19 @@
-//! The one checksum of all that leaves the core as bytes: CRC-32 of IEEE 802.3.
+//! CRC-32 of IEEE 802.3: checksum of every record and frame.
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 
-/// A byte at a time: a table of 1,024 bytes; sixteen at a time would take 16 of them.
+/// One table of 1,024 bytes: one byte at a time. Sixteen at a time takes 16 tables.
 static CRC_32: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
-/// A running checksum.
+/// Running checksum.
 pub(crate) type Checksum = Digest<'static, u32, Table<1>>;
 
-/// Of nothing yet.
+/// Starts a checksum.
 pub(crate) fn begin() -> Checksum {
     CRC_32.digest()
 }
 
-/// Of these bytes.
+/// Checksum of `bytes`.
 pub(crate) fn of(bytes: &[u8]) -> u32 {
     CRC_32.checksum(bytes)
 }

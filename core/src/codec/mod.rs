@@ -1,18 +1,18 @@
-//! What survives a loss of power, as bytes: little endian, versioned, with its own checksum.
+//! Codec of records: what survives a loss of power, as bytes. Little endian, versioned, with a checksum.
 //!
-//! | byte | what |
+//! | byte | content |
 //! |---|---|
 //! | 0 | magic `SCRC` |
-//! | 4 | version of the layout |
+//! | 4 | layout version |
 //! | 5 | kind: 1 factory calibration, 2 state |
-//! | 6 | bytes of a number: 4 or 8 |
+//! | 6 | bytes per number: 4 or 8 |
 //! | 7 | method: 0 none, 1 paper, 2 robust |
 //! | 8 | fingerprint of cameras and factory extrinsics (kind 2), else 0 |
-//! | 12 | the numbers, each type in the order of its fields |
-//! | last 4 | CRC-32 of all before it |
+//! | 12 | numbers, each type in the order of its fields |
+//! | last 4 | CRC-32 of all bytes before |
 //!
-//! Version 2 adds the scene of the last pair at the end; a record of version 1 is read without. A later
-//! version reads those before it: [`Reader::version`].
+//! Version 2 appends the scene of the last pair. A record of version 1 is read without it: see
+//! [`Reader::version`].
 
 pub(crate) mod checksum;
 mod reader;
@@ -26,10 +26,10 @@ use crate::scalar::Scalar;
 
 const MAGIC: [u8; 4] = *b"SCRC";
 
-/// Version that is written; those from 1 on are read.
+/// Version written; versions from 1 on are read.
 const VERSION: u8 = 2;
 
-/// Bytes before the numbers, and after them.
+/// Length of header and checksum, bytes.
 pub(crate) const OVERHEAD_BYTES: usize = 16;
 
 /// Kind of a stored record.
@@ -56,12 +56,13 @@ impl RecordKind {
     }
 }
 
-/// What a record must be to be read.
+/// Header of a record: what it must hold to be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct RecordHeader {
     pub(crate) kind: RecordKind,
-    /// 0 where it does not matter.
+    /// Method of the estimator; 0 for factory calibration.
     pub(crate) method: u8,
+    /// Fingerprint of cameras and factory extrinsics; 0 for factory calibration.
     pub(crate) rig: u32,
 }
 
@@ -74,7 +75,7 @@ impl RecordHeader {
         to.word(self.rig);
     }
 
-    /// Checks the first bytes of a record; its version.
+    /// Checks the header of a record; its layout version.
     fn check<T: Scalar>(self, from: &mut Reader<'_>) -> Result<u8, RestoreError> {
         let [m0, m1, m2, m3, version, kind, scalar, method] = from.bytes()?;
         if [m0, m1, m2, m3] != MAGIC || kind != self.kind.number() {
@@ -96,31 +97,31 @@ impl RecordHeader {
     }
 }
 
-/// Writes a record; the bytes of it.
+/// Writes a record: header, numbers by `body`, checksum. Returns its bytes.
 ///
 /// # Errors
-/// `Err` with the bytes that are needed, if there is less room.
+/// Length that the record needs, in bytes, if the buffer is shorter.
 pub(crate) fn write<T: Scalar>(
-    label: RecordHeader,
+    header: RecordHeader,
     buffer: &mut [u8],
     body: impl FnOnce(&mut Writer<'_>),
 ) -> Result<&[u8], usize> {
     let mut writer = Writer::new(buffer);
-    label.write::<T>(&mut writer);
+    header.write::<T>(&mut writer);
     body(&mut writer);
     let needed = writer.finish();
     buffer.get(..needed).ok_or(needed)
 }
 
-/// Opens a record for its numbers to be read.
+/// Checks a record and returns a reader of its numbers.
 ///
 /// # Errors
-/// [`RestoreError`].
+/// [`RestoreError`]: damaged, or its header differs from `header`.
 pub(crate) fn open<T: Scalar>(
-    label: RecordHeader,
+    header: RecordHeader,
     record: &[u8],
 ) -> Result<Reader<'_>, RestoreError> {
     let mut reader = Reader::checked(record)?;
-    reader.version = label.check::<T>(&mut reader)?;
+    reader.version = header.check::<T>(&mut reader)?;
     Ok(reader)
 }

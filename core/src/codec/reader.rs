@@ -1,4 +1,4 @@
-//! Bytes to numbers, each of them finite.
+//! Decoder of records: bytes to finite numbers.
 
 use nalgebra::Rotation3;
 
@@ -7,23 +7,23 @@ use crate::error::RestoreError;
 use crate::scalar::Scalar;
 use crate::so3;
 
-/// What the rows of a rotation may be off from orthonormal: rounding leaves 4e-7 in `f32`.
+/// Largest deviation of a stored matrix from the nearest rotation; rounding leaves 4e-7 in `f32`.
 const ORTHONORMAL: f64 = 2e-6;
 
-/// What turning sums may leave of a square below 0, in parts of the largest.
-const TURNED: f64 = 1e-4;
+/// Largest negative sum of squares over the largest: rounding of a change of frame.
+const NEGATIVE: f64 = 1e-4;
 
-/// Reads a record whose checksum is right.
+/// Reader of a record with a correct checksum.
 pub(crate) struct Reader<'a> {
     rest: &'a [u8],
     pub(super) version: u8,
 }
 
 impl<'a> Reader<'a> {
-    /// At the start of a record.
+    /// Reader at the start of a record.
     ///
     /// # Errors
-    /// [`RestoreError::Damaged`] if the checksum at its end is not that of the rest.
+    /// [`RestoreError::Damaged`] if the checksum is wrong.
     pub(super) fn checked(record: &'a [u8]) -> Result<Self, RestoreError> {
         let (rest, sum) = record.split_last_chunk().ok_or(RestoreError::Damaged)?;
         if checksum::of(rest) != u32::from_le_bytes(*sum) {
@@ -32,29 +32,32 @@ impl<'a> Reader<'a> {
         Ok(Self { rest, version: 0 })
     }
 
-    /// Version of the layout that the record was written in.
+    /// Layout version of the record.
     pub(crate) fn version(&self) -> u8 {
         self.version
     }
 
-    /// All that there should be has been read.
+    /// Checks that the record is read to its end.
     ///
     /// # Errors
-    /// [`RestoreError::Damaged`] if something is left.
+    /// [`RestoreError::Damaged`] if bytes are left.
     pub(crate) fn end(&self) -> Result<(), RestoreError> {
         if self.rest.is_empty() { Ok(()) } else { Err(RestoreError::Damaged) }
     }
 
+    /// Reads `B` bytes.
     pub(crate) fn bytes<const B: usize>(&mut self) -> Result<[u8; B], RestoreError> {
         let (bytes, rest) = self.rest.split_first_chunk().ok_or(RestoreError::Damaged)?;
         self.rest = rest;
         Ok(*bytes)
     }
 
+    /// Reads a `u32`.
     pub(crate) fn word(&mut self) -> Result<u32, RestoreError> {
         Ok(u32::from_le_bytes(self.bytes()?))
     }
 
+    /// Reads a `bool`, stored as a word.
     pub(crate) fn flag(&mut self) -> Result<bool, RestoreError> {
         match self.word()? {
             0 => Ok(false),
@@ -63,6 +66,7 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Reads a finite number.
     pub(crate) fn number<T: Scalar>(&mut self) -> Result<T, RestoreError> {
         let mut bits = [0; 8];
         let (place, _) = bits.split_at_mut_checked(T::BYTES.into()).unwrap_or_default();
@@ -73,6 +77,7 @@ impl<'a> Reader<'a> {
         if number.is_finite() { Ok(number) } else { Err(RestoreError::Absurd) }
     }
 
+    /// Reads finite numbers in order.
     pub(crate) fn numbers<'n, T: Scalar>(
         &mut self,
         numbers: impl IntoIterator<Item = &'n mut T>,
@@ -83,7 +88,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Numbers no further than `limit` from 0.
+    /// Reads numbers with a magnitude up to `limit`.
     pub(crate) fn numbers_within<'n, T: Scalar>(
         &mut self,
         limit: T,
@@ -98,16 +103,17 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// A number that cannot be negative.
+    /// Reads a number that is at least 0.
     pub(crate) fn size<T: Scalar>(&mut self) -> Result<T, RestoreError> {
         self.number().and_then(|x| if x >= T::ZERO { Ok(x) } else { Err(RestoreError::Absurd) })
     }
 
+    /// Reads a rotation matrix, column by column.
     pub(crate) fn rotation<T: Scalar>(&mut self) -> Result<Rotation3<T>, RestoreError> {
         let mut rotation = Rotation3::identity();
         let m = rotation.matrix_mut_unchecked();
         self.numbers(m.iter_mut())?;
-        // Kept as it is, bit for bit, if it is one.
+        // The stored matrix is returned, so that it is bit-identical.
         let nearest = so3::nearest_rotation(m).ok_or(RestoreError::Absurd)?;
         if (nearest.matrix() - rotation.matrix()).amax() <= T::lit(ORTHONORMAL) {
             Ok(rotation)
@@ -117,15 +123,14 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Whether these can be sums of squares that were turned, which may leave a small one below 0.
+/// Checks that `diagonal` holds sums of squares, up to the rounding of a change of frame.
 ///
 /// # Errors
 /// [`RestoreError::Absurd`].
 pub(crate) fn check_sums_of_squares<T: Scalar>(
     diagonal: impl IntoIterator<Item = T>,
 ) -> Result<(), RestoreError> {
-    let ends =
-        diagonal.into_iter().fold([T::ZERO; 2], |[least, most], d| [least.min(d), most.max(d)]);
-    let [least, most] = ends;
-    if -least <= T::lit(TURNED) * most { Ok(()) } else { Err(RestoreError::Absurd) }
+    let range = |[least, most]: [T; 2], d: T| [least.min(d), most.max(d)];
+    let [least, most] = diagonal.into_iter().fold([T::ZERO; 2], range);
+    if -least <= T::lit(NEGATIVE) * most { Ok(()) } else { Err(RestoreError::Absurd) }
 }

@@ -1,22 +1,23 @@
-//! Numbers to bytes.
+//! Encoder of records: numbers to bytes.
 
 use core::mem;
 
 use crate::codec::checksum::{self, Checksum};
 use crate::scalar::Scalar;
 
-/// Writes into a buffer, and goes on to count and to sum up once that is full.
+/// Writer into a buffer; once that is full, it continues length and checksum only.
 pub(crate) struct Writer<'a> {
-    room: &'a mut [u8],
+    buffer: &'a mut [u8],
     length: usize,
     checksum: Checksum,
 }
 
 impl<'a> Writer<'a> {
-    pub(crate) fn new(room: &'a mut [u8]) -> Self {
-        Self { room, length: 0, checksum: checksum::begin() }
+    pub(crate) fn new(buffer: &'a mut [u8]) -> Self {
+        Self { buffer, length: 0, checksum: checksum::begin() }
     }
 
+    /// Writes bytes.
     pub(crate) fn bytes(&mut self, bytes: &[u8]) {
         self.checksum.update(bytes);
         self.put(bytes);
@@ -24,7 +25,7 @@ impl<'a> Writer<'a> {
 
     fn put(&mut self, bytes: &[u8]) {
         self.length = self.length.saturating_add(bytes.len());
-        self.room = match mem::take(&mut self.room).split_at_mut_checked(bytes.len()) {
+        self.buffer = match mem::take(&mut self.buffer).split_at_mut_checked(bytes.len()) {
             Some((place, rest)) => {
                 place.copy_from_slice(bytes);
                 rest
@@ -33,14 +34,17 @@ impl<'a> Writer<'a> {
         };
     }
 
+    /// Writes a `u32`.
     pub(crate) fn word(&mut self, word: u32) {
         self.bytes(&word.to_le_bytes());
     }
 
+    /// Writes a `bool` as a word.
     pub(crate) fn flag(&mut self, flag: bool) {
         self.word(flag.into());
     }
 
+    /// Writes numbers in order.
     pub(crate) fn numbers<'n, T: Scalar>(&mut self, numbers: impl IntoIterator<Item = &'n T>) {
         for number in numbers {
             let bytes = number.bits().to_le_bytes();
@@ -52,12 +56,12 @@ impl<'a> Writer<'a> {
         self.numbers(&[number]);
     }
 
-    /// Of all that was written.
+    /// Checksum of the bytes written so far.
     pub(crate) fn checksum(&self) -> u32 {
         self.checksum.clone().finalize()
     }
 
-    /// Appends the checksum; the length of it all, whether there was room or not.
+    /// Appends the checksum; length of the whole record, whether it fits or not.
     pub(super) fn finish(mut self) -> usize {
         let checksum = self.checksum();
         self.put(&checksum.to_le_bytes());

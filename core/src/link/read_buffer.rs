@@ -1,51 +1,12 @@
-//! Common part of the drivers: a read buffer in front of the decoder.
+//! Read buffer in front of the decoder.
 
 use core::ops::Range;
-
-use thiserror::Error;
 
 use super::decoder::Decoder;
 use super::sink::{FrameRefusal, FrameSink, Received};
 
 /// Longest read, bytes: 16 records, so that the setup of a transfer costs little in comparison.
 const CAPACITY: usize = 256;
-
-/// Progress of a driver after one call.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum ReadStatus {
-    /// No data is waiting; nothing was read.
-    Idle,
-    /// Data was read and no frame is whole yet. Call again.
-    Partial,
-    /// A frame is whole and in the sink.
-    Frame(Received),
-}
-
-/// Why a driver returned no frame. Call again: the decoder resynchronises where bytes are missing.
-///
-/// `E`: error of the bus or stream. `P`: error of the data-ready pin.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum ReceiveError<E, P> {
-    /// The bus or stream failed; the bytes of this read are lost. Report a receive overrun with
-    /// `note_overrun`.
-    #[error("bus: {0:?}")]
-    Bus(E),
-    /// The data-ready pin could not be read. Nothing is lost.
-    #[error("data-ready pin: {0:?}")]
-    Ready(P),
-    /// The stream has ended. Open it again.
-    #[error("the stream has ended")]
-    Ended,
-    /// The sink refused the frame; see [`FrameRefusal`] for the action.
-    #[error("frame refused: {0}")]
-    Refused(#[from] FrameRefusal),
-    /// The time expired before a frame was whole. The next call continues with that frame.
-    #[error("no frame within the time given")]
-    TimedOut,
-}
 
 /// Decoder and the bytes of the last read.
 ///
@@ -69,14 +30,14 @@ impl ReadBuffer {
         self.bytes.get_mut(..wanted).unwrap_or_default()
     }
 
-    /// Decodes the first `count` bytes of the buffer after a read.
+    /// Decodes a read of `count` bytes; a whole frame, if one ends in it.
     pub(super) fn received(
         &mut self,
         count: usize,
         sink: &mut impl FrameSink,
-    ) -> Result<ReadStatus, FrameRefusal> {
+    ) -> Result<Option<Received>, FrameRefusal> {
         self.unread = 0..count;
-        Ok(self.decode(sink)?.map_or(ReadStatus::Partial, ReadStatus::Frame))
+        self.decode(sink)
     }
 
     /// Decodes the rest of the last read; a whole frame, if one ends in it.
@@ -92,38 +53,5 @@ impl ReadBuffer {
         let received = self.decoder.feed(&mut bytes, sink);
         self.unread.start = self.unread.end.saturating_sub(bytes.len());
         received
-    }
-
-    /// Decodes the rest of the last read, else the bytes of one new read.
-    ///
-    /// * `read`: fills the buffer; number of bytes read, `None` if no data is waiting.
-    pub(super) fn advance<E, P>(
-        &mut self,
-        sink: &mut impl FrameSink,
-        read: impl FnOnce(&mut [u8]) -> Result<Option<usize>, ReceiveError<E, P>>,
-    ) -> Result<ReadStatus, ReceiveError<E, P>> {
-        if let Some(frame) = self.pending(sink)? {
-            return Ok(ReadStatus::Frame(frame));
-        }
-        match read(self.space())? {
-            Some(count) => Ok(self.received(count, sink)?),
-            None => Ok(ReadStatus::Idle),
-        }
-    }
-}
-
-/// Repeats `step` until a frame is whole; [`ReceiveError::TimedOut`] once `expired`, which is called
-/// after each step.
-pub(super) fn until<E, P>(
-    mut expired: impl FnMut() -> bool,
-    mut step: impl FnMut() -> Result<ReadStatus, ReceiveError<E, P>>,
-) -> Result<Received, ReceiveError<E, P>> {
-    loop {
-        if let ReadStatus::Frame(frame) = step()? {
-            return Ok(frame);
-        }
-        if expired() {
-            return Err(ReceiveError::TimedOut);
-        }
     }
 }

@@ -1,46 +1,52 @@
-//! Layout 1 of an entry, little endian.
+//! Entry layout 1, little endian: one record in flash.
 //!
-//! | bytes | content |
+//! | byte | content |
 //! |---|---|
 //! | 0 | magic `SSC`, layout `1` |
 //! | 4 | sequence number, `u64` |
-//! | 12 | erasures of pages so far, `u32` |
-//! | 16 | kind; flags: 1 copy of an older entry, 2 the kind is removed |
-//! | 18 | length of the payload, `u16` |
-//! | 20 | CRC-32 of these 20 bytes and of the address, so that an entry counts only where it belongs |
+//! | 12 | page erasures so far, `u32` |
+//! | 16 | kind; flags: 1 copy of an older entry, 2 removal of the kind (tombstone) |
+//! | 18 | payload length, `u16` |
+//! | 20 | CRC-32 of bytes 0 to 19 and of the address: an entry is valid only where it was written |
 //! | 24 | payload |
 //! | | `ff` up to the last 4 bytes of a whole word |
 //! | end | CRC-32 of kind, flag 2, length and payload |
 //!
-//! Both are CRC-32/ISO-HDLC: they find every error of one byte.
+//! Both are CRC-32/ISO-HDLC, which detects every error confined to one byte.
 
 use super::pages::Pages;
 use crate::codec::RecordKind;
 use crate::codec::checksum::{self, Checksum};
 
+/// Length of an entry header, bytes.
 pub(super) const HEADER: usize = 24;
+/// Length of the CRC at the end of an entry, bytes.
 pub(super) const TAIL: usize = 4;
+/// Length of an entry beside its payload, bytes.
+const OVERHEAD: u32 = 28;
 const MAGIC: [u8; 3] = *b"SSC";
 const LAYOUT: u8 = 1;
 const COPY: u8 = 1;
 const REMOVED: u8 = 2;
 
-/// One value for each kind.
+/// At most one value for each kind of record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct PerKind<V> {
-    pub(super) factory: V,
-    pub(super) state: V,
+    factory: Option<V>,
+    state: Option<V>,
 }
 
 impl<V> PerKind<V> {
-    pub(super) fn of(&self, kind: RecordKind) -> &V {
+    pub(super) const NONE: Self = Self { factory: None, state: None };
+
+    pub(super) fn of(&self, kind: RecordKind) -> Option<&V> {
         match kind {
-            RecordKind::Factory => &self.factory,
-            RecordKind::State => &self.state,
+            RecordKind::Factory => self.factory.as_ref(),
+            RecordKind::State => self.state.as_ref(),
         }
     }
 
-    pub(super) fn of_mut(&mut self, kind: RecordKind) -> &mut V {
+    pub(super) fn of_mut(&mut self, kind: RecordKind) -> &mut Option<V> {
         match kind {
             RecordKind::Factory => &mut self.factory,
             RecordKind::State => &mut self.state,
@@ -48,22 +54,23 @@ impl<V> PerKind<V> {
     }
 }
 
-/// What an entry is about; the same for all its copies.
+/// Part of a header that all copies of an entry share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct EntryMeta {
     pub(super) kind: RecordKind,
-    /// The kind is removed: no payload.
+    /// Tombstone: the kind is removed, and there is no payload.
     pub(super) removed: bool,
+    /// Payload length, bytes.
     pub(super) length: u16,
 }
 
 impl EntryMeta {
-    /// Bytes of the entry in flash.
+    /// Length of the entry in flash, bytes.
     pub(super) fn bytes(self, pages: &Pages) -> u32 {
-        pages.rounded(u32::from(self.length).saturating_add(28))
+        pages.rounded(u32::from(self.length).saturating_add(OVERHEAD))
     }
 
-    /// CRC of kind, flag and length, to go on with the payload.
+    /// CRC of kind, flag and length, to be continued with the payload.
     pub(super) fn digest(self) -> Checksum {
         let [low, high] = self.length.to_le_bytes();
         let flags = if self.removed { REMOVED } else { 0 };
@@ -73,28 +80,30 @@ impl EntryMeta {
     }
 }
 
-/// The header of an entry.
+/// Header of an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Header {
+pub(super) struct EntryHeader {
     pub(super) sequence: u64,
     pub(super) erasures: u32,
     pub(super) meta: EntryMeta,
-    /// A copy of an entry that is, or was, elsewhere.
+    /// Copy of an older entry, made when its page was opened.
     pub(super) copy: bool,
 }
 
-/// What the bytes at an address are.
+/// Content of flash at an address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum DecodedHeader {
-    Entry(Header),
-    /// A header of another layout, or of a kind that came later.
+    /// Start of an entry.
+    Entry(EntryHeader),
+    /// Header of another layout or of an unknown kind.
     Unsupported,
+    /// No header.
     None,
 }
 
-impl Header {
-    /// As it is in flash at an address.
-    pub(super) fn encoded(&self, address: u32) -> [u8; HEADER] {
+impl EntryHeader {
+    /// Encodes the header for an address.
+    pub(super) fn encode(&self, address: u32) -> [u8; HEADER] {
         let meta = &self.meta;
         let copy = if self.copy { COPY } else { 0 };
         let flags = copy | if meta.removed { REMOVED } else { 0 };
@@ -106,20 +115,21 @@ impl Header {
             .chain(meta.length.to_le_bytes());
         bytes.iter_mut().zip(fields).for_each(|(to, from)| *to = from);
         if let Some((fields, crc)) = bytes.split_last_chunk_mut() {
-            *crc = checksum(fields, address);
+            *crc = header_crc(fields, address);
         }
         bytes
     }
 
-    /// What there is at an address.
+    /// Decodes the bytes at an address.
     pub(super) fn decode(bytes: &[u8; HEADER], address: u32) -> DecodedHeader {
-        Self::fields(bytes, address).unwrap_or(DecodedHeader::None)
+        Self::decode_valid(bytes, address).unwrap_or(DecodedHeader::None)
     }
 
-    fn fields(bytes: &[u8; HEADER], address: u32) -> Option<DecodedHeader> {
+    /// `None` if magic or CRC are wrong.
+    fn decode_valid(bytes: &[u8; HEADER], address: u32) -> Option<DecodedHeader> {
         let (fields, crc) = bytes.split_last_chunk()?;
         let (magic, rest) = fields.split_first_chunk()?;
-        if *magic != MAGIC || *crc != checksum(fields, address) {
+        if *magic != MAGIC || *crc != header_crc(fields, address) {
             return None;
         }
         let (layout, rest) = rest.split_first()?;
@@ -132,7 +142,7 @@ impl Header {
             return Some(DecodedHeader::Unsupported);
         };
         let removed = flags & REMOVED != 0;
-        // The last number has none after it: no flash lives to see it.
+        // The highest number has no successor. It exceeds the endurance of any flash.
         let sequence = Some(u64::from_le_bytes(*sequence)).filter(|n| *n < u64::MAX)?;
         Some(DecodedHeader::Entry(Self {
             sequence,
@@ -143,7 +153,7 @@ impl Header {
     }
 }
 
-fn checksum(fields: &[u8], address: u32) -> [u8; 4] {
+fn header_crc(fields: &[u8], address: u32) -> [u8; 4] {
     let mut digest = checksum::begin();
     digest.update(fields);
     digest.update(&address.to_le_bytes());

@@ -1,84 +1,85 @@
-//! Why the store did not do what it was asked. `E`: what the driver of the flash says.
+//! Errors of the store. `E`: error of the flash driver.
 
 use core::fmt::Debug;
 
 use thiserror::Error;
 
-/// Why there is no store in a range of flash. Nothing was written.
+/// Why a store cannot be opened. Nothing was written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum OpenError<E: Debug> {
-    /// The range does not end after it starts, or ends beyond the flash. Correct it.
+    /// The range is reversed or ends beyond the flash. Correct it.
     #[error("the range is not within the flash")]
     OutOfBounds,
-    /// The range holds fewer than two pages. Give it more, or smaller ones.
+    /// The range holds fewer than two pages. Enlarge it, or use smaller pages.
     #[error("the range holds fewer than two pages")]
     TooFewPages,
-    /// The start or the page is not of whole erase blocks, or the range not of whole pages. Correct it.
-    #[error("range and pages are not of whole erase blocks")]
+    /// Start or page size is no multiple of the erase block, or the range no multiple of the page.
+    /// Correct them.
+    #[error("range and pages are not multiples of the erase block")]
     Unaligned,
-    /// Records of another layout are there. Run the firmware that wrote them, or
+    /// The flash holds records of another layout. Run the firmware that wrote them, or erase them with
     /// [`crate::store::Store::format`].
     #[error("the records are of another layout")]
     UnsupportedLayout,
-    /// The flash could not be erased. Try again.
+    /// Erasing the flash failed. Try again.
     #[error("flash: {0:?}")]
     Flash(E),
 }
 
-/// Why a record was not loaded.
+/// Why a record cannot be loaded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum LoadError<E: Debug> {
-    /// Offer a buffer of so many bytes.
+    /// The buffer is smaller than the record. Offer `needed` bytes.
     #[error("the record takes {needed} bytes")]
     BufferTooSmall {
-        /// Bytes.
+        /// Length of the record, bytes.
         needed: usize,
     },
-    /// The record reads differently each time. Try again, or take what was there before for lost.
-    #[error("the record reads differently each time")]
+    /// Repeated reads of the record differ. Try again, or treat the record as lost.
+    #[error("repeated reads of the record differ")]
     Unstable,
-    /// The flash could not be read everywhere, and no such record was found in what could be. Try again;
-    /// where power was lost in the very first save, only the next save ends it.
+    /// Part of the flash cannot be read, and the rest holds no such record. Try again. If power was lost
+    /// in the very first save, the error persists until the next save.
     #[error("flash: {0:?}")]
     Flash(E),
 }
 
-/// Why a record was not saved. What was saved before is there still; the new record may be, if the
-/// error is of the flash.
+/// Why a record was not saved. The record saved before remains; after an error of the flash the new
+/// record may be found instead.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SaveError<E: Debug> {
-    /// A page must hold two of each record, and nothing above 65,535 bytes. Open with larger pages.
+    /// A page does not hold two of each record, or the payload exceeds 65,535 bytes. Use larger pages.
     #[error("two of each record take {needed} bytes of a page, which has {page}")]
     TooLarge {
-        /// Bytes of a page that two of each record take.
+        /// Length of two of each record, bytes.
         needed: u32,
-        /// Bytes of a page.
+        /// Page size, bytes.
         page: u32,
     },
-    /// What was read back is not what was written: the flash is worn out or locked. Try again later.
-    #[error("what was read back is not what was written")]
+    /// Read-back differs from the data written: the flash is worn out or locked. Try again later.
+    #[error("read-back differs from the data written")]
     VerifyFailed,
-    /// Every page that might be erased has the only intact record of another kind. Load what is
-    /// needed, then [`crate::store::Store::format`].
+    /// Every other page holds the only intact record of a kind. Load the records, then
+    /// [`crate::store::Store::format`].
     #[error("no page can be erased without losing a record")]
     NoPageToErase,
-    /// The flash could not be read, written or erased. Try again later.
+    /// Reading, writing or erasing the flash failed. Try again later.
     #[error("flash: {0:?}")]
     Flash(E),
 }
 
-/// Which parameter of a policy was out of its range.
+/// Which parameter of a policy is out of range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum PolicyError {
-    /// Shortest interval: above 0, at most the longest.
+    /// Shortest interval: above 0 and at most the longest.
     #[error("shortest interval must be above 0 and at most the longest")]
     ShortestInterval,
     /// Longest interval: at least the shortest.

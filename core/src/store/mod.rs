@@ -1,25 +1,26 @@
-//! Records in NOR flash that survive a loss of power at any moment, torn writes and bit rot.
+//! Power-fail-safe store of records in NOR flash.
 //!
-//! A log of entries, each with a sequence number and CRCs, over two or more pages. A page is erased
-//! right before it is used and opens with two copies of the newest record of each kind, so the pages
-//! before it are spare and wear goes round all of them. Entries are appended until the page is full,
-//! never onto anything that is not erased, and no word is written twice: flash with ECC will do. Each
-//! entry is read back.
+//! The store is a log of entries over two or more pages; each entry has a sequence number and CRCs. Entries
+//! are appended to the active page until it is full. Then the next page in turn is erased, opened with two
+//! copies of the newest record of each kind, and becomes the active page. Wear is spread evenly. Only
+//! erased words are written and no word is written twice: flash with ECC is supported. Each entry is
+//! verified by reading it back.
 //!
-//! After a cut every kind is found as it was before the save or as it is after. A record that rots is
-//! replaced by its other copy, or by the one before it: a first record, and each of [`RecordKind::Factory`],
-//! is written twice.
+//! After a loss of power at any moment each kind is found as before the interrupted save or as after it. A
+//! record damaged by bit rot is replaced by its second copy or by the record before it: a first record, and
+//! each of [`RecordKind::Factory`], is written twice.
 //!
-//! Cost of a save, an entry being the payload and 28 bytes in whole words: a write for each 256 bytes of
-//! it and a read for each 128. If the page is full: all pages are read, one is erased, and two entries
-//! of each kind written. A load reads one entry, [`Store::open`] all pages. Buffers: the caller's, and
-//! 256 bytes of stack.
+//! Cost of a save; an entry is the payload and 28 bytes, in whole words: one write for each 256 bytes of
+//! the entry and one read for each 128. If the page is full: all pages are read, one is erased, and two
+//! entries of each kind are written. A load reads one entry, [`Store::open`] all pages. Buffers: the
+//! caller's, and 256 bytes of stack.
 //!
-//! Endurance: 2 sectors of 128 kB, 10,000 cycles, 1 kB of factory data and 2 kB of state: 61 saves to an
-//! erasure, 1.2 million in all. One a minute lasts 2.3 years, one in ten minutes 23 years.
+//! Endurance with 2 sectors of 128 kB, 10,000 cycles, 1 kB of factory data and 2 kB of state: 61 saves for
+//! each erasure, 1.2 million in all: 2.3 years at one save a minute, 23 years at one in ten minutes.
 //!
-//! Why not `sequential-storage` 8.0.2: 28 of its calls to panics link at opt-level 3, a record must fit a
-//! buffer, and of single rotten bytes in two pages 12 % lose a record and 39 % fail the next save.
+//! `sequential-storage` 8.0.2 was measured as an alternative: 28 calls to panics remain at opt-level 3, a
+//! record must fit a buffer, and of single damaged bytes in two pages 12 % lose a record and 39 % fail the
+//! next save.
 
 mod entry;
 mod error;
@@ -45,10 +46,10 @@ use pages::Pages;
 use save::NewRecord;
 use scan::Scan;
 
-/// Attempts at a load: after the first, all pages are read again.
-const LOADS: u8 = 3;
+/// Attempts at a load; each but the first scans all pages again.
+const LOAD_ATTEMPTS: u8 = 3;
 
-/// The flash, read through.
+/// Records in a range of NOR flash.
 ///
 /// RAM: the driver and about 130 bytes.
 #[derive(Debug)]
@@ -57,31 +58,31 @@ pub struct Store<F: NorFlash> {
     scan: Scan<F::Error>,
 }
 
-/// How the flash is used up.
+/// Wear and fill level of the flash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct Wear {
-    /// Erasures of pages so far. They take turns: this over `pages` for each.
+    /// Page erasures so far, of all pages; each page has had `erasures / pages`.
     pub erasures: u32,
-    /// Pages there are.
+    /// Number of pages.
     pub pages: u32,
-    /// Bytes until the next erasure. An entry takes 28 more than its payload, in whole words.
-    pub room: u32,
-    /// Stretches of flash found damaged when it was last read through: torn writes and erasures of
-    /// pages that are not in use yet again count too.
+    /// Free bytes until the next erasure. An entry takes 28 bytes more than its payload, in whole words.
+    pub free: u32,
+    /// Damaged stretches at the last scan: bit rot and torn writes. Pages that are not erased, or erased
+    /// in part, count until they are used.
     pub damaged: u32,
 }
 
 impl<F: NorFlash> Store<F> {
-    /// Reads through a range of flash. Nothing is written; flash that holds no records, or cannot be read,
-    /// is an empty store.
+    /// Opens a store and scans its range; writes nothing. Flash without records, or unreadable, is an
+    /// empty store.
     ///
-    /// * `range`: addresses, of whole pages, at least two. Nothing else is read or written.
-    /// * `page`: bytes, of whole erase blocks; always the same for the same flash. Two of each record
-    ///   must fit.
+    /// * `range`: addresses of at least two whole pages. The store accesses nothing else.
+    /// * `page`: page size in bytes, a multiple of the erase block; constant over the life of the store.
+    ///   It must hold two of each record.
     ///
-    /// Fails to compile for a flash whose read and write sizes are not powers of two up to 64.
+    /// Read and write sizes of the flash must be powers of two up to 64; others fail to compile.
     ///
     /// # Errors
     /// [`OpenError`].
@@ -89,12 +90,14 @@ impl<F: NorFlash> Store<F> {
         let pages = Pages::try_new(&flash, range, page)?;
         let mut flash_io = FlashIo { flash, pages };
         let scan = Scan::of(&mut flash_io, None);
-        if scan.foreign { Err(OpenError::UnsupportedLayout) } else { Ok(Self { flash_io, scan }) }
+        let unsupported = scan.unsupported;
+        if unsupported { Err(OpenError::UnsupportedLayout) } else { Ok(Self { flash_io, scan }) }
     }
 
-    /// Erases all pages, [`RecordKind::Factory`] with them; arguments as of [`Store::open`].
+    /// Erases all pages, [`RecordKind::Factory`] too, and opens the store; arguments as in
+    /// [`Store::open`].
     ///
-    /// After a loss of power meanwhile old records may be found: do it again.
+    /// After a loss of power during the call old records may be found: call it again.
     ///
     /// # Errors
     /// [`OpenError`].
@@ -108,9 +111,9 @@ impl<F: NorFlash> Store<F> {
         Self::open(flash_io.flash, range, page)
     }
 
-    /// The newest intact record of a kind; `None` if there never was one, or it was removed.
+    /// Loads the newest intact record of a kind; `None` if none was saved, or it was removed.
     ///
-    /// * `buffer`: may hold anything after an error.
+    /// * `buffer`: at least the length of the record; its content is undefined after an error.
     ///
     /// # Errors
     /// [`LoadError`].
@@ -119,15 +122,15 @@ impl<F: NorFlash> Store<F> {
         kind: RecordKind,
         buffer: &'b mut [u8],
     ) -> Result<Option<&'b [u8]>, LoadError<F::Error>> {
-        for attempt in 0..LOADS {
+        for attempt in 0..LOAD_ATTEMPTS {
             if attempt > 0 {
-                self.read_through();
+                self.rescan();
             }
             let Some(place) = self.scan.record(kind).copied() else {
-                if self.scan.faults == 0 {
+                if self.scan.read_errors == 0 {
                     return Ok(None);
                 }
-                match self.scan.fault.take() {
+                match self.scan.last_error.take() {
                     Some(error) if attempt > 0 => return Err(LoadError::Flash(error)),
                     _ => continue,
                 }
@@ -141,8 +144,8 @@ impl<F: NorFlash> Store<F> {
         Err(LoadError::Unstable)
     }
 
-    /// Keeps a record in the place of the one before of its kind. Takes at most three erasures, and one
-    /// unless the flash fails.
+    /// Saves a record in place of the previous one of its kind. At most one erasure; three if the flash
+    /// fails.
     ///
     /// * `payload`: at most 65,535 bytes.
     ///
@@ -155,7 +158,8 @@ impl<F: NorFlash> Store<F> {
         self.put(&NewRecord { meta: EntryMeta { kind, removed: false, length }, payload })
     }
 
-    /// Lets no record of a kind be found until the next is saved. It stays in flash for a while.
+    /// Removes the record of a kind: nothing is found until the next save. Its bytes stay in flash until
+    /// their page is erased.
     ///
     /// # Errors
     /// [`SaveError`].
@@ -166,28 +170,27 @@ impl<F: NorFlash> Store<F> {
         self.put(&NewRecord { meta: EntryMeta { kind, removed: true, length: 0 }, payload: &[] })
     }
 
-    /// How the flash is used up, as far as it has been read through.
+    /// Wear and fill level as of the last scan and the saves since.
     pub fn wear(&self) -> Wear {
         let Scan { erasures, damaged, .. } = self.scan;
         let pages = self.flash_io.pages.count();
-        Wear { erasures, pages, room: self.room().map_or(0, |(_, bytes)| bytes), damaged }
+        Wear { erasures, pages, free: self.free().map_or(0, |(_, bytes)| bytes), damaged }
     }
 
-    /// Gives the driver back.
+    /// Returns the driver.
     pub fn close(self) -> F {
         self.flash_io.flash
     }
 
-    /// Address and bytes of what is free in the page in use.
-    fn room(&self) -> Option<(u32, u32)> {
-        let base = self.scan.base?;
-        let end = self.scan.end;
-        Some((end, self.flash_io.pages.end_of(base).saturating_sub(end)))
+    /// Address and length of the free part of the active page.
+    fn free(&self) -> Option<(u32, u32)> {
+        let page_end = self.flash_io.pages.end_of(self.scan.active?);
+        Some((self.scan.end, page_end.saturating_sub(self.scan.end)))
     }
 
-    /// Reads all pages again; counters never go back.
+    /// Scans all pages again; sequence number and erasures never decrease.
     #[inline(never)]
-    fn read_through(&mut self) {
+    fn rescan(&mut self) {
         let Scan { sequence, erasures, .. } = self.scan;
         self.scan = Scan::of(&mut self.flash_io, None);
         self.scan.sequence = self.scan.sequence.max(sequence);

@@ -1,17 +1,17 @@
-//! The range of flash as pages, and how finely it can be read and written. Bytes throughout.
+//! Geometry of the flash range: pages and access granularity. Addresses and lengths in bytes.
 
 use core::ops::Range;
 
-use embedded_storage::nor_flash::{NorFlash, NorFlashError};
+use embedded_storage::nor_flash::NorFlash;
 
 use super::error::OpenError;
 
-/// The pages, each of one or more erase blocks.
+/// Range of flash, divided into pages of one or more erase blocks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Pages {
     range: Range<u32>,
     size: u32,
-    /// What every access is a multiple of: a power of two.
+    /// Granularity of every access: a power of two.
     word: u32,
 }
 
@@ -20,15 +20,12 @@ impl Pages {
         flash: &F,
         range: Range<u32>,
         size: u32,
-    ) -> Result<Self, OpenError<F::Error>>
-    where
-        F::Error: NorFlashError,
-    {
+    ) -> Result<Self, OpenError<F::Error>> {
         const {
             let sizes = F::WRITE_SIZE.is_power_of_two() && F::READ_SIZE.is_power_of_two();
             assert!(sizes && F::WRITE_SIZE <= 64 && F::READ_SIZE <= 64, "powers of two up to 64");
             let word = if F::WRITE_SIZE > F::READ_SIZE { F::WRITE_SIZE } else { F::READ_SIZE };
-            assert!(F::ERASE_SIZE.is_multiple_of(word), "erase blocks are of whole words");
+            assert!(F::ERASE_SIZE.is_multiple_of(word), "erase blocks are multiples of the word");
         }
         let word = u32::try_from(F::WRITE_SIZE.max(F::READ_SIZE)).unwrap_or(1);
         let erase = u32::try_from(F::ERASE_SIZE).map_err(|_| OpenError::Unaligned)?;
@@ -47,39 +44,51 @@ impl Pages {
         Ok(Self { range, size, word })
     }
 
-    /// Start of every page.
+    /// Start address of every page.
     pub(super) fn starts(&self) -> impl Iterator<Item = u32> + use<> {
         let Self { range, size, .. } = self.clone();
         (0..self.count()).map(move |i| range.start.saturating_add(size.saturating_mul(i)))
     }
 
-    /// The page after one; the first after the last, and if there is none before.
+    /// Page after `page`, cyclic; the first page for `None`.
     pub(super) fn after(&self, page: Option<u32>) -> u32 {
         let next = page.map_or(self.range.start, |page| self.end_of(page));
         if next < self.range.end { next } else { self.range.start }
     }
 
-    /// End of the page that starts at `page`.
+    /// End address of the page that starts at `page`.
     pub(super) fn end_of(&self, page: u32) -> u32 {
         page.saturating_add(self.size)
     }
 
+    /// Number of pages.
     pub(super) fn count(&self) -> u32 {
         self.range.end.saturating_sub(self.range.start).checked_div(self.size).unwrap_or(0)
     }
 
-    /// Bytes of a page.
+    /// Page size.
     pub(super) fn size(&self) -> u32 {
         self.size
     }
 
+    /// Access granularity.
     pub(super) fn word(&self) -> u32 {
         self.word
     }
 
-    /// Up to whole words.
+    /// Rounds up to whole words.
     pub(super) fn rounded(&self, bytes: u32) -> u32 {
         let last = self.word.saturating_sub(1);
         bytes.saturating_add(last) & !last
     }
+}
+
+/// A length as an index.
+pub(super) fn to_usize(bytes: u32) -> usize {
+    usize::try_from(bytes).unwrap_or(usize::MAX)
+}
+
+/// A length within a page.
+pub(super) fn to_u32(bytes: usize) -> u32 {
+    u32::try_from(bytes).unwrap_or(u32::MAX)
 }

@@ -1,4 +1,4 @@
-//! The calibrator's memory: store and policy, as one.
+//! Persistence of a calibrator: store and save policy together.
 
 use core::fmt::Debug;
 use core::time::Duration;
@@ -12,9 +12,9 @@ use crate::error::{RestoreError, SnapshotError};
 use crate::factory::FactoryCalibration;
 use crate::scalar::Scalar;
 
-/// Takes up at start what was learnt before, and keeps what is learnt since.
+/// Restores a calibrator at start and saves its state when the policy finds it due.
 ///
-/// Buffers are the caller's, and free again after each call: [`Calibrator::SNAPSHOT_BYTES`] bytes, or
+/// The caller lends a buffer to each call: [`Calibrator::SNAPSHOT_BYTES`] bytes, or
 /// [`FactoryCalibration::MAX_BYTES`].
 ///
 /// ```
@@ -27,11 +27,11 @@ use crate::scalar::Scalar;
 /// let mut persistence = Persistence::new(store, SavePolicy::<f32>::new());
 /// let mut buffer = [0; Calibrator::<f32, 256>::SNAPSHOT_BYTES];
 ///
-/// // At start. What to do without factory calibration is the firmware's to say.
-/// let made = persistence.load_factory(&mut buffer).ok()??;
+/// // At start. Without a factory calibration the firmware decides what to do.
+/// let factory = persistence.load_factory(&mut buffer).ok()??;
 /// let mut calibrator = Calibrator::<f32, 256>::new(Config::robust());
-/// calibrator.set_cameras(made.cameras);
-/// calibrator.set_factory(made.extrinsics);
+/// calibrator.set_cameras(factory.cameras);
+/// calibrator.set_factory(factory.extrinsics);
 /// let resumed = persistence.resume(&mut calibrator, &mut buffer); // log it
 ///
 /// // After each pair.
@@ -45,39 +45,39 @@ pub struct Persistence<F: NorFlash, T: Scalar> {
     policy: SavePolicy<T>,
 }
 
-/// Why nothing was taken up. The calibrator is as it was: start afresh.
+/// Why nothing was restored. The calibrator is unchanged: start without the record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ResumeError<E: Debug> {
-    /// The store did not give the record.
+    /// The store could not load the record.
     #[error(transparent)]
     Load(LoadError<E>),
-    /// It did, and the record is not for this calibrator.
+    /// The record does not suit this calibrator.
     #[error("the record in flash: {0}")]
     Record(RestoreError),
 }
 
-/// Why nothing was kept. What was kept before is there still.
+/// Why nothing was saved. The record saved before remains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum PersistError<E: Debug> {
-    /// There is no record to be kept.
+    /// No cameras are set, or the buffer is too small.
     #[error(transparent)]
     Snapshot(SnapshotError),
-    /// The store did not take it.
+    /// The store could not save the record.
     #[error(transparent)]
     Save(SaveError<E>),
 }
 
 impl<F: NorFlash<Error: Debug>, T: Scalar> Persistence<F, T> {
-    /// Of a store that has been opened.
+    /// Persistence over an open store.
     pub const fn new(store: Store<F>, policy: SavePolicy<T>) -> Self {
         Self { store, policy }
     }
 
-    /// The factory calibration; `None` if none was kept yet.
+    /// Loads the factory calibration; `None` if none was saved.
     ///
     /// # Errors
     /// [`ResumeError`].
@@ -89,21 +89,21 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Persistence<F, T> {
         record.map(FactoryCalibration::from_record).transpose().map_err(ResumeError::Record)
     }
 
-    /// Keeps a factory calibration in the place of the one before. What was learnt from that will not be
-    /// taken up any more.
+    /// Saves a factory calibration in place of the previous one. A state learnt from the previous one can
+    /// no longer be restored.
     ///
     /// # Errors
     /// [`PersistError`].
     pub fn save_factory(
         &mut self,
-        made: &FactoryCalibration<T>,
+        factory: &FactoryCalibration<T>,
         buffer: &mut [u8],
     ) -> Result<(), PersistError<F::Error>> {
-        let record = made.to_record(buffer).map_err(PersistError::Snapshot)?;
+        let record = factory.to_record(buffer).map_err(PersistError::Snapshot)?;
         self.store.save(RecordKind::Factory, record).map_err(PersistError::Save)
     }
 
-    /// Lets a calibrator that has learnt nothing yet take up what was kept; whether there was anything.
+    /// Restores the saved state into a new calibrator; whether there was one.
     ///
     /// # Errors
     /// [`ResumeError`].
@@ -119,12 +119,12 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Persistence<F, T> {
         Ok(true)
     }
 
-    /// Keeps what was learnt if that is due; why it was. To be called after each pair.
+    /// Saves the state if the policy finds it due; the reason, if so. Call it after each pair.
     ///
-    /// * `now`: since any origin, the same for all calls.
+    /// * `now`: time since a fixed origin.
     ///
     /// # Errors
-    /// [`PersistError`]; it is due again after the shortest interval.
+    /// [`PersistError`]; the save is due again after the shortest interval.
     pub fn save_if_due<const N: usize>(
         &mut self,
         calibrator: &Calibrator<T, N>,
@@ -138,7 +138,7 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Persistence<F, T> {
         Ok(reason)
     }
 
-    /// Keeps what was learnt, due or not: before power is switched off on purpose.
+    /// Saves the state, due or not: before power is switched off on purpose.
     ///
     /// # Errors
     /// [`PersistError`].
@@ -154,7 +154,7 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Persistence<F, T> {
         Ok(())
     }
 
-    /// Lets nothing that was learnt be taken up, after a reset that is to last.
+    /// Removes the saved state: a reset of the calibrator then survives the next start.
     ///
     /// # Errors
     /// [`PersistError::Save`].
@@ -162,12 +162,12 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Persistence<F, T> {
         self.store.remove(RecordKind::State).map_err(PersistError::Save)
     }
 
-    /// The store, for what an operator asks of it.
+    /// Store below, for diagnostics.
     pub fn store(&self) -> &Store<F> {
         &self.store
     }
 
-    /// The store again.
+    /// Returns the store.
     pub fn release(self) -> Store<F> {
         self.store
     }

@@ -1,4 +1,4 @@
-//! When what was learnt is worth a save.
+//! Policy: when to save the calibrator state.
 
 use core::time::Duration;
 
@@ -11,22 +11,22 @@ use crate::proposal::Proposal;
 use crate::scalar::Scalar;
 use crate::supervision::State;
 
-/// Why it is time to save.
+/// Why a save is due.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SaveReason {
-    /// The calibrator is locked, and what was saved last was not, or nothing was.
+    /// The calibrator is locked, and the last save was not of a locked state, or there was none.
     Locked,
-    /// Other extrinsics are in use.
+    /// The extrinsics in use have changed.
     InUse,
-    /// The locked estimate has moved by more than its own claimed deviation, in `R` or in `t`.
+    /// The locked estimate has moved by more than its reported standard deviation, in `R` or in `t`.
     Moved,
-    /// Something was fused into the locked estimate, and the longest interval is over.
+    /// The locked estimate has changed, and the longest interval has passed.
     Overdue,
 }
 
-/// What was saved last.
+/// Calibrator at the last save.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Saved<T: Scalar> {
     state: State,
@@ -34,7 +34,7 @@ struct Saved<T: Scalar> {
     estimate: Option<Estimate<T>>,
 }
 
-/// What of a proposal counts here.
+/// Part of a proposal that the policy compares.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Estimate<T: Scalar> {
     extrinsics: Extrinsics<T>,
@@ -43,7 +43,7 @@ struct Estimate<T: Scalar> {
 }
 
 impl<T: Scalar> Estimate<T> {
-    /// Out of line: a whole proposal is not to stay on the stack. Borrowed: nor is a second one.
+    /// Out of line: keeps a whole proposal off the caller's stack.
     #[inline(never)]
     fn of<const N: usize>(calibrator: &Calibrator<T, N>) -> Option<Self> {
         let proposal = calibrator.proposal();
@@ -51,7 +51,7 @@ impl<T: Scalar> Estimate<T> {
         Some(Self { extrinsics: *extrinsics, pairs: *pairs, sd: *sd })
     }
 
-    /// By more than its own claimed deviation, in `R` or in `t`.
+    /// Whether it differs by more than its reported standard deviation, in `R` or in `t`.
     #[inline(never)]
     fn has_moved_from(&self, old: &Extrinsics<T>) -> bool {
         let Self { extrinsics: new, sd, .. } = self;
@@ -60,10 +60,10 @@ impl<T: Scalar> Estimate<T> {
     }
 }
 
-/// Says when to save, at most once in the shortest interval. It has no clock: time is a [`Duration`]
-/// since any origin, the same for all calls.
+/// Decides when to save, at most once per shortest interval. Time is an argument: a [`Duration`] since any
+/// fixed origin.
 ///
-/// A clock that stands still permits no save but the first; one that goes back begins the intervals anew.
+/// With a stopped clock only the first save is due; a clock that steps back restarts the intervals.
 ///
 /// ```
 /// use core::time::Duration;
@@ -72,9 +72,9 @@ impl<T: Scalar> Estimate<T> {
 /// let mut policy = SavePolicy::<f32>::new().with_shortest_interval(Duration::from_secs(60))?;
 /// # let calibrator = stereo_selfcal::Calibrator::<f32, 16>::new(Default::default());
 /// # let (now, saved_well) = (Duration::ZERO, true);
-/// // After each pair. At start, if a record was restored: `policy.restored(&calibrator)`.
+/// // After each pair. At start, after a restore: `policy.restored(&calibrator)`.
 /// if let Some(reason) = policy.due(&calibrator, now) {
-///     // Save. Where that fails, nothing more to do: it is due again after the shortest interval.
+///     // Save. After a failure it is due again after the shortest interval.
 ///     # let _ = reason;
 ///     if saved_well {
 ///         policy.saved(&calibrator, now);
@@ -87,13 +87,13 @@ impl<T: Scalar> Estimate<T> {
 pub struct SavePolicy<T: Scalar> {
     shortest: Duration,
     longest: Duration,
-    /// When it was last due, or saved.
+    /// Time of the last due or completed save.
     last: Option<Duration>,
     saved: Option<Saved<T>>,
 }
 
 impl<T: Scalar> SavePolicy<T> {
-    /// Shortest interval 10 minutes, longest 6 hours; nothing saved yet.
+    /// Default policy: shortest interval 10 minutes, longest 6 hours.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -104,10 +104,10 @@ impl<T: Scalar> SavePolicy<T> {
         }
     }
 
-    /// Least time between two saves, and between a save that failed and the next attempt. Default
-    /// 10 minutes.
+    /// Sets the shortest interval: least time between two saves, and before a failed save is repeated.
+    /// Default 10 minutes.
     ///
-    /// Larger spares the flash; smaller loses less with the power.
+    /// Larger spares the flash; smaller loses less when power fails.
     ///
     /// # Errors
     /// [`PolicyError::ShortestInterval`] unless above 0 and at most the longest.
@@ -120,9 +120,9 @@ impl<T: Scalar> SavePolicy<T> {
         }
     }
 
-    /// Time after which anything new is saved. Default 6 hours.
+    /// Sets the longest interval: time after which any change is saved. Default 6 hours.
     ///
-    /// Larger spares the flash; smaller keeps the sums behind the estimate fresher.
+    /// Larger spares the flash; smaller keeps the saved sums of the estimate more recent.
     ///
     /// # Errors
     /// [`PolicyError::LongestInterval`] below the shortest.
@@ -135,10 +135,11 @@ impl<T: Scalar> SavePolicy<T> {
         }
     }
 
-    /// Whether to save now, and why. Having said so, it says nothing for the shortest interval. The first
-    /// time does not wait.
+    /// Reason to save now, if any; then none for the shortest interval. The first save does not wait.
     ///
-    /// An estimate that is not locked is no reason: what was confirmed before is worth more.
+    /// A change of an estimate that is not locked is no reason: the confirmed one saved before is kept.
+    ///
+    /// * `now`: time since a fixed origin.
     #[inline(never)]
     pub fn due<const N: usize>(
         &mut self,
@@ -146,7 +147,7 @@ impl<T: Scalar> SavePolicy<T> {
         now: Duration,
     ) -> Option<SaveReason> {
         self.last = self.last.map(|last| last.min(now));
-        // In nanoseconds: to subtract a `Duration` can panic for all that the compiler knows.
+        // In nanoseconds: subtraction of `Duration` compiles to a reachable panic.
         let since = self.last.map(|last| now.as_nanos().saturating_sub(last.as_nanos()));
         if since.is_some_and(|since| since < self.shortest.as_nanos()) {
             return None;
@@ -157,13 +158,13 @@ impl<T: Scalar> SavePolicy<T> {
         Some(reason)
     }
 
-    /// Notes that the store holds what the calibrator is now.
+    /// Records that the store holds the present state of the calibrator.
     pub fn saved<const N: usize>(&mut self, calibrator: &Calibrator<T, N>, now: Duration) {
         self.restored(calibrator);
         self.last = Some(now);
     }
 
-    /// Notes that the calibrator is now what the store holds. The next save does not wait.
+    /// Records that the calibrator was restored from the store. The next save does not wait.
     #[inline(never)]
     pub fn restored<const N: usize>(&mut self, calibrator: &Calibrator<T, N>) {
         let estimate = Estimate::of(calibrator);

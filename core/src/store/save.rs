@@ -1,20 +1,20 @@
-//! A save: appended to the page in use, or with all that is live to a page that is erased for it.
+//! Save: appends to the active page, or opens another page with all newest records.
 
 use embedded_storage::nor_flash::NorFlash;
 
 use super::Store;
-use super::entry::{EntryMeta, Header, PerKind};
+use super::entry::{EntryHeader, EntryMeta, PerKind};
 use super::error::SaveError;
-use super::flash_io::{EntryLocation, FlashIo, Source};
+use super::flash_io::{EntryLocation, Source};
 use super::scan::Scan;
 use crate::codec::RecordKind;
 
-/// Pages that a save erases, at most.
-const TURNOVERS: u32 = 3;
-/// Pages that are looked at for one to erase: two may have the only record of a kind.
-const CANDIDATES: u32 = TURNOVERS + 2;
+/// Largest number of pages that one save erases.
+const MAX_ERASURES: u32 = 3;
+/// Pages examined for one to erase: two more, which may hold the only record of a kind.
+const CANDIDATES: u32 = MAX_ERASURES + 2;
 
-/// A record to be written.
+/// Record to be written.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NewRecord<'a> {
     pub(super) meta: EntryMeta,
@@ -24,33 +24,34 @@ pub(super) struct NewRecord<'a> {
 impl<F: NorFlash> Store<F> {
     #[inline(never)]
     pub(super) fn put(&mut self, record: &NewRecord<'_>) -> Result<(), SaveError<F::Error>> {
-        if self.scan.faults > 0 {
-            // What could not be read may be readable now: nothing of it is to be erased.
-            self.read_through();
+        if self.scan.read_errors > 0 {
+            // Data that was unreadable may be readable now and must not be erased.
+            self.rescan();
         }
-        self.check_room_for_two_of_each(record.meta)?;
-        let mut kept = match self.room() {
+        self.check_fits_page(record.meta)?;
+        let mut saved = match self.free() {
             Some((address, bytes)) => self.append(record, address, bytes),
             None => Ok(false),
         };
-        // Where a page does not take it, the next may.
-        for skip in 0..TURNOVERS.min(self.flash_io.pages.count()) {
-            if !matches!(kept, Ok(true)) {
-                kept = self.turn_over(record, skip).map(|()| true);
+        // If one page fails, the next may work.
+        for skip in 0..MAX_ERASURES.min(self.flash_io.pages.count()) {
+            if !matches!(saved, Ok(true)) {
+                saved = self.open_page(record, skip).map(|()| true);
             }
         }
-        if !matches!(kept, Ok(true)) {
-            self.read_through();
+        if !matches!(saved, Ok(true)) {
+            self.rescan();
         }
-        kept.map(|_| ())
+        saved.map(|_| ())
     }
 
-    fn check_room_for_two_of_each(&self, new: EntryMeta) -> Result<(), SaveError<F::Error>> {
-        let FlashIo { pages, .. } = &self.flash_io;
+    /// Checks that a page holds two entries of each kind.
+    fn check_fits_page(&self, new: EntryMeta) -> Result<(), SaveError<F::Error>> {
+        let pages = &self.flash_io.pages;
         let mut needed = 0_u32;
         for kind in RecordKind::ALL {
-            let live = self.scan.live.of(kind).as_ref().map(|place| place.header.meta);
-            let meta = if kind == new.kind { Some(new) } else { live };
+            let newest = self.scan.newest.of(kind).map(|place| place.header.meta);
+            let meta = if kind == new.kind { Some(new) } else { newest };
             let bytes = meta.map_or(0, |meta| meta.bytes(pages).saturating_mul(2));
             needed = needed.saturating_add(bytes);
         }
@@ -58,80 +59,83 @@ impl<F: NorFlash> Store<F> {
         if needed > page { Err(SaveError::TooLarge { needed, page }) } else { Ok(()) }
     }
 
-    /// Puts a record into the page in use; whether there was room.
+    /// Appends a record to the active page, which has `free` bytes; whether it fits.
     #[inline(never)]
     fn append(
         &mut self,
         record: &NewRecord<'_>,
         mut address: u32,
-        room: u32,
+        free: u32,
     ) -> Result<bool, SaveError<F::Error>> {
         let EntryMeta { kind, removed, .. } = record.meta;
-        // One that has no other before it to fall back on is written twice.
-        let has_one_before = self.scan.record(kind).is_some();
-        let copies = if kind == RecordKind::State && has_one_before && !removed { 1 } else { 2 };
-        if record.meta.bytes(&self.flash_io.pages).saturating_mul(copies) > room {
+        // Two copies where no older record could replace a damaged one.
+        let has_older = self.scan.record(kind).is_some();
+        let copies = if kind == RecordKind::State && has_older && !removed { 1 } else { 2 };
+        if record.meta.bytes(&self.flash_io.pages).saturating_mul(copies) > free {
             return Ok(false);
         }
         let source = Source::Payload(record.payload);
-        let place = self.lay(&mut address, record.meta, source, false, copies)?;
-        *self.scan.live.of_mut(kind) = place;
+        let place = self.write_copies(&mut address, record.meta, source, false, copies)?;
+        *self.scan.newest.of_mut(kind) = place;
         self.scan.end = address;
         Ok(true)
     }
 
-    /// Erases a page and opens it with the newest records of the other kinds, then with this one.
+    /// Erases a page, copies the newest records of the other kinds to it, and adds this record.
     #[inline(never)]
-    fn turn_over(&mut self, record: &NewRecord<'_>, skip: u32) -> Result<(), SaveError<F::Error>> {
+    fn open_page(&mut self, record: &NewRecord<'_>, skip: u32) -> Result<(), SaveError<F::Error>> {
         let kind = record.meta.kind;
         let (page, others) = self.page_to_erase(kind, skip).ok_or(SaveError::NoPageToErase)?;
         let page_end = self.flash_io.pages.end_of(page);
         self.scan.erasures = self.scan.erasures.saturating_add(1);
         self.flash_io.flash.erase(page, page_end).map_err(SaveError::Flash)?;
         let mut address = page;
-        let mut live = PerKind { factory: None, state: None };
+        let mut newest = PerKind::NONE;
         for other in RecordKind::ALL.into_iter().filter(|other| *other != kind) {
             if let Some(place) = others.of(other) {
                 let source = Source::Entry(place.address);
-                *live.of_mut(other) = self.lay(&mut address, place.header.meta, source, true, 2)?;
+                *newest.of_mut(other) =
+                    self.write_copies(&mut address, place.header.meta, source, true, 2)?;
             }
         }
         let source = Source::Payload(record.payload);
-        *live.of_mut(kind) = self.lay(&mut address, record.meta, source, false, 2)?;
-        self.scan.live = live;
-        self.scan.base = Some(page);
+        *newest.of_mut(kind) = self.write_copies(&mut address, record.meta, source, false, 2)?;
+        self.scan.newest = newest;
+        self.scan.active = Some(page);
         self.scan.end = address;
         Ok(())
     }
 
-    /// The page after the one in use, or a later one, that has none of the newest records, and what those
-    /// are. `skip`: how many such pages have failed.
+    /// Next page after the active one that holds none of the newest records, and the newest records
+    /// without it.
     ///
-    /// Where several faults left no such page: one without which an older record of each kind is left, and
-    /// at worst none of `kind`.
+    /// If faults left no such page: a page without which an older record of each kind remains; at worst
+    /// one without which no record of `kind` remains.
+    ///
+    /// * `skip`: number of such pages that have failed.
     #[inline(never)]
     fn page_to_erase(
         &mut self,
         kind: RecordKind,
         mut skip: u32,
-    ) -> Option<(u32, PerKind<Option<EntryLocation>>)> {
+    ) -> Option<(u32, PerKind<EntryLocation>)> {
         for leniency in 0..3_u8 {
-            let mut page = self.scan.base;
+            let mut page = self.scan.active;
             for _ in 0..CANDIDATES.min(self.flash_io.pages.count()) {
                 let candidate = self.flash_io.pages.after(page);
                 page = Some(candidate);
-                if page == self.scan.base {
+                if page == self.scan.active {
                     continue;
                 }
-                let live = Scan::of(&mut self.flash_io, page).live;
-                let spared = |other: RecordKind| match (self.scan.live.of(other), live.of(other)) {
+                let remaining = Scan::of(&mut self.flash_io, page).newest;
+                let spared = |other| match (self.scan.newest.of(other), remaining.of(other)) {
                     (None, _) => true,
-                    (Some(had), Some(left)) => leniency > 0 || had == left,
+                    (Some(newest), Some(left)) => leniency > 0 || newest == left,
                     (Some(_), None) => leniency > 1 && other == kind,
                 };
                 if RecordKind::ALL.into_iter().all(spared) {
                     if skip == 0 {
-                        return Some((candidate, live));
+                        return Some((candidate, remaining));
                     }
                     skip = skip.saturating_sub(1);
                 }
@@ -140,8 +144,8 @@ impl<F: NorFlash> Store<F> {
         None
     }
 
-    /// Writes an entry so many times; where the last of them is.
-    fn lay(
+    /// Writes `copies` of an entry from `address` on; place of the last.
+    fn write_copies(
         &mut self,
         address: &mut u32,
         meta: EntryMeta,
@@ -153,7 +157,7 @@ impl<F: NorFlash> Store<F> {
         for _ in 0..copies {
             self.scan.sequence = self.scan.sequence.saturating_add(1);
             let Scan { sequence, erasures, .. } = self.scan;
-            let header = Header { sequence, erasures, meta, copy };
+            let header = EntryHeader { sequence, erasures, meta, copy };
             let place = EntryLocation { address: *address, header };
             if !self.flash_io.write_entry(&place, source).map_err(SaveError::Flash)? {
                 return Err(SaveError::VerifyFailed);

@@ -1,101 +1,104 @@
-//! What is in flash: a scan of all pages.
+//! Scan of all pages: what the flash holds.
 //!
-//! A page is *whole* once it has an entry that is no copy: the copies that open a page come first. What
-//! a page that is not whole holds is elsewhere too, and counts only if nothing else does.
+//! A page is *complete* once it holds an entry that is no copy: the copies that open a page come first.
+//! Entries of an incomplete page are copies of entries elsewhere and count only if no other is intact.
 
 use embedded_storage::nor_flash::NorFlash;
 
-use super::entry::{DecodedHeader, PerKind};
+use super::entry::{DecodedHeader, HEADER, PerKind};
 use super::flash_io::{EntryLocation, FlashIo};
+use super::pages::to_u32;
 use crate::codec::RecordKind;
 
-/// What a scan found.
+/// Result of a scan; kept up to date by saves.
 #[derive(Debug)]
 pub(super) struct Scan<E> {
-    /// Newest intact entry of each kind.
-    pub(super) live: PerKind<Option<EntryLocation>>,
-    /// The newest whole page.
-    pub(super) base: Option<u32>,
-    /// Where the next entry goes in it.
+    /// Newest intact entry of each kind, tombstones included.
+    pub(super) newest: PerKind<EntryLocation>,
+    /// Start of the active page: the newest complete one.
+    pub(super) active: Option<u32>,
+    /// Address of the next entry in the active page.
     pub(super) end: u32,
     /// Highest sequence number of any header.
     pub(super) sequence: u64,
-    /// Erasures of pages so far.
+    /// Page erasures so far.
     pub(super) erasures: u32,
-    /// Stretches that are neither erased nor intact entries.
+    /// Stretches that are neither erased nor an intact entry.
     pub(super) damaged: u32,
-    /// Headers of another layout.
-    pub(super) foreign: bool,
-    /// Reads that failed, and why the last of them did.
-    pub(super) faults: u32,
-    pub(super) fault: Option<E>,
+    /// Whether a header of another layout was found.
+    pub(super) unsupported: bool,
+    /// Number of reads that failed, and the last error.
+    pub(super) read_errors: u32,
+    pub(super) last_error: Option<E>,
 }
 
-/// What a scan found in one page.
+/// Result of the scan of one page.
 #[derive(Debug)]
 struct PageScan {
-    live: PerKind<Option<EntryLocation>>,
-    newest: u64,
-    whole: bool,
+    newest: PerKind<EntryLocation>,
+    /// Highest sequence number of an intact entry.
+    sequence: u64,
+    complete: bool,
+    /// Address of the next entry.
     end: u32,
 }
 
 impl<E> Scan<E> {
-    const NOTHING: Self = Self {
-        live: PerKind { factory: None, state: None },
-        base: None,
+    const EMPTY: Self = Self {
+        newest: PerKind::NONE,
+        active: None,
         end: 0,
         sequence: 0,
         erasures: 0,
         damaged: 0,
-        foreign: false,
-        faults: 0,
-        fault: None,
+        unsupported: false,
+        read_errors: 0,
+        last_error: None,
     };
 
-    /// Reads all pages but `except`. Entries are checked in full.
+    /// Scans all pages but `except`. Entries are verified in full.
     #[inline(never)]
     pub(super) fn of<F: NorFlash<Error = E>>(
         flash_io: &mut FlashIo<F>,
         except: Option<u32>,
     ) -> Self {
-        let mut scan = Self::NOTHING;
-        // Newest entries of pages that are whole, and of those that are not.
-        let mut whole = PerKind { factory: None, state: None };
-        let mut torn = whole;
-        let mut newest_base = 0;
-        for page in flash_io.pages.starts() {
-            if Some(page) == except {
-                continue;
-            }
-            let found = scan.page(flash_io, page);
+        let mut scan = Self::EMPTY;
+        let mut in_complete = PerKind::NONE;
+        let mut in_incomplete = PerKind::NONE;
+        let mut active_sequence = 0;
+        for page in flash_io.pages.starts().filter(|page| Some(*page) != except) {
+            let found = scan.scan_page(flash_io, page);
+            let newest = if found.complete { &mut in_complete } else { &mut in_incomplete };
             for kind in RecordKind::ALL {
-                let best = if found.whole { whole.of_mut(kind) } else { torn.of_mut(kind) };
-                *best = newer(*best, *found.live.of(kind));
+                keep_newer(newest.of_mut(kind), found.newest.of(kind));
             }
-            if found.whole && (scan.base.is_none() || found.newest > newest_base) {
-                scan.base = Some(page);
+            if found.complete && (scan.active.is_none() || found.sequence > active_sequence) {
+                scan.active = Some(page);
                 scan.end = found.end;
-                newest_base = found.newest;
+                active_sequence = found.sequence;
             }
         }
         for kind in RecordKind::ALL {
-            *scan.live.of_mut(kind) = whole.of(kind).or(*torn.of(kind));
+            *scan.newest.of_mut(kind) = in_complete.of(kind).or(in_incomplete.of(kind)).copied();
         }
         scan
     }
 
-    /// Steps from entry to entry, through what is damaged from word to word.
+    /// Steps from entry to entry; through damage from word to word.
     #[inline(never)]
-    fn page<F: NorFlash<Error = E>>(&mut self, flash_io: &mut FlashIo<F>, page: u32) -> PageScan {
+    fn scan_page<F: NorFlash<Error = E>>(
+        &mut self,
+        flash_io: &mut FlashIo<F>,
+        page: u32,
+    ) -> PageScan {
         let page_end = flash_io.pages.end_of(page);
         let written = flash_io.written_end(page);
-        let nothing = PerKind { factory: None, state: None };
-        let mut found = PageScan { live: nothing, newest: 0, whole: false, end: written };
+        let mut found =
+            PageScan { newest: PerKind::NONE, sequence: 0, complete: false, end: written };
         let mut address = page;
-        let mut within_damage = false;
+        let mut in_damage = false;
         while address < written {
-            let place = self.header(flash_io, address, page_end);
+            let place = self.header_at(flash_io, address, page_end);
             let intact = place.is_some_and(|place| self.is_intact(flash_io, &place));
             if let Some(place) = place {
                 let header = place.header;
@@ -105,37 +108,36 @@ impl<E> Scan<E> {
                 }
                 address = address.saturating_add(header.meta.bytes(&flash_io.pages));
                 if intact {
-                    let best = found.live.of_mut(header.meta.kind);
-                    *best = newer(*best, Some(place));
-                    found.whole |= !header.copy;
-                    found.newest = found.newest.max(header.sequence);
+                    keep_newer(found.newest.of_mut(header.meta.kind), Some(&place));
+                    found.complete |= !header.copy;
+                    found.sequence = found.sequence.max(header.sequence);
                 }
             } else {
                 address = address.saturating_add(flash_io.pages.word());
             }
-            if !intact && (!within_damage || place.is_some()) {
+            if !intact && (!in_damage || place.is_some()) {
                 self.damaged = self.damaged.saturating_add(1);
             }
-            within_damage = !intact;
+            in_damage = !intact;
         }
-        // Of an entry that was cut off, the words after the last that can be told may be written too: up
-        // to the length that its header says, or the rest of that header.
-        let unseen = if within_damage { flash_io.pages.rounded(24) } else { 0 };
+        // A write cut off at the end may have left words that look erased: the rest of a header, or of the
+        // entry up to the length in its header.
+        let unseen = if in_damage { flash_io.pages.rounded(to_u32(HEADER)) } else { 0 };
         found.end = written.max(address).saturating_add(unseen);
         found
     }
 
-    fn header<F: NorFlash<Error = E>>(
+    fn header_at<F: NorFlash<Error = E>>(
         &mut self,
         flash_io: &mut FlashIo<F>,
         address: u32,
         page_end: u32,
     ) -> Option<EntryLocation> {
-        match flash_io.found_at(address, page_end) {
+        match flash_io.header_at(address, page_end) {
             Ok(DecodedHeader::Entry(header)) => return Some(EntryLocation { address, header }),
-            Ok(DecodedHeader::Unsupported) => self.foreign = true,
+            Ok(DecodedHeader::Unsupported) => self.unsupported = true,
             Ok(DecodedHeader::None) => (),
-            Err(error) => self.note(error),
+            Err(error) => self.count_error(error),
         }
         None
     }
@@ -145,30 +147,27 @@ impl<E> Scan<E> {
         flash_io: &mut FlashIo<F>,
         place: &EntryLocation,
     ) -> bool {
-        match flash_io.read_entry(place, &mut []) {
-            Ok(intact) => intact,
-            Err(error) => {
-                self.note(error);
-                false
-            }
-        }
+        flash_io.read_entry(place, &mut []).unwrap_or_else(|error| {
+            self.count_error(error);
+            false
+        })
     }
 
-    fn note(&mut self, error: E) {
-        self.faults = self.faults.saturating_add(1);
-        self.fault = Some(error);
+    fn count_error(&mut self, error: E) {
+        self.read_errors = self.read_errors.saturating_add(1);
+        self.last_error = Some(error);
     }
 
-    /// The newest entry of a kind, unless that kind was removed.
+    /// Newest entry of a kind, unless it is a tombstone.
     pub(super) fn record(&self, kind: RecordKind) -> Option<&EntryLocation> {
-        self.live.of(kind).as_ref().filter(|place| !place.header.meta.removed)
+        self.newest.of(kind).filter(|place| !place.header.meta.removed)
     }
 }
 
-/// The later one, of equals the second.
-fn newer(a: Option<EntryLocation>, b: Option<EntryLocation>) -> Option<EntryLocation> {
-    match (a, b) {
-        (Some(a), Some(b)) if b.header.sequence < a.header.sequence => Some(a),
-        (a, b) => b.or(a),
+/// Keeps the entry with the higher sequence number, of equals the second.
+fn keep_newer(kept: &mut Option<EntryLocation>, other: Option<&EntryLocation>) {
+    let sequence = |place: &EntryLocation| place.header.sequence;
+    if other.is_some() && other.map(sequence) >= kept.as_ref().map(sequence) {
+        *kept = other.copied();
     }
 }

@@ -175,14 +175,14 @@ fn a_store_takes_an_eighth_of_a_kib_beside_its_driver() {
 #[test]
 fn room_is_told_to_the_byte() {
     let mut store = open(Small::new(3, 1), 1);
-    assert_eq!((store.wear().room, store.wear().erasures), (0, 0));
+    assert_eq!((store.wear().free, store.wear().erasures), (0, 0));
     store.save(RecordKind::State, &payload(0, 4)).unwrap();
     // Two entries of 32 bytes.
-    assert_eq!((store.wear().room, store.wear().erasures), (448, 1));
+    assert_eq!((store.wear().free, store.wear().erasures), (448, 1));
     for number in 1..15 {
         store.save(RecordKind::State, &payload(number, 4)).unwrap();
     }
-    assert_eq!((store.wear().room, store.wear().erasures), (0, 1));
+    assert_eq!((store.wear().free, store.wear().erasures), (0, 1));
     store.save(RecordKind::State, &payload(15, 4)).unwrap();
-    assert_eq!((store.wear().room, store.wear().erasures), (448, 2));
+    assert_eq!((store.wear().free, store.wear().erasures), (448, 2));
 }
