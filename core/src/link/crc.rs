@@ -4,7 +4,7 @@ use core::fmt;
 
 use super::header::FrameHeader;
 use super::record::Record;
-use crate::checksum::{self, Checksum};
+use crate::codec::checksum::{self, Checksum};
 
 /// The CRC that ends a frame: over the header without its own CRC, then over all records.
 #[derive(Clone)]

@@ -3,7 +3,7 @@
 use super::crc::FrameCrc;
 use super::header::FrameHeader;
 use super::record::Record;
-use crate::correspondence::Correspondence;
+use crate::batch::correspondence::Correspondence;
 
 /// What is made of a frame if its CRC is right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::crc::FrameCrc;
 use super::record::Record;
-use crate::checksum;
+use crate::codec::checksum;
 
 /// The bytes every frame starts with.
 pub(super) const MAGIC: [u8; 4] = *b"SCMF";

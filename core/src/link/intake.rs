@@ -5,8 +5,8 @@ use thiserror::Error;
 use super::decoder::Decoder;
 use super::event::Event;
 use super::header::FrameHeader;
+use crate::batch::correspondence::Correspondence;
 use crate::calibrator::Calibrator;
-use crate::correspondence::Correspondence;
 use crate::scalar::Scalar;
 
 /// Takes the matches of one frame at a time.

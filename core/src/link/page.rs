@@ -3,7 +3,7 @@
 extern crate std;
 
 use super::{Decoder, Event, FrameCrc, FrameHeader, Record};
-use crate::correspondence::Correspondence;
+use crate::batch::correspondence::Correspondence;
 use std::vec::Vec;
 
 const HEADER: FrameHeader = FrameHeader {

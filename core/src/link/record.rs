@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::header::{FrameHeader, MAX_LEVEL};
-use crate::correspondence::Correspondence;
+use crate::batch::correspondence::Correspondence;
 use crate::scalar::Scalar;
 
 /// Largest coordinate, steps of the wire: 24 bits, which `f32` holds without rounding.

@@ -15,7 +15,7 @@
 //! Both are CRC-32/ISO-HDLC: they find every error of one byte.
 
 use super::pages::Pages;
-use crate::checksum::{self, Checksum};
+use crate::codec::checksum::{self, Checksum};
 
 pub(super) const HEADER: usize = 24;
 pub(super) const TAIL: usize = 4;

@@ -9,8 +9,8 @@ use thiserror::Error;
 use super::{Kind, LoadError, SaveError, SavePolicy, SaveReason, Store};
 use crate::calibrator::Calibrator;
 use crate::error::{RestoreError, SnapshotError};
-use crate::factory::FactoryCalibration;
 use crate::scalar::Scalar;
+use crate::snapshot::factory::FactoryCalibration;
 
 /// Takes up at start what was learnt before, and keeps what is learnt since.
 ///
