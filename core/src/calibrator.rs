@@ -3,22 +3,18 @@
 //! *Estimate* ([`Calibrator::solve_pair`], [`Calibrator::fuse`]) never touches what is in use;
 //! *judge* ([`Calibrator::health`]) compares; *apply* ([`Calibrator::apply`]) is the caller's act.
 
-mod memory;
-
+use crate::batch::correspondence::{Cameras, Correspondence};
 use crate::batch::{Batch, Pushed};
-use crate::config::Config;
-use crate::correspondence::{Cameras, Correspondence};
+use crate::config::{Config, Context};
 use crate::error::{ApplyError, PairError, PushError, Refusal, Rejection};
-use crate::estimator::{Estimator, Setting};
-use crate::extrinsics::Extrinsics;
-use crate::health::Health;
-use crate::proposal::{Doubt, Proposal};
-use crate::report::{PairReport, SCREEN};
+use crate::estimator::Estimator;
+use crate::geometry::extrinsics::Extrinsics;
+use crate::outcome::health::Health;
+use crate::outcome::pair_report::{Fused, PairReport};
+use crate::outcome::proposal::{Doubt, Proposal};
 use crate::scalar::Scalar;
-use crate::supervision::{Fused, State};
-
-/// Passes that judging and comparing take beyond those that the configuration limits.
-const SPARE_PASSES: u16 = 8;
+use crate::state::State;
+use crate::thresholds::{SCREEN, SPARE_PASSES};
 
 /// Online calibrator of one stereo rig, for up to `N` correspondences a pair.
 ///
@@ -43,7 +39,7 @@ const SPARE_PASSES: u16 = 8;
 ///     calibrator.push(&m)?; // refused: the batch is as it was
 /// }
 /// let pair = calibrator.solve_pair()?;
-/// calibrator.fuse(&pair)?; // refused: the estimate is as it was, bit for bit
+/// calibrator.fuse()?; // refused: the estimate is unchanged
 /// calibrator.clear_pair();
 /// assert!(pair.rms_px_after < pair.rms_px_before);
 /// if calibrator.state() == State::Locked {
@@ -55,16 +51,16 @@ const SPARE_PASSES: u16 = 8;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Calibrator<T: Scalar, const N: usize> {
-    config: Config,
-    cameras: Option<Cameras<T>>,
-    factory: Extrinsics<T>,
-    in_use: Extrinsics<T>,
-    before: Option<Extrinsics<T>>,
-    generation: u32,
-    frozen: bool,
+    pub(crate) config: Config,
+    pub(crate) cameras: Option<Cameras<T>>,
+    pub(crate) factory: Extrinsics<T>,
+    pub(crate) in_use: Extrinsics<T>,
+    pub(crate) before: Option<Extrinsics<T>>,
+    pub(crate) generation: u32,
+    pub(crate) frozen: bool,
     rejection: Option<Rejection>,
     batch: Batch<T, N>,
-    estimator: Estimator<T>,
+    pub(crate) estimator: Estimator<T>,
 }
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
@@ -105,7 +101,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.frozen = false;
         self.rejection = None;
         self.clear_pair();
-        self.estimator.forget(&self.config);
+        self.estimator.reset();
     }
 
     /// Offers one correspondence to the batch, which selects once it is full: two undistortions, and
@@ -127,24 +123,25 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.estimator.abandon();
     }
 
-    /// Starts to solve the batch: the first pass. Then call [`Calibrator::advance_pair`].
+    /// Begins to solve the batch, with its first pass. Then call [`Calibrator::advance_pair`].
     ///
     /// # Errors
-    /// [`PairError`]; the batch is kept and may be added to.
+    /// [`PairError`]; the batch is kept and may be added to. A pair solved before can no longer be fused.
     pub fn begin_pair(&mut self) -> Result<(), PairError> {
-        let focal = self.cameras.as_ref().ok_or(PairError::NoCameras)?.mean_focal();
-        let setting = Setting { config: &self.config, factory: &self.factory, focal };
-        let begun = self.estimator.begin(&setting, self.batch.matches());
+        let begun = match context(&self.config, &self.factory, self.cameras.as_ref()) {
+            Some(context) => self.estimator.begin(&context, self.batch.matches()),
+            None => Err(PairError::NoCameras),
+        };
         self.rejection = begun.err().map(Rejection::Unsolved);
         begun
     }
 
-    /// Takes one more pass; the report once the pair is solved. The batch is then free again.
+    /// Takes one more pass; the report once the pair is solved. The batch may then be changed.
     ///
     /// # Errors
-    /// [`PairError`]; the batch is kept, the pair is abandoned. Robust: a batch that agrees with
-    /// nothing counts against the estimate, see [`Calibrator::state`]; one that nothing has confirmed
-    /// yet is given up after the second.
+    /// [`PairError`]; the batch is kept, the pair is abandoned. Robust preset: a batch that agrees with no hypothesis
+    /// counts against the estimate ([`Calibrator::state`]); an estimate that no pair has confirmed yet is dropped after
+    /// the second.
     pub fn advance_pair(&mut self) -> Result<Option<PairReport<T>>, PairError> {
         if self.take_pass()? { self.report().map(Some) } else { Ok(None) }
     }
@@ -152,10 +149,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Solves the batch in one call. The batch is kept, for [`Calibrator::health`].
     ///
     /// # Errors
-    /// [`PairError`]; the batch is kept.
+    /// [`PairError`], as [`Calibrator::begin_pair`] and [`Calibrator::advance_pair`].
     pub fn solve_pair(&mut self) -> Result<PairReport<T>, PairError> {
         self.begin_pair()?;
-        // More than any preset takes.
+        // More passes than any preset takes.
         for _ in 0..self.config.max_passes.saturating_mul(2).saturating_add(SPARE_PASSES) {
             if self.take_pass()? {
                 return self.report();
@@ -164,37 +161,37 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         Err(PairError::NotBegun)
     }
 
-    /// One more pass; whether the pair is solved.
+    /// Takes one more pass; whether the pair is solved.
     fn take_pass(&mut self) -> Result<bool, PairError> {
-        let focal = self.cameras.as_ref().ok_or(PairError::NoCameras)?.mean_focal();
-        let setting = Setting { config: &self.config, factory: &self.factory, focal };
-        let solved = self.estimator.advance(&setting, self.batch.matches());
+        let solved = match context(&self.config, &self.factory, self.cameras.as_ref()) {
+            Some(context) => self.estimator.advance(&context, self.batch.matches()),
+            None => Err(PairError::NoCameras),
+        };
         self.rejection = solved.err().map(Rejection::Unsolved);
         solved
     }
 
-    /// What a solved pair says.
+    /// Report of the solved pair.
     fn report(&mut self) -> Result<PairReport<T>, PairError> {
-        let focal = self.cameras.as_ref().ok_or(PairError::NoCameras)?.mean_focal();
-        let setting = Setting { config: &self.config, factory: &self.factory, focal };
-        let report = self.estimator.report(&setting, self.batch.matches());
+        let report = match context(&self.config, &self.factory, self.cameras.as_ref()) {
+            Some(context) => self.estimator.report(&context, self.batch.matches()),
+            None => Err(PairError::NoCameras),
+        };
         self.rejection = report.as_ref().err().copied().map(Rejection::Unsolved);
         report
     }
 
-    /// Takes a solved pair into the estimate. What is in use does not change, unless the configuration
-    /// lets it ([`Config::with_automatic_apply`]).
-    ///
-    /// Robust: a report counts once, and until the next pair is begun; the batch may be cleared before.
+    /// Fuses the pair that was solved last, once. The batch may be cleared before. What is in use does not change,
+    /// unless the configuration says so ([`Config::with_automatic_apply`]).
     ///
     /// # Errors
-    /// [`Refusal`]; the estimate is as it was, bit for bit, unless nothing has confirmed it yet: then
-    /// it may be given up.
-    pub fn fuse(&mut self, report: &PairReport<T>) -> Result<Fused, Refusal> {
-        let fused = if self.frozen {
-            Err(Refusal::Frozen)
-        } else {
-            self.estimator.fuse(&self.config, &self.factory, report)
+    /// [`Refusal`]; a locked estimate is bit for bit what it was, but [`Calibrator::state`] may change: a pair that
+    /// disagrees counts against it. An estimate that no pair has confirmed yet may be dropped.
+    pub fn fuse(&mut self) -> Result<Fused, Refusal> {
+        let fused = match context(&self.config, &self.factory, self.cameras.as_ref()) {
+            _ if self.frozen => Err(Refusal::Frozen),
+            Some(context) => self.estimator.fuse(&context),
+            None => Err(Refusal::NothingSolved),
         };
         self.rejection = fused.err().map(Rejection::Refused);
         if self.config.applies_itself && fused.is_ok() {
@@ -203,8 +200,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         fused
     }
 
-    /// Where it may not, it stays as it is; the proposal says why. By itself: what is returned would lie
-    /// on the stack of its caller.
+    /// Applies where that is allowed; the proposal says why not. Out of line: the result stays off the caller's stack.
     #[inline(never)]
     fn try_apply(&mut self) {
         let _ = self.apply();
@@ -217,7 +213,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     /// Estimate over all fused pairs; `None` before the first.
     pub fn proposal(&self) -> Option<Proposal<T>> {
-        self.estimator.proposal(&self.config, &self.factory, &self.in_use)
+        let context = context(&self.config, &self.factory, self.cameras.as_ref())?;
+        self.estimator.proposal(&context, &self.in_use)
     }
 
     /// How what is in use and the estimate fit the batch at hand, and how far the estimate can be
@@ -325,4 +322,13 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         }
         changed
     }
+}
+
+/// Context of a call; `None` without cameras.
+fn context<'a, T: Scalar>(
+    config: &'a Config,
+    factory: &'a Extrinsics<T>,
+    cameras: Option<&Cameras<T>>,
+) -> Option<Context<'a, T>> {
+    Some(Context::new(config, factory, cameras?.mean_focal()))
 }

@@ -9,7 +9,10 @@
 //! };
 //! ```
 
-use crate::error::ConfigError;
+use crate::error::{ConfigError, Refusal};
+use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::metrics::{baseline_angle, rotation_angle};
+use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 
 impl Default for Config {
@@ -34,6 +37,7 @@ pub enum Central {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Method {
     /// Huber weights, mean directions.
+    #[cfg(feature = "paper")]
     Paper,
     /// Whitened residuals, redescending loss, fusion by moments, watched.
     Robust,
@@ -46,10 +50,13 @@ pub struct Config {
     pub(crate) prior_sd_rad: f32,
     pub(crate) huber_threshold_px: f32,
     pub(crate) max_passes: u16,
+    #[cfg(feature = "paper")]
     pub(crate) step_tolerance_rad: f32,
     pub(crate) min_correspondences: u16,
     pub(crate) noise_floor_px: f32,
+    #[cfg(feature = "paper")]
     pub(crate) angle: Central,
+    #[cfg(feature = "paper")]
     pub(crate) max_sd_rad: f32,
     pub(crate) max_correction_rad: f32,
     pub(crate) memory_pairs: u32,
@@ -57,37 +64,40 @@ pub struct Config {
 }
 
 impl Config {
-    /// The method as published: Huber weights on plain row offsets, each pair from the factory
-    /// extrinsics, mean-direction fusion (eqs 16-22).
+    /// The published method: Huber weights on plain row offsets, each pair from the factory extrinsics, mean-direction
+    /// fusion (eqs 16-22).
     ///
-    /// Its only defence against mismatches is the Huber weight: see the limits in the README.
+    /// Its only defence against outliers is the Huber weight: see the limits in the README.
+    #[cfg(feature = "paper")]
     #[must_use]
     pub const fn paper() -> Self {
+        Self { method: Method::Paper, max_passes: 100, noise_floor_px: 0.02, ..Self::robust() }
+    }
+
+    /// An M-estimator of whitened row offsets, its redescending loss annealed from 120 px, fusion of moments, and change
+    /// detection: half of the matches may be outliers, and a step is followed within three pairs.
+    ///
+    /// The first pairs start at the factory extrinsics, of standard deviation [`Config::with_prior_sd_rad`], the others
+    /// at the estimate.
+    #[must_use]
+    pub const fn robust() -> Self {
         Self {
-            method: Method::Paper,
+            method: Method::Robust,
             prior_sd_rad: 0.1,
             huber_threshold_px: 1.0,
-            max_passes: 100,
+            max_passes: 12,
+            #[cfg(feature = "paper")]
             step_tolerance_rad: 1e-9,
             min_correspondences: 12,
-            noise_floor_px: 0.02,
+            noise_floor_px: 0.15,
+            #[cfg(feature = "paper")]
             angle: Central::Mean,
+            #[cfg(feature = "paper")]
             max_sd_rad: 0.12,
             max_correction_rad: 0.5,
             memory_pairs: 1000,
             applies_itself: false,
         }
-    }
-
-    /// Row offsets over their own standard deviation, a redescending loss annealed from 120 px, fusion
-    /// of moments and a watch over the rig: survives half of the matches being wrong, follows a knock in
-    /// three pairs.
-    ///
-    /// The first pairs start at the factory extrinsics, which count as known to
-    /// [`Config::with_prior_sd_rad`], the others at the estimate.
-    #[must_use]
-    pub const fn robust() -> Self {
-        Self { method: Method::Robust, max_passes: 12, noise_floor_px: 0.15, ..Self::paper() }
     }
 
     /// Standard deviation of the factory extrinsics about each axis, rad. Default 0.1. Robust preset
@@ -142,6 +152,7 @@ impl Config {
         }
     }
 
+    #[cfg(feature = "paper")]
     /// The solver has converged when its step is below this, rad. Default 1e-9.
     ///
     /// Never taken as smaller than 8 units in the last place of 1: 1e-6 rad in `f32`.
@@ -185,6 +196,7 @@ impl Config {
         }
     }
 
+    #[cfg(feature = "paper")]
     /// Mean or median of the angles in fusion (eq 22). Default mean.
     #[must_use]
     pub const fn with_angle(mut self, angle: Central) -> Self {
@@ -192,6 +204,7 @@ impl Config {
         self
     }
 
+    #[cfg(feature = "paper")]
     /// The gate refuses a pair whose weakest direction is less certain than this, rad. Default 0.12.
     /// Paper preset only: the robust one takes from a pair what it knows.
     ///
@@ -245,9 +258,52 @@ impl Config {
         }
     }
 
-    /// Information of the prior about each axis, 1/rad^2.
+    /// Information of the prior about each unknown, 1/rad^2.
     pub(crate) fn prior<T: Scalar>(&self) -> T {
         let sd = T::single(self.prior_sd_rad);
         T::ONE / (sd * sd)
+    }
+}
+
+/// Configuration and rig of a call.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Context<'a, T: Scalar> {
+    pub(crate) config: &'a Config,
+    pub(crate) factory: &'a Extrinsics<T>,
+    /// Mean focal length of the cameras, px.
+    pub(crate) focal: T,
+    /// Rectifying rotations of the factory extrinsics.
+    pub(crate) factory_pose: RectifyingRotations<T>,
+    /// Information on each unknown about the factory extrinsics, 1/rad^2.
+    pub(crate) prior: T,
+}
+
+impl<'a, T: Scalar> Context<'a, T> {
+    pub(crate) fn new(config: &'a Config, factory: &'a Extrinsics<T>, focal: T) -> Self {
+        let factory_pose = RectifyingRotations::from(factory);
+        Self { config, factory, focal, factory_pose, prior: config.prior() }
+    }
+
+    /// Factor of the sums over `pairs` pairs when one more comes: below 1 once the memory is full.
+    pub(crate) fn fading(&self, pairs: u32) -> T {
+        let memory = self.config.memory_pairs;
+        if pairs >= memory { T::ONE - T::ONE / T::count(memory) } else { T::ONE }
+    }
+
+    /// Whether extrinsics are within the correction limit of the factory extrinsics.
+    #[inline(never)]
+    pub(crate) fn allows(&self, found: &Extrinsics<T>) -> bool {
+        let limit = T::single(self.config.max_correction_rad);
+        baseline_angle(found.translation(), self.factory.translation()) <= limit
+            && rotation_angle(found.rotation(), self.factory.rotation()) <= limit
+    }
+
+    /// Whether an estimate may be at a pose.
+    ///
+    /// # Errors
+    /// [`Refusal::NoRig`], [`Refusal::CorrectionLimit`].
+    pub(crate) fn check(&self, pose: &RectifyingRotations<T>) -> Result<(), Refusal> {
+        let found = pose.extrinsics().map_err(|_| Refusal::NoRig)?;
+        if self.allows(&found) { Ok(()) } else { Err(Refusal::CorrectionLimit) }
     }
 }

@@ -3,7 +3,7 @@
 
 use thiserror::Error;
 
-use crate::supervision::State;
+use crate::state::State;
 
 /// Which camera of the pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -189,15 +189,12 @@ pub enum Refusal {
     /// The pair disagrees with the estimate, and with the pairs kept apart from it.
     #[error("the pair disagrees with the estimate")]
     Disagrees,
-    /// Another pair has been begun or dealt with since this one was solved: a report counts once.
-    #[error("the report is stale")]
-    Stale,
+    /// No pair has been solved since the last one was fused or begun: a pair counts once.
+    #[error("no pair has been solved since the last one was fused")]
+    NothingSolved,
     /// The calibrator is frozen.
     #[error("the calibrator is frozen")]
     Frozen,
-    /// A quantity of the report is not finite: the report was altered.
-    #[error("the report is not finite")]
-    NotFinite,
 }
 
 /// Why a pair is not in the estimate.

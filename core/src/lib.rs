@@ -22,61 +22,50 @@
 // `inline(always)`: the inner loops must be of one piece at opt-level "s" too. `inline(never)`: what
 // needs much stack must not lend it to its caller, who would hold it through all other calls.
 
+mod algebra;
 mod batch;
 mod calibrator;
-mod camera;
 mod codec;
-#[cfg(feature = "simd")]
-mod columns;
 mod config;
-mod correspondence;
 mod error;
 mod estimator;
-mod extrinsics;
-mod factory;
 mod fusion;
-mod gate;
-mod health;
-mod homography;
-mod huber;
-mod information;
-mod lanes;
+mod geometry;
 pub mod link;
-mod loss;
-pub mod metrics;
-mod moments;
-mod proposal;
-mod quadratic;
-mod rectification;
-mod report;
-mod residual;
-mod robust;
+mod outcome;
+mod pair;
+#[cfg(feature = "paper")]
+mod paper;
 mod scalar;
-mod selection;
-pub mod so3;
+mod simd;
+mod snapshot;
+mod state;
 pub mod store;
-mod supervision;
-mod symmetric;
+mod thresholds;
 
+pub use algebra::information::{Information, StandardDeviations};
+pub use batch::correspondence::{Cameras, Correspondence, RayPair};
+pub use batch::row_offset::row_offset;
 pub use batch::{Batch, Pushed};
 pub use calibrator::Calibrator;
-pub use camera::{Camera, Fisheye, Intrinsics, Lens, RadialTangential};
 pub use config::{Central, Config};
-pub use correspondence::{Cameras, Correspondence, RayPair};
 pub use error::{
     ApplyError, CameraError, ConfigError, ExtrinsicsError, PairError, ProjectError, PushError,
     RectifyError, Refusal, Rejection, RestoreError, Side, SnapshotError, UndistortError,
 };
-pub use extrinsics::Extrinsics;
-pub use factory::FactoryCalibration;
-pub use fusion::{FusedEstimate, MeanDirection};
-pub use health::{Arming, Band, DEPTHS_M, Health};
-pub use homography::RectifiedCamera;
-pub use huber::HuberSolver;
-pub use information::{Information, StandardDeviations};
-pub use proposal::{Direction, Doubt, Proposal};
-pub use rectification::RectifyingRotations;
-pub use report::{PairReport, Stop};
-pub use residual::row_offset;
+pub use geometry::camera::{Camera, Intrinsics};
+pub use geometry::extrinsics::Extrinsics;
+pub use geometry::homography::RectifiedCamera;
+pub use geometry::lens::{Fisheye, Lens, RadialTangential};
+pub use geometry::rectification::RectifyingRotations;
+pub use geometry::{metrics, so3};
+pub use outcome::health::{Arming, Band, DEPTHS_M, Health};
+pub use outcome::pair_report::{Fused, PairReport, Stop};
+pub use outcome::proposal::{Direction, Doubt, Proposal};
+#[cfg(feature = "paper")]
+pub use paper::mean_direction::{FusedEstimate, MeanDirection};
+#[cfg(feature = "paper")]
+pub use paper::solver::HuberSolver;
 pub use scalar::Scalar;
-pub use supervision::{Fused, State};
+pub use snapshot::factory::FactoryCalibration;
+pub use state::State;

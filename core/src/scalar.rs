@@ -5,7 +5,7 @@ use nalgebra::RealField;
 mod sealed {
     #[cfg(feature = "simd")]
     #[allow(private_bounds, reason = "nobody else can name it")]
-    pub trait Sealed: crate::lanes::Vectorised {}
+    pub trait Sealed: crate::simd::Vectorised {}
     #[cfg(not(feature = "simd"))]
     pub trait Sealed {}
     impl Sealed for f32 {}

@@ -135,7 +135,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         match self.calibrator.advance_pair() {
             Ok(None) => Event::Pass,
             Ok(Some(report)) => {
-                let fused = self.calibrator.fuse(&report);
+                let fused = self.calibrator.fuse();
                 self.finish(Ok((report, fused)))
             }
             Err(error) => self.finish(Err(error)),

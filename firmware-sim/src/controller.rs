@@ -37,5 +37,5 @@ pub fn solve_and_fuse(
     controller: &mut Controller,
 ) -> Result<(PairReport<f32>, Result<Fused, Refusal>), PairError> {
     let report = controller.solve_pair()?;
-    Ok((report, controller.fuse(&report)))
+    Ok((report, controller.fuse()))
 }

@@ -176,7 +176,7 @@ fn step<T: Scalar>(
         let _ = calibrator.push(&m.correspondence());
     }
     let report = calibrator.solve_pair().ok();
-    let fused = report.as_ref().and_then(|report| calibrator.fuse(report).ok());
+    let fused = report.as_ref().and_then(|_| calibrator.fuse().ok());
     calibrator.clear_pair();
     let passes = report.map(|report| report.passes);
     let proposal = calibrator.proposal()?;

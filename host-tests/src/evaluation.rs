@@ -157,7 +157,7 @@ impl Evaluation {
             extrinsics,
             error: Deviation::between(&extrinsics, &self.truth),
             passes: report.passes,
-            at_pass_limit: report.stop == Stop::PassLimit,
+            at_pass_limit: report.stop == Stop::PassesSpent,
             rms_px_before: report.rms_px_before.to_f64(),
             rms_px_after: report.rms_px_after.to_f64(),
         }

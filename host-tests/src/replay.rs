@@ -55,7 +55,7 @@ fn replay_pair<'a, T: Scalar, const N: usize>(
         let _ = calibrator.push(&m.correspondence());
     }
     let taken = calibrator.batch().pairs().len();
-    let outcome = calibrator.solve_pair().map(|report| (report, calibrator.fuse(&report)));
+    let outcome = calibrator.solve_pair().map(|report| (report, calibrator.fuse()));
     calibrator.clear_pair();
     evaluation.record([pair.len(), taken], outcome, calibrator.proposal().as_ref())
 }

@@ -98,7 +98,7 @@ fn paper_preset_and_literal_reference_reach_the_same_extrinsics_on_every_recorde
     let [mut worst, mut literal_worst] = [0.0_f64; 2];
     for_every_pair(|name, set, pair| {
         let ours = solve::<f64>(set, pair);
-        assert_ne!(ours.stop, Stop::PassLimit, "{name}");
+        assert_ne!(ours.stop, Stop::PassesSpent, "{name}");
         beyond_limit += usize::from(ours.passes > 100);
         let start = TWO_OPTIMA.contains(&name).then_some(&ours.extrinsics);
         if start.is_some() {

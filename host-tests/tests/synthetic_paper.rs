@@ -42,7 +42,7 @@ fn trial<T: Scalar>(scene: &Scene, seed: u64) -> Trial {
             calibrator.push(&m.correspondence()).unwrap();
         }
         let report = calibrator.solve_pair().unwrap();
-        calibrator.fuse(&report).unwrap();
+        calibrator.fuse().unwrap();
         calibrator.clear_pair();
         singles.push(Deviation::between(&in_f64(&report.extrinsics), truth));
     }

@@ -22,7 +22,7 @@ fn controller(set: &Dataset) -> Box<Controller> {
 
 fn solve_and_fuse(controller: &mut Controller) {
     if let Ok(report) = controller.solve_pair() {
-        let _ = controller.fuse(&report);
+        let _ = controller.fuse();
     }
     controller.clear_pair();
 }
@@ -181,7 +181,7 @@ fn a_stream_replays_to_the_bits_of_the_controller_that_received_it() {
     let (mut rest, mut decoder) = (&bytes[..], Decoder::new());
     while decoder.feed(&mut rest, &mut *controller).unwrap().is_some() {
         let report = controller.solve_pair().unwrap();
-        let _ = controller.fuse(&report);
+        let _ = controller.fuse();
         controller.clear_pair();
     }
     let expected = in_f64(&controller.proposal().unwrap().extrinsics);

@@ -148,8 +148,6 @@ pub enum selfcal_error_t {
     SELFCAL_ERROR_FUSE_STALE = 604,
     /// Fuse: the calibrator is frozen.
     SELFCAL_ERROR_FUSE_FROZEN = 605,
-    /// Fuse: a quantity of the report is not finite.
-    SELFCAL_ERROR_FUSE_NOT_FINITE = 606,
 
     /// Apply: no pair has been fused.
     SELFCAL_ERROR_APPLY_NO_PROPOSAL = 700,

@@ -132,9 +132,8 @@ impl From<Refusal> for selfcal_error_t {
             Refusal::CorrectionLimit => SELFCAL_ERROR_FUSE_CORRECTION_LIMIT,
             Refusal::NoRig => SELFCAL_ERROR_FUSE_NO_RIG,
             Refusal::Disagrees => SELFCAL_ERROR_FUSE_DISAGREES,
-            Refusal::Stale => SELFCAL_ERROR_FUSE_STALE,
+            Refusal::NothingSolved => SELFCAL_ERROR_FUSE_STALE,
             Refusal::Frozen => SELFCAL_ERROR_FUSE_FROZEN,
-            Refusal::NotFinite => SELFCAL_ERROR_FUSE_NOT_FINITE,
             _ => SELFCAL_ERROR_UNKNOWN,
         }
     }

@@ -39,7 +39,7 @@ impl From<Stop> for selfcal_stop_t {
         match stop {
             Stop::Converged => SELFCAL_STOP_CONVERGED,
             Stop::NoDescent => SELFCAL_STOP_NO_DESCENT,
-            Stop::PassLimit => SELFCAL_STOP_PASS_LIMIT,
+            Stop::PassesSpent => SELFCAL_STOP_PASS_LIMIT,
             _ => SELFCAL_STOP_UNKNOWN,
         }
     }
@@ -210,7 +210,7 @@ pub unsafe extern "C" fn selfcal_fuse(
         if solved.fused {
             return Err(SELFCAL_ERROR_FUSE_STALE);
         }
-        fused.set(instance.calibrator.fuse(&solved.report)?.into());
+        fused.set(instance.calibrator.fuse()?.into());
         solved.fused = true;
         Ok(())
     })

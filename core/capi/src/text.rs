@@ -84,7 +84,6 @@ pub(crate) const ERRORS: &[Text<i32>] = &[
     error(SELFCAL_ERROR_FUSE_DISAGREES, c"fuse: the pair disagrees with the estimate, and with the pairs kept apart from it"),
     error(SELFCAL_ERROR_FUSE_STALE, c"fuse: the pair has been fused, or the calibrator reset, since it was solved"),
     error(SELFCAL_ERROR_FUSE_FROZEN, c"fuse: the calibrator is frozen"),
-    error(SELFCAL_ERROR_FUSE_NOT_FINITE, c"fuse: a quantity of the report is not finite"),
     error(SELFCAL_ERROR_APPLY_NO_PROPOSAL, c"apply: no pair has been fused"),
     error(SELFCAL_ERROR_APPLY_INCONSISTENT, c"apply: the fused pairs agree on no extrinsics"),
     error(SELFCAL_ERROR_APPLY_NOT_LOCKED, c"apply: the estimate is not locked; selfcal_state says what it is"),

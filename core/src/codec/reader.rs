@@ -4,8 +4,8 @@ use nalgebra::Rotation3;
 
 use crate::codec::checksum;
 use crate::error::RestoreError;
+use crate::geometry::so3;
 use crate::scalar::Scalar;
-use crate::so3;
 
 /// Largest deviation of a stored matrix from the nearest rotation; rounding leaves 4e-7 in `f32`.
 const ORTHONORMAL: f64 = 2e-6;

@@ -1,7 +1,192 @@
-//! The paper's fusion of many pairs into one estimate, in constant memory.
+//! Many pairs: one estimate that can be wrong and finds out.
+//!
+//! The *champion* is the reported hypothesis. A pair outside its gate is not discarded: it begins a *challenger*, which
+//! gathers the pairs that agree with it. With three pairs that show another rig the challenger is promoted, with its own
+//! sums; when pairs return to the champion, the challenger is dropped. A gate without a challenger locks on a wrong
+//! estimate and refuses all good pairs.
 
-mod compensated;
-mod mean_direction;
-mod median;
+mod association;
+mod change_detector;
+mod hypotheses;
+mod hypothesis;
+mod image_halves;
+mod optimum;
+mod repeated_scene;
 
-pub use mean_direction::{FusedEstimate, MeanDirection};
+use crate::algebra::information::StandardDeviations;
+use crate::batch::Matches;
+use crate::codec::{Reader, Writer};
+use crate::config::Context;
+use crate::error::{PairError, Refusal, RestoreError};
+use crate::geometry::extrinsics::Extrinsics;
+use crate::outcome::pair_report::{Fused, PairReport};
+use crate::outcome::proposal::{Doubt, Proposal};
+use crate::scalar::Scalar;
+use crate::state::State;
+use crate::thresholds::MAX_DISAGREEMENT;
+use association::{Association, AssociationContext};
+use hypotheses::Hypotheses;
+use repeated_scene::RepeatedScene;
+
+/// State of the robust method.
+#[derive(Debug, Clone)]
+pub(crate) struct Fusion<T: Scalar> {
+    hypotheses: Hypotheses<T>,
+    scene: RepeatedScene,
+    association: Association<T>,
+}
+
+impl<T: Scalar> Fusion<T> {
+    /// Numbers and words in the longest record.
+    pub(crate) const NUMBERS: usize = Hypotheses::<T>::NUMBERS;
+    pub(crate) const WORDS: usize = Hypotheses::<T>::WORDS + RepeatedScene::WORDS;
+
+    pub(crate) const NEW: Self = Self {
+        hypotheses: Hypotheses::NONE,
+        scene: RepeatedScene::NEW,
+        association: Association::IDLE,
+    };
+
+    /// Forgets all pairs. In place: a new value would pass through the stack.
+    pub(crate) fn reset(&mut self) {
+        self.hypotheses = Hypotheses::NONE;
+        self.scene.clear();
+        self.association.close();
+    }
+
+    /// Whether a pair is being solved.
+    pub(crate) fn is_busy(&self) -> bool {
+        self.association.is_open()
+    }
+
+    /// Abandons the pair being solved; a solved pair may still be fused.
+    pub(crate) fn abandon(&mut self) {
+        if self.is_busy() {
+            self.association.close();
+        }
+    }
+
+    /// Begins a batch, with its first pass.
+    pub(crate) fn begin(
+        &mut self,
+        context: &Context<'_, T>,
+        matches: Matches<'_, T>,
+    ) -> Result<(), PairError> {
+        self.association.close();
+        let needed = context.config.min_correspondences.into();
+        let usable = u32::try_from(matches.pairs.len()).unwrap_or(u32::MAX);
+        if usable < needed {
+            return Err(PairError::TooFew { usable, needed });
+        }
+        let Self { hypotheses, scene, association } = self;
+        let with = AssociationContext { context, hypotheses };
+        let repeated = scene.replace(matches.pairs, context.focal);
+        association.open(&with, matches.pairs.len(), repeated);
+        let begun = association.advance(&with, matches);
+        if begun.is_err() {
+            association.close();
+        }
+        begun
+    }
+
+    /// Takes one more pass; whether the pair is solved. A failed pair counts against the hypotheses that it disagreed
+    /// with.
+    pub(crate) fn advance(
+        &mut self,
+        context: &Context<'_, T>,
+        matches: Matches<'_, T>,
+    ) -> Result<bool, PairError> {
+        let Self { hypotheses, association, .. } = self;
+        if !association.is_open() {
+            return Err(PairError::NotBegun);
+        }
+        let with = AssociationContext { context, hypotheses };
+        if let Err(error) = association.advance(&with, matches) {
+            hypotheses.count(association.rejected());
+            association.close();
+            return Err(error);
+        }
+        Ok(!association.is_open())
+    }
+
+    /// Report of the solved pair.
+    pub(crate) fn report(&mut self, context: &Context<'_, T>) -> Result<PairReport<T>, PairError> {
+        let result = self.association.result().ok_or(PairError::NotBegun)?;
+        let report = result.report(context);
+        if report.is_none() {
+            self.association.close();
+        }
+        report.ok_or(PairError::Unobservable)
+    }
+
+    /// Fuses the solved pair, once.
+    pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Refusal> {
+        let Self { hypotheses, association, .. } = self;
+        let result = association.result().ok_or(Refusal::NothingSolved)?;
+        let fused = hypotheses.fuse(&result, context);
+        association.close();
+        fused
+    }
+
+    pub(crate) fn state(&self) -> State {
+        self.hypotheses.state()
+    }
+
+    /// Whether a pair supports the estimate.
+    pub(crate) fn has_pairs(&self) -> bool {
+        self.hypotheses.reported().is_some()
+    }
+
+    /// The estimate; `None` before the first pair, or where its covariance does not exist.
+    #[inline(never)]
+    pub(crate) fn proposal(
+        &self,
+        context: &Context<'_, T>,
+        in_use: &Extrinsics<T>,
+    ) -> Option<Proposal<T>> {
+        let hypothesis = self.hypotheses.reported()?;
+        let [baseline, everything] = MAX_DISAGREEMENT.map(T::lit);
+        let disagreement = hypothesis.disagreement();
+        let doubt = if disagreement > everything {
+            Some(Doubt::Everything)
+        } else {
+            (disagreement > baseline).then_some(Doubt::Baseline)
+        };
+        let covariance = hypothesis.reported_covariance(context)?;
+        let sd = StandardDeviations::of(&covariance);
+        if !(sd.rotation.is_finite() && sd.translation.is_finite()) {
+            return None;
+        }
+        let extrinsics = hypothesis.pose().extrinsics().ok()?;
+        let applicable = if doubt == Some(Doubt::Baseline) {
+            hypothesis.with_baseline_of(in_use)?
+        } else {
+            extrinsics
+        };
+        Some(Proposal {
+            extrinsics,
+            applicable,
+            pairs: hypothesis.pairs(),
+            sd,
+            covariance: Some(covariance.matrix()),
+            state: self.state(),
+            doubt,
+        })
+    }
+
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        self.hypotheses.write(to);
+        self.scene.write(to);
+    }
+
+    /// Reads a record into [`Fusion::NEW`].
+    pub(crate) fn read(
+        &mut self,
+        from: &mut Reader<'_>,
+        context: &Context<'_, T>,
+    ) -> Result<(), RestoreError> {
+        self.hypotheses.read(from, context)?;
+        // Version 1 ends before the scene.
+        if from.version() < 2 { Ok(()) } else { self.scene.read(from) }
+    }
+}

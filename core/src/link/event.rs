@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::header::FrameHeader;
-use crate::correspondence::Correspondence;
+use crate::batch::correspondence::Correspondence;
 
 /// One step of the decoder through the stream.
 #[derive(Debug, Clone, Copy, PartialEq)]

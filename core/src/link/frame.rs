@@ -4,7 +4,7 @@ use super::crc::FrameCrc;
 use super::header::FrameHeader;
 use super::layout::{CRC_BYTES, HEADER_BYTES, RECORD_BYTES};
 use super::record::MatchRecord;
-use crate::correspondence::Correspondence;
+use crate::batch::correspondence::Correspondence;
 
 /// Treatment of a frame whose CRC proves correct.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::header::FrameHeader;
 use super::layout::{MAX_LEVEL, RECORD_BYTES};
-use crate::correspondence::Correspondence;
+use crate::batch::correspondence::Correspondence;
 use crate::scalar::Scalar;
 
 /// Largest encoded coordinate: 24 bits, exact in `f32`.

@@ -3,8 +3,8 @@
 use thiserror::Error;
 
 use super::header::FrameHeader;
+use crate::batch::correspondence::Correspondence;
 use crate::calibrator::Calibrator;
-use crate::correspondence::Correspondence;
 use crate::scalar::Scalar;
 
 /// Receiver of the matches of one frame at a time: a [`Calibrator`], or a buffer of the caller.

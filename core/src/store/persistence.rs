@@ -9,8 +9,8 @@ use thiserror::Error;
 use super::{LoadError, RecordKind, SaveError, SavePolicy, SaveReason, Store};
 use crate::calibrator::Calibrator;
 use crate::error::{RestoreError, SnapshotError};
-use crate::factory::FactoryCalibration;
 use crate::scalar::Scalar;
+use crate::snapshot::factory::FactoryCalibration;
 
 /// Restores a calibrator at start and saves its state when the policy finds it due.
 ///

@@ -3,13 +3,13 @@
 use core::time::Duration;
 
 use super::error::PolicyError;
+use crate::algebra::information::StandardDeviations;
 use crate::calibrator::Calibrator;
-use crate::extrinsics::Extrinsics;
-use crate::information::StandardDeviations;
-use crate::metrics::{baseline_angle, rotation_angle};
-use crate::proposal::Proposal;
+use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::metrics::{baseline_angle, rotation_angle};
+use crate::outcome::proposal::Proposal;
 use crate::scalar::Scalar;
-use crate::supervision::State;
+use crate::state::State;
 
 /// Why a save is due.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -96,11 +96,11 @@ fn a_frozen_calibrator_solves_and_judges_and_changes_nothing() {
 fn a_frozen_calibrator_takes_the_report_once_it_is_let_go() {
     let mut calibrator = locked();
     fill(&mut calibrator, &correspondences(&rig(ROTATION, BASELINE), 250, 0.5, 30));
-    let report = calibrator.solve_pair().unwrap();
+    calibrator.solve_pair().unwrap();
     calibrator.set_frozen(true);
-    assert_eq!(calibrator.fuse(&report), Err(Refusal::Frozen));
+    assert_eq!(calibrator.fuse(), Err(Refusal::Frozen));
     calibrator.set_frozen(false);
-    assert!(calibrator.fuse(&report).is_ok());
+    assert!(calibrator.fuse().is_ok());
 }
 
 #[test]

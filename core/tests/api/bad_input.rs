@@ -27,8 +27,8 @@ fn filled(n: usize) -> Tested {
 /// A calibrator with one fused pair and an empty batch.
 fn fused() -> Tested {
     let mut calibrator = filled(200);
-    let report = calibrator.solve_pair().unwrap();
-    calibrator.fuse(&report).unwrap();
+    calibrator.solve_pair().unwrap();
+    calibrator.fuse().unwrap();
     calibrator.clear_pair();
     calibrator
 }
@@ -208,37 +208,31 @@ fn a_start_with_rays_behind_the_plane_is_recovered_from() {
     let report = calibrator.solve_pair().unwrap();
     assert!(report.screened < 200, "none was behind at the start");
     assert_eq!([report.usable, report.skipped], [200, 0]);
-    assert_eq!(calibrator.fuse(&report), Err(Refusal::CorrectionLimit));
+    assert_eq!(calibrator.fuse(), Err(Refusal::CorrectionLimit));
 }
 
 #[test]
 fn a_pair_beyond_the_limits_is_refused_and_the_estimate_keeps_its_bits() {
-    let config = Config::paper().with_max_correction_rad(0.02).unwrap();
-    let mut calibrator = Tested::new(config);
-    calibrator.set_cameras(cameras());
-    for c in correspondences(&rig([1.0, 2.0, -1.0], [2.0, 1.0]), 200, 0.3, 7) {
-        calibrator.push(&c).unwrap();
-    }
-    let report = calibrator.solve_pair().unwrap();
-    let before = state(&calibrator);
-    assert_eq!(calibrator.fuse(&report), Err(Refusal::CorrectionLimit));
-    assert_eq!(state(&calibrator), before);
-
+    let refused = |config: Config, factory: Extrinsics<f32>| {
+        let mut calibrator = Tested::new(config);
+        calibrator.set_cameras(cameras());
+        calibrator.set_factory(factory);
+        for c in correspondences(&rig([1.0, 2.0, -1.0], [2.0, 1.0]), 200, 0.3, 7) {
+            calibrator.push(&c).unwrap();
+        }
+        calibrator.solve_pair().unwrap();
+        let before = state(&calibrator);
+        let refusal = calibrator.fuse().unwrap_err();
+        assert_eq!(state(&calibrator), before);
+        refusal
+    };
+    let near = Config::paper().with_max_correction_rad(0.02).unwrap();
+    assert_eq!(refused(near, Extrinsics::SIDE_BY_SIDE), Refusal::CorrectionLimit);
     // The baseline alone is beyond the limit.
-    let mut calibrator = Tested::new(config);
-    calibrator.set_factory(rig([1.0, 2.0, -1.0], [0.0, 0.0]));
-    assert_eq!(calibrator.fuse(&report), Err(Refusal::CorrectionLimit));
-
+    let turned = rig([1.0, 2.0, -1.0], [0.0, 0.0]);
+    assert_eq!(refused(near, turned), Refusal::CorrectionLimit);
     let strict = Config::paper().with_max_sd_rad(1e-6).unwrap();
-    let mut calibrator = Tested::new(strict);
-    assert_eq!(calibrator.fuse(&report), Err(Refusal::TooUncertain));
-
-    let mut calibrator = fused();
-    let before = state(&calibrator);
-    let mut altered = report;
-    altered.information = stereo_selfcal::Information::default();
-    assert_eq!(calibrator.fuse(&altered), Err(Refusal::TooUncertain));
-    assert_eq!(state(&calibrator), before);
+    assert_eq!(refused(strict, Extrinsics::SIDE_BY_SIDE), Refusal::TooUncertain);
 }
 
 #[test]
@@ -259,8 +253,8 @@ fn generation_counts_changes_of_what_is_in_use() {
 fn health_compares_in_use_and_proposed_over_the_same_matches() {
     let mut calibrator = filled(200);
     calibrator.push(&at([1000.0, 300.0], [900.0, 800.0])).unwrap();
-    let report = calibrator.solve_pair().unwrap();
-    calibrator.fuse(&report).unwrap();
+    calibrator.solve_pair().unwrap();
+    calibrator.fuse().unwrap();
     let health = calibrator.health().unwrap();
     assert!(health.in_use_px > 10.0 && health.proposed_px < 0.4, "{health:?}");
     assert_eq!([health.fit_in_use, health.fit_proposed], [0, 200]);

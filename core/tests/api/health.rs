@@ -165,11 +165,11 @@ fn it_says_why_the_last_pair_was_not_taken_in() {
     assert_eq!(rejection(&calibrator), Some(Rejection::Unsolved(few)));
 
     fill(&mut calibrator, &scene(11));
-    let report = calibrator.solve_pair().unwrap();
+    calibrator.solve_pair().unwrap();
     assert_eq!(rejection(&calibrator), None);
-    calibrator.fuse(&report).unwrap();
-    calibrator.fuse(&report).unwrap_err();
-    assert_eq!(rejection(&calibrator), Some(Rejection::Refused(Refusal::Stale)));
+    calibrator.fuse().unwrap();
+    calibrator.fuse().unwrap_err();
+    assert_eq!(rejection(&calibrator), Some(Rejection::Refused(Refusal::NothingSolved)));
 
     let unsolved = take(&mut calibrator, &garbage(250, 12)).unwrap_err();
     fill(&mut calibrator, &scene(13));

@@ -75,6 +75,6 @@ pub(crate) fn take<T: Scalar, const N: usize>(
     matches: &[Correspondence<T>],
 ) -> Result<Fused, Rejection> {
     fill(calibrator, matches);
-    let report = calibrator.solve_pair()?;
-    Ok(calibrator.fuse(&report)?)
+    calibrator.solve_pair()?;
+    Ok(calibrator.fuse()?)
 }

@@ -64,7 +64,7 @@ fn passes_are_bounded_and_what_they_reach_is_reported() {
         calibrator.push(&c).unwrap();
     }
     let report = calibrator.solve_pair().unwrap();
-    assert_eq!((report.stop, report.passes), (Stop::PassLimit, 3));
+    assert_eq!((report.stop, report.passes), (Stop::PassesSpent, 3));
     assert!(report.cost_after < report.cost_before);
 }
 

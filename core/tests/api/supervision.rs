@@ -57,23 +57,30 @@ fn locks_when_three_pairs_agree_with_the_first_and_never_before() {
 }
 
 #[test]
-fn a_report_outlives_its_batch_but_not_the_beginning_of_the_next_pair() {
+fn a_solved_pair_outlives_its_batch_but_not_the_beginning_of_the_next_pair() {
     let mut calibrator = locked();
     fill(&mut calibrator, &scene(ROTATION, 1));
-    let report = calibrator.solve_pair().unwrap();
+    calibrator.solve_pair().unwrap();
     calibrator.clear_pair();
-    assert_eq!(calibrator.fuse(&report), Ok(Fused::Added));
-    assert_eq!(calibrator.fuse(&report), Err(Refusal::Stale));
+    assert_eq!(calibrator.fuse(), Ok(Fused::Added));
+    assert_eq!(calibrator.fuse(), Err(Refusal::NothingSolved));
 
     fill(&mut calibrator, &scene(ROTATION, 2));
-    let report = calibrator.solve_pair().unwrap();
+    calibrator.solve_pair().unwrap();
     fill(&mut calibrator, &scene(ROTATION, 3));
     calibrator.begin_pair().unwrap();
     let before = calibrator.proposal();
-    assert_eq!(calibrator.fuse(&report), Err(Refusal::Stale));
+    assert_eq!(calibrator.fuse(), Err(Refusal::NothingSolved));
     assert_eq!(calibrator.proposal(), before);
     while calibrator.advance_pair().unwrap().is_none() {}
-    assert_eq!(calibrator.fuse(&report), Err(Refusal::Stale));
+    assert_eq!(calibrator.fuse(), Ok(Fused::Added));
+
+    // Nor a next pair that fails to begin.
+    fill(&mut calibrator, &scene(ROTATION, 4));
+    calibrator.solve_pair().unwrap();
+    calibrator.clear_pair();
+    calibrator.solve_pair().unwrap_err();
+    assert_eq!(calibrator.fuse(), Err(Refusal::NothingSolved));
 }
 
 #[test]

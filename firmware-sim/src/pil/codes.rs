@@ -27,7 +27,7 @@ pub(super) fn stop(stop: Stop) -> u8 {
     match stop {
         Stop::Converged => 1,
         Stop::NoDescent => 2,
-        Stop::PassLimit => 3,
+        Stop::PassesSpent => 3,
         _ => OTHER,
     }
 }
@@ -50,9 +50,8 @@ pub(super) fn refusal(refusal: Refusal) -> u8 {
         Refusal::CorrectionLimit => 0x11,
         Refusal::NoRig => 0x12,
         Refusal::Disagrees => 0x13,
-        Refusal::Stale => 0x14,
+        Refusal::NothingSolved => 0x14,
         Refusal::Frozen => 0x15,
-        Refusal::NotFinite => 0x16,
         _ => OTHER,
     }
 }

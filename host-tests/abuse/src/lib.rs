@@ -173,14 +173,13 @@ fn perform(
         Call::Begin => calibrator.begin_pair().is_err(),
         Call::Advance => keep(&calibrator.advance_pair(), last, robust),
         Call::Fuse(times) => {
-            let Some(report) = last else { return false };
-            let fusions = (0..=*times).map(|_| fuse(calibrator, report));
+            let fusions = (0..=*times).map(|_| fuse(calibrator));
             let outcomes: Vec<_> = fusions.collect();
             let mut again = outcomes.iter().skip(1);
-            let stale = |o: &Result<(), Refusal>| *o == Err(Refusal::Stale);
-            // Once it has been dealt with, for better or worse; frozen, it never is.
+            let stale = |o: &Result<(), Refusal>| *o == Err(Refusal::NothingSolved);
+            // A pair counts once, fused or refused; a frozen calibrator keeps it.
             let frozen = calibrator.is_frozen();
-            assert!(!robust || frozen || again.all(stale), "{outcomes:?}");
+            assert!(frozen || again.all(stale), "{outcomes:?}");
             outcomes.iter().all(Result::is_err)
         }
         Call::Apply => {
@@ -239,10 +238,10 @@ fn perform(
     }
 }
 
-fn fuse(calibrator: &mut Abused, report: &PairReport<f32>) -> Result<(), Refusal> {
+fn fuse(calibrator: &mut Abused) -> Result<(), Refusal> {
     let before = state(calibrator);
     let unconfirmed = calibrator.state() == State::Acquiring;
-    let fused = calibrator.fuse(report);
+    let fused = calibrator.fuse();
     let after = state(calibrator);
     let given_up = unconfirmed && after == Kept { proposed: None, ..before };
     assert!(fused.is_ok() || given_up || before == after, "a refused pair was fused");

@@ -206,8 +206,8 @@ pub fn abuse_frames(bytes: &[u8]) {
         let act = acts.next().copied().unwrap_or_default();
         // Where the solve is broken off, the next frame is refused until the batch is cleared.
         if act & 1 == 0 {
-            if let Ok(report) = calibrator.solve_pair() {
-                let _ = calibrator.fuse(&report);
+            if calibrator.solve_pair().is_ok() {
+                let _ = calibrator.fuse();
             }
         } else if calibrator.begin_pair().is_ok() && act & 2 == 0 {
             calibrator.clear_pair();

@@ -139,7 +139,7 @@ fn take(calibrator: &mut Abused, pair: u8) {
         let [u, v] = [i.wrapping_mul(37).wrapping_add(pair), i.wrapping_mul(71) ^ pair];
         let _ = calibrator.push(&plausible([u, v, i.wrapping_mul(29).wrapping_add(pair), 1]));
     }
-    if let Ok(report) = calibrator.solve_pair() {
-        let _ = calibrator.fuse(&report);
+    if calibrator.solve_pair().is_ok() {
+        let _ = calibrator.fuse();
     }
 }

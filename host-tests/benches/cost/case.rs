@@ -164,7 +164,7 @@ impl From<PairReport<f32>> for Report {
 fn solve_and_fuse(calibrator: &mut Calibrator1024) -> Result<Report, PairError> {
     let report = calibrator.solve_pair()?;
     // A pair that is kept apart has its cost too.
-    let _ = calibrator.fuse(&report);
+    let _ = calibrator.fuse();
     Ok(report.into())
 }
 

@@ -45,7 +45,7 @@ fn calibrator(config: Config, fused: usize) -> Box<Calibrator256> {
         }
         if pair < fused {
             let report = calibrator.solve_pair().expect("the pair has an answer");
-            let _ = calibrator.fuse(&report);
+            let _ = calibrator.fuse();
         }
     }
     calibrator
@@ -94,9 +94,8 @@ fn solve_paper(bencher: Bencher) {
 #[divan::bench]
 fn fuse(bencher: Bencher) {
     let mut locked = calibrator(Config::robust(), LOCKING);
-    let report = locked.solve_pair().expect("the pair has an answer");
-    let solved: (Box<Calibrator256>, PairReport<f32>) = (locked, report);
-    bencher.with_inputs(|| solved.clone()).bench_local_refs(|(c, report)| c.fuse(report));
+    locked.solve_pair().expect("the pair has an answer");
+    bencher.with_inputs(|| locked.clone()).bench_local_refs(|c| c.fuse());
 }
 
 /// A frame from bytes to matches.

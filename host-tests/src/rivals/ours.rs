@@ -66,9 +66,9 @@ fn running(config: Config, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option
             // What is refused does not count, as with any matcher.
             let _ = calibrator.push(&Correspondence { left, right, score: 1.0, grid_step: 0.0 });
         }
-        if let Ok(report) = calibrator.solve_pair() {
+        if calibrator.solve_pair().is_ok() {
             // A refused pair leaves the estimate as it was.
-            let _ = calibrator.fuse(&report);
+            let _ = calibrator.fuse();
         }
         calibrator.clear_pair();
         calibrator.proposal().map(|proposal| in_f64(&proposal.extrinsics))

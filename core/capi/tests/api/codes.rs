@@ -26,14 +26,13 @@ const PAIR: [PairError; 5] = [
     PairError::NoConsensus,
     PairError::Unobservable,
 ];
-const REFUSALS: [Refusal; 7] = [
+const REFUSALS: [Refusal; 6] = [
     Refusal::TooUncertain,
     Refusal::CorrectionLimit,
     Refusal::NoRig,
     Refusal::Disagrees,
-    Refusal::Stale,
+    Refusal::NothingSolved,
     Refusal::Frozen,
-    Refusal::NotFinite,
 ];
 const STATES: [State; 4] = [State::Acquiring, State::Locked, State::Suspect, State::Lost];
 
@@ -184,7 +183,7 @@ fn a_rejection_has_the_code_of_what_it_carries() {
 
 #[test]
 fn every_state_of_the_core_is_known() {
-    let stops = [Stop::Converged, Stop::NoDescent, Stop::PassLimit];
+    let stops = [Stop::Converged, Stop::NoDescent, Stop::PassesSpent];
     let fused = [Fused::Added, Fused::Repeated, Fused::KeptApart, Fused::Renewed, Fused::TookOver];
     let doubts = [Doubt::Baseline, Doubt::Everything, Doubt::Axis];
     assert_complete("State", &STATES);

@@ -194,7 +194,7 @@ pub(crate) fn take_pair(cal: &mut Cal, twin: &mut Twin) {
     if let Ok(report) = solve(cal, twin) {
         assert_same_report(cal, &report);
         let fused = get!(cal, selfcal_fuse);
-        let rust = twin.fuse(&report);
+        let rust = twin.fuse();
         assert_eq!(fused, rust.map(Into::into).map_err(Into::into));
         if fused.is_ok() {
             assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_FUSE_STALE));

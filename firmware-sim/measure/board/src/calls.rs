@@ -51,7 +51,7 @@ pub(crate) fn fuse<T: Scalar>(
     calibrator: &mut Calibrated<T>,
     report: &PairReport<T>,
 ) -> Result<Fused, Refusal> {
-    calibrator.fuse(report)
+    calibrator.fuse()
 }
 
 #[inline(never)]

@@ -59,7 +59,7 @@ fn take_a_pair(calibrator: &mut Calibrator<f32, 256>) {
         match calibrator.advance_pair() {
             Ok(None) => (),
             Ok(Some(report)) => {
-                let _ = black_box(calibrator.fuse(&report));
+                let _ = black_box(calibrator.fuse());
                 begun = false;
             }
             Err(_) => begun = false,

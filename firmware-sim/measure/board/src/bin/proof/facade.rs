@@ -26,11 +26,11 @@ pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
 
 fn pair(calibrator: &mut Calibrator<f32, 256>) {
     if let Ok(report) = calibrator.solve_pair() {
-        show(calibrator.fuse(&report));
+        show(calibrator.fuse());
     }
     show(calibrator.begin_pair());
     if let Ok(Some(report)) = calibrator.advance_pair() {
-        show(calibrator.fuse(&report));
+        show(calibrator.fuse());
     }
 }
 

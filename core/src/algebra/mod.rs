@@ -1,0 +1,7 @@
+//! Fixed-size linear algebra: packed symmetric matrices, normal equations, moments of the epipolar constraint.
+
+mod change_frame;
+pub(crate) mod information;
+pub(crate) mod moments;
+pub(crate) mod normal_equations;
+pub(crate) mod symmetric5;

@@ -1,0 +1,284 @@
+//! What correspondences say of the extrinsics, in constant memory and exact at every pose: weighted
+//! second moments of the products of their rays.
+//!
+//! The epipolar constraint `C = b^T X a` is linear in the nine products of two rays `a`, `b`
+//! (`X = [i_1]x` in the rectified frame), so `sum w C^2 = e^T M e` with a 9 x 9 matrix `M` that adds up
+//! over pairs; the optimum over all of them is found on the essential manifold (`e` as a function of
+//! the pose) without a look at the correspondences again. The products are split into `a x b`, whose
+//! first component is `C` itself and whose others are disparities, and the symmetric rest: nothing
+//! cancels, which `f32` needs.
+
+use nalgebra::Vector5;
+
+use super::information::Information;
+use super::normal_equations::NormalEquations;
+use super::symmetric5::Symmetric5;
+use crate::codec::{Reader, Writer, check_sums_of_squares};
+use crate::error::RestoreError;
+use crate::geometry::rectification::RectifyingRotations;
+use crate::geometry::so3::product;
+use crate::scalar::Scalar;
+use crate::simd::Lanes;
+use crate::thresholds::{DIFFERENCE_VARIANCE, MAX_DISPARITY_NOISE, YAW_DEVIATIONS};
+
+/// Elements of the lower triangle of a 9 x 9 matrix.
+const TRIANGLE: usize = 45;
+
+/// Places in the triangle: of the horizontal disparity `cy` and the product of depths `zz`.
+const CY_CY: usize = 2;
+const ZZ_CY: usize = 16;
+const ZZ_ZZ: usize = 20;
+
+pub(super) type Vector9<T> = [T; 9];
+
+/// Sums of `w k k^T` over the nine products `k` of rays: lower triangle row by row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct MomentSums<S>(pub(super) [S; TRIANGLE]);
+
+/// Adds rows of the triangle over a block, two at a time: so many sums fit the registers. Written out: a loop stays a
+/// loop at opt-level "s", at twice the instructions.
+macro_rules! add_rows {
+    ($lanes:ident, $sums:ident, $block:expr; $($($row:ident: $($place:literal $column:ident),+);+ => $k:tt;)+) => {$(
+        for (w, $k) in $block {
+            $(
+                let weighted = w * $row;
+                $($lanes.add_product(&mut $sums[$place], weighted, $column);)+
+            )+
+        }
+    )+};
+}
+
+impl<S: Copy> MomentSums<S> {
+    /// Adds correspondences in order.
+    ///
+    /// * `block`: weight (one over the variance of the constraint) and products of each, rays in the rectified frame
+    ///   at any depth: depth scales the constraint.
+    #[inline(always)]
+    #[rustfmt::skip]
+    pub(crate) fn add<T: Scalar, L: Lanes<T, Sum = S>>(
+        &mut self,
+        lanes: L,
+        block: impl Iterator<Item = (L::Value, [L::Value; 9])> + Clone,
+    ) {
+        let m = &mut self.0;
+        add_rows!(lanes, m, block.clone();
+            a: 0 a; i: 36 a, 37 b, 38 c, 39 d, 40 e, 41 f, 42 g, 43 h, 44 i => [a, b, c, d, e, f, g, h, i];
+            b: 1 a, 2 b; h: 28 a, 29 b, 30 c, 31 d, 32 e, 33 f, 34 g, 35 h => [a, b, c, d, e, f, g, h, _];
+            c: 3 a, 4 b, 5 c; g: 21 a, 22 b, 23 c, 24 d, 25 e, 26 f, 27 g => [a, b, c, d, e, f, g, _, _];
+            d: 6 a, 7 b, 8 c, 9 d; f: 15 a, 16 b, 17 c, 18 d, 19 e, 20 f => [a, b, c, d, e, f, _, _, _];
+            e: 10 a, 11 b, 12 c, 13 d, 14 e => [a, b, c, d, e, _, _, _, _];
+        );
+    }
+}
+
+/// Sums over correspondences, in the rectified frame of a pose that the owner remembers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Moments<T> {
+    /// `sum w k k^T`, lower triangle row by row, 1/rad^2.
+    pub(super) products: MomentSums<T>,
+    /// What the derivative of the residual's variance takes from the slope, by the five unknowns.
+    slope: [T; 5],
+}
+
+impl<T: Scalar> Moments<T> {
+    pub(crate) const ZERO: Self =
+        Self { products: MomentSums([T::ZERO; TRIANGLE]), slope: [T::ZERO; 5] };
+
+    /// The sums of products, to go on from.
+    #[inline(always)]
+    pub(crate) fn resume<L: Lanes<T>>(&self, lanes: L) -> MomentSums<L::Sum> {
+        MomentSums(self.products.0.map(|sum| lanes.resume(sum)))
+    }
+
+    /// Stores the sums of products that have gone on from here.
+    #[inline(always)]
+    pub(crate) fn store<L: Lanes<T>>(&mut self, lanes: L, sums: MomentSums<L::Sum>) {
+        lanes.store_all(sums.0, &mut self.products.0);
+    }
+
+    /// The sums of products.
+    #[inline(always)]
+    pub(crate) fn products_mut(&mut self) -> &mut MomentSums<T> {
+        &mut self.products
+    }
+
+    /// Takes the slope of the cost at the frame's own pose as it is, variance and all.
+    pub(crate) fn set_gradient(&mut self, gradient: &Vector5<T>) {
+        self.slope = [T::ZERO; 5];
+        self.slope = (self.at_frame().gradient - gradient).into();
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.products.0.iter_mut().zip(&other.products.0).for_each(|(a, b)| *a += *b);
+        self.slope.iter_mut().zip(&other.slope).for_each(|(a, b)| *a += *b);
+    }
+
+    pub(crate) fn scale(&mut self, factor: T) {
+        self.products.0.iter_mut().chain(&mut self.slope).for_each(|m| *m *= factor);
+    }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        self.products.0.iter().chain(&self.slope).all(nalgebra::ComplexField::is_finite)
+    }
+
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        to.numbers(self.products.0.iter().chain(&self.slope));
+    }
+
+    /// Sums whose diagonal can be that of squares.
+    pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        from.numbers(self.products.0.iter_mut().chain(&mut self.slope))?;
+        let mut elements = self.products.0.iter();
+        // One more element a row: the last one is on the diagonal.
+        let diagonal = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|row| elements.nth(row).copied());
+        check_sums_of_squares(diagonal.into_iter().flatten())
+    }
+
+    /// Whether disparities are more than noise: a scene at infinity says nothing of the baseline, but
+    /// its noise looks as if it did.
+    ///
+    /// * `variance`: of a coordinate, at unit depth.
+    pub(crate) fn baseline_observable(&self, variance: T) -> bool {
+        let m = &self.products.0;
+        let (sum, along, all) = (m[CY_CY], m[ZZ_CY], m[ZZ_ZZ]);
+        let noise = T::lit(DIFFERENCE_VARIANCE) * variance * all;
+        // An error of yaw moves all disparities alike: so they must differ, or be larger than that.
+        let yaw = T::lit(YAW_DEVIATIONS * YAW_DEVIATIONS) * self.at_frame().information.yaw_share();
+        let spread = sum - along * along / all;
+        let most = T::lit(MAX_DISPARITY_NOISE);
+        // Not `>`: a NaN must not speak.
+        noise <= most * spread || noise + yaw <= most * sum
+    }
+
+    /// Information and slope of the cost at the pose of the frame, where each unknown moves but one or
+    /// two of the nine.
+    #[inline(never)]
+    pub(crate) fn at_frame(&self) -> NormalEquations<T> {
+        let m = &self.products.0;
+        let [half, quarter] = [T::HALF, T::HALF * T::HALF];
+        let information = [
+            m[14] + m[19] + m[19] + m[20],
+            -half * (m[12] + m[17] + m[25] + m[26]),
+            quarter * (m[5] + m[23] + m[23] + m[27]),
+            half * (m[11] + m[16] - m[32] - m[33]),
+            quarter * (m[30] - m[4] + m[34] - m[22]),
+            quarter * (m[35] - m[29] - m[29] + m[2]),
+            -(m[12] + m[17]),
+            half * (m[5] + m[23]),
+            half * (m[30] - m[4]),
+            m[5],
+            m[11] + m[16],
+            -half * (m[4] + m[22]),
+            half * (m[2] - m[29]),
+            -m[4],
+            m[2],
+        ];
+        let plain = [-(m[10] + m[15]), half * (m[3] + m[21]), half * (m[28] - m[1]), m[3], -m[1]];
+        NormalEquations {
+            information: Information(Symmetric5(information)),
+            gradient: Vector5::from(plain) - Vector5::from(self.slope),
+        }
+    }
+
+    /// Information and slope of the cost at a pose.
+    ///
+    /// * `frame`: the pose in whose rectified frame the sums are.
+    pub(crate) fn at_pose(
+        &self,
+        frame: &RectifyingRotations<T>,
+        pose: &RectifyingRotations<T>,
+    ) -> NormalEquations<T> {
+        let (mut coefficients, mut normal) = (Coefficients::NONE, NormalEquations::ZERO);
+        coefficients.add(frame, pose);
+        self.fill(&coefficients, &mut normal);
+        normal
+    }
+
+    #[inline(never)]
+    fn fill(&self, coefficients: &Coefficients<T>, normal: &mut NormalEquations<T>) {
+        let Coefficients { by_unknown, of_offset } = coefficients;
+        let pull = self.times(of_offset);
+        for ((slope, d), own) in normal.gradient.iter_mut().zip(by_unknown).zip(&self.slope) {
+            *slope = dot(d, &pull) - *own;
+        }
+        let mut elements = normal.information.0.0.iter_mut();
+        for (unknown, d) in by_unknown.iter().enumerate() {
+            let weighted = self.times(d);
+            for (other, element) in by_unknown.iter().take(unknown + 1).zip(elements.by_ref()) {
+                *element = dot(other, &weighted);
+            }
+        }
+    }
+
+    /// `M x`.
+    #[inline(never)]
+    fn times(&self, x: &Vector9<T>) -> Vector9<T> {
+        let mut y = [T::ZERO; 9];
+        let mut m = self.products.0.iter();
+        for (row, x_row) in x.iter().enumerate() {
+            let mut sum = T::ZERO;
+            for ((x_column, y_column), m) in x.iter().zip(&mut y).take(row).zip(m.by_ref()) {
+                sum += *m * *x_column;
+                *y_column += *m * *x_row;
+            }
+            if let (Some(m), Some(y)) = (m.next(), y.get_mut(row)) {
+                *y += sum + *m * *x_row;
+            }
+        }
+        y
+    }
+}
+
+/// Factors of the nine coordinates in the constraint at a pose, and in its derivatives.
+struct Coefficients<T> {
+    of_offset: Vector9<T>,
+    /// By turn of `R` about x, y, z, then of the baseline about y and z (both views alike).
+    by_unknown: [Vector9<T>; 5],
+}
+
+impl<T: Scalar> Coefficients<T> {
+    const NONE: Self = Self { of_offset: [T::ZERO; 9], by_unknown: [[T::ZERO; 9]; 5] };
+
+    #[inline(never)]
+    fn add(&mut self, frame: &RectifyingRotations<T>, pose: &RectifyingRotations<T>) {
+        // Rows of the one, columns of the other.
+        let left = product(frame.left().matrix(), &pose.left().matrix().transpose());
+        let right = product(frame.right().matrix(), &pose.right().matrix().transpose());
+        let ([[x_l, y_l, z_l], [x_r, y_r, z_r]], one) = ([left.data.0, right.data.0], T::ONE);
+        let Self { of_offset, by_unknown: [x, y, z, forward, down] } = self;
+        add_outer(x, -one, &y_r, &y_l);
+        add_outer(x, -one, &z_r, &z_l);
+        add_outer(y, one, &y_r, &x_l);
+        add_outer(z, one, &z_r, &x_l);
+        (*forward, *down) = (*y, *z);
+        add_outer(forward, -one, &x_r, &y_l);
+        add_outer(down, -one, &x_r, &z_l);
+        add_outer(of_offset, one, &z_r, &y_l);
+        add_outer(of_offset, -one, &y_r, &z_l);
+    }
+}
+
+fn dot<T: Scalar>(a: &Vector9<T>, b: &Vector9<T>) -> T {
+    a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
+}
+
+/// Adds the factors of the nine coordinates in `b^T X a`, where `X` is a column times a row.
+#[inline(never)]
+fn add_outer<T: Scalar>(sum: &mut Vector9<T>, factor: T, column: &[T; 3], row: &[T; 3]) {
+    let [x, y, z] = column.map(|x| x * factor);
+    let [a, b, c] = *row;
+    let half = |sum: T| sum * T::HALF;
+    let [cx, cy, cz, xx, yy, zz, xy, xz, yz] = sum;
+    *cx += half(z * b - y * c);
+    *cy += half(x * c - z * a);
+    *cz += half(y * a - x * b);
+    *xx += x * a;
+    *yy += y * b;
+    *zz += z * c;
+    *xy += half(x * b + y * a);
+    *xz += half(x * c + z * a);
+    *yz += half(y * c + z * b);
+}
+
+#[cfg(test)]
+mod tests;

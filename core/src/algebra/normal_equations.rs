@@ -1,0 +1,212 @@
+//! A quadratic model of a cost about a pose.
+
+use nalgebra::Vector5;
+
+use crate::algebra::information::Information;
+use crate::algebra::symmetric5::Symmetric5;
+use crate::codec::{Reader, Writer};
+use crate::error::RestoreError;
+use crate::scalar::Scalar;
+
+/// Adds a row times `pull` to a slope.
+#[inline(always)]
+pub(crate) fn add_pull<T: Scalar>(gradient: &mut Vector5<T>, pull: T, jacobian: &[T; 5]) {
+    let ([[a, b, c, d, e]], [j0, j1, j2, j3, j4]) = (&mut gradient.data.0, *jacobian);
+    *a += pull * j0;
+    *b += pull * j1;
+    *c += pull * j2;
+    *d += pull * j3;
+    *e += pull * j4;
+}
+
+/// Slope of a cost by the five unknowns at a pose, and the information there: half its curvature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct NormalEquations<T> {
+    /// 1/rad^2.
+    pub(crate) information: Information<T>,
+    /// 1/rad.
+    pub(crate) gradient: Vector5<T>,
+}
+
+impl<T: Scalar> NormalEquations<T> {
+    pub(crate) const ZERO: Self = Self {
+        information: Information::ZERO,
+        gradient: Vector5::new(T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO),
+    };
+
+    /// Adds a residual `r` of weight `w` with its derivatives.
+    #[inline(always)]
+    pub(crate) fn add_row(&mut self, w: T, r: T, jacobian: &[T; 5]) {
+        self.information.add_outer(w, jacobian);
+        add_pull(&mut self.gradient, w * r, jacobian);
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.information.add(&other.information);
+        self.gradient += other.gradient;
+    }
+
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        self.information.0.write(to);
+        to.numbers(self.gradient.iter());
+    }
+
+    pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        self.information.0.read(from)?;
+        from.numbers(self.gradient.iter_mut())
+    }
+
+    /// The sum of two.
+    pub(crate) fn plus(&self, other: &Self) -> Self {
+        let mut sum = *self;
+        sum.add(other);
+        sum
+    }
+
+    pub(crate) fn minus(&self, other: &Self) -> Self {
+        Self {
+            information: self.information.minus(&other.information),
+            gradient: self.gradient - other.gradient,
+        }
+    }
+
+    pub(crate) fn scaled(&self, factor: T) -> Self {
+        Self { information: self.information.scaled(factor), gradient: self.gradient * factor }
+    }
+
+    /// The same model about a pose `d` away.
+    pub(crate) fn about(&self, d: &Vector5<T>) -> Self {
+        Self { information: self.information, gradient: self.gradient + self.information.times(d) }
+    }
+
+    /// The step to the optimum, `None` if a direction is free.
+    pub(crate) fn step(&self) -> Option<Vector5<T>> {
+        self.information.damped_step(T::ZERO, &self.gradient)
+    }
+
+    /// With the baseline held where it is.
+    pub(crate) fn rotation_only(&self) -> Self {
+        let mut alone = *self;
+        let [.., y, z] = &mut alone.gradient.data.0[0];
+        (*y, *z) = (T::ZERO, T::ZERO);
+        let h = &mut alone.information.0.0;
+        (h[6], h[7], h[8], h[9]) = (T::ZERO, T::ZERO, T::ZERO, T::ONE);
+        (h[10], h[11], h[12], h[13], h[14]) = (T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ONE);
+        alone
+    }
+
+    /// With the same information on each unknown, about the pose itself.
+    pub(crate) fn with_prior(&self, prior: T) -> Self {
+        let mut joint = *self;
+        joint.information.0.add_diagonal(prior);
+        joint
+    }
+
+    /// With a prior about the pose itself.
+    pub(crate) fn with(&self, prior: &Information<T>) -> Self {
+        let mut joint = *self;
+        joint.information.add(prior);
+        joint
+    }
+
+    /// How far the optima of two models about one pose lie apart: squared, over its expected size
+    /// (chi square of five degrees of freedom if both tell the truth).
+    ///
+    /// `None` if a direction is free in either.
+    pub(crate) fn distance(&self, other: &Self) -> Option<T> {
+        let [one, other] = [self.optimum()?, other.optimum()?];
+        one.1.plus(&other.1).inverse_form(&(one.0 - other.0))
+    }
+
+    /// The step to the optimum and its covariance, `None` if a direction is free.
+    pub(crate) fn optimum(&self) -> Option<(Vector5<T>, Symmetric5<T>)> {
+        let factor = self.information.0.factor(T::ZERO)?;
+        Some((-factor.solve(&self.gradient), factor.inverse()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    /// Normal to the fourth decimal: twelve uniform numbers.
+    fn normal(rng: &mut ChaCha8Rng) -> f64 {
+        (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
+    }
+
+    /// Rows of unknowns of very different size.
+    fn row(rng: &mut ChaCha8Rng) -> [f64; 5] {
+        let mut one = || rng.random_range(-1.0..1.0);
+        [1.0 + 0.1 * one(), one(), one(), 0.1 * one(), 0.05 + 0.03 * one()].map(|j| 1e3 * j)
+    }
+
+    /// What `n` rows of unit noise say about a truth at zero.
+    fn measured(n: usize, rng: &mut ChaCha8Rng) -> NormalEquations<f64> {
+        let mut sum = NormalEquations::ZERO;
+        for _ in 0..n {
+            let j = row(rng);
+            sum.add_row(1.0, normal(rng), &j);
+        }
+        sum
+    }
+
+    #[test]
+    fn distance_of_two_that_tell_the_truth_is_chi_square_of_five_freedoms() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let trials = 10_000;
+        let [mut sum, mut squares] = [0.0; 2];
+        for _ in 0..trials {
+            let (one, other) = (measured(20, &mut rng), measured(60, &mut rng));
+            let distance = one.distance(&other).unwrap();
+            sum += distance;
+            squares += distance * distance;
+        }
+        let mean = sum / f64::from(trials);
+        let variance = squares / f64::from(trials) - mean * mean;
+        // Four standard errors.
+        assert!((mean - 5.0).abs() < 0.13, "{mean}");
+        assert!((variance - 10.0).abs() < 1.0, "{variance}");
+    }
+
+    #[test]
+    fn distance_counts_a_gap_in_its_own_deviations() {
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        let exact = NormalEquations { gradient: Vector5::zeros(), ..measured(40, &mut rng) };
+        let sd = exact.information.covariance().unwrap().m44.sqrt();
+        let apart = exact.about(&(-Vector5::ith(3, 3.0 * sd)));
+        let distance = exact.distance(&apart).unwrap();
+        // Apart along one axis of many: at least as far as that axis alone tells.
+        assert!(distance >= 4.5 - 1e-9, "{distance}");
+        assert!(exact.distance(&exact).unwrap().abs() < 1e-12);
+        assert_eq!(exact.distance(&NormalEquations::ZERO), None);
+    }
+
+    #[test]
+    fn about_another_pose_the_optimum_is_the_same() {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        for _ in 0..100 {
+            let model = measured(20, &mut rng);
+            let d = Vector5::from_fn(|_, _| rng.random_range(-0.01..0.01));
+            let moved = model.about(&d);
+            let gap = moved.step().unwrap() + d - model.step().unwrap();
+            assert!(gap.amax() < 1e-13, "{gap}");
+            assert_eq!(moved.information, model.information);
+        }
+    }
+
+    #[test]
+    fn a_sum_less_a_part_is_the_rest() {
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let (part, rest) = (measured(20, &mut rng), measured(30, &mut rng));
+        let mut all = part;
+        all.add(&rest);
+        let left = all.minus(&part);
+        assert!((left.gradient - rest.gradient).amax() < 1e-8);
+        assert!((left.step().unwrap() - rest.step().unwrap()).amax() < 1e-12);
+        assert!((all.scaled(0.5).step().unwrap() - all.step().unwrap()).amax() < 1e-12);
+    }
+}

@@ -1,0 +1,199 @@
+//! What the matcher delivers, and the rays that the cameras make of it.
+
+use nalgebra::Vector2;
+
+use super::grid::Cell;
+use crate::error::{PushError, Side};
+use crate::geometry::camera::Camera;
+use crate::scalar::Scalar;
+use crate::thresholds::MAX_TANGENT;
+
+/// Largest score in [`RayPair`], which stands for 1; the bits above it hold the cell.
+const FULL_SCORE: u16 = (1 << SCORE_BITS) - 1;
+const SCORE_BITS: u16 = 10;
+
+/// Steps of [`RayPair::grid_step`] in a pixel, and the most that it holds, px.
+const STEPS_PER_PX: f64 = 256.0;
+const MAX_GRID_STEP_PX: f64 = 65_535.0 / STEPS_PER_PX;
+
+/// One left/right correspondence, in pixels of the images as they are (before undistortion).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Correspondence<T> {
+    /// `[u, v]` in the left image, px.
+    pub left: [T; 2],
+    /// `[u, v]` in the right image, px.
+    pub right: [T; 2],
+    /// The matcher's confidence, 0 (none) to 1 (certain), dimensionless.
+    pub score: T,
+    /// Step of the grid that the coordinates were found on, px, 0 to 255.99: 1 for whole pixels, 1/2^f
+    /// for f fraction bits, 1.2^level on a pyramid, 0 where they are continuous.
+    pub grid_step: T,
+}
+
+impl<T: Scalar> Correspondence<T> {
+    /// The score in steps of 1/1023.
+    pub(crate) fn score_steps(&self) -> u16 {
+        nearest(self.score * T::count(FULL_SCORE.into()))
+    }
+}
+
+fn nearest<T: Scalar>(x: T) -> u16 {
+    (x + T::HALF).to_u16()
+}
+
+/// The rays of one correspondence at unit depth (camera frames), dimensionless.
+///
+/// RAM: 20 bytes in `f32`: score in steps of 1/1023, grid step in 1/256 px.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RayPair<T> {
+    pub(crate) left: Vector2<T>,
+    pub(crate) right: Vector2<T>,
+    /// Score and cell of the left image.
+    tag: u16,
+    grid_step: u16,
+}
+
+impl<T: Scalar> RayPair<T> {
+    /// From undistorted rays; `None` if a coordinate is not finite or above 11.43 (85 degrees).
+    pub fn try_new(left: [T; 2], right: [T; 2]) -> Option<Self> {
+        let limit = T::lit(MAX_TANGENT);
+        let sane = |x: &T| x.abs() <= limit;
+        (left.iter().all(sane) && right.iter().all(sane)).then(|| Self {
+            left: left.into(),
+            right: right.into(),
+            tag: FULL_SCORE,
+            grid_step: 0,
+        })
+    }
+
+    /// Left ray `[x, y]` at unit depth, left camera frame.
+    pub fn left(&self) -> [T; 2] {
+        self.left.into()
+    }
+
+    /// Right ray `[x, y]` at unit depth, right camera frame.
+    pub fn right(&self) -> [T; 2] {
+        self.right.into()
+    }
+
+    /// `x_l`, `y_l`, `x_r`, `y_r` at unit depth.
+    #[inline(always)]
+    pub(crate) fn rays(&self) -> [T; 4] {
+        [self.left.x, self.left.y, self.right.x, self.right.y]
+    }
+
+    /// The matcher's confidence, 0 to 1, to the nearest 1/1023.
+    pub fn score(&self) -> T {
+        T::count(self.score_steps().into()) / T::count(FULL_SCORE.into())
+    }
+
+    pub(crate) fn score_steps(&self) -> u16 {
+        self.tag & FULL_SCORE
+    }
+
+    /// Of the left pixel; the first one for rays that never were a pixel.
+    pub(crate) fn cell(&self) -> Cell {
+        Cell::from_bits(self.tag >> SCORE_BITS)
+    }
+
+    /// Step of the matcher's grid to the nearest 1/256 px; 0 where the coordinates are continuous.
+    pub fn grid_step(&self) -> T {
+        T::count(self.grid_step.into()) * T::lit(1.0 / STEPS_PER_PX)
+    }
+}
+
+/// The two cameras of a rig.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cameras<T> {
+    /// Left camera.
+    pub left: Camera<T>,
+    /// Right camera.
+    pub right: Camera<T>,
+}
+
+impl<T: Scalar> Cameras<T> {
+    /// Mean focal length of both, px: turns row offsets at unit depth into pixels.
+    pub fn mean_focal(&self) -> T {
+        (self.left.mean_focal() + self.right.mean_focal()) * T::HALF
+    }
+
+    /// Undistorts one correspondence. Cost: two undistortions, each of bounded iterations.
+    ///
+    /// # Errors
+    /// [`PushError`]: pixel without a ray, score or grid step out of range.
+    pub fn rays(&self, c: &Correspondence<T>) -> Result<RayPair<T>, PushError> {
+        self.check(c)?;
+        self.undistort(c)
+    }
+
+    /// What is asked of a correspondence before it is undistorted.
+    pub(crate) fn check(&self, c: &Correspondence<T>) -> Result<(), PushError> {
+        if !(c.score >= T::ZERO && c.score <= T::ONE) {
+            return Err(PushError::Score);
+        }
+        if !(c.grid_step >= T::ZERO && c.grid_step <= T::lit(MAX_GRID_STEP_PX)) {
+            return Err(PushError::GridStep);
+        }
+        self.left.check(c.left).map_err(|e| PushError::Pixel(Side::Left, e))?;
+        self.right.check(c.right).map_err(|e| PushError::Pixel(Side::Right, e))
+    }
+
+    /// The rays of a correspondence that has been checked.
+    pub(crate) fn undistort(&self, c: &Correspondence<T>) -> Result<RayPair<T>, PushError> {
+        let cell = Cell::of(c.left, self.left.intrinsics().size);
+        Ok(RayPair {
+            left: self.left.ray(c.left).map_err(|e| PushError::Pixel(Side::Left, e))?,
+            right: self.right.ray(c.right).map_err(|e| PushError::Pixel(Side::Right, e))?,
+            tag: c.score_steps() | (cell.bits() << SCORE_BITS),
+            grid_step: nearest(c.grid_step * T::lit(STEPS_PER_PX)),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::camera::Intrinsics;
+    use crate::geometry::lens::Lens;
+    use proptest::prelude::*;
+
+    fn cameras() -> Cameras<f32> {
+        let intrinsics =
+            Intrinsics { focal: [500.0; 2], principal: [320.0, 240.0], size: [640, 480] };
+        let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
+        Cameras { left: camera, right: camera }
+    }
+
+    fn rays(score: f32, grid_step: f32) -> Result<RayPair<f32>, PushError> {
+        let c = Correspondence { left: [300.0; 2], right: [290.0, 300.0], score, grid_step };
+        cameras().rays(&c)
+    }
+
+    #[test]
+    fn a_pair_of_rays_takes_20_bytes() {
+        assert_eq!(size_of::<RayPair<f32>>(), 20);
+    }
+
+    proptest! {
+        #[test]
+        fn score_and_grid_step_move_by_half_a_step_at_most(
+            score in 0.0..=1.0_f32,
+            step in 0.0..=255.99_f32,
+        ) {
+            let kept = rays(score, step).unwrap();
+            prop_assert!((kept.score() - score).abs() <= 0.501 / 1023.0);
+            prop_assert!((kept.grid_step() - step).abs() <= 0.501 / 256.0);
+        }
+    }
+
+    #[test]
+    fn the_ends_of_both_ranges_are_exact_and_what_is_beyond_is_refused() {
+        let ends = |score, step| rays(score, step).map(|pair| (pair.score(), pair.grid_step()));
+        let largest = 65_535.0 / 256.0;
+        assert_eq!(ends(0.0, 0.0), Ok((0.0, 0.0)));
+        assert_eq!(ends(1.0, largest), Ok((1.0, largest)));
+        assert_eq!(ends(1.0_f32.next_up(), 0.0), Err(PushError::Score));
+        assert_eq!(ends(1.0, largest.next_up()), Err(PushError::GridStep));
+        assert_eq!(ends(1.0, -f32::MIN_POSITIVE), Err(PushError::GridStep));
+    }
+}

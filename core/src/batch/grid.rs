@@ -1,0 +1,74 @@
+//! Grid of 8 x 6 cells over the left image: spread of a selection, coverage of an estimate.
+
+use crate::scalar::Scalar;
+
+const COLUMNS: u16 = 8;
+const ROWS: u16 = 6;
+pub(super) const CELLS: usize = 48;
+
+/// A cell of the grid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Cell(u8);
+
+impl Cell {
+    /// Cell of a pixel of an image of `size`, px; the outer cells reach beyond the border.
+    pub(crate) fn of<T: Scalar>(pixel: [T; 2], size: [u16; 2]) -> Self {
+        // The image begins half a pixel before the centre of its first pixel.
+        let along = |x: T, length: u16, cells: u16| {
+            let cell = (x + T::HALF) * T::count(cells.into()) / T::count(length.into());
+            cell.to_u16().min(cells - 1)
+        };
+        let ([u, v], [width, height]) = (pixel, size);
+        Self::from_bits(along(v, height, ROWS) * COLUMNS + along(u, width, COLUMNS))
+    }
+
+    /// Index of the cell, below 64.
+    pub(crate) fn bits(self) -> u16 {
+        self.0.into()
+    }
+
+    pub(crate) fn from_bits(index: u16) -> Self {
+        let [index, _] = index.to_le_bytes();
+        Self(index)
+    }
+
+    pub(super) fn index(self) -> usize {
+        self.0.into()
+    }
+}
+
+/// Set of cells.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Coverage(u64);
+
+impl Coverage {
+    pub(crate) const NONE: Self = Self(0);
+
+    pub(crate) fn insert(&mut self, cell: Cell) {
+        self.0 |= 1_u64.checked_shl(cell.0.into()).unwrap_or(0);
+    }
+
+    /// Share of all cells, 0 to 1.
+    pub(crate) fn share<T: Scalar>(self) -> T {
+        T::count(self.0.count_ones()) / T::count((COLUMNS * ROWS).into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_are_equal_parts_of_the_image_and_reach_beyond_its_border() {
+        let cell = |u: f32, v: f32| Cell::of([u, v], [640, 480]).0;
+        assert_eq!([cell(-0.9, -0.9), cell(79.4, 79.4), cell(79.6, 79.4)], [0, 0, 1]);
+        assert_eq!([cell(0.0, 79.6), cell(639.0, 0.0), cell(640.0, 480.0)], [8, 7, 47]);
+        let mut counts = [0; CELLS];
+        for v in 0..480_u16 {
+            for u in 0..640_u16 {
+                counts[usize::from(cell(u.into(), v.into()))] += 1;
+            }
+        }
+        assert_eq!(counts, [80 * 80; CELLS]);
+    }
+}

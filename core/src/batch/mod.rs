@@ -1,0 +1,254 @@
+//! Batch of correspondences: pixels to rays, selected to a fixed capacity.
+
+#[cfg(feature = "simd")]
+mod columns;
+pub(crate) mod correspondence;
+pub(crate) mod grid;
+pub(crate) mod row_offset;
+mod selection;
+
+#[cfg(feature = "simd")]
+use columns::Columns;
+use correspondence::{Cameras, Correspondence, RayPair};
+use grid::Cell;
+use selection::{Eviction, Priority};
+
+use crate::error::PushError;
+use crate::scalar::Scalar;
+
+/// What became of a valid correspondence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Pushed {
+    /// There was room for it.
+    Kept,
+    /// It is in the batch, and another one left.
+    Replaced,
+    /// The full batch is priority more without it.
+    LeftOut,
+}
+
+/// Up to `N` correspondences as rays, and how many more were offered. At most 65535.
+///
+/// A full batch selects: matches spread over the left image stay, of neighbours those with the better
+/// score, by chance among equals. The batch ends up with the same matches in whatever order they came.
+///
+/// RAM: 20 bytes a correspondence in `f32`.
+#[derive(Debug, Clone)]
+pub struct Batch<T, const N: usize> {
+    pairs: heapless::Vec<RayPair<T>, N>,
+    left_out: u32,
+    refused: u32,
+    /// `pairs` again.
+    #[cfg(feature = "simd")]
+    columns: Columns<[T; N]>,
+}
+
+/// The correspondences of a batch, as the solvers read them.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Matches<'a, T> {
+    pub(crate) pairs: &'a [RayPair<T>],
+    /// The same as columns.
+    #[cfg(feature = "simd")]
+    pub(crate) columns: Columns<&'a [T]>,
+}
+
+impl<T: Scalar, const N: usize> Batch<T, N> {
+    /// An empty batch.
+    #[must_use]
+    pub const fn new() -> Self {
+        const { assert!(N <= 65_535, "matches of a cell are counted in 16 bits") }
+        Self {
+            pairs: heapless::Vec::new(),
+            left_out: 0,
+            refused: 0,
+            #[cfg(feature = "simd")]
+            columns: Columns::ZERO,
+        }
+    }
+
+    /// A batch of rays that never were pixels.
+    #[cfg(test)]
+    pub(crate) fn of(pairs: &[RayPair<T>]) -> Self {
+        let mut batch = Self::new();
+        for pair in pairs {
+            batch.keep(*pair);
+        }
+        batch
+    }
+
+    /// Undistorts and keeps one correspondence; once the batch is full, if it is priority more than
+    /// another one. Cost: two undistortions, and two scans of a full batch.
+    ///
+    /// One that is left out for its score is not undistorted, so not known to have rays.
+    ///
+    /// # Errors
+    /// [`PushError`]; the batch is unchanged but for the count of refusals.
+    pub fn push(
+        &mut self,
+        cameras: &Cameras<T>,
+        c: &Correspondence<T>,
+    ) -> Result<Pushed, PushError> {
+        let pushed = self.select(cameras, c);
+        let count = match pushed {
+            Ok(Pushed::Kept) => return pushed,
+            Ok(Pushed::Replaced | Pushed::LeftOut) => &mut self.left_out,
+            Err(_) => &mut self.refused,
+        };
+        *count = count.saturating_add(1);
+        pushed
+    }
+
+    fn select(&mut self, cameras: &Cameras<T>, c: &Correspondence<T>) -> Result<Pushed, PushError> {
+        cameras.check(c)?;
+        let eviction = self
+            .pairs
+            .is_full()
+            .then(|| Eviction::of(Cell::of(c.left, cameras.left.intrinsics().size), &self.pairs));
+        let highest = Priority::at_most(c.score_steps());
+        if eviction.as_ref().is_some_and(|eviction| eviction.replaced_by(highest).is_none()) {
+            return Ok(Pushed::LeftOut);
+        }
+        // Undistorted before another one is evicted: the pixel may have no ray.
+        let pair = cameras.undistort(c)?;
+        let Some(eviction) = eviction else {
+            self.keep(pair);
+            return Ok(Pushed::Kept);
+        };
+        let Some(index) = eviction.replaced_by(Priority::of(&pair)) else {
+            return Ok(Pushed::LeftOut);
+        };
+        if let Some(old) = self.pairs.get_mut(index) {
+            *old = pair;
+        }
+        #[cfg(feature = "simd")]
+        self.columns.set(index, &pair);
+        Ok(Pushed::Replaced)
+    }
+
+    /// Adds one; there is room.
+    fn keep(&mut self, pair: RayPair<T>) {
+        #[cfg(feature = "simd")]
+        self.columns.set(self.pairs.len(), &pair);
+        let _ = self.pairs.push(pair);
+    }
+
+    /// The correspondences at hand, in no particular order once some have been left out.
+    pub fn pairs(&self) -> &[RayPair<T>] {
+        &self.pairs
+    }
+
+    /// What the solvers read.
+    pub(crate) fn matches(&self) -> Matches<'_, T> {
+        Matches {
+            pairs: &self.pairs,
+            #[cfg(feature = "simd")]
+            columns: self.columns.first(self.pairs.len()),
+        }
+    }
+
+    /// Correspondences offered since the last [`Batch::clear`]: at hand, left out, or refused.
+    pub fn offered(&self) -> u32 {
+        let held = u32::try_from(self.pairs.len()).unwrap_or(u32::MAX);
+        held.saturating_add(self.left_out).saturating_add(self.refused)
+    }
+
+    /// Valid correspondences that had to leave a full batch, or did not get in.
+    pub fn left_out(&self) -> u32 {
+        self.left_out
+    }
+
+    /// Correspondences refused since the last [`Batch::clear`].
+    pub fn refused(&self) -> u32 {
+        self.refused
+    }
+
+    /// Forgets all correspondences and the counts.
+    pub fn clear(&mut self) {
+        self.pairs.clear();
+        self.left_out = 0;
+        self.refused = 0;
+    }
+}
+
+impl<T: Scalar, const N: usize> Default for Batch<T, N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use crate::geometry::camera::{Camera, Intrinsics};
+    use crate::geometry::lens::Lens;
+    use core::cmp::Reverse;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    const SIZE: [u16; 2] = [640, 480];
+
+    fn cameras() -> Cameras<f32> {
+        let intrinsics = Intrinsics { focal: [500.0; 2], principal: [320.0, 240.0], size: SIZE };
+        let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
+        Cameras { left: camera, right: camera }
+    }
+
+    prop_compose! {
+        /// On whole pixels, half of them in one cell and its neighbours; few different scores.
+        fn matches()(u in 0..640_u16, v in 0..480_u16, crowded: bool, d in 1..60_u8, score in 0..4_u8)
+            -> Correspondence<f32>
+        {
+            let [u, v] = if crowded { [100 + u / 8, 200 + v / 8] } else { [u, v] }.map(f32::from);
+            let [d, score] = [d, score].map(f32::from);
+            Correspondence { left: [u, v], right: [u.max(d) - d, v], score: score / 4.0, grid_step: 1.0 }
+        }
+    }
+
+    /// The first `n` by rank in their cell, then by priority: slow and with all matches at hand.
+    fn first_by_rank_and_priority(offered: &[Correspondence<f32>], n: usize) -> Vec<Priority> {
+        let entry = |c: &Correspondence<f32>| {
+            (Cell::of(c.left, SIZE), Priority::of(&cameras().rays(c).unwrap()))
+        };
+        let all: Vec<(Cell, Priority)> = offered.iter().map(entry).collect();
+        let rank =
+            |(cell, priority)| all.iter().filter(|(c, w)| *c == cell && *w > priority).count();
+        let mut order: Vec<_> = all.iter().map(|&(c, w)| (rank((c, w)), Reverse(w))).collect();
+        order.sort_unstable();
+        let mut kept: Vec<Priority> =
+            order.iter().take(n).map(|(_, priority)| priority.0).collect();
+        kept.sort_unstable();
+        kept
+    }
+
+    fn selected<const N: usize>(offered: &[Correspondence<f32>]) -> Vec<Priority> {
+        let mut batch = Batch::<f32, N>::new();
+        for c in offered {
+            batch.push(&cameras(), c).unwrap();
+        }
+        let mut kept: Vec<Priority> = batch.pairs().iter().map(Priority::of).collect();
+        kept.sort_unstable();
+        kept
+    }
+
+    proptest! {
+        #[test]
+        fn what_stays_is_the_first_by_rank_and_priority_in_whatever_order_they_came(
+            mut offered in prop::collection::vec(matches(), 0..400),
+            seed in prop::collection::vec(any::<prop::sample::Index>(), 400),
+        ) {
+            // Equal matches have equal priority, and ranks are then of no use to the oracle.
+            offered.sort_by(|a, b| (a.left, a.right).partial_cmp(&(b.left, b.right)).unwrap());
+            offered.dedup_by(|a, b| (a.left, a.right) == (b.left, b.right));
+            for i in (1..offered.len()).rev() {
+                offered.swap(i, seed[i].index(i + 1));
+            }
+            // Fewer than one, about one, and several a cell.
+            prop_assert_eq!(selected::<20>(&offered), first_by_rank_and_priority(&offered, 20));
+            prop_assert_eq!(selected::<60>(&offered), first_by_rank_and_priority(&offered, 60));
+            prop_assert_eq!(selected::<200>(&offered), first_by_rank_and_priority(&offered, 200));
+        }
+    }
+}

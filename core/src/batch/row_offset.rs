@@ -1,0 +1,49 @@
+//! Row offset of a correspondence after rectification (eq 11 with `u = x/z`, `v = y/z`).
+
+use super::correspondence::RayPair;
+use crate::geometry::rectification::RectifyingRotations;
+use crate::scalar::Scalar;
+use crate::thresholds::MIN_DEPTH;
+
+/// Row offset `e_i` of eq 11: `v_l - v_r` of the rectified rays, at unit depth, dimensionless; times
+/// the focal length it is px. `None` if a ray lies behind the rectified plane.
+pub fn row_offset<T: Scalar>(rotations: &RectifyingRotations<T>, pair: &RayPair<T>) -> Option<T> {
+    let (l, r) = (rotations.left().matrix(), rotations.right().matrix());
+    let [y_l, y_r] = [
+        l.m21 * pair.left.x + l.m22 * pair.left.y + l.m23,
+        r.m21 * pair.right.x + r.m22 * pair.right.y + r.m23,
+    ];
+    let [inverse_l, inverse_r] = inverse_depths(
+        l.m31 * pair.left.x + l.m32 * pair.left.y + l.m33,
+        r.m31 * pair.right.x + r.m32 * pair.right.y + r.m33,
+    )?;
+    Some(y_l * inverse_l - y_r * inverse_r)
+}
+
+/// Inverse depths by one division, the slowest instruction of a controller; `None` where one is below [`MIN_DEPTH`].
+#[inline(always)]
+pub(crate) fn inverse_depths<T: Scalar>(left: T, right: T) -> Option<[T; 2]> {
+    let least = T::lit(MIN_DEPTH);
+    // Not `<`: a NaN must fail this test.
+    if left >= least && right >= least {
+        let inverse = T::ONE / (left * right);
+        Some([inverse * right, inverse * left])
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::rectification::tests::pose;
+
+    #[test]
+    fn a_ray_behind_the_rectified_plane_has_no_row() {
+        let turned = pose([0.0, 0.9, 0.0], [0.0, 0.0]);
+        let pair = RayPair::try_new([-2.0, 0.0], [0.0, 0.0]).unwrap();
+        let other = RayPair::try_new([2.0, 0.0], [0.0, 0.0]).unwrap();
+        let rows = [pair, other].map(|pair| row_offset(&turned, &pair));
+        assert!(rows[0].is_some() != rows[1].is_some(), "{rows:?}");
+    }
+}

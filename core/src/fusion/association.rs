@@ -1,0 +1,350 @@
+//! Data association of a batch, one pass at a time: with the champion, else the challenger, else by a search from afar.
+
+use super::hypotheses::Hypotheses;
+use super::hypothesis::Hypothesis;
+use crate::batch::Matches;
+use crate::batch::correspondence::RayPair;
+use crate::batch::row_offset::row_offset;
+use crate::config::Context;
+use crate::error::PairError;
+use crate::geometry::rectification::RectifyingRotations;
+use crate::outcome::pair_report::{PairReport, Stop};
+use crate::pair::evaluate::EvaluatedPose;
+use crate::pair::solver::PairSolver;
+use crate::scalar::Scalar;
+use crate::thresholds::{CLEARLY_BETTER, FEW, TRACK_PASSES, TRUNCATED_PX};
+
+/// Hypothesis that a pair supports.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Support {
+    Champion,
+    Challenger,
+    /// A new hypothesis.
+    New,
+    /// None: it disagrees with the challenger and fits no better.
+    None,
+}
+
+/// Hypotheses that a pair disagrees with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Rejected {
+    pub(super) by_champion: bool,
+    pub(super) by_challenger: bool,
+}
+
+/// Result of an association.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct AssociationResult<'a, T: Scalar> {
+    pub(super) support: Support,
+    pub(super) evaluated: &'a EvaluatedPose<T>,
+    /// NIS under the supported hypothesis, over its reduced chi-square.
+    pub(super) nis: T,
+    pub(super) rejected: Rejected,
+    pub(super) repeated: bool,
+    passes: u16,
+    stop: Stop,
+}
+
+/// Stage of an association.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    /// No batch.
+    Idle,
+    /// Tracks from the champion.
+    Champion,
+    /// Tracks from the challenger.
+    Challenger,
+    /// Searches from afar.
+    Search,
+    /// Compares the pose found with the challenger's.
+    Compare,
+    Done(Support),
+}
+
+/// Working memory: the solver, then the evaluation in the same place.
+#[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
+enum Work<T: Scalar> {
+    None,
+    Solver(PairSolver<T>),
+    Evaluated(EvaluatedPose<T>),
+}
+
+/// Association of one batch.
+#[derive(Debug, Clone)]
+pub(super) struct Association<T: Scalar> {
+    stage: Stage,
+    work: Work<T>,
+    rejected: Rejected,
+    repeated: bool,
+    passes: u16,
+    stop: Stop,
+    nis: T,
+}
+
+/// What a batch is associated with.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct AssociationContext<'a, T: Scalar> {
+    pub(super) context: &'a Context<'a, T>,
+    pub(super) hypotheses: &'a Hypotheses<T>,
+}
+
+impl<T: Scalar> Association<T> {
+    pub(super) const IDLE: Self = Self {
+        stage: Stage::Idle,
+        work: Work::None,
+        rejected: Rejected { by_champion: false, by_challenger: false },
+        repeated: false,
+        passes: 0,
+        stop: Stop::PassesSpent,
+        nis: T::ZERO,
+    };
+
+    /// Whether stages are left.
+    pub(super) fn is_open(&self) -> bool {
+        !matches!(self.stage, Stage::Idle | Stage::Done(_))
+    }
+
+    /// Drops the batch and its result.
+    pub(super) fn close(&mut self) {
+        self.stage = Stage::Idle;
+    }
+
+    /// Begins a batch.
+    ///
+    /// * `pairs`: correspondences in it; `repeated`: it shows the scene of the last one.
+    #[inline(never)]
+    pub(super) fn open(&mut self, with: &AssociationContext<'_, T>, pairs: usize, repeated: bool) {
+        self.rejected = Rejected::default();
+        self.repeated = repeated;
+        self.passes = 0;
+        self.enter(Stage::Champion, with, pairs);
+    }
+
+    /// Enters a stage, or the next one where its hypothesis does not exist.
+    #[inline(never)]
+    fn enter(&mut self, stage: Stage, with: &AssociationContext<'_, T>, pairs: usize) {
+        let (champion, challenger) = (with.hypotheses.champion(), with.hypotheses.challenger());
+        let (stage, hypothesis) = match stage {
+            Stage::Champion if champion.is_some() => (stage, champion),
+            Stage::Champion | Stage::Challenger => (Stage::Challenger, challenger),
+            _ => (stage, None),
+        };
+        self.stage = stage;
+        if !hypothesis.is_some_and(|hypothesis| self.track(hypothesis, with)) {
+            self.stage = Stage::Search;
+            self.search(with, pairs);
+        }
+    }
+
+    /// Starts a track; false where the covariance of the hypothesis has no inverse.
+    #[inline(never)]
+    fn track(&mut self, hypothesis: &Hypothesis<T>, with: &AssociationContext<'_, T>) -> bool {
+        let Context { config, focal, .. } = *with.context;
+        let start = hypothesis.track_start(with.context);
+        let solver = start.and_then(|start| PairSolver::track(config, focal, &start));
+        match solver {
+            Some(solver) => {
+                self.work = Work::Solver(solver);
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// Starts a search.
+    #[inline(never)]
+    fn search(&mut self, with: &AssociationContext<'_, T>, pairs: usize) {
+        // A comparison with the challenger takes one more pass.
+        let used = self.passes.saturating_add(u16::from(self.rejected.by_challenger));
+        self.work = Work::Solver(with.search(used, pairs));
+    }
+
+    /// Takes one more pass, unless no stage is left.
+    ///
+    /// # Errors
+    /// [`PairError`]: the batch has no result.
+    pub(super) fn advance(
+        &mut self,
+        with: &AssociationContext<'_, T>,
+        matches: Matches<'_, T>,
+    ) -> Result<(), PairError> {
+        self.passes = self.passes.saturating_add(1);
+        match &mut self.work {
+            Work::Solver(solver) if !solver.is_done() => solver.advance(matches),
+            Work::Solver(_) => {
+                self.evaluate(matches)?;
+                let next = self.decide(with)?;
+                self.stage = next;
+                if matches!(next, Stage::Challenger | Stage::Search) {
+                    self.enter(next, with, matches.pairs.len());
+                }
+                Ok(())
+            }
+            Work::Evaluated(evaluated) => {
+                let better = with.is_better(&evaluated.measurement.pose, matches.pairs);
+                self.stage = Stage::Done(if better { Support::New } else { Support::None });
+                Ok(())
+            }
+            Work::None => Ok(()),
+        }
+    }
+
+    #[inline(never)]
+    fn evaluate(&mut self, matches: Matches<'_, T>) -> Result<(), PairError> {
+        let Work::Solver(solver) = &self.work else {
+            return Ok(());
+        };
+        self.stop = solver.stop();
+        let iterate = *solver.iterate();
+        self.clear_evaluation();
+        match &mut self.work {
+            Work::Evaluated(evaluated) => iterate.evaluate(matches, evaluated),
+            _ => Ok(()),
+        }
+    }
+
+    /// Out of line: the new value passes through the stack, here and not in the frame of the caller.
+    #[inline(never)]
+    fn clear_evaluation(&mut self) {
+        self.work = Work::Evaluated(EvaluatedPose::NONE);
+    }
+
+    /// The stage after an evaluation.
+    #[inline(never)]
+    fn decide(&mut self, with: &AssociationContext<'_, T>) -> Result<Stage, PairError> {
+        let AssociationContext { context, hypotheses } = *with;
+        let Work::Evaluated(evaluated) = &self.work else {
+            return Err(PairError::NotBegun);
+        };
+        match self.stage {
+            Stage::Champion => {
+                if let Some(nis) = hypotheses.gate_of_champion(evaluated, context) {
+                    self.nis = nis;
+                    return supports(Support::Champion, evaluated);
+                }
+                self.rejected.by_champion = true;
+                Ok(Stage::Challenger)
+            }
+            Stage::Challenger => {
+                if let Some(nis) = hypotheses.gate_of_challenger(evaluated, context) {
+                    self.nis = nis;
+                    return supports(Support::Challenger, evaluated);
+                }
+                self.rejected.by_challenger = true;
+                let done = self.rejected.by_champion;
+                Ok(if done { Stage::Done(Support::None) } else { Stage::Search })
+            }
+            _ => {
+                with.check(evaluated)?;
+                let compare = self.rejected.by_challenger;
+                Ok(if compare { Stage::Compare } else { Stage::Done(Support::New) })
+            }
+        }
+    }
+
+    /// Hypotheses that the batch disagrees with so far.
+    pub(super) fn rejected(&self) -> Rejected {
+        self.rejected
+    }
+
+    /// The result, once no stage is left.
+    pub(super) fn result(&self) -> Option<AssociationResult<'_, T>> {
+        let (Stage::Done(support), Work::Evaluated(evaluated)) = (self.stage, &self.work) else {
+            return None;
+        };
+        Some(AssociationResult {
+            support,
+            evaluated,
+            nis: self.nis,
+            rejected: self.rejected,
+            repeated: self.repeated,
+            passes: self.passes,
+            stop: self.stop,
+        })
+    }
+}
+
+/// # Errors
+/// [`PairError::Unobservable`] where disparities are noise.
+fn supports<T: Scalar>(support: Support, evaluated: &EvaluatedPose<T>) -> Result<Stage, PairError> {
+    if evaluated.baseline_observable {
+        Ok(Stage::Done(support))
+    } else {
+        Err(PairError::Unobservable)
+    }
+}
+
+impl<T: Scalar> AssociationResult<'_, T> {
+    /// The pair's own estimate; `None` if the pair alone has no optimum.
+    #[inline(never)]
+    pub(super) fn report(&self, context: &Context<'_, T>) -> Option<PairReport<T>> {
+        let EvaluatedPose { measurement, stats, .. } = self.evaluated;
+        let focal = context.focal;
+        let normal = measurement.moments.at_frame();
+        let pose = measurement.pose.stepped_by(&normal.with_prior(context.prior).step()?)?;
+        let count = stats.screened.max(T::ONE);
+        let [squares_before, squares_after] = stats.squares.map(|sum| sum * focal * focal);
+        let [cost_before, cost_after] = stats.cost.map(|sum| sum * focal * focal);
+        let [usable, skipped, screened] =
+            [stats.usable, stats.skipped, stats.screened].map(|count| count.to_u16().into());
+        Some(PairReport {
+            extrinsics: pose.extrinsics().ok()?,
+            information: normal.information,
+            stop: self.stop,
+            passes: self.passes,
+            usable,
+            skipped,
+            screened,
+            cost_before: cost_before * T::HALF,
+            cost_after: cost_after * T::HALF,
+            rms_px_before: (squares_before / count).sqrt(),
+            rms_px_after: (squares_after / count).sqrt(),
+            noise_px: measurement.noise,
+        })
+    }
+}
+
+impl<T: Scalar> AssociationContext<'_, T> {
+    /// * `used`: passes taken, or needed after the search.
+    fn search(&self, used: u16, pairs: usize) -> PairSolver<T> {
+        let Context { config, focal, factory_pose, .. } = *self.context;
+        let start = self.hypotheses.search_start().unwrap_or(factory_pose);
+        // At least one evaluation, where the configuration leaves less.
+        let left = config.max_passes.saturating_sub(used).max(TRACK_PASSES);
+        let search = PairSolver::search(config, focal, start, left);
+        if pairs <= FEW { search.among_few() } else { search }
+    }
+
+    /// Whether a pose found from afar is an optimum, and determined.
+    fn check(&self, evaluated: &EvaluatedPose<T>) -> Result<(), PairError> {
+        if !evaluated.is_found(self.context.config.min_correspondences) {
+            return Err(PairError::NoConsensus);
+        }
+        let moments = &evaluated.measurement.moments;
+        if evaluated.baseline_observable && moments.at_frame().information.is_observable() {
+            Ok(())
+        } else {
+            Err(PairError::Unobservable)
+        }
+    }
+
+    /// Whether a pose fits the batch clearly better than the challenger's, by the mean truncated cost.
+    #[inline(never)]
+    fn is_better(&self, pose: &RectifyingRotations<T>, pairs: &[RayPair<T>]) -> bool {
+        let Some(challenger) = self.hypotheses.challenger() else {
+            return true;
+        };
+        let limit = T::lit(TRUNCATED_PX) / self.context.focal;
+        let cost = |pose: &RectifyingRotations<T>, pair: &RayPair<T>| {
+            row_offset(pose, pair).map_or(T::ONE, |e| (e * e / (limit * limit)).min(T::ONE))
+        };
+        let [mut new, mut old] = [T::ZERO; 2];
+        for pair in pairs {
+            new += cost(pose, pair);
+            old += cost(challenger.pose(), pair);
+        }
+        let count = T::count(u32::try_from(pairs.len()).unwrap_or(u32::MAX));
+        new < old - T::lit(CLEARLY_BETTER) * count
+    }
+}

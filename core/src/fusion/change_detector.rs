@@ -1,0 +1,134 @@
+//! Change detection: whether the rig has moved by less than a single pair can show.
+
+use nalgebra::Vector5;
+
+use super::hypothesis::Hypothesis;
+use crate::algebra::information::Information;
+use crate::algebra::moments::Moments;
+use crate::algebra::normal_equations::NormalEquations;
+use crate::codec::{Reader, Writer};
+use crate::config::Context;
+use crate::error::RestoreError;
+use crate::pair::evaluate::PairMeasurement;
+use crate::scalar::Scalar;
+use crate::thresholds::{
+    CUSUM_ALLOWED, LONG_DECAY, MAX_CUSUM, MAX_WINDOW, SHORT_DECAY, SHORT_PAIRS, WARM_UP_PAIRS,
+};
+
+/// Two windows over the last pairs, and a cumulative sum of their NIS.
+#[derive(Debug, Clone)]
+pub(super) struct ChangeDetector<T: Scalar> {
+    /// Short window without the last pair, in the frame of the hypothesis.
+    short: Moments<T>,
+    /// Variance of the short window's gradient: weights enter squared.
+    short_variance: Information<T>,
+    /// Long window, about the pose of the hypothesis.
+    long: NormalEquations<T>,
+    long_variance: Information<T>,
+    cumulative: T,
+    /// Pairs since the start.
+    pairs: u32,
+}
+
+impl<T: Scalar> ChangeDetector<T> {
+    /// Numbers and words in a record.
+    pub(super) const NUMBERS: usize = 101;
+    pub(super) const WORDS: usize = 1;
+
+    pub(super) const NEW: Self = Self {
+        short: Moments::ZERO,
+        short_variance: Information::ZERO,
+        long: NormalEquations::ZERO,
+        long_variance: Information::ZERO,
+        cumulative: T::ZERO,
+        pairs: 0,
+    };
+
+    /// Moves the last pair into the short window, before the hypothesis takes another one.
+    pub(super) fn shift(&mut self, last: &Moments<T>) {
+        self.short.add(last);
+        self.short.scale(T::lit(SHORT_DECAY));
+    }
+
+    /// Adds a pair that the hypothesis has taken; whether the last pairs show another rig.
+    ///
+    /// * `nis`: of the pair, over the reduced chi-square.
+    /// * `moved`: step of the hypothesis, rad.
+    #[inline(never)]
+    pub(super) fn add(
+        &mut self,
+        hypothesis: &Hypothesis<T>,
+        measurement: &PairMeasurement<T>,
+        nis: T,
+        moved: &Vector5<T>,
+        context: &Context<'_, T>,
+    ) -> bool {
+        let pair = measurement.at(hypothesis.pose());
+        let short = hypothesis.normal_equations(&self.short).plus(&pair);
+        let [decay, long_decay] = [T::lit(SHORT_DECAY), T::lit(LONG_DECAY)];
+        self.long = self.long.about(moved).scaled(long_decay).plus(&pair);
+        let add = |before: &Information<T>, decay: T| {
+            let mut variance = before.scaled(decay * decay);
+            variance.add(&pair.information);
+            variance
+        };
+        self.short_variance = add(&self.short_variance, decay);
+        self.long_variance = add(&self.long_variance, long_decay);
+        self.cumulative = (self.cumulative + nis - T::lit(CUSUM_ALLOWED)).max(T::ZERO);
+        self.pairs = self.pairs.saturating_add(1);
+        self.pairs >= WARM_UP_PAIRS && self.has_changed(hypothesis, &short, context)
+    }
+
+    /// Replaces the older pairs of the hypothesis by the short window. False where that leads to no admissible rig:
+    /// nothing has changed.
+    pub(super) fn renew(
+        &mut self,
+        hypothesis: &mut Hypothesis<T>,
+        context: &Context<'_, T>,
+    ) -> bool {
+        let renewed = hypothesis.replace(&self.short, self.pairs.min(SHORT_PAIRS), context);
+        if renewed {
+            *self = Self::NEW;
+        }
+        renewed
+    }
+
+    /// * `short`: short window with the last pair, about the pose of the hypothesis.
+    fn has_changed(
+        &self,
+        hypothesis: &Hypothesis<T>,
+        short: &NormalEquations<T>,
+        context: &Context<'_, T>,
+    ) -> bool {
+        let limit = T::lit(MAX_WINDOW) * hypothesis.reduced_chi_square();
+        // Score test: squared gradient at the pose over its variance under the hypothesis.
+        let rejects = |window: &NormalEquations<T>, variance: &Information<T>| {
+            let mut variance = variance.0;
+            variance.add_diagonal(context.prior);
+            let statistic = variance.inverse_form(&window.gradient);
+            statistic.is_some_and(|statistic| statistic > limit)
+        };
+        rejects(short, &self.short_variance)
+            || rejects(&self.long, &self.long_variance)
+            || self.cumulative > T::lit(MAX_CUSUM)
+    }
+
+    pub(super) fn write(&self, to: &mut Writer<'_>) {
+        self.short.write(to);
+        self.short_variance.0.write(to);
+        self.long.write(to);
+        self.long_variance.0.write(to);
+        to.number(self.cumulative);
+        to.word(self.pairs);
+    }
+
+    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        self.short.read(from)?;
+        self.short_variance.0.read(from)?;
+        self.long.read(from)?;
+        self.long_variance.0.read(from)?;
+        self.cumulative = from.size()?;
+        self.pairs = from.word()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,324 @@
+//! Champion and challenger: how hypotheses begin, gather pairs, and replace each other.
+
+use super::association::{AssociationResult, Rejected, Support};
+use super::change_detector::ChangeDetector;
+use super::hypothesis::{Hypothesis, Update};
+use crate::codec::{Reader, Writer};
+use crate::config::Context;
+use crate::error::{Refusal, RestoreError};
+use crate::geometry::rectification::RectifyingRotations;
+use crate::outcome::pair_report::Fused;
+use crate::pair::evaluate::{EvaluatedPose, PairMeasurement};
+use crate::scalar::Scalar;
+use crate::state::State;
+use crate::thresholds::{LOST_AFTER, MAX_FAILED, MIN_AGREED, YOUNG_SLACK};
+
+/// The reported hypothesis.
+#[derive(Debug, Clone)]
+struct Champion<T: Scalar> {
+    hypothesis: Hypothesis<T>,
+    detector: ChangeDetector<T>,
+}
+
+impl<T: Scalar> Champion<T> {
+    /// Empty until the first hypothesis is promoted.
+    const EMPTY: Self = Self { hypothesis: Hypothesis::EMPTY, detector: ChangeDetector::NEW };
+
+    /// Adds a pair; whether the last pairs show another rig.
+    ///
+    /// # Errors
+    /// [`Refusal`]; the champion is unchanged.
+    #[inline(never)]
+    fn add(
+        &mut self,
+        result: &AssociationResult<'_, T>,
+        context: &Context<'_, T>,
+    ) -> Result<bool, Refusal> {
+        let (measurement, repeated) = (&result.evaluated.measurement, result.repeated);
+        let mut update = Update::NONE;
+        self.hypothesis.next_update(measurement, repeated, context, &mut update)?;
+        if !repeated {
+            self.detector.shift(self.hypothesis.last());
+        }
+        let moved = self.hypothesis.apply(measurement, &update, repeated, context);
+        let Self { hypothesis, detector } = self;
+        Ok(!repeated && detector.add(hypothesis, measurement, result.nis, &moved, context))
+    }
+}
+
+/// A hypothesis under test.
+#[derive(Debug, Clone)]
+struct Challenger<T: Scalar> {
+    hypothesis: Hypothesis<T>,
+    agreed: u16,
+    failed: u16,
+}
+
+impl<T: Scalar> Challenger<T> {
+    const EMPTY: Self = Self { hypothesis: Hypothesis::EMPTY, agreed: 0, failed: 0 };
+
+    /// Adds a pair.
+    ///
+    /// # Errors
+    /// [`Refusal`]; the challenger is unchanged.
+    #[inline(never)]
+    fn add(
+        &mut self,
+        measurement: &PairMeasurement<T>,
+        repeated: bool,
+        context: &Context<'_, T>,
+    ) -> Result<(), Refusal> {
+        let mut update = Update::NONE;
+        self.hypothesis.next_update(measurement, repeated, context, &mut update)?;
+        self.hypothesis.apply(measurement, &update, repeated, context);
+        self.agreed = self.agreed.saturating_add(1);
+        Ok(())
+    }
+}
+
+/// Champion and challenger. RAM: about 2 kB in `f32`.
+#[derive(Debug, Clone)]
+pub(super) struct Hypotheses<T: Scalar> {
+    champion: Option<Champion<T>>,
+    challenger: Option<Challenger<T>>,
+    /// Successive pairs that disagree with the champion.
+    rejected: u16,
+}
+
+impl<T: Scalar> Hypotheses<T> {
+    /// Numbers and words in the longest record.
+    pub(super) const NUMBERS: usize = 2 * Hypothesis::<T>::NUMBERS + ChangeDetector::<T>::NUMBERS;
+    pub(super) const WORDS: usize = 2 * Hypothesis::<T>::WORDS + ChangeDetector::<T>::WORDS + 5;
+
+    pub(super) const NONE: Self = Self { champion: None, challenger: None, rejected: 0 };
+
+    pub(super) fn state(&self) -> State {
+        match (&self.champion, &self.challenger) {
+            (None, _) => State::Acquiring,
+            _ if self.rejected >= LOST_AFTER => State::Lost,
+            (Some(_), None) if self.rejected == 0 => State::Locked,
+            _ => State::Suspect,
+        }
+    }
+
+    /// The reported hypothesis: the champion, before the first one the challenger.
+    pub(super) fn reported(&self) -> Option<&Hypothesis<T>> {
+        self.champion().or_else(|| self.challenger())
+    }
+
+    pub(super) fn champion(&self) -> Option<&Hypothesis<T>> {
+        self.champion.as_ref().map(|champion| &champion.hypothesis)
+    }
+
+    pub(super) fn challenger(&self) -> Option<&Hypothesis<T>> {
+        self.challenger.as_ref().map(|challenger| &challenger.hypothesis)
+    }
+
+    /// Start of a search: the champion; `None`, the factory extrinsics, at every second pair of a lost rig.
+    pub(super) fn search_start(&self) -> Option<RectifyingRotations<T>> {
+        let afresh = self.rejected >= LOST_AFTER && self.rejected.is_multiple_of(2);
+        self.champion().filter(|_| !afresh).map(|champion| *champion.pose())
+    }
+
+    /// NIS of a pair that is inside the champion's gate.
+    pub(super) fn gate_of_champion(
+        &self,
+        evaluated: &EvaluatedPose<T>,
+        context: &Context<'_, T>,
+    ) -> Option<T> {
+        self.champion()?.gate(evaluated, T::ONE, context)
+    }
+
+    /// NIS of a pair that is inside the challenger's gate.
+    pub(super) fn gate_of_challenger(
+        &self,
+        evaluated: &EvaluatedPose<T>,
+        context: &Context<'_, T>,
+    ) -> Option<T> {
+        // Without a champion the challenger is young, and may be a few deviations off.
+        let slack = if self.champion.is_none() { T::lit(YOUNG_SLACK) } else { T::ONE };
+        let challenger = self.challenger().filter(|_| evaluated.has_clear_peak())?;
+        challenger.gate(evaluated, slack, context)
+    }
+
+    /// Counts the hypotheses that a pair disagrees with. A challenger with too many contradictions is dropped.
+    pub(super) fn count(&mut self, rejected: Rejected) {
+        if rejected.by_champion {
+            self.rejected = self.rejected.saturating_add(1);
+        }
+        if rejected.by_challenger
+            && let Some(challenger) = &mut self.challenger
+        {
+            challenger.failed = challenger.failed.saturating_add(1);
+            if challenger.failed >= MAX_FAILED && challenger.failed > challenger.agreed / 2 {
+                self.challenger = None;
+            }
+        }
+    }
+
+    /// Fuses an associated pair.
+    ///
+    /// # Errors
+    /// [`Refusal`]; the champion is unchanged. The pair counts against the hypothesis that it supports, and against
+    /// those that it disagrees with; a challenger may be dropped.
+    pub(super) fn fuse(
+        &mut self,
+        result: &AssociationResult<'_, T>,
+        context: &Context<'_, T>,
+    ) -> Result<Fused, Refusal> {
+        let fused = self.add(result, context);
+        if fused.is_err() {
+            let AssociationResult { support, rejected, .. } = *result;
+            self.count(Rejected {
+                by_champion: rejected.by_champion || support == Support::Champion,
+                by_challenger: rejected.by_challenger || support == Support::Challenger,
+            });
+        }
+        fused
+    }
+
+    #[inline(never)]
+    fn add(
+        &mut self,
+        result: &AssociationResult<'_, T>,
+        context: &Context<'_, T>,
+    ) -> Result<Fused, Refusal> {
+        match result.support {
+            Support::Champion => {
+                let champion = self.champion.as_mut().ok_or(Refusal::NothingSolved)?;
+                let changed = champion.add(result, context)?;
+                let Champion { hypothesis, detector } = champion;
+                let renewed = changed && detector.renew(hypothesis, context);
+                self.rejected = 0;
+                self.contradict_challenger();
+                Ok(match (renewed, result.repeated) {
+                    (true, _) => Fused::Renewed,
+                    (false, true) => Fused::Repeated,
+                    (false, false) => Fused::Added,
+                })
+            }
+            Support::Challenger => {
+                let challenger = self.challenger.as_mut().ok_or(Refusal::NothingSolved)?;
+                challenger.add(&result.evaluated.measurement, result.repeated, context)?;
+                self.count(result.rejected);
+                Ok(self.promote(context))
+            }
+            Support::New => {
+                self.begin_challenger(result, context)?;
+                Ok(if self.champion.is_some() { Fused::KeptApart } else { Fused::Added })
+            }
+            Support::None => Err(Refusal::Disagrees),
+        }
+    }
+
+    /// Begins a challenger with a pair, in place of any other.
+    #[inline(never)]
+    fn begin_challenger(
+        &mut self,
+        result: &AssociationResult<'_, T>,
+        context: &Context<'_, T>,
+    ) -> Result<(), Refusal> {
+        let measurement = &result.evaluated.measurement;
+        let mut update = Update::NONE;
+        Hypothesis::first_update(measurement, context, &mut update)?;
+        self.count(result.rejected);
+        self.clear_challenger();
+        if let Some(challenger) = &mut self.challenger {
+            challenger.hypothesis.begin(measurement, &update, context);
+            challenger.agreed = u16::from(self.champion.is_some());
+        }
+        Ok(())
+    }
+
+    /// An empty challenger. Out of line: the new value passes through the stack, here and not in the frame of the caller.
+    #[inline(never)]
+    fn clear_challenger(&mut self) {
+        self.challenger = Some(Challenger::EMPTY);
+    }
+
+    /// An empty champion where there is none. Out of line as [`Hypotheses::clear_challenger`].
+    #[inline(never)]
+    fn make_champion(&mut self) {
+        if self.champion.is_none() {
+            self.champion = Some(Champion::EMPTY);
+        }
+    }
+
+    /// Promotes the challenger once enough pairs support it.
+    #[inline(never)]
+    fn promote(&mut self, context: &Context<'_, T>) -> Fused {
+        let had_champion = self.champion.is_some();
+        let takes_over = self.challenger.as_ref().is_some_and(|challenger| {
+            challenger.agreed >= MIN_AGREED
+                && challenger.hypothesis.is_certain(context)
+                && self
+                    .champion()
+                    .is_none_or(|champion| challenger.hypothesis.departs_from(champion, context))
+        });
+        if !takes_over {
+            return if had_champion { Fused::KeptApart } else { Fused::Added };
+        }
+        self.make_champion();
+        if let (Some(champion), Some(challenger)) = (&mut self.champion, &self.challenger) {
+            champion.hypothesis = challenger.hypothesis;
+            champion.hypothesis.reframe();
+            champion.detector = ChangeDetector::NEW;
+        }
+        self.challenger = None;
+        self.rejected = 0;
+        if had_champion { Fused::TookOver } else { Fused::Added }
+    }
+
+    /// Counts a pair that supports the champion against the challenger.
+    fn contradict_challenger(&mut self) {
+        if let Some(challenger) = &mut self.challenger {
+            challenger.failed = challenger.failed.saturating_add(1);
+            if challenger.failed >= MAX_FAILED {
+                self.challenger = None;
+            }
+        }
+    }
+
+    pub(super) fn write(&self, to: &mut Writer<'_>) {
+        to.flag(self.champion.is_some());
+        if let Some(Champion { hypothesis, detector }) = &self.champion {
+            hypothesis.write(to);
+            detector.write(to);
+        }
+        to.flag(self.challenger.is_some());
+        if let Some(Challenger { hypothesis, agreed, failed }) = &self.challenger {
+            hypothesis.write(to);
+            to.word((*agreed).into());
+            to.word((*failed).into());
+        }
+        to.word(self.rejected.into());
+    }
+
+    /// Reads a record into [`Hypotheses::NONE`]. A champion is suspect until a pair confirms it.
+    #[inline(never)]
+    pub(super) fn read(
+        &mut self,
+        from: &mut Reader<'_>,
+        context: &Context<'_, T>,
+    ) -> Result<(), RestoreError> {
+        let small = |word: u32| u16::try_from(word).map_err(|_| RestoreError::Absurd);
+        if from.flag()? {
+            self.make_champion();
+            let champion = self.champion.as_mut().ok_or(RestoreError::NotFresh)?;
+            champion.hypothesis.read(from, context)?;
+            champion.detector.read(from)?;
+        }
+        if from.flag()? {
+            self.clear_challenger();
+            let challenger = self.challenger.as_mut().ok_or(RestoreError::NotFresh)?;
+            challenger.hypothesis.read(from, context)?;
+            challenger.agreed = small(from.word()?)?;
+            challenger.failed = small(from.word()?)?;
+        }
+        let rejected = small(from.word()?)?;
+        if self.champion.is_some() {
+            self.rejected = rejected.clamp(1, LOST_AFTER - 1);
+        }
+        Ok(())
+    }
+}

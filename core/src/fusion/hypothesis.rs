@@ -1,0 +1,327 @@
+//! A hypothesis about the extrinsics: moments of the pairs that support it, and their optimum.
+
+mod record;
+
+use nalgebra::Vector5;
+
+use super::image_halves::ImageHalves;
+use super::optimum::Optimum;
+use crate::algebra::information::{Information, StandardDeviations};
+use crate::algebra::moments::Moments;
+use crate::algebra::normal_equations::NormalEquations;
+use crate::algebra::symmetric5::Symmetric5;
+use crate::config::Context;
+use crate::error::Refusal;
+use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::rectification::RectifyingRotations;
+use crate::pair::evaluate::{EvaluatedPose, PairMeasurement};
+use crate::pair::solver::TrackStart;
+use crate::scalar::Scalar;
+use crate::thresholds::{
+    AVERAGED_PAIRS, CHI_SQUARE_PAIRS, DRIFT_DECAY, FREEDOM_RAD, MAX_LOCKED_SD_RAD, MAX_NIS,
+    MAX_REDUCED_CHI_SQUARE, MIN_INLIER_RATIO, OPTIMUM_STEPS, VIBRATION_RAD,
+};
+
+/// Sums over the supporting pairs, and their optimum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Hypothesis<T: Scalar> {
+    pose: RectifyingRotations<T>,
+    /// Frame of the sums: the pose at which they were begun.
+    frame: RectifyingRotations<T>,
+    /// All pairs without the last one, which a repeated scene replaces.
+    settled: Moments<T>,
+    last: Moments<T>,
+    halves: ImageHalves<T>,
+    /// Information of all sums at the pose, without the prior, 1/rad^2.
+    information: Information<T>,
+    /// Running means: noise of a coordinate, px; inlier share; chi-square of successive pairs per degree of freedom.
+    noise: T,
+    inlier_share: T,
+    reduced_chi_square: T,
+    /// Step of the last change of the rig, decaying, rad: a rig that has begun to drift goes on.
+    drift: Vector5<T>,
+    pairs: u32,
+}
+
+/// Sums and optimum with one more pair.
+#[derive(Debug)]
+pub(super) struct Update<T: Scalar> {
+    /// Moments of the pair, in the frame of the hypothesis.
+    last: Moments<T>,
+    optimum: Optimum<T>,
+}
+
+impl<T: Scalar> Update<T> {
+    pub(super) const NONE: Self = Self { last: Moments::ZERO, optimum: Optimum::NONE };
+}
+
+impl<T: Scalar> Hypothesis<T> {
+    /// No pairs.
+    pub(super) const EMPTY: Self = Self {
+        pose: RectifyingRotations::SIDE_BY_SIDE,
+        frame: RectifyingRotations::SIDE_BY_SIDE,
+        settled: Moments::ZERO,
+        last: Moments::ZERO,
+        halves: ImageHalves::NONE,
+        information: Information::ZERO,
+        noise: T::ZERO,
+        inlier_share: T::ZERO,
+        reduced_chi_square: T::ONE,
+        drift: Vector5::new(T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO),
+        pairs: 0,
+    };
+
+    /// Computes the update of an empty hypothesis by a first pair.
+    ///
+    /// # Errors
+    /// [`Refusal::NoRig`], [`Refusal::CorrectionLimit`].
+    #[inline(never)]
+    pub(super) fn first_update(
+        measurement: &PairMeasurement<T>,
+        context: &Context<'_, T>,
+        update: &mut Update<T>,
+    ) -> Result<(), Refusal> {
+        update.last = measurement.moments;
+        update.optimum.pose = measurement.pose;
+        update.optimum.descend(&update.last, &measurement.pose, context)
+    }
+
+    /// Begins an empty hypothesis with a first pair.
+    #[inline(never)]
+    pub(super) fn begin(
+        &mut self,
+        measurement: &PairMeasurement<T>,
+        update: &Update<T>,
+        context: &Context<'_, T>,
+    ) {
+        let Update { last, optimum } = update;
+        (self.pose, self.information) = (optimum.pose, optimum.information);
+        self.frame = measurement.pose;
+        self.last = *last;
+        (self.noise, self.inlier_share) = (measurement.noise, measurement.inlier_share);
+        self.pairs = 1;
+        let to_pose = self.frame.unknowns_to(&self.pose);
+        self.halves.add(measurement, &to_pose, false, context);
+    }
+
+    /// Computes the update by one more pair.
+    ///
+    /// * `repeated`: the scene is that of the last pair, which this one replaces.
+    ///
+    /// # Errors
+    /// [`Refusal::NoRig`], [`Refusal::CorrectionLimit`].
+    #[inline(never)]
+    pub(super) fn next_update(
+        &self,
+        measurement: &PairMeasurement<T>,
+        repeated: bool,
+        context: &Context<'_, T>,
+        update: &mut Update<T>,
+    ) -> Result<(), Refusal> {
+        let Update { last, optimum } = update;
+        *last = measurement.moments;
+        last.change_frame(&measurement.pose, &self.frame);
+        let mut sums = self.settled;
+        if !repeated {
+            sums.add(&self.last);
+            sums.scale(context.fading(self.pairs));
+        }
+        sums.add(last);
+        optimum.pose = self.pose;
+        optimum.descend(&sums, &self.frame, context)
+    }
+
+    /// Applies an update; the step of the pose, rad.
+    #[inline(never)]
+    pub(super) fn apply(
+        &mut self,
+        measurement: &PairMeasurement<T>,
+        update: &Update<T>,
+        repeated: bool,
+        context: &Context<'_, T>,
+    ) -> Vector5<T> {
+        if !repeated {
+            self.update_chi_square(measurement, context);
+            self.settled.add(&self.last);
+            self.settled.scale(context.fading(self.pairs));
+            self.pairs = self.pairs.saturating_add(1);
+            self.drift *= T::lit(DRIFT_DECAY);
+        }
+        let Update { last, optimum } = update;
+        self.last = *last;
+        let gain = T::ONE / T::count(self.pairs.min(AVERAGED_PAIRS));
+        self.noise += (measurement.noise - self.noise) * gain;
+        self.inlier_share += (measurement.inlier_share - self.inlier_share) * gain;
+        let moved = self.pose.unknowns_to(&optimum.pose);
+        (self.pose, self.information) = (optimum.pose, optimum.information);
+        match self.deviations(context) {
+            Some(sd) => self.halves.follow(&moved, &sd, context),
+            None => self.halves = ImageHalves::NONE,
+        }
+        let to_pose = measurement.pose.unknowns_to(&self.pose);
+        self.halves.add(measurement, &to_pose, repeated, context);
+        moved
+    }
+
+    /// Transforms the sums into the frame of the pose: sums far from their frame lose digits.
+    #[inline(never)]
+    pub(super) fn reframe(&mut self) {
+        self.settled.change_frame(&self.frame, &self.pose);
+        self.last.change_frame(&self.frame, &self.pose);
+        self.frame = self.pose;
+    }
+
+    /// Replaces the sums of all pairs but the last. False where they lead to no admissible rig: nothing has changed.
+    #[inline(never)]
+    pub(super) fn replace(
+        &mut self,
+        settled: &Moments<T>,
+        pairs: u32,
+        context: &Context<'_, T>,
+    ) -> bool {
+        let mut sums = *settled;
+        sums.add(&self.last);
+        let mut optimum = Optimum { pose: self.pose, ..Optimum::NONE };
+        if optimum.descend(&sums, &self.frame, context).is_err() {
+            return false;
+        }
+        self.drift = self.pose.unknowns_to(&optimum.pose);
+        (self.pose, self.information) = (optimum.pose, optimum.information);
+        self.settled = *settled;
+        self.pairs = pairs;
+        self.halves = ImageHalves::NONE;
+        self.reframe();
+        true
+    }
+
+    pub(crate) fn pose(&self) -> &RectifyingRotations<T> {
+        &self.pose
+    }
+
+    /// Normal equations at the pose, of sums in the frame of the hypothesis.
+    pub(super) fn normal_equations(&self, sums: &Moments<T>) -> NormalEquations<T> {
+        sums.at_pose(&self.frame, &self.pose)
+    }
+
+    /// Moments of the last pair.
+    pub(super) fn last(&self) -> &Moments<T> {
+        &self.last
+    }
+
+    pub(crate) fn pairs(&self) -> u32 {
+        self.pairs
+    }
+
+    /// Reduced chi-square of the pairs, at least 1.
+    pub(super) fn reduced_chi_square(&self) -> T {
+        self.reduced_chi_square.max(T::ONE)
+    }
+
+    /// Disagreement of the image halves, in standard deviations per degree of freedom.
+    pub(crate) fn disagreement(&self) -> T {
+        self.halves.disagreement()
+    }
+
+    /// Covariance of the estimate, rad^2, widened by the disagreement of image halves and along the drift.
+    #[inline(never)]
+    fn covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
+        let mut joint = self.information.0;
+        joint.add_diagonal(context.prior);
+        let mut covariance = joint.inverse()?.scaled(self.halves.widening());
+        covariance.add_outer(T::ONE, &self.drift.into());
+        Some(covariance)
+    }
+
+    /// Reported covariance, rad^2: widened by the reduced chi-square of the pairs as well.
+    pub(crate) fn reported_covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
+        Some(self.covariance(context)?.scaled(self.reduced_chi_square()))
+    }
+
+    /// Reported standard deviations, rad.
+    pub(super) fn deviations(&self, context: &Context<'_, T>) -> Option<StandardDeviations<T>> {
+        Some(StandardDeviations::of(&self.reported_covariance(context)?))
+    }
+
+    /// Whether the reported deviations are small enough to lock.
+    pub(super) fn is_certain(&self, context: &Context<'_, T>) -> bool {
+        let most = T::lit(MAX_LOCKED_SD_RAD);
+        let certain = |sd: StandardDeviations<T>| sd.rotation <= most && sd.translation <= most;
+        self.deviations(context).is_some_and(certain)
+    }
+
+    /// The optimum of `R` with a given baseline, for an estimate whose own baseline is doubtful.
+    #[inline(never)]
+    pub(crate) fn with_baseline_of(&self, given: &Extrinsics<T>) -> Option<Extrinsics<T>> {
+        let mut sums = self.settled;
+        sums.add(&self.last);
+        let target = RectifyingRotations::from(given);
+        let mut pose = self.pose;
+        for _ in 0..OPTIMUM_STEPS {
+            let to_target = pose.unknowns_to(&target);
+            let across = Vector5::new(T::ZERO, T::ZERO, T::ZERO, to_target.w, to_target.a);
+            let normal = sums.at_pose(&self.frame, &pose).about(&across);
+            let d = normal.rotation_only().step()? + across;
+            pose = pose.stepped_by(&d)?;
+        }
+        Extrinsics::try_new(pose.extrinsics().ok()?.rotation().matrix(), given.translation()).ok()
+    }
+
+    /// Start of a track: the estimate, and the freedom of a pair about it.
+    pub(super) fn track_start(&self, context: &Context<'_, T>) -> Option<TrackStart<T>> {
+        let mut covariance = self.covariance(context)?;
+        covariance.add_diagonal(T::lit(FREEDOM_RAD * FREEDOM_RAD));
+        Some(TrackStart { pose: self.pose, covariance, noise: self.noise })
+    }
+
+    /// NIS of a pair: squared distance from the estimate over its covariance, chi-square of 5 degrees of freedom.
+    #[inline(never)]
+    fn innovation(&self, measurement: &PairMeasurement<T>, context: &Context<'_, T>) -> Option<T> {
+        let pair = measurement.at(&self.pose).with_prior(context.prior);
+        let (step, covariance) = pair.optimum()?;
+        let mut both = covariance.plus(&self.covariance(context)?);
+        both.add_diagonal(T::lit(VIBRATION_RAD * VIBRATION_RAD));
+        both.inverse_form(&step)
+    }
+
+    /// Gates a pair that was tracked from here: its NIS over the reduced chi-square, `None` outside the gate.
+    ///
+    /// * `slack`: factor of the gate.
+    pub(super) fn gate(
+        &self,
+        evaluated: &EvaluatedPose<T>,
+        slack: T,
+        context: &Context<'_, T>,
+    ) -> Option<T> {
+        let least = T::lit(MIN_INLIER_RATIO) * self.inlier_share;
+        if !(evaluated.has_peak() && evaluated.measurement.inlier_share >= least) {
+            return None;
+        }
+        let nis = self.innovation(&evaluated.measurement, context)? / self.reduced_chi_square();
+        (nis < T::lit(MAX_NIS) * slack).then_some(nis)
+    }
+
+    /// Whether this is significantly another rig, and not the same one estimated from weak pairs.
+    pub(super) fn departs_from(&self, other: &Self, context: &Context<'_, T>) -> bool {
+        let covariances = self.covariance(context).zip(other.covariance(context));
+        let apart = self.pose.unknowns_to(&other.pose);
+        covariances
+            .and_then(|(a, b)| a.plus(&b).inverse_form(&apart))
+            .is_some_and(|distance| distance > T::lit(MAX_NIS) * other.reduced_chi_square())
+    }
+
+    /// Updates the reduced chi-square with the distance of this pair from the last: independent of the estimate, which
+    /// may be wrong.
+    #[inline(never)]
+    fn update_chi_square(&mut self, measurement: &PairMeasurement<T>, context: &Context<'_, T>) {
+        let pair = measurement.at(&self.pose).with_prior(context.prior);
+        let last = self.normal_equations(&self.last).with_prior(context.prior);
+        if let Some(distance) = pair.distance(&last) {
+            let reduced = (distance / T::lit(5.0)).min(T::lit(MAX_REDUCED_CHI_SQUARE));
+            let pairs = T::count(self.pairs.min(AVERAGED_PAIRS)) + T::lit(CHI_SQUARE_PAIRS);
+            self.reduced_chi_square += (reduced - self.reduced_chi_square) * (T::ONE / pairs);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,171 @@
+//! Estimates over many pairs against their parts.
+
+extern crate std;
+
+use super::*;
+use crate::batch::Batch;
+use crate::batch::correspondence::RayPair;
+use crate::config::Config;
+use crate::geometry::rectification::tests::pose;
+use crate::pair::solver::PairSolver;
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::vec::Vec;
+
+const FOCAL: f64 = 1400.0;
+
+fn context<T: Scalar>() -> Context<'static, T> {
+    const CONFIG: Config = Config::robust();
+    Context::new(
+        &CONFIG,
+        std::boxed::Box::leak(std::boxed::Box::new(Extrinsics::SIDE_BY_SIDE)),
+        T::lit(FOCAL),
+    )
+}
+
+fn truth() -> RectifyingRotations<f64> {
+    pose([0.02, -0.01, 0.03], [0.04, -0.02])
+}
+
+fn evaluated<T: Scalar>(seed: u64) -> EvaluatedPose<T> {
+    evaluated_at(&truth(), seed)
+}
+
+/// 128 points 3 to 80 baselines away, uniform noise of +-0.5 px, evaluated at their optimum.
+fn evaluated_at<T: Scalar>(truth: &RectifyingRotations<f64>, seed: u64) -> EvaluatedPose<T> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut one = || {
+        let [x, y] = [rng.random_range(-0.6..0.6), rng.random_range(-0.4..0.4)];
+        let p = Vector3::new(x, y, 1.0) * 3.0 * (80.0_f64 / 3.0).powf(rng.random());
+        let [l, r] = [truth.left().inverse() * p, truth.right().inverse() * (p - Vector3::x())];
+        let mut seen = |x: f64| T::lit(x + rng.random_range(-0.5..0.5) / FOCAL);
+        let left = [seen(l.x / l.z), seen(l.y / l.z)];
+        RayPair::try_new(left, [seen(r.x / r.z), seen(r.y / r.z)]).unwrap()
+    };
+    let pairs: Vec<RayPair<T>> = (0..128).map(|_| one()).collect();
+    let batch = Batch::<T, 128>::of(&pairs);
+    let start = context().factory_pose;
+    let mut solver = PairSolver::search(&Config::robust(), T::lit(FOCAL), start, 12);
+    while !solver.is_done() {
+        solver.advance(batch.matches()).unwrap();
+    }
+    let mut evaluated = EvaluatedPose::NONE;
+    solver.iterate().evaluate(batch.matches(), &mut evaluated).unwrap();
+    evaluated
+}
+
+fn fused<T: Scalar>(
+    pairs: &[EvaluatedPose<T>],
+    rounds: u32,
+    context: &Context<'_, T>,
+) -> Hypothesis<T> {
+    let mut all = (0..rounds).flat_map(|_| pairs);
+    let first = &all.next().unwrap().measurement;
+    let mut hypothesis = Hypothesis::EMPTY;
+    let mut update = Update::NONE;
+    Hypothesis::first_update(first, context, &mut update).unwrap();
+    hypothesis.begin(first, &update, context);
+    for pair in all {
+        add(&mut hypothesis, pair, false, context);
+    }
+    hypothesis
+}
+
+fn add<T: Scalar>(
+    hypothesis: &mut Hypothesis<T>,
+    pair: &EvaluatedPose<T>,
+    repeated: bool,
+    context: &Context<'_, T>,
+) {
+    let mut update = Update::NONE;
+    hypothesis.next_update(&pair.measurement, repeated, context, &mut update).unwrap();
+    hypothesis.apply(&pair.measurement, &update, repeated, context);
+}
+
+/// Largest difference of two poses, in reported standard deviations of the first.
+fn gap<T: Scalar>(hypothesis: &Hypothesis<T>, to: &RectifyingRotations<f64>) -> f64 {
+    let covariance = hypothesis.reported_covariance(&context()).unwrap().matrix().map(T::to_f64);
+    let e = hypothesis.pose().extrinsics().unwrap();
+    let t = e.translation().map(T::to_f64);
+    let e = Extrinsics::try_new(&e.rotation().matrix().map(T::to_f64), &t).unwrap();
+    let off = RectifyingRotations::from(&e).unknowns_to(to);
+    off.component_div(&covariance.diagonal().map(f64::sqrt)).amax()
+}
+
+#[test]
+fn the_reported_deviation_is_that_of_the_error_over_many_pairs() {
+    let [mut sum, mut worst] = [0.0, 0.0_f64];
+    for run in 0..40 {
+        let pairs: Vec<EvaluatedPose<f64>> = (0..25).map(|k| evaluated(run * 25 + k)).collect();
+        let context = context();
+        let hypothesis = fused(&pairs, 1, &context);
+        let off = hypothesis.pose().unknowns_to(&truth());
+        let squared = hypothesis.reported_covariance(&context).unwrap().inverse_form(&off).unwrap();
+        sum += squared / 5.0 / 40.0;
+        worst = worst.max(squared);
+    }
+    assert!((0.7..1.3).contains(&sum) && worst < 25.0, "{sum} {worst}");
+}
+
+#[test]
+fn the_same_rig_is_no_other_and_one_turned_by_a_tenth_of_a_degree_is() {
+    let context = context::<f32>();
+    let of = |truth: &RectifyingRotations<f64>, seeds: core::ops::Range<u64>| {
+        let pairs: Vec<EvaluatedPose<f32>> = seeds.map(|seed| evaluated_at(truth, seed)).collect();
+        fused(&pairs, 1, &context)
+    };
+    let estimate = of(&truth(), 0..10);
+    let turned = truth().stepped_by(&Vector5::ith(0, 0.1_f64.to_radians())).unwrap();
+    for k in 1..20 {
+        let same = of(&truth(), 10 * k..10 * k + 3);
+        assert!(!same.departs_from(&estimate, &context), "{k}");
+        let other = of(&turned, 10 * k..10 * k + 3);
+        assert!(other.departs_from(&estimate, &context), "{k}");
+    }
+}
+
+#[test]
+fn the_order_of_pairs_hardly_matters() {
+    let context = context();
+    let mut pairs: Vec<EvaluatedPose<f64>> = (0..40).map(evaluated).collect();
+    let forwards = fused(&pairs, 1, &context);
+    pairs.reverse();
+    let apart = gap(&forwards, fused(&pairs, 1, &context).pose());
+    assert!(apart < 0.01, "{apart}");
+}
+
+#[test]
+fn a_repeated_pair_takes_the_place_of_the_last() {
+    let context = context::<f64>();
+    let [a, b, c] = [1, 2, 3].map(evaluated);
+    let before = fused(&[a, b], 1, &context);
+    let mut replaced = before;
+    add(&mut replaced, &c, true, &context);
+    let without = fused(&[a, c], 1, &context);
+    assert_eq!(replaced.pairs(), 2);
+    let apart = gap(&without, replaced.pose());
+    assert!(apart < 1e-3, "{apart}");
+    assert_eq!(replaced.reduced_chi_square, before.reduced_chi_square);
+}
+
+#[test]
+fn a_hundred_thousand_pairs_in_f32_are_those_in_f64_and_report_the_deviation_of_the_memory() {
+    let single: Vec<EvaluatedPose<f32>> = (0..100).map(evaluated).collect();
+    let double: Vec<EvaluatedPose<f64>> = (0..100).map(evaluated).collect();
+    let long = fused(&single, 1000, &context());
+    assert_eq!(long.pairs(), 100_000);
+    let apart = gap(&long, fused(&double, 1000, &context()).pose());
+    assert!(apart < 0.1, "{apart}");
+    let sd = |hypothesis: &Hypothesis<f32>| {
+        hypothesis.information.standard_deviations().unwrap().translation
+    };
+    // What halves are compared by is as old as the rest.
+    let [all, left, top] = long.halves.pitch();
+    let whole = long.information.matrix().m11;
+    assert!((all / whole - 1.0).abs() < 0.05, "{all} {whole}");
+    assert!((0.3..0.7).contains(&(left / all)) && (0.3..0.7).contains(&(top / all)));
+    // The memory holds a thousand pairs: ten times those of one round.
+    let shrunk = sd(&fused(&single, 1, &context())) / sd(&long);
+    assert!((3.0..3.4).contains(&shrunk), "{shrunk}");
+}

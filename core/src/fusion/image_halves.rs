@@ -1,0 +1,122 @@
+//! Separate estimates of the image halves: matches that are biased alike in one region pull the estimate, and no
+//! residual shows it.
+
+use nalgebra::Vector5;
+
+use crate::algebra::information::StandardDeviations;
+use crate::algebra::normal_equations::NormalEquations;
+use crate::codec::{Reader, Writer};
+use crate::config::Context;
+use crate::error::RestoreError;
+use crate::pair::evaluate::PairMeasurement;
+use crate::scalar::Scalar;
+use crate::thresholds::{HEALTHY_DISAGREEMENT, MAX_MODEL_ERROR, MAX_TOLD_DISAGREEMENT};
+
+/// Normal equations of image halves, about the pose of the hypothesis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ImageHalves<T> {
+    /// Of the whole image, its left and its upper half.
+    parts: [NormalEquations<T>; 3],
+    /// Pairs in the sums, and those of them that do not repeat a scene: repetition does not average out a bias, but
+    /// shows it.
+    pairs: [u32; 2],
+    /// `sqrt(chi^2 / 5)` between the estimates of two halves, the larger of both splits.
+    disagreement: T,
+}
+
+impl<T: Scalar> ImageHalves<T> {
+    pub(super) const NONE: Self =
+        Self { parts: [NormalEquations::ZERO; 3], pairs: [0; 2], disagreement: T::ZERO };
+
+    /// Shifts the sums after a step of the pose. A long step drops them: they are first-order models.
+    ///
+    /// * `moved`: the step, rad; `sd`: of the estimate.
+    pub(super) fn follow(
+        &mut self,
+        moved: &Vector5<T>,
+        sd: &StandardDeviations<T>,
+        context: &Context<'_, T>,
+    ) {
+        let turn = moved.fixed_rows::<3>(0).norm();
+        let shift = moved.fixed_rows::<2>(3).norm();
+        let most = T::lit(MAX_MODEL_ERROR);
+        if turn * (turn + shift) > most * sd.rotation || shift * shift > most * sd.translation {
+            *self = Self::NONE;
+            return;
+        }
+        let [pairs, _] = self.pairs;
+        let fading = context.fading(pairs);
+        self.parts.iter_mut().for_each(|part| *part = part.about(moved).scaled(fading));
+    }
+
+    /// Adds a pair.
+    ///
+    /// * `to_pose`: from the pose of the measurement to that of the hypothesis, rad.
+    pub(super) fn add(
+        &mut self,
+        measurement: &PairMeasurement<T>,
+        to_pose: &Vector5<T>,
+        repeated: bool,
+        context: &Context<'_, T>,
+    ) {
+        let [all, left, upper] = &mut self.parts;
+        all.add(&measurement.moments.at_frame().about(to_pose));
+        for (sum, half) in [left, upper].into_iter().zip(&measurement.halves) {
+            sum.add(&half.about(to_pose));
+        }
+        let [pairs, distinct] = self.pairs;
+        self.pairs = [pairs.saturating_add(1), distinct.saturating_add(u32::from(!repeated))];
+        self.disagreement = self.compare(context);
+    }
+
+    /// Disagreement, in standard deviations per degree of freedom.
+    pub(super) fn disagreement(&self) -> T {
+        self.disagreement
+    }
+
+    /// Factor of the covariance. The disagreement is that of all pairs, the covariance that of distinct ones.
+    pub(super) fn widening(&self) -> T {
+        let [pairs, distinct] = self.pairs.map(|n| T::count(n.max(1)));
+        if self.disagreement > T::lit(HEALTHY_DISAGREEMENT) {
+            (self.disagreement * self.disagreement * (distinct / pairs)).max(T::ONE)
+        } else {
+            T::ONE
+        }
+    }
+
+    /// Disagreement of left and right, and of upper and lower half.
+    #[inline(never)]
+    fn compare(&self, context: &Context<'_, T>) -> T {
+        let [all, left, upper] = &self.parts;
+        let Some(x) = all.with_prior(context.prior).step() else {
+            return T::ZERO;
+        };
+        // About the joint optimum: the prior pulls neither half away from the other.
+        let distance = |half: &NormalEquations<T>| {
+            let one = half.about(&x).with_prior(context.prior);
+            let other = all.minus(half).about(&x).with_prior(context.prior);
+            one.distance(&other).unwrap_or(T::ZERO)
+        };
+        let larger = (distance(left).max(distance(upper)).max(T::ZERO) / T::lit(5.0)).sqrt();
+        larger.min(T::lit(MAX_TOLD_DISAGREEMENT))
+    }
+
+    pub(super) fn write(&self, to: &mut Writer<'_>) {
+        self.parts.iter().for_each(|part| part.write(to));
+        self.pairs.iter().for_each(|pairs| to.word(*pairs));
+        to.number(self.disagreement);
+    }
+
+    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        self.parts.iter_mut().try_for_each(|part| part.read(from))?;
+        self.pairs = [from.word()?, from.word()?];
+        self.disagreement = from.size()?;
+        Ok(())
+    }
+
+    /// Information about the turn of `R` about x in each sum.
+    #[cfg(test)]
+    pub(super) fn pitch(&self) -> [T; 3] {
+        self.parts.map(|part| part.information.matrix().m11)
+    }
+}

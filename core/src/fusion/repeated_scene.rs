@@ -1,0 +1,241 @@
+//! Detection of repeated scenes: a vehicle that stands sends the same matches for minutes, outliers included. They are
+//! one measurement, however often they come.
+
+use crate::batch::correspondence::RayPair;
+use crate::codec::{Reader, Writer};
+use crate::error::RestoreError;
+use crate::scalar::Scalar;
+use crate::thresholds::{REMEMBERED, REMEMBERED_STEPS_PER_PX, SAME_SHARE, SAME_STEPS};
+
+/// A sample of the correspondences of the last pair. RAM: 6 bytes each.
+#[derive(Debug, Clone)]
+pub(super) struct RepeatedScene {
+    remembered: heapless::Vec<[u16; 3], REMEMBERED>,
+}
+
+impl RepeatedScene {
+    /// Words in the longest record.
+    pub(super) const WORDS: usize = 1 + REMEMBERED * 3 / 2;
+
+    pub(super) const NEW: Self = Self { remembered: heapless::Vec::new() };
+
+    /// Replaces the remembered scene by that of a batch; whether it is the same one.
+    #[inline(never)]
+    pub(super) fn replace<T: Scalar>(&mut self, pairs: &[RayPair<T>], focal: T) -> bool {
+        let scale = focal * T::lit(REMEMBERED_STEPS_PER_PX);
+        let again = self.seen_again(pairs, scale);
+        let share = T::lit(SAME_SHARE) * count(self.remembered.len());
+        let repeated = again > 0 && T::count(again) > share;
+        self.remembered.clear();
+        let stride = pairs.len().div_ceil(REMEMBERED).max(1);
+        for pair in pairs.iter().step_by(stride) {
+            // Never full, by the stride.
+            let _ = self.remembered.push(coordinates(pair, scale));
+        }
+        repeated
+    }
+
+    /// Remembered correspondences that a batch contains.
+    fn seen_again<T: Scalar>(&self, pairs: &[RayPair<T>], scale: T) -> u32 {
+        if self.remembered.is_empty() {
+            return 0;
+        }
+        let buckets = Buckets::of(&self.remembered);
+        let mut seen = 0_u32;
+        for pair in pairs {
+            let mut left = buckets.near(steps(pair.left.x, scale)) & !seen;
+            if left == 0 {
+                continue;
+            }
+            let new = coordinates(pair, scale);
+            while left != 0 {
+                let place = left.trailing_zeros();
+                left &= left - 1;
+                let old = usize::try_from(place).ok().and_then(|place| self.remembered.get(place));
+                let same =
+                    |old: &[u16; 3]| new.iter().zip(old).all(|(a, b)| a.abs_diff(*b) <= SAME_STEPS);
+                if old.is_some_and(same) {
+                    seen |= 1_u32.checked_shl(place).unwrap_or(0);
+                }
+            }
+        }
+        seen.count_ones()
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.remembered.clear();
+    }
+
+    pub(super) fn write(&self, to: &mut Writer<'_>) {
+        to.word(u32::try_from(self.remembered.len()).unwrap_or(u32::MAX));
+        for coordinate in self.remembered.iter().flatten() {
+            to.bytes(&coordinate.to_le_bytes());
+        }
+    }
+
+    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        self.remembered.clear();
+        for _ in 0..from.word()? {
+            let mut old = [0; 3];
+            for coordinate in &mut old {
+                *coordinate = u16::from_le_bytes(from.bytes()?);
+            }
+            self.remembered.push(old).map_err(|_| RestoreError::Absurd)?;
+        }
+        Ok(())
+    }
+}
+
+/// Sets of remembered correspondences (a bit each) by their first coordinate: 16 buckets of 8 px, periodic.
+struct Buckets([u32; 16]);
+
+impl Buckets {
+    fn of(remembered: &[[u16; 3]]) -> Self {
+        let mut buckets = Self([0; 16]);
+        for ([first, ..], place) in remembered.iter().zip(0_u32..) {
+            // Both ends of the tolerance: a bucket is wider.
+            for end in [first.saturating_sub(SAME_STEPS), first.saturating_add(SAME_STEPS)] {
+                if let Some(bucket) = buckets.0.get_mut(Self::of_coordinate(end)) {
+                    *bucket |= 1_u32.checked_shl(place).unwrap_or(0);
+                }
+            }
+        }
+        buckets
+    }
+
+    /// Remembered correspondences within the tolerance of a first coordinate.
+    fn near(&self, first: u16) -> u32 {
+        self.0.get(Self::of_coordinate(first)).copied().unwrap_or(0)
+    }
+
+    fn of_coordinate(first: u16) -> usize {
+        usize::from((first >> 5) & 15)
+    }
+}
+
+/// Left column, left row and right column, in steps from a corner beyond any image; the right row is nearly the left one.
+fn coordinates<T: Scalar>(pair: &RayPair<T>, scale: T) -> [u16; 3] {
+    let ([a, b], [c, _]) = (pair.left(), pair.right());
+    [a, b, c].map(|x| steps(x, scale))
+}
+
+/// * `scale`: steps at unit depth.
+fn steps<T: Scalar>(x: T, scale: T) -> u16 {
+    (x * scale + T::lit(32_768.0)).to_u16()
+}
+
+fn count<T: Scalar>(n: usize) -> T {
+    T::count(u32::try_from(n).unwrap_or(u32::MAX))
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use std::vec::Vec;
+
+    const FOCAL: f32 = 1400.0;
+
+    fn scene(n: usize, seed: u64) -> Vec<[f32; 4]> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut one = || {
+            let [x, y] = [rng.random_range(-0.7..0.7), rng.random_range(-0.4..0.4)];
+            [x, y, x - rng.random_range(0.0..0.2), y]
+        };
+        (0..n).map(|_| one()).collect()
+    }
+
+    /// Rays of a scene, all coordinates moved by `shift_px` and each by noise up to `noise_px`.
+    fn rays(scene: &[[f32; 4]], shift_px: f32, noise_px: f32, seed: u64) -> Vec<RayPair<f32>> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let ray = |at: &[f32; 4]| {
+            let noisy = |x: f32| x + (shift_px + rng.random_range(-noise_px..=noise_px)) / FOCAL;
+            let [a, b, c, d] = at.map(noisy);
+            RayPair::try_new([a, b], [c, d]).unwrap()
+        };
+        scene.iter().map(ray).collect()
+    }
+
+    #[test]
+    fn the_first_pair_repeats_nothing_and_the_same_scene_with_noise_does() {
+        for n in [1, 20, 32, 33, 200, 256] {
+            let scene = scene(n, 1);
+            let mut repeated_scene = RepeatedScene::NEW;
+            assert!(!repeated_scene.replace(&rays(&scene, 0.0, 0.5, 0), FOCAL));
+            for seed in 1..20 {
+                // Uniform noise of +-0.5 px: a deviation of 0.3 px.
+                assert!(repeated_scene.replace(&rays(&scene, 0.0, 0.5, seed), FOCAL), "{n} {seed}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_scene_that_has_moved_is_another_and_so_is_one_that_is_no_longer_there() {
+        let seen = scene(256, 2);
+        let mut repeated_scene = RepeatedScene::NEW;
+        for k in 0..20_u8 {
+            // 4 px a pair: further than a coordinate may move.
+            let moved = rays(&seen, 4.0 * f32::from(k), 0.5, k.into());
+            assert!(!repeated_scene.replace(&moved, FOCAL), "{k}");
+        }
+        for seed in 3..50 {
+            assert!(!repeated_scene.replace(&rays(&scene(256, seed), 0.0, 0.5, seed), FOCAL));
+        }
+    }
+
+    #[test]
+    fn half_of_the_matches_seen_again_is_the_same_scene_and_a_fifth_is_another() {
+        let old = scene(200, 4);
+        let again_with = |kept: usize| {
+            let mut repeated_scene = RepeatedScene::NEW;
+            repeated_scene.replace(&rays(&old, 0.0, 0.0, 0), FOCAL);
+            let mut new = scene(200, 5);
+            for (i, (new, old)) in new.iter_mut().zip(&old).enumerate() {
+                if i % 10 < kept {
+                    *new = *old;
+                }
+            }
+            repeated_scene.replace(&rays(&new, 0.0, 0.5, 1), FOCAL)
+        };
+        assert!(again_with(5));
+        assert!(!again_with(2));
+    }
+
+    #[test]
+    fn the_order_of_matches_does_not_matter_and_only_the_last_pair_does() {
+        let [old, new] = [6, 7].map(|seed| rays(&scene(256, seed), 0.0, 0.0, 0));
+        let mut repeated_scene = RepeatedScene::NEW;
+        repeated_scene.replace(&old, FOCAL);
+        let backwards: Vec<_> = old.iter().rev().copied().collect();
+        assert!(repeated_scene.replace(&backwards, FOCAL));
+        assert!(!repeated_scene.replace(&new, FOCAL));
+        assert!(!repeated_scene.replace(&old, FOCAL));
+    }
+
+    #[test]
+    fn it_is_found_again_on_the_other_side_of_the_edge_of_a_bucket() {
+        for (side, shift) in [(0.1, -0.5), (-0.1, 0.5)] {
+            let at_edges = |k: u8| (8.0 * f32::from(k) + side) / FOCAL;
+            let seen: Vec<_> =
+                (0..40).map(|k| [at_edges(k), 0.1, at_edges(k) - 0.05, 0.1]).collect();
+            let mut repeated_scene = RepeatedScene::NEW;
+            repeated_scene.replace(&rays(&seen, 0.0, 0.0, 0), FOCAL);
+            assert!(repeated_scene.replace(&rays(&seen, shift, 0.0, 0), FOCAL), "{shift}");
+        }
+    }
+
+    #[test]
+    fn after_forgetting_nothing_is_repeated() {
+        let pairs = rays(&scene(100, 8), 0.0, 0.0, 0);
+        let mut repeated_scene = RepeatedScene::NEW;
+        repeated_scene.replace(&pairs, FOCAL);
+        repeated_scene.clear();
+        assert!(!repeated_scene.replace(&pairs, FOCAL));
+        assert!(repeated_scene.replace(&pairs, FOCAL));
+        assert!(!repeated_scene.replace(&[], FOCAL));
+        assert!(!repeated_scene.replace(&pairs, FOCAL));
+    }
+}

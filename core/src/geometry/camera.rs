@@ -1,0 +1,245 @@
+//! A calibrated camera: pixels to rays at unit depth and back.
+//!
+//! Pixel coordinates follow OpenCV: `(0, 0)` is the centre of the top left pixel, u right, v down.
+//! Camera frame: x right, y down, z forward.
+
+use nalgebra::{Matrix3, Vector2};
+
+use super::lens::Lens;
+use crate::error::{CameraError, ProjectError, UndistortError};
+use crate::scalar::Scalar;
+
+/// Pinhole intrinsics, in pixels, and the size of the image they hold for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Intrinsics<T> {
+    /// Focal lengths `[fx, fy]`, px.
+    pub focal: [T; 2],
+    /// Principal point `[cx, cy]`, px.
+    pub principal: [T; 2],
+    /// Image `[width, height]`, px.
+    pub size: [u16; 2],
+}
+
+/// Validated intrinsics with a validated lens model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera<T> {
+    intrinsics: Intrinsics<T>,
+    lens: Lens<T>,
+}
+
+impl<T: Scalar> Camera<T> {
+    /// Checks the intrinsics: focal lengths finite and from 1 to 1e6 px, an image of at least
+    /// 2 x 2 px, a principal point no further from the image than its own size.
+    ///
+    /// # Errors
+    /// [`CameraError`] names the quantity.
+    pub fn try_new(intrinsics: Intrinsics<T>, lens: Lens<T>) -> Result<Self, CameraError> {
+        let within = |x: T, low: T, high: T| x >= low && x <= high;
+        let [fx, fy] = intrinsics.focal;
+        if !within(fx, T::ONE, T::lit(1e6)) || !within(fy, T::ONE, T::lit(1e6)) {
+            return Err(CameraError::FocalLength);
+        }
+        let [width, height] = intrinsics.size;
+        if width < 2 || height < 2 {
+            return Err(CameraError::ImageSize);
+        }
+        let [cx, cy] = intrinsics.principal;
+        let [w, h] = [T::count(width.into()), T::count(height.into())];
+        if !within(cx, -w, w + w) || !within(cy, -h, h + h) {
+            return Err(CameraError::PrincipalPoint);
+        }
+        Ok(Self { intrinsics, lens })
+    }
+
+    /// The intrinsics, px.
+    pub fn intrinsics(&self) -> &Intrinsics<T> {
+        &self.intrinsics
+    }
+
+    /// The lens model.
+    pub fn lens(&self) -> &Lens<T> {
+        &self.lens
+    }
+
+    /// Mean of the two focal lengths, px: what turns a row offset at unit depth into pixels.
+    pub fn mean_focal(&self) -> T {
+        let [fx, fy] = self.intrinsics.focal;
+        (fx + fy) * T::HALF
+    }
+
+    /// `K^-1`, row-major as nalgebra prints it, 1/px.
+    pub fn inverse_matrix(&self) -> Matrix3<T> {
+        let [fx, fy] = self.intrinsics.focal;
+        let [cx, cy] = self.intrinsics.principal;
+        let (zero, one) = (T::ZERO, T::ONE);
+        Matrix3::new(one / fx, zero, -cx / fx, zero, one / fy, -cy / fy, zero, zero, one)
+    }
+
+    /// Ray `(x, y)` at unit depth through a pixel: `p = K^-1 [u v 1]` after undistortion.
+    ///
+    /// # Errors
+    /// [`UndistortError`]: the pixel is not finite, not in the image (half a pixel of grace), or
+    /// the lens model is not invertible there.
+    pub fn ray(&self, pixel: [T; 2]) -> Result<Vector2<T>, UndistortError> {
+        self.check(pixel)?;
+        let [u, v] = pixel;
+        let [fx, fy] = self.intrinsics.focal;
+        let [cx, cy] = self.intrinsics.principal;
+        self.lens
+            .undistort(Vector2::new((u - cx) / fx, (v - cy) / fy))
+            .ok_or(UndistortError::NotInvertible)
+    }
+
+    /// What [`Camera::ray`] asks of a pixel before it undistorts it.
+    pub(crate) fn check(&self, [u, v]: [T; 2]) -> Result<(), UndistortError> {
+        if !u.is_finite() || !v.is_finite() {
+            return Err(UndistortError::NotFinite);
+        }
+        let [width, height] = self.intrinsics.size;
+        let outside = |x: T, n: u16| x < T::MINUS_ONE || x > T::count(n.into());
+        if outside(u, width) || outside(v, height) {
+            return Err(UndistortError::OutsideImage);
+        }
+        Ok(())
+    }
+
+    /// Pixel of a ray at unit depth, wherever it falls; the image bounds are not applied.
+    ///
+    /// # Errors
+    /// [`ProjectError`]: the ray is not finite or lies beyond the range of the lens model.
+    pub fn pixel(&self, ray: Vector2<T>) -> Result<[T; 2], ProjectError> {
+        if !ray.x.is_finite() || !ray.y.is_finite() {
+            return Err(ProjectError::NotFinite);
+        }
+        let d = self.lens.distort(ray).ok_or(ProjectError::BeyondLens)?;
+        let [fx, fy] = self.intrinsics.focal;
+        let [cx, cy] = self.intrinsics.principal;
+        Ok([fx * d.x + cx, fy * d.y + cy])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::lens::{Fisheye, RadialTangential};
+    use super::*;
+    use proptest::prelude::*;
+
+    const SIZE: [u16; 2] = [640, 480];
+
+    fn camera<T: Scalar>(lens: Lens<T>) -> Camera<T> {
+        let [focal, principal] = [[534.0, 531.0], [342.0, 234.5]].map(|x| x.map(T::lit));
+        Camera::try_new(Intrinsics { focal, principal, size: SIZE }, lens).unwrap()
+    }
+
+    fn lenses<T: Scalar>() -> [Lens<T>; 4] {
+        let brown =
+            |k: [f64; 5]| Lens::RadialTangential(RadialTangential::try_new(k.map(T::lit)).unwrap());
+        let fisheye = |k: [f64; 4]| Lens::Fisheye(Fisheye::try_new(k.map(T::lit)).unwrap());
+        [
+            Lens::Pinhole,
+            brown([-0.283, 0.0429, 1.1e-3, -9.5e-5, 0.115]),
+            brown([0.118, -0.230, -5.6e-4, -2.6e-3, 0.0285]),
+            fisheye([-0.013, 0.027, -0.031, 0.011]),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn pixels_go_to_rays_and_back(u in 0.0..639.0_f64, v in 0.0..479.0_f64) {
+            for lens in lenses::<f64>() {
+                let camera = camera(lens);
+                let [u2, v2] = camera.pixel(camera.ray([u, v]).unwrap()).unwrap();
+                prop_assert!((u2 - u).hypot(v2 - v) < 1e-9, "{lens:?}");
+            }
+            for lens in lenses::<f32>() {
+                let camera = camera(lens);
+                let [u2, v2] = camera.pixel(camera.ray([f32::lit(u), f32::lit(v)]).unwrap()).unwrap();
+                prop_assert!((f64::from(u2) - u).hypot(f64::from(v2) - v) < 3e-4, "{lens:?}");
+            }
+        }
+
+        #[test]
+        fn whatever_the_lens_a_ray_goes_back_to_its_pixel_or_there_is_none(
+            k in [-2.0..2.0_f64, -2.0..2.0, -0.1..0.1, -0.1..0.1, -2.0..2.0],
+            u in -10.0..650.0_f64, v in -10.0..490.0_f64,
+        ) {
+            let [k1, k2, p1, p2, k3] = k;
+            let brown = Lens::RadialTangential(RadialTangential::try_new(k).unwrap());
+            let fisheye = Lens::Fisheye(Fisheye::try_new([k1, k2, p1 + p2, k3]).unwrap());
+            for lens in [brown, fisheye] {
+                let camera = camera(lens);
+                if let Ok(ray) = camera.ray([u, v]) {
+                    let [u2, v2] = camera.pixel(ray).unwrap();
+                    prop_assert!((u2 - u).hypot(v2 - v) < 1e-6, "{lens:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn distortion_is_that_of_opencv() {
+        // By hand from the formulas of OpenCV's documentation, at (0.3, -0.2).
+        let [_, brown, _, fisheye] = lenses::<f64>();
+        let expect = |lens: Lens<f64>, x: f64, y: f64| {
+            let [u, v] = camera(lens).pixel(Vector2::new(0.3, -0.2)).unwrap();
+            let [dx, dy] = [(u - 342.0) / 534.0, (v - 234.5) / 531.0];
+            assert!((dx - x).abs() < 1e-12 && (dy - y).abs() < 1e-12, "{dx} {dy}");
+        };
+        let (s, xy) = (0.13_f64, -0.06);
+        let radial = 1.0 - 0.283 * s + 0.0429 * s * s + 0.115 * s * s * s;
+        let (p1, p2) = (1.1e-3, -9.5e-5);
+        expect(
+            brown,
+            0.3 * radial + 2.0 * p1 * xy + p2 * (s + 0.18),
+            -0.2 * radial + p1 * (s + 0.08) + 2.0 * p2 * xy,
+        );
+        let r = s.sqrt();
+        let theta = r.atan();
+        let (t2, t4) = (theta.powi(2), theta.powi(4));
+        let scale = theta * (1.0 - 0.013 * t2 + 0.027 * t4 - 0.031 * t2 * t4 + 0.011 * t4 * t4) / r;
+        expect(fisheye, 0.3 * scale, -0.2 * scale);
+    }
+
+    #[test]
+    fn refuses_where_the_model_folds_back() {
+        // Radial slope 1 - 3 s vanishes at radius 0.577, where the distorted radius is 0.385.
+        let lens =
+            Lens::RadialTangential(RadialTangential::try_new([-1.0, 0.0, 0.0, 0.0, 0.0]).unwrap());
+        let camera = camera::<f32>(lens);
+        let at = |radius: f32| camera.ray([342.0 - 534.0 * radius, 234.5]);
+        assert!(at(0.38).is_ok());
+        assert_eq!(at(0.39), Err(UndistortError::NotInvertible));
+        assert_eq!(camera.pixel(Vector2::new(0.6, 0.0)), Err(ProjectError::BeyondLens));
+    }
+
+    #[test]
+    fn refuses_pixels_that_are_not_finite_or_not_in_the_image() {
+        let camera = camera::<f32>(Lens::Pinhole);
+        assert_eq!(camera.ray([f32::NAN, 0.0]), Err(UndistortError::NotFinite));
+        assert_eq!(camera.ray([0.0, f32::NEG_INFINITY]), Err(UndistortError::NotFinite));
+        assert_eq!(camera.ray([641.0, 0.0]), Err(UndistortError::OutsideImage));
+        assert_eq!(camera.ray([0.0, -1e30]), Err(UndistortError::OutsideImage));
+        assert!(camera.ray([-0.5, 479.5]).is_ok());
+    }
+
+    #[test]
+    fn refuses_absurd_cameras_by_name() {
+        let good = *camera::<f32>(Lens::Pinhole).intrinsics();
+        let refused = |i: Intrinsics<f32>| Camera::try_new(i, Lens::Pinhole).unwrap_err();
+        for bad in [0.0, -500.0, f32::NAN, f32::INFINITY, 1e9] {
+            assert_eq!(
+                refused(Intrinsics { focal: [500.0, bad], ..good }),
+                CameraError::FocalLength
+            );
+        }
+        for bad in [f32::NAN, 1e5, -1e5] {
+            assert_eq!(
+                refused(Intrinsics { principal: [bad, 240.0], ..good }),
+                CameraError::PrincipalPoint
+            );
+        }
+        assert_eq!(refused(Intrinsics { size: [640, 1], ..good }), CameraError::ImageSize);
+        let bad = [0.0, f32::NAN, 0.0, 0.0];
+        assert_eq!(Fisheye::try_new(bad).unwrap_err(), CameraError::Distortion);
+    }
+}

@@ -1,0 +1,246 @@
+//! Lens models, with OpenCV's names and coefficient order: distort in closed form, undistort by a
+//! bounded Newton iteration.
+//!
+//! Points are normalised image coordinates (unit depth), dimensionless. A distortion polynomial
+//! folds back beyond some radius; both directions refuse what lies there, so what comes out of
+//! `undistort` always goes back to where it came from. Within 2 % of a radial-tangential fold the
+//! iteration may not converge in time; that is a refusal too.
+
+use nalgebra::{Matrix2, Vector2};
+
+use super::so3::sinc_cos;
+use crate::error::CameraError;
+use crate::scalar::Scalar;
+use crate::thresholds::{
+    FISHEYE_NEWTON_ULPS, FOLD_BISECTIONS, FOLD_SAMPLES, MAX_DISTORTION, MAX_NEWTON_STEPS,
+    MAX_TANGENT, NEWTON_START, NEWTON_ULPS,
+};
+
+/// How the lens departs from a pinhole.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lens<T> {
+    /// No distortion.
+    Pinhole,
+    /// Brown's model: `cv::undistortPoints` with five coefficients.
+    RadialTangential(RadialTangential<T>),
+    /// Kannala-Brandt equidistant: `cv::fisheye`.
+    Fisheye(Fisheye<T>),
+}
+
+impl<T: Scalar> Lens<T> {
+    /// Ideal to distorted coordinates; `None` beyond the range in which the model is one to one.
+    pub(super) fn distort(&self, p: Vector2<T>) -> Option<Vector2<T>> {
+        let limit = T::lit(MAX_TANGENT);
+        if !(p.norm_squared() <= limit * limit) {
+            return None;
+        }
+        match self {
+            Self::Pinhole => Some(p),
+            Self::RadialTangential(lens) => lens.distort(p),
+            Self::Fisheye(lens) => lens.distort(p),
+        }
+    }
+
+    /// Distorted to ideal coordinates; `None` where the model is not invertible.
+    pub(super) fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
+        let p = match self {
+            Self::Pinhole => d,
+            Self::RadialTangential(lens) => lens.undistort(d)?,
+            Self::Fisheye(lens) => lens.undistort(d)?,
+        };
+        let limit = T::lit(MAX_TANGENT);
+        (p.norm_squared() <= limit * limit).then_some(p)
+    }
+}
+
+/// Radial and tangential distortion, `k1 k2 p1 p2 k3`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RadialTangential<T> {
+    coefficients: [T; 5],
+    /// Squared radius at which the radial polynomial folds back.
+    fold_squared: T,
+}
+
+impl<T: Scalar> RadialTangential<T> {
+    /// From `[k1, k2, p1, p2, k3]`, in OpenCV's order.
+    ///
+    /// # Errors
+    /// [`CameraError::Distortion`] if a coefficient is not finite or above 1e3 in size.
+    pub fn try_new(coefficients: [T; 5]) -> Result<Self, CameraError> {
+        check(&coefficients)?;
+        let [k1, k2, _, _, k3] = coefficients;
+        let slope = |r: T| {
+            let s = r * r;
+            T::ONE + s * (T::lit(3.0) * k1 + s * (T::lit(5.0) * k2 + s * T::lit(7.0) * k3))
+        };
+        let fold = first_fold(slope, T::lit(MAX_TANGENT));
+        Ok(Self { coefficients, fold_squared: fold * fold })
+    }
+
+    /// `[k1, k2, p1, p2, k3]`.
+    pub fn coefficients(&self) -> [T; 5] {
+        self.coefficients
+    }
+
+    fn distort(&self, p: Vector2<T>) -> Option<Vector2<T>> {
+        (p.norm_squared() < self.fold_squared).then(|| self.map(p))
+    }
+
+    fn map(&self, p: Vector2<T>) -> Vector2<T> {
+        let [k1, k2, p1, p2, k3] = self.coefficients;
+        let (x, y) = (p.x, p.y);
+        let (xx, yy, xy) = (x * x, y * y, x * y);
+        let s = xx + yy;
+        let radial = T::ONE + s * (k1 + s * (k2 + s * k3));
+        let two = T::lit(2.0);
+        Vector2::new(
+            x * radial + two * p1 * xy + p2 * (s + two * xx),
+            y * radial + p1 * (s + two * yy) + two * p2 * xy,
+        )
+    }
+
+    /// Derivative of [`Self::map`].
+    fn jacobian(&self, p: Vector2<T>) -> Matrix2<T> {
+        let [k1, k2, p1, p2, k3] = self.coefficients;
+        let (x, y) = (p.x, p.y);
+        let s = x * x + y * y;
+        let (two, six) = (T::lit(2.0), T::lit(6.0));
+        let radial = T::ONE + s * (k1 + s * (k2 + s * k3));
+        let twice_slope = two * (k1 + s * (two * k2 + s * T::lit(3.0) * k3));
+        let mixed = x * y * twice_slope + two * (p1 * x + p2 * y);
+        Matrix2::new(
+            radial + x * x * twice_slope + two * p1 * y + six * p2 * x,
+            mixed,
+            mixed,
+            radial + y * y * twice_slope + six * p1 * y + two * p2 * x,
+        )
+    }
+
+    fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
+        // Newton from inside the fold: the distorted radius may lie beyond it.
+        let squared = d.norm_squared();
+        let mut p = if squared < self.fold_squared {
+            d
+        } else {
+            d * ((self.fold_squared / squared).sqrt() * T::lit(NEWTON_START))
+        };
+        for _ in 0..MAX_NEWTON_STEPS {
+            let miss = self.map(p) - d;
+            let j = self.jacobian(p);
+            let determinant = j.m11 * j.m22 - j.m12 * j.m21;
+            if !(determinant > T::ZERO) {
+                return None;
+            }
+            let step = Vector2::new(
+                (j.m22 * miss.x - j.m12 * miss.y) / determinant,
+                (j.m11 * miss.y - j.m21 * miss.x) / determinant,
+            );
+            p -= step;
+            if step.amax() <= T::lit(NEWTON_ULPS) * T::EPSILON * (T::ONE + p.amax()) {
+                return (p.norm_squared() < self.fold_squared).then_some(p);
+            }
+        }
+        None
+    }
+}
+
+/// Equidistant fisheye, `theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fisheye<T> {
+    coefficients: [T; 4],
+    /// Angle from the axis, rad, at which the polynomial folds back, at most 85 degrees.
+    fold: T,
+}
+
+impl<T: Scalar> Fisheye<T> {
+    /// From `[k1, k2, k3, k4]`, in OpenCV's order.
+    ///
+    /// # Errors
+    /// [`CameraError::Distortion`] if a coefficient is not finite or above 1e3 in size.
+    pub fn try_new(coefficients: [T; 4]) -> Result<Self, CameraError> {
+        check(&coefficients)?;
+        let limit = T::lit(MAX_TANGENT).atan();
+        let mut lens = Self { coefficients, fold: limit };
+        lens.fold = first_fold(|theta| lens.slope(theta), limit);
+        Ok(lens)
+    }
+
+    /// `[k1, k2, k3, k4]`.
+    pub fn coefficients(&self) -> [T; 4] {
+        self.coefficients
+    }
+
+    fn angle(&self, theta: T) -> T {
+        let [k1, k2, k3, k4] = self.coefficients;
+        let s = theta * theta;
+        theta * (T::ONE + s * (k1 + s * (k2 + s * (k3 + s * k4))))
+    }
+
+    fn slope(&self, theta: T) -> T {
+        let [k1, k2, k3, k4] = self.coefficients;
+        let s = theta * theta;
+        let [c1, c2, c3, c4] = [3.0, 5.0, 7.0, 9.0].map(T::lit);
+        T::ONE + s * (c1 * k1 + s * (c2 * k2 + s * (c3 * k3 + s * c4 * k4)))
+    }
+
+    fn distort(&self, p: Vector2<T>) -> Option<Vector2<T>> {
+        let radius = p.norm();
+        let theta = radius.atan2(T::ONE);
+        if !(theta < self.fold) {
+            return None;
+        }
+        Some(if radius > T::EPSILON { p * (self.angle(theta) / radius) } else { p })
+    }
+
+    fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
+        let target = d.norm();
+        if target <= T::EPSILON {
+            return Some(d);
+        }
+        // The polynomial rises up to the fold, so a bracket holds whatever Newton does.
+        let (mut low, mut high) = (T::ZERO, self.fold);
+        if !(target < self.angle(high)) {
+            return None;
+        }
+        let mut theta = if target < high { target } else { high * T::HALF };
+        for _ in 0..4 * MAX_NEWTON_STEPS {
+            let miss = self.angle(theta) - target;
+            if miss > T::ZERO {
+                high = theta;
+            } else {
+                low = theta;
+            }
+            let newton = theta - miss / self.slope(theta);
+            let next = if newton > low && newton < high { newton } else { (low + high) * T::HALF };
+            let step = (next - theta).abs();
+            theta = next;
+            if step <= T::lit(FISHEYE_NEWTON_ULPS) * T::EPSILON * theta {
+                break;
+            }
+        }
+        let (sinc, cos) = sinc_cos(theta * theta);
+        Some(d * (theta * sinc / (cos * target)))
+    }
+}
+
+fn check<T: Scalar>(coefficients: &[T]) -> Result<(), CameraError> {
+    let sane = |k: &T| k.abs() <= T::lit(MAX_DISTORTION);
+    if coefficients.iter().all(sane) { Ok(()) } else { Err(CameraError::Distortion) }
+}
+
+/// Smallest argument in `0..=limit` at which `slope` is no longer positive, or `limit`.
+///
+/// 256 samples, then 30 bisections: a dip narrower than 1/256 of the range goes unnoticed.
+fn first_fold<T: Scalar>(slope: impl Fn(T) -> T, limit: T) -> T {
+    let at = |i: u32| limit * (T::count(i) / T::count(FOLD_SAMPLES));
+    let folded = |x: T| !(slope(x) > T::ZERO);
+    let Some(first) = (1..=FOLD_SAMPLES).find(|&i| folded(at(i))) else {
+        return limit;
+    };
+    let (mut low, mut high) = (at(first.saturating_sub(1)), at(first));
+    for _ in 0..FOLD_BISECTIONS {
+        let middle = (low + high) * T::HALF;
+        if folded(middle) { high = middle } else { low = middle }
+    }
+    low
+}

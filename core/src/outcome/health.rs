@@ -1,0 +1,175 @@
+//! How well a calibration fits the matches at hand, how far the estimate can be relied on, and what
+//! its error does to depth.
+
+use crate::algebra::information::StandardDeviations;
+use crate::batch::Batch;
+use crate::batch::grid::Coverage;
+use crate::batch::row_offset::row_offset;
+use crate::error::Rejection;
+use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::rectification::RectifyingRotations;
+use crate::outcome::proposal::{Direction, Doubt, Proposal};
+use crate::scalar::Scalar;
+use crate::state::State;
+use crate::thresholds::{BAD_PX, IMPROVEMENT};
+
+/// Distances that the depth error is predicted for, m.
+pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
+
+/// What a rig's user asks of it before it moves.
+///
+/// The two RMS are over the same matches: those that fit the estimate. Read the counts with them: an
+/// estimate that fits fewer matches is worse, however well it fits those.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Health<T: Scalar> {
+    /// RMS row offset of the extrinsics in use, px; 0 is perfect.
+    pub in_use_px: T,
+    /// RMS row offset of the proposed extrinsics, px.
+    pub proposed_px: T,
+    /// Matches within the screening threshold under the extrinsics in use.
+    pub fit_in_use: u32,
+    /// Matches within it under the proposed extrinsics: those that both RMS are over.
+    pub fit_proposed: u32,
+    /// Share of the cells of an 8 x 6 grid over the left image that have a match that fits the
+    /// estimate, 0 to 1: where there is none, nothing is vouched for.
+    pub coverage: T,
+    /// What to make of the two RMS.
+    pub band: Band,
+    /// Whether the estimate is confirmed.
+    pub state: State,
+    /// What speaks against it.
+    pub doubt: Option<Doubt>,
+    /// Expected size of the error of the estimate.
+    pub sd: StandardDeviations<T>,
+    /// Its least certain direction and the standard deviation, rad; `None` in the paper preset.
+    pub weakest: Option<(Direction, T)>,
+    /// Expected error of the yaw in use, rad: how far it is from the estimate, and the estimate's own.
+    pub yaw: T,
+    /// Why the last pair was not taken in, if it was not.
+    pub rejection: Option<Rejection>,
+    /// Yes or no to an arming check.
+    pub arming: Arming,
+}
+
+/// What to make of the extrinsics in use, by the RMS row offset (smaller is better).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Band {
+    /// Below 1 px, and the estimate would not improve it by a tenth.
+    Good,
+    /// Below 1 px, but the estimate fits better by a tenth or more.
+    Improvable,
+    /// 1 px or more: a matcher that searches along rows will miss.
+    Recalibrate,
+}
+
+/// Yes or no to an arming check, and the reason.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Arming {
+    /// The extrinsics in use fit a confirmed estimate.
+    Yes,
+    /// The estimate is not confirmed, or the last pairs disagree with it.
+    NotLocked,
+    /// Image halves disagree too much to trust any estimate.
+    Doubtful,
+    /// The extrinsics in use do not fit the matches.
+    Misaligned,
+}
+
+impl<T: Scalar> Health<T> {
+    /// Expected error of depth with the extrinsics in use, m, at [`DEPTHS_M`] in the middle of the image:
+    /// `Z^2 / b` times the error of yaw, which shifts all disparities. The focal length cancels.
+    ///
+    /// * `baseline_m`: length of the baseline, m; above 0.
+    ///
+    /// What a matcher's own noise adds is not in it, nor the error of the baseline's length. `None`
+    /// unless locked: an estimate that pairs disagree with predicts nothing.
+    #[must_use]
+    pub fn depth_errors(&self, baseline_m: T) -> Option<[T; 4]> {
+        let of = |z: f64| T::lit(z * z) * self.yaw / baseline_m;
+        (self.state == State::Locked).then(|| DEPTHS_M.map(of))
+    }
+
+    /// Compares two calibrations over a batch. One pass; `None` if no match is left to judge by.
+    ///
+    /// * `screen_px`: a match fits if its row offset is no larger, px.
+    pub(crate) fn over<const N: usize>(
+        batch: &Batch<T, N>,
+        in_use: &Extrinsics<T>,
+        proposal: &Proposal<T>,
+        rejection: Option<Rejection>,
+        focal: T,
+        screen_px: T,
+    ) -> Option<Self> {
+        let in_use = RectifyingRotations::from(in_use);
+        let proposed = RectifyingRotations::from(&proposal.extrinsics);
+        let [mut fit_in_use, mut fit_proposed] = [0_u32; 2];
+        let fits = |offset: T| (offset * focal).abs() <= screen_px;
+        let [mut squares_in_use, mut squares_proposed] = [T::ZERO; 2];
+        let mut seen = Coverage::NONE;
+        for pair in batch.pairs() {
+            let offsets = row_offset(&in_use, pair).zip(row_offset(&proposed, pair));
+            let Some((used, new)) = offsets else {
+                continue;
+            };
+            fit_in_use = fit_in_use.saturating_add(u32::from(fits(used)));
+            if fits(new) {
+                fit_proposed = fit_proposed.saturating_add(1);
+                squares_in_use += used * used;
+                squares_proposed += new * new;
+                seen.insert(pair.cell());
+            }
+        }
+        if fit_proposed == 0 {
+            return None;
+        }
+        let rms = |squares: T| (squares / T::count(fit_proposed)).sqrt() * focal;
+        let [in_use_px, proposed_px] = [rms(squares_in_use), rms(squares_proposed)];
+        let band = Band::of(in_use_px, proposed_px);
+        let off = proposed.unknowns_to(&in_use);
+        let yaw_sd = proposal.covariance.map_or(proposal.sd.rotation, |c| c.m22.sqrt());
+        Some(Self {
+            in_use_px,
+            proposed_px,
+            fit_in_use,
+            fit_proposed,
+            coverage: seen.share(),
+            band,
+            state: proposal.state,
+            doubt: proposal.doubt,
+            sd: proposal.sd,
+            weakest: proposal.weakest(),
+            yaw: (off.y * off.y + yaw_sd * yaw_sd).sqrt(),
+            rejection,
+            arming: Arming::of(proposal, band),
+        })
+    }
+}
+
+impl Band {
+    fn of<T: Scalar>(in_use_px: T, proposed_px: T) -> Self {
+        if in_use_px >= T::lit(BAD_PX) {
+            Self::Recalibrate
+        } else if proposed_px < in_use_px * T::lit(IMPROVEMENT) {
+            Self::Improvable
+        } else {
+            Self::Good
+        }
+    }
+}
+
+impl Arming {
+    fn of<T: Scalar>(proposal: &Proposal<T>, band: Band) -> Self {
+        if proposal.state != State::Locked {
+            Self::NotLocked
+        } else if proposal.doubt == Some(Doubt::Everything) {
+            Self::Doubtful
+        } else if band == Band::Recalibrate {
+            Self::Misaligned
+        } else {
+            Self::Yes
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! Results: of one pair, of all pairs, and how far to rely on them.
+
+pub(crate) mod health;
+pub(crate) mod pair_report;
+pub(crate) mod proposal;

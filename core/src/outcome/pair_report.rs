@@ -1,0 +1,68 @@
+//! Report of one pair, and what became of it.
+
+use crate::algebra::information::Information;
+use crate::geometry::extrinsics::Extrinsics;
+use crate::scalar::Scalar;
+
+/// Why the solver stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Stop {
+    /// The step fell below the tolerance, or below what the scalar resolves of the optimum.
+    Converged,
+    /// No step lowers the cost any more: the optimum to the resolution of the scalar.
+    NoDescent,
+    /// All passes were taken: every pair that is tracked from a locked estimate, and a search that has not converged.
+    /// The estimate is the best pose reached.
+    PassesSpent,
+}
+
+/// What one pair says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct PairReport<T: Scalar> {
+    /// `R`, `t` of the pair.
+    pub extrinsics: Extrinsics<T>,
+    /// Information about them, 1/rad^2: inverse covariance of the M-estimate, without the prior.
+    /// Nothing about the baseline where disparities are mostly noise.
+    pub information: Information<T>,
+    /// Why the solver stopped.
+    pub stop: Stop,
+    /// Passes taken. Paper: the judging one not counted. Robust: all of them.
+    pub passes: u16,
+    /// Correspondences in front of both rectified cameras.
+    pub usable: u32,
+    /// Correspondences left out because they are not.
+    pub skipped: u32,
+    /// Usable correspondences within 3 Huber thresholds of the solution, or within Tukey's limit.
+    pub screened: u32,
+    /// Cost at the start under the loss of the solution, px^2.
+    pub cost_before: T,
+    /// Cost at the solution, px^2.
+    pub cost_after: T,
+    /// RMS row offset of the screened correspondences at the start, px; 0 if there are none.
+    pub rms_px_before: T,
+    /// RMS row offset of the same correspondences at the solution, px.
+    pub rms_px_after: T,
+    /// Standard deviation of the row offsets, estimated from the residuals, px. Paper: of
+    /// the row offsets, each clipped at the Huber threshold. Robust: of one coordinate, at most 3.
+    pub noise_px: T,
+}
+
+/// What became of a fused pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Fused {
+    /// Part of the estimate.
+    Added,
+    /// The scene of the pair before it, which it replaces.
+    Repeated,
+    /// Outside the gate of the estimate, and kept apart: part of the challenger.
+    KeptApart,
+    /// Part of the estimate, whose older pairs the last ones have replaced: the rig drifts.
+    Renewed,
+    /// The challenger with this pair has become the estimate.
+    TookOver,
+}

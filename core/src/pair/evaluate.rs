@@ -1,0 +1,371 @@
+//! The last pass of a pair: what the batch measures at a pose, and whether that is an optimum at all.
+
+use nalgebra::Vector5;
+
+use super::constraint::{Constraint, PoseTerms};
+use super::iterate::Iterate;
+use super::loss::ResidualVariance;
+use super::normal_sums::NormalSums;
+use super::residual_stats::{Compared, ResidualStats};
+use super::sweep::{self, Pass, Sample, Sink};
+use super::weighting::{Loss, WeightedRow, Weighting};
+use crate::algebra::moments::{MomentSums, Moments};
+use crate::algebra::normal_equations::NormalEquations;
+use crate::batch::Matches;
+use crate::error::PairError;
+use crate::geometry::rectification::RectifyingRotations;
+use crate::scalar::Scalar;
+use crate::simd::{Lanes, Single, Value};
+use crate::thresholds::{
+    CLEAR_PEAK_DEVIATIONS, DIFFERENCE_VARIANCE, FIRST_NOISE_PX, FOUND_NEAR, FOUND_PEAK,
+    FOUND_PEAK_DEVIATIONS, TRACK_MIN_NEAR, TRACK_PEAK,
+};
+
+/// What one batch measures of the extrinsics.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PairMeasurement<T: Scalar> {
+    /// Pose of the evaluation: frame of the moments.
+    pub(crate) pose: RectifyingRotations<T>,
+    pub(crate) moments: Moments<T>,
+    /// Normal equations of the left and of the upper half of the image, about the pose.
+    pub(crate) halves: [NormalEquations<T>; 2],
+    /// Noise of a coordinate, px.
+    pub(crate) noise: T,
+    /// Share of the usable correspondences within 3 standard deviations.
+    pub(crate) inlier_share: T,
+}
+
+/// An evaluated pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct EvaluatedPose<T: Scalar> {
+    pub(crate) measurement: PairMeasurement<T>,
+    /// Whether disparities exceed their noise.
+    pub(crate) baseline_observable: bool,
+    pub(crate) stats: ResidualStats<T>,
+}
+
+/// What an evaluation depends on.
+#[derive(Debug, Clone, Copy)]
+struct EvaluationContext<V> {
+    by: Weighting<V>,
+    start: PoseTerms<V>,
+}
+
+/// Sums of an evaluation beside moments, halves and statistics.
+#[derive(Debug, Clone, Copy)]
+struct EvaluationSums<T> {
+    gradient: Vector5<T>,
+    /// Sums of the weights, 1/px^2, and of the weights times the variance of a coordinate.
+    weights: [T; 2],
+}
+
+/// Terms of an inlier.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EvaluatedRow<V> {
+    row: WeightedRow<V>,
+    products: [V; 9],
+    /// Left ray.
+    at: [V; 2],
+}
+
+/// Normal equations by region of the image.
+trait Regions<T: Scalar, L: Lanes<T>> {
+    fn add(&mut self, lanes: L, rows: &[EvaluatedRow<L::Value>]);
+}
+
+impl<T: Scalar> Iterate<T> {
+    /// Evaluates the pose, in one pass.
+    ///
+    /// * `evaluated`: [`EvaluatedPose::NONE`]; unspecified after an error.
+    ///
+    /// # Errors
+    /// [`PairError::TooFew`] in front of both cameras, [`PairError::Unobservable`] where the sums are not finite.
+    #[inline(never)]
+    pub(crate) fn evaluate(
+        &self,
+        matches: Matches<'_, T>,
+        evaluated: &mut EvaluatedPose<T>,
+    ) -> Result<(), PairError> {
+        let EvaluationSums { gradient, weights } = self.sum(matches, evaluated);
+        let EvaluatedPose { measurement, stats, baseline_observable } = evaluated;
+        let PairMeasurement { pose, moments, noise, inlier_share, .. } = measurement;
+        *pose = self.pose;
+        moments.set_gradient(&gradient);
+        let [sum, variances] = weights;
+        let variance = variances / (sum.max(T::EPSILON) * self.focal * self.focal);
+        *baseline_observable = moments.baseline_observable(variance);
+        *noise = self.noise_of(stats.near_squares, stats.near());
+        *inlier_share = stats.inlier_share();
+        stats.skipped =
+            T::count(u32::try_from(matches.pairs.len()).unwrap_or(u32::MAX)) - stats.usable;
+        self.check(stats.usable)?;
+        if moments.is_finite() && noise.is_finite() { Ok(()) } else { Err(PairError::Unobservable) }
+    }
+
+    fn sum(&self, matches: Matches<'_, T>, evaluated: &mut EvaluatedPose<T>) -> EvaluationSums<T> {
+        let sums = EvaluationSums { gradient: Vector5::zeros(), weights: [T::ZERO; 2] };
+        let mut pass = EvaluationPass { iterate: self, evaluated, sums };
+        sweep::run(&mut pass, matches, usize::MAX);
+        pass.sums
+    }
+}
+
+/// The pass of an evaluation.
+struct EvaluationPass<'a, T: Scalar> {
+    iterate: &'a Iterate<T>,
+    evaluated: &'a mut EvaluatedPose<T>,
+    sums: EvaluationSums<T>,
+}
+
+impl<T: Scalar> Pass<T> for EvaluationPass<'_, T> {
+    /// 45 moments a correspondence exceed the baseline vector registers.
+    const QUADS: bool = false;
+
+    #[inline(always)]
+    fn sweep<L: Lanes<T>>(&mut self, lanes: L, source: impl Iterator<Item = Sample<L::Value>>) {
+        let zero = lanes.splat(T::ZERO);
+        let context = sweep::in_memory(lanes, EvaluationContext::of(lanes, self.iterate));
+        let PairMeasurement { moments, halves, .. } = &mut self.evaluated.measurement;
+        let mut stats = ResidualStats::none(zero);
+        let mut weights = [zero; 2];
+        let mut products = moments.resume(lanes);
+        let mut regions = HalfSums::resume(lanes, halves, &self.sums.gradient);
+        let mut sink = EvaluationSink {
+            context: &context,
+            stats: &mut stats,
+            weights: &mut weights,
+            products: &mut products,
+            regions: &mut regions,
+        };
+        sweep::sweep(lanes, source, &mut sink);
+        moments.store(lanes, products);
+        regions.store(lanes, halves, &mut self.sums.gradient);
+        stats.reduce_onto(lanes, &mut self.evaluated.stats);
+        for (to, sum) in self.sums.weights.iter_mut().zip(weights) {
+            *to += lanes.reduce(sum);
+        }
+    }
+
+    /// Adds to the moments in place: a copy would take 200 bytes of stack.
+    #[inline(always)]
+    fn sweep_single(&mut self, source: impl Iterator<Item = Sample<T>>) {
+        let context = EvaluationContext::of(Single, self.iterate);
+        let EvaluatedPose { measurement, stats, .. } = &mut *self.evaluated;
+        let mut quadrants = Quadrants([[NormalEquations::ZERO; 2]; 2]);
+        let mut sink = EvaluationSink {
+            context: &context,
+            stats,
+            weights: &mut self.sums.weights,
+            products: measurement.moments.products_mut(),
+            regions: &mut quadrants,
+        };
+        sweep::sweep(Single, source, &mut sink);
+        let [[upper_left, upper_right], [lower_left, _]] = &quadrants.0;
+        let [left_half, upper_half] = &mut measurement.halves;
+        left_half.add(&upper_left.plus(lower_left));
+        upper_half.add(&upper_left.plus(upper_right));
+        let gradients = quadrants.0.as_flattened().iter().map(|quadrant| quadrant.gradient);
+        self.sums.gradient += gradients.sum::<Vector5<T>>();
+    }
+}
+
+impl<V: Value> EvaluationContext<V> {
+    #[inline(always)]
+    fn of<T: Scalar, L: Lanes<T, Value = V>>(lanes: L, iterate: &Iterate<T>) -> Self {
+        let by = iterate.weighting(lanes, Loss::Polish);
+        Self { by, start: PoseTerms::at(lanes, &iterate.start) }
+    }
+}
+
+struct EvaluationSink<'a, T: Scalar, L: Lanes<T>, R> {
+    context: &'a EvaluationContext<L::Value>,
+    stats: &'a mut ResidualStats<L::Value>,
+    weights: &'a mut [L::Value; 2],
+    products: &'a mut MomentSums<L::Sum>,
+    regions: &'a mut R,
+}
+
+impl<T: Scalar, L: Lanes<T>, R: Regions<T, L>> Sink<T, L> for EvaluationSink<'_, T, L, R> {
+    type Row = EvaluatedRow<L::Value>;
+
+    #[inline(always)]
+    fn row(&mut self, lanes: L, (rays, grid_step): Sample<L::Value>) -> Option<Self::Row> {
+        let EvaluationContext { by, start } = self.context;
+        let (constraint, in_front) = Constraint::of(lanes, &by.pose, rays);
+        if !lanes.any(in_front) {
+            return None;
+        }
+        let (at_start, in_front_before) = Constraint::of(lanes, start, rays);
+        let expected = ResidualVariance::of(lanes, by.noise_squared, grid_step);
+        let (value, offset) = (constraint.value, constraint.row_offset());
+        let precision = by.precision(lanes, &constraint, in_front);
+        let squared = value * value * precision;
+        self.stats.count(lanes, in_front, squared, &expected);
+        let limit = expected.limit_squared(lanes);
+        let compared = Compared {
+            before: at_start.row_offset() * at_start.row_offset(),
+            after: offset * offset,
+            in_front_before,
+            most: lanes.splat(T::lit(DIFFERENCE_VARIANCE)) * limit * by.unit_squared,
+            fit: lanes.ge(limit, squared),
+        };
+        self.stats.compare(lanes, in_front, &compared);
+        let ahead = lanes.and(in_front, constraint.has_disparity(lanes, by.min_disparity));
+        let w = lanes.keep(ahead, expected.tukey(lanes, squared));
+        if !lanes.any(lanes.lt(lanes.splat(T::ZERO), w)) {
+            return None;
+        }
+        let ratio = value * precision * by.unit_squared;
+        let jacobian = constraint.whitened_jacobian(lanes, &by.pose, ratio);
+        let w = match &by.leverage {
+            Some(leverage) => w * leverage.factor(lanes, w * precision, &jacobian),
+            None => w,
+        };
+        let [sum, variances] = &mut *self.weights;
+        *sum = *sum + w;
+        *variances = lanes.mul_add(w, expected.variance, *variances);
+        let row = WeightedRow { weight: w * precision, value, jacobian };
+        let [x, y, ..] = rays;
+        Some(EvaluatedRow { row, products: constraint.products(lanes), at: [x, y] })
+    }
+
+    #[inline(always)]
+    fn none(lanes: L) -> Self::Row {
+        let zero = lanes.splat(T::ZERO);
+        EvaluatedRow { row: WeightedRow::none(lanes), products: [zero; 9], at: [zero; 2] }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, lanes: L, rows: &[Self::Row]) {
+        self.products.add(lanes, rows.iter().map(|row| (row.row.weight, row.products)));
+        self.regions.add(lanes, rows);
+    }
+}
+
+/// Normal equations of the quadrants of the image: each row is added once.
+struct Quadrants<T>([[NormalEquations<T>; 2]; 2]);
+
+impl<T: Scalar> Regions<T, Single> for Quadrants<T> {
+    #[inline(always)]
+    fn add(&mut self, _: Single, rows: &[EvaluatedRow<T>]) {
+        for EvaluatedRow { row: WeightedRow { weight, value, jacobian }, at: [x, y], .. } in rows {
+            let [upper, lower] = &mut self.0;
+            let [left, right] = if *y < T::ZERO { upper } else { lower };
+            let quadrant = if *x < T::ZERO { left } else { right };
+            quadrant.add_row(*weight, *value, jacobian);
+        }
+    }
+}
+
+/// Normal equations of the left and of the upper half, and the gradient of the whole: lanes are not branched on.
+struct HalfSums<S> {
+    halves: [NormalSums<S>; 2],
+    gradient: [S; 5],
+}
+
+impl<S: Copy> HalfSums<S> {
+    #[inline(always)]
+    fn resume<T: Scalar>(
+        lanes: impl Lanes<T, Sum = S>,
+        [left, upper]: &[NormalEquations<T>; 2],
+        gradient: &Vector5<T>,
+    ) -> Self {
+        let [[a, b, c, d, e]] = gradient.data.0;
+        Self {
+            halves: [NormalSums::resume(lanes, left), NormalSums::resume(lanes, upper)],
+            gradient: [a, b, c, d, e].map(|x| lanes.resume(x)),
+        }
+    }
+
+    #[inline(always)]
+    fn store<T: Scalar>(
+        self,
+        lanes: impl Lanes<T, Sum = S>,
+        [left, upper]: &mut [NormalEquations<T>; 2],
+        gradient: &mut Vector5<T>,
+    ) {
+        let [of_left, of_upper] = self.halves;
+        of_left.store(lanes, left);
+        of_upper.store(lanes, upper);
+        lanes.store_all(self.gradient, gradient.iter_mut());
+    }
+}
+
+impl<T: Scalar, L: Lanes<T>> Regions<T, L> for HalfSums<L::Sum> {
+    #[inline(always)]
+    fn add(&mut self, lanes: L, rows: &[EvaluatedRow<L::Value>]) {
+        let [mut a, mut b, mut c, mut d, mut e] = self.gradient;
+        for EvaluatedRow {
+            row: WeightedRow { weight, value, jacobian: [j0, j1, j2, j3, j4] },
+            ..
+        } in rows
+        {
+            let pull = *weight * *value;
+            lanes.add_product(&mut a, pull, *j0);
+            lanes.add_product(&mut b, pull, *j1);
+            lanes.add_product(&mut c, pull, *j2);
+            lanes.add_product(&mut d, pull, *j3);
+            lanes.add_product(&mut e, pull, *j4);
+        }
+        self.gradient = [a, b, c, d, e];
+        let zero = lanes.splat(T::ZERO);
+        let [left, upper] = &mut self.halves;
+        let half = |row: &EvaluatedRow<L::Value>, at| {
+            let weight = lanes.keep(lanes.lt(at, zero), row.row.weight);
+            WeightedRow { weight, ..row.row }
+        };
+        left.add(lanes, rows.iter().map(|row| half(row, row.at[0])));
+        upper.add(lanes, rows.iter().map(|row| half(row, row.at[1])));
+    }
+}
+
+impl<T: Scalar> EvaluatedPose<T> {
+    /// Before an evaluation.
+    pub(crate) const NONE: Self = Self {
+        measurement: PairMeasurement {
+            pose: RectifyingRotations::SIDE_BY_SIDE,
+            moments: Moments::ZERO,
+            halves: [NormalEquations::ZERO; 2],
+            noise: T::ZERO,
+            inlier_share: T::ZERO,
+        },
+        baseline_observable: false,
+        stats: ResidualStats::none(T::ZERO),
+    };
+
+    /// Whether a pose found from afar is an optimum: residuals gather at zero. Outliers have as many within two
+    /// standard deviations as from two to four, and let the noise grow.
+    ///
+    /// * `needed`: correspondences, by configuration.
+    pub(crate) fn is_found(&self, needed: u16) -> bool {
+        let (near, beside) = (self.stats.near(), self.stats.beside());
+        near >= T::count(needed.into())
+            && near >= T::lit(FOUND_PEAK) * beside
+            && near >= T::lit(FOUND_NEAR) * self.stats.usable
+            && self.stats.exceeds_background(FOUND_PEAK_DEVIATIONS)
+            && self.measurement.noise < T::lit(FIRST_NOISE_PX)
+    }
+
+    /// Whether residuals gather at zero, at a pose that is known from other pairs.
+    pub(crate) fn has_peak(&self) -> bool {
+        let (near, beside) = (self.stats.near(), self.stats.beside());
+        near >= T::count(TRACK_MIN_NEAR) && near >= T::lit(TRACK_PEAK) * beside
+    }
+
+    /// Whether residuals gather at zero by more than chance, at a pose that is not yet confirmed.
+    pub(crate) fn has_clear_peak(&self) -> bool {
+        self.stats.exceeds_background(CLEAR_PEAK_DEVIATIONS)
+    }
+}
+
+impl<T: Scalar> PairMeasurement<T> {
+    /// Normal equations at a pose, by the moments.
+    pub(crate) fn at(&self, pose: &RectifyingRotations<T>) -> NormalEquations<T> {
+        self.moments.at_pose(&self.pose, pose)
+    }
+}
+
+#[cfg(all(test, feature = "simd"))]
+mod simd_tests;
+#[cfg(test)]
+mod tests;

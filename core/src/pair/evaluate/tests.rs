@@ -1,0 +1,93 @@
+//! Statistics, weights and products of an evaluation against their definitions.
+
+use super::super::loss::tukey;
+use super::*;
+use crate::batch::correspondence::RayPair;
+use crate::batch::row_offset::row_offset;
+use crate::geometry::rectification::tests::pose;
+use crate::thresholds::TUKEY;
+
+const FOCAL: f64 = 500.0;
+const NOISE: f64 = 0.4;
+
+#[test]
+fn correspondences_are_counted_compared_and_weighted_as_defined() {
+    let iterate = Iterate {
+        focal: FOCAL,
+        noise_floor: 0.1,
+        needed: 8,
+        start: pose([0.002, 0.0, -0.001], [0.0, 0.003]),
+        pose: pose([0.01, -0.02, 0.03], [0.02, -0.01]),
+        noise: NOISE,
+        leverage: None,
+        fitted: 0.0,
+        min_disparity: -0.008,
+    };
+    let context = EvaluationContext::of(Single, &iterate);
+    let (mut stats, mut sums) = (ResidualStats::none(0.0), [0.0; 2]);
+    let (mut moments, mut quadrants) = (Moments::ZERO, Quadrants([[NormalEquations::ZERO; 2]; 2]));
+    let mut sink = EvaluationSink {
+        context: &context,
+        stats: &mut stats,
+        weights: &mut sums,
+        products: moments.products_mut(),
+        regions: &mut quadrants,
+    };
+    let (mut within, mut near_squares, mut screened) = ([0.0; 3], 0.0, 0.0);
+    let (mut cost, mut squares, mut weights) = ([0.0; 2], [0.0; 2], [0.0; 2]);
+    let (mut added, mut behind) = (0, 0);
+    for i in 0..200_u32 {
+        // Rows up to 4 px apart, some behind infinity, every third one on a grid.
+        let k = f64::from(i);
+        let [u, v] = [(0.37 * k).sin() * 0.6, (0.73 * k).cos() * 0.4];
+        let [d, e] = [(0.11 * k).sin() * 0.05 + 0.03, (0.057 * k).sin() * 0.008];
+        let grid_step = if i % 3 == 0 { 1.5 } else { 0.0 };
+        let l = iterate.pose.left().inverse() * nalgebra::Vector3::new(u, v, 1.0);
+        let r = iterate.pose.right().inverse() * nalgebra::Vector3::new(u - d, v + e, 1.0);
+        let [left, right] = [l, r].map(|ray| [ray.x / ray.z, ray.y / ray.z]);
+        let rays = [left, right].as_flattened().try_into().unwrap();
+        let added_row = sink.row(Single, (rays, grid_step));
+
+        let pair = RayPair::try_new(left, right).unwrap();
+        let frame = PoseTerms::at(Single, &iterate.pose);
+        let (Constraint { value, variance, .. }, _) = Constraint::of(Single, &frame, rays);
+        let deviation = FOCAL * value / variance.sqrt();
+        let expected = NOISE * NOISE + grid_step * grid_step / 12.0;
+        let unit = expected.sqrt().max(0.6 * grid_step);
+        for (count, units) in within.iter_mut().zip([2.0, 3.0, 4.0]) {
+            *count += f64::from(deviation.abs() < units * unit);
+        }
+        if deviation.abs() < 2.0 * unit {
+            near_squares += deviation * deviation / 0.7737 - grid_step * grid_step / 12.0;
+        }
+        let offsets = [&iterate.start, &iterate.pose].map(|p| row_offset(p, &pair).unwrap());
+        let most = 2.0 * (TUKEY * unit / FOCAL).powi(2);
+        let fits = deviation.abs() <= TUKEY * unit;
+        screened += f64::from(fits);
+        for ((cost, squares), e) in cost.iter_mut().zip(&mut squares).zip(offsets) {
+            *cost += (e * e).min(most);
+            *squares += if fits { e * e } else { 0.0 };
+        }
+        let w = tukey(Single, (deviation / (TUKEY * unit)).powi(2)) / expected;
+        behind += u32::from(d < -0.008);
+        let Some(EvaluatedRow { row, products, .. }) = added_row else {
+            assert!(d < -0.008 || w == 0.0, "{d} {w}");
+            continue;
+        };
+        assert!(d >= -0.008 && w > 0.0, "{d} {w}");
+        added += 1;
+        weights = [weights[0] + w, weights[1] + w * expected];
+        let whole = w * FOCAL * FOCAL / variance;
+        assert!((row.weight / whole - 1.0).abs() < 1e-9);
+        assert!((row.value - value).abs() < 1e-15 && products[0] == row.value);
+    }
+    assert!(added > 80 && added < 160 && behind > 5, "{added} {behind}");
+    assert_eq!((stats.usable, stats.within, stats.screened), (200.0, within, screened));
+    let stats =
+        [stats.near_squares, stats.cost[0], stats.cost[1], stats.squares[0], stats.squares[1]];
+    let sums = stats.into_iter().chain(sums);
+    let expected = [near_squares, cost[0], cost[1], squares[0], squares[1]];
+    for (sum, expected) in sums.zip(expected.into_iter().chain(weights)) {
+        assert!((sum / expected - 1.0).abs() < 1e-9, "{sum} {expected}");
+    }
+}

@@ -1,0 +1,70 @@
+//! Linearisation point of a pass, and what weights depend on there.
+
+use super::constraint::PoseTerms;
+use super::leverage::Leverage;
+use super::weighting::{Loss, Weighting};
+use crate::error::PairError;
+use crate::geometry::rectification::RectifyingRotations;
+use crate::scalar::Scalar;
+use crate::simd::Lanes;
+use crate::thresholds::{MAX_NOISE_PX, MIN_FREEDOM};
+
+/// A pose with the scale of its residuals.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Iterate<T: Scalar> {
+    /// Mean focal length of the cameras, px.
+    pub(super) focal: T,
+    /// Smallest noise of a coordinate, px.
+    pub(super) noise_floor: T,
+    /// Correspondences that a solution needs.
+    pub(super) needed: u16,
+    pub(super) start: RectifyingRotations<T>,
+    pub(super) pose: RectifyingRotations<T>,
+    /// Noise of a coordinate, px.
+    pub(super) noise: T,
+    pub(super) leverage: Option<Leverage<T>>,
+    /// Unknowns that the correspondences determine rather than the prior, 0 to 5.
+    pub(super) fitted: T,
+    /// Unit depth.
+    pub(super) min_disparity: T,
+}
+
+impl<T: Scalar> Iterate<T> {
+    /// What weights at the pose depend on.
+    #[inline(always)]
+    pub(super) fn weighting<L: Lanes<T>>(
+        &self,
+        lanes: L,
+        loss: Loss<L::Value>,
+    ) -> Weighting<L::Value> {
+        let Self { focal, noise, .. } = *self;
+        Weighting {
+            pose: PoseTerms::at(lanes, &self.pose),
+            loss,
+            leverage: self.leverage.as_ref().map(|leverage| leverage.splat(lanes)),
+            focal_squared: lanes.splat(focal * focal),
+            unit_squared: lanes.splat(T::ONE / (focal * focal)),
+            noise_squared: lanes.splat(noise * noise),
+            min_disparity: lanes.splat(self.min_disparity),
+        }
+    }
+
+    /// # Errors
+    /// [`PairError::TooFew`].
+    pub(super) fn check(&self, usable: T) -> Result<(), PairError> {
+        let (usable, needed) = (usable.to_u16().into(), self.needed.into());
+        if usable < needed { Err(PairError::TooFew { usable, needed }) } else { Ok(()) }
+    }
+
+    /// Noise of a coordinate, px.
+    ///
+    /// * `near_squares`: variance estimates of the `near` residuals within 2 standard deviations, summed, px^2.
+    pub(super) fn noise_of(&self, near_squares: T, near: T) -> T {
+        let count = near.max(T::ONE);
+        // The fit absorbs one residual per determined unknown.
+        let free = (count - self.fitted).max(count * T::lit(MIN_FREEDOM));
+        let floor = self.noise_floor * self.noise_floor;
+        let noise = (near_squares / free).max(floor).sqrt();
+        noise.min(T::lit(MAX_NOISE_PX)).max(self.noise_floor)
+    }
+}

@@ -1,0 +1,124 @@
+//! Limit on the influence of single correspondences on the baseline.
+//!
+//! A gross outlier with a large disparity near its epipolar line fits any pose, and no residual tells it from a near
+//! point: its share of the information is limited.
+
+use super::constraint::Constraint;
+use super::loss::{ResidualVariance, geman_mcclure};
+use super::weighting::{Weighting, tracked};
+use crate::algebra::symmetric5::Symmetric5;
+use crate::batch::correspondence::RayPair;
+use crate::scalar::Scalar;
+use crate::simd::{Lanes, Single, Value};
+use crate::thresholds::{FIRST_MAX_LEVERAGE, MAX_LEVERAGE};
+
+/// Limit on a correspondence's share of the information on the baseline. Its share of that on `R` is bounded by the
+/// image.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Leverage<T> {
+    /// Covariance of the baseline: forward, mixed, down, rad^2.
+    covariance: [T; 3],
+    limit: T,
+}
+
+impl<T: Scalar> Leverage<T> {
+    /// From the sums of the pass before.
+    ///
+    /// * `information`: of the pass, leverage limited, 1/rad^2; `weighted`: correspondences in it.
+    /// * `covariance`: of the pose, prior included, rad^2.
+    /// * `growth`: ratio of the residual variances of the next pass and of this one.
+    pub(super) fn of(
+        information: &Symmetric5<T>,
+        weighted: T,
+        covariance: &Symmetric5<T>,
+        growth: T,
+    ) -> Option<Self> {
+        let [a, b, c] = baseline_block(covariance);
+        let [x, y, z] = baseline_block(information);
+        let sum = a * x + b * y + b * y + c * z;
+        let limit = T::lit(MAX_LEVERAGE) * sum / weighted.max(T::ONE);
+        let covariance = [a, b, c].map(|c| c * growth);
+        limit.is_finite().then_some(Self { covariance, limit })
+    }
+
+    /// Before the first pass of a track, from the mean root of the shares in a sample of the batch: outliers have not
+    /// moved the pose yet, and hardly move the mean root.
+    ///
+    /// * `covariance`: of the pose, rad^2.
+    pub(super) fn survey<'a>(
+        by: &Weighting<T>,
+        sample: impl Iterator<Item = &'a RayPair<T>>,
+        covariance: &Symmetric5<T>,
+    ) -> Option<Self> {
+        let block = baseline_block(covariance);
+        let [mut roots, mut weighted] = [T::ZERO; 2];
+        for pair in sample {
+            let (constraint, in_front) = Constraint::of(Single, &by.pose, pair.rays());
+            if !in_front || !constraint.has_disparity(Single, by.min_disparity) {
+                continue;
+            }
+            let precision = by.focal_squared / constraint.variance;
+            let expected = ResidualVariance::of(Single, by.noise_squared, pair.grid_step());
+            let x = tracked(Single, &covariance.0, &constraint, precision, &expected);
+            let w = geman_mcclure(Single, x) / expected.variance;
+            roots += share(Single, &block, w * precision, &constraint.jacobian).sqrt();
+            weighted += T::ONE;
+        }
+        Self::first(roots / weighted.max(T::ONE), covariance)
+    }
+
+    /// * `mean_root`: mean root of the shares.
+    pub(super) fn first(mean_root: T, covariance: &Symmetric5<T>) -> Option<Self> {
+        let limit = T::lit(FIRST_MAX_LEVERAGE) * mean_root * mean_root;
+        limit.is_finite().then_some(Self { covariance: baseline_block(covariance), limit })
+    }
+
+    /// The same limit in every lane.
+    #[inline(always)]
+    pub(super) fn splat<L: Lanes<T>>(&self, lanes: L) -> Leverage<L::Value> {
+        let [a, b, c] = self.covariance;
+        Leverage {
+            covariance: [lanes.splat(a), lanes.splat(b), lanes.splat(c)],
+            limit: lanes.splat(self.limit),
+        }
+    }
+}
+
+impl<V: Value> Leverage<V> {
+    /// Factor of a weight `w`: 1 up to the limit, beyond it the square of limit over share.
+    #[inline(always)]
+    pub(super) fn factor<T: Scalar, L: Lanes<T, Value = V>>(
+        &self,
+        lanes: L,
+        w: V,
+        jacobian: &[V; 5],
+    ) -> V {
+        let one = lanes.splat(T::ONE);
+        let share = share(lanes, &self.covariance, w, jacobian);
+        let over = lanes.lt(self.limit, share);
+        if !lanes.any(over) {
+            return one;
+        }
+        let excess = self.limit / share;
+        lanes.select(over, excess * excess, one)
+    }
+}
+
+/// Baseline block of a covariance or an information: forward, mixed, down.
+fn baseline_block<T: Scalar>(m: &Symmetric5<T>) -> [T; 3] {
+    let h = &m.0;
+    [h[9], h[13], h[14]]
+}
+
+/// Information on the baseline in a row of weight `w`, in units of the covariance of the baseline.
+#[inline(always)]
+fn share<T: Scalar, L: Lanes<T>>(
+    lanes: L,
+    [a, b, c]: &[L::Value; 3],
+    w: L::Value,
+    jacobian: &[L::Value; 5],
+) -> L::Value {
+    let [.., y, z] = *jacobian;
+    let (of_y, of_z) = (lanes.mul_add(*b, z, *a * y), lanes.mul_add(*c, z, *b * y));
+    w * lanes.mul_add(z, of_z, y * of_y)
+}

@@ -1,0 +1,146 @@
+//! Loss functions and the expected variance of a residual: noise of the matcher and the grid it rounds to.
+
+use crate::scalar::Scalar;
+use crate::simd::{Lanes, Value};
+use crate::thresholds::{MIN_UNIT, TRUNCATED_VARIANCE, TUKEY};
+
+/// Geman-McClure weight `1 / (1 + x)^2`, `x = (r / scale)^2`, dimensionless: smooth and wide, for graduated
+/// non-convexity.
+#[inline(always)]
+pub(super) fn geman_mcclure<T: Scalar, L: Lanes<T>>(lanes: L, x: L::Value) -> L::Value {
+    let one = lanes.splat(T::ONE);
+    let root = one / (one + x);
+    root * root
+}
+
+/// Tukey's biweight `(1 - x)^2` up to `x = 1`, zero beyond, `x = (r / limit)^2`, dimensionless.
+#[inline(always)]
+pub(super) fn tukey<T: Scalar, L: Lanes<T>>(lanes: L, x: L::Value) -> L::Value {
+    let one = lanes.splat(T::ONE);
+    let root = lanes.keep(lanes.lt(x, one), one - x);
+    root * root
+}
+
+/// Expected variance of a whitened residual, px^2 of one coordinate.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ResidualVariance<V> {
+    /// Noise and rounding together, px^2.
+    pub(super) variance: V,
+    /// Rounding alone: `q^2 / 12`, px^2.
+    of_grid: V,
+    /// Squared unit of the loss, px^2: the variance, but at least `(0.6 q)^2`.
+    pub(super) unit_squared: V,
+}
+
+impl<V: Value> ResidualVariance<V> {
+    /// * `noise_squared`: variance before rounding, px^2.
+    /// * `grid_step`: `q`, px.
+    #[inline(always)]
+    pub(super) fn of<T: Scalar, L: Lanes<T, Value = V>>(
+        lanes: L,
+        noise_squared: V,
+        grid_step: V,
+    ) -> Self {
+        let square = grid_step * grid_step;
+        let of_grid = square * lanes.splat(T::lit(1.0 / 12.0));
+        let variance = noise_squared + of_grid;
+        let least = square * lanes.splat(T::lit(MIN_UNIT * MIN_UNIT));
+        let unit_squared = lanes.select(lanes.lt(variance, least), least, variance);
+        Self { variance, of_grid, unit_squared }
+    }
+
+    /// Whether a residual is within so many units.
+    ///
+    /// * `squared`: squared residual, px^2.
+    #[inline(always)]
+    pub(super) fn is_within<T: Scalar, L: Lanes<T, Value = V>>(
+        &self,
+        lanes: L,
+        units: f64,
+        squared: V,
+    ) -> L::Mask {
+        let units = T::lit(units);
+        lanes.lt(squared, lanes.splat(units * units) * self.unit_squared)
+    }
+
+    /// Unbiased estimate of the variance before rounding from a squared residual within 2 units, px^2.
+    #[inline(always)]
+    pub(super) fn noise_squared<T: Scalar, L: Lanes<T, Value = V>>(
+        &self,
+        lanes: L,
+        squared: V,
+    ) -> V {
+        squared * lanes.splat(T::lit(1.0 / TRUNCATED_VARIANCE)) - self.of_grid
+    }
+
+    /// Squared limit of Tukey's biweight, px^2.
+    #[inline(always)]
+    pub(super) fn limit_squared<T: Scalar, L: Lanes<T, Value = V>>(&self, lanes: L) -> V {
+        lanes.splat(T::lit(TUKEY * TUKEY)) * self.unit_squared
+    }
+
+    /// Tukey's weight of a residual over its variance, 1/px^2.
+    ///
+    /// * `squared`: squared residual, px^2.
+    #[inline(always)]
+    pub(super) fn tukey<T: Scalar, L: Lanes<T, Value = V>>(&self, lanes: L, squared: V) -> V {
+        let limit = self.limit_squared(lanes);
+        // One division for both quotients: the slowest instruction of a controller.
+        let inverse = lanes.splat(T::ONE) / (limit * self.variance);
+        tukey(lanes, squared * (inverse * self.variance)) * (inverse * limit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::Single;
+
+    #[test]
+    fn variance_is_that_of_the_noise_and_of_the_rounding() {
+        let spread = ResidualVariance::of(Single, 0.09_f64, 2.0);
+        assert!((spread.variance - (0.09 + 4.0 / 12.0)).abs() < 1e-15);
+        assert!((spread.of_grid - 4.0 / 12.0).abs() < 1e-15);
+        let continuous = ResidualVariance::of(Single, 0.09_f64, 0.0);
+        assert_eq!((continuous.variance, continuous.of_grid), (0.09, 0.0));
+        assert_eq!(continuous.unit_squared, 0.09);
+    }
+
+    #[test]
+    fn the_unit_is_the_deviation_but_at_least_three_fifths_of_a_step() {
+        let floored = ResidualVariance::of(Single, 0.04_f64, 1.0);
+        assert!((floored.unit_squared.sqrt() - 0.6).abs() < 1e-15);
+        let noisy = ResidualVariance::of(Single, 0.81_f64, 1.0);
+        assert_eq!(noisy.unit_squared, noisy.variance);
+    }
+
+    #[test]
+    fn residuals_are_measured_in_units() {
+        let spread = ResidualVariance::of(Single, 0.04_f64, 1.0);
+        assert!(
+            spread.is_within(Single, 2.0, 1.199_f64.powi(2))
+                && !spread.is_within(Single, 2.0, 1.201_f64.powi(2))
+        );
+        assert!(!spread.is_within(Single, 2.0, f64::NAN));
+        let share = |r: f64| spread.tukey(Single, r * r) * spread.variance;
+        // One whole step off still counts, past Tukey's limit nothing does.
+        assert!(share(1.0) > 0.7 && (share(0.0) - 1.0).abs() < 1e-15);
+        assert_eq!(share(0.6 * TUKEY + 1e-9), 0.0);
+        assert!(share(0.6 * TUKEY - 0.1) > 0.0);
+        assert_eq!(share(f64::NAN), 0.0);
+    }
+
+    #[test]
+    fn weights_are_the_derivatives_of_the_costs() {
+        let h = 1e-6;
+        for r in [-9.0, -2.0, -0.3, 0.0, 0.7, 1.9, 5.0_f64] {
+            let slope = |cost: &dyn Fn(f64) -> f64| (cost(r + h) - cost(r - h)) / (2.0 * h);
+            let cost = |r: f64| 2.0 * r * r / (4.0 + r * r);
+            let weight = geman_mcclure(Single, r * r / 4.0);
+            assert!((slope(&cost) - weight * r).abs() < 1e-8, "{r}");
+            let cost = |r: f64| 4.0 / 6.0 * (1.0 - (1.0 - r * r / 4.0).max(0.0).powi(3));
+            let weight = tukey(Single, r * r / 4.0);
+            assert!((slope(&cost) - weight * r).abs() < 1e-8, "{r}");
+        }
+    }
+}

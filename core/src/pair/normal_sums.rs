@@ -1,0 +1,85 @@
+//! Normal equations as sums over the batch, for any lanes.
+
+use super::weighting::WeightedRow;
+use crate::algebra::normal_equations::NormalEquations;
+use crate::scalar::Scalar;
+use crate::simd::Lanes;
+
+/// Sums of `w J J^T` and `w J r`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct NormalSums<S> {
+    /// Lower triangle without its last row, then the last row.
+    upper: [S; 10],
+    last: [S; 5],
+    gradient: [S; 5],
+}
+
+impl<S: Copy> NormalSums<S> {
+    /// Sums that go on from normal equations.
+    #[inline(always)]
+    pub(super) fn resume<T: Scalar>(
+        lanes: impl Lanes<T, Sum = S>,
+        from: &NormalEquations<T>,
+    ) -> Self {
+        let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = from.information.0.0;
+        let [[p, q, r, s, t]] = from.gradient.data.0;
+        let sum = |x| lanes.resume(x);
+        Self {
+            upper: [a, b, c, d, e, f, g, h, i, j].map(sum),
+            last: [k, l, m, n, o].map(sum),
+            gradient: [p, q, r, s, t].map(sum),
+        }
+    }
+
+    /// Adds rows in order. Two loops over a block: each keeps its ten sums in registers.
+    #[inline(always)]
+    pub(super) fn add<T: Scalar, L: Lanes<T, Sum = S>>(
+        &mut self,
+        lanes: L,
+        rows: impl Iterator<Item = WeightedRow<L::Value>> + Clone,
+    ) {
+        let [mut a, mut b, mut c, mut d, mut e, mut f, mut g, mut h, mut i, mut j] = self.upper;
+        for WeightedRow { weight, jacobian: [j0, j1, j2, j3, _], .. } in rows.clone() {
+            let [w0, w1, w2, w3] = [weight * j0, weight * j1, weight * j2, weight * j3];
+            lanes.add_product(&mut a, w0, j0);
+            lanes.add_product(&mut b, w1, j0);
+            lanes.add_product(&mut c, w1, j1);
+            lanes.add_product(&mut d, w2, j0);
+            lanes.add_product(&mut e, w2, j1);
+            lanes.add_product(&mut f, w2, j2);
+            lanes.add_product(&mut g, w3, j0);
+            lanes.add_product(&mut h, w3, j1);
+            lanes.add_product(&mut i, w3, j2);
+            lanes.add_product(&mut j, w3, j3);
+        }
+        self.upper = [a, b, c, d, e, f, g, h, i, j];
+        let [mut a, mut b, mut c, mut d, mut e] = self.last;
+        let [mut f, mut g, mut h, mut i, mut j] = self.gradient;
+        for WeightedRow { weight, value, jacobian: [j0, j1, j2, j3, j4] } in rows {
+            let (w4, pull) = (weight * j4, weight * value);
+            lanes.add_product(&mut a, w4, j0);
+            lanes.add_product(&mut b, w4, j1);
+            lanes.add_product(&mut c, w4, j2);
+            lanes.add_product(&mut d, w4, j3);
+            lanes.add_product(&mut e, w4, j4);
+            lanes.add_product(&mut f, pull, j0);
+            lanes.add_product(&mut g, pull, j1);
+            lanes.add_product(&mut h, pull, j2);
+            lanes.add_product(&mut i, pull, j3);
+            lanes.add_product(&mut j, pull, j4);
+        }
+        (self.last, self.gradient) = ([a, b, c, d, e], [f, g, h, i, j]);
+    }
+
+    /// Stores the sums in the normal equations that they have gone on from.
+    #[inline(always)]
+    pub(super) fn store<T: Scalar>(
+        self,
+        lanes: impl Lanes<T, Sum = S>,
+        to: &mut NormalEquations<T>,
+    ) {
+        let information = self.upper.into_iter().chain(self.last);
+        lanes.store_all(information, &mut to.information.0.0);
+        lanes.store_all(self.gradient, to.gradient.iter_mut());
+    }
+}

@@ -1,0 +1,147 @@
+//! Counts and sums of residuals at a pose: noise, inliers, and the fit beside that of the start.
+
+use super::loss::ResidualVariance;
+use crate::scalar::Scalar;
+use crate::simd::{Lanes, Value};
+use crate::thresholds::{BESIDE, INLIER, NEAR};
+
+/// Counts of correspondences (whole numbers), and sums over them. `V` is a number, or one per lane while they are
+/// summed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ResidualStats<V> {
+    /// In front of both rectified cameras.
+    pub(crate) usable: V,
+    /// Behind a camera.
+    pub(crate) skipped: V,
+    /// Residuals within 2, 3, and 4 units of the loss.
+    pub(super) within: [V; 3],
+    /// Estimates of the noise variance from the residuals within 2 units, summed, px^2.
+    pub(super) near_squares: V,
+    /// Correspondences that fit, and sums of their squared row offsets at start and pose, unit depth.
+    pub(crate) screened: V,
+    pub(crate) squares: [V; 2],
+    /// Sums of the truncated squared row offsets of all correspondences at start and pose, unit depth.
+    pub(crate) cost: [V; 2],
+}
+
+/// Squared row offsets at the start and at the pose, unit depth.
+pub(super) struct Compared<V, M> {
+    pub(super) before: V,
+    pub(super) after: V,
+    /// In front of both cameras at the start.
+    pub(super) in_front_before: M,
+    /// Squared row offset of a truncated cost.
+    pub(super) most: V,
+    /// Within Tukey's limit at the pose.
+    pub(super) fit: M,
+}
+
+impl<V: Copy> ResidualStats<V> {
+    /// `zero` correspondences.
+    pub(super) const fn none(zero: V) -> Self {
+        Self {
+            usable: zero,
+            skipped: zero,
+            within: [zero; 3],
+            near_squares: zero,
+            screened: zero,
+            squares: [zero; 2],
+            cost: [zero; 2],
+        }
+    }
+}
+
+impl<V: Value> ResidualStats<V> {
+    /// Counts residuals of correspondences in front of both cameras.
+    ///
+    /// * `squared`: squared whitened residual, px^2.
+    #[inline(always)]
+    pub(super) fn count<T: Scalar, L: Lanes<T, Value = V>>(
+        &mut self,
+        lanes: L,
+        in_front: L::Mask,
+        squared: V,
+        expected: &ResidualVariance<V>,
+    ) {
+        let one = lanes.splat(T::ONE);
+        self.usable = self.usable + lanes.keep(in_front, one);
+        let within = |units| lanes.and(in_front, expected.is_within(lanes, units, squared));
+        let around = within(BESIDE);
+        if !lanes.any(around) {
+            return;
+        }
+        let near = within(NEAR);
+        let [two, three, four] = &mut self.within;
+        *two = *two + lanes.keep(near, one);
+        *three = *three + lanes.keep(within(INLIER), one);
+        *four = *four + lanes.keep(around, one);
+        let of_noise = expected.noise_squared(lanes, squared);
+        self.near_squares = self.near_squares + lanes.keep(near, of_noise);
+    }
+
+    /// Compares correspondences in front of both cameras at the pose with the start.
+    #[inline(always)]
+    pub(super) fn compare<T: Scalar, L: Lanes<T, Value = V>>(
+        &mut self,
+        lanes: L,
+        in_front: L::Mask,
+        compared: &Compared<V, L::Mask>,
+    ) {
+        let Compared { before, after, in_front_before, most, fit } = *compared;
+        let small_before = lanes.and(in_front_before, lanes.lt(before, most));
+        let small_after = lanes.lt(after, most);
+        let [cost_before, cost_after] = &mut self.cost;
+        let of_before = lanes.select(small_before, before, most);
+        *cost_before = *cost_before + lanes.keep(in_front, of_before);
+        let of_after = lanes.select(small_after, after, most);
+        *cost_after = *cost_after + lanes.keep(in_front, of_after);
+        let screened = lanes.and(in_front, lanes.and(in_front_before, fit));
+        self.screened = self.screened + lanes.keep(screened, lanes.splat(T::ONE));
+        let [squares_before, squares_after] = &mut self.squares;
+        *squares_before = *squares_before + lanes.keep(screened, before);
+        *squares_after = *squares_after + lanes.keep(screened, after);
+    }
+
+    /// Adds the sums over all lanes to `to`.
+    #[inline(always)]
+    pub(super) fn reduce_onto<T: Scalar>(
+        &self,
+        lanes: impl Lanes<T, Value = V>,
+        to: &mut ResidualStats<T>,
+    ) {
+        let sums = [&self.usable, &self.near_squares, &self.screened].into_iter();
+        let to_sums = [&mut to.usable, &mut to.near_squares, &mut to.screened].into_iter();
+        let sums = sums.chain(&self.within).chain(&self.squares).chain(&self.cost);
+        let to_sums = to_sums.chain(&mut to.within).chain(&mut to.squares).chain(&mut to.cost);
+        for (to, sum) in to_sums.zip(sums) {
+            *to += lanes.reduce(*sum);
+        }
+    }
+}
+
+impl<T: Scalar> ResidualStats<T> {
+    /// Residuals within 2 units.
+    pub(super) fn near(&self) -> T {
+        let [near, _, _] = self.within;
+        near
+    }
+
+    /// Residuals from 2 to 4 units.
+    pub(super) fn beside(&self) -> T {
+        let [near, _, around] = self.within;
+        around - near
+    }
+
+    /// Share of the usable correspondences within 3 units.
+    pub(super) fn inlier_share(&self) -> T {
+        let [_, inliers, _] = self.within;
+        inliers / self.usable.max(T::ONE)
+    }
+
+    /// Whether the near residuals exceed those beside by so many standard deviations of a flat background, of which
+    /// both bands hold the same number.
+    pub(super) fn exceeds_background(&self, deviations: f64) -> bool {
+        let (near, beside) = (self.near(), self.beside());
+        near - beside >= T::lit(deviations) * (near + beside).sqrt()
+    }
+}

@@ -1,0 +1,375 @@
+//! Steps to the optimum of one pair: one pass and one Gauss-Newton step with a prior at a time.
+//!
+//! A *search* starts from afar: Geman-McClure's loss from a scale that covers the prior, halved each pass, then Tukey's
+//! biweight at the noise, which is estimated on the way. A *track* starts at a running estimate with its covariance,
+//! and widens the loss of each correspondence by the uncertainty of its residual.
+
+use nalgebra::Vector5;
+
+use super::constraint::Constraint;
+use super::iterate::Iterate;
+use super::leverage::Leverage;
+use super::loss::ResidualVariance;
+use super::normal_sums::NormalSums;
+use super::sweep::{self, Pass, Sample, Sink, spread_over};
+use super::weighting::{Loss, WeightedRow, Weighting, annealed_weight, tracked_weight};
+use crate::algebra::information::Information;
+use crate::algebra::normal_equations::NormalEquations;
+use crate::algebra::symmetric5::Symmetric5;
+use crate::batch::Matches;
+use crate::config::Config;
+use crate::error::PairError;
+use crate::geometry::rectification::RectifyingRotations;
+use crate::outcome::pair_report::Stop;
+use crate::scalar::Scalar;
+use crate::simd::{Lanes, Single, Value};
+use crate::thresholds::{
+    ANNEALING, FIRST_NOISE_PX, FIRST_SCALE_PX, LAST_SCALE_PX, MIN_DISPARITY_PX, NEAR, NEGLIGIBLE,
+    SETTLED, SLOW_ANNEALING, SURVEYED, TRACK_PASSES, TRACKED, YAW_DEVIATIONS,
+};
+
+/// Schedule of the loss.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Schedule<T> {
+    /// Geman-McClure at this scale, px.
+    Anneal(T),
+    /// Tukey, widened by the covariance of the pose, rad^2.
+    Track(Symmetric5<T>),
+    /// Tukey at the noise.
+    Polish,
+}
+
+/// Start of a track.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TrackStart<T: Scalar> {
+    pub(crate) pose: RectifyingRotations<T>,
+    /// Of the estimate and of what a pair may differ from it, rad^2.
+    pub(crate) covariance: Symmetric5<T>,
+    /// Of a coordinate, px.
+    pub(crate) noise: T,
+}
+
+/// Sums of a pass; counts are whole numbers.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PassSums<T> {
+    /// Normal equations, leverage limited.
+    pub(super) normal: NormalEquations<T>,
+    /// In front of both cameras.
+    pub(super) usable: T,
+    /// Of a weight above 0.
+    pub(super) weighted: T,
+    /// Within 2 standard deviations, and their variance estimates, summed, px^2.
+    pub(super) near: T,
+    pub(super) near_squares: T,
+}
+
+/// A pair on its way to its optimum.
+#[derive(Debug, Clone)]
+pub(crate) struct PairSolver<T: Scalar> {
+    pub(super) iterate: Iterate<T>,
+    /// Information about the start, 1/rad^2.
+    prior: Information<T>,
+    /// Ratio of successive scales.
+    annealing: T,
+    /// Sum of the steps from the start, rad.
+    moved: Vector5<T>,
+    pub(super) schedule: Schedule<T>,
+    passes: u16,
+    max_passes: u16,
+    stop: Option<Stop>,
+}
+
+impl<T: Scalar> PairSolver<T> {
+    /// Starts from afar, known to the configuration's prior.
+    ///
+    /// * `max_passes`: with that of the evaluation.
+    pub(crate) fn search(
+        config: &Config,
+        focal: T,
+        start: RectifyingRotations<T>,
+        max_passes: u16,
+    ) -> Self {
+        let iterate = Iterate {
+            focal,
+            noise_floor: T::single(config.noise_floor_px),
+            needed: config.min_correspondences,
+            start,
+            pose: start,
+            noise: T::lit(FIRST_NOISE_PX),
+            leverage: None,
+            fitted: T::ZERO,
+            min_disparity: -T::lit(MIN_DISPARITY_PX) / focal,
+        };
+        Self {
+            iterate,
+            prior: Information(Symmetric5::of_diagonal([config.prior(); 5])),
+            annealing: T::lit(ANNEALING),
+            moved: Vector5::zeros(),
+            schedule: Schedule::Anneal(T::lit(FIRST_SCALE_PX)),
+            passes: 0,
+            max_passes: max_passes.saturating_sub(1).max(1),
+            stop: None,
+        }
+    }
+
+    /// A search in a small batch, whose sums follow only small changes of the loss: slower, in twice the passes.
+    pub(crate) fn among_few(self) -> Self {
+        let max_passes = self.max_passes.saturating_mul(2).saturating_add(1);
+        Self { annealing: T::lit(SLOW_ANNEALING), max_passes, ..self }
+    }
+
+    /// Starts at a running estimate; `None` if its covariance has no inverse.
+    pub(crate) fn track(config: &Config, focal: T, start: &TrackStart<T>) -> Option<Self> {
+        let TrackStart { pose, covariance, noise } = start;
+        let mut track = Self::search(config, focal, *pose, TRACK_PASSES);
+        track.prior = Information(covariance.inverse()?);
+        track.schedule = Schedule::Track(*covariance);
+        track.iterate.noise = *noise;
+        Some(track)
+    }
+
+    /// Takes one more pass and step, unless only the evaluation is left.
+    ///
+    /// # Errors
+    /// [`PairError::TooFew`] in front of both cameras.
+    pub(crate) fn advance(&mut self, matches: Matches<'_, T>) -> Result<(), PairError> {
+        match (&self.stop, &self.schedule) {
+            (Some(_), _) => (),
+            (None, Schedule::Track(covariance)) if self.passes == 0 => {
+                self.iterate.leverage = self.survey(matches, covariance);
+                self.passes = 1;
+            }
+            (None, Schedule::Track(_)) => {
+                self.step(&self.pass(matches, TRACKED.max(matches.pairs.len() / 2)));
+            }
+            (None, Schedule::Anneal(_) | Schedule::Polish) => {
+                let pass = self.pass(matches, usize::MAX);
+                self.iterate.check(pass.usable)?;
+                self.step(&pass);
+            }
+        }
+        Ok(())
+    }
+
+    /// The pose reached, for the evaluation.
+    pub(crate) fn iterate(&self) -> &Iterate<T> {
+        &self.iterate
+    }
+
+    /// Why it stopped.
+    pub(crate) fn stop(&self) -> Stop {
+        self.stop.unwrap_or(Stop::PassesSpent)
+    }
+
+    /// Whether only the evaluation is left.
+    pub(crate) fn is_done(&self) -> bool {
+        self.stop.is_some()
+    }
+
+    /// Typical leverage, at the pose of the start.
+    #[inline(never)]
+    fn survey(&self, matches: Matches<'_, T>, covariance: &Symmetric5<T>) -> Option<Leverage<T>> {
+        Leverage::survey(&self.weighting(Single), spread_over(matches.pairs, SURVEYED), covariance)
+    }
+
+    /// * `most`: correspondences to read.
+    #[inline(never)]
+    fn pass(&self, matches: Matches<'_, T>, most: usize) -> PassSums<T> {
+        let mut pass = PassOver { solver: self, sums: PassSums::ZERO };
+        sweep::run(&mut pass, matches, most);
+        pass.sums
+    }
+
+    /// One Gauss-Newton step from the sums at the pose, then the next, tighter loss.
+    #[inline(never)]
+    fn step(&mut self, pass: &PassSums<T>) {
+        self.passes = self.passes.saturating_add(1);
+        let mut joint = pass.normal.with(&self.prior);
+        joint.gradient += self.prior.times(&self.moved);
+        let factor = joint.information.0.factor(T::ZERO);
+        let stepped = factor.and_then(|factor| {
+            let d = -factor.solve(&joint.gradient);
+            Some((d, self.iterate.pose.stepped_by(&d)?, factor.inverse()))
+        });
+        let Some((d, pose, covariance)) = stepped else {
+            self.stop = Some(Stop::NoDescent);
+            return;
+        };
+        self.iterate.pose = pose;
+        self.moved += d;
+        let size = d.dot(&pass.normal.information.times(&d));
+        let before = self.variance();
+        let settled = self.tighten(pass);
+        let information = &pass.normal.information.0;
+        self.iterate.fitted = covariance.dot(information);
+        let growth = self.variance() / before;
+        self.iterate.leverage = Leverage::of(information, pass.weighted, &covariance, growth);
+        let [_, yaw, ..] = covariance.diagonal();
+        self.iterate.min_disparity =
+            -T::lit(MIN_DISPARITY_PX) / self.iterate.focal - T::lit(YAW_DEVIATIONS) * yaw.sqrt();
+        if let Schedule::Track(of_pose) = &mut self.schedule {
+            *of_pose = covariance;
+        }
+        self.stop = if settled && size <= T::lit(NEGLIGIBLE) {
+            Some(Stop::Converged)
+        } else if self.passes >= self.max_passes {
+            Some(Stop::PassesSpent)
+        } else {
+            None
+        };
+    }
+
+    /// Residual variance that the loss assumes, px^2.
+    fn variance(&self) -> T {
+        match self.schedule {
+            Schedule::Anneal(scale) => scale * scale,
+            Schedule::Track(_) | Schedule::Polish => self.iterate.noise * self.iterate.noise,
+        }
+    }
+
+    /// Takes the next smaller scale, or the next estimate of the noise; whether that has settled.
+    fn tighten(&mut self, pass: &PassSums<T>) -> bool {
+        match self.schedule {
+            Schedule::Anneal(scale) => {
+                let next = scale * self.annealing;
+                let last = next <= T::lit(LAST_SCALE_PX);
+                self.schedule = if last { Schedule::Polish } else { Schedule::Anneal(next) };
+                false
+            }
+            Schedule::Polish if pass.near > T::ZERO => {
+                let noise = self.iterate.noise_of(pass.near_squares, pass.near);
+                let change = (noise - self.iterate.noise).abs();
+                self.iterate.noise = noise;
+                change <= T::lit(SETTLED) * noise
+            }
+            Schedule::Track(_) | Schedule::Polish => false,
+        }
+    }
+
+    #[inline(always)]
+    fn weighting<L: Lanes<T>>(&self, lanes: L) -> Weighting<L::Value> {
+        let loss = match &self.schedule {
+            Schedule::Anneal(scale) => Loss::Anneal(lanes.splat(T::ONE / (*scale * *scale))),
+            Schedule::Track(covariance) => Loss::Track(covariance.0.map(|c| lanes.splat(c))),
+            Schedule::Polish => Loss::Polish,
+        };
+        self.iterate.weighting(lanes, loss)
+    }
+}
+
+impl<T: Scalar> PassSums<T> {
+    pub(super) const ZERO: Self = Self {
+        normal: NormalEquations::ZERO,
+        usable: T::ZERO,
+        weighted: T::ZERO,
+        near: T::ZERO,
+        near_squares: T::ZERO,
+    };
+}
+
+/// A pass on the way to a pose.
+pub(super) struct PassOver<'a, T: Scalar> {
+    pub(super) solver: &'a PairSolver<T>,
+    pub(super) sums: PassSums<T>,
+}
+
+impl<T: Scalar> Pass<T> for PassOver<'_, T> {
+    const QUADS: bool = true;
+
+    #[inline(always)]
+    fn sweep<L: Lanes<T>>(&mut self, lanes: L, source: impl Iterator<Item = Sample<L::Value>>) {
+        let by = sweep::in_memory(lanes, self.solver.weighting(lanes));
+        let zero = lanes.splat(T::ZERO);
+        let mut sink = PassSink {
+            by: &by,
+            normal: NormalSums::resume(lanes, &self.sums.normal),
+            counts: [zero; 3],
+            near_squares: lanes.resume(self.sums.near_squares),
+        };
+        sweep::sweep(lanes, source, &mut sink);
+        let PassSink { normal, counts, near_squares, .. } = sink;
+        let PassSums { normal: to_normal, usable, weighted, near, near_squares: to_squares } =
+            &mut self.sums;
+        normal.store(lanes, to_normal);
+        lanes.store(near_squares, to_squares);
+        for (to, count) in [usable, weighted, near].into_iter().zip(counts) {
+            *to += lanes.reduce(count);
+        }
+    }
+}
+
+struct PassSink<'a, T: Scalar, L: Lanes<T>> {
+    by: &'a Weighting<L::Value>,
+    normal: NormalSums<L::Sum>,
+    /// `usable`, `weighted` and `near` of [`PassSums`].
+    counts: [L::Value; 3],
+    near_squares: L::Sum,
+}
+
+impl<T: Scalar, L: Lanes<T>> Sink<T, L> for PassSink<'_, T, L> {
+    type Row = WeightedRow<L::Value>;
+
+    #[inline(always)]
+    fn row(&mut self, lanes: L, (rays, grid_step): Sample<L::Value>) -> Option<Self::Row> {
+        let (constraint, in_front) = Constraint::of(lanes, &self.by.pose, rays);
+        if !lanes.any(in_front) {
+            return None;
+        }
+        let one = lanes.splat(T::ONE);
+        let [usable, ..] = &mut self.counts;
+        *usable = *usable + lanes.keep(in_front, one);
+        let precision = self.by.precision(lanes, &constraint, in_front);
+        let w = self.weight(lanes, &constraint, in_front, precision, grid_step);
+        let positive = lanes.lt(lanes.splat(T::ZERO), w);
+        if !lanes.any(positive) {
+            return None;
+        }
+        let [_, weighted, _] = &mut self.counts;
+        *weighted = *weighted + lanes.keep(positive, one);
+        Some(self.by.row(lanes, &constraint, precision, w))
+    }
+
+    #[inline(always)]
+    fn none(lanes: L) -> Self::Row {
+        WeightedRow::none(lanes)
+    }
+
+    #[inline(always)]
+    fn add(&mut self, lanes: L, rows: &[Self::Row]) {
+        self.normal.add(lanes, rows.iter().copied());
+    }
+}
+
+impl<V: Value, T: Scalar, L: Lanes<T, Value = V>> PassSink<'_, T, L> {
+    /// Weight by the loss, 1/px^2; counts the near residuals of a polish.
+    #[inline(always)]
+    fn weight(
+        &mut self,
+        lanes: L,
+        constraint: &Constraint<V>,
+        in_front: L::Mask,
+        precision: V,
+        grid_step: V,
+    ) -> V {
+        let by = self.by;
+        let squared = constraint.value * constraint.value * precision;
+        if let Loss::Anneal(scale) = &by.loss {
+            return lanes.keep(in_front, annealed_weight(lanes, squared, *scale));
+        }
+        let ahead = lanes.and(in_front, constraint.has_disparity(lanes, by.min_disparity));
+        if !lanes.any(ahead) {
+            return lanes.splat(T::ZERO);
+        }
+        let expected = ResidualVariance::of(lanes, by.noise_squared, grid_step);
+        if let Loss::Track(covariance) = &by.loss {
+            let w = tracked_weight(lanes, covariance, constraint, precision, &expected);
+            return lanes.keep(ahead, w);
+        }
+        let is_near = lanes.and(ahead, expected.is_within(lanes, NEAR, squared));
+        let [.., near] = &mut self.counts;
+        *near = *near + lanes.keep(is_near, lanes.splat(T::ONE));
+        let of_noise = lanes.keep(is_near, expected.noise_squared(lanes, squared));
+        lanes.add(&mut self.near_squares, of_noise);
+        lanes.keep(ahead, expected.tukey(lanes, squared))
+    }
+}

@@ -1,0 +1,177 @@
+//! A pass over the batch: a source of correspondences, a sink of sums, and the lanes of the processor between them.
+
+use core::array::from_fn;
+use core::hint::black_box;
+use core::iter;
+use core::slice::from_ref;
+
+use crate::batch::Matches;
+use crate::batch::correspondence::RayPair;
+use crate::scalar::Scalar;
+use crate::simd::{Lanes, Number, Quad, Quads, Single};
+
+/// Rays `x_l`, `y_l`, `x_r`, `y_r` at unit depth, and the grid step, px.
+pub(super) type Sample<V> = ([V; 4], V);
+
+/// Largest [`Lanes::BLOCK`].
+const MAX_BLOCK: usize = 8;
+
+/// Sums over correspondences, by one formula for all lanes.
+pub(super) trait Sink<T: Scalar, L: Lanes<T>> {
+    /// Terms that correspondences add to the sums.
+    type Row: Copy;
+
+    /// Terms of one correspondence per lane; `None` if none of them adds anything.
+    fn row(&mut self, lanes: L, sample: Sample<L::Value>) -> Option<Self::Row>;
+
+    /// Terms that add nothing.
+    fn none(lanes: L) -> Self::Row;
+
+    /// Adds terms to the sums, in order.
+    fn add(&mut self, lanes: L, rows: &[Self::Row]);
+}
+
+/// A pass: the sums that it leads to, from any lanes.
+pub(super) trait Pass<T: Scalar> {
+    /// Whether [`Quads`] are faster than [`Single`] where the target supports them.
+    const QUADS: bool;
+
+    /// Adds the correspondences of a source.
+    fn sweep<L: Lanes<T>>(&mut self, lanes: L, source: impl Iterator<Item = Sample<L::Value>>);
+
+    /// [`Pass::sweep`] over [`Single`].
+    #[inline(always)]
+    fn sweep_single(&mut self, source: impl Iterator<Item = Sample<T>>) {
+        self.sweep(Single, source);
+    }
+}
+
+/// Feeds a source to a sink.
+#[inline(always)]
+pub(super) fn sweep<T: Scalar, L: Lanes<T>, S: Sink<T, L>>(
+    lanes: L,
+    mut source: impl Iterator<Item = Sample<L::Value>>,
+    sink: &mut S,
+) {
+    if L::BLOCK == 1 {
+        for sample in source {
+            if let Some(row) = sink.row(lanes, sample) {
+                sink.add(lanes, from_ref(&row));
+            }
+        }
+        return;
+    }
+    let mut block = [S::none(lanes); MAX_BLOCK];
+    let mut filled = L::BLOCK;
+    while filled == L::BLOCK {
+        filled = 0;
+        for (row, sample) in block.iter_mut().take(L::BLOCK).zip(&mut source) {
+            *row = sink.row(lanes, sample).unwrap_or(S::none(lanes));
+            filled += 1;
+        }
+        sink.add(lanes, block.get(..filled).unwrap_or_default());
+    }
+}
+
+/// Runs a pass over at most `most` correspondences, evenly spread over the batch.
+#[inline(always)]
+pub(super) fn run<T: Scalar, P: Pass<T>>(pass: &mut P, matches: Matches<'_, T>, most: usize) {
+    #[cfg(feature = "simd")]
+    if matches.pairs.len() <= most && wide::run(pass, matches) {
+        return;
+    }
+    run_baseline(pass, matches.pairs, most);
+}
+
+/// [`run`] without vector lanes: bit-identical to [`Single`] on every target.
+#[inline(always)]
+pub(super) fn run_baseline<T: Scalar, P: Pass<T>>(pass: &mut P, pairs: &[RayPair<T>], most: usize) {
+    let mut pairs = spread_over(pairs, most);
+    let mut rest = [None; 4];
+    if P::QUADS && Quads::SUPPORTED {
+        let quads = iter::from_fn(|| {
+            let next: [_; 4] = from_fn(|_| pairs.next());
+            let [Some(a), Some(b), Some(c), Some(d)] = next else {
+                rest = next;
+                return None;
+            };
+            let four: [&RayPair<T>; 4] = [a, b, c, d];
+            Some((Quad::columns(four.map(RayPair::rays)), Quad(four.map(RayPair::grid_step))))
+        });
+        pass.sweep(Quads, quads);
+    }
+    pass.sweep_single(rest.into_iter().flatten().chain(pairs).map(sample));
+}
+
+/// Keeps what all samples share in memory: vector operations take operands from there, and the compiler would copy each
+/// to all lanes anew.
+#[inline(always)]
+pub(super) fn in_memory<T: Number, L: Lanes<T>, C>(_: L, context: C) -> C {
+    if L::BLOCK == 1 { context } else { black_box(context) }
+}
+
+/// A correspondence as a sample.
+#[inline(always)]
+pub(super) fn sample<T: Scalar>(pair: &RayPair<T>) -> Sample<T> {
+    (pair.rays(), pair.grid_step())
+}
+
+/// At most so many of the correspondences, evenly spread over the batch.
+#[inline(always)]
+pub(super) fn spread_over<T>(
+    pairs: &[RayPair<T>],
+    most: usize,
+) -> impl Iterator<Item = &RayPair<T>> {
+    let stride = pairs.len().div_ceil(most.max(1)).max(1);
+    pairs.iter().step_by(stride)
+}
+
+/// Sweeps on the vector lanes of the processor.
+#[cfg(feature = "simd")]
+pub(super) mod wide {
+    use pulp::{Simd, WithSimd};
+
+    use super::{Pass, sample};
+    use crate::batch::Matches;
+    use crate::scalar::Scalar;
+    use crate::simd::dispatch;
+
+    /// Sweeps the whole batch; false without vector lanes.
+    pub(in crate::pair) fn run<T: Scalar>(
+        pass: &mut impl Pass<T>,
+        matches: Matches<'_, T>,
+    ) -> bool {
+        dispatch(Whole { pass, matches }).is_some()
+    }
+
+    struct Whole<'a, T: Scalar, P> {
+        pass: &'a mut P,
+        matches: Matches<'a, T>,
+    }
+
+    impl<T: Scalar, P: Pass<T>> WithSimd for Whole<'_, T, P> {
+        type Output = ();
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) {
+            let Self { pass, matches: Matches { pairs, columns } } = self;
+            let (steps, left_over) = T::split::<S>(columns.grid_step);
+            let [x_l, y_l, x_r, y_r] = columns.rays.map(|column| T::split::<S>(column).0.iter());
+            let samples = x_l.zip(y_l).zip(x_r).zip(y_r).zip(steps);
+            let load = |stored| T::load(simd, stored);
+            pass.sweep(
+                T::wide(simd),
+                samples.map(|((((x_l, y_l), x_r), y_r), step)| {
+                    ([x_l, y_l, x_r, y_r].map(load), load(step))
+                }),
+            );
+            let (_, rest) = pairs.split_at(pairs.len().saturating_sub(left_over.len()));
+            pass.sweep_single(rest.iter().map(sample));
+        }
+    }
+}
+
+#[cfg(all(test, feature = "simd"))]
+pub(super) mod simd_tests;
+#[cfg(test)]
+mod tests;

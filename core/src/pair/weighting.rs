@@ -1,0 +1,142 @@
+//! Weight of a correspondence in the normal equations of a pass.
+
+use super::constraint::{Constraint, PoseTerms};
+use super::leverage::Leverage;
+use super::loss::{ResidualVariance, geman_mcclure, tukey};
+use crate::algebra::symmetric5::form;
+use crate::scalar::Scalar;
+use crate::simd::{Lanes, Value};
+use crate::thresholds::TUKEY;
+
+/// Loss of a pass.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Loss<V> {
+    /// Geman-McClure, by one over the square of its scale, 1/px^2.
+    Anneal(V),
+    /// Tukey, its limit widened by the covariance of the pose, rad^2.
+    Track([V; 15]),
+    /// Tukey at the noise.
+    Polish,
+}
+
+/// What the weights of a pass depend on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Weighting<V> {
+    pub(super) pose: PoseTerms<V>,
+    pub(super) loss: Loss<V>,
+    pub(super) leverage: Option<Leverage<V>>,
+    /// Square of the focal length, px^2, and its inverse.
+    pub(super) focal_squared: V,
+    pub(super) unit_squared: V,
+    /// Variance of a coordinate, px^2.
+    pub(super) noise_squared: V,
+    /// Unit depth.
+    pub(super) min_disparity: V,
+}
+
+/// A correspondence in the normal equations.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct WeightedRow<V> {
+    /// `w f^2 / V`, leverage limited, over px^2; 0 without influence.
+    pub(super) weight: V,
+    /// `C`.
+    pub(super) value: V,
+    /// Derivatives of `C / sqrt V` times `sqrt V`.
+    pub(super) jacobian: [V; 5],
+}
+
+impl<V: Value> Weighting<V> {
+    /// `f^2 / V`: inverse variance of the constraint for coordinates of variance 1 px^2.
+    #[inline(always)]
+    pub(super) fn precision<T: Scalar, L: Lanes<T, Value = V>>(
+        &self,
+        lanes: L,
+        constraint: &Constraint<V>,
+        in_front: L::Mask,
+    ) -> V {
+        // `V` may vanish behind a camera: 1 avoids 0 * inf = NaN.
+        self.focal_squared / lanes.select(in_front, constraint.variance, lanes.splat(T::ONE))
+    }
+
+    /// Normal equation of a correspondence of weight `w`, 1/px^2.
+    ///
+    /// * `precision`: `f^2 / V`, px^2.
+    #[inline(always)]
+    pub(super) fn row<T: Scalar, L: Lanes<T, Value = V>>(
+        &self,
+        lanes: L,
+        constraint: &Constraint<V>,
+        precision: V,
+        w: V,
+    ) -> WeightedRow<V> {
+        let value = constraint.value;
+        let jacobian = match self.loss {
+            // A track takes two steps to a pose that only decides weights: the derivative of `V` is left out.
+            Loss::Track(_) => constraint.jacobian,
+            Loss::Anneal(_) | Loss::Polish => {
+                let ratio = value * precision * self.unit_squared;
+                constraint.whitened_jacobian(lanes, &self.pose, ratio)
+            }
+        };
+        let weight = w * precision;
+        let weight = match &self.leverage {
+            Some(leverage) => weight * leverage.factor(lanes, weight, &jacobian),
+            None => weight,
+        };
+        WeightedRow { weight, value, jacobian }
+    }
+}
+
+impl<V: Value> WeightedRow<V> {
+    /// A row without influence.
+    #[inline(always)]
+    pub(super) fn none<T: Scalar>(lanes: impl Lanes<T, Value = V>) -> Self {
+        let zero = lanes.splat(T::ZERO);
+        Self { weight: zero, value: zero, jacobian: [zero; 5] }
+    }
+}
+
+/// Squared residual over Tukey's squared limit, where the uncertainty of the pose adds to the noise.
+///
+/// * `covariance`: of the pose, rad^2.
+/// * `precision`: `f^2 / V`, px^2.
+#[inline(always)]
+pub(super) fn tracked<T: Scalar, L: Lanes<T>>(
+    lanes: L,
+    covariance: &[L::Value; 15],
+    constraint: &Constraint<L::Value>,
+    precision: L::Value,
+    expected: &ResidualVariance<L::Value>,
+) -> L::Value {
+    let Constraint { value, jacobian, .. } = constraint;
+    let of_pose = form(lanes, covariance, jacobian);
+    let wide = lanes.mul_add(of_pose, precision, expected.unit_squared);
+    *value * *value * precision / (wide * lanes.splat(T::lit(TUKEY * TUKEY)))
+}
+
+/// Weight by the loss of the pass, 1/px^2, before leverage is limited.
+///
+/// * `squared`: squared whitened residual, px^2.
+/// * `ahead`: correspondences in front of both cameras and not behind infinity.
+#[inline(always)]
+pub(super) fn tracked_weight<T: Scalar, L: Lanes<T>>(
+    lanes: L,
+    covariance: &[L::Value; 15],
+    constraint: &Constraint<L::Value>,
+    precision: L::Value,
+    expected: &ResidualVariance<L::Value>,
+) -> L::Value {
+    tukey(lanes, tracked(lanes, covariance, constraint, precision, expected)) / expected.variance
+}
+
+/// Annealed weight of a squared residual, 1/px^2.
+///
+/// * `scale`: one over the squared scale, 1/px^2.
+#[inline(always)]
+pub(super) fn annealed_weight<T: Scalar, L: Lanes<T>>(
+    lanes: L,
+    squared: L::Value,
+    scale: L::Value,
+) -> L::Value {
+    geman_mcclure(lanes, squared * scale) * scale
+}

@@ -1,0 +1,59 @@
+//! The last pass of a pair of the published method: noise and information at the solution, fit beside the start.
+
+use super::residual::linearised;
+use crate::algebra::information::Information;
+use crate::batch::correspondence::RayPair;
+use crate::batch::row_offset::row_offset;
+use crate::geometry::rectification::RectifyingRotations;
+use crate::scalar::Scalar;
+use crate::thresholds::SCREEN;
+
+/// Sums of the evaluation.
+#[derive(Debug)]
+pub(super) struct Evaluation<T> {
+    pub(super) information: Information<T>,
+    pub(super) inliers: u32,
+    pub(super) clipped_squares: T,
+    pub(super) screened: u32,
+    pub(super) squares_before: T,
+    pub(super) squares_after: T,
+}
+
+impl<T: Scalar> Evaluation<T> {
+    pub(super) fn over(
+        pairs: &[RayPair<T>],
+        start: &RectifyingRotations<T>,
+        pose: &RectifyingRotations<T>,
+        threshold: T,
+    ) -> Self {
+        let gauge_slope = pose.gauge_slope();
+        let mut sums = Self {
+            information: Information::ZERO,
+            inliers: 0,
+            clipped_squares: T::ZERO,
+            screened: 0,
+            squares_before: T::ZERO,
+            squares_after: T::ZERO,
+        };
+        for pair in pairs {
+            let Some(row) = linearised(pose, gauge_slope, pair) else {
+                continue;
+            };
+            let size = row.offset.abs();
+            let clipped = size.min(threshold);
+            sums.clipped_squares += clipped * clipped;
+            if size <= threshold {
+                sums.information.add_outer(T::ONE, &row.jacobian);
+                sums.inliers = sums.inliers.saturating_add(1);
+            }
+            if size <= T::lit(SCREEN) * threshold
+                && let Some(before) = row_offset(start, pair)
+            {
+                sums.screened = sums.screened.saturating_add(1);
+                sums.squares_before += before * before;
+                sums.squares_after += size * size;
+            }
+        }
+        sums
+    }
+}

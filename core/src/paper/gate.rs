@@ -1,0 +1,22 @@
+//! Gate of the published method: which pairs enter the mean.
+
+use crate::config::Context;
+use crate::error::Refusal;
+use crate::outcome::pair_report::PairReport;
+use crate::scalar::Scalar;
+
+/// Admits a pair that is certain enough and within the correction limit.
+///
+/// # Errors
+/// [`Refusal::TooUncertain`], [`Refusal::CorrectionLimit`].
+pub(super) fn admit<T: Scalar>(
+    context: &Context<'_, T>,
+    report: &PairReport<T>,
+) -> Result<(), Refusal> {
+    let (sd, _) = report.information.weakest().ok_or(Refusal::TooUncertain)?;
+    // Not `>`: a NaN must not pass.
+    if !(sd <= T::single(context.config.max_sd_rad)) {
+        return Err(Refusal::TooUncertain);
+    }
+    if context.allows(&report.extrinsics) { Ok(()) } else { Err(Refusal::CorrectionLimit) }
+}

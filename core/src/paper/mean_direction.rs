@@ -1,0 +1,213 @@
+//! The paper's fusion: mean directions of `t^k` and of the rotation axes, and a central angle
+//! (eqs 20-22), as incremental sums.
+//!
+//! Sums are of differences from the first pair, compensated, so a million pairs lose nothing in
+//! `f32`. Every pair counts alike, whatever it says: that is the method. At `R = I` the axis of a
+//! pair is noise and the result is biased; the estimate says so (`axis_is_meaningful`).
+
+use nalgebra::{Unit, Vector3};
+
+use super::compensated::Sum;
+use super::median::Median;
+use crate::algebra::information::StandardDeviations;
+use crate::codec::{Reader, Writer};
+use crate::config::Central;
+use crate::error::RestoreError;
+use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::so3;
+use crate::outcome::pair_report::PairReport;
+use crate::scalar::Scalar;
+use crate::thresholds::paper::{
+    MAX_ANGLE_RAD, MIN_ANGLE_RAD, MIN_CONCENTRATION, MIN_MEAN_BASELINE,
+};
+
+/// Larger than what a pair can add: a turn or a direction, and the square of two turns.
+const LARGEST: f64 = 4.0;
+const LARGEST_SQUARE: f64 = 64.0;
+
+/// Sums over the pairs fused so far. RAM: about 300 bytes in `f32`.
+#[derive(Debug, Clone)]
+pub struct MeanDirection<T> {
+    central: Central,
+    pairs: u32,
+    /// `t` and rotation vector of the first pair: the origin of the sums of differences.
+    first: [Vector3<T>; 2],
+    first_sd: StandardDeviations<T>,
+    baseline: [Sum<T>; 3],
+    axis: [Sum<T>; 3],
+    rotation: [Sum<T>; 3],
+    squares: [Sum<T>; 2],
+    angle: Sum<T>,
+    median: Median<T>,
+}
+
+/// Estimate over all fused pairs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FusedEstimate<T: Scalar> {
+    /// `R*`, `t*`.
+    pub extrinsics: Extrinsics<T>,
+    /// Pairs behind it.
+    pub pairs: u32,
+    /// Expected size of the error. Mean directions: from the scatter of the pairs, and what the axis
+    /// and the angle disagree by; that of the pair itself while there is one only. Information: from
+    /// the claims of the pairs, widened where they scatter by more.
+    pub sd: StandardDeviations<T>,
+    /// Length of the mean of the unit rotation axes: 1 where all pairs agree, 0 for pure noise.
+    pub axis_concentration: T,
+    /// Whether the rotation is far enough from the identity, and from a half turn, for its axis to
+    /// mean anything. Always so where fusion needs no axis.
+    pub axis_is_meaningful: bool,
+}
+
+impl<T: Scalar> MeanDirection<T> {
+    /// No pairs yet.
+    #[must_use]
+    pub const fn new(central: Central) -> Self {
+        let origin = Vector3::new(T::ZERO, T::ZERO, T::ZERO);
+        Self {
+            central,
+            pairs: 0,
+            first: [origin, origin],
+            first_sd: StandardDeviations { rotation: T::ZERO, translation: T::ZERO },
+            baseline: [Sum::ZERO; 3],
+            axis: [Sum::ZERO; 3],
+            rotation: [Sum::ZERO; 3],
+            squares: [Sum::ZERO; 2],
+            angle: Sum::ZERO,
+            median: Median::EMPTY,
+        }
+    }
+
+    /// Adds one pair. Constant time; nothing is refused here: that is the gate's part.
+    pub fn add(&mut self, report: &PairReport<T>) {
+        if self.pairs == u32::MAX {
+            return;
+        }
+        let t = report.extrinsics.translation().into_inner();
+        let rotation = so3::log(report.extrinsics.rotation());
+        if self.pairs == 0 {
+            self.first = [t, rotation];
+            let unknown = T::lit(f64::INFINITY);
+            self.first_sd = report
+                .information
+                .standard_deviations()
+                .unwrap_or(StandardDeviations { rotation: unknown, translation: unknown });
+        }
+        self.pairs = self.pairs.saturating_add(1);
+        let [first_t, first_rotation] = self.first;
+        let angle = rotation.norm();
+        let (dt, dr) = (t - first_t, rotation - first_rotation);
+        add(&mut self.baseline, &dt);
+        add(&mut self.axis, &unit_or_zero(&rotation, angle));
+        add(&mut self.rotation, &dr);
+        let [squares_t, squares_r] = &mut self.squares;
+        squares_t.add(dt.norm_squared());
+        squares_r.add(dr.norm_squared());
+        self.angle.add(angle - first_rotation.norm());
+        self.median.add(angle);
+    }
+
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        to.word(self.pairs);
+        if self.pairs == 0 {
+            return;
+        }
+        self.first.iter().for_each(|first| to.numbers(first.iter()));
+        to.numbers(&[self.first_sd.rotation, self.first_sd.translation]);
+        self.sums().for_each(|sum| sum.write(to));
+        self.median.write(to);
+    }
+
+    /// In the place of one without pairs.
+    pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        self.pairs = from.word()?;
+        if self.pairs == 0 {
+            return Ok(());
+        }
+        let [first_t, first_rotation] = &mut self.first;
+        let first = first_t.iter_mut().chain(first_rotation.iter_mut());
+        from.numbers_within(T::lit(LARGEST), first)?;
+        self.first_sd = StandardDeviations { rotation: from.size()?, translation: from.size()? };
+        let limit = T::lit(LARGEST_SQUARE) * T::count(self.pairs);
+        let Self { baseline, axis, rotation, squares, angle, .. } = self;
+        for sum in baseline.iter_mut().chain(axis).chain(rotation).chain(squares).chain([angle]) {
+            sum.read(from, limit)?;
+        }
+        self.median.read(from)
+    }
+
+    fn sums(&self) -> impl Iterator<Item = &Sum<T>> {
+        let Self { baseline, axis, rotation, squares, angle, .. } = self;
+        baseline.iter().chain(axis).chain(rotation).chain(squares).chain([angle])
+    }
+
+    pub(super) fn central(&self) -> Central {
+        self.central
+    }
+
+    /// Pairs added.
+    pub fn pairs(&self) -> u32 {
+        self.pairs
+    }
+
+    /// `R*`, `t*` of eqs 21, 22. `None` before the first pair, or if the directions cancel.
+    pub fn estimate(&self) -> Option<FusedEstimate<T>> {
+        if self.pairs == 0 {
+            return None;
+        }
+        let n = T::count(self.pairs);
+        let [first_t, first_rotation] = self.first;
+        let mean_t = first_t + mean(&self.baseline, n);
+        let mean_axis = mean(&self.axis, n);
+        let concentration = mean_axis.norm();
+        let angle = match self.central {
+            Central::Mean => first_rotation.norm() + self.angle.value() / n,
+            Central::Median => self.median.value()?,
+        };
+        let vector = unit_or_zero(&mean_axis, concentration) * angle;
+        let rotation = so3::exp(&vector)?;
+        let bias = (vector - first_rotation - mean(&self.rotation, n)).norm();
+        let translation = Unit::try_new(mean_t, T::lit(MIN_MEAN_BASELINE))?;
+        Some(FusedEstimate {
+            extrinsics: Extrinsics::try_new(rotation.matrix(), &translation).ok()?,
+            pairs: self.pairs,
+            sd: self.standard_deviations(n, bias),
+            axis_concentration: concentration,
+            axis_is_meaningful: angle >= T::lit(MIN_ANGLE_RAD)
+                && angle <= T::lit(MAX_ANGLE_RAD)
+                && concentration >= T::lit(MIN_CONCENTRATION),
+        })
+    }
+
+    /// Standard errors of the means: root of the sample variance over the number of pairs.
+    ///
+    /// * `bias`: what mean axis times central angle is off the mean rotation vector, rad.
+    fn standard_deviations(&self, n: T, bias: T) -> StandardDeviations<T> {
+        if self.pairs < 2 {
+            return self.first_sd;
+        }
+        let [squares_t, squares_r] = &self.squares;
+        let error = |squares: &Sum<T>, mean: Vector3<T>| {
+            let scatter = squares.value() / n - mean.norm_squared();
+            (scatter.max(T::ZERO) / (n - T::ONE)).sqrt()
+        };
+        let scatter = error(squares_r, mean(&self.rotation, n));
+        StandardDeviations {
+            rotation: (scatter * scatter + bias * bias).sqrt(),
+            translation: error(squares_t, mean(&self.baseline, n)),
+        }
+    }
+}
+
+fn add<T: Scalar>(sums: &mut [Sum<T>; 3], x: &Vector3<T>) {
+    sums.iter_mut().zip(x.iter()).for_each(|(sum, x)| sum.add(*x));
+}
+
+fn mean<T: Scalar>(sums: &[Sum<T>; 3], n: T) -> Vector3<T> {
+    Vector3::from(sums.map(|sum| sum.value() / n))
+}
+
+/// Direction of `v` of known length; no direction at all counts as none.
+fn unit_or_zero<T: Scalar>(v: &Vector3<T>, length: T) -> Vector3<T> {
+    if length > T::ZERO { v / length } else { Vector3::zeros() }
+}

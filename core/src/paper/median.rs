@@ -1,0 +1,160 @@
+//! A median in constant memory.
+//!
+//! Exact over the first [`MEDIAN_VALUES`] values; after that Robbins and Monro's stochastic approximation,
+//! `m += 1.25 s sign(x - m) / n`, whose error is that of the exact median (1.25 s / sqrt n) for a
+//! normal distribution. `s` is 1.4826 times the window's median absolute deviation, so a minority of
+//! gross values moves neither the centre nor the step. A distribution that shifts later is followed
+//! only as fast as the steps allow.
+
+use crate::codec::{Reader, Writer};
+use crate::error::RestoreError;
+use crate::scalar::Scalar;
+use crate::thresholds::paper::{MEDIAN_STEP, MEDIAN_VALUES, MIN_DEVIATION_RAD};
+
+/// No angle is larger, nor twice the step of angles.
+const LARGEST: f64 = 8.0;
+
+/// Streaming median. RAM: about 140 bytes in `f32`.
+#[derive(Debug, Clone)]
+pub(super) struct Median<T> {
+    window: Sorted<T>,
+    count: u32,
+    centre: T,
+    step: T,
+}
+
+impl<T: Scalar> Median<T> {
+    pub(super) const EMPTY: Self =
+        Self { window: Sorted::EMPTY, count: 0, centre: T::ZERO, step: T::ZERO };
+
+    pub(super) fn add(&mut self, x: T) {
+        self.count = self.count.saturating_add(1);
+        if self.window.insert(x) {
+            self.centre = self.window.middle();
+            self.step = self.first_step();
+        } else {
+            let step = self.step / T::count(self.count);
+            if x > self.centre {
+                self.centre += step;
+            } else if x < self.centre {
+                self.centre -= step;
+            }
+        }
+    }
+
+    pub(super) fn write(&self, to: &mut Writer<'_>) {
+        to.numbers(&self.window.values);
+        to.word(self.count);
+        to.numbers(&[self.centre, self.step]);
+    }
+
+    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        let limit = T::lit(LARGEST);
+        from.numbers_within(limit, &mut self.window.values)?;
+        self.count = from.word()?;
+        // One value a place, as long as there are places.
+        self.window.filled =
+            usize::try_from(self.count).unwrap_or(MEDIAN_VALUES).min(MEDIAN_VALUES);
+        let filled = self.window.values.iter().take(self.window.filled);
+        from.numbers_within(limit, [&mut self.centre, &mut self.step])?;
+        if filled.is_sorted() && self.step >= T::ZERO { Ok(()) } else { Err(RestoreError::Absurd) }
+    }
+
+    /// The median so far; `None` before the first value.
+    pub(super) fn value(&self) -> Option<T> {
+        (self.count > 0).then_some(self.centre)
+    }
+
+    /// `1 / (2 density at the median)` of a normal distribution with the window's deviation.
+    fn first_step(&self) -> T {
+        let mut deviations = Sorted::EMPTY;
+        for x in self.window.values.iter().take(self.window.filled) {
+            deviations.insert((*x - self.centre).abs());
+        }
+        deviations.middle().max(T::lit(MIN_DEVIATION_RAD)) * T::lit(MEDIAN_STEP)
+    }
+}
+
+/// The first values, in ascending order.
+#[derive(Debug, Clone)]
+struct Sorted<T> {
+    values: [T; MEDIAN_VALUES],
+    filled: usize,
+}
+
+impl<T: Scalar> Sorted<T> {
+    const EMPTY: Self = Self { values: [T::ZERO; MEDIAN_VALUES], filled: 0 };
+
+    /// Whether there was room.
+    fn insert(&mut self, x: T) -> bool {
+        if self.filled == MEDIAN_VALUES {
+            return false;
+        }
+        let mut carried = x;
+        for value in self.values.iter_mut().take(self.filled) {
+            if carried < *value {
+                core::mem::swap(value, &mut carried);
+            }
+        }
+        if let Some(free) = self.values.get_mut(self.filled) {
+            *free = carried;
+        }
+        self.filled = self.filled.saturating_add(1);
+        true
+    }
+
+    /// Middle value, or the mean of the two middle ones; 0 if there are none.
+    fn middle(&self) -> T {
+        let at = |i: usize| self.values.get(i).copied().unwrap_or(T::ZERO);
+        let half = self.filled / 2;
+        if self.filled % 2 == 1 {
+            at(half)
+        } else {
+            (at(half) + at(half.saturating_sub(1))) * T::HALF
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Median;
+
+    fn median(values: impl IntoIterator<Item = f32>) -> Option<f32> {
+        let mut m = Median::EMPTY;
+        values.into_iter().for_each(|x| m.add(x));
+        m.value()
+    }
+
+    /// 101 equally spaced values in `0..=1`, in a scattered order that repeats.
+    fn scattered(i: u16) -> f32 {
+        f32::from(i % 101 * 37 % 101) / 100.0
+    }
+
+    #[test]
+    fn exact_over_the_first_values_in_any_order() {
+        assert_eq!(median([]), None);
+        assert_eq!(median([4.0]), Some(4.0));
+        assert_eq!(median([4.0, 1.0]), Some(2.5));
+        assert_eq!(median([4.0, 9.0, 1.0, 2.0, 3.0]), Some(3.0));
+        assert_eq!(median((0..31_u8).rev().map(f32::from)), Some(15.0));
+    }
+
+    #[test]
+    fn follows_the_exact_median_over_a_thousand_values() {
+        let m = median((0..1000).map(scattered)).expect("values");
+        assert!((m - 0.5).abs() < 0.05, "{m}");
+    }
+
+    #[test]
+    fn a_third_of_gross_values_leaves_it_among_the_good_ones() {
+        let gross = |i: u16| if i.is_multiple_of(3) { 1e3 } else { scattered(i) };
+        let m = median((0..1000).map(gross)).expect("values");
+        // The median of the mixture is the three-quarter point of the good values.
+        assert!((m - 0.75).abs() < 0.1, "{m}");
+    }
+
+    #[test]
+    fn equal_values_stay_exact() {
+        assert_eq!(median((0..1000).map(|_| 0.1)), Some(0.1));
+    }
+}

@@ -1,0 +1,138 @@
+//! The published method: Huber weights on plain row offsets, each pair from the factory extrinsics, mean-direction
+//! fusion (eqs 9-22). Kept complete and apart: a reference, and a baseline.
+
+mod compensated;
+mod evaluation;
+mod gate;
+mod loss;
+pub(crate) mod mean_direction;
+mod median;
+pub(crate) mod residual;
+pub(crate) mod solver;
+
+use crate::batch::Matches;
+use crate::codec::{Reader, Writer};
+use crate::config::{Central, Context};
+use crate::error::{PairError, Refusal, RestoreError};
+use crate::outcome::pair_report::{Fused, PairReport};
+use crate::outcome::proposal::{Doubt, Proposal};
+use crate::scalar::Scalar;
+use crate::state::State;
+use mean_direction::MeanDirection;
+use solver::HuberSolver;
+
+/// State of the published method.
+#[derive(Debug, Clone)]
+pub(crate) struct Paper<T: Scalar> {
+    fusion: MeanDirection<T>,
+    solver: Option<HuberSolver<T>>,
+    solved: Option<PairReport<T>>,
+    /// Restored, and no pair fused since.
+    unconfirmed: bool,
+}
+
+impl<T: Scalar> Paper<T> {
+    pub(crate) const fn new(angle: Central) -> Self {
+        Self { fusion: MeanDirection::new(angle), solver: None, solved: None, unconfirmed: false }
+    }
+
+    pub(crate) fn reset(&mut self) {
+        *self = Self::new(self.fusion.central());
+    }
+
+    pub(crate) fn is_busy(&self) -> bool {
+        self.solver.is_some()
+    }
+
+    pub(crate) fn abandon(&mut self) {
+        self.solver = None;
+    }
+
+    #[inline(never)]
+    pub(crate) fn begin(
+        &mut self,
+        context: &Context<'_, T>,
+        matches: Matches<'_, T>,
+    ) -> Result<(), PairError> {
+        (self.solver, self.solved) = (None, None);
+        let Context { config, factory, focal, .. } = *context;
+        self.solver = Some(HuberSolver::begin(config, focal, factory, matches.pairs)?);
+        Ok(())
+    }
+
+    pub(crate) fn advance(
+        &mut self,
+        _: &Context<'_, T>,
+        matches: Matches<'_, T>,
+    ) -> Result<bool, PairError> {
+        let solver = self.solver.as_mut().ok_or(PairError::NotBegun)?;
+        let solved = solver.is_done();
+        if !solved {
+            solver.advance(matches.pairs);
+        }
+        Ok(solved)
+    }
+
+    /// Takes the pass of the evaluation.
+    pub(crate) fn report(&mut self, matches: Matches<'_, T>) -> Result<PairReport<T>, PairError> {
+        let report = self.solver.as_ref().ok_or(PairError::NotBegun)?.report(matches.pairs);
+        self.solver = None;
+        self.solved = report.ok();
+        report
+    }
+
+    #[inline(never)]
+    pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Refusal> {
+        let report = self.solved.take().ok_or(Refusal::NothingSolved)?;
+        gate::admit(context, &report)?;
+        // On a copy: pairs within the limit may have a mean beyond it.
+        let mut fusion = self.fusion.clone();
+        fusion.add(&report);
+        if fusion.estimate().is_some_and(|estimate| !context.allows(&estimate.extrinsics)) {
+            return Err(Refusal::CorrectionLimit);
+        }
+        self.fusion = fusion;
+        self.unconfirmed = false;
+        Ok(Fused::Added)
+    }
+
+    pub(crate) fn has_pairs(&self) -> bool {
+        self.fusion.pairs() > 0
+    }
+
+    pub(crate) fn state(&self) -> State {
+        if !self.has_pairs() {
+            State::Acquiring
+        } else if self.unconfirmed {
+            State::Suspect
+        } else {
+            State::Locked
+        }
+    }
+
+    pub(crate) fn proposal(&self) -> Option<Proposal<T>> {
+        let estimate = self.fusion.estimate()?;
+        Some(Proposal {
+            extrinsics: estimate.extrinsics,
+            applicable: estimate.extrinsics,
+            pairs: estimate.pairs,
+            sd: estimate.sd,
+            covariance: None,
+            state: self.state(),
+            doubt: (!estimate.axis_is_meaningful).then_some(Doubt::Axis),
+        })
+    }
+
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        self.fusion.write(to);
+    }
+
+    pub(crate) fn read(
+        &mut self,
+        from: &mut Reader<'_>,
+        _: &Context<'_, T>,
+    ) -> Result<(), RestoreError> {
+        self.unconfirmed = true;
+        self.fusion.read(from)
+    }
+}

@@ -1,0 +1,285 @@
+//! One pair: Levenberg-Marquardt on the rectifying rotations (eqs 16-19), one pass at a time.
+//!
+//! A pass reads every correspondence once: residuals, derivatives, normal equations and cost of one
+//! trial pose together. A rejected trial costs a pass, so passes bound the time. The batch is only
+//! read. Optimum and steps are those of eq 17 with the damping scaled by the diagonal (Marquardt).
+
+use nalgebra::Vector5;
+
+use super::evaluation::Evaluation;
+use super::loss::Huber;
+use super::residual::linearised;
+use crate::algebra::information::Information;
+use crate::algebra::normal_equations::add_pull;
+use crate::batch::correspondence::RayPair;
+use crate::config::Config;
+use crate::error::PairError;
+use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::rectification::RectifyingRotations;
+use crate::outcome::pair_report::{PairReport, Stop};
+use crate::scalar::Scalar;
+use crate::thresholds::paper::{
+    COST_ULPS, DAMPING_FACTOR, DAMPING_GROWTH, FIRST_DAMPING, LOOSE_DAMPING, MAX_DAMPING,
+    MIN_DAMPING, TOLERANCE_ULPS,
+};
+
+/// Correspondences summed apart before they are added to the totals: the cost of two poses is compared
+/// to its last digits.
+const BLOCK: usize = 16;
+
+/// Sums of one pass over the batch at one pose.
+#[derive(Debug, Clone)]
+struct Pass<T> {
+    information: Information<T>,
+    gradient: Vector5<T>,
+    cost: T,
+    /// Sum of the squared weighted residuals.
+    squares: T,
+    usable: u32,
+    skipped: u32,
+}
+
+/// The paper's solver, with a pair on its way to its optimum.
+#[derive(Debug, Clone)]
+pub struct HuberSolver<T: Scalar> {
+    focal: T,
+    loss: Huber<T>,
+    tolerance: T,
+    noise_floor: T,
+    max_passes: u16,
+    min_usable: u32,
+    start: RectifyingRotations<T>,
+    cost_before: T,
+    pose: RectifyingRotations<T>,
+    at_pose: Pass<T>,
+    damping: T,
+    growth: T,
+    passes: u16,
+    stop: Option<Stop>,
+}
+
+impl<T: Scalar> HuberSolver<T> {
+    /// Takes the first pass, at the start.
+    ///
+    /// * `focal`: mean focal length of the cameras, px.
+    ///
+    /// # Errors
+    /// [`PairError::TooFew`], [`PairError::Unobservable`].
+    pub fn begin(
+        config: &Config,
+        focal: T,
+        start: &Extrinsics<T>,
+        pairs: &[RayPair<T>],
+    ) -> Result<Self, PairError> {
+        let pose = RectifyingRotations::from(start);
+        let loss = Huber { threshold: T::single(config.huber_threshold_px) / focal };
+        let at_pose = Pass::over(pairs, &pose, loss);
+        let needed = config.min_correspondences.into();
+        if at_pose.usable < needed {
+            return Err(PairError::TooFew { usable: at_pose.usable, needed });
+        }
+        if !at_pose.information.is_observable() {
+            return Err(PairError::Unobservable);
+        }
+        Ok(Self {
+            focal,
+            loss,
+            tolerance: T::single(config.step_tolerance_rad)
+                .max(T::lit(TOLERANCE_ULPS) * T::EPSILON),
+            noise_floor: T::single(config.noise_floor_px) / focal,
+            max_passes: config.max_passes,
+            min_usable: needed,
+            start: pose,
+            cost_before: at_pose.cost,
+            pose,
+            at_pose,
+            damping: T::lit(FIRST_DAMPING),
+            growth: T::lit(DAMPING_GROWTH),
+            passes: 1,
+            stop: None,
+        })
+    }
+
+    /// Takes one more pass: one trial step, kept only if the cost falls. `Some` when done.
+    #[inline(never)]
+    pub fn advance(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
+        if self.stop.is_none() {
+            self.stop = self.attempt(pairs);
+        }
+        if self.stop.is_none() && self.passes >= self.max_passes {
+            self.stop = Some(Stop::PassesSpent);
+        }
+        self.stop
+    }
+
+    /// Whether [`HuberSolver::report`] is all that is left to do.
+    pub fn is_done(&self) -> bool {
+        self.stop.is_some()
+    }
+
+    fn attempt(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
+        self.passes = self.passes.saturating_add(1);
+        let step = self.at_pose.information.damped_step(self.damping, &self.at_pose.gradient);
+        let trial = step.and_then(|d| {
+            let pose = self.pose.stepped_by(&d)?;
+            Some((d, pose, Pass::over(pairs, &pose, self.loss)))
+        });
+        let Some((d, pose, at_trial)) = trial else {
+            return self.reject();
+        };
+        let (slope_here, slope_there) = (self.at_pose.gradient.dot(&d), at_trial.gradient.dot(&d));
+        let penalty = self.loss.cost(T::ONE);
+        let change = at_trial.penalised(penalty) - self.at_pose.penalised(penalty);
+        let rounding = self.at_pose.cost_rounding();
+        // Below the rounding of the cost its change is known better from the slopes at both ends
+        // (the approximate Wolfe condition of Hager and Zhang).
+        let falls = change < -rounding
+            || (change <= rounding
+                && at_trial.usable == self.at_pose.usable
+                && slope_here + slope_there < T::ZERO);
+        if !falls {
+            let small = d.amax() <= self.tolerance;
+            return self.reject().or(small.then_some(Stop::NoDescent));
+        }
+        // In standard deviations of the estimate, whatever the scalar and the scene.
+        let negligible = -slope_here <= T::EPSILON * at_trial.squares;
+        let undamped = self.damping <= T::lit(LOOSE_DAMPING);
+        self.accept(pose, at_trial, change / (slope_here * T::HALF));
+        let converged = undamped && (negligible || d.amax() <= self.tolerance);
+        converged.then_some(Stop::Converged)
+    }
+
+    /// Nielsen's rule: the better the quadratic model was, the less damping.
+    fn accept(&mut self, pose: RectifyingRotations<T>, at_pose: Pass<T>, gain: T) {
+        self.pose = pose;
+        self.at_pose = at_pose;
+        let x = gain + gain - T::ONE;
+        let [least, most] = DAMPING_FACTOR.map(T::lit);
+        let factor = (T::ONE - x * x * x).clamp(least, most);
+        self.damping = (self.damping * factor).max(T::lit(MIN_DAMPING));
+        self.growth = T::lit(DAMPING_GROWTH);
+    }
+
+    fn reject(&mut self) -> Option<Stop> {
+        self.damping *= self.growth;
+        self.growth *= T::lit(DAMPING_GROWTH);
+        (self.damping > T::lit(MAX_DAMPING)).then_some(Stop::NoDescent)
+    }
+
+    /// Takes the judging pass at the pose reached and reports.
+    ///
+    /// # Errors
+    /// [`PairError::NoConsensus`] if too few correspondences are within the Huber threshold;
+    /// [`PairError::Unobservable`] if they leave a direction free, or the baseline has turned
+    /// towards an optical axis.
+    #[inline(never)]
+    pub fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, PairError> {
+        let extrinsics = self.pose.extrinsics().map_err(|_| PairError::Unobservable)?;
+        let evaluated = Evaluation::over(pairs, &self.start, &self.pose, self.loss.threshold);
+        if evaluated.inliers < self.min_usable {
+            return Err(PairError::NoConsensus);
+        }
+        let usable = T::count(self.at_pose.usable);
+        let variance = (evaluated.clipped_squares / (usable - T::lit(5.0)))
+            .max(self.noise_floor * self.noise_floor);
+        // Rows and disparities have the same noise.
+        let information = evaluated
+            .information
+            .less_disparity_noise(T::count(evaluated.inliers), variance)
+            .filter(Information::is_observable)
+            .ok_or(PairError::Unobservable)?
+            .scaled(T::count(evaluated.inliers) / (usable * variance));
+        let screened = T::count(evaluated.screened.max(1));
+        let rms = |squares: T| (squares / screened).sqrt() * self.focal;
+        Ok(PairReport {
+            extrinsics,
+            information,
+            stop: self.stop.unwrap_or(Stop::PassesSpent),
+            passes: self.passes,
+            usable: self.at_pose.usable,
+            skipped: self.at_pose.skipped,
+            screened: evaluated.screened,
+            cost_before: self.cost_before * self.focal * self.focal,
+            cost_after: self.at_pose.cost * self.focal * self.focal,
+            rms_px_before: rms(evaluated.squares_before),
+            rms_px_after: rms(evaluated.squares_after),
+            noise_px: variance.sqrt() * self.focal,
+        })
+    }
+}
+
+impl<T: Scalar> Pass<T> {
+    const EMPTY: Self = Self {
+        information: Information::ZERO,
+        gradient: Vector5::new(T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO),
+        cost: T::ZERO,
+        squares: T::ZERO,
+        usable: 0,
+        skipped: 0,
+    };
+
+    fn over(pairs: &[RayPair<T>], pose: &RectifyingRotations<T>, loss: Huber<T>) -> Self {
+        let gauge_slope = pose.gauge_slope();
+        let mut total = Self::EMPTY;
+        for block in pairs.chunks(BLOCK) {
+            let mut sums = Self::EMPTY;
+            for pair in block {
+                let Some(row) = linearised(pose, gauge_slope, pair) else {
+                    sums.skipped = sums.skipped.saturating_add(1);
+                    continue;
+                };
+                let w = loss.weight(row.offset);
+                sums.information.add_outer(w, &row.jacobian);
+                let weighted = w * row.offset;
+                add_pull(&mut sums.gradient, weighted, &row.jacobian);
+                sums.squares += weighted * weighted;
+                sums.cost += loss.cost(row.offset);
+                sums.usable = sums.usable.saturating_add(1);
+            }
+            total.information.add(&sums.information);
+            total.gradient += sums.gradient;
+            total.cost += sums.cost;
+            total.squares += sums.squares;
+            total.usable = total.usable.saturating_add(sums.usable);
+            total.skipped = total.skipped.saturating_add(sums.skipped);
+        }
+        total
+    }
+
+    /// What rounding does to the cost: that of each residual at unit depth, and that of the sum.
+    fn cost_rounding(&self) -> T {
+        T::lit(COST_ULPS) * T::EPSILON * (self.squares.sqrt() + self.cost)
+    }
+
+    /// Cost in which a ray behind the camera counts as a row offset of 1 at unit depth: pushing it
+    /// there does not pay.
+    fn penalised(&self, penalty: T) -> T {
+        self.cost + T::count(self.skipped) * penalty
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn turning_the_cameras_away_from_gross_mismatches_never_pays() {
+        let mismatch = |i: u8| {
+            let x = f64::from(i) / 100.0 + 0.6;
+            RayPair::try_new([x, 0.4], [x - 0.1, -0.4]).unwrap()
+        };
+        let pairs: heapless::Vec<RayPair<f64>, 100> = (0..100).map(mismatch).collect();
+        let loss = Huber { threshold: 1e-3 };
+        let pass = |yaw: f64| {
+            let right = crate::geometry::so3::exp(&Vector3::new(0.0, yaw, 0.0)).unwrap();
+            let t = right * -Vector3::x();
+            let rig = Extrinsics::try_new(right.matrix(), &t).unwrap();
+            Pass::over(&pairs, &RectifyingRotations::from(&rig), loss)
+        };
+        let [ahead, away] = [0.0, -1.2].map(pass);
+        assert_eq!([ahead.skipped, away.usable], [0, 0]);
+        let penalty = loss.cost(1.0);
+        assert!(away.penalised(penalty) > ahead.penalised(penalty));
+    }
+}

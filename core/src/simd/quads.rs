@@ -1,0 +1,122 @@
+//! Four correspondences at a time as arrays of four: the compiler vectorises them with baseline instructions.
+
+use core::ops::{Add, Div, Mul, Sub};
+
+use super::{Lanes, Number};
+
+/// Four lanes, each bit-identical to [`super::Single`]; sums keep the order of the batch.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Quads;
+
+impl Quads {
+    /// Whether the target has baseline vector instructions; without them four lanes exhaust the registers.
+    pub(crate) const SUPPORTED: bool = cfg!(any(target_arch = "x86_64", target_arch = "aarch64"));
+}
+
+/// A number for each of four lanes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Quad<T>(pub(crate) [T; 4]);
+
+impl<T: Copy> Quad<T> {
+    /// Transposes: four numbers of each of four correspondences to four lanes of each number.
+    #[inline(always)]
+    pub(crate) fn columns(
+        [[a, b, c, d], [e, f, g, h], [i, j, k, l], [m, n, o, p]]: [[T; 4]; 4],
+    ) -> [Self; 4] {
+        [Self([a, e, i, m]), Self([b, f, j, n]), Self([c, g, k, o]), Self([d, h, l, p])]
+    }
+
+    #[inline(always)]
+    fn zip<U: Copy, V>(self, other: Quad<U>, f: impl Fn(T, U) -> V) -> Quad<V> {
+        let ([a, b, c, d], [e, g, h, i]) = (self.0, other.0);
+        Quad([f(a, e), f(b, g), f(c, h), f(d, i)])
+    }
+}
+
+macro_rules! lane_by_lane {
+    ($($operator:ident $method:ident $symbol:tt),*) => {$(
+        impl<T: Number> $operator for Quad<T> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.zip(other, |a, b| a $symbol b)
+            }
+        }
+    )*};
+}
+
+lane_by_lane!(Add add +, Sub sub -, Mul mul *, Div div /);
+
+impl<T: Number> Lanes<T> for Quads {
+    const BLOCK: usize = 4;
+    type Value = Quad<T>;
+    type Mask = Quad<bool>;
+    type Sum = T;
+
+    #[inline(always)]
+    fn splat(self, x: T) -> Quad<T> {
+        Quad([x; 4])
+    }
+
+    #[inline(always)]
+    fn mul_add(self, a: Quad<T>, b: Quad<T>, c: Quad<T>) -> Quad<T> {
+        a * b + c
+    }
+
+    #[inline(always)]
+    fn neg_mul_add(self, a: Quad<T>, b: Quad<T>, c: Quad<T>) -> Quad<T> {
+        c - a * b
+    }
+
+    #[inline(always)]
+    fn ge(self, a: Quad<T>, b: Quad<T>) -> Quad<bool> {
+        a.zip(b, |a, b| a >= b)
+    }
+
+    #[inline(always)]
+    fn lt(self, a: Quad<T>, b: Quad<T>) -> Quad<bool> {
+        a.zip(b, |a, b| a < b)
+    }
+
+    #[inline(always)]
+    fn and(self, a: Quad<bool>, b: Quad<bool>) -> Quad<bool> {
+        a.zip(b, |a, b| a & b)
+    }
+
+    #[inline(always)]
+    fn any(self, _: Quad<bool>) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn select(self, mask: Quad<bool>, a: Quad<T>, b: Quad<T>) -> Quad<T> {
+        mask.zip(a.zip(b, |a, b| (a, b)), |mask, (a, b)| if mask { a } else { b })
+    }
+
+    #[inline(always)]
+    fn reduce(self, x: Quad<T>) -> T {
+        let [a, b, c, d] = x.0;
+        a + b + c + d
+    }
+
+    #[inline(always)]
+    fn resume(self, from: T) -> T {
+        from
+    }
+
+    #[inline(always)]
+    fn add(self, sum: &mut T, x: Quad<T>) {
+        let [a, b, c, d] = x.0;
+        *sum = *sum + a + b + c + d;
+    }
+
+    #[inline(always)]
+    fn add_product(self, sum: &mut T, a: Quad<T>, b: Quad<T>) {
+        Lanes::<T>::add(self, sum, a * b);
+    }
+
+    #[inline(always)]
+    fn store(self, sum: T, to: &mut T) {
+        *to = sum;
+    }
+}

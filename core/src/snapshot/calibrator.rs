@@ -1,0 +1,81 @@
+//! State of a calibrator as a record.
+
+use super::factory::fingerprint;
+use crate::calibrator::Calibrator;
+use crate::codec::{self, OVERHEAD_BYTES, Reader, RecordHeader, RecordKind, Writer};
+use crate::config::Context;
+use crate::error::{RestoreError, SnapshotError};
+use crate::estimator::Estimator;
+use crate::geometry::extrinsics::Extrinsics;
+use crate::scalar::Scalar;
+
+/// Numbers and words beside the estimator's: what is in use and was before; generation, frozen, whether
+/// anything was before.
+const NUMBERS: usize = 24;
+const WORDS: usize = 3;
+
+impl<T: Scalar, const N: usize> Calibrator<T, N> {
+    /// Length of the longest record of [`Calibrator::snapshot`]: 2,532 bytes in `f32`.
+    pub const SNAPSHOT_BYTES: usize = OVERHEAD_BYTES
+        + 4 * (WORDS + Estimator::<T>::WORDS)
+        + (NUMBERS + Estimator::<T>::NUMBERS) * size_of::<T>();
+
+    /// Writes all that was learnt as a record, to be kept where power loss does not reach; the part of
+    /// the buffer that it takes. Not in it: cameras and factory extrinsics
+    /// ([`crate::FactoryCalibration`]), the batch, and a pair being solved.
+    ///
+    /// # Errors
+    /// [`SnapshotError`].
+    pub fn snapshot<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b [u8], SnapshotError> {
+        let label = self.label().ok_or(SnapshotError::NoCameras)?;
+        codec::write::<T>(label, buffer, |to| self.write(to))
+            .map_err(|needed| SnapshotError::Room { needed })
+    }
+
+    /// Takes up where a record left off: what was in use is in use, and the pairs behind the estimate
+    /// count, as if there had been no break. But the rig may have changed meanwhile: the state is
+    /// [`crate::State::Suspect`] until a pair confirms the estimate.
+    ///
+    /// For a calibrator that has learnt nothing yet, right after [`Calibrator::set_cameras`] and
+    /// [`Calibrator::set_factory`].
+    ///
+    /// # Errors
+    /// [`RestoreError`]; the calibrator is as it was, but that a report not fused yet is stale.
+    pub fn restore(&mut self, record: &[u8]) -> Result<(), RestoreError> {
+        let label = self.label().ok_or(RestoreError::NoCameras)?;
+        if self.estimator.has_pairs() || self.estimator.is_busy() {
+            return Err(RestoreError::NotFresh);
+        }
+        self.read(&mut codec::open::<T>(label, record)?)
+    }
+
+    fn label(&self) -> Option<RecordHeader> {
+        let rig = fingerprint(self.cameras.as_ref()?, &self.factory);
+        Some(RecordHeader { kind: RecordKind::State, method: self.estimator.number(), rig })
+    }
+
+    fn write(&self, to: &mut Writer<'_>) {
+        self.in_use.write(to);
+        to.flag(self.before.is_some());
+        if let Some(before) = &self.before {
+            before.write(to);
+        }
+        to.word(self.generation);
+        to.flag(self.frozen);
+        self.estimator.write(to);
+    }
+
+    fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        let in_use = Extrinsics::read(from)?;
+        let before = if from.flag()? { Some(Extrinsics::read(from)?) } else { None };
+        let generation = from.word()?;
+        let frozen = from.flag()?;
+        let focal = self.cameras.as_ref().ok_or(RestoreError::NoCameras)?.mean_focal();
+        self.estimator.read(&Context::new(&self.config, &self.factory, focal), from)?;
+        // Whoever has taken up the extrinsics of now must notice those of the record.
+        let unnoticed = in_use != self.in_use && generation == self.generation;
+        self.generation = if unnoticed { generation.wrapping_add(1) } else { generation };
+        (self.in_use, self.before, self.frozen) = (in_use, before, frozen);
+        Ok(())
+    }
+}

@@ -1,0 +1,27 @@
+//! Reliability of the estimate.
+
+/// How far the estimate can be relied on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum State {
+    /// Too few pairs agree yet.
+    Acquiring,
+    /// The last pair agrees with the estimate.
+    Locked,
+    /// The last pairs disagree with the estimate, or a challenger gathers pairs.
+    Suspect,
+    /// Ten pairs in a row disagree with the estimate, and no three of them with each other.
+    Lost,
+}
+
+impl core::fmt::Display for State {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Acquiring => "acquiring",
+            Self::Locked => "locked",
+            Self::Suspect => "suspect",
+            Self::Lost => "lost",
+        })
+    }
+}
