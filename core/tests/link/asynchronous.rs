@@ -1,4 +1,4 @@
-//! The driver over `embedded-hal-async`.
+//! Asynchronous driver over `embedded-hal-async`.
 
 use core::convert::Infallible;
 use core::future::{Future, poll_fn};
@@ -10,7 +10,7 @@ use crate::stream::Frame;
 use embedded_hal::spi::{ErrorKind, Operation, SpiDevice as _};
 use stereo_selfcal::link::{FpgaMatcher, FrameRefusal, ReceiveError, Received};
 
-/// [`Far`] as a bus and a line that are awaited, each a poll late.
+/// [`Far`] as an asynchronous bus and pin; each is ready at the second poll.
 #[derive(Debug, Clone)]
 struct Late(Far);
 
@@ -41,23 +41,23 @@ impl embedded_hal_async::digital::Wait for Late {
     }
 
     async fn wait_for_low(&mut self) -> Result<(), Infallible> {
-        panic!("not waited for")
+        panic!("the driver waits for a high level only")
     }
 
     async fn wait_for_rising_edge(&mut self) -> Result<(), Infallible> {
-        panic!("not waited for")
+        panic!("the driver waits for a high level only")
     }
 
     async fn wait_for_falling_edge(&mut self) -> Result<(), Infallible> {
-        panic!("not waited for")
+        panic!("the driver waits for a high level only")
     }
 
     async fn wait_for_any_edge(&mut self) -> Result<(), Infallible> {
-        panic!("not waited for")
+        panic!("the driver waits for a high level only")
     }
 }
 
-/// Polls a future so often and no more, then drops it.
+/// Polls a future at most `polls` times, then drops it.
 fn within<F: Future>(polls: usize, future: F) -> Option<F::Output> {
     let mut future = pin!(future);
     (0..polls).find_map(|_| match future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
@@ -71,7 +71,7 @@ fn driver(far: &Far) -> FpgaMatcher<Late, Late> {
 }
 
 #[test]
-fn a_frame_is_awaited_and_the_bus_left_alone_until_the_line_is_high() {
+fn a_frame_is_awaited_without_bus_access_until_data_ready_is_high() {
     let far = Far::default();
     let mut matcher = driver(&far);
     let mut taken = Taken::default();

@@ -1,4 +1,4 @@
-//! A matcher that others can be tested against: bytes that wait, and what was asked for.
+//! Simulated matcher: bytes to be read, and a log of the reads.
 
 use core::cell::RefCell;
 use core::convert::Infallible;
@@ -9,7 +9,7 @@ use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use stereo_selfcal::Correspondence;
 use stereo_selfcal::link::{FrameHeader, FrameRefusal, FrameSink};
 
-/// The wire's far end. Idle bytes are `0xff`.
+/// Far end of the wire. Idle bytes are `0xff`.
 #[derive(Debug, Default, Clone)]
 pub(crate) struct Far(Rc<RefCell<State>>);
 
@@ -25,7 +25,7 @@ impl Far {
         self.0.borrow_mut().waiting.extend(bytes);
     }
 
-    /// Whether reads fail; each that does loses what it would have read.
+    /// Sets whether reads fail; a failed read loses its bytes.
     pub(crate) fn fail(&self, failing: bool) {
         self.0.borrow_mut().failing = failing;
     }
@@ -80,7 +80,7 @@ impl embedded_hal::digital::InputPin for Far {
     }
 }
 
-/// The same as a UART, which has at most 100 bytes at a time.
+/// [`Far`] as a UART with at most 100 bytes per read.
 #[derive(Debug, Clone)]
 pub(crate) struct Uart(pub(crate) Far);
 
@@ -101,7 +101,7 @@ impl embedded_io::ReadReady for Uart {
     }
 }
 
-/// What came of the last frame.
+/// Sink that holds the last frame.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct Taken {
     pub(crate) matches: Vec<Correspondence<f32>>,

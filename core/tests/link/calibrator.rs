@@ -1,4 +1,4 @@
-//! Frames into a calibrator.
+//! Calibrator as the sink of frames.
 
 use crate::stream::{Frame, HEADER};
 use stereo_selfcal::link::{Decoder, FrameHeader, FrameRefusal, Received};
@@ -35,12 +35,12 @@ fn feed<T: Scalar>(
 }
 
 #[test]
-fn the_batch_is_the_frame_as_if_pushed_by_hand() {
+fn the_batch_equals_the_pushed_matches_of_the_frame() {
     fn check<T: Scalar>() {
         let mut calibrator = calibrator::<T>();
         let mut by_hand = calibrator.clone();
         let frame = Frame::plain(1, 100);
-        // What was in the batch before is of another pair.
+        // The batch holds another pair at first.
         feed(&mut Decoder::new(), &Frame::plain(0, 30).bytes(), &mut calibrator).unwrap();
         let received = feed(&mut Decoder::new(), &frame.bytes(), &mut calibrator);
         assert_eq!(received, Ok(Some(Received { header: frame.header, taken: 64 })));
@@ -80,7 +80,7 @@ fn a_damaged_frame_leaves_an_empty_batch() {
 }
 
 #[test]
-fn a_frame_of_other_images_is_refused_and_counted_and_the_batch_stays() {
+fn a_frame_of_another_image_size_is_refused_and_counted_and_the_batch_stays() {
     let mut calibrator = calibrator::<f32>();
     let mut decoder = Decoder::new();
     feed(&mut decoder, &Frame::plain(1, 10).bytes(), &mut calibrator).unwrap();
@@ -94,7 +94,7 @@ fn a_frame_of_other_images_is_refused_and_counted_and_the_batch_stays() {
     let next = decoder.feed(&mut rest, &mut calibrator).unwrap().unwrap();
     assert_eq!((next.header.sequence, next.taken), (3, 12));
     assert_eq!((decoder.counters().refused, decoder.counters().good), (1, 2));
-    assert_eq!(decoder.counters().gaps, 0, "it came whole");
+    assert_eq!(decoder.counters().gaps, 0, "a refused frame is not missing");
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn without_cameras_no_frame_is_taken() {
 }
 
 #[test]
-fn a_pair_that_is_being_solved_is_not_given_up_for_a_frame() {
+fn a_frame_is_refused_while_a_pair_is_solved() {
     let mut calibrator = calibrator::<f32>();
     let mut decoder = Decoder::new();
     feed(&mut decoder, &Frame::plain(1, 50).bytes(), &mut calibrator).unwrap();
@@ -126,7 +126,7 @@ fn a_pair_that_is_being_solved_is_not_given_up_for_a_frame() {
     assert!(calibrator.is_solving());
     let fed = feed(&mut decoder, &Frame::plain(2, 50).bytes(), &mut calibrator);
     assert_eq!(fed, Err(FrameRefusal::Busy));
-    // Nor for a damaged one.
+    // A damaged frame is refused as well.
     let header = FrameHeader { sequence: 3, ..HEADER };
     let damaged = [&header.encode().unwrap()[..], &[0; 4]].concat();
     assert_eq!(feed(&mut decoder, &damaged, &mut calibrator), Err(FrameRefusal::Busy));

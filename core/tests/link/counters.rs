@@ -1,4 +1,4 @@
-//! The counters, exact, in each case that has a name.
+//! Exact counters for every kind of damage.
 
 use crate::stream::{Frame, HEADER, received, sealed};
 use stereo_selfcal::link::{Counters, Damage, FrameHeader};
@@ -21,7 +21,7 @@ fn counters(set: impl FnOnce(&mut Counters)) -> Counters {
 }
 
 #[test]
-fn of_a_clean_stream_all_frames_come_and_nothing_else_is_counted() {
+fn a_clean_stream_yields_every_frame_and_no_other_count() {
     let frames = [Frame::plain(7, 0), Frame::plain(8, 300), Frame::plain(9, 1)];
     let (got, damages, decoder) = received(&frames.clone().map(|frame| frame.bytes()).concat());
     assert_eq!((got.as_slice(), damages), (&frames[..], vec![]));
@@ -29,7 +29,7 @@ fn of_a_clean_stream_all_frames_come_and_nothing_else_is_counted() {
 }
 
 #[test]
-fn a_flipped_bit_in_a_record_loses_that_frame_for_its_crc() {
+fn a_flipped_bit_in_a_record_discards_the_frame_by_its_crc() {
     let mut hit = plain(2);
     hit[40] ^= 1;
     assert_eq!(
@@ -39,7 +39,7 @@ fn a_flipped_bit_in_a_record_loses_that_frame_for_its_crc() {
 }
 
 #[test]
-fn a_damaged_header_is_counted_and_its_frame_passed_over() {
+fn a_damaged_header_is_counted_and_its_frame_skipped() {
     let mut hit = plain(2);
     hit[12] ^= 1;
     let expected = counters(|c| {
@@ -49,7 +49,7 @@ fn a_damaged_header_is_counted_and_its_frame_passed_over() {
 }
 
 #[test]
-fn a_frame_that_the_next_one_begins_inside_of_is_cut() {
+fn a_frame_cut_short_by_the_next_is_truncated() {
     let mut short = plain(2);
     short.truncate(60);
     let expected = counters(|c| (c.good, c.truncated, c.gaps) = (2, 1, 1));
@@ -60,7 +60,7 @@ fn a_frame_that_the_next_one_begins_inside_of_is_cut() {
 }
 
 #[test]
-fn a_frame_that_swallows_part_of_the_next_header_does_not_lose_it() {
+fn a_truncated_frame_that_takes_bytes_of_the_next_header_does_not_lose_the_next() {
     for missing in 1..FrameHeader::BYTES {
         let mut short = plain(2);
         short.drain(40..40 + missing);
@@ -71,20 +71,20 @@ fn a_frame_that_swallows_part_of_the_next_header_does_not_lose_it() {
 }
 
 #[test]
-fn a_header_before_the_body_of_another_frame_is_no_frame() {
+fn a_header_with_the_records_of_another_frame_fails_the_crc() {
     let spliced = [&plain(2)[..32], &plain(3)[32..]].concat();
     let expected = counters(|c| (c.good, c.bad_crc, c.gaps) = (2, 1, 2));
     assert_eq!(through(&[plain(1), spliced, plain(4)]), (vec![1, 4], vec![Damage::Crc], expected));
 }
 
 #[test]
-fn a_frame_that_comes_twice_is_handed_out_once() {
+fn a_repeated_frame_is_handed_out_once() {
     let expected = counters(|c| (c.good, c.repeats) = (2, 1));
     assert_eq!(through(&[plain(1), plain(1), plain(2)]), (vec![1, 2], vec![], expected));
 }
 
 #[test]
-fn a_repeat_after_damage_is_the_frame_itself() {
+fn a_repeat_of_a_damaged_frame_is_received() {
     let mut hit = plain(2);
     hit[40] ^= 1;
     let expected = counters(|c| (c.good, c.bad_crc) = (2, 1));
@@ -115,7 +115,7 @@ fn overruns_of_both_sides_are_counted() {
 }
 
 #[test]
-fn a_header_of_another_version_is_foreign_and_its_frame_passed_over() {
+fn a_header_of_another_version_is_unsupported_and_its_frame_skipped() {
     let mut other = plain(2);
     other[4] = 2;
     let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&other[..28]);
@@ -127,7 +127,7 @@ fn a_header_of_another_version_is_foreign_and_its_frame_passed_over() {
 }
 
 #[test]
-fn a_record_that_version_1_does_not_have_makes_the_frame_foreign() {
+fn a_record_outside_version_1_makes_the_frame_unsupported() {
     for (at, value) in [(14, 16), (15, 1)] {
         let mut record = [0; 16];
         record[at] = value;
@@ -140,7 +140,7 @@ fn a_record_that_version_1_does_not_have_makes_the_frame_foreign() {
 }
 
 #[test]
-fn idle_bytes_between_frames_are_passed_over() {
+fn idle_bytes_between_frames_are_skipped() {
     for idle in [0x00, 0xff, b'S', b'F'] {
         let expected = counters(|c| (c.good, c.skipped_bytes) = (2, 100));
         let got = through(&[vec![idle; 50], plain(1), vec![idle; 50], plain(2)]);

@@ -1,4 +1,4 @@
-//! Any damage to any stream: what was not touched comes out exactly, what was touched does not.
+//! Random damage: exactly the undamaged frames are received.
 
 use crate::roundtrip::frames;
 use crate::stream::{Frame, events, received, whole};
@@ -6,32 +6,32 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 use stereo_selfcal::link::{Decoder, FrameHeader};
 
-/// What happens to one frame on its way.
+/// Damage to one frame.
 #[derive(Debug, Clone)]
 enum Harm {
     None,
-    /// Bits change.
+    /// Bits are flipped.
     Flip(Vec<Index>),
-    /// A run is lost.
+    /// A run of bytes is lost.
     Drop(Index, Index),
-    /// A run comes in between.
+    /// A run of bytes is inserted.
     Insert(Index, Vec<u8>),
-    /// Bytes before the frame that belong to none.
+    /// Bytes of no frame precede it.
     Idle(Vec<u8>),
-    /// It comes twice.
+    /// It is sent twice.
     Duplicate,
-    /// It comes twice, the first time with a bit flipped.
+    /// It is sent twice, the first time with a bit flipped.
     Repeat(Index),
-    /// The rest is lost.
+    /// Its end is lost.
     Truncate(Index),
-    /// Its header goes before the records of another frame.
+    /// Its header precedes the records of another frame.
     Splice(Frame),
-    /// The header of another frame comes in between.
+    /// The header of another frame is inserted.
     Header(Index, FrameHeader),
 }
 
 fn bytes(longest: usize) -> impl Strategy<Value = Vec<u8>> {
-    // The magic and its parts more often than by chance.
+    // The magic and its parts are more frequent than by chance.
     let byte = prop_oneof![any::<u8>(), prop::sample::select(&b"SCMF"[..])];
     let piece = prop_oneof![4 => byte.prop_map(|byte| vec![byte]), 1 => Just(b"SCMF".to_vec())];
     prop::collection::vec(piece, 1..longest).prop_map(|pieces| pieces.concat())
@@ -61,13 +61,13 @@ fn flipped(mut bytes: Vec<u8>, bits: &[Index]) -> Vec<u8> {
     bytes
 }
 
-/// `bytes` with `run` inside: neither before the first nor behind the last.
+/// `bytes` with `run` inserted after the first and before the last.
 fn inserted(bytes: &[u8], at: Index, run: &[u8]) -> Vec<u8> {
     let (head, tail) = bytes.split_at(1 + at.index(bytes.len() - 1));
     [head, run, tail].concat()
 }
 
-/// The bytes on the wire, and whether the frame can still be whole.
+/// Bytes on the wire, and whether the frame is still whole.
 fn harmed(frame: &Frame, harm: &Harm) -> (Vec<u8>, bool) {
     let sent = frame.bytes();
     let damaged = match harm {
@@ -92,12 +92,12 @@ fn harmed(frame: &Frame, harm: &Harm) -> (Vec<u8>, bool) {
         }
         Harm::Header(at, other) => inserted(&sent, *at, &other.encode().unwrap()),
     };
-    // Two flips of one bit are none; a lost or a new run can leave the bytes as they were.
+    // Two flips of one bit cancel; a lost or inserted run may leave equal bytes.
     let whole = damaged == sent;
     (damaged, whole)
 }
 
-/// A stream of numbered frames, and those that come through it whole.
+/// A stream of numbered frames, and those that remain whole.
 fn streams() -> impl Strategy<Value = (Vec<u8>, Vec<Frame>)> {
     let each = prop::collection::vec((frames(), harms()), 1..12);
     let by_chance = "what was lost or put in makes no difference";
@@ -113,7 +113,7 @@ fn streams() -> impl Strategy<Value = (Vec<u8>, Vec<Frame>)> {
             }
             stream.extend(bytes);
         }
-        // What follows ends a frame that still waits for bytes.
+        // Ends a frame that is still incomplete.
         stream.extend(end);
         let untouched = |(at, sent): &(usize, Vec<u8>)| {
             stream[*at..].windows(sent.len()).any(|run| run == sent)
@@ -126,14 +126,14 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
     #[test]
-    fn exactly_the_frames_that_were_not_touched_come_out((stream, through) in streams()) {
+    fn exactly_the_undamaged_frames_are_received((stream, through) in streams()) {
         let (frames, _, decoder) = received(&stream);
         prop_assert_eq!(decoder.counters().good as usize, through.len());
         prop_assert_eq!(frames, through);
     }
 
     #[test]
-    fn the_cuts_of_the_stream_do_not_matter(
+    fn events_do_not_depend_on_the_pieces_of_the_stream(
         (stream, _) in streams(),
         cuts in prop::collection::vec(1..70_usize, 1..40),
     ) {
@@ -151,7 +151,7 @@ proptest! {
     }
 
     #[test]
-    fn after_any_bytes_the_next_frame_comes_in(noise in bytes(400), frame in frames()) {
+    fn after_any_bytes_the_next_frame_is_received(noise in bytes(400), frame in frames()) {
         let mut decoder = Decoder::new();
         let before = events(&mut decoder, [noise.as_slice()]);
         prop_assert!(before.len() <= noise.len() / 16);
@@ -160,7 +160,7 @@ proptest! {
     }
 
     #[test]
-    fn it_asks_for_no_byte_of_another_frame(all in prop::collection::vec(frames(), 1..4)) {
+    fn bytes_wanted_never_exceeds_the_current_frame(all in prop::collection::vec(frames(), 1..4)) {
         let mut decoder = Decoder::new();
         for (sequence, mut frame) in all.into_iter().enumerate() {
             frame.header.sequence = sequence as u32;

@@ -1,4 +1,4 @@
-//! The driver of a matcher on SPI: what it does on the bus, and when it gives up.
+//! SPI driver: its transactions, errors and time-outs.
 
 use crate::bus::{Far, Taken};
 use crate::stream::Frame;
@@ -10,7 +10,7 @@ use embedded_hal_mock::eh1::digital::{
 use embedded_hal_mock::eh1::spi::{Mock as SpiMock, Transaction as SpiTransaction};
 use stereo_selfcal::link::{FpgaMatcher, FrameRefusal, ReadStatus, ReceiveError, Received};
 
-/// One read in a transaction of its own.
+/// One transaction with one read.
 fn read(bytes: &[u8]) -> [SpiTransaction<u8>; 3] {
     let [start, end] = [SpiTransaction::transaction_start(), SpiTransaction::transaction_end()];
     [start, SpiTransaction::read_vec(bytes.to_vec()), end]
@@ -43,7 +43,7 @@ fn a_frame_is_read_header_first_then_256_bytes_a_transaction_and_not_beyond_its_
 }
 
 #[test]
-fn while_data_ready_is_low_the_bus_is_left_alone() {
+fn the_bus_is_not_accessed_while_data_ready_is_low() {
     let mut spi = SpiMock::<u8>::new(&[]);
     let mut ready = PinMock::new(&[PinTransaction::get(Low)]);
     let polled = FpgaMatcher::new(spi.clone(), ready.clone()).poll(&mut Taken::default());
@@ -53,7 +53,7 @@ fn while_data_ready_is_low_the_bus_is_left_alone() {
 }
 
 #[test]
-fn after_an_interrupt_the_line_is_not_looked_at() {
+fn read_does_not_sample_the_data_ready_pin() {
     let frame = Frame::plain(7, 1);
     let bytes = frame.bytes();
     let mut spi = SpiMock::new(&[&bytes[..32], &bytes[32..]].map(read).concat());
@@ -65,7 +65,7 @@ fn after_an_interrupt_the_line_is_not_looked_at() {
 }
 
 #[test]
-fn while_the_intake_is_busy_neither_line_nor_bus_is_touched() {
+fn neither_pin_nor_bus_is_accessed_while_the_sink_is_busy() {
     let mut spi = SpiMock::<u8>::new(&[]);
     let mut ready = PinMock::new(&[]);
     let mut matcher = FpgaMatcher::new(spi.clone(), ready.clone());
@@ -77,7 +77,7 @@ fn while_the_intake_is_busy_neither_line_nor_bus_is_touched() {
 }
 
 #[test]
-fn an_unreadable_data_ready_line_is_reported_as_such() {
+fn an_unreadable_data_ready_pin_is_reported() {
     let fault = MockError::Io(std::io::ErrorKind::NotConnected);
     let mut spi = SpiMock::<u8>::new(&[]);
     let mut ready = PinMock::new(&[PinTransaction::get(High).with_error(fault.clone())]);
@@ -88,7 +88,7 @@ fn an_unreadable_data_ready_line_is_reported_as_such() {
 }
 
 #[test]
-fn frames_that_wait_are_read_one_a_call() {
+fn waiting_frames_are_read_one_per_call() {
     let far = Far::default();
     let frames = [Frame::plain(1, 20), Frame::plain(2, 0), Frame::plain(3, 90)];
     far.send(frames.iter().flat_map(Frame::bytes));
@@ -120,7 +120,7 @@ fn a_bus_error_costs_one_frame() {
 }
 
 #[test]
-fn two_frames_that_end_in_one_read_after_damage_are_both_handed_out() {
+fn two_frames_that_end_in_one_read_are_both_handed_out() {
     let far = Far::default();
     let mut short = Frame::plain(1, 200).bytes();
     short.truncate(100);
@@ -129,15 +129,15 @@ fn two_frames_that_end_in_one_read_after_damage_are_both_handed_out() {
     let mut matcher = driver(&far);
     let mut taken = Taken::default();
     assert_eq!(matcher.poll_until(&mut taken, || !far.waits()), Ok(whole(&frames[0])));
-    assert_eq!(far.reads(), [32, 256], "both are there");
-    // The line is low, and the bus is not needed.
+    assert_eq!(far.reads(), [32, 256], "the second read holds the end of both");
+    // Data-ready is low; the frame is decoded without a read.
     assert_eq!(matcher.poll(&mut taken), Ok(ReadStatus::Frame(whole(&frames[1]))));
     assert_eq!(matcher.poll(&mut taken), Ok(ReadStatus::Idle));
     assert_eq!(far.reads().len(), 2);
 }
 
 #[test]
-fn a_line_that_stays_low_ends_in_the_time_out() {
+fn a_pin_that_stays_low_ends_in_a_time_out() {
     let far = Far::default();
     let mut asked = 0;
     let waited = driver(&far).poll_until(&mut Taken::default(), || {
@@ -149,7 +149,7 @@ fn a_line_that_stays_low_ends_in_the_time_out() {
 }
 
 #[test]
-fn a_line_that_stays_high_over_idle_bytes_ends_in_the_time_out() {
+fn idle_bytes_under_a_high_pin_end_in_a_time_out() {
     let far = Far::default();
     let mut ready = PinMock::new(&[0; 10].map(|_| PinTransaction::get(High)));
     let mut matcher = FpgaMatcher::new(far.clone(), ready.clone());
@@ -165,7 +165,7 @@ fn a_line_that_stays_high_over_idle_bytes_ends_in_the_time_out() {
 }
 
 #[test]
-fn after_a_time_out_the_frame_is_read_on() {
+fn after_a_time_out_the_frame_continues() {
     let far = Far::default();
     let frame = Frame::plain(1, 40);
     let bytes = frame.bytes();
@@ -179,7 +179,7 @@ fn after_a_time_out_the_frame_is_read_on() {
 }
 
 #[test]
-fn an_overrun_that_the_caller_knows_of_is_counted() {
+fn an_overrun_reported_by_the_caller_is_counted() {
     let mut matcher = FpgaMatcher::new((), ());
     matcher.note_overrun();
     assert_eq!(matcher.counters().overruns, 1);

@@ -1,4 +1,4 @@
-//! Frames over the wire: what is sent comes in, and damage costs no frame but those it touched.
+//! Wire format, decoder and drivers: undamaged frames are received exactly, whatever happens to others.
 #![allow(
     clippy::unwrap_used,
     clippy::as_conversions,

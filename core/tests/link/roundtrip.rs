@@ -1,4 +1,4 @@
-//! What is sent comes in.
+//! Encoding and decoding of headers, records and frames.
 
 use crate::stream::{Frame, HEADER, received};
 use proptest::prelude::*;
@@ -41,7 +41,7 @@ prop_compose! {
 
 proptest! {
     #[test]
-    fn a_frame_comes_in_as_it_was_sent_bit_for_bit(frame in frames()) {
+    fn a_frame_is_received_bit_identical(frame in frames()) {
         let (frames, damages, _) = received(&frame.bytes());
         prop_assert_eq!((frames, damages), (vec![frame], vec![]));
     }
@@ -65,7 +65,7 @@ proptest! {
     }
 
     #[test]
-    fn a_header_with_any_bit_flipped_is_none(header in headers(), bit in 0..256_usize) {
+    fn a_header_with_any_bit_flipped_is_refused(header in headers(), bit in 0..256_usize) {
         let mut bytes = header.encode().unwrap();
         prop_assert_eq!(FrameHeader::decode(&bytes), Ok(header));
         bytes[bit / 8] ^= 1 << (bit % 8);
@@ -75,7 +75,7 @@ proptest! {
 }
 
 #[test]
-fn what_a_header_cannot_say_is_named() {
+fn a_header_out_of_range_is_refused_with_the_field() {
     let bits = FrameHeader { fraction_bits: 9, ..HEADER };
     assert_eq!(bits.encode(), Err(HeaderError::FractionBits(9)));
     let ratio = FrameHeader { pyramid_ratio: 63, ..HEADER };
@@ -83,7 +83,7 @@ fn what_a_header_cannot_say_is_named() {
 }
 
 #[test]
-fn a_header_that_version_1_does_not_have_is_refused_by_what_is_foreign_in_it() {
+fn a_header_outside_version_1_is_refused_with_the_field() {
     let with = |at: usize, value: u8| {
         let mut bytes = HEADER.encode().unwrap();
         bytes[at] = value;
@@ -98,7 +98,7 @@ fn a_header_that_version_1_does_not_have_is_refused_by_what_is_foreign_in_it() {
 }
 
 #[test]
-fn a_record_that_version_1_does_not_have_is_refused_by_what_is_foreign_in_it() {
+fn a_record_outside_version_1_is_refused_with_the_field() {
     let with = |at: usize, value: u8| {
         let mut bytes = [0; 16];
         bytes[at] = value;
@@ -109,7 +109,7 @@ fn a_record_that_version_1_does_not_have_is_refused_by_what_is_foreign_in_it() {
 }
 
 #[test]
-fn what_does_not_fit_a_record_is_named() {
+fn a_match_that_does_not_fit_a_record_is_refused_with_the_quantity() {
     let good = Correspondence { left: [1.0; 2], right: [1.0; 2], score: 1.0, grid_step: 1.0 };
     assert!(MatchRecord::encode(&good, &HEADER).is_ok());
     for bad in [-0.1, 65_536.0, f32::NAN, f32::INFINITY] {
@@ -124,8 +124,8 @@ fn what_does_not_fit_a_record_is_named() {
 }
 
 #[test]
-fn a_grid_step_is_of_the_nearest_level_within_a_sixteenth() {
-    // What a matcher on a pyramid of exactly 1.2 says.
+fn a_grid_step_maps_to_the_nearest_level_within_a_sixteenth() {
+    // Grid steps of a pyramid with a ratio of exactly 1.2.
     for level in 0..=15_u8 {
         assert_eq!(HEADER.level_of(1.2_f32.powi(level.into())), Some(level));
     }
@@ -136,7 +136,7 @@ fn a_grid_step_is_of_the_nearest_level_within_a_sixteenth() {
 }
 
 #[test]
-fn where_the_header_says_the_step_of_the_wire_any_finer_grid_is_that() {
+fn with_a_header_grid_step_of_0_any_finer_grid_is_level_0() {
     let header = FrameHeader { grid_step: 0, fraction_bits: 4, pyramid_ratio: 64, ..HEADER };
     assert_eq!(header.grid_step_px(0), 1.0 / 16.0);
     assert_eq!(header.level_of(0.0), Some(0));

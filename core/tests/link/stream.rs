@@ -1,9 +1,9 @@
-//! Frames to send, and what a decoder hands out of a stream.
+//! Frames as sent, and frames as received from a stream.
 
 use stereo_selfcal::Correspondence;
 use stereo_selfcal::link::{Damage, Decoder, Event, FrameCrc, FrameHeader, MatchRecord};
 
-/// A frame as it is meant and as it is sent.
+/// A frame: its content and its bytes.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Frame {
     pub(crate) header: FrameHeader,
@@ -23,7 +23,7 @@ pub(crate) const HEADER: FrameHeader = FrameHeader {
 };
 
 impl Frame {
-    /// `count` plain matches.
+    /// Frame of `count` generated matches.
     pub(crate) fn plain(sequence: u32, count: u16) -> Self {
         let header = FrameHeader { sequence, count, ..HEADER };
         let matches = (0..count).map(|i| {
@@ -45,7 +45,7 @@ impl Frame {
     }
 }
 
-/// Header and records with the frame's CRC at their end.
+/// Header, records and frame CRC.
 pub(crate) fn sealed(
     header: &[u8; FrameHeader::BYTES],
     records: &[[u8; MatchRecord::BYTES]],
@@ -57,7 +57,7 @@ pub(crate) fn sealed(
     [&header[..], records.as_flattened(), &crc.value().to_le_bytes()].concat()
 }
 
-/// All events of a stream that comes in the given pieces.
+/// Events of a stream that is fed in the given pieces.
 pub(crate) fn events<'a>(
     decoder: &mut Decoder,
     pieces: impl IntoIterator<Item = &'a [u8]>,
@@ -70,7 +70,7 @@ pub(crate) fn events<'a>(
     events
 }
 
-/// The whole frames among the events, and why others are lost.
+/// Whole frames among the events, and the damage of the others.
 pub(crate) fn whole(events: &[Event]) -> (Vec<Frame>, Vec<Damage>) {
     let (mut frames, mut damages) = (Vec::new(), Vec::new());
     let mut open: Option<Frame> = None;
@@ -95,7 +95,7 @@ pub(crate) fn whole(events: &[Event]) -> (Vec<Frame>, Vec<Damage>) {
     (frames, damages)
 }
 
-/// The whole frames of a stream that comes in one piece, and why others are lost.
+/// Whole frames of a stream that is fed in one piece, and the damage of the others.
 pub(crate) fn received(bytes: &[u8]) -> (Vec<Frame>, Vec<Damage>, Decoder) {
     let mut decoder = Decoder::new();
     let (frames, damages) = whole(&events(&mut decoder, [bytes]));

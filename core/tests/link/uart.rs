@@ -1,4 +1,4 @@
-//! The driver of a matcher on a stream.
+//! Driver on a byte stream.
 
 use crate::bus::{Far, Taken, Uart};
 use crate::stream::Frame;
@@ -9,7 +9,7 @@ fn whole(frame: &Frame) -> Received {
 }
 
 #[test]
-fn frames_come_in_over_short_reads() {
+fn frames_are_received_over_short_reads() {
     let far = Far::default();
     let frames = [1, 2].map(|sequence| Frame::plain(sequence, 60));
     far.send(frames.iter().flat_map(Frame::bytes));
@@ -23,7 +23,7 @@ fn frames_come_in_over_short_reads() {
 }
 
 #[test]
-fn a_blocking_read_takes_what_there_is() {
+fn a_blocking_read_returns_the_bytes_available() {
     let far = Far::default();
     let frame = Frame::plain(3, 2);
     far.send(frame.bytes());
@@ -54,7 +54,7 @@ fn a_failing_stream_costs_one_frame() {
 }
 
 #[test]
-fn while_the_intake_is_busy_the_stream_is_left_alone() {
+fn the_stream_is_not_read_while_the_sink_is_busy() {
     let far = Far::default();
     far.send(Frame::plain(1, 1).bytes());
     let mut matcher = StreamMatcher::new(Uart(far.clone()));

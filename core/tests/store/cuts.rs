@@ -1,4 +1,4 @@
-//! Power is lost at every word that any save writes and at every block that it erases.
+//! Loss of power at every word that a save writes and at every block that it erases.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -7,14 +7,14 @@ use stereo_selfcal::store::RecordKind;
 
 use crate::rig::{Content, KINDS, Step, content, open, payload, perform, save, scenario};
 
-/// How often power was lost once, and once more in the save after it.
+/// Number of single losses of power, and of second losses in the save after one.
 #[derive(Debug, Default)]
 struct Cuts {
     first: u64,
     second: u64,
 }
 
-/// Pages that there are, blocks of each, bytes of factory data and of state.
+/// Number of pages, blocks per page, bytes of factory data and of state.
 #[derive(Debug, Clone, Copy)]
 struct Shape {
     pages: usize,
@@ -24,8 +24,8 @@ struct Shape {
 }
 
 impl Cuts {
-    /// Loses power everywhere in the first steps of the scenario, and in the save after that at so many
-    /// places.
+    /// Loses power at every operation of the first `steps` of the scenario, and at `again` random ones of
+    /// the save after that.
     fn everywhere<const W: usize, const E: usize>(
         &mut self,
         shape: Shape,
@@ -41,10 +41,10 @@ impl Cuts {
             held = held.after(&step);
             flash = after;
         }
-        assert_eq!(flash.bytes[..E], outside, "the flash beside the range");
+        assert_eq!(flash.bytes[..E], outside, "flash outside the range changed");
     }
 
-    /// Loses power everywhere in one save; the flash without that.
+    /// Loses power at every operation of one save; the flash after the save without loss.
     fn during<const W: usize, const E: usize>(
         &mut self,
         before: &Flash<W, E>,
@@ -66,7 +66,7 @@ impl Cuts {
             let mut store = open(flash, page_blocks);
             let found = content(&mut store);
             assert!(found == *held || found == held.after(step), "{context}: {found:?}");
-            // The other kind than the one that was cut every second time.
+            // Alternates between the kinds.
             let kind = KINDS[usize::try_from(cut).unwrap() % 2];
             let length = found.of(kind).map_or(9, Vec::len);
             let next = Step { kind, payload: Some(payload(777, length)) };
@@ -75,7 +75,7 @@ impl Cuts {
         after
     }
 
-    /// The next save works, and may be cut off as well.
+    /// The next save succeeds, also after a second loss of power in it.
     fn once_more<const W: usize, const E: usize>(
         &mut self,
         flash: &Flash<W, E>,
@@ -105,7 +105,7 @@ impl Cuts {
     }
 }
 
-/// The flash after a loss of power in a save.
+/// Flash after a loss of power in a save.
 fn cut_off<const W: usize, const E: usize>(
     flash: &Flash<W, E>,
     page_blocks: usize,
@@ -123,7 +123,7 @@ fn cut_off<const W: usize, const E: usize>(
     flash
 }
 
-/// Bytes of state that fit beside so many of factory data, in a page of so many.
+/// Largest state, in bytes, beside `factory` bytes of factory data in a page of `page` bytes.
 fn largest<const W: usize>(page: usize, factory: usize) -> usize {
     page / 2 - (factory + 28).next_multiple_of(W) - 28
 }
@@ -139,7 +139,7 @@ fn shapes<const W: usize, const E: usize>() -> Vec<Shape> {
     shapes
 }
 
-/// Each shape with one kind of tear.
+/// Every shape, each with one kind of tear.
 fn one_tear_each<const W: usize, const E: usize>(steps: usize) {
     let mut cuts = Cuts::default();
     for (shape, tear) in shapes::<W, E>().into_iter().zip(TEARS.into_iter().cycle()) {
@@ -193,7 +193,7 @@ fn nothing_is_written_onto_bytes_of_a_torn_header_that_look_erased() {
         perform(&mut store, &step).unwrap();
         let held = content(&mut store);
         let flash = store.close();
-        // Within the CRC of its header: one byte in 256 is as if erased.
+        // Within the CRC of the header: one byte in 256 reads as erased.
         for cut in 21..24 {
             let mut random = ChaCha8Rng::seed_from_u64(u64::from(cut));
             let mut torn = open(cut_off(&flash, 1, &step, cut, &mut random), 1);

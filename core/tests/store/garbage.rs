@@ -1,4 +1,4 @@
-//! Flash that holds anything.
+//! Flash with arbitrary content.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,7 @@ use crate::rig::{KINDS, content, load, open, payload, perform, save, scenario};
 
 const BYTES: usize = 4 * 256;
 
-/// Flash after so many steps, and what was ever saved.
+/// Flash after the first `steps` of the scenario, and every payload saved.
 fn used(steps: usize) -> (Vec<u8>, BTreeSet<Vec<u8>>) {
     let mut store = open(Flash::<4, 256>::new(4, 5), 1);
     let mut ever = BTreeSet::new();
@@ -21,7 +21,7 @@ fn used(steps: usize) -> (Vec<u8>, BTreeSet<Vec<u8>>) {
     (store.close().bytes, ever)
 }
 
-/// Any bytes of a used flash exchanged, moved, erased or replaced.
+/// Damage to used flash.
 #[derive(Debug, Clone)]
 enum Damage {
     Move { from: usize, to: usize, bytes: usize },
@@ -65,7 +65,7 @@ fn damaged(mut flash: Vec<u8>, damage: &[Damage]) -> Vec<u8> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
     #[test]
-    fn what_was_never_saved_is_never_found_and_saves_work_on_any_flash(
+    fn only_saved_records_are_found_and_saves_work_on_any_flash(
         steps in 0..28_usize,
         damage in prop::collection::vec(damage(), 0..6),
     ) {
@@ -81,7 +81,7 @@ proptest! {
         if perform(&mut store, &next).is_ok() {
             let now = content(&mut store);
             prop_assert_eq!(&now.state, &next.payload);
-            // After several faults it may be an older one.
+            // After several faults an older record may be found.
             prop_assert_eq!(now.factory.is_some(), held.factory.is_some());
             prop_assert!(now.factory.is_none_or(|found| ever.contains(&found)));
         }
@@ -99,7 +99,7 @@ proptest! {
 
 #[test]
 fn records_inside_a_payload_are_not_found_when_its_own_header_is_damaged() {
-    // A store in use, as the payload of another: its entries are whole, only not where they belong.
+    // The payload is the content of another store: its entries are intact, but at other addresses.
     let (inner, _) = used(7);
     let mut store = open(Flash::<4, 4096>::new(3, 6), 1);
     store.save(RecordKind::State, b"the one before").unwrap();

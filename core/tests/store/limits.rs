@@ -1,4 +1,4 @@
-//! What the store refuses, what it costs, and flash that wears out.
+//! Refusals, wear and size of the store.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use simulated_flash::{Fault, Flash};
@@ -9,7 +9,7 @@ use crate::rig::{Content, KINDS, content, load, open, payload, perform, save};
 type Small = Flash<8, 512>;
 
 #[test]
-fn ranges_that_are_no_pages_are_refused() {
+fn ranges_without_two_aligned_pages_are_refused() {
     let refused = |range, page| {
         let flash = Small::new(8, 1);
         Store::open(flash, range, page).map(|_| ()).unwrap_err()
@@ -29,9 +29,9 @@ fn ranges_that_are_no_pages_are_refused() {
 }
 
 #[test]
-fn what_does_not_fit_a_page_twice_is_refused_before_anything_is_written() {
+fn a_record_that_does_not_fit_a_page_twice_is_refused_before_any_write() {
     let mut store = open(Small::new(3, 1), 1);
-    // Two entries of 60 and 28 bytes in words of 8: 176; leaves two of 168, 140 of them payload.
+    // Two entries of 60 + 28 bytes in words of 8 take 176; two of 168 remain, each with 140 of payload.
     store.save(RecordKind::Factory, &payload(1, 60)).unwrap();
     let before = store.wear();
     let refused = store.save(RecordKind::State, &payload(2, 141)).unwrap_err();
@@ -46,7 +46,7 @@ fn what_does_not_fit_a_page_twice_is_refused_before_anything_is_written() {
 }
 
 #[test]
-fn the_largest_payload_is_kept() {
+fn the_largest_payload_is_saved() {
     let mut store = open(Flash::<32, 0x2_1000>::new(3, 1), 1);
     let large = payload(1, 65_535);
     store.save(RecordKind::State, &large).unwrap();
@@ -57,17 +57,17 @@ fn the_largest_payload_is_kept() {
 }
 
 #[test]
-fn a_kind_that_is_forgotten_stays_so_and_the_other_stays() {
+fn a_removed_kind_stays_removed_and_the_other_kind_stays() {
     let mut store = open(Small::new(3, 1), 1);
     perform(&mut store, &save(RecordKind::Factory, 1, 50)).unwrap();
     perform(&mut store, &save(RecordKind::State, 2, 90)).unwrap();
     store.remove(RecordKind::State).unwrap();
     let before = store.wear();
     store.remove(RecordKind::State).unwrap();
-    assert_eq!(store.wear(), before, "there is nothing to forget");
+    assert_eq!(store.wear(), before, "there is no record to remove");
     let mut held = Content { factory: Some(payload(1, 50)), state: None };
     assert_eq!(content(&mut store), held);
-    // Round all pages.
+    // Enough saves to erase every page.
     for number in 3..20 {
         let step = save(RecordKind::Factory, number, 90);
         perform(&mut store, &step).unwrap();
@@ -93,7 +93,7 @@ fn records_of_another_layout_are_not_overwritten() {
     let mut store = open(Small::new(3, 1), 1);
     store.save(RecordKind::State, b"something").unwrap();
     let mut flash = store.close();
-    // The header of the next layout, at the start of the range, which is at address 512.
+    // Header of layout 2 at the start of the range, address 512.
     flash.bytes[512 + 3] = 2;
     let address = 512_u32.to_le_bytes();
     let summed = [&flash.bytes[512..512 + 20], &address].concat();
@@ -105,7 +105,7 @@ fn records_of_another_layout_are_not_overwritten() {
 }
 
 #[test]
-fn a_page_that_is_worn_out_is_passed_over_and_if_there_is_no_other_the_records_stay() {
+fn a_worn_out_page_is_skipped_and_without_another_the_records_stay() {
     for (pages, says_so) in [2, 3, 4].into_iter().flat_map(|n| [(n, true), (n, false)]) {
         let mut store = open(Small::new(1 + pages, 1), 1);
         perform(&mut store, &save(RecordKind::Factory, 1, 50)).unwrap();
@@ -133,7 +133,7 @@ fn a_page_that_is_worn_out_is_passed_over_and_if_there_is_no_other_the_records_s
 }
 
 #[test]
-fn what_could_not_be_read_when_the_store_was_opened_is_not_overwritten() {
+fn records_unreadable_at_open_are_not_overwritten() {
     let mut store = open(Small::new(3, 1), 1);
     let factory = save(RecordKind::Factory, 1, 50);
     perform(&mut store, &factory).unwrap();
@@ -149,7 +149,7 @@ fn what_could_not_be_read_when_the_store_was_opened_is_not_overwritten() {
 }
 
 #[test]
-fn pages_wear_alike_and_last_as_documented() {
+fn pages_wear_evenly_and_last_as_documented() {
     let mut store = open(Flash::<32, 0x2_0000>::new(3, 1), 1);
     store.save(RecordKind::Factory, &[1; 1024]).unwrap();
     let saves = 610_u32;
@@ -159,7 +159,11 @@ fn pages_wear_alike_and_last_as_documented() {
     let wear = store.wear();
     let flash = store.close();
     assert_eq!(flash.erased, [0, 5, 5]);
-    assert_eq!((wear.erasures, wear.pages, wear.damaged), (10, 2, 2), "no page was ever erased");
+    assert_eq!(
+        (wear.erasures, wear.pages, wear.damaged),
+        (10, 2, 2),
+        "both pages are damaged until they are erased"
+    );
     let wear = open(flash, 1).wear();
     assert_eq!((wear.erasures, wear.pages, wear.damaged), (10, 2, 0));
     println!("{} saves an erasure", saves / wear.erasures);
@@ -173,7 +177,7 @@ fn a_store_takes_an_eighth_of_a_kib_beside_its_driver() {
 }
 
 #[test]
-fn room_is_told_to_the_byte() {
+fn free_bytes_are_exact() {
     let mut store = open(Small::new(3, 1), 1);
     assert_eq!((store.wear().free, store.wear().erasures), (0, 0));
     store.save(RecordKind::State, &payload(0, 4)).unwrap();

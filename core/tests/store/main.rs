@@ -1,4 +1,4 @@
-//! The flash store through its public API, on flash that loses power and rots.
+//! Flash store through its public API, under loss of power and bit rot.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

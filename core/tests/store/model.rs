@@ -1,4 +1,4 @@
-//! Any sequence of operations against a map.
+//! Random operations on the store, compared with a map.
 
 use proptest::prelude::*;
 use simulated_flash::{Flash, TEARS, Tear};
@@ -16,7 +16,7 @@ enum Operation {
         factory: bool,
     },
     Reopen,
-    /// Power is lost after so many words of a save.
+    /// Power is lost after `after` words of a save.
     Cut {
         factory: bool,
         bytes: usize,
@@ -73,7 +73,7 @@ fn run<const W: usize, const E: usize>(pages: usize, tear: Tear, operations: &[O
     }
     let erased = &store.close().erased[1..];
     let spread = erased.iter().max().unwrap() - erased.iter().min().unwrap();
-    // A page whose opening was cut off is erased again.
+    // A page is erased again after a loss of power while it was opened.
     let cuts = operations.iter().filter(|o| matches!(o, Operation::Cut { .. })).count();
     assert!(usize::try_from(spread).unwrap() <= 1 + 2 * cuts, "{erased:?}");
 }
@@ -81,7 +81,7 @@ fn run<const W: usize, const E: usize>(pages: usize, tear: Tear, operations: &[O
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(600))]
     #[test]
-    fn the_store_is_a_map_whatever_happens(
+    fn the_store_behaves_as_a_map_under_loss_of_power(
         pages in 2..5_usize,
         tear in prop::sample::select(&TEARS[..]),
         operations in prop::collection::vec(operation(), 1..60),

@@ -1,4 +1,4 @@
-//! A calibrator that loses its power in mid flight, at every word that it writes, and goes on.
+//! Calibrator under loss of power at every word that its saves write.
 
 use core::time::Duration;
 
@@ -17,11 +17,11 @@ const BLOCK: usize = 8192;
 type Nor = Flash<WORD, BLOCK>;
 type Controller = Calibrator<f32, 256>;
 
-/// What must come back: what is in use, its generation, the estimate.
+/// State that a restart must restore: extrinsics in use, their generation, the estimate.
 type Memory = (Extrinsics<f32>, u32, Option<Proposal<f32>>);
 
 fn memory(calibrator: &Controller) -> Memory {
-    // All but the state, which is suspect after a break.
+    // The state is suspect after a restart: not compared.
     let proposal = calibrator.proposal().map(|p| {
         let mut p = p;
         p.state = State::Suspect;
@@ -35,7 +35,7 @@ fn persistence(flash: Nor) -> Persistence<Nor, f32> {
     Persistence::new(open(flash, 1), policy)
 }
 
-/// A controller at its start.
+/// Starts a controller.
 fn boot(
     persistence: &mut Persistence<Nor, f32>,
 ) -> (Box<Controller>, Result<bool, ResumeError<Fault>>) {
@@ -59,7 +59,7 @@ fn produced(factory: &Extrinsics<f32>) -> Nor {
     persistence.release().close()
 }
 
-/// A pair of the rig, which was knocked before pair 8.
+/// One pair; the rig turns by 0.4 degrees before pair 8.
 fn fly(calibrator: &mut Controller, pair: u64) {
     let knocked = if pair < 8 { 0.0 } else { 0.4 };
     let truth = rig([1.0 + knocked, -0.5, 0.8], [0.5, -0.4]);
@@ -68,7 +68,7 @@ fn fly(calibrator: &mut Controller, pair: u64) {
 }
 
 #[test]
-fn power_lost_at_any_word_costs_no_more_than_what_was_learnt_since_the_save_before() {
+fn loss_of_power_at_any_word_keeps_the_last_save_or_the_one_before() {
     let mut buffer = vec![0; Controller::SNAPSHOT_BYTES];
     let mut keeper_in_flight = persistence(produced(&Extrinsics::SIDE_BY_SIDE));
     let (mut calibrator, resumed) = boot(&mut keeper_in_flight);
@@ -81,7 +81,7 @@ fn power_lost_at_any_word_costs_no_more_than_what_was_learnt_since_the_save_befo
         let before = keeper_in_flight.release().close();
         let again = |flash| {
             let mut persistence = persistence(flash);
-            // As the one in flight has it: nothing saved, or what was saved.
+            // The same policy state as before the loss of power.
             let _ = boot(&mut persistence);
             persistence
         };
@@ -98,7 +98,7 @@ fn power_lost_at_any_word_costs_no_more_than_what_was_learnt_since_the_save_befo
             flash.power_on();
             let (mut new, resumed) = boot(&mut persistence(flash));
             let found = memory(&new);
-            // Of the first save there may be a torn word that cannot be read, and nothing else.
+            // After a torn first save the flash may hold only a word that cannot be read.
             let fresh = last.is_none() && resumed != Ok(true);
             assert!(fresh || Some(&found) == last.as_ref() || found == memory(&calibrator));
             cuts += 1;
@@ -119,7 +119,7 @@ fn power_lost_at_any_word_costs_no_more_than_what_was_learnt_since_the_save_befo
 }
 
 #[test]
-fn what_was_learnt_from_another_factory_calibration_is_not_taken_up() {
+fn a_state_learnt_from_another_factory_calibration_is_refused() {
     let mut first = persistence(produced(&Extrinsics::SIDE_BY_SIDE));
     let mut buffer = vec![0; Controller::SNAPSHOT_BYTES];
     let (mut calibrator, _) = boot(&mut first);

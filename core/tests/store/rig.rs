@@ -1,18 +1,18 @@
-//! A store over the flash, and what it should hold.
+//! Store over simulated flash, and its expected content.
 
 use simulated_flash::{Fault, Flash};
 use stereo_selfcal::store::{LoadError, RecordKind, SaveError, Store};
 
 pub(crate) const KINDS: [RecordKind; 2] = [RecordKind::Factory, RecordKind::State];
 
-/// What an operation puts into the store: a payload, or nothing.
+/// Save of a payload, or removal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Step {
     pub(crate) kind: RecordKind,
     pub(crate) payload: Option<Vec<u8>>,
 }
 
-/// What the store holds of each kind.
+/// Content of the store.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Content {
     pub(crate) factory: Option<Vec<u8>>,
@@ -33,7 +33,7 @@ impl Content {
     }
 }
 
-/// Pages of so many blocks, after one block that is not the store's.
+/// Opens a store with pages of `page_blocks` blocks, after one block outside the store.
 pub(crate) fn open<const W: usize, const E: usize>(
     flash: Flash<W, E>,
     page_blocks: usize,
@@ -51,7 +51,7 @@ pub(crate) fn load<const W: usize, const E: usize>(
     Ok(store.load(kind, &mut buffer)?.map(<[u8]>::to_vec))
 }
 
-/// What is in the store; what cannot be read, though nothing else is there, counts as nothing.
+/// Content of the store; an unreadable record with no other counts as none.
 pub(crate) fn content<const W: usize, const E: usize>(store: &mut Store<Flash<W, E>>) -> Content {
     let [factory, state] = KINDS.map(|kind| match load(store, kind) {
         Err(LoadError::Flash(Fault::Ecc)) => None,
@@ -70,7 +70,7 @@ pub(crate) fn perform<const W: usize, const E: usize>(
     }
 }
 
-/// Different for each number; one in four looks like erased flash.
+/// Payload that differs by number; one in four reads as erased flash.
 pub(crate) fn payload(number: usize, bytes: usize) -> Vec<u8> {
     let of = |i: usize| if number % 4 == 3 && i > 0 { 0xff } else { (number * 37 + i * 101) % 251 };
     (0..bytes).map(|i| u8::try_from(of(i)).unwrap()).collect()
@@ -80,7 +80,7 @@ pub(crate) fn save(kind: RecordKind, number: usize, bytes: usize) -> Step {
     Step { kind, payload: Some(payload(number, bytes)) }
 }
 
-/// First saves, several turnovers, both kinds, one forgotten and saved again.
+/// First saves, several erasures, both kinds, one kind removed and saved again.
 pub(crate) fn scenario(factory: usize, state: usize) -> Vec<Step> {
     let mut steps = vec![save(RecordKind::State, 0, state), save(RecordKind::Factory, 1, factory)];
     steps.extend((2..16).map(|i| save(RecordKind::State, i, state - state.min(i % 3))));

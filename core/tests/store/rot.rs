@@ -1,4 +1,4 @@
-//! One byte of flash goes wrong, anywhere, at any time.
+//! Bit rot: one damaged byte, anywhere, at any time.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -7,7 +7,7 @@ use stereo_selfcal::store::{LoadError, RecordKind, Store};
 
 use crate::rig::{KINDS, load, open, perform, save, scenario};
 
-/// Payloads that a kind had, newest last; `None` once it was forgotten.
+/// Payloads of a kind, newest last; `None` after removal.
 type History = Vec<Option<Vec<u8>>>;
 
 fn histories(pages: usize, steps: usize) -> (Flash<8, 512>, [History; 2]) {
@@ -20,7 +20,7 @@ fn histories(pages: usize, steps: usize) -> (Flash<8, 512>, [History; 2]) {
     (store.close(), histories)
 }
 
-/// The newest; of the state, of which there is one copy at times, that or the one before.
+/// Checks that the newest record is found; of the state, which may have one copy, or the one before.
 fn assert_recent(store: &mut Store<Flash<8, 512>>, histories: &[History; 2], context: &str) {
     for (kind, history) in KINDS.into_iter().zip(histories) {
         let loaded = load(store, kind).unwrap();
@@ -46,7 +46,7 @@ fn rotten(flash: &Flash<8, 512>, at: usize, how: u8) -> Flash<8, 512> {
 #[test]
 fn any_byte_may_rot_while_the_power_is_off() {
     let mut tried = 0_u32;
-    // First saves, and from before to after a turnover for each kind.
+    // First saves, and steps before to after an erasure for each kind.
     for steps in [1, 2, 3, 4, 5, 6, 16, 17, 18, 19, 23, 24, 25] {
         let (flash, histories) = histories(3, steps);
         for at in 512..flash.bytes.len() {
@@ -61,7 +61,7 @@ fn any_byte_may_rot_while_the_power_is_off() {
 }
 
 #[test]
-fn any_byte_may_rot_while_the_store_is_open_and_pages_go_round() {
+fn any_byte_may_rot_while_the_store_is_open_and_pages_are_erased() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     for run in 0..1000 {
         let (mut flash, mut histories) = histories(2 + run % 2, run % 28);
@@ -82,7 +82,7 @@ fn any_byte_may_rot_while_the_store_is_open_and_pages_go_round() {
 }
 
 #[test]
-fn a_flash_that_misreads_at_times_never_gives_a_wrong_record() {
+fn transient_read_errors_never_yield_a_wrong_record() {
     let (mut flash, histories) = histories(3, 20);
     flash.flaky = Some(6);
     let (mut right, mut other) = (0, 0);
