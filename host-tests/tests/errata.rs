@@ -3,10 +3,9 @@
 //! Erratum 1 (sign of `J_0`) is tested where `J_0` is: `reference`; the half of erratum 6 that is
 //! about arccos in `metrics` of the core.
 
-use host_tests::evaluation::Evaluation;
-use host_tests::oracle::Rays;
-use host_tests::reference::{self, Options};
-use host_tests::replay::replay;
+use host_tests::baselines::literal_paper::{self, Options};
+use host_tests::data::Rays;
+use host_tests::run::{Evaluation, replay};
 use host_tests::synth::{Scene, rig};
 use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::metrics::Deviation;
@@ -52,7 +51,7 @@ fn erratum_4_t_is_minus_the_first_row_and_points_from_right_to_left() {
         })
         .collect();
     let start = Vector3::new(-1.0, 0.02, 0.03);
-    let solution = reference::solve(&Matrix3::identity(), &start, &rays, Options::literal(1.0));
+    let solution = literal_paper::solve(&Matrix3::identity(), &start, &rays, Options::literal(1.0));
     assert!((solution.translation() + Vector3::x()).norm() < 1e-9);
     let plain = Scene { noise_px: 0.0, ..Scene::default() };
     let fused = run(&plain, 1, 4).fused().unwrap().extrinsics;
@@ -96,7 +95,7 @@ fn erratum_8_a_gauge_row_of_weight_1_bends_the_optimum_where_mismatches_abound()
         pair.matches.iter().map(|m| scene.rays([m.ul, m.vl, m.ur, m.vr])).collect();
     let solve = |gauge_weight| {
         let options = Options { gauge_weight, ..Options::literal(1.0 / scene.focal) };
-        reference::solve(&Matrix3::identity(), &-Vector3::x(), &rays, options)
+        literal_paper::solve(&Matrix3::identity(), &-Vector3::x(), &rays, options)
     };
     let [printed, exact] = [solve(1.0), solve(1e6)];
     assert!(printed.converged && exact.converged);

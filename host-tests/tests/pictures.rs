@@ -1,10 +1,10 @@
 //! Warps, disparities and spheres: that the pictures show what there is.
 
-use host_tests::pictures::{
+use host_tests::evidence::pictures::{
     Disparities, Estimates, Grey, Rectification, Scene, comparison, disparity_picture,
     pair_picture, sphere_figure, turned, warp,
 };
-use host_tests::report::Picture;
+use host_tests::evidence::report::Picture;
 use host_tests::synth::rig;
 use nalgebra::Matrix3;
 use rand::{RngExt, SeedableRng};

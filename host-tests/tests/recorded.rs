@@ -1,12 +1,9 @@
 //! The core on every recorded pair, plain and turned: against the literal reference, `f32` against
 //! `f64`, and against the extrinsics that came with the data.
 
-use host_tests::dataset::{Dataset, Match};
-use host_tests::evaluation::{Summary, in_f64};
-use host_tests::oracle::Rays;
-use host_tests::reference::{self, Options, Solution};
-use host_tests::replay::{CAPACITY, replay};
-use host_tests::view::View;
+use host_tests::baselines::literal_paper::{self, Options, Solution};
+use host_tests::data::{Dataset, Match, Rays, View, in_f64};
+use host_tests::run::{CAPACITY, Summary, replay};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use stereo_selfcal::metrics::baseline_angle;
 use stereo_selfcal::{Calibrator, Config, Extrinsics, PairError, PairReport, Scalar, Stop, so3};
@@ -73,7 +70,7 @@ fn solve_literally(
     let (r, t) = start.map_or((Matrix3::identity(), -Vector3::x()), |start| {
         (*start.rotation().matrix(), start.translation().into_inner())
     });
-    reference::solve(&r, &t, &rays, options)
+    literal_paper::solve(&r, &t, &rays, options)
 }
 
 /// Angles in `R` and `t` between two estimates, rad.

@@ -1,12 +1,9 @@
 //! Scenarios do what their names say, and a rig that moves is compared with its own truth.
 
 use clap::ValueEnum;
-use host_tests::dataset::Dataset;
-use host_tests::depth::Depth;
-use host_tests::replay::replay;
-use host_tests::scenario::{Frame, Kind, Scenario};
-use host_tests::synth::{Scene, rig};
-use host_tests::view::View;
+use host_tests::data::{Dataset, View};
+use host_tests::run::replay;
+use host_tests::synth::{Depth, Frame, Kind, Scenario, Scene, rig};
 use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::metrics::rotation_angle;
 use stereo_selfcal::{Config, Extrinsics, so3};

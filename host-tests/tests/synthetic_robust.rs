@@ -1,11 +1,10 @@
 //! The robust preset on generated scenes with mismatches: against the Cramer-Rao bound of the true
 //! inliers (one pair) and against the joint fit of all true inliers (fused). `f32`.
 
-use host_tests::campaign::{self, Run, five_degrees_off, nees_band, runs};
-use host_tests::evaluation::in_f64;
-use host_tests::oracle::{self, Rays};
-use host_tests::scenario::{Kind, Scenario};
-use host_tests::synth::{Scene, SynthPair, rig};
+use host_tests::bounds;
+use host_tests::data::{Rays, in_f64};
+use host_tests::run::monte_carlo::{self, Run, nees_band, runs};
+use host_tests::synth::{Kind, Scenario, Scene, SynthPair, five_degrees_off, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Calibrator, Config, PairError};
 
@@ -52,7 +51,7 @@ fn single_pairs(scene: &Scene, seed: u64) -> Single {
         calibrator.clear_pair();
         let inliers = pair.clean.iter().zip(&pair.inlier).filter(|(_, inlier)| **inlier);
         let clean: Vec<Rays> = inliers.map(|(&pixels, _)| scene.rays(pixels)).collect();
-        let bound = oracle::cramer_rao(&scene.rig, clean.iter(), scene.noise_px / scene.focal);
+        let bound = bounds::cramer_rao(&scene.rig, clean.iter(), scene.noise_px / scene.focal);
         let Ok(report) = report else { continue };
         let error = Deviation::between(&in_f64(&report.extrinsics), &scene.rig);
         let success =
@@ -109,8 +108,8 @@ fn fused_pairs_are_near_the_joint_fit_of_all_true_inliers_and_claim_what_they_kn
         [(Kind::Near, 0.5), (Kind::Far, 0.3), (Kind::Heterogeneous, 0.5), (Kind::Planar, 0.3)]
     {
         let runs = campaign(kind, outliers, 100, 200);
-        let fused = campaign::rms(runs.iter().filter_map(Run::last).map(|m| m.error));
-        let joint = campaign::rms(runs.iter().filter_map(|run| run.oracle));
+        let fused = monte_carlo::rms(runs.iter().filter_map(Run::last).map(|m| m.error));
+        let joint = monte_carlo::rms(runs.iter().filter_map(|run| run.oracle));
         let [t, r] = [fused.translation / joint.translation, fused.rotation / joint.rotation];
         let nees = runs.iter().filter_map(Run::last).map(|m| m.nees).sum::<f64>() / 200.0;
         let locked = runs.iter().filter_map(Run::locked_at).max().unwrap() + 1;
@@ -133,9 +132,9 @@ fn a_knock_is_followed_in_three_pairs() {
     let config = Config::default().with_automatic_apply(true);
     let runs = runs::<f32>(&scenario, config, 50_000..50_100, || ()).unwrap();
     let in_use =
-        |pair: usize| campaign::rms(runs.iter().map(|run| run.moments[pair].unwrap().in_use));
+        |pair: usize| monte_carlo::rms(runs.iter().map(|run| run.moments[pair].unwrap().in_use));
     // The step comes with pair 30; a fresh estimate has three pairs with pair 2.
-    let fresh = campaign::rms(runs.iter().map(|run| run.moments[2].unwrap().error));
+    let fresh = monte_carlo::rms(runs.iter().map(|run| run.moments[2].unwrap().error));
     let after = in_use(32);
     println!("in use three pairs after the step: {after:?}, fresh after three {fresh:?}");
     assert!(in_use(30).rotation > 5e-3);

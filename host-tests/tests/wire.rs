@@ -2,8 +2,7 @@
 //! that survive.
 
 use assert_cmd::Command;
-use host_tests::dataset::{Dataset, Match};
-use host_tests::evaluation::in_f64;
+use host_tests::data::{Dataset, Match, in_f64};
 use host_tests::wire::{Faults, FaultyWire, Recording, Sender, Sent, quantised};
 use stereo_selfcal::link::{Decoder, Received};
 use stereo_selfcal::{Calibrator, Config};

@@ -16,8 +16,9 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 use clap::Parser;
 use firmware_sim::App;
+use host_tests::is_broken_pipe;
+use host_tests::run::plot;
 use host_tests::wire::{Sender, SimMatcher};
-use host_tests::{is_broken_pipe, plot};
 
 use args::{Cli, Command, ReplayArgs};
 

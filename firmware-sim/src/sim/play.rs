@@ -6,9 +6,8 @@ use anyhow::Result;
 use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
 use firmware_sim::App;
-use host_tests::dataset::Dataset;
-use host_tests::evaluation::{Evaluation, Step, in_f64};
-use host_tests::progress;
+use host_tests::data::{Dataset, in_f64};
+use host_tests::run::{Evaluation, Step, progress};
 use host_tests::wire::SimMatcher;
 use stereo_selfcal::Health;
 

@@ -3,8 +3,8 @@
 use std::io::Write;
 
 use anyhow::Result;
-use host_tests::dataset::Dataset;
-use host_tests::evaluation::Summary;
+use host_tests::data::Dataset;
+use host_tests::run::Summary;
 use stereo_selfcal::{ApplyError, DEPTHS_M, Extrinsics, Health, Scalar};
 
 use super::play::Run;

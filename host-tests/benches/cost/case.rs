@@ -3,12 +3,8 @@
 use std::fmt;
 
 use anyhow::{Result, bail, ensure};
-use host_tests::campaign::five_degrees_off;
-use host_tests::dataset::Match;
-use host_tests::evaluation::in_f64;
-use host_tests::oracle::Rays;
-use host_tests::scenario::Kind;
-use host_tests::synth::{Scene, SynthPair};
+use host_tests::data::{Match, Rays, in_f64};
+use host_tests::synth::{Kind, Scene, SynthPair, five_degrees_off};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Calibrator, Config, Extrinsics, PairError, PairReport, State};
 

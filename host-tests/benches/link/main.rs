@@ -20,8 +20,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
-use host_tests::scenario::Kind;
-use host_tests::synth::Scene;
+use host_tests::synth::{Kind, Scene};
 use host_tests::wire::Sender;
 use stereo_selfcal::link::{Decoder, Event};
 use stereo_selfcal::{Calibrator, Config};

@@ -6,10 +6,8 @@
 //! ```
 
 use divan::{Bencher, black_box};
-use host_tests::campaign::five_degrees_off;
-use host_tests::dataset::{Dataset, Match};
-use host_tests::scenario::Kind;
-use host_tests::synth::Scene;
+use host_tests::data::{Dataset, Match};
+use host_tests::synth::{Kind, Scene, five_degrees_off};
 use host_tests::wire::Sender;
 use stereo_selfcal::link::{Decoder, Event};
 use stereo_selfcal::{Calibrator, Config, Correspondence, PairReport};

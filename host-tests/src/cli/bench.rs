@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use clap::Args;
-use host_tests::bench::pair_file::PairFile;
-use host_tests::bench::{self, Outcome};
-use host_tests::progress;
+use host_tests::data::PairFile;
+use host_tests::run::progress;
+use host_tests::run::single_pairs::{self, Outcome};
 use stereo_selfcal::{Config, Scalar};
 
 use super::setup::{Number, Preset};
@@ -88,7 +88,8 @@ impl BenchArgs {
         };
         let bar = progress::over(file.pairs.len(), "pairs");
         bar.set_length(bar.length().unwrap_or(0) * u64::from(self.rounds + 1));
-        let outcome = bench::run::<T, N>(file, config, self.focal, self.rounds, || bar.inc(1))?;
+        let outcome =
+            single_pairs::run::<T, N>(file, config, self.focal, self.rounds, || bar.inc(1))?;
         bar.finish_and_clear();
         Ok(outcome)
     }

@@ -4,11 +4,9 @@ use std::io::{self, Write};
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use host_tests::campaign::{Run, five_degrees_off, long_run, nees_band, rms, runs};
-use host_tests::grid::Grid;
-use host_tests::progress;
-use host_tests::scenario::{Kind, Scenario};
-use host_tests::synth::rig;
+use host_tests::run::monte_carlo::{Run, long_run, nees_band, rms, runs};
+use host_tests::run::progress;
+use host_tests::synth::{Grid, Kind, Scenario, five_degrees_off, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Config, Fused, Scalar, State};
 

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use host_tests::evaluate::effort::Effort;
-use host_tests::evaluate::{Evaluated, Request, evaluate};
-use host_tests::progress;
+use host_tests::evidence::effort::Effort;
+use host_tests::evidence::{Evaluated, Request, evaluate};
+use host_tests::run::progress;
 
 /// Compare the presets with the methods of the literature, and write the evidence as one page.
 ///

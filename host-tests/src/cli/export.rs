@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
 use clap::Args;
-use host_tests::conventions::{Document, Format};
-use host_tests::dataset::{Dataset, Meta, rows};
+use host_tests::data::conventions::{Document, Format};
+use host_tests::data::{Dataset, Meta, rows};
 use stereo_selfcal::State;
 
 use super::setup::Setup;

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use anyhow::{Result, ensure};
 use clap::Args;
-use host_tests::progress;
+use host_tests::run::progress;
 use host_tests::wire::{Campaign, Faults, Tally};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 

@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use clap::Args;
-use host_tests::dataset::Dataset;
-use host_tests::evaluation::{Evaluation, Step};
-use host_tests::progress;
-use host_tests::recording::Replayed;
+use host_tests::data::Dataset;
+use host_tests::evidence::run_page::Replayed;
+use host_tests::run::{Evaluation, Step, progress};
 
 use super::setup::Setup;
 

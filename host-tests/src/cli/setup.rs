@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
-use host_tests::dataset::{Dataset, Rows, matrix};
-use host_tests::evaluation::{Evaluation, Step};
-use host_tests::{conventions, replay};
+use host_tests::data::{Dataset, Rows, conventions, matrix};
+use host_tests::run::{Evaluation, Step, replay_within};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use stereo_selfcal::{Central, Config, Extrinsics, Scalar};
@@ -92,12 +91,12 @@ impl Setup {
     fn replay_in<T: Scalar>(&self, set: &Dataset, each: impl FnMut(&Step)) -> Result<Evaluation> {
         let (config, start) = (self.config(), self.start::<T>()?);
         match self.capacity {
-            Capacity::N64 => replay::replay_within::<T, 64>(set, config, start, each),
-            Capacity::N128 => replay::replay_within::<T, 128>(set, config, start, each),
-            Capacity::N256 => replay::replay_within::<T, 256>(set, config, start, each),
-            Capacity::N512 => replay::replay_within::<T, 512>(set, config, start, each),
-            Capacity::N1024 => replay::replay_within::<T, 1024>(set, config, start, each),
-            Capacity::N2048 => replay::replay_within::<T, 2048>(set, config, start, each),
+            Capacity::N64 => replay_within::<T, 64>(set, config, start, each),
+            Capacity::N128 => replay_within::<T, 128>(set, config, start, each),
+            Capacity::N256 => replay_within::<T, 256>(set, config, start, each),
+            Capacity::N512 => replay_within::<T, 512>(set, config, start, each),
+            Capacity::N1024 => replay_within::<T, 1024>(set, config, start, each),
+            Capacity::N2048 => replay_within::<T, 2048>(set, config, start, each),
         }
     }
 

@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use clap::Args;
-use host_tests::conventions::{self, Unknowns};
-use host_tests::dataset::{Dataset, Meta};
-use host_tests::view::View;
+use host_tests::data::conventions::{self, Unknowns};
+use host_tests::data::{Dataset, Meta, View};
 use host_tests::wire::Recording;
 
 /// A recorded data set, or a recorded stream of frames.

@@ -5,13 +5,10 @@ use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 use clap::Args;
-use host_tests::bench::pair_file::PairFile;
-use host_tests::depth::Depth;
-use host_tests::grid::Grid;
-use host_tests::scenario::{Kind, Scenario};
-use host_tests::synth::{Scene, rig};
+use host_tests::data::PairFile;
+use host_tests::synth::{Depth, Grid, Kind, Scenario, Scene, rig};
 
-use super::numbers;
+use super::parse::numbers;
 use super::run::RunArgs;
 
 /// Generate scenes of a known rig and feed them to the calibrator, or write them as a data set.

@@ -9,8 +9,8 @@ use embedded_hal::digital::{self, InputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use stereo_selfcal::link::FpgaMatcher;
 
-use super::recording::Sender;
-use crate::dataset::Match;
+use super::sender::Sender;
+use crate::data::Match;
 
 type Wire = Rc<RefCell<VecDeque<u8>>>;
 

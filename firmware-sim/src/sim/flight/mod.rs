@@ -9,11 +9,9 @@ use std::io::Write;
 
 use anyhow::{Result, ensure};
 use firmware_sim::{App, Controller, PairOutcome};
-use host_tests::evaluation::{Verdict, in_f64};
-use host_tests::plot::timeline;
-use host_tests::progress;
-use host_tests::scenario::{Frame, Kind, Scenario};
-use host_tests::synth::{Scene, rig};
+use host_tests::data::in_f64;
+use host_tests::run::{Verdict, progress, timeline};
+use host_tests::synth::{Frame, Kind, Scenario, Scene, rig};
 use host_tests::wire::Sender;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Camera, Cameras, Extrinsics, Health, Intrinsics, Lens, Scalar, State};

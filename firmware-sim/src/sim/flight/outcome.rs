@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use host_tests::evaluation::Verdict;
+use host_tests::run::Verdict;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Fused, State};
 

@@ -4,8 +4,8 @@ use std::io::Write;
 
 use anyhow::Result;
 use firmware_sim::Controller;
-use host_tests::dataset::Dataset;
-use host_tests::evaluation::{Evaluation, Step, in_f64};
+use host_tests::data::{Dataset, in_f64};
+use host_tests::run::{Evaluation, Step};
 
 use super::super::drive::Driven;
 use super::compare::Difference;

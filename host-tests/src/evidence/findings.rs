@@ -1,0 +1,61 @@
+//! What an evaluation is asked for, and all that it has measured.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+
+use super::effort::Effort;
+use super::measurement::Measured;
+use super::on_recorded::Row;
+use super::ordering::Judged;
+use super::recorded_sets::Recording;
+use super::step_response::Course;
+use super::sweep::Sweep;
+use crate::baselines::{self, Method};
+use crate::chart::palette::{self, Color};
+
+/// What is to be evaluated.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Request {
+    /// Data sets, or folders of data sets, beside those that come with the project.
+    pub data: Vec<PathBuf>,
+    /// Names of the methods to compare; all if none.
+    pub methods: Vec<String>,
+    /// How much is measured.
+    pub effort: Effort,
+    /// Whether disparities and spheres are pictured.
+    pub pictures: bool,
+    /// Forget what was measured before.
+    pub fresh: bool,
+    /// What the page says it was made by.
+    pub command: String,
+}
+
+/// All that was measured.
+pub(super) struct Findings<'a> {
+    pub(super) request: &'a Request,
+    pub(super) sets: &'a [Recording],
+    pub(super) methods: &'a [Box<dyn Method>],
+    pub(super) rows: &'a [Row<'a>],
+    pub(super) judged: &'a [Judged<'a>],
+    pub(super) sweeps: Vec<Sweep>,
+    /// By method.
+    pub(super) courses: Vec<(&'static str, Measured<Course>)>,
+}
+
+impl Findings<'_> {
+    /// The colour of a method, the same in all charts.
+    pub(super) fn color(&self, method: &str) -> Color {
+        let place = self.methods.iter().position(|by| by.name() == method);
+        palette::series(place.unwrap_or_default())
+    }
+}
+
+impl Request {
+    pub(super) fn methods(&self) -> Result<Vec<Box<dyn Method>>> {
+        if self.methods.is_empty() {
+            return Ok(baselines::all());
+        }
+        self.methods.iter().map(|name| baselines::by_name(name)).collect()
+    }
+}

@@ -1,0 +1,163 @@
+//! Cells: measured once, on all cores, and kept.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use anyhow::{Context, Result};
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::cache::Store;
+
+/// A measurement that stands alone: what it serializes to determines its outcome.
+pub trait Cell: Serialize + Sync {
+    /// What it comes to.
+    type Outcome: Serialize + DeserializeOwned + Send;
+
+    /// What kind of measurement it is; no two kinds have one name.
+    const KIND: &'static str;
+
+    /// How it is called where it failed.
+    fn label(&self) -> String;
+
+    /// Measures it, by itself: no threads, no clock, no chance but by seeds.
+    ///
+    /// # Errors
+    /// Why there is no outcome.
+    fn measure(&self) -> Result<Self::Outcome>;
+}
+
+/// The outcome of a cell, or why there is none.
+pub type Measured<T> = Result<T, String>;
+
+/// Measures cells, or takes them from the store.
+pub struct Runner<'a> {
+    store: &'a Store,
+    bar: &'a ProgressBar,
+    cells: AtomicUsize,
+    reused: AtomicUsize,
+    failed: Mutex<Vec<(String, String)>>,
+}
+
+/// What became of the cells.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Tally {
+    /// All.
+    pub cells: usize,
+    /// Measured by an earlier run.
+    pub reused: usize,
+    /// Those without an outcome, and why, in order.
+    pub failed: Vec<(String, String)>,
+}
+
+impl<'a> Runner<'a> {
+    /// * `bar`: moves on with every cell.
+    #[must_use]
+    pub fn new(store: &'a Store, bar: &'a ProgressBar) -> Self {
+        let [cells, reused] = [0, 0].map(AtomicUsize::new);
+        Self { store, bar, cells, reused, failed: Mutex::new(Vec::new()) }
+    }
+
+    /// Outcomes in the order of the cells.
+    ///
+    /// # Errors
+    /// If an outcome cannot be kept. A cell that fails, or panics, is an outcome.
+    pub fn run<C: Cell>(&self, cells: &[C]) -> Result<Vec<Measured<C::Outcome>>> {
+        self.bar.inc_length(cells.len() as u64);
+        cells.par_iter().map(|cell| self.one(cell)).collect()
+    }
+
+    /// What became of all cells so far.
+    #[must_use]
+    pub fn tally(&self) -> Tally {
+        let mut failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        failed.sort();
+        failed.dedup();
+        Tally {
+            cells: self.cells.load(Ordering::Relaxed),
+            reused: self.reused.load(Ordering::Relaxed),
+            failed,
+        }
+    }
+
+    fn one<C: Cell>(&self, cell: &C) -> Result<Measured<C::Outcome>> {
+        self.cells.fetch_add(1, Ordering::Relaxed);
+        let key = serde_json::to_string(&(C::KIND, cell)).context("a cell cannot be named")?;
+        let known = self.store.get(&key);
+        // An outcome that no longer reads is measured again.
+        let known = known.and_then(|value| serde_json::from_value(value.clone()).ok());
+        if let Some(outcome) = known {
+            self.reused.fetch_add(1, Ordering::Relaxed);
+            self.bar.inc(1);
+            return Ok(Ok(outcome));
+        }
+        self.bar.set_message(cell.label());
+        let outcome = match catch_unwind(AssertUnwindSafe(|| cell.measure())) {
+            Ok(outcome) => outcome.map_err(|error| format!("{error:#}")),
+            Err(panic) => Err(format!("it panicked: {}", words(&*panic))),
+        };
+        match &outcome {
+            Ok(outcome) => self.store.put(&key, serde_json::to_value(outcome)?)?,
+            Err(why) => {
+                let mut failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner);
+                failed.push((cell.label(), why.clone()));
+            }
+        }
+        self.bar.inc(1);
+        Ok(outcome)
+    }
+}
+
+fn words(panic: &(dyn std::any::Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or(panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("without a word")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::bail;
+
+    #[derive(Serialize)]
+    struct Half(u32);
+
+    impl Cell for Half {
+        type Outcome = f64;
+        const KIND: &'static str = "half";
+
+        fn label(&self) -> String {
+            format!("half of {}", self.0)
+        }
+
+        fn measure(&self) -> Result<f64> {
+            match self.0 {
+                7 => bail!("seven is odd"),
+                9 => panic!("nine"),
+                n => Ok(f64::from(n) / 2.0),
+            }
+        }
+    }
+
+    fn run(dir: &std::path::Path) -> (Vec<Measured<f64>>, Tally) {
+        let store = Store::open(dir, false).unwrap();
+        let bar = ProgressBar::hidden();
+        let runner = Runner::new(&store, &bar);
+        (runner.run(&[2, 7, 4, 9].map(Half)).unwrap(), runner.tally())
+    }
+
+    #[test]
+    fn cells_are_measured_once_and_failures_told_each_time() {
+        let dir = tempfile::tempdir().unwrap();
+        let (first, tally) = run(dir.path());
+        assert_eq!((first[0].clone(), first[2].clone()), (Ok(1.0), Ok(2.0)));
+        assert_eq!((tally.cells, tally.reused), (4, 0));
+        let failed = [("half of 7", "seven is odd"), ("half of 9", "it panicked: nine")];
+        assert_eq!(tally.failed, failed.map(|(what, why)| (what.to_owned(), why.to_owned())));
+        let (again, tally_again) = run(dir.path());
+        assert_eq!(again, first);
+        assert_eq!(tally_again, Tally { reused: 2, ..tally });
+    }
+}

@@ -1,0 +1,166 @@
+//! The evidence, made again: the method of the paper and ours against others, on recorded and on
+//! generated data, as one page.
+//!
+//! What is measured is cut into cells, each by itself and the same on any number of threads; finished
+//! cells are kept beside the page, and an interrupted evaluation goes on where it was.
+
+pub mod cache;
+pub mod effort;
+mod findings;
+pub mod jackknife;
+pub mod measurement;
+pub mod offsets;
+pub mod on_recorded;
+pub mod ordering;
+pub mod pictures;
+pub mod recorded_sets;
+pub mod report;
+pub mod run_page;
+mod sections;
+pub mod step_response;
+pub mod sweep;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use indicatif::ProgressBar;
+
+use crate::baselines::Method;
+use cache::Store;
+use findings::Findings;
+use measurement::{Runner, Tally};
+use report::Page;
+use sweep::{Axis, Sweep};
+
+pub use findings::Request;
+
+/// What came of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Evaluated {
+    /// The page.
+    pub page: PathBuf,
+    /// What became of the cells.
+    pub tally: Tally,
+    /// Cells of the paper's order: those in which it holds, all, and those nobody can explain.
+    pub order: [usize; 3],
+}
+
+const TITLE: &str = "Online stereo self-calibration: the evidence";
+
+const LEAD: &str = "How far the estimated extrinsics of a stereo rig are from the truth, for this \
+                    project's two presets and for what else there is, on recorded and on generated \
+                    correspondences. All methods get the same undistorted rays and start at R = I, \
+                    t = (-1, 0, 0), with p_r = R p_l + t and |t| = 1. Errors are in radians: 0.001 rad is \
+                    0.057 degrees.";
+
+/// Methods that are too slow to be asked after every pair of a run.
+const BATCH: [&str; 1] = ["bundle"];
+
+/// Evaluates all methods and writes the page into a folder, which is made; nothing is written
+/// elsewhere.
+///
+/// * `bar`: moves on with every cell.
+///
+/// # Errors
+/// If a data set cannot be read, or a file of the folder cannot be written.
+pub fn evaluate(request: &Request, dir: &Path, bar: &ProgressBar) -> Result<Evaluated> {
+    let sets = recorded_sets::all(&request.data)?;
+    let methods = request.methods()?;
+    let store = Store::open(dir, request.fresh)?;
+    let runner = Runner::new(&store, bar);
+    let rows = on_recorded::rows(&runner, &sets, &methods)?;
+    let judged = ordering::judge(&runner, &rows, &methods)?;
+    let sweep = |axis| sweep::sweep(&runner, axis, &methods, request.effort);
+    let sweeps: Vec<Sweep> = Axis::ALL.into_iter().map(sweep).collect::<Result<_>>()?;
+    let tracking = methods.iter().map(AsRef::as_ref).filter(|by| !BATCH.contains(&by.name()));
+    let tracking: Vec<&dyn Method> = tracking.collect();
+    let courses = step_response::courses(&runner, &tracking, request.effort.steps)?;
+    let courses = tracking.iter().map(|by| by.name()).zip(courses).collect();
+    let tally = runner.tally();
+    let holds = judged.iter().filter(|cell| cell.holds()).count();
+    let unexplained = judged.iter().filter(|cell| cell.is_unexplained()).count();
+    let order = [holds, judged.len(), unexplained];
+    let found = Findings {
+        request,
+        sets: &sets,
+        methods: &methods,
+        rows: &rows,
+        judged: &judged,
+        sweeps,
+        courses,
+    };
+    let mut page = Page::new(TITLE, LEAD);
+    page.sections = sections::all(&found, &tally);
+    let page = page.write(dir)?;
+    Ok(Evaluated { page, tally, order })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::fs;
+
+    use super::*;
+    use effort::Effort;
+
+    fn request() -> Request {
+        Request {
+            data: Vec::new(),
+            methods: ["robust", "paper", "ling-shen"].map(String::from).to_vec(),
+            effort: Effort::QUICK.with_trials(1),
+            pictures: false,
+            fresh: false,
+            command: "cargo selfcal evaluate".into(),
+        }
+    }
+
+    fn run(dir: &Path, threads: usize) -> Evaluated {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| evaluate(&request(), dir, &ProgressBar::hidden()).unwrap())
+    }
+
+    /// The page and its numbers.
+    fn files(dir: &Path) -> BTreeMap<PathBuf, String> {
+        let csv = fs::read_dir(dir.join("csv")).unwrap().map(|entry| entry.unwrap().path());
+        let all = csv.chain([dir.join("index.html")]);
+        let read = |path: PathBuf| {
+            let name = path.strip_prefix(dir).unwrap().to_owned();
+            (name, fs::read_to_string(path).unwrap())
+        };
+        all.map(read).collect()
+    }
+
+    #[test]
+    fn any_number_of_threads_and_an_interruption_come_to_the_same_page() {
+        let [one, three] = [1, 3].map(|threads| {
+            let dir = tempfile::tempdir().unwrap();
+            let evaluated = run(dir.path(), threads);
+            assert_eq!(evaluated.tally.reused, 0);
+            dir
+        });
+        let page = files(one.path());
+        assert_eq!(page, files(three.path()));
+
+        let cells = three.path().join("cells.jsonl");
+        let text = fs::read_to_string(&cells).unwrap();
+        let lines = text.lines().count();
+        let (kept, _) = text.split_at(text.len() / 2);
+        fs::write(&cells, kept).unwrap();
+        let whole = kept.matches('\n').count();
+        let again = run(three.path(), 2);
+        assert_eq!(again.tally.reused, whole);
+        assert!(whole > 0 && whole < lines, "{whole} of {lines}");
+        assert_eq!(page, files(three.path()));
+        assert_eq!(run(three.path(), 2).tally.reused, lines);
+    }
+
+    #[test]
+    fn a_method_that_does_not_exist_is_named_before_anything_is_written() {
+        let dir = tempfile::tempdir().unwrap();
+        let unknown = Request { methods: vec!["wizard".into()], ..request() };
+        let out = dir.path().join("out");
+        let error = evaluate(&unknown, &out, &ProgressBar::hidden()).unwrap_err().to_string();
+        assert!(error.contains("wizard") && error.contains("ling-shen"), "{error}");
+        assert!(!out.exists());
+    }
+}

@@ -1,0 +1,15 @@
+//! A run and what it was made of.
+
+use crate::data::Dataset;
+use crate::run::Evaluation;
+
+/// A replayed recording.
+#[derive(Debug, Clone, Copy)]
+pub struct Replayed<'a> {
+    /// What was replayed.
+    pub set: &'a Dataset,
+    /// What came of it.
+    pub evaluation: &'a Evaluation,
+    /// The command that replays it.
+    pub command: &'a str,
+}

@@ -1,0 +1,56 @@
+//! Who is compared, and on what.
+
+use super::labels::label;
+use crate::evidence::findings::Findings;
+use crate::evidence::recorded_sets::Recording;
+use crate::evidence::report::{Cell, Section, Table};
+
+pub(super) fn section(found: &Findings<'_>) -> Section {
+    let mut section = Section::new("What is compared");
+    let command = found.request.command.as_str();
+    section.text(
+        "e_t is the angle between the estimated and the true baseline direction, e_theta the distance \
+         of the rotation vectors (eqs 23, 24 of the paper), both of all pairs of a recording fused; \
+         sigma_t and sigma_theta are the same errors of single pairs, root mean square (eqs 25, 26).",
+    );
+    let mut methods = Table::new("methods", ["method".into(), "what it is".into()]);
+    for method in found.methods {
+        methods.push(vec![Cell::text(label(method.name())), Cell::text(method.source())]);
+    }
+    section.table(methods.explained(
+        "The methods. robust and paper are this project's presets, as shipped; the others are written \
+         from their publications for this comparison.",
+        command,
+    ));
+    let heading = ["data set", "pairs", "matches", "wrong, %", "sd t, rad", "sd R, rad", "source"];
+    let mut sets = Table::new("data_sets", heading.map(String::from));
+    for set in found.sets {
+        sets.push(row(set));
+    }
+    section.table(sets.explained(
+        "The recorded data. Matches passed no geometric test, so the mismatches are the matcher's own: \
+         wrong are those more than 2 px off the reference's rows. sd: standard error of the reference extrinsics for the intrinsics they come with, where it is \
+         known.",
+        command,
+    ));
+    section
+}
+
+fn row(set: &Recording) -> Vec<Cell> {
+    let pairs = set.looks.first().map_or(0, |look| look.pairs.len());
+    let unknown = || Cell::missing("not known", "the data set does not say");
+    let [t, r] = match set.reference {
+        Some(sd) => [sd.translation, sd.rotation].map(|sd| Cell::number(sd, 4)),
+        None => [unknown(), unknown()],
+    };
+    let source = Cell::text(set.source.as_str());
+    vec![
+        Cell::text(set.name.as_str()),
+        Cell::count(pairs),
+        Cell::count(set.matches()),
+        Cell::number(100.0 * set.mismatches, 1),
+        t,
+        r,
+        source,
+    ]
+}

@@ -1,0 +1,58 @@
+//! Figure 4 of the paper in form: what a calibration does to depth, and the estimates on their spheres.
+
+use anyhow::{Context, Result};
+
+use super::labels::label;
+use crate::baselines::by_name;
+use crate::evidence::findings::Findings;
+use crate::evidence::pictures::{Estimates, Scene, disparity_figures, sphere_figure};
+use crate::evidence::recorded_sets::Look;
+use crate::evidence::report::{Figure, Section};
+
+/// Data set and view of the spheres: pairs enough, and mismatches.
+const SPHERES: [&str; 2] = ["opencv_chess_sift", "top"];
+
+pub(super) fn section(found: &Findings<'_>) -> Section {
+    let command = found.request.command.as_str();
+    let mut section = Section::new("What it does to depth");
+    section.text(
+        "A camera that looks 5 degrees too far up, its pair rectified by the start, by Ling and Shen's \
+         estimate and by ours, and the disparities that a plain semi-global matcher finds: where rows do \
+         not meet, there are none, or wrong ones.",
+    );
+    for name in Scene::SHIPPED {
+        match disparity_figures(name, command) {
+            Ok(figures) => figures.into_iter().for_each(|figure| section.figure(figure)),
+            Err(error) => section.alarm(format!("No pictures of {name}: {error:#}")),
+        }
+    }
+    let [set, view] = SPHERES;
+    section.text(format!(
+        "The estimates of single pairs on the unit sphere, with what is fused of them and the reference: \
+         {set}, {view}. Each method by itself, so that the spread of its dots can be compared.",
+    ));
+    for method in ["robust", "paper"] {
+        match spheres(found, method, command) {
+            Ok(figure) => section.figure(figure),
+            Err(error) => section.alarm(format!("No spheres of {method}: {error:#}")),
+        }
+    }
+    section
+}
+
+fn spheres(found: &Findings<'_>, method: &str, command: &str) -> Result<Figure> {
+    let by = by_name(method)?;
+    let [set, view] = SPHERES;
+    let set = found.sets.iter().find(|other| other.name == set);
+    let look = set.and_then(|set| set.looks.iter().find(|look| look.view == view));
+    let Look { pairs, setting, truth, .. } = look.context("the data set is not there")?;
+    let single = |k: usize| by.fused(&pairs[k..=k], setting);
+    let estimates = Estimates {
+        pairs: (0..pairs.len()).filter_map(single).collect(),
+        fused: by.fused(pairs, setting),
+        reference: *truth,
+    };
+    let mut figure = sphere_figure(&format!("sphere_{method}"), &estimates, command)?;
+    figure.caption = format!("{}: {}", label(method), figure.caption);
+    Ok(figure)
+}

@@ -1,0 +1,49 @@
+//! What the calibrator proposes, as the host reads it.
+
+use std::fmt;
+
+use stereo_selfcal::{Doubt, Extrinsics, Proposal, Scalar, StandardDeviations, State};
+
+use crate::data::in_f64;
+
+/// A proposal in `f64`, whatever the scalar of the run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// What would be put into use.
+    pub extrinsics: Extrinsics<f64>,
+    /// What it claims of its error, rad.
+    pub sd: StandardDeviations<f64>,
+    /// Whether it is confirmed.
+    pub state: State,
+    /// What speaks against it.
+    pub doubt: Option<Doubt>,
+}
+
+impl Estimate {
+    /// Of a proposal.
+    #[must_use]
+    pub fn of<T: Scalar>(proposal: &Proposal<T>) -> Self {
+        Self {
+            extrinsics: in_f64(&proposal.extrinsics),
+            sd: StandardDeviations {
+                rotation: proposal.sd.rotation.to_f64(),
+                translation: proposal.sd.translation.to_f64(),
+            },
+            state: proposal.state,
+            doubt: proposal.doubt,
+        }
+    }
+}
+
+impl fmt::Display for Estimate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.state)?;
+        match self.doubt {
+            None => Ok(()),
+            Some(Doubt::Baseline) => f.write_str(", image halves disagree: t held"),
+            Some(Doubt::Everything) => f.write_str(", image halves disagree: not applied"),
+            Some(Doubt::Axis) => f.write_str(", axis uncertain"),
+            Some(other) => write!(f, ", {other:?}"),
+        }
+    }
+}

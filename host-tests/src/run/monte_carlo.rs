@@ -1,0 +1,260 @@
+//! Many runs of a scenario against what its data allow at best.
+//!
+//! The yardstick of a run is the joint maximum-likelihood fit of the true matches of all its pairs, on
+//! the same data; that of a single pair is the Cramer-Rao bound of its true matches.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
+
+use anyhow::{Context, Result};
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{
+    Calibrator, Camera, Cameras, Config, Doubt, Extrinsics, Fused, Intrinsics, Lens, Proposal,
+    RectifyingRotations, Scalar, State,
+};
+
+use crate::bounds::{cramer_rao, joint_fit};
+use crate::data::{Rays, in_f64};
+use crate::synth::{Frame, Scenario, Scene, SynthPair};
+
+/// Room for the matches of any scenario.
+const CAPACITY: usize = 512;
+
+/// Fewer true matches than this bound nothing.
+const FEW: usize = 12;
+
+/// An error above so many reported deviations is a false claim.
+const FALSE_CLAIM: f64 = 5.0;
+
+/// What one pair of a run left behind.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment {
+    /// State after the pair.
+    pub state: State,
+    /// How it was taken in, if at all.
+    pub fused: Option<Fused>,
+    /// Passes it took.
+    pub passes: Option<u16>,
+    /// The estimate.
+    pub found: Extrinsics<f64>,
+    /// Error of the estimate against the truth of this pair.
+    pub error: Deviation<f64>,
+    /// Error of what is in use.
+    pub in_use: Deviation<f64>,
+    /// Error over its reported deviation: the worse of `R` and `t`.
+    pub over_claim: f64,
+    /// Error squared over its reported covariance, five degrees of freedom.
+    pub nees: f64,
+    /// Whether something speaks against the estimate.
+    pub doubt: Option<Doubt>,
+}
+
+/// One run.
+#[derive(Debug, Clone)]
+pub struct Run {
+    /// Pair by pair; `None` before there is an estimate.
+    pub moments: Vec<Option<Moment>>,
+    /// Error of the joint fit of all true matches; `None` where the rig moves or there are none.
+    pub oracle: Option<Deviation<f64>>,
+    /// Cramer-Rao bound of the last pair's true matches; NaN where there are too few.
+    pub bound: Deviation<f64>,
+}
+
+impl Run {
+    /// First pair after which the state was locked.
+    #[must_use]
+    pub fn locked_at(&self) -> Option<usize> {
+        self.moments.iter().position(|m| m.is_some_and(|m| m.state == State::Locked))
+    }
+
+    /// The last pair.
+    #[must_use]
+    pub fn last(&self) -> Option<&Moment> {
+        self.moments.last()?.as_ref()
+    }
+
+    /// Pairs in state locked, and those among them that claim too much.
+    #[must_use]
+    pub fn locked_and_false(&self) -> [usize; 2] {
+        let locked = || self.moments.iter().flatten().filter(|m| m.state == State::Locked);
+        [locked().count(), locked().filter(|m| m.over_claim > FALSE_CLAIM).count()]
+    }
+}
+
+/// Runs a scenario once per seed, on all cores.
+///
+/// * `each`: called after each run, from any thread.
+///
+/// # Errors
+/// If a parameter of the scenario is out of range.
+pub fn runs<T: Scalar>(
+    scenario: &Scenario,
+    config: Config,
+    seeds: std::ops::Range<u64>,
+    each: impl Fn() + Sync,
+) -> Result<Vec<Run>> {
+    let next = AtomicU64::new(seeds.start);
+    let work = || -> Result<Vec<(u64, Run)>> {
+        let mut done = Vec::new();
+        loop {
+            let seed = next.fetch_add(1, Ordering::Relaxed);
+            if seed >= seeds.end {
+                return Ok(done);
+            }
+            done.push((seed, run::<T>(scenario, config, seed)?));
+            each();
+        }
+    };
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    let mut all = thread::scope(|scope| {
+        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        let mut all = Vec::new();
+        for thread in threads {
+            all.extend(thread.join().map_err(|_| anyhow::anyhow!("a run panicked"))??);
+        }
+        Ok::<_, anyhow::Error>(all)
+    })?;
+    all.sort_by_key(|(seed, _)| *seed);
+    Ok(all.into_iter().map(|(_, run)| run).collect())
+}
+
+/// One run as long as it takes, in constant memory: what was left behind after 10, 100, 1000, ... pairs.
+///
+/// * `each`: called after each pair.
+///
+/// # Errors
+/// If a parameter of the scenario is out of range.
+pub fn long_run<T: Scalar>(
+    scenario: &Scenario,
+    config: Config,
+    seed: u64,
+    mut each: impl FnMut(),
+) -> Result<Vec<(usize, Moment)>> {
+    let mut calibrator = calibrator::<T>(scenario, config)?;
+    let mut kept = Vec::new();
+    let mut due = 10;
+    // What a scene holds from pair to pair is checked pair by pair: a million would take hours.
+    for (at, pair) in (1..=scenario.pairs).zip(scenario.scene.pairs(seed)) {
+        let moment = step(&mut calibrator, &pair, &scenario.scene.rig);
+        if at == due || at == scenario.pairs {
+            kept.extend(moment.map(|moment| (at, moment)));
+            due *= 10;
+        }
+        each();
+    }
+    Ok(kept)
+}
+
+/// Cameras of a generated scene.
+fn cameras<T: Scalar>(scene: &Scene) -> Result<Cameras<T>> {
+    let centre = scene.size.map(|n| T::lit(f64::from(n - 1) / 2.0));
+    let intrinsics =
+        Intrinsics { focal: [T::lit(scene.focal); 2], principal: centre, size: scene.size };
+    let camera = Camera::try_new(intrinsics, Lens::Pinhole)?;
+    Ok(Cameras { left: camera, right: camera })
+}
+
+fn calibrator<T: Scalar>(
+    scenario: &Scenario,
+    config: Config,
+) -> Result<Box<Calibrator<T, CAPACITY>>> {
+    let mut calibrator = Box::new(Calibrator::new(config));
+    calibrator.set_cameras(cameras(&scenario.scene)?);
+    Ok(calibrator)
+}
+
+/// One pair through the calibrator.
+fn step<T: Scalar>(
+    calibrator: &mut Calibrator<T, CAPACITY>,
+    pair: &SynthPair,
+    truth: &Extrinsics<f64>,
+) -> Option<Moment> {
+    for m in &pair.matches {
+        // A generated match is inside both images.
+        let _ = calibrator.push(&m.correspondence());
+    }
+    let report = calibrator.solve_pair().ok();
+    let fused = report.as_ref().and_then(|report| calibrator.fuse(report).ok());
+    calibrator.clear_pair();
+    let passes = report.map(|report| report.passes);
+    let proposal = calibrator.proposal()?;
+    Some(moment(&proposal, fused, passes, calibrator.in_use(), truth))
+}
+
+fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Run> {
+    let mut calibrator = calibrator::<T>(scenario, config)?;
+    let mut moments = Vec::with_capacity(scenario.pairs);
+    let mut inliers: Vec<Rays> = Vec::new();
+    let mut last: Option<Frame> = None;
+    let still = !scenario.kind.moves();
+    for frame in scenario.frames(seed)? {
+        moments.push(step(&mut calibrator, &frame.pair, &frame.scene.rig));
+        if still {
+            let noisy = frame.pair.matches.iter().zip(&frame.pair.inlier);
+            let true_ones = noisy.filter(|(_, inlier)| **inlier).map(|(m, _)| m);
+            inliers.extend(true_ones.map(|m| frame.scene.rays([m.ul, m.vl, m.ur, m.vr])));
+        }
+        last = Some(frame);
+    }
+    let last = last.context("a scenario has pairs")?;
+    let clean: Vec<Rays> = last
+        .pair
+        .clean
+        .iter()
+        .zip(&last.pair.inlier)
+        .filter(|(_, inlier)| **inlier)
+        .map(|(clean, _)| last.scene.rays(*clean))
+        .collect();
+    let rig = &last.scene.rig;
+    let noise = last.scene.noise_px / last.scene.focal;
+    let unknown = Deviation { translation: f64::NAN, rotation: f64::NAN };
+    let few = |rays: &[Rays]| rays.len() < FEW;
+    let bound = if few(&clean) { unknown } else { cramer_rao(rig, clean.iter(), noise) };
+    let oracle =
+        (still && !few(&inliers)).then(|| Deviation::between(&joint_fit(rig, &inliers), rig));
+    Ok(Run { moments, oracle, bound })
+}
+
+fn moment<T: Scalar>(
+    proposal: &Proposal<T>,
+    fused: Option<Fused>,
+    passes: Option<u16>,
+    in_use: &Extrinsics<T>,
+    truth: &Extrinsics<f64>,
+) -> Moment {
+    let found = in_f64(&proposal.extrinsics);
+    let error = Deviation::between(&found, truth);
+    let over = |error: f64, sd: T| error / sd.to_f64();
+    let off = RectifyingRotations::from(&found).unknowns_to(&RectifyingRotations::from(truth));
+    let nees = proposal.covariance.and_then(|c| {
+        let c = c.map(T::to_f64);
+        Some(off.dot(&c.cholesky()?.solve(&off)))
+    });
+    Moment {
+        state: proposal.state,
+        found,
+        fused,
+        passes,
+        error,
+        in_use: Deviation::between(&in_f64(in_use), truth),
+        over_claim: over(error.rotation, proposal.sd.rotation)
+            .max(over(error.translation, proposal.sd.translation)),
+        nees: nees.unwrap_or(f64::NAN),
+        doubt: proposal.doubt,
+    }
+}
+
+/// Root mean square of deviations, each part.
+#[must_use]
+pub fn rms(all: impl IntoIterator<Item = Deviation<f64>>) -> Deviation<f64> {
+    Deviation::root_mean_square(all)
+        .unwrap_or(Deviation { translation: f64::NAN, rotation: f64::NAN })
+}
+
+/// Bounds of the mean of `n` squared errors of five degrees of freedom that tell the truth: 99 %.
+#[must_use]
+pub fn nees_band(n: usize) -> [f64; 2] {
+    // Normal for the sums of hundreds: mean 5, variance 10.
+    let sd = (10.0 / f64::from(u32::try_from(n).unwrap_or(u32::MAX))).sqrt();
+    [5.0 - 2.576 * sd, 5.0 + 2.576 * sd]
+}

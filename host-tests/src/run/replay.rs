@@ -1,0 +1,61 @@
+//! Drives the calibrator over a data set, as a controller would be fed.
+
+use anyhow::Result;
+use stereo_selfcal::{Calibrator, Config, Extrinsics, Scalar};
+
+use super::log::{Evaluation, Step};
+use crate::data::{Dataset, Match, in_f64};
+
+/// Correspondences a pair that a replay has room for, unless it says otherwise.
+pub const CAPACITY: usize = 2048;
+
+/// Replays every pair.
+///
+/// # Errors
+/// As [`replay_within`].
+pub fn replay<T: Scalar>(
+    set: &Dataset,
+    config: Config,
+    start: Extrinsics<T>,
+    each: impl FnMut(&Step),
+) -> Result<Evaluation> {
+    replay_within::<T, CAPACITY>(set, config, start, each)
+}
+
+/// Replays every pair through a calibrator of a capacity, which selects of longer ones.
+///
+/// * `start`: extrinsics that every pair starts from.
+/// * `each`: called after each pair.
+///
+/// # Errors
+/// If the data set's rig is not valid.
+pub fn replay_within<T: Scalar, const N: usize>(
+    set: &Dataset,
+    config: Config,
+    start: Extrinsics<T>,
+    mut each: impl FnMut(&Step),
+) -> Result<Evaluation> {
+    let mut calibrator = Box::new(Calibrator::<T, N>::new(config));
+    calibrator.set_cameras(set.cameras()?);
+    calibrator.set_factory(start);
+    let mut evaluation = Evaluation::new(set.truth()?, in_f64(&start)).with_truths(set.truths()?);
+    for pair in &set.pairs {
+        each(replay_pair(&mut calibrator, pair, &mut evaluation));
+    }
+    Ok(evaluation)
+}
+
+fn replay_pair<'a, T: Scalar, const N: usize>(
+    calibrator: &mut Calibrator<T, N>,
+    pair: &[Match],
+    evaluation: &'a mut Evaluation,
+) -> &'a Step {
+    for m in pair {
+        // Refusals are counted in the batch and shown with the pair.
+        let _ = calibrator.push(&m.correspondence());
+    }
+    let taken = calibrator.batch().pairs().len();
+    let outcome = calibrator.solve_pair().map(|report| (report, calibrator.fuse(&report)));
+    calibrator.clear_pair();
+    evaluation.record([pair.len(), taken], outcome, calibrator.proposal().as_ref())
+}

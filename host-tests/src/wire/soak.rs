@@ -1,0 +1,275 @@
+//! Millions of frames over a wire with faults: what comes out is what went in, or nothing.
+
+use std::collections::VecDeque;
+
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::Correspondence;
+use stereo_selfcal::link::{Decoder, Event, FrameHeader, Record};
+
+use super::faulty_wire::{Faults, FaultyWire, Sent};
+use super::sender::seal;
+
+/// Frames that are on the wire at once: what a piece of damage could possibly touch.
+const WINDOW: usize = 8;
+
+/// One decoder's share of a campaign.
+#[derive(Debug, Clone, Copy)]
+pub struct Campaign {
+    /// Frames of the sender.
+    pub frames: u32,
+    /// How often what happens to them.
+    pub faults: Faults,
+    /// The same frames and faults for the same seed.
+    pub seed: u64,
+}
+
+/// What became of the frames.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Tally {
+    /// Sent, whole or not.
+    pub frames: u64,
+    /// Bytes that came out of the wire.
+    pub bytes: u64,
+    /// Correspondences of the frames handed out.
+    pub correspondences: u64,
+    /// On the wire whole, and handed out.
+    pub decoded: u64,
+    /// Damaged on the wire.
+    pub damaged: u64,
+    /// Never on the wire.
+    pub dropped: u64,
+    /// Sent twice.
+    pub repeated: u64,
+    /// Handed out, and not what was sent under that number: must be 0.
+    pub wrong: u64,
+    /// Handed out a second time: must be 0.
+    pub twice: u64,
+    /// Whole on the wire right after a damaged or dropped one, and not handed out: must be 0.
+    pub missed_next: u64,
+    /// Whole on the wire after a whole one, and not handed out: must be 0.
+    pub missed: u64,
+    /// Lost their ends, which the first bytes of the next frames happened to be: handed out as sent.
+    pub mended: u64,
+}
+
+impl Tally {
+    /// The sum of two.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            frames: self.frames + other.frames,
+            bytes: self.bytes + other.bytes,
+            correspondences: self.correspondences + other.correspondences,
+            decoded: self.decoded + other.decoded,
+            damaged: self.damaged + other.damaged,
+            dropped: self.dropped + other.dropped,
+            repeated: self.repeated + other.repeated,
+            wrong: self.wrong + other.wrong,
+            twice: self.twice + other.twice,
+            missed_next: self.missed_next + other.missed_next,
+            missed: self.missed + other.missed,
+            mended: self.mended + other.mended,
+        }
+    }
+
+    /// Whether the link kept its promises.
+    #[must_use]
+    pub fn is_good(&self) -> bool {
+        [self.wrong, self.twice, self.missed_next, self.missed] == [0; 4]
+    }
+}
+
+/// A frame that may still come out.
+struct Expected {
+    sequence: u32,
+    frame: Vec<u8>,
+    sent: Sent,
+    after_whole: bool,
+    seen: bool,
+}
+
+impl Campaign {
+    /// Sends all frames.
+    ///
+    /// * `each`: called after so many frames, with how many they were.
+    #[must_use]
+    pub fn run(&self, mut each: impl FnMut(u64)) -> Tally {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        let mut wire = FaultyWire::new(self.faults, self.seed ^ 0x5eed);
+        let mut receiver = Receiver::new();
+        let mut on_wire = Vec::new();
+        let mut whole = true;
+        // Any start: the numbers wrap around.
+        let first = if rng.random() { rng.random() } else { u32::MAX - self.frames / 2 };
+        for i in 0..self.frames {
+            let sequence = first.wrapping_add(i);
+            let frame = any_frame(&mut rng, sequence);
+            let sent = wire.send(&frame, &mut on_wire);
+            let after_whole =
+                std::mem::replace(&mut whole, matches!(sent, Sent::Intact | Sent::Repeated));
+            receiver.expect(Expected { sequence, frame, sent, after_whole, seen: false });
+            // The receiver cuts where it likes, also within the next frame.
+            let kept = if rng.random_bool(0.3) { rng.random_range(0..=on_wire.len()) } else { 0 };
+            let cut = on_wire.len() - kept;
+            receiver.take(&on_wire[..cut], &mut rng);
+            on_wire.drain(..cut);
+            if i % 1000 == 999 {
+                each(1000);
+            }
+        }
+        receiver.take(&on_wire, &mut rng);
+        each(u64::from(self.frames % 1000));
+        receiver.finish()
+    }
+}
+
+/// The receiving end, and what it should see.
+struct Receiver {
+    decoder: Decoder,
+    matches: Vec<Correspondence<f32>>,
+    expected: VecDeque<Expected>,
+    tally: Tally,
+}
+
+impl Receiver {
+    fn new() -> Self {
+        Self {
+            decoder: Decoder::new(),
+            matches: Vec::new(),
+            expected: VecDeque::new(),
+            tally: Tally::default(),
+        }
+    }
+
+    fn expect(&mut self, expected: Expected) {
+        self.tally.frames += 1;
+        match expected.sent {
+            Sent::Damaged => self.tally.damaged += 1,
+            Sent::Dropped => self.tally.dropped += 1,
+            Sent::Repeated => self.tally.repeated += 1,
+            Sent::Intact => (),
+        }
+        self.expected.push_back(expected);
+        while self.expected.len() > WINDOW {
+            self.settle();
+        }
+    }
+
+    /// Nothing more can come of the oldest frame.
+    fn settle(&mut self) {
+        let Some(oldest) = self.expected.pop_front() else { return };
+        let whole = matches!(oldest.sent, Sent::Intact | Sent::Repeated);
+        *match (whole, oldest.seen, oldest.after_whole) {
+            (true, true, _) => &mut self.tally.decoded,
+            (true, false, true) => &mut self.tally.missed,
+            (true, false, false) => &mut self.tally.missed_next,
+            (false, true, _) => &mut self.tally.mended,
+            (false, false, _) => return,
+        } += 1;
+    }
+
+    fn take(&mut self, mut bytes: &[u8], rng: &mut ChaCha8Rng) {
+        self.tally.bytes += bytes.len() as u64;
+        while !bytes.is_empty() {
+            let (mut piece, rest) = bytes.split_at(rng.random_range(1..=bytes.len().min(1500)));
+            while let Some(event) = self.decoder.next(&mut piece) {
+                match event {
+                    Event::Started(_) | Event::Discarded(_) => self.matches.clear(),
+                    Event::Match(m) => self.matches.push(m),
+                    Event::Finished(header) => self.judge(&header),
+                }
+            }
+            bytes = rest;
+        }
+    }
+
+    fn judge(&mut self, header: &FrameHeader) {
+        self.tally.correspondences += self.matches.len() as u64;
+        let sent = self.expected.iter_mut().find(|sent| sent.sequence == header.sequence);
+        let right = sent.filter(|sent| is_content(&sent.frame, header, &self.matches));
+        match right {
+            None => self.tally.wrong += 1,
+            Some(sent) if sent.seen => self.tally.twice += 1,
+            Some(sent) => sent.seen = true,
+        }
+    }
+
+    fn finish(mut self) -> Tally {
+        while !self.expected.is_empty() {
+            self.settle();
+        }
+        self.tally
+    }
+}
+
+/// A frame of any content: few matches most often.
+fn any_frame(rng: &mut ChaCha8Rng, sequence: u32) -> Vec<u8> {
+    let most = [4, 16, 64, 512][rng.random_range(0..4)];
+    let count = rng.random_range(0..=most);
+    let header = FrameHeader {
+        timestamp_us: rng.random(),
+        sequence,
+        count,
+        image_size: [rng.random(), rng.random()],
+        grid_step: rng.random(),
+        fraction_bits: rng.random_range(0..=8),
+        pyramid_ratio: rng.random_range(64..=255),
+        dropped_before: rng.random(),
+        more_found: rng.random(),
+    };
+    let records = (0..count).map(|_| {
+        let mut record = [0; Record::BYTES];
+        rng.fill_bytes(&mut record);
+        record[14] %= 16;
+        record[15] = 0;
+        record
+    });
+    seal(&header, records)
+}
+
+/// Whether a frame is what came out: by other arithmetic than the decoder's.
+#[expect(clippy::float_cmp, reason = "fixed point is exact")]
+fn is_content(frame: &[u8], header: &FrameHeader, matches: &[Correspondence<f32>]) -> bool {
+    let records = frame[32..frame.len() - 4].chunks_exact(16);
+    let word = |at: usize| u32::from_le_bytes(frame[at..at + 4].try_into().expect("four bytes"));
+    let step = 0.5_f64.powi(frame[6].into());
+    let same = |record: &[u8], m: &Correspondence<f32>| {
+        let fixed = |at: usize| {
+            let [a, b, c] = [record[at], record[at + 1], record[at + 2]].map(u32::from);
+            f64::from(a + (b << 8) + (c << 16)) * step
+        };
+        let pixels = [m.left[0], m.left[1], m.right[0], m.right[1]].map(f64::from);
+        let score = f64::from(u16::from_le_bytes([record[12], record[13]])) / 65_535.0;
+        pixels == [fixed(0), fixed(3), fixed(6), fixed(9)]
+            && (f64::from(m.score) - score).abs() < 1e-7
+    };
+    word(8) == header.sequence
+        && frame[16..24] == header.timestamp_us.to_le_bytes()
+        && records.len() == matches.len()
+        && records.zip(matches).all(|(record, m)| same(record, m))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FAULTS: Faults =
+        Faults { damaged: 0.2, dropped: 0.05, repeated: 0.05, noise_after: 0.05 };
+
+    #[test]
+    fn no_damaged_frame_comes_out_and_no_other_is_lost() {
+        let tally = Campaign { frames: 20_000, faults: FAULTS, seed: 1 }.run(|_| ());
+        assert!(tally.is_good(), "{tally:?}");
+        assert!(tally.damaged > 3000 && tally.dropped > 800 && tally.repeated > 600, "{tally:?}");
+        assert_eq!(tally.frames, 20_000);
+        assert_eq!(tally.decoded + tally.damaged + tally.dropped, tally.frames);
+    }
+
+    #[test]
+    fn a_perfect_wire_loses_nothing() {
+        let tally = Campaign { frames: 2_000, faults: Faults::NONE, seed: 2 }.run(|_| ());
+        assert_eq!((tally.decoded, tally.damaged), (2_000, 0));
+        assert!(tally.is_good(), "{tally:?}");
+    }
+}
