@@ -5,7 +5,7 @@
 
 use host_tests::baselines::literal_paper::{self, Options};
 use host_tests::data::Rays;
-use host_tests::run::{Evaluation, replay};
+use host_tests::run::{RunLog, replay};
 use host_tests::synth::{Scene, rig};
 use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::metrics::Deviation;
@@ -18,7 +18,7 @@ fn tilted() -> Extrinsics<f64> {
     rig(ROTATION, BASELINE).unwrap()
 }
 
-fn run(scene: &Scene, pairs: usize, seed: u64) -> Evaluation {
+fn run(scene: &Scene, pairs: usize, seed: u64) -> RunLog {
     let set = scene.dataset(pairs, seed).unwrap();
     replay::<f32>(&set, Config::paper(), Extrinsics::SIDE_BY_SIDE, |_| ()).unwrap()
 }
@@ -61,8 +61,8 @@ fn erratum_4_t_is_minus_the_first_row_and_points_from_right_to_left() {
 #[test]
 fn erratum_5_the_solver_goes_on_until_the_step_is_small() {
     let scene = Scene { rig: tilted(), noise_px: 0.0, ..Scene::default() };
-    let evaluation = run(&scene, 1, 5);
-    let solved = evaluation.steps()[0].solved.unwrap();
+    let log = run(&scene, 1, 5);
+    let solved = log.steps()[0].solved.unwrap();
     // "Insufficiently small" would have stopped it at the first, large step.
     assert!(solved.passes > 3, "{}", solved.passes);
     assert!(solved.error.translation < 1e-4 && solved.error.rotation < 1e-4);
@@ -70,8 +70,8 @@ fn erratum_5_the_solver_goes_on_until_the_step_is_small() {
 
 #[test]
 fn erratum_6_at_the_identity_the_axis_is_noise_and_the_estimate_says_so() {
-    let evaluation = run(&Scene::default(), 50, 6);
-    assert_eq!(evaluation.fused().unwrap().doubt, Some(Doubt::Axis));
+    let log = run(&Scene::default(), 50, 6);
+    assert_eq!(log.fused().unwrap().doubt, Some(Doubt::Axis));
     let away = run(&Scene { rig: tilted(), ..Scene::default() }, 50, 6);
     assert_eq!(away.fused().unwrap().doubt, None);
 }

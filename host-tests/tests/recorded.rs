@@ -2,7 +2,7 @@
 //! `f64`, and against the extrinsics that came with the data.
 
 use host_tests::baselines::literal_paper::{self, Options, Solution};
-use host_tests::data::{Dataset, Match, Rays, View, in_f64};
+use host_tests::data::{Dataset, Match, Rays, TurnedView, in_f64};
 use host_tests::run::{CAPACITY, Summary, replay};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use stereo_selfcal::metrics::baseline_angle;
@@ -21,7 +21,7 @@ fn shipped(name: &str) -> Dataset {
 /// Every pair of the shipped sets, as recorded and turned by 5 degrees four ways, with its name.
 fn for_every_pair(mut check: impl FnMut(&str, &Dataset, &[Match])) {
     for set in Dataset::SHIPPED.map(shipped) {
-        let turned = [View::Top, View::Bottom, View::Left, View::Right]
+        let turned = [TurnedView::Top, TurnedView::Bottom, TurnedView::Left, TurnedView::Right]
             .map(|view| view.turn(&set, 5.0).unwrap());
         for set in std::iter::once(&set).chain(&turned) {
             for (i, pair) in set.pairs.iter().enumerate() {

@@ -64,10 +64,10 @@ fn replay(args: &ReplayArgs, out: &mut impl Write) -> Result<()> {
 
     report::heading(out, &set)?;
     let run = play::play(&set, &matcher, &mut app, out)?;
-    report::evaluation(out, &set, &run)?;
+    report::summary(out, &set, &run)?;
 
     let plot = args.plot(&set);
-    plot::write_svg(&plot, &set, &run.evaluation)?;
+    plot::write_svg(&plot, &set, &run.log)?;
     writeln!(out, "plot               {}", plot.display())?;
 
     match (app.apply(), app.calibrator().proposal()) {

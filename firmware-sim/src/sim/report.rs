@@ -25,8 +25,8 @@ pub(super) fn heading(out: &mut impl Write, set: &Dataset) -> Result<()> {
 }
 
 /// The final table, and what puts its figures in proportion.
-pub(super) fn evaluation(out: &mut impl Write, set: &Dataset, run: &Run) -> Result<()> {
-    let summary = run.evaluation.summary(set)?;
+pub(super) fn summary(out: &mut impl Write, set: &Dataset, run: &Run) -> Result<()> {
+    let summary = run.log.summary(set)?;
     writeln!(out, "\n{summary}")?;
     if let Some([t, r]) = error_over_claim(&summary) {
         writeln!(out, "error / claimed sd {t:.1} in t, {r:.1} in R")?;
@@ -37,7 +37,7 @@ pub(super) fn evaluation(out: &mut impl Write, set: &Dataset, run: &Run) -> Resu
     if let Some(h) = run.health {
         health(out, &h, set.meta.baseline_m.map(f32::lit))?;
     }
-    let left_out: usize = run.evaluation.steps().iter().map(|s| s.offered - s.taken).sum();
+    let left_out: usize = run.log.steps().iter().map(|s| s.offered - s.taken).sum();
     if left_out > 0 {
         let why = format!("over {CAPACITY} a pair, or without a ray");
         writeln!(out, "left out           {left_out} matches: {why}")?;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use anyhow::{Result, bail, ensure};
 use host_tests::data::{Match, Rays, in_f64};
-use host_tests::synth::{Kind, Scene, SynthPair, five_degrees_off};
+use host_tests::synth::{ScenarioKind, Scene, SynthPair, five_degrees_off};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Calibrator, Config, Extrinsics, PairError, PairReport, State};
 
@@ -133,7 +133,7 @@ impl Case {
 
     fn scene(&self) -> Scene {
         let (matches, outliers) = (self.matches, self.mismatches);
-        Scene { rig: five_degrees_off(), matches, outliers, ..Kind::Near.scene() }
+        Scene { rig: five_degrees_off(), matches, outliers, ..ScenarioKind::Near.scene() }
     }
 }
 

@@ -7,7 +7,7 @@
 
 use divan::{Bencher, black_box};
 use host_tests::data::{Dataset, Match};
-use host_tests::synth::{Kind, Scene, five_degrees_off};
+use host_tests::synth::{ScenarioKind, Scene, five_degrees_off};
 use host_tests::wire::Sender;
 use stereo_selfcal::link::{Decoder, Event};
 use stereo_selfcal::{Calibrator, Config, Correspondence, PairReport};
@@ -23,7 +23,7 @@ fn main() {
 
 /// A generated recording: pairs that lock, then one that is measured.
 fn recording() -> Dataset {
-    let scene = Scene { rig: five_degrees_off(), outliers: 0.3, ..Kind::Near.scene() };
+    let scene = Scene { rig: five_degrees_off(), outliers: 0.3, ..ScenarioKind::Near.scene() };
     scene.dataset(LOCKING + 1, 1).expect("the scene can be seen")
 }
 

@@ -7,7 +7,7 @@ use anyhow::{Result, bail};
 use clap::Args;
 use host_tests::data::PairFile;
 use host_tests::run::progress;
-use host_tests::run::single_pairs::{self, Outcome};
+use host_tests::run::single_pairs::{self, SinglePairStats};
 use stereo_selfcal::{Config, Scalar};
 
 use super::setup::{Number, Preset};
@@ -69,7 +69,7 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<()> {
 }
 
 impl BenchArgs {
-    fn run<T: Scalar>(&self, file: &PairFile) -> Result<Outcome> {
+    fn run<T: Scalar>(&self, file: &PairFile) -> Result<SinglePairStats> {
         match file.matches() {
             0..=64 => self.run_within::<T, 64>(file),
             65..=128 => self.run_within::<T, 128>(file),
@@ -81,7 +81,7 @@ impl BenchArgs {
         }
     }
 
-    fn run_within<T: Scalar, const N: usize>(&self, file: &PairFile) -> Result<Outcome> {
+    fn run_within<T: Scalar, const N: usize>(&self, file: &PairFile) -> Result<SinglePairStats> {
         let config = match self.preset {
             Preset::Robust => Config::robust(),
             Preset::Paper => Config::paper(),

@@ -63,16 +63,16 @@ pub(crate) struct EvaluateArgs {
 /// Runs `selfcal evaluate`.
 pub(crate) fn evaluate_all(args: &EvaluateArgs) -> Result<()> {
     let bar = progress::over(0, "cells");
-    let Evaluated { page, tally, order } = evaluate(&args.request(), &args.out, &bar)?;
+    let Evaluated { page, counts, order } = evaluate(&args.request(), &args.out, &bar)?;
     bar.finish_and_clear();
     let mut out = io::stdout();
-    let measured = tally.cells - tally.reused - tally.failed.len();
+    let measured = counts.measurements - counts.reused - counts.failed.len();
     writeln!(
         out,
         "cells        {}: {measured} measured, {} reused, {} failed",
-        tally.cells,
-        tally.reused,
-        tally.failed.len()
+        counts.measurements,
+        counts.reused,
+        counts.failed.len()
     )?;
     let [holds, all, unexplained] = order;
     writeln!(

@@ -74,8 +74,8 @@ impl ExportArgs {
     }
 
     fn calibrated(&self, set: Dataset) -> Result<Meta> {
-        let evaluation = self.setup.replay(&set, |_| ())?;
-        let estimate = evaluation.fused().with_context(|| {
+        let log = self.setup.replay(&set, |_| ())?;
+        let estimate = log.fused().with_context(|| {
             format!("none of the {} pairs of {} could be fused", set.pairs.len(), set.name)
         })?;
         eprintln!("{} pairs of {}: {estimate}", set.pairs.len(), set.name);

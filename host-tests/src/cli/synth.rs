@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Result, ensure};
 use clap::Args;
 use host_tests::data::PairFile;
-use host_tests::synth::{Depth, Grid, Kind, Scenario, Scene, rig};
+use host_tests::synth::{Depth, Grid, Scenario, ScenarioKind, Scene, rig};
 
 use super::parse::numbers;
 use super::run::RunArgs;
@@ -30,8 +30,8 @@ use super::run::RunArgs;
   selfcal synth --pairs 1000 --outliers 0.3 --rays near.pairs && selfcal bench near.pairs")]
 pub(crate) struct SynthArgs {
     /// Scene to generate.
-    #[arg(value_enum, default_value_t = Kind::Near)]
-    scene: Kind,
+    #[arg(value_enum, default_value_t = ScenarioKind::Near)]
+    scene: ScenarioKind,
 
     /// Stereo pairs to generate.
     #[arg(long, default_value_t = 100)]
@@ -110,8 +110,10 @@ pub(crate) struct SynthArgs {
 impl SynthArgs {
     fn scenario(&self) -> Result<Scenario> {
         let named = Scenario::new(self.scene, self.pairs);
-        let step = self.step_deg.filter(|_| matches!(self.scene, Kind::Step | Kind::Flight));
-        let drift = self.drift_deg.filter(|_| self.scene == Kind::Drift);
+        let step = self
+            .step_deg
+            .filter(|_| matches!(self.scene, ScenarioKind::Step | ScenarioKind::Flight));
+        let drift = self.drift_deg.filter(|_| self.scene == ScenarioKind::Drift);
         ensure!(step == self.step_deg, "--step-deg is an option of the scenes step and flight");
         ensure!(drift == self.drift_deg, "--drift-deg is an option of the scene drift");
         let scene = Scene {

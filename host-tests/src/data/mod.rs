@@ -12,4 +12,4 @@ pub use dataset::{Dataset, LensModel, Match, Meta};
 pub use geometry::{Rays, Rows, in_f64, matrix, rows};
 pub use pair_file::{PairFile, TruePair};
 pub use rigs::Rig;
-pub use turned_view::View;
+pub use turned_view::TurnedView;

@@ -11,7 +11,7 @@ use crate::data::{Dataset, Match, Rows, matrix, rows};
 
 /// Which way the left view is turned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum View {
+pub enum TurnedView {
     /// About -x: the camera looks up, the scene moves down in the image.
     Top,
     /// About x: the camera looks down.
@@ -22,7 +22,7 @@ pub enum View {
     Right,
 }
 
-impl View {
+impl TurnedView {
     /// Turns the left view of a data set by an angle.
     ///
     /// # Errors
@@ -93,7 +93,7 @@ mod tests {
     #[test]
     fn turned_data_fit_the_turned_extrinsics_and_not_the_plain_ones() {
         let set = Dataset::load(&Dataset::shipped().join("motorcycle_sift")).unwrap();
-        for view in [View::Top, View::Bottom, View::Left, View::Right] {
+        for view in [TurnedView::Top, TurnedView::Bottom, TurnedView::Left, TurnedView::Right] {
             let turned = view.turn(&set, 5.0).unwrap();
             assert!(turned.pairs[0].len() < set.pairs[0].len(), "{view:?}: none dropped");
             assert!(median_row_offset_px(&turned) < 0.3, "{view:?}");
@@ -106,7 +106,7 @@ mod tests {
     fn the_rig_of_each_pair_is_turned_as_that_of_the_set() {
         let mut set = Dataset::load(&Dataset::shipped().join("opencv_chess_corners")).unwrap();
         set.rigs = vec![Rig::from(&set.truth().unwrap()); set.pairs.len()];
-        let turned = View::Left.turn(&set, 5.0).unwrap();
+        let turned = TurnedView::Left.turn(&set, 5.0).unwrap();
         assert_ne!(turned.truth::<f64>().unwrap(), set.truth().unwrap());
         for truth in turned.truths().unwrap() {
             let off = Deviation::between(&truth, &turned.truth().unwrap());
@@ -118,13 +118,13 @@ mod tests {
     fn the_scene_moves_opposite_to_the_camera() {
         let set = Dataset::load(&Dataset::shipped().join("motorcycle_sift")).unwrap();
         let camera = set.cameras::<f64>().unwrap().left;
-        let moved = |view: View| {
+        let moved = |view: TurnedView| {
             turned_pixel(&camera, &view.rotation(5.0), camera.intrinsics().principal).unwrap()
         };
         let [cx, cy] = camera.intrinsics().principal;
-        assert!(moved(View::Top)[1] > cy + 50.0);
-        assert!(moved(View::Bottom)[1] < cy - 50.0);
-        assert!(moved(View::Left)[0] > cx + 50.0);
-        assert!(moved(View::Right)[0] < cx - 50.0);
+        assert!(moved(TurnedView::Top)[1] > cy + 50.0);
+        assert!(moved(TurnedView::Bottom)[1] < cy - 50.0);
+        assert!(moved(TurnedView::Left)[0] > cx + 50.0);
+        assert!(moved(TurnedView::Right)[0] < cx - 50.0);
     }
 }

@@ -16,7 +16,7 @@ use sha2::{Digest, Sha256};
 
 /// Finished cells, in a file.
 #[derive(Debug)]
-pub struct Store {
+pub struct Cache {
     path: PathBuf,
     build: String,
     known: HashMap<String, Value>,
@@ -30,7 +30,7 @@ struct Line {
     outcome: Value,
 }
 
-impl Store {
+impl Cache {
     /// Opens `cells.jsonl` in a folder, which is made if need be.
     ///
     /// * `fresh`: forget what is in it.
@@ -50,7 +50,7 @@ impl Store {
         Ok(Self { path, build, known, file: Mutex::new(file) })
     }
 
-    /// The outcome of a cell that was measured before this store was opened.
+    /// The outcome of a cell that was measured before this cache was opened.
     #[must_use]
     pub fn get(&self, cell: &str) -> Option<&Value> {
         self.known.get(cell)
@@ -111,29 +111,29 @@ mod tests {
     fn what_was_put_is_there_next_time_unless_begun_afresh() {
         let dir = tempfile::tempdir().unwrap();
         let third = Value::from(1.0 / 3.0);
-        let store = Store::open(dir.path(), false).unwrap();
-        store.put("a", third.clone()).unwrap();
-        assert_eq!(store.get("a"), None);
-        let again = Store::open(dir.path(), false).unwrap();
+        let cache = Cache::open(dir.path(), false).unwrap();
+        cache.put("a", third.clone()).unwrap();
+        assert_eq!(cache.get("a"), None);
+        let again = Cache::open(dir.path(), false).unwrap();
         assert_eq!((again.get("a"), again.get("b")), (Some(&third), None));
-        assert_eq!(Store::open(dir.path(), true).unwrap().get("a"), None);
-        assert_eq!(Store::open(dir.path(), false).unwrap().get("a"), None);
+        assert_eq!(Cache::open(dir.path(), true).unwrap().get("a"), None);
+        assert_eq!(Cache::open(dir.path(), false).unwrap().get("a"), None);
     }
 
     #[test]
     fn damaged_lines_and_those_of_another_program_are_left_out() {
         let dir = tempfile::tempdir().unwrap();
-        let store = Store::open(dir.path(), false).unwrap();
-        store.put("kept", 1.into()).unwrap();
+        let cache = Cache::open(dir.path(), false).unwrap();
+        cache.put("kept", 1.into()).unwrap();
         let path = dir.path().join("cells.jsonl");
         let mut bytes = fs::read(&path).unwrap();
         let other = br#"{"build":"0123456789abcdef","cell":"other","outcome":2}"#;
         bytes.extend([&other[..], b"\n\xff\xfe\n{\"build\":\"", &bytes.clone()[..20]].concat());
         fs::write(&path, bytes).unwrap();
-        let again = Store::open(dir.path(), false).unwrap();
+        let again = Cache::open(dir.path(), false).unwrap();
         assert_eq!((again.get("kept"), again.get("other")), (Some(&1.into()), None));
         again.put("more", 3.into()).unwrap();
-        let last = Store::open(dir.path(), false).unwrap();
+        let last = Cache::open(dir.path(), false).unwrap();
         assert_eq!((last.get("kept"), last.get("more")), (Some(&1.into()), Some(&3.into())));
     }
 }

@@ -7,9 +7,9 @@ use anyhow::Result;
 use super::effort::Effort;
 use super::measurement::Measured;
 use super::on_recorded::Row;
-use super::ordering::Judged;
-use super::recorded_sets::Recording;
-use super::step_response::Course;
+use super::ordering::OrderCheck;
+use super::recorded_sets::RecordedSet;
+use super::step_response::StepResponse;
 use super::sweep::Sweep;
 use crate::baselines::{self, Method};
 use crate::chart::palette::{self, Color};
@@ -34,13 +34,13 @@ pub struct Request {
 /// All that was measured.
 pub(super) struct Findings<'a> {
     pub(super) request: &'a Request,
-    pub(super) sets: &'a [Recording],
+    pub(super) sets: &'a [RecordedSet],
     pub(super) methods: &'a [Box<dyn Method>],
     pub(super) rows: &'a [Row<'a>],
-    pub(super) judged: &'a [Judged<'a>],
+    pub(super) checks: &'a [OrderCheck<'a>],
     pub(super) sweeps: Vec<Sweep>,
     /// By method.
-    pub(super) courses: Vec<(&'static str, Measured<Course>)>,
+    pub(super) step_responses: Vec<(&'static str, Measured<StepResponse>)>,
 }
 
 impl Findings<'_> {

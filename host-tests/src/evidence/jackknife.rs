@@ -7,9 +7,9 @@
 use anyhow::{Context, Result};
 use serde::Serialize;
 
-use super::measurement::{Cell, Measured};
-use super::on_recorded::{Pair, pair};
-use super::recorded_sets::{Look, Recording, TURN_DEG};
+use super::measurement::{Measured, Measurement};
+use super::on_recorded::{ErrorPair, error_pair};
+use super::recorded_sets::{RecordedSet, SetView, TURN_DEG};
 use crate::baselines::Method;
 use crate::data::Rays;
 
@@ -29,7 +29,7 @@ pub struct Jackknife<'a> {
     groups: usize,
     method: &'static str,
     #[serde(skip)]
-    look: &'a Look,
+    seen: &'a SetView,
     #[serde(skip)]
     by: &'a dyn Method,
 }
@@ -37,35 +37,35 @@ pub struct Jackknife<'a> {
 impl<'a> Jackknife<'a> {
     /// Of a method, on a data set and one of its views.
     #[must_use]
-    pub fn new(set: &'a Recording, look: &'a Look, by: &'a dyn Method) -> Self {
-        let groups = if by_pairs(&look.pairs) { look.pairs.len().min(GROUPS) } else { GROUPS };
+    pub fn new(set: &'a RecordedSet, seen: &'a SetView, by: &'a dyn Method) -> Self {
+        let groups = if by_pairs(&seen.pairs) { seen.pairs.len().min(GROUPS) } else { GROUPS };
         Self {
             set: &set.name,
             digest: &set.digest,
-            view: look.view,
+            view: seen.view,
             degrees: TURN_DEG,
             groups,
             method: by.name(),
-            look,
+            seen,
             by,
         }
     }
 }
 
-impl Cell for Jackknife<'_> {
-    type Outcome = Vec<Pair>;
+impl Measurement for Jackknife<'_> {
+    type Outcome = Vec<ErrorPair>;
     const KIND: &'static str = "jackknife";
 
     fn label(&self) -> String {
         format!("{} on parts of {}, {}", self.method, self.set, self.view)
     }
 
-    fn measure(&self) -> Result<Vec<Pair>> {
+    fn measure(&self) -> Result<Vec<ErrorPair>> {
         let without = |group: usize| {
-            let left = without(&self.look.pairs, group, self.groups);
-            let estimate = self.by.fused(&left, &self.look.setting);
+            let left = without(&self.seen.pairs, group, self.groups);
+            let estimate = self.by.fused(&left, &self.seen.setting);
             let estimate = estimate.with_context(|| format!("no estimate without part {group}"))?;
-            Ok(pair(self.look.error(&estimate)))
+            Ok(error_pair(self.seen.error(&estimate)))
         };
         (0..self.groups).map(without).collect()
     }
@@ -90,7 +90,10 @@ fn without(pairs: &[Vec<Rays>], group: usize, groups: usize) -> Vec<Vec<Rays>> {
 
 /// Standard deviations of the differences of `e_t` and of `e_theta` between two methods, rad.
 #[must_use]
-pub fn sd_of_difference(a: &Measured<Vec<Pair>>, b: &Measured<Vec<Pair>>) -> Option<Pair> {
+pub fn sd_of_difference(
+    a: &Measured<Vec<ErrorPair>>,
+    b: &Measured<Vec<ErrorPair>>,
+) -> Option<ErrorPair> {
     let (a, b) = (a.as_ref().ok()?, b.as_ref().ok()?);
     let groups = f64::from(u32::try_from(a.len().min(b.len())).ok()?);
     let of = |part: usize| {
@@ -124,7 +127,8 @@ mod tests {
     #[test]
     fn the_deviation_of_a_mean_is_that_of_the_textbook() {
         // Means of 1..=6 without one of them: the standard error of the mean is sqrt(3.5 / 6).
-        let means: Vec<Pair> = (1..=6).map(|left| [(21.0 - f64::from(left)) / 5.0, 0.0]).collect();
+        let means: Vec<ErrorPair> =
+            (1..=6).map(|left| [(21.0 - f64::from(left)) / 5.0, 0.0]).collect();
         let sd = sd_of_difference(&Ok(means), &Ok(vec![[0.0; 2]; 6])).unwrap();
         assert!((sd[0] - (3.5_f64 / 6.0).sqrt()).abs() < 1e-12 && sd[1] < 1e-12, "{sd:?}");
     }

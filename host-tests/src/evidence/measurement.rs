@@ -10,10 +10,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::cache::Store;
+use super::cache::Cache;
 
 /// A measurement that stands alone: what it serializes to determines its outcome.
-pub trait Cell: Serialize + Sync {
+pub trait Measurement: Serialize + Sync {
     /// What it comes to.
     type Outcome: Serialize + DeserializeOwned + Send;
 
@@ -35,18 +35,18 @@ pub type Measured<T> = Result<T, String>;
 
 /// Measures cells, or takes them from the store.
 pub struct Runner<'a> {
-    store: &'a Store,
+    cache: &'a Cache,
     bar: &'a ProgressBar,
-    cells: AtomicUsize,
+    measurements: AtomicUsize,
     reused: AtomicUsize,
     failed: Mutex<Vec<(String, String)>>,
 }
 
 /// What became of the cells.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Tally {
+pub struct MeasurementCounts {
     /// All.
-    pub cells: usize,
+    pub measurements: usize,
     /// Measured by an earlier run.
     pub reused: usize,
     /// Those without an outcome, and why, in order.
@@ -56,37 +56,38 @@ pub struct Tally {
 impl<'a> Runner<'a> {
     /// * `bar`: moves on with every cell.
     #[must_use]
-    pub fn new(store: &'a Store, bar: &'a ProgressBar) -> Self {
-        let [cells, reused] = [0, 0].map(AtomicUsize::new);
-        Self { store, bar, cells, reused, failed: Mutex::new(Vec::new()) }
+    pub fn new(cache: &'a Cache, bar: &'a ProgressBar) -> Self {
+        let [measurements, reused] = [0, 0].map(AtomicUsize::new);
+        Self { cache, bar, measurements, reused, failed: Mutex::new(Vec::new()) }
     }
 
     /// Outcomes in the order of the cells.
     ///
     /// # Errors
     /// If an outcome cannot be kept. A cell that fails, or panics, is an outcome.
-    pub fn run<C: Cell>(&self, cells: &[C]) -> Result<Vec<Measured<C::Outcome>>> {
-        self.bar.inc_length(cells.len() as u64);
-        cells.par_iter().map(|cell| self.one(cell)).collect()
+    pub fn run<C: Measurement>(&self, measurements: &[C]) -> Result<Vec<Measured<C::Outcome>>> {
+        self.bar.inc_length(measurements.len() as u64);
+        measurements.par_iter().map(|measurement| self.one(measurement)).collect()
     }
 
     /// What became of all cells so far.
     #[must_use]
-    pub fn tally(&self) -> Tally {
+    pub fn counts(&self) -> MeasurementCounts {
         let mut failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner).clone();
         failed.sort();
         failed.dedup();
-        Tally {
-            cells: self.cells.load(Ordering::Relaxed),
+        MeasurementCounts {
+            measurements: self.measurements.load(Ordering::Relaxed),
             reused: self.reused.load(Ordering::Relaxed),
             failed,
         }
     }
 
-    fn one<C: Cell>(&self, cell: &C) -> Result<Measured<C::Outcome>> {
-        self.cells.fetch_add(1, Ordering::Relaxed);
-        let key = serde_json::to_string(&(C::KIND, cell)).context("a cell cannot be named")?;
-        let known = self.store.get(&key);
+    fn one<C: Measurement>(&self, measurement: &C) -> Result<Measured<C::Outcome>> {
+        self.measurements.fetch_add(1, Ordering::Relaxed);
+        let key =
+            serde_json::to_string(&(C::KIND, measurement)).context("a cell cannot be named")?;
+        let known = self.cache.get(&key);
         // An outcome that no longer reads is measured again.
         let known = known.and_then(|value| serde_json::from_value(value.clone()).ok());
         if let Some(outcome) = known {
@@ -94,16 +95,16 @@ impl<'a> Runner<'a> {
             self.bar.inc(1);
             return Ok(Ok(outcome));
         }
-        self.bar.set_message(cell.label());
-        let outcome = match catch_unwind(AssertUnwindSafe(|| cell.measure())) {
+        self.bar.set_message(measurement.label());
+        let outcome = match catch_unwind(AssertUnwindSafe(|| measurement.measure())) {
             Ok(outcome) => outcome.map_err(|error| format!("{error:#}")),
             Err(panic) => Err(format!("it panicked: {}", words(&*panic))),
         };
         match &outcome {
-            Ok(outcome) => self.store.put(&key, serde_json::to_value(outcome)?)?,
+            Ok(outcome) => self.cache.put(&key, serde_json::to_value(outcome)?)?,
             Err(why) => {
                 let mut failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner);
-                failed.push((cell.label(), why.clone()));
+                failed.push((measurement.label(), why.clone()));
             }
         }
         self.bar.inc(1);
@@ -124,7 +125,7 @@ mod tests {
     #[derive(Serialize)]
     struct Half(u32);
 
-    impl Cell for Half {
+    impl Measurement for Half {
         type Outcome = f64;
         const KIND: &'static str = "half";
 
@@ -141,23 +142,23 @@ mod tests {
         }
     }
 
-    fn run(dir: &std::path::Path) -> (Vec<Measured<f64>>, Tally) {
-        let store = Store::open(dir, false).unwrap();
+    fn run(dir: &std::path::Path) -> (Vec<Measured<f64>>, MeasurementCounts) {
+        let cache = Cache::open(dir, false).unwrap();
         let bar = ProgressBar::hidden();
-        let runner = Runner::new(&store, &bar);
-        (runner.run(&[2, 7, 4, 9].map(Half)).unwrap(), runner.tally())
+        let runner = Runner::new(&cache, &bar);
+        (runner.run(&[2, 7, 4, 9].map(Half)).unwrap(), runner.counts())
     }
 
     #[test]
     fn cells_are_measured_once_and_failures_told_each_time() {
         let dir = tempfile::tempdir().unwrap();
-        let (first, tally) = run(dir.path());
+        let (first, counts) = run(dir.path());
         assert_eq!((first[0].clone(), first[2].clone()), (Ok(1.0), Ok(2.0)));
-        assert_eq!((tally.cells, tally.reused), (4, 0));
+        assert_eq!((counts.measurements, counts.reused), (4, 0));
         let failed = [("half of 7", "seven is odd"), ("half of 9", "it panicked: nine")];
-        assert_eq!(tally.failed, failed.map(|(what, why)| (what.to_owned(), why.to_owned())));
+        assert_eq!(counts.failed, failed.map(|(what, why)| (what.to_owned(), why.to_owned())));
         let (again, tally_again) = run(dir.path());
         assert_eq!(again, first);
-        assert_eq!(tally_again, Tally { reused: 2, ..tally });
+        assert_eq!(tally_again, MeasurementCounts { reused: 2, ..counts });
     }
 }

@@ -26,11 +26,11 @@ use anyhow::Result;
 use indicatif::ProgressBar;
 
 use crate::baselines::Method;
-use cache::Store;
+use cache::Cache;
 use findings::Findings;
-use measurement::{Runner, Tally};
+use measurement::{MeasurementCounts, Runner};
 use report::Page;
-use sweep::{Axis, Sweep};
+use sweep::{Sweep, SweepAxis};
 
 pub use findings::Request;
 
@@ -40,7 +40,7 @@ pub struct Evaluated {
     /// The page.
     pub page: PathBuf,
     /// What became of the cells.
-    pub tally: Tally,
+    pub counts: MeasurementCounts,
     /// Cells of the paper's order: those in which it holds, all, and those nobody can explain.
     pub order: [usize; 3],
 }
@@ -66,33 +66,33 @@ const BATCH: [&str; 1] = ["bundle"];
 pub fn evaluate(request: &Request, dir: &Path, bar: &ProgressBar) -> Result<Evaluated> {
     let sets = recorded_sets::all(&request.data)?;
     let methods = request.methods()?;
-    let store = Store::open(dir, request.fresh)?;
-    let runner = Runner::new(&store, bar);
+    let cache = Cache::open(dir, request.fresh)?;
+    let runner = Runner::new(&cache, bar);
     let rows = on_recorded::rows(&runner, &sets, &methods)?;
-    let judged = ordering::judge(&runner, &rows, &methods)?;
+    let checks = ordering::check(&runner, &rows, &methods)?;
     let sweep = |axis| sweep::sweep(&runner, axis, &methods, request.effort);
-    let sweeps: Vec<Sweep> = Axis::ALL.into_iter().map(sweep).collect::<Result<_>>()?;
+    let sweeps: Vec<Sweep> = SweepAxis::ALL.into_iter().map(sweep).collect::<Result<_>>()?;
     let tracking = methods.iter().map(AsRef::as_ref).filter(|by| !BATCH.contains(&by.name()));
     let tracking: Vec<&dyn Method> = tracking.collect();
-    let courses = step_response::courses(&runner, &tracking, request.effort.steps)?;
-    let courses = tracking.iter().map(|by| by.name()).zip(courses).collect();
-    let tally = runner.tally();
-    let holds = judged.iter().filter(|cell| cell.holds()).count();
-    let unexplained = judged.iter().filter(|cell| cell.is_unexplained()).count();
-    let order = [holds, judged.len(), unexplained];
-    let found = Findings {
+    let step_responses = step_response::step_responses(&runner, &tracking, request.effort.steps)?;
+    let step_responses = tracking.iter().map(|by| by.name()).zip(step_responses).collect();
+    let counts = runner.counts();
+    let holds = checks.iter().filter(|check| check.holds()).count();
+    let unexplained = checks.iter().filter(|check| check.is_unexplained()).count();
+    let order = [holds, checks.len(), unexplained];
+    let findings = Findings {
         request,
         sets: &sets,
         methods: &methods,
         rows: &rows,
-        judged: &judged,
+        checks: &checks,
         sweeps,
-        courses,
+        step_responses,
     };
     let mut page = Page::new(TITLE, LEAD);
-    page.sections = sections::all(&found, &tally);
+    page.sections = sections::all(&findings, &counts);
     let page = page.write(dir)?;
-    Ok(Evaluated { page, tally, order })
+    Ok(Evaluated { page, counts, order })
 }
 
 #[cfg(test)]
@@ -135,7 +135,7 @@ mod tests {
         let [one, three] = [1, 3].map(|threads| {
             let dir = tempfile::tempdir().unwrap();
             let evaluated = run(dir.path(), threads);
-            assert_eq!(evaluated.tally.reused, 0);
+            assert_eq!(evaluated.counts.reused, 0);
             dir
         });
         let page = files(one.path());
@@ -148,10 +148,10 @@ mod tests {
         fs::write(&cells, kept).unwrap();
         let whole = kept.matches('\n').count();
         let again = run(three.path(), 2);
-        assert_eq!(again.tally.reused, whole);
+        assert_eq!(again.counts.reused, whole);
         assert!(whole > 0 && whole < lines, "{whole} of {lines}");
         assert_eq!(page, files(three.path()));
-        assert_eq!(run(three.path(), 2).tally.reused, lines);
+        assert_eq!(run(three.path(), 2).counts.reused, lines);
     }
 
     #[test]

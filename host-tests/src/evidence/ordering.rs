@@ -10,7 +10,7 @@ use anyhow::Result;
 
 use super::jackknife::{Jackknife, sd_of_difference};
 use super::measurement::{Measured, Runner};
-use super::on_recorded::{Pair, Row};
+use super::on_recorded::{ErrorPair, Row};
 use crate::baselines::Method;
 
 /// Names of the methods in order, the best expected first.
@@ -51,7 +51,7 @@ pub enum Reason {
 
 /// One step of the order that does not hold.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Exception {
+pub struct Violation {
     /// Expected to be the better, and the worse.
     pub methods: [&'static str; 2],
     /// Their errors, rad.
@@ -61,7 +61,7 @@ pub struct Exception {
 }
 
 /// One data set, view and error.
-pub struct Judged<'a> {
+pub struct OrderCheck<'a> {
     /// Data set and view.
     pub row: &'a Row<'a>,
     /// 0: `e_t`, 1: `e_theta`.
@@ -69,20 +69,20 @@ pub struct Judged<'a> {
     /// Errors of the methods of [`ORDER`], rad; infinite where one has no estimate.
     pub errors: [f64; 3],
     /// Steps of the order that do not hold.
-    pub exceptions: Vec<Exception>,
+    pub violations: Vec<Violation>,
 }
 
-impl Judged<'_> {
+impl OrderCheck<'_> {
     /// Whether the order holds.
     #[must_use]
     pub fn holds(&self) -> bool {
-        self.exceptions.is_empty()
+        self.violations.is_empty()
     }
 
     /// Whether it does not, and nobody knows why.
     #[must_use]
     pub fn is_unexplained(&self) -> bool {
-        self.exceptions.iter().any(|exception| exception.reason == Reason::Unexplained)
+        self.violations.iter().any(|violation| violation.reason == Reason::Unexplained)
     }
 }
 
@@ -90,23 +90,23 @@ impl Judged<'_> {
 ///
 /// # Errors
 /// If an outcome cannot be kept.
-pub fn judge<'a>(
+pub fn check<'a>(
     runner: &Runner<'_>,
     rows: &'a [Row<'a>],
     methods: &[Box<dyn Method>],
-) -> Result<Vec<Judged<'a>>> {
+) -> Result<Vec<OrderCheck<'a>>> {
     let Some(places) = places(methods) else { return Ok(Vec::new()) };
-    let mut judged = Vec::new();
-    for row in rows.iter().filter(|row| row.look.is_evidence()) {
+    let mut checks = Vec::new();
+    for row in rows.iter().filter(|row| row.seen.is_evidence()) {
         let jackknives = if ordered(row, places) {
             None
         } else {
-            let of = |place: usize| Jackknife::new(row.set, row.look, methods[place].as_ref());
+            let of = |place: usize| Jackknife::new(row.set, row.seen, methods[place].as_ref());
             Some(runner.run(&places.map(of))?)
         };
-        judged.extend([0, 1].map(|part| judge_part(row, places, part, jackknives.as_deref())));
+        checks.extend([0, 1].map(|part| check_part(row, places, part, jackknives.as_deref())));
     }
-    Ok(judged)
+    Ok(checks)
 }
 
 /// Where the methods of [`ORDER`] stand among all.
@@ -117,7 +117,7 @@ fn places(methods: &[Box<dyn Method>]) -> Option<[usize; 3]> {
 }
 
 /// No estimate is worse than any.
-fn errors_of(row: &Row<'_>, places: [usize; 3]) -> [Pair; 3] {
+fn errors_of(row: &Row<'_>, places: [usize; 3]) -> [ErrorPair; 3] {
     places.map(|place| row.errors[place].as_ref().map_or([f64::INFINITY; 2], |e| e.fused))
 }
 
@@ -126,24 +126,24 @@ fn ordered(row: &Row<'_>, places: [usize; 3]) -> bool {
     [0, 1].iter().all(|&part| a[part] <= b[part] && b[part] <= c[part])
 }
 
-fn judge_part<'a>(
+fn check_part<'a>(
     row: &'a Row<'a>,
     places: [usize; 3],
     part: usize,
-    jackknives: Option<&[Measured<Vec<Pair>>]>,
-) -> Judged<'a> {
+    jackknives: Option<&[Measured<Vec<ErrorPair>>]>,
+) -> OrderCheck<'a> {
     let errors = errors_of(row, places).map(|pair| pair[part]);
     let step = |[a, b]: [usize; 2]| {
         let [better, worse] = [errors[a], errors[b]];
         let sd = jackknives.and_then(|all| sd_of_difference(&all[a], &all[b]));
-        (better > worse).then(|| Exception {
+        (better > worse).then(|| Violation {
             methods: [ORDER[a], ORDER[b]],
             errors: [better, worse],
             reason: reason(row, [places[a], places[b]], part, better - worse, sd),
         })
     };
-    let exceptions = [[0, 1], [1, 2]].into_iter().filter_map(step).collect();
-    Judged { row, part, errors, exceptions }
+    let violations = [[0, 1], [1, 2]].into_iter().filter_map(step).collect();
+    OrderCheck { row, part, errors, violations }
 }
 
 fn reason(
@@ -151,7 +151,7 @@ fn reason(
     places: [usize; 2],
     part: usize,
     difference: f64,
-    sd: Option<Pair>,
+    sd: Option<ErrorPair>,
 ) -> Reason {
     if difference.is_infinite() {
         return Reason::Unexplained;
@@ -170,7 +170,7 @@ fn reason(
     }
     let errors = places.map(|place| row.errors[place].as_ref().ok());
     let sigma = errors.map(|errors| Some(errors?.sigma()?[part]));
-    let many = row.look.pairs.len() >= MANY_PAIRS;
+    let many = row.seen.pairs.len() >= MANY_PAIRS;
     match sigma {
         [Some(better), Some(worse)] if many && better <= worse => {
             Reason::SinglePairs { sigma: [better, worse] }
@@ -197,7 +197,7 @@ impl fmt::Display for Reason {
     }
 }
 
-impl fmt::Display for Exception {
+impl fmt::Display for Violation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { methods: [a, b], errors: [better, worse], reason } = self;
         write!(f, "{a} over {b} by {:.4}: {reason}", better - worse)
@@ -208,7 +208,7 @@ impl fmt::Display for Exception {
 mod tests {
     use super::*;
     use crate::evidence::on_recorded::Errors;
-    use crate::evidence::recorded_sets::Recording;
+    use crate::evidence::recorded_sets::RecordedSet;
     use crate::synth::Scene;
     use stereo_selfcal::metrics::Deviation;
 
@@ -216,24 +216,24 @@ mod tests {
     const REFERENCE: f64 = 0.001;
     const DATA: f64 = 0.05;
 
-    fn recording() -> Recording {
+    fn recording() -> RecordedSet {
         let set = Scene { matches: 20, ..Scene::default() }.dataset(6, 1).unwrap();
         let reference = Some(Deviation { translation: REFERENCE, rotation: REFERENCE });
-        Recording { reference, ..Recording::new(&set).unwrap() }
+        RecordedSet { reference, ..RecordedSet::new(&set).unwrap() }
     }
 
     /// `e_t` of the methods of [`ORDER`], fused and RMS over six single pairs.
-    fn row(set: &Recording, errors: [(Option<f64>, f64); 3]) -> Row<'_> {
+    fn row(set: &RecordedSet, errors: [(Option<f64>, f64); 3]) -> Row<'_> {
         let of = |(fused, single): (Option<f64>, f64)| match fused {
             Some(fused) => Ok(Errors { fused: [fused, 0.0], single: vec![Some([single, 0.0]); 6] }),
             None => Err("no estimate".into()),
         };
-        let look = &set.looks[1];
-        Row { set, look, errors: errors.map(of).to_vec(), data_optimum: Ok([DATA, 0.0]) }
+        let seen = &set.views[1];
+        Row { set, seen, errors: errors.map(of).to_vec(), data_optimum: Ok([DATA, 0.0]) }
     }
 
     /// Jackknives whose differences of `e_t` have this standard deviation for two groups.
-    fn jackknives(sd: f64) -> Vec<Measured<Vec<Pair>>> {
+    fn jackknives(sd: f64) -> Vec<Measured<Vec<ErrorPair>>> {
         let of = |sign: f64| Ok(vec![[sign * sd, 0.0], [-sign * sd, 0.0]]);
         vec![of(0.5), of(-0.5), of(0.5)]
     }
@@ -241,8 +241,8 @@ mod tests {
     fn reasons(errors: [(Option<f64>, f64); 3], sd: f64) -> Vec<Reason> {
         let set = recording();
         let row = row(&set, errors);
-        let judged = judge_part(&row, [0, 1, 2], 0, Some(&jackknives(sd)));
-        judged.exceptions.into_iter().map(|exception| exception.reason).collect()
+        let checks = check_part(&row, [0, 1, 2], 0, Some(&jackknives(sd)));
+        checks.violations.into_iter().map(|violation| violation.reason).collect()
     }
 
     fn errors(fused: [f64; 3]) -> [(Option<f64>, f64); 3] {

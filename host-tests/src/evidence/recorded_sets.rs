@@ -10,7 +10,7 @@ use stereo_selfcal::{Extrinsics, RayPair, RectifyingRotations, row_offset};
 
 use super::cache::digest;
 use crate::baselines::Setting;
-use crate::data::{Dataset, Rays, View};
+use crate::data::{Dataset, Rays, TurnedView};
 
 /// By how much the left view is turned, degrees.
 pub const TURN_DEG: f64 = 5.0;
@@ -28,7 +28,7 @@ const NO_EVIDENCE: f64 = 1e-6;
 pub const START: Extrinsics<f64> = Extrinsics::SIDE_BY_SIDE;
 
 /// A data set, from all views.
-pub struct Recording {
+pub struct RecordedSet {
     /// Name of its folder.
     pub name: String,
     /// Digest of all it contains.
@@ -38,13 +38,13 @@ pub struct Recording {
     /// Standard error of its reference, rad, where it is known.
     pub reference: Option<Deviation<f64>>,
     /// Share of matches that do not agree with the reference, 0 to 1.
-    pub mismatches: f64,
+    pub outliers: f64,
     /// Middle, top, bottom, left, right.
-    pub looks: Vec<Look>,
+    pub views: Vec<SetView>,
 }
 
 /// A data set from one view.
-pub struct Look {
+pub struct SetView {
     /// Name of the view.
     pub view: &'static str,
     /// Rays of each pair; what has none is left out.
@@ -57,7 +57,7 @@ pub struct Look {
     pub setting: Setting,
 }
 
-impl Recording {
+impl RecordedSet {
     /// From all five views.
     ///
     /// # Errors
@@ -65,17 +65,17 @@ impl Recording {
     pub fn new(set: &Dataset) -> Result<Self> {
         let views = [
             ("middle", None),
-            ("top", Some(View::Top)),
-            ("bottom", Some(View::Bottom)),
-            ("left", Some(View::Left)),
-            ("right", Some(View::Right)),
+            ("top", Some(TurnedView::Top)),
+            ("bottom", Some(TurnedView::Bottom)),
+            ("left", Some(TurnedView::Left)),
+            ("right", Some(TurnedView::Right)),
         ];
-        let look = |(name, view): (&'static str, Option<View>)| match view {
-            None => Look::new(name, set),
-            Some(view) => Look::new(name, &view.turn(set, TURN_DEG)?),
+        let seen = |(name, view): (&'static str, Option<TurnedView>)| match view {
+            None => SetView::new(name, set),
+            Some(view) => SetView::new(name, &view.turn(set, TURN_DEG)?),
         };
-        let looks: Result<Vec<Look>> = views.into_iter().map(look).collect();
-        let looks = looks.with_context(|| set.name.clone())?;
+        let views: Result<Vec<SetView>> = views.into_iter().map(seen).collect();
+        let views = views.with_context(|| set.name.clone())?;
         let reference = set
             .meta
             .sigma_t_deg
@@ -88,19 +88,19 @@ impl Recording {
             digest: digest(&content),
             source: set.meta.source.clone(),
             reference,
-            mismatches: looks.first().map_or(0.0, Look::mismatches),
-            looks,
+            outliers: views.first().map_or(0.0, SetView::outliers),
+            views,
         })
     }
 
     /// Correspondences of all pairs.
     #[must_use]
     pub fn matches(&self) -> usize {
-        self.looks.first().map_or(0, |look| look.pairs.iter().map(Vec::len).sum())
+        self.views.first().map_or(0, |seen| seen.pairs.iter().map(Vec::len).sum())
     }
 }
 
-impl Look {
+impl SetView {
     fn new(view: &'static str, set: &Dataset) -> Result<Self> {
         let cameras = set.cameras::<f64>()?;
         let rays = |m: &crate::data::Match| {
@@ -127,7 +127,7 @@ impl Look {
         }
     }
 
-    fn mismatches(&self) -> f64 {
+    fn outliers(&self) -> f64 {
         let count = |n: usize| u32::try_from(n).map_or(f64::INFINITY, f64::from);
         let agrees = self.agrees();
         let all = self.pairs.iter().map(Vec::len).sum::<usize>();
@@ -161,15 +161,15 @@ impl Look {
 ///
 /// # Errors
 /// Names the folder that has none, or the set that cannot be read.
-pub fn all(folders: &[PathBuf]) -> Result<Vec<Recording>> {
+pub fn all(folders: &[PathBuf]) -> Result<Vec<RecordedSet>> {
     let mut places: Vec<PathBuf> =
         Dataset::SHIPPED.iter().map(|name| Dataset::shipped().join(name)).collect();
     for folder in folders {
         places.extend(sets_in(folder)?);
     }
-    let mut all: Vec<Recording> = Vec::new();
+    let mut all: Vec<RecordedSet> = Vec::new();
     for place in places {
-        let recording = Recording::new(&Dataset::load(&place)?)?;
+        let recording = RecordedSet::new(&Dataset::load(&place)?)?;
         if all.iter().all(|other| other.digest != recording.digest) {
             all.push(recording);
         }
@@ -205,9 +205,9 @@ mod tests {
         let recordings = all(&[]).unwrap();
         for recording in &recordings {
             let rectified = ["motorcycle_sift", "aloe_sift"].contains(&recording.name.as_str());
-            for look in &recording.looks {
-                let expected = !(rectified && look.view == "middle");
-                assert_eq!(look.is_evidence(), expected, "{} {}", recording.name, look.view);
+            for seen in &recording.views {
+                let expected = !(rectified && seen.view == "middle");
+                assert_eq!(seen.is_evidence(), expected, "{} {}", recording.name, seen.view);
             }
         }
     }

@@ -9,8 +9,8 @@ use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Extrinsics, Scalar};
 
 use super::effort::Effort;
-use super::measurement::{Cell, Measured, Runner};
-use super::on_recorded::pair;
+use super::measurement::{Measured, Measurement, Runner};
+use super::on_recorded::error_pair;
 use super::recorded_sets::START;
 use crate::baselines::{Method, Setting};
 use crate::bounds::cramer_rao;
@@ -29,7 +29,7 @@ const DEPTH_RATIO: f64 = 10.0;
 
 /// What is varied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub enum Axis {
+pub enum SweepAxis {
     /// Correspondences a pair, no mismatches.
     Matches,
     /// Noise of a coordinate, px, no mismatches.
@@ -61,7 +61,7 @@ pub struct Trial {
 /// One method at one value; `None` where it gave no estimate.
 #[derive(Serialize)]
 struct Point<'a> {
-    axis: Axis,
+    axis: SweepAxis,
     value: f64,
     trials: u64,
     seed: u64,
@@ -73,7 +73,7 @@ struct Point<'a> {
 /// The Cramer-Rao bound at one value: RMS of `e_t` and of `e_theta`, rad.
 #[derive(Serialize)]
 struct Bound {
-    axis: Axis,
+    axis: SweepAxis,
     value: f64,
     trials: u64,
     seed: u64,
@@ -82,7 +82,7 @@ struct Bound {
 /// All methods over one axis.
 pub struct Sweep {
     /// What is varied.
-    pub axis: Axis,
+    pub axis: SweepAxis,
     /// Its values.
     pub values: Vec<f64>,
     /// Trials, by method and value.
@@ -91,7 +91,7 @@ pub struct Sweep {
     pub bound: Vec<Measured<[f64; 2]>>,
 }
 
-impl Axis {
+impl SweepAxis {
     /// All, in the order of the page.
     pub const ALL: [Self; 6] =
         [Self::Matches, Self::Noise, Self::Outliers, Self::Pairs, Self::Depth, Self::Band];
@@ -153,7 +153,7 @@ impl Axis {
 
 /// The pairs of each trial.
 fn scenes(
-    axis: Axis,
+    axis: SweepAxis,
     value: f64,
     seeds: std::ops::Range<u64>,
 ) -> Result<(Scene, Vec<Vec<SynthPair>>)> {
@@ -164,7 +164,7 @@ fn scenes(
     Ok((scene, all))
 }
 
-impl Cell for Point<'_> {
+impl Measurement for Point<'_> {
     type Outcome = Vec<Option<Trial>>;
     const KIND: &'static str = "generated";
 
@@ -188,7 +188,7 @@ impl Cell for Point<'_> {
     }
 }
 
-impl Cell for Bound {
+impl Measurement for Bound {
     type Outcome = [f64; 2];
     const KIND: &'static str = "bound";
 
@@ -208,7 +208,7 @@ impl Cell for Bound {
             cramer_rao(&scene.rig, rays.iter(), noise)
         };
         let rms = Deviation::root_mean_square(all.iter().map(of));
-        Ok(pair(rms.unwrap_or_default()))
+        Ok(error_pair(rms.unwrap_or_default()))
     }
 }
 
@@ -242,7 +242,7 @@ fn trial(scene: &Scene, pairs: &[SynthPair], estimate: &Extrinsics<f64>) -> Opti
 /// If an outcome cannot be kept.
 pub fn sweep(
     runner: &Runner<'_>,
-    axis: Axis,
+    axis: SweepAxis,
     methods: &[Box<dyn Method>],
     effort: Effort,
 ) -> Result<Sweep> {

@@ -56,7 +56,7 @@ pub struct Solved {
 
 /// A run being evaluated.
 #[derive(Debug, Clone)]
-pub struct Evaluation {
+pub struct RunLog {
     /// Of the latest pair.
     truth: Extrinsics<f64>,
     /// Of each pair; empty where the rig does not move.
@@ -66,7 +66,7 @@ pub struct Evaluation {
     fused: Option<Estimate>,
 }
 
-impl Evaluation {
+impl RunLog {
     /// Of a run that starts at `factory`, on data whose truth is `truth`.
     #[must_use]
     pub fn new(truth: Extrinsics<f64>, factory: Extrinsics<f64>) -> Self {

@@ -11,6 +11,6 @@ mod summary;
 pub mod timeline;
 
 pub use estimate::Estimate;
-pub use log::{Evaluation, Solved, Step, Verdict};
+pub use log::{RunLog, Solved, Step, Verdict};
 pub use replay::{CAPACITY, replay, replay_within};
 pub use summary::{SCREEN_PX, Summary, row_offsets_px};

@@ -15,7 +15,7 @@ use stereo_selfcal::{
 
 use crate::bounds::{cramer_rao, joint_fit};
 use crate::data::{Rays, in_f64};
-use crate::synth::{Frame, Scenario, Scene, SynthPair};
+use crate::synth::{Scenario, ScenarioPair, Scene, SynthPair};
 
 /// Room for the matches of any scenario.
 const CAPACITY: usize = 512;
@@ -24,11 +24,11 @@ const CAPACITY: usize = 512;
 const FEW: usize = 12;
 
 /// An error above so many reported deviations is a false claim.
-const FALSE_CLAIM: f64 = 5.0;
+const TOO_MANY_SD: f64 = 5.0;
 
 /// What one pair of a run left behind.
 #[derive(Debug, Clone, Copy)]
-pub struct Moment {
+pub struct AfterPair {
     /// State after the pair.
     pub state: State,
     /// How it was taken in, if at all.
@@ -42,7 +42,7 @@ pub struct Moment {
     /// Error of what is in use.
     pub in_use: Deviation<f64>,
     /// Error over its reported deviation: the worse of `R` and `t`.
-    pub over_claim: f64,
+    pub error_in_sd: f64,
     /// Error squared over its reported covariance, five degrees of freedom.
     pub nees: f64,
     /// Whether something speaks against the estimate.
@@ -53,9 +53,9 @@ pub struct Moment {
 #[derive(Debug, Clone)]
 pub struct Run {
     /// Pair by pair; `None` before there is an estimate.
-    pub moments: Vec<Option<Moment>>,
+    pub pairs: Vec<Option<AfterPair>>,
     /// Error of the joint fit of all true matches; `None` where the rig moves or there are none.
-    pub oracle: Option<Deviation<f64>>,
+    pub joint_fit: Option<Deviation<f64>>,
     /// Cramer-Rao bound of the last pair's true matches; NaN where there are too few.
     pub bound: Deviation<f64>,
 }
@@ -64,20 +64,20 @@ impl Run {
     /// First pair after which the state was locked.
     #[must_use]
     pub fn locked_at(&self) -> Option<usize> {
-        self.moments.iter().position(|m| m.is_some_and(|m| m.state == State::Locked))
+        self.pairs.iter().position(|m| m.is_some_and(|m| m.state == State::Locked))
     }
 
     /// The last pair.
     #[must_use]
-    pub fn last(&self) -> Option<&Moment> {
-        self.moments.last()?.as_ref()
+    pub fn last(&self) -> Option<&AfterPair> {
+        self.pairs.last()?.as_ref()
     }
 
     /// Pairs in state locked, and those among them that claim too much.
     #[must_use]
-    pub fn locked_and_false(&self) -> [usize; 2] {
-        let locked = || self.moments.iter().flatten().filter(|m| m.state == State::Locked);
-        [locked().count(), locked().filter(|m| m.over_claim > FALSE_CLAIM).count()]
+    pub fn locked_and_overconfident(&self) -> [usize; 2] {
+        let locked = || self.pairs.iter().flatten().filter(|m| m.state == State::Locked);
+        [locked().count(), locked().filter(|m| m.error_in_sd > TOO_MANY_SD).count()]
     }
 }
 
@@ -129,15 +129,15 @@ pub fn long_run<T: Scalar>(
     config: Config,
     seed: u64,
     mut each: impl FnMut(),
-) -> Result<Vec<(usize, Moment)>> {
+) -> Result<Vec<(usize, AfterPair)>> {
     let mut calibrator = calibrator::<T>(scenario, config)?;
     let mut kept = Vec::new();
     let mut due = 10;
     // What a scene holds from pair to pair is checked pair by pair: a million would take hours.
     for (at, pair) in (1..=scenario.pairs).zip(scenario.scene.pairs(seed)) {
-        let moment = step(&mut calibrator, &pair, &scenario.scene.rig);
+        let after_pair = step(&mut calibrator, &pair, &scenario.scene.rig);
         if at == due || at == scenario.pairs {
-            kept.extend(moment.map(|moment| (at, moment)));
+            kept.extend(after_pair.map(|after_pair| (at, after_pair)));
             due *= 10;
         }
         each();
@@ -168,7 +168,7 @@ fn step<T: Scalar>(
     calibrator: &mut Calibrator<T, CAPACITY>,
     pair: &SynthPair,
     truth: &Extrinsics<f64>,
-) -> Option<Moment> {
+) -> Option<AfterPair> {
     for m in &pair.matches {
         // A generated match is inside both images.
         let _ = calibrator.push(&m.correspondence());
@@ -178,17 +178,17 @@ fn step<T: Scalar>(
     calibrator.clear_pair();
     let passes = report.map(|report| report.passes);
     let proposal = calibrator.proposal()?;
-    Some(moment(&proposal, fused, passes, calibrator.in_use(), truth))
+    Some(after_pair(&proposal, fused, passes, calibrator.in_use(), truth))
 }
 
 fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Run> {
     let mut calibrator = calibrator::<T>(scenario, config)?;
-    let mut moments = Vec::with_capacity(scenario.pairs);
+    let mut pairs = Vec::with_capacity(scenario.pairs);
     let mut inliers: Vec<Rays> = Vec::new();
-    let mut last: Option<Frame> = None;
+    let mut last: Option<ScenarioPair> = None;
     let still = !scenario.kind.moves();
     for frame in scenario.frames(seed)? {
-        moments.push(step(&mut calibrator, &frame.pair, &frame.scene.rig));
+        pairs.push(step(&mut calibrator, &frame.pair, &frame.scene.rig));
         if still {
             let noisy = frame.pair.matches.iter().zip(&frame.pair.inlier);
             let true_ones = noisy.filter(|(_, inlier)| **inlier).map(|(m, _)| m);
@@ -210,18 +210,18 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Run>
     let unknown = Deviation { translation: f64::NAN, rotation: f64::NAN };
     let few = |rays: &[Rays]| rays.len() < FEW;
     let bound = if few(&clean) { unknown } else { cramer_rao(rig, clean.iter(), noise) };
-    let oracle =
+    let joint_fit =
         (still && !few(&inliers)).then(|| Deviation::between(&joint_fit(rig, &inliers), rig));
-    Ok(Run { moments, oracle, bound })
+    Ok(Run { pairs, joint_fit, bound })
 }
 
-fn moment<T: Scalar>(
+fn after_pair<T: Scalar>(
     proposal: &Proposal<T>,
     fused: Option<Fused>,
     passes: Option<u16>,
     in_use: &Extrinsics<T>,
     truth: &Extrinsics<f64>,
-) -> Moment {
+) -> AfterPair {
     let found = in_f64(&proposal.extrinsics);
     let error = Deviation::between(&found, truth);
     let over = |error: f64, sd: T| error / sd.to_f64();
@@ -230,14 +230,14 @@ fn moment<T: Scalar>(
         let c = c.map(T::to_f64);
         Some(off.dot(&c.cholesky()?.solve(&off)))
     });
-    Moment {
+    AfterPair {
         state: proposal.state,
         found,
         fused,
         passes,
         error,
         in_use: Deviation::between(&in_f64(in_use), truth),
-        over_claim: over(error.rotation, proposal.sd.rotation)
+        error_in_sd: over(error.rotation, proposal.sd.rotation)
             .max(over(error.translation, proposal.sd.translation)),
         nees: nees.unwrap_or(f64::NAN),
         doubt: proposal.doubt,

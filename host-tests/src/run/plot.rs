@@ -7,7 +7,7 @@ use anyhow::Result;
 use plotters::prelude::*;
 use stereo_selfcal::metrics::Deviation;
 
-use super::log::{Evaluation, Step};
+use super::log::{RunLog, Step};
 use super::summary::row_offsets_px;
 use crate::chart::sheet::{
     Area, BLUE, DOT, Entry, FILL, GREEN, GREY, GRID, Mark, ORANGE, chart_on, font, headed,
@@ -35,12 +35,12 @@ const MAX_DECADES: f64 = 6.0;
 ///
 /// # Errors
 /// If the data set's cameras are not valid, or the file cannot be written.
-pub fn write_svg(path: &Path, set: &Dataset, evaluation: &Evaluation) -> Result<()> {
-    crate::chart::sheet::write(path, &svg(set, evaluation)?)
+pub fn write_svg(path: &Path, set: &Dataset, log: &RunLog) -> Result<()> {
+    crate::chart::sheet::write(path, &svg(set, log)?)
 }
 
-fn svg(set: &Dataset, evaluation: &Evaluation) -> Result<String> {
-    let histogram = Histogram::of(set, evaluation)?;
+fn svg(set: &Dataset, log: &RunLog) -> Result<String> {
+    let histogram = Histogram::of(set, log)?;
     let mut svg = String::new();
     {
         let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
@@ -49,7 +49,7 @@ fn svg(set: &Dataset, evaluation: &Evaluation) -> Result<String> {
         let title = format!("{}, pairs: {}, matches: {matches}", set.name, set.pairs.len());
         let (left, right) = root.titled(&title, font(20))?.split_horizontally(SIZE.0 / 2);
         draw_offsets(&left, &histogram)?;
-        draw_errors(&right, set, evaluation.steps())?;
+        draw_errors(&right, set, log.steps())?;
         root.present()?;
     }
     Ok(svg)
@@ -73,12 +73,12 @@ struct Counts {
 }
 
 impl Histogram {
-    fn of(set: &Dataset, evaluation: &Evaluation) -> Result<Self> {
+    fn of(set: &Dataset, log: &RunLog) -> Result<Self> {
         let offsets = |extrinsics| -> Result<Vec<f64>> {
             Ok(row_offsets_px(set, extrinsics)?.into_iter().flatten().flatten().collect())
         };
-        let before = offsets(evaluation.factory())?;
-        let after = evaluation.fused().map(|f| offsets(&f.extrinsics)).transpose()?;
+        let before = offsets(log.factory())?;
+        let after = log.fused().map(|f| offsets(&f.extrinsics)).transpose()?;
         let limit = nice_limit(MIN_LIMIT_PX.max(LIMIT_IN_MEDIANS * median_size(&before)));
         let counts = |offsets: &[f64]| Counts::within(limit, offsets);
         let after = after.as_deref().map(counts).transpose()?;
@@ -300,14 +300,14 @@ mod tests {
         }
         let set = exact.dataset(2, 1).unwrap();
         let truth = set.truth::<f64>().unwrap();
-        let untouched = Evaluation::new(truth, in_f64(&Extrinsics::<f32>::SIDE_BY_SIDE));
+        let untouched = RunLog::new(truth, in_f64(&Extrinsics::<f32>::SIDE_BY_SIDE));
         assert!(svg(&set, &untouched).unwrap().contains("as the run started; 0.0 %"));
     }
 
     #[test]
     fn an_older_picture_is_replaced_and_folders_are_made() {
         let set = Scene::default().dataset(1, 1).unwrap();
-        let run = Evaluation::new(set.truth().unwrap(), Extrinsics::SIDE_BY_SIDE);
+        let run = RunLog::new(set.truth().unwrap(), Extrinsics::SIDE_BY_SIDE);
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a/b.svg");
         for _ in 0..2 {

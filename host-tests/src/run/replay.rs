@@ -3,7 +3,7 @@
 use anyhow::Result;
 use stereo_selfcal::{Calibrator, Config, Extrinsics, Scalar};
 
-use super::log::{Evaluation, Step};
+use super::log::{RunLog, Step};
 use crate::data::{Dataset, Match, in_f64};
 
 /// Correspondences a pair that a replay has room for, unless it says otherwise.
@@ -18,7 +18,7 @@ pub fn replay<T: Scalar>(
     config: Config,
     start: Extrinsics<T>,
     each: impl FnMut(&Step),
-) -> Result<Evaluation> {
+) -> Result<RunLog> {
     replay_within::<T, CAPACITY>(set, config, start, each)
 }
 
@@ -34,21 +34,21 @@ pub fn replay_within<T: Scalar, const N: usize>(
     config: Config,
     start: Extrinsics<T>,
     mut each: impl FnMut(&Step),
-) -> Result<Evaluation> {
+) -> Result<RunLog> {
     let mut calibrator = Box::new(Calibrator::<T, N>::new(config));
     calibrator.set_cameras(set.cameras()?);
     calibrator.set_factory(start);
-    let mut evaluation = Evaluation::new(set.truth()?, in_f64(&start)).with_truths(set.truths()?);
+    let mut log = RunLog::new(set.truth()?, in_f64(&start)).with_truths(set.truths()?);
     for pair in &set.pairs {
-        each(replay_pair(&mut calibrator, pair, &mut evaluation));
+        each(replay_pair(&mut calibrator, pair, &mut log));
     }
-    Ok(evaluation)
+    Ok(log)
 }
 
 fn replay_pair<'a, T: Scalar, const N: usize>(
     calibrator: &mut Calibrator<T, N>,
     pair: &[Match],
-    evaluation: &'a mut Evaluation,
+    log: &'a mut RunLog,
 ) -> &'a Step {
     for m in pair {
         // Refusals are counted in the batch and shown with the pair.
@@ -57,5 +57,5 @@ fn replay_pair<'a, T: Scalar, const N: usize>(
     let taken = calibrator.batch().pairs().len();
     let outcome = calibrator.solve_pair().map(|report| (report, calibrator.fuse(&report)));
     calibrator.clear_pair();
-    evaluation.record([pair.len(), taken], outcome, calibrator.proposal().as_ref())
+    log.record([pair.len(), taken], outcome, calibrator.proposal().as_ref())
 }

@@ -20,7 +20,7 @@ const WIDEST: f64 = 10.0;
 
 /// What came of the pairs of a file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Outcome {
+pub struct SinglePairStats {
     /// Pairs.
     pub pairs: usize,
     /// Correspondences of each.
@@ -43,7 +43,7 @@ pub struct Outcome {
     pub passes: f64,
 }
 
-impl fmt::Display for Outcome {
+impl fmt::Display for SinglePairStats {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{} pairs of {} correspondences", self.pairs, self.matches)?;
         let Self { median_us, p99_us, push_median_us, passes, .. } = self;
@@ -59,7 +59,7 @@ impl fmt::Display for Outcome {
 }
 
 /// One pair solved.
-struct Solved {
+struct TimedPair {
     push: Duration,
     solve: Duration,
     found: Option<(Deviation<f64>, u16)>,
@@ -78,10 +78,10 @@ pub fn run<T: Scalar, const N: usize>(
     focal: f64,
     rounds: u32,
     mut each: impl FnMut(),
-) -> Result<Outcome> {
+) -> Result<SinglePairStats> {
     ensure!(file.matches() <= N, "pairs of {} are longer than {N}", file.matches());
     let mut calibrator = Box::new(Calibrator::<T, N>::new(config));
-    let bench = Bench::of(file, focal)?;
+    let bench = BenchCamera::of(file, focal)?;
     calibrator.set_cameras(bench.cameras()?);
     calibrator.set_factory(Extrinsics::SIDE_BY_SIDE);
     let batches: Vec<_> = file.pairs.iter().map(|pair| bench.pixels::<T>(pair)).collect();
@@ -104,7 +104,7 @@ pub fn run<T: Scalar, const N: usize>(
     let rms = rms.unwrap_or(Deviation { translation: f64::NAN, rotation: f64::NAN });
     let failed = |error: &Deviation<f64>| error.rotation.to_degrees() > FAILURE_DEG;
     let refused = solved.len() - found.len();
-    Ok(Outcome {
+    Ok(SinglePairStats {
         pairs: file.pairs.len(),
         matches: file.matches(),
         median_us: quantile_us(&mut solves, 50),
@@ -124,7 +124,7 @@ fn solve<T: Scalar, const N: usize>(
     calibrator: &mut Calibrator<T, N>,
     batch: &[Correspondence<T>],
     truth: &Extrinsics<f64>,
-) -> Result<Solved> {
+) -> Result<TimedPair> {
     calibrator.reset();
     let started = Instant::now();
     for correspondence in batch {
@@ -136,16 +136,16 @@ fn solve<T: Scalar, const N: usize>(
     let solve = started.elapsed();
     let error = |found: &Extrinsics<T>| Deviation::between(&in_f64(found), truth);
     let found = report.ok().map(|report| (error(&report.extrinsics), report.passes));
-    Ok(Solved { push, solve, found })
+    Ok(TimedPair { push, solve, found })
 }
 
 /// The smallest pinhole camera that sees all rays, which are symmetric about its axis.
-struct Bench {
+struct BenchCamera {
     focal: f64,
     centre: [f64; 2],
 }
 
-impl Bench {
+impl BenchCamera {
     fn of(file: &PairFile, focal: f64) -> Result<Self> {
         let rays = || file.pairs.iter().flat_map(|pair| &pair.rays);
         let widest = |x: fn(&[f64; 4]) -> [f64; 2]| {
@@ -199,11 +199,11 @@ fn quantile_us(times: &mut [Duration], percent: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::synth::{Kind, Scene, rig};
+    use crate::synth::{ScenarioKind, Scene, rig};
 
     fn generated(matches: usize) -> PairFile {
         let rig = rig([3.0, -2.0, 4.0], [3.0, -3.0]).unwrap();
-        let scene = Scene { rig, matches, outliers: 0.3, ..Kind::Near.scene() };
+        let scene = Scene { rig, matches, outliers: 0.3, ..ScenarioKind::Near.scene() };
         PairFile::of(&scene.dataset(20, 1).unwrap()).unwrap()
     }
 

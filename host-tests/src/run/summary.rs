@@ -7,7 +7,7 @@ use serde::Serialize;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Extrinsics, RayPair, RectifyingRotations, row_offset};
 
-use super::log::{Evaluation, Step, Verdict};
+use super::log::{RunLog, Step, Verdict};
 use crate::data::{Dataset, Match};
 
 /// Matches further than this from the final estimate's rows do not count in RMS row offsets, px:
@@ -50,7 +50,7 @@ pub struct Summary {
     pub in_row: Option<[f64; 2]>,
 }
 
-impl Evaluation {
+impl RunLog {
     /// The whole run.
     ///
     /// # Errors

@@ -43,7 +43,7 @@ type Pose = [f64; 5];
 
 /// What is drawn of one pair, after it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Moment {
+pub struct TimelinePoint {
     /// The rig during the pair.
     pub truth: Extrinsics<f64>,
     /// What is in use.
@@ -97,11 +97,11 @@ fn deviations(extrinsics: &Extrinsics<f64>, covariance: &Matrix5<f64>) -> Pose {
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn write_svg(path: &Path, title: &str, moments: &[Moment], knock: usize) -> Result<()> {
-    sheet::write(path, &svg(title, moments, knock)?)
+pub fn write_svg(path: &Path, title: &str, points: &[TimelinePoint], knock: usize) -> Result<()> {
+    sheet::write(path, &svg(title, points, knock)?)
 }
 
-fn svg(title: &str, moments: &[Moment], knock: usize) -> Result<String> {
+fn svg(title: &str, points: &[TimelinePoint], knock: usize) -> Result<String> {
     let mut svg = String::new();
     {
         let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
@@ -110,9 +110,9 @@ fn svg(title: &str, moments: &[Moment], knock: usize) -> Result<String> {
         let (panels, strip) = rest.split_vertically(SIZE.1 - HEAD - STRIP);
         draw_head(&head, title)?;
         for (component, panel) in panels.split_evenly((NAMES.len(), 1)).iter().enumerate() {
-            draw_panel(panel, &Panel::of(component, moments), knock)?;
+            draw_panel(panel, &Panel::of(component, points), knock)?;
         }
-        draw_states(&strip, moments, knock)?;
+        draw_states(&strip, points, knock)?;
         root.present()?;
     }
     Ok(svg)
@@ -147,10 +147,10 @@ struct Panel {
 }
 
 impl Panel {
-    fn of(component: usize, moments: &[Moment]) -> Self {
-        let numbered = || (0_u32..).map(f64::from).zip(moments);
+    fn of(component: usize, points: &[TimelinePoint]) -> Self {
+        let numbered = || (0_u32..).map(f64::from).zip(points);
         let truth: Vec<_> = numbered().map(|(i, m)| (i, pose(&m.truth)[component])).collect();
-        let height = height(&truth, moments, component);
+        let height = height(&truth, points, component);
         let shown = |(i, y): (f64, f64)| (i, y.clamp(height.start, height.end));
         let in_use = numbered().map(|(i, m)| shown((i, pose(&m.in_use)[component]))).collect();
         let proposals: Vec<(f64, f64, f64)> = numbered()
@@ -174,10 +174,10 @@ impl Panel {
 }
 
 /// What a panel shows: the truth, and the band while the estimate is locked.
-fn height(truth: &[(f64, f64)], moments: &[Moment], component: usize) -> Range<f64> {
-    let locked = moments.iter().filter(|m| m.state == State::Locked);
+fn height(truth: &[(f64, f64)], points: &[TimelinePoint], component: usize) -> Range<f64> {
+    let locked = points.iter().filter(|m| m.state == State::Locked);
     // The first locked pairs claim little, and would flatten what comes after.
-    let settled = locked.skip(moments.len() / 50).filter_map(|m| m.proposed.as_ref());
+    let settled = locked.skip(points.len() / 50).filter_map(|m| m.proposed.as_ref());
     let ends = settled.flat_map(|p| [-2.0, 2.0].map(|n| p.pose[component] + n * p.sd[component]));
     let values = truth.iter().map(|(_, y)| *y).chain(ends);
     let (low, high) =
@@ -226,8 +226,8 @@ fn color(state: State) -> RGBColor {
     }
 }
 
-fn draw_states(area: &Area<'_>, moments: &[Moment], knock: usize) -> Result<()> {
-    let pairs = f64::from(u32::try_from(moments.len())?);
+fn draw_states(area: &Area<'_>, points: &[TimelinePoint], knock: usize) -> Result<()> {
+    let pairs = f64::from(u32::try_from(points.len())?);
     let mut chart = ChartBuilder::on(area)
         .margin_top(6)
         .margin_right(MARGIN)
@@ -245,7 +245,7 @@ fn draw_states(area: &Area<'_>, moments: &[Moment], knock: usize) -> Result<()> 
         .axis_desc_style(font(14))
         .draw()?;
     let mut from = 0.0;
-    for run in moments.chunk_by(|a, b| a.state == b.state) {
+    for run in points.chunk_by(|a, b| a.state == b.state) {
         // From the pair that brought the state to the one that ended it.
         let to = from + f64::from(u32::try_from(run.len())?);
         let color = color(run[0].state);
@@ -292,9 +292,10 @@ mod tests {
     #[test]
     fn no_pair_and_one_pair_without_an_estimate_are_drawn_all_the_same() {
         let rig = Extrinsics::SIDE_BY_SIDE;
-        let moment = Moment { truth: rig, in_use: rig, proposed: None, state: State::Acquiring };
-        for moments in [&[][..], &[moment]] {
-            assert!(svg("nothing yet", moments, 0).unwrap().contains("nothing yet"));
+        let point =
+            TimelinePoint { truth: rig, in_use: rig, proposed: None, state: State::Acquiring };
+        for points in [&[][..], &[point]] {
+            assert!(svg("nothing yet", points, 0).unwrap().contains("nothing yet"));
         }
     }
 }

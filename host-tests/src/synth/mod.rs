@@ -10,5 +10,5 @@ mod scene;
 pub use depth::Depth;
 pub use grid::Grid;
 pub use rig::{five_degrees_off, rig};
-pub use scenario::{Frame, Kind, Scenario};
+pub use scenario::{Scenario, ScenarioKind, ScenarioPair};
 pub use scene::{Scene, SynthPair};

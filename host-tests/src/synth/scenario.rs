@@ -20,7 +20,7 @@ use crate::data::{Dataset, Rig};
 
 /// Name of a scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
-pub enum Kind {
+pub enum ScenarioKind {
     /// Points 3 to 80 baselines away.
     #[default]
     Near,
@@ -50,7 +50,7 @@ pub enum Kind {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
     /// What varies over the pairs.
-    pub kind: Kind,
+    pub kind: ScenarioKind,
     /// What does not vary. Of what does, `depth`, `matches` and `band` are the limits; a plane as
     /// `depth` is taken as it is.
     pub scene: Scene,
@@ -64,7 +64,7 @@ pub struct Scenario {
 
 /// One pair of a scenario.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Frame {
+pub struct ScenarioPair {
     /// The scene of this pair, its rig the truth of this pair.
     pub scene: Scene,
     /// Correspondences, and what is behind them.
@@ -83,7 +83,7 @@ const SLANT_DEG: [f64; 2] = [15.0, 60.0];
 /// What varies is drawn from another stream of the generator than the points, which is stream 0.
 const STREAM: u64 = 1;
 
-impl Kind {
+impl ScenarioKind {
     /// The scene that goes by this name.
     #[must_use]
     pub fn scene(self) -> Scene {
@@ -126,7 +126,7 @@ impl Kind {
     }
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for ScenarioKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let value = clap::ValueEnum::to_possible_value(self);
         f.write_str(value.as_ref().map_or("", |value| value.get_name()))
@@ -136,7 +136,7 @@ impl fmt::Display for Kind {
 impl Scenario {
     /// The scenario of that name.
     #[must_use]
-    pub fn new(kind: Kind, pairs: usize) -> Self {
+    pub fn new(kind: ScenarioKind, pairs: usize) -> Self {
         Self {
             kind,
             scene: kind.scene(),
@@ -165,10 +165,10 @@ impl Scenario {
     /// # Errors
     /// Names the parameter that is out of range, or the pair that the cameras would not share a view
     /// of.
-    pub fn frames(&self, seed: u64) -> Result<impl Iterator<Item = Frame> + use<>> {
+    pub fn frames(&self, seed: u64) -> Result<impl Iterator<Item = ScenarioPair> + use<>> {
         self.scene.check()?;
         let scenes = self.scenes(seed)?;
-        let parked = self.kind == Kind::Parked;
+        let parked = self.kind == ScenarioKind::Parked;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut first: Option<SynthPair> = None;
         Ok(scenes.into_iter().map(move |scene| {
@@ -179,7 +179,7 @@ impl Scenario {
             if parked && first.is_none() {
                 first = Some(pair.clone());
             }
-            Frame { scene, pair }
+            ScenarioPair { scene, pair }
         }))
     }
 
@@ -190,7 +190,7 @@ impl Scenario {
     pub fn dataset(&self, seed: u64) -> Result<Dataset> {
         let mut meta = self.scene.meta();
         let (mut pairs, mut rigs) = (Vec::new(), Vec::new());
-        for Frame { scene, pair } in self.frames(seed)? {
+        for ScenarioPair { scene, pair } in self.frames(seed)? {
             meta = scene.meta();
             pairs.push(pair.matches);
             rigs.extend(self.kind.moves().then(|| Rig::from(&scene.rig)));
@@ -216,22 +216,28 @@ impl Scenario {
     fn scene_of(&self, pair: usize, axis: &Vector3<f64>, rng: &mut ChaCha8Rng) -> Result<Scene> {
         let base = self.scene.clone();
         Ok(match self.kind {
-            Kind::Near | Kind::Far | Kind::VeryFar | Kind::NarrowBand | Kind::Parked => base,
-            Kind::Heterogeneous => heterogeneous(&base, rng),
-            Kind::Planar => {
+            ScenarioKind::Near
+            | ScenarioKind::Far
+            | ScenarioKind::VeryFar
+            | ScenarioKind::NarrowBand
+            | ScenarioKind::Parked => base,
+            ScenarioKind::Heterogeneous => heterogeneous(&base, rng),
+            ScenarioKind::Planar => {
                 let [x, y]: [f64; 2] = UnitCircle.sample(rng);
                 let slant = between(SLANT_DEG, rng).to_radians().tan();
                 Scene { depth: plane(base.depth, [x * slant, y * slant], rng), ..base }
             }
-            Kind::FrontoParallel => Scene { depth: plane(base.depth, [0.0; 2], rng), ..base },
-            Kind::Flight => {
+            ScenarioKind::FrontoParallel => {
+                Scene { depth: plane(base.depth, [0.0; 2], rng), ..base }
+            }
+            ScenarioKind::Flight => {
                 let knock_deg = if pair < self.turned_from() { 0.0 } else { self.turn_deg };
                 let Self { pairs, vibration_deg, .. } = *self;
                 Part { at: [pair, pairs], knock_deg, vibration_deg }.scene(&base, axis, rng)?
             }
-            Kind::Step if pair < self.turned_from() => base,
-            Kind::Step => Scene { rig: turned(&base.rig, axis, self.turn_deg)?, ..base },
-            Kind::Drift => {
+            ScenarioKind::Step if pair < self.turned_from() => base,
+            ScenarioKind::Step => Scene { rig: turned(&base.rig, axis, self.turn_deg)?, ..base },
+            ScenarioKind::Drift => {
                 let pairs = f64::from(u32::try_from(pair)?);
                 Scene { rig: turned(&base.rig, axis, pairs * self.turn_deg)?, ..base }
             }

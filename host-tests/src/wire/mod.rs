@@ -9,5 +9,5 @@ mod stream;
 pub use bus::{DataReady, SimMatcher, SimReady, SimSpi};
 pub use faulty_wire::{Faults, FaultyWire, Sent};
 pub use sender::{Sender, quantised};
-pub use soak::{Campaign, Tally};
-pub use stream::{Recording, counted};
+pub use soak::{Soak, SoakCounts};
+pub use stream::{DecodedStream, counted};

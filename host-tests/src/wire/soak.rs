@@ -15,7 +15,7 @@ const WINDOW: usize = 8;
 
 /// One decoder's share of a campaign.
 #[derive(Debug, Clone, Copy)]
-pub struct Campaign {
+pub struct Soak {
     /// Frames of the sender.
     pub frames: u32,
     /// How often what happens to them.
@@ -26,7 +26,7 @@ pub struct Campaign {
 
 /// What became of the frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Tally {
+pub struct SoakCounts {
     /// Sent, whole or not.
     pub frames: u64,
     /// Bytes that came out of the wire.
@@ -53,7 +53,7 @@ pub struct Tally {
     pub mended: u64,
 }
 
-impl Tally {
+impl SoakCounts {
     /// The sum of two.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
@@ -89,12 +89,12 @@ struct Expected {
     seen: bool,
 }
 
-impl Campaign {
+impl Soak {
     /// Sends all frames.
     ///
     /// * `each`: called after so many frames, with how many they were.
     #[must_use]
-    pub fn run(&self, mut each: impl FnMut(u64)) -> Tally {
+    pub fn run(&self, mut each: impl FnMut(u64)) -> SoakCounts {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         let mut wire = FaultyWire::new(self.faults, self.seed ^ 0x5eed);
         let mut receiver = Receiver::new();
@@ -129,7 +129,7 @@ struct Receiver {
     decoder: Decoder,
     matches: Vec<Correspondence<f32>>,
     expected: VecDeque<Expected>,
-    tally: Tally,
+    counts: SoakCounts,
 }
 
 impl Receiver {
@@ -138,16 +138,16 @@ impl Receiver {
             decoder: Decoder::new(),
             matches: Vec::new(),
             expected: VecDeque::new(),
-            tally: Tally::default(),
+            counts: SoakCounts::default(),
         }
     }
 
     fn expect(&mut self, expected: Expected) {
-        self.tally.frames += 1;
+        self.counts.frames += 1;
         match expected.sent {
-            Sent::Damaged => self.tally.damaged += 1,
-            Sent::Dropped => self.tally.dropped += 1,
-            Sent::Repeated => self.tally.repeated += 1,
+            Sent::Damaged => self.counts.damaged += 1,
+            Sent::Dropped => self.counts.dropped += 1,
+            Sent::Repeated => self.counts.repeated += 1,
             Sent::Intact => (),
         }
         self.expected.push_back(expected);
@@ -161,16 +161,16 @@ impl Receiver {
         let Some(oldest) = self.expected.pop_front() else { return };
         let whole = matches!(oldest.sent, Sent::Intact | Sent::Repeated);
         *match (whole, oldest.seen, oldest.after_whole) {
-            (true, true, _) => &mut self.tally.decoded,
-            (true, false, true) => &mut self.tally.missed,
-            (true, false, false) => &mut self.tally.missed_next,
-            (false, true, _) => &mut self.tally.mended,
+            (true, true, _) => &mut self.counts.decoded,
+            (true, false, true) => &mut self.counts.missed,
+            (true, false, false) => &mut self.counts.missed_next,
+            (false, true, _) => &mut self.counts.mended,
             (false, false, _) => return,
         } += 1;
     }
 
     fn take(&mut self, mut bytes: &[u8], rng: &mut ChaCha8Rng) {
-        self.tally.bytes += bytes.len() as u64;
+        self.counts.bytes += bytes.len() as u64;
         while !bytes.is_empty() {
             let (mut piece, rest) = bytes.split_at(rng.random_range(1..=bytes.len().min(1500)));
             while let Some(event) = self.decoder.next(&mut piece) {
@@ -185,21 +185,21 @@ impl Receiver {
     }
 
     fn judge(&mut self, header: &FrameHeader) {
-        self.tally.correspondences += self.matches.len() as u64;
+        self.counts.correspondences += self.matches.len() as u64;
         let sent = self.expected.iter_mut().find(|sent| sent.sequence == header.sequence);
         let right = sent.filter(|sent| is_content(&sent.frame, header, &self.matches));
         match right {
-            None => self.tally.wrong += 1,
-            Some(sent) if sent.seen => self.tally.twice += 1,
+            None => self.counts.wrong += 1,
+            Some(sent) if sent.seen => self.counts.twice += 1,
             Some(sent) => sent.seen = true,
         }
     }
 
-    fn finish(mut self) -> Tally {
+    fn finish(mut self) -> SoakCounts {
         while !self.expected.is_empty() {
             self.settle();
         }
-        self.tally
+        self.counts
     }
 }
 
@@ -259,17 +259,20 @@ mod tests {
 
     #[test]
     fn no_damaged_frame_comes_out_and_no_other_is_lost() {
-        let tally = Campaign { frames: 20_000, faults: FAULTS, seed: 1 }.run(|_| ());
-        assert!(tally.is_good(), "{tally:?}");
-        assert!(tally.damaged > 3000 && tally.dropped > 800 && tally.repeated > 600, "{tally:?}");
-        assert_eq!(tally.frames, 20_000);
-        assert_eq!(tally.decoded + tally.damaged + tally.dropped, tally.frames);
+        let counts = Soak { frames: 20_000, faults: FAULTS, seed: 1 }.run(|_| ());
+        assert!(counts.is_good(), "{counts:?}");
+        assert!(
+            counts.damaged > 3000 && counts.dropped > 800 && counts.repeated > 600,
+            "{counts:?}"
+        );
+        assert_eq!(counts.frames, 20_000);
+        assert_eq!(counts.decoded + counts.damaged + counts.dropped, counts.frames);
     }
 
     #[test]
     fn a_perfect_wire_loses_nothing() {
-        let tally = Campaign { frames: 2_000, faults: Faults::NONE, seed: 2 }.run(|_| ());
-        assert_eq!((tally.decoded, tally.damaged), (2_000, 0));
-        assert!(tally.is_good(), "{tally:?}");
+        let counts = Soak { frames: 2_000, faults: Faults::NONE, seed: 2 }.run(|_| ());
+        assert_eq!((counts.decoded, counts.damaged), (2_000, 0));
+        assert!(counts.is_good(), "{counts:?}");
     }
 }

@@ -10,14 +10,14 @@ use crate::data::{Dataset, Match, Meta};
 
 /// What a receiver makes of a stream of bytes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Recording {
+pub struct DecodedStream {
     /// Whole frames, in the order of their arrival.
     pub frames: Vec<(FrameHeader, Vec<Correspondence<f32>>)>,
     /// What became of all frames.
     pub counters: Counters,
 }
 
-impl Recording {
+impl DecodedStream {
     /// Decodes a stream.
     #[must_use]
     pub fn decode(mut bytes: &[u8]) -> Self {
@@ -54,7 +54,7 @@ impl Recording {
     }
 }
 
-impl fmt::Display for Recording {
+impl fmt::Display for DecodedStream {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&counted(&self.counters))
     }

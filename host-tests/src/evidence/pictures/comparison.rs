@@ -8,7 +8,7 @@ use stereo_selfcal::{
 };
 
 use super::grey::Grey;
-use super::scene::Scene;
+use super::scene::PicturedScene;
 use super::sgm::{Disparities, share};
 use super::warp::rectified;
 use crate::baselines::{LingShen, Method, Setting};
@@ -64,7 +64,7 @@ pub struct Scores {
 ///
 /// # Errors
 /// If there is no estimate of ours to measure with, or the scene's cameras are not valid.
-pub fn comparison(scene: &Scene) -> Result<Vec<Attempt>> {
+pub fn comparison(scene: &PicturedScene) -> Result<Vec<Attempt>> {
     let start = Extrinsics::SIDE_BY_SIDE;
     let ours = calibrated(scene, Config::robust())?;
     let cameras = scene.set.cameras::<f64>()?;
@@ -86,14 +86,14 @@ pub fn comparison(scene: &Scene) -> Result<Vec<Attempt>> {
     Ok(all.into_par_iter().map(attempt).collect())
 }
 
-fn calibrated(scene: &Scene, config: Config) -> Result<Extrinsics<f64>> {
+fn calibrated(scene: &PicturedScene, config: Config) -> Result<Extrinsics<f64>> {
     let start = Extrinsics::<f32>::SIDE_BY_SIDE;
-    let evaluation = replay(&scene.set, config, start, |_| ())?;
-    Ok(evaluation.fused().context("no pair of the scene could be fused")?.extrinsics)
+    let log = replay(&scene.set, config, start, |_| ())?;
+    Ok(log.fused().context("no pair of the scene could be fused")?.extrinsics)
 }
 
 fn ling_shen(
-    scene: &Scene,
+    scene: &PicturedScene,
     cameras: &Cameras<f64>,
     start: Extrinsics<f64>,
 ) -> Result<Extrinsics<f64>> {
@@ -109,7 +109,7 @@ fn ling_shen(
 
 /// The matches of the scene's pair that the extrinsics keep in row.
 fn in_row(
-    scene: &Scene,
+    scene: &PicturedScene,
     cameras: &Cameras<f64>,
     extrinsics: &Extrinsics<f64>,
 ) -> Result<Vec<Match>> {
@@ -137,7 +137,7 @@ fn range(cameras: &Cameras<f64>, extrinsics: &Extrinsics<f64>, kept: &[Match]) -
 }
 
 fn rectification(
-    scene: &Scene,
+    scene: &PicturedScene,
     cameras: &Cameras<f64>,
     extrinsics: &Extrinsics<f64>,
     kept: &[Match],
@@ -182,7 +182,7 @@ fn ends(
 }
 
 fn right_share(
-    scene: &Scene,
+    scene: &PicturedScene,
     rotations: &RectifyingRotations<f64>,
     target: &RectifiedCamera<f64>,
     disparities: &Disparities,

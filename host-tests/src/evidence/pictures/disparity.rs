@@ -4,7 +4,7 @@ use anyhow::Result;
 
 use super::comparison::{Attempt, Rectification, Scores, WRONG_PX, comparison};
 use super::encode::{disparity_picture, missing_picture, pair_picture};
-use super::scene::Scene;
+use super::scene::PicturedScene;
 use crate::evidence::report::{Csv, Figure, Picture};
 use crate::run::SCREEN_PX;
 
@@ -13,13 +13,13 @@ const DEGREES: f64 = 5.0;
 
 /// Rectified pairs and their disparities: from the start, by Ling and Shen's estimate and by both presets.
 ///
-/// * `name`: one of [`Scene::SHIPPED`].
+/// * `name`: one of [`PicturedScene::SHIPPED`].
 /// * `command`: what makes the page.
 ///
 /// # Errors
 /// As [`comparison`].
 pub fn disparity_figures(name: &str, command: &str) -> Result<[Figure; 2]> {
-    let scene = Scene::shipped(name, DEGREES)?;
+    let scene = PicturedScene::shipped(name, DEGREES)?;
     let all = comparison(&scene)?;
     let mut numbers = Csv::new(
         &format!("disparity_{name}"),
@@ -98,7 +98,7 @@ fn failures(all: &[Attempt]) -> String {
     failed.map(sentence).collect::<Vec<_>>().concat()
 }
 
-fn disparity_caption(scene: &Scene, all: &[Attempt]) -> String {
+fn disparity_caption(scene: &PicturedScene, all: &[Attempt]) -> String {
     let range = all.iter().find_map(|a| Some(a.outcome.as_ref().ok()?.range)).unwrap_or(0);
     let truth = if scene.has_depth() {
         format!(

@@ -14,7 +14,7 @@ pub use comparison::{Attempt, Rectification, Scores, WRONG_PX, comparison};
 pub use disparity::disparity_figures;
 pub use encode::{disparity_picture, missing_picture, pair_picture};
 pub use grey::Grey;
-pub use scene::Scene;
+pub use scene::PicturedScene;
 pub use sgm::Disparities;
 pub use sphere::{Estimates, sphere_figure};
 pub use warp::{rectified, turned, warp};

@@ -6,14 +6,14 @@ use stereo_selfcal::{Camera, RectifiedCamera, RectifyingRotations};
 
 use super::grey::Grey;
 use super::warp::{projected, ray_of, turned};
-use crate::data::{Dataset, View};
+use crate::data::{Dataset, TurnedView};
 
 /// Steps of the published disparities' file in a pixel.
 const STEPS_PER_PX: f64 = 4.0;
 
 /// A data set, the images of one of its pairs, and, where it is published, the depth.
 #[derive(Debug, Clone)]
-pub struct Scene {
+pub struct PicturedScene {
     /// All pairs; the left view is turned.
     pub set: Dataset,
     /// Which of them the images are of.
@@ -36,7 +36,7 @@ struct Depth {
     rotation: Matrix3<f64>,
 }
 
-impl Scene {
+impl PicturedScene {
     /// Names of the scenes that come with the project.
     pub const SHIPPED: [&str; 3] = ["motorcycle_sift", "opencv_chess_sift", "opencv_chess_corners"];
 
@@ -56,7 +56,7 @@ impl Scene {
         let set = Dataset::load(&Dataset::shipped().join(name))?;
         let [left, right] = [Grey::read(&images.join(left))?, Grey::read(&images.join(right))?];
         let cameras = set.cameras::<f64>()?;
-        let rotation = View::Top.rotation(degrees);
+        let rotation = TurnedView::Top.rotation(degrees);
         let depth = || -> Result<Depth> {
             let [l, r] = [&cameras.left, &cameras.right].map(|c| c.intrinsics().principal[0]);
             let disparities = Grey::read(&images.join("motorcycle_disparity_quarter_px.png"))?;
@@ -66,7 +66,7 @@ impl Scene {
             left: turned(&left, &cameras.left, &rotation),
             right,
             depth: (name == "motorcycle_sift").then(depth).transpose()?,
-            set: View::Top.turn(&set, degrees)?,
+            set: TurnedView::Top.turn(&set, degrees)?,
             pair: 0,
         })
     }

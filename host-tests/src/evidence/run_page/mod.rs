@@ -25,7 +25,7 @@ impl Replayed<'_> {
     /// # Errors
     /// If the data set's cameras are not valid, or a picture cannot be drawn.
     pub fn page(&self) -> Result<Page> {
-        let summary = self.evaluation.summary(self.set)?;
+        let summary = self.log.summary(self.set)?;
         let mut page = Page::new(format!("Calibration of {}", self.set.name), lead(&summary));
         page.sections.push(outcome::section(self, &summary));
         page.sections.push(pair_by_pair::section(self)?);
@@ -56,11 +56,11 @@ impl Replayed<'_> {
     }
 
     fn spheres(&self) -> Result<Section> {
-        let steps = self.evaluation.steps().iter();
+        let steps = self.log.steps().iter();
         let estimates = Estimates {
             pairs: steps.filter_map(|step| Some(step.solved?.extrinsics)).collect(),
-            fused: self.evaluation.fused().map(|fused| fused.extrinsics),
-            reference: *self.evaluation.truth(),
+            fused: self.log.fused().map(|fused| fused.extrinsics),
+            reference: *self.log.truth(),
         };
         let mut section = Section::new("Estimates on their spheres");
         section.figure(sphere_figure("spheres", &estimates, self.command)?);

@@ -13,7 +13,7 @@ pub(super) fn section(replayed: &Replayed<'_>, summary: &Summary) -> Section {
         "p_r = R p_l + t, |t| = 1: R and t take points of the left camera to the right one. Camera \
          frames are x right, y down, z forward; a side-by-side rig has R = I, t = (-1, 0, 0).",
     );
-    match replayed.evaluation.fused() {
+    match replayed.log.fused() {
         None => section.alarm("There is no estimate: no pair could be fused."),
         Some(fused) if fused.state != State::Locked || fused.doubt.is_some() => {
             section.alarm(format!("The calibrator does not vouch for this estimate: {fused}."));
@@ -21,7 +21,7 @@ pub(super) fn section(replayed: &Replayed<'_>, summary: &Summary) -> Section {
         Some(_) => {}
     }
     section.table(table(replayed, summary));
-    if let Some(fused) = replayed.evaluation.fused() {
+    if let Some(fused) = replayed.log.fused() {
         section.table(extrinsics(replayed, &fused.extrinsics));
     }
     section
@@ -35,7 +35,7 @@ fn table(replayed: &Replayed<'_>, summary: &Summary) -> Table {
     row("state", Cell::text(&summary.state), "");
     row("pairs fused", Cell::count(summary.accepted), "");
     row("pairs", Cell::count(summary.pairs), "");
-    if let Some(fused) = replayed.evaluation.fused() {
+    if let Some(fused) = replayed.log.fused() {
         let w = so3::log(fused.extrinsics.rotation());
         let names = ["x (pitch)", "y (yaw)", "z (roll)"];
         for (name, turn) in names.iter().zip(&w) {

@@ -10,7 +10,7 @@ use crate::evidence::report::{Cell, Csv, Entry, Figure, Picture, Sample, Section
 use crate::run::{Solved, Step};
 
 pub(super) fn section(replayed: &Replayed<'_>) -> Result<Section> {
-    let steps = replayed.evaluation.steps();
+    let steps = replayed.log.steps();
     let mut section = Section::new("Pair by pair");
     let mut states_csv = Csv::new("states", &["pair", "state", "what became of it"]);
     for (i, step) in steps.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! A run and what it was made of.
 
 use crate::data::Dataset;
-use crate::run::Evaluation;
+use crate::run::RunLog;
 
 /// A replayed recording.
 #[derive(Debug, Clone, Copy)]
@@ -9,7 +9,7 @@ pub struct Replayed<'a> {
     /// What was replayed.
     pub set: &'a Dataset,
     /// What came of it.
-    pub evaluation: &'a Evaluation,
+    pub log: &'a RunLog,
     /// The command that replays it.
     pub command: &'a str,
 }

@@ -9,7 +9,7 @@ use crate::evidence::report::Section;
 
 /// The estimate in each format, or why it cannot be said there; none without an estimate.
 pub(super) fn files(replayed: &Replayed<'_>) -> Vec<(Format, Result<Vec<Document>>)> {
-    let Some(fused) = replayed.evaluation.fused() else { return Vec::new() };
+    let Some(fused) = replayed.log.fused() else { return Vec::new() };
     let meta = Meta {
         r: rows(fused.extrinsics.rotation().matrix()),
         t: fused.extrinsics.translation().into_inner().into(),

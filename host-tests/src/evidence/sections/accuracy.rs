@@ -4,20 +4,20 @@ use super::labels::label;
 use crate::chart::{self, Bars};
 use crate::evidence::findings::Findings;
 use crate::evidence::measurement::Measured;
-use crate::evidence::on_recorded::{Errors, Pair, Row};
+use crate::evidence::on_recorded::{ErrorPair, Errors, Row};
 use crate::evidence::recorded_sets::TURN_DEG;
 use crate::evidence::report::{Cell, Csv, Entry, Figure, Picture, Sample, Section, Table};
 
 const PARTS: [&str; 2] = ["t", "theta"];
 
-pub(super) fn section(found: &Findings<'_>) -> Section {
+pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("Accuracy on recorded data");
     section.text(format!(
         "Each recording is seen as it is (middle) and with the left image turned by {TURN_DEG} degrees up, \
          down, left and right, as in tables I and II of the paper. A rectified recording is true to the \
          start: its middle view is no evidence, shown faint and counted nowhere.",
     ));
-    let command = found.request.command.as_str();
+    let command = findings.request.command.as_str();
     for (part, name) in PARTS.iter().enumerate() {
         let caption = format!(
             "e_{name}, rad, of all pairs fused; the best of a row is marked, with what \
@@ -27,18 +27,18 @@ pub(super) fn section(found: &Findings<'_>) -> Section {
              of the paper in form.",
             ["I", "II"][part],
         );
-        section.table(fused(found, part).explained(caption, command));
+        section.table(fused(findings, part).explained(caption, command));
     }
-    section.figure(spread(found));
+    section.figure(spread(findings));
     section
 }
 
-fn fused(found: &Findings<'_>, part: usize) -> Table {
+fn fused(findings: &Findings<'_>, part: usize) -> Table {
     let mut heading = vec!["data set".to_owned(), "view".to_owned()];
-    heading.extend(found.methods.iter().map(|by| label(by.name())));
+    heading.extend(findings.methods.iter().map(|by| label(by.name())));
     heading.extend(["data's own".to_owned(), "reference sd".to_owned()]);
     let mut table = Table::new(&format!("e_{}", PARTS[part]), heading);
-    for row in found.rows {
+    for row in findings.rows {
         table.push(cells(row, part));
     }
     table
@@ -51,7 +51,7 @@ fn cells(row: &Row<'_>, part: usize) -> Vec<Cell> {
     let sd = row.set.reference.map(|sd| [sd.translation, sd.rotation][part]);
     // Below the error of the reference nothing is better than anything.
     let best = best.max(sd.unwrap_or(0.0));
-    let evidence = row.look.is_evidence();
+    let evidence = row.seen.is_evidence();
     let cell = |error: &Measured<f64>| match error {
         Err(why) => Cell::missing("failed", why),
         Ok(error) if !evidence => {
@@ -60,7 +60,7 @@ fn cells(row: &Row<'_>, part: usize) -> Vec<Cell> {
         Ok(error) if *error <= best => Cell::number(*error, 4).best(),
         Ok(error) => Cell::number(*error, 4),
     };
-    let mut cells = vec![Cell::text(row.set.name.as_str()), Cell::text(row.look.view)];
+    let mut cells = vec![Cell::text(row.set.name.as_str()), Cell::text(row.seen.view)];
     cells.extend(errors.iter().map(cell));
     cells.push(match &row.data_optimum {
         Ok(errors) => Cell::number(errors[part], 4).faint(),
@@ -78,53 +78,54 @@ fn value<T>(measured: &Measured<Errors>, of: impl Fn(&Errors) -> T) -> Measured<
 }
 
 /// Bars of `sigma_t` and `sigma_theta`.
-fn spread(found: &Findings<'_>) -> Figure {
-    let names: Vec<&str> = found.methods.iter().map(|by| by.name()).collect();
+fn spread(findings: &Findings<'_>) -> Figure {
+    let names: Vec<&str> = findings.methods.iter().map(|by| by.name()).collect();
     let legend =
-        names.iter().map(|name| Entry::new(Sample::Bar, Some(found.color(name)), &label(name)));
+        names.iter().map(|name| Entry::new(Sample::Bar, Some(findings.color(name)), &label(name)));
     let heading =
         ["data set", "view", "method", "sigma_t, rad", "sigma_theta, rad", "pairs solved", "pairs"];
     let mut numbers = Csv::new("sigma", &heading);
-    for row in found.rows {
+    for row in findings.rows {
         for (name, errors) in names.iter().zip(&row.errors) {
             let solved = value(errors, |errors| errors.single.iter().flatten().count());
             let sigma = value(errors, Errors::sigma).ok().flatten();
-            let text = |part: usize| sigma.map_or(String::new(), |s: Pair| s[part].to_string());
+            let text =
+                |part: usize| sigma.map_or(String::new(), |s: ErrorPair| s[part].to_string());
             numbers.push([
                 row.set.name.clone(),
-                row.look.view.to_owned(),
+                row.seen.view.to_owned(),
                 (*name).to_owned(),
                 text(0),
                 text(1),
                 solved.unwrap_or(0).to_string(),
-                row.look.pairs.len().to_string(),
+                row.seen.pairs.len().to_string(),
             ]);
         }
     }
     Figure {
-        panels: found.sets.iter().flat_map(|set| panels(found, &set.digest)).collect(),
+        panels: findings.sets.iter().flat_map(|set| panels(findings, &set.digest)).collect(),
         legend: legend.collect(),
         caption: "Errors of single pairs, root mean square over those that a method solved, by view. A \
                   recording of one pair has its error in place of a mean; a cross is a method without an estimate. Views that are no evidence are \
                   left out. Figures 2 and 3 of the paper in form."
             .into(),
-        command: found.request.command.clone(),
+        command: findings.request.command.clone(),
         numbers,
     }
 }
 
 /// Both errors of one data set.
-fn panels(found: &Findings<'_>, digest: &str) -> Vec<(Picture, String)> {
-    let rows: Vec<&Row<'_>> = found
+fn panels(findings: &Findings<'_>, digest: &str) -> Vec<(Picture, String)> {
+    let rows: Vec<&Row<'_>> = findings
         .rows
         .iter()
-        .filter(|row| row.set.digest == digest && row.look.is_evidence())
+        .filter(|row| row.set.digest == digest && row.seen.is_evidence())
         .collect();
-    let views: Vec<&str> = rows.iter().map(|row| row.look.view).collect();
+    let views: Vec<&str> = rows.iter().map(|row| row.seen.view).collect();
     let Some(first) = rows.first() else { return Vec::new() };
     let panel = |(part, name): (usize, &&str)| {
-        let series = found.methods.iter().enumerate().map(|(i, by)| Bars {
-            color: found.color(by.name()),
+        let series = findings.methods.iter().enumerate().map(|(i, by)| Bars {
+            color: findings.color(by.name()),
             heights: rows
                 .iter()
                 .map(|row| Some(row.errors[i].as_ref().ok()?.sigma()?[part]))

@@ -1,27 +1,27 @@
 //! The page in a few figures, each computed from what follows.
 
 use super::curves::rms;
-use super::order::FEW_MISMATCHES;
+use super::order::FEW_OUTLIERS;
 use crate::evidence::findings::Findings;
-use crate::evidence::on_recorded::Pair;
-use crate::evidence::ordering::{Judged, ORDER};
+use crate::evidence::on_recorded::ErrorPair;
+use crate::evidence::ordering::{ORDER, OrderCheck};
 use crate::evidence::report::{Cell, Section, Table};
-use crate::evidence::sweep::{Axis, Sweep};
+use crate::evidence::sweep::{Sweep, SweepAxis};
 
 /// How long after a knock the estimates are looked at, pairs.
 const AFTER: usize = 3;
 
 /// A line of the table: what, and `e_t`, `e_theta` if measured.
-type Line = (String, Option<Pair>, usize);
+type Line = (String, Option<ErrorPair>, usize);
 
-pub(super) fn section(found: &Findings<'_>) -> Section {
+pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("In short");
-    let wrong: Vec<&Judged<'_>> =
-        found.judged.iter().filter(|j| j.row.set.mismatches > FEW_MISMATCHES).collect();
+    let wrong: Vec<&OrderCheck<'_>> =
+        findings.checks.iter().filter(|j| j.row.set.outliers > FEW_OUTLIERS).collect();
     let [ours, paper, other] = ORDER;
     if !wrong.is_empty() {
-        let holds = wrong.iter().filter(|judged| judged.holds()).count();
-        let unexplained = wrong.iter().filter(|judged| judged.is_unexplained()).count();
+        let holds = wrong.iter().filter(|check| check.holds()).count();
+        let unexplained = wrong.iter().filter(|check| check.is_unexplained()).count();
         section.text(format!(
             "On recordings with mismatches {ours} <= {paper} <= {other} holds in {holds} of {} cells, data \
              sets by views by the two errors. Exceptions without an explanation: {unexplained}.",
@@ -30,7 +30,7 @@ pub(super) fn section(found: &Findings<'_>) -> Section {
     }
     let heading = ["what", "e_t", "e_theta"];
     let mut table = Table::new("in_short", heading.map(String::from));
-    for (what, errors, decimals) in lines(found, &wrong) {
+    for (what, errors, decimals) in lines(findings, &wrong) {
         let Some([t, theta]) = errors else { continue };
         table.push(vec![
             Cell::text(what),
@@ -41,12 +41,12 @@ pub(super) fn section(found: &Findings<'_>) -> Section {
     section.table(table.explained(
         "Figures of this page. Over the bound: RMS error over the least that the true matches allow, \
          which is 1 within the chance of so many scenes.",
-        &found.request.command,
+        &findings.request.command,
     ));
     section
 }
 
-fn lines(found: &Findings<'_>, wrong: &[&Judged<'_>]) -> Vec<Line> {
+fn lines(findings: &Findings<'_>, wrong: &[&OrderCheck<'_>]) -> Vec<Line> {
     let [ours, paper, other] = ORDER;
     let ratio = |against: usize, name: &str| {
         let what = format!(
@@ -54,29 +54,29 @@ fn lines(found: &Findings<'_>, wrong: &[&Judged<'_>]) -> Vec<Line> {
         );
         (what, ratios(wrong, against), 1)
     };
-    let bound = |axis: Axis, value: f64, what: &str| {
-        (format!("{ours} over the bound: {what}"), over_bound(found, axis, value), 2)
+    let bound = |axis: SweepAxis, value: f64, what: &str| {
+        (format!("{ours} over the bound: {what}"), over_bound(findings, axis, value), 2)
     };
     let after = |name: &str| {
         let what = format!("{AFTER} pairs after a knock of 0.0087 rad: {name}, rad");
-        (what, knocked(found, name), 5)
+        (what, after_step(findings, name), 5)
     };
     vec![
         ratio(1, paper),
         ratio(2, other),
-        bound(Axis::Outliers, 0.0, "one pair of 256 matches, none wrong"),
-        bound(Axis::Outliers, 0.3, "one pair, 30 % wrong"),
-        bound(Axis::Outliers, 0.6, "one pair, 60 % wrong"),
-        bound(Axis::Pairs, 100.0, "100 pairs fused, 10 % wrong"),
+        bound(SweepAxis::Outliers, 0.0, "one pair of 256 matches, none wrong"),
+        bound(SweepAxis::Outliers, 0.3, "one pair, 30 % wrong"),
+        bound(SweepAxis::Outliers, 0.6, "one pair, 60 % wrong"),
+        bound(SweepAxis::Pairs, 100.0, "100 pairs fused, 10 % wrong"),
         after(ours),
         after(paper),
     ]
 }
 
 /// Geometric means over the cells in which both have an estimate.
-fn ratios(judged: &[&Judged<'_>], against: usize) -> Option<Pair> {
+fn ratios(checks: &[&OrderCheck<'_>], against: usize) -> Option<ErrorPair> {
     let of = |part: usize| {
-        let of_part = judged.iter().filter(|j| j.part == part);
+        let of_part = checks.iter().filter(|j| j.part == part);
         let logs: Vec<f64> = of_part
             .map(|j| (j.errors[against] / j.errors[0]).ln())
             .filter(|log| log.is_finite())
@@ -87,16 +87,16 @@ fn ratios(judged: &[&Judged<'_>], against: usize) -> Option<Pair> {
     Some([of(0)?, of(1)?])
 }
 
-fn over_bound(found: &Findings<'_>, axis: Axis, value: f64) -> Option<Pair> {
-    let sweep: &Sweep = found.sweeps.iter().find(|sweep| sweep.axis == axis)?;
-    let place = found.methods.iter().position(|by| by.name() == ORDER[0])?;
+fn over_bound(findings: &Findings<'_>, axis: SweepAxis, value: f64) -> Option<ErrorPair> {
+    let sweep: &Sweep = findings.sweeps.iter().find(|sweep| sweep.axis == axis)?;
+    let place = findings.methods.iter().position(|by| by.name() == ORDER[0])?;
     let at = sweep.values.iter().position(|x| x.total_cmp(&value).is_eq())?;
     let [t, theta] = *sweep.bound[at].as_ref().ok()?;
     let trials = &sweep.trials[place][at];
     Some([rms(trials, |trial| trial.e_t)? / t, rms(trials, |trial| trial.e_theta)? / theta])
 }
 
-fn knocked(found: &Findings<'_>, method: &str) -> Option<Pair> {
-    let (_, course) = found.courses.iter().find(|(name, _)| *name == method)?;
-    *course.as_ref().ok()?.get(super::knock::FIRST + AFTER - 1)?
+fn after_step(findings: &Findings<'_>, method: &str) -> Option<ErrorPair> {
+    let (_, response) = findings.step_responses.iter().find(|(name, _)| *name == method)?;
+    *response.as_ref().ok()?.get(super::knock::FIRST + AFTER - 1)?
 }

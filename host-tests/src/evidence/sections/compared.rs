@@ -2,19 +2,19 @@
 
 use super::labels::label;
 use crate::evidence::findings::Findings;
-use crate::evidence::recorded_sets::Recording;
+use crate::evidence::recorded_sets::RecordedSet;
 use crate::evidence::report::{Cell, Section, Table};
 
-pub(super) fn section(found: &Findings<'_>) -> Section {
+pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("What is compared");
-    let command = found.request.command.as_str();
+    let command = findings.request.command.as_str();
     section.text(
         "e_t is the angle between the estimated and the true baseline direction, e_theta the distance \
          of the rotation vectors (eqs 23, 24 of the paper), both of all pairs of a recording fused; \
          sigma_t and sigma_theta are the same errors of single pairs, root mean square (eqs 25, 26).",
     );
     let mut methods = Table::new("methods", ["method".into(), "what it is".into()]);
-    for method in found.methods {
+    for method in findings.methods {
         methods.push(vec![Cell::text(label(method.name())), Cell::text(method.source())]);
     }
     section.table(methods.explained(
@@ -24,7 +24,7 @@ pub(super) fn section(found: &Findings<'_>) -> Section {
     ));
     let heading = ["data set", "pairs", "matches", "wrong, %", "sd t, rad", "sd R, rad", "source"];
     let mut sets = Table::new("data_sets", heading.map(String::from));
-    for set in found.sets {
+    for set in findings.sets {
         sets.push(row(set));
     }
     section.table(sets.explained(
@@ -36,8 +36,8 @@ pub(super) fn section(found: &Findings<'_>) -> Section {
     section
 }
 
-fn row(set: &Recording) -> Vec<Cell> {
-    let pairs = set.looks.first().map_or(0, |look| look.pairs.len());
+fn row(set: &RecordedSet) -> Vec<Cell> {
+    let pairs = set.views.first().map_or(0, |seen| seen.pairs.len());
     let unknown = || Cell::missing("not known", "the data set does not say");
     let [t, r] = match set.reference {
         Some(sd) => [sd.translation, sd.rotation].map(|sd| Cell::number(sd, 4)),
@@ -48,7 +48,7 @@ fn row(set: &Recording) -> Vec<Cell> {
         Cell::text(set.name.as_str()),
         Cell::count(pairs),
         Cell::count(set.matches()),
-        Cell::number(100.0 * set.mismatches, 1),
+        Cell::number(100.0 * set.outliers, 1),
         t,
         r,
         source,

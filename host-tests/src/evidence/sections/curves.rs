@@ -5,7 +5,7 @@ use crate::chart::{self, Curve, Line, Scale};
 use crate::evidence::findings::Findings;
 use crate::evidence::measurement::Measured;
 use crate::evidence::report::{Csv, Entry, Figure, Picture, Sample, Section};
-use crate::evidence::sweep::{Axis, Sweep, Trial};
+use crate::evidence::sweep::{Sweep, SweepAxis, Trial};
 
 /// Words of a curve.
 struct Words {
@@ -21,36 +21,36 @@ const ERRORS: [(&str, Of); 2] = [("e_t, rad", |t| t.e_t), ("e_theta, rad", |t| t
 const OFFSETS: [(&str, Of); 2] =
     [("row offset, px", |t| t.row_px), ("reprojection error, px", |t| t.reprojection_px)];
 
-fn words(axis: Axis) -> Words {
+fn words(axis: SweepAxis) -> Words {
     let (x, log, caption) = match axis {
-        Axis::Matches => (
+        SweepAxis::Matches => (
             "matches a pair",
             true,
             "One pair, 0.3 px of noise, no mismatches, points 3 to 80 baselines away.",
         ),
-        Axis::Noise => (
+        SweepAxis::Noise => (
             "noise of a coordinate, px",
             true,
             "One pair of 256 matches, no mismatches, points 3 to 80 baselines away.",
         ),
-        Axis::Outliers => (
+        SweepAxis::Outliers => (
             "share of mismatches",
             false,
             "One pair of 256 matches, 0.3 px of noise, points 3 to 80 baselines away. Half of the \
              mismatches are anywhere, half within 60 px and 20 rows of the truth.",
         ),
-        Axis::Pairs => (
+        SweepAxis::Pairs => (
             "pairs fused",
             true,
             "Pairs of 256 matches, 10 % wrong, 0.3 px of noise, points 3 to 80 baselines away.",
         ),
-        Axis::Depth => (
+        SweepAxis::Depth => (
             "nearest point, baselines",
             true,
             "One pair of 256 matches, 10 % wrong, 0.3 px of noise; the farthest point is ten times as \
              far as the nearest. 3: near, 30: far, 300: very far.",
         ),
-        Axis::Band => (
+        SweepAxis::Band => (
             "height of the band with matches, image heights",
             true,
             "One pair of 256 matches, 10 % wrong, 0.3 px of noise, all in a band across the middle of \
@@ -60,7 +60,7 @@ fn words(axis: Axis) -> Words {
     Words { x, log, caption }
 }
 
-pub(super) fn sections(found: &Findings<'_>) -> Vec<Section> {
+pub(super) fn sections(findings: &Findings<'_>) -> Vec<Section> {
     let mut noise = Section::new("Rows and reprojection against matches and noise");
     noise.text(
         "The supplement of the paper. Generated pairs without mismatches, from a rig 5 degrees off about \
@@ -74,30 +74,30 @@ pub(super) fn sections(found: &Findings<'_>) -> Vec<Section> {
          which a method has an estimate; the CSV files say how many have none, and give medians. \
          The broken black line is the Cramer-Rao bound of the true matches: no unbiased estimate errs less.",
     );
-    for sweep in &found.sweeps {
-        if matches!(sweep.axis, Axis::Matches | Axis::Noise) {
-            sections[0].figure(figure(found, sweep, "px", &OFFSETS));
-            sections[0].figure(figure(found, sweep, "rad", &ERRORS));
+    for sweep in &findings.sweeps {
+        if matches!(sweep.axis, SweepAxis::Matches | SweepAxis::Noise) {
+            sections[0].figure(figure(findings, sweep, "px", &OFFSETS));
+            sections[0].figure(figure(findings, sweep, "rad", &ERRORS));
         } else {
-            errors.figure(figure(found, sweep, "rad", &ERRORS));
+            errors.figure(figure(findings, sweep, "rad", &ERRORS));
         }
     }
     sections.push(errors);
     sections
 }
 
-fn figure(found: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of); 2]) -> Figure {
+fn figure(findings: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of); 2]) -> Figure {
     let words = words(sweep.axis);
     let x = Scale { name: words.x.into(), log: words.log };
     let bounded = unit == "rad";
     let panel = |(part, (y, of)): (usize, &(&str, Of))| {
-        let mut curves: Vec<Curve> = found
+        let mut curves: Vec<Curve> = findings
             .methods
             .iter()
             .zip(&sweep.trials)
             .map(|(by, trials)| {
                 let points = sweep.values.iter().zip(trials).map(|(&x, t)| (x, rms(t, *of)));
-                let color = Some(found.color(by.name()));
+                let color = Some(findings.color(by.name()));
                 Curve { color, line: line(by.name()), points: points.collect() }
             })
             .collect();
@@ -111,10 +111,10 @@ fn figure(found: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of); 
         let svg = chart::curves(y, &x, &curves);
         (Picture::Svg(svg.unwrap_or_default()), format!("{y} over {}", words.x))
     };
-    let mut legend: Vec<Entry> = found
+    let mut legend: Vec<Entry> = findings
         .methods
         .iter()
-        .map(|by| Entry::new(Sample::Line, Some(found.color(by.name())), &label(by.name())))
+        .map(|by| Entry::new(Sample::Line, Some(findings.color(by.name())), &label(by.name())))
         .collect();
     if bounded {
         legend.push(Entry::new(Sample::Dashes, None, "Cramer-Rao bound"));
@@ -129,9 +129,9 @@ fn figure(found: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of); 
             words.caption,
             100.0 * chance(scenes),
         ),
-        command: found.request.command.clone(),
+        command: findings.request.command.clone(),
         numbers: numbers(
-            found,
+            findings,
             sweep,
             &format!("{}_{unit}", sweep.axis.name()),
             words.x,
@@ -147,7 +147,7 @@ fn chance(scenes: usize) -> f64 {
 }
 
 fn numbers(
-    found: &Findings<'_>,
+    findings: &Findings<'_>,
     sweep: &Sweep,
     name: &str,
     x: &str,
@@ -161,7 +161,7 @@ fn numbers(
         [x, "method", &rms_a, &rms_b, &median_a, &median_b, "trials", "without an estimate"];
     let mut csv = Csv::new(name, &heading);
     let text = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
-    for (by, trials) in found.methods.iter().zip(&sweep.trials) {
+    for (by, trials) in findings.methods.iter().zip(&sweep.trials) {
         for (value, trials) in sweep.values.iter().zip(trials) {
             let count = trials.as_ref().map_or(0, Vec::len);
             let none = trials.as_ref().map_or(0, |t| t.iter().filter(|t| t.is_none()).count());

@@ -11,7 +11,7 @@ pub(super) const FIRST: usize = PAIRS / 2;
 
 const PARTS: [&str; 2] = ["e_t", "e_theta"];
 
-pub(super) fn section(found: &Findings<'_>) -> Section {
+pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("After a knock");
     section.text(format!(
         "The right camera turns by {TURN_DEG} degrees about a random axis at pair {FIRST} of {PAIRS}, with 10 % \
@@ -19,13 +19,13 @@ pub(super) fn section(found: &Findings<'_>) -> Section {
          preset notices, and begins anew.",
     ));
     let panel = |(part, name): (usize, &&str)| {
-        let mut curves: Vec<Curve> = found
-            .courses
+        let mut curves: Vec<Curve> = findings
+            .step_responses
             .iter()
-            .filter_map(|(method, course)| {
-                let errors = course.as_ref().ok()?.iter().map(|e| e.map(|e| e[part]));
+            .filter_map(|(method, response)| {
+                let errors = response.as_ref().ok()?.iter().map(|e| e.map(|e| e[part]));
                 let points = (0_u32..).map(f64::from).zip(errors).collect();
-                let color = Some(found.color(method));
+                let color = Some(findings.color(method));
                 Some(Curve { color, line: line(method), points })
             })
             .collect();
@@ -36,24 +36,24 @@ pub(super) fn section(found: &Findings<'_>) -> Section {
         (Picture::Svg(svg.unwrap_or_default()), format!("{y} over pairs"))
     };
     let mut numbers = Csv::new("step", &["pair", "method", "e_t, rad", "e_theta, rad"]);
-    for (method, course) in &found.courses {
-        for (pair, error) in course.iter().flatten().enumerate() {
+    for (method, response) in &findings.step_responses {
+        for (pair, error) in response.iter().flatten().enumerate() {
             let text = |part: usize| error.map_or(String::new(), |e| e[part].to_string());
             numbers.push([pair.to_string(), (*method).to_owned(), text(0), text(1)]);
         }
     }
-    let legend = found
-        .courses
+    let legend = findings
+        .step_responses
         .iter()
-        .map(|(method, _)| Entry::new(Sample::Line, Some(found.color(method)), &label(method)));
+        .map(|(method, _)| Entry::new(Sample::Line, Some(findings.color(method)), &label(method)));
     section.figure(Figure {
         panels: PARTS.iter().enumerate().map(panel).collect(),
         legend: legend.collect(),
         caption: format!(
             "Error of the running estimate after each pair, root mean square over {} runs.",
-            found.request.effort.steps
+            findings.request.effort.steps
         ),
-        command: found.request.command.clone(),
+        command: findings.request.command.clone(),
         numbers,
     });
     section

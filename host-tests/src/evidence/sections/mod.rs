@@ -9,44 +9,44 @@ mod labels;
 mod order;
 mod pictures;
 
-use super::measurement::Tally;
+use super::measurement::MeasurementCounts;
 use crate::evidence::findings::Findings;
 use crate::evidence::report::{Cell, Section, Table};
 
 /// All sections, in the order of the page.
-pub(super) fn all(found: &Findings<'_>, tally: &Tally) -> Vec<Section> {
+pub(super) fn all(findings: &Findings<'_>, counts: &MeasurementCounts) -> Vec<Section> {
     let mut all = vec![
-        brief::section(found),
-        compared::section(found),
-        accuracy::section(found),
-        order::section(found),
+        brief::section(findings),
+        compared::section(findings),
+        accuracy::section(findings),
+        order::section(findings),
     ];
-    all.extend(curves::sections(found));
-    all.push(knock::section(found));
-    if found.request.pictures {
-        all.push(pictures::section(found));
+    all.extend(curves::sections(findings));
+    all.push(knock::section(findings));
+    if findings.request.pictures {
+        all.push(pictures::section(findings));
     }
-    all.push(failures(found, tally));
+    all.push(failures(findings, counts));
     all
 }
 
 /// What could not be measured, so that nothing is missing in silence.
-fn failures(found: &Findings<'_>, tally: &Tally) -> Section {
+fn failures(findings: &Findings<'_>, counts: &MeasurementCounts) -> Section {
     let mut section = Section::new("What failed");
-    if tally.failed.is_empty() {
-        section.text(format!("All {} measurements have an outcome.", tally.cells));
+    if counts.failed.is_empty() {
+        section.text(format!("All {} measurements have an outcome.", counts.measurements));
         return section;
     }
     let mut table = Table::new("failed", ["measurement".into(), "why".into()]);
-    for (what, why) in &tally.failed {
+    for (what, why) in &counts.failed {
         table.push(vec![Cell::text(what.as_str()), Cell::text(why.as_str()).alarming()]);
     }
     let caption = format!(
         "Measurements without an outcome, {} of {}. On recordings a method that found nothing shows as \
          failed; curves have a gap.",
-        tally.failed.len(),
-        tally.cells
+        counts.failed.len(),
+        counts.measurements
     );
-    section.table(table.explained(caption, &found.request.command));
+    section.table(table.explained(caption, &findings.request.command));
     section
 }

@@ -1,13 +1,13 @@
 //! Whether the order of the paper holds, cell by cell.
 
 use crate::evidence::findings::Findings;
-use crate::evidence::ordering::{Judged, ORDER, Reason};
+use crate::evidence::ordering::{ORDER, OrderCheck, Reason};
 use crate::evidence::report::{Cell, Section, Table};
 
 /// A recording with fewer mismatches than this share is one without.
-pub(super) const FEW_MISMATCHES: f64 = 0.01;
+pub(super) const FEW_OUTLIERS: f64 = 0.01;
 
-pub(super) fn section(found: &Findings<'_>) -> Section {
+pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("Does the paper's order hold?");
     let [ours, paper, other] = ORDER;
     section.text(format!(
@@ -16,13 +16,13 @@ pub(super) fn section(found: &Findings<'_>) -> Section {
          order holds in it if {ours} <= {paper} <= {other}. A method without an estimate is worse than any. Without mismatches the three all but \
          coincide, as the curves over matches and noise show: what tells them apart is what mismatches do.",
     ));
-    if found.judged.is_empty() {
+    if findings.checks.is_empty() {
         section.text(format!("Not judged: that takes the methods {ours}, {paper} and {other}."));
         return section;
     }
     let (wrong, clean): (Vec<_>, Vec<_>) =
-        found.judged.iter().partition(|judged| judged.row.set.mismatches > FEW_MISMATCHES);
-    let few = 100.0 * FEW_MISMATCHES;
+        findings.checks.iter().partition(|check| check.row.set.outliers > FEW_OUTLIERS);
+    let few = 100.0 * FEW_OUTLIERS;
     section.text(summary(&format!("Recordings with mismatches (above {few} %)"), &wrong));
     section.text(summary("Recordings without", &clean));
     section.text(
@@ -35,20 +35,21 @@ pub(super) fn section(found: &Findings<'_>) -> Section {
     );
     let heading = ["data set", "view", "error", ours, paper, other, "holds", "if not, why"];
     let mut table = Table::new("order", heading.map(String::from));
-    for judged in found.judged {
-        table.push(row(judged));
+    for check in findings.checks {
+        table.push(row(check));
     }
     let caption = "The order, cell by cell; errors in rad.";
-    section.table(table.explained(caption, &found.request.command));
+    section.table(table.explained(caption, &findings.request.command));
     section
 }
 
-fn summary(name: &str, judged: &[&Judged<'_>]) -> String {
-    let all = judged.len();
-    let count = |which: &dyn Fn(&Judged<'_>) -> bool| judged.iter().filter(|j| which(j)).count();
+fn summary(name: &str, checks: &[&OrderCheck<'_>]) -> String {
+    let all = checks.len();
+    let count =
+        |which: &dyn Fn(&OrderCheck<'_>) -> bool| checks.iter().filter(|j| which(j)).count();
     let step = |step: usize| count(&|j| j.errors[step] <= j.errors[step + 1]);
     let because = |which: fn(&Reason) -> bool| {
-        count(&|j| !j.is_unexplained() && j.exceptions.iter().any(|e| which(&e.reason)))
+        count(&|j| !j.is_unexplained() && j.violations.iter().any(|e| which(&e.reason)))
     };
     let [ours, paper, other] = ORDER;
     let holds = count(&|j| j.holds());
@@ -65,28 +66,28 @@ fn summary(name: &str, judged: &[&Judged<'_>]) -> String {
         (because(|reason| matches!(reason, Reason::SinglePairs { .. })), "pairs"),
         (count(&|j| j.is_unexplained()), "unexplained"),
     ];
-    let found = reasons.iter().filter(|(cells, _)| *cells > 0);
-    let found: Vec<String> = found.map(|(cells, why)| format!("{why} {cells}")).collect();
+    let reasons = reasons.iter().filter(|(cells, _)| *cells > 0);
+    let reasons: Vec<String> = reasons.map(|(cells, why)| format!("{why} {cells}")).collect();
     if holds == all {
         return words;
     }
-    format!("{words} The others, some for two reasons: {}.", found.join(", "))
+    format!("{words} The others, some for two reasons: {}.", reasons.join(", "))
 }
 
-fn row(judged: &Judged<'_>) -> Vec<Cell> {
-    let Judged { row, part, errors, exceptions } = judged;
+fn row(check: &OrderCheck<'_>) -> Vec<Cell> {
+    let OrderCheck { row, part, errors, violations } = check;
     let mut cells = vec![
         Cell::text(row.set.name.as_str()),
-        Cell::text(row.look.view),
+        Cell::text(row.seen.view),
         Cell::text(["e_t", "e_theta"][*part]),
     ];
     cells.extend(errors.map(|error| match error {
         f64::INFINITY => Cell::missing("none", "no estimate"),
         error => Cell::number(error, 4),
     }));
-    let steps: Vec<String> = exceptions.iter().map(ToString::to_string).collect();
+    let steps: Vec<String> = violations.iter().map(ToString::to_string).collect();
     let why = Cell::text(steps.join("; "));
-    cells.push(Cell::text(if judged.holds() { "yes" } else { "no" }));
-    cells.push(if judged.is_unexplained() { why.alarming() } else { why });
+    cells.push(Cell::text(if check.holds() { "yes" } else { "no" }));
+    cells.push(if check.is_unexplained() { why.alarming() } else { why });
     cells
 }

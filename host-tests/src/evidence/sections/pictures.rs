@@ -5,22 +5,22 @@ use anyhow::{Context, Result};
 use super::labels::label;
 use crate::baselines::by_name;
 use crate::evidence::findings::Findings;
-use crate::evidence::pictures::{Estimates, Scene, disparity_figures, sphere_figure};
-use crate::evidence::recorded_sets::Look;
+use crate::evidence::pictures::{Estimates, PicturedScene, disparity_figures, sphere_figure};
+use crate::evidence::recorded_sets::SetView;
 use crate::evidence::report::{Figure, Section};
 
 /// Data set and view of the spheres: pairs enough, and mismatches.
 const SPHERES: [&str; 2] = ["opencv_chess_sift", "top"];
 
-pub(super) fn section(found: &Findings<'_>) -> Section {
-    let command = found.request.command.as_str();
+pub(super) fn section(findings: &Findings<'_>) -> Section {
+    let command = findings.request.command.as_str();
     let mut section = Section::new("What it does to depth");
     section.text(
         "A camera that looks 5 degrees too far up, its pair rectified by the start, by Ling and Shen's \
          estimate and by ours, and the disparities that a plain semi-global matcher finds: where rows do \
          not meet, there are none, or wrong ones.",
     );
-    for name in Scene::SHIPPED {
+    for name in PicturedScene::SHIPPED {
         match disparity_figures(name, command) {
             Ok(figures) => figures.into_iter().for_each(|figure| section.figure(figure)),
             Err(error) => section.alarm(format!("No pictures of {name}: {error:#}")),
@@ -32,7 +32,7 @@ pub(super) fn section(found: &Findings<'_>) -> Section {
          {set}, {view}. Each method by itself, so that the spread of its dots can be compared.",
     ));
     for method in ["robust", "paper"] {
-        match spheres(found, method, command) {
+        match spheres(findings, method, command) {
             Ok(figure) => section.figure(figure),
             Err(error) => section.alarm(format!("No spheres of {method}: {error:#}")),
         }
@@ -40,12 +40,12 @@ pub(super) fn section(found: &Findings<'_>) -> Section {
     section
 }
 
-fn spheres(found: &Findings<'_>, method: &str, command: &str) -> Result<Figure> {
+fn spheres(findings: &Findings<'_>, method: &str, command: &str) -> Result<Figure> {
     let by = by_name(method)?;
     let [set, view] = SPHERES;
-    let set = found.sets.iter().find(|other| other.name == set);
-    let look = set.and_then(|set| set.looks.iter().find(|look| look.view == view));
-    let Look { pairs, setting, truth, .. } = look.context("the data set is not there")?;
+    let set = findings.sets.iter().find(|other| other.name == set);
+    let seen = set.and_then(|set| set.views.iter().find(|seen| seen.view == view));
+    let SetView { pairs, setting, truth, .. } = seen.context("the data set is not there")?;
     let single = |k: usize| by.fused(&pairs[k..=k], setting);
     let estimates = Estimates {
         pairs: (0..pairs.len()).filter_map(single).collect(),
