@@ -1,10 +1,16 @@
 //! Everything that proves the core on a host: recorded and generated data, independent references,
 //! replay, evaluation.
+//!
+//! Data, generator, runs, charts and the simulated link are always built; baselines, bounds, evidence and
+//! the files of other tools with the feature `selfcal`.
 
+#[cfg(feature = "selfcal")]
 pub mod baselines;
+#[cfg(feature = "selfcal")]
 pub mod bounds;
 pub mod chart;
 pub mod data;
+#[cfg(feature = "selfcal")]
 pub mod evidence;
 pub mod run;
 pub mod synth;

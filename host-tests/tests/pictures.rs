@@ -147,7 +147,7 @@ fn every_pair_is_on_its_sphere() {
         })
         .collect();
     let estimates = Estimates { pairs, fused: Some(reference), reference };
-    let figure = sphere_figure("sphere", &estimates, "selfcal replay").unwrap();
+    let figure = sphere_figure("sphere", &estimates, "selfcal replay");
     assert_eq!(figure.panels.len(), 4);
     for (picture, label) in &figure.panels {
         let Picture::Svg(svg) = picture else { panic!("{label} is no SVG") };

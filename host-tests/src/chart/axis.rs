@@ -2,8 +2,6 @@
 
 use std::ops::Range;
 
-use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
-
 /// Decades that a logarithmic axis shows at most.
 const MAX_DECADES: f64 = 6.0;
 
@@ -11,9 +9,19 @@ const MAX_DECADES: f64 = 6.0;
 const FEW_DECADES: f64 = 2.2;
 const ONE_DECADE: f64 = 1.0;
 
+/// Least height of a bar above the start of its axis, decades.
+const LEAST_BAR: f64 = 0.1;
+
+/// Ticks that a linear axis has about, and any axis at most.
+const LINEAR_TICKS: f64 = 6.0;
+const MOST_TICKS: i32 = 20;
+
+/// Keeps the ticks at both ends of a range, in steps.
+const ROUNDING: f64 = 1e-9;
+
 /// One direction of a chart.
 #[derive(Debug, Clone)]
-pub(super) struct Axis {
+pub struct Axis {
     /// In logarithms, if logarithmic.
     range: Range<f64>,
     /// Where they stand, and what they say.
@@ -23,40 +31,44 @@ pub(super) struct Axis {
 
 impl Axis {
     /// Logarithmic, around all positive values.
-    pub(super) fn log(values: impl Iterator<Item = f64>) -> Self {
-        let logs = values.filter(|x| *x > 0.0 && x.is_finite()).map(f64::log10);
-        let (low, high) = extremes(logs).unwrap_or((-1.0, 0.0));
-        let low = low.max(high - MAX_DECADES);
+    #[must_use]
+    pub fn log(values: impl Iterator<Item = f64>) -> Self {
+        let (low, high) = log_extremes(values);
         let margin = (0.06 * (high - low)).max(0.1);
         let range = low - margin..high + margin;
         Self { ticks: log_ticks(&range), range, log: true }
     }
 
-    /// Logarithmic, in whole decades around all positive values: bars begin at a power of ten.
-    pub(super) fn decades(values: impl Iterator<Item = f64>) -> Self {
-        let Self { range, .. } = Self::log(values);
-        let range = range.start.floor()..range.end.ceil();
+    /// Logarithmic, in whole decades around all positive values. The least value is visibly above the
+    /// start of the axis, where bars begin.
+    #[must_use]
+    pub fn decades(values: impl Iterator<Item = f64>) -> Self {
+        let (low, high) = log_extremes(values);
+        let range = (low - LEAST_BAR).floor()..high.ceil();
         Self { ticks: log_ticks(&range), range, log: true }
     }
 
     /// Linear, around all values.
-    pub(super) fn linear(values: impl Iterator<Item = f64>) -> Self {
+    #[must_use]
+    pub fn linear(values: impl Iterator<Item = f64>) -> Self {
         let known = extremes(values.filter(|x| x.is_finite())).filter(|(low, high)| low < high);
         let (low, high) = known.unwrap_or((0.0, 1.0));
-        let step = nice_step((high - low) / 6.0);
         let margin = 0.03 * (high - low);
         let range = low - margin..high + margin;
-        let first = (range.start / step).ceil();
-        let ticks = (0..20)
-            .map(|i| (first + f64::from(i)) * step)
-            .filter(|tick| range.contains(tick))
-            .map(|tick| (tick, label(tick)))
-            .collect();
+        let ticks = linear_ticks(&range, (high - low) / LINEAR_TICKS);
+        Self { range, ticks, log: false }
+    }
+
+    /// Linear, over a range, with about so many ticks.
+    #[must_use]
+    pub fn over(range: Range<f64>, ticks: f64) -> Self {
+        let ticks = linear_ticks(&range, (range.end - range.start) / ticks);
         Self { range, ticks, log: false }
     }
 
     /// Groups, each one wide, their names in the middle.
-    pub(super) fn groups(names: &[&str]) -> Self {
+    #[must_use]
+    pub fn groups(names: &[&str]) -> Self {
         let left = (0_u32..).map(f64::from);
         let ticks: Vec<_> =
             left.zip(names).map(|(left, name)| (left + 0.5, (*name).to_owned())).collect();
@@ -65,14 +77,34 @@ impl Axis {
     }
 
     /// The least value shown.
-    pub(super) fn floor(&self) -> f64 {
+    #[must_use]
+    pub fn floor(&self) -> f64 {
         if self.log { 10_f64.powf(self.range.start) } else { self.range.start }
     }
 
     /// Whether the value has a place on the axis.
-    pub(super) fn shows(&self, value: f64) -> bool {
+    #[must_use]
+    pub fn shows(&self, value: f64) -> bool {
         value.is_finite() && (!self.log || value > 0.0)
     }
+}
+
+/// Extremes of the logarithms of all positive values, at most [`MAX_DECADES`] apart.
+fn log_extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let logs = values.filter(|x| *x > 0.0 && x.is_finite()).map(f64::log10);
+    let (low, high) = extremes(logs).unwrap_or((-1.0, 0.0));
+    (low.max(high - MAX_DECADES), high)
+}
+
+/// Round numbers within a range, no closer than `least`.
+fn linear_ticks(range: &Range<f64>, least: f64) -> Vec<(f64, String)> {
+    let step = nice_step(least);
+    let first = (range.start / step - ROUNDING).ceil();
+    (0..MOST_TICKS)
+        .map(|i| (first + f64::from(i)) * step)
+        .take_while(|tick| *tick <= range.end + ROUNDING * step)
+        .map(|tick| (tick, label(tick)))
+        .collect()
 }
 
 /// Powers of ten, with what is between them where there are few.
@@ -82,9 +114,8 @@ fn log_ticks(range: &Range<f64>) -> Vec<(f64, String)> {
         decades if decades < FEW_DECADES => &[1.0, 2.0, 5.0],
         _ => &[1.0],
     };
-    // A hair wider, so that rounding does not lose the ticks at both ends.
-    let wide = range.start - 1e-9..range.end + 1e-9;
-    (0..20)
+    let wide = range.start - ROUNDING..range.end + ROUNDING;
+    (0..MOST_TICKS)
         .map(|i| range.start.floor() + f64::from(i))
         .flat_map(|decade| steps.iter().map(move |step| step * 10_f64.powf(decade)))
         .filter(|tick| wide.contains(&tick.log10()))
@@ -111,34 +142,17 @@ fn label(tick: f64) -> String {
     format!("{}", (tick * 1e9).round() / 1e9)
 }
 
-impl Ranged for Axis {
-    type FormatOption = NoDefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, value: &f64, (start, end): (i32, i32)) -> i32 {
-        let value = if self.log { value.log10() } else { *value };
+impl Axis {
+    /// Place of a value between the ends of the axis, px; beyond its range at the nearer end.
+    pub fn place(&self, value: f64, [start, end]: [f64; 2]) -> f64 {
+        let value = if self.log { value.log10() } else { value };
         let Range { start: low, end: high } = self.range;
-        let share = ((value.clamp(low, high) - low) / (high - low)).clamp(0.0, 1.0);
-        let length = f64::from(end - start);
-        #[expect(clippy::cast_possible_truncation, reason = "between start and end")]
-        let offset = (share * length).round() as i32;
-        start + offset
+        start + (value.clamp(low, high) - low) / (high - low) * (end - start)
     }
 
-    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
-        self.ticks.iter().map(|(at, _)| *at).collect()
-    }
-
-    fn range(&self) -> Range<f64> {
-        let Range { start, end } = self.range;
-        if self.log { 10_f64.powf(start)..10_f64.powf(end) } else { start..end }
-    }
-}
-
-impl ValueFormatter<f64> for Axis {
-    fn format_ext(&self, value: &f64) -> String {
-        let here = |(at, _): &&(f64, String)| at.total_cmp(value).is_eq();
-        self.ticks.iter().find(here).map_or(String::new(), |(_, label)| label.clone())
+    /// Values of the ticks, and their words.
+    pub fn ticks(&self) -> &[(f64, String)] {
+        &self.ticks
     }
 }
 
@@ -165,10 +179,21 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_beyond_is_drawn_at_the_border() {
+    #[expect(clippy::float_cmp, reason = "ends and middle of the axis")]
+    fn values_beyond_the_axis_are_drawn_at_its_ends() {
         let axis = Axis::log([0.01, 1.0].into_iter());
-        assert_eq!(axis.map(&0.0, (0, 100)), 0);
-        assert_eq!(axis.map(&1e9, (0, 100)), 100);
-        assert_eq!(axis.map(&0.1, (0, 100)), 50);
+        let places = [0.0, 1e9, 0.1].map(|value| axis.place(value, [0.0, 100.0]));
+        assert_eq!(places, [0.0, 100.0, 50.0]);
+        let downwards = Axis::over(-1.0..1.0, 4.0);
+        assert_eq!(downwards.place(0.5, [100.0, 0.0]), 25.0);
+        assert_eq!(labels(&downwards), ["-1", "-0.5", "0", "0.5", "1"]);
+    }
+
+    #[test]
+    fn a_logarithmic_axis_has_six_decades_at_most_and_one_without_values() {
+        let labels_of = |values: [f64; 2]| labels(&Axis::decades(values.into_iter())).join(" ");
+        assert_eq!(labels_of([0.002, 4.0]), "0.001 0.01 0.1 1 10");
+        assert_eq!(labels_of([1e-12, 0.5]).split(' ').count(), 8);
+        assert_eq!(labels_of([0.0, f64::NAN]), "0.01 0.02 0.05 0.1 0.2 0.5 1");
     }
 }

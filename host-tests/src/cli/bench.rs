@@ -86,8 +86,8 @@ impl BenchArgs {
             Preset::Robust => Config::robust(),
             Preset::Paper => Config::paper(),
         };
-        let bar = progress::over(file.pairs.len(), "pairs");
-        bar.set_length(bar.length().unwrap_or(0) * u64::from(self.rounds + 1));
+        let rounds = usize::try_from(self.rounds)? + 1;
+        let bar = progress::over(file.pairs.len() * rounds, "pairs");
         let outcome =
             single_pairs::run::<T, N>(file, config, self.focal, self.rounds, || bar.inc(1))?;
         bar.finish_and_clear();

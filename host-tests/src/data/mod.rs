@@ -1,6 +1,7 @@
 //! Recorded data: data sets with known extrinsics, files of single pairs, and rigs in the files of other
 //! tools.
 
+#[cfg(feature = "selfcal")]
 pub mod conventions;
 mod dataset;
 mod geometry;

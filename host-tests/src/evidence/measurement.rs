@@ -4,8 +4,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use crate::run::progress::Bar;
 use anyhow::{Context, Result};
-use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -36,7 +36,7 @@ pub type Measured<T> = Result<T, String>;
 /// Measures cells, or takes them from the store.
 pub struct Runner<'a> {
     cache: &'a Cache,
-    bar: &'a ProgressBar,
+    bar: &'a Bar,
     measurements: AtomicUsize,
     reused: AtomicUsize,
     failed: Mutex<Vec<(String, String)>>,
@@ -56,7 +56,7 @@ pub struct MeasurementCounts {
 impl<'a> Runner<'a> {
     /// * `bar`: moves on with every cell.
     #[must_use]
-    pub fn new(cache: &'a Cache, bar: &'a ProgressBar) -> Self {
+    pub fn new(cache: &'a Cache, bar: &'a Bar) -> Self {
         let [measurements, reused] = [0, 0].map(AtomicUsize::new);
         Self { cache, bar, measurements, reused, failed: Mutex::new(Vec::new()) }
     }
@@ -144,7 +144,7 @@ mod tests {
 
     fn run(dir: &std::path::Path) -> (Vec<Measured<f64>>, MeasurementCounts) {
         let cache = Cache::open(dir, false).unwrap();
-        let bar = ProgressBar::hidden();
+        let bar = Bar::hidden();
         let runner = Runner::new(&cache, &bar);
         (runner.run(&[2, 7, 4, 9].map(Half)).unwrap(), runner.counts())
     }

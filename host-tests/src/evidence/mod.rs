@@ -22,8 +22,8 @@ pub mod sweep;
 
 use std::path::{Path, PathBuf};
 
+use crate::run::progress::Bar;
 use anyhow::Result;
-use indicatif::ProgressBar;
 
 use crate::baselines::Method;
 use cache::Cache;
@@ -63,7 +63,7 @@ const BATCH: [&str; 1] = ["bundle"];
 ///
 /// # Errors
 /// If a data set cannot be read, or a file of the folder cannot be written.
-pub fn evaluate(request: &Request, dir: &Path, bar: &ProgressBar) -> Result<Evaluated> {
+pub fn evaluate(request: &Request, dir: &Path, bar: &Bar) -> Result<Evaluated> {
     let sets = recorded_sets::all(&request.data)?;
     let methods = request.methods()?;
     let cache = Cache::open(dir, request.fresh)?;
@@ -116,7 +116,7 @@ mod tests {
 
     fn run(dir: &Path, threads: usize) -> Evaluated {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| evaluate(&request(), dir, &ProgressBar::hidden()).unwrap())
+        pool.install(|| evaluate(&request(), dir, &Bar::hidden()).unwrap())
     }
 
     /// The page and its numbers.
@@ -159,7 +159,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let unknown = Request { methods: vec!["wizard".into()], ..request() };
         let out = dir.path().join("out");
-        let error = evaluate(&unknown, &out, &ProgressBar::hidden()).unwrap_err().to_string();
+        let error = evaluate(&unknown, &out, &Bar::hidden()).unwrap_err().to_string();
         assert!(error.contains("wizard") && error.contains("ling-shen"), "{error}");
         assert!(!out.exists());
     }

@@ -2,6 +2,7 @@
 
 mod estimate;
 mod log;
+#[cfg(feature = "selfcal")]
 pub mod monte_carlo;
 pub mod plot;
 pub mod progress;

@@ -1,20 +1,36 @@
 //! A run in one picture: row offsets before and after, and the error of the estimate over the pairs.
 
-use std::ops::Range;
 use std::path::Path;
 
 use anyhow::Result;
-use plotters::prelude::*;
 use stereo_selfcal::metrics::Deviation;
 
 use super::log::{RunLog, Step};
 use super::summary::row_offsets_px;
-use crate::chart::sheet::{
-    Area, BLUE, DOT, Entry, FILL, GREEN, GREY, GRID, Mark, ORANGE, chart_on, font, headed,
-};
+use crate::chart::legend::{DOT, FILL, Key, Mark};
+use crate::chart::palette::{Rgb, SERIES};
+use crate::chart::{self, Anchor, Axis, Plot, Point, Style, Svg};
 use crate::data::Dataset;
 
-const SIZE: (u32, u32) = (1000, 460);
+const SIZE: Point = [1000.0, 460.0];
+
+/// Heights of the title, and of the heading and legend of a panel, px.
+const TITLE: f64 = 32.0;
+const HEAD: f64 = 80.0;
+
+/// Margins of the axes within a panel: left, right, bottom, px.
+const MARGINS: [f64; 3] = [70.0, 14.0, 52.0];
+
+/// Left of the columns of a legend, and the distance between its lines, px.
+const COLUMNS: [f64; 2] = [70.0, 275.0];
+const LINE: f64 = 17.0;
+
+/// Sizes of the title, of headings and of the words at an axis, px.
+const WORDS: [f64; 3] = [20.0, 15.0, 13.0];
+
+const BEFORE: Rgb = SERIES[7].light;
+const AFTER: Rgb = SERIES[2].light;
+
 /// Bins of the histogram; an even number, so that none straddles 0.
 const BINS: u32 = 60;
 
@@ -23,9 +39,6 @@ const MIN_LIMIT_PX: f64 = 5.0;
 
 /// Half-width of the histogram in medians of the offsets before: mismatches reach far beyond.
 const LIMIT_IN_MEDIANS: f64 = 2.0;
-
-/// Decades that the error axis shows at most.
-const MAX_DECADES: f64 = 6.0;
 
 /// Writes the picture as SVG; folders on the way are created, an older file is replaced.
 ///
@@ -36,23 +49,48 @@ const MAX_DECADES: f64 = 6.0;
 /// # Errors
 /// If the data set's cameras are not valid, or the file cannot be written.
 pub fn write_svg(path: &Path, set: &Dataset, log: &RunLog) -> Result<()> {
-    crate::chart::sheet::write(path, &svg(set, log)?)
+    chart::write(path, &svg(set, log)?)
 }
 
 fn svg(set: &Dataset, log: &RunLog) -> Result<String> {
-    let histogram = Histogram::of(set, log)?;
-    let mut svg = String::new();
-    {
-        let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        root.fill(&WHITE)?;
-        let matches: usize = set.pairs.iter().map(Vec::len).sum();
-        let title = format!("{}, pairs: {}, matches: {matches}", set.name, set.pairs.len());
-        let (left, right) = root.titled(&title, font(20))?.split_horizontally(SIZE.0 / 2);
-        draw_offsets(&left, &histogram)?;
-        draw_errors(&right, set, log.steps())?;
-        root.present()?;
+    let mut svg = Svg::new(SIZE).on_white();
+    let matches: usize = set.pairs.iter().map(Vec::len).sum();
+    let title = format!("{}, pairs: {}, matches: {matches}", set.name, set.pairs.len());
+    svg.text([SIZE[0] / 2.0, TITLE / 2.0], WORDS[0], Anchor::Middle, &title);
+    draw_offsets(&mut svg, 0.0, &Histogram::of(set, log)?);
+    draw_errors(&mut svg, SIZE[0] / 2.0, set, log.steps());
+    Ok(svg.finish())
+}
+
+/// Heading, legend, axes and grid of one half of the picture.
+///
+/// * `left`: of the half, px.
+/// * `axes`: with their names.
+fn panel<'a>(
+    svg: &'a mut Svg,
+    left: f64,
+    heading: &str,
+    legend: &[Vec<Key>],
+    axes: [(Axis, &str); 2],
+) -> Plot<'a> {
+    let middle = left + SIZE[0] / 4.0;
+    svg.text([middle, TITLE + 12.0], WORDS[1], Anchor::Middle, heading);
+    for (column, x) in legend.iter().zip(COLUMNS) {
+        for (key, row) in column.iter().zip((0_u8..).map(f64::from)) {
+            key.draw(svg, [left + x, TITLE + 34.0 + row * LINE]);
+        }
     }
-    Ok(svg)
+    let [before, after, below] = MARGINS;
+    let top_left = [left + before, TITLE + HEAD + 10.0];
+    let corners = [top_left, [left + SIZE[0] / 2.0 - after, SIZE[1] - below]];
+    let [(x, x_name), (y, y_name)] = axes;
+    let mut plot = Plot::new(svg, corners, [x, y]);
+    plot.grid_x();
+    plot.grid_y();
+    plot.border();
+    plot.label_x(x_name, WORDS[2]);
+    plot.label_y(y_name, WORDS[2], MARGINS[0] - 14.0);
+    plot
 }
 
 /// Row offsets of all matches before and after, counted in bins of one width.
@@ -106,15 +144,15 @@ impl Counts {
     }
 
     /// The outline of the bars, closed by the axis.
-    fn outline(&self, limit: f64) -> Vec<(f64, u32)> {
+    fn outline(&self, limit: f64) -> Vec<Point> {
         let width = 2.0 * limit / f64::from(BINS);
         let mut x = -limit;
-        let mut points = vec![(x, 0)];
-        for &count in &self.bins {
-            points.extend([(x, count), (x + width, count)]);
+        let mut points = vec![[x, 0.0]];
+        for count in self.bins.iter().copied().map(f64::from) {
+            points.extend([[x, count], [x + width, count]]);
             x += width;
         }
-        points.push((x, 0));
+        points.push([x, 0.0]);
         points
     }
 }
@@ -136,45 +174,36 @@ fn nice_limit(px: f64) -> f64 {
         .unwrap_or(px)
 }
 
-fn draw_offsets(area: &Area<'_>, histogram: &Histogram) -> Result<()> {
+fn draw_offsets(svg: &mut Svg, left: f64, histogram: &Histogram) {
     let limit = histogram.limit;
-    let after = histogram.after.iter().map(|after| ("with the fused estimate", GREEN, after));
+    let after = histogram.after.iter().map(|after| ("with the fused estimate", AFTER, after));
     let all: Vec<_> =
-        [("as the run started", GREY, &histogram.before)].into_iter().chain(after).collect();
-    let legend: Vec<_> = all
-        .iter()
-        .map(|(name, color, counts)| {
-            let beyond = 100.0 * counts.beyond;
-            (Mark::Bars, *color, format!("{name}; {beyond:.1} % of the matches beyond ±{limit} px"))
-        })
-        .collect();
-    let area = headed(area, "Row offset after rectification", &[legend])?;
-    let top = histogram.highest().max(1) * 11 / 10;
-    let mut chart = chart_on(&area).build_cartesian_2d(-limit..limit, 0..top + 1)?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(BLACK.mix(GRID))
-        .x_desc("row offset, px")
-        .x_label_formatter(&|x| format!("{x}"))
-        .y_desc("matches per bin")
-        .label_style(font(13))
-        .axis_desc_style(font(14))
-        .draw()?;
+        [("as the run started", BEFORE, &histogram.before)].into_iter().chain(after).collect();
+    let key = |(name, color, counts): &(&str, Rgb, &Counts)| {
+        let beyond = 100.0 * counts.beyond;
+        let words = format!("{name}; {beyond:.1} % of the matches beyond ±{limit} px");
+        Key::new(Mark::Bars, *color, words)
+    };
+    let top = 1.1 * f64::from(histogram.highest().max(1));
+    let axes = [
+        (Axis::over(-limit..limit, 10.0), "row offset, px"),
+        (Axis::over(0.0..top, 8.0), "matches per bin"),
+    ];
+    let legend = [all.iter().map(key).collect()];
+    let mut plot = panel(svg, left, "Row offset after rectification", &legend, axes);
     for (_, color, counts) in all {
         let outline = counts.outline(limit);
-        chart.draw_series([Polygon::new(outline.clone(), color.mix(FILL))])?;
-        chart.draw_series([PathElement::new(outline, color)])?;
+        plot.shape(outline.iter().copied(), Style::filled(color).opacity(FILL));
+        plot.line(outline, Style::line(color, 1.0));
     }
-    Ok(())
 }
 
 /// What is plotted of one of the two errors, degrees.
 struct Curve {
     name: &'static str,
-    color: RGBColor,
-    singles: Vec<(u32, f64)>,
-    running: Vec<(u32, f64)>,
+    color: Rgb,
+    singles: Vec<Point>,
+    running: Vec<Point>,
     /// Standard error of the reference.
     reference: Option<f64>,
 }
@@ -183,79 +212,50 @@ impl Curve {
     /// * `of`: picks the error out of a deviation, rad.
     fn new(
         name: &'static str,
-        color: RGBColor,
+        color: Rgb,
         steps: &[Step],
         of: fn(&Deviation<f64>) -> f64,
         reference: Option<f64>,
     ) -> Self {
-        let numbered = || (1_u32..).zip(steps);
+        let numbered = || (1_u32..).map(f64::from).zip(steps);
         let degrees = |error: &Deviation<f64>| of(error).to_degrees();
-        let singles = numbered().filter_map(|(i, s)| Some((i, degrees(&s.solved.as_ref()?.error))));
-        let running = numbered().filter_map(|(i, s)| Some((i, degrees(s.running.as_ref()?))));
+        let singles = numbered().filter_map(|(i, s)| Some([i, degrees(&s.solved.as_ref()?.error)]));
+        let running = numbered().filter_map(|(i, s)| Some([i, degrees(s.running.as_ref()?)]));
         Self { name, color, singles: singles.collect(), running: running.collect(), reference }
     }
 
-    fn legend(&self) -> Vec<Entry> {
+    fn legend(&self) -> Vec<Key> {
         let Self { name, color, .. } = *self;
         let drawn = [(Mark::Dots, "pair alone"), (Mark::Line, "all pairs so far")];
         let reference = self.reference.map(|_| (Mark::Dashes, "1 sigma of the reference"));
         let all = drawn.into_iter().chain(reference);
-        all.map(|(mark, what)| (mark, color, format!("{name}, {what}"))).collect()
+        all.map(|(mark, what)| Key::new(mark, color, format!("{name}, {what}"))).collect()
     }
 
     fn values(&self) -> impl Iterator<Item = f64> {
-        self.singles.iter().chain(&self.running).map(|(_, y)| *y).chain(self.reference)
+        self.singles.iter().chain(&self.running).map(|[_, y]| *y).chain(self.reference)
     }
 }
 
-/// Whole decades around all positive values, at least one and at most [`MAX_DECADES`].
-fn decades(values: impl Iterator<Item = f64>) -> Range<f64> {
-    let (low, high) = values
-        .filter(|y| *y > 0.0 && y.is_finite())
-        .map(f64::log10)
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
-    if low > high {
-        return 0.1..1.0;
-    }
-    let high = high.floor() + 1.0;
-    let low = low.floor().max(high - MAX_DECADES);
-    10_f64.powf(low)..10_f64.powf(high)
-}
-
-fn draw_errors(area: &Area<'_>, set: &Dataset, steps: &[Step]) -> Result<()> {
+fn draw_errors(svg: &mut Svg, left: f64, set: &Dataset, steps: &[Step]) {
+    let [t, r] = [SERIES[0].light, SERIES[1].light];
     let curves = [
-        Curve::new("e_t", BLUE, steps, |e| e.translation, set.meta.sigma_t_deg),
-        Curve::new("e_theta", ORANGE, steps, |e| e.rotation, set.meta.sigma_r_deg),
+        Curve::new("e_t", t, steps, |e| e.translation, set.meta.sigma_t_deg),
+        Curve::new("e_theta", r, steps, |e| e.rotation, set.meta.sigma_r_deg),
     ];
+    let end = u32::try_from(steps.len()).map_or(f64::NAN, f64::from) + 1.0;
+    let errors = Axis::decades(curves.iter().flat_map(Curve::values));
+    let axes = [(Axis::over(0.0..end.max(2.0), 8.0), "pair"), (errors, "error, degrees")];
     let legend = curves.each_ref().map(Curve::legend);
-    let area = headed(area, "Error against the reference", &legend)?;
-    let range = decades(curves.iter().flat_map(Curve::values));
-    let last = u32::try_from(steps.len())?.max(1);
-    let mut chart = chart_on(&area)
-        // A hair wider, so that rounding does not lose the ticks at both ends.
-        .build_cartesian_2d(0..last + 1, (range.start * 0.999..range.end * 1.001).log_scale())?;
-    chart
-        .configure_mesh()
-        .light_line_style(BLACK.mix(GRID / 2.0))
-        .bold_line_style(BLACK.mix(GRID))
-        .x_desc("pair")
-        .y_desc("error, degrees")
-        .y_label_formatter(&|y| format!("{y}"))
-        .label_style(font(13))
-        .axis_desc_style(font(14))
-        .draw()?;
+    let mut plot = panel(svg, left, "Error against the reference", &legend, axes);
     for Curve { color, singles, running, reference, .. } in curves {
-        let shown = |(i, y): (u32, f64)| (i, y.max(range.start));
-        let dot = |at| Circle::new(shown(at), DOT, color.mix(FILL).filled());
-        chart.draw_series(singles.into_iter().map(dot))?;
-        let line = LineSeries::new(running.into_iter().map(shown), color.stroke_width(2));
-        chart.draw_series(line.point_size(1))?;
+        plot.dots(singles, DOT, Style::filled(color).opacity(FILL));
+        plot.dots(running.iter().copied(), 1.0, Style::filled(color));
+        plot.line(running, Style::line(color, 2.0));
         if let Some(sigma) = reference {
-            let line = [(0, sigma), (last + 1, sigma)].into_iter().map(shown);
-            chart.draw_series(DashedLineSeries::new(line, 5, 3, color.stroke_width(1)))?;
+            plot.line([[0.0, sigma], [end, sigma]], Style::line(color, 1.0).dashed(5.0, 3.0));
         }
     }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -263,9 +263,9 @@ fn draw_errors(area: &Area<'_>, set: &Dataset, steps: &[Step]) -> Result<()> {
 mod tests {
     use std::fs;
 
-    use super::super::replay::replay;
     use super::*;
     use crate::data::in_f64;
+    use crate::run::replay::replay;
     use crate::synth::Scene;
     use stereo_selfcal::{Config, Extrinsics};
 
@@ -285,9 +285,6 @@ mod tests {
     #[test]
     fn axes_end_at_round_numbers() {
         assert_eq!([5.0, 5.1, 19.0, 200.0, 201.0].map(nice_limit), [5.0, 10.0, 20.0, 200.0, 500.0]);
-        assert_eq!(decades([0.3, 0.002, 4.0].into_iter()), 1e-3..10.0);
-        assert_eq!(decades([1e-12, 0.5].into_iter()), 1e-6..1.0);
-        assert_eq!(decades([0.0, f64::NAN].into_iter()), 0.1..1.0);
     }
 
     #[test]

@@ -4,24 +4,30 @@ use std::ops::Range;
 use std::path::Path;
 
 use anyhow::Result;
-use nalgebra::{Matrix5, Vector3};
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use nalgebra::{Matrix3x2, Matrix5, Vector3};
 use stereo_selfcal::{Extrinsics, Proposal, RectifyingRotations, Scalar, State, so3};
 
-use crate::chart::sheet::{self, Area, BLUE, Entry, FILL, GREEN, GREY, GRID, Mark, ORANGE, font};
+use crate::chart::legend::{FILL, Key, Mark};
+use crate::chart::palette::{Rgb, SERIES};
+use crate::chart::{self, Anchor, Axis, Plot, Point, Style, Svg};
 use crate::data::in_f64;
 
-const SIZE: (u32, u32) = (1000, 1000);
-const RED: RGBColor = RGBColor(190, 30, 45);
+const SIZE: Point = [1000.0, 1000.0];
+const TRUTH: Rgb = SERIES[7].light;
+const PROPOSED: Rgb = SERIES[1].light;
+const IN_USE: Rgb = SERIES[0].light;
 
-/// Heights of title with legends, and of the strip of the state with the axis of the pairs, px.
-const HEAD: u32 = 74;
-const STRIP: u32 = 78;
+/// Heights of title with legend, of a panel, and of the strip of the state, px.
+const HEAD: f64 = 74.0;
+const PANEL: f64 = (SIZE[1] - HEAD - STRIP) / 5.0;
+const STRIP: f64 = 84.0;
 
-/// Left and right of a panel, px.
-const LABELS: i32 = 50;
-const MARGIN: i32 = 24;
+/// Left and right margin of a panel, px.
+const LABELS: f64 = 50.0;
+const MARGIN: f64 = 24.0;
+
+/// Sizes of the title, of the name of a panel and of other words, px.
+const WORDS: [f64; 3] = [20.0, 14.0, 13.0];
 
 /// Share of its height that a panel leaves free above and below.
 const AIR: f64 = 0.12;
@@ -83,7 +89,7 @@ fn deviations(extrinsics: &Extrinsics<f64>, covariance: &Matrix5<f64>) -> Pose {
     let turn = covariance.fixed_view::<3, 3>(0, 0);
     let r = to_camera * turn * to_camera.transpose();
     // A turn of the baseline about y, z moves it by (0, z, -y).
-    let mut moved = nalgebra::Matrix3x2::zeros();
+    let mut moved = Matrix3x2::zeros();
     (moved[(1, 1)], moved[(2, 0)]) = (1.0, -1.0);
     let moves = to_camera * moved;
     let t = moves * covariance.fixed_view::<2, 2>(3, 3) * moves.transpose();
@@ -98,50 +104,42 @@ fn deviations(extrinsics: &Extrinsics<f64>, covariance: &Matrix5<f64>) -> Pose {
 /// # Errors
 /// If the file cannot be written.
 pub fn write_svg(path: &Path, title: &str, points: &[TimelinePoint], knock: usize) -> Result<()> {
-    sheet::write(path, &svg(title, points, knock)?)
+    chart::write(path, &svg(title, points, knock))
 }
 
-fn svg(title: &str, points: &[TimelinePoint], knock: usize) -> Result<String> {
-    let mut svg = String::new();
-    {
-        let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        root.fill(&WHITE)?;
-        let (head, rest) = root.split_vertically(HEAD);
-        let (panels, strip) = rest.split_vertically(SIZE.1 - HEAD - STRIP);
-        draw_head(&head, title)?;
-        for (component, panel) in panels.split_evenly((NAMES.len(), 1)).iter().enumerate() {
-            draw_panel(panel, &Panel::of(component, points), knock)?;
-        }
-        draw_states(&strip, points, knock)?;
-        root.present()?;
+fn svg(title: &str, points: &[TimelinePoint], knock: usize) -> String {
+    let mut svg = Svg::new(SIZE).on_white();
+    let knock = u32::try_from(knock).map_or(f64::NAN, f64::from);
+    draw_head(&mut svg, title);
+    for (component, top) in (0..NAMES.len()).zip((0_u8..).map(|i| HEAD + f64::from(i) * PANEL)) {
+        draw_panel(&mut svg, top, Panel::of(component, points), knock);
     }
-    Ok(svg)
+    draw_states(&mut svg, SIZE[1] - STRIP, points, knock);
+    svg.finish()
 }
 
-fn draw_head(area: &Area<'_>, title: &str) -> Result<()> {
-    let middle = i32::try_from(area.dim_in_pixel().0)? / 2;
-    let centred = font(20).pos(Pos::new(HPos::Center, VPos::Top));
-    area.draw(&Text::new(title.to_owned(), (middle, 8), centred))?;
-    let of =
-        |(mark, color, label): (Mark, RGBColor, &str)| -> Entry { (mark, color, label.into()) };
+fn draw_head(svg: &mut Svg, title: &str) {
+    svg.text([SIZE[0] / 2.0, 18.0], WORDS[0], Anchor::Middle, title);
     let drawn = [
-        (Mark::Line, GREY, "truth of each pair, with its vibration"),
-        (Mark::Line, ORANGE, "proposed"),
-        (Mark::Bars, ORANGE, "2 claimed standard deviations"),
-        (Mark::Line, BLUE, "in use"),
-        (Mark::Dashes, BLACK, "knock"),
+        (Mark::Line, TRUTH, "truth of each pair, with its vibration", LABELS),
+        (Mark::Line, PROPOSED, "proposed", 370.0),
+        (Mark::Bars, PROPOSED, "2 reported standard deviations", 490.0),
+        (Mark::Line, IN_USE, "in use", 750.0),
+        (Mark::Dashes, Rgb::BLACK, "knock", 860.0),
     ];
-    sheet::legend(area, &drawn.map(of), &[LABELS, 370, 490, 750, 860], 52)
+    for (mark, color, words, left) in drawn {
+        Key::new(mark, color, words).draw(svg, [left, 52.0]);
+    }
 }
 
 /// One of the five over the pairs, degrees.
 struct Panel {
     name: &'static str,
-    truth: Vec<(f64, f64)>,
-    in_use: Vec<(f64, f64)>,
-    proposed: Vec<(f64, f64)>,
+    truth: Vec<Point>,
+    in_use: Vec<Point>,
+    proposed: Vec<Point>,
     /// Lower side of the band, then its upper side backwards.
-    band: Vec<(f64, f64)>,
+    band: Vec<Point>,
     pairs: f64,
     height: Range<f64>,
 }
@@ -149,24 +147,23 @@ struct Panel {
 impl Panel {
     fn of(component: usize, points: &[TimelinePoint]) -> Self {
         let numbered = || (0_u32..).map(f64::from).zip(points);
-        let truth: Vec<_> = numbered().map(|(i, m)| (i, pose(&m.truth)[component])).collect();
+        let truth: Vec<_> = numbered().map(|(i, m)| [i, pose(&m.truth)[component]]).collect();
         let height = height(&truth, points, component);
-        let shown = |(i, y): (f64, f64)| (i, y.clamp(height.start, height.end));
-        let in_use = numbered().map(|(i, m)| shown((i, pose(&m.in_use)[component]))).collect();
+        let in_use = numbered().map(|(i, m)| [i, pose(&m.in_use)[component]]).collect();
         let proposals: Vec<(f64, f64, f64)> = numbered()
             .filter_map(|(i, m)| {
                 let Proposed { pose, sd } = m.proposed.as_ref()?;
                 Some((i, pose[component], 2.0 * sd[component]))
             })
             .collect();
-        let lower = proposals.iter().map(|&(i, y, two_sd)| shown((i, y - two_sd)));
-        let upper = proposals.iter().map(|&(i, y, two_sd)| shown((i, y + two_sd)));
+        let lower = proposals.iter().map(|&(i, y, two_sd)| [i, y - two_sd]);
+        let upper = proposals.iter().map(|&(i, y, two_sd)| [i, y + two_sd]);
         Self {
             name: NAMES[component],
             in_use,
-            proposed: proposals.iter().map(|&(i, y, _)| shown((i, y))).collect(),
+            proposed: proposals.iter().map(|&(i, y, _)| [i, y]).collect(),
             band: lower.chain(upper.rev()).collect(),
-            pairs: truth.last().map_or(1.0, |(i, _)| i + 1.0),
+            pairs: truth.last().map_or(1.0, |[i, _]| i + 1.0),
             truth,
             height,
         }
@@ -174,12 +171,12 @@ impl Panel {
 }
 
 /// What a panel shows: the truth, and the band while the estimate is locked.
-fn height(truth: &[(f64, f64)], points: &[TimelinePoint], component: usize) -> Range<f64> {
+fn height(truth: &[Point], points: &[TimelinePoint], component: usize) -> Range<f64> {
     let locked = points.iter().filter(|m| m.state == State::Locked);
     // The first locked pairs claim little, and would flatten what comes after.
     let settled = locked.skip(points.len() / 50).filter_map(|m| m.proposed.as_ref());
     let ends = settled.flat_map(|p| [-2.0, 2.0].map(|n| p.pose[component] + n * p.sd[component]));
-    let values = truth.iter().map(|(_, y)| *y).chain(ends);
+    let values = truth.iter().map(|[_, y]| *y).chain(ends);
     let (low, high) =
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
     if low > high {
@@ -189,83 +186,58 @@ fn height(truth: &[(f64, f64)], points: &[TimelinePoint], component: usize) -> R
     middle - half * (1.0 + 2.0 * AIR)..middle + half * (1.0 + 2.0 * AIR)
 }
 
-fn draw_panel(area: &Area<'_>, panel: &Panel, knock: usize) -> Result<()> {
-    let mut chart = ChartBuilder::on(area)
-        .margin_top(6)
-        .margin_right(MARGIN)
-        .set_label_area_size(LabelAreaPosition::Left, LABELS)
-        .build_cartesian_2d(0.0..panel.pairs, panel.height.clone())?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(BLACK.mix(GRID))
-        .x_labels(9)
-        .y_labels(5)
-        .y_label_formatter(&|y| format!("{y:.2}"))
-        .label_style(font(13))
-        .draw()?;
-    let line = |points: &[(f64, f64)], style: ShapeStyle| LineSeries::new(points.to_vec(), style);
-    chart.draw_series([Polygon::new(panel.band.clone(), ORANGE.mix(FILL / 2.0))])?;
-    chart.draw_series(line(&panel.truth, GREY.stroke_width(1)))?;
-    chart.draw_series(line(&panel.proposed, ORANGE.mix(FILL).stroke_width(5)))?;
-    chart.draw_series(line(&panel.in_use, BLUE.stroke_width(2)))?;
-    let at = f64::from(u32::try_from(knock)?);
-    let ends = [(at, panel.height.start), (at, panel.height.end)];
-    chart.draw_series(DashedLineSeries::new(ends, 4, 4, BLACK.stroke_width(1)))?;
-    let named = font(14).pos(Pos::new(HPos::Left, VPos::Top));
-    area.draw(&Text::new(panel.name, (LABELS + 8, 10), named))?;
-    Ok(())
+fn draw_panel(svg: &mut Svg, top: f64, panel: Panel, knock: f64) {
+    let corners = [[LABELS, top + 6.0], [SIZE[0] - MARGIN, top + PANEL]];
+    let ends = [panel.height.start, panel.height.end];
+    let axes = [Axis::over(0.0..panel.pairs, 9.0), Axis::over(panel.height, 5.0)];
+    let mut plot = Plot::new(svg, corners, axes);
+    plot.grid_x();
+    plot.grid_y();
+    plot.border();
+    plot.label_y("", WORDS[2], 0.0);
+    plot.shape(panel.band, Style::filled(PROPOSED).opacity(FILL / 2.0));
+    plot.line(panel.truth, Style::line(TRUTH, 1.0));
+    plot.line(panel.proposed, Style::line(PROPOSED, 5.0).opacity(FILL));
+    plot.line(panel.in_use, Style::line(IN_USE, 2.0));
+    draw_knock(&mut plot, knock, ends);
+    svg.text([LABELS + 8.0, top + 17.0], WORDS[1], Anchor::Start, panel.name);
 }
 
-fn color(state: State) -> RGBColor {
+fn draw_knock(plot: &mut Plot<'_>, pair: f64, ends: [f64; 2]) {
+    plot.line(ends.map(|y| [pair, y]), Style::line(Rgb::BLACK, 1.0).dashed(4.0, 4.0));
+}
+
+fn color(state: State) -> Rgb {
     match state {
-        State::Locked => GREEN,
-        State::Suspect => ORANGE,
-        State::Lost => RED,
-        _ => GREY,
+        State::Locked => SERIES[2].light,
+        State::Suspect => SERIES[4].light,
+        State::Lost => SERIES[1].light,
+        _ => SERIES[7].light,
     }
 }
 
-fn draw_states(area: &Area<'_>, points: &[TimelinePoint], knock: usize) -> Result<()> {
-    let pairs = f64::from(u32::try_from(points.len())?);
-    let mut chart = ChartBuilder::on(area)
-        .margin_top(6)
-        .margin_right(MARGIN)
-        .set_label_area_size(LabelAreaPosition::Left, LABELS)
-        .set_label_area_size(LabelAreaPosition::Bottom, 54)
-        .build_cartesian_2d(0.0..pairs.max(1.0), 0.0..1.0)?;
-    chart
-        .configure_mesh()
-        .disable_mesh()
-        .disable_y_axis()
-        .x_labels(9)
-        .x_label_formatter(&|x| format!("{x}"))
-        .x_desc("pair")
-        .label_style(font(13))
-        .axis_desc_style(font(14))
-        .draw()?;
+fn draw_states(svg: &mut Svg, top: f64, points: &[TimelinePoint], knock: f64) {
+    let bottom = top + 30.0;
+    let pairs = u32::try_from(points.len()).map_or(f64::NAN, f64::from);
+    let axes = [Axis::over(0.0..pairs.max(1.0), 9.0), Axis::over(0.0..1.0, 1.0)];
+    let mut plot = Plot::new(svg, [[LABELS, top + 6.0], [SIZE[0] - MARGIN, bottom]], axes);
     let mut from = 0.0;
     for run in points.chunk_by(|a, b| a.state == b.state) {
         // From the pair that brought the state to the one that ended it.
-        let to = from + f64::from(u32::try_from(run.len())?);
+        let to = from + u32::try_from(run.len()).map_or(f64::NAN, f64::from);
         let color = color(run[0].state);
-        let corners = [(from, 0.0), (to, 1.0)];
-        chart.draw_series([Rectangle::new(corners, color.mix(FILL).filled())])?;
-        chart.draw_series([Rectangle::new(corners, color.stroke_width(1))])?;
+        let corners = [[from, 0.0], [to, 1.0]];
+        plot.rectangle(corners, Style::filled(color).opacity(FILL));
+        plot.rectangle(corners, Style::line(color, 1.0));
         from = to;
     }
-    let at = f64::from(u32::try_from(knock)?);
-    chart.draw_series(DashedLineSeries::new(
-        [(at, 0.0), (at, 1.0)],
-        4,
-        4,
-        BLACK.stroke_width(1),
-    ))?;
-    let beside = font(13).pos(Pos::new(HPos::Right, VPos::Center));
-    area.draw(&Text::new("state", (LABELS - 8, 15), beside))?;
-    let all = [State::Acquiring, State::Locked, State::Suspect, State::Lost];
-    let entries = all.map(|state| -> Entry { (Mark::Bars, color(state), state.to_string()) });
-    sheet::legend(area, &entries, &[LABELS, 180, 270, 365], 62)
+    plot.label_x("pair", WORDS[2]);
+    draw_knock(&mut plot, knock, [0.0, 1.0]);
+    svg.text([LABELS - 8.0, top + 18.0], WORDS[2], Anchor::End, "state");
+    let states = [State::Acquiring, State::Locked, State::Suspect, State::Lost];
+    for (state, left) in states.into_iter().zip([LABELS, 180.0, 270.0, 365.0]) {
+        Key::new(Mark::Bars, color(state), state.to_string()).draw(svg, [left, top + 70.0]);
+    }
 }
 
 #[cfg(test)]
@@ -295,7 +267,8 @@ mod tests {
         let point =
             TimelinePoint { truth: rig, in_use: rig, proposed: None, state: State::Acquiring };
         for points in [&[][..], &[point]] {
-            assert!(svg("nothing yet", points, 0).unwrap().contains("nothing yet"));
+            let svg = svg("nothing yet", points, 0);
+            assert!(svg.contains("nothing yet") && !svg.contains("NaN"));
         }
     }
 }

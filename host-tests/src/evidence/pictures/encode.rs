@@ -5,13 +5,11 @@ use std::io::Cursor;
 use anyhow::{Context, Result};
 use image::codecs::jpeg::JpegEncoder;
 use image::{ImageFormat, Rgb, RgbImage};
-use plotters::prelude::*;
-use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::comparison::Rectification;
 use super::grey::Grey;
-use crate::chart::palette::SERIES;
+use crate::chart::palette::{self, SERIES, viridis};
+use crate::chart::{Anchor, Style, Svg};
 use crate::evidence::report::Picture;
 
 /// Of a pixel without disparity: no colour of the map is grey.
@@ -36,12 +34,7 @@ const QUALITY: u8 = 88;
 pub fn disparity_picture(rectification: &Rectification) -> Result<Picture> {
     let [width, height] = rectification.disparities.size.map(u32::from);
     let most = f64::from(rectification.range);
-    let color = |d: &Option<f64>| {
-        d.map_or(INVALID, |d| {
-            let RGBColor(r, g, b) = ViridisRGB.get_color(d / most);
-            Rgb([r, g, b])
-        })
-    };
+    let color = |d: &Option<f64>| d.map_or(INVALID, |d| pixel(viridis(d / most)));
     let mut image = RgbImage::new(width, height);
     let pixels = image.pixels_mut().zip(&rectification.disparities.pixels);
     pixels.for_each(|(pixel, d)| *pixel = color(d));
@@ -62,10 +55,7 @@ pub fn pair_picture(rectification: &Rectification) -> Result<Picture> {
     for (side, x) in [(left, 0), (right, width)] {
         paste(&mut image, side, x);
     }
-    let [line, level, end] = [SERIES[5], SERIES[4], SERIES[1]].map(|color| {
-        let RGBColor(r, g, b) = color.light;
-        Rgb([r, g, b])
-    });
+    let [line, level, end] = [SERIES[5], SERIES[4], SERIES[1]].map(|color| pixel(color.light));
     for i in 1..LINES {
         let y = height * i / LINES;
         (0..2 * width).for_each(|x| (y..y + 2).for_each(|y| blend(&mut image, x, y, line)));
@@ -89,23 +79,18 @@ pub fn pair_picture(rectification: &Rectification) -> Result<Picture> {
 }
 
 /// What stands where there is no rectified pair.
-///
-/// # Errors
-/// If the picture cannot be drawn.
-pub fn missing_picture(size: [u16; 2], words: &str) -> Result<Picture> {
-    let [width, height] = size.map(u32::from);
-    let mut svg = String::new();
-    {
-        let root = SVGBackend::with_string(&mut svg, (width, height)).into_drawing_area();
-        let centred = Pos::new(HPos::Center, VPos::Center);
-        let style = ("sans-serif", height / 16).into_font().color(&BLACK).pos(centred);
-        let [right, bottom] = size.map(i32::from);
-        root.draw(&Text::new(words, (right / 2, bottom / 2), style))?;
-        let frame = [(0, 0), (right - 1, bottom - 1)];
-        root.draw(&Rectangle::new(frame, BLACK.mix(0.5).stroke_width(2)))?;
-        root.present()?;
-    }
-    Ok(Picture::Svg(svg))
+#[must_use]
+pub fn missing_picture(size: [u16; 2], words: &str) -> Picture {
+    let [width, height] = size.map(f64::from);
+    let mut svg = Svg::new([width, height]);
+    svg.text([width / 2.0, height / 2.0], height / 16.0, Anchor::Middle, words);
+    let frame = [[0.0; 2], [width, height]];
+    svg.rectangle(frame, Style::line(palette::Rgb::BLACK, 2.0).opacity(0.5));
+    Picture::Svg(svg.finish())
+}
+
+fn pixel(palette::Rgb(r, g, b): palette::Rgb) -> Rgb<u8> {
+    Rgb([r, g, b])
 }
 
 fn paste(image: &mut RgbImage, side: &Grey, x: u32) {

@@ -3,22 +3,25 @@
 
 use std::f64::consts::{PI, TAU};
 
-use anyhow::Result;
 use nalgebra::Vector3;
-use plotters::coord::types::RangedCoordf64;
-use plotters::prelude::*;
 use stereo_selfcal::{Extrinsics, so3};
 
-use crate::chart::palette::SERIES;
+use crate::chart::palette::{Rgb, SERIES};
+use crate::chart::{Anchor, Axis, Plot, Point, Style, Svg};
 use crate::evidence::report::{Csv, Entry, Figure, Picture, Sample};
 
-const SIZE: (u32, u32) = (460, 460);
-const DOT: u32 = 3;
-const TITLE: (&str, u32) = ("sans-serif", 18);
-const LABEL: (&str, u32) = ("sans-serif", 15);
+const SIZE: Point = [460.0, 460.0];
+const DOT: f64 = 3.0;
 
-/// Left and right of the sphere, as much as its title takes above it, px.
-const SIDES: u32 = 14;
+/// Sizes of the title and of the words at an axis, px.
+const WORDS: [f64; 2] = [18.0, 15.0];
+
+/// Height of the title, and the margin of a sphere at its other sides, px.
+const TITLE: f64 = 28.0;
+const SIDES: f64 = 14.0;
+
+/// Left and bottom margin of axes with words, px.
+const LABELS: [f64; 2] = [62.0, 48.0];
 
 /// Half of what a picture of the surroundings shows at least, rad.
 const LEAST_REACH: f64 = 1e-4;
@@ -51,10 +54,8 @@ struct Directions {
 /// Four panels: `t^k` on the sphere and around the reference, `v^k` likewise.
 ///
 /// * `name`: of the CSV file.
-///
-/// # Errors
-/// If a picture cannot be drawn.
-pub fn sphere_figure(name: &str, estimates: &Estimates, command: &str) -> Result<Figure> {
+#[must_use]
+pub fn sphere_figure(name: &str, estimates: &Estimates, command: &str) -> Figure {
     let t = estimates.directions(|e| e.translation().into_inner());
     let v = estimates.directions(|e| axis(&so3::log(e.rotation())));
     let mut panels = Vec::new();
@@ -63,11 +64,11 @@ pub fn sphere_figure(name: &str, estimates: &Estimates, command: &str) -> Result
     for (directions, what, unit, factor) in kinds {
         let [whole, near] =
             [format!("{what} of each pair"), format!("{what}, around the reference")];
-        panels.push((Picture::Svg(globe(directions, &whole)?), whole));
-        panels.push((Picture::Svg(zoom(directions, &near, unit, factor)?), near));
+        panels.push((Picture::Svg(globe(directions, &whole)), whole));
+        panels.push((Picture::Svg(zoom(directions, &near, unit, factor)), near));
     }
     let angle = so3::log(estimates.reference.rotation()).norm().to_degrees();
-    Ok(Figure {
+    Figure {
         panels,
         legend: vec![
             Entry::new(Sample::Dots, Some(SERIES[0]), "one pair"),
@@ -81,7 +82,7 @@ pub fn sphere_figure(name: &str, estimates: &Estimates, command: &str) -> Result
         ),
         command: command.to_owned(),
         numbers: estimates.numbers(name),
-    })
+    }
 }
 
 impl Estimates {
@@ -123,113 +124,86 @@ fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
 }
 
 /// The sphere as seen from afar, the reference a little aside of the middle.
-fn globe(directions: &Directions, title: &str) -> Result<String> {
+fn globe(directions: &Directions, title: &str) -> String {
     let [right, down] = across(&directions.reference);
     let towards = (directions.reference + (right - down * 0.7) * ASIDE).normalize();
     let [right, down] = across(&towards);
-    let seen = |p: &Vector3<f64>| ((p.dot(&right), p.dot(&down)), p.dot(&towards) >= 0.0);
-    drawn(title, |plane| {
-        for line in graticule() {
-            for ends in line.windows(2) {
-                let [(a, near), (b, also)] = [seen(&ends[0]), seen(&ends[1])];
-                if near && also {
-                    plane.draw(&PathElement::new([a, b], BLACK.mix(0.22)))?;
-                }
+    let seen = |p: &Vector3<f64>| ([p.dot(&right), p.dot(&down)], p.dot(&towards) >= 0.0);
+    let mut svg = titled(title);
+    // Holds the unit circle.
+    let axes = [(); 2].map(|()| Axis::over(-1.04..1.04, 1.0));
+    let mut plot = Plot::new(&mut svg, [[SIDES, TITLE], SIZE.map(|x| x - SIDES)], axes).downwards();
+    for line in graticule() {
+        for ends in line.windows(2) {
+            let [(a, near), (b, also)] = [seen(&ends[0]), seen(&ends[1])];
+            if near && also {
+                plot.line([a, b], Style::line(Rgb::BLACK, 1.0).opacity(0.22));
             }
         }
-        let rim = (0..=SAMPLES).map(|i| {
-            let (sin, cos) = turn(i, SAMPLES).sin_cos();
-            (cos, sin)
-        });
-        plane.draw(&PathElement::new(rim.collect::<Vec<_>>(), BLACK.mix(0.6)))?;
-        directions.draw(plane, seen)
-    })
+    }
+    let rim = (0..=SAMPLES).map(|i| {
+        let (sin, cos) = turn(i, SAMPLES).sin_cos();
+        [cos, sin]
+    });
+    plot.line(rim, Style::line(Rgb::BLACK, 1.0).opacity(0.6));
+    directions.draw(&mut plot, seen);
+    svg.finish()
+}
+
+fn titled(title: &str) -> Svg {
+    let mut svg = Svg::new(SIZE);
+    svg.text([SIZE[0] / 2.0, TITLE / 2.0], WORDS[0], Anchor::Middle, title);
+    svg
 }
 
 /// By arc length around the reference.
 ///
 /// * `factor`: of the unit in 1 rad.
-fn zoom(directions: &Directions, title: &str, unit: &str, factor: f64) -> Result<String> {
+fn zoom(directions: &Directions, title: &str, unit: &str, factor: f64) -> String {
     let [right, down] = across(&directions.reference);
     let unrolled = |p: &Vector3<f64>| {
         let [x, y] = [p.dot(&right), p.dot(&down)];
         let arc = x.hypot(y).atan2(p.dot(&directions.reference));
         let scale = if arc > 0.0 { factor * arc / x.hypot(y).max(f64::MIN_POSITIVE) } else { 0.0 };
-        ((x * scale, y * scale), true)
+        ([x * scale, y * scale], true)
     };
     let all = directions.pairs.iter().chain(&directions.fused);
     let reach = all.fold(LEAST_REACH * factor, |most: f64, p| {
-        let ((x, y), _) = unrolled(p);
+        let ([x, y], _) = unrolled(p);
         most.max(x.abs()).max(y.abs())
     });
     let limit = 1.1 * reach;
-    let mut svg = String::new();
-    {
-        let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        let mut chart = ChartBuilder::on(&root);
-        let mut chart = chart
-            .margin(8)
-            .caption(title, TITLE)
-            .x_label_area_size(40)
-            .y_label_area_size(58)
-            .build_cartesian_2d(-limit..limit, limit..-limit)?;
-        chart
-            .configure_mesh()
-            .x_desc(format!("across, {unit}"))
-            .y_desc(format!("down, {unit}"))
-            .x_labels(6)
-            .y_labels(6)
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(BLACK.mix(0.12))
-            .label_style(LABEL)
-            .draw()?;
-        directions.draw(chart.plotting_area(), unrolled)?;
-        root.present()?;
-    }
-    Ok(svg)
-}
-
-type Plane<'a> = DrawingArea<SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
-
-/// A picture that holds the unit circle, y down.
-fn drawn(title: &str, draw: impl FnOnce(&Plane<'_>) -> Result<()>) -> Result<String> {
-    let limit = 1.04;
-    let mut svg = String::new();
-    {
-        let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        let chart = ChartBuilder::on(&root)
-            .margin_left(SIDES)
-            .margin_right(SIDES)
-            .caption(title, TITLE)
-            .build_cartesian_2d(-limit..limit, limit..-limit)?;
-        draw(chart.plotting_area())?;
-        root.present()?;
-    }
-    Ok(svg)
+    let mut svg = titled(title);
+    let axes = [(); 2].map(|()| Axis::over(-limit..limit, 6.0));
+    let [left, below] = LABELS;
+    let corners = [[left, TITLE], [SIZE[0] - SIDES, SIZE[1] - below]];
+    let mut plot = Plot::new(&mut svg, corners, axes).downwards();
+    plot.grid_x();
+    plot.grid_y();
+    plot.border();
+    plot.label_x(&format!("across, {unit}"), WORDS[1]);
+    plot.label_y(&format!("down, {unit}"), WORDS[1], left - 10.0);
+    directions.draw(&mut plot, unrolled);
+    svg.finish()
 }
 
 impl Directions {
     /// * `place`: where a direction is in the plane, and whether on the near side.
-    fn draw(
-        &self,
-        plane: &Plane<'_>,
-        place: impl Fn(&Vector3<f64>) -> ((f64, f64), bool),
-    ) -> Result<()> {
+    fn draw(&self, plot: &mut Plot<'_>, place: impl Fn(&Vector3<f64>) -> (Point, bool)) {
+        let [single, fused] = [SERIES[0].light, SERIES[1].light];
         for p in &self.pairs {
             let (at, near) = place(p);
-            let color = SERIES[0].light;
-            let style = if near { color.mix(0.6).filled() } else { color.stroke_width(1) };
-            plane.draw(&Circle::new(at, DOT, style))?;
+            let hollow = Style::line(single, 1.0);
+            let style = if near { Style::filled(single).opacity(0.6) } else { hollow };
+            plot.dots([at], DOT, style);
         }
         let (at, _) = place(&self.reference);
-        plane.draw(&Cross::new(at, 8, BLACK.stroke_width(2)))?;
-        if let Some(fused) = &self.fused {
-            let (at, near) = place(fused);
-            let color = SERIES[1].light;
-            let style = if near { color.filled() } else { color.stroke_width(2) };
-            plane.draw(&Circle::new(at, DOT + 2, style))?;
+        plot.cross(at, 8.0, Style::line(Rgb::BLACK, 2.0));
+        if let Some(p) = &self.fused {
+            let (at, near) = place(p);
+            let style = if near { Style::filled(fused) } else { Style::line(fused, 2.0) };
+            plot.dots([at], DOT + 2.0, style);
         }
-        Ok(())
     }
 }
 

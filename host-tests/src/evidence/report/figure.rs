@@ -6,7 +6,8 @@ use maud::{Markup, PreEscaped, html};
 
 use super::inline::inline;
 use super::numbers::Csv;
-use crate::chart::palette::{Color, SERIES, hex, variable};
+use super::theme::variable;
+use crate::chart::palette::{Color, SERIES};
 
 /// A picture, encoded.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -69,7 +70,7 @@ impl Entry {
         let number = SERIES.iter().position(|color| Some(*color) == self.color);
         let color = match (number, self.color) {
             (Some(i), _) => format!("var({})", variable(i)),
-            (None, Some(color)) => hex(color.light),
+            (None, Some(color)) => color.light.hex(),
             (None, None) => "currentColor".into(),
         };
         let class = match self.sample {

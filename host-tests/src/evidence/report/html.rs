@@ -10,7 +10,7 @@ use super::figure::Figure;
 use super::numbers::Csv;
 use super::page::{Block, Page, Section};
 use super::table::Table;
-use crate::chart::palette;
+use super::theme::variables;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
@@ -45,8 +45,8 @@ impl Page {
 }
 
 fn page(page: &Page) -> Markup {
-    let light = palette::variables(|color| color.light);
-    let dark = palette::variables(|color| color.dark);
+    let light = variables(|color| color.light);
+    let dark = variables(|color| color.dark);
     let colors =
         format!(":root{{{light}}}\n@media (prefers-color-scheme:dark){{:root{{{dark}}}}}\n");
     let mut count = Count::default();

@@ -1,9 +1,10 @@
-//! Pictures of the plotting library, fitted into a page.
+//! Charts fitted into a page.
 //!
-//! It writes fixed colours and a fixed size: black becomes the colour of the text, white that of the
+//! Charts have fixed colours and a fixed size. In a page black becomes the colour of the text, white that of the
 //! page, series get their twins on a dark page, and the picture shrinks with the page.
 
-use crate::chart::palette::{SERIES, hex, variable};
+use super::theme::variable;
+use crate::chart::palette::SERIES;
 
 /// An SVG picture as it stands in a page.
 ///
@@ -31,7 +32,7 @@ pub fn inline(svg: &str, label: &str) -> String {
 fn recolored(body: &str) -> String {
     let fixed = [("#000000", "currentColor".to_owned()), ("#FFFFFF", "var(--page)".to_owned())];
     let series = SERIES.iter().enumerate();
-    let series = series.map(|(i, color)| (hex(color.light), format!("var({})", variable(i))));
+    let series = series.map(|(i, color)| (color.light.hex(), format!("var({})", variable(i))));
     let fixed = fixed.into_iter().map(|(from, to)| (from.to_owned(), to));
     fixed.chain(series).fold(body.to_owned(), |body, (from, to)| body.replace(&from, &to))
 }

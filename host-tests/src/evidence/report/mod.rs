@@ -10,6 +10,7 @@ mod numbers;
 mod page;
 
 mod table;
+mod theme;
 
 pub use figure::{Entry, Figure, Picture, Sample};
 pub use inline::inline;

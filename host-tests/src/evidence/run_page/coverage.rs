@@ -1,11 +1,10 @@
 //! Where in the images the matches are: what is not covered is not calibrated.
 
-use anyhow::Result;
-use plotters::prelude::*;
-use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use stereo_selfcal::Scalar;
 
 use super::replayed::Replayed;
+use crate::chart::palette::{Rgb, viridis};
+use crate::chart::{Style, Svg};
 use crate::data::Match;
 use crate::evidence::report::{Csv, Figure, Picture, Section};
 
@@ -13,7 +12,7 @@ use crate::evidence::report::{Csv, Figure, Picture, Section};
 const COLUMNS: u16 = 24;
 
 /// Width of the picture, px; its height is that of the image's shape.
-const WIDTH: u32 = 480;
+const WIDTH: f64 = 480.0;
 
 /// Matches counted in cells as high as they are wide.
 struct Cells {
@@ -51,33 +50,26 @@ impl Cells {
     }
 
     /// Cells without a match are left empty.
-    fn svg(&self, [width, height]: [u16; 2], most: u32) -> Result<String> {
-        let size = (WIDTH, WIDTH * u32::from(height) / u32::from(width.max(1)));
-        let mut svg = String::new();
-        {
-            let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
-            let (right, bottom) = (f64::from(width), f64::from(height));
-            let chart =
-                ChartBuilder::on(&root).margin(2).build_cartesian_2d(0.0..right, bottom..0.0)?;
-            let plane = chart.plotting_area();
-            for ([column, row], count) in self.places().filter(|(_, count)| *count > 0) {
-                let color = ViridisRGB.get_color((f64::from(count) / f64::from(most)).sqrt());
-                let at = |x: u16, limit: f64| (f64::from(x) * self.edge).min(limit);
-                let field = [
-                    (at(column, right), at(row, bottom)),
-                    (at(column + 1, right), at(row + 1, bottom)),
-                ];
-                plane.draw(&Rectangle::new(field, color.filled()))?;
-            }
-            let frame = [(0.0, 0.0), (right, bottom)];
-            plane.draw(&Rectangle::new(frame, BLACK.mix(0.5).stroke_width(1)))?;
-            root.present()?;
+    fn svg(&self, [width, height]: [u16; 2], most: u32) -> String {
+        let [right, bottom] = [width, height].map(f64::from);
+        let scale = WIDTH / right.max(1.0);
+        let mut svg = Svg::new([WIDTH, bottom * scale]);
+        for ([column, row], count) in self.places().filter(|(_, count)| *count > 0) {
+            let color = viridis((f64::from(count) / f64::from(most)).sqrt());
+            let at = |x: u16, limit: f64| (f64::from(x) * self.edge).min(limit) * scale;
+            let field = [
+                [at(column, right), at(row, bottom)],
+                [at(column + 1, right), at(row + 1, bottom)],
+            ];
+            svg.rectangle(field, Style::filled(color));
         }
-        Ok(svg)
+        let frame = [[0.0, 0.0], [WIDTH, bottom * scale]];
+        svg.rectangle(frame, Style::line(Rgb::BLACK, 1.0).opacity(0.5));
+        svg.finish()
     }
 }
 
-pub(super) fn section(replayed: &Replayed<'_>) -> Result<Section> {
+pub(super) fn section(replayed: &Replayed<'_>) -> Section {
     let meta = &replayed.set.meta;
     let size = [meta.width, meta.height];
     let matches = || replayed.set.pairs.iter().flatten();
@@ -91,7 +83,7 @@ pub(super) fn section(replayed: &Replayed<'_>) -> Result<Section> {
             let cell = [(*side).to_owned(), column.to_string(), row.to_string(), count.to_string()];
             numbers.push(cell);
         }
-        panels.push((Picture::Svg(cells.svg(size, most)?), format!("matches in the {side} image")));
+        panels.push((Picture::Svg(cells.svg(size, most)), format!("matches in the {side} image")));
     }
     let edge = both[0].1.edge;
     let mut section = Section::new("Coverage");
@@ -105,5 +97,5 @@ pub(super) fn section(replayed: &Replayed<'_>) -> Result<Section> {
         command: replayed.command.to_owned(),
         numbers,
     });
-    Ok(section)
+    section
 }

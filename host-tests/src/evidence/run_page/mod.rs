@@ -28,8 +28,8 @@ impl Replayed<'_> {
         let summary = self.log.summary(self.set)?;
         let mut page = Page::new(format!("Calibration of {}", self.set.name), lead(&summary));
         page.sections.push(outcome::section(self, &summary));
-        page.sections.push(pair_by_pair::section(self)?);
-        page.sections.push(coverage::section(self)?);
+        page.sections.push(pair_by_pair::section(self));
+        page.sections.push(coverage::section(self));
         page.sections.push(self.spheres()?);
         page.sections.push(rig::section(self));
         Ok(page)
@@ -63,7 +63,7 @@ impl Replayed<'_> {
             reference: *self.log.truth(),
         };
         let mut section = Section::new("Estimates on their spheres");
-        section.figure(sphere_figure("spheres", &estimates, self.command)?);
+        section.figure(sphere_figure("spheres", &estimates, self.command));
         Ok(section)
     }
 }

@@ -1,15 +1,13 @@
 //! The run pair by pair: states, row offsets, errors and claims.
 
-use anyhow::Result;
-
 use super::replayed::Replayed;
 use super::states;
+use crate::chart::curves::{Curve, Line, Scale, curves};
 use crate::chart::palette::{Color, SERIES};
-use crate::chart::{Curve, Line, Scale, curves};
 use crate::evidence::report::{Cell, Csv, Entry, Figure, Picture, Sample, Section, Table};
 use crate::run::{Solved, Step};
 
-pub(super) fn section(replayed: &Replayed<'_>) -> Result<Section> {
+pub(super) fn section(replayed: &Replayed<'_>) -> Section {
     let steps = replayed.log.steps();
     let mut section = Section::new("Pair by pair");
     let mut states_csv = Csv::new("states", &["pair", "state", "what became of it"]);
@@ -18,16 +16,16 @@ pub(super) fn section(replayed: &Replayed<'_>) -> Result<Section> {
         states_csv.push([i.to_string(), state, step.verdict.to_string()]);
     }
     section.figure(Figure {
-        panels: vec![(Picture::Svg(states::strip(steps)?), "state after each pair".into())],
+        panels: vec![(Picture::Svg(states::strip(steps)), "state after each pair".into())],
         legend: states::legend(),
         caption: "State of the calibrator after each pair. A cross: the pair was not taken in."
             .into(),
         command: replayed.command.to_owned(),
         numbers: states_csv,
     });
-    section.figure(health(replayed, steps)?);
+    section.figure(health(replayed, steps));
     section.table(table(replayed, steps));
-    Ok(section)
+    section
 }
 
 /// One series over the pairs.
@@ -80,7 +78,7 @@ const ERRORS: [Series; 4] = [
     },
 ];
 
-fn health(replayed: &Replayed<'_>, steps: &[Step]) -> Result<Figure> {
+fn health(replayed: &Replayed<'_>, steps: &[Step]) -> Figure {
     let count = |i: usize| u32::try_from(i + 1).map_or(f64::NAN, f64::from);
     let drawn = |title: &str, series: &[Series]| {
         let curve = |series: &Series| Curve {
@@ -102,10 +100,13 @@ fn health(replayed: &Replayed<'_>, steps: &[Step]) -> Result<Figure> {
         let sample = if series.line == Line::Broken { Sample::Dashes } else { Sample::Line };
         Entry::new(sample, series.color, series.name)
     };
-    Ok(Figure {
+    Figure {
         panels: vec![
-            (Picture::Svg(drawn("row offset, px", &OFFSETS)?), "row offsets of each pair".into()),
-            (Picture::Svg(drawn("error and claim, mrad", &ERRORS)?), "errors and claims".into()),
+            (Picture::Svg(drawn("row offset, px", &OFFSETS)), "row offsets of each pair".into()),
+            (
+                Picture::Svg(drawn("error and reported sd, mrad", &ERRORS)),
+                "errors and claims".into(),
+            ),
         ],
         legend: all().map(entry).collect(),
         caption:
@@ -115,7 +116,7 @@ fn health(replayed: &Replayed<'_>, steps: &[Step]) -> Result<Figure> {
                 .into(),
         command: replayed.command.to_owned(),
         numbers,
-    })
+    }
 }
 
 fn table(replayed: &Replayed<'_>, steps: &[Step]) -> Table {

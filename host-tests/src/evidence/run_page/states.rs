@@ -1,14 +1,13 @@
 //! The states of the calibrator, pair by pair.
 
-use anyhow::Result;
-use plotters::prelude::*;
 use stereo_selfcal::State;
 
-use crate::chart::palette::{self, SERIES};
+use crate::chart::palette::{self, Rgb, SERIES};
+use crate::chart::{Axis, Plot, Point, Style, Svg};
 use crate::evidence::report::{Entry, Sample};
 use crate::run::{Step, Verdict};
 
-const SIZE: (u32, u32) = (640, 120);
+const SIZE: Point = [640.0, 120.0];
 
 /// All states that are drawn, with their colours; none is drawn as nothing.
 const STATES: [(State, palette::Color); 4] = [
@@ -19,39 +18,23 @@ const STATES: [(State, palette::Color); 4] = [
 ];
 
 /// A strip: a field a pair in the colour of the state after it, a cross over pairs that were not taken in.
-pub(super) fn strip(steps: &[Step]) -> Result<String> {
-    let count = u32::try_from(steps.len())?;
-    let mut svg = String::new();
-    {
-        let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        let mut chart = ChartBuilder::on(&root)
-            .margin(8)
-            .x_label_area_size(48)
-            .build_cartesian_2d(0.0..f64::from(count.max(1)), 0.0..1.0)?;
-        chart
-            .configure_mesh()
-            .disable_mesh()
-            .disable_y_axis()
-            .x_labels(10)
-            .x_label_formatter(&|x| format!("{x:.0}"))
-            .x_desc("pairs so far")
-            .label_style(("sans-serif", 16))
-            .draw()?;
-        for (i, step) in (0..count).map(f64::from).zip(steps) {
-            let state = step.estimate.map(|estimate| estimate.state);
-            let color = STATES.iter().find(|(known, _)| Some(*known) == state);
-            if let Some((_, color)) = color {
-                let field = [(i, 0.15), (i + 1.0, 1.0)];
-                chart.draw_series([Rectangle::new(field, color.light.filled())])?;
-            }
-            if !matches!(step.verdict, Verdict::Accepted(_)) {
-                let cross = Cross::new((i + 0.5, 0.55), 6, BLACK.stroke_width(2));
-                chart.draw_series([cross])?;
-            }
+pub(super) fn strip(steps: &[Step]) -> String {
+    let count = u32::try_from(steps.len()).unwrap_or(u32::MAX);
+    let mut svg = Svg::new(SIZE);
+    let axes = [Axis::over(0.0..f64::from(count.max(1)), 10.0), Axis::over(0.0..1.0, 1.0)];
+    let mut plot = Plot::new(&mut svg, [[8.0, 8.0], [SIZE[0] - 8.0, SIZE[1] - 56.0]], axes);
+    for (i, step) in (0..count).map(f64::from).zip(steps) {
+        let state = step.estimate.map(|estimate| estimate.state);
+        let color = STATES.iter().find(|(known, _)| Some(*known) == state);
+        if let Some((_, color)) = color {
+            plot.rectangle([[i, 0.15], [i + 1.0, 1.0]], Style::filled(color.light));
         }
-        root.present()?;
+        if !matches!(step.verdict, Verdict::Accepted(_)) {
+            plot.cross([i + 0.5, 0.55], 6.0, Style::line(Rgb::BLACK, 2.0));
+        }
     }
-    Ok(svg)
+    plot.label_x("pairs so far", 16.0);
+    svg.finish()
 }
 
 /// What the colours stand for.

@@ -1,7 +1,7 @@
 //! Tables I and II and figures 2 and 3 of the paper, in form.
 
 use super::labels::label;
-use crate::chart::{self, Bars};
+use crate::chart::curves::{self, Bars};
 use crate::evidence::findings::Findings;
 use crate::evidence::measurement::Measured;
 use crate::evidence::on_recorded::{ErrorPair, Errors, Row};
@@ -133,8 +133,8 @@ fn panels(findings: &Findings<'_>, digest: &str) -> Vec<(Picture, String)> {
         });
         let title = format!("{}: sigma_{name}, rad", first.set.name);
         let series: Vec<Bars> = series.collect();
-        let svg = chart::bars(&title, &views, &series);
-        (Picture::Svg(svg.unwrap_or_default()), title)
+        let svg = curves::bars(&title, &views, &series);
+        (Picture::Svg(svg), title)
     };
     PARTS.iter().enumerate().map(panel).collect()
 }

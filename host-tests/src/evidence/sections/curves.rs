@@ -1,7 +1,7 @@
 //! Curves over what is varied in generated scenes.
 
 use super::labels::{label, line};
-use crate::chart::{self, Curve, Line, Scale};
+use crate::chart::curves::{self, Curve, Line, Scale};
 use crate::evidence::findings::Findings;
 use crate::evidence::measurement::Measured;
 use crate::evidence::report::{Csv, Entry, Figure, Picture, Sample, Section};
@@ -108,8 +108,8 @@ fn figure(findings: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of
         }
         // Ours on top.
         curves.reverse();
-        let svg = chart::curves(y, &x, &curves);
-        (Picture::Svg(svg.unwrap_or_default()), format!("{y} over {}", words.x))
+        let svg = curves::curves(y, &x, &curves);
+        (Picture::Svg(svg), format!("{y} over {}", words.x))
     };
     let mut legend: Vec<Entry> = findings
         .methods

@@ -1,7 +1,7 @@
 //! The running estimate of a rig that is knocked.
 
 use super::labels::{label, line};
-use crate::chart::{self, Curve, Scale};
+use crate::chart::curves::{self, Curve, Scale};
 use crate::evidence::findings::Findings;
 use crate::evidence::report::{Csv, Entry, Figure, Picture, Sample, Section};
 use crate::evidence::step_response::{PAIRS, TURN_DEG};
@@ -32,8 +32,8 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
         curves.reverse();
         let x = Scale { name: "pair".into(), log: false };
         let y = format!("{name}, rad");
-        let svg = chart::curves(&y, &x, &curves);
-        (Picture::Svg(svg.unwrap_or_default()), format!("{y} over pairs"))
+        let svg = curves::curves(&y, &x, &curves);
+        (Picture::Svg(svg), format!("{y} over pairs"))
     };
     let mut numbers = Csv::new("step", &["pair", "method", "e_t, rad", "e_theta, rad"]);
     for (method, response) in &findings.step_responses {

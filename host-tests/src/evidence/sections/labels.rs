@@ -1,6 +1,6 @@
 //! How methods are named and drawn.
 
-use crate::chart::Line;
+use crate::chart::curves::Line;
 
 /// A method in a legend or a heading.
 pub(super) fn label(method: &str) -> String {

@@ -52,7 +52,7 @@ fn spheres(findings: &Findings<'_>, method: &str, command: &str) -> Result<Figur
         fused: by.fused(pairs, setting),
         reference: *truth,
     };
-    let mut figure = sphere_figure(&format!("sphere_{method}"), &estimates, command)?;
+    let mut figure = sphere_figure(&format!("sphere_{method}"), &estimates, command);
     figure.caption = format!("{}: {}", label(method), figure.caption);
     Ok(figure)
 }
