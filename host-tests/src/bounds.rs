@@ -1,4 +1,4 @@
-//! What the data allow at best: the Cramer-Rao bound, and the joint maximum-likelihood fit of the
+//! The best that the data allow: the Cramer-Rao bound, and the joint maximum-likelihood fit of the
 //! true inliers of all pairs.
 //!
 //! Model: independent Gaussian noise of one variance on all four pixel coordinates, unknown points.

@@ -77,7 +77,7 @@ fn erratum_6_at_the_identity_the_axis_is_noise_and_the_estimate_says_so() {
 }
 
 #[test]
-fn erratum_7_a_huber_weight_alone_does_not_survive_gross_mismatches() {
+fn erratum_7_a_huber_weight_alone_does_not_survive_gross_outliers() {
     let error = |outliers| {
         let scene = Scene { rig: tilted(), outliers, ..Scene::default() };
         let fused = run(&scene, 30, 7).fused().unwrap().extrinsics;
@@ -88,7 +88,7 @@ fn erratum_7_a_huber_weight_alone_does_not_survive_gross_mismatches() {
 }
 
 #[test]
-fn erratum_8_a_gauge_row_of_weight_1_bends_the_optimum_where_mismatches_abound() {
+fn erratum_8_a_gauge_row_of_weight_1_bends_the_optimum_where_outliers_abound() {
     let scene = Scene { rig: tilted(), outliers: 0.4, ..Scene::default() };
     let pair = scene.pairs(8).next().unwrap();
     let rays: Vec<Rays> =

@@ -85,10 +85,10 @@ fn gap_to(ours: &Extrinsics<f64>, theirs: &Solution) -> f64 {
     r.max(t)
 }
 
-/// Figure 1. The paper's gauge row `e_0` has weight 1 beside residuals of 1e-3: where mismatches
+/// Figure 1. The paper's gauge row `e_0` has weight 1 beside residuals of 1e-3: where outliers
 /// abound the optimum pays some `e_0` for smaller residuals, up to 4e-3 rad of gauge and 2e-4 rad of
 /// `R`, `t` (erratum 8). The core keeps eq 8 exactly, so it is held to the reference whose row is
-/// heavy; on the sets without mismatches the weight of 1 must give the same too.
+/// heavy; on the sets without outliers the weight of 1 must give the same too.
 #[test]
 fn paper_preset_and_literal_reference_reach_the_same_extrinsics_on_every_recorded_pair() {
     let [mut compared, mut beyond_limit] = [0; 2];
@@ -164,7 +164,7 @@ fn chessboard_corners_come_out_near_their_reference() {
 }
 
 #[test]
-fn natural_mismatches_are_survived_by_the_robust_preset() {
+fn natural_outliers_are_survived_by_the_robust_preset() {
     let set = shipped("opencv_chess_sift");
     let run = replay::<f32>(&set, Config::robust(), Extrinsics::SIDE_BY_SIDE, |_| ()).unwrap();
     let summary = run.summary(&set).unwrap();

@@ -120,7 +120,7 @@ fn heterogeneous_pairs_differ_in_matches_depth_and_band() {
 }
 
 #[test]
-fn parked_pairs_show_the_same_points_and_mismatches_under_new_noise() {
+fn parked_pairs_show_the_same_points_and_outliers_under_new_noise() {
     let frames = frames(ScenarioKind::Parked, 5);
     let first = &frames[0].pair;
     assert!(first.inlier.contains(&false));

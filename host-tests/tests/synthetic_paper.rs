@@ -1,4 +1,4 @@
-//! Figure 3: on generated scenes without mismatches the paper preset is at the Cramer-Rao bound, and
+//! Figure 3: on generated scenes without outliers the paper preset is at the Cramer-Rao bound, and
 //! its fusion beside the joint fit of all correspondences.
 
 use host_tests::bounds;

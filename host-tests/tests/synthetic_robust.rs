@@ -1,4 +1,4 @@
-//! The robust preset on generated scenes with mismatches: against the Cramer-Rao bound of the true
+//! The robust preset on generated scenes with outliers: against the Cramer-Rao bound of the true
 //! inliers (one pair) and against the joint fit of all true inliers (fused). `f32`.
 
 use host_tests::bounds;
@@ -73,11 +73,11 @@ fn single_pairs(scene: &Scene, seed: u64) -> Single {
 }
 
 #[test]
-fn a_single_pair_is_near_the_cramer_rao_bound_whatever_the_mismatches() {
+fn a_single_pair_is_near_the_cramer_rao_bound_whatever_the_outliers() {
     for (outliers, limit) in [(0.0, 1.10), (0.3, 1.10), (0.5, 1.15)] {
         let Single { ratio: [t, r], success, chi2_t } = single_pairs(&scene(outliers), 31);
         println!(
-            "{outliers} mismatches: sigma_t {t:.3}, sigma_theta {r:.3} of the bound, \
+            "{outliers} outliers: sigma_t {t:.3}, sigma_theta {r:.3} of the bound, \
              success {success:.3}, squared error of t over prediction {chi2_t:.2}"
         );
         assert!(t <= limit && r <= limit, "{outliers}: {t} {r}");
@@ -87,7 +87,7 @@ fn a_single_pair_is_near_the_cramer_rao_bound_whatever_the_mismatches() {
 }
 
 #[test]
-fn six_in_ten_mismatches_from_5_degrees_off_are_survived() {
+fn six_in_ten_outliers_from_5_degrees_off_are_survived() {
     let single = single_pairs(&scene(0.6), 32);
     println!("success {:.3}", single.success);
     assert!(single.success >= 0.95);
@@ -147,13 +147,13 @@ fn a_knock_is_followed_in_three_pairs() {
 }
 
 #[test]
-fn mismatches_alone_never_lock() {
+fn outliers_alone_never_lock() {
     let runs = campaign(ScenarioKind::Near, 1.0, 30, 50);
     assert!(runs.iter().all(|run| run.locked_at().is_none()));
 }
 
 #[test]
-fn nothing_but_mismatches_is_refused() {
+fn nothing_but_outliers_is_refused() {
     let scene = scene(0.0);
     let mut calibrator = calibrator(&scene);
     let mut solved = 0;
@@ -168,6 +168,6 @@ fn nothing_but_mismatches_is_refused() {
         solved += u32::from(calibrator.solve_pair() != Err(PairError::NoConsensus));
         calibrator.clear_pair();
     }
-    println!("{solved} of 1000 pairs of mismatches were taken for a rig");
+    println!("{solved} of 1000 pairs of outliers were taken for a rig");
     assert_eq!(solved, 0);
 }

@@ -29,7 +29,7 @@ pub(super) fn summary(out: &mut impl Write, set: &Dataset, run: &Run) -> Result<
     let summary = run.log.summary(set)?;
     writeln!(out, "\n{summary}")?;
     if let Some([t, r]) = error_over_claim(&summary) {
-        writeln!(out, "error / claimed sd {t:.1} in t, {r:.1} in R")?;
+        writeln!(out, "error / reported sd {t:.1} in t, {r:.1} in R")?;
     }
     if let Some((t, r)) = set.meta.sigma_t_deg.zip(set.meta.sigma_r_deg) {
         writeln!(out, "sd of reference    {t:.4} deg in t, {r:.4} deg in R")?;
@@ -45,7 +45,7 @@ pub(super) fn summary(out: &mut impl Write, set: &Dataset, run: &Run) -> Result<
     Ok(())
 }
 
-/// Errors of `t` and `R` in their own claimed standard deviations.
+/// Errors of `t` and `R` in their own reported standard deviations.
 fn error_over_claim(summary: &Summary) -> Option<[f64; 2]> {
     let t = summary.e_t? / summary.sd_translation?;
     let r = summary.e_theta? / summary.sd_rotation?;

@@ -51,7 +51,7 @@ impl fmt::Display for Method {
 pub(crate) struct Case {
     pub(crate) matches: usize,
     /// Share of them.
-    pub(crate) mismatches: f64,
+    pub(crate) outliers: f64,
     pub(crate) method: Method,
 }
 
@@ -86,9 +86,9 @@ impl Case {
         let methods =
             [Method::Acquiring, Method::Pass, Method::Locked, Method::Paper, Method::Minpack];
         [64, 256, 1024].into_iter().flat_map(move |matches| {
-            [0.0, 0.3].into_iter().flat_map(move |mismatches| {
-                methods.map(|method| Self { matches, mismatches, method })
-            })
+            [0.0, 0.3]
+                .into_iter()
+                .flat_map(move |outliers| methods.map(|method| Self { matches, outliers, method }))
         })
     }
 
@@ -132,7 +132,7 @@ impl Case {
     }
 
     fn scene(&self) -> Scene {
-        let (matches, outliers) = (self.matches, self.mismatches);
+        let (matches, outliers) = (self.matches, self.outliers);
         Scene { rig: five_degrees_off(), matches, outliers, ..ScenarioKind::Near.scene() }
     }
 }

@@ -1,5 +1,5 @@
-//! The calibrator under arbitrary bits as input, in any order of calls, held to its promises: no
-//! panic, bounded passes, finite and orthonormal output, state untouched by what is refused.
+//! Fuzz harness: the public API under arbitrary input, in any order of calls. Checked properties: no
+//! panic, bounded passes, finite and orthonormal output, state untouched by refused calls.
 //!
 //! Shared by the fuzz targets and by property tests that run on any toolchain.
 
@@ -42,7 +42,7 @@ pub enum Call {
     Apply,
     /// Takes that back.
     Undo,
-    /// Freezes the calibrator or lets go of it.
+    /// Freezes or thaws the calibrator.
     Freeze(bool),
     /// Health of both calibrations.
     Health,
@@ -64,10 +64,10 @@ pub enum Call {
     Rectify(f32),
 }
 
-/// Runs the calls that `bytes` stand for.
+/// Runs the calls that `bytes` encode.
 ///
 /// # Panics
-/// If the calibrator breaks a promise: that is what it is for.
+/// If the calibrator violates a property.
 pub fn run_calibrator(bytes: &[u8]) {
     let mut input = Unstructured::new(bytes);
     let [robust, automatic] = <[bool; 2]>::arbitrary(&mut input).unwrap_or_default();

@@ -26,7 +26,7 @@ enum Piece {
     Again,
 }
 
-/// What a frame says.
+/// Content of a frame.
 #[derive(Debug, Clone, Arbitrary)]
 struct Content {
     sequence: u8,
@@ -112,7 +112,7 @@ fn stream(input: &mut Unstructured<'_>) -> Vec<u8> {
 /// Decodes the stream that `bytes` stand for, whole and in pieces.
 ///
 /// # Panics
-/// If the decoder breaks a promise: that is what it is for.
+/// If the decoder violates a property.
 pub fn run_decoder(bytes: &[u8]) {
     let mut input = Unstructured::new(bytes);
     let cuts = <[u8; 4]>::arbitrary(&mut input).unwrap_or_default();
@@ -180,7 +180,7 @@ fn is_in(stream: &[u8], header: &FrameHeader, matches: &[Correspondence<f32>]) -
 /// off and on.
 ///
 /// # Panics
-/// If decoder or calibrator break a promise: that is what it is for.
+/// If the decoder or the calibrator violates a property.
 pub fn run_frames(bytes: &[u8]) {
     let mut input = Unstructured::new(bytes);
     let [robust, automatic] = <[bool; 2]>::arbitrary(&mut input).unwrap_or_default();

@@ -1,11 +1,11 @@
-//! Records of anything, their checksums right: what is believed must lead to something that can be.
+//! Records of arbitrary content with valid checksums: accepted ones must give a valid calibrator.
 
 use arbitrary::{Arbitrary, Unstructured};
 use stereo_selfcal::{Config, Extrinsics, FactoryCalibration};
 
 use super::{Target, check_estimate, check_extrinsics, plausible, usual_cameras};
 
-/// What is done to a good record before it is read.
+/// Changes to a valid record before it is read.
 #[derive(Debug, Clone, Arbitrary)]
 enum Change {
     /// Four bytes are any.
@@ -20,10 +20,10 @@ enum Change {
     Longer(Vec<u8>),
 }
 
-/// Reads the records that `bytes` stand for, and goes on with what was believed.
+/// Reads the records that `bytes` encode, and continues with those accepted.
 ///
 /// # Panics
-/// If the core breaks a promise: that is what it is for.
+/// If the core violates a property.
 pub fn run_record(bytes: &[u8]) {
     // As they are.
     let _ = FactoryCalibration::<f32>::from_record(bytes);

@@ -1,5 +1,5 @@
 //! The flash store on arbitrary flash under any sequence of operations, held to its promises: no panic,
-//! no word written twice, what was saved is found until something rots, and then nothing else is.
+//! no word is written twice; the last saved record is found until a bit rots, and then no other one.
 
 use arbitrary::{Arbitrary, Unstructured};
 use simulated_flash::{Fault, Flash, TEARS};
@@ -25,7 +25,7 @@ enum Operation {
     Cut(bool, u8, u8),
     /// A byte gets other bits.
     Rot(u16, u8),
-    /// A block takes no more words, and says so or not; or all do again.
+    /// A block takes no more words, with an error or without; or all do again.
     WearOut(Option<(u8, bool)>),
 }
 
@@ -43,7 +43,7 @@ struct Promise {
 /// Runs the operations that `bytes` stand for. `loaded` gets every payload that is loaded.
 ///
 /// # Panics
-/// If the store breaks a promise: that is what it is for.
+/// If the store violates a property.
 pub fn run_store(bytes: &[u8], mut loaded: impl FnMut(Kind, &[u8])) {
     let mut input = Unstructured::new(bytes);
     let [is_known, large] = <[bool; 2]>::arbitrary(&mut input).unwrap_or_default();
@@ -160,7 +160,7 @@ fn perform(
     Some(store)
 }
 
-/// A save that failed: what was held is found, or the new record.
+/// A save that failed: the old record is found, or the new one.
 fn may_be_either(store: &mut Target, state: bool, new: Vec<u8>, promise: &mut Promise) {
     let found = load(store, KINDS[usize::from(state)], &mut |_, _| ());
     if found.as_ref() == Some(&new) {

@@ -16,7 +16,7 @@ fn random_bytes_into(harness: fn(&[u8]), runs: usize) {
     }
 }
 
-/// What the fuzzer starts from, and what once broke a promise.
+/// Seeds of the fuzzer, and inputs that once violated a property.
 #[test]
 fn the_corpus_breaks_no_promise() {
     type Harness = fn(&[u8]);

@@ -9,7 +9,7 @@
 //! MINPACK's Levenberg-Marquardt (crate `levenberg-marquardt`).
 //!
 //! Started at what RANSAC comes to, as in structure from motion: from a start some degrees off among
-//! mismatches it may fail. Slow: every pair is solved with all before it.
+//! outliers it may fail. Slow: every pair is solved with all before it.
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{Matrix3, Vector2};
@@ -23,7 +23,7 @@ use super::pose::{Essential, Pose};
 use super::ransac::Ransac;
 use crate::data::Rays;
 
-/// Corrections towards the best points; each is quadratic in what is left.
+/// Corrections towards the best points; convergence is quadratic.
 const CORRECTIONS: usize = 4;
 
 /// Evaluations over the number of unknowns, as MINPACK counts them.
@@ -148,7 +148,7 @@ struct Triangulated {
     points: Rays,
     /// Length of the gradient of the constraint there.
     gradient: f64,
-    /// Distance from what was measured, signed as the constraint.
+    /// Distance from the measurement, signed as the constraint.
     miss: f64,
 }
 
@@ -160,7 +160,7 @@ impl Triangulated {
             let [p_l, p_r] = points;
             let (by_r, by_l) = ((e * p_l).xy(), e.tr_mul(&p_r).xy());
             gradient = (by_r.norm_squared() + by_l.norm_squared()).sqrt();
-            // The constraint at the points, linear to what was measured.
+            // The constraint at the points, linearised at the measurement.
             let off = |i: usize| -> Vector2<f64> { (measured[i] - points[i]).xy() };
             let constraint = p_r.dot(&(e * p_l)) + by_l.dot(&off(0)) + by_r.dot(&off(1));
             let along = constraint / (gradient * gradient);
@@ -201,7 +201,7 @@ mod tests {
         for measured in &observed(&scene, 1)[0] {
             let Triangulated { points: [l, r], .. } = Triangulated::of(&e, measured);
             assert!(r.dot(&(e * l)).abs() < 1e-12);
-            // What was measured is off along the normal of the constraint, in all four coordinates.
+            // The measurement is off along the normal of the constraint, in all four coordinates.
             let four = |a: Vector2<f64>, b: Vector2<f64>| Vector4::new(a.x, a.y, b.x, b.y);
             let off = four((measured[0] - l).xy(), (measured[1] - r).xy());
             let normal = four(e.tr_mul(&r).xy(), (e * l).xy()).normalize();
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn without_mismatches_it_is_the_joint_fit_of_all_pairs() {
+    fn without_outliers_it_is_the_joint_fit_of_all_pairs() {
         let scene = scene();
         let pairs = observed(&scene, 4);
         let setting = Setting { start: Extrinsics::SIDE_BY_SIDE, focal: 1400.0, noise_px: 30.0 };

@@ -1,7 +1,7 @@
-//! What a practitioner writes: Sampson residuals under Cauchy's loss.
+//! Common practice: Sampson residuals under Cauchy's loss.
 //!
 //! No publication. Five degrees of freedom, Levenberg-Marquardt with reweighting, the scale of the
-//! loss at the expected noise from the start, each pair by itself; over pairs the chordal mean of `R`
+//! loss at the expected noise from the start, each pair alone; over pairs the chordal mean of `R`
 //! and the mean direction of `t`.
 
 use stereo_selfcal::Extrinsics;

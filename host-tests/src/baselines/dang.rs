@@ -7,7 +7,7 @@
 //!
 //! Left out: intrinsics, motion of the points over time and bundle constraints; extrinsics from
 //! epipolar constraints alone. Filled in: the gauge, no turn of the left camera about the baseline;
-//! prior and process noise (`filter`); mismatches rejected by the median of the innovations, in place
+//! prior and process noise (`filter`); outliers rejected by the median of the innovations, in place
 //! of random sampling for the least median of squares. The update is a plain Gauss-Newton step, as an
 //! iterated filter has it: undamped, it may leave the basin of a start some degrees off.
 

@@ -8,7 +8,7 @@ use nalgebra::Vector5;
 use super::pose::Essential;
 use crate::data::Rays;
 
-/// What the constraint is multiplied by.
+/// Factor of the constraint.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Scaling {
     /// 1: the algebraic residual.

@@ -1,7 +1,7 @@
-//! What the Kalman filters have in common: a belief in the rig, a constant rig with little process
-//! noise, and the rejection of mismatches.
+//! The common part of the Kalman filters: a belief in the rig, a constant rig with little process
+//! noise, and the rejection of outliers.
 //!
-//! None of the publications' own rejections is at hand. All filters reject alike, so that their
+//! The publications do not give enough of their rejections. All filters use the same one, so that their
 //! figures differ by the filters.
 
 use nalgebra::{Matrix5, Vector5};
@@ -11,13 +11,13 @@ use super::method::{Setting, usable};
 use super::pose::Pose;
 use crate::data::Rays;
 
-/// Deviation of the start about each axis, rad: that of the core.
+/// Standard deviation of the start about each axis, rad: that of the core.
 pub(super) const PRIOR_SD: f64 = 0.1;
 
-/// Deviation of what the rig moves by from pair to pair, rad about each axis.
+/// Standard deviation of the rig's motion from pair to pair, rad about each axis.
 pub(super) const DRIFT_SD: f64 = 1e-5;
 
-/// Linearisations of a pair: of all filters alike, each about what the one before came to.
+/// Linearisations of a pair, the same for all filters, each at the result of the one before.
 pub(super) const ITERATIONS: usize = 10;
 
 /// A pose, and the covariance of the five unknowns about it, rad^2.
@@ -42,7 +42,7 @@ impl Belief {
         self
     }
 
-    /// Corrected by the sums `sum J J^T / s^2` and `sum J e / s^2` of what was linearised at `at`:
+    /// Corrected by the sums `sum J J^T / s^2` and `sum J e / s^2`, linearised at `at`:
     /// one step of an iterated filter.
     pub(super) fn corrected(
         &self,
@@ -92,7 +92,7 @@ pub(super) fn iterated(
     })
 }
 
-/// Residuals beyond so many robust deviations are mismatches (Rousseeuw and Leroy).
+/// Residuals beyond so many robust deviations are outliers (Rousseeuw and Leroy).
 const REJECTED: f64 = 2.5;
 
 /// What a residual may be at most: 2.5 robust deviations of all residuals, by their median.
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_third_of_mismatches_is_beyond_the_limit_and_the_noise_is_not() {
+    fn a_third_of_outliers_is_beyond_the_limit_and_the_noise_is_not() {
         let mut sizes = vec![0.1, 5.0, 0.2, 0.3, 7.0, 0.1, 0.2, 9.0, 0.3];
         let limit = limit(&mut sizes, 0.05);
         assert!(limit > 0.3 && limit < 5.0, "{limit}");

@@ -7,14 +7,14 @@ use super::pose::Pose;
 
 /// Sums over pairs.
 pub(super) trait Fusion: Default {
-    /// Takes in the estimate of one pair.
+    /// Adds the estimate of one pair.
     fn add(&mut self, pair: &Pose);
 
     /// Of all pairs so far; `None` before the first.
     fn estimate(&self) -> Option<Pose>;
 }
 
-/// The estimate after each pair, from what the pairs say each for itself; one that says nothing
+/// The estimate after each pair, from the estimates of single pairs; a pair without an estimate
 /// changes nothing.
 pub(super) fn running<F: Fusion>(
     singles: impl Iterator<Item = Option<Pose>>,

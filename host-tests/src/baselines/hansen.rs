@@ -5,7 +5,7 @@
 //! points to their epipolar lines, squared and summed. Over pairs a Kalman filter of a constant rig
 //! with little process noise, each pair measured with the covariance of its Cramer-Rao bound.
 //!
-//! Filled in: Huber weights at 1 px, for the published rejection of mismatches; prior, process noise
+//! Filled in: Huber weights at 1 px, for the published rejection of outliers; prior, process noise
 //! and the matches that the bound counts (`filter`); each pair is solved from the start.
 
 use nalgebra::{Matrix5, Vector5};
@@ -67,12 +67,12 @@ fn information(pose: &Pose, rays: &[Rays], noise: f64) -> Matrix5<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::baselines::tests::{NOISE, assert_claims_the_bound, clean_pair};
+    use crate::baselines::tests::{NOISE, assert_covariance_is_the_bound, clean_pair};
 
     #[test]
     fn a_pair_without_noise_is_measured_with_its_cramer_rao_bound() {
         let (rig, rays) = clean_pair();
         let covariance = information(&Pose::of(&rig), &rays, NOISE).try_inverse().unwrap();
-        assert_claims_the_bound(&covariance, &rig, &rays);
+        assert_covariance_is_the_bound(&covariance, &rig, &rays);
     }
 }

@@ -3,10 +3,10 @@
 //! Minimises the epipolar constraint `p_r^T [t]x R p_l` (eq 3 of Zhao et al.) over five degrees of
 //! freedom on the manifold, `R` perturbed on the left and `t` on the unit sphere, by
 //! Levenberg-Marquardt with Huber weights. It is the baseline of Zhao et al., as whom it is run here:
-//! each pair by itself from the start, mean directions over pairs (their eqs 20-22).
+//! each pair alone from the start, mean directions over pairs (their eqs 20-22).
 //!
 //! Filled in or left out: the Huber threshold, 1 px at unit depth as Zhao et al.; the published stop
-//! on the covariance, as the number of pairs is given here; matching and its rejection of mismatches.
+//! on the covariance, as the number of pairs is given here; matching and its rejection of outliers.
 
 use stereo_selfcal::Extrinsics;
 

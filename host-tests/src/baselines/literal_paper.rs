@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Matrix6, RowVector3, Vector3, Vector6};
 
 use crate::data::Rays;
 
-/// What the transcription is run with.
+/// Parameters of the transcription.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// `c_t` of eq 18, unit depth.
@@ -29,7 +29,7 @@ impl Options {
     }
 }
 
-/// Where it ended.
+/// The rotations found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solution {
     /// `R_l`.

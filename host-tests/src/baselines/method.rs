@@ -1,11 +1,11 @@
-//! What a method is given, and what it gives.
+//! Input and output of a method.
 
 use nalgebra::Vector3;
 use stereo_selfcal::Extrinsics;
 
 use crate::data::Rays;
 
-/// What a method may know beside the correspondences.
+/// Prior knowledge that a method may use beside the correspondences.
 #[derive(Debug, Clone, Copy)]
 pub struct Setting {
     /// Where it starts.
@@ -23,12 +23,12 @@ impl Setting {
     }
 }
 
-/// A way from correspondences to extrinsics.
+/// A method that estimates extrinsics from correspondences.
 pub trait Method: Sync {
     /// Short, for a column of a table.
     fn name(&self) -> &'static str;
 
-    /// What it is after: publication, equations, and where it departs from them.
+    /// Publication and equations, and departures from them.
     fn source(&self) -> &'static str;
 
     /// The estimate after each pair, all pairs so far together; `None` while there is none.

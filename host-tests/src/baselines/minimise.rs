@@ -65,7 +65,7 @@ pub(super) fn minimise(start: &Pose, rays: &[Rays], scaling: Scaling, loss: Loss
         let step = -damped.cholesky()?.solve(&g);
         let moved = pose.moved(&step);
         let moved_energy = energy_of(&moved);
-        // Not `>`: what is not finite must not be moved to.
+        // Rejects NaN, unlike a test with `>`.
         if moved_energy <= energy {
             (pose, energy) = (moved, moved_energy);
             damping = (damping / 10.0).max(1e-9);

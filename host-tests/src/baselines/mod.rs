@@ -1,6 +1,6 @@
 //! The methods that ours are compared with, in `f64`: those of the literature and common practice.
 //!
-//! Each is written independently of the core, from what is known of its publication; what had to be
+//! Each is written independently of the core, from its publication; details that had to be
 //! filled in or was left out stands in its file, and in [`Method::source`].
 
 mod bundle;

@@ -3,7 +3,7 @@
 //! An extended Kalman filter over the extrinsics and the points observed in a pair. A point is in the
 //! state for one pair only, its four image coordinates measure it and the extrinsics, and its block is
 //! marginalised again before the next: the Schur complement of its three unknowns. Iterated over the
-//! pair; mismatches are rejected block by block.
+//! pair; outliers are rejected block by block.
 //!
 //! Filled in: points as left coordinates and inverse depth; its prior, one baseline; rejection, prior
 //! and process noise (`filter`). Left out: intrinsics, and points tracked over time.
@@ -43,7 +43,7 @@ impl Method for MuellerBlock {
     }
 }
 
-/// What a block says of the extrinsics once its point is marginalised, in units of the noise.
+/// The measurement of the extrinsics by a block whose point is marginalised, in units of the noise.
 struct Block {
     information: Matrix5<f64>,
     gradient: Vector5<f64>,
@@ -111,14 +111,14 @@ fn inverse_depth(at: &Pose, turned: &Vector3<f64>, p_r: &Vector3<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::baselines::tests::{NOISE, assert_claims_the_bound, clean_pair};
+    use crate::baselines::tests::{NOISE, assert_covariance_is_the_bound, clean_pair};
 
     #[test]
     fn with_its_points_marginalised_a_pair_says_what_its_cramer_rao_bound_allows() {
         let (rig, rays) = clean_pair();
         let prior = Belief { pose: Pose::of(&rig), covariance: Matrix5::identity() };
         let updated = updated(&prior, &prior.pose, &rays, NOISE).unwrap();
-        assert_claims_the_bound(&updated.covariance, &rig, &rays);
+        assert_covariance_is_the_bound(&updated.covariance, &rig, &rays);
         assert!(prior.pose.step_to(&updated.pose).norm() < 1e-12);
     }
 }

@@ -46,7 +46,7 @@ impl Method for MuellerUkf {
     }
 }
 
-/// A residual as the sigma points see it: `e = mean + slope . d`, and what is left of its variance.
+/// A residual by the sigma points: `e = mean + slope . d`, and the rest of its variance.
 struct Linearised {
     mean: f64,
     slope: Vector5<f64>,
@@ -90,7 +90,7 @@ fn updated(prior: &Belief, about: &Belief, rays: &[Rays], noise: f64) -> Option<
 mod tests {
     use super::*;
     use crate::baselines::pose::Pose;
-    use crate::baselines::tests::{NOISE, assert_claims_the_bound, clean_pair};
+    use crate::baselines::tests::{NOISE, assert_covariance_is_the_bound, clean_pair};
 
     #[test]
     fn over_narrow_sigma_points_a_pair_says_what_its_cramer_rao_bound_allows() {
@@ -99,6 +99,6 @@ mod tests {
         let prior = Belief { pose, covariance: Matrix5::identity() };
         let about = Belief { pose, covariance: Matrix5::identity() * 1e-8 };
         let updated = updated(&prior, &about, &rays, NOISE).unwrap();
-        assert_claims_the_bound(&updated.covariance, &rig, &rays);
+        assert_covariance_is_the_bound(&updated.covariance, &rig, &rays);
     }
 }

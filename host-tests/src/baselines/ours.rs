@@ -10,7 +10,7 @@ use crate::data::{Rays, in_f64};
 /// Room for the matches of any pair; the core picks among more.
 const CAPACITY: usize = 2048;
 
-/// Furthest that the image reaches from its middle, px; what is beyond is refused.
+/// Largest distance of the image's border from its middle, px; pixels beyond are refused.
 const MAX_REACH: f32 = 30_000.0;
 
 /// [`Config::robust`].
@@ -62,7 +62,7 @@ fn running(config: Config, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option
         for [p_l, p_r] in rays {
             let [left, right] = [p_l, p_r].map(|ray| camera.pixel(ray.xy().map(f32::lit)));
             let Some((left, right)) = left.ok().zip(right.ok()) else { continue };
-            // What is refused does not count, as with any matcher.
+            // A refused match does not count, as with any matcher.
             let _ = calibrator.push(&Correspondence { left, right, score: 1.0, grid_step: 0.0 });
         }
         if let Ok(report) = calibrator.solve_pair() {

@@ -3,7 +3,7 @@
 //! M. A. Fischler and R. C. Bolles, 1981; minimal samples by `five_point`; truncated squares of
 //! Sampson residuals as the score (Torr and Zisserman, MSAC, 2000); samples until an all-true one was
 //! drawn with a probability of 0.999. The best `E` is decomposed by the side the points are on, then
-//! refined on its inliers twice. Each pair by itself; over pairs the chordal mean of `R` and the mean
+//! refined on its inliers twice. Each pair alone; over pairs the chordal mean of `R` and the mean
 //! direction of `t`. The start serves to refuse poses that are far from it alone: a plane is seen
 //! alike by two rigs, of which the other is far off.
 //!
@@ -30,7 +30,7 @@ const INLIER_SD: f64 = 3.0;
 /// Chance that no sample was of true matches only.
 const MISSED: f64 = 1e-3;
 
-/// Samples drawn at most: enough for 60 % of mismatches.
+/// Samples drawn at most: enough for 60 % of outliers.
 const MOST_SAMPLES: f64 = 700.0;
 
 /// Furthest that `R` and `t` may be from the start, rad: as far as the core corrects.

@@ -1,4 +1,4 @@
-//! What is asked of every method alike.
+//! Requirements on every method.
 
 use nalgebra::{Matrix5, Vector3};
 use stereo_selfcal::Extrinsics;
@@ -21,7 +21,7 @@ pub(super) fn clean_pair() -> (Extrinsics<f64>, Vec<Rays>) {
 }
 
 /// Whether a covariance of the five unknowns is the Cramer-Rao bound at [`NOISE`].
-pub(super) fn assert_claims_the_bound(
+pub(super) fn assert_covariance_is_the_bound(
     covariance: &Matrix5<f64>,
     rig: &Extrinsics<f64>,
     rays: &[Rays],
@@ -88,7 +88,7 @@ fn every_method_finds_the_rig_from_several_pairs_with_little_noise() {
 }
 
 #[test]
-fn every_method_but_the_one_without_rejection_finds_the_rig_among_mismatches() {
+fn every_method_but_the_one_without_rejection_finds_the_rig_among_outliers() {
     let scene = scene(0.3, 0.3);
     let pairs = pairs(&scene, 8);
     for method in all().iter().filter(|method| method.name() != LingShen.name()) {
@@ -136,7 +136,7 @@ fn no_method_panics_or_returns_what_is_not_finite() {
     }
 }
 
-/// Pairs that say nothing, little, or nonsense.
+/// Pairs with no information, with little, and with invalid numbers.
 fn unreasonable() -> Vec<Vec<Rays>> {
     let p = |x: f64, y: f64| Vector3::new(x, y, 1.0);
     let one = [p(0.1, 0.2), p(0.05, 0.2)];

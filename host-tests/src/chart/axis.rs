@@ -24,7 +24,7 @@ const ROUNDING: f64 = 1e-9;
 pub struct Axis {
     /// In logarithms, if logarithmic.
     range: Range<f64>,
-    /// Where they stand, and what they say.
+    /// Values and words.
     ticks: Vec<(f64, String)>,
     log: bool,
 }
@@ -107,7 +107,7 @@ fn linear_ticks(range: &Range<f64>, least: f64) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// Powers of ten, with what is between them where there are few.
+/// Powers of ten, with steps between them where there are few.
 fn log_ticks(range: &Range<f64>) -> Vec<(f64, String)> {
     let steps: &[f64] = match range.end - range.start {
         decades if decades < ONE_DECADE => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
@@ -137,7 +137,7 @@ fn nice_step(least: f64) -> f64 {
     steps.into_iter().find(|&step| step >= least).unwrap_or(least)
 }
 
-/// Ticks have few digits: what is beyond is rounding.
+/// Ticks have few digits; the others are rounding errors.
 fn label(tick: f64) -> String {
     format!("{}", (tick * 1e9).round() / 1e9)
 }

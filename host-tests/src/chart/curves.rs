@@ -52,7 +52,7 @@ pub struct Curve {
     pub color: Option<Color>,
     /// How it is drawn.
     pub line: Line,
-    /// In the order of `x`; what is not a positive number is a gap.
+    /// In the order of `x`; a value that is not a positive number is a gap.
     pub points: Vec<(f64, Option<f64>)>,
 }
 

@@ -32,7 +32,7 @@ pub struct Key {
     pub mark: Mark,
     /// Its colour.
     pub color: Rgb,
-    /// What it is.
+    /// Its name.
     pub words: String,
 }
 

@@ -25,9 +25,9 @@ impl Rgb {
 /// A colour of pictures, on a light page and on a dark one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Color {
-    /// As pictures are drawn.
+    /// On a light page.
     pub light: Rgb,
-    /// What it becomes on a dark page.
+    /// On a dark page.
     pub dark: Rgb,
 }
 

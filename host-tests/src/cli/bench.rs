@@ -12,14 +12,14 @@ use stereo_selfcal::{Config, Scalar};
 
 use super::setup::{Number, Preset};
 
-/// Solve each pair of a file by itself, and say how long it takes and how far off it is.
+/// Solve each pair of a file alone; print the time and the error.
 ///
 /// The file is little endian: u32 pairs, u32 correspondences a pair n; then for each pair n times
 /// x_l y_l x_r y_r, R row by row, t, all f64. Rays are at unit depth, undistorted; p_r = R p_l + t.
 /// `selfcal synth --rays FILE` writes one.
 ///
 /// Every pair is solved alone, from R = I, t = (-1, 0, 0), by a calibrator that knows of no other. The
-/// clock runs over solve_pair, all passes and the judgement; taking the matches into the batch is timed
+/// clock runs over solve_pair, all passes and the evaluation; pushing the matches into the batch is timed
 /// beside it. The file is gone through once before the clock counts.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -39,7 +39,7 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_enum, default_value_t = Number::F32)]
     scalar: Number,
 
-    /// What the calibrator's pixels are at unit depth, px: the file has rays alone.
+    /// Focal length of the calibrator's camera, px: the file has rays only.
     #[arg(long, default_value_t = 1400.0, value_name = "PX")]
     focal: f64,
 

@@ -10,17 +10,17 @@ use host_tests::synth::{Grid, Scenario, ScenarioKind, five_degrees_off, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Config, Fused, Scalar, State};
 
-/// Run the robust preset over many generated scenes, against what their data allow at best.
+/// Run the robust preset over many generated scenes, against the best that their data allow.
 ///
 /// Every row is one scene; its runs have seeds of their own, 5 degrees off about all axes and t 5
-/// degrees off unless said. What the columns mean is printed above them. Errors in rad.
+/// degrees off by default. The meaning of the columns is printed above them. Errors in rad.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal campaign single
   selfcal campaign fused --trials 1000 --pairs 20
   selfcal campaign steps --seed 7")]
 pub(crate) struct CampaignArgs {
-    /// What is measured.
+    /// The measurement.
     #[arg(value_enum)]
     what: What,
 
@@ -45,7 +45,7 @@ enum What {
     Fused,
     /// A rig that turns once, or a little with every pair, or not at all.
     Steps,
-    /// Nothing but mismatches.
+    /// Nothing but outliers.
     Garbage,
     /// Coordinates rounded to a grid, or to that of a pyramid's levels.
     Grids,
@@ -124,37 +124,19 @@ impl CampaignArgs {
         let [low, high] = nees_band(usize::try_from(self.trials)?);
         writeln!(
             out,
-            "e: RMS error over that of the joint fit. nees: mean squared error over the claimed"
+            "e: RMS error over that of the joint fit. nees: mean squared error over the reported"
         )?;
         writeln!(
             out,
-            "covariance, 5 if true, {low:.2} to {high:.2} with 99 %. false: pairs locked and off by"
+            "covariance, 5 if consistent, {low:.2} to {high:.2} with 99 %. false: pairs locked and off by"
         )?;
-        writeln!(
-            out,
-            "more than 5 claimed deviations, and runs so at lock. passes: locked, and before"
-        )?;
+        writeln!(out, "more than 5 reported sd, and runs so at lock. passes: locked, and before")?;
         writeln!(
             out,
             "scene            wrong matches    e_t  e_theta   nees  locked  by pair  \
              false pairs, locks  watch  passes mean, most"
         )?;
-        let mut cases = Vec::new();
-        for (kind, outliers) in [
-            (ScenarioKind::Near, vec![0.0, 0.1, 0.3, 0.5]),
-            (ScenarioKind::Far, vec![0.1, 0.3]),
-            (ScenarioKind::VeryFar, vec![0.1, 0.3]),
-            (ScenarioKind::Heterogeneous, vec![0.1, 0.5]),
-            (ScenarioKind::NarrowBand, vec![0.3]),
-            (ScenarioKind::Planar, vec![0.3, 0.5]),
-            (ScenarioKind::FrontoParallel, vec![0.3, 0.5]),
-        ] {
-            cases.extend(outliers.into_iter().map(|o| (kind, o, None)));
-        }
-        for matches in [54, 64] {
-            cases.extend([0.1, 0.3, 0.5].map(|o| (ScenarioKind::Near, o, Some(matches))));
-        }
-        for (kind, outliers, matches) in cases {
+        for (kind, outliers, matches) in fused_cases() {
             let mut scenario = self.scenario(kind, outliers, 100);
             if let Some(matches) = matches {
                 scenario.scene.matches = matches;
@@ -202,11 +184,11 @@ impl CampaignArgs {
         )?;
         writeln!(
             out,
-            "e_theta in use, RMS, and worst error over claimed deviation, n pairs from the step on"
+            "e_theta in use, RMS, and worst error over reported sd, n pairs from the step on"
         )?;
         writeln!(
             out,
-            "step deg  found median, last, never  alarms   n: e_t, e_theta, worst claim"
+            "step deg  found median, last, never  alarms   n: e_t, e_theta, worst error/sd"
         )?;
         for degrees in [5.0, 0.5, 0.3, 0.1, 0.05, 0.02, 0.01] {
             let mut scenario = self.scenario(ScenarioKind::Step, 0.1, 200);
@@ -225,8 +207,8 @@ impl CampaignArgs {
                 runs.len() - found.len(),
             )?;
             for n in [0, 1, 3, 6, 15, 100] {
-                if let Some((e, claim)) = after(&runs, step + n) {
-                    write!(out, "  {n}: {:.1e}, {:.1e}, {claim:.1}", e.translation, e.rotation)?;
+                if let Some((e, worst)) = after(&runs, step + n) {
+                    write!(out, "  {n}: {:.1e}, {:.1e}, {worst:.1}", e.translation, e.rotation)?;
                 }
             }
             writeln!(out)?;
@@ -236,8 +218,8 @@ impl CampaignArgs {
         let runs = self.runs::<f32>(&drift)?;
         write!(out, "drift of 0.01 degrees a pair")?;
         for n in [9, 24, 49, 74, 99] {
-            if let Some((e, claim)) = after(&runs, n + 1) {
-                write!(out, "  {}: {:.1e}, {:.1e}, {claim:.1}", n + 1, e.translation, e.rotation)?;
+            if let Some((e, worst)) = after(&runs, n + 1) {
+                write!(out, "  {}: {:.1e}, {:.1e}, {worst:.1}", n + 1, e.translation, e.rotation)?;
             }
         }
         let calm = self.runs::<f32>(&self.scenario(ScenarioKind::Near, 0.1, 300))?;
@@ -333,18 +315,38 @@ impl CampaignArgs {
         let bar = progress::over(scenario.pairs, "pairs");
         let kept = long_run::<f32>(&scenario, Config::default(), self.seed, || bar.inc(1))?;
         bar.finish_and_clear();
-        writeln!(out, "pairs     error of t, R       worst over claimed deviation  state")?;
+        writeln!(out, "pairs     error of t, R       worst over reported sd        state")?;
         for (pairs, m) in kept {
             let Deviation { translation, rotation } = m.error;
-            let claim = m.error_in_sd;
+            let worst = m.error_in_sd;
             writeln!(
                 out,
-                "{pairs:>8}  {translation:.2e} {rotation:.2e}   {claim:.2}  {}",
+                "{pairs:>8}  {translation:.2e} {rotation:.2e}   {worst:.2}  {}",
                 m.state
             )?;
         }
         Ok(())
     }
+}
+
+/// Scenario, share of outliers, and matches a pair where they are not the scenario's.
+fn fused_cases() -> Vec<(ScenarioKind, f64, Option<usize>)> {
+    let mut cases = Vec::new();
+    for (kind, outliers) in [
+        (ScenarioKind::Near, vec![0.0, 0.1, 0.3, 0.5]),
+        (ScenarioKind::Far, vec![0.1, 0.3]),
+        (ScenarioKind::VeryFar, vec![0.1, 0.3]),
+        (ScenarioKind::Heterogeneous, vec![0.1, 0.5]),
+        (ScenarioKind::NarrowBand, vec![0.3]),
+        (ScenarioKind::Planar, vec![0.3, 0.5]),
+        (ScenarioKind::FrontoParallel, vec![0.3, 0.5]),
+    ] {
+        cases.extend(outliers.into_iter().map(|o| (kind, o, None)));
+    }
+    for matches in [54, 64] {
+        cases.extend([0.1, 0.3, 0.5].map(|o| (ScenarioKind::Near, o, Some(matches))));
+    }
+    cases
 }
 
 /// Name, grid, and standard deviation of noise and rounding together, px.
@@ -379,7 +381,7 @@ fn passes(runs: &[Run], state: impl Fn(State) -> bool) -> [f64; 2] {
     [all.iter().sum::<f64>() / count, all.iter().copied().fold(0.0, f64::max)]
 }
 
-/// Changes of the estimate by the watch or a challenger.
+/// Changes of the estimate by change detection or a challenger.
 fn changes(run: &Run, pairs: std::ops::Range<usize>) -> usize {
     let changed = |fused: Option<Fused>| matches!(fused, Some(Fused::Renewed | Fused::TookOver));
     run.pairs[pairs].iter().flatten().filter(|m| changed(m.fused)).count()
@@ -394,9 +396,9 @@ fn found_after(run: &Run, step: usize) -> Option<usize> {
     (step..run.pairs.len()).find(|&at| changes(run, at..at + 1) > 0).map(|at| at - step + 1)
 }
 
-/// RMS error in use after so many pairs, and the worst error of an estimate over its claim.
+/// RMS error in use after so many pairs, and the worst error of an estimate over its reported sd.
 fn after(runs: &[Run], pairs: usize) -> Option<(Deviation<f64>, f64)> {
     let at: Vec<_> = runs.iter().filter_map(|run| *run.pairs.get(pairs.checked_sub(1)?)?).collect();
-    let claim = at.iter().map(|m| m.error_in_sd).fold(0.0, f64::max);
-    (!at.is_empty()).then(|| (rms(at.iter().map(|m| m.in_use)), claim))
+    let worst = at.iter().map(|m| m.error_in_sd).fold(0.0, f64::max);
+    (!at.is_empty()).then(|| (rms(at.iter().map(|m| m.in_use)), worst))
 }

@@ -11,15 +11,15 @@ use host_tests::run::progress;
 
 /// Compare the presets with the methods of the literature, and write the evidence as one page.
 ///
-/// Recorded data sets from five views, generated scenes over mismatches, pairs, depth and noise, and a
-/// rig that is knocked; every method gets the same rays and the same start. The page (index.html) holds its
+/// Recorded data sets from five views, generated scenes over outliers, pairs, depth and noise, and a
+/// rig that is knocked once; every method gets the same rays and the same start. The page (index.html) holds its
 /// pictures and loads nothing; every number of it is in a file of csv/ beside it.
 ///
-/// What was measured is kept in cells.jsonl: an evaluation that was interrupted goes on where it was,
-/// and one made again by the same program measures nothing twice. The same program comes to the same
+/// Measurements are kept in cells.jsonl: an interrupted evaluation resumes where it was,
+/// and the same program measures nothing twice. The same program writes the same
 /// page, whatever the number of threads.
 #[derive(Debug, Args)]
-#[expect(clippy::struct_excessive_bools, reason = "flags of a command line, each by itself")]
+#[expect(clippy::struct_excessive_bools, reason = "independent flags of a command line")]
 #[command(after_help = "Examples:
   selfcal evaluate
   selfcal evaluate --data path/to/my_recordings --out target/mine

@@ -13,7 +13,7 @@ use super::setup::Setup;
 use super::source::Source;
 
 /// Write a rig as the files of OpenCV, Kalibr or ROS: that of a data set as it stands, or, with
-/// --replayed, what the calibrator makes of it.
+/// --replayed, with the extrinsics that the calibrator estimates.
 ///
 /// Ours: p_r = R p_l + t, |t| = 1, and the baseline in metres beside it; a side-by-side rig has
 /// t = (-1, 0, 0). In OpenCV's files x_2 = R x_1 + T, so T = b t. In Kalibr's T_cn_cnm1 of cam1 is
@@ -80,7 +80,7 @@ impl ExportArgs {
         })?;
         eprintln!("{} pairs of {}: {estimate}", set.pairs.len(), set.name);
         if estimate.state != State::Locked || estimate.doubt.is_some() {
-            eprintln!("the calibrator does not vouch for this estimate");
+            eprintln!("the calibrator does not confirm this estimate");
         }
         let r = rows(estimate.extrinsics.rotation().matrix());
         let t = estimate.extrinsics.translation().into_inner().into();

@@ -1,4 +1,4 @@
-//! What `replay` and `synth` share: what is shown of a run.
+//! The common part of `replay` and `synth`: a run and its output.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use host_tests::run::{RunLog, Step, progress};
 
 use super::setup::Setup;
 
-/// A run, and what is shown of it.
+/// A run and its output.
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
     #[command(flatten)]
@@ -21,7 +21,7 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     json: bool,
 
-    /// Write a page of the run into this folder: index.html with states, row offsets, claims, coverage
+    /// Write a page of the run into this folder: index.html with states, row offsets, errors, coverage
     /// and the estimates on their spheres, its numbers in csv/, and the calibrated rig for OpenCV, Kalibr
     /// and ROS in rig/. Files of an earlier page are replaced.
     #[arg(long, value_name = "DIR")]
@@ -29,7 +29,7 @@ pub(crate) struct RunArgs {
 }
 
 impl RunArgs {
-    /// Runs the calibrator over a data set and prints what came of it.
+    /// Runs the calibrator over a data set and prints the result.
     pub(super) fn run(&self, set: &Dataset) -> Result<()> {
         let log = self.replay(set)?;
         let summary = log.summary(set)?;

@@ -40,7 +40,7 @@ pub(crate) struct Setup {
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(super) enum Preset {
-    /// Whitened residuals, redescending loss, fusion by moments, watched: survives mismatches.
+    /// Whitened residuals, redescending loss, fusion by moments, change detection: survives outliers.
     Robust,
     /// As published: Huber weights, mean-direction fusion (eqs 16-22).
     Paper,

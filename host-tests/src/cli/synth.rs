@@ -14,7 +14,7 @@ use super::run::RunArgs;
 /// Generate scenes of a known rig and feed them to the calibrator, or write them as a data set.
 ///
 /// Pinhole cameras, points uniform in the image and log-uniform in depth, Gaussian noise on all four
-/// coordinates. Half of the mismatches are uniform in the right image, half within 60 px (u) and 20
+/// coordinates. Half of the outliers are uniform in the right image, half within 60 px (u) and 20
 /// px (v) of the truth. The same seed gives the same scenes.
 ///
 /// A named scene sets what makes it one; options given beside it win. Where the rig moves (step,
@@ -45,7 +45,7 @@ pub(crate) struct SynthArgs {
     #[arg(long, default_value_t = 0.3, value_name = "PX")]
     noise: f64,
 
-    /// Share of gross mismatches, 0 to 1 [default: 0, flight 0.3].
+    /// Share of gross outliers, 0 to 1 [default: 0, flight 0.3].
     #[arg(long, value_name = "SHARE")]
     outliers: Option<f64>,
 

@@ -19,7 +19,7 @@ use stereo_selfcal::{
 use super::geometry::{Rows, matrix};
 use super::rigs::{self, Rig};
 
-/// What `meta.json` says of a rig.
+/// A rig as `meta.json` has it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Meta {
     /// Left camera matrix, px.
@@ -58,7 +58,7 @@ pub struct Meta {
     /// Standard error of `t` for these intrinsics, degrees.
     #[serde(rename = "gt_sigma_t_given_K_deg", skip_serializing_if = "Option::is_none")]
     pub sigma_t_deg: Option<f64>,
-    /// Whatever else the file says.
+    /// All other keys of the file.
     #[serde(flatten)]
     pub other: serde_json::Map<String, serde_json::Value>,
 }
@@ -81,7 +81,7 @@ impl Meta {
     /// Both cameras.
     ///
     /// # Errors
-    /// Says what of the intrinsics or the lens is wrong.
+    /// Names the intrinsics or lens coefficients that are not valid.
     pub fn cameras<T: Scalar>(&self) -> Result<Cameras<T>> {
         let camera = |k: &Rows, dist: &[f64], side: &str| {
             camera(k, dist, self.lens, [self.width, self.height])
@@ -156,7 +156,7 @@ impl Match {
 /// A rig and its pairs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dataset {
-    /// Short name: that of the folder, or of what was generated.
+    /// Short name: that of the folder or of the generated scene.
     pub name: String,
     /// The rig.
     pub meta: Meta,
@@ -242,7 +242,7 @@ impl Dataset {
         self.meta.cameras()
     }
 
-    /// Extrinsics that the data set holds for true; of the last pair, where the rig moves.
+    /// True extrinsics of the data set; of the last pair, where the rig moves.
     ///
     /// # Errors
     /// As [`Meta::extrinsics`].

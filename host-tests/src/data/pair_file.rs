@@ -81,7 +81,7 @@ impl PairFile {
     /// Takes the bytes of a file apart.
     ///
     /// # Errors
-    /// If the length is not what the header says, there is nothing in it, a number is not finite, or a
+    /// If the length differs from the header's, the file is empty, a number is not finite, or a
     /// truth is not a rig.
     pub fn decode(bytes: &[u8]) -> Result<Self> {
         let (header, body) =
@@ -91,10 +91,14 @@ impl PairFile {
             usize::try_from(u32::from_le_bytes(four))
         };
         let (pairs, matches) = (count(0)?, count(4)?);
-        ensure!(pairs > 0 && matches > 0, "it says {pairs} pairs of {matches} correspondences");
+        ensure!(
+            pairs > 0 && matches > 0,
+            "the header gives {pairs} pairs of {matches} correspondences"
+        );
         let numbers = matches.checked_mul(4).and_then(|n| n.checked_add(TRUTH));
-        let size = numbers.and_then(|n| n.checked_mul(8)).context("it says too many matches")?;
-        let expected = size.checked_mul(pairs).context("it says too many pairs")?;
+        let size =
+            numbers.and_then(|n| n.checked_mul(8)).context("the header gives too many matches")?;
+        let expected = size.checked_mul(pairs).context("the header gives too many pairs")?;
         ensure!(
             body.len() == expected,
             "{pairs} pairs of {matches} correspondences are {expected} bytes after the header, \

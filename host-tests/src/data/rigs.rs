@@ -15,7 +15,7 @@ const FILE: &str = "rigs.csv";
 const COLUMNS: [&str; 12] =
     ["r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33", "t1", "t2", "t3"];
 
-/// The rig of one pair, as the file says it.
+/// The rig of one pair, as it is in the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rig {
     /// Rotation, left to right.
@@ -63,7 +63,7 @@ pub(super) fn read(dir: &Path, pairs: usize) -> Result<Vec<Rig>> {
     read().with_context(|| format!("cannot read {}", path.display()))
 }
 
-/// Writes the file, unless there is nothing to say.
+/// Writes the file, unless there are no rigs.
 pub(super) fn write(dir: &Path, rigs: &[Rig]) -> Result<()> {
     if rigs.is_empty() {
         return Ok(());

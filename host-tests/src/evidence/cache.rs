@@ -1,7 +1,7 @@
-//! What has been measured before: one line of JSON for every finished cell, in the folder of the page.
+//! Cache of finished measurements: one line of JSON each, in the folder of the page.
 //!
-//! A cell is known by the program that measured it, byte by byte, and by everything that determines
-//! it. Lines of another program, or damaged ones, are left out when the file is opened.
+//! The key of a measurement is the digest of the program and everything that determines
+//! it. Lines of another program and damaged lines are dropped when the file is opened.
 
 use std::collections::HashMap;
 use std::fs::{self, File};
@@ -33,7 +33,7 @@ struct Line {
 impl Cache {
     /// Opens `cells.jsonl` in a folder, which is made if need be.
     ///
-    /// * `fresh`: forget what is in it.
+    /// * `fresh`: drop its content.
     ///
     /// # Errors
     /// If the file, or this program, cannot be read, or nothing can be written there.

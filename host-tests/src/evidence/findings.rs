@@ -1,4 +1,4 @@
-//! What an evaluation is asked for, and all that it has measured.
+//! Options and measurements of an evaluation.
 
 use std::path::PathBuf;
 
@@ -14,7 +14,7 @@ use super::sweep::Sweep;
 use crate::baselines::{self, Method};
 use crate::chart::palette::{self, Color};
 
-/// What is to be evaluated.
+/// Options of an evaluation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Request {
     /// Data sets, or folders of data sets, beside those that come with the project.
@@ -25,9 +25,9 @@ pub struct Request {
     pub effort: Effort,
     /// Whether disparities and spheres are pictured.
     pub pictures: bool,
-    /// Forget what was measured before.
+    /// Drop cached measurements.
     pub fresh: bool,
-    /// What the page says it was made by.
+    /// Command that reproduces the page.
     pub command: String,
 }
 

@@ -1,8 +1,8 @@
-//! How far an error moves when a part of the data is left out: what chance makes of it.
+//! Jackknife: the change of an error when a part of the data is left out.
 //!
 //! The delete-a-group jackknife: with `g` groups and the errors `e_i` without group `i`, the variance
 //! of a difference of two methods' errors is `(g - 1) / g * sum (d_i - mean d)^2`. Both methods leave
-//! out the same groups, so what they share cancels.
+//! out the same groups, so that common errors cancel.
 
 use anyhow::{Context, Result};
 use serde::Serialize;

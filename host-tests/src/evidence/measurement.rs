@@ -1,4 +1,4 @@
-//! Cells: measured once, on all cores, and kept.
+//! Measurements: taken once, on all cores, and cached.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -12,28 +12,28 @@ use serde::de::DeserializeOwned;
 
 use super::cache::Cache;
 
-/// A measurement that stands alone: what it serializes to determines its outcome.
+/// An independent measurement: its serialized form determines its outcome.
 pub trait Measurement: Serialize + Sync {
-    /// What it comes to.
+    /// Its result.
     type Outcome: Serialize + DeserializeOwned + Send;
 
-    /// What kind of measurement it is; no two kinds have one name.
+    /// Name of this kind of measurement; unique.
     const KIND: &'static str;
 
-    /// How it is called where it failed.
+    /// Its name in messages.
     fn label(&self) -> String;
 
-    /// Measures it, by itself: no threads, no clock, no chance but by seeds.
+    /// Measures it, deterministically: no threads, no clock, seeded random numbers only.
     ///
     /// # Errors
     /// Why there is no outcome.
     fn measure(&self) -> Result<Self::Outcome>;
 }
 
-/// The outcome of a cell, or why there is none.
+/// The outcome of a measurement, or the reason why there is none.
 pub type Measured<T> = Result<T, String>;
 
-/// Measures cells, or takes them from the store.
+/// Takes measurements, or reads them from the cache.
 pub struct Runner<'a> {
     cache: &'a Cache,
     bar: &'a Bar,
@@ -42,7 +42,7 @@ pub struct Runner<'a> {
     failed: Mutex<Vec<(String, String)>>,
 }
 
-/// What became of the cells.
+/// Numbers of measurements by their outcome.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MeasurementCounts {
     /// All.
@@ -54,23 +54,23 @@ pub struct MeasurementCounts {
 }
 
 impl<'a> Runner<'a> {
-    /// * `bar`: moves on with every cell.
+    /// * `bar`: advances with every measurement.
     #[must_use]
     pub fn new(cache: &'a Cache, bar: &'a Bar) -> Self {
         let [measurements, reused] = [0, 0].map(AtomicUsize::new);
         Self { cache, bar, measurements, reused, failed: Mutex::new(Vec::new()) }
     }
 
-    /// Outcomes in the order of the cells.
+    /// Outcomes in the order of the measurements.
     ///
     /// # Errors
-    /// If an outcome cannot be kept. A cell that fails, or panics, is an outcome.
+    /// If the cache cannot be written. A measurement that fails or panics has an outcome.
     pub fn run<C: Measurement>(&self, measurements: &[C]) -> Result<Vec<Measured<C::Outcome>>> {
         self.bar.inc_length(measurements.len() as u64);
         measurements.par_iter().map(|measurement| self.one(measurement)).collect()
     }
 
-    /// What became of all cells so far.
+    /// Counts of all measurements so far.
     #[must_use]
     pub fn counts(&self) -> MeasurementCounts {
         let mut failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner).clone();
@@ -86,7 +86,7 @@ impl<'a> Runner<'a> {
     fn one<C: Measurement>(&self, measurement: &C) -> Result<Measured<C::Outcome>> {
         self.measurements.fetch_add(1, Ordering::Relaxed);
         let key =
-            serde_json::to_string(&(C::KIND, measurement)).context("a cell cannot be named")?;
+            serde_json::to_string(&(C::KIND, measurement)).context("a measurement has no key")?;
         let known = self.cache.get(&key);
         // An outcome that no longer reads is measured again.
         let known = known.and_then(|value| serde_json::from_value(value.clone()).ok());
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_are_measured_once_and_failures_told_each_time() {
+    fn measurements_are_taken_once_and_failures_reported_each_time() {
         let dir = tempfile::tempdir().unwrap();
         let (first, counts) = run(dir.path());
         assert_eq!((first[0].clone(), first[2].clone()), (Ok(1.0), Ok(2.0)));

@@ -1,8 +1,8 @@
-//! The evidence, made again: the method of the paper and ours against others, on recorded and on
+//! Evidence: the method of the paper and ours against others, on recorded and on
 //! generated data, as one page.
 //!
-//! What is measured is cut into cells, each by itself and the same on any number of threads; finished
-//! cells are kept beside the page, and an interrupted evaluation goes on where it was.
+//! Measurements are independent and the same on any number of threads; finished
+//! ones are cached beside the page, and an interrupted evaluation resumes.
 
 pub mod cache;
 pub mod effort;
@@ -34,14 +34,14 @@ use sweep::{Sweep, SweepAxis};
 
 pub use findings::Request;
 
-/// What came of it.
+/// Results of an evaluation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Evaluated {
     /// The page.
     pub page: PathBuf,
-    /// What became of the cells.
+    /// Numbers of measurements by their outcome.
     pub counts: MeasurementCounts,
-    /// Cells of the paper's order: those in which it holds, all, and those nobody can explain.
+    /// Checks of the paper's order: those that hold, all, and those without an explanation.
     pub order: [usize; 3],
 }
 
@@ -59,7 +59,7 @@ const BATCH: [&str; 1] = ["bundle"];
 /// Evaluates all methods and writes the page into a folder, which is made; nothing is written
 /// elsewhere.
 ///
-/// * `bar`: moves on with every cell.
+/// * `bar`: advances with every measurement.
 ///
 /// # Errors
 /// If a data set cannot be read, or a file of the folder cannot be written.
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn any_number_of_threads_and_an_interruption_come_to_the_same_page() {
+    fn any_number_of_threads_and_an_interruption_give_the_same_page() {
         let [one, three] = [1, 3].map(|threads| {
             let dir = tempfile::tempdir().unwrap();
             let evaluated = run(dir.path(), threads);

@@ -10,7 +10,7 @@ use crate::baselines::Method;
 use crate::bounds::joint_fit;
 use crate::data::Rays;
 
-/// Fewer matches than this say nothing of five unknowns.
+/// Fewest matches for five unknowns.
 const FEW: usize = 12;
 
 /// `[e_t, e_theta]`, rad.
@@ -131,7 +131,7 @@ impl Measurement for DataOptimum<'_> {
 /// All methods on all data sets from all views.
 ///
 /// # Errors
-/// If an outcome cannot be kept.
+/// If the cache cannot be written.
 pub fn rows<'a>(
     runner: &Runner<'_>,
     sets: &'a [RecordedSet],

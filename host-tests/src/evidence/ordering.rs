@@ -2,7 +2,7 @@
 //!
 //! A method without an estimate is worse than any. Nothing is compared below the standard error of the
 //! reference. Where the order does not hold, the
-//! reason is looked for in the data, in a fixed order, and where none is found it says so.
+//! reason is searched in the data, in a fixed order; if there is none, the check is unexplained.
 
 use std::fmt;
 
@@ -19,7 +19,7 @@ pub const ORDER: [&str; 3] = ["robust", "paper", "ling-shen"];
 /// A difference below so many of its standard deviations is chance: 5 % of a normal variable.
 const SIGNIFICANT: f64 = 2.0;
 
-/// The order says something of single pairs from so many on.
+/// Fewest pairs for an order of single pairs.
 const MANY_PAIRS: usize = 5;
 
 /// Why one method is not better than another where it was expected to be, all in rad.
@@ -30,7 +30,7 @@ pub enum Reason {
         /// That error.
         sd: f64,
     },
-    /// The difference is what leaving out parts of the data makes of it.
+    /// The difference is within the jackknife's standard deviation of it.
     Chance {
         /// Its standard deviation.
         sd: f64,
@@ -79,17 +79,17 @@ impl OrderCheck<'_> {
         self.violations.is_empty()
     }
 
-    /// Whether it does not, and nobody knows why.
+    /// Whether it does not hold, without a reason.
     #[must_use]
     pub fn is_unexplained(&self) -> bool {
         self.violations.iter().any(|violation| violation.reason == Reason::Unexplained)
     }
 }
 
-/// Judges all rows that are evidence.
+/// Checks all rows that are evidence.
 ///
 /// # Errors
-/// If an outcome cannot be kept.
+/// If the cache cannot be written.
 pub fn check<'a>(
     runner: &Runner<'_>,
     rows: &'a [Row<'a>],
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn both_steps_of_the_order_are_judged() {
+    fn both_steps_of_the_order_are_checked() {
         assert_eq!(reasons(errors([0.5, 0.3, 0.1]), 0.0), [const { Reason::Unexplained }; 2]);
     }
 

@@ -18,10 +18,10 @@ pub const TURN_DEG: f64 = 5.0;
 /// Noise of a coordinate that methods are told to expect of recorded data, px.
 const NOISE_PX: f64 = 0.3;
 
-/// A match further from its row, as the reference has it, is a mismatch, px.
+/// A match further from its row, as the reference has it, is an outlier, px.
 pub const GATE_PX: f64 = 2.0;
 
-/// A start closer to the truth than this says nothing by staying there, rad.
+/// A start closer to the truth than this gives no evidence, rad.
 const NO_EVIDENCE: f64 = 1e-6;
 
 /// Where every method starts.
@@ -47,7 +47,7 @@ pub struct RecordedSet {
 pub struct SetView {
     /// Name of the view.
     pub view: &'static str,
-    /// Rays of each pair; what has none is left out.
+    /// Rays of each pair; pixels without a ray are left out.
     pub pairs: Vec<Vec<Rays>>,
     /// True extrinsics of each pair.
     truths: Vec<Extrinsics<f64>>,
@@ -135,7 +135,7 @@ impl SetView {
         1.0 - count(agreeing) / count(all.max(1))
     }
 
-    /// Whether an estimate says anything: not where the start is the truth, as in rectified data.
+    /// Whether an estimate is evidence: not where the start is the truth, as in rectified data.
     #[must_use]
     pub fn is_evidence(&self) -> bool {
         let off = Deviation::between(&START, &self.truth);

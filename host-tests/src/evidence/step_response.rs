@@ -1,4 +1,4 @@
-//! Cells on a rig that is knocked: the running estimate, pair by pair, of one method.
+//! Measurements on a rig that is knocked once: the running estimate of one method, pair by pair.
 
 use anyhow::Result;
 use serde::Serialize;
@@ -17,7 +17,7 @@ pub const PAIRS: usize = 60;
 /// By how much the right camera turns, degrees.
 pub const TURN_DEG: f64 = 0.5;
 
-/// Share of mismatches.
+/// Share of outliers.
 const OUTLIERS: f64 = 0.1;
 
 /// Seed of the first run.
@@ -82,7 +82,7 @@ impl Measurement for AfterStep<'_> {
 /// Methods over a step, in their order.
 ///
 /// # Errors
-/// If an outcome cannot be kept.
+/// If the cache cannot be written.
 pub fn step_responses(
     runner: &Runner<'_>,
     methods: &[&dyn Method],

@@ -1,4 +1,4 @@
-//! Cells on generated scenes: one method, one value of what is varied.
+//! Measurements on generated scenes: one method at one value of the varied parameter.
 //!
 //! All scenes have the rig of the project's figures, 5 degrees off about all axes and `t` 5 degrees
 //! off. All methods see the same scenes, those of the same seeds.
@@ -21,20 +21,20 @@ use crate::synth::{Depth, Scene, SynthPair, five_degrees_off};
 /// Seed of the first scene of every point.
 const SEED: u64 = 9_900_000;
 
-/// Share of mismatches where they are not what is varied, but for the two curves of noise alone.
+/// Share of outliers where another parameter is varied, except for the two curves of noise.
 const OUTLIERS: f64 = 0.1;
 
 /// Farthest over nearest point, where the depth is varied.
 const DEPTH_RATIO: f64 = 10.0;
 
-/// What is varied.
+/// The varied parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum SweepAxis {
-    /// Correspondences a pair, no mismatches.
+    /// Correspondences a pair, no outliers.
     Matches,
-    /// Noise of a coordinate, px, no mismatches.
+    /// Noise of a coordinate, px, no outliers.
     Noise,
-    /// Share of mismatches.
+    /// Share of outliers.
     Outliers,
     /// Pairs fused.
     Pairs,
@@ -81,7 +81,7 @@ struct Bound {
 
 /// All methods over one axis.
 pub struct Sweep {
-    /// What is varied.
+    /// The varied parameter.
     pub axis: SweepAxis,
     /// Its values.
     pub values: Vec<f64>,
@@ -102,7 +102,7 @@ impl SweepAxis {
         match self {
             Self::Matches => "matches",
             Self::Noise => "noise",
-            Self::Outliers => "mismatches",
+            Self::Outliers => "outliers",
             Self::Pairs => "pairs",
             Self::Depth => "depth",
             Self::Band => "band",
@@ -239,7 +239,7 @@ fn trial(scene: &Scene, pairs: &[SynthPair], estimate: &Extrinsics<f64>) -> Opti
 /// All methods over one axis.
 ///
 /// # Errors
-/// If an outcome cannot be kept.
+/// If the cache cannot be written.
 pub fn sweep(
     runner: &Runner<'_>,
     axis: SweepAxis,

@@ -1,4 +1,4 @@
-//! What the calibrator proposes, as the host reads it.
+//! The proposal of the calibrator in `f64`.
 
 use std::fmt;
 
@@ -9,13 +9,13 @@ use crate::data::in_f64;
 /// A proposal in `f64`, whatever the scalar of the run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// What would be put into use.
+    /// Proposed extrinsics.
     pub extrinsics: Extrinsics<f64>,
-    /// What it claims of its error, rad.
+    /// Reported standard deviations, rad.
     pub sd: StandardDeviations<f64>,
-    /// Whether it is confirmed.
+    /// State of the calibrator.
     pub state: State,
-    /// What speaks against it.
+    /// Doubt about the estimate.
     pub doubt: Option<Doubt>,
 }
 

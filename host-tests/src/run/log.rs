@@ -9,10 +9,10 @@ use stereo_selfcal::{Extrinsics, Fused, PairError, PairReport, Proposal, Refusal
 use super::estimate::Estimate;
 use crate::data::in_f64;
 
-/// What became of one pair.
+/// Outcome of one pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// Taken in: how.
+    /// Fused: how.
     Accepted(Fused),
     /// Solved, but not fused.
     Refused(Refusal),
@@ -27,7 +27,7 @@ pub struct Step {
     pub offered: usize,
     /// Correspondences that the calibrator took.
     pub taken: usize,
-    /// What became of it.
+    /// Its outcome.
     pub verdict: Verdict,
     /// The solved pair.
     pub solved: Option<Solved>,
@@ -37,16 +37,16 @@ pub struct Step {
     pub estimate: Option<Estimate>,
 }
 
-/// What one pair said.
+/// The estimate of one pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solved {
-    /// Of this pair alone.
+    /// Extrinsics from this pair alone.
     pub extrinsics: Extrinsics<f64>,
-    /// Error of this pair alone.
+    /// Their error.
     pub error: Deviation<f64>,
     /// Passes taken.
     pub passes: u16,
-    /// Whether they were not enough.
+    /// Whether the limit of passes was reached.
     pub at_pass_limit: bool,
     /// RMS row offset of the screened correspondences at the start, px.
     pub rms_px_before: f64,
@@ -130,7 +130,7 @@ impl RunLog {
         &self.factory
     }
 
-    /// What the latest pair was compared with.
+    /// True extrinsics of the latest pair.
     #[must_use]
     pub fn truth(&self) -> &Extrinsics<f64> {
         &self.truth

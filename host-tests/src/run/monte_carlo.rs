@@ -1,4 +1,4 @@
-//! Many runs of a scenario against what its data allow at best.
+//! Monte Carlo: many runs of a scenario against the best that its data allow.
 //!
 //! The yardstick of a run is the joint maximum-likelihood fit of the true matches of all its pairs, on
 //! the same data; that of a single pair is the Cramer-Rao bound of its true matches.
@@ -20,18 +20,18 @@ use crate::synth::{Scenario, ScenarioPair, Scene, SynthPair};
 /// Room for the matches of any scenario.
 const CAPACITY: usize = 512;
 
-/// Fewer true matches than this bound nothing.
+/// Fewest true matches for a bound.
 const FEW: usize = 12;
 
-/// An error above so many reported deviations is a false claim.
+/// An error above so many reported standard deviations is overconfident.
 const TOO_MANY_SD: f64 = 5.0;
 
-/// What one pair of a run left behind.
+/// State of a run after one pair.
 #[derive(Debug, Clone, Copy)]
 pub struct AfterPair {
     /// State after the pair.
     pub state: State,
-    /// How it was taken in, if at all.
+    /// How the pair was fused, if at all.
     pub fused: Option<Fused>,
     /// Passes it took.
     pub passes: Option<u16>,
@@ -39,13 +39,13 @@ pub struct AfterPair {
     pub found: Extrinsics<f64>,
     /// Error of the estimate against the truth of this pair.
     pub error: Deviation<f64>,
-    /// Error of what is in use.
+    /// Error of the extrinsics in use.
     pub in_use: Deviation<f64>,
-    /// Error over its reported deviation: the worse of `R` and `t`.
+    /// Error over its reported standard deviation: the worse of `R` and `t`.
     pub error_in_sd: f64,
     /// Error squared over its reported covariance, five degrees of freedom.
     pub nees: f64,
-    /// Whether something speaks against the estimate.
+    /// Doubt about the estimate.
     pub doubt: Option<Doubt>,
 }
 
@@ -73,7 +73,7 @@ impl Run {
         self.pairs.last()?.as_ref()
     }
 
-    /// Pairs in state locked, and those among them that claim too much.
+    /// Pairs in state locked, and those among them whose reported deviation is far too small.
     #[must_use]
     pub fn locked_and_overconfident(&self) -> [usize; 2] {
         let locked = || self.pairs.iter().flatten().filter(|m| m.state == State::Locked);
@@ -118,7 +118,7 @@ pub fn runs<T: Scalar>(
     Ok(all.into_iter().map(|(_, run)| run).collect())
 }
 
-/// One run as long as it takes, in constant memory: what was left behind after 10, 100, 1000, ... pairs.
+/// One run of any length, in constant memory: the state after 10, 100, 1000, ... pairs.
 ///
 /// * `each`: called after each pair.
 ///
@@ -133,7 +133,7 @@ pub fn long_run<T: Scalar>(
     let mut calibrator = calibrator::<T>(scenario, config)?;
     let mut kept = Vec::new();
     let mut due = 10;
-    // What a scene holds from pair to pair is checked pair by pair: a million would take hours.
+    // Not `frames`: it checks the scene of every pair, which takes hours for a million.
     for (at, pair) in (1..=scenario.pairs).zip(scenario.scene.pairs(seed)) {
         let after_pair = step(&mut calibrator, &pair, &scenario.scene.rig);
         if at == due || at == scenario.pairs {
@@ -251,7 +251,7 @@ pub fn rms(all: impl IntoIterator<Item = Deviation<f64>>) -> Deviation<f64> {
         .unwrap_or(Deviation { translation: f64::NAN, rotation: f64::NAN })
 }
 
-/// Bounds of the mean of `n` squared errors of five degrees of freedom that tell the truth: 99 %.
+/// 99 % bounds of the mean NEES of `n` consistent estimates, five degrees of freedom.
 #[must_use]
 pub fn nees_band(n: usize) -> [f64; 2] {
     // Normal for the sums of hundreds: mean 5, variance 10.

@@ -22,7 +22,7 @@ const HEAD: f64 = 80.0;
 const MARGINS: [f64; 3] = [70.0, 14.0, 52.0];
 
 /// Left of the columns of a legend, and the distance between its lines, px.
-const COLUMNS: [f64; 2] = [70.0, 275.0];
+const COLUMNS: [f64; 2] = [60.0, 265.0];
 const LINE: f64 = 17.0;
 
 /// Sizes of the title, of headings and of the words at an axis, px.
@@ -37,7 +37,7 @@ const BINS: u32 = 60;
 /// Least half-width of the histogram, px.
 const MIN_LIMIT_PX: f64 = 5.0;
 
-/// Half-width of the histogram in medians of the offsets before: mismatches reach far beyond.
+/// Half-width of the histogram in medians of the offsets before: outliers reach far beyond.
 const LIMIT_IN_MEDIANS: f64 = 2.0;
 
 /// Writes the picture as SVG; folders on the way are created, an older file is replaced.
@@ -198,7 +198,7 @@ fn draw_offsets(svg: &mut Svg, left: f64, histogram: &Histogram) {
     }
 }
 
-/// What is plotted of one of the two errors, degrees.
+/// One of the two errors over the pairs, degrees.
 struct Curve {
     name: &'static str,
     color: Rgb,
@@ -227,7 +227,7 @@ impl Curve {
     fn legend(&self) -> Vec<Key> {
         let Self { name, color, .. } = *self;
         let drawn = [(Mark::Dots, "pair alone"), (Mark::Line, "all pairs so far")];
-        let reference = self.reference.map(|_| (Mark::Dashes, "1 sigma of the reference"));
+        let reference = self.reference.map(|_| (Mark::Dashes, "1 sd of the reference"));
         let all = drawn.into_iter().chain(reference);
         all.map(|(mark, what)| Key::new(mark, color, format!("{name}, {what}"))).collect()
     }

@@ -16,7 +16,7 @@ const CLEAR: &str = "\r\x1b[2K";
 /// Progress of some work, shared by all threads that do it.
 #[derive(Debug)]
 pub struct Bar {
-    /// `None` where nobody watches.
+    /// `None` without a terminal.
     state: Option<Mutex<State>>,
 }
 
@@ -57,7 +57,7 @@ impl Bar {
         self.update(|state| state.length += count);
     }
 
-    /// What is being done.
+    /// The current item.
     pub fn set_message(&self, words: impl Into<String>) {
         self.update(|state| state.words = words.into());
     }

@@ -1,4 +1,4 @@
-//! Drives the calibrator over a data set, as a controller would be fed.
+//! Replay: feeds a data set to the calibrator as on a controller.
 
 use anyhow::Result;
 use stereo_selfcal::{Calibrator, Config, Extrinsics, Scalar};
@@ -6,7 +6,7 @@ use stereo_selfcal::{Calibrator, Config, Extrinsics, Scalar};
 use super::log::{RunLog, Step};
 use crate::data::{Dataset, Match, in_f64};
 
-/// Correspondences a pair that a replay has room for, unless it says otherwise.
+/// Default capacity of a replay, correspondences a pair.
 pub const CAPACITY: usize = 2048;
 
 /// Replays every pair.
@@ -22,7 +22,7 @@ pub fn replay<T: Scalar>(
     replay_within::<T, CAPACITY>(set, config, start, each)
 }
 
-/// Replays every pair through a calibrator of a capacity, which selects of longer ones.
+/// Replays every pair through a calibrator of a capacity, which selects from longer pairs.
 ///
 /// * `start`: extrinsics that every pair starts from.
 /// * `each`: called after each pair.

@@ -18,7 +18,7 @@ pub const FAILURE_DEG: f64 = 1.0;
 /// Farthest ray that the camera of the benchmark has room for, unit depth.
 const WIDEST: f64 = 10.0;
 
-/// What came of the pairs of a file.
+/// Times and errors over the pairs of a file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SinglePairStats {
     /// Pairs.
@@ -33,7 +33,7 @@ pub struct SinglePairStats {
     pub push_median_us: f64,
     /// RMS angle of `t` from the truth, over the pairs with an estimate, degrees.
     pub e_t_deg: f64,
-    /// RMS distance of the rotation vectors, likewise, degrees.
+    /// RMS distance of the rotation vectors over the same pairs, degrees.
     pub e_theta_deg: f64,
     /// Pairs with `e_theta` above a degree, or without an estimate.
     pub failures: usize,
@@ -50,7 +50,7 @@ impl fmt::Display for SinglePairStats {
         writeln!(
             f,
             "time      {median_us:.1} us a pair median, {p99_us:.1} us p99; {passes:.1} passes; \
-             taken in in {push_median_us:.1} us"
+             pushed in {push_median_us:.1} us"
         )?;
         writeln!(f, "error     e_t {:.4}, e_theta {:.4} deg RMS", self.e_t_deg, self.e_theta_deg)?;
         let Self { failures, refused, .. } = self;
@@ -65,10 +65,10 @@ struct TimedPair {
     found: Option<(Deviation<f64>, u16)>,
 }
 
-/// Solves each pair by itself, from `R = I`, `t = (-1, 0, 0)`.
+/// Solves each pair alone, from `R = I`, `t = (-1, 0, 0)`.
 ///
-/// * `focal`: px; what the configuration's pixels are at unit depth.
-/// * `rounds`: times that the file is gone through for the clock, after one that is not counted.
+/// * `focal`: focal length of the calibrator's camera, px.
+/// * `rounds`: timed rounds over the file, after one that is not timed.
 ///
 /// # Errors
 /// If a ray is further out than 10 at unit depth (84 degrees), or the pairs are longer than the capacity.
@@ -119,7 +119,7 @@ pub fn run<T: Scalar, const N: usize>(
     })
 }
 
-/// Takes one pair in and solves it, by itself.
+/// Pushes one pair into the batch and solves it alone.
 fn solve<T: Scalar, const N: usize>(
     calibrator: &mut Calibrator<T, N>,
     batch: &[Correspondence<T>],
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn every_pair_is_solved_by_itself_and_counted_once() {
+    fn every_pair_is_solved_alone_and_counted_once() {
         let file = generated(128);
         let mut calls = 0;
         let all = run::<f32, 128>(&file, Config::robust(), 1400.0, 2, || calls += 1).unwrap();

@@ -21,7 +21,7 @@ pub struct Summary {
     pub pairs: usize,
     /// Pairs fused.
     pub accepted: usize,
-    /// `no estimate`, or the state of the calibrator and what speaks against the estimate.
+    /// `no estimate`, or the state of the calibrator and the doubt about the estimate.
     pub state: String,
     /// Error of the fused baseline direction.
     pub e_t: Option<f64>,
@@ -36,16 +36,16 @@ pub struct Summary {
     pub r: Option<[f64; 9]>,
     /// Fused unit baseline direction.
     pub t: Option<[f64; 3]>,
-    /// Standard deviation that the fused rotation claims.
+    /// Reported standard deviation of the fused rotation.
     pub sd_rotation: Option<f64>,
-    /// Standard deviation that the fused baseline direction claims.
+    /// Reported standard deviation of the fused baseline direction.
     pub sd_translation: Option<f64>,
     /// RMS row offset of the factory extrinsics over the screened matches of all pairs, px.
     pub rms_px_before: Option<f64>,
     /// The same of the fused extrinsics, px.
     pub rms_px_after: Option<f64>,
     /// Shares of all matches within [`SCREEN_PX`] of their row, with the factory extrinsics and with
-    /// the fused ones: what the RMS over matches that fit the latter cannot tell.
+    /// the fused ones. The RMS covers only matches that fit the latter.
     #[serde(skip)]
     pub in_row: Option<[f64; 2]>,
 }
@@ -156,8 +156,8 @@ impl fmt::Display for Summary {
         angle("e_theta", "fused rotation against the reference", self.e_theta)?;
         angle("sigma_t", "single pairs, RMS", self.sigma_t)?;
         angle("sigma_theta", "single pairs, RMS", self.sigma_theta)?;
-        angle("sd of t, claimed", "what the estimate says of itself", self.sd_translation)?;
-        angle("sd of R, claimed", "what the estimate says of itself", self.sd_rotation)?;
+        angle("sd of t, reported", "by the estimate", self.sd_translation)?;
+        angle("sd of R, reported", "by the estimate", self.sd_rotation)?;
         match self.rms_px_before.zip(self.rms_px_after) {
             Some((before, after)) => {
                 writeln!(f, "RMS row offset     {before:.3} px before, {after:.3} px after")?;

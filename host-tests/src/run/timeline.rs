@@ -1,4 +1,4 @@
-//! A rig that moves in one picture: truth, estimate and what is in use over the pairs, and the state.
+//! Timeline of a moving rig: truth, estimate, extrinsics in use and state over the pairs.
 
 use std::ops::Range;
 use std::path::Path;
@@ -35,7 +35,7 @@ const AIR: f64 = 0.12;
 /// Least height of a panel, degrees.
 const MIN_HEIGHT_DEG: f64 = 0.02;
 
-/// The five that a panel each is about, as [`Pose`] has them.
+/// Names of the panels, in the order of [`Pose`].
 const NAMES: [&str; 5] = [
     "R about x (pitch), degrees",
     "R about y (yaw), degrees",
@@ -47,24 +47,24 @@ const NAMES: [&str; 5] = [
 /// Rotation vector of `R`, angles of `t` out of `-x` towards y and z; degrees.
 type Pose = [f64; 5];
 
-/// What is drawn of one pair, after it.
+/// State after one pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TimelinePoint {
-    /// The rig during the pair.
+    /// True extrinsics of the pair.
     pub truth: Extrinsics<f64>,
-    /// What is in use.
+    /// Extrinsics in use.
     pub in_use: Extrinsics<f64>,
     /// The estimate.
     pub proposed: Option<Proposed>,
-    /// How far it can be relied on.
+    /// State of the calibrator.
     pub state: State,
 }
 
-/// What is drawn of an estimate.
+/// An estimate with its standard deviations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Proposed {
     pose: Pose,
-    /// Claimed standard deviations, degrees; 0 where there is no covariance.
+    /// Reported standard deviations, degrees; 0 where there is no covariance.
     sd: Pose,
 }
 
@@ -170,10 +170,10 @@ impl Panel {
     }
 }
 
-/// What a panel shows: the truth, and the band while the estimate is locked.
+/// Range of a panel: the truth, and the band while the estimate is locked.
 fn height(truth: &[Point], points: &[TimelinePoint], component: usize) -> Range<f64> {
     let locked = points.iter().filter(|m| m.state == State::Locked);
-    // The first locked pairs claim little, and would flatten what comes after.
+    // The first locked pairs have wide bands, which would flatten the rest.
     let settled = locked.skip(points.len() / 50).filter_map(|m| m.proposed.as_ref());
     let ends = settled.flat_map(|p| [-2.0, 2.0].map(|n| p.pose[component] + n * p.sd[component]));
     let values = truth.iter().map(|[_, y]| *y).chain(ends);

@@ -1,4 +1,4 @@
-//! A flight: what a rig goes through from take-off to landing.
+//! A flight: motion of a rig from take-off to landing.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ use stereo_selfcal::Extrinsics;
 use super::rig::turned;
 use super::scene::Scene;
 
-/// Share of mismatches.
+/// Share of outliers.
 pub(super) const OUTLIERS: f64 = 0.3;
 
 /// Turn of the right camera in mid flight, degrees.

@@ -21,7 +21,7 @@ pub fn rig(rotation_deg: [f64; 3], baseline_deg: [f64; 2]) -> Result<Extrinsics<
     Ok(Extrinsics::try_new(r.matrix(), &t)?)
 }
 
-/// A rig 5 degrees off about all axes, `t` 5 degrees off: what the figures are measured on.
+/// A rig 5 degrees off about all axes, `t` 5 degrees off: the rig of the project's figures.
 ///
 /// # Panics
 /// Never: it is a rig.

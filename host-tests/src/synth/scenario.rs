@@ -1,6 +1,6 @@
-//! Named scenes over many pairs: what varies from pair to pair, with the truth of each.
+//! Scenarios: scenes that vary from pair to pair, with the truth of each pair.
 //!
-//! What varies is drawn apart from the points: two scenarios of one seed whose scenes are the same
+//! Varying parameters are drawn from a stream of their own: two scenarios of one seed with equal scenes
 //! have the same points.
 
 use std::fmt;
@@ -36,23 +36,23 @@ pub enum ScenarioKind {
     Planar,
     /// All points of a pair on one plane across the left optical axis, at a new depth in each pair.
     FrontoParallel,
-    /// The vehicle stands still: the same points and mismatches in every pair, only the noise is new.
+    /// The vehicle stands still: the same points and outliers in every pair, only the noise is new.
     Parked,
     /// The right camera turns once, in mid run, about a random axis.
     Step,
     /// The right camera turns a little with every pair, about a fixed random axis.
     Drift,
-    /// From the ground up and back: mismatches, vibration, warping, and a knock in mid flight.
+    /// From the ground up and back: outliers, vibration, thermal drift, and a knock in mid flight.
     Flight,
 }
 
 /// A scenario and its parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
-    /// What varies over the pairs.
+    /// Quantities that vary over the pairs.
     pub kind: ScenarioKind,
-    /// What does not vary. Of what does, `depth`, `matches` and `band` are the limits; a plane as
-    /// `depth` is taken as it is.
+    /// Constant parameters. Varying `depth`, `matches` and `band` stay within those given; a plane as
+    /// `depth` is kept.
     pub scene: Scene,
     /// Pairs of a run.
     pub pairs: usize,
@@ -67,7 +67,7 @@ pub struct Scenario {
 pub struct ScenarioPair {
     /// The scene of this pair, its rig the truth of this pair.
     pub scene: Scene,
-    /// Correspondences, and what is behind them.
+    /// Correspondences and their truth.
     pub pair: SynthPair,
 }
 
@@ -80,11 +80,11 @@ const NARROW_BAND: f64 = 0.15;
 /// Slant of a random plane, degrees.
 const SLANT_DEG: [f64; 2] = [15.0, 60.0];
 
-/// What varies is drawn from another stream of the generator than the points, which is stream 0.
+/// Stream of the generator for varying parameters; the points are drawn from stream 0.
 const STREAM: u64 = 1;
 
 impl ScenarioKind {
-    /// The scene that goes by this name.
+    /// The scene of this name.
     #[must_use]
     pub fn scene(self) -> Scene {
         let depth = |near, far| Scene { depth: Depth::LogUniform([near, far]), ..Scene::default() };

@@ -1,8 +1,8 @@
-//! Generated scenes: a known rig, points of known depth, Gaussian noise, gross mismatches.
+//! Generated scenes: a known rig, points of known depth, Gaussian noise, gross outliers.
 //!
 //! Pinhole cameras. Left points uniform in the image (or a vertical band), depth log-uniform (or that
 //! of a plane), noise on all four coordinates, points that miss the right image drawn again. Half of
-//! the mismatches are uniform in the right image, half within +-60 px (u) and +-20 px (v) of the truth.
+//! the outliers are uniform in the right image, half within +-60 px (u) and +-20 px (v) of the truth.
 //! Coordinates are rounded to the matcher's grid last.
 
 use anyhow::{Result, ensure};
@@ -16,7 +16,7 @@ use super::depth::Depth;
 use super::grid::{self, Grid};
 use crate::data::{Dataset, LensModel, Match, Meta, Rays, rows};
 
-/// What is generated. `Default` is the scene of the project's figures.
+/// Parameters of a generated scene. `Default` is the scene of the project's figures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// Image `[width, height]`, px.
@@ -27,7 +27,7 @@ pub struct Scene {
     pub rig: Extrinsics<f64>,
     /// Standard deviation of the noise of each coordinate, px.
     pub noise_px: f64,
-    /// Share of gross mismatches, 0 to 1.
+    /// Share of gross outliers, 0 to 1.
     pub outliers: f64,
     /// Depth of the points.
     pub depth: Depth,
@@ -64,13 +64,13 @@ const TRIES: usize = 10_000;
 /// One generated pair: correspondences, and which of them are true.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SynthPair {
-    /// Correspondences, inliers and mismatches in random order.
+    /// Correspondences, inliers and outliers in random order.
     pub matches: Vec<Match>,
     /// Whether each is true.
     pub inlier: Vec<bool>,
     /// Noise-free pixels `ul vl ur vr` of the point behind each.
     pub clean: Vec<[f64; 4]>,
-    /// Noise-free pixels that were matched: `clean`, or those of the mismatch.
+    /// Noise-free pixels that were matched: `clean`, or those of the outlier.
     pub matched: Vec<[f64; 4]>,
 }
 
@@ -118,7 +118,7 @@ impl Scene {
         })
     }
 
-    /// The rig as a data set says it.
+    /// The rig as a data set has it.
     #[must_use]
     pub fn meta(&self) -> Meta {
         let [cx, cy] = self.centre();
@@ -164,7 +164,7 @@ impl Scene {
             .iter()
             .zip(&clean)
             .map(|(&inlier, &seen)| {
-                let matched = if inlier { seen } else { self.mismatched(seen, rng) };
+                let matched = if inlier { seen } else { self.outlier(seen, rng) };
                 let step = self.grid.step(rng);
                 (matched, self.observed(matched, step, rng))
             })
@@ -172,7 +172,7 @@ impl Scene {
         SynthPair { matches, inlier, clean, matched }
     }
 
-    /// The points and mismatches of a pair seen again: only the noise is new.
+    /// The points and outliers of a pair seen again: only the noise is new.
     pub(crate) fn pair_again(&self, pair: &SynthPair, rng: &mut ChaCha8Rng) -> SynthPair {
         let again = pair.matched.iter().zip(&pair.matches);
         let matches = again.map(|(&pixels, m)| self.observed(pixels, m.step, rng)).collect();
@@ -207,7 +207,7 @@ impl Scene {
     }
 
     /// The same left point with a wrong right one.
-    fn mismatched(&self, [ul, vl, ur, vr]: [f64; 4], rng: &mut ChaCha8Rng) -> [f64; 4] {
+    fn outlier(&self, [ul, vl, ur, vr]: [f64; 4], rng: &mut ChaCha8Rng) -> [f64; 4] {
         let [width, height] = self.size.map(f64::from);
         if rng.random() {
             let u = rng.random_range(0.0..width - 1.0);

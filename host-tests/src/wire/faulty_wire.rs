@@ -21,7 +21,7 @@ impl Faults {
     pub const NONE: Self = Self { damaged: 0.0, dropped: 0.0, repeated: 0.0, noise_after: 0.0 };
 }
 
-/// What became of a frame.
+/// State of a frame after the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sent {
     /// All its bytes are on the wire, in one piece.
@@ -63,7 +63,7 @@ impl FaultyWire {
         }
         if self.rng.random_bool(self.faults.damaged) {
             let damaged = self.damage(frame.to_vec());
-            // What was put in may be what follows anyway.
+            // Inserted bytes may equal those that follow.
             let whole = damaged.windows(frame.len()).any(|part| part == frame);
             wire.extend(damaged);
             return if whole { Sent::Intact } else { Sent::Damaged };

@@ -100,7 +100,7 @@ fn error_of(header: &FrameHeader, step: f64) -> f64 {
     let step = step as f32;
     let Some(level) = header.level_of(step) else { return f64::INFINITY };
     let sent = header.grid_step_px(level);
-    // What is finer than the wire is that of the wire.
+    // A step finer than that of the wire is sent as that of the wire.
     if step <= sent && header.grid_step == 0 { 0.0 } else { f64::from((sent / step - 1.0).abs()) }
 }
 
@@ -109,7 +109,7 @@ fn in_256ths(px: f64) -> u16 {
     (px * 256.0).round().clamp(0.0, 65_535.0) as u16
 }
 
-/// A match of continuous coordinates as the wire carries it, by other arithmetic than the link's.
+/// A match of continuous coordinates as the wire carries it; computed independently of the link.
 #[must_use]
 pub fn quantised(m: &Match) -> Correspondence<f32> {
     let exact: Correspondence<f32> = m.correspondence();

@@ -1,4 +1,4 @@
-//! Millions of frames over a wire with faults: what comes out is what went in, or nothing.
+//! Soak test of the link: millions of frames over a wire with faults. A frame comes out as it was sent, or not at all.
 
 use std::collections::VecDeque;
 
@@ -24,7 +24,7 @@ pub struct Soak {
     pub seed: u64,
 }
 
-/// What became of the frames.
+/// Frames counted by their fate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SoakCounts {
     /// Sent, whole or not.
@@ -41,7 +41,7 @@ pub struct SoakCounts {
     pub dropped: u64,
     /// Sent twice.
     pub repeated: u64,
-    /// Handed out, and not what was sent under that number: must be 0.
+    /// Handed out with other content than was sent under that number: must be 0.
     pub wrong: u64,
     /// Handed out a second time: must be 0.
     pub twice: u64,
@@ -124,7 +124,7 @@ impl Soak {
     }
 }
 
-/// The receiving end, and what it should see.
+/// The receiver, and the frames that it may hand out.
 struct Receiver {
     decoder: Decoder,
     matches: Vec<Correspondence<f32>>,
@@ -177,14 +177,14 @@ impl Receiver {
                 match event {
                     Event::Started(_) | Event::Discarded(_) => self.matches.clear(),
                     Event::Match(m) => self.matches.push(m),
-                    Event::Finished(header) => self.judge(&header),
+                    Event::Finished(header) => self.check(&header),
                 }
             }
             bytes = rest;
         }
     }
 
-    fn judge(&mut self, header: &FrameHeader) {
+    fn check(&mut self, header: &FrameHeader) {
         self.counts.correspondences += self.matches.len() as u64;
         let sent = self.expected.iter_mut().find(|sent| sent.sequence == header.sequence);
         let right = sent.filter(|sent| is_content(&sent.frame, header, &self.matches));
@@ -228,7 +228,7 @@ fn any_frame(rng: &mut ChaCha8Rng, sequence: u32) -> Vec<u8> {
     seal(&header, records)
 }
 
-/// Whether a frame is what came out: by other arithmetic than the decoder's.
+/// Whether a frame equals the decoded one; computed independently of the decoder.
 #[expect(clippy::float_cmp, reason = "fixed point is exact")]
 fn is_content(frame: &[u8], header: &FrameHeader, matches: &[Correspondence<f32>]) -> bool {
     let records = frame[32..frame.len() - 4].chunks_exact(16);

@@ -8,12 +8,12 @@ use stereo_selfcal::link::{Counters, Decoder, Event, FrameHeader};
 
 use crate::data::{Dataset, Match, Meta};
 
-/// What a receiver makes of a stream of bytes.
+/// Frames decoded from a stream of bytes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DecodedStream {
     /// Whole frames, in the order of their arrival.
     pub frames: Vec<(FrameHeader, Vec<Correspondence<f32>>)>,
-    /// What became of all frames.
+    /// Counters of the decoder.
     pub counters: Counters,
 }
 
@@ -32,7 +32,7 @@ impl DecodedStream {
         Self { frames, counters: *decoder.counters() }
     }
 
-    /// The frames as the pairs of a rig: what the calibrator takes in is the same, bit for bit.
+    /// The frames as the pairs of a rig, bit-identical to those that a calibrator gets from the link.
     ///
     /// # Errors
     /// If there is no whole frame, or one of images of another size.
@@ -60,7 +60,7 @@ impl fmt::Display for DecodedStream {
     }
 }
 
-/// What a link has been through, in words.
+/// The counters of a link in words.
 #[must_use]
 pub fn counted(c: &Counters) -> String {
     let rare = [

@@ -1,4 +1,4 @@
-//! Files as text: what is written, and what is read together.
+//! Files as text: one that is written, and several that are read together.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -13,7 +13,7 @@ use serde::de::{DeserializeOwned, IgnoredAny};
 pub struct Document {
     /// Usual name of the file.
     pub name: &'static str,
-    /// What is in it.
+    /// Its content.
     pub text: String,
 }
 

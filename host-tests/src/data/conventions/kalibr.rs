@@ -14,7 +14,7 @@ use super::{Document, Files, scale};
 use crate::data::dataset::{LensModel, Meta};
 use crate::data::geometry::Rows;
 
-/// What is read of a camera; all else is ignored.
+/// The keys of a camera that are read; all others are ignored.
 #[derive(Debug, Clone, Deserialize)]
 struct Cam {
     camera_model: String,
@@ -64,7 +64,7 @@ pub(super) fn pose(files: &Files) -> Result<Pose> {
 pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     ensure!(
         unknowns == Unknowns::default(),
-        "{files}: a camchain says the size of its images, and is in metres"
+        "{files}: a camchain has the size of its images, and is in metres"
     );
     let chain = chain(files)?;
     let view = |name: &str, cam: &Cam| view(cam).with_context(|| format!("{files}: {name}"));

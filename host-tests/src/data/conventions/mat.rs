@@ -3,7 +3,7 @@
 use anyhow::{Result, ensure};
 use serde::Deserialize;
 
-/// As it is in the file: its numbers may be more or fewer than its shape says.
+/// As it is in the file: the count of its numbers may differ from its shape.
 #[derive(Debug, Clone, Deserialize)]
 pub(super) struct Mat {
     rows: usize,
@@ -12,7 +12,7 @@ pub(super) struct Mat {
 }
 
 impl Mat {
-    /// As many as its shape says.
+    /// As many numbers as its shape has.
     pub(super) fn numbers(&self) -> Result<&[f64]> {
         let Self { rows, cols, data } = self;
         let len = data.len();

@@ -64,13 +64,13 @@ impl Format {
     }
 
     /// The files of a rig, in this format. A baseline of unknown length is written as 1, with a
-    /// comment that says so.
+    /// comment.
     ///
     /// # Errors
-    /// What is wrong with the rig, or what of it the format cannot say.
+    /// If the rig is not valid, or the format cannot express it.
     pub fn write(self, meta: &Meta) -> Result<Vec<Document>> {
         rig::check(meta)?;
-        // As it will be read: what is derived of it then comes to the same bits.
+        // As it will be read, so that derived numbers have the same bits.
         let (t, baseline_m) = scale::split(scale::scaled(meta.t, meta.baseline_m))?;
         let meta = Meta { t, baseline_m, ..meta.clone() };
         match self {
@@ -99,10 +99,10 @@ impl Format {
 
 /// The rig of one or more files, or of all YAML files of a folder; the format is told by the keys.
 ///
-/// `unknowns`: what the files may not say.
+/// `unknowns`: values that the files may lack.
 ///
 /// # Errors
-/// Names the file and the key, and what was expected there.
+/// Names the file, the key and the expected value.
 pub fn import(places: &[impl AsRef<Path>], unknowns: Unknowns) -> Result<Meta> {
     let files = Files::read(places)?;
     match Format::of(&files)? {

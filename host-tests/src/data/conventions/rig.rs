@@ -1,4 +1,4 @@
-//! What the formats have in common: two cameras, a pose between them, and the checks of both.
+//! The common part of the formats: two cameras, a pose between them, and the checks of both.
 
 use anyhow::{Context, Result, ensure};
 use nalgebra::{Matrix3, Vector3};
@@ -11,7 +11,7 @@ use crate::data::geometry::{Rows, matrix};
 /// How far `R^T R` may be from the identity, in any element: a matrix of three decimals passes.
 const ROTATION: f64 = 2e-3;
 
-/// What files may leave open.
+/// Values that files may lack.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unknowns {
     /// Image width and height, px: OpenCV's `stereo_calib.cpp` does not write them.
@@ -160,5 +160,5 @@ pub(super) fn square(numbers: &[f64]) -> Result<Rows> {
     Ok([[a, b, c], [d, e, f], [g, h, i]])
 }
 
-/// What a file says where the baseline's length is not known.
+/// Comment of a file where the baseline's length is not known.
 pub(super) const NO_SCALE: &str = "# The length of the baseline is not known: it is written as 1. Multiply it by the length in metres.\n";

@@ -70,7 +70,7 @@ pub(super) fn pose(files: &Files) -> Result<Pose> {
 pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     ensure!(
         unknowns == Unknowns::default(),
-        "{files}: camera_info says the size of its images, and is in metres"
+        "{files}: camera_info has the size of its images, and is in metres"
     );
     let [left, right] = pair(files)?;
     let view = |(name, info): &(String, CameraInfo)| view(info).with_context(|| name.clone());

@@ -102,7 +102,7 @@ fn disparity_caption(scene: &PicturedScene, all: &[Attempt]) -> String {
     let range = all.iter().find_map(|a| Some(a.outcome.as_ref().ok()?.range)).unwrap_or(0);
     let truth = if scene.has_depth() {
         format!(
-            " Right: within {WRONG_PX} px of what the published depth says under the same rectification, \
+            " Right: within {WRONG_PX} px of the published depth under the same rectification, \
              of all pixels of known depth."
         )
     } else {

@@ -29,7 +29,7 @@ impl Grey {
     /// From rows of pixels, top first; `None` is unseen.
     ///
     /// # Errors
-    /// If they are not as many as the size says.
+    /// If their number differs from the size.
     pub fn try_new(size: [u16; 2], pixels: Vec<Option<u8>>) -> Result<Self> {
         let expected = usize::from(size[0]) * usize::from(size[1]);
         ensure!(pixels.len() == expected, "{} pixels for {size:?}", pixels.len());

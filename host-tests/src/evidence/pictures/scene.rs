@@ -1,4 +1,4 @@
-//! A stereo pair with its images: what the pictures are made of.
+//! A stereo pair with its images.
 
 use anyhow::{Context, Result};
 use nalgebra::{Matrix3, Vector3};

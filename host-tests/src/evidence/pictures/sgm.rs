@@ -2,8 +2,8 @@
 //!
 //! H. Hirschmueller, "Stereo Processing by Semiglobal Matching and Mutual Information", PAMI 2008: costs
 //! aggregated along eight directions, winner takes all. The cost is the Hamming distance of 7 x 7 census
-//! transforms. A disparity counts if no other is nearly as cheap and the right image says the same.
-//! Nothing is filled in, so what is shown is what was found.
+//! transforms. A disparity counts if its cost is clearly the least and the right image has the same.
+//! Holes are not filled.
 
 use rayon::prelude::*;
 
@@ -152,7 +152,7 @@ fn aggregate_along(
     }
 }
 
-/// One row of disparities: the cheapest, if it is unique and the right image's pixel says the same.
+/// One row of disparities: the cheapest, if it is unique and the right image's pixel has the same.
 fn row(sums: &[i16], pixels: &[Option<u8>], range: usize) -> Vec<Option<f64>> {
     let width = pixels.len();
     let cheapest = |costs: &mut dyn Iterator<Item = i16>| {

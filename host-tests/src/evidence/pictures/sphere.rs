@@ -40,7 +40,7 @@ pub struct Estimates {
     pub pairs: Vec<Extrinsics<f64>>,
     /// Of all pairs.
     pub fused: Option<Extrinsics<f64>>,
-    /// What they are compared with.
+    /// Reference extrinsics.
     pub reference: Extrinsics<f64>,
 }
 

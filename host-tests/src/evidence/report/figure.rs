@@ -40,18 +40,18 @@ pub struct Entry {
     pub sample: Sample,
     /// One of [`SERIES`], or black.
     pub color: Option<Color>,
-    /// What it is.
+    /// Its name.
     pub name: String,
 }
 
 /// Pictures with what explains them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Figure {
-    /// Pictures, each with what it shows.
+    /// Pictures with their descriptions.
     pub panels: Vec<(Picture, String)>,
     /// Legend of all panels; may be empty.
     pub legend: Vec<Entry>,
-    /// What is to be seen, and how it was made.
+    /// Description and origin.
     pub caption: String,
     /// The command that makes it.
     pub command: String,

@@ -8,9 +8,9 @@ use crate::chart::palette::SERIES;
 
 /// An SVG picture as it stands in a page.
 ///
-/// * `label`: what it shows, for who does not see it.
+/// * `label`: description for screen readers.
 ///
-/// What is not an SVG picture comes back empty.
+/// Empty for text that is not an SVG picture.
 #[must_use]
 pub fn inline(svg: &str, label: &str) -> String {
     let Some((_, picture)) = svg.split_once("<svg ") else { return String::new() };

@@ -9,7 +9,7 @@ use super::table::Table;
 pub struct Page {
     /// Over the page and in the window's bar.
     pub title: String,
-    /// What it says, in a few sentences.
+    /// Summary, in a few sentences.
     pub lead: String,
     /// In the order of the page.
     pub sections: Vec<Section>,
@@ -39,7 +39,7 @@ pub enum Block {
     Listing {
         /// Of the file.
         name: String,
-        /// What is in it.
+        /// Its content.
         text: String,
     },
 }

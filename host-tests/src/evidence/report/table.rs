@@ -16,7 +16,7 @@ pub struct Cell {
     /// What rows are sorted by.
     number: Option<f64>,
     class: &'static str,
-    /// More, on hovering.
+    /// Hint on hovering.
     hint: Option<String>,
 }
 
@@ -29,7 +29,7 @@ pub struct Table {
     pub heading: Vec<String>,
     /// Rows as long as the heading.
     pub rows: Vec<Vec<Cell>>,
-    /// What is to be seen, and how it was made.
+    /// Description and origin.
     pub caption: String,
     /// The command that makes it.
     pub command: String,
@@ -86,7 +86,7 @@ impl Cell {
         Self { class, ..self }
     }
 
-    /// With more to say, on hovering.
+    /// With a hint on hovering.
     #[must_use]
     pub fn with_hint(self, hint: impl Into<String>) -> Self {
         Self { hint: Some(hint.into()), ..self }

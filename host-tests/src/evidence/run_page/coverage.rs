@@ -1,4 +1,4 @@
-//! Where in the images the matches are: what is not covered is not calibrated.
+//! Coverage of the images by matches. Areas without matches are not calibrated.
 
 use stereo_selfcal::Scalar;
 

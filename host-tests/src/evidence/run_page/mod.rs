@@ -1,4 +1,4 @@
-//! The page of one recording: what the calibrator made of it, pair by pair and whole.
+//! The page of one replayed recording: pair by pair and whole.
 
 mod coverage;
 mod outcome;
@@ -44,7 +44,7 @@ impl Replayed<'_> {
         let page = self.page()?;
         for (format, documents) in rig::files(self) {
             let folder = dir.join("rig").join(format.name());
-            // What a format cannot say stands on the page.
+            // The page says why a format is missing.
             for Document { name, text } in documents.unwrap_or_default() {
                 let path = folder.join(name);
                 fs::create_dir_all(&folder)

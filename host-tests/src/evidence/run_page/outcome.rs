@@ -16,7 +16,7 @@ pub(super) fn section(replayed: &Replayed<'_>, summary: &Summary) -> Section {
     match replayed.log.fused() {
         None => section.alarm("There is no estimate: no pair could be fused."),
         Some(fused) if fused.state != State::Locked || fused.doubt.is_some() => {
-            section.alarm(format!("The calibrator does not vouch for this estimate: {fused}."));
+            section.alarm(format!("The calibrator does not confirm this estimate: {fused}."));
         }
         Some(_) => {}
     }
@@ -53,8 +53,8 @@ fn table(replayed: &Replayed<'_>, summary: &Summary) -> Table {
         );
         row(name, cell, unit);
     };
-    known("standard deviation of R, claimed", summary.sd_rotation, 1e3, 3, "mrad");
-    known("standard deviation of t, claimed", summary.sd_translation, 1e3, 3, "mrad");
+    known("standard deviation of R, reported", summary.sd_rotation, 1e3, 3, "mrad");
+    known("standard deviation of t, reported", summary.sd_translation, 1e3, 3, "mrad");
     known("R against the reference, e_theta", summary.e_theta, 1e3, 3, "mrad");
     known("t against the reference, e_t", summary.e_t, 1e3, 3, "mrad");
     known("row offset of fitting matches before, RMS", summary.rms_px_before, 1.0, 3, "px");
@@ -68,7 +68,7 @@ fn table(replayed: &Replayed<'_>, summary: &Summary) -> Table {
     };
     table.explained(
         format!(
-            "What the calibrator proposes after the last pair. Fitting: within {SCREEN_PX} px of their \
+            "Proposal of the calibrator after the last pair. Fitting: within {SCREEN_PX} px of their \
              row under this estimate. The reference is that of the recording's rig, as far as it is \
              known.{source}"
         ),

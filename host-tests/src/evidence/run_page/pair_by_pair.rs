@@ -1,4 +1,4 @@
-//! The run pair by pair: states, row offsets, errors and claims.
+//! The run pair by pair: states, row offsets, errors and reported standard deviations.
 
 use super::replayed::Replayed;
 use super::states;
@@ -10,7 +10,7 @@ use crate::run::{Solved, Step};
 pub(super) fn section(replayed: &Replayed<'_>) -> Section {
     let steps = replayed.log.steps();
     let mut section = Section::new("Pair by pair");
-    let mut states_csv = Csv::new("states", &["pair", "state", "what became of it"]);
+    let mut states_csv = Csv::new("states", &["pair", "state", "outcome"]);
     for (i, step) in steps.iter().enumerate() {
         let state = step.estimate.map(|e| e.to_string()).unwrap_or_default();
         states_csv.push([i.to_string(), state, step.verdict.to_string()]);
@@ -18,8 +18,7 @@ pub(super) fn section(replayed: &Replayed<'_>) -> Section {
     section.figure(Figure {
         panels: vec![(Picture::Svg(states::strip(steps)), "state after each pair".into())],
         legend: states::legend(),
-        caption: "State of the calibrator after each pair. A cross: the pair was not taken in."
-            .into(),
+        caption: "State of the calibrator after each pair. A cross: the pair was not fused.".into(),
         command: replayed.command.to_owned(),
         numbers: states_csv,
     });
@@ -59,7 +58,7 @@ const ERRORS: [Series; 4] = [
         of: |step| step.running.map(|e| 1e3 * e.translation),
     },
     Series {
-        name: "sd of t, claimed, mrad",
+        name: "sd of t, reported, mrad",
         color: Some(SERIES[0]),
         line: Line::Broken,
         of: |step| step.estimate.map(|e| 1e3 * e.sd.translation),
@@ -71,7 +70,7 @@ const ERRORS: [Series; 4] = [
         of: |step| step.running.map(|e| 1e3 * e.rotation),
     },
     Series {
-        name: "sd of R, claimed, mrad",
+        name: "sd of R, reported, mrad",
         color: Some(SERIES[1]),
         line: Line::Broken,
         of: |step| step.estimate.map(|e| 1e3 * e.sd.rotation),
@@ -105,7 +104,7 @@ fn health(replayed: &Replayed<'_>, steps: &[Step]) -> Figure {
             (Picture::Svg(drawn("row offset, px", &OFFSETS)), "row offsets of each pair".into()),
             (
                 Picture::Svg(drawn("error and reported sd, mrad", &ERRORS)),
-                "errors and claims".into(),
+                "errors and reported standard deviations".into(),
             ),
         ],
         legend: all().map(entry).collect(),
@@ -134,7 +133,7 @@ fn table(replayed: &Replayed<'_>, steps: &[Step]) -> Table {
         "sd t, mrad",
         "sd R, mrad",
         "state",
-        "what became of it",
+        "outcome",
     ];
     let mut table = Table::new("pairs", heading.map(Into::into));
     for (i, step) in steps.iter().enumerate() {
@@ -162,7 +161,7 @@ fn table(replayed: &Replayed<'_>, steps: &[Step]) -> Table {
         ]);
     }
     table.explained(
-        "Every pair: what it had, what it said by itself, and the running estimate after it.",
+        "Every pair: its matches, its own estimate, and the running estimate after it.",
         replayed.command,
     )
 }

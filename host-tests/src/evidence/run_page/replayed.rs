@@ -1,4 +1,4 @@
-//! A run and what it was made of.
+//! A replayed data set with its log.
 
 use crate::data::Dataset;
 use crate::run::RunLog;
@@ -6,9 +6,9 @@ use crate::run::RunLog;
 /// A replayed recording.
 #[derive(Debug, Clone, Copy)]
 pub struct Replayed<'a> {
-    /// What was replayed.
+    /// The data set.
     pub set: &'a Dataset,
-    /// What came of it.
+    /// Results of an evaluation.
     pub log: &'a RunLog,
     /// The command that replays it.
     pub command: &'a str,

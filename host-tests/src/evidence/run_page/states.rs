@@ -17,7 +17,7 @@ const STATES: [(State, palette::Color); 4] = [
     (State::Lost, SERIES[1]),
 ];
 
-/// A strip: a field a pair in the colour of the state after it, a cross over pairs that were not taken in.
+/// A strip: a field a pair in the colour of the state after it, a cross over pairs that were not fused.
 pub(super) fn strip(steps: &[Step]) -> String {
     let count = u32::try_from(steps.len()).unwrap_or(u32::MAX);
     let mut svg = Svg::new(SIZE);
@@ -37,7 +37,7 @@ pub(super) fn strip(steps: &[Step]) -> String {
     svg.finish()
 }
 
-/// What the colours stand for.
+/// Legend of the colours.
 pub(super) fn legend() -> Vec<Entry> {
     STATES
         .iter()

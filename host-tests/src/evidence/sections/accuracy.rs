@@ -13,7 +13,7 @@ const PARTS: [&str; 2] = ["t", "theta"];
 pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("Accuracy on recorded data");
     section.text(format!(
-        "Each recording is seen as it is (middle) and with the left image turned by {TURN_DEG} degrees up, \
+        "Each recording is used unchanged (middle) and with the left image turned by {TURN_DEG} degrees up, \
          down, left and right, as in tables I and II of the paper. A rectified recording is true to the \
          start: its middle view is no evidence, shown faint and counted nowhere.",
     ));

@@ -8,7 +8,7 @@ use crate::evidence::ordering::{ORDER, OrderCheck};
 use crate::evidence::report::{Cell, Section, Table};
 use crate::evidence::sweep::{Sweep, SweepAxis};
 
-/// How long after a knock the estimates are looked at, pairs.
+/// Pairs from a knock to the estimates of the table.
 const AFTER: usize = 3;
 
 /// A line of the table: what, and `e_t`, `e_theta` if measured.
@@ -23,7 +23,7 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
         let holds = wrong.iter().filter(|check| check.holds()).count();
         let unexplained = wrong.iter().filter(|check| check.is_unexplained()).count();
         section.text(format!(
-            "On recordings with mismatches {ours} <= {paper} <= {other} holds in {holds} of {} cells, data \
+            "On recordings with outliers {ours} <= {paper} <= {other} holds in {holds} of {} cells, data \
              sets by views by the two errors. Exceptions without an explanation: {unexplained}.",
             wrong.len(),
         ));
@@ -50,7 +50,7 @@ fn lines(findings: &Findings<'_>, wrong: &[&OrderCheck<'_>]) -> Vec<Line> {
     let [ours, paper, other] = ORDER;
     let ratio = |against: usize, name: &str| {
         let what = format!(
-            "recordings with mismatches: error of {name} over that of {ours}, geometric mean"
+            "recordings with outliers: error of {name} over that of {ours}, geometric mean"
         );
         (what, ratios(wrong, against), 1)
     };

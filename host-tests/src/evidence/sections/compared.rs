@@ -1,4 +1,4 @@
-//! Who is compared, and on what.
+//! The methods and the data sets.
 
 use super::labels::label;
 use crate::evidence::findings::Findings;
@@ -28,7 +28,7 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
         sets.push(row(set));
     }
     section.table(sets.explained(
-        "The recorded data. Matches passed no geometric test, so the mismatches are the matcher's own: \
+        "The recorded data. Matches passed no geometric test, so the outliers are the matcher's own: \
          wrong are those more than 2 px off the reference's rows. sd: standard error of the reference extrinsics for the intrinsics they come with, where it is \
          known.",
         command,
@@ -38,7 +38,7 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
 
 fn row(set: &RecordedSet) -> Vec<Cell> {
     let pairs = set.views.first().map_or(0, |seen| seen.pairs.len());
-    let unknown = || Cell::missing("not known", "the data set does not say");
+    let unknown = || Cell::missing("not known", "not given by the data set");
     let [t, r] = match set.reference {
         Some(sd) => [sd.translation, sd.rotation].map(|sd| Cell::number(sd, 4)),
         None => [unknown(), unknown()],

@@ -1,4 +1,4 @@
-//! Curves over what is varied in generated scenes.
+//! Curves over the varied parameters of generated scenes.
 
 use super::labels::{label, line};
 use crate::chart::curves::{self, Curve, Line, Scale};
@@ -26,18 +26,18 @@ fn words(axis: SweepAxis) -> Words {
         SweepAxis::Matches => (
             "matches a pair",
             true,
-            "One pair, 0.3 px of noise, no mismatches, points 3 to 80 baselines away.",
+            "One pair, 0.3 px of noise, no outliers, points 3 to 80 baselines away.",
         ),
         SweepAxis::Noise => (
             "noise of a coordinate, px",
             true,
-            "One pair of 256 matches, no mismatches, points 3 to 80 baselines away.",
+            "One pair of 256 matches, no outliers, points 3 to 80 baselines away.",
         ),
         SweepAxis::Outliers => (
-            "share of mismatches",
+            "share of outliers",
             false,
             "One pair of 256 matches, 0.3 px of noise, points 3 to 80 baselines away. Half of the \
-             mismatches are anywhere, half within 60 px and 20 rows of the truth.",
+             outliers are anywhere, half within 60 px and 20 rows of the truth.",
         ),
         SweepAxis::Pairs => (
             "pairs fused",
@@ -63,15 +63,15 @@ fn words(axis: SweepAxis) -> Words {
 pub(super) fn sections(findings: &Findings<'_>) -> Vec<Section> {
     let mut noise = Section::new("Rows and reprojection against matches and noise");
     noise.text(
-        "The supplement of the paper. Generated pairs without mismatches, from a rig 5 degrees off about \
+        "The supplement of the paper. Generated pairs without outliers, from a rig 5 degrees off about \
          all axes with t 5 degrees off: how many pixels the true points, without their noise, lie off \
          their row once rectified by the estimate of one pair, and off their reprojection in each image.",
     );
     let mut sections = vec![noise];
-    let mut errors = Section::new("Error against mismatches, pairs, depth and band");
+    let mut errors = Section::new("Error against outliers, pairs, depth and band");
     errors.text(
         "The same rig. Curves are root mean squares over the same scenes for all methods, of those in \
-         which a method has an estimate; the CSV files say how many have none, and give medians. \
+         which a method has an estimate; the CSV files have the numbers of failures and the medians. \
          The broken black line is the Cramer-Rao bound of the true matches: no unbiased estimate errs less.",
     );
     for sweep in &findings.sweeps {

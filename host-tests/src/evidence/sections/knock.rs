@@ -1,4 +1,4 @@
-//! The running estimate of a rig that is knocked.
+//! The running estimate of a rig that is knocked once.
 
 use super::labels::{label, line};
 use crate::chart::curves::{self, Curve, Scale};
@@ -15,7 +15,7 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("After a knock");
     section.text(format!(
         "The right camera turns by {TURN_DEG} degrees about a random axis at pair {FIRST} of {PAIRS}, with 10 % \
-         mismatches. A mean over all pairs never forgets the old rig, a filter forgets it slowly; the robust \
+         outliers. A mean over all pairs never forgets the old rig, a filter forgets it slowly; the robust \
          preset notices, and begins anew.",
     ));
     let panel = |(part, name): (usize, &&str)| {

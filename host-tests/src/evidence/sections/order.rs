@@ -4,7 +4,7 @@ use crate::evidence::findings::Findings;
 use crate::evidence::ordering::{ORDER, OrderCheck, Reason};
 use crate::evidence::report::{Cell, Section, Table};
 
-/// A recording with fewer mismatches than this share is one without.
+/// A recording with fewer outliers than this share is one without.
 pub(super) const FEW_OUTLIERS: f64 = 0.01;
 
 pub(super) fn section(findings: &Findings<'_>) -> Section {
@@ -12,18 +12,18 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
     let [ours, paper, other] = ORDER;
     section.text(format!(
         "The paper's method is reported to be better than Ling and Shen's, [7]; ours should be no worse \
-         than the paper's on data with mismatches. A cell is one data set, one view and one error; the \
-         order holds in it if {ours} <= {paper} <= {other}. A method without an estimate is worse than any. Without mismatches the three all but \
-         coincide, as the curves over matches and noise show: what tells them apart is what mismatches do.",
+         than the paper's on data with outliers. A cell is one data set, one view and one error; the \
+         order holds in it if {ours} <= {paper} <= {other}. A method without an estimate is worse than any. Without outliers the three all but \
+         coincide, as the curves over matches and noise show: what tells them apart is what outliers do.",
     ));
     if findings.checks.is_empty() {
-        section.text(format!("Not judged: that takes the methods {ours}, {paper} and {other}."));
+        section.text(format!("Not checked: this needs the methods {ours}, {paper} and {other}."));
         return section;
     }
     let (wrong, clean): (Vec<_>, Vec<_>) =
         findings.checks.iter().partition(|check| check.row.set.outliers > FEW_OUTLIERS);
     let few = 100.0 * FEW_OUTLIERS;
-    section.text(summary(&format!("Recordings with mismatches (above {few} %)"), &wrong));
+    section.text(summary(&format!("Recordings with outliers (above {few} %)"), &wrong));
     section.text(summary("Recordings without", &clean));
     section.text(
         "Where it does not hold, the reason is looked for in the data, in this order. Reference: the \

@@ -9,7 +9,7 @@ use crate::evidence::pictures::{Estimates, PicturedScene, disparity_figures, sph
 use crate::evidence::recorded_sets::SetView;
 use crate::evidence::report::{Figure, Section};
 
-/// Data set and view of the spheres: pairs enough, and mismatches.
+/// Data set and view of the spheres: pairs enough, and outliers.
 const SPHERES: [&str; 2] = ["opencv_chess_sift", "top"];
 
 pub(super) fn section(findings: &Findings<'_>) -> Section {
@@ -29,7 +29,7 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
     let [set, view] = SPHERES;
     section.text(format!(
         "The estimates of single pairs on the unit sphere, with what is fused of them and the reference: \
-         {set}, {view}. Each method by itself, so that the spread of its dots can be compared.",
+         {set}, {view}. One figure for each method.",
     ));
     for method in ["robust", "paper"] {
         match spheres(findings, method, command) {
