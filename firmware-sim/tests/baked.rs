@@ -2,7 +2,7 @@
 
 use firmware_sim::baked::{FRAMES, NAME, PAIRS, Tape, cameras, truth};
 use firmware_sim::{App, Event, start};
-use host_tests::dataset::Dataset;
+use host_tests::data::Dataset;
 use host_tests::wire::{Sender, SimMatcher};
 
 fn set() -> Dataset {

@@ -1,7 +1,7 @@
 //! What goes over the simulated bus comes to the same estimate as what is fed directly.
 
 use firmware_sim::{App, Event, solve_and_fuse, start};
-use host_tests::dataset::Dataset;
+use host_tests::data::Dataset;
 use host_tests::wire::{Sender, SimMatcher, quantised};
 use stereo_selfcal::Extrinsics;
 

@@ -1,28 +1,19 @@
 //! Everything that proves the core on a host: recorded and generated data, independent references,
 //! replay, evaluation.
+//!
+//! Data, generator, runs, charts and the simulated link are always built; baselines, bounds, evidence and
+//! the files of other tools with the feature `selfcal`.
 
-pub mod bench;
-pub mod campaign;
-pub mod conventions;
-pub mod dataset;
-pub mod depth;
-pub mod estimate;
-pub mod evaluate;
-pub mod evaluation;
-pub mod grid;
-pub mod oracle;
-pub mod pictures;
-pub mod plot;
-pub mod progress;
-pub mod recording;
-pub mod rectified;
-pub mod reference;
-pub mod replay;
-pub mod report;
-pub mod rivals;
-pub mod scenario;
+#[cfg(feature = "selfcal")]
+pub mod baselines;
+#[cfg(feature = "selfcal")]
+pub mod bounds;
+pub mod chart;
+pub mod data;
+#[cfg(feature = "selfcal")]
+pub mod evidence;
+pub mod run;
 pub mod synth;
-pub mod view;
 pub mod wire;
 
 /// Whether an error comes of a closed output, as by `| head`.

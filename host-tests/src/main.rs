@@ -8,8 +8,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use host_tests::is_broken_pipe;
 
-/// Stereo self-calibration on a host: replay a recording, or generate one, and see what the
-/// calibrator makes of it.
+/// Stereo self-calibration on a host: replay a recording, or generate one, and print what the
+/// calibrator estimates.
 ///
 /// The calibrator estimates R and t of a stereo rig (p_r = R p_l + t, |t| = 1) from left/right
 /// correspondences alone, pair by pair, and fuses the pairs.

@@ -3,10 +3,9 @@
 //! Erratum 1 (sign of `J_0`) is tested where `J_0` is: `reference`; the half of erratum 6 that is
 //! about arccos in `metrics` of the core.
 
-use host_tests::evaluation::Evaluation;
-use host_tests::oracle::Rays;
-use host_tests::reference::{self, Options};
-use host_tests::replay::replay;
+use host_tests::baselines::literal_paper::{self, Options};
+use host_tests::data::Rays;
+use host_tests::run::{RunLog, replay};
 use host_tests::synth::{Scene, rig};
 use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::metrics::Deviation;
@@ -19,7 +18,7 @@ fn tilted() -> Extrinsics<f64> {
     rig(ROTATION, BASELINE).unwrap()
 }
 
-fn run(scene: &Scene, pairs: usize, seed: u64) -> Evaluation {
+fn run(scene: &Scene, pairs: usize, seed: u64) -> RunLog {
     let set = scene.dataset(pairs, seed).unwrap();
     replay::<f32>(&set, Config::paper(), Extrinsics::SIDE_BY_SIDE, |_| ()).unwrap()
 }
@@ -52,7 +51,7 @@ fn erratum_4_t_is_minus_the_first_row_and_points_from_right_to_left() {
         })
         .collect();
     let start = Vector3::new(-1.0, 0.02, 0.03);
-    let solution = reference::solve(&Matrix3::identity(), &start, &rays, Options::literal(1.0));
+    let solution = literal_paper::solve(&Matrix3::identity(), &start, &rays, Options::literal(1.0));
     assert!((solution.translation() + Vector3::x()).norm() < 1e-9);
     let plain = Scene { noise_px: 0.0, ..Scene::default() };
     let fused = run(&plain, 1, 4).fused().unwrap().extrinsics;
@@ -62,8 +61,8 @@ fn erratum_4_t_is_minus_the_first_row_and_points_from_right_to_left() {
 #[test]
 fn erratum_5_the_solver_goes_on_until_the_step_is_small() {
     let scene = Scene { rig: tilted(), noise_px: 0.0, ..Scene::default() };
-    let evaluation = run(&scene, 1, 5);
-    let solved = evaluation.steps()[0].solved.unwrap();
+    let log = run(&scene, 1, 5);
+    let solved = log.steps()[0].solved.unwrap();
     // "Insufficiently small" would have stopped it at the first, large step.
     assert!(solved.passes > 3, "{}", solved.passes);
     assert!(solved.error.translation < 1e-4 && solved.error.rotation < 1e-4);
@@ -71,14 +70,14 @@ fn erratum_5_the_solver_goes_on_until_the_step_is_small() {
 
 #[test]
 fn erratum_6_at_the_identity_the_axis_is_noise_and_the_estimate_says_so() {
-    let evaluation = run(&Scene::default(), 50, 6);
-    assert_eq!(evaluation.fused().unwrap().doubt, Some(Doubt::Axis));
+    let log = run(&Scene::default(), 50, 6);
+    assert_eq!(log.fused().unwrap().doubt, Some(Doubt::Axis));
     let away = run(&Scene { rig: tilted(), ..Scene::default() }, 50, 6);
     assert_eq!(away.fused().unwrap().doubt, None);
 }
 
 #[test]
-fn erratum_7_a_huber_weight_alone_does_not_survive_gross_mismatches() {
+fn erratum_7_a_huber_weight_alone_does_not_survive_gross_outliers() {
     let error = |outliers| {
         let scene = Scene { rig: tilted(), outliers, ..Scene::default() };
         let fused = run(&scene, 30, 7).fused().unwrap().extrinsics;
@@ -89,14 +88,14 @@ fn erratum_7_a_huber_weight_alone_does_not_survive_gross_mismatches() {
 }
 
 #[test]
-fn erratum_8_a_gauge_row_of_weight_1_bends_the_optimum_where_mismatches_abound() {
+fn erratum_8_a_gauge_row_of_weight_1_bends_the_optimum_where_outliers_abound() {
     let scene = Scene { rig: tilted(), outliers: 0.4, ..Scene::default() };
     let pair = scene.pairs(8).next().unwrap();
     let rays: Vec<Rays> =
         pair.matches.iter().map(|m| scene.rays([m.ul, m.vl, m.ur, m.vr])).collect();
     let solve = |gauge_weight| {
         let options = Options { gauge_weight, ..Options::literal(1.0 / scene.focal) };
-        reference::solve(&Matrix3::identity(), &-Vector3::x(), &rays, options)
+        literal_paper::solve(&Matrix3::identity(), &-Vector3::x(), &rays, options)
     };
     let [printed, exact] = [solve(1.0), solve(1e6)];
     assert!(printed.converged && exact.converged);

@@ -6,9 +6,8 @@
 use std::fmt::Write;
 
 use expect_test::expect_file;
-use host_tests::dataset::Dataset;
-use host_tests::evaluation::Step;
-use host_tests::replay::replay;
+use host_tests::data::Dataset;
+use host_tests::run::{Step, replay};
 use stereo_selfcal::{Config, Extrinsics};
 
 fn table(name: &str) -> String {

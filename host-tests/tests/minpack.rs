@@ -3,10 +3,9 @@
 #[path = "../benches/cost/minpack.rs"]
 mod minpack;
 
-use host_tests::campaign::five_degrees_off;
-use host_tests::oracle::Rays;
-use host_tests::reference::{self, Options};
-use host_tests::synth::Scene;
+use host_tests::baselines::literal_paper::{self, Options};
+use host_tests::data::Rays;
+use host_tests::synth::{Scene, five_degrees_off};
 use levenberg_marquardt::{LeastSquaresProblem, differentiate_numerically};
 use minpack::RowOffsets;
 use nalgebra_034::Vector6;
@@ -23,7 +22,7 @@ fn start() -> Extrinsics<f64> {
     Extrinsics::SIDE_BY_SIDE
 }
 
-fn off(solution: &reference::Solution, from: &Extrinsics<f64>) -> f64 {
+fn off(solution: &literal_paper::Solution, from: &Extrinsics<f64>) -> f64 {
     let found = Extrinsics::try_new(&solution.rotation(), &solution.translation()).unwrap();
     let off = Deviation::between(&found, from);
     off.rotation.max(off.translation)
@@ -42,7 +41,7 @@ fn the_optimum_is_that_of_the_transcription_without_huber_weights() {
     let fit = RowOffsets::new(&start(), &rays).minimise();
     let start = start();
     let (r, t) = (start.rotation().matrix(), start.translation().into_inner());
-    let literal = reference::solve(r, &t, &rays, Options::literal(f64::INFINITY));
+    let literal = literal_paper::solve(r, &t, &rays, Options::literal(f64::INFINITY));
     let literal = Extrinsics::try_new(&literal.rotation(), &literal.translation()).unwrap();
     assert!(off(&fit.solution, &literal) < 1e-7, "{fit:?}");
 }

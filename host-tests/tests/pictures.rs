@@ -1,10 +1,10 @@
 //! Warps, disparities and spheres: that the pictures show what there is.
 
-use host_tests::pictures::{
-    Disparities, Estimates, Grey, Rectification, Scene, comparison, disparity_picture,
+use host_tests::evidence::pictures::{
+    Disparities, Estimates, Grey, PicturedScene, Rectification, comparison, disparity_picture,
     pair_picture, sphere_figure, turned, warp,
 };
-use host_tests::report::Picture;
+use host_tests::evidence::report::Picture;
 use host_tests::synth::rig;
 use nalgebra::Matrix3;
 use rand::{RngExt, SeedableRng};
@@ -44,7 +44,7 @@ fn errors(found: &Disparities, truth: impl Fn(f64) -> f64) -> [f64; 3] {
 fn the_warp_that_moves_nothing_changes_nothing() {
     let image = texture(1);
     assert_eq!(warp(&image, SIZE, Some), image);
-    let set = Scene::shipped("motorcycle_sift", 0.0).unwrap();
+    let set = PicturedScene::shipped("motorcycle_sift", 0.0).unwrap();
     let camera = set.set.cameras::<f64>().unwrap().right;
     assert_eq!(turned(&set.right, &camera, &Matrix3::identity()), set.right);
 }
@@ -87,7 +87,7 @@ fn two_unrelated_textures_agree_nearly_nowhere() {
 
 #[test]
 fn rows_of_a_turned_pair_align_and_its_disparities_are_found_after_calibration_only() {
-    let all = comparison(&Scene::shipped("motorcycle_sift", 5.0).unwrap()).unwrap();
+    let all = comparison(&PicturedScene::shipped("motorcycle_sift", 5.0).unwrap()).unwrap();
     let [start, ours] = [&all[0], &all[3]].map(|a| a.outcome.as_ref().unwrap());
     let [before, after] = [start.scores, ours.scores];
     assert!(before.row_offset_px > 20.0 && after.row_offset_px < 0.6, "{before:?} {after:?}");
@@ -116,7 +116,7 @@ fn scene_size(one: &Rectification) -> [u32; 2] {
 
 #[test]
 fn the_published_depth_agrees_with_the_published_rig_and_with_what_is_found() {
-    let scene = Scene::shipped("motorcycle_sift", 0.0).unwrap();
+    let scene = PicturedScene::shipped("motorcycle_sift", 0.0).unwrap();
     let [left, right] = scene.set.cameras::<f64>().map(|c| [c.left, c.right]).unwrap();
     let [[cx, cy], [cx_r, _]] = [left, right].map(|camera| camera.intrinsics().principal);
     let target = RectifiedCamera { focal: left.mean_focal(), principal: [cx, cy] };
@@ -147,7 +147,7 @@ fn every_pair_is_on_its_sphere() {
         })
         .collect();
     let estimates = Estimates { pairs, fused: Some(reference), reference };
-    let figure = sphere_figure("sphere", &estimates, "selfcal replay").unwrap();
+    let figure = sphere_figure("sphere", &estimates, "selfcal replay");
     assert_eq!(figure.panels.len(), 4);
     for (picture, label) in &figure.panels {
         let Picture::Svg(svg) = picture else { panic!("{label} is no SVG") };

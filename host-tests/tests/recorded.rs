@@ -1,12 +1,9 @@
 //! The core on every recorded pair, plain and turned: against the literal reference, `f32` against
 //! `f64`, and against the extrinsics that came with the data.
 
-use host_tests::dataset::{Dataset, Match};
-use host_tests::evaluation::{Summary, in_f64};
-use host_tests::oracle::Rays;
-use host_tests::reference::{self, Options, Solution};
-use host_tests::replay::{CAPACITY, replay};
-use host_tests::view::View;
+use host_tests::baselines::literal_paper::{self, Options, Solution};
+use host_tests::data::{Dataset, Match, Rays, TurnedView, in_f64};
+use host_tests::run::{CAPACITY, Summary, replay};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use stereo_selfcal::metrics::baseline_angle;
 use stereo_selfcal::{Calibrator, Config, Extrinsics, PairError, PairReport, Scalar, Stop, so3};
@@ -24,7 +21,7 @@ fn shipped(name: &str) -> Dataset {
 /// Every pair of the shipped sets, as recorded and turned by 5 degrees four ways, with its name.
 fn for_every_pair(mut check: impl FnMut(&str, &Dataset, &[Match])) {
     for set in Dataset::SHIPPED.map(shipped) {
-        let turned = [View::Top, View::Bottom, View::Left, View::Right]
+        let turned = [TurnedView::Top, TurnedView::Bottom, TurnedView::Left, TurnedView::Right]
             .map(|view| view.turn(&set, 5.0).unwrap());
         for set in std::iter::once(&set).chain(&turned) {
             for (i, pair) in set.pairs.iter().enumerate() {
@@ -73,7 +70,7 @@ fn solve_literally(
     let (r, t) = start.map_or((Matrix3::identity(), -Vector3::x()), |start| {
         (*start.rotation().matrix(), start.translation().into_inner())
     });
-    reference::solve(&r, &t, &rays, options)
+    literal_paper::solve(&r, &t, &rays, options)
 }
 
 /// Angles in `R` and `t` between two estimates, rad.
@@ -88,10 +85,10 @@ fn gap_to(ours: &Extrinsics<f64>, theirs: &Solution) -> f64 {
     r.max(t)
 }
 
-/// Figure 1. The paper's gauge row `e_0` has weight 1 beside residuals of 1e-3: where mismatches
+/// Figure 1. The paper's gauge row `e_0` has weight 1 beside residuals of 1e-3: where outliers
 /// abound the optimum pays some `e_0` for smaller residuals, up to 4e-3 rad of gauge and 2e-4 rad of
 /// `R`, `t` (erratum 8). The core keeps eq 8 exactly, so it is held to the reference whose row is
-/// heavy; on the sets without mismatches the weight of 1 must give the same too.
+/// heavy; on the sets without outliers the weight of 1 must give the same too.
 #[test]
 fn paper_preset_and_literal_reference_reach_the_same_extrinsics_on_every_recorded_pair() {
     let [mut compared, mut beyond_limit] = [0; 2];
@@ -167,7 +164,7 @@ fn chessboard_corners_come_out_near_their_reference() {
 }
 
 #[test]
-fn natural_mismatches_are_survived_by_the_robust_preset() {
+fn natural_outliers_are_survived_by_the_robust_preset() {
     let set = shipped("opencv_chess_sift");
     let run = replay::<f32>(&set, Config::robust(), Extrinsics::SIDE_BY_SIDE, |_| ()).unwrap();
     let summary = run.summary(&set).unwrap();

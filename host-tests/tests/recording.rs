@@ -34,7 +34,7 @@ fn a_page_of_a_data_set_has_every_part_and_its_numbers_are_those_of_the_run() {
     };
     for (name, field, factor) in [
         ("R against the reference, e_theta", "e_theta", 1e3),
-        ("standard deviation of t, claimed", "sd_translation", 1e3),
+        ("standard deviation of t, reported", "sd_translation", 1e3),
         ("row offset of fitting matches after, RMS", "rms_px_after", 1.0),
     ] {
         let expected = json[field].as_f64().unwrap() * factor;

@@ -1,17 +1,14 @@
 //! Scenarios do what their names say, and a rig that moves is compared with its own truth.
 
 use clap::ValueEnum;
-use host_tests::dataset::Dataset;
-use host_tests::depth::Depth;
-use host_tests::replay::replay;
-use host_tests::scenario::{Frame, Kind, Scenario};
-use host_tests::synth::{Scene, rig};
-use host_tests::view::View;
+use host_tests::data::{Dataset, TurnedView};
+use host_tests::run::replay;
+use host_tests::synth::{Depth, Scenario, ScenarioKind, ScenarioPair, Scene, rig};
 use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::metrics::rotation_angle;
 use stereo_selfcal::{Config, Extrinsics, so3};
 
-fn frames(kind: Kind, pairs: usize) -> Vec<Frame> {
+fn frames(kind: ScenarioKind, pairs: usize) -> Vec<ScenarioPair> {
     let mut scenario = Scenario::new(kind, pairs);
     scenario.scene.rig = rig([2.0, -3.0, 1.0], [2.0, -1.0]).unwrap();
     scenario.scene.outliers = 0.2;
@@ -19,7 +16,7 @@ fn frames(kind: Kind, pairs: usize) -> Vec<Frame> {
 }
 
 /// Inverse depths of the points of a frame and their left rays of unit depth.
-fn inverse_depths(Frame { scene, pair }: &Frame) -> Vec<(f64, Vector3<f64>)> {
+fn inverse_depths(ScenarioPair { scene, pair }: &ScenarioPair) -> Vec<(f64, Vector3<f64>)> {
     let inverse = |&pixels: &[f64; 4]| {
         let [p_l, p_r] = scene.rays(pixels);
         // p_r z_r = R p_l z_l + t, crossed with p_r.
@@ -31,7 +28,7 @@ fn inverse_depths(Frame { scene, pair }: &Frame) -> Vec<(f64, Vector3<f64>)> {
 }
 
 /// Largest distance of the points from their common plane, in inverse depth, and its slope.
-fn fitted_plane(frame: &Frame) -> (f64, [f64; 2]) {
+fn fitted_plane(frame: &ScenarioPair) -> (f64, [f64; 2]) {
     let points = inverse_depths(frame);
     let normal: Matrix3<f64> = points.iter().map(|(_, p)| p * p.transpose()).sum();
     let right: Vector3<f64> = points.iter().map(|(inverse, p)| p * *inverse).sum();
@@ -42,29 +39,31 @@ fn fitted_plane(frame: &Frame) -> (f64, [f64; 2]) {
 
 #[test]
 fn every_scenario_is_the_same_for_the_same_seed_and_another_for_another() {
-    for &kind in Kind::value_variants() {
+    for &kind in ScenarioKind::value_variants() {
         let scenario = Scenario::new(kind, 4);
-        let of = |seed| scenario.frames(seed).unwrap().collect::<Vec<Frame>>();
+        let of = |seed| scenario.frames(seed).unwrap().collect::<Vec<ScenarioPair>>();
         assert_eq!(of(1), of(1), "{kind}");
         assert_ne!(of(1)[0].pair, of(2)[0].pair, "{kind}");
         assert_eq!(of(1).len(), 4, "{kind}");
         let fresh = of(1)[2].pair.clean != of(1)[3].pair.clean;
-        assert_eq!(fresh, kind != Kind::Parked, "{kind}");
+        assert_eq!(fresh, kind != ScenarioKind::Parked, "{kind}");
     }
 }
 
 #[test]
 fn near_is_the_scene_that_the_figures_are_of() {
     let default = Scene::default();
-    let frames = Scenario::new(Kind::Near, 3).frames(5).unwrap();
-    for (Frame { scene, pair }, expected) in frames.zip(default.pairs(5)) {
+    let frames = Scenario::new(ScenarioKind::Near, 3).frames(5).unwrap();
+    for (ScenarioPair { scene, pair }, expected) in frames.zip(default.pairs(5)) {
         assert_eq!((&scene, pair), (&default, expected));
     }
 }
 
 #[test]
 fn far_points_are_far() {
-    for (kind, [near, far]) in [(Kind::Far, [30.0, 800.0]), (Kind::VeryFar, [300.0, 3000.0])] {
+    for (kind, [near, far]) in
+        [(ScenarioKind::Far, [30.0, 800.0]), (ScenarioKind::VeryFar, [300.0, 3000.0])]
+    {
         for (inverse, _) in frames(kind, 3).iter().flat_map(inverse_depths) {
             assert!((near - 0.001..far + 0.01).contains(&inverse.recip()), "{kind} {inverse}");
         }
@@ -73,7 +72,7 @@ fn far_points_are_far() {
 
 #[test]
 fn a_narrow_band_is_in_the_middle_rows() {
-    for Frame { pair, .. } in frames(Kind::NarrowBand, 3) {
+    for ScenarioPair { pair, .. } in frames(ScenarioKind::NarrowBand, 3) {
         let rows = pair.clean.iter().map(|[_, v, ..]| (v - 599.5).abs() / 1199.0);
         assert!((0.07..=0.075).contains(&rows.fold(0.0, f64::max)));
     }
@@ -82,7 +81,7 @@ fn a_narrow_band_is_in_the_middle_rows() {
 #[test]
 fn points_of_a_planar_pair_are_coplanar_and_the_plane_is_new_in_each() {
     let mut seen: Vec<[f64; 2]> = Vec::new();
-    for frame in frames(Kind::Planar, 50) {
+    for frame in frames(ScenarioKind::Planar, 50) {
         let (off, [x, y]) = fitted_plane(&frame);
         assert!(off < 1e-9, "{off}");
         let slant = x.hypot(y).atan().to_degrees();
@@ -90,12 +89,12 @@ fn points_of_a_planar_pair_are_coplanar_and_the_plane_is_new_in_each() {
         assert!(seen.iter().all(|[u, v]| (x - u).hypot(y - v) > 1e-6));
         seen.push([x, y]);
     }
-    assert!(fitted_plane(&frames(Kind::Near, 1)[0]).0 > 0.1);
+    assert!(fitted_plane(&frames(ScenarioKind::Near, 1)[0]).0 > 0.1);
 }
 
 #[test]
 fn a_fronto_parallel_plane_has_one_depth_a_pair() {
-    let depths: Vec<f64> = frames(Kind::FrontoParallel, 50)
+    let depths: Vec<f64> = frames(ScenarioKind::FrontoParallel, 50)
         .iter()
         .map(|frame| {
             let inverse = inverse_depths(frame);
@@ -109,23 +108,23 @@ fn a_fronto_parallel_plane_has_one_depth_a_pair() {
 
 #[test]
 fn heterogeneous_pairs_differ_in_matches_depth_and_band() {
-    let frames = frames(Kind::Heterogeneous, 200);
+    let frames = frames(ScenarioKind::Heterogeneous, 200);
     let matches: Vec<usize> = frames.iter().map(|f| f.pair.matches.len()).collect();
     assert!(matches.iter().all(|n| (48..=512).contains(n)));
     assert!(matches.iter().any(|&n| n < 80) && matches.iter().any(|&n| n > 480));
     let centred = frames.iter().filter(|f| (f.scene.band_centre - 0.5).abs() < 1e-9).count();
     assert!((70..130).contains(&centred), "{centred}");
-    let mut few = Scenario::new(Kind::Heterogeneous, 5);
+    let mut few = Scenario::new(ScenarioKind::Heterogeneous, 5);
     few.scene.matches = 30;
     assert!(few.frames(1).unwrap().all(|frame| frame.pair.matches.len() == 30));
 }
 
 #[test]
-fn parked_pairs_show_the_same_points_and_mismatches_under_new_noise() {
-    let frames = frames(Kind::Parked, 5);
+fn parked_pairs_show_the_same_points_and_outliers_under_new_noise() {
+    let frames = frames(ScenarioKind::Parked, 5);
     let first = &frames[0].pair;
     assert!(first.inlier.contains(&false));
-    for Frame { pair, .. } in &frames[1..] {
+    for ScenarioPair { pair, .. } in &frames[1..] {
         assert_eq!((&pair.clean, &pair.matched), (&first.clean, &first.matched));
         assert_eq!(pair.inlier, first.inlier);
         assert_ne!(pair.matches, first.matches);
@@ -135,7 +134,7 @@ fn parked_pairs_show_the_same_points_and_mismatches_under_new_noise() {
 #[test]
 fn a_step_turns_the_rig_once_by_so_many_degrees() {
     for (pairs, still) in [(1, 1), (10, 5), (11, 6)] {
-        let frames = frames(Kind::Step, pairs);
+        let frames = frames(ScenarioKind::Step, pairs);
         for (i, frame) in frames.iter().enumerate() {
             let turn = rotation_angle(frame.scene.rig.rotation(), frames[0].scene.rig.rotation());
             let expected = if i < still { 0.0 } else { 0.5_f64.to_radians() };
@@ -146,7 +145,7 @@ fn a_step_turns_the_rig_once_by_so_many_degrees() {
 
 #[test]
 fn a_drift_turns_the_rig_by_as_much_with_every_pair() {
-    let frames = frames(Kind::Drift, 20);
+    let frames = frames(ScenarioKind::Drift, 20);
     for two in frames.windows(2) {
         let turn = two[1].scene.rig.rotation() * two[0].scene.rig.rotation().inverse();
         let vector = so3::log(&turn);
@@ -160,7 +159,7 @@ fn a_drift_turns_the_rig_by_as_much_with_every_pair() {
 
 #[test]
 fn a_flight_vibrates_warps_is_knocked_once_and_climbs() {
-    let scenario = Scenario::new(Kind::Flight, 100);
+    let scenario = Scenario::new(ScenarioKind::Flight, 100);
     let calm = Scenario { vibration_deg: 0.0, ..scenario.clone() };
     let [rigs, steady] = [&scenario, &calm].map(|scenario| scenario.rigs(4).unwrap());
     let turn = |a: &Extrinsics<f64>, b: &Extrinsics<f64>| {
@@ -175,7 +174,7 @@ fn a_flight_vibrates_warps_is_knocked_once_and_climbs() {
         let expected = if i + 1 == scenario.turned_from() { 0.3 } else { 0.0005 };
         assert!((turned - expected).abs() < 0.0006, "{i}: {turned}");
     }
-    let farthest = |frame: &Frame| match frame.scene.depth {
+    let farthest = |frame: &ScenarioPair| match frame.scene.depth {
         Depth::LogUniform([_, far]) => far,
         Depth::Plane { .. } => f64::NAN,
     };
@@ -185,14 +184,14 @@ fn a_flight_vibrates_warps_is_knocked_once_and_climbs() {
 
 #[test]
 fn a_pair_that_cannot_be_seen_is_named() {
-    let away = Scenario { turn_deg: 15.0, ..Scenario::new(Kind::Drift, 30) };
+    let away = Scenario { turn_deg: 15.0, ..Scenario::new(ScenarioKind::Drift, 30) };
     let error = format!("{:#}", away.frames(1).err().unwrap());
     assert!(error.contains("pair "), "{error}");
 }
 
 /// A step of 2 degrees, without noise.
 fn step() -> Dataset {
-    let mut scenario = Scenario { turn_deg: 2.0, ..Scenario::new(Kind::Step, 6) };
+    let mut scenario = Scenario { turn_deg: 2.0, ..Scenario::new(ScenarioKind::Step, 6) };
     scenario.scene.noise_px = 0.0;
     scenario.dataset(3).unwrap()
 }
@@ -219,13 +218,14 @@ fn pairs_and_estimate_are_compared_with_the_truth_of_their_time() {
 
 #[test]
 fn a_turned_view_turns_the_truth_of_each_pair() {
-    let ([single, _], _) = errors(&View::Top.turn(&step(), 3.0).unwrap());
+    let ([single, _], _) = errors(&TurnedView::Top.turn(&step(), 3.0).unwrap());
     assert!(single.iter().all(|&e| e < 1e-4), "{single:?}");
 }
 
 #[test]
 fn what_a_moving_scenario_saves_loads_back_with_the_rig_of_each_pair() {
-    for (kind, rigs) in [(Kind::Step, 4), (Kind::Drift, 4), (Kind::Near, 0)] {
+    for (kind, rigs) in [(ScenarioKind::Step, 4), (ScenarioKind::Drift, 4), (ScenarioKind::Near, 0)]
+    {
         let set = Scenario::new(kind, 4).dataset(1).unwrap();
         assert_eq!(set.rigs.len(), rigs, "{kind}");
         let dir = tempfile::tempdir().unwrap();

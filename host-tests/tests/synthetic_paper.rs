@@ -1,8 +1,8 @@
-//! Figure 3: on generated scenes without mismatches the paper preset is at the Cramer-Rao bound, and
+//! Figure 3: on generated scenes without outliers the paper preset is at the Cramer-Rao bound, and
 //! its fusion beside the joint fit of all correspondences.
 
-use host_tests::evaluation::in_f64;
-use host_tests::oracle::{self, Rays};
+use host_tests::bounds;
+use host_tests::data::{Rays, in_f64};
 use host_tests::synth::{Scene, SynthPair, rig};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -51,7 +51,7 @@ fn trial<T: Scalar>(scene: &Scene, seed: u64) -> Trial {
     let noise = scene.noise_px / scene.focal;
     let bounds = pairs.iter().map(|pair| {
         let clean: Vec<Rays> = pair.clean.iter().map(|&pixels| scene.rays(pixels)).collect();
-        oracle::cramer_rao(truth, clean.iter(), noise)
+        bounds::cramer_rao(truth, clean.iter(), noise)
     });
     let bounds = bounds.collect();
     let measured: Vec<Rays> = pairs
@@ -63,7 +63,7 @@ fn trial<T: Scalar>(scene: &Scene, seed: u64) -> Trial {
         singles,
         bounds,
         fused: Deviation::between(&in_f64(&estimate.extrinsics), truth),
-        joint: Deviation::between(&oracle::joint_fit(truth, &measured), truth),
+        joint: Deviation::between(&bounds::joint_fit(truth, &measured), truth),
     }
 }
 

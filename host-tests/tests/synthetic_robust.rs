@@ -1,11 +1,10 @@
-//! The robust preset on generated scenes with mismatches: against the Cramer-Rao bound of the true
+//! The robust preset on generated scenes with outliers: against the Cramer-Rao bound of the true
 //! inliers (one pair) and against the joint fit of all true inliers (fused). `f32`.
 
-use host_tests::campaign::{self, Run, five_degrees_off, nees_band, runs};
-use host_tests::evaluation::in_f64;
-use host_tests::oracle::{self, Rays};
-use host_tests::scenario::{Kind, Scenario};
-use host_tests::synth::{Scene, SynthPair, rig};
+use host_tests::bounds;
+use host_tests::data::{Rays, in_f64};
+use host_tests::run::monte_carlo::{self, Run, nees_band, runs};
+use host_tests::synth::{Scenario, ScenarioKind, Scene, SynthPair, five_degrees_off, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Calibrator, Config, PairError};
 
@@ -52,7 +51,7 @@ fn single_pairs(scene: &Scene, seed: u64) -> Single {
         calibrator.clear_pair();
         let inliers = pair.clean.iter().zip(&pair.inlier).filter(|(_, inlier)| **inlier);
         let clean: Vec<Rays> = inliers.map(|(&pixels, _)| scene.rays(pixels)).collect();
-        let bound = oracle::cramer_rao(&scene.rig, clean.iter(), scene.noise_px / scene.focal);
+        let bound = bounds::cramer_rao(&scene.rig, clean.iter(), scene.noise_px / scene.focal);
         let Ok(report) = report else { continue };
         let error = Deviation::between(&in_f64(&report.extrinsics), &scene.rig);
         let success =
@@ -74,11 +73,11 @@ fn single_pairs(scene: &Scene, seed: u64) -> Single {
 }
 
 #[test]
-fn a_single_pair_is_near_the_cramer_rao_bound_whatever_the_mismatches() {
+fn a_single_pair_is_near_the_cramer_rao_bound_whatever_the_outliers() {
     for (outliers, limit) in [(0.0, 1.10), (0.3, 1.10), (0.5, 1.15)] {
         let Single { ratio: [t, r], success, chi2_t } = single_pairs(&scene(outliers), 31);
         println!(
-            "{outliers} mismatches: sigma_t {t:.3}, sigma_theta {r:.3} of the bound, \
+            "{outliers} outliers: sigma_t {t:.3}, sigma_theta {r:.3} of the bound, \
              success {success:.3}, squared error of t over prediction {chi2_t:.2}"
         );
         assert!(t <= limit && r <= limit, "{outliers}: {t} {r}");
@@ -88,14 +87,14 @@ fn a_single_pair_is_near_the_cramer_rao_bound_whatever_the_mismatches() {
 }
 
 #[test]
-fn six_in_ten_mismatches_from_5_degrees_off_are_survived() {
+fn six_in_ten_outliers_from_5_degrees_off_are_survived() {
     let single = single_pairs(&scene(0.6), 32);
     println!("success {:.3}", single.success);
     assert!(single.success >= 0.95);
 }
 
 /// Runs of a scenario, 5 degrees off.
-fn campaign(kind: Kind, outliers: f64, pairs: usize, trials: u64) -> Vec<Run> {
+fn campaign(kind: ScenarioKind, outliers: f64, pairs: usize, trials: u64) -> Vec<Run> {
     let mut scenario = Scenario::new(kind, pairs);
     scenario.scene.outliers = outliers;
     scenario.scene.rig = five_degrees_off();
@@ -105,12 +104,15 @@ fn campaign(kind: Kind, outliers: f64, pairs: usize, trials: u64) -> Vec<Run> {
 
 #[test]
 fn fused_pairs_are_near_the_joint_fit_of_all_true_inliers_and_claim_what_they_know() {
-    for (kind, outliers) in
-        [(Kind::Near, 0.5), (Kind::Far, 0.3), (Kind::Heterogeneous, 0.5), (Kind::Planar, 0.3)]
-    {
+    for (kind, outliers) in [
+        (ScenarioKind::Near, 0.5),
+        (ScenarioKind::Far, 0.3),
+        (ScenarioKind::Heterogeneous, 0.5),
+        (ScenarioKind::Planar, 0.3),
+    ] {
         let runs = campaign(kind, outliers, 100, 200);
-        let fused = campaign::rms(runs.iter().filter_map(Run::last).map(|m| m.error));
-        let joint = campaign::rms(runs.iter().filter_map(|run| run.oracle));
+        let fused = monte_carlo::rms(runs.iter().filter_map(Run::last).map(|m| m.error));
+        let joint = monte_carlo::rms(runs.iter().filter_map(|run| run.joint_fit));
         let [t, r] = [fused.translation / joint.translation, fused.rotation / joint.rotation];
         let nees = runs.iter().filter_map(Run::last).map(|m| m.nees).sum::<f64>() / 200.0;
         let locked = runs.iter().filter_map(Run::locked_at).max().unwrap() + 1;
@@ -119,23 +121,25 @@ fn fused_pairs_are_near_the_joint_fit_of_all_true_inliers_and_claim_what_they_kn
         let [low, high] = nees_band(200);
         assert!((low..high).contains(&nees), "{kind}: {nees}");
         assert!(runs.iter().all(|run| run.locked_at().is_some()) && locked <= 10, "{kind}");
-        let [pairs, false_ones] =
-            runs.iter().map(Run::locked_and_false).fold([0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+        let [pairs, false_ones] = runs
+            .iter()
+            .map(Run::locked_and_overconfident)
+            .fold([0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
         assert!(false_ones * 1000 < pairs, "{kind}: {false_ones} of {pairs}");
     }
 }
 
 #[test]
 fn a_knock_is_followed_in_three_pairs() {
-    let mut scenario = Scenario::new(Kind::Step, 60);
+    let mut scenario = Scenario::new(ScenarioKind::Step, 60);
     scenario.scene.outliers = 0.3;
     scenario.turn_deg = 0.3;
     let config = Config::default().with_automatic_apply(true);
     let runs = runs::<f32>(&scenario, config, 50_000..50_100, || ()).unwrap();
     let in_use =
-        |pair: usize| campaign::rms(runs.iter().map(|run| run.moments[pair].unwrap().in_use));
+        |pair: usize| monte_carlo::rms(runs.iter().map(|run| run.pairs[pair].unwrap().in_use));
     // The step comes with pair 30; a fresh estimate has three pairs with pair 2.
-    let fresh = campaign::rms(runs.iter().map(|run| run.moments[2].unwrap().error));
+    let fresh = monte_carlo::rms(runs.iter().map(|run| run.pairs[2].unwrap().error));
     let after = in_use(32);
     println!("in use three pairs after the step: {after:?}, fresh after three {fresh:?}");
     assert!(in_use(30).rotation > 5e-3);
@@ -143,13 +147,13 @@ fn a_knock_is_followed_in_three_pairs() {
 }
 
 #[test]
-fn mismatches_alone_never_lock() {
-    let runs = campaign(Kind::Near, 1.0, 30, 50);
+fn outliers_alone_never_lock() {
+    let runs = campaign(ScenarioKind::Near, 1.0, 30, 50);
     assert!(runs.iter().all(|run| run.locked_at().is_none()));
 }
 
 #[test]
-fn nothing_but_mismatches_is_refused() {
+fn nothing_but_outliers_is_refused() {
     let scene = scene(0.0);
     let mut calibrator = calibrator(&scene);
     let mut solved = 0;
@@ -164,6 +168,6 @@ fn nothing_but_mismatches_is_refused() {
         solved += u32::from(calibrator.solve_pair() != Err(PairError::NoConsensus));
         calibrator.clear_pair();
     }
-    println!("{solved} of 1000 pairs of mismatches were taken for a rig");
+    println!("{solved} of 1000 pairs of outliers were taken for a rig");
     assert_eq!(solved, 0);
 }

@@ -2,9 +2,8 @@
 //! that survive.
 
 use assert_cmd::Command;
-use host_tests::dataset::{Dataset, Match};
-use host_tests::evaluation::in_f64;
-use host_tests::wire::{Faults, FaultyWire, Recording, Sender, Sent, quantised};
+use host_tests::data::{Dataset, Match, in_f64};
+use host_tests::wire::{DecodedStream, Faults, FaultyWire, Sender, Sent, quantised};
 use stereo_selfcal::link::{Decoder, Received};
 use stereo_selfcal::{Calibrator, Config};
 
@@ -21,7 +20,7 @@ fn controller(set: &Dataset) -> Box<Controller> {
 }
 
 fn solve_and_fuse(controller: &mut Controller) {
-    if let Ok(report) = controller.solve_pair() {
+    if controller.solve_pair().is_ok() {
         let _ = controller.fuse();
     }
     controller.clear_pair();
@@ -81,7 +80,7 @@ fn a_recording_has_what_the_data_set_has_to_the_resolution_of_the_wire() {
         let sender = Sender::of(&set).unwrap();
         let frames = (0..).zip(&set.pairs).flat_map(|(i, pair)| sender.frame(i, pair).0);
         let bytes: Vec<u8> = frames.collect();
-        let recording = Recording::decode(&bytes);
+        let recording = DecodedStream::decode(&bytes);
         assert_eq!(recording.to_string(), format!("{} whole frames", set.pairs.len()));
         let back = recording.dataset(name, set.meta.clone()).unwrap();
         for (sent, seen) in set.pairs.iter().zip(&back.pairs) {
@@ -101,7 +100,7 @@ fn steps_received(steps: &[f64]) -> Vec<f32> {
     let at = |&step: &f64| Match { ul: 100.0, vl: 90.0, ur: 80.0, vr: 90.0, score: 1.0, step };
     let pair: Vec<Match> = steps.iter().map(at).collect();
     let sender = Sender::new([640, 480], steps.iter().copied()).unwrap();
-    let recording = Recording::decode(&sender.frame(0, &pair).0);
+    let recording = DecodedStream::decode(&sender.frame(0, &pair).0);
     let [(_, seen)] = &recording.frames[..] else { panic!("{recording}") };
     seen.iter().map(|c| c.grid_step).collect()
 }
@@ -180,7 +179,7 @@ fn a_stream_replays_to_the_bits_of_the_controller_that_received_it() {
     controller.set_cameras(set.cameras().unwrap());
     let (mut rest, mut decoder) = (&bytes[..], Decoder::new());
     while decoder.feed(&mut rest, &mut *controller).unwrap().is_some() {
-        let report = controller.solve_pair().unwrap();
+        controller.solve_pair().unwrap();
         let _ = controller.fuse();
         controller.clear_pair();
     }

@@ -16,7 +16,8 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use clap::Parser;
-use host_tests::{is_broken_pipe, progress};
+use host_tests::is_broken_pipe;
+use host_tests::run::progress;
 
 use table::Table;
 

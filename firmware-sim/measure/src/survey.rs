@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use indicatif::ProgressBar;
+use host_tests::run::progress::Bar;
 
 use crate::image::{Image, compiler};
 use crate::table::{Row, Table};
@@ -21,11 +21,7 @@ pub(crate) fn steps(repeat: usize) -> usize {
 ///
 /// * `repeat`: runs of each program, which must all print the same.
 /// * `calls`: is given what each program prints of single calls.
-pub(crate) fn table(
-    repeat: usize,
-    progress: &ProgressBar,
-    mut calls: impl FnMut(&str),
-) -> Result<Table> {
+pub(crate) fn table(repeat: usize, progress: &Bar, mut calls: impl FnMut(&str)) -> Result<Table> {
     let mut table = Table { compiler: String::new(), rows: Vec::new() };
     for variant in Variant::all() {
         progress.set_message(format!("builds and runs, building for {variant}"));
@@ -46,7 +42,7 @@ pub(crate) fn table(
     Ok(table)
 }
 
-fn repeated(board: Board, program: &Path, repeat: usize, progress: &ProgressBar) -> Result<String> {
+fn repeated(board: Board, program: &Path, repeat: usize, progress: &Bar) -> Result<String> {
     let mut texts = (0..repeat).map(|_| {
         let text = emulate::output(board, program);
         progress.inc(1);

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
-use host_tests::dataset::Dataset;
+use host_tests::data::Dataset;
 
 use super::emulator::Machine;
 

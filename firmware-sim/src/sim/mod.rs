@@ -16,8 +16,9 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 use clap::Parser;
 use firmware_sim::App;
+use host_tests::is_broken_pipe;
+use host_tests::run::plot;
 use host_tests::wire::{Sender, SimMatcher};
-use host_tests::{is_broken_pipe, plot};
 
 use args::{Cli, Command, ReplayArgs};
 
@@ -63,10 +64,10 @@ fn replay(args: &ReplayArgs, out: &mut impl Write) -> Result<()> {
 
     report::heading(out, &set)?;
     let run = play::play(&set, &matcher, &mut app, out)?;
-    report::evaluation(out, &set, &run)?;
+    report::summary(out, &set, &run)?;
 
     let plot = args.plot(&set);
-    plot::write_svg(&plot, &set, &run.evaluation)?;
+    plot::write_svg(&plot, &set, &run.log)?;
     writeln!(out, "plot               {}", plot.display())?;
 
     match (app.apply(), app.calibrator().proposal()) {

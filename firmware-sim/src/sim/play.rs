@@ -6,9 +6,8 @@ use anyhow::Result;
 use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
 use firmware_sim::App;
-use host_tests::dataset::Dataset;
-use host_tests::evaluation::{Evaluation, Step, in_f64};
-use host_tests::progress;
+use host_tests::data::{Dataset, in_f64};
+use host_tests::run::{RunLog, Step, progress};
 use host_tests::wire::SimMatcher;
 use stereo_selfcal::Health;
 
@@ -17,7 +16,7 @@ use super::drive::{Driven, drive};
 /// A run of the application over a data set.
 pub(super) struct Run {
     /// Pair by pair, against the truth.
-    pub(super) evaluation: Evaluation,
+    pub(super) log: RunLog,
     /// As of the last pair that had matches to judge by.
     pub(super) health: Option<Health<f32>>,
 }
@@ -37,7 +36,7 @@ where
     RDY: InputPin<Error: Send + Sync + 'static>,
 {
     let start = in_f64(app.calibrator().in_use());
-    let mut run = Run { evaluation: Evaluation::new(set.truth()?, start), health: None };
+    let mut run = Run { log: RunLog::new(set.truth()?, start), health: None };
     let bar = progress::over(set.pairs.len(), "pairs");
     writeln!(out, "pair {}", Step::HEADING)?;
     for (sequence, pair) in (0_u32..).zip(&set.pairs) {
@@ -45,7 +44,7 @@ where
         let Driven { taken, pair: solved, change } = drive(app)?;
         let estimate = app.calibrator().proposal();
         let counts = [pair.len(), taken];
-        let step = run.evaluation.record(counts, solved.outcome, estimate.as_ref());
+        let step = run.log.record(counts, solved.outcome, estimate.as_ref());
         bar.suspend(|| {
             writeln!(out, "{sequence:>4} {step}")?;
             change.map_or(Ok(()), |[before, after]| writeln!(out, "     {before} -> {after}"))

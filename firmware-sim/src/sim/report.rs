@@ -3,8 +3,8 @@
 use std::io::Write;
 
 use anyhow::Result;
-use host_tests::dataset::Dataset;
-use host_tests::evaluation::Summary;
+use host_tests::data::Dataset;
+use host_tests::run::Summary;
 use stereo_selfcal::{ApplyError, DEPTHS_M, Extrinsics, Health, Scalar};
 
 use super::play::Run;
@@ -25,11 +25,11 @@ pub(super) fn heading(out: &mut impl Write, set: &Dataset) -> Result<()> {
 }
 
 /// The final table, and what puts its figures in proportion.
-pub(super) fn evaluation(out: &mut impl Write, set: &Dataset, run: &Run) -> Result<()> {
-    let summary = run.evaluation.summary(set)?;
+pub(super) fn summary(out: &mut impl Write, set: &Dataset, run: &Run) -> Result<()> {
+    let summary = run.log.summary(set)?;
     writeln!(out, "\n{summary}")?;
     if let Some([t, r]) = error_over_claim(&summary) {
-        writeln!(out, "error / claimed sd {t:.1} in t, {r:.1} in R")?;
+        writeln!(out, "error / reported sd {t:.1} in t, {r:.1} in R")?;
     }
     if let Some((t, r)) = set.meta.sigma_t_deg.zip(set.meta.sigma_r_deg) {
         writeln!(out, "sd of reference    {t:.4} deg in t, {r:.4} deg in R")?;
@@ -37,7 +37,7 @@ pub(super) fn evaluation(out: &mut impl Write, set: &Dataset, run: &Run) -> Resu
     if let Some(h) = run.health {
         health(out, &h, set.meta.baseline_m.map(f32::lit))?;
     }
-    let left_out: usize = run.evaluation.steps().iter().map(|s| s.offered - s.taken).sum();
+    let left_out: usize = run.log.steps().iter().map(|s| s.offered - s.taken).sum();
     if left_out > 0 {
         let why = format!("over {CAPACITY} a pair, or without a ray");
         writeln!(out, "left out           {left_out} matches: {why}")?;
@@ -45,7 +45,7 @@ pub(super) fn evaluation(out: &mut impl Write, set: &Dataset, run: &Run) -> Resu
     Ok(())
 }
 
-/// Errors of `t` and `R` in their own claimed standard deviations.
+/// Errors of `t` and `R` in their own reported standard deviations.
 fn error_over_claim(summary: &Summary) -> Option<[f64; 2]> {
     let t = summary.e_t? / summary.sd_translation?;
     let r = summary.e_theta? / summary.sd_rotation?;

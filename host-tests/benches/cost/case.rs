@@ -3,12 +3,8 @@
 use std::fmt;
 
 use anyhow::{Result, bail, ensure};
-use host_tests::campaign::five_degrees_off;
-use host_tests::dataset::Match;
-use host_tests::evaluation::in_f64;
-use host_tests::oracle::Rays;
-use host_tests::scenario::Kind;
-use host_tests::synth::{Scene, SynthPair};
+use host_tests::data::{Match, Rays, in_f64};
+use host_tests::synth::{ScenarioKind, Scene, SynthPair, five_degrees_off};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Calibrator, Config, Extrinsics, PairError, PairReport, State};
 
@@ -55,7 +51,7 @@ impl fmt::Display for Method {
 pub(crate) struct Case {
     pub(crate) matches: usize,
     /// Share of them.
-    pub(crate) mismatches: f64,
+    pub(crate) outliers: f64,
     pub(crate) method: Method,
 }
 
@@ -90,9 +86,9 @@ impl Case {
         let methods =
             [Method::Acquiring, Method::Pass, Method::Locked, Method::Paper, Method::Minpack];
         [64, 256, 1024].into_iter().flat_map(move |matches| {
-            [0.0, 0.3].into_iter().flat_map(move |mismatches| {
-                methods.map(|method| Self { matches, mismatches, method })
-            })
+            [0.0, 0.3]
+                .into_iter()
+                .flat_map(move |outliers| methods.map(|method| Self { matches, outliers, method }))
         })
     }
 
@@ -136,8 +132,8 @@ impl Case {
     }
 
     fn scene(&self) -> Scene {
-        let (matches, outliers) = (self.matches, self.mismatches);
-        Scene { rig: five_degrees_off(), matches, outliers, ..Kind::Near.scene() }
+        let (matches, outliers) = (self.matches, self.outliers);
+        Scene { rig: five_degrees_off(), matches, outliers, ..ScenarioKind::Near.scene() }
     }
 }
 

@@ -13,7 +13,7 @@
 //! - `lmder`: the crate `levenberg-marquardt` on the paper's row offsets, see [`minpack`].
 //!
 //! Columns, over the same [`case::PAIRS`] generated pairs:
-//! - `wrong`: share of mismatches;
+//! - `wrong`: share of outliers;
 //! - `us`: median time of a pair on this host, caches warm;
 //! - `instr`: mean instructions of a pair, counted by valgrind's callgrind in a run of its own,
 //!   without generating the scene and filling the batch; `-` without valgrind. The same build gives
@@ -140,7 +140,7 @@ fn print_row(case: &Case, us: f64, count: Option<&Count>, results: &Results) {
         "| {:4} | {:3.0} % | {:17} | {us:5.0} | {instructions:>8} | {per_pass:>16} | {:6.1} | {:>6} \
          | {:>7} | {:>11} |",
         case.matches,
-        case.mismatches * 100.0,
+        case.outliers * 100.0,
         case.method.to_string(),
         passes / as_f64(solved),
         format!("{solved}/{}", results.pairs),

@@ -4,8 +4,8 @@
 //! Six parameters, the rotation vectors of `R_l` and `R_r` from the start; `N + 1` residuals, the
 //! gauge row `e_0` (eq 10) before the row offsets (eq 11). `f64`, no Huber weights, default tolerances.
 
-use host_tests::oracle::Rays;
-use host_tests::reference::{Solution, initial};
+use host_tests::baselines::literal_paper::{Solution, initial};
+use host_tests::data::Rays;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra_034::{
     DVector, Dyn, Matrix3, OMatrix, Owned, Rotation3, RowVector3, U6, Vector3, Vector6,

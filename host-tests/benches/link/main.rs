@@ -20,8 +20,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
-use host_tests::scenario::Kind;
-use host_tests::synth::Scene;
+use host_tests::synth::{ScenarioKind, Scene};
 use host_tests::wire::Sender;
 use stereo_selfcal::link::{Decoder, Event};
 use stereo_selfcal::{Calibrator, Config};
@@ -87,7 +86,7 @@ impl Case {
     }
 
     fn jobs(&self) -> Result<Vec<Job>> {
-        let scene = Scene { matches: self.matches, ..Kind::Near.scene() };
+        let scene = Scene { matches: self.matches, ..ScenarioKind::Near.scene() };
         scene.check()?;
         let sender = Sender::new(scene.size, [0.0])?;
         let calibrator = match self.work {

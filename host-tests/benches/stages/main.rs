@@ -6,13 +6,11 @@
 //! ```
 
 use divan::{Bencher, black_box};
-use host_tests::campaign::five_degrees_off;
-use host_tests::dataset::{Dataset, Match};
-use host_tests::scenario::Kind;
-use host_tests::synth::Scene;
+use host_tests::data::{Dataset, Match};
+use host_tests::synth::{ScenarioKind, Scene, five_degrees_off};
 use host_tests::wire::Sender;
 use stereo_selfcal::link::{Decoder, Event};
-use stereo_selfcal::{Calibrator, Config, Correspondence, PairReport};
+use stereo_selfcal::{Calibrator, Config, Correspondence};
 
 /// Pairs that lock a calibrator.
 const LOCKING: usize = 20;
@@ -25,7 +23,7 @@ fn main() {
 
 /// A generated recording: pairs that lock, then one that is measured.
 fn recording() -> Dataset {
-    let scene = Scene { rig: five_degrees_off(), outliers: 0.3, ..Kind::Near.scene() };
+    let scene = Scene { rig: five_degrees_off(), outliers: 0.3, ..ScenarioKind::Near.scene() };
     scene.dataset(LOCKING + 1, 1).expect("the scene can be seen")
 }
 
@@ -44,7 +42,7 @@ fn calibrator(config: Config, fused: usize) -> Box<Calibrator256> {
             calibrator.push(&m).expect("generated matches are in the image");
         }
         if pair < fused {
-            let report = calibrator.solve_pair().expect("the pair has an answer");
+            calibrator.solve_pair().expect("the pair has an answer");
             let _ = calibrator.fuse();
         }
     }

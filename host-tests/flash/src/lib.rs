@@ -1,7 +1,7 @@
 //! NOR flash that loses power at a chosen word, and rots.
 //!
 //! It panics where the store breaks the rules of NOR flash: words written twice, ranges not of whole
-//! words or blocks. What power was lost in is undefined as the driver's contract says.
+//! words or blocks. An interrupted operation leaves undefined words, as the driver's contract allows.
 
 use core::cell::Cell;
 use std::rc::Rc;
@@ -42,7 +42,7 @@ pub enum Tear {
     Call,
     /// Words up to the cut, then one that reads as erased and is not.
     Hidden,
-    /// As `Word`; and what is torn cannot be read.
+    /// As `Word`; and torn words cannot be read.
     Ecc,
 }
 
@@ -59,7 +59,7 @@ enum Word {
 /// `W`: bytes of a word; `E`: bytes of an erase block.
 #[derive(Debug, Clone)]
 pub struct Flash<const W: usize, const E: usize> {
-    /// What is in it.
+    /// Its content.
     pub bytes: Vec<u8>,
     words: Vec<Word>,
     /// Words and blocks until power is lost.
@@ -68,7 +68,7 @@ pub struct Flash<const W: usize, const E: usize> {
     pub operations: u32,
     /// Erasures of each block.
     pub erased: Vec<u32>,
-    /// Block that takes no more words, and whether it says so.
+    /// Block that takes no more words, and whether it reports an error.
     pub worn: Option<(usize, bool)>,
     /// Nothing can be read.
     pub is_deaf: Rc<Cell<bool>>,
@@ -92,7 +92,7 @@ impl<const W: usize, const E: usize> Flash<W, E> {
         Self::of(bytes, seed)
     }
 
-    /// With this in it: what is all ones counts as erased.
+    /// With this content: words of all ones count as erased.
     #[must_use]
     pub fn of(bytes: Vec<u8>, seed: u64) -> Self {
         let erased = |word: &[u8]| word.iter().all(|byte| *byte == 0xff);
@@ -239,7 +239,7 @@ impl<const W: usize, const E: usize> NorFlash for Flash<W, E> {
             match self.words[word] {
                 Word::Torn if reads_erased => return Err(Fault::Torn),
                 Word::Erased if reads_erased || self.rot.is_some() => (),
-                state => panic!("word {word} is written onto what is {state:?}"),
+                state => panic!("word {word} is written in state {state:?}"),
             }
             match self.worn {
                 Some((block, true)) if block == word * W / E => return Err(Fault::Worn),

@@ -1,4 +1,4 @@
-//! Any bytes as records of what was learnt: `cargo fuzz run --sanitizer none record` in `host-tests`.
+//! Arbitrary bytes as saved records: `cargo fuzz run --sanitizer none record` in `host-tests`.
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| abuse::abuse_record(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| fuzz_harness::run_record(bytes));

@@ -5,21 +5,21 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use clap::Args;
-use host_tests::bench::pair_file::PairFile;
-use host_tests::bench::{self, Outcome};
-use host_tests::progress;
+use host_tests::data::PairFile;
+use host_tests::run::progress;
+use host_tests::run::single_pairs::{self, SinglePairStats};
 use stereo_selfcal::{Config, Scalar};
 
 use super::setup::{Number, Preset};
 
-/// Solve each pair of a file by itself, and say how long it takes and how far off it is.
+/// Solve each pair of a file alone; print the time and the error.
 ///
 /// The file is little endian: u32 pairs, u32 correspondences a pair n; then for each pair n times
 /// x_l y_l x_r y_r, R row by row, t, all f64. Rays are at unit depth, undistorted; p_r = R p_l + t.
 /// `selfcal synth --rays FILE` writes one.
 ///
 /// Every pair is solved alone, from R = I, t = (-1, 0, 0), by a calibrator that knows of no other. The
-/// clock runs over solve_pair, all passes and the judgement; taking the matches into the batch is timed
+/// clock runs over solve_pair, all passes and the evaluation; pushing the matches into the batch is timed
 /// beside it. The file is gone through once before the clock counts.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -39,7 +39,7 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_enum, default_value_t = Number::F32)]
     scalar: Number,
 
-    /// What the calibrator's pixels are at unit depth, px: the file has rays alone.
+    /// Focal length of the calibrator's camera, px: the file has rays only.
     #[arg(long, default_value_t = 1400.0, value_name = "PX")]
     focal: f64,
 
@@ -69,7 +69,7 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<()> {
 }
 
 impl BenchArgs {
-    fn run<T: Scalar>(&self, file: &PairFile) -> Result<Outcome> {
+    fn run<T: Scalar>(&self, file: &PairFile) -> Result<SinglePairStats> {
         match file.matches() {
             0..=64 => self.run_within::<T, 64>(file),
             65..=128 => self.run_within::<T, 128>(file),
@@ -81,14 +81,15 @@ impl BenchArgs {
         }
     }
 
-    fn run_within<T: Scalar, const N: usize>(&self, file: &PairFile) -> Result<Outcome> {
+    fn run_within<T: Scalar, const N: usize>(&self, file: &PairFile) -> Result<SinglePairStats> {
         let config = match self.preset {
             Preset::Robust => Config::robust(),
             Preset::Paper => Config::paper(),
         };
-        let bar = progress::over(file.pairs.len(), "pairs");
-        bar.set_length(bar.length().unwrap_or(0) * u64::from(self.rounds + 1));
-        let outcome = bench::run::<T, N>(file, config, self.focal, self.rounds, || bar.inc(1))?;
+        let rounds = usize::try_from(self.rounds)? + 1;
+        let bar = progress::over(file.pairs.len() * rounds, "pairs");
+        let outcome =
+            single_pairs::run::<T, N>(file, config, self.focal, self.rounds, || bar.inc(1))?;
         bar.finish_and_clear();
         Ok(outcome)
     }

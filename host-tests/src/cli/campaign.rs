@@ -4,25 +4,23 @@ use std::io::{self, Write};
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use host_tests::campaign::{Run, five_degrees_off, long_run, nees_band, rms, runs};
-use host_tests::grid::Grid;
-use host_tests::progress;
-use host_tests::scenario::{Kind, Scenario};
-use host_tests::synth::rig;
+use host_tests::run::monte_carlo::{Run, long_run, nees_band, rms, runs};
+use host_tests::run::progress;
+use host_tests::synth::{Grid, Scenario, ScenarioKind, five_degrees_off, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Config, Fused, Scalar, State};
 
-/// Run the robust preset over many generated scenes, against what their data allow at best.
+/// Run the robust preset over many generated scenes, against the best that their data allow.
 ///
 /// Every row is one scene; its runs have seeds of their own, 5 degrees off about all axes and t 5
-/// degrees off unless said. What the columns mean is printed above them. Errors in rad.
+/// degrees off by default. The meaning of the columns is printed above them. Errors in rad.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal campaign single
   selfcal campaign fused --trials 1000 --pairs 20
   selfcal campaign steps --seed 7")]
 pub(crate) struct CampaignArgs {
-    /// What is measured.
+    /// The measurement.
     #[arg(value_enum)]
     what: What,
 
@@ -47,7 +45,7 @@ enum What {
     Fused,
     /// A rig that turns once, or a little with every pair, or not at all.
     Steps,
-    /// Nothing but mismatches.
+    /// Nothing but outliers.
     Garbage,
     /// Coordinates rounded to a grid, or to that of a pyramid's levels.
     Grids,
@@ -71,7 +69,7 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<()> {
 }
 
 impl CampaignArgs {
-    fn scenario(&self, kind: Kind, outliers: f64, pairs: usize) -> Scenario {
+    fn scenario(&self, kind: ScenarioKind, outliers: f64, pairs: usize) -> Scenario {
         let mut scenario = Scenario::new(kind, self.pairs.unwrap_or(pairs));
         scenario.scene.outliers = outliers;
         scenario.scene.rig = five_degrees_off();
@@ -97,7 +95,7 @@ impl CampaignArgs {
         writeln!(out, "matches  wrong  sigma_t  sigma_theta  within 4 bounds  passes mean, most")?;
         let cases = [(256, 0.0), (256, 0.3), (256, 0.5), (256, 0.6), (64, 0.3), (64, 0.5)];
         for (matches, outliers) in cases {
-            let mut scenario = self.scenario(Kind::Near, outliers, 1);
+            let mut scenario = self.scenario(ScenarioKind::Near, outliers, 1);
             scenario.scene.matches = matches;
             let runs = self.runs::<f32>(&scenario)?;
             let good = |run: &&Run| {
@@ -126,37 +124,19 @@ impl CampaignArgs {
         let [low, high] = nees_band(usize::try_from(self.trials)?);
         writeln!(
             out,
-            "e: RMS error over that of the joint fit. nees: mean squared error over the claimed"
+            "e: RMS error over that of the joint fit. nees: mean squared error over the reported"
         )?;
         writeln!(
             out,
-            "covariance, 5 if true, {low:.2} to {high:.2} with 99 %. false: pairs locked and off by"
+            "covariance, 5 if consistent, {low:.2} to {high:.2} with 99 %. false: pairs locked and off by"
         )?;
-        writeln!(
-            out,
-            "more than 5 claimed deviations, and runs so at lock. passes: locked, and before"
-        )?;
+        writeln!(out, "more than 5 reported sd, and runs so at lock. passes: locked, and before")?;
         writeln!(
             out,
             "scene            wrong matches    e_t  e_theta   nees  locked  by pair  \
              false pairs, locks  watch  passes mean, most"
         )?;
-        let mut cases = Vec::new();
-        for (kind, outliers) in [
-            (Kind::Near, vec![0.0, 0.1, 0.3, 0.5]),
-            (Kind::Far, vec![0.1, 0.3]),
-            (Kind::VeryFar, vec![0.1, 0.3]),
-            (Kind::Heterogeneous, vec![0.1, 0.5]),
-            (Kind::NarrowBand, vec![0.3]),
-            (Kind::Planar, vec![0.3, 0.5]),
-            (Kind::FrontoParallel, vec![0.3, 0.5]),
-        ] {
-            cases.extend(outliers.into_iter().map(|o| (kind, o, None)));
-        }
-        for matches in [54, 64] {
-            cases.extend([0.1, 0.3, 0.5].map(|o| (Kind::Near, o, Some(matches))));
-        }
-        for (kind, outliers, matches) in cases {
+        for (kind, outliers, matches) in fused_cases() {
             let mut scenario = self.scenario(kind, outliers, 100);
             if let Some(matches) = matches {
                 scenario.scene.matches = matches;
@@ -164,13 +144,13 @@ impl CampaignArgs {
             let matches = scenario.scene.matches;
             let runs = self.runs::<f32>(&scenario)?;
             let e = rms(runs.iter().filter_map(Run::last).map(|m| m.error));
-            let o = rms(runs.iter().filter_map(|run| run.oracle));
+            let o = rms(runs.iter().filter_map(|run| run.joint_fit));
             let locks: Vec<usize> = runs.iter().filter_map(Run::locked_at).collect();
             let false_lock = |run: &&Run| {
-                let at = run.locked_at().and_then(|at| run.moments[at]);
-                at.is_some_and(|m| m.over_claim > 5.0)
+                let at = run.locked_at().and_then(|at| run.pairs[at]);
+                at.is_some_and(|m| m.error_in_sd > 5.0)
             };
-            let false_pairs: usize = runs.iter().map(|run| run.locked_and_false()[1]).sum();
+            let false_pairs: usize = runs.iter().map(|run| run.locked_and_overconfident()[1]).sum();
             let nees: f64 = runs.iter().filter_map(Run::last).map(|m| m.nees).sum();
             let locked = passes(&runs, |state| state == State::Locked);
             let before = passes(&runs, |state| state != State::Locked);
@@ -204,14 +184,14 @@ impl CampaignArgs {
         )?;
         writeln!(
             out,
-            "e_theta in use, RMS, and worst error over claimed deviation, n pairs from the step on"
+            "e_theta in use, RMS, and worst error over reported sd, n pairs from the step on"
         )?;
         writeln!(
             out,
-            "step deg  found median, last, never  alarms   n: e_t, e_theta, worst claim"
+            "step deg  found median, last, never  alarms   n: e_t, e_theta, worst error/sd"
         )?;
         for degrees in [5.0, 0.5, 0.3, 0.1, 0.05, 0.02, 0.01] {
-            let mut scenario = self.scenario(Kind::Step, 0.1, 200);
+            let mut scenario = self.scenario(ScenarioKind::Step, 0.1, 200);
             scenario.turn_deg = degrees;
             let runs = self.runs::<f32>(&scenario)?;
             let step = scenario.pairs.div_ceil(2);
@@ -227,23 +207,23 @@ impl CampaignArgs {
                 runs.len() - found.len(),
             )?;
             for n in [0, 1, 3, 6, 15, 100] {
-                if let Some((e, claim)) = after(&runs, step + n) {
-                    write!(out, "  {n}: {:.1e}, {:.1e}, {claim:.1}", e.translation, e.rotation)?;
+                if let Some((e, worst)) = after(&runs, step + n) {
+                    write!(out, "  {n}: {:.1e}, {:.1e}, {worst:.1}", e.translation, e.rotation)?;
                 }
             }
             writeln!(out)?;
         }
-        let mut drift = self.scenario(Kind::Drift, 0.1, 100);
+        let mut drift = self.scenario(ScenarioKind::Drift, 0.1, 100);
         drift.turn_deg = 0.01;
         let runs = self.runs::<f32>(&drift)?;
         write!(out, "drift of 0.01 degrees a pair")?;
         for n in [9, 24, 49, 74, 99] {
-            if let Some((e, claim)) = after(&runs, n + 1) {
-                write!(out, "  {}: {:.1e}, {:.1e}, {claim:.1}", n + 1, e.translation, e.rotation)?;
+            if let Some((e, worst)) = after(&runs, n + 1) {
+                write!(out, "  {}: {:.1e}, {:.1e}, {worst:.1}", n + 1, e.translation, e.rotation)?;
             }
         }
-        let calm = self.runs::<f32>(&self.scenario(Kind::Near, 0.1, 300))?;
-        let pairs: usize = calm.iter().map(|run| run.moments.len()).sum();
+        let calm = self.runs::<f32>(&self.scenario(ScenarioKind::Near, 0.1, 300))?;
+        let pairs: usize = calm.iter().map(|run| run.pairs.len()).sum();
         writeln!(
             out,
             "\nno step: {} changes of estimate after lock in {pairs} pairs",
@@ -255,7 +235,7 @@ impl CampaignArgs {
     fn garbage(&self) -> Result<()> {
         let mut out = io::stdout();
         for matches in [256, 64] {
-            let mut scenario = self.scenario(Kind::Near, 1.0, 100);
+            let mut scenario = self.scenario(ScenarioKind::Near, 1.0, 100);
             scenario.scene.matches = matches;
             let runs = self.runs::<f32>(&scenario)?;
             let locked = runs.iter().filter(|run| run.locked_at().is_some()).count();
@@ -279,7 +259,7 @@ impl CampaignArgs {
         for noise in [0.1, 0.3] {
             for (name, grid, effective) in grids(noise) {
                 for (off, rig) in &rigs {
-                    let mut scenario = self.scenario(Kind::Near, 0.1, 100);
+                    let mut scenario = self.scenario(ScenarioKind::Near, 0.1, 100);
                     (scenario.scene.noise_px, scenario.scene.grid) = (noise, grid);
                     scenario.scene.rig = *rig;
                     let runs = self.runs::<f32>(&scenario)?;
@@ -303,7 +283,12 @@ impl CampaignArgs {
     fn numbers(&self) -> Result<()> {
         let mut out = io::stdout();
         writeln!(out, "f32 against f64: RMS and largest difference over the bound of all pairs")?;
-        for kind in [Kind::Near, Kind::Far, Kind::VeryFar, Kind::Heterogeneous] {
+        for kind in [
+            ScenarioKind::Near,
+            ScenarioKind::Far,
+            ScenarioKind::VeryFar,
+            ScenarioKind::Heterogeneous,
+        ] {
             let scenario = self.scenario(kind, 0.3, 1000);
             let [single, double] = [self.runs::<f32>(&scenario)?, self.runs::<f64>(&scenario)?];
             let pairs = f64::from(u32::try_from(scenario.pairs)?).sqrt();
@@ -326,22 +311,42 @@ impl CampaignArgs {
 
     fn long(&self) -> Result<()> {
         let mut out = io::stdout();
-        let scenario = self.scenario(Kind::Near, 0.3, 1_000_000);
+        let scenario = self.scenario(ScenarioKind::Near, 0.3, 1_000_000);
         let bar = progress::over(scenario.pairs, "pairs");
         let kept = long_run::<f32>(&scenario, Config::default(), self.seed, || bar.inc(1))?;
         bar.finish_and_clear();
-        writeln!(out, "pairs     error of t, R       worst over claimed deviation  state")?;
+        writeln!(out, "pairs     error of t, R       worst over reported sd        state")?;
         for (pairs, m) in kept {
             let Deviation { translation, rotation } = m.error;
-            let claim = m.over_claim;
+            let worst = m.error_in_sd;
             writeln!(
                 out,
-                "{pairs:>8}  {translation:.2e} {rotation:.2e}   {claim:.2}  {}",
+                "{pairs:>8}  {translation:.2e} {rotation:.2e}   {worst:.2}  {}",
                 m.state
             )?;
         }
         Ok(())
     }
+}
+
+/// Scenario, share of outliers, and matches a pair where they are not the scenario's.
+fn fused_cases() -> Vec<(ScenarioKind, f64, Option<usize>)> {
+    let mut cases = Vec::new();
+    for (kind, outliers) in [
+        (ScenarioKind::Near, vec![0.0, 0.1, 0.3, 0.5]),
+        (ScenarioKind::Far, vec![0.1, 0.3]),
+        (ScenarioKind::VeryFar, vec![0.1, 0.3]),
+        (ScenarioKind::Heterogeneous, vec![0.1, 0.5]),
+        (ScenarioKind::NarrowBand, vec![0.3]),
+        (ScenarioKind::Planar, vec![0.3, 0.5]),
+        (ScenarioKind::FrontoParallel, vec![0.3, 0.5]),
+    ] {
+        cases.extend(outliers.into_iter().map(|o| (kind, o, None)));
+    }
+    for matches in [54, 64] {
+        cases.extend([0.1, 0.3, 0.5].map(|o| (ScenarioKind::Near, o, Some(matches))));
+    }
+    cases
 }
 
 /// Name, grid, and standard deviation of noise and rounding together, px.
@@ -364,37 +369,36 @@ fn passes(runs: &[Run], state: impl Fn(State) -> bool) -> [f64; 2] {
     let mut all = Vec::new();
     for run in runs {
         let mut before = State::Acquiring;
-        for moment in run.moments.iter().flatten() {
+        for after_pair in run.pairs.iter().flatten() {
             // A pair that is rejected takes more, and makes the state suspect.
-            if state(before) && state(moment.state) {
-                all.extend(moment.passes.map(f64::from));
+            if state(before) && state(after_pair.state) {
+                all.extend(after_pair.passes.map(f64::from));
             }
-            before = moment.state;
+            before = after_pair.state;
         }
     }
     let count = f64::from(u32::try_from(all.len()).unwrap_or(u32::MAX));
     [all.iter().sum::<f64>() / count, all.iter().copied().fold(0.0, f64::max)]
 }
 
-/// Changes of the estimate by the watch or a challenger.
+/// Changes of the estimate by change detection or a challenger.
 fn changes(run: &Run, pairs: std::ops::Range<usize>) -> usize {
     let changed = |fused: Option<Fused>| matches!(fused, Some(Fused::Renewed | Fused::TookOver));
-    run.moments[pairs].iter().flatten().filter(|m| changed(m.fused)).count()
+    run.pairs[pairs].iter().flatten().filter(|m| changed(m.fused)).count()
 }
 
 fn alarms(runs: &[Run], from: usize) -> usize {
-    runs.iter().map(|run| changes(run, from..run.moments.len())).sum()
+    runs.iter().map(|run| changes(run, from..run.pairs.len())).sum()
 }
 
 /// Pairs from a step to the first change of the estimate.
 fn found_after(run: &Run, step: usize) -> Option<usize> {
-    (step..run.moments.len()).find(|&at| changes(run, at..at + 1) > 0).map(|at| at - step + 1)
+    (step..run.pairs.len()).find(|&at| changes(run, at..at + 1) > 0).map(|at| at - step + 1)
 }
 
-/// RMS error in use after so many pairs, and the worst error of an estimate over its claim.
+/// RMS error in use after so many pairs, and the worst error of an estimate over its reported sd.
 fn after(runs: &[Run], pairs: usize) -> Option<(Deviation<f64>, f64)> {
-    let at: Vec<_> =
-        runs.iter().filter_map(|run| *run.moments.get(pairs.checked_sub(1)?)?).collect();
-    let claim = at.iter().map(|m| m.over_claim).fold(0.0, f64::max);
-    (!at.is_empty()).then(|| (rms(at.iter().map(|m| m.in_use)), claim))
+    let at: Vec<_> = runs.iter().filter_map(|run| *run.pairs.get(pairs.checked_sub(1)?)?).collect();
+    let worst = at.iter().map(|m| m.error_in_sd).fold(0.0, f64::max);
+    (!at.is_empty()).then(|| (rms(at.iter().map(|m| m.in_use)), worst))
 }

@@ -5,21 +5,21 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use host_tests::evaluate::effort::Effort;
-use host_tests::evaluate::{Evaluated, Request, evaluate};
-use host_tests::progress;
+use host_tests::evidence::effort::Effort;
+use host_tests::evidence::{Evaluated, Request, evaluate};
+use host_tests::run::progress;
 
 /// Compare the presets with the methods of the literature, and write the evidence as one page.
 ///
-/// Recorded data sets from five views, generated scenes over mismatches, pairs, depth and noise, and a
-/// rig that is knocked; every method gets the same rays and the same start. The page (index.html) holds its
+/// Recorded data sets from five views, generated scenes over outliers, pairs, depth and noise, and a
+/// rig that is knocked once; every method gets the same rays and the same start. The page (index.html) holds its
 /// pictures and loads nothing; every number of it is in a file of csv/ beside it.
 ///
-/// What was measured is kept in cells.jsonl: an evaluation that was interrupted goes on where it was,
-/// and one made again by the same program measures nothing twice. The same program comes to the same
+/// Measurements are kept in cells.jsonl: an interrupted evaluation resumes where it was,
+/// and the same program measures nothing twice. The same program writes the same
 /// page, whatever the number of threads.
 #[derive(Debug, Args)]
-#[expect(clippy::struct_excessive_bools, reason = "flags of a command line, each by itself")]
+#[expect(clippy::struct_excessive_bools, reason = "independent flags of a command line")]
 #[command(after_help = "Examples:
   selfcal evaluate
   selfcal evaluate --data path/to/my_recordings --out target/mine
@@ -63,16 +63,16 @@ pub(crate) struct EvaluateArgs {
 /// Runs `selfcal evaluate`.
 pub(crate) fn evaluate_all(args: &EvaluateArgs) -> Result<()> {
     let bar = progress::over(0, "cells");
-    let Evaluated { page, tally, order } = evaluate(&args.request(), &args.out, &bar)?;
+    let Evaluated { page, counts, order } = evaluate(&args.request(), &args.out, &bar)?;
     bar.finish_and_clear();
     let mut out = io::stdout();
-    let measured = tally.cells - tally.reused - tally.failed.len();
+    let measured = counts.measurements - counts.reused - counts.failed.len();
     writeln!(
         out,
         "cells        {}: {measured} measured, {} reused, {} failed",
-        tally.cells,
-        tally.reused,
-        tally.failed.len()
+        counts.measurements,
+        counts.reused,
+        counts.failed.len()
     )?;
     let [holds, all, unexplained] = order;
     writeln!(

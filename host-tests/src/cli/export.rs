@@ -5,15 +5,15 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
 use clap::Args;
-use host_tests::conventions::{Document, Format};
-use host_tests::dataset::{Dataset, Meta, rows};
+use host_tests::data::conventions::{Document, Format};
+use host_tests::data::{Dataset, Meta, rows};
 use stereo_selfcal::State;
 
 use super::setup::Setup;
 use super::source::Source;
 
 /// Write a rig as the files of OpenCV, Kalibr or ROS: that of a data set as it stands, or, with
-/// --replayed, what the calibrator makes of it.
+/// --replayed, with the extrinsics that the calibrator estimates.
 ///
 /// Ours: p_r = R p_l + t, |t| = 1, and the baseline in metres beside it; a side-by-side rig has
 /// t = (-1, 0, 0). In OpenCV's files x_2 = R x_1 + T, so T = b t. In Kalibr's T_cn_cnm1 of cam1 is
@@ -74,13 +74,13 @@ impl ExportArgs {
     }
 
     fn calibrated(&self, set: Dataset) -> Result<Meta> {
-        let evaluation = self.setup.replay(&set, |_| ())?;
-        let estimate = evaluation.fused().with_context(|| {
+        let log = self.setup.replay(&set, |_| ())?;
+        let estimate = log.fused().with_context(|| {
             format!("none of the {} pairs of {} could be fused", set.pairs.len(), set.name)
         })?;
         eprintln!("{} pairs of {}: {estimate}", set.pairs.len(), set.name);
         if estimate.state != State::Locked || estimate.doubt.is_some() {
-            eprintln!("the calibrator does not vouch for this estimate");
+            eprintln!("the calibrator does not confirm this estimate");
         }
         let r = rows(estimate.extrinsics.rotation().matrix());
         let t = estimate.extrinsics.translation().into_inner().into();

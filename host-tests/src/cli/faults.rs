@@ -29,7 +29,7 @@ pub(super) struct FaultArgs {
 }
 
 impl FaultArgs {
-    /// What is not said is as in `default`.
+    /// Options that are not given are those of `default`.
     pub(super) fn faults(&self, default: Faults) -> Faults {
         Faults {
             damaged: self.damaged.unwrap_or(default.damaged),

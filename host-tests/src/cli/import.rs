@@ -6,9 +6,9 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
 use clap::Args;
-use host_tests::conventions::{self, Unknowns};
+use host_tests::data::conventions::{self, Unknowns};
 
-use super::numbers;
+use super::parse::numbers;
 
 /// Read the rig in the files of OpenCV, Kalibr or ROS, and write it as the meta.json of a data set,
 /// for `selfcal replay FILE --rig meta.json` or a recording of your own.

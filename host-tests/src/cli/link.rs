@@ -4,8 +4,8 @@ use std::io::{self, Write};
 
 use anyhow::{Result, ensure};
 use clap::Args;
-use host_tests::progress;
-use host_tests::wire::{Campaign, Faults, Tally};
+use host_tests::run::progress;
+use host_tests::wire::{Faults, Soak, SoakCounts};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::faults::FaultArgs;
@@ -46,33 +46,33 @@ pub(crate) fn link(args: &LinkArgs) -> Result<()> {
         let left = args.frames - share * u64::from(SHARE);
         let frames = u32::try_from(left).unwrap_or(SHARE).min(SHARE);
         let seed = args.faults.seed.wrapping_mul(1 << 32).wrapping_add(share);
-        Campaign { frames, faults, seed }.run(|sent| bar.inc(sent))
+        Soak { frames, faults, seed }.run(|sent| bar.inc(sent))
     };
-    let tally = (0..shares).into_par_iter().map(run).reduce(Tally::default, Tally::plus);
+    let counts = (0..shares).into_par_iter().map(run).reduce(SoakCounts::default, SoakCounts::plus);
     bar.finish_and_clear();
-    print(&tally)?;
-    ensure!(tally.is_good(), "the link broke a promise");
+    print(&counts)?;
+    ensure!(counts.is_good(), "the link broke a promise");
     Ok(())
 }
 
-fn print(tally: &Tally) -> Result<()> {
+fn print(counts: &SoakCounts) -> Result<()> {
     let mut out = io::stdout();
     // A damaged frame passes by chance where it has the checksum of another.
     #[expect(clippy::cast_precision_loss, reason = "a share of a chance")]
-    let by_chance = tally.damaged as f64 / 2.0_f64.powi(32);
+    let by_chance = counts.damaged as f64 / 2.0_f64.powi(32);
     for (what, count) in [
-        ("frames sent", tally.frames),
-        ("  damaged", tally.damaged),
-        ("  dropped", tally.dropped),
-        ("  repeated", tally.repeated),
-        ("bytes received", tally.bytes),
-        ("correspondences handed out", tally.correspondences),
-        ("frames received whole and handed out", tally.decoded),
-        ("handed out, not as sent", tally.wrong),
-        ("handed out twice", tally.twice),
-        ("received whole and lost, after a whole one", tally.missed),
-        ("received whole and lost, after another one", tally.missed_next),
-        ("without its end, which followed, handed out", tally.mended),
+        ("frames sent", counts.frames),
+        ("  damaged", counts.damaged),
+        ("  dropped", counts.dropped),
+        ("  repeated", counts.repeated),
+        ("bytes received", counts.bytes),
+        ("correspondences handed out", counts.correspondences),
+        ("frames received whole and handed out", counts.decoded),
+        ("handed out, not as sent", counts.wrong),
+        ("handed out twice", counts.twice),
+        ("received whole and lost, after a whole one", counts.missed),
+        ("received whole and lost, after another one", counts.missed_next),
+        ("without its end, which followed, handed out", counts.mended),
     ] {
         writeln!(out, "{what:<45} {count:>12}")?;
     }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
 use clap::Args;
-use host_tests::dataset::Dataset;
+use host_tests::data::Dataset;
 use host_tests::wire::{Faults, FaultyWire, Sender, Sent};
 
 use super::faults::FaultArgs;

@@ -15,13 +15,13 @@ use super::source::Source;
 /// after it are then compared with, and meta.json that of the last.
 ///
 /// A stream is a file of the bytes that a matcher sent (stereo_selfcal::link), as `selfcal record` writes
-/// it or a vehicle has logged it; what was damaged on the way is passed over, and counted. The
-/// calibrator takes in the same numbers as that of the vehicle, bit for bit, if it has the same room for
+/// it or a vehicle has logged it; damaged frames are skipped and counted. The
+/// calibrator gets the same numbers as that of the vehicle, bit for bit, if it has the same capacity for
 /// them (--capacity). The cameras, and the
 /// extrinsics to compare with, are those of --rig.
 ///
 /// Every pair gets a line: matches taken, RMS row offset of the screened matches at the start and at
-/// the solution, passes, error of the pair alone and of the running estimate, and what became of it.
+/// the solution, passes, error of the pair alone and of the running estimate, and the verdict.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal replay opencv_chess_corners

@@ -1,18 +1,17 @@
-//! What `replay` and `synth` share: what is shown of a run.
+//! The common part of `replay` and `synth`: a run and its output.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use clap::Args;
-use host_tests::dataset::Dataset;
-use host_tests::evaluation::{Evaluation, Step};
-use host_tests::progress;
-use host_tests::recording::Replayed;
+use host_tests::data::Dataset;
+use host_tests::evidence::run_page::Replayed;
+use host_tests::run::{RunLog, Step, progress};
 
 use super::setup::Setup;
 
-/// A run, and what is shown of it.
+/// A run and its output.
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
     #[command(flatten)]
@@ -22,7 +21,7 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     json: bool,
 
-    /// Write a page of the run into this folder: index.html with states, row offsets, claims, coverage
+    /// Write a page of the run into this folder: index.html with states, row offsets, errors, coverage
     /// and the estimates on their spheres, its numbers in csv/, and the calibrated rig for OpenCV, Kalibr
     /// and ROS in rig/. Files of an earlier page are replaced.
     #[arg(long, value_name = "DIR")]
@@ -30,12 +29,12 @@ pub(crate) struct RunArgs {
 }
 
 impl RunArgs {
-    /// Runs the calibrator over a data set and prints what came of it.
+    /// Runs the calibrator over a data set and prints the result.
     pub(super) fn run(&self, set: &Dataset) -> Result<()> {
-        let evaluation = self.replay(set)?;
-        let summary = evaluation.summary(set)?;
+        let log = self.replay(set)?;
+        let summary = log.summary(set)?;
         let mut out = io::stdout();
-        let page = self.report.as_ref().map(|dir| write_page(set, &evaluation, dir)).transpose()?;
+        let page = self.report.as_ref().map(|dir| write_page(set, &log, dir)).transpose()?;
         if self.json {
             writeln!(out, "{}", serde_json::to_string_pretty(&summary)?)?;
         } else {
@@ -44,13 +43,13 @@ impl RunArgs {
                 writeln!(out, "page               {}", path.display())?;
             }
         }
-        if evaluation.fused().is_none() {
+        if log.fused().is_none() {
             bail!("none of the {} pairs could be fused", set.pairs.len());
         }
         Ok(())
     }
 
-    fn replay(&self, set: &Dataset) -> Result<Evaluation> {
+    fn replay(&self, set: &Dataset) -> Result<RunLog> {
         let mut out = io::stdout();
         if !self.json {
             writeln!(out, "{} pairs of {}: {}", set.pairs.len(), set.name, set.meta.source)?;
@@ -65,15 +64,15 @@ impl RunArgs {
             }
             bar.inc(1);
         };
-        let evaluation = self.setup.replay(set, each)?;
+        let log = self.setup.replay(set, each)?;
         bar.finish_and_clear();
         written?;
-        Ok(evaluation)
+        Ok(log)
     }
 }
 
-fn write_page(set: &Dataset, evaluation: &Evaluation, dir: &Path) -> Result<PathBuf> {
+fn write_page(set: &Dataset, log: &RunLog, dir: &Path) -> Result<PathBuf> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let command = format!("selfcal {}", arguments.join(" "));
-    Replayed { set, evaluation, command: &command }.write(dir)
+    Replayed { set, log, command: &command }.write(dir)
 }

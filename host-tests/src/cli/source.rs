@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use clap::Args;
-use host_tests::conventions::{self, Unknowns};
-use host_tests::dataset::{Dataset, Meta};
-use host_tests::view::View;
-use host_tests::wire::Recording;
+use host_tests::data::conventions::{self, Unknowns};
+use host_tests::data::{Dataset, Meta, TurnedView};
+use host_tests::wire::DecodedStream;
 
 /// A recorded data set, or a recorded stream of frames.
 #[derive(Debug, Args)]
@@ -26,7 +25,7 @@ pub(crate) struct Source {
     /// Turn the left view, as if its camera looked up (top), down, left or right: R becomes
     /// R Rot^T, points that leave the image are dropped. A rectified set is evidence only if turned.
     #[arg(long, value_enum)]
-    view: Option<View>,
+    view: Option<TurnedView>,
 
     /// By how much the view is turned.
     #[arg(long, default_value_t = 5.0, requires = "view", value_name = "D")]
@@ -59,7 +58,7 @@ impl Source {
         let rig =
             rig.with_context(|| format!("{name} is a stream: --rig says of which cameras"))?;
         let bytes = fs::read(&self.set).with_context(|| format!("cannot read {name}"))?;
-        let recording = Recording::decode(&bytes);
+        let recording = DecodedStream::decode(&bytes);
         eprintln!("{name}: {recording}");
         recording.dataset(&name.to_string(), self::rig(rig)?)
     }

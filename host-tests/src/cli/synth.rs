@@ -5,19 +5,16 @@ use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 use clap::Args;
-use host_tests::bench::pair_file::PairFile;
-use host_tests::depth::Depth;
-use host_tests::grid::Grid;
-use host_tests::scenario::{Kind, Scenario};
-use host_tests::synth::{Scene, rig};
+use host_tests::data::PairFile;
+use host_tests::synth::{Depth, Grid, Scenario, ScenarioKind, Scene, rig};
 
-use super::numbers;
+use super::parse::numbers;
 use super::run::RunArgs;
 
 /// Generate scenes of a known rig and feed them to the calibrator, or write them as a data set.
 ///
 /// Pinhole cameras, points uniform in the image and log-uniform in depth, Gaussian noise on all four
-/// coordinates. Half of the mismatches are uniform in the right image, half within 60 px (u) and 20
+/// coordinates. Half of the outliers are uniform in the right image, half within 60 px (u) and 20
 /// px (v) of the truth. The same seed gives the same scenes.
 ///
 /// A named scene sets what makes it one; options given beside it win. Where the rig moves (step,
@@ -33,8 +30,8 @@ use super::run::RunArgs;
   selfcal synth --pairs 1000 --outliers 0.3 --rays near.pairs && selfcal bench near.pairs")]
 pub(crate) struct SynthArgs {
     /// Scene to generate.
-    #[arg(value_enum, default_value_t = Kind::Near)]
-    scene: Kind,
+    #[arg(value_enum, default_value_t = ScenarioKind::Near)]
+    scene: ScenarioKind,
 
     /// Stereo pairs to generate.
     #[arg(long, default_value_t = 100)]
@@ -48,7 +45,7 @@ pub(crate) struct SynthArgs {
     #[arg(long, default_value_t = 0.3, value_name = "PX")]
     noise: f64,
 
-    /// Share of gross mismatches, 0 to 1 [default: 0, flight 0.3].
+    /// Share of gross outliers, 0 to 1 [default: 0, flight 0.3].
     #[arg(long, value_name = "SHARE")]
     outliers: Option<f64>,
 
@@ -113,8 +110,10 @@ pub(crate) struct SynthArgs {
 impl SynthArgs {
     fn scenario(&self) -> Result<Scenario> {
         let named = Scenario::new(self.scene, self.pairs);
-        let step = self.step_deg.filter(|_| matches!(self.scene, Kind::Step | Kind::Flight));
-        let drift = self.drift_deg.filter(|_| self.scene == Kind::Drift);
+        let step = self
+            .step_deg
+            .filter(|_| matches!(self.scene, ScenarioKind::Step | ScenarioKind::Flight));
+        let drift = self.drift_deg.filter(|_| self.scene == ScenarioKind::Drift);
         ensure!(step == self.step_deg, "--step-deg is an option of the scenes step and flight");
         ensure!(drift == self.drift_deg, "--drift-deg is an option of the scene drift");
         let scene = Scene {

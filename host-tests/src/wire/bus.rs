@@ -9,8 +9,8 @@ use embedded_hal::digital::{self, InputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use stereo_selfcal::link::FpgaMatcher;
 
-use super::recording::Sender;
-use crate::dataset::Match;
+use super::sender::Sender;
+use crate::data::Match;
 
 type Wire = Rc<RefCell<VecDeque<u8>>>;
 
@@ -61,7 +61,7 @@ impl SimMatcher {
         self.wire.borrow_mut().extend(bytes);
     }
 
-    /// Bytes that nobody has read yet.
+    /// Unread bytes.
     #[must_use]
     pub fn waiting(&self) -> usize {
         self.wire.borrow().len()
@@ -73,7 +73,7 @@ impl SimMatcher {
     }
 }
 
-/// The bus: reads take what has been sent, writes go nowhere.
+/// The bus: reads take sent bytes, writes are discarded.
 #[derive(Debug)]
 pub struct SimSpi(Wire);
 

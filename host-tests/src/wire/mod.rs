@@ -1,11 +1,13 @@
 //! The matcher's side of the link: data sets as frames, and a wire that does to them what wires do.
 
 mod bus;
-mod campaign;
-mod faults;
-mod recording;
+mod faulty_wire;
+mod sender;
+mod soak;
+mod stream;
 
 pub use bus::{DataReady, SimMatcher, SimReady, SimSpi};
-pub use campaign::{Campaign, Tally};
-pub use faults::{Faults, FaultyWire, Sent};
-pub use recording::{Recording, Sender, counted, quantised};
+pub use faulty_wire::{Faults, FaultyWire, Sent};
+pub use sender::{Sender, quantised};
+pub use soak::{Soak, SoakCounts};
+pub use stream::{DecodedStream, counted};

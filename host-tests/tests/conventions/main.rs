@@ -7,8 +7,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use examples::{KALIBR, OPENCV, ROS};
-use host_tests::conventions::{Document, Format, Unknowns, import};
-use host_tests::dataset::{Dataset, LensModel, Meta};
+use host_tests::data::conventions::{Document, Format, Unknowns, import};
+use host_tests::data::{Dataset, LensModel, Meta};
 use host_tests::synth::rig;
 use stereo_selfcal::metrics::Deviation;
 

@@ -3,7 +3,7 @@
 use std::mem::MaybeUninit;
 use std::ptr;
 
-use host_tests::dataset::Dataset;
+use host_tests::data::Dataset;
 use nalgebra::Matrix3;
 use stereo_selfcal::{
     Calibrator, Central, Config, Extrinsics, PairError, PairReport, Pushed, RectifiedCamera,

@@ -2,7 +2,7 @@
 
 use std::mem::MaybeUninit;
 
-use host_tests::dataset::Dataset;
+use host_tests::data::Dataset;
 use host_tests::wire::{Faults, FaultyWire, Sender};
 use proptest::prelude::*;
 use stereo_selfcal::link::{Counters, Decoder};

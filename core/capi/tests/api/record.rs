@@ -1,6 +1,6 @@
 //! Records over a loss of power: those of Rust, byte for byte.
 
-use host_tests::dataset::Dataset;
+use host_tests::data::Dataset;
 use stereo_selfcal::{Calibrator, Config, FactoryCalibration};
 use stereo_selfcal_capi::selfcal_error_t::{self, *};
 use stereo_selfcal_capi::selfcal_state_t::*;

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use anyhow::{Result, anyhow};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
-use host_tests::dataset::Match;
+use host_tests::data::Match;
 use host_tests::wire::{DataReady, Faults, FaultyWire, Sender, SimMatcher, SimReady, SimSpi};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -4,8 +4,8 @@ use std::io::Write;
 
 use anyhow::Result;
 use firmware_sim::Controller;
-use host_tests::evaluation::Verdict;
-use host_tests::scenario::Scenario;
+use host_tests::run::Verdict;
+use host_tests::synth::Scenario;
 use stereo_selfcal::store::ResumeError;
 use stereo_selfcal::{Arming, Band, Doubt, Fused, Health, State};
 

@@ -9,11 +9,9 @@ use std::io::Write;
 
 use anyhow::{Result, ensure};
 use firmware_sim::{App, Controller, PairOutcome};
-use host_tests::evaluation::{Verdict, in_f64};
-use host_tests::plot::timeline;
-use host_tests::progress;
-use host_tests::scenario::{Frame, Kind, Scenario};
-use host_tests::synth::{Scene, rig};
+use host_tests::data::in_f64;
+use host_tests::run::{Verdict, progress, timeline};
+use host_tests::synth::{Scenario, ScenarioKind, ScenarioPair, Scene, rig};
 use host_tests::wire::Sender;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Camera, Cameras, Extrinsics, Health, Intrinsics, Lens, Scalar, State};
@@ -65,7 +63,7 @@ pub(super) fn run(args: &FlightArgs, out: &mut impl Write) -> Result<()> {
 }
 
 fn scenario(args: &FlightArgs) -> Result<Scenario> {
-    let named = Scenario::new(Kind::Flight, args.pairs.into());
+    let named = Scenario::new(ScenarioKind::Flight, args.pairs.into());
     let (rotation, baseline) = ASSEMBLED_DEG;
     let scene = Scene { rig: rig(rotation, baseline)?, ..named.scene };
     Ok(Scenario { scene, turn_deg: args.knock, ..named })
@@ -75,7 +73,7 @@ fn scenario(args: &FlightArgs) -> Result<Scenario> {
 #[derive(Default)]
 struct Flown {
     moments: Vec<Moment>,
-    timeline: Vec<timeline::Moment>,
+    timeline: Vec<timeline::TimelinePoint>,
     /// Changes of what is in use.
     generation: u32,
     service: Service,
@@ -102,7 +100,7 @@ fn fly(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Result<F
         }
         let mut app = App::new(hardware.driver(), &mut calibrator);
         for ((sequence, frame), calm) in pairs.by_ref() {
-            let Frame { scene, pair } = frame;
+            let ScenarioPair { scene, pair } = frame;
             hardware.send(sequence, &pair.matches);
             let done = attend(&mut app)?.map(|driven| driven.pair);
             let calibrator = app.calibrator();
@@ -160,7 +158,7 @@ impl Flown {
             }),
             in_use_px: health.map(|h| h.in_use_px),
         });
-        self.timeline.push(timeline::Moment {
+        self.timeline.push(timeline::TimelinePoint {
             truth: *rig,
             in_use,
             proposed: proposal.as_ref().map(Into::into),

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use host_tests::evaluation::Verdict;
+use host_tests::run::Verdict;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Fused, State};
 
@@ -79,7 +79,7 @@ impl fmt::Display for Outcome {
         write!(f, "final error in use {}", degrees(error))?;
         if let Some(sd) = sd {
             let [r, t] = [error.rotation / sd.rotation, error.translation / sd.translation];
-            write!(f, "  {r:.1} and {t:.1} claimed sd of {}", degrees(sd))?;
+            write!(f, "  {r:.1} and {t:.1} reported sd of {}", degrees(sd))?;
         }
         if let Some(px) = in_use_px {
             write!(f, "\nrow offset in use  {px:.3} px RMS over the last pair's matches that fit")?;

@@ -123,7 +123,7 @@ fn receive<A: FromBytes + IntoBytes>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use host_tests::dataset::Dataset;
+    use host_tests::data::Dataset;
 
     /// Answers from a script; behind its end it is silent, or gone.
     struct Script {

@@ -13,8 +13,8 @@ use std::time::Duration;
 use anyhow::{Context, Result, ensure};
 use firmware_sim::pil::{EndAnswer, Opening, PairAnswer};
 use firmware_sim::{App, CAPACITY};
-use host_tests::dataset::Dataset;
-use host_tests::progress;
+use host_tests::data::Dataset;
+use host_tests::run::progress;
 use host_tests::wire::{Sender, SimMatcher};
 
 use super::args::PilArgs;

@@ -4,8 +4,8 @@ use std::io::Write;
 
 use anyhow::Result;
 use firmware_sim::Controller;
-use host_tests::dataset::Dataset;
-use host_tests::evaluation::{Evaluation, Step, in_f64};
+use host_tests::data::{Dataset, in_f64};
+use host_tests::run::{RunLog, Step};
 
 use super::super::drive::Driven;
 use super::compare::Difference;
@@ -15,7 +15,7 @@ const SHOWN: usize = 3;
 
 /// The rows so far.
 pub(super) struct Table {
-    evaluation: Evaluation,
+    log: RunLog,
 }
 
 impl Table {
@@ -24,8 +24,8 @@ impl Table {
     /// # Errors
     /// If the truth of the data set is not that of a rig.
     pub(super) fn new(set: &Dataset, calibrator: &Controller) -> Result<Self> {
-        let evaluation = Evaluation::new(set.truth()?, in_f64(calibrator.in_use()));
-        Ok(Self { evaluation: evaluation.with_truths(set.truths()?) })
+        let log = RunLog::new(set.truth()?, in_f64(calibrator.in_use()));
+        Ok(Self { log: log.with_truths(set.truths()?) })
     }
 
     pub(super) fn heading(out: &mut impl Write) -> Result<()> {
@@ -42,11 +42,11 @@ impl Table {
         calibrator: &Controller,
         found: &[Difference],
     ) -> Result<()> {
-        let number = self.evaluation.steps().len();
+        let number = self.log.steps().len();
         let bits = if found.is_empty() { "same" } else { "DIFFER" };
         let counts = [offered, driven.taken];
         let estimate = calibrator.proposal();
-        let step = self.evaluation.record(counts, driven.pair.outcome, estimate.as_ref());
+        let step = self.log.record(counts, driven.pair.outcome, estimate.as_ref());
         writeln!(out, "{number:>4} {bits:<7} {step}")?;
         if let Some([before, after]) = driven.change {
             writeln!(out, "     {before} -> {after}")?;

@@ -1,0 +1,338 @@
+//! Fuzz harness: the public API under arbitrary input, in any order of calls. Checked properties: no
+//! panic, bounded passes, finite and orthonormal output, state untouched by refused calls.
+//!
+//! Shared by the fuzz targets and by property tests that run on any toolchain.
+
+mod link;
+mod record;
+mod store;
+
+pub use link::{run_decoder, run_frames};
+pub use record::run_record;
+pub use store::run_store;
+
+use arbitrary::{Arbitrary, Unstructured};
+use nalgebra::{Matrix3, Vector3};
+use stereo_selfcal::{
+    Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, Fisheye, Intrinsics, Lens,
+    PairReport, Proposal, Pushed, RadialTangential, RectifiedCamera, RectifyingRotations, Refusal,
+    StandardDeviations, State,
+};
+
+type Target = Calibrator<f32, 32>;
+
+/// One call of the public API.
+#[derive(Debug, Clone, Arbitrary)]
+pub enum Call {
+    /// Any bits as a correspondence.
+    Push([f32; 6]),
+    /// A correspondence that fits a rig, more or less: `u`, `v`, disparity, row offset.
+    PushPlausible([u8; 4]),
+    /// Twelve or more of them in one go, so that pairs get solved.
+    PushMany([u8; 24]),
+    /// All of `solve_pair`.
+    Solve,
+    /// Pass by pass: the first.
+    Begin,
+    /// Pass by pass: one more.
+    Advance,
+    /// Fuses the last report, times over.
+    Fuse(u8),
+    /// Puts the estimate into use.
+    Apply,
+    /// Takes that back.
+    Undo,
+    /// Freezes or thaws the calibrator.
+    Freeze(bool),
+    /// Health of both calibrations.
+    Health,
+    /// Forgets the batch.
+    Clear,
+    /// Forgets everything.
+    Reset,
+    /// Any bits as cameras and lens.
+    SetCameras([f32; 9], u8, [u16; 2]),
+    /// Usable cameras with any lens coefficients near the usual.
+    SetUsualCameras([i8; 5], bool),
+    /// Any bits as extrinsics.
+    SetFactory([f32; 12]),
+    /// A usual rig: rotation vector and baseline in hundredths of a radian.
+    SetUsualFactory([i8; 5]),
+    /// Power off and on again.
+    Restart,
+    /// Rectified camera for the extrinsics in use, for any `alpha`.
+    Rectify(f32),
+}
+
+/// Runs the calls that `bytes` encode.
+///
+/// # Panics
+/// If the calibrator violates a property.
+pub fn run_calibrator(bytes: &[u8]) {
+    let mut input = Unstructured::new(bytes);
+    let [robust, automatic] = <[bool; 2]>::arbitrary(&mut input).unwrap_or_default();
+    let config = if robust { Config::robust() } else { Config::paper() };
+    let mut calibrator = Target::new(config.with_automatic_apply(automatic));
+    calibrator.set_cameras(usual_cameras([0; 5], false).expect("usual cameras"));
+    let mut last = None;
+    while let Ok(call) = Call::arbitrary(&mut input) {
+        let before = state(&calibrator);
+        let frozen = calibrator.is_frozen();
+        let unconfirmed = calibrator.state() == State::Acquiring;
+        let batch = calibrator.batch().pairs().to_vec();
+        let refused = perform(&mut calibrator, &call, &mut last, robust);
+        let changed = before.generation != calibrator.generation();
+        // Many fusions may lead back to where they began.
+        let counted = changed == (before.in_use != *calibrator.in_use());
+        assert!(counted || matches!(call, Call::Fuse(_)), "{call:?}");
+        assert!(!changed || call.may_change_what_is_in_use(automatic && !frozen), "{call:?}");
+        let after = state(&calibrator);
+        // An estimate that nothing has confirmed is given up when pairs disagree with it.
+        let given_up = unconfirmed && after == Kept { proposed: None, ..before };
+        assert!(!refused || given_up || before == after, "a refused {call:?} changed the state");
+        let kept = matches!(call, Call::PushMany(_)) || batch == calibrator.batch().pairs();
+        assert!(!refused || kept, "a refused {call:?} changed the batch");
+        check_extrinsics(calibrator.in_use());
+        if let Some(estimate) = calibrator.proposal() {
+            check_estimate(&estimate);
+        }
+        if input.is_empty() {
+            break;
+        }
+    }
+}
+
+impl Call {
+    fn may_change_what_is_in_use(&self, automatic: bool) -> bool {
+        match self {
+            Self::Apply
+            | Self::Undo
+            | Self::Reset
+            | Self::SetCameras(..)
+            | Self::SetUsualCameras(..)
+            | Self::SetFactory(_)
+            | Self::SetUsualFactory(_) => true,
+            Self::Fuse(_) => automatic,
+            _ => false,
+        }
+    }
+}
+
+/// What no refusal may change. Refused pairs may make the estimate suspect, not another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Kept {
+    proposed: Option<(Extrinsics<f32>, StandardDeviations<f32>, u32)>,
+    in_use: Extrinsics<f32>,
+    generation: u32,
+}
+
+fn state(calibrator: &Target) -> Kept {
+    Kept {
+        proposed: calibrator.proposal().map(|p| (p.extrinsics, p.sd, p.pairs)),
+        in_use: *calibrator.in_use(),
+        generation: calibrator.generation(),
+    }
+}
+
+/// Whether the call was refused.
+fn perform(
+    calibrator: &mut Target,
+    call: &Call,
+    last: &mut Option<PairReport<f32>>,
+    robust: bool,
+) -> bool {
+    match call {
+        Call::Push([a, b, c, d, score, grid_step]) => {
+            let c = Correspondence {
+                left: [*a, *b],
+                right: [*c, *d],
+                score: *score,
+                grid_step: *grid_step,
+            };
+            let held = calibrator.batch().pairs().len();
+            let pushed = calibrator.push(&c);
+            let added = usize::from(pushed == Ok(Pushed::Kept));
+            assert_eq!(calibrator.batch().pairs().len(), held + added, "{pushed:?}");
+            pushed.is_err()
+        }
+        Call::PushPlausible(bytes) => calibrator.push(&plausible(*bytes)).is_err(),
+        Call::PushMany(bytes) => {
+            let [a, b, c, d, rest @ ..] = bytes;
+            let shift = |i: usize| rest[i % rest.len()];
+            (0..20).fold(false, |_, i| {
+                let bytes = [
+                    a.wrapping_add(shift(i)),
+                    b.wrapping_mul(shift(i + 7)),
+                    c.wrapping_add(shift(i + 3) / 4),
+                    d / 16,
+                ];
+                calibrator.push(&plausible(bytes)).is_err()
+            })
+        }
+        Call::Solve => keep(&calibrator.solve_pair().map(Some), last, robust),
+        Call::Begin => calibrator.begin_pair().is_err(),
+        Call::Advance => keep(&calibrator.advance_pair(), last, robust),
+        Call::Fuse(times) => {
+            let fusions = (0..=*times).map(|_| fuse(calibrator));
+            let outcomes: Vec<_> = fusions.collect();
+            let mut again = outcomes.iter().skip(1);
+            let stale = |o: &Result<(), Refusal>| *o == Err(Refusal::NothingSolved);
+            // A pair counts once, fused or refused; a frozen calibrator keeps it.
+            let frozen = calibrator.is_frozen();
+            assert!(frozen || again.all(stale), "{outcomes:?}");
+            outcomes.iter().all(Result::is_err)
+        }
+        Call::Apply => {
+            let proposal = calibrator.proposal();
+            let applied = calibrator.apply();
+            assert!(applied.is_err() || applied.ok() == proposal.map(|p| p.applicable));
+            applied.is_err()
+        }
+        Call::Undo => calibrator.undo().is_err(),
+        Call::Freeze(frozen) => {
+            calibrator.set_frozen(*frozen);
+            false
+        }
+        Call::Health => {
+            if let Some(health) = calibrator.health() {
+                assert!(health.in_use_px.is_finite() && health.proposed_px.is_finite());
+                assert!(health.yaw.is_finite() && (0.0..=1.0).contains(&health.coverage));
+            }
+            false
+        }
+        Call::Clear => {
+            calibrator.clear_pair();
+            false
+        }
+        Call::Reset => {
+            calibrator.reset();
+            false
+        }
+        Call::SetCameras(bits, lens, size) => {
+            let camera = any_camera(bits, *lens, *size);
+            camera.map(|c| calibrator.set_cameras(Cameras { left: c, right: c })).is_none()
+        }
+        Call::SetUsualCameras(k, fisheye) => {
+            usual_cameras(*k, *fisheye).map(|c| calibrator.set_cameras(c)).is_none()
+        }
+        Call::SetFactory(bits) => {
+            let r = Matrix3::from_row_iterator(bits.iter().copied());
+            let [.., x, y, z] = *bits;
+            let factory = Extrinsics::try_new(&r, &Vector3::new(x, y, z));
+            factory.map(|e| calibrator.set_factory(e)).is_err()
+        }
+        Call::SetUsualFactory(bytes) => {
+            let [x, y, z, ty, tz] = bytes.map(|b| f32::from(b) / 100.0);
+            let r = stereo_selfcal::so3::exp(&Vector3::new(x, y, z)).expect("finite");
+            let factory = Extrinsics::try_new(r.matrix(), &Vector3::new(-1.0, ty, tz));
+            factory.map(|e| calibrator.set_factory(e)).is_err()
+        }
+        Call::Restart => {
+            let mut fresh = Target::new(*calibrator.config());
+            fresh.set_cameras(*calibrator.cameras().expect("they have been set"));
+            fresh.set_factory(*calibrator.factory());
+            *calibrator = link::restarted(calibrator, fresh);
+            false
+        }
+        Call::Rectify(alpha) => rectify(calibrator, *alpha),
+    }
+}
+
+fn fuse(calibrator: &mut Target) -> Result<(), Refusal> {
+    let before = state(calibrator);
+    let unconfirmed = calibrator.state() == State::Acquiring;
+    let fused = calibrator.fuse();
+    let after = state(calibrator);
+    let given_up = unconfirmed && after == Kept { proposed: None, ..before };
+    assert!(fused.is_ok() || given_up || before == after, "a refused pair was fused");
+    assert_eq!(before.in_use == after.in_use, before.generation == after.generation);
+    fused.map(|_| ())
+}
+
+fn keep(
+    solved: &Result<Option<PairReport<f32>>, stereo_selfcal::PairError>,
+    last: &mut Option<PairReport<f32>>,
+    robust: bool,
+) -> bool {
+    match solved {
+        Ok(Some(report)) => {
+            check_report(report, robust);
+            *last = Some(*report);
+            false
+        }
+        Ok(None) => false,
+        Err(_) => true,
+    }
+}
+
+fn rectify(calibrator: &Target, alpha: f32) -> bool {
+    let Some(cameras) = calibrator.cameras() else { return true };
+    let rotations = RectifyingRotations::from(calibrator.in_use());
+    let Ok(camera) = RectifiedCamera::try_choose(cameras, &rotations, alpha) else { return true };
+    assert!(camera.focal.is_finite() && camera.focal > 0.0, "{camera:?}");
+    let [left, right] = camera.homographies(cameras, &rotations);
+    assert!(left.iter().chain(right.iter()).all(|h| h.is_finite()), "{left} {right}");
+    false
+}
+
+fn plausible([u, v, disparity, row]: [u8; 4]) -> Correspondence<f32> {
+    let [u, v, disparity] = [u, v, disparity].map(f32::from);
+    let row = f32::from(row) / 64.0;
+    Correspondence {
+        left: [100.0 + 2.0 * u, 2.0 * v],
+        right: [100.0 + 2.0 * u - disparity / 3.0, 2.0 * v + row],
+        score: 1.0,
+        grid_step: 0.0,
+    }
+}
+
+fn lens(k: [f32; 5], fisheye: bool) -> Option<Lens<f32>> {
+    let [k1, k2, k3, k4, _] = k;
+    if fisheye {
+        Fisheye::try_new([k1, k2, k3, k4]).ok().map(Lens::Fisheye)
+    } else {
+        RadialTangential::try_new(k).ok().map(Lens::RadialTangential)
+    }
+}
+
+fn usual_cameras(k: [i8; 5], fisheye: bool) -> Option<Cameras<f32>> {
+    let intrinsics = Intrinsics { focal: [530.0; 2], principal: [342.0, 234.0], size: [640, 480] };
+    let lens = lens(k.map(|k| f32::from(k) / 100.0), fisheye)?;
+    let camera = Camera::try_new(intrinsics, lens).ok()?;
+    Some(Cameras { left: camera, right: camera })
+}
+
+fn any_camera(bits: &[f32; 9], kind: u8, size: [u16; 2]) -> Option<Camera<f32>> {
+    let [fx, fy, cx, cy, k @ ..] = *bits;
+    let lens = if kind == 0 { Lens::Pinhole } else { lens(k, kind.is_multiple_of(2))? };
+    Camera::try_new(Intrinsics { focal: [fx, fy], principal: [cx, cy], size }, lens).ok()
+}
+
+fn check_extrinsics(extrinsics: &Extrinsics<f32>) {
+    let r = extrinsics.rotation().matrix();
+    assert!((r.transpose() * r - Matrix3::identity()).amax() < 1e-5, "{r}");
+    assert!((extrinsics.translation().norm() - 1.0).abs() < 1e-5);
+}
+
+fn check_estimate(estimate: &Proposal<f32>) {
+    check_extrinsics(&estimate.extrinsics);
+    let sd = estimate.sd;
+    assert!(sd.rotation.is_finite() && sd.translation.is_finite(), "{estimate:?}");
+    let covariance = estimate.covariance.unwrap_or_else(nalgebra::Matrix5::identity);
+    assert!(covariance.diagonal().iter().all(|c| *c > 0.0), "{estimate:?}");
+}
+
+fn check_report(report: &PairReport<f32>, robust: bool) {
+    check_extrinsics(&report.extrinsics);
+    let most = if robust { 24 } else { 100 };
+    assert!(report.passes <= most && report.usable >= 12, "{report:?}");
+    let numbers = [
+        report.cost_before,
+        report.cost_after,
+        report.rms_px_before,
+        report.rms_px_after,
+        report.noise_px,
+    ];
+    assert!(numbers.iter().all(|x| x.is_finite() && *x >= 0.0), "{report:?}");
+    assert!(report.information.matrix().iter().all(|x| x.is_finite()), "{report:?}");
+}

@@ -1,0 +1,239 @@
+//! Streams of anything: the decoder in any cut, and the calibrator at its end.
+
+use arbitrary::{Arbitrary, Unstructured};
+use stereo_selfcal::link::{Counters, Decoder, Event, FrameCrc, FrameHeader, MatchRecord};
+use stereo_selfcal::{Config, Correspondence};
+
+use super::{Target, check_estimate, check_extrinsics, plausible, usual_cameras};
+
+/// Records of a generated frame: more than the batch holds.
+const MOST: usize = 48;
+
+/// What comes next on the wire.
+#[derive(Debug, Clone, Arbitrary)]
+enum Piece {
+    /// Any bytes.
+    Raw(Vec<u8>),
+    /// A frame.
+    Frame(Content),
+    /// A frame with one byte changed.
+    Damaged(Content, u16, u8),
+    /// A frame without a run of its bytes.
+    Cut(Content, u16, u16),
+    /// The first bytes of a frame, then another frame.
+    Interrupted(Content, u16, Content),
+    /// The frame before once more.
+    Again,
+}
+
+/// Content of a frame.
+#[derive(Debug, Clone, Arbitrary)]
+struct Content {
+    sequence: u8,
+    timestamp: u64,
+    fraction_bits: u8,
+    pyramid_ratio: u8,
+    grid_step: u16,
+    flags: [bool; 2],
+    /// Of the usual cameras, or any.
+    size: Option<[u16; 2]>,
+    /// Usual matches, many, or any records.
+    usual: bool,
+    records: Vec<[u8; MatchRecord::BYTES]>,
+}
+
+impl Content {
+    fn bytes(&self) -> Vec<u8> {
+        let records = &self.records[..self.records.len().min(MOST)];
+        let header = FrameHeader {
+            timestamp_us: self.timestamp,
+            sequence: u32::from(self.sequence).wrapping_sub(3),
+            count: records.len().try_into().expect("few"),
+            image_size: self.size.unwrap_or([640, 480]),
+            grid_step: if self.usual { 0 } else { self.grid_step },
+            fraction_bits: if self.usual { 8 } else { self.fraction_bits % 9 },
+            pyramid_ratio: if self.usual { 64 } else { self.pyramid_ratio.max(64) },
+            dropped_before: self.flags[0],
+            more_found: self.flags[1],
+        };
+        let start = header.encode().expect("fraction bits and ratio are in range");
+        let mut crc = FrameCrc::new(&start);
+        let mut bytes = start.to_vec();
+        for record in records {
+            let [a, b, c, d, ..] = *record;
+            let usual = MatchRecord::encode(&plausible([a, b, c, d / 16]), &header);
+            let record =
+                usual.ok().filter(|_| self.usual).map_or(*record, |usual| usual.to_bytes());
+            crc.add(&record);
+            bytes.extend(record);
+        }
+        bytes.extend(crc.value().to_le_bytes());
+        bytes
+    }
+}
+
+/// The bytes of the pieces that `input` stands for.
+fn stream(input: &mut Unstructured<'_>) -> Vec<u8> {
+    let (mut stream, mut last) = (Vec::new(), Vec::new());
+    while let Ok(piece) = Piece::arbitrary(input) {
+        match piece {
+            Piece::Raw(bytes) => stream.extend(bytes),
+            Piece::Frame(content) => {
+                last = content.bytes();
+                stream.extend(&last);
+            }
+            Piece::Damaged(content, at, change) => {
+                let mut bytes = content.bytes();
+                let at = usize::from(at) % bytes.len();
+                bytes[at] ^= change;
+                stream.extend(bytes);
+            }
+            Piece::Cut(content, from, run) => {
+                let mut bytes = content.bytes();
+                let from = usize::from(from) % bytes.len();
+                let to = bytes.len().min(from + usize::from(run));
+                bytes.drain(from..to);
+                stream.extend(bytes);
+            }
+            Piece::Interrupted(content, at, next) => {
+                let bytes = content.bytes();
+                stream.extend(&bytes[..usize::from(at) % bytes.len()]);
+                stream.extend(next.bytes());
+            }
+            Piece::Again => stream.extend(&last),
+        }
+        if input.is_empty() {
+            break;
+        }
+    }
+    stream
+}
+
+/// Decodes the stream that `bytes` stand for, whole and in pieces.
+///
+/// # Panics
+/// If the decoder violates a property.
+pub fn run_decoder(bytes: &[u8]) {
+    let mut input = Unstructured::new(bytes);
+    let cuts = <[u8; 4]>::arbitrary(&mut input).unwrap_or_default();
+    let stream = stream(&mut input);
+    let whole = decode(&stream, &[usize::MAX]);
+    let pieces = decode(&stream, &cuts.map(|cut| usize::from(cut) + 1));
+    assert_eq!(whole, pieces, "cuts matter");
+    check_order(&whole.0, &stream);
+}
+
+fn decode(mut stream: &[u8], cuts: &[usize]) -> (Vec<Event>, Counters) {
+    let (mut decoder, mut events) = (Decoder::new(), Vec::new());
+    for cut in cuts.iter().cycle() {
+        let (mut piece, rest) = stream.split_at((*cut).min(stream.len()));
+        while let Some(event) = decoder.next(&mut piece) {
+            events.push(event);
+        }
+        assert!(piece.is_empty(), "bytes are left");
+        stream = rest;
+        if stream.is_empty() {
+            break;
+        }
+    }
+    (events, *decoder.counters())
+}
+
+/// Frames begin and end, and those that are handed out are in the stream.
+fn check_order(events: &[Event], stream: &[u8]) {
+    let mut open: Option<(FrameHeader, Vec<Correspondence<f32>>)> = None;
+    for event in events {
+        match event {
+            Event::Started(header) => {
+                assert!(open.replace((*header, Vec::new())).is_none(), "a frame within a frame");
+            }
+            Event::Match(m) => {
+                let numbers = [m.left[0], m.left[1], m.right[0], m.right[1], m.grid_step];
+                assert!(numbers.iter().all(|x| x.is_finite() && *x >= 0.0), "{m:?}");
+                assert!((0.0..=1.0).contains(&m.score), "{m:?}");
+                open.as_mut().expect("a frame has begun").1.push(*m);
+            }
+            Event::Discarded(_) => assert!(open.take().is_some(), "nothing to discard"),
+            Event::Finished(header) => {
+                let (begun, matches) = open.take().expect("a frame has begun");
+                assert_eq!((begun, usize::from(header.count)), (*header, matches.len()));
+                assert!(is_in(stream, header, &matches), "{header:?} was not sent");
+            }
+        }
+    }
+}
+
+fn is_in(stream: &[u8], header: &FrameHeader, matches: &[Correspondence<f32>]) -> bool {
+    let start = header.encode().expect("it was decoded");
+    stream.windows(header.frame_bytes()).filter(|frame| frame.starts_with(&start)).any(|frame| {
+        let mut crc = FrameCrc::new(&start);
+        let (records, end) = frame[FrameHeader::BYTES..].as_chunks::<{ MatchRecord::BYTES }>();
+        let same = records.iter().zip(matches).all(|(record, m)| {
+            crc.add(record);
+            MatchRecord::from_bytes(record).is_ok_and(|record| record.decode(header) == *m)
+        });
+        same && crc.value().to_le_bytes() == *end
+    })
+}
+
+/// Feeds the stream that `bytes` stand for to a calibrator that solves, fuses, applies, and is switched
+/// off and on.
+///
+/// # Panics
+/// If the decoder or the calibrator violates a property.
+pub fn run_frames(bytes: &[u8]) {
+    let mut input = Unstructured::new(bytes);
+    let [robust, automatic] = <[bool; 2]>::arbitrary(&mut input).unwrap_or_default();
+    let acts = <[u8; 8]>::arbitrary(&mut input).unwrap_or_default();
+    let stream = stream(&mut input);
+    let config = if robust { Config::robust() } else { Config::paper() };
+    let fresh = || {
+        let mut calibrator = Target::new(config.with_automatic_apply(automatic));
+        calibrator.set_cameras(usual_cameras([0; 5], false).expect("usual cameras"));
+        calibrator
+    };
+    let (mut calibrator, mut decoder, mut rest) = (fresh(), Decoder::new(), &stream[..]);
+    let mut acts = acts.iter().cycle();
+    loop {
+        match decoder.feed(&mut rest, &mut calibrator) {
+            Err(_) => continue,
+            Ok(None) => break,
+            Ok(Some(received)) => {
+                assert_eq!(received.taken, calibrator.batch().pairs().len());
+                assert!(received.taken <= received.header.count.into());
+            }
+        }
+        let act = acts.next().copied().unwrap_or_default();
+        // Where the solve is broken off, the next frame is refused until the batch is cleared.
+        if act & 1 == 0 {
+            if calibrator.solve_pair().is_ok() {
+                let _ = calibrator.fuse();
+            }
+        } else if calibrator.begin_pair().is_ok() && act & 2 == 0 {
+            calibrator.clear_pair();
+        }
+        if act & 4 != 0 {
+            let _ = calibrator.apply();
+        }
+        if act & 8 != 0 {
+            calibrator.clear_pair();
+            calibrator = restarted(&calibrator, fresh());
+        }
+        check_extrinsics(calibrator.in_use());
+        if let Some(estimate) = calibrator.proposal() {
+            check_estimate(&estimate);
+        }
+    }
+}
+
+/// After the power was lost and came back.
+pub(super) fn restarted(before: &Target, mut fresh: Target) -> Target {
+    let mut buffer = [0; Target::SNAPSHOT_BYTES];
+    let record = before.snapshot(&mut buffer).expect("there is room and there are cameras");
+    fresh.restore(record).expect("a record that was just written");
+    let [old, new] = [before.proposal(), fresh.proposal()].map(|proposal| {
+        proposal.map(|p| (p.extrinsics, p.applicable, p.pairs, p.sd, p.covariance, p.doubt))
+    });
+    assert_eq!((old, before.in_use()), (new, fresh.in_use()));
+    fresh
+}

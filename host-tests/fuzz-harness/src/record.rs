@@ -1,0 +1,145 @@
+//! Records of arbitrary content with valid checksums: accepted ones must give a valid calibrator.
+
+use arbitrary::{Arbitrary, Unstructured};
+use stereo_selfcal::{Config, Extrinsics, FactoryCalibration};
+
+use super::{Target, check_estimate, check_extrinsics, plausible, usual_cameras};
+
+/// Changes to a valid record before it is read.
+#[derive(Debug, Clone, Arbitrary)]
+enum Change {
+    /// Four bytes are any.
+    Word(u16, u32),
+    /// A number is scaled by a power of two.
+    Scaled(u16, i8),
+    /// Two numbers change places.
+    Swapped(u16, u16),
+    /// The end is missing.
+    Shorter(u16),
+    /// There is more.
+    Longer(Vec<u8>),
+}
+
+/// Reads the records that `bytes` encode, and continues with those accepted.
+///
+/// # Panics
+/// If the core violates a property.
+pub fn run_record(bytes: &[u8]) {
+    // As they are.
+    let _ = FactoryCalibration::<f32>::from_record(bytes);
+    let _ = FactoryCalibration::<f64>::from_record(bytes);
+    let mut input = Unstructured::new(bytes);
+    let [robust, factory] = <[bool; 2]>::arbitrary(&mut input).unwrap_or_default();
+    let pairs = u8::arbitrary(&mut input).unwrap_or_default() % 8;
+    let config = if robust { Config::robust() } else { Config::paper() };
+    let mut calibrator = Target::new(config);
+    let cameras = usual_cameras([0; 5], false).expect("usual cameras");
+    calibrator.set_cameras(cameras);
+    if calibrator.restore(bytes).is_ok() {
+        go_on(&mut calibrator);
+        calibrator.reset();
+    }
+    let mut record = if factory {
+        let made = FactoryCalibration { cameras, extrinsics: Extrinsics::SIDE_BY_SIDE };
+        let mut buffer = [0; FactoryCalibration::<f32>::MAX_BYTES];
+        made.to_record(&mut buffer).expect("there is room").to_vec()
+    } else {
+        (0..pairs).for_each(|pair| take(&mut calibrator, pair));
+        let _ = calibrator.apply();
+        let mut buffer = [0; Target::SNAPSHOT_BYTES];
+        calibrator.snapshot(&mut buffer).expect("there is room and there are cameras").to_vec()
+    };
+    while let Ok(change) = Change::arbitrary(&mut input) {
+        apply(&change, &mut record);
+        if input.is_empty() {
+            break;
+        }
+    }
+    seal(&mut record);
+    if let Ok(found) = FactoryCalibration::<f32>::from_record(&record) {
+        check_extrinsics(&found.extrinsics);
+        let mut buffer = [0; FactoryCalibration::<f32>::MAX_BYTES];
+        assert_eq!(found.to_record(&mut buffer).ok(), Some(&record[..]));
+    }
+    let mut fresh = Target::new(config);
+    fresh.set_cameras(cameras);
+    let untouched = (*fresh.in_use(), fresh.generation());
+    if fresh.restore(&record).is_ok() {
+        go_on(&mut fresh);
+    } else {
+        assert_eq!((*fresh.in_use(), fresh.generation()), untouched);
+        assert!(fresh.proposal().is_none() && !fresh.is_frozen());
+    }
+}
+
+fn apply(change: &Change, record: &mut Vec<u8>) {
+    // Header and checksum stay out of it: they have tests of their own.
+    let words = (record.len().saturating_sub(16) / 4).max(1);
+    let place = |at: u16| 12 + usize::from(at) % words * 4;
+    let get = |record: &[u8], at: u16| -> [u8; 4] {
+        let word = record.get(place(at)..place(at) + 4);
+        word.and_then(|word| word.try_into().ok()).unwrap_or_default()
+    };
+    let put = |record: &mut Vec<u8>, at: u16, word: [u8; 4]| {
+        if let Some(place) = record.get_mut(place(at)..place(at) + 4) {
+            place.copy_from_slice(&word);
+        }
+    };
+    match change {
+        Change::Word(at, bits) => put(record, *at, bits.to_le_bytes()),
+        Change::Scaled(at, exponent) => {
+            let scaled = f32::from_le_bytes(get(record, *at)) * f32::from(*exponent).exp2();
+            put(record, *at, scaled.to_le_bytes());
+        }
+        Change::Swapped(a, b) => {
+            let [x, y] = [get(record, *a), get(record, *b)];
+            put(record, *a, y);
+            put(record, *b, x);
+        }
+        Change::Shorter(by) => {
+            record.truncate(record.len() - usize::from(*by) % record.len().max(1));
+        }
+        Change::Longer(bytes) => record.extend(bytes),
+    }
+}
+
+/// Makes the checksum at the end right.
+fn seal(record: &mut [u8]) {
+    if let Some((body, sum)) = record.split_last_chunk_mut::<4>() {
+        *sum = crc32(body).to_le_bytes();
+    }
+}
+
+/// CRC-32 of IEEE 802.3, bit by bit.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| (crc >> 1) ^ (0xedb8_8320 * (crc & 1)))
+    })
+}
+
+/// Further pairs, and a look at all that comes of them.
+fn go_on(calibrator: &mut Target) {
+    for pair in 8..12 {
+        check_extrinsics(calibrator.in_use());
+        if let Some(estimate) = calibrator.proposal() {
+            check_estimate(&estimate);
+        }
+        take(calibrator, pair);
+        if let Some(health) = calibrator.health() {
+            assert!(health.in_use_px.is_finite() && health.proposed_px.is_finite());
+        }
+        let _ = calibrator.apply();
+    }
+}
+
+/// A usual pair.
+fn take(calibrator: &mut Target, pair: u8) {
+    calibrator.clear_pair();
+    for i in 0..30_u8 {
+        let [u, v] = [i.wrapping_mul(37).wrapping_add(pair), i.wrapping_mul(71) ^ pair];
+        let _ = calibrator.push(&plausible([u, v, i.wrapping_mul(29).wrapping_add(pair), 1]));
+    }
+    if calibrator.solve_pair().is_ok() {
+        let _ = calibrator.fuse();
+    }
+}

@@ -1,0 +1,72 @@
+//! The fuzz targets' harnesses under random bytes, on any toolchain.
+
+use std::fs;
+use std::path::Path;
+
+use fuzz_harness::{run_calibrator, run_decoder, run_frames, run_record, run_store};
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+fn random_bytes_into(harness: fn(&[u8]), runs: usize) {
+    let mut rng = ChaCha8Rng::seed_from_u64(20_261_121);
+    for _ in 0..runs {
+        let mut bytes = vec![0; rng.random_range(0..2048)];
+        rng.fill_bytes(&mut bytes);
+        harness(&bytes);
+    }
+}
+
+/// Seeds of the fuzzer, and inputs that once violated a property.
+#[test]
+fn the_corpus_breaks_no_promise() {
+    type Harness = fn(&[u8]);
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus");
+    let harnesses: [(&str, Harness); 5] = [
+        ("calibrator", run_calibrator),
+        ("decoder", run_decoder),
+        ("frames", run_frames),
+        ("record", run_record),
+        ("store", |bytes| run_store(bytes, |_, _| ())),
+    ];
+    for (target, harness) in harnesses {
+        let inputs = fs::read_dir(corpus.join(target)).unwrap();
+        let read = |input: std::io::Result<fs::DirEntry>| fs::read(input.unwrap().path()).unwrap();
+        let inputs: Vec<_> = inputs.map(read).collect();
+        assert!(inputs.len() > 5, "{target}");
+        for bytes in &inputs {
+            harness(bytes);
+        }
+    }
+}
+
+#[test]
+fn arbitrary_calls_in_any_order_break_no_promise() {
+    random_bytes_into(run_calibrator, 20_000);
+}
+
+#[test]
+fn arbitrary_streams_in_any_cut_break_no_promise_of_the_decoder() {
+    random_bytes_into(run_decoder, 20_000);
+}
+
+#[test]
+fn arbitrary_frames_break_no_promise_of_the_calibrator() {
+    random_bytes_into(run_frames, 20_000);
+}
+
+#[test]
+fn arbitrary_records_break_no_promise() {
+    random_bytes_into(run_record, 5_000);
+}
+
+#[test]
+fn any_flash_and_any_operations_break_no_promise_of_the_store() {
+    let mut rng = ChaCha8Rng::seed_from_u64(20_261_122);
+    let mut loaded = 0_u32;
+    for _ in 0..4000 {
+        let mut bytes = vec![0; rng.random_range(0..3000)];
+        rng.fill_bytes(&mut bytes);
+        run_store(&bytes, |_, _| loaded += 1);
+    }
+    assert!(loaded > 100_000, "{loaded}");
+}

@@ -1,0 +1,67 @@
+//! The methods that ours are compared with, in `f64`: those of the literature and common practice.
+//!
+//! Each is written independently of the core, from its publication; details that had to be
+//! filled in or was left out stands in its file, and in [`Method::source`].
+
+mod bundle;
+mod cauchy;
+mod dang;
+mod epipolar;
+mod filter;
+mod five_point;
+mod fusion;
+mod hansen;
+mod ling_shen;
+pub mod literal_paper;
+mod method;
+mod minimise;
+mod mueller_block;
+mod mueller_ukf;
+mod ours;
+mod pose;
+mod ransac;
+#[cfg(test)]
+mod tests;
+
+use anyhow::{Context, Result};
+
+pub use bundle::Bundle;
+pub use cauchy::Cauchy;
+pub use dang::Dang;
+pub use hansen::Hansen;
+pub use ling_shen::LingShen;
+pub use method::{Method, Setting};
+pub use mueller_block::MuellerBlock;
+pub use mueller_ukf::MuellerUkf;
+pub use ours::{Paper, Robust};
+pub use ransac::Ransac;
+
+/// All of them, in the order of a table's columns: ours, then by the year of publication, then what
+/// is common practice.
+#[must_use]
+pub fn all() -> Vec<Box<dyn Method>> {
+    vec![
+        Box::new(Robust),
+        Box::new(Paper),
+        Box::new(Dang),
+        Box::new(Hansen),
+        Box::new(LingShen),
+        Box::new(MuellerUkf),
+        Box::new(MuellerBlock),
+        Box::new(Cauchy),
+        Box::new(Ransac),
+        Box::new(Bundle),
+    ]
+}
+
+/// The method of that name.
+///
+/// # Errors
+/// Lists the names there are.
+pub fn by_name(name: &str) -> Result<Box<dyn Method>> {
+    let all = all();
+    let names: Vec<&str> = all.iter().map(|method| method.name()).collect();
+    let names = names.join(", ");
+    let found = all.into_iter().find(|method| method.name() == name);
+    found.with_context(|| format!("no method is called {name}; there are: {names}"))
+}

@@ -1,0 +1,107 @@
+//! The best that the data allow: the Cramer-Rao bound, and the joint maximum-likelihood fit of the
+//! true inliers of all pairs.
+//!
+//! Model: independent Gaussian noise of one variance on all four pixel coordinates, unknown points.
+//! To first order the points drop out and what remains is the epipolar constraint over its own
+//! standard deviation (Sampson): `r = p_r^T E p_l / |grad|`, `E = [t]x R`. Nothing here is shared
+//! with the core: `E` instead of rectifying rotations, numeric derivatives, `f64`.
+
+use nalgebra::{Matrix3, Matrix5, Rotation3, Vector3, Vector5};
+use stereo_selfcal::Extrinsics;
+use stereo_selfcal::metrics::Deviation;
+
+use crate::data::Rays;
+
+/// A pose moved by the five unknowns: turn of `R` and turn of `t`, both in the right camera frame.
+#[derive(Debug, Clone, Copy)]
+struct Pose {
+    rotation: Rotation3<f64>,
+    translation: Vector3<f64>,
+}
+
+impl Pose {
+    fn moved(&self, d: &Vector5<f64>) -> Self {
+        let rotation = Rotation3::new(Vector3::new(d[0], d[1], d[2])) * self.rotation;
+        // Two directions across t.
+        let across = self.translation.cross(&Vector3::z()).normalize();
+        let other = self.translation.cross(&across);
+        let translation = (self.translation + across * d[3] + other * d[4]).normalize();
+        Self { rotation, translation }
+    }
+
+    fn essential(&self) -> Matrix3<f64> {
+        self.translation.cross_matrix() * self.rotation.matrix()
+    }
+}
+
+impl From<&Extrinsics<f64>> for Pose {
+    fn from(extrinsics: &Extrinsics<f64>) -> Self {
+        Self {
+            rotation: *extrinsics.rotation(),
+            translation: extrinsics.translation().into_inner(),
+        }
+    }
+}
+
+fn whitened(e: &Matrix3<f64>, [p_l, p_r]: &Rays) -> f64 {
+    let (in_right, in_left) = (e * p_l, e.tr_mul(p_r));
+    let gradient = in_right.xy().norm_squared() + in_left.xy().norm_squared();
+    p_r.dot(&in_right) / gradient.sqrt()
+}
+
+/// `sum J J^T` and `sum J r` of the whitened residual, unit noise at unit depth.
+fn normal_equations<'a>(
+    pose: &Pose,
+    rays: impl Iterator<Item = &'a Rays>,
+) -> (Matrix5<f64>, Vector5<f64>) {
+    const H: f64 = 1e-6;
+    let moved = |i: usize, h: f64| pose.moved(&(Vector5::ith(i, h))).essential();
+    let both: [[Matrix3<f64>; 2]; 5] = std::array::from_fn(|i| [moved(i, H), moved(i, -H)]);
+    let centre = pose.essential();
+    let (mut h, mut g) = (Matrix5::zeros(), Vector5::zeros());
+    for rays in rays {
+        let j = Vector5::from_fn(|i, _| {
+            let [plus, minus] = &both[i];
+            (whitened(plus, rays) - whitened(minus, rays)) / (2.0 * H)
+        });
+        h += j * j.transpose();
+        g += j * whitened(&centre, rays);
+    }
+    (h, g)
+}
+
+/// Cramer-Rao bound: least possible RMS of `e_t` and `e_theta` of an unbiased estimate, rad.
+///
+/// * `rays`: the noise-free rays of the true inliers.
+/// * `noise`: standard deviation of a coordinate, unit depth (px over the focal length).
+///
+/// # Panics
+/// If the scene leaves a direction free.
+pub fn cramer_rao<'a>(
+    truth: &Extrinsics<f64>,
+    rays: impl Iterator<Item = &'a Rays>,
+    noise: f64,
+) -> Deviation<f64> {
+    let (information, _) = normal_equations(&Pose::from(truth), rays);
+    let covariance =
+        information.try_inverse().expect("the scene determines all directions") * noise * noise;
+    Deviation {
+        rotation: covariance.fixed_view::<3, 3>(0, 0).trace().sqrt(),
+        translation: covariance.fixed_view::<2, 2>(3, 3).trace().sqrt(),
+    }
+}
+
+/// Maximum-likelihood extrinsics of all given correspondences, by Gauss-Newton from the truth.
+///
+/// # Panics
+/// If the scene leaves a direction free.
+#[must_use]
+pub fn joint_fit(truth: &Extrinsics<f64>, rays: &[Rays]) -> Extrinsics<f64> {
+    let mut pose = Pose::from(truth);
+    for _ in 0..4 {
+        let (h, g) = normal_equations(&pose, rays.iter());
+        let step = h.cholesky().expect("the scene determines all directions").solve(&g);
+        pose = pose.moved(&-step);
+    }
+    Extrinsics::try_new(pose.rotation.matrix(), &pose.translation).expect("near the truth")
+}

@@ -1,0 +1,125 @@
+//! A part of a picture with an axis in each direction.
+
+use super::axis::Axis;
+use super::palette::Rgb;
+use super::svg::{Anchor, Point, Style, Svg};
+
+/// Opacities of the lines of the grid and of the border.
+const GRID: f64 = 0.13;
+const BORDER: f64 = 0.5;
+
+/// Distance of the words at ticks from the border, px.
+const GAP: f64 = 6.0;
+
+/// Draws values into a rectangle of a picture.
+#[derive(Debug)]
+pub struct Plot<'a> {
+    svg: &'a mut Svg,
+    /// Left, right, px.
+    across: Point,
+    /// Bottom, top, px.
+    upwards: Point,
+    axes: [Axis; 2],
+}
+
+impl<'a> Plot<'a> {
+    /// Between the left top and the right bottom corner, px.
+    #[must_use]
+    pub fn new(
+        svg: &'a mut Svg,
+        [[left, top], [right, bottom]]: [Point; 2],
+        axes: [Axis; 2],
+    ) -> Self {
+        Self { svg, across: [left, right], upwards: [bottom, top], axes }
+    }
+
+    /// With its values growing downwards.
+    #[must_use]
+    pub fn downwards(mut self) -> Self {
+        self.upwards.reverse();
+        self
+    }
+
+    /// Where a value is in the picture, px.
+    #[must_use]
+    pub fn place(&self, [x, y]: Point) -> Point {
+        let [x_axis, y_axis] = &self.axes;
+        [x_axis.place(x, self.across), y_axis.place(y, self.upwards)]
+    }
+
+    /// Lines at the ticks across the horizontal axis.
+    pub fn grid_x(&mut self) {
+        for (tick, _) in self.axes[0].ticks() {
+            let x = self.axes[0].place(*tick, self.across);
+            self.svg.path(self.upwards.map(|y| [x, y]), Style::line(Rgb::BLACK, 1.0).opacity(GRID));
+        }
+    }
+
+    /// Lines at the ticks across the vertical axis.
+    pub fn grid_y(&mut self) {
+        for (tick, _) in self.axes[1].ticks() {
+            let y = self.axes[1].place(*tick, self.upwards);
+            self.svg.path(self.across.map(|x| [x, y]), Style::line(Rgb::BLACK, 1.0).opacity(GRID));
+        }
+    }
+
+    /// A line around.
+    pub fn border(&mut self) {
+        let corners = [[self.across[0], self.upwards[0]], [self.across[1], self.upwards[1]]];
+        self.svg.rectangle(corners, Style::line(Rgb::BLACK, 1.0).opacity(BORDER));
+    }
+
+    /// Words at the ticks of the horizontal axis, and its name below them, of a size in px.
+    pub fn label_x(&mut self, name: &str, size: f64) {
+        let bottom = self.upwards[0].max(self.upwards[1]);
+        let row = bottom + GAP + size / 2.0;
+        for (tick, words) in self.axes[0].ticks() {
+            self.svg.text(
+                [self.axes[0].place(*tick, self.across), row],
+                size,
+                Anchor::Middle,
+                words,
+            );
+        }
+        let middle = f64::midpoint(self.across[0], self.across[1]);
+        self.svg.text([middle, row + 1.4 * size], size, Anchor::Middle, name);
+    }
+
+    /// Words at the ticks of the vertical axis, and its name `aside` of the border, px.
+    pub fn label_y(&mut self, name: &str, size: f64, aside: f64) {
+        let left = self.across[0];
+        for (tick, words) in self.axes[1].ticks() {
+            let y = self.axes[1].place(*tick, self.upwards);
+            self.svg.text([left - GAP, y], size, Anchor::End, words);
+        }
+        let middle = f64::midpoint(self.upwards[0], self.upwards[1]);
+        self.svg.text_upwards([left - aside, middle], size, name);
+    }
+
+    /// A line through values.
+    pub fn line(&mut self, values: impl IntoIterator<Item = Point>, style: Style) {
+        let points: Vec<Point> = values.into_iter().map(|value| self.place(value)).collect();
+        self.svg.path(points, style);
+    }
+
+    /// A shape around values.
+    pub fn shape(&mut self, values: impl IntoIterator<Item = Point>, style: Style) {
+        let points: Vec<Point> = values.into_iter().map(|value| self.place(value)).collect();
+        self.svg.polygon(points, style);
+    }
+
+    /// A rectangle between two opposite corners.
+    pub fn rectangle(&mut self, corners: [Point; 2], style: Style) {
+        self.svg.rectangle(corners.map(|value| self.place(value)), style);
+    }
+
+    /// Dots of a radius, px.
+    pub fn dots(&mut self, values: impl IntoIterator<Item = Point>, radius: f64, style: Style) {
+        values.into_iter().for_each(|value| self.svg.circle(self.place(value), radius, style));
+    }
+
+    /// A cross, from its middle to its ends `half` px in both directions.
+    pub fn cross(&mut self, value: Point, half: f64, style: Style) {
+        self.svg.cross(self.place(value), half, style);
+    }
+}

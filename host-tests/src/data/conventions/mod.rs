@@ -1,0 +1,127 @@
+//! Rigs in the files of other tools, and out of them: OpenCV, Kalibr and ROS.
+//!
+//! Ours is `p_r = R p_l + t`, `|t| = 1`, and the length of the baseline beside it, in metres.
+//!
+//! | format | extrinsics | scale |
+//! |---|---|---|
+//! | OpenCV | `R`, `T` of `x_2 = R x_1 + T`, the left camera first | `\|T\|`, unit of the chessboard |
+//! | Kalibr | `T_cn_cnm1` of cam1: points of cam0 to cam1, the left camera is cam0 | metres |
+//! | ROS | `R = R_r^T R_l`, `t = -`(first row of `R_r`) of the rectification matrices | `P[0][3] = -fx b` of the right camera, metres |
+//!
+//! So `T`, the last column of `T_cn_cnm1` and `P[0][3]` are negative in x for a side-by-side rig. All
+//! pixels have the centre of the top left one at `(0, 0)`. Numbers are written with the digits that
+//! read back to the same bits: `R`, `K` and lens of OpenCV and Kalibr survive any number of journeys
+//! unchanged, and so does `T` of a file (see `scale`). ROS has `R` and `t` only through products of
+//! rotations, and keeps them to rounding. A length of 1 stands for a baseline that is not known.
+
+mod files;
+mod kalibr;
+mod mat;
+mod number;
+mod opencv;
+mod rectified;
+mod rig;
+mod ros;
+mod scale;
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use clap::ValueEnum;
+use stereo_selfcal::Extrinsics;
+
+pub use files::{Document, Files};
+pub use rig::Unknowns;
+
+use crate::data::dataset::Meta;
+
+/// Whose files.
+#[expect(clippy::doc_markdown, reason = "doc comments of the variants are help text")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// FileStorage YAML as stereo_calib.cpp writes it: intrinsics.yml (M1 D1 M2 D2) and
+    /// extrinsics.yml (R T R1 R2 P1 P2 Q). x_2 = R x_1 + T, first camera left; T.x is negative.
+    Opencv,
+    /// camchain.yaml: cam0 left, cam1 right; T_cn_cnm1 takes points of cam0 to cam1, in metres.
+    Kalibr,
+    /// left.yaml and right.yaml (camera_info): rectification matrices, and `P[0][3] = -fx b` of the
+    /// right camera, b in metres.
+    Ros,
+}
+
+impl Format {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Opencv, Self::Kalibr, Self::Ros];
+
+    /// As it is given on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Opencv => "opencv",
+            Self::Kalibr => "kalibr",
+            Self::Ros => "ros",
+        }
+    }
+
+    /// The files of a rig, in this format. A baseline of unknown length is written as 1, with a
+    /// comment.
+    ///
+    /// # Errors
+    /// If the rig is not valid, or the format cannot express it.
+    pub fn write(self, meta: &Meta) -> Result<Vec<Document>> {
+        rig::check(meta)?;
+        // As it will be read, so that derived numbers have the same bits.
+        let (t, baseline_m) = scale::split(scale::scaled(meta.t, meta.baseline_m))?;
+        let meta = Meta { t, baseline_m, ..meta.clone() };
+        match self {
+            Self::Opencv => opencv::write(&meta),
+            Self::Kalibr => kalibr::write(&meta),
+            Self::Ros => ros::write(&meta),
+        }
+    }
+
+    /// Which format files are in, by their keys.
+    fn of(files: &Files) -> Result<Self> {
+        for (keys, format) in [
+            (&["cam0", "cam1"][..], Self::Kalibr),
+            (&["camera_matrix", "projection_matrix"][..], Self::Ros),
+            (&["M1", "K1", "R", "T"][..], Self::Opencv),
+        ] {
+            if keys.iter().any(|key| files.have(key)) {
+                return Ok(format);
+            }
+        }
+        bail!(
+            "{files}: neither OpenCV (M1, D1, M2, D2, R, T) nor Kalibr (cam0, cam1) nor ROS (camera_matrix, projection_matrix)"
+        )
+    }
+}
+
+/// The rig of one or more files, or of all YAML files of a folder; the format is told by the keys.
+///
+/// `unknowns`: values that the files may lack.
+///
+/// # Errors
+/// Names the file, the key and the expected value.
+pub fn import(places: &[impl AsRef<Path>], unknowns: Unknowns) -> Result<Meta> {
+    let files = Files::read(places)?;
+    match Format::of(&files)? {
+        Format::Opencv => opencv::rig(&files, unknowns),
+        Format::Kalibr => kalibr::rig(&files, unknowns),
+        Format::Ros => ros::rig(&files, unknowns),
+    }
+}
+
+/// `R` and unit `t` alone: OpenCV's extrinsics.yml is enough.
+///
+/// # Errors
+/// As [`import`].
+pub fn import_extrinsics(place: &Path) -> Result<Extrinsics<f64>> {
+    let files = Files::read(&[place])?;
+    match Format::of(&files)? {
+        Format::Opencv => opencv::pose(&files),
+        Format::Kalibr => kalibr::pose(&files),
+        Format::Ros => ros::pose(&files),
+    }?
+    .extrinsics()
+}

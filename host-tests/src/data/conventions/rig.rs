@@ -1,0 +1,164 @@
+//! The common part of the formats: two cameras, a pose between them, and the checks of both.
+
+use anyhow::{Context, Result, ensure};
+use nalgebra::{Matrix3, Vector3};
+use stereo_selfcal::Extrinsics;
+
+use super::scale;
+use crate::data::dataset::{LensModel, Meta};
+use crate::data::geometry::{Rows, matrix};
+
+/// How far `R^T R` may be from the identity, in any element: a matrix of three decimals passes.
+const ROTATION: f64 = 2e-3;
+
+/// Values that files may lack.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unknowns {
+    /// Image width and height, px: OpenCV's `stereo_calib.cpp` does not write them.
+    pub size: Option<[u16; 2]>,
+    /// Length of OpenCV's unit of `T`, m: that of the chessboard it was calibrated from.
+    pub unit_m: f64,
+}
+
+impl Default for Unknowns {
+    fn default() -> Self {
+        Self { size: None, unit_m: 1.0 }
+    }
+}
+
+/// One camera of a rig.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct View {
+    /// Camera matrix, px.
+    pub(super) k: Rows,
+    /// Which lens.
+    pub(super) lens: LensModel,
+    /// Its coefficients, OpenCV's order.
+    pub(super) dist: Vec<f64>,
+    /// Width and height, px.
+    pub(super) size: [u16; 2],
+}
+
+/// `p_r = R p_l + b t`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Pose {
+    pub(super) r: Rows,
+    /// Unit length.
+    pub(super) t: [f64; 3],
+    /// `None`: not known.
+    pub(super) baseline_m: Option<f64>,
+}
+
+impl Pose {
+    /// From `R` and `T = b t`.
+    pub(super) fn of(r: Rows, scaled: [f64; 3]) -> Result<Self> {
+        let (t, baseline_m) = scale::split(scaled)?;
+        let pose = Self { r, t, baseline_m };
+        pose.extrinsics()?;
+        Ok(pose)
+    }
+
+    /// As the core takes it.
+    pub(super) fn extrinsics(&self) -> Result<Extrinsics<f64>> {
+        let r = matrix(&self.r);
+        let off = (r.transpose() * r - Matrix3::identity()).amax();
+        ensure!(
+            off <= ROTATION && r.determinant() > 0.0,
+            "R is not a rotation: R^T R is off the identity by {off:.1e}, or it is a reflection"
+        );
+        let [x, y, _] = self.t;
+        ensure!(
+            x < y.abs(),
+            "the first camera is to the right of the second (t = {:?}): exchange the two",
+            self.t
+        );
+        Ok(Extrinsics::try_new(&r, &Vector3::from(self.t))?)
+    }
+}
+
+/// A rig from its parts.
+pub(super) fn meta([left, right]: [View; 2], pose: &Pose, source: String) -> Result<Meta> {
+    ensure!(
+        left.lens == right.lens,
+        "both cameras must have lenses of the same model: left {:?}, right {:?}",
+        left.lens,
+        right.lens
+    );
+    ensure!(
+        left.size == right.size,
+        "both images must be of the same size: left {:?}, right {:?}",
+        left.size,
+        right.size
+    );
+    let [width, height] = left.size;
+    let meta = Meta {
+        k_l: left.k,
+        k_r: right.k,
+        dist_l: left.dist,
+        dist_r: right.dist,
+        lens: left.lens,
+        width,
+        height,
+        r: pose.r,
+        t: pose.t,
+        baseline_m: pose.baseline_m,
+        source,
+        license: String::new(),
+        sigma_r_deg: None,
+        sigma_t_deg: None,
+        other: serde_json::Map::new(),
+    };
+    check(&meta)?;
+    Ok(meta)
+}
+
+/// Whether the core would take it.
+pub(super) fn check(meta: &Meta) -> Result<()> {
+    meta.cameras::<f64>()?;
+    Pose { r: meta.r, t: meta.t, baseline_m: meta.baseline_m }.extrinsics()?;
+    if let Some(b) = meta.baseline_m {
+        ensure!(b.is_normal() && b > 0.0, "the baseline must be longer than 0 m, not {b}");
+    }
+    Ok(())
+}
+
+/// Coefficients as we hold them: five of a radial-tangential lens, four of a fisheye.
+pub(super) fn coefficients(lens: LensModel, given: &[f64]) -> Result<Vec<f64>> {
+    match lens {
+        LensModel::Fisheye => {
+            ensure!(given.len() == 4, "{} lens coefficients: a fisheye has 4", given.len());
+            Ok(given.to_vec())
+        }
+        LensModel::RadialTangential => {
+            ensure!(
+                matches!(given.len(), 0 | 4 | 5 | 8 | 12 | 14),
+                "{} lens coefficients: k1 k2 p1 p2 [k3] are expected",
+                given.len()
+            );
+            let (kept, beyond) = given.split_at(given.len().min(5));
+            ensure!(
+                beyond.iter().all(|&k| k == 0.0),
+                "the lens coefficients after k3 (rational, thin prism, tilted) are not 0: calibrate with k1 k2 p1 p2 k3 alone"
+            );
+            let mut five = kept.to_vec();
+            five.resize(5, 0.0);
+            Ok(five)
+        }
+    }
+}
+
+/// `K` of focal lengths and principal point, px.
+pub(super) fn camera_matrix([fx, fy, cx, cy]: [f64; 4]) -> Rows {
+    [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]
+}
+
+/// Row-major numbers as rows.
+pub(super) fn square(numbers: &[f64]) -> Result<Rows> {
+    let [a, b, c, d, e, f, g, h, i]: [f64; 9] = numbers
+        .try_into()
+        .with_context(|| format!("{} numbers: 3 x 3 are expected", numbers.len()))?;
+    Ok([[a, b, c], [d, e, f], [g, h, i]])
+}
+
+/// Comment of a file where the baseline's length is not known.
+pub(super) const NO_SCALE: &str = "# The length of the baseline is not known: it is written as 1. Multiply it by the length in metres.\n";

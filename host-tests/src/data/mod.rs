@@ -1,0 +1,16 @@
+//! Recorded data: data sets with known extrinsics, files of single pairs, and rigs in the files of other
+//! tools.
+
+#[cfg(feature = "selfcal")]
+pub mod conventions;
+mod dataset;
+mod geometry;
+mod pair_file;
+mod rigs;
+mod turned_view;
+
+pub use dataset::{Dataset, LensModel, Match, Meta};
+pub use geometry::{Rays, Rows, in_f64, matrix, rows};
+pub use pair_file::{PairFile, TruePair};
+pub use rigs::Rig;
+pub use turned_view::TurnedView;

@@ -1,0 +1,166 @@
+//! Evidence: the method of the paper and ours against others, on recorded and on
+//! generated data, as one page.
+//!
+//! Measurements are independent and the same on any number of threads; finished
+//! ones are cached beside the page, and an interrupted evaluation resumes.
+
+pub mod cache;
+pub mod effort;
+mod findings;
+pub mod jackknife;
+pub mod measurement;
+pub mod offsets;
+pub mod on_recorded;
+pub mod ordering;
+pub mod pictures;
+pub mod recorded_sets;
+pub mod report;
+pub mod run_page;
+mod sections;
+pub mod step_response;
+pub mod sweep;
+
+use std::path::{Path, PathBuf};
+
+use crate::run::progress::Bar;
+use anyhow::Result;
+
+use crate::baselines::Method;
+use cache::Cache;
+use findings::Findings;
+use measurement::{MeasurementCounts, Runner};
+use report::Page;
+use sweep::{Sweep, SweepAxis};
+
+pub use findings::Request;
+
+/// Results of an evaluation.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Evaluated {
+    /// The page.
+    pub page: PathBuf,
+    /// Numbers of measurements by their outcome.
+    pub counts: MeasurementCounts,
+    /// Checks of the paper's order: those that hold, all, and those without an explanation.
+    pub order: [usize; 3],
+}
+
+const TITLE: &str = "Online stereo self-calibration: the evidence";
+
+const LEAD: &str = "How far the estimated extrinsics of a stereo rig are from the truth, for this \
+                    project's two presets and for what else there is, on recorded and on generated \
+                    correspondences. All methods get the same undistorted rays and start at R = I, \
+                    t = (-1, 0, 0), with p_r = R p_l + t and |t| = 1. Errors are in radians: 0.001 rad is \
+                    0.057 degrees.";
+
+/// Methods that are too slow to be asked after every pair of a run.
+const BATCH: [&str; 1] = ["bundle"];
+
+/// Evaluates all methods and writes the page into a folder, which is made; nothing is written
+/// elsewhere.
+///
+/// * `bar`: advances with every measurement.
+///
+/// # Errors
+/// If a data set cannot be read, or a file of the folder cannot be written.
+pub fn evaluate(request: &Request, dir: &Path, bar: &Bar) -> Result<Evaluated> {
+    let sets = recorded_sets::all(&request.data)?;
+    let methods = request.methods()?;
+    let cache = Cache::open(dir, request.fresh)?;
+    let runner = Runner::new(&cache, bar);
+    let rows = on_recorded::rows(&runner, &sets, &methods)?;
+    let checks = ordering::check(&runner, &rows, &methods)?;
+    let sweep = |axis| sweep::sweep(&runner, axis, &methods, request.effort);
+    let sweeps: Vec<Sweep> = SweepAxis::ALL.into_iter().map(sweep).collect::<Result<_>>()?;
+    let tracking = methods.iter().map(AsRef::as_ref).filter(|by| !BATCH.contains(&by.name()));
+    let tracking: Vec<&dyn Method> = tracking.collect();
+    let step_responses = step_response::step_responses(&runner, &tracking, request.effort.steps)?;
+    let step_responses = tracking.iter().map(|by| by.name()).zip(step_responses).collect();
+    let counts = runner.counts();
+    let holds = checks.iter().filter(|check| check.holds()).count();
+    let unexplained = checks.iter().filter(|check| check.is_unexplained()).count();
+    let order = [holds, checks.len(), unexplained];
+    let findings = Findings {
+        request,
+        sets: &sets,
+        methods: &methods,
+        rows: &rows,
+        checks: &checks,
+        sweeps,
+        step_responses,
+    };
+    let mut page = Page::new(TITLE, LEAD);
+    page.sections = sections::all(&findings, &counts);
+    let page = page.write(dir)?;
+    Ok(Evaluated { page, counts, order })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::fs;
+
+    use super::*;
+    use effort::Effort;
+
+    fn request() -> Request {
+        Request {
+            data: Vec::new(),
+            methods: ["robust", "paper", "ling-shen"].map(String::from).to_vec(),
+            effort: Effort::QUICK.with_trials(1),
+            pictures: false,
+            fresh: false,
+            command: "cargo selfcal evaluate".into(),
+        }
+    }
+
+    fn run(dir: &Path, threads: usize) -> Evaluated {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| evaluate(&request(), dir, &Bar::hidden()).unwrap())
+    }
+
+    /// The page and its numbers.
+    fn files(dir: &Path) -> BTreeMap<PathBuf, String> {
+        let csv = fs::read_dir(dir.join("csv")).unwrap().map(|entry| entry.unwrap().path());
+        let all = csv.chain([dir.join("index.html")]);
+        let read = |path: PathBuf| {
+            let name = path.strip_prefix(dir).unwrap().to_owned();
+            (name, fs::read_to_string(path).unwrap())
+        };
+        all.map(read).collect()
+    }
+
+    #[test]
+    fn any_number_of_threads_and_an_interruption_give_the_same_page() {
+        let [one, three] = [1, 3].map(|threads| {
+            let dir = tempfile::tempdir().unwrap();
+            let evaluated = run(dir.path(), threads);
+            assert_eq!(evaluated.counts.reused, 0);
+            dir
+        });
+        let page = files(one.path());
+        assert_eq!(page, files(three.path()));
+
+        let cells = three.path().join("cells.jsonl");
+        let text = fs::read_to_string(&cells).unwrap();
+        let lines = text.lines().count();
+        let (kept, _) = text.split_at(text.len() / 2);
+        fs::write(&cells, kept).unwrap();
+        let whole = kept.matches('\n').count();
+        let again = run(three.path(), 2);
+        assert_eq!(again.counts.reused, whole);
+        assert!(whole > 0 && whole < lines, "{whole} of {lines}");
+        assert_eq!(page, files(three.path()));
+        assert_eq!(run(three.path(), 2).counts.reused, lines);
+    }
+
+    #[test]
+    fn a_method_that_does_not_exist_is_named_before_anything_is_written() {
+        let dir = tempfile::tempdir().unwrap();
+        let unknown = Request { methods: vec!["wizard".into()], ..request() };
+        let out = dir.path().join("out");
+        let error = evaluate(&unknown, &out, &Bar::hidden()).unwrap_err().to_string();
+        assert!(error.contains("wizard") && error.contains("ling-shen"), "{error}");
+        assert!(!out.exists());
+    }
+}

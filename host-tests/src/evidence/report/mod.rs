@@ -1,0 +1,19 @@
+//! A page of evidence: one HTML file with its pictures inside, and a CSV file of every number.
+//!
+//! A page has sections; a section has paragraphs, tables and figures. A table or a figure comes with
+//! a caption, the command that makes it again, and its numbers. Nothing is loaded from elsewhere.
+
+mod figure;
+mod html;
+mod inline;
+mod numbers;
+mod page;
+
+mod table;
+mod theme;
+
+pub use figure::{Entry, Figure, Picture, Sample};
+pub use inline::inline;
+pub use numbers::Csv;
+pub use page::{Block, Page, Section};
+pub use table::{Cell, Table};

@@ -1,0 +1,153 @@
+//! Tables: rows that sort by a click on their heading, numbers in line.
+
+use maud::{Markup, html};
+
+use super::numbers::Csv;
+
+/// Words longer than this, bytes, keep some width on a phone.
+const LONG: usize = 40;
+
+/// What one cell shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cell {
+    shown: String,
+    /// In full, for the CSV file.
+    full: String,
+    /// What rows are sorted by.
+    number: Option<f64>,
+    class: &'static str,
+    /// Hint on hovering.
+    hint: Option<String>,
+}
+
+/// Rows under headings, with what explains them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// Name of its CSV file, without its ending.
+    pub name: String,
+    /// Names of the columns, with units.
+    pub heading: Vec<String>,
+    /// Rows as long as the heading.
+    pub rows: Vec<Vec<Cell>>,
+    /// Description and origin.
+    pub caption: String,
+    /// The command that makes it.
+    pub command: String,
+}
+
+impl Cell {
+    /// Words.
+    #[must_use]
+    pub fn text(words: impl Into<String>) -> Self {
+        let full = words.into();
+        let class = if full.len() > LONG { "words" } else { "" };
+        Self { shown: full.clone(), full, number: None, class, hint: None }
+    }
+
+    /// A number, shown with so many decimals and kept in full.
+    #[must_use]
+    pub fn number(value: f64, decimals: usize) -> Self {
+        let shown = format!("{value:.decimals$}");
+        Self { shown, full: value.to_string(), number: Some(value), class: "number", hint: None }
+    }
+
+    /// A whole number.
+    #[must_use]
+    pub fn count(value: usize) -> Self {
+        let number = u32::try_from(value).map_or(f64::INFINITY, f64::from);
+        Self { full: value.to_string(), ..Self::number(number, 0) }
+    }
+
+    /// Nothing to show, and why.
+    #[must_use]
+    pub fn missing(shown: &str, why: impl Into<String>) -> Self {
+        let why = why.into();
+        let full = format!("{shown}: {why}");
+        Self { shown: shown.to_owned(), full, number: None, class: "missing", hint: Some(why) }
+    }
+
+    /// Stands out as the best of its row.
+    #[must_use]
+    pub fn best(self) -> Self {
+        Self { class: "number best", ..self }
+    }
+
+    /// Stands back: no evidence.
+    #[must_use]
+    pub fn faint(self) -> Self {
+        let class = if self.number.is_some() { "number faint" } else { "faint" };
+        Self { class, ..self }
+    }
+
+    /// Stands out as a thing to look at.
+    #[must_use]
+    pub fn alarming(self) -> Self {
+        let class = if self.class == "words" { "words alarm" } else { "alarm" };
+        Self { class, ..self }
+    }
+
+    /// With a hint on hovering.
+    #[must_use]
+    pub fn with_hint(self, hint: impl Into<String>) -> Self {
+        Self { hint: Some(hint.into()), ..self }
+    }
+
+    fn markup(&self) -> Markup {
+        let key = self.number.map(|number| number.to_string());
+        html! {
+            td class=(self.class) data-key=[key] title=[self.hint.as_ref()] { (self.shown) }
+        }
+    }
+}
+
+impl Table {
+    /// No rows yet.
+    #[must_use]
+    pub fn new(name: &str, heading: impl IntoIterator<Item = String>) -> Self {
+        Self {
+            name: name.to_owned(),
+            heading: heading.into_iter().collect(),
+            rows: Vec::new(),
+            caption: String::new(),
+            command: String::new(),
+        }
+    }
+
+    /// One more row.
+    pub fn push(&mut self, row: Vec<Cell>) {
+        self.rows.push(row);
+    }
+
+    /// With a caption and the command that makes it.
+    #[must_use]
+    pub fn explained(self, caption: impl Into<String>, command: impl Into<String>) -> Self {
+        Self { caption: caption.into(), command: command.into(), ..self }
+    }
+
+    pub(super) fn numbers(&self) -> Csv {
+        let rows = self.rows.iter().map(|row| row.iter().map(|cell| cell.full.clone()).collect());
+        let rows = rows.collect();
+        Csv { name: self.name.clone(), heading: self.heading.clone(), rows }
+    }
+
+    pub(super) fn markup(&self) -> Markup {
+        let numeric = |i: usize| {
+            let of_row = |row: &Vec<Cell>| row.get(i).is_some_and(|cell| cell.number.is_some());
+            self.rows.iter().any(of_row)
+        };
+        html! {
+            div.scroll {
+                table {
+                    thead { tr {
+                        @for (i, name) in self.heading.iter().enumerate() {
+                            th scope="col" class=(if numeric(i) { "number" } else { "" }) { (name) }
+                        }
+                    } }
+                    tbody {
+                        @for row in &self.rows { tr { @for cell in row { (cell.markup()) } } }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! The page, section by section.
+
+mod accuracy;
+mod brief;
+mod compared;
+mod curves;
+mod knock;
+mod labels;
+mod order;
+mod pictures;
+
+use super::measurement::MeasurementCounts;
+use crate::evidence::findings::Findings;
+use crate::evidence::report::{Cell, Section, Table};
+
+/// All sections, in the order of the page.
+pub(super) fn all(findings: &Findings<'_>, counts: &MeasurementCounts) -> Vec<Section> {
+    let mut all = vec![
+        brief::section(findings),
+        compared::section(findings),
+        accuracy::section(findings),
+        order::section(findings),
+    ];
+    all.extend(curves::sections(findings));
+    all.push(knock::section(findings));
+    if findings.request.pictures {
+        all.push(pictures::section(findings));
+    }
+    all.push(failures(findings, counts));
+    all
+}
+
+/// What could not be measured, so that nothing is missing in silence.
+fn failures(findings: &Findings<'_>, counts: &MeasurementCounts) -> Section {
+    let mut section = Section::new("What failed");
+    if counts.failed.is_empty() {
+        section.text(format!("All {} measurements have an outcome.", counts.measurements));
+        return section;
+    }
+    let mut table = Table::new("failed", ["measurement".into(), "why".into()]);
+    for (what, why) in &counts.failed {
+        table.push(vec![Cell::text(what.as_str()), Cell::text(why.as_str()).alarming()]);
+    }
+    let caption = format!(
+        "Measurements without an outcome, {} of {}. On recordings a method that found nothing shows as \
+         failed; curves have a gap.",
+        counts.failed.len(),
+        counts.measurements
+    );
+    section.table(table.explained(caption, &findings.request.command));
+    section
+}

@@ -1,0 +1,58 @@
+//! Figure 4 of the paper in form: what a calibration does to depth, and the estimates on their spheres.
+
+use anyhow::{Context, Result};
+
+use super::labels::label;
+use crate::baselines::by_name;
+use crate::evidence::findings::Findings;
+use crate::evidence::pictures::{Estimates, PicturedScene, disparity_figures, sphere_figure};
+use crate::evidence::recorded_sets::SetView;
+use crate::evidence::report::{Figure, Section};
+
+/// Data set and view of the spheres: pairs enough, and outliers.
+const SPHERES: [&str; 2] = ["opencv_chess_sift", "top"];
+
+pub(super) fn section(findings: &Findings<'_>) -> Section {
+    let command = findings.request.command.as_str();
+    let mut section = Section::new("What it does to depth");
+    section.text(
+        "A camera that looks 5 degrees too far up, its pair rectified by the start, by Ling and Shen's \
+         estimate and by ours, and the disparities that a plain semi-global matcher finds: where rows do \
+         not meet, there are none, or wrong ones.",
+    );
+    for name in PicturedScene::SHIPPED {
+        match disparity_figures(name, command) {
+            Ok(figures) => figures.into_iter().for_each(|figure| section.figure(figure)),
+            Err(error) => section.alarm(format!("No pictures of {name}: {error:#}")),
+        }
+    }
+    let [set, view] = SPHERES;
+    section.text(format!(
+        "The estimates of single pairs on the unit sphere, with what is fused of them and the reference: \
+         {set}, {view}. One figure for each method.",
+    ));
+    for method in ["robust", "paper"] {
+        match spheres(findings, method, command) {
+            Ok(figure) => section.figure(figure),
+            Err(error) => section.alarm(format!("No spheres of {method}: {error:#}")),
+        }
+    }
+    section
+}
+
+fn spheres(findings: &Findings<'_>, method: &str, command: &str) -> Result<Figure> {
+    let by = by_name(method)?;
+    let [set, view] = SPHERES;
+    let set = findings.sets.iter().find(|other| other.name == set);
+    let seen = set.and_then(|set| set.views.iter().find(|seen| seen.view == view));
+    let SetView { pairs, setting, truth, .. } = seen.context("the data set is not there")?;
+    let single = |k: usize| by.fused(&pairs[k..=k], setting);
+    let estimates = Estimates {
+        pairs: (0..pairs.len()).filter_map(single).collect(),
+        fused: by.fused(pairs, setting),
+        reference: *truth,
+    };
+    let mut figure = sphere_figure(&format!("sphere_{method}"), &estimates, command);
+    figure.caption = format!("{}: {}", label(method), figure.caption);
+    Ok(figure)
+}

@@ -1,0 +1,198 @@
+//! What a run of the calibrator came to, pair by pair, against the truth of the data set.
+
+use std::fmt;
+
+use anyhow::Result;
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{Extrinsics, Fused, PairError, PairReport, Proposal, Refusal, Scalar, Stop};
+
+use super::estimate::Estimate;
+use crate::data::in_f64;
+
+/// Outcome of one pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Fused: how.
+    Accepted(Fused),
+    /// Solved, but not fused.
+    Refused(Refusal),
+    /// Not solved.
+    Failed(PairError),
+}
+
+/// One pair of a run, in `f64` whatever the scalar of the run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// Correspondences the data set has for this pair.
+    pub offered: usize,
+    /// Correspondences that the calibrator took.
+    pub taken: usize,
+    /// Its outcome.
+    pub verdict: Verdict,
+    /// The solved pair.
+    pub solved: Option<Solved>,
+    /// Error of the running estimate after this pair.
+    pub running: Option<Deviation<f64>>,
+    /// The running estimate after this pair.
+    pub estimate: Option<Estimate>,
+}
+
+/// The estimate of one pair.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solved {
+    /// Extrinsics from this pair alone.
+    pub extrinsics: Extrinsics<f64>,
+    /// Their error.
+    pub error: Deviation<f64>,
+    /// Passes taken.
+    pub passes: u16,
+    /// Whether the limit of passes was reached.
+    pub at_pass_limit: bool,
+    /// RMS row offset of the screened correspondences at the start, px.
+    pub rms_px_before: f64,
+    /// The same at the solution, px.
+    pub rms_px_after: f64,
+}
+
+/// A run being evaluated.
+#[derive(Debug, Clone)]
+pub struct RunLog {
+    /// Of the latest pair.
+    truth: Extrinsics<f64>,
+    /// Of each pair; empty where the rig does not move.
+    truths: Vec<Extrinsics<f64>>,
+    factory: Extrinsics<f64>,
+    steps: Vec<Step>,
+    fused: Option<Estimate>,
+}
+
+impl RunLog {
+    /// Of a run that starts at `factory`, on data whose truth is `truth`.
+    #[must_use]
+    pub fn new(truth: Extrinsics<f64>, factory: Extrinsics<f64>) -> Self {
+        Self { truth, truths: Vec::new(), factory, steps: Vec::new(), fused: None }
+    }
+
+    /// The same for a rig that moves: pair `i`, and the estimate after it, against `truths[i]`, pairs
+    /// beyond the last against the last.
+    #[must_use]
+    pub fn with_truths(self, truths: Vec<Extrinsics<f64>>) -> Self {
+        Self { truths, ..self }
+    }
+
+    /// Records one pair.
+    ///
+    /// * `offered`, `taken`: correspondences in the data set and in the batch.
+    /// * `outcome`: what solving and fusing returned.
+    /// * `fused`: the estimate after this pair.
+    pub fn record<T: Scalar>(
+        &mut self,
+        [offered, taken]: [usize; 2],
+        outcome: Result<(PairReport<T>, Result<Fused, Refusal>), PairError>,
+        fused: Option<&Proposal<T>>,
+    ) -> &Step {
+        self.truth = self.truths.get(self.steps.len()).copied().unwrap_or(self.truth);
+        self.fused = fused.map(Estimate::of);
+        let running = self.fused.map(|f| Deviation::between(&f.extrinsics, &self.truth));
+        let (verdict, solved) = match outcome {
+            Err(error) => (Verdict::Failed(error), None),
+            Ok((report, fusing)) => {
+                let verdict = fusing.map_or_else(Verdict::Refused, Verdict::Accepted);
+                (verdict, Some(self.solved(&report)))
+            }
+        };
+        let estimate = self.fused;
+        self.steps.push(Step { offered, taken, verdict, solved, running, estimate });
+        &self.steps[self.steps.len() - 1]
+    }
+
+    fn solved<T: Scalar>(&self, report: &PairReport<T>) -> Solved {
+        let extrinsics = in_f64(&report.extrinsics);
+        Solved {
+            extrinsics,
+            error: Deviation::between(&extrinsics, &self.truth),
+            passes: report.passes,
+            at_pass_limit: report.stop == Stop::PassesSpent,
+            rms_px_before: report.rms_px_before.to_f64(),
+            rms_px_after: report.rms_px_after.to_f64(),
+        }
+    }
+
+    /// The pairs so far.
+    #[must_use]
+    pub fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+
+    /// Where the run started.
+    #[must_use]
+    pub fn factory(&self) -> &Extrinsics<f64> {
+        &self.factory
+    }
+
+    /// True extrinsics of the latest pair.
+    #[must_use]
+    pub fn truth(&self) -> &Extrinsics<f64> {
+        &self.truth
+    }
+
+    /// The estimate so far.
+    #[must_use]
+    pub fn fused(&self) -> Option<&Estimate> {
+        self.fused.as_ref()
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Accepted(Fused::Added) => f.write_str("fused"),
+            Self::Accepted(Fused::Repeated) => f.write_str("same scene again"),
+            Self::Accepted(Fused::KeptApart) => f.write_str("kept apart"),
+            Self::Accepted(Fused::Renewed) => f.write_str("fused, older pairs dropped"),
+            Self::Accepted(Fused::TookOver) => f.write_str("the pairs kept apart took over"),
+            Self::Accepted(other) => write!(f, "{other:?}"),
+            Self::Refused(why) => write!(f, "refused: {why}"),
+            Self::Failed(why) => write!(f, "not solved: {why}"),
+        }
+    }
+}
+
+impl Step {
+    /// Heading over the lines of [`Step`]'s `Display`. Passes end in `+` where the limit cut them off.
+    pub const HEADING: &str = "matches  rows px before>after  passes   pair e_t  e_theta deg   \
+                               running e_t  e_theta deg   verdict";
+}
+
+impl fmt::Display for Step {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:>7}  ", self.taken)?;
+        match &self.solved {
+            Some(s) => write!(
+                f,
+                "{:>9.3} > {:>9.3}  {:>5}{}   {:>8.3}  {:>11.3}   ",
+                s.rms_px_before,
+                s.rms_px_after,
+                s.passes,
+                if s.at_pass_limit { '+' } else { ' ' },
+                s.error.translation.to_degrees(),
+                s.error.rotation.to_degrees(),
+            )?,
+            None => write!(f, "{:>21}  {:>6}   {:>8}  {:>11}   ", "-", "-", "-", "-")?,
+        }
+        match &self.running {
+            Some(e) => write!(
+                f,
+                "{:>11.3}  {:>11.3}   ",
+                e.translation.to_degrees(),
+                e.rotation.to_degrees()
+            )?,
+            None => write!(f, "{:>11}  {:>11}   ", "-", "-")?,
+        }
+        write!(f, "{}", self.verdict)?;
+        if self.taken < self.offered {
+            write!(f, " ({} of {} matches not taken)", self.offered - self.taken, self.offered)?;
+        }
+        Ok(())
+    }
+}

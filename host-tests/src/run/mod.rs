@@ -1,0 +1,17 @@
+//! Runs of the calibrator over data: pair by pair, whole, and many of them.
+
+mod estimate;
+mod log;
+#[cfg(feature = "selfcal")]
+pub mod monte_carlo;
+pub mod plot;
+pub mod progress;
+mod replay;
+pub mod single_pairs;
+mod summary;
+pub mod timeline;
+
+pub use estimate::Estimate;
+pub use log::{RunLog, Solved, Step, Verdict};
+pub use replay::{CAPACITY, replay, replay_within};
+pub use summary::{SCREEN_PX, Summary, row_offsets_px};

@@ -1,0 +1,260 @@
+//! Monte Carlo: many runs of a scenario against the best that its data allow.
+//!
+//! The yardstick of a run is the joint maximum-likelihood fit of the true matches of all its pairs, on
+//! the same data; that of a single pair is the Cramer-Rao bound of its true matches.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
+
+use anyhow::{Context, Result};
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{
+    Calibrator, Camera, Cameras, Config, Doubt, Extrinsics, Fused, Intrinsics, Lens, Proposal,
+    RectifyingRotations, Scalar, State,
+};
+
+use crate::bounds::{cramer_rao, joint_fit};
+use crate::data::{Rays, in_f64};
+use crate::synth::{Scenario, ScenarioPair, Scene, SynthPair};
+
+/// Room for the matches of any scenario.
+const CAPACITY: usize = 512;
+
+/// Fewest true matches for a bound.
+const FEW: usize = 12;
+
+/// An error above so many reported standard deviations is overconfident.
+const TOO_MANY_SD: f64 = 5.0;
+
+/// State of a run after one pair.
+#[derive(Debug, Clone, Copy)]
+pub struct AfterPair {
+    /// State after the pair.
+    pub state: State,
+    /// How the pair was fused, if at all.
+    pub fused: Option<Fused>,
+    /// Passes it took.
+    pub passes: Option<u16>,
+    /// The estimate.
+    pub found: Extrinsics<f64>,
+    /// Error of the estimate against the truth of this pair.
+    pub error: Deviation<f64>,
+    /// Error of the extrinsics in use.
+    pub in_use: Deviation<f64>,
+    /// Error over its reported standard deviation: the worse of `R` and `t`.
+    pub error_in_sd: f64,
+    /// Error squared over its reported covariance, five degrees of freedom.
+    pub nees: f64,
+    /// Doubt about the estimate.
+    pub doubt: Option<Doubt>,
+}
+
+/// One run.
+#[derive(Debug, Clone)]
+pub struct Run {
+    /// Pair by pair; `None` before there is an estimate.
+    pub pairs: Vec<Option<AfterPair>>,
+    /// Error of the joint fit of all true matches; `None` where the rig moves or there are none.
+    pub joint_fit: Option<Deviation<f64>>,
+    /// Cramer-Rao bound of the last pair's true matches; NaN where there are too few.
+    pub bound: Deviation<f64>,
+}
+
+impl Run {
+    /// First pair after which the state was locked.
+    #[must_use]
+    pub fn locked_at(&self) -> Option<usize> {
+        self.pairs.iter().position(|m| m.is_some_and(|m| m.state == State::Locked))
+    }
+
+    /// The last pair.
+    #[must_use]
+    pub fn last(&self) -> Option<&AfterPair> {
+        self.pairs.last()?.as_ref()
+    }
+
+    /// Pairs in state locked, and those among them whose reported deviation is far too small.
+    #[must_use]
+    pub fn locked_and_overconfident(&self) -> [usize; 2] {
+        let locked = || self.pairs.iter().flatten().filter(|m| m.state == State::Locked);
+        [locked().count(), locked().filter(|m| m.error_in_sd > TOO_MANY_SD).count()]
+    }
+}
+
+/// Runs a scenario once per seed, on all cores.
+///
+/// * `each`: called after each run, from any thread.
+///
+/// # Errors
+/// If a parameter of the scenario is out of range.
+pub fn runs<T: Scalar>(
+    scenario: &Scenario,
+    config: Config,
+    seeds: std::ops::Range<u64>,
+    each: impl Fn() + Sync,
+) -> Result<Vec<Run>> {
+    let next = AtomicU64::new(seeds.start);
+    let work = || -> Result<Vec<(u64, Run)>> {
+        let mut done = Vec::new();
+        loop {
+            let seed = next.fetch_add(1, Ordering::Relaxed);
+            if seed >= seeds.end {
+                return Ok(done);
+            }
+            done.push((seed, run::<T>(scenario, config, seed)?));
+            each();
+        }
+    };
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    let mut all = thread::scope(|scope| {
+        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        let mut all = Vec::new();
+        for thread in threads {
+            all.extend(thread.join().map_err(|_| anyhow::anyhow!("a run panicked"))??);
+        }
+        Ok::<_, anyhow::Error>(all)
+    })?;
+    all.sort_by_key(|(seed, _)| *seed);
+    Ok(all.into_iter().map(|(_, run)| run).collect())
+}
+
+/// One run of any length, in constant memory: the state after 10, 100, 1000, ... pairs.
+///
+/// * `each`: called after each pair.
+///
+/// # Errors
+/// If a parameter of the scenario is out of range.
+pub fn long_run<T: Scalar>(
+    scenario: &Scenario,
+    config: Config,
+    seed: u64,
+    mut each: impl FnMut(),
+) -> Result<Vec<(usize, AfterPair)>> {
+    let mut calibrator = calibrator::<T>(scenario, config)?;
+    let mut kept = Vec::new();
+    let mut due = 10;
+    // Not `frames`: it checks the scene of every pair, which takes hours for a million.
+    for (at, pair) in (1..=scenario.pairs).zip(scenario.scene.pairs(seed)) {
+        let after_pair = step(&mut calibrator, &pair, &scenario.scene.rig);
+        if at == due || at == scenario.pairs {
+            kept.extend(after_pair.map(|after_pair| (at, after_pair)));
+            due *= 10;
+        }
+        each();
+    }
+    Ok(kept)
+}
+
+/// Cameras of a generated scene.
+fn cameras<T: Scalar>(scene: &Scene) -> Result<Cameras<T>> {
+    let centre = scene.size.map(|n| T::lit(f64::from(n - 1) / 2.0));
+    let intrinsics =
+        Intrinsics { focal: [T::lit(scene.focal); 2], principal: centre, size: scene.size };
+    let camera = Camera::try_new(intrinsics, Lens::Pinhole)?;
+    Ok(Cameras { left: camera, right: camera })
+}
+
+fn calibrator<T: Scalar>(
+    scenario: &Scenario,
+    config: Config,
+) -> Result<Box<Calibrator<T, CAPACITY>>> {
+    let mut calibrator = Box::new(Calibrator::new(config));
+    calibrator.set_cameras(cameras(&scenario.scene)?);
+    Ok(calibrator)
+}
+
+/// One pair through the calibrator.
+fn step<T: Scalar>(
+    calibrator: &mut Calibrator<T, CAPACITY>,
+    pair: &SynthPair,
+    truth: &Extrinsics<f64>,
+) -> Option<AfterPair> {
+    for m in &pair.matches {
+        // A generated match is inside both images.
+        let _ = calibrator.push(&m.correspondence());
+    }
+    let report = calibrator.solve_pair().ok();
+    let fused = report.as_ref().and_then(|_| calibrator.fuse().ok());
+    calibrator.clear_pair();
+    let passes = report.map(|report| report.passes);
+    let proposal = calibrator.proposal()?;
+    Some(after_pair(&proposal, fused, passes, calibrator.in_use(), truth))
+}
+
+fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Run> {
+    let mut calibrator = calibrator::<T>(scenario, config)?;
+    let mut pairs = Vec::with_capacity(scenario.pairs);
+    let mut inliers: Vec<Rays> = Vec::new();
+    let mut last: Option<ScenarioPair> = None;
+    let still = !scenario.kind.moves();
+    for frame in scenario.frames(seed)? {
+        pairs.push(step(&mut calibrator, &frame.pair, &frame.scene.rig));
+        if still {
+            let noisy = frame.pair.matches.iter().zip(&frame.pair.inlier);
+            let true_ones = noisy.filter(|(_, inlier)| **inlier).map(|(m, _)| m);
+            inliers.extend(true_ones.map(|m| frame.scene.rays([m.ul, m.vl, m.ur, m.vr])));
+        }
+        last = Some(frame);
+    }
+    let last = last.context("a scenario has pairs")?;
+    let clean: Vec<Rays> = last
+        .pair
+        .clean
+        .iter()
+        .zip(&last.pair.inlier)
+        .filter(|(_, inlier)| **inlier)
+        .map(|(clean, _)| last.scene.rays(*clean))
+        .collect();
+    let rig = &last.scene.rig;
+    let noise = last.scene.noise_px / last.scene.focal;
+    let unknown = Deviation { translation: f64::NAN, rotation: f64::NAN };
+    let few = |rays: &[Rays]| rays.len() < FEW;
+    let bound = if few(&clean) { unknown } else { cramer_rao(rig, clean.iter(), noise) };
+    let joint_fit =
+        (still && !few(&inliers)).then(|| Deviation::between(&joint_fit(rig, &inliers), rig));
+    Ok(Run { pairs, joint_fit, bound })
+}
+
+fn after_pair<T: Scalar>(
+    proposal: &Proposal<T>,
+    fused: Option<Fused>,
+    passes: Option<u16>,
+    in_use: &Extrinsics<T>,
+    truth: &Extrinsics<f64>,
+) -> AfterPair {
+    let found = in_f64(&proposal.extrinsics);
+    let error = Deviation::between(&found, truth);
+    let over = |error: f64, sd: T| error / sd.to_f64();
+    let off = RectifyingRotations::from(&found).unknowns_to(&RectifyingRotations::from(truth));
+    let nees = proposal.covariance.and_then(|c| {
+        let c = c.map(T::to_f64);
+        Some(off.dot(&c.cholesky()?.solve(&off)))
+    });
+    AfterPair {
+        state: proposal.state,
+        found,
+        fused,
+        passes,
+        error,
+        in_use: Deviation::between(&in_f64(in_use), truth),
+        error_in_sd: over(error.rotation, proposal.sd.rotation)
+            .max(over(error.translation, proposal.sd.translation)),
+        nees: nees.unwrap_or(f64::NAN),
+        doubt: proposal.doubt,
+    }
+}
+
+/// Root mean square of deviations, each part.
+#[must_use]
+pub fn rms(all: impl IntoIterator<Item = Deviation<f64>>) -> Deviation<f64> {
+    Deviation::root_mean_square(all)
+        .unwrap_or(Deviation { translation: f64::NAN, rotation: f64::NAN })
+}
+
+/// 99 % bounds of the mean NEES of `n` consistent estimates, five degrees of freedom.
+#[must_use]
+pub fn nees_band(n: usize) -> [f64; 2] {
+    // Normal for the sums of hundreds: mean 5, variance 10.
+    let sd = (10.0 / f64::from(u32::try_from(n).unwrap_or(u32::MAX))).sqrt();
+    [5.0 - 2.576 * sd, 5.0 + 2.576 * sd]
+}

@@ -1,0 +1,144 @@
+//! Progress of long work: a bar on a terminal, nothing elsewhere.
+
+use std::io::{self, IsTerminal, Write};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Width of a full bar, characters.
+const WIDTH: u64 = 30;
+
+/// Least time between two drawings.
+const PERIOD: Duration = Duration::from_millis(100);
+
+/// Clears a line of a terminal.
+const CLEAR: &str = "\r\x1b[2K";
+
+/// Progress of some work, shared by all threads that do it.
+#[derive(Debug)]
+pub struct Bar {
+    /// `None` without a terminal.
+    state: Option<Mutex<State>>,
+}
+
+#[derive(Debug)]
+struct State {
+    done: u64,
+    length: u64,
+    words: String,
+    started: Instant,
+    drawn: Option<Instant>,
+}
+
+/// A bar over so many of a thing.
+#[must_use]
+pub fn over(count: usize, things: &str) -> Bar {
+    if !io::stderr().is_terminal() {
+        return Bar::hidden();
+    }
+    let (length, words) = (count as u64, things.to_owned());
+    let state = State { done: 0, length, words, started: Instant::now(), drawn: None };
+    Bar { state: Some(Mutex::new(state)) }
+}
+
+impl Bar {
+    /// A bar that is never drawn.
+    #[must_use]
+    pub fn hidden() -> Self {
+        Self { state: None }
+    }
+
+    /// So many more are done.
+    pub fn inc(&self, count: u64) {
+        self.update(|state| state.done += count);
+    }
+
+    /// So many more are to be done.
+    pub fn inc_length(&self, count: u64) {
+        self.update(|state| state.length += count);
+    }
+
+    /// The current item.
+    pub fn set_message(&self, words: impl Into<String>) {
+        self.update(|state| state.words = words.into());
+    }
+
+    /// Prints below a cleared line.
+    pub fn suspend<T>(&self, print: impl FnOnce() -> T) -> T {
+        let Some(mut state) = self.lock() else { return print() };
+        state.clear();
+        let printed = print();
+        state.draw();
+        printed
+    }
+
+    /// Clears the line.
+    pub fn finish_and_clear(&self) {
+        if let Some(mut state) = self.lock() {
+            state.clear();
+        }
+    }
+
+    fn lock(&self) -> Option<MutexGuard<'_, State>> {
+        Some(self.state.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn update(&self, change: impl FnOnce(&mut State)) {
+        let Some(mut state) = self.lock() else { return };
+        change(&mut state);
+        if state.drawn.is_none_or(|drawn| drawn.elapsed() >= PERIOD) {
+            state.draw();
+        }
+    }
+}
+
+impl State {
+    fn draw(&mut self) {
+        self.drawn = Some(Instant::now());
+        // A terminal that is gone is no reason to stop.
+        let _ = write!(io::stderr(), "{CLEAR}{}", self.line(self.started.elapsed()));
+    }
+
+    fn clear(&mut self) {
+        if self.drawn.take().is_some() {
+            let _ = write!(io::stderr(), "{CLEAR}");
+        }
+    }
+
+    fn line(&self, elapsed: Duration) -> String {
+        let Self { done, length, words, .. } = self;
+        let full = usize::try_from(WIDTH * done.min(length) / (*length).max(1)).unwrap_or(0);
+        let empty = usize::try_from(WIDTH).unwrap_or(0) - full;
+        let left = match done {
+            0 => "?".to_owned(),
+            // Whole seconds are exact enough.
+            done => format!("{} s", elapsed.as_secs() * length.saturating_sub(*done) / done),
+        };
+        format!("{}{} {done}/{length} {words}, {left} left", "#".repeat(full), "-".repeat(empty))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn state(done: u64, length: u64) -> State {
+        State { done, length, words: "pairs".into(), started: Instant::now(), drawn: None }
+    }
+
+    #[test]
+    fn a_line_says_how_much_is_done_and_how_long_the_rest_takes() {
+        let after = Duration::from_secs(10);
+        let half = format!("{}{} 2/4 pairs, 10 s left", "#".repeat(15), "-".repeat(15));
+        assert_eq!(state(2, 4).line(after), half);
+        assert!(state(0, 0).line(after).ends_with("0/0 pairs, ? left"));
+        assert!(state(9, 4).line(after).ends_with("9/4 pairs, 0 s left"));
+    }
+
+    #[test]
+    fn a_hidden_bar_prints_what_it_is_given() {
+        let bar = Bar::hidden();
+        bar.inc(1);
+        assert_eq!(bar.suspend(|| 7), 7);
+        bar.finish_and_clear();
+    }
+}

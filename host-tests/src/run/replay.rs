@@ -1,0 +1,61 @@
+//! Replay: feeds a data set to the calibrator as on a controller.
+
+use anyhow::Result;
+use stereo_selfcal::{Calibrator, Config, Extrinsics, Scalar};
+
+use super::log::{RunLog, Step};
+use crate::data::{Dataset, Match, in_f64};
+
+/// Default capacity of a replay, correspondences a pair.
+pub const CAPACITY: usize = 2048;
+
+/// Replays every pair.
+///
+/// # Errors
+/// As [`replay_within`].
+pub fn replay<T: Scalar>(
+    set: &Dataset,
+    config: Config,
+    start: Extrinsics<T>,
+    each: impl FnMut(&Step),
+) -> Result<RunLog> {
+    replay_within::<T, CAPACITY>(set, config, start, each)
+}
+
+/// Replays every pair through a calibrator of a capacity, which selects from longer pairs.
+///
+/// * `start`: extrinsics that every pair starts from.
+/// * `each`: called after each pair.
+///
+/// # Errors
+/// If the data set's rig is not valid.
+pub fn replay_within<T: Scalar, const N: usize>(
+    set: &Dataset,
+    config: Config,
+    start: Extrinsics<T>,
+    mut each: impl FnMut(&Step),
+) -> Result<RunLog> {
+    let mut calibrator = Box::new(Calibrator::<T, N>::new(config));
+    calibrator.set_cameras(set.cameras()?);
+    calibrator.set_factory(start);
+    let mut log = RunLog::new(set.truth()?, in_f64(&start)).with_truths(set.truths()?);
+    for pair in &set.pairs {
+        each(replay_pair(&mut calibrator, pair, &mut log));
+    }
+    Ok(log)
+}
+
+fn replay_pair<'a, T: Scalar, const N: usize>(
+    calibrator: &mut Calibrator<T, N>,
+    pair: &[Match],
+    log: &'a mut RunLog,
+) -> &'a Step {
+    for m in pair {
+        // Refusals are counted in the batch and shown with the pair.
+        let _ = calibrator.push(&m.correspondence());
+    }
+    let taken = calibrator.batch().pairs().len();
+    let outcome = calibrator.solve_pair().map(|report| (report, calibrator.fuse()));
+    calibrator.clear_pair();
+    log.record([pair.len(), taken], outcome, calibrator.proposal().as_ref())
+}

@@ -1,0 +1,173 @@
+//! A whole run in numbers.
+
+use std::fmt;
+
+use anyhow::Result;
+use serde::Serialize;
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{Extrinsics, RayPair, RectifyingRotations, row_offset};
+
+use super::log::{RunLog, Step, Verdict};
+use crate::data::{Dataset, Match};
+
+/// Matches further than this from the final estimate's rows do not count in RMS row offsets, px:
+/// three Huber thresholds, as the core screens.
+pub const SCREEN_PX: f64 = 3.0;
+
+/// The stable fields of `--json`. Angles in rad; `null` before there is an estimate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Pairs in the run.
+    pub pairs: usize,
+    /// Pairs fused.
+    pub accepted: usize,
+    /// `no estimate`, or the state of the calibrator and the doubt about the estimate.
+    pub state: String,
+    /// Error of the fused baseline direction.
+    pub e_t: Option<f64>,
+    /// Error of the fused rotation.
+    pub e_theta: Option<f64>,
+    /// RMS error of the baseline direction over single accepted pairs.
+    pub sigma_t: Option<f64>,
+    /// RMS error of the rotation over single accepted pairs.
+    pub sigma_theta: Option<f64>,
+    /// Fused rotation, row-major.
+    #[serde(rename = "R")]
+    pub r: Option<[f64; 9]>,
+    /// Fused unit baseline direction.
+    pub t: Option<[f64; 3]>,
+    /// Reported standard deviation of the fused rotation.
+    pub sd_rotation: Option<f64>,
+    /// Reported standard deviation of the fused baseline direction.
+    pub sd_translation: Option<f64>,
+    /// RMS row offset of the factory extrinsics over the screened matches of all pairs, px.
+    pub rms_px_before: Option<f64>,
+    /// The same of the fused extrinsics, px.
+    pub rms_px_after: Option<f64>,
+    /// Shares of all matches within [`SCREEN_PX`] of their row, with the factory extrinsics and with
+    /// the fused ones. The RMS covers only matches that fit the latter.
+    #[serde(skip)]
+    pub in_row: Option<[f64; 2]>,
+}
+
+impl RunLog {
+    /// The whole run.
+    ///
+    /// # Errors
+    /// If the data set's cameras are not valid.
+    pub fn summary(&self, set: &Dataset) -> Result<Summary> {
+        let fused = self.fused();
+        let accepted = |step: &&Step| matches!(step.verdict, Verdict::Accepted(_));
+        let singles = self.steps().iter().filter(accepted).filter_map(|step| step.solved);
+        let sigma = Deviation::root_mean_square(singles.map(|solved| solved.error));
+        let error = fused.map(|f| Deviation::between(&f.extrinsics, self.truth()));
+        let rows = match fused {
+            Some(f) => RowOffsets::over(set, self.factory(), &f.extrinsics)?,
+            None => None,
+        };
+        Ok(Summary {
+            pairs: self.steps().len(),
+            accepted: self.steps().iter().filter(accepted).count(),
+            state: fused.map_or_else(|| "no estimate".into(), ToString::to_string),
+            e_t: error.map(|e| e.translation),
+            e_theta: error.map(|e| e.rotation),
+            sigma_t: sigma.map(|s| s.translation),
+            sigma_theta: sigma.map(|s| s.rotation),
+            r: fused.map(|f| f.extrinsics.rotation_row_major()),
+            t: fused.map(|f| f.extrinsics.translation().into_inner().into()),
+            sd_rotation: fused.map(|f| f.sd.rotation),
+            sd_translation: fused.map(|f| f.sd.translation),
+            rms_px_before: rows.map(|rows| rows.rms_px[0]),
+            rms_px_after: rows.map(|rows| rows.rms_px[1]),
+            in_row: rows.map(|rows| rows.in_row),
+        })
+    }
+}
+
+/// Row offsets, px, of every correspondence of a data set under the given extrinsics, pair by pair
+/// (`None`: no ray, or behind the rectified plane).
+///
+/// # Errors
+/// If the data set's cameras are not valid.
+pub fn row_offsets_px(
+    set: &Dataset,
+    extrinsics: &Extrinsics<f64>,
+) -> Result<Vec<Vec<Option<f64>>>> {
+    let cameras = set.cameras::<f64>()?;
+    let rotations = RectifyingRotations::from(extrinsics);
+    let offset = |rays: &RayPair<f64>| Some(row_offset(&rotations, rays)? * cameras.mean_focal());
+    let of_pair = |pair: &Vec<Match>| {
+        let rays = pair.iter().map(|m| cameras.rays(&m.correspondence()).ok());
+        rays.map(|rays| offset(&rays?)).collect()
+    };
+    Ok(set.pairs.iter().map(of_pair).collect())
+}
+
+/// Row offsets before and after, over a whole data set.
+#[derive(Debug, Clone, Copy)]
+struct RowOffsets {
+    /// RMS over the matches within [`SCREEN_PX`] after.
+    rms_px: [f64; 2],
+    /// Share of all matches within [`SCREEN_PX`].
+    in_row: [f64; 2],
+}
+
+impl RowOffsets {
+    /// `None` if no match is screened.
+    fn over(
+        set: &Dataset,
+        before: &Extrinsics<f64>,
+        after: &Extrinsics<f64>,
+    ) -> Result<Option<Self>> {
+        let [before, after] = [row_offsets_px(set, before)?, row_offsets_px(set, after)?];
+        let both: Vec<[Option<f64>; 2]> = before
+            .into_iter()
+            .flatten()
+            .zip(after.into_iter().flatten())
+            .map(|(before, after)| [before, after])
+            .collect();
+        let near = |px: Option<f64>| px.is_some_and(|px| px.abs() <= SCREEN_PX);
+        let screened: Vec<[f64; 2]> = both
+            .iter()
+            .filter(|[_, after]| near(*after))
+            .filter_map(|[before, after]| Some([(*before)?, (*after)?]))
+            .collect();
+        if screened.is_empty() {
+            return Ok(None);
+        }
+        let count = |n: usize| Ok::<f64, anyhow::Error>(u32::try_from(n)?.into());
+        let [all, kept] = [count(both.len())?, count(screened.len())?];
+        let rms = |i: usize| (screened.iter().map(|e| e[i] * e[i]).sum::<f64>() / kept).sqrt();
+        let in_row = |i: usize| count(both.iter().filter(|e| near(e[i])).count());
+        Ok(Some(Self { rms_px: [rms(0), rms(1)], in_row: [in_row(0)? / all, in_row(1)? / all] }))
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "pairs fused        {} of {} ({})", self.accepted, self.pairs, self.state)?;
+        let mut angle = |name: &str, what: &str, value: Option<f64>| match value {
+            Some(rad) => {
+                writeln!(f, "{name:<18} {rad:>9.6} rad  {:>8.4} deg   {what}", rad.to_degrees())
+            }
+            None => writeln!(f, "{name:<18} {:>9}                     {what}", "-"),
+        };
+        angle("e_t", "fused baseline direction against the reference", self.e_t)?;
+        angle("e_theta", "fused rotation against the reference", self.e_theta)?;
+        angle("sigma_t", "single pairs, RMS", self.sigma_t)?;
+        angle("sigma_theta", "single pairs, RMS", self.sigma_theta)?;
+        angle("sd of t, reported", "by the estimate", self.sd_translation)?;
+        angle("sd of R, reported", "by the estimate", self.sd_rotation)?;
+        match self.rms_px_before.zip(self.rms_px_after) {
+            Some((before, after)) => {
+                writeln!(f, "RMS row offset     {before:.3} px before, {after:.3} px after")?;
+            }
+            None => writeln!(f, "RMS row offset     -")?,
+        }
+        let [before, after] = self.in_row.unwrap_or_default().map(|share| 100.0 * share);
+        write!(
+            f,
+            "within {SCREEN_PX} px        {before:.1} % of all matches before, {after:.1} % after"
+        )
+    }
+}

@@ -1,0 +1,14 @@
+//! Generated data: scenes of known rigs, and scenarios over many pairs.
+
+mod depth;
+mod flight;
+mod grid;
+mod rig;
+mod scenario;
+mod scene;
+
+pub use depth::Depth;
+pub use grid::Grid;
+pub use rig::{five_degrees_off, rig};
+pub use scenario::{Scenario, ScenarioKind, ScenarioPair};
+pub use scene::{Scene, SynthPair};

@@ -1,0 +1,277 @@
+//! Scenarios: scenes that vary from pair to pair, with the truth of each pair.
+//!
+//! Varying parameters are drawn from a stream of their own: two scenarios of one seed with equal scenes
+//! have the same points.
+
+use std::fmt;
+
+use anyhow::{Context, Result, ensure};
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, UnitCircle, UnitSphere};
+use stereo_selfcal::Extrinsics;
+
+use super::depth::Depth;
+use super::flight::{self, Part};
+use super::rig::turned;
+use super::scene::{Scene, SynthPair};
+use crate::data::{Dataset, Rig};
+
+/// Name of a scenario.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum ScenarioKind {
+    /// Points 3 to 80 baselines away.
+    #[default]
+    Near,
+    /// 30 to 800 baselines away.
+    Far,
+    /// 300 to 3000 baselines away: next to nothing of the baseline is left in the image.
+    VeryFar,
+    /// Matches (48 to 512), depth range (within 3 to 800) and band (height, middle) new in each pair.
+    Heterogeneous,
+    /// Points in the middle 15 % of the rows.
+    NarrowBand,
+    /// All points of a pair on one plane, slanted by 15 to 60 degrees, a new one in each pair.
+    Planar,
+    /// All points of a pair on one plane across the left optical axis, at a new depth in each pair.
+    FrontoParallel,
+    /// The vehicle stands still: the same points and outliers in every pair, only the noise is new.
+    Parked,
+    /// The right camera turns once, in mid run, about a random axis.
+    Step,
+    /// The right camera turns a little with every pair, about a fixed random axis.
+    Drift,
+    /// From the ground up and back: outliers, vibration, thermal drift, and a knock in mid flight.
+    Flight,
+}
+
+/// A scenario and its parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scenario {
+    /// Quantities that vary over the pairs.
+    pub kind: ScenarioKind,
+    /// Constant parameters. Varying `depth`, `matches` and `band` stay within those given; a plane as
+    /// `depth` is kept.
+    pub scene: Scene,
+    /// Pairs of a run.
+    pub pairs: usize,
+    /// Turn of the right camera, degrees: in mid run of a step or a flight, per pair of a drift.
+    pub turn_deg: f64,
+    /// Turn of the right camera about each axis, new with every pair of a flight, degrees RMS.
+    pub vibration_deg: f64,
+}
+
+/// One pair of a scenario.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScenarioPair {
+    /// The scene of this pair, its rig the truth of this pair.
+    pub scene: Scene,
+    /// Correspondences and their truth.
+    pub pair: SynthPair,
+}
+
+/// Fewest matches of a heterogeneous pair, if its scene has as many.
+const FEW_MATCHES: usize = 48;
+
+/// Height of a narrow band, and least height of a random one, image heights.
+const NARROW_BAND: f64 = 0.15;
+
+/// Slant of a random plane, degrees.
+const SLANT_DEG: [f64; 2] = [15.0, 60.0];
+
+/// Stream of the generator for varying parameters; the points are drawn from stream 0.
+const STREAM: u64 = 1;
+
+impl ScenarioKind {
+    /// The scene of this name.
+    #[must_use]
+    pub fn scene(self) -> Scene {
+        let depth = |near, far| Scene { depth: Depth::LogUniform([near, far]), ..Scene::default() };
+        match self {
+            Self::Far => depth(30.0, 800.0),
+            Self::VeryFar => depth(300.0, 3000.0),
+            Self::Heterogeneous => Scene { matches: 512, ..depth(3.0, 800.0) },
+            Self::Flight => Scene { outliers: flight::OUTLIERS, ..depth(3.0, 80.0) },
+            Self::NarrowBand => Scene { band: NARROW_BAND, ..depth(3.0, 80.0) },
+            Self::Near
+            | Self::Planar
+            | Self::FrontoParallel
+            | Self::Parked
+            | Self::Step
+            | Self::Drift => depth(3.0, 80.0),
+        }
+    }
+
+    /// [`Scenario::turn_deg`] unless said otherwise; 0 for a rig that does not move.
+    #[must_use]
+    pub fn turn_deg(self) -> f64 {
+        match self {
+            Self::Step => 0.5,
+            Self::Drift => 0.01,
+            Self::Flight => flight::KNOCK_DEG,
+            _ => 0.0,
+        }
+    }
+
+    /// [`Scenario::vibration_deg`] unless said otherwise.
+    fn vibration_deg(self) -> f64 {
+        if self == Self::Flight { flight::VIBRATION_DEG } else { 0.0 }
+    }
+
+    /// Whether the rig moves.
+    #[must_use]
+    pub fn moves(self) -> bool {
+        matches!(self, Self::Step | Self::Drift | Self::Flight)
+    }
+}
+
+impl fmt::Display for ScenarioKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let value = clap::ValueEnum::to_possible_value(self);
+        f.write_str(value.as_ref().map_or("", |value| value.get_name()))
+    }
+}
+
+impl Scenario {
+    /// The scenario of that name.
+    #[must_use]
+    pub fn new(kind: ScenarioKind, pairs: usize) -> Self {
+        Self {
+            kind,
+            scene: kind.scene(),
+            pairs,
+            turn_deg: kind.turn_deg(),
+            vibration_deg: kind.vibration_deg(),
+        }
+    }
+
+    /// The first pair after mid run: that of a step's turn, and of a flight's knock.
+    #[must_use]
+    pub fn turned_from(&self) -> usize {
+        self.pairs.div_ceil(2)
+    }
+
+    /// The rig of each pair.
+    ///
+    /// # Errors
+    /// As [`Scenario::frames`].
+    pub fn rigs(&self, seed: u64) -> Result<Vec<Extrinsics<f64>>> {
+        Ok(self.scenes(seed)?.into_iter().map(|scene| scene.rig).collect())
+    }
+
+    /// The pairs, the same for the same seed.
+    ///
+    /// # Errors
+    /// Names the parameter that is out of range, or the pair that the cameras would not share a view
+    /// of.
+    pub fn frames(&self, seed: u64) -> Result<impl Iterator<Item = ScenarioPair> + use<>> {
+        self.scene.check()?;
+        let scenes = self.scenes(seed)?;
+        let parked = self.kind == ScenarioKind::Parked;
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut first: Option<SynthPair> = None;
+        Ok(scenes.into_iter().map(move |scene| {
+            let pair = match &first {
+                Some(first) => scene.pair_again(first, &mut rng),
+                None => scene.pair(&mut rng),
+            };
+            if parked && first.is_none() {
+                first = Some(pair.clone());
+            }
+            ScenarioPair { scene, pair }
+        }))
+    }
+
+    /// The pairs as a data set.
+    ///
+    /// # Errors
+    /// As [`Scenario::frames`].
+    pub fn dataset(&self, seed: u64) -> Result<Dataset> {
+        let mut meta = self.scene.meta();
+        let (mut pairs, mut rigs) = (Vec::new(), Vec::new());
+        for ScenarioPair { scene, pair } in self.frames(seed)? {
+            meta = scene.meta();
+            pairs.push(pair.matches);
+            rigs.extend(self.kind.moves().then(|| Rig::from(&scene.rig)));
+        }
+        Ok(Dataset { name: format!("synth {} seed {seed}", self.kind), meta, pairs, rigs })
+    }
+
+    /// The scene of each pair.
+    fn scenes(&self, seed: u64) -> Result<Vec<Scene>> {
+        ensure!(self.turn_deg.is_finite(), "turn must be finite");
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(STREAM);
+        let axis = Vector3::from(UnitSphere.sample(&mut rng));
+        let scene = |i: usize| {
+            let scene = self.scene_of(i, &axis, &mut rng)?;
+            scene.check()?;
+            Ok(scene)
+        };
+        let named = |(i, scene): (usize, Result<Scene>)| scene.with_context(|| format!("pair {i}"));
+        (0..self.pairs).map(scene).enumerate().map(named).collect()
+    }
+
+    fn scene_of(&self, pair: usize, axis: &Vector3<f64>, rng: &mut ChaCha8Rng) -> Result<Scene> {
+        let base = self.scene.clone();
+        Ok(match self.kind {
+            ScenarioKind::Near
+            | ScenarioKind::Far
+            | ScenarioKind::VeryFar
+            | ScenarioKind::NarrowBand
+            | ScenarioKind::Parked => base,
+            ScenarioKind::Heterogeneous => heterogeneous(&base, rng),
+            ScenarioKind::Planar => {
+                let [x, y]: [f64; 2] = UnitCircle.sample(rng);
+                let slant = between(SLANT_DEG, rng).to_radians().tan();
+                Scene { depth: plane(base.depth, [x * slant, y * slant], rng), ..base }
+            }
+            ScenarioKind::FrontoParallel => {
+                Scene { depth: plane(base.depth, [0.0; 2], rng), ..base }
+            }
+            ScenarioKind::Flight => {
+                let knock_deg = if pair < self.turned_from() { 0.0 } else { self.turn_deg };
+                let Self { pairs, vibration_deg, .. } = *self;
+                Part { at: [pair, pairs], knock_deg, vibration_deg }.scene(&base, axis, rng)?
+            }
+            ScenarioKind::Step if pair < self.turned_from() => base,
+            ScenarioKind::Step => Scene { rig: turned(&base.rig, axis, self.turn_deg)?, ..base },
+            ScenarioKind::Drift => {
+                let pairs = f64::from(u32::try_from(pair)?);
+                Scene { rig: turned(&base.rig, axis, pairs * self.turn_deg)?, ..base }
+            }
+        })
+    }
+}
+
+/// Matches, depth range and band within those of a scene; half of the bands are centred.
+fn heterogeneous(base: &Scene, rng: &mut ChaCha8Rng) -> Scene {
+    let matches = rng.random_range(FEW_MATCHES.min(base.matches)..=base.matches);
+    let depth = match base.depth {
+        Depth::LogUniform(range) => {
+            let [a, b] = [log_uniform(range, rng), log_uniform(range, rng)];
+            Depth::LogUniform([a.min(b), a.max(b)])
+        }
+        plane @ Depth::Plane { .. } => plane,
+    };
+    let band = between([NARROW_BAND.min(base.band), base.band], rng);
+    let shift = if rng.random() { between([-0.5, 0.5], rng) * (base.band - band) } else { 0.0 };
+    Scene { matches, depth, band, band_centre: base.band_centre + shift, ..base.clone() }
+}
+
+/// A plane at a depth within the range.
+fn plane(depth: Depth, slope: [f64; 2], rng: &mut ChaCha8Rng) -> Depth {
+    match depth {
+        Depth::LogUniform(range) => Depth::Plane { on_axis: log_uniform(range, rng), slope },
+        plane @ Depth::Plane { .. } => plane,
+    }
+}
+
+fn between([least, most]: [f64; 2], rng: &mut ChaCha8Rng) -> f64 {
+    least + (most - least) * rng.random::<f64>()
+}
+
+fn log_uniform(range: [f64; 2], rng: &mut ChaCha8Rng) -> f64 {
+    between(range.map(f64::ln), rng).exp()
+}

@@ -1,0 +1,333 @@
+//! Generated scenes: a known rig, points of known depth, Gaussian noise, gross outliers.
+//!
+//! Pinhole cameras. Left points uniform in the image (or a vertical band), depth log-uniform (or that
+//! of a plane), noise on all four coordinates, points that miss the right image drawn again. Half of
+//! the outliers are uniform in the right image, half within +-60 px (u) and +-20 px (v) of the truth.
+//! Coordinates are rounded to the matcher's grid last.
+
+use anyhow::{Result, ensure};
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use stereo_selfcal::Extrinsics;
+
+use super::depth::Depth;
+use super::grid::{self, Grid};
+use crate::data::{Dataset, LensModel, Match, Meta, Rays, rows};
+
+/// Parameters of a generated scene. `Default` is the scene of the project's figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Image `[width, height]`, px.
+    pub size: [u16; 2],
+    /// Focal length of both cameras, px; the principal point is the middle of the image.
+    pub focal: f64,
+    /// Extrinsics: the truth.
+    pub rig: Extrinsics<f64>,
+    /// Standard deviation of the noise of each coordinate, px.
+    pub noise_px: f64,
+    /// Share of gross outliers, 0 to 1.
+    pub outliers: f64,
+    /// Depth of the points.
+    pub depth: Depth,
+    /// Height of the vertical band that left points come from, in image heights.
+    pub band: f64,
+    /// Middle of that band, in image heights from the top; 0.5 is centred.
+    pub band_centre: f64,
+    /// Correspondences a pair.
+    pub matches: usize,
+    /// Grid that the coordinates are rounded to, after the noise.
+    pub grid: Grid,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self {
+            size: [1920, 1200],
+            focal: 1400.0,
+            rig: Extrinsics::SIDE_BY_SIDE,
+            noise_px: 0.3,
+            outliers: 0.0,
+            depth: Depth::LogUniform([3.0, 80.0]),
+            band: 1.0,
+            band_centre: 0.5,
+            matches: 256,
+            grid: Grid::Continuous,
+        }
+    }
+}
+
+/// Points drawn to see whether the cameras share a view.
+const TRIES: usize = 10_000;
+
+/// One generated pair: correspondences, and which of them are true.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SynthPair {
+    /// Correspondences, inliers and outliers in random order.
+    pub matches: Vec<Match>,
+    /// Whether each is true.
+    pub inlier: Vec<bool>,
+    /// Noise-free pixels `ul vl ur vr` of the point behind each.
+    pub clean: Vec<[f64; 4]>,
+    /// Noise-free pixels that were matched: `clean`, or those of the outlier.
+    pub matched: Vec<[f64; 4]>,
+}
+
+impl Scene {
+    /// Checks the ranges, and that the cameras share a view.
+    ///
+    /// # Errors
+    /// Names the parameter.
+    pub fn check(&self) -> Result<()> {
+        self.depth.check()?;
+        self.grid.check()?;
+        ensure!(self.noise_px >= 0.0 && self.noise_px.is_finite(), "noise must be 0 px or more");
+        ensure!((0.0..=1.0).contains(&self.outliers), "outliers must be a share from 0 to 1");
+        ensure!(self.band > 0.0 && self.band <= 1.0, "band must be above 0 and at most 1");
+        let (above, below) = (self.band_centre, 1.0 - self.band_centre);
+        ensure!(above.min(below) > self.band / 2.0 - 1e-9, "band must be inside the image");
+        ensure!(self.focal.is_finite() && self.focal >= 1.0, "focal must be at least 1 px");
+        ensure!(self.size.iter().all(|&n| n >= 2), "image must be at least 2 x 2 px");
+        let mut rng = ChaCha8Rng::seed_from_u64(0);
+        ensure!(
+            (0..TRIES).any(|_| self.point(&mut rng).is_some()),
+            "no point of {TRIES} was seen by both cameras: rig or depth leave no overlap"
+        );
+        Ok(())
+    }
+
+    /// Pairs without end, the same for the same seed.
+    pub fn pairs(&self, seed: u64) -> impl Iterator<Item = SynthPair> + '_ {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        std::iter::repeat_with(move || self.pair(&mut rng))
+    }
+
+    /// A data set of so many pairs.
+    ///
+    /// # Errors
+    /// If a parameter is out of range.
+    pub fn dataset(&self, pairs: usize, seed: u64) -> Result<Dataset> {
+        self.check()?;
+        let pairs = self.pairs(seed).take(pairs).map(|pair| pair.matches).collect();
+        Ok(Dataset {
+            name: format!("synth seed {seed}"),
+            meta: self.meta(),
+            pairs,
+            rigs: Vec::new(),
+        })
+    }
+
+    /// The rig as a data set has it.
+    #[must_use]
+    pub fn meta(&self) -> Meta {
+        let [cx, cy] = self.centre();
+        let k = [[self.focal, 0.0, cx], [0.0, self.focal, cy], [0.0, 0.0, 1.0]];
+        let t = self.rig.translation();
+        Meta {
+            k_l: k,
+            k_r: k,
+            dist_l: vec![0.0; 5],
+            dist_r: vec![0.0; 5],
+            lens: LensModel::RadialTangential,
+            width: self.size[0],
+            height: self.size[1],
+            r: rows(self.rig.rotation().matrix()),
+            t: [t.x, t.y, t.z],
+            baseline_m: None,
+            source: "generated".into(),
+            license: String::new(),
+            sigma_r_deg: None,
+            sigma_t_deg: None,
+            other: serde_json::Map::new(),
+        }
+    }
+
+    /// Rays at unit depth `[p_l, p_r]` of pixels `ul vl ur vr`.
+    #[must_use]
+    pub fn rays(&self, [ul, vl, ur, vr]: [f64; 4]) -> Rays {
+        let [cx, cy] = self.centre();
+        let ray = |u: f64, v: f64| Vector3::new((u - cx) / self.focal, (v - cy) / self.focal, 1.0);
+        [ray(ul, vl), ray(ur, vr)]
+    }
+
+    fn centre(&self) -> [f64; 2] {
+        self.size.map(|n| f64::from(n - 1) / 2.0)
+    }
+
+    /// The next pair. The scene must have been checked.
+    pub(crate) fn pair(&self, rng: &mut ChaCha8Rng) -> SynthPair {
+        let inlier: Vec<bool> =
+            (0..self.matches).map(|_| !rng.random_bool(self.outliers.clamp(0.0, 1.0))).collect();
+        let clean: Vec<[f64; 4]> = (0..self.matches).map(|_| self.seen_point(rng)).collect();
+        let (matched, matches) = inlier
+            .iter()
+            .zip(&clean)
+            .map(|(&inlier, &seen)| {
+                let matched = if inlier { seen } else { self.outlier(seen, rng) };
+                let step = self.grid.step(rng);
+                (matched, self.observed(matched, step, rng))
+            })
+            .unzip();
+        SynthPair { matches, inlier, clean, matched }
+    }
+
+    /// The points and outliers of a pair seen again: only the noise is new.
+    pub(crate) fn pair_again(&self, pair: &SynthPair, rng: &mut ChaCha8Rng) -> SynthPair {
+        let again = pair.matched.iter().zip(&pair.matches);
+        let matches = again.map(|(&pixels, m)| self.observed(pixels, m.step, rng)).collect();
+        SynthPair { matches, ..pair.clone() }
+    }
+
+    /// Pixels of one point that both cameras see, without noise.
+    ///
+    /// Ends with certainty: [`Scene::check`] has found such points.
+    fn seen_point(&self, rng: &mut ChaCha8Rng) -> [f64; 4] {
+        loop {
+            if let Some(seen) = self.point(rng) {
+                return seen;
+            }
+        }
+    }
+
+    /// Pixels of one point of the left view, if the right camera sees it too.
+    fn point(&self, rng: &mut ChaCha8Rng) -> Option<[f64; 4]> {
+        let [width, height] = self.size.map(f64::from);
+        let [cx, cy] = self.centre();
+        let middle = self.band_centre * (height - 1.0);
+        let ul = rng.random_range(0.0..width - 1.0);
+        let vl = middle + rng.random_range(-0.5..0.5) * self.band * (height - 1.0);
+        let [ray, _] = self.rays([ul, vl, ul, vl]);
+        let p_l = ray * self.depth.along(&ray, rng)?;
+        let p_r = self.rig.rotation() * p_l + self.rig.translation().into_inner();
+        let ur = cx + self.focal * p_r.x / p_r.z;
+        let vr = cy + self.focal * p_r.y / p_r.z;
+        let inside = (0.0..=width - 1.0).contains(&ur) && (0.0..=height - 1.0).contains(&vr);
+        (p_r.z > 0.0 && inside).then_some([ul, vl, ur, vr])
+    }
+
+    /// The same left point with a wrong right one.
+    fn outlier(&self, [ul, vl, ur, vr]: [f64; 4], rng: &mut ChaCha8Rng) -> [f64; 4] {
+        let [width, height] = self.size.map(f64::from);
+        if rng.random() {
+            let u = rng.random_range(0.0..width - 1.0);
+            [ul, vl, u, rng.random_range(0.0..height - 1.0)]
+        } else {
+            let u = ur + rng.random_range(-60.0..60.0);
+            [ul, vl, u, vr + rng.random_range(-20.0..20.0)]
+        }
+    }
+
+    /// Pixels as the matcher gives them: with noise, on its grid.
+    fn observed(&self, pixels: [f64; 4], step: f64, rng: &mut ChaCha8Rng) -> Match {
+        let normal = Normal::new(0.0, self.noise_px).expect("checked: finite and not negative");
+        let last = self.size.map(|n| f64::from(n - 1));
+        // A coordinate pushed out of the image stops at its border, as a matcher's would.
+        let mut coordinate = |i: usize| {
+            let last = last[i % 2];
+            grid::rounded((pixels[i] + normal.sample(rng)).clamp(0.0, last), step, last)
+        };
+        Match {
+            ul: coordinate(0),
+            vl: coordinate(1),
+            ur: coordinate(2),
+            vr: coordinate(3),
+            score: 1.0,
+            step,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synth::rig::rig;
+
+    fn first(scene: &Scene) -> SynthPair {
+        scene.check().unwrap();
+        scene.pairs(11).next().unwrap()
+    }
+
+    /// Depth in baselines of a noise-free point: `p_r z_r = R p_l z_l + t`, crossed with `p_r`.
+    fn depth(scene: &Scene, pixels: [f64; 4]) -> f64 {
+        let [p_l, p_r] = scene.rays(pixels);
+        let known = p_r.cross(&scene.rig.translation().into_inner());
+        let turned = p_r.cross(&(scene.rig.rotation() * p_l));
+        -known.dot(&turned) / turned.norm_squared()
+    }
+
+    fn off_axis() -> Extrinsics<f64> {
+        rig([5.0, -3.0, 2.0], [4.0, -3.0]).unwrap()
+    }
+
+    #[test]
+    fn points_are_within_the_depth_range() {
+        let range = [30.0, 800.0];
+        let scene = Scene { rig: off_axis(), depth: Depth::LogUniform(range), ..Scene::default() };
+        let depths: Vec<f64> = first(&scene).clean.iter().map(|&p| depth(&scene, p)).collect();
+        assert!(depths.iter().all(|z| (29.9999..800.001).contains(z)), "{depths:?}");
+        assert!(depths.iter().any(|&z| z < 50.0) && depths.iter().any(|&z| z > 500.0));
+    }
+
+    #[test]
+    fn points_of_a_plane_are_on_it() {
+        let plane = Depth::Plane { on_axis: 12.0, slope: [-0.8, 0.5] };
+        let scene = Scene { rig: off_axis(), depth: plane, ..Scene::default() };
+        for pixels in first(&scene).clean {
+            let [ray, _] = scene.rays(pixels);
+            let off = Vector3::new(-0.8, 0.5, 1.0).dot(&ray) - 12.0 / depth(&scene, pixels);
+            assert!(off.abs() < 1e-9, "{pixels:?}: {off}");
+        }
+    }
+
+    #[test]
+    fn points_are_within_the_band() {
+        let scene = Scene { band: 0.2, band_centre: 0.7, ..Scene::default() };
+        let rows: Vec<f64> = first(&scene).clean.iter().map(|[_, v, ..]| v / 1199.0).collect();
+        assert!(rows.iter().all(|v| (0.6..0.8).contains(v)));
+        assert!(rows.iter().any(|&v| v < 0.65) && rows.iter().any(|&v| v > 0.75));
+        let outside = Scene { band_centre: 0.95, ..scene };
+        assert!(outside.check().unwrap_err().to_string().contains("band"));
+    }
+
+    #[test]
+    fn coordinates_lie_on_the_grid_that_the_match_names() {
+        for grid in [Grid::Pixels(0.25), Grid::Pixels(1.0), Grid::Pyramid] {
+            let pair = first(&Scene { grid, outliers: 0.3, ..Scene::default() });
+            for m in &pair.matches {
+                for x in [m.ul, m.vl, m.ur, m.vr].map(|x| x / m.step) {
+                    assert!((x - x.round()).abs() < 1e-9, "{grid:?}: {m:?}");
+                }
+            }
+            let steps =
+                |step: f64| pair.matches.iter().filter(|m| m.step.total_cmp(&step).is_eq()).count();
+            match grid {
+                Grid::Pixels(step) => assert_eq!(steps(step), pair.matches.len()),
+                _ => assert!(grid::LEVELS.iter().all(|&step| steps(step) > 10)),
+            }
+        }
+    }
+
+    #[test]
+    fn rounding_changes_nothing_but_the_last_digits() {
+        let [plain, rounded] = [Grid::Continuous, Grid::Pixels(0.5)]
+            .map(|grid| first(&Scene { grid, outliers: 0.3, ..Scene::default() }));
+        assert_eq!(plain.matched, rounded.matched);
+        for (a, b) in plain.matches.iter().zip(&rounded.matches) {
+            assert!((a.ur - b.ur).abs() <= 0.25 + 1e-9 || a.ur > 1918.5, "{a:?} {b:?}");
+        }
+    }
+
+    #[test]
+    fn a_pair_seen_again_differs_by_its_noise_alone() {
+        let scene = Scene { outliers: 0.3, grid: Grid::Pyramid, ..Scene::default() };
+        let pair = first(&scene);
+        let again = scene.pair_again(&pair, &mut ChaCha8Rng::seed_from_u64(5));
+        assert_ne!(again.matches, pair.matches);
+        for (a, b) in again.matches.iter().zip(&pair.matches) {
+            assert!(a.step.total_cmp(&b.step).is_eq());
+            assert!((a.vr - b.vr).abs() < 10.0 * scene.noise_px + a.step);
+        }
+        assert_eq!(SynthPair { matches: pair.matches.clone(), ..again }, pair);
+    }
+}

@@ -1,0 +1,129 @@
+//! A wire that damages, drops and repeats frames, and knows which ones came through.
+
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// How often what happens to a frame; shares of all frames, 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Faults {
+    /// Bits flipped, bytes lost or put in, the end cut off, a run overwritten: one of these.
+    pub damaged: f64,
+    /// Not sent at all.
+    pub dropped: f64,
+    /// Sent twice.
+    pub repeated: f64,
+    /// Followed by idle bytes or noise.
+    pub noise_after: f64,
+}
+
+impl Faults {
+    /// A perfect wire.
+    pub const NONE: Self = Self { damaged: 0.0, dropped: 0.0, repeated: 0.0, noise_after: 0.0 };
+}
+
+/// State of a frame after the wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sent {
+    /// All its bytes are on the wire, in one piece.
+    Intact,
+    /// They are, twice.
+    Repeated,
+    /// Some of them are not.
+    Damaged,
+    /// None of them is.
+    Dropped,
+}
+
+/// A wire with faults; the same for the same seed.
+#[derive(Debug, Clone)]
+pub struct FaultyWire {
+    faults: Faults,
+    rng: ChaCha8Rng,
+}
+
+impl FaultyWire {
+    /// * `seed`: the same faults for the same seed.
+    #[must_use]
+    pub fn new(faults: Faults, seed: u64) -> Self {
+        Self { faults, rng: ChaCha8Rng::seed_from_u64(seed) }
+    }
+
+    /// Puts a frame on the wire.
+    pub fn send(&mut self, frame: &[u8], wire: &mut Vec<u8>) -> Sent {
+        let sent = self.put(frame, wire);
+        if self.rng.random_bool(self.faults.noise_after) {
+            self.noise(wire);
+        }
+        sent
+    }
+
+    fn put(&mut self, frame: &[u8], wire: &mut Vec<u8>) -> Sent {
+        if self.rng.random_bool(self.faults.dropped) {
+            return Sent::Dropped;
+        }
+        if self.rng.random_bool(self.faults.damaged) {
+            let damaged = self.damage(frame.to_vec());
+            // Inserted bytes may equal those that follow.
+            let whole = damaged.windows(frame.len()).any(|part| part == frame);
+            wire.extend(damaged);
+            return if whole { Sent::Intact } else { Sent::Damaged };
+        }
+        wire.extend_from_slice(frame);
+        if self.rng.random_bool(self.faults.repeated) {
+            wire.extend_from_slice(frame);
+            return Sent::Repeated;
+        }
+        Sent::Intact
+    }
+
+    fn damage(&mut self, mut frame: Vec<u8>) -> Vec<u8> {
+        let rng = &mut self.rng;
+        let at = rng.random_range(0..frame.len());
+        let run = run(rng, frame.len() - at);
+        match rng.random_range(0..8) {
+            0 => frame[at] ^= 1 << rng.random_range(0..8),
+            // A burst, and errors all over.
+            1 => frame[at..at + run].iter_mut().for_each(|byte| *byte ^= rng.random::<u8>()),
+            2 => {
+                let rate = 10.0_f64.powf(rng.random_range(-4.0..-0.5));
+                for byte in &mut frame {
+                    for bit in 0..8 {
+                        *byte ^= u8::from(rng.random_bool(rate)) << bit;
+                    }
+                }
+            }
+            3 => drop(frame.drain(at..at + run)),
+            4 => {
+                let mut put_in = vec![0; run];
+                rng.fill_bytes(&mut put_in);
+                frame.splice(at..at, put_in);
+            }
+            5 => frame.truncate(at),
+            6 => frame[at..at + run].fill(if rng.random() { 0xff } else { 0 }),
+            // A byte clocked in twice.
+            _ => frame.insert(at, frame[at]),
+        }
+        frame
+    }
+
+    fn noise(&mut self, wire: &mut Vec<u8>) {
+        let mut noise = vec![0xff; run(&mut self.rng, 4096)];
+        if self.rng.random() {
+            self.rng.fill_bytes(&mut noise);
+        }
+        wire.extend(noise);
+    }
+}
+
+/// Length of a run, short ones most often.
+fn run(rng: &mut ChaCha8Rng, most: usize) -> usize {
+    let scale = rng.random_range(0.0..1.0_f64);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        clippy::cast_precision_loss,
+        reason = "a length of some thousand at most"
+    )]
+    let length = (most as f64).powf(scale) as usize;
+    length.clamp(1, most)
+}

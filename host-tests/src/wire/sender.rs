@@ -1,0 +1,124 @@
+//! A data set as the frames that a matcher would send.
+
+use anyhow::{Context, Result, ensure};
+use stereo_selfcal::Correspondence;
+use stereo_selfcal::link::{FrameCrc, FrameHeader, MatchRecord};
+
+use crate::data::{Dataset, Match};
+
+/// Pairs are sent at 20 Hz.
+const PERIOD_US: u64 = 50_000;
+
+/// Fraction bits of a frame: 1/256 px.
+const FRACTION_BITS: u8 = 8;
+
+/// A pyramid ratio of 1, and the largest.
+const RATIOS: std::ops::RangeInclusive<u8> = 64..=255;
+
+/// Turns pairs into frames.
+#[derive(Debug, Clone, Copy)]
+pub struct Sender {
+    header: FrameHeader,
+}
+
+impl Sender {
+    /// Of images of this size, whose matches were found on these grid steps, px.
+    ///
+    /// # Errors
+    /// If no pyramid of 16 levels has all the steps.
+    pub fn new(image_size: [u16; 2], steps: impl IntoIterator<Item = f64>) -> Result<Self> {
+        let mut steps: Vec<f64> = steps.into_iter().collect();
+        steps.sort_by(f64::total_cmp);
+        steps.dedup();
+        let base = steps.iter().copied().find(|step| *step > 0.0).unwrap_or(0.0);
+        let header = |pyramid_ratio| FrameHeader {
+            timestamp_us: 0,
+            sequence: 0,
+            count: 0,
+            image_size,
+            grid_step: in_256ths(base),
+            fraction_bits: FRACTION_BITS,
+            pyramid_ratio,
+            dropped_before: false,
+            more_found: false,
+        };
+        // Of all ratios the one whose levels come nearest.
+        let worst = |header: &FrameHeader| {
+            let errors = steps.iter().map(|step| error_of(header, *step));
+            errors.reduce(f64::max).unwrap_or(0.0)
+        };
+        let best = RATIOS.map(header).min_by(|a, b| worst(a).total_cmp(&worst(b)));
+        let header = best.context("there are ratios")?;
+        ensure!(worst(&header) < f64::INFINITY, "grid steps {steps:?} px are of no pyramid");
+        Ok(Self { header })
+    }
+
+    /// Of a data set.
+    ///
+    /// # Errors
+    /// As [`Sender::new`].
+    pub fn of(set: &Dataset) -> Result<Self> {
+        let steps = set.pairs.iter().flatten().map(|m| m.step);
+        Self::new([set.meta.width, set.meta.height], steps)
+    }
+
+    /// A pair as one frame, and how many of its matches no frame can carry: out of range, or beyond 65535.
+    #[must_use]
+    pub fn frame(&self, sequence: u32, pair: &[Match]) -> (Vec<u8>, usize) {
+        let encode = |m: &Match| MatchRecord::encode(&m.correspondence(), &self.header).ok();
+        let records: Vec<MatchRecord> =
+            pair.iter().filter_map(encode).take(u16::MAX.into()).collect();
+        let header = FrameHeader {
+            timestamp_us: u64::from(sequence) * PERIOD_US,
+            sequence,
+            count: u16::try_from(records.len()).unwrap_or(u16::MAX),
+            ..self.header
+        };
+        let bytes = records.iter().map(MatchRecord::to_bytes);
+        (seal(&header, bytes), pair.len() - records.len())
+    }
+}
+
+/// Header, records and checksum as one frame.
+pub(super) fn seal(
+    header: &FrameHeader,
+    records: impl Iterator<Item = [u8; MatchRecord::BYTES]>,
+) -> Vec<u8> {
+    let start = header.encode().expect("fraction bits and ratio are in range");
+    let mut crc = FrameCrc::new(&start);
+    let mut bytes = start.to_vec();
+    for record in records {
+        crc.add(&record);
+        bytes.extend(record);
+    }
+    bytes.extend(crc.value().to_le_bytes());
+    bytes
+}
+
+/// Relative error of a step on the wire; infinite where it is of no level.
+fn error_of(header: &FrameHeader, step: f64) -> f64 {
+    #[expect(clippy::cast_possible_truncation, reason = "the core's scalar")]
+    let step = step as f32;
+    let Some(level) = header.level_of(step) else { return f64::INFINITY };
+    let sent = header.grid_step_px(level);
+    // A step finer than that of the wire is sent as that of the wire.
+    if step <= sent && header.grid_step == 0 { 0.0 } else { f64::from((sent / step - 1.0).abs()) }
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "kept in range")]
+fn in_256ths(px: f64) -> u16 {
+    (px * 256.0).round().clamp(0.0, 65_535.0) as u16
+}
+
+/// A match of continuous coordinates as the wire carries it; computed independently of the link.
+#[must_use]
+pub fn quantised(m: &Match) -> Correspondence<f32> {
+    let exact: Correspondence<f32> = m.correspondence();
+    let px = |x: f32| (x * 256.0).round() / 256.0;
+    Correspondence {
+        left: exact.left.map(px),
+        right: exact.right.map(px),
+        score: (exact.score * 65_535.0).round() / 65_535.0,
+        grid_step: 1.0 / 256.0,
+    }
+}

@@ -1,0 +1,278 @@
+//! Soak test of the link: millions of frames over a wire with faults. A frame comes out as it was sent, or not at all.
+
+use std::collections::VecDeque;
+
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::Correspondence;
+use stereo_selfcal::link::{Decoder, Event, FrameHeader, MatchRecord};
+
+use super::faulty_wire::{Faults, FaultyWire, Sent};
+use super::sender::seal;
+
+/// Frames that are on the wire at once: what a piece of damage could possibly touch.
+const WINDOW: usize = 8;
+
+/// One decoder's share of a campaign.
+#[derive(Debug, Clone, Copy)]
+pub struct Soak {
+    /// Frames of the sender.
+    pub frames: u32,
+    /// How often what happens to them.
+    pub faults: Faults,
+    /// The same frames and faults for the same seed.
+    pub seed: u64,
+}
+
+/// Frames counted by their fate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SoakCounts {
+    /// Sent, whole or not.
+    pub frames: u64,
+    /// Bytes that came out of the wire.
+    pub bytes: u64,
+    /// Correspondences of the frames handed out.
+    pub correspondences: u64,
+    /// On the wire whole, and handed out.
+    pub decoded: u64,
+    /// Damaged on the wire.
+    pub damaged: u64,
+    /// Never on the wire.
+    pub dropped: u64,
+    /// Sent twice.
+    pub repeated: u64,
+    /// Handed out with other content than was sent under that number: must be 0.
+    pub wrong: u64,
+    /// Handed out a second time: must be 0.
+    pub twice: u64,
+    /// Whole on the wire right after a damaged or dropped one, and not handed out: must be 0.
+    pub missed_next: u64,
+    /// Whole on the wire after a whole one, and not handed out: must be 0.
+    pub missed: u64,
+    /// Lost their ends, which the first bytes of the next frames happened to be: handed out as sent.
+    pub mended: u64,
+}
+
+impl SoakCounts {
+    /// The sum of two.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            frames: self.frames + other.frames,
+            bytes: self.bytes + other.bytes,
+            correspondences: self.correspondences + other.correspondences,
+            decoded: self.decoded + other.decoded,
+            damaged: self.damaged + other.damaged,
+            dropped: self.dropped + other.dropped,
+            repeated: self.repeated + other.repeated,
+            wrong: self.wrong + other.wrong,
+            twice: self.twice + other.twice,
+            missed_next: self.missed_next + other.missed_next,
+            missed: self.missed + other.missed,
+            mended: self.mended + other.mended,
+        }
+    }
+
+    /// Whether the link kept its promises.
+    #[must_use]
+    pub fn is_good(&self) -> bool {
+        [self.wrong, self.twice, self.missed_next, self.missed] == [0; 4]
+    }
+}
+
+/// A frame that may still come out.
+struct Expected {
+    sequence: u32,
+    frame: Vec<u8>,
+    sent: Sent,
+    after_whole: bool,
+    seen: bool,
+}
+
+impl Soak {
+    /// Sends all frames.
+    ///
+    /// * `each`: called after so many frames, with how many they were.
+    #[must_use]
+    pub fn run(&self, mut each: impl FnMut(u64)) -> SoakCounts {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        let mut wire = FaultyWire::new(self.faults, self.seed ^ 0x5eed);
+        let mut receiver = Receiver::new();
+        let mut on_wire = Vec::new();
+        let mut whole = true;
+        // Any start: the numbers wrap around.
+        let first = if rng.random() { rng.random() } else { u32::MAX - self.frames / 2 };
+        for i in 0..self.frames {
+            let sequence = first.wrapping_add(i);
+            let frame = any_frame(&mut rng, sequence);
+            let sent = wire.send(&frame, &mut on_wire);
+            let after_whole =
+                std::mem::replace(&mut whole, matches!(sent, Sent::Intact | Sent::Repeated));
+            receiver.expect(Expected { sequence, frame, sent, after_whole, seen: false });
+            // The receiver cuts where it likes, also within the next frame.
+            let kept = if rng.random_bool(0.3) { rng.random_range(0..=on_wire.len()) } else { 0 };
+            let cut = on_wire.len() - kept;
+            receiver.take(&on_wire[..cut], &mut rng);
+            on_wire.drain(..cut);
+            if i % 1000 == 999 {
+                each(1000);
+            }
+        }
+        receiver.take(&on_wire, &mut rng);
+        each(u64::from(self.frames % 1000));
+        receiver.finish()
+    }
+}
+
+/// The receiver, and the frames that it may hand out.
+struct Receiver {
+    decoder: Decoder,
+    matches: Vec<Correspondence<f32>>,
+    expected: VecDeque<Expected>,
+    counts: SoakCounts,
+}
+
+impl Receiver {
+    fn new() -> Self {
+        Self {
+            decoder: Decoder::new(),
+            matches: Vec::new(),
+            expected: VecDeque::new(),
+            counts: SoakCounts::default(),
+        }
+    }
+
+    fn expect(&mut self, expected: Expected) {
+        self.counts.frames += 1;
+        match expected.sent {
+            Sent::Damaged => self.counts.damaged += 1,
+            Sent::Dropped => self.counts.dropped += 1,
+            Sent::Repeated => self.counts.repeated += 1,
+            Sent::Intact => (),
+        }
+        self.expected.push_back(expected);
+        while self.expected.len() > WINDOW {
+            self.settle();
+        }
+    }
+
+    /// Nothing more can come of the oldest frame.
+    fn settle(&mut self) {
+        let Some(oldest) = self.expected.pop_front() else { return };
+        let whole = matches!(oldest.sent, Sent::Intact | Sent::Repeated);
+        *match (whole, oldest.seen, oldest.after_whole) {
+            (true, true, _) => &mut self.counts.decoded,
+            (true, false, true) => &mut self.counts.missed,
+            (true, false, false) => &mut self.counts.missed_next,
+            (false, true, _) => &mut self.counts.mended,
+            (false, false, _) => return,
+        } += 1;
+    }
+
+    fn take(&mut self, mut bytes: &[u8], rng: &mut ChaCha8Rng) {
+        self.counts.bytes += bytes.len() as u64;
+        while !bytes.is_empty() {
+            let (mut piece, rest) = bytes.split_at(rng.random_range(1..=bytes.len().min(1500)));
+            while let Some(event) = self.decoder.next(&mut piece) {
+                match event {
+                    Event::Started(_) | Event::Discarded(_) => self.matches.clear(),
+                    Event::Match(m) => self.matches.push(m),
+                    Event::Finished(header) => self.check(&header),
+                }
+            }
+            bytes = rest;
+        }
+    }
+
+    fn check(&mut self, header: &FrameHeader) {
+        self.counts.correspondences += self.matches.len() as u64;
+        let sent = self.expected.iter_mut().find(|sent| sent.sequence == header.sequence);
+        let right = sent.filter(|sent| is_content(&sent.frame, header, &self.matches));
+        match right {
+            None => self.counts.wrong += 1,
+            Some(sent) if sent.seen => self.counts.twice += 1,
+            Some(sent) => sent.seen = true,
+        }
+    }
+
+    fn finish(mut self) -> SoakCounts {
+        while !self.expected.is_empty() {
+            self.settle();
+        }
+        self.counts
+    }
+}
+
+/// A frame of any content: few matches most often.
+fn any_frame(rng: &mut ChaCha8Rng, sequence: u32) -> Vec<u8> {
+    let most = [4, 16, 64, 512][rng.random_range(0..4)];
+    let count = rng.random_range(0..=most);
+    let header = FrameHeader {
+        timestamp_us: rng.random(),
+        sequence,
+        count,
+        image_size: [rng.random(), rng.random()],
+        grid_step: rng.random(),
+        fraction_bits: rng.random_range(0..=8),
+        pyramid_ratio: rng.random_range(64..=255),
+        dropped_before: rng.random(),
+        more_found: rng.random(),
+    };
+    let records = (0..count).map(|_| {
+        let mut record = [0; MatchRecord::BYTES];
+        rng.fill_bytes(&mut record);
+        record[14] %= 16;
+        record[15] = 0;
+        record
+    });
+    seal(&header, records)
+}
+
+/// Whether a frame equals the decoded one; computed independently of the decoder.
+#[expect(clippy::float_cmp, reason = "fixed point is exact")]
+fn is_content(frame: &[u8], header: &FrameHeader, matches: &[Correspondence<f32>]) -> bool {
+    let records = frame[32..frame.len() - 4].chunks_exact(16);
+    let word = |at: usize| u32::from_le_bytes(frame[at..at + 4].try_into().expect("four bytes"));
+    let step = 0.5_f64.powi(frame[6].into());
+    let same = |record: &[u8], m: &Correspondence<f32>| {
+        let fixed = |at: usize| {
+            let [a, b, c] = [record[at], record[at + 1], record[at + 2]].map(u32::from);
+            f64::from(a + (b << 8) + (c << 16)) * step
+        };
+        let pixels = [m.left[0], m.left[1], m.right[0], m.right[1]].map(f64::from);
+        let score = f64::from(u16::from_le_bytes([record[12], record[13]])) / 65_535.0;
+        pixels == [fixed(0), fixed(3), fixed(6), fixed(9)]
+            && (f64::from(m.score) - score).abs() < 1e-7
+    };
+    word(8) == header.sequence
+        && frame[16..24] == header.timestamp_us.to_le_bytes()
+        && records.len() == matches.len()
+        && records.zip(matches).all(|(record, m)| same(record, m))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FAULTS: Faults =
+        Faults { damaged: 0.2, dropped: 0.05, repeated: 0.05, noise_after: 0.05 };
+
+    #[test]
+    fn no_damaged_frame_comes_out_and_no_other_is_lost() {
+        let counts = Soak { frames: 20_000, faults: FAULTS, seed: 1 }.run(|_| ());
+        assert!(counts.is_good(), "{counts:?}");
+        assert!(
+            counts.damaged > 3000 && counts.dropped > 800 && counts.repeated > 600,
+            "{counts:?}"
+        );
+        assert_eq!(counts.frames, 20_000);
+        assert_eq!(counts.decoded + counts.damaged + counts.dropped, counts.frames);
+    }
+
+    #[test]
+    fn a_perfect_wire_loses_nothing() {
+        let counts = Soak { frames: 2_000, faults: Faults::NONE, seed: 2 }.run(|_| ());
+        assert_eq!((counts.decoded, counts.damaged), (2_000, 0));
+        assert!(counts.is_good(), "{counts:?}");
+    }
+}
