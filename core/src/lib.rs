@@ -22,6 +22,9 @@
 // `inline(always)`: the inner loops must be of one piece at opt-level "s" too. `inline(never)`: what
 // needs much stack must not lend it to its caller, who would hold it through all other calls.
 
+#[macro_use]
+mod error;
+
 mod batch;
 mod calibrator;
 mod camera;
@@ -30,7 +33,6 @@ mod checksum;
 mod columns;
 mod config;
 mod correspondence;
-mod error;
 mod estimator;
 mod extrinsics;
 mod factory;

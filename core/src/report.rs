@@ -24,6 +24,8 @@ pub enum Stop {
     PassLimit,
 }
 
+codes! { Stop { Converged = 0, NoDescent = 1, PassLimit = 2 } }
+
 /// What one pair says.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]

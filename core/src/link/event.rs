@@ -33,3 +33,5 @@ pub enum Damage {
     #[error("a record of the frame is not of version 1")]
     Content,
 }
+
+codes! { Damage { Crc = 1140, Cut = 1141, Content = 1142 } }

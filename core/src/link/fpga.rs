@@ -30,6 +30,10 @@ pub enum FpgaError<S, P> {
     TimedOut,
 }
 
+codes! {
+    FpgaError[S, P] { Bus = 1150, Ready = 1151, TimedOut = 1152, Refused { 0: why } = why.code() }
+}
+
 /// A matcher on SPI with chip select and a data-ready line. Below 512 bytes of RAM.
 ///
 /// * `SPI`: an [`SpiDevice`]; the largest read is 256 bytes.

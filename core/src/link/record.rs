@@ -50,6 +50,11 @@ pub enum RecordError {
     Reserved(u8),
 }
 
+codes! {
+    EncodeError { Coordinate = 1120, Score = 1121, GridStep = 1122 }
+    RecordError { Level = 1130, Reserved = 1131 }
+}
+
 impl Record {
     /// Length on the wire, bytes.
     pub const BYTES: usize = 16;

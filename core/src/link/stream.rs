@@ -28,6 +28,10 @@ pub enum StreamError<E> {
     TimedOut,
 }
 
+codes! {
+    StreamError[E] { Stream = 1160, Ended = 1161, TimedOut = 1162, Refused { 0: why } = why.code() }
+}
+
 /// A matcher on a stream of bytes. Below 512 bytes of RAM.
 ///
 /// * `R`: an [`embedded_io::Read`] that holds what comes in while nobody reads.

@@ -46,6 +46,8 @@ pub enum State {
     Lost,
 }
 
+codes! { State { Acquiring = 0, Locked = 1, Suspect = 2, Lost = 3 } }
+
 impl core::fmt::Display for State {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
@@ -73,6 +75,8 @@ pub enum Fused {
     /// The pairs kept apart agree with each other: theirs is the estimate now.
     TookOver,
 }
+
+codes! { Fused { Added = 0, Repeated = 1, KeptApart = 2, Renewed = 3, TookOver = 4 } }
 
 /// What every hypothesis goes back to.
 #[derive(Debug, Clone, Copy)]
