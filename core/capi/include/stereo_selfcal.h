@@ -113,7 +113,8 @@
 #define SELFCAL_FACTORY_BYTES 160
 
 /**
- * Result of a call. From 100 on, the numbers are those of the core. Numbers stay; new ones may come.
+ * Result of a call. From 100 on, the numbers are those of the core. Numbers stay; new ones may
+ * come.
  */
 enum selfcal_error_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -189,7 +190,7 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_LEFT_FOCAL_LENGTH = 100,
     /**
-     * left camera: the principal point is not finite, or further from the image than its own size
+     * left camera: the principal point is not finite, or further from the image than its size
      */
     SELFCAL_ERROR_LEFT_PRINCIPAL_POINT = 101,
     /**
@@ -213,7 +214,7 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_RIGHT_FOCAL_LENGTH = 110,
     /**
-     * right camera: the principal point is not finite, or further from the image than its own size
+     * right camera: the principal point is not finite, or further from the image than its size
      */
     SELFCAL_ERROR_RIGHT_PRINCIPAL_POINT = 111,
     /**
@@ -433,7 +434,7 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_RECTIFY_LEFT_NOT_INVERTIBLE = 812,
     /**
-     * rectify: the border of the left image is behind the rectified plane; the rotation is too large
+     * rectify: the left image border is behind the rectified plane; the rotation is too large
      */
     SELFCAL_ERROR_RECTIFY_LEFT_BEHIND = 813,
     /**
@@ -449,7 +450,7 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_RECTIFY_RIGHT_NOT_INVERTIBLE = 822,
     /**
-     * rectify: the border of the right image is behind the rectified plane; the rotation is too large
+     * rectify: the right image border is behind the rectified plane; the rotation is too large
      */
     SELFCAL_ERROR_RECTIFY_RIGHT_BEHIND = 823,
     /**
@@ -585,8 +586,8 @@ enum selfcal_stop_t
     /**
      * passes spent
      *
-     * All configured passes are done, as for every pair of a locked estimate. The result is the best
-     * pose found.
+     * All configured passes are done, as for every pair of a locked estimate. The result is
+     * the best pose found.
      */
     SELFCAL_STOP_PASSES_SPENT = 2,
     /**
@@ -633,7 +634,8 @@ enum selfcal_fused_t
     /**
      * added, older pairs dropped
      *
-     * The pair is part of the estimate, and recent pairs have replaced the older ones: the rig drifts.
+     * The pair is part of the estimate, and recent pairs have replaced the older ones: the rig
+     * drifts.
      */
     SELFCAL_FUSED_RENEWED = 3,
     /**
@@ -1099,8 +1101,8 @@ typedef struct selfcal_extrinsics_t {
      */
     float rotation[9];
     /**
-     * `t`: position of the left camera in the right camera frame. Unit length as a result, any length as
-     * an argument.
+     * `t`: position of the left camera in the right camera frame. Unit length as a result, any
+     * length as an argument.
      */
     float translation[3];
 } selfcal_extrinsics_t;
@@ -1326,8 +1328,8 @@ typedef struct selfcal_report_t {
      */
     float rms_px_after;
     /**
-     * Estimated noise, standard deviation, px: of a coordinate in the robust preset, of a row offset in
-     * the paper preset.
+     * Estimated noise, standard deviation, px: of a coordinate in the robust preset, of a row
+     * offset in the paper preset.
      */
     float noise_px;
 } selfcal_report_t;
@@ -1369,8 +1371,8 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_extrinsics_t extrinsics;
     /**
-     * What `selfcal_apply` puts into use: the best `R`, `t`; with `SELFCAL_DOUBT_BASELINE` the `t` in use
-     * and the best `R` for it.
+     * What `selfcal_apply` puts into use: the best `R`, `t`; with `SELFCAL_DOUBT_BASELINE` the `t`
+     * in use and the best `R` for it.
      */
     struct selfcal_extrinsics_t applicable;
     /**
@@ -1405,8 +1407,8 @@ typedef struct selfcal_proposal_t {
 } selfcal_proposal_t;
 
 /**
- * Fit of the extrinsics in use and of the estimate to the current batch. Both RMS are over the matches
- * that fit the estimate.
+ * Fit of the extrinsics in use and of the estimate to the current batch. Both RMS are over the
+ * matches that fit the estimate.
  */
 typedef struct selfcal_health_t {
     /**
@@ -1520,8 +1522,8 @@ const char *selfcal_error_string(int32_t error);
 selfcal_error_t selfcal_requirements(struct selfcal_requirements_t *requirements);
 
 /**
- * Initialises a calibrator without cameras, at `R = I`, `t = (-1, 0, 0)`. Call it before all others; it
- * also restarts a calibrator in use.
+ * Initialises a calibrator without cameras, at `R = I`, `t = (-1, 0, 0)`. Call it before all
+ * others; it also restarts a calibrator in use.
  *
  * * `cal`: a `selfcal_t`, or any storage of the required size and alignment.
  * * `size`: of the storage, bytes: `sizeof(selfcal_t)`.
@@ -1542,8 +1544,8 @@ selfcal_error_t selfcal_reset(struct selfcal_t *cal);
 selfcal_error_t selfcal_config_default(struct selfcal_config_t *config);
 
 /**
- * Fills a configuration with the robust preset: tolerates half of the matches as outliers, and follows
- * a step of the extrinsics within three pairs.
+ * Fills a configuration with the robust preset: tolerates half of the matches as outliers, and
+ * follows a step of the extrinsics within three pairs.
  */
 selfcal_error_t selfcal_config_robust(struct selfcal_config_t *config);
 
@@ -1563,13 +1565,12 @@ selfcal_error_t selfcal_config_set_prior_sd_rad(struct selfcal_config_t *config,
                                                 float rad);
 
 /**
- * Sets the Huber threshold of the row offset in the paper preset. In both presets a match fits, for the
- * health, within three thresholds.
+ * Sets the Huber threshold of the row offset in the paper preset. In both presets a match fits,
+ * for the health, within three thresholds.
  *
  * * `px`: finite and above 0; default 1. Larger uses more matches and admits more outliers.
  */
-selfcal_error_t selfcal_config_set_huber_threshold_px(struct selfcal_config_t *config,
-                                                      float px);
+selfcal_error_t selfcal_config_set_huber_threshold_px(struct selfcal_config_t *config, float px);
 
 /**
  * Sets the largest number of passes over the batch, the bound on the time of a pair.
@@ -1633,10 +1634,10 @@ selfcal_error_t selfcal_config_set_max_correction_rad(struct selfcal_config_t *c
 selfcal_error_t selfcal_config_set_memory_pairs(struct selfcal_config_t *config, uint32_t pairs);
 
 /**
- * Sets whether `selfcal_fuse` puts the estimate into use whenever `selfcal_apply` would; default false.
+ * Sets whether `selfcal_fuse` puts the estimate into use whenever `selfcal_apply` would; default
+ * false.
  */
-selfcal_error_t selfcal_config_set_automatic_apply(struct selfcal_config_t *config,
-                                                   bool automatic);
+selfcal_error_t selfcal_config_set_automatic_apply(struct selfcal_config_t *config, bool automatic);
 
 /**
  * Sets both cameras and resets the calibrator.
@@ -1736,18 +1737,17 @@ selfcal_error_t selfcal_batch(const struct selfcal_t *cal, struct selfcal_batch_
 const char *selfcal_pushed_string(uint32_t pushed);
 
 /**
- * Initialises a link. Call it before all others; it also restarts a link in use, and drops a frame that
- * is half read.
+ * Initialises a link. Call it before all others; it also restarts a link in use, and drops a frame
+ * that is half read.
  *
  * * `size`: size of the storage, bytes: `sizeof(selfcal_link_t)`.
  */
-selfcal_error_t selfcal_link_init(struct selfcal_link_t *link,
-                                  size_t size);
+selfcal_error_t selfcal_link_init(struct selfcal_link_t *link, size_t size);
 
 /**
- * Decodes bytes off the wire, in pieces of any length, up to the end of the first whole frame. A frame
- * replaces the batch. Damaged or lost bytes cost the frames they are part of; the decoder finds the next
- * one.
+ * Decodes bytes off the wire, in pieces of any length, up to the end of the first whole frame. A
+ * frame replaces the batch. Damaged or lost bytes cost the frames they are part of; the decoder
+ * finds the next one.
  *
  * Feed all bytes, in their order, in a loop:
  *
@@ -1761,10 +1761,10 @@ selfcal_error_t selfcal_link_init(struct selfcal_link_t *link,
  * } while (used > 0 && length > 0);
  * ```
  *
- * Do not push, and begin no pair, while a frame comes in: the batch holds a part of it. While a pair is
- * being solved the call returns `SELFCAL_ERROR_LINK_BUSY` and uses no bytes: feed the same bytes later.
- * After the other `SELFCAL_ERROR_LINK_` codes feed the rest: the frame is skipped and the batch is
- * unchanged. A new frame drops the solved pair: fuse it before.
+ * Do not push, and begin no pair, while a frame comes in: the batch holds a part of it. While a
+ * pair is being solved the call returns `SELFCAL_ERROR_LINK_BUSY` and uses no bytes: feed the same
+ * bytes later. After the other `SELFCAL_ERROR_LINK_` codes feed the rest: the frame is skipped and
+ * the batch is unchanged. A new frame drops the solved pair: fuse it before.
  *
  * * `bytes`: `length` of them; may be null where `length` is 0. Not needed after the call.
  * * `used`: number of bytes used, also set with errors; 0 where nothing was done.
@@ -1778,8 +1778,8 @@ selfcal_error_t selfcal_link_feed(struct selfcal_link_t *link,
                                   struct selfcal_frame_t *frame);
 
 /**
- * Counts an overrun of the receiver, such as a lapped ring buffer or an overrun flag of a UART. Then feed
- * on: the decoder finds the next whole frame.
+ * Counts an overrun of the receiver, such as a lapped ring buffer or an overrun flag of a UART.
+ * Then feed on: the decoder finds the next whole frame.
  */
 selfcal_error_t selfcal_link_note_overrun(struct selfcal_link_t *link);
 
@@ -1923,8 +1923,8 @@ selfcal_error_t selfcal_rotations(const struct selfcal_t *cal,
                                   struct selfcal_rotations_t *rectifying);
 
 /**
- * Chooses the camera of rectified images of the left camera's size, for cameras side by side. Takes 136
- * undistortions: call it when the generation changes, not per frame.
+ * Chooses the camera of rectified images of the left camera's size, for cameras side by side.
+ * Takes 136 undistortions: call it when the generation changes, not per frame.
  *
  * * `source`: a `selfcal_source_t`.
  * * `alpha`: 0 to 1. 0 zooms in until both cameras see every rectified pixel; 1 zooms out until every
@@ -1947,18 +1947,19 @@ selfcal_error_t selfcal_homographies(const struct selfcal_t *cal,
                                      struct selfcal_homographies_t *homographies);
 
 /**
- * Writes the state of the estimator and the extrinsics in use as a record for non-volatile memory. Not
- * included: cameras and factory extrinsics (see `selfcal_factory_to_record`), the batch, a pair that is
- * being solved.
+ * Writes the state of the estimator and the extrinsics in use as a record for non-volatile memory.
+ * Not included: cameras and factory extrinsics (see `selfcal_factory_to_record`), the batch, a
+ * pair that is being solved.
  *
- * The record has a version and a checksum, and the same bytes on every machine. Keep the previous record
- * until the new one is written: `selfcal_restore` detects one that a loss of power has cut short.
+ * The record has a version and a checksum, and the same bytes on every machine. Keep the previous
+ * record until the new one is written: `selfcal_restore` detects one that a loss of power has cut
+ * short.
  *
- * * `buffer`: destination; `SELFCAL_SNAPSHOT_BYTES` are always sufficient. Up to that size, bytes after
- *   the record are set to 0. May be null where `room` is 0.
+ * * `buffer`: destination; `SELFCAL_SNAPSHOT_BYTES` are always sufficient. Up to that size, bytes
+ *   after the record are set to 0. May be null where `room` is 0.
  * * `room`: size of the buffer, bytes.
- * * `length`: length of the record, bytes; keep it with the record. `SELFCAL_ERROR_SNAPSHOT_ROOM` sets it
- *   too; the buffer then holds no record.
+ * * `length`: length of the record, bytes; keep it with the record. `SELFCAL_ERROR_SNAPSHOT_ROOM`
+ *   sets it too; the buffer then holds no record.
  */
 selfcal_error_t selfcal_snapshot(const struct selfcal_t *cal,
                                  uint8_t *buffer,
@@ -1969,8 +1970,8 @@ selfcal_error_t selfcal_snapshot(const struct selfcal_t *cal,
  * Restores a record: the extrinsics in use, and the estimate with its pairs. The rig may have changed
  * since: the state is `SELFCAL_STATE_SUSPECT` until a pair confirms the estimate.
  *
- * Call it after cameras and factory extrinsics are set, and before the first pair. If it is refused, the
- * calibrator is unchanged and starts from the factory extrinsics.
+ * Call it after cameras and factory extrinsics are set, and before the first pair. If it is
+ * refused, the calibrator is unchanged and starts from the factory extrinsics.
  *
  * * `record`: from `selfcal_snapshot`, also of another machine, another capacity or an older version.
  * * `length`: length that `selfcal_snapshot` set.
@@ -1982,11 +1983,11 @@ selfcal_error_t selfcal_restore(struct selfcal_t *cal,
 /**
  * Writes cameras and factory extrinsics as a record, once, in production.
  *
- * * `buffer`: destination; `SELFCAL_FACTORY_BYTES` are always sufficient. Up to that size, bytes after the
- *   record are set to 0. May be null where `room` is 0.
+ * * `buffer`: destination; `SELFCAL_FACTORY_BYTES` are always sufficient. Up to that size, bytes
+ *   after the record are set to 0. May be null where `room` is 0.
  * * `room`: size of the buffer, bytes.
- * * `length`: length of the record, bytes; keep it with the record. `SELFCAL_ERROR_SNAPSHOT_ROOM` sets it
- *   too; the buffer then holds no record.
+ * * `length`: length of the record, bytes; keep it with the record. `SELFCAL_ERROR_SNAPSHOT_ROOM`
+ *   sets it too; the buffer then holds no record.
  */
 selfcal_error_t selfcal_factory_to_record(const struct selfcal_t *cal,
                                           uint8_t *buffer,
@@ -1994,8 +1995,9 @@ selfcal_error_t selfcal_factory_to_record(const struct selfcal_t *cal,
                                           size_t *length);
 
 /**
- * Sets cameras and factory extrinsics from a record, at each start, and resets the calibrator. Replaces
- * `selfcal_set_cameras` and `selfcal_set_factory`; the values are bit-identical to those written.
+ * Sets cameras and factory extrinsics from a record, at each start, and resets the calibrator.
+ * Replaces `selfcal_set_cameras` and `selfcal_set_factory`; the values are bit-identical to those
+ * written.
  *
  * * `record`: from `selfcal_factory_to_record`.
  * * `length`: length that `selfcal_factory_to_record` set.

@@ -149,8 +149,8 @@ pub unsafe extern "C" fn selfcal_config_default(config: *mut selfcal_config_t) -
     unsafe { fill(config, ROBUST) }
 }
 
-/// Fills a configuration with the robust preset: tolerates half of the matches as outliers, and follows
-/// a step of the extrinsics within three pairs.
+/// Fills a configuration with the robust preset: tolerates half of the matches as outliers, and
+/// follows a step of the extrinsics within three pairs.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_config_robust(config: *mut selfcal_config_t) -> selfcal_error_t {
     // SAFETY: the caller keeps the contract of the crate.
@@ -179,8 +179,8 @@ pub unsafe extern "C" fn selfcal_config_set_prior_sd_rad(
     unsafe { change(config, checked, |c| c.prior_sd_rad = rad) }
 }
 
-/// Sets the Huber threshold of the row offset in the paper preset. In both presets a match fits, for the
-/// health, within three thresholds.
+/// Sets the Huber threshold of the row offset in the paper preset. In both presets a match fits,
+/// for the health, within three thresholds.
 ///
 /// * `px`: finite and above 0; default 1. Larger uses more matches and admits more outliers.
 #[unsafe(no_mangle)]
@@ -299,7 +299,8 @@ pub unsafe extern "C" fn selfcal_config_set_memory_pairs(
     unsafe { change(config, checked, |c| c.memory_pairs = pairs) }
 }
 
-/// Sets whether `selfcal_fuse` puts the estimate into use whenever `selfcal_apply` would; default false.
+/// Sets whether `selfcal_fuse` puts the estimate into use whenever `selfcal_apply` would; default
+/// false.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_config_set_automatic_apply(
     config: *mut selfcal_config_t,

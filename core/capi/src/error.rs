@@ -11,7 +11,8 @@ use stereo_selfcal::{
 use crate::enumeration::find;
 
 c_enum! {
-    /// Result of a call. From 100 on, the numbers are those of the core. Numbers stay; new ones may come.
+    /// Result of a call. From 100 on, the numbers are those of the core. Numbers stay; new ones may
+    /// come.
     #[repr(i32)]
     #[allow(clippy::doc_markdown, reason = "the documentation is the text")]
     pub enum selfcal_error_t {
@@ -51,7 +52,7 @@ c_enum! {
 
         /// left camera: a focal length is not finite or not within 1 to 1e6 px
         SELFCAL_ERROR_LEFT_FOCAL_LENGTH = 100,
-        /// left camera: the principal point is not finite, or further from the image than its own size
+        /// left camera: the principal point is not finite, or further from the image than its size
         SELFCAL_ERROR_LEFT_PRINCIPAL_POINT = 101,
         /// left camera: the image is smaller than 2 x 2 px
         SELFCAL_ERROR_LEFT_IMAGE_SIZE = 102,
@@ -63,7 +64,7 @@ c_enum! {
         SELFCAL_ERROR_LEFT_COEFFICIENT = 105,
         /// right camera: a focal length is not finite or not within 1 to 1e6 px
         SELFCAL_ERROR_RIGHT_FOCAL_LENGTH = 110,
-        /// right camera: the principal point is not finite, or further from the image than its own size
+        /// right camera: the principal point is not finite, or further from the image than its size
         SELFCAL_ERROR_RIGHT_PRINCIPAL_POINT = 111,
         /// right camera: the image is smaller than 2 x 2 px
         SELFCAL_ERROR_RIGHT_IMAGE_SIZE = 112,
@@ -181,7 +182,7 @@ c_enum! {
         SELFCAL_ERROR_RECTIFY_LEFT_OUTSIDE_IMAGE = 811,
         /// rectify: the lens model is not invertible on the border of the left image
         SELFCAL_ERROR_RECTIFY_LEFT_NOT_INVERTIBLE = 812,
-        /// rectify: the border of the left image is behind the rectified plane; the rotation is too large
+        /// rectify: the left image border is behind the rectified plane; the rotation is too large
         SELFCAL_ERROR_RECTIFY_LEFT_BEHIND = 813,
         /// rectify: a point on the border of the right image is not finite
         SELFCAL_ERROR_RECTIFY_RIGHT_NOT_FINITE = 820,
@@ -189,7 +190,7 @@ c_enum! {
         SELFCAL_ERROR_RECTIFY_RIGHT_OUTSIDE_IMAGE = 821,
         /// rectify: the lens model is not invertible on the border of the right image
         SELFCAL_ERROR_RECTIFY_RIGHT_NOT_INVERTIBLE = 822,
-        /// rectify: the border of the right image is behind the rectified plane; the rotation is too large
+        /// rectify: the right image border is behind the rectified plane; the rotation is too large
         SELFCAL_ERROR_RECTIFY_RIGHT_BEHIND = 823,
 
         /// snapshot: the record is longer than the buffer

@@ -153,8 +153,8 @@ impl From<Option<(Direction, f32)>> for selfcal_weakest_t {
 pub struct selfcal_proposal_t {
     /// The best `R`, `t`.
     pub extrinsics: selfcal_extrinsics_t,
-    /// What `selfcal_apply` puts into use: the best `R`, `t`; with `SELFCAL_DOUBT_BASELINE` the `t` in use
-    /// and the best `R` for it.
+    /// What `selfcal_apply` puts into use: the best `R`, `t`; with `SELFCAL_DOUBT_BASELINE` the `t`
+    /// in use and the best `R` for it.
     pub applicable: selfcal_extrinsics_t,
     /// Fused pairs; those of a repeated scene count once.
     pub pairs: u32,

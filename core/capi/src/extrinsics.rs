@@ -14,8 +14,8 @@ use crate::pointer::{Out, read};
 pub struct selfcal_extrinsics_t {
     /// `R`, left to right camera frame, row by row.
     pub rotation: [f32; 9],
-    /// `t`: position of the left camera in the right camera frame. Unit length as a result, any length as
-    /// an argument.
+    /// `t`: position of the left camera in the right camera frame. Unit length as a result, any
+    /// length as an argument.
     pub translation: [f32; 3],
 }
 

@@ -65,8 +65,8 @@ c_enum! {
 
 from_core!(Arming => selfcal_arming_t, else SELFCAL_ARMING_UNKNOWN);
 
-/// Fit of the extrinsics in use and of the estimate to the current batch. Both RMS are over the matches
-/// that fit the estimate.
+/// Fit of the extrinsics in use and of the estimate to the current batch. Both RMS are over the
+/// matches that fit the estimate.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct selfcal_health_t {

@@ -4,10 +4,10 @@
 //! Conventions as in the core: `p_r = R p_l + t`, `|t| = 1`, camera frames x right, y down,
 //! z forward; matrices row by row; angles in rad; pixels of the raw image, before undistortion.
 //!
-//! Every function returns a [`selfcal_error_t`] and writes its results through pointers; the exceptions
-//! are the `_string` functions. A refused call changes no extrinsics, and writes no results but those
-//! that its documentation names. Refused correspondences are counted. A refused pair is noted in the
-//! health and may count against the estimate.
+//! Every function returns a [`selfcal_error_t`] and writes its results through pointers; the
+//! exceptions are the `_string` functions. A refused call changes no extrinsics, and writes no
+//! results but those that its documentation names. Refused correspondences are counted. A refused
+//! pair is noted in the health and may count against the estimate.
 //!
 //! # Safety
 //! One contract for all functions. Each pointer is null, or points to a live object of its type that

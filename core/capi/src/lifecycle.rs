@@ -35,8 +35,8 @@ pub unsafe extern "C" fn selfcal_requirements(
     })
 }
 
-/// Initialises a calibrator without cameras, at `R = I`, `t = (-1, 0, 0)`. Call it before all others; it
-/// also restarts a calibrator in use.
+/// Initialises a calibrator without cameras, at `R = I`, `t = (-1, 0, 0)`. Call it before all
+/// others; it also restarts a calibrator in use.
 ///
 /// * `cal`: a `selfcal_t`, or any storage of the required size and alignment.
 /// * `size`: of the storage, bytes: `sizeof(selfcal_t)`.

@@ -155,8 +155,8 @@ unsafe fn link<'a>(storage: *mut selfcal_link_t) -> Result<&'a mut Link, selfcal
     unsafe { marked::exclusive(storage.cast()) }
 }
 
-/// Initialises a link. Call it before all others; it also restarts a link in use, and drops a frame that
-/// is half read.
+/// Initialises a link. Call it before all others; it also restarts a link in use, and drops a frame
+/// that is half read.
 ///
 /// * `size`: size of the storage, bytes: `sizeof(selfcal_link_t)`.
 #[unsafe(no_mangle)]
@@ -173,9 +173,9 @@ pub unsafe extern "C" fn selfcal_link_init(
     })
 }
 
-/// Decodes bytes off the wire, in pieces of any length, up to the end of the first whole frame. A frame
-/// replaces the batch. Damaged or lost bytes cost the frames they are part of; the decoder finds the next
-/// one.
+/// Decodes bytes off the wire, in pieces of any length, up to the end of the first whole frame. A
+/// frame replaces the batch. Damaged or lost bytes cost the frames they are part of; the decoder
+/// finds the next one.
 ///
 /// Feed all bytes, in their order, in a loop:
 ///
@@ -189,10 +189,10 @@ pub unsafe extern "C" fn selfcal_link_init(
 /// } while (used > 0 && length > 0);
 /// ```
 ///
-/// Do not push, and begin no pair, while a frame comes in: the batch holds a part of it. While a pair is
-/// being solved the call returns `SELFCAL_ERROR_LINK_BUSY` and uses no bytes: feed the same bytes later.
-/// After the other `SELFCAL_ERROR_LINK_` codes feed the rest: the frame is skipped and the batch is
-/// unchanged. A new frame drops the solved pair: fuse it before.
+/// Do not push, and begin no pair, while a frame comes in: the batch holds a part of it. While a
+/// pair is being solved the call returns `SELFCAL_ERROR_LINK_BUSY` and uses no bytes: feed the same
+/// bytes later. After the other `SELFCAL_ERROR_LINK_` codes feed the rest: the frame is skipped and
+/// the batch is unchanged. A new frame drops the solved pair: fuse it before.
 ///
 /// * `bytes`: `length` of them; may be null where `length` is 0. Not needed after the call.
 /// * `used`: number of bytes used, also set with errors; 0 where nothing was done.
@@ -239,8 +239,8 @@ unsafe fn feed(
     Ok(fed?)
 }
 
-/// Counts an overrun of the receiver, such as a lapped ring buffer or an overrun flag of a UART. Then feed
-/// on: the decoder finds the next whole frame.
+/// Counts an overrun of the receiver, such as a lapped ring buffer or an overrun flag of a UART.
+/// Then feed on: the decoder finds the next whole frame.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_link_note_overrun(link: *mut selfcal_link_t) -> selfcal_error_t {
     status(|| {

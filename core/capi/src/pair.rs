@@ -25,8 +25,8 @@ c_enum! {
         SELFCAL_STOP_NO_DESCENT = 1,
         /// passes spent
         ///
-        /// All configured passes are done, as for every pair of a locked estimate. The result is the best
-        /// pose found.
+        /// All configured passes are done, as for every pair of a locked estimate. The result is
+        /// the best pose found.
         SELFCAL_STOP_PASSES_SPENT = 2,
         /// unknown
         ///
@@ -55,7 +55,8 @@ c_enum! {
         SELFCAL_FUSED_KEPT_APART = 2,
         /// added, older pairs dropped
         ///
-        /// The pair is part of the estimate, and recent pairs have replaced the older ones: the rig drifts.
+        /// The pair is part of the estimate, and recent pairs have replaced the older ones: the rig
+        /// drifts.
         SELFCAL_FUSED_RENEWED = 3,
         /// challenger promoted
         ///
@@ -97,8 +98,8 @@ pub struct selfcal_report_t {
     pub rms_px_before: f32,
     /// The same at the solution, px.
     pub rms_px_after: f32,
-    /// Estimated noise, standard deviation, px: of a coordinate in the robust preset, of a row offset in
-    /// the paper preset.
+    /// Estimated noise, standard deviation, px: of a coordinate in the robust preset, of a row
+    /// offset in the paper preset.
     pub noise_px: f32,
 }
 

@@ -33,7 +33,8 @@ pub(crate) unsafe fn read_array<'a, T: FromBytes>(
     Ok(unsafe { core::slice::from_raw_parts(from, count) })
 }
 
-/// A buffer for up to `most` bytes: the used part of its room, set to 0. May be null where `room` is 0.
+/// A buffer for up to `most` bytes: the used part of its room, set to 0. May be null where `room`
+/// is 0.
 ///
 /// # Safety
 /// The contract of the crate, for `room` bytes, which need not be initialised.

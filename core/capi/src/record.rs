@@ -30,18 +30,19 @@ fn written(
     Ok(record.map(|_| ())?)
 }
 
-/// Writes the state of the estimator and the extrinsics in use as a record for non-volatile memory. Not
-/// included: cameras and factory extrinsics (see `selfcal_factory_to_record`), the batch, a pair that is
-/// being solved.
+/// Writes the state of the estimator and the extrinsics in use as a record for non-volatile memory.
+/// Not included: cameras and factory extrinsics (see `selfcal_factory_to_record`), the batch, a
+/// pair that is being solved.
 ///
-/// The record has a version and a checksum, and the same bytes on every machine. Keep the previous record
-/// until the new one is written: `selfcal_restore` detects one that a loss of power has cut short.
+/// The record has a version and a checksum, and the same bytes on every machine. Keep the previous
+/// record until the new one is written: `selfcal_restore` detects one that a loss of power has cut
+/// short.
 ///
-/// * `buffer`: destination; `SELFCAL_SNAPSHOT_BYTES` are always sufficient. Up to that size, bytes after
-///   the record are set to 0. May be null where `room` is 0.
+/// * `buffer`: destination; `SELFCAL_SNAPSHOT_BYTES` are always sufficient. Up to that size, bytes
+///   after the record are set to 0. May be null where `room` is 0.
 /// * `room`: size of the buffer, bytes.
-/// * `length`: length of the record, bytes; keep it with the record. `SELFCAL_ERROR_SNAPSHOT_ROOM` sets it
-///   too; the buffer then holds no record.
+/// * `length`: length of the record, bytes; keep it with the record. `SELFCAL_ERROR_SNAPSHOT_ROOM`
+///   sets it too; the buffer then holds no record.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_snapshot(
     cal: *const selfcal_t,
@@ -61,8 +62,8 @@ pub unsafe extern "C" fn selfcal_snapshot(
 /// Restores a record: the extrinsics in use, and the estimate with its pairs. The rig may have changed
 /// since: the state is `SELFCAL_STATE_SUSPECT` until a pair confirms the estimate.
 ///
-/// Call it after cameras and factory extrinsics are set, and before the first pair. If it is refused, the
-/// calibrator is unchanged and starts from the factory extrinsics.
+/// Call it after cameras and factory extrinsics are set, and before the first pair. If it is
+/// refused, the calibrator is unchanged and starts from the factory extrinsics.
 ///
 /// * `record`: from `selfcal_snapshot`, also of another machine, another capacity or an older version.
 /// * `length`: length that `selfcal_snapshot` set.
@@ -83,11 +84,11 @@ pub unsafe extern "C" fn selfcal_restore(
 
 /// Writes cameras and factory extrinsics as a record, once, in production.
 ///
-/// * `buffer`: destination; `SELFCAL_FACTORY_BYTES` are always sufficient. Up to that size, bytes after the
-///   record are set to 0. May be null where `room` is 0.
+/// * `buffer`: destination; `SELFCAL_FACTORY_BYTES` are always sufficient. Up to that size, bytes
+///   after the record are set to 0. May be null where `room` is 0.
 /// * `room`: size of the buffer, bytes.
-/// * `length`: length of the record, bytes; keep it with the record. `SELFCAL_ERROR_SNAPSHOT_ROOM` sets it
-///   too; the buffer then holds no record.
+/// * `length`: length of the record, bytes; keep it with the record. `SELFCAL_ERROR_SNAPSHOT_ROOM`
+///   sets it too; the buffer then holds no record.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_factory_to_record(
     cal: *const selfcal_t,
@@ -107,8 +108,9 @@ pub unsafe extern "C" fn selfcal_factory_to_record(
     })
 }
 
-/// Sets cameras and factory extrinsics from a record, at each start, and resets the calibrator. Replaces
-/// `selfcal_set_cameras` and `selfcal_set_factory`; the values are bit-identical to those written.
+/// Sets cameras and factory extrinsics from a record, at each start, and resets the calibrator.
+/// Replaces `selfcal_set_cameras` and `selfcal_set_factory`; the values are bit-identical to those
+/// written.
 ///
 /// * `record`: from `selfcal_factory_to_record`.
 /// * `length`: length that `selfcal_factory_to_record` set.

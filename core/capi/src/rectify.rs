@@ -94,8 +94,8 @@ pub unsafe extern "C" fn selfcal_rotations(
     })
 }
 
-/// Chooses the camera of rectified images of the left camera's size, for cameras side by side. Takes 136
-/// undistortions: call it when the generation changes, not per frame.
+/// Chooses the camera of rectified images of the left camera's size, for cameras side by side.
+/// Takes 136 undistortions: call it when the generation changes, not per frame.
 ///
 /// * `source`: a `selfcal_source_t`.
 /// * `alpha`: 0 to 1. 0 zooms in until both cameras see every rectified pixel; 1 zooms out until every
