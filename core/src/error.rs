@@ -5,13 +5,14 @@ use thiserror::Error;
 
 use crate::supervision::State;
 
-/// Numbers of the variants, which stay; new ones may come. Checks of all: `capi/tests/api/codes.rs`.
+/// Defines stable numbers: existing ones keep their meaning, new ones may follow. Checked all together
+/// in `capi/tests/api/codes.rs`.
 macro_rules! codes {
     ($($name:ident $([$($generic:ident),+])? {
         $($variant:ident $({ $($field:tt: $value:ident),+ })? = $code:expr),+ $(,)?
     })+) => {$(
         impl $(<$($generic),+>)? $name $(<$($generic),+>)? {
-            /// Stable number. Errors: unique among all, and that of `selfcal_error_t` in the C API.
+            /// Stable number, that of the C API. Errors have numbers of their own, from 100 on.
             #[must_use]
             pub const fn code(&self) -> u16 {
                 match self {
@@ -329,12 +330,12 @@ pub enum RectifyError {
     NoCommonView,
 }
 
-/// What a ray's errors are counted from.
+/// First number of [`UndistortError`].
 const RAY: u16 = 120;
 
 codes! {
     Side { Left = 0, Right = 1 }
-    // Of the left camera; of the right one 10 more.
+    // Left camera; the C API adds 10 for the right one.
     CameraError { FocalLength = 100, PrincipalPoint = 101, ImageSize = 102, Distortion = 103 }
     UndistortError { NotFinite = RAY, OutsideImage = RAY + 1, NotInvertible = RAY + 2 }
     ProjectError { NotFinite = 130, BeyondLens = 131 }
