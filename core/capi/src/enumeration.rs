@@ -19,12 +19,12 @@ macro_rules! c_enum {
             const TEXTS: &[$crate::enumeration::Text] =
                 &[$(($number, $crate::enumeration::text(concat!($text, "\0"))),)+];
 
-            /// The value of a number.
-            pub(crate) const fn of(number: u16) -> Option<Self> {
-                match number {
-                    $($number => Some(Self::$value),)+
-                    _ => None,
-                }
+            /// The value of a number. A search out of line: a `match` takes 0.6 kB more flash, and
+            /// a search in line 1.5 kB more.
+            #[inline(never)]
+            pub(crate) fn of(number: u16) -> Option<Self> {
+                const VALUES: &[$name] = &[$($name::$value),+];
+                VALUES.iter().copied().find(|value| *value as u32 == number.into())
             }
         }
     };
