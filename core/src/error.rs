@@ -5,6 +5,24 @@ use thiserror::Error;
 
 use crate::state::State;
 
+/// Defines stable numbers: existing ones keep their meaning, new ones may follow. Checked all together
+/// in `capi/tests/api/codes.rs`.
+macro_rules! codes {
+    ($($name:ident $([$($generic:ident),+])? {
+        $($variant:ident $({ $($field:tt: $value:ident),+ })? = $code:expr),+ $(,)?
+    })+) => {$(
+        impl $(<$($generic),+>)? $name $(<$($generic),+>)? {
+            /// Stable number, that of the C API. Errors have numbers of their own, from 100 on.
+            #[must_use]
+            pub const fn code(&self) -> u16 {
+                match self {
+                    $(Self::$variant { $($($field: $value,)+)? .. } => $code,)+
+                }
+            }
+        }
+    )+};
+}
+
 /// Which camera of the pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -307,4 +325,46 @@ pub enum RectifyError {
     /// upright: cameras one above the other, or left and right exchanged.
     #[error("the rectified views share no rectangle")]
     NoCommonView,
+}
+
+/// First number of [`UndistortError`].
+const RAY: u16 = 120;
+
+codes! {
+    Side { Left = 0, Right = 1 }
+    // Left camera; the C API adds 10 for the right one.
+    CameraError { FocalLength = 100, PrincipalPoint = 101, ImageSize = 102, Distortion = 103 }
+    UndistortError { NotFinite = RAY, OutsideImage = RAY + 1, NotInvertible = RAY + 2 }
+    ProjectError { NotFinite = 130, BeyondLens = 131 }
+    ExtrinsicsError { NotARotation = 200, NoDirection = 201, AlongOpticalAxis = 202 }
+    ConfigError {
+        HuberThreshold = 300, MaxPasses = 301, StepTolerance = 302, MinCorrespondences = 303,
+        NoiseFloor = 304, PriorStandardDeviation = 305, MaxStandardDeviation = 306, Memory = 307,
+        MaxCorrection = 308,
+    }
+    PushError {
+        NoCameras = 400, Busy = 401, Score = 402, GridStep = 403,
+        Pixel { 0: side, 1: why } = 410 + 10 * side.code() + why.code() - RAY,
+    }
+    PairError {
+        NoCameras = 500, NotBegun = 501, TooFew = 502, NoConsensus = 503, Unobservable = 504,
+    }
+    Refusal {
+        TooUncertain = 600, CorrectionLimit = 601, NoRig = 602, Disagrees = 603,
+        NothingSolved = 604, Frozen = 605,
+    }
+    Rejection { Unsolved { 0: why } = why.code(), Refused { 0: why } = why.code() }
+    ApplyError {
+        NoProposal = 700, Inconsistent = 701, NotLocked = 702, Doubtful = 703, Frozen = 704,
+        NothingToUndo = 705,
+    }
+    RectifyError {
+        Alpha = 800, NoCommonView = 801, Behind { 0: side } = 813 + 10 * side.code(),
+        Border { 0: side, 1: why } = 810 + 10 * side.code() + why.code() - RAY,
+    }
+    SnapshotError { Room = 900, NoCameras = 901 }
+    RestoreError {
+        Damaged = 1000, Foreign = 1001, Version = 1002, Scalar = 1003, Preset = 1004,
+        OtherRig = 1005, Absurd = 1006, CorrectionLimit = 1007, NotFresh = 1008, NoCameras = 1009,
+    }
 }

@@ -22,12 +22,14 @@
 // `inline(always)`: the inner loops must be of one piece at opt-level "s" too. `inline(never)`: what
 // needs much stack must not lend it to its caller, who would hold it through all other calls.
 
+#[macro_use]
+mod error;
+
 mod algebra;
 mod batch;
 mod calibrator;
 mod codec;
 mod config;
-mod error;
 mod estimator;
 mod fusion;
 mod geometry;

@@ -15,6 +15,8 @@ pub enum State {
     Lost,
 }
 
+codes! { State { Acquiring = 0, Locked = 1, Suspect = 2, Lost = 3 } }
+
 impl core::fmt::Display for State {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {

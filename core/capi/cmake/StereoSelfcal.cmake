@@ -6,12 +6,12 @@
 #
 # stereo_selfcal_add_library(NAME [RUST_TARGET TRIPLE] [CAPACITY N])
 #
-#   RUST_TARGET  for a bare-metal target, such as thumbv7em-none-eabihf for a Cortex-M4F or -M7; left out
-#                for the machine that builds.
+#   RUST_TARGET  a bare-metal target, such as thumbv7em-none-eabihf for a Cortex-M4F or -M7; default: the
+#                machine that builds.
 #   CAPACITY     correspondences a pair: 64, 128, 256 (the default), 512 or 1024.
 #
-# Cargo's files go to the build folder, or to STEREO_SELFCAL_TARGET_DIR. One capacity and one target a
-# build folder.
+# Cargo's files go to the build folder, or to STEREO_SELFCAL_TARGET_DIR. Each build folder has one capacity
+# and one target.
 
 set(STEREO_SELFCAL_CAPI "${CMAKE_CURRENT_LIST_DIR}/.." CACHE INTERNAL "")
 set(STEREO_SELFCAL_TARGET_DIR "${CMAKE_BINARY_DIR}/cargo" CACHE PATH "Where cargo puts its files")
@@ -19,7 +19,7 @@ set(STEREO_SELFCAL_TARGET_DIR "${CMAKE_BINARY_DIR}/cargo" CACHE PATH "Where carg
 function(stereo_selfcal_add_library name)
     cmake_parse_arguments(PARSE_ARGV 1 arg "" "RUST_TARGET;CAPACITY" "")
     if(DEFINED arg_UNPARSED_ARGUMENTS)
-        message(FATAL_ERROR "stereo_selfcal_add_library: what is '${arg_UNPARSED_ARGUMENTS}'?")
+        message(FATAL_ERROR "stereo_selfcal_add_library: unknown arguments '${arg_UNPARSED_ARGUMENTS}'")
     endif()
 
     set(features)
@@ -41,7 +41,7 @@ function(stereo_selfcal_add_library name)
         set(build cargo rustc --release --locked ${what})
     endif()
 
-    # Cargo knows best whether anything has changed: it is always asked.
+    # Always runs: cargo tracks changes.
     set(library "${CMAKE_BINARY_DIR}/libstereo_selfcal.a")
     add_custom_target(${name}_build
         COMMAND ${CMAKE_COMMAND} -E env "CARGO_TARGET_DIR=${STEREO_SELFCAL_TARGET_DIR}" ${build}
@@ -59,7 +59,7 @@ function(stereo_selfcal_add_library name)
         INTERFACE_INCLUDE_DIRECTORIES "${capi}/include"
         INTERFACE_COMPILE_DEFINITIONS "${definitions}")
     if(NOT DEFINED arg_RUST_TARGET AND UNIX)
-        # What Rust's standard library asks for.
+        # Libraries that Rust's standard library needs.
         find_package(Threads REQUIRED)
         set_target_properties(${name} PROPERTIES
             INTERFACE_LINK_LIBRARIES "Threads::Threads;${CMAKE_DL_LIBS};m")

@@ -1,6 +1,6 @@
-# Copies the library that cargo has just built in FROM, for TARGET or for this machine, to TO.
+# Copies the library that cargo built last in FROM, for TARGET or for this machine, to TO.
 #
-# `.cargo/for-target` keeps what Debian's compiler builds in a folder of its own.
+# `.cargo/for-target` keeps builds of Debian's compiler in a separate folder.
 
 file(GLOB built
     "${FROM}/${TARGET}/release/libstereo_selfcal_capi.a"

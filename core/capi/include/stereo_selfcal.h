@@ -5,21 +5,23 @@
  *
  * Convention: p_r = R p_l + t, |t| = 1. Camera frames x right, y down, z forward; p_l and p_r are the
  * same point in the left and the right camera frame. Matrices row by row, angles in rad, pixels of the
- * image as it is, before undistortion, with the centre of the top left pixel at (0, 0).
+ * raw image, before undistortion, with the centre of the top left pixel at (0, 0).
  *
- * Every function returns a selfcal_error_t and gives its results through pointers, but for the _string
- * functions. No pointer may be null, unless its function says so; null and misaligned pointers and
- * storage that is not initialised are refused. A call that is refused changes no extrinsics, and gives no
- * results but those that its function names. Correspondences that are refused are counted; a pair that is
- * refused is noted in the health and may count against the estimate.
+ * Every function returns a selfcal_error_t and writes its results through pointers; the exceptions are the
+ * _string functions. Pointers must not be null, unless the function documents otherwise. Null and
+ * misaligned pointers and storage that is not initialised are refused. A refused call changes no
+ * extrinsics, and writes no results but those that its documentation names. Refused correspondences are
+ * counted. A refused pair is noted in the health and may count against the estimate: clear the batch and
+ * go on with the next pair.
  *
- * Nothing allocates, blocks or keeps a pointer. One call at a time for each calibrator and
- * each link.
+ * Nothing allocates, blocks or keeps a pointer. One call at a time for each calibrator and each link.
+ *
+ * Complete programs: core/capi/examples/readme/usage.c, from matches to extrinsics, and firmware.c, from
+ * the bytes of a matcher (format: core/src/link/FORMAT.md), with records over a loss of power. In short:
  *
  *     static selfcal_t cal;
  *
- *     selfcal_init(&cal, sizeof cal, NULL);
- *     selfcal_set_cameras(&cal, &left, &right);
+ *     at start: selfcal_init, selfcal_set_cameras, selfcal_set_factory
  *     for each stereo pair:
  *         selfcal_push_array(&cal, matches, count, NULL);
  *         if (selfcal_solve_pair(&cal) == SELFCAL_OK)
@@ -27,28 +29,6 @@
  *         selfcal_health(&cal, &health);
  *         selfcal_clear_pair(&cal);
  *     when it suits: selfcal_apply(&cal, &extrinsics);
- *
- * A matcher that sends frames (core/src/link/FORMAT.md) needs no code but this, behind any driver of a UART
- * or of SPI:
- *
- *     static selfcal_link_t wire;
- *
- *     selfcal_link_init(&wire, sizeof wire);
- *     for each piece of bytes that the driver has:
- *         do {
- *             selfcal_link_feed(&wire, &cal, bytes, length, &used, &frame);
- *             bytes += used;
- *             length -= used;
- *             if (frame.whole)
- *                 solve, fuse and look at the health, as above; the next frame clears the pair
- *         } while (used > 0 && length > 0);
- *
- * What was learnt outlasts a loss of power in a record, in whatever flash layer there is:
- *
- *     static uint8_t record[SELFCAL_SNAPSHOT_BYTES];
- *
- *     at each start, the cameras set: selfcal_restore(&cal, record, length);
- *     now and then: selfcal_snapshot(&cal, record, sizeof record, &length);
  *
  * SELFCAL_CAPACITY follows the library: define SELFCAL_CAPACITY_64, _128, _512 or _1024 if it was built
  * with the feature of that name. selfcal_init refuses storage that is too small.
@@ -64,66 +44,66 @@
 
 #if defined(SELFCAL_CAPACITY_1024)
 /**
- * Correspondences a pair has room for; a full batch selects.
+ * Largest number of correspondences in a batch; a full batch selects.
  */
 #define SELFCAL_CAPACITY 1024
 #endif
 
 #if (defined(SELFCAL_CAPACITY_512) && !defined(SELFCAL_CAPACITY_1024))
 /**
- * Correspondences a pair has room for; a full batch selects.
+ * Largest number of correspondences in a batch; a full batch selects.
  */
 #define SELFCAL_CAPACITY 512
 #endif
 
 #if (defined(SELFCAL_CAPACITY_128) && !(defined(SELFCAL_CAPACITY_512) || defined(SELFCAL_CAPACITY_1024)))
 /**
- * Correspondences a pair has room for; a full batch selects.
+ * Largest number of correspondences in a batch; a full batch selects.
  */
 #define SELFCAL_CAPACITY 128
 #endif
 
 #if (defined(SELFCAL_CAPACITY_64) && !(defined(SELFCAL_CAPACITY_128) || defined(SELFCAL_CAPACITY_512) || defined(SELFCAL_CAPACITY_1024)))
 /**
- * Correspondences a pair has room for; a full batch selects.
+ * Largest number of correspondences in a batch; a full batch selects.
  */
 #define SELFCAL_CAPACITY 64
 #endif
 
 #if !(defined(SELFCAL_CAPACITY_64) || defined(SELFCAL_CAPACITY_128) || defined(SELFCAL_CAPACITY_512) || defined(SELFCAL_CAPACITY_1024))
 /**
- * Correspondences a pair has room for; a full batch selects.
+ * Largest number of correspondences in a batch; a full batch selects.
  */
 #define SELFCAL_CAPACITY 256
 #endif
 
 /**
- * Storage in words of 8 bytes: the same for every target, so with a little to spare.
+ * Size of `selfcal_t` in words of 8 bytes, sufficient on every target.
  */
 #define SELFCAL_STORAGE_WORDS (448 + ((5 * SELFCAL_CAPACITY) / 2))
 
 /**
- * Storage, bytes.
+ * Size of `selfcal_t`, bytes.
  */
 #define SELFCAL_STORAGE_SIZE (8 * SELFCAL_STORAGE_WORDS)
 
 /**
- * Alignment of the storage that is enough on every target, bytes.
+ * Alignment of `selfcal_t`, bytes, sufficient on every target.
  */
 #define SELFCAL_STORAGE_ALIGN 8
 
 /**
- * Storage of a link in words of 8 bytes: the same for every target, so with a little to spare.
+ * Size of `selfcal_link_t` in words of 8 bytes, sufficient on every target.
  */
 #define SELFCAL_LINK_STORAGE_WORDS 26
 
 /**
- * Storage of a link, bytes.
+ * Size of `selfcal_link_t`, bytes.
  */
 #define SELFCAL_LINK_STORAGE_SIZE (8 * SELFCAL_LINK_STORAGE_WORDS)
 
 /**
- * Length of the longest record of `selfcal_snapshot`, bytes; of any capacity.
+ * Length of the longest record of `selfcal_snapshot`, bytes, for any capacity.
  */
 #define SELFCAL_SNAPSHOT_BYTES 2532
 
@@ -133,7 +113,8 @@
 #define SELFCAL_FACTORY_BYTES 160
 
 /**
- * Why a function gave nothing. The numbers stay; new ones may come.
+ * Result of a call. From 100 on, the numbers are those of the core. Numbers stay; new ones may
+ * come.
  */
 enum selfcal_error_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -141,395 +122,391 @@ enum selfcal_error_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Done.
+     * no error
      */
     SELFCAL_OK = 0,
     /**
-     * A pointer is null.
+     * a pointer is null
      */
     SELFCAL_ERROR_NULL = 1,
     /**
-     * A pointer is not aligned for what it points to.
+     * a pointer is not aligned for its type
      */
     SELFCAL_ERROR_ALIGNMENT = 2,
     /**
-     * The storage is too small: a header of another capacity?
+     * the storage is too small; compare the capacities of header and library
      */
     SELFCAL_ERROR_STORAGE_SIZE = 3,
     /**
-     * The storage is not initialised, has been overwritten, or belongs to another build.
+     * the storage is not initialised, is overwritten, or belongs to another build
      */
     SELFCAL_ERROR_NOT_INITIALISED = 4,
     /**
-     * The configuration is not initialised: begin with `selfcal_config_default`.
+     * the configuration is not initialised; call selfcal_config_default first
      */
     SELFCAL_ERROR_CONFIG_NOT_INITIALISED = 5,
     /**
-     * A number is none of its enumeration.
+     * an argument is no value of its enumeration
      */
     SELFCAL_ERROR_VALUE = 6,
     /**
-     * An array is longer than the address space.
+     * an array is longer than the address space
      */
     SELFCAL_ERROR_COUNT = 7,
     /**
-     * `selfcal_set_cameras` comes first.
+     * no cameras are set; call selfcal_set_cameras first
      */
     SELFCAL_ERROR_NO_CAMERAS = 8,
     /**
-     * No pair has been solved since the batch was last begun or cleared.
+     * no pair has been solved since the batch was last begun or cleared
      */
     SELFCAL_ERROR_NO_REPORT = 9,
     /**
-     * No pair has been fused.
+     * no pair has been fused
      */
     SELFCAL_ERROR_NO_ESTIMATE = 10,
     /**
-     * There are no cameras, no fused pairs, or no matches in the batch that fit the estimate.
+     * no cameras, no fused pair, or no match in the batch that fits the estimate
      */
     SELFCAL_ERROR_NO_HEALTH = 11,
     /**
-     * Depth errors are only predicted while locked.
+     * depth errors are predicted in the locked state only
      */
     SELFCAL_ERROR_NO_DEPTH_ERROR = 12,
     /**
-     * The length of the baseline is not finite or not above 0.
+     * the length of the baseline is not finite or not above 0
      */
     SELFCAL_ERROR_BASELINE = 13,
     /**
-     * The rectified camera is not finite, or its focal length not above 0.
+     * the rectified camera is not finite, or its focal length is not above 0
      */
     SELFCAL_ERROR_RECTIFIED_CAMERA = 14,
     /**
-     * The core gave an error that this API does not know yet.
+     * the core returned an error that this API does not know
      */
     SELFCAL_ERROR_UNKNOWN = 99,
     /**
-     * Left camera: a focal length is not finite or not within 1 to 1e6 px.
+     * left camera: a focal length is not finite or not within 1 to 1e6 px
      */
     SELFCAL_ERROR_LEFT_FOCAL_LENGTH = 100,
     /**
-     * Left camera: the principal point is not finite, or further from the image than its own size.
+     * left camera: the principal point is not finite, or further from the image than its size
      */
     SELFCAL_ERROR_LEFT_PRINCIPAL_POINT = 101,
     /**
-     * Left camera: the image is smaller than 2 x 2 px.
+     * left camera: the image is smaller than 2 x 2 px
      */
     SELFCAL_ERROR_LEFT_IMAGE_SIZE = 102,
     /**
-     * Left camera: a lens coefficient is not finite or above 1e3 in size.
+     * left camera: the magnitude of a lens coefficient is above 1e3 or not finite
      */
     SELFCAL_ERROR_LEFT_DISTORTION = 103,
     /**
-     * Left camera: the lens model is none of `selfcal_lens_t`.
+     * left camera: the lens model is no value of selfcal_lens_t
      */
     SELFCAL_ERROR_LEFT_LENS = 104,
     /**
-     * Left camera: a coefficient that the lens model does not have is not 0.
+     * left camera: a coefficient that the lens model does not use is not 0
      */
     SELFCAL_ERROR_LEFT_COEFFICIENT = 105,
     /**
-     * Right camera: a focal length is not finite or not within 1 to 1e6 px.
+     * right camera: a focal length is not finite or not within 1 to 1e6 px
      */
     SELFCAL_ERROR_RIGHT_FOCAL_LENGTH = 110,
     /**
-     * Right camera: the principal point is not finite, or further from the image than its own size.
+     * right camera: the principal point is not finite, or further from the image than its size
      */
     SELFCAL_ERROR_RIGHT_PRINCIPAL_POINT = 111,
     /**
-     * Right camera: the image is smaller than 2 x 2 px.
+     * right camera: the image is smaller than 2 x 2 px
      */
     SELFCAL_ERROR_RIGHT_IMAGE_SIZE = 112,
     /**
-     * Right camera: a lens coefficient is not finite or above 1e3 in size.
+     * right camera: the magnitude of a lens coefficient is above 1e3 or not finite
      */
     SELFCAL_ERROR_RIGHT_DISTORTION = 113,
     /**
-     * Right camera: the lens model is none of `selfcal_lens_t`.
+     * right camera: the lens model is no value of selfcal_lens_t
      */
     SELFCAL_ERROR_RIGHT_LENS = 114,
     /**
-     * Right camera: a coefficient that the lens model does not have is not 0.
+     * right camera: a coefficient that the lens model does not use is not 0
      */
     SELFCAL_ERROR_RIGHT_COEFFICIENT = 115,
     /**
-     * Ray: the pixel is not finite.
+     * ray: the pixel is not finite
      */
     SELFCAL_ERROR_RAY_NOT_FINITE = 120,
     /**
-     * Ray: the pixel is outside the image by more than half a pixel.
+     * ray: the pixel is outside the image by more than half a pixel
      */
     SELFCAL_ERROR_RAY_OUTSIDE_IMAGE = 121,
     /**
-     * Ray: the lens model folds back before the pixel, or the ray is over 85 degrees off axis.
+     * ray: the lens model is not one to one at the pixel, or the ray is over 85 degrees off axis
      */
     SELFCAL_ERROR_RAY_NOT_INVERTIBLE = 122,
     /**
-     * Pixel: the ray is not finite.
+     * pixel: the ray is not finite
      */
     SELFCAL_ERROR_PIXEL_NOT_FINITE = 130,
     /**
-     * Pixel: the ray lies beyond the range in which the lens model is one to one.
+     * pixel: the lens model is not one to one at the ray
      */
     SELFCAL_ERROR_PIXEL_BEYOND_LENS = 131,
     /**
-     * Extrinsics: `R` is not finite, not orthonormal to about 0.1, or a reflection.
+     * extrinsics: R is not finite, not orthonormal to about 0.1, or a reflection
      */
     SELFCAL_ERROR_EXTRINSICS_NOT_A_ROTATION = 200,
     /**
-     * Extrinsics: `t` is not finite or has no direction.
+     * extrinsics: t is not finite or has no direction
      */
     SELFCAL_ERROR_EXTRINSICS_NO_DIRECTION = 201,
     /**
-     * Extrinsics: `t` is within 6 degrees of an optical axis: such a pair cannot be rectified.
+     * extrinsics: t is within 6 degrees of an optical axis; such a rig cannot be rectified
      */
     SELFCAL_ERROR_EXTRINSICS_ALONG_OPTICAL_AXIS = 202,
     /**
-     * Configuration: the Huber threshold must be finite and above 0 px.
+     * configuration: the Huber threshold is not finite or not above 0 px
      */
     SELFCAL_ERROR_CONFIG_HUBER_THRESHOLD = 300,
     /**
-     * Configuration: there must be at least 2 passes.
+     * configuration: fewer than 2 passes
      */
     SELFCAL_ERROR_CONFIG_MAX_PASSES = 301,
     /**
-     * Configuration: the step tolerance must lie within 0 to 0.1 rad.
+     * configuration: the step tolerance is not within 0 to 0.1 rad
      */
     SELFCAL_ERROR_CONFIG_STEP_TOLERANCE = 302,
     /**
-     * Configuration: at least 6 correspondences must be asked for.
+     * configuration: fewer than 6 correspondences
      */
     SELFCAL_ERROR_CONFIG_MIN_CORRESPONDENCES = 303,
     /**
-     * Configuration: the noise floor must be finite and above 0 px.
+     * configuration: the noise floor is not finite or not above 0 px
      */
     SELFCAL_ERROR_CONFIG_NOISE_FLOOR = 304,
     /**
-     * Configuration: the standard deviation of the prior must lie within 1e-4 to 1 rad.
+     * configuration: the standard deviation of the prior is not within 1e-4 to 1 rad
      */
     SELFCAL_ERROR_CONFIG_PRIOR_SD = 305,
     /**
-     * Configuration: the largest standard deviation must be finite and above 0 rad.
+     * configuration: the largest standard deviation is not finite or not above 0 rad
      */
     SELFCAL_ERROR_CONFIG_MAX_SD = 306,
     /**
-     * Configuration: the memory must be at least 20 pairs.
+     * configuration: the memory is below 20 pairs
      */
     SELFCAL_ERROR_CONFIG_MEMORY = 307,
     /**
-     * Configuration: the correction limit must be above 0 and below 1.5 rad.
+     * configuration: the correction limit is not above 0 and below 1.5 rad
      */
     SELFCAL_ERROR_CONFIG_MAX_CORRECTION = 308,
     /**
-     * Push: `selfcal_set_cameras` comes first.
+     * push: no cameras are set; call selfcal_set_cameras first
      */
     SELFCAL_ERROR_PUSH_NO_CAMERAS = 400,
     /**
-     * Push: a pair is being solved; finish it or clear it first.
+     * push: a pair is being solved; finish or clear it first
      */
     SELFCAL_ERROR_PUSH_BUSY = 401,
     /**
-     * Push: the score is not within 0 to 1.
+     * push: the score is not within 0 to 1
      */
     SELFCAL_ERROR_PUSH_SCORE = 402,
     /**
-     * Push: the grid step is not within 0 to 255.99 px.
+     * push: the grid step is not within 0 to 255.99 px
      */
     SELFCAL_ERROR_PUSH_GRID_STEP = 403,
     /**
-     * Push: the left pixel is not finite.
+     * push: the left pixel is not finite
      */
     SELFCAL_ERROR_PUSH_LEFT_NOT_FINITE = 410,
     /**
-     * Push: the left pixel is outside the image by more than half a pixel.
+     * push: the left pixel is outside the image by more than half a pixel
      */
     SELFCAL_ERROR_PUSH_LEFT_OUTSIDE_IMAGE = 411,
     /**
-     * Push: the lens model is not invertible at the left pixel.
+     * push: the lens model is not invertible at the left pixel
      */
     SELFCAL_ERROR_PUSH_LEFT_NOT_INVERTIBLE = 412,
     /**
-     * Push: the right pixel is not finite.
+     * push: the right pixel is not finite
      */
     SELFCAL_ERROR_PUSH_RIGHT_NOT_FINITE = 420,
     /**
-     * Push: the right pixel is outside the image by more than half a pixel.
+     * push: the right pixel is outside the image by more than half a pixel
      */
     SELFCAL_ERROR_PUSH_RIGHT_OUTSIDE_IMAGE = 421,
     /**
-     * Push: the lens model is not invertible at the right pixel.
+     * push: the lens model is not invertible at the right pixel
      */
     SELFCAL_ERROR_PUSH_RIGHT_NOT_INVERTIBLE = 422,
     /**
-     * Pair: `selfcal_set_cameras` comes first.
+     * pair: no cameras are set; call selfcal_set_cameras first
      */
     SELFCAL_ERROR_PAIR_NO_CAMERAS = 500,
     /**
-     * Pair: `selfcal_begin_pair` comes first.
+     * pair: not begun; call selfcal_begin_pair first
      */
     SELFCAL_ERROR_PAIR_NOT_BEGUN = 501,
     /**
-     * Pair: fewer usable correspondences than configured. Collect more; nothing is wrong.
+     * pair: fewer usable correspondences than configured; collect more
      */
     SELFCAL_ERROR_PAIR_TOO_FEW = 502,
     /**
-     * Pair: the correspondences agree on no extrinsics; mismatches only.
+     * pair: the correspondences agree on no extrinsics; all may be outliers
      */
     SELFCAL_ERROR_PAIR_NO_CONSENSUS = 503,
     /**
-     * Pair: the correspondences leave a direction free: all alike, on a line, or at infinity.
+     * pair: a direction is not observable; correspondences all alike, on a line, or at infinity
      */
     SELFCAL_ERROR_PAIR_UNOBSERVABLE = 504,
     /**
-     * Fuse: the weakest direction of the pair is too uncertain.
+     * fuse: the standard deviation of the weakest direction of the pair is too large
      */
     SELFCAL_ERROR_FUSE_TOO_UNCERTAIN = 600,
     /**
-     * Fuse: further from the factory extrinsics than the correction limit.
+     * fuse: the distance from the factory extrinsics exceeds the correction limit
      */
     SELFCAL_ERROR_FUSE_CORRECTION_LIMIT = 601,
     /**
-     * Fuse: the pair leads to extrinsics that cannot be rectified.
+     * fuse: the estimate with this pair cannot be rectified
      */
     SELFCAL_ERROR_FUSE_NO_RIG = 602,
     /**
-     * Fuse: the pair disagrees with the estimate, and with the pairs kept apart from it.
+     * fuse: the pair disagrees with the estimate and with the challenger
      */
     SELFCAL_ERROR_FUSE_DISAGREES = 603,
     /**
-     * Fuse: the pair has been fused, or the calibrator reset, since it was solved.
+     * fuse: no pair has been solved since the last one was fused
      */
-    SELFCAL_ERROR_FUSE_STALE = 604,
+    SELFCAL_ERROR_FUSE_NOTHING_SOLVED = 604,
     /**
-     * Fuse: the calibrator is frozen.
+     * fuse: the calibrator is frozen
      */
     SELFCAL_ERROR_FUSE_FROZEN = 605,
     /**
-     * Fuse: a quantity of the report is not finite.
-     */
-    SELFCAL_ERROR_FUSE_NOT_FINITE = 606,
-    /**
-     * Apply: no pair has been fused.
+     * apply: no pair has been fused
      */
     SELFCAL_ERROR_APPLY_NO_PROPOSAL = 700,
     /**
-     * Apply: the fused pairs agree on no extrinsics.
+     * apply: the fused pairs agree on no extrinsics
      */
     SELFCAL_ERROR_APPLY_INCONSISTENT = 701,
     /**
-     * Apply: the estimate is not locked; `selfcal_state` says what it is.
+     * apply: the estimate is not locked; read selfcal_state
      */
     SELFCAL_ERROR_APPLY_NOT_LOCKED = 702,
     /**
-     * Apply: image halves disagree by more than 5 standard deviations; the matches are biased.
+     * apply: image halves disagree by more than 5 standard deviations; the matches are biased
      */
     SELFCAL_ERROR_APPLY_DOUBTFUL = 703,
     /**
-     * Apply: the calibrator is frozen.
+     * apply: the calibrator is frozen
      */
     SELFCAL_ERROR_APPLY_FROZEN = 704,
     /**
-     * Undo: nothing has been applied since the last reset or undo.
+     * undo: nothing has been applied since the last reset or undo
      */
     SELFCAL_ERROR_APPLY_NOTHING_TO_UNDO = 705,
     /**
-     * Rectify: `alpha` is not within 0 to 1.
+     * rectify: alpha is not within 0 to 1
      */
     SELFCAL_ERROR_RECTIFY_ALPHA = 800,
     /**
-     * Rectify: the rectified views share no rectangle, or are not upright.
+     * rectify: the rectified views share no rectangle, or are not upright
      */
     SELFCAL_ERROR_RECTIFY_NO_COMMON_VIEW = 801,
     /**
-     * Rectify: a point on the border of the left image is not finite.
+     * rectify: a point on the border of the left image is not finite
      */
     SELFCAL_ERROR_RECTIFY_LEFT_NOT_FINITE = 810,
     /**
-     * Rectify: a point on the border of the left image is outside it.
+     * rectify: a point on the border of the left image is outside it
      */
     SELFCAL_ERROR_RECTIFY_LEFT_OUTSIDE_IMAGE = 811,
     /**
-     * Rectify: the lens model is not invertible on the border of the left image.
+     * rectify: the lens model is not invertible on the border of the left image
      */
     SELFCAL_ERROR_RECTIFY_LEFT_NOT_INVERTIBLE = 812,
     /**
-     * Rectify: the left image border lies behind the rectified plane: turned too far.
+     * rectify: the left image border is behind the rectified plane; the rotation is too large
      */
     SELFCAL_ERROR_RECTIFY_LEFT_BEHIND = 813,
     /**
-     * Rectify: a point on the border of the right image is not finite.
+     * rectify: a point on the border of the right image is not finite
      */
     SELFCAL_ERROR_RECTIFY_RIGHT_NOT_FINITE = 820,
     /**
-     * Rectify: a point on the border of the right image is outside it.
+     * rectify: a point on the border of the right image is outside it
      */
     SELFCAL_ERROR_RECTIFY_RIGHT_OUTSIDE_IMAGE = 821,
     /**
-     * Rectify: the lens model is not invertible on the border of the right image.
+     * rectify: the lens model is not invertible on the border of the right image
      */
     SELFCAL_ERROR_RECTIFY_RIGHT_NOT_INVERTIBLE = 822,
     /**
-     * Rectify: the right image border lies behind the rectified plane: turned too far.
+     * rectify: the right image border is behind the rectified plane; the rotation is too large
      */
     SELFCAL_ERROR_RECTIFY_RIGHT_BEHIND = 823,
     /**
-     * Snapshot: the record takes more room than there is.
+     * snapshot: the record is longer than the buffer
      */
     SELFCAL_ERROR_SNAPSHOT_ROOM = 900,
     /**
-     * Snapshot: `selfcal_set_cameras` comes first; a record is of one rig.
+     * snapshot: no cameras are set; call selfcal_set_cameras first
      */
     SELFCAL_ERROR_SNAPSHOT_NO_CAMERAS = 901,
     /**
-     * Restore: the checksum of the record is wrong, or it ends where it should not. Use an older one.
+     * restore: the record is damaged; use an older one
      */
     SELFCAL_ERROR_RESTORE_DAMAGED = 1000,
     /**
-     * Restore: it is a record of something else.
+     * restore: the record is of another kind
      */
     SELFCAL_ERROR_RESTORE_FOREIGN = 1001,
     /**
-     * Restore: the record was written by later firmware, in a layout that is not known.
+     * restore: later firmware wrote the record, in an unknown layout
      */
     SELFCAL_ERROR_RESTORE_VERSION = 1002,
     /**
-     * Restore: the numbers of the record are not of type float.
+     * restore: the numbers of the record are not of type float
      */
     SELFCAL_ERROR_RESTORE_SCALAR = 1003,
     /**
-     * Restore: the record is of the other preset.
+     * restore: the record is of the other preset
      */
     SELFCAL_ERROR_RESTORE_PRESET = 1004,
     /**
-     * Restore: it was learnt with other cameras or from other factory extrinsics. Start afresh.
+     * restore: the record is of other cameras or other factory extrinsics; start afresh
      */
     SELFCAL_ERROR_RESTORE_OTHER_RIG = 1005,
     /**
-     * Restore: a quantity of the record cannot be; it was not written by this library.
+     * restore: a quantity of the record is impossible; another program wrote it
      */
     SELFCAL_ERROR_RESTORE_ABSURD = 1006,
     /**
-     * Restore: further from the factory extrinsics than the correction limit is now.
+     * restore: the distance from the factory extrinsics exceeds the correction limit
      */
     SELFCAL_ERROR_RESTORE_CORRECTION_LIMIT = 1007,
     /**
-     * Restore: the calibrator has learnt something already, or is solving a pair.
+     * restore: pairs have been fused already, or a pair is being solved
      */
     SELFCAL_ERROR_RESTORE_NOT_FRESH = 1008,
     /**
-     * Restore: `selfcal_set_cameras` comes first.
+     * restore: no cameras are set; call selfcal_set_cameras first
      */
     SELFCAL_ERROR_RESTORE_NO_CAMERAS = 1009,
     /**
-     * Link: a pair is being solved; no byte was used. Finish it or clear it, then feed on.
+     * link: a pair is being solved, no byte was used; finish or clear it, then feed on
      */
     SELFCAL_ERROR_LINK_BUSY = 1100,
     /**
-     * Link: `selfcal_set_cameras` comes first. The frame is not taken; feed on.
+     * link: frame refused, no cameras are set; feed on
      */
     SELFCAL_ERROR_LINK_NO_CAMERAS = 1101,
     /**
-     * Link: the matcher's images are not of the cameras' size. The frame is not taken; feed on.
+     * link: frame refused, the image sizes of matcher and cameras differ; feed on
      */
     SELFCAL_ERROR_LINK_IMAGE_SIZE = 1102,
 };
@@ -542,7 +519,7 @@ typedef int32_t selfcal_error_t;
 #endif // __cplusplus
 
 /**
- * What became of a valid correspondence.
+ * Effect of a valid correspondence on the batch.
  */
 enum selfcal_pushed_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -550,17 +527,29 @@ enum selfcal_pushed_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * There was room for it.
+     * kept
+     *
+     * The batch had room for it.
      */
     SELFCAL_PUSHED_KEPT = 0,
     /**
-     * It is in the batch, and another one left.
+     * replaced another one
+     *
+     * It replaces another one in the full batch.
      */
     SELFCAL_PUSHED_REPLACED = 1,
     /**
-     * The full batch is worth more without it.
+     * left out
+     *
+     * The full batch keeps the others instead.
      */
     SELFCAL_PUSHED_LEFT_OUT = 2,
+    /**
+     * unknown
+     *
+     * A value that this API does not know.
+     */
+    SELFCAL_PUSHED_UNKNOWN = 255,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -579,19 +568,28 @@ enum selfcal_stop_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
+     * converged
+     *
      * The step fell below the tolerance.
      */
     SELFCAL_STOP_CONVERGED = 0,
     /**
-     * No step lowers the cost any more: the optimum to the resolution of the numbers.
+     * no descent
+     *
+     * No step lowers the cost: the optimum to the resolution of the numbers.
      */
     SELFCAL_STOP_NO_DESCENT = 1,
     /**
-     * The allowed passes are used up; the result is the best seen.
+     * passes spent
+     *
+     * All configured passes are done, as for every pair of a locked estimate. The result is
+     * the best pose found.
      */
-    SELFCAL_STOP_PASS_LIMIT = 2,
+    SELFCAL_STOP_PASSES_SPENT = 2,
     /**
-     * The core gave a reason that this API does not know yet.
+     * unknown
+     *
+     * A value that this API does not know.
      */
     SELFCAL_STOP_UNKNOWN = 255,
 };
@@ -604,7 +602,7 @@ typedef uint32_t selfcal_stop_t;
 #endif // __cplusplus
 
 /**
- * What became of a fused pair.
+ * Effect of a fused pair on the estimate.
  */
 enum selfcal_fused_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -612,27 +610,40 @@ enum selfcal_fused_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * It is part of the estimate.
+     * added
+     *
+     * The pair is part of the estimate.
      */
     SELFCAL_FUSED_ADDED = 0,
     /**
-     * It shows the scene of the pair before it, in whose place it counts.
+     * same scene again
+     *
+     * The pair shows the same scene as the one before, and replaces it.
      */
     SELFCAL_FUSED_REPEATED = 1,
     /**
-     * It disagrees with the estimate and is kept apart, for another one.
+     * kept apart
+     *
+     * The pair disagrees with the estimate and supports a challenger.
      */
     SELFCAL_FUSED_KEPT_APART = 2,
     /**
-     * It is part of the estimate, and the pairs of late have replaced the older ones.
+     * added, older pairs dropped
+     *
+     * The pair is part of the estimate, and recent pairs have replaced the older ones: the rig
+     * drifts.
      */
     SELFCAL_FUSED_RENEWED = 3,
     /**
-     * The pairs kept apart agree with each other: theirs is the estimate now.
+     * challenger promoted
+     *
+     * The pairs of the challenger agree: its estimate is the estimate now.
      */
     SELFCAL_FUSED_TOOK_OVER = 4,
     /**
-     * The core gave an outcome that this API does not know yet.
+     * unknown
+     *
+     * A value that this API does not know.
      */
     SELFCAL_FUSED_UNKNOWN = 255,
 };
@@ -653,23 +664,33 @@ enum selfcal_state_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
+     * acquiring
+     *
      * Not enough pairs agree yet.
      */
     SELFCAL_STATE_ACQUIRING = 0,
     /**
+     * locked
+     *
      * The last pair agrees with the estimate.
      */
     SELFCAL_STATE_LOCKED = 1,
     /**
-     * The last pairs disagree with the estimate, or some did and speak for another.
+     * suspect
+     *
+     * The last pairs disagree with the estimate, or a challenger gathers pairs.
      */
     SELFCAL_STATE_SUSPECT = 2,
     /**
+     * lost
+     *
      * Ten pairs in a row disagree with the estimate, and no three with each other.
      */
     SELFCAL_STATE_LOST = 3,
     /**
-     * The core gave a state that this API does not know yet.
+     * unknown
+     *
+     * A value that this API does not know.
      */
     SELFCAL_STATE_UNKNOWN = 255,
 };
@@ -690,29 +711,47 @@ enum selfcal_direction_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * None: the paper preset does not tell.
+     * none
+     *
+     * Not available in the paper preset.
      */
     SELFCAL_DIRECTION_NONE = 0,
     /**
-     * Turn of `R` about x: shifts all rows alike.
+     * pitch
+     *
+     * Rotation of `R` about x: shifts all rows alike.
      */
     SELFCAL_DIRECTION_PITCH = 1,
     /**
-     * Turn of `R` about y: shears rows with the product of column and row.
+     * yaw
+     *
+     * Rotation of `R` about y: shears rows with the product of column and row.
      */
     SELFCAL_DIRECTION_YAW = 2,
     /**
-     * Turn of `R` about z: tilts rows.
+     * roll
+     *
+     * Rotation of `R` about z: tilts rows.
      */
     SELFCAL_DIRECTION_ROLL = 3,
     /**
-     * Turn of the baseline about y: `t_z`.
+     * baseline forward
+     *
+     * Rotation of the baseline about y: `t_z`.
      */
     SELFCAL_DIRECTION_BASELINE_FORWARD = 4,
     /**
-     * Turn of the baseline about z: `t_y`.
+     * baseline down
+     *
+     * Rotation of the baseline about z: `t_y`.
      */
     SELFCAL_DIRECTION_BASELINE_DOWN = 5,
+    /**
+     * unknown
+     *
+     * A value that this API does not know.
+     */
+    SELFCAL_DIRECTION_UNKNOWN = 255,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -723,7 +762,7 @@ typedef uint32_t selfcal_direction_t;
 #endif // __cplusplus
 
 /**
- * What speaks against an estimate.
+ * Reason not to trust an estimate.
  */
 enum selfcal_doubt_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -731,23 +770,33 @@ enum selfcal_doubt_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Nothing.
+     * none
+     *
+     * No doubt.
      */
     SELFCAL_DOUBT_NONE = 0,
     /**
+     * image halves disagree: t held
+     *
      * Image halves disagree by more than 3 standard deviations: `t` is not applied.
      */
     SELFCAL_DOUBT_BASELINE = 1,
     /**
-     * They disagree by more than 5: nothing is applied.
+     * image halves disagree: not applied
+     *
+     * Image halves disagree by more than 5 standard deviations: nothing is applied.
      */
     SELFCAL_DOUBT_EVERYTHING = 2,
     /**
-     * Paper preset: the rotation is so near the identity, or a half turn, that its axis is noise.
+     * axis uncertain
+     *
+     * Paper preset: the rotation is close to the identity or to a half turn; its axis is noise.
      */
     SELFCAL_DOUBT_AXIS = 3,
     /**
-     * The core gave a doubt that this API does not know yet.
+     * unknown
+     *
+     * A value that this API does not know.
      */
     SELFCAL_DOUBT_UNKNOWN = 255,
 };
@@ -760,7 +809,7 @@ typedef uint32_t selfcal_doubt_t;
 #endif // __cplusplus
 
 /**
- * What to make of the extrinsics in use, by the RMS row offset.
+ * Rating of the extrinsics in use by the RMS row offset.
  */
 enum selfcal_band_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -768,17 +817,29 @@ enum selfcal_band_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Below 1 px, and the estimate would not improve it by a tenth.
+     * good
+     *
+     * Below 1 px; the estimate improves it by less than a tenth.
      */
     SELFCAL_BAND_GOOD = 0,
     /**
-     * Below 1 px, but the estimate fits better by a tenth or more.
+     * improvable
+     *
+     * Below 1 px; the estimate improves it by a tenth or more.
      */
     SELFCAL_BAND_IMPROVABLE = 1,
     /**
-     * 1 px or more: a matcher that searches along rows will miss.
+     * recalibrate
+     *
+     * 1 px or more: a matcher that searches along rows fails.
      */
     SELFCAL_BAND_RECALIBRATE = 2,
+    /**
+     * unknown
+     *
+     * A value that this API does not know.
+     */
+    SELFCAL_BAND_UNKNOWN = 255,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -789,7 +850,7 @@ typedef uint32_t selfcal_band_t;
 #endif // __cplusplus
 
 /**
- * Yes or no to an arming check, and the reason.
+ * Result of an arming check, and the reason.
  */
 enum selfcal_arming_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -797,21 +858,35 @@ enum selfcal_arming_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * The extrinsics in use fit a confirmed estimate.
+     * yes
+     *
+     * The extrinsics in use fit a locked estimate.
      */
     SELFCAL_ARMING_YES = 0,
     /**
-     * The estimate is not confirmed, or the last pairs disagree with it.
+     * no: not locked
+     *
+     * The estimate is not locked.
      */
     SELFCAL_ARMING_NOT_LOCKED = 1,
     /**
-     * Image halves disagree too much to trust any estimate.
+     * no: doubtful
+     *
+     * Image halves disagree by more than 5 standard deviations.
      */
     SELFCAL_ARMING_DOUBTFUL = 2,
     /**
+     * no: misaligned
+     *
      * The extrinsics in use do not fit the matches.
      */
     SELFCAL_ARMING_MISALIGNED = 3,
+    /**
+     * unknown
+     *
+     * A value that this API does not know.
+     */
+    SELFCAL_ARMING_UNKNOWN = 255,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -830,11 +905,11 @@ enum selfcal_angle_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Arithmetic mean: efficient where no pair is grossly wrong.
+     * Arithmetic mean: efficient without outlier pairs.
      */
     SELFCAL_ANGLE_MEAN = 0,
     /**
-     * Median: unmoved by a minority of wrong pairs.
+     * Median: robust to a minority of outlier pairs.
      */
     SELFCAL_ANGLE_MEDIAN = 1,
 };
@@ -901,7 +976,7 @@ typedef uint32_t selfcal_side_t;
 #endif // __cplusplus
 
 /**
- * Which extrinsics to rectify for.
+ * Extrinsics to rectify for.
  */
 enum selfcal_source_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -909,7 +984,7 @@ enum selfcal_source_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Those in use.
+     * The extrinsics in use.
      */
     SELFCAL_SOURCE_IN_USE = 0,
     /**
@@ -930,15 +1005,15 @@ typedef uint32_t selfcal_source_t;
 #endif // __cplusplus
 
 /**
- * What the library was built for.
+ * Storage that the library needs.
  */
 typedef struct selfcal_requirements_t {
     /**
-     * Bytes of storage that it really uses.
+     * Size, bytes; at most `sizeof(selfcal_t)`.
      */
     size_t size;
     /**
-     * Alignment that it really needs, bytes.
+     * Alignment, bytes.
      */
     size_t align;
     /**
@@ -948,8 +1023,8 @@ typedef struct selfcal_requirements_t {
 } selfcal_requirements_t;
 
 /**
- * A calibrator of one stereo rig. The caller owns it, statically or wherever it likes; it holds no
- * pointers and nothing needs to be released. One call at a time; calibrators are independent.
+ * A calibrator of one stereo rig, owned by the caller, in static memory or elsewhere. It holds no
+ * pointers and needs no release. One call at a time; calibrators are independent.
  */
 typedef struct selfcal_t {
     /**
@@ -959,20 +1034,20 @@ typedef struct selfcal_t {
 } selfcal_t;
 
 /**
- * Parameters of a calibrator. Private: begin with `selfcal_config_default`, `selfcal_config_robust`
- * or `selfcal_config_paper`, then change it with the setters.
+ * Parameters of a calibrator; fields are private. Fill it with `selfcal_config_default`,
+ * `selfcal_config_robust` or `selfcal_config_paper`, then change it with the setters.
  */
 typedef struct selfcal_config_t {
     /**
-     * Private, as all that follows.
+     * Private, as all fields.
      */
     uint32_t magic;
     /**
-     * Which preset.
+     * Number of the preset.
      */
     uint32_t preset;
     /**
-     * NaN, or 0 of an integer: that of the preset.
+     * NaN, or 0 in an integer, stands for the value of the preset.
      */
     float prior_sd_rad;
     float huber_threshold_px;
@@ -1008,7 +1083,7 @@ typedef struct selfcal_camera_t {
      */
     uint32_t lens;
     /**
-     * Lens coefficients in OpenCV's order, dimensionless; 0 where the model has none.
+     * Lens coefficients in OpenCV's order, dimensionless; 0 where the model uses none.
      */
     float distortion[5];
 } selfcal_camera_t;
@@ -1022,14 +1097,14 @@ typedef struct selfcal_extrinsics_t {
      */
     float rotation[9];
     /**
-     * `t`: position of the left camera in the right camera frame. Unit length where it comes out, any
-     * length where it goes in.
+     * `t`: position of the left camera in the right camera frame. Unit length as a result, any
+     * length as an argument.
      */
     float translation[3];
 } selfcal_extrinsics_t;
 
 /**
- * One left/right correspondence, in the images as they are, before undistortion.
+ * One left/right correspondence in the raw images, before undistortion.
  */
 typedef struct selfcal_correspondence_t {
     /**
@@ -1041,67 +1116,67 @@ typedef struct selfcal_correspondence_t {
      */
     float right_px[2];
     /**
-     * The matcher's confidence, 0 (none) to 1 (certain).
+     * Confidence of the matcher, 0 (none) to 1 (certain).
      */
     float score;
     /**
-     * Step of the grid that the coordinates were found on, px, 0 to 255.99: 1 for whole pixels, 0
-     * where they are continuous.
+     * Step of the grid that the coordinates were found on, px, 0 to 255.99: 1 for whole pixels, 0 for
+     * continuous coordinates.
      */
     float grid_step_px;
 } selfcal_correspondence_t;
 
 /**
- * What became of an array of correspondences.
+ * Effect of an array of correspondences on the batch.
  */
 typedef struct selfcal_pushed_counts_t {
     /**
-     * There was room for.
+     * Correspondences that the batch had room for.
      */
     size_t kept;
     /**
-     * In the batch, each in place of another one.
+     * Correspondences that replace another one.
      */
     size_t replaced;
     /**
-     * Valid, but the full batch is worth more without them.
+     * Valid correspondences that the full batch did not take.
      */
     size_t left_out;
     /**
-     * Not valid.
+     * Correspondences that are not valid.
      */
     size_t refused;
     /**
-     * Why the first of these was refused; `SELFCAL_OK` if none was.
+     * Why the first of these was refused; `SELFCAL_OK` if there is none.
      */
     selfcal_error_t first_refusal;
 } selfcal_pushed_counts_t;
 
 /**
- * What the batch holds.
+ * Counts of the batch.
  */
 typedef struct selfcal_batch_t {
     /**
-     * Correspondences at hand.
+     * Correspondences in the batch.
      */
     uint32_t held;
     /**
-     * Offered since the batch was last cleared: at hand, left out or refused.
+     * Correspondences offered since the batch was last cleared: held, left out or refused.
      */
     uint32_t offered;
     /**
-     * Valid ones that had to leave a full batch, or did not get in.
+     * Valid correspondences that a full batch does not hold.
      */
     uint32_t left_out;
     /**
-     * Refused ones.
+     * Refused correspondences.
      */
     uint32_t refused;
 } selfcal_batch_t;
 
 /**
- * What looks for the frames of a matcher in the bytes of a driver. The caller owns it, as a `selfcal_t`;
- * it holds no frame, only the place in one. One for each wire.
+ * Decoder that finds the frames of a matcher in the bytes of a driver. The caller owns it, as a
+ * `selfcal_t`. It holds its position in a frame, and no frame. One for each wire.
  */
 typedef struct selfcal_link_t {
     /**
@@ -1111,15 +1186,15 @@ typedef struct selfcal_link_t {
 } selfcal_link_t;
 
 /**
- * A whole frame and what was taken of it. All 0 where none is whole.
+ * A whole frame. All 0 where none is whole.
  */
 typedef struct selfcal_frame_t {
     /**
-     * When the images were taken: the matcher's clock, us; 0 without one. Not interpreted.
+     * Time of the images by the clock of the matcher, us; 0 without one. Not interpreted.
      */
     uint64_t timestamp_us;
     /**
-     * Number of the frame; wraps around.
+     * Number of the frame; it wraps around.
      */
     uint32_t sequence;
     /**
@@ -1127,80 +1202,80 @@ typedef struct selfcal_frame_t {
      */
     uint32_t count;
     /**
-     * Matches of it that the batch holds: a full one selects, and what is not valid is refused. See
+     * Matches of it in the batch. A full batch selects, and refuses matches that are not valid; see
      * `selfcal_batch`.
      */
     uint32_t taken;
     /**
-     * Whether a frame is whole now: its matches are the batch. Solve it before you feed on.
+     * Whether a frame is whole: its matches are the batch. Solve it before the next feed.
      */
     bool whole;
     /**
-     * The matcher dropped frames right before this one: nobody read them.
+     * The matcher dropped unread frames right before this one.
      */
     bool dropped_before;
     /**
-     * The matcher found more matches than it sends.
+     * The matcher found more matches than it sent.
      */
     bool more_found;
     /**
-     * 0.
+     * Always 0.
      */
     uint8_t reserved;
 } selfcal_frame_t;
 
 /**
- * What a link has been through since `selfcal_link_init`. Counts stay at their largest value.
+ * Counters of a link since `selfcal_link_init`. They saturate.
  */
 typedef struct selfcal_link_counters_t {
     /**
-     * Frames handed out whole.
+     * Whole frames returned.
      */
     uint32_t good;
     /**
-     * Frames whose CRC was wrong: look at the wiring and the clock of the bus.
+     * Frames with a wrong CRC: check the wiring and the clock of the bus.
      */
     uint32_t bad_crc;
     /**
-     * Starts of a frame whose header had a wrong CRC.
+     * Headers with a wrong CRC.
      */
     uint32_t bad_header;
     /**
-     * Headers or frames with a right CRC that version 1 of the format does not have: correct the sender.
+     * Headers or frames with a right CRC that are not of version 1 of the format: correct the sender.
      */
     uint32_t unsupported;
     /**
-     * Frames that the next one began inside of: bytes are being lost.
+     * Frames cut by the start of the next one: bytes are being lost.
      */
     uint32_t truncated;
     /**
-     * Frames that never came whole, by the sequence numbers of those that did.
+     * Missing frames, by the sequence numbers of the whole ones.
      */
     uint32_t gaps;
     /**
-     * Frames with the sequence number of the frame before; not handed out.
+     * Frames with the sequence number of the previous frame; not returned.
      */
     uint32_t repeats;
     /**
-     * Steps back in the sequence: the sender was restarted.
+     * Steps back in the sequence: the sender restarted.
      */
     uint32_t restarts;
     /**
-     * Whole frames before which the sender had dropped some, and calls of `selfcal_link_note_overrun`.
+     * Whole frames before which the sender dropped some, and calls of `selfcal_link_note_overrun`.
      */
     uint32_t overruns;
     /**
-     * Frames that were refused: no cameras, or images of another size.
+     * Refused frames: no cameras, or images of another size.
      */
     uint32_t refused;
     /**
-     * Bytes passed over in search of a frame.
+     * Bytes skipped in search of a frame.
      */
     uint32_t skipped_bytes;
 } selfcal_link_counters_t;
 
 /**
- * What one pair says.
+ * Result of one pair.
  */
 typedef struct selfcal_report_t {
     /**
@@ -1208,7 +1283,7 @@ typedef struct selfcal_report_t {
      */
     struct selfcal_extrinsics_t extrinsics;
     /**
-     * Information about them, 1/rad^2, symmetric. Order: turn of `R` about x, y, z, turn of the
+     * Information matrix, 1/rad^2, symmetric. Order: rotation of `R` about x, y, z, rotation of the
      * baseline about y, z, in the rectified frame.
      */
     float information[5][5];
@@ -1225,11 +1300,11 @@ typedef struct selfcal_report_t {
      */
     uint32_t usable;
     /**
-     * Correspondences left out because they are not.
+     * Correspondences that are not.
      */
     uint32_t skipped;
     /**
-     * Usable ones that fit the solution.
+     * Usable correspondences that fit the solution.
      */
     uint32_t screened;
     /**
@@ -1249,13 +1324,14 @@ typedef struct selfcal_report_t {
      */
     float rms_px_after;
     /**
-     * Estimated standard deviation, px: robust preset, of a coordinate; paper preset, of a row offset.
+     * Estimated noise, standard deviation, px: of a coordinate in the robust preset, of a row
+     * offset in the paper preset.
      */
     float noise_px;
 } selfcal_report_t;
 
 /**
- * Expected size of the error of an estimate.
+ * Reported standard deviations of an estimate.
  */
 typedef struct selfcal_sd_t {
     /**
@@ -1273,7 +1349,7 @@ typedef struct selfcal_sd_t {
  */
 typedef struct selfcal_weakest_t {
     /**
-     * Which; `SELFCAL_DIRECTION_NONE` in the paper preset.
+     * The direction; `SELFCAL_DIRECTION_NONE` in the paper preset.
      */
     selfcal_direction_t direction;
     /**
@@ -1291,25 +1367,25 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_extrinsics_t extrinsics;
     /**
-     * What `selfcal_apply` puts into use: the same, but where the baseline is doubted `t` is that in
-     * use, and `R` the best there is with it.
+     * What `selfcal_apply` puts into use: the best `R`, `t`; with `SELFCAL_DOUBT_BASELINE` the `t`
+     * in use and the best `R` for it.
      */
     struct selfcal_extrinsics_t applicable;
     /**
-     * Pairs behind it; those of a repeated scene count once.
+     * Fused pairs; those of a repeated scene count once.
      */
     uint32_t pairs;
     /**
-     * Expected size of the error.
+     * Reported standard deviations.
      */
     struct selfcal_sd_t sd;
     /**
-     * Whether there is a covariance: not in the paper preset.
+     * Whether the covariance is valid; never in the paper preset.
      */
     bool has_covariance;
     /**
-     * Covariance, rad^2, symmetric; 0 without. Order: turn of `R` about x, y, z, turn of the baseline
-     * about y, z, in the rectified frame.
+     * Covariance, rad^2, symmetric; 0 where it is not valid. Order: rotation of `R` about x, y, z,
+     * rotation of the baseline about y, z, in the rectified frame.
      */
     float covariance[5][5];
     /**
@@ -1317,18 +1393,18 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_weakest_t weakest;
     /**
-     * Whether it is confirmed. The paper preset confirms nothing: locked from the first pair on.
+     * State of the estimate. The paper preset is locked from the first pair on.
      */
     selfcal_state_t state;
     /**
-     * What speaks against it.
+     * Reason not to trust it.
      */
     selfcal_doubt_t doubt;
 } selfcal_proposal_t;
 
 /**
- * How what is in use and the estimate fit the batch at hand. The two RMS are over the same matches:
- * those that fit the estimate.
+ * Fit of the extrinsics in use and of the estimate to the current batch. Both RMS are over the
+ * matches that fit the estimate.
  */
 typedef struct selfcal_health_t {
     /**
@@ -1352,23 +1428,23 @@ typedef struct selfcal_health_t {
      */
     float coverage;
     /**
-     * What to make of the two RMS.
+     * Rating of the two RMS.
      */
     selfcal_band_t band;
     /**
-     * Whether the estimate is confirmed.
+     * State of the estimate.
      */
     selfcal_state_t state;
     /**
-     * What speaks against it.
+     * Reason not to trust the estimate.
      */
     selfcal_doubt_t doubt;
     /**
-     * Expected size of the error of the estimate.
+     * Reported standard deviations of the estimate.
      */
     struct selfcal_sd_t sd;
     /**
-     * Its least certain direction.
+     * Least certain direction of the estimate.
      */
     struct selfcal_weakest_t weakest;
     /**
@@ -1376,17 +1452,17 @@ typedef struct selfcal_health_t {
      */
     float yaw_rad;
     /**
-     * Why the last pair was not taken in; `SELFCAL_OK` if it was.
+     * Why the last pair was not fused; `SELFCAL_OK` if it was.
      */
     selfcal_error_t rejection;
     /**
-     * Yes or no to an arming check.
+     * Result of an arming check.
      */
     selfcal_arming_t arming;
 } selfcal_health_t;
 
 /**
- * Rectifying rotations `R_l`, `R_r`: rows of both rectified views coincide.
+ * Rectifying rotations `R_l`, `R_r`, which align the rows of both views.
  */
 typedef struct selfcal_rotations_t {
     /**
@@ -1400,7 +1476,7 @@ typedef struct selfcal_rotations_t {
 } selfcal_rotations_t;
 
 /**
- * The common camera of both rectified views, without distortion.
+ * Common camera of both rectified views, without distortion.
  */
 typedef struct selfcal_rectified_camera_t {
     /**
@@ -1432,22 +1508,20 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * What an error code means, in English; never null, `"unknown"` for other numbers.
+ * Text of an error code, English; never null, `"unknown"` for other numbers.
  */
 const char *selfcal_error_string(int32_t error);
 
 /**
- * Says what the library was built for: to size storage at run time, or to compare with the header.
- *
- * * `requirements`: the answer.
+ * Reads the storage that the library needs, to size it at run time or to compare with the header.
  */
 selfcal_error_t selfcal_requirements(struct selfcal_requirements_t *requirements);
 
 /**
- * Makes a calibrator without cameras, at `R = I`, `t = (-1, 0, 0)`. Comes before all other calls; on
- * a calibrator in use it begins anew.
+ * Initialises a calibrator without cameras, at `R = I`, `t = (-1, 0, 0)`. Call it before all
+ * others; it also restarts a calibrator in use.
  *
- * * `cal`: a `selfcal_t`, or other storage that is large enough.
+ * * `cal`: a `selfcal_t`, or any storage of the required size and alignment.
  * * `size`: of the storage, bytes: `sizeof(selfcal_t)`.
  * * `config`: copied; null for the default.
  */
@@ -1456,57 +1530,62 @@ selfcal_error_t selfcal_init(struct selfcal_t *cal,
                              const struct selfcal_config_t *config);
 
 /**
- * Back to the factory extrinsics: batch, report and fused pairs are forgotten. Not frozen any more.
+ * Returns to the factory extrinsics, releases a freeze, and forgets batch, report and fused pairs.
  */
 selfcal_error_t selfcal_reset(struct selfcal_t *cal);
 
 /**
- * The default: the robust preset.
+ * Fills a configuration with the default, the robust preset.
  */
 selfcal_error_t selfcal_config_default(struct selfcal_config_t *config);
 
 /**
- * The robust preset: survives half of the matches being wrong, follows a knock in three pairs.
+ * Fills a configuration with the robust preset: tolerates half of the matches as outliers, and
+ * follows a step of the extrinsics within three pairs.
  */
 selfcal_error_t selfcal_config_robust(struct selfcal_config_t *config);
 
 /**
- * The method as published: its only defence against mismatches is the Huber weight.
+ * Fills a configuration with the published method, whose only defence against outliers is the Huber
+ * weight.
  */
 selfcal_error_t selfcal_config_paper(struct selfcal_config_t *config);
 
 /**
- * Standard deviation of the factory extrinsics about each axis; robust preset.
+ * Sets the standard deviation of the prior at the factory extrinsics, about each axis; robust preset.
  *
- * * `rad`: 1e-4 to 1; default 0.1. Larger follows a rig that is further off; smaller steadies pairs
- *   that say little.
+ * * `rad`: 1e-4 to 1; default 0.1. Larger allows larger corrections; smaller stabilises pairs with
+ *   little information.
  */
-selfcal_error_t selfcal_config_set_prior_sd_rad(struct selfcal_config_t *config, float rad);
+selfcal_error_t selfcal_config_set_prior_sd_rad(struct selfcal_config_t *config,
+                                                float rad);
 
 /**
- * Huber threshold of the row offset; paper preset, and three times it screens for the health.
+ * Sets the Huber threshold of the row offset in the paper preset. In both presets a match fits,
+ * for the health, within three thresholds.
  *
- * * `px`: finite and above 0; default 1. Larger trusts more matches and bends to mismatches.
+ * * `px`: finite and above 0; default 1. Larger uses more matches and admits more outliers.
  */
 selfcal_error_t selfcal_config_set_huber_threshold_px(struct selfcal_config_t *config, float px);
 
 /**
- * Passes over the batch that a pair may take: the bound on its time.
+ * Sets the largest number of passes over the batch, the bound on the time of a pair.
  *
- * * `passes`: 2 or more; default 12 in the robust preset, which takes up to 9 where it is lower and
- *   twice as many with at most 128 matches; 100 in the paper preset.
+ * * `passes`: 2 or more; default 12 in the robust preset, 100 in the paper preset. The robust preset
+ *   takes up to 9 if it is lower, and up to twice as many with at most 128 matches.
  */
-selfcal_error_t selfcal_config_set_max_passes(struct selfcal_config_t *config, uint16_t passes);
+selfcal_error_t selfcal_config_set_max_passes(struct selfcal_config_t *config,
+                                              uint16_t passes);
 
 /**
- * The solver has converged when its step is below this.
+ * Sets the step below which the solver has converged.
  *
- * * `rad`: 0 to 0.1; default 1e-9, which is never taken as smaller than 1e-6.
+ * * `rad`: 0 to 0.1; default 1e-9. Values below 1e-6 act as 1e-6.
  */
 selfcal_error_t selfcal_config_set_step_tolerance_rad(struct selfcal_config_t *config, float rad);
 
 /**
- * Fewest usable correspondences that a pair is solved from.
+ * Sets the fewest usable correspondences of a pair.
  *
  * * `count`: 6 or more; default 12.
  */
@@ -1514,7 +1593,8 @@ selfcal_error_t selfcal_config_set_min_correspondences(struct selfcal_config_t *
                                                        uint16_t count);
 
 /**
- * Smallest noise believed: keeps the certainty finite on data without noise.
+ * Sets the lower bound on the estimated noise, which keeps the information finite on data without
+ * noise.
  *
  * * `px`: finite and above 0; default 0.15 of a coordinate in the robust preset, 0.02 of a row
  *   offset in the paper preset.
@@ -1522,58 +1602,58 @@ selfcal_error_t selfcal_config_set_min_correspondences(struct selfcal_config_t *
 selfcal_error_t selfcal_config_set_noise_floor_px(struct selfcal_config_t *config, float px);
 
 /**
- * Central tendency of the pairs' angles in fusion; paper preset.
+ * Sets the central tendency of the pairs' angles in fusion; paper preset.
  *
  * * `angle`: a `selfcal_angle_t`; default the mean.
  */
 selfcal_error_t selfcal_config_set_angle(struct selfcal_config_t *config, uint32_t angle);
 
 /**
- * A pair whose weakest direction is less certain than this is refused; paper preset.
+ * Sets the largest standard deviation of the weakest direction of a fused pair; paper preset.
  *
  * * `rad`: finite and above 0; default 0.12.
  */
 selfcal_error_t selfcal_config_set_max_sd_rad(struct selfcal_config_t *config, float rad);
 
 /**
- * A pair that is further from the factory extrinsics than this is refused.
+ * Sets the largest distance of a fused pair from the factory extrinsics.
  *
  * * `rad`: above 0 and below 1.5; default 0.5.
  */
 selfcal_error_t selfcal_config_set_max_correction_rad(struct selfcal_config_t *config, float rad);
 
 /**
- * Pairs after which the oldest fade; robust preset.
+ * Sets the number of pairs after which the oldest fade; robust preset.
  *
  * * `pairs`: 20 or more; default 1000. Larger averages longer; smaller follows a slow drift.
  */
 selfcal_error_t selfcal_config_set_memory_pairs(struct selfcal_config_t *config, uint32_t pairs);
 
 /**
- * Lets `selfcal_fuse` put the estimate into use whenever `selfcal_apply` would. Default: it does not.
+ * Sets whether `selfcal_fuse` puts the estimate into use whenever `selfcal_apply` would; default
+ * false.
  */
-selfcal_error_t selfcal_config_set_automatic_apply(struct selfcal_config_t *config,
-                                                   bool automatic);
+selfcal_error_t selfcal_config_set_automatic_apply(struct selfcal_config_t *config, bool automatic);
 
 /**
- * Sets both cameras and forgets all that was learnt with others.
+ * Sets both cameras and resets the calibrator.
  */
 selfcal_error_t selfcal_set_cameras(struct selfcal_t *cal,
                                     const struct selfcal_camera_t *left,
                                     const struct selfcal_camera_t *right);
 
 /**
- * The cameras, as they were set.
+ * Reads the cameras.
  */
 selfcal_error_t selfcal_cameras(const struct selfcal_t *cal,
                                 struct selfcal_camera_t *left,
                                 struct selfcal_camera_t *right);
 
 /**
- * Undistorts: the ray at unit depth through a pixel.
+ * Undistorts a pixel to the ray at unit depth.
  *
  * * `side`: a `selfcal_side_t`.
- * * `pixel`: column u, row v in the image as it is, px.
+ * * `pixel`: column u, row v in the raw image, px.
  * * `ray`: x, y at z = 1, camera frame, dimensionless.
  *
  */
@@ -1583,11 +1663,11 @@ selfcal_error_t selfcal_ray(const struct selfcal_t *cal,
                             float ray[2]);
 
 /**
- * Distorts: the pixel of a ray at unit depth, wherever it falls.
+ * Distorts a ray at unit depth to its pixel, inside the image or not.
  *
  * * `side`: a `selfcal_side_t`.
  * * `ray`: x, y at z = 1, camera frame, dimensionless.
- * * `pixel`: column u, row v in the image as it is, px; the image bounds are not applied.
+ * * `pixel`: column u, row v in the raw image, px; not limited to the image.
  *
  */
 selfcal_error_t selfcal_pixel(const struct selfcal_t *cal,
@@ -1596,13 +1676,13 @@ selfcal_error_t selfcal_pixel(const struct selfcal_t *cal,
                               float pixel[2]);
 
 /**
- * `R = I`, `t = (-1, 0, 0)`: two parallel cameras side by side.
+ * Extrinsics of two parallel cameras side by side: `R = I`, `t = (-1, 0, 0)`.
  */
 selfcal_error_t selfcal_side_by_side(struct selfcal_extrinsics_t *extrinsics);
 
 /**
- * Sets the extrinsics that pairs start from, that corrections are measured from and that
- * `selfcal_reset` returns to; forgets all that was learnt.
+ * Sets the factory extrinsics and resets the calibrator. The prior and the correction limit refer to
+ * them, and `selfcal_reset` returns to them.
  *
  * * `factory`: `R` orthonormal to about 0.1, `t` of any length.
  */
@@ -1610,32 +1690,32 @@ selfcal_error_t selfcal_set_factory(struct selfcal_t *cal,
                                     const struct selfcal_extrinsics_t *factory);
 
 /**
- * The extrinsics in use.
+ * Reads the extrinsics in use.
  */
 selfcal_error_t selfcal_in_use(const struct selfcal_t *cal,
                                struct selfcal_extrinsics_t *extrinsics);
 
 /**
- * Changes exactly when the extrinsics in use do; wraps around.
+ * Reads a counter that changes exactly when the extrinsics in use do; it wraps around.
  */
 selfcal_error_t selfcal_generation(const struct selfcal_t *cal, uint32_t *generation);
 
 /**
- * Offers one correspondence to the batch, which selects once it is full: matches spread over the left
- * image stay, of neighbours those with the better score.
+ * Offers one correspondence to the batch. A full batch selects: it keeps matches spread over the left
+ * image, and prefers the better score among neighbours.
  *
- * * `pushed`: what became of it; may be null.
+ * * `pushed`: effect on the batch; may be null.
  */
 selfcal_error_t selfcal_push(struct selfcal_t *cal,
                              const struct selfcal_correspondence_t *correspondence,
                              selfcal_pushed_t *pushed);
 
 /**
- * Offers an array of correspondences, one after the other. Some of them being refused is no error:
- * it is counted. Without cameras, or while a pair is being solved, none is offered.
+ * Offers an array of correspondences in their order. Refused ones are counted and are no error.
+ * Without cameras, or while a pair is being solved, none is offered.
  *
- * * `correspondences`: `count` of them; may be null where that is 0.
- * * `counts`: what became of them; may be null.
+ * * `correspondences`: `count` of them; may be null where `count` is 0.
+ * * `counts`: effect on the batch; may be null.
  */
 selfcal_error_t selfcal_push_array(struct selfcal_t *cal,
                                    const struct selfcal_correspondence_t *correspondences,
@@ -1643,28 +1723,27 @@ selfcal_error_t selfcal_push_array(struct selfcal_t *cal,
                                    struct selfcal_pushed_counts_t *counts);
 
 /**
- * What the batch holds.
+ * Reads the counts of the batch.
  */
 selfcal_error_t selfcal_batch(const struct selfcal_t *cal, struct selfcal_batch_t *batch);
 
 /**
- * A `selfcal_pushed_t` in words, English; never null.
+ * Text of a `selfcal_pushed_t`, English; never null.
  */
 const char *selfcal_pushed_string(uint32_t pushed);
 
 /**
- * Makes a link in search of its first frame. Comes before all other calls; on a link in use it begins
- * anew, and a frame half read is lost.
+ * Initialises a link. Call it before all others; it also restarts a link in use, and drops a frame
+ * that is half read.
  *
- * * `size`: of the storage, bytes: `sizeof(selfcal_link_t)`.
+ * * `size`: size of the storage, bytes: `sizeof(selfcal_link_t)`.
  */
-selfcal_error_t selfcal_link_init(struct selfcal_link_t *link,
-                                  size_t size);
+selfcal_error_t selfcal_link_init(struct selfcal_link_t *link, size_t size);
 
 /**
- * Takes bytes as they come off the wire, in pieces of any length, up to the end of the first whole frame.
- * A frame replaces the batch. What was damaged or lost on the way costs the frames it hit; the next one
- * is found.
+ * Decodes bytes off the wire, in pieces of any length, up to the end of the first whole frame. A
+ * frame replaces the batch. Damaged or lost bytes cost the frames they are part of; the decoder
+ * finds the next one.
  *
  * Feed all bytes, in their order, in a loop:
  *
@@ -1678,14 +1757,14 @@ selfcal_error_t selfcal_link_init(struct selfcal_link_t *link,
  * } while (used > 0 && length > 0);
  * ```
  *
- * Push nothing and begin no pair while a frame comes in: half of it is in the batch. A pair that is being
- * solved is not given up for a frame: `SELFCAL_ERROR_LINK_BUSY`, nothing is used, and the same bytes are
- * to be fed later. After the other `SELFCAL_ERROR_LINK_` codes feed the rest: the frame is passed over,
- * and the batch is as it was. What was solved is forgotten with the batch: fuse it before.
+ * Do not push, and begin no pair, while a frame comes in: the batch holds a part of it. While a
+ * pair is being solved the call returns `SELFCAL_ERROR_LINK_BUSY` and uses no bytes: feed the same
+ * bytes later. After the other `SELFCAL_ERROR_LINK_` codes feed the rest: the frame is skipped and
+ * the batch is unchanged. A new frame drops the solved pair: fuse it before.
  *
- * * `bytes`: `length` of them; may be null where that is 0. Not needed after the call.
- * * `used`: how many of them are done with, with errors too; 0 where nothing was done.
- * * `frame`: the frame, if one is whole now; all 0 if none is, and with errors.
+ * * `bytes`: `length` of them; may be null where `length` is 0. Not needed after the call.
+ * * `used`: number of bytes used, also set with errors; 0 where nothing was done.
+ * * `frame`: the frame, if one is whole; else all 0, also with errors.
  */
 selfcal_error_t selfcal_link_feed(struct selfcal_link_t *link,
                                   struct selfcal_t *cal,
@@ -1695,60 +1774,60 @@ selfcal_error_t selfcal_link_feed(struct selfcal_link_t *link,
                                   struct selfcal_frame_t *frame);
 
 /**
- * Counts an overrun on this side of the wire: a ring that was lapped, a UART that says so. Then feed on:
- * the next whole frame is found.
+ * Counts an overrun of the receiver, such as a lapped ring buffer or an overrun flag of a UART.
+ * Then feed on: the decoder finds the next whole frame.
  */
 selfcal_error_t selfcal_link_note_overrun(struct selfcal_link_t *link);
 
 /**
- * What the link has been through.
+ * Reads the counters of a link.
  */
 selfcal_error_t selfcal_link_counters(const struct selfcal_link_t *link,
                                       struct selfcal_link_counters_t *counters);
 
 /**
- * Starts to solve the batch: the first pass over it. Then call `selfcal_advance_pair`. The report of
- * the pair before is forgotten.
+ * Starts to solve the batch with a first pass over it. Then call `selfcal_advance_pair`. Forgets the
+ * report of the last pair.
  */
 selfcal_error_t selfcal_begin_pair(struct selfcal_t *cal);
 
 /**
- * Takes one more pass over the batch, or two to judge a pair that is solved.
+ * Takes one more pass over the batch, or two to evaluate a solved pair.
  *
- * * `solved`: whether the pair is solved: then fuse it before the batch is cleared.
+ * * `solved`: whether the pair is solved. Then fuse it before the batch is cleared.
  */
 selfcal_error_t selfcal_advance_pair(struct selfcal_t *cal, bool *solved);
 
 /**
- * Solves the batch in one call: all passes. Fuse the pair before the batch is cleared.
+ * Solves the batch in one call, with all passes. Fuse the pair before the batch is cleared.
  */
 selfcal_error_t selfcal_solve_pair(struct selfcal_t *cal);
 
 /**
- * What the last pair says, once it is solved and until the batch is begun anew or cleared.
+ * Result of the last solved pair, until the next pair is begun or the batch is cleared.
  */
 selfcal_error_t selfcal_report(const struct selfcal_t *cal, struct selfcal_report_t *report);
 
 /**
- * Takes the solved pair into the estimate, once. What is in use does not change, unless
- * `selfcal_config_set_automatic_apply` lets it.
+ * Fuses the solved pair into the estimate, once. The extrinsics in use change only with
+ * `selfcal_config_set_automatic_apply`.
  *
- * * `fused`: what became of it; may be null.
+ * * `fused`: effect on the estimate; may be null.
  */
 selfcal_error_t selfcal_fuse(struct selfcal_t *cal, selfcal_fused_t *fused);
 
 /**
- * Empties the batch, forgets the report and abandons a pair being solved.
+ * Clears the batch and the report, and abandons a pair that is being solved.
  */
 selfcal_error_t selfcal_clear_pair(struct selfcal_t *cal);
 
 /**
- * A `selfcal_stop_t` in words, English; never null.
+ * Text of a `selfcal_stop_t`, English; never null.
  */
 const char *selfcal_stop_string(uint32_t stop);
 
 /**
- * A `selfcal_fused_t` in words, English; never null.
+ * Text of a `selfcal_fused_t`, English; never null.
  */
 const char *selfcal_fused_string(uint32_t fused);
 
@@ -1763,29 +1842,30 @@ selfcal_error_t selfcal_state(const struct selfcal_t *cal, selfcal_state_t *stat
 selfcal_error_t selfcal_proposal(const struct selfcal_t *cal, struct selfcal_proposal_t *proposal);
 
 /**
- * A `selfcal_state_t` in words, English; never null.
+ * Text of a `selfcal_state_t`, English; never null.
  */
 const char *selfcal_state_string(uint32_t state);
 
 /**
- * A `selfcal_doubt_t` in words, English; never null.
+ * Text of a `selfcal_doubt_t`, English; never null.
  */
 const char *selfcal_doubt_string(uint32_t doubt);
 
 /**
- * A `selfcal_direction_t` in words, English; never null.
+ * Text of a `selfcal_direction_t`, English; never null.
  */
 const char *selfcal_direction_string(uint32_t direction);
 
 /**
- * How what is in use and the estimate fit the batch at hand: ask before the batch is cleared. One
- * pass over it.
+ * Fit of the extrinsics in use and of the estimate to the current batch, in one pass over it. Call it
+ * before the batch is cleared.
  */
-selfcal_error_t selfcal_health(const struct selfcal_t *cal, struct selfcal_health_t *health);
+selfcal_error_t selfcal_health(const struct selfcal_t *cal,
+                               struct selfcal_health_t *health);
 
 /**
- * Expected error of depth with the extrinsics in use, at 1, 2, 5 and 10 m in the middle of the
- * image. One pass over the batch. A matcher's own noise is not in it.
+ * Expected depth error of the extrinsics in use at 1, 2, 5 and 10 m, in the middle of the image. One
+ * pass over the batch. The noise of the matcher is not included.
  *
  * * `baseline_m`: length of the baseline, m; finite and above 0.
  * * `errors`: m.
@@ -1796,41 +1876,41 @@ selfcal_error_t selfcal_depth_errors(const struct selfcal_t *cal,
                                      float errors[4]);
 
 /**
- * A `selfcal_band_t` in words, English; never null.
+ * Text of a `selfcal_band_t`, English; never null.
  */
 const char *selfcal_band_string(uint32_t band);
 
 /**
- * A `selfcal_arming_t` in words, English; never null.
+ * Text of a `selfcal_arming_t`, English; never null.
  */
 const char *selfcal_arming_string(uint32_t arming);
 
 /**
  * Puts the estimate into use. The generation changes if the extrinsics do.
  *
- * * `applied`: what is in use now; may be null.
+ * * `applied`: the extrinsics now in use; may be null.
  */
 selfcal_error_t selfcal_apply(struct selfcal_t *cal, struct selfcal_extrinsics_t *applied);
 
 /**
- * Puts back what was in use before the last change, once; the estimate stays.
+ * Puts the extrinsics before the last change back into use, once. The estimate stays.
  *
- * * `restored`: what is in use now; may be null.
+ * * `restored`: the extrinsics now in use; may be null.
  */
 selfcal_error_t selfcal_undo(struct selfcal_t *cal, struct selfcal_extrinsics_t *restored);
 
 /**
- * Freezes both the estimate and what is in use, or lets go of them again.
+ * Freezes the estimate and the extrinsics in use, or releases both.
  */
 selfcal_error_t selfcal_set_frozen(struct selfcal_t *cal, bool frozen);
 
 /**
- * Whether the calibrator is frozen.
+ * Reads whether the calibrator is frozen.
  */
 selfcal_error_t selfcal_is_frozen(const struct selfcal_t *cal, bool *frozen);
 
 /**
- * The two rectifying rotations.
+ * Computes the two rectifying rotations.
  *
  * * `source`: a `selfcal_source_t`.
  */
@@ -1839,12 +1919,12 @@ selfcal_error_t selfcal_rotations(const struct selfcal_t *cal,
                                   struct selfcal_rotations_t *rectifying);
 
 /**
- * Chooses a camera for rectified images of the left camera's size, for cameras side by side. 136
- * undistortions: call it when the generation changes, not per frame.
+ * Chooses the camera of rectified images of the left camera's size, for cameras side by side.
+ * Takes 136 undistortions: call it when the generation changes, not per frame.
  *
  * * `source`: a `selfcal_source_t`.
- * * `alpha`: 0 zooms in until both cameras see every rectified pixel, 1 zooms out until every pixel
- *   of both is kept.
+ * * `alpha`: 0 to 1. 0 zooms in until both cameras see every rectified pixel; 1 zooms out until every
+ *   pixel of both is kept.
  */
 selfcal_error_t selfcal_choose_camera(const struct selfcal_t *cal,
                                       uint32_t source,
@@ -1852,9 +1932,10 @@ selfcal_error_t selfcal_choose_camera(const struct selfcal_t *cal,
                                       struct selfcal_rectified_camera_t *camera);
 
 /**
- * The two rectifying homographies for a rectified camera, chosen or one's own.
+ * Computes the two rectifying homographies.
  *
  * * `source`: a `selfcal_source_t`.
+ * * `camera`: from `selfcal_choose_camera`, or any other.
  */
 selfcal_error_t selfcal_homographies(const struct selfcal_t *cal,
                                      uint32_t source,
@@ -1862,17 +1943,19 @@ selfcal_error_t selfcal_homographies(const struct selfcal_t *cal,
                                      struct selfcal_homographies_t *homographies);
 
 /**
- * Writes all that was learnt as a record, to be kept where power loss does not reach. Not in it: cameras
- * and factory extrinsics, see `selfcal_factory_to_record`; the batch, and a pair being solved.
+ * Writes the state of the estimator and the extrinsics in use as a record for non-volatile memory.
+ * Not included: cameras and factory extrinsics (see `selfcal_factory_to_record`), the batch, a
+ * pair that is being solved.
  *
- * The record is versioned, has its own checksum, and is the same on every machine. Keep the one before
- * until the new one is written: `selfcal_restore` recognises one that power loss has cut short.
+ * The record has a version and a checksum, and the same bytes on every machine. Keep the previous
+ * record until the new one is written: `selfcal_restore` detects one that a loss of power has cut
+ * short.
  *
- * * `buffer`: where to; `SELFCAL_SNAPSHOT_BYTES` are always enough. What the record leaves of these is
- *   set to 0. May be null where `room` is 0.
- * * `room`: of the buffer, bytes.
- * * `length`: of the record, bytes; to be kept with it. Also set by `SELFCAL_ERROR_SNAPSHOT_ROOM`, after
- *   which the buffer holds no record.
+ * * `buffer`: destination; `SELFCAL_SNAPSHOT_BYTES` are always sufficient. Up to that size, bytes
+ *   after the record are set to 0. May be null where `room` is 0.
+ * * `room`: size of the buffer, bytes.
+ * * `length`: length of the record, bytes; keep it with the record. `SELFCAL_ERROR_SNAPSHOT_ROOM`
+ *   sets it too; the buffer then holds no record.
  */
 selfcal_error_t selfcal_snapshot(const struct selfcal_t *cal,
                                  uint8_t *buffer,
@@ -1880,28 +1963,27 @@ selfcal_error_t selfcal_snapshot(const struct selfcal_t *cal,
                                  size_t *length);
 
 /**
- * Takes up where a record left off: what was in use is in use, and the pairs behind the estimate count,
- * as if there had been no break. But the rig may have changed meanwhile: the state is
- * `SELFCAL_STATE_SUSPECT` until a pair confirms the estimate.
+ * Restores a record: the extrinsics in use, and the estimate with its pairs. The rig may have changed
+ * since: the state is `SELFCAL_STATE_SUSPECT` until a pair confirms the estimate.
  *
- * For a calibrator that has learnt nothing yet, right after its cameras and factory extrinsics have been
- * set. Refused: it is as it was, and the rig starts from the factory.
+ * Call it after cameras and factory extrinsics are set, and before the first pair. If it is
+ * refused, the calibrator is unchanged and starts from the factory extrinsics.
  *
  * * `record`: from `selfcal_snapshot`, also of another machine, another capacity or an older version.
- * * `length`: what `selfcal_snapshot` gave as such.
+ * * `length`: length that `selfcal_snapshot` set.
  */
 selfcal_error_t selfcal_restore(struct selfcal_t *cal,
                                 const uint8_t *record,
                                 size_t length);
 
 /**
- * Writes cameras and factory extrinsics as a record: once, in production.
+ * Writes cameras and factory extrinsics as a record, once, in production.
  *
- * * `buffer`: where to; `SELFCAL_FACTORY_BYTES` are always enough. What the record leaves of these is set
- *   to 0. May be null where `room` is 0.
- * * `room`: of the buffer, bytes.
- * * `length`: of the record, bytes; to be kept with it. Also set by `SELFCAL_ERROR_SNAPSHOT_ROOM`, after
- *   which the buffer holds no record.
+ * * `buffer`: destination; `SELFCAL_FACTORY_BYTES` are always sufficient. Up to that size, bytes
+ *   after the record are set to 0. May be null where `room` is 0.
+ * * `room`: size of the buffer, bytes.
+ * * `length`: length of the record, bytes; keep it with the record. `SELFCAL_ERROR_SNAPSHOT_ROOM`
+ *   sets it too; the buffer then holds no record.
  */
 selfcal_error_t selfcal_factory_to_record(const struct selfcal_t *cal,
                                           uint8_t *buffer,
@@ -1909,11 +1991,12 @@ selfcal_error_t selfcal_factory_to_record(const struct selfcal_t *cal,
                                           size_t *length);
 
 /**
- * Sets cameras and factory extrinsics from a record, at each start; forgets all that was learnt. In the
- * place of `selfcal_set_cameras` and `selfcal_set_factory`, to the same bits as when it was written.
+ * Sets cameras and factory extrinsics from a record, at each start, and resets the calibrator.
+ * Replaces `selfcal_set_cameras` and `selfcal_set_factory`; the values are bit-identical to those
+ * written.
  *
  * * `record`: from `selfcal_factory_to_record`.
- * * `length`: what it gave as such.
+ * * `length`: length that `selfcal_factory_to_record` set.
  */
 selfcal_error_t selfcal_factory_from_record(struct selfcal_t *cal,
                                             const uint8_t *record,

@@ -1,60 +1,59 @@
-//! What is in use: changed, taken back, frozen.
+//! The extrinsics in use: apply, undo, freeze.
 
-use crate::code::{code, selfcal_error_t};
+use crate::error::{selfcal_error_t, status};
 use crate::extrinsics::selfcal_extrinsics_t;
-use crate::instance::{instance, shared};
+use crate::instance::{exclusive, selfcal_t, shared};
 use crate::pointer::Out;
-use crate::storage::selfcal_t;
 
 /// Puts the estimate into use. The generation changes if the extrinsics do.
 ///
-/// * `applied`: what is in use now; may be null.
+/// * `applied`: the extrinsics now in use; may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_apply(
     cal: *mut selfcal_t,
     applied: *mut selfcal_extrinsics_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
-        let (instance, applied) = unsafe { (instance(cal)?, Out::optional(applied)?) };
+        let (instance, applied) = unsafe { (exclusive(cal)?, Out::optional(applied)?) };
         applied.set((&instance.calibrator.apply()?).into());
         Ok(())
     })
 }
 
-/// Puts back what was in use before the last change, once; the estimate stays.
+/// Puts the extrinsics before the last change back into use, once. The estimate stays.
 ///
-/// * `restored`: what is in use now; may be null.
+/// * `restored`: the extrinsics now in use; may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_undo(
     cal: *mut selfcal_t,
     restored: *mut selfcal_extrinsics_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
-        let (instance, restored) = unsafe { (instance(cal)?, Out::optional(restored)?) };
+        let (instance, restored) = unsafe { (exclusive(cal)?, Out::optional(restored)?) };
         restored.set((&instance.calibrator.undo()?).into());
         Ok(())
     })
 }
 
-/// Freezes both the estimate and what is in use, or lets go of them again.
+/// Freezes the estimate and the extrinsics in use, or releases both.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_set_frozen(cal: *mut selfcal_t, frozen: bool) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
-        unsafe { instance(cal) }?.calibrator.set_frozen(frozen);
+        unsafe { exclusive(cal) }?.calibrator.set_frozen(frozen);
         Ok(())
     })
 }
 
-/// Whether the calibrator is frozen.
+/// Reads whether the calibrator is frozen.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_is_frozen(
     cal: *const selfcal_t,
     frozen: *mut bool,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, frozen) = unsafe { (shared(cal)?, Out::checked(frozen)?) };
         frozen.set(instance.calibrator.is_frozen());

@@ -1,4 +1,4 @@
-//! The two cameras: in, out, and pixels to rays and back.
+//! The two cameras, and conversion between pixels and rays.
 
 use nalgebra::Vector2;
 use stereo_selfcal::{
@@ -6,12 +6,10 @@ use stereo_selfcal::{
 };
 use zerocopy::FromBytes;
 
-use crate::code::code;
-use crate::code::selfcal_error_t::{self, *};
-use crate::code_of::{of_camera, of_side};
-use crate::instance::{Instance, instance, shared};
+use crate::error::selfcal_error_t::{self, *};
+use crate::error::status;
+use crate::instance::{Instance, exclusive, selfcal_t, shared};
 use crate::pointer::{Out, read};
-use crate::storage::selfcal_t;
 
 /// Lens models, with OpenCV's coefficients.
 #[repr(u32)]
@@ -51,40 +49,25 @@ pub struct selfcal_camera_t {
     pub size_px: [u16; 2],
     /// A `selfcal_lens_t`.
     pub lens: u32,
-    /// Lens coefficients in OpenCV's order, dimensionless; 0 where the model has none.
+    /// Lens coefficients in OpenCV's order, dimensionless; 0 where the model uses none.
     pub distortion: [f32; 5],
 }
 
-/// Why a camera was refused, before the side is known.
-enum Fault {
-    Core(CameraError),
-    Lens,
-    Coefficient,
-}
-
-impl From<CameraError> for Fault {
-    fn from(error: CameraError) -> Self {
-        Self::Core(error)
-    }
-}
-
-impl Fault {
-    fn code(self, side: Side) -> selfcal_error_t {
-        match self {
-            Self::Core(error) => of_camera(side, error),
-            Self::Lens => of_side(side, SELFCAL_ERROR_LEFT_LENS, SELFCAL_ERROR_RIGHT_LENS),
-            Self::Coefficient => {
-                of_side(side, SELFCAL_ERROR_LEFT_COEFFICIENT, SELFCAL_ERROR_RIGHT_COEFFICIENT)
-            }
-        }
-    }
-}
+/// Errors beyond those of [`CameraError`]; numbers of the left camera as there.
+const LENS_ERROR: u16 = SELFCAL_ERROR_LEFT_LENS as u16;
+const COEFFICIENT_ERROR: u16 = SELFCAL_ERROR_LEFT_COEFFICIENT as u16;
 
 impl selfcal_camera_t {
-    fn core(&self) -> Result<Camera<f32>, Fault> {
+    fn core(&self, side: Side) -> Result<Camera<f32>, selfcal_error_t> {
+        let error = |left: u16| selfcal_error_t::of(left + 10 * side.code());
+        self.try_core().map_err(|left| error(left).unwrap_or(SELFCAL_ERROR_UNKNOWN))
+    }
+
+    fn try_core(&self) -> Result<Camera<f32>, u16> {
+        let number = |why: CameraError| why.code();
         let [k1, k2, k3, k4, k5] = self.distortion;
         let none = |unused: &[f32]| {
-            if unused.iter().all(|k| *k == 0.0) { Ok(()) } else { Err(Fault::Coefficient) }
+            if unused.iter().all(|k| *k == 0.0) { Ok(()) } else { Err(COEFFICIENT_ERROR) }
         };
         let lens = match self.lens {
             PINHOLE => {
@@ -92,16 +75,16 @@ impl selfcal_camera_t {
                 Lens::Pinhole
             }
             RADIAL_TANGENTIAL => {
-                Lens::RadialTangential(RadialTangential::try_new(self.distortion)?)
+                Lens::RadialTangential(RadialTangential::try_new(self.distortion).map_err(number)?)
             }
             FISHEYE => {
                 none(&[k5])?;
-                Lens::Fisheye(Fisheye::try_new([k1, k2, k3, k4])?)
+                Lens::Fisheye(Fisheye::try_new([k1, k2, k3, k4]).map_err(number)?)
             }
-            _ => return Err(Fault::Lens),
+            _ => return Err(LENS_ERROR),
         };
         let Self { focal_px: focal, principal_px: principal, size_px: size, .. } = *self;
-        Ok(Camera::try_new(Intrinsics { focal, principal, size }, lens)?)
+        Camera::try_new(Intrinsics { focal, principal, size }, lens).map_err(number)
     }
 }
 
@@ -120,7 +103,7 @@ impl From<&Camera<f32>> for selfcal_camera_t {
     }
 }
 
-/// The cameras, once set.
+/// The cameras, if set.
 pub(crate) fn cameras(instance: &Instance) -> Result<&Cameras<f32>, selfcal_error_t> {
     instance.calibrator.cameras().ok_or(SELFCAL_ERROR_NO_CAMERAS)
 }
@@ -136,32 +119,32 @@ fn camera(instance: &Instance, side: u32) -> Result<&Camera<f32>, selfcal_error_
     }
 }
 
-/// Sets both cameras and forgets all that was learnt with others.
+/// Sets both cameras and resets the calibrator.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_set_cameras(
     cal: *mut selfcal_t,
     left: *const selfcal_camera_t,
     right: *const selfcal_camera_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
-        let (instance, left, right) = unsafe { (instance(cal)?, read(left)?, read(right)?) };
-        let left = left.core().map_err(|fault| fault.code(Side::Left))?;
-        let right = right.core().map_err(|fault| fault.code(Side::Right))?;
+        let (instance, left, right) = unsafe { (exclusive(cal)?, read(left)?, read(right)?) };
+        let left = left.core(Side::Left)?;
+        let right = right.core(Side::Right)?;
         instance.solved = None;
         instance.calibrator.set_cameras(Cameras { left, right });
         Ok(())
     })
 }
 
-/// The cameras, as they were set.
+/// Reads the cameras.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_cameras(
     cal: *const selfcal_t,
     left: *mut selfcal_camera_t,
     right: *mut selfcal_camera_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, left, right) =
             unsafe { (shared(cal)?, Out::checked(left)?, Out::checked(right)?) };
@@ -172,10 +155,10 @@ pub unsafe extern "C" fn selfcal_cameras(
     })
 }
 
-/// Undistorts: the ray at unit depth through a pixel.
+/// Undistorts a pixel to the ray at unit depth.
 ///
 /// * `side`: a `selfcal_side_t`.
-/// * `pixel`: column u, row v in the image as it is, px.
+/// * `pixel`: column u, row v in the raw image, px.
 /// * `ray`: x, y at z = 1, camera frame, dimensionless.
 ///
 /// cbindgen:ptrs-as-arrays=[[pixel; 2], [ray; 2]]
@@ -186,7 +169,7 @@ pub unsafe extern "C" fn selfcal_ray(
     pixel: *const f32,
     ray: *mut f32,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, pixel, out) = unsafe {
             (shared(cal)?, read::<[f32; 2]>(pixel.cast())?, Out::<[f32; 2]>::checked(ray.cast())?)
@@ -196,11 +179,11 @@ pub unsafe extern "C" fn selfcal_ray(
     })
 }
 
-/// Distorts: the pixel of a ray at unit depth, wherever it falls.
+/// Distorts a ray at unit depth to its pixel, inside the image or not.
 ///
 /// * `side`: a `selfcal_side_t`.
 /// * `ray`: x, y at z = 1, camera frame, dimensionless.
-/// * `pixel`: column u, row v in the image as it is, px; the image bounds are not applied.
+/// * `pixel`: column u, row v in the raw image, px; not limited to the image.
 ///
 /// cbindgen:ptrs-as-arrays=[[ray; 2], [pixel; 2]]
 #[unsafe(no_mangle)]
@@ -210,7 +193,7 @@ pub unsafe extern "C" fn selfcal_pixel(
     ray: *const f32,
     pixel: *mut f32,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, ray, out) = unsafe {
             (shared(cal)?, read::<[f32; 2]>(ray.cast())?, Out::<[f32; 2]>::checked(pixel.cast())?)

@@ -1,28 +1,28 @@
-//! How many correspondences a pair holds, and the storage that takes.
+//! Capacity of a pair, and the storage for it.
 
-/// Correspondences a pair has room for; a full batch selects.
+/// Largest number of correspondences in a batch; a full batch selects.
 #[cfg(feature = "capacity-1024")]
 pub const SELFCAL_CAPACITY: usize = 1024;
 
-/// Correspondences a pair has room for; a full batch selects.
+/// Largest number of correspondences in a batch; a full batch selects.
 #[cfg(all(feature = "capacity-512", not(feature = "capacity-1024")))]
 pub const SELFCAL_CAPACITY: usize = 512;
 
-/// Correspondences a pair has room for; a full batch selects.
+/// Largest number of correspondences in a batch; a full batch selects.
 #[cfg(all(
     feature = "capacity-128",
     not(any(feature = "capacity-512", feature = "capacity-1024"))
 ))]
 pub const SELFCAL_CAPACITY: usize = 128;
 
-/// Correspondences a pair has room for; a full batch selects.
+/// Largest number of correspondences in a batch; a full batch selects.
 #[cfg(all(
     feature = "capacity-64",
     not(any(feature = "capacity-128", feature = "capacity-512", feature = "capacity-1024"))
 ))]
 pub const SELFCAL_CAPACITY: usize = 64;
 
-/// Correspondences a pair has room for; a full batch selects.
+/// Largest number of correspondences in a batch; a full batch selects.
 #[cfg(not(any(
     feature = "capacity-64",
     feature = "capacity-128",
@@ -31,11 +31,11 @@ pub const SELFCAL_CAPACITY: usize = 64;
 )))]
 pub const SELFCAL_CAPACITY: usize = 256;
 
-/// Storage in words of 8 bytes: the same for every target, so with a little to spare.
+/// Size of `selfcal_t` in words of 8 bytes, sufficient on every target.
 pub const SELFCAL_STORAGE_WORDS: usize = 448 + 5 * SELFCAL_CAPACITY / 2;
 
-/// Storage, bytes.
+/// Size of `selfcal_t`, bytes.
 pub const SELFCAL_STORAGE_SIZE: usize = 8 * SELFCAL_STORAGE_WORDS;
 
-/// Alignment of the storage that is enough on every target, bytes.
+/// Alignment of `selfcal_t`, bytes, sufficient on every target.
 pub const SELFCAL_STORAGE_ALIGN: usize = 8;

@@ -1,13 +1,13 @@
-//! The configuration: a preset, and what the setters change of it.
+//! The configuration: a preset, changed by setters.
 
 use stereo_selfcal::{Central, Config, ConfigError};
 use zerocopy::FromBytes;
 
-use crate::code::code;
-use crate::code::selfcal_error_t::{self, *};
+use crate::error::selfcal_error_t::{self, *};
+use crate::error::status;
 use crate::pointer::{Out, read};
 
-/// Says that a preset has filled the configuration, and with what layout.
+/// Marks a configuration that a preset has filled, and its layout.
 const MAGIC: u32 = 0x5343_4647;
 
 const ROBUST: u32 = 1;
@@ -17,22 +17,22 @@ const PAPER: u32 = 2;
 #[repr(u32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum selfcal_angle_t {
-    /// Arithmetic mean: efficient where no pair is grossly wrong.
+    /// Arithmetic mean: efficient without outlier pairs.
     SELFCAL_ANGLE_MEAN = 0,
-    /// Median: unmoved by a minority of wrong pairs.
+    /// Median: robust to a minority of outlier pairs.
     SELFCAL_ANGLE_MEDIAN = 1,
 }
 
-/// Parameters of a calibrator. Private: begin with `selfcal_config_default`, `selfcal_config_robust`
-/// or `selfcal_config_paper`, then change it with the setters.
+/// Parameters of a calibrator; fields are private. Fill it with `selfcal_config_default`,
+/// `selfcal_config_robust` or `selfcal_config_paper`, then change it with the setters.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, FromBytes)]
 pub struct selfcal_config_t {
-    /// Private, as all that follows.
+    /// Private, as all fields.
     magic: u32,
-    /// Which preset.
+    /// Number of the preset.
     preset: u32,
-    /// NaN, or 0 of an integer: that of the preset.
+    /// NaN, or 0 in an integer, stands for the value of the preset.
     prior_sd_rad: f32,
     huber_threshold_px: f32,
     step_tolerance_rad: f32,
@@ -65,7 +65,7 @@ impl selfcal_config_t {
         }
     }
 
-    /// The core's; any bits are judged.
+    /// The configuration of the core; any bits are checked.
     pub(crate) fn core(&self) -> Result<Config, selfcal_error_t> {
         let preset = match (self.magic, self.preset) {
             (MAGIC, ROBUST) => Config::robust(),
@@ -115,109 +115,112 @@ fn central(angle: u32) -> Result<Central, selfcal_error_t> {
 /// # Safety
 /// The contract of the crate.
 unsafe fn fill(config: *mut selfcal_config_t, preset: u32) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the contract of the crate.
         unsafe { Out::checked(config) }?.set(selfcal_config_t::of(preset));
         Ok(())
     })
 }
 
-/// Changes a configuration that is initialised, if the core takes the value.
+/// Changes an initialised configuration, if the core accepts the value.
 ///
 /// # Safety
 /// The contract of the crate.
 unsafe fn change<E: Into<selfcal_error_t>, C>(
     config: *mut selfcal_config_t,
-    judged: Result<C, E>,
+    checked: Result<C, E>,
     edit: impl FnOnce(&mut selfcal_config_t),
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the contract of the crate.
         let (mut changed, place) = unsafe { (read(config)?, Out::checked(config)?) };
         changed.core()?;
-        judged.map_err(Into::into)?;
+        checked.map_err(Into::into)?;
         edit(&mut changed);
         place.set(changed);
         Ok(())
     })
 }
 
-/// The default: the robust preset.
+/// Fills a configuration with the default, the robust preset.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_config_default(config: *mut selfcal_config_t) -> selfcal_error_t {
     // SAFETY: the caller keeps the contract of the crate.
     unsafe { fill(config, ROBUST) }
 }
 
-/// The robust preset: survives half of the matches being wrong, follows a knock in three pairs.
+/// Fills a configuration with the robust preset: tolerates half of the matches as outliers, and
+/// follows a step of the extrinsics within three pairs.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_config_robust(config: *mut selfcal_config_t) -> selfcal_error_t {
     // SAFETY: the caller keeps the contract of the crate.
     unsafe { fill(config, ROBUST) }
 }
 
-/// The method as published: its only defence against mismatches is the Huber weight.
+/// Fills a configuration with the published method, whose only defence against outliers is the Huber
+/// weight.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_config_paper(config: *mut selfcal_config_t) -> selfcal_error_t {
     // SAFETY: the caller keeps the contract of the crate.
     unsafe { fill(config, PAPER) }
 }
 
-/// Standard deviation of the factory extrinsics about each axis; robust preset.
+/// Sets the standard deviation of the prior at the factory extrinsics, about each axis; robust preset.
 ///
-/// * `rad`: 1e-4 to 1; default 0.1. Larger follows a rig that is further off; smaller steadies pairs
-///   that say little.
+/// * `rad`: 1e-4 to 1; default 0.1. Larger allows larger corrections; smaller stabilises pairs with
+///   little information.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_config_set_prior_sd_rad(
     config: *mut selfcal_config_t,
     rad: f32,
 ) -> selfcal_error_t {
-    let judged = Config::robust().with_prior_sd_rad(rad);
+    let checked = Config::robust().with_prior_sd_rad(rad);
     // SAFETY: the caller keeps the contract of the crate.
-    unsafe { change(config, judged, |c| c.prior_sd_rad = rad) }
+    unsafe { change(config, checked, |c| c.prior_sd_rad = rad) }
 }
 
-/// Huber threshold of the row offset; paper preset, and three times it screens for the health.
+/// Sets the Huber threshold of the row offset in the paper preset. In both presets a match fits,
+/// for the health, within three thresholds.
 ///
-/// * `px`: finite and above 0; default 1. Larger trusts more matches and bends to mismatches.
+/// * `px`: finite and above 0; default 1. Larger uses more matches and admits more outliers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_config_set_huber_threshold_px(
     config: *mut selfcal_config_t,
     px: f32,
 ) -> selfcal_error_t {
-    let judged = Config::robust().with_huber_threshold_px(px);
+    let checked = Config::robust().with_huber_threshold_px(px);
     // SAFETY: the caller keeps the contract of the crate.
-    unsafe { change(config, judged, |c| c.huber_threshold_px = px) }
+    unsafe { change(config, checked, |c| c.huber_threshold_px = px) }
 }
 
-/// Passes over the batch that a pair may take: the bound on its time.
+/// Sets the largest number of passes over the batch, the bound on the time of a pair.
 ///
-/// * `passes`: 2 or more; default 12 in the robust preset, which takes up to 9 where it is lower and
-///   twice as many with at most 128 matches; 100 in the paper preset.
+/// * `passes`: 2 or more; default 12 in the robust preset, 100 in the paper preset. The robust preset
+///   takes up to 9 if it is lower, and up to twice as many with at most 128 matches.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_config_set_max_passes(
     config: *mut selfcal_config_t,
     passes: u16,
 ) -> selfcal_error_t {
-    let judged = Config::robust().with_max_passes(passes);
+    let checked = Config::robust().with_max_passes(passes);
     // SAFETY: the caller keeps the contract of the crate.
-    unsafe { change(config, judged, |c| c.max_passes = passes) }
+    unsafe { change(config, checked, |c| c.max_passes = passes) }
 }
 
-/// The solver has converged when its step is below this.
+/// Sets the step below which the solver has converged.
 ///
-/// * `rad`: 0 to 0.1; default 1e-9, which is never taken as smaller than 1e-6.
+/// * `rad`: 0 to 0.1; default 1e-9. Values below 1e-6 act as 1e-6.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_config_set_step_tolerance_rad(
     config: *mut selfcal_config_t,
     rad: f32,
 ) -> selfcal_error_t {
-    let judged = Config::robust().with_step_tolerance_rad(rad);
+    let checked = Config::robust().with_step_tolerance_rad(rad);
     // SAFETY: the caller keeps the contract of the crate.
-    unsafe { change(config, judged, |c| c.step_tolerance_rad = rad) }
+    unsafe { change(config, checked, |c| c.step_tolerance_rad = rad) }
 }
 
-/// Fewest usable correspondences that a pair is solved from.
+/// Sets the fewest usable correspondences of a pair.
 ///
 /// * `count`: 6 or more; default 12.
 #[unsafe(no_mangle)]
@@ -225,12 +228,13 @@ pub unsafe extern "C" fn selfcal_config_set_min_correspondences(
     config: *mut selfcal_config_t,
     count: u16,
 ) -> selfcal_error_t {
-    let judged = Config::robust().with_min_correspondences(count);
+    let checked = Config::robust().with_min_correspondences(count);
     // SAFETY: the caller keeps the contract of the crate.
-    unsafe { change(config, judged, |c| c.min_correspondences = count) }
+    unsafe { change(config, checked, |c| c.min_correspondences = count) }
 }
 
-/// Smallest noise believed: keeps the certainty finite on data without noise.
+/// Sets the lower bound on the estimated noise, which keeps the information finite on data without
+/// noise.
 ///
 /// * `px`: finite and above 0; default 0.15 of a coordinate in the robust preset, 0.02 of a row
 ///   offset in the paper preset.
@@ -239,12 +243,12 @@ pub unsafe extern "C" fn selfcal_config_set_noise_floor_px(
     config: *mut selfcal_config_t,
     px: f32,
 ) -> selfcal_error_t {
-    let judged = Config::robust().with_noise_floor_px(px);
+    let checked = Config::robust().with_noise_floor_px(px);
     // SAFETY: the caller keeps the contract of the crate.
-    unsafe { change(config, judged, |c| c.noise_floor_px = px) }
+    unsafe { change(config, checked, |c| c.noise_floor_px = px) }
 }
 
-/// Central tendency of the pairs' angles in fusion; paper preset.
+/// Sets the central tendency of the pairs' angles in fusion; paper preset.
 ///
 /// * `angle`: a `selfcal_angle_t`; default the mean.
 #[unsafe(no_mangle)]
@@ -256,7 +260,7 @@ pub unsafe extern "C" fn selfcal_config_set_angle(
     unsafe { change(config, central(angle), |c| c.angle = angle) }
 }
 
-/// A pair whose weakest direction is less certain than this is refused; paper preset.
+/// Sets the largest standard deviation of the weakest direction of a fused pair; paper preset.
 ///
 /// * `rad`: finite and above 0; default 0.12.
 #[unsafe(no_mangle)]
@@ -264,12 +268,12 @@ pub unsafe extern "C" fn selfcal_config_set_max_sd_rad(
     config: *mut selfcal_config_t,
     rad: f32,
 ) -> selfcal_error_t {
-    let judged = Config::robust().with_max_sd_rad(rad);
+    let checked = Config::robust().with_max_sd_rad(rad);
     // SAFETY: the caller keeps the contract of the crate.
-    unsafe { change(config, judged, |c| c.max_sd_rad = rad) }
+    unsafe { change(config, checked, |c| c.max_sd_rad = rad) }
 }
 
-/// A pair that is further from the factory extrinsics than this is refused.
+/// Sets the largest distance of a fused pair from the factory extrinsics.
 ///
 /// * `rad`: above 0 and below 1.5; default 0.5.
 #[unsafe(no_mangle)]
@@ -277,12 +281,12 @@ pub unsafe extern "C" fn selfcal_config_set_max_correction_rad(
     config: *mut selfcal_config_t,
     rad: f32,
 ) -> selfcal_error_t {
-    let judged = Config::robust().with_max_correction_rad(rad);
+    let checked = Config::robust().with_max_correction_rad(rad);
     // SAFETY: the caller keeps the contract of the crate.
-    unsafe { change(config, judged, |c| c.max_correction_rad = rad) }
+    unsafe { change(config, checked, |c| c.max_correction_rad = rad) }
 }
 
-/// Pairs after which the oldest fade; robust preset.
+/// Sets the number of pairs after which the oldest fade; robust preset.
 ///
 /// * `pairs`: 20 or more; default 1000. Larger averages longer; smaller follows a slow drift.
 #[unsafe(no_mangle)]
@@ -290,18 +294,19 @@ pub unsafe extern "C" fn selfcal_config_set_memory_pairs(
     config: *mut selfcal_config_t,
     pairs: u32,
 ) -> selfcal_error_t {
-    let judged = Config::robust().with_memory_pairs(pairs);
+    let checked = Config::robust().with_memory_pairs(pairs);
     // SAFETY: the caller keeps the contract of the crate.
-    unsafe { change(config, judged, |c| c.memory_pairs = pairs) }
+    unsafe { change(config, checked, |c| c.memory_pairs = pairs) }
 }
 
-/// Lets `selfcal_fuse` put the estimate into use whenever `selfcal_apply` would. Default: it does not.
+/// Sets whether `selfcal_fuse` puts the estimate into use whenever `selfcal_apply` would; default
+/// false.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_config_set_automatic_apply(
     config: *mut selfcal_config_t,
     automatic: bool,
 ) -> selfcal_error_t {
-    let judged = Ok::<_, selfcal_error_t>(());
+    let checked = Ok::<_, selfcal_error_t>(());
     // SAFETY: the caller keeps the contract of the crate.
-    unsafe { change(config, judged, |c| c.automatic_apply = automatic.into()) }
+    unsafe { change(config, checked, |c| c.automatic_apply = automatic.into()) }
 }

@@ -1,133 +1,118 @@
-//! State and proposal: what the pairs come to.
+//! State and proposal: the estimate over all pairs.
 
 use core::ffi::c_char;
 
 use stereo_selfcal::{Direction, Doubt, Proposal, StandardDeviations, State};
 
-use crate::code::code;
-use crate::code::selfcal_error_t::{self, *};
+use crate::enumeration::find;
+use crate::error::selfcal_error_t::{self, *};
+use crate::error::status;
 use crate::extrinsics::selfcal_extrinsics_t;
-use crate::instance::shared;
+use crate::instance::{selfcal_t, shared};
 use crate::pointer::Out;
-use crate::storage::selfcal_t;
-use crate::text::{Text, find};
 
-/// How far the estimate can be relied on.
-#[repr(u32)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum selfcal_state_t {
-    /// Not enough pairs agree yet.
-    SELFCAL_STATE_ACQUIRING = 0,
-    /// The last pair agrees with the estimate.
-    SELFCAL_STATE_LOCKED = 1,
-    /// The last pairs disagree with the estimate, or some did and speak for another.
-    SELFCAL_STATE_SUSPECT = 2,
-    /// Ten pairs in a row disagree with the estimate, and no three with each other.
-    SELFCAL_STATE_LOST = 3,
-    /// The core gave a state that this API does not know yet.
-    SELFCAL_STATE_UNKNOWN = 255,
-}
-
-use selfcal_state_t::*;
-
-const STATES: &[Text<u32>] = &[
-    (SELFCAL_STATE_ACQUIRING as u32, c"acquiring"),
-    (SELFCAL_STATE_LOCKED as u32, c"locked"),
-    (SELFCAL_STATE_SUSPECT as u32, c"suspect"),
-    (SELFCAL_STATE_LOST as u32, c"lost"),
-];
-
-impl From<State> for selfcal_state_t {
-    fn from(state: State) -> Self {
-        match state {
-            State::Acquiring => SELFCAL_STATE_ACQUIRING,
-            State::Locked => SELFCAL_STATE_LOCKED,
-            State::Suspect => SELFCAL_STATE_SUSPECT,
-            State::Lost => SELFCAL_STATE_LOST,
-            _ => SELFCAL_STATE_UNKNOWN,
-        }
+c_enum! {
+    /// How far the estimate can be relied on.
+    #[repr(u32)]
+    pub enum selfcal_state_t {
+        /// acquiring
+        ///
+        /// Not enough pairs agree yet.
+        SELFCAL_STATE_ACQUIRING = 0,
+        /// locked
+        ///
+        /// The last pair agrees with the estimate.
+        SELFCAL_STATE_LOCKED = 1,
+        /// suspect
+        ///
+        /// The last pairs disagree with the estimate, or a challenger gathers pairs.
+        SELFCAL_STATE_SUSPECT = 2,
+        /// lost
+        ///
+        /// Ten pairs in a row disagree with the estimate, and no three with each other.
+        SELFCAL_STATE_LOST = 3,
+        /// unknown
+        ///
+        /// A value that this API does not know.
+        SELFCAL_STATE_UNKNOWN = 255,
     }
 }
 
-/// What speaks against an estimate.
-#[repr(u32)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum selfcal_doubt_t {
-    /// Nothing.
-    SELFCAL_DOUBT_NONE = 0,
-    /// Image halves disagree by more than 3 standard deviations: `t` is not applied.
-    SELFCAL_DOUBT_BASELINE = 1,
-    /// They disagree by more than 5: nothing is applied.
-    SELFCAL_DOUBT_EVERYTHING = 2,
-    /// Paper preset: the rotation is so near the identity, or a half turn, that its axis is noise.
-    SELFCAL_DOUBT_AXIS = 3,
-    /// The core gave a doubt that this API does not know yet.
-    SELFCAL_DOUBT_UNKNOWN = 255,
+from_core!(State => selfcal_state_t, else SELFCAL_STATE_UNKNOWN);
+
+c_enum! {
+    /// Reason not to trust an estimate.
+    #[repr(u32)]
+    pub enum selfcal_doubt_t {
+        /// none
+        ///
+        /// No doubt.
+        SELFCAL_DOUBT_NONE = 0,
+        /// image halves disagree: t held
+        ///
+        /// Image halves disagree by more than 3 standard deviations: `t` is not applied.
+        SELFCAL_DOUBT_BASELINE = 1,
+        /// image halves disagree: not applied
+        ///
+        /// Image halves disagree by more than 5 standard deviations: nothing is applied.
+        SELFCAL_DOUBT_EVERYTHING = 2,
+        /// axis uncertain
+        ///
+        /// Paper preset: the rotation is close to the identity or to a half turn; its axis is noise.
+        SELFCAL_DOUBT_AXIS = 3,
+        /// unknown
+        ///
+        /// A value that this API does not know.
+        SELFCAL_DOUBT_UNKNOWN = 255,
+    }
 }
 
-use selfcal_doubt_t::*;
-
-const DOUBTS: &[Text<u32>] = &[
-    (SELFCAL_DOUBT_NONE as u32, c"none"),
-    (SELFCAL_DOUBT_BASELINE as u32, c"image halves disagree: t held"),
-    (SELFCAL_DOUBT_EVERYTHING as u32, c"image halves disagree: not applied"),
-    (SELFCAL_DOUBT_AXIS as u32, c"axis uncertain"),
-];
+from_core!(Doubt => selfcal_doubt_t, else SELFCAL_DOUBT_UNKNOWN);
 
 impl From<Option<Doubt>> for selfcal_doubt_t {
     fn from(doubt: Option<Doubt>) -> Self {
-        match doubt {
-            None => SELFCAL_DOUBT_NONE,
-            Some(Doubt::Baseline) => SELFCAL_DOUBT_BASELINE,
-            Some(Doubt::Everything) => SELFCAL_DOUBT_EVERYTHING,
-            Some(Doubt::Axis) => SELFCAL_DOUBT_AXIS,
-            Some(_) => SELFCAL_DOUBT_UNKNOWN,
-        }
+        doubt.map_or(Self::SELFCAL_DOUBT_NONE, Into::into)
     }
 }
 
-/// One of the five unknowns, in the rectified frame (x along the baseline, z forward).
-#[repr(u32)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum selfcal_direction_t {
-    /// None: the paper preset does not tell.
-    SELFCAL_DIRECTION_NONE = 0,
-    /// Turn of `R` about x: shifts all rows alike.
-    SELFCAL_DIRECTION_PITCH = 1,
-    /// Turn of `R` about y: shears rows with the product of column and row.
-    SELFCAL_DIRECTION_YAW = 2,
-    /// Turn of `R` about z: tilts rows.
-    SELFCAL_DIRECTION_ROLL = 3,
-    /// Turn of the baseline about y: `t_z`.
-    SELFCAL_DIRECTION_BASELINE_FORWARD = 4,
-    /// Turn of the baseline about z: `t_y`.
-    SELFCAL_DIRECTION_BASELINE_DOWN = 5,
-}
-
-use selfcal_direction_t::*;
-
-const DIRECTIONS: &[Text<u32>] = &[
-    (SELFCAL_DIRECTION_NONE as u32, c"none"),
-    (SELFCAL_DIRECTION_PITCH as u32, c"pitch"),
-    (SELFCAL_DIRECTION_YAW as u32, c"yaw"),
-    (SELFCAL_DIRECTION_ROLL as u32, c"roll"),
-    (SELFCAL_DIRECTION_BASELINE_FORWARD as u32, c"baseline forward"),
-    (SELFCAL_DIRECTION_BASELINE_DOWN as u32, c"baseline down"),
-];
-
-impl From<Direction> for selfcal_direction_t {
-    fn from(direction: Direction) -> Self {
-        match direction {
-            Direction::Pitch => SELFCAL_DIRECTION_PITCH,
-            Direction::Yaw => SELFCAL_DIRECTION_YAW,
-            Direction::Roll => SELFCAL_DIRECTION_ROLL,
-            Direction::BaselineForward => SELFCAL_DIRECTION_BASELINE_FORWARD,
-            Direction::BaselineDown => SELFCAL_DIRECTION_BASELINE_DOWN,
-        }
+c_enum! {
+    /// One of the five unknowns, in the rectified frame (x along the baseline, z forward).
+    #[repr(u32)]
+    pub enum selfcal_direction_t {
+        /// none
+        ///
+        /// Not available in the paper preset.
+        SELFCAL_DIRECTION_NONE = 0,
+        /// pitch
+        ///
+        /// Rotation of `R` about x: shifts all rows alike.
+        SELFCAL_DIRECTION_PITCH = 1,
+        /// yaw
+        ///
+        /// Rotation of `R` about y: shears rows with the product of column and row.
+        SELFCAL_DIRECTION_YAW = 2,
+        /// roll
+        ///
+        /// Rotation of `R` about z: tilts rows.
+        SELFCAL_DIRECTION_ROLL = 3,
+        /// baseline forward
+        ///
+        /// Rotation of the baseline about y: `t_z`.
+        SELFCAL_DIRECTION_BASELINE_FORWARD = 4,
+        /// baseline down
+        ///
+        /// Rotation of the baseline about z: `t_y`.
+        SELFCAL_DIRECTION_BASELINE_DOWN = 5,
+        /// unknown
+        ///
+        /// A value that this API does not know.
+        SELFCAL_DIRECTION_UNKNOWN = 255,
     }
 }
 
-/// Expected size of the error of an estimate.
+from_core!(Direction => selfcal_direction_t, else SELFCAL_DIRECTION_UNKNOWN);
+
+/// Reported standard deviations of an estimate.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct selfcal_sd_t {
@@ -147,7 +132,7 @@ impl From<StandardDeviations<f32>> for selfcal_sd_t {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct selfcal_weakest_t {
-    /// Which; `SELFCAL_DIRECTION_NONE` in the paper preset.
+    /// The direction; `SELFCAL_DIRECTION_NONE` in the paper preset.
     pub direction: selfcal_direction_t,
     /// Its standard deviation, rad; 0 in the paper preset.
     pub sd_rad: f32,
@@ -157,7 +142,7 @@ impl From<Option<(Direction, f32)>> for selfcal_weakest_t {
     fn from(weakest: Option<(Direction, f32)>) -> Self {
         match weakest {
             Some((direction, sd_rad)) => Self { direction: direction.into(), sd_rad },
-            None => Self { direction: SELFCAL_DIRECTION_NONE, sd_rad: 0.0 },
+            None => Self { direction: selfcal_direction_t::SELFCAL_DIRECTION_NONE, sd_rad: 0.0 },
         }
     }
 }
@@ -168,23 +153,23 @@ impl From<Option<(Direction, f32)>> for selfcal_weakest_t {
 pub struct selfcal_proposal_t {
     /// The best `R`, `t`.
     pub extrinsics: selfcal_extrinsics_t,
-    /// What `selfcal_apply` puts into use: the same, but where the baseline is doubted `t` is that in
-    /// use, and `R` the best there is with it.
+    /// What `selfcal_apply` puts into use: the best `R`, `t`; with `SELFCAL_DOUBT_BASELINE` the `t`
+    /// in use and the best `R` for it.
     pub applicable: selfcal_extrinsics_t,
-    /// Pairs behind it; those of a repeated scene count once.
+    /// Fused pairs; those of a repeated scene count once.
     pub pairs: u32,
-    /// Expected size of the error.
+    /// Reported standard deviations.
     pub sd: selfcal_sd_t,
-    /// Whether there is a covariance: not in the paper preset.
+    /// Whether the covariance is valid; never in the paper preset.
     pub has_covariance: bool,
-    /// Covariance, rad^2, symmetric; 0 without. Order: turn of `R` about x, y, z, turn of the baseline
-    /// about y, z, in the rectified frame.
+    /// Covariance, rad^2, symmetric; 0 where it is not valid. Order: rotation of `R` about x, y, z,
+    /// rotation of the baseline about y, z, in the rectified frame.
     pub covariance: [[f32; 5]; 5],
     /// The least certain direction.
     pub weakest: selfcal_weakest_t,
-    /// Whether it is confirmed. The paper preset confirms nothing: locked from the first pair on.
+    /// State of the estimate. The paper preset is locked from the first pair on.
     pub state: selfcal_state_t,
-    /// What speaks against it.
+    /// Reason not to trust it.
     pub doubt: selfcal_doubt_t,
 }
 
@@ -196,7 +181,7 @@ impl From<&Proposal<f32>> for selfcal_proposal_t {
             pairs: proposal.pairs,
             sd: proposal.sd.into(),
             has_covariance: proposal.covariance.is_some(),
-            // Arrays of columns, otherwise.
+            // nalgebra stores columns.
             covariance: proposal.covariance.unwrap_or_default().transpose().into(),
             weakest: proposal.weakest().into(),
             state: proposal.state.into(),
@@ -211,7 +196,7 @@ pub unsafe extern "C" fn selfcal_state(
     cal: *const selfcal_t,
     state: *mut selfcal_state_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, state) = unsafe { (shared(cal)?, Out::checked(state)?) };
         state.set(instance.calibrator.state().into());
@@ -225,7 +210,7 @@ pub unsafe extern "C" fn selfcal_proposal(
     cal: *const selfcal_t,
     proposal: *mut selfcal_proposal_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, out) = unsafe { (shared(cal)?, Out::checked(proposal)?) };
         let proposal = instance.calibrator.proposal().ok_or(SELFCAL_ERROR_NO_ESTIMATE)?;
@@ -234,20 +219,20 @@ pub unsafe extern "C" fn selfcal_proposal(
     })
 }
 
-/// A `selfcal_state_t` in words, English; never null.
+/// Text of a `selfcal_state_t`, English; never null.
 #[unsafe(no_mangle)]
 pub extern "C" fn selfcal_state_string(state: u32) -> *const c_char {
-    find(STATES, state)
+    find(selfcal_state_t::TEXTS, state)
 }
 
-/// A `selfcal_doubt_t` in words, English; never null.
+/// Text of a `selfcal_doubt_t`, English; never null.
 #[unsafe(no_mangle)]
 pub extern "C" fn selfcal_doubt_string(doubt: u32) -> *const c_char {
-    find(DOUBTS, doubt)
+    find(selfcal_doubt_t::TEXTS, doubt)
 }
 
-/// A `selfcal_direction_t` in words, English; never null.
+/// Text of a `selfcal_direction_t`, English; never null.
 #[unsafe(no_mangle)]
 pub extern "C" fn selfcal_direction_string(direction: u32) -> *const c_char {
-    find(DIRECTIONS, direction)
+    find(selfcal_direction_t::TEXTS, direction)
 }

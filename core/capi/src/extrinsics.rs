@@ -1,13 +1,12 @@
-//! `R` and `t` as plain numbers.
+//! Extrinsics as plain numbers.
 
 use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::Extrinsics;
 use zerocopy::FromBytes;
 
-use crate::code::{code, selfcal_error_t};
-use crate::instance::{instance, shared};
+use crate::error::{selfcal_error_t, status};
+use crate::instance::{exclusive, selfcal_t, shared};
 use crate::pointer::{Out, read};
-use crate::storage::selfcal_t;
 
 /// `R` and unit `t` of `p_r = R p_l + t`. A plain side-by-side rig has `R = I`, `t = (-1, 0, 0)`.
 #[repr(C)]
@@ -15,8 +14,8 @@ use crate::storage::selfcal_t;
 pub struct selfcal_extrinsics_t {
     /// `R`, left to right camera frame, row by row.
     pub rotation: [f32; 9],
-    /// `t`: position of the left camera in the right camera frame. Unit length where it comes out, any
-    /// length where it goes in.
+    /// `t`: position of the left camera in the right camera frame. Unit length as a result, any
+    /// length as an argument.
     pub translation: [f32; 3],
 }
 
@@ -37,20 +36,20 @@ impl From<&Extrinsics<f32>> for selfcal_extrinsics_t {
     }
 }
 
-/// `R = I`, `t = (-1, 0, 0)`: two parallel cameras side by side.
+/// Extrinsics of two parallel cameras side by side: `R = I`, `t = (-1, 0, 0)`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_side_by_side(
     extrinsics: *mut selfcal_extrinsics_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         unsafe { Out::checked(extrinsics) }?.set((&Extrinsics::SIDE_BY_SIDE).into());
         Ok(())
     })
 }
 
-/// Sets the extrinsics that pairs start from, that corrections are measured from and that
-/// `selfcal_reset` returns to; forgets all that was learnt.
+/// Sets the factory extrinsics and resets the calibrator. The prior and the correction limit refer to
+/// them, and `selfcal_reset` returns to them.
 ///
 /// * `factory`: `R` orthonormal to about 0.1, `t` of any length.
 #[unsafe(no_mangle)]
@@ -58,9 +57,9 @@ pub unsafe extern "C" fn selfcal_set_factory(
     cal: *mut selfcal_t,
     factory: *const selfcal_extrinsics_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
-        let (instance, factory) = unsafe { (instance(cal)?, read(factory)?) };
+        let (instance, factory) = unsafe { (exclusive(cal)?, read(factory)?) };
         let factory = factory.core()?;
         instance.solved = None;
         instance.calibrator.set_factory(factory);
@@ -68,13 +67,13 @@ pub unsafe extern "C" fn selfcal_set_factory(
     })
 }
 
-/// The extrinsics in use.
+/// Reads the extrinsics in use.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_in_use(
     cal: *const selfcal_t,
     extrinsics: *mut selfcal_extrinsics_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, extrinsics) = unsafe { (shared(cal)?, Out::checked(extrinsics)?) };
         extrinsics.set(instance.calibrator.in_use().into());
@@ -82,13 +81,13 @@ pub unsafe extern "C" fn selfcal_in_use(
     })
 }
 
-/// Changes exactly when the extrinsics in use do; wraps around.
+/// Reads a counter that changes exactly when the extrinsics in use do; it wraps around.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_generation(
     cal: *const selfcal_t,
     generation: *mut u32,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, generation) = unsafe { (shared(cal)?, Out::checked(generation)?) };
         generation.set(instance.calibrator.generation());

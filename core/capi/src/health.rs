@@ -1,83 +1,72 @@
-//! Health: what a rig's user asks of it before it moves.
+//! Health: how far to rely on the calibration, as an arming check asks.
 
 use core::ffi::c_char;
 
 use stereo_selfcal::{Arming, Band, Health};
 
-use crate::code::code;
-use crate::code::selfcal_error_t::{self, *};
+use crate::enumeration::find;
+use crate::error::selfcal_error_t::{self, *};
+use crate::error::status;
 use crate::estimate::{selfcal_doubt_t, selfcal_sd_t, selfcal_state_t, selfcal_weakest_t};
-use crate::instance::{Instance, shared};
+use crate::instance::{Instance, selfcal_t, shared};
 use crate::pointer::Out;
-use crate::storage::selfcal_t;
-use crate::text::{Text, find};
 
-/// What to make of the extrinsics in use, by the RMS row offset.
-#[repr(u32)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum selfcal_band_t {
-    /// Below 1 px, and the estimate would not improve it by a tenth.
-    SELFCAL_BAND_GOOD = 0,
-    /// Below 1 px, but the estimate fits better by a tenth or more.
-    SELFCAL_BAND_IMPROVABLE = 1,
-    /// 1 px or more: a matcher that searches along rows will miss.
-    SELFCAL_BAND_RECALIBRATE = 2,
-}
-
-use selfcal_band_t::*;
-
-const BANDS: &[Text<u32>] = &[
-    (SELFCAL_BAND_GOOD as u32, c"good"),
-    (SELFCAL_BAND_IMPROVABLE as u32, c"improvable"),
-    (SELFCAL_BAND_RECALIBRATE as u32, c"recalibrate"),
-];
-
-impl From<Band> for selfcal_band_t {
-    fn from(band: Band) -> Self {
-        match band {
-            Band::Good => SELFCAL_BAND_GOOD,
-            Band::Improvable => SELFCAL_BAND_IMPROVABLE,
-            Band::Recalibrate => SELFCAL_BAND_RECALIBRATE,
-        }
+c_enum! {
+    /// Rating of the extrinsics in use by the RMS row offset.
+    #[repr(u32)]
+    pub enum selfcal_band_t {
+        /// good
+        ///
+        /// Below 1 px; the estimate improves it by less than a tenth.
+        SELFCAL_BAND_GOOD = 0,
+        /// improvable
+        ///
+        /// Below 1 px; the estimate improves it by a tenth or more.
+        SELFCAL_BAND_IMPROVABLE = 1,
+        /// recalibrate
+        ///
+        /// 1 px or more: a matcher that searches along rows fails.
+        SELFCAL_BAND_RECALIBRATE = 2,
+        /// unknown
+        ///
+        /// A value that this API does not know.
+        SELFCAL_BAND_UNKNOWN = 255,
     }
 }
 
-/// Yes or no to an arming check, and the reason.
-#[repr(u32)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum selfcal_arming_t {
-    /// The extrinsics in use fit a confirmed estimate.
-    SELFCAL_ARMING_YES = 0,
-    /// The estimate is not confirmed, or the last pairs disagree with it.
-    SELFCAL_ARMING_NOT_LOCKED = 1,
-    /// Image halves disagree too much to trust any estimate.
-    SELFCAL_ARMING_DOUBTFUL = 2,
-    /// The extrinsics in use do not fit the matches.
-    SELFCAL_ARMING_MISALIGNED = 3,
-}
+from_core!(Band => selfcal_band_t, else SELFCAL_BAND_UNKNOWN);
 
-use selfcal_arming_t::*;
-
-const ARMINGS: &[Text<u32>] = &[
-    (SELFCAL_ARMING_YES as u32, c"yes"),
-    (SELFCAL_ARMING_NOT_LOCKED as u32, c"no: not locked"),
-    (SELFCAL_ARMING_DOUBTFUL as u32, c"no: doubtful"),
-    (SELFCAL_ARMING_MISALIGNED as u32, c"no: misaligned"),
-];
-
-impl From<Arming> for selfcal_arming_t {
-    fn from(arming: Arming) -> Self {
-        match arming {
-            Arming::Yes => SELFCAL_ARMING_YES,
-            Arming::NotLocked => SELFCAL_ARMING_NOT_LOCKED,
-            Arming::Doubtful => SELFCAL_ARMING_DOUBTFUL,
-            Arming::Misaligned => SELFCAL_ARMING_MISALIGNED,
-        }
+c_enum! {
+    /// Result of an arming check, and the reason.
+    #[repr(u32)]
+    pub enum selfcal_arming_t {
+        /// yes
+        ///
+        /// The extrinsics in use fit a locked estimate.
+        SELFCAL_ARMING_YES = 0,
+        /// no: not locked
+        ///
+        /// The estimate is not locked.
+        SELFCAL_ARMING_NOT_LOCKED = 1,
+        /// no: doubtful
+        ///
+        /// Image halves disagree by more than 5 standard deviations.
+        SELFCAL_ARMING_DOUBTFUL = 2,
+        /// no: misaligned
+        ///
+        /// The extrinsics in use do not fit the matches.
+        SELFCAL_ARMING_MISALIGNED = 3,
+        /// unknown
+        ///
+        /// A value that this API does not know.
+        SELFCAL_ARMING_UNKNOWN = 255,
     }
 }
 
-/// How what is in use and the estimate fit the batch at hand. The two RMS are over the same matches:
-/// those that fit the estimate.
+from_core!(Arming => selfcal_arming_t, else SELFCAL_ARMING_UNKNOWN);
+
+/// Fit of the extrinsics in use and of the estimate to the current batch. Both RMS are over the
+/// matches that fit the estimate.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct selfcal_health_t {
@@ -91,21 +80,21 @@ pub struct selfcal_health_t {
     pub fit_proposed: u32,
     /// Share of the cells of an 8 x 6 grid over the left image with a match that fits, 0 to 1.
     pub coverage: f32,
-    /// What to make of the two RMS.
+    /// Rating of the two RMS.
     pub band: selfcal_band_t,
-    /// Whether the estimate is confirmed.
+    /// State of the estimate.
     pub state: selfcal_state_t,
-    /// What speaks against it.
+    /// Reason not to trust the estimate.
     pub doubt: selfcal_doubt_t,
-    /// Expected size of the error of the estimate.
+    /// Reported standard deviations of the estimate.
     pub sd: selfcal_sd_t,
-    /// Its least certain direction.
+    /// Least certain direction of the estimate.
     pub weakest: selfcal_weakest_t,
     /// Expected error of the yaw in use, rad.
     pub yaw_rad: f32,
-    /// Why the last pair was not taken in; `SELFCAL_OK` if it was.
+    /// Why the last pair was not fused; `SELFCAL_OK` if it was.
     pub rejection: selfcal_error_t,
-    /// Yes or no to an arming check.
+    /// Result of an arming check.
     pub arming: selfcal_arming_t,
 }
 
@@ -133,14 +122,14 @@ fn core(instance: &Instance) -> Result<Health<f32>, selfcal_error_t> {
     instance.calibrator.health().ok_or(SELFCAL_ERROR_NO_HEALTH)
 }
 
-/// How what is in use and the estimate fit the batch at hand: ask before the batch is cleared. One
-/// pass over it.
+/// Fit of the extrinsics in use and of the estimate to the current batch, in one pass over it. Call it
+/// before the batch is cleared.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_health(
     cal: *const selfcal_t,
     health: *mut selfcal_health_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, health) = unsafe { (shared(cal)?, Out::checked(health)?) };
         health.set((&core(instance)?).into());
@@ -148,8 +137,8 @@ pub unsafe extern "C" fn selfcal_health(
     })
 }
 
-/// Expected error of depth with the extrinsics in use, at 1, 2, 5 and 10 m in the middle of the
-/// image. One pass over the batch. A matcher's own noise is not in it.
+/// Expected depth error of the extrinsics in use at 1, 2, 5 and 10 m, in the middle of the image. One
+/// pass over the batch. The noise of the matcher is not included.
 ///
 /// * `baseline_m`: length of the baseline, m; finite and above 0.
 /// * `errors`: m.
@@ -161,7 +150,7 @@ pub unsafe extern "C" fn selfcal_depth_errors(
     baseline_m: f32,
     errors: *mut f32,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, out) = unsafe { (shared(cal)?, Out::<[f32; 4]>::checked(errors.cast())?) };
         if !(baseline_m > 0.0 && baseline_m.is_finite()) {
@@ -173,14 +162,14 @@ pub unsafe extern "C" fn selfcal_depth_errors(
     })
 }
 
-/// A `selfcal_band_t` in words, English; never null.
+/// Text of a `selfcal_band_t`, English; never null.
 #[unsafe(no_mangle)]
 pub extern "C" fn selfcal_band_string(band: u32) -> *const c_char {
-    find(BANDS, band)
+    find(selfcal_band_t::TEXTS, band)
 }
 
-/// A `selfcal_arming_t` in words, English; never null.
+/// Text of a `selfcal_arming_t`, English; never null.
 #[unsafe(no_mangle)]
 pub extern "C" fn selfcal_arming_string(arming: u32) -> *const c_char {
-    find(ARMINGS, arming)
+    find(selfcal_arming_t::TEXTS, arming)
 }

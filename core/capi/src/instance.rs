@@ -1,18 +1,34 @@
-//! What lies in the storage of a calibrator.
+//! A calibrator in storage of the caller.
+
+use core::mem::MaybeUninit;
 
 use stereo_selfcal::{Calibrator, Config, PairReport};
 
-use crate::capacity::SELFCAL_CAPACITY;
-use crate::code::selfcal_error_t;
+use crate::capacity::{
+    SELFCAL_CAPACITY, SELFCAL_STORAGE_ALIGN, SELFCAL_STORAGE_SIZE, SELFCAL_STORAGE_WORDS,
+};
+use crate::error::selfcal_error_t;
 use crate::marked::{self, Marked};
-use crate::storage::selfcal_t;
 
-/// A calibrator and its last pair.
+/// A calibrator of one stereo rig, owned by the caller, in static memory or elsewhere. It holds no
+/// pointers and needs no release. One call at a time; calibrators are independent.
+#[repr(C)]
+pub struct selfcal_t {
+    /// Private.
+    opaque: [MaybeUninit<u64>; SELFCAL_STORAGE_WORDS],
+}
+
+const _: () = assert!(size_of::<Instance>() <= size_of::<selfcal_t>());
+const _: () = assert!(size_of::<selfcal_t>() == SELFCAL_STORAGE_SIZE);
+const _: () = assert!(align_of::<Instance>() <= SELFCAL_STORAGE_ALIGN);
+
+/// Content of an initialised `selfcal_t`.
 #[repr(C)]
 pub(crate) struct Instance {
     magic: [u32; 3],
     pub(crate) calibrator: Calibrator<f32, SELFCAL_CAPACITY>,
-    pub(crate) solved: Option<Solved>,
+    /// Report of the last solved pair.
+    pub(crate) solved: Option<PairReport<f32>>,
 }
 
 // SAFETY: `repr(C)`, and the magic is the first field.
@@ -21,20 +37,7 @@ unsafe impl Marked for Instance {
     const NAME: [u32; 2] = [0x5345_4C46, 0x4341_4C31];
 }
 
-/// The last pair, once it is solved.
-pub(crate) struct Solved {
-    pub(crate) report: PairReport<f32>,
-    /// The paper preset would count it again.
-    pub(crate) fused: bool,
-}
-
-impl From<PairReport<f32>> for Solved {
-    fn from(report: PairReport<f32>) -> Self {
-        Self { report, fused: false }
-    }
-}
-
-/// Checks the storage and puts a new calibrator into it.
+/// Checks the storage and writes a new calibrator into it.
 ///
 /// # Safety
 /// `storage` is null or points to `size` bytes that the caller owns.
@@ -44,8 +47,8 @@ pub(crate) unsafe fn place(
     config: Config,
 ) -> Result<(), selfcal_error_t> {
     let place = storage.cast::<Instance>();
-    marked::judge(place, size)?;
-    // SAFETY: not null, aligned and large enough. Field by field: the whole need not pass the stack.
+    marked::check_place(place, size)?;
+    // SAFETY: not null, aligned and large enough. Field by field: keeps the whole off the stack.
     unsafe {
         (&raw mut (*place).calibrator).write(Calibrator::new(config));
         (&raw mut (*place).solved).write(None);
@@ -54,18 +57,18 @@ pub(crate) unsafe fn place(
     Ok(())
 }
 
-/// The calibrator in a storage, to change it.
+/// The calibrator in a storage, exclusively.
 ///
 /// # Safety
 /// The contract of the crate.
-pub(crate) unsafe fn instance<'a>(
+pub(crate) unsafe fn exclusive<'a>(
     storage: *mut selfcal_t,
 ) -> Result<&'a mut Instance, selfcal_error_t> {
     // SAFETY: the contract of the crate; storage is as large as `Instance`.
     unsafe { marked::exclusive(storage.cast()) }
 }
 
-/// The calibrator in a storage, to look at it.
+/// The calibrator in a storage, read only.
 ///
 /// # Safety
 /// The contract of the crate.

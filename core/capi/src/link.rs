@@ -1,4 +1,4 @@
-//! The link to a matcher: bytes of any driver into the batch.
+//! The link to a matcher: bytes of any driver, decoded into the batch.
 
 use core::mem::MaybeUninit;
 
@@ -6,27 +6,26 @@ use stereo_selfcal::Correspondence;
 use stereo_selfcal::link::{Decoder, FrameHeader, FrameRefusal, FrameSink, Received};
 use zerocopy::IntoBytes;
 
-use crate::code::{code, selfcal_error_t};
-use crate::instance::{Instance, instance};
+use crate::error::{selfcal_error_t, status};
+use crate::instance::{Instance, exclusive, selfcal_t};
 use crate::marked::{self, Marked};
 use crate::pointer::{Out, read_array};
-use crate::storage::selfcal_t;
 
-/// Storage of a link in words of 8 bytes: the same for every target, so with a little to spare.
+/// Size of `selfcal_link_t` in words of 8 bytes, sufficient on every target.
 pub const SELFCAL_LINK_STORAGE_WORDS: usize = 26;
 
-/// Storage of a link, bytes.
+/// Size of `selfcal_link_t`, bytes.
 pub const SELFCAL_LINK_STORAGE_SIZE: usize = 8 * SELFCAL_LINK_STORAGE_WORDS;
 
-/// What looks for the frames of a matcher in the bytes of a driver. The caller owns it, as a `selfcal_t`;
-/// it holds no frame, only the place in one. One for each wire.
+/// Decoder that finds the frames of a matcher in the bytes of a driver. The caller owns it, as a
+/// `selfcal_t`. It holds its position in a frame, and no frame. One for each wire.
 #[repr(C)]
 pub struct selfcal_link_t {
     /// Private.
     opaque: [MaybeUninit<u64>; SELFCAL_LINK_STORAGE_WORDS],
 }
 
-/// What lies in its storage.
+/// Content of an initialised `selfcal_link_t`.
 #[repr(C)]
 struct Link {
     magic: [u32; 3],
@@ -43,26 +42,26 @@ const _: () = assert!(size_of::<Link>() <= size_of::<selfcal_link_t>());
 const _: () = assert!(align_of::<Link>() <= align_of::<selfcal_link_t>());
 const _: () = assert!(size_of::<selfcal_link_t>() == SELFCAL_LINK_STORAGE_SIZE);
 
-/// A whole frame and what was taken of it. All 0 where none is whole.
+/// A whole frame. All 0 where none is whole.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoBytes)]
 pub struct selfcal_frame_t {
-    /// When the images were taken: the matcher's clock, us; 0 without one. Not interpreted.
+    /// Time of the images by the clock of the matcher, us; 0 without one. Not interpreted.
     pub timestamp_us: u64,
-    /// Number of the frame; wraps around.
+    /// Number of the frame; it wraps around.
     pub sequence: u32,
     /// Matches in the frame.
     pub count: u32,
-    /// Matches of it that the batch holds: a full one selects, and what is not valid is refused. See
+    /// Matches of it in the batch. A full batch selects, and refuses matches that are not valid; see
     /// `selfcal_batch`.
     pub taken: u32,
-    /// Whether a frame is whole now: its matches are the batch. Solve it before you feed on.
+    /// Whether a frame is whole: its matches are the batch. Solve it before the next feed.
     pub whole: bool,
-    /// The matcher dropped frames right before this one: nobody read them.
+    /// The matcher dropped unread frames right before this one.
     pub dropped_before: bool,
-    /// The matcher found more matches than it sends.
+    /// The matcher found more matches than it sent.
     pub more_found: bool,
-    /// 0.
+    /// Always 0.
     pub reserved: u8,
 }
 
@@ -93,35 +92,35 @@ impl From<Option<Received>> for selfcal_frame_t {
     }
 }
 
-/// What a link has been through since `selfcal_link_init`. Counts stay at their largest value.
+/// Counters of a link since `selfcal_link_init`. They saturate.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoBytes)]
 pub struct selfcal_link_counters_t {
-    /// Frames handed out whole.
+    /// Whole frames returned.
     pub good: u32,
-    /// Frames whose CRC was wrong: look at the wiring and the clock of the bus.
+    /// Frames with a wrong CRC: check the wiring and the clock of the bus.
     pub bad_crc: u32,
-    /// Starts of a frame whose header had a wrong CRC.
+    /// Headers with a wrong CRC.
     pub bad_header: u32,
-    /// Headers or frames with a right CRC that version 1 of the format does not have: correct the sender.
+    /// Headers or frames with a right CRC that are not of version 1 of the format: correct the sender.
     pub unsupported: u32,
-    /// Frames that the next one began inside of: bytes are being lost.
+    /// Frames cut by the start of the next one: bytes are being lost.
     pub truncated: u32,
-    /// Frames that never came whole, by the sequence numbers of those that did.
+    /// Missing frames, by the sequence numbers of the whole ones.
     pub gaps: u32,
-    /// Frames with the sequence number of the frame before; not handed out.
+    /// Frames with the sequence number of the previous frame; not returned.
     pub repeats: u32,
-    /// Steps back in the sequence: the sender was restarted.
+    /// Steps back in the sequence: the sender restarted.
     pub restarts: u32,
-    /// Whole frames before which the sender had dropped some, and calls of `selfcal_link_note_overrun`.
+    /// Whole frames before which the sender dropped some, and calls of `selfcal_link_note_overrun`.
     pub overruns: u32,
-    /// Frames that were refused: no cameras, or images of another size.
+    /// Refused frames: no cameras, or images of another size.
     pub refused: u32,
-    /// Bytes passed over in search of a frame.
+    /// Bytes skipped in search of a frame.
     pub skipped_bytes: u32,
 }
 
-/// A frame replaces the batch, and what was solved of the batch before goes with that.
+/// A frame replaces the batch and its solved pair.
 impl FrameSink for Instance {
     fn is_busy(&self) -> bool {
         self.calibrator.is_busy()
@@ -156,27 +155,27 @@ unsafe fn link<'a>(storage: *mut selfcal_link_t) -> Result<&'a mut Link, selfcal
     unsafe { marked::exclusive(storage.cast()) }
 }
 
-/// Makes a link in search of its first frame. Comes before all other calls; on a link in use it begins
-/// anew, and a frame half read is lost.
+/// Initialises a link. Call it before all others; it also restarts a link in use, and drops a frame
+/// that is half read.
 ///
-/// * `size`: of the storage, bytes: `sizeof(selfcal_link_t)`.
+/// * `size`: size of the storage, bytes: `sizeof(selfcal_link_t)`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_link_init(
     link: *mut selfcal_link_t,
     size: usize,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         let place = link.cast::<Link>();
-        marked::judge(place, size)?;
+        marked::check_place(place, size)?;
         // SAFETY: not null, aligned and large enough.
         unsafe { place.write(Link { magic: Link::MAGIC, decoder: Decoder::new() }) };
         Ok(())
     })
 }
 
-/// Takes bytes as they come off the wire, in pieces of any length, up to the end of the first whole frame.
-/// A frame replaces the batch. What was damaged or lost on the way costs the frames it hit; the next one
-/// is found.
+/// Decodes bytes off the wire, in pieces of any length, up to the end of the first whole frame. A
+/// frame replaces the batch. Damaged or lost bytes cost the frames they are part of; the decoder
+/// finds the next one.
 ///
 /// Feed all bytes, in their order, in a loop:
 ///
@@ -190,14 +189,14 @@ pub unsafe extern "C" fn selfcal_link_init(
 /// } while (used > 0 && length > 0);
 /// ```
 ///
-/// Push nothing and begin no pair while a frame comes in: half of it is in the batch. A pair that is being
-/// solved is not given up for a frame: `SELFCAL_ERROR_LINK_BUSY`, nothing is used, and the same bytes are
-/// to be fed later. After the other `SELFCAL_ERROR_LINK_` codes feed the rest: the frame is passed over,
-/// and the batch is as it was. What was solved is forgotten with the batch: fuse it before.
+/// Do not push, and begin no pair, while a frame comes in: the batch holds a part of it. While a
+/// pair is being solved the call returns `SELFCAL_ERROR_LINK_BUSY` and uses no bytes: feed the same
+/// bytes later. After the other `SELFCAL_ERROR_LINK_` codes feed the rest: the frame is skipped and
+/// the batch is unchanged. A new frame drops the solved pair: fuse it before.
 ///
-/// * `bytes`: `length` of them; may be null where that is 0. Not needed after the call.
-/// * `used`: how many of them are done with, with errors too; 0 where nothing was done.
-/// * `frame`: the frame, if one is whole now; all 0 if none is, and with errors.
+/// * `bytes`: `length` of them; may be null where `length` is 0. Not needed after the call.
+/// * `used`: number of bytes used, also set with errors; 0 where nothing was done.
+/// * `frame`: the frame, if one is whole; else all 0, also with errors.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_link_feed(
     link: *mut selfcal_link_t,
@@ -207,13 +206,13 @@ pub unsafe extern "C" fn selfcal_link_feed(
     used: *mut usize,
     frame: *mut selfcal_frame_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (used, frame) = unsafe { (Out::checked(used)?, Out::checked(frame)?) };
         let mut count = 0;
         // SAFETY: as above.
         let fed = unsafe { feed(link, cal, bytes, length, &mut count) };
-        // Whatever came of it: the caller goes on from there.
+        // With errors too: the caller goes on from there.
         used.set(count);
         frame.set(fed.ok().flatten().into());
         fed.map(|_| ())
@@ -231,7 +230,7 @@ unsafe fn feed(
 ) -> Result<Option<Received>, selfcal_error_t> {
     // SAFETY: the contract of the crate.
     let (link, instance, mut bytes) =
-        unsafe { (self::link(link)?, instance(cal)?, read_array(bytes, length)?) };
+        unsafe { (self::link(link)?, exclusive(cal)?, read_array(bytes, length)?) };
     if instance.is_busy() {
         return Err(FrameRefusal::Busy.into());
     }
@@ -240,24 +239,24 @@ unsafe fn feed(
     Ok(fed?)
 }
 
-/// Counts an overrun on this side of the wire: a ring that was lapped, a UART that says so. Then feed on:
-/// the next whole frame is found.
+/// Counts an overrun of the receiver, such as a lapped ring buffer or an overrun flag of a UART.
+/// Then feed on: the decoder finds the next whole frame.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_link_note_overrun(link: *mut selfcal_link_t) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         unsafe { self::link(link) }?.decoder.note_overrun();
         Ok(())
     })
 }
 
-/// What the link has been through.
+/// Reads the counters of a link.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_link_counters(
     link: *const selfcal_link_t,
     counters: *mut selfcal_link_counters_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate; storage is as large as `Link`.
         let link = unsafe { marked::shared(link.cast::<Link>()) }?;
         // SAFETY: as above.

@@ -1,10 +1,10 @@
-//! The caller's pointers, checked before anything is done.
+//! Pointers of the caller, checked before use.
 
 use zerocopy::FromBytes;
 
-use crate::code::selfcal_error_t::{self, *};
+use crate::error::selfcal_error_t::{self, *};
 
-/// What the caller hands in: any bits are valid, what they mean is checked later.
+/// An argument behind a pointer. Its type takes any bits; its meaning is checked later.
 ///
 /// # Safety
 /// The contract of the crate.
@@ -14,7 +14,7 @@ pub(crate) unsafe fn read<T: FromBytes + Copy>(from: *const T) -> Result<T, self
     Ok(unsafe { from.read() })
 }
 
-/// An array that the caller hands in; null is an empty one.
+/// An array argument; null is an empty one where `count` is 0.
 ///
 /// # Safety
 /// The contract of the crate, for `count` elements.
@@ -33,12 +33,12 @@ pub(crate) unsafe fn read_array<'a, T: FromBytes>(
     Ok(unsafe { core::slice::from_raw_parts(from, count) })
 }
 
-/// Where the caller wants up to `most` bytes: as much of the room as they can take, all 0; null is no
-/// room.
+/// A buffer for up to `most` bytes: the used part of its room, set to 0. May be null where `room`
+/// is 0.
 ///
 /// # Safety
 /// The contract of the crate, for `room` bytes, which need not be initialised.
-pub(crate) unsafe fn room<'a>(
+pub(crate) unsafe fn buffer<'a>(
     to: *mut u8,
     room: usize,
     most: usize,
@@ -48,14 +48,14 @@ pub(crate) unsafe fn room<'a>(
         return Ok(&mut []);
     }
     check(to)?;
-    // SAFETY: not null, the caller's, and after the first line initialised.
+    // SAFETY: not null, the caller's, and initialised by the first line.
     Ok(unsafe {
         to.write_bytes(0, room);
         core::slice::from_raw_parts_mut(to, room)
     })
 }
 
-/// The caller's place for a result.
+/// Place for a result.
 pub(crate) struct Out<T>(*mut T);
 
 impl<T> Out<T> {
@@ -66,7 +66,7 @@ impl<T> Out<T> {
         Ok(Self(place))
     }
 
-    /// A place that may be null: the result is then not wanted.
+    /// A place that may be null: the result is dropped then.
     ///
     /// # Safety
     /// As [`Out::checked`].
@@ -74,7 +74,7 @@ impl<T> Out<T> {
         if place.is_aligned() { Ok(Self(place)) } else { Err(SELFCAL_ERROR_ALIGNMENT) }
     }
 
-    /// Gives the result.
+    /// Writes the result.
     pub(crate) fn set(self, value: T) {
         if !self.0.is_null() {
             // SAFETY: not null, aligned, and the caller's by the contract of the constructors.

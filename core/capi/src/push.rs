@@ -1,17 +1,16 @@
-//! Correspondences into the batch: one, or an array.
+//! Correspondences into the batch, one by one or as an array.
 
 use core::ffi::c_char;
 
 use stereo_selfcal::{Correspondence, PushError, Pushed};
 use zerocopy::FromBytes;
 
-use crate::code::{code, selfcal_error_t};
-use crate::instance::{instance, shared};
+use crate::enumeration::find;
+use crate::error::{selfcal_error_t, status};
+use crate::instance::{exclusive, selfcal_t, shared};
 use crate::pointer::{Out, read, read_array};
-use crate::storage::selfcal_t;
-use crate::text::{Text, find};
 
-/// One left/right correspondence, in the images as they are, before undistortion.
+/// One left/right correspondence in the raw images, before undistortion.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes)]
 pub struct selfcal_correspondence_t {
@@ -19,10 +18,10 @@ pub struct selfcal_correspondence_t {
     pub left_px: [f32; 2],
     /// Column u, row v in the right image, px.
     pub right_px: [f32; 2],
-    /// The matcher's confidence, 0 (none) to 1 (certain).
+    /// Confidence of the matcher, 0 (none) to 1 (certain).
     pub score: f32,
-    /// Step of the grid that the coordinates were found on, px, 0 to 255.99: 1 for whole pixels, 0
-    /// where they are continuous.
+    /// Step of the grid that the coordinates were found on, px, 0 to 255.99: 1 for whole pixels, 0 for
+    /// continuous coordinates.
     pub grid_step_px: f32,
 }
 
@@ -32,90 +31,85 @@ impl From<&selfcal_correspondence_t> for Correspondence<f32> {
     }
 }
 
-/// What became of a valid correspondence.
-#[repr(u32)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum selfcal_pushed_t {
-    /// There was room for it.
-    SELFCAL_PUSHED_KEPT = 0,
-    /// It is in the batch, and another one left.
-    SELFCAL_PUSHED_REPLACED = 1,
-    /// The full batch is worth more without it.
-    SELFCAL_PUSHED_LEFT_OUT = 2,
-}
-
-use selfcal_pushed_t::*;
-
-const TEXTS: &[Text<u32>] = &[
-    (SELFCAL_PUSHED_KEPT as u32, c"kept"),
-    (SELFCAL_PUSHED_REPLACED as u32, c"replaced another one"),
-    (SELFCAL_PUSHED_LEFT_OUT as u32, c"left out"),
-];
-
-impl From<Pushed> for selfcal_pushed_t {
-    fn from(pushed: Pushed) -> Self {
-        match pushed {
-            Pushed::Kept => SELFCAL_PUSHED_KEPT,
-            Pushed::Replaced => SELFCAL_PUSHED_REPLACED,
-            Pushed::LeftOut => SELFCAL_PUSHED_LEFT_OUT,
-        }
+c_enum! {
+    /// Effect of a valid correspondence on the batch.
+    #[repr(u32)]
+    pub enum selfcal_pushed_t {
+        /// kept
+        ///
+        /// The batch had room for it.
+        SELFCAL_PUSHED_KEPT = 0,
+        /// replaced another one
+        ///
+        /// It replaces another one in the full batch.
+        SELFCAL_PUSHED_REPLACED = 1,
+        /// left out
+        ///
+        /// The full batch keeps the others instead.
+        SELFCAL_PUSHED_LEFT_OUT = 2,
+        /// unknown
+        ///
+        /// A value that this API does not know.
+        SELFCAL_PUSHED_UNKNOWN = 255,
     }
 }
 
-/// What became of an array of correspondences.
+from_core!(Pushed => selfcal_pushed_t, else SELFCAL_PUSHED_UNKNOWN);
+
+/// Effect of an array of correspondences on the batch.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct selfcal_pushed_counts_t {
-    /// There was room for.
+    /// Correspondences that the batch had room for.
     pub kept: usize,
-    /// In the batch, each in place of another one.
+    /// Correspondences that replace another one.
     pub replaced: usize,
-    /// Valid, but the full batch is worth more without them.
+    /// Valid correspondences that the full batch did not take.
     pub left_out: usize,
-    /// Not valid.
+    /// Correspondences that are not valid.
     pub refused: usize,
-    /// Why the first of these was refused; `SELFCAL_OK` if none was.
+    /// Why the first of these was refused; `SELFCAL_OK` if there is none.
     pub first_refusal: selfcal_error_t,
 }
 
-/// What the batch holds.
+/// Counts of the batch.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct selfcal_batch_t {
-    /// Correspondences at hand.
+    /// Correspondences in the batch.
     pub held: u32,
-    /// Offered since the batch was last cleared: at hand, left out or refused.
+    /// Correspondences offered since the batch was last cleared: held, left out or refused.
     pub offered: u32,
-    /// Valid ones that had to leave a full batch, or did not get in.
+    /// Valid correspondences that a full batch does not hold.
     pub left_out: u32,
-    /// Refused ones.
+    /// Refused correspondences.
     pub refused: u32,
 }
 
-/// Offers one correspondence to the batch, which selects once it is full: matches spread over the left
-/// image stay, of neighbours those with the better score.
+/// Offers one correspondence to the batch. A full batch selects: it keeps matches spread over the left
+/// image, and prefers the better score among neighbours.
 ///
-/// * `pushed`: what became of it; may be null.
+/// * `pushed`: effect on the batch; may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_push(
     cal: *mut selfcal_t,
     correspondence: *const selfcal_correspondence_t,
     pushed: *mut selfcal_pushed_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, correspondence, pushed) =
-            unsafe { (instance(cal)?, read(correspondence)?, Out::optional(pushed)?) };
+            unsafe { (exclusive(cal)?, read(correspondence)?, Out::optional(pushed)?) };
         pushed.set(instance.calibrator.push(&(&correspondence).into())?.into());
         Ok(())
     })
 }
 
-/// Offers an array of correspondences, one after the other. Some of them being refused is no error:
-/// it is counted. Without cameras, or while a pair is being solved, none is offered.
+/// Offers an array of correspondences in their order. Refused ones are counted and are no error.
+/// Without cameras, or while a pair is being solved, none is offered.
 ///
-/// * `correspondences`: `count` of them; may be null where that is 0.
-/// * `counts`: what became of them; may be null.
+/// * `correspondences`: `count` of them; may be null where `count` is 0.
+/// * `counts`: effect on the batch; may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_push_array(
     cal: *mut selfcal_t,
@@ -123,10 +117,10 @@ pub unsafe extern "C" fn selfcal_push_array(
     count: usize,
     counts: *mut selfcal_pushed_counts_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, correspondences, out) = unsafe {
-            (instance(cal)?, read_array(correspondences, count)?, Out::optional(counts)?)
+            (exclusive(cal)?, read_array(correspondences, count)?, Out::optional(counts)?)
         };
         let mut counts = selfcal_pushed_counts_t {
             kept: 0,
@@ -155,13 +149,13 @@ pub unsafe extern "C" fn selfcal_push_array(
     })
 }
 
-/// What the batch holds.
+/// Reads the counts of the batch.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_batch(
     cal: *const selfcal_t,
     batch: *mut selfcal_batch_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, out) = unsafe { (shared(cal)?, Out::checked(batch)?) };
         let batch = instance.calibrator.batch();
@@ -175,8 +169,8 @@ pub unsafe extern "C" fn selfcal_batch(
     })
 }
 
-/// A `selfcal_pushed_t` in words, English; never null.
+/// Text of a `selfcal_pushed_t`, English; never null.
 #[unsafe(no_mangle)]
 pub extern "C" fn selfcal_pushed_string(pushed: u32) -> *const c_char {
-    find(TEXTS, pushed)
+    find(selfcal_pushed_t::TEXTS, pushed)
 }

@@ -1,14 +1,13 @@
-//! Records over a loss of power: what was learnt, and what it was learnt from.
+//! Records that outlast a loss of power: snapshots, and the factory calibration.
 
 use stereo_selfcal::{Calibrator, FactoryCalibration, SnapshotError};
 
 use crate::capacity::SELFCAL_CAPACITY;
-use crate::code::{code, selfcal_error_t};
-use crate::instance::{instance, shared};
-use crate::pointer::{Out, read_array, room};
-use crate::storage::selfcal_t;
+use crate::error::{selfcal_error_t, status};
+use crate::instance::{exclusive, selfcal_t, shared};
+use crate::pointer::{self, Out, read_array};
 
-/// Length of the longest record of `selfcal_snapshot`, bytes; of any capacity.
+/// Length of the longest record of `selfcal_snapshot`, bytes, for any capacity.
 pub const SELFCAL_SNAPSHOT_BYTES: usize = 2532;
 
 /// Length of the longest record of `selfcal_factory_to_record`, bytes.
@@ -18,7 +17,7 @@ const _: () =
     assert!(SELFCAL_SNAPSHOT_BYTES == Calibrator::<f32, SELFCAL_CAPACITY>::SNAPSHOT_BYTES);
 const _: () = assert!(SELFCAL_FACTORY_BYTES == FactoryCalibration::<f32>::MAX_BYTES);
 
-/// Says how long a record has become, or would become if there were room.
+/// Writes the length of a record, also of one that is longer than its buffer.
 fn written(
     record: Result<&[u8], SnapshotError>,
     length: Out<usize>,
@@ -31,17 +30,19 @@ fn written(
     Ok(record.map(|_| ())?)
 }
 
-/// Writes all that was learnt as a record, to be kept where power loss does not reach. Not in it: cameras
-/// and factory extrinsics, see `selfcal_factory_to_record`; the batch, and a pair being solved.
+/// Writes the state of the estimator and the extrinsics in use as a record for non-volatile memory.
+/// Not included: cameras and factory extrinsics (see `selfcal_factory_to_record`), the batch, a
+/// pair that is being solved.
 ///
-/// The record is versioned, has its own checksum, and is the same on every machine. Keep the one before
-/// until the new one is written: `selfcal_restore` recognises one that power loss has cut short.
+/// The record has a version and a checksum, and the same bytes on every machine. Keep the previous
+/// record until the new one is written: `selfcal_restore` detects one that a loss of power has cut
+/// short.
 ///
-/// * `buffer`: where to; `SELFCAL_SNAPSHOT_BYTES` are always enough. What the record leaves of these is
-///   set to 0. May be null where `room` is 0.
-/// * `room`: of the buffer, bytes.
-/// * `length`: of the record, bytes; to be kept with it. Also set by `SELFCAL_ERROR_SNAPSHOT_ROOM`, after
-///   which the buffer holds no record.
+/// * `buffer`: destination; `SELFCAL_SNAPSHOT_BYTES` are always sufficient. Up to that size, bytes
+///   after the record are set to 0. May be null where `room` is 0.
+/// * `room`: size of the buffer, bytes.
+/// * `length`: length of the record, bytes; keep it with the record. `SELFCAL_ERROR_SNAPSHOT_ROOM`
+///   sets it too; the buffer then holds no record.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_snapshot(
     cal: *const selfcal_t,
@@ -49,46 +50,45 @@ pub unsafe extern "C" fn selfcal_snapshot(
     room: usize,
     length: *mut usize,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, length) = unsafe { (shared(cal)?, Out::checked(length)?) };
         // SAFETY: as above.
-        let buffer = unsafe { self::room(buffer, room, SELFCAL_SNAPSHOT_BYTES) }?;
+        let buffer = unsafe { pointer::buffer(buffer, room, SELFCAL_SNAPSHOT_BYTES) }?;
         written(instance.calibrator.snapshot(buffer), length)
     })
 }
 
-/// Takes up where a record left off: what was in use is in use, and the pairs behind the estimate count,
-/// as if there had been no break. But the rig may have changed meanwhile: the state is
-/// `SELFCAL_STATE_SUSPECT` until a pair confirms the estimate.
+/// Restores a record: the extrinsics in use, and the estimate with its pairs. The rig may have changed
+/// since: the state is `SELFCAL_STATE_SUSPECT` until a pair confirms the estimate.
 ///
-/// For a calibrator that has learnt nothing yet, right after its cameras and factory extrinsics have been
-/// set. Refused: it is as it was, and the rig starts from the factory.
+/// Call it after cameras and factory extrinsics are set, and before the first pair. If it is
+/// refused, the calibrator is unchanged and starts from the factory extrinsics.
 ///
 /// * `record`: from `selfcal_snapshot`, also of another machine, another capacity or an older version.
-/// * `length`: what `selfcal_snapshot` gave as such.
+/// * `length`: length that `selfcal_snapshot` set.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_restore(
     cal: *mut selfcal_t,
     record: *const u8,
     length: usize,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
-        let (instance, record) = unsafe { (instance(cal)?, read_array(record, length)?) };
+        let (instance, record) = unsafe { (exclusive(cal)?, read_array(record, length)?) };
         instance.calibrator.restore(record)?;
         instance.solved = None;
         Ok(())
     })
 }
 
-/// Writes cameras and factory extrinsics as a record: once, in production.
+/// Writes cameras and factory extrinsics as a record, once, in production.
 ///
-/// * `buffer`: where to; `SELFCAL_FACTORY_BYTES` are always enough. What the record leaves of these is set
-///   to 0. May be null where `room` is 0.
-/// * `room`: of the buffer, bytes.
-/// * `length`: of the record, bytes; to be kept with it. Also set by `SELFCAL_ERROR_SNAPSHOT_ROOM`, after
-///   which the buffer holds no record.
+/// * `buffer`: destination; `SELFCAL_FACTORY_BYTES` are always sufficient. Up to that size, bytes
+///   after the record are set to 0. May be null where `room` is 0.
+/// * `room`: size of the buffer, bytes.
+/// * `length`: length of the record, bytes; keep it with the record. `SELFCAL_ERROR_SNAPSHOT_ROOM`
+///   sets it too; the buffer then holds no record.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_factory_to_record(
     cal: *const selfcal_t,
@@ -96,32 +96,33 @@ pub unsafe extern "C" fn selfcal_factory_to_record(
     room: usize,
     length: *mut usize,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, length) = unsafe { (shared(cal)?, Out::checked(length)?) };
         let calibrator = &instance.calibrator;
         let cameras = *calibrator.cameras().ok_or(SnapshotError::NoCameras)?;
         let factory = FactoryCalibration { cameras, extrinsics: *calibrator.factory() };
         // SAFETY: as above.
-        let buffer = unsafe { self::room(buffer, room, SELFCAL_FACTORY_BYTES) }?;
+        let buffer = unsafe { pointer::buffer(buffer, room, SELFCAL_FACTORY_BYTES) }?;
         written(factory.to_record(buffer), length)
     })
 }
 
-/// Sets cameras and factory extrinsics from a record, at each start; forgets all that was learnt. In the
-/// place of `selfcal_set_cameras` and `selfcal_set_factory`, to the same bits as when it was written.
+/// Sets cameras and factory extrinsics from a record, at each start, and resets the calibrator.
+/// Replaces `selfcal_set_cameras` and `selfcal_set_factory`; the values are bit-identical to those
+/// written.
 ///
 /// * `record`: from `selfcal_factory_to_record`.
-/// * `length`: what it gave as such.
+/// * `length`: length that `selfcal_factory_to_record` set.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_factory_from_record(
     cal: *mut selfcal_t,
     record: *const u8,
     length: usize,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
-        let (instance, record) = unsafe { (instance(cal)?, read_array(record, length)?) };
+        let (instance, record) = unsafe { (exclusive(cal)?, read_array(record, length)?) };
         let FactoryCalibration { cameras, extrinsics } = FactoryCalibration::from_record(record)?;
         instance.solved = None;
         instance.calibrator.set_cameras(cameras);

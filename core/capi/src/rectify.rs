@@ -1,21 +1,20 @@
-//! What a rectifier loads: rotations, the common camera, homographies.
+//! Input of a rectifier: rotations, common camera, homographies.
 
 use nalgebra::Matrix3;
 use stereo_selfcal::{RectifiedCamera, RectifyingRotations};
 use zerocopy::FromBytes;
 
 use crate::camera::cameras;
-use crate::code::code;
-use crate::code::selfcal_error_t::{self, *};
-use crate::instance::{Instance, shared};
+use crate::error::selfcal_error_t::{self, *};
+use crate::error::status;
+use crate::instance::{Instance, selfcal_t, shared};
 use crate::pointer::{Out, read};
-use crate::storage::selfcal_t;
 
-/// Which extrinsics to rectify for.
+/// Extrinsics to rectify for.
 #[repr(u32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum selfcal_source_t {
-    /// Those in use.
+    /// The extrinsics in use.
     SELFCAL_SOURCE_IN_USE = 0,
     /// The estimate.
     SELFCAL_SOURCE_PROPOSED = 1,
@@ -23,7 +22,7 @@ pub enum selfcal_source_t {
     SELFCAL_SOURCE_APPLICABLE = 2,
 }
 
-/// Rectifying rotations `R_l`, `R_r`: rows of both rectified views coincide.
+/// Rectifying rotations `R_l`, `R_r`, which align the rows of both views.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct selfcal_rotations_t {
@@ -33,7 +32,7 @@ pub struct selfcal_rotations_t {
     pub right: [f32; 9],
 }
 
-/// The common camera of both rectified views, without distortion.
+/// Common camera of both rectified views, without distortion.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes)]
 pub struct selfcal_rectified_camera_t {
@@ -74,7 +73,7 @@ fn rotations(
     }
 }
 
-/// The two rectifying rotations.
+/// Computes the two rectifying rotations.
 ///
 /// * `source`: a `selfcal_source_t`.
 #[unsafe(no_mangle)]
@@ -83,7 +82,7 @@ pub unsafe extern "C" fn selfcal_rotations(
     source: u32,
     rectifying: *mut selfcal_rotations_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, out) = unsafe { (shared(cal)?, Out::checked(rectifying)?) };
         let rotations = rotations(instance, source)?;
@@ -95,12 +94,12 @@ pub unsafe extern "C" fn selfcal_rotations(
     })
 }
 
-/// Chooses a camera for rectified images of the left camera's size, for cameras side by side. 136
-/// undistortions: call it when the generation changes, not per frame.
+/// Chooses the camera of rectified images of the left camera's size, for cameras side by side.
+/// Takes 136 undistortions: call it when the generation changes, not per frame.
 ///
 /// * `source`: a `selfcal_source_t`.
-/// * `alpha`: 0 zooms in until both cameras see every rectified pixel, 1 zooms out until every pixel
-///   of both is kept.
+/// * `alpha`: 0 to 1. 0 zooms in until both cameras see every rectified pixel; 1 zooms out until every
+///   pixel of both is kept.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_choose_camera(
     cal: *const selfcal_t,
@@ -108,7 +107,7 @@ pub unsafe extern "C" fn selfcal_choose_camera(
     alpha: f32,
     camera: *mut selfcal_rectified_camera_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, out) = unsafe { (shared(cal)?, Out::checked(camera)?) };
         let rotations = rotations(instance, source)?;
@@ -121,9 +120,10 @@ pub unsafe extern "C" fn selfcal_choose_camera(
     })
 }
 
-/// The two rectifying homographies for a rectified camera, chosen or one's own.
+/// Computes the two rectifying homographies.
 ///
 /// * `source`: a `selfcal_source_t`.
+/// * `camera`: from `selfcal_choose_camera`, or any other.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_homographies(
     cal: *const selfcal_t,
@@ -131,7 +131,7 @@ pub unsafe extern "C" fn selfcal_homographies(
     camera: *const selfcal_rectified_camera_t,
     homographies: *mut selfcal_homographies_t,
 ) -> selfcal_error_t {
-    code(|| {
+    status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, camera, out) =
             unsafe { (shared(cal)?, read(camera)?, Out::checked(homographies)?) };

@@ -28,6 +28,8 @@ pub enum Pushed {
     LeftOut,
 }
 
+codes! { Pushed { Kept = 0, Replaced = 1, LeftOut = 2 } }
+
 /// Up to `N` correspondences as rays, and how many more were offered. At most 65535.
 ///
 /// A full batch selects: matches spread over the left image stay, of neighbours those with the better

@@ -33,3 +33,5 @@ pub enum Damage {
     #[error("a record of the frame is not of version 1")]
     Unsupported,
 }
+
+codes! { Damage { Crc = 1140, Truncated = 1141, Unsupported = 1142 } }

@@ -69,6 +69,12 @@ pub enum HeaderError {
     PyramidRatio(u8),
 }
 
+codes! {
+    HeaderError {
+        Magic = 1110, Crc = 1111, Version = 1112, Flags = 1113, FractionBits = 1114, PyramidRatio = 1115,
+    }
+}
+
 impl FrameHeader {
     /// Length on the wire, bytes.
     pub const BYTES: usize = HEADER_BYTES;

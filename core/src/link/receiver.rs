@@ -63,6 +63,12 @@ pub enum ReceiveError<E, P> {
     TimedOut,
 }
 
+codes! {
+    ReceiveError[E, P] {
+        Bus = 1150, Ready = 1151, TimedOut = 1152, Ended = 1161, Refused { 0: why } = why.code(),
+    }
+}
+
 /// Driver of a matcher: [`FpgaMatcher`](super::FpgaMatcher) on SPI, [`StreamMatcher`](super::StreamMatcher)
 /// on a byte stream. Below 512 bytes of RAM.
 ///

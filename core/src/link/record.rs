@@ -51,6 +51,11 @@ pub enum RecordError {
     Reserved(u8),
 }
 
+codes! {
+    EncodeError { Coordinate = 1120, Score = 1121, GridStep = 1122 }
+    RecordError { Level = 1130, Reserved = 1131 }
+}
+
 impl MatchRecord {
     /// Length on the wire, bytes.
     pub const BYTES: usize = RECORD_BYTES;

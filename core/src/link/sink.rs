@@ -46,6 +46,8 @@ pub enum FrameRefusal {
     ImageSize([u16; 2]),
 }
 
+codes! { FrameRefusal { Busy = 1100, NoCameras = 1101, ImageSize = 1102 } }
+
 /// A whole frame in the sink.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -78,6 +78,11 @@ pub enum Arming {
     Misaligned,
 }
 
+codes! {
+    Band { Good = 0, Improvable = 1, Recalibrate = 2 }
+    Arming { Yes = 0, NotLocked = 1, Doubtful = 2, Misaligned = 3 }
+}
+
 impl<T: Scalar> Health<T> {
     /// Expected error of depth with the extrinsics in use, m, at [`DEPTHS_M`] in the middle of the image:
     /// `Z^2 / b` times the error of yaw, which shifts all disparities. The focal length cancels.

@@ -18,6 +18,8 @@ pub enum Stop {
     PassesSpent,
 }
 
+codes! { Stop { Converged = 0, NoDescent = 1, PassesSpent = 2 } }
+
 /// What one pair says.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -66,3 +68,5 @@ pub enum Fused {
     /// The challenger with this pair has become the estimate.
     TookOver,
 }
+
+codes! { Fused { Added = 0, Repeated = 1, KeptApart = 2, Renewed = 3, TookOver = 4 } }

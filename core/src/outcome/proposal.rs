@@ -54,6 +54,9 @@ pub enum Doubt {
     Axis,
 }
 
+// 0 is free for none.
+codes! { Doubt { Baseline = 1, Everything = 2, Axis = 3 } }
+
 /// One of the five unknowns, in the rectified frame (x along the baseline, z forward).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -68,6 +71,10 @@ pub enum Direction {
     BaselineForward,
     /// Turn of the baseline about z: `t_y`.
     BaselineDown,
+}
+
+codes! {
+    Direction { Pitch = 1, Yaw = 2, Roll = 3, BaselineForward = 4, BaselineDown = 5 }
 }
 
 impl Direction {

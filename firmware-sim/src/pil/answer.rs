@@ -1,4 +1,5 @@
-//! What the controller answers: fixed records, floats as their bits.
+//! What the controller answers: fixed records, floats as their bits, verdicts and errors as the numbers
+//! of the core, 0 for none.
 //!
 //! A host makes the same record of its own run, and compares.
 
@@ -8,19 +9,18 @@ use stereo_selfcal::{
 use zerocopy::little_endian::{F32, U16, U32};
 use zerocopy::{FromBytes, FromZeros, Immutable, IntoBytes, Unaligned};
 
-use super::codes;
 use super::opening::OpeningError;
 use crate::app::PairOutcome;
 
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 
-/// Answer to an opening, 8 bytes.
+/// Answer to an opening, 9 bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
 #[repr(C)]
 pub struct Greeting {
     magic: [u8; 4],
     version: u8,
-    refused: u8,
+    refused: U16,
     capacity: U16,
 }
 
@@ -31,8 +31,13 @@ impl Greeting {
     /// * `capacity`: correspondences a pair that the controller has room for.
     #[must_use]
     pub fn new(refused: Option<OpeningError>, capacity: u16) -> Self {
-        let refused = codes::opening(refused);
-        Self { magic: Self::MAGIC, version: VERSION, refused, capacity: capacity.into() }
+        let refused = refused.map_or(0, |why| why.code());
+        Self {
+            magic: Self::MAGIC,
+            version: VERSION,
+            refused: refused.into(),
+            capacity: capacity.into(),
+        }
     }
 
     /// Whether the record is what it claims to be, of this version.
@@ -41,10 +46,10 @@ impl Greeting {
         self.magic == Self::MAGIC && self.version == VERSION
     }
 
-    /// Why the opening was not taken: a number of [`Greeting::new`]; `None` if it was.
+    /// Why the opening was not taken: a number of [`OpeningError::code`]; `None` if it was.
     #[must_use]
-    pub fn refused(&self) -> Option<u8> {
-        (self.refused != codes::NONE).then_some(self.refused)
+    pub fn refused(&self) -> Option<u16> {
+        (self.refused != 0).then_some(self.refused.get())
     }
 
     /// Correspondences a pair that the controller has room for.
@@ -54,16 +59,16 @@ impl Greeting {
     }
 }
 
-/// What became of a pair, 227 bytes; parts that there is nothing of are zero.
+/// What became of a pair, 238 bytes; parts that there is nothing of are zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
 #[repr(C)]
 pub struct PairAnswer {
     magic: [u8; 4],
     sequence: U32,
     taken: U16,
-    /// Fused, refused or not solved.
-    outcome: u8,
-    state: u8,
+    /// Fused, refused or not solved: a number of `Fused`, `Refusal` or `PairError`.
+    outcome: U16,
+    state: U16,
     pair: Solved,
     estimate: Estimate,
     health: Judged,
@@ -83,7 +88,7 @@ struct Rig {
 struct Solved {
     rig: Rig,
     passes: U16,
-    stop: u8,
+    stop: U16,
     /// Where too few are usable too.
     usable: U32,
     screened: U32,
@@ -101,7 +106,7 @@ struct Estimate {
     /// Of `R`, of `t`, rad.
     sd: [F32; 2],
     /// 1 if there is an estimate, and its doubt.
-    verdicts: [u8; 2],
+    verdicts: [U16; 2],
 }
 
 /// Health over the pair's matches.
@@ -114,7 +119,7 @@ struct Judged {
     yaw: F32,
     weakest_sd: F32,
     /// 1 if there is health; its weakest direction, band, arming, doubt and rejection.
-    verdicts: [u8; 6],
+    verdicts: [U16; 6],
 }
 
 /// A part of an answer, to be compared and shown.
@@ -154,8 +159,8 @@ impl PairAnswer {
             sequence: sequence.into(),
             // A batch holds 65535 at most.
             taken: u16::try_from(taken).unwrap_or(u16::MAX).into(),
-            outcome: outcome(&pair.outcome),
-            state: codes::state(calibrator.state()),
+            outcome: outcome(&pair.outcome).into(),
+            state: calibrator.state().code().into(),
             pair: Solved::of(&pair.outcome),
             estimate: Estimate::of(calibrator.proposal().as_ref()),
             health: Judged::of(pair.health.as_ref()),
@@ -205,11 +210,11 @@ impl PairAnswer {
     }
 }
 
-fn outcome(outcome: &Result<(PairReport<f32>, Result<Fused, Refusal>), PairError>) -> u8 {
-    match *outcome {
-        Ok((_, Ok(fused))) => codes::fused(fused),
-        Ok((_, Err(why))) => codes::refusal(why),
-        Err(why) => codes::pair_error(why),
+fn outcome(outcome: &Result<(PairReport<f32>, Result<Fused, Refusal>), PairError>) -> u16 {
+    match outcome {
+        Ok((_, Ok(fused))) => fused.code(),
+        Ok((_, Err(why))) => why.code(),
+        Err(why) => why.code(),
     }
 }
 
@@ -227,7 +232,7 @@ impl Solved {
             Ok((report, _)) => Self {
                 rig: Rig::of(&report.extrinsics),
                 passes: report.passes.into(),
-                stop: codes::stop(report.stop),
+                stop: report.stop.code().into(),
                 usable: report.usable.into(),
                 screened: report.screened.into(),
                 rms_px: [report.rms_px_before, report.rms_px_after].map(F32::new),
@@ -247,7 +252,7 @@ impl Estimate {
             applicable: Rig::of(&proposal.applicable),
             pairs: proposal.pairs.into(),
             sd: [proposal.sd.rotation, proposal.sd.translation].map(F32::new),
-            verdicts: [1, proposal.doubt.map_or(codes::NONE, codes::doubt)],
+            verdicts: [1, proposal.doubt.map_or(0, |doubt| doubt.code())].map(U16::new),
         }
     }
 }
@@ -256,8 +261,8 @@ impl Judged {
     fn of(health: Option<&Health<f32>>) -> Self {
         let Some(health) = health else { return Self::new_zeroed() };
         let (weakest, weakest_sd) = match health.weakest {
-            Some((direction, sd)) => (codes::direction(direction), sd),
-            None => (codes::NONE, 0.0),
+            Some((direction, sd)) => (direction.code(), sd),
+            None => (0, 0.0),
         };
         Self {
             rms_px: [health.in_use_px, health.proposed_px].map(F32::new),
@@ -268,23 +273,24 @@ impl Judged {
             verdicts: [
                 1,
                 weakest,
-                codes::band(health.band),
-                codes::arming(health.arming),
-                health.doubt.map_or(codes::NONE, codes::doubt),
-                health.rejection.map_or(codes::NONE, codes::rejection),
-            ],
+                health.band.code(),
+                health.arming.code(),
+                health.doubt.map_or(0, |doubt| doubt.code()),
+                health.rejection.map_or(0, |why| why.code()),
+            ]
+            .map(U16::new),
         }
     }
 }
 
-/// What is in use after the last pair, 57 bytes.
+/// What is in use after the last pair, 58 bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
 #[repr(C)]
 pub struct EndAnswer {
     magic: [u8; 4],
     generation: U32,
     in_use: Rig,
-    applied: u8,
+    applied: U16,
 }
 
 impl EndAnswer {
@@ -300,7 +306,7 @@ impl EndAnswer {
             magic: Self::MAGIC,
             generation: calibrator.generation().into(),
             in_use: Rig::of(calibrator.in_use()),
-            applied: codes::applied(refused),
+            applied: refused.map_or(0, |why| why.code()).into(),
         }
     }
 
@@ -346,8 +352,8 @@ mod tests {
 
     #[test]
     fn lengths_are_those_of_the_wire() {
-        assert_eq!([size_of::<Greeting>(), size_of::<PairAnswer>()], [8, 227]);
-        assert_eq!(size_of::<EndAnswer>(), 57);
+        assert_eq!([size_of::<Greeting>(), size_of::<PairAnswer>()], [9, 238]);
+        assert_eq!(size_of::<EndAnswer>(), 58);
     }
 
     #[test]
@@ -356,13 +362,13 @@ mod tests {
         let pair = solved(&mut controller, 60);
         let answer = PairAnswer::new(7, 60, &pair, &controller);
         let bytes = answer.as_bytes();
-        assert_eq!(bytes[..12], [b'S', b'C', b'P', b'A', 7, 0, 0, 0, 60, 0, 1, 1]);
+        assert_eq!(bytes[..14], [b'S', b'C', b'P', b'A', 7, 0, 0, 0, 60, 0, 0, 0, 0, 0]);
         let (report, _) = pair.outcome.unwrap();
         let r = report.extrinsics.rotation_row_major();
-        assert_eq!(bytes[12..16], r[0].to_le_bytes());
-        assert_eq!(bytes[56..60], report.extrinsics.translation().z.to_le_bytes());
-        assert_eq!(bytes[60..62], report.passes.to_le_bytes());
-        assert_eq!(answer.parts().iter().map(|part| part.bytes.len()).sum::<usize>(), 227 - 4);
+        assert_eq!(bytes[14..18], r[0].to_le_bytes());
+        assert_eq!(bytes[58..62], report.extrinsics.translation().z.to_le_bytes());
+        assert_eq!(bytes[62..64], report.passes.to_le_bytes());
+        assert_eq!(answer.parts().iter().map(|part| part.bytes.len()).sum::<usize>(), 238 - 4);
     }
 
     #[test]
@@ -370,8 +376,8 @@ mod tests {
         let mut controller = controller();
         let pair = solved(&mut controller, 5);
         let answer = PairAnswer::new(0, 5, &pair, &controller);
-        assert_eq!((answer.outcome, answer.pair.usable.get()), (0x22, 5));
-        assert_eq!((answer.pair.rig.r, answer.estimate.verdicts), ([F32::ZERO; 9], [0, 0]));
+        assert_eq!((answer.outcome.get(), answer.pair.usable.get()), (502, 5));
+        assert_eq!((answer.pair.rig.r, answer.estimate.verdicts), ([F32::ZERO; 9], [U16::ZERO; 2]));
         assert!(answer.health.as_bytes().iter().all(|&byte| byte == 0));
     }
 

@@ -12,7 +12,6 @@
 //! All little endian, without padding, for a link without errors.
 
 mod answer;
-mod codes;
 mod opening;
 mod serve;
 

@@ -41,6 +41,19 @@ pub enum OpeningError {
     Camera(Side, CameraError),
 }
 
+impl OpeningError {
+    /// Stable number: of a camera that of [`CameraError::code`], 10 more for the right one.
+    #[must_use]
+    pub const fn code(&self) -> u16 {
+        match self {
+            Self::BadMagic(_) => 1,
+            Self::Version(_) => 2,
+            Self::Lens(_) => 3,
+            Self::Camera(side, why) => why.code() + 10 * side.code(),
+        }
+    }
+}
+
 /// The start of an exchange.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Opening {

@@ -1,4 +1,4 @@
-/* Things that are not as they should be are said, and counted. */
+/* Failed checks are printed and counted. */
 #ifndef CHECK_H
 #define CHECK_H
 
@@ -9,7 +9,7 @@ extern int failures;
 #define CHECK(condition)                                                    \
     do {                                                                    \
         if (!(condition)) {                                                 \
-            printf("%s:%d: not so: %s\n", __FILE__, __LINE__, #condition);  \
+            printf("%s:%d: failed: %s\n", __FILE__, __LINE__, #condition);  \
             failures++;                                                     \
         }                                                                   \
     } while (0)

@@ -1,5 +1,5 @@
-/* Firmware of a Cortex-M4F that calibrates a generated rig and misuses the library: what it returns is
- * the number of things that were not as they should be. */
+/* Firmware of a Cortex-M4F that calibrates a generated rig and misuses the library. Returns 1 if a
+ * check fails. */
 #include <math.h>
 #include <stdio.h>
 
@@ -59,7 +59,7 @@ static void check_misuse_with_cameras(void)
     CHECK(selfcal_clear_pair(&cal) == SELFCAL_OK);
 }
 
-/* Most stack that each of the calls of a pair has taken, bytes. */
+/* Largest stack of each call of a pair, bytes. */
 static struct {
     uint32_t push, solve, fuse, health;
 } stack;
@@ -71,7 +71,7 @@ static void note_stack(uint32_t *most)
         *most = used;
 }
 
-/* One pair as a loop with a deadline would take it: pass by pass. */
+/* Solves and fuses one pair pass by pass, as a loop with a deadline does. */
 static void take_pair(const selfcal_extrinsics_t *rig, selfcal_health_t *health)
 {
     static selfcal_correspondence_t matches[MATCHES];
@@ -120,7 +120,7 @@ static void check_estimate(const selfcal_extrinsics_t *rig)
     CHECK(proposal.state == SELFCAL_STATE_LOCKED);
     const float e_r = largest_difference(proposal.extrinsics.rotation, rig->rotation, 9);
     const float e_t = largest_difference(proposal.extrinsics.translation, rig->translation, 3);
-    printf("%s after %u pairs, off by %.5f in R, %.5f in t; claims %.5f, %.5f rad\n",
+    printf("%s after %u pairs, error %.5f in R, %.5f in t; reported sd %.5f, %.5f rad\n",
            selfcal_state_string(proposal.state), (unsigned)proposal.pairs, e_r, e_t,
            proposal.sd.rotation_rad, proposal.sd.translation_rad);
     CHECK(e_r < 4 * proposal.sd.rotation_rad && e_r < 0.002f);
@@ -161,6 +161,6 @@ int main(void)
     check_estimate(&rig);
     check_restart(&cal, &rig);
 
-    printf(failures == 0 ? "as it should be\n" : "%d failures\n", failures);
+    printf(failures == 0 ? "all checks passed\n" : "%d failed checks\n", failures);
     return failures != 0;
 }

@@ -18,7 +18,7 @@ static uint8_t *put(uint8_t *at, uint64_t value, int bytes)
     return at;
 }
 
-/* The register holds while its complement goes out. */
+/* The CRC goes out as the complement of the register, which it does not change. */
 static uint8_t *put_crc(uint8_t *at)
 {
     const uint32_t held = crc;
@@ -44,7 +44,7 @@ void matcher_frame(uint8_t *frame, uint32_t sequence, const uint16_t size_px[2],
     frame = put(frame, 64, 1); /* no pyramid */
     frame = put(frame, sequence, 4);
     frame = put(frame, count, 2);
-    frame = put(frame, 0, 2); /* grid step: that of the wire */
+    frame = put(frame, 0, 2); /* grid step of the wire */
     frame = put(frame, 0, 8); /* no clock */
     frame = put(frame, size_px[0], 2);
     frame = put(frame, size_px[1], 2);

@@ -1,4 +1,4 @@
-/* Stands for the FPGA: its frames, as core/src/link/FORMAT.md has them. */
+/* Stands for the FPGA: frames in the format of core/src/link/FORMAT.md. */
 #ifndef MATCHER_H
 #define MATCHER_H
 
@@ -6,7 +6,7 @@
 
 #define MATCHER_FRAME_BYTES(count) (36 + 16 * (count))
 
-/* A frame of pixels in 1/256 px, none of which may be negative; `frame` has room for it. */
+/* Writes a frame of pixels in 1/256 px, none negative; `frame` has MATCHER_FRAME_BYTES(count). */
 void matcher_frame(uint8_t *frame, uint32_t sequence, const uint16_t size_px[2],
                    const selfcal_correspondence_t *matches, uint16_t count);
 

@@ -8,15 +8,15 @@
 #include "stack.h"
 
 #define MATCHES 200
-/* What one transfer of a driver brings. */
+/* Bytes of one transfer of a driver. */
 #define PIECE 100
 
 static selfcal_link_t wire;
 
-/* Flash, in a firmware. */
-static uint8_t factory[SELFCAL_FACTORY_BYTES], learnt[SELFCAL_SNAPSHOT_BYTES];
+/* Stands for flash. */
+static uint8_t factory[SELFCAL_FACTORY_BYTES], snapshot[SELFCAL_SNAPSHOT_BYTES];
 
-static void lose_power(selfcal_t *cal)
+static void check_power_loss(selfcal_t *cal)
 {
     size_t factory_length, length;
     selfcal_extrinsics_t before, after;
@@ -24,27 +24,27 @@ static void lose_power(selfcal_t *cal)
 
     CHECK(selfcal_apply(cal, &before) == SELFCAL_OK);
     CHECK(selfcal_factory_to_record(cal, factory, sizeof factory, &factory_length) == SELFCAL_OK);
-    CHECK(selfcal_snapshot(cal, learnt, 100, &length) == SELFCAL_ERROR_SNAPSHOT_ROOM);
+    CHECK(selfcal_snapshot(cal, snapshot, 100, &length) == SELFCAL_ERROR_SNAPSHOT_ROOM);
     stack_paint();
-    CHECK(selfcal_snapshot(cal, learnt, sizeof learnt, &length) == SELFCAL_OK);
+    CHECK(selfcal_snapshot(cal, snapshot, sizeof snapshot, &length) == SELFCAL_OK);
     const unsigned snapshot_stack = stack_used();
 
     CHECK(selfcal_init(cal, sizeof *cal, NULL) == SELFCAL_OK);
-    CHECK(selfcal_restore(cal, learnt, length) == SELFCAL_ERROR_RESTORE_NO_CAMERAS);
+    CHECK(selfcal_restore(cal, snapshot, length) == SELFCAL_ERROR_RESTORE_NO_CAMERAS);
     CHECK(selfcal_factory_from_record(cal, factory, factory_length) == SELFCAL_OK);
-    CHECK(selfcal_restore(cal, learnt, length - 1) == SELFCAL_ERROR_RESTORE_DAMAGED);
+    CHECK(selfcal_restore(cal, snapshot, length - 1) == SELFCAL_ERROR_RESTORE_DAMAGED);
     stack_paint();
-    CHECK(selfcal_restore(cal, learnt, length) == SELFCAL_OK);
-    printf("records: factory %u bytes, learnt %u; stack, bytes: snapshot %u, restore %u\n",
+    CHECK(selfcal_restore(cal, snapshot, length) == SELFCAL_OK);
+    printf("records: factory %u bytes, snapshot %u; stack, bytes: snapshot %u, restore %u\n",
            (unsigned)factory_length, (unsigned)length, snapshot_stack, (unsigned)stack_used());
 
     CHECK(selfcal_in_use(cal, &after) == SELFCAL_OK);
     CHECK(memcmp(&before, &after, sizeof before) == 0);
     CHECK(selfcal_state(cal, &state) == SELFCAL_OK && state == SELFCAL_STATE_SUSPECT);
-    CHECK(selfcal_restore(cal, learnt, length) == SELFCAL_ERROR_RESTORE_NOT_FRESH);
+    CHECK(selfcal_restore(cal, snapshot, length) == SELFCAL_ERROR_RESTORE_NOT_FRESH);
 }
 
-/* Feeds a frame in pieces; whether it came whole. */
+/* Feeds a frame in pieces; returns whether it was whole. */
 static bool receive(selfcal_t *cal, const uint8_t *bytes, size_t length, uint32_t *stack)
 {
     bool whole = false;
@@ -63,7 +63,7 @@ static bool receive(selfcal_t *cal, const uint8_t *bytes, size_t length, uint32_
     return whole;
 }
 
-static void go_on(selfcal_t *cal, const selfcal_extrinsics_t *rig)
+static void check_link(selfcal_t *cal, const selfcal_extrinsics_t *rig)
 {
     static selfcal_correspondence_t matches[MATCHES];
     static uint8_t frame[MATCHER_FRAME_BYTES(MATCHES)];
@@ -85,13 +85,13 @@ static void go_on(selfcal_t *cal, const selfcal_extrinsics_t *rig)
     CHECK(selfcal_link_counters(&wire, &counters) == SELFCAL_OK);
     CHECK(counters.good == 1 && counters.bad_crc == 1);
     CHECK(proposal.state == SELFCAL_STATE_LOCKED);
-    printf("link: %u bytes, stack of feed %u; %s again after a frame, %u pairs behind it\n",
+    printf("link: %u bytes, stack of feed %u; %s after one frame, %u pairs fused\n",
            (unsigned)sizeof wire, (unsigned)stack, selfcal_state_string(proposal.state),
            (unsigned)proposal.pairs);
 }
 
 void check_restart(selfcal_t *cal, const selfcal_extrinsics_t *rig)
 {
-    lose_power(cal);
-    go_on(cal, rig);
+    check_power_loss(cal);
+    check_link(cal, rig);
 }

@@ -1,10 +1,10 @@
-/* Power off and on again, then frames of the matcher. */
+/* A loss of power, then frames of the matcher. */
 #ifndef RESTART_H
 #define RESTART_H
 
 #include "stereo_selfcal.h"
 
-/* With a calibrator that is locked on the rig. */
+/* Takes a calibrator that is locked on the rig. */
 void check_restart(selfcal_t *cal, const selfcal_extrinsics_t *rig);
 
 #endif

@@ -17,7 +17,7 @@ const selfcal_camera_t scene_camera = {
 
 void scene_rig(selfcal_extrinsics_t *rig)
 {
-    /* Roll by 0.02 rad, then pitch by -0.015 rad. */
+    /* Roll of 0.02 rad, then pitch of -0.015 rad. */
     const float c = cosf(0.02f), s = sinf(0.02f), p = cosf(-0.015f), q = sinf(-0.015f);
     *rig = (selfcal_extrinsics_t){
         .rotation = {c, -s, 0, p * s, p * c, -q, q * s, q * c, p},
@@ -35,7 +35,7 @@ static float uniform(void)
 
 static float noise(void)
 {
-    /* Three uniform numbers: close to Gaussian, standard deviation 1/2. */
+    /* The sum of three uniform numbers: close to Gaussian, standard deviation 1/2. */
     return 2 * NOISE_PX * (uniform() + uniform() + uniform() - 1.5f);
 }
 
@@ -46,7 +46,7 @@ static bool in_image(const float px[2])
 
 static bool see(const selfcal_extrinsics_t *rig, selfcal_correspondence_t *match)
 {
-    /* 3 to 60 baselines away, most of it near, as an inverse depth. */
+    /* 3 to 60 baselines away, uniform in inverse depth. */
     const float depth = 1 / (1 / 60.0f + uniform() * (1 / 3.0f - 1 / 60.0f));
     const float u = uniform() * WIDTH, v = uniform() * HEIGHT;
     const float p[3] = {(u - WIDTH / 2) / FOCAL * depth, (v - HEIGHT / 2) / FOCAL * depth, depth};

@@ -1,4 +1,4 @@
-/* A rig and what its cameras see: generated, the same every time. */
+/* A rig and matches of its cameras, generated and reproducible. */
 #ifndef SCENE_H
 #define SCENE_H
 
@@ -6,13 +6,13 @@
 
 #include "stereo_selfcal.h"
 
-/* Both cameras of the rig: pinholes. */
+/* Both cameras of the rig, without distortion. */
 extern const selfcal_camera_t scene_camera;
 
-/* Where the right camera is: turned and shifted from its place. */
+/* Extrinsics of the rig, rotated and shifted from side by side. */
 void scene_rig(selfcal_extrinsics_t *rig);
 
-/* A new pair of `count` matches: 0.3 px of noise, one in five wrong. */
+/* Generates a pair of `count` matches with 0.3 px of noise; one in five is an outlier. */
 void scene_matches(const selfcal_extrinsics_t *rig, selfcal_correspondence_t *matches, size_t count);
 
 #endif

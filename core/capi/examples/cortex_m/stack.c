@@ -1,9 +1,9 @@
 #include "stack.h"
 
 #define PAINT 0xA5C3F00Du
-/* The emulator says where the stack is: what is painted is counted from there. */
+/* Below the painting function. */
 #define PAINTED_WORDS 8192
-/* Of the stack that the two functions themselves stand on. */
+/* Stack of the two functions below. */
 #define OWN_WORDS 16
 
 static volatile uint32_t *painted_to;

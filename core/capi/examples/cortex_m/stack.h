@@ -1,4 +1,4 @@
-/* How deep the stack gets: painted, and looked at later. */
+/* Depth of the stack, measured by painting. */
 #ifndef STACK_H
 #define STACK_H
 
@@ -7,7 +7,7 @@
 /* Paints the unused stack. */
 void stack_paint(void);
 
-/* Bytes of stack that has been used below the caller since, 32 KiB at most. */
+/* Bytes of stack below the caller used since stack_paint, at most 32 KiB. */
 uint32_t stack_used(void);
 
 #endif

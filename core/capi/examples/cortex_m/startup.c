@@ -1,4 +1,4 @@
-/* Reset of a Cortex-M4F: the floating point unit, initialised data, then the C library. */
+/* Reset of a Cortex-M4F: enables the floating point unit, copies data, starts the C library. */
 #include <stdint.h>
 
 extern uint32_t data_start[], data_end[], data_load[], __stack[];
@@ -17,7 +17,7 @@ void reset(void)
     _start();
 }
 
-/* Any fault ends the emulator with an error. */
+/* Every fault ends the emulator with an error. */
 static void fault(void)
 {
     register uint32_t operation __asm("r0") = AIRCR_EXIT;

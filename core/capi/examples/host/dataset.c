@@ -8,7 +8,7 @@
 #define TEXT_ROOM 16384
 #define PATH_ROOM 4096
 
-/* The `count` numbers after a key, through whatever brackets and commas are between. */
+/* Reads the `count` numbers after a key; skips brackets and commas. */
 static bool numbers(const char *text, const char *key, double *to, size_t count)
 {
     const char *at = strstr(text, key);
@@ -67,7 +67,7 @@ bool dataset_read_meta(const char *set, selfcal_camera_t *left, selfcal_camera_t
         !camera(text, "\"K_r\"", "\"dist_r\"", right) ||
         !numbers(text, "\"R\"", reference->rotation, 9) ||
         !numbers(text, "\"t\"", reference->translation, 3)) {
-        fprintf(stderr, "error: cannot understand %s\n", path);
+        fprintf(stderr, "error: %s lacks cameras or reference\n", path);
         return false;
     }
     return true;

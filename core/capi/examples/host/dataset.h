@@ -13,14 +13,13 @@ struct rig {
     double translation[3];
 };
 
-/* Both cameras and the reference of a set; false, with a message, if it cannot be read. */
+/* Reads both cameras and the reference of a set; false, with a message, if it fails. */
 bool dataset_read_meta(const char *set, selfcal_camera_t *left, selfcal_camera_t *right,
                        struct rig *reference);
 
 enum dataset_pair { DATASET_PAIR, DATASET_END, DATASET_ERROR };
 
-/* Pair number `index`, from 0: at most `room` matches, and how many there are. DATASET_ERROR comes with
- * a message. */
+/* Reads pair number `index`, from 0, of at most `room` matches. DATASET_ERROR comes with a message. */
 enum dataset_pair dataset_read_pair(const char *set, int index, selfcal_correspondence_t *matches,
                                     size_t room, size_t *count);
 

@@ -1,5 +1,5 @@
-/* Calibrates from the bytes of a matcher, as a firmware would: what was learnt before the power went is
- * read from memory first, and written back at the end.
+/* Calibrates from the bytes of a matcher, as a firmware does: restores the snapshot of the last run,
+ * and writes a new one at the end.
  *
  *     follow host-tests/data/opencv_chess_sift stream.scmf memory
  */
@@ -10,13 +10,13 @@
 #include "steps.h"
 #include "stereo_selfcal.h"
 
-/* What one interrupt of a driver brings. */
+/* Bytes of one interrupt of a driver. */
 #define PIECE 200
 
 static selfcal_t cal;
 static selfcal_link_t wire;
 
-/* A flash layer would stand here, and keep the record before until the new one is written. */
+/* Stands for a flash layer, which keeps the previous record until the new one is written. */
 static uint8_t record[SELFCAL_SNAPSHOT_BYTES];
 
 static size_t read_memory(const char *path)
@@ -50,14 +50,14 @@ static bool start(const char *set, const char *memory, struct rig *reference)
         return false;
     size_t length = read_memory(memory);
     if (length > 0) {
-        /* A record that is refused is no reason to stop: the rig starts from the factory. */
+        /* A refused record is no failure: the rig starts from the factory extrinsics. */
         selfcal_error_t error = selfcal_restore(&cal, record, length);
         fprintf(stderr, "memory: %s\n", error ? selfcal_error_string(error) : "restored");
     }
     return true;
 }
 
-/* Feeds one piece; how many of the pairs in it were taken in. */
+/* Feeds one piece; returns the number of pairs fused. */
 static unsigned feed(const uint8_t *bytes, size_t length)
 {
     unsigned accepted = 0;
@@ -110,7 +110,7 @@ int main(int argc, char **argv)
                 "usage: %s SET STREAM MEMORY\n\n"
                 "Calibrates a stereo rig from the bytes of a matcher. SET is a folder with the\n"
                 "meta.json of the rig, STREAM a file of frames (cargo selfcal record), MEMORY a\n"
-                "file that stands for flash: what was learnt is restored from it, if it exists,\n"
+                "file that stands for flash: the snapshot is restored from it, if it exists,\n"
                 "and written to it.\n",
                 argv[0]);
         return asked ? 0 : 2;

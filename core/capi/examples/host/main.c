@@ -20,7 +20,7 @@ static void print_health(const selfcal_health_t *health)
     printf("arming %s\n", selfcal_arming_string(health->arming));
 }
 
-/* Puts the estimate into use and asks for what a rectifier loads. */
+/* Applies the estimate and prints the input of a rectifier. */
 static bool apply(void)
 {
     uint32_t generation;
@@ -70,7 +70,7 @@ static bool calibrate(const char *set)
         case DATASET_PAIR:
             break;
         }
-        /* Matches that are refused are counted, and no reason to stop. */
+        /* Refused matches are counted and are no failure. */
         if (!done(selfcal_push_array(&cal, matches, count, NULL), "matches"))
             return false;
         accepted += take_pair(&cal, pairs, count);
@@ -88,7 +88,7 @@ int main(int argc, char **argv)
                 "Calibrates a stereo rig from recorded correspondences. SET is a folder with\n"
                 "meta.json and pairs/NNNN.csv, such as host-tests/data/opencv_chess_sift.\n"
                 "Prints the estimate, its errors against the reference of the set, rad, and\n"
-                "the health; what becomes of each pair goes to the standard error.\n",
+                "the health. The result of each pair goes to the standard error.\n",
                 argv[0]);
         return argc == 2 ? 0 : 2;
     }

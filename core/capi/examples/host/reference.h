@@ -7,7 +7,7 @@
 /* Angle between the two baselines, rad. */
 double baseline_error(const selfcal_extrinsics_t *estimate, const struct rig *reference);
 
-/* Distance of the two rotation vectors, rad. For rotations of less than half a turn. */
+/* Distance of the two rotation vectors, rad, for rotations of less than half a turn. */
 double rotation_error(const selfcal_extrinsics_t *estimate, const struct rig *reference);
 
 #endif

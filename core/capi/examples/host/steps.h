@@ -1,18 +1,18 @@
-/* Steps that both examples take. */
+/* Steps of both examples. */
 #ifndef STEPS_H
 #define STEPS_H
 
 #include "dataset.h"
 
-/* Whether a call went well; says so if not. */
+/* Whether a call succeeded; prints its error if not. */
 bool done(selfcal_error_t error, const char *what);
 
-/* Solves and fuses what is in the batch; false if it was not taken in, which is no failure. */
+/* Solves and fuses the batch; false if it is refused, which is no failure. */
 bool take_pair(selfcal_t *cal, unsigned number, size_t count);
 
 void print_numbers(const char *name, const float *numbers, int count);
 
-/* The estimate after `pairs` pairs and its errors; false if there is none. */
+/* Prints the estimate after `pairs` pairs and its errors; false if there is none. */
 bool print_estimate(const selfcal_t *cal, unsigned pairs, unsigned accepted,
                     const struct rig *reference);
 

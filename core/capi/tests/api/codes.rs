@@ -1,14 +1,16 @@
-//! Every error of the core has a code of its own, and every code its words.
+//! Every error of the core has the number of an error code, and every error code a text.
 
 use std::collections::BTreeSet;
 use std::ffi::{CStr, c_char};
 use std::fmt::Debug;
 
-use stereo_selfcal::link::FrameRefusal;
+use stereo_selfcal::link::{
+    Damage, EncodeError, FrameRefusal, HeaderError, ReceiveError, RecordError,
+};
 use stereo_selfcal::{
-    ApplyError, ConfigError, Doubt, ExtrinsicsError, Fused, PairError, ProjectError, PushError,
-    RectifyError, Refusal, Rejection, RestoreError, Side, SnapshotError, State, Stop,
-    UndistortError,
+    ApplyError, Arming, Band, ConfigError, Direction, Doubt, ExtrinsicsError, Fused, PairError,
+    ProjectError, PushError, Pushed, RectifyError, Refusal, Rejection, RestoreError, Side,
+    SnapshotError, State, Stop, UndistortError,
 };
 use stereo_selfcal_capi::selfcal_error_t::{self, *};
 use stereo_selfcal_capi::*;
@@ -92,7 +94,7 @@ const RESTORE: [RestoreError; 10] = [
 const FRAME: [FrameRefusal; 3] =
     [FrameRefusal::Busy, FrameRefusal::NoCameras, FrameRefusal::ImageSize([1, 2])];
 
-/// The list has every variant that the source of the core has.
+/// Checks that the list has every variant in the source of the core.
 fn assert_complete<E: Debug>(name: &str, all: &[E]) {
     let listed = all.iter().map(|error| {
         let text = format!("{error:?}");
@@ -102,11 +104,21 @@ fn assert_complete<E: Debug>(name: &str, all: &[E]) {
     assert_eq!(listed.collect::<BTreeSet<_>>(), variants_of_core(name), "{name}");
 }
 
-fn codes<E: Copy + Into<selfcal_error_t>>(all: &[E]) -> Vec<selfcal_error_t> {
-    all.iter().map(|error| (*error).into()).collect()
+/// Error codes, which have the numbers of the core.
+fn codes<E: Copy + Into<selfcal_error_t>>(
+    all: &[E],
+    number: impl Fn(&E) -> u16,
+) -> Vec<selfcal_error_t> {
+    let codes = all.iter().map(|error| (*error).into()).collect::<Vec<_>>();
+    let numbers = all.iter().map(|error| i32::from(number(error)));
+    assert_eq!(
+        codes.iter().map(|code| *code as i32).collect::<Vec<_>>(),
+        numbers.collect::<Vec<_>>()
+    );
+    codes
 }
 
-/// Those of both cameras, by way of cameras that are wrong.
+/// Errors of both cameras, provoked by cameras that are not valid.
 fn camera_codes() -> Vec<selfcal_error_t> {
     let [good, _] = cameras(&recorded());
     let fisheye = selfcal_lens_t::SELFCAL_LENS_FISHEYE as u32;
@@ -133,7 +145,7 @@ fn camera_codes() -> Vec<selfcal_error_t> {
 }
 
 #[test]
-fn every_error_of_the_core_has_a_code_of_its_own() {
+fn every_error_of_the_core_has_its_own_error_code() {
     assert_complete("UndistortError", &UNDISTORT);
     assert_complete("ProjectError", &PROJECT);
     assert_complete("ExtrinsicsError", &EXTRINSICS);
@@ -146,31 +158,71 @@ fn every_error_of_the_core_has_a_code_of_its_own() {
     assert_complete("SnapshotError", &SNAPSHOT);
     assert_complete("RestoreError", &RESTORE);
     assert_complete("FrameRefusal", &FRAME);
-    // Two of the six are of this crate: the lens model, and a coefficient too many.
+    // Two of the six are of this crate: the lens model, and an unused coefficient.
     assert_eq!(variants_of_core("CameraError").len(), camera_codes().len() / 2 - 2);
     let all = [
         camera_codes(),
-        codes(&UNDISTORT),
-        codes(&PROJECT),
-        codes(&EXTRINSICS),
-        codes(&CONFIG),
-        codes(&push_errors()),
-        codes(&PAIR),
-        codes(&REFUSALS),
-        codes(&APPLY),
-        codes(&rectify_errors()),
-        codes(&SNAPSHOT),
-        codes(&RESTORE),
-        codes(&FRAME),
+        codes(&UNDISTORT, UndistortError::code),
+        codes(&PROJECT, ProjectError::code),
+        codes(&EXTRINSICS, ExtrinsicsError::code),
+        codes(&CONFIG, ConfigError::code),
+        codes(&push_errors(), PushError::code),
+        codes(&PAIR, PairError::code),
+        codes(&REFUSALS, Refusal::code),
+        codes(&APPLY, ApplyError::code),
+        codes(&rectify_errors(), RectifyError::code),
+        codes(&SNAPSHOT, SnapshotError::code),
+        codes(&RESTORE, RestoreError::code),
+        codes(&FRAME, FrameRefusal::code),
     ]
     .concat();
     let numbers: BTreeSet<i32> = all.iter().map(|code| *code as i32).collect();
     assert_eq!(numbers.len(), all.len(), "two errors share a code");
     assert!(!all.contains(&SELFCAL_OK) && !all.contains(&SELFCAL_ERROR_UNKNOWN));
-    // And no code but those of misuse is without an error.
+    // Every other error code is one of misuse.
     let of_the_core = |number: i64| number >= 100;
     let known = variants_of_c("selfcal_error_t").into_iter().filter(|(_, n)| of_the_core(*n));
     assert_eq!(numbers.len(), known.count());
+}
+
+#[test]
+fn the_other_errors_of_the_link_have_numbers_of_their_own() {
+    let header = [
+        HeaderError::Magic,
+        HeaderError::Crc,
+        HeaderError::Version(2),
+        HeaderError::Flags(4),
+        HeaderError::FractionBits(9),
+        HeaderError::PyramidRatio(1),
+    ];
+    let record = [RecordError::Level(16), RecordError::Reserved(1)];
+    let encode = [EncodeError::Coordinate, EncodeError::Score, EncodeError::GridStep];
+    let damage = [Damage::Crc, Damage::Truncated, Damage::Unsupported];
+    let busy = FrameRefusal::Busy;
+    let receive: [ReceiveError<u8, u8>; 5] = [
+        ReceiveError::Bus(0),
+        ReceiveError::Ready(0),
+        ReceiveError::Ended,
+        busy.into(),
+        ReceiveError::TimedOut,
+    ];
+    assert_complete("HeaderError", &header);
+    assert_complete("RecordError", &record);
+    assert_complete("EncodeError", &encode);
+    assert_complete("Damage", &damage);
+    assert_complete("ReceiveError", &receive);
+    let numbers = [
+        header.map(|error| error.code()).to_vec(),
+        record.map(|error| error.code()).to_vec(),
+        encode.map(|error| error.code()).to_vec(),
+        damage.map(|damage| damage.code()).to_vec(),
+        receive.map(|error| error.code()).to_vec(),
+    ]
+    .concat();
+    let refusals = numbers.iter().filter(|number| **number == busy.code()).count();
+    assert_eq!(refusals, 1, "a refused frame keeps its number");
+    assert_eq!(numbers.iter().collect::<BTreeSet<_>>().len(), numbers.len());
+    assert!(numbers.iter().all(|number| *number == busy.code() || *number >= 1110));
 }
 
 #[test]
@@ -178,63 +230,82 @@ fn a_rejection_has_the_code_of_what_it_carries() {
     let all = PAIR.map(Rejection::from).into_iter().chain(REFUSALS.map(Rejection::from));
     let all: Vec<Rejection> = all.collect();
     assert_complete("Rejection", &all);
-    assert_eq!(codes(&all), [codes(&PAIR), codes(&REFUSALS)].concat());
+    let carried = [codes(&PAIR, PairError::code), codes(&REFUSALS, Refusal::code)].concat();
+    assert_eq!(codes(&all, Rejection::code), carried);
+}
+
+/// Checks that the values of C have the numbers of the core, besides one for none or unknown.
+fn assert_verdicts<V: Debug + Copy>(names: [&str; 2], all: &[V], numbers: impl Fn(V) -> [u32; 2]) {
+    let [core, c] = names;
+    assert_complete(core, all);
+    for (number, of_c) in all.iter().map(|verdict| numbers(*verdict).into()) {
+        assert_eq!(number, of_c, "{core}");
+    }
+    let known = variants_of_c(c).into_iter();
+    let known = known.filter(|(name, _)| !name.ends_with("_NONE") && !name.ends_with("_UNKNOWN"));
+    assert_eq!(known.count(), all.len(), "{c}");
 }
 
 #[test]
-fn every_state_of_the_core_is_known() {
-    let stops = [Stop::Converged, Stop::NoDescent, Stop::PassesSpent];
-    let fused = [Fused::Added, Fused::Repeated, Fused::KeptApart, Fused::Renewed, Fused::TookOver];
-    let doubts = [Doubt::Baseline, Doubt::Everything, Doubt::Axis];
-    assert_complete("State", &STATES);
-    assert_complete("Stop", &stops);
-    assert_complete("Fused", &fused);
-    assert_complete("Doubt", &doubts);
-    let states = STATES.map(|state| selfcal_state_t::from(state) as u32);
-    let stops = stops.map(|stop| selfcal_stop_t::from(stop) as u32);
-    let fused = fused.map(|fused| selfcal_fused_t::from(fused) as u32);
-    let doubts = [None, Some(doubts[0]), Some(doubts[1]), Some(doubts[2])];
-    let doubts = doubts.map(|doubt| selfcal_doubt_t::from(doubt) as u32);
-    assert_eq!((states, stops), ([0, 1, 2, 3], [0, 1, 2]));
-    assert_eq!((fused, doubts), ([0, 1, 2, 3, 4], [0, 1, 2, 3]));
+fn every_verdict_of_the_core_is_known() {
+    macro_rules! verdicts {
+        ($($core:ident, $c:ident: $($verdict:ident)+;)+) => {$(
+            let names = [stringify!($core), stringify!($c)];
+            assert_verdicts(names, &[$($core::$verdict),+], |verdict| {
+                [verdict.code().into(), $c::from(verdict) as u32]
+            });
+        )+};
+    }
+    verdicts! {
+        State, selfcal_state_t: Acquiring Locked Suspect Lost;
+        Stop, selfcal_stop_t: Converged NoDescent PassesSpent;
+        Fused, selfcal_fused_t: Added Repeated KeptApart Renewed TookOver;
+        Doubt, selfcal_doubt_t: Baseline Everything Axis;
+        Direction, selfcal_direction_t: Pitch Yaw Roll BaselineForward BaselineDown;
+        Band, selfcal_band_t: Good Improvable Recalibrate;
+        Arming, selfcal_arming_t: Yes NotLocked Doubtful Misaligned;
+        Pushed, selfcal_pushed_t: Kept Replaced LeftOut;
+    }
+    assert_eq!(selfcal_doubt_t::from(None), selfcal_doubt_t::SELFCAL_DOUBT_NONE);
 }
 
-fn words(text: *const c_char) -> String {
+fn string(text: *const c_char) -> String {
     assert!(!text.is_null());
     // SAFETY: a static text.
     unsafe { CStr::from_ptr(text) }.to_str().unwrap().to_owned()
 }
 
-fn assert_in_words<N: TryFrom<i64>>(name: &str, string: extern "C" fn(N) -> *const c_char) {
+fn assert_texts<N: TryFrom<i64>>(name: &str, text: extern "C" fn(N) -> *const c_char) {
     let mut all = BTreeSet::new();
-    let of = |number: i64| words(string(N::try_from(number).ok().unwrap()));
+    let of = |number: i64| string(text(N::try_from(number).ok().unwrap()));
     for (variant, number) in variants_of_c(name) {
         let text = of(number);
         let unknown = number == 255 && variant.ends_with("_UNKNOWN");
         assert_eq!(text == "unknown", unknown, "{variant}");
-        assert!(all.insert(text), "{variant} has the words of another");
+        assert!(text.is_ascii() && !text.starts_with(' ') && !text.ends_with('.'), "{text}");
+        assert!(all.insert(text), "{variant} has the text of another");
     }
     assert_eq!(of(1_000_000), "unknown");
 }
 
 #[test]
-fn every_number_has_words_of_its_own() {
-    assert_in_words("selfcal_error_t", selfcal_error_string);
-    assert_in_words("selfcal_pushed_t", selfcal_pushed_string);
-    assert_in_words("selfcal_stop_t", selfcal_stop_string);
-    assert_in_words("selfcal_fused_t", selfcal_fused_string);
-    assert_in_words("selfcal_state_t", selfcal_state_string);
-    assert_in_words("selfcal_doubt_t", selfcal_doubt_string);
-    assert_in_words("selfcal_direction_t", selfcal_direction_string);
-    assert_in_words("selfcal_band_t", selfcal_band_string);
-    assert_in_words("selfcal_arming_t", selfcal_arming_string);
-    assert_eq!(words(selfcal_error_string(-1)), "unknown");
+fn every_value_has_its_own_text() {
+    assert_texts("selfcal_error_t", selfcal_error_string);
+    assert_texts("selfcal_pushed_t", selfcal_pushed_string);
+    assert_texts("selfcal_stop_t", selfcal_stop_string);
+    assert_texts("selfcal_fused_t", selfcal_fused_string);
+    assert_texts("selfcal_state_t", selfcal_state_string);
+    assert_texts("selfcal_doubt_t", selfcal_doubt_string);
+    assert_texts("selfcal_direction_t", selfcal_direction_string);
+    assert_texts("selfcal_band_t", selfcal_band_string);
+    assert_texts("selfcal_arming_t", selfcal_arming_string);
+    assert_eq!(string(selfcal_error_string(-1)), "unknown");
 }
 
 #[test]
-fn the_states_are_called_what_the_core_calls_them() {
+fn the_states_have_the_names_of_the_core() {
     for state in STATES {
         let number = selfcal_state_t::from(state) as u32;
-        assert_eq!(words(selfcal_state_string(number)), state.to_string());
+        assert_eq!(string(selfcal_state_string(number)), state.to_string());
     }
 }

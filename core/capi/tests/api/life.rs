@@ -1,4 +1,4 @@
-//! A whole life through C is that through Rust, bit for bit.
+//! A whole run through C is bit-identical to the one through Rust.
 
 use std::mem::MaybeUninit;
 use std::ptr;
@@ -7,13 +7,13 @@ use host_tests::data::Dataset;
 use nalgebra::Matrix3;
 use stereo_selfcal::{
     Calibrator, Central, Config, Extrinsics, PairError, PairReport, Pushed, RectifiedCamera,
-    RectifyingRotations, State,
+    RectifyingRotations, Refusal, State,
 };
 use stereo_selfcal_capi::selfcal_error_t::*;
 use stereo_selfcal_capi::selfcal_lens_t::*;
 use stereo_selfcal_capi::*;
 
-use crate::rig::{Cal, Seen, config, get, pair, recorded};
+use crate::rig::{Cal, Observed, config, get, pair, recorded};
 
 pub(crate) type Twin = Calibrator<f32, SELFCAL_CAPACITY>;
 
@@ -47,7 +47,7 @@ pub(crate) fn push(cal: &mut Cal, twin: &mut Twin, set: &Dataset, index: usize) 
     );
 }
 
-/// Pass by pass.
+/// Solves in both, pass by pass.
 fn solve(cal: &mut Cal, twin: &mut Twin) -> Result<PairReport<f32>, PairError> {
     // SAFETY: live storage.
     let begun = unsafe { selfcal_begin_pair(cal.ptr()) };
@@ -169,7 +169,7 @@ fn assert_same_rectification(cal: &mut Cal, twin: &Twin) {
     }
 }
 
-/// Applies, takes back and applies again in both.
+/// Applies, undoes and applies again in both.
 pub(crate) fn change_what_is_in_use(cal: &mut Cal, twin: &mut Twin) {
     let check = |cal: &mut Cal, twin: &Twin, c: Result<selfcal_extrinsics_t, _>, rust| {
         match rust {
@@ -189,7 +189,7 @@ pub(crate) fn change_what_is_in_use(cal: &mut Cal, twin: &mut Twin) {
     check(cal, twin, c, rust);
 }
 
-/// Both take in the batch at hand.
+/// Solves and fuses the batch in both.
 pub(crate) fn take_pair(cal: &mut Cal, twin: &mut Twin) {
     if let Ok(report) = solve(cal, twin) {
         assert_same_report(cal, &report);
@@ -197,15 +197,16 @@ pub(crate) fn take_pair(cal: &mut Cal, twin: &mut Twin) {
         let rust = twin.fuse();
         assert_eq!(fused, rust.map(Into::into).map_err(Into::into));
         if fused.is_ok() {
-            assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_FUSE_STALE));
+            assert_eq!(twin.fuse(), Err(Refusal::NothingSolved));
+            assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_FUSE_NOTHING_SOLVED));
         }
     }
     assert_same_estimate(cal, twin);
     assert_same_health(cal, twin);
 }
 
-/// Both over the whole set; what they came to.
-fn live(cal: &mut Cal, twin: &mut Twin, set: &Dataset) -> State {
+/// Runs both over the whole set; the final state.
+fn run(cal: &mut Cal, twin: &mut Twin, set: &Dataset) -> State {
     for index in 0..set.pairs.len() {
         push(cal, twin, set, index);
         take_pair(cal, twin);
@@ -228,20 +229,20 @@ pub(crate) fn twins(set: &Dataset, c: &selfcal_config_t, rust: Config) -> (Cal, 
 }
 
 #[test]
-fn the_robust_preset_lives_as_in_rust() {
+fn the_robust_preset_is_bit_identical_to_rust() {
     let set = recorded();
     let (mut cal, mut twin) = twins(&set, &config(selfcal_config_default), Config::default());
-    assert_eq!(live(&mut cal, &mut twin, &set), State::Locked);
+    assert_eq!(run(&mut cal, &mut twin, &set), State::Locked);
     assert!(twin.generation() > 0);
     // SAFETY: live storage.
     assert_eq!(unsafe { selfcal_reset(cal.ptr()) }, SELFCAL_OK);
     twin.reset();
     assert_eq!(get!(cal, selfcal_generation), Ok(twin.generation()));
-    assert_eq!(live(&mut cal, &mut twin, &set), State::Locked);
+    assert_eq!(run(&mut cal, &mut twin, &set), State::Locked);
 }
 
 #[test]
-fn the_paper_preset_with_every_setter_lives_as_in_rust() {
+fn the_paper_preset_with_every_setter_is_bit_identical_to_rust() {
     let mut c = config(selfcal_config_paper);
     let median = selfcal_angle_t::SELFCAL_ANGLE_MEDIAN as u32;
     // SAFETY: a live configuration.
@@ -276,15 +277,15 @@ fn the_paper_preset_with_every_setter_lives_as_in_rust() {
         .unwrap();
     let set = recorded();
     let (mut cal, mut twin) = twins(&set, &c, rust);
-    live(&mut cal, &mut twin, &set);
+    run(&mut cal, &mut twin, &set);
     assert!(twin.proposal().is_some());
 }
 
 #[test]
-fn factory_extrinsics_come_from_c_as_from_rust() {
+fn factory_extrinsics_are_bit_identical_to_rust() {
     let set = recorded();
     let (mut cal, mut twin) = twins(&set, &config(selfcal_config_robust), Config::robust());
-    // Rounded, and t of another length: both sides mend it.
+    // Rounded, and t not of unit length: both sides normalise.
     let factory = selfcal_extrinsics_t {
         rotation: [0.9998, 0.02, 0.0, -0.02, 0.9998, 0.0, 0.0, 0.0, 1.0],
         translation: [-0.12, 0.001, 0.0],
@@ -294,11 +295,11 @@ fn factory_extrinsics_come_from_c_as_from_rust() {
     let r = Matrix3::from_row_slice(&factory.rotation);
     twin.set_factory(Extrinsics::try_new(&r, &factory.translation.into()).unwrap());
     assert_same(&get!(cal, selfcal_in_use).unwrap(), twin.in_use());
-    assert_eq!(live(&mut cal, &mut twin, &set), State::Locked);
+    assert_eq!(run(&mut cal, &mut twin, &set), State::Locked);
 }
 
 #[test]
-fn one_call_and_single_pushes_do_what_passes_and_arrays_do() {
+fn one_call_and_single_pushes_equal_passes_and_arrays() {
     let set = recorded();
     let (mut by_array, mut by_one) = (Cal::of(&set, None), Cal::of(&set, None));
     for index in 0..4 {
@@ -317,7 +318,7 @@ fn one_call_and_single_pushes_do_what_passes_and_arrays_do() {
             // SAFETY: live storage.
             assert_eq!(unsafe { selfcal_fuse(cal.ptr(), ptr::null_mut()) }, SELFCAL_OK);
         }
-        assert_eq!(Seen::of(&mut by_array), Seen::of(&mut by_one));
+        assert_eq!(Observed::of(&mut by_array), Observed::of(&mut by_one));
         for cal in [&mut by_array, &mut by_one] {
             // SAFETY: live storage.
             assert_eq!(unsafe { selfcal_clear_pair(cal.ptr()) }, SELFCAL_OK);
@@ -327,7 +328,7 @@ fn one_call_and_single_pushes_do_what_passes_and_arrays_do() {
 }
 
 #[test]
-fn what_is_frozen_stays_until_it_is_let_go() {
+fn a_frozen_calibrator_changes_nothing_until_it_is_released() {
     let set = recorded();
     let mut cal = Cal::of(&set, None);
     assert_eq!(get!(cal, selfcal_is_frozen), Ok(false));
@@ -364,7 +365,7 @@ fn rays_and_pixels_of_all_lens_models_are_those_of_the_core() {
         assert_eq!(unsafe { selfcal_set_cameras(cal.ptr(), &left, &right) }, SELFCAL_OK);
         let mut kept = MaybeUninit::zeroed();
         assert_eq!(get!(cal, selfcal_cameras, kept.as_mut_ptr()), Ok(right));
-        // SAFETY: zeros are a camera, and the call has filled it.
+        // SAFETY: zeros are a camera, and the call fills it.
         assert_eq!(unsafe { kept.assume_init() }, left);
         for side in [0, 1] {
             let pixel = [20.0_f32, 460.0];

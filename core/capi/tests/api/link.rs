@@ -1,4 +1,4 @@
-//! Bytes off a wire through C are those through Rust, bit for bit.
+//! Bytes off a wire through C give the same bits as through Rust.
 
 use std::mem::MaybeUninit;
 
@@ -11,12 +11,12 @@ use stereo_selfcal_capi::selfcal_error_t::*;
 use stereo_selfcal_capi::*;
 
 use crate::life::{Twin, take_pair, twins};
-use crate::rig::{Cal, Seen, at_work, config, get, recorded};
+use crate::rig::{Cal, Observed, at_work, config, get, recorded};
 
-/// Storage on the heap, as C has it: first of all zeros.
+/// Storage on the heap, zeroed as static storage of C.
 pub(crate) struct Link(Box<MaybeUninit<selfcal_link_t>>);
 
-/// What a feed came to: code, bytes used, frame.
+/// Results of a feed: error, bytes used, frame.
 pub(crate) type Fed = (selfcal_error_t, usize, selfcal_frame_t);
 
 impl Link {
@@ -50,10 +50,10 @@ impl Link {
     }
 }
 
-/// Whatever was there before, the results are set.
+/// Feeds, with places for results that hold other values before.
 pub(crate) fn feed(link: *mut selfcal_link_t, cal: *mut selfcal_t, bytes: &[u8]) -> Fed {
     let (mut used, mut frame) = (usize::MAX, selfcal_frame_t { whole: true, ..NONE });
-    // SAFETY: live bytes and places; the others are live, or what is tested.
+    // SAFETY: live bytes and places; the others are live, or under test.
     let code =
         unsafe { selfcal_link_feed(link, cal, bytes.as_ptr(), bytes.len(), &mut used, &mut frame) };
     (code, used, frame)
@@ -76,14 +76,14 @@ pub(crate) fn frame(set: &Dataset, sequence: u32) -> Vec<u8> {
 }
 
 fn assert_same_counters(c: &selfcal_link_counters_t, rust: &Counters) {
-    // One name for each of the core's, in its order.
+    // The fields have the names and the order of the core.
     assert_eq!(
         format!("{c:?}").replace("selfcal_link_counters_t", "Counters"),
         format!("{rust:?}")
     );
 }
 
-/// Feeds one piece to both, all of it; frames that came whole.
+/// Feeds all of one piece to both; the number of whole frames.
 fn feed_both(c: (&mut Link, &mut Cal), rust: (&mut Decoder, &mut Twin), piece: &[u8]) -> usize {
     let ((link, cal), (decoder, twin)) = (c, rust);
     let (mut piece, mut frames) = (piece, 0);
@@ -118,7 +118,7 @@ fn feed_both(c: (&mut Link, &mut Cal), rust: (&mut Decoder, &mut Twin), piece: &
 }
 
 #[test]
-fn a_damaged_stream_gives_the_bits_of_rust() {
+fn a_damaged_stream_is_bit_identical_to_rust() {
     let set = recorded();
     let faults = Faults { damaged: 0.3, dropped: 0.1, repeated: 0.1, noise_after: 0.3 };
     let mut wire = FaultyWire::new(faults, 0x11);
@@ -164,15 +164,15 @@ fn bytes_after_a_whole_frame_are_left_for_the_next_call() {
 }
 
 #[test]
-fn a_pair_being_solved_keeps_its_batch_and_the_bytes_wait() {
+fn a_pair_being_solved_keeps_its_batch_and_no_byte_is_used() {
     let set = recorded();
     let (mut cal, mut link) = (Cal::of(&set, None), Link::new());
     link.feed(&mut cal, &frame(&set, 0));
     // SAFETY: live storage.
     assert_eq!(unsafe { selfcal_begin_pair(cal.ptr()) }, SELFCAL_OK);
-    let (before, next) = (Seen::of(&mut cal), frame(&set, 1));
+    let (before, next) = (Observed::of(&mut cal), frame(&set, 1));
     assert_eq!(link.feed(&mut cal, &next), (SELFCAL_ERROR_LINK_BUSY, 0, NONE));
-    assert_eq!(Seen::of(&mut cal), before);
+    assert_eq!(Observed::of(&mut cal), before);
     while !get!(cal, selfcal_advance_pair).unwrap() {}
     let (code, used, whole) = link.feed(&mut cal, &next);
     assert_eq!((code, used, whole.sequence), (SELFCAL_OK, next.len(), 1));
@@ -180,7 +180,7 @@ fn a_pair_being_solved_keeps_its_batch_and_the_bytes_wait() {
 }
 
 #[test]
-fn a_pair_begun_in_the_middle_of_a_frame_holds_the_rest_back() {
+fn a_pair_begun_in_the_middle_of_a_frame_delays_the_rest() {
     let set = recorded();
     let (mut cal, mut link) = (Cal::of(&set, None), Link::new());
     let (first, rest) = (&frame(&set, 0)[..2000], &frame(&set, 0)[2000..]);
@@ -197,16 +197,16 @@ fn a_pair_begun_in_the_middle_of_a_frame_holds_the_rest_back() {
 }
 
 #[test]
-fn a_frame_that_is_not_taken_leaves_the_batch_and_the_next_one_comes() {
+fn a_refused_frame_leaves_the_batch_and_the_next_one_is_decoded() {
     let set = recorded();
     let (mut cal, mut link) = (at_work(), Link::new());
-    let (before, size) = (Seen::of(&mut cal), [set.meta.width, set.meta.height + 1]);
+    let (before, size) = (Observed::of(&mut cal), [set.meta.width, set.meta.height + 1]);
     let other = Sender::new(size, []).unwrap().frame(7, &set.pairs[0]).0;
     let (code, used, whole) = link.feed(&mut cal, &other);
     assert_eq!((code, whole), (SELFCAL_ERROR_LINK_IMAGE_SIZE, NONE));
-    // The header is done with; the rest is passed over.
+    // The header is used; the rest is skipped.
     assert_eq!(link.feed(&mut cal, &other[used..]), (SELFCAL_OK, other.len() - used, NONE));
-    assert_eq!(Seen::of(&mut cal), before);
+    assert_eq!(Observed::of(&mut cal), before);
     assert!(link.feed(&mut cal, &frame(&set, 8)).2.whole);
     assert_eq!((link.counters().refused, link.counters().good), (1, 1));
 
@@ -216,7 +216,7 @@ fn a_frame_that_is_not_taken_leaves_the_batch_and_the_next_one_comes() {
 }
 
 #[test]
-fn a_report_goes_with_the_batch_that_a_frame_replaces() {
+fn a_report_is_dropped_with_the_batch_that_a_frame_replaces() {
     let set = recorded();
     let whole = frame(&set, 6);
     let mut damaged = whole.clone();
@@ -232,7 +232,7 @@ fn a_report_goes_with_the_batch_that_a_frame_replaces() {
 }
 
 #[test]
-fn overruns_are_counted_and_a_link_begins_anew() {
+fn overruns_are_counted_and_init_restarts_a_link() {
     let set = recorded();
     let (mut cal, mut link) = (Cal::of(&set, None), Link::new());
     // SAFETY: live storage.
@@ -244,14 +244,14 @@ fn overruns_are_counted_and_a_link_begins_anew() {
     assert_eq!(code, SELFCAL_OK);
     assert_same_counters(&link.counters(), Decoder::new().counters());
     assert_eq!(link.feed(&mut cal, &frame(&set, 1)).2.sequence, 1);
-    assert_eq!(link.counters().truncated, 0, "nothing is left of the frame before");
+    assert_eq!(link.counters().truncated, 0, "the previous frame is dropped");
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn any_bytes_are_used_up_as_by_rust(
+    fn any_bytes_are_used_as_by_rust(
         bytes in prop::collection::vec(prop_oneof![Just(b'S'), Just(b'C'), any::<u8>()], 0..300),
     ) {
         let (mut cal, mut link) = (Cal::new(None), Link::new());

@@ -1,4 +1,4 @@
-//! Every misuse of a link has its code and changes nothing.
+//! Every misuse of a link returns its error and changes nothing.
 
 use std::collections::BTreeSet;
 use std::ptr::{null, null_mut};
@@ -9,22 +9,22 @@ use stereo_selfcal_capi::*;
 
 use crate::link::{Link, NONE, feed, frame};
 use crate::misuse::place;
-use crate::rig::{Cal, Seen, at_work, recorded};
+use crate::rig::{Cal, Observed, at_work, recorded};
 use crate::source;
 
 #[test]
-fn a_link_is_small_and_its_structures_have_no_gaps() {
+fn a_link_is_small_and_its_structures_have_no_padding() {
     assert!(size_of::<selfcal_link_t>() == SELFCAL_LINK_STORAGE_SIZE);
     const { assert!(SELFCAL_LINK_STORAGE_SIZE < 256) }
-    // The sum of the fields: what the header says to any compiler.
+    // The sum of the fields, so without padding for any compiler.
     assert_eq!(size_of::<selfcal_frame_t>(), 8 + 3 * 4 + 4);
     assert_eq!(size_of::<selfcal_link_counters_t>(), 11 * 4);
 }
 
-/// Every function that takes a link, otherwise called as it should be.
+/// Calls every function of a link, with valid arguments otherwise.
 fn every_function(link: *mut selfcal_link_t) -> Vec<(&'static str, selfcal_error_t)> {
     let mut cal = Cal::new(None);
-    // SAFETY: live objects but for the link, which is what is tested.
+    // SAFETY: live objects, except for the link under test.
     unsafe {
         vec![
             ("selfcal_link_feed", selfcal_link_feed(link, cal.ptr(), null(), 0, place(), place())),
@@ -35,7 +35,7 @@ fn every_function(link: *mut selfcal_link_t) -> Vec<(&'static str, selfcal_error
 }
 
 #[test]
-fn no_link_has_its_code_in_every_function() {
+fn every_function_refuses_storage_that_is_no_link() {
     let tested = every_function(null_mut()).into_iter().map(|(name, _)| name.to_owned());
     assert_eq!(tested.collect::<BTreeSet<_>>(), source::functions_of("selfcal_link_t"));
     let mut live = Link::new();
@@ -44,7 +44,7 @@ fn no_link_has_its_code_in_every_function() {
         (null_mut(), SELFCAL_ERROR_NULL),
         (odd, SELFCAL_ERROR_ALIGNMENT),
         (Link::zeroed().ptr(), SELFCAL_ERROR_NOT_INITIALISED),
-        // The head of a calibrator is not that of a link.
+        // The magic of a calibrator is not that of a link.
         (Cal::new(None).ptr().cast(), SELFCAL_ERROR_NOT_INITIALISED),
     ] {
         for (name, code) in every_function(link) {
@@ -54,7 +54,7 @@ fn no_link_has_its_code_in_every_function() {
 }
 
 #[test]
-fn storage_of_a_link_is_judged_before_it_is_written() {
+fn storage_of_a_link_is_checked_before_it_is_written() {
     let mut link = Link::zeroed();
     let odd = link.ptr().cast::<u8>().wrapping_add(1).cast();
     // SAFETY: null, misaligned or live storage.
@@ -75,7 +75,7 @@ fn a_feed_that_is_refused_uses_nothing_and_changes_nothing() {
     let set = recorded();
     let (mut cal, mut link) = (at_work(), Link::new());
     let bytes = frame(&set, 0);
-    let (seen, state) = (Seen::of(&mut cal), link.bytes().to_vec());
+    let (seen, state) = (Observed::of(&mut cal), link.bytes().to_vec());
     let refused = |code| (code, 0, NONE);
     let cals = [
         (null_mut(), SELFCAL_ERROR_NULL),
@@ -112,7 +112,7 @@ fn a_feed_that_is_refused_uses_nothing_and_changes_nothing() {
         ]
     );
     assert_eq!((used, whole), (0, NONE));
-    assert_eq!(Seen::of(&mut cal), seen);
+    assert_eq!(Observed::of(&mut cal), seen);
     assert!(link.bytes() == state);
 }
 
@@ -120,7 +120,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn one_wrong_byte_at_the_head_of_a_link_is_recognised(at in 0..12_usize, flip in 1..=u8::MAX) {
+    fn one_wrong_byte_in_the_magic_of_a_link_is_detected(at in 0..12_usize, flip in 1..=u8::MAX) {
         let mut link = Link::new();
         link.bytes()[at] ^= flip;
         for (name, code) in every_function(link.ptr()) {

@@ -1,4 +1,4 @@
-//! The C functions, called as C calls them.
+//! The C functions, called through their C interface.
 #![allow(clippy::borrow_as_ptr, reason = "as C takes an address")]
 
 mod codes;

@@ -1,4 +1,4 @@
-//! Every misuse has its code and changes nothing.
+//! Every misuse returns its error and changes nothing.
 
 use std::collections::BTreeSet;
 use std::mem::MaybeUninit;
@@ -7,7 +7,7 @@ use std::ptr::{null, null_mut};
 use stereo_selfcal_capi::selfcal_error_t::*;
 use stereo_selfcal_capi::*;
 
-use crate::rig::{Cal, Seen, at_work, cameras, get, recorded};
+use crate::rig::{Cal, Observed, at_work, cameras, get, recorded};
 use crate::source;
 
 pub(crate) static CORRESPONDENCE: selfcal_correspondence_t = selfcal_correspondence_t {
@@ -17,17 +17,17 @@ pub(crate) static CORRESPONDENCE: selfcal_correspondence_t = selfcal_corresponde
     grid_step_px: 0.0,
 };
 
-/// Somewhere for a result.
+/// A place for a result.
 pub(crate) fn place<T>() -> *mut T {
     Box::leak(Box::<T>::new_uninit()).as_mut_ptr()
 }
 
-/// Somewhere for up to four numbers.
+/// A place for up to four numbers.
 pub(crate) fn four() -> *mut f32 {
     place::<[f32; 4]>().cast()
 }
 
-/// Every function that takes a calibrator, otherwise called as it should be.
+/// Calls every function of a calibrator, with valid arguments otherwise.
 pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_error_t)> {
     let [left, right] = cameras(&recorded());
     let factory = selfcal_extrinsics_t {
@@ -38,7 +38,7 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
     let (c, two) = (&raw const CORRESPONDENCE, CORRESPONDENCE.left_px.as_ptr());
     macro_rules! calls {
         ($($function:ident($($argument:expr),*);)*) => {
-            // SAFETY: live objects but for the calibrator, which is what is tested.
+            // SAFETY: live objects, except for the calibrator under test.
             unsafe { vec![$((stringify!($function), $function(cal $(, $argument)*))),*] }
         };
     }
@@ -78,39 +78,39 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
     }
 }
 
-/// Refused with this code, and nothing has changed.
+/// Checks that a call returns this error and changes nothing.
 pub(crate) fn refused(
     cal: &mut Cal,
     code: selfcal_error_t,
     act: impl FnOnce(*mut selfcal_t) -> selfcal_error_t,
 ) {
-    let before = Seen::of(cal);
+    let before = Observed::of(cal);
     assert_eq!(act(cal.ptr()), code);
-    assert_eq!(Seen::of(cal), before);
+    assert_eq!(Observed::of(cal), before);
 }
 
 #[test]
-fn no_function_that_takes_a_calibrator_goes_untested() {
+fn every_function_of_a_calibrator_is_tested() {
     let tested = every_function(null_mut()).into_iter().map(|(name, _)| name.to_owned());
     assert_eq!(tested.collect::<BTreeSet<_>>(), source::functions_of("selfcal_t"));
 }
 
 #[test]
-fn no_calibrator_at_all_has_its_code() {
+fn every_function_refuses_null() {
     for (name, code) in every_function(null_mut()) {
         assert_eq!(code, SELFCAL_ERROR_NULL, "{name}");
     }
 }
 
 #[test]
-fn storage_that_was_never_initialised_has_its_code() {
+fn every_function_refuses_storage_that_is_not_initialised() {
     for (name, code) in every_function(Cal::zeroed().ptr()) {
         assert_eq!(code, SELFCAL_ERROR_NOT_INITIALISED, "{name}");
     }
 }
 
 #[test]
-fn misaligned_storage_has_its_code() {
+fn every_function_refuses_misaligned_storage() {
     let mut cal = Cal::new(None);
     for (name, code) in every_function(cal.ptr().cast::<u8>().wrapping_add(1).cast()) {
         assert_eq!(code, SELFCAL_ERROR_ALIGNMENT, "{name}");
@@ -118,7 +118,7 @@ fn misaligned_storage_has_its_code() {
 }
 
 #[test]
-fn storage_is_judged_before_it_is_written() {
+fn storage_is_checked_before_it_is_written() {
     let mut cal = Cal::zeroed();
     let mut needed = MaybeUninit::zeroed();
     // SAFETY: a live place.
@@ -154,7 +154,7 @@ fn storage_is_judged_before_it_is_written() {
 }
 
 #[test]
-fn a_result_without_a_place_is_refused_before_anything_is_done() {
+fn a_null_argument_is_refused_without_effect() {
     let mut cal = at_work();
     let camera = selfcal_rectified_camera_t { focal_px: 500.0, principal_px: [320.0, 240.0] };
     let mut left = MaybeUninit::zeroed();
@@ -199,7 +199,7 @@ fn a_result_without_a_place_is_refused_before_anything_is_done() {
 }
 
 #[test]
-fn misaligned_arguments_are_refused_before_anything_is_done() {
+fn misaligned_arguments_are_refused_without_effect() {
     let mut cal = at_work();
     let bytes: *mut u8 = place::<[u64; 64]>().cast();
     let odd = bytes.wrapping_add(1);
@@ -219,7 +219,7 @@ fn misaligned_arguments_are_refused_before_anything_is_done() {
 }
 
 #[test]
-fn an_array_may_be_empty_and_not_longer_than_the_address_space() {
+fn an_array_may_be_empty_but_not_longer_than_the_address_space() {
     let mut cal = at_work();
     let counts = get!(cal, selfcal_push_array, null(), 0).unwrap();
     assert_eq!((counts.kept, counts.refused, counts.first_refusal), (0, 0, SELFCAL_OK));
@@ -230,7 +230,7 @@ fn an_array_may_be_empty_and_not_longer_than_the_address_space() {
 }
 
 #[test]
-fn an_array_goes_on_after_what_it_refuses_and_says_why_of_the_first() {
+fn an_array_continues_after_a_refusal_and_reports_the_first() {
     let mut cal = Cal::of(&recorded(), None);
     let bad = selfcal_correspondence_t { score: 2.0, ..CORRESPONDENCE };
     let worse = selfcal_correspondence_t { left_px: [f32::NAN, 0.0], ..CORRESPONDENCE };
@@ -241,7 +241,7 @@ fn an_array_goes_on_after_what_it_refuses_and_says_why_of_the_first() {
 }
 
 #[test]
-fn numbers_that_are_not_finite_or_no_values_are_refused() {
+fn numbers_that_are_not_finite_or_out_of_range_are_refused() {
     let mut cal = at_work();
     let [good, _] = cameras(&recorded());
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {

@@ -1,4 +1,4 @@
-//! Calls out of order, reports that are of something else, configurations that are none.
+//! Calls out of order, reports of another pair, configurations that no preset has filled.
 
 use std::mem::MaybeUninit;
 use std::ptr::null_mut;
@@ -10,7 +10,7 @@ use crate::misuse::{CORRESPONDENCE, four, place, refused};
 use crate::rig::{Cal, at_work, cameras, config, get, pair, recorded};
 
 #[test]
-fn calls_in_the_wrong_order_have_their_codes() {
+fn calls_in_the_wrong_order_return_their_errors() {
     let mut cal = Cal::new(None);
     let two = CORRESPONDENCE.left_px.as_ptr();
     let camera = selfcal_rectified_camera_t { focal_px: 500.0, principal_px: [320.0, 240.0] };
@@ -54,7 +54,7 @@ fn calls_in_the_wrong_order_have_their_codes() {
     });
     while !get!(cal, selfcal_advance_pair).unwrap() {}
     get!(cal, selfcal_fuse).unwrap();
-    assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_FUSE_STALE));
+    assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_FUSE_NOTHING_SOLVED));
     assert_eq!(get!(cal, selfcal_apply), Err(SELFCAL_ERROR_APPLY_NOT_LOCKED));
     // SAFETY: live objects.
     refused(&mut cal, SELFCAL_ERROR_NO_DEPTH_ERROR, |cal| unsafe {
@@ -63,7 +63,7 @@ fn calls_in_the_wrong_order_have_their_codes() {
 }
 
 #[test]
-fn a_report_goes_with_what_it_was_of() {
+fn a_report_is_dropped_with_its_batch() {
     type Act = fn(*mut selfcal_t) -> selfcal_error_t;
     let acts: [Act; 5] = [
         // SAFETY: live objects.
@@ -96,7 +96,7 @@ fn a_report_goes_with_what_it_was_of() {
 }
 
 #[test]
-fn setters_refuse_and_leave_the_configuration_as_it_was() {
+fn a_refused_setter_leaves_the_configuration_unchanged() {
     let mut c = config(selfcal_config_robust);
     let before = format!("{c:?}");
     // SAFETY: a live configuration.
@@ -140,7 +140,7 @@ fn setters_refuse_and_leave_the_configuration_as_it_was() {
 fn a_configuration_that_no_preset_has_filled_is_refused() {
     let mut blank = MaybeUninit::<selfcal_config_t>::zeroed();
     let mut cal = Cal::zeroed();
-    // SAFETY: zeros are a configuration, and refused.
+    // SAFETY: zeros are a configuration that is refused.
     unsafe {
         assert_eq!(
             selfcal_config_set_max_passes(blank.as_mut_ptr(), 20),

@@ -1,4 +1,4 @@
-//! Records over a loss of power: those of Rust, byte for byte.
+//! Records are those of Rust, byte for byte.
 
 use host_tests::data::Dataset;
 use stereo_selfcal::{Calibrator, Config, FactoryCalibration};
@@ -45,7 +45,7 @@ fn snapshot_of(twin: &Twin) -> Vec<u8> {
     twin.snapshot(&mut buffer).unwrap().to_vec()
 }
 
-fn live(cal: &mut Cal, twin: &mut Twin, set: &Dataset, pairs: std::ops::Range<usize>) {
+fn run(cal: &mut Cal, twin: &mut Twin, set: &Dataset, pairs: std::ops::Range<usize>) {
     for index in pairs {
         // SAFETY: live storage.
         assert_eq!(unsafe { selfcal_clear_pair(cal.ptr()) }, SELFCAL_OK);
@@ -57,7 +57,7 @@ fn live(cal: &mut Cal, twin: &mut Twin, set: &Dataset, pairs: std::ops::Range<us
 }
 
 #[test]
-fn a_life_over_a_loss_of_power_is_that_of_rust() {
+fn a_restored_run_is_bit_identical_to_that_of_rust() {
     let set = recorded();
     let presets = [
         (config(selfcal_config_robust), Config::robust()),
@@ -66,7 +66,7 @@ fn a_life_over_a_loss_of_power_is_that_of_rust() {
     for (c, rust) in presets {
         let (mut cal, mut twin) = twins(&set, &c, rust);
         assert_eq!(snapshot(&mut cal), snapshot_of(&twin));
-        live(&mut cal, &mut twin, &set, 0..6);
+        run(&mut cal, &mut twin, &set, 0..6);
         let kept = snapshot(&mut cal);
         assert_eq!(kept, snapshot_of(&twin));
 
@@ -79,14 +79,14 @@ fn a_life_over_a_loss_of_power_is_that_of_rust() {
         assert_eq!(get!(cal, selfcal_in_use), Ok(before));
         assert_eq!(get!(cal, selfcal_generation), Ok(generation));
         assert_same_estimate(&mut cal, &twin);
-        live(&mut cal, &mut twin, &set, 6..13);
+        run(&mut cal, &mut twin, &set, 6..13);
         assert_eq!(get!(cal, selfcal_state), Ok(SELFCAL_STATE_LOCKED));
         assert_eq!(snapshot(&mut cal), snapshot_of(&twin));
     }
 }
 
 #[test]
-fn a_record_of_another_capacity_is_taken() {
+fn a_record_of_another_capacity_is_restored() {
     let set = recorded();
     let mut small = Box::new(Calibrator::<f32, 64>::new(Config::default()));
     small.set_cameras(set.cameras().unwrap());
@@ -107,7 +107,7 @@ fn a_record_of_another_capacity_is_taken() {
 }
 
 #[test]
-fn a_report_of_before_is_forgotten() {
+fn a_restore_drops_the_report() {
     let set = recorded();
     let mut cal = at_work();
     let kept = snapshot(&mut cal);
@@ -125,10 +125,10 @@ fn a_report_of_before_is_forgotten() {
 }
 
 #[test]
-fn factory_values_outlast_production_to_the_bit() {
+fn factory_values_are_bit_identical_after_a_restart() {
     let set = recorded();
     let (mut cal, mut twin) = twins(&set, &config(selfcal_config_default), Config::default());
-    // Rounded: set once more from plain numbers it could end up in other bits.
+    // Rounded numbers: setting them again from floats could give other bits.
     let factory = selfcal_extrinsics_t {
         rotation: [0.9998, 0.02, 0.0, -0.02, 0.9998, 0.0, 0.0, 0.0, 1.0],
         translation: [-0.12, 0.001, 0.0],
@@ -141,7 +141,7 @@ fn factory_values_outlast_production_to_the_bit() {
     let mut buffer = [0; SELFCAL_FACTORY_BYTES];
     assert_eq!(found.to_record(&mut buffer).unwrap(), made);
     twin.set_factory(found.extrinsics);
-    live(&mut cal, &mut twin, &set, 0..5);
+    run(&mut cal, &mut twin, &set, 0..5);
     let learnt = snapshot(&mut cal);
 
     let mut next = Cal::new(None);

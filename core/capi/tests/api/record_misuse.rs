@@ -1,4 +1,4 @@
-//! Records and buffers that are not what they should be have their codes and change nothing.
+//! Records and buffers that are not valid return their errors and change nothing.
 
 use std::ptr::{null, null_mut};
 use std::sync::LazyLock;
@@ -10,7 +10,7 @@ use stereo_selfcal_capi::*;
 
 use crate::misuse::{place, refused};
 use crate::record::{Read, Write, read, record, restore, snapshot};
-use crate::rig::{Cal, Seen, at_work, config, recorded};
+use crate::rig::{Cal, Observed, at_work, config, recorded};
 
 const WRITERS: [(Write, usize); 2] = [
     (selfcal_snapshot, SELFCAL_SNAPSHOT_BYTES),
@@ -19,7 +19,7 @@ const WRITERS: [(Write, usize); 2] = [
 const READERS: [Read; 2] = [selfcal_restore, selfcal_factory_from_record];
 
 #[test]
-fn a_buffer_is_judged_by_the_record() {
+fn a_buffer_is_checked_against_the_record() {
     let mut cal = at_work();
     for (write, most) in WRITERS {
         let mut needed = 0;
@@ -40,7 +40,7 @@ fn a_buffer_is_judged_by_the_record() {
 }
 
 #[test]
-fn pointers_are_judged_before_anything_is_done() {
+fn pointers_are_checked_first() {
     let mut cal = at_work();
     let byte: *mut u8 = place::<[u8; SELFCAL_SNAPSHOT_BYTES]>().cast();
     let odd: *mut usize = place::<[usize; 2]>().cast::<u8>().wrapping_add(1).cast();
@@ -59,7 +59,7 @@ fn pointers_are_judged_before_anything_is_done() {
 }
 
 #[test]
-fn without_cameras_there_is_no_record() {
+fn a_record_needs_cameras() {
     let mut cal = Cal::new(None);
     for (write, most) in WRITERS {
         assert_eq!(record(&mut cal, write, most), Err(SELFCAL_ERROR_SNAPSHOT_NO_CAMERAS));
@@ -67,7 +67,7 @@ fn without_cameras_there_is_no_record() {
     assert_eq!(restore(&mut cal, &snapshot(&mut at_work())), SELFCAL_ERROR_RESTORE_NO_CAMERAS);
 }
 
-/// The record with one byte changed, and its checksum right.
+/// A record with one byte changed and a right checksum.
 fn resealed(record: &[u8], at: usize, byte: u8) -> Vec<u8> {
     let mut record = record.to_vec();
     record[at] = byte;
@@ -78,7 +78,7 @@ fn resealed(record: &[u8], at: usize, byte: u8) -> Vec<u8> {
 }
 
 #[test]
-fn a_record_of_something_else_has_its_code_and_changes_nothing() {
+fn a_record_of_another_kind_returns_its_error_and_changes_nothing() {
     let set = recorded();
     let mut learnt = at_work();
     let kept = snapshot(&mut learnt);
@@ -120,9 +120,9 @@ fn a_record_of_something_else_has_its_code_and_changes_nothing() {
         });
     }
     assert_eq!(restore(&mut cal, &kept), SELFCAL_OK);
-    let again = Seen::of(&mut cal);
+    let again = Observed::of(&mut cal);
     assert_eq!(restore(&mut cal, &kept), SELFCAL_ERROR_RESTORE_NOT_FRESH);
-    assert_eq!(Seen::of(&mut cal), again);
+    assert_eq!(Observed::of(&mut cal), again);
 }
 
 #[test]
@@ -142,9 +142,9 @@ fn a_record_of_another_rig_or_beyond_the_limit_is_refused() {
     // SAFETY: a live configuration.
     assert_eq!(unsafe { selfcal_config_set_max_correction_rad(&mut strict, 1e-5) }, SELFCAL_OK);
     let mut strict = Cal::of(&set, Some(&strict));
-    let before = Seen::of(&mut strict);
+    let before = Observed::of(&mut strict);
     assert_eq!(restore(&mut strict, &kept), SELFCAL_ERROR_RESTORE_CORRECTION_LIMIT);
-    assert_eq!(Seen::of(&mut strict), before);
+    assert_eq!(Observed::of(&mut strict), before);
 }
 
 static KEPT: LazyLock<Vec<u8>> = LazyLock::new(|| snapshot(&mut at_work()));
@@ -153,16 +153,16 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn a_record_cut_short_or_of_any_bytes_is_refused_whole(
+    fn a_truncated_record_or_arbitrary_bytes_are_refused(
         cut in any::<prop::sample::Index>(), bits in prop::collection::vec(any::<u8>(), 0..300),
     ) {
         let mut cal = Cal::of(&recorded(), None);
-        let before = Seen::of(&mut cal);
+        let before = Observed::of(&mut cal);
         for bytes in [&KEPT[..cut.index(KEPT.len())], &bits] {
             for reader in READERS {
                 prop_assert_eq!(read(&mut cal, reader, bytes), SELFCAL_ERROR_RESTORE_DAMAGED);
             }
         }
-        prop_assert_eq!(Seen::of(&mut cal), before);
+        prop_assert_eq!(Observed::of(&mut cal), before);
     }
 }

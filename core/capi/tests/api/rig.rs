@@ -1,4 +1,4 @@
-//! A calibrator behind its pointer, recorded pairs, and what can be seen of it.
+//! A calibrator behind its pointer, recorded pairs, and its observable state.
 
 use std::mem::MaybeUninit;
 use std::ptr;
@@ -8,7 +8,7 @@ use stereo_selfcal::{Cameras, Correspondence};
 use stereo_selfcal_capi::selfcal_error_t::SELFCAL_OK;
 use stereo_selfcal_capi::*;
 
-/// Storage on the heap, as C has it: first of all zeros.
+/// Storage on the heap, zeroed as static storage of C.
 pub(crate) struct Cal(Box<MaybeUninit<selfcal_t>>);
 
 impl Cal {
@@ -40,7 +40,7 @@ impl Cal {
     }
 }
 
-/// The result of a function that gives one, or its error.
+/// Calls a function with one result: the result, or the error.
 macro_rules! get {
     ($cal:expr, $function:ident $(, $argument:expr)*) => {{
         let mut out = std::mem::MaybeUninit::zeroed();
@@ -54,9 +54,9 @@ macro_rules! get {
 }
 pub(crate) use get;
 
-/// What a refused call must leave as it was.
+/// Observable state, which a refused call must not change.
 #[derive(Debug, PartialEq)]
-pub(crate) struct Seen {
+pub(crate) struct Observed {
     in_use: Result<selfcal_extrinsics_t, selfcal_error_t>,
     generation: Result<u32, selfcal_error_t>,
     batch: Result<selfcal_batch_t, selfcal_error_t>,
@@ -68,7 +68,7 @@ pub(crate) struct Seen {
     cameras: Result<selfcal_camera_t, selfcal_error_t>,
 }
 
-impl Seen {
+impl Observed {
     pub(crate) fn of(cal: &mut Cal) -> Self {
         let mut left = MaybeUninit::zeroed();
         Self {
@@ -85,7 +85,7 @@ impl Seen {
     }
 }
 
-/// The recorded set that the C examples use too: a third of its matches are wrong.
+/// The recorded set of the C examples; a third of its matches are outliers.
 pub(crate) fn recorded() -> Dataset {
     Dataset::load(&Dataset::shipped().join("opencv_chess_sift")).unwrap()
 }
@@ -95,7 +95,7 @@ pub(crate) fn cameras(set: &Dataset) -> [selfcal_camera_t; 2] {
     [(&left).into(), (&right).into()]
 }
 
-/// One recorded pair, as C has it and as Rust has it.
+/// One recorded pair, in the types of C and of Rust.
 pub(crate) fn pair(
     set: &Dataset,
     index: usize,
@@ -110,19 +110,19 @@ pub(crate) fn pair(
     (c.collect(), rust.collect())
 }
 
-/// A preset's configuration.
+/// The configuration of a preset.
 pub(crate) fn config(
     preset: unsafe extern "C" fn(*mut selfcal_config_t) -> selfcal_error_t,
 ) -> selfcal_config_t {
     let mut config = MaybeUninit::uninit();
-    // SAFETY: a live place, which the preset fills.
+    // SAFETY: a live place that the preset fills.
     unsafe {
         assert_eq!(preset(config.as_mut_ptr()), SELFCAL_OK);
         config.assume_init()
     }
 }
 
-/// Fed and locked, with a batch and a report at hand.
+/// A locked calibrator with a batch and a report.
 pub(crate) fn at_work() -> Cal {
     let set = recorded();
     let mut cal = Cal::of(&set, None);

@@ -1,10 +1,10 @@
-//! What the sources say there is, so that a test cannot miss a new one.
+//! Enumerations and functions as the sources declare them, so that a test cannot miss a new one.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use syn::{Expr, FnArg, Item, Lit, Type};
+use syn::{Expr, FnArg, Item, ItemEnum, Lit, Type};
 
 fn files(dir: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path());
@@ -30,6 +30,9 @@ fn enums(of: &str) -> BTreeMap<String, Vec<(String, Option<i64>)>> {
     };
     let all = items(of).into_iter().filter_map(|item| match item {
         Item::Enum(item) => Some(item),
+        Item::Macro(item) if item.mac.path.is_ident("c_enum") => {
+            Some(item.mac.parse_body::<ItemEnum>().unwrap())
+        }
         _ => None,
     });
     all.map(|item| {

@@ -8,10 +8,10 @@ use stereo_selfcal_capi::selfcal_error_t::*;
 use stereo_selfcal_capi::*;
 
 use crate::misuse::every_function;
-use crate::rig::{Cal, Seen, get};
+use crate::rig::{Cal, Observed, get};
 
 fn bytes(cal: &mut Cal) -> &mut [u8] {
-    // SAFETY: live storage, in which every byte has been written.
+    // SAFETY: live storage, and every byte is initialised.
     unsafe { std::slice::from_raw_parts_mut(cal.ptr().cast(), SELFCAL_STORAGE_SIZE) }
 }
 
@@ -24,7 +24,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn storage_of_arbitrary_bits_is_recognised_and_left_alone(
+    fn storage_of_arbitrary_bits_is_refused_and_not_written(
         seed in prop::collection::vec(any::<u8>(), 64),
     ) {
         let mut cal = Cal::zeroed();
@@ -37,7 +37,7 @@ proptest! {
     }
 
     #[test]
-    fn one_wrong_byte_at_the_head_of_the_storage_is_recognised(at in 0..12_usize, flip in 1..=u8::MAX) {
+    fn one_wrong_byte_in_the_magic_of_the_storage_is_detected(at in 0..12_usize, flip in 1..=u8::MAX) {
         let mut cal = Cal::new(None);
         bytes(&mut cal)[at] ^= flip;
         prop_assert_eq!(get!(cal, selfcal_generation), Err(SELFCAL_ERROR_NOT_INITIALISED));
@@ -50,7 +50,7 @@ proptest! {
         bits in prop::collection::vec(any::<u8>(), 64), numbers in any::<[u32; 2]>(),
     ) {
         let mut cal = Cal::new(None);
-        let before = Seen::of(&mut cal);
+        let before = Observed::of(&mut cal);
         let camera: selfcal_camera_t = of_bits(&bits);
         let factory: selfcal_extrinsics_t = of_bits(&bits);
         let match_: selfcal_correspondence_t = of_bits(&bits);
@@ -69,7 +69,7 @@ proptest! {
         };
         prop_assert_eq!(codes[3], SELFCAL_ERROR_CONFIG_NOT_INITIALISED);
         if !codes[..3].contains(&SELFCAL_OK) {
-            prop_assert_eq!(Seen::of(&mut cal), before);
+            prop_assert_eq!(Observed::of(&mut cal), before);
         }
     }
 

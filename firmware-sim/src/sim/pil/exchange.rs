@@ -19,8 +19,8 @@ pub(super) enum ExchangeError {
     #[error("the controller sent something else than {0}")]
     Garbage(&'static str),
     /// The opening was refused.
-    #[error("the controller does not take the cameras (code {0:#x})")]
-    Refused(u8),
+    #[error("the controller does not take the cameras (error {0})")]
+    Refused(u16),
     /// The answer is about another frame.
     #[error("the controller answered frame {answered}, not {sent}")]
     Sequence {

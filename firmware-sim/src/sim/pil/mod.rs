@@ -233,7 +233,7 @@ mod tests {
     fn one_bit_of_one_answer_is_found_and_named() {
         let last_bit_of_the_pairs_r = |answer: usize, bytes: &mut [u8]| {
             if answer == 3 {
-                bytes[12] ^= 1;
+                bytes[14] ^= 1;
             }
         };
         let (tally, table, _) = exchange("opencv_chess_corners", last_bit_of_the_pairs_r);

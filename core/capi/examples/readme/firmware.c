@@ -1,0 +1,35 @@
+#include "stereo_selfcal.h"
+size_t uart_read(uint8_t *to, size_t room); /* these five are the board's */
+size_t flash_read(int page, uint8_t *to, size_t room);
+void flash_write(int page, const uint8_t *from, size_t length); /* keeps the old one until done */
+void rectifier_load(const selfcal_extrinsics_t *extrinsics);
+void arming_allow(bool allowed);
+enum { FACTORY_PAGE, SNAPSHOT_PAGE, PAIRS_PER_SNAPSHOT = 1000 };
+static selfcal_t cal;
+static selfcal_link_t wire; /* decodes the frames of core/src/link/FORMAT.md */
+static uint8_t record[SELFCAL_SNAPSHOT_BYTES], bytes[64];
+static bool take_pair(void) /* refusals are normal, of bad pairs and before the estimate is locked */
+{
+    static unsigned fused;
+    selfcal_extrinsics_t rig;
+    selfcal_health_t health;
+    size_t length;
+    if (!selfcal_solve_pair(&cal) && !selfcal_fuse(&cal, NULL) && ++fused % PAIRS_PER_SNAPSHOT == 0)
+        if (!selfcal_snapshot(&cal, record, sizeof record, &length))
+            flash_write(SNAPSHOT_PAGE, record, length);
+    if (!selfcal_apply(&cal, &rig)) rectifier_load(&rig);
+    arming_allow(!selfcal_health(&cal, &health) && health.arming == SELFCAL_ARMING_YES);
+    return !selfcal_clear_pair(&cal);
+}
+int main(void) /* returns an error that calls for a restart */
+{
+    size_t used, length = flash_read(FACTORY_PAGE, record, sizeof record);
+    if (selfcal_init(&cal, sizeof cal, NULL) || selfcal_link_init(&wire, sizeof wire)) return 1;
+    if (selfcal_factory_from_record(&cal, record, length)) return 2;
+    length = flash_read(SNAPSHOT_PAGE, record, sizeof record);
+    if (selfcal_restore(&cal, record, length)) arming_allow(false); /* starts from the factory */
+    for (selfcal_frame_t frame;;)
+        for (uint8_t *at = bytes, *end = at + uart_read(at, sizeof bytes); at < end; at += used)
+            if (selfcal_link_feed(&wire, &cal, at, (size_t)(end - at), &used, &frame)) return 3;
+            else if (frame.whole && !take_pair()) return 4;
+}

@@ -1,0 +1,35 @@
+/* Input: "u_left v_left u_right v_right" a line, in px; any other line ends a stereo pair. */
+#include <stdio.h>
+#include "stereo_selfcal.h"
+static selfcal_t cal; /* 256 matches a pair: 8,704 bytes */
+static bool ok(const char *call, selfcal_error_t error)
+{
+    if (error != SELFCAL_OK) fprintf(stderr, "%s: %s\n", call, selfcal_error_string(error));
+    return error == SELFCAL_OK;
+}
+
+static void take_pair(void) /* a refused pair is normal: go on with the next one */
+{
+    selfcal_health_t health;
+    if (ok("solve", selfcal_solve_pair(&cal))) ok("fuse", selfcal_fuse(&cal, NULL));
+    if (ok("health", selfcal_health(&cal, &health)))
+        printf("%s, row offset %.2f px, %.2f px by the estimate\n",
+               selfcal_state_string(health.state), health.in_use_px, health.proposed_px);
+    ok("clear", selfcal_clear_pair(&cal));
+}
+
+int main(void)
+{
+    selfcal_camera_t camera = {{1400, 1400}, {960, 600}, {1920, 1200}, SELFCAL_LENS_PINHOLE, {0}};
+    selfcal_extrinsics_t rig = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {-1, 0, 0}}; /* p_r = R p_l + t */
+    selfcal_correspondence_t m = {.score = 1};
+    if (!ok("init", selfcal_init(&cal, sizeof cal, NULL)) ||
+        !ok("cameras", selfcal_set_cameras(&cal, &camera, &camera)) ||
+        !ok("factory", selfcal_set_factory(&cal, &rig))) return 1;
+    for (char s[128]; fgets(s, sizeof s, stdin) != NULL;)
+        if (sscanf(s, "%f%f%f%f", &m.left_px[0], &m.left_px[1], &m.right_px[0], &m.right_px[1]) < 4)
+            take_pair();
+        else ok("push", selfcal_push(&cal, &m, NULL)); /* a refused match is normal too */
+    if (!ok("apply", selfcal_apply(&cal, &rig))) return 1;
+    printf("t = %.4f %.4f %.4f\n", rig.translation[0], rig.translation[1], rig.translation[2]);
+}
