@@ -91,8 +91,7 @@ fn erratum_7_a_huber_weight_alone_does_not_survive_gross_outliers() {
 fn erratum_8_a_gauge_row_of_weight_1_bends_the_optimum_where_outliers_abound() {
     let scene = Scene { rig: tilted(), outliers: 0.4, ..Scene::default() };
     let pair = scene.pairs(8).next().unwrap();
-    let rays: Vec<Rays> =
-        pair.matches.iter().map(|m| scene.rays([m.ul, m.vl, m.ur, m.vr])).collect();
+    let rays: Vec<Rays> = pair.rays(&scene);
     let solve = |gauge_weight| {
         let options = Options { gauge_weight, ..Options::literal(1.0 / scene.focal) };
         literal_paper::solve(&Matrix3::identity(), &-Vector3::x(), &rays, options)

@@ -14,8 +14,7 @@ use stereo_selfcal::metrics::Deviation;
 
 fn rays(noise_px: f64) -> Vec<Rays> {
     let scene = Scene { rig: five_degrees_off(), noise_px, ..Scene::default() };
-    let pair = scene.pairs(3).next().unwrap();
-    pair.matches.iter().map(|m| scene.rays([m.ul, m.vl, m.ur, m.vr])).collect()
+    scene.pairs(3).next().unwrap().rays(&scene)
 }
 
 fn start() -> Extrinsics<f64> {

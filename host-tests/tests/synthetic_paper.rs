@@ -54,11 +54,7 @@ fn trial<T: Scalar>(scene: &Scene, seed: u64) -> Trial {
         bounds::cramer_rao(truth, clean.iter(), noise)
     });
     let bounds = bounds.collect();
-    let measured: Vec<Rays> = pairs
-        .iter()
-        .flat_map(|pair| &pair.matches)
-        .map(|m| scene.rays([m.ul, m.vl, m.ur, m.vr]))
-        .collect();
+    let measured: Vec<Rays> = pairs.iter().flat_map(|pair| pair.rays(scene)).collect();
     Trial {
         singles,
         bounds,

@@ -49,8 +49,7 @@ fn single_pairs(scene: &Scene, seed: u64) -> Single {
         push(&mut calibrator, &pair);
         let report = calibrator.solve_pair();
         calibrator.clear_pair();
-        let inliers = pair.clean.iter().zip(&pair.inlier).filter(|(_, inlier)| **inlier);
-        let clean: Vec<Rays> = inliers.map(|(&pixels, _)| scene.rays(pixels)).collect();
+        let clean: Vec<Rays> = pair.clean_inlier_rays(scene);
         let bound = bounds::cramer_rao(&scene.rig, clean.iter(), scene.noise_px / scene.focal);
         let Ok(report) = report else { continue };
         let error = Deviation::between(&in_f64(&report.extrinsics), &scene.rig);

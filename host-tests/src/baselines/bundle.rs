@@ -188,10 +188,7 @@ mod tests {
     }
 
     fn observed(scene: &Scene, pairs: usize) -> Vec<Vec<Rays>> {
-        let rays = |pair: crate::synth::SynthPair| {
-            pair.matches.iter().map(|m| scene.rays([m.ul, m.vl, m.ur, m.vr])).collect()
-        };
-        scene.pairs(7).take(pairs).map(rays).collect()
+        scene.pairs(7).take(pairs).map(|pair| pair.rays(scene)).collect()
     }
 
     #[test]

@@ -46,10 +46,7 @@ fn scene(noise_px: f64, outliers: f64) -> Scene {
 
 fn pairs(scene: &Scene, count: usize) -> Vec<Vec<Rays>> {
     scene.check().unwrap();
-    let rays = |pair: crate::synth::SynthPair| {
-        pair.matches.iter().map(|m| scene.rays([m.ul, m.vl, m.ur, m.vr])).collect()
-    };
-    scene.pairs(5).take(count).map(rays).collect()
+    scene.pairs(5).take(count).map(|pair| pair.rays(scene)).collect()
 }
 
 /// The worse of both errors, degrees.

@@ -144,6 +144,7 @@ fn label(tick: f64) -> String {
 
 impl Axis {
     /// Place of a value between the ends of the axis, px; beyond its range at the nearer end.
+    #[must_use]
     pub fn place(&self, value: f64, [start, end]: [f64; 2]) -> f64 {
         let value = if self.log { value.log10() } else { value };
         let Range { start: low, end: high } = self.range;
@@ -151,6 +152,7 @@ impl Axis {
     }
 
     /// Values of the ticks, and their words.
+    #[must_use]
     pub fn ticks(&self) -> &[(f64, String)] {
         &self.ticks
     }

@@ -76,7 +76,9 @@ pub fn curves(title: &str, x: &Scale, curves: &[Curve]) -> String {
     let mut plot = framed(&mut svg, &x.name, [x_axis, y_axis.clone()]);
     let mut order: Vec<&Curve> = curves.iter().collect();
     order.sort_by_key(|curve| curve.line == Line::Broad);
-    order.into_iter().for_each(|curve| draw_curve(&mut plot, curve, &y_axis));
+    for curve in order {
+        draw_curve(&mut plot, curve, &y_axis);
+    }
     svg.finish()
 }
 
@@ -113,15 +115,12 @@ pub fn bars(title: &str, groups: &[&str], series: &[Bars]) -> String {
         let color = bars.color.light;
         for (group, height) in (0_u32..).map(f64::from).zip(&bars.heights) {
             let left = group + (1.0 - of_group) / 2.0 + i * width;
-            match height.filter(|&y| y_axis.shows(y)) {
-                Some(top) => {
-                    let corners = [[left, floor], [left + of_bar * width, top]];
-                    plot.rectangle(corners, Style::filled(color));
-                }
-                None => {
-                    let middle = left + of_bar * width / 2.0;
-                    plot.cross([middle, floor], 4.0, Style::line(color, 2.0));
-                }
+            if let Some(top) = height.filter(|&y| y_axis.shows(y)) {
+                let corners = [[left, floor], [left + of_bar * width, top]];
+                plot.rectangle(corners, Style::filled(color));
+            } else {
+                let middle = left + of_bar * width / 2.0;
+                plot.cross([middle, floor], 4.0, Style::line(color, 2.0));
             }
         }
     }

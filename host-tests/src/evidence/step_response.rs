@@ -6,7 +6,7 @@ use stereo_selfcal::metrics::Deviation;
 
 use super::measurement::{Measured, Measurement, Runner};
 use super::on_recorded::{ErrorPair, error_pair};
-use super::sweep::{seen, setting};
+use super::sweep::setting;
 use crate::baselines::Method;
 use crate::data::Rays;
 use crate::synth::{Scenario, ScenarioKind, five_degrees_off};
@@ -51,7 +51,7 @@ impl AfterStep<'_> {
     fn run(&self, seed: u64) -> Result<Vec<Option<Deviation<f64>>>> {
         let scenario = scenario(self.pairs, self.turn_deg, self.outliers);
         let frames: Vec<_> = scenario.frames(seed)?.collect();
-        let rays: Vec<Vec<Rays>> = frames.iter().map(|f| seen(&f.scene, &f.pair)).collect();
+        let rays: Vec<Vec<Rays>> = frames.iter().map(|f| f.pair.rays(&f.scene)).collect();
         let found = self.by.running(&rays, &setting(&scenario.scene));
         let of_frame = |(found, frame): (Option<_>, &crate::synth::ScenarioPair)| {
             Some(Deviation::between(&found?, &frame.scene.rig))

@@ -179,7 +179,7 @@ impl Measurement for Point<'_> {
         let trials: Vec<_> = all
             .iter()
             .map(|pairs| {
-                let rays: Vec<Vec<Rays>> = pairs.iter().map(|pair| seen(&scene, pair)).collect();
+                let rays: Vec<Vec<Rays>> = pairs.iter().map(|pair| pair.rays(&scene)).collect();
                 trial(&scene, pairs, &self.by.fused(&rays, &setting)?)
             })
             .collect();
@@ -200,11 +200,8 @@ impl Measurement for Bound {
         let (scene, all) = scenes(self.axis, self.value, self.seed..self.seed + self.trials)?;
         let noise = scene.noise_px / scene.focal;
         let of = |pairs: &Vec<SynthPair>| {
-            let inlier = |pair: &SynthPair| -> Vec<Rays> {
-                let true_ones = pair.clean.iter().zip(&pair.inlier).filter(|(_, inlier)| **inlier);
-                true_ones.map(|(clean, _)| scene.rays(*clean)).collect()
-            };
-            let rays: Vec<Rays> = pairs.iter().flat_map(inlier).collect();
+            let rays: Vec<Rays> =
+                pairs.iter().flat_map(|pair| pair.clean_inlier_rays(&scene)).collect();
             cramer_rao(&scene.rig, rays.iter(), noise)
         };
         let rms = Deviation::root_mean_square(all.iter().map(of));
@@ -215,11 +212,6 @@ impl Measurement for Bound {
 /// What methods may know of a generated scene.
 pub(super) fn setting(scene: &Scene) -> Setting {
     Setting { start: START, focal: scene.focal, noise_px: scene.noise_px }
-}
-
-/// Rays of a pair as the matcher gives them.
-pub(super) fn seen(scene: &Scene, pair: &SynthPair) -> Vec<Rays> {
-    pair.matches.iter().map(|m| scene.rays([m.ul, m.vl, m.ur, m.vr])).collect()
 }
 
 /// `None` if the estimate puts a point behind a camera.

@@ -190,21 +190,12 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Run>
     for frame in scenario.frames(seed)? {
         pairs.push(step(&mut calibrator, &frame.pair, &frame.scene.rig));
         if still {
-            let noisy = frame.pair.matches.iter().zip(&frame.pair.inlier);
-            let true_ones = noisy.filter(|(_, inlier)| **inlier).map(|(m, _)| m);
-            inliers.extend(true_ones.map(|m| frame.scene.rays([m.ul, m.vl, m.ur, m.vr])));
+            inliers.extend(frame.pair.inlier_rays(&frame.scene));
         }
         last = Some(frame);
     }
     let last = last.context("a scenario has pairs")?;
-    let clean: Vec<Rays> = last
-        .pair
-        .clean
-        .iter()
-        .zip(&last.pair.inlier)
-        .filter(|(_, inlier)| **inlier)
-        .map(|(clean, _)| last.scene.rays(*clean))
-        .collect();
+    let clean = last.pair.clean_inlier_rays(&last.scene);
     let rig = &last.scene.rig;
     let noise = last.scene.noise_px / last.scene.focal;
     let unknown = Deviation { translation: f64::NAN, rotation: f64::NAN };

@@ -74,6 +74,33 @@ pub struct SynthPair {
     pub matched: Vec<[f64; 4]>,
 }
 
+impl SynthPair {
+    /// Rays of all matches, at unit depth.
+    ///
+    /// * `scene`: the scene of the pair.
+    #[must_use]
+    pub fn rays(&self, scene: &Scene) -> Vec<Rays> {
+        self.matches.iter().map(|m| scene.rays([m.ul, m.vl, m.ur, m.vr])).collect()
+    }
+
+    /// Rays of the true matches, with their noise.
+    #[must_use]
+    pub fn inlier_rays(&self, scene: &Scene) -> Vec<Rays> {
+        self.inliers_of(self.rays(scene))
+    }
+
+    /// Noise-free rays of the true matches.
+    #[must_use]
+    pub fn clean_inlier_rays(&self, scene: &Scene) -> Vec<Rays> {
+        self.inliers_of(self.clean.iter().map(|&pixels| scene.rays(pixels)))
+    }
+
+    fn inliers_of(&self, all: impl IntoIterator<Item = Rays>) -> Vec<Rays> {
+        let inliers = all.into_iter().zip(&self.inlier).filter(|(_, inlier)| **inlier);
+        inliers.map(|(rays, _)| rays).collect()
+    }
+}
+
 impl Scene {
     /// Checks the ranges, and that the cameras share a view.
     ///

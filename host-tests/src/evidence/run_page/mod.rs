@@ -23,14 +23,14 @@ impl Replayed<'_> {
     /// The page.
     ///
     /// # Errors
-    /// If the data set's cameras are not valid, or a picture cannot be drawn.
+    /// If the data set's cameras are not valid.
     pub fn page(&self) -> Result<Page> {
         let summary = self.log.summary(self.set)?;
         let mut page = Page::new(format!("Calibration of {}", self.set.name), lead(&summary));
         page.sections.push(outcome::section(self, &summary));
         page.sections.push(pair_by_pair::section(self));
         page.sections.push(coverage::section(self));
-        page.sections.push(self.spheres()?);
+        page.sections.push(self.spheres());
         page.sections.push(rig::section(self));
         Ok(page)
     }
@@ -55,7 +55,7 @@ impl Replayed<'_> {
         page.write(dir)
     }
 
-    fn spheres(&self) -> Result<Section> {
+    fn spheres(&self) -> Section {
         let steps = self.log.steps().iter();
         let estimates = Estimates {
             pairs: steps.filter_map(|step| Some(step.solved?.extrinsics)).collect(),
@@ -64,7 +64,7 @@ impl Replayed<'_> {
         };
         let mut section = Section::new("Estimates on their spheres");
         section.figure(sphere_figure("spheres", &estimates, self.command));
-        Ok(section)
+        section
     }
 }
 

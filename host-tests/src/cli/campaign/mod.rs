@@ -1,14 +1,20 @@
 //! `selfcal campaign`.
 
+mod fused;
+mod stats;
+mod steps;
+
 use std::io::{self, Write};
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use host_tests::run::monte_carlo::{Run, long_run, nees_band, rms, runs};
+use host_tests::run::monte_carlo::{Run, long_run, rms, runs};
 use host_tests::run::progress;
 use host_tests::synth::{Grid, Scenario, ScenarioKind, five_degrees_off, rig};
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Config, Fused, Scalar, State};
+use stereo_selfcal::{Config, Scalar};
+
+use stats::passes;
 
 /// Run the robust preset over many generated scenes, against the best that their data allow.
 ///
@@ -119,119 +125,6 @@ impl CampaignArgs {
         Ok(())
     }
 
-    fn fused(&self) -> Result<()> {
-        let mut out = io::stdout();
-        let [low, high] = nees_band(usize::try_from(self.trials)?);
-        writeln!(
-            out,
-            "e: RMS error over that of the joint fit. nees: mean squared error over the reported"
-        )?;
-        writeln!(
-            out,
-            "covariance, 5 if consistent, {low:.2} to {high:.2} with 99 %. false: pairs locked and off by"
-        )?;
-        writeln!(out, "more than 5 reported sd, and runs so at lock. passes: locked, and before")?;
-        writeln!(
-            out,
-            "scene            wrong matches    e_t  e_theta   nees  locked  by pair  \
-             false pairs, locks  watch  passes mean, most"
-        )?;
-        for (kind, outliers, matches) in fused_cases() {
-            let mut scenario = self.scenario(kind, outliers, 100);
-            if let Some(matches) = matches {
-                scenario.scene.matches = matches;
-            }
-            let matches = scenario.scene.matches;
-            let runs = self.runs::<f32>(&scenario)?;
-            let e = rms(runs.iter().filter_map(Run::last).map(|m| m.error));
-            let o = rms(runs.iter().filter_map(|run| run.joint_fit));
-            let locks: Vec<usize> = runs.iter().filter_map(Run::locked_at).collect();
-            let false_lock = |run: &&Run| {
-                let at = run.locked_at().and_then(|at| run.pairs[at]);
-                at.is_some_and(|m| m.error_in_sd > 5.0)
-            };
-            let false_pairs: usize = runs.iter().map(|run| run.locked_and_overconfident()[1]).sum();
-            let nees: f64 = runs.iter().filter_map(Run::last).map(|m| m.nees).sum();
-            let locked = passes(&runs, |state| state == State::Locked);
-            let before = passes(&runs, |state| state != State::Locked);
-            writeln!(
-                out,
-                "{:<16} {outliers:>5} {matches:>7}  {:>5.2}  {:>7.2}  {:>5.2}  {:>6}  {:>7}  {:>11}, {:>5}  \
-                 {:>5}  {:.2}, {}; {:.2}, {}",
-                kind.to_string(),
-                e.translation / o.translation,
-                e.rotation / o.rotation,
-                nees / f64::from(self.trials),
-                locks.len(),
-                locks.iter().max().map_or(0, |at| at + 1),
-                false_pairs,
-                runs.iter().filter(false_lock).count(),
-                alarms(&runs, 0),
-                locked[0],
-                locked[1],
-                before[0],
-                before[1],
-            )?;
-        }
-        Ok(())
-    }
-
-    fn steps(&self) -> Result<()> {
-        let mut out = io::stdout();
-        writeln!(
-            out,
-            "found: pairs to the first change of estimate; alarms: changes before the step; e_t,"
-        )?;
-        writeln!(
-            out,
-            "e_theta in use, RMS, and worst error over reported sd, n pairs from the step on"
-        )?;
-        writeln!(
-            out,
-            "step deg  found median, last, never  alarms   n: e_t, e_theta, worst error/sd"
-        )?;
-        for degrees in [5.0, 0.5, 0.3, 0.1, 0.05, 0.02, 0.01] {
-            let mut scenario = self.scenario(ScenarioKind::Step, 0.1, 200);
-            scenario.turn_deg = degrees;
-            let runs = self.runs::<f32>(&scenario)?;
-            let step = scenario.pairs.div_ceil(2);
-            let mut found: Vec<usize> =
-                runs.iter().filter_map(|run| found_after(run, step)).collect();
-            found.sort_unstable();
-            let before: usize = runs.iter().map(|run| changes(run, 0..step)).sum();
-            write!(
-                out,
-                "{degrees:>8}  {:>12}, {:>4}, {:>5}  {before:>6} ",
-                found.get(found.len() / 2).unwrap_or(&0),
-                found.last().unwrap_or(&0),
-                runs.len() - found.len(),
-            )?;
-            for n in [0, 1, 3, 6, 15, 100] {
-                if let Some((e, worst)) = after(&runs, step + n) {
-                    write!(out, "  {n}: {:.1e}, {:.1e}, {worst:.1}", e.translation, e.rotation)?;
-                }
-            }
-            writeln!(out)?;
-        }
-        let mut drift = self.scenario(ScenarioKind::Drift, 0.1, 100);
-        drift.turn_deg = 0.01;
-        let runs = self.runs::<f32>(&drift)?;
-        write!(out, "drift of 0.01 degrees a pair")?;
-        for n in [9, 24, 49, 74, 99] {
-            if let Some((e, worst)) = after(&runs, n + 1) {
-                write!(out, "  {}: {:.1e}, {:.1e}, {worst:.1}", n + 1, e.translation, e.rotation)?;
-            }
-        }
-        let calm = self.runs::<f32>(&self.scenario(ScenarioKind::Near, 0.1, 300))?;
-        let pairs: usize = calm.iter().map(|run| run.pairs.len()).sum();
-        writeln!(
-            out,
-            "\nno step: {} changes of estimate after lock in {pairs} pairs",
-            alarms(&calm, 0)
-        )?;
-        Ok(())
-    }
-
     fn garbage(&self) -> Result<()> {
         let mut out = io::stdout();
         for matches in [256, 64] {
@@ -329,26 +222,6 @@ impl CampaignArgs {
     }
 }
 
-/// Scenario, share of outliers, and matches a pair where they are not the scenario's.
-fn fused_cases() -> Vec<(ScenarioKind, f64, Option<usize>)> {
-    let mut cases = Vec::new();
-    for (kind, outliers) in [
-        (ScenarioKind::Near, vec![0.0, 0.1, 0.3, 0.5]),
-        (ScenarioKind::Far, vec![0.1, 0.3]),
-        (ScenarioKind::VeryFar, vec![0.1, 0.3]),
-        (ScenarioKind::Heterogeneous, vec![0.1, 0.5]),
-        (ScenarioKind::NarrowBand, vec![0.3]),
-        (ScenarioKind::Planar, vec![0.3, 0.5]),
-        (ScenarioKind::FrontoParallel, vec![0.3, 0.5]),
-    ] {
-        cases.extend(outliers.into_iter().map(|o| (kind, o, None)));
-    }
-    for matches in [54, 64] {
-        cases.extend([0.1, 0.3, 0.5].map(|o| (ScenarioKind::Near, o, Some(matches))));
-    }
-    cases
-}
-
 /// Name, grid, and standard deviation of noise and rounding together, px.
 fn grids(noise: f64) -> Vec<(String, Grid, f64)> {
     let with = |q: f64| noise * noise + q * q / 12.0;
@@ -362,43 +235,4 @@ fn grids(noise: f64) -> Vec<(String, Grid, f64)> {
 fn share(part: usize, whole: usize) -> f64 {
     let number = |n: usize| f64::from(u32::try_from(n).unwrap_or(u32::MAX));
     number(part) / number(whole.max(1))
-}
-
-/// Mean and most passes of the pairs that found the calibrator in such a state.
-fn passes(runs: &[Run], state: impl Fn(State) -> bool) -> [f64; 2] {
-    let mut all = Vec::new();
-    for run in runs {
-        let mut before = State::Acquiring;
-        for after_pair in run.pairs.iter().flatten() {
-            // A pair that is rejected takes more, and makes the state suspect.
-            if state(before) && state(after_pair.state) {
-                all.extend(after_pair.passes.map(f64::from));
-            }
-            before = after_pair.state;
-        }
-    }
-    let count = f64::from(u32::try_from(all.len()).unwrap_or(u32::MAX));
-    [all.iter().sum::<f64>() / count, all.iter().copied().fold(0.0, f64::max)]
-}
-
-/// Changes of the estimate by change detection or a challenger.
-fn changes(run: &Run, pairs: std::ops::Range<usize>) -> usize {
-    let changed = |fused: Option<Fused>| matches!(fused, Some(Fused::Renewed | Fused::TookOver));
-    run.pairs[pairs].iter().flatten().filter(|m| changed(m.fused)).count()
-}
-
-fn alarms(runs: &[Run], from: usize) -> usize {
-    runs.iter().map(|run| changes(run, from..run.pairs.len())).sum()
-}
-
-/// Pairs from a step to the first change of the estimate.
-fn found_after(run: &Run, step: usize) -> Option<usize> {
-    (step..run.pairs.len()).find(|&at| changes(run, at..at + 1) > 0).map(|at| at - step + 1)
-}
-
-/// RMS error in use after so many pairs, and the worst error of an estimate over its reported sd.
-fn after(runs: &[Run], pairs: usize) -> Option<(Deviation<f64>, f64)> {
-    let at: Vec<_> = runs.iter().filter_map(|run| *run.pairs.get(pairs.checked_sub(1)?)?).collect();
-    let worst = at.iter().map(|m| m.error_in_sd).fold(0.0, f64::max);
-    (!at.is_empty()).then(|| (rms(at.iter().map(|m| m.in_use)), worst))
 }

@@ -1,0 +1,44 @@
+//! Figures over many runs.
+
+use host_tests::run::monte_carlo::{Run, rms};
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{Fused, State};
+
+/// Mean and most passes of the pairs that found the calibrator in such a state.
+pub(super) fn passes(runs: &[Run], state: impl Fn(State) -> bool) -> [f64; 2] {
+    let mut all = Vec::new();
+    for run in runs {
+        let mut before = State::Acquiring;
+        for after_pair in run.pairs.iter().flatten() {
+            // A pair that is rejected takes more, and makes the state suspect.
+            if state(before) && state(after_pair.state) {
+                all.extend(after_pair.passes.map(f64::from));
+            }
+            before = after_pair.state;
+        }
+    }
+    let count = f64::from(u32::try_from(all.len()).unwrap_or(u32::MAX));
+    [all.iter().sum::<f64>() / count, all.iter().copied().fold(0.0, f64::max)]
+}
+
+/// Changes of the estimate by change detection or a challenger.
+pub(super) fn changes(run: &Run, pairs: std::ops::Range<usize>) -> usize {
+    let changed = |fused: Option<Fused>| matches!(fused, Some(Fused::Renewed | Fused::TookOver));
+    run.pairs[pairs].iter().flatten().filter(|m| changed(m.fused)).count()
+}
+
+pub(super) fn alarms(runs: &[Run], from: usize) -> usize {
+    runs.iter().map(|run| changes(run, from..run.pairs.len())).sum()
+}
+
+/// Pairs from a step to the first change of the estimate.
+pub(super) fn found_after(run: &Run, step: usize) -> Option<usize> {
+    (step..run.pairs.len()).find(|&at| changes(run, at..at + 1) > 0).map(|at| at - step + 1)
+}
+
+/// RMS error in use after so many pairs, and the worst error of an estimate over its reported sd.
+pub(super) fn after(runs: &[Run], pairs: usize) -> Option<(Deviation<f64>, f64)> {
+    let at: Vec<_> = runs.iter().filter_map(|run| *run.pairs.get(pairs.checked_sub(1)?)?).collect();
+    let worst = at.iter().map(|m| m.error_in_sd).fold(0.0, f64::max);
+    (!at.is_empty()).then(|| (rms(at.iter().map(|m| m.in_use)), worst))
+}
