@@ -244,3 +244,36 @@ fn first_fold<T: Scalar>(slope: impl Fn(T) -> T, limit: T) -> T {
     }
     low
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn derivatives_of_the_lens_models_match_central_differences(
+            k in [-0.3..0.3_f64, -0.3..0.3, -0.01..0.01, -0.01..0.01, -0.3..0.3],
+            x in -0.8..0.8_f64, y in -0.6..0.6_f64,
+        ) {
+            let difference = |of: &dyn Fn(f64) -> f64| {
+                let h = 1e-3;
+                (8.0 * (of(h) - of(-h)) - (of(2.0 * h) - of(-2.0 * h))) / (12.0 * h)
+            };
+            let brown = RadialTangential::try_new(k).unwrap();
+            let jacobian = brown.jacobian(Vector2::new(x, y));
+            for (row, column) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                let numeric = difference(&|h| {
+                    let d = if column == 0 { Vector2::new(h, 0.0) } else { Vector2::new(0.0, h) };
+                    brown.map(Vector2::new(x, y) + d)[row]
+                });
+                prop_assert!((jacobian[(row, column)] - numeric).abs() < 1e-9, "{row} {column}");
+            }
+            let [k1, k2, p1, p2, k3] = k;
+            let fisheye = Fisheye::try_new([k1, k2, p1 + p2, k3]).unwrap();
+            let theta = x.hypot(y);
+            let numeric = difference(&|h| fisheye.angle(theta + h));
+            prop_assert!((fisheye.slope(theta) - numeric).abs() < 1e-9);
+        }
+    }
+}

@@ -264,4 +264,15 @@ pub(crate) mod tests {
             assert!(miss.norm() < 2e-7);
         }
     }
+
+    #[test]
+    fn the_gauge_slope_keeps_the_gauge_to_first_order() {
+        let before = RectifyingRotations::from(&extrinsics([0.1, -0.2, 0.3], [0.3, -0.4]));
+        let off = |h: f64| {
+            let turn = Vector3::new(before.gauge_slope() * h, 0.0, h);
+            (so3::exp(&turn).unwrap() * before.right()).matrix().m23
+        };
+        let slope = (off(1e-5) - off(-1e-5)) / 2e-5;
+        assert!(slope.abs() < 1e-9 && before.gauge_slope().abs() > 0.1, "{slope}");
+    }
 }

@@ -294,4 +294,51 @@ mod tests {
             prop_assert!((gradient_squared - 1.0).abs() < 1e-6, "{gradient_squared}");
         }
     }
+
+    /// Central difference of fourth order.
+    fn difference(of: impl Fn(f64) -> f64) -> f64 {
+        let h = 1e-3;
+        (8.0 * (of(h) - of(-h)) - (of(2.0 * h) - of(-2.0 * h))) / (12.0 * h)
+    }
+
+    proptest! {
+        #[test]
+        fn variance_is_the_squared_gradient_of_the_constraint_off_the_epipolar_line_too(
+            rotation in [-0.2..0.2, -0.2..0.2, -0.2..0.2], t in [-0.3..0.3, -0.3..0.3],
+            left in [-0.7..0.7, -0.5..0.5], right in [-0.7..0.7, -0.5..0.5],
+        ) {
+            let pose = pose(rotation, t);
+            let gradient_squared: f64 = (0..4_usize)
+                .map(|i| {
+                    let d = |k: usize, h: f64| if k == i { h } else { 0.0 };
+                    let value = |h: f64| {
+                        let left = [left[0] + d(0, h), left[1] + d(1, h)];
+                        at(&pose, left, [right[0] + d(2, h), right[1] + d(3, h)]).value
+                    };
+                    difference(value).powi(2)
+                })
+                .sum();
+            let variance = at(&pose, left, right).variance;
+            prop_assert!((variance / gradient_squared - 1.0).abs() < 1e-9);
+        }
+
+        #[test]
+        fn half_the_derivatives_of_the_variance_match_central_differences(
+            rotation in [-0.2..0.2, -0.2..0.2, -0.2..0.2], t in [-0.3..0.3, -0.3..0.3],
+            left in [-0.7..0.7, -0.5..0.5], right in [-0.7..0.7, -0.5..0.5],
+        ) {
+            let pose = pose(rotation, t);
+            let constraint = at(&pose, left, right);
+            // With `C / V` = 1 they are all that the whitened derivatives differ by.
+            let whole = constraint.whitened_jacobian(Single, &PoseTerms::at(Single, &pose), 1.0);
+            for (i, (plain, whole)) in constraint.jacobian.into_iter().zip(whole).enumerate() {
+                let variance = |h: f64| {
+                    let moved = pose.stepped_by(&(nalgebra::Vector5::ith(i, h))).unwrap();
+                    at(&moved, left, right).variance
+                };
+                let half = difference(variance) / 2.0;
+                prop_assert!((plain - whole - half).abs() < 1e-9, "{i}: {} {half}", plain - whole);
+            }
+        }
+    }
 }

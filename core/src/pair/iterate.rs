@@ -68,3 +68,31 @@ impl<T: Scalar> Iterate<T> {
         noise.min(T::lit(MAX_NOISE_PX)).max(self.noise_floor)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::rectification::tests::pose;
+
+    #[test]
+    fn noise_is_over_the_degrees_of_freedom_and_within_its_bounds() {
+        let pose = pose([0.0; 3], [0.0; 2]);
+        let iterate = Iterate {
+            focal: 500.0,
+            noise_floor: 0.15,
+            needed: 12,
+            start: pose,
+            pose,
+            noise: 1.5,
+            leverage: None,
+            fitted: 4.0,
+            min_disparity: 0.0,
+        };
+        assert!((iterate.noise_of(24.0, 28.0) - 1.0).abs() < 1e-12);
+        // Of few residuals at least half.
+        assert!((iterate.noise_of(2.0, 4.0) - 1.0).abs() < 1e-12);
+        assert_eq!(iterate.noise_of(0.0, 28.0), 0.15);
+        assert_eq!(iterate.noise_of(-1.0, 28.0), 0.15);
+        assert_eq!(iterate.noise_of(1e6, 28.0), 3.0);
+    }
+}

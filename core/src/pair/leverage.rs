@@ -122,3 +122,53 @@ fn share<T: Scalar, L: Lanes<T>>(
     let (of_y, of_z) = (lanes.mul_add(*b, z, *a * y), lanes.mul_add(*c, z, *b * y));
     w * lanes.mul_add(z, of_z, y * of_y)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::Single;
+
+    /// Rows of different leverage, their information, and what it leaves uncertain.
+    fn rows() -> ([[f64; 5]; 40], Symmetric5<f64>, Symmetric5<f64>) {
+        let rows: [[f64; 5]; 40] = core::array::from_fn(|i| {
+            let k = f64::from(u8::try_from(i).unwrap());
+            [1.0 + 0.1 * k.sin(), k.cos(), (2.0 * k).sin(), 0.3 * (3.0 * k).cos(), (0.7 * k).sin()]
+        });
+        let mut held = Symmetric5::ZERO;
+        rows.iter().for_each(|j| held.add_outer(2.0, j));
+        (rows, held, held.inverse().unwrap())
+    }
+
+    #[test]
+    fn the_limit_is_so_many_mean_shares_of_the_information_on_the_baseline() {
+        let (rows, held, covariance) = rows();
+        let leverage = Leverage::of(&held, 40.0, &covariance, 1.0).unwrap();
+        let shares = rows.iter().map(|j| share(Single, &baseline_block(&covariance), 2.0, j));
+        let mean = shares.sum::<f64>() / 40.0;
+        assert!((leverage.limit / (MAX_LEVERAGE * mean) - 1.0).abs() < 1e-12);
+        // Five unknowns share the rows: those of the baseline no less than their part.
+        assert!(mean * 40.0 >= 2.0 - 1e-12, "{mean}");
+        let [j, ..] = rows;
+        let [.., y, z] = j;
+        let m = covariance.matrix();
+        let form = y * y * m.m44 + 2.0 * y * z * m.m54 + z * z * m.m55;
+        assert!((share(Single, &baseline_block(&covariance), 2.0, &j) - 2.0 * form).abs() < 1e-15);
+    }
+
+    #[test]
+    fn beyond_the_limit_a_weight_falls_with_the_square_and_a_growing_variance_cancels() {
+        let (_, held, covariance) = rows();
+        let leverage = Leverage::of(&held, 40.0, &covariance, 1.0).unwrap();
+        let j = [1.0, 0.0, 0.0, 0.2, 1.0];
+        let at_limit = leverage.limit / share(Single, &leverage.covariance, 1.0, &j);
+        for (excess, left) in [(0.5, 1.0), (1.0 - 1e-9, 1.0), (2.0, 0.25), (10.0, 0.01)] {
+            let got = leverage.factor(Single, excess * at_limit, &j);
+            assert!((got - left).abs() < 1e-6, "{excess}: {got}");
+            // Weights are over the variance of a residual: three times that, a third of them.
+            let grown = Leverage::of(&held, 40.0, &covariance, 3.0).unwrap();
+            let same = grown.factor(Single, excess * at_limit / 3.0, &j);
+            assert!((same - left).abs() < 1e-6, "{excess}: {same}");
+        }
+        assert_eq!(leverage.factor(Single, 0.0, &j), 1.0);
+    }
+}

@@ -143,4 +143,20 @@ mod tests {
             assert!((slope(&cost) - weight * r).abs() < 1e-8, "{r}");
         }
     }
+
+    #[test]
+    fn squares_within_two_deviations_give_the_variance_of_normal_noise() {
+        let [mut squares, mut near] = [0.0; 2];
+        let sd = 0.7_f64;
+        let expected_variance = ResidualVariance::of(Single, sd * sd, 0.0);
+        for i in -40_000..=40_000_i32 {
+            let r = f64::from(i) * 1e-4;
+            let density = (-r * r / (2.0 * sd * sd)).exp();
+            if expected_variance.is_within(Single, 2.0, r * r) {
+                squares += density * expected_variance.noise_squared(Single, r * r);
+                near += density;
+            }
+        }
+        assert!((squares / near / (sd * sd) - 1.0).abs() < 1e-3, "{}", squares / near);
+    }
 }

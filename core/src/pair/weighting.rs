@@ -140,3 +140,30 @@ pub(super) fn annealed_weight<T: Scalar, L: Lanes<T>>(
 ) -> L::Value {
     geman_mcclure(lanes, squared * scale) * scale
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::symmetric5::Symmetric5;
+    use crate::geometry::rectification::tests::pose;
+    use crate::simd::Single;
+    use nalgebra::Vector5;
+
+    #[test]
+    fn the_uncertainty_of_the_pose_widens_the_loss_by_what_it_does_to_the_residual() {
+        const FOCAL: f64 = 500.0;
+        let frame = PoseTerms::at(Single, &pose([0.05, -0.08, 0.03], [0.1, -0.06]));
+        let rays = [0.3, -0.2, 0.25, -0.19];
+        let (constraint, _) = Constraint::of(Single, &frame, rays);
+        let precision = FOCAL * FOCAL / constraint.variance;
+        let mut covariance = Symmetric5::of_diagonal([1e-6, 2e-6, 3e-6, 4e-6, 5e-6]);
+        covariance.add_outer(1e-6, &[1.0, -0.5, 0.3, 0.2, -0.7]);
+        let expected_variance = ResidualVariance::of(Single, 0.09, 1.0);
+        let x = tracked(Single, &covariance.0, &constraint, precision, &expected_variance);
+        let j = Vector5::from(constraint.jacobian) * precision.sqrt();
+        let variance = 0.36 + j.dot(&(covariance.matrix() * j));
+        let residual = constraint.value * precision.sqrt();
+        let expected = (residual / TUKEY).powi(2) / variance;
+        assert!((x / expected - 1.0).abs() < 1e-12, "{x} {expected}");
+    }
+}

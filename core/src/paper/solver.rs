@@ -282,4 +282,28 @@ mod tests {
         let penalty = loss.cost(1.0);
         assert!(away.penalised(penalty) > ahead.penalised(penalty));
     }
+
+    #[test]
+    fn the_slope_is_the_derivative_of_the_cost() {
+        let pairs: heapless::Vec<RayPair<f64>, 60> = (0..60_u8)
+            .map(|i| {
+                let k = f64::from(i);
+                let [x, y] = [(0.7 * k).sin() * 0.6, (1.1 * k).cos() * 0.4];
+                RayPair::try_new([x, y], [x - 0.05, y + 0.003 * (0.3 * k).sin()]).unwrap()
+            })
+            .collect();
+        let loss = Huber { threshold: 1e-3 };
+        let pose =
+            crate::geometry::rectification::tests::pose([0.001, -0.002, 0.001], [0.002, 0.003]);
+        let at = Pass::over(&pairs, &pose, loss);
+        for i in 0..5 {
+            let cost = |h: f64| {
+                let moved = pose.stepped_by(&Vector5::ith(i, h)).unwrap();
+                Pass::over(&pairs, &moved, loss).cost
+            };
+            let numeric = (cost(1e-7) - cost(-1e-7)) / 2e-7;
+            let scale = at.gradient.amax();
+            assert!((at.gradient[i] - numeric).abs() < 1e-5 * scale, "{i}: {numeric}");
+        }
+    }
 }

@@ -255,3 +255,25 @@ fn a_sum_that_is_no_number_says_nothing_of_the_baseline() {
     broken.products.0[CY_CY] = f64::NAN;
     assert!(!broken.is_finite() && !broken.baseline_observable(1e-8));
 }
+
+#[test]
+fn at_the_frame_each_of_the_twenty_expressions_matches_central_differences() {
+    let frame = pose([0.05, -0.08, 0.03], [0.1, -0.06]);
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    // Rays that do not correspond: no expression is small.
+    let mut one = || {
+        let mut within = |limit: f64| rng.random_range(-limit..=limit);
+        let [a, b] = [(); 2].map(|()| Vector3::new(within(0.7), within(0.5), 1.0 + within(0.2)));
+        (1.0, a, b)
+    };
+    let scene: Vec<Match<f64>> = (0..9).map(|_| one()).collect();
+    let (ours, numeric) = (sums(&scene).at_frame(), direct(&scene, &frame, &frame));
+    for (k, (ours, numeric)) in
+        ours.information.0.0.iter().zip(&numeric.information.0.0).enumerate()
+    {
+        assert!((ours - numeric).abs() < 1e-10, "information {k}: {ours} {numeric}");
+    }
+    for (k, (ours, numeric)) in ours.gradient.iter().zip(numeric.gradient.iter()).enumerate() {
+        assert!((ours - numeric).abs() < 1e-10, "slope {k}: {ours} {numeric}");
+    }
+}

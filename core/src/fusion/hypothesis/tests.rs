@@ -169,3 +169,47 @@ fn a_hundred_thousand_pairs_in_f32_are_those_in_f64_and_report_the_deviation_of_
     let shrunk = sd(&fused(&single, 1, &context())) / sd(&long);
     assert!((3.0..3.4).contains(&shrunk), "{shrunk}");
 }
+
+#[test]
+fn the_optimum_is_where_the_slope_of_sums_and_prior_vanishes() {
+    let context = context::<f64>();
+    let pairs: Vec<EvaluatedPose<f64>> = (0..10).map(evaluated).collect();
+    let hypothesis = fused(&pairs, 1, &context);
+    let mut sums = hypothesis.settled;
+    sums.add(&hypothesis.last);
+    let seen = hypothesis.normal_equations(&sums);
+    let slope =
+        seen.gradient - hypothesis.pose().unknowns_to(&context.factory_pose) * context.prior;
+    let off = slope.component_div(&hypothesis.information.matrix().diagonal().map(f64::sqrt));
+    // What the last step leaves: the square of its length.
+    assert!(off.amax() < 1e-3, "{off}");
+}
+
+#[test]
+fn nis_and_reduced_chi_square_of_pairs_that_tell_the_truth_are_what_chance_gives() {
+    let context = context::<f64>();
+    let pairs: Vec<EvaluatedPose<f64>> = (0..400).map(evaluated).collect();
+    let (known, fresh) = pairs.split_at(100);
+    let hypothesis = fused(known, 1, &context);
+    let [mut plain, mut nis, mut beyond] = [0.0; 3];
+    for pair in fresh {
+        let measurement = &pair.measurement;
+        let seen = measurement.at(hypothesis.pose()).with_prior(context.prior);
+        let (step, covariance) = seen.optimum().unwrap();
+        let both = covariance.plus(&hypothesis.covariance(&context).unwrap());
+        plain += both.inverse_form(&step).unwrap() / 300.0;
+        let squared = hypothesis.innovation(measurement, &context).unwrap();
+        nis += squared / 300.0;
+        // The 95th of a hundred.
+        beyond += f64::from(squared > 11.07) / 300.0;
+    }
+    std::println!("{plain} {nis} {beyond} {}", hypothesis.reduced_chi_square);
+    // Five degrees of freedom, and uniform noise; the allowance for vibration makes it smaller.
+    assert!((3.5..5.5).contains(&plain), "{plain}");
+    assert!((1.5..plain).contains(&nis) && beyond < 0.05, "{nis} {beyond}");
+    assert!(
+        (0.7..1.3).contains(&hypothesis.reduced_chi_square),
+        "{}",
+        hypothesis.reduced_chi_square
+    );
+}

@@ -91,3 +91,66 @@ fn correspondences_are_counted_compared_and_weighted_as_defined() {
         assert!((sum / expected - 1.0).abs() < 1e-9, "{sum} {expected}");
     }
 }
+
+#[test]
+fn the_slope_of_an_evaluation_is_that_of_the_whitened_cost_with_weights_as_they_are() {
+    let iterate = Iterate {
+        focal: FOCAL,
+        noise_floor: 0.1,
+        needed: 8,
+        start: pose([0.0; 3], [0.0; 2]),
+        pose: pose([0.01, -0.02, 0.03], [0.02, -0.01]),
+        noise: NOISE,
+        leverage: None,
+        fitted: 0.0,
+        min_disparity: -0.008,
+    };
+    let context = EvaluationContext::of(Single, &iterate);
+    let (mut stats, mut weights) = (ResidualStats::none(0.0), [0.0; 2]);
+    let (mut moments, mut quadrants) = (Moments::ZERO, Quadrants([[NormalEquations::ZERO; 2]; 2]));
+    let mut sink = EvaluationSink {
+        context: &context,
+        stats: &mut stats,
+        weights: &mut weights,
+        products: moments.products_mut(),
+        regions: &mut quadrants,
+    };
+    let terms = PoseTerms::at(Single, &iterate.pose);
+    let mut rows = NormalEquations::ZERO;
+    let mut added = heapless::Vec::<([f64; 4], f64), 100>::new();
+    for i in 0..100_u32 {
+        let k = f64::from(i);
+        let [u, v] = [(0.37 * k).sin() * 0.6, (0.73 * k).cos() * 0.4];
+        let [d, e] = [(0.11 * k).sin() * 0.05 + 0.06, (0.57 * k).sin() * 0.002];
+        let l = iterate.pose.left().inverse() * nalgebra::Vector3::new(u, v, 1.0);
+        let r = iterate.pose.right().inverse() * nalgebra::Vector3::new(u - d, v + e, 1.0);
+        let rays = [l.x / l.z, l.y / l.z, r.x / r.z, r.y / r.z];
+        let Some(evaluated) = sink.row(Single, (rays, 0.0)) else {
+            continue;
+        };
+        let WeightedRow { weight, value, jacobian } = evaluated.row;
+        rows.add_row(weight, value, &jacobian);
+        sink.add(Single, &[evaluated]);
+        added.push((rays, weight * Constraint::of(Single, &terms, rays).0.variance)).unwrap();
+    }
+    assert!(added.len() > 80, "{}", added.len());
+    let cost = |pose: &RectifyingRotations<f64>| -> f64 {
+        let terms = PoseTerms::at(Single, pose);
+        let one = |(rays, w): &([f64; 4], f64)| {
+            let (Constraint { value, variance, .. }, _) = Constraint::of(Single, &terms, *rays);
+            w * value * value / variance / 2.0
+        };
+        added.iter().map(one).sum()
+    };
+    let plain = moments.at_frame().gradient;
+    moments.set_gradient(&rows.gradient);
+    let corrected = moments.at_frame().gradient;
+    for i in 0..5 {
+        let at = |h: f64| cost(&iterate.pose.stepped_by(&Vector5::ith(i, h)).unwrap());
+        let h = 1e-4;
+        let numeric = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+        let scale = rows.information.matrix()[(i, i)].sqrt();
+        assert!((corrected[i] - numeric).abs() < 1e-10 * scale, "{i}: {numeric}");
+        assert!((plain[i] - numeric).abs() > 1e-7 * scale, "{i}: {numeric}");
+    }
+}
