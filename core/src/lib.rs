@@ -62,7 +62,7 @@ pub use geometry::lens::{Fisheye, Lens, RadialTangential};
 pub use geometry::rectification::RectifyingRotations;
 pub use geometry::{metrics, so3};
 pub use outcome::health::{Arming, Band, DEPTHS_M, Health};
-pub use outcome::pair_report::{Fused, PairReport, Stop};
+pub use outcome::pair_report::{Fused, PairReport};
 pub use outcome::proposal::{Direction, Doubt, Proposal};
 #[cfg(feature = "paper")]
 pub use paper::mean_direction::{FusedEstimate, MeanDirection};
@@ -70,4 +70,4 @@ pub use paper::mean_direction::{FusedEstimate, MeanDirection};
 pub use paper::solver::HuberSolver;
 pub use scalar::Scalar;
 pub use snapshot::factory::FactoryCalibration;
-pub use state::State;
+pub use state::{State, Stop};

@@ -1,4 +1,4 @@
-//! Reliability of the estimate.
+//! States: of the estimate, and of a solver that has ended.
 
 /// How far the estimate can be relied on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -27,3 +27,19 @@ impl core::fmt::Display for State {
         })
     }
 }
+
+/// Why the solver stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Stop {
+    /// The step fell below the tolerance, or below what the scalar resolves of the optimum.
+    Converged,
+    /// No step lowers the cost any more: the optimum to the resolution of the scalar.
+    NoDescent,
+    /// All passes were taken: every pair that is tracked from a locked estimate, and a search that has not converged.
+    /// The estimate is the best pose reached.
+    PassesSpent,
+}
+
+codes! { Stop { Converged = 0, NoDescent = 1, PassesSpent = 2 } }

@@ -1,14 +1,8 @@
 //! Decoder of records: bytes to finite numbers.
 
-use nalgebra::Rotation3;
-
 use crate::codec::checksum;
 use crate::error::RestoreError;
-use crate::geometry::so3;
 use crate::scalar::Scalar;
-
-/// Largest deviation of a stored matrix from the nearest rotation; rounding leaves 4e-7 in `f32`.
-const ORTHONORMAL: f64 = 2e-6;
 
 /// Largest negative sum of squares over the largest: rounding of a change of frame.
 const NEGATIVE: f64 = 1e-4;
@@ -106,20 +100,6 @@ impl<'a> Reader<'a> {
     /// Reads a number that is at least 0.
     pub(crate) fn size<T: Scalar>(&mut self) -> Result<T, RestoreError> {
         self.number().and_then(|x| if x >= T::ZERO { Ok(x) } else { Err(RestoreError::Absurd) })
-    }
-
-    /// Reads a rotation matrix, column by column.
-    pub(crate) fn rotation<T: Scalar>(&mut self) -> Result<Rotation3<T>, RestoreError> {
-        let mut rotation = Rotation3::identity();
-        let m = rotation.matrix_mut_unchecked();
-        self.numbers(m.iter_mut())?;
-        // The stored matrix is returned, so that it is bit-identical.
-        let nearest = so3::nearest_rotation(m).ok_or(RestoreError::Absurd)?;
-        if (nearest.matrix() - rotation.matrix()).amax() <= T::lit(ORTHONORMAL) {
-            Ok(rotation)
-        } else {
-            Err(RestoreError::Absurd)
-        }
     }
 }
 

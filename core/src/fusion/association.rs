@@ -1,5 +1,6 @@
 //! Data association of a batch, one pass at a time: with the champion, else the challenger, else by a search from afar.
 
+use super::association_result::{AssociationResult, Rejected, Support};
 use super::hypotheses::Hypotheses;
 use super::hypothesis::Hypothesis;
 use crate::batch::Matches;
@@ -8,42 +9,11 @@ use crate::batch::row_offset::row_offset;
 use crate::config::Context;
 use crate::error::PairError;
 use crate::geometry::rectification::RectifyingRotations;
-use crate::outcome::pair_report::{PairReport, Stop};
 use crate::pair::evaluate::EvaluatedPose;
 use crate::pair::solver::PairSolver;
 use crate::scalar::Scalar;
+use crate::state::Stop;
 use crate::thresholds::{CLEARLY_BETTER, FEW, TRACK_PASSES, TRUNCATED_PX};
-
-/// Hypothesis that a pair supports.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Support {
-    Champion,
-    Challenger,
-    /// A new hypothesis.
-    New,
-    /// None: it disagrees with the challenger and fits no better.
-    None,
-}
-
-/// Hypotheses that a pair disagrees with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Rejected {
-    pub(super) by_champion: bool,
-    pub(super) by_challenger: bool,
-}
-
-/// Result of an association.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct AssociationResult<'a, T: Scalar> {
-    pub(super) support: Support,
-    pub(super) evaluated: &'a EvaluatedPose<T>,
-    /// NIS under the supported hypothesis, over its reduced chi-square.
-    pub(super) nis: T,
-    pub(super) rejected: Rejected,
-    pub(super) repeated: bool,
-    passes: u16,
-    stop: Stop,
-}
 
 /// Stage of an association.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -272,36 +242,6 @@ fn supports<T: Scalar>(support: Support, evaluated: &EvaluatedPose<T>) -> Result
         Ok(Stage::Done(support))
     } else {
         Err(PairError::Unobservable)
-    }
-}
-
-impl<T: Scalar> AssociationResult<'_, T> {
-    /// The pair's own estimate; `None` if the pair alone has no optimum.
-    #[inline(never)]
-    pub(super) fn report(&self, context: &Context<'_, T>) -> Option<PairReport<T>> {
-        let EvaluatedPose { measurement, stats, .. } = self.evaluated;
-        let focal = context.focal;
-        let normal = measurement.moments.at_frame();
-        let pose = measurement.pose.stepped_by(&normal.with_prior(context.prior).step()?)?;
-        let count = stats.screened.max(T::ONE);
-        let [squares_before, squares_after] = stats.squares.map(|sum| sum * focal * focal);
-        let [cost_before, cost_after] = stats.cost.map(|sum| sum * focal * focal);
-        let [usable, skipped, screened] =
-            [stats.usable, stats.skipped, stats.screened].map(|count| count.to_u16().into());
-        Some(PairReport {
-            extrinsics: pose.extrinsics().ok()?,
-            information: normal.information,
-            stop: self.stop,
-            passes: self.passes,
-            usable,
-            skipped,
-            screened,
-            cost_before: cost_before * T::HALF,
-            cost_after: cost_after * T::HALF,
-            rms_px_before: (squares_before / count).sqrt(),
-            rms_px_after: (squares_after / count).sqrt(),
-            noise_px: measurement.noise,
-        })
     }
 }
 

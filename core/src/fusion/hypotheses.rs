@@ -1,6 +1,6 @@
 //! Champion and challenger: how hypotheses begin, gather pairs, and replace each other.
 
-use super::association::{AssociationResult, Rejected, Support};
+use super::association_result::{AssociationResult, Rejected, Support};
 use super::change_detector::ChangeDetector;
 use super::hypothesis::{Hypothesis, Update};
 use crate::codec::{Reader, Writer};

@@ -6,6 +6,7 @@
 //! estimate and refuses all good pairs.
 
 mod association;
+mod association_result;
 mod change_detector;
 mod hypotheses;
 mod hypothesis;

@@ -74,7 +74,7 @@ impl<T: Scalar> Extrinsics<T> {
     }
 
     pub(crate) fn read(from: &mut Reader<'_>) -> Result<Self, RestoreError> {
-        let rotation = from.rotation()?;
+        let rotation = so3::read(from)?;
         let mut translation = Vector3::zeros();
         from.numbers(translation.iter_mut())?;
         let exact = Self::try_new(rotation.matrix(), &translation);

@@ -112,7 +112,7 @@ impl<T: Scalar> RectifyingRotations<T> {
     }
 
     pub(crate) fn read(from: &mut Reader<'_>) -> Result<Self, RestoreError> {
-        let read = Self { left: from.rotation()?, right: from.rotation()? };
+        let read = Self { left: so3::read(from)?, right: so3::read(from)? };
         let off_gauge = read.right.matrix().m23.abs() > T::lit(ON_GAUGE);
         if off_gauge || read.extrinsics().is_err() {
             return Err(RestoreError::Absurd);

@@ -5,8 +5,13 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
+use crate::codec::Reader;
+use crate::error::RestoreError;
 use crate::scalar::Scalar;
 use crate::thresholds::{MAX_ROTATION_DEFECT, NEWTON_SCHULZ_STEPS};
+
+/// Largest defect of a recorded rotation.
+const ORTHONORMAL: f64 = 2e-6;
 
 /// `exp([w]x)`: the rotation by `|w|` radians about `w`.
 ///
@@ -63,6 +68,20 @@ pub fn nearest_rotation<T: Scalar>(m: &Matrix3<T>) -> Option<Rotation3<T>> {
     // Quadratic convergence: 0.2, 3e-2, 7e-4, 4e-7, 1e-13, below rounding.
     let nearest = (0..NEWTON_SCHULZ_STEPS).fold(*m, |m, _| newton_schulz(&m));
     Some(Rotation3::from_matrix_unchecked(nearest))
+}
+
+/// Reads a rotation matrix of a record, column by column.
+///
+/// # Errors
+/// [`RestoreError::Absurd`] where it is off from orthonormal by more than the rounding of `f32` leaves, 4e-7.
+pub(crate) fn read<T: Scalar>(from: &mut Reader<'_>) -> Result<Rotation3<T>, RestoreError> {
+    let mut rotation = Rotation3::identity();
+    let m = rotation.matrix_mut_unchecked();
+    from.numbers(m.iter_mut())?;
+    // The stored matrix is returned: it is bit-identical.
+    let nearest = nearest_rotation(m).ok_or(RestoreError::Absurd)?;
+    let orthonormal = (nearest.matrix() - rotation.matrix()).amax() <= T::lit(ORTHONORMAL);
+    if orthonormal { Ok(rotation) } else { Err(RestoreError::Absurd) }
 }
 
 /// `a b`, written out: small at `opt-level = "s"`, where the generic product is a loop.

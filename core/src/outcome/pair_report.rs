@@ -3,22 +3,7 @@
 use crate::algebra::information::Information;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::scalar::Scalar;
-
-/// Why the solver stopped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum Stop {
-    /// The step fell below the tolerance, or below what the scalar resolves of the optimum.
-    Converged,
-    /// No step lowers the cost any more: the optimum to the resolution of the scalar.
-    NoDescent,
-    /// All passes were taken: every pair that is tracked from a locked estimate, and a search that has not converged.
-    /// The estimate is the best pose reached.
-    PassesSpent,
-}
-
-codes! { Stop { Converged = 0, NoDescent = 1, PassesSpent = 2 } }
+use crate::state::Stop;
 
 /// What one pair says.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,13 +3,9 @@
 //! A gross outlier with a large disparity near its epipolar line fits any pose, and no residual tells it from a near
 //! point: its share of the information is limited.
 
-use super::constraint::Constraint;
-use super::loss::{ResidualVariance, geman_mcclure};
-use super::weighting::{Weighting, tracked};
 use crate::algebra::symmetric5::Symmetric5;
-use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
-use crate::simd::{Lanes, Single, Value};
+use crate::simd::{Lanes, Value};
 use crate::thresholds::{FIRST_MAX_LEVERAGE, MAX_LEVERAGE};
 
 /// Limit on a correspondence's share of the information on the baseline. Its share of that on `R` is bounded by the
@@ -41,32 +37,8 @@ impl<T: Scalar> Leverage<T> {
         limit.is_finite().then_some(Self { covariance, limit })
     }
 
-    /// Before the first pass of a track, from the mean root of the shares in a sample of the batch: outliers have not
-    /// moved the pose yet, and hardly move the mean root.
+    /// Before the first pass of a track.
     ///
-    /// * `covariance`: of the pose, rad^2.
-    pub(super) fn survey<'a>(
-        by: &Weighting<T>,
-        sample: impl Iterator<Item = &'a RayPair<T>>,
-        covariance: &Symmetric5<T>,
-    ) -> Option<Self> {
-        let block = baseline_block(covariance);
-        let [mut roots, mut weighted] = [T::ZERO; 2];
-        for pair in sample {
-            let (constraint, in_front) = Constraint::of(Single, &by.pose, pair.rays());
-            if !in_front || !constraint.has_disparity(Single, by.min_disparity) {
-                continue;
-            }
-            let precision = by.focal_squared / constraint.variance;
-            let expected = ResidualVariance::of(Single, by.noise_squared, pair.grid_step());
-            let x = tracked(Single, &covariance.0, &constraint, precision, &expected);
-            let w = geman_mcclure(Single, x) / expected.variance;
-            roots += share(Single, &block, w * precision, &constraint.jacobian).sqrt();
-            weighted += T::ONE;
-        }
-        Self::first(roots / weighted.max(T::ONE), covariance)
-    }
-
     /// * `mean_root`: mean root of the shares.
     pub(super) fn first(mean_root: T, covariance: &Symmetric5<T>) -> Option<Self> {
         let limit = T::lit(FIRST_MAX_LEVERAGE) * mean_root * mean_root;
@@ -105,14 +77,14 @@ impl<V: Value> Leverage<V> {
 }
 
 /// Baseline block of a covariance or an information: forward, mixed, down.
-fn baseline_block<T: Scalar>(m: &Symmetric5<T>) -> [T; 3] {
+pub(super) fn baseline_block<T: Scalar>(m: &Symmetric5<T>) -> [T; 3] {
     let h = &m.0;
     [h[9], h[13], h[14]]
 }
 
 /// Information on the baseline in a row of weight `w`, in units of the covariance of the baseline.
 #[inline(always)]
-fn share<T: Scalar, L: Lanes<T>>(
+pub(super) fn share<T: Scalar, L: Lanes<T>>(
     lanes: L,
     [a, b, c]: &[L::Value; 3],
     w: L::Value,

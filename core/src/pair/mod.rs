@@ -13,5 +13,6 @@ mod residual_stats;
 #[cfg(test)]
 mod scenes;
 pub(crate) mod solver;
+mod survey;
 mod sweep;
 mod weighting;

@@ -11,6 +11,7 @@ use super::iterate::Iterate;
 use super::leverage::Leverage;
 use super::loss::ResidualVariance;
 use super::normal_sums::NormalSums;
+use super::survey::survey;
 use super::sweep::{self, Pass, Sample, Sink, spread_over};
 use super::weighting::{Loss, WeightedRow, Weighting, annealed_weight, tracked_weight};
 use crate::algebra::information::Information;
@@ -20,9 +21,9 @@ use crate::batch::Matches;
 use crate::config::Config;
 use crate::error::PairError;
 use crate::geometry::rectification::RectifyingRotations;
-use crate::outcome::pair_report::Stop;
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Single, Value};
+use crate::state::Stop;
 use crate::thresholds::{
     ANNEALING, FIRST_NOISE_PX, FIRST_SCALE_PX, LAST_SCALE_PX, MIN_DISPARITY_PX, NEAR, NEGLIGIBLE,
     SETTLED, SLOW_ANNEALING, SURVEYED, TRACK_PASSES, TRACKED, YAW_DEVIATIONS,
@@ -169,7 +170,7 @@ impl<T: Scalar> PairSolver<T> {
     /// Typical leverage, at the pose of the start.
     #[inline(never)]
     fn survey(&self, matches: Matches<'_, T>, covariance: &Symmetric5<T>) -> Option<Leverage<T>> {
-        Leverage::survey(&self.weighting(Single), spread_over(matches.pairs, SURVEYED), covariance)
+        survey(&self.weighting(Single), spread_over(matches.pairs, SURVEYED), covariance)
     }
 
     /// * `most`: correspondences to read.

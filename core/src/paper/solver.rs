@@ -16,8 +16,9 @@ use crate::config::Config;
 use crate::error::PairError;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::rectification::RectifyingRotations;
-use crate::outcome::pair_report::{PairReport, Stop};
+use crate::outcome::pair_report::PairReport;
 use crate::scalar::Scalar;
+use crate::state::Stop;
 use crate::thresholds::paper::{
     COST_ULPS, DAMPING_FACTOR, DAMPING_GROWTH, FIRST_DAMPING, LOOSE_DAMPING, MAX_DAMPING,
     MIN_DAMPING, TOLERANCE_ULPS,

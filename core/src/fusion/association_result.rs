@@ -1,0 +1,68 @@
+//! Result of an association: which hypothesis a pair supports, and what the pair reports.
+
+use crate::config::Context;
+use crate::outcome::pair_report::PairReport;
+use crate::pair::evaluate::EvaluatedPose;
+use crate::scalar::Scalar;
+use crate::state::Stop;
+
+/// Hypothesis that a pair supports.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Support {
+    Champion,
+    Challenger,
+    /// A new hypothesis.
+    New,
+    /// None: it disagrees with the challenger and fits no better.
+    None,
+}
+
+/// Hypotheses that a pair disagrees with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Rejected {
+    pub(super) by_champion: bool,
+    pub(super) by_challenger: bool,
+}
+
+/// Result of an association.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct AssociationResult<'a, T: Scalar> {
+    pub(super) support: Support,
+    pub(super) evaluated: &'a EvaluatedPose<T>,
+    /// NIS under the supported hypothesis, over its reduced chi-square.
+    pub(super) nis: T,
+    pub(super) rejected: Rejected,
+    pub(super) repeated: bool,
+    pub(super) passes: u16,
+    pub(super) stop: Stop,
+}
+
+impl<T: Scalar> AssociationResult<'_, T> {
+    /// The pair's own estimate; `None` if the pair alone has no optimum.
+    #[inline(never)]
+    pub(super) fn report(&self, context: &Context<'_, T>) -> Option<PairReport<T>> {
+        let EvaluatedPose { measurement, stats, .. } = self.evaluated;
+        let focal = context.focal;
+        let normal = measurement.moments.at_frame();
+        let pose = measurement.pose.stepped_by(&normal.with_prior(context.prior).step()?)?;
+        let count = stats.screened.max(T::ONE);
+        let [squares_before, squares_after] = stats.squares.map(|sum| sum * focal * focal);
+        let [cost_before, cost_after] = stats.cost.map(|sum| sum * focal * focal);
+        let [usable, skipped, screened] =
+            [stats.usable, stats.skipped, stats.screened].map(|count| count.to_u16().into());
+        Some(PairReport {
+            extrinsics: pose.extrinsics().ok()?,
+            information: normal.information,
+            stop: self.stop,
+            passes: self.passes,
+            usable,
+            skipped,
+            screened,
+            cost_before: cost_before * T::HALF,
+            cost_after: cost_after * T::HALF,
+            rms_px_before: (squares_before / count).sqrt(),
+            rms_px_after: (squares_after / count).sqrt(),
+            noise_px: measurement.noise,
+        })
+    }
+}
