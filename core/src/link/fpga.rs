@@ -70,8 +70,8 @@ impl<SPI: embedded_hal_async::spi::SpiDevice, RDY: embedded_hal_async::digital::
     /// [`ReceiveError::Bus`], [`ReceiveError::Ready`], [`ReceiveError::Refused`].
     pub async fn receive(
         &mut self,
-        sink: &mut impl super::FrameSink,
-    ) -> Result<super::Received, ReceiveError<SPI::Error, RDY::Error>> {
+        sink: &mut impl super::sink::FrameSink,
+    ) -> Result<super::sink::Received, ReceiveError<SPI::Error, RDY::Error>> {
         let mut received = self.buffer.pending(sink)?;
         loop {
             if let Some(frame) = received {

@@ -55,7 +55,7 @@ const LOAD_ATTEMPTS: u8 = 3;
 #[derive(Debug)]
 pub struct Store<F: NorFlash> {
     flash_io: FlashIo<F>,
-    scan: Scan<F::Error>,
+    scan: Scan<F>,
 }
 
 /// Wear and fill level of the flash.

@@ -12,7 +12,7 @@ use crate::codec::RecordKind;
 
 /// Result of a scan; kept up to date by saves.
 #[derive(Debug)]
-pub(super) struct Scan<E> {
+pub(super) struct Scan<F: NorFlash> {
     /// Newest intact entry of each kind, tombstones included.
     pub(super) newest: PerKind<EntryLocation>,
     /// Start of the active page: the newest complete one.
@@ -29,7 +29,7 @@ pub(super) struct Scan<E> {
     pub(super) unsupported: bool,
     /// Number of reads that failed, and the last error.
     pub(super) read_errors: u32,
-    pub(super) last_error: Option<E>,
+    pub(super) last_error: Option<F::Error>,
 }
 
 /// Result of the scan of one page.
@@ -43,7 +43,7 @@ struct PageScan {
     end: u32,
 }
 
-impl<E> Scan<E> {
+impl<F: NorFlash> Scan<F> {
     const EMPTY: Self = Self {
         newest: PerKind::NONE,
         active: None,
@@ -58,10 +58,7 @@ impl<E> Scan<E> {
 
     /// Scans all pages but `except`. Entries are verified in full.
     #[inline(never)]
-    pub(super) fn of<F: NorFlash<Error = E>>(
-        flash_io: &mut FlashIo<F>,
-        except: Option<u32>,
-    ) -> Self {
+    pub(super) fn of(flash_io: &mut FlashIo<F>, except: Option<u32>) -> Self {
         let mut scan = Self::EMPTY;
         let mut in_complete = PerKind::NONE;
         let mut in_incomplete = PerKind::NONE;
@@ -86,11 +83,7 @@ impl<E> Scan<E> {
 
     /// Steps from entry to entry; through damage from word to word.
     #[inline(never)]
-    fn scan_page<F: NorFlash<Error = E>>(
-        &mut self,
-        flash_io: &mut FlashIo<F>,
-        page: u32,
-    ) -> PageScan {
+    fn scan_page(&mut self, flash_io: &mut FlashIo<F>, page: u32) -> PageScan {
         let page_end = flash_io.pages.end_of(page);
         let written = flash_io.written_end(page);
         let mut found =
@@ -127,7 +120,7 @@ impl<E> Scan<E> {
         found
     }
 
-    fn header_at<F: NorFlash<Error = E>>(
+    fn header_at(
         &mut self,
         flash_io: &mut FlashIo<F>,
         address: u32,
@@ -142,18 +135,14 @@ impl<E> Scan<E> {
         None
     }
 
-    fn is_intact<F: NorFlash<Error = E>>(
-        &mut self,
-        flash_io: &mut FlashIo<F>,
-        place: &EntryLocation,
-    ) -> bool {
+    fn is_intact(&mut self, flash_io: &mut FlashIo<F>, place: &EntryLocation) -> bool {
         flash_io.read_entry(place, &mut []).unwrap_or_else(|error| {
             self.count_error(error);
             false
         })
     }
 
-    fn count_error(&mut self, error: E) {
+    fn count_error(&mut self, error: F::Error) {
         self.read_errors = self.read_errors.saturating_add(1);
         self.last_error = Some(error);
     }
