@@ -17,8 +17,8 @@ impl Bound {
     /// Of the same compiler: counts repeat exactly, but linked code moves a little with every change.
     pub(crate) const SAME: Self = Self { percent: 3, slack: 4 };
 
-    /// Of another compiler version.
-    pub(crate) const OTHER: Self = Self { percent: 25, slack: 64 };
+    /// Of another compiler version: between 1.95.0 and 1.96.0, figures moved by up to 35 %.
+    pub(crate) const OTHER: Self = Self { percent: 40, slack: 64 };
 
     fn holds(self, before: u64, now: u64) -> bool {
         let moved = before.abs_diff(now);
@@ -121,7 +121,7 @@ mod tests {
             changes(&committed.rows, &measured.rows, bound(committed, measured)).len()
         };
         assert_eq!(failing(&of("1.96.0", 1000), &of("1.96.0", 1100)), 1);
-        assert_eq!(failing(&of("1.96.0", 1000), &of("1.97.0-nightly", 1250)), 0);
-        assert_eq!(failing(&of("1.96.0", 1000), &of("1.97.0-nightly", 1251)), 1);
+        assert_eq!(failing(&of("1.96.0", 1000), &of("1.97.0-nightly", 1400)), 0);
+        assert_eq!(failing(&of("1.96.0", 1000), &of("1.97.0-nightly", 1401)), 1);
     }
 }

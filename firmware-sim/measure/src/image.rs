@@ -47,7 +47,8 @@ impl Image {
 pub(crate) fn compiler(program: &Path) -> Result<Version> {
     let bytes = read(program)?;
     let file = parse(&bytes, program)?;
-    let comment = file.section_by_name(".comment").context("the program has no .comment section")?;
+    let comment =
+        file.section_by_name(".comment").context("the program has no .comment section")?;
     let names = comment.data().context("the .comment section cannot be read")?;
     let names = String::from_utf8_lossy(names);
     let rustc = names.split('\0').find_map(|name| name.strip_prefix("rustc version "));

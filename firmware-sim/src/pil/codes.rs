@@ -6,7 +6,7 @@ use stereo_selfcal::{
     Side, State, Stop,
 };
 
-use super::opening::OpeningError;
+use super::request::RequestError;
 
 /// Nothing: no doubt, no rejection.
 pub(super) const NONE: u8 = 0;
@@ -126,13 +126,13 @@ pub(super) fn applied(refused: Option<ApplyError>) -> u8 {
 }
 
 /// 0: taken. From 0x10 the left camera, from 0x20 the right one.
-pub(super) fn opening(refused: Option<OpeningError>) -> u8 {
+pub(super) fn opening(refused: Option<RequestError>) -> u8 {
     match refused {
         None => NONE,
-        Some(OpeningError::BadMagic(_)) => 1,
-        Some(OpeningError::Version(_)) => 2,
-        Some(OpeningError::Lens(_)) => 3,
-        Some(OpeningError::Camera(side, why)) => {
+        Some(RequestError::BadMagic(_)) => 1,
+        Some(RequestError::Version(_)) => 2,
+        Some(RequestError::Lens(_)) => 3,
+        Some(RequestError::Camera(side, why)) => {
             let of_side = match side {
                 Side::Left => 0x10,
                 Side::Right => 0x20,

@@ -9,11 +9,11 @@ mod calls;
 mod clock;
 mod frame;
 mod lens;
+mod measurement;
 mod pair;
 mod probe;
 mod scene;
 mod stack;
-mod survey;
 mod table;
 
-pub use survey::survey;
+pub use measurement::survey;

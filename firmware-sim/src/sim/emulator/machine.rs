@@ -1,8 +1,8 @@
-//! The boards.
+//! The emulated boards.
 
 use clap::ValueEnum;
 
-/// A board of QEMU's that the images are linked for.
+/// A board of QEMU for which the images are linked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub(crate) enum Machine {
     /// Cortex-M4F: f64 in software.
@@ -15,7 +15,7 @@ pub(crate) enum Machine {
 }
 
 impl Machine {
-    /// As QEMU names it.
+    /// QEMU's name of the board.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::An386 => "mps2-an386",
@@ -23,7 +23,7 @@ impl Machine {
         }
     }
 
-    /// Its core, as QEMU names it.
+    /// QEMU's name of the core.
     pub(crate) fn cpu(self) -> &'static str {
         match self {
             Self::An386 => "cortex-m4",
@@ -31,7 +31,7 @@ impl Machine {
         }
     }
 
-    /// What the compiler is told beyond the target, which is made for the smaller core.
+    /// Compiler flags. The target is made for the Cortex-M4F.
     pub(crate) fn rustflags(self) -> Option<&'static str> {
         match self {
             Self::An386 => None,

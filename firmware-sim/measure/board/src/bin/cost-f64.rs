@@ -7,5 +7,5 @@ use panic_semihosting as _;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    measure_board::survey::<f64>()
+    measure_board::measurement::<f64>()
 }

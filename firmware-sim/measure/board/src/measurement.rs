@@ -29,7 +29,7 @@ const WATCHED: usize = 8;
 const GARBAGE: usize = 12;
 
 /// Measures everything in one scalar, prints the rows and ends the emulation.
-pub fn survey<T: Scalar>() -> ! {
+pub fn measure<T: Scalar>() -> ! {
     let probe = Probe::new();
     let mut records = [Record::default(); CAPACITY];
     intake::<T>(&probe, &mut records);

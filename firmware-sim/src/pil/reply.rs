@@ -1,6 +1,6 @@
-//! What the controller answers: fixed records, floats as their bits.
+//! Replies of the controller: records of fixed layout, floats as their bits.
 //!
-//! A host makes the same record of its own run, and compares.
+//! A host builds the same records from its own run and compares them.
 
 use stereo_selfcal::{
     ApplyError, Calibrator, Extrinsics, Fused, Health, PairError, PairReport, Proposal, Refusal,
@@ -9,55 +9,55 @@ use zerocopy::little_endian::{F32, U16, U32};
 use zerocopy::{FromBytes, FromZeros, Immutable, IntoBytes, Unaligned};
 
 use super::codes;
-use super::opening::OpeningError;
+use super::request::RequestError;
 use crate::app::PairOutcome;
 
 const VERSION: u8 = 1;
 
-/// Answer to an opening, 8 bytes.
+/// Reply to a request, 8 bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
 #[repr(C)]
-pub struct Greeting {
+pub struct SessionReply {
     magic: [u8; 4],
     version: u8,
     refused: u8,
     capacity: U16,
 }
 
-impl Greeting {
+impl SessionReply {
     const MAGIC: [u8; 4] = *b"SCPG";
 
-    /// * `refused`: why the opening is not taken, if it is not.
-    /// * `capacity`: correspondences a pair that the controller has room for.
+    /// * `refused`: the error of the request, if it is refused.
+    /// * `capacity`: correspondences per pair that fit the batch of the controller.
     #[must_use]
-    pub fn new(refused: Option<OpeningError>, capacity: u16) -> Self {
+    pub fn new(refused: Option<RequestError>, capacity: u16) -> Self {
         let refused = codes::opening(refused);
         Self { magic: Self::MAGIC, version: VERSION, refused, capacity: capacity.into() }
     }
 
-    /// Whether the record is what it claims to be, of this version.
+    /// Whether magic and version are right.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.magic == Self::MAGIC && self.version == VERSION
     }
 
-    /// Why the opening was not taken: a number of [`Greeting::new`]; `None` if it was.
+    /// Code of the error of the request. `None` if the request is accepted.
     #[must_use]
     pub fn refused(&self) -> Option<u8> {
         (self.refused != codes::NONE).then_some(self.refused)
     }
 
-    /// Correspondences a pair that the controller has room for.
+    /// Correspondences per pair that fit the batch of the controller.
     #[must_use]
     pub fn capacity(&self) -> u16 {
         self.capacity.get()
     }
 }
 
-/// What became of a pair, 227 bytes; parts that there is nothing of are zero.
+/// Result of a pair, 227 bytes. Fields without a value are zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
 #[repr(C)]
-pub struct PairAnswer {
+pub struct PairReply {
     magic: [u8; 4],
     sequence: U32,
     taken: U16,
@@ -66,7 +66,7 @@ pub struct PairAnswer {
     state: u8,
     pair: Solved,
     estimate: Estimate,
-    health: Judged,
+    health: HealthFields,
 }
 
 /// `R` row-major, then `t`.
@@ -84,7 +84,7 @@ struct Solved {
     rig: Rig,
     passes: U16,
     stop: u8,
-    /// Where too few are usable too.
+    /// Also set where too few are usable.
     usable: U32,
     screened: U32,
     rms_px: [F32; 2],
@@ -104,10 +104,10 @@ struct Estimate {
     verdicts: [u8; 2],
 }
 
-/// Health over the pair's matches.
+/// Health over the matches of the pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
 #[repr(C)]
-struct Judged {
+struct HealthFields {
     rms_px: [F32; 2],
     fit: [U32; 2],
     coverage: F32,
@@ -117,29 +117,29 @@ struct Judged {
     verdicts: [u8; 6],
 }
 
-/// A part of an answer, to be compared and shown.
+/// A field of a reply, for comparison and display.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Part<'a> {
-    /// What it is.
+pub struct Field<'a> {
+    /// Name of the field.
     pub name: &'static str,
-    /// As on the wire.
+    /// Bytes on the wire.
     pub bytes: &'a [u8],
-    /// Whether these are `f32`.
+    /// Whether the bytes are `f32`.
     pub floats: bool,
 }
 
-fn numbers<'a>(name: &'static str, bytes: &'a (impl IntoBytes + Immutable + ?Sized)) -> Part<'a> {
-    Part { name, bytes: bytes.as_bytes(), floats: false }
+fn numbers<'a>(name: &'static str, bytes: &'a (impl IntoBytes + Immutable + ?Sized)) -> Field<'a> {
+    Field { name, bytes: bytes.as_bytes(), floats: false }
 }
 
-fn floats<'a>(name: &'static str, bytes: &'a (impl IntoBytes + Immutable + ?Sized)) -> Part<'a> {
-    Part { name, bytes: bytes.as_bytes(), floats: true }
+fn floats<'a>(name: &'static str, bytes: &'a (impl IntoBytes + Immutable + ?Sized)) -> Field<'a> {
+    Field { name, bytes: bytes.as_bytes(), floats: true }
 }
 
-impl PairAnswer {
+impl PairReply {
     const MAGIC: [u8; 4] = *b"SCPA";
 
-    /// What became of a pair, and what the calibrator holds after it.
+    /// Result of a pair, and the estimate after it.
     ///
     /// * `taken`: correspondences in the batch.
     #[must_use]
@@ -158,11 +158,11 @@ impl PairAnswer {
             state: codes::state(calibrator.state()),
             pair: Solved::of(&pair.outcome),
             estimate: Estimate::of(calibrator.proposal().as_ref()),
-            health: Judged::of(pair.health.as_ref()),
+            health: HealthFields::of(pair.health.as_ref()),
         }
     }
 
-    /// Whether the record is what it claims to be.
+    /// Whether the magic is right.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.magic == Self::MAGIC
@@ -174,9 +174,9 @@ impl PairAnswer {
         self.sequence.get()
     }
 
-    /// All of it but the magic, part by part.
+    /// All fields but the magic.
     #[must_use]
-    pub fn parts(&self) -> [Part<'_>; 22] {
+    pub fn fields(&self) -> [Field<'_>; 22] {
         let Self { pair, estimate, health, .. } = self;
         [
             numbers("sequence", &self.sequence),
@@ -252,7 +252,7 @@ impl Estimate {
     }
 }
 
-impl Judged {
+impl HealthFields {
     fn of(health: Option<&Health<f32>>) -> Self {
         let Some(health) = health else { return Self::new_zeroed() };
         let (weakest, weakest_sd) = match health.weakest {
@@ -277,20 +277,20 @@ impl Judged {
     }
 }
 
-/// What is in use after the last pair, 57 bytes.
+/// The extrinsics in use after the last pair, 57 bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
 #[repr(C)]
-pub struct EndAnswer {
+pub struct EndReply {
     magic: [u8; 4],
     generation: U32,
     in_use: Rig,
     applied: u8,
 }
 
-impl EndAnswer {
+impl EndReply {
     const MAGIC: [u8; 4] = *b"SCPE";
 
-    /// * `refused`: why the estimate was not applied, if it was not.
+    /// * `refused`: the error of applying the estimate, if there is one.
     #[must_use]
     pub fn new<const N: usize>(
         refused: Option<ApplyError>,
@@ -304,15 +304,15 @@ impl EndAnswer {
         }
     }
 
-    /// Whether the record is what it claims to be.
+    /// Whether the magic is right.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.magic == Self::MAGIC
     }
 
-    /// All of it but the magic, part by part.
+    /// All fields but the magic.
     #[must_use]
-    pub fn parts(&self) -> [Part<'_>; 3] {
+    pub fn fields(&self) -> [Field<'_>; 3] {
         [
             numbers("generation", &self.generation),
             floats("R, t in use", &self.in_use),
@@ -345,48 +345,48 @@ mod tests {
     }
 
     #[test]
-    fn lengths_are_those_of_the_wire() {
-        assert_eq!([size_of::<Greeting>(), size_of::<PairAnswer>()], [8, 227]);
-        assert_eq!(size_of::<EndAnswer>(), 57);
+    fn the_lengths_are_the_documented_ones() {
+        assert_eq!([size_of::<SessionReply>(), size_of::<PairReply>()], [8, 227]);
+        assert_eq!(size_of::<EndReply>(), 57);
     }
 
     #[test]
-    fn an_answer_is_laid_out_in_the_order_of_its_parts() {
+    fn a_reply_is_laid_out_in_the_order_of_its_fields() {
         let mut controller = controller();
         let pair = solved(&mut controller, 60);
-        let answer = PairAnswer::new(7, 60, &pair, &controller);
-        let bytes = answer.as_bytes();
+        let reply = PairReply::new(7, 60, &pair, &controller);
+        let bytes = reply.as_bytes();
         assert_eq!(bytes[..12], [b'S', b'C', b'P', b'A', 7, 0, 0, 0, 60, 0, 1, 1]);
         let (report, _) = pair.outcome.unwrap();
         let r = report.extrinsics.rotation_row_major();
         assert_eq!(bytes[12..16], r[0].to_le_bytes());
         assert_eq!(bytes[56..60], report.extrinsics.translation().z.to_le_bytes());
         assert_eq!(bytes[60..62], report.passes.to_le_bytes());
-        assert_eq!(answer.parts().iter().map(|part| part.bytes.len()).sum::<usize>(), 227 - 4);
+        assert_eq!(reply.fields().iter().map(|field| field.bytes.len()).sum::<usize>(), 227 - 4);
     }
 
     #[test]
-    fn a_pair_without_a_solution_has_its_reason_and_zeros() {
+    fn a_pair_without_a_solution_has_its_error_code_and_zeros() {
         let mut controller = controller();
         let pair = solved(&mut controller, 5);
-        let answer = PairAnswer::new(0, 5, &pair, &controller);
-        assert_eq!((answer.outcome, answer.pair.usable.get()), (0x22, 5));
-        assert_eq!((answer.pair.rig.r, answer.estimate.verdicts), ([F32::ZERO; 9], [0, 0]));
-        assert!(answer.health.as_bytes().iter().all(|&byte| byte == 0));
+        let reply = PairReply::new(0, 5, &pair, &controller);
+        assert_eq!((reply.outcome, reply.pair.usable.get()), (0x22, 5));
+        assert_eq!((reply.pair.rig.r, reply.estimate.verdicts), ([F32::ZERO; 9], [0, 0]));
+        assert!(reply.health.as_bytes().iter().all(|&byte| byte == 0));
     }
 
     #[test]
-    fn one_bit_of_the_estimate_shows_in_its_part_alone() {
+    fn one_bit_of_the_estimate_changes_its_field_alone() {
         let mut controller = controller();
         let pair = solved(&mut controller, 60);
-        let answer = PairAnswer::new(0, 60, &pair, &controller);
-        let mut other = answer;
+        let reply = PairReply::new(0, 60, &pair, &controller);
+        let mut other = reply;
         let [x, ..] = &mut other.estimate.rig.t;
         *x = F32::new(f32::from_bits(x.get().to_bits() ^ 1));
-        let differ: Vec<&str> = answer
-            .parts()
+        let differ: Vec<&str> = reply
+            .fields()
             .iter()
-            .zip(other.parts())
+            .zip(other.fields())
             .filter(|(a, b)| *a != b)
             .map(|(a, _)| a.name)
             .collect();

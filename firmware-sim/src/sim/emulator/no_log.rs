@@ -1,4 +1,4 @@
-//! Without the decoder: the log is dropped.
+//! Replaces `log` without the feature `logs`: discards the log.
 
 use std::convert::Infallible;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::process::{Child, Stdio};
 
 use super::EmulatorError;
 
-/// There is none.
+/// Has no value.
 pub(super) struct Log(Infallible);
 
 impl Log {
@@ -15,12 +15,12 @@ impl Log {
     }
 }
 
-/// Where the log goes.
+/// Standard output of QEMU.
 pub(super) fn output() -> Stdio {
     Stdio::null()
 }
 
-/// There is nothing to follow.
+/// Starts no thread.
 #[expect(clippy::unnecessary_wraps, reason = "the decoder's signature")]
 pub(super) fn follow(_: &mut Child, _: &Path) -> Result<Option<Log>, EmulatorError> {
     Ok(None)
