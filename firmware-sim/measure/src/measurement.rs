@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn output_other_than_rows_is_refused() {
-        for text in ["panicked at survey.rs", "push,instructions,many"] {
+        for text in ["panicked at pair.rs", "push,instructions,many"] {
             assert!(printed(text, VARIANT, "f64").is_err(), "{text}");
         }
     }

@@ -1,4 +1,4 @@
-//! Costs in `f32`.
+//! Measures the core in `f32`.
 
 #![no_std]
 #![no_main]

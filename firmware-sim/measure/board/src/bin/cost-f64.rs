@@ -1,4 +1,4 @@
-//! Costs in `f64`.
+//! Measures the core in `f64`.
 
 #![no_std]
 #![no_main]
