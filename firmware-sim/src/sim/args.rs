@@ -5,9 +5,8 @@ use std::time::Duration;
 
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
+use emulator::{Machine, seconds};
 use host_tests::dataset::Dataset;
-
-use super::emulator::Machine;
 
 /// Run the controller's firmware on this computer, with a recorded data set in place of the
 /// matcher.
@@ -54,8 +53,6 @@ pub(super) struct Cli {
 pub(super) enum Command {
     Flight(FlightArgs),
     Pil(PilArgs),
-    #[cfg(feature = "logs")]
-    Emulate(EmulateArgs),
 }
 
 #[derive(Debug, Args)]
@@ -181,28 +178,6 @@ impl PilArgs {
     pub(super) fn dataset(&self) -> Result<Dataset> {
         Dataset::find(&self.set)
     }
-}
-
-/// Run a controller image in QEMU and print its log. Cargo's runner for `run`.
-#[cfg(feature = "logs")]
-#[derive(Debug, Args)]
-#[command(after_help = "Exit status: that of the firmware, or 1 after the timeout.")]
-pub(super) struct EmulateArgs {
-    /// Image to run.
-    pub(super) image: PathBuf,
-
-    /// Board that QEMU emulates.
-    #[arg(long, value_enum, default_value_t)]
-    pub(super) machine: Machine,
-
-    /// Timeout of the run, s.
-    #[arg(long, value_name = "S", default_value = "300", value_parser = seconds)]
-    pub(super) timeout: Duration,
-}
-
-fn seconds(text: &str) -> Result<Duration, String> {
-    let seconds = text.parse().ok().filter(|s| (1..=86_400).contains(s));
-    seconds.map(Duration::from_secs).ok_or_else(|| "1 to 86400 whole seconds are needed".into())
 }
 
 fn knock(text: &str) -> Result<f64, String> {

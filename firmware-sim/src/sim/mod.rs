@@ -2,7 +2,6 @@
 //! go to standard output and into a plot.
 
 mod args;
-mod emulator;
 mod flight;
 mod labels;
 mod pil;
@@ -42,10 +41,6 @@ fn run(cli: &Cli, out: &mut impl Write) -> Result<ExitCode> {
     match &cli.command {
         Some(Command::Flight(args)) => flight::run(args, out)?,
         Some(Command::Pil(args)) => pil::run(args, out)?,
-        #[cfg(feature = "logs")]
-        Some(Command::Emulate(args)) => {
-            return emulator::run(&args.image, args.machine, args.timeout);
-        }
         None => replay(&cli.replay, out)?,
     }
     Ok(ExitCode::SUCCESS)

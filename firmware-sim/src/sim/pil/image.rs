@@ -9,8 +9,7 @@ use serde_json::Value;
 use tempfile::{NamedTempFile, TempPath};
 use thiserror::Error;
 
-use super::super::emulator::Machine;
-
+use emulator::Machine;
 const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// Cargo's variable for the flags of that target.

@@ -7,8 +7,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 
-use super::super::emulator::Emulator;
-
+use emulator::Emulator;
 /// Interval of polls for the connection.
 const POLL: Duration = Duration::from_millis(10);
 

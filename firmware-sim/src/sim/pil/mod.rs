@@ -18,9 +18,9 @@ use host_tests::progress;
 use host_tests::wire::{Sender, SimMatcher};
 
 use super::args::PilArgs;
-use super::emulator::Emulator;
 use super::polling::poll_pair;
 use compare::{Difference, differences};
+use emulator::Emulator;
 use line::Listener;
 use session::Session;
 use table::Table;

@@ -13,9 +13,7 @@ use std::time::{Duration, Instant};
 use thiserror::Error;
 
 use log::Log;
-#[cfg(feature = "logs")]
-pub(super) use log::run;
-pub(super) use machine::Machine;
+pub use machine::Machine;
 
 const QEMU: &str = "qemu-system-arm";
 
@@ -24,7 +22,7 @@ const POLL: Duration = Duration::from_millis(10);
 
 /// Why the emulated controller does not run.
 #[derive(Debug, Error)]
-pub(super) enum EmulatorError {
+pub enum EmulatorError {
     /// QEMU is not installed.
     #[error("{QEMU} is not installed: on Debian, as root, `apt-get install {QEMU}`")]
     NoQemu,
@@ -49,7 +47,7 @@ pub(super) enum EmulatorError {
 }
 
 /// A QEMU process with an image. Dropping the value ends it.
-pub(super) struct Emulator {
+pub struct Emulator {
     qemu: Child,
     log: Option<Log>,
 }
@@ -58,11 +56,10 @@ impl Emulator {
     /// Starts an image.
     ///
     /// * `serial`: connection of UART 0, as QEMU's option `-serial` takes it.
-    pub(super) fn start(
-        machine: Machine,
-        image: &Path,
-        serial: &str,
-    ) -> Result<Self, EmulatorError> {
+    ///
+    /// # Errors
+    /// [`EmulatorError`] if the image, its log or QEMU is missing.
+    pub fn start(machine: Machine, image: &Path, serial: &str) -> Result<Self, EmulatorError> {
         if !image.is_file() {
             return Err(EmulatorError::NoImage(image.to_owned()));
         }
@@ -84,12 +81,18 @@ impl Emulator {
     }
 
     /// The firmware's status, if it has ended.
-    pub(super) fn status(&mut self) -> Result<Option<ExitStatus>, EmulatorError> {
+    ///
+    /// # Errors
+    /// [`EmulatorError::Process`].
+    pub fn status(&mut self) -> Result<Option<ExitStatus>, EmulatorError> {
         self.qemu.try_wait().map_err(EmulatorError::Process)
     }
 
     /// Waits for the end of the firmware and of its log. Returns the firmware's status.
-    pub(super) fn wait(&mut self, limit: Duration) -> Result<ExitStatus, EmulatorError> {
+    ///
+    /// # Errors
+    /// [`EmulatorError::TimedOut`] after `limit`, [`EmulatorError::Process`].
+    pub fn wait(&mut self, limit: Duration) -> Result<ExitStatus, EmulatorError> {
         let end = Instant::now() + limit;
         let status = loop {
             match self.status()? {
@@ -111,4 +114,13 @@ impl Drop for Emulator {
         let _ = self.qemu.kill();
         let _ = self.qemu.wait();
     }
+}
+
+/// Parses a timeout of a command line: whole seconds, up to a day.
+///
+/// # Errors
+/// The message for the user.
+pub fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().filter(|s| (1..=86_400).contains(s));
+    seconds.map(Duration::from_secs).ok_or_else(|| "1 to 86400 whole seconds are needed".into())
 }

@@ -4,7 +4,7 @@ use clap::ValueEnum;
 
 /// A board of QEMU for which the images are linked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub(crate) enum Machine {
+pub enum Machine {
     /// Cortex-M4F: f64 in software.
     #[default]
     #[value(name = "mps2-an386")]
@@ -16,7 +16,8 @@ pub(crate) enum Machine {
 
 impl Machine {
     /// QEMU's name of the board.
-    pub(crate) fn name(self) -> &'static str {
+    #[must_use]
+    pub fn name(self) -> &'static str {
         match self {
             Self::An386 => "mps2-an386",
             Self::An500 => "mps2-an500",
@@ -24,7 +25,8 @@ impl Machine {
     }
 
     /// QEMU's name of the core.
-    pub(crate) fn cpu(self) -> &'static str {
+    #[must_use]
+    pub fn cpu(self) -> &'static str {
         match self {
             Self::An386 => "cortex-m4",
             Self::An500 => "cortex-m7",
@@ -32,7 +34,8 @@ impl Machine {
     }
 
     /// Compiler flags. The target is made for the Cortex-M4F.
-    pub(crate) fn rustflags(self) -> Option<&'static str> {
+    #[must_use]
+    pub fn rustflags(self) -> Option<&'static str> {
         match self {
             Self::An386 => None,
             Self::An500 => Some("-Ctarget-cpu=cortex-m7"),

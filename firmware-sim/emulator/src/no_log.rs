@@ -7,21 +7,21 @@ use std::process::{Child, Stdio};
 use super::EmulatorError;
 
 /// Has no value.
-pub(super) struct Log(Infallible);
+pub(crate) struct Log(Infallible);
 
 impl Log {
-    pub(super) fn finish(self) {
+    pub(crate) fn finish(self) {
         match self.0 {}
     }
 }
 
 /// Standard output of QEMU.
-pub(super) fn output() -> Stdio {
+pub(crate) fn output() -> Stdio {
     Stdio::null()
 }
 
 /// Starts no thread.
 #[expect(clippy::unnecessary_wraps, reason = "the decoder's signature")]
-pub(super) fn follow(_: &mut Child, _: &Path) -> Result<Option<Log>, EmulatorError> {
+pub(crate) fn follow(_: &mut Child, _: &Path) -> Result<Option<Log>, EmulatorError> {
     Ok(None)
 }
