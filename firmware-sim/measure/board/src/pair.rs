@@ -3,7 +3,7 @@
 use stereo_selfcal::link::Record;
 use stereo_selfcal::{Correspondence, PairReport, Scalar, State};
 
-use crate::calls::{self, Calibrated};
+use crate::calls::{self, CalibratorOf};
 use crate::probe::{Probe, Sample};
 use crate::scene::HEADER;
 use crate::table::comment;
@@ -72,7 +72,7 @@ pub(crate) struct PairCost {
 /// If a match is refused. All matches of the scene are inside both images.
 pub(crate) fn fill<T: Scalar>(
     probe: &Probe,
-    calibrator: &mut Calibrated<T>,
+    calibrator: &mut CalibratorOf<T>,
     records: &[Record],
 ) -> Sample {
     calibrator.clear_pair();
@@ -87,7 +87,7 @@ pub(crate) fn fill<T: Scalar>(
 /// Processes one pair and applies the proposal where possible.
 pub(crate) fn process<T: Scalar>(
     probe: &Probe,
-    calibrator: &mut Calibrated<T>,
+    calibrator: &mut CalibratorOf<T>,
     records: &[Record],
 ) -> PairCost {
     let state = calibrator.state();
@@ -133,7 +133,7 @@ pub(crate) fn process<T: Scalar>(
 
 fn fuse<T: Scalar>(
     probe: &Probe,
-    calibrator: &mut Calibrated<T>,
+    calibrator: &mut CalibratorOf<T>,
     report: &PairReport<T>,
 ) -> Sample {
     let (fused, sample) = probe.run(|| calls::fuse(calibrator, report));
