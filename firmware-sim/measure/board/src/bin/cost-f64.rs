@@ -7,5 +7,5 @@ use panic_semihosting as _;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    measure_board::measurement::<f64>()
+    measure_board::measure::<f64>()
 }
