@@ -1,7 +1,7 @@
-//! What the controller's image is linked with, and the recording that is baked into it.
+//! Generates the recording for the controller's image, and links the image.
 
-#[path = "build/bake.rs"]
-mod bake;
+#[path = "build/recording.rs"]
+mod recording;
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -9,19 +9,19 @@ use std::{env, fs};
 use anyhow::{Context, Result};
 
 /// Data set in the image, under `host-tests/data`.
-const BAKED: &str = "opencv_chess_sift";
+const DATA_SET: &str = "opencv_chess_sift";
 
 fn main() -> Result<()> {
     let out = PathBuf::from(env::var_os("OUT_DIR").context("cargo sets OUT_DIR")?);
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    bake::bake(&root.join("host-tests/data").join(BAKED), &out)?;
+    recording::generate(&root.join("host-tests/data").join(DATA_SET), &out)?;
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
         link(&root, &out)?;
     }
     Ok(())
 }
 
-/// Memory map, vector table and the sections of the log, for images alone: a library has none.
+/// Passes the memory map, the vector table and the log sections to the linker. Only images need them.
 fn link(root: &Path, out: &Path) -> Result<()> {
     let memory = root.join("memory.x");
     fs::copy(&memory, out.join("memory.x")).context("memory.x of the workspace")?;

@@ -1,9 +1,9 @@
-//! Two priorities under RTIC: an interrupt takes in the bytes of the next frame, while below it the pair
-//! before is being solved, pass by pass.
+//! Two priorities under RTIC: an interrupt receives the bytes of the next frame, and the idle task solves
+//! the previous pair, pass by pass.
 //!
-//! The interrupt is the timer's, and what it takes in is the recording in flash, 64 bytes a time: a
-//! matcher that needs no wires. The run succeeds if every pair came through, the solver was interrupted
-//! in the middle of a pass, and what it found could be applied.
+//! A timer interrupt simulates the matcher: it takes 64 bytes of the recording in flash at a time. The run
+//! succeeds if every pair is received, the solver was interrupted within a pass, and the estimate can be
+//! applied.
 //!
 //! `.cargo/for-target thumbv7em-none-eabihf run -p firmware-sim --example scheduler --features scheduler`
 #![no_std]
@@ -17,10 +17,10 @@ use embedded_hal::spi::{self, Operation, SpiDevice};
 use heapless::spsc::{Consumer, Producer};
 use panic_probe as _;
 
-/// Room for two of the longest frames.
-const ROOM: usize = 16_384;
+/// Size of the queue, bytes: two of the longest frames.
+const QUEUE_BYTES: usize = 16_384;
 
-/// The end of the queue that the driver reads as its bus; data-ready is high while bytes wait.
+/// The driver's end of the queue, as a bus. Data-ready is high while bytes wait.
 struct Inbox {
     bytes: core::cell::RefCell<Consumer<'static, u8>>,
 }
@@ -35,7 +35,7 @@ impl SpiDevice for &Inbox {
         for operation in operations {
             let Operation::Read(buffer) = operation else { continue };
             for place in buffer.iter_mut() {
-                // The rest of the frame is on its way: the interrupt brings it.
+                // The interrupt enqueues the rest of the frame.
                 *place = loop {
                     if let Some(byte) = bytes.dequeue() {
                         break byte;
@@ -61,10 +61,10 @@ impl InputPin for &Inbox {
     }
 }
 
-/// The matcher's side of the queue.
+/// The matcher's end of the queue.
 struct Receiver {
     timer: firmware_sim::board::Timer,
-    tape: firmware_sim::baked::Tape,
+    recording: firmware_sim::recording::ReplayBus,
     bytes: Producer<'static, u8>,
 }
 
@@ -73,22 +73,23 @@ mod firmware {
     use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
     use defmt::{error, info};
-    use firmware_sim::baked::{self, FRAMES, PAIRS, Tape};
     use firmware_sim::board::{Timer, exit};
+    use firmware_sim::recording::{self, FRAMES, PAIRS, ReplayBus};
     use firmware_sim::{App, Controller, Event};
     use heapless::spsc::Queue;
+    use static_cell::StaticCell;
     use stereo_selfcal::Config;
     use stereo_selfcal::link::FpgaMatcher;
 
-    use super::{Inbox, ROOM, Receiver};
+    use super::{Inbox, QUEUE_BYTES, Receiver};
 
-    /// Bytes a tick.
+    /// Bytes per interrupt.
     const CHUNK: usize = 64;
 
-    /// Ticks of the timer between two chunks: 20 us, 3.2 MB/s.
+    /// Ticks of the timer per interrupt: 20 us, 3.2 MB/s.
     const PERIOD: u32 = Timer::HZ / 50_000;
 
-    /// Whether a pass is being taken, and how often that has been interrupted.
+    /// Whether a pass is running, and the number of interrupts within passes.
     static IN_A_PASS: AtomicBool = AtomicBool::new(false);
     static INTERRUPTED: AtomicU32 = AtomicU32::new(0);
 
@@ -103,23 +104,25 @@ mod firmware {
     }
 
     #[init(local = [
-        fifo: Queue<u8, ROOM> = Queue::new(),
-        memory: Controller = Controller::new(Config::robust()),
+        fifo: Queue<u8, QUEUE_BYTES> = Queue::new(),
+        memory: StaticCell<Controller> = StaticCell::new(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let Ok(cameras) = baked::cameras() else { exit(false) };
-        let controller = cx.local.memory;
+        let Ok(cameras) = recording::cameras() else { exit(false) };
+        // In place: a `const` initial value takes 13.5 kB of flash, the size of the calibrator.
+        let controller = cx.local.memory.init_with(|| Controller::new(Config::robust()));
         controller.set_cameras(cameras);
         let (bytes, read) = cx.local.fifo.split();
-        let receiver = Receiver { timer: Timer::every(PERIOD), tape: Tape::new(FRAMES), bytes };
+        let receiver =
+            Receiver { timer: Timer::every(PERIOD), recording: ReplayBus::new(FRAMES), bytes };
         let inbox = Inbox { bytes: read.into() };
         (Shared {}, Local { receiver, inbox, controller })
     }
 
-    /// Takes in what has come, if there is room for it.
+    /// Enqueues the next bytes if they fit.
     #[task(binds = TIMER0, priority = 2, local = [receiver])]
     fn receive(cx: receive::Context) {
-        let Receiver { timer, tape, bytes } = cx.local.receiver;
+        let Receiver { timer, recording, bytes } = cx.local.receiver;
         timer.acknowledge();
         if IN_A_PASS.load(Ordering::Relaxed) {
             INTERRUPTED.fetch_add(1, Ordering::Relaxed);
@@ -127,16 +130,16 @@ mod firmware {
         if bytes.capacity() - bytes.len() < CHUNK {
             return;
         }
-        for &byte in tape.take(CHUNK) {
-            // There is room.
+        for &byte in recording.take(CHUNK) {
+            // The bytes fit, as checked above.
             let _ = bytes.enqueue(byte);
         }
-        if tape.is_at_end() {
+        if recording.is_at_end() {
             timer.stop();
         }
     }
 
-    /// All that is left of the time: one piece of work after the other.
+    /// Polls the application with the lowest priority.
     #[idle(local = [inbox, controller])]
     fn idle(cx: idle::Context) -> ! {
         let inbox: &Inbox = cx.local.inbox;
@@ -159,13 +162,13 @@ mod firmware {
                 }
                 _ => (),
             }
-            // A frame or a pass is followed by a pass.
+            // The next poll after these is a pass.
             let in_a_pass = matches!(event, Event::Frame { .. } | Event::Pass);
             IN_A_PASS.store(in_a_pass, Ordering::Relaxed);
         }
         let interrupted = INTERRUPTED.load(Ordering::Relaxed);
         let applied = app.apply();
-        info!("bytes came in {} times in mid pass; applied: {}", interrupted, applied.is_ok());
+        info!("{} interrupts within a pass; applied: {}", interrupted, applied.is_ok());
         exit(applied.is_ok() && interrupted > 0)
     }
 }

@@ -1,5 +1,5 @@
-//! The application loop: frame by frame from the matcher through the calibrator, a bounded piece of
-//! work at a time.
+//! The application loop: passes the matcher's frames to the calibrator. Each call does a bounded amount of
+//! work.
 
 use core::mem;
 
@@ -10,28 +10,28 @@ use stereo_selfcal::{
     ApplyError, Calibrator, Extrinsics, Fused, Health, PairError, PairReport, Refusal, State,
 };
 
-/// What one [`App::poll`] did.
+/// Result of one [`App::poll`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Event {
-    /// Nothing: no frame waits.
+    /// No frame waits.
     Idle,
-    /// A part of a frame was read, or bytes that are none.
+    /// A part of a frame was read, or bytes outside of a frame.
     Reading,
     /// A whole frame is in the batch.
     Frame {
-        /// The matcher's number of the frame.
+        /// Sequence number of the frame.
         sequence: u32,
-        /// Correspondences in the frame.
+        /// Number of correspondences in the frame.
         offered: usize,
-        /// Correspondences in the batch: the others have no ray, or the full batch left them out.
+        /// Number of correspondences in the batch. The others have no ray or were not selected.
         taken: usize,
     },
     /// The solver took one pass over the batch.
     Pass,
-    /// The pair is done with, and the batch is empty again.
+    /// The pair is finished and the batch empty.
     Pair(PairOutcome),
-    /// The pair has changed how far the estimate can be relied on.
+    /// The pair has changed the state of the estimate.
     StateChanged {
         /// Before the pair.
         before: State,
@@ -40,13 +40,13 @@ pub enum Event {
     },
 }
 
-/// What became of a pair.
+/// Result of a pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairOutcome {
-    /// The solved pair and what became of it, or why it could not be solved.
+    /// The solved pair and the result of its fusion, or why it could not be solved.
     pub outcome: Result<(PairReport<f32>, Result<Fused, Refusal>), PairError>,
-    /// Row offsets of this pair's matches under what is in use and under the estimate with this pair
-    /// in it. `None` before there is an estimate.
+    /// Health over the matches of this pair, with the extrinsics in use and with the estimate after this
+    /// pair. `None` before there is an estimate.
     pub health: Option<Health<f32>>,
 }
 
@@ -55,45 +55,45 @@ enum Stage {
     Waiting,
     Received,
     Solving,
-    Judged,
+    Finished,
 }
 
-/// Matcher and calibrator, run by calling [`App::poll`] over and over.
+/// Matcher and calibrator. The firmware calls [`App::poll`] in its main loop.
 ///
-/// It estimates and reports; what is in use changes by [`App::apply`] alone, unless the configuration
-/// lets the calibrator apply by itself.
+/// It estimates and reports. Only [`App::apply`] changes the extrinsics in use, unless the configuration
+/// enables the automatic apply.
 ///
-/// * `N`: correspondences a pair; the batch selects as many of a longer frame.
+/// * `N`: capacity of the batch, which selects `N` correspondences of a longer frame.
 #[derive(Debug)]
 pub struct App<'a, SPI, RDY, const N: usize> {
     matcher: FpgaMatcher<SPI, RDY>,
     calibrator: &'a mut Calibrator<f32, N>,
     stage: Stage,
-    /// As last reported.
+    /// The last reported state.
     state: State,
 }
 
 impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     /// An application that waits for its first frame.
     ///
-    /// * `calibrator`: with its cameras set; borrowed, so that the batch can stay in a static.
+    /// * `calibrator`: with its cameras set. Borrowed, so that it can be a static.
     pub fn new(matcher: FpgaMatcher<SPI, RDY>, calibrator: &'a mut Calibrator<f32, N>) -> Self {
         calibrator.clear_pair();
         let state = calibrator.state();
         Self { matcher, calibrator, stage: Stage::Waiting, state }
     }
 
-    /// Does the next piece of work: reads once from the bus, or takes one pass, or judges one pair.
+    /// Does the next step: one read from the bus, one pass, or the evaluation and fusion of a pair.
     ///
     /// A pair that cannot be solved is an [`Event::Pair`], and a damaged frame is counted
-    /// ([`App::counters`]): neither is an error. Where the pair has changed the state, the next call
-    /// tells so before the next frame is read.
+    /// ([`App::counters`]): neither is an error. If the pair has changed the state, the next call returns
+    /// [`Event::StateChanged`] before it reads the next frame.
     ///
     /// # Errors
-    /// [`ReceiveError`]: the estimate is as it was, and the next call reads on.
+    /// [`ReceiveError`]. The estimate is unchanged, and the next call continues to read.
     pub fn poll(&mut self) -> Result<Event, ReceiveError<SPI::Error, RDY::Error>> {
         match self.stage {
-            Stage::Judged => match self.note_state() {
+            Stage::Finished => match self.note_state() {
                 Some(change) => Ok(change),
                 None => self.receive(),
             },
@@ -146,19 +146,19 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         &mut self,
         outcome: Result<(PairReport<f32>, Result<Fused, Refusal>), PairError>,
     ) -> Event {
-        // Before the matches it is about are gone.
+        // Health needs the matches of the pair.
         let health = self.calibrator.health();
         self.calibrator.clear_pair();
-        self.stage = Stage::Judged;
+        self.stage = Stage::Finished;
         Event::Pair(PairOutcome { outcome, health })
     }
 
-    /// The calibrator: its estimate, and what is in use.
+    /// The calibrator, with the estimate and the extrinsics in use.
     pub fn calibrator(&self) -> &Calibrator<f32, N> {
         self.calibrator
     }
 
-    /// What the link to the matcher has been through.
+    /// Counters of the link to the matcher.
     pub fn counters(&self) -> &Counters {
         self.matcher.counters()
     }
@@ -166,7 +166,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     /// Puts the estimate into use and returns it: `p_r = R p_l + t`.
     ///
     /// # Errors
-    /// [`ApplyError`]; what is in use stays.
+    /// [`ApplyError`]. The extrinsics in use are unchanged.
     pub fn apply(&mut self) -> Result<Extrinsics<f32>, ApplyError> {
         self.calibrator.apply()
     }
@@ -185,7 +185,7 @@ mod tests {
 
     const CAPACITY: usize = 64;
 
-    /// What a first pair is to the paper preset, which confirms nothing.
+    /// The paper preset locks with the first pair.
     const LOCKED: Event = Event::StateChanged { before: State::Acquiring, after: State::Locked };
 
     fn calibrator() -> Calibrator<f32, CAPACITY> {
@@ -201,7 +201,7 @@ mod tests {
         calibrator
     }
 
-    /// Polls until a frame is whole, or there is something else to tell.
+    /// Polls until an event other than `Reading`.
     fn read(app: &mut TestApp<'_>) -> Result<Event, ReceiveError<BusFault, Infallible>> {
         loop {
             match app.poll() {
@@ -211,20 +211,20 @@ mod tests {
         }
     }
 
-    /// Polls up to the end of the pair.
+    /// Polls until the end of the pair. Returns the number of passes.
     fn finish_pair(app: &mut TestApp<'_>) -> (usize, PairOutcome) {
         for passes in 0..200 {
             match app.poll().unwrap() {
                 Event::Pass => (),
                 Event::Pair(pair) => return (passes, pair),
-                other => panic!("{other:?} while a pair is being solved"),
+                other => panic!("{other:?} while a pair is solved"),
             }
         }
-        panic!("the pair has no end");
+        panic!("the pair does not end");
     }
 
     #[test]
-    fn a_frame_is_read_then_solved_a_pass_a_poll_then_fused_and_not_applied() {
+    fn a_frame_is_read_then_solved_by_one_pass_per_poll_then_fused_and_not_applied() {
         let mut calibrator = calibrator();
         let bus = TestBus::new(frame(5, 0..60));
         let mut app = App::new(bus.driver(), &mut calibrator);
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn the_batch_selects_of_a_frame_beyond_capacity_and_the_next_one_starts_afresh() {
+    fn the_batch_selects_from_a_frame_beyond_capacity_and_is_empty_for_the_next_one() {
         let mut direct = calibrator();
         let mut calibrator = direct.clone();
         let frames = [frame(1, 0..128), frame(2, 0..50)];
@@ -275,9 +275,9 @@ mod tests {
     }
 
     #[test]
-    fn a_change_of_state_is_told_once_right_after_the_pair_that_made_it() {
+    fn a_change_of_state_is_reported_once_right_after_its_pair() {
         let mut calibrator = with(Config::robust());
-        // Points that are new in each pair, and a last pair of too few.
+        // New points in each pair, and too few in the last one.
         let pair = |sequence: u16| frame(sequence.into(), sequence * 60..sequence * 60 + 60);
         let frames: Vec<u8> = (0..6).flat_map(pair).chain(frame(6, 0..5)).collect();
         let bus = TestBus::new(frames);
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bus_error_costs_the_frame_and_the_next_one_is_taken_in() {
+    fn a_bus_error_drops_the_frame_and_the_next_one_is_received() {
         let mut calibrator = calibrator();
         let frames = [1, 2].map(|sequence| frame(sequence, 0..60));
         // The third of five reads.
@@ -319,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_of_other_images_is_an_error_and_the_next_one_is_taken_in() {
+    fn a_frame_of_another_image_size_is_an_error_and_the_next_one_is_received() {
         let mut calibrator = calibrator();
         let mut cameras = *calibrator.cameras().unwrap();
         let intrinsics = Intrinsics { size: [1920, 1199], ..*cameras.left.intrinsics() };
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_frame_nothing_happens() {
+    fn without_a_frame_a_poll_is_idle() {
         let mut calibrator = calibrator();
         let bus = TestBus::new(Vec::new());
         let mut app = App::new(bus.driver(), &mut calibrator);

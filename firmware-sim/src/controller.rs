@@ -1,22 +1,22 @@
-//! The calibrator as this controller has it: `f32`, its capacity, its preset.
+//! The calibrator of this controller: `f32`, capacity and preset.
 //!
-//! Concrete on purpose: a library build for the target compiles the core's `f32` code with it.
+//! Concrete types: a library build for the target compiles the core's `f32` code.
 
 use stereo_selfcal::{Calibrator, Cameras, Config, Fused, PairError, PairReport, Refusal};
 
-/// Correspondences a pair that the controller has room for.
+/// Correspondences per pair that fit the batch.
 pub const CAPACITY: usize = 512;
 
-/// The controller's calibrator. RAM: 20 bytes a correspondence and 3.2 kB.
+/// The controller's calibrator. RAM: 20 bytes per correspondence and 3.2 kB.
 pub type Controller = Calibrator<f32, CAPACITY>;
 
-/// A controller for these cameras, at the factory extrinsics `R = I`, `t = (-1, 0, 0)`.
+/// A controller with these cameras, at the factory extrinsics `R = I`, `t = (-1, 0, 0)`.
 #[must_use]
 pub fn start(cameras: Cameras<f32>) -> Controller {
     start_with(Config::robust(), cameras)
 }
 
-/// The same, which puts its estimate into use by itself while that is locked.
+/// As [`start`], with automatic apply while the estimate is locked.
 #[must_use]
 pub fn start_automatic(cameras: Cameras<f32>) -> Controller {
     start_with(Config::robust().with_automatic_apply(true), cameras)
@@ -28,11 +28,10 @@ fn start_with(config: Config, cameras: Cameras<f32>) -> Controller {
     controller
 }
 
-/// Solves and fuses the controller's batch in one call, for loops that can afford it: the report, and
-/// whether it was fused.
+/// Solves and fuses the controller's batch in one call. Returns the report and the result of the fusion.
 ///
 /// # Errors
-/// [`PairError`]; the batch is kept.
+/// [`PairError`]. The batch is kept.
 pub fn solve_and_fuse(
     controller: &mut Controller,
 ) -> Result<(PairReport<f32>, Result<Fused, Refusal>), PairError> {

@@ -1,12 +1,11 @@
-//! Firmware of a controller that calibrates a stereo rig from what a hardware matcher sends.
+//! Firmware of a controller that calibrates a stereo rig from the frames of a hardware matcher.
 //!
-//! [`App`]: the application loop over the matcher's driver, which is the core's
-//! ([`stereo_selfcal::link`]), and the calibrator. No heap, no clock; every call is bounded by one read
-//! of 256 bytes or by two passes over one batch: a pair's last, which judges it and both calibrations.
-//! Scalar: `f32`.
+//! [`App`] is the application loop over the core's driver of the matcher ([`stereo_selfcal::link`]) and the
+//! calibrator. It needs no heap and no clock. Each call takes at most one read of 256 bytes, or two passes
+//! over one batch: the last call of a pair evaluates the pair and both calibrations. Scalar: `f32`.
 //!
-//! Two stand in for the matcher: [`baked`], a recording in flash, and [`pil`], a host at the other end
-//! of a line. The board of the latter is the module `board`, on the controller alone.
+//! The matcher is simulated by [`recording`], frames in flash, or by [`pil`], a host at the other end of a
+//! serial line. The module `board` drives the emulated board; it exists on the controller only.
 
 #![no_std]
 #![cfg_attr(not(target_os = "none"), forbid(unsafe_code))]
@@ -24,13 +23,13 @@
 extern crate std;
 
 mod app;
-pub mod baked;
 #[cfg(all(target_os = "none", feature = "board"))]
-#[expect(unsafe_code, reason = "registers")]
-#[expect(clippy::as_conversions, reason = "their addresses")]
+#[expect(unsafe_code, reason = "access to registers")]
+#[expect(clippy::as_conversions, reason = "addresses of registers")]
 pub mod board;
 mod controller;
 pub mod pil;
+pub mod recording;
 #[cfg(test)]
 mod test_bus;
 

@@ -1,4 +1,4 @@
-//! The firmware: on a host fed by a simulated matcher, on the controller by a recording in flash.
+//! The firmware: on a host with a simulated matcher, on the controller with a recording in flash.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 #![allow(clippy::doc_markdown, reason = "doc comments of arguments are the help text")]
 

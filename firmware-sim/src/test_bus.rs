@@ -1,4 +1,4 @@
-//! A bus that hands out given bytes and can fail once: the SPI mock at hand cannot fail.
+//! A bus that replays given bytes and can fail once. The SPI mock of embedded-hal-mock cannot fail.
 
 use core::cell::{Cell, RefCell};
 use core::convert::Infallible;
@@ -20,10 +20,10 @@ impl spi::Error for BusFault {
     }
 }
 
-/// Bytes to be read, by reference; data-ready is high while there are some.
+/// Bytes to read. A reference is the bus; data-ready is high while bytes are left.
 pub(crate) struct TestBus {
     bytes: RefCell<VecDeque<u8>>,
-    /// Reads until the one that fails.
+    /// Number of reads before the one that fails.
     good_reads: Cell<Option<usize>>,
 }
 
@@ -32,7 +32,7 @@ impl TestBus {
         Self { bytes: RefCell::new(bytes.into()), good_reads: Cell::new(None) }
     }
 
-    /// One read fails, after so many; what it would have read is lost.
+    /// Makes one read fail after `reads` others. Its bytes are lost.
     pub(crate) fn failing_after(self, reads: usize) -> Self {
         self.good_reads.set(Some(reads));
         self
@@ -53,7 +53,7 @@ impl SpiDevice for &TestBus {
             let Operation::Read(buffer) = operation else { panic!("the driver only reads") };
             for place in buffer.iter_mut() {
                 let byte = self.bytes.borrow_mut().pop_front();
-                *place = byte.expect("no more than was sent is read");
+                *place = byte.expect("the driver reads no more than was sent");
             }
             match self.good_reads.take() {
                 Some(0) => return Err(BusFault),
@@ -78,20 +78,20 @@ impl InputPin for &TestBus {
     }
 }
 
-/// The `i`-th of matches that are all different, and of a scene that determines all directions.
+/// The `i`-th match. All are different, and their scene makes all directions observable.
 pub(crate) fn correspondence(i: u16) -> Correspondence<f32> {
     let [u, v] = [i * 37 % 900 + 700, i * 71 % 1100].map(f32::from);
     let disparity = f32::from(i * 13 % 97) + 20.0;
     Correspondence {
         left: [u, v],
         right: [u - disparity, v + 1.5],
-        // Of the wire, so that nothing is rounded.
+        // A value of the wire, so that it is not rounded.
         score: 13_107.0 / 65_535.0,
         grid_step: 1.0 / 256.0,
     }
 }
 
-/// A frame of those matches of images of 1920 x 1200 px, as bytes.
+/// Encodes a frame of these matches, of images of 1920 x 1200 px.
 pub(crate) fn frame(sequence: u32, matches: impl ExactSizeIterator<Item = u16>) -> Vec<u8> {
     let header = FrameHeader {
         timestamp_us: 0,

@@ -1,4 +1,4 @@
-//! What goes over the simulated bus comes to the same estimate as what is fed directly.
+//! Matches over the simulated bus lead to the same estimate as matches pushed directly.
 
 use firmware_sim::{App, Event, solve_and_fuse, start};
 use host_tests::data::Dataset;
@@ -11,7 +11,7 @@ fn bits(extrinsics: &Extrinsics<f32>) -> Vec<u32> {
 }
 
 #[test]
-fn the_fused_estimate_over_the_bus_is_that_of_direct_feeding_bit_for_bit() {
+fn the_estimate_over_the_bus_is_bit_identical_to_that_of_direct_pushes() {
     let set = Dataset::load(&Dataset::shipped().join("opencv_chess_corners")).unwrap();
     let [mut direct, mut over_bus] = [(), ()].map(|()| Box::new(start(set.cameras().unwrap())));
     let matcher = SimMatcher::new(Sender::of(&set).unwrap());
@@ -31,7 +31,7 @@ fn the_fused_estimate_over_the_bus_is_that_of_direct_feeding_bit_for_bit() {
         let read = std::iter::repeat_with(|| app.poll()).find(|event| *event != Ok(Event::Reading));
         assert_eq!(read, Some(Ok(Event::Frame { sequence, offered, taken: offered })));
         assert_eq!(app.calibrator().batch().pairs(), batch.pairs());
-        // The last one ends the pair.
+        // The last pass ends the pair.
         for _ in 1..report.passes {
             assert_eq!(app.poll(), Ok(Event::Pass));
         }

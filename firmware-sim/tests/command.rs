@@ -1,4 +1,4 @@
-//! The command as a user runs it.
+//! The command line.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ fn run(folder: &Path, arguments: &[&str]) -> (Output, String, String) {
 }
 
 #[test]
-fn without_arguments_it_plays_the_chessboard_sift_set_and_plots() {
+fn without_arguments_it_replays_the_chessboard_sift_set_and_plots() {
     let folder = folder("no_arguments");
     let (output, out, err) = run(&folder, &[]);
     assert_eq!(output.status.code(), Some(0), "{err}");
@@ -44,7 +44,7 @@ fn an_estimate_that_is_not_locked_is_shown_with_the_reason_and_not_applied() {
 }
 
 #[test]
-fn changes_of_the_state_are_shown() {
+fn changes_of_the_state_are_printed() {
     let (_, out, _) = run(&folder("state"), &["opencv_chess_corners"]);
     assert!(out.contains("acquiring -> locked"), "{out}");
 }
@@ -66,7 +66,7 @@ fn an_unknown_data_set_is_refused_with_the_names_of_the_known_ones() {
 }
 
 #[test]
-fn without_an_estimate_it_plots_and_says_so_and_fails() {
+fn without_an_estimate_it_plots_and_fails_with_the_reason() {
     let folder = folder("no_estimate");
     let mut set = Dataset::load(&Dataset::shipped().join("opencv_chess_corners")).unwrap();
     set.pairs.iter_mut().for_each(|pair| pair.truncate(5));
@@ -113,7 +113,7 @@ fn a_longer_baseline_halves_the_depth_errors_and_nothing_else() {
 }
 
 #[test]
-fn a_flight_that_cannot_be_flown_is_refused_by_the_name_of_the_option() {
+fn a_flight_with_an_invalid_option_is_refused_by_its_name() {
     let folder = folder("no_flight");
     for (option, bad) in [
         ("--pairs", "1"),
@@ -130,7 +130,7 @@ fn a_flight_that_cannot_be_flown_is_refused_by_the_name_of_the_option() {
 }
 
 #[test]
-fn a_flight_that_does_not_end_locked_plots_and_says_so_and_fails() {
+fn a_flight_that_does_not_end_locked_plots_and_fails_with_the_reason() {
     let folder = folder("short_flight");
     let (output, out, err) = run(&folder, &["flight", "--pairs", "2"]);
     assert_eq!(output.status.code(), Some(1), "{out}");
@@ -139,7 +139,7 @@ fn a_flight_that_does_not_end_locked_plots_and_says_so_and_fails() {
 }
 
 #[test]
-fn in_the_loop_what_is_missing_is_named() {
+fn in_the_loop_a_missing_image_or_qemu_is_named() {
     let folder = folder("in_the_loop");
     let (output, _, err) = run(&folder, &["pil", "--image", "none.elf"]);
     assert_eq!(output.status.code(), Some(1), "{err}");
@@ -147,7 +147,7 @@ fn in_the_loop_what_is_missing_is_named() {
 
     fs::write(folder.join("some.elf"), "").unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_firmware-sim"));
-    // Where there is no QEMU.
+    // A path without QEMU.
     command.current_dir(&folder).env("PATH", &folder).args(["pil", "--image", "some.elf"]);
     let output = command.output().unwrap();
     let err = String::from_utf8(output.stderr).unwrap();
@@ -155,7 +155,7 @@ fn in_the_loop_what_is_missing_is_named() {
     assert!(err.contains("apt-get install qemu-system-arm"), "{err}");
 }
 
-/// Runs `pil` with a script in the place of QEMU, and a second of patience.
+/// Runs `pil` with a script in place of QEMU, and a timeout of one second.
 #[cfg(unix)]
 fn with_qemu(folder: &Path, script: &str) -> (Option<i32>, String) {
     use std::os::unix::fs::PermissionsExt;
@@ -172,26 +172,26 @@ fn with_qemu(folder: &Path, script: &str) -> (Option<i32>, String) {
 
 #[cfg(unix)]
 #[test]
-fn in_the_loop_a_qemu_that_ends_at_once_is_told_with_its_status() {
+fn in_the_loop_a_qemu_that_ends_at_once_is_reported_with_its_status() {
     let (code, err) = with_qemu(&folder("short_qemu"), "exit 3");
     assert_eq!(code, Some(1));
-    assert!(err.contains("ended before it was there") && err.contains('3'), "{err}");
+    assert!(err.contains("ended before it connected") && err.contains('3'), "{err}");
 }
 
 #[cfg(unix)]
 #[test]
-fn in_the_loop_a_qemu_that_never_comes_is_given_up_and_ended() {
+fn in_the_loop_a_qemu_that_does_not_connect_is_ended() {
     let folder = folder("late_qemu");
     let (code, err) = with_qemu(&folder, "echo $$ > pid; exec sleep 600");
     assert_eq!(code, Some(1));
-    assert!(err.contains("did not come to the line within 1 s"), "{err}");
+    assert!(err.contains("did not connect within 1 s"), "{err}");
     let pid = fs::read_to_string(folder.join("pid")).unwrap();
     let alive = Command::new("kill").args(["-0", pid.trim()]).output().unwrap();
     assert!(!alive.status.success(), "it still runs");
 }
 
 #[test]
-fn in_the_loop_an_option_that_cannot_be_is_refused_by_its_name() {
+fn in_the_loop_an_invalid_option_is_refused_by_its_name() {
     let folder = folder("in_no_loop");
     for (option, bad) in [("--machine", "mps3"), ("--timeout", "0"), ("--timeout", "1.5")] {
         let (output, out, err) = run(&folder, &["pil", option, bad]);
@@ -203,7 +203,7 @@ fn in_the_loop_an_option_that_cannot_be_is_refused_by_its_name() {
 }
 
 #[test]
-fn help_teaches_every_way_to_run_it() {
+fn the_help_covers_every_command() {
     let folder = folder("help");
     let (_, out, _) = run(&folder, &["--help"]);
     assert!(out.contains("cargo run --release -- flight") && out.contains("DATASET"), "{out}");

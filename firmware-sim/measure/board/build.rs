@@ -1,10 +1,10 @@
-//! Hands the board's memory map to the linker.
+//! Passes the board's memory map to the linker.
 
 use std::path::PathBuf;
 use std::{env, fs};
 
 fn main() {
-    let variable = |name| PathBuf::from(env::var_os(name).expect("cargo sets it"));
+    let variable = |name| PathBuf::from(env::var_os(name).expect("cargo sets the variable"));
     let map = variable("CARGO_MANIFEST_DIR").join("../../../memory.x");
     let out = variable("OUT_DIR");
     println!("cargo:rerun-if-changed={}", map.display());

@@ -1,4 +1,4 @@
-//! Builds the programs for a board, with whatever toolchain the machine has.
+//! Builds the programs for a board, with rustup's or Debian's toolchain.
 
 use std::collections::HashMap;
 use std::env;
@@ -8,11 +8,11 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, bail};
 use serde::Deserialize;
 
-use crate::variant::Variant;
+use crate::variant::{Board, Variant};
 
 const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// A line of what cargo reports, as far as it matters here.
+/// A message of cargo, the fields used here.
 #[derive(Deserialize)]
 struct Message {
     target: Option<Named>,
@@ -29,12 +29,16 @@ pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// Builds all programs of a variant: each by its name.
+/// Builds all programs of a variant. Returns their paths by name.
 pub(crate) fn programs(variant: Variant) -> Result<HashMap<String, PathBuf>> {
     let root = root();
     let target_dir = env::var_os("CARGO_TARGET_DIR").map_or(root.join("target"), PathBuf::from);
-    // One a board: their flags differ, and each would undo the other's build.
-    let target_dir = target_dir.join("measure").join(variant.board.name());
+    // One folder per board: their programs have the same names.
+    let target_dir = match variant.board {
+        // Shares the standard library and the core with the other builds of these profiles.
+        Board::CortexM4F => target_dir,
+        Board::CortexM7 => target_dir.join("measure/m7"),
+    };
     let programs = variant.board.programs();
     let mut command = Command::new(root.join(".cargo/for-target"));
     command
@@ -44,12 +48,13 @@ pub(crate) fn programs(variant: Variant) -> Result<HashMap<String, PathBuf>> {
         .args(programs.iter().flat_map(|name| ["--bin", name]))
         .current_dir(&root)
         .env("CARGO_TARGET_DIR", target_dir)
-        .env("RUSTFLAGS", variant.board.rustflags())
+        .env_remove("RUSTFLAGS")
         .env_remove("CARGO_ENCODED_RUSTFLAGS")
+        .envs(variant.board.rustflags().map(|flags| ("RUSTFLAGS", flags)))
         .stderr(Stdio::inherit());
     let output = command.output().context("cannot start .cargo/for-target")?;
     if !output.status.success() {
-        bail!("cannot build for {variant}; .ci/install-toolchain installs what it takes");
+        bail!("cannot build for {variant}; .ci/install-toolchain installs the toolchain");
     }
     let built = executables(&output.stdout)?;
     for name in &programs {
@@ -62,7 +67,7 @@ fn executables(messages: &[u8]) -> Result<HashMap<String, PathBuf>> {
     let messages = serde_json::Deserializer::from_slice(messages).into_iter::<Message>();
     let mut executables = HashMap::new();
     for message in messages {
-        let message = message.context("cargo reports what cannot be read")?;
+        let message = message.context("cannot parse a message of cargo")?;
         if let (Some(target), Some(executable)) = (message.target, message.executable) {
             executables.insert(target.name, executable);
         }
@@ -75,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_what_cargo_reports_the_executables_are_taken() {
+    fn executables_are_found_among_the_messages_of_cargo() {
         let messages =
             br#"{"reason":"compiler-artifact","target":{"name":"core"},"executable":null}
             {"reason":"compiler-artifact","target":{"name":"bare"},"executable":"a/bare"}

@@ -1,23 +1,23 @@
-//! Instructions as time: an estimate, for the emulator counts no cycles.
+//! Time estimated from instructions: the emulator counts no cycles.
 
 use crate::table::Row;
 
-/// Frames a second that a rig may have.
+/// Frame rates of stereo rigs, Hz.
 const FRAME_RATES: [f64; 2] = [20.0, 60.0];
 
-/// What a board's controller is taken for.
+/// Assumed speed of a board's controller.
 struct Speed {
     hertz: f64,
-    /// Cycles an instruction: an assumption, for code and data in memory without wait states.
+    /// Cycles per instruction, with code and data in memory without wait states.
     cycles: f64,
 }
 
-/// Milliseconds, and the share of a frame at 20 and 60 Hz; `None` for what is no time.
+/// Milliseconds, and the share of a frame at 20 and 60 Hz. `None` for other units than instructions.
 pub(crate) fn estimated(row: &Row) -> Option<(f64, [f64; 2])> {
     let speed = match (row.board.as_str(), row.unit.as_str()) {
         // Most instructions take 1 cycle, loads 2, taken branches 3, square roots and divisions 14.
         ("m4f", "instructions") => Speed { hertz: 168e6, cycles: 1.5 },
-        // Two issues a cycle, of which dependent floating-point work leaves one.
+        // Dual issue; dependent floating-point instructions issue one per cycle.
         ("m7", "instructions") => Speed { hertz: 480e6, cycles: 1.0 },
         _ => return None,
     };
@@ -32,7 +32,7 @@ mod tests {
     use crate::table::row;
 
     #[test]
-    fn a_frame_of_instructions_is_a_whole_frame() {
+    fn instructions_of_one_frame_period_are_a_share_of_one() {
         let (ms, [at_20, at_60]) = estimated(&row("update", 5_600_000)).unwrap();
         assert!((ms - 50.0).abs() < 1e-9);
         assert!((at_20 - 1.0).abs() < 1e-12 && (at_60 - 3.0).abs() < 1e-12);

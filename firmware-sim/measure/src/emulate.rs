@@ -1,4 +1,4 @@
-//! Runs a program on an emulated board: one instruction, 1024 ns.
+//! Runs a program on an emulated board, at 1024 ns of virtual time per instruction.
 
 use std::io::Read;
 use std::path::Path;
@@ -11,10 +11,10 @@ use wait_timeout::ChildExt;
 
 use crate::variant::Board;
 
-/// A program that faults loops for ever.
-const PATIENCE: Duration = Duration::from_secs(600);
+/// Longest run. A program that faults loops forever.
+const TIMEOUT: Duration = Duration::from_secs(600);
 
-/// What the program prints over semihosting.
+/// The program's output over semihosting.
 pub(crate) fn output(board: Board, program: &Path) -> Result<String> {
     let [machine, cpu] = board.emulated();
     let mut child = Command::new("qemu-system-arm")
@@ -26,15 +26,15 @@ pub(crate) fn output(board: Board, program: &Path) -> Result<String> {
         .spawn()
         .context("cannot start qemu-system-arm; .ci/install-toolchain installs it")?;
     let mut stdout = child.stdout.take().context("the emulator has no output")?;
-    // Read as it comes: a full pipe would stop the emulator.
+    // In a thread: a full pipe would stop the emulator.
     let reader = thread::spawn(move || {
         let mut text = String::new();
         stdout.read_to_string(&mut text).map(|_| text)
     });
-    let Some(status) = child.wait_timeout(PATIENCE)? else {
+    let Some(status) = child.wait_timeout(TIMEOUT)? else {
         child.kill()?;
         child.wait()?;
-        bail!("{} did not end within {PATIENCE:?}: it may have faulted", program.display());
+        bail!("{} did not end within {TIMEOUT:?}; it may have faulted", program.display());
     };
     let text = reader.join().map_err(|_| anyhow!("reading the emulator's output failed"))??;
     if !status.success() {

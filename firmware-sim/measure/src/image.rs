@@ -1,12 +1,13 @@
-//! What is in a linked program: bytes of flash and RAM, and the compiler that made it.
+//! Sizes in flash and RAM of a linked program, and the version of its compiler.
 
 use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result};
 use object::{Object, ObjectSection, SectionKind};
+use semver::Version;
 
-/// Bytes that a program takes.
+/// Size of a program, bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Image {
     /// Code and constants, in flash.
@@ -32,8 +33,8 @@ impl Image {
         })
     }
 
-    /// What this one has more of.
-    pub(crate) fn beyond(self, other: Self) -> Self {
+    /// The difference to a smaller program.
+    pub(crate) fn less(self, other: Self) -> Self {
         Self {
             code: self.code.saturating_sub(other.code),
             data: self.data.saturating_sub(other.data),
@@ -42,16 +43,17 @@ impl Image {
     }
 }
 
-/// The version of the compiler that a program names.
-pub(crate) fn compiler(program: &Path) -> Result<String> {
+/// The version of the compiler, as its `.comment` section states it.
+pub(crate) fn compiler(program: &Path) -> Result<Version> {
     let bytes = read(program)?;
     let file = parse(&bytes, program)?;
-    let comment = file.section_by_name(".comment").context("the program names no compiler")?;
-    let names = comment.data().context("the program names no compiler")?;
+    let comment =
+        file.section_by_name(".comment").context("the program has no .comment section")?;
+    let names = comment.data().context("the .comment section cannot be read")?;
     let names = String::from_utf8_lossy(names);
     let rustc = names.split('\0').find_map(|name| name.strip_prefix("rustc version "));
     let version = rustc.and_then(|version| version.split_whitespace().next());
-    Ok(version.context("the program names no rustc")?.to_owned())
+    Ok(version.context("the .comment section names no rustc")?.parse()?)
 }
 
 fn read(program: &Path) -> Result<Vec<u8>> {
@@ -59,7 +61,7 @@ fn read(program: &Path) -> Result<Vec<u8>> {
 }
 
 fn parse<'a>(bytes: &'a [u8], program: &Path) -> Result<object::File<'a>> {
-    object::File::parse(bytes).with_context(|| format!("{} is no program", program.display()))
+    object::File::parse(bytes).with_context(|| format!("{} is not a program", program.display()))
 }
 
 #[cfg(test)]
@@ -67,20 +69,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn this_very_test_has_code_and_names_its_compiler() {
+    fn the_test_binary_has_code_and_names_its_compiler() {
         let program = std::env::current_exe().unwrap();
         assert!(Image::of(&program).unwrap().code > 10_000);
-        assert!(compiler(&program).unwrap().starts_with("1."));
+        assert!(compiler(&program).unwrap() > Version::new(1, 89, 0));
     }
 
     #[test]
-    fn the_difference_of_two_images_is_taken_kind_by_kind() {
+    fn images_are_subtracted_by_section_kind() {
         let image = |code, data, zeroed| Image { code, data, zeroed };
-        assert_eq!(image(9, 5, 1).beyond(image(2, 5, 0)), image(7, 0, 1));
+        assert_eq!(image(9, 5, 1).less(image(2, 5, 0)), image(7, 0, 1));
     }
 
     #[test]
-    fn what_is_no_program_is_refused_by_name() {
+    fn a_file_that_is_not_a_program_is_refused_by_name() {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
         assert!(Image::of(&file).unwrap_err().to_string().contains("Cargo.toml"));
     }

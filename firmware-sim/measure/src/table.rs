@@ -1,9 +1,12 @@
-//! The table of figures, and its file: a comment that names the compiler, then CSV.
+//! Tables of figures: one for each compiler version, a CSV file named after it.
 
+use std::cmp::Reverse;
+use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
+use semver::Version;
 use serde::{Deserialize, Serialize};
 
 /// One figure.
@@ -19,7 +22,7 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    /// What the figure is of.
+    /// Identifies the figure.
     pub(crate) fn key(&self) -> [&str; 4] {
         [&self.board, &self.scalar, &self.opt, &self.what]
     }
@@ -28,30 +31,35 @@ impl Row {
 /// All figures of one compiler.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Table {
-    pub(crate) compiler: String,
+    pub(crate) compiler: Version,
     pub(crate) rows: Vec<Row>,
 }
 
-const COMPILER: &str = "# rustc ";
-
 impl Table {
-    pub(crate) fn read(path: &Path) -> Result<Self> {
-        let text = fs::read_to_string(path)
-            .with_context(|| format!("cannot read {}: --update makes it", path.display()))?;
-        Self::parse(&text).with_context(|| format!("in {}", path.display()))
+    fn read(file: &Path) -> Result<Self> {
+        let read = || {
+            let version = file.file_stem().and_then(OsStr::to_str).unwrap_or_default();
+            let compiler = version.parse().context("the file is not named after a version")?;
+            Self::parse(compiler, &fs::read_to_string(file)?)
+        };
+        read().with_context(|| format!("in {}", file.display()))
     }
 
-    fn parse(text: &str) -> Result<Self> {
-        let compiler = text.lines().find_map(|line| line.strip_prefix(COMPILER));
-        let compiler = compiler.context("no line names the compiler")?.to_owned();
-        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
+    fn parse(compiler: Version, text: &str) -> Result<Self> {
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
         let rows = reader.deserialize().collect::<Result<Vec<Row>, _>>()?;
         ensure!(!rows.is_empty(), "no figures");
         Ok(Self { compiler, rows })
     }
 
-    pub(crate) fn write(&self, path: &Path) -> Result<()> {
-        fs::write(path, self.text()?).with_context(|| format!("cannot write {}", path.display()))
+    /// Writes the file of this compiler into `folder`, in place of the one there.
+    pub(crate) fn write(&self, folder: &Path) -> Result<()> {
+        let file = folder.join(format!("{}.csv", self.compiler));
+        let write = || {
+            fs::create_dir_all(folder)?;
+            anyhow::Ok(fs::write(&file, self.text()?)?)
+        };
+        write().with_context(|| format!("cannot write {}", file.display()))
     }
 
     fn text(&self) -> Result<String> {
@@ -59,9 +67,30 @@ impl Table {
         for row in &self.rows {
             writer.serialize(row)?;
         }
-        let csv = String::from_utf8(writer.into_inner()?)?;
-        Ok(format!("{COMPILER}{}\n{csv}", self.compiler))
+        Ok(String::from_utf8(writer.into_inner()?)?)
     }
+}
+
+/// All tables of a folder, at least one.
+pub(crate) fn read_all(folder: &Path) -> Result<Vec<Table>> {
+    let tables = || {
+        let files = fs::read_dir(folder)?.map(|entry| Ok(entry?.path()));
+        let files = files.collect::<Result<Vec<_>>>()?;
+        let tables = files.iter().filter(|file| file.extension() == Some(OsStr::new("csv")));
+        let tables = tables.map(|file| Table::read(file)).collect::<Result<Vec<_>>>()?;
+        ensure!(!tables.is_empty(), "no table");
+        Ok(tables)
+    };
+    tables().with_context(|| format!("{}: --update writes a table", folder.display()))
+}
+
+/// The table of this compiler, else that of the nearest version; of two equally near, the newer.
+pub(crate) fn nearest<'a>(tables: &'a [Table], compiler: &Version) -> Option<&'a Table> {
+    let number = |v: &Version| (v.major * 1000 + v.minor) * 1000 + v.patch;
+    tables.iter().min_by_key(|table| {
+        let distance = number(compiler).abs_diff(number(&table.compiler));
+        (distance, table.compiler != *compiler, Reverse(&table.compiler))
+    })
 }
 
 #[cfg(test)]
@@ -74,25 +103,70 @@ pub(crate) fn row(what: &str, value: u64) -> Row {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_table_comes_back_as_it_was_written() {
-        let table =
-            Table { compiler: "1.2.3".into(), rows: vec![row("push", 365), row("fuse", 7)] };
-        let text = table.text().unwrap();
-        assert_eq!(
-            text,
-            "# rustc 1.2.3\nboard,scalar,opt,what,unit,value\nm4f,f32,3,push,instructions,365\n\
-             m4f,f32,3,fuse,instructions,7\n"
-        );
-        assert_eq!(Table::parse(&text).unwrap(), table);
+    fn table(compiler: &str, rows: &[Row]) -> Table {
+        Table { compiler: compiler.parse().unwrap(), rows: rows.to_vec() }
     }
 
     #[test]
-    fn a_table_without_compiler_or_figures_is_refused() {
-        assert!(
-            Table::parse("board,scalar,opt,what,unit,value\nm4f,f32,3,push,bytes,1\n").is_err()
+    fn a_table_reads_back_as_written() {
+        let table = table("1.2.3", &[row("push", 365), row("fuse", 7)]);
+        let text = table.text().unwrap();
+        assert_eq!(
+            text,
+            "board,scalar,opt,what,unit,value\nm4f,f32,3,push,instructions,365\n\
+             m4f,f32,3,fuse,instructions,7\n"
         );
-        assert!(Table::parse("# rustc 1.2.3\nboard,scalar,opt,what,unit,value\n").is_err());
-        assert!(Table::parse("# rustc 1.2.3\nboard,what\nm4f,push\n").is_err());
+        assert_eq!(Table::parse(table.compiler.clone(), &text).unwrap(), table);
+    }
+
+    #[test]
+    fn a_table_without_figures_or_columns_is_refused() {
+        let refused = |text| Table::parse(Version::new(1, 2, 3), text).is_err();
+        assert!(refused("board,scalar,opt,what,unit,value\n"));
+        assert!(refused("board,what\nm4f,push\n"));
+    }
+
+    #[test]
+    fn each_compiler_has_its_file_and_an_update_replaces_only_its_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path().join("costs");
+        assert!(read_all(&folder).is_err());
+        let [old, new] = ["1.95.0", "1.96.0"].map(|version| table(version, &[row("push", 1)]));
+        let updated = Table { rows: vec![row("push", 2)], ..new.clone() };
+        for table in [&old, &new, &updated] {
+            table.write(&folder).unwrap();
+        }
+        let mut tables = read_all(&folder).unwrap();
+        tables.sort_by(|a, b| a.compiler.cmp(&b.compiler));
+        assert_eq!(tables, [old, updated]);
+    }
+
+    #[test]
+    fn a_file_that_names_no_version_is_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("notes.csv"), "").unwrap();
+        let error = format!("{:#}", read_all(folder.path()).unwrap_err());
+        assert!(error.contains("notes.csv"), "{error}");
+    }
+
+    #[test]
+    fn the_table_of_the_compiler_is_selected_else_that_of_the_nearest_version() {
+        let tables = ["1.90.0", "1.95.0", "1.96.0", "1.96.2"].map(|v| table(v, &[]));
+        let selected = |compiler: &str| {
+            nearest(&tables, &compiler.parse().unwrap()).map(|table| table.compiler.to_string())
+        };
+        for (compiler, expected) in [
+            ("1.96.0", "1.96.0"),
+            ("1.95.0", "1.95.0"),
+            ("1.95.1", "1.95.0"),
+            ("1.96.1", "1.96.2"),
+            ("1.97.0-nightly", "1.96.2"),
+            ("1.96.0-beta.3", "1.96.0"),
+            ("1.91.0", "1.90.0"),
+            ("2.0.0", "1.96.2"),
+        ] {
+            assert_eq!(selected(compiler).as_deref(), Some(expected), "{compiler}");
+        }
+        assert_eq!(nearest(&[], &Version::new(1, 96, 0)), None);
     }
 }

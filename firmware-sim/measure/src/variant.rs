@@ -1,4 +1,4 @@
-//! What is measured: boards, scalars and optimisations.
+//! The measured variants: boards, scalars and optimisations.
 
 use std::fmt;
 
@@ -29,15 +29,15 @@ impl Board {
         }
     }
 
-    /// Beyond what the target says.
-    pub(crate) fn rustflags(self) -> &'static str {
+    /// Compiler flags. The target is made for the Cortex-M4F.
+    pub(crate) fn rustflags(self) -> Option<&'static str> {
         match self {
-            Self::CortexM4F => "",
-            Self::CortexM7 => "-C target-cpu=cortex-m7",
+            Self::CortexM4F => None,
+            Self::CortexM7 => Some("-C target-cpu=cortex-m7"),
         }
     }
 
-    /// Scalars that its floating-point unit computes in.
+    /// Scalars of its floating-point unit.
     pub(crate) fn scalars(self) -> &'static [&'static str] {
         match self {
             Self::CortexM4F => &["f32"],
@@ -45,7 +45,7 @@ impl Board {
         }
     }
 
-    /// Programs for it: one a scalar, and on the product's board those that tell the size.
+    /// Programs for it: one per scalar, and on the Cortex-M4F those that give the size of the core.
     pub(crate) fn programs(self) -> Vec<String> {
         let mut programs: Vec<_> = self.scalars().iter().map(|s| format!("cost-{s}")).collect();
         if self == Self::CortexM4F {
@@ -55,7 +55,7 @@ impl Board {
     }
 }
 
-/// A profile of the workspace.
+/// A cargo profile of the workspace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Optimisation {
     Speed,
@@ -72,7 +72,7 @@ impl Optimisation {
         }
     }
 
-    /// As in `opt-level`.
+    /// Value of `opt-level`.
     pub(crate) fn level(self) -> &'static str {
         match self {
             Self::Speed => "3",

@@ -1,4 +1,4 @@
-//! `controller-cost` as far as it needs no emulator.
+//! The parts of `controller-cost` that need no emulator.
 
 use assert_cmd::Command;
 
@@ -8,13 +8,13 @@ fn refused(arguments: &[&str]) -> String {
 }
 
 #[test]
-fn a_check_without_a_table_fails_before_anything_is_built_and_says_how_to_make_one() {
-    let said = refused(&["--check", "--table", "no/such.csv"]);
-    assert!(said.contains("no/such.csv") && said.contains("--update"), "{said}");
+fn a_check_without_tables_fails_before_the_builds_and_says_how_to_write_one() {
+    let said = refused(&["--check", "--table", "no/such/folder"]);
+    assert!(said.contains("no/such/folder") && said.contains("--update"), "{said}");
 }
 
 #[test]
-fn what_makes_no_sense_is_refused() {
+fn invalid_options_are_refused() {
     assert!(refused(&["--check", "--update"]).contains("--update"));
     assert!(refused(&["--repeat", "0"]).contains("--repeat"));
 }

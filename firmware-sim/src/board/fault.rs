@@ -1,9 +1,9 @@
-//! A fault ends the run, where the default would hang it.
+//! Ends the run on a fault. The default handler loops forever.
 
 use cortex_m_rt::{ExceptionFrame, exception};
 
-/// Also where a panic ends, after its message.
-// SAFETY: it never returns, so nothing runs on with the state that faulted.
+/// A panic ends here too, after its message.
+// SAFETY: never returns, so no code runs with the faulted state.
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     defmt::error!("hard fault at {=u32:#010x}", frame.pc());

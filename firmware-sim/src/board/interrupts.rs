@@ -1,22 +1,22 @@
-//! Interrupts that firmware may handle, as a device crate would name them, and their vectors.
+//! Interrupts of the board and their vectors, named as in a device crate.
 
 use cortex_m::interrupt::InterruptNumber;
 
-/// Bits of a priority that the controller has.
+/// Priority bits of the controller.
 pub const NVIC_PRIO_BITS: u8 = 3;
 
-/// Vectors up to the last interrupt that may be handled.
+/// Number of vectors, up to the last interrupt.
 const VECTORS: usize = Interrupt::TIMER0 as usize + 1;
 
-/// The timer's. What the UART and the others of the board would raise stays off.
+/// Interrupts with a handler. The others of the board stay disabled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u16)]
 pub enum Interrupt {
-    /// Of [`super::Timer`].
+    /// Interrupt of [`super::Timer`].
     TIMER0 = 8,
 }
 
-// As the scheduler calls it.
+// The name that RTIC expects.
 pub use Interrupt as interrupt;
 
 // SAFETY: the number is that of the board.
@@ -33,7 +33,7 @@ unsafe extern "C" {
     fn TIMER0();
 }
 
-// SAFETY: the runtime reads the section as the vectors of interrupts 0 and up; an empty one is zero.
+// SAFETY: the runtime reads the section as the vectors of interrupts 0 and up; an unused one is zero.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 #[doc(hidden)]

@@ -1,7 +1,7 @@
-//! The UART in the place of the matcher's bus: SPI device and data-ready line by reference.
+//! The UART in place of the matcher's bus. A reference is the SPI device and the data-ready line.
 //!
-//! What is read comes from the line, what is written goes to it; data-ready is high once a byte has
-//! come. Whoever sends sends whole frames.
+//! Reads and writes go to the line. Data-ready is high while a received byte waits. The sender sends whole
+//! frames.
 
 use core::cell::Cell;
 
@@ -11,17 +11,17 @@ use thiserror::Error;
 
 use super::{Timer, Uart};
 
-/// Silence after which the sender is taken for gone, ticks: one minute.
-const SILENCE: u32 = 60 * Timer::HZ;
+/// Timeout of the sender, ticks: one minute.
+const TIMEOUT: u32 = 60 * Timer::HZ;
 
-/// Why nothing was read.
+/// Why a read failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error, defmt::Format)]
 pub enum LinkError {
     /// No byte came for a minute.
     #[error("no byte came for a minute")]
     Silent,
-    /// Full duplex is what a UART does not have.
-    #[error("bytes cannot be sent and read at once")]
+    /// The line is half duplex.
+    #[error("full-duplex transfers are not supported")]
     Duplex,
 }
 
@@ -37,23 +37,23 @@ impl digital::Error for LinkError {
     }
 }
 
-/// The line to whoever plays the matcher.
+/// The line to the host that simulates the matcher.
 pub struct Link {
     uart: Uart,
     timer: Timer,
-    /// When the last byte was seen, ticks.
-    heard: Cell<u32>,
+    /// Time of the last byte, ticks.
+    last_byte: Cell<u32>,
 }
 
 impl Link {
-    /// * `timer`: counts through all its bits.
+    /// * `timer`: as of [`Timer::start`].
     #[must_use]
     pub fn new(uart: Uart, timer: Timer) -> Self {
-        let heard = Cell::new(timer.ticks());
-        Self { uart, timer, heard }
+        let last_byte = Cell::new(timer.ticks());
+        Self { uart, timer, last_byte }
     }
 
-    /// Sends bytes, and waits until the last is on its way.
+    /// Sends bytes. Returns when the last is in the transmit register.
     pub fn send(&self, bytes: &[u8]) {
         self.uart.write(bytes);
     }
@@ -62,10 +62,10 @@ impl Link {
     fn poll(&self) -> Result<bool, LinkError> {
         let now = self.timer.ticks();
         if self.uart.has_byte() {
-            self.heard.set(now);
+            self.last_byte.set(now);
             return Ok(true);
         }
-        if now.wrapping_sub(self.heard.get()) > SILENCE {
+        if now.wrapping_sub(self.last_byte.get()) > TIMEOUT {
             return Err(LinkError::Silent);
         }
         Ok(false)

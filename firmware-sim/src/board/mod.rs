@@ -1,6 +1,6 @@
-//! The emulated board, QEMU's mps2-an386 and mps2-an500: UART, timer, flash, and the ways out.
+//! Drivers of the emulated boards, QEMU's mps2-an386 and mps2-an500: UART, timer, flash, exit and reset.
 //!
-//! The only part of the firmware that touches registers.
+//! No other part of the firmware accesses registers.
 
 mod fault;
 #[cfg(feature = "scheduler")]
@@ -15,12 +15,12 @@ pub use nor_flash::{FlashError, NorFlash};
 pub use timer::Timer;
 pub use uart::Uart;
 
-/// Ends the run: the emulator's exit status is 0 after a success, 1 otherwise.
+/// Ends the run. The emulator's exit status is 0 for a success, 1 otherwise.
 pub fn exit(success: bool) -> ! {
     semihosting::process::exit(i32::from(!success))
 }
 
-/// Starts anew, as after a loss of power but for the flash.
+/// Resets the controller. Only the flash keeps its content.
 pub fn reset() -> ! {
     cortex_m::peripheral::SCB::sys_reset()
 }

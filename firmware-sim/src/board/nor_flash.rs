@@ -1,7 +1,6 @@
-//! NOR flash of the board: RAM that a reset leaves as it is, held to the rules of flash.
+//! Simulated NOR flash: RAM that a reset preserves, with the alignment and write rules of flash.
 //!
-//! The machines that QEMU emulates have none that can be written. What is in it at power on is whatever
-//! the RAM was.
+//! The boards that QEMU emulates have no writable flash. The content at power on is undefined.
 
 use core::mem::MaybeUninit;
 use core::ptr;
@@ -9,21 +8,21 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use embedded_storage::nor_flash::{ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
-/// Two pages, bytes.
+/// Size of two pages, bytes.
 const SIZE: usize = 2 * NorFlash::PAGE as usize;
 
-/// Not touched at start, so that a reset leaves it alone.
+/// Not initialised at start, so a reset preserves it.
 #[unsafe(link_section = ".uninit.nor_flash")]
 static mut CELLS: MaybeUninit<[u8; SIZE]> = MaybeUninit::uninit();
 
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// What a caller asked that flash cannot do.
+/// An access that flash does not allow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub enum FlashError {
-    /// Beyond its end.
+    /// Beyond the end of the flash.
     OutOfBounds,
-    /// Not whole words, or whole pages.
+    /// Not aligned to words or pages.
     NotAligned,
 }
 
@@ -36,30 +35,30 @@ impl NorFlashError for FlashError {
     }
 }
 
-/// The flash; there is one.
+/// The only flash of the board.
 #[derive(Debug)]
 pub struct NorFlash {
     cells: *mut u8,
 }
 
 impl NorFlash {
-    /// Bytes of it.
+    /// Size, bytes.
     pub const SIZE: u32 = 2 * Self::PAGE;
-    /// Bytes that are erased at once.
+    /// Size of a page, the unit of erasure, bytes.
     pub const PAGE: u32 = 8192;
 
-    /// The flash, for the first that asks.
+    /// The flash. `None` after the first call.
     pub fn take() -> Option<Self> {
         let cells = (&raw mut CELLS).cast();
         (!TAKEN.swap(true, Ordering::AcqRel)).then_some(Self { cells })
     }
 
-    /// Where so many bytes are, if they are of the flash.
+    /// Address of a range of bytes within the flash.
     fn at(&self, offset: u32, bytes: usize) -> Result<*mut u8, FlashError> {
         let offset = offset as usize;
         let end = offset.checked_add(bytes).filter(|end| *end <= SIZE);
         end.ok_or(FlashError::OutOfBounds)?;
-        // SAFETY: up to its end it is within the static.
+        // SAFETY: the range is within the static.
         Ok(unsafe { self.cells.add(offset) })
     }
 }
@@ -74,8 +73,8 @@ impl ReadNorFlash for NorFlash {
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
         let cells = self.at(offset, bytes.len())?;
         for (i, byte) in bytes.iter_mut().enumerate() {
-            // SAFETY: within the static, to which there is no other way than this one; volatile, because
-            // what is there is what the hardware has kept, not what the program has written.
+            // SAFETY: within the static, which only this value accesses. Volatile: the content survives a
+            // reset, so the compiler cannot know it.
             *byte = unsafe { ptr::read_volatile(cells.add(i)) };
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! CMSDK timer 0: counts down at 25 MHz.
+//! CMSDK timer 0, which counts down at 25 MHz.
 
 use vcell::VolatileCell;
 
@@ -12,36 +12,36 @@ struct Registers {
     control: VolatileCell<u32>,
     value: VolatileCell<u32>,
     reload: VolatileCell<u32>,
-    /// Written: clears the interrupt.
+    /// A write clears the interrupt.
     interrupt: VolatileCell<u32>,
 }
 
-/// The timer. There is one; who makes two of it shares its settings.
+/// The timer. All values share the settings of the one timer.
 pub struct Timer {
     registers: &'static Registers,
 }
 
-// SAFETY: the registers may be used from any priority: each access is one of a word, none is kept.
+// SAFETY: each access of a register is one word access, which is valid at any priority.
 unsafe impl Send for Timer {}
 
 impl Timer {
-    /// Ticks in a second.
+    /// Tick rate, Hz.
     pub const HZ: u32 = 25_000_000;
 
-    /// Runs through all 32 bits, without an interrupt: wraps every 171 s.
+    /// Counts through all 32 bits without an interrupt. Wraps every 171 s.
     #[must_use]
     pub fn start() -> Self {
         Self::with(u32::MAX, ENABLE)
     }
 
-    /// Interrupts every so many ticks.
+    /// Interrupts every `ticks` ticks.
     #[must_use]
     pub fn every(ticks: u32) -> Self {
         Self::with(ticks, ENABLE | INTERRUPT_ENABLE)
     }
 
     fn with(reload: u32, control: u32) -> Self {
-        // SAFETY: the board has these registers at this address, for good, and all are 32 bits wide.
+        // SAFETY: the board has these 32-bit registers at this address, always.
         let registers = unsafe { &*(TIMER0 as *const Registers) };
         registers.control.set(0);
         registers.reload.set(reload);
@@ -50,18 +50,18 @@ impl Timer {
         Self { registers }
     }
 
-    /// Ticks since some moment; wraps around.
+    /// Current count of ticks. Wraps around.
     #[must_use]
     pub fn ticks(&self) -> u32 {
         !self.registers.value.get()
     }
 
-    /// Lets the next interrupt come.
+    /// Clears the interrupt.
     pub fn acknowledge(&self) {
         self.registers.interrupt.set(1);
     }
 
-    /// No more interrupts.
+    /// Stops the timer and its interrupts.
     pub fn stop(&self) {
         self.registers.control.set(0);
         self.acknowledge();

@@ -8,7 +8,7 @@ const TRANSMIT_FULL: u32 = 1;
 const RECEIVE_FULL: u32 = 1 << 1;
 const ENABLE_BOTH: u32 = 0b11;
 
-/// The smallest that the hardware takes; the emulator's line has no rate.
+/// The smallest valid value. The emulator ignores the baud rate.
 const BAUD_DIVIDER: u32 = 16;
 
 #[repr(C)]
@@ -20,36 +20,36 @@ struct Registers {
     baud_divider: VolatileCell<u32>,
 }
 
-/// The UART. There is one; who makes two of it shares its bytes.
+/// The UART. All values share the one UART.
 pub struct Uart {
     registers: &'static Registers,
 }
 
 impl Uart {
-    /// Turned on, both ways.
+    /// Enables transmitter and receiver.
     #[must_use]
     pub fn start() -> Self {
-        // SAFETY: the board has these registers at this address, for good, and all are 32 bits wide.
+        // SAFETY: the board has these 32-bit registers at this address, always.
         let registers = unsafe { &*(UART0 as *const Registers) };
         registers.baud_divider.set(BAUD_DIVIDER);
         registers.control.set(ENABLE_BOTH);
         Self { registers }
     }
 
-    /// Whether a byte has come in.
+    /// Whether a received byte waits.
     #[must_use]
     pub fn has_byte(&self) -> bool {
         self.registers.state.get() & RECEIVE_FULL != 0
     }
 
-    /// The byte that has come in. Until it is read no further one does.
+    /// Reads the received byte. The receiver holds one byte.
     #[must_use]
     pub fn read(&self) -> Option<u8> {
         let [byte, ..] = self.has_byte().then(|| self.registers.data.get())?.to_le_bytes();
         Some(byte)
     }
 
-    /// Sends bytes, and waits until the last is on its way.
+    /// Sends bytes. Returns when the last is in the transmit register.
     pub fn write(&self, bytes: &[u8]) {
         for &byte in bytes {
             while self.registers.state.get() & TRANSMIT_FULL != 0 {}

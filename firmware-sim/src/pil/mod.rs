@@ -1,20 +1,20 @@
-//! Processor in the loop: a host plays the matcher over a line, and is told what became of each pair,
-//! bit for bit.
+//! Processor in the loop: a host sends the frames of the matcher over a serial line and gets the result of
+//! each pair, bit for bit.
 //!
-//! | who | sends | |
+//! | sender | message | content |
 //! |---|---|---|
-//! | host | [`Opening`] | cameras, and how many pairs will come |
-//! | controller | [`Greeting`] | whether it takes them |
-//! | host | a frame, see [`stereo_selfcal::link`] | through the same decoder as the matcher's |
-//! | controller | [`PairAnswer`] | after each frame |
-//! | controller | [`EndAnswer`] | after the last: what is now in use |
+//! | host | [`SessionRequest`] | both cameras, and the number of pairs |
+//! | controller | [`SessionReply`] | whether it accepts them |
+//! | host | a frame, see [`stereo_selfcal::link`] | one pair; decoded as the matcher's frames are |
+//! | controller | [`PairReply`] | the result of the pair |
+//! | controller | [`EndReply`] | after the last pair: the extrinsics in use |
 //!
-//! All little endian, without padding, for a link without errors.
+//! Messages are little endian and without padding. The line is taken to be free of errors.
 
-mod answer;
-mod opening;
-mod serve;
+mod reply;
+mod request;
+mod session;
 
-pub use answer::{EndAnswer, Greeting, PairAnswer, Part};
-pub use opening::{Opening, OpeningError};
-pub use serve::{ServeError, serve};
+pub use reply::{EndReply, Field, PairReply, SessionReply};
+pub use request::{RequestError, SessionRequest};
+pub use session::{SessionError, run_session};

@@ -1,14 +1,13 @@
-//! The simulation: a recorded data set or a generated flight in the matcher's place, what the firmware
-//! makes of it on standard output, and a plot.
+//! The simulation on a host: a recorded data set or a generated flight in place of the matcher. The results
+//! go to standard output and into a plot.
 
 mod args;
-mod drive;
-mod emulator;
 mod flight;
+mod labels;
 mod pil;
-mod play;
+mod polling;
+mod replay;
 mod report;
-mod words;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -22,11 +21,11 @@ use host_tests::wire::{Sender, SimMatcher};
 
 use args::{Cli, Command, ReplayArgs};
 
-/// The program.
+/// Runs the program with the arguments of the process.
 pub(crate) fn main() -> ExitCode {
     match run(&Cli::parse(), &mut io::stdout()) {
         Ok(code) => code,
-        // Whoever read the output has seen enough.
+        // The reader of the output has closed it.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");
@@ -35,24 +34,20 @@ pub(crate) fn main() -> ExitCode {
     }
 }
 
-/// Does what the command line asks for.
+/// Runs the command of the command line.
 ///
 /// # Errors
-/// As the parts say.
+/// Those of the command.
 fn run(cli: &Cli, out: &mut impl Write) -> Result<ExitCode> {
     match &cli.command {
         Some(Command::Flight(args)) => flight::run(args, out)?,
         Some(Command::Pil(args)) => pil::run(args, out)?,
-        #[cfg(feature = "logs")]
-        Some(Command::Emulate(args)) => {
-            return emulator::run(&args.image, args.machine, args.timeout);
-        }
         None => replay(&cli.replay, out)?,
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// Plays the data set and prints what comes of it.
+/// Replays the data set and prints the results.
 ///
 /// # Errors
 /// If the data set cannot be read, a file cannot be written, or no pair could be fused.
@@ -63,8 +58,8 @@ fn replay(args: &ReplayArgs, out: &mut impl Write) -> Result<()> {
     let mut app = App::new(matcher.driver(), &mut calibrator);
 
     report::heading(out, &set)?;
-    let run = play::play(&set, &matcher, &mut app, out)?;
-    report::summary(out, &set, &run)?;
+    let run = replay::replay(&set, &matcher, &mut app, out)?;
+    report::evaluation(out, &set, &run)?;
 
     let plot = args.plot(&set);
     plot::write_svg(&plot, &set, &run.log)?;
@@ -73,8 +68,7 @@ fn replay(args: &ReplayArgs, out: &mut impl Write) -> Result<()> {
     match (app.apply(), app.calibrator().proposal()) {
         (Ok(applied), _) => report::applied(out, &applied, app.calibrator().generation()),
         (Err(why), Some(proposal)) => report::not_applied(out, &proposal.extrinsics, why),
-        (Err(why), None) => {
-            Err(why).with_context(|| format!("nothing to apply after {} pairs", set.pairs.len()))
-        }
+        (Err(why), None) => Err(why)
+            .with_context(|| format!("no estimate to apply after {} pairs", set.pairs.len())),
     }
 }

@@ -1,4 +1,4 @@
-//! What is printed around the lines of the pairs.
+//! The printed report, apart from the lines of the pairs.
 
 use std::io::Write;
 
@@ -7,29 +7,29 @@ use host_tests::data::Dataset;
 use host_tests::run::Summary;
 use stereo_selfcal::{ApplyError, DEPTHS_M, Extrinsics, Health, Scalar};
 
-use super::play::Run;
-use super::words;
+use super::labels;
+use super::replay::Run;
 use firmware_sim::CAPACITY;
 
-/// What runs on what.
+/// Prints the data set and the configuration.
 pub(super) fn heading(out: &mut impl Write, set: &Dataset) -> Result<()> {
     let matches: usize = set.pairs.iter().map(Vec::len).sum();
     let pairs = set.pairs.len();
     writeln!(out, "Firmware simulation: recorded matches over SPI into the calibrator")?;
     writeln!(out, "data set   {}: {pairs} pairs, {matches} matches", set.name)?;
     writeln!(out, "source     {}", set.meta.source)?;
-    writeln!(out, "preset     robust: redescending loss, fusion by moments, a watch over the rig")?;
-    writeln!(out, "scalar     f32, room for {CAPACITY} matches a pair, 1/256 px on the wire")?;
+    writeln!(out, "preset     robust: redescending loss, fusion by moments, change detection")?;
+    writeln!(out, "scalar     f32, up to {CAPACITY} matches per pair, 1/256 px on the wire")?;
     writeln!(out, "errors     in degrees, against R, t of the data set\n")?;
     Ok(())
 }
 
-/// The final table, and what puts its figures in proportion.
-pub(super) fn summary(out: &mut impl Write, set: &Dataset, run: &Run) -> Result<()> {
+/// Prints the final errors, the standard deviations and the health.
+pub(super) fn evaluation(out: &mut impl Write, set: &Dataset, run: &Run) -> Result<()> {
     let summary = run.log.summary(set)?;
     writeln!(out, "\n{summary}")?;
-    if let Some([t, r]) = error_in_sd(&summary) {
-        writeln!(out, "error / reported sd {t:.1} in t, {r:.1} in R")?;
+    if let Some([t, r]) = normalised_errors(&summary) {
+        writeln!(out, "error / sd         {t:.1} in t, {r:.1} in R")?;
     }
     if let Some((t, r)) = set.meta.sigma_t_deg.zip(set.meta.sigma_r_deg) {
         writeln!(out, "sd of reference    {t:.4} deg in t, {r:.4} deg in R")?;
@@ -39,28 +39,28 @@ pub(super) fn summary(out: &mut impl Write, set: &Dataset, run: &Run) -> Result<
     }
     let left_out: usize = run.log.steps().iter().map(|s| s.offered - s.taken).sum();
     if left_out > 0 {
-        let why = format!("over {CAPACITY} a pair, or without a ray");
+        let why = format!("over {CAPACITY} per pair, or without a ray");
         writeln!(out, "left out           {left_out} matches: {why}")?;
     }
     Ok(())
 }
 
-/// Errors of `t` and `R` in their own reported standard deviations.
-fn error_in_sd(summary: &Summary) -> Option<[f64; 2]> {
+/// Errors of `t` and `R` divided by their reported standard deviations.
+fn normalised_errors(summary: &Summary) -> Option<[f64; 2]> {
     let t = summary.e_t? / summary.sd_translation?;
     let r = summary.e_theta? / summary.sd_rotation?;
     Some([t, r])
 }
 
-/// What an operator is told.
+/// Prints the health for an operator.
 fn health(out: &mut impl Write, h: &Health<f32>, baseline_m: Option<f32>) -> Result<()> {
     let [used, new] = [h.in_use_px, h.proposed_px];
     let rms = format!("{used:.3} px as in use, {new:.3} px as proposed");
     let counts = format!("{} fit the former, {} the latter", h.fit_in_use, h.fit_proposed);
-    writeln!(out, "health, last pair  RMS row offset {rms}; {counts}: {}", words::band(h.band))?;
-    let doubt = h.doubt.map_or(String::new(), |d| format!(", {}", words::doubt(d)));
+    writeln!(out, "health, last pair  RMS row offset {rms}; {counts}: {}", labels::band(h.band))?;
+    let doubt = h.doubt.map_or(String::new(), |d| format!(", {}", labels::doubt(d)));
     let weakest = h.weakest.map_or(String::new(), |(direction, sd)| {
-        format!(", weakest {} at {:.4} deg", words::direction(direction), sd.to_degrees())
+        format!(", weakest {} at {:.4} deg", labels::direction(direction), sd.to_degrees())
     });
     writeln!(
         out,
@@ -73,11 +73,11 @@ fn health(out: &mut impl Write, h: &Health<f32>, baseline_m: Option<f32>) -> Res
         let errors: Vec<String> = at.map(|(z, e)| format!("{e:.3} m at {z} m")).collect();
         writeln!(out, "depth error        {}, as in use", errors.join(", "))?;
     }
-    writeln!(out, "may arm            {}, as in use", words::arming(h.arming))?;
+    writeln!(out, "may arm            {}, as in use", labels::arming(h.arming))?;
     Ok(())
 }
 
-/// The extrinsics now in use.
+/// Prints the extrinsics in use.
 pub(super) fn applied(
     out: &mut impl Write,
     applied: &Extrinsics<f32>,
@@ -87,7 +87,7 @@ pub(super) fn applied(
     extrinsics(out, applied)
 }
 
-/// The estimate, and why it is not in use.
+/// Prints the estimate, and why it is not applied.
 pub(super) fn not_applied(
     out: &mut impl Write,
     proposed: &Extrinsics<f32>,

@@ -1,4 +1,4 @@
-//! The core's calls, each a function that is not inlined: what a firmware would call.
+//! The measured calls of the core, each in a function that is not inlined.
 
 use stereo_selfcal::link::{Decoder, FrameRefusal, FrameSink, Received};
 use stereo_selfcal::{
@@ -7,10 +7,10 @@ use stereo_selfcal::{
     Refusal, RestoreError, Scalar, SnapshotError,
 };
 
-/// Room for correspondences of one pair.
+/// Capacity of the batch.
 pub(crate) const CAPACITY: usize = 256;
 
-pub(crate) type Calibrated<T> = Calibrator<T, CAPACITY>;
+pub(crate) type CalibratorOf<T> = Calibrator<T, CAPACITY>;
 
 #[inline(never)]
 pub(crate) fn feed(
@@ -23,61 +23,65 @@ pub(crate) fn feed(
 
 #[inline(never)]
 pub(crate) fn push<T: Scalar>(
-    calibrator: &mut Calibrated<T>,
+    calibrator: &mut CalibratorOf<T>,
     c: &Correspondence<T>,
 ) -> Result<Pushed, PushError> {
     calibrator.push(c)
 }
 
 #[inline(never)]
-pub(crate) fn begin<T: Scalar>(calibrator: &mut Calibrated<T>) -> Result<(), PairError> {
+pub(crate) fn begin<T: Scalar>(calibrator: &mut CalibratorOf<T>) -> Result<(), PairError> {
     calibrator.begin_pair()
 }
 
 #[inline(never)]
 pub(crate) fn advance<T: Scalar>(
-    calibrator: &mut Calibrated<T>,
+    calibrator: &mut CalibratorOf<T>,
 ) -> Result<Option<PairReport<T>>, PairError> {
     calibrator.advance_pair()
 }
 
 #[inline(never)]
-pub(crate) fn solve<T: Scalar>(calibrator: &mut Calibrated<T>) -> Result<PairReport<T>, PairError> {
+pub(crate) fn solve<T: Scalar>(
+    calibrator: &mut CalibratorOf<T>,
+) -> Result<PairReport<T>, PairError> {
     calibrator.solve_pair()
 }
 
 #[inline(never)]
 pub(crate) fn fuse<T: Scalar>(
-    calibrator: &mut Calibrated<T>,
+    calibrator: &mut CalibratorOf<T>,
     report: &PairReport<T>,
 ) -> Result<Fused, Refusal> {
     calibrator.fuse()
 }
 
 #[inline(never)]
-pub(crate) fn health<T: Scalar>(calibrator: &Calibrated<T>) -> Option<Health<T>> {
+pub(crate) fn health<T: Scalar>(calibrator: &CalibratorOf<T>) -> Option<Health<T>> {
     calibrator.health()
 }
 
 #[inline(never)]
-pub(crate) fn proposal<T: Scalar>(calibrator: &Calibrated<T>) -> Option<Proposal<T>> {
+pub(crate) fn proposal<T: Scalar>(calibrator: &CalibratorOf<T>) -> Option<Proposal<T>> {
     calibrator.proposal()
 }
 
 #[inline(never)]
 pub(crate) fn apply<T: Scalar>(
-    calibrator: &mut Calibrated<T>,
+    calibrator: &mut CalibratorOf<T>,
 ) -> Result<Extrinsics<T>, ApplyError> {
     calibrator.apply()
 }
 
 #[inline(never)]
-pub(crate) fn undo<T: Scalar>(calibrator: &mut Calibrated<T>) -> Result<Extrinsics<T>, ApplyError> {
+pub(crate) fn undo<T: Scalar>(
+    calibrator: &mut CalibratorOf<T>,
+) -> Result<Extrinsics<T>, ApplyError> {
     calibrator.undo()
 }
 
 #[inline(never)]
-pub(crate) fn reset<T: Scalar>(calibrator: &mut Calibrated<T>) {
+pub(crate) fn reset<T: Scalar>(calibrator: &mut CalibratorOf<T>) {
     calibrator.reset();
 }
 
@@ -87,7 +91,7 @@ pub(crate) fn rotations<T: Scalar>(extrinsics: &Extrinsics<T>) -> RectifyingRota
 }
 
 #[inline(never)]
-pub(crate) fn choose<T: Scalar>(
+pub(crate) fn rectified_camera<T: Scalar>(
     cameras: &Cameras<T>,
     rotations: &RectifyingRotations<T>,
 ) -> Result<RectifiedCamera<T>, RectifyError> {
@@ -96,7 +100,7 @@ pub(crate) fn choose<T: Scalar>(
 
 #[inline(never)]
 pub(crate) fn snapshot<T: Scalar>(
-    calibrator: &Calibrated<T>,
+    calibrator: &CalibratorOf<T>,
     buffer: &mut [u8],
 ) -> Result<usize, SnapshotError> {
     calibrator.snapshot(buffer).map(<[u8]>::len)
@@ -104,7 +108,7 @@ pub(crate) fn snapshot<T: Scalar>(
 
 #[inline(never)]
 pub(crate) fn restore<T: Scalar>(
-    calibrator: &mut Calibrated<T>,
+    calibrator: &mut CalibratorOf<T>,
     record: &[u8],
 ) -> Result<(), RestoreError> {
     calibrator.restore(record)

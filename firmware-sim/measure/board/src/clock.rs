@@ -1,7 +1,7 @@
-//! Instructions, by the board's timer.
+//! Counts instructions with the board's timer.
 //!
-//! Under `-icount shift=10` an instruction takes 1024 ns of virtual time, and a tick of the timer is
-//! 40 ns: 25.6 ticks an instruction. It wraps after 168 million instructions.
+//! With `-icount shift=10` an instruction takes 1024 ns of virtual time. A tick of the timer is 40 ns, so
+//! an instruction is 25.6 ticks. The timer wraps after 168 million instructions.
 
 use core::ptr;
 
@@ -14,7 +14,7 @@ const RELOAD: usize = 2;
 const TICK_NS: u64 = 40;
 const INSTRUCTION_NS: u64 = 1024;
 
-/// A clock that runs: its registers.
+/// The running timer, by its registers.
 pub(crate) struct Clock(*mut u32);
 
 impl Clock {
@@ -26,17 +26,17 @@ impl Clock {
         Self(TIMER)
     }
 
-    /// Ticks since the start; wraps around.
+    /// Ticks since the start. Wraps around.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call would be counted with what is measured")]
+    #[expect(clippy::inline_always, reason = "a call would add to the measured instructions")]
     pub(crate) fn ticks(&self) -> u32 {
-        // SAFETY: as above; reading has no side effect.
+        // SAFETY: as in `start`; a read has no side effect.
         let value = unsafe { self.0.add(VALUE).read_volatile() };
         u32::MAX.wrapping_sub(value)
     }
 }
 
-/// Instructions in so many ticks, to the nearest.
+/// Converts ticks to instructions, rounded.
 pub(crate) fn instructions(ticks: u32) -> u32 {
     let nearest = (u64::from(ticks) * TICK_NS + INSTRUCTION_NS / 2) / INSTRUCTION_NS;
     u32::try_from(nearest).unwrap_or(u32::MAX)

@@ -1,4 +1,4 @@
-//! A frame off the wire, decoded.
+//! Decodes a frame of the wire.
 
 use stereo_selfcal::Correspondence;
 use stereo_selfcal::link::{
@@ -11,10 +11,10 @@ use crate::scene::HEADER;
 
 const BYTES: usize = FrameHeader::BYTES + CAPACITY * MatchRecord::BYTES + FrameCrc::BYTES;
 
-/// Looks at no match: what is measured is the decoder.
-struct Nothing;
+/// Discards the matches, so that only the decoder is measured.
+struct DiscardingSink;
 
-impl FrameSink for Nothing {
+impl FrameSink for DiscardingSink {
     fn start(&mut self, _: &FrameHeader) -> Result<(), FrameRefusal> {
         Ok(())
     }
@@ -31,11 +31,11 @@ impl FrameSink for Nothing {
     fn discard(&mut self) {}
 }
 
-/// Decodes a frame that lies in one piece.
+/// Decodes a frame from one contiguous slice.
 ///
 /// # Panics
-/// If the frame does not come through whole.
-pub(crate) fn decode(probe: &Probe, records: &[MatchRecord]) -> Sample {
+/// If the frame is not decoded.
+pub(crate) fn decode(probe: &Probe, records: &[Record]) -> Sample {
     let count = records.len().try_into().expect("within a frame");
     let header = FrameHeader { count, ..HEADER };
     let start = header.encode().expect("valid");
@@ -52,7 +52,7 @@ pub(crate) fn decode(probe: &Probe, records: &[MatchRecord]) -> Sample {
 
     let mut decoder = Decoder::new();
     let mut rest = bytes.as_slice();
-    let (fed, sample) = probe.run(|| calls::feed(&mut decoder, &mut rest, &mut Nothing));
+    let (fed, sample) = probe.run(|| calls::feed(&mut decoder, &mut rest, &mut DiscardingSink));
     assert_eq!(fed, Ok(Some(Received { header, taken: 0 })));
     sample
 }

@@ -1,11 +1,11 @@
-//! The cameras: 1920 x 1200 px, focal length 1400 px.
+//! Cameras of 1920 x 1200 px, focal length 1400 px.
 
 use stereo_selfcal::{Camera, Cameras, Intrinsics, Lens, RadialTangential, Scalar};
 
 pub(crate) const SIZE: [u16; 2] = [1920, 1200];
 pub(crate) const FOCAL_PX: f32 = 1400.0;
 
-/// A usual wide lens, in OpenCV's order.
+/// Coefficients of a wide-angle lens, in OpenCV's order.
 const DISTORTION: [f64; 5] = [-0.283, 0.0429, 1.1e-3, -9.5e-5, 0.115];
 
 pub(crate) fn pinholes<T: Scalar>() -> Cameras<T> {
@@ -15,7 +15,7 @@ pub(crate) fn pinholes<T: Scalar>() -> Cameras<T> {
 /// Two cameras with radial and tangential distortion.
 ///
 /// # Panics
-/// Never: the coefficients are constants.
+/// Never: the constant coefficients are finite.
 pub(crate) fn distorted<T: Scalar>() -> Cameras<T> {
     let lens = RadialTangential::try_new(DISTORTION.map(T::lit)).expect("coefficients are finite");
     cameras(Lens::RadialTangential(lens))

@@ -1,7 +1,7 @@
-//! What the core costs on an emulated controller: exact instructions and the depth of the stack.
+//! Measures instructions and stack of the core's calls on an emulated controller.
 //!
-//! Runs under QEMU with `-icount shift=10`. Prints one `name,unit,value` a line over semihosting; lines
-//! that start with `#` tell of each call.
+//! Runs in QEMU with `-icount shift=10`. Prints one `name,unit,value` per line over semihosting. Lines that
+//! start with `#` are about single calls.
 
 #![no_std]
 
@@ -9,11 +9,11 @@ mod calls;
 mod clock;
 mod frame;
 mod lens;
+mod measurement;
 mod pair;
 mod probe;
 mod scene;
 mod stack;
-mod survey;
 mod table;
 
-pub use survey::survey;
+pub use measurement::measure;

@@ -1,24 +1,24 @@
-//! One pair through the calibrator, every call measured.
+//! Processes one pair and measures every call.
 
 use stereo_selfcal::link::MatchRecord;
 use stereo_selfcal::{Correspondence, PairReport, Scalar, State};
 
-use crate::calls::{self, Calibrated};
+use crate::calls::{self, CalibratorOf};
 use crate::probe::{Probe, Sample};
 use crate::scene::HEADER;
-use crate::table::remark;
+use crate::table::comment;
 
-/// More calls than any pair takes.
+/// Largest number of calls per pair, more than any pair takes.
 const MAX_CALLS: usize = 256;
 
-/// The dearest and the deepest of each call.
+/// Largest instructions and stack of each call.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Calls {
     pub(crate) push: Sample,
     pub(crate) begin: Sample,
-    /// But for the last of a pair.
+    /// Without the last call of a pair.
     pub(crate) advance: Sample,
-    /// The last of a pair: it judges.
+    /// The last call of a pair, which evaluates it.
     pub(crate) last: Sample,
     pub(crate) fuse: Sample,
     pub(crate) health: Sample,
@@ -40,55 +40,55 @@ impl Calls {
         ]
     }
 
-    /// The larger of each.
-    pub(crate) fn most(&self, other: &Self) -> Self {
+    /// The larger value of each.
+    pub(crate) fn max(&self, other: &Self) -> Self {
         Self {
-            push: self.push.most(other.push),
-            begin: self.begin.most(other.begin),
-            advance: self.advance.most(other.advance),
-            last: self.last.most(other.last),
-            fuse: self.fuse.most(other.fuse),
-            health: self.health.most(other.health),
-            proposal: self.proposal.most(other.proposal),
-            apply: self.apply.most(other.apply),
+            push: self.push.max(other.push),
+            begin: self.begin.max(other.begin),
+            advance: self.advance.max(other.advance),
+            last: self.last.max(other.last),
+            fuse: self.fuse.max(other.fuse),
+            health: self.health.max(other.health),
+            proposal: self.proposal.max(other.proposal),
+            apply: self.apply.max(other.apply),
         }
     }
 }
 
-/// What one pair took.
+/// Cost of one pair.
 pub(crate) struct PairCost {
-    /// Before the pair.
+    /// State before the pair.
     pub(crate) state: State,
-    /// From `begin_pair` to `fuse`, instructions.
+    /// Instructions from `begin_pair` to `fuse`.
     pub(crate) update: u32,
-    /// The second pass, instructions: the first that only adds up and steps.
+    /// Instructions of the second pass, the first without the start of the pair.
     pub(crate) second: u32,
     pub(crate) calls: Calls,
 }
 
-/// Fills the batch; the dearest `push`.
+/// Fills the batch. Returns the largest cost of a `push`.
 ///
 /// # Panics
-/// If a match is refused: the scene makes none that would be.
+/// If a match is refused. All matches of the scene are inside both images.
 pub(crate) fn fill<T: Scalar>(
     probe: &Probe,
-    calibrator: &mut Calibrated<T>,
-    records: &[MatchRecord],
+    calibrator: &mut CalibratorOf<T>,
+    records: &[Record],
 ) -> Sample {
     calibrator.clear_pair();
-    records.iter().fold(Sample::default(), |most, record| {
+    records.iter().fold(Sample::default(), |largest, record| {
         let c = converted(&record.decode(&HEADER));
         let (pushed, sample) = probe.run(|| calls::push(calibrator, &c));
         pushed.expect("the match is inside both images");
-        most.most(sample)
+        largest.max(sample)
     })
 }
 
-/// Takes one pair in, and puts what is proposed into use where it may be.
-pub(crate) fn take<T: Scalar>(
+/// Processes one pair and applies the proposal where possible.
+pub(crate) fn process<T: Scalar>(
     probe: &Probe,
-    calibrator: &mut Calibrated<T>,
-    records: &[MatchRecord],
+    calibrator: &mut CalibratorOf<T>,
+    records: &[Record],
 ) -> PairCost {
     let state = calibrator.state();
     let mut calls = Calls { push: fill(probe, calibrator, records), ..Calls::default() };
@@ -96,24 +96,24 @@ pub(crate) fn take<T: Scalar>(
     calls.begin = sample;
     let mut update = sample.instructions;
     let mut second = 0;
-    remark(format_args!("{state} {} begin {update}", records.len()));
+    comment(format_args!("{state} {} begin {update}", records.len()));
     let report = begun.is_ok().then(|| {
         for call in 0..MAX_CALLS {
             let (advanced, sample) = probe.run(|| calls::advance(calibrator));
-            remark(format_args!("  advance {}", sample.instructions));
+            comment(format_args!("  advance {}", sample.instructions));
             update += sample.instructions;
             if call == 0 {
                 second = sample.instructions;
             }
             match advanced {
-                Ok(None) => calls.advance = calls.advance.most(sample),
+                Ok(None) => calls.advance = calls.advance.max(sample),
                 Ok(Some(report)) => {
                     calls.last = sample;
                     return Some(report);
                 }
                 Err(error) => {
                     calls.last = sample;
-                    remark(format_args!("  {error}"));
+                    comment(format_args!("  {error}"));
                     return None;
                 }
             }
@@ -121,27 +121,27 @@ pub(crate) fn take<T: Scalar>(
         None
     });
     if let Some(report) = report.flatten() {
-        calls.fuse = fused(probe, calibrator, &report);
+        calls.fuse = fuse(probe, calibrator, &report);
         update += calls.fuse.instructions;
     }
     calls.health = probe.run(|| calls::health(calibrator)).1;
     calls.proposal = probe.run(|| calls::proposal(calibrator)).1;
     calls.apply = probe.run(|| calls::apply(calibrator)).1;
-    remark(format_args!("  update {update}, {} after it", calibrator.state()));
+    comment(format_args!("  update {update}, {} after it", calibrator.state()));
     PairCost { state, update, second, calls }
 }
 
-fn fused<T: Scalar>(
+fn fuse<T: Scalar>(
     probe: &Probe,
-    calibrator: &mut Calibrated<T>,
+    calibrator: &mut CalibratorOf<T>,
     report: &PairReport<T>,
 ) -> Sample {
     let (fused, sample) = probe.run(|| calls::fuse(calibrator, report));
-    remark(format_args!("  fuse {}, taken in: {}", sample.instructions, fused.is_ok()));
+    comment(format_args!("  fuse {}, accepted: {}", sample.instructions, fused.is_ok()));
     sample
 }
 
-/// The same in the scalar at hand, exact.
+/// Converts a match to the measured scalar, exactly.
 pub(crate) fn converted<T: Scalar>(c: &Correspondence<f32>) -> Correspondence<T> {
     let lit = |x: f32| T::lit(x.into());
     Correspondence {

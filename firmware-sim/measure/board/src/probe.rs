@@ -1,21 +1,21 @@
-//! One call, measured.
+//! Measures one call.
 
 use core::sync::atomic::{Ordering, compiler_fence};
 
 use crate::clock::{Clock, instructions};
 use crate::stack;
 
-/// What a call took.
+/// Cost of a call.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Sample {
     pub(crate) instructions: u32,
-    /// Below the stack of the caller, bytes.
+    /// Stack below that of the caller, bytes.
     pub(crate) stack: u32,
 }
 
 impl Sample {
-    /// The larger of each.
-    pub(crate) fn most(self, other: Self) -> Self {
+    /// The larger value of each.
+    pub(crate) fn max(self, other: Self) -> Self {
         Self {
             instructions: self.instructions.max(other.instructions),
             stack: self.stack.max(other.stack),
@@ -25,7 +25,7 @@ impl Sample {
 
 pub(crate) struct Probe {
     clock: Clock,
-    /// Ticks that reading the clock takes.
+    /// Ticks of reading the clock.
     overhead: u32,
 }
 
@@ -36,7 +36,7 @@ impl Probe {
         probe
     }
 
-    /// Runs `call`, which is to be one call of a function that is not inlined.
+    /// Measures `call`: one call of a function that is not inlined.
     #[inline(never)]
     pub(crate) fn run<R>(&self, call: impl FnOnce() -> R) -> (R, Sample) {
         let top = stack::paint();
@@ -46,7 +46,7 @@ impl Probe {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a frame of its own would count as the call's")]
+    #[expect(clippy::inline_always, reason = "its stack frame would count as that of the call")]
     fn ticks<R>(&self, call: impl FnOnce() -> R) -> (R, u32) {
         let start = self.clock.ticks();
         compiler_fence(Ordering::SeqCst);

@@ -1,7 +1,7 @@
-//! Matches of a near scene, the same bits wherever they are made: integers at random, products, and
+//! Generates matches of a near scene, bit-identical on every machine: from random integers, products, and
 //! rounding to the 1/256 px of the wire.
 //!
-//! 3 to 80 baselines away, 0.3 px of noise a coordinate, of ten matches so many wrong.
+//! Points are 3 to 80 baselines away, with 0.3 px of noise per coordinate and a share of outliers.
 
 use nalgebra::{Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -11,7 +11,7 @@ use stereo_selfcal::{Correspondence, so3};
 
 use crate::lens::{FOCAL_PX, SIZE};
 
-/// Of a frame of these matches, but for their number.
+/// Header of a frame of these matches, without their number.
 pub(crate) const HEADER: FrameHeader = FrameHeader {
     timestamp_us: 0,
     sequence: 0,
@@ -24,10 +24,10 @@ pub(crate) const HEADER: FrameHeader = FrameHeader {
     more_found: false,
 };
 
-/// Inverse distances, in 1/baseline.
-const NEARNESS: [f32; 2] = [1.0 / 80.0, 1.0 / 3.0];
+/// Range of inverse distances, 1/baseline.
+const INVERSE_DISTANCES: [f32; 2] = [1.0 / 80.0, 1.0 / 3.0];
 
-/// Turns the sum of four numbers within -1 to 1 into noise of 0.3 px.
+/// Scales the sum of four uniform numbers in -1 to 1 to noise of 0.3 px.
 const NOISE: f32 = 0.3 * 0.866;
 
 /// `R`, `t` of the rig.
@@ -38,46 +38,46 @@ pub(crate) struct Rig {
 }
 
 impl Rig {
-    /// Off the plain side-by-side rig by so many degrees about each axis, and `t` by as many.
+    /// A rig that deviates from the side-by-side rig by `degrees` about each axis, and `t` by as many.
     pub(crate) fn off(degrees: f32) -> Self {
         let angle = degrees.to_radians();
-        let turn = so3::exp(&Vector3::new(angle, -angle, angle)).expect("finite");
-        let aslant = so3::exp(&(Vector3::new(0.0, 0.6, 0.8) * angle)).expect("finite");
-        Self { rotation: turn, translation: aslant * -Vector3::x() }
+        let rotation = so3::exp(&Vector3::new(angle, -angle, angle)).expect("finite");
+        let tilt = so3::exp(&(Vector3::new(0.0, 0.6, 0.8) * angle)).expect("finite");
+        Self { rotation, translation: tilt * -Vector3::x() }
     }
 }
 
-/// Where matches come from.
+/// Generator of matches.
 pub(crate) struct Scene {
     random: ChaCha8Rng,
     pub(crate) rig: Rig,
-    /// Of each ten matches.
-    pub(crate) wrong: usize,
+    /// Outliers per ten matches.
+    pub(crate) outliers: usize,
 }
 
 impl Scene {
     pub(crate) fn new(rig: Rig) -> Self {
-        Self { random: ChaCha8Rng::seed_from_u64(0x5E1F_CA11), rig, wrong: 3 }
+        Self { random: ChaCha8Rng::seed_from_u64(0x5E1F_CA11), rig, outliers: 3 }
     }
 
-    /// Matches of one more pair.
-    pub(crate) fn fill(&mut self, records: &mut [MatchRecord]) {
+    /// Generates the matches of the next pair.
+    pub(crate) fn fill(&mut self, records: &mut [Record]) {
         for (i, record) in records.iter_mut().enumerate() {
-            *record = self.record(i % 10 < self.wrong);
+            *record = self.record(i % 10 < self.outliers);
         }
     }
 
-    /// One match, inside both images.
-    fn record(&mut self, wrong: bool) -> MatchRecord {
+    /// Generates one match inside both images.
+    fn record(&mut self, outlier: bool) -> Record {
         loop {
             let left = self.pixel();
-            let right = if wrong { self.pixel() } else { self.seen_right(left) };
+            let right = if outlier { self.pixel() } else { self.project_right(left) };
             let [left, right] = [left, right].map(|pixel| pixel.map(|x| x + self.noise()));
             let inside = |[u, v]: [f32; 2]| {
                 let [width, height] = SIZE.map(f32::from);
                 (0.0..width).contains(&u) && (0.0..height).contains(&v)
             };
-            let score = 0.5 + 0.5 * self.share();
+            let score = 0.5 + 0.5 * self.uniform();
             let c = Correspondence { left, right, score, grid_step: 0.0 };
             if let Some(record) =
                 MatchRecord::encode(&c, &HEADER).ok().filter(|_| inside(left) && inside(right))
@@ -88,26 +88,27 @@ impl Scene {
     }
 
     fn pixel(&mut self) -> [f32; 2] {
-        SIZE.map(|n| f32::from(n) * self.share())
+        SIZE.map(|n| f32::from(n) * self.uniform())
     }
 
-    /// Where the right camera sees what the left one sees, at a distance of chance.
-    fn seen_right(&mut self, left: [f32; 2]) -> [f32; 2] {
+    /// Projects a pixel of the left camera to the right one, at a random distance.
+    fn project_right(&mut self, left: [f32; 2]) -> [f32; 2] {
         let centre = SIZE.map(|n| f32::from(n) * 0.5);
         let [x, y] = [0, 1].map(|i| (left[i] - centre[i]) / FOCAL_PX);
-        let [far, near] = NEARNESS;
-        let nearness = far + (near - far) * self.share();
-        let p = self.rig.rotation * Vector3::new(x, y, 1.0) + self.rig.translation * nearness;
+        let [far, near] = INVERSE_DISTANCES;
+        let inverse_distance = far + (near - far) * self.uniform();
+        let p =
+            self.rig.rotation * Vector3::new(x, y, 1.0) + self.rig.translation * inverse_distance;
         [centre[0] + FOCAL_PX * p.x / p.z, centre[1] + FOCAL_PX * p.y / p.z]
     }
 
     fn noise(&mut self) -> f32 {
-        let sum: f32 = (0..4).map(|_| self.share() * 2.0 - 1.0).sum();
+        let sum: f32 = (0..4).map(|_| self.uniform() * 2.0 - 1.0).sum();
         sum * NOISE
     }
 
-    /// At random within 0 to 1, in steps of 1/65536.
-    fn share(&mut self) -> f32 {
+    /// Uniform in 0 to 1, in steps of 1/65536.
+    fn uniform(&mut self) -> f32 {
         f32::from(self.random.random::<u16>()) / 65_536.0
     }
 }

@@ -1,36 +1,35 @@
-//! How deep a call goes: the stack below the caller is painted before and searched after it.
+//! Measures the stack of a call: paints the stack below the caller before it and scans it after.
 
 use core::ptr;
 
 use cortex_m::register::msp;
 
-/// Depth that is painted, bytes.
+/// Painted depth, bytes.
 const WINDOW: u32 = 48 * 1024;
 const WORD: u32 = 4;
 const PAINT: u32 = 0xA5C3_5A3C;
 
-/// Paints what lies below the stack of the function that this is inlined into; the address of its
-/// lowest byte.
+/// Paints the stack below the calling function. Returns the address of the lowest byte of its stack.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "a frame of its own would be painted over")]
+#[expect(clippy::inline_always, reason = "a call would return through painted stack")]
 pub(crate) fn paint() -> u32 {
     let top = msp::read();
     let mut at = top - WINDOW;
     while at < top {
-        // SAFETY: RAM below the stack pointer, which nothing owns: no interrupt is on, nothing is called.
+        // SAFETY: RAM below the stack pointer is unused: no interrupt is enabled, nothing is called.
         unsafe { address(at).write_volatile(PAINT) };
         at += WORD;
     }
     top
 }
 
-/// Bytes below `top` that are not painted any more.
+/// Depth below `top` of the lowest byte that a call has written.
 ///
 /// # Panics
-/// If the paint is gone to its end: the window is too small.
+/// If the whole window is written.
 pub(crate) fn depth(top: u32) -> u32 {
     let mut at = top - WINDOW;
-    // SAFETY: RAM, read as words; what lies below the stack pointer is only read.
+    // SAFETY: words of RAM, only read.
     while at < top && unsafe { address(at).read_volatile() } == PAINT {
         at += WORD;
     }

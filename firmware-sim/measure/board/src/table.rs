@@ -1,15 +1,15 @@
-//! Rows on the semihosting output.
+//! Prints rows over semihosting.
 
 use core::fmt::Display;
 
 use cortex_m_semihosting::hprintln;
 
-/// A row of the table.
+/// Prints a row of the table.
 pub(crate) fn row(name: impl Display, unit: &str, value: u32) {
     hprintln!("{},{},{}", name, unit, value);
 }
 
-/// A line that is no row.
-pub(crate) fn remark(text: impl Display) {
+/// Prints a line that is not a row.
+pub(crate) fn comment(text: impl Display) {
     hprintln!("# {}", text);
 }

@@ -1,5 +1,4 @@
-//! The hardware around the controller: the matcher at the end of its wire, the flash, the power; and what
-//! goes wrong with them.
+//! The simulated hardware around the controller: matcher, wire, flash and power supply, with their faults.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -15,29 +14,29 @@ use simulated_flash::{Fault, Flash, TEARS};
 use stereo_selfcal::link::FpgaMatcher;
 use stereo_selfcal::store::{Persistence, SavePolicy, Store};
 
-/// Two pages of NOR flash, bytes; it is written in words of 8.
+/// Page size and word size of the NOR flash, bytes. It has two pages.
 const PAGE: usize = 8192;
 const WORD: usize = 8;
 
-/// Words and pages that the flash still takes when power is about to be lost, at most: a save is as long.
+/// Largest number of writes and erasures before the power is lost: as long as a save.
 const LAST_WORDS: u32 = 400;
 
-/// Between two pairs.
+/// Time between two pairs.
 const PERIOD: Duration = Duration::from_millis(50);
 
-/// Pairs that data-ready stays stuck for, at most.
+/// Longest time that data-ready is stuck, pairs.
 const STUCK_FOR: u32 = 5;
 
-/// Frames that the matcher has room for while nobody reads.
-const HELD: usize = 2;
+/// Frames that the matcher buffers while nobody reads.
+const BUFFERED_FRAMES: usize = 2;
 
-/// How often what goes wrong, shares of all pairs.
+/// Rates of the faults, shares of all pairs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Profile {
     wire: Faults,
-    /// Data-ready stays high or low for a few pairs.
+    /// Data-ready is stuck high or low for a few pairs.
     stuck: f64,
-    /// Power is lost: cut, or half of the times while the controller saves what it can.
+    /// Power is lost. In half of the cases the controller detects it and saves.
     power: f64,
 }
 
@@ -51,17 +50,17 @@ impl Profile {
     };
 }
 
-/// The supply of the controller.
+/// State of the controller's power supply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Power {
     On,
-    /// It goes down, and the controller sees it.
+    /// It goes down, and the controller detects it.
     Failing,
-    /// It is cut.
+    /// It is cut without warning.
     Lost,
 }
 
-/// All of it.
+/// All simulated hardware.
 pub(super) struct Hardware {
     profile: Profile,
     matcher: SimMatcher,
@@ -69,14 +68,14 @@ pub(super) struct Hardware {
     wire: FaultyWire,
     flash: SharedFlash,
     rng: ChaCha8Rng,
-    /// Pairs until data-ready works again.
+    /// Number of pairs until data-ready works again.
     stuck_for: u32,
 }
 
 impl Hardware {
-    /// New, its flash erased.
+    /// Hardware with an erased flash.
     ///
-    /// * `seed`: the same faults for the same seed.
+    /// * `seed`: of the faults.
     pub(super) fn new(profile: Profile, sender: Sender, seed: u64) -> Self {
         let flash = Flash::of(vec![0xff; 2 * PAGE], seed);
         Self {
@@ -90,20 +89,20 @@ impl Hardware {
         }
     }
 
-    /// The controller's driver of the matcher, which knows nothing of what it read before.
+    /// A new driver of the matcher, without the state of an earlier one.
     pub(super) fn driver(&self) -> FpgaMatcher<SimSpi, SimReady> {
         self.matcher.driver()
     }
 
-    /// The controller's memory.
+    /// The controller's persistence, on the simulated flash.
     ///
     /// # Errors
-    /// If there is no store in the flash: never.
+    /// If the store cannot be opened, which its dimensions exclude.
     pub(super) fn persistence(&self) -> Result<Persistence<SharedFlash, f32>> {
         let [end, page] = [2 * PAGE, PAGE].map(u32::try_from);
         let store = Store::open(self.flash.clone(), 0..end?, page?);
         let store = store.map_err(|error| anyhow!("flash: {error}"))?;
-        // Flights are short: what takes minutes in the field takes a second here.
+        // Shorter intervals than in the field, since flights are short.
         let policy = SavePolicy::new().with_shortest_interval(Duration::from_secs(1))?;
         Ok(Persistence::new(store, policy.with_longest_interval(Duration::from_secs(5))?))
     }
@@ -113,7 +112,7 @@ impl Hardware {
         PERIOD * sequence
     }
 
-    /// The matcher has found a pair.
+    /// Sends the frame of a pair, with the faults of wire and data-ready.
     pub(super) fn send(&mut self, sequence: u32, pair: &[Match]) {
         self.stuck_for = self.stuck_for.saturating_sub(1);
         if self.stuck_for == 0 && self.rng.random_bool(self.profile.stuck) {
@@ -124,7 +123,7 @@ impl Hardware {
             self.matcher.set_ready(DataReady::Works);
         }
         let (frame, _) = self.sender.frame(sequence, pair);
-        if self.matcher.waiting() >= HELD * frame.len() {
+        if self.matcher.waiting() >= BUFFERED_FRAMES * frame.len() {
             return;
         }
         let mut bytes = Vec::new();
@@ -132,7 +131,7 @@ impl Hardware {
         self.matcher.put(bytes);
     }
 
-    /// Whether power is about to be lost: the flash then takes some more words.
+    /// Draws whether the power is lost. The flash then accepts a limited number of further writes.
     pub(super) fn power(&mut self) -> Power {
         if !self.rng.random_bool(self.profile.power) {
             return Power::On;
@@ -143,13 +142,13 @@ impl Hardware {
         if self.rng.random() { Power::Failing } else { Power::Lost }
     }
 
-    /// Power is back.
+    /// Restores the power.
     pub(super) fn power_on(&mut self) {
         self.flash.0.borrow_mut().power_on();
     }
 }
 
-/// The flash, which outlives the controller's driver of it.
+/// The flash, shared between successive starts of the controller.
 #[derive(Debug, Clone)]
 pub(super) struct SharedFlash(Rc<RefCell<Flash<WORD, PAGE>>>);
 

@@ -1,4 +1,4 @@
-//! A line for every pair that changes something, and for every fiftieth.
+//! Prints a line for every pair that changes the state, verdict or health, and for every fiftieth.
 
 use std::io::Write;
 
@@ -10,18 +10,18 @@ use stereo_selfcal::store::ResumeError;
 use stereo_selfcal::{Arming, Band, Doubt, Fused, Health, State};
 
 use super::super::args::FlightArgs;
-use super::super::words;
+use super::super::labels;
 
-/// Pairs from one line to the next if nothing changes.
-const EVERY: u32 = 50;
+/// Largest number of pairs between two lines.
+const INTERVAL: u32 = 50;
 
-/// What flies.
+/// Prints the scenario.
 pub(super) fn heading(out: &mut impl Write, args: &FlightArgs, scenario: &Scenario) -> Result<()> {
     let scene = &scenario.scene;
     writeln!(out, "Firmware simulation: a generated flight over SPI into the calibrator")?;
     writeln!(
         out,
-        "flight     {} pairs of {} matches, {:.0} % of them wrong, {} px noise; seed {}",
+        "flight     {} pairs of {} matches, {:.0} % outliers, {} px noise; seed {}",
         args.pairs,
         scene.matches,
         100.0 * scene.outliers,
@@ -33,10 +33,7 @@ pub(super) fn heading(out: &mut impl Write, args: &FlightArgs, scenario: &Scenar
         "rig        {} m baseline; knock of {} deg in mid flight, {} deg RMS of vibration",
         args.baseline, args.knock, scenario.vibration_deg
     )?;
-    writeln!(
-        out,
-        "preset     robust, applied by itself while locked; f32, 1/256 px on the wire\n"
-    )?;
+    writeln!(out, "preset     robust, automatic apply while locked; f32, 1/256 px on the wire\n")?;
     writeln!(
         out,
         "pair  {:<9}  {:<11}  {:<15}  {:<9}  {:<15}  {:<11}  {:>5}  {:<27}  {:<14}  what",
@@ -53,18 +50,18 @@ pub(super) fn heading(out: &mut impl Write, args: &FlightArgs, scenario: &Scenar
     Ok(())
 }
 
-/// Between the pair before and the pair after.
+/// Prints the knock, between the pairs before and after it.
 pub(super) fn knock(out: &mut impl Write, degrees: f64) -> Result<()> {
     Ok(writeln!(out, "      -- the right camera is knocked: {degrees} deg --")?)
 }
 
-/// Right after a pair.
+/// Prints a loss of power after a pair.
 pub(super) fn power_lost(out: &mut impl Write, pair: u32, in_a_save: bool) -> Result<()> {
     let when = if in_a_save { ", during a save" } else { "" };
     Ok(writeln!(out, "      -- power is lost after pair {pair}{when} --")?)
 }
 
-/// After power has come back.
+/// Prints the restart after a loss of power.
 pub(super) fn resumed<E: std::fmt::Debug>(
     out: &mut impl Write,
     resumed: &Result<bool, ResumeError<E>>,
@@ -72,22 +69,22 @@ pub(super) fn resumed<E: std::fmt::Debug>(
 ) -> Result<()> {
     let pairs = calibrator.proposal().map_or(0, |p| p.pairs);
     let what = match resumed {
-        Ok(true) => format!("{pairs} pairs are taken up from flash"),
-        Ok(false) => "nothing in flash yet".into(),
-        Err(why) => format!("nothing is taken up: {why}"),
+        Ok(true) => format!("{pairs} pairs restored from flash"),
+        Ok(false) => "flash is empty".into(),
+        Err(why) => format!("nothing restored: {why}"),
     };
     Ok(writeln!(out, "      -- power is back: {what} --")?)
 }
 
-/// What a line is written about when it changes.
+/// A line is printed when one of these changes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Key {
-    became: Option<Verdict>,
+    verdict: Option<Verdict>,
     state: State,
     health: Option<(Band, Arming, Option<Doubt>)>,
 }
 
-/// Remembers what was written last.
+/// Prints the lines, and keeps the last one for comparison.
 pub(super) struct Log {
     baseline_m: f32,
     last: Option<Key>,
@@ -98,19 +95,19 @@ impl Log {
         Self { baseline_m, last: None }
     }
 
-    /// Writes a line if there is something to say.
+    /// Prints a line if something has changed.
     pub(super) fn note(
         &mut self,
         out: &mut impl Write,
         pair: u32,
-        became: Option<Verdict>,
+        verdict: Option<Verdict>,
         state: State,
         health: Option<&Health<f32>>,
     ) -> Result<()> {
         let health_key = health.map(|h| (h.band, h.arming, h.doubt));
-        let key = Key { became, state, health: health_key };
-        let plain = matches!(became, None | Some(Verdict::Accepted(Fused::Added)));
-        if self.last == Some(key) && plain && !pair.is_multiple_of(EVERY) {
+        let key = Key { verdict, state, health: health_key };
+        let plain = matches!(verdict, None | Some(Verdict::Accepted(Fused::Added)));
+        if self.last == Some(key) && plain && !pair.is_multiple_of(INTERVAL) {
             return Ok(());
         }
         self.last = Some(key);
@@ -119,19 +116,19 @@ impl Log {
             Some(h) => self.health(out, h)?,
             None => write!(out, "{:<120}  ", "-")?,
         }
-        match became {
-            Some(became) => write!(out, "{became}")?,
-            None => write!(out, "no frame came through")?,
+        match verdict {
+            Some(verdict) => write!(out, "{verdict}")?,
+            None => write!(out, "no frame received")?,
         }
         if let Some(doubt) = health.and_then(|h| h.doubt) {
-            write!(out, "; {}", words::doubt(doubt))?;
+            write!(out, "; {}", labels::doubt(doubt))?;
         }
         Ok(writeln!(out)?)
     }
 
     fn health(&self, out: &mut impl Write, h: &Health<f32>) -> Result<()> {
         let weakest = h.weakest.map_or("-".into(), |(direction, sd)| {
-            format!("{} {:.4}", words::direction(direction), sd.to_degrees())
+            format!("{} {:.4}", labels::direction(direction), sd.to_degrees())
         });
         let [r, t] = [h.sd.rotation, h.sd.translation].map(f32::to_degrees);
         let errors = h.depth_errors(self.baseline_m);
@@ -140,11 +137,11 @@ impl Log {
         write!(
             out,
             "{:<11}  {rows:<15}  {:<9}  {:<15}  {weakest:<11}  {:>3.0} %  {errors:<27}  {:<14}  ",
-            words::band(h.band),
+            labels::band(h.band),
             format!("{} > {}", h.fit_in_use, h.fit_proposed),
             format!("{r:.4} {t:.4}"),
             100.0 * h.coverage,
-            words::arming(h.arming),
+            labels::arming(h.arming),
         )?;
         Ok(())
     }

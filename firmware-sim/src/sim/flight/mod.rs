@@ -1,9 +1,9 @@
-//! A generated flight in the matcher's place, with the truth of every pair.
+//! Simulates a generated flight, with the true extrinsics of every pair.
 
 mod hardware;
+mod io_stats;
 mod log;
 mod outcome;
-mod service;
 
 use std::io::Write;
 
@@ -17,47 +17,47 @@ use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Camera, Cameras, Extrinsics, Health, Intrinsics, Lens, Scalar, State};
 
 use super::args::FlightArgs;
-use super::drive::attend;
+use super::polling::poll_until_idle;
 use hardware::{Hardware, Power, Profile};
+use io_stats::IoStats;
 use log::Log;
 use outcome::Outcome;
-use service::Service;
 
-/// How far the assembled rig is from the factory extrinsics: `R` about x, y, z, `t` about y, z, degrees.
+/// Deviation of the assembled rig from the factory extrinsics: `R` about x, y, z, `t` about y, z, degrees.
 const ASSEMBLED_DEG: ([f64; 3], [f64; 2]) = ([0.8, -0.5, 0.6], [0.7, -0.4]);
 
-/// One pair of the flight, after it.
+/// The calibration after one pair of the flight.
 struct Moment {
-    /// `None` where no frame came through.
-    became: Option<Verdict>,
+    /// `None` if no frame was received.
+    verdict: Option<Verdict>,
     state: State,
-    /// Error of what is in use, rad.
+    /// Error of the extrinsics in use, rad.
     error: Deviation<f64>,
-    /// Reported standard deviations of the estimate, rad.
+    /// Reported standard deviation of the estimate, rad.
     sd: Option<Deviation<f64>>,
-    /// RMS row offset in use, px.
+    /// RMS row offset with the extrinsics in use, px.
     in_use_px: Option<f32>,
 }
 
-/// Flies, prints what happens, and plots it.
+/// Simulates the flight, prints its log and plots it.
 ///
 /// # Errors
-/// If a file cannot be written, or the flight does not end locked.
+/// If a file cannot be written, or the state at the end is not locked.
 pub(super) fn run(args: &FlightArgs, out: &mut impl Write) -> Result<()> {
     let scenario = scenario(args)?;
     log::heading(out, args, &scenario)?;
-    let flown = fly(&scenario, args, out)?;
-    let outcome = Outcome::of(&flown.moments, scenario.turned_from());
+    let result = simulate(&scenario, args, out)?;
+    let outcome = Outcome::of(&result.moments, scenario.turned_from());
     writeln!(out, "\n{outcome}")?;
-    writeln!(out, "applied            {} times by itself", flown.generation)?;
-    writeln!(out, "{}", flown.service)?;
+    writeln!(out, "applied            {} times automatically", result.generation)?;
+    writeln!(out, "{}", result.io_stats)?;
     let title = format!(
         "flight of {} pairs, knock of {} degrees, seed {}",
         args.pairs, args.knock, args.seed
     );
-    timeline::write_svg(&args.plot, &title, &flown.timeline, scenario.turned_from())?;
+    timeline::write_svg(&args.plot, &title, &result.timeline, scenario.turned_from())?;
     writeln!(out, "plot               {}", args.plot.display())?;
-    let last = flown.moments.last().map_or(State::Acquiring, |moment| moment.state);
+    let last = result.moments.last().map_or(State::Acquiring, |moment| moment.state);
     ensure!(last == State::Locked, "the flight ends {last}, not locked");
     Ok(())
 }
@@ -69,79 +69,79 @@ fn scenario(args: &FlightArgs) -> Result<Scenario> {
     Ok(Scenario { scene, turn_deg: args.knock, ..named })
 }
 
-/// What came of a flight.
+/// Result of a flight.
 #[derive(Default)]
-struct Flown {
+struct FlightResult {
     moments: Vec<Moment>,
     timeline: Vec<timeline::TimelinePoint>,
-    /// Changes of what is in use.
+    /// Number of changes of the extrinsics in use.
     generation: u32,
-    service: Service,
+    io_stats: IoStats,
 }
 
-fn fly(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Result<Flown> {
-    // Vibration is drawn apart: without it the flight is the same.
+fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Result<FlightResult> {
+    // The vibration has its own random numbers: without it the flight is the same.
     let calm = Scenario { vibration_deg: 0.0, ..scenario.clone() }.rigs(args.seed)?;
     let profile = if args.faults { Profile::BAD } else { Profile::GOOD };
     let sender = Sender::new(scenario.scene.size, [0.0])?;
     let mut hardware = Hardware::new(profile, sender, args.seed);
     let mut log = Log::new(args.baseline);
-    let mut flown = Flown::default();
+    let mut result = FlightResult::default();
     let mut buffer = [0; Controller::SNAPSHOT_BYTES];
     let bar = progress::over(scenario.pairs, "pairs");
     let mut pairs = (0_u32..).zip(scenario.frames(args.seed)?).zip(calm).peekable();
     while pairs.peek().is_some() {
-        // From power on to power off.
+        // One start of the controller, until the power is lost.
         let mut calibrator = Box::new(firmware_sim::start_automatic(cameras(scenario)?));
         let mut persistence = hardware.persistence()?;
         let resumed = persistence.resume(&mut calibrator, &mut buffer);
-        if flown.service.begin(&resumed, calibrator.state()) {
+        if result.io_stats.start(&resumed, calibrator.state()) {
             bar.suspend(|| log::resumed(out, &resumed, &calibrator))?;
         }
         let mut app = App::new(hardware.driver(), &mut calibrator);
         for ((sequence, frame), calm) in pairs.by_ref() {
             let ScenarioPair { scene, pair } = frame;
             hardware.send(sequence, &pair.matches);
-            let done = attend(&mut app)?.map(|driven| driven.pair);
+            let pair_outcome = poll_until_idle(&mut app)?.map(|processed| processed.pair);
             let calibrator = app.calibrator();
-            let health = done.as_ref().and_then(|done| done.health);
-            let became = done.as_ref().map(verdict);
+            let health = pair_outcome.as_ref().and_then(|pair| pair.health);
+            let verdict = pair_outcome.as_ref().map(verdict_of);
             bar.suspend(|| {
                 if usize::try_from(sequence)? == scenario.turned_from() {
                     log::knock(out, scenario.turn_deg)?;
                 }
-                log.note(out, sequence, became, calibrator.state(), health.as_ref())
+                log.note(out, sequence, verdict, calibrator.state(), health.as_ref())
             })?;
-            flown.note(calibrator, became, health.as_ref(), &scene.rig, &calm);
+            result.record(calibrator, verdict, health.as_ref(), &scene.rig, &calm);
             bar.inc(1);
             let (power, now) = (hardware.power(), Hardware::now(sequence));
             let kept = match power {
-                // What a controller does that sees its supply go down.
+                // A controller that detects the failing supply saves at once.
                 Power::Failing => persistence.save(calibrator, now, &mut buffer).map(|()| None),
                 _ => persistence.save_if_due(calibrator, now, &mut buffer),
             };
-            flown.service.note(&kept, calibrator.state());
+            result.io_stats.note(&kept, calibrator.state());
             if power != Power::On {
                 bar.suspend(|| log::power_lost(out, sequence, kept.is_err()))?;
                 break;
             }
         }
-        flown.generation = app.calibrator().generation();
-        flown.service.end(app.counters(), persistence.store().wear());
+        result.generation = app.calibrator().generation();
+        result.io_stats.end(app.counters(), persistence.store().wear());
         hardware.power_on();
     }
     bar.finish_and_clear();
-    Ok(flown)
+    Ok(result)
 }
 
-impl Flown {
-    /// After a pair, or where one should have been.
+impl FlightResult {
+    /// Records the calibration after a pair, or after a missing one.
     ///
     /// * `rig`, `calm`: the rig of the pair, with and without its vibration.
-    fn note(
+    fn record(
         &mut self,
         calibrator: &Controller,
-        became: Option<Verdict>,
+        verdict: Option<Verdict>,
         health: Option<&Health<f32>>,
         rig: &Extrinsics<f64>,
         calm: &Extrinsics<f64>,
@@ -149,7 +149,7 @@ impl Flown {
         let proposal = calibrator.proposal();
         let in_use = in_f64(calibrator.in_use());
         self.moments.push(Moment {
-            became,
+            verdict,
             state: calibrator.state(),
             error: Deviation::between(&in_use, calm),
             sd: proposal.map(|p| Deviation {
@@ -167,8 +167,8 @@ impl Flown {
     }
 }
 
-fn verdict(done: &PairOutcome) -> Verdict {
-    match done.outcome {
+fn verdict_of(pair: &PairOutcome) -> Verdict {
+    match pair.outcome {
         Ok((_, fused)) => fused.map_or_else(Verdict::Refused, Verdict::Accepted),
         Err(why) => Verdict::Failed(why),
     }
@@ -189,22 +189,22 @@ mod tests {
     use clap::Parser;
     use stereo_selfcal::Fused;
 
-    /// The flight of the command line, and its log.
-    fn flown(arguments: &[&str]) -> (Flown, usize, String) {
+    /// Runs the flight of a command line. Returns its result, the pair of the knock and the log.
+    fn flight(arguments: &[&str]) -> (FlightResult, usize, String) {
         let cli = super::super::Cli::parse_from([&["firmware-sim", "flight"], arguments].concat());
         let Some(super::super::Command::Flight(args)) = cli.command else { panic!("no flight") };
         let scenario = scenario(&args).unwrap();
         let mut out = Vec::new();
-        let flown = fly(&scenario, &args, &mut out).unwrap();
-        (flown, scenario.turned_from(), String::from_utf8(out).unwrap())
+        let result = simulate(&scenario, &args, &mut out).unwrap();
+        (result, scenario.turned_from(), String::from_utf8(out).unwrap())
     }
 
     #[test]
-    fn a_knock_is_noticed_at_once_and_the_new_rig_in_use_three_pairs_later() {
-        let (Flown { moments, .. }, knock, log) = flown(&["--pairs", "80"]);
+    fn a_knock_is_detected_at_once_and_followed_within_three_pairs() {
+        let (FlightResult { moments, .. }, knock, log) = flight(&["--pairs", "80"]);
         assert!(moments[10..knock].iter().all(|m| m.state == State::Locked), "{log}");
         assert_eq!(moments[knock].state, State::Suspect, "{log}");
-        let took_over = |m: &Moment| m.became == Some(Verdict::Accepted(Fused::TookOver));
+        let took_over = |m: &Moment| m.verdict == Some(Verdict::Accepted(Fused::TookOver));
         assert!(moments[knock..knock + 3].iter().any(took_over), "{log}");
         assert!(moments[knock + 3..].iter().all(|m| m.state == State::Locked), "{log}");
         let Moment { error, sd, .. } = moments.last().unwrap();
@@ -214,13 +214,14 @@ mod tests {
     }
 
     #[test]
-    fn with_faults_everywhere_it_resumes_what_it_had_learnt_and_ends_locked() {
+    fn with_faults_it_restores_the_estimate_and_ends_locked() {
         let mut total = [0; 4];
         for seed in ["1", "2", "3"] {
-            let (Flown { moments, service, .. }, _, log) = flown(&["--faults", "--seed", seed]);
-            let lost = moments.iter().filter(|m| m.became.is_none()).count();
+            let (FlightResult { moments, io_stats, .. }, _, log) =
+                flight(&["--faults", "--seed", seed]);
+            let lost = moments.iter().filter(|m| m.verdict.is_none()).count();
             assert!((10..120).contains(&lost), "{lost}: {log}");
-            // A start that took nothing up would be acquiring again.
+            // A start that restored nothing would be acquiring again.
             let first_lock = moments.iter().position(|m| m.state == State::Locked).unwrap();
             let forgot = |m: &Moment| m.state == State::Acquiring;
             assert!(!moments[first_lock..].iter().any(forgot), "{log}");
@@ -229,7 +230,7 @@ mod tests {
             assert_eq!(*state, State::Locked, "{log}");
             assert!(error.rotation < 5.0 * sd.rotation, "{error:?} {sd:?}");
             assert!(error.translation < 5.0 * sd.translation, "{error:?} {sd:?}");
-            let counts = [service.starts, service.resumed, service.torn, service.saves];
+            let counts = [io_stats.starts, io_stats.resumed, io_stats.torn, io_stats.saves];
             total.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
         }
         let [starts, resumed, torn, saves] = total;
@@ -238,7 +239,7 @@ mod tests {
 
     #[test]
     fn the_log_has_a_line_for_every_change_and_every_fiftieth_pair() {
-        let (Flown { moments, .. }, knock, log) = flown(&["--pairs", "60"]);
+        let (FlightResult { moments, .. }, knock, log) = flight(&["--pairs", "60"]);
         let numbers: Vec<usize> =
             log.lines().filter_map(|line| line.get(..4)?.trim().parse().ok()).collect();
         assert!(numbers.contains(&50) && numbers.contains(&knock), "{log}");

@@ -1,4 +1,4 @@
-//! What a flight came to: how soon the knock was answered, and how far off the rig in use was.
+//! Summary of a flight: delays after the knock, and errors of the extrinsics in use.
 
 use std::fmt;
 
@@ -11,13 +11,13 @@ use super::Moment;
 /// The figures of a flight. Angles in rad.
 #[derive(Debug, PartialEq)]
 pub(super) struct Outcome {
-    /// Pairs until locked for the first time, that one included.
+    /// Number of pairs until locked for the first time.
     locked: Option<usize>,
-    /// Pairs from the knock until the state is no longer locked, that one included.
+    /// Number of pairs from the knock until the state is no longer locked.
     detected: Option<usize>,
-    /// Pairs from the knock until its rig is the estimate, that one included.
+    /// Number of pairs from the knock until the estimate follows it.
     took_over: Option<usize>,
-    /// Worst errors in use, each part: locked and before the knock, from then to the take-over, after.
+    /// Largest errors in use: locked before the knock, from the knock to the take-over, after it.
     worst: [Option<Deviation<f64>>; 3],
     last: Option<Last>,
 }
@@ -31,12 +31,12 @@ struct Last {
 }
 
 impl Outcome {
-    /// * `knock`: the first pair after it.
+    /// * `knock`: index of the first pair after it.
     pub(super) fn of(moments: &[Moment], knock: usize) -> Self {
         let locked = moments.iter().position(|m| m.state == State::Locked);
         let (before, after) = moments.split_at(knock.min(moments.len()));
         let took_over =
-            after.iter().position(|m| m.became == Some(Verdict::Accepted(Fused::TookOver)));
+            after.iter().position(|m| m.verdict == Some(Verdict::Accepted(Fused::TookOver)));
         let detected = after.iter().position(|m| m.state != State::Locked);
         let settled = before.get(locked.unwrap_or(before.len())..).unwrap_or_default();
         let (between, recovered) = after.split_at(took_over.unwrap_or(after.len()));
@@ -89,17 +89,17 @@ impl fmt::Display for Outcome {
 }
 
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "the largest of numbers is one of them")]
+#[expect(clippy::float_cmp, reason = "the maximum is one of the numbers")]
 mod tests {
     use super::*;
 
-    fn moment(state: State, became: Fused, error: f64) -> Moment {
+    fn moment(state: State, fused: Fused, error: f64) -> Moment {
         let error = Deviation { translation: 2.0 * error, rotation: error };
-        Moment { became: Some(Verdict::Accepted(became)), state, error, sd: None, in_use_px: None }
+        Moment { verdict: Some(Verdict::Accepted(fused)), state, error, sd: None, in_use_px: None }
     }
 
     #[test]
-    fn pairs_are_counted_from_the_knock_and_errors_kept_apart_by_it() {
+    fn pairs_are_counted_from_the_knock_and_errors_split_at_it() {
         let moments = [
             moment(State::Acquiring, Fused::Added, 9.0),
             moment(State::Locked, Fused::Added, 1.0),
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn what_never_happened_is_said_so() {
+    fn events_that_never_happened_are_printed_as_never() {
         let outcome = Outcome::of(&[moment(State::Acquiring, Fused::Added, 1.0)], 1);
         let text = outcome.to_string();
         assert_eq!(text.matches("never").count(), 3, "{text}");

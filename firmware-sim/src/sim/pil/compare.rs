@@ -1,24 +1,24 @@
-//! What the controller sent against what this computer made of the same frame.
+//! Compares the replies of the controller with those of this computer.
 
 use std::fmt;
 
-use firmware_sim::pil::Part;
+use firmware_sim::pil::Field;
 
-/// A part that differs.
+/// A field that differs.
 #[derive(Debug, PartialEq)]
 pub(super) struct Difference {
     name: &'static str,
-    /// The first number that differs, here and there.
+    /// The first number that differs, of this computer and of the controller.
     first: [String; 2],
 }
 
-/// Parts that are not the same in all bits.
-pub(super) fn differences(here: &[Part<'_>], there: &[Part<'_>]) -> Vec<Difference> {
+/// Fields that are not bit-identical.
+pub(super) fn differences(here: &[Field<'_>], there: &[Field<'_>]) -> Vec<Difference> {
     let both = here.iter().zip(there).filter(|(a, b)| a.bytes != b.bytes);
     both.map(|(a, b)| Difference { name: a.name, first: first(a, b) }).collect()
 }
 
-fn first(a: &Part<'_>, b: &Part<'_>) -> [String; 2] {
+fn first(a: &Field<'_>, b: &Field<'_>) -> [String; 2] {
     let width = if a.floats { 4 } else { a.bytes.len() };
     let mut numbers = a.bytes.chunks(width).zip(b.bytes.chunks(width));
     let differ = numbers.find(|(a, b)| a != b).unwrap_or((a.bytes, b.bytes));
@@ -46,7 +46,7 @@ mod tests {
     fn the_first_float_that_differs_is_shown_with_its_bits() {
         let bytes = |x: f32| [1.0_f32.to_le_bytes(), x.to_le_bytes()].concat();
         let [a, b] = [bytes(2.0), bytes(f32::from_bits(2.0_f32.to_bits() + 1))];
-        let part = |bytes| Part { name: "t", bytes, floats: true };
+        let part = |bytes| Field { name: "t", bytes, floats: true };
         assert_eq!(differences(&[part(&a)], &[part(&a)]), []);
         let found = differences(&[part(&a)], &[part(&b)]);
         let shown = "t: 2e0 (0x40000000) here, 2.0000002e0 (0x40000001) on the controller";
@@ -56,13 +56,13 @@ mod tests {
     #[test]
     fn zeros_of_either_sign_differ() {
         let [a, b] = [0.0_f32, -0.0].map(f32::to_le_bytes);
-        let part = |bytes| Part { name: "t", bytes, floats: true };
+        let part = |bytes| Field { name: "t", bytes, floats: true };
         assert_eq!(differences(&[part(&a)], &[part(&b)]).len(), 1);
     }
 
     #[test]
-    fn other_parts_are_shown_byte_by_byte() {
-        let part = |bytes| Part { name: "passes", bytes, floats: false };
+    fn other_fields_are_shown_byte_by_byte() {
+        let part = |bytes| Field { name: "passes", bytes, floats: false };
         let found = differences(&[part(&[4, 0])], &[part(&[5, 0])]);
         assert_eq!(found[0].to_string(), "passes: [04, 00] here, [05, 00] on the controller");
     }

@@ -1,4 +1,4 @@
-//! The image, built for the controller by the project's own script.
+//! Builds the controller's image with the project's script.
 
 use std::fs::{self, File};
 use std::io;
@@ -9,49 +9,48 @@ use serde_json::Value;
 use tempfile::{NamedTempFile, TempPath};
 use thiserror::Error;
 
-use super::super::emulator::Machine;
-
+use emulator::Machine;
 const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// Cargo's variable for the flags of that target.
 const RUSTFLAGS: &str = "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUSTFLAGS";
 
-/// Why there is no image.
+/// Why the image could not be built.
 #[derive(Debug, Error)]
 pub(super) enum ImageError {
-    /// The script is not there: the program runs outside of its workspace.
+    /// The script is missing: the program runs outside of its workspace.
     #[error("{}: {why}; give an image with --image", .script.display())]
     NoScript {
-        /// Where it should be.
+        /// Its path.
         script: PathBuf,
-        /// What the system says.
+        /// The error of the system.
         why: io::Error,
     },
-    /// It failed, and has said why.
+    /// The build failed and has printed its errors.
     #[error("the image for the controller was not built ({0}); see above")]
     NotBuilt(ExitStatus),
-    /// It said nothing of an image.
+    /// The build reported no executable.
     #[error("the build named no image")]
     NotNamed,
-    /// It could not be kept for this run.
-    #[error("a copy of {}: {why}", .image.display())]
+    /// The image could not be copied.
+    #[error("cannot copy {}: {why}", .image.display())]
     Copy {
-        /// What was built.
+        /// The image.
         image: PathBuf,
-        /// What the system says.
+        /// The error of the system.
         why: io::Error,
     },
 }
 
-/// Builds the image for a board, with the instructions that its core has: a copy of this run's own, since
-/// the build for another board leaves its image in the same place.
+/// Builds the image for a board with the instruction set of its core. Returns a copy for this run: a build
+/// for another board writes to the same path.
 ///
 /// # Errors
 /// [`ImageError`].
 pub(super) fn build(machine: Machine) -> Result<TempPath, ImageError> {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let script = workspace.join(".cargo/for-target");
-    // From the build to the copy, no other run builds.
+    // Excludes other runs from the build to the copy.
     let _alone = match locked(&script) {
         Ok(lock) => lock,
         Err(why) => return Err(ImageError::NoScript { script, why }),
@@ -71,7 +70,7 @@ pub(super) fn build(machine: Machine) -> Result<TempPath, ImageError> {
     copy(&image).map_err(|why| ImageError::Copy { image, why })
 }
 
-/// A lock that ends with the value.
+/// Locks a file until the value is dropped.
 fn locked(file: &Path) -> io::Result<File> {
     let file = File::open(file)?;
     file.lock()?;
@@ -84,7 +83,7 @@ fn copy(image: &Path) -> io::Result<TempPath> {
     Ok(copy)
 }
 
-/// The executable in cargo's messages.
+/// The executable among cargo's messages.
 fn named(messages: &[u8]) -> Option<PathBuf> {
     let messages = serde_json::Deserializer::from_slice(messages).into_iter::<Value>();
     messages.flatten().filter_map(|m| m["executable"].as_str().map(PathBuf::from)).last()

@@ -1,4 +1,4 @@
-//! The line: a port of this computer that QEMU puts its UART on.
+//! The serial line: a TCP port of this computer to which QEMU connects its UART.
 
 use std::io;
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
@@ -7,38 +7,39 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 
-use super::super::emulator::Emulator;
-
-/// How often it is asked whether QEMU is there.
+use emulator::Emulator;
+/// Interval of polls for the connection.
 const POLL: Duration = Duration::from_millis(10);
 
-/// Waits for QEMU, on a port that is free.
+/// Listens on a free port.
 pub(super) struct Listener(TcpListener);
 
 impl Listener {
+    /// Opens a free port.
+    ///
     /// # Errors
-    /// If there is no port to be had.
+    /// If no port is free.
     pub(super) fn open() -> Result<Self> {
         let open = || {
             let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?;
             listener.set_nonblocking(true)?;
             io::Result::Ok(listener)
         };
-        open().map(Self).context("no port for the line to the controller")
+        open().map(Self).context("cannot open a port for the line to the controller")
     }
 
-    /// The port in QEMU's words.
+    /// The port as QEMU's option `-serial` takes it.
     ///
     /// # Errors
-    /// If the system does not tell which it is.
+    /// If the system does not return the port.
     pub(super) fn serial(&self) -> Result<String> {
         Ok(format!("tcp:{}", self.0.local_addr()?))
     }
 
-    /// The line, once QEMU is there; its reads and writes end in time.
+    /// Waits for the connection of QEMU. Reads and writes of the line have the timeout `limit`.
     ///
     /// # Errors
-    /// If QEMU ends or does not come.
+    /// If QEMU ends or does not connect in time.
     pub(super) fn accept(&self, emulator: &mut Emulator, limit: Duration) -> Result<TcpStream> {
         let end = Instant::now() + limit;
         loop {
@@ -48,10 +49,10 @@ impl Listener {
                 Err(error) => return Err(error).context("the line to the controller"),
             }
             if let Some(status) = emulator.status()? {
-                bail!("QEMU ended before it was there, with {status}");
+                bail!("QEMU ended before it connected, with {status}");
             }
             if Instant::now() >= end {
-                bail!("QEMU did not come to the line within {} s", limit.as_secs());
+                bail!("QEMU did not connect within {} s", limit.as_secs());
             }
             thread::sleep(POLL);
         }

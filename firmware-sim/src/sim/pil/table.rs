@@ -1,4 +1,4 @@
-//! A row a pair: what both made of it, and whether that is the same.
+//! One row per pair: the result, and whether both sides are bit-identical.
 
 use std::io::Write;
 
@@ -7,10 +7,10 @@ use firmware_sim::Controller;
 use host_tests::data::{Dataset, in_f64};
 use host_tests::run::{RunLog, Step};
 
-use super::super::drive::Driven;
+use super::super::polling::ProcessedPair;
 use super::compare::Difference;
 
-/// Differences that are shown of a pair.
+/// Largest number of differences printed per pair.
 const SHOWN: usize = 3;
 
 /// The rows so far.
@@ -19,10 +19,10 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// Of a calibrator that has seen nothing yet.
+    /// * `calibrator`: before the first pair.
     ///
     /// # Errors
-    /// If the truth of the data set is not that of a rig.
+    /// If the true extrinsics of the data set are invalid.
     pub(super) fn new(set: &Dataset, calibrator: &Controller) -> Result<Self> {
         let log = RunLog::new(set.truth()?, in_f64(calibrator.in_use()));
         Ok(Self { log: log.with_truths(set.truths()?) })
@@ -32,30 +32,32 @@ impl Table {
         Ok(writeln!(out, "pair bits    {}", Step::HEADING)?)
     }
 
-    /// * `offered`: matches of the pair.
-    /// * `calibrator`: after it.
+    /// Prints the row of a pair.
+    ///
+    /// * `offered`: number of matches of the pair.
+    /// * `calibrator`: after the pair.
     pub(super) fn row(
         &mut self,
         out: &mut impl Write,
         offered: usize,
-        driven: &Driven,
+        processed: &ProcessedPair,
         calibrator: &Controller,
         found: &[Difference],
     ) -> Result<()> {
         let number = self.log.steps().len();
         let bits = if found.is_empty() { "same" } else { "DIFFER" };
-        let counts = [offered, driven.taken];
+        let counts = [offered, processed.taken];
         let estimate = calibrator.proposal();
-        let step = self.log.record(counts, driven.pair.outcome, estimate.as_ref());
+        let step = self.log.record(counts, processed.pair.outcome, estimate.as_ref());
         writeln!(out, "{number:>4} {bits:<7} {step}")?;
-        if let Some([before, after]) = driven.change {
+        if let Some([before, after]) = processed.change {
             writeln!(out, "     {before} -> {after}")?;
         }
         for difference in found.iter().take(SHOWN) {
             writeln!(out, "     {difference}")?;
         }
         if found.len() > SHOWN {
-            writeln!(out, "     and {} parts more", found.len() - SHOWN)?;
+            writeln!(out, "     and {} more fields", found.len() - SHOWN)?;
         }
         Ok(())
     }

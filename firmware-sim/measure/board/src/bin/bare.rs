@@ -1,4 +1,4 @@
-//! `facade` without the core: what it is larger by is the core's.
+//! `facade` without the core: the difference is the size of the core.
 
 #![no_std]
 #![no_main]

@@ -1,4 +1,4 @@
-//! Costs in `f32`.
+//! Measures the core in `f32`.
 
 #![no_std]
 #![no_main]
@@ -7,5 +7,5 @@ use panic_semihosting as _;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    measure_board::survey::<f32>()
+    measure_board::measure::<f32>()
 }

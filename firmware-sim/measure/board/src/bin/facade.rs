@@ -1,6 +1,6 @@
-//! All that a firmware calls of the facade, for the size of it: nothing here is meant to be run.
+//! Calls the whole facade, for its size. Not meant to be run.
 //!
-//! Inputs come out of `black_box`, so that nothing is folded away.
+//! Inputs come from `black_box`, so that the compiler cannot fold them.
 
 #![no_std]
 #![no_main]
@@ -20,7 +20,7 @@ fn main() -> ! {
         if let Some(cameras) = cameras() {
             calibrator.set_cameras(cameras);
         }
-        take_a_pair(calibrator);
+        process_pair(calibrator);
         let _ = black_box(calibrator.apply());
         let _ = black_box(calibrator.undo());
         if black_box(false) {
@@ -45,7 +45,7 @@ fn cameras() -> Option<Cameras<f32>> {
     Some(Cameras { left: camera, right: camera })
 }
 
-fn take_a_pair(calibrator: &mut Calibrator<f32, 256>) {
+fn process_pair(calibrator: &mut Calibrator<f32, 256>) {
     for _ in 0..256 {
         let _ = black_box(calibrator.push(&Correspondence {
             left: [number(), number()],

@@ -1,4 +1,4 @@
-//! The link to the matcher: bytes, decoder and drivers over a bus of which nothing is known.
+//! The link to the matcher: bytes, decoder and drivers, over a bus unknown to the compiler.
 
 use core::convert::Infallible;
 use core::hint::black_box;
@@ -13,7 +13,7 @@ use stereo_selfcal::{Calibrator, Cameras, Config};
 
 use crate::{number, show, solver};
 
-/// Gives anything, and fails at any time.
+/// Returns any data and any error.
 struct Anything;
 
 impl spi::ErrorType for Anything {

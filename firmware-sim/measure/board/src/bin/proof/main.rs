@@ -1,8 +1,8 @@
 //! Links only if no panic is reachable from any public function of the core in `f32`.
 //!
-//! The panic handler calls a symbol that does not exist. What is called is every public function, on
-//! inputs out of `black_box`; `Debug` and `Display` are left out, for `core::fmt` itself can panic.
-//! No allocator is defined, so nothing that links can allocate. Not meant to be run.
+//! The panic handler calls a symbol that does not exist. The program calls every public function with
+//! inputs from `black_box`, except `Debug` and `Display`: `core::fmt` itself can panic. It defines no
+//! allocator, so nothing in it can allocate. Not meant to be run.
 
 #![no_std]
 #![no_main]
@@ -26,7 +26,7 @@ unsafe extern "C" {
 
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
-    // SAFETY: never run: the symbol does not exist, so what calls it does not link.
+    // SAFETY: never runs: the symbol does not exist, so a caller does not link.
     unsafe { a_panic_is_reachable() }
 }
 
@@ -46,7 +46,7 @@ fn main() -> ! {
     }
 }
 
-/// A number of which the compiler knows nothing.
+/// A number unknown to the compiler.
 fn number() -> f32 {
     black_box(0.0)
 }
@@ -55,7 +55,7 @@ fn numbers<const N: usize>() -> [f32; N] {
     black_box([0.0; N])
 }
 
-/// Keeps what is computed.
+/// Keeps a result from being optimised away.
 fn show<V>(value: V) {
     black_box(value);
 }

@@ -1,4 +1,4 @@
-//! Records of what was learnt, in and out.
+//! Snapshots and factory records, written and read.
 
 use core::hint::black_box;
 

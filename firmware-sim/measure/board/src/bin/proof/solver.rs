@@ -1,4 +1,4 @@
-//! The batch, the paper's solver and its fusion, each by itself.
+//! The batch, and the published solver and fusion, apart from the calibrator.
 
 use core::hint::black_box;
 

@@ -1,4 +1,4 @@
-//! The flash store and its policy.
+//! The flash store and its save policy.
 
 use core::hint::black_box;
 use core::time::Duration;
@@ -9,7 +9,7 @@ use stereo_selfcal::store::{Persistence, RecordKind, SavePolicy, Store};
 
 use crate::show;
 
-/// Flash of which the compiler knows nothing: geometry of an STM32H7.
+/// Flash unknown to the compiler, with the geometry of an STM32H7.
 struct Flash;
 
 impl ErrorType for Flash {

@@ -1,7 +1,6 @@
-//! What the controller answers: fixed records, floats as their bits, verdicts and errors as the numbers
-//! of the core, 0 for none.
+//! Replies of the controller: records of fixed layout, floats as their bits.
 //!
-//! A host makes the same record of its own run, and compares.
+//! A host builds the same records from its own run and compares them.
 
 use stereo_selfcal::{
     ApplyError, Calibrator, Extrinsics, Fused, Health, PairError, PairReport, Proposal, Refusal,
@@ -9,60 +8,55 @@ use stereo_selfcal::{
 use zerocopy::little_endian::{F32, U16, U32};
 use zerocopy::{FromBytes, FromZeros, Immutable, IntoBytes, Unaligned};
 
-use super::opening::OpeningError;
+use super::request::RequestError;
 use crate::app::PairOutcome;
 
 const VERSION: u8 = 2;
 
-/// Answer to an opening, 9 bytes.
+/// Reply to a request, 9 bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
 #[repr(C)]
-pub struct Greeting {
+pub struct SessionReply {
     magic: [u8; 4],
     version: u8,
     refused: U16,
     capacity: U16,
 }
 
-impl Greeting {
+impl SessionReply {
     const MAGIC: [u8; 4] = *b"SCPG";
 
-    /// * `refused`: why the opening is not taken, if it is not.
-    /// * `capacity`: correspondences a pair that the controller has room for.
+    /// * `refused`: the error of the request, if it is refused.
+    /// * `capacity`: correspondences per pair that fit the batch of the controller.
     #[must_use]
-    pub fn new(refused: Option<OpeningError>, capacity: u16) -> Self {
-        let refused = refused.map_or(0, |why| why.code());
-        Self {
-            magic: Self::MAGIC,
-            version: VERSION,
-            refused: refused.into(),
-            capacity: capacity.into(),
-        }
+    pub fn new(refused: Option<RequestError>, capacity: u16) -> Self {
+        let refused = refused.map_or(0, |why| why.code()).into();
+        Self { magic: Self::MAGIC, version: VERSION, refused, capacity: capacity.into() }
     }
 
-    /// Whether the record is what it claims to be, of this version.
+    /// Whether magic and version are right.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.magic == Self::MAGIC && self.version == VERSION
     }
 
-    /// Why the opening was not taken: a number of [`OpeningError::code`]; `None` if it was.
+    /// Code of the error of the request. `None` if the request is accepted.
     #[must_use]
     pub fn refused(&self) -> Option<u16> {
         (self.refused != 0).then_some(self.refused.get())
     }
 
-    /// Correspondences a pair that the controller has room for.
+    /// Correspondences per pair that fit the batch of the controller.
     #[must_use]
     pub fn capacity(&self) -> u16 {
         self.capacity.get()
     }
 }
 
-/// What became of a pair, 238 bytes; parts that there is nothing of are zero.
+/// Result of a pair, 238 bytes. Fields without a value are zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
 #[repr(C)]
-pub struct PairAnswer {
+pub struct PairReply {
     magic: [u8; 4],
     sequence: U32,
     taken: U16,
@@ -71,7 +65,7 @@ pub struct PairAnswer {
     state: U16,
     pair: Solved,
     estimate: Estimate,
-    health: Judged,
+    health: HealthFields,
 }
 
 /// `R` row-major, then `t`.
@@ -89,7 +83,7 @@ struct Solved {
     rig: Rig,
     passes: U16,
     stop: U16,
-    /// Where too few are usable too.
+    /// Also set where too few are usable.
     usable: U32,
     screened: U32,
     rms_px: [F32; 2],
@@ -109,10 +103,10 @@ struct Estimate {
     verdicts: [U16; 2],
 }
 
-/// Health over the pair's matches.
+/// Health over the matches of the pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
 #[repr(C)]
-struct Judged {
+struct HealthFields {
     rms_px: [F32; 2],
     fit: [U32; 2],
     coverage: F32,
@@ -122,29 +116,29 @@ struct Judged {
     verdicts: [U16; 6],
 }
 
-/// A part of an answer, to be compared and shown.
+/// A field of a reply, for comparison and display.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Part<'a> {
-    /// What it is.
+pub struct Field<'a> {
+    /// Name of the field.
     pub name: &'static str,
-    /// As on the wire.
+    /// Bytes on the wire.
     pub bytes: &'a [u8],
-    /// Whether these are `f32`.
+    /// Whether the bytes are `f32`.
     pub floats: bool,
 }
 
-fn numbers<'a>(name: &'static str, bytes: &'a (impl IntoBytes + Immutable + ?Sized)) -> Part<'a> {
-    Part { name, bytes: bytes.as_bytes(), floats: false }
+fn numbers<'a>(name: &'static str, bytes: &'a (impl IntoBytes + Immutable + ?Sized)) -> Field<'a> {
+    Field { name, bytes: bytes.as_bytes(), floats: false }
 }
 
-fn floats<'a>(name: &'static str, bytes: &'a (impl IntoBytes + Immutable + ?Sized)) -> Part<'a> {
-    Part { name, bytes: bytes.as_bytes(), floats: true }
+fn floats<'a>(name: &'static str, bytes: &'a (impl IntoBytes + Immutable + ?Sized)) -> Field<'a> {
+    Field { name, bytes: bytes.as_bytes(), floats: true }
 }
 
-impl PairAnswer {
+impl PairReply {
     const MAGIC: [u8; 4] = *b"SCPA";
 
-    /// What became of a pair, and what the calibrator holds after it.
+    /// Result of a pair, and the estimate after it.
     ///
     /// * `taken`: correspondences in the batch.
     #[must_use]
@@ -163,11 +157,11 @@ impl PairAnswer {
             state: calibrator.state().code().into(),
             pair: Solved::of(&pair.outcome),
             estimate: Estimate::of(calibrator.proposal().as_ref()),
-            health: Judged::of(pair.health.as_ref()),
+            health: HealthFields::of(pair.health.as_ref()),
         }
     }
 
-    /// Whether the record is what it claims to be.
+    /// Whether the magic is right.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.magic == Self::MAGIC
@@ -179,9 +173,9 @@ impl PairAnswer {
         self.sequence.get()
     }
 
-    /// All of it but the magic, part by part.
+    /// All fields but the magic.
     #[must_use]
-    pub fn parts(&self) -> [Part<'_>; 22] {
+    pub fn fields(&self) -> [Field<'_>; 22] {
         let Self { pair, estimate, health, .. } = self;
         [
             numbers("sequence", &self.sequence),
@@ -257,7 +251,7 @@ impl Estimate {
     }
 }
 
-impl Judged {
+impl HealthFields {
     fn of(health: Option<&Health<f32>>) -> Self {
         let Some(health) = health else { return Self::new_zeroed() };
         let (weakest, weakest_sd) = match health.weakest {
@@ -283,20 +277,20 @@ impl Judged {
     }
 }
 
-/// What is in use after the last pair, 58 bytes.
+/// The extrinsics in use after the last pair, 58 bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
 #[repr(C)]
-pub struct EndAnswer {
+pub struct EndReply {
     magic: [u8; 4],
     generation: U32,
     in_use: Rig,
     applied: U16,
 }
 
-impl EndAnswer {
+impl EndReply {
     const MAGIC: [u8; 4] = *b"SCPE";
 
-    /// * `refused`: why the estimate was not applied, if it was not.
+    /// * `refused`: the error of applying the estimate, if there is one.
     #[must_use]
     pub fn new<const N: usize>(
         refused: Option<ApplyError>,
@@ -310,15 +304,15 @@ impl EndAnswer {
         }
     }
 
-    /// Whether the record is what it claims to be.
+    /// Whether the magic is right.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.magic == Self::MAGIC
     }
 
-    /// All of it but the magic, part by part.
+    /// All fields but the magic.
     #[must_use]
-    pub fn parts(&self) -> [Part<'_>; 3] {
+    pub fn fields(&self) -> [Field<'_>; 3] {
         [
             numbers("generation", &self.generation),
             floats("R, t in use", &self.in_use),
@@ -351,48 +345,48 @@ mod tests {
     }
 
     #[test]
-    fn lengths_are_those_of_the_wire() {
-        assert_eq!([size_of::<Greeting>(), size_of::<PairAnswer>()], [9, 238]);
-        assert_eq!(size_of::<EndAnswer>(), 58);
+    fn the_lengths_are_the_documented_ones() {
+        assert_eq!([size_of::<SessionReply>(), size_of::<PairReply>()], [9, 238]);
+        assert_eq!(size_of::<EndReply>(), 58);
     }
 
     #[test]
-    fn an_answer_is_laid_out_in_the_order_of_its_parts() {
+    fn a_reply_is_laid_out_in_the_order_of_its_fields() {
         let mut controller = controller();
         let pair = solved(&mut controller, 60);
-        let answer = PairAnswer::new(7, 60, &pair, &controller);
-        let bytes = answer.as_bytes();
+        let reply = PairReply::new(7, 60, &pair, &controller);
+        let bytes = reply.as_bytes();
         assert_eq!(bytes[..14], [b'S', b'C', b'P', b'A', 7, 0, 0, 0, 60, 0, 0, 0, 0, 0]);
         let (report, _) = pair.outcome.unwrap();
         let r = report.extrinsics.rotation_row_major();
         assert_eq!(bytes[14..18], r[0].to_le_bytes());
         assert_eq!(bytes[58..62], report.extrinsics.translation().z.to_le_bytes());
         assert_eq!(bytes[62..64], report.passes.to_le_bytes());
-        assert_eq!(answer.parts().iter().map(|part| part.bytes.len()).sum::<usize>(), 238 - 4);
+        assert_eq!(reply.fields().iter().map(|field| field.bytes.len()).sum::<usize>(), 238 - 4);
     }
 
     #[test]
-    fn a_pair_without_a_solution_has_its_reason_and_zeros() {
+    fn a_pair_without_a_solution_has_its_error_code_and_zeros() {
         let mut controller = controller();
         let pair = solved(&mut controller, 5);
-        let answer = PairAnswer::new(0, 5, &pair, &controller);
-        assert_eq!((answer.outcome.get(), answer.pair.usable.get()), (502, 5));
-        assert_eq!((answer.pair.rig.r, answer.estimate.verdicts), ([F32::ZERO; 9], [U16::ZERO; 2]));
-        assert!(answer.health.as_bytes().iter().all(|&byte| byte == 0));
+        let reply = PairReply::new(0, 5, &pair, &controller);
+        assert_eq!((reply.outcome.get(), reply.pair.usable.get()), (502, 5));
+        assert_eq!((reply.pair.rig.r, reply.estimate.verdicts), ([F32::ZERO; 9], [U16::ZERO; 2]));
+        assert!(reply.health.as_bytes().iter().all(|&byte| byte == 0));
     }
 
     #[test]
-    fn one_bit_of_the_estimate_shows_in_its_part_alone() {
+    fn one_bit_of_the_estimate_changes_its_field_alone() {
         let mut controller = controller();
         let pair = solved(&mut controller, 60);
-        let answer = PairAnswer::new(0, 60, &pair, &controller);
-        let mut other = answer;
+        let reply = PairReply::new(0, 60, &pair, &controller);
+        let mut other = reply;
         let [x, ..] = &mut other.estimate.rig.t;
         *x = F32::new(f32::from_bits(x.get().to_bits() ^ 1));
-        let differ: Vec<&str> = answer
-            .parts()
+        let differ: Vec<&str> = reply
+            .fields()
             .iter()
-            .zip(other.parts())
+            .zip(other.fields())
             .filter(|(a, b)| *a != b)
             .map(|(a, _)| a.name)
             .collect();

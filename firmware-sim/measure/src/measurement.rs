@@ -1,45 +1,66 @@
-//! Builds and runs everything: the rows of the table.
+//! Builds and runs all programs: the rows of the table.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::thread;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use host_tests::run::progress::Bar;
+use semver::Version;
 
 use crate::image::{Image, compiler};
 use crate::table::{Row, Table};
 use crate::variant::{Board, Variant};
 use crate::{compile, emulate};
 
-/// Builds and runs of a survey.
+/// Number of builds and runs.
 pub(crate) fn steps(repeat: usize) -> usize {
     let runs: usize = Variant::all().map(|variant| variant.board.scalars().len()).sum();
     Variant::all().count() + runs * repeat
 }
 
-/// Measures every variant.
+/// The figures of a board, and the output of its programs.
+struct BoardFigures {
+    compiler: Version,
+    rows: Vec<Row>,
+    output: String,
+}
+
+/// Measures every variant. Returns the table, and the output of all programs.
 ///
 /// * `repeat`: runs of each program, which must all print the same.
-/// * `calls`: is given what each program prints of single calls.
-pub(crate) fn table(repeat: usize, progress: &Bar, mut calls: impl FnMut(&str)) -> Result<Table> {
-    let mut table = Table { compiler: String::new(), rows: Vec::new() };
-    for variant in Variant::all() {
+pub(crate) fn table(repeat: usize, progress: &Bar) -> Result<(Table, String)> {
+    // A thread per board: the programs of one run on one core while the other board's are built.
+    let boards = thread::scope(|scope| {
+        let threads = Board::ALL.map(|board| scope.spawn(move || figures(board, repeat, progress)));
+        threads.map(|thread| thread.join().map_err(|_| anyhow!("a measurement panicked"))?)
+    });
+    let [m4f, m7] = boards;
+    let (m4f, m7) = (m4f?, m7?);
+    ensure!(m4f.compiler == m7.compiler, "the boards were built by different compilers");
+    let rows = [m4f.rows, m7.rows].concat();
+    Ok((Table { compiler: m4f.compiler, rows }, m4f.output + &m7.output))
+}
+
+fn figures(board: Board, repeat: usize, progress: &Bar) -> Result<BoardFigures> {
+    let (mut version, mut rows, mut output) = (None, Vec::new(), String::new());
+    for variant in Variant::all().filter(|variant| variant.board == board) {
         progress.set_message(format!("builds and runs, building for {variant}"));
         let programs = compile::programs(variant)?;
         progress.inc(1);
         progress.set_message(format!("builds and runs, on {variant}"));
-        for scalar in variant.board.scalars() {
+        for scalar in board.scalars() {
             let program = &programs[&format!("cost-{scalar}")];
-            let text = repeated(variant.board, program, repeat, progress)?;
-            calls(&text);
-            table.rows.extend(printed(&text, variant, scalar)?);
-            table.compiler = compiler(program)?;
+            let text = repeated(board, program, repeat, progress)?;
+            rows.extend(printed(&text, variant, scalar)?);
+            version = Some(compiler(program)?);
+            output += &text;
         }
-        if variant.board == Board::CortexM4F {
-            table.rows.extend(sizes(&programs, variant)?);
+        if board == Board::CortexM4F {
+            rows.extend(sizes(&programs, variant)?);
         }
     }
-    Ok(table)
+    Ok(BoardFigures { compiler: version.context("nothing was built")?, rows, output })
 }
 
 fn repeated(board: Board, program: &Path, repeat: usize, progress: &Bar) -> Result<String> {
@@ -48,9 +69,9 @@ fn repeated(board: Board, program: &Path, repeat: usize, progress: &Bar) -> Resu
         progress.inc(1);
         text
     });
-    let first = texts.next().context("nothing to run")??;
+    let first = texts.next().context("no run")??;
     for text in texts {
-        ensure!(text? == first, "{} counts otherwise when it is run again", program.display());
+        ensure!(text? == first, "{} counts differently in another run", program.display());
     }
     Ok(first)
 }
@@ -70,9 +91,9 @@ fn printed(text: &str, variant: Variant, scalar: &str) -> Result<Vec<Row>> {
         .collect()
 }
 
-/// What the core adds to a program that calls all of its facade.
+/// Flash and RAM of the core: a program that calls the whole facade, less an empty one.
 fn sizes(programs: &HashMap<String, PathBuf>, variant: Variant) -> Result<[Row; 3]> {
-    let core = Image::of(&programs["facade"])?.beyond(Image::of(&programs["bare"])?);
+    let core = Image::of(&programs["facade"])?.less(Image::of(&programs["bare"])?);
     let row = |what, value| row(variant, "f32", what, "bytes", value);
     Ok([
         row("flash: code and constants", core.code),
@@ -100,15 +121,15 @@ mod tests {
     const VARIANT: Variant = Variant { board: Board::CortexM7, optimisation: Optimisation::Size };
 
     #[test]
-    fn rows_are_read_and_remarks_are_not() {
+    fn rows_are_parsed_and_comments_skipped() {
         let rows = printed("# locked\npush,instructions,365\n", VARIANT, "f64").unwrap();
         assert_eq!(rows, [row(VARIANT, "f64", "push", "instructions", 365)]);
         assert_eq!(rows[0].key(), ["m7", "f64", "s", "push"]);
     }
 
     #[test]
-    fn what_is_no_row_is_refused() {
-        for text in ["panicked at survey.rs", "push,instructions,many"] {
+    fn output_other_than_rows_is_refused() {
+        for text in ["panicked at pair.rs", "push,instructions,many"] {
             assert!(printed(text, VARIANT, "f64").is_err(), "{text}");
         }
     }

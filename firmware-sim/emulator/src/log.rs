@@ -1,50 +1,38 @@
-//! The firmware's defmt log, decoded with the strings in its image.
+//! Decodes the firmware's defmt log with the strings in its image.
 
 use std::fs;
 use std::io::{Read, Write};
 use std::path::Path;
-use std::process::{Child, ExitCode, Stdio};
+use std::process::{Child, Stdio};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
 
-use anyhow::Result;
 use defmt_decoder::{DecodeError, Table};
 
-use super::{Emulator, EmulatorError, Machine};
+use super::EmulatorError;
 
-/// Runs an image to its end, its log on standard error, and returns its status.
-///
-/// # Errors
-/// If QEMU or the image is not there, or the firmware does not end in time.
-pub(crate) fn run(image: &Path, machine: Machine, limit: Duration) -> Result<ExitCode> {
-    let status = Emulator::start(machine, image, "null")?.wait(limit)?;
-    let code = status.code().and_then(|code| u8::try_from(code).ok());
-    Ok(code.map_or(ExitCode::FAILURE, ExitCode::from))
-}
-
-/// The log on its way to standard error.
-pub(super) struct Log(JoinHandle<()>);
+/// A thread that prints the log to standard error.
+pub(crate) struct Log(JoinHandle<()>);
 
 impl Log {
-    /// Waits until all of it is out.
-    pub(super) fn finish(self) {
-        // A thread that panicked has said so itself.
+    /// Waits until the whole log is printed.
+    pub(crate) fn finish(self) {
+        // A panic of the thread is already printed.
         let _ = self.0.join();
     }
 }
 
-/// Where the log goes.
-pub(super) fn output() -> Stdio {
+/// Standard output of QEMU, which has the log.
+pub(crate) fn output() -> Stdio {
     Stdio::piped()
 }
 
-/// Prints the log as it comes, up to its end.
-pub(super) fn follow(qemu: &mut Child, image: &Path) -> Result<Option<Log>, EmulatorError> {
+/// Prints the log until its end.
+pub(crate) fn follow(qemu: &mut Child, image: &Path) -> Result<Option<Log>, EmulatorError> {
     let failed = |why: String| EmulatorError::Log { image: image.to_owned(), why };
     let elf = fs::read(image).map_err(|error| failed(error.to_string()))?;
     let table = Table::parse(&elf)
         .map_err(|error| failed(format!("{error:#}")))?
-        .ok_or_else(|| failed("the image has no strings of one".into()))?;
+        .ok_or_else(|| failed("the image has no defmt strings".into()))?;
     let bytes = qemu.stdout.take();
     Ok(bytes.map(|bytes| Log(thread::spawn(move || print(&table, bytes)))))
 }

@@ -1,6 +1,6 @@
-//! What the host opens with: both cameras, and how many pairs will come.
+//! The host's request for a session: both cameras, and the number of pairs.
 //!
-//! | opening, 100 bytes | type | | camera, 44 bytes | type | unit |
+//! | request, 100 bytes | type | | camera, 44 bytes | type | unit |
 //! |---|---|---|---|---|---|
 //! | magic `SCPO` | 4 bytes | | focal lengths | 2 x `f32` | px |
 //! | version, 1 | `u32` | | principal point | 2 x `f32` | px |
@@ -22,26 +22,26 @@ const PINHOLE: u32 = 0;
 const RADIAL_TANGENTIAL: u32 = 1;
 const FISHEYE: u32 = 2;
 
-/// Why the controller does not take an opening.
+/// Why the controller refuses a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 #[non_exhaustive]
-pub enum OpeningError {
-    /// The bytes are no opening.
-    #[error("no opening starts with {0:02x?}")]
+pub enum RequestError {
+    /// The magic is wrong.
+    #[error("magic {0:02x?} is not that of a request")]
     BadMagic([u8; 4]),
-    /// The host speaks another version.
-    #[error("opening of version {0}, only 1 is understood")]
+    /// The version is not supported.
+    #[error("request of version {0}, supported is 1")]
     Version(u32),
     /// The lens is none of the three.
-    #[error("lens {0} is not known")]
+    #[error("unknown lens {0}")]
     Lens(u32),
-    /// A camera is not valid.
+    /// A camera is invalid.
     #[error("{0} camera: {1}")]
     Camera(Side, CameraError),
 }
 
-impl OpeningError {
+impl RequestError {
     /// Stable number: of a camera that of [`CameraError::code`], 10 more for the right one.
     #[must_use]
     pub const fn code(&self) -> u16 {
@@ -54,18 +54,18 @@ impl OpeningError {
     }
 }
 
-/// The start of an exchange.
+/// The first message of a session.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Opening {
-    /// Pairs that will come.
+pub struct SessionRequest {
+    /// Number of pairs.
     pub pairs: u32,
-    /// Cameras of all of them.
+    /// Cameras of all pairs.
     pub cameras: Cameras<f32>,
 }
 
 #[derive(FromBytes, IntoBytes, Immutable, Unaligned)]
 #[repr(C)]
-struct WireOpening {
+struct WireRequest {
     magic: [u8; 4],
     version: U32,
     pairs: U32,
@@ -83,14 +83,14 @@ struct WireCamera {
     coefficients: [F32; 5],
 }
 
-impl Opening {
+impl SessionRequest {
     /// Length on the wire, bytes.
-    pub const BYTES: usize = size_of::<WireOpening>();
+    pub const BYTES: usize = size_of::<WireRequest>();
 
-    /// As bytes on the wire.
+    /// Encodes the request.
     #[must_use]
     pub fn encode(&self) -> [u8; Self::BYTES] {
-        transmute!(WireOpening {
+        transmute!(WireRequest {
             magic: MAGIC,
             version: VERSION.into(),
             pairs: self.pairs.into(),
@@ -99,17 +99,17 @@ impl Opening {
         })
     }
 
-    /// From bytes off the wire.
+    /// Decodes a request.
     ///
     /// # Errors
-    /// [`OpeningError`].
-    pub fn decode(bytes: [u8; Self::BYTES]) -> Result<Self, OpeningError> {
-        let wire: WireOpening = transmute!(bytes);
+    /// [`RequestError`].
+    pub fn decode(bytes: [u8; Self::BYTES]) -> Result<Self, RequestError> {
+        let wire: WireRequest = transmute!(bytes);
         if wire.magic != MAGIC {
-            return Err(OpeningError::BadMagic(wire.magic));
+            return Err(RequestError::BadMagic(wire.magic));
         }
         if wire.version != VERSION {
-            return Err(OpeningError::Version(wire.version.get()));
+            return Err(RequestError::Version(wire.version.get()));
         }
         let cameras =
             Cameras { left: wire.left.camera(Side::Left)?, right: wire.right.camera(Side::Right)? };
@@ -137,8 +137,8 @@ impl WireCamera {
         }
     }
 
-    fn camera(&self, side: Side) -> Result<Camera<f32>, OpeningError> {
-        let refused = |why| OpeningError::Camera(side, why);
+    fn camera(&self, side: Side) -> Result<Camera<f32>, RequestError> {
+        let refused = |why| RequestError::Camera(side, why);
         let coefficients = self.coefficients.map(F32::get);
         let [k1, k2, k3, k4, _] = coefficients;
         let lens = match self.lens.get() {
@@ -147,7 +147,7 @@ impl WireCamera {
                 Lens::RadialTangential(RadialTangential::try_new(coefficients).map_err(refused)?)
             }
             FISHEYE => Lens::Fisheye(Fisheye::try_new([k1, k2, k3, k4]).map_err(refused)?),
-            other => return Err(OpeningError::Lens(other)),
+            other => return Err(RequestError::Lens(other)),
         };
         let intrinsics = Intrinsics {
             focal: self.focal.map(F32::get),
@@ -162,27 +162,27 @@ impl WireCamera {
 mod tests {
     use super::*;
 
-    fn opening(lens: Lens<f32>) -> Opening {
+    fn request(lens: Lens<f32>) -> SessionRequest {
         let intrinsics =
             Intrinsics { focal: [534.1, 534.2], principal: [342.0, 234.5], size: [640, 480] };
         let left = Camera::try_new(intrinsics, lens).unwrap();
         let right = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
-        Opening { pairs: 13, cameras: Cameras { left, right } }
+        SessionRequest { pairs: 13, cameras: Cameras { left, right } }
     }
 
     #[test]
-    fn every_lens_comes_back_as_it_was_sent() {
+    fn every_lens_survives_encoding() {
         let radial = RadialTangential::try_new([-0.28, 0.04, 1e-3, -1e-4, 0.1]).unwrap();
         let fisheye = Fisheye::try_new([-0.02, 0.01, -1e-3, 1e-4]).unwrap();
         for lens in [Lens::Pinhole, Lens::RadialTangential(radial), Lens::Fisheye(fisheye)] {
-            let sent = opening(lens);
-            assert_eq!(Opening::decode(sent.encode()), Ok(sent));
+            let sent = request(lens);
+            assert_eq!(SessionRequest::decode(sent.encode()), Ok(sent));
         }
     }
 
     #[test]
-    fn it_is_laid_out_as_documented() {
-        let bytes = opening(Lens::Pinhole).encode();
+    fn the_layout_is_the_documented_one() {
+        let bytes = request(Lens::Pinhole).encode();
         assert_eq!(bytes.len(), 100);
         assert_eq!(bytes[..12], [b'S', b'C', b'P', b'O', 1, 0, 0, 0, 13, 0, 0, 0]);
         assert_eq!(bytes[12..16], 534.1_f32.to_le_bytes());
@@ -190,17 +190,17 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_taken_is_named() {
-        let good = opening(Lens::Pinhole).encode();
+    fn each_invalid_field_has_its_error() {
+        let good = request(Lens::Pinhole).encode();
         let with = |at: usize, value: u8| {
             let mut bytes = good;
             bytes[at] = value;
-            Opening::decode(bytes)
+            SessionRequest::decode(bytes)
         };
-        assert_eq!(with(0, b'X'), Err(OpeningError::BadMagic(*b"XCPO")));
-        assert_eq!(with(4, 9), Err(OpeningError::Version(9)));
-        assert_eq!(with(32, 3), Err(OpeningError::Lens(3)));
-        let focal = OpeningError::Camera(Side::Right, CameraError::FocalLength);
+        assert_eq!(with(0, b'X'), Err(RequestError::BadMagic(*b"XCPO")));
+        assert_eq!(with(4, 9), Err(RequestError::Version(9)));
+        assert_eq!(with(32, 3), Err(RequestError::Lens(3)));
+        let focal = RequestError::Camera(Side::Right, CameraError::FocalLength);
         assert_eq!(with(56 + 3, 0xff), Err(focal));
     }
 }

@@ -1,4 +1,4 @@
-//! Words for what the core leaves to its user to name.
+//! Printed labels of the core's enumerations.
 
 use stereo_selfcal::{Arming, Band, Direction, Doubt};
 

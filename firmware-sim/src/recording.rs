@@ -1,6 +1,6 @@
-//! A recording in flash in the matcher's place: the bytes of its frames, handed out as the bus would.
+//! A recording in flash in place of the matcher: a simulated bus replays the bytes of its frames.
 //!
-//! The build script bakes it of the data set `opencv_chess_sift`.
+//! The build script generates it from the data set `opencv_chess_sift`.
 
 use core::cell::Cell;
 use core::convert::Infallible;
@@ -13,27 +13,27 @@ use stereo_selfcal::{
     Scalar,
 };
 
-#[expect(clippy::unreadable_literal, missing_docs, reason = "numbers as the data set has them")]
-mod recording {
+#[expect(clippy::unreadable_literal, missing_docs, reason = "numbers of the data set")]
+mod generated {
     include!(concat!(env!("OUT_DIR"), "/recording.rs"));
 }
 
-pub use recording::{NAME, PAIRS};
+pub use generated::{NAME, PAIRS};
 
-/// All frames, one after the other.
+/// Bytes of all frames.
 pub static FRAMES: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/frames.bin"));
 
-/// What an idle bus reads as.
+/// Byte that an idle bus reads.
 const IDLE: u8 = 0xff;
 
-/// The cameras that the recording was made with.
+/// The cameras of the recording.
 ///
 /// # Errors
-/// [`CameraError`], for a data set whose cameras are none.
+/// [`CameraError`] if a camera of the data set is invalid.
 pub fn cameras() -> Result<Cameras<f32>, CameraError> {
     Ok(Cameras {
-        left: camera(&recording::LEFT, recording::LEFT_LENS)?,
-        right: camera(&recording::RIGHT, recording::RIGHT_LENS)?,
+        left: camera(&generated::LEFT, generated::LEFT_LENS)?,
+        right: camera(&generated::RIGHT, generated::RIGHT_LENS)?,
     })
 }
 
@@ -42,41 +42,41 @@ fn camera(k: &[[f64; 3]; 3], lens: [f64; 5]) -> Result<Camera<f32>, CameraError>
     let intrinsics = Intrinsics {
         focal: [fx, fy].map(f32::lit),
         principal: [cx, cy].map(f32::lit),
-        size: recording::SIZE,
+        size: generated::SIZE,
     };
     let lens = RadialTangential::try_new(lens.map(f32::lit))?;
     Camera::try_new(intrinsics, Lens::RadialTangential(lens))
 }
 
-/// The extrinsics that the data set holds for true: `p_r = R p_l + t`.
+/// The true extrinsics of the data set: `p_r = R p_l + t`.
 ///
 /// # Errors
-/// [`ExtrinsicsError`], for a data set whose rig is none.
+/// [`ExtrinsicsError`] if the extrinsics of the data set are invalid.
 pub fn truth() -> Result<Extrinsics<f32>, ExtrinsicsError> {
-    let r = recording::R.map(|row| row.map(f32::lit));
+    let r = generated::R.map(|row| row.map(f32::lit));
     let columns = core::array::from_fn(|j| r.map(|row| row.get(j).copied().unwrap_or_default()));
-    Extrinsics::try_new(&columns.into(), &recording::T.map(f32::lit).into())
+    Extrinsics::try_new(&columns.into(), &generated::T.map(f32::lit).into())
 }
 
-/// The bus, at some place in a recording: SPI device and data-ready line by reference.
+/// A simulated bus that replays frames. A reference is the SPI device and the data-ready line.
 #[derive(Debug)]
-pub struct Tape {
+pub struct ReplayBus {
     rest: Cell<&'static [u8]>,
 }
 
-impl Tape {
-    /// At the start of these frames.
+impl ReplayBus {
+    /// A bus at the start of `frames`.
     #[must_use]
     pub const fn new(frames: &'static [u8]) -> Self {
         Self { rest: Cell::new(frames) }
     }
 
-    /// The driver of a matcher that sends them.
+    /// The driver of a matcher on this bus.
     pub fn driver(&self) -> FpgaMatcher<&Self, &Self> {
         FpgaMatcher::new(self, self)
     }
 
-    /// Winds on by so many frames.
+    /// Skips `count` frames.
     pub fn skip_frames(&self, count: u32) {
         for _ in 0..count {
             let header = self.rest.get().first_chunk().and_then(|h| FrameHeader::decode(h).ok());
@@ -84,12 +84,12 @@ impl Tape {
         }
     }
 
-    /// Whether all has been read.
+    /// Whether all bytes are read.
     pub fn is_at_end(&self) -> bool {
         self.rest.get().is_empty()
     }
 
-    /// The next so many bytes, or those that are left.
+    /// Reads the next `count` bytes, or the rest.
     pub fn take(&self, count: usize) -> &'static [u8] {
         let all = self.rest.get();
         let (taken, rest) = all.split_at_checked(count).unwrap_or((all, &[]));
@@ -98,11 +98,11 @@ impl Tape {
     }
 }
 
-impl spi::ErrorType for &Tape {
+impl spi::ErrorType for &ReplayBus {
     type Error = Infallible;
 }
 
-impl SpiDevice for &Tape {
+impl SpiDevice for &ReplayBus {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
         for operation in operations {
             if let Operation::Read(buffer)
@@ -119,11 +119,11 @@ impl SpiDevice for &Tape {
     }
 }
 
-impl digital::ErrorType for &Tape {
+impl digital::ErrorType for &ReplayBus {
     type Error = Infallible;
 }
 
-impl InputPin for &Tape {
+impl InputPin for &ReplayBus {
     fn is_high(&mut self) -> Result<bool, Infallible> {
         Ok(!self.is_at_end())
     }
@@ -138,9 +138,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_tape_hands_out_its_bytes_once_and_is_idle_behind_its_end() {
-        let tape = Tape::new(b"abcde");
-        let mut bus = &tape;
+    fn a_bus_replays_its_bytes_once_and_is_idle_behind_its_end() {
+        let bus = ReplayBus::new(b"abcde");
+        let mut bus = &bus;
         let mut bytes = [0; 4];
         assert_eq!(bus.is_high(), Ok(true));
         bus.read(&mut bytes).unwrap();

@@ -1,6 +1,6 @@
-//! A controller image in QEMU: started, waited for, and ended in any case.
+//! Runs a controller image in QEMU.
 
-#[cfg_attr(not(feature = "logs"), path = "silence.rs")]
+#[cfg_attr(not(feature = "logs"), path = "no_log.rs")]
 mod log;
 mod machine;
 
@@ -13,43 +13,41 @@ use std::time::{Duration, Instant};
 use thiserror::Error;
 
 use log::Log;
-#[cfg(feature = "logs")]
-pub(super) use log::run;
-pub(super) use machine::Machine;
+pub use machine::Machine;
 
 const QEMU: &str = "qemu-system-arm";
 
-/// How often a process is asked whether it has ended.
+/// Interval of polls for the end of the process.
 const POLL: Duration = Duration::from_millis(10);
 
-/// Why there is no emulated controller, or none any more.
+/// Why the emulated controller does not run.
 #[derive(Debug, Error)]
-pub(super) enum EmulatorError {
+pub enum EmulatorError {
     /// QEMU is not installed.
     #[error("{QEMU} is not installed: on Debian, as root, `apt-get install {QEMU}`")]
     NoQemu,
-    /// There is no such file.
+    /// The image does not exist.
     #[error("there is no image {}", .0.display())]
     NoImage(PathBuf),
-    /// It could not be started, or not be waited for.
+    /// QEMU could not be started or polled.
     #[error("{QEMU}: {0}")]
     Process(#[source] io::Error),
-    /// It did not end in time.
+    /// The firmware did not end in time.
     #[error("the firmware has not ended after {} s", .0.as_secs())]
     TimedOut(Duration),
-    /// What it was to log could not be decoded.
+    /// The log cannot be decoded.
     #[cfg(feature = "logs")]
     #[error("the log of {}: {why}", .image.display())]
     Log {
         /// The image.
         image: PathBuf,
-        /// What the decoder says.
+        /// The error of the decoder.
         why: String,
     },
 }
 
-/// QEMU with an image. Ends with this value.
-pub(super) struct Emulator {
+/// A QEMU process with an image. Dropping the value ends it.
+pub struct Emulator {
     qemu: Child,
     log: Option<Log>,
 }
@@ -57,12 +55,11 @@ pub(super) struct Emulator {
 impl Emulator {
     /// Starts an image.
     ///
-    /// * `serial`: where UART 0 goes, in QEMU's words.
-    pub(super) fn start(
-        machine: Machine,
-        image: &Path,
-        serial: &str,
-    ) -> Result<Self, EmulatorError> {
+    /// * `serial`: connection of UART 0, as QEMU's option `-serial` takes it.
+    ///
+    /// # Errors
+    /// [`EmulatorError`] if the image, its log or QEMU is missing.
+    pub fn start(machine: Machine, image: &Path, serial: &str) -> Result<Self, EmulatorError> {
         if !image.is_file() {
             return Err(EmulatorError::NoImage(image.to_owned()));
         }
@@ -84,12 +81,18 @@ impl Emulator {
     }
 
     /// The firmware's status, if it has ended.
-    pub(super) fn status(&mut self) -> Result<Option<ExitStatus>, EmulatorError> {
+    ///
+    /// # Errors
+    /// [`EmulatorError::Process`].
+    pub fn status(&mut self) -> Result<Option<ExitStatus>, EmulatorError> {
         self.qemu.try_wait().map_err(EmulatorError::Process)
     }
 
-    /// The firmware's status, once it has ended and all of its log is out.
-    pub(super) fn wait(&mut self, limit: Duration) -> Result<ExitStatus, EmulatorError> {
+    /// Waits for the end of the firmware and of its log. Returns the firmware's status.
+    ///
+    /// # Errors
+    /// [`EmulatorError::TimedOut`] after `limit`, [`EmulatorError::Process`].
+    pub fn wait(&mut self, limit: Duration) -> Result<ExitStatus, EmulatorError> {
         let end = Instant::now() + limit;
         let status = loop {
             match self.status()? {
@@ -107,8 +110,17 @@ impl Emulator {
 
 impl Drop for Emulator {
     fn drop(&mut self) {
-        // Both fail only where it has already ended.
+        // Both fail only if it has already ended.
         let _ = self.qemu.kill();
         let _ = self.qemu.wait();
     }
+}
+
+/// Parses a timeout of a command line: whole seconds, up to a day.
+///
+/// # Errors
+/// The message for the user.
+pub fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().filter(|s| (1..=86_400).contains(s));
+    seconds.map(Duration::from_secs).ok_or_else(|| "1 to 86400 whole seconds are needed".into())
 }

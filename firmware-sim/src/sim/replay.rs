@@ -1,4 +1,4 @@
-//! Every pair of a data set onto the bus, and the application polled until it is done with it.
+//! Replays a data set: sends each pair over the bus and polls the application.
 
 use std::io::Write;
 
@@ -11,21 +11,21 @@ use host_tests::run::{RunLog, Step, progress};
 use host_tests::wire::SimMatcher;
 use stereo_selfcal::Health;
 
-use super::drive::{Driven, drive};
+use super::polling::{ProcessedPair, poll_pair};
 
 /// A run of the application over a data set.
 pub(super) struct Run {
-    /// Pair by pair, against the truth.
+    /// Errors after each pair, against the true extrinsics.
     pub(super) log: RunLog,
-    /// As of the last pair that had matches to judge by.
+    /// Health after the last pair that has one.
     pub(super) health: Option<Health<f32>>,
 }
 
-/// Plays every pair, and prints a line about each.
+/// Replays every pair and prints its line.
 ///
 /// # Errors
-/// If the bus fails, or the truth of the data set is not valid.
-pub(super) fn play<SPI, RDY, const N: usize>(
+/// If the bus fails, or the true extrinsics of the data set are invalid.
+pub(super) fn replay<SPI, RDY, const N: usize>(
     set: &Dataset,
     matcher: &SimMatcher,
     app: &mut App<'_, SPI, RDY, N>,
@@ -41,7 +41,7 @@ where
     writeln!(out, "pair {}", Step::HEADING)?;
     for (sequence, pair) in (0_u32..).zip(&set.pairs) {
         matcher.send(sequence, pair);
-        let Driven { taken, pair: solved, change } = drive(app)?;
+        let ProcessedPair { taken, pair: solved, change } = poll_pair(app)?;
         let estimate = app.calibrator().proposal();
         let counts = [pair.len(), taken];
         let step = run.log.record(counts, solved.outcome, estimate.as_ref());

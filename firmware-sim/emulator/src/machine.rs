@@ -1,10 +1,10 @@
-//! The boards.
+//! The emulated boards.
 
 use clap::ValueEnum;
 
-/// A board of QEMU's that the images are linked for.
+/// A board of QEMU for which the images are linked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub(crate) enum Machine {
+pub enum Machine {
     /// Cortex-M4F: f64 in software.
     #[default]
     #[value(name = "mps2-an386")]
@@ -15,24 +15,27 @@ pub(crate) enum Machine {
 }
 
 impl Machine {
-    /// As QEMU names it.
-    pub(crate) fn name(self) -> &'static str {
+    /// QEMU's name of the board.
+    #[must_use]
+    pub fn name(self) -> &'static str {
         match self {
             Self::An386 => "mps2-an386",
             Self::An500 => "mps2-an500",
         }
     }
 
-    /// Its core, as QEMU names it.
-    pub(crate) fn cpu(self) -> &'static str {
+    /// QEMU's name of the core.
+    #[must_use]
+    pub fn cpu(self) -> &'static str {
         match self {
             Self::An386 => "cortex-m4",
             Self::An500 => "cortex-m7",
         }
     }
 
-    /// What the compiler is told beyond the target, which is made for the smaller core.
-    pub(crate) fn rustflags(self) -> Option<&'static str> {
+    /// Compiler flags. The target is made for the Cortex-M4F.
+    #[must_use]
+    pub fn rustflags(self) -> Option<&'static str> {
         match self {
             Self::An386 => None,
             Self::An500 => Some("-Ctarget-cpu=cortex-m7"),

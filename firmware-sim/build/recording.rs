@@ -1,5 +1,5 @@
-//! A data set as the matcher's frames, and its rig as numbers. The test in `tests/baked.rs` holds the
-//! bytes to those of the simulated matcher.
+//! Generates the frames of a data set as bytes, and its cameras and extrinsics as constants. The tests in
+//! `tests/recording.rs` compare them with the simulated matcher.
 
 use std::ffi::OsStr;
 use std::fmt::Write;
@@ -13,7 +13,7 @@ use serde_json::Value;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// Writes `frames.bin` and `recording.rs`.
-pub(crate) fn bake(set: &Path, out: &Path) -> Result<()> {
+pub(crate) fn generate(set: &Path, out: &Path) -> Result<()> {
     println!("cargo::rerun-if-changed={}", set.display());
     let mut files: Vec<PathBuf> = fs::read_dir(set.join("pairs"))
         .with_context(|| format!("pairs of {}", set.display()))?
@@ -36,7 +36,7 @@ pub(crate) fn bake(set: &Path, out: &Path) -> Result<()> {
     Ok(())
 }
 
-/// A frame as the page of the core's link has it; without a grid of its own, so that of the wire.
+/// Encodes a frame in the wire format of the core's link. Grid step 0 stands for the resolution of the wire.
 fn frame(sequence: u32, [width, height]: [u16; 2], csv: &str) -> Result<Vec<u8>> {
     let mut lines = csv.lines();
     ensure!(lines.next() == Some("ul,vl,ur,vr,score"), "columns ul,vl,ur,vr,score are needed");
@@ -79,7 +79,7 @@ fn record([pixels @ .., score]: [f32; 5]) -> Result<Vec<u8>> {
 fn row(line: &str) -> Result<[f32; 5]> {
     let numbers: Vec<f32> = line
         .split(',')
-        // As the host reads them: through f64.
+        // Through f64, as the host parses them.
         .map(|text| text.parse::<f64>().map(|x| x as f32).context("a number is needed"))
         .collect::<Result<_>>()?;
     numbers.try_into().ok().with_context(|| format!("not five numbers: {line}"))
@@ -96,9 +96,9 @@ fn fixed(x: f32, scale: f64, bits: u32) -> Result<u32> {
     Ok(steps as u32)
 }
 
-/// The rig as constants.
+/// Cameras and extrinsics as constants.
 fn constants(set: &Path, meta: &Value, pairs: usize) -> Result<String> {
-    ensure!(meta["lens"].is_null(), "only the radial-tangential lens is baked");
+    ensure!(meta["lens"].is_null(), "only the radial-tangential lens is supported");
     let name = set.file_name().and_then(OsStr::to_str).context("a data set has a name")?;
     let mut text = String::new();
     writeln!(text, "pub const NAME: &str = {name:?};")?;

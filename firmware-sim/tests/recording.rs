@@ -1,6 +1,6 @@
-//! What the build script bakes into the image is what the simulated matcher sends.
+//! The recording of the build script is that of the simulated matcher.
 
-use firmware_sim::baked::{FRAMES, NAME, PAIRS, Tape, cameras, truth};
+use firmware_sim::recording::{FRAMES, NAME, PAIRS, ReplayBus, cameras, truth};
 use firmware_sim::{App, Event, start};
 use host_tests::data::Dataset;
 use host_tests::wire::{Sender, SimMatcher};
@@ -26,11 +26,11 @@ fn cameras_and_truth_are_those_of_the_data_set() {
 }
 
 #[test]
-fn the_tape_and_the_simulated_matcher_lead_to_the_same_estimate() {
+fn the_recording_and_the_simulated_matcher_lead_to_the_same_estimate() {
     let mut calibrators = [(), ()].map(|()| Box::new(start(cameras().unwrap())));
-    let [from_tape, from_matcher] = &mut calibrators;
-    let tape = Tape::new(FRAMES);
-    let mut app = App::new(tape.driver(), from_tape);
+    let [from_recording, from_matcher] = &mut calibrators;
+    let bus = ReplayBus::new(FRAMES);
+    let mut app = App::new(bus.driver(), from_recording);
     while app.poll().unwrap() != Event::Idle {}
     let set = set();
     let matcher = SimMatcher::new(Sender::of(&set).unwrap());

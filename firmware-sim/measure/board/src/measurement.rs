@@ -1,41 +1,41 @@
-//! The life of a rig, every call measured, and the rows that come of it.
+//! Measures every call over the states of a rig, and prints the rows.
 
 use cortex_m_semihosting::debug::{self, EXIT_SUCCESS};
 use stereo_selfcal::link::MatchRecord;
 use stereo_selfcal::{Config, Extrinsics, Scalar, State};
 
-use crate::calls::{self, CAPACITY, Calibrated};
+use crate::calls::{self, CAPACITY, CalibratorOf};
 use crate::frame;
 use crate::lens;
 use crate::pair::{self, Calls, PairCost};
 use crate::probe::{Probe, Sample};
 use crate::scene::{HEADER, Rig, Scene};
-use crate::table::{remark, row};
+use crate::table::{comment, row};
 
-/// Room for all that is learnt, in either scalar.
-const ROOM: usize = Calibrated::<f64>::SNAPSHOT_BYTES;
+/// Size of a snapshot in either scalar, bytes.
+const SNAPSHOT_BYTES: usize = CalibratorOf::<f64>::SNAPSHOT_BYTES;
 
-/// Half a batch: the slope between the two is the price of a correspondence.
+/// Half a batch: the difference to a whole one gives the cost per correspondence.
 const HALF: usize = CAPACITY / 2;
 
-/// How far off the rig is at first, and after a knock, degrees about each axis.
-const OFF_DEGREES: f32 = 5.0;
+/// Deviation of the rig at the start and after the knock, degrees about each axis.
+const START_DEGREES: f32 = 5.0;
 const KNOCKED_DEGREES: f32 = 5.5;
 
-/// Pairs that are watched after the rig has locked, and after a knock.
-const WATCHED: usize = 8;
+/// Number of measured pairs after the lock and after the knock.
+const MEASURED_PAIRS: usize = 8;
 
-/// Batches of mismatches alone: enough to lose the rig.
-const GARBAGE: usize = 12;
+/// Number of batches of outliers alone, enough for the state `Lost`.
+const OUTLIER_BATCHES: usize = 12;
 
-/// Measures everything in one scalar, prints the rows and ends the emulation.
-pub fn survey<T: Scalar>() -> ! {
+/// Measures all calls in one scalar, prints the rows and ends the emulation.
+pub fn measure<T: Scalar>() -> ! {
     let probe = Probe::new();
-    let mut records = [MatchRecord::default(); CAPACITY];
-    intake::<T>(&probe, &mut records);
+    let mut records = [Record::default(); CAPACITY];
+    input::<T>(&probe, &mut records);
     let mut all = passes::<T>(&probe, &mut records);
-    all = all.most(&paper::<T>(&probe, &mut records));
-    all = all.most(&life::<T>(&probe, &mut records));
+    all = all.max(&paper::<T>(&probe, &mut records));
+    all = all.max(&states::<T>(&probe, &mut records));
     let others = others::<T>(&probe, &mut records);
     for (name, sample) in all.named() {
         row(format_args!("{name} at most"), "instructions", sample.instructions);
@@ -48,22 +48,22 @@ pub fn survey<T: Scalar>() -> ! {
     for (name, sample) in all.named().into_iter().chain(others) {
         row(format_args!("stack of {name}"), "bytes", sample.stack);
     }
-    let size = u32::try_from(size_of::<Calibrated<T>>()).unwrap_or(u32::MAX);
+    let size = u32::try_from(size_of::<CalibratorOf<T>>()).unwrap_or(u32::MAX);
     row("size_of Calibrator", "bytes", size);
     loop {
         debug::exit(EXIT_SUCCESS);
     }
 }
 
-fn fresh<T: Scalar>(config: Config) -> Calibrated<T> {
-    let mut calibrator = Calibrated::new(config);
+fn fresh<T: Scalar>(config: Config) -> CalibratorOf<T> {
+    let mut calibrator = CalibratorOf::new(config);
     calibrator.set_cameras(lens::pinholes());
     calibrator
 }
 
-/// What taking in a match costs.
-fn intake<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) {
-    let mut scene = Scene::new(Rig::off(OFF_DEGREES));
+/// Measures decoding and pushing a match.
+fn input<T: Scalar>(probe: &Probe, records: &mut [Record]) {
+    let mut scene = Scene::new(Rig::off(START_DEGREES));
     scene.fill(records);
     let mut calibrator = fresh::<T>(Config::robust());
     let decoded = frame::decode(probe, records);
@@ -81,11 +81,11 @@ fn intake<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) {
     row("push radial-tangential at most", "instructions", most);
 }
 
-/// Instructions of all pushes, and of the dearest.
+/// Instructions of all pushes, and of the most expensive one.
 fn push_all<T: Scalar>(
     probe: &Probe,
-    calibrator: &mut Calibrated<T>,
-    records: &[MatchRecord],
+    calibrator: &mut CalibratorOf<T>,
+    records: &[Record],
 ) -> (u32, u32) {
     records.iter().fold((0, 0), |(sum, most), record| {
         let c = pair::converted(&record.decode(&HEADER));
@@ -95,8 +95,8 @@ fn push_all<T: Scalar>(
     })
 }
 
-/// What a pass costs a correspondence, between half a batch and a whole one.
-fn passes<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
+/// Measures the cost per correspondence of a pass, from half a batch and a whole one.
+fn passes<T: Scalar>(probe: &Probe, records: &mut [Record]) -> Calls {
     let mut all = Calls::default();
     for (name, config) in [("paper", Config::paper()), ("search", Config::robust())] {
         let [half, whole] = both_sizes(probe, records, || fresh::<T>(config));
@@ -105,14 +105,14 @@ fn passes<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
             let [half, whole] = [&half, &whole].map(|cost| cost.calls.last.instructions);
             row("pass judging paper", "instructions/match", slope(half, whole));
         }
-        all = all.most(&whole.calls);
+        all = all.max(&whole.calls);
     }
     let locked = {
         let mut calibrator = fresh::<T>(Config::robust());
-        let mut scene = Scene::new(Rig::off(OFF_DEGREES));
+        let mut scene = Scene::new(Rig::off(START_DEGREES));
         while calibrator.state() != State::Locked {
             scene.fill(records);
-            pair::take(probe, &mut calibrator, records);
+            pair::process(probe, &mut calibrator, records);
         }
         calibrator
     };
@@ -121,65 +121,65 @@ fn passes<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
     row("pass judging robust", "instructions/match", slope(half_last, whole_last));
     let health = [&half, &whole].map(|cost| cost.calls.health.instructions);
     row("pass health", "instructions/match", slope(health[0], health[1]));
-    all.most(&whole.calls)
+    all.max(&whole.calls)
 }
 
 fn both_sizes<T: Scalar>(
     probe: &Probe,
-    records: &mut [MatchRecord],
-    calibrator: impl Fn() -> Calibrated<T>,
+    records: &mut [Record],
+    calibrator: impl Fn() -> CalibratorOf<T>,
 ) -> [PairCost; 2] {
-    let mut scene = Scene::new(Rig::off(OFF_DEGREES));
+    let mut scene = Scene::new(Rig::off(START_DEGREES));
     scene.fill(records);
     [HALF, CAPACITY].map(|count| {
         let some = records.get(..count).unwrap_or_default();
-        pair::take(probe, &mut calibrator(), some)
+        pair::process(probe, &mut calibrator(), some)
     })
 }
 
-/// One pair of the paper preset.
-fn paper<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
-    let mut scene = Scene::new(Rig::off(OFF_DEGREES));
+/// Measures one pair of the paper preset.
+fn paper<T: Scalar>(probe: &Probe, records: &mut [Record]) -> Calls {
+    let mut scene = Scene::new(Rig::off(START_DEGREES));
     scene.fill(records);
-    let cost = pair::take(probe, &mut fresh::<T>(Config::paper()), records);
+    let cost = pair::process(probe, &mut fresh::<T>(Config::paper()), records);
     row("update paper first pair", "instructions", cost.update);
     cost.calls
 }
 
-/// From the first pair to the loss of the rig and back, in whole batches and in halves.
-fn life<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
+/// Measures all states, from the first pair to `Lost` and back to `Locked`, in whole and half batches.
+fn states<T: Scalar>(probe: &Probe, records: &mut [Record]) -> Calls {
     let mut all = Calls::default();
     for count in [CAPACITY, HALF] {
-        remark(format_args!("a life in batches of {count}"));
+        comment(format_args!("all states in batches of {count}"));
         let records = records.get_mut(..count).unwrap_or_default();
-        let mut life = Life::<T>::begin(probe, records);
-        life.acquire();
-        life.hold();
-        life.knock();
-        life.lose();
-        life.recover();
-        row(format_args!("update of {count} at most"), "instructions", life.most);
-        all = all.most(&life.all);
+        let mut run = Run::<T>::begin(probe, records);
+        run.acquire();
+        run.track();
+        run.knock();
+        run.lose();
+        run.recover();
+        row(format_args!("update of {count} at most"), "instructions", run.most);
+        all = all.max(&run.all);
     }
     all
 }
 
-struct Life<'a, T: Scalar> {
+struct Run<'a, T: Scalar> {
     probe: &'a Probe,
-    records: &'a mut [MatchRecord],
-    calibrator: Calibrated<T>,
+    records: &'a mut [Record],
+    calibrator: CalibratorOf<T>,
     scene: Scene,
     all: Calls,
     most: u32,
 }
 
-impl<'a, T: Scalar> Life<'a, T> {
-    fn begin(probe: &'a Probe, records: &'a mut [MatchRecord]) -> Self {
+impl<'a, T: Scalar> Run<'a, T> {
+    fn begin(probe: &'a Probe, records: &'a mut [Record]) -> Self {
         Self {
             probe,
             records,
             calibrator: fresh(Config::robust()),
-            scene: Scene::new(Rig::off(OFF_DEGREES)),
+            scene: Scene::new(Rig::off(START_DEGREES)),
             all: Calls::default(),
             most: 0,
         }
@@ -187,8 +187,8 @@ impl<'a, T: Scalar> Life<'a, T> {
 
     fn pair(&mut self) -> PairCost {
         self.scene.fill(self.records);
-        let cost = pair::take(self.probe, &mut self.calibrator, self.records);
-        self.all = self.all.most(&cost.calls);
+        let cost = pair::process(self.probe, &mut self.calibrator, self.records);
+        self.all = self.all.max(&cost.calls);
         self.most = self.most.max(cost.update);
         cost
     }
@@ -197,7 +197,7 @@ impl<'a, T: Scalar> Life<'a, T> {
         row(format_args!("update of {} {name}", self.records.len()), "instructions", instructions);
     }
 
-    /// Pairs until locked.
+    /// Measures the pairs until locked.
     fn acquire(&mut self) {
         let mut most = 0;
         while self.calibrator.state() != State::Locked {
@@ -210,74 +210,78 @@ impl<'a, T: Scalar> Life<'a, T> {
         self.row("acquiring at most", most);
     }
 
-    fn hold(&mut self) {
+    /// Measures pairs in the state `Locked`.
+    fn track(&mut self) {
         let (mut sum, mut most) = (0, 0);
-        for _ in 0..WATCHED {
+        for _ in 0..MEASURED_PAIRS {
             let cost = self.pair();
-            assert!(cost.state == State::Locked, "a locked rig stays so while nothing moves");
+            assert!(
+                cost.state == State::Locked,
+                "the state stays locked while the rig does not move"
+            );
             (sum, most) = (sum + cost.update, most.max(cost.update));
         }
-        self.row("locked mean", mean(sum, WATCHED));
+        self.row("locked mean", mean(sum, MEASURED_PAIRS));
         self.row("locked at most", most);
     }
 
-    /// The rig turns, and is followed.
+    /// Measures the pairs after a knock.
     fn knock(&mut self) {
         self.scene.rig = Rig::off(KNOCKED_DEGREES);
         let mut most = 0;
-        for _ in 0..WATCHED {
+        for _ in 0..MEASURED_PAIRS {
             let cost = self.pair();
             let suspect = cost.state == State::Suspect || self.calibrator.state() == State::Suspect;
             most = if suspect { most.max(cost.update) } else { most };
         }
-        assert!(most > 0, "a knock makes the rig suspect");
+        assert!(most > 0, "a knock makes the state suspect");
         self.row("suspect at most", most);
     }
 
-    /// Nothing but mismatches, until the rig is lost.
+    /// Measures batches of outliers, until the state is lost.
     fn lose(&mut self) {
-        self.scene.wrong = 10;
-        let most = (0..GARBAGE).map(|_| self.pair().update).max().unwrap_or(0);
-        assert!(self.calibrator.state() == State::Lost, "mismatches lose the rig");
+        self.scene.outliers = 10;
+        let most = (0..OUTLIER_BATCHES).map(|_| self.pair().update).max().unwrap_or(0);
+        assert!(self.calibrator.state() == State::Lost, "outliers alone lead to the state lost");
         self.row("of mismatches at most", most);
     }
 
-    /// Good pairs of a rig that has moved meanwhile.
+    /// Measures pairs of a rig that has moved meanwhile, until locked.
     fn recover(&mut self) {
-        self.scene = Scene::new(Rig::off(OFF_DEGREES));
-        let most = (0..WATCHED).map(|_| self.pair().update).max().unwrap_or(0);
-        assert!(self.calibrator.state() == State::Locked, "the rig is found again");
+        self.scene = Scene::new(Rig::off(START_DEGREES));
+        let most = (0..MEASURED_PAIRS).map(|_| self.pair().update).max().unwrap_or(0);
+        assert!(self.calibrator.state() == State::Locked, "the state is locked again");
         self.row("lost at most", most);
     }
 }
 
-/// Calls beside those of each pair.
-fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static str, Sample); 7] {
+/// Measures the calls outside of a pair.
+fn others<T: Scalar>(probe: &Probe, records: &mut [Record]) -> [(&'static str, Sample); 7] {
     let mut calibrator = fresh::<T>(Config::robust());
-    let mut scene = Scene::new(Rig::off(OFF_DEGREES));
+    let mut scene = Scene::new(Rig::off(START_DEGREES));
     let mut solve = Sample::default();
     while calibrator.apply().is_err() {
         scene.fill(records);
         pair::fill(probe, &mut calibrator, records);
         let (report, sample) = probe.run(|| calls::solve(&mut calibrator));
-        solve = solve.most(sample);
-        let _ = report.map(|_| calibrator.fuse());
+        solve = solve.max(sample);
+        let _ = report.map(|report| calibrator.fuse());
     }
     let extrinsics: Extrinsics<T> = *calibrator.in_use();
     let (rotations, of_rotations) = probe.run(|| calls::rotations(&extrinsics));
-    let choose = probe.run(|| calls::choose(&lens::distorted(), &rotations)).1;
-    let mut buffer = [0; ROOM];
+    let rectified = probe.run(|| calls::rectified_camera(&lens::distorted(), &rotations)).1;
+    let mut buffer = [0; SNAPSHOT_BYTES];
     let (length, snapshot) = probe.run(|| calls::snapshot(&calibrator, &mut buffer));
     let record = buffer.get(..length.unwrap_or_default()).unwrap_or_default();
     let mut other = fresh::<T>(Config::robust());
     let (restored, restore) = probe.run(|| calls::restore(&mut other, record));
-    assert!(restored.is_ok(), "a record that was just written");
+    assert!(restored.is_ok(), "the record was just written");
     let undo = probe.run(|| calls::undo(&mut calibrator)).1;
     let reset = probe.run(|| calls::reset(&mut calibrator)).1;
     [
         ("solve_pair", solve),
         ("RectifyingRotations", of_rotations),
-        ("RectifiedCamera", choose),
+        ("RectifiedCamera", rectified),
         ("snapshot", snapshot),
         ("restore", restore),
         ("undo", undo),
@@ -289,7 +293,7 @@ fn slope(half: u32, whole: u32) -> u32 {
     mean(whole.saturating_sub(half), CAPACITY - HALF)
 }
 
-/// To the nearest.
+/// Mean, rounded.
 fn mean(sum: u32, count: usize) -> u32 {
     let count = u32::try_from(count).unwrap_or(u32::MAX);
     (sum + count / 2) / count

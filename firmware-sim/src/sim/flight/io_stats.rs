@@ -1,4 +1,4 @@
-//! What link, flash and power went through in a flight.
+//! Counts of the link, the flash and the power supply in a flight.
 
 use std::fmt;
 
@@ -7,38 +7,38 @@ use stereo_selfcal::State;
 use stereo_selfcal::link::Counters;
 use stereo_selfcal::store::{PersistError, ResumeError, SaveReason, Wear};
 
-/// Counts over all times that power was on.
+/// Counts over all starts of the controller.
 #[derive(Debug, Default)]
-pub(super) struct Service {
+pub(super) struct IoStats {
     pub(super) starts: u32,
-    /// Starts that took up what was learnt.
+    /// Starts that restored an estimate.
     pub(super) resumed: u32,
-    /// Losses of power during a save.
+    /// Saves cut by a loss of power.
     pub(super) torn: u32,
     pub(super) saves: u32,
     erasures: u32,
     links: Vec<Counters>,
-    /// Pairs since the last start that resumed, until the state is locked.
-    since: Option<u32>,
-    /// The longest of those.
+    /// Number of pairs since the last start that restored an estimate, until locked.
+    until_locked: Option<u32>,
+    /// Largest number of pairs from such a start until locked.
     slowest: u32,
 }
 
-impl Service {
-    /// Power is on; whether it had been lost.
-    pub(super) fn begin<E: fmt::Debug>(
+impl IoStats {
+    /// Counts a start. Returns whether it follows a loss of power.
+    pub(super) fn start<E: fmt::Debug>(
         &mut self,
         resumed: &Result<bool, ResumeError<E>>,
         state: State,
     ) -> bool {
         self.starts += 1;
-        let taken_up = matches!(resumed, Ok(true));
-        self.resumed += u32::from(taken_up);
-        self.since = (taken_up && state == State::Suspect).then_some(0);
+        let restored = matches!(resumed, Ok(true));
+        self.resumed += u32::from(restored);
+        self.until_locked = (restored && state == State::Suspect).then_some(0);
         self.starts > 1
     }
 
-    /// After a pair.
+    /// Counts the save after a pair.
     pub(super) fn note<E: fmt::Debug>(
         &mut self,
         kept: &Result<Option<SaveReason>, PersistError<E>>,
@@ -46,28 +46,28 @@ impl Service {
     ) {
         self.saves += u32::from(matches!(kept, Ok(Some(_))));
         self.torn += u32::from(kept.is_err());
-        if let Some(pairs) = &mut self.since {
+        if let Some(pairs) = &mut self.until_locked {
             *pairs += 1;
             self.slowest = self.slowest.max(*pairs);
             if state == State::Locked {
-                self.since = None;
+                self.until_locked = None;
             }
         }
     }
 
-    /// Power goes, or the flight is over.
+    /// Adds the counts of link and flash at a loss of power, or at the end.
     pub(super) fn end(&mut self, link: &Counters, wear: Wear) {
         self.links.push(*link);
         self.erasures = wear.erasures;
     }
 
-    /// Of all links.
+    /// Sum of the counts of all starts.
     fn link(&self) -> Counters {
         self.links.iter().fold(Counters::default(), |sum, one| sum.plus(one))
     }
 }
 
-impl fmt::Display for Service {
+impl fmt::Display for IoStats {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "link               {}", counted(&self.link()))?;
         write!(f, "flash              {} saves, {} erasures", self.saves, self.erasures)?;
@@ -75,7 +75,7 @@ impl fmt::Display for Service {
             let Self { starts, torn, resumed, slowest, .. } = self;
             let lost = starts - 1;
             write!(f, "\npower              lost {lost} times, {torn} of them during a save; ")?;
-            write!(f, "{resumed} times taken up from flash, then locked by pair {slowest}")?;
+            write!(f, "{resumed} times restored from flash, then locked by pair {slowest}")?;
         }
         Ok(())
     }
