@@ -1,4 +1,5 @@
-//! Fixed-size linear algebra: packed symmetric matrices, normal equations, moments of the epipolar constraint.
+//! Fixed-size linear algebra: packed symmetric matrices, normal equations, moments of the epipolar
+//! constraint.
 
 mod change_frame;
 pub(crate) mod information;
