@@ -1,8 +1,7 @@
 //! Moments in another rectified frame.
 //!
-//! The nine products are linear in the matrix `B = b a^T` of the rays, which rotations of the
-//! frames map to `R_b B R_a^T`. The map of the products is applied to the rows, then to the columns
-//! of `M`.
+//! The nine products are linear in `B = b a^T`, which rotations of the frames map to `R_b B R_a^T`.
+//! The map of the products is applied to the rows, then to the columns of `M`.
 
 use nalgebra::{Matrix3, Rotation3};
 
@@ -21,11 +20,11 @@ impl<T: Scalar> Moments<T> {
         to: &RectifyingRotations<T>,
     ) {
         // Minus the identity: small rotations keep their digits.
-        let less_identity = |to: &Rotation3<T>, from: &Rotation3<T>| {
+        let minus_identity = |to: &Rotation3<T>, from: &Rotation3<T>| {
             product(to.matrix(), &from.matrix().transpose()) - Matrix3::identity()
         };
-        let left = less_identity(to.left(), from.left()).transpose();
-        let right = less_identity(to.right(), from.right());
+        let left = minus_identity(to.left(), from.left()).transpose();
+        let right = minus_identity(to.right(), from.right());
         let mut rows = self.rows();
         for _ in 0..2 {
             for k in &mut rows {

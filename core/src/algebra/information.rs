@@ -1,8 +1,7 @@
 //! The 5 x 5 Fisher information of the extrinsics, and the covariances that follow from it.
 //!
 //! Order of the unknowns, all in rad and in the rectified frame (x along the baseline, z forward):
-//! rotation of `R` about x, y, z; rotation of the baseline about y (moves `t_z`) and z (moves
-//! `t_y`).
+//! rotation of `R` about x, y, z; of the baseline about y (moves `t_z`) and z (moves `t_y`).
 
 use nalgebra::{Matrix5, Vector5};
 
@@ -22,6 +21,7 @@ impl<T: Scalar> Default for Information<T> {
 }
 
 impl<T: Scalar> Information<T> {
+    /// No information: all five directions are free.
     pub(crate) const ZERO: Self = Self(Symmetric5::ZERO);
 
     /// Adds `w j j^T`, a row `j` of the Jacobian with weight `w`.
@@ -50,8 +50,8 @@ impl<T: Scalar> Information<T> {
         Self(self.0.scaled(factor))
     }
 
-    /// Weighted sum of squared disparities that one standard deviation of yaw (rotation about y) is
-    /// equivalent to: pitch information over yaw information, dimensionless.
+    /// Weighted sum of squared disparities that an error of yaw (rotation about y) of one standard
+    /// deviation causes, `H_pitch / H_yaw`, dimensionless.
     pub(crate) fn yaw_share(&self) -> T {
         let [pitch, yaw, ..] = self.0.diagonal();
         pitch / yaw
@@ -63,8 +63,9 @@ impl<T: Scalar> Information<T> {
     /// * `weight`: sum of the weights.
     /// * `variance`: of a row, in the unit of the sum.
     ///
-    /// `None` if noise and three standard deviations of yaw, which changes all disparities alike
-    /// and rows hardly, exceed `MAX_DISPARITY_NOISE` of the squared disparities.
+    /// `None` if noise and an error of yaw exceed the share [`MAX_DISPARITY_NOISE`] of the squared
+    /// disparities. Yaw changes all disparities alike and rows hardly; its error is taken as
+    /// [`YAW_DEVIATIONS`] standard deviations.
     pub(crate) fn less_disparity_noise(&self, weight: T, variance: T) -> Option<Self> {
         let [.., squares] = self.0.diagonal();
         let alike = T::lit(YAW_DEVIATIONS * YAW_DEVIATIONS) * self.yaw_share();
@@ -90,8 +91,7 @@ impl<T: Scalar> Information<T> {
         Some(self.0.inverse()?.matrix())
     }
 
-    /// Standard deviations of `R` and of the baseline direction, rad. `None` if a direction is
-    /// free.
+    /// Standard deviations of `R` and the baseline direction, rad. `None` if a direction is free.
     pub fn standard_deviations(&self) -> Option<StandardDeviations<T>> {
         Some(StandardDeviations::of(&self.0.inverse()?))
     }

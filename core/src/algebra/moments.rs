@@ -7,8 +7,8 @@
 //! as a function of the pose) from `M` alone.
 //!
 //! The products are split into `a x b`, whose first component is `C` and whose others are
-//! disparities, and the symmetric part: `cx cy cz xx yy zz xy xz yz`. Small numbers are then never
-//! differences of large sums, which `f32` cannot represent.
+//! disparities, and the symmetric part: `cx cy cz xx yy zz xy xz yz`. So no small number is the
+//! difference of large sums, which loses its digits in `f32`.
 
 use nalgebra::Vector5;
 
@@ -26,12 +26,12 @@ use crate::thresholds::{DIFFERENCE_VARIANCE, MAX_DISPARITY_NOISE, YAW_DEVIATIONS
 /// Elements of the lower triangle of a 9 x 9 matrix.
 const TRIANGLE: usize = 45;
 
-/// Indices in the triangle: moments of the horizontal disparity `cy` and the product of depths
-/// `zz`.
+/// Indices in the triangle: moments of the horizontal disparity `cy` and the depth product `zz`.
 const CY_CY: usize = 2;
 const ZZ_CY: usize = 16;
 const ZZ_ZZ: usize = 20;
 
+/// One number for each of the nine products.
 pub(super) type Vector9<T> = [T; 9];
 
 /// Sums of `w k k^T` over the nine products `k` of rays: lower triangle row by row.
@@ -55,8 +55,7 @@ impl<S: Copy> MomentSums<S> {
     /// Adds correspondences in order.
     ///
     /// * `block`: weight and products of each, rays in the rectified frame at any depth. The weight
-    ///   is one over the variance of the constraint, which scales with the depths as the constraint
-    ///   does.
+    ///   is one over the variance of the constraint at these depths.
     #[inline(always)]
     #[rustfmt::skip]
     pub(crate) fn add<T: Scalar, L: Lanes<T, Sum = S>>(
@@ -88,6 +87,7 @@ pub(crate) struct Moments<T> {
 }
 
 impl<T: Scalar> Moments<T> {
+    /// No correspondences.
     pub(crate) const ZERO: Self =
         Self { products: MomentSums([T::ZERO; TRIANGLE]), slope: [T::ZERO; 5] };
 
@@ -121,7 +121,7 @@ impl<T: Scalar> Moments<T> {
         self.slope.iter_mut().zip(&other.slope).for_each(|(a, b)| *a += *b);
     }
 
-    /// Multiplies all sums: forgetting, or a change of the weights' unit.
+    /// Multiplies all sums by a factor.
     pub(crate) fn scale(&mut self, factor: T) {
         self.products.0.iter_mut().chain(&mut self.slope).for_each(|m| *m *= factor);
     }
@@ -209,8 +209,7 @@ impl<T: Scalar> Moments<T> {
         normal
     }
 
-    /// `H_ik = d_i^T M d_k`, `g_i = d_i^T M e - slope_i`. Out of line: its stack is not the
-    /// caller's.
+    /// `H_ik = d_i^T M d_k`, `g_i = d_i^T M e - slope_i`. Out of line: frees the caller's stack.
     #[inline(never)]
     fn fill(&self, coefficients: &Coefficients<T>, normal: &mut NormalEquations<T>) {
         let Coefficients { by_unknown, of_offset } = coefficients;

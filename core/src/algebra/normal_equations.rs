@@ -1,7 +1,7 @@
 //! Normal equations: the quadratic model of a cost about a pose.
 //!
-//! Cost of a step `d` of the five unknowns, up to a constant: `d^T H d / 2 + g^T d`, in units of
-//! half a squared standard deviation; the optimum is `d = -H^-1 g`.
+//! Half the cost after a step `d` of the five unknowns is `d^T H d / 2 + g^T d` plus a constant; the
+//! optimum is `d = -H^-1 g`, its covariance `H^-1`.
 
 use nalgebra::Vector5;
 
@@ -33,6 +33,7 @@ pub(crate) struct NormalEquations<T> {
 }
 
 impl<T: Scalar> NormalEquations<T> {
+    /// A cost of zero.
     pub(crate) const ZERO: Self = Self {
         information: Information::ZERO,
         gradient: Vector5::new(T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO),
@@ -45,16 +46,22 @@ impl<T: Scalar> NormalEquations<T> {
         add_pull(&mut self.gradient, w * r, jacobian);
     }
 
+    /// Adds the model of another cost about the same pose.
     pub(crate) fn add(&mut self, other: &Self) {
         self.information.add(&other.information);
         self.gradient += other.gradient;
     }
 
+    /// Writes `H`, then `g`.
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         self.information.0.write(to);
         to.numbers(self.gradient.iter());
     }
 
+    /// Reads what [`Self::write`] writes.
+    ///
+    /// # Errors
+    /// [`RestoreError::Absurd`] if `H` is no sum of squares.
     pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
         self.information.0.read(from)?;
         from.numbers(self.gradient.iter_mut())
@@ -116,8 +123,7 @@ impl<T: Scalar> NormalEquations<T> {
     }
 
     /// Squared Mahalanobis distance between the optima of two models about one pose: the NIS of two
-    /// independent measurements, chi-square of five degrees of freedom if both covariances are
-    /// right.
+    /// independent measurements. Chi-square of five degrees of freedom for correct covariances.
     ///
     /// `None` if a direction is free in either.
     pub(crate) fn distance(&self, other: &Self) -> Option<T> {

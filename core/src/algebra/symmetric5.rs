@@ -1,7 +1,6 @@
 //! Symmetric 5 x 5 matrices, packed: sums of outer products, factors, inverses.
 //!
-//! Written out by hand: at opt-level "s" loops over generic matrices cost many times as much, and
-//! the solver spends most of its time per step here.
+//! Written out by hand: at opt-level "s" loops over generic matrices cost many times as much.
 
 use nalgebra::{Matrix5, Vector5};
 
@@ -32,8 +31,7 @@ pub(crate) fn form<T: Scalar, L: Lanes<T>>(
     squares + (twice + twice)
 }
 
-/// Factors of `M = L D L^T`. Needs no square roots; the accuracy does not depend on the units of
-/// the unknowns.
+/// Factors of `M = L D L^T`: no square roots, and an accuracy independent of the units.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Factor<T> {
     /// Below the diagonal of `L`, row by row.

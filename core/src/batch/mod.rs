@@ -33,8 +33,7 @@ codes! { Pushed { Kept = 0, Replaced = 1, LeftOut = 2 } }
 /// Up to `N` correspondences as rays, and counts of the others. `N` is at most 65535.
 ///
 /// A full batch keeps correspondences spread over the left image: of one cell those with the better
-/// score, among equal scores a random choice. The selection does not depend on the order of
-/// arrival.
+/// score, among equal scores a random choice. The order of arrival has no influence.
 ///
 /// RAM: 20 bytes a correspondence in `f32`; twice with feature `simd`.
 #[derive(Debug, Clone)]
@@ -158,8 +157,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         held.saturating_add(self.left_out).saturating_add(self.refused)
     }
 
-    /// Valid correspondences that a full batch replaced or left out since the last
-    /// [`Batch::clear`].
+    /// Valid correspondences replaced or left out since the last [`Batch::clear`].
     pub fn left_out(&self) -> u32 {
         self.left_out
     }
@@ -204,8 +202,7 @@ mod tests {
         }
     }
 
-    /// The first `n` by rank in their cell, then by priority: the definition, over all matches at
-    /// once.
+    /// The definition: the first `n` of all matches by rank in their cell, then by priority.
     fn first_by_rank_and_priority(offered: &[Correspondence<f32>], n: usize) -> Vec<Priority> {
         let rays = |c| cameras().rays(c).unwrap();
         let all: Vec<_> = offered.iter().map(rays).map(|r| (r.cell(), Priority::of(&r))).collect();

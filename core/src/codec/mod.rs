@@ -14,8 +14,7 @@
 //! | 12 | numbers, each type in the order of its fields |
 //! | last 4 | CRC-32 of all bytes before |
 //!
-//! Version 2 appends the scene of the last pair; version 1 is read without it
-//! ([`Reader::version`]).
+//! Version 2 appends the scene of the last pair; version 1 is read without it.
 
 pub(crate) mod checksum;
 mod reader;

@@ -7,8 +7,7 @@ use crate::codec::checksum;
 use crate::error::RestoreError;
 use crate::scalar::Scalar;
 
-/// Largest magnitude of a negative sum of squares over the largest sum: rounding of a change of
-/// frame.
+/// Rounding of a change of frame: a negative sum of squares over the largest sum.
 const NEGATIVE: f64 = 1e-4;
 
 /// Reader of a record with a correct checksum.

@@ -90,8 +90,7 @@ impl<T: Scalar> Camera<T> {
             .ok_or(UndistortError::NotInvertible)
     }
 
-    /// Checks that a pixel is finite and in the image: the conditions of [`Camera::ray`] without
-    /// cost.
+    /// Checks that a pixel is finite and in the image: [`Camera::ray`] without undistortion.
     pub(crate) fn check(&self, [u, v]: [T; 2]) -> Result<(), UndistortError> {
         if !u.is_finite() || !v.is_finite() {
             return Err(UndistortError::NotFinite);

@@ -15,8 +15,7 @@ const UNIT: f64 = 2e-6;
 ///
 /// The scale is not observable: multiply `t` by the known baseline length to get metres.
 ///
-/// Invariants: all elements finite, `R` orthonormal, `|t| = 1`, `t` at least 6 degrees off both
-/// optical axes.
+/// Invariants: finite, `R` orthonormal, `|t| = 1`, `t` at least 6 degrees off both optical axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extrinsics<T: Scalar> {
     rotation: Rotation3<T>,
@@ -35,8 +34,7 @@ impl<T: Scalar> Extrinsics<T> {
         }
     };
 
-    /// From a rotation matrix and a baseline of any length. `R` becomes the nearest rotation, `t` a
-    /// unit vector.
+    /// The nearest rotation to a matrix, and the direction of a baseline of any length.
     ///
     /// * `r`: left to right camera frame, orthonormal to about 0.1 in its elements.
     /// * `t`: position of the left camera in the right camera frame, any unit.

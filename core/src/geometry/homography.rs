@@ -35,8 +35,7 @@ impl<T: Scalar> RectifiedCamera<T> {
     /// Cost: 136 undistortions; call it when the extrinsics change, not per frame.
     ///
     /// # Errors
-    /// [`RectifyError`]: `alpha` out of range, a border pixel without a rectified point, or no
-    /// common view.
+    /// [`RectifyError`]: `alpha` out of range, a border pixel not rectifiable, or no common view.
     pub fn try_choose(
         cameras: &Cameras<T>,
         rotations: &RectifyingRotations<T>,

@@ -119,8 +119,7 @@ impl<T: Scalar> RadialTangential<T> {
         )
     }
 
-    /// Newton's method from the distorted point; from inside the fold where that point lies beyond
-    /// it.
+    /// Newton's method, from the distorted point or a point inside the fold on the same line.
     fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         let squared = d.norm_squared();
         let mut p = if squared < self.fold_squared {
@@ -213,8 +212,11 @@ impl<T: Scalar> Fisheye<T> {
         let mut theta = if target < high { target } else { high * T::HALF };
         for _ in 0..4 * MAX_NEWTON_STEPS {
             let error = self.angle(theta) - target;
-            let bound = if error > T::ZERO { &mut high } else { &mut low };
-            *bound = theta;
+            if error > T::ZERO {
+                high = theta;
+            } else {
+                low = theta;
+            }
             let newton = theta - error / self.slope(theta);
             let next = if newton > low && newton < high { newton } else { (low + high) * T::HALF };
             let step = (next - theta).abs();

@@ -1,7 +1,6 @@
 //! Geometry of the rig: cameras, lens models, rotations, extrinsics, rectification.
 //!
-//! Frames: x right, y down, z forward. Rays at unit depth, dimensionless; pixels in px; angles in
-//! rad.
+//! Frames: x right, y down, z forward. Rays at unit depth, dimensionless; pixels in px, angles in rad.
 
 pub(crate) mod camera;
 pub(crate) mod extrinsics;

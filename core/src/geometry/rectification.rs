@@ -15,8 +15,7 @@ use crate::thresholds::{MAX_STEP_RAD, MIN_LATERAL};
 /// Largest `|r_r2 . i_3|` of a recorded pose, dimensionless.
 const ON_GAUGE: f64 = 1e-4;
 
-/// `R_l`, `R_r` with `p_l' = R_l p_l`, `p_r' = R_r p_r`: corresponding rays have equal rows `y /
-/// z`.
+/// `R_l`, `R_r` with `p_l' = R_l p_l`, `p_r' = R_r p_r`: corresponding rays have equal rows.
 ///
 /// Invariant: the gauge of eq 8, `r_r2 . i_3 = 0`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,8 +57,7 @@ impl<T: Scalar> RectifyingRotations<T> {
     /// `R = R_r^T R_l`, `t = -r_r1` (eq 7).
     ///
     /// # Errors
-    /// [`ExtrinsicsError::AlongOpticalAxis`] if the baseline is within 6 degrees of an optical
-    /// axis.
+    /// [`ExtrinsicsError::AlongOpticalAxis`]: the baseline is within 6 degrees of an axis.
     pub fn extrinsics(&self) -> Result<Extrinsics<T>, ExtrinsicsError> {
         let m = self.right.matrix();
         let t = Vector3::new(-m.m11, -m.m12, -m.m13);
@@ -108,8 +106,7 @@ impl<T: Scalar> RectifyingRotations<T> {
         Vector5::new(w.x, w.y, w.z, -t.z / along, t.y / along)
     }
 
-    /// Both rotations after a step of all five unknowns, rad: `rotation`, then `baseline` of
-    /// [`Self::stepped`].
+    /// [`Self::stepped`] by all five unknowns, rad: `rotation`, then `baseline`.
     pub(crate) fn stepped_by(&self, d: &Vector5<T>) -> Option<Self> {
         self.stepped(&Vector3::new(d.x, d.y, d.z), &Vector2::new(d.w, d.a))
     }
@@ -164,8 +161,7 @@ pub(crate) mod tests {
     use crate::geometry::metrics::Deviation;
     use proptest::prelude::*;
 
-    /// Rectifying rotations of a rig turned by a rotation vector, rad, with a baseline `(-1, y,
-    /// z)`.
+    /// Rectifying rotations of a rig with a rotation vector, rad, and a baseline `(-1, y, z)`.
     pub(crate) fn pose(rotation: [f64; 3], t: [f64; 2]) -> RectifyingRotations<f64> {
         RectifyingRotations::from(&extrinsics(rotation, t))
     }

@@ -1,5 +1,4 @@
-//! Arithmetic of the inner loops: on one correspondence, on four, or on as many as a vector unit
-//! holds.
+//! Arithmetic of the inner loops: on one correspondence, on four, or on a whole vector unit.
 //!
 //! A formula written once over [`Lanes`] serves the controller ([`Single`]), any host ([`Quads`],
 //! bit-identical to [`Single`]), and vector units (`Wide`, feature `simd`, equal to rounding).

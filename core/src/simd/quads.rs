@@ -1,5 +1,4 @@
-//! Four correspondences at a time as arrays of four: the compiler vectorises them with baseline
-//! instructions.
+//! Four correspondences at a time as arrays, which the compiler vectorises.
 
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -10,7 +9,7 @@ use super::{Lanes, Number};
 pub(crate) struct Quads;
 
 impl Quads {
-    /// Whether the target has baseline vector instructions; without them four lanes exhaust the
+    /// Whether the target has baseline vector instructions; without them four lanes need too many
     /// registers.
     pub(crate) const SUPPORTED: bool = cfg!(any(target_arch = "x86_64", target_arch = "aarch64"));
 }
