@@ -2,7 +2,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 
-/// One table of 1,024 bytes, one byte at a time; sixteen bytes at a time take 16 KiB of tables.
+/// One table of 1,024 bytes, one byte at a time; sixteen at a time take 16 tables.
 static CRC_32: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
 /// Running checksum.
