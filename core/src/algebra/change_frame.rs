@@ -1,4 +1,7 @@
-//! Moments in another rectified frame: the nine products are bilinear in the two rays, and turn with both.
+//! Moments in another rectified frame.
+//!
+//! The nine products are linear in `B = b a^T`, which rotations of the frames map to `R_b B R_a^T`.
+//! The map of the products is applied to the rows, then to the columns of `M`.
 
 use nalgebra::{Matrix3, Rotation3};
 
@@ -8,18 +11,20 @@ use crate::geometry::so3::product;
 use crate::scalar::Scalar;
 
 impl<T: Scalar> Moments<T> {
-    /// Transforms the sums into the rectified frame of another pose.
+    /// Transforms the sums from the rectified frame of one pose into that of another. The offset of
+    /// the gradient stays as it is. Out of line: its 9 x 9 matrix leaves the caller's stack.
     #[inline(never)]
     pub(crate) fn change_frame(
         &mut self,
         from: &RectifyingRotations<T>,
         to: &RectifyingRotations<T>,
     ) {
-        let less_identity = |to: &Rotation3<T>, from: &Rotation3<T>| {
+        // Minus the identity: small rotations keep their digits.
+        let minus_identity = |to: &Rotation3<T>, from: &Rotation3<T>| {
             product(to.matrix(), &from.matrix().transpose()) - Matrix3::identity()
         };
-        let left = less_identity(to.left(), from.left()).transpose();
-        let right = less_identity(to.right(), from.right());
+        let left = minus_identity(to.left(), from.left()).transpose();
+        let right = minus_identity(to.right(), from.right());
         let mut rows = self.rows();
         for _ in 0..2 {
             for k in &mut rows {
@@ -38,35 +43,31 @@ impl<T: Scalar> Moments<T> {
         for (row, elements) in rows.iter_mut().enumerate() {
             elements.iter_mut().take(row + 1).zip(m.by_ref()).for_each(|(e, m)| *e = *m);
         }
-        let mut left: &mut [Vector9<T>] = &mut rows;
-        let mut diagonal = 0;
-        while let Some((first, below)) = left.split_first_mut() {
-            diagonal += 1;
-            let column = below.iter().filter_map(|row| row.get(diagonal - 1));
-            first.iter_mut().skip(diagonal).zip(column).for_each(|(e, below)| *e = *below);
-            left = below;
-        }
+        mirror(&mut rows, |above, below| *above = *below);
         rows
     }
 }
 
 fn transpose<T: Scalar>(m: &mut [Vector9<T>; 9]) {
-    let mut left: &mut [Vector9<T>] = m;
+    mirror(m, core::mem::swap);
+}
+
+/// Calls `f` with each element above the diagonal and its mirror image below.
+#[inline(always)]
+fn mirror<T: Scalar>(m: &mut [Vector9<T>; 9], f: impl Fn(&mut T, &mut T)) {
+    let mut rest: &mut [Vector9<T>] = m;
     let mut diagonal = 0;
-    while let Some((first, below)) = left.split_first_mut() {
+    while let Some((first, below)) = rest.split_first_mut() {
         diagonal += 1;
         let column = below.iter_mut().filter_map(|row| row.get_mut(diagonal - 1));
-        first
-            .iter_mut()
-            .skip(diagonal)
-            .zip(column)
-            .for_each(|(e, below)| core::mem::swap(e, below));
-        left = below;
+        first.iter_mut().skip(diagonal).zip(column).for_each(|(above, below)| f(above, below));
+        rest = below;
     }
 }
 
-/// Products of rotated rays. `left`, transposed, and `right` are the rotations minus the identity: small rotations keep
-/// their digits.
+/// Replaces the products of `B` by those of `(I + right) B (I + left)`: rotated rays.
+///
+/// * `left`: rotation of the left ray minus the identity, transposed; `right`: of the right ray.
 #[inline(never)]
 fn turn<T: Scalar>(k: &mut Vector9<T>, left: &Matrix3<T>, right: &Matrix3<T>) {
     let b = outer(k);
@@ -75,34 +76,24 @@ fn turn<T: Scalar>(k: &mut Vector9<T>, left: &Matrix3<T>, right: &Matrix3<T>) {
     k.iter_mut().zip(moved).for_each(|(k, moved)| *k += moved);
 }
 
-/// `b a^T` of nine products.
+/// `B` of nine products: inverse of [`split`].
+#[rustfmt::skip]
 fn outer<T: Scalar>(k: &Vector9<T>) -> Matrix3<T> {
     let [cx, cy, cz, xx, yy, zz, xy, xz, yz] = *k;
     let half = |sum: T| sum * T::HALF;
     Matrix3::new(
-        xx,
-        half(xy - cz),
-        half(xz + cy),
-        half(xy + cz),
-        yy,
-        half(yz - cx),
-        half(xz - cy),
-        half(yz + cx),
-        zz,
+        xx, half(xy - cz), half(xz + cy),
+        half(xy + cz), yy, half(yz - cx),
+        half(xz - cy), half(yz + cx), zz,
     )
 }
 
-/// Nine products of `b a^T`: `b x a` up to sign, then the symmetric part.
+/// Nine products of `B = b a^T`: the antisymmetric part `a x b`, then the symmetric part.
+#[rustfmt::skip]
 pub(super) fn split<T: Scalar>(b: &Matrix3<T>) -> Vector9<T> {
     [
-        b.m32 - b.m23,
-        b.m13 - b.m31,
-        b.m21 - b.m12,
-        b.m11,
-        b.m22,
-        b.m33,
-        b.m12 + b.m21,
-        b.m13 + b.m31,
-        b.m23 + b.m32,
+        b.m32 - b.m23, b.m13 - b.m31, b.m21 - b.m12,
+        b.m11, b.m22, b.m33,
+        b.m12 + b.m21, b.m13 + b.m31, b.m23 + b.m32,
     ]
 }

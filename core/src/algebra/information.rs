@@ -1,7 +1,7 @@
-//! The 5 x 5 information of a pair about the extrinsics, and what follows from it.
+//! The 5 x 5 Fisher information of the extrinsics, and the covariances that follow from it.
 //!
 //! Order of the unknowns, all in rad and in the rectified frame (x along the baseline, z forward):
-//! turn of `R` about x, y, z; turn of the baseline about y (moves `t_z`) and about z (moves `t_y`).
+//! rotation of `R` about x, y, z; of the baseline about y (moves `t_z`) and z (moves `t_y`).
 
 use nalgebra::{Matrix5, Vector5};
 
@@ -9,31 +9,33 @@ use super::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
 use crate::thresholds::{MAX_DISPARITY_NOISE, MIN_CONDITION, POWER_ITERATIONS, YAW_DEVIATIONS};
 
-/// Symmetric5 positive semi-definite 5 x 5 sum of `w J J^T`, 1/rad^2.
+/// Symmetric positive semi-definite 5 x 5 sum of `w J J^T`, 1/rad^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Information<T>(pub(crate) Symmetric5<T>);
 
 impl<T: Scalar> Default for Information<T> {
-    /// No information at all.
+    /// Zero: all five directions are free.
     fn default() -> Self {
         Self::ZERO
     }
 }
 
 impl<T: Scalar> Information<T> {
+    /// No information: all five directions are free.
     pub(crate) const ZERO: Self = Self(Symmetric5::ZERO);
 
-    /// Adds `w j j^T`.
+    /// Adds `w j j^T`, a row `j` of the Jacobian with weight `w`.
     #[inline(always)]
     pub(crate) fn add_outer(&mut self, w: T, j: &[T; 5]) {
         self.0.add_outer(w, j);
     }
 
+    /// Adds the information of independent correspondences.
     pub(crate) fn add(&mut self, other: &Self) {
         self.0.add(&other.0);
     }
 
-    /// Without what another sum has added.
+    /// `H - other`: without a part of the sum.
     pub(crate) fn minus(&self, other: &Self) -> Self {
         Self(self.0.minus(&other.0))
     }
@@ -43,23 +45,27 @@ impl<T: Scalar> Information<T> {
         self.0.times(x)
     }
 
+    /// `factor H`.
     pub(crate) fn scaled(&self, factor: T) -> Self {
         Self(self.0.scaled(factor))
     }
 
-    /// Squared disparity, summed, that one standard deviation of the turn about y moves all rows by.
+    /// Weighted sum of squared disparities that an error of yaw (rotation about y) of one standard
+    /// deviation causes, `H_pitch / H_yaw`, dimensionless.
     pub(crate) fn yaw_share(&self) -> T {
         let [pitch, yaw, ..] = self.0.diagonal();
         pitch / yaw
     }
 
-    /// Without what noise adds to the baseline's part of a sum over correspondences, whose rows are
-    /// disparities: at infinity noise is all there is of them.
+    /// Removes the bias of noise from the baseline's block, whose rows are disparities: at infinity
+    /// they are noise only.
     ///
-    /// * `weight`: sum of the weights; `variance`: of a row, in the unit of the sum.
+    /// * `weight`: sum of the weights.
+    /// * `variance`: of a row, in the unit of the sum.
     ///
-    /// `None` if less than a quarter of the disparities' square is more than that noise and three
-    /// standard deviations of the turn about y, which moves all disparities alike and rows hardly.
+    /// `None` if noise and an error of yaw exceed the share [`MAX_DISPARITY_NOISE`] of the squared
+    /// disparities. Yaw changes all disparities alike and rows hardly; its error is taken as
+    /// [`YAW_DEVIATIONS`] standard deviations.
     pub(crate) fn less_disparity_noise(&self, weight: T, variance: T) -> Option<Self> {
         let [.., squares] = self.0.diagonal();
         let alike = T::lit(YAW_DEVIATIONS * YAW_DEVIATIONS) * self.yaw_share();
@@ -67,86 +73,87 @@ impl<T: Scalar> Information<T> {
             return None;
         }
         let share = T::ONE - variance * weight / squares;
-        let mut left = *self;
-        let h = &mut left.0.0;
+        let mut unbiased = *self;
+        let h = &mut unbiased.0.0;
         h[9] *= share;
         h[13] *= share;
         h[14] *= share;
-        Some(left)
+        Some(unbiased)
     }
 
-    /// As a full matrix, 1/rad^2.
+    /// The full matrix `H`, 1/rad^2.
     pub fn matrix(&self) -> Matrix5<T> {
         self.0.matrix()
     }
 
-    /// Inverse: covariance of the unknowns, rad^2. `None` if a direction is free.
+    /// Covariance of the unknowns, `H^-1`, rad^2. `None` if a direction is free.
     pub fn covariance(&self) -> Option<Matrix5<T>> {
         Some(self.0.inverse()?.matrix())
     }
 
-    /// Standard deviations of `R` and of the baseline direction, rad: the expected size of the
-    /// error, the root of the trace of each block of the covariance. `None` if a direction is free.
+    /// Standard deviations of `R` and the baseline direction, rad. `None` if a direction is free.
     pub fn standard_deviations(&self) -> Option<StandardDeviations<T>> {
         Some(StandardDeviations::of(&self.0.inverse()?))
     }
 
-    /// Standard deviation along the least certain direction, rad, and that unit direction.
+    /// Standard deviation of the least determined direction, rad, and that unit direction.
     ///
-    /// `None` if it is free. Cost: one 5 x 5 inverse and 12 products.
+    /// `None` if a direction is free. Cost: one 5 x 5 inverse and 12 products with a vector.
     pub fn weakest(&self) -> Option<(T, Vector5<T>)> {
         Some(largest_direction(&self.0.inverse()?))
     }
 
-    /// Whether all five directions are determined, in numbers: a scene of one point, of one line,
+    /// Whether all five directions are determined to rounding. A scene of one point, of one line,
     /// or at infinity leaves some free.
+    ///
+    /// Test: the condition of `H` scaled to unit diagonal, which does not depend on units.
     pub(crate) fn is_observable(&self) -> bool {
         let [a, b, c, d, e] = self.0.diagonal().map(|d| T::ONE / d.sqrt());
         let scale = Vector5::new(a, b, c, d, e);
         self.0.factor(T::ZERO).is_some_and(|factor| {
-            // Of the matrix with unit diagonal: what is of another unit must not look weak.
             let (largest_inverse, _) =
                 dominant(|v| factor.solve(&v.component_div(&scale)).component_div(&scale));
-            // Not `>`: a NaN must not pass.
+            // Not `>`: a NaN must fail this test.
             largest_inverse * T::lit(MIN_CONDITION) <= T::ONE
         })
     }
 
-    /// Solves `(H + damping diag H) x = -gradient`; `None` if there is no factor.
+    /// Solves `(H + damping diag H) x = -gradient`, rad; `None` if a pivot is not positive.
     pub(crate) fn damped_step(&self, damping: T, gradient: &Vector5<T>) -> Option<Vector5<T>> {
         Some(-self.0.factor(damping)?.solve(gradient))
     }
 }
 
-/// Largest standard deviation of a covariance, and its unit direction.
+/// Largest standard deviation of a covariance, rad, and its unit direction.
 pub(crate) fn largest_direction<T: Scalar>(covariance: &Symmetric5<T>) -> (T, Vector5<T>) {
     let (variance, direction) = dominant(|v| covariance.times(v));
     (variance.sqrt(), direction)
 }
 
-/// Largest eigenvalue and its direction of a positive definite map, by power iteration.
+/// Largest eigenvalue and its unit direction of a positive definite map. Power iteration of a fixed
+/// number of steps; the start is no eigenvector of a usual scene.
 fn dominant<T: Scalar>(map: impl Fn(&Vector5<T>) -> Vector5<T>) -> (T, Vector5<T>) {
     let start = Vector5::new(1.0, -0.9, 0.8, 1.1, -1.2).map(T::lit);
     (0..POWER_ITERATIONS).fold((T::ZERO, start), |(_, v), _| {
         let mapped = map(&v);
         let largest = mapped.amax();
-        // Scaled before the norm, whose squares could overflow.
+        // Scaled before the norm, whose squares overflow in `f32`.
         let norm = (mapped / largest).norm() * largest;
         (norm / v.norm(), mapped / norm)
     })
 }
 
-/// Expected size of an error, rad.
+/// Expected size of the error: root of the trace of a block of the covariance, rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StandardDeviations<T> {
-    /// Of `R`.
+    /// Of `R`, rad.
     pub rotation: T,
-    /// Of the baseline direction.
+    /// Of the baseline direction, rad.
     pub translation: T,
 }
 
 impl<T: Scalar> StandardDeviations<T> {
-    /// Roots of the traces of the two blocks of a covariance.
+    /// Standard deviations of a covariance, rad^2.
     pub(crate) fn of(covariance: &Symmetric5<T>) -> Self {
         let [x, y, z, forward, down] = covariance.diagonal();
         Self { rotation: (x + y + z).sqrt(), translation: (forward + down).sqrt() }
@@ -157,7 +164,7 @@ impl<T: Scalar> StandardDeviations<T> {
 mod tests {
     use super::*;
 
-    /// Information of five unit rows of different weights along rotated axes.
+    /// Information of five rows of different weights.
     fn example() -> Information<f64> {
         let mut sum = Information::ZERO;
         for (i, w) in (0_u8..).zip([4.0, 9.0, 16.0, 0.25, 1e4]) {
@@ -169,13 +176,9 @@ mod tests {
     }
 
     #[test]
-    fn covariance_is_the_inverse() {
+    fn covariance_is_the_inverse_and_the_weakest_direction_its_largest_eigenpair() {
         let product = example().covariance().unwrap() * example().matrix();
         assert!((product - Matrix5::identity()).amax() < 1e-10, "{product}");
-    }
-
-    #[test]
-    fn weakest_direction_is_the_smallest_eigenpair() {
         let eigen = example().matrix().symmetric_eigen();
         let smallest = eigen.eigenvalues.imin();
         let (sd, direction) = example().weakest().unwrap();
@@ -188,11 +191,11 @@ mod tests {
         let mut sum = Information::<f32>::ZERO;
         for i in 0..100_u8 {
             let x = f32::from(i) * core::f32::consts::TAU / 100.0;
-            // The last two columns are one and the same.
+            // The last two columns are equal.
             sum.add_outer(1.0, &[1.0, x.sin(), x.cos(), (2.0 * x).sin(), (2.0 * x).sin()]);
         }
         assert!(!sum.is_observable());
-        // Nor is one that only noise tells apart.
+        // Two columns that differ by rounding have a covariance, but are not observable.
         for i in 0..100_u8 {
             let noise = 3e-4 * f32::from(i % 7);
             sum.add_outer(1.0, &[0.0, 0.0, 0.0, noise, -noise]);

@@ -1,4 +1,4 @@
-//! Fixed-size linear algebra: packed symmetric matrices, normal equations, moments of the epipolar constraint.
+//! Fixed-size linear algebra: packed symmetric matrices, normal equations, epipolar moments.
 
 mod change_frame;
 pub(crate) mod information;

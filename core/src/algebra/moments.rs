@@ -1,12 +1,14 @@
-//! What correspondences say of the extrinsics, in constant memory and exact at every pose: weighted
-//! second moments of the products of their rays.
+//! Weighted second moments of ray products: the normal equations of the epipolar constraint at any
+//! pose, in constant memory, exact for frozen weights.
 //!
-//! The epipolar constraint `C = b^T X a` is linear in the nine products of two rays `a`, `b`
-//! (`X = [i_1]x` in the rectified frame), so `sum w C^2 = e^T M e` with a 9 x 9 matrix `M` that adds up
-//! over pairs; the optimum over all of them is found on the essential manifold (`e` as a function of
-//! the pose) without a look at the correspondences again. The products are split into `a x b`, whose
-//! first component is `C` itself and whose others are disparities, and the symmetric rest: nothing
-//! cancels, which `f32` needs.
+//! The epipolar constraint `C = b^T X a` is linear in the nine products of two rays `a` (left), `b`
+//! (right), with `X = [i_1]x` in the rectified frame. So `sum w C^2 = e^T M e` with a 9 x 9 matrix
+//! `M` that adds up over pairs. The optimum over all pairs is found on the essential manifold (`e`
+//! as a function of the pose) from `M` alone.
+//!
+//! The products are split into `a x b`, whose first component is `C` and whose others are
+//! disparities, and the symmetric part: `cx cy cz xx yy zz xy xz yz`. So no small number is the
+//! difference of large sums, which loses its digits in `f32`.
 
 use nalgebra::Vector5;
 
@@ -24,19 +26,20 @@ use crate::thresholds::{DIFFERENCE_VARIANCE, MAX_DISPARITY_NOISE, YAW_DEVIATIONS
 /// Elements of the lower triangle of a 9 x 9 matrix.
 const TRIANGLE: usize = 45;
 
-/// Places in the triangle: of the horizontal disparity `cy` and the product of depths `zz`.
+/// Indices in the triangle: moments of the horizontal disparity `cy` and the depth product `zz`.
 const CY_CY: usize = 2;
 const ZZ_CY: usize = 16;
 const ZZ_ZZ: usize = 20;
 
+/// One number for each of the nine products.
 pub(super) type Vector9<T> = [T; 9];
 
 /// Sums of `w k k^T` over the nine products `k` of rays: lower triangle row by row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct MomentSums<S>(pub(super) [S; TRIANGLE]);
 
-/// Adds rows of the triangle over a block, two at a time: so many sums fit the registers. Written out: a loop stays a
-/// loop at opt-level "s", at twice the instructions.
+/// Adds rows of the triangle over a block, two rows at a time: their sums fit the registers.
+/// Unrolled: at opt-level "s" a loop takes twice the instructions.
 macro_rules! add_rows {
     ($lanes:ident, $sums:ident, $block:expr; $($($row:ident: $($place:literal $column:ident),+);+ => $k:tt;)+) => {$(
         for (w, $k) in $block {
@@ -51,8 +54,8 @@ macro_rules! add_rows {
 impl<S: Copy> MomentSums<S> {
     /// Adds correspondences in order.
     ///
-    /// * `block`: weight (one over the variance of the constraint) and products of each, rays in the rectified frame
-    ///   at any depth: depth scales the constraint.
+    /// * `block`: weight and products of each, rays in the rectified frame at any depth. The weight
+    ///   is one over the variance of the constraint at these depths.
     #[inline(always)]
     #[rustfmt::skip]
     pub(crate) fn add<T: Scalar, L: Lanes<T, Sum = S>>(
@@ -66,92 +69,103 @@ impl<S: Copy> MomentSums<S> {
             b: 1 a, 2 b; h: 28 a, 29 b, 30 c, 31 d, 32 e, 33 f, 34 g, 35 h => [a, b, c, d, e, f, g, h, _];
             c: 3 a, 4 b, 5 c; g: 21 a, 22 b, 23 c, 24 d, 25 e, 26 f, 27 g => [a, b, c, d, e, f, g, _, _];
             d: 6 a, 7 b, 8 c, 9 d; f: 15 a, 16 b, 17 c, 18 d, 19 e, 20 f => [a, b, c, d, e, f, _, _, _];
+        );
+        add_rows!(lanes, m, block;
             e: 10 a, 11 b, 12 c, 13 d, 14 e => [a, b, c, d, e, _, _, _, _];
         );
     }
 }
 
-/// Sums over correspondences, in the rectified frame of a pose that the owner remembers.
+/// Sums over correspondences, in the rectified frame of a pose that the owner stores.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Moments<T> {
     /// `sum w k k^T`, lower triangle row by row, 1/rad^2.
     pub(super) products: MomentSums<T>,
-    /// What the derivative of the residual's variance takes from the slope, by the five unknowns.
+    /// Part of the gradient due to the derivative of the residual's variance, by the five unknowns,
+    /// 1/rad; `M` holds the rest.
     slope: [T; 5],
 }
 
 impl<T: Scalar> Moments<T> {
+    /// No correspondences.
     pub(crate) const ZERO: Self =
         Self { products: MomentSums([T::ZERO; TRIANGLE]), slope: [T::ZERO; 5] };
 
-    /// The sums of products, to go on from.
+    /// The sums of products as sums over lanes that continue them.
     #[inline(always)]
     pub(crate) fn resume<L: Lanes<T>>(&self, lanes: L) -> MomentSums<L::Sum> {
         MomentSums(self.products.0.map(|sum| lanes.resume(sum)))
     }
 
-    /// Stores the sums of products that have gone on from here.
+    /// Stores sums over lanes from [`Self::resume`].
     #[inline(always)]
     pub(crate) fn store<L: Lanes<T>>(&mut self, lanes: L, sums: MomentSums<L::Sum>) {
         lanes.store_all(sums.0, &mut self.products.0);
     }
 
-    /// The sums of products.
+    /// The sums of products, for additions without lanes.
     #[inline(always)]
     pub(crate) fn products_mut(&mut self) -> &mut MomentSums<T> {
         &mut self.products
     }
 
-    /// Takes the slope of the cost at the frame's own pose as it is, variance and all.
+    /// Sets the gradient at the pose of the frame, derivative of the variance included, 1/rad.
     pub(crate) fn set_gradient(&mut self, gradient: &Vector5<T>) {
         self.slope = [T::ZERO; 5];
         self.slope = (self.at_frame().gradient - gradient).into();
     }
 
+    /// Adds sums in the same frame.
     pub(crate) fn add(&mut self, other: &Self) {
         self.products.0.iter_mut().zip(&other.products.0).for_each(|(a, b)| *a += *b);
         self.slope.iter_mut().zip(&other.slope).for_each(|(a, b)| *a += *b);
     }
 
+    /// Multiplies all sums by a factor.
     pub(crate) fn scale(&mut self, factor: T) {
         self.products.0.iter_mut().chain(&mut self.slope).for_each(|m| *m *= factor);
     }
 
+    /// Whether every sum is finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.products.0.iter().chain(&self.slope).all(nalgebra::ComplexField::is_finite)
     }
 
+    /// Writes the 45 sums of products, then the five of the gradient.
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         to.numbers(self.products.0.iter().chain(&self.slope));
     }
 
-    /// Sums whose diagonal can be that of squares.
+    /// Reads what [`Self::write`] writes.
+    ///
+    /// # Errors
+    /// [`RestoreError::Absurd`] if the diagonal is not that of sums of squares.
     pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
         from.numbers(self.products.0.iter_mut().chain(&mut self.slope))?;
         let mut elements = self.products.0.iter();
-        // One more element a row: the last one is on the diagonal.
+        // Each row has one more element; its last one is on the diagonal.
         let diagonal = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|row| elements.nth(row).copied());
         check_sums_of_squares(diagonal.into_iter().flatten())
     }
 
-    /// Whether disparities are more than noise: a scene at infinity says nothing of the baseline, but
-    /// its noise looks as if it did.
+    /// Whether disparities exceed noise. A scene at infinity does not determine the baseline, but
+    /// its noise gives the baseline information.
     ///
-    /// * `variance`: of a coordinate, at unit depth.
+    /// * `variance`: of a coordinate at unit depth, dimensionless.
     pub(crate) fn baseline_observable(&self, variance: T) -> bool {
         let m = &self.products.0;
         let (sum, along, all) = (m[CY_CY], m[ZZ_CY], m[ZZ_ZZ]);
         let noise = T::lit(DIFFERENCE_VARIANCE) * variance * all;
-        // An error of yaw moves all disparities alike: so they must differ, or be larger than that.
+        // An error of yaw moves all disparities alike: they must differ, or be larger than it.
         let yaw = T::lit(YAW_DEVIATIONS * YAW_DEVIATIONS) * self.at_frame().information.yaw_share();
         let spread = sum - along * along / all;
         let most = T::lit(MAX_DISPARITY_NOISE);
-        // Not `>`: a NaN must not speak.
+        // Not `>`: a NaN must fail this test.
         noise <= most * spread || noise + yaw <= most * sum
     }
 
-    /// Information and slope of the cost at the pose of the frame, where each unknown moves but one or
-    /// two of the nine.
+    /// Normal equations at the pose of the frame: [`Self::at_pose`] written out, where each unknown
+    /// changes one or two of the nine products. Derivation: `ESTIMATOR.md`.
     #[inline(never)]
     pub(crate) fn at_frame(&self) -> NormalEquations<T> {
         let m = &self.products.0;
@@ -180,9 +194,10 @@ impl<T: Scalar> Moments<T> {
         }
     }
 
-    /// Information and slope of the cost at a pose.
+    /// Normal equations of the cost at a pose.
     ///
     /// * `frame`: the pose in whose rectified frame the sums are.
+    /// * `pose`: any pose; the linearisation is exact for frozen weights.
     pub(crate) fn at_pose(
         &self,
         frame: &RectifyingRotations<T>,
@@ -194,6 +209,7 @@ impl<T: Scalar> Moments<T> {
         normal
     }
 
+    /// `H_ik = d_i^T M d_k`, `g_i = d_i^T M e - slope_i`. Out of line: frees the caller's stack.
     #[inline(never)]
     fn fill(&self, coefficients: &Coefficients<T>, normal: &mut NormalEquations<T>) {
         let Coefficients { by_unknown, of_offset } = coefficients;
@@ -210,7 +226,7 @@ impl<T: Scalar> Moments<T> {
         }
     }
 
-    /// `M x`.
+    /// `M x`; reads each element of the triangle once.
     #[inline(never)]
     fn times(&self, x: &Vector9<T>) -> Vector9<T> {
         let mut y = [T::ZERO; 9];
@@ -229,19 +245,22 @@ impl<T: Scalar> Moments<T> {
     }
 }
 
-/// Factors of the nine coordinates in the constraint at a pose, and in its derivatives.
+/// Coefficients of the nine products in the constraint at a pose, and in its derivatives.
 struct Coefficients<T> {
+    /// `e`: the constraint.
     of_offset: Vector9<T>,
-    /// By turn of `R` about x, y, z, then of the baseline about y and z (both views alike).
+    /// `d_i`: its derivatives by the rotation of `R` about x, y, z, then of the baseline about y
+    /// and z (both views alike).
     by_unknown: [Vector9<T>; 5],
 }
 
 impl<T: Scalar> Coefficients<T> {
     const NONE: Self = Self { of_offset: [T::ZERO; 9], by_unknown: [[T::ZERO; 9]; 5] };
 
+    /// Adds the coefficients at `pose` of products in the frame of `frame`.
     #[inline(never)]
     fn add(&mut self, frame: &RectifyingRotations<T>, pose: &RectifyingRotations<T>) {
-        // Rows of the one, columns of the other.
+        // Columns: the rectified axes of `pose` in the rectified frame of `frame`.
         let left = product(frame.left().matrix(), &pose.left().matrix().transpose());
         let right = product(frame.right().matrix(), &pose.right().matrix().transpose());
         let ([[x_l, y_l, z_l], [x_r, y_r, z_r]], one) = ([left.data.0, right.data.0], T::ONE);
@@ -262,7 +281,7 @@ fn dot<T: Scalar>(a: &Vector9<T>, b: &Vector9<T>) -> T {
     a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 
-/// Adds the factors of the nine coordinates in `b^T X a`, where `X` is a column times a row.
+/// Adds the coefficients of the nine products in `b^T X a` with `X = factor column row^T`.
 #[inline(never)]
 fn add_outer<T: Scalar>(sum: &mut Vector9<T>, factor: T, column: &[T; 3], row: &[T; 3]) {
     let [x, y, z] = column.map(|x| x * factor);

@@ -1,4 +1,7 @@
-//! A quadratic model of a cost about a pose.
+//! Normal equations: the quadratic model of a cost about a pose.
+//!
+//! Half the cost after a step `d` of the five unknowns is `d^T H d / 2 + g^T d` plus a constant; the
+//! optimum is `d = -H^-1 g`, its covariance `H^-1`.
 
 use nalgebra::Vector5;
 
@@ -8,7 +11,7 @@ use crate::codec::{Reader, Writer};
 use crate::error::RestoreError;
 use crate::scalar::Scalar;
 
-/// Adds a row times `pull` to a slope.
+/// Adds `pull` times a row of the Jacobian to a gradient.
 #[inline(always)]
 pub(crate) fn add_pull<T: Scalar>(gradient: &mut Vector5<T>, pull: T, jacobian: &[T; 5]) {
     let ([[a, b, c, d, e]], [j0, j1, j2, j3, j4]) = (&mut gradient.data.0, *jacobian);
@@ -19,50 +22,59 @@ pub(crate) fn add_pull<T: Scalar>(gradient: &mut Vector5<T>, pull: T, jacobian: 
     *e += pull * j4;
 }
 
-/// Slope of a cost by the five unknowns at a pose, and the information there: half its curvature.
+/// Gradient `g = sum w r J` and information `H = sum w J J^T` of half the cost `sum w r^2` at a
+/// pose, by the five unknowns of [`Information`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct NormalEquations<T> {
-    /// 1/rad^2.
+    /// `H`, 1/rad^2.
     pub(crate) information: Information<T>,
-    /// 1/rad.
+    /// `g`, 1/rad.
     pub(crate) gradient: Vector5<T>,
 }
 
 impl<T: Scalar> NormalEquations<T> {
+    /// A cost of zero.
     pub(crate) const ZERO: Self = Self {
         information: Information::ZERO,
         gradient: Vector5::new(T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO),
     };
 
-    /// Adds a residual `r` of weight `w` with its derivatives.
+    /// Adds a residual `r` of weight `w` with its row of the Jacobian.
     #[inline(always)]
     pub(crate) fn add_row(&mut self, w: T, r: T, jacobian: &[T; 5]) {
         self.information.add_outer(w, jacobian);
         add_pull(&mut self.gradient, w * r, jacobian);
     }
 
+    /// Adds the model of another cost about the same pose.
     pub(crate) fn add(&mut self, other: &Self) {
         self.information.add(&other.information);
         self.gradient += other.gradient;
     }
 
+    /// Writes `H`, then `g`.
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         self.information.0.write(to);
         to.numbers(self.gradient.iter());
     }
 
+    /// Reads what [`Self::write`] writes.
+    ///
+    /// # Errors
+    /// [`RestoreError::Absurd`] if `H` is no sum of squares.
     pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
         self.information.0.read(from)?;
         from.numbers(self.gradient.iter_mut())
     }
 
-    /// The sum of two.
+    /// The model of both costs.
     pub(crate) fn plus(&self, other: &Self) -> Self {
         let mut sum = *self;
         sum.add(other);
         sum
     }
 
+    /// The model without a part of the cost.
     pub(crate) fn minus(&self, other: &Self) -> Self {
         Self {
             information: self.information.minus(&other.information),
@@ -70,21 +82,22 @@ impl<T: Scalar> NormalEquations<T> {
         }
     }
 
+    /// The model of the cost times `factor`.
     pub(crate) fn scaled(&self, factor: T) -> Self {
         Self { information: self.information.scaled(factor), gradient: self.gradient * factor }
     }
 
-    /// The same model about a pose `d` away.
+    /// The same model about the pose after a step `d`: `g + H d`.
     pub(crate) fn about(&self, d: &Vector5<T>) -> Self {
         Self { information: self.information, gradient: self.gradient + self.information.times(d) }
     }
 
-    /// The step to the optimum, `None` if a direction is free.
+    /// The step to the optimum, `-H^-1 g`, rad; `None` if a direction is free.
     pub(crate) fn step(&self) -> Option<Vector5<T>> {
         self.information.damped_step(T::ZERO, &self.gradient)
     }
 
-    /// With the baseline held where it is.
+    /// The model with the baseline held fixed: unit information, no gradient, no correlation.
     pub(crate) fn rotation_only(&self) -> Self {
         let mut alone = *self;
         let [.., y, z] = &mut alone.gradient.data.0[0];
@@ -95,30 +108,30 @@ impl<T: Scalar> NormalEquations<T> {
         alone
     }
 
-    /// With the same information on each unknown, about the pose itself.
+    /// With a prior of equal information on each unknown, 1/rad^2, at the pose.
     pub(crate) fn with_prior(&self, prior: T) -> Self {
         let mut joint = *self;
         joint.information.0.add_diagonal(prior);
         joint
     }
 
-    /// With a prior about the pose itself.
+    /// With a prior at the pose.
     pub(crate) fn with(&self, prior: &Information<T>) -> Self {
         let mut joint = *self;
         joint.information.add(prior);
         joint
     }
 
-    /// How far the optima of two models about one pose lie apart: squared, over its expected size
-    /// (chi square of five degrees of freedom if both tell the truth).
+    /// Squared Mahalanobis distance between the optima of two models about one pose: the NIS of two
+    /// independent measurements. Chi-square of five degrees of freedom for correct covariances.
     ///
     /// `None` if a direction is free in either.
     pub(crate) fn distance(&self, other: &Self) -> Option<T> {
-        let [one, other] = [self.optimum()?, other.optimum()?];
-        one.1.plus(&other.1).inverse_form(&(one.0 - other.0))
+        let ((a, cov_a), (b, cov_b)) = (self.optimum()?, other.optimum()?);
+        cov_a.plus(&cov_b).inverse_form(&(a - b))
     }
 
-    /// The step to the optimum and its covariance, `None` if a direction is free.
+    /// The step to the optimum, rad, and its covariance, rad^2; `None` if a direction is free.
     pub(crate) fn optimum(&self) -> Option<(Vector5<T>, Symmetric5<T>)> {
         let factor = self.information.0.factor(T::ZERO)?;
         Some((-factor.solve(&self.gradient), factor.inverse()))
@@ -133,18 +146,18 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// Normal to the fourth decimal: twelve uniform numbers.
+    /// Standard normal number: the sum of twelve uniform numbers (Irwin-Hall).
     fn normal(rng: &mut ChaCha8Rng) -> f64 {
         (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
     }
 
-    /// Rows of unknowns of very different size.
+    /// A row of the Jacobian with unknowns of very different size.
     fn row(rng: &mut ChaCha8Rng) -> [f64; 5] {
         let mut one = || rng.random_range(-1.0..1.0);
         [1.0 + 0.1 * one(), one(), one(), 0.1 * one(), 0.05 + 0.03 * one()].map(|j| 1e3 * j)
     }
 
-    /// What `n` rows of unit noise say about a truth at zero.
+    /// The model of `n` rows of unit noise; the true optimum is 0.
     fn measured(n: usize, rng: &mut ChaCha8Rng) -> NormalEquations<f64> {
         let mut sum = NormalEquations::ZERO;
         for _ in 0..n {
@@ -155,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn distance_of_two_that_tell_the_truth_is_chi_square_of_five_freedoms() {
+    fn distance_of_consistent_models_is_chi_square_of_five_degrees_of_freedom() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let trials = 10_000;
         let [mut sum, mut squares] = [0.0; 2];
@@ -173,20 +186,20 @@ mod tests {
     }
 
     #[test]
-    fn distance_counts_a_gap_in_its_own_deviations() {
+    fn distance_is_at_least_the_gap_along_one_axis_in_standard_deviations() {
         let mut rng = ChaCha8Rng::seed_from_u64(2);
         let exact = NormalEquations { gradient: Vector5::zeros(), ..measured(40, &mut rng) };
         let sd = exact.information.covariance().unwrap().m44.sqrt();
         let apart = exact.about(&(-Vector5::ith(3, 3.0 * sd)));
         let distance = exact.distance(&apart).unwrap();
-        // Apart along one axis of many: at least as far as that axis alone tells.
+        // 3 sd over two equal covariances: 9 / 2 along this axis alone.
         assert!(distance >= 4.5 - 1e-9, "{distance}");
         assert!(exact.distance(&exact).unwrap().abs() < 1e-12);
         assert_eq!(exact.distance(&NormalEquations::ZERO), None);
     }
 
     #[test]
-    fn about_another_pose_the_optimum_is_the_same() {
+    fn the_optimum_about_another_pose_is_the_same() {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         for _ in 0..100 {
             let model = measured(20, &mut rng);
@@ -199,11 +212,10 @@ mod tests {
     }
 
     #[test]
-    fn a_sum_less_a_part_is_the_rest() {
+    fn a_sum_minus_a_part_is_the_rest() {
         let mut rng = ChaCha8Rng::seed_from_u64(4);
         let (part, rest) = (measured(20, &mut rng), measured(30, &mut rng));
-        let mut all = part;
-        all.add(&rest);
+        let all = part.plus(&rest);
         let left = all.minus(&part);
         assert!((left.gradient - rest.gradient).amax() < 1e-8);
         assert!((left.step().unwrap() - rest.step().unwrap()).amax() < 1e-12);

@@ -1,5 +1,6 @@
-//! Symmetric5 5 x 5 matrices, packed: sums of outer products, factors, inverses. Written out by hand:
-//! the solver lives on them, and loops over generic matrices cost many times as much at `opt-level = "s"`.
+//! Symmetric 5 x 5 matrices, packed: sums of outer products, factors, inverses.
+//!
+//! Written out by hand: at opt-level "s" loops over generic matrices cost many times as much.
 
 use nalgebra::{Matrix5, Vector5};
 
@@ -8,11 +9,11 @@ use crate::error::RestoreError;
 use crate::scalar::Scalar;
 use crate::simd::Lanes;
 
-/// Lower triangle row by row.
+/// Lower triangle row by row: element `(i, k)`, `k <= i`, at index `i (i + 1) / 2 + k`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Symmetric5<T>(pub(crate) [T; 15]);
 
-/// `x^T M x` of a lower triangle.
+/// Quadratic form `x^T M x` of a lower triangle, lane by lane.
 #[inline(always)]
 pub(crate) fn form<T: Scalar, L: Lanes<T>>(
     lanes: L,
@@ -30,7 +31,7 @@ pub(crate) fn form<T: Scalar, L: Lanes<T>>(
     squares + (twice + twice)
 }
 
-/// `L D L^T`: without roots, and as exact for unknowns of very different size.
+/// Factors of `M = L D L^T`: no square roots, and an accuracy independent of the units.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Factor<T> {
     /// Below the diagonal of `L`, row by row.
@@ -42,7 +43,7 @@ pub(crate) struct Factor<T> {
 impl<T: Scalar> Symmetric5<T> {
     pub(crate) const ZERO: Self = Self([T::ZERO; 15]);
 
-    /// The lower triangle of a matrix.
+    /// The lower triangle of a full matrix.
     pub(crate) fn packed(m: &Matrix5<T>) -> Self {
         let [c0, c1, c2, c3, c4] = m.data.0;
         let ([a0, a1, a2, a3, a4], [_, b1, b2, b3, b4]) = (c0, c1);
@@ -51,11 +52,13 @@ impl<T: Scalar> Symmetric5<T> {
         Self([a0, a1, b1, a2, b2, d2, a3, b3, d3, e3, a4, b4, d4, e4, f4])
     }
 
+    /// The five elements of the diagonal.
     pub(crate) fn diagonal(&self) -> [T; 5] {
         let h = &self.0;
         [h[0], h[2], h[5], h[9], h[14]]
     }
 
+    /// A diagonal matrix.
     pub(crate) fn of_diagonal([a, b, c, d, e]: [T; 5]) -> Self {
         let mut m = Self::ZERO;
         let h = &mut m.0;
@@ -65,32 +68,24 @@ impl<T: Scalar> Symmetric5<T> {
 
     /// Adds `w j j^T`.
     #[inline(always)]
+    #[rustfmt::skip]
     pub(crate) fn add_outer(&mut self, w: T, j: &[T; 5]) {
         let [j0, j1, j2, j3, j4] = *j;
         let [w0, w1, w2, w3, w4] = [w * j0, w * j1, w * j2, w * j3, w * j4];
         let h = &mut self.0;
         h[0] += w0 * j0;
-        h[1] += w1 * j0;
-        h[2] += w1 * j1;
-        h[3] += w2 * j0;
-        h[4] += w2 * j1;
-        h[5] += w2 * j2;
-        h[6] += w3 * j0;
-        h[7] += w3 * j1;
-        h[8] += w3 * j2;
-        h[9] += w3 * j3;
-        h[10] += w4 * j0;
-        h[11] += w4 * j1;
-        h[12] += w4 * j2;
-        h[13] += w4 * j3;
-        h[14] += w4 * j4;
+        h[1] += w1 * j0; h[2] += w1 * j1;
+        h[3] += w2 * j0; h[4] += w2 * j1; h[5] += w2 * j2;
+        h[6] += w3 * j0; h[7] += w3 * j1; h[8] += w3 * j2; h[9] += w3 * j3;
+        h[10] += w4 * j0; h[11] += w4 * j1; h[12] += w4 * j2; h[13] += w4 * j3; h[14] += w4 * j4;
     }
 
+    /// Adds another matrix.
     pub(crate) fn add(&mut self, other: &Self) {
         self.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a += *b);
     }
 
-    /// Adds to each element of the diagonal.
+    /// Adds `value I`.
     pub(crate) fn add_diagonal(&mut self, value: T) {
         let h = &mut self.0;
         for i in [0, 2, 5, 9, 14] {
@@ -100,29 +95,36 @@ impl<T: Scalar> Symmetric5<T> {
         }
     }
 
+    /// Sum of two matrices.
     #[must_use]
     pub(crate) fn plus(mut self, other: &Self) -> Self {
         self.add(other);
         self
     }
 
+    /// Difference of two matrices.
     #[must_use]
     pub(crate) fn minus(mut self, other: &Self) -> Self {
         self.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a -= *b);
         self
     }
 
+    /// `factor M`.
     #[must_use]
     pub(crate) fn scaled(mut self, factor: T) -> Self {
         self.0.iter_mut().for_each(|h| *h *= factor);
         self
     }
 
+    /// Writes the 15 elements.
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         to.numbers(&self.0);
     }
 
-    /// One whose diagonal can be that of a sum of squares.
+    /// Reads what [`Self::write`] writes.
+    ///
+    /// # Errors
+    /// [`RestoreError::Absurd`] if the diagonal is not that of a sum of squares.
     pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
         from.numbers(&mut self.0)?;
         check_sums_of_squares(self.diagonal())
@@ -141,7 +143,7 @@ impl<T: Scalar> Symmetric5<T> {
         )
     }
 
-    /// Trace of the product of two.
+    /// Trace of the product of two matrices.
     pub(crate) fn dot(&self, other: &Self) -> T {
         let products = self.0.iter().zip(&other.0);
         let all = products.fold(T::ZERO, |sum, (a, b)| sum + *a * *b);
@@ -149,6 +151,7 @@ impl<T: Scalar> Symmetric5<T> {
         diagonals.fold(all + all, |sum, (a, b)| sum - a * b)
     }
 
+    /// The full matrix.
     pub(crate) fn matrix(&self) -> Matrix5<T> {
         let h = &self.0;
         Matrix5::new(
@@ -160,18 +163,20 @@ impl<T: Scalar> Symmetric5<T> {
         )
     }
 
-    /// `None` if a direction is free, or the matrix is none of a covariance or information.
+    /// `M^-1`; `None` if the matrix is not positive definite.
     pub(crate) fn inverse(&self) -> Option<Self> {
         Some(self.factor(T::ZERO)?.inverse())
     }
 
-    /// `x^T M^-1 x`; `None` if there is no inverse.
+    /// `x^T M^-1 x`; `None` if the matrix is not positive definite.
     pub(crate) fn inverse_form(&self, x: &Vector5<T>) -> Option<T> {
         let form = x.dot(&self.factor(T::ZERO)?.solve(x));
         form.is_finite().then_some(form)
     }
 
-    /// Of the matrix with its diagonal larger by `damping` of itself; `None` if a pivot is not positive.
+    /// Factors of `M + damping diag M`; `None` if a pivot is not positive or not finite.
+    ///
+    /// Out of line: its temporaries leave the caller's stack. Cost: five divisions.
     #[inline(never)]
     pub(crate) fn factor(&self, damping: T) -> Option<Factor<T>> {
         let h = &self.0;
@@ -201,7 +206,7 @@ impl<T: Scalar> Symmetric5<T> {
 }
 
 impl<T: Scalar> Factor<T> {
-    /// `M^-1 x`.
+    /// `M^-1 x` by forward and back substitution; no division.
     #[inline(never)]
     pub(crate) fn solve(&self, x: &Vector5<T>) -> Vector5<T> {
         let [l10, l20, l21, l30, l31, l32, l40, l41, l42, l43] = self.lower;
@@ -220,10 +225,11 @@ impl<T: Scalar> Factor<T> {
 
     /// `M^-1 = L^-T D^-1 L^-1`.
     #[inline(never)]
+    #[rustfmt::skip]
     pub(crate) fn inverse(&self) -> Symmetric5<T> {
         let [l10, l20, l21, l30, l31, l32, l40, l41, l42, l43] = self.lower;
         let [i0, i1, i2, i3, i4] = self.inverse_pivots;
-        // Below the diagonal of L^-1, with the sign turned round: m; times D^-1: n.
+        // m: elements of -L^-1 below the diagonal; n: those of D^-1 times m.
         let [m10, m21, m32, m43] = [l10, l21, l32, l43];
         let m20 = l20 - l21 * m10;
         let m31 = l31 - l32 * m21;
@@ -246,11 +252,7 @@ impl<T: Scalar> Factor<T> {
             m43 * n41 - n31,
             m43 * n42 - n32,
             i3 + m43 * n43,
-            -n40,
-            -n41,
-            -n42,
-            -n43,
-            i4,
+            -n40, -n41, -n42, -n43, i4,
         ])
     }
 }
@@ -266,7 +268,7 @@ mod tests {
         proptest::array::uniform7(proptest::array::uniform5(-1.0..1.0_f64))
     }
 
-    /// Sum of seven outer products, columns of very different size, and the same by nalgebra.
+    /// Sum of seven outer products with columns of very different size, packed and by nalgebra.
     fn sums(rows: &Rows) -> (Symmetric5<f64>, Matrix5<f64>) {
         let (mut packed, mut full) = (Symmetric5::ZERO, Matrix5::zeros());
         for (row, w) in rows.iter().zip([1.0, 0.5, 2.0, 3.0, 1.0, 0.25, 1.0]) {
@@ -280,7 +282,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn products_are_those_of_the_full_matrix(rows in rows(), x in proptest::array::uniform5(-1.0..1.0_f64)) {
+        fn products_match_the_full_matrix(rows in rows(), x in proptest::array::uniform5(-1.0..1.0_f64)) {
             let (packed, full) = sums(&rows);
             let v = Vector5::from(x);
             prop_assert!((packed.matrix() - full).amax() <= 1e-12 * full.amax());
@@ -290,7 +292,7 @@ mod tests {
         }
 
         #[test]
-        fn the_inverse_solves_and_undoes(rows in rows(), x in proptest::array::uniform5(-1.0..1.0_f64)) {
+        fn inverse_and_solution_match_the_definition(rows in rows(), x in proptest::array::uniform5(-1.0..1.0_f64)) {
             let (packed, full) = sums(&rows);
             let scale = full.diagonal().map(|d| 1.0 / d.sqrt());
             let unit = full.component_mul(&(scale * scale.transpose()));
@@ -309,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_covariance_has_no_inverse() {
+    fn matrices_that_are_not_positive_definite_have_no_inverse() {
         let unit = Symmetric5::<f64>::of_diagonal([1.0; 5]);
         let mut indefinite = unit;
         indefinite.0[1] = 2.0;
@@ -329,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn damping_enlarges_the_diagonal_by_a_part_of_itself() {
+    fn damping_adds_its_part_of_the_diagonal() {
         let (packed, full) = sums(&core::array::from_fn(|i| {
             core::array::from_fn(|k| if i == k { 1.0 } else { 0.1 })
         }));

@@ -1,21 +1,21 @@
-//! Correspondences as columns of numbers, which vector lanes load side by side.
+//! Correspondences as columns of numbers (structure of arrays), from which vector lanes load.
 
 use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
 
-/// A column of each number of a correspondence.
+/// One column for each number of a correspondence.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Columns<C> {
-    /// `x_l`, `y_l`, `x_r`, `y_r`, unit depth.
+    /// `x_l`, `y_l`, `x_r`, `y_r` at unit depth, dimensionless.
     pub(crate) rays: [C; 4],
-    /// px.
+    /// Step of the matcher's grid, px.
     pub(crate) grid_step: C,
 }
 
 impl<T: Scalar, const N: usize> Columns<[T; N]> {
     pub(crate) const ZERO: Self = Self { rays: [[T::ZERO; N]; 4], grid_step: [T::ZERO; N] };
 
-    /// Puts a correspondence in its place.
+    /// Writes a correspondence at index `place`; none beyond the capacity.
     pub(crate) fn set(&mut self, place: usize, pair: &RayPair<T>) {
         let cells = self.rays.iter_mut().chain([&mut self.grid_step]);
         for (column, value) in cells.zip(pair.rays().into_iter().chain([pair.grid_step()])) {
@@ -25,7 +25,7 @@ impl<T: Scalar, const N: usize> Columns<[T; N]> {
         }
     }
 
-    /// The first so many.
+    /// The first `n` correspondences.
     pub(crate) fn first(&self, n: usize) -> Columns<&[T]> {
         Columns {
             rays: self.rays.each_ref().map(|column| column.get(..n).unwrap_or_default()),

@@ -1,4 +1,4 @@
-//! What the matcher delivers, and the rays that the cameras make of it.
+//! Correspondences of a matcher in pixels, and their rays at unit depth.
 
 use nalgebra::Vector2;
 
@@ -8,25 +8,25 @@ use crate::geometry::camera::Camera;
 use crate::scalar::Scalar;
 use crate::thresholds::MAX_TANGENT;
 
-/// Largest score in [`RayPair`], which stands for 1; the bits above it hold the cell.
+/// Score 1 in the low bits of [`RayPair`]'s tag; the bits above hold the cell.
 const FULL_SCORE: u16 = (1 << SCORE_BITS) - 1;
 const SCORE_BITS: u16 = 10;
 
-/// Steps of [`RayPair::grid_step`] in a pixel, and the most that it holds, px.
+/// Resolution of [`RayPair::grid_step`], steps a pixel, and its largest value, px.
 const STEPS_PER_PX: f64 = 256.0;
 const MAX_GRID_STEP_PX: f64 = 65_535.0 / STEPS_PER_PX;
 
-/// One left/right correspondence, in pixels of the images as they are (before undistortion).
+/// One left/right correspondence in px of the captured images, before undistortion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Correspondence<T> {
     /// `[u, v]` in the left image, px.
     pub left: [T; 2],
     /// `[u, v]` in the right image, px.
     pub right: [T; 2],
-    /// The matcher's confidence, 0 (none) to 1 (certain), dimensionless.
+    /// Confidence of the matcher, 0 (none) to 1 (certain), dimensionless.
     pub score: T,
-    /// Step of the grid that the coordinates were found on, px, 0 to 255.99: 1 for whole pixels, 1/2^f
-    /// for f fraction bits, 1.2^level on a pyramid, 0 where they are continuous.
+    /// Step of the grid that the coordinates are rounded to, px, 0 to 255.99: 1 for whole pixels,
+    /// 1/2^f for f fraction bits, 1.2^level on a pyramid, 0 for continuous coordinates.
     pub grid_step: T,
 }
 
@@ -37,24 +37,27 @@ impl<T: Scalar> Correspondence<T> {
     }
 }
 
+/// Nearest integer, saturated to the range of `u16`.
 fn nearest<T: Scalar>(x: T) -> u16 {
     (x + T::HALF).to_u16()
 }
 
-/// The rays of one correspondence at unit depth (camera frames), dimensionless.
+/// The rays of one correspondence at unit depth, each in its camera frame, dimensionless.
 ///
-/// RAM: 20 bytes in `f32`: score in steps of 1/1023, grid step in 1/256 px.
+/// RAM: 20 bytes in `f32`, with the score in steps of 1/1023 and the grid step in 1/256 px.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RayPair<T> {
     pub(crate) left: Vector2<T>,
     pub(crate) right: Vector2<T>,
-    /// Score and cell of the left image.
+    /// Score, and cell of the left pixel.
     tag: u16,
     grid_step: u16,
 }
 
 impl<T: Scalar> RayPair<T> {
-    /// From undistorted rays; `None` if a coordinate is not finite or above 11.43 (85 degrees).
+    /// From undistorted rays `[x, y]` at unit depth, with score 1 and continuous coordinates.
+    ///
+    /// `None` if a coordinate is not finite or above 11.43 in size (85 degrees).
     pub fn try_new(left: [T; 2], right: [T; 2]) -> Option<Self> {
         let limit = T::lit(MAX_TANGENT);
         let sane = |x: &T| x.abs() <= limit;
@@ -82,21 +85,22 @@ impl<T: Scalar> RayPair<T> {
         [self.left.x, self.left.y, self.right.x, self.right.y]
     }
 
-    /// The matcher's confidence, 0 to 1, to the nearest 1/1023.
+    /// Confidence of the matcher, 0 to 1, to the nearest 1/1023.
     pub fn score(&self) -> T {
         T::count(self.score_steps().into()) / T::count(FULL_SCORE.into())
     }
 
+    /// The score in steps of 1/1023.
     pub(crate) fn score_steps(&self) -> u16 {
         self.tag & FULL_SCORE
     }
 
-    /// Of the left pixel; the first one for rays that never were a pixel.
+    /// Cell of the left pixel; the first cell for rays without a pixel.
     pub(crate) fn cell(&self) -> Cell {
         Cell::from_bits(self.tag >> SCORE_BITS)
     }
 
-    /// Step of the matcher's grid to the nearest 1/256 px; 0 where the coordinates are continuous.
+    /// Step of the matcher's grid, px, to the nearest 1/256; 0 for continuous coordinates.
     pub fn grid_step(&self) -> T {
         T::count(self.grid_step.into()) * T::lit(1.0 / STEPS_PER_PX)
     }
@@ -112,21 +116,21 @@ pub struct Cameras<T> {
 }
 
 impl<T: Scalar> Cameras<T> {
-    /// Mean focal length of both, px: turns row offsets at unit depth into pixels.
+    /// Mean focal length of both cameras, px: pixels of a row offset of 1 at unit depth.
     pub fn mean_focal(&self) -> T {
         (self.left.mean_focal() + self.right.mean_focal()) * T::HALF
     }
 
-    /// Undistorts one correspondence. Cost: two undistortions, each of bounded iterations.
+    /// Undistorts one correspondence. Cost: two undistortions of bounded iterations.
     ///
     /// # Errors
-    /// [`PushError`]: pixel without a ray, score or grid step out of range.
+    /// [`PushError`]: score or grid step out of range, or a pixel without a ray.
     pub fn rays(&self, c: &Correspondence<T>) -> Result<RayPair<T>, PushError> {
         self.check(c)?;
         self.undistort(c)
     }
 
-    /// What is asked of a correspondence before it is undistorted.
+    /// Checks the ranges of a correspondence before undistortion.
     pub(crate) fn check(&self, c: &Correspondence<T>) -> Result<(), PushError> {
         if !(c.score >= T::ZERO && c.score <= T::ONE) {
             return Err(PushError::Score);
@@ -138,7 +142,7 @@ impl<T: Scalar> Cameras<T> {
         self.right.check(c.right).map_err(|e| PushError::Pixel(Side::Right, e))
     }
 
-    /// The rays of a correspondence that has been checked.
+    /// The rays of a checked correspondence.
     pub(crate) fn undistort(&self, c: &Correspondence<T>) -> Result<RayPair<T>, PushError> {
         let cell = Cell::of(c.left, self.left.intrinsics().size);
         Ok(RayPair {
@@ -151,13 +155,14 @@ impl<T: Scalar> Cameras<T> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::geometry::camera::Intrinsics;
     use crate::geometry::lens::Lens;
     use proptest::prelude::*;
 
-    fn cameras() -> Cameras<f32> {
+    /// Two equal pinhole cameras of 640 x 480 px.
+    pub(in crate::batch) fn cameras() -> Cameras<f32> {
         let intrinsics =
             Intrinsics { focal: [500.0; 2], principal: [320.0, 240.0], size: [640, 480] };
         let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
@@ -170,13 +175,13 @@ mod tests {
     }
 
     #[test]
-    fn a_pair_of_rays_takes_20_bytes() {
+    fn a_ray_pair_takes_20_bytes() {
         assert_eq!(size_of::<RayPair<f32>>(), 20);
     }
 
     proptest! {
         #[test]
-        fn score_and_grid_step_move_by_half_a_step_at_most(
+        fn score_and_grid_step_are_rounded_to_nearest(
             score in 0.0..=1.0_f32,
             step in 0.0..=255.99_f32,
         ) {
@@ -187,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ends_of_both_ranges_are_exact_and_what_is_beyond_is_refused() {
+    fn the_ends_of_both_ranges_are_exact_and_values_beyond_are_refused() {
         let ends = |score, step| rays(score, step).map(|pair| (pair.score(), pair.grid_step()));
         let largest = 65_535.0 / 256.0;
         assert_eq!(ends(0.0, 0.0), Ok((0.0, 0.0)));

@@ -1,19 +1,23 @@
-//! Grid of 8 x 6 cells over the left image: spread of a selection, coverage of an estimate.
+//! Grid of 8 x 6 cells over the left image: spatial spread of a selection, coverage of an estimate.
 
 use crate::scalar::Scalar;
 
 const COLUMNS: u16 = 8;
 const ROWS: u16 = 6;
+/// Cells of the grid.
 pub(super) const CELLS: usize = 48;
 
-/// A cell of the grid.
+/// A cell of the grid: row times 8 plus column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Cell(u8);
 
 impl Cell {
-    /// Cell of a pixel of an image of `size`, px; the outer cells reach beyond the border.
+    /// Cell of a pixel.
+    ///
+    /// * `pixel`: `[u, v]`, px; a pixel outside the image is in the nearest cell of the border.
+    /// * `size`: `[width, height]`, px.
     pub(crate) fn of<T: Scalar>(pixel: [T; 2], size: [u16; 2]) -> Self {
-        // The image begins half a pixel before the centre of its first pixel.
+        // The image starts half a pixel before the centre of its first pixel.
         let along = |x: T, length: u16, cells: u16| {
             let cell = (x + T::HALF) * T::count(cells.into()) / T::count(length.into());
             cell.to_u16().min(cells - 1)
@@ -27,23 +31,27 @@ impl Cell {
         self.0.into()
     }
 
+    /// Inverse of [`Self::bits`].
     pub(crate) fn from_bits(index: u16) -> Self {
         let [index, _] = index.to_le_bytes();
         Self(index)
     }
 
+    /// Index into an array of [`CELLS`].
     pub(super) fn index(self) -> usize {
         self.0.into()
     }
 }
 
-/// Set of cells.
+/// Set of cells, one bit each.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Coverage(u64);
 
 impl Coverage {
+    /// The empty set.
     pub(crate) const NONE: Self = Self(0);
 
+    /// Adds a cell.
     pub(crate) fn insert(&mut self, cell: Cell) {
         self.0 |= 1_u64.checked_shl(cell.0.into()).unwrap_or(0);
     }

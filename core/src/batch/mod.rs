@@ -1,4 +1,4 @@
-//! Batch of correspondences: pixels to rays, selected to a fixed capacity.
+//! Batch of correspondences: undistorted to rays, selected to a fixed capacity.
 
 #[cfg(feature = "simd")]
 mod columns;
@@ -16,41 +16,41 @@ use selection::{Eviction, Priority};
 use crate::error::PushError;
 use crate::scalar::Scalar;
 
-/// What became of a valid correspondence.
+/// Result of offering a valid correspondence to a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Pushed {
-    /// There was room for it.
+    /// It is in the batch, which had room.
     Kept,
-    /// It is in the batch, and another one left.
+    /// It is in the batch in place of another one.
     Replaced,
-    /// The full batch is priority more without it.
+    /// It is not in the batch: the batch is full and its priority too low.
     LeftOut,
 }
 
 codes! { Pushed { Kept = 0, Replaced = 1, LeftOut = 2 } }
 
-/// Up to `N` correspondences as rays, and how many more were offered. At most 65535.
+/// Up to `N` correspondences as rays, and counts of the others. `N` is at most 65535.
 ///
-/// A full batch selects: matches spread over the left image stay, of neighbours those with the better
-/// score, by chance among equals. The batch ends up with the same matches in whatever order they came.
+/// A full batch keeps correspondences spread over the left image: of one cell those with the better
+/// score, among equal scores a random choice. The order of arrival has no influence.
 ///
-/// RAM: 20 bytes a correspondence in `f32`.
+/// RAM: 20 bytes a correspondence in `f32`; twice with feature `simd`.
 #[derive(Debug, Clone)]
 pub struct Batch<T, const N: usize> {
     pairs: heapless::Vec<RayPair<T>, N>,
     left_out: u32,
     refused: u32,
-    /// `pairs` again.
+    /// Copy of `pairs` as columns.
     #[cfg(feature = "simd")]
     columns: Columns<[T; N]>,
 }
 
-/// The correspondences of a batch, as the solvers read them.
+/// Borrowed correspondences of a batch: the input of the solvers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Matches<'a, T> {
     pub(crate) pairs: &'a [RayPair<T>],
-    /// The same as columns.
+    /// Copy of `pairs` as columns.
     #[cfg(feature = "simd")]
     pub(crate) columns: Columns<&'a [T]>,
 }
@@ -69,7 +69,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         }
     }
 
-    /// A batch of rays that never were pixels.
+    /// A batch of rays without pixels.
     #[cfg(test)]
     pub(crate) fn of(pairs: &[RayPair<T>]) -> Self {
         let mut batch = Self::new();
@@ -79,13 +79,14 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         batch
     }
 
-    /// Undistorts and keeps one correspondence; once the batch is full, if it is priority more than
-    /// another one. Cost: two undistortions, and two scans of a full batch.
+    /// Undistorts and keeps one correspondence; a full batch replaces one of lower priority or
+    /// leaves the new one out.
     ///
-    /// One that is left out for its score is not undistorted, so not known to have rays.
+    /// A correspondence left out for its score is not undistorted: whether it has rays is unknown.
+    /// Cost: two undistortions, and two scans of a full batch.
     ///
     /// # Errors
-    /// [`PushError`]; the batch is unchanged but for the count of refusals.
+    /// [`PushError`]: out of range or without a ray. Only the count of refusals changes.
     pub fn push(
         &mut self,
         cameras: &Cameras<T>,
@@ -101,6 +102,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         pushed
     }
 
+    /// Keeps, replaces or leaves out; counts nothing.
     fn select(&mut self, cameras: &Cameras<T>, c: &Correspondence<T>) -> Result<Pushed, PushError> {
         cameras.check(c)?;
         let eviction = self
@@ -111,7 +113,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         if eviction.as_ref().is_some_and(|eviction| eviction.replaced_by(highest).is_none()) {
             return Ok(Pushed::LeftOut);
         }
-        // Undistorted before another one is evicted: the pixel may have no ray.
+        // Before the eviction: the pixel may have no ray.
         let pair = cameras.undistort(c)?;
         let Some(eviction) = eviction else {
             self.keep(pair);
@@ -128,19 +130,19 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         Ok(Pushed::Replaced)
     }
 
-    /// Adds one; there is room.
+    /// Appends to a batch with room.
     fn keep(&mut self, pair: RayPair<T>) {
         #[cfg(feature = "simd")]
         self.columns.set(self.pairs.len(), &pair);
         let _ = self.pairs.push(pair);
     }
 
-    /// The correspondences at hand, in no particular order once some have been left out.
+    /// The correspondences, in order of arrival until the first is replaced.
     pub fn pairs(&self) -> &[RayPair<T>] {
         &self.pairs
     }
 
-    /// What the solvers read.
+    /// The correspondences in the form that the solvers read.
     pub(crate) fn matches(&self) -> Matches<'_, T> {
         Matches {
             pairs: &self.pairs,
@@ -149,13 +151,13 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         }
     }
 
-    /// Correspondences offered since the last [`Batch::clear`]: at hand, left out, or refused.
+    /// Correspondences offered since the last [`Batch::clear`]: kept, left out or refused.
     pub fn offered(&self) -> u32 {
         let held = u32::try_from(self.pairs.len()).unwrap_or(u32::MAX);
         held.saturating_add(self.left_out).saturating_add(self.refused)
     }
 
-    /// Valid correspondences that had to leave a full batch, or did not get in.
+    /// Valid correspondences replaced or left out since the last [`Batch::clear`].
     pub fn left_out(&self) -> u32 {
         self.left_out
     }
@@ -165,7 +167,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         self.refused
     }
 
-    /// Forgets all correspondences and the counts.
+    /// Removes all correspondences and resets the counts.
     pub fn clear(&mut self) {
         self.pairs.clear();
         self.left_out = 0;
@@ -183,23 +185,14 @@ impl<T: Scalar, const N: usize> Default for Batch<T, N> {
 mod tests {
     extern crate std;
 
+    use super::correspondence::tests::cameras;
     use super::*;
-    use crate::geometry::camera::{Camera, Intrinsics};
-    use crate::geometry::lens::Lens;
     use core::cmp::Reverse;
     use proptest::prelude::*;
     use std::vec::Vec;
 
-    const SIZE: [u16; 2] = [640, 480];
-
-    fn cameras() -> Cameras<f32> {
-        let intrinsics = Intrinsics { focal: [500.0; 2], principal: [320.0, 240.0], size: SIZE };
-        let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
-        Cameras { left: camera, right: camera }
-    }
-
     prop_compose! {
-        /// On whole pixels, half of them in one cell and its neighbours; few different scores.
+        /// On whole pixels, half of them in one cell and its neighbours; four different scores.
         fn matches()(u in 0..640_u16, v in 0..480_u16, crowded: bool, d in 1..60_u8, score in 0..4_u8)
             -> Correspondence<f32>
         {
@@ -209,18 +202,14 @@ mod tests {
         }
     }
 
-    /// The first `n` by rank in their cell, then by priority: slow and with all matches at hand.
+    /// The definition: the first `n` of all matches by rank in their cell, then by priority.
     fn first_by_rank_and_priority(offered: &[Correspondence<f32>], n: usize) -> Vec<Priority> {
-        let entry = |c: &Correspondence<f32>| {
-            (Cell::of(c.left, SIZE), Priority::of(&cameras().rays(c).unwrap()))
-        };
-        let all: Vec<(Cell, Priority)> = offered.iter().map(entry).collect();
-        let rank =
-            |(cell, priority)| all.iter().filter(|(c, w)| *c == cell && *w > priority).count();
-        let mut order: Vec<_> = all.iter().map(|&(c, w)| (rank((c, w)), Reverse(w))).collect();
+        let rays = |c| cameras().rays(c).unwrap();
+        let all: Vec<_> = offered.iter().map(rays).map(|r| (r.cell(), Priority::of(&r))).collect();
+        let rank = |cell, p| all.iter().filter(|(c, other)| *c == cell && *other > p).count();
+        let mut order: Vec<_> = all.iter().map(|&(c, p)| (rank(c, p), Reverse(p))).collect();
         order.sort_unstable();
-        let mut kept: Vec<Priority> =
-            order.iter().take(n).map(|(_, priority)| priority.0).collect();
+        let mut kept: Vec<Priority> = order.iter().take(n).map(|(_, p)| p.0).collect();
         kept.sort_unstable();
         kept
     }
@@ -237,17 +226,17 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_stays_is_the_first_by_rank_and_priority_in_whatever_order_they_came(
+        fn the_first_by_rank_and_priority_stay_for_any_order_of_arrival(
             mut offered in prop::collection::vec(matches(), 0..400),
             seed in prop::collection::vec(any::<prop::sample::Index>(), 400),
         ) {
-            // Equal matches have equal priority, and ranks are then of no use to the oracle.
+            // Equal matches have equal priority, which leaves their ranks undefined.
             offered.sort_by(|a, b| (a.left, a.right).partial_cmp(&(b.left, b.right)).unwrap());
             offered.dedup_by(|a, b| (a.left, a.right) == (b.left, b.right));
             for i in (1..offered.len()).rev() {
                 offered.swap(i, seed[i].index(i + 1));
             }
-            // Fewer than one, about one, and several a cell.
+            // Less than one, about one, and several matches a cell.
             prop_assert_eq!(selected::<20>(&offered), first_by_rank_and_priority(&offered, 20));
             prop_assert_eq!(selected::<60>(&offered), first_by_rank_and_priority(&offered, 60));
             prop_assert_eq!(selected::<200>(&offered), first_by_rank_and_priority(&offered, 200));

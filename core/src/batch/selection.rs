@@ -1,12 +1,13 @@
 //! Selection of correspondences when a matcher delivers more than the batch holds.
 //!
-//! A correspondence offered to a full batch is counted into its cell; then the lowest priority of the fullest cells is
-//! evicted, which may be the new one. The correspondences kept are the first by rank in their cell, then by priority,
-//! in any order of arrival. Priority: the score; among equal scores a hash of the rays, which is unbiased and needs no
-//! state.
+//! A correspondence offered to a full batch is counted into its cell; then the lowest priority of
+//! the fullest cells is evicted, which may be the new one. The batch keeps the first
+//! correspondences by rank in their cell, then by priority, for any order of arrival. Priority: the
+//! score; among equal scores a hash of the rays, which is unbiased and needs no state.
 //!
-//! Disparity has no influence, although near points determine most of `t`: outliers have the largest disparities. With
-//! nearest first and 30 % outliers, a batch of 128 held 61 of them in place of 39.
+//! Disparity has no influence, although near points determine most of `t`: outliers have the
+//! largest disparities. With nearest first and 30 % outliers, a batch of 128 held 61 outliers in
+//! place of 39.
 
 use super::correspondence::RayPair;
 use super::grid::{CELLS, Cell};
@@ -15,7 +16,7 @@ use crate::scalar::Scalar;
 /// Multiplier of the hash: the fraction of the golden ratio, odd and without a pattern in its bits.
 const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// Order of the correspondences of one rank; larger is kept.
+/// Order of correspondences of one rank: score, then hash. The larger one stays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Priority {
     score: u16,
@@ -23,9 +24,10 @@ pub(super) struct Priority {
 }
 
 impl Priority {
+    /// Priority of a correspondence; equal rays have equal priority.
     pub(super) fn of<T: Scalar>(pair: &RayPair<T>) -> Self {
         let hash = [pair.left, pair.right].iter().fold(0_u64, |hash, ray| {
-            // In `f32` two words side by side.
+            // In `f32` the two words do not overlap.
             let words = ray.x.bits() ^ ray.y.bits().rotate_left(32);
             let hash = (hash ^ words).wrapping_mul(MULTIPLIER);
             hash ^ (hash >> 29)
@@ -33,7 +35,7 @@ impl Priority {
         Self { score: pair.score_steps(), tie_break: hash.wrapping_mul(MULTIPLIER) }
     }
 
-    /// Largest priority of a score, in steps.
+    /// Upper bound of the priorities of a score, in steps of 1/1023.
     pub(super) fn at_most(score: u16) -> Self {
         Self { score, tie_break: u64::MAX }
     }
@@ -44,11 +46,15 @@ impl Priority {
 pub(super) struct Eviction {
     /// Lowest priority of the batch in the fullest cells, and its index.
     lowest: Option<(Priority, usize)>,
+    /// Whether the cell of the new correspondence is among the fullest.
     new_is_candidate: bool,
 }
 
 impl Eviction {
-    /// * `new`: cell of the new correspondence. Cost: two scans of the batch.
+    /// * `new`: cell of the new correspondence.
+    /// * `pairs`: correspondences of the full batch.
+    ///
+    /// Cost: two scans of the batch.
     pub(super) fn of<T: Scalar>(new: Cell, pairs: &[RayPair<T>]) -> Self {
         let mut occupancy = [0_u16; CELLS];
         for cell in pairs.iter().map(RayPair::cell).chain([new]) {
@@ -66,7 +72,7 @@ impl Eviction {
         Self { lowest, new_is_candidate: is_fullest(new) }
     }
 
-    /// Index that a new correspondence of this priority replaces; `None` if it is itself evicted.
+    /// Index that a new correspondence of this priority replaces; `None` if it is evicted.
     pub(super) fn replaced_by(&self, new: Priority) -> Option<usize> {
         let (lowest, index) = self.lowest?;
         (!self.new_is_candidate || new > lowest).then_some(index)

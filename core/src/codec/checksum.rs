@@ -1,8 +1,8 @@
-//! CRC-32 of IEEE 802.3: checksum of every record and frame.
+//! CRC-32 of IEEE 802.3 (CRC-32/ISO-HDLC): checksum of every record and frame.
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 
-/// One table of 1,024 bytes: one byte at a time. Sixteen at a time takes 16 tables.
+/// One table of 1,024 bytes, one byte at a time; sixteen at a time take 16 tables.
 static CRC_32: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
 /// Running checksum.
@@ -23,7 +23,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_checksum_is_the_one_of_ethernet() {
+    fn the_checksum_is_that_of_ethernet_in_one_part_and_in_several() {
         assert_eq!(of(b"123456789"), 0xcbf4_3926);
         let mut parts = begin();
         parts.update(b"1234");

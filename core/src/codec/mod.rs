@@ -1,4 +1,7 @@
-//! Codec of records: what survives a loss of power, as bytes. Little endian, versioned, with a checksum.
+//! Codec of the records that survive a loss of power: little endian, versioned, with a checksum.
+//!
+//! Reading a written record restores every number bit-identical. A record is refused as a whole:
+//! nothing is restored from a damaged or foreign one.
 //!
 //! | byte | content |
 //! |---|---|
@@ -11,8 +14,7 @@
 //! | 12 | numbers, each type in the order of its fields |
 //! | last 4 | CRC-32 of all bytes before |
 //!
-//! Version 2 appends the scene of the last pair. A record of version 1 is read without it: see
-//! [`Reader::version`].
+//! Version 2 appends the scene of the last pair; version 1 is read without it.
 
 pub(crate) mod checksum;
 mod reader;
@@ -24,9 +26,10 @@ pub(crate) use writer::Writer;
 use crate::error::RestoreError;
 use crate::scalar::Scalar;
 
+/// First bytes of every record.
 const MAGIC: [u8; 4] = *b"SCRC";
 
-/// Version written; versions from 1 on are read.
+/// Layout version of written records; versions 1 up to this one are read.
 const VERSION: u8 = 2;
 
 /// Length of header and checksum, bytes.
@@ -37,9 +40,9 @@ pub(crate) const OVERHEAD_BYTES: usize = 16;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum RecordKind {
-    /// Factory calibration: written once in production.
+    /// Factory calibration, written once in production.
     Factory,
-    /// Calibrator state: all that was learnt since.
+    /// State of the calibrator: everything estimated since.
     State,
 }
 
@@ -47,7 +50,7 @@ impl RecordKind {
     /// Every kind.
     pub(crate) const ALL: [Self; 2] = [Self::Factory, Self::State];
 
-    /// Number on flash. Fixed: records of earlier firmware hold it.
+    /// Number on flash; fixed, because records of earlier firmware hold it.
     pub(crate) const fn number(self) -> u8 {
         match self {
             Self::Factory => 1,
@@ -56,9 +59,10 @@ impl RecordKind {
     }
 }
 
-/// Header of a record: what it must hold to be read.
+/// Header that a record must hold to be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct RecordHeader {
+    /// Kind of the record.
     pub(crate) kind: RecordKind,
     /// Method of the estimator; 0 for factory calibration.
     pub(crate) method: u8,
@@ -67,15 +71,20 @@ pub(crate) struct RecordHeader {
 }
 
 impl RecordHeader {
+    /// Header of the factory calibration.
     pub(crate) const FACTORY: Self = Self { kind: RecordKind::Factory, method: 0, rig: 0 };
 
+    /// Writes the first 12 bytes.
     fn write<T: Scalar>(self, to: &mut Writer<'_>) {
         to.bytes(&MAGIC);
         to.bytes(&[VERSION, self.kind.number(), T::BYTES, self.method]);
         to.word(self.rig);
     }
 
-    /// Checks the header of a record; its layout version.
+    /// Checks the header of a record and returns its layout version.
+    ///
+    /// # Errors
+    /// [`RestoreError`] names the first field that differs.
     fn check<T: Scalar>(self, from: &mut Reader<'_>) -> Result<u8, RestoreError> {
         let [m0, m1, m2, m3, version, kind, scalar, method] = from.bytes()?;
         if [m0, m1, m2, m3] != MAGIC || kind != self.kind.number() {

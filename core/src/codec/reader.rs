@@ -1,14 +1,18 @@
 //! Decoder of records: bytes to finite numbers.
+//!
+//! Every method returns [`RestoreError::Damaged`] if the record is too short and
+//! [`RestoreError::Absurd`] for a number that no writer produces.
 
 use crate::codec::checksum;
 use crate::error::RestoreError;
 use crate::scalar::Scalar;
 
-/// Largest negative sum of squares over the largest: rounding of a change of frame.
+/// Rounding of a change of frame: a negative sum of squares over the largest sum.
 const NEGATIVE: f64 = 1e-4;
 
 /// Reader of a record with a correct checksum.
 pub(crate) struct Reader<'a> {
+    /// Bytes not read yet.
     rest: &'a [u8],
     pub(super) version: u8,
 }
@@ -64,9 +68,9 @@ impl<'a> Reader<'a> {
     pub(crate) fn number<T: Scalar>(&mut self) -> Result<T, RestoreError> {
         let mut bits = [0; 8];
         let (place, _) = bits.split_at_mut_checked(T::BYTES.into()).unwrap_or_default();
-        let taken = self.rest.split_at_checked(place.len()).ok_or(RestoreError::Damaged)?;
-        place.copy_from_slice(taken.0);
-        self.rest = taken.1;
+        let (bytes, rest) = self.rest.split_at_checked(place.len()).ok_or(RestoreError::Damaged)?;
+        place.copy_from_slice(bytes);
+        self.rest = rest;
         let number = T::from_bits(u64::from_le_bytes(bits));
         if number.is_finite() { Ok(number) } else { Err(RestoreError::Absurd) }
     }

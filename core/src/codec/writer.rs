@@ -5,7 +5,8 @@ use core::mem;
 use crate::codec::checksum::{self, Checksum};
 use crate::scalar::Scalar;
 
-/// Writer into a buffer; once that is full, it continues length and checksum only.
+/// Writer into a buffer. In a full buffer it continues length and checksum only, so that the caller
+/// learns the length that it needs.
 pub(crate) struct Writer<'a> {
     buffer: &'a mut [u8],
     length: usize,
@@ -13,6 +14,7 @@ pub(crate) struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
+    /// Writer at the start of a buffer.
     pub(crate) fn new(buffer: &'a mut [u8]) -> Self {
         Self { buffer, length: 0, checksum: checksum::begin() }
     }
@@ -23,6 +25,7 @@ impl<'a> Writer<'a> {
         self.put(bytes);
     }
 
+    /// Writes bytes that the checksum does not cover.
     fn put(&mut self, bytes: &[u8]) {
         self.length = self.length.saturating_add(bytes.len());
         self.buffer = match mem::take(&mut self.buffer).split_at_mut_checked(bytes.len()) {
@@ -52,6 +55,7 @@ impl<'a> Writer<'a> {
         }
     }
 
+    /// Writes one number.
     pub(crate) fn number<T: Scalar>(&mut self, number: T) {
         self.numbers(&[number]);
     }
@@ -61,7 +65,7 @@ impl<'a> Writer<'a> {
         self.checksum.clone().finalize()
     }
 
-    /// Appends the checksum; length of the whole record, whether it fits or not.
+    /// Appends the checksum and returns the length of the whole record, whether it fits or not.
     pub(super) fn finish(mut self) -> usize {
         let checksum = self.checksum();
         self.put(&checksum.to_le_bytes());

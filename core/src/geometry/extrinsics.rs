@@ -1,4 +1,4 @@
-//! The rig's extrinsics: `p_r = R p_l + t`, `|t| = 1` (eq 1).
+//! Extrinsics of a stereo rig: `p_r = R p_l + t`, `|t| = 1` (eq 1).
 
 use nalgebra::{ArrayStorage, ComplexField, Matrix3, Rotation3, Unit, Vector3};
 
@@ -8,13 +8,14 @@ use crate::error::{ExtrinsicsError, RestoreError};
 use crate::scalar::Scalar;
 use crate::thresholds::MIN_LATERAL;
 
-/// What the length of a recorded baseline may be off from 1.
+/// Largest distance of a component of a recorded baseline from its unit vector.
 const UNIT: f64 = 2e-6;
 
 /// `R` and unit `t` of `p_r = R p_l + t`. For a plain side-by-side rig `t = (-1, 0, 0)`.
 ///
 /// The scale is not observable: multiply `t` by the known baseline length to get metres.
-/// Held by the type: finite, orthonormal, unit length, baseline off both optical axes.
+///
+/// Invariants: finite, `R` orthonormal, `|t| = 1`, `t` at least 6 degrees off both optical axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extrinsics<T: Scalar> {
     rotation: Rotation3<T>,
@@ -33,23 +34,23 @@ impl<T: Scalar> Extrinsics<T> {
         }
     };
 
-    /// From a rotation matrix and a baseline of any length; both are brought to their exact form.
+    /// The nearest rotation to a matrix, and the direction of a baseline of any length.
     ///
-    /// * `r`: left to right, orthonormal to about 0.1 in its elements.
+    /// * `r`: left to right camera frame, orthonormal to about 0.1 in its elements.
     /// * `t`: position of the left camera in the right camera frame, any unit.
     ///
     /// # Errors
-    /// [`ExtrinsicsError`].
+    /// [`ExtrinsicsError`]: no rotation, no direction, or a baseline along an optical axis.
     pub fn try_new(r: &Matrix3<T>, t: &Vector3<T>) -> Result<Self, ExtrinsicsError> {
         let rotation = so3::nearest_rotation(r).ok_or(ExtrinsicsError::NotARotation)?;
-        // Scaled first: the square of a tiny or huge component must not under- or overflow.
+        // Scaled first: the square of a tiny or huge component under- or overflows.
         let largest = t.amax();
         let finite = t.iter().all(ComplexField::is_finite);
         if !finite || largest == T::ZERO {
             return Err(ExtrinsicsError::NoDirection);
         }
         let translation = Unit::new_normalize(t / largest);
-        // The left camera sees the baseline along R^T t.
+        // The baseline in the left camera frame is R^T t.
         let lateral = |t: &Vector3<T>| t.x * t.x + t.y * t.y >= T::lit(MIN_LATERAL * MIN_LATERAL);
         if lateral(&translation) && lateral(&rotation.inverse_transform_vector(&translation)) {
             Ok(Self { rotation, translation })
@@ -58,7 +59,7 @@ impl<T: Scalar> Extrinsics<T> {
         }
     }
 
-    /// `R`, left to right camera frame.
+    /// `R`, left to right camera frame: `p_r = R p_l + t`.
     pub const fn rotation(&self) -> &Rotation3<T> {
         &self.rotation
     }
@@ -68,18 +69,22 @@ impl<T: Scalar> Extrinsics<T> {
         &self.translation
     }
 
+    /// Writes `R` column by column, then `t`.
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         to.numbers(self.rotation.matrix());
         to.numbers(self.translation.iter());
     }
 
+    /// Reads what [`Self::write`] writes, bit-identical.
+    ///
+    /// # Errors
+    /// [`RestoreError::Absurd`] if the numbers are no extrinsics.
     pub(crate) fn read(from: &mut Reader<'_>) -> Result<Self, RestoreError> {
         let rotation = so3::read(from)?;
         let mut translation = Vector3::zeros();
         from.numbers(translation.iter_mut())?;
         let exact = Self::try_new(rotation.matrix(), &translation);
         let exact = exact.map_err(|_| RestoreError::Absurd)?.translation;
-        // Kept as it is, bit for bit, if it is a direction.
         if (exact.into_inner() - translation).amax() <= T::lit(UNIT) {
             Ok(Self { rotation, translation: Unit::new_unchecked(translation) })
         } else {
@@ -87,7 +92,7 @@ impl<T: Scalar> Extrinsics<T> {
         }
     }
 
-    /// `R` row by row, as files and wire formats carry it.
+    /// `R` row by row, the order of files and wire formats.
     pub fn rotation_row_major(&self) -> [T; 9] {
         let m = self.rotation.matrix();
         [m.m11, m.m12, m.m13, m.m21, m.m22, m.m23, m.m31, m.m32, m.m33]

@@ -1,7 +1,7 @@
-//! Rectifying homographies for a chosen new camera, and a sensible choice of it (eq 5).
+//! Rectifying homographies (eq 5), and the choice of the common rectified camera.
 //!
-//! `H_l = K R_l K_l^-1`, `H_r = K R_r K_r^-1`: from undistorted pixels of each camera to pixels of
-//! the common rectified camera `K`, in homogeneous coordinates.
+//! `H_l = K R_l K_l^-1`, `H_r = K R_r K_r^-1`: undistorted pixels of each camera to pixels of the
+//! common rectified camera `K`, in homogeneous coordinates.
 
 use nalgebra::{Matrix3, Rotation3, Vector2, Vector3};
 
@@ -10,6 +10,7 @@ use crate::error::{RectifyError, Side};
 use crate::geometry::camera::Camera;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
+use crate::thresholds::MIN_DEPTH;
 
 /// Points sampled along each border of an image.
 const BORDER_SAMPLES: u16 = 16;
@@ -24,18 +25,17 @@ pub struct RectifiedCamera<T> {
 }
 
 impl<T: Scalar> RectifiedCamera<T> {
-    /// Chooses a camera for rectified images of the left camera's size, as `cv::stereoRectify`
-    /// does with one principal point for both (zero disparity at infinity).
+    /// Chooses a camera for rectified images of the left camera's size, as `cv::stereoRectify` does
+    /// with `CALIB_ZERO_DISPARITY`: one principal point for both views.
     ///
-    /// * `alpha`: 0 zooms in until every rectified pixel is seen by both cameras; 1 zooms out
-    ///   until every pixel of both is kept; between, the focal length is interpolated.
-    ///
-    /// Cost: 136 undistortions; call it when the extrinsics change, not per frame.
+    /// * `alpha`: 0 zooms in until both cameras see every rectified pixel; 1 zooms out until every
+    ///   pixel of both is kept; the focal length is linear between.
     ///
     /// For rigs whose rectified images are upright: cameras side by side, the left one to the left.
+    /// Cost: 136 undistortions; call it when the extrinsics change, not per frame.
     ///
     /// # Errors
-    /// [`RectifyError`].
+    /// [`RectifyError`]: `alpha` out of range, a border pixel not rectifiable, or no common view.
     pub fn try_choose(
         cameras: &Cameras<T>,
         rotations: &RectifyingRotations<T>,
@@ -53,25 +53,25 @@ impl<T: Scalar> RectifiedCamera<T> {
         }
         let [width, height] = cameras.left.intrinsics().size;
         let last = Vector2::new(width, height).map(|n| T::count(n.into()) - T::ONE);
-        // The principal point puts the middle of the chosen rectangle into the middle of the image.
         let zoom = |r: &Rectangle<T>| last.component_div(&(r.high - r.low));
         let (inside, outside) = (zoom(&inner), zoom(&outer));
         let near = inside.x.max(inside.y);
         let far = outside.x.min(outside.y);
         let focal = near + (far - near) * alpha;
         let middle = inner.middle() + (outer.middle() - inner.middle()) * alpha;
+        // The middle of the chosen rectangle falls on the middle of the image.
         let principal = last * T::HALF - middle * focal;
         Ok(Self { focal, principal: principal.into() })
     }
 
-    /// `K`, px.
+    /// `K`: rectified rays at unit depth to pixels, px.
     pub fn matrix(&self) -> Matrix3<T> {
         let [cx, cy] = self.principal;
         let (zero, one) = (T::ZERO, T::ONE);
         Matrix3::new(self.focal, zero, cx, zero, self.focal, cy, zero, zero, one)
     }
 
-    /// `[H_l, H_r]` of eq 5: undistorted pixels of each camera to rectified pixels.
+    /// `[H_l, H_r]` of eq 5: undistorted pixels of each camera to rectified pixels, homogeneous.
     pub fn homographies(
         &self,
         cameras: &Cameras<T>,
@@ -110,7 +110,7 @@ impl<T: Scalar> Rectangle<T> {
     }
 }
 
-/// What one camera sees of the rectified plane: a rectangle inside its border and one around it.
+/// Field of view of one camera on the rectified plane: rectangles inside its border and around it.
 struct View<T> {
     inner: Rectangle<T>,
     outer: Rectangle<T>,
@@ -125,22 +125,25 @@ impl<T: Scalar> View<T> {
         let [right, bottom] = [width, height].map(|n| T::count(n.into()) - T::ONE);
         for i in 0..=BORDER_SAMPLES {
             let share = T::count(i.into()) / T::count(BORDER_SAMPLES.into());
-            let along = [right * share, bottom * share];
             let seen = |u: T, v: T| rectified(camera, r, side, [u, v]);
-            let [top, bottom_edge] = [seen(along[0], T::ZERO)?, seen(along[0], bottom)?];
-            let [left, right_edge] = [seen(T::ZERO, along[1])?, seen(right, along[1])?];
-            for point in [top, bottom_edge, left, right_edge] {
-                outer.low = outer.low.inf(&point);
-                outer.high = outer.high.sup(&point);
+            let (u, v) = (right * share, bottom * share);
+            let [top, below] = [seen(u, T::ZERO)?, seen(u, bottom)?];
+            let [before, after] = [seen(T::ZERO, v)?, seen(right, v)?];
+            for point in [top, below, before, after] {
+                outer = outer.union(&Rectangle { low: point, high: point });
             }
-            inner.low = inner.low.sup(&Vector2::new(left.x, top.y));
-            inner.high = inner.high.inf(&Vector2::new(right_edge.x, bottom_edge.y));
+            let low = Vector2::new(before.x, top.y);
+            let high = Vector2::new(after.x, below.y);
+            inner = inner.intersection(&Rectangle { low, high });
         }
         Ok(Self { inner, outer })
     }
 }
 
-/// Where a pixel falls on the rectified plane at unit depth.
+/// Point of a pixel on the rectified plane at unit depth.
+///
+/// # Errors
+/// [`RectifyError`]: no ray, or a rectified depth below 0.05.
 fn rectified<T: Scalar>(
     camera: &Camera<T>,
     r: &Rotation3<T>,
@@ -149,9 +152,8 @@ fn rectified<T: Scalar>(
 ) -> Result<Vector2<T>, RectifyError> {
     let ray = camera.ray(pixel).map_err(|e| RectifyError::Border(side, e))?;
     let p = r * Vector3::new(ray.x, ray.y, T::ONE);
-    if p.z >= T::lit(0.05) {
-        Ok(Vector2::new(p.x / p.z, p.y / p.z))
-    } else {
-        Err(RectifyError::Behind(side))
+    if !(p.z >= T::lit(MIN_DEPTH)) {
+        return Err(RectifyError::Behind(side));
     }
+    Ok(Vector2::new(p.x / p.z, p.y / p.z))
 }

@@ -1,10 +1,10 @@
-//! Lens models, with OpenCV's names and coefficient order: distort in closed form, undistort by a
-//! bounded Newton iteration.
+//! Lens models of OpenCV: distortion in closed form, its inverse by a bounded Newton iteration.
 //!
-//! Points are normalised image coordinates (unit depth), dimensionless. A distortion polynomial
-//! folds back beyond some radius; both directions refuse what lies there, so what comes out of
-//! `undistort` always goes back to where it came from. Within 2 % of a radial-tangential fold the
-//! iteration may not converge in time; that is a refusal too.
+//! Points are normalised image coordinates (unit depth), dimensionless; coefficients are in
+//! OpenCV's order. A distortion polynomial folds back beyond some radius: its slope is 0 there, and
+//! it is not invertible. Both directions refuse points beyond the fold, so that every result of
+//! `undistort` distorts to its argument. Within 2 % of a radial-tangential fold the iteration may
+//! not converge; such points are refused.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -16,19 +16,19 @@ use crate::thresholds::{
     MAX_TANGENT, NEWTON_START, NEWTON_ULPS,
 };
 
-/// How the lens departs from a pinhole.
+/// Distortion of a lens relative to a pinhole.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Lens<T> {
     /// No distortion.
     Pinhole,
-    /// Brown's model: `cv::undistortPoints` with five coefficients.
+    /// Brown-Conrady model, five coefficients: `cv::undistortPoints`.
     RadialTangential(RadialTangential<T>),
-    /// Kannala-Brandt equidistant: `cv::fisheye`.
+    /// Kannala-Brandt equidistant model, four coefficients: `cv::fisheye`.
     Fisheye(Fisheye<T>),
 }
 
 impl<T: Scalar> Lens<T> {
-    /// Ideal to distorted coordinates; `None` beyond the range in which the model is one to one.
+    /// Undistorted to distorted coordinates; `None` beyond the fold or 85 degrees.
     pub(super) fn distort(&self, p: Vector2<T>) -> Option<Vector2<T>> {
         let limit = T::lit(MAX_TANGENT);
         if !(p.norm_squared() <= limit * limit) {
@@ -41,7 +41,7 @@ impl<T: Scalar> Lens<T> {
         }
     }
 
-    /// Distorted to ideal coordinates; `None` where the model is not invertible.
+    /// Distorted to undistorted coordinates; `None` where the model is not invertible.
     pub(super) fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         let p = match self {
             Self::Pinhole => d,
@@ -53,11 +53,13 @@ impl<T: Scalar> Lens<T> {
     }
 }
 
-/// Radial and tangential distortion, `k1 k2 p1 p2 k3`.
+/// Radial and tangential distortion (Brown-Conrady), `k1 k2 p1 p2 k3`, with `s = x^2 + y^2`:
+/// `x_d = x (1 + k1 s + k2 s^2 + k3 s^3) + 2 p1 x y + p2 (s + 2 x^2)`,
+/// `y_d = y (1 + k1 s + k2 s^2 + k3 s^3) + p1 (s + 2 y^2) + 2 p2 x y`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RadialTangential<T> {
     coefficients: [T; 5],
-    /// Squared radius at which the radial polynomial folds back.
+    /// Squared radius at which the slope of the radial polynomial vanishes.
     fold_squared: T,
 }
 
@@ -86,6 +88,7 @@ impl<T: Scalar> RadialTangential<T> {
         (p.norm_squared() < self.fold_squared).then(|| self.map(p))
     }
 
+    /// Distorted point, without regard to the fold.
     fn map(&self, p: Vector2<T>) -> Vector2<T> {
         let [k1, k2, p1, p2, k3] = self.coefficients;
         let (x, y) = (p.x, p.y);
@@ -99,7 +102,7 @@ impl<T: Scalar> RadialTangential<T> {
         )
     }
 
-    /// Derivative of [`Self::map`].
+    /// Derivative of [`Self::map`] by the point: rows `x_d`, `y_d`; symmetric.
     fn jacobian(&self, p: Vector2<T>) -> Matrix2<T> {
         let [k1, k2, p1, p2, k3] = self.coefficients;
         let (x, y) = (p.x, p.y);
@@ -116,8 +119,8 @@ impl<T: Scalar> RadialTangential<T> {
         )
     }
 
+    /// Newton's method, from the distorted point or a point inside the fold on the same line.
     fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
-        // Newton from inside the fold: the distorted radius may lie beyond it.
         let squared = d.norm_squared();
         let mut p = if squared < self.fold_squared {
             d
@@ -125,15 +128,15 @@ impl<T: Scalar> RadialTangential<T> {
             d * ((self.fold_squared / squared).sqrt() * T::lit(NEWTON_START))
         };
         for _ in 0..MAX_NEWTON_STEPS {
-            let miss = self.map(p) - d;
+            let error = self.map(p) - d;
             let j = self.jacobian(p);
             let determinant = j.m11 * j.m22 - j.m12 * j.m21;
             if !(determinant > T::ZERO) {
                 return None;
             }
             let step = Vector2::new(
-                (j.m22 * miss.x - j.m12 * miss.y) / determinant,
-                (j.m11 * miss.y - j.m21 * miss.x) / determinant,
+                (j.m22 * error.x - j.m12 * error.y) / determinant,
+                (j.m11 * error.y - j.m21 * error.x) / determinant,
             );
             p -= step;
             if step.amax() <= T::lit(NEWTON_ULPS) * T::EPSILON * (T::ONE + p.amax()) {
@@ -144,11 +147,12 @@ impl<T: Scalar> RadialTangential<T> {
     }
 }
 
-/// Equidistant fisheye, `theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8)`.
+/// Equidistant fisheye (Kannala-Brandt), `theta` the angle from the axis, rad:
+/// `theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fisheye<T> {
     coefficients: [T; 4],
-    /// Angle from the axis, rad, at which the polynomial folds back, at most 85 degrees.
+    /// Angle from the axis at which the polynomial folds back, rad, at most 85 degrees.
     fold: T,
 }
 
@@ -170,12 +174,14 @@ impl<T: Scalar> Fisheye<T> {
         self.coefficients
     }
 
+    /// Distorted angle `theta_d`, rad.
     fn angle(&self, theta: T) -> T {
         let [k1, k2, k3, k4] = self.coefficients;
         let s = theta * theta;
         theta * (T::ONE + s * (k1 + s * (k2 + s * (k3 + s * k4))))
     }
 
+    /// Derivative of [`Self::angle`].
     fn slope(&self, theta: T) -> T {
         let [k1, k2, k3, k4] = self.coefficients;
         let s = theta * theta;
@@ -192,25 +198,26 @@ impl<T: Scalar> Fisheye<T> {
         Some(if radius > T::EPSILON { p * (self.angle(theta) / radius) } else { p })
     }
 
+    /// Newton's method in a bracket: the polynomial rises up to the fold, so bisection replaces
+    /// every step that leaves the bracket.
     fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         let target = d.norm();
         if target <= T::EPSILON {
             return Some(d);
         }
-        // The polynomial rises up to the fold, so a bracket holds whatever Newton does.
         let (mut low, mut high) = (T::ZERO, self.fold);
         if !(target < self.angle(high)) {
             return None;
         }
         let mut theta = if target < high { target } else { high * T::HALF };
         for _ in 0..4 * MAX_NEWTON_STEPS {
-            let miss = self.angle(theta) - target;
-            if miss > T::ZERO {
+            let error = self.angle(theta) - target;
+            if error > T::ZERO {
                 high = theta;
             } else {
                 low = theta;
             }
-            let newton = theta - miss / self.slope(theta);
+            let newton = theta - error / self.slope(theta);
             let next = if newton > low && newton < high { newton } else { (low + high) * T::HALF };
             let step = (next - theta).abs();
             theta = next;
@@ -223,14 +230,15 @@ impl<T: Scalar> Fisheye<T> {
     }
 }
 
+/// Refuses coefficients that are not finite or above 1e3 in size.
 fn check<T: Scalar>(coefficients: &[T]) -> Result<(), CameraError> {
     let sane = |k: &T| k.abs() <= T::lit(MAX_DISTORTION);
     if coefficients.iter().all(sane) { Ok(()) } else { Err(CameraError::Distortion) }
 }
 
-/// Smallest argument in `0..=limit` at which `slope` is no longer positive, or `limit`.
+/// Smallest argument in `0..=limit` at which `slope` is not positive, or `limit`.
 ///
-/// 256 samples, then 30 bisections: a dip narrower than 1/256 of the range goes unnoticed.
+/// Cost: 256 samples, then 30 bisections. A dip narrower than 1/256 of the range stays undetected.
 fn first_fold<T: Scalar>(slope: impl Fn(T) -> T, limit: T) -> T {
     let at = |i: u32| limit * (T::count(i) / T::count(FOLD_SAMPLES));
     let folded = |x: T| !(slope(x) > T::ZERO);

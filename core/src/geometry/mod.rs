@@ -1,4 +1,6 @@
-//! Cameras, rotations, extrinsics, and their rectification.
+//! Geometry of the rig: cameras, lens models, rotations, extrinsics, rectification.
+//!
+//! Frames: x right, y down, z forward. Rays at unit depth, dimensionless; pixels in px, angles in rad.
 
 pub(crate) mod camera;
 pub(crate) mod extrinsics;

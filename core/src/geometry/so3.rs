@@ -1,7 +1,7 @@
-//! Rotations: exponential and logarithm, the left-perturbation update, the way back to orthonormal.
+//! Rotations: exponential, logarithm, left-perturbation update, projection onto SO(3).
 //!
-//! Rotation vectors are in radians. Every angle comes from `atan2`, never from `acos` of a trace,
-//! which is off by up to 5e-4 rad near zero in `f32`.
+//! Rotation vectors are in radians; their direction is the axis. Every angle comes from `atan2`:
+//! `acos` of a trace is off by up to 5e-4 rad near zero in `f32`.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -10,13 +10,13 @@ use crate::error::RestoreError;
 use crate::scalar::Scalar;
 use crate::thresholds::{MAX_ROTATION_DEFECT, NEWTON_SCHULZ_STEPS};
 
-/// Largest defect of a recorded rotation.
+/// Largest distance of an element of a recorded rotation from the nearest rotation.
 const ORTHONORMAL: f64 = 2e-6;
 
 /// `exp([w]x)`: the rotation by `|w|` radians about `w`.
 ///
-/// Error of an element below 5e-7 in `f32` up to pi, growing with `|w|` beyond.
-/// `None` if the square of `w` is not finite. Cost: no sine, no cosine; one root above pi.
+/// Error of an element below 5e-7 in `f32` up to pi; it grows with `|w|` above pi.
+/// `None` if the square of `w` is not finite. Cost: no sine, no cosine; one square root above pi.
 #[must_use]
 pub fn exp<T: Scalar>(w: &Vector3<T>) -> Option<Rotation3<T>> {
     let squared = w.norm_squared();
@@ -32,7 +32,7 @@ pub fn exp<T: Scalar>(w: &Vector3<T>) -> Option<Rotation3<T>> {
     Some(Rotation3::from_matrix_unchecked(newton_schulz(&exp_matrix(&within))))
 }
 
-/// Rotation vector in radians, `|w| <= pi`, whose [`exp`] is `r`.
+/// Rotation vector in radians, `|w| <= pi`, whose [`exp`] is `r`, by its unit quaternion.
 ///
 /// Absolute error below 1e-6 rad in `f32` at any angle, relative error below 1e-6 near zero.
 #[must_use]
@@ -46,18 +46,20 @@ pub fn log<T: Scalar>(r: &Rotation3<T>) -> Vector3<T> {
     }
 }
 
-/// `exp([w]x) r`, re-orthonormalised: the update of eq. 19.
+/// `exp([w]x) r`, orthonormalised: the left perturbation of eq 19.
 ///
-/// The error does not grow with the number of updates. `w` must be at most a half turn.
+/// * `w`: rad, `|w| <= pi`.
+///
+/// The error does not grow with the number of updates.
 #[must_use]
 pub(crate) fn left_update<T: Scalar>(w: &Vector3<T>, r: &Rotation3<T>) -> Rotation3<T> {
     let turned = product(&exp_matrix(w), r.matrix());
     Rotation3::from_matrix_unchecked(newton_schulz(&turned))
 }
 
-/// The rotation nearest to `m`, if `m` is a rotation up to about 0.1 in its elements.
+/// The rotation nearest to `m` (polar factor), if `m` is one up to about 0.1 in its elements.
 ///
-/// `None` if it is not finite, too far from orthonormal, or a reflection.
+/// `None` if `m` is not finite, too far from orthonormal, or a reflection.
 #[must_use]
 pub fn nearest_rotation<T: Scalar>(m: &Matrix3<T>) -> Option<Rotation3<T>> {
     let defect = (m.transpose() * m - Matrix3::identity()).norm_squared();
@@ -73,18 +75,18 @@ pub fn nearest_rotation<T: Scalar>(m: &Matrix3<T>) -> Option<Rotation3<T>> {
 /// Reads a rotation matrix of a record, column by column.
 ///
 /// # Errors
-/// [`RestoreError::Absurd`] where it is off from orthonormal by more than the rounding of `f32` leaves, 4e-7.
+/// [`RestoreError::Absurd`]: further from orthonormal than 2e-6 (rounding in `f32`: 4e-7).
 pub(crate) fn read<T: Scalar>(from: &mut Reader<'_>) -> Result<Rotation3<T>, RestoreError> {
     let mut rotation = Rotation3::identity();
     let m = rotation.matrix_mut_unchecked();
     from.numbers(m.iter_mut())?;
-    // The stored matrix is returned: it is bit-identical.
+    // Returns the stored matrix, not the nearest rotation: restoring is bit-identical.
     let nearest = nearest_rotation(m).ok_or(RestoreError::Absurd)?;
     let orthonormal = (nearest.matrix() - rotation.matrix()).amax() <= T::lit(ORTHONORMAL);
     if orthonormal { Ok(rotation) } else { Err(RestoreError::Absurd) }
 }
 
-/// `a b`, written out: small at `opt-level = "s"`, where the generic product is a loop.
+/// `a b`, written out: at opt-level "s" the generic product is a loop over slices.
 pub(crate) fn product<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
     Matrix3::new(
         a.m11 * b.m11 + a.m12 * b.m21 + a.m13 * b.m31,
@@ -99,15 +101,17 @@ pub(crate) fn product<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
     )
 }
 
-/// One Newton-Schulz step towards the orthonormal polar factor: products only, no loop, no root.
+/// One Newton-Schulz step towards the orthonormal polar factor, `m + m (I - m^T m) / 2`: products
+/// only, no square root.
 fn newton_schulz<T: Scalar>(m: &Matrix3<T>) -> Matrix3<T> {
     let half_defect = (Matrix3::identity() - product(&m.transpose(), m)) * T::HALF;
     m + product(m, &half_defect)
 }
 
-/// Rotation matrix by way of the unit quaternion `(cos h, sin h / h * w / 2)`, `h = |w| / 2`.
+/// Rotation matrix of the unit quaternion `(cos h, sin h / h * w / 2)`, `h = |w| / 2`.
 ///
-/// * `w`: at most a half turn.
+/// * `w`: rad, `|w| <= pi`.
+#[rustfmt::skip]
 fn exp_matrix<T: Scalar>(w: &Vector3<T>) -> Matrix3<T> {
     let x = w.norm_squared() * T::HALF * T::HALF;
     let (sinc, cos) = sinc_cos(x);
@@ -118,27 +122,22 @@ fn exp_matrix<T: Scalar>(w: &Vector3<T>) -> Matrix3<T> {
     let [xw, yw, zw] = [x * cos, y * cos, z * cos];
     let one = T::ONE;
     Matrix3::new(
-        one - (yy + zz),
-        xy - zw,
-        xz + yw,
-        xy + zw,
-        one - (xx + zz),
-        yz - xw,
-        xz - yw,
-        yz + xw,
-        one - (xx + yy),
+        one - (yy + zz), xy - zw, xz + yw,
+        xy + zw, one - (xx + zz), yz - xw,
+        xz - yw, yz + xw, one - (xx + yy),
     )
 }
 
-/// `sin(h) / h` and `cos(h)` of `x = h^2`, `h` up to a right angle: truncated below 1e-18. A sine of
-/// its own, because that of `libm` computes in `f64`, which a controller does in software.
+/// `sin(h) / h` and `cos(h)` of `x = h^2`, `h` in `0..=pi/2` rad; truncation error below 1e-18.
+///
+/// A power series: the sine of `libm` computes in `f64`, which a controller emulates in software.
 pub(crate) fn sinc_cos<T: Scalar>(x: T) -> (T, T) {
     // `1 - c0 x (1 - c1 x (1 - ...))`.
     let nested = |c: &[T]| c.iter().rev().fold(T::ONE, |sum, c| T::ONE - x * *c * sum);
     (nested(&T::SINE), nested(&T::COSINE))
 }
 
-/// Unit quaternion with a real part `>= 0`, by the largest of its four squares (Shepperd).
+/// Unit quaternion `(real, imaginary)`, `real >= 0`, from its largest square (Shepperd's method).
 fn quaternion<T: Scalar>(m: &Matrix3<T>) -> (T, Vector3<T>) {
     let quarter = T::HALF * T::HALF;
     let (xx, yy, zz) = (m.m11, m.m22, m.m33);
@@ -186,57 +185,47 @@ mod tests {
         ]
     }
 
-    fn single(v: &Vector3<f64>) -> Vector3<f32> {
-        v.map(f32::lit)
-    }
-
-    fn double(v: &Vector3<f32>) -> Vector3<f64> {
-        v.map(f64::from)
-    }
-
     proptest! {
         #[test]
         fn log_undoes_exp_in_f32_at_every_angle(axis in unit(), angle in angle()) {
-            let w = single(&(axis * angle));
+            let w = (axis * angle).map(f32::lit);
             let back = log(&exp(&w).unwrap());
             // Near pi the axis may come back reversed.
-            let miss = (back - w).norm().min((back + w).norm() + 2.0 * (core::f32::consts::PI - w.norm()).abs());
+            let reversed = (back + w).norm() + 2.0 * (core::f32::consts::PI - w.norm()).abs();
+            let miss = (back - w).norm().min(reversed);
             prop_assert!(miss <= 1e-6, "{w} {back} {miss:e}");
         }
 
         #[test]
         fn small_angles_keep_their_relative_accuracy_in_f32(axis in unit(), e in -7.0..-3.0_f64) {
-            let w = single(&(axis * 10.0_f64.powf(e)));
+            let w = (axis * 10.0_f64.powf(e)).map(f32::lit);
             let miss = (log(&exp(&w).unwrap()) - w).norm();
             prop_assert!(miss <= 1e-6 * w.norm(), "{miss:e}");
         }
 
         #[test]
-        fn exp_in_f32_is_that_of_f64_rounded(axis in unit(), angle in angle()) {
-            let w = single(&(axis * angle));
-            let [a, b] = [exp(&w).unwrap().matrix().map(f64::from), *exp(&double(&w)).unwrap().matrix()];
-            prop_assert!((a - b).amax() < 5e-7, "{}", a - b);
+        fn exp_is_the_closed_form_in_f64_and_in_f32_to_rounding(axis in unit(), angle in angle()) {
+            let w = (axis * angle).map(f32::lit);
+            let reference = *Rotation3::from_scaled_axis(w.map(f64::from)).matrix();
+            let exact = *exp(&w.map(f64::from)).unwrap().matrix();
+            prop_assert!((exact - reference).amax() < 1e-14);
+            prop_assert!((exp(&w).unwrap().matrix().map(f64::from) - exact).amax() < 5e-7);
         }
 
         #[test]
-        fn exp_in_f64_is_the_closed_form(axis in unit(), angle in angle()) {
-            let w = axis * angle;
-            let reference = Rotation3::from_scaled_axis(w);
-            prop_assert!((exp(&w).unwrap().matrix() - reference.matrix()).amax() < 1e-14);
-        }
-
-        #[test]
-        fn nearest_rotation_mends_what_is_nearly_one(axis in unit(), angle in angle(), noise in unit()) {
+        fn nearest_rotation_of_a_disturbed_rotation_is_orthonormal_and_near(
+            axis in unit(), angle in angle(), noise in unit(),
+        ) {
             let r = exp(&(axis * angle)).unwrap();
-            let mended = nearest_rotation(&(r.matrix() + noise * axis.transpose() * 0.05)).unwrap();
-            let defect = mended.matrix().transpose() * mended.matrix() - Matrix3::identity();
+            let nearest = nearest_rotation(&(r.matrix() + noise * axis.transpose() * 0.05)).unwrap();
+            let defect = nearest.matrix().transpose() * nearest.matrix() - Matrix3::identity();
             prop_assert!(defect.amax() < 1e-14);
-            prop_assert!((mended.matrix() - r.matrix()).norm() < 0.1);
+            prop_assert!((nearest.matrix() - r.matrix()).norm() < 0.1);
         }
     }
 
     #[test]
-    fn stays_orthonormal_over_a_million_updates_in_f32() {
+    fn rotation_stays_orthonormal_over_a_million_updates_in_f32() {
         let mut r = Rotation3::<f32>::identity();
         let steps = [[0.3, -0.2, 0.1], [1e-7, 2e-7, -1e-7], [1e-3, 2e-3, 0.0]].map(Vector3::from);
         for _ in 0..333_334 {
@@ -249,12 +238,13 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_is_not_finite_or_no_rotation() {
-        assert_eq!(exp(&Vector3::new(0.0, f32::NAN, 0.0)), None);
-        assert_eq!(exp(&Vector3::new(f32::INFINITY, 0.0, 0.0)), None);
-        assert_eq!(nearest_rotation(&Matrix3::<f32>::zeros()), None);
-        assert_eq!(nearest_rotation(&-Matrix3::<f32>::identity()), None);
-        assert_eq!(nearest_rotation(&Matrix3::<f32>::repeat(f32::NAN)), None);
-        assert_eq!(nearest_rotation(&(Matrix3::<f32>::identity() * 1.2)), None);
+    fn vectors_that_are_not_finite_and_matrices_that_are_no_rotation_are_refused() {
+        for bad in [f32::NAN, f32::INFINITY] {
+            assert_eq!(exp(&Vector3::new(0.0, bad, 0.0)), None);
+        }
+        let identity = Matrix3::<f32>::identity();
+        for m in [Matrix3::zeros(), -identity, Matrix3::repeat(f32::NAN), identity * 1.2] {
+            assert_eq!(nearest_rotation(&m), None);
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! Four correspondences at a time as arrays of four: the compiler vectorises them with baseline instructions.
+//! Four correspondences at a time as arrays, which the compiler vectorises.
 
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -9,11 +9,12 @@ use super::{Lanes, Number};
 pub(crate) struct Quads;
 
 impl Quads {
-    /// Whether the target has baseline vector instructions; without them four lanes exhaust the registers.
+    /// Whether the target has baseline vector instructions; without them four lanes need too many
+    /// registers.
     pub(crate) const SUPPORTED: bool = cfg!(any(target_arch = "x86_64", target_arch = "aarch64"));
 }
 
-/// A number for each of four lanes.
+/// One number for each of four lanes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Quad<T>(pub(crate) [T; 4]);
 
@@ -26,6 +27,7 @@ impl<T: Copy> Quad<T> {
         [Self([a, e, i, m]), Self([b, f, j, n]), Self([c, g, k, o]), Self([d, h, l, p])]
     }
 
+    /// `f` lane by lane.
     #[inline(always)]
     fn zip<U: Copy, V>(self, other: Quad<U>, f: impl Fn(T, U) -> V) -> Quad<V> {
         let ([a, b, c, d], [e, g, h, i]) = (self.0, other.0);
@@ -37,9 +39,8 @@ macro_rules! lane_by_lane {
     ($($operator:ident $method:ident $symbol:tt),*) => {$(
         impl<T: Number> $operator for Quad<T> {
             type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                self.zip(other, |a, b| a $symbol b)
+            inlined! {
+                fn $method(self, other: Self) -> Self { self.zip(other, |a, b| a $symbol b) }
             }
         }
     )*};
@@ -53,70 +54,23 @@ impl<T: Number> Lanes<T> for Quads {
     type Mask = Quad<bool>;
     type Sum = T;
 
-    #[inline(always)]
-    fn splat(self, x: T) -> Quad<T> {
-        Quad([x; 4])
-    }
-
-    #[inline(always)]
-    fn mul_add(self, a: Quad<T>, b: Quad<T>, c: Quad<T>) -> Quad<T> {
-        a * b + c
-    }
-
-    #[inline(always)]
-    fn neg_mul_add(self, a: Quad<T>, b: Quad<T>, c: Quad<T>) -> Quad<T> {
-        c - a * b
-    }
-
-    #[inline(always)]
-    fn ge(self, a: Quad<T>, b: Quad<T>) -> Quad<bool> {
-        a.zip(b, |a, b| a >= b)
-    }
-
-    #[inline(always)]
-    fn lt(self, a: Quad<T>, b: Quad<T>) -> Quad<bool> {
-        a.zip(b, |a, b| a < b)
-    }
-
-    #[inline(always)]
-    fn and(self, a: Quad<bool>, b: Quad<bool>) -> Quad<bool> {
-        a.zip(b, |a, b| a & b)
-    }
-
-    #[inline(always)]
-    fn any(self, _: Quad<bool>) -> bool {
-        true
-    }
-
-    #[inline(always)]
-    fn select(self, mask: Quad<bool>, a: Quad<T>, b: Quad<T>) -> Quad<T> {
-        mask.zip(a.zip(b, |a, b| (a, b)), |mask, (a, b)| if mask { a } else { b })
-    }
-
-    #[inline(always)]
-    fn reduce(self, x: Quad<T>) -> T {
-        let [a, b, c, d] = x.0;
-        a + b + c + d
-    }
-
-    #[inline(always)]
-    fn resume(self, from: T) -> T {
-        from
-    }
-
-    #[inline(always)]
-    fn add(self, sum: &mut T, x: Quad<T>) {
-        let [a, b, c, d] = x.0;
-        *sum = *sum + a + b + c + d;
-    }
-
-    #[inline(always)]
-    fn add_product(self, sum: &mut T, a: Quad<T>, b: Quad<T>) {
-        Lanes::<T>::add(self, sum, a * b);
-    }
-
-    #[inline(always)]
-    fn store(self, sum: T, to: &mut T) {
-        *to = sum;
+    inlined! {
+        fn splat(self, x: T) -> Quad<T> { Quad([x; 4]) }
+        fn ge(self, a: Quad<T>, b: Quad<T>) -> Quad<bool> { a.zip(b, |a, b| a >= b) }
+        fn lt(self, a: Quad<T>, b: Quad<T>) -> Quad<bool> { a.zip(b, |a, b| a < b) }
+        fn and(self, a: Quad<bool>, b: Quad<bool>) -> Quad<bool> { a.zip(b, |a, b| a & b) }
+        fn select(self, mask: Quad<bool>, a: Quad<T>, b: Quad<T>) -> Quad<T> {
+            mask.zip(a.zip(b, |a, b| (a, b)), |mask, (a, b)| if mask { a } else { b })
+        }
+        fn reduce(self, x: Quad<T>) -> T {
+            let [a, b, c, d] = x.0;
+            a + b + c + d
+        }
+        fn resume(self, from: T) -> T { from }
+        fn add(self, sum: &mut T, x: Quad<T>) {
+            let [a, b, c, d] = x.0;
+            *sum = *sum + a + b + c + d;
+        }
+        fn store(self, sum: T, to: &mut T) { *to = sum; }
     }
 }

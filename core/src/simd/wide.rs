@@ -7,7 +7,8 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::Lanes;
 
-/// Runs on the widest lanes of the processor; `None` where `pulp` knows of none: [`super::Single`] is faster there.
+/// Runs `op` on the widest lanes of the processor; `None` where `pulp` knows of none:
+/// [`super::Quads`] or [`super::Single`] is faster there.
 pub(crate) fn dispatch<Op: WithSimd>(op: Op) -> Option<Op::Output> {
     match Arch::new() {
         Arch::Scalar => None,
@@ -17,14 +18,14 @@ pub(crate) fn dispatch<Op: WithSimd>(op: Op) -> Option<Op::Output> {
 
 /// A number type with vector lanes.
 pub(crate) trait Vectorised: super::Number + 'static {
-    /// The lanes of a processor.
+    /// Lanes of the instruction set `S`.
     type Wide<S: Simd>: Lanes<Self>;
-
-    /// The lanes of a processor.
-    fn wide<S: Simd>(simd: S) -> Self::Wide<S>;
 
     /// One vector in memory.
     type Stored<S: Simd>: Copy;
+
+    /// The lanes of an instruction set.
+    fn wide<S: Simd>(simd: S) -> Self::Wide<S>;
 
     /// Splits a column into whole vectors and the remainder.
     fn split<S: Simd>(column: &[Self]) -> (&[Self::Stored<S>], &[Self]);
@@ -37,9 +38,10 @@ macro_rules! operators {
     ($packed:ident: $($operator:ident $method:ident $instruction:ident),*) => {$(
         impl<S: Simd> $operator for $packed<S> {
             type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                Self { values: self.simd.$instruction(self.values, other.values), ..self }
+            inlined! {
+                fn $method(self, other: Self) -> Self {
+                    Self { values: self.simd.$instruction(self.values, other.values), ..self }
+                }
             }
         }
     )*};
@@ -49,11 +51,11 @@ macro_rules! vectorised {
     ($t:ident, $wide:ident, $packed:ident, $values:ident, $masks:ident, $bits:ident, $and_bits:ident, $as_simd:ident,
      $splat:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $mul_add:ident,
      $negate_mul_add:ident, $ge:ident, $lt:ident, $and:ident, $select:ident, $sum:ident) => {
-        /// The lanes of a processor.
+        /// The lanes of an instruction set.
         #[derive(Debug, Clone, Copy)]
         pub(crate) struct $wide<S>(S);
 
-        /// A number per lane.
+        /// One number per lane.
         #[derive(Debug, Clone, Copy)]
         pub(crate) struct $packed<S: Simd> {
             simd: S,
@@ -63,9 +65,8 @@ macro_rules! vectorised {
         operators!($packed: Add add $add, Sub sub $sub, Mul mul $mul, Div div $div);
 
         impl<S: Simd> $wide<S> {
-            #[inline(always)]
-            fn packed(self, values: S::$values) -> $packed<S> {
-                $packed { simd: self.0, values }
+            inlined! {
+                fn packed(self, values: S::$values) -> $packed<S> { $packed { simd: self.0, values } }
             }
         }
 
@@ -75,97 +76,46 @@ macro_rules! vectorised {
             type Mask = S::$masks;
             type Sum = $packed<S>;
 
-            #[inline(always)]
-            fn splat(self, x: $t) -> $packed<S> {
-                self.packed(self.0.$splat(x))
-            }
-
-            #[inline(always)]
-            fn mul_add(self, a: $packed<S>, b: $packed<S>, c: $packed<S>) -> $packed<S> {
-                self.packed(self.0.$mul_add(a.values, b.values, c.values))
-            }
-
-            #[inline(always)]
-            fn neg_mul_add(self, a: $packed<S>, b: $packed<S>, c: $packed<S>) -> $packed<S> {
-                self.packed(self.0.$negate_mul_add(a.values, b.values, c.values))
-            }
-
-            #[inline(always)]
-            fn ge(self, a: $packed<S>, b: $packed<S>) -> S::$masks {
-                self.0.$ge(a.values, b.values)
-            }
-
-            #[inline(always)]
-            fn lt(self, a: $packed<S>, b: $packed<S>) -> S::$masks {
-                self.0.$lt(a.values, b.values)
-            }
-
-            #[inline(always)]
-            fn and(self, a: S::$masks, b: S::$masks) -> S::$masks {
-                self.0.$and(a, b)
-            }
-
-            #[inline(always)]
-            fn any(self, _: S::$masks) -> bool {
-                true
-            }
-
-            #[inline(always)]
-            fn select(self, mask: S::$masks, a: $packed<S>, b: $packed<S>) -> $packed<S> {
-                self.packed(self.0.$select(mask, a.values, b.values))
-            }
-
-            #[inline(always)]
-            fn keep(self, mask: S::$masks, a: $packed<S>) -> $packed<S> {
-                let bits = cast::<S::$masks, S::$bits>(mask);
-                let values = cast::<S::$values, S::$bits>(a.values);
-                self.packed(cast(self.0.$and_bits(bits, values)))
-            }
-
-            #[inline(always)]
-            fn reduce(self, x: $packed<S>) -> $t {
-                self.0.$sum(x.values)
-            }
-
-            #[inline(always)]
-            fn resume(self, _: $t) -> $packed<S> {
-                self.splat(0.0)
-            }
-
-            #[inline(always)]
-            fn add(self, sum: &mut $packed<S>, x: $packed<S>) {
-                *sum = *sum + x;
-            }
-
-            #[inline(always)]
-            fn add_product(self, sum: &mut $packed<S>, a: $packed<S>, b: $packed<S>) {
-                *sum = self.mul_add(a, b, *sum);
-            }
-
-            #[inline(always)]
-            fn store(self, sum: $packed<S>, to: &mut $t) {
-                *to += self.reduce(sum);
+            inlined! {
+                fn splat(self, x: $t) -> $packed<S> { self.packed(self.0.$splat(x)) }
+                fn mul_add(self, a: $packed<S>, b: $packed<S>, c: $packed<S>) -> $packed<S> {
+                    self.packed(self.0.$mul_add(a.values, b.values, c.values))
+                }
+                fn neg_mul_add(self, a: $packed<S>, b: $packed<S>, c: $packed<S>) -> $packed<S> {
+                    self.packed(self.0.$negate_mul_add(a.values, b.values, c.values))
+                }
+                fn ge(self, a: $packed<S>, b: $packed<S>) -> S::$masks { self.0.$ge(a.values, b.values) }
+                fn lt(self, a: $packed<S>, b: $packed<S>) -> S::$masks { self.0.$lt(a.values, b.values) }
+                fn and(self, a: S::$masks, b: S::$masks) -> S::$masks { self.0.$and(a, b) }
+                fn select(self, mask: S::$masks, a: $packed<S>, b: $packed<S>) -> $packed<S> {
+                    self.packed(self.0.$select(mask, a.values, b.values))
+                }
+                fn keep(self, mask: S::$masks, a: $packed<S>) -> $packed<S> {
+                    let bits = cast::<S::$masks, S::$bits>(mask);
+                    let values = cast::<S::$values, S::$bits>(a.values);
+                    self.packed(cast(self.0.$and_bits(bits, values)))
+                }
+                fn reduce(self, x: $packed<S>) -> $t { self.0.$sum(x.values) }
+                // The lanes start at 0; `store` adds their total to the number that they continue.
+                fn resume(self, _: $t) -> $packed<S> { self.splat(0.0) }
+                fn add(self, sum: &mut $packed<S>, x: $packed<S>) { *sum = *sum + x; }
+                fn add_product(self, sum: &mut $packed<S>, a: $packed<S>, b: $packed<S>) {
+                    *sum = self.mul_add(a, b, *sum);
+                }
+                fn store(self, sum: $packed<S>, to: &mut $t) { *to += self.reduce(sum); }
             }
         }
 
         impl Vectorised for $t {
             type Wide<S: Simd> = $wide<S>;
-
-            #[inline(always)]
-            fn wide<S: Simd>(simd: S) -> $wide<S> {
-                $wide(simd)
-            }
-
             type Stored<S: Simd> = S::$values;
 
-            #[inline(always)]
-            fn split<S: Simd>(column: &[$t]) -> (&[S::$values], &[$t]) {
-                S::$as_simd(column)
-            }
-
-            #[inline(always)]
-            fn load<S: Simd>(simd: S, stored: &S::$values) -> $packed<S> {
-                $packed { simd, values: *stored }
+            inlined! {
+                fn wide<S: Simd>(simd: S) -> $wide<S> { $wide(simd) }
+                fn split<S: Simd>(column: &[$t]) -> (&[S::$values], &[$t]) { S::$as_simd(column) }
+                fn load<S: Simd>(simd: S, stored: &S::$values) -> $packed<S> {
+                    $packed { simd, values: *stored }
+                }
             }
         }
     };

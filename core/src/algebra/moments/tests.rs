@@ -1,11 +1,11 @@
-//! The sums against the matches one by one.
+//! The sums against sums over the matches one by one.
 
 extern crate std;
 
 use super::super::change_frame::split;
 use super::*;
 use crate::geometry::rectification::tests::pose;
-use crate::paper::residual::RectifiedPair;
+use core::ops::Range;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -17,12 +17,7 @@ const FOCAL: f64 = 1400.0;
 type Match<T> = (T, Vector3<T>, Vector3<T>);
 
 /// `n` matches with these disparities, px, and `noise_px` uniform noise on every coordinate.
-fn scene(
-    n: usize,
-    disparity_px: core::ops::Range<f64>,
-    noise_px: f64,
-    seed: u64,
-) -> Vec<Match<f64>> {
+fn scene(n: usize, disparity_px: Range<f64>, noise_px: f64, seed: u64) -> Vec<Match<f64>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut one = || {
         let mut within = |limit: f64| rng.random_range(-limit..=limit);
@@ -47,24 +42,23 @@ fn sums<T: Scalar>(scene: &[Match<T>]) -> Moments<T> {
     sums
 }
 
+type Pose = RectifyingRotations<f64>;
+
+/// The pose whose rectified frame most tests use.
+fn frame() -> Pose {
+    pose([0.05, -0.08, 0.03], [0.1, -0.06])
+}
+
 /// The same rays in the rectified frame of another pose.
-fn seen_from(
-    scene: &[Match<f64>],
-    frame: &RectifyingRotations<f64>,
-    pose: &RectifyingRotations<f64>,
-) -> Vec<Match<f64>> {
+fn seen_from(scene: &[Match<f64>], frame: &Pose, pose: &Pose) -> Vec<Match<f64>> {
     let left = pose.left() * frame.left().inverse();
     let right = pose.right() * frame.right().inverse();
     scene.iter().map(|(w, a, b)| (*w, left * a, right * b)).collect()
 }
 
-/// `w C^2` over the matches one by one, its slope and information by central differences.
-fn direct(
-    scene: &[Match<f64>],
-    frame: &RectifyingRotations<f64>,
-    pose: &RectifyingRotations<f64>,
-) -> NormalEquations<f64> {
-    let constraints = |pose: &RectifyingRotations<f64>| -> Vec<f64> {
+/// Normal equations of `w C^2` over the matches one by one, derivatives by central differences.
+fn direct(scene: &[Match<f64>], frame: &Pose, pose: &Pose) -> NormalEquations<f64> {
+    let constraints = |pose: &Pose| -> Vec<f64> {
         let seen = seen_from(scene, frame, pose);
         seen.iter().map(|(_, a, b)| b.dot(&Vector3::x().cross(a))).collect()
     };
@@ -84,93 +78,48 @@ fn direct(
     sum
 }
 
-/// Largest difference of information and slope, in shares of what the matches can make of them.
+/// Largest differences of information and gradient, scaled to unit diagonal of the information.
 fn gap<T: Scalar>(a: &NormalEquations<T>, b: &NormalEquations<f64>) -> [f64; 2] {
     let exact = b.information.matrix();
     let scale = exact.diagonal().map(|h| 1.0 / h.sqrt());
     let information = a.information.matrix().map(T::to_f64) - exact;
     let information = information.component_mul(&(scale * scale.transpose())).amax();
-    let slope = (a.gradient.map(T::to_f64) - b.gradient).component_mul(&scale).amax();
-    [information, slope]
+    let gradient = (a.gradient.map(T::to_f64) - b.gradient).component_mul(&scale).amax();
+    [information, gradient]
 }
 
 #[test]
-fn information_and_slope_at_any_pose_are_those_of_the_matches_one_by_one() {
-    let frame = pose([0.05, -0.08, 0.03], [0.1, -0.06]);
+fn normal_equations_at_any_pose_match_the_sum_over_the_matches() {
+    let frame = frame();
     let scene = scene(60, 5.0..300.0, 0.5, 1);
     let sums = sums(&scene);
     for step in [0.0, 1e-4, 0.01, -0.1, 0.3] {
         let step = Vector5::new(1.0, -0.7, 0.4, 0.9, -0.5) * step;
         let pose = frame.stepped_by(&step).unwrap();
-        let [information, slope] =
+        let [information, gradient] =
             gap(&sums.at_pose(&frame, &pose), &direct(&scene, &frame, &pose));
-        // In standard deviations; those of the residuals here are up to 1e3.
-        assert!(information < 1e-8 && slope < 1e-6, "{step} {information:e} {slope:e}");
+        // In standard deviations; the residuals here are up to 1e3.
+        assert!(information < 1e-8 && gradient < 1e-6, "{step} {information:e} {gradient:e}");
     }
 }
 
 #[test]
-fn the_slope_is_half_of_what_the_cost_falls_by() {
-    let frame = pose([0.02, 0.01, -0.03], [0.05, 0.02]);
-    let scene = scene(40, 5.0..300.0, 0.5, 2);
-    let at = frame.stepped_by(&Vector5::new(0.01, 0.02, -0.01, 0.03, 0.02)).unwrap();
-    let gradient = sums(&scene).at_pose(&frame, &at).gradient;
-    let cost = |pose: &RectifyingRotations<f64>| -> f64 {
-        let seen = seen_from(&scene, &frame, pose);
-        seen.iter().map(|(w, a, b)| w * b.dot(&Vector3::x().cross(a)).powi(2)).sum()
-    };
-    for (i, slope) in gradient.iter().enumerate() {
-        let moved = |h: f64| cost(&at.stepped_by(&(Vector5::ith(i, h))).unwrap());
-        let numeric = (moved(1e-6) - moved(-1e-6)) / 2e-6;
-        assert!((2.0 * slope / numeric - 1.0).abs() < 1e-6, "{i}: {slope} {numeric}");
-    }
-}
-
-#[test]
-fn at_the_frame_they_are_those_of_the_general_formula_and_of_sights() {
-    let frame = pose([0.05, -0.08, 0.03], [0.1, -0.06]);
-    let mut rng = ChaCha8Rng::seed_from_u64(7);
-    let mut sums = Moments::ZERO;
-    let mut rows = NormalEquations::ZERO;
-    for _ in 0..60 {
-        let mut ray = || [rng.random_range(-0.6..0.6), rng.random_range(-0.4..0.4)];
-        let pair = crate::RayPair::try_new(ray(), ray()).unwrap();
-        let sight = RectifiedPair::of(&frame, &pair).unwrap();
-        let [left, right] =
-            [&sight.left, &sight.right].map(|view| Vector3::new(view.u, view.v, 1.0));
-        add(&mut sums, 2.5, split(&(right * left.transpose())));
-        // Without what the slope of the depths does to the row: the moments hold depths as they are.
-        let (a, b) = (&sight.left, &sight.right);
-        let row = sight.row(frame.gauge_slope());
-        assert!((a.v - b.v - row.offset).abs() < 1e-15);
-        let split = [-(a.v * b.v + 1.0), a.u * b.v, a.u];
-        let [pitch, yaw, roll] = split;
-        rows.add_row(2.5, row.offset, &[pitch, yaw, roll, a.u * b.v - a.v * b.u, a.u - b.u]);
-    }
-    let at_frame = sums.at_frame();
-    let [information, slope] = gap(&at_frame, &sums.at_pose(&frame, &frame));
-    assert!(information < 1e-14 && slope < 1e-13, "{information:e} {slope:e}");
-    let [information, slope] = gap(&at_frame, &rows);
-    assert!(information < 1e-14 && slope < 1e-13, "{information:e} {slope:e}");
-}
-
-#[test]
-fn turned_sums_are_those_of_turned_rays() {
-    let from = pose([0.05, -0.08, 0.03], [0.1, -0.06]);
+fn sums_after_a_change_of_frame_are_those_of_the_rotated_rays() {
+    let from = frame();
     let to = pose([-0.1, 0.04, 0.12], [-0.2, 0.15]);
     let scene = scene(60, 1.0..300.0, 0.5, 3);
     let mut turned = sums(&scene);
     turned.change_frame(&from, &to);
     let anew = sums(&seen_from(&scene, &from, &to));
     let size = anew.products.0.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    let worst = turned.products.0.iter().zip(&anew.products.0);
-    let worst = worst.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+    let gaps = turned.products.0.iter().zip(&anew.products.0).map(|(a, b)| (a - b).abs());
+    let worst = gaps.fold(0.0, f64::max);
     assert!(worst < 1e-13 * size, "{worst:e} {size:e}");
 }
 
 #[test]
-fn adding_sums_is_summing_over_all_matches() {
-    let frame = pose([0.05, -0.08, 0.03], [0.1, -0.06]);
+fn added_sums_are_the_sums_over_all_matches() {
+    let frame = frame();
     let all = scene(60, 1.0..300.0, 0.5, 4);
     let (some, rest) = all.split_at(23);
     let mut added = sums(some);
@@ -178,37 +127,36 @@ fn adding_sums_is_summing_over_all_matches() {
     let mut other = sums(rest);
     other.set_gradient(&Vector5::new(30.0, 20.0, 10.0, 5.0, 1.0));
     added.add(&other);
-    let [information, _] = gap(&added.at_pose(&frame, &frame), &direct(&all, &frame, &frame));
+    let joint = added.at_pose(&frame, &frame);
+    let [information, _] = gap(&joint, &direct(&all, &frame, &frame));
     assert!(information < 1e-8, "{information:e}");
-    let gradient = added.at_pose(&frame, &frame).gradient;
     let expected = Vector5::new(31.0, 22.0, 13.0, 9.0, 6.0);
-    assert!((gradient - expected).amax() < 1e-6, "{gradient}");
+    assert!((joint.gradient - expected).amax() < 1e-6, "{}", joint.gradient);
 }
 
 #[test]
-fn a_slope_that_was_set_is_read_back_and_keeps_its_distance_elsewhere() {
-    let frame = pose([0.05, -0.08, 0.03], [0.1, -0.06]);
+fn a_gradient_that_is_set_holds_at_the_frame_and_shifts_all_others_alike() {
+    let frame = frame();
     let mut moments = sums(&scene(60, 1.0..300.0, 0.5, 5));
     let plain = moments;
     let set = Vector5::new(1e3, -2e3, 3e3, -40.0, 50.0);
     moments.set_gradient(&set);
     let got = moments.at_pose(&frame, &frame).gradient;
     assert!((got - set).amax() < 1e-8, "{got}");
-    let shift = got - plain.at_pose(&frame, &frame).gradient;
-    let pose = frame.stepped_by(&Vector5::repeat(0.02)).unwrap();
-    let there = moments.at_pose(&frame, &pose).gradient - plain.at_pose(&frame, &pose).gradient;
-    assert!((there - shift).amax() < 1e-8 * shift.amax());
-    // Set again, it is not set on top.
+    let shift =
+        |pose: &Pose| moments.at_pose(&frame, pose).gradient - plain.at_pose(&frame, pose).gradient;
+    let (here, there) = (shift(&frame), shift(&frame.stepped_by(&Vector5::repeat(0.02)).unwrap()));
+    assert!((there - here).amax() < 1e-8 * here.amax());
+    // Setting it again replaces it.
     moments.set_gradient(&set);
     assert!((moments.at_pose(&frame, &frame).gradient - got).amax() < 1e-8);
 }
 
 #[test]
-fn f32_is_f64_to_a_thousandth_of_a_deviation_where_disparities_are_1_px() {
-    let frame = pose([0.0; 3], [0.0; 2]);
+fn f32_matches_f64_to_a_thousandth_of_a_standard_deviation_at_disparities_of_1_px() {
+    let frame = Pose::SIDE_BY_SIDE;
     let cut = |v: Vector3<f64>| v.map(f32::lit);
-    // Poses both can hold.
-    let single = |pose: &RectifyingRotations<f64>| {
+    let single = |pose: &Pose| {
         let e = pose.extrinsics().unwrap();
         let t = cut(e.translation().into_inner());
         let e = crate::Extrinsics::try_new(&e.rotation().matrix().map(f32::lit), &t).unwrap();
@@ -216,40 +164,33 @@ fn f32_is_f64_to_a_thousandth_of_a_deviation_where_disparities_are_1_px() {
     };
     let mut worst = [0.0_f64; 2];
     for seed in 0..20 {
-        let far: Vec<Match<f32>> = scene(256, 0.9..1.1, 0.3, seed)
-            .iter()
-            .map(|(w, a, b)| (f32::lit(*w), cut(*a), cut(*b)))
-            .collect();
-        let same: Vec<Match<f64>> = far
-            .iter()
-            .map(|(w, a, b)| (f64::from(*w), a.map(f64::from), b.map(f64::from)))
-            .collect();
-        // Half a degree: the row offsets of this pose are of the size of a mounted rig's.
+        let far = scene(256, 0.9..1.1, 0.3, seed);
+        let far: Vec<_> = far.iter().map(|(w, a, b)| (f32::lit(*w), cut(*a), cut(*b))).collect();
+        let exact = far.iter().map(|(w, a, b)| (f64::from(*w), a.map(f64::from), b.map(f64::from)));
+        let exact = sums(&exact.collect::<Vec<_>>());
         let at = frame.stepped_by(&Vector5::new(1.0, -1.0, 1.0, 1.0, -1.0).scale(1e-4)).unwrap();
         let got = sums(&far).at_pose(&single(&frame), &single(&at));
-        let exact = sums(&same).at_pose(&frame, &at);
-        let [information, slope] = gap(&got, &exact);
-        worst = [worst[0].max(information), worst[1].max(slope)];
+        let [information, gradient] = gap(&got, &exact.at_pose(&frame, &at));
+        worst = [worst[0].max(information), worst[1].max(gradient)];
     }
-    std::println!("information {:e}, slope {:e}", worst[0], worst[1]);
     assert!(worst[0] < 1e-4 && worst[1] < 1e-3, "{worst:?}");
 }
 
 #[test]
-fn at_infinity_disparities_are_noise_and_say_nothing_of_the_baseline() {
+fn the_baseline_is_not_observable_at_infinity_and_is_from_disparities_above_noise_and_yaw() {
     // Uniform noise of +-0.5 px.
     let variance = 1.0 / 12.0 / FOCAL / FOCAL;
-    let speaks = |disparity: core::ops::Range<f64>, seed| {
+    let observable = |disparity: Range<f64>, seed| {
         sums(&scene(200, disparity, 0.5, seed)).baseline_observable(variance)
     };
-    assert_eq!((0..1000).filter(|&seed| speaks(0.0..1e-9, seed)).count(), 0);
-    assert!((0..100).all(|seed| speaks(20.0..200.0, seed)));
-    // All alike, but more than an error of yaw could be.
-    assert!((0..100).all(|seed| speaks(50.0..50.1, seed)));
+    assert!(!(0..1000).any(|seed| observable(0.0..1e-9, seed)));
+    assert!((0..100).all(|seed| observable(20.0..200.0, seed)));
+    // All alike, but larger than an error of yaw.
+    assert!((0..100).all(|seed| observable(50.0..50.1, seed)));
 }
 
 #[test]
-fn a_sum_that_is_no_number_says_nothing_of_the_baseline() {
+fn the_baseline_is_not_observable_from_a_sum_that_is_nan() {
     let mut broken = sums(&scene(20, 20.0..200.0, 0.5, 6));
     assert!(broken.baseline_observable(1e-8));
     broken.products.0[CY_CY] = f64::NAN;
@@ -257,8 +198,9 @@ fn a_sum_that_is_no_number_says_nothing_of_the_baseline() {
 }
 
 #[test]
-fn at_the_frame_each_of_the_twenty_expressions_matches_central_differences() {
-    let frame = pose([0.05, -0.08, 0.03], [0.1, -0.06]);
+fn each_of_the_twenty_expressions_at_the_frame_matches_central_differences_and_the_general_formula()
+{
+    let frame = frame();
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     // Rays that do not correspond: no expression is small.
     let mut one = || {
@@ -267,13 +209,12 @@ fn at_the_frame_each_of_the_twenty_expressions_matches_central_differences() {
         (1.0, a, b)
     };
     let scene: Vec<Match<f64>> = (0..9).map(|_| one()).collect();
-    let (ours, numeric) = (sums(&scene).at_frame(), direct(&scene, &frame, &frame));
-    for (k, (ours, numeric)) in
-        ours.information.0.0.iter().zip(&numeric.information.0.0).enumerate()
-    {
-        assert!((ours - numeric).abs() < 1e-10, "information {k}: {ours} {numeric}");
+    let sums = sums(&scene);
+    let all = |n: NormalEquations<f64>| n.information.0.0.into_iter().chain(n.gradient.data.0[0]);
+    let numeric = all(direct(&scene, &frame, &frame));
+    for (k, (ours, numeric)) in all(sums.at_frame()).zip(numeric).enumerate() {
+        assert!((ours - numeric).abs() < 1e-10, "expression {k}: {ours} {numeric}");
     }
-    for (k, (ours, numeric)) in ours.gradient.iter().zip(numeric.gradient.iter()).enumerate() {
-        assert!((ours - numeric).abs() < 1e-10, "slope {k}: {ours} {numeric}");
-    }
+    let [information, gradient] = gap(&sums.at_frame(), &sums.at_pose(&frame, &frame));
+    assert!(information < 1e-14 && gradient < 1e-13, "{information:e} {gradient:e}");
 }
