@@ -221,7 +221,7 @@ impl<T: Scalar> PairSolver<T> {
     }
 
     /// Residual variance that the loss assumes, px^2.
-    fn variance(&self) -> T {
+    pub(super) fn variance(&self) -> T {
         match self.schedule {
             Schedule::Anneal(scale) => scale * scale,
             Schedule::Track(_) | Schedule::Polish => self.iterate.noise * self.iterate.noise,
