@@ -1,5 +1,5 @@
-//! Detection of repeated scenes: a vehicle that stands sends the same matches for minutes, outliers included. They are
-//! one measurement, however often they come.
+//! Detection of repeated scenes (`ESTIMATOR.md`, section 13): a standing vehicle sends the same matches for minutes,
+//! outliers included. All of them are one measurement.
 
 use crate::batch::correspondence::RayPair;
 use crate::codec::{Reader, Writer};
@@ -29,13 +29,13 @@ impl RepeatedScene {
         self.remembered.clear();
         let stride = pairs.len().div_ceil(REMEMBERED).max(1);
         for pair in pairs.iter().step_by(stride) {
-            // Never full, by the stride.
+            // The stride leaves room for all.
             let _ = self.remembered.push(coordinates(pair, scale));
         }
         repeated
     }
 
-    /// Remembered correspondences that a batch contains.
+    /// Number of remembered correspondences that a batch contains.
     fn seen_again<T: Scalar>(&self, pairs: &[RayPair<T>], scale: T) -> u32 {
         if self.remembered.is_empty() {
             return 0;
@@ -86,14 +86,14 @@ impl RepeatedScene {
     }
 }
 
-/// Sets of remembered correspondences (a bit each) by their first coordinate: 16 buckets of 8 px, periodic.
+/// Sets of remembered correspondences, one bit each, by first coordinate: 16 buckets of 8 px, periodic.
 struct Buckets([u32; 16]);
 
 impl Buckets {
     fn of(remembered: &[[u16; 3]]) -> Self {
         let mut buckets = Self([0; 16]);
         for ([first, ..], place) in remembered.iter().zip(0_u32..) {
-            // Both ends of the tolerance: a bucket is wider.
+            // Both ends of the tolerance, which is narrower than a bucket.
             for end in [first.saturating_sub(SAME_STEPS), first.saturating_add(SAME_STEPS)] {
                 if let Some(bucket) = buckets.0.get_mut(Self::of_coordinate(end)) {
                     *bucket |= 1_u32.checked_shl(place).unwrap_or(0);
@@ -113,13 +113,16 @@ impl Buckets {
     }
 }
 
-/// Left column, left row and right column, in steps from a corner beyond any image; the right row is nearly the left one.
+/// Left column, left row and right column, in steps from a corner beyond any image; the right row is nearly the left
+/// one.
 fn coordinates<T: Scalar>(pair: &RayPair<T>, scale: T) -> [u16; 3] {
     let ([a, b], [c, _]) = (pair.left(), pair.right());
     [a, b, c].map(|x| steps(x, scale))
 }
 
-/// * `scale`: steps at unit depth.
+/// Coordinate in steps.
+///
+/// * `scale`: steps per unit depth.
 fn steps<T: Scalar>(x: T, scale: T) -> u16 {
     (x * scale + T::lit(32_768.0)).to_u16()
 }

@@ -1,4 +1,6 @@
-//! Loss functions and the expected variance of a residual: noise of the matcher and the grid it rounds to.
+//! Loss functions and expected variance of a residual (`ESTIMATOR.md`, section 5).
+//!
+//! The variance is that of the matcher's noise plus that of rounding to its grid. To change the loss, change this file.
 
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
@@ -21,7 +23,7 @@ pub(super) fn tukey<T: Scalar, L: Lanes<T>>(lanes: L, x: L::Value) -> L::Value {
     root * root
 }
 
-/// Expected variance of a whitened residual, px^2 of one coordinate.
+/// Expected variance of a whitened residual `r = f C / sqrt V`, px^2 of one coordinate.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ResidualVariance<V> {
     /// Noise and rounding together, px^2.
@@ -33,8 +35,10 @@ pub(super) struct ResidualVariance<V> {
 }
 
 impl<V: Value> ResidualVariance<V> {
+    /// Variance of residuals with a given noise and grid.
+    ///
     /// * `noise_squared`: variance before rounding, px^2.
-    /// * `grid_step`: `q`, px.
+    /// * `grid_step`: `q`, px; 0 for a matcher that does not round.
     #[inline(always)]
     pub(super) fn of<T: Scalar, L: Lanes<T, Value = V>>(
         lanes: L,
@@ -49,7 +53,7 @@ impl<V: Value> ResidualVariance<V> {
         Self { variance, of_grid, unit_squared }
     }
 
-    /// Whether a residual is within so many units.
+    /// Whether a residual is within `units` of the loss.
     ///
     /// * `squared`: squared residual, px^2.
     #[inline(always)]
@@ -85,7 +89,7 @@ impl<V: Value> ResidualVariance<V> {
     #[inline(always)]
     pub(super) fn tukey<T: Scalar, L: Lanes<T, Value = V>>(&self, lanes: L, squared: V) -> V {
         let limit = self.limit_squared(lanes);
-        // One division for both quotients: the slowest instruction of a controller.
+        // One division for both quotients: division is the slowest instruction of a controller.
         let inverse = lanes.splat(T::ONE) / (limit * self.variance);
         tukey(lanes, squared * (inverse * self.variance)) * (inverse * limit)
     }
@@ -123,7 +127,7 @@ mod tests {
         );
         assert!(!spread.is_within(Single, 2.0, f64::NAN));
         let share = |r: f64| spread.tukey(Single, r * r) * spread.variance;
-        // One whole step off still counts, past Tukey's limit nothing does.
+        // A residual of one grid step keeps most of its weight; one beyond the limit has none.
         assert!(share(1.0) > 0.7 && (share(0.0) - 1.0).abs() < 1e-15);
         assert_eq!(share(0.6 * TUKEY + 1e-9), 0.0);
         assert!(share(0.6 * TUKEY - 0.1) > 0.0);
