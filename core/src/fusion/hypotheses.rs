@@ -168,8 +168,9 @@ impl<T: Scalar> Hypotheses<T> {
 
     /// Fuses an associated pair.
     ///
-    /// # Errors [`Refusal`]; the champion is unchanged. The pair counts against the hypothesis that it supports, and
-    /// against those that rejected it; a challenger may be dropped.
+    /// # Errors
+    /// [`Refusal`]; the champion is unchanged. The pair counts against the hypothesis that it supports, and against
+    /// those that rejected it; a challenger may be dropped.
     pub(super) fn fuse(
         &mut self,
         result: &AssociationResult<'_, T>,

@@ -180,7 +180,8 @@ impl<T: Scalar> HuberSolver<T> {
 
     /// Takes the pass of the evaluation at the pose reached, and reports.
     ///
-    /// # Errors [`PairError::NoConsensus`] if too few correspondences are within the Huber threshold,
+    /// # Errors
+    /// [`PairError::NoConsensus`] if too few correspondences are within the Huber threshold,
     /// [`PairError::Unobservable`] if they leave a direction free, or the baseline has turned towards an optical axis.
     #[inline(never)]
     pub fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, PairError> {
