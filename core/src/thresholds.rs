@@ -67,13 +67,11 @@ pub(crate) const SLOW_ANNEALING: f64 = 0.7;
 /// twice the size. Larger costs time; smaller loses small batches.
 pub(crate) const FEW: usize = 128;
 
-/// Scale from which on Tukey at the noise takes over. Larger starts that far from the optimum;
-/// smaller spends passes.
+/// Scale from which on Tukey at the noise takes over. Larger starts that far from the optimum; smaller spends passes.
 pub(crate) const LAST_SCALE_PX: f64 = 7.5;
 
-/// Noise of a coordinate at the start of a search, and limit of that at a found pose: among
-/// outliers the estimate grows. Larger takes outliers for a consensus; smaller refuses poor
-/// matchers.
+/// Noise of a coordinate at the start of a search, and limit of that at a found pose: among outliers the estimate
+/// grows. Larger takes outliers for a consensus; smaller refuses poor matchers.
 pub(crate) const FIRST_NOISE_PX: f64 = 1.5;
 
 /// Largest noise of a coordinate. Larger widens the loss without end among outliers; smaller takes
@@ -143,9 +141,8 @@ pub(crate) const SETTLED: f64 = 0.05;
 /// raises the bound; smaller cuts a pair short.
 pub(crate) const SPARE_PASSES: u16 = 8;
 
-/// At a pose found from afar: near residuals over those beside (outliers alone show 1), their
-/// excess in deviations of chance, and their part of the usable ones. Larger refuses pairs full of
-/// outliers; smaller accepts a local optimum.
+/// At a pose found from afar: near residuals over those beside (outliers alone show 1), their excess in deviations of
+/// chance, and their part of the usable ones. Larger refuses pairs full of outliers; smaller accepts a local optimum.
 pub(crate) const FOUND_PEAK: f64 = 2.0;
 pub(crate) const FOUND_PEAK_DEVIATIONS: f64 = 3.0;
 pub(crate) const FOUND_NEAR: f64 = 0.15;
@@ -198,8 +195,7 @@ pub(crate) const AVERAGED_PAIRS: u32 = 50;
 /// pairs; smaller waits in far scenes.
 pub(crate) const MAX_LOCKED_SD_RAD: f64 = 0.12;
 
-/// Factor per pair of a followed drift in the covariance. Larger reports it longer; smaller is
-/// overtaken by it.
+/// Factor per pair of a followed drift in the covariance. Larger reports it longer; smaller is overtaken by it.
 pub(crate) const DRIFT_DECAY: f64 = 0.9;
 
 /// Steps to the optimum of all sums, each of which squares the error of the linearisation, and the
@@ -218,17 +214,15 @@ pub(crate) const MAX_FAILED: u16 = 2;
 /// factory extrinsics. Larger reports it later; smaller reports garbage as lost.
 pub(crate) const LOST_AFTER: u16 = 10;
 
-/// Row offset from which on the truncated cost is 1. Larger lets outliers in; smaller compares
-/// noise.
+/// Row offset from which on the truncated cost is 1. Larger lets outliers in; smaller compares noise.
 pub(crate) const TRUNCATED_PX: f64 = 2.0;
 
 /// Mean truncated cost (0 to 1) by which a new pose must be better than the challenger's. Larger
 /// keeps a false challenger; smaller swaps by chance.
 pub(crate) const CLEARLY_BETTER: f64 = 0.04;
 
-/// Factors per pair of the short and of the long window (about 10 and 50 pairs), and pairs that the
-/// short one counts as when it replaces older ones. Larger sees small changes later; smaller
-/// forgets.
+/// Factors per pair of the short and of the long window (about 10 and 50 pairs), and pairs that the short one counts as
+/// when it replaces older ones. Larger sees small changes later; smaller forgets.
 pub(crate) const SHORT_DECAY: f64 = 0.9;
 pub(crate) const LONG_DECAY: f64 = 0.98;
 pub(crate) const SHORT_PAIRS: u32 = 10;
@@ -275,8 +269,7 @@ pub(crate) const SAME_SHARE: f64 = 0.3;
 /// Larger applies biased estimates; smaller refuses healthy ones (below 2.3).
 pub(crate) const MAX_DISAGREEMENT: [f64; 2] = [3.0, 5.0];
 
-/// Huber thresholds to a screened row offset. Larger lets outliers into the RMS; smaller hides a
-/// bad calibration.
+/// Huber thresholds to a screened row offset. Larger lets outliers into the RMS; smaller hides a bad calibration.
 pub(crate) const SCREEN: f64 = 3.0;
 
 /// RMS row offset from which on a matcher that searches along rows misses. Larger arms a misaligned

@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_that_has_moved_is_another_and_so_is_one_that_is_no_longer_there() {
+    fn a_scene_that_has_moved_or_changed_is_another() {
         let seen = scene(256, 2);
         let mut repeated_scene = RepeatedScene::NEW;
         for k in 0..20_u8 {
@@ -189,19 +189,21 @@ mod tests {
         }
     }
 
+    /// Whether one batch after another is taken for the same scene.
+    fn repeats(first: &[[f32; 4]], second: &[RayPair<f32>]) -> bool {
+        let mut repeated_scene = RepeatedScene::NEW;
+        repeated_scene.replace(&rays(first, 0.0, 0.0, 0), FOCAL);
+        repeated_scene.replace(second, FOCAL)
+    }
+
     #[test]
     fn half_of_the_matches_seen_again_is_the_same_scene_and_a_fifth_is_another() {
-        let old = scene(200, 4);
+        let (old, new) = (scene(200, 4), scene(200, 5));
         let again_with = |kept: usize| {
-            let mut repeated_scene = RepeatedScene::NEW;
-            repeated_scene.replace(&rays(&old, 0.0, 0.0, 0), FOCAL);
-            let mut new = scene(200, 5);
-            for (i, (new, old)) in new.iter_mut().zip(&old).enumerate() {
-                if i % 10 < kept {
-                    *new = *old;
-                }
-            }
-            repeated_scene.replace(&rays(&new, 0.0, 0.5, 1), FOCAL)
+            let matches = old.iter().zip(&new).enumerate();
+            let mixed: Vec<_> =
+                matches.map(|(i, (old, new))| if i % 10 < kept { *old } else { *new }).collect();
+            repeats(&old, &rays(&mixed, 0.0, 0.5, 1))
         };
         assert!(again_with(5));
         assert!(!again_with(2));
@@ -219,14 +221,12 @@ mod tests {
     }
 
     #[test]
-    fn it_is_found_again_on_the_other_side_of_the_edge_of_a_bucket() {
+    fn a_match_across_the_edge_of_a_bucket_is_seen_again() {
         for (side, shift) in [(0.1, -0.5), (-0.1, 0.5)] {
             let at_edges = |k: u8| (8.0 * f32::from(k) + side) / FOCAL;
-            let seen: Vec<_> =
-                (0..40).map(|k| [at_edges(k), 0.1, at_edges(k) - 0.05, 0.1]).collect();
-            let mut repeated_scene = RepeatedScene::NEW;
-            repeated_scene.replace(&rays(&seen, 0.0, 0.0, 0), FOCAL);
-            assert!(repeated_scene.replace(&rays(&seen, shift, 0.0, 0), FOCAL), "{shift}");
+            let seen = |k| [at_edges(k), 0.1, at_edges(k) - 0.05, 0.1];
+            let seen: Vec<_> = (0..40).map(seen).collect();
+            assert!(repeats(&seen, &rays(&seen, shift, 0.0, 0)), "{shift}");
         }
     }
 

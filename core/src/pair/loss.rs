@@ -102,9 +102,9 @@ mod tests {
 
     #[test]
     fn variance_is_that_of_the_noise_and_of_the_rounding() {
-        let spread = ResidualVariance::of(Single, 0.09_f64, 2.0);
-        assert!((spread.variance - (0.09 + 4.0 / 12.0)).abs() < 1e-15);
-        assert!((spread.of_grid - 4.0 / 12.0).abs() < 1e-15);
+        let expected = ResidualVariance::of(Single, 0.09_f64, 2.0);
+        assert!((expected.variance - (0.09 + 4.0 / 12.0)).abs() < 1e-15);
+        assert!((expected.of_grid - 4.0 / 12.0).abs() < 1e-15);
         let continuous = ResidualVariance::of(Single, 0.09_f64, 0.0);
         assert_eq!((continuous.variance, continuous.of_grid), (0.09, 0.0));
         assert_eq!(continuous.unit_squared, 0.09);
@@ -120,13 +120,11 @@ mod tests {
 
     #[test]
     fn residuals_are_measured_in_units() {
-        let spread = ResidualVariance::of(Single, 0.04_f64, 1.0);
-        assert!(
-            spread.is_within(Single, 2.0, 1.199_f64.powi(2))
-                && !spread.is_within(Single, 2.0, 1.201_f64.powi(2))
-        );
-        assert!(!spread.is_within(Single, 2.0, f64::NAN));
-        let share = |r: f64| spread.tukey(Single, r * r) * spread.variance;
+        let expected = ResidualVariance::of(Single, 0.04_f64, 1.0);
+        let within = |r: f64| expected.is_within(Single, 2.0, r * r);
+        assert!(within(1.199) && !within(1.201));
+        assert!(!expected.is_within(Single, 2.0, f64::NAN));
+        let share = |r: f64| expected.tukey(Single, r * r) * expected.variance;
         // A residual of one grid step keeps most of its weight; one beyond the limit has none.
         assert!(share(1.0) > 0.7 && (share(0.0) - 1.0).abs() < 1e-15);
         assert_eq!(share(0.6 * TUKEY + 1e-9), 0.0);
@@ -152,12 +150,12 @@ mod tests {
     fn squares_within_two_deviations_give_the_variance_of_normal_noise() {
         let [mut squares, mut near] = [0.0; 2];
         let sd = 0.7_f64;
-        let expected_variance = ResidualVariance::of(Single, sd * sd, 0.0);
+        let expected = ResidualVariance::of(Single, sd * sd, 0.0);
         for i in -40_000..=40_000_i32 {
             let r = f64::from(i) * 1e-4;
             let density = (-r * r / (2.0 * sd * sd)).exp();
-            if expected_variance.is_within(Single, 2.0, r * r) {
-                squares += density * expected_variance.noise_squared(Single, r * r);
+            if expected.is_within(Single, 2.0, r * r) {
+                squares += density * expected.noise_squared(Single, r * r);
                 near += density;
             }
         }
