@@ -1,4 +1,4 @@
-//! Dispatch between the robust method and the published one.
+//! Dispatch between the robust method ([`Fusion`]) and the published one (`Paper`), by configuration.
 
 use crate::batch::Matches;
 use crate::codec::{Reader, Writer};
@@ -17,12 +17,14 @@ use crate::state::State;
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub(crate) enum Estimator<T: Scalar> {
+    /// Mean directions of Huber estimates.
     #[cfg(feature = "paper")]
     Paper(Paper<T>),
+    /// Hypotheses over M-estimates.
     Robust(Fusion<T>),
 }
 
-/// Calls a method of the state, whichever it is.
+/// Calls the same method of either state.
 macro_rules! dispatch {
     ($estimator:expr, $state:ident => $call:expr) => {
         match $estimator {
@@ -34,10 +36,11 @@ macro_rules! dispatch {
 }
 
 impl<T: Scalar> Estimator<T> {
-    /// Numbers and words in the longest record of the robust method, the longer one.
+    /// Numbers and words in the longest record: that of the robust method.
     pub(crate) const NUMBERS: usize = Fusion::<T>::NUMBERS;
     pub(crate) const WORDS: usize = Fusion::<T>::WORDS;
 
+    /// State without pairs.
     pub(crate) const fn new(config: &Config) -> Self {
         match config.method {
             #[cfg(feature = "paper")]
@@ -71,6 +74,9 @@ impl<T: Scalar> Estimator<T> {
     }
 
     /// Begins a batch, with its first pass.
+    ///
+    /// # Errors
+    /// [`PairError`]; there is no pair then.
     #[inline(never)]
     pub(crate) fn begin(
         &mut self,
@@ -80,7 +86,10 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.begin(context, matches))
     }
 
-    /// Takes one more pass; whether the pair is solved.
+    /// Takes one more pass; true once the pair is solved.
+    ///
+    /// # Errors
+    /// [`PairError`]; the batch is abandoned.
     #[inline(never)]
     pub(crate) fn advance(
         &mut self,
@@ -91,6 +100,9 @@ impl<T: Scalar> Estimator<T> {
     }
 
     /// Report of the solved pair.
+    ///
+    /// # Errors
+    /// [`PairError`]; there is no pair to fuse then.
     #[inline(never)]
     pub(crate) fn report(
         &mut self,
@@ -105,6 +117,9 @@ impl<T: Scalar> Estimator<T> {
     }
 
     /// Fuses the solved pair, once.
+    ///
+    /// # Errors
+    /// [`Refusal`]; the estimate is unchanged.
     #[inline(never)]
     pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Refusal> {
         dispatch!(self, state => state.fuse(context))
@@ -115,11 +130,14 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.has_pairs())
     }
 
+    /// State of the estimate.
     pub(crate) fn state(&self) -> State {
         dispatch!(self, state => state.state())
     }
 
     /// The estimate; `None` before the first pair.
+    ///
+    /// * `in_use`: source of the baseline where the estimated one is doubtful.
     #[inline(never)]
     pub(crate) fn proposal(
         &self,
@@ -133,14 +151,15 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
+    /// Writes a record of the pairs.
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         dispatch!(self, state => state.write(to));
     }
 
-    /// Reads a record into an estimator without pairs; after an error it has none.
+    /// Reads a record into an estimator without pairs.
     ///
     /// # Errors
-    /// [`RestoreError`].
+    /// [`RestoreError`]; the estimator has no pairs.
     #[inline(never)]
     pub(crate) fn read(
         &mut self,
@@ -155,7 +174,7 @@ impl<T: Scalar> Estimator<T> {
         read
     }
 
-    /// Whether the restored estimate exists and is within the correction limit.
+    /// Checks that the restored estimate is finite and within the correction limit.
     fn check(&self, context: &Context<'_, T>) -> Result<(), RestoreError> {
         if !self.has_pairs() {
             return Ok(());

@@ -67,12 +67,11 @@ pub(crate) const SLOW_ANNEALING: f64 = 0.7;
 /// twice the size. Larger costs time; smaller loses small batches.
 pub(crate) const FEW: usize = 128;
 
-/// Scale from which on Tukey at the noise takes over. Larger starts that far from the optimum;
-/// smaller spends passes.
+/// Scale from which on Tukey at the noise takes over. Larger starts that far from the optimum; smaller spends passes.
 pub(crate) const LAST_SCALE_PX: f64 = 7.5;
 
-/// Noise of a coordinate at the start of a search, which a found pose stays below: among outliers
-/// the estimate grows. Larger takes outliers for a consensus; smaller refuses poor matchers.
+/// Noise of a coordinate at the start of a search, and limit of that at a found pose: among outliers the estimate
+/// grows. Larger takes outliers for a consensus; smaller refuses poor matchers.
 pub(crate) const FIRST_NOISE_PX: f64 = 1.5;
 
 /// Largest noise of a coordinate. Larger widens the loss without end among outliers; smaller takes
@@ -96,20 +95,20 @@ pub(crate) const BESIDE: f64 = 4.0;
 /// Variance of a row offset, and of a disparity, over that of a coordinate: each view adds its own.
 pub(crate) const DIFFERENCE_VARIANCE: f64 = 2.0;
 
-/// Degrees of freedom that a near residual counts as at least: keeps the noise of few finite.
-/// Larger understates it; smaller lets it grow.
+/// Least degrees of freedom per near residual: keeps the noise of few residuals finite. Larger
+/// understates it; smaller lets it grow.
 pub(crate) const MIN_FREEDOM: f64 = 0.5;
 
 /// Disparity below zero that a match may have: noise reaches there. Larger admits outliers behind
 /// infinity; smaller cuts far inliers.
 pub(crate) const MIN_DISPARITY_PX: f64 = 4.0;
 
-/// Deviations of yaw that are allowed for in a disparity: yaw moves all of them alike. Larger
-/// learns less from scenes of one depth; smaller takes an error of yaw for a scene.
+/// Standard deviations of yaw that the smallest disparity allows for: yaw moves all disparities
+/// alike. Larger learns less from scenes of one depth; smaller takes an error of yaw for a scene.
 pub(crate) const YAW_DEVIATIONS: f64 = 3.0;
 
-/// Part of the squared disparities that may be noise. Larger lets a scene at infinity tell of the
-/// baseline; smaller refuses far scenes.
+/// Part of the squared disparities that may be noise. Larger estimates the baseline from a scene at
+/// infinity; smaller refuses far scenes.
 pub(crate) const MAX_DISPARITY_NOISE: f64 = 0.75;
 
 /// Information on the baseline that a correspondence carries, in mean shares of the pass before;
@@ -121,7 +120,7 @@ pub(crate) const MAX_LEVERAGE: f64 = 8.0;
 /// Larger lets a near outlier in; smaller loses near inliers.
 pub(crate) const FIRST_MAX_LEVERAGE: f64 = 20.0;
 
-/// Correspondences that the first limit is learnt from. Larger costs time; smaller makes it noisy.
+/// Correspondences that a survey reads. Larger costs time; smaller makes it noisy.
 pub(crate) const SURVEYED: usize = 32;
 
 /// Passes of a track: survey, two steps, evaluation. Larger costs time; smaller takes no step.
@@ -142,9 +141,8 @@ pub(crate) const SETTLED: f64 = 0.05;
 /// raises the bound; smaller cuts a pair short.
 pub(crate) const SPARE_PASSES: u16 = 8;
 
-/// At a pose found from afar: near residuals over those beside (outliers alone show 1), their
-/// excess in deviations of chance, and their part of the usable ones. Larger refuses pairs full of
-/// outliers; smaller accepts a local optimum.
+/// At a pose found from afar: near residuals over those beside (outliers alone show 1), their excess in deviations of
+/// chance, and their part of the usable ones. Larger refuses pairs full of outliers; smaller accepts a local optimum.
 pub(crate) const FOUND_PEAK: f64 = 2.0;
 pub(crate) const FOUND_PEAK_DEVIATIONS: f64 = 3.0;
 pub(crate) const FOUND_NEAR: f64 = 0.15;
@@ -184,7 +182,7 @@ pub(crate) const VIBRATION_RAD: f64 = 8.7e-5;
 /// weakens the covariance gating of outliers; smaller is stiff against a small step.
 pub(crate) const FREEDOM_RAD: f64 = 8.7e-4;
 
-/// Largest reduced chi-square of a pair that is believed: real lenses leave 3 to 10. Larger lets a
+/// Largest reduced chi-square that a pair contributes: real lenses leave 3 to 10. Larger lets a
 /// false pair widen the gate; smaller reports too small a deviation.
 pub(crate) const MAX_REDUCED_CHI_SQUARE: f64 = 16.0;
 
@@ -197,8 +195,7 @@ pub(crate) const AVERAGED_PAIRS: u32 = 50;
 /// pairs; smaller waits in far scenes.
 pub(crate) const MAX_LOCKED_SD_RAD: f64 = 0.12;
 
-/// What a pair leaves of a followed drift in the covariance. Larger reports it longer; smaller is
-/// overtaken by it.
+/// Factor per pair of a followed drift in the covariance. Larger reports it longer; smaller is overtaken by it.
 pub(crate) const DRIFT_DECAY: f64 = 0.9;
 
 /// Steps to the optimum of all sums, each of which squares the error of the linearisation, and the
@@ -209,7 +206,7 @@ pub(crate) const LAST_STEP_SQUARED: f64 = 1e-8;
 /// Pairs behind a challenger that takes over. Larger follows a step later; smaller follows chance.
 pub(crate) const MIN_AGREED: u16 = 3;
 
-/// Contradictions that a challenger is dropped after. Larger keeps a false one; smaller drops a
+/// Contradictions after which a challenger is dropped. Larger keeps a false one; smaller drops a
 /// true one for a poor pair.
 pub(crate) const MAX_FAILED: u16 = 2;
 
@@ -217,16 +214,15 @@ pub(crate) const MAX_FAILED: u16 = 2;
 /// factory extrinsics. Larger reports it later; smaller reports garbage as lost.
 pub(crate) const LOST_AFTER: u16 = 10;
 
-/// Row offset that costs fully in a comparison. Larger lets outliers in; smaller compares noise.
+/// Row offset from which on the truncated cost is 1. Larger lets outliers in; smaller compares noise.
 pub(crate) const TRUNCATED_PX: f64 = 2.0;
 
 /// Mean truncated cost (0 to 1) by which a new pose must be better than the challenger's. Larger
 /// keeps a false challenger; smaller swaps by chance.
 pub(crate) const CLEARLY_BETTER: f64 = 0.04;
 
-/// What a pair leaves in the short and in the long window, about 10 and 50 pairs, and what the
-/// short one counts as when it replaces older pairs. Larger sees small changes later; smaller
-/// forgets.
+/// Factors per pair of the short and of the long window (about 10 and 50 pairs), and pairs that the short one counts as
+/// when it replaces older ones. Larger sees small changes later; smaller forgets.
 pub(crate) const SHORT_DECAY: f64 = 0.9;
 pub(crate) const LONG_DECAY: f64 = 0.98;
 pub(crate) const SHORT_PAIRS: u32 = 10;
@@ -273,8 +269,7 @@ pub(crate) const SAME_SHARE: f64 = 0.3;
 /// Larger applies biased estimates; smaller refuses healthy ones (below 2.3).
 pub(crate) const MAX_DISAGREEMENT: [f64; 2] = [3.0, 5.0];
 
-/// Huber thresholds to a screened row offset. Larger lets outliers into the RMS; smaller hides a
-/// bad calibration.
+/// Huber thresholds to a screened row offset. Larger lets outliers into the RMS; smaller hides a bad calibration.
 pub(crate) const SCREEN: f64 = 3.0;
 
 /// RMS row offset from which on a matcher that searches along rows misses. Larger arms a misaligned
@@ -291,7 +286,7 @@ pub(crate) mod paper {
     /// Damping of the first step, relative to the diagonal. Larger is slower; smaller overshoots.
     pub(crate) const FIRST_DAMPING: f64 = 1e-4;
 
-    /// Damping above which a small step tells nothing of convergence, and its range. Larger limits
+    /// Damping above which a small step is no sign of convergence, and its range. Larger limits
     /// stop early, or try longer; smaller ones spend passes, or give up.
     pub(crate) const LOOSE_DAMPING: f64 = 1e-2;
     pub(crate) const MIN_DAMPING: f64 = 1e-9;
@@ -320,7 +315,7 @@ pub(crate) mod paper {
     /// Values that the median sorts before it takes steps. Larger takes memory; smaller errs.
     pub(crate) const MEDIAN_VALUES: usize = 31;
 
-    /// Least deviation that the median's steps are of. Larger jitters; smaller stops on equals.
+    /// Least deviation that the median's steps assume. Larger jitters; smaller stops on equals.
     pub(crate) const MIN_DEVIATION_RAD: f64 = 1e-6;
 
     /// Step of the median over the median absolute deviation: 1.4826 makes it a standard deviation,

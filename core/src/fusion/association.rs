@@ -1,4 +1,6 @@
-//! Data association of a batch, one pass at a time: with the champion, else the challenger, else by a search from afar.
+//! Data association of a batch, one pass at a time (`ESTIMATOR.md`, section 12).
+//!
+//! The batch is tracked from the champion, then from the challenger, then searched from afar, until a gate accepts it.
 
 use super::association_result::{AssociationResult, Rejected, Support};
 use super::hypotheses::Hypotheses;
@@ -26,12 +28,13 @@ enum Stage {
     Challenger,
     /// Searches from afar.
     Search,
-    /// Compares the pose found with the challenger's.
+    /// Compares the pose found by a search with the challenger's.
     Compare,
+    /// No stage is left.
     Done(Support),
 }
 
-/// Working memory: the solver, then the evaluation in the same place.
+/// Working memory: solver and evaluation share their place.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 enum Work<T: Scalar> {
@@ -46,13 +49,17 @@ pub(super) struct Association<T: Scalar> {
     stage: Stage,
     work: Work<T>,
     rejected: Rejected,
+    /// Whether the batch shows the scene of the last one.
     repeated: bool,
+    /// Passes taken, evaluations included.
     passes: u16,
+    /// End of the last solver.
     stop: Stop,
+    /// NIS of the accepted pair.
     nis: T,
 }
 
-/// What a batch is associated with.
+/// Settings, and the hypotheses that a batch is associated with.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AssociationContext<'a, T: Scalar> {
     pub(super) context: &'a Context<'a, T>,
@@ -60,6 +67,7 @@ pub(super) struct AssociationContext<'a, T: Scalar> {
 }
 
 impl<T: Scalar> Association<T> {
+    /// Without a batch.
     pub(super) const IDLE: Self = Self {
         stage: Stage::Idle,
         work: Work::None,
@@ -82,7 +90,7 @@ impl<T: Scalar> Association<T> {
 
     /// Begins a batch.
     ///
-    /// * `pairs`: correspondences in it; `repeated`: it shows the scene of the last one.
+    /// * `pairs`: correspondences in it; `repeated`: whether it shows the scene of the last one.
     #[inline(never)]
     pub(super) fn open(&mut self, with: &AssociationContext<'_, T>, pairs: usize, repeated: bool) {
         self.rejected = Rejected::default();
@@ -107,7 +115,7 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Starts a track; false where the covariance of the hypothesis has no inverse.
+    /// Starts a track from a hypothesis; false where its covariance has no inverse.
     #[inline(never)]
     fn track(&mut self, hypothesis: &Hypothesis<T>, with: &AssociationContext<'_, T>) -> bool {
         let Context { config, focal, .. } = *with.context;
@@ -160,6 +168,10 @@ impl<T: Scalar> Association<T> {
         }
     }
 
+    /// Evaluates the pose of the solver, in its place.
+    ///
+    /// # Errors
+    /// [`PairError::TooFew`], [`PairError::Unobservable`].
     #[inline(never)]
     fn evaluate(&mut self, matches: Matches<'_, T>) -> Result<(), PairError> {
         let Work::Solver(solver) = &self.work else {
@@ -174,13 +186,16 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Out of line: the new value passes through the stack, here and not in the frame of the caller.
+    /// Empties the evaluation. Out of line: keeps the new value out of the caller's stack frame.
     #[inline(never)]
     fn clear_evaluation(&mut self) {
         self.work = Work::Evaluated(EvaluatedPose::NONE);
     }
 
-    /// The stage after an evaluation.
+    /// Stage after an evaluation: gates of champion and challenger, or the check of a found pose.
+    ///
+    /// # Errors
+    /// [`PairError::NoConsensus`], [`PairError::Unobservable`].
     #[inline(never)]
     fn decide(&mut self, with: &AssociationContext<'_, T>) -> Result<Stage, PairError> {
         let AssociationContext { context, hypotheses } = *with;
@@ -213,7 +228,7 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Hypotheses that the batch disagrees with so far.
+    /// Hypotheses whose gates rejected the batch so far.
     pub(super) fn rejected(&self) -> Rejected {
         self.rejected
     }
@@ -235,6 +250,8 @@ impl<T: Scalar> Association<T> {
     }
 }
 
+/// Last stage of a pair inside a gate.
+///
 /// # Errors
 /// [`PairError::Unobservable`] where disparities are noise.
 fn supports<T: Scalar>(support: Support, evaluated: &EvaluatedPose<T>) -> Result<Stage, PairError> {
@@ -246,17 +263,22 @@ fn supports<T: Scalar>(support: Support, evaluated: &EvaluatedPose<T>) -> Result
 }
 
 impl<T: Scalar> AssociationContext<'_, T> {
-    /// * `used`: passes taken, or needed after the search.
+    /// A search from the champion or the factory extrinsics, within the passes left.
+    ///
+    /// * `used`: passes taken, and those needed after the search.
     fn search(&self, used: u16, pairs: usize) -> PairSolver<T> {
         let Context { config, focal, factory_pose, .. } = *self.context;
         let start = self.hypotheses.search_start().unwrap_or(factory_pose);
-        // At least one evaluation, where the configuration leaves less.
+        // A search needs at least the passes of a track.
         let left = config.max_passes.saturating_sub(used).max(TRACK_PASSES);
         let search = PairSolver::search(config, focal, start, left);
         if pairs <= FEW { search.among_few() } else { search }
     }
 
-    /// Whether a pose found from afar is an optimum, and determined.
+    /// Checks that a pose found by a search is an optimum with five observable directions.
+    ///
+    /// # Errors
+    /// [`PairError::NoConsensus`], [`PairError::Unobservable`].
     fn check(&self, evaluated: &EvaluatedPose<T>) -> Result<(), PairError> {
         if !evaluated.is_found(self.context.config.min_correspondences) {
             return Err(PairError::NoConsensus);
@@ -269,7 +291,7 @@ impl<T: Scalar> AssociationContext<'_, T> {
         }
     }
 
-    /// Whether a pose fits the batch clearly better than the challenger's, by the mean truncated cost.
+    /// Whether a pose fits better than the challenger's, by [`CLEARLY_BETTER`] of the mean truncated cost.
     #[inline(never)]
     fn is_better(&self, pose: &RectifyingRotations<T>, pairs: &[RayPair<T>]) -> bool {
         let Some(challenger) = self.hypotheses.challenger() else {

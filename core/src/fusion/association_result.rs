@@ -1,4 +1,4 @@
-//! Result of an association: which hypothesis a pair supports, and what the pair reports.
+//! Result of an association: the hypothesis that a pair supports, and the report of the pair.
 
 use crate::config::Context;
 use crate::outcome::pair_report::PairReport;
@@ -13,11 +13,11 @@ pub(super) enum Support {
     Challenger,
     /// A new hypothesis.
     New,
-    /// None: it disagrees with the challenger and fits no better.
+    /// None: the pair disagrees with the challenger, and its pose fits no better.
     None,
 }
 
-/// Hypotheses that a pair disagrees with.
+/// Hypotheses whose gates reject a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Rejected {
     pub(super) by_champion: bool,
@@ -32,13 +32,15 @@ pub(super) struct AssociationResult<'a, T: Scalar> {
     /// NIS under the supported hypothesis, over its reduced chi-square.
     pub(super) nis: T,
     pub(super) rejected: Rejected,
+    /// Whether the pair shows the scene of the last one.
     pub(super) repeated: bool,
+    /// Passes taken, evaluations included.
     pub(super) passes: u16,
     pub(super) stop: Stop,
 }
 
 impl<T: Scalar> AssociationResult<'_, T> {
-    /// The pair's own estimate; `None` if the pair alone has no optimum.
+    /// Report of the pair alone: optimum of its moments with the prior; `None` where there is none.
     #[inline(never)]
     pub(super) fn report(&self, context: &Context<'_, T>) -> Option<PairReport<T>> {
         let EvaluatedPose { measurement, stats, .. } = self.evaluated;

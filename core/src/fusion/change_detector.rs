@@ -1,4 +1,6 @@
-//! Change detection: whether the rig has moved by less than a single pair can show.
+//! Change detection: changes of the rig below the noise of a single pair (`ESTIMATOR.md`, section 13).
+//!
+//! Score tests over two exponential windows, and a one-sided CUSUM of the NIS.
 
 use nalgebra::Vector5;
 
@@ -24,9 +26,11 @@ pub(super) struct ChangeDetector<T: Scalar> {
     short_variance: Information<T>,
     /// Long window, about the pose of the hypothesis.
     long: NormalEquations<T>,
+    /// Variance of the long window's gradient.
     long_variance: Information<T>,
+    /// CUSUM of the NIS, dimensionless.
     cumulative: T,
-    /// Pairs since the start.
+    /// Pairs since the start or the last detection.
     pairs: u32,
 }
 
@@ -50,7 +54,7 @@ impl<T: Scalar> ChangeDetector<T> {
         self.short.scale(T::lit(SHORT_DECAY));
     }
 
-    /// Adds a pair that the hypothesis has taken; whether the last pairs show another rig.
+    /// Adds a pair that the hypothesis holds already; whether the rig has changed.
     ///
     /// * `nis`: of the pair, over the reduced chi-square.
     /// * `moved`: step of the hypothesis, rad.
@@ -79,8 +83,8 @@ impl<T: Scalar> ChangeDetector<T> {
         self.pairs >= WARM_UP_PAIRS && self.has_changed(hypothesis, &short, context)
     }
 
-    /// Replaces the older pairs of the hypothesis by the short window. False where that leads to no admissible rig:
-    /// nothing has changed.
+    /// Replaces the older pairs of the hypothesis by the short window. False, without effect, where that leads to no
+    /// admissible rig.
     pub(super) fn renew(
         &mut self,
         hypothesis: &mut Hypothesis<T>,
@@ -93,6 +97,8 @@ impl<T: Scalar> ChangeDetector<T> {
         renewed
     }
 
+    /// Whether a window or the CUSUM exceeds its limit.
+    ///
     /// * `short`: short window with the last pair, about the pose of the hypothesis.
     fn has_changed(
         &self,

@@ -1,4 +1,4 @@
-//! Champion and challenger: how hypotheses begin, gather pairs, and replace each other.
+//! Champion and challenger: begin, support, promotion and end of hypotheses (`ESTIMATOR.md`, section 12).
 
 use super::association_result::{AssociationResult, Rejected, Support};
 use super::change_detector::ChangeDetector;
@@ -24,7 +24,7 @@ impl<T: Scalar> Champion<T> {
     /// Empty until the first hypothesis is promoted.
     const EMPTY: Self = Self { hypothesis: Hypothesis::EMPTY, detector: ChangeDetector::NEW };
 
-    /// Adds a pair; whether the last pairs show another rig.
+    /// Adds a pair; whether the rig has changed.
     ///
     /// # Errors
     /// [`Refusal`]; the champion is unchanged.
@@ -50,14 +50,16 @@ impl<T: Scalar> Champion<T> {
 #[derive(Debug, Clone)]
 struct Challenger<T: Scalar> {
     hypothesis: Hypothesis<T>,
+    /// Pairs that agree with it.
     agreed: u16,
+    /// Pairs that contradict it.
     failed: u16,
 }
 
 impl<T: Scalar> Challenger<T> {
     const EMPTY: Self = Self { hypothesis: Hypothesis::EMPTY, agreed: 0, failed: 0 };
 
-    /// Adds a pair.
+    /// Adds a pair that agrees.
     ///
     /// # Errors
     /// [`Refusal`]; the challenger is unchanged.
@@ -92,6 +94,7 @@ impl<T: Scalar> Hypotheses<T> {
 
     pub(super) const NONE: Self = Self { champion: None, challenger: None, rejected: 0 };
 
+    /// State of the estimate, by the last pairs.
     pub(super) fn state(&self) -> State {
         match (&self.champion, &self.challenger) {
             (None, _) => State::Acquiring,
@@ -101,7 +104,7 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// The reported hypothesis: the champion, before the first one the challenger.
+    /// The reported hypothesis: the champion, or the challenger before the first champion.
     pub(super) fn reported(&self) -> Option<&Hypothesis<T>> {
         self.champion().or_else(|| self.challenger())
     }
@@ -114,13 +117,13 @@ impl<T: Scalar> Hypotheses<T> {
         self.challenger.as_ref().map(|challenger| &challenger.hypothesis)
     }
 
-    /// Start of a search: the champion; `None`, the factory extrinsics, at every second pair of a lost rig.
+    /// Start of a search: the champion. `None`: the factory extrinsics, also at every second pair of a lost rig.
     pub(super) fn search_start(&self) -> Option<RectifyingRotations<T>> {
         let afresh = self.rejected >= LOST_AFTER && self.rejected.is_multiple_of(2);
         self.champion().filter(|_| !afresh).map(|champion| *champion.pose())
     }
 
-    /// NIS of a pair that is inside the champion's gate.
+    /// NIS of a pair inside the champion's gate, over the reduced chi-square.
     pub(super) fn gate_of_champion(
         &self,
         evaluated: &EvaluatedPose<T>,
@@ -129,7 +132,7 @@ impl<T: Scalar> Hypotheses<T> {
         self.champion()?.gate(evaluated, T::ONE, context)
     }
 
-    /// NIS of a pair that is inside the challenger's gate.
+    /// NIS of a pair inside the challenger's gate, over the reduced chi-square.
     pub(super) fn gate_of_challenger(
         &self,
         evaluated: &EvaluatedPose<T>,
@@ -141,16 +144,23 @@ impl<T: Scalar> Hypotheses<T> {
         challenger.gate(evaluated, slack, context)
     }
 
-    /// Counts the hypotheses that a pair disagrees with. A challenger with too many contradictions is dropped.
+    /// Counts a pair against the hypotheses whose gates rejected it. A challenger that fails too often is dropped.
     pub(super) fn count(&mut self, rejected: Rejected) {
         if rejected.by_champion {
             self.rejected = self.rejected.saturating_add(1);
         }
         if rejected.by_challenger
-            && let Some(challenger) = &mut self.challenger
+            && let Some(Challenger { agreed, .. }) = &self.challenger
         {
+            self.contradict_challenger(agreed / 2);
+        }
+    }
+
+    /// Counts a pair against the challenger, which is dropped after [`MAX_FAILED`], and more than `tolerated`.
+    fn contradict_challenger(&mut self, tolerated: u16) {
+        if let Some(challenger) = &mut self.challenger {
             challenger.failed = challenger.failed.saturating_add(1);
-            if challenger.failed >= MAX_FAILED && challenger.failed > challenger.agreed / 2 {
+            if challenger.failed >= MAX_FAILED && challenger.failed > tolerated {
                 self.challenger = None;
             }
         }
@@ -160,7 +170,7 @@ impl<T: Scalar> Hypotheses<T> {
     ///
     /// # Errors
     /// [`Refusal`]; the champion is unchanged. The pair counts against the hypothesis that it supports, and against
-    /// those that it disagrees with; a challenger may be dropped.
+    /// those that rejected it; a challenger may be dropped.
     pub(super) fn fuse(
         &mut self,
         result: &AssociationResult<'_, T>,
@@ -177,6 +187,7 @@ impl<T: Scalar> Hypotheses<T> {
         fused
     }
 
+    /// Adds a pair to the hypothesis that it supports.
     #[inline(never)]
     fn add(
         &mut self,
@@ -190,7 +201,7 @@ impl<T: Scalar> Hypotheses<T> {
                 let Champion { hypothesis, detector } = champion;
                 let renewed = changed && detector.renew(hypothesis, context);
                 self.rejected = 0;
-                self.contradict_challenger();
+                self.contradict_challenger(0);
                 Ok(match (renewed, result.repeated) {
                     (true, _) => Fused::Renewed,
                     (false, true) => Fused::Repeated,
@@ -230,13 +241,13 @@ impl<T: Scalar> Hypotheses<T> {
         Ok(())
     }
 
-    /// An empty challenger. Out of line: the new value passes through the stack, here and not in the frame of the caller.
+    /// Empties the challenger. Out of line: keeps the new value out of the caller's stack frame.
     #[inline(never)]
     fn clear_challenger(&mut self) {
         self.challenger = Some(Challenger::EMPTY);
     }
 
-    /// An empty champion where there is none. Out of line as [`Hypotheses::clear_challenger`].
+    /// An empty champion where there is none. Out of line, as [`Hypotheses::clear_challenger`].
     #[inline(never)]
     fn make_champion(&mut self) {
         if self.champion.is_none() {
@@ -269,16 +280,6 @@ impl<T: Scalar> Hypotheses<T> {
         if had_champion { Fused::TookOver } else { Fused::Added }
     }
 
-    /// Counts a pair that supports the champion against the challenger.
-    fn contradict_challenger(&mut self) {
-        if let Some(challenger) = &mut self.challenger {
-            challenger.failed = challenger.failed.saturating_add(1);
-            if challenger.failed >= MAX_FAILED {
-                self.challenger = None;
-            }
-        }
-    }
-
     pub(super) fn write(&self, to: &mut Writer<'_>) {
         to.flag(self.champion.is_some());
         if let Some(Champion { hypothesis, detector }) = &self.champion {
@@ -294,7 +295,10 @@ impl<T: Scalar> Hypotheses<T> {
         to.word(self.rejected.into());
     }
 
-    /// Reads a record into [`Hypotheses::NONE`]. A champion is suspect until a pair confirms it.
+    /// Reads a record into [`Hypotheses::NONE`]. A restored champion is suspect until a pair supports it.
+    ///
+    /// # Errors
+    /// [`RestoreError`]; the hypotheses are unspecified.
     #[inline(never)]
     pub(super) fn read(
         &mut self,

@@ -1,4 +1,6 @@
-//! A hypothesis about the extrinsics: moments of the pairs that support it, and their optimum.
+//! A hypothesis about the extrinsics: moments of the supporting pairs, and their optimum (`ESTIMATOR.md`, section 11).
+//!
+//! An update is computed first and applied later: a refused pair leaves the hypothesis unchanged.
 
 mod record;
 
@@ -25,21 +27,26 @@ use crate::thresholds::{
 /// Sums over the supporting pairs, and their optimum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Hypothesis<T: Scalar> {
+    /// Optimum of all sums and the prior.
     pose: RectifyingRotations<T>,
     /// Frame of the sums: the pose at which they were begun.
     frame: RectifyingRotations<T>,
-    /// All pairs without the last one, which a repeated scene replaces.
+    /// Moments of all pairs but the last.
     settled: Moments<T>,
+    /// Moments of the last pair, which a repeated scene replaces.
     last: Moments<T>,
     halves: ImageHalves<T>,
     /// Information of all sums at the pose, without the prior, 1/rad^2.
     information: Information<T>,
-    /// Running means: noise of a coordinate, px; inlier share; chi-square of successive pairs per degree of freedom.
+    /// Running mean of the noise of a coordinate, px.
     noise: T,
+    /// Running mean of the inlier share.
     inlier_share: T,
+    /// Running mean of the chi-square of successive pairs per degree of freedom.
     reduced_chi_square: T,
-    /// Step of the last change of the rig, decaying, rad: a rig that has begun to drift goes on.
+    /// Step of the last detected change, decaying, rad: widens the covariance against a drift that goes on.
     drift: Vector5<T>,
+    /// Pairs in the sums; those of a repeated scene count once.
     pairs: u32,
 }
 
@@ -48,6 +55,7 @@ pub(crate) struct Hypothesis<T: Scalar> {
 pub(super) struct Update<T: Scalar> {
     /// Moments of the pair, in the frame of the hypothesis.
     last: Moments<T>,
+    /// Optimum of the sums with the pair.
     optimum: Optimum<T>,
 }
 
@@ -131,7 +139,7 @@ impl<T: Scalar> Hypothesis<T> {
         optimum.descend(&sums, &self.frame, context)
     }
 
-    /// Applies an update; the step of the pose, rad.
+    /// Applies an update, and returns the step of the pose, rad.
     #[inline(never)]
     pub(super) fn apply(
         &mut self,
@@ -163,7 +171,7 @@ impl<T: Scalar> Hypothesis<T> {
         moved
     }
 
-    /// Transforms the sums into the frame of the pose: sums far from their frame lose digits.
+    /// Changes the frame of the sums to the pose: sums far from their frame lose digits in `f32`.
     #[inline(never)]
     pub(super) fn reframe(&mut self) {
         self.settled.change_frame(&self.frame, &self.pose);
@@ -171,7 +179,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.frame = self.pose;
     }
 
-    /// Replaces the sums of all pairs but the last. False where they lead to no admissible rig: nothing has changed.
+    /// Replaces the sums of all pairs but the last. False, without effect, where they lead to no admissible rig.
     #[inline(never)]
     pub(super) fn replace(
         &mut self,
@@ -194,6 +202,7 @@ impl<T: Scalar> Hypothesis<T> {
         true
     }
 
+    /// The estimate.
     pub(crate) fn pose(&self) -> &RectifyingRotations<T> {
         &self.pose
     }
@@ -208,6 +217,7 @@ impl<T: Scalar> Hypothesis<T> {
         &self.last
     }
 
+    /// Pairs in the sums.
     pub(crate) fn pairs(&self) -> u32 {
         self.pairs
     }
@@ -222,7 +232,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.halves.disagreement()
     }
 
-    /// Covariance of the estimate, rad^2, widened by the disagreement of image halves and along the drift.
+    /// Covariance of the estimate, rad^2: widened by the disagreement of image halves, and along the drift.
     #[inline(never)]
     fn covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
         let mut joint = self.information.0;
@@ -232,7 +242,7 @@ impl<T: Scalar> Hypothesis<T> {
         Some(covariance)
     }
 
-    /// Reported covariance, rad^2: widened by the reduced chi-square of the pairs as well.
+    /// Reported covariance, rad^2: that of the estimate times the reduced chi-square.
     pub(crate) fn reported_covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
         Some(self.covariance(context)?.scaled(self.reduced_chi_square()))
     }
@@ -249,7 +259,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.deviations(context).is_some_and(certain)
     }
 
-    /// The optimum of `R` with a given baseline, for an estimate whose own baseline is doubtful.
+    /// Optimum of `R` for a given baseline, where the estimated baseline is doubtful.
     #[inline(never)]
     pub(crate) fn with_baseline_of(&self, given: &Extrinsics<T>) -> Option<Extrinsics<T>> {
         let mut sums = self.settled;
@@ -273,7 +283,8 @@ impl<T: Scalar> Hypothesis<T> {
         Some(TrackStart { pose: self.pose, covariance, noise: self.noise })
     }
 
-    /// NIS of a pair: squared distance from the estimate over its covariance, chi-square of 5 degrees of freedom.
+    /// NIS of a pair: squared distance of its optimum from the estimate, over both covariances and vibration. Without
+    /// vibration chi-square of 5 degrees of freedom.
     #[inline(never)]
     fn innovation(&self, measurement: &PairMeasurement<T>, context: &Context<'_, T>) -> Option<T> {
         let pair = measurement.at(&self.pose).with_prior(context.prior);
@@ -300,7 +311,7 @@ impl<T: Scalar> Hypothesis<T> {
         (nis < T::lit(MAX_NIS) * slack).then_some(nis)
     }
 
-    /// Whether this is significantly another rig, and not the same one estimated from weak pairs.
+    /// Whether this is another rig by more than chance: squared distance over both covariances above [`MAX_NIS`].
     pub(super) fn departs_from(&self, other: &Self, context: &Context<'_, T>) -> bool {
         let covariances = self.covariance(context).zip(other.covariance(context));
         let apart = self.pose.unknowns_to(&other.pose);
@@ -309,8 +320,8 @@ impl<T: Scalar> Hypothesis<T> {
             .is_some_and(|distance| distance > T::lit(MAX_NIS) * other.reduced_chi_square())
     }
 
-    /// Updates the reduced chi-square with the distance of this pair from the last: independent of the estimate, which
-    /// may be wrong.
+    /// Updates the reduced chi-square by the distance of a pair from the last one. The estimate, which may be wrong,
+    /// does not enter.
     #[inline(never)]
     fn update_chi_square(&mut self, measurement: &PairMeasurement<T>, context: &Context<'_, T>) {
         let pair = measurement.at(&self.pose).with_prior(context.prior);

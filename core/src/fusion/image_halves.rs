@@ -1,5 +1,5 @@
-//! Separate estimates of the image halves: matches that are biased alike in one region pull the estimate, and no
-//! residual shows it.
+//! Estimates of the image halves, compared (`ESTIMATOR.md`, section 14): matches with a common bias in one region move
+//! the estimate and leave small residuals.
 
 use nalgebra::Vector5;
 
@@ -15,10 +15,9 @@ use crate::thresholds::{HEALTHY_DISAGREEMENT, MAX_MODEL_ERROR, MAX_TOLD_DISAGREE
 /// Normal equations of image halves, about the pose of the hypothesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ImageHalves<T> {
-    /// Of the whole image, its left and its upper half.
+    /// Whole image, left half, upper half.
     parts: [NormalEquations<T>; 3],
-    /// Pairs in the sums, and those of them that do not repeat a scene: repetition does not average out a bias, but
-    /// shows it.
+    /// Pairs in the sums, and those of distinct scenes: repetition shows a bias, and cannot average it out.
     pairs: [u32; 2],
     /// `sqrt(chi^2 / 5)` between the estimates of two halves, the larger of both splits.
     disagreement: T,
@@ -28,7 +27,7 @@ impl<T: Scalar> ImageHalves<T> {
     pub(super) const NONE: Self =
         Self { parts: [NormalEquations::ZERO; 3], pairs: [0; 2], disagreement: T::ZERO };
 
-    /// Shifts the sums after a step of the pose. A long step drops them: they are first-order models.
+    /// Shifts the sums after a step of the pose. A long step drops them: they are models of first order.
     ///
     /// * `moved`: the step, rad; `sd`: of the estimate.
     pub(super) fn follow(
@@ -51,7 +50,7 @@ impl<T: Scalar> ImageHalves<T> {
 
     /// Adds a pair.
     ///
-    /// * `to_pose`: from the pose of the measurement to that of the hypothesis, rad.
+    /// * `to_pose`: step from the pose of the measurement to that of the hypothesis, rad.
     pub(super) fn add(
         &mut self,
         measurement: &PairMeasurement<T>,
@@ -74,7 +73,7 @@ impl<T: Scalar> ImageHalves<T> {
         self.disagreement
     }
 
-    /// Factor of the covariance. The disagreement is that of all pairs, the covariance that of distinct ones.
+    /// Factor of the covariance, at least 1. The disagreement is of all pairs, the covariance of distinct ones.
     pub(super) fn widening(&self) -> T {
         let [pairs, distinct] = self.pairs.map(|n| T::count(n.max(1)));
         if self.disagreement > T::lit(HEALTHY_DISAGREEMENT) {
@@ -84,7 +83,7 @@ impl<T: Scalar> ImageHalves<T> {
         }
     }
 
-    /// Disagreement of left and right, and of upper and lower half.
+    /// Larger disagreement of left and right half, and of upper and lower half.
     #[inline(never)]
     fn compare(&self, context: &Context<'_, T>) -> T {
         let [all, left, upper] = &self.parts;

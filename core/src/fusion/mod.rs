@@ -1,9 +1,15 @@
-//! Many pairs: one estimate that can be wrong and finds out.
+//! Fusion of many pairs: two hypotheses, data association, change detection (`ESTIMATOR.md`, sections 10 to 14).
 //!
-//! The *champion* is the reported hypothesis. A pair outside its gate is not discarded: it begins a *challenger*, which
-//! gathers the pairs that agree with it. With three pairs that show another rig the challenger is promoted, with its own
-//! sums; when pairs return to the champion, the challenger is dropped. A gate without a challenger locks on a wrong
-//! estimate and refuses all good pairs.
+//! The *champion* is the reported hypothesis. A pair outside its gate begins a *challenger*, which gathers the pairs
+//! that agree with it. With three pairs of another rig the challenger is promoted, with its sums; when pairs return to
+//! the champion, the challenger is dropped. A gate without a challenger would lock on a wrong estimate and refuse all
+//! good pairs.
+//!
+//! - [`association`], [`association_result`]: the hypothesis that a pair supports. [`hypotheses`]: champion,
+//!   challenger.
+//! - [`hypothesis`], [`optimum`]: moments of the supporting pairs, and the optimum of them and the prior.
+//! - [`change_detector`]: steps and drifts below the noise of a pair. [`repeated_scene`]: a rig at rest.
+//! - [`image_halves`]: biases of image regions.
 
 mod association;
 mod association_result;
@@ -33,7 +39,9 @@ use repeated_scene::RepeatedScene;
 #[derive(Debug, Clone)]
 pub(crate) struct Fusion<T: Scalar> {
     hypotheses: Hypotheses<T>,
+    /// Scene of the last batch.
     scene: RepeatedScene,
+    /// Association of the current batch.
     association: Association<T>,
 }
 
@@ -48,7 +56,7 @@ impl<T: Scalar> Fusion<T> {
         association: Association::IDLE,
     };
 
-    /// Forgets all pairs. In place: a new value would pass through the stack.
+    /// Forgets all pairs, in place: a new value would take stack.
     pub(crate) fn reset(&mut self) {
         self.hypotheses = Hypotheses::NONE;
         self.scene.clear();
@@ -68,6 +76,9 @@ impl<T: Scalar> Fusion<T> {
     }
 
     /// Begins a batch, with its first pass.
+    ///
+    /// # Errors
+    /// [`PairError::TooFew`]; the batch is abandoned.
     pub(crate) fn begin(
         &mut self,
         context: &Context<'_, T>,
@@ -90,8 +101,10 @@ impl<T: Scalar> Fusion<T> {
         begun
     }
 
-    /// Takes one more pass; whether the pair is solved. A failed pair counts against the hypotheses that it disagreed
-    /// with.
+    /// Takes one more pass; true once the pair is solved. A failed pair counts against the hypotheses that rejected it.
+    ///
+    /// # Errors
+    /// [`PairError`]; the batch is abandoned.
     pub(crate) fn advance(
         &mut self,
         context: &Context<'_, T>,
@@ -111,6 +124,9 @@ impl<T: Scalar> Fusion<T> {
     }
 
     /// Report of the solved pair.
+    ///
+    /// # Errors
+    /// [`PairError::NotBegun`] without a solved pair, [`PairError::Unobservable`] where the pair alone has no optimum.
     pub(crate) fn report(&mut self, context: &Context<'_, T>) -> Result<PairReport<T>, PairError> {
         let result = self.association.result().ok_or(PairError::NotBegun)?;
         let report = result.report(context);
@@ -121,6 +137,9 @@ impl<T: Scalar> Fusion<T> {
     }
 
     /// Fuses the solved pair, once.
+    ///
+    /// # Errors
+    /// [`Refusal`]; the champion is unchanged.
     pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Refusal> {
         let Self { hypotheses, association, .. } = self;
         let result = association.result().ok_or(Refusal::NothingSolved)?;
@@ -181,6 +200,9 @@ impl<T: Scalar> Fusion<T> {
     }
 
     /// Reads a record into [`Fusion::NEW`].
+    ///
+    /// # Errors
+    /// [`RestoreError`]; the state is unspecified.
     pub(crate) fn read(
         &mut self,
         from: &mut Reader<'_>,

@@ -1,4 +1,4 @@
-//! Optimum of moments and prior on the manifold of extrinsics.
+//! Optimum of moments and prior on the manifold of extrinsics: `(H + P I) d = -(g - P u)` (`ESTIMATOR.md`, section 11).
 
 use nalgebra::Vector5;
 
@@ -14,6 +14,7 @@ use crate::thresholds::{LAST_STEP_SQUARED, OPTIMUM_STEPS};
 #[derive(Debug)]
 pub(super) struct Optimum<T: Scalar> {
     pub(super) pose: RectifyingRotations<T>,
+    /// Without the prior, 1/rad^2.
     pub(super) information: Information<T>,
 }
 
@@ -21,7 +22,7 @@ impl<T: Scalar> Optimum<T> {
     pub(super) const NONE: Self =
         Self { pose: RectifyingRotations::SIDE_BY_SIDE, information: Information::ZERO };
 
-    /// Descends from the current pose to the optimum.
+    /// Descends from the current pose to the optimum, in at most [`OPTIMUM_STEPS`] steps.
     ///
     /// * `frame`: of the moments.
     ///
@@ -43,7 +44,7 @@ impl<T: Scalar> Optimum<T> {
         context.check(&self.pose)
     }
 
-    /// Takes one Gauss-Newton step; the information is that before the step.
+    /// Takes one Gauss-Newton step, rad; the information is that before the step. `None` without an admissible step.
     #[inline(never)]
     fn step(
         &mut self,

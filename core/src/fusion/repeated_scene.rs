@@ -1,5 +1,5 @@
-//! Detection of repeated scenes: a vehicle that stands sends the same matches for minutes, outliers included. They are
-//! one measurement, however often they come.
+//! Detection of repeated scenes (`ESTIMATOR.md`, section 13): a standing vehicle sends the same matches for minutes,
+//! outliers included. All of them are one measurement.
 
 use crate::batch::correspondence::RayPair;
 use crate::codec::{Reader, Writer};
@@ -29,13 +29,13 @@ impl RepeatedScene {
         self.remembered.clear();
         let stride = pairs.len().div_ceil(REMEMBERED).max(1);
         for pair in pairs.iter().step_by(stride) {
-            // Never full, by the stride.
+            // The stride leaves room for all.
             let _ = self.remembered.push(coordinates(pair, scale));
         }
         repeated
     }
 
-    /// Remembered correspondences that a batch contains.
+    /// Number of remembered correspondences that a batch contains.
     fn seen_again<T: Scalar>(&self, pairs: &[RayPair<T>], scale: T) -> u32 {
         if self.remembered.is_empty() {
             return 0;
@@ -86,14 +86,14 @@ impl RepeatedScene {
     }
 }
 
-/// Sets of remembered correspondences (a bit each) by their first coordinate: 16 buckets of 8 px, periodic.
+/// Sets of remembered correspondences, one bit each, by first coordinate: 16 buckets of 8 px, periodic.
 struct Buckets([u32; 16]);
 
 impl Buckets {
     fn of(remembered: &[[u16; 3]]) -> Self {
         let mut buckets = Self([0; 16]);
         for ([first, ..], place) in remembered.iter().zip(0_u32..) {
-            // Both ends of the tolerance: a bucket is wider.
+            // Both ends of the tolerance, which is narrower than a bucket.
             for end in [first.saturating_sub(SAME_STEPS), first.saturating_add(SAME_STEPS)] {
                 if let Some(bucket) = buckets.0.get_mut(Self::of_coordinate(end)) {
                     *bucket |= 1_u32.checked_shl(place).unwrap_or(0);
@@ -113,13 +113,16 @@ impl Buckets {
     }
 }
 
-/// Left column, left row and right column, in steps from a corner beyond any image; the right row is nearly the left one.
+/// Left column, left row and right column, in steps from a corner beyond any image; the right row is nearly the left
+/// one.
 fn coordinates<T: Scalar>(pair: &RayPair<T>, scale: T) -> [u16; 3] {
     let ([a, b], [c, _]) = (pair.left(), pair.right());
     [a, b, c].map(|x| steps(x, scale))
 }
 
-/// * `scale`: steps at unit depth.
+/// Coordinate in steps.
+///
+/// * `scale`: steps per unit depth.
 fn steps<T: Scalar>(x: T, scale: T) -> u16 {
     (x * scale + T::lit(32_768.0)).to_u16()
 }
@@ -173,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_that_has_moved_is_another_and_so_is_one_that_is_no_longer_there() {
+    fn a_scene_that_has_moved_or_changed_is_another() {
         let seen = scene(256, 2);
         let mut repeated_scene = RepeatedScene::NEW;
         for k in 0..20_u8 {
@@ -186,19 +189,21 @@ mod tests {
         }
     }
 
+    /// Whether one batch after another is taken for the same scene.
+    fn repeats(first: &[[f32; 4]], second: &[RayPair<f32>]) -> bool {
+        let mut repeated_scene = RepeatedScene::NEW;
+        repeated_scene.replace(&rays(first, 0.0, 0.0, 0), FOCAL);
+        repeated_scene.replace(second, FOCAL)
+    }
+
     #[test]
     fn half_of_the_matches_seen_again_is_the_same_scene_and_a_fifth_is_another() {
-        let old = scene(200, 4);
+        let (old, new) = (scene(200, 4), scene(200, 5));
         let again_with = |kept: usize| {
-            let mut repeated_scene = RepeatedScene::NEW;
-            repeated_scene.replace(&rays(&old, 0.0, 0.0, 0), FOCAL);
-            let mut new = scene(200, 5);
-            for (i, (new, old)) in new.iter_mut().zip(&old).enumerate() {
-                if i % 10 < kept {
-                    *new = *old;
-                }
-            }
-            repeated_scene.replace(&rays(&new, 0.0, 0.5, 1), FOCAL)
+            let matches = old.iter().zip(&new).enumerate();
+            let mixed: Vec<_> =
+                matches.map(|(i, (old, new))| if i % 10 < kept { *old } else { *new }).collect();
+            repeats(&old, &rays(&mixed, 0.0, 0.5, 1))
         };
         assert!(again_with(5));
         assert!(!again_with(2));
@@ -216,14 +221,12 @@ mod tests {
     }
 
     #[test]
-    fn it_is_found_again_on_the_other_side_of_the_edge_of_a_bucket() {
+    fn a_match_across_the_edge_of_a_bucket_is_seen_again() {
         for (side, shift) in [(0.1, -0.5), (-0.1, 0.5)] {
             let at_edges = |k: u8| (8.0 * f32::from(k) + side) / FOCAL;
-            let seen: Vec<_> =
-                (0..40).map(|k| [at_edges(k), 0.1, at_edges(k) - 0.05, 0.1]).collect();
-            let mut repeated_scene = RepeatedScene::NEW;
-            repeated_scene.replace(&rays(&seen, 0.0, 0.0, 0), FOCAL);
-            assert!(repeated_scene.replace(&rays(&seen, shift, 0.0, 0), FOCAL), "{shift}");
+            let seen = |k| [at_edges(k), 0.1, at_edges(k) - 0.05, 0.1];
+            let seen: Vec<_> = (0..40).map(seen).collect();
+            assert!(repeats(&seen, &rays(&seen, shift, 0.0, 0)), "{shift}");
         }
     }
 

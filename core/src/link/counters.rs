@@ -40,8 +40,7 @@ counters! {
     repeats,
     /// Steps back of the sequence number: the sender restarted.
     restarts,
-    /// Frames flagged "frames dropped before this one" by the sender, and overruns that the receiver
-    /// reported.
+    /// Frames flagged "frames dropped before this one" by the sender, and overruns that the receiver reported.
     overruns,
     /// Frames that the sink refused.
     refused,

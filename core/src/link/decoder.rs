@@ -49,8 +49,7 @@ impl Decoder {
 
     /// Decodes up to the next event and removes the bytes it used from the front of `bytes`.
     ///
-    /// `None`: `bytes` is used up. Work is bounded by its length; a record in one piece is decoded
-    /// at once.
+    /// `None`: `bytes` is used up. Work is bounded by its length; a record in one piece is decoded at once.
     pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Event> {
         while self.window.full().is_some() || !bytes.is_empty() {
             let event = if let Some(header) = self.window.full() {

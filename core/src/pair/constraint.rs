@@ -1,12 +1,12 @@
-//! The epipolar constraint of a correspondence at a pose, its variance, and the derivatives of both,
-//! without a division.
+//! The epipolar constraint of a correspondence at a pose, its variance, and the derivatives of both, without a
+//! division.
 //!
-//! With the rectified rays `a = R_l p_l`, `b = R_r p_r` it is `C = y_a z_b - z_a y_b`, the row offset of
-//! eq 11 times `z_a z_b`. Noise of one variance on the four image coordinates gives it the variance
-//! `V = y_a^2 + z_a^2 - g_a^2 + y_b^2 + z_b^2 - g_b^2` (to first order, at unit depth), with
-//! `g_a = R_r[2][2] y_a - R_r[1][2] z_a` and `g_b` likewise of `R_l`. In the gauge of eq 8 `R_r[1][2]` is
-//! zero. `C / sqrt V` is the row offset over its own standard deviation (Sampson). Nothing is divided by
-//! the root: squares and products of whitened quantities are those of plain ones over the variance.
+//! Rectified rays `a = R_l p_l`, `b = R_r p_r` give `C = y_a z_b - z_a y_b`: the row offset of eq 11 times `z_a z_b`.
+//! Unit noise on the four image coordinates gives `C` the variance `V = y_a^2 + z_a^2 - g_a^2 + y_b^2 + z_b^2 - g_b^2`,
+//! to first order, at unit depth, with `g_a = R_r[2][2] y_a - R_r[1][2] z_a`, and `g_b` likewise from `R_l`. The gauge
+//! of eq 8 makes `R_r[1][2]` zero. `C / sqrt V` is the whitened residual (Sampson). The root is never taken: squares
+//! and products of whitened quantities are those of plain quantities over `V`. Derivation: `ESTIMATOR.md`, sections 2
+//! to 4.
 
 use nalgebra::Matrix3;
 
@@ -15,22 +15,27 @@ use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
 use crate::thresholds::MIN_DEPTH;
 
-/// What the correspondences of a pass have in common.
+/// Coefficients of a pose, shared by the correspondences of a pass; dimensionless.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PoseTerms<V> {
-    /// `R_l`, `R_r`, row by row.
+    /// `R_l`, row by row.
     left: [[V; 3]; 3],
+    /// `R_r`, row by row.
     right: [[V; 3]; 3],
-    /// `c^2`, `1 - c^2` and `c R_r[2][2]` of `c = R_r[0][2]`.
+    /// `R_r[0][2]^2`.
     kappa: V,
+    /// `1 - kappa`.
     rest: V,
+    /// `R_r[0][2] R_r[2][2]`.
     rho: V,
+    /// Smallest depth of a rectified ray, [`MIN_DEPTH`].
     pub(super) min_depth: V,
 }
 
-/// A correspondence at a pose.
+/// Constraint of a correspondence at a pose; dimensionless.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Constraint<V> {
+    /// Rectified rays, left and right.
     a: [V; 3],
     b: [V; 3],
     /// `g_b`.
@@ -39,13 +44,14 @@ pub(super) struct Constraint<V> {
     by_b: [V; 2],
     /// `C`.
     pub(super) value: V,
-    /// Of `C`, by turn of `R` about rectified x, y, z, then of the baseline about y, z.
+    /// Derivatives of `C`, 1/rad: by turn of `R` about rectified x, y, z, then of the baseline about y, z.
     pub(super) jacobian: [V; 5],
     /// `V`.
     pub(super) variance: V,
 }
 
 impl<V: Value> PoseTerms<V> {
+    /// Coefficients of `pose`, the same in every lane.
     #[inline(always)]
     pub(super) fn at<T: Scalar, L: Lanes<T, Value = V>>(
         lanes: L,
@@ -69,17 +75,18 @@ impl<V: Value> PoseTerms<V> {
 }
 
 impl<V: Value> Constraint<V> {
-    /// And whether it is in front of both cameras; if not, it says nothing.
+    /// Constraint of a correspondence, and a mask of the lanes in front of both cameras; other lanes carry no
+    /// information.
     ///
-    /// * `rays`: `x_l`, `y_l`, `x_r`, `y_r`, unit depth.
+    /// * `[x_l, y_l, x_r, y_r]`: undistorted rays in the camera frames, unit depth.
     #[inline(always)]
     pub(super) fn of<T: Scalar, L: Lanes<T, Value = V>>(
         lanes: L,
         frame: &PoseTerms<V>,
         [x_l, y_l, x_r, y_r]: [V; 4],
     ) -> (Self, L::Mask) {
-        let a = turned(lanes, &frame.left, x_l, y_l);
-        let b = turned(lanes, &frame.right, x_r, y_r);
+        let a = rotated(lanes, &frame.left, x_l, y_l);
+        let b = rotated(lanes, &frame.right, x_r, y_r);
         let ([x_a, y_a, z_a], [x_b, y_b, z_b]) = (a, b);
         let [_, [_, _, l_23], [_, _, l_33]] = frame.left;
         let g = lanes.neg_mul_add(l_23, z_b, l_33 * y_b);
@@ -107,7 +114,7 @@ impl<V: Value> Constraint<V> {
         (constraint, lanes.and(lanes.ge(z_a, least), lanes.ge(z_b, least)))
     }
 
-    /// Whether its disparity is no less than so much, at unit depth.
+    /// Whether the disparity is at least `least`, unit depth; compared without a division.
     #[inline(always)]
     pub(super) fn has_disparity<T: Scalar, L: Lanes<T, Value = V>>(
         &self,
@@ -126,7 +133,8 @@ impl<V: Value> Constraint<V> {
         self.value / (z_a * z_b)
     }
 
-    /// The nine products of the rays that [`crate::algebra::moments`] sums, times `z_a z_b`.
+    /// Coordinates `k` of `b a^T` that [`crate::algebra::moments`] sums: `cx`, `cy`, `cz`, `xx`, `yy`, `zz`, `xy`,
+    /// `xz`, `yz`.
     #[inline(always)]
     pub(super) fn products<T: Scalar, L: Lanes<T, Value = V>>(&self, lanes: L) -> [V; 9] {
         let ([x_a, y_a, z_a], [x_b, y_b, z_b]) = (self.a, self.b);
@@ -144,7 +152,7 @@ impl<V: Value> Constraint<V> {
         ]
     }
 
-    /// Derivatives of `C / sqrt V` times `sqrt V`.
+    /// Derivatives of `C / sqrt V` times `sqrt V`, 1/rad: `J - (C / V) dV / 2`.
     ///
     /// * `share`: `C / V`.
     #[inline(always)]
@@ -175,9 +183,9 @@ impl<V: Value> Constraint<V> {
     }
 }
 
-/// A rotation of the ray `(x, y, 1)`.
+/// Ray `(x, y, 1)` after the rotation with rows `r1`, `r2`, `r3`.
 #[inline(always)]
-fn turned<T: Scalar, L: Lanes<T>>(
+fn rotated<T: Scalar, L: Lanes<T>>(
     lanes: L,
     [r1, r2, r3]: &[[L::Value; 3]; 3],
     x: L::Value,
@@ -197,65 +205,92 @@ mod tests {
     use crate::geometry::rectification::tests::pose;
     use crate::paper::residual::RectifiedPair;
     use crate::simd::Single;
-    use nalgebra::{Vector2, Vector3};
+    use nalgebra::{Vector3, Vector5};
     use proptest::prelude::*;
 
-    fn at(pose: &RectifyingRotations<f64>, left: [f64; 2], right: [f64; 2]) -> Constraint<f64> {
-        let rays = [left, right].as_flattened().try_into().unwrap();
+    type Rays = [f64; 4];
+
+    /// A pose, and rays `x_l`, `y_l`, `x_r`, `y_r` on any rows.
+    fn scene() -> impl Strategy<Value = (RectifyingRotations<f64>, Rays)> {
+        let rays = [-0.7..0.7, -0.5..0.5, -0.7..0.7, -0.5..0.5];
+        ([-0.2..0.2, -0.2..0.2, -0.2..0.2], [-0.3..0.3, -0.3..0.3], rays)
+            .prop_map(|(rotation, t, rays)| (pose(rotation, t), rays))
+    }
+
+    fn at(pose: &RectifyingRotations<f64>, rays: Rays) -> Constraint<f64> {
         let (constraint, in_front) = Constraint::of(Single, &PoseTerms::at(Single, pose), rays);
         assert!(in_front);
         constraint
     }
 
     /// `C / sqrt V`.
-    fn whitened(pose: &RectifyingRotations<f64>, left: [f64; 2], right: [f64; 2]) -> f64 {
-        let Constraint { value, variance, .. } = at(pose, left, right);
+    fn whitened(pose: &RectifyingRotations<f64>, rays: Rays) -> f64 {
+        let Constraint { value, variance, .. } = at(pose, rays);
         value / variance.sqrt()
+    }
+
+    /// Central difference of fourth order.
+    fn difference(of: impl Fn(f64) -> f64) -> f64 {
+        let h = 1e-3;
+        (8.0 * (of(h) - of(-h)) - (of(2.0 * h) - of(-2.0 * h))) / (12.0 * h)
+    }
+
+    /// Differences by the five unknowns of the pose.
+    fn by_pose(
+        pose: &RectifyingRotations<f64>,
+        of: impl Fn(&RectifyingRotations<f64>) -> f64,
+    ) -> [f64; 5] {
+        let moved = |i, h| pose.stepped_by(&Vector5::ith(i, h)).unwrap();
+        core::array::from_fn(|i| difference(|h| of(&moved(i, h))))
+    }
+
+    /// Squared length of the gradient by the four coordinates.
+    fn gradient_squared(rays: Rays, of: impl Fn(Rays) -> f64) -> f64 {
+        let moved = |i, h| core::array::from_fn(|k| rays[k] + if k == i { h } else { 0.0 });
+        (0..4_usize).map(|i| difference(|h| of(moved(i, h))).powi(2)).sum()
     }
 
     proptest! {
         #[test]
-        fn jacobian_matches_central_differences(
-            rotation in [-0.2..0.2, -0.2..0.2, -0.2..0.2], t in [-0.3..0.3, -0.3..0.3],
-            left in [-0.7..0.7, -0.5..0.5], right in [-0.7..0.7, -0.5..0.5],
-        ) {
-            let pose = pose(rotation, t);
-            let constraint = at(&pose, left, right);
+        fn jacobian_matches_central_differences((pose, rays) in scene()) {
+            let constraint = at(&pose, rays);
             let Constraint { value, variance, jacobian, .. } = constraint;
             let frame = PoseTerms::at(Single, &pose);
             let whole = constraint.whitened_jacobian(Single, &frame, value / variance);
-            let moved = |i: usize, h: f64, of: &dyn Fn(&RectifyingRotations<f64>) -> f64| {
-                let at = |h: f64| {
-                    let d: [f64; 5] = core::array::from_fn(|k| if k == i { h } else { 0.0 });
-                    let [x, y, z, by, bz] = d;
-                    of(&pose.stepped(&Vector3::new(x, y, z), &Vector2::new(by, bz)).unwrap())
-                };
-                (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h)
-            };
-            let size = whole.iter().fold(0.0_f64, |m, j| m.max(j.abs())) / variance.sqrt();
-            for (i, whole) in whole.into_iter().enumerate() {
-                let numeric = moved(i, 1e-3, &|pose| whitened(pose, left, right));
-                let miss = whole / variance.sqrt() - numeric;
-                prop_assert!(miss.abs() < 1e-8 * size, "{i}: {whole} {numeric}");
+            let whole = whole.map(|j| j / variance.sqrt());
+            let numeric = by_pose(&pose, |pose| at(pose, rays).value);
+            let numeric_whole = by_pose(&pose, |pose| whitened(pose, rays));
+            for (analytic, numeric) in [(jacobian, numeric), (whole, numeric_whole)] {
+                let size = analytic.iter().fold(0.0_f64, |m, j| m.max(j.abs()));
+                for (a, n) in analytic.iter().zip(numeric) {
+                    prop_assert!((a - n).abs() < 1e-8 * size, "{analytic:?} {numeric:?}");
+                }
             }
-            let size = jacobian.iter().fold(0.0_f64, |m, j| m.max(j.abs()));
-            for (i, of_value) in jacobian.into_iter().enumerate() {
-                let numeric = moved(i, 1e-3, &|pose| at(pose, left, right).value);
-                prop_assert!((of_value - numeric).abs() < 1e-8 * size, "{i}: {of_value} {numeric}");
+        }
+
+        #[test]
+        fn half_the_derivatives_of_the_variance_match_central_differences((pose, rays) in scene()) {
+            let constraint = at(&pose, rays);
+            // With `C / V` = 1 they are the difference of plain and whitened derivatives.
+            let whole = constraint.whitened_jacobian(Single, &PoseTerms::at(Single, &pose), 1.0);
+            let numeric = by_pose(&pose, |pose| at(pose, rays).variance / 2.0);
+            for ((plain, whole), half) in constraint.jacobian.into_iter().zip(whole).zip(numeric) {
+                prop_assert!((plain - whole - half).abs() < 1e-9, "{} {half}", plain - whole);
             }
         }
 
         #[test]
         fn it_is_the_row_offset_times_the_depths_and_one_of_the_products_of_the_rays(
-            rotation in [-0.2..0.2, -0.2..0.2, -0.2..0.2], t in [-0.3..0.3, -0.3..0.3],
-            left in [-0.7..0.7, -0.5..0.5], right in [-0.7..0.7, -0.5..0.5],
+            (pose, rays) in scene()
         ) {
-            let pose = pose(rotation, t);
-            let constraint = at(&pose, left, right);
-            let sight = RectifiedPair::of(&pose, &RayPair::try_new(left, right).unwrap()).unwrap();
-            prop_assert!((constraint.row_offset() - (sight.left.v - sight.right.v)).abs() < 1e-14);
-            let a = pose.left() * Vector3::new(left[0], left[1], 1.0);
-            let b = pose.right() * Vector3::new(right[0], right[1], 1.0);
+            let constraint = at(&pose, rays);
+            let [x_l, y_l, x_r, y_r] = rays;
+            let pair = RayPair::try_new([x_l, y_l], [x_r, y_r]).unwrap();
+            let rectified = RectifiedPair::of(&pose, &pair).unwrap();
+            let offset = rectified.left.v - rectified.right.v;
+            prop_assert!((constraint.row_offset() - offset).abs() < 1e-14);
+            let a = pose.left() * Vector3::new(x_l, y_l, 1.0);
+            let b = pose.right() * Vector3::new(x_r, y_r, 1.0);
             let (apart, outer) = (a.cross(&b), b * a.transpose());
             let together = outer + outer.transpose();
             let products = [
@@ -265,80 +300,29 @@ mod tests {
             for (ours, product) in constraint.products(Single).iter().zip(products) {
                 prop_assert!((ours - product).abs() < 1e-14, "{ours} {product}");
             }
-            let least = sight.disparity() - 1e-9;
+            let least = rectified.disparity() - 1e-9;
             prop_assert!(constraint.has_disparity(Single, least));
             prop_assert!(!constraint.has_disparity(Single, least + 2e-9));
         }
 
         #[test]
+        fn variance_is_the_squared_gradient_of_the_constraint_off_the_epipolar_line_too(
+            (pose, rays) in scene()
+        ) {
+            let squared = gradient_squared(rays, |rays| at(&pose, rays).value);
+            prop_assert!((at(&pose, rays).variance / squared - 1.0).abs() < 1e-9);
+        }
+
+        #[test]
         fn unit_noise_on_the_coordinates_gives_it_unit_deviation(
-            rotation in [-0.2..0.2, -0.2..0.2, -0.2..0.2], t in [-0.3..0.3, -0.3..0.3],
-            left in [-0.7..0.7, -0.5..0.5], disparity in 0.0..0.3_f64,
+            (pose, [x, y, ..]) in scene(), disparity in 0.0..0.3_f64,
         ) {
             // On the epipolar line, where the residual is zero and its scale does not vary.
-            let pose = pose(rotation, t);
-            let p = pose.left() * Vector3::new(left[0], left[1], 1.0);
+            let p = pose.left() * Vector3::new(x, y, 1.0);
             let q = pose.right().inverse() * Vector3::new(p.x / p.z - disparity, p.y / p.z, 1.0);
-            let right = [q.x / q.z, q.y / q.z];
-            let h = 1e-5;
-            let gradient_squared: f64 = (0..4_usize)
-                .map(|i| {
-                    let moved = |h: f64| {
-                        let d = |k: usize| if k == i { h } else { 0.0 };
-                        let left = [left[0] + d(0), left[1] + d(1)];
-                        whitened(&pose, left, [right[0] + d(2), right[1] + d(3)])
-                    };
-                    ((moved(h) - moved(-h)) / (2.0 * h)).powi(2)
-                })
-                .sum();
-            prop_assert!((gradient_squared - 1.0).abs() < 1e-6, "{gradient_squared}");
-        }
-    }
-
-    /// Central difference of fourth order.
-    fn difference(of: impl Fn(f64) -> f64) -> f64 {
-        let h = 1e-3;
-        (8.0 * (of(h) - of(-h)) - (of(2.0 * h) - of(-2.0 * h))) / (12.0 * h)
-    }
-
-    proptest! {
-        #[test]
-        fn variance_is_the_squared_gradient_of_the_constraint_off_the_epipolar_line_too(
-            rotation in [-0.2..0.2, -0.2..0.2, -0.2..0.2], t in [-0.3..0.3, -0.3..0.3],
-            left in [-0.7..0.7, -0.5..0.5], right in [-0.7..0.7, -0.5..0.5],
-        ) {
-            let pose = pose(rotation, t);
-            let gradient_squared: f64 = (0..4_usize)
-                .map(|i| {
-                    let d = |k: usize, h: f64| if k == i { h } else { 0.0 };
-                    let value = |h: f64| {
-                        let left = [left[0] + d(0, h), left[1] + d(1, h)];
-                        at(&pose, left, [right[0] + d(2, h), right[1] + d(3, h)]).value
-                    };
-                    difference(value).powi(2)
-                })
-                .sum();
-            let variance = at(&pose, left, right).variance;
-            prop_assert!((variance / gradient_squared - 1.0).abs() < 1e-9);
-        }
-
-        #[test]
-        fn half_the_derivatives_of_the_variance_match_central_differences(
-            rotation in [-0.2..0.2, -0.2..0.2, -0.2..0.2], t in [-0.3..0.3, -0.3..0.3],
-            left in [-0.7..0.7, -0.5..0.5], right in [-0.7..0.7, -0.5..0.5],
-        ) {
-            let pose = pose(rotation, t);
-            let constraint = at(&pose, left, right);
-            // With `C / V` = 1 they are all that the whitened derivatives differ by.
-            let whole = constraint.whitened_jacobian(Single, &PoseTerms::at(Single, &pose), 1.0);
-            for (i, (plain, whole)) in constraint.jacobian.into_iter().zip(whole).enumerate() {
-                let variance = |h: f64| {
-                    let moved = pose.stepped_by(&(nalgebra::Vector5::ith(i, h))).unwrap();
-                    at(&moved, left, right).variance
-                };
-                let half = difference(variance) / 2.0;
-                prop_assert!((plain - whole - half).abs() < 1e-9, "{i}: {} {half}", plain - whole);
-            }
+            let rays = [x, y, q.x / q.z, q.y / q.z];
+            let squared = gradient_squared(rays, |rays| whitened(&pose, rays));
+            prop_assert!((squared - 1.0).abs() < 1e-6, "{squared}");
         }
     }
 }

@@ -1,4 +1,7 @@
-//! The last pass of a pair: what the batch measures at a pose, and whether that is an optimum at all.
+//! Evaluation: the last pass of a pair, at the pose reached (`ESTIMATOR.md`, section 7).
+//!
+//! Sums moments, the gradient with the derivative of `V`, normal equations of the image halves, and residual
+//! statistics; the statistics tell an optimum from a pose among outliers.
 
 use nalgebra::Vector5;
 
@@ -21,11 +24,12 @@ use crate::thresholds::{
     FOUND_PEAK_DEVIATIONS, TRACK_MIN_NEAR, TRACK_PEAK,
 };
 
-/// What one batch measures of the extrinsics.
+/// Measurement of the extrinsics by one batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PairMeasurement<T: Scalar> {
     /// Pose of the evaluation: frame of the moments.
     pub(crate) pose: RectifyingRotations<T>,
+    /// Moments of the weighted rays, 1/rad^2.
     pub(crate) moments: Moments<T>,
     /// Normal equations of the left and of the upper half of the image, about the pose.
     pub(crate) halves: [NormalEquations<T>; 2],
@@ -41,34 +45,37 @@ pub(crate) struct EvaluatedPose<T: Scalar> {
     pub(crate) measurement: PairMeasurement<T>,
     /// Whether disparities exceed their noise.
     pub(crate) baseline_observable: bool,
+    /// Residuals at start and pose.
     pub(crate) stats: ResidualStats<T>,
 }
 
-/// What an evaluation depends on.
+/// Parameters of an evaluation: weighting at the pose, and the start.
 #[derive(Debug, Clone, Copy)]
 struct EvaluationContext<V> {
     by: Weighting<V>,
     start: PoseTerms<V>,
 }
 
-/// Sums of an evaluation beside moments, halves and statistics.
+/// Sums of an evaluation other than moments, halves and statistics.
 #[derive(Debug, Clone, Copy)]
 struct EvaluationSums<T> {
+    /// Gradient with the derivative of `V`, 1/rad.
     gradient: Vector5<T>,
     /// Sums of the weights, 1/px^2, and of the weights times the variance of a coordinate.
     weights: [T; 2],
 }
 
-/// Terms of an inlier.
+/// Terms of a weighted correspondence.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EvaluatedRow<V> {
     row: WeightedRow<V>,
+    /// Coordinates `k` of the moments.
     products: [V; 9],
-    /// Left ray.
+    /// Left ray `x_l`, `y_l`: decides the image half.
     at: [V; 2],
 }
 
-/// Normal equations by region of the image.
+/// Normal equations by region of the image, added in order.
 trait Regions<T: Scalar, L: Lanes<T>> {
     fn add(&mut self, lanes: L, rows: &[EvaluatedRow<L::Value>]);
 }
@@ -146,7 +153,7 @@ impl<T: Scalar> Pass<T> for EvaluationPass<'_, T> {
         }
     }
 
-    /// Adds to the moments in place: a copy would take 200 bytes of stack.
+    /// Adds to the moments in place: saves 200 bytes of stack.
     #[inline(always)]
     fn sweep_single(&mut self, source: impl Iterator<Item = Sample<T>>) {
         let context = EvaluationContext::of(Single, self.iterate);
@@ -170,6 +177,7 @@ impl<T: Scalar> Pass<T> for EvaluationPass<'_, T> {
 }
 
 impl<V: Value> EvaluationContext<V> {
+    /// Parameters at an iterate, the same in every lane.
     #[inline(always)]
     fn of<T: Scalar, L: Lanes<T, Value = V>>(lanes: L, iterate: &Iterate<T>) -> Self {
         let by = iterate.weighting(lanes, Loss::Polish);
@@ -177,6 +185,7 @@ impl<V: Value> EvaluationContext<V> {
     }
 }
 
+/// Sums of an evaluation in lanes.
 struct EvaluationSink<'a, T: Scalar, L: Lanes<T>, R> {
     context: &'a EvaluationContext<L::Value>,
     stats: &'a mut ResidualStats<L::Value>,
@@ -242,7 +251,8 @@ impl<T: Scalar, L: Lanes<T>, R: Regions<T, L>> Sink<T, L> for EvaluationSink<'_,
     }
 }
 
-/// Normal equations of the quadrants of the image: each row is added once.
+/// Normal equations of the quadrants of the image, `[[upper left, upper right], [lower left, lower right]]`: each row
+/// is added once.
 struct Quadrants<T>([[NormalEquations<T>; 2]; 2]);
 
 impl<T: Scalar> Regions<T, Single> for Quadrants<T> {
@@ -257,7 +267,7 @@ impl<T: Scalar> Regions<T, Single> for Quadrants<T> {
     }
 }
 
-/// Normal equations of the left and of the upper half, and the gradient of the whole: lanes are not branched on.
+/// Normal equations of the left and of the upper half, and the gradient of the whole image: no branches on lanes.
 struct HalfSums<S> {
     halves: [NormalSums<S>; 2],
     gradient: [S; 5],
@@ -333,10 +343,10 @@ impl<T: Scalar> EvaluatedPose<T> {
         stats: ResidualStats::none(T::ZERO),
     };
 
-    /// Whether a pose found from afar is an optimum: residuals gather at zero. Outliers have as many within two
-    /// standard deviations as from two to four, and let the noise grow.
+    /// Whether a pose found by a search is an optimum: residuals form a peak at zero. Outliers alone have as many
+    /// within 2 units as from 2 to 4, and let the noise grow.
     ///
-    /// * `needed`: correspondences, by configuration.
+    /// * `needed`: near residuals, by configuration.
     pub(crate) fn is_found(&self, needed: u16) -> bool {
         let (near, beside) = (self.stats.near(), self.stats.beside());
         near >= T::count(needed.into())
@@ -346,26 +356,27 @@ impl<T: Scalar> EvaluatedPose<T> {
             && self.measurement.noise < T::lit(FIRST_NOISE_PX)
     }
 
-    /// Whether residuals gather at zero, at a pose that is known from other pairs.
+    /// Whether residuals form a peak at zero, at a pose that is known from other pairs.
     pub(crate) fn has_peak(&self) -> bool {
         let (near, beside) = (self.stats.near(), self.stats.beside());
         near >= T::count(TRACK_MIN_NEAR) && near >= T::lit(TRACK_PEAK) * beside
     }
 
-    /// Whether residuals gather at zero by more than chance, at a pose that is not yet confirmed.
+    /// Whether that peak exceeds chance, at a pose that is not yet confirmed.
     pub(crate) fn has_clear_peak(&self) -> bool {
         self.stats.exceeds_background(CLEAR_PEAK_DEVIATIONS)
     }
 }
 
 impl<T: Scalar> PairMeasurement<T> {
-    /// Normal equations at a pose, by the moments.
+    /// Normal equations at any pose, by the moments; exact for the frozen weights.
     pub(crate) fn at(&self, pose: &RectifyingRotations<T>) -> NormalEquations<T> {
         self.moments.at_pose(&self.pose, pose)
     }
 }
 
-#[cfg(all(test, feature = "simd"))]
+#[cfg(test)]
+#[cfg(feature = "simd")]
 mod simd_tests;
 #[cfg(test)]
 mod tests;

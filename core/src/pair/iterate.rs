@@ -1,4 +1,4 @@
-//! Linearisation point of a pass, and what weights depend on there.
+//! Linearisation point of a pass, and the noise scale of its residuals (`ESTIMATOR.md`, section 7).
 
 use super::constraint::PoseTerms;
 use super::leverage::Leverage;
@@ -9,7 +9,7 @@ use crate::scalar::Scalar;
 use crate::simd::Lanes;
 use crate::thresholds::{MAX_NOISE_PX, MIN_FREEDOM};
 
-/// A pose with the scale of its residuals.
+/// A pose, with the settings and the scale of its residuals.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Iterate<T: Scalar> {
     /// Mean focal length of the cameras, px.
@@ -18,19 +18,22 @@ pub(crate) struct Iterate<T: Scalar> {
     pub(super) noise_floor: T,
     /// Correspondences that a solution needs.
     pub(super) needed: u16,
+    /// Start of the search or track.
     pub(super) start: RectifyingRotations<T>,
+    /// Pose reached so far.
     pub(super) pose: RectifyingRotations<T>,
     /// Noise of a coordinate, px.
     pub(super) noise: T,
+    /// Limit on the leverage of a correspondence; `None` before the first limit is known.
     pub(super) leverage: Option<Leverage<T>>,
     /// Unknowns that the correspondences determine rather than the prior, 0 to 5.
     pub(super) fitted: T,
-    /// Unit depth.
+    /// Smallest disparity of a weighted correspondence, unit depth; below zero.
     pub(super) min_disparity: T,
 }
 
 impl<T: Scalar> Iterate<T> {
-    /// What weights at the pose depend on.
+    /// Weighting at the pose with a given loss, the same in every lane.
     #[inline(always)]
     pub(super) fn weighting<L: Lanes<T>>(
         &self,
@@ -49,14 +52,16 @@ impl<T: Scalar> Iterate<T> {
         }
     }
 
+    /// Checks the number of usable correspondences.
+    ///
     /// # Errors
-    /// [`PairError::TooFew`].
+    /// [`PairError::TooFew`] below [`Iterate::needed`].
     pub(super) fn check(&self, usable: T) -> Result<(), PairError> {
         let (usable, needed) = (usable.to_u16().into(), self.needed.into());
         if usable < needed { Err(PairError::TooFew { usable, needed }) } else { Ok(()) }
     }
 
-    /// Noise of a coordinate, px.
+    /// Noise of a coordinate, px: between the floor and [`MAX_NOISE_PX`].
     ///
     /// * `near_squares`: variance estimates of the `near` residuals within 2 standard deviations, summed, px^2.
     pub(super) fn noise_of(&self, near_squares: T, near: T) -> T {
@@ -89,7 +94,7 @@ mod tests {
             min_disparity: 0.0,
         };
         assert!((iterate.noise_of(24.0, 28.0) - 1.0).abs() < 1e-12);
-        // Of few residuals at least half.
+        // Each of few residuals counts as half a degree of freedom.
         assert!((iterate.noise_of(2.0, 4.0) - 1.0).abs() < 1e-12);
         assert_eq!(iterate.noise_of(0.0, 28.0), 0.15);
         assert_eq!(iterate.noise_of(-1.0, 28.0), 0.15);

@@ -1,24 +1,25 @@
-//! Limit on the influence of single correspondences on the baseline.
+//! Limit on the leverage of single correspondences on the baseline (`ESTIMATOR.md`, section 6).
 //!
-//! A gross outlier with a large disparity near its epipolar line fits any pose, and no residual tells it from a near
-//! point: its share of the information is limited.
+//! An outlier with a large disparity near its epipolar line fits any pose, and its residual is that of a near point:
+//! its share of the information on the baseline is limited. The share of the information on `R` is bounded by the
+//! image.
 
 use crate::algebra::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
 use crate::thresholds::{FIRST_MAX_LEVERAGE, MAX_LEVERAGE};
 
-/// Limit on a correspondence's share of the information on the baseline. Its share of that on `R` is bounded by the
-/// image.
+/// Limit on a correspondence's share of the information on the baseline, dimensionless.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Leverage<T> {
     /// Covariance of the baseline: forward, mixed, down, rad^2.
     covariance: [T; 3],
+    /// Largest share that keeps its full weight.
     limit: T,
 }
 
 impl<T: Scalar> Leverage<T> {
-    /// From the sums of the pass before.
+    /// Limit from the sums of the pass before: [`MAX_LEVERAGE`] mean shares. `None` where it is not finite.
     ///
     /// * `information`: of the pass, leverage limited, 1/rad^2; `weighted`: correspondences in it.
     /// * `covariance`: of the pose, prior included, rad^2.
@@ -37,9 +38,10 @@ impl<T: Scalar> Leverage<T> {
         limit.is_finite().then_some(Self { covariance, limit })
     }
 
-    /// Before the first pass of a track.
+    /// Limit before the first step of a track: [`FIRST_MAX_LEVERAGE`] squares of the mean root. `None` where it is not
+    /// finite.
     ///
-    /// * `mean_root`: mean root of the shares.
+    /// * `mean_root`: mean square root of the shares of a sample.
     pub(super) fn first(mean_root: T, covariance: &Symmetric5<T>) -> Option<Self> {
         let limit = T::lit(FIRST_MAX_LEVERAGE) * mean_root * mean_root;
         limit.is_finite().then_some(Self { covariance: baseline_block(covariance), limit })
@@ -57,7 +59,9 @@ impl<T: Scalar> Leverage<T> {
 }
 
 impl<V: Value> Leverage<V> {
-    /// Factor of a weight `w`: 1 up to the limit, beyond it the square of limit over share.
+    /// Factor of a weight: 1 up to the limit, beyond it `(limit / share)^2`.
+    ///
+    /// * `w`: `w f^2 / V`; `jacobian`: derivatives of the constraint, 1/rad.
     #[inline(always)]
     pub(super) fn factor<T: Scalar, L: Lanes<T, Value = V>>(
         &self,
@@ -82,7 +86,9 @@ pub(super) fn baseline_block<T: Scalar>(m: &Symmetric5<T>) -> [T; 3] {
     [h[9], h[13], h[14]]
 }
 
-/// Information on the baseline in a row of weight `w`, in units of the covariance of the baseline.
+/// Share of the information on the baseline: `w J_b^T Q_b J_b`, dimensionless.
+///
+/// * `[a, b, c]`: `Q_b`, covariance of the baseline, rad^2; `w`: `w f^2 / V`.
 #[inline(always)]
 pub(super) fn share<T: Scalar, L: Lanes<T>>(
     lanes: L,
@@ -100,14 +106,16 @@ mod tests {
     use super::*;
     use crate::simd::Single;
 
-    /// Rows of different leverage, their information, and what it leaves uncertain.
+    /// Rows of different leverage, their information and its inverse.
     fn rows() -> ([[f64; 5]; 40], Symmetric5<f64>, Symmetric5<f64>) {
         let rows: [[f64; 5]; 40] = core::array::from_fn(|i| {
             let k = f64::from(u8::try_from(i).unwrap());
             [1.0 + 0.1 * k.sin(), k.cos(), (2.0 * k).sin(), 0.3 * (3.0 * k).cos(), (0.7 * k).sin()]
         });
         let mut held = Symmetric5::ZERO;
-        rows.iter().for_each(|j| held.add_outer(2.0, j));
+        for j in &rows {
+            held.add_outer(2.0, j);
+        }
         (rows, held, held.inverse().unwrap())
     }
 
@@ -118,7 +126,7 @@ mod tests {
         let shares = rows.iter().map(|j| share(Single, &baseline_block(&covariance), 2.0, j));
         let mean = shares.sum::<f64>() / 40.0;
         assert!((leverage.limit / (MAX_LEVERAGE * mean) - 1.0).abs() < 1e-12);
-        // Five unknowns share the rows: those of the baseline no less than their part.
+        // The shares of all five unknowns add up to 5; two of them are the baseline's.
         assert!(mean * 40.0 >= 2.0 - 1e-12, "{mean}");
         let [j, ..] = rows;
         let [.., y, z] = j;
@@ -136,7 +144,7 @@ mod tests {
         for (excess, left) in [(0.5, 1.0), (1.0 - 1e-9, 1.0), (2.0, 0.25), (10.0, 0.01)] {
             let got = leverage.factor(Single, excess * at_limit, &j);
             assert!((got - left).abs() < 1e-6, "{excess}: {got}");
-            // Weights are over the variance of a residual: three times that, a third of them.
+            // Weights are inverse to the variance of a residual.
             let grown = Leverage::of(&held, 40.0, &covariance, 3.0).unwrap();
             let same = grown.factor(Single, excess * at_limit / 3.0, &j);
             assert!((same - left).abs() < 1e-6, "{excess}: {same}");

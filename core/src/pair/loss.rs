@@ -1,4 +1,6 @@
-//! Loss functions and the expected variance of a residual: noise of the matcher and the grid it rounds to.
+//! Loss functions and expected variance of a residual (`ESTIMATOR.md`, section 5).
+//!
+//! The variance is that of the matcher's noise plus that of rounding to its grid. To change the loss, change this file.
 
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
@@ -21,7 +23,7 @@ pub(super) fn tukey<T: Scalar, L: Lanes<T>>(lanes: L, x: L::Value) -> L::Value {
     root * root
 }
 
-/// Expected variance of a whitened residual, px^2 of one coordinate.
+/// Expected variance of a whitened residual `r = f C / sqrt V`, px^2 of one coordinate.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ResidualVariance<V> {
     /// Noise and rounding together, px^2.
@@ -33,8 +35,10 @@ pub(super) struct ResidualVariance<V> {
 }
 
 impl<V: Value> ResidualVariance<V> {
+    /// Variance of residuals with a given noise and grid.
+    ///
     /// * `noise_squared`: variance before rounding, px^2.
-    /// * `grid_step`: `q`, px.
+    /// * `grid_step`: `q`, px; 0 for a matcher that does not round.
     #[inline(always)]
     pub(super) fn of<T: Scalar, L: Lanes<T, Value = V>>(
         lanes: L,
@@ -49,7 +53,7 @@ impl<V: Value> ResidualVariance<V> {
         Self { variance, of_grid, unit_squared }
     }
 
-    /// Whether a residual is within so many units.
+    /// Whether a residual is within `units` of the loss.
     ///
     /// * `squared`: squared residual, px^2.
     #[inline(always)]
@@ -85,7 +89,7 @@ impl<V: Value> ResidualVariance<V> {
     #[inline(always)]
     pub(super) fn tukey<T: Scalar, L: Lanes<T, Value = V>>(&self, lanes: L, squared: V) -> V {
         let limit = self.limit_squared(lanes);
-        // One division for both quotients: the slowest instruction of a controller.
+        // One division for both quotients: division is the slowest instruction of a controller.
         let inverse = lanes.splat(T::ONE) / (limit * self.variance);
         tukey(lanes, squared * (inverse * self.variance)) * (inverse * limit)
     }
@@ -98,9 +102,9 @@ mod tests {
 
     #[test]
     fn variance_is_that_of_the_noise_and_of_the_rounding() {
-        let spread = ResidualVariance::of(Single, 0.09_f64, 2.0);
-        assert!((spread.variance - (0.09 + 4.0 / 12.0)).abs() < 1e-15);
-        assert!((spread.of_grid - 4.0 / 12.0).abs() < 1e-15);
+        let expected = ResidualVariance::of(Single, 0.09_f64, 2.0);
+        assert!((expected.variance - (0.09 + 4.0 / 12.0)).abs() < 1e-15);
+        assert!((expected.of_grid - 4.0 / 12.0).abs() < 1e-15);
         let continuous = ResidualVariance::of(Single, 0.09_f64, 0.0);
         assert_eq!((continuous.variance, continuous.of_grid), (0.09, 0.0));
         assert_eq!(continuous.unit_squared, 0.09);
@@ -116,14 +120,12 @@ mod tests {
 
     #[test]
     fn residuals_are_measured_in_units() {
-        let spread = ResidualVariance::of(Single, 0.04_f64, 1.0);
-        assert!(
-            spread.is_within(Single, 2.0, 1.199_f64.powi(2))
-                && !spread.is_within(Single, 2.0, 1.201_f64.powi(2))
-        );
-        assert!(!spread.is_within(Single, 2.0, f64::NAN));
-        let share = |r: f64| spread.tukey(Single, r * r) * spread.variance;
-        // One whole step off still counts, past Tukey's limit nothing does.
+        let expected = ResidualVariance::of(Single, 0.04_f64, 1.0);
+        let within = |r: f64| expected.is_within(Single, 2.0, r * r);
+        assert!(within(1.199) && !within(1.201));
+        assert!(!expected.is_within(Single, 2.0, f64::NAN));
+        let share = |r: f64| expected.tukey(Single, r * r) * expected.variance;
+        // A residual of one grid step keeps most of its weight; one beyond the limit has none.
         assert!(share(1.0) > 0.7 && (share(0.0) - 1.0).abs() < 1e-15);
         assert_eq!(share(0.6 * TUKEY + 1e-9), 0.0);
         assert!(share(0.6 * TUKEY - 0.1) > 0.0);
@@ -148,12 +150,12 @@ mod tests {
     fn squares_within_two_deviations_give_the_variance_of_normal_noise() {
         let [mut squares, mut near] = [0.0; 2];
         let sd = 0.7_f64;
-        let expected_variance = ResidualVariance::of(Single, sd * sd, 0.0);
+        let expected = ResidualVariance::of(Single, sd * sd, 0.0);
         for i in -40_000..=40_000_i32 {
             let r = f64::from(i) * 1e-4;
             let density = (-r * r / (2.0 * sd * sd)).exp();
-            if expected_variance.is_within(Single, 2.0, r * r) {
-                squares += density * expected_variance.noise_squared(Single, r * r);
+            if expected.is_within(Single, 2.0, r * r) {
+                squares += density * expected.noise_squared(Single, r * r);
                 near += density;
             }
         }

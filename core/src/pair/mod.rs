@@ -1,7 +1,14 @@
-//! One stereo pair: an M-estimator of the extrinsics from whitened row offsets, one pass at a time.
+//! One stereo pair: M-estimator of the extrinsics from whitened row offsets, one pass over the batch at a time.
 //!
-//! [`constraint`] is the residual, [`loss`] and [`leverage`] weight it, [`sweep`] sums over the batch, [`solver`] steps
-//! to the optimum, and [`evaluate`] measures what the batch says there. Derivation: `ESTIMATOR.md`.
+//! Input: rays of a batch, unit depth; a start with its prior. Output: the optimum, its moments, and residual
+//! statistics.
+//!
+//! - [`constraint`]: residual, variance and derivatives. [`loss`], [`leverage`], [`weighting`]: weight of a residual.
+//! - [`sweep`]: loop over the batch on any lanes. [`normal_sums`], [`residual_stats`]: sums of a pass.
+//! - [`iterate`]: linearisation point. [`solver`]: Gauss-Newton steps. [`survey`]: first leverage limit of a track.
+//! - [`evaluate`]: last pass, at the pose reached.
+//!
+//! Derivation: `ESTIMATOR.md`, sections 2 to 9.
 
 mod constraint;
 pub(crate) mod evaluate;

@@ -1,21 +1,24 @@
-//! Normal equations as sums over the batch, for any lanes.
+//! Normal equations as sums over the batch, on any lanes.
+//!
+//! 20 sums: `H = sum w J J^T` (lower triangle, 15) and `g = sum w C J` (5).
 
 use super::weighting::WeightedRow;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::scalar::Scalar;
 use crate::simd::Lanes;
 
-/// Sums of `w J J^T` and `w J r`.
+/// Sums of `w J J^T` and `w C J`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NormalSums<S> {
-    /// Lower triangle without its last row, then the last row.
+    /// Lower triangle of the information, rows 1 to 4.
     upper: [S; 10],
+    /// Row 5.
     last: [S; 5],
     gradient: [S; 5],
 }
 
 impl<S: Copy> NormalSums<S> {
-    /// Sums that go on from normal equations.
+    /// Sums that continue from normal equations.
     #[inline(always)]
     pub(super) fn resume<T: Scalar>(
         lanes: impl Lanes<T, Sum = S>,
@@ -31,7 +34,7 @@ impl<S: Copy> NormalSums<S> {
         }
     }
 
-    /// Adds rows in order. Two loops over a block: each keeps its ten sums in registers.
+    /// Adds rows in order. Each of the two loops keeps its ten sums in registers.
     #[inline(always)]
     pub(super) fn add<T: Scalar, L: Lanes<T, Sum = S>>(
         &mut self,
@@ -71,7 +74,7 @@ impl<S: Copy> NormalSums<S> {
         (self.last, self.gradient) = ([a, b, c, d, e], [f, g, h, i, j]);
     }
 
-    /// Stores the sums in the normal equations that they have gone on from.
+    /// Stores the sums in the normal equations that they continue from.
     #[inline(always)]
     pub(super) fn store<T: Scalar>(
         self,

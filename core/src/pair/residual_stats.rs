@@ -1,24 +1,24 @@
-//! Counts and sums of residuals at a pose: noise, inliers, and the fit beside that of the start.
+//! Residual statistics at a pose: noise, inliers, and the fit against that of the start (`ESTIMATOR.md`, section 7).
 
 use super::loss::ResidualVariance;
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
 use crate::thresholds::{BESIDE, INLIER, NEAR};
 
-/// Counts of correspondences (whole numbers), and sums over them. `V` is a number, or one per lane while they are
-/// summed.
+/// Counts of correspondences (whole numbers) and sums over them. `V`: a number, or one per lane during a pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ResidualStats<V> {
-    /// In front of both rectified cameras.
+    /// Correspondences in front of both cameras.
     pub(crate) usable: V,
-    /// Behind a camera.
+    /// Correspondences behind a camera.
     pub(crate) skipped: V,
     /// Residuals within 2, 3, and 4 units of the loss.
     pub(super) within: [V; 3],
     /// Estimates of the noise variance from the residuals within 2 units, summed, px^2.
     pub(super) near_squares: V,
-    /// Correspondences that fit, and sums of their squared row offsets at start and pose, unit depth.
+    /// Correspondences within Tukey's limit at the pose and in front of both cameras at the start.
     pub(crate) screened: V,
+    /// Sums of their squared row offsets at start and pose, unit depth.
     pub(crate) squares: [V; 2],
     /// Sums of the truncated squared row offsets of all correspondences at start and pose, unit depth.
     pub(crate) cost: [V; 2],
@@ -30,14 +30,16 @@ pub(super) struct Compared<V, M> {
     pub(super) after: V,
     /// In front of both cameras at the start.
     pub(super) in_front_before: M,
-    /// Squared row offset of a truncated cost.
+    /// Limit of the truncated cost, squared row offset.
     pub(super) most: V,
     /// Within Tukey's limit at the pose.
     pub(super) fit: M,
 }
 
 impl<V: Copy> ResidualStats<V> {
-    /// `zero` correspondences.
+    /// Statistics of no correspondences.
+    ///
+    /// * `zero`: 0 in every lane.
     pub(super) const fn none(zero: V) -> Self {
         Self {
             usable: zero,
@@ -79,7 +81,7 @@ impl<V: Value> ResidualStats<V> {
         self.near_squares = self.near_squares + lanes.keep(near, of_noise);
     }
 
-    /// Compares correspondences in front of both cameras at the pose with the start.
+    /// Adds the row offsets at start and pose of correspondences in front of both cameras at the pose.
     #[inline(always)]
     pub(super) fn compare<T: Scalar, L: Lanes<T, Value = V>>(
         &mut self,
@@ -138,8 +140,8 @@ impl<T: Scalar> ResidualStats<T> {
         inliers / self.usable.max(T::ONE)
     }
 
-    /// Whether the near residuals exceed those beside by so many standard deviations of a flat background, of which
-    /// both bands hold the same number.
+    /// Whether the near residuals exceed those beside by `deviations` of chance. A flat background fills both bands
+    /// alike, and the variance of the difference is the sum of the counts.
     pub(super) fn exceeds_background(&self, deviations: f64) -> bool {
         let (near, beside) = (self.near(), self.beside());
         near - beside >= T::lit(deviations) * (near + beside).sqrt()

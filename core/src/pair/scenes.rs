@@ -1,5 +1,7 @@
 //! Batches and solvers for tests of a pass.
 
+extern crate std;
+
 use super::solver::{PairSolver, TrackStart};
 use crate::algebra::symmetric5::Symmetric5;
 use crate::batch::Batch;
@@ -11,27 +13,52 @@ use crate::geometry::lens::Lens;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::rectification::tests::pose;
 use crate::scalar::Scalar;
+use nalgebra::Vector3;
+use proptest::prelude::*;
+use std::vec::Vec;
 
-/// px.
-const FOCAL: f64 = 500.0;
+/// Focal length and principal point of the cameras, px.
+pub(super) const FOCAL: f64 = 500.0;
+pub(super) const CENTRE: f64 = 4000.0;
 
-/// Rays all over wide images, some of them behind a turned pose; large and small disparities.
-pub(super) fn batch<T: Scalar>(pixels: &[[f64; 4]]) -> Batch<T, 100> {
-    let intrinsics = Intrinsics {
-        focal: [T::lit(FOCAL); 2],
-        principal: [T::lit(4000.0), T::lit(300.0)],
-        size: [8000, 600],
-    };
+/// Batch of pixels `u_l`, `v_l`, `u_r`, `v_r` in images wide enough for rays behind a turned pose; every third
+/// correspondence without a grid.
+pub(super) fn batch<T: Scalar>(pixels: impl Iterator<Item = [f64; 4]>) -> Batch<T, 100> {
+    let intrinsics =
+        Intrinsics { focal: [T::lit(FOCAL); 2], principal: [T::lit(CENTRE); 2], size: [8000; 2] };
     let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
     let cameras = Cameras { left: camera, right: camera };
     let mut batch = Batch::new();
-    for (i, [u, v, d, e]) in pixels.iter().enumerate() {
+    for (i, pixel) in pixels.enumerate() {
         let grid_step = if i % 3 == 0 { T::ZERO } else { T::lit(1.5) };
-        let left = [T::lit(*u), T::lit(*v)];
-        let right = [T::lit(u - d), T::lit(v + e)];
-        let _ = batch.push(&cameras, &Correspondence { left, right, score: T::ONE, grid_step });
+        let [u_l, v_l, u_r, v_r] = pixel.map(T::lit);
+        let (left, right) = ([u_l, v_l], [u_r, v_r]);
+        batch.push(&cameras, &Correspondence { left, right, score: T::ONE, grid_step }).unwrap();
     }
     batch
+}
+
+/// Pixels over the whole width, with their disparities and row offsets.
+pub(super) fn pixels() -> impl Strategy<Value = Vec<[f64; 4]>> {
+    let pixel = [200.0..7800.0, 3700.0..4299.0, -5.0..80.0, -3.0..3.0_f64];
+    prop::collection::vec(pixel.prop_map(|[u, v, d, e]| [u, v, u - d, v + e]), 0..100)
+}
+
+/// Rays `x_l`, `y_l`, `x_r`, `y_r` of a correspondence in the rectified frame of a pose, unit depth.
+///
+/// * `[u, v, d, e]`: left ray, disparity and row offset.
+pub(super) fn rays(pose: &RectifyingRotations<f64>, [u, v, d, e]: [f64; 4]) -> [f64; 4] {
+    let l = pose.left().inverse() * Vector3::new(u, v, 1.0);
+    let r = pose.right().inverse() * Vector3::new(u - d, v + e, 1.0);
+    [l.x / l.z, l.y / l.z, r.x / r.z, r.y / r.z]
+}
+
+/// A pose in another scalar.
+pub(super) fn rounded<T: Scalar>(pose: &RectifyingRotations<f64>) -> RectifyingRotations<T> {
+    let extrinsics = pose.extrinsics().unwrap();
+    let r = extrinsics.rotation().matrix().map(T::lit);
+    let t = extrinsics.translation().map(T::lit);
+    RectifyingRotations::from(&Extrinsics::try_new(&r, &t).unwrap())
 }
 
 /// A search at each of its stages, and a track.
@@ -40,17 +67,12 @@ pub(super) fn solvers<T: Scalar>(
     rotation: [f64; 3],
     t: [f64; 2],
 ) -> impl Iterator<Item = PairSolver<T>> {
-    let start = pose(rotation, t).extrinsics().unwrap();
-    let r = start.rotation().matrix().map(T::lit);
-    let t = start.translation().map(T::lit);
-    let start = RectifyingRotations::from(&Extrinsics::try_new(&r, &t).unwrap());
-    let focal = T::lit(FOCAL);
+    let (start, focal) = (rounded(&pose(rotation, t)), T::lit(FOCAL));
     let mut search = PairSolver::search(&Config::robust(), focal, start, 12);
-    let mut covariance = Symmetric5::ZERO;
-    covariance.add_diagonal(T::lit(1e-6));
+    let covariance = Symmetric5::of_diagonal([T::lit(1e-6); 5]);
     let start_of_track = TrackStart { pose: start, covariance, noise: T::lit(0.4) };
     let track = PairSolver::track(&Config::robust(), focal, &start_of_track).unwrap();
-    let stages: heapless::Vec<_, 12> = (0..9)
+    let stages: Vec<_> = (0..9)
         .map(|_| {
             let at = search.clone();
             let _ = search.advance(batch.matches());

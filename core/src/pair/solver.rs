@@ -1,19 +1,21 @@
-//! Steps to the optimum of one pair: one pass and one Gauss-Newton step with a prior at a time.
+//! Gauss-Newton with a prior on one pair: one pass over the batch and one step at a time (`ESTIMATOR.md`, section 5).
 //!
-//! A *search* starts from afar: Geman-McClure's loss from a scale that covers the prior, halved each pass, then Tukey's
-//! biweight at the noise, which is estimated on the way. A *track* starts at a running estimate with its covariance,
-//! and widens the loss of each correspondence by the uncertainty of its residual.
+//! A *search* starts from afar: Geman-McClure's loss at a scale that covers the prior, halved each pass, then Tukey's
+//! biweight at the noise, which each pass estimates. A *track* starts at a running estimate with its covariance, and
+//! widens the loss of each correspondence by the uncertainty of its residual.
+//!
+//! Time: at most the given number of passes. Memory: constant, beside the batch.
 
 use nalgebra::Vector5;
 
 use super::constraint::Constraint;
 use super::iterate::Iterate;
 use super::leverage::Leverage;
-use super::loss::ResidualVariance;
+use super::loss::{ResidualVariance, geman_mcclure, tukey};
 use super::normal_sums::NormalSums;
 use super::survey::survey;
 use super::sweep::{self, Pass, Sample, Sink, spread_over};
-use super::weighting::{Loss, WeightedRow, Weighting, annealed_weight, tracked_weight};
+use super::weighting::{Loss, WeightedRow, Weighting, tracked};
 use crate::algebra::information::Information;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::algebra::symmetric5::Symmetric5;
@@ -34,19 +36,20 @@ use crate::thresholds::{
 pub(super) enum Schedule<T> {
     /// Geman-McClure at this scale, px.
     Anneal(T),
-    /// Tukey, widened by the covariance of the pose, rad^2.
+    /// Tukey, its limit widened by the covariance of the pose, rad^2.
     Track(Symmetric5<T>),
-    /// Tukey at the noise.
+    /// Tukey at the estimated noise.
     Polish,
 }
 
 /// Start of a track.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TrackStart<T: Scalar> {
+    /// Running estimate.
     pub(crate) pose: RectifyingRotations<T>,
-    /// Of the estimate and of what a pair may differ from it, rad^2.
+    /// Covariance of the estimate plus that of a pair about it, rad^2.
     pub(crate) covariance: Symmetric5<T>,
-    /// Of a coordinate, px.
+    /// Noise of a coordinate, px.
     pub(crate) noise: T,
 }
 
@@ -55,16 +58,17 @@ pub(crate) struct TrackStart<T: Scalar> {
 pub(super) struct PassSums<T> {
     /// Normal equations, leverage limited.
     pub(super) normal: NormalEquations<T>,
-    /// In front of both cameras.
+    /// Correspondences in front of both cameras.
     pub(super) usable: T,
-    /// Of a weight above 0.
+    /// Correspondences of a weight above 0.
     pub(super) weighted: T,
-    /// Within 2 standard deviations, and their variance estimates, summed, px^2.
+    /// Residuals within 2 standard deviations; counted in a polish only.
     pub(super) near: T,
+    /// Their estimates of the noise variance, summed, px^2.
     pub(super) near_squares: T,
 }
 
-/// A pair on its way to its optimum.
+/// Solver of one pair, between two passes.
 #[derive(Debug, Clone)]
 pub(crate) struct PairSolver<T: Scalar> {
     pub(super) iterate: Iterate<T>,
@@ -74,16 +78,19 @@ pub(crate) struct PairSolver<T: Scalar> {
     annealing: T,
     /// Sum of the steps from the start, rad.
     moved: Vector5<T>,
+    /// Loss of the next pass.
     pub(super) schedule: Schedule<T>,
+    /// Passes taken, without that of the evaluation.
     passes: u16,
     max_passes: u16,
+    /// Reason of the end; `None` while steps are left.
     stop: Option<Stop>,
 }
 
 impl<T: Scalar> PairSolver<T> {
-    /// Starts from afar, known to the configuration's prior.
+    /// Starts a search, with the prior of the configuration.
     ///
-    /// * `max_passes`: with that of the evaluation.
+    /// * `focal`: mean focal length, px; `max_passes`: with that of the evaluation.
     pub(crate) fn search(
         config: &Config,
         focal: T,
@@ -113,13 +120,13 @@ impl<T: Scalar> PairSolver<T> {
         }
     }
 
-    /// A search in a small batch, whose sums follow only small changes of the loss: slower, in twice the passes.
+    /// Anneals slower, in twice the passes: the sums of a small batch follow only small changes of the loss.
     pub(crate) fn among_few(self) -> Self {
         let max_passes = self.max_passes.saturating_mul(2).saturating_add(1);
         Self { annealing: T::lit(SLOW_ANNEALING), max_passes, ..self }
     }
 
-    /// Starts at a running estimate; `None` if its covariance has no inverse.
+    /// Starts a track; `None` if the covariance of the start has no inverse.
     pub(crate) fn track(config: &Config, focal: T, start: &TrackStart<T>) -> Option<Self> {
         let TrackStart { pose, covariance, noise } = start;
         let mut track = Self::search(config, focal, *pose, TRACK_PASSES);
@@ -157,7 +164,7 @@ impl<T: Scalar> PairSolver<T> {
         &self.iterate
     }
 
-    /// Why it stopped.
+    /// Reason of the end.
     pub(crate) fn stop(&self) -> Stop {
         self.stop.unwrap_or(Stop::PassesSpent)
     }
@@ -167,13 +174,15 @@ impl<T: Scalar> PairSolver<T> {
         self.stop.is_some()
     }
 
-    /// Typical leverage, at the pose of the start.
+    /// First limit on leverage, at the start of a track. Out of line: bounds the stack of [`PairSolver::advance`].
     #[inline(never)]
     fn survey(&self, matches: Matches<'_, T>, covariance: &Symmetric5<T>) -> Option<Leverage<T>> {
         survey(&self.weighting(Single), spread_over(matches.pairs, SURVEYED), covariance)
     }
 
-    /// * `most`: correspondences to read.
+    /// Sums over the batch at the pose.
+    ///
+    /// * `most`: correspondences to read, evenly spread.
     #[inline(never)]
     fn pass(&self, matches: Matches<'_, T>, most: usize) -> PassSums<T> {
         let mut pass = PassOver { solver: self, sums: PassSums::ZERO };
@@ -181,7 +190,10 @@ impl<T: Scalar> PairSolver<T> {
         pass.sums
     }
 
-    /// One Gauss-Newton step from the sums at the pose, then the next, tighter loss.
+    /// Takes one Gauss-Newton step from the sums at the pose, then the next loss of the schedule.
+    ///
+    /// `(H + P) d = -(g + P m)` with the prior `P` and the sum `m` of the steps so far. No factor of `H + P`, or a step
+    /// beyond the limits of a rig, ends the pair with [`Stop::NoDescent`] at the pose before.
     #[inline(never)]
     fn step(&mut self, pass: &PassSums<T>) {
         self.passes = self.passes.saturating_add(1);
@@ -221,14 +233,14 @@ impl<T: Scalar> PairSolver<T> {
     }
 
     /// Residual variance that the loss assumes, px^2.
-    fn variance(&self) -> T {
+    pub(super) fn variance(&self) -> T {
         match self.schedule {
             Schedule::Anneal(scale) => scale * scale,
             Schedule::Track(_) | Schedule::Polish => self.iterate.noise * self.iterate.noise,
         }
     }
 
-    /// Takes the next smaller scale, or the next estimate of the noise; whether that has settled.
+    /// Takes the next scale, or the next estimate of the noise; true once the noise has settled.
     fn tighten(&mut self, pass: &PassSums<T>) -> bool {
         match self.schedule {
             Schedule::Anneal(scale) => {
@@ -247,6 +259,7 @@ impl<T: Scalar> PairSolver<T> {
         }
     }
 
+    /// Weighting of the next pass.
     #[inline(always)]
     fn weighting<L: Lanes<T>>(&self, lanes: L) -> Weighting<L::Value> {
         let loss = match &self.schedule {
@@ -268,7 +281,7 @@ impl<T: Scalar> PassSums<T> {
     };
 }
 
-/// A pass on the way to a pose.
+/// A pass of a solver, with its sums so far.
 pub(super) struct PassOver<'a, T: Scalar> {
     pub(super) solver: &'a PairSolver<T>,
     pub(super) sums: PassSums<T>,
@@ -299,6 +312,7 @@ impl<T: Scalar> Pass<T> for PassOver<'_, T> {
     }
 }
 
+/// Sums of a pass in lanes.
 struct PassSink<'a, T: Scalar, L: Lanes<T>> {
     by: &'a Weighting<L::Value>,
     normal: NormalSums<L::Sum>,
@@ -342,7 +356,9 @@ impl<T: Scalar, L: Lanes<T>> Sink<T, L> for PassSink<'_, T, L> {
 }
 
 impl<V: Value, T: Scalar, L: Lanes<T, Value = V>> PassSink<'_, T, L> {
-    /// Weight by the loss, 1/px^2; counts the near residuals of a polish.
+    /// Weight by the loss, 1/px^2, before leverage is limited; counts the near residuals of a polish.
+    ///
+    /// * `precision`: `f^2 / V`, px^2; `grid_step`: px.
     #[inline(always)]
     fn weight(
         &mut self,
@@ -355,7 +371,7 @@ impl<V: Value, T: Scalar, L: Lanes<T, Value = V>> PassSink<'_, T, L> {
         let by = self.by;
         let squared = constraint.value * constraint.value * precision;
         if let Loss::Anneal(scale) = &by.loss {
-            return lanes.keep(in_front, annealed_weight(lanes, squared, *scale));
+            return lanes.keep(in_front, geman_mcclure(lanes, squared * *scale) * *scale);
         }
         let ahead = lanes.and(in_front, constraint.has_disparity(lanes, by.min_disparity));
         if !lanes.any(ahead) {
@@ -363,8 +379,8 @@ impl<V: Value, T: Scalar, L: Lanes<T, Value = V>> PassSink<'_, T, L> {
         }
         let expected = ResidualVariance::of(lanes, by.noise_squared, grid_step);
         if let Loss::Track(covariance) = &by.loss {
-            let w = tracked_weight(lanes, covariance, constraint, precision, &expected);
-            return lanes.keep(ahead, w);
+            let x = tracked(lanes, covariance, constraint, precision, &expected);
+            return lanes.keep(ahead, tukey(lanes, x) / expected.variance);
         }
         let is_near = lanes.and(ahead, expected.is_within(lanes, NEAR, squared));
         let [.., near] = &mut self.counts;

@@ -1,4 +1,4 @@
-//! Typical leverage in a sample of the batch, before the first step of a track.
+//! Survey: typical leverage in a sample of the batch, before the first step of a track.
 
 use super::constraint::Constraint;
 use super::leverage::{Leverage, baseline_block, share};
@@ -9,9 +9,9 @@ use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
 use crate::simd::Single;
 
-/// Limit from the mean root of the shares: outliers have not moved the pose yet, and hardly move the mean root.
+/// Limit from the mean root of the shares, which outliers hardly move; `None` where it is not finite.
 ///
-/// * `covariance`: of the pose, rad^2.
+/// * `by`: weighting at the start; `covariance`: of the pose, rad^2.
 pub(super) fn survey<'a, T: Scalar>(
     by: &Weighting<T>,
     sample: impl Iterator<Item = &'a RayPair<T>>,

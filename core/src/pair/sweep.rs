@@ -1,4 +1,7 @@
-//! A pass over the batch: a source of correspondences, a sink of sums, and the lanes of the processor between them.
+//! One pass over the batch: a source of correspondences feeds a sink of sums, on lanes of the processor.
+//!
+//! [`Pass`] names the sums, [`Sink`] adds terms to them, [`run`] selects the lanes: [`Single`], [`Quads`], or with the
+//! feature `simd` vector lanes. [`Single`] and [`Quads`] give the same bits; vector lanes agree to rounding.
 
 use core::array::from_fn;
 use core::hint::black_box;
@@ -16,22 +19,22 @@ pub(super) type Sample<V> = ([V; 4], V);
 /// Largest [`Lanes::BLOCK`].
 const MAX_BLOCK: usize = 8;
 
-/// Sums over correspondences, by one formula for all lanes.
+/// Sums over correspondences, by one expression for all lanes.
 pub(super) trait Sink<T: Scalar, L: Lanes<T>> {
     /// Terms that correspondences add to the sums.
     type Row: Copy;
 
-    /// Terms of one correspondence per lane; `None` if none of them adds anything.
+    /// Terms of one correspondence per lane; `None` if all of them are zero.
     fn row(&mut self, lanes: L, sample: Sample<L::Value>) -> Option<Self::Row>;
 
-    /// Terms that add nothing.
+    /// Terms of zero.
     fn none(lanes: L) -> Self::Row;
 
     /// Adds terms to the sums, in order.
     fn add(&mut self, lanes: L, rows: &[Self::Row]);
 }
 
-/// A pass: the sums that it leads to, from any lanes.
+/// A pass with its sums, on any lanes.
 pub(super) trait Pass<T: Scalar> {
     /// Whether [`Quads`] are faster than [`Single`] where the target supports them.
     const QUADS: bool;
@@ -46,7 +49,7 @@ pub(super) trait Pass<T: Scalar> {
     }
 }
 
-/// Feeds a source to a sink.
+/// Feeds a source to a sink, [`Lanes::BLOCK`] samples at a time.
 #[inline(always)]
 pub(super) fn sweep<T: Scalar, L: Lanes<T>, S: Sink<T, L>>(
     lanes: L,
@@ -103,8 +106,8 @@ pub(super) fn run_baseline<T: Scalar, P: Pass<T>>(pass: &mut P, pairs: &[RayPair
     pass.sweep_single(rest.into_iter().flatten().chain(pairs).map(sample));
 }
 
-/// Keeps what all samples share in memory: vector operations take operands from there, and the compiler would copy each
-/// to all lanes anew.
+/// Keeps values that all samples share in memory, as operands of vector instructions; otherwise the compiler broadcasts
+/// each anew.
 #[inline(always)]
 pub(super) fn in_memory<T: Number, L: Lanes<T>, C>(_: L, context: C) -> C {
     if L::BLOCK == 1 { context } else { black_box(context) }
@@ -116,7 +119,7 @@ pub(super) fn sample<T: Scalar>(pair: &RayPair<T>) -> Sample<T> {
     (pair.rays(), pair.grid_step())
 }
 
-/// At most so many of the correspondences, evenly spread over the batch.
+/// At most `most` of the correspondences, evenly spread over the batch.
 #[inline(always)]
 pub(super) fn spread_over<T>(
     pairs: &[RayPair<T>],
@@ -144,6 +147,7 @@ pub(super) mod wide {
         dispatch(Whole { pass, matches }).is_some()
     }
 
+    /// Sweep over a whole batch, dispatched on the processor's instruction set.
     struct Whole<'a, T: Scalar, P> {
         pass: &'a mut P,
         matches: Matches<'a, T>,
@@ -171,7 +175,8 @@ pub(super) mod wide {
     }
 }
 
-#[cfg(all(test, feature = "simd"))]
+#[cfg(test)]
+#[cfg(feature = "simd")]
 pub(super) mod simd_tests;
 #[cfg(test)]
 mod tests;

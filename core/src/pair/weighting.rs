@@ -1,8 +1,8 @@
-//! Weight of a correspondence in the normal equations of a pass.
+//! Weight of a correspondence in the normal equations of a pass: loss, inverse variance and leverage.
 
 use super::constraint::{Constraint, PoseTerms};
 use super::leverage::Leverage;
-use super::loss::{ResidualVariance, geman_mcclure, tukey};
+use super::loss::ResidualVariance;
 use crate::algebra::symmetric5::form;
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
@@ -11,37 +11,39 @@ use crate::thresholds::TUKEY;
 /// Loss of a pass.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Loss<V> {
-    /// Geman-McClure, by one over the square of its scale, 1/px^2.
+    /// Geman-McClure; one over the square of its scale, 1/px^2.
     Anneal(V),
-    /// Tukey, its limit widened by the covariance of the pose, rad^2.
+    /// Tukey, its limit widened by the covariance of the pose (lower triangle, rad^2).
     Track([V; 15]),
-    /// Tukey at the noise.
+    /// Tukey at the estimated noise.
     Polish,
 }
 
-/// What the weights of a pass depend on.
+/// Parameters of the weights of a pass.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Weighting<V> {
     pub(super) pose: PoseTerms<V>,
     pub(super) loss: Loss<V>,
+    /// Limit on leverage, if known.
     pub(super) leverage: Option<Leverage<V>>,
-    /// Square of the focal length, px^2, and its inverse.
+    /// Square of the focal length, px^2.
     pub(super) focal_squared: V,
+    /// Inverse of that: area of a pixel at unit depth.
     pub(super) unit_squared: V,
     /// Variance of a coordinate, px^2.
     pub(super) noise_squared: V,
-    /// Unit depth.
+    /// Smallest disparity, unit depth.
     pub(super) min_disparity: V,
 }
 
-/// A correspondence in the normal equations.
+/// Row of the normal equations, of one correspondence per lane.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct WeightedRow<V> {
-    /// `w f^2 / V`, leverage limited, over px^2; 0 without influence.
+    /// `w f^2 / V`, leverage limited, dimensionless; 0 without influence.
     pub(super) weight: V,
     /// `C`.
     pub(super) value: V,
-    /// Derivatives of `C / sqrt V` times `sqrt V`.
+    /// Derivatives of `C / sqrt V` times `sqrt V`, 1/rad; of `C` in a track.
     pub(super) jacobian: [V; 5],
 }
 
@@ -58,9 +60,9 @@ impl<V: Value> Weighting<V> {
         self.focal_squared / lanes.select(in_front, constraint.variance, lanes.splat(T::ONE))
     }
 
-    /// Normal equation of a correspondence of weight `w`, 1/px^2.
+    /// Row of a correspondence.
     ///
-    /// * `precision`: `f^2 / V`, px^2.
+    /// * `precision`: `f^2 / V`, px^2; `w`: weight by the loss, 1/px^2.
     #[inline(always)]
     pub(super) fn row<T: Scalar, L: Lanes<T, Value = V>>(
         &self,
@@ -71,7 +73,7 @@ impl<V: Value> Weighting<V> {
     ) -> WeightedRow<V> {
         let value = constraint.value;
         let jacobian = match self.loss {
-            // A track takes two steps to a pose that only decides weights: the derivative of `V` is left out.
+            // The pose after a track's two steps decides weights only: the derivative of `V` is left out.
             Loss::Track(_) => constraint.jacobian,
             Loss::Anneal(_) | Loss::Polish => {
                 let ratio = value * precision * self.unit_squared;
@@ -96,9 +98,10 @@ impl<V: Value> WeightedRow<V> {
     }
 }
 
-/// Squared residual over Tukey's squared limit, where the uncertainty of the pose adds to the noise.
+/// Squared residual over Tukey's squared limit, dimensionless. The uncertainty of the pose adds to the noise, as in
+/// covariance gating.
 ///
-/// * `covariance`: of the pose, rad^2.
+/// * `covariance`: of the pose, lower triangle, rad^2.
 /// * `precision`: `f^2 / V`, px^2.
 #[inline(always)]
 pub(super) fn tracked<T: Scalar, L: Lanes<T>>(
@@ -112,33 +115,6 @@ pub(super) fn tracked<T: Scalar, L: Lanes<T>>(
     let of_pose = form(lanes, covariance, jacobian);
     let wide = lanes.mul_add(of_pose, precision, expected.unit_squared);
     *value * *value * precision / (wide * lanes.splat(T::lit(TUKEY * TUKEY)))
-}
-
-/// Weight by the loss of the pass, 1/px^2, before leverage is limited.
-///
-/// * `squared`: squared whitened residual, px^2.
-/// * `ahead`: correspondences in front of both cameras and not behind infinity.
-#[inline(always)]
-pub(super) fn tracked_weight<T: Scalar, L: Lanes<T>>(
-    lanes: L,
-    covariance: &[L::Value; 15],
-    constraint: &Constraint<L::Value>,
-    precision: L::Value,
-    expected: &ResidualVariance<L::Value>,
-) -> L::Value {
-    tukey(lanes, tracked(lanes, covariance, constraint, precision, expected)) / expected.variance
-}
-
-/// Annealed weight of a squared residual, 1/px^2.
-///
-/// * `scale`: one over the squared scale, 1/px^2.
-#[inline(always)]
-pub(super) fn annealed_weight<T: Scalar, L: Lanes<T>>(
-    lanes: L,
-    squared: L::Value,
-    scale: L::Value,
-) -> L::Value {
-    geman_mcclure(lanes, squared * scale) * scale
 }
 
 #[cfg(test)]

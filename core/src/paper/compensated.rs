@@ -1,5 +1,4 @@
-//! Sums that do not lose small terms: what rounding takes from one addition goes into the next
-//! (Kahan's compensation with Knuth's exact two-term sum).
+//! Compensated sums: the rounding error of an addition enters the next one (Kahan, with Knuth's exact two-term sum).
 
 use crate::codec::{Reader, Writer};
 use crate::error::RestoreError;
@@ -9,12 +8,14 @@ use crate::scalar::Scalar;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sum<T> {
     sum: T,
+    /// Rounding error of `sum`.
     lost: T,
 }
 
 impl<T: Scalar> Sum<T> {
     pub(super) const ZERO: Self = Self { sum: T::ZERO, lost: T::ZERO };
 
+    /// Adds a term; the order of terms decides the bits.
     pub(super) fn add(&mut self, x: T) {
         let x = x + self.lost;
         let total = self.sum + x;
@@ -27,11 +28,17 @@ impl<T: Scalar> Sum<T> {
         to.numbers(&[self.sum, self.lost]);
     }
 
-    /// * `limit`: no sum can be further from 0.
+    /// Reads a record.
+    ///
+    /// * `limit`: largest absolute value.
+    ///
+    /// # Errors
+    /// [`RestoreError`] beyond the limit.
     pub(super) fn read(&mut self, from: &mut Reader<'_>, limit: T) -> Result<(), RestoreError> {
         from.numbers_within(limit, [&mut self.sum, &mut self.lost])
     }
 
+    /// The sum.
     pub(super) fn value(&self) -> T {
         self.sum + self.lost
     }

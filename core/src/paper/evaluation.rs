@@ -1,4 +1,4 @@
-//! The last pass of a pair of the published method: noise and information at the solution, fit beside the start.
+//! Last pass of a pair of the published method: noise and information at the solution, fit against that of the start.
 
 use super::residual::linearised;
 use crate::algebra::information::Information;
@@ -8,18 +8,25 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::SCREEN;
 
-/// Sums of the evaluation.
+/// Sums of the evaluation; row offsets at unit depth.
 #[derive(Debug)]
 pub(super) struct Evaluation<T> {
+    /// Of the inliers, for row offsets of variance 1.
     pub(super) information: Information<T>,
+    /// Row offsets within the Huber threshold.
     pub(super) inliers: u32,
+    /// Sum of the squared row offsets, each clipped to the threshold.
     pub(super) clipped_squares: T,
+    /// Row offsets within [`SCREEN`] thresholds, and sums of their squares at start and solution.
     pub(super) screened: u32,
     pub(super) squares_before: T,
     pub(super) squares_after: T,
 }
 
 impl<T: Scalar> Evaluation<T> {
+    /// Sums over a batch.
+    ///
+    /// * `threshold`: of Huber's loss, unit depth.
     pub(super) fn over(
         pairs: &[RayPair<T>],
         start: &RectifyingRotations<T>,

@@ -1,4 +1,4 @@
-//! Gate of the published method: which pairs enter the mean.
+//! Gate of the published method: pairs that enter the mean.
 
 use crate::config::Context;
 use crate::error::Refusal;
@@ -14,7 +14,7 @@ pub(super) fn admit<T: Scalar>(
     report: &PairReport<T>,
 ) -> Result<(), Refusal> {
     let (sd, _) = report.information.weakest().ok_or(Refusal::TooUncertain)?;
-    // Not `>`: a NaN must not pass.
+    // The negated form refuses NaN.
     if !(sd <= T::single(context.config.max_sd_rad)) {
         return Err(Refusal::TooUncertain);
     }

@@ -1,13 +1,13 @@
-//! What a row offset costs, and the weight it gets in the normal equations.
+//! Loss of a row offset, and its weight in the normal equations.
 
 use crate::scalar::Scalar;
 
 /// Huber's loss: quadratic up to the threshold, linear beyond (eq 18).
 ///
-/// Bounds the pull of one gross mismatch, but not of many: see the limits in the README.
+/// Bounds the influence of one gross outlier; that of many adds up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Huber<T> {
-    /// `c_t`, in the unit of the residual.
+    /// `c_t`, unit of the residual.
     pub(crate) threshold: T,
 }
 

@@ -1,9 +1,7 @@
-//! The paper's fusion: mean directions of `t^k` and of the rotation axes, and a central angle
-//! (eqs 20-22), as incremental sums.
+//! The paper's fusion (eqs 20 to 22): mean directions of `t^k` and of the rotation axes, and a central angle.
 //!
-//! Sums are of differences from the first pair, compensated, so a million pairs lose nothing in
-//! `f32`. Every pair counts alike, whatever it says: that is the method. At `R = I` the axis of a
-//! pair is noise and the result is biased; the estimate says so (`axis_is_meaningful`).
+//! Sums are of differences from the first pair, compensated: a million pairs lose no digit in `f32`. All pairs have the
+//! same weight. Near `R = I` the axis of a pair is noise and the result is biased; `axis_is_meaningful` is false then.
 
 use nalgebra::{Unit, Vector3};
 
@@ -21,7 +19,7 @@ use crate::thresholds::paper::{
     MAX_ANGLE_RAD, MIN_ANGLE_RAD, MIN_CONCENTRATION, MIN_MEAN_BASELINE,
 };
 
-/// Larger than what a pair can add: a turn or a direction, and the square of two turns.
+/// Bounds of the terms of a pair: a turn (rad) or a direction, and the square of two turns.
 const LARGEST: f64 = 4.0;
 const LARGEST_SQUARE: f64 = 64.0;
 
@@ -29,14 +27,21 @@ const LARGEST_SQUARE: f64 = 64.0;
 #[derive(Debug, Clone)]
 pub struct MeanDirection<T> {
     central: Central,
+    /// Pairs added.
     pairs: u32,
     /// `t` and rotation vector of the first pair: the origin of the sums of differences.
     first: [Vector3<T>; 2],
+    /// Standard deviations of the first pair, rad.
     first_sd: StandardDeviations<T>,
+    /// Differences of `t` from that of the first pair.
     baseline: [Sum<T>; 3],
+    /// Unit rotation axes.
     axis: [Sum<T>; 3],
+    /// Differences of rotation vectors from that of the first pair, rad.
     rotation: [Sum<T>; 3],
+    /// Squared lengths of both differences.
     squares: [Sum<T>; 2],
+    /// Differences of angles from that of the first pair, rad.
     angle: Sum<T>,
     median: Median<T>,
 }
@@ -48,14 +53,12 @@ pub struct FusedEstimate<T: Scalar> {
     pub extrinsics: Extrinsics<T>,
     /// Pairs behind it.
     pub pairs: u32,
-    /// Expected size of the error. Mean directions: from the scatter of the pairs, and what the axis
-    /// and the angle disagree by; that of the pair itself while there is one only. Information: from
-    /// the claims of the pairs, widened where they scatter by more.
+    /// Standard errors of the means, rad; for `R` with the distance of `s* v*` from the mean rotation vector. Those of
+    /// the pair while there is one only.
     pub sd: StandardDeviations<T>,
     /// Length of the mean of the unit rotation axes: 1 where all pairs agree, 0 for pure noise.
     pub axis_concentration: T,
-    /// Whether the rotation is far enough from the identity, and from a half turn, for its axis to
-    /// mean anything. Always so where fusion needs no axis.
+    /// Whether the rotation is far enough from the identity and from a half turn to have an axis.
     pub axis_is_meaningful: bool,
 }
 
@@ -78,7 +81,7 @@ impl<T: Scalar> MeanDirection<T> {
         }
     }
 
-    /// Adds one pair. Constant time; nothing is refused here: that is the gate's part.
+    /// Adds one pair, in constant time, unconditionally: the gate refuses.
     pub fn add(&mut self, report: &PairReport<T>) {
         if self.pairs == u32::MAX {
             return;
@@ -107,6 +110,7 @@ impl<T: Scalar> MeanDirection<T> {
         self.median.add(angle);
     }
 
+    /// Writes a record: nothing but the count before the first pair.
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         to.word(self.pairs);
         if self.pairs == 0 {
@@ -118,7 +122,10 @@ impl<T: Scalar> MeanDirection<T> {
         self.median.write(to);
     }
 
-    /// In the place of one without pairs.
+    /// Reads a record into a state without pairs.
+    ///
+    /// # Errors
+    /// [`RestoreError`] for sums beyond the bounds of that many pairs.
     pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
         self.pairs = from.word()?;
         if self.pairs == 0 {
@@ -136,6 +143,7 @@ impl<T: Scalar> MeanDirection<T> {
         self.median.read(from)
     }
 
+    /// All sums, in the order of the record.
     fn sums(&self) -> impl Iterator<Item = &Sum<T>> {
         let Self { baseline, axis, rotation, squares, angle, .. } = self;
         baseline.iter().chain(axis).chain(rotation).chain(squares).chain([angle])
@@ -181,7 +189,7 @@ impl<T: Scalar> MeanDirection<T> {
 
     /// Standard errors of the means: root of the sample variance over the number of pairs.
     ///
-    /// * `bias`: what mean axis times central angle is off the mean rotation vector, rad.
+    /// * `n`: pairs; `bias`: distance of central angle times mean axis from the mean rotation vector, rad.
     fn standard_deviations(&self, n: T, bias: T) -> StandardDeviations<T> {
         if self.pairs < 2 {
             return self.first_sd;
@@ -207,7 +215,7 @@ fn mean<T: Scalar>(sums: &[Sum<T>; 3], n: T) -> Vector3<T> {
     Vector3::from(sums.map(|sum| sum.value() / n))
 }
 
-/// Direction of `v` of known length; no direction at all counts as none.
+/// Direction of a vector of known length; zero for length 0.
 fn unit_or_zero<T: Scalar>(v: &Vector3<T>, length: T) -> Vector3<T> {
     if length > T::ZERO { v / length } else { Vector3::zeros() }
 }

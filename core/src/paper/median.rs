@@ -1,25 +1,28 @@
 //! A median in constant memory.
 //!
-//! Exact over the first [`MEDIAN_VALUES`] values; after that Robbins and Monro's stochastic approximation,
-//! `m += 1.25 s sign(x - m) / n`, whose error is that of the exact median (1.25 s / sqrt n) for a
-//! normal distribution. `s` is 1.4826 times the window's median absolute deviation, so a minority of
-//! gross values moves neither the centre nor the step. A distribution that shifts later is followed
-//! only as fast as the steps allow.
+//! Exact over the first [`MEDIAN_VALUES`] values; then Robbins and Monro's stochastic approximation,
+//! `m += 1.25 s sign(x - m) / n`, with the error of the exact median (`1.25 s / sqrt n`) for a normal distribution. `s`
+//! is 1.4826 times the median absolute deviation of the first values: a minority of outliers moves neither centre nor
+//! step. A later shift of the distribution is followed at the pace of the steps.
 
 use crate::codec::{Reader, Writer};
 use crate::error::RestoreError;
 use crate::scalar::Scalar;
 use crate::thresholds::paper::{MEDIAN_STEP, MEDIAN_VALUES, MIN_DEVIATION_RAD};
 
-/// No angle is larger, nor twice the step of angles.
+/// Bound of an angle, and of the step of angles.
 const LARGEST: f64 = 8.0;
 
 /// Streaming median. RAM: about 140 bytes in `f32`.
 #[derive(Debug, Clone)]
 pub(super) struct Median<T> {
+    /// The first values.
     window: Sorted<T>,
+    /// Values added.
     count: u32,
+    /// Median so far.
     centre: T,
+    /// Step at the first value, `1.25 s`.
     step: T,
 }
 
@@ -27,6 +30,7 @@ impl<T: Scalar> Median<T> {
     pub(super) const EMPTY: Self =
         Self { window: Sorted::EMPTY, count: 0, centre: T::ZERO, step: T::ZERO };
 
+    /// Adds a value.
     pub(super) fn add(&mut self, x: T) {
         self.count = self.count.saturating_add(1);
         if self.window.insert(x) {
@@ -48,11 +52,15 @@ impl<T: Scalar> Median<T> {
         to.numbers(&[self.centre, self.step]);
     }
 
+    /// Reads a record.
+    ///
+    /// # Errors
+    /// [`RestoreError::Absurd`] for values out of order or a negative step.
     pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
         let limit = T::lit(LARGEST);
         from.numbers_within(limit, &mut self.window.values)?;
         self.count = from.word()?;
-        // One value a place, as long as there are places.
+        // Each value has a place until the window is full.
         self.window.filled =
             usize::try_from(self.count).unwrap_or(MEDIAN_VALUES).min(MEDIAN_VALUES);
         let filled = self.window.values.iter().take(self.window.filled);
@@ -85,7 +93,7 @@ struct Sorted<T> {
 impl<T: Scalar> Sorted<T> {
     const EMPTY: Self = Self { values: [T::ZERO; MEDIAN_VALUES], filled: 0 };
 
-    /// Whether there was room.
+    /// Inserts a value in order; false where the window is full.
     fn insert(&mut self, x: T) -> bool {
         if self.filled == MEDIAN_VALUES {
             return false;

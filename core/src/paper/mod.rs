@@ -1,5 +1,10 @@
-//! The published method: Huber weights on plain row offsets, each pair from the factory extrinsics, mean-direction
-//! fusion (eqs 9-22). Kept complete and apart: a reference, and a baseline.
+//! The published method (eqs 9 to 22), complete, beside `pair` and `fusion`: a reference and a baseline.
+//!
+//! - [`residual`], [`loss`]: row offset, derivatives, Huber weight. [`solver`], [`evaluation`]: one pair, from the
+//!   factory
+//!   extrinsics. [`gate`], [`mean_direction`]: many pairs; [`compensated`], [`median`]: sums and central angle of them.
+//!
+//! Derivation and errata: `ESTIMATOR.md`, section 17.
 
 mod compensated;
 mod evaluation;
@@ -25,7 +30,9 @@ use solver::HuberSolver;
 #[derive(Debug, Clone)]
 pub(crate) struct Paper<T: Scalar> {
     fusion: MeanDirection<T>,
+    /// The pair being solved.
     solver: Option<HuberSolver<T>>,
+    /// The solved pair, until it is fused.
     solved: Option<PairReport<T>>,
     /// Restored, and no pair fused since.
     unconfirmed: bool,
@@ -36,18 +43,25 @@ impl<T: Scalar> Paper<T> {
         Self { fusion: MeanDirection::new(angle), solver: None, solved: None, unconfirmed: false }
     }
 
+    /// Forgets all pairs.
     pub(crate) fn reset(&mut self) {
         *self = Self::new(self.fusion.central());
     }
 
+    /// Whether a pair is being solved.
     pub(crate) fn is_busy(&self) -> bool {
         self.solver.is_some()
     }
 
+    /// Abandons the pair being solved.
     pub(crate) fn abandon(&mut self) {
         self.solver = None;
     }
 
+    /// Begins a batch, with its first pass.
+    ///
+    /// # Errors
+    /// [`PairError::TooFew`], [`PairError::Unobservable`]; there is no pair then.
     #[inline(never)]
     pub(crate) fn begin(
         &mut self,
@@ -60,6 +74,10 @@ impl<T: Scalar> Paper<T> {
         Ok(())
     }
 
+    /// Takes one more pass; true once only that of the evaluation is left.
+    ///
+    /// # Errors
+    /// [`PairError::NotBegun`].
     pub(crate) fn advance(
         &mut self,
         _: &Context<'_, T>,
@@ -73,7 +91,10 @@ impl<T: Scalar> Paper<T> {
         Ok(solved)
     }
 
-    /// Takes the pass of the evaluation.
+    /// Takes the pass of the evaluation, and reports the pair.
+    ///
+    /// # Errors
+    /// [`PairError`]; there is no pair to fuse then.
     pub(crate) fn report(&mut self, matches: Matches<'_, T>) -> Result<PairReport<T>, PairError> {
         let report = self.solver.as_ref().ok_or(PairError::NotBegun)?.report(matches.pairs);
         self.solver = None;
@@ -81,11 +102,15 @@ impl<T: Scalar> Paper<T> {
         report
     }
 
+    /// Fuses the solved pair, once.
+    ///
+    /// # Errors
+    /// [`Refusal`]; the estimate is unchanged.
     #[inline(never)]
     pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Refusal> {
         let report = self.solved.take().ok_or(Refusal::NothingSolved)?;
         gate::admit(context, &report)?;
-        // On a copy: pairs within the limit may have a mean beyond it.
+        // On a copy: the mean of pairs within the limit may be beyond it.
         let mut fusion = self.fusion.clone();
         fusion.add(&report);
         if fusion.estimate().is_some_and(|estimate| !context.allows(&estimate.extrinsics)) {
@@ -110,6 +135,7 @@ impl<T: Scalar> Paper<T> {
         }
     }
 
+    /// The estimate; `None` before the first pair, or where directions cancel.
     pub(crate) fn proposal(&self) -> Option<Proposal<T>> {
         let estimate = self.fusion.estimate()?;
         Some(Proposal {
@@ -127,6 +153,7 @@ impl<T: Scalar> Paper<T> {
         self.fusion.write(to);
     }
 
+    /// Reads a record into a state without pairs.
     pub(crate) fn read(
         &mut self,
         from: &mut Reader<'_>,

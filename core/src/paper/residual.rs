@@ -2,10 +2,10 @@
 //!
 //! Input: rays at unit depth, dimensionless. Output: `e_i = v_l - v_r` between the rectified rays, dimensionless; times
 //! the focal length it is pixels. Departures from the print, each with its test:
-//! - The five unknowns are the turn of `R` (3) and of the baseline (2), not those of `R_l` and `R_r`: the same steps in
-//!   a basis whose columns are not nearly parallel in far scenes, which `f32` needs, and in which the information is
-//!   that of `R` and `t`.
-//! - The step itself keeps eq 8: the row `e_0` and the sixth unknown are not needed.
+//! - The five unknowns are the turns of `R` (3) and of the baseline (2), not those of `R_l` and `R_r`. The steps are
+//!   the
+//!   same; the columns are not nearly parallel in far scenes, which `f32` needs; the information is that of `R`, `t`.
+//! - The step keeps eq 8: the row `e_0` and the sixth unknown are not needed.
 //! - A ray of rectified depth below [`MIN_DEPTH`](crate::thresholds::MIN_DEPTH) is skipped and counted; the print
 //!   divides by it.
 
@@ -75,9 +75,10 @@ impl<T: Scalar> RectifiedPair<T> {
         self.left.u - self.right.u
     }
 
-    /// With the derivative of `v` by a left perturbation, `[-(1 + v^2), u v, u]` (eqs 14, 15), the
-    /// baseline columns are differences of a left and a right one. They are written as products of
-    /// the disparity `u_l - u_r`, so nothing cancels in far scenes.
+    /// Row offset and derivatives. A left perturbation changes `v` by `[-(1 + v^2), u v, u]` (eqs 14, 15); the baseline
+    /// columns, differences of a left and a right one, are products of the disparity: no cancellation in far scenes.
+    ///
+    /// * `gauge_slope`: `s`, turn about x per turn of the baseline about z.
     #[inline(always)]
     pub(crate) fn row(&self, gauge_slope: T) -> Row<T> {
         let (left, right) = (&self.left, &self.right);

@@ -1,8 +1,8 @@
-//! One pair: Levenberg-Marquardt on the rectifying rotations (eqs 16-19), one pass at a time.
+//! One pair: Levenberg-Marquardt on the rectifying rotations (eqs 16 to 19), one pass at a time.
 //!
-//! A pass reads every correspondence once: residuals, derivatives, normal equations and cost of one
-//! trial pose together. A rejected trial costs a pass, so passes bound the time. The batch is only
-//! read. Optimum and steps are those of eq 17 with the damping scaled by the diagonal (Marquardt).
+//! A pass reads each correspondence once: residuals, derivatives, normal equations and cost of one trial pose. A
+//! rejected trial costs a pass, so passes bound the time. Optimum and steps are those of eq 17, the damping scaled by
+//! the diagonal (Marquardt).
 
 use nalgebra::Vector5;
 
@@ -24,8 +24,7 @@ use crate::thresholds::paper::{
     MIN_DAMPING, TOLERANCE_ULPS,
 };
 
-/// Correspondences summed apart before they are added to the totals: the cost of two poses is compared
-/// to its last digits.
+/// Correspondences of a partial sum: costs of two poses are compared to the last digits.
 const BLOCK: usize = 16;
 
 /// Sums of one pass over the batch at one pose.
@@ -33,27 +32,35 @@ const BLOCK: usize = 16;
 struct Pass<T> {
     information: Information<T>,
     gradient: Vector5<T>,
+    /// Sum of the losses.
     cost: T,
     /// Sum of the squared weighted residuals.
     squares: T,
+    /// Correspondences in front of both cameras, and behind one.
     usable: u32,
     skipped: u32,
 }
 
-/// The paper's solver, with a pair on its way to its optimum.
+/// Solver of one pair, between two passes. Row offsets at unit depth.
 #[derive(Debug, Clone)]
 pub struct HuberSolver<T: Scalar> {
+    /// Mean focal length, px.
     focal: T,
     loss: Huber<T>,
+    /// Step that counts as converged, rad.
     tolerance: T,
+    /// Smallest standard deviation of a row offset.
     noise_floor: T,
     max_passes: u16,
     min_usable: u32,
     start: RectifyingRotations<T>,
     cost_before: T,
     pose: RectifyingRotations<T>,
+    /// Sums at the pose.
     at_pose: Pass<T>,
+    /// `lambda`, relative to the diagonal.
     damping: T,
+    /// Factor of the damping at the next rejected step.
     growth: T,
     passes: u16,
     stop: Option<Stop>,
@@ -101,7 +108,7 @@ impl<T: Scalar> HuberSolver<T> {
         })
     }
 
-    /// Takes one more pass: one trial step, kept only if the cost falls. `Some` when done.
+    /// Takes one more pass: one trial step, kept only if the cost falls. `Some` at the end.
     #[inline(never)]
     pub fn advance(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
         if self.stop.is_none() {
@@ -113,11 +120,12 @@ impl<T: Scalar> HuberSolver<T> {
         self.stop
     }
 
-    /// Whether [`HuberSolver::report`] is all that is left to do.
+    /// Whether only [`HuberSolver::report`] is left.
     pub fn is_done(&self) -> bool {
         self.stop.is_some()
     }
 
+    /// Takes one trial step; the reason of the end, if this is the last.
     fn attempt(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
         self.passes = self.passes.saturating_add(1);
         let step = self.at_pose.information.damped_step(self.damping, &self.at_pose.gradient);
@@ -132,8 +140,8 @@ impl<T: Scalar> HuberSolver<T> {
         let penalty = self.loss.cost(T::ONE);
         let change = at_trial.penalised(penalty) - self.at_pose.penalised(penalty);
         let rounding = self.at_pose.cost_rounding();
-        // Below the rounding of the cost its change is known better from the slopes at both ends
-        // (the approximate Wolfe condition of Hager and Zhang).
+        // Below the rounding of the cost the slopes at both ends give its change more exactly (approximate Wolfe
+        // condition of Hager and Zhang).
         let falls = change < -rounding
             || (change <= rounding
                 && at_trial.usable == self.at_pose.usable
@@ -142,7 +150,7 @@ impl<T: Scalar> HuberSolver<T> {
             let small = d.amax() <= self.tolerance;
             return self.reject().or(small.then_some(Stop::NoDescent));
         }
-        // In standard deviations of the estimate, whatever the scalar and the scene.
+        // Relative to the variance of the estimate: independent of scalar and scene.
         let negligible = -slope_here <= T::EPSILON * at_trial.squares;
         let undamped = self.damping <= T::lit(LOOSE_DAMPING);
         self.accept(pose, at_trial, change / (slope_here * T::HALF));
@@ -150,7 +158,9 @@ impl<T: Scalar> HuberSolver<T> {
         converged.then_some(Stop::Converged)
     }
 
-    /// Nielsen's rule: the better the quadratic model was, the less damping.
+    /// Keeps a trial; damping by Nielsen's rule: less where the quadratic model is better.
+    ///
+    /// * `gain`: change of the cost over that of the model.
     fn accept(&mut self, pose: RectifyingRotations<T>, at_pose: Pass<T>, gain: T) {
         self.pose = pose;
         self.at_pose = at_pose;
@@ -161,18 +171,18 @@ impl<T: Scalar> HuberSolver<T> {
         self.growth = T::lit(DAMPING_GROWTH);
     }
 
+    /// Drops a trial, with more damping; the end beyond [`MAX_DAMPING`].
     fn reject(&mut self) -> Option<Stop> {
         self.damping *= self.growth;
         self.growth *= T::lit(DAMPING_GROWTH);
         (self.damping > T::lit(MAX_DAMPING)).then_some(Stop::NoDescent)
     }
 
-    /// Takes the judging pass at the pose reached and reports.
+    /// Takes the pass of the evaluation at the pose reached, and reports.
     ///
     /// # Errors
-    /// [`PairError::NoConsensus`] if too few correspondences are within the Huber threshold;
-    /// [`PairError::Unobservable`] if they leave a direction free, or the baseline has turned
-    /// towards an optical axis.
+    /// [`PairError::NoConsensus`] if too few correspondences are within the Huber threshold,
+    /// [`PairError::Unobservable`] if they leave a direction free, or the baseline has turned towards an optical axis.
     #[inline(never)]
     pub fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, PairError> {
         let extrinsics = self.pose.extrinsics().map_err(|_| PairError::Unobservable)?;
@@ -219,6 +229,7 @@ impl<T: Scalar> Pass<T> {
         skipped: 0,
     };
 
+    /// Sums over a batch, in blocks.
     fn over(pairs: &[RayPair<T>], pose: &RectifyingRotations<T>, loss: Huber<T>) -> Self {
         let gauge_slope = pose.gauge_slope();
         let mut total = Self::EMPTY;
@@ -247,13 +258,12 @@ impl<T: Scalar> Pass<T> {
         total
     }
 
-    /// What rounding does to the cost: that of each residual at unit depth, and that of the sum.
+    /// Rounding error of the cost: of residuals at unit depth, and of the sum.
     fn cost_rounding(&self) -> T {
         T::lit(COST_ULPS) * T::EPSILON * (self.squares.sqrt() + self.cost)
     }
 
-    /// Cost in which a ray behind the camera counts as a row offset of 1 at unit depth: pushing it
-    /// there does not pay.
+    /// Cost that counts a ray behind a camera as a row offset of 1 at unit depth: no step gains by turning rays away.
     fn penalised(&self, penalty: T) -> T {
         self.cost + T::count(self.skipped) * penalty
     }
@@ -265,12 +275,12 @@ mod tests {
     use nalgebra::Vector3;
 
     #[test]
-    fn turning_the_cameras_away_from_gross_mismatches_never_pays() {
-        let mismatch = |i: u8| {
+    fn turning_the_cameras_away_from_outliers_raises_the_cost() {
+        let outlier = |i: u8| {
             let x = f64::from(i) / 100.0 + 0.6;
             RayPair::try_new([x, 0.4], [x - 0.1, -0.4]).unwrap()
         };
-        let pairs: heapless::Vec<RayPair<f64>, 100> = (0..100).map(mismatch).collect();
+        let pairs: heapless::Vec<RayPair<f64>, 100> = (0..100).map(outlier).collect();
         let loss = Huber { threshold: 1e-3 };
         let pass = |yaw: f64| {
             let right = crate::geometry::so3::exp(&Vector3::new(0.0, yaw, 0.0)).unwrap();

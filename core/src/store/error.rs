@@ -15,8 +15,7 @@ pub enum OpenError<E: Debug> {
     /// The range holds fewer than two pages. Enlarge it, or use smaller pages.
     #[error("the range holds fewer than two pages")]
     TooFewPages,
-    /// Start or page size is no multiple of the erase block, or the range no multiple of the page.
-    /// Correct them.
+    /// Start or page size is no multiple of the erase block, or the range no multiple of the page. Correct them.
     #[error("range and pages are not multiples of the erase block")]
     Unaligned,
     /// The flash holds records of another layout. Run the firmware that wrote them, or erase them with
@@ -65,8 +64,7 @@ pub enum SaveError<E: Debug> {
     /// Read-back differs from the data written: the flash is worn out or locked. Try again later.
     #[error("read-back differs from the data written")]
     VerifyFailed,
-    /// Every other page holds the only intact record of a kind. Load the records, then
-    /// [`crate::store::Store::format`].
+    /// Every other page holds the only intact record of a kind. Load the records, then [`crate::store::Store::format`].
     #[error("no page can be erased without losing a record")]
     NoPageToErase,
     /// Reading, writing or erasing the flash failed. Try again later.

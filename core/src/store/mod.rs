@@ -1,26 +1,23 @@
 //! Power-fail-safe store of records in NOR flash.
 //!
-//! The store is a log of entries over two or more pages; each entry has a sequence number and CRCs. Entries
-//! are appended to the active page until it is full. Then the next page in turn is erased, opened with two
-//! copies of the newest record of each kind, and becomes the active page. Wear is spread evenly. Only
-//! erased words are written and no word is written twice: flash with ECC is supported. Each entry is
-//! verified by reading it back.
+//! The store is a log of entries over two or more pages; each entry has a sequence number and CRCs. Entries are
+//! appended to the active page until it is full. Then the next page in turn is erased, opened with two copies of the
+//! newest record of each kind, and becomes the active page. Wear is spread evenly. Only erased words are written and no
+//! word is written twice: flash with ECC is supported. Each entry is verified by reading it back.
 //!
 //! After a loss of power at any moment each kind is found as before the interrupted save or as after it. A
 //! record damaged by bit rot is replaced by its second copy or by the record before it: a first record, and
 //! each of [`RecordKind::Factory`], is written twice.
 //!
-//! Cost of a save; an entry is the payload and 28 bytes, in whole words: one write for each 256 bytes of
-//! the entry and one read for each 128. If the page is full: all pages are read, one is erased, and two
-//! entries of each kind are written. A load reads one entry, [`Store::open`] all pages. Buffers: the
-//! caller's, and 256 bytes of stack.
+//! Cost of a save; an entry is the payload and 28 bytes, in whole words: one write for each 256 bytes of the entry and
+//! one read for each 128. If the page is full: all pages are read, one is erased, and two entries of each kind are
+//! written. A load reads one entry, [`Store::open`] all pages. Buffers: the caller's, and 256 bytes of stack.
 //!
 //! Endurance with 2 sectors of 128 kB, 10,000 cycles, 1 kB of factory data and 2 kB of state: 61 saves for
 //! each erasure, 1.2 million in all: 2.3 years at one save a minute, 23 years at one in ten minutes.
 //!
-//! `sequential-storage` 8.0.2 was measured as an alternative: 28 calls to panics remain at opt-level 3, a
-//! record must fit a buffer, and of single damaged bytes in two pages 12 % lose a record and 39 % fail the
-//! next save.
+//! `sequential-storage` 8.0.2 was measured as an alternative: 28 calls to panics remain at opt-level 3, a record must
+//! fit a buffer, and of single damaged bytes in two pages 12 % lose a record and 39 % fail the next save.
 
 mod entry;
 mod error;
@@ -75,8 +72,7 @@ pub struct Wear {
 }
 
 impl<F: NorFlash> Store<F> {
-    /// Opens a store and scans its range; writes nothing. Flash without records, or unreadable, is an
-    /// empty store.
+    /// Opens a store and scans its range; writes nothing. Flash without records, or unreadable, is an empty store.
     ///
     /// * `range`: addresses of at least two whole pages. The store accesses nothing else.
     /// * `page`: page size in bytes, a multiple of the erase block; constant over the life of the store.
@@ -94,8 +90,7 @@ impl<F: NorFlash> Store<F> {
         if unsupported { Err(OpenError::UnsupportedLayout) } else { Ok(Self { flash_io, scan }) }
     }
 
-    /// Erases all pages, [`RecordKind::Factory`] too, and opens the store; arguments as in
-    /// [`Store::open`].
+    /// Erases all pages, [`RecordKind::Factory`] too, and opens the store; arguments as in [`Store::open`].
     ///
     /// After a loss of power during the call old records may be found: call it again.
     ///
@@ -144,8 +139,7 @@ impl<F: NorFlash> Store<F> {
         Err(LoadError::Unstable)
     }
 
-    /// Saves a record in place of the previous one of its kind. At most one erasure; three if the flash
-    /// fails.
+    /// Saves a record in place of the previous one of its kind. At most one erasure; three if the flash fails.
     ///
     /// * `payload`: at most 65,535 bytes.
     ///

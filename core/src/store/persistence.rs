@@ -14,8 +14,7 @@ use crate::snapshot::factory::FactoryCalibration;
 
 /// Restores a calibrator at start and saves its state when the policy finds it due.
 ///
-/// The caller lends a buffer to each call: [`Calibrator::SNAPSHOT_BYTES`] bytes, or
-/// [`FactoryCalibration::MAX_BYTES`].
+/// The caller lends a buffer to each call: [`Calibrator::SNAPSHOT_BYTES`] bytes, or [`FactoryCalibration::MAX_BYTES`].
 ///
 /// ```
 /// # use core::time::Duration;

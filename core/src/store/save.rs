@@ -106,8 +106,7 @@ impl<F: NorFlash> Store<F> {
         Ok(())
     }
 
-    /// Next page after the active one that holds none of the newest records, and the newest records
-    /// without it.
+    /// Next page after the active one that holds none of the newest records, and the newest records without it.
     ///
     /// If faults left no such page: a page without which an older record of each kind remains; at worst
     /// one without which no record of `kind` remains.

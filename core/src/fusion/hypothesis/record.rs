@@ -1,4 +1,4 @@
-//! A hypothesis as a part of a record.
+//! Record of a hypothesis: moments, pose and running means, as `FORMAT.md` lists them.
 
 use super::Hypothesis;
 use crate::algebra::information::StandardDeviations;
@@ -25,7 +25,10 @@ impl<T: Scalar> Hypothesis<T> {
         to.word(self.pairs);
     }
 
-    /// In the place of an empty one.
+    /// Reads a record into [`Hypothesis::EMPTY`].
+    ///
+    /// # Errors
+    /// [`RestoreError::Absurd`] where the covariance is not finite.
     #[inline(never)]
     pub(in crate::fusion) fn read(
         &mut self,
@@ -42,7 +45,7 @@ impl<T: Scalar> Hypothesis<T> {
             (from.size()?, from.size()?, from.size()?);
         from.numbers(self.drift.iter_mut())?;
         self.pairs = from.word()?;
-        // What is finite may still be too large to reckon with.
+        // Finite numbers may still have no finite covariance.
         let is_finite =
             |sd: StandardDeviations<T>| sd.rotation.is_finite() && sd.translation.is_finite();
         if self.pairs > 0 && self.deviations(context).is_some_and(is_finite) {

@@ -5,21 +5,15 @@ use super::super::sweep::simd_tests::rounding_scale;
 use super::*;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::batch::Batch;
-use crate::batch::correspondence::{Cameras, Correspondence};
-use crate::geometry::camera::{Camera, Intrinsics};
-use crate::geometry::extrinsics::Extrinsics;
-use crate::geometry::lens::Lens;
 use crate::geometry::rectification::tests::pose;
+use crate::pair::scenes::{CENTRE, FOCAL, batch, rays, rounded};
 use crate::thresholds::MIN_DEPTH;
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 
-const FOCAL: f64 = 500.0;
-const CENTRE: f64 = 4000.0;
 const MIN_DISPARITY: f64 = -0.008;
 
-/// Rays in the rectified frame of the pose: `u`, `v`, disparity and row offset, unit depth; or else
-/// anywhere in the wide images.
+/// Rays in the rectified frame of the pose (`u`, `v`, disparity, row offset; unit depth), or anywhere in the images.
 #[derive(Debug, Clone, Copy)]
 struct Drawn {
     seen: [f64; 4],
@@ -42,17 +36,7 @@ fn drawn() -> impl Strategy<Value = Drawn> {
 }
 
 impl Scene<'_> {
-    /// `x_l`, `y_l`, `x_r`, `y_r`, unit depth.
-    fn rays(&self, drawn: &Drawn) -> [f64; 4] {
-        let [u, v, d, e] = drawn.seen;
-        let [l, r] = [
-            self.pose.left().inverse() * Vector3::new(u, v, 1.0),
-            self.pose.right().inverse() * Vector3::new(u - d, v + e, 1.0),
-        ];
-        drawn.anywhere.unwrap_or([l.x / l.z, l.y / l.z, r.x / r.z, r.y / r.z])
-    }
-
-    /// Whether rounding decides neither on which side of the cameras nor of infinity it is.
+    /// Whether the signs of depths and disparity are clear of rounding.
     fn is_clear(&self, [x_l, y_l, x_r, y_r]: [f64; 4]) -> bool {
         let turned = |by: &Rotation3<f64>, x, y| by * Vector3::new(x, y, 1.0);
         let poses = [&self.pose, &self.start];
@@ -64,29 +48,13 @@ impl Scene<'_> {
     }
 
     fn batch<T: Scalar>(&self) -> Batch<T, 100> {
-        let intrinsics = Intrinsics {
-            focal: [T::lit(FOCAL); 2],
-            principal: [T::lit(CENTRE); 2],
-            size: [8000, 8000],
-        };
-        let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
-        let cameras = Cameras { left: camera, right: camera };
-        let mut batch = Batch::new();
-        let rays = self.drawn.iter().map(|drawn| self.rays(drawn));
-        for (i, rays) in rays.filter(|rays| self.is_clear(*rays)).enumerate() {
-            let grid_step = if i % 3 == 0 { T::ZERO } else { T::lit(1.5) };
-            let [u_l, v_l, u_r, v_r] = rays.map(|x| T::lit(FOCAL * x + CENTRE));
-            let (left, right) = ([u_l, v_l], [u_r, v_r]);
-            batch
-                .push(&cameras, &Correspondence { left, right, score: T::ONE, grid_step })
-                .unwrap();
-        }
-        batch
+        let rays = |drawn: &Drawn| drawn.anywhere.unwrap_or_else(|| rays(&self.pose, drawn.seen));
+        let clear = self.drawn.iter().map(rays).filter(|rays| self.is_clear(*rays));
+        batch(clear.map(|rays| rays.map(|x| FOCAL * x + CENTRE)))
     }
 
     fn iterate<T: Scalar>(&self) -> Iterate<T> {
-        let mut covariance = Symmetric5::ZERO;
-        covariance.add_diagonal(T::lit(1e-6));
+        let covariance = Symmetric5::of_diagonal([T::lit(1e-6); 5]);
         let first = |root| Leverage::first(T::lit(root), &covariance).unwrap();
         Iterate {
             focal: T::lit(FOCAL),
@@ -132,19 +100,12 @@ impl Scene<'_> {
         for (a, b) in one.halves.iter().zip(&wide.halves) {
             normal_equations_agree(a, b, scale);
         }
-        // At its own pose and at another: all that the moments hold.
+        // Normal equations at two poses cover all moments.
         normal_equations_agree(&one.moments.at_frame(), &wide.moments.at_frame(), scale);
         let [a, b] = [one, wide].map(|e| e.moments.at_pose(pose, &iterate.start));
         let largest = largest_here.max(largest(&a));
         normal_equations_agree(&a, &b, [rounding * most(largest); 2]);
     }
-}
-
-fn rounded<T: Scalar>(pose: &RectifyingRotations<f64>) -> RectifyingRotations<T> {
-    let extrinsics = pose.extrinsics().unwrap();
-    let r = extrinsics.rotation().matrix().map(T::lit);
-    let t = extrinsics.translation().map(T::lit);
-    RectifyingRotations::from(&Extrinsics::try_new(&r, &t).unwrap())
 }
 
 fn near<T: Scalar>(a: T, b: T, tolerance: f64) {
@@ -169,7 +130,7 @@ fn normal_equations_agree<T: Scalar>(
     }
 }
 
-/// On the edge of a count rounding decides.
+/// Rounding may move two correspondences across the edge of a count.
 fn stats_agree<T: Scalar>(a: &ResidualStats<T>, b: &ResidualStats<T>, rounding: f64) {
     assert_eq!(a.usable, b.usable);
     for (a, b) in a.within.into_iter().zip(b.within).chain([(a.screened, b.screened)]) {

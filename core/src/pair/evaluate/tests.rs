@@ -5,34 +5,61 @@ use super::*;
 use crate::batch::correspondence::RayPair;
 use crate::batch::row_offset::row_offset;
 use crate::geometry::rectification::tests::pose;
+use crate::pair::scenes::{FOCAL, rays};
 use crate::thresholds::TUKEY;
 
-const FOCAL: f64 = 500.0;
 const NOISE: f64 = 0.4;
 
-#[test]
-fn correspondences_are_counted_compared_and_weighted_as_defined() {
-    let iterate = Iterate {
+fn iterate(start: RectifyingRotations<f64>) -> Iterate<f64> {
+    Iterate {
         focal: FOCAL,
         noise_floor: 0.1,
         needed: 8,
-        start: pose([0.002, 0.0, -0.001], [0.0, 0.003]),
+        start,
         pose: pose([0.01, -0.02, 0.03], [0.02, -0.01]),
         noise: NOISE,
         leverage: None,
         fitted: 0.0,
         min_disparity: -0.008,
+    }
+}
+
+/// Sums that a sink adds to.
+struct Sums {
+    stats: ResidualStats<f64>,
+    weights: [f64; 2],
+    moments: Moments<f64>,
+    quadrants: Quadrants<f64>,
+}
+
+impl Sums {
+    const ZERO: Self = Self {
+        stats: ResidualStats::none(0.0),
+        weights: [0.0; 2],
+        moments: Moments::ZERO,
+        quadrants: Quadrants([[NormalEquations::ZERO; 2]; 2]),
     };
+
+    fn sink<'a>(
+        &'a mut self,
+        context: &'a EvaluationContext<f64>,
+    ) -> EvaluationSink<'a, f64, Single, Quadrants<f64>> {
+        EvaluationSink {
+            context,
+            stats: &mut self.stats,
+            weights: &mut self.weights,
+            products: self.moments.products_mut(),
+            regions: &mut self.quadrants,
+        }
+    }
+}
+
+#[test]
+fn correspondences_are_counted_compared_and_weighted_as_defined() {
+    let iterate = iterate(pose([0.002, 0.0, -0.001], [0.0, 0.003]));
     let context = EvaluationContext::of(Single, &iterate);
-    let (mut stats, mut sums) = (ResidualStats::none(0.0), [0.0; 2]);
-    let (mut moments, mut quadrants) = (Moments::ZERO, Quadrants([[NormalEquations::ZERO; 2]; 2]));
-    let mut sink = EvaluationSink {
-        context: &context,
-        stats: &mut stats,
-        weights: &mut sums,
-        products: moments.products_mut(),
-        regions: &mut quadrants,
-    };
+    let mut sums = Sums::ZERO;
+    let mut sink = sums.sink(&context);
     let (mut within, mut near_squares, mut screened) = ([0.0; 3], 0.0, 0.0);
     let (mut cost, mut squares, mut weights) = ([0.0; 2], [0.0; 2], [0.0; 2]);
     let (mut added, mut behind) = (0, 0);
@@ -42,13 +69,11 @@ fn correspondences_are_counted_compared_and_weighted_as_defined() {
         let [u, v] = [(0.37 * k).sin() * 0.6, (0.73 * k).cos() * 0.4];
         let [d, e] = [(0.11 * k).sin() * 0.05 + 0.03, (0.057 * k).sin() * 0.008];
         let grid_step = if i % 3 == 0 { 1.5 } else { 0.0 };
-        let l = iterate.pose.left().inverse() * nalgebra::Vector3::new(u, v, 1.0);
-        let r = iterate.pose.right().inverse() * nalgebra::Vector3::new(u - d, v + e, 1.0);
-        let [left, right] = [l, r].map(|ray| [ray.x / ray.z, ray.y / ray.z]);
-        let rays = [left, right].as_flattened().try_into().unwrap();
+        let rays = rays(&iterate.pose, [u, v, d, e]);
+        let [x_l, y_l, x_r, y_r] = rays;
         let added_row = sink.row(Single, (rays, grid_step));
 
-        let pair = RayPair::try_new(left, right).unwrap();
+        let pair = RayPair::try_new([x_l, y_l], [x_r, y_r]).unwrap();
         let frame = PoseTerms::at(Single, &iterate.pose);
         let (Constraint { value, variance, .. }, _) = Constraint::of(Single, &frame, rays);
         let deviation = FOCAL * value / variance.sqrt();
@@ -82,6 +107,7 @@ fn correspondences_are_counted_compared_and_weighted_as_defined() {
         assert!((row.value - value).abs() < 1e-15 && products[0] == row.value);
     }
     assert!(added > 80 && added < 160 && behind > 5, "{added} {behind}");
+    let Sums { stats, weights: sums, .. } = sums;
     assert_eq!((stats.usable, stats.within, stats.screened), (200.0, within, screened));
     let stats =
         [stats.near_squares, stats.cost[0], stats.cost[1], stats.squares[0], stats.squares[1]];
@@ -94,27 +120,10 @@ fn correspondences_are_counted_compared_and_weighted_as_defined() {
 
 #[test]
 fn the_slope_of_an_evaluation_is_that_of_the_whitened_cost_with_weights_as_they_are() {
-    let iterate = Iterate {
-        focal: FOCAL,
-        noise_floor: 0.1,
-        needed: 8,
-        start: pose([0.0; 3], [0.0; 2]),
-        pose: pose([0.01, -0.02, 0.03], [0.02, -0.01]),
-        noise: NOISE,
-        leverage: None,
-        fitted: 0.0,
-        min_disparity: -0.008,
-    };
+    let iterate = iterate(pose([0.0; 3], [0.0; 2]));
     let context = EvaluationContext::of(Single, &iterate);
-    let (mut stats, mut weights) = (ResidualStats::none(0.0), [0.0; 2]);
-    let (mut moments, mut quadrants) = (Moments::ZERO, Quadrants([[NormalEquations::ZERO; 2]; 2]));
-    let mut sink = EvaluationSink {
-        context: &context,
-        stats: &mut stats,
-        weights: &mut weights,
-        products: moments.products_mut(),
-        regions: &mut quadrants,
-    };
+    let mut sums = Sums::ZERO;
+    let mut sink = sums.sink(&context);
     let terms = PoseTerms::at(Single, &iterate.pose);
     let mut rows = NormalEquations::ZERO;
     let mut added = heapless::Vec::<([f64; 4], f64), 100>::new();
@@ -122,9 +131,7 @@ fn the_slope_of_an_evaluation_is_that_of_the_whitened_cost_with_weights_as_they_
         let k = f64::from(i);
         let [u, v] = [(0.37 * k).sin() * 0.6, (0.73 * k).cos() * 0.4];
         let [d, e] = [(0.11 * k).sin() * 0.05 + 0.06, (0.57 * k).sin() * 0.002];
-        let l = iterate.pose.left().inverse() * nalgebra::Vector3::new(u, v, 1.0);
-        let r = iterate.pose.right().inverse() * nalgebra::Vector3::new(u - d, v + e, 1.0);
-        let rays = [l.x / l.z, l.y / l.z, r.x / r.z, r.y / r.z];
+        let rays = rays(&iterate.pose, [u, v, d, e]);
         let Some(evaluated) = sink.row(Single, (rays, 0.0)) else {
             continue;
         };
@@ -142,6 +149,7 @@ fn the_slope_of_an_evaluation_is_that_of_the_whitened_cost_with_weights_as_they_
         };
         added.iter().map(one).sum()
     };
+    let mut moments = sums.moments;
     let plain = moments.at_frame().gradient;
     moments.set_gradient(&rows.gradient);
     let corrected = moments.at_frame().gradient;
