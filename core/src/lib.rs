@@ -45,6 +45,8 @@ mod state;
 pub mod store;
 mod thresholds;
 
+pub use nalgebra;
+
 pub use algebra::information::{Information, StandardDeviations};
 pub use batch::correspondence::{Cameras, Correspondence, RayPair};
 pub use batch::row_offset::row_offset;

@@ -19,6 +19,7 @@ use crate::scalar::Scalar;
 /// What became of a valid correspondence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Pushed {
     /// There was room for it.
     Kept,
@@ -29,6 +30,7 @@ pub enum Pushed {
 }
 
 codes! { Pushed { Kept = 0, Replaced = 1, LeftOut = 2 } }
+texts! { Pushed { Kept = "kept", Replaced = "replaced", LeftOut = "left out" } }
 
 /// Up to `N` correspondences as rays, and how many more were offered. At most 65535.
 ///

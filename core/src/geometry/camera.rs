@@ -11,6 +11,8 @@ use crate::scalar::Scalar;
 
 /// Pinhole intrinsics, in pixels, and the size of the image they hold for.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Intrinsics<T> {
     /// Focal lengths `[fx, fy]`, px.
     pub focal: [T; 2],
@@ -22,9 +24,32 @@ pub struct Intrinsics<T> {
 
 /// Validated intrinsics with a validated lens model.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(try_from = "Parts<T>", bound(deserialize = "T: Scalar + serde::Deserialize<'de>"))
+)]
 pub struct Camera<T> {
     intrinsics: Intrinsics<T>,
     lens: Lens<T>,
+}
+
+/// What a camera is read from, not checked yet.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct Parts<T: Scalar> {
+    intrinsics: Intrinsics<T>,
+    lens: Lens<T>,
+}
+
+#[cfg(feature = "serde")]
+impl<T: Scalar> TryFrom<Parts<T>> for Camera<T> {
+    type Error = CameraError;
+
+    fn try_from(Parts { intrinsics, lens }: Parts<T>) -> Result<Self, CameraError> {
+        Self::try_new(intrinsics, lens)
+    }
 }
 
 impl<T: Scalar> Camera<T> {

@@ -16,11 +16,20 @@ const BORDER_SAMPLES: u16 = 16;
 
 /// The common camera of both rectified views: one focal length, no distortion.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RectifiedCamera<T> {
     /// Focal length, px.
     pub focal: T,
     /// Principal point `[cx, cy]`, px.
     pub principal: [T; 2],
+}
+
+impl<T: Scalar> core::fmt::Display for RectifiedCamera<T> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let [cx, cy] = self.principal;
+        write!(f, "focal length {:.2} px, principal point {cx:.2}, {cy:.2} px", self.focal)
+    }
 }
 
 impl<T: Scalar> RectifiedCamera<T> {
