@@ -7,7 +7,9 @@ use nalgebra::{Matrix5, Vector5};
 
 use super::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
-use crate::thresholds::{MAX_DISPARITY_NOISE, MIN_CONDITION, POWER_ITERATIONS, YAW_DEVIATIONS};
+#[cfg(feature = "paper")]
+use crate::thresholds::{MAX_DISPARITY_NOISE, YAW_DEVIATIONS};
+use crate::thresholds::{MIN_CONDITION, POWER_ITERATIONS};
 
 /// Symmetric5 positive semi-definite 5 x 5 sum of `w J J^T`, 1/rad^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
