@@ -1,13 +1,4 @@
-//! Parameters, with what larger and smaller values do. `const` throughout: a bad value can fail
-//! the build.
-//!
-//! ```
-//! use stereo_selfcal::Config;
-//! const CONFIG: Config = match Config::paper().with_huber_threshold_px(1.5) {
-//!     Ok(config) => config,
-//!     Err(_) => panic!("huber threshold"),
-//! };
-//! ```
+//! Parameters, with what larger and smaller values do.
 
 use crate::error::{ConfigError, Refusal};
 use crate::geometry::extrinsics::Extrinsics;
@@ -47,6 +38,19 @@ pub(crate) enum Method {
 }
 
 /// Parameters of the whole calibrator. Numbers are `f32` whatever the scalar of the core.
+///
+/// # Examples
+///
+/// `const` throughout: a bad value can fail the build.
+///
+/// ```
+/// use stereo_selfcal::Config;
+/// const CONFIG: Config = match Config::robust().with_max_correction_rad(0.2) {
+///     Ok(config) => config.with_automatic_apply(true),
+///     Err(_) => panic!("correction limit"),
+/// };
+/// # let _ = CONFIG;
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

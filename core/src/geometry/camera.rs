@@ -23,6 +23,20 @@ pub struct Intrinsics<T> {
 }
 
 /// Validated intrinsics with a validated lens model.
+///
+/// # Examples
+///
+/// ```
+/// use stereo_selfcal::{Camera, Intrinsics, Lens, RadialTangential};
+/// let intrinsics = Intrinsics { focal: [534.0, 531.0], principal: [342.0, 234.5], size: [640, 480] };
+/// // k1, k2, p1, p2, k3, as cv::calibrateCamera returns them.
+/// let lens = RadialTangential::try_new([-0.283, 0.0429, 1.1e-3, -9.5e-5, 0.0])?;
+/// let camera = Camera::<f32>::try_new(intrinsics, Lens::RadialTangential(lens))?;
+/// let ray = camera.ray([100.0, 50.0])?; // at unit depth, undistorted
+/// let [u, v] = camera.pixel(ray)?;
+/// assert!((u - 100.0).abs() < 1e-3 && (v - 50.0).abs() < 1e-3);
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

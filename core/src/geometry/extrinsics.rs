@@ -17,6 +17,20 @@ const UNIT: f64 = 2e-6;
 ///
 /// The scale is not observable: multiply `t` by the known baseline length to get metres.
 /// Held by the type: finite, orthonormal, unit length, baseline off both optical axes.
+///
+/// # Examples
+///
+/// ```
+/// use stereo_selfcal::Extrinsics;
+/// // As cv::stereoCalibrate returns R, row by row, and T, here in m.
+/// let r = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+/// let extrinsics = Extrinsics::<f32>::from_row_major(r, [-0.12, 0.0, 0.0])?;
+/// assert_eq!(extrinsics, Extrinsics::SIDE_BY_SIDE);
+/// let in_metres = extrinsics.translation().into_inner() * 0.12;
+/// # assert_eq!(in_metres.x, -0.12);
+/// assert_eq!(extrinsics.to_string(), "R 0.00000 0.00000 0.00000 rad, t -1.00000 0.00000 0.00000");
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(into = "Plain<T>", try_from = "Plain<T>"))]

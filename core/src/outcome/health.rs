@@ -22,6 +22,28 @@ pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 ///
 /// The two RMS are over the same matches: those that fit the estimate. Read the counts with them: an
 /// estimate that fits fewer matches is worse, however well it fits those.
+///
+/// # Examples
+///
+/// ```
+/// use stereo_selfcal::{Arming, Band, Calibrator};
+///
+/// fn check<const N: usize>(calibrator: &Calibrator<f32, N>, baseline_m: f32) -> bool {
+///     let Some(health) = calibrator.health() else {
+///         return false; // no cameras, no fused pair, or no match that fits
+///     };
+///     if health.band == Band::Recalibrate {
+///         // A matcher that searches along rows fails now: apply, or stop.
+///     }
+///     if let Some([_, _, _, at_10_m]) = health.depth_errors(baseline_m) {
+///         // Expected error of depth at 10 m, m.
+///         # let _ = at_10_m;
+///     }
+///     health.arming == Arming::Yes
+/// }
+/// # let calibrator = Calibrator::<f32, 64>::new(stereo_selfcal::Config::robust());
+/// # assert!(!check(&calibrator, 0.12));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
