@@ -113,17 +113,17 @@ codes! {
 texts! {
     Band { Good = "good", Improvable = "improvable", Recalibrate = "recalibrate" }
     Arming {
-        Yes = "armed", NotLocked = "not armed: not locked", Doubtful = "not armed: doubtful",
-        Misaligned = "not armed: misaligned",
+        Yes = "yes", NotLocked = "no, not locked", Doubtful = "no, doubtful",
+        Misaligned = "no, misaligned",
     }
 }
 
 impl<T: Scalar> fmt::Display for Health<T> {
-    /// One line: `locked, improvable, armed: 2.41 px in use, 0.31 px proposed, 12 and 250 fit, coverage 0.94, ...`.
+    /// One line: `locked, improvable, arming yes: 0.91 px in use, 0.31 px proposed, 12 and 250 fit, coverage 0.94, ...`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { state, band, arming, in_use_px, proposed_px, .. } = self;
         let Self { fit_in_use, fit_proposed, coverage, sd, .. } = self;
-        write!(f, "{state}, {band}, {arming}: {in_use_px:.2} px in use, {proposed_px:.2} px ")?;
+        write!(f, "{state}, {band}, arming {arming}: {in_use_px:.2} px in use, {proposed_px:.2} px ")?;
         write!(f, "proposed, {fit_in_use} and {fit_proposed} fit, coverage {coverage:.2}, {sd}")?;
         if let Some((direction, sd)) = self.weakest {
             write!(f, ", weakest {direction} {sd:.5} rad")?;
