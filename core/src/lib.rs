@@ -169,6 +169,10 @@ mod thresholds;
 #[doc = include_str!("../ESTIMATOR.md")]
 pub mod derivation {}
 
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}
+
 pub use nalgebra;
 
 pub use algebra::information::{Information, StandardDeviations};
