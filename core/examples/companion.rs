@@ -232,7 +232,7 @@ fn numbers<N: FromStr, const K: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::fmt::Write as _;
+    use core::fmt::Write as _;
 
     const RIG: [&str; 6] = ["--focal", "1400", "--principal", "960,600", "--size", "1920x1200"];
 

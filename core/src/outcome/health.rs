@@ -123,7 +123,10 @@ impl<T: Scalar> fmt::Display for Health<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { state, band, arming, in_use_px, proposed_px, .. } = self;
         let Self { fit_in_use, fit_proposed, coverage, sd, .. } = self;
-        write!(f, "{state}, {band}, arming {arming}: {in_use_px:.2} px in use, {proposed_px:.2} px ")?;
+        write!(
+            f,
+            "{state}, {band}, arming {arming}: {in_use_px:.2} px in use, {proposed_px:.2} px "
+        )?;
         write!(f, "proposed, {fit_in_use} and {fit_proposed} fit, coverage {coverage:.2}, {sd}")?;
         if let Some((direction, sd)) = self.weakest {
             write!(f, ", weakest {direction} {sd:.5} rad")?;

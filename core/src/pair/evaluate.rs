@@ -365,7 +365,8 @@ impl<T: Scalar> PairMeasurement<T> {
     }
 }
 
-#[cfg(all(test, feature = "simd"))]
+#[cfg(test)]
+#[cfg(feature = "simd")]
 mod simd_tests;
 #[cfg(test)]
 mod tests;

@@ -171,7 +171,8 @@ pub(super) mod wide {
     }
 }
 
-#[cfg(all(test, feature = "simd"))]
+#[cfg(test)]
+#[cfg(feature = "simd")]
 pub(super) mod simd_tests;
 #[cfg(test)]
 mod tests;

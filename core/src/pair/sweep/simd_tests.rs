@@ -51,7 +51,7 @@ fn agree<T: Scalar>(pixels: &[[f64; 4]], rotation: [f64; 3], t: [f64; 2], roundi
         let [mut one, mut wide] =
             [(); 2].map(|()| PassOver { solver: &solver, sums: PassSums::ZERO });
         one.sweep_single(batch.pairs().iter().map(sample));
-        assert!(super::wide::run(&mut wide, batch.matches()), "no vector lanes: nothing to test");
+        assert!(wide::run(&mut wide, batch.matches()), "no vector lanes: nothing to test");
         let (one, wide) = (one.sums, wide.sums);
         assert_eq!(one.usable, wide.usable);
         // On the edge of a weight of zero or of two deviations rounding decides.
