@@ -103,6 +103,10 @@ impl<T: Scalar> Estimator<T> {
     ///
     /// # Errors
     /// [`PairError`]; there is no pair to fuse then.
+    #[cfg_attr(
+        not(feature = "paper"),
+        expect(unused_variables, reason = "the robust method has read the batch by then")
+    )]
     #[inline(never)]
     pub(crate) fn report(
         &mut self,

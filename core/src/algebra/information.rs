@@ -7,10 +7,14 @@ use nalgebra::{Matrix5, Vector5};
 
 use super::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
-use crate::thresholds::{MAX_DISPARITY_NOISE, MIN_CONDITION, POWER_ITERATIONS, YAW_DEVIATIONS};
+#[cfg(feature = "paper")]
+use crate::thresholds::{MAX_DISPARITY_NOISE, YAW_DEVIATIONS};
+use crate::thresholds::{MIN_CONDITION, POWER_ITERATIONS};
 
 /// Symmetric positive semi-definite 5 x 5 sum of `w J J^T`, 1/rad^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Information<T>(pub(crate) Symmetric5<T>);
 
 impl<T: Scalar> Default for Information<T> {
@@ -66,6 +70,7 @@ impl<T: Scalar> Information<T> {
     /// `None` if noise and an error of yaw exceed the share [`MAX_DISPARITY_NOISE`] of the squared
     /// disparities. Yaw changes all disparities alike and rows hardly; its error is taken as
     /// [`YAW_DEVIATIONS`] standard deviations.
+    #[cfg(feature = "paper")]
     pub(crate) fn less_disparity_noise(&self, weight: T, variance: T) -> Option<Self> {
         let [.., squares] = self.0.diagonal();
         let alike = T::lit(YAW_DEVIATIONS * YAW_DEVIATIONS) * self.yaw_share();
@@ -145,11 +150,19 @@ fn dominant<T: Scalar>(map: impl Fn(&Vector5<T>) -> Vector5<T>) -> (T, Vector5<T
 
 /// Expected size of the error: root of the trace of a block of the covariance, rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StandardDeviations<T> {
     /// Of `R`, rad.
     pub rotation: T,
     /// Of the baseline direction, rad.
     pub translation: T,
+}
+
+impl<T: Scalar> core::fmt::Display for StandardDeviations<T> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "sd R {:.5} rad, t {:.5} rad", self.rotation, self.translation)
+    }
 }
 
 impl<T: Scalar> StandardDeviations<T> {

@@ -11,6 +11,8 @@ use crate::simd::Lanes;
 
 /// Lower triangle row by row: element `(i, k)`, `k <= i`, at index `i (i + 1) / 2 + k`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Symmetric5<T>(pub(crate) [T; 15]);
 
 /// Quadratic form `x^T M x` of a lower triangle, lane by lane.

@@ -18,6 +18,9 @@ use crate::thresholds::{
 
 /// Distortion of a lens relative to a pinhole.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
 pub enum Lens<T> {
     /// No distortion.
     Pinhole,
@@ -57,10 +60,32 @@ impl<T: Scalar> Lens<T> {
 /// `x_d = x (1 + k1 s + k2 s^2 + k3 s^3) + 2 p1 x y + p2 (s + 2 x^2)`,
 /// `y_d = y (1 + k1 s + k2 s^2 + k3 s^3) + p1 (s + 2 y^2) + 2 p2 x y`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(try_from = "[T; 5]", bound(deserialize = "T: Scalar + serde::Deserialize<'de>"))
+)]
 pub struct RadialTangential<T> {
     coefficients: [T; 5],
     /// Squared radius at which the slope of the radial polynomial vanishes.
     fold_squared: T,
+}
+
+#[cfg(feature = "serde")]
+impl<T: Scalar> TryFrom<[T; 5]> for RadialTangential<T> {
+    type Error = CameraError;
+
+    fn try_from(coefficients: [T; 5]) -> Result<Self, CameraError> {
+        Self::try_new(coefficients)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<T: serde::Serialize> serde::Serialize for RadialTangential<T> {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        self.coefficients.serialize(to)
+    }
 }
 
 impl<T: Scalar> RadialTangential<T> {
@@ -150,10 +175,32 @@ impl<T: Scalar> RadialTangential<T> {
 /// Equidistant fisheye (Kannala-Brandt), `theta` the angle from the axis, rad:
 /// `theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(try_from = "[T; 4]", bound(deserialize = "T: Scalar + serde::Deserialize<'de>"))
+)]
 pub struct Fisheye<T> {
     coefficients: [T; 4],
     /// Angle from the axis at which the polynomial folds back, rad, at most 85 degrees.
     fold: T,
+}
+
+#[cfg(feature = "serde")]
+impl<T: Scalar> TryFrom<[T; 4]> for Fisheye<T> {
+    type Error = CameraError;
+
+    fn try_from(coefficients: [T; 4]) -> Result<Self, CameraError> {
+        Self::try_new(coefficients)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<T: serde::Serialize> serde::Serialize for Fisheye<T> {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        self.coefficients.serialize(to)
+    }
 }
 
 impl<T: Scalar> Fisheye<T> {

@@ -37,6 +37,22 @@ impl<T: Scalar> From<&Extrinsics<T>> for RectifyingRotations<T> {
     }
 }
 
+impl<T: Scalar> core::fmt::Display for RectifyingRotations<T> {
+    /// Both as rotation vectors, rad.
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let [[[a, b, c]], [[x, y, z]]] = [self.left, self.right].map(|r| so3::log(&r).data.0);
+        write!(f, "R_l {a:.5} {b:.5} {c:.5} rad, R_r {x:.5} {y:.5} {z:.5} rad")
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl<T: Scalar + defmt::Format> defmt::Format for RectifyingRotations<T> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        let [[left], [right]] = [self.left, self.right].map(|r| so3::log(&r).data.0);
+        defmt::write!(f, "R_l {} rad, R_r {} rad", left, right);
+    }
+}
+
 impl<T: Scalar> RectifyingRotations<T> {
     /// Both identity: the rectification of [`Extrinsics::SIDE_BY_SIDE`].
     pub(crate) const SIDE_BY_SIDE: Self = {

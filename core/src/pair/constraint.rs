@@ -199,6 +199,7 @@ fn rotated<T: Scalar, L: Lanes<T>>(
 }
 
 #[cfg(test)]
+#[cfg(feature = "paper")]
 mod tests {
     use super::*;
     use crate::batch::correspondence::RayPair;
