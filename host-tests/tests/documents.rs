@@ -100,7 +100,8 @@ fn the_c_program_of_the_readme_is_the_one_that_ci_runs() {
 fn the_readme_names_every_feature_and_the_oldest_rust() {
     let manifest = fs::read_to_string(root().join("core/Cargo.toml")).unwrap();
     let features = manifest.split_once("[features]\n").unwrap().1.split("\n[").next().unwrap();
-    for feature in features.lines().filter_map(|line| line.split_once(" = ").map(|(name, _)| name)) {
+    let lines = features.lines().filter(|line| !line.starts_with('#'));
+    for feature in lines.filter_map(|line| line.split_once(" = ").map(|(name, _)| name)) {
         assert!(feature == "default" || README.contains(&format!("`{feature}`")), "{feature}");
     }
     let workspace = fs::read_to_string(root().join("Cargo.toml")).unwrap();
@@ -144,7 +145,8 @@ fn cargo_knows_the_tests_and_benches_of_the_documents() {
         let Some(filter) = filter else { continue };
         let names = |line: &str| line.trim_start().starts_with("fn ") && line.contains(filter);
         let found = files.iter().any(|file| {
-            let named = file.file_stem().is_some_and(|stem| stem.to_string_lossy().contains(filter));
+            let named =
+                file.file_stem().is_some_and(|stem| stem.to_string_lossy().contains(filter));
             named || fs::read_to_string(file).unwrap().lines().any(names)
         });
         assert!(found, "no test for: {call}");
@@ -176,7 +178,8 @@ fn the_rows_of_the_recorded_data_are_what_a_replay_gives() {
         let (sd_t, sd_r) = row[5].split_once(", ").unwrap();
         let (before, after) = row[6].split_once(" to ").unwrap();
         let cells = [row[3], row[4], sd_t, sd_r, before, after];
-        let fields = ["e_t", "e_theta", "sd_translation", "sd_rotation", "rms_px_before", "rms_px_after"];
+        let fields =
+            ["e_t", "e_theta", "sd_translation", "sd_rotation", "rms_px_before", "rms_px_after"];
         for (cell, field) in cells.into_iter().zip(fields) {
             assert!(shows(cell, &json[field]), "{data}, {field}: {cell} is {}", json[field]);
         }
@@ -192,7 +195,10 @@ fn bytes(n: usize) -> String {
 fn sizes_are_those_of_the_types() {
     let calibrator = bytes(size_of::<Calibrator<f32, 256>>());
     assert!(README.contains(&format!("256 matches a pair: {calibrator} bytes")), "{calibrator}");
-    assert!(EVIDENCE.contains(&format!("each correspondence | {calibrator} bytes")), "{calibrator}");
+    assert!(
+        EVIDENCE.contains(&format!("each correspondence | {calibrator} bytes")),
+        "{calibrator}"
+    );
     let record = bytes(Calibrator::<f32, 256>::SNAPSHOT_BYTES);
     let factory = bytes(FactoryCalibration::<f32>::MAX_BYTES);
     assert!(EVIDENCE.contains(&format!("| {record} bytes; {factory} |")), "{record}, {factory}");
