@@ -1,4 +1,4 @@
-//! `selfcal` as a user meets it.
+//! The command `selfcal`.
 
 use std::fs;
 

@@ -1,6 +1,6 @@
-//! One test an erratum of the paper: what the core does holds, and the printed form would not.
+//! One test for each erratum of the paper: the core's form holds, the printed one does not.
 //!
-//! Erratum 1 (sign of `J_0`) is tested where `J_0` is: `reference`; the half of erratum 6 that is
+//! Erratum 1 (sign of `J_0`) is tested in `baselines::literal_paper`; the half of erratum 6
 //! about arccos in `metrics` of the core.
 
 use host_tests::baselines::literal_paper::{self, Options};

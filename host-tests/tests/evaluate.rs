@@ -1,4 +1,4 @@
-//! `selfcal evaluate` as a user meets it: a page that stands alone, and work that is not done twice.
+//! The command `selfcal evaluate`: a self-contained page, and cached measurements.
 
 use std::fs;
 use std::path::Path;
@@ -14,7 +14,7 @@ fn evaluate(out: &Path, more: &[&str]) -> String {
     String::from_utf8(output.get_output().stdout.clone()).unwrap()
 }
 
-/// What stands between two marks, for every occurrence of the first.
+/// Text between two marks, for every occurrence of the first.
 fn between<'a>(text: &'a str, start: &'a str, end: &'a str) -> Vec<&'a str> {
     text.split(start).skip(1).map(|rest| rest.split(end).next().unwrap_or(rest)).collect()
 }

@@ -1,5 +1,5 @@
-//! Replay of every shipped set, kept as text in `host-tests/golden`: behaviour that changes changes
-//! a table, and its author commits it on purpose.
+//! Replay of every shipped set, kept as text in `host-tests/golden`: a change of behaviour changes
+//! a table, which its author commits on purpose.
 //!
 //! Update: `UPDATE_EXPECT=1 cargo test -p host-tests --test golden`.
 

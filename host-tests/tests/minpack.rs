@@ -1,4 +1,4 @@
-//! The solver that the bench `cost` measures against is a fair one: it finds the rig.
+//! The general solver of the bench `cost` finds the rig.
 
 #[path = "../benches/cost/minpack.rs"]
 mod minpack;

@@ -1,4 +1,4 @@
-//! Warps, disparities and spheres: that the pictures show what there is.
+//! Warps, disparities and spheres against known scenes.
 
 use host_tests::evidence::pictures::{
     Disparities, Estimates, Grey, PicturedScene, Rectification, comparison, disparity_picture,
@@ -124,7 +124,7 @@ fn the_published_depth_agrees_with_the_published_rig_and_with_what_is_found() {
     let found = Disparities::of(&scene.left, &scene.right, 64);
     let places = (0..500_u16).flat_map(|v| (0..741_u16).map(move |u| [u, v].map(f64::from)));
     let off = places.zip(&found.pixels).filter_map(|(pixel, d)| {
-        // The right camera's principal point is further right: so much less disparity in its image.
+        // The right camera's principal point is further right, which reduces all disparities.
         let truth = scene.true_disparity(&rotations, &target, pixel)? - (cx_r - cx);
         Some(((*d)? - truth).abs())
     });

@@ -86,9 +86,9 @@ fn gap_to(ours: &Extrinsics<f64>, theirs: &Solution) -> f64 {
 }
 
 /// Figure 1. The paper's gauge row `e_0` has weight 1 beside residuals of 1e-3: where outliers
-/// abound the optimum pays some `e_0` for smaller residuals, up to 4e-3 rad of gauge and 2e-4 rad of
-/// `R`, `t` (erratum 8). The core keeps eq 8 exactly, so it is held to the reference whose row is
-/// heavy; on the sets without outliers the weight of 1 must give the same too.
+/// abound, the optimum has some `e_0` for smaller residuals, up to 4e-3 rad of gauge and 2e-4 rad of
+/// `R`, `t` (erratum 8). The core keeps eq 8 exactly, so it is compared with the reference whose row is
+/// heavy; on the sets without outliers the weight of 1 must give the same.
 #[test]
 fn paper_preset_and_literal_reference_reach_the_same_extrinsics_on_every_recorded_pair() {
     let [mut compared, mut beyond_limit] = [0; 2];
@@ -171,7 +171,7 @@ fn natural_outliers_are_survived_by_the_robust_preset() {
     println!("{summary}");
     let [e_t, e_theta] = [summary.e_t.unwrap(), summary.e_theta.unwrap()];
     assert!(e_t < 0.01 && e_theta < 0.005, "{e_t} {e_theta}");
-    // Honest about itself: within three claimed deviations.
+    // Consistent: within three reported standard deviations.
     assert!(e_t < 3.0 * summary.sd_translation.unwrap());
     assert!(e_theta < 3.0 * summary.sd_rotation.unwrap());
 }

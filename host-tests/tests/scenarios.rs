@@ -1,4 +1,4 @@
-//! Scenarios do what their names say, and a rig that moves is compared with its own truth.
+//! Properties of the scenarios; a rig that moves is compared with the truth of each pair.
 
 use clap::ValueEnum;
 use host_tests::data::{Dataset, TurnedView};

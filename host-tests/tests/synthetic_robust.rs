@@ -157,7 +157,7 @@ fn nothing_but_outliers_is_refused() {
     let mut calibrator = calibrator(&scene);
     let mut solved = 0;
     for mut pair in scene.pairs(77).take(1000) {
-        // Every left point with the right one of another.
+        // Every left point with the right point of another match.
         let mut right: Vec<[f64; 2]> = pair.matches.iter().map(|m| [m.ur, m.vr]).collect();
         right.rotate_left(1);
         for (m, [ur, vr]) in pair.matches.iter_mut().zip(right) {

@@ -1,4 +1,4 @@
-//! Data sets over the link: what the calibrator makes of a faulty wire is what it makes of the frames
+//! Data sets over the link: after a faulty wire the calibrator is bit-identical to one fed the frames
 //! that survive.
 
 use assert_cmd::Command;
@@ -26,7 +26,7 @@ fn solve_and_fuse(controller: &mut Controller) {
     controller.clear_pair();
 }
 
-/// All that the calibrator has learnt.
+/// The whole state of the calibrator.
 fn memory(controller: &Controller) -> Vec<u8> {
     let mut buffer = vec![0; Controller::SNAPSHOT_BYTES];
     controller.snapshot(&mut buffer).unwrap().to_vec()
@@ -42,7 +42,7 @@ fn the_outcome_over_a_faulty_wire_is_that_of_the_frames_that_survive_bit_for_bit
         let mut wire = FaultyWire::new(one_in_a_hundred, seed);
         let (mut bytes, mut direct) = (Vec::new(), controller(&set));
         let mut survivors = 0;
-        // Three times round, so that every run has its faults.
+        // Three times, so that every run has faults.
         for (sequence, pair) in (0..).zip(set.pairs.iter().cycle().take(39)) {
             let (frame, left_out) = sender.frame(sequence, pair);
             assert_eq!(left_out, 0);
@@ -95,7 +95,7 @@ fn a_recording_has_what_the_data_set_has_to_the_resolution_of_the_wire() {
     }
 }
 
-/// The grid steps that a receiver is told of.
+/// The grid steps in the header.
 fn steps_received(steps: &[f64]) -> Vec<f32> {
     let at = |&step: &f64| Match { ul: 100.0, vl: 90.0, ur: 80.0, vr: 90.0, score: 1.0, step };
     let pair: Vec<Match> = steps.iter().map(at).collect();
@@ -174,7 +174,7 @@ fn a_stream_replays_to_the_bits_of_the_controller_that_received_it() {
     let sender = Sender::of(&set).unwrap();
     let frames = (0..).zip(&set.pairs).flat_map(|(i, pair)| sender.frame(i, pair).0);
     let bytes: Vec<u8> = frames.collect();
-    // Most pairs have more than it holds.
+    // Most pairs are longer than its capacity.
     let mut controller = Box::new(Calibrator::<f32, 128>::new(Config::robust()));
     controller.set_cameras(set.cameras().unwrap());
     let (mut rest, mut decoder) = (&bytes[..], Decoder::new());

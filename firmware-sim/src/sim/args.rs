@@ -97,7 +97,7 @@ impl ReplayArgs {
   band         of the RMS row offset in use: good, improvable, recalibrate
   rows px      RMS row offset of the matches that fit the estimate, as in use and as proposed
   fit          matches within 3 px of their row, as in use and as proposed
-  sigma deg    standard deviations that the estimate claims of R and t
+  sigma deg    reported standard deviations of R and t
   weakest      its least certain direction, and the standard deviation in degrees
   cover        share of the left image that has a match that fits
   depth error  expected at 1, 2, 5 and 10 m with what is in use, m

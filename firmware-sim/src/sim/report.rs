@@ -28,7 +28,7 @@ pub(super) fn heading(out: &mut impl Write, set: &Dataset) -> Result<()> {
 pub(super) fn summary(out: &mut impl Write, set: &Dataset, run: &Run) -> Result<()> {
     let summary = run.log.summary(set)?;
     writeln!(out, "\n{summary}")?;
-    if let Some([t, r]) = error_over_claim(&summary) {
+    if let Some([t, r]) = error_in_sd(&summary) {
         writeln!(out, "error / reported sd {t:.1} in t, {r:.1} in R")?;
     }
     if let Some((t, r)) = set.meta.sigma_t_deg.zip(set.meta.sigma_r_deg) {
@@ -46,7 +46,7 @@ pub(super) fn summary(out: &mut impl Write, set: &Dataset, run: &Run) -> Result<
 }
 
 /// Errors of `t` and `R` in their own reported standard deviations.
-fn error_over_claim(summary: &Summary) -> Option<[f64; 2]> {
+fn error_in_sd(summary: &Summary) -> Option<[f64; 2]> {
     let t = summary.e_t? / summary.sd_translation?;
     let r = summary.e_theta? / summary.sd_rotation?;
     Some([t, r])

@@ -8,16 +8,16 @@ use std::thread;
 
 use anyhow::{Context, Result, anyhow, ensure};
 
-/// What a run under callgrind gave.
+/// Result of a run under callgrind.
 #[derive(Debug)]
 pub(crate) struct Count {
     /// Instructions inside [`run_counted`], all jobs of the row together.
     pub(crate) instructions: f64,
-    /// What the counted run printed.
+    /// Output of the counted run.
     pub(crate) said: String,
 }
 
-/// Whether there is a valgrind to run.
+/// Whether valgrind is installed.
 pub(crate) fn is_present() -> bool {
     let version = Command::new("valgrind").arg("--version").stdout(Stdio::null()).status();
     version.is_ok_and(|status| status.success())
@@ -25,8 +25,8 @@ pub(crate) fn is_present() -> bool {
 
 /// Runs each job once, to be counted.
 ///
-/// On a stack of its own: that of the main thread begins below the environment, with which counts
-/// changed by a few instructions.
+/// On a separate stack: that of the main thread begins below the environment, whose size
+/// changed the counts by a few instructions.
 pub(crate) fn run_once<J: Send + 'static, A: Send + 'static>(
     jobs: Vec<J>,
     run: fn(J) -> A,
@@ -35,7 +35,7 @@ pub(crate) fn run_once<J: Send + 'static, A: Send + 'static>(
     thread::spawn(run).join().map_err(|_| anyhow!("a job panicked"))
 }
 
-/// What callgrind counts: it collects from entry to return, so this must stay a symbol.
+/// Callgrind counts from entry to return, so this must stay a symbol.
 #[inline(never)]
 fn run_counted<J, A>(job: J, run: fn(J) -> A) -> A {
     black_box(run(job))

@@ -16,15 +16,15 @@ pub(crate) const PAIRS: usize = 50;
 /// Pairs that lock a calibrator.
 const LOCKING: usize = 20;
 
-/// Passes after the first that a search takes before it weighs by the noise; among 128 matches and fewer.
+/// Passes of a search after the first and before weighting by the noise; for 128 matches and fewer.
 const ANNEALED: [usize; 2] = [4, 8];
 
-/// Of the measured pairs; those that lock a calibrator have the next.
+/// Seed of the measured pairs; those that lock a calibrator have the next.
 const SEED: u64 = 1;
 
 type Calibrator1024 = Calibrator<f32, 1024>;
 
-/// What is measured.
+/// The measured method.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Method {
     Acquiring,
@@ -50,7 +50,7 @@ impl fmt::Display for Method {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Case {
     pub(crate) matches: usize,
-    /// Share of them.
+    /// Share of outliers.
     pub(crate) outliers: f64,
     pub(crate) method: Method,
 }
@@ -64,7 +64,7 @@ pub(crate) enum Job {
     Minpack(Box<RowOffsets>),
 }
 
-/// What a job gave.
+/// Result of a job.
 #[derive(Debug)]
 pub(crate) enum Answer {
     Report(Result<Report, PairError>),
@@ -73,7 +73,7 @@ pub(crate) enum Answer {
     Fit(Fit),
 }
 
-/// What is asked of the calibrator's report.
+/// Requirements on the calibrator's report.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Report {
     passes: u16,
@@ -92,7 +92,7 @@ impl Case {
         })
     }
 
-    /// The pairs to measure, each with all that goes before it done.
+    /// The pairs to measure, prepared up to the measured work.
     pub(crate) fn jobs(&self) -> Result<Vec<Job>> {
         let scene = self.scene();
         scene.check()?;
@@ -106,7 +106,7 @@ impl Case {
         }
     }
 
-    /// Passes over the batch, judging ones counted, and the error of the pair for itself, if it was
+    /// Passes over the batch, evaluation included, and the error of the pair alone, if it was
     /// solved to the end.
     ///
     /// # Errors
@@ -119,7 +119,7 @@ impl Case {
             }
             Answer::Report(report) => {
                 let report = (*report)?;
-                // The paper preset's report leaves out the judging one.
+                // The paper preset's report does not count the evaluation.
                 let judging = usize::from(matches!(self.method, Method::Paper));
                 (usize::from(report.passes) + judging, in_f64(&report.extrinsics))
             }
@@ -138,7 +138,7 @@ impl Case {
 }
 
 impl Job {
-    /// All that is measured.
+    /// The measured work.
     pub(crate) fn run(self) -> Answer {
         match self {
             Self::Solve(mut calibrator) => {
@@ -159,12 +159,12 @@ impl From<PairReport<f32>> for Report {
 
 fn solve_and_fuse(calibrator: &mut Calibrator1024) -> Result<Report, PairError> {
     let report = calibrator.solve_pair()?;
-    // A pair that is kept apart has its cost too.
+    // A pair that is kept apart counts.
     let _ = calibrator.fuse();
     Ok(report.into())
 }
 
-/// A calibrator that has seen nothing but the matches of this pair.
+/// A calibrator with the matches of this pair only.
 fn fresh(scene: &Scene, config: Config, pair: &SynthPair) -> Result<Job> {
     let mut calibrator = Box::new(Calibrator1024::new(config));
     calibrator.set_cameras(scene.dataset(0, SEED)?.cameras()?);
@@ -172,7 +172,7 @@ fn fresh(scene: &Scene, config: Config, pair: &SynthPair) -> Result<Job> {
     Ok(Job::Solve(calibrator))
 }
 
-/// One that has taken the passes of the wide losses: the next one is weighed by the noise.
+/// A calibrator after the passes of the wide losses: the next one weights by the noise.
 fn amid(scene: &Scene, pair: &SynthPair) -> Result<Job> {
     let Job::Solve(mut calibrator) = fresh(scene, Config::robust(), pair)? else {
         bail!("a fresh calibrator is to be solved");
@@ -185,13 +185,13 @@ fn amid(scene: &Scene, pair: &SynthPair) -> Result<Job> {
     Ok(Job::Pass(calibrator))
 }
 
-/// One calibrator, as it is before each of the pairs that it is locked for.
+/// A locked calibrator before each of the measured pairs.
 fn locked(scene: &Scene, pairs: impl Iterator<Item = SynthPair>) -> Result<Vec<Job>> {
     let mut calibrator = Box::new(Calibrator1024::new(Config::robust()));
     calibrator.set_cameras(scene.dataset(0, SEED)?.cameras()?);
     for pair in scene.pairs(SEED + 1).take(LOCKING) {
         fill(&mut calibrator, &pair)?;
-        // Whether that was enough is checked below.
+        // Checked below.
         let _ = solve_and_fuse(&mut calibrator);
     }
     let mut jobs = Vec::with_capacity(PAIRS);

@@ -1,4 +1,4 @@
-//! What a pair costs: host time and instructions, beside a general least-squares solver.
+//! Cost of a pair: host time and instructions, beside a general least-squares solver.
 //!
 //! ```sh
 //! cargo bench -p host-tests --bench cost
@@ -7,7 +7,7 @@
 //! Scene `near` (3 to 80 baselines), 0.3 px, `R` off by 5 degrees about each axis and `t` by 5. From
 //! `R = I`, `t = (-1, 0, 0)`, all methods on the same pairs. The calibrator in `f32`:
 //! - `robust, acquiring`: `solve_pair` of a fresh calibrator;
-//! - `robust, one pass`: a late one of those, weighed by the noise, with its step;
+//! - `robust, one pass`: a late pass of those, weighted by the noise, with its step;
 //! - `robust, locked`: `solve_pair` and `fuse` of a calibrator locked on earlier pairs;
 //! - `paper`: `solve_pair` of a fresh calibrator;
 //! - `lmder`: the crate `levenberg-marquardt` on the paper's row offsets, see [`minpack`].
@@ -19,13 +19,13 @@
 //!   without generating the scene and filling the batch; `-` without valgrind. The same build gives
 //!   the same count. They are this host's: a controller's differ;
 //! - `instr/match/pass`: the same over matches and passes; `-` unless all pairs were solved;
-//! - `passes`: mean passes over the batch, judging ones counted. Of `lmder`, evaluations of the
+//! - `passes`: mean passes over the batch, evaluations included. Of `lmder`, evaluations of the
 //!   residuals; its Jacobians and QR factorisations are in the instructions;
 //! - `solved`: pairs with an answer; of `lmder`, those where it met its tolerances;
-//! - `sigma_t`, `sigma_theta`: RMS error of the solved pairs, each for itself, rad.
+//! - `sigma_t`, `sigma_theta`: RMS error of the solved single pairs, rad.
 //!
-//! Its own harness, because none that times also counts: those that count need a runner installed
-//! or valgrind's headers to build.
+//! A harness of its own, because no usual one both times and counts: those that count need a runner
+//! or valgrind's headers.
 
 mod callgrind;
 mod case;
@@ -54,7 +54,7 @@ struct Args {
     row: Option<usize>,
 }
 
-/// What the pairs of a row came to.
+/// Results of the pairs of a row.
 struct Results {
     pairs: usize,
     /// Passes of the solved pairs together.

@@ -1,5 +1,5 @@
-//! The paper's row offsets minimised by a general solver: MINPACK's `lmder`, as the crate
-//! `levenberg-marquardt` has it.
+//! The paper's row offsets minimised by a general solver: MINPACK's `lmder` from the crate
+//! `levenberg-marquardt`.
 //!
 //! Six parameters, the rotation vectors of `R_l` and `R_r` from the start; `N + 1` residuals, the
 //! gauge row `e_0` (eq 10) before the row offsets (eq 11). `f64`, no Huber weights, default tolerances.
@@ -12,7 +12,7 @@ use nalgebra_034::{
 };
 use stereo_selfcal::Extrinsics;
 
-/// Where the solver ended.
+/// Result of the solver.
 #[derive(Debug, Clone)]
 pub(crate) struct Fit {
     /// The rectifying rotations.
@@ -31,7 +31,7 @@ pub(crate) struct RowOffsets {
 }
 
 impl RowOffsets {
-    /// From the rig that `start` says.
+    /// The problem at the rig `start`.
     pub(crate) fn new(start: &Extrinsics<f64>, rays: &[Rays]) -> Self {
         let start = initial(start.rotation().matrix(), &start.translation().into_inner())
             .map(|m| <[[f64; 3]; 3]>::from(m).into());

@@ -1,11 +1,11 @@
-//! What the link costs a receiver: host time and instructions for each correspondence.
+//! Cost of the link at a receiver: host time and instructions for each correspondence.
 //!
 //! ```sh
 //! cargo bench -p host-tests --bench link
 //! ```
 //!
 //! Frames of the scene `near`, their bytes in pieces of a length:
-//! - `decode`: the decoder alone, from bytes to correspondences that are looked at and dropped;
+//! - `decode`: the decoder alone, from bytes to correspondences;
 //! - `feed`: into the batch of a fresh calibrator of 1024 correspondences, pinhole cameras.
 //!
 //! Columns: `ns` and `instr` for each correspondence, header and checksum included; the former the
@@ -37,7 +37,7 @@ struct Args {
     /// Passed by cargo.
     #[arg(long, hide = true)]
     bench: bool,
-    /// Only take in each frame of this row once, for callgrind to count.
+    /// Only receive each frame of this row once, for callgrind to count.
     #[arg(long, hide = true)]
     row: Option<usize>,
 }
@@ -66,7 +66,7 @@ impl fmt::Display for Work {
     }
 }
 
-/// A frame, ready to be taken in.
+/// A frame, ready to be received.
 #[derive(Debug, Clone)]
 struct Job {
     bytes: Vec<u8>,
@@ -110,7 +110,7 @@ impl Case {
 }
 
 impl Job {
-    /// All that is measured; the correspondences of the frame, if it is whole.
+    /// The measured work: the correspondences of the frame, if it is whole.
     fn run(self) -> Option<usize> {
         let Self { bytes, piece, mut decoder, mut calibrator } = self;
         let mut whole = None;

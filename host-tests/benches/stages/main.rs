@@ -31,7 +31,7 @@ fn matches(set: &Dataset, pair: usize) -> Vec<Correspondence<f32>> {
     set.pairs[pair].iter().map(Match::correspondence).collect()
 }
 
-/// With a pair in its batch, having fused so many before.
+/// A calibrator with a pair in its batch, after so many fused pairs.
 fn calibrator(config: Config, fused: usize) -> Box<Calibrator256> {
     let set = recording();
     let mut calibrator = Box::new(Calibrator256::new(config));
@@ -67,14 +67,14 @@ fn pass(bencher: Bencher) {
     bencher.with_inputs(|| begun.clone()).bench_local_refs(|c| c.advance_pair().is_ok());
 }
 
-/// A pair from afar to its report.
+/// A pair far from the optimum, to its report.
 #[divan::bench]
 fn solve_acquiring(bencher: Bencher) {
     let fresh = calibrator(Config::robust(), 0);
     bencher.with_inputs(|| fresh.clone()).bench_local_refs(|c| c.solve_pair());
 }
 
-/// A pair of a rig that is known.
+/// A pair of a locked rig.
 #[divan::bench]
 fn solve_locked(bencher: Bencher) {
     let locked = calibrator(Config::robust(), LOCKING);
@@ -88,7 +88,7 @@ fn solve_paper(bencher: Bencher) {
     bencher.with_inputs(|| fresh.clone()).bench_local_refs(|c| c.solve_pair());
 }
 
-/// A solved pair into the estimate.
+/// Fusion of a solved pair.
 #[divan::bench]
 fn fuse(bencher: Bencher) {
     let mut locked = calibrator(Config::robust(), LOCKING);

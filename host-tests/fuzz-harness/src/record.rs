@@ -8,15 +8,15 @@ use super::{Target, check_estimate, check_extrinsics, plausible, usual_cameras};
 /// Changes to a valid record before it is read.
 #[derive(Debug, Clone, Arbitrary)]
 enum Change {
-    /// Four bytes are any.
+    /// Four bytes are replaced by any.
     Word(u16, u32),
     /// A number is scaled by a power of two.
     Scaled(u16, i8),
-    /// Two numbers change places.
+    /// Two numbers are swapped.
     Swapped(u16, u16),
-    /// The end is missing.
+    /// The end is cut off.
     Shorter(u16),
-    /// There is more.
+    /// Bytes are appended.
     Longer(Vec<u8>),
 }
 
@@ -25,7 +25,7 @@ enum Change {
 /// # Panics
 /// If the core violates a property.
 pub fn run_record(bytes: &[u8]) {
-    // As they are.
+    // Unchanged.
     let _ = FactoryCalibration::<f32>::from_record(bytes);
     let _ = FactoryCalibration::<f64>::from_record(bytes);
     let mut input = Unstructured::new(bytes);
@@ -73,7 +73,7 @@ pub fn run_record(bytes: &[u8]) {
 }
 
 fn apply(change: &Change, record: &mut Vec<u8>) {
-    // Header and checksum stay out of it: they have tests of their own.
+    // Header and checksum are kept: they have tests of their own.
     let words = (record.len().saturating_sub(16) / 4).max(1);
     let place = |at: u16| 12 + usize::from(at) % words * 4;
     let get = |record: &[u8], at: u16| -> [u8; 4] {
@@ -103,7 +103,7 @@ fn apply(change: &Change, record: &mut Vec<u8>) {
     }
 }
 
-/// Makes the checksum at the end right.
+/// Corrects the checksum at the end.
 fn seal(record: &mut [u8]) {
     if let Some((body, sum)) = record.split_last_chunk_mut::<4>() {
         *sum = crc32(body).to_le_bytes();

@@ -74,7 +74,7 @@ fn adjusted(
 /// The least-squares problem that is left without the points.
 struct Adjustment {
     rays: Vec<Rays>,
-    /// Of the loss, unit depth.
+    /// Scale of the loss, unit depth.
     scale: f64,
     start: Pose,
     params: Vector5<f64>,

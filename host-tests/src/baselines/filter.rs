@@ -25,7 +25,7 @@ pub(super) const ITERATIONS: usize = 10;
 pub(super) struct Belief {
     /// Expected pose.
     pub(super) pose: Pose,
-    /// Of the step from it to the true one.
+    /// Covariance of the step from it to the true pose.
     pub(super) covariance: Matrix5<f64>,
 }
 

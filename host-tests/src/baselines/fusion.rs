@@ -10,7 +10,7 @@ pub(super) trait Fusion: Default {
     /// Adds the estimate of one pair.
     fn add(&mut self, pair: &Pose);
 
-    /// Of all pairs so far; `None` before the first.
+    /// The fused estimate of all pairs so far; `None` before the first.
     fn estimate(&self) -> Option<Pose>;
 }
 

@@ -22,7 +22,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// As published, run to the end.
+    /// The published parameters, with steps up to convergence.
     #[must_use]
     pub fn literal(huber: f64) -> Self {
         Self { huber, gauge_weight: 1.0, tolerance: 1e-12, max_steps: 5000 }

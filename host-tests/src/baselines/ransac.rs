@@ -138,7 +138,7 @@ fn sampson(e: &Matrix3<f64>, rays: &Rays) -> f64 {
     Scaling::Sampson.residual(&Essential { e: *e, by: [Matrix3::zeros(); 5] }, rays)
 }
 
-/// Of the four poses of an essential matrix, that with most points in front of both cameras.
+/// The pose of an essential matrix with most points in front of both cameras, out of four.
 fn decomposed(e: &Matrix3<f64>, rays: &[Rays]) -> Option<Pose> {
     let svd = e.try_svd(true, true, f64::EPSILON, 100)?;
     let (u, v_t) = (svd.u?, svd.v_t?);

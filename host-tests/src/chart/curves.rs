@@ -16,8 +16,8 @@ const MARGINS: [f64; 3] = [64.0, 32.0, 14.0];
 const BELOW: [f64; 2] = [52.0, 32.0];
 
 /// Sizes of the title and of all other words, px.
-const TITLE: f64 = 18.0;
-const TEXT: f64 = 16.0;
+const TITLE: f64 = 15.0;
+const TEXT: f64 = 13.0;
 
 /// Curves of more points than this are drawn without dots.
 const FEW_POINTS: usize = 20;
@@ -59,7 +59,7 @@ pub struct Curve {
 /// Bars of one series, one for each group; a cross where there is none.
 #[derive(Debug, Clone)]
 pub struct Bars {
-    /// Of the series.
+    /// Colour of the series.
     pub color: Color,
     /// Heights, group by group.
     pub heights: Vec<Option<f64>>,

@@ -10,7 +10,7 @@ pub const FILL: f64 = 0.5;
 pub const DOT: f64 = 3.0;
 
 /// Size of the words, px.
-const TEXT: f64 = 13.0;
+const TEXT: f64 = 12.0;
 
 /// How a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +37,7 @@ pub struct Key {
 }
 
 impl Key {
-    /// Of a series.
+    /// The key of a series.
     pub fn new(mark: Mark, color: Rgb, words: impl Into<String>) -> Self {
         Self { mark, color, words: words.into() }
     }

@@ -96,7 +96,7 @@ impl EvaluateArgs {
         }
     }
 
-    /// As it makes the page again, anywhere: folders are left to the reader.
+    /// The command that reproduces the page. Folders are replaced by `DIR`.
     fn command(&self) -> String {
         let mut command = "cargo selfcal evaluate".to_owned();
         if !self.data.is_empty() {

@@ -32,7 +32,7 @@ pub(crate) struct ExportArgs {
     #[command(flatten)]
     source: Source,
 
-    /// Whose files.
+    /// Format of another tool.
     #[arg(long, value_enum)]
     format: Format,
 

@@ -141,7 +141,7 @@ pub struct Match {
 }
 
 impl Match {
-    /// As the core takes it.
+    /// Conversion to the core's type.
     #[must_use]
     pub fn correspondence<T: Scalar>(&self) -> Correspondence<T> {
         Correspondence {

@@ -25,7 +25,7 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// As the core takes it.
+    /// Conversion to the core's type.
     ///
     /// # Errors
     /// If it is not a stereo rig.

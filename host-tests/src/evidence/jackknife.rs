@@ -35,7 +35,7 @@ pub struct Jackknife<'a> {
 }
 
 impl<'a> Jackknife<'a> {
-    /// Of a method, on a data set and one of its views.
+    /// A measurement of a method on a data set, from one of its views.
     #[must_use]
     pub fn new(set: &'a RecordedSet, seen: &'a SetView, by: &'a dyn Method) -> Self {
         let groups = if by_pairs(&seen.pairs) { seen.pairs.len().min(GROUPS) } else { GROUPS };

@@ -15,7 +15,7 @@ pub struct Offsets {
 }
 
 impl Offsets {
-    /// Of points under an estimate.
+    /// Offsets of points under an estimate.
     #[must_use]
     pub fn of(estimate: &Extrinsics<f64>, points: impl Iterator<Item = Rays>) -> Self {
         let rotations = RectifyingRotations::from(estimate);

@@ -57,13 +57,13 @@ pub struct Row<'a> {
     pub set: &'a RecordedSet,
     /// The view.
     pub seen: &'a SetView,
-    /// Of each method, in their order.
+    /// Errors of each method, in their order.
     pub errors: Vec<Measured<Errors>>,
     /// `e_t`, `e_theta` of the joint fit of the matches that agree with the reference, rad.
     pub data_optimum: Measured<ErrorPair>,
 }
 
-/// As two numbers.
+/// A deviation as two numbers.
 #[must_use]
 pub fn error_pair(deviation: Deviation<f64>) -> ErrorPair {
     [deviation.translation, deviation.rotation]
@@ -80,7 +80,7 @@ impl Errors {
 }
 
 impl<'a> OnSet<'a> {
-    /// Of a method, on a data set and one of its views.
+    /// A measurement of a method on a data set, from one of its views.
     #[must_use]
     pub fn new(set: &'a RecordedSet, seen: &'a SetView, by: &'a dyn Method) -> Self {
         let RecordedSet { name, digest, .. } = set;

@@ -20,7 +20,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Of a proposal.
+    /// Conversion of a proposal.
     #[must_use]
     pub fn of<T: Scalar>(proposal: &Proposal<T>) -> Self {
         Self {

@@ -57,9 +57,9 @@ pub struct Solved {
 /// A run being evaluated.
 #[derive(Debug, Clone)]
 pub struct RunLog {
-    /// Of the latest pair.
+    /// True extrinsics of the latest pair.
     truth: Extrinsics<f64>,
-    /// Of each pair; empty where the rig does not move.
+    /// True extrinsics of each pair; empty where the rig does not move.
     truths: Vec<Extrinsics<f64>>,
     factory: Extrinsics<f64>,
     steps: Vec<Step>,
@@ -67,7 +67,7 @@ pub struct RunLog {
 }
 
 impl RunLog {
-    /// Of a run that starts at `factory`, on data whose truth is `truth`.
+    /// The log of a run that starts at `factory`, on data whose truth is `truth`.
     #[must_use]
     pub fn new(truth: Extrinsics<f64>, factory: Extrinsics<f64>) -> Self {
         Self { truth, truths: Vec::new(), factory, steps: Vec::new(), fused: None }

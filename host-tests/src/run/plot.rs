@@ -22,11 +22,11 @@ const HEAD: f64 = 80.0;
 const MARGINS: [f64; 3] = [70.0, 14.0, 52.0];
 
 /// Left of the columns of a legend, and the distance between its lines, px.
-const COLUMNS: [f64; 2] = [60.0, 265.0];
+const COLUMNS: [f64; 2] = [70.0, 275.0];
 const LINE: f64 = 17.0;
 
 /// Sizes of the title, of headings and of the words at an axis, px.
-const WORDS: [f64; 3] = [20.0, 15.0, 13.0];
+const WORDS: [f64; 3] = [17.0, 14.0, 12.0];
 
 const BEFORE: Rgb = SERIES[7].light;
 const AFTER: Rgb = SERIES[2].light;

@@ -37,7 +37,7 @@ pub struct SinglePairStats {
     pub e_theta_deg: f64,
     /// Pairs with `e_theta` above a degree, or without an estimate.
     pub failures: usize,
-    /// Of those, the ones without an estimate: the calibrator refused them.
+    /// Failures without an estimate: the calibrator refused the pair.
     pub refused: usize,
     /// Passes over the batch, mean.
     pub passes: f64,

@@ -156,8 +156,9 @@ impl fmt::Display for Summary {
         angle("e_theta", "fused rotation against the reference", self.e_theta)?;
         angle("sigma_t", "single pairs, RMS", self.sigma_t)?;
         angle("sigma_theta", "single pairs, RMS", self.sigma_theta)?;
-        angle("sd of t, reported", "by the estimate", self.sd_translation)?;
-        angle("sd of R, reported", "by the estimate", self.sd_rotation)?;
+        // The words of the tables in `golden`.
+        angle("sd of t, claimed", "what the estimate says of itself", self.sd_translation)?;
+        angle("sd of R, claimed", "what the estimate says of itself", self.sd_rotation)?;
         match self.rms_px_before.zip(self.rms_px_after) {
             Some((before, after)) => {
                 writeln!(f, "RMS row offset     {before:.3} px before, {after:.3} px after")?;

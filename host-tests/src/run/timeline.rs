@@ -27,7 +27,7 @@ const LABELS: f64 = 50.0;
 const MARGIN: f64 = 24.0;
 
 /// Sizes of the title, of the name of a panel and of other words, px.
-const WORDS: [f64; 3] = [20.0, 14.0, 13.0];
+const WORDS: [f64; 3] = [17.0, 13.0, 12.0];
 
 /// Share of its height that a panel leaves free above and below.
 const AIR: f64 = 0.12;

@@ -22,7 +22,7 @@ pub struct Sender {
 }
 
 impl Sender {
-    /// Of images of this size, whose matches were found on these grid steps, px.
+    /// A sender of images of a size, with matches on grid steps, px.
     ///
     /// # Errors
     /// If no pyramid of 16 levels has all the steps.
@@ -53,7 +53,7 @@ impl Sender {
         Ok(Self { header })
     }
 
-    /// Of a data set.
+    /// A sender of a data set.
     ///
     /// # Errors
     /// As [`Sender::new`].

@@ -1,4 +1,5 @@
-//! Soak test of the link: millions of frames over a wire with faults. A frame comes out as it was sent, or not at all.
+//! Soak test of the link: millions of frames over a wire with faults. A frame comes out as it was sent,
+//! or not at all.
 
 use std::collections::VecDeque;
 

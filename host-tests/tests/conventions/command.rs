@@ -1,4 +1,4 @@
-//! `selfcal import` and `selfcal export` as a user meets them.
+//! The commands `selfcal import` and `selfcal export`.
 
 use assert_cmd::Command;
 
@@ -56,7 +56,7 @@ fn help_teaches_the_signs() {
     for command in ["import", "export"] {
         let help = selfcal(&[command, "--help"]).success();
         let help = String::from_utf8(help.get_output().stdout.clone()).unwrap();
-        // Where its lines are broken depends on the width of the terminal.
+        // Line breaks depend on the width of the terminal.
         let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
         for word in ["x_2 = R x_1 + T", "T_cn_cnm1", "P[0][3] = -fx b", "Examples"] {
             assert!(help.contains(word), "{word} is missing:\n{help}");

@@ -42,13 +42,13 @@ fn journey(format: Format, meta: &Meta) -> (Vec<Document>, Meta) {
     (documents.clone(), read(files, Unknowns::default()).unwrap())
 }
 
-/// What all formats have.
+/// The common part of all formats.
 fn numbers(meta: &Meta) -> Vec<u64> {
     let of = [meta.k_l.concat(), meta.k_r.concat(), meta.dist_l.clone(), meta.dist_r.clone()];
     of.concat().iter().chain(&meta.r.concat()).chain(&meta.t).map(|x| x.to_bits()).collect()
 }
 
-/// Where a point of the left camera, m, is in the right one.
+/// A point of the left camera in the frame of the right one, m.
 fn moved(meta: &Meta, p: [f64; 3]) -> [f64; 3] {
     let row = |i: usize| {
         let turned: f64 = meta.r[i].iter().zip(p).map(|(r, p)| r * p).sum();
@@ -77,7 +77,7 @@ fn rigs() -> Vec<Meta> {
     rigs
 }
 
-/// Without `k3`, which Kalibr has not.
+/// Without `k3`, which Kalibr lacks.
 fn without_k3(mut meta: Meta) -> Meta {
     if meta.lens == LensModel::RadialTangential {
         (meta.dist_l[4], meta.dist_r[4]) = (0.0, 0.0);
@@ -193,7 +193,7 @@ fn an_unknown_baseline_is_said_in_the_file() {
     }
 }
 
-/// What is wrong, and words of the message.
+/// A fault, and words of its message.
 fn refused<'a>(
     files: impl IntoIterator<Item = (&'a str, &'a str)>,
     from: &str,

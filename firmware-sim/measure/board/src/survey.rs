@@ -261,7 +261,7 @@ fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static s
         pair::fill(probe, &mut calibrator, records);
         let (report, sample) = probe.run(|| calls::solve(&mut calibrator));
         solve = solve.most(sample);
-        let _ = report.map(|report| calibrator.fuse());
+        let _ = report.map(|_| calibrator.fuse());
     }
     let extrinsics: Extrinsics<T> = *calibrator.in_use();
     let (rotations, of_rotations) = probe.run(|| calls::rotations(&extrinsics));

@@ -33,7 +33,7 @@ struct Moment {
     state: State,
     /// Error of what is in use, rad.
     error: Deviation<f64>,
-    /// What the estimate claims of its own, rad.
+    /// Reported standard deviations of the estimate, rad.
     sd: Option<Deviation<f64>>,
     /// RMS row offset in use, px.
     in_use_px: Option<f32>,

@@ -35,7 +35,7 @@ pub use rig::Unknowns;
 
 use crate::data::dataset::Meta;
 
-/// Whose files.
+/// Format of another tool.
 #[expect(clippy::doc_markdown, reason = "doc comments of the variants are help text")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Format {
@@ -53,7 +53,7 @@ impl Format {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Opencv, Self::Kalibr, Self::Ros];
 
-    /// As it is given on the command line.
+    /// Name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -58,7 +58,7 @@ impl Pose {
         Ok(pose)
     }
 
-    /// As the core takes it.
+    /// Conversion to the core's type.
     pub(super) fn extrinsics(&self) -> Result<Extrinsics<f64>> {
         let r = matrix(&self.r);
         let off = (r.transpose() * r - Matrix3::identity()).amax();

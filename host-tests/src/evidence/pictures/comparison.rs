@@ -35,7 +35,7 @@ pub struct Attempt {
 pub struct Rectification {
     /// Rectified left and right image.
     pub images: [Grey; 2],
-    /// Of the left image.
+    /// Disparities of the left image.
     pub disparities: Disparities,
     /// Range that was searched, px.
     pub range: u16,

@@ -12,10 +12,10 @@ use crate::chart::palette::{self, SERIES, viridis};
 use crate::chart::{Anchor, Style, Svg};
 use crate::evidence::report::Picture;
 
-/// Of a pixel without disparity: no colour of the map is grey.
+/// Colour of a pixel without disparity; no colour of the map is grey.
 const INVALID: Rgb<u8> = Rgb([150, 150, 150]);
 
-/// Of what a rectified image does not see.
+/// Colour of a pixel outside of the original image.
 const UNSEEN: Rgb<u8> = Rgb([40, 44, 60]);
 
 /// Horizontal lines over a pair, and matches at most.

@@ -32,7 +32,7 @@ struct Depth {
     camera: Camera<f64>,
     /// `cx_r - cx_l`, px.
     offset: f64,
-    /// Of the view, old to new left camera frame.
+    /// Rotation of the view, old to new left camera frame.
     rotation: Matrix3<f64>,
 }
 

@@ -36,7 +36,7 @@ pub struct Disparities {
 }
 
 impl Disparities {
-    /// Of a rectified pair, each disparity from 0 to below `range`, px.
+    /// Disparities of a rectified pair, from 0 to below `range`, px.
     ///
     /// Both images must be of one size: rows beyond the right one's have none.
     #[must_use]

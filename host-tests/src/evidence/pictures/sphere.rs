@@ -14,7 +14,7 @@ const SIZE: Point = [460.0, 460.0];
 const DOT: f64 = 3.0;
 
 /// Sizes of the title and of the words at an axis, px.
-const WORDS: [f64; 2] = [18.0, 15.0];
+const WORDS: [f64; 2] = [15.0, 12.0];
 
 /// Height of the title, and the margin of a sphere at its other sides, px.
 const TITLE: f64 = 28.0;
@@ -26,7 +26,7 @@ const LABELS: [f64; 2] = [62.0, 48.0];
 /// Half of what a picture of the surroundings shows at least, rad.
 const LEAST_REACH: f64 = 1e-4;
 
-/// Of the sphere's grid, degrees, and samples along each of its lines.
+/// Spacing of the sphere's grid, degrees, and samples along each of its lines.
 const GRID_DEG: i16 = 30;
 const SAMPLES: i16 = 72;
 
@@ -36,9 +36,9 @@ const ASIDE: f64 = 0.5;
 /// What a run estimated.
 #[derive(Debug, Clone)]
 pub struct Estimates {
-    /// Of each pair alone.
+    /// Estimates of single pairs.
     pub pairs: Vec<Extrinsics<f64>>,
-    /// Of all pairs.
+    /// Estimate of all pairs.
     pub fused: Option<Extrinsics<f64>>,
     /// Reference extrinsics.
     pub reference: Extrinsics<f64>,

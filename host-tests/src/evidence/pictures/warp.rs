@@ -26,7 +26,7 @@ pub fn warp(
     Grey::try_new(size, rows.concat()).unwrap_or_else(|_| image.clone())
 }
 
-/// As the camera would have seen it, turned: `p' = Rot p` (see [`crate::data`]).
+/// The image of the camera after a rotation: `p' = Rot p` (see [`TurnedView`](crate::data::TurnedView)).
 #[must_use]
 pub fn turned(image: &Grey, camera: &Camera<f64>, rotation: &Matrix3<f64>) -> Grey {
     let back = rotation.transpose();
@@ -36,7 +36,7 @@ pub fn turned(image: &Grey, camera: &Camera<f64>, rotation: &Matrix3<f64>) -> Gr
     })
 }
 
-/// As the rectified camera would have seen it.
+/// The image of the rectified camera.
 ///
 /// * `rotation`: of this camera's frame into the rectified one.
 #[must_use]

@@ -60,7 +60,7 @@ pub struct Figure {
 }
 
 impl Entry {
-    /// Of a series in one of the series' colours; black for `None`.
+    /// An entry in one of the series' colours; black for `None`.
     #[must_use]
     pub fn new(sample: Sample, color: Option<Color>, name: &str) -> Self {
         Self { sample, color, name: name.to_owned() }

@@ -37,7 +37,7 @@ pub enum Block {
     Figure(Figure),
     /// Lines of a file, folded up under its name.
     Listing {
-        /// Of the file.
+        /// Name of the file.
         name: String,
         /// Its content.
         text: String,

@@ -33,7 +33,7 @@ pub(super) fn strip(steps: &[Step]) -> String {
             plot.cross([i + 0.5, 0.55], 6.0, Style::line(Rgb::BLACK, 2.0));
         }
     }
-    plot.label_x("pairs so far", 16.0);
+    plot.label_x("pairs so far", 13.0);
     svg.finish()
 }
 

@@ -15,8 +15,8 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("After a knock");
     section.text(format!(
         "The right camera turns by {TURN_DEG} degrees about a random axis at pair {FIRST} of {PAIRS}, with 10 % \
-         outliers. A mean over all pairs never forgets the old rig, a filter forgets it slowly; the robust \
-         preset notices, and begins anew.",
+         outliers. A mean over all pairs keeps the old rig, and a filter forgets it slowly. The robust preset \
+         detects the change and starts a new estimate.",
     ));
     let panel = |(part, name): (usize, &&str)| {
         let mut curves: Vec<Curve> = findings

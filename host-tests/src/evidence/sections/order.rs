@@ -11,10 +11,10 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("Does the paper's order hold?");
     let [ours, paper, other] = ORDER;
     section.text(format!(
-        "The paper's method is reported to be better than Ling and Shen's, [7]; ours should be no worse \
-         than the paper's on data with outliers. A cell is one data set, one view and one error; the \
-         order holds in it if {ours} <= {paper} <= {other}. A method without an estimate is worse than any. Without outliers the three all but \
-         coincide, as the curves over matches and noise show: what tells them apart is what outliers do.",
+        "The paper reports that its method is better than Ling and Shen's, [7]; ours should be no worse than the \
+         paper's on data with outliers. A cell is one data set, one view and one error; the order holds in it if \
+         {ours} <= {paper} <= {other}. A method without an estimate is worse than any. Without outliers the three \
+         almost coincide, as the curves over matches and noise show.",
     ));
     if findings.checks.is_empty() {
         section.text(format!("Not checked: this needs the methods {ours}, {paper} and {other}."));
@@ -26,12 +26,12 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
     section.text(summary(&format!("Recordings with outliers (above {few} %)"), &wrong));
     section.text(summary("Recordings without", &clean));
     section.text(
-        "Where it does not hold, the reason is looked for in the data, in this order. Reference: the \
-         difference is below the reference's own standard error. Chance: it is below two standard \
-         deviations of itself, by a jackknife that leaves out a twelfth of the pairs, or of the matches \
-         where there are few pairs, for both methods alike. Data: the matches that agree with the \
-         reference have their optimum that far from it, so the recording cannot tell the methods apart \
-         by this reference. Pairs: pair by pair the order holds. What is left is unexplained.",
+        "Where the order does not hold, these reasons are tried in this order. Reference: the difference is below \
+         the reference's own standard error. Chance: it is below two standard deviations of itself, by a \
+         jackknife that leaves out a twelfth of the pairs, or of the matches where there are few pairs, the same \
+         for both methods. Data: the optimum of the matches that agree with the reference is that far from it, so \
+         the recording cannot distinguish the methods by this reference. Pairs: the order holds for single \
+         pairs. All others are unexplained.",
     );
     let heading = ["data set", "view", "error", ours, paper, other, "holds", "if not, why"];
     let mut table = Table::new("order", heading.map(String::from));
