@@ -1,7 +1,8 @@
-//! The facade: correspondences in, extrinsics out, in three acts that stay apart.
+//! The facade: correspondences in, extrinsics out.
 //!
-//! *Estimate* ([`Calibrator::solve_pair`], [`Calibrator::fuse`]) never touches what is in use;
-//! *judge* ([`Calibrator::health`]) compares; *apply* ([`Calibrator::apply`]) is the caller's act.
+//! Estimating ([`Calibrator::solve_pair`], [`Calibrator::fuse`]) never changes the extrinsics in use,
+//! [`Calibrator::health`] compares them with the estimate, and the caller puts the estimate into use
+//! ([`Calibrator::apply`]).
 
 use crate::batch::correspondence::{Cameras, Correspondence};
 use crate::batch::{Batch, Pushed};
@@ -21,12 +22,17 @@ use crate::thresholds::{SCREEN, SPARE_PASSES};
 /// Same correspondences in the same order give the same bits. No heap, no clock, no I/O. Every call
 /// takes at most one pass over the batch, but for [`Calibrator::solve_pair`], which takes all of them.
 ///
+/// [`Calibrator::new`] is `const`. In a firmware, construct it in its static cell with
+/// `StaticCell::init_with(|| Calibrator::new(..))`: that needs 8.3 kB less flash than a `const` block, whose value the
+/// start-up code copies from flash (256 correspondences, `f32`).
+///
+/// # Examples
+///
 /// ```
 /// use stereo_selfcal::{
 ///     Calibrator, Camera, Cameras, Config, Correspondence, Intrinsics, Lens, State,
 /// };
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// // `new` is const: a firmware puts this into a static cell, off the stack.
 /// let mut calibrator = Calibrator::<f32, 256>::new(Config::robust());
 /// let intrinsics = Intrinsics { focal: [1400.0; 2], principal: [960.0, 600.0], size: [1920, 1200] };
 /// let camera = Camera::try_new(intrinsics, Lens::Pinhole)?;
@@ -36,11 +42,11 @@ use crate::thresholds::{SCREEN, SPARE_PASSES};
 /// #     Correspondence { left: [u, v], right: [u - d, v + 1.5], score: 1.0, grid_step: 0.0 }
 /// # });
 /// for m in matches {
-///     calibrator.push(&m)?; // refused: the batch is as it was
+///     calibrator.push(&m)?;
 /// }
 /// let pair = calibrator.solve_pair()?;
-/// calibrator.fuse()?; // refused: the estimate is unchanged
-/// calibrator.clear_pair();
+/// calibrator.fuse()?;
+/// calibrator.clear_pair(); // on errors too: the crate documentation has the loop
 /// assert!(pair.rms_px_after < pair.rms_px_before);
 /// if calibrator.state() == State::Locked {
 ///     let extrinsics = calibrator.apply()?; // p_r = R p_l + t
@@ -126,7 +132,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Begins to solve the batch, with its first pass. Then call [`Calibrator::advance_pair`].
     ///
     /// # Errors
-    /// [`PairError`]; the batch is kept and may be added to. A pair solved before can no longer be fused.
+    /// [`PairError::NoCameras`], [`PairError::TooFew`]; the estimate and [`Calibrator::state`] are unchanged. The batch
+    /// is kept and may be added to. A pair solved before can no longer be fused.
     pub fn begin_pair(&mut self) -> Result<(), PairError> {
         let begun = match context(&self.config, &self.factory, self.cameras.as_ref()) {
             Some(context) => self.estimator.begin(&context, self.batch.matches()),
@@ -139,17 +146,29 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Takes one more pass; the report once the pair is solved. The batch may then be changed.
     ///
     /// # Errors
-    /// [`PairError`]; the batch is kept, the pair is abandoned. Robust preset: a batch that agrees with no hypothesis
-    /// counts against the estimate ([`Calibrator::state`]); an estimate that no pair has confirmed yet is dropped after
-    /// the second.
+    /// [`PairError::NotBegun`] where no pair is being solved: nothing changes. Otherwise the pair is abandoned, the batch
+    /// is kept, and solving it again fails again: [`Calibrator::clear_pair`].
+    ///
+    /// What is in use never changes, nor do the numbers of a confirmed estimate. In the robust preset the failure counts
+    /// against each hypothesis that was asked and disagreed:
+    /// - a locked estimate becomes [`State::Suspect`], after ten such pairs in a row [`State::Lost`]; the next pair that
+    ///   agrees with it locks it again;
+    /// - a challenger, or an estimate that is still [`State::Acquiring`], is dropped once at least two pairs, and more
+    ///   than half as many as support it, disagree: [`Calibrator::proposal`] is then `None` until a pair is fused.
+    ///
+    /// A batch that agrees with the estimate but does not observe the baseline ([`PairError::Unobservable`]) does not
+    /// count against it.
     pub fn advance_pair(&mut self) -> Result<Option<PairReport<T>>, PairError> {
         if self.take_pass()? { self.report().map(Some) } else { Ok(None) }
     }
 
-    /// Solves the batch in one call. The batch is kept, for [`Calibrator::health`].
+    /// Solves the batch in one call. The batch is kept, for [`Calibrator::health`]; call [`Calibrator::clear_pair`]
+    /// before the next pair, after an error too.
     ///
     /// # Errors
-    /// [`PairError`], as [`Calibrator::begin_pair`] and [`Calibrator::advance_pair`].
+    /// [`PairError::NoCameras`], [`PairError::TooFew`]: as [`Calibrator::begin_pair`], nothing counts against the
+    /// estimate. [`PairError::NoConsensus`], [`PairError::Unobservable`]: as [`Calibrator::advance_pair`], the pair may
+    /// count against the estimate, and [`Calibrator::state`] may change.
     pub fn solve_pair(&mut self) -> Result<PairReport<T>, PairError> {
         self.begin_pair()?;
         // More passes than any preset takes.
@@ -185,8 +204,13 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// unless the configuration says so ([`Config::with_automatic_apply`]).
     ///
     /// # Errors
-    /// [`Refusal`]; a locked estimate is bit for bit what it was, but [`Calibrator::state`] may change: a pair that
-    /// disagrees counts against it. An estimate that no pair has confirmed yet may be dropped.
+    /// [`Refusal`]; what is in use and the numbers of a confirmed estimate are bit-identical to those before.
+    /// - [`Refusal::NothingSolved`]: nothing changes.
+    /// - [`Refusal::Frozen`]: nothing changes; the pair can be fused once the calibrator is not frozen.
+    /// - [`Refusal::TooUncertain`] (paper preset): nothing counts against the estimate.
+    /// - [`Refusal::Disagrees`], [`Refusal::CorrectionLimit`], [`Refusal::NoRig`]: in the robust preset the pair counts
+    ///   against the hypotheses that it disagrees with, and against the one that cannot take it in, as a failed solve
+    ///   does ([`Calibrator::advance_pair`]); [`Calibrator::state`] may change.
     pub fn fuse(&mut self) -> Result<Fused, Refusal> {
         let fused = match context(&self.config, &self.factory, self.cameras.as_ref()) {
             _ if self.frozen => Err(Refusal::Frozen),
@@ -228,10 +252,11 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         Health::over(&self.batch, &self.in_use, &proposal, self.rejection, focal, screen)
     }
 
-    /// Puts the estimate into use and returns it. The generation changes if the extrinsics do.
+    /// Puts the estimate into use and returns it: [`Proposal::applicable`]. The generation changes if the extrinsics do.
     ///
     /// # Errors
-    /// [`ApplyError`]; what is in use stays.
+    /// [`ApplyError`]; nothing changes. [`ApplyError::NoProposal`] and [`ApplyError::NotLocked`] are ordinary until four
+    /// pairs agree.
     #[inline(never)]
     pub fn apply(&mut self) -> Result<Extrinsics<T>, ApplyError> {
         if self.frozen {
@@ -267,8 +292,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         Ok(before)
     }
 
-    /// Freezes both the estimate and what is in use, or lets go of them again. Pairs may still be solved
-    /// and [`Calibrator::health`] read.
+    /// Freezes both the estimate and what is in use, or releases them. Pairs may still be solved and
+    /// [`Calibrator::health`] read; a solve that fails still counts against the estimate.
     pub fn set_frozen(&mut self, frozen: bool) {
         self.frozen = frozen;
     }

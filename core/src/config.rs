@@ -1,13 +1,4 @@
-//! Parameters, with what larger and smaller values do. `const` throughout: a bad value can fail
-//! the build.
-//!
-//! ```
-//! use stereo_selfcal::Config;
-//! const CONFIG: Config = match Config::paper().with_huber_threshold_px(1.5) {
-//!     Ok(config) => config,
-//!     Err(_) => panic!("huber threshold"),
-//! };
-//! ```
+//! Parameters, with what larger and smaller values do.
 
 use crate::error::{ConfigError, Refusal};
 use crate::geometry::extrinsics::Extrinsics;
@@ -23,8 +14,9 @@ impl Default for Config {
 }
 
 /// Central tendency of the angles of the pairs' rotations, `s*` of eq 22.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Central {
     /// Arithmetic mean: efficient where no pair is grossly wrong.
     Mean,
@@ -35,6 +27,8 @@ pub enum Central {
 
 /// How a pair is solved and how pairs are fused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) enum Method {
     /// Huber weights, mean directions.
     #[cfg(feature = "paper")]
@@ -44,7 +38,23 @@ pub(crate) enum Method {
 }
 
 /// Parameters of the whole calibrator. Numbers are `f32` whatever the scalar of the core.
+///
+/// # Examples
+///
+/// `const` throughout: a bad value can fail the build.
+///
+/// ```
+/// use stereo_selfcal::Config;
+/// const CONFIG: Config = match Config::robust().with_max_correction_rad(0.2) {
+///     Ok(config) => config.with_automatic_apply(true),
+///     Err(_) => panic!("correction limit"),
+/// };
+/// # let _ = CONFIG;
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(remote = "Self"))]
 pub struct Config {
     pub(crate) method: Method,
     pub(crate) prior_sd_rad: f32,
@@ -60,6 +70,7 @@ pub struct Config {
     pub(crate) max_sd_rad: f32,
     pub(crate) max_correction_rad: f32,
     pub(crate) memory_pairs: u32,
+    #[cfg_attr(feature = "serde", serde(rename = "automatic_apply"))]
     pub(crate) applies_itself: bool,
 }
 
@@ -258,10 +269,44 @@ impl Config {
         }
     }
 
+    /// The same parameters, if each is within its range.
+    #[cfg(feature = "serde")]
+    fn checked(self) -> Result<Self, ConfigError> {
+        #[cfg(feature = "paper")]
+        let checked = self
+            .with_step_tolerance_rad(self.step_tolerance_rad)?
+            .with_max_sd_rad(self.max_sd_rad)?;
+        #[cfg(not(feature = "paper"))]
+        let checked = self;
+        checked
+            .with_prior_sd_rad(self.prior_sd_rad)?
+            .with_huber_threshold_px(self.huber_threshold_px)?
+            .with_max_passes(self.max_passes)?
+            .with_min_correspondences(self.min_correspondences)?
+            .with_noise_floor_px(self.noise_floor_px)?
+            .with_max_correction_rad(self.max_correction_rad)?
+            .with_memory_pairs(self.memory_pairs)
+    }
+
     /// Information of the prior about each unknown, 1/rad^2.
     pub(crate) fn prior<T: Scalar>(&self) -> T {
         let sd = T::single(self.prior_sd_rad);
         T::ONE / (sd * sd)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl serde::Serialize for Config {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        Self::serialize(self, to)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<'de> serde::Deserialize<'de> for Config {
+    /// Refuses a parameter out of its range.
+    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        Self::deserialize(from)?.checked().map_err(serde::de::Error::custom)
     }
 }
 

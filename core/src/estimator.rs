@@ -91,6 +91,10 @@ impl<T: Scalar> Estimator<T> {
     }
 
     /// Report of the solved pair.
+    #[cfg_attr(
+        not(feature = "paper"),
+        expect(unused_variables, reason = "the robust method has read the batch by then")
+    )]
     #[inline(never)]
     pub(crate) fn report(
         &mut self,

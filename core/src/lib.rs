@@ -1,20 +1,141 @@
-//! Online self-calibration of stereo extrinsics from left/right correspondences.
+//! Tracks the extrinsics of a stereo rig online, from left/right correspondences: `no_std`, no heap, fixed capacity.
 //!
-//! Per stereo pair two rectifying rotations from row offsets alone, in bounded passes; over pairs an
-//! incremental fusion in constant memory. As published ([`Config::paper`]), or so that half of the
-//! matches may be wrong ([`Config::robust`]). Method: H. Zhao, Y. Zhang, Q. Chen,
-//! R. Fan, "Dive Deeper into Rectifying Homography for Stereo Camera Online Self-Calibration";
-//! equation numbers are that paper's.
+//! Each stereo pair gives two rectifying rotations from the row offsets of its correspondences, in a bounded number of
+//! passes. An incremental fusion in constant memory combines the pairs. Two presets: [`Config::robust`], for up to half
+//! outliers, and [`Config::paper`], the method as published by H. Zhao, Y. Zhang, Q. Chen, R. Fan, "Dive Deeper into
+//! Rectifying Homography for Stereo Camera Online Self-Calibration". Equation numbers are that paper's; [`derivation`]
+//! derives the robust preset.
 //!
-//! Convention: `p_r = R p_l + t`, `|t| = 1`, camera frames x right, y down, z forward. A plain
-//! side-by-side rig has `R = I`, `t = (-1, 0, 0)`. Angles are in rad, image coordinates in px.
+//! # The walk
 //!
-//! Start at [`Calibrator`]. Data flows one way: [`Camera`] makes rays of pixels, a [`Batch`] holds
-//! them, a solver turns a batch into a [`PairReport`], the reports come to a [`Proposal`], and
-//! [`Health`] says whether to rely on it.
+//! ```text
+//! pixels -> Camera      undistorted rays; set by Calibrator::set_cameras
+//!        -> Batch       up to N correspondences of one stereo pair, selected; Calibrator::push
+//!        -> pair        R, t of the batch, with their information: PairReport; Calibrator::solve_pair
+//!        -> fusion      the estimate over all pairs: Proposal; Calibrator::fuse
+//!        -> judge       residuals in use and proposed, arming: Health; Calibrator::health
+//!        -> apply       the estimate is put into use: Extrinsics; Calibrator::apply
+//!        -> rectifier   RectifyingRotations, RectifiedCamera::homographies
+//! ```
 //!
-//! Beside it stand [`link`], which takes a matcher's frames in, and [`store`], which keeps what was learnt
-//! in flash; nothing of the mathematics depends on them.
+//! Estimating never changes the extrinsics in use; [`Calibrator::apply`] does. [`link`] receives a matcher's frames and
+//! [`store`] keeps records in flash; the estimator depends on neither.
+//!
+//! # Example
+//!
+//! One stereo pair, with the batch cleared on every path. `examples/minimal.rs` is a complete program.
+//!
+//! ```
+//! use stereo_selfcal::{ApplyError, Calibrator, Correspondence, Extrinsics, Fused, PushError, Rejection};
+//!
+//! /// Takes one stereo pair; the extrinsics to rectify with, if they have changed.
+//! fn on_pair<const N: usize>(
+//!     calibrator: &mut Calibrator<f32, N>,
+//!     matches: &[Correspondence<f32>],
+//! ) -> Option<Extrinsics<f32>> {
+//!     calibrator.clear_pair(); // also abandons a pair that is being solved
+//!     for m in matches {
+//!         match calibrator.push(m) {
+//!             Ok(_) => {}
+//!             // The batch counts it: calibrator.batch().refused().
+//!             Err(PushError::Pixel(..) | PushError::Score | PushError::GridStep) => {}
+//!             Err(error) => log(&error), // no cameras, or busy: an error of this program
+//!         }
+//!     }
+//!     match fuse(calibrator) {
+//!         Ok(fused) => log(&fused),
+//!         // Too few, no consensus, refused: calibrator.state() may have changed, what is in use has not.
+//!         Err(rejection) => log(&rejection),
+//!     }
+//!     if let Some(health) = calibrator.health() {
+//!         log(&health); // over the batch: read before it is cleared
+//!     }
+//!     calibrator.clear_pair();
+//!     let before = calibrator.generation();
+//!     match calibrator.apply() {
+//!         Ok(extrinsics) => (calibrator.generation() != before).then_some(extrinsics),
+//!         Err(ApplyError::NoProposal | ApplyError::NotLocked(_)) => None, // pairs are still needed
+//!         Err(error) => { log(&error); None }
+//!     }
+//! }
+//!
+//! fn fuse<const N: usize>(calibrator: &mut Calibrator<f32, N>) -> Result<Fused, Rejection> {
+//!     calibrator.solve_pair()?;
+//!     Ok(calibrator.fuse()?)
+//! }
+//! # fn log(_: &dyn core::fmt::Display) {}
+//! # let mut calibrator = Calibrator::<f32, 64>::new(stereo_selfcal::Config::robust());
+//! # assert_eq!(on_pair(&mut calibrator, &[]), None);
+//! ```
+//!
+//! # Conventions
+//!
+//! * Extrinsics: `p_r = R p_l + t`, `|t| = 1`; `p_l`, `p_r` are one point in the left and the right camera frame. A plain
+//!   side-by-side rig has `R = I`, `t = (-1, 0, 0)`. The length of the baseline is not observable.
+//! * Camera frame: x right, y down, z forward.
+//! * Pixels: of the image before undistortion; `(0, 0)` is the centre of the top left pixel, u right, v down. Lens models
+//!   and coefficients are OpenCV's.
+//! * Units: px in the image, rad for angles; a name ends with its unit where the unit is not obvious.
+//! * Scalar: `f32` ships, `f64` is the reference. The same input gives the same bits on every target, without `simd`.
+//! * [`nalgebra`] is part of the public API and is re-exported.
+//!
+//! # Errors and actions
+//!
+//! Every error is a small `Copy` enum, one per operation, with `Display`, [`core::error::Error`] and a stable number
+//! `code()`. No error changes the extrinsics in use.
+//!
+//! | error | of | action |
+//! |---|---|---|
+//! | [`ConfigError`] | `Config::with_*` | Correct the named parameter. In a `const` it fails the build. |
+//! | [`CameraError`] | [`Camera::try_new`] | Correct the named quantity. |
+//! | [`ExtrinsicsError`] | [`Extrinsics::try_new`] | Correct `R` or `t`; a baseline along an optical axis cannot be rectified. |
+//! | [`UndistortError`] | [`Camera::ray`] | Drop the correspondence. |
+//! | [`ProjectError`] | [`Camera::pixel`] | Drop the ray: it is beyond the lens model. |
+//! | [`PushError`] | [`Calibrator::push`] | `Pixel`, `Score`, `GridStep`: drop the correspondence; many of them: wrong cameras. `Busy`: finish or clear the pair. `NoCameras`: set cameras. |
+//! | [`PairError`] | [`Calibrator::solve_pair`] | Clear the batch and take the next pair. `TooFew`: or add matches and solve again. `NoCameras`, `NotBegun`: order of calls. |
+//! | [`Refusal`] | [`Calibrator::fuse`] | Take the next pair. `CorrectionLimit` again and again: factory values or mounting. `NothingSolved`: order of calls. `Frozen`: intended. |
+//! | [`Rejection`] | both, in [`Health`] | As the error that it holds. |
+//! | [`ApplyError`] | [`Calibrator::apply`] | `NoProposal`, `NotLocked`: fuse more pairs. `Doubtful`, `Inconsistent`: look for biased matches or wrong intrinsics. `NothingToUndo`, `Frozen`: nothing to do. |
+//! | [`RectifyError`] | [`RectifiedCamera::try_choose`] | Correct `alpha`, or keep the last rectification: the rig has no common view. |
+//! | [`SnapshotError`] | [`Calibrator::snapshot`] | Offer `needed` bytes; set cameras first. |
+//! | [`RestoreError`] | [`Calibrator::restore`] | Start from the factory calibration, or try an older record. `NotFresh`, `NoCameras`: order of calls. |
+//! | [`link::ReceiveError`], [`link::FrameRefusal`] | drivers of a matcher | Call again; the decoder resynchronises. `ImageSize`: the cameras set are of another image. |
+//! | [`link::HeaderError`], [`link::RecordError`], [`link::Damage`] | decoding | Skip the frame; [`link::Counters`] count it. |
+//! | [`link::EncodeError`] | encoding | Correct the named quantity of the sender. |
+//! | [`store::OpenError`], [`store::PolicyError`] | set-up of the store | Correct range, page or interval. `UnsupportedLayout`: [`store::Store::format`]. |
+//! | [`store::LoadError`], [`store::ResumeError`] | start | Start from the factory calibration. |
+//! | [`store::SaveError`], [`store::PersistError`] | saving | Continue without; try again later. The record before it remains. |
+//!
+//! # Glossary
+//!
+//! | term | meaning |
+//! |---|---|
+//! | pair | One stereo image pair: its correspondences in the [`Batch`], and their solution, [`PairReport`]. |
+//! | pass | One read of the whole batch: the unit of time of a solve. |
+//! | search, track | Solve from far, by an annealed loss; solve near a hypothesis, in 4 passes. |
+//! | factory | Extrinsics that the rig left production with: start, prior, and centre of the correction limit. |
+//! | in use | Extrinsics that the caller rectifies with, as of the last [`Calibrator::apply`]. |
+//! | generation | Number that changes exactly when the extrinsics in use do. |
+//! | proposal | The estimate over all fused pairs, not in use yet. |
+//! | hypothesis | Extrinsics with the sums of the pairs that support them. |
+//! | champion | The hypothesis that is reported, once four pairs agree. |
+//! | challenger | The hypothesis of pairs outside the champion's gate. Three pairs that show another rig promote it. |
+//! | repeated scene | A pair with the matches of the pair before it, as of a vehicle at rest: it replaces that pair. |
+//! | image halves | Two halves of the image, estimated apart: their disagreement shows biased matches ([`Doubt`]). |
+//! | screened | Within the threshold of the residual: counted as an inlier. |
+//! | band, arming | Verdict on the row offset in use; yes or no to an arming check. |
+//!
+//! # Features
+//!
+//! | feature | effect |
+//! |---|---|
+//! | `paper` (default) | The published method, `Config::paper`. Without it a firmware saves flash. |
+//! | `defmt` | `defmt::Format` for every result and error. |
+//! | `serde` | `Serialize` and `Deserialize` for parameters, cameras, extrinsics and results, as plain arrays; what is read is checked. |
+//! | `async` | [`link::FpgaMatcher`] over `embedded-hal-async`. |
+//! | `simd` | Hosts only: the inner loop on AVX2 or NEON, found at run time. Equal to rounding; the batch holds its numbers twice. |
+//!
+//! Minimum supported Rust version: 1.89.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -44,6 +165,15 @@ mod snapshot;
 mod state;
 pub mod store;
 mod thresholds;
+
+#[doc = include_str!("../ESTIMATOR.md")]
+pub mod derivation {}
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+mod readme {}
+
+pub use nalgebra;
 
 pub use algebra::information::{Information, StandardDeviations};
 pub use batch::correspondence::{Cameras, Correspondence, RayPair};

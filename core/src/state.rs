@@ -3,6 +3,7 @@
 /// How far the estimate can be relied on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum State {
     /// Too few pairs agree yet.
@@ -17,20 +18,15 @@ pub enum State {
 
 codes! { State { Acquiring = 0, Locked = 1, Suspect = 2, Lost = 3 } }
 
-impl core::fmt::Display for State {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::Acquiring => "acquiring",
-            Self::Locked => "locked",
-            Self::Suspect => "suspect",
-            Self::Lost => "lost",
-        })
-    }
+texts! {
+    State { Acquiring = "acquiring", Locked = "locked", Suspect = "suspect", Lost = "lost" }
+    Stop { Converged = "converged", NoDescent = "no descent", PassesSpent = "passes spent" }
 }
 
 /// Why the solver stopped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Stop {
     /// The step fell below the tolerance, or below what the scalar resolves of the optimum.

@@ -7,10 +7,14 @@ use nalgebra::{Matrix5, Vector5};
 
 use super::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
-use crate::thresholds::{MAX_DISPARITY_NOISE, MIN_CONDITION, POWER_ITERATIONS, YAW_DEVIATIONS};
+#[cfg(feature = "paper")]
+use crate::thresholds::{MAX_DISPARITY_NOISE, YAW_DEVIATIONS};
+use crate::thresholds::{MIN_CONDITION, POWER_ITERATIONS};
 
 /// Symmetric5 positive semi-definite 5 x 5 sum of `w J J^T`, 1/rad^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Information<T>(pub(crate) Symmetric5<T>);
 
 impl<T: Scalar> Default for Information<T> {
@@ -60,6 +64,7 @@ impl<T: Scalar> Information<T> {
     ///
     /// `None` if less than a quarter of the disparities' square is more than that noise and three
     /// standard deviations of the turn about y, which moves all disparities alike and rows hardly.
+    #[cfg(feature = "paper")]
     pub(crate) fn less_disparity_noise(&self, weight: T, variance: T) -> Option<Self> {
         let [.., squares] = self.0.diagonal();
         let alike = T::lit(YAW_DEVIATIONS * YAW_DEVIATIONS) * self.yaw_share();
@@ -138,11 +143,19 @@ fn dominant<T: Scalar>(map: impl Fn(&Vector5<T>) -> Vector5<T>) -> (T, Vector5<T
 
 /// Expected size of an error, rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StandardDeviations<T> {
     /// Of `R`.
     pub rotation: T,
     /// Of the baseline direction.
     pub translation: T,
+}
+
+impl<T: Scalar> core::fmt::Display for StandardDeviations<T> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "sd R {:.5} rad, t {:.5} rad", self.rotation, self.translation)
+    }
 }
 
 impl<T: Scalar> StandardDeviations<T> {

@@ -54,6 +54,7 @@ impl<S: Copy> MomentSums<S> {
     /// * `block`: weight (one over the variance of the constraint) and products of each, rays in the rectified frame
     ///   at any depth: depth scales the constraint.
     #[inline(always)]
+    #[allow(clippy::needless_pass_by_value, reason = "an iterator by value reads well and is inlined")]
     #[rustfmt::skip]
     pub(crate) fn add<T: Scalar, L: Lanes<T, Sum = S>>(
         &mut self,
@@ -281,4 +282,5 @@ fn add_outer<T: Scalar>(sum: &mut Vector9<T>, factor: T, column: &[T; 3], row: &
 }
 
 #[cfg(test)]
+#[cfg(feature = "paper")]
 mod tests;

@@ -10,6 +10,8 @@ use crate::simd::Lanes;
 
 /// Lower triangle row by row.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Symmetric5<T>(pub(crate) [T; 15]);
 
 /// `x^T M x` of a lower triangle.

@@ -18,6 +18,8 @@ const MAX_GRID_STEP_PX: f64 = 65_535.0 / STEPS_PER_PX;
 
 /// One left/right correspondence, in pixels of the images as they are (before undistortion).
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Correspondence<T> {
     /// `[u, v]` in the left image, px.
     pub left: [T; 2],
@@ -104,6 +106,9 @@ impl<T: Scalar> RayPair<T> {
 
 /// The two cameras of a rig.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
 pub struct Cameras<T> {
     /// Left camera.
     pub left: Camera<T>,

@@ -19,6 +19,7 @@ use crate::scalar::Scalar;
 /// What became of a valid correspondence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Pushed {
     /// There was room for it.
     Kept,
@@ -29,6 +30,7 @@ pub enum Pushed {
 }
 
 codes! { Pushed { Kept = 0, Replaced = 1, LeftOut = 2 } }
+texts! { Pushed { Kept = "kept", Replaced = "replaced", LeftOut = "left out" } }
 
 /// Up to `N` correspondences as rays, and how many more were offered. At most 65535.
 ///
@@ -36,6 +38,21 @@ codes! { Pushed { Kept = 0, Replaced = 1, LeftOut = 2 } }
 /// score, by chance among equals. The batch ends up with the same matches in whatever order they came.
 ///
 /// RAM: 20 bytes a correspondence in `f32`.
+///
+/// # Examples
+///
+/// ```
+/// use stereo_selfcal::{Batch, Camera, Cameras, Correspondence, Intrinsics, Lens, Pushed};
+/// let intrinsics = Intrinsics { focal: [1400.0; 2], principal: [959.5, 599.5], size: [1920, 1200] };
+/// let camera = Camera::try_new(intrinsics, Lens::Pinhole)?;
+/// let cameras = Cameras { left: camera, right: camera };
+/// let mut batch = Batch::<f32, 64>::new();
+/// let m = Correspondence { left: [800.0, 400.0], right: [750.0, 401.5], score: 0.9, grid_step: 0.0 };
+/// assert_eq!(batch.push(&cameras, &m)?, Pushed::Kept);
+/// assert!(batch.push(&cameras, &Correspondence { score: 2.0, ..m }).is_err());
+/// assert_eq!((batch.pairs().len(), batch.refused(), batch.offered()), (1, 1, 2));
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Batch<T, const N: usize> {
     pairs: heapless::Vec<RayPair<T>, N>,

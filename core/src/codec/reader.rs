@@ -83,6 +83,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads numbers with a magnitude up to `limit`.
+    #[cfg(feature = "paper")]
     pub(crate) fn numbers_within<'n, T: Scalar>(
         &mut self,
         limit: T,

@@ -11,6 +11,8 @@ use crate::scalar::Scalar;
 
 /// Pinhole intrinsics, in pixels, and the size of the image they hold for.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Intrinsics<T> {
     /// Focal lengths `[fx, fy]`, px.
     pub focal: [T; 2],
@@ -21,10 +23,47 @@ pub struct Intrinsics<T> {
 }
 
 /// Validated intrinsics with a validated lens model.
+///
+/// # Examples
+///
+/// ```
+/// use stereo_selfcal::{Camera, Intrinsics, Lens, RadialTangential};
+/// let intrinsics = Intrinsics { focal: [534.0, 531.0], principal: [342.0, 234.5], size: [640, 480] };
+/// // k1, k2, p1, p2, k3, as cv::calibrateCamera returns them.
+/// let lens = RadialTangential::try_new([-0.283, 0.0429, 1.1e-3, -9.5e-5, 0.0])?;
+/// let camera = Camera::<f32>::try_new(intrinsics, Lens::RadialTangential(lens))?;
+/// let ray = camera.ray([100.0, 50.0])?; // at unit depth, undistorted
+/// let [u, v] = camera.pixel(ray)?;
+/// assert!((u - 100.0).abs() < 1e-3 && (v - 50.0).abs() < 1e-3);
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(try_from = "Parts<T>", bound(deserialize = "T: Scalar + serde::Deserialize<'de>"))
+)]
 pub struct Camera<T> {
     intrinsics: Intrinsics<T>,
     lens: Lens<T>,
+}
+
+/// What a camera is read from, not checked yet.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct Parts<T: Scalar> {
+    intrinsics: Intrinsics<T>,
+    lens: Lens<T>,
+}
+
+#[cfg(feature = "serde")]
+impl<T: Scalar> TryFrom<Parts<T>> for Camera<T> {
+    type Error = CameraError;
+
+    fn try_from(Parts { intrinsics, lens }: Parts<T>) -> Result<Self, CameraError> {
+        Self::try_new(intrinsics, lens)
+    }
 }
 
 impl<T: Scalar> Camera<T> {

@@ -1,5 +1,7 @@
 //! The rig's extrinsics: `p_r = R p_l + t`, `|t| = 1` (eq 1).
 
+use core::fmt;
+
 use nalgebra::{ArrayStorage, ComplexField, Matrix3, Rotation3, Unit, Vector3};
 
 use super::so3;
@@ -15,7 +17,23 @@ const UNIT: f64 = 2e-6;
 ///
 /// The scale is not observable: multiply `t` by the known baseline length to get metres.
 /// Held by the type: finite, orthonormal, unit length, baseline off both optical axes.
+///
+/// # Examples
+///
+/// ```
+/// use stereo_selfcal::Extrinsics;
+/// // As cv::stereoCalibrate returns R, row by row, and T, here in m.
+/// let r = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+/// let extrinsics = Extrinsics::<f32>::from_row_major(r, [-0.12, 0.0, 0.0])?;
+/// assert_eq!(extrinsics, Extrinsics::SIDE_BY_SIDE);
+/// let in_metres = extrinsics.translation().into_inner() * 0.12;
+/// # assert_eq!(in_metres.x, -0.12);
+/// assert_eq!(extrinsics.to_string(), "R 0.00000 0.00000 0.00000 rad, t -1.00000 0.00000 0.00000");
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(into = "Plain<T>", try_from = "Plain<T>"))]
 pub struct Extrinsics<T: Scalar> {
     rotation: Rotation3<T>,
     translation: Unit<Vector3<T>>,
@@ -58,6 +76,14 @@ impl<T: Scalar> Extrinsics<T> {
         }
     }
 
+    /// As [`Extrinsics::try_new`], from `R` row by row, as files and wire formats carry it.
+    ///
+    /// # Errors
+    /// [`ExtrinsicsError`].
+    pub fn from_row_major(r: [T; 9], t: [T; 3]) -> Result<Self, ExtrinsicsError> {
+        Self::try_new(&Matrix3::from_row_slice(&r), &t.into())
+    }
+
     /// `R`, left to right camera frame.
     pub const fn rotation(&self) -> &Rotation3<T> {
         &self.rotation
@@ -71,6 +97,19 @@ impl<T: Scalar> Extrinsics<T> {
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         to.numbers(self.rotation.matrix());
         to.numbers(self.translation.iter());
+    }
+
+    /// Extrinsics that were written by this crate: bit for bit, if they are still extrinsics.
+    #[cfg(feature = "serde")]
+    fn exact(r: [T; 9], t: [T; 3]) -> Result<Self, ExtrinsicsError> {
+        let nearest = Self::from_row_major(r, t)?;
+        let (r, t) = (Matrix3::from_row_slice(&r), Vector3::from(t));
+        let off = (nearest.rotation.matrix() - r)
+            .amax()
+            .max((nearest.translation.into_inner() - t).amax());
+        let rotation = Rotation3::from_matrix_unchecked(r);
+        let given = Self { rotation, translation: Unit::new_unchecked(t) };
+        Ok(if off <= T::lit(UNIT) { given } else { nearest })
     }
 
     pub(crate) fn read(from: &mut Reader<'_>) -> Result<Self, RestoreError> {
@@ -91,5 +130,46 @@ impl<T: Scalar> Extrinsics<T> {
     pub fn rotation_row_major(&self) -> [T; 9] {
         let m = self.rotation.matrix();
         [m.m11, m.m12, m.m13, m.m21, m.m22, m.m23, m.m31, m.m32, m.m33]
+    }
+}
+
+impl<T: Scalar> fmt::Display for Extrinsics<T> {
+    /// `R` as a rotation vector, rad, and unit `t`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ([[a, b, c]], [[x, y, z]]) = (so3::log(&self.rotation).data.0, self.translation.data.0);
+        write!(f, "R {a:.5} {b:.5} {c:.5} rad, t {x:.5} {y:.5} {z:.5}")
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl<T: Scalar + defmt::Format> defmt::Format for Extrinsics<T> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        let ([w], [t]) = (so3::log(&self.rotation).data.0, self.translation.data.0);
+        defmt::write!(f, "R {} rad, t {}", w, t);
+    }
+}
+
+/// `R` row by row, and `t`.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Plain<T> {
+    rotation: [T; 9],
+    translation: [T; 3],
+}
+
+#[cfg(feature = "serde")]
+impl<T: Scalar> From<Extrinsics<T>> for Plain<T> {
+    fn from(extrinsics: Extrinsics<T>) -> Self {
+        let [translation] = extrinsics.translation.data.0;
+        Self { rotation: extrinsics.rotation_row_major(), translation }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<T: Scalar> TryFrom<Plain<T>> for Extrinsics<T> {
+    type Error = ExtrinsicsError;
+
+    fn try_from(plain: Plain<T>) -> Result<Self, ExtrinsicsError> {
+        Self::exact(plain.rotation, plain.translation)
     }
 }

@@ -15,12 +15,37 @@ use crate::scalar::Scalar;
 const BORDER_SAMPLES: u16 = 16;
 
 /// The common camera of both rectified views: one focal length, no distortion.
+///
+/// # Examples
+///
+/// ```
+/// use stereo_selfcal::{
+///     Camera, Cameras, Extrinsics, Intrinsics, Lens, RectifiedCamera, RectifyingRotations,
+/// };
+/// let intrinsics = Intrinsics { focal: [1400.0; 2], principal: [959.5, 599.5], size: [1920, 1200] };
+/// let camera = Camera::try_new(intrinsics, Lens::Pinhole)?;
+/// let cameras = Cameras { left: camera, right: camera };
+/// let rotations = RectifyingRotations::from(&Extrinsics::<f32>::SIDE_BY_SIDE);
+/// let rectified = RectifiedCamera::try_choose(&cameras, &rotations, 0.0)?;
+/// let [left, right] = rectified.homographies(&cameras, &rotations); // undistorted to rectified px
+/// assert_eq!(left, right);
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RectifiedCamera<T> {
     /// Focal length, px.
     pub focal: T,
     /// Principal point `[cx, cy]`, px.
     pub principal: [T; 2],
+}
+
+impl<T: Scalar> core::fmt::Display for RectifiedCamera<T> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let [cx, cy] = self.principal;
+        write!(f, "focal length {:.2} px, principal point {cx:.2}, {cy:.2} px", self.focal)
+    }
 }
 
 impl<T: Scalar> RectifiedCamera<T> {

@@ -18,6 +18,9 @@ use crate::thresholds::{
 
 /// How the lens departs from a pinhole.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
 pub enum Lens<T> {
     /// No distortion.
     Pinhole,
@@ -55,10 +58,32 @@ impl<T: Scalar> Lens<T> {
 
 /// Radial and tangential distortion, `k1 k2 p1 p2 k3`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(try_from = "[T; 5]", bound(deserialize = "T: Scalar + serde::Deserialize<'de>"))
+)]
 pub struct RadialTangential<T> {
     coefficients: [T; 5],
     /// Squared radius at which the radial polynomial folds back.
     fold_squared: T,
+}
+
+#[cfg(feature = "serde")]
+impl<T: Scalar> TryFrom<[T; 5]> for RadialTangential<T> {
+    type Error = CameraError;
+
+    fn try_from(coefficients: [T; 5]) -> Result<Self, CameraError> {
+        Self::try_new(coefficients)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<T: serde::Serialize> serde::Serialize for RadialTangential<T> {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        self.coefficients.serialize(to)
+    }
 }
 
 impl<T: Scalar> RadialTangential<T> {
@@ -146,10 +171,32 @@ impl<T: Scalar> RadialTangential<T> {
 
 /// Equidistant fisheye, `theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(try_from = "[T; 4]", bound(deserialize = "T: Scalar + serde::Deserialize<'de>"))
+)]
 pub struct Fisheye<T> {
     coefficients: [T; 4],
     /// Angle from the axis, rad, at which the polynomial folds back, at most 85 degrees.
     fold: T,
+}
+
+#[cfg(feature = "serde")]
+impl<T: Scalar> TryFrom<[T; 4]> for Fisheye<T> {
+    type Error = CameraError;
+
+    fn try_from(coefficients: [T; 4]) -> Result<Self, CameraError> {
+        Self::try_new(coefficients)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<T: serde::Serialize> serde::Serialize for Fisheye<T> {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        self.coefficients.serialize(to)
+    }
 }
 
 impl<T: Scalar> Fisheye<T> {

@@ -1,6 +1,8 @@
 //! How well a calibration fits the matches at hand, how far the estimate can be relied on, and what
 //! its error does to depth.
 
+use core::fmt;
+
 use crate::algebra::information::StandardDeviations;
 use crate::batch::Batch;
 use crate::batch::grid::Coverage;
@@ -20,7 +22,31 @@ pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 ///
 /// The two RMS are over the same matches: those that fit the estimate. Read the counts with them: an
 /// estimate that fits fewer matches is worse, however well it fits those.
+///
+/// # Examples
+///
+/// ```
+/// use stereo_selfcal::{Arming, Band, Calibrator};
+///
+/// fn check<const N: usize>(calibrator: &Calibrator<f32, N>, baseline_m: f32) -> bool {
+///     let Some(health) = calibrator.health() else {
+///         return false; // no cameras, no fused pair, or no match that fits
+///     };
+///     if health.band == Band::Recalibrate {
+///         // A matcher that searches along rows fails now: apply, or stop.
+///     }
+///     if let Some([_, _, _, at_10_m]) = health.depth_errors(baseline_m) {
+///         // Expected error of depth at 10 m, m.
+///         # let _ = at_10_m;
+///     }
+///     health.arming == Arming::Yes
+/// }
+/// # let calibrator = Calibrator::<f32, 64>::new(stereo_selfcal::Config::robust());
+/// # assert!(!check(&calibrator, 0.12));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Health<T: Scalar> {
     /// RMS row offset of the extrinsics in use, px; 0 is perfect.
@@ -53,8 +79,9 @@ pub struct Health<T: Scalar> {
 }
 
 /// What to make of the extrinsics in use, by the RMS row offset (smaller is better).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Band {
     /// Below 1 px, and the estimate would not improve it by a tenth.
     Good,
@@ -65,8 +92,9 @@ pub enum Band {
 }
 
 /// Yes or no to an arming check, and the reason.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Arming {
     /// The extrinsics in use fit a confirmed estimate.
     Yes,
@@ -81,6 +109,30 @@ pub enum Arming {
 codes! {
     Band { Good = 0, Improvable = 1, Recalibrate = 2 }
     Arming { Yes = 0, NotLocked = 1, Doubtful = 2, Misaligned = 3 }
+}
+texts! {
+    Band { Good = "good", Improvable = "improvable", Recalibrate = "recalibrate" }
+    Arming {
+        Yes = "yes", NotLocked = "no, not locked", Doubtful = "no, doubtful",
+        Misaligned = "no, misaligned",
+    }
+}
+
+impl<T: Scalar> fmt::Display for Health<T> {
+    /// One line: `locked, improvable, arming yes: 0.91 px in use, 0.31 px proposed, 12 and 250 fit, coverage 0.94, ...`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { state, band, arming, in_use_px, proposed_px, .. } = self;
+        let Self { fit_in_use, fit_proposed, coverage, sd, .. } = self;
+        write!(f, "{state}, {band}, arming {arming}: {in_use_px:.2} px in use, {proposed_px:.2} px ")?;
+        write!(f, "proposed, {fit_in_use} and {fit_proposed} fit, coverage {coverage:.2}, {sd}")?;
+        if let Some((direction, sd)) = self.weakest {
+            write!(f, ", weakest {direction} {sd:.5} rad")?;
+        }
+        if let Some(doubt) = self.doubt {
+            write!(f, ", doubt: {doubt}")?;
+        }
+        self.rejection.map_or(Ok(()), |why| write!(f, ", last pair {why}"))
+    }
 }
 
 impl<T: Scalar> Health<T> {

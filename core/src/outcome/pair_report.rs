@@ -1,5 +1,7 @@
 //! Report of one pair, and what became of it.
 
+use core::fmt;
+
 use crate::algebra::information::Information;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::scalar::Scalar;
@@ -7,6 +9,8 @@ use crate::state::Stop;
 
 /// What one pair says.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PairReport<T: Scalar> {
     /// `R`, `t` of the pair.
@@ -37,9 +41,23 @@ pub struct PairReport<T: Scalar> {
     pub noise_px: T,
 }
 
+impl<T: Scalar> fmt::Display for PairReport<T> {
+    /// One line: extrinsics, row offsets before and after, noise, counts, passes.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { extrinsics, rms_px_before, rms_px_after, noise_px, .. } = self;
+        let Self { screened, usable, skipped, passes, stop, .. } = self;
+        write!(
+            f,
+            "{extrinsics}: {rms_px_before:.2} to {rms_px_after:.2} px, noise {noise_px:.2} px, "
+        )?;
+        write!(f, "{screened} of {usable} fit, {skipped} skipped, {passes} passes, {stop}")
+    }
+}
+
 /// What became of a fused pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Fused {
     /// Part of the estimate.
@@ -55,3 +73,9 @@ pub enum Fused {
 }
 
 codes! { Fused { Added = 0, Repeated = 1, KeptApart = 2, Renewed = 3, TookOver = 4 } }
+texts! {
+    Fused {
+        Added = "added", Repeated = "repeated", KeptApart = "kept apart", Renewed = "renewed",
+        TookOver = "took over",
+    }
+}

@@ -1,5 +1,7 @@
 //! What the pairs come to, and how far it can be relied on.
 
+use core::fmt;
+
 use nalgebra::{ComplexField, Matrix5, Vector5};
 
 use crate::algebra::information::{StandardDeviations, largest_direction};
@@ -10,6 +12,8 @@ use crate::state::State;
 
 /// The estimate over all pairs so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Proposal<T: Scalar> {
     /// The best `R`, `t`.
@@ -25,6 +29,8 @@ pub struct Proposal<T: Scalar> {
     pub sd: StandardDeviations<T>,
     /// Covariance of the five unknowns, rad^2, in the order of [`crate::Information`] and as far as
     /// [`crate::RectifyingRotations::unknowns_to`] measures them; `None` in the paper preset.
+    #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
+    #[cfg_attr(feature = "serde", serde(with = "rows"))]
     pub covariance: Option<Matrix5<T>>,
     /// Whether it is confirmed. The paper preset confirms nothing: locked from the first pair on.
     pub state: State,
@@ -40,9 +46,19 @@ impl<T: Scalar> Proposal<T> {
     }
 }
 
+impl<T: Scalar> fmt::Display for Proposal<T> {
+    /// One line: state, extrinsics, standard deviations, pairs, doubt.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { state, extrinsics, sd, pairs, doubt, .. } = self;
+        write!(f, "{state}: {extrinsics}, {sd}, {pairs} pairs")?;
+        doubt.map_or(Ok(()), |doubt| write!(f, ", doubt: {doubt}"))
+    }
+}
+
 /// What speaks against an estimate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Doubt {
     /// Image halves disagree by more than 3 of their standard deviations: matches are biased alike
@@ -56,10 +72,17 @@ pub enum Doubt {
 
 // 0 is free for none.
 codes! { Doubt { Baseline = 1, Everything = 2, Axis = 3 } }
+texts! {
+    Doubt {
+        Baseline = "baseline: image halves disagree", Everything = "all: image halves disagree",
+        Axis = "axis of the rotation is noise",
+    }
+}
 
 /// One of the five unknowns, in the rectified frame (x along the baseline, z forward).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Direction {
     /// Turn of `R` about x: shifts all rows alike.
     Pitch,
@@ -76,6 +99,12 @@ pub enum Direction {
 codes! {
     Direction { Pitch = 1, Yaw = 2, Roll = 3, BaselineForward = 4, BaselineDown = 5 }
 }
+texts! {
+    Direction {
+        Pitch = "pitch", Yaw = "yaw", Roll = "roll", BaselineForward = "baseline forward",
+        BaselineDown = "baseline down",
+    }
+}
 
 impl Direction {
     /// The unknown that has most of a direction.
@@ -84,5 +113,29 @@ impl Direction {
         let sized = names.into_iter().zip(direction.iter().map(|x| ComplexField::abs(*x)));
         let largest = |a: (Self, T), b: (Self, T)| if b.1 > a.1 { b } else { a };
         sized.fold((Self::Pitch, T::ZERO), largest).0
+    }
+}
+
+/// A covariance as rows of plain numbers.
+#[cfg(feature = "serde")]
+mod rows {
+    use nalgebra::Matrix5;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use crate::scalar::Scalar;
+
+    #[expect(clippy::ref_option, reason = "serde asks for this signature")]
+    pub(super) fn serialize<T: Scalar + Serialize, S: Serializer>(
+        covariance: &Option<Matrix5<T>>,
+        to: S,
+    ) -> Result<S::Ok, S::Error> {
+        covariance.map(|matrix| <[[T; 5]; 5]>::from(matrix.transpose())).serialize(to)
+    }
+
+    pub(super) fn deserialize<'de, T: Scalar + Deserialize<'de>, D: Deserializer<'de>>(
+        from: D,
+    ) -> Result<Option<Matrix5<T>>, D::Error> {
+        let rows = Option::<[[T; 5]; 5]>::deserialize(from)?;
+        Ok(rows.map(|rows| Matrix5::from(rows).transpose()))
     }
 }

@@ -191,6 +191,7 @@ fn turned<T: Scalar, L: Lanes<T>>(
 }
 
 #[cfg(test)]
+#[cfg(feature = "paper")]
 mod tests {
     use super::*;
     use crate::batch::correspondence::RayPair;

@@ -107,7 +107,9 @@ mod tests {
             [1.0 + 0.1 * k.sin(), k.cos(), (2.0 * k).sin(), 0.3 * (3.0 * k).cos(), (0.7 * k).sin()]
         });
         let mut held = Symmetric5::ZERO;
-        rows.iter().for_each(|j| held.add_outer(2.0, j));
+        for j in &rows {
+            held.add_outer(2.0, j);
+        }
         (rows, held, held.inverse().unwrap())
     }
 

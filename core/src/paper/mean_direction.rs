@@ -43,6 +43,8 @@ pub struct MeanDirection<T> {
 
 /// Estimate over all fused pairs.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FusedEstimate<T: Scalar> {
     /// `R*`, `t*`.
     pub extrinsics: Extrinsics<T>,

@@ -34,6 +34,9 @@ const CAMERA_WORDS: usize = 3;
 /// # }
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
 pub struct FactoryCalibration<T: Scalar> {
     /// Both cameras.
     pub cameras: Cameras<T>,
