@@ -16,6 +16,11 @@ pub mod run;
 pub mod synth;
 pub mod wire;
 
+/// The Rust code of the README, compiled.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+pub struct Readme;
+
 /// Whether an error comes of a closed output, as by `| head`.
 #[must_use]
 pub fn is_broken_pipe(error: &anyhow::Error) -> bool {

@@ -1,4 +1,4 @@
-/* Input: "u_left v_left u_right v_right" a line, in px; any other line ends a stereo pair. */
+/* Input: "u_left v_left u_right v_right" a line, px; any other line ends a stereo pair. */
 #include <stdio.h>
 #include "stereo_selfcal.h"
 static selfcal_t cal; /* 256 matches a pair: 8,704 bytes */
@@ -7,8 +7,7 @@ static bool ok(const char *call, selfcal_error_t error)
     if (error != SELFCAL_OK) fprintf(stderr, "%s: %s\n", call, selfcal_error_string(error));
     return error == SELFCAL_OK;
 }
-
-static void take_pair(void) /* a refused pair is normal: go on with the next one */
+static void take_pair(void) /* a refused pair is normal: continue with the next one */
 {
     selfcal_health_t health;
     if (ok("solve", selfcal_solve_pair(&cal))) ok("fuse", selfcal_fuse(&cal, NULL));
@@ -17,7 +16,6 @@ static void take_pair(void) /* a refused pair is normal: go on with the next one
                selfcal_state_string(health.state), health.in_use_px, health.proposed_px);
     ok("clear", selfcal_clear_pair(&cal));
 }
-
 int main(void)
 {
     selfcal_camera_t camera = {{1400, 1400}, {960, 600}, {1920, 1200}, SELFCAL_LENS_PINHOLE, {0}};
