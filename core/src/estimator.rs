@@ -104,6 +104,7 @@ impl<T: Scalar> Estimator<T> {
     /// # Errors
     /// [`PairError`]; there is no pair to fuse then.
     #[inline(never)]
+    #[cfg_attr(not(feature = "paper"), allow(unused_variables, reason = "read by `Paper` only"))]
     pub(crate) fn report(
         &mut self,
         context: &Context<'_, T>,
