@@ -108,6 +108,7 @@ impl<T: Scalar> Estimator<T> {
         expect(unused_variables, reason = "the robust method has read the batch by then")
     )]
     #[inline(never)]
+    #[cfg_attr(not(feature = "paper"), allow(unused_variables, reason = "read by `Paper` only"))]
     pub(crate) fn report(
         &mut self,
         context: &Context<'_, T>,
