@@ -130,7 +130,7 @@ impl Config {
     /// Huber threshold `c_t` of eq 18, px of row offset. Default 1. Paper preset only, but for the
     /// screening of [`crate::Health`].
     ///
-    /// Larger trusts more matches and bends to mismatches; smaller discards the information of good
+    /// Larger trusts more matches and bends to outliers; smaller discards the information of good
     /// matches and slows convergence from a start that is far off.
     ///
     /// # Errors
@@ -233,8 +233,8 @@ impl Config {
     /// Pairs after which the oldest fade: the weight of a pair falls by one part in so many with each
     /// further one. Default 1000. Robust preset only.
     ///
-    /// Larger averages longer; smaller follows a rig that drifts by less than the watch over it can tell,
-    /// and keeps the claimed deviation from falling below what a lens model is worth.
+    /// Larger averages longer; smaller follows a drift below the threshold of change detection, and keeps the reported
+    /// standard deviation from falling below the error of the lens model.
     ///
     /// # Errors
     /// [`ConfigError::Memory`] below 20.

@@ -1,5 +1,5 @@
-//! One small enum per verb: why it gave nothing. What is estimated and what is in use are unchanged by
-//! every variant.
+//! One small enum per operation. No variant changes the extrinsics in use; [`crate::Calibrator::advance_pair`] and
+//! [`crate::Calibrator::fuse`] say what may count against the estimate.
 
 use thiserror::Error;
 
@@ -186,7 +186,7 @@ pub enum PairError {
         /// By configuration.
         needed: u32,
     },
-    /// No pose has clearly more matches near their rows than beside them: mismatches only.
+    /// No pose has clearly more matches near their rows than beside them: the batch is all outliers.
     #[error("the correspondences agree on no extrinsics")]
     NoConsensus,
     /// The correspondences leave a direction free: all alike, on one line, or all at infinity.

@@ -1,5 +1,4 @@
-//! How well a calibration fits the matches at hand, how far the estimate can be relied on, and what
-//! its error does to depth.
+//! Fit of two calibrations to a batch, reliability of the estimate, and the depth error that follows.
 
 use core::fmt;
 
@@ -18,7 +17,7 @@ use crate::thresholds::{BAD_PX, IMPROVEMENT};
 /// Distances that the depth error is predicted for, m.
 pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 
-/// What a rig's user asks of it before it moves.
+/// Quality of the calibration in use and of the proposed one, over the matches of the batch.
 ///
 /// The two RMS are over the same matches: those that fit the estimate. Read the counts with them: an
 /// estimate that fits fewer matches is worse, however well it fits those.
@@ -58,13 +57,13 @@ pub struct Health<T: Scalar> {
     /// Matches within it under the proposed extrinsics: those that both RMS are over.
     pub fit_proposed: u32,
     /// Share of the cells of an 8 x 6 grid over the left image that have a match that fits the
-    /// estimate, 0 to 1: where there is none, nothing is vouched for.
+    /// estimate, 0 to 1: elsewhere the fit is not tested.
     pub coverage: T,
-    /// What to make of the two RMS.
+    /// Verdict on the two RMS.
     pub band: Band,
     /// Whether the estimate is confirmed.
     pub state: State,
-    /// What speaks against it.
+    /// Evidence against the estimate.
     pub doubt: Option<Doubt>,
     /// Expected size of the error of the estimate.
     pub sd: StandardDeviations<T>,
@@ -72,13 +71,13 @@ pub struct Health<T: Scalar> {
     pub weakest: Option<(Direction, T)>,
     /// Expected error of the yaw in use, rad: how far it is from the estimate, and the estimate's own.
     pub yaw: T,
-    /// Why the last pair was not taken in, if it was not.
+    /// Why the last pair was not fused; `None` if it was.
     pub rejection: Option<Rejection>,
     /// Yes or no to an arming check.
     pub arming: Arming,
 }
 
-/// What to make of the extrinsics in use, by the RMS row offset (smaller is better).
+/// Verdict on the extrinsics in use, by the RMS row offset (smaller is better).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -144,8 +143,7 @@ impl<T: Scalar> Health<T> {
     ///
     /// * `baseline_m`: length of the baseline, m; above 0.
     ///
-    /// What a matcher's own noise adds is not in it, nor the error of the baseline's length. `None`
-    /// unless locked: an estimate that pairs disagree with predicts nothing.
+    /// The matcher's noise and the error of the baseline's length come on top. `None` unless locked.
     #[must_use]
     pub fn depth_errors(&self, baseline_m: T) -> Option<[T; 4]> {
         let of = |z: f64| T::lit(z * z) * self.yaw / baseline_m;

@@ -7,7 +7,7 @@ use crate::geometry::extrinsics::Extrinsics;
 use crate::scalar::Scalar;
 use crate::state::Stop;
 
-/// What one pair says.
+/// Result of one pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -54,7 +54,7 @@ impl<T: Scalar> fmt::Display for PairReport<T> {
     }
 }
 
-/// What became of a fused pair.
+/// How a pair was fused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -62,11 +62,11 @@ impl<T: Scalar> fmt::Display for PairReport<T> {
 pub enum Fused {
     /// Part of the estimate.
     Added,
-    /// The scene of the pair before it, which it replaces.
+    /// It shows the scene of the pair before it and replaces that pair.
     Repeated,
     /// Outside the gate of the estimate, and kept apart: part of the challenger.
     KeptApart,
-    /// Part of the estimate, whose older pairs the last ones have replaced: the rig drifts.
+    /// Part of the estimate; the last pairs have replaced the older ones: the rig drifts.
     Renewed,
     /// The challenger with this pair has become the estimate.
     TookOver,

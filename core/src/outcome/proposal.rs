@@ -1,4 +1,4 @@
-//! What the pairs come to, and how far it can be relied on.
+//! The estimate over all pairs, and its reliability.
 
 use core::fmt;
 
@@ -34,7 +34,7 @@ pub struct Proposal<T: Scalar> {
     pub covariance: Option<Matrix5<T>>,
     /// Whether it is confirmed. The paper preset confirms nothing: locked from the first pair on.
     pub state: State,
-    /// What speaks against it.
+    /// Evidence against it.
     pub doubt: Option<Doubt>,
 }
 
@@ -55,7 +55,7 @@ impl<T: Scalar> fmt::Display for Proposal<T> {
     }
 }
 
-/// What speaks against an estimate.
+/// Evidence against an estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

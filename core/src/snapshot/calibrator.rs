@@ -40,7 +40,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// [`Calibrator::set_factory`].
     ///
     /// # Errors
-    /// [`RestoreError`]; the calibrator is as it was, but that a report not fused yet is stale.
+    /// [`RestoreError`]; nothing changes, except that a pair solved before can no longer be fused.
     pub fn restore(&mut self, record: &[u8]) -> Result<(), RestoreError> {
         let label = self.label().ok_or(RestoreError::NoCameras)?;
         if self.estimator.has_pairs() || self.estimator.is_busy() {
