@@ -103,10 +103,6 @@ impl<T: Scalar> Estimator<T> {
     ///
     /// # Errors
     /// [`PairError`]; there is no pair to fuse then.
-    #[cfg_attr(
-        not(feature = "paper"),
-        expect(unused_variables, reason = "the robust method has read the batch by then")
-    )]
     #[inline(never)]
     #[cfg_attr(not(feature = "paper"), allow(unused_variables, reason = "read by `Paper` only"))]
     pub(crate) fn report(

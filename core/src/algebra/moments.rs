@@ -38,42 +38,64 @@ pub(super) type Vector9<T> = [T; 9];
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct MomentSums<S>(pub(super) [S; TRIANGLE]);
 
-/// Adds rows of the triangle over a block, two rows at a time: their sums fit the registers.
-/// Unrolled: at opt-level "s" a loop takes twice the instructions.
+/// Adds `w` times the outer product of some rows, written out: at opt-level "s" a loop takes twice the instructions.
 macro_rules! add_rows {
-    ($lanes:ident, $sums:ident, $block:expr; $($($row:ident: $($place:literal $column:ident),+);+ => $k:tt;)+) => {$(
-        for (w, $k) in $block {
-            $(
-                let weighted = w * $row;
-                $($lanes.add_product(&mut $sums[$place], weighted, $column);)+
-            )+
-        }
+    ($lanes:ident, $sums:ident, $w:ident; $($row:ident: $($place:literal $column:ident),+);+) => {$(
+        let weighted = $w * $row;
+        $($lanes.add_product(&mut $sums[$place], weighted, $column);)+
     )+};
 }
 
 impl<S: Copy> MomentSums<S> {
-    /// Adds correspondences in order.
+    /// Adds one correspondence.
     ///
-    /// * `block`: weight and products of each, rays in the rectified frame at any depth. The weight
-    ///   is one over the variance of the constraint at these depths.
+    /// * `w`: one over the variance of the constraint at the depths of the products.
+    /// * `products`: of the rays, in the rectified frame at any depth.
     #[inline(always)]
-    #[allow(clippy::needless_pass_by_value, reason = "an iterator by value reads well and is inlined")]
-    #[rustfmt::skip]
-    pub(crate) fn add<T: Scalar, L: Lanes<T, Sum = S>>(
+    pub(crate) fn add_one<T: Scalar, L: Lanes<T, Sum = S>>(
         &mut self,
         lanes: L,
-        block: impl Iterator<Item = (L::Value, [L::Value; 9])> + Clone,
+        w: L::Value,
+        products: &[L::Value; 9],
+    ) {
+        self.add_group::<0, _, _>(lanes, w, products);
+        self.add_group::<1, _, _>(lanes, w, products);
+        self.add_group::<2, _, _>(lanes, w, products);
+        self.add_group::<3, _, _>(lanes, w, products);
+        self.add_group::<4, _, _>(lanes, w, products);
+    }
+
+    /// Adds correspondences in order, a group of rows after the other: the sums of a group fit the registers.
+    #[inline(always)]
+    pub(crate) fn add<'r, T: Scalar, L: Lanes<T, Sum = S, Value: 'r>>(
+        &mut self,
+        lanes: L,
+        block: impl Iterator<Item = (L::Value, &'r [L::Value; 9])> + Clone,
+    ) {
+        block.clone().for_each(|(w, products)| self.add_group::<0, _, _>(lanes, w, products));
+        block.clone().for_each(|(w, products)| self.add_group::<1, _, _>(lanes, w, products));
+        block.clone().for_each(|(w, products)| self.add_group::<2, _, _>(lanes, w, products));
+        block.clone().for_each(|(w, products)| self.add_group::<3, _, _>(lanes, w, products));
+        block.for_each(|(w, products)| self.add_group::<4, _, _>(lanes, w, products));
+    }
+
+    /// Adds a short and a long row of the triangle.
+    #[inline(always)]
+    #[rustfmt::skip]
+    fn add_group<const G: usize, T: Scalar, L: Lanes<T, Sum = S>>(
+        &mut self,
+        lanes: L,
+        w: L::Value,
+        &[a, b, c, d, e, f, g, h, i]: &[L::Value; 9],
     ) {
         let m = &mut self.0;
-        add_rows!(lanes, m, block.clone();
-            a: 0 a; i: 36 a, 37 b, 38 c, 39 d, 40 e, 41 f, 42 g, 43 h, 44 i => [a, b, c, d, e, f, g, h, i];
-            b: 1 a, 2 b; h: 28 a, 29 b, 30 c, 31 d, 32 e, 33 f, 34 g, 35 h => [a, b, c, d, e, f, g, h, _];
-            c: 3 a, 4 b, 5 c; g: 21 a, 22 b, 23 c, 24 d, 25 e, 26 f, 27 g => [a, b, c, d, e, f, g, _, _];
-            d: 6 a, 7 b, 8 c, 9 d; f: 15 a, 16 b, 17 c, 18 d, 19 e, 20 f => [a, b, c, d, e, f, _, _, _];
-        );
-        add_rows!(lanes, m, block;
-            e: 10 a, 11 b, 12 c, 13 d, 14 e => [a, b, c, d, e, _, _, _, _];
-        );
+        match G {
+            0 => { add_rows!(lanes, m, w; a: 0 a; i: 36 a, 37 b, 38 c, 39 d, 40 e, 41 f, 42 g, 43 h, 44 i); }
+            1 => { add_rows!(lanes, m, w; b: 1 a, 2 b; h: 28 a, 29 b, 30 c, 31 d, 32 e, 33 f, 34 g, 35 h); }
+            2 => { add_rows!(lanes, m, w; c: 3 a, 4 b, 5 c; g: 21 a, 22 b, 23 c, 24 d, 25 e, 26 f, 27 g); }
+            3 => { add_rows!(lanes, m, w; d: 6 a, 7 b, 8 c, 9 d; f: 15 a, 16 b, 17 c, 18 d, 19 e, 20 f); }
+            _ => { add_rows!(lanes, m, w; e: 10 a, 11 b, 12 c, 13 d, 14 e); }
+        }
     }
 }
 

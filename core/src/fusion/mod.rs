@@ -58,7 +58,7 @@ impl<T: Scalar> Fusion<T> {
 
     /// Forgets all pairs, in place: a new value would take stack.
     pub(crate) fn reset(&mut self) {
-        self.hypotheses = Hypotheses::NONE;
+        self.hypotheses.clear();
         self.scene.clear();
         self.association.close();
     }

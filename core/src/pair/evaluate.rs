@@ -78,6 +78,8 @@ pub(super) struct EvaluatedRow<V> {
 /// Normal equations by region of the image, added in order.
 trait Regions<T: Scalar, L: Lanes<T>> {
     fn add(&mut self, lanes: L, rows: &[EvaluatedRow<L::Value>]);
+
+    fn add_one(&mut self, lanes: L, row: &EvaluatedRow<L::Value>);
 }
 
 impl<T: Scalar> Iterate<T> {
@@ -246,8 +248,14 @@ impl<T: Scalar, L: Lanes<T>, R: Regions<T, L>> Sink<T, L> for EvaluationSink<'_,
 
     #[inline(always)]
     fn add(&mut self, lanes: L, rows: &[Self::Row]) {
-        self.products.add(lanes, rows.iter().map(|row| (row.row.weight, row.products)));
+        self.products.add(lanes, rows.iter().map(|row| (row.row.weight, &row.products)));
         self.regions.add(lanes, rows);
+    }
+
+    #[inline(always)]
+    fn add_one(&mut self, lanes: L, row: &Self::Row) {
+        self.products.add_one(lanes, row.row.weight, &row.products);
+        self.regions.add_one(lanes, row);
     }
 }
 
@@ -257,13 +265,19 @@ struct Quadrants<T>([[NormalEquations<T>; 2]; 2]);
 
 impl<T: Scalar> Regions<T, Single> for Quadrants<T> {
     #[inline(always)]
-    fn add(&mut self, _: Single, rows: &[EvaluatedRow<T>]) {
-        for EvaluatedRow { row: WeightedRow { weight, value, jacobian }, at: [x, y], .. } in rows {
-            let [upper, lower] = &mut self.0;
-            let [left, right] = if *y < T::ZERO { upper } else { lower };
-            let quadrant = if *x < T::ZERO { left } else { right };
-            quadrant.add_row(*weight, *value, jacobian);
+    fn add(&mut self, lanes: Single, rows: &[EvaluatedRow<T>]) {
+        for row in rows {
+            self.add_one(lanes, row);
         }
+    }
+
+    #[inline(always)]
+    fn add_one(&mut self, _: Single, row: &EvaluatedRow<T>) {
+        let EvaluatedRow { row: WeightedRow { weight, value, jacobian }, at: [x, y], .. } = row;
+        let [upper, lower] = &mut self.0;
+        let [left, right] = if *y < T::ZERO { upper } else { lower };
+        let quadrant = if *x < T::ZERO { left } else { right };
+        quadrant.add_row(*weight, *value, jacobian);
     }
 }
 
@@ -326,6 +340,11 @@ impl<T: Scalar, L: Lanes<T>> Regions<T, L> for HalfSums<L::Sum> {
         };
         left.add(lanes, rows.iter().map(|row| half(row, row.at[0])));
         upper.add(lanes, rows.iter().map(|row| half(row, row.at[1])));
+    }
+
+    #[inline(always)]
+    fn add_one(&mut self, lanes: L, row: &EvaluatedRow<L::Value>) {
+        self.add(lanes, core::slice::from_ref(row));
     }
 }
 

@@ -34,6 +34,17 @@ impl<S: Copy> NormalSums<S> {
         }
     }
 
+    /// Adds one row.
+    #[inline(always)]
+    pub(super) fn add_one<T: Scalar, L: Lanes<T, Sum = S>>(
+        &mut self,
+        lanes: L,
+        row: &WeightedRow<L::Value>,
+    ) {
+        add_upper(lanes, &mut self.upper, row);
+        add_last(lanes, &mut self.last, &mut self.gradient, row);
+    }
+
     /// Adds rows in order. Each of the two loops keeps its ten sums in registers.
     #[inline(always)]
     pub(super) fn add<T: Scalar, L: Lanes<T, Sum = S>>(
@@ -41,37 +52,10 @@ impl<S: Copy> NormalSums<S> {
         lanes: L,
         rows: impl Iterator<Item = WeightedRow<L::Value>> + Clone,
     ) {
-        let [mut a, mut b, mut c, mut d, mut e, mut f, mut g, mut h, mut i, mut j] = self.upper;
-        for WeightedRow { weight, jacobian: [j0, j1, j2, j3, _], .. } in rows.clone() {
-            let [w0, w1, w2, w3] = [weight * j0, weight * j1, weight * j2, weight * j3];
-            lanes.add_product(&mut a, w0, j0);
-            lanes.add_product(&mut b, w1, j0);
-            lanes.add_product(&mut c, w1, j1);
-            lanes.add_product(&mut d, w2, j0);
-            lanes.add_product(&mut e, w2, j1);
-            lanes.add_product(&mut f, w2, j2);
-            lanes.add_product(&mut g, w3, j0);
-            lanes.add_product(&mut h, w3, j1);
-            lanes.add_product(&mut i, w3, j2);
-            lanes.add_product(&mut j, w3, j3);
-        }
-        self.upper = [a, b, c, d, e, f, g, h, i, j];
-        let [mut a, mut b, mut c, mut d, mut e] = self.last;
-        let [mut f, mut g, mut h, mut i, mut j] = self.gradient;
-        for WeightedRow { weight, value, jacobian: [j0, j1, j2, j3, j4] } in rows {
-            let (w4, pull) = (weight * j4, weight * value);
-            lanes.add_product(&mut a, w4, j0);
-            lanes.add_product(&mut b, w4, j1);
-            lanes.add_product(&mut c, w4, j2);
-            lanes.add_product(&mut d, w4, j3);
-            lanes.add_product(&mut e, w4, j4);
-            lanes.add_product(&mut f, pull, j0);
-            lanes.add_product(&mut g, pull, j1);
-            lanes.add_product(&mut h, pull, j2);
-            lanes.add_product(&mut i, pull, j3);
-            lanes.add_product(&mut j, pull, j4);
-        }
-        (self.last, self.gradient) = ([a, b, c, d, e], [f, g, h, i, j]);
+        let Self { mut upper, mut last, mut gradient } = *self;
+        rows.clone().for_each(|row| add_upper(lanes, &mut upper, &row));
+        rows.for_each(|row| add_last(lanes, &mut last, &mut gradient, &row));
+        *self = Self { upper, last, gradient };
     }
 
     /// Stores the sums in the normal equations that they continue from.
@@ -85,4 +69,43 @@ impl<S: Copy> NormalSums<S> {
         lanes.store_all(information, &mut to.information.0.0);
         lanes.store_all(self.gradient, to.gradient.iter_mut());
     }
+}
+
+#[inline(always)]
+fn add_upper<T: Scalar, L: Lanes<T>>(
+    lanes: L,
+    [a, b, c, d, e, f, g, h, i, j]: &mut [L::Sum; 10],
+    &WeightedRow { weight, jacobian: [j0, j1, j2, j3, _], .. }: &WeightedRow<L::Value>,
+) {
+    let [w0, w1, w2, w3] = [weight * j0, weight * j1, weight * j2, weight * j3];
+    lanes.add_product(a, w0, j0);
+    lanes.add_product(b, w1, j0);
+    lanes.add_product(c, w1, j1);
+    lanes.add_product(d, w2, j0);
+    lanes.add_product(e, w2, j1);
+    lanes.add_product(f, w2, j2);
+    lanes.add_product(g, w3, j0);
+    lanes.add_product(h, w3, j1);
+    lanes.add_product(i, w3, j2);
+    lanes.add_product(j, w3, j3);
+}
+
+#[inline(always)]
+fn add_last<T: Scalar, L: Lanes<T>>(
+    lanes: L,
+    [a, b, c, d, e]: &mut [L::Sum; 5],
+    [f, g, h, i, j]: &mut [L::Sum; 5],
+    &WeightedRow { weight, value, jacobian: [j0, j1, j2, j3, j4] }: &WeightedRow<L::Value>,
+) {
+    let (w4, pull) = (weight * j4, weight * value);
+    lanes.add_product(a, w4, j0);
+    lanes.add_product(b, w4, j1);
+    lanes.add_product(c, w4, j2);
+    lanes.add_product(d, w4, j3);
+    lanes.add_product(e, w4, j4);
+    lanes.add_product(f, pull, j0);
+    lanes.add_product(g, pull, j1);
+    lanes.add_product(h, pull, j2);
+    lanes.add_product(i, pull, j3);
+    lanes.add_product(j, pull, j4);
 }

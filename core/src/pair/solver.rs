@@ -350,6 +350,11 @@ impl<T: Scalar, L: Lanes<T>> Sink<T, L> for PassSink<'_, T, L> {
     }
 
     #[inline(always)]
+    fn add_one(&mut self, lanes: L, row: &Self::Row) {
+        self.normal.add_one(lanes, row);
+    }
+
+    #[inline(always)]
     fn add(&mut self, lanes: L, rows: &[Self::Row]) {
         self.normal.add(lanes, rows.iter().copied());
     }

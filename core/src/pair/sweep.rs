@@ -6,7 +6,6 @@
 use core::array::from_fn;
 use core::hint::black_box;
 use core::iter;
-use core::slice::from_ref;
 
 use crate::batch::Matches;
 use crate::batch::correspondence::RayPair;
@@ -32,6 +31,9 @@ pub(super) trait Sink<T: Scalar, L: Lanes<T>> {
 
     /// Adds terms to the sums, in order.
     fn add(&mut self, lanes: L, rows: &[Self::Row]);
+
+    /// Adds the terms of one row: without a loop, which a controller would run.
+    fn add_one(&mut self, lanes: L, row: &Self::Row);
 }
 
 /// A pass with its sums, on any lanes.
@@ -59,7 +61,7 @@ pub(super) fn sweep<T: Scalar, L: Lanes<T>, S: Sink<T, L>>(
     if L::BLOCK == 1 {
         for sample in source {
             if let Some(row) = sink.row(lanes, sample) {
-                sink.add(lanes, from_ref(&row));
+                sink.add_one(lanes, &row);
             }
         }
         return;
@@ -90,20 +92,21 @@ pub(super) fn run<T: Scalar, P: Pass<T>>(pass: &mut P, matches: Matches<'_, T>, 
 #[inline(always)]
 pub(super) fn run_baseline<T: Scalar, P: Pass<T>>(pass: &mut P, pairs: &[RayPair<T>], most: usize) {
     let mut pairs = spread_over(pairs, most);
-    let mut rest = [None; 4];
-    if P::QUADS && Quads::SUPPORTED {
-        let quads = iter::from_fn(|| {
-            let next: [_; 4] = from_fn(|_| pairs.next());
-            let [Some(a), Some(b), Some(c), Some(d)] = next else {
-                rest = next;
-                return None;
-            };
-            let four: [&RayPair<T>; 4] = [a, b, c, d];
-            Some((Quad::columns(four.map(RayPair::rays)), Quad(four.map(RayPair::grid_step))))
-        });
-        pass.sweep(Quads, quads);
+    if !(P::QUADS && Quads::SUPPORTED) {
+        return pass.sweep_single(pairs.map(sample));
     }
-    pass.sweep_single(rest.into_iter().flatten().chain(pairs).map(sample));
+    let mut rest = [None; 4];
+    let quads = iter::from_fn(|| {
+        let next: [_; 4] = from_fn(|_| pairs.next());
+        let [Some(a), Some(b), Some(c), Some(d)] = next else {
+            rest = next;
+            return None;
+        };
+        let four: [&RayPair<T>; 4] = [a, b, c, d];
+        Some((Quad::columns(four.map(RayPair::rays)), Quad(four.map(RayPair::grid_step))))
+    });
+    pass.sweep(Quads, quads);
+    pass.sweep_single(rest.into_iter().flatten().map(sample));
 }
 
 /// Keeps values that all samples share in memory, as operands of vector instructions; otherwise the compiler broadcasts
