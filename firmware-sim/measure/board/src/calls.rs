@@ -49,10 +49,7 @@ pub(crate) fn solve<T: Scalar>(
 }
 
 #[inline(never)]
-pub(crate) fn fuse<T: Scalar>(
-    calibrator: &mut CalibratorOf<T>,
-    report: &PairReport<T>,
-) -> Result<Fused, Refusal> {
+pub(crate) fn fuse<T: Scalar>(calibrator: &mut CalibratorOf<T>) -> Result<Fused, Refusal> {
     calibrator.fuse()
 }
 

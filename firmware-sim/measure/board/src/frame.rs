@@ -35,7 +35,7 @@ impl FrameSink for DiscardingSink {
 ///
 /// # Panics
 /// If the frame is not decoded.
-pub(crate) fn decode(probe: &Probe, records: &[Record]) -> Sample {
+pub(crate) fn decode(probe: &Probe, records: &[MatchRecord]) -> Sample {
     let count = records.len().try_into().expect("within a frame");
     let header = FrameHeader { count, ..HEADER };
     let start = header.encode().expect("valid");

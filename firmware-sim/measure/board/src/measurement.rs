@@ -31,7 +31,7 @@ const OUTLIER_BATCHES: usize = 12;
 /// Measures all calls in one scalar, prints the rows and ends the emulation.
 pub fn measure<T: Scalar>() -> ! {
     let probe = Probe::new();
-    let mut records = [Record::default(); CAPACITY];
+    let mut records = [MatchRecord::default(); CAPACITY];
     input::<T>(&probe, &mut records);
     let mut all = passes::<T>(&probe, &mut records);
     all = all.max(&paper::<T>(&probe, &mut records));
@@ -62,7 +62,7 @@ fn fresh<T: Scalar>(config: Config) -> CalibratorOf<T> {
 }
 
 /// Measures decoding and pushing a match.
-fn input<T: Scalar>(probe: &Probe, records: &mut [Record]) {
+fn input<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) {
     let mut scene = Scene::new(Rig::off(START_DEGREES));
     scene.fill(records);
     let mut calibrator = fresh::<T>(Config::robust());
@@ -85,7 +85,7 @@ fn input<T: Scalar>(probe: &Probe, records: &mut [Record]) {
 fn push_all<T: Scalar>(
     probe: &Probe,
     calibrator: &mut CalibratorOf<T>,
-    records: &[Record],
+    records: &[MatchRecord],
 ) -> (u32, u32) {
     records.iter().fold((0, 0), |(sum, most), record| {
         let c = pair::converted(&record.decode(&HEADER));
@@ -96,7 +96,7 @@ fn push_all<T: Scalar>(
 }
 
 /// Measures the cost per correspondence of a pass, from half a batch and a whole one.
-fn passes<T: Scalar>(probe: &Probe, records: &mut [Record]) -> Calls {
+fn passes<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
     let mut all = Calls::default();
     for (name, config) in [("paper", Config::paper()), ("search", Config::robust())] {
         let [half, whole] = both_sizes(probe, records, || fresh::<T>(config));
@@ -126,7 +126,7 @@ fn passes<T: Scalar>(probe: &Probe, records: &mut [Record]) -> Calls {
 
 fn both_sizes<T: Scalar>(
     probe: &Probe,
-    records: &mut [Record],
+    records: &mut [MatchRecord],
     calibrator: impl Fn() -> CalibratorOf<T>,
 ) -> [PairCost; 2] {
     let mut scene = Scene::new(Rig::off(START_DEGREES));
@@ -138,7 +138,7 @@ fn both_sizes<T: Scalar>(
 }
 
 /// Measures one pair of the paper preset.
-fn paper<T: Scalar>(probe: &Probe, records: &mut [Record]) -> Calls {
+fn paper<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
     let mut scene = Scene::new(Rig::off(START_DEGREES));
     scene.fill(records);
     let cost = pair::process(probe, &mut fresh::<T>(Config::paper()), records);
@@ -147,7 +147,7 @@ fn paper<T: Scalar>(probe: &Probe, records: &mut [Record]) -> Calls {
 }
 
 /// Measures all states, from the first pair to `Lost` and back to `Locked`, in whole and half batches.
-fn states<T: Scalar>(probe: &Probe, records: &mut [Record]) -> Calls {
+fn states<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
     let mut all = Calls::default();
     for count in [CAPACITY, HALF] {
         comment(format_args!("all states in batches of {count}"));
@@ -166,7 +166,7 @@ fn states<T: Scalar>(probe: &Probe, records: &mut [Record]) -> Calls {
 
 struct Run<'a, T: Scalar> {
     probe: &'a Probe,
-    records: &'a mut [Record],
+    records: &'a mut [MatchRecord],
     calibrator: CalibratorOf<T>,
     scene: Scene,
     all: Calls,
@@ -174,7 +174,7 @@ struct Run<'a, T: Scalar> {
 }
 
 impl<'a, T: Scalar> Run<'a, T> {
-    fn begin(probe: &'a Probe, records: &'a mut [Record]) -> Self {
+    fn begin(probe: &'a Probe, records: &'a mut [MatchRecord]) -> Self {
         Self {
             probe,
             records,
@@ -256,7 +256,7 @@ impl<'a, T: Scalar> Run<'a, T> {
 }
 
 /// Measures the calls outside of a pair.
-fn others<T: Scalar>(probe: &Probe, records: &mut [Record]) -> [(&'static str, Sample); 7] {
+fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static str, Sample); 7] {
     let mut calibrator = fresh::<T>(Config::robust());
     let mut scene = Scene::new(Rig::off(START_DEGREES));
     let mut solve = Sample::default();
@@ -265,7 +265,7 @@ fn others<T: Scalar>(probe: &Probe, records: &mut [Record]) -> [(&'static str, S
         pair::fill(probe, &mut calibrator, records);
         let (report, sample) = probe.run(|| calls::solve(&mut calibrator));
         solve = solve.max(sample);
-        let _ = report.map(|report| calibrator.fuse());
+        let _ = report.map(|_| calibrator.fuse());
     }
     let extrinsics: Extrinsics<T> = *calibrator.in_use();
     let (rotations, of_rotations) = probe.run(|| calls::rotations(&extrinsics));

@@ -73,7 +73,7 @@ pub(crate) struct PairCost {
 pub(crate) fn fill<T: Scalar>(
     probe: &Probe,
     calibrator: &mut CalibratorOf<T>,
-    records: &[Record],
+    records: &[MatchRecord],
 ) -> Sample {
     calibrator.clear_pair();
     records.iter().fold(Sample::default(), |largest, record| {
@@ -88,7 +88,7 @@ pub(crate) fn fill<T: Scalar>(
 pub(crate) fn process<T: Scalar>(
     probe: &Probe,
     calibrator: &mut CalibratorOf<T>,
-    records: &[Record],
+    records: &[MatchRecord],
 ) -> PairCost {
     let state = calibrator.state();
     let mut calls = Calls { push: fill(probe, calibrator, records), ..Calls::default() };
@@ -120,8 +120,8 @@ pub(crate) fn process<T: Scalar>(
         }
         None
     });
-    if let Some(report) = report.flatten() {
-        calls.fuse = fuse(probe, calibrator, &report);
+    if report.flatten().is_some() {
+        calls.fuse = fuse(probe, calibrator);
         update += calls.fuse.instructions;
     }
     calls.health = probe.run(|| calls::health(calibrator)).1;
@@ -131,12 +131,8 @@ pub(crate) fn process<T: Scalar>(
     PairCost { state, update, second, calls }
 }
 
-fn fuse<T: Scalar>(
-    probe: &Probe,
-    calibrator: &mut CalibratorOf<T>,
-    report: &PairReport<T>,
-) -> Sample {
-    let (fused, sample) = probe.run(|| calls::fuse(calibrator, report));
+fn fuse<T: Scalar>(probe: &Probe, calibrator: &mut CalibratorOf<T>) -> Sample {
+    let (fused, sample) = probe.run(|| calls::fuse(calibrator));
     comment(format_args!("  fuse {}, accepted: {}", sample.instructions, fused.is_ok()));
     sample
 }

@@ -61,14 +61,14 @@ impl Scene {
     }
 
     /// Generates the matches of the next pair.
-    pub(crate) fn fill(&mut self, records: &mut [Record]) {
+    pub(crate) fn fill(&mut self, records: &mut [MatchRecord]) {
         for (i, record) in records.iter_mut().enumerate() {
             *record = self.record(i % 10 < self.outliers);
         }
     }
 
     /// Generates one match inside both images.
-    fn record(&mut self, outlier: bool) -> Record {
+    fn record(&mut self, outlier: bool) -> MatchRecord {
         loop {
             let left = self.pixel();
             let right = if outlier { self.pixel() } else { self.project_right(left) };

@@ -58,7 +58,7 @@ fn process_pair(calibrator: &mut Calibrator<f32, 256>) {
     while begun {
         match calibrator.advance_pair() {
             Ok(None) => (),
-            Ok(Some(report)) => {
+            Ok(Some(_)) => {
                 let _ = black_box(calibrator.fuse());
                 begun = false;
             }
