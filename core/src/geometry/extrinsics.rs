@@ -82,7 +82,7 @@ impl<T: Scalar> Extrinsics<T> {
     /// # Errors
     /// [`ExtrinsicsError`].
     pub fn from_row_major(r: [T; 9], t: [T; 3]) -> Result<Self, ExtrinsicsError> {
-        Self::try_new(&Matrix3::from_row_slice(&r), &t.into())
+        Self::try_new(&row_major(r), &t.into())
     }
 
     /// `R`, left to right camera frame: `p_r = R p_l + t`.
@@ -105,7 +105,7 @@ impl<T: Scalar> Extrinsics<T> {
     #[cfg(feature = "serde")]
     fn exact(r: [T; 9], t: [T; 3]) -> Result<Self, ExtrinsicsError> {
         let nearest = Self::from_row_major(r, t)?;
-        let (r, t) = (Matrix3::from_row_slice(&r), Vector3::from(t));
+        let (r, t) = (row_major(r), Vector3::from(t));
         let off = (nearest.rotation.matrix() - r)
             .amax()
             .max((nearest.translation.into_inner() - t).amax());
@@ -177,4 +177,9 @@ impl<T: Scalar> TryFrom<Plain<T>> for Extrinsics<T> {
     fn try_from(plain: Plain<T>) -> Result<Self, ExtrinsicsError> {
         Self::exact(plain.rotation, plain.translation)
     }
+}
+
+/// A matrix by its rows. `from_row_slice` of nalgebra has a panic.
+fn row_major<T: Scalar>([a, b, c, d, e, f, g, h, i]: [T; 9]) -> Matrix3<T> {
+    Matrix3::new(a, b, c, d, e, f, g, h, i)
 }

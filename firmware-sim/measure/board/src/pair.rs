@@ -1,7 +1,7 @@
 //! Processes one pair and measures every call.
 
 use stereo_selfcal::link::MatchRecord;
-use stereo_selfcal::{Correspondence, PairReport, Scalar, State};
+use stereo_selfcal::{Correspondence, Scalar, State};
 
 use crate::calls::{self, CalibratorOf};
 use crate::probe::{Probe, Sample};

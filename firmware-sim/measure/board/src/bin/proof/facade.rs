@@ -25,11 +25,16 @@ pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
 }
 
 fn pair(calibrator: &mut Calibrator<f32, 256>) {
-    if let Ok(report) = calibrator.solve_pair() {
-        show(calibrator.fuse());
+    match calibrator.solve_pair() {
+        Ok(report) => {
+            show(report.stop.code());
+            show(calibrator.fuse().map_err(|error| error.code()));
+        }
+        Err(error) => show(error.code()),
     }
     show(calibrator.begin_pair());
     if let Ok(Some(report)) = calibrator.advance_pair() {
+        show(report);
         show(calibrator.fuse());
     }
 }

@@ -15,6 +15,7 @@ pub(crate) fn extrinsics() -> Option<Extrinsics<f32>> {
     show(so3::log(&rotation));
     let columns = [numbers(), numbers(), numbers()].map(Vector3::from);
     show(so3::nearest_rotation(&Matrix3::from_columns(&columns)));
+    show(Extrinsics::from_row_major(numbers(), numbers()).map_err(|error| error.code()));
     Extrinsics::try_new(rotation.matrix(), &Vector3::from(numbers())).ok()
 }
 
