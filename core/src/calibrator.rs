@@ -135,8 +135,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// [`PairError::NoCameras`], [`PairError::TooFew`]; the estimate and [`Calibrator::state`] are unchanged. The batch
     /// is kept and may be added to. A pair solved before can no longer be fused.
     pub fn begin_pair(&mut self) -> Result<(), PairError> {
-        let begun = match context(&self.config, &self.factory, self.cameras.as_ref()) {
-            Some(context) => self.estimator.begin(&context, self.batch.matches()),
+        let begun = match &context(&self.config, &self.factory, self.cameras.as_ref()) {
+            Some(context) => self.estimator.begin(context, self.batch.matches()),
             None => Err(PairError::NoCameras),
         };
         self.rejection = begun.err().map(Rejection::Unsolved);
@@ -182,8 +182,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     /// Takes one more pass; whether the pair is solved.
     fn take_pass(&mut self) -> Result<bool, PairError> {
-        let solved = match context(&self.config, &self.factory, self.cameras.as_ref()) {
-            Some(context) => self.estimator.advance(&context, self.batch.matches()),
+        let solved = match &context(&self.config, &self.factory, self.cameras.as_ref()) {
+            Some(context) => self.estimator.advance(context, self.batch.matches()),
             None => Err(PairError::NoCameras),
         };
         self.rejection = solved.err().map(Rejection::Unsolved);
@@ -192,8 +192,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     /// Report of the solved pair.
     fn report(&mut self) -> Result<PairReport<T>, PairError> {
-        let report = match context(&self.config, &self.factory, self.cameras.as_ref()) {
-            Some(context) => self.estimator.report(&context, self.batch.matches()),
+        let report = match &context(&self.config, &self.factory, self.cameras.as_ref()) {
+            Some(context) => self.estimator.report(context, self.batch.matches()),
             None => Err(PairError::NoCameras),
         };
         self.rejection = report.as_ref().err().copied().map(Rejection::Unsolved);
@@ -212,9 +212,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///   against the hypotheses that it disagrees with, and against the one that cannot take it in, as a failed solve
     ///   does ([`Calibrator::advance_pair`]); [`Calibrator::state`] may change.
     pub fn fuse(&mut self) -> Result<Fused, Refusal> {
-        let fused = match context(&self.config, &self.factory, self.cameras.as_ref()) {
+        let fused = match &context(&self.config, &self.factory, self.cameras.as_ref()) {
             _ if self.frozen => Err(Refusal::Frozen),
-            Some(context) => self.estimator.fuse(&context),
+            Some(context) => self.estimator.fuse(context),
             None => Err(Refusal::NothingSolved),
         };
         self.rejection = fused.err().map(Rejection::Refused);

@@ -118,10 +118,12 @@ struct Rectangle<T> {
 }
 
 impl<T: Scalar> Rectangle<T> {
+    #[inline(always)]
     fn intersection(&self, other: &Self) -> Self {
         Self { low: self.low.sup(&other.low), high: self.high.inf(&other.high) }
     }
 
+    #[inline(always)]
     fn union(&self, other: &Self) -> Self {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
