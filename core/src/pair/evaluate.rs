@@ -253,9 +253,9 @@ impl<T: Scalar, L: Lanes<T>, R: Regions<T, L>> Sink<T, L> for EvaluationSink<'_,
     }
 
     #[inline(always)]
-    fn add_one(&mut self, lanes: L, row: &Self::Row) {
+    fn add_one(&mut self, lanes: L, row: Self::Row) {
         self.products.add_one(lanes, row.row.weight, &row.products);
-        self.regions.add_one(lanes, row);
+        self.regions.add_one(lanes, &row);
     }
 }
 

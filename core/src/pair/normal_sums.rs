@@ -39,10 +39,10 @@ impl<S: Copy> NormalSums<S> {
     pub(super) fn add_one<T: Scalar, L: Lanes<T, Sum = S>>(
         &mut self,
         lanes: L,
-        row: &WeightedRow<L::Value>,
+        row: WeightedRow<L::Value>,
     ) {
-        add_upper(lanes, &mut self.upper, row);
-        add_last(lanes, &mut self.last, &mut self.gradient, row);
+        add_upper(lanes, &mut self.upper, &row);
+        add_last(lanes, &mut self.last, &mut self.gradient, &row);
     }
 
     /// Adds rows in order. Each of the two loops keeps its ten sums in registers.

@@ -350,7 +350,7 @@ impl<T: Scalar, L: Lanes<T>> Sink<T, L> for PassSink<'_, T, L> {
     }
 
     #[inline(always)]
-    fn add_one(&mut self, lanes: L, row: &Self::Row) {
+    fn add_one(&mut self, lanes: L, row: Self::Row) {
         self.normal.add_one(lanes, row);
     }
 

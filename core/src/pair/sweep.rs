@@ -33,7 +33,7 @@ pub(super) trait Sink<T: Scalar, L: Lanes<T>> {
     fn add(&mut self, lanes: L, rows: &[Self::Row]);
 
     /// Adds the terms of one row: without a loop, which a controller would run.
-    fn add_one(&mut self, lanes: L, row: &Self::Row);
+    fn add_one(&mut self, lanes: L, row: Self::Row);
 }
 
 /// A pass with its sums, on any lanes.
@@ -61,7 +61,7 @@ pub(super) fn sweep<T: Scalar, L: Lanes<T>, S: Sink<T, L>>(
     if L::BLOCK == 1 {
         for sample in source {
             if let Some(row) = sink.row(lanes, sample) {
-                sink.add_one(lanes, &row);
+                sink.add_one(lanes, row);
             }
         }
         return;

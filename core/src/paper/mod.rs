@@ -45,7 +45,13 @@ impl<T: Scalar> Paper<T> {
 
     /// Forgets all pairs.
     pub(crate) fn reset(&mut self) {
-        *self = Self::new(self.fusion.central());
+        // In place, by a value of the program: a new one would pass through the stack.
+        self.fusion = match self.fusion.central() {
+            Central::Mean => const { MeanDirection::new(Central::Mean) },
+            Central::Median => const { MeanDirection::new(Central::Median) },
+        };
+        (self.solver, self.solved) = (None, None);
+        self.unconfirmed = false;
     }
 
     /// Whether a pair is being solved.
