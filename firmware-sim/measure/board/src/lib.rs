@@ -4,6 +4,7 @@
 //! start with `#` are about single calls.
 
 #![no_std]
+#![cfg(feature = "paper")]
 
 mod calls;
 mod clock;
