@@ -168,10 +168,8 @@ impl<T: Scalar> Health<T> {
         let [mut squares_in_use, mut squares_proposed] = [T::ZERO; 2];
         let mut seen = Coverage::NONE;
         for pair in batch.pairs() {
-            let offsets = row_offset(&in_use, pair).zip(row_offset(&proposed, pair));
-            let Some((used, new)) = offsets else {
-                continue;
-            };
+            let (used, new) = (row_offset(&in_use, pair), row_offset(&proposed, pair));
+            let Some((used, new)) = used.zip(new) else { continue };
             fit_in_use = fit_in_use.saturating_add(u32::from(fits(used)));
             if fits(new) {
                 fit_proposed = fit_proposed.saturating_add(1);

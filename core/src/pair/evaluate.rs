@@ -8,7 +8,7 @@ use nalgebra::Vector5;
 use super::constraint::{Constraint, PoseTerms};
 use super::iterate::Iterate;
 use super::loss::ResidualVariance;
-use super::normal_sums::NormalSums;
+use super::regions::{EvaluatedRow, HalfSums, Quadrants, Regions};
 use super::residual_stats::{Compared, ResidualStats};
 use super::sweep::{self, Pass, Sample, Sink};
 use super::weighting::{Loss, WeightedRow, Weighting};
@@ -63,23 +63,6 @@ struct EvaluationSums<T> {
     gradient: Vector5<T>,
     /// Sums of the weights, 1/px^2, and of the weights times the variance of a coordinate.
     weights: [T; 2],
-}
-
-/// Terms of a weighted correspondence.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct EvaluatedRow<V> {
-    row: WeightedRow<V>,
-    /// Coordinates `k` of the moments.
-    products: [V; 9],
-    /// Left ray `x_l`, `y_l`: decides the image half.
-    at: [V; 2],
-}
-
-/// Normal equations by region of the image, added in order.
-trait Regions<T: Scalar, L: Lanes<T>> {
-    fn add(&mut self, lanes: L, rows: &[EvaluatedRow<L::Value>]);
-
-    fn add_one(&mut self, lanes: L, row: &EvaluatedRow<L::Value>);
 }
 
 impl<T: Scalar> Iterate<T> {
@@ -256,95 +239,6 @@ impl<T: Scalar, L: Lanes<T>, R: Regions<T, L>> Sink<T, L> for EvaluationSink<'_,
     fn add_one(&mut self, lanes: L, row: Self::Row) {
         self.products.add_one(lanes, row.row.weight, &row.products);
         self.regions.add_one(lanes, &row);
-    }
-}
-
-/// Normal equations of the quadrants of the image, `[[upper left, upper right], [lower left, lower right]]`: each row
-/// is added once.
-struct Quadrants<T>([[NormalEquations<T>; 2]; 2]);
-
-impl<T: Scalar> Regions<T, Single> for Quadrants<T> {
-    #[inline(always)]
-    fn add(&mut self, lanes: Single, rows: &[EvaluatedRow<T>]) {
-        for row in rows {
-            self.add_one(lanes, row);
-        }
-    }
-
-    #[inline(always)]
-    fn add_one(&mut self, _: Single, row: &EvaluatedRow<T>) {
-        let EvaluatedRow { row: WeightedRow { weight, value, jacobian }, at: [x, y], .. } = row;
-        let [upper, lower] = &mut self.0;
-        let [left, right] = if *y < T::ZERO { upper } else { lower };
-        let quadrant = if *x < T::ZERO { left } else { right };
-        quadrant.add_row(*weight, *value, jacobian);
-    }
-}
-
-/// Normal equations of the left and of the upper half, and the gradient of the whole image: no branches on lanes.
-struct HalfSums<S> {
-    halves: [NormalSums<S>; 2],
-    gradient: [S; 5],
-}
-
-impl<S: Copy> HalfSums<S> {
-    #[inline(always)]
-    fn resume<T: Scalar>(
-        lanes: impl Lanes<T, Sum = S>,
-        [left, upper]: &[NormalEquations<T>; 2],
-        gradient: &Vector5<T>,
-    ) -> Self {
-        let [[a, b, c, d, e]] = gradient.data.0;
-        Self {
-            halves: [NormalSums::resume(lanes, left), NormalSums::resume(lanes, upper)],
-            gradient: [a, b, c, d, e].map(|x| lanes.resume(x)),
-        }
-    }
-
-    #[inline(always)]
-    fn store<T: Scalar>(
-        self,
-        lanes: impl Lanes<T, Sum = S>,
-        [left, upper]: &mut [NormalEquations<T>; 2],
-        gradient: &mut Vector5<T>,
-    ) {
-        let [of_left, of_upper] = self.halves;
-        of_left.store(lanes, left);
-        of_upper.store(lanes, upper);
-        lanes.store_all(self.gradient, gradient.iter_mut());
-    }
-}
-
-impl<T: Scalar, L: Lanes<T>> Regions<T, L> for HalfSums<L::Sum> {
-    #[inline(always)]
-    fn add(&mut self, lanes: L, rows: &[EvaluatedRow<L::Value>]) {
-        let [mut a, mut b, mut c, mut d, mut e] = self.gradient;
-        for EvaluatedRow {
-            row: WeightedRow { weight, value, jacobian: [j0, j1, j2, j3, j4] },
-            ..
-        } in rows
-        {
-            let pull = *weight * *value;
-            lanes.add_product(&mut a, pull, *j0);
-            lanes.add_product(&mut b, pull, *j1);
-            lanes.add_product(&mut c, pull, *j2);
-            lanes.add_product(&mut d, pull, *j3);
-            lanes.add_product(&mut e, pull, *j4);
-        }
-        self.gradient = [a, b, c, d, e];
-        let zero = lanes.splat(T::ZERO);
-        let [left, upper] = &mut self.halves;
-        let half = |row: &EvaluatedRow<L::Value>, at| {
-            let weight = lanes.keep(lanes.lt(at, zero), row.row.weight);
-            WeightedRow { weight, ..row.row }
-        };
-        left.add(lanes, rows.iter().map(|row| half(row, row.at[0])));
-        upper.add(lanes, rows.iter().map(|row| half(row, row.at[1])));
-    }
-
-    #[inline(always)]
-    fn add_one(&mut self, lanes: L, row: &EvaluatedRow<L::Value>) {
-        self.add(lanes, core::slice::from_ref(row));
     }
 }
 

@@ -16,6 +16,7 @@ mod iterate;
 mod leverage;
 mod loss;
 mod normal_sums;
+mod regions;
 mod residual_stats;
 #[cfg(test)]
 mod scenes;
