@@ -144,10 +144,10 @@ impl Config {
         }
     }
 
-    /// Passes over the batch that one pair may take. Paper preset: 100, the judging one not counted.
+    /// Passes over the batch that one pair may take. Paper preset: 100, without that of the evaluation.
     /// Robust preset: 12 in all; twice as many with at most 128 matches.
     ///
-    /// The robust preset counts the judging one, and takes up to 9 where the limit is lower: a few for
+    /// The robust preset counts the evaluation, and takes up to 9 where the limit is lower: a few for
     /// each hypothesis that is asked.
     ///
     /// The bound on the time of a pair. Fewer may stop short of the optimum (reported).
@@ -182,7 +182,7 @@ impl Config {
     /// Fewest usable correspondences that a pair is solved from. Default 12.
     ///
     /// # Errors
-    /// [`ConfigError::MinCorrespondences`] below 6: five unknowns, and one to judge them by.
+    /// [`ConfigError::MinCorrespondences`] below 6: five unknowns, and one for a residual.
     pub const fn with_min_correspondences(mut self, count: u16) -> Result<Self, ConfigError> {
         if count >= 6 {
             self.min_correspondences = count;

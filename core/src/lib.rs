@@ -13,7 +13,7 @@
 //!        -> Batch       up to N correspondences of one stereo pair, selected; Calibrator::push
 //!        -> pair        R, t of the batch, with their information: PairReport; Calibrator::solve_pair
 //!        -> fusion      the estimate over all pairs: Proposal; Calibrator::fuse
-//!        -> judge       residuals in use and proposed, arming: Health; Calibrator::health
+//!        -> check       residuals in use and proposed, arming: Health; Calibrator::health
 //!        -> apply       the estimate is put into use: Extrinsics; Calibrator::apply
 //!        -> rectifier   RectifyingRotations, RectifiedCamera::homographies
 //! ```

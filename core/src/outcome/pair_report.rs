@@ -20,7 +20,7 @@ pub struct PairReport<T: Scalar> {
     pub information: Information<T>,
     /// Why the solver stopped.
     pub stop: Stop,
-    /// Passes taken. Paper: the judging one not counted. Robust: all of them.
+    /// Passes taken. Paper: without that of the evaluation. Robust: all of them.
     pub passes: u16,
     /// Correspondences in front of both rectified cameras.
     pub usable: u32,

@@ -72,9 +72,9 @@ fn matches_biased_in_one_half_of_the_image_are_doubted_and_never_applied() {
     }
     let health = suspect.health().unwrap();
     assert_eq!((health.arming, health.doubt), (Arming::Doubtful, Some(Doubt::Everything)));
-    let [claimed, usual] = [&suspect, &healthy].map(|c| c.proposal().unwrap().sd);
-    assert!(claimed.rotation > 5.0 * usual.rotation, "{claimed:?} {usual:?}");
-    assert!(claimed.translation > 5.0 * usual.translation, "{claimed:?} {usual:?}");
+    let [reported, usual] = [&suspect, &healthy].map(|c| c.proposal().unwrap().sd);
+    assert!(reported.rotation > 5.0 * usual.rotation, "{reported:?} {usual:?}");
+    assert!(reported.translation > 5.0 * usual.translation, "{reported:?} {usual:?}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use stereo_selfcal::{Correspondence, Scalar};
 use crate::scene::SIZE;
 
 /// One right point in so many belongs to another left one.
-pub(crate) fn with_mismatches<T: Scalar>(
+pub(crate) fn with_outliers<T: Scalar>(
     mut all: Vec<Correspondence<T>>,
     one_in: usize,
 ) -> Vec<Correspondence<T>> {
@@ -18,7 +18,7 @@ pub(crate) fn with_mismatches<T: Scalar>(
     all
 }
 
-/// Nothing but mismatches: both points anywhere.
+/// Outliers only: both points anywhere.
 pub(crate) fn garbage<T: Scalar>(n: usize, seed: u64) -> Vec<Correspondence<T>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let [width, height] = SIZE.map(|n| f64::from(n) - 1.0);

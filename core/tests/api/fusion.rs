@@ -66,7 +66,7 @@ fn incremental_sums_are_the_batch_formulas() {
 }
 
 #[test]
-fn claimed_deviation_is_the_standard_error_of_the_pairs() {
+fn reported_deviation_is_the_standard_error_of_the_pairs() {
     let reports = reports::<f32>(FAR_FROM_IDENTITY, 100);
     let estimate = fused(Central::Mean, &reports).estimate().unwrap();
     let scatter = Deviation::root_mean_square(

@@ -88,7 +88,7 @@ fn coverage_is_the_share_of_the_image_with_matches_that_fit() {
     let one: Vec<_> = scene(7).into_iter().take(1).collect();
     fill(&mut calibrator, &one);
     assert_eq!(calibrator.health().unwrap().coverage, 1.0 / 48.0);
-    // Mismatches elsewhere vouch for nothing.
+    // Outliers elsewhere vouch for nothing.
     let wrong = |c: &Correspondence<f32>| (c.left[1] - c.right[1]).abs() > 100.0;
     let elsewhere = garbage(250, 8).into_iter().filter(|c| wrong(c));
     fill(&mut calibrator, &one.into_iter().chain(elsewhere).collect::<Vec<_>>());

@@ -1,6 +1,6 @@
 //! Over a loss of power: what was learnt is resumed bit for bit, and nothing broken is believed.
 
-use crate::disturbed::with_mismatches;
+use crate::disturbed::with_outliers;
 use crate::presets::{robust, with};
 use crate::scene::{cameras, correspondences, rig, take};
 use stereo_selfcal::metrics::Deviation;
@@ -18,7 +18,7 @@ const CRC_32: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 type Tested<T> = Calibrator<T, 256>;
 
 fn scene<T: Scalar>(rotation: [f64; 3], seed: u64) -> Vec<Correspondence<T>> {
-    with_mismatches(correspondences(&rig(rotation, BASELINE), 250, 0.5, seed), 4)
+    with_outliers(correspondences(&rig(rotation, BASELINE), 250, 0.5, seed), 4)
 }
 
 /// After so many pairs of the rig, applied if that can be.

@@ -14,7 +14,7 @@ const ROTATION: [f64; 3] = [3.0, -2.5, 4.0];
 const BASELINE: [f64; 2] = [4.0, -3.0];
 
 /// Three in ten right points exchanged among themselves.
-fn among_mismatches<T: Scalar>(noise_px: f64, seed: u64) -> Vec<Correspondence<T>> {
+fn among_outliers<T: Scalar>(noise_px: f64, seed: u64) -> Vec<Correspondence<T>> {
     let mut all = correspondences::<T>(&rig(ROTATION, BASELINE), 250, noise_px, seed);
     for i in 0..74 {
         let other = all[i + 1].right;
@@ -25,7 +25,7 @@ fn among_mismatches<T: Scalar>(noise_px: f64, seed: u64) -> Vec<Correspondence<T
 
 fn filled<T: Scalar>(config: Config, noise_px: f64, seed: u64) -> Calibrator<T, 256> {
     let mut calibrator = with(config);
-    fill(&mut calibrator, &among_mismatches(noise_px, seed));
+    fill(&mut calibrator, &among_outliers(noise_px, seed));
     calibrator
 }
 
@@ -37,14 +37,14 @@ fn solved<T: Scalar>(noise_px: f64, seed: u64) -> PairReport<T> {
 fn locked<T: Scalar>() -> Calibrator<T, 256> {
     let mut calibrator = robust();
     for seed in 100..105 {
-        take(&mut calibrator, &among_mismatches(0.5, seed)).unwrap();
+        take(&mut calibrator, &among_outliers(0.5, seed)).unwrap();
     }
     assert_eq!(calibrator.state(), State::Locked);
     calibrator
 }
 
 #[test]
-fn exact_correspondences_among_mismatches_give_the_rig() {
+fn exact_correspondences_among_outliers_give_the_rig() {
     let truth = rig(ROTATION, BASELINE);
     let error = Deviation::between(&solved::<f64>(0.0, 1).extrinsics, &truth);
     // What the prior of 0.1 rad holds against a noise floor of 0.15 px.
@@ -81,7 +81,7 @@ fn pass_by_pass_gives_the_same_bits_as_one_call() {
 fn a_locked_rig_is_tracked_in_four_passes_and_with_the_same_bits_pass_by_pass() {
     let [mut one, mut other] = [(); 2].map(|()| locked::<f32>());
     for calibrator in [&mut one, &mut other] {
-        fill(calibrator, &among_mismatches(0.5, 4));
+        fill(calibrator, &among_outliers(0.5, 4));
     }
     let whole = one.solve_pair().unwrap();
     assert_eq!(stepped(&mut other).0, whole);
@@ -129,7 +129,7 @@ fn the_covariance_is_of_the_unknowns_to_the_truth_and_sums_up_to_the_deviations(
     for run in 0..30 {
         let mut calibrator = robust::<f64>();
         for seed in 0..8 {
-            take(&mut calibrator, &among_mismatches(0.5, 8 * run + seed)).unwrap();
+            take(&mut calibrator, &among_outliers(0.5, 8 * run + seed)).unwrap();
         }
         let proposal = calibrator.proposal().unwrap();
         let covariance = proposal.covariance.unwrap();
@@ -148,7 +148,7 @@ fn the_covariance_is_of_the_unknowns_to_the_truth_and_sums_up_to_the_deviations(
 fn a_pair_counts_once_and_not_after_a_reset() {
     for config in [Config::robust(), Config::paper()] {
         let mut calibrator = with::<f32>(config);
-        fill(&mut calibrator, &among_mismatches(0.0, 5));
+        fill(&mut calibrator, &among_outliers(0.0, 5));
         calibrator.solve_pair().unwrap();
         calibrator.fuse().unwrap();
         let before = calibrator.proposal();
@@ -156,7 +156,7 @@ fn a_pair_counts_once_and_not_after_a_reset() {
         assert_eq!(calibrator.fuse(), Err(Refusal::NothingSolved));
         assert_eq!(calibrator.proposal(), before);
 
-        fill(&mut calibrator, &among_mismatches(0.0, 8));
+        fill(&mut calibrator, &among_outliers(0.0, 8));
         calibrator.solve_pair().unwrap();
         calibrator.reset();
         assert_eq!(calibrator.fuse(), Err(Refusal::NothingSolved));
@@ -214,7 +214,7 @@ fn a_batch_that_selects_64_of_many_locks_on_the_rig() {
     let mut small = Calibrator::<f32, 64>::new(Config::robust());
     small.set_cameras(cameras());
     for seed in 0..10 {
-        take(&mut small, &among_mismatches(0.5, seed)).unwrap();
+        take(&mut small, &among_outliers(0.5, seed)).unwrap();
         assert_eq!(small.batch().pairs().len(), 64);
     }
     let proposal = small.proposal().unwrap();

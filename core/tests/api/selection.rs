@@ -194,7 +194,7 @@ fn crowded_scene(seed: u64) -> Vec<Correspondence<f32>> {
     scene
 }
 
-fn claimed(matches: impl IntoIterator<Item = Correspondence<f32>>) -> StandardDeviations<f32> {
+fn reported(matches: impl IntoIterator<Item = Correspondence<f32>>) -> StandardDeviations<f32> {
     let mut calibrator = Calibrator::<f32, 128>::new(Config::robust());
     calibrator.set_cameras(cameras());
     for c in matches {
@@ -213,9 +213,9 @@ fn a_selected_batch_knows_more_than_the_first_or_every_nth_match() {
             sum[0] += sd.translation.ln() / trials as f32;
             sum[1] += sd.rotation.ln() / trials as f32;
         };
-        add(&mut first, claimed(scene[..128].iter().copied()));
-        add(&mut even, claimed((0..128).map(|i| scene[i * 2000 / 128])));
-        add(&mut selected, claimed(scene));
+        add(&mut first, reported(scene[..128].iter().copied()));
+        add(&mut even, reported((0..128).map(|i| scene[i * 2000 / 128])));
+        add(&mut selected, reported(scene));
     }
     let [first, even, selected] = [first, even, selected].map(|sum| sum.map(f32::exp));
     println!("sd of t, R in rad: first {first:?}, even {even:?}, selected {selected:?}");

@@ -116,7 +116,7 @@ fn with_wrong_rows(n: usize, seed: u64) -> Vec<Correspondence<f32>> {
 }
 
 #[test]
-fn the_cost_never_rises_from_starts_that_are_far_off_among_mismatches() {
+fn the_cost_never_rises_from_starts_that_are_far_off_among_outliers() {
     let cameras = cameras::<f32>();
     let start = rig([-20.0, 25.0, -30.0], [-20.0, 25.0]);
     let mut rejected = 0;

@@ -1,6 +1,6 @@
 //! An estimate that can be wrong and find out: locking, knocks, rubbish, still scenes, drift, limits.
 
-use crate::disturbed::{garbage, jittered, with_mismatches};
+use crate::disturbed::{garbage, jittered, with_outliers};
 use crate::presets::{robust, with};
 use crate::scene::{correspondences, fill, rig, take};
 use stereo_selfcal::metrics::Deviation;
@@ -35,7 +35,7 @@ fn knocks() -> [[f64; 3]; 4] {
     [[x + 0.3, y, z], [x - 0.3, y, z], [x, y, z + 0.3], [x, y, z - 0.3]]
 }
 
-/// Whether the estimate is of the rig, to four of the deviations that it claims.
+/// Whether the estimate is of the rig, to four of the standard deviations that it reports.
 fn is_of(proposal: &Proposal<f32>, rotation: [f64; 3]) -> bool {
     let error = Deviation::between(&proposal.extrinsics, &rig(rotation, BASELINE));
     error.rotation < 4.0 * proposal.sd.rotation && error.translation < 4.0 * proposal.sd.translation
@@ -47,7 +47,7 @@ fn locks_when_three_pairs_agree_with_the_first_and_never_before() {
         let mut calibrator = robust();
         assert_eq!((calibrator.state(), calibrator.proposal()), (State::Acquiring, None));
         for pair in 0..4 {
-            let matches = with_mismatches(scene(ROTATION, 4 * run + pair), 4);
+            let matches = with_outliers(scene(ROTATION, 4 * run + pair), 4);
             assert_eq!(take(&mut calibrator, &matches), Ok(Fused::Added));
             let locked = if pair < 3 { State::Acquiring } else { State::Locked };
             assert_eq!(calibrator.state(), locked, "{run} {pair}");
@@ -157,7 +157,7 @@ fn a_lost_rig_is_found_again_where_it_is_now() {
 }
 
 #[test]
-fn mismatches_alone_never_lock() {
+fn outliers_alone_never_lock() {
     for run in 0..5 {
         let mut calibrator = robust::<f32>();
         for pair in 0..60 {

@@ -109,9 +109,9 @@ fn health(replayed: &Replayed<'_>, steps: &[Step]) -> Figure {
         ],
         legend: all().map(entry).collect(),
         caption:
-            "Left: row offsets of each pair's screened matches, where the pair started and at its \
-                  own solution. Right: what the running estimate is off the reference, and what it \
-                  claims of itself."
+            "Left: row offsets of the screened matches of each pair, at the start and at its own solution. \
+             Right: error of the running estimate against the reference, and its reported standard \
+             deviation."
                 .into(),
         command: replayed.command.to_owned(),
         numbers,
