@@ -21,6 +21,8 @@ mod robust;
 mod saving;
 mod scene;
 mod selection;
+#[cfg(feature = "serde")]
+mod serialization;
 mod solver;
 mod supervision;
 mod texts;

@@ -1,13 +1,8 @@
 //! Parameters, cameras, extrinsics and results as JSON, there and back.
-#![allow(clippy::unwrap_used, reason = "a test that panics is a test that fails")]
-
-#[path = "api/scene.rs"]
-#[allow(dead_code, reason = "not all of the scene is used here")]
-mod scene;
 
 use core::fmt::Debug;
 
-use scene::{cameras, correspondences, rig, take};
+use crate::scene::{cameras, correspondences, rig, take};
 use serde::{Serialize, de::DeserializeOwned};
 use stereo_selfcal::{
     Calibrator, Camera, Config, Extrinsics, FactoryCalibration, Fisheye, Health, Lens, PairError,
