@@ -32,7 +32,7 @@ pub(super) trait Sink<T: Scalar, L: Lanes<T>> {
     /// Adds terms to the sums, in order.
     fn add(&mut self, lanes: L, rows: &[Self::Row]);
 
-    /// Adds the terms of one row: without a loop, which a controller would run.
+    /// As [`Sink::add`] of one row, bit for bit; without its loop, which costs instructions on a controller.
     fn add_one(&mut self, lanes: L, row: Self::Row);
 }
 
@@ -58,6 +58,7 @@ pub(super) fn sweep<T: Scalar, L: Lanes<T>, S: Sink<T, L>>(
     mut source: impl Iterator<Item = Sample<L::Value>>,
     sink: &mut S,
 ) {
+    const { assert!(L::BLOCK <= MAX_BLOCK) };
     if L::BLOCK == 1 {
         for sample in source {
             if let Some(row) = sink.row(lanes, sample) {
