@@ -87,14 +87,14 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         }
     }
 
-    /// Sets both cameras and forgets all that was learnt with others.
+    /// Sets both cameras, and resets: [`Calibrator::reset`].
     pub fn set_cameras(&mut self, cameras: Cameras<T>) {
         self.cameras = Some(cameras);
         self.reset();
     }
 
-    /// Sets the extrinsics that every pair starts from, that corrections are measured from and that
-    /// [`Calibrator::reset`] returns to; forgets all that was learnt.
+    /// Sets the factory extrinsics, and resets: [`Calibrator::reset`]. Every pair is solved from them, and the limit of
+    /// corrections is measured from them.
     pub fn set_factory(&mut self, factory: Extrinsics<T>) {
         self.factory = factory;
         self.reset();
@@ -114,7 +114,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// two scans of a full batch.
     ///
     /// # Errors
-    /// [`PushError`]; the batch is as it was. [`PushError::Busy`] while a pair is being solved.
+    /// [`PushError`]; the batch is unchanged. [`PushError::Busy`] while a pair is being solved.
     pub fn push(&mut self, correspondence: &Correspondence<T>) -> Result<Pushed, PushError> {
         if self.is_solving() {
             return Err(PushError::Busy);
@@ -204,9 +204,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// unless the configuration says so ([`Config::with_automatic_apply`]).
     ///
     /// # Errors
-    /// [`Refusal`]; what is in use and the numbers of a confirmed estimate are bit-identical to those before.
-    /// - [`Refusal::NothingSolved`]: nothing changes.
-    /// - [`Refusal::Frozen`]: nothing changes; the pair can be fused once the calibrator is not frozen.
+    /// [`Refusal`], which [`Calibrator::health`] shows until the next pair; what is in use and the numbers of a confirmed
+    /// estimate are bit-identical to those before.
+    /// - [`Refusal::NothingSolved`]: the estimate is unchanged.
+    /// - [`Refusal::Frozen`]: the estimate is unchanged; the pair can be fused once the calibrator is not frozen.
     /// - [`Refusal::TooUncertain`] (paper preset): nothing counts against the estimate.
     /// - [`Refusal::Disagrees`], [`Refusal::CorrectionLimit`], [`Refusal::NoRig`]: in the robust preset the pair counts
     ///   against the hypotheses that it disagrees with, and against the one that cannot take it in, as a failed solve
@@ -235,14 +236,13 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.estimator.state()
     }
 
-    /// Estimate over all fused pairs; `None` before the first.
+    /// The estimate over all fused pairs; `None` before the first.
     pub fn proposal(&self) -> Option<Proposal<T>> {
         let context = context(&self.config, &self.factory, self.cameras.as_ref())?;
         self.estimator.proposal(&context, &self.in_use)
     }
 
-    /// How what is in use and the estimate fit the batch at hand, and how far the estimate can be
-    /// relied on. One pass.
+    /// Fit of the extrinsics in use and of the estimate to the batch, and the reliability of the estimate. One pass.
     ///
     /// `None` without cameras, fused pairs, or matches that fit the estimate.
     pub fn health(&self) -> Option<Health<T>> {
@@ -323,7 +323,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.generation
     }
 
-    /// The batch at hand.
+    /// The batch that is being collected or was solved last.
     pub fn batch(&self) -> &Batch<T, N> {
         &self.batch
     }
@@ -338,7 +338,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.cameras.as_ref()
     }
 
-    /// Whether that changed anything.
+    /// Replaces the extrinsics in use; whether they changed.
     fn replace_in_use(&mut self, extrinsics: Extrinsics<T>) -> bool {
         let changed = self.in_use != extrinsics;
         if changed {

@@ -33,7 +33,7 @@ pub(crate) enum Method {
     /// Huber weights, mean directions.
     #[cfg(feature = "paper")]
     Paper,
-    /// Whitened residuals, redescending loss, fusion by moments, watched.
+    /// Whitened residuals, redescending loss, fusion by moments, change detection.
     Robust,
 }
 

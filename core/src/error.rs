@@ -276,7 +276,7 @@ pub enum SnapshotError {
     NoCameras,
 }
 
-/// Why a record was not read. The calibrator is as it was.
+/// Why a record was not read. The calibrator is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

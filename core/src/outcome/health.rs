@@ -150,7 +150,7 @@ impl<T: Scalar> Health<T> {
         (self.state == State::Locked).then(|| DEPTHS_M.map(of))
     }
 
-    /// Compares two calibrations over a batch. One pass; `None` if no match is left to judge by.
+    /// Compares two calibrations over a batch. One pass; `None` if no match fits the proposed one.
     ///
     /// * `screen_px`: a match fits if its row offset is no larger, px.
     pub(crate) fn over<const N: usize>(

@@ -23,9 +23,9 @@ pub struct Proposal<T: Scalar> {
     pub applicable: Extrinsics<T>,
     /// Pairs behind it; those of a repeated scene count once.
     pub pairs: u32,
-    /// Expected size of the error. Robust: from the information, widened by what pairs scatter beyond
-    /// it and image halves disagree. Paper: from the scatter of the pairs, and what the axis
-    /// and the angle disagree by; that of the pair itself while there is one only.
+    /// Standard deviations of the error. Robust: from the information, widened by the scatter of the pairs
+    /// beyond it and by the disagreement of image halves. Paper: from the scatter of the pairs and the
+    /// disagreement of axis and angle; those of the pair itself while there is only one.
     pub sd: StandardDeviations<T>,
     /// Covariance of the five unknowns, rad^2, in the order of [`crate::Information`] and as far as
     /// [`crate::RectifyingRotations::unknowns_to`] measures them; `None` in the paper preset.

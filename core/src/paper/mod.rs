@@ -45,7 +45,7 @@ impl<T: Scalar> Paper<T> {
 
     /// Forgets all pairs.
     pub(crate) fn reset(&mut self) {
-        // In place, by a value of the program: a new one would pass through the stack.
+        // From a constant: a value made here would pass through the stack.
         self.fusion = match self.fusion.central() {
             Central::Mean => const { MeanDirection::new(Central::Mean) },
             Central::Median => const { MeanDirection::new(Central::Median) },

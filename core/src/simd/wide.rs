@@ -1,4 +1,4 @@
-//! The lanes of the processor at hand: AVX2 or NEON, found at run time by `pulp`.
+//! Vector lanes of the host processor: AVX2 or NEON, found at run time by `pulp`.
 
 use core::ops::{Add, Div, Mul, Sub};
 

@@ -20,8 +20,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         + 4 * (WORDS + Estimator::<T>::WORDS)
         + (NUMBERS + Estimator::<T>::NUMBERS) * size_of::<T>();
 
-    /// Writes all that was learnt as a record, to be kept where power loss does not reach; the part of
-    /// the buffer that it takes. Not in it: cameras and factory extrinsics
+    /// Writes the estimate and the extrinsics in use as a record, for storage that survives power loss; returns the part
+    /// of the buffer that it takes. Not in it: cameras and factory extrinsics
     /// ([`crate::FactoryCalibration`]), the batch, and a pair being solved.
     ///
     /// # Errors
@@ -32,12 +32,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             .map_err(|needed| SnapshotError::Room { needed })
     }
 
-    /// Takes up where a record left off: what was in use is in use, and the pairs behind the estimate
-    /// count, as if there had been no break. But the rig may have changed meanwhile: the state is
-    /// [`crate::State::Suspect`] until a pair confirms the estimate.
+    /// Restores a record: the extrinsics in use, and the estimate with the pairs behind it. The
+    /// state is [`crate::State::Suspect`] until a pair confirms the estimate, because the rig may have changed meanwhile.
     ///
-    /// For a calibrator that has learnt nothing yet, right after [`Calibrator::set_cameras`] and
-    /// [`Calibrator::set_factory`].
+    /// For a calibrator without pairs, right after [`Calibrator::set_cameras`] and [`Calibrator::set_factory`].
     ///
     /// # Errors
     /// [`RestoreError`]; nothing changes, except that a pair solved before can no longer be fused.
