@@ -97,11 +97,16 @@ pub fn cramer_rao<'a>(
 /// If the scene leaves a direction free.
 #[must_use]
 pub fn joint_fit(truth: &Extrinsics<f64>, rays: &[Rays]) -> Extrinsics<f64> {
+    try_joint_fit(truth, rays).expect("the scene determines all directions")
+}
+
+/// The same; `None` if the scene leaves a direction free, or so nearly that the fit leaves the rigs.
+#[must_use]
+pub fn try_joint_fit(truth: &Extrinsics<f64>, rays: &[Rays]) -> Option<Extrinsics<f64>> {
     let mut pose = Pose::from(truth);
     for _ in 0..4 {
         let (h, g) = normal_equations(&pose, rays.iter());
-        let step = h.cholesky().expect("the scene determines all directions").solve(&g);
-        pose = pose.moved(&-step);
+        pose = pose.moved(&-h.cholesky()?.solve(&g));
     }
-    Extrinsics::try_new(pose.rotation.matrix(), &pose.translation).expect("near the truth")
+    Extrinsics::try_new(pose.rotation.matrix(), &pose.translation).ok()
 }

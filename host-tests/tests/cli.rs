@@ -5,10 +5,15 @@ use std::fs;
 use assert_cmd::Command;
 use serde_json::Value;
 
-const SCENES: [&str; 10] = [
+const SCENES: [&str; 15] = [
     "near",
     "far",
     "very-far",
+    "altitude",
+    "climb",
+    "descent",
+    "near-few",
+    "sky",
     "heterogeneous",
     "narrow-band",
     "planar",

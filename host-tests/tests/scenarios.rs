@@ -61,13 +61,56 @@ fn near_is_the_scene_that_the_figures_are_of() {
 
 #[test]
 fn far_points_are_far() {
-    for (kind, [near, far]) in
-        [(ScenarioKind::Far, [30.0, 800.0]), (ScenarioKind::VeryFar, [300.0, 3000.0])]
-    {
+    for (kind, [near, far]) in [
+        (ScenarioKind::Far, [30.0, 800.0]),
+        (ScenarioKind::VeryFar, [300.0, 3000.0]),
+        (ScenarioKind::Altitude, [1000.0, 10_000.0]),
+    ] {
         for (inverse, _) in frames(kind, 3).iter().flat_map(inverse_depths) {
             assert!((near - 0.001..far + 0.01).contains(&inverse.recip()), "{kind} {inverse}");
         }
     }
+}
+
+#[test]
+fn few_points_are_near_and_the_others_far_or_in_the_sky() {
+    for (kind, share, far) in
+        [(ScenarioKind::NearFew, 0.06, [300.0, 3000.0]), (ScenarioKind::Sky, 0.05, [1e5, 1e7])]
+    {
+        let inverses: Vec<f64> =
+            frames(kind, 20).iter().flat_map(inverse_depths).map(|(inverse, _)| inverse).collect();
+        // 5120 points: 4 standard deviations of a share are below 0.014.
+        let count = |n: usize| f64::from(u32::try_from(n).unwrap());
+        let near = inverses.iter().filter(|&&inverse| inverse > 1.0 / 80.001).count();
+        let found = count(near) / count(inverses.len());
+        assert!((found - share).abs() < 0.014, "{kind}: {found}");
+        let rest = inverses.iter().filter(|&&inverse| inverse <= 1.0 / 80.001);
+        let [least, most] = [1.0 / far[1], 1.0 / far[0]];
+        for inverse in rest {
+            assert!((least - 1e-9..most + 1e-9).contains(inverse), "{kind}: {inverse}");
+        }
+    }
+}
+
+#[test]
+fn a_climb_goes_a_thousand_times_as_far_and_a_descent_back() {
+    let ranges = |kind| -> Vec<[f64; 2]> {
+        let range = |frame: &ScenarioPair| match frame.scene.depth {
+            Depth::LogUniform(range) => range,
+            Depth::Mixture { .. } | Depth::Plane { .. } => [f64::NAN; 2],
+        };
+        frames(kind, 5).iter().map(range).collect()
+    };
+    let [up, mut down] = [ScenarioKind::Climb, ScenarioKind::Descent].map(ranges);
+    down.reverse();
+    assert_eq!(ranges(ScenarioKind::Near)[0].map(f64::to_bits), up[0].map(f64::to_bits));
+    for (i, (up, down)) in (0..5).zip(up.iter().zip(&down)) {
+        let factor = 1000_f64.powf(f64::from(i) / 4.0);
+        assert!((up[0] / (3.0 * factor) - 1.0).abs() < 1e-12, "{i}: {up:?}");
+        assert!((up[1] / (80.0 * factor) - 1.0).abs() < 1e-12, "{i}: {up:?}");
+        assert!((down[0] / up[0] - 1.0).abs() < 1e-12, "{i}: {down:?}");
+    }
+    assert_eq!(frames(ScenarioKind::Climb, 1).len(), 1);
 }
 
 #[test]
@@ -176,7 +219,7 @@ fn a_flight_vibrates_warps_is_knocked_once_and_climbs() {
     }
     let farthest = |frame: &ScenarioPair| match frame.scene.depth {
         Depth::LogUniform([_, far]) => far,
-        Depth::Plane { .. } => f64::NAN,
+        Depth::Mixture { .. } | Depth::Plane { .. } => f64::NAN,
     };
     let far: Vec<f64> = scenario.frames(4).unwrap().map(|frame| farthest(&frame)).collect();
     assert!((far[0] - 80.0).abs() < 1e-9 && (far[50] - 800.0).abs() < 1e-9 && far[99] < 90.0);

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Result, ensure};
 use clap::Args;
 use host_tests::data::PairFile;
-use host_tests::synth::{Depth, Grid, Scenario, ScenarioKind, Scene, rig};
+use host_tests::synth::{Grid, Scenario, ScenarioKind, Scene, rig};
 
 use super::parse::numbers;
 use super::run::RunArgs;
@@ -49,8 +49,9 @@ pub(crate) struct SynthArgs {
     #[arg(long, value_name = "SHARE")]
     outliers: Option<f64>,
 
-    /// Nearest and farthest depth, in baselines; of the planes, where they meet the optical axis
-    /// [default: that of the scene, 3,80 where it names none].
+    /// Nearest and farthest depth, in baselines; of the planes, where they meet the optical axis; at the
+    /// foot of a climb; of the far points in near-few and sky [default: that of the scene, 3,80 where it
+    /// names none].
     #[arg(long, value_parser = numbers::<f64, 2>, value_name = "NEAR,FAR")]
     depth: Option<[f64; 2]>,
 
@@ -122,7 +123,7 @@ impl SynthArgs {
             rig: rig(self.rotation, self.baseline)?,
             noise_px: self.noise,
             outliers: self.outliers.unwrap_or(named.scene.outliers),
-            depth: self.depth.map_or(named.scene.depth, Depth::LogUniform),
+            depth: self.depth.map_or(named.scene.depth, |range| named.scene.depth.within(range)),
             band: self.band.unwrap_or(named.scene.band),
             matches: self.matches.unwrap_or(named.scene.matches),
             grid: self.grid,

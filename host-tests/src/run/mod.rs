@@ -6,6 +6,10 @@ mod log;
 pub mod monte_carlo;
 pub mod plot;
 pub mod progress;
+#[cfg(feature = "selfcal")]
+pub mod real_figures;
+#[cfg(feature = "selfcal")]
+pub mod real_rigs;
 mod replay;
 pub mod single_pairs;
 mod summary;

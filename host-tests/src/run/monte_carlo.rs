@@ -18,13 +18,13 @@ use crate::data::{Rays, in_f64};
 use crate::synth::{Scenario, ScenarioPair, Scene, SynthPair};
 
 /// Room for the matches of any scenario.
-const CAPACITY: usize = 512;
+pub(super) const CAPACITY: usize = 512;
 
 /// Fewest true matches for a bound.
-const FEW: usize = 12;
+pub(super) const FEW: usize = 12;
 
 /// An error above so many reported standard deviations is overconfident.
-const TOO_MANY_SD: f64 = 5.0;
+pub(super) const TOO_MANY_SD: f64 = 5.0;
 
 /// State of a run after one pair.
 #[derive(Debug, Clone, Copy)]
@@ -93,16 +93,27 @@ pub fn runs<T: Scalar>(
     seeds: std::ops::Range<u64>,
     each: impl Fn() + Sync,
 ) -> Result<Vec<Run>> {
+    over_seeds(seeds, |seed| {
+        let run = run::<T>(scenario, config, seed)?;
+        each();
+        Ok(run)
+    })
+}
+
+/// Does the work of each seed, on all cores; results in the order of the seeds.
+pub(super) fn over_seeds<R: Send>(
+    seeds: std::ops::Range<u64>,
+    one: impl Fn(u64) -> Result<R> + Sync,
+) -> Result<Vec<R>> {
     let next = AtomicU64::new(seeds.start);
-    let work = || -> Result<Vec<(u64, Run)>> {
+    let work = || -> Result<Vec<(u64, R)>> {
         let mut done = Vec::new();
         loop {
             let seed = next.fetch_add(1, Ordering::Relaxed);
             if seed >= seeds.end {
                 return Ok(done);
             }
-            done.push((seed, run::<T>(scenario, config, seed)?));
-            each();
+            done.push((seed, one(seed)?));
         }
     };
     let cores = thread::available_parallelism().map_or(1, usize::from);
@@ -115,7 +126,7 @@ pub fn runs<T: Scalar>(
         Ok::<_, anyhow::Error>(all)
     })?;
     all.sort_by_key(|(seed, _)| *seed);
-    Ok(all.into_iter().map(|(_, run)| run).collect())
+    Ok(all.into_iter().map(|(_, result)| result).collect())
 }
 
 /// One run of any length, in constant memory: the state after 10, 100, 1000, ... pairs.
@@ -154,7 +165,8 @@ fn cameras<T: Scalar>(scene: &Scene) -> Result<Cameras<T>> {
     Ok(Cameras { left: camera, right: camera })
 }
 
-fn calibrator<T: Scalar>(
+/// A calibrator with the cameras of a scenario.
+pub(super) fn calibrator<T: Scalar>(
     scenario: &Scenario,
     config: Config,
 ) -> Result<Box<Calibrator<T, CAPACITY>>> {
@@ -216,11 +228,6 @@ fn after_pair<T: Scalar>(
     let found = in_f64(&proposal.extrinsics);
     let error = Deviation::between(&found, truth);
     let over = |error: f64, sd: T| error / sd.to_f64();
-    let off = RectifyingRotations::from(&found).unknowns_to(&RectifyingRotations::from(truth));
-    let nees = proposal.covariance.and_then(|c| {
-        let c = c.map(T::to_f64);
-        Some(off.dot(&c.cholesky()?.solve(&off)))
-    });
     AfterPair {
         state: proposal.state,
         found,
@@ -230,9 +237,20 @@ fn after_pair<T: Scalar>(
         in_use: Deviation::between(&in_f64(in_use), truth),
         error_in_sd: over(error.rotation, proposal.sd.rotation)
             .max(over(error.translation, proposal.sd.translation)),
-        nees: nees.unwrap_or(f64::NAN),
+        nees: nees(proposal, truth),
         doubt: proposal.doubt,
     }
+}
+
+/// Error squared over the reported covariance, five degrees of freedom; NaN without a covariance.
+pub(super) fn nees<T: Scalar>(proposal: &Proposal<T>, truth: &Extrinsics<f64>) -> f64 {
+    let found = RectifyingRotations::from(&in_f64(&proposal.extrinsics));
+    let off = found.unknowns_to(&RectifyingRotations::from(truth));
+    let nees = proposal.covariance.and_then(|c| {
+        let c = c.map(T::to_f64);
+        Some(off.dot(&c.cholesky()?.solve(&off)))
+    });
+    nees.unwrap_or(f64::NAN)
 }
 
 /// Root mean square of deviations, each part.

@@ -10,6 +10,15 @@ use rand_chacha::ChaCha8Rng;
 pub enum Depth {
     /// Log-uniform from the nearest to the farthest, in baselines.
     LogUniform([f64; 2]),
+    /// A share of the points near, the others far; both log-uniform.
+    Mixture {
+        /// Nearest and farthest of the near points, in baselines.
+        near: [f64; 2],
+        /// Share of near points, 0 to 1.
+        share: f64,
+        /// Nearest and farthest of the others, in baselines.
+        far: [f64; 2],
+    },
     /// All on one plane, of normal `(slope, 1)` in the left camera frame.
     Plane {
         /// Depth where the left optical axis meets it, in baselines.
@@ -23,12 +32,16 @@ impl Depth {
     /// # Errors
     /// If a depth is out of range.
     pub(crate) fn check(self) -> Result<()> {
+        let check = |[near, far]: [f64; 2]| {
+            ensure!(near > 0.0 && far >= near && far.is_finite(), "depth must be 0 < near <= far");
+            Ok(())
+        };
         match self {
-            Self::LogUniform([near, far]) => {
-                ensure!(
-                    near > 0.0 && far >= near && far.is_finite(),
-                    "depth must be 0 < near <= far"
-                );
+            Self::LogUniform(range) => check(range)?,
+            Self::Mixture { near, share, far } => {
+                check(near)?;
+                check(far)?;
+                ensure!((0.0..=1.0).contains(&share), "share of near points must be from 0 to 1");
             }
             Self::Plane { on_axis, slope: [x, y] } => {
                 ensure!(on_axis > 0.0 && on_axis.is_finite(), "depth must be above 0");
@@ -38,10 +51,42 @@ impl Depth {
         Ok(())
     }
 
+    /// The same with another range: of a mixture, that of the far points; a plane is replaced.
+    #[must_use]
+    pub fn within(self, range: [f64; 2]) -> Self {
+        match self {
+            Self::Mixture { near, share, .. } => Self::Mixture { near, share, far: range },
+            Self::LogUniform(_) | Self::Plane { .. } => Self::LogUniform(range),
+        }
+    }
+
+    /// The parts of a mixture, or the whole.
+    pub(crate) fn parts(self) -> Vec<Self> {
+        match self {
+            Self::Mixture { near, far, .. } => vec![Self::LogUniform(near), Self::LogUniform(far)],
+            Self::LogUniform(_) | Self::Plane { .. } => vec![self],
+        }
+    }
+
+    /// The part that the next point is of. Chosen before it is known whether both cameras see the point:
+    /// the share holds for the points that are seen.
+    pub(crate) fn part(self, rng: &mut ChaCha8Rng) -> Self {
+        match self {
+            Self::Mixture { near, share, far } => {
+                Self::LogUniform(if rng.random::<f64>() < share { near } else { far })
+            }
+            Self::LogUniform(_) | Self::Plane { .. } => self,
+        }
+    }
+
     /// All of it so many times as far.
     pub(crate) fn times(self, factor: f64) -> Self {
         match self {
             Self::LogUniform(range) => Self::LogUniform(range.map(|z| z * factor)),
+            Self::Mixture { near, share, far } => {
+                let [near, far] = [near, far].map(|range| range.map(|z| z * factor));
+                Self::Mixture { near, share, far }
+            }
             Self::Plane { on_axis, slope } => Self::Plane { on_axis: on_axis * factor, slope },
         }
     }
@@ -49,6 +94,7 @@ impl Depth {
     /// Depth of a point on a ray of unit depth; `None` where the ray misses the plane.
     pub(crate) fn along(self, ray: &Vector3<f64>, rng: &mut ChaCha8Rng) -> Option<f64> {
         match self {
+            Self::Mixture { .. } => self.part(rng).along(ray, rng),
             Self::LogUniform(range) => {
                 let [near, far] = range.map(f64::ln);
                 Some((near + (far - near) * rng.random::<f64>()).exp())

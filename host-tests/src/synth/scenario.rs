@@ -28,6 +28,16 @@ pub enum ScenarioKind {
     Far,
     /// 300 to 3000 baselines away: next to nothing of the baseline is left in the image.
     VeryFar,
+    /// 1000 to 10000 baselines away, as from high above: disparities drown in the noise.
+    Altitude,
+    /// From 3 to 80 baselines at the first pair to a thousand times that at the last.
+    Climb,
+    /// The reverse: from 3000 to 80000 baselines down to 3 to 80.
+    Descent,
+    /// 6 % of the points 3 to 80 baselines away, the others 300 to 3000.
+    NearFew,
+    /// 5 % of the points 3 to 80 baselines away, the others in the sky.
+    Sky,
     /// Matches (48 to 512), depth range (within 3 to 800) and band (height, middle) new in each pair.
     Heterogeneous,
     /// Points in the middle 15 % of the rows.
@@ -77,6 +87,9 @@ const FEW_MATCHES: usize = 48;
 /// Height of a narrow band, and least height of a random one, image heights.
 const NARROW_BAND: f64 = 0.15;
 
+/// All depths at the top of a climb over those at its foot.
+const CEILING: f64 = 1000.0;
+
 /// Slant of a random plane, degrees.
 const SLANT_DEG: [f64; 2] = [15.0, 60.0];
 
@@ -91,10 +104,15 @@ impl ScenarioKind {
         match self {
             Self::Far => depth(30.0, 800.0),
             Self::VeryFar => depth(300.0, 3000.0),
+            Self::Altitude => depth(1000.0, 10_000.0),
+            Self::NearFew => few_near(0.06, [300.0, 3000.0]),
+            Self::Sky => few_near(0.05, [1e5, 1e7]),
             Self::Heterogeneous => Scene { matches: 512, ..depth(3.0, 800.0) },
             Self::Flight => Scene { outliers: flight::OUTLIERS, ..depth(3.0, 80.0) },
             Self::NarrowBand => Scene { band: NARROW_BAND, ..depth(3.0, 80.0) },
             Self::Near
+            | Self::Climb
+            | Self::Descent
             | Self::Planar
             | Self::FrontoParallel
             | Self::Parked
@@ -198,6 +216,12 @@ impl Scenario {
         Ok(Dataset { name: format!("synth {} seed {seed}", self.kind), meta, pairs, rigs })
     }
 
+    /// Share of the run that lies behind a pair: 0 for the first, 1 for the last.
+    fn flown(&self, pair: usize) -> Result<f64> {
+        let last = u32::try_from(self.pairs.saturating_sub(1).max(1))?;
+        Ok(f64::from(u32::try_from(pair)?) / f64::from(last))
+    }
+
     /// The scene of each pair.
     fn scenes(&self, seed: u64) -> Result<Vec<Scene>> {
         ensure!(self.turn_deg.is_finite(), "turn must be finite");
@@ -219,8 +243,13 @@ impl Scenario {
             ScenarioKind::Near
             | ScenarioKind::Far
             | ScenarioKind::VeryFar
+            | ScenarioKind::Altitude
+            | ScenarioKind::NearFew
+            | ScenarioKind::Sky
             | ScenarioKind::NarrowBand
             | ScenarioKind::Parked => base,
+            ScenarioKind::Climb => climbed(&base, self.flown(pair)?),
+            ScenarioKind::Descent => climbed(&base, 1.0 - self.flown(pair)?),
             ScenarioKind::Heterogeneous => heterogeneous(&base, rng),
             ScenarioKind::Planar => {
                 let [x, y]: [f64; 2] = UnitCircle.sample(rng);
@@ -245,6 +274,16 @@ impl Scenario {
     }
 }
 
+/// A share of the points 3 to 80 baselines away, the others within a range.
+fn few_near(share: f64, far: [f64; 2]) -> Scene {
+    Scene { depth: Depth::Mixture { near: [3.0, 80.0], share, far }, ..Scene::default() }
+}
+
+/// A scene seen from a share of the way up; the way is even in the logarithm of depth.
+fn climbed(base: &Scene, share: f64) -> Scene {
+    Scene { depth: base.depth.times(CEILING.powf(share)), ..base.clone() }
+}
+
 /// Matches, depth range and band within those of a scene; half of the bands are centred.
 fn heterogeneous(base: &Scene, rng: &mut ChaCha8Rng) -> Scene {
     let matches = rng.random_range(FEW_MATCHES.min(base.matches)..=base.matches);
@@ -253,7 +292,7 @@ fn heterogeneous(base: &Scene, rng: &mut ChaCha8Rng) -> Scene {
             let [a, b] = [log_uniform(range, rng), log_uniform(range, rng)];
             Depth::LogUniform([a.min(b), a.max(b)])
         }
-        plane @ Depth::Plane { .. } => plane,
+        other @ (Depth::Mixture { .. } | Depth::Plane { .. }) => other,
     };
     let band = between([NARROW_BAND.min(base.band), base.band], rng);
     let shift = if rng.random() { between([-0.5, 0.5], rng) * (base.band - band) } else { 0.0 };
@@ -264,7 +303,7 @@ fn heterogeneous(base: &Scene, rng: &mut ChaCha8Rng) -> Scene {
 fn plane(depth: Depth, slope: [f64; 2], rng: &mut ChaCha8Rng) -> Depth {
     match depth {
         Depth::LogUniform(range) => Depth::Plane { on_axis: log_uniform(range, rng), slope },
-        plane @ Depth::Plane { .. } => plane,
+        other @ (Depth::Mixture { .. } | Depth::Plane { .. }) => other,
     }
 }
 

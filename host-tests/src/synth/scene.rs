@@ -1,7 +1,7 @@
 //! Generated scenes: a known rig, points of known depth, Gaussian noise, gross outliers.
 //!
-//! Pinhole cameras. Left points uniform in the image (or a vertical band), depth log-uniform (or that
-//! of a plane), noise on all four coordinates, points that miss the right image drawn again. Half of
+//! Pinhole cameras. Left points uniform in the image (or a vertical band), depth log-uniform (or
+//! a mixture of two, or that of a plane), noise on all four coordinates, points that miss the right image drawn again. Half of
 //! the outliers are uniform in the right image, half within +-60 px (u) and +-20 px (v) of the truth.
 //! Coordinates are rounded to the matcher's grid last.
 
@@ -117,10 +117,12 @@ impl Scene {
         ensure!(self.focal.is_finite() && self.focal >= 1.0, "focal must be at least 1 px");
         ensure!(self.size.iter().all(|&n| n >= 2), "image must be at least 2 x 2 px");
         let mut rng = ChaCha8Rng::seed_from_u64(0);
-        ensure!(
-            (0..TRIES).any(|_| self.point(&mut rng).is_some()),
-            "no point of {TRIES} was seen by both cameras: rig or depth leave no overlap"
-        );
+        for part in self.depth.parts() {
+            ensure!(
+                (0..TRIES).any(|_| self.point(part, &mut rng).is_some()),
+                "no point of {TRIES} was seen by both cameras: rig or depth leave no overlap"
+            );
+        }
         Ok(())
     }
 
@@ -210,22 +212,25 @@ impl Scene {
     ///
     /// Ends with certainty: [`Scene::check`] has found such points.
     fn seen_point(&self, rng: &mut ChaCha8Rng) -> [f64; 4] {
+        let part = self.depth.part(rng);
         loop {
-            if let Some(seen) = self.point(rng) {
+            if let Some(seen) = self.point(part, rng) {
                 return seen;
             }
         }
     }
 
     /// Pixels of one point of the left view, if the right camera sees it too.
-    fn point(&self, rng: &mut ChaCha8Rng) -> Option<[f64; 4]> {
+    ///
+    /// * `depth`: the part of the scene's depth that the point is of.
+    fn point(&self, depth: Depth, rng: &mut ChaCha8Rng) -> Option<[f64; 4]> {
         let [width, height] = self.size.map(f64::from);
         let [cx, cy] = self.centre();
         let middle = self.band_centre * (height - 1.0);
         let ul = rng.random_range(0.0..width - 1.0);
         let vl = middle + rng.random_range(-0.5..0.5) * self.band * (height - 1.0);
         let [ray, _] = self.rays([ul, vl, ul, vl]);
-        let p_l = ray * self.depth.along(&ray, rng)?;
+        let p_l = ray * depth.along(&ray, rng)?;
         let p_r = self.rig.rotation() * p_l + self.rig.translation().into_inner();
         let ur = cx + self.focal * p_r.x / p_r.z;
         let vr = cy + self.focal * p_r.y / p_r.z;

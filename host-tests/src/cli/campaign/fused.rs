@@ -13,7 +13,7 @@ use super::stats::{alarms, passes};
 impl CampaignArgs {
     pub(super) fn fused(&self) -> Result<()> {
         let mut out = io::stdout();
-        let [low, high] = nees_band(usize::try_from(self.trials)?);
+        let [low, high] = nees_band(usize::try_from(self.trials())?);
         writeln!(
             out,
             "e: RMS error over that of the joint fit. nees: mean squared error over the reported"
@@ -53,7 +53,7 @@ impl CampaignArgs {
                 kind.to_string(),
                 e.translation / o.translation,
                 e.rotation / o.rotation,
-                nees / f64::from(self.trials),
+                nees / f64::from(self.trials()),
                 locks.len(),
                 locks.iter().max().map_or(0, |at| at + 1),
                 false_pairs,

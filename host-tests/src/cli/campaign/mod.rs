@@ -1,12 +1,16 @@
 //! `selfcal campaign`.
 
 mod fused;
+mod real;
+mod real_cases;
 mod stats;
 mod steps;
 
 use std::io::{self, Write};
+use std::ops::Range;
+use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 use host_tests::run::monte_carlo::{Run, long_run, rms, runs};
 use host_tests::run::progress;
@@ -24,26 +28,36 @@ use stats::passes;
 #[command(after_help = "Examples:
   selfcal campaign single
   selfcal campaign fused --trials 1000 --pairs 20
-  selfcal campaign steps --seed 7")]
+  selfcal campaign steps --seed 7
+  selfcal campaign real --only altitude lens/f_r --csv real.csv")]
 pub(crate) struct CampaignArgs {
     /// The measurement.
     #[arg(value_enum)]
     what: What,
 
-    /// Runs of each scene.
-    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    trials: u32,
+    /// Runs of each scene [default: 200, real 24].
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    trials: Option<u32>,
 
-    /// Pairs of each run; default 1 (single), 100 (fused, garbage, grids), 200 (steps), 1000 (numbers), a million (long).
+    /// Pairs of each run; default 1 (single), 100 (fused, garbage, grids), 200 (steps), 1000 (numbers), a million (long),
+    /// that of the case (real).
     #[arg(long)]
     pairs: Option<usize>,
 
     /// Seed of the first run.
     #[arg(long, default_value_t = 1_000_000)]
     seed: u64,
+
+    /// Cases of real whose group/name begins so; default all.
+    #[arg(long, value_name = "PREFIX", num_args = 1..)]
+    only: Vec<String>,
+
+    /// Write all figures of real into this file, a row a case; angles in rad.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum What {
     /// One pair, against the Cramer-Rao bound of its true matches.
     Single,
@@ -55,6 +69,8 @@ enum What {
     Garbage,
     /// Coordinates rounded to a grid, or to that of a pyramid's levels.
     Grids,
+    /// Scenes of real rigs, applied after every pair: altitude, and what else a vehicle meets.
+    Real,
     /// f32 against f64.
     Numbers,
     /// One run of a million pairs, f32.
@@ -63,7 +79,10 @@ enum What {
 
 /// Runs `selfcal campaign`.
 pub(crate) fn campaign(args: &CampaignArgs) -> Result<()> {
+    let chosen = !args.only.is_empty() || args.csv.is_some();
+    ensure!(!chosen || args.what == What::Real, "--only and --csv are options of real");
     match args.what {
+        What::Real => args.real(),
         What::Single => args.single(),
         What::Fused => args.fused(),
         What::Steps => args.steps(),
@@ -82,11 +101,19 @@ impl CampaignArgs {
         scenario
     }
 
+    fn trials(&self) -> u32 {
+        self.trials.unwrap_or(if self.what == What::Real { 24 } else { 200 })
+    }
+
+    /// Seeds of the runs of a scene.
+    fn seeds(&self) -> Range<u64> {
+        self.seed..self.seed + u64::from(self.trials())
+    }
+
     fn runs<T: Scalar>(&self, scenario: &Scenario) -> Result<Vec<Run>> {
-        let trials = self.trials;
-        let bar = progress::over(usize::try_from(trials)?, "runs");
+        let bar = progress::over(usize::try_from(self.trials())?, "runs");
         let config = Config::default().with_automatic_apply(true);
-        let seeds = self.seed..self.seed + u64::from(trials);
+        let seeds = self.seeds();
         let runs = runs::<T>(scenario, config, seeds, || bar.inc(1))?;
         bar.finish_and_clear();
         Ok(runs)
@@ -194,7 +221,7 @@ impl CampaignArgs {
                 let all = || differences.iter().map(|d| d[part] * pairs);
                 let squares: f64 = all().map(|d| d * d).sum();
                 let [rms, most] =
-                    [(squares / f64::from(self.trials)).sqrt(), all().fold(0.0, f64::max)];
+                    [(squares / f64::from(self.trials())).sqrt(), all().fold(0.0, f64::max)];
                 format!("{rms:.4}, {most:.4}")
             };
             writeln!(out, "{:<16} t {}  R {}", kind.to_string(), of(0), of(1))?;

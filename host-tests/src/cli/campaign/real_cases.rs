@@ -1,0 +1,96 @@
+//! Cases of `selfcal campaign real`.
+
+use anyhow::Result;
+use host_tests::synth::{Depth, Scenario, ScenarioKind, Scene, five_degrees_off, rig};
+use stereo_selfcal::Extrinsics;
+
+/// Share of outliers unless said otherwise.
+const OUTLIERS: f64 = 0.1;
+
+/// A small camera seen from high above: focal length and image size, px.
+const SMALL: (f64, [u16; 2]) = (250.0, [640, 480]);
+
+/// The camera of the project's figures.
+const LARGE: (f64, [u16; 2]) = (1400.0, [1920, 1200]);
+
+/// One case of the campaign.
+#[derive(Debug, Clone)]
+pub(super) struct Case {
+    /// What it is one of.
+    pub(super) group: &'static str,
+    /// Its own name.
+    pub(super) name: String,
+    /// Its scenes.
+    pub(super) scenario: Scenario,
+    /// Figures also after so many pairs.
+    pub(super) also_after: Vec<usize>,
+}
+
+impl Case {
+    fn new(group: &'static str, name: impl Into<String>, kind: ScenarioKind, pairs: usize) -> Self {
+        let mut scenario = Scenario::new(kind, pairs);
+        scenario.scene.outliers = OUTLIERS;
+        Self { group, name: name.into(), scenario, also_after: Vec::new() }
+    }
+
+    /// `group/name`.
+    pub(super) fn path(&self) -> String {
+        format!("{}/{}", self.group, self.name)
+    }
+
+    fn with(mut self, change: impl FnOnce(&mut Scene)) -> Self {
+        change(&mut self.scenario.scene);
+        self
+    }
+
+    fn with_rig(self, rig: Extrinsics<f64>) -> Self {
+        self.with(|scene| scene.rig = rig)
+    }
+
+    fn with_camera(self, (focal, size): (f64, [u16; 2])) -> Self {
+        self.with(|scene| (scene.focal, scene.size) = (focal, size))
+    }
+}
+
+/// All cases, group by group.
+pub(super) fn all() -> Result<Vec<Case>> {
+    Ok([ideal(), altitude()?].concat())
+}
+
+/// The scenes of the project's figures: what a change for real rigs must not cost.
+fn ideal() -> Vec<Case> {
+    let case = |name, kind| Case::new("ideal", name, kind, 100).with_rig(five_degrees_off());
+    vec![
+        case("near", ScenarioKind::Near),
+        case("far", ScenarioKind::Far),
+        case("heterogeneous", ScenarioKind::Heterogeneous),
+        case("near-54", ScenarioKind::Near).with(|scene| scene.matches = 54),
+    ]
+}
+
+/// Disparities from far above the noise to far below it.
+fn altitude() -> Result<Vec<Case>> {
+    let rig = rig([3.0, -2.0, 4.0], [3.0, -3.0])?;
+    let case = |name: String, kind, pairs| Case::new("altitude", name, kind, pairs).with_rig(rig);
+    let depths = |camera: (f64, [u16; 2]), range: [f64; 2]| {
+        let name = format!("f{}-{}-{}", camera.0, range[0], range[1]);
+        let case = case(name, ScenarioKind::Altitude, 60).with_camera(camera);
+        case.with(|scene| scene.depth = Depth::LogUniform(range))
+    };
+    let small = [[300.0, 3000.0], [500.0, 5000.0], [1000.0, 10_000.0]];
+    let large =
+        [[3.0, 80.0], [30.0, 800.0], [300.0, 3000.0], [1000.0, 10_000.0], [3000.0, 30_000.0]];
+    let mut cases: Vec<Case> = small.map(|range| depths(SMALL, range)).to_vec();
+    cases.extend(large.map(|range| depths(LARGE, range)));
+    cases.extend([0.0, OUTLIERS, 0.3].map(|outliers| {
+        let name = format!("near-few-{outliers}");
+        case(name, ScenarioKind::NearFew, 60).with(|scene| scene.outliers = outliers)
+    }));
+    cases.push(case("sky".into(), ScenarioKind::Sky, 60));
+    for kind in [ScenarioKind::Climb, ScenarioKind::Descent] {
+        for camera in [SMALL, LARGE] {
+            cases.push(case(format!("{kind}-f{}", camera.0), kind, 100).with_camera(camera));
+        }
+    }
+    Ok(cases)
+}

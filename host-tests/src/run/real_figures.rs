@@ -1,0 +1,254 @@
+//! Figures over the runs of one scene: errors, claims, what is in use.
+
+use stereo_selfcal::State;
+use stereo_selfcal::metrics::Deviation;
+
+use super::monte_carlo::rms;
+use super::real_rigs::{Claim, RealPair, RealRun};
+
+/// Pairs after which arming is counted, besides the last.
+const ARMED_AT: [usize; 2] = [10, 50];
+
+/// Figures after so many pairs. Angles in rad; NaN where there is nothing to count.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figures {
+    /// Runs.
+    pub runs: usize,
+    /// Pairs of each run.
+    pub pairs: usize,
+    /// Runs with an estimate at the end.
+    pub estimated: usize,
+    /// Error of `t` at the end, median and worst.
+    pub e_t: [f64; 2],
+    /// Error of `R` at the end, median and worst.
+    pub e_r: [f64; 2],
+    /// RMS error at the end.
+    pub rms: Deviation<f64>,
+    /// RMS error of the joint fit of all true matches.
+    pub joint_fit: Deviation<f64>,
+    /// RMS of the Cramer-Rao bounds of all true matches.
+    pub bound: Deviation<f64>,
+    /// Reported standard deviation at the end, median.
+    pub sd: Deviation<f64>,
+    /// Error of `t` over its reported deviation at the end, 95th percentile and worst.
+    pub t_in_sd: [f64; 2],
+    /// The same of `R`.
+    pub r_in_sd: [f64; 2],
+    /// Mean NEES at the end over its five degrees of freedom; 1 if consistent.
+    pub nees: f64,
+    /// Runs locked at the end, and at any time.
+    pub locked: [usize; 2],
+    /// Share of runs armed after 10 pairs, 50 pairs, and the last.
+    pub armed: [f64; 3],
+    /// Runs with a locked pair off by more than 5 reported deviations.
+    pub bad: usize,
+    /// Share of locked pairs so, and of armed pairs.
+    pub beyond: [f64; 2],
+    /// Error of `t` in use at the end, median and worst.
+    pub in_use_t: [f64; 2],
+    /// Error of `R` in use at the end, median and worst.
+    pub in_use_r: [f64; 2],
+    /// Largest error of `t` in use at the end over that at the start.
+    pub in_use_growth: f64,
+    /// RMS row offset in use at the end, px, median.
+    pub in_use_px: f64,
+}
+
+impl Figures {
+    /// Figures after so many pairs of the runs. Joint fit and bound are over whole runs: NaN before.
+    #[must_use]
+    pub fn after(runs: &[RealRun], pairs: usize) -> Self {
+        let seen = || runs.iter().map(|run| &run.pairs[..pairs.min(run.pairs.len())]);
+        let ends: Vec<&RealPair> = seen().filter_map(<[RealPair]>::last).collect();
+        let claims: Vec<Claim> = ends.iter().filter_map(|pair| pair.claim).collect();
+        let over = |of: fn(&Claim) -> f64| Sorted::of(claims.iter().map(of));
+        let used = |of: fn(&RealPair) -> f64| Sorted::of(ends.iter().map(|pair| of(pair)));
+        let whole = runs.iter().filter(|run| run.pairs.len() <= pairs);
+        let locked = |pair: &RealPair| pair.state == State::Locked;
+        let armed_at = |at: usize| {
+            let at: Vec<&RealPair> =
+                seen().filter_map(|pairs| pairs.get(at.checked_sub(1)?)).collect();
+            share(at.iter().filter(|pair| pair.armed).count(), at.len())
+        };
+        let growth = runs.iter().zip(&ends);
+        let growth = growth.map(|(run, end)| end.in_use.translation / run.start.translation);
+        let is_bad = |pairs: &&[RealPair]| pairs.iter().any(|pair| locked(pair) && beyond(pair));
+        Self {
+            runs: runs.len(),
+            pairs,
+            estimated: claims.len(),
+            e_t: over(|claim| claim.error.translation).median_and_worst(),
+            e_r: over(|claim| claim.error.rotation).median_and_worst(),
+            rms: rms(claims.iter().map(|claim| claim.error)),
+            joint_fit: rms(whole.clone().filter_map(|run| run.joint_fit)),
+            bound: rms(whole.filter_map(|run| run.bound)),
+            sd: Deviation {
+                translation: over(|claim| claim.sd.translation).quantile(50),
+                rotation: over(|claim| claim.sd.rotation).quantile(50),
+            },
+            t_in_sd: over(|claim| claim.error_in_sd().translation).p95_and_worst(),
+            r_in_sd: over(|claim| claim.error_in_sd().rotation).p95_and_worst(),
+            nees: over(|claim| claim.nees / 5.0).mean(),
+            locked: [
+                ends.iter().filter(|pair| locked(pair)).count(),
+                seen().filter(|pairs| pairs.iter().any(locked)).count(),
+            ],
+            armed: [ARMED_AT[0], ARMED_AT[1], pairs].map(armed_at),
+            bad: seen().filter(is_bad).count(),
+            beyond: [
+                share_beyond(seen().flatten().filter(|pair| locked(pair))),
+                share_beyond(seen().flatten().filter(|pair| pair.armed)),
+            ],
+            in_use_t: used(|pair| pair.in_use.translation).median_and_worst(),
+            in_use_r: used(|pair| pair.in_use.rotation).median_and_worst(),
+            in_use_growth: Sorted::of(growth).quantile(100),
+            in_use_px: used(|pair| pair.rms_px.map_or(f64::NAN, |[px, _]| px)).quantile(50),
+        }
+    }
+
+    /// RMS error over that of the joint fit, `t` and `R`.
+    #[must_use]
+    pub fn over_joint_fit(&self) -> [f64; 2] {
+        [
+            self.rms.translation / self.joint_fit.translation,
+            self.rms.rotation / self.joint_fit.rotation,
+        ]
+    }
+
+    /// All figures with their names; angles in rad.
+    #[must_use]
+    pub fn columns(&self) -> Vec<(&'static str, f64)> {
+        let count = |n: usize| u32::try_from(n).map_or(f64::NAN, f64::from);
+        let [t_over_fit, r_over_fit] = self.over_joint_fit();
+        vec![
+            ("runs", count(self.runs)),
+            ("pairs", count(self.pairs)),
+            ("estimated", count(self.estimated)),
+            ("e_t_median", self.e_t[0]),
+            ("e_t_worst", self.e_t[1]),
+            ("e_R_median", self.e_r[0]),
+            ("e_R_worst", self.e_r[1]),
+            ("e_t_rms", self.rms.translation),
+            ("e_R_rms", self.rms.rotation),
+            ("fit_t_rms", self.joint_fit.translation),
+            ("fit_R_rms", self.joint_fit.rotation),
+            ("e_t_over_fit", t_over_fit),
+            ("e_R_over_fit", r_over_fit),
+            ("bound_t", self.bound.translation),
+            ("bound_R", self.bound.rotation),
+            ("sd_t", self.sd.translation),
+            ("sd_R", self.sd.rotation),
+            ("t_in_sd_p95", self.t_in_sd[0]),
+            ("t_in_sd_worst", self.t_in_sd[1]),
+            ("R_in_sd_p95", self.r_in_sd[0]),
+            ("R_in_sd_worst", self.r_in_sd[1]),
+            ("nees_over_5", self.nees),
+            ("locked_at_end", count(self.locked[0])),
+            ("locked_ever", count(self.locked[1])),
+            ("armed_at_10", self.armed[0]),
+            ("armed_at_50", self.armed[1]),
+            ("armed_at_end", self.armed[2]),
+            ("bad", count(self.bad)),
+            ("locked_beyond_5_sd", self.beyond[0]),
+            ("armed_beyond_5_sd", self.beyond[1]),
+            ("in_use_t_median", self.in_use_t[0]),
+            ("in_use_t_worst", self.in_use_t[1]),
+            ("in_use_R_median", self.in_use_r[0]),
+            ("in_use_R_worst", self.in_use_r[1]),
+            ("in_use_t_over_start_worst", self.in_use_growth),
+            ("in_use_rms_px", self.in_use_px),
+        ]
+    }
+}
+
+fn beyond(pair: &RealPair) -> bool {
+    pair.claim.is_some_and(|claim| claim.is_overconfident())
+}
+
+fn share_beyond<'a>(pairs: impl Iterator<Item = &'a RealPair>) -> f64 {
+    let pairs: Vec<&RealPair> = pairs.collect();
+    share(pairs.iter().filter(|pair| beyond(pair)).count(), pairs.len())
+}
+
+/// NaN of nothing.
+fn share(part: usize, whole: usize) -> f64 {
+    let count = |n: usize| u32::try_from(n).map_or(f64::NAN, f64::from);
+    count(part) / count(whole)
+}
+
+/// Numbers in order, without those that are not.
+struct Sorted(Vec<f64>);
+
+impl Sorted {
+    fn of(numbers: impl Iterator<Item = f64>) -> Self {
+        let mut numbers: Vec<f64> = numbers.filter(|number| !number.is_nan()).collect();
+        numbers.sort_by(f64::total_cmp);
+        Self(numbers)
+    }
+
+    /// The number that a share of all are below; NaN of nothing.
+    fn quantile(&self, percent: usize) -> f64 {
+        let last = self.0.len().checked_sub(1);
+        last.map_or(f64::NAN, |last| self.0[(self.0.len() * percent / 100).min(last)])
+    }
+
+    fn median_and_worst(&self) -> [f64; 2] {
+        [50, 100].map(|percent| self.quantile(percent))
+    }
+
+    fn p95_and_worst(&self) -> [f64; 2] {
+        [95, 100].map(|percent| self.quantile(percent))
+    }
+
+    fn mean(&self) -> f64 {
+        let count = u32::try_from(self.0.len()).map_or(f64::NAN, f64::from);
+        self.0.iter().sum::<f64>() / count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pair with errors of `t` and `R` against deviations of 1 mrad.
+    fn pair(state: State, armed: bool, e_t: f64, e_r: f64) -> RealPair {
+        let deviation = |translation: f64, rotation: f64| Deviation { translation, rotation };
+        let [error, sd] = [deviation(e_t, e_r), deviation(1e-3, 1e-3)];
+        let claim = Some(Claim { error, sd, nees: 10.0 });
+        RealPair { state, fused: true, armed, claim, in_use: error, rms_px: Some([0.5, 0.4]) }
+    }
+
+    fn run(pairs: Vec<RealPair>) -> RealRun {
+        let fit = Deviation { translation: 5e-4, rotation: 5e-4 };
+        let start = Deviation { translation: 2e-3, rotation: 1e-3 };
+        RealRun { pairs, start, joint_fit: Some(fit), bound: Some(fit) }
+    }
+
+    #[test]
+    fn quantiles_are_numbers_of_the_set() {
+        let sorted = Sorted::of([3.0, 1.0, f64::NAN, 2.0].into_iter());
+        let found = [0, 50, 95, 100].map(|percent| sorted.quantile(percent));
+        assert_eq!(found.map(f64::to_bits), [1.0, 2.0, 3.0, 3.0].map(f64::to_bits));
+        assert!(Sorted::of(std::iter::empty()).quantile(50).is_nan());
+    }
+
+    #[test]
+    fn locked_and_armed_pairs_that_claim_too_much_are_counted() {
+        let good = pair(State::Locked, true, 1e-3, 1e-3);
+        let bad = pair(State::Locked, false, 1e-3, 6e-3);
+        let early = pair(State::Acquiring, false, 9e-3, 1e-3);
+        let runs = [run(vec![early, good, good]), run(vec![early, bad, good])];
+        let figures = Figures::after(&runs, 3);
+        assert_eq!((figures.bad, figures.locked), (1, [2, 2]));
+        assert!(figures.armed[0].is_nan());
+        let [t, r] = figures.over_joint_fit();
+        let found =
+            [figures.beyond[0], figures.beyond[1], t, r, figures.nees, figures.in_use_growth];
+        for (found, expected) in found.into_iter().zip([0.25, 0.0, 2.0, 2.0, 2.0, 0.5]) {
+            assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
+        }
+        let earlier = Figures::after(&runs, 2);
+        assert!(earlier.joint_fit.rotation.is_nan());
+        assert!((earlier.armed[2] - 0.5).abs() < 1e-12 && (earlier.e_r[1] - 6e-3).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,151 @@
+//! Runs of the calibrator as a vehicle makes them: the health is read and the estimate applied after
+//! every pair. What is kept of a run is what a claim can be judged by.
+
+use std::ops::Range;
+
+use anyhow::{Context, Result};
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{Arming, Calibrator, Config, Extrinsics, Proposal, Scalar, State};
+
+use super::monte_carlo::{CAPACITY, FEW, TOO_MANY_SD, calibrator, nees, over_seeds};
+use crate::bounds::{cramer_rao, try_joint_fit};
+use crate::data::{Rays, in_f64};
+use crate::synth::{Scenario, ScenarioPair};
+
+/// One pair of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct RealPair {
+    /// State after the pair.
+    pub state: State,
+    /// Whether the pair was fused.
+    pub fused: bool,
+    /// Whether the health said yes to arming.
+    pub armed: bool,
+    /// The estimate after the pair; `None` before there is one.
+    pub claim: Option<Claim>,
+    /// Error of the extrinsics in use, after they were applied.
+    pub in_use: Deviation<f64>,
+    /// RMS row offsets by the health, px: in use before the estimate was applied, and proposed.
+    pub rms_px: Option<[f64; 2]>,
+}
+
+/// An estimate, its error, and what it says of itself.
+#[derive(Debug, Clone, Copy)]
+pub struct Claim {
+    /// Error against the truth of the pair.
+    pub error: Deviation<f64>,
+    /// Reported standard deviation.
+    pub sd: Deviation<f64>,
+    /// Error squared over the reported covariance, five degrees of freedom; NaN without a covariance.
+    pub nees: f64,
+}
+
+/// One run.
+#[derive(Debug, Clone)]
+pub struct RealRun {
+    /// Pair by pair.
+    pub pairs: Vec<RealPair>,
+    /// Error of `R = I`, `t = (-1, 0, 0)` against the truth of the last pair.
+    pub start: Deviation<f64>,
+    /// Error of the joint fit of all true matches; `None` where the rig moves, or there is no fit.
+    pub joint_fit: Option<Deviation<f64>>,
+    /// Cramer-Rao bound of all true matches; `None` where the rig moves.
+    pub bound: Option<Deviation<f64>>,
+}
+
+impl Claim {
+    fn of<T: Scalar>(proposal: &Proposal<T>, truth: &Extrinsics<f64>) -> Self {
+        Self {
+            error: Deviation::between(&in_f64(&proposal.extrinsics), truth),
+            sd: Deviation {
+                translation: proposal.sd.translation.to_f64(),
+                rotation: proposal.sd.rotation.to_f64(),
+            },
+            nees: nees(proposal, truth),
+        }
+    }
+
+    /// Error over reported standard deviation, each part.
+    #[must_use]
+    pub fn error_in_sd(&self) -> Deviation<f64> {
+        Deviation {
+            translation: self.error.translation / self.sd.translation,
+            rotation: self.error.rotation / self.sd.rotation,
+        }
+    }
+
+    /// Whether one of the parts is off by far more than it says.
+    #[must_use]
+    pub fn is_overconfident(&self) -> bool {
+        let Deviation { translation, rotation } = self.error_in_sd();
+        translation.max(rotation) > TOO_MANY_SD
+    }
+}
+
+/// Runs a scenario once per seed, on all cores.
+///
+/// * `each`: called after each run, from any thread.
+///
+/// # Errors
+/// If a parameter of the scenario is out of range.
+pub fn runs<T: Scalar>(
+    scenario: &Scenario,
+    config: Config,
+    seeds: Range<u64>,
+    each: impl Fn() + Sync,
+) -> Result<Vec<RealRun>> {
+    over_seeds(seeds, |seed| {
+        let run = run::<T>(scenario, config, seed)?;
+        each();
+        Ok(run)
+    })
+}
+
+fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<RealRun> {
+    let mut calibrator = calibrator::<T>(scenario, config)?;
+    let mut pairs = Vec::with_capacity(scenario.pairs);
+    let [mut noisy, mut clean]: [Vec<Rays>; 2] = Default::default();
+    let still = !scenario.kind.moves();
+    let mut last = None;
+    for frame in scenario.frames(seed)? {
+        pairs.push(step(&mut calibrator, &frame));
+        if still {
+            noisy.extend(frame.pair.inlier_rays(&frame.scene));
+            clean.extend(frame.pair.clean_inlier_rays(&frame.scene));
+        }
+        last = Some(frame.scene);
+    }
+    let last = last.context("a scenario has pairs")?;
+    let rig = &last.rig;
+    let known = still && clean.len() >= FEW;
+    let joint_fit = known.then(|| try_joint_fit(rig, &noisy)).flatten();
+    Ok(RealRun {
+        pairs,
+        start: Deviation::between(&Extrinsics::SIDE_BY_SIDE, rig),
+        joint_fit: joint_fit.map(|fit| Deviation::between(&fit, rig)),
+        bound: known.then(|| cramer_rao(rig, clean.iter(), last.noise_px / last.focal)),
+    })
+}
+
+/// One pair through the calibrator, as on a vehicle.
+fn step<T: Scalar>(calibrator: &mut Calibrator<T, CAPACITY>, frame: &ScenarioPair) -> RealPair {
+    for m in &frame.pair.matches {
+        // A generated match is inside both images.
+        let _ = calibrator.push(&m.correspondence());
+    }
+    let fused = calibrator.solve_pair().is_ok() && calibrator.fuse().is_ok();
+    // Over the batch: before it is cleared.
+    let health = calibrator.health();
+    // What is not locked yet, or doubted, is not applied.
+    let _ = calibrator.apply();
+    calibrator.clear_pair();
+    let truth = &frame.scene.rig;
+    RealPair {
+        state: calibrator.state(),
+        fused,
+        armed: health.as_ref().is_some_and(|health| health.arming == Arming::Yes),
+        claim: calibrator.proposal().map(|proposal| Claim::of(&proposal, truth)),
+        in_use: Deviation::between(&in_f64(calibrator.in_use()), truth),
+        rms_px: health.map(|health| [health.in_use_px.to_f64(), health.proposed_px.to_f64()]),
+    }
+}
