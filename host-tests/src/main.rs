@@ -26,7 +26,7 @@ enum Command {
     Record(cli::RecordArgs),
     Export(cli::ExportArgs),
     Import(cli::ImportArgs),
-    Synth(cli::SynthArgs),
+    Synth(Box<cli::SynthArgs>),
     Campaign(cli::CampaignArgs),
     Evaluate(cli::EvaluateArgs),
     Link(cli::LinkArgs),

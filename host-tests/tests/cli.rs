@@ -147,6 +147,9 @@ fn options_given_beside_a_scene_win() {
     let still = ["synth", "drift", "--drift-deg", "0", "--pairs", "5", "--json"];
     assert_eq!(json(&still), json(&["synth", "--pairs", "5", "--json"]));
     assert_ne!(json(&["synth", "drift", "--pairs", "5", "--json"]), json(&still));
+    let wrong = ["synth", "--pairs", "5", "--lens-error", "f_r=1%", "--json"];
+    assert_ne!(json(&wrong), json(&["synth", "--pairs", "5", "--json"]));
+    assert!(failure(&["synth", "--lens-error", "z_r=1"], 2).contains("none of"));
     let error = failure(&["synth", "planar", "--step-deg", "1"], 1);
     assert!(error.contains("--step-deg"), "{error}");
 }
@@ -174,6 +177,26 @@ fn mistakes_are_named() {
     assert!(error.contains("2 numbers"), "{error}");
     let error = failure(&["synth", "--pairs", "3", "--matches", "5"], 1);
     assert!(error.contains("none of the 3 pairs could be fused"), "{error}");
+}
+
+#[test]
+fn the_campaign_of_real_rigs_has_a_row_a_case() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("real.csv");
+    let args =
+        ["campaign", "real", "--trials=1", "--pairs=6", "--only", "altitude/sky", "lens/f_r=1%"];
+    let text = stdout(&[&args[..], &["--csv", file.to_str().unwrap()]].concat());
+    let csv = fs::read_to_string(&file).unwrap();
+    let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows.len(), 3);
+    assert_eq!(rows[0][..3], ["group", "case", "runs"]);
+    assert!(rows.iter().all(|row| row.len() == rows[0].len()));
+    for (row, case) in rows[1..].iter().zip([["altitude", "sky"], ["lens", "f_r=1%"]]) {
+        assert_eq!(row[..2], case);
+        assert!(text.contains(&format!("\n  {} ", case[1])), "{text}");
+    }
+    assert!(failure(&["campaign", "real", "--only", "nothing"], 1).contains("nothing"));
+    assert!(failure(&["campaign", "fused", "--only", "altitude"], 1).contains("--only"));
 }
 
 #[test]

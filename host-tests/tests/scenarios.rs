@@ -3,7 +3,9 @@
 use clap::ValueEnum;
 use host_tests::data::{Dataset, TurnedView};
 use host_tests::run::replay;
-use host_tests::synth::{Depth, Scenario, ScenarioKind, ScenarioPair, Scene, rig};
+use host_tests::synth::{
+    Depth, LensError, LensErrors, Scenario, ScenarioKind, ScenarioPair, Scene, rig,
+};
 use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::metrics::rotation_angle;
 use stereo_selfcal::{Config, Extrinsics, so3};
@@ -223,6 +225,46 @@ fn a_flight_vibrates_warps_is_knocked_once_and_climbs() {
     };
     let far: Vec<f64> = scenario.frames(4).unwrap().map(|frame| farthest(&frame)).collect();
     assert!((far[0] - 80.0).abs() < 1e-9 && (far[50] - 800.0).abs() < 1e-9 && far[99] < 90.0);
+}
+
+/// Largest distance of the noise-free matches from their epipolar lines, by the rays given, rad.
+fn off_epipolar(frame: &ScenarioPair, scene: &Scene) -> f64 {
+    let e = scene.rig.translation().cross_matrix() * scene.rig.rotation().matrix();
+    let off = frame.pair.clean.iter().map(|&pixels| {
+        let [p_l, p_r] = scene.rays(pixels);
+        p_r.dot(&(e * p_l)).abs()
+    });
+    off.fold(0.0, f64::max)
+}
+
+#[test]
+fn pixels_are_those_of_the_true_lenses_and_a_data_set_has_the_nominal_ones() {
+    let nominal = Scenario::new(ScenarioKind::Near, 2);
+    let mut given = nominal.clone();
+    let errors = "f_l=0.3%,cy_r=2,k1_l=0.01,k2_r=0.01,p1_r=0.001,p2_l=-0.001";
+    given.scene.lens_errors = errors.parse::<LensErrors>().unwrap().given;
+    let prior = Scenario { lens_prior: true, ..nominal.clone() };
+    for wrong in [&given, &prior] {
+        for frame in wrong.frames(3).unwrap() {
+            assert!(off_epipolar(&frame, &frame.scene) < 1e-12);
+            assert!(off_epipolar(&frame, &nominal.scene) > 1e-4);
+        }
+        let meta = wrong.dataset(3).unwrap().meta;
+        assert_eq!(meta, nominal.dataset(3).unwrap().meta);
+    }
+    let drawn = |seed| prior.frames(seed).unwrap().next().unwrap().scene.lens_errors;
+    assert_ne!(drawn(3), drawn(4));
+}
+
+#[test]
+fn a_lens_warms_evenly_from_the_first_pair_to_the_last() {
+    let warm = Scenario { lens_warming: 0.002, ..Scenario::new(ScenarioKind::Flight, 5) };
+    for (i, frame) in (0..5).zip(warm.frames(1).unwrap()) {
+        let [left, right] = frame.scene.lens_errors;
+        assert_eq!(left, LensError::NONE);
+        assert!((right.focal - 0.0005 * f64::from(i)).abs() < 1e-15, "{i}: {right:?}");
+        assert!(off_epipolar(&frame, &frame.scene) < 1e-12);
+    }
 }
 
 #[test]

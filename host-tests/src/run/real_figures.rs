@@ -83,8 +83,8 @@ impl Figures {
             joint_fit: rms(whole.clone().filter_map(|run| run.joint_fit)),
             bound: rms(whole.filter_map(|run| run.bound)),
             sd: Deviation {
-                translation: over(|claim| claim.sd.translation).quantile(50),
-                rotation: over(|claim| claim.sd.rotation).quantile(50),
+                translation: over(|claim| claim.sd.translation).median(),
+                rotation: over(|claim| claim.sd.rotation).median(),
             },
             t_in_sd: over(|claim| claim.error_in_sd().translation).p95_and_worst(),
             r_in_sd: over(|claim| claim.error_in_sd().rotation).p95_and_worst(),
@@ -102,7 +102,7 @@ impl Figures {
             in_use_t: used(|pair| pair.in_use.translation).median_and_worst(),
             in_use_r: used(|pair| pair.in_use.rotation).median_and_worst(),
             in_use_growth: Sorted::of(growth).quantile(100),
-            in_use_px: used(|pair| pair.rms_px.map_or(f64::NAN, |[px, _]| px)).quantile(50),
+            in_use_px: used(|pair| pair.rms_px.map_or(f64::NAN, |[px, _]| px)).median(),
         }
     }
 
@@ -192,8 +192,13 @@ impl Sorted {
         last.map_or(f64::NAN, |last| self.0[(self.0.len() * percent / 100).min(last)])
     }
 
+    fn median(&self) -> f64 {
+        let Some(last) = self.0.len().checked_sub(1) else { return f64::NAN };
+        f64::midpoint(self.0[last / 2], self.0[last.div_ceil(2)])
+    }
+
     fn median_and_worst(&self) -> [f64; 2] {
-        [50, 100].map(|percent| self.quantile(percent))
+        [self.median(), self.quantile(100)]
     }
 
     fn p95_and_worst(&self) -> [f64; 2] {
@@ -225,11 +230,14 @@ mod tests {
     }
 
     #[test]
-    fn quantiles_are_numbers_of_the_set() {
+    fn quantiles_are_numbers_of_the_set_and_medians_between() {
         let sorted = Sorted::of([3.0, 1.0, f64::NAN, 2.0].into_iter());
         let found = [0, 50, 95, 100].map(|percent| sorted.quantile(percent));
         assert_eq!(found.map(f64::to_bits), [1.0, 2.0, 3.0, 3.0].map(f64::to_bits));
-        assert!(Sorted::of(std::iter::empty()).quantile(50).is_nan());
+        for (numbers, median) in [(vec![3.0, 1.0, 2.0], 2.0), (vec![4.0, 1.0, 2.0, 3.0], 2.5)] {
+            assert!((Sorted::of(numbers.into_iter()).median() - median).abs() < 1e-12);
+        }
+        assert!(Sorted::of(std::iter::empty()).median().is_nan());
     }
 
     #[test]

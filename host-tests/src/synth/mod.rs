@@ -3,12 +3,14 @@
 mod depth;
 mod flight;
 mod grid;
+mod lens_error;
 mod rig;
 mod scenario;
 mod scene;
 
 pub use depth::Depth;
 pub use grid::Grid;
+pub use lens_error::{LensError, LensErrors};
 pub use rig::{five_degrees_off, rig};
 pub use scenario::{Scenario, ScenarioKind, ScenarioPair};
 pub use scene::{Scene, SynthPair};

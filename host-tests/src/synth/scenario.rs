@@ -14,6 +14,7 @@ use stereo_selfcal::Extrinsics;
 
 use super::depth::Depth;
 use super::flight::{self, Part};
+use super::lens_error::LensError;
 use super::rig::turned;
 use super::scene::{Scene, SynthPair};
 use crate::data::{Dataset, Rig};
@@ -70,6 +71,10 @@ pub struct Scenario {
     pub turn_deg: f64,
     /// Turn of the right camera about each axis, new with every pair of a flight, degrees RMS.
     pub vibration_deg: f64,
+    /// Whether lens errors drawn from the prior, new for every seed, come on top of those of the scene.
+    pub lens_prior: bool,
+    /// Change of the right camera's focal length from the first pair to the last, relative; even.
+    pub lens_warming: f64,
 }
 
 /// One pair of a scenario.
@@ -161,6 +166,8 @@ impl Scenario {
             pairs,
             turn_deg: kind.turn_deg(),
             vibration_deg: kind.vibration_deg(),
+            lens_prior: false,
+            lens_warming: 0.0,
         }
     }
 
@@ -228,8 +235,15 @@ impl Scenario {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(STREAM);
         let axis = Vector3::from(UnitSphere.sample(&mut rng));
+        let mut base = self.scene.clone();
+        if self.lens_prior {
+            let [left, right] = LensError::drawn(seed);
+            let [given_left, given_right] = base.lens_errors;
+            base.lens_errors = [given_left.plus(&left), given_right.plus(&right)];
+        }
         let scene = |i: usize| {
-            let scene = self.scene_of(i, &axis, &mut rng)?;
+            let mut scene = self.scene_of(&base, i, &axis, &mut rng)?;
+            scene.lens_errors[1].focal += self.lens_warming * self.flown(i)?;
             scene.check()?;
             Ok(scene)
         };
@@ -237,8 +251,14 @@ impl Scenario {
         (0..self.pairs).map(scene).enumerate().map(named).collect()
     }
 
-    fn scene_of(&self, pair: usize, axis: &Vector3<f64>, rng: &mut ChaCha8Rng) -> Result<Scene> {
-        let base = self.scene.clone();
+    fn scene_of(
+        &self,
+        base: &Scene,
+        pair: usize,
+        axis: &Vector3<f64>,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<Scene> {
+        let base = base.clone();
         Ok(match self.kind {
             ScenarioKind::Near
             | ScenarioKind::Far

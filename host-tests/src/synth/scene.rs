@@ -1,6 +1,6 @@
 //! Generated scenes: a known rig, points of known depth, Gaussian noise, gross outliers.
 //!
-//! Pinhole cameras. Left points uniform in the image (or a vertical band), depth log-uniform (or
+//! Pinhole cameras, or with lens errors that nobody is told of. Left points uniform in the image (or a vertical band), depth log-uniform (or
 //! a mixture of two, or that of a plane), noise on all four coordinates, points that miss the right image drawn again. Half of
 //! the outliers are uniform in the right image, half within +-60 px (u) and +-20 px (v) of the truth.
 //! Coordinates are rounded to the matcher's grid last.
@@ -14,6 +14,7 @@ use stereo_selfcal::Extrinsics;
 
 use super::depth::Depth;
 use super::grid::{self, Grid};
+use super::lens_error::LensError;
 use crate::data::{Dataset, LensModel, Match, Meta, Rays, rows};
 
 /// Parameters of a generated scene. `Default` is the scene of the project's figures.
@@ -23,6 +24,8 @@ pub struct Scene {
     pub size: [u16; 2],
     /// Focal length of both cameras, px; the principal point is the middle of the image.
     pub focal: f64,
+    /// Errors of the left and the right camera: what they truly are less `focal` and `size`.
+    pub lens_errors: [LensError; 2],
     /// Extrinsics: the truth.
     pub rig: Extrinsics<f64>,
     /// Standard deviation of the noise of each coordinate, px.
@@ -46,6 +49,7 @@ impl Default for Scene {
         Self {
             size: [1920, 1200],
             focal: 1400.0,
+            lens_errors: [LensError::NONE; 2],
             rig: Extrinsics::SIDE_BY_SIDE,
             noise_px: 0.3,
             outliers: 0.0,
@@ -109,6 +113,7 @@ impl Scene {
     pub fn check(&self) -> Result<()> {
         self.depth.check()?;
         self.grid.check()?;
+        self.lens_errors.iter().try_for_each(LensError::check)?;
         ensure!(self.noise_px >= 0.0 && self.noise_px.is_finite(), "noise must be 0 px or more");
         ensure!((0.0..=1.0).contains(&self.outliers), "outliers must be a share from 0 to 1");
         ensure!(self.band > 0.0 && self.band <= 1.0, "band must be above 0 and at most 1");
@@ -147,7 +152,7 @@ impl Scene {
         })
     }
 
-    /// The rig as a data set has it.
+    /// The rig as a data set has it: with the nominal cameras.
     #[must_use]
     pub fn meta(&self) -> Meta {
         let [cx, cy] = self.centre();
@@ -172,12 +177,29 @@ impl Scene {
         }
     }
 
-    /// Rays at unit depth `[p_l, p_r]` of pixels `ul vl ur vr`.
+    /// True rays at unit depth `[p_l, p_r]` of pixels `ul vl ur vr`.
     #[must_use]
     pub fn rays(&self, [ul, vl, ur, vr]: [f64; 4]) -> Rays {
-        let [cx, cy] = self.centre();
-        let ray = |u: f64, v: f64| Vector3::new((u - cx) / self.focal, (v - cy) / self.focal, 1.0);
-        [ray(ul, vl), ray(ur, vr)]
+        let centre @ [cx, cy] = self.centre();
+        let ray = |error: &LensError, u: f64, v: f64| {
+            if *error == LensError::NONE {
+                return Vector3::new((u - cx) / self.focal, (v - cy) / self.focal, 1.0);
+            }
+            let [x, y] = error.ray(self.focal, centre, [u, v]);
+            Vector3::new(x, y, 1.0)
+        };
+        let [left, right] = &self.lens_errors;
+        [ray(left, ul, vl), ray(right, ur, vr)]
+    }
+
+    /// Pixel of a point in the right camera frame.
+    fn right_pixel(&self, p: &Vector3<f64>) -> [f64; 2] {
+        let centre @ [cx, cy] = self.centre();
+        let [_, error] = &self.lens_errors;
+        if *error == LensError::NONE {
+            return [cx + self.focal * p.x / p.z, cy + self.focal * p.y / p.z];
+        }
+        error.pixel(self.focal, centre, [p.x / p.z, p.y / p.z])
     }
 
     fn centre(&self) -> [f64; 2] {
@@ -225,15 +247,13 @@ impl Scene {
     /// * `depth`: the part of the scene's depth that the point is of.
     fn point(&self, depth: Depth, rng: &mut ChaCha8Rng) -> Option<[f64; 4]> {
         let [width, height] = self.size.map(f64::from);
-        let [cx, cy] = self.centre();
         let middle = self.band_centre * (height - 1.0);
         let ul = rng.random_range(0.0..width - 1.0);
         let vl = middle + rng.random_range(-0.5..0.5) * self.band * (height - 1.0);
         let [ray, _] = self.rays([ul, vl, ul, vl]);
         let p_l = ray * depth.along(&ray, rng)?;
         let p_r = self.rig.rotation() * p_l + self.rig.translation().into_inner();
-        let ur = cx + self.focal * p_r.x / p_r.z;
-        let vr = cy + self.focal * p_r.y / p_r.z;
+        let [ur, vr] = self.right_pixel(&p_r);
         let inside = (0.0..=width - 1.0).contains(&ur) && (0.0..=height - 1.0).contains(&vr);
         (p_r.z > 0.0 && inside).then_some([ul, vl, ur, vr])
     }

@@ -1,7 +1,7 @@
 //! Cases of `selfcal campaign real`.
 
-use anyhow::Result;
-use host_tests::synth::{Depth, Scenario, ScenarioKind, Scene, five_degrees_off, rig};
+use anyhow::{Error, Result};
+use host_tests::synth::{Depth, LensErrors, Scenario, ScenarioKind, Scene, five_degrees_off, rig};
 use stereo_selfcal::Extrinsics;
 
 /// Share of outliers unless said otherwise.
@@ -47,6 +47,16 @@ impl Case {
         self.with(|scene| scene.rig = rig)
     }
 
+    /// * `errors`: as the option `--lens-error`, or `none`.
+    fn with_lens(mut self, errors: &str) -> Result<Self> {
+        if errors != "none" {
+            let errors: LensErrors = errors.parse().map_err(Error::msg)?;
+            self.scenario.lens_prior = errors.prior;
+            self.scenario.scene.lens_errors = errors.given;
+        }
+        Ok(self)
+    }
+
     fn with_camera(self, (focal, size): (f64, [u16; 2])) -> Self {
         self.with(|scene| (scene.focal, scene.size) = (focal, size))
     }
@@ -54,7 +64,11 @@ impl Case {
 
 /// All cases, group by group.
 pub(super) fn all() -> Result<Vec<Case>> {
-    Ok([ideal(), altitude()?].concat())
+    let rig = rig([3.0, -2.0, 4.0], [3.0, -3.0])?;
+    let mut cases = ideal();
+    let others = [altitude(), lens()?, long()?, moving()?].concat();
+    cases.extend(others.into_iter().map(|case| case.with_rig(rig)));
+    Ok(cases)
 }
 
 /// The scenes of the project's figures: what a change for real rigs must not cost.
@@ -69,9 +83,8 @@ fn ideal() -> Vec<Case> {
 }
 
 /// Disparities from far above the noise to far below it.
-fn altitude() -> Result<Vec<Case>> {
-    let rig = rig([3.0, -2.0, 4.0], [3.0, -3.0])?;
-    let case = |name: String, kind, pairs| Case::new("altitude", name, kind, pairs).with_rig(rig);
+fn altitude() -> Vec<Case> {
+    let case = |name: String, kind, pairs| Case::new("altitude", name, kind, pairs);
     let depths = |camera: (f64, [u16; 2]), range: [f64; 2]| {
         let name = format!("f{}-{}-{}", camera.0, range[0], range[1]);
         let case = case(name, ScenarioKind::Altitude, 60).with_camera(camera);
@@ -92,5 +105,63 @@ fn altitude() -> Result<Vec<Case>> {
             cases.push(case(format!("{kind}-f{}", camera.0), kind, 100).with_camera(camera));
         }
     }
-    Ok(cases)
+    cases
+}
+
+/// Each lens error alone, and all from the prior.
+fn lens() -> Result<Vec<Case>> {
+    [
+        "none",
+        "f_r=0.01%",
+        "f_r=0.02%",
+        "f_r=0.05%",
+        "f_r=0.1%",
+        "f_r=0.2%",
+        "f_r=0.5%",
+        "f_r=1%",
+        "k1_r=0.0002",
+        "k1_r=0.002",
+        "k1_r=0.005",
+        "k1_r=0.02",
+        "cx_r=1",
+        "cx_r=5",
+        "cy_r=0.5",
+        "cy_r=2",
+        "p1_r=0.0005",
+        "p2_r=0.0005",
+        "k2_r=0.01",
+        "aspect_r=0.2%",
+        "f_both=0.2%",
+        "f_both=1%",
+        "k1_both=0.02",
+        "prior",
+    ]
+    .map(|errors| Case::new("lens", errors, ScenarioKind::Near, 200).with_lens(errors))
+    .into_iter()
+    .collect()
+}
+
+/// Small lens errors, which show in time.
+fn long() -> Result<Vec<Case>> {
+    ["none", "f_r=0.01%", "f_r=0.02%", "cx_r=1", "cy_r=0.5"]
+        .map(|errors| Case::new("long", errors, ScenarioKind::Near, 1000).with_lens(errors))
+        .into_iter()
+        .collect()
+}
+
+/// A rig that moves, with a wrong lens.
+fn moving() -> Result<Vec<Case>> {
+    let case = |kind: ScenarioKind, turn_deg: f64, errors: &str| {
+        let mut case = Case::new("moving", format!("{kind}-{turn_deg}-{errors}"), kind, 200);
+        case.scenario.turn_deg = turn_deg;
+        case.with_lens(errors)
+    };
+    [
+        case(ScenarioKind::Drift, 0.005, "none"),
+        case(ScenarioKind::Drift, 0.005, "f_r=0.1%"),
+        case(ScenarioKind::Drift, 0.005, "f_r=0.2%"),
+        case(ScenarioKind::Step, 0.5, "f_r=0.1%"),
+    ]
+    .into_iter()
+    .collect()
 }
