@@ -5,7 +5,7 @@ use std::fs;
 use assert_cmd::Command;
 use serde_json::Value;
 
-const SCENES: [&str; 15] = [
+const SCENES: [&str; 17] = [
     "near",
     "far",
     "very-far",
@@ -19,6 +19,8 @@ const SCENES: [&str; 15] = [
     "planar",
     "fronto-parallel",
     "parked",
+    "parked-landmarks",
+    "creeping",
     "step",
     "drift",
 ];
@@ -150,6 +152,11 @@ fn options_given_beside_a_scene_win() {
     let wrong = ["synth", "--pairs", "5", "--lens-error", "f_r=1%", "--json"];
     assert_ne!(json(&wrong), json(&["synth", "--pairs", "5", "--json"]));
     assert!(failure(&["synth", "--lens-error", "z_r=1"], 2).contains("none of"));
+    let calm = ["synth", "creeping", "--creep-px", "0", "--pairs", "5", "--json"];
+    assert_ne!(json(&["synth", "creeping", "--pairs", "5", "--json"]), json(&calm));
+    for option in ["--creep-px", "--landmark-noise"] {
+        assert!(failure(&["synth", "parked", option, "1"], 1).contains(option));
+    }
     let error = failure(&["synth", "planar", "--step-deg", "1"], 1);
     assert!(error.contains("--step-deg"), "{error}");
 }

@@ -27,6 +27,7 @@ use super::run::RunArgs;
   selfcal synth step --step-deg 1 --pairs 40
   selfcal synth flight --pairs 400 --lens-warming 0.001
   selfcal synth --pairs 200 --lens-error f_r=0.1%,cx_r=1
+  selfcal synth creeping --creep-px 4 --pairs 200
   selfcal synth --pairs 20 --seed 7 --out my_scene && selfcal replay my_scene
   selfcal synth --pairs 1000 --outliers 0.3 --rays near.pairs && selfcal bench near.pairs")]
 pub(crate) struct SynthArgs {
@@ -42,9 +43,19 @@ pub(crate) struct SynthArgs {
     #[arg(long, value_name = "N")]
     matches: Option<usize>,
 
-    /// Standard deviation of each coordinate, px.
-    #[arg(long, default_value_t = 0.3, value_name = "PX")]
-    noise: f64,
+    /// Standard deviation of each coordinate, new in every pair, px [default: 0.3, parked-landmarks and
+    /// creeping 0.1].
+    #[arg(long, value_name = "PX")]
+    noise: Option<f64>,
+
+    /// Standard deviation of the matching error of each coordinate that a landmark keeps, px; scenes
+    /// parked-landmarks and creeping only [default: 0.3].
+    #[arg(long, value_name = "PX")]
+    landmark_noise: Option<f64>,
+
+    /// Way of the landmarks through the images from pair to pair, px; scene creeping only [default: 2].
+    #[arg(long, value_name = "PX", allow_hyphen_values = true)]
+    creep_px: Option<f64>,
 
     /// Share of gross outliers, 0 to 1 [default: 0, flight 0.3].
     #[arg(long, value_name = "SHARE")]
@@ -128,13 +139,19 @@ impl SynthArgs {
         let drift = self.drift_deg.filter(|_| self.scene == ScenarioKind::Drift);
         ensure!(step == self.step_deg, "--step-deg is an option of the scenes step and flight");
         ensure!(drift == self.drift_deg, "--drift-deg is an option of the scene drift");
+        ensure!(
+            self.landmark_noise.is_none() || self.scene.keeps_landmarks(),
+            "--landmark-noise is an option of the scenes parked-landmarks and creeping"
+        );
+        let creeps = self.creep_px.is_none() || self.scene == ScenarioKind::Creeping;
+        ensure!(creeps, "--creep-px is an option of the scene creeping");
         let lens = self.lens_error.unwrap_or_default();
         let scene = Scene {
             size: self.size,
             focal: self.focal,
             lens_errors: lens.given,
             rig: rig(self.rotation, self.baseline)?,
-            noise_px: self.noise,
+            noise_px: self.noise.unwrap_or(named.scene.noise_px),
             outliers: self.outliers.unwrap_or(named.scene.outliers),
             depth: self.depth.map_or(named.scene.depth, |range| named.scene.depth.within(range)),
             band: self.band.unwrap_or(named.scene.band),
@@ -147,6 +164,8 @@ impl SynthArgs {
             turn_deg: step.or(drift).unwrap_or(named.turn_deg),
             lens_prior: lens.prior,
             lens_warming: self.lens_warming,
+            landmark_px: self.landmark_noise.unwrap_or(named.landmark_px),
+            creep_px: self.creep_px.unwrap_or(named.creep_px),
             ..named
         })
     }

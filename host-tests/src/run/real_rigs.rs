@@ -49,7 +49,7 @@ pub struct RealRun {
     pub start: Deviation<f64>,
     /// Error of the joint fit of all true matches; `None` where the rig moves, or there is no fit.
     pub joint_fit: Option<Deviation<f64>>,
-    /// Cramer-Rao bound of all true matches; `None` where the rig moves.
+    /// Cramer-Rao bound of all true matches, as if all noise were new; `None` where the rig moves.
     pub bound: Option<Deviation<f64>>,
 }
 
@@ -123,7 +123,7 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Real
         pairs,
         start: Deviation::between(&Extrinsics::SIDE_BY_SIDE, rig),
         joint_fit: joint_fit.map(|fit| Deviation::between(&fit, rig)),
-        bound: known.then(|| cramer_rao(rig, clean.iter(), last.noise_px / last.focal)),
+        bound: known.then(|| cramer_rao(rig, clean.iter(), scenario.noise_px() / last.focal)),
     })
 }
 

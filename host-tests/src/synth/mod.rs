@@ -4,6 +4,7 @@ mod depth;
 mod flight;
 mod grid;
 mod lens_error;
+mod points;
 mod rig;
 mod scenario;
 mod scene;

@@ -15,6 +15,7 @@ use stereo_selfcal::Extrinsics;
 use super::depth::Depth;
 use super::flight::{self, Part};
 use super::lens_error::LensError;
+use super::points::{Landmarks, Points};
 use super::rig::turned;
 use super::scene::{Scene, SynthPair};
 use crate::data::{Dataset, Rig};
@@ -49,6 +50,11 @@ pub enum ScenarioKind {
     FrontoParallel,
     /// The vehicle stands still: the same points and outliers in every pair, only the noise is new.
     Parked,
+    /// The vehicle stands still for two thirds of the run, then moves: each landmark has a matching error of
+    /// its own, which stays.
+    ParkedLandmarks,
+    /// The vehicle creeps: landmarks with matching errors of their own pass slowly through the images.
+    Creeping,
     /// The right camera turns once, in mid run, about a random axis.
     Step,
     /// The right camera turns a little with every pair, about a fixed random axis.
@@ -75,6 +81,11 @@ pub struct Scenario {
     pub lens_prior: bool,
     /// Change of the right camera's focal length from the first pair to the last, relative; even.
     pub lens_warming: f64,
+    /// Standard deviation of the matching error of each coordinate that a landmark keeps, px; of parked
+    /// landmarks and creeping. The noise of the scene comes on top, new in every pair.
+    pub landmark_px: f64,
+    /// Way of the landmarks through the images from pair to pair, px; of creeping.
+    pub creep_px: f64,
 }
 
 /// One pair of a scenario.
@@ -114,6 +125,7 @@ impl ScenarioKind {
             Self::Sky => few_near(0.05, [1e5, 1e7]),
             Self::Heterogeneous => Scene { matches: 512, ..depth(3.0, 800.0) },
             Self::Flight => Scene { outliers: flight::OUTLIERS, ..depth(3.0, 80.0) },
+            Self::ParkedLandmarks | Self::Creeping => Scene { noise_px: 0.1, ..depth(3.0, 80.0) },
             Self::NarrowBand => Scene { band: NARROW_BAND, ..depth(3.0, 80.0) },
             Self::Near
             | Self::Climb
@@ -142,6 +154,12 @@ impl ScenarioKind {
         if self == Self::Flight { flight::VIBRATION_DEG } else { 0.0 }
     }
 
+    /// Whether landmarks have matching errors of their own.
+    #[must_use]
+    pub fn keeps_landmarks(self) -> bool {
+        matches!(self, Self::ParkedLandmarks | Self::Creeping)
+    }
+
     /// Whether the rig moves.
     #[must_use]
     pub fn moves(self) -> bool {
@@ -168,6 +186,8 @@ impl Scenario {
             vibration_deg: kind.vibration_deg(),
             lens_prior: false,
             lens_warming: 0.0,
+            landmark_px: if kind.keeps_landmarks() { 0.3 } else { 0.0 },
+            creep_px: if kind == ScenarioKind::Creeping { 2.0 } else { 0.0 },
         }
     }
 
@@ -193,19 +213,32 @@ impl Scenario {
     pub fn frames(&self, seed: u64) -> Result<impl Iterator<Item = ScenarioPair> + use<>> {
         self.scene.check()?;
         let scenes = self.scenes(seed)?;
-        let parked = self.kind == ScenarioKind::Parked;
+        ensure!(self.creep_px.is_finite(), "creep must be finite");
+        let error_px = self.landmark_px;
+        ensure!(error_px >= 0.0 && error_px.is_finite(), "landmark noise must be 0 px or more");
+        let mut points = self.points();
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut first: Option<SynthPair> = None;
-        Ok(scenes.into_iter().map(move |scene| {
-            let pair = match &first {
-                Some(first) => scene.pair_again(first, &mut rng),
-                None => scene.pair(&mut rng),
-            };
-            if parked && first.is_none() {
-                first = Some(pair.clone());
-            }
+        Ok(scenes.into_iter().enumerate().map(move |(at, scene)| {
+            let pair = points.pair(at, &scene, &mut rng);
             ScenarioPair { scene, pair }
         }))
+    }
+
+    fn points(&self) -> Points {
+        let new_from = match self.kind {
+            ScenarioKind::ParkedLandmarks => self.pairs * 2 / 3,
+            ScenarioKind::Creeping => usize::MAX,
+            ScenarioKind::Parked => return Points::Again(None),
+            _ => return Points::New,
+        };
+        let Self { landmark_px: error_px, creep_px, .. } = *self;
+        Points::Landmarks(Landmarks { error_px, creep_px, new_from, seen: Vec::new() })
+    }
+
+    /// Standard deviation of each coordinate of a true match, px: noise and what its landmark keeps.
+    #[must_use]
+    pub fn noise_px(&self) -> f64 {
+        self.scene.noise_px.hypot(self.landmark_px)
     }
 
     /// The pairs as a data set.
@@ -267,7 +300,9 @@ impl Scenario {
             | ScenarioKind::NearFew
             | ScenarioKind::Sky
             | ScenarioKind::NarrowBand
-            | ScenarioKind::Parked => base,
+            | ScenarioKind::Parked
+            | ScenarioKind::ParkedLandmarks
+            | ScenarioKind::Creeping => base,
             ScenarioKind::Climb => climbed(&base, self.flown(pair)?),
             ScenarioKind::Descent => climbed(&base, 1.0 - self.flown(pair)?),
             ScenarioKind::Heterogeneous => heterogeneous(&base, rng),

@@ -207,10 +207,10 @@ impl Scene {
     }
 
     /// The next pair. The scene must have been checked.
-    pub(crate) fn pair(&self, rng: &mut ChaCha8Rng) -> SynthPair {
+    pub(super) fn pair(&self, rng: &mut ChaCha8Rng) -> SynthPair {
         let inlier: Vec<bool> =
             (0..self.matches).map(|_| !rng.random_bool(self.outliers.clamp(0.0, 1.0))).collect();
-        let clean: Vec<[f64; 4]> = (0..self.matches).map(|_| self.seen_point(rng)).collect();
+        let clean: Vec<[f64; 4]> = (0..self.matches).map(|_| self.seen_point(rng).0).collect();
         let (matched, matches) = inlier
             .iter()
             .zip(&clean)
@@ -224,16 +224,16 @@ impl Scene {
     }
 
     /// The points and outliers of a pair seen again: only the noise is new.
-    pub(crate) fn pair_again(&self, pair: &SynthPair, rng: &mut ChaCha8Rng) -> SynthPair {
+    pub(super) fn pair_again(&self, pair: &SynthPair, rng: &mut ChaCha8Rng) -> SynthPair {
         let again = pair.matched.iter().zip(&pair.matches);
         let matches = again.map(|(&pixels, m)| self.observed(pixels, m.step, rng)).collect();
         SynthPair { matches, ..pair.clone() }
     }
 
-    /// Pixels of one point that both cameras see, without noise.
+    /// Pixels of one point that both cameras see, without noise, and its depth in baselines.
     ///
     /// Ends with certainty: [`Scene::check`] has found such points.
-    fn seen_point(&self, rng: &mut ChaCha8Rng) -> [f64; 4] {
+    pub(super) fn seen_point(&self, rng: &mut ChaCha8Rng) -> ([f64; 4], f64) {
         let part = self.depth.part(rng);
         loop {
             if let Some(seen) = self.point(part, rng) {
@@ -245,21 +245,29 @@ impl Scene {
     /// Pixels of one point of the left view, if the right camera sees it too.
     ///
     /// * `depth`: the part of the scene's depth that the point is of.
-    fn point(&self, depth: Depth, rng: &mut ChaCha8Rng) -> Option<[f64; 4]> {
+    fn point(&self, depth: Depth, rng: &mut ChaCha8Rng) -> Option<([f64; 4], f64)> {
         let [width, height] = self.size.map(f64::from);
         let middle = self.band_centre * (height - 1.0);
         let ul = rng.random_range(0.0..width - 1.0);
         let vl = middle + rng.random_range(-0.5..0.5) * self.band * (height - 1.0);
         let [ray, _] = self.rays([ul, vl, ul, vl]);
-        let p_l = ray * depth.along(&ray, rng)?;
-        let p_r = self.rig.rotation() * p_l + self.rig.translation().into_inner();
+        let depth = depth.along(&ray, rng)?;
+        Some((self.seen_from([ul, vl], depth)?, depth))
+    }
+
+    /// Pixels of the point at a left pixel and a depth, in baselines, if both cameras see it.
+    pub(super) fn seen_from(&self, [ul, vl]: [f64; 2], depth: f64) -> Option<[f64; 4]> {
+        let [width, height] = self.size.map(f64::from);
+        let inside =
+            |u: f64, v: f64| (0.0..=width - 1.0).contains(&u) && (0.0..=height - 1.0).contains(&v);
+        let [ray, _] = self.rays([ul, vl, ul, vl]);
+        let p_r = self.rig.rotation() * (ray * depth) + self.rig.translation().into_inner();
         let [ur, vr] = self.right_pixel(&p_r);
-        let inside = (0.0..=width - 1.0).contains(&ur) && (0.0..=height - 1.0).contains(&vr);
-        (p_r.z > 0.0 && inside).then_some([ul, vl, ur, vr])
+        (p_r.z > 0.0 && inside(ul, vl) && inside(ur, vr)).then_some([ul, vl, ur, vr])
     }
 
     /// The same left point with a wrong right one.
-    fn outlier(&self, [ul, vl, ur, vr]: [f64; 4], rng: &mut ChaCha8Rng) -> [f64; 4] {
+    pub(super) fn outlier(&self, [ul, vl, ur, vr]: [f64; 4], rng: &mut ChaCha8Rng) -> [f64; 4] {
         let [width, height] = self.size.map(f64::from);
         if rng.random() {
             let u = rng.random_range(0.0..width - 1.0);
@@ -271,7 +279,7 @@ impl Scene {
     }
 
     /// Pixels as the matcher gives them: with noise, on its grid.
-    fn observed(&self, pixels: [f64; 4], step: f64, rng: &mut ChaCha8Rng) -> Match {
+    pub(super) fn observed(&self, pixels: [f64; 4], step: f64, rng: &mut ChaCha8Rng) -> Match {
         let normal = Normal::new(0.0, self.noise_px).expect("checked: finite and not negative");
         let last = self.size.map(|n| f64::from(n - 1));
         // A coordinate pushed out of the image stops at its border, as a matcher's would.

@@ -66,7 +66,7 @@ impl Case {
 pub(super) fn all() -> Result<Vec<Case>> {
     let rig = rig([3.0, -2.0, 4.0], [3.0, -3.0])?;
     let mut cases = ideal();
-    let others = [altitude(), lens()?, long()?, moving()?].concat();
+    let others = [altitude(), lens()?, long()?, moving()?, parked()].concat();
     cases.extend(others.into_iter().map(|case| case.with_rig(rig)));
     Ok(cases)
 }
@@ -164,4 +164,17 @@ fn moving() -> Result<Vec<Case>> {
     ]
     .into_iter()
     .collect()
+}
+
+/// Matches whose errors stay as long as their landmarks are seen.
+fn parked() -> Vec<Case> {
+    let mut parked = Case::new("parked", "landmarks", ScenarioKind::ParkedLandmarks, 300);
+    parked.also_after = vec![200, 220];
+    let creeping = [2.0, 4.0, 10.0].map(|px| {
+        let name = format!("creeping-{px}");
+        let mut case = Case::new("creeping", name, ScenarioKind::Creeping, 200);
+        case.scenario.creep_px = px;
+        case
+    });
+    [vec![parked], creeping.to_vec()].concat()
 }
