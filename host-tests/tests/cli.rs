@@ -64,6 +64,10 @@ fn json_has_the_stable_fields_and_no_others() {
         "sd_translation",
         "rms_px_before",
         "rms_px_after",
+        "in_use",
+        "armed",
+        "reasons",
+        "locked_at",
     ];
     fields.sort_unstable();
     expected.sort_unstable();
@@ -72,6 +76,48 @@ fn json_has_the_stable_fields_and_no_others() {
     assert_eq!(object["R"].as_array().unwrap().len(), 9);
     assert_eq!(object["t"].as_array().unwrap().len(), 3);
     assert!(object["rms_px_after"].as_f64().unwrap() < object["rms_px_before"].as_f64().unwrap());
+}
+
+#[test]
+fn what_is_applied_is_in_use_and_what_is_not_says_why() {
+    let scene = ["synth", "--pairs", "12", "--rotation", "3,-2,1", "--json"];
+    let never = json(&scene);
+    assert_eq!(never["in_use"]["rms_px"], never["rms_px_before"]);
+    assert!(never["in_use"]["e_theta"].as_f64().unwrap() > 0.06);
+    assert_eq!(never["armed"], false);
+    assert_eq!(never["reasons"], serde_json::json!(["no, misaligned"]));
+    let applied = json(&[&scene[..], &["--apply", "each"]].concat());
+    for (in_use, estimate) in [("e_t", "e_t"), ("e_theta", "e_theta"), ("rms_px", "rms_px_after")] {
+        assert_eq!(applied["in_use"][in_use], applied[estimate], "{in_use}");
+    }
+    assert_eq!(applied["armed"], true);
+    assert_eq!(applied["reasons"], serde_json::json!([]));
+    let at = applied["locked_at"].as_u64().unwrap();
+    assert!((1..8).contains(&at) && never["locked_at"] == at, "{at}");
+}
+
+#[test]
+fn the_trace_has_a_row_a_pair() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("trace.csv");
+    let trace = ["--trace", file.to_str().unwrap(), "--apply", "each"];
+    let rows = || -> Vec<Vec<String>> {
+        let text = fs::read_to_string(&file).unwrap();
+        text.lines().map(|line| line.split(',').map(String::from).collect()).collect()
+    };
+    stdout(&[&["synth", "--pairs", "9", "--rotation", "3,-2,1"][..], &trace].concat());
+    let synth = rows();
+    let header = "pair,state,verdict,armed,doubt,matches,fit,rms_px_in_use,rms_px_proposed,\
+                  sd_rotation,sd_translation,r11,r12,r13,r21,r22,r23,r31,r32,r33,t1,t2,t3,\
+                  u11,u12,u13,u21,u22,u23,u31,u32,u33,v1,v2,v3";
+    assert_eq!(synth[0].join(","), header);
+    assert_eq!(synth.len(), 10);
+    assert_eq!(synth[1][..5], ["0", "acquiring", "fused", "false", ""]);
+    assert_eq!(synth[1][23..], ["1", "0", "0", "0", "1", "0", "0", "0", "1", "-1", "0", "0"]);
+    assert_eq!(synth[9][..4], ["8", "locked", "fused", "true"]);
+    assert_eq!(synth[9][11..23], synth[9][23..]);
+    stdout(&[&["replay", "opencv_chess_corners"][..], &trace].concat());
+    assert_eq!((rows().len(), &rows()[0]), (14, &synth[0]));
 }
 
 #[test]

@@ -7,6 +7,7 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use host_tests::data::conventions::{Document, Format};
 use host_tests::data::{Dataset, Meta, rows};
+use host_tests::run::Apply;
 use stereo_selfcal::State;
 
 use super::setup::Setup;
@@ -74,7 +75,7 @@ impl ExportArgs {
     }
 
     fn calibrated(&self, set: Dataset) -> Result<Meta> {
-        let log = self.setup.replay(&set, |_| ())?;
+        let log = self.setup.replay(&set, Apply::Never, |_| ())?;
         let estimate = log.fused().with_context(|| {
             format!("none of the {} pairs of {} could be fused", set.pairs.len(), set.name)
         })?;

@@ -7,7 +7,7 @@ use anyhow::{Result, bail};
 use clap::Args;
 use host_tests::data::Dataset;
 use host_tests::evidence::run_page::Replayed;
-use host_tests::run::{RunLog, Step, progress};
+use host_tests::run::{Apply, RunLog, Step, progress, trace};
 
 use super::setup::Setup;
 
@@ -17,9 +17,20 @@ pub(crate) struct RunArgs {
     #[command(flatten)]
     setup: Setup,
 
+    /// When the estimate is put into use.
+    #[arg(long, value_enum, default_value_t = Apply::Never)]
+    apply: Apply,
+
     /// Print one JSON object and nothing else. Angles in rad, R row-major.
     #[arg(long)]
     json: bool,
+
+    /// Write a row a pair into this file: pair, state, verdict, armed, doubt, matches, fit, rms_px_in_use,
+    /// rms_px_proposed, sd_rotation, sd_translation, the estimate (r11..r33,t1,t2,t3) and what is in use
+    /// after the pair (u11..u33,v1,v2,v3). The health behind armed, fit and both RMS is read before the
+    /// estimate is applied. Angles in rad. A file of an earlier run is replaced.
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
 
     /// Write a page of the run into this folder: index.html with states, row offsets, errors, coverage
     /// and the estimates on their spheres, its numbers in csv/, and the calibrated rig for OpenCV, Kalibr
@@ -32,6 +43,9 @@ impl RunArgs {
     /// Runs the calibrator over a data set and prints the result.
     pub(super) fn run(&self, set: &Dataset) -> Result<()> {
         let log = self.replay(set)?;
+        if let Some(file) = &self.trace {
+            trace::write(file, log.steps())?;
+        }
         let summary = log.summary(set)?;
         let mut out = io::stdout();
         let page = self.report.as_ref().map(|dir| write_page(set, &log, dir)).transpose()?;
@@ -64,7 +78,7 @@ impl RunArgs {
             }
             bar.inc(1);
         };
-        let log = self.setup.replay(set, each)?;
+        let log = self.setup.replay(set, self.apply, each)?;
         bar.finish_and_clear();
         written?;
         Ok(log)

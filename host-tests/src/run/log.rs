@@ -4,8 +4,11 @@ use std::fmt;
 
 use anyhow::Result;
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Extrinsics, Fused, PairError, PairReport, Proposal, Refusal, Scalar, Stop};
+use stereo_selfcal::{
+    Extrinsics, Fused, Health, PairError, PairReport, Proposal, Refusal, Scalar, State, Stop,
+};
 
+use super::checked::Checked;
 use super::estimate::Estimate;
 use crate::data::in_f64;
 
@@ -35,6 +38,8 @@ pub struct Step {
     pub running: Option<Deviation<f64>>,
     /// The running estimate after this pair.
     pub estimate: Option<Estimate>,
+    /// What a vehicle knows after this pair, where the run has noted it.
+    pub checked: Option<Checked>,
 }
 
 /// The estimate of one pair.
@@ -102,8 +107,23 @@ impl RunLog {
             }
         };
         let estimate = self.fused;
-        self.steps.push(Step { offered, taken, verdict, solved, running, estimate });
+        self.steps.push(Step { offered, taken, verdict, solved, running, estimate, checked: None });
         &self.steps[self.steps.len() - 1]
+    }
+
+    /// Notes what a vehicle knows after the pair recorded last.
+    ///
+    /// * `health`: over that pair, before the estimate was applied.
+    pub fn check<T: Scalar>(
+        &mut self,
+        state: State,
+        in_use: &Extrinsics<T>,
+        health: Option<&Health<T>>,
+    ) {
+        let checked = Checked::of(state, in_use, health, &self.truth);
+        if let Some(step) = self.steps.last_mut() {
+            step.checked = Some(checked);
+        }
     }
 
     fn solved<T: Scalar>(&self, report: &PairReport<T>) -> Solved {
@@ -122,6 +142,13 @@ impl RunLog {
     #[must_use]
     pub fn steps(&self) -> &[Step] {
         &self.steps
+    }
+
+    /// First pair, from 0, after which the state was locked.
+    #[must_use]
+    pub fn locked_at(&self) -> Option<usize> {
+        let locked = |step: &Step| step.checked.is_some_and(|c| c.state == State::Locked);
+        self.steps.iter().position(locked)
     }
 
     /// Where the run started.

@@ -1,5 +1,6 @@
 //! Runs of the calibrator over data: pair by pair, whole, and many of them.
 
+mod checked;
 mod estimate;
 mod log;
 #[cfg(feature = "selfcal")]
@@ -14,8 +15,10 @@ mod replay;
 pub mod single_pairs;
 mod summary;
 pub mod timeline;
+pub mod trace;
 
+pub use checked::{Checked, Checks};
 pub use estimate::Estimate;
 pub use log::{RunLog, Solved, Step, Verdict};
-pub use replay::{CAPACITY, replay, replay_within};
-pub use summary::{SCREEN_PX, Summary, row_offsets_px};
+pub use replay::{Apply, CAPACITY, replay, replay_within};
+pub use summary::{InUse, SCREEN_PX, Summary, row_offsets_px};

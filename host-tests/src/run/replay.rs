@@ -9,7 +9,17 @@ use crate::data::{Dataset, Match, in_f64};
 /// Default capacity of a replay, correspondences a pair.
 pub const CAPACITY: usize = 2048;
 
-/// Replays every pair.
+/// When the estimate is put into use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum Apply {
+    /// Never: the extrinsics in use stay those of the start.
+    #[default]
+    Never,
+    /// After every pair, as a vehicle would.
+    Each,
+}
+
+/// Replays every pair; nothing is applied.
 ///
 /// # Errors
 /// As [`replay_within`].
@@ -19,12 +29,13 @@ pub fn replay<T: Scalar>(
     start: Extrinsics<T>,
     each: impl FnMut(&Step),
 ) -> Result<RunLog> {
-    replay_within::<T, CAPACITY>(set, config, start, each)
+    replay_within::<T, CAPACITY>(set, config, start, Apply::Never, each)
 }
 
 /// Replays every pair through a calibrator of a capacity, which selects from longer pairs.
 ///
 /// * `start`: extrinsics that every pair starts from.
+/// * `apply`: when the estimate is put into use.
 /// * `each`: called after each pair.
 ///
 /// # Errors
@@ -33,6 +44,7 @@ pub fn replay_within<T: Scalar, const N: usize>(
     set: &Dataset,
     config: Config,
     start: Extrinsics<T>,
+    apply: Apply,
     mut each: impl FnMut(&Step),
 ) -> Result<RunLog> {
     let mut calibrator = Box::new(Calibrator::<T, N>::new(config));
@@ -40,7 +52,9 @@ pub fn replay_within<T: Scalar, const N: usize>(
     calibrator.set_factory(start);
     let mut log = RunLog::new(set.truth()?, in_f64(&start)).with_truths(set.truths()?);
     for pair in &set.pairs {
-        each(replay_pair(&mut calibrator, pair, &mut log));
+        if let Some(step) = replay_pair(&mut calibrator, pair, apply, &mut log) {
+            each(step);
+        }
     }
     Ok(log)
 }
@@ -48,14 +62,23 @@ pub fn replay_within<T: Scalar, const N: usize>(
 fn replay_pair<'a, T: Scalar, const N: usize>(
     calibrator: &mut Calibrator<T, N>,
     pair: &[Match],
+    apply: Apply,
     log: &'a mut RunLog,
-) -> &'a Step {
+) -> Option<&'a Step> {
     for m in pair {
         // Refusals are counted in the batch and shown with the pair.
         let _ = calibrator.push(&m.correspondence());
     }
     let taken = calibrator.batch().pairs().len();
     let outcome = calibrator.solve_pair().map(|report| (report, calibrator.fuse()));
+    // Over the batch: before it is cleared.
+    let health = calibrator.health();
+    if apply == Apply::Each {
+        // What is not locked yet, or doubted, is not applied; the health says so.
+        let _ = calibrator.apply();
+    }
     calibrator.clear_pair();
-    log.record([pair.len(), taken], outcome, calibrator.proposal().as_ref())
+    log.record([pair.len(), taken], outcome, calibrator.proposal().as_ref());
+    log.check(calibrator.state(), calibrator.in_use(), health.as_ref());
+    log.steps().last()
 }

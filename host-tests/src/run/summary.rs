@@ -48,6 +48,25 @@ pub struct Summary {
     /// the fused ones. The RMS covers only matches that fit the latter.
     #[serde(skip)]
     pub in_row: Option<[f64; 2]>,
+    /// Extrinsics in use after the last pair.
+    pub in_use: Option<InUse>,
+    /// Whether the health over the last pair says yes to arming.
+    pub armed: bool,
+    /// What speaks against arming or against the estimate.
+    pub reasons: Vec<String>,
+    /// First pair, from 0, after which the state was locked.
+    pub locked_at: Option<usize>,
+}
+
+/// The extrinsics in use. Angles in rad.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct InUse {
+    /// Error of the baseline direction.
+    pub e_t: f64,
+    /// Error of the rotation.
+    pub e_theta: f64,
+    /// RMS row offset over the matches of `rms_px_before` and `rms_px_after`, px.
+    pub rms_px: Option<f64>,
 }
 
 impl RunLog {
@@ -61,10 +80,17 @@ impl RunLog {
         let singles = self.steps().iter().filter(accepted).filter_map(|step| step.solved);
         let sigma = Deviation::root_mean_square(singles.map(|solved| solved.error));
         let error = fused.map(|f| Deviation::between(&f.extrinsics, self.truth()));
+        let checked = self.steps().last().and_then(|step| step.checked);
+        let used = checked.map_or(*self.factory(), |checked| checked.in_use);
         let rows = match fused {
-            Some(f) => RowOffsets::over(set, self.factory(), &f.extrinsics)?,
+            Some(f) => RowOffsets::over(set, [self.factory(), &f.extrinsics, &used])?,
             None => None,
         };
+        let in_use = checked.map(|checked| InUse {
+            e_t: checked.error.translation,
+            e_theta: checked.error.rotation,
+            rms_px: rows.map(|rows| rows.rms_px[2]),
+        });
         Ok(Summary {
             pairs: self.steps().len(),
             accepted: self.steps().iter().filter(accepted).count(),
@@ -80,6 +106,10 @@ impl RunLog {
             rms_px_before: rows.map(|rows| rows.rms_px[0]),
             rms_px_after: rows.map(|rows| rows.rms_px[1]),
             in_row: rows.map(|rows| rows.in_row),
+            in_use,
+            armed: checked.is_some_and(|checked| checked.is_armed()),
+            reasons: checked.map(|checked| checked.reasons()).unwrap_or_default(),
+            locked_at: self.locked_at(),
         })
     }
 }
@@ -103,43 +133,43 @@ pub fn row_offsets_px(
     Ok(set.pairs.iter().map(of_pair).collect())
 }
 
-/// Row offsets before and after, over a whole data set.
+/// Row offsets before and after, and of what is in use, over a whole data set.
 #[derive(Debug, Clone, Copy)]
 struct RowOffsets {
     /// RMS over the matches within [`SCREEN_PX`] after.
-    rms_px: [f64; 2],
-    /// Share of all matches within [`SCREEN_PX`].
+    rms_px: [f64; 3],
+    /// Share of all matches within [`SCREEN_PX`], before and after.
     in_row: [f64; 2],
 }
 
 impl RowOffsets {
     /// `None` if no match is screened.
-    fn over(
-        set: &Dataset,
-        before: &Extrinsics<f64>,
-        after: &Extrinsics<f64>,
-    ) -> Result<Option<Self>> {
-        let [before, after] = [row_offsets_px(set, before)?, row_offsets_px(set, after)?];
-        let both: Vec<[Option<f64>; 2]> = before
+    ///
+    /// * `extrinsics`: before, after, in use.
+    fn over(set: &Dataset, extrinsics: [&Extrinsics<f64>; 3]) -> Result<Option<Self>> {
+        let [before, after, in_use] = extrinsics.map(|extrinsics| row_offsets_px(set, extrinsics));
+        let all: Vec<[Option<f64>; 3]> = before?
             .into_iter()
             .flatten()
-            .zip(after.into_iter().flatten())
-            .map(|(before, after)| [before, after])
+            .zip(after?.into_iter().flatten())
+            .zip(in_use?.into_iter().flatten())
+            .map(|((before, after), in_use)| [before, after, in_use])
             .collect();
         let near = |px: Option<f64>| px.is_some_and(|px| px.abs() <= SCREEN_PX);
-        let screened: Vec<[f64; 2]> = both
+        let screened: Vec<[f64; 3]> = all
             .iter()
-            .filter(|[_, after]| near(*after))
-            .filter_map(|[before, after]| Some([(*before)?, (*after)?]))
+            .filter(|[_, after, _]| near(*after))
+            .filter_map(|[before, after, in_use]| Some([(*before)?, (*after)?, (*in_use)?]))
             .collect();
         if screened.is_empty() {
             return Ok(None);
         }
         let count = |n: usize| Ok::<f64, anyhow::Error>(u32::try_from(n)?.into());
-        let [all, kept] = [count(both.len())?, count(screened.len())?];
+        let [whole, kept] = [count(all.len())?, count(screened.len())?];
         let rms = |i: usize| (screened.iter().map(|e| e[i] * e[i]).sum::<f64>() / kept).sqrt();
-        let in_row = |i: usize| count(both.iter().filter(|e| near(e[i])).count());
-        Ok(Some(Self { rms_px: [rms(0), rms(1)], in_row: [in_row(0)? / all, in_row(1)? / all] }))
+        let in_row = |i: usize| count(all.iter().filter(|e| near(e[i])).count());
+        let in_row = [in_row(0)? / whole, in_row(1)? / whole];
+        Ok(Some(Self { rms_px: [0, 1, 2].map(rms), in_row }))
     }
 }
 

@@ -1,0 +1,74 @@
+//! What a vehicle knows after a pair: what is in use, and whether it may arm.
+
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{Arming, Doubt, Extrinsics, Health, Scalar, State};
+
+use crate::data::in_f64;
+
+/// State of the calibrator after a pair, in `f64` whatever the scalar of the run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Checked {
+    /// State of the calibrator.
+    pub state: State,
+    /// Extrinsics in use, after the estimate was applied, if it was.
+    pub in_use: Extrinsics<f64>,
+    /// Their error.
+    pub error: Deviation<f64>,
+    /// The health over the pair, before the estimate was applied; `None` where there is none.
+    pub health: Option<Checks>,
+}
+
+/// A health in `f64`, as far as it is not in the estimate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Checks {
+    /// Yes or no to arming.
+    pub arming: Arming,
+    /// Evidence against the estimate.
+    pub doubt: Option<Doubt>,
+    /// Matches that fit the estimate.
+    pub fit: u32,
+    /// RMS row offset of what was in use, px.
+    pub in_use_px: f64,
+    /// RMS row offset of the estimate, px.
+    pub proposed_px: f64,
+}
+
+impl Checked {
+    /// What a calibrator says.
+    ///
+    /// * `truth`: that of the pair.
+    #[must_use]
+    pub fn of<T: Scalar>(
+        state: State,
+        in_use: &Extrinsics<T>,
+        health: Option<&Health<T>>,
+        truth: &Extrinsics<f64>,
+    ) -> Self {
+        let in_use = in_f64(in_use);
+        let error = Deviation::between(&in_use, truth);
+        let checks = |health: &Health<T>| Checks {
+            arming: health.arming,
+            doubt: health.doubt,
+            fit: health.fit_proposed,
+            in_use_px: health.in_use_px.to_f64(),
+            proposed_px: health.proposed_px.to_f64(),
+        };
+        Self { state, in_use, error, health: health.map(checks) }
+    }
+
+    /// Whether the health says yes to arming.
+    #[must_use]
+    pub fn is_armed(&self) -> bool {
+        self.health.is_some_and(|health| health.arming == Arming::Yes)
+    }
+
+    /// What speaks against arming, or against the estimate; nothing where all is well.
+    #[must_use]
+    pub fn reasons(&self) -> Vec<String> {
+        let Some(Checks { arming, doubt, .. }) = self.health else {
+            return vec!["no estimate, or no match that fits it".into()];
+        };
+        let arming = (arming != Arming::Yes).then(|| arming.to_string());
+        arming.into_iter().chain(doubt.map(|doubt| doubt.to_string())).collect()
+    }
+}

@@ -1,0 +1,87 @@
+//! The trace of a run: a row a pair, as `--trace` writes it.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use stereo_selfcal::Extrinsics;
+
+use super::log::Step;
+
+/// Columns before those of the extrinsics.
+const COLUMNS: [&str; 11] = [
+    "pair",
+    "state",
+    "verdict",
+    "armed",
+    "doubt",
+    "matches",
+    "fit",
+    "rms_px_in_use",
+    "rms_px_proposed",
+    "sd_rotation",
+    "sd_translation",
+];
+
+/// Names of the proposed `R` and `t`, and of those in use.
+const NAMES: [[char; 2]; 2] = [['r', 't'], ['u', 'v']];
+
+/// Numbers of `R` and `t`.
+const NUMBERS: usize = 12;
+
+/// Writes the trace; an older file is replaced. Angles in rad; what is not known is empty.
+///
+/// # Errors
+/// Names the file.
+pub fn write(path: &Path, steps: &[Step]) -> Result<()> {
+    let write = || -> Result<()> {
+        let mut file = csv::Writer::from_path(path)?;
+        file.write_record(header())?;
+        for (pair, step) in steps.iter().enumerate() {
+            file.write_record(row(pair, step))?;
+        }
+        Ok(file.flush()?)
+    };
+    write().with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Names of the columns.
+fn header() -> Vec<String> {
+    let of = |[r, t]: [char; 2]| {
+        let rows = (1..=3).flat_map(move |i| (1..=3).map(move |j| format!("{r}{i}{j}")));
+        rows.chain((1..=3).map(move |i| format!("{t}{i}")))
+    };
+    COLUMNS.map(String::from).into_iter().chain(NAMES.into_iter().flat_map(of)).collect()
+}
+
+fn row(pair: usize, step: &Step) -> Vec<String> {
+    let Step { taken, verdict, estimate, checked, .. } = step;
+    let health = checked.and_then(|checked| checked.health);
+    let doubt = estimate.and_then(|estimate| estimate.doubt);
+    let mut row = vec![
+        pair.to_string(),
+        said(checked.map(|checked| checked.state)),
+        verdict.to_string(),
+        said(checked.map(|checked| checked.is_armed())),
+        said(doubt),
+        taken.to_string(),
+        said(health.map(|health| health.fit)),
+        said(health.map(|health| health.in_use_px)),
+        said(health.map(|health| health.proposed_px)),
+        said(estimate.map(|estimate| estimate.sd.rotation)),
+        said(estimate.map(|estimate| estimate.sd.translation)),
+    ];
+    row.extend(numbers(estimate.map(|estimate| estimate.extrinsics).as_ref()));
+    row.extend(numbers(checked.map(|checked| checked.in_use).as_ref()));
+    row
+}
+
+/// Row-major `R`, then `t`.
+fn numbers(extrinsics: Option<&Extrinsics<f64>>) -> Vec<String> {
+    let Some(extrinsics) = extrinsics else { return vec![String::new(); NUMBERS] };
+    let t = extrinsics.translation();
+    extrinsics.rotation_row_major().iter().chain(t.iter()).map(f64::to_string).collect()
+}
+
+fn said(value: Option<impl ToString>) -> String {
+    value.map_or_else(String::new, |value| value.to_string())
+}
