@@ -116,9 +116,9 @@ pub(crate) const MAX_DISPARITY_NOISE: f64 = 0.75;
 /// near inliers. 3 to 10 are equal in scenes 30 to 800 baselines deep.
 pub(crate) const MAX_LEVERAGE: f64 = 8.0;
 
-/// The same before the first step of a track, in squares of the mean root: outliers hardly move it.
-/// Larger lets a near outlier in; smaller loses near inliers.
-pub(crate) const FIRST_MAX_LEVERAGE: f64 = 20.0;
+/// The same before the first step of a track, in median shares of those within the loss, which outliers do
+/// not move. Larger lets a near outlier in; smaller loses near inliers.
+pub(crate) const FIRST_MAX_LEVERAGE: f64 = 46.0;
 
 /// Correspondences that a survey reads. Larger costs time; smaller makes it noisy.
 pub(crate) const SURVEYED: usize = 32;

@@ -38,12 +38,11 @@ impl<T: Scalar> Leverage<T> {
         limit.is_finite().then_some(Self { covariance, limit })
     }
 
-    /// Limit before the first step of a track: [`FIRST_MAX_LEVERAGE`] squares of the mean root. `None` where it is not
-    /// finite.
+    /// Limit before the first step of a track: [`FIRST_MAX_LEVERAGE`] median shares. `None` where it is not finite.
     ///
-    /// * `mean_root`: mean square root of the shares of a sample.
-    pub(super) fn first(mean_root: T, covariance: &Symmetric5<T>) -> Option<Self> {
-        let limit = T::lit(FIRST_MAX_LEVERAGE) * mean_root * mean_root;
+    /// * `median`: of the shares of a sample.
+    pub(super) fn first(median: T, covariance: &Symmetric5<T>) -> Option<Self> {
+        let limit = T::lit(FIRST_MAX_LEVERAGE) * median;
         limit.is_finite().then_some(Self { covariance: baseline_block(covariance), limit })
     }
 
