@@ -155,9 +155,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///   agrees with it locks it again;
     /// - a challenger, or an estimate that is still [`State::Acquiring`], is dropped once at least two pairs, and more
     ///   than half as many as support it, disagree: [`Calibrator::proposal`] is then `None` until a pair is fused.
-    ///
-    /// A batch that agrees with the estimate but does not observe the baseline ([`PairError::Unobservable`]) does not
-    /// count against it.
     pub fn advance_pair(&mut self) -> Result<Option<PairReport<T>>, PairError> {
         if self.take_pass()? { self.report().map(Some) } else { Ok(None) }
     }

@@ -189,7 +189,7 @@ pub enum PairError {
     /// No pose has clearly more matches near their rows than beside them: the batch is all outliers.
     #[error("the correspondences agree on no extrinsics")]
     NoConsensus,
-    /// The correspondences leave a direction free: all alike, on one line, or all at infinity.
+    /// The correspondences leave a direction free: all alike, or on one line; in the paper preset also all far away.
     #[error("the correspondences leave a direction of the extrinsics free")]
     Unobservable,
 }

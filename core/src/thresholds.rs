@@ -107,9 +107,10 @@ pub(crate) const MIN_DISPARITY_PX: f64 = 4.0;
 /// alike. Larger learns less from scenes of one depth; smaller takes an error of yaw for a scene.
 pub(crate) const YAW_DEVIATIONS: f64 = 3.0;
 
-/// Part of the squared disparities that may be noise. Larger estimates the baseline from a scene at
-/// infinity; smaller refuses far scenes.
-pub(crate) const MAX_DISPARITY_NOISE: f64 = 0.75;
+/// Noise of disparities that the information on the baseline loses, over the estimated one: noise along
+/// the rows is not quite that across them. Larger loses information in far scenes; smaller takes noise
+/// for disparity.
+pub(crate) const DISPARITY_NOISE_MARGIN: f64 = 1.1;
 
 /// Information on the baseline that a correspondence carries, in mean shares of the pass before;
 /// beyond it the weight falls with the square. Larger lets a near outlier rule `t`; smaller loses
@@ -191,8 +192,8 @@ pub(crate) const MAX_REDUCED_CHI_SQUARE: f64 = 16.0;
 pub(crate) const CHI_SQUARE_PAIRS: f64 = 4.0;
 pub(crate) const AVERAGED_PAIRS: u32 = 50;
 
-/// Reported standard deviation of `R`, of `t`, above which nothing locks. Larger locks on weak
-/// pairs; smaller waits in far scenes.
+/// Reported standard deviation of `R` above which nothing locks. Larger locks on weak pairs; smaller
+/// waits in poor scenes.
 pub(crate) const MAX_LOCKED_SD_RAD: f64 = 0.12;
 
 /// Factor per pair of a followed drift in the covariance. Larger reports it longer; smaller is overtaken by it.
@@ -311,6 +312,10 @@ pub(crate) mod paper {
     /// below which directions cancel. Larger doubts more estimates; smaller reports noise.
     pub(crate) const MIN_CONCENTRATION: f64 = 0.9;
     pub(crate) const MIN_MEAN_BASELINE: f64 = 1e-3;
+
+    /// Part of the squared disparities of a pair that may be noise. Larger estimates the baseline from a
+    /// scene at infinity; smaller refuses far scenes.
+    pub(crate) const MAX_DISPARITY_NOISE: f64 = 0.75;
 
     /// Values that the median sorts before it takes steps. Larger takes memory; smaller errs.
     pub(crate) const MEDIAN_VALUES: usize = 31;

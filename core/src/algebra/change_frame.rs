@@ -11,8 +11,8 @@ use crate::geometry::so3::product;
 use crate::scalar::Scalar;
 
 impl<T: Scalar> Moments<T> {
-    /// Transforms the sums from the rectified frame of one pose into that of another. The offset of
-    /// the gradient stays as it is. Out of line: its 9 x 9 matrix leaves the caller's stack.
+    /// Transforms the sums from the rectified frame of one pose into that of another. The rotation's part of
+    /// the gradient's offset stays as it is. Out of line: its 9 x 9 matrix leaves the caller's stack.
     #[inline(never)]
     pub(crate) fn change_frame(
         &mut self,
@@ -25,6 +25,7 @@ impl<T: Scalar> Moments<T> {
         };
         let left = minus_identity(to.left(), from.left()).transpose();
         let right = minus_identity(to.right(), from.right());
+        self.change_frame_of_noise(from, to);
         let mut rows = self.rows();
         for _ in 0..2 {
             for k in &mut rows {

@@ -7,9 +7,10 @@ use nalgebra::{Matrix5, Vector5};
 
 use super::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
-#[cfg(feature = "paper")]
-use crate::thresholds::{MAX_DISPARITY_NOISE, YAW_DEVIATIONS};
 use crate::thresholds::{MIN_CONDITION, POWER_ITERATIONS};
+#[cfg(feature = "paper")]
+#[cfg(feature = "paper")]
+use crate::thresholds::{YAW_DEVIATIONS, paper::MAX_DISPARITY_NOISE};
 
 /// Symmetric positive semi-definite 5 x 5 sum of `w J J^T`, 1/rad^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,7 +57,8 @@ impl<T: Scalar> Information<T> {
 
     /// Weighted sum of squared disparities that an error of yaw (rotation about y) of one standard
     /// deviation causes, `H_pitch / H_yaw`, dimensionless.
-    pub(crate) fn yaw_share(&self) -> T {
+    #[cfg(feature = "paper")]
+    fn yaw_share(&self) -> T {
         let [pitch, yaw, ..] = self.0.diagonal();
         pitch / yaw
     }

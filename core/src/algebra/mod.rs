@@ -1,6 +1,7 @@
 //! Fixed-size linear algebra: packed symmetric matrices, normal equations, epipolar moments.
 
 mod change_frame;
+pub(crate) mod disparity_noise;
 pub(crate) mod information;
 pub(crate) mod moments;
 pub(crate) mod normal_equations;

@@ -21,15 +21,9 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3::product;
 use crate::scalar::Scalar;
 use crate::simd::Lanes;
-use crate::thresholds::{DIFFERENCE_VARIANCE, MAX_DISPARITY_NOISE, YAW_DEVIATIONS};
 
 /// Elements of the lower triangle of a 9 x 9 matrix.
 const TRIANGLE: usize = 45;
-
-/// Indices in the triangle: moments of the horizontal disparity `cy` and the depth product `zz`.
-const CY_CY: usize = 2;
-const ZZ_CY: usize = 16;
-const ZZ_ZZ: usize = 20;
 
 /// One number for each of the nine products.
 pub(super) type Vector9<T> = [T; 9];
@@ -106,13 +100,19 @@ pub(crate) struct Moments<T> {
     pub(super) products: MomentSums<T>,
     /// Part of the gradient due to the derivative of the residual's variance, by the five unknowns,
     /// 1/rad; `M` holds the rest.
-    slope: [T; 5],
+    pub(super) slope: [T; 5],
+    /// Noise tensor: weighted covariance that noise alone gives `a x b`, elements xx, yy, zy, zz. The
+    /// others are the baseline's part of `slope`. Set by `disparity_noise`.
+    pub(super) noise: [T; 4],
 }
 
 impl<T: Scalar> Moments<T> {
     /// No correspondences.
-    pub(crate) const ZERO: Self =
-        Self { products: MomentSums([T::ZERO; TRIANGLE]), slope: [T::ZERO; 5] };
+    pub(crate) const ZERO: Self = Self {
+        products: MomentSums([T::ZERO; TRIANGLE]),
+        slope: [T::ZERO; 5],
+        noise: [T::ZERO; 4],
+    };
 
     /// The sums of products as sums over lanes that continue them.
     #[inline(always)]
@@ -142,21 +142,24 @@ impl<T: Scalar> Moments<T> {
     pub(crate) fn add(&mut self, other: &Self) {
         self.products.0.iter_mut().zip(&other.products.0).for_each(|(a, b)| *a += *b);
         self.slope.iter_mut().zip(&other.slope).for_each(|(a, b)| *a += *b);
+        self.noise.iter_mut().zip(&other.noise).for_each(|(a, b)| *a += *b);
     }
 
     /// Multiplies all sums by a factor.
     pub(crate) fn scale(&mut self, factor: T) {
-        self.products.0.iter_mut().chain(&mut self.slope).for_each(|m| *m *= factor);
+        let Self { products, slope, noise } = self;
+        products.0.iter_mut().chain(slope).chain(noise).for_each(|m| *m *= factor);
     }
 
     /// Whether every sum is finite.
     pub(crate) fn is_finite(&self) -> bool {
-        self.products.0.iter().chain(&self.slope).all(nalgebra::ComplexField::is_finite)
+        let Self { products, slope, noise } = self;
+        products.0.iter().chain(slope).chain(noise).all(nalgebra::ComplexField::is_finite)
     }
 
-    /// Writes the 45 sums of products, then the five of the gradient.
+    /// Writes the 45 sums of products, the five of the gradient, the four of the noise.
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
-        to.numbers(self.products.0.iter().chain(&self.slope));
+        to.numbers(self.products.0.iter().chain(&self.slope).chain(&self.noise));
     }
 
     /// Reads what [`Self::write`] writes.
@@ -165,26 +168,14 @@ impl<T: Scalar> Moments<T> {
     /// [`RestoreError::Absurd`] if the diagonal is not that of sums of squares.
     pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
         from.numbers(self.products.0.iter_mut().chain(&mut self.slope))?;
+        // Older records have no noise.
+        if from.version() >= 3 {
+            from.numbers(&mut self.noise)?;
+        }
         let mut elements = self.products.0.iter();
         // Each row has one more element; its last one is on the diagonal.
         let diagonal = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|row| elements.nth(row).copied());
         check_sums_of_squares(diagonal.into_iter().flatten())
-    }
-
-    /// Whether disparities exceed noise. A scene at infinity does not determine the baseline, but
-    /// its noise gives the baseline information.
-    ///
-    /// * `variance`: of a coordinate at unit depth, dimensionless.
-    pub(crate) fn baseline_observable(&self, variance: T) -> bool {
-        let m = &self.products.0;
-        let (sum, along, all) = (m[CY_CY], m[ZZ_CY], m[ZZ_ZZ]);
-        let noise = T::lit(DIFFERENCE_VARIANCE) * variance * all;
-        // An error of yaw moves all disparities alike: they must differ, or be larger than it.
-        let yaw = T::lit(YAW_DEVIATIONS * YAW_DEVIATIONS) * self.at_frame().information.yaw_share();
-        let spread = sum - along * along / all;
-        let most = T::lit(MAX_DISPARITY_NOISE);
-        // Not `>`: a NaN must fail this test.
-        noise <= most * spread || noise + yaw <= most * sum
     }
 
     /// Normal equations at the pose of the frame: [`Self::at_pose`] written out, where each unknown
@@ -226,19 +217,30 @@ impl<T: Scalar> Moments<T> {
         frame: &RectifyingRotations<T>,
         pose: &RectifyingRotations<T>,
     ) -> NormalEquations<T> {
+        self.biased_at_pose(frame, pose).normal
+    }
+
+    /// [`Self::at_pose`] without the offset of the gradient by the baseline.
+    pub(super) fn plain_at_pose(
+        &self,
+        frame: &RectifyingRotations<T>,
+        pose: &RectifyingRotations<T>,
+    ) -> NormalEquations<T> {
         let (mut coefficients, mut normal) = (Coefficients::NONE, NormalEquations::ZERO);
         coefficients.add(frame, pose);
         self.fill(&coefficients, &mut normal);
         normal
     }
 
-    /// `H_ik = d_i^T M d_k`, `g_i = d_i^T M e - slope_i`. Out of line: frees the caller's stack.
+    /// `H_ik = d_i^T M d_k`, `g_i = d_i^T M e`, less `slope_i` of the rotation. Out of line: frees the caller's stack.
     #[inline(never)]
     fn fill(&self, coefficients: &Coefficients<T>, normal: &mut NormalEquations<T>) {
         let Coefficients { by_unknown, of_offset } = coefficients;
         let pull = self.times(of_offset);
-        for ((slope, d), own) in normal.gradient.iter_mut().zip(by_unknown).zip(&self.slope) {
-            *slope = dot(d, &pull) - *own;
+        let [x, y, z, ..] = self.slope;
+        let offsets = [x, y, z, T::ZERO, T::ZERO];
+        for ((slope, d), own) in normal.gradient.iter_mut().zip(by_unknown).zip(offsets) {
+            *slope = dot(d, &pull) - own;
         }
         let mut elements = normal.information.0.0.iter_mut();
         for (unknown, d) in by_unknown.iter().enumerate() {
@@ -251,7 +253,7 @@ impl<T: Scalar> Moments<T> {
 
     /// `M x`; reads each element of the triangle once.
     #[inline(never)]
-    fn times(&self, x: &Vector9<T>) -> Vector9<T> {
+    pub(super) fn times(&self, x: &Vector9<T>) -> Vector9<T> {
         let mut y = [T::ZERO; 9];
         let mut m = self.products.0.iter();
         for (row, x_row) in x.iter().enumerate() {
@@ -306,7 +308,7 @@ fn dot<T: Scalar>(a: &Vector9<T>, b: &Vector9<T>) -> T {
 
 /// Adds the coefficients of the nine products in `b^T X a` with `X = factor column row^T`.
 #[inline(never)]
-fn add_outer<T: Scalar>(sum: &mut Vector9<T>, factor: T, column: &[T; 3], row: &[T; 3]) {
+pub(super) fn add_outer<T: Scalar>(sum: &mut Vector9<T>, factor: T, column: &[T; 3], row: &[T; 3]) {
     let [x, y, z] = column.map(|x| x * factor);
     let [a, b, c] = *row;
     let half = |sum: T| sum * T::HALF;

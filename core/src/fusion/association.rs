@@ -1,4 +1,4 @@
-//! Data association of a batch, one pass at a time (`ESTIMATOR.md`, section 12).
+//! Data association of a batch, one pass at a time (`ESTIMATOR.md`, section 13).
 //!
 //! The batch is tracked from the champion, then from the challenger, then searched from afar, until a gate accepts it.
 
@@ -206,7 +206,7 @@ impl<T: Scalar> Association<T> {
             Stage::Champion => {
                 if let Some(nis) = hypotheses.gate_of_champion(evaluated, context) {
                     self.nis = nis;
-                    return supports(Support::Champion, evaluated);
+                    return Ok(Stage::Done(Support::Champion));
                 }
                 self.rejected.by_champion = true;
                 Ok(Stage::Challenger)
@@ -214,7 +214,7 @@ impl<T: Scalar> Association<T> {
             Stage::Challenger => {
                 if let Some(nis) = hypotheses.gate_of_challenger(evaluated, context) {
                     self.nis = nis;
-                    return supports(Support::Challenger, evaluated);
+                    return Ok(Stage::Done(Support::Challenger));
                 }
                 self.rejected.by_challenger = true;
                 let done = self.rejected.by_champion;
@@ -250,18 +250,6 @@ impl<T: Scalar> Association<T> {
     }
 }
 
-/// Last stage of a pair inside a gate.
-///
-/// # Errors
-/// [`PairError::Unobservable`] where disparities are noise.
-fn supports<T: Scalar>(support: Support, evaluated: &EvaluatedPose<T>) -> Result<Stage, PairError> {
-    if evaluated.baseline_observable {
-        Ok(Stage::Done(support))
-    } else {
-        Err(PairError::Unobservable)
-    }
-}
-
 impl<T: Scalar> AssociationContext<'_, T> {
     /// A search from the champion or the factory extrinsics, within the passes left.
     ///
@@ -283,8 +271,7 @@ impl<T: Scalar> AssociationContext<'_, T> {
         if !evaluated.is_found(self.context.config.min_correspondences) {
             return Err(PairError::NoConsensus);
         }
-        let moments = &evaluated.measurement.moments;
-        if evaluated.baseline_observable && moments.at_frame().information.is_observable() {
+        if evaluated.measurement.moments.at_frame().information.is_observable() {
             Ok(())
         } else {
             Err(PairError::Unobservable)

@@ -45,7 +45,7 @@ impl<T: Scalar> AssociationResult<'_, T> {
     pub(super) fn report(&self, context: &Context<'_, T>) -> Option<PairReport<T>> {
         let EvaluatedPose { measurement, stats, .. } = self.evaluated;
         let focal = context.focal;
-        let normal = measurement.moments.at_frame();
+        let normal = measurement.moments.biased_at_frame().debiased();
         let pose = measurement.pose.stepped_by(&normal.with_prior(context.prior).step()?)?;
         let count = stats.screened.max(T::ONE);
         let [squares_before, squares_after] = stats.squares.map(|sum| sum * focal * focal);

@@ -1,4 +1,4 @@
-//! Change detection: changes of the rig below the noise of a single pair (`ESTIMATOR.md`, section 13).
+//! Change detection: changes of the rig below the noise of a single pair (`ESTIMATOR.md`, section 14).
 //!
 //! Score tests over two exponential windows, and a one-sided CUSUM of the NIS.
 
@@ -36,7 +36,7 @@ pub(super) struct ChangeDetector<T: Scalar> {
 
 impl<T: Scalar> ChangeDetector<T> {
     /// Numbers and words in a record.
-    pub(super) const NUMBERS: usize = 101;
+    pub(super) const NUMBERS: usize = 105;
     pub(super) const WORDS: usize = 1;
 
     pub(super) const NEW: Self = Self {
@@ -67,17 +67,20 @@ impl<T: Scalar> ChangeDetector<T> {
         moved: &Vector5<T>,
         context: &Context<'_, T>,
     ) -> bool {
-        let pair = measurement.at(hypothesis.pose());
+        let biased = measurement.biased_at(hypothesis.pose());
+        let pair = biased.normal;
         let short = hypothesis.normal_equations(&self.short).plus(&pair);
+        // The long window follows the pose by its information, which must be without noise.
+        let debiased = biased.debiased();
         let [decay, long_decay] = [T::lit(SHORT_DECAY), T::lit(LONG_DECAY)];
-        self.long = self.long.about(moved).scaled(long_decay).plus(&pair);
-        let add = |before: &Information<T>, decay: T| {
+        self.long = self.long.about(moved).scaled(long_decay).plus(&debiased);
+        let add = |before: &Information<T>, decay: T, pair: &NormalEquations<T>| {
             let mut variance = before.scaled(decay * decay);
             variance.add(&pair.information);
             variance
         };
-        self.short_variance = add(&self.short_variance, decay);
-        self.long_variance = add(&self.long_variance, long_decay);
+        self.short_variance = add(&self.short_variance, decay, &pair);
+        self.long_variance = add(&self.long_variance, long_decay, &debiased);
         self.cumulative = (self.cumulative + nis - T::lit(CUSUM_ALLOWED)).max(T::ZERO);
         self.pairs = self.pairs.saturating_add(1);
         self.pairs >= WARM_UP_PAIRS && self.has_changed(hypothesis, &short, context)

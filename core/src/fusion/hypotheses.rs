@@ -1,4 +1,4 @@
-//! Champion and challenger: begin, support, promotion and end of hypotheses (`ESTIMATOR.md`, section 12).
+//! Champion and challenger: begin, support, promotion and end of hypotheses (`ESTIMATOR.md`, section 13).
 
 use super::association_result::{AssociationResult, Rejected, Support};
 use super::change_detector::ChangeDetector;

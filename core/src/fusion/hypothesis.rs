@@ -1,4 +1,4 @@
-//! A hypothesis about the extrinsics: moments of the supporting pairs, and their optimum (`ESTIMATOR.md`, section 11).
+//! A hypothesis about the extrinsics: moments of the supporting pairs, and their optimum (`ESTIMATOR.md`, section 12).
 //!
 //! An update is computed first and applied later: a refused pair leaves the hypothesis unchanged.
 
@@ -252,11 +252,10 @@ impl<T: Scalar> Hypothesis<T> {
         Some(StandardDeviations::of(&self.reported_covariance(context)?))
     }
 
-    /// Whether the reported deviations are small enough to lock.
+    /// Whether the reported deviation of `R` is small enough to lock.
     pub(super) fn is_certain(&self, context: &Context<'_, T>) -> bool {
         let most = T::lit(MAX_LOCKED_SD_RAD);
-        let certain = |sd: StandardDeviations<T>| sd.rotation <= most && sd.translation <= most;
-        self.deviations(context).is_some_and(certain)
+        self.deviations(context).is_some_and(|sd| sd.rotation <= most)
     }
 
     /// Optimum of `R` for a given baseline, where the estimated baseline is doubtful.
@@ -287,7 +286,7 @@ impl<T: Scalar> Hypothesis<T> {
     /// vibration chi-square of 5 degrees of freedom.
     #[inline(never)]
     fn innovation(&self, measurement: &PairMeasurement<T>, context: &Context<'_, T>) -> Option<T> {
-        let pair = measurement.at(&self.pose).with_prior(context.prior);
+        let pair = measurement.debiased_at(&self.pose).with_prior(context.prior);
         let (step, covariance) = pair.optimum()?;
         let mut both = covariance.plus(&self.covariance(context)?);
         both.add_diagonal(T::lit(VIBRATION_RAD * VIBRATION_RAD));
@@ -324,8 +323,8 @@ impl<T: Scalar> Hypothesis<T> {
     /// does not enter.
     #[inline(never)]
     fn update_chi_square(&mut self, measurement: &PairMeasurement<T>, context: &Context<'_, T>) {
-        let pair = measurement.at(&self.pose).with_prior(context.prior);
-        let last = self.normal_equations(&self.last).with_prior(context.prior);
+        let pair = measurement.debiased_at(&self.pose).with_prior(context.prior);
+        let last = self.last.debiased_at_pose(&self.frame, &self.pose).with_prior(context.prior);
         if let Some(distance) = pair.distance(&last) {
             let reduced = (distance / T::lit(5.0)).min(T::lit(MAX_REDUCED_CHI_SQUARE));
             let pairs = T::count(self.pairs.min(AVERAGED_PAIRS)) + T::lit(CHI_SQUARE_PAIRS);

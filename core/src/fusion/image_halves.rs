@@ -1,10 +1,10 @@
-//! Estimates of the image halves, compared (`ESTIMATOR.md`, section 14): matches with a common bias in one region move
+//! Estimates of the image halves, compared (`ESTIMATOR.md`, section 15): matches with a common bias in one region move
 //! the estimate and leave small residuals.
 
 use nalgebra::Vector5;
 
-use crate::algebra::information::StandardDeviations;
-use crate::algebra::normal_equations::NormalEquations;
+use crate::algebra::disparity_noise::{BaselineNoise, BiasedEquations};
+use crate::algebra::information::{Information, StandardDeviations};
 use crate::codec::{Reader, Writer};
 use crate::config::Context;
 use crate::error::RestoreError;
@@ -16,7 +16,7 @@ use crate::thresholds::{HEALTHY_DISAGREEMENT, MAX_MODEL_ERROR, MAX_TOLD_DISAGREE
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ImageHalves<T> {
     /// Whole image, left half, upper half.
-    parts: [NormalEquations<T>; 3],
+    parts: [BiasedEquations<T>; 3],
     /// Pairs in the sums, and those of distinct scenes: repetition shows a bias, and cannot average it out.
     pairs: [u32; 2],
     /// `sqrt(chi^2 / 5)` between the estimates of two halves, the larger of both splits.
@@ -25,7 +25,7 @@ pub(super) struct ImageHalves<T> {
 
 impl<T: Scalar> ImageHalves<T> {
     pub(super) const NONE: Self =
-        Self { parts: [NormalEquations::ZERO; 3], pairs: [0; 2], disagreement: T::ZERO };
+        Self { parts: [BiasedEquations::ZERO; 3], pairs: [0; 2], disagreement: T::ZERO };
 
     /// Shifts the sums after a step of the pose. A long step drops them: they are models of first order.
     ///
@@ -59,9 +59,15 @@ impl<T: Scalar> ImageHalves<T> {
         context: &Context<'_, T>,
     ) {
         let [all, left, upper] = &mut self.parts;
-        all.add(&measurement.moments.at_frame().about(to_pose));
+        let whole = measurement.moments.biased_at_frame();
+        all.add(&whole.about(to_pose));
+        let pitch = |h: &Information<T>| h.0.diagonal()[0];
+        let weight = pitch(&whole.normal.information).max(T::EPSILON);
         for (sum, half) in [left, upper].into_iter().zip(&measurement.halves) {
-            sum.add(&half.about(to_pose));
+            // Noise is shared by weight, which information about pitch measures.
+            let share = pitch(&half.information) / weight;
+            let noise = BaselineNoise(whole.noise.0.map(|n| n * share));
+            sum.add(&BiasedEquations { normal: *half, noise }.about(to_pose));
         }
         let [pairs, distinct] = self.pairs;
         self.pairs = [pairs.saturating_add(1), distinct.saturating_add(u32::from(!repeated))];
@@ -87,13 +93,13 @@ impl<T: Scalar> ImageHalves<T> {
     #[inline(never)]
     fn compare(&self, context: &Context<'_, T>) -> T {
         let [all, left, upper] = &self.parts;
-        let Some(x) = all.with_prior(context.prior).step() else {
+        let Some(x) = all.debiased().with_prior(context.prior).step() else {
             return T::ZERO;
         };
         // About the joint optimum: the prior pulls neither half away from the other.
-        let distance = |half: &NormalEquations<T>| {
-            let one = half.about(&x).with_prior(context.prior);
-            let other = all.minus(half).about(&x).with_prior(context.prior);
+        let distance = |half: &BiasedEquations<T>| {
+            let one = half.debiased().about(&x).with_prior(context.prior);
+            let other = all.minus(half).debiased().about(&x).with_prior(context.prior);
             one.distance(&other).unwrap_or(T::ZERO)
         };
         let larger = (distance(left).max(distance(upper)).max(T::ZERO) / T::lit(5.0)).sqrt();
@@ -101,21 +107,26 @@ impl<T: Scalar> ImageHalves<T> {
     }
 
     pub(super) fn write(&self, to: &mut Writer<'_>) {
-        self.parts.iter().for_each(|part| part.write(to));
+        self.parts.iter().for_each(|part| part.normal.write(to));
         self.pairs.iter().for_each(|pairs| to.word(*pairs));
         to.number(self.disagreement);
+        self.parts.iter().for_each(|part| to.numbers(&part.noise.0));
     }
 
     pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
-        self.parts.iter_mut().try_for_each(|part| part.read(from))?;
+        self.parts.iter_mut().try_for_each(|part| part.normal.read(from))?;
         self.pairs = [from.word()?, from.word()?];
         self.disagreement = from.size()?;
+        // Older records have no noise.
+        if from.version() >= 3 {
+            self.parts.iter_mut().try_for_each(|part| from.numbers(&mut part.noise.0))?;
+        }
         Ok(())
     }
 
     /// Information about the turn of `R` about x in each sum.
     #[cfg(test)]
     pub(super) fn pitch(&self) -> [T; 3] {
-        self.parts.map(|part| part.information.matrix().m11)
+        self.parts.map(|part| part.normal.information.matrix().m11)
     }
 }

@@ -1,4 +1,4 @@
-//! Fusion of many pairs: two hypotheses, data association, change detection (`ESTIMATOR.md`, sections 10 to 14).
+//! Fusion of many pairs: two hypotheses, data association, change detection (`ESTIMATOR.md`, sections 10 to 15).
 //!
 //! The *champion* is the reported hypothesis. A pair outside its gate begins a *challenger*, which gathers the pairs
 //! that agree with it. With three pairs of another rig the challenger is promoted, with its sums; when pairs return to

@@ -1,4 +1,4 @@
-//! Optimum of moments and prior on the manifold of extrinsics: `(H + P I) d = -(g - P u)` (`ESTIMATOR.md`, section 11).
+//! Optimum of moments and prior on the manifold of extrinsics: `(H + P I) d = -(g - P u)` (`ESTIMATOR.md`, section 12).
 
 use nalgebra::Vector5;
 
@@ -52,7 +52,7 @@ impl<T: Scalar> Optimum<T> {
         frame: &RectifyingRotations<T>,
         context: &Context<'_, T>,
     ) -> Option<Vector5<T>> {
-        let mut normal = sums.at_pose(frame, &self.pose);
+        let mut normal = sums.debiased_at_pose(frame, &self.pose);
         self.information = normal.information;
         normal.information.0.add_diagonal(context.prior);
         normal.gradient -= self.pose.unknowns_to(&context.factory_pose) * context.prior;

@@ -1,4 +1,4 @@
-//! Detection of repeated scenes (`ESTIMATOR.md`, section 13): a standing vehicle sends the same matches for minutes,
+//! Detection of repeated scenes (`ESTIMATOR.md`, section 14): a standing vehicle sends the same matches for minutes,
 //! outliers included. All of them are one measurement.
 
 use crate::batch::correspondence::RayPair;

@@ -12,6 +12,7 @@ use super::regions::{EvaluatedRow, HalfSums, Quadrants, Regions};
 use super::residual_stats::{Compared, ResidualStats};
 use super::sweep::{self, Pass, Sample, Sink};
 use super::weighting::{Loss, WeightedRow, Weighting};
+use crate::algebra::disparity_noise::BiasedEquations;
 use crate::algebra::moments::{MomentSums, Moments};
 use crate::algebra::normal_equations::NormalEquations;
 use crate::batch::Matches;
@@ -43,8 +44,6 @@ pub(crate) struct PairMeasurement<T: Scalar> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct EvaluatedPose<T: Scalar> {
     pub(crate) measurement: PairMeasurement<T>,
-    /// Whether disparities exceed their noise.
-    pub(crate) baseline_observable: bool,
     /// Residuals at start and pose.
     pub(crate) stats: ResidualStats<T>,
 }
@@ -79,13 +78,13 @@ impl<T: Scalar> Iterate<T> {
         evaluated: &mut EvaluatedPose<T>,
     ) -> Result<(), PairError> {
         let EvaluationSums { gradient, weights } = self.sum(matches, evaluated);
-        let EvaluatedPose { measurement, stats, baseline_observable } = evaluated;
+        let EvaluatedPose { measurement, stats } = evaluated;
         let PairMeasurement { pose, moments, noise, inlier_share, .. } = measurement;
         *pose = self.pose;
         moments.set_gradient(&gradient);
         let [sum, variances] = weights;
         let variance = variances / (sum.max(T::EPSILON) * self.focal * self.focal);
-        *baseline_observable = moments.baseline_observable(variance);
+        moments.set_noise(pose, variance);
         *noise = self.noise_of(stats.near_squares, stats.near());
         *inlier_share = stats.inlier_share();
         stats.skipped =
@@ -252,7 +251,6 @@ impl<T: Scalar> EvaluatedPose<T> {
             noise: T::ZERO,
             inlier_share: T::ZERO,
         },
-        baseline_observable: false,
         stats: ResidualStats::none(T::ZERO),
     };
 
@@ -282,9 +280,14 @@ impl<T: Scalar> EvaluatedPose<T> {
 }
 
 impl<T: Scalar> PairMeasurement<T> {
-    /// Normal equations at any pose, by the moments; exact for the frozen weights.
-    pub(crate) fn at(&self, pose: &RectifyingRotations<T>) -> NormalEquations<T> {
-        self.moments.at_pose(&self.pose, pose)
+    /// Normal equations at any pose, by the moments; exact for the frozen weights. With the noise of disparities.
+    pub(crate) fn biased_at(&self, pose: &RectifyingRotations<T>) -> BiasedEquations<T> {
+        self.moments.biased_at_pose(&self.pose, pose)
+    }
+
+    /// [`Self::biased_at`] without the noise of disparities.
+    pub(crate) fn debiased_at(&self, pose: &RectifyingRotations<T>) -> NormalEquations<T> {
+        self.biased_at(pose).debiased()
     }
 }
 

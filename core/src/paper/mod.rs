@@ -4,7 +4,7 @@
 //!   factory
 //!   extrinsics. [`gate`], [`mean_direction`]: many pairs; [`compensated`], [`median`]: sums and central angle of them.
 //!
-//! Derivation and errata: `ESTIMATOR.md`, section 17.
+//! Derivation and errata: `ESTIMATOR.md`, section 18.
 
 mod compensated;
 mod evaluation;

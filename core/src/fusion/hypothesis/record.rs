@@ -10,7 +10,7 @@ use crate::scalar::Scalar;
 
 impl<T: Scalar> Hypothesis<T> {
     /// Numbers and words in a record.
-    pub(in crate::fusion) const NUMBERS: usize = 220;
+    pub(in crate::fusion) const NUMBERS: usize = 237;
     pub(in crate::fusion) const WORDS: usize = 3;
 
     pub(in crate::fusion) fn write(&self, to: &mut Writer<'_>) {
@@ -45,6 +45,11 @@ impl<T: Scalar> Hypothesis<T> {
             (from.size()?, from.size()?, from.size()?);
         from.numbers(self.drift.iter_mut())?;
         self.pairs = from.word()?;
+        if from.version() < 3 {
+            let deviation = self.noise / context.focal;
+            self.settled.set_noise(&self.frame, deviation * deviation);
+            self.last.set_noise(&self.frame, deviation * deviation);
+        }
         // Finite numbers may still have no finite covariance.
         let is_finite =
             |sd: StandardDeviations<T>| sd.rotation.is_finite() && sd.translation.is_finite();

@@ -192,7 +192,7 @@ fn nis_and_reduced_chi_square_of_pairs_that_tell_the_truth_are_those_of_chance()
     let [mut plain, mut nis, mut beyond] = [0.0; 3];
     for pair in fresh {
         let measurement = &pair.measurement;
-        let seen = measurement.at(hypothesis.pose()).with_prior(context.prior);
+        let seen = measurement.biased_at(hypothesis.pose()).normal.with_prior(context.prior);
         let (step, covariance) = seen.optimum().unwrap();
         let both = covariance.plus(&hypothesis.covariance(&context).unwrap());
         plain += both.inverse_form(&step).unwrap() / 300.0;

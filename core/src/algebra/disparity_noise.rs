@@ -1,0 +1,397 @@
+//! Noise of disparities: what it adds to the information on the baseline, and the normal equations without it
+//! (`ESTIMATOR.md`, section 11).
+//!
+//! Derivatives by the baseline are disparities, and those of matches contain noise. Of a scene at infinity nothing
+//! else is left, and `sum w J J^T` would report a baseline that nothing observes.
+
+use nalgebra::Matrix3;
+
+use super::moments::{Moments, add_outer};
+use super::normal_equations::NormalEquations;
+use crate::geometry::rectification::RectifyingRotations;
+use crate::geometry::so3::product;
+use crate::scalar::Scalar;
+use crate::thresholds::DISPARITY_NOISE_MARGIN;
+
+/// Part of the information on the baseline that noise adds: forward, mixed, down; 1/rad^2.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct BaselineNoise<T>(pub(crate) [T; 3]);
+
+/// Normal equations about a pose, and the noise in them: they add up and follow a step, and lose the noise last.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct BiasedEquations<T> {
+    pub(crate) normal: NormalEquations<T>,
+    pub(crate) noise: BaselineNoise<T>,
+}
+
+impl<T: Scalar> Moments<T> {
+    /// Sets the noise tensor of one pair: the weighted covariance of `a x b`, from the moments and the variance of a
+    /// coordinate. After [`Moments::set_gradient`].
+    ///
+    /// * `pose`: the pose of the frame; `variance`: of a coordinate at unit depth, dimensionless.
+    #[inline(never)]
+    pub(crate) fn set_noise(&mut self, pose: &RectifyingRotations<T>, variance: T) {
+        let axes = [pose.left(), pose.right()].map(|r| r.matrix().data.0[2]);
+        let [left, right] = &axes;
+        // Rays have depth 1 in their cameras: `(r_3 . b) (l_3 . a) = 1`, so `M` times it is `sum w k`.
+        let mut one = [T::ZERO; 9];
+        add_outer(&mut one, T::ONE, right, left);
+        let [.., xx, yy, zz, xy, xz, yz] = self.times(&one);
+        let half = |sum: T| sum * T::HALF;
+        let (xy, xz, yz) = (half(xy), half(xz), half(yz));
+        let p = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+        // Where disparities are noise, `a = b`: both views have the same `sum w p p^T`.
+        let mut sum = (Matrix3::from_diagonal_element(xx + yy + zz) - p) * T::lit(2.0);
+        for [x, y, z] in axes {
+            let across = Matrix3::new(T::ZERO, -z, y, z, T::ZERO, -x, -y, x, T::ZERO);
+            sum -= product(&product(&across, &p), &across.transpose());
+        }
+        let [kept, ..] = self.products.0;
+        // Not `<=`: a NaN must fail this test.
+        if !(sum.m11 > T::ZERO) {
+            self.noise = [T::ZERO; 4];
+            return;
+        }
+        // The loss keeps a part of the squared residuals, but all of the squared disparities.
+        let lost = variance - kept / sum.m11;
+        let forward = variance * sum.m33 - lost * T::lit(2.0) * xx;
+        self.noise = [kept, variance * sum.m22, variance * sum.m32, forward];
+    }
+
+    /// The noise tensor, symmetric, in the frame. Its first column goes with the residual: the offset of the gradient.
+    fn noise_tensor(&self) -> Matrix3<T> {
+        let ([xx, yy, zy, zz], [.., by_forward, by_down]) = (self.noise, self.slope);
+        let (xy, xz) = (-by_down, by_forward);
+        Matrix3::new(xx, xy, xz, xy, yy, zy, xz, zy, zz)
+    }
+
+    /// The noise tensor in the frame of another pose.
+    fn noise_tensor_at(
+        &self,
+        frame: &RectifyingRotations<T>,
+        pose: &RectifyingRotations<T>,
+    ) -> Matrix3<T> {
+        let turn = product(pose.left().matrix(), &frame.left().matrix().transpose());
+        product(&product(&turn, &self.noise_tensor()), &turn.transpose())
+    }
+
+    /// Changes the frame of the noise tensor, and with it the baseline's part of the gradient's offset.
+    pub(super) fn change_frame_of_noise(
+        &mut self,
+        from: &RectifyingRotations<T>,
+        to: &RectifyingRotations<T>,
+    ) {
+        let n = self.noise_tensor_at(from, to);
+        let [.., by_forward, by_down] = &mut self.slope;
+        (*by_forward, *by_down) = (n.m31, -n.m21);
+        self.noise = [n.m11, n.m22, n.m32, n.m33];
+    }
+
+    /// Normal equations at a pose with the noise in them.
+    ///
+    /// * `frame`: the pose in whose rectified frame the sums are.
+    #[inline(never)]
+    pub(crate) fn biased_at_pose(
+        &self,
+        frame: &RectifyingRotations<T>,
+        pose: &RectifyingRotations<T>,
+    ) -> BiasedEquations<T> {
+        let mut normal = self.plain_at_pose(frame, pose);
+        let n = self.noise_tensor_at(frame, pose);
+        let [.., by_forward, by_down] = &mut normal.gradient.data.0[0];
+        *by_forward -= n.m31;
+        *by_down += n.m21;
+        BiasedEquations { normal, noise: BaselineNoise([n.m33, -n.m32, n.m22]) }
+    }
+
+    /// Normal equations at the pose of the frame with the noise in them.
+    pub(crate) fn biased_at_frame(&self) -> BiasedEquations<T> {
+        let [_, yy, zy, zz] = self.noise;
+        BiasedEquations { normal: self.at_frame(), noise: BaselineNoise([zz, -zy, yy]) }
+    }
+
+    /// Normal equations at a pose without the noise.
+    pub(crate) fn debiased_at_pose(
+        &self,
+        frame: &RectifyingRotations<T>,
+        pose: &RectifyingRotations<T>,
+    ) -> NormalEquations<T> {
+        self.biased_at_pose(frame, pose).debiased()
+    }
+}
+
+impl<T: Scalar> BiasedEquations<T> {
+    /// A cost of zero.
+    pub(crate) const ZERO: Self =
+        Self { normal: NormalEquations::ZERO, noise: BaselineNoise([T::ZERO; 3]) };
+
+    /// Adds independent equations about the same pose.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.normal.add(&other.normal);
+        self.noise.0.iter_mut().zip(other.noise.0).for_each(|(sum, n)| *sum += n);
+    }
+
+    /// The equations without a part of the cost.
+    pub(crate) fn minus(&self, other: &Self) -> Self {
+        let ([a, b, c], [x, y, z]) = (self.noise.0, other.noise.0);
+        Self {
+            normal: self.normal.minus(&other.normal),
+            noise: BaselineNoise([a - x, b - y, c - z]),
+        }
+    }
+
+    /// The equations of the cost times `factor`.
+    pub(crate) fn scaled(&self, factor: T) -> Self {
+        Self {
+            normal: self.normal.scaled(factor),
+            noise: BaselineNoise(self.noise.0.map(|n| n * factor)),
+        }
+    }
+
+    /// The same equations about the pose after a step `d`, rad: noise does not follow the pose.
+    pub(crate) fn about(&self, d: &nalgebra::Vector5<T>) -> Self {
+        let mut normal = self.normal.about(d);
+        let [forward, mixed, down] = self.noise.0;
+        normal.gradient.w -= forward * d.w + mixed * d.a;
+        normal.gradient.a -= mixed * d.w + down * d.a;
+        Self { normal, noise: self.noise }
+    }
+
+    /// Information `A B^-1 A` and gradient `A B^-1 g`: the gradient scatters by the sum `B`, and follows the baseline by
+    /// `A`, the sum without noise.
+    ///
+    /// Only the baseline's block changes. With its marginal information `K = L L^T` and the noise `S`, the eigenvalues
+    /// `l` of `L^-1 S L^-T` become the gains `max(0, 1 - l)`: never negative, 1 where disparities exceed noise.
+    #[inline(never)]
+    pub(crate) fn debiased(&self) -> NormalEquations<T> {
+        let Some((step, covariance)) = self.normal.optimum() else {
+            return self.normal;
+        };
+        let (v33, v43, v44) = (covariance.0[9], covariance.0[13], covariance.0[14]);
+        let inverse_det = T::ONE / (v33 * v44 - v43 * v43);
+        let (k33, k43, k44) = (v44 * inverse_det, -v43 * inverse_det, v33 * inverse_det);
+        let l11 = k33.sqrt();
+        let l21 = k43 / l11;
+        let l22 = (k44 - l21 * l21).sqrt();
+        // Not `<=`: a NaN must fail this test.
+        if !(l11 > T::ZERO && l22 > T::ZERO && inverse_det > T::ZERO) {
+            return self.normal;
+        }
+        let [a, b, c] = self.noise.0.map(|n| n * T::lit(DISPARITY_NOISE_MARGIN));
+        let w11 = a / k33;
+        let w21 = (b / l11 - l21 * w11) / l22;
+        let w22 = ((c - l21 * b / l11) / l22 - l21 * w21) / l22;
+        let gain = Gain::of(w11, w21, w22);
+        let ([p, q, r], [x, y, z]) = (gain.once, gain.twice);
+        // Of the marginal gradient, in units of its deviations.
+        let (by_forward, by_down) = (k33 * step.w + k43 * step.a, k43 * step.w + k44 * step.a);
+        let u1 = by_forward / l11;
+        let u2 = (by_down - l21 * u1) / l22;
+        let (u1, u2) = (p * u1 + q * u2, q * u1 + r * u2);
+        let mut debiased = self.normal;
+        debiased.gradient.w += by_forward - l11 * u1;
+        debiased.gradient.a += by_down - l21 * u1 - l22 * u2;
+        let h = &mut debiased.information.0.0;
+        h[9] += l11 * l11 * x - k33;
+        h[13] += l11 * (l21 * x + l22 * y) - k43;
+        h[14] += l21 * l21 * x + T::lit(2.0) * l21 * l22 * y + l22 * l22 * z - k44;
+        debiased
+    }
+}
+
+/// Gains `max(0, 1 - l)` of a symmetric 2 x 2 matrix with eigenvalues `l`, and their squares, as matrices.
+struct Gain<T> {
+    once: [T; 3],
+    twice: [T; 3],
+}
+
+impl<T: Scalar> Gain<T> {
+    fn of(w11: T, w21: T, w22: T) -> Self {
+        let (mean, half) = (T::HALF * (w11 + w22), T::HALF * (w11 - w22));
+        let radius = (half * half + w21 * w21).sqrt();
+        let [large, small] = [mean + radius, mean - radius].map(|l| (T::ONE - l).max(T::ZERO));
+        // A function with these values at both eigenvalues: `f(W) = p I + q W`.
+        let matrix = |at_large: T, at_small: T| {
+            let q = if radius > T::EPSILON {
+                (at_large - at_small) / (radius + radius)
+            } else {
+                T::ZERO
+            };
+            let p = T::HALF * (at_large + at_small) - q * mean;
+            [p + q * w11, q * w21, p + q * w22]
+        };
+        Self { once: matrix(large, small), twice: matrix(large * large, small * small) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use crate::algebra::change_frame::split;
+    use crate::algebra::information::Information;
+    use crate::geometry::rectification::tests::pose;
+    use crate::simd::Single;
+    use nalgebra::{Matrix5, Vector3, Vector5};
+    use std::vec::Vec;
+
+    const FOCAL: f64 = 1400.0;
+    const NOISE_PX: f64 = 0.3;
+
+    type Pose = RectifyingRotations<f64>;
+
+    fn frame() -> Pose {
+        pose([0.05, -0.08, 0.03], [0.1, -0.06])
+    }
+
+    /// A grid of points in the camera frames at infinity, `disparity` px nearer along the rectified rows.
+    fn points(frame: &Pose, disparity: f64) -> Vec<[Vector3<f64>; 2]> {
+        let at = |i: usize, n: u32| 2.0 * f64::from(u32::try_from(i).unwrap()) / f64::from(n) - 1.0;
+        let point = |i: usize| {
+            let left = Vector3::new(0.6 * at(i % 15, 14), 0.4 * at(i / 15, 14), 1.0);
+            let a = frame.left() * left;
+            let b = a - Vector3::x() * (disparity * a.z / FOCAL);
+            let right = frame.right().inverse() * b;
+            [left, right / right.z]
+        };
+        (0..225).map(point).collect()
+    }
+
+    /// Moments of the points with noise of exactly the deviation in each coordinate, and with the gradient of the
+    /// whitened cost, which has no noise on average.
+    fn noisy(frame: &Pose, disparity: f64) -> Moments<f64> {
+        let mut sums = Moments::ZERO;
+        let moved = 2.0 * NOISE_PX / FOCAL;
+        let mut clean = Vector5::zeros();
+        for [left, right] in points(frame, disparity) {
+            let weighted = |left: &Vector3<f64>, right: &Vector3<f64>| {
+                let (a, b) = (frame.left() * left, frame.right() * right);
+                let of_a =
+                    Vector3::new(0.0, -a.z, a.y).norm_squared() - axis_part(frame.right(), &a);
+                let of_b =
+                    Vector3::new(0.0, b.z, -b.y).norm_squared() - axis_part(frame.left(), &b);
+                (split(&(b * a.transpose())), (FOCAL / NOISE_PX).powi(2) / (of_a + of_b))
+            };
+            let (_, w) = weighted(&left, &right);
+            for k in 0..8_usize {
+                let mut rays = [left, right];
+                let sign = if k % 2 == 0 { moved } else { -moved };
+                rays[k / 4][(k / 2) % 2] += sign;
+                let (products, _) = weighted(&rays[0], &rays[1]);
+                sums.products_mut().add(Single, core::iter::once((w / 8.0, &products)));
+            }
+            let (products, w) = weighted(&left, &right);
+            let mut alone = Moments::ZERO;
+            alone.products_mut().add(Single, core::iter::once((w, &products)));
+            clean += alone.at_frame().gradient;
+        }
+        sums.set_gradient(&clean);
+        sums.set_noise(frame, (NOISE_PX / FOCAL).powi(2));
+        sums
+    }
+
+    /// Square of the part of `p x (1, 0, 0)` along the optical axis of a view.
+    fn axis_part(view: &nalgebra::Rotation3<f64>, p: &Vector3<f64>) -> f64 {
+        p.cross(&Vector3::x()).dot(&view.matrix().column(2)).powi(2)
+    }
+
+    fn baseline(m: &Matrix5<f64>) -> [f64; 3] {
+        [m.m44, m.m54, m.m55]
+    }
+
+    #[test]
+    fn at_infinity_all_information_on_the_baseline_is_noise_at_any_pose() {
+        let frame = frame();
+        let sums = noisy(&frame, 0.0);
+        for step in [[0.0, 0.0], [0.2, 0.0], [0.0, -0.3], [-0.15, 0.1]] {
+            let [y, z] = step;
+            let at = frame.stepped_by(&Vector5::new(0.0, 0.0, 0.0, y, z)).unwrap();
+            let BiasedEquations { normal, noise } = sums.biased_at_pose(&frame, &at);
+            let whole = baseline(&normal.information.matrix());
+            let size = whole[0].max(whole[2]);
+            for (all, noise) in whole.iter().zip(noise.0) {
+                assert!((all - noise).abs() < 0.02 * size, "{step:?} {whole:?} {noise:?}");
+            }
+            // No slope towards the pose of the evaluation, which a sum with noise has.
+            let slope = normal.gradient.w.hypot(normal.gradient.a);
+            assert!(slope < 0.02 * size * y.hypot(z).max(0.1), "{step:?}: {slope} of {size}");
+        }
+    }
+
+    #[test]
+    fn the_noise_in_another_frame_is_that_at_its_pose() {
+        let (frame, other) = (frame(), pose([0.02, -0.1, 0.06], [0.0, 0.05]));
+        let sums = noisy(&frame, 3.0);
+        let mut moved = sums;
+        moved.change_frame(&frame, &other);
+        let (there, here) = (sums.biased_at_pose(&frame, &other), moved.biased_at_frame());
+        let size = there.normal.information.matrix().amax();
+        assert!(
+            (there.normal.information.matrix() - here.normal.information.matrix()).amax()
+                < 1e-12 * size
+        );
+        assert!(
+            (there.normal.gradient - here.normal.gradient).amax()
+                < 1e-9 * there.normal.gradient.amax()
+        );
+        for (a, b) in there.noise.0.iter().zip(here.noise.0) {
+            assert!((a - b).abs() < 1e-12 * size, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn information_and_gradient_without_noise_are_those_of_the_sandwich() {
+        let frame = frame();
+        let BiasedEquations { normal, noise } = noisy(&frame, 4.0).biased_at_frame();
+        let b = normal.information.matrix();
+        let mut a = b;
+        let [forward, mixed, down] = noise.0.map(|n| n * DISPARITY_NOISE_MARGIN);
+        (a.m44, a.m45, a.m54, a.m55) =
+            (a.m44 - forward, a.m45 - mixed, a.m54 - mixed, a.m55 - down);
+        let gain = a * b.try_inverse().unwrap();
+        let got = BiasedEquations { normal, noise }.debiased();
+        let expected = gain * a;
+        assert!((got.information.matrix() - expected).amax() < 1e-9 * expected.amax());
+        let expected = gain * normal.gradient;
+        assert!((got.gradient - expected).amax() < 1e-9 * expected.amax());
+    }
+
+    #[test]
+    fn at_infinity_nothing_is_left_of_the_baseline_and_all_of_the_rotation() {
+        let frame = frame();
+        let biased = noisy(&frame, 0.0).biased_at_frame();
+        let left = biased.debiased();
+        // Marginal information on the baseline: that of noise is 100 matches and more.
+        let marginal = |i: &Information<f64>| i.matrix().try_inverse().map_or(0.0, |c| 1.0 / c.m55);
+        assert!(marginal(&biased.normal.information) > 100.0);
+        let with_prior = left.with_prior(1.0);
+        assert!((with_prior.information.covariance().unwrap().m55 - 1.0).abs() < 0.01);
+        let rotation = |m: Matrix5<f64>| m.fixed_view::<3, 3>(0, 0).into_owned();
+        assert_eq!(
+            rotation(left.information.matrix()),
+            rotation(biased.normal.information.matrix())
+        );
+    }
+
+    #[test]
+    fn near_points_keep_their_information() {
+        let biased = noisy(&frame(), 400.0).biased_at_frame();
+        let (left, whole) =
+            (biased.debiased().information.matrix(), biased.normal.information.matrix());
+        assert!((left - whole).amax() < 1e-4 * whole.m55);
+    }
+
+    #[test]
+    fn equations_with_noise_follow_a_step_and_lose_a_part() {
+        let biased = noisy(&frame(), 2.0).biased_at_frame();
+        let d = Vector5::new(1e-3, -2e-3, 1e-3, 0.02, -0.01);
+        let mut twice = biased.about(&d);
+        twice.add(&biased.about(&d));
+        let back = twice.scaled(0.5).about(&-d).minus(&BiasedEquations::ZERO);
+        assert!((back.normal.gradient - biased.normal.gradient).amax() < 1e-6);
+        assert!(back.noise.0.iter().zip(biased.noise.0).all(|(a, b)| (a - b).abs() < 1e-9));
+        let rest = twice.minus(&biased.about(&d));
+        assert!((rest.normal.gradient - biased.about(&d).normal.gradient).amax() < 1e-6);
+    }
+}
