@@ -118,8 +118,17 @@ pub(crate) const DISPARITY_NOISE_MARGIN: f64 = 1.1;
 pub(crate) const MAX_LEVERAGE: f64 = 8.0;
 
 /// The same before the first step of a track, in median shares of those within the loss, which outliers do
-/// not move. Larger lets a near outlier in; smaller loses near inliers.
+/// not move; beyond it leverage is high. Larger lets a near outlier in; smaller loses near inliers.
 pub(crate) const FIRST_MAX_LEVERAGE: f64 = 46.0;
+
+/// Near residuals of correspondences of high leverage over those beside, in deviations of chance, from
+/// which on a track takes them for inliers: few near points before a far scene. Larger loses them;
+/// smaller takes chance for a peak.
+pub(crate) const TRUSTED_PEAK_DEVIATIONS: f64 = 3.0;
+
+/// Share that separates few near points before a far scene from the tail of one range of depths, in first
+/// limits. Larger loses few near points; smaller lets near outliers in.
+pub(crate) const MIN_SEPARATION: f64 = 4.0;
 
 /// Correspondences that a survey reads. Larger costs time; smaller makes it noisy.
 pub(crate) const SURVEYED: usize = 32;

@@ -17,11 +17,12 @@ use crate::error::Refusal;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::pair::evaluate::{EvaluatedPose, PairMeasurement};
+use crate::pair::leverage::form_peak;
 use crate::pair::solver::TrackStart;
 use crate::scalar::Scalar;
 use crate::thresholds::{
     AVERAGED_PAIRS, CHI_SQUARE_PAIRS, DRIFT_DECAY, FREEDOM_RAD, MAX_LOCKED_SD_RAD, MAX_NIS,
-    MAX_REDUCED_CHI_SQUARE, MIN_INLIER_RATIO, OPTIMUM_STEPS, VIBRATION_RAD,
+    MAX_REDUCED_CHI_SQUARE, MIN_INLIER_RATIO, OPTIMUM_STEPS, SHORT_DECAY, VIBRATION_RAD,
 };
 
 /// Sums over the supporting pairs, and their optimum.
@@ -42,6 +43,8 @@ pub(crate) struct Hypothesis<T: Scalar> {
     noise: T,
     /// Running mean of the inlier share.
     inlier_share: T,
+    /// Fading sums of [`PairMeasurement::high_leverage`].
+    high_leverage: [T; 2],
     /// Running mean of the chi-square of successive pairs per degree of freedom.
     reduced_chi_square: T,
     /// Step of the last detected change, decaying, rad: widens the covariance against a drift that goes on.
@@ -74,6 +77,7 @@ impl<T: Scalar> Hypothesis<T> {
         information: Information::ZERO,
         noise: T::ZERO,
         inlier_share: T::ZERO,
+        high_leverage: [T::ZERO; 2],
         reduced_chi_square: T::ONE,
         drift: Vector5::new(T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO),
         pairs: 0,
@@ -107,6 +111,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.frame = measurement.pose;
         self.last = *last;
         (self.noise, self.inlier_share) = (measurement.noise, measurement.inlier_share);
+        self.high_leverage = measurement.high_leverage;
         self.pairs = 1;
         let to_pose = self.frame.unknowns_to(&self.pose);
         self.halves.add(measurement, &to_pose, false, context);
@@ -154,6 +159,9 @@ impl<T: Scalar> Hypothesis<T> {
             self.settled.scale(context.fading(self.pairs));
             self.pairs = self.pairs.saturating_add(1);
             self.drift *= T::lit(DRIFT_DECAY);
+            for (sum, new) in self.high_leverage.iter_mut().zip(measurement.high_leverage) {
+                *sum = *sum * T::lit(SHORT_DECAY) + new;
+            }
         }
         let Update { last, optimum } = update;
         self.last = *last;
@@ -279,7 +287,8 @@ impl<T: Scalar> Hypothesis<T> {
     pub(super) fn track_start(&self, context: &Context<'_, T>) -> Option<TrackStart<T>> {
         let mut covariance = self.covariance(context)?;
         covariance.add_diagonal(T::lit(FREEDOM_RAD * FREEDOM_RAD));
-        Some(TrackStart { pose: self.pose, covariance, noise: self.noise })
+        let trusts_leverage = form_peak(self.high_leverage);
+        Some(TrackStart { pose: self.pose, covariance, noise: self.noise, trusts_leverage })
     }
 
     /// NIS of a pair: squared distance of its optimum from the estimate, over both covariances and vibration. Without

@@ -38,6 +38,8 @@ pub(crate) struct PairMeasurement<T: Scalar> {
     pub(crate) noise: T,
     /// Share of the usable correspondences within 3 standard deviations.
     pub(crate) inlier_share: T,
+    /// Residuals within 2 units of the loss and from 2 to 4, of correspondences of high leverage.
+    pub(crate) high_leverage: [T; 2],
 }
 
 /// An evaluated pose.
@@ -79,7 +81,7 @@ impl<T: Scalar> Iterate<T> {
     ) -> Result<(), PairError> {
         let EvaluationSums { gradient, weights } = self.sum(matches, evaluated);
         let EvaluatedPose { measurement, stats } = evaluated;
-        let PairMeasurement { pose, moments, noise, inlier_share, .. } = measurement;
+        let PairMeasurement { pose, moments, noise, inlier_share, high_leverage, .. } = measurement;
         *pose = self.pose;
         moments.set_gradient(&gradient);
         let [sum, variances] = weights;
@@ -87,6 +89,7 @@ impl<T: Scalar> Iterate<T> {
         moments.set_noise(pose, variance);
         *noise = self.noise_of(stats.near_squares, stats.near());
         *inlier_share = stats.inlier_share();
+        *high_leverage = stats.high_leverage;
         stats.skipped =
             T::count(u32::try_from(matches.pairs.len()).unwrap_or(u32::MAX)) - stats.usable;
         self.check(stats.usable)?;
@@ -211,7 +214,15 @@ impl<T: Scalar, L: Lanes<T>, R: Regions<T, L>> Sink<T, L> for EvaluationSink<'_,
         let ratio = value * precision * by.unit_squared;
         let jacobian = constraint.whitened_jacobian(lanes, &by.pose, ratio);
         let w = match &by.leverage {
-            Some(leverage) => w * leverage.factor(lanes, w * precision, &jacobian),
+            Some(leverage) => {
+                let limited = leverage.factor(lanes, w * precision, &jacobian);
+                let is_separate = leverage.is_separate(lanes, limited.share);
+                if lanes.any(is_separate) {
+                    let bands = &mut self.stats.high_leverage;
+                    expected.count_bands(lanes, is_separate, squared, bands);
+                }
+                w * limited.factor
+            }
             None => w,
         };
         let [sum, variances] = &mut *self.weights;
@@ -250,6 +261,7 @@ impl<T: Scalar> EvaluatedPose<T> {
             halves: [NormalEquations::ZERO; 2],
             noise: T::ZERO,
             inlier_share: T::ZERO,
+            high_leverage: [T::ZERO; 2],
         },
         stats: ResidualStats::none(T::ZERO),
     };

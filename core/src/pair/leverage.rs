@@ -7,7 +7,9 @@
 use crate::algebra::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
-use crate::thresholds::{FIRST_MAX_LEVERAGE, MAX_LEVERAGE};
+use crate::thresholds::{
+    FIRST_MAX_LEVERAGE, MAX_LEVERAGE, MIN_SEPARATION, TRUSTED_PEAK_DEVIATIONS,
+};
 
 /// Limit on a correspondence's share of the information on the baseline, dimensionless.
 #[derive(Debug, Clone, Copy)]
@@ -16,6 +18,57 @@ pub(super) struct Leverage<T> {
     covariance: [T; 3],
     /// Largest share that keeps its full weight.
     limit: T,
+    /// Share above which leverage is high: the first limit of a track, which follows the covariance.
+    high: T,
+}
+
+/// Correspondences of high leverage in a pass, one class: a few near points before a far scene, or outliers.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct HighLeverage<V, S> {
+    /// Residuals within 2 units of the loss, and from 2 to 4.
+    pub(super) bands: [V; 2],
+    /// Square roots of the shares of those within 2 units, and the inverses of the roots, summed.
+    pub(super) roots: S,
+    pub(super) inverse_roots: S,
+}
+
+impl<V: Value, S> HighLeverage<V, S> {
+    /// Adds the roots of shares.
+    #[inline(always)]
+    pub(super) fn add<T: Scalar, L: Lanes<T, Value = V, Sum = S>>(
+        &mut self,
+        lanes: L,
+        near: L::Mask,
+        share: V,
+    ) {
+        let one = lanes.splat(T::ONE);
+        let root = lanes.sqrt(lanes.select(near, share, one));
+        lanes.add(&mut self.roots, lanes.keep(near, root));
+        lanes.add(&mut self.inverse_roots, lanes.keep(near, one / root));
+    }
+}
+
+impl<T: Scalar> HighLeverage<T, T> {
+    pub(super) const NONE: Self =
+        Self { bands: [T::ZERO; 2], roots: T::ZERO, inverse_roots: T::ZERO };
+
+    /// Square of the mean root share of those within 2 units. `None` unless they are inliers, and a class of their own:
+    /// the harmonic mean root, which few large shares do not move, is far above the least.
+    ///
+    /// * `least`: share of high leverage; `trusted`: whether they were inliers in the last pairs.
+    fn inlier_share(&self, least: T, trusted: bool) -> Option<T> {
+        let [near, _] = self.bands;
+        let [mean, harmonic] =
+            [self.roots / near, near / self.inverse_roots].map(|root| root * root);
+        let are_inliers = near > T::ZERO && (trusted || form_peak(self.bands));
+        (are_inliers && harmonic > T::lit(MIN_SEPARATION) * least).then_some(mean)
+    }
+}
+
+/// Whether residuals within 2 units exceed those from 2 to 4 by [`TRUSTED_PEAK_DEVIATIONS`] of chance. Outliers fill
+/// both bands alike.
+pub(crate) fn form_peak<T: Scalar>([near, beside]: [T; 2]) -> bool {
+    near - beside > T::lit(TRUSTED_PEAK_DEVIATIONS) * (near + beside).sqrt()
 }
 
 impl<T: Scalar> Leverage<T> {
@@ -30,12 +83,31 @@ impl<T: Scalar> Leverage<T> {
         covariance: &Symmetric5<T>,
         growth: T,
     ) -> Option<Self> {
-        let [a, b, c] = baseline_block(covariance);
-        let [x, y, z] = baseline_block(information);
-        let sum = a * x + b * y + b * y + c * z;
-        let limit = T::lit(MAX_LEVERAGE) * sum / weighted.max(T::ONE);
-        let covariance = [a, b, c].map(|c| c * growth);
-        limit.is_finite().then_some(Self { covariance, limit })
+        let covariance = baseline_block(covariance);
+        let mean = trace(&covariance, &baseline_block(information)) / weighted.max(T::ONE);
+        let limit = T::lit(MAX_LEVERAGE) * mean;
+        let covariance = covariance.map(|c| c * growth);
+        limit.is_finite().then_some(Self { covariance, limit, high: limit })
+    }
+
+    /// The limit after a step of a track: where correspondences of high leverage are inliers,
+    /// [`MAX_LEVERAGE`] of their shares. `None` where it is not finite.
+    ///
+    /// * `information`: as in [`Self::of`]; `last`, `high`: limit of the pass, and its correspondences of high leverage.
+    /// * `trusted`: whether they were inliers in the last pairs.
+    pub(super) fn raised(
+        self,
+        information: &Symmetric5<T>,
+        last: &Self,
+        high: &HighLeverage<T, T>,
+        trusted: bool,
+    ) -> Option<Self> {
+        let block = baseline_block(information);
+        // Shares of the pass are of the covariance before the step.
+        let scale = trace(&self.covariance, &block) / trace(&last.covariance, &block);
+        let share = high.inlier_share(last.high, trusted).unwrap_or(T::ZERO);
+        let limit = (T::lit(MAX_LEVERAGE) * share * scale).max(self.limit);
+        limit.is_finite().then_some(Self { limit, high: last.high * scale, ..self })
     }
 
     /// Limit before the first step of a track: [`FIRST_MAX_LEVERAGE`] median shares. `None` where it is not finite.
@@ -43,7 +115,8 @@ impl<T: Scalar> Leverage<T> {
     /// * `median`: of the shares of a sample.
     pub(super) fn first(median: T, covariance: &Symmetric5<T>) -> Option<Self> {
         let limit = T::lit(FIRST_MAX_LEVERAGE) * median;
-        limit.is_finite().then_some(Self { covariance: baseline_block(covariance), limit })
+        let covariance = baseline_block(covariance);
+        limit.is_finite().then_some(Self { covariance, limit, high: limit })
     }
 
     /// The same limit in every lane.
@@ -53,6 +126,7 @@ impl<T: Scalar> Leverage<T> {
         Leverage {
             covariance: [lanes.splat(a), lanes.splat(b), lanes.splat(c)],
             limit: lanes.splat(self.limit),
+            high: lanes.splat(self.high),
         }
     }
 }
@@ -67,16 +141,46 @@ impl<V: Value> Leverage<V> {
         lanes: L,
         w: V,
         jacobian: &[V; 5],
-    ) -> V {
+    ) -> Limited<V> {
         let one = lanes.splat(T::ONE);
         let share = share(lanes, &self.covariance, w, jacobian);
         let over = lanes.lt(self.limit, share);
         if !lanes.any(over) {
-            return one;
+            return Limited { factor: one, share };
         }
         let excess = self.limit / share;
-        lanes.select(over, excess * excess, one)
+        Limited { factor: lanes.select(over, excess * excess, one), share }
     }
+
+    /// Whether leverage is high.
+    #[inline(always)]
+    pub(super) fn is_high<T: Scalar, L: Lanes<T, Value = V>>(&self, lanes: L, share: V) -> L::Mask {
+        lanes.lt(self.high, share)
+    }
+
+    /// Whether leverage is that of a class of its own.
+    #[inline(always)]
+    pub(super) fn is_separate<T: Scalar, L: Lanes<T, Value = V>>(
+        &self,
+        lanes: L,
+        share: V,
+    ) -> L::Mask {
+        lanes.lt(lanes.splat(T::lit(MIN_SEPARATION)) * self.high, share)
+    }
+}
+
+/// Effect of a limit on correspondences.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Limited<V> {
+    /// Factor of the weight.
+    pub(super) factor: V,
+    /// Share of the information on the baseline, without the limit.
+    pub(super) share: V,
+}
+
+/// Trace of the product of two baseline blocks.
+fn trace<T: Scalar>([a, b, c]: &[T; 3], [x, y, z]: &[T; 3]) -> T {
+    *a * *x + *b * *y + *b * *y + *c * *z
 }
 
 /// Baseline block of a covariance or an information: forward, mixed, down.
@@ -141,13 +245,86 @@ mod tests {
         let j = [1.0, 0.0, 0.0, 0.2, 1.0];
         let at_limit = leverage.limit / share(Single, &leverage.covariance, 1.0, &j);
         for (excess, left) in [(0.5, 1.0), (1.0 - 1e-9, 1.0), (2.0, 0.25), (10.0, 0.01)] {
-            let got = leverage.factor(Single, excess * at_limit, &j);
+            let got = leverage.factor(Single, excess * at_limit, &j).factor;
             assert!((got - left).abs() < 1e-6, "{excess}: {got}");
             // Weights are inverse to the variance of a residual.
             let grown = Leverage::of(&held, 40.0, &covariance, 3.0).unwrap();
-            let same = grown.factor(Single, excess * at_limit / 3.0, &j);
+            let same = grown.factor(Single, excess * at_limit / 3.0, &j).factor;
             assert!((same - left).abs() < 1e-6, "{excess}: {same}");
         }
-        assert_eq!(leverage.factor(Single, 0.0, &j), 1.0);
+        assert_eq!(leverage.factor(Single, 0.0, &j).factor, 1.0);
+    }
+
+    /// Residuals within 2 units, of these shares, and so many from 2 to 4.
+    fn high(shares: &[f64], beside: f64) -> HighLeverage<f64, f64> {
+        let mut high = HighLeverage::NONE;
+        high.bands = [0.0, beside];
+        for share in shares {
+            let [near, _] = &mut high.bands;
+            *near += 1.0;
+            high.add(Single, true, *share);
+        }
+        high
+    }
+
+    #[test]
+    fn the_limit_rises_for_a_class_that_forms_a_peak_and_not_for_a_flat_one() {
+        let (_, held, covariance) = rows();
+        let first = Leverage::first(1e-3, &covariance).unwrap();
+        let limit = Leverage::of(&held, 40.0, &covariance, 1.0).unwrap();
+        let share = 100.0 * limit.limit.max(first.high);
+        let raised = |near: usize, beside, trusted| {
+            let high = high(&[share; 20][..near], beside);
+            limit.raised(&held, &first, &high, trusted).unwrap().limit
+        };
+        let expected = MAX_LEVERAGE * share;
+        for (near, beside) in [(10, 0.0), (20, 3.0)] {
+            assert!(
+                (raised(near, beside, false) / expected - 1.0).abs() < 1e-12,
+                "{near} {beside}"
+            );
+        }
+        // No more than chance; none at all.
+        for (near, beside) in [(9, 0.0), (20, 20.0), (20, 7.0), (0, 0.0)] {
+            assert_eq!(raised(near, beside, false), limit.limit, "{near} {beside}");
+        }
+        // One near point, of a class that was one of inliers in the last pairs.
+        assert!((raised(1, 0.0, true) / expected - 1.0).abs() < 1e-12);
+        assert_eq!(raised(0, 3.0, true), limit.limit);
+    }
+
+    #[test]
+    fn the_limit_does_not_rise_for_the_tail_of_one_range_of_depths_with_an_outlier_in_it() {
+        let (_, held, covariance) = rows();
+        let first = Leverage::first(1.0, &covariance).unwrap();
+        let limit = Leverage::of(&held, 40.0, &covariance, 1.0).unwrap();
+        let raised =
+            |shares: &[f64]| limit.raised(&held, &first, &high(shares, 0.0), true).unwrap().limit;
+        let mut tail = [2.0 * first.high; 20];
+        assert_eq!(raised(&tail), limit.limit);
+        tail[7] = 1e4 * first.high;
+        assert_eq!(raised(&tail), limit.limit);
+        assert!(raised(&[1.01 * MIN_SEPARATION * first.high; 20]) > limit.limit);
+    }
+
+    #[test]
+    fn the_class_of_high_leverage_follows_the_covariance() {
+        let (_, held, covariance) = rows();
+        let first = Leverage::first(1e-3, &covariance).unwrap();
+        assert_eq!((first.limit, first.high), (FIRST_MAX_LEVERAGE * 1e-3, first.limit));
+        let mut narrower = covariance;
+        narrower.0.iter_mut().for_each(|c| *c *= 0.25);
+        let limit = Leverage::of(&held, 40.0, &narrower, 1.0).unwrap();
+        let next = limit.raised(&held, &first, &HighLeverage::NONE, false).unwrap();
+        assert!((next.high / first.high - 0.25).abs() < 1e-12);
+        // The same correspondences are of high leverage before and after.
+        let j = [0.3, 0.0, 0.0, 0.2, 1.0];
+        let at_limit = first.limit / share(Single, &first.covariance, 1.0, &j);
+        for (excess, is_high) in [(0.999, false), (1.001, true)] {
+            for leverage in [&first, &next] {
+                let limited = leverage.factor(Single, excess * at_limit, &j);
+                assert_eq!(leverage.is_high(Single, limited.share), is_high);
+            }
+        }
     }
 }

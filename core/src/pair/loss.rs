@@ -4,7 +4,7 @@
 
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
-use crate::thresholds::{MIN_UNIT, TRUNCATED_VARIANCE, TUKEY};
+use crate::thresholds::{BESIDE, MIN_UNIT, NEAR, TRUNCATED_VARIANCE, TUKEY};
 
 /// Geman-McClure weight `1 / (1 + x)^2`, `x = (r / scale)^2`, dimensionless: smooth and wide, for graduated
 /// non-convexity.
@@ -65,6 +65,27 @@ impl<V: Value> ResidualVariance<V> {
     ) -> L::Mask {
         let units = T::lit(units);
         lanes.lt(squared, lanes.splat(units * units) * self.unit_squared)
+    }
+
+    /// Counts residuals within 2 units of the loss, and from 2 to 4. Outliers fill both bands alike. Returns which are
+    /// within 2.
+    ///
+    /// * `among`: lanes to count; `squared`: squared residual, px^2.
+    #[inline(always)]
+    pub(super) fn count_bands<T: Scalar, L: Lanes<T, Value = V>>(
+        &self,
+        lanes: L,
+        among: L::Mask,
+        squared: V,
+        [near, beside]: &mut [V; 2],
+    ) -> L::Mask {
+        let one = lanes.splat(T::ONE);
+        let within = |units| lanes.and(among, self.is_within(lanes, units, squared));
+        let is_near = within(NEAR);
+        let (count, around) = (lanes.keep(is_near, one), lanes.keep(within(BESIDE), one));
+        *near = *near + count;
+        *beside = *beside + (around - count);
+        is_near
     }
 
     /// Unbiased estimate of the variance before rounding from a squared residual within 2 units, px^2.

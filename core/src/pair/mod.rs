@@ -4,7 +4,7 @@
 //! statistics.
 //!
 //! - [`constraint`]: residual, variance and derivatives. [`loss`], [`leverage`], [`weighting`]: weight of a residual.
-//! - [`sweep`]: loop over the batch on any lanes. [`normal_sums`], [`residual_stats`]: sums of a pass.
+//! - [`sweep`]: loop over the batch on any lanes. [`pass`], [`normal_sums`], [`residual_stats`]: sums of a pass.
 //! - [`iterate`]: linearisation point. [`solver`]: Gauss-Newton steps. [`survey`]: first leverage limit of a track.
 //! - [`evaluate`]: last pass, at the pose reached.
 //!
@@ -13,9 +13,10 @@
 mod constraint;
 pub(crate) mod evaluate;
 mod iterate;
-mod leverage;
+pub(crate) mod leverage;
 mod loss;
 mod normal_sums;
+mod pass;
 mod regions;
 mod residual_stats;
 #[cfg(test)]

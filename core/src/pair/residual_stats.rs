@@ -20,6 +20,8 @@ pub(crate) struct ResidualStats<V> {
     pub(crate) screened: V,
     /// Sums of their squared row offsets at start and pose, unit depth.
     pub(crate) squares: [V; 2],
+    /// Residuals within 2 units and from 2 to 4, of correspondences of high leverage.
+    pub(super) high_leverage: [V; 2],
     /// Sums of the truncated squared row offsets of all correspondences at start and pose, unit depth.
     pub(crate) cost: [V; 2],
 }
@@ -48,6 +50,7 @@ impl<V: Copy> ResidualStats<V> {
             near_squares: zero,
             screened: zero,
             squares: [zero; 2],
+            high_leverage: [zero; 2],
             cost: [zero; 2],
         }
     }
@@ -115,6 +118,8 @@ impl<V: Value> ResidualStats<V> {
         let to_sums = [&mut to.usable, &mut to.near_squares, &mut to.screened].into_iter();
         let sums = sums.chain(&self.within).chain(&self.squares).chain(&self.cost);
         let to_sums = to_sums.chain(&mut to.within).chain(&mut to.squares).chain(&mut to.cost);
+        let sums = sums.chain(&self.high_leverage);
+        let to_sums = to_sums.chain(&mut to.high_leverage);
         for (to, sum) in to_sums.zip(sums) {
             *to += lanes.reduce(*sum);
         }

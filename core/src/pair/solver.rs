@@ -8,26 +8,23 @@
 
 use nalgebra::Vector5;
 
-use super::constraint::Constraint;
 use super::iterate::Iterate;
 use super::leverage::Leverage;
-use super::loss::{ResidualVariance, geman_mcclure, tukey};
-use super::normal_sums::NormalSums;
+use super::pass::{PassOver, PassSums};
 use super::survey::survey;
-use super::sweep::{self, Pass, Sample, Sink, spread_over};
-use super::weighting::{Loss, WeightedRow, Weighting, tracked};
+use super::sweep::{self, spread_over};
+use super::weighting::{Loss, Weighting};
 use crate::algebra::information::Information;
-use crate::algebra::normal_equations::NormalEquations;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::batch::Matches;
 use crate::config::Config;
 use crate::error::PairError;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
-use crate::simd::{Lanes, Single, Value};
+use crate::simd::{Lanes, Single};
 use crate::state::Stop;
 use crate::thresholds::{
-    ANNEALING, FIRST_NOISE_PX, FIRST_SCALE_PX, LAST_SCALE_PX, MIN_DISPARITY_PX, NEAR, NEGLIGIBLE,
+    ANNEALING, FIRST_NOISE_PX, FIRST_SCALE_PX, LAST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE,
     SETTLED, SLOW_ANNEALING, SURVEYED, TRACK_PASSES, TRACKED, YAW_DEVIATIONS,
 };
 
@@ -51,21 +48,8 @@ pub(crate) struct TrackStart<T: Scalar> {
     pub(crate) covariance: Symmetric5<T>,
     /// Noise of a coordinate, px.
     pub(crate) noise: T,
-}
-
-/// Sums of a pass; counts are whole numbers.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct PassSums<T> {
-    /// Normal equations, leverage limited.
-    pub(super) normal: NormalEquations<T>,
-    /// Correspondences in front of both cameras.
-    pub(super) usable: T,
-    /// Correspondences of a weight above 0.
-    pub(super) weighted: T,
-    /// Residuals within 2 standard deviations; counted in a polish only.
-    pub(super) near: T,
-    /// Their estimates of the noise variance, summed, px^2.
-    pub(super) near_squares: T,
+    /// Whether correspondences of high leverage were inliers in the last pairs.
+    pub(crate) trusts_leverage: bool,
 }
 
 /// Solver of one pair, between two passes.
@@ -74,6 +58,8 @@ pub(crate) struct PairSolver<T: Scalar> {
     pub(super) iterate: Iterate<T>,
     /// Information about the start, 1/rad^2.
     prior: Information<T>,
+    /// Whether correspondences of high leverage were inliers in the last pairs.
+    trusts_leverage: bool,
     /// Ratio of successive scales.
     annealing: T,
     /// Sum of the steps from the start, rad.
@@ -111,6 +97,7 @@ impl<T: Scalar> PairSolver<T> {
         Self {
             iterate,
             prior: Information(Symmetric5::of_diagonal([config.prior(); 5])),
+            trusts_leverage: false,
             annealing: T::lit(ANNEALING),
             moved: Vector5::zeros(),
             schedule: Schedule::Anneal(T::lit(FIRST_SCALE_PX)),
@@ -128,11 +115,12 @@ impl<T: Scalar> PairSolver<T> {
 
     /// Starts a track; `None` if the covariance of the start has no inverse.
     pub(crate) fn track(config: &Config, focal: T, start: &TrackStart<T>) -> Option<Self> {
-        let TrackStart { pose, covariance, noise } = start;
+        let TrackStart { pose, covariance, noise, trusts_leverage } = start;
         let mut track = Self::search(config, focal, *pose, TRACK_PASSES);
         track.prior = Information(covariance.inverse()?);
         track.schedule = Schedule::Track(*covariance);
         track.iterate.noise = *noise;
+        track.trusts_leverage = *trusts_leverage;
         Some(track)
     }
 
@@ -216,7 +204,13 @@ impl<T: Scalar> PairSolver<T> {
         let information = &pass.normal.information.0;
         self.iterate.fitted = covariance.dot(information);
         let growth = self.variance() / before;
-        self.iterate.leverage = Leverage::of(information, pass.weighted, &covariance, growth);
+        let limit = Leverage::of(information, pass.weighted, &covariance, growth);
+        self.iterate.leverage = match (&self.schedule, &self.iterate.leverage) {
+            (Schedule::Track(_), Some(last)) => limit.and_then(|limit| {
+                limit.raised(information, last, &pass.high, self.trusts_leverage)
+            }),
+            _ => limit,
+        };
         let [_, yaw, ..] = covariance.diagonal();
         self.iterate.min_disparity =
             -T::lit(MIN_DISPARITY_PX) / self.iterate.focal - T::lit(YAW_DEVIATIONS) * yaw.sqrt();
@@ -261,137 +255,12 @@ impl<T: Scalar> PairSolver<T> {
 
     /// Weighting of the next pass.
     #[inline(always)]
-    fn weighting<L: Lanes<T>>(&self, lanes: L) -> Weighting<L::Value> {
+    pub(super) fn weighting<L: Lanes<T>>(&self, lanes: L) -> Weighting<L::Value> {
         let loss = match &self.schedule {
             Schedule::Anneal(scale) => Loss::Anneal(lanes.splat(T::ONE / (*scale * *scale))),
             Schedule::Track(covariance) => Loss::Track(covariance.0.map(|c| lanes.splat(c))),
             Schedule::Polish => Loss::Polish,
         };
         self.iterate.weighting(lanes, loss)
-    }
-}
-
-impl<T: Scalar> PassSums<T> {
-    pub(super) const ZERO: Self = Self {
-        normal: NormalEquations::ZERO,
-        usable: T::ZERO,
-        weighted: T::ZERO,
-        near: T::ZERO,
-        near_squares: T::ZERO,
-    };
-}
-
-/// A pass of a solver, with its sums so far.
-pub(super) struct PassOver<'a, T: Scalar> {
-    pub(super) solver: &'a PairSolver<T>,
-    pub(super) sums: PassSums<T>,
-}
-
-impl<T: Scalar> Pass<T> for PassOver<'_, T> {
-    const QUADS: bool = true;
-
-    #[inline(always)]
-    fn sweep<L: Lanes<T>>(&mut self, lanes: L, source: impl Iterator<Item = Sample<L::Value>>) {
-        let by = sweep::in_memory(lanes, self.solver.weighting(lanes));
-        let zero = lanes.splat(T::ZERO);
-        let mut sink = PassSink {
-            by: &by,
-            normal: NormalSums::resume(lanes, &self.sums.normal),
-            counts: [zero; 3],
-            near_squares: lanes.resume(self.sums.near_squares),
-        };
-        sweep::sweep(lanes, source, &mut sink);
-        let PassSink { normal, counts, near_squares, .. } = sink;
-        let PassSums { normal: to_normal, usable, weighted, near, near_squares: to_squares } =
-            &mut self.sums;
-        normal.store(lanes, to_normal);
-        lanes.store(near_squares, to_squares);
-        for (to, count) in [usable, weighted, near].into_iter().zip(counts) {
-            *to += lanes.reduce(count);
-        }
-    }
-}
-
-/// Sums of a pass in lanes.
-struct PassSink<'a, T: Scalar, L: Lanes<T>> {
-    by: &'a Weighting<L::Value>,
-    normal: NormalSums<L::Sum>,
-    /// `usable`, `weighted` and `near` of [`PassSums`].
-    counts: [L::Value; 3],
-    near_squares: L::Sum,
-}
-
-impl<T: Scalar, L: Lanes<T>> Sink<T, L> for PassSink<'_, T, L> {
-    type Row = WeightedRow<L::Value>;
-
-    #[inline(always)]
-    fn row(&mut self, lanes: L, (rays, grid_step): Sample<L::Value>) -> Option<Self::Row> {
-        let (constraint, in_front) = Constraint::of(lanes, &self.by.pose, rays);
-        if !lanes.any(in_front) {
-            return None;
-        }
-        let one = lanes.splat(T::ONE);
-        let [usable, ..] = &mut self.counts;
-        *usable = *usable + lanes.keep(in_front, one);
-        let precision = self.by.precision(lanes, &constraint, in_front);
-        let w = self.weight(lanes, &constraint, in_front, precision, grid_step);
-        let positive = lanes.lt(lanes.splat(T::ZERO), w);
-        if !lanes.any(positive) {
-            return None;
-        }
-        let [_, weighted, _] = &mut self.counts;
-        *weighted = *weighted + lanes.keep(positive, one);
-        Some(self.by.row(lanes, &constraint, precision, w))
-    }
-
-    #[inline(always)]
-    fn none(lanes: L) -> Self::Row {
-        WeightedRow::none(lanes)
-    }
-
-    #[inline(always)]
-    fn add_one(&mut self, lanes: L, row: Self::Row) {
-        self.normal.add_one(lanes, row);
-    }
-
-    #[inline(always)]
-    fn add(&mut self, lanes: L, rows: &[Self::Row]) {
-        self.normal.add(lanes, rows.iter().copied());
-    }
-}
-
-impl<V: Value, T: Scalar, L: Lanes<T, Value = V>> PassSink<'_, T, L> {
-    /// Weight by the loss, 1/px^2, before leverage is limited; counts the near residuals of a polish.
-    ///
-    /// * `precision`: `f^2 / V`, px^2; `grid_step`: px.
-    #[inline(always)]
-    fn weight(
-        &mut self,
-        lanes: L,
-        constraint: &Constraint<V>,
-        in_front: L::Mask,
-        precision: V,
-        grid_step: V,
-    ) -> V {
-        let by = self.by;
-        let squared = constraint.value * constraint.value * precision;
-        if let Loss::Anneal(scale) = &by.loss {
-            return lanes.keep(in_front, geman_mcclure(lanes, squared * *scale) * *scale);
-        }
-        let ahead = lanes.and(in_front, constraint.has_disparity(lanes, by.min_disparity));
-        if !lanes.any(ahead) {
-            return lanes.splat(T::ZERO);
-        }
-        let expected = ResidualVariance::of(lanes, by.noise_squared, grid_step);
-        if let Loss::Track(covariance) = &by.loss {
-            let x = tracked(lanes, covariance, constraint, precision, &expected);
-            return lanes.keep(ahead, tukey(lanes, x) / expected.variance);
-        }
-        let is_near = lanes.and(ahead, expected.is_within(lanes, NEAR, squared));
-        let [.., near] = &mut self.counts;
-        *near = *near + lanes.keep(is_near, lanes.splat(T::ONE));
-        let of_noise = lanes.keep(is_near, expected.noise_squared(lanes, squared));
-        lanes.add(&mut self.near_squares, of_noise);
-        lanes.keep(ahead, expected.tukey(lanes, squared))
     }
 }

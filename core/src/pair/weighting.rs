@@ -1,7 +1,7 @@
 //! Weight of a correspondence in the normal equations of a pass: loss, inverse variance and leverage.
 
 use super::constraint::{Constraint, PoseTerms};
-use super::leverage::Leverage;
+use super::leverage::{Leverage, Limited};
 use super::loss::ResidualVariance;
 use crate::algebra::symmetric5::form;
 use crate::scalar::Scalar;
@@ -60,7 +60,7 @@ impl<V: Value> Weighting<V> {
         self.focal_squared / lanes.select(in_front, constraint.variance, lanes.splat(T::ONE))
     }
 
-    /// Row of a correspondence.
+    /// Row of a correspondence, and what the limit on leverage does to it.
     ///
     /// * `precision`: `f^2 / V`, px^2; `w`: weight by the loss, 1/px^2.
     #[inline(always)]
@@ -70,7 +70,7 @@ impl<V: Value> Weighting<V> {
         constraint: &Constraint<V>,
         precision: V,
         w: V,
-    ) -> WeightedRow<V> {
+    ) -> (WeightedRow<V>, Option<Limited<V>>) {
         let value = constraint.value;
         let jacobian = match self.loss {
             // The pose after a track's two steps decides weights only: the derivative of `V` is left out.
@@ -81,11 +81,9 @@ impl<V: Value> Weighting<V> {
             }
         };
         let weight = w * precision;
-        let weight = match &self.leverage {
-            Some(leverage) => weight * leverage.factor(lanes, weight, &jacobian),
-            None => weight,
-        };
-        WeightedRow { weight, value, jacobian }
+        let limited = self.leverage.as_ref().map(|l| l.factor(lanes, weight, &jacobian));
+        let weight = limited.map_or(weight, |limited| weight * limited.factor);
+        (WeightedRow { weight, value, jacobian }, limited)
     }
 }
 

@@ -22,6 +22,8 @@ pub(crate) use wide::{Vectorised, dispatch};
 
 use core::ops::{Add, Div, Mul, Sub};
 
+use nalgebra::ComplexField;
+
 /// One number per lane, with the four operations lane by lane.
 pub(crate) trait Value:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
@@ -34,9 +36,9 @@ impl<V> Value for V where
 }
 
 /// Number type of one lane: `f32` or `f64`. The default is 0.
-pub(crate) trait Number: Value + Default + PartialOrd {}
+pub(crate) trait Number: Value + Default + PartialOrd + ComplexField {}
 
-impl<T: Value + Default + PartialOrd> Number for T {}
+impl<T: Value + Default + PartialOrd + ComplexField> Number for T {}
 
 /// A set of lanes: one correspondence in each.
 pub(crate) trait Lanes<T: Number>: Copy {
@@ -94,6 +96,9 @@ pub(crate) trait Lanes<T: Number>: Copy {
         self.select(mask, a, self.splat(T::default()))
     }
 
+    /// Square root, correctly rounded.
+    fn sqrt(self, x: Self::Value) -> Self::Value;
+
     /// Sum over the lanes.
     fn reduce(self, x: Self::Value) -> T;
 
@@ -144,9 +149,10 @@ impl<T: Number> Lanes<T> for Single {
         fn and(self, a: bool, b: bool) -> bool { a && b }
         fn any(self, mask: bool) -> bool { mask }
         fn select(self, mask: bool, a: T, b: T) -> T { if mask { a } else { b } }
+        fn sqrt(self, x: T) -> T { ComplexField::sqrt(x) }
         fn reduce(self, x: T) -> T { x }
         fn resume(self, from: T) -> T { from }
-        fn add(self, sum: &mut T, x: T) { *sum = *sum + x; }
+        fn add(self, sum: &mut T, x: T) { *sum += x; }
         fn store(self, sum: T, to: &mut T) { *to = sum; }
     }
 }

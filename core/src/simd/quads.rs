@@ -2,6 +2,8 @@
 
 use core::ops::{Add, Div, Mul, Sub};
 
+use nalgebra::ComplexField;
+
 use super::{Lanes, Number};
 
 /// Four lanes, each bit-identical to [`super::Single`]; sums keep the order of the batch.
@@ -62,6 +64,7 @@ impl<T: Number> Lanes<T> for Quads {
         fn select(self, mask: Quad<bool>, a: Quad<T>, b: Quad<T>) -> Quad<T> {
             mask.zip(a.zip(b, |a, b| (a, b)), |mask, (a, b)| if mask { a } else { b })
         }
+        fn sqrt(self, x: Quad<T>) -> Quad<T> { Quad(x.0.map(ComplexField::sqrt)) }
         fn reduce(self, x: Quad<T>) -> T {
             let [a, b, c, d] = x.0;
             a + b + c + d

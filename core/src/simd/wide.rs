@@ -50,7 +50,7 @@ macro_rules! operators {
 macro_rules! vectorised {
     ($t:ident, $wide:ident, $packed:ident, $values:ident, $masks:ident, $bits:ident, $and_bits:ident, $as_simd:ident,
      $splat:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $mul_add:ident,
-     $negate_mul_add:ident, $ge:ident, $lt:ident, $and:ident, $select:ident, $sum:ident) => {
+     $negate_mul_add:ident, $ge:ident, $lt:ident, $and:ident, $select:ident, $sum:ident, $sqrt:ident) => {
         /// The lanes of an instruction set.
         #[derive(Debug, Clone, Copy)]
         pub(crate) struct $wide<S>(S);
@@ -95,6 +95,7 @@ macro_rules! vectorised {
                     let values = cast::<S::$values, S::$bits>(a.values);
                     self.packed(cast(self.0.$and_bits(bits, values)))
                 }
+                fn sqrt(self, x: $packed<S>) -> $packed<S> { self.packed(self.0.$sqrt(x.values)) }
                 fn reduce(self, x: $packed<S>) -> $t { self.0.$sum(x.values) }
                 // The lanes start at 0; `store` adds their total to the number that they continue.
                 fn resume(self, _: $t) -> $packed<S> { self.splat(0.0) }
@@ -125,11 +126,11 @@ macro_rules! vectorised {
 vectorised!(
     f32, WideF32, PackedF32, f32s, m32s, u32s, and_u32s, as_simd_f32s,
     splat_f32s, add_f32s, sub_f32s, mul_f32s, div_f32s, mul_add_e_f32s,
-    negate_mul_add_e_f32s, greater_than_or_equal_f32s, less_than_f32s, and_m32s, select_f32s, reduce_sum_f32s
+    negate_mul_add_e_f32s, greater_than_or_equal_f32s, less_than_f32s, and_m32s, select_f32s, reduce_sum_f32s, sqrt_f32s
 );
 #[rustfmt::skip]
 vectorised!(
     f64, WideF64, PackedF64, f64s, m64s, u64s, and_u64s, as_simd_f64s,
     splat_f64s, add_f64s, sub_f64s, mul_f64s, div_f64s, mul_add_e_f64s,
-    negate_mul_add_e_f64s, greater_than_or_equal_f64s, less_than_f64s, and_m64s, select_f64s, reduce_sum_f64s
+    negate_mul_add_e_f64s, greater_than_or_equal_f64s, less_than_f64s, and_m64s, select_f64s, reduce_sum_f64s, sqrt_f64s
 );

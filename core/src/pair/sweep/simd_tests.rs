@@ -2,7 +2,7 @@
 
 use super::super::constraint::{Constraint, PoseTerms};
 use super::super::iterate::Iterate;
-use super::super::solver::{PassOver, PassSums};
+use super::super::pass::{PassOver, PassSums};
 use super::super::weighting::Loss;
 use super::*;
 use crate::pair::scenes::{batch, pixels, solvers};

@@ -1,6 +1,6 @@
 //! Quads against one correspondence at a time.
 
-use super::super::solver::{PassOver, PassSums};
+use super::super::pass::{PassOver, PassSums};
 use super::*;
 use crate::pair::scenes::{batch, pixels, solvers};
 use proptest::prelude::*;
