@@ -120,6 +120,8 @@
 //! | hypothesis | Extrinsics with the sums of the pairs that support them. |
 //! | champion | The hypothesis that is reported, once four pairs agree. |
 //! | challenger | The hypothesis of pairs outside the champion's gate. Three pairs that show another rig promote it. |
+//! | baseline observed | The pairs have determined `t`, and not `R` alone: near points, or many pairs. |
+//! | high leverage | Share of a correspondence in the information on `t` far above the usual: near points, or outliers. |
 //! | repeated scene | A pair with the matches of the pair before it, as of a vehicle at rest: it replaces that pair. |
 //! | image halves | Two halves of the image, estimated apart: their disagreement shows biased matches ([`Doubt`]). |
 //! | screened | Within the threshold of the residual: counted as an inlier. |

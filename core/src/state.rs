@@ -8,7 +8,8 @@
 pub enum State {
     /// Too few pairs agree yet.
     Acquiring,
-    /// The last pair agrees with the estimate.
+    /// The last pair agrees with the estimate, and `R` is certain. `t` may still be that of the start:
+    /// [`crate::Proposal::baseline_observed`].
     Locked,
     /// The last pairs disagree with the estimate, or a challenger gathers pairs.
     Suspect,

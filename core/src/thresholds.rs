@@ -205,6 +205,16 @@ pub(crate) const AVERAGED_PAIRS: u32 = 50;
 /// waits in poor scenes.
 pub(crate) const MAX_LOCKED_SD_RAD: f64 = 0.12;
 
+/// Variance of `t` over that of one of its two angles in the factory extrinsics (2 without pairs): up to
+/// the first the baseline is observed, up to the second it is applied in any case. Larger applies what
+/// is mostly the prior; smaller waits in far scenes.
+pub(crate) const OBSERVED_BASELINE: f64 = 0.25;
+pub(crate) const CERTAIN_BASELINE: f64 = 0.0625;
+
+/// Squared distance of the baseline in use from an observed one over the covariance, from which on the
+/// observed one is applied: 1 % by chance. Larger keeps a wrong baseline; smaller applies noise.
+pub(crate) const SIGNIFICANT_BASELINE: f64 = 9.0;
+
 /// Factor per pair of a followed drift in the covariance. Larger reports it longer; smaller is overtaken by it.
 pub(crate) const DRIFT_DECAY: f64 = 0.9;
 

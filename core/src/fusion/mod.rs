@@ -21,16 +21,20 @@ mod optimum;
 mod repeated_scene;
 
 use crate::algebra::information::StandardDeviations;
+use crate::algebra::symmetric5::Symmetric5;
 use crate::batch::Matches;
 use crate::codec::{Reader, Writer};
 use crate::config::Context;
 use crate::error::{PairError, Refusal, RestoreError};
 use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::outcome::proposal::{Doubt, Proposal};
 use crate::scalar::Scalar;
 use crate::state::State;
-use crate::thresholds::MAX_DISAGREEMENT;
+use crate::thresholds::{
+    CERTAIN_BASELINE, MAX_DISAGREEMENT, OBSERVED_BASELINE, SIGNIFICANT_BASELINE,
+};
 use association::{Association, AssociationContext};
 use hypotheses::Hypotheses;
 use repeated_scene::RepeatedScene;
@@ -178,7 +182,11 @@ impl<T: Scalar> Fusion<T> {
             return None;
         }
         let extrinsics = hypothesis.pose().extrinsics().ok()?;
-        let applicable = if doubt == Some(Doubt::Baseline) {
+        let [observed, certain] = [OBSERVED_BASELINE, CERTAIN_BASELINE].map(T::lit);
+        let left = sd.translation * sd.translation * context.prior;
+        let gains = left <= certain
+            || left <= observed && baseline_differs(hypothesis.pose(), in_use, &covariance);
+        let applicable = if doubt == Some(Doubt::Baseline) || !gains {
             hypothesis.with_baseline_of(in_use)?
         } else {
             extrinsics
@@ -189,6 +197,7 @@ impl<T: Scalar> Fusion<T> {
             pairs: hypothesis.pairs(),
             sd,
             covariance: Some(covariance.matrix()),
+            baseline_observed: left <= observed,
             state: self.state(),
             doubt,
         })
@@ -212,4 +221,16 @@ impl<T: Scalar> Fusion<T> {
         // Version 1 ends before the scene.
         if from.version() < 2 { Ok(()) } else { self.scene.read(from) }
     }
+}
+
+/// Whether the baseline in use is off by more than chance: its squared distance over the covariance of the estimate.
+fn baseline_differs<T: Scalar>(
+    pose: &RectifyingRotations<T>,
+    in_use: &Extrinsics<T>,
+    covariance: &Symmetric5<T>,
+) -> bool {
+    let off = pose.unknowns_to(&RectifyingRotations::from(in_use));
+    let [.., a, _, _, _, b, c] = covariance.0;
+    let form = c * off.w * off.w - T::lit(2.0) * b * off.w * off.a + a * off.a * off.a;
+    form >= T::lit(SIGNIFICANT_BASELINE) * (a * c - b * b)
 }

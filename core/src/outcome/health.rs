@@ -65,6 +65,8 @@ pub struct Health<T: Scalar> {
     pub state: State,
     /// Evidence against the estimate.
     pub doubt: Option<Doubt>,
+    /// Whether pairs have determined the baseline direction, as [`Proposal::baseline_observed`].
+    pub baseline_observed: bool,
     /// Expected size of the error of the estimate.
     pub sd: StandardDeviations<T>,
     /// Its least certain direction and the standard deviation, rad; `None` in the paper preset.
@@ -195,6 +197,7 @@ impl<T: Scalar> Health<T> {
             band,
             state: proposal.state,
             doubt: proposal.doubt,
+            baseline_observed: proposal.baseline_observed,
             sd: proposal.sd,
             weakest: proposal.weakest(),
             yaw: (off.y * off.y + yaw_sd * yaw_sd).sqrt(),

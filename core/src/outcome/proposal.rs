@@ -18,8 +18,9 @@ use crate::state::State;
 pub struct Proposal<T: Scalar> {
     /// The best `R`, `t`.
     pub extrinsics: Extrinsics<T>,
-    /// What [`crate::Calibrator::apply`] puts into use: the same, but where `doubt` is
-    /// [`Doubt::Baseline`] `t` is that in use, and `R` the best there is with it.
+    /// What [`crate::Calibrator::apply`] puts into use. `t` is that in use, and `R` the best there is with it, where
+    /// the baseline is not observed, where it is observed and not significantly different, and where `doubt` is
+    /// [`Doubt::Baseline`]. Otherwise the best `R`, `t`.
     pub applicable: Extrinsics<T>,
     /// Pairs behind it; those of a repeated scene count once.
     pub pairs: u32,
@@ -32,7 +33,11 @@ pub struct Proposal<T: Scalar> {
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     #[cfg_attr(feature = "serde", serde(with = "rows"))]
     pub covariance: Option<Matrix5<T>>,
-    /// Whether it is confirmed. The paper preset confirms nothing: locked from the first pair on.
+    /// Whether pairs have determined the baseline direction: its variance is at most an eighth of what it is without
+    /// pairs. Points more than some thousand baselines away do not observe it: their disparities are noise. The paper
+    /// preset fuses no pair that does not: always true.
+    pub baseline_observed: bool,
+    /// Whether `R` is confirmed; `t` is, where `baseline_observed` says so. The paper preset confirms nothing: locked from the first pair on.
     pub state: State,
     /// Evidence against it.
     pub doubt: Option<Doubt>,

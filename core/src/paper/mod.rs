@@ -150,6 +150,7 @@ impl<T: Scalar> Paper<T> {
             pairs: estimate.pairs,
             sd: estimate.sd,
             covariance: None,
+            baseline_observed: true,
             state: self.state(),
             doubt: (!estimate.axis_is_meaningful).then_some(Doubt::Axis),
         })

@@ -4,6 +4,7 @@ use crate::presets::{calibrator, robust};
 use crate::scene::{cameras, correspondences, rig, take};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
     ApplyError, Calibrator, Camera, Config, Correspondence, Extrinsics, Intrinsics, Lens,
     PairError, PushError, Pushed, Refusal, Rejection, Side, State, UndistortError,
@@ -140,14 +141,23 @@ fn points_at_infinity_are_never_fused_by_the_paper_preset_with_or_without_noise(
 }
 
 #[test]
-fn points_at_infinity_alone_never_lock() {
+fn points_at_infinity_alone_lock_the_rotation_and_leave_the_baseline_as_it_was() {
     let mut calibrator = robust::<f32>();
+    let in_use = *calibrator.in_use();
     for seed in 0..200 {
-        // Some draws are taken up: they tell of the rotation.
-        let _ = take(&mut calibrator, &noisy_infinity(seed));
-        assert_eq!(calibrator.state(), State::Acquiring, "{seed}");
-        assert!(calibrator.apply().is_err());
+        take(&mut calibrator, &noisy_infinity(seed)).unwrap();
+        let proposal = calibrator.proposal().unwrap();
+        assert!(!proposal.baseline_observed, "{seed}");
+        // The prior alone: 0.1 rad about both axes.
+        assert!(proposal.sd.translation > 0.9 * 0.1 * 2.0_f32.sqrt(), "{seed}: {:?}", proposal.sd);
+        if calibrator.state() == State::Locked {
+            let applied = calibrator.apply().unwrap();
+            assert_eq!(applied.translation(), in_use.translation(), "{seed}");
+        }
     }
+    assert_eq!(calibrator.state(), State::Locked);
+    let off = Deviation::between(calibrator.in_use(), &Extrinsics::SIDE_BY_SIDE);
+    assert!(off.rotation < 1e-4, "{off:?}");
 }
 
 /// Points at infinity, noise of 0.4 px on the right.
@@ -163,18 +173,23 @@ fn noisy_infinity(seed: u64) -> Vec<Correspondence<f32>> {
 }
 
 #[test]
-fn points_at_infinity_tell_a_locked_rig_nothing_of_its_baseline() {
+fn points_at_infinity_tell_a_locked_rig_of_its_rotation_and_nothing_of_its_baseline() {
     let mut calibrator = robust::<f32>();
     for seed in 0..5 {
         let scene = correspondences(&Extrinsics::SIDE_BY_SIDE, 200, 0.5, seed);
         take(&mut calibrator, &scene).unwrap();
     }
-    let before = calibrator.proposal();
+    let before = calibrator.proposal().unwrap();
     for seed in 10..60 {
-        let taken = take(&mut calibrator, &noisy_infinity(seed));
-        assert_eq!(taken.unwrap_err(), Rejection::Unsolved(PairError::Unobservable), "{seed}");
-        assert_eq!(calibrator.proposal(), before, "{seed}");
+        take(&mut calibrator, &noisy_infinity(seed)).unwrap();
     }
+    let after = calibrator.proposal().unwrap();
+    assert!(after.baseline_observed);
+    let moved = Deviation::between(&after.extrinsics, &before.extrinsics);
+    assert!(moved.translation < 0.5 * before.sd.translation, "{moved:?} {:?}", before.sd);
+    // Narrower by what a better `R` tells of `t` in the near pairs, at most.
+    assert!(after.sd.translation > 0.7 * before.sd.translation, "{after:?}");
+    assert!(after.sd.rotation < 0.7 * before.sd.rotation, "{after:?}");
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod bad_input;
 mod bias;
 mod disturbed;
 mod documentation;
+mod far;
 mod fusion;
 mod health;
 mod homography;

@@ -267,7 +267,7 @@ fn records_of_older_layouts_are_read() {
         assert_eq!((read.state(), read.generation()), (State::Suspect, 1));
         let proposal = read.proposal().unwrap();
         let off = Deviation::between(&proposal.extrinsics, &rig(ROTATION, BASELINE));
-        assert_eq!(proposal.pairs, 10);
+        assert_eq!((proposal.pairs, proposal.baseline_observed), (10, true));
         assert!(off.rotation < 2e-4 && off.translation < 1e-3, "{off:?}");
         // In near scenes the noise of disparities, set from the noise, takes next to nothing away.
         assert!(proposal.sd.rotation < 2e-4 && proposal.sd.translation < 6e-4, "{proposal:?}");

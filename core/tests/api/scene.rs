@@ -37,12 +37,23 @@ pub(crate) fn correspondences<T: Scalar>(
     noise_px: f64,
     seed: u64,
 ) -> Vec<Correspondence<T>> {
+    correspondences_within(rig, [3.0, 80.0], n, noise_px, seed)
+}
+
+/// The same of points at log-uniform depths, baselines.
+pub(crate) fn correspondences_within<T: Scalar>(
+    rig: &Extrinsics<f64>,
+    [nearest, farthest]: [f64; 2],
+    n: usize,
+    noise_px: f64,
+    seed: u64,
+) -> Vec<Correspondence<T>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let [width, height] = SIZE.map(|n| f64::from(n) - 1.0);
     let mut found = Vec::new();
     while found.len() < n {
         let [u, v] = [rng.random_range(0.0..width), rng.random_range(0.0..height)];
-        let depth = 3.0 * (80.0_f64 / 3.0).powf(rng.random());
+        let depth = nearest * (farthest / nearest).powf(rng.random());
         let p_l = Vector3::new((u - 959.5) / FOCAL, (v - 599.5) / FOCAL, 1.0) * depth;
         let p_r = rig.rotation() * p_l + rig.translation().into_inner();
         let mut noise = || (rng.random::<f64>() * 2.0 - 1.0) * noise_px;
