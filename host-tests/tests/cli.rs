@@ -68,6 +68,7 @@ fn json_has_the_stable_fields_and_no_others() {
         "armed",
         "reasons",
         "locked_at",
+        "baseline_observed",
     ];
     fields.sort_unstable();
     expected.sort_unstable();

@@ -80,7 +80,7 @@
 /**
  * Size of `selfcal_t` in words of 8 bytes, sufficient on every target.
  */
-#define SELFCAL_STORAGE_WORDS (448 + ((5 * SELFCAL_CAPACITY) / 2))
+#define SELFCAL_STORAGE_WORDS (480 + ((5 * SELFCAL_CAPACITY) / 2))
 
 /**
  * Size of `selfcal_t`, bytes.
@@ -105,7 +105,7 @@
 /**
  * Length of the longest record of `selfcal_snapshot`, bytes, for any capacity.
  */
-#define SELFCAL_SNAPSHOT_BYTES 2532
+#define SELFCAL_SNAPSHOT_BYTES 2684
 
 /**
  * Length of the longest record of `selfcal_factory_to_record`, bytes.
@@ -1367,8 +1367,9 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_extrinsics_t extrinsics;
     /**
-     * What `selfcal_apply` puts into use: the best `R`, `t`; with `SELFCAL_DOUBT_BASELINE` the `t`
-     * in use and the best `R` for it.
+     * What `selfcal_apply` puts into use: the best `R`, `t`. Where the baseline is not observed, not
+     * significantly different, or with `SELFCAL_DOUBT_BASELINE`, the `t` in use and the best `R` for
+     * it.
      */
     struct selfcal_extrinsics_t applicable;
     /**
@@ -1400,6 +1401,11 @@ typedef struct selfcal_proposal_t {
      * Reason not to trust it.
      */
     selfcal_doubt_t doubt;
+    /**
+     * Whether pairs have determined the baseline direction. Points more than some thousand baselines
+     * away do not.
+     */
+    bool baseline_observed;
 } selfcal_proposal_t;
 
 /**
@@ -1439,6 +1445,10 @@ typedef struct selfcal_health_t {
      * Reason not to trust the estimate.
      */
     selfcal_doubt_t doubt;
+    /**
+     * Whether pairs have determined the baseline direction.
+     */
+    bool baseline_observed;
     /**
      * Reported standard deviations of the estimate.
      */

@@ -153,8 +153,9 @@ impl From<Option<(Direction, f32)>> for selfcal_weakest_t {
 pub struct selfcal_proposal_t {
     /// The best `R`, `t`.
     pub extrinsics: selfcal_extrinsics_t,
-    /// What `selfcal_apply` puts into use: the best `R`, `t`; with `SELFCAL_DOUBT_BASELINE` the `t`
-    /// in use and the best `R` for it.
+    /// What `selfcal_apply` puts into use: the best `R`, `t`. Where the baseline is not observed, not
+    /// significantly different, or with `SELFCAL_DOUBT_BASELINE`, the `t` in use and the best `R` for
+    /// it.
     pub applicable: selfcal_extrinsics_t,
     /// Fused pairs; those of a repeated scene count once.
     pub pairs: u32,
@@ -171,6 +172,9 @@ pub struct selfcal_proposal_t {
     pub state: selfcal_state_t,
     /// Reason not to trust it.
     pub doubt: selfcal_doubt_t,
+    /// Whether pairs have determined the baseline direction. Points more than some thousand baselines
+    /// away do not.
+    pub baseline_observed: bool,
 }
 
 impl From<&Proposal<f32>> for selfcal_proposal_t {
@@ -186,6 +190,7 @@ impl From<&Proposal<f32>> for selfcal_proposal_t {
             weakest: proposal.weakest().into(),
             state: proposal.state.into(),
             doubt: proposal.doubt.into(),
+            baseline_observed: proposal.baseline_observed,
         }
     }
 }

@@ -86,6 +86,8 @@ pub struct selfcal_health_t {
     pub state: selfcal_state_t,
     /// Reason not to trust the estimate.
     pub doubt: selfcal_doubt_t,
+    /// Whether pairs have determined the baseline direction.
+    pub baseline_observed: bool,
     /// Reported standard deviations of the estimate.
     pub sd: selfcal_sd_t,
     /// Least certain direction of the estimate.
@@ -109,6 +111,7 @@ impl From<&Health<f32>> for selfcal_health_t {
             band: health.band.into(),
             state: health.state.into(),
             doubt: health.doubt.into(),
+            baseline_observed: health.baseline_observed,
             sd: health.sd.into(),
             weakest: health.weakest.into(),
             yaw_rad: health.yaw,

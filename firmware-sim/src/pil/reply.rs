@@ -11,7 +11,7 @@ use zerocopy::{FromBytes, FromZeros, Immutable, IntoBytes, Unaligned};
 use super::request::RequestError;
 use crate::app::PairOutcome;
 
-const VERSION: u8 = 2;
+const VERSION: u8 = 3;
 
 /// Reply to a request, 9 bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
@@ -53,7 +53,7 @@ impl SessionReply {
     }
 }
 
-/// Result of a pair, 238 bytes. Fields without a value are zero.
+/// Result of a pair, 240 bytes. Fields without a value are zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
 #[repr(C)]
 pub struct PairReply {
@@ -99,8 +99,8 @@ struct Estimate {
     pairs: U32,
     /// Of `R`, of `t`, rad.
     sd: [F32; 2],
-    /// 1 if there is an estimate, and its doubt.
-    verdicts: [U16; 2],
+    /// 1 if there is an estimate, its doubt, and 1 if the baseline is observed.
+    verdicts: [U16; 3],
 }
 
 /// Health over the matches of the pair.
@@ -193,7 +193,7 @@ impl PairReply {
             floats("R, t to be applied", &estimate.applicable),
             numbers("pairs behind the estimate", &estimate.pairs),
             floats("standard deviations", &estimate.sd),
-            numbers("doubt", &estimate.verdicts),
+            numbers("doubt, baseline observed", &estimate.verdicts),
             floats("health: row offsets", &health.rms_px),
             numbers("health: matches that fit", &health.fit),
             floats("health: coverage", &health.coverage),
@@ -246,7 +246,12 @@ impl Estimate {
             applicable: Rig::of(&proposal.applicable),
             pairs: proposal.pairs.into(),
             sd: [proposal.sd.rotation, proposal.sd.translation].map(F32::new),
-            verdicts: [1, proposal.doubt.map_or(0, |doubt| doubt.code())].map(U16::new),
+            verdicts: [
+                1,
+                proposal.doubt.map_or(0, |doubt| doubt.code()),
+                u16::from(proposal.baseline_observed),
+            ]
+            .map(U16::new),
         }
     }
 }
@@ -346,7 +351,7 @@ mod tests {
 
     #[test]
     fn the_lengths_are_the_documented_ones() {
-        assert_eq!([size_of::<SessionReply>(), size_of::<PairReply>()], [9, 238]);
+        assert_eq!([size_of::<SessionReply>(), size_of::<PairReply>()], [9, 240]);
         assert_eq!(size_of::<EndReply>(), 58);
     }
 
@@ -362,7 +367,7 @@ mod tests {
         assert_eq!(bytes[14..18], r[0].to_le_bytes());
         assert_eq!(bytes[58..62], report.extrinsics.translation().z.to_le_bytes());
         assert_eq!(bytes[62..64], report.passes.to_le_bytes());
-        assert_eq!(reply.fields().iter().map(|field| field.bytes.len()).sum::<usize>(), 238 - 4);
+        assert_eq!(reply.fields().iter().map(|field| field.bytes.len()).sum::<usize>(), 240 - 4);
     }
 
     #[test]
@@ -371,7 +376,7 @@ mod tests {
         let pair = solved(&mut controller, 5);
         let reply = PairReply::new(0, 5, &pair, &controller);
         assert_eq!((reply.outcome.get(), reply.pair.usable.get()), (502, 5));
-        assert_eq!((reply.pair.rig.r, reply.estimate.verdicts), ([F32::ZERO; 9], [U16::ZERO; 2]));
+        assert_eq!((reply.pair.rig.r, reply.estimate.verdicts), ([F32::ZERO; 9], [U16::ZERO; 3]));
         assert!(reply.health.as_bytes().iter().all(|&byte| byte == 0));
     }
 

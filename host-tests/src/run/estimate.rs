@@ -17,6 +17,8 @@ pub struct Estimate {
     pub state: State,
     /// Doubt about the estimate.
     pub doubt: Option<Doubt>,
+    /// Whether pairs have determined the baseline direction.
+    pub baseline_observed: bool,
 }
 
 impl Estimate {
@@ -31,6 +33,7 @@ impl Estimate {
             },
             state: proposal.state,
             doubt: proposal.doubt,
+            baseline_observed: proposal.baseline_observed,
         }
     }
 }

@@ -56,6 +56,8 @@ pub struct Summary {
     pub reasons: Vec<String>,
     /// First pair, from 0, after which the state was locked.
     pub locked_at: Option<usize>,
+    /// Whether the pairs have determined the baseline direction.
+    pub baseline_observed: bool,
 }
 
 /// The extrinsics in use. Angles in rad.
@@ -110,6 +112,7 @@ impl RunLog {
             armed: checked.is_some_and(|checked| checked.is_armed()),
             reasons: checked.map(|checked| checked.reasons()).unwrap_or_default(),
             locked_at: self.locked_at(),
+            baseline_observed: fused.is_some_and(|f| f.baseline_observed),
         })
     }
 }

@@ -103,6 +103,7 @@ pub(crate) fn assert_same_estimate(cal: &mut Cal, twin: &Twin) {
     assert_same(&c.extrinsics, &rust.extrinsics);
     assert_same(&c.applicable, &rust.applicable);
     assert_eq!((c.pairs, c.state, c.doubt), (rust.pairs, rust.state.into(), rust.doubt.into()));
+    assert_eq!(c.baseline_observed, rust.baseline_observed);
     let sd = [c.sd.rotation_rad, c.sd.translation_rad];
     assert_eq!(bits(&sd), bits(&[rust.sd.rotation, rust.sd.translation]));
     assert_eq!(c.has_covariance, rust.covariance.is_some());
@@ -135,6 +136,7 @@ fn assert_same_health(cal: &mut Cal, twin: &Twin) {
         (rust.band.into(), rust.state.into(), rust.doubt.into(), rust.arming.into())
     );
     assert_eq!((c.sd, c.weakest), (rust.sd.into(), rust.weakest.into()));
+    assert_eq!(c.baseline_observed, rust.baseline_observed);
     assert_eq!(c.rejection, rust.rejection.map_or(SELFCAL_OK, Into::into));
     let mut depth = [0.0; 4];
     // SAFETY: live objects.
