@@ -5,14 +5,14 @@
 
 use nalgebra::{Matrix3, Rotation3};
 
-use super::moments::{Moments, Vector9};
+use super::moments::{COORDINATES, Moments, Vector12};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3::product;
 use crate::scalar::Scalar;
 
 impl<T: Scalar> Moments<T> {
     /// Transforms the sums from the rectified frame of one pose into that of another. The rotation's part of
-    /// the gradient's offset stays as it is. Out of line: its 9 x 9 matrix leaves the caller's stack.
+    /// the gradient's offset stays as it is. Out of line: its 12 x 12 matrix leaves the caller's stack.
     #[inline(never)]
     pub(crate) fn change_frame(
         &mut self,
@@ -38,8 +38,8 @@ impl<T: Scalar> Moments<T> {
     }
 
     /// The full symmetric matrix.
-    fn rows(&self) -> [Vector9<T>; 9] {
-        let mut rows = [[T::ZERO; 9]; 9];
+    fn rows(&self) -> [Vector12<T>; COORDINATES] {
+        let mut rows = [[T::ZERO; COORDINATES]; COORDINATES];
         let mut m = self.products.0.iter();
         for (row, elements) in rows.iter_mut().enumerate() {
             elements.iter_mut().take(row + 1).zip(m.by_ref()).for_each(|(e, m)| *e = *m);
@@ -49,14 +49,14 @@ impl<T: Scalar> Moments<T> {
     }
 }
 
-fn transpose<T: Scalar>(m: &mut [Vector9<T>; 9]) {
+fn transpose<T: Scalar>(m: &mut [Vector12<T>; COORDINATES]) {
     mirror(m, core::mem::swap);
 }
 
 /// Calls `f` with each element above the diagonal and its mirror image below.
 #[inline(always)]
-fn mirror<T: Scalar>(m: &mut [Vector9<T>; 9], f: impl Fn(&mut T, &mut T)) {
-    let mut rest: &mut [Vector9<T>] = m;
+fn mirror<T: Scalar>(m: &mut [Vector12<T>; COORDINATES], f: impl Fn(&mut T, &mut T)) {
+    let mut rest: &mut [Vector12<T>] = m;
     let mut diagonal = 0;
     while let Some((first, below)) = rest.split_first_mut() {
         diagonal += 1;
@@ -66,11 +66,12 @@ fn mirror<T: Scalar>(m: &mut [Vector9<T>; 9], f: impl Fn(&mut T, &mut T)) {
     }
 }
 
-/// Replaces the products of `B` by those of `(I + right) B (I + left)`: rotated rays.
+/// Replaces the products of `B` by those of `(I + right) B (I + left)`: rotated rays. The derivatives by the lens stay,
+/// to first order.
 ///
 /// * `left`: rotation of the left ray minus the identity, transposed; `right`: of the right ray.
 #[inline(never)]
-fn turn<T: Scalar>(k: &mut Vector9<T>, left: &Matrix3<T>, right: &Matrix3<T>) {
+fn turn<T: Scalar>(k: &mut Vector12<T>, left: &Matrix3<T>, right: &Matrix3<T>) {
     let b = outer(k);
     let turned = product(right, &b);
     let moved = split(&(turned + product(&(b + turned), left)));
@@ -79,8 +80,8 @@ fn turn<T: Scalar>(k: &mut Vector9<T>, left: &Matrix3<T>, right: &Matrix3<T>) {
 
 /// `B` of nine products: inverse of [`split`].
 #[rustfmt::skip]
-fn outer<T: Scalar>(k: &Vector9<T>) -> Matrix3<T> {
-    let [cx, cy, cz, xx, yy, zz, xy, xz, yz] = *k;
+fn outer<T: Scalar>(k: &Vector12<T>) -> Matrix3<T> {
+    let [cx, cy, cz, xx, yy, zz, xy, xz, yz, ..] = *k;
     let half = |sum: T| sum * T::HALF;
     Matrix3::new(
         xx, half(xy - cz), half(xz + cy),
@@ -91,7 +92,7 @@ fn outer<T: Scalar>(k: &Vector9<T>) -> Matrix3<T> {
 
 /// Nine products of `B = b a^T`: the antisymmetric part `a x b`, then the symmetric part.
 #[rustfmt::skip]
-pub(super) fn split<T: Scalar>(b: &Matrix3<T>) -> Vector9<T> {
+pub(super) fn split<T: Scalar>(b: &Matrix3<T>) -> [T; 9] {
     [
         b.m32 - b.m23, b.m13 - b.m31, b.m21 - b.m12,
         b.m11, b.m22, b.m33,

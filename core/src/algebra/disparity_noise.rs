@@ -6,7 +6,7 @@
 
 use nalgebra::Matrix3;
 
-use super::moments::{Moments, add_outer};
+use super::moments::{COORDINATES, Moments, add_outer};
 use super::normal_equations::NormalEquations;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3::product;
@@ -34,9 +34,9 @@ impl<T: Scalar> Moments<T> {
         let axes = [pose.left(), pose.right()].map(|r| r.matrix().data.0[2]);
         let [left, right] = &axes;
         // Rays have depth 1 in their cameras: `(r_3 . b) (l_3 . a) = 1`, so `M` times it is `sum w k`.
-        let mut one = [T::ZERO; 9];
+        let mut one = [T::ZERO; COORDINATES];
         add_outer(&mut one, T::ONE, right, left);
-        let [.., xx, yy, zz, xy, xz, yz] = self.times(&one);
+        let [_, _, _, xx, yy, zz, xy, xz, yz, ..] = self.times(&one);
         let half = |sum: T| sum * T::HALF;
         let (xy, xz, yz) = (half(xy), half(xz), half(yz));
         let p = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
@@ -231,6 +231,7 @@ mod tests {
     use super::*;
     use crate::algebra::change_frame::split;
     use crate::algebra::information::Information;
+    use crate::algebra::moments::without_lens;
     use crate::geometry::rectification::tests::pose;
     use crate::simd::Single;
     use nalgebra::{Matrix5, Vector3, Vector5};
@@ -279,11 +280,12 @@ mod tests {
                 let sign = if k % 2 == 0 { moved } else { -moved };
                 rays[k / 4][(k / 2) % 2] += sign;
                 let (products, _) = weighted(&rays[0], &rays[1]);
-                sums.products_mut().add(Single, core::iter::once((w / 8.0, &products)));
+                sums.products_mut()
+                    .add(Single, core::iter::once((w / 8.0, &without_lens(products))));
             }
             let (products, w) = weighted(&left, &right);
             let mut alone = Moments::ZERO;
-            alone.products_mut().add(Single, core::iter::once((w, &products)));
+            alone.products_mut().add(Single, core::iter::once((w, &without_lens(products))));
             clean += alone.at_frame().gradient;
         }
         sums.set_gradient(&clean);

@@ -3,6 +3,7 @@
 mod change_frame;
 pub(crate) mod disparity_noise;
 pub(crate) mod information;
+pub(crate) mod lens_terms;
 pub(crate) mod moments;
 pub(crate) mod normal_equations;
 pub(crate) mod symmetric5;

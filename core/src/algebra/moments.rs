@@ -22,11 +22,17 @@ use crate::geometry::so3::product;
 use crate::scalar::Scalar;
 use crate::simd::Lanes;
 
-/// Elements of the lower triangle of a 9 x 9 matrix.
-const TRIANGLE: usize = 45;
+/// Coordinates of a correspondence: nine products of its rays, three derivatives by the lens.
+pub(crate) const COORDINATES: usize = 12;
 
-/// One number for each of the nine products.
-pub(super) type Vector9<T> = [T; 9];
+/// Elements of the lower triangle of a 12 x 12 matrix.
+const TRIANGLE: usize = 78;
+
+/// Elements before record version 3, which has the coordinates of the lens.
+const OLD_TRIANGLE: usize = 45;
+
+/// One number for each coordinate.
+pub(super) type Vector12<T> = [T; COORDINATES];
 
 /// Sums of `w k k^T` over the nine products `k` of rays: lower triangle row by row.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,13 +56,15 @@ impl<S: Copy> MomentSums<S> {
         &mut self,
         lanes: L,
         w: L::Value,
-        products: &[L::Value; 9],
+        products: &[L::Value; COORDINATES],
     ) {
         self.add_group::<0, _, _>(lanes, w, products);
         self.add_group::<1, _, _>(lanes, w, products);
         self.add_group::<2, _, _>(lanes, w, products);
         self.add_group::<3, _, _>(lanes, w, products);
         self.add_group::<4, _, _>(lanes, w, products);
+        self.add_group::<5, _, _>(lanes, w, products);
+        self.add_group::<6, _, _>(lanes, w, products);
     }
 
     /// Adds correspondences in order, a group of rows after the other: the sums of a group fit the registers.
@@ -64,13 +72,15 @@ impl<S: Copy> MomentSums<S> {
     pub(crate) fn add<'r, T: Scalar, L: Lanes<T, Sum = S, Value: 'r>>(
         &mut self,
         lanes: L,
-        block: impl Iterator<Item = (L::Value, &'r [L::Value; 9])> + Clone,
+        block: impl Iterator<Item = (L::Value, &'r [L::Value; COORDINATES])> + Clone,
     ) {
         block.clone().for_each(|(w, products)| self.add_group::<0, _, _>(lanes, w, products));
         block.clone().for_each(|(w, products)| self.add_group::<1, _, _>(lanes, w, products));
         block.clone().for_each(|(w, products)| self.add_group::<2, _, _>(lanes, w, products));
         block.clone().for_each(|(w, products)| self.add_group::<3, _, _>(lanes, w, products));
-        block.for_each(|(w, products)| self.add_group::<4, _, _>(lanes, w, products));
+        block.clone().for_each(|(w, products)| self.add_group::<4, _, _>(lanes, w, products));
+        block.clone().for_each(|(w, products)| self.add_group::<5, _, _>(lanes, w, products));
+        block.for_each(|(w, products)| self.add_group::<6, _, _>(lanes, w, products));
     }
 
     /// Adds a short and a long row of the triangle.
@@ -80,7 +90,7 @@ impl<S: Copy> MomentSums<S> {
         &mut self,
         lanes: L,
         w: L::Value,
-        &[a, b, c, d, e, f, g, h, i]: &[L::Value; 9],
+        &[a, b, c, d, e, f, g, h, i, j, k, l]: &[L::Value; COORDINATES],
     ) {
         let m = &mut self.0;
         match G {
@@ -88,7 +98,9 @@ impl<S: Copy> MomentSums<S> {
             1 => { add_rows!(lanes, m, w; b: 1 a, 2 b; h: 28 a, 29 b, 30 c, 31 d, 32 e, 33 f, 34 g, 35 h); }
             2 => { add_rows!(lanes, m, w; c: 3 a, 4 b, 5 c; g: 21 a, 22 b, 23 c, 24 d, 25 e, 26 f, 27 g); }
             3 => { add_rows!(lanes, m, w; d: 6 a, 7 b, 8 c, 9 d; f: 15 a, 16 b, 17 c, 18 d, 19 e, 20 f); }
-            _ => { add_rows!(lanes, m, w; e: 10 a, 11 b, 12 c, 13 d, 14 e); }
+            4 => { add_rows!(lanes, m, w; e: 10 a, 11 b, 12 c, 13 d, 14 e; j: 45 a, 46 b, 47 c, 48 d, 49 e, 50 f, 51 g, 52 h, 53 i, 54 j); }
+            5 => { add_rows!(lanes, m, w; k: 55 a, 56 b, 57 c, 58 d, 59 e, 60 f, 61 g, 62 h, 63 i, 64 j, 65 k); }
+            _ => { add_rows!(lanes, m, w; l: 66 a, 67 b, 68 c, 69 d, 70 e, 71 f, 72 g, 73 h, 74 i, 75 j, 76 k, 77 l); }
         }
     }
 }
@@ -167,14 +179,16 @@ impl<T: Scalar> Moments<T> {
     /// # Errors
     /// [`RestoreError::Absurd`] if the diagonal is not that of sums of squares.
     pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
-        from.numbers(self.products.0.iter_mut().chain(&mut self.slope))?;
-        // Older records have no noise.
-        if from.version() >= 3 {
+        let has_lens = from.version() >= 3;
+        // Older records have neither the coordinates of the lens nor the noise.
+        let stored = if has_lens { TRIANGLE } else { OLD_TRIANGLE };
+        from.numbers(self.products.0.iter_mut().take(stored).chain(&mut self.slope))?;
+        if has_lens {
             from.numbers(&mut self.noise)?;
         }
         let mut elements = self.products.0.iter();
         // Each row has one more element; its last one is on the diagonal.
-        let diagonal = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|row| elements.nth(row).copied());
+        let diagonal = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11].map(|row| elements.nth(row).copied());
         check_sums_of_squares(diagonal.into_iter().flatten())
     }
 
@@ -232,6 +246,18 @@ impl<T: Scalar> Moments<T> {
         normal
     }
 
+    /// Weighted sum of squared constraints at a pose, `o^T M o`.
+    #[inline(never)]
+    pub(crate) fn cost_at(
+        &self,
+        frame: &RectifyingRotations<T>,
+        pose: &RectifyingRotations<T>,
+    ) -> T {
+        let mut coefficients = Coefficients::NONE;
+        coefficients.add(frame, pose);
+        dot(&coefficients.of_offset, &self.times(&coefficients.of_offset))
+    }
+
     /// `H_ik = d_i^T M d_k`, `g_i = d_i^T M e`, less `slope_i` of the rotation. Out of line: frees the caller's stack.
     #[inline(never)]
     fn fill(&self, coefficients: &Coefficients<T>, normal: &mut NormalEquations<T>) {
@@ -253,8 +279,8 @@ impl<T: Scalar> Moments<T> {
 
     /// `M x`; reads each element of the triangle once.
     #[inline(never)]
-    pub(super) fn times(&self, x: &Vector9<T>) -> Vector9<T> {
-        let mut y = [T::ZERO; 9];
+    pub(super) fn times(&self, x: &Vector12<T>) -> Vector12<T> {
+        let mut y = [T::ZERO; COORDINATES];
         let mut m = self.products.0.iter();
         for (row, x_row) in x.iter().enumerate() {
             let mut sum = T::ZERO;
@@ -271,20 +297,21 @@ impl<T: Scalar> Moments<T> {
 }
 
 /// Coefficients of the nine products in the constraint at a pose, and in its derivatives.
-struct Coefficients<T> {
+pub(super) struct Coefficients<T> {
     /// `e`: the constraint.
-    of_offset: Vector9<T>,
+    pub(super) of_offset: Vector12<T>,
     /// `d_i`: its derivatives by the rotation of `R` about x, y, z, then of the baseline about y
     /// and z (both views alike).
-    by_unknown: [Vector9<T>; 5],
+    pub(super) by_unknown: [Vector12<T>; 5],
 }
 
 impl<T: Scalar> Coefficients<T> {
-    const NONE: Self = Self { of_offset: [T::ZERO; 9], by_unknown: [[T::ZERO; 9]; 5] };
+    pub(super) const NONE: Self =
+        Self { of_offset: [T::ZERO; COORDINATES], by_unknown: [[T::ZERO; COORDINATES]; 5] };
 
     /// Adds the coefficients at `pose` of products in the frame of `frame`.
     #[inline(never)]
-    fn add(&mut self, frame: &RectifyingRotations<T>, pose: &RectifyingRotations<T>) {
+    pub(super) fn add(&mut self, frame: &RectifyingRotations<T>, pose: &RectifyingRotations<T>) {
         // Columns: the rectified axes of `pose` in the rectified frame of `frame`.
         let left = product(frame.left().matrix(), &pose.left().matrix().transpose());
         let right = product(frame.right().matrix(), &pose.right().matrix().transpose());
@@ -302,17 +329,22 @@ impl<T: Scalar> Coefficients<T> {
     }
 }
 
-fn dot<T: Scalar>(a: &Vector9<T>, b: &Vector9<T>) -> T {
+pub(super) fn dot<T: Scalar>(a: &Vector12<T>, b: &Vector12<T>) -> T {
     a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 
 /// Adds the coefficients of the nine products in `b^T X a` with `X = factor column row^T`.
 #[inline(never)]
-pub(super) fn add_outer<T: Scalar>(sum: &mut Vector9<T>, factor: T, column: &[T; 3], row: &[T; 3]) {
+pub(super) fn add_outer<T: Scalar>(
+    sum: &mut Vector12<T>,
+    factor: T,
+    column: &[T; 3],
+    row: &[T; 3],
+) {
     let [x, y, z] = column.map(|x| x * factor);
     let [a, b, c] = *row;
     let half = |sum: T| sum * T::HALF;
-    let [cx, cy, cz, xx, yy, zz, xy, xz, yz] = sum;
+    let [cx, cy, cz, xx, yy, zz, xy, xz, yz, ..] = sum;
     *cx += half(z * b - y * c);
     *cy += half(x * c - z * a);
     *cz += half(y * a - x * b);
@@ -322,6 +354,14 @@ pub(super) fn add_outer<T: Scalar>(sum: &mut Vector9<T>, factor: T, column: &[T;
     *xy += half(x * b + y * a);
     *xz += half(x * c + z * a);
     *yz += half(y * c + z * b);
+}
+
+/// Coordinates of a correspondence with these products, without an effect of the lens.
+#[cfg(test)]
+pub(super) fn without_lens<T: Scalar>(products: [T; 9]) -> Vector12<T> {
+    let mut k = [T::ZERO; COORDINATES];
+    k.iter_mut().zip(products).for_each(|(k, product)| *k = product);
+    k
 }
 
 #[cfg(test)]

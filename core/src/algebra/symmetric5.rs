@@ -82,6 +82,17 @@ impl<T: Scalar> Symmetric5<T> {
         h[10] += w4 * j0; h[11] += w4 * j1; h[12] += w4 * j2; h[13] += w4 * j3; h[14] += w4 * j4;
     }
 
+    /// Adds the lower triangle of `a b^T`, one term of a symmetric sum.
+    #[rustfmt::skip]
+    pub(crate) fn add_symmetric(&mut self, a: &[T; 5], b: &[T; 5]) {
+        let ([a0, a1, a2, a3, a4], [b0, b1, b2, b3, b4]) = (*a, *b);
+        let terms = [
+            a0 * b0, a1 * b0, a1 * b1, a2 * b0, a2 * b1, a2 * b2, a3 * b0, a3 * b1, a3 * b2,
+            a3 * b3, a4 * b0, a4 * b1, a4 * b2, a4 * b3, a4 * b4,
+        ];
+        self.add(&Self(terms));
+    }
+
     /// Adds another matrix.
     pub(crate) fn add(&mut self, other: &Self) {
         self.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a += *b);

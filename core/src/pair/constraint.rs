@@ -10,6 +10,7 @@
 
 use nalgebra::Matrix3;
 
+use crate::algebra::moments::COORDINATES;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
@@ -133,11 +134,26 @@ impl<V: Value> Constraint<V> {
         self.value / (z_a * z_b)
     }
 
-    /// Coordinates `k` of `b a^T` that [`crate::algebra::moments`] sums: `cx`, `cy`, `cz`, `xx`, `yy`, `zz`, `xy`,
-    /// `xz`, `yz`.
+    /// Coordinates `k` that [`crate::algebra::moments`] sums. Nine of `b a^T`: `cx`, `cy`, `cz`, `xx`, `yy`, `zz`, `xy`,
+    /// `xz`, `yz`. Three derivatives by the lens: `k1` of the left camera, of the right one, and `p1` of the right less
+    /// the left one.
+    ///
+    /// * `rays`: as in [`Self::of`].
     #[inline(always)]
-    pub(super) fn products<T: Scalar, L: Lanes<T, Value = V>>(&self, lanes: L) -> [V; 9] {
+    pub(super) fn coordinates<T: Scalar, L: Lanes<T, Value = V>>(
+        &self,
+        lanes: L,
+        frame: &PoseTerms<V>,
+        [x_l, y_l, x_r, y_r]: [V; 4],
+    ) -> [V; COORDINATES] {
         let ([x_a, y_a, z_a], [x_b, y_b, z_b]) = (self.a, self.b);
+        let [_, [_, r_22, _], [_, r_32, r_33]] = frame.right;
+        let (rows_l, rows_r) = (y_l * y_l, y_r * y_r);
+        let (squared_l, squared_r) =
+            (lanes.mul_add(x_l, x_l, rows_l), lanes.mul_add(x_r, x_r, rows_r));
+        let half = lanes.splat(T::HALF);
+        // The noise scales with the correction: of each camera half.
+        let scaled = |squared: V, rows: V| self.value * lanes.neg_mul_add(half, squared, rows);
         let [_, _, _, down, disparity] = self.jacobian;
         [
             self.value,
@@ -149,6 +165,9 @@ impl<V: Value> Constraint<V> {
             lanes.mul_add(x_a, y_b, y_a * x_b),
             lanes.mul_add(x_a, z_b, z_a * x_b),
             lanes.mul_add(y_a, z_b, z_a * y_b),
+            lanes.neg_mul_add(squared_l, self.g, scaled(squared_l, rows_l)),
+            lanes.mul_add(squared_r, r_33 * y_a, scaled(squared_r, rows_r)),
+            (squared_r + rows_r + rows_r) * lanes.neg_mul_add(r_32, y_a, r_22 * z_a),
         ]
     }
 
@@ -298,12 +317,38 @@ mod tests {
                 apart.x, apart.y, apart.z, outer.m11, outer.m22, outer.m33,
                 together.m12, together.m13, together.m23,
             ];
-            for (ours, product) in constraint.products(Single).iter().zip(products) {
+            let frame = PoseTerms::at(Single, &pose);
+            for (ours, product) in constraint.coordinates(Single, &frame, rays).iter().zip(products) {
                 prop_assert!((ours - product).abs() < 1e-14, "{ours} {product}");
             }
             let least = rectified.disparity() - 1e-9;
             prop_assert!(constraint.has_disparity(Single, least));
             prop_assert!(!constraint.has_disparity(Single, least + 2e-9));
+        }
+
+        #[test]
+        fn coordinates_of_the_lens_match_central_differences((pose, rays) in scene()) {
+            let [x_l, y_l, x_r, y_r] = rays;
+            let constraint = at(&pose, rays);
+            // Homogeneous rays with an error of the lens taken out.
+            let of = |left: Vector3<f64>, right: Vector3<f64>| {
+                let (a, b) = (pose.left() * left, pose.right() * right);
+                a.y * b.z - a.z * b.y
+            };
+            let (left, right) = (Vector3::new(x_l, y_l, 1.0), Vector3::new(x_r, y_r, 1.0));
+            let (squared_l, squared_r) = (left.xy().norm_squared(), right.xy().norm_squared());
+            let z = Vector3::z();
+            let along = Vector3::y() * (squared_r + 2.0 * y_r * y_r);
+            let by_k1_l = difference(|k| of(left + z * (k * squared_l), right));
+            let by_k1_r = difference(|k| of(left, right + z * (k * squared_r)));
+            let by_p1 = difference(|p| of(left, right - along * p));
+            // What the correction does to the noise, of each camera half.
+            let noise = |squared: f64, y: f64| constraint.value * (squared / 2.0 - y * y);
+            let [.., k1_l, k1_r, p1] =
+                constraint.coordinates(Single, &PoseTerms::at(Single, &pose), rays);
+            prop_assert!((k1_l - (by_k1_l - noise(squared_l, y_l))).abs() < 1e-9);
+            prop_assert!((k1_r - (by_k1_r - noise(squared_r, y_r))).abs() < 1e-9);
+            prop_assert!((p1 - by_p1).abs() < 1e-9);
         }
 
         #[test]

@@ -13,7 +13,7 @@ use super::residual_stats::{Compared, ResidualStats};
 use super::sweep::{self, Pass, Sample, Sink};
 use super::weighting::{Loss, WeightedRow, Weighting};
 use crate::algebra::disparity_noise::BiasedEquations;
-use crate::algebra::moments::{MomentSums, Moments};
+use crate::algebra::moments::{COORDINATES, MomentSums, Moments};
 use crate::algebra::normal_equations::NormalEquations;
 use crate::batch::Matches;
 use crate::error::PairError;
@@ -230,13 +230,17 @@ impl<T: Scalar, L: Lanes<T>, R: Regions<T, L>> Sink<T, L> for EvaluationSink<'_,
         *variances = lanes.mul_add(w, expected.variance, *variances);
         let row = WeightedRow { weight: w * precision, value, jacobian };
         let [x, y, ..] = rays;
-        Some(EvaluatedRow { row, products: constraint.products(lanes), at: [x, y] })
+        Some(EvaluatedRow {
+            row,
+            products: constraint.coordinates(lanes, &by.pose, rays),
+            at: [x, y],
+        })
     }
 
     #[inline(always)]
     fn none(lanes: L) -> Self::Row {
         let zero = lanes.splat(T::ZERO);
-        EvaluatedRow { row: WeightedRow::none(lanes), products: [zero; 9], at: [zero; 2] }
+        EvaluatedRow { row: WeightedRow::none(lanes), products: [zero; COORDINATES], at: [zero; 2] }
     }
 
     #[inline(always)]

@@ -4,6 +4,7 @@ use nalgebra::Vector5;
 
 use super::normal_sums::NormalSums;
 use super::weighting::WeightedRow;
+use crate::algebra::moments::COORDINATES;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Single};
@@ -13,7 +14,7 @@ use crate::simd::{Lanes, Single};
 pub(super) struct EvaluatedRow<V> {
     pub(super) row: WeightedRow<V>,
     /// Coordinates `k` of the moments.
-    pub(super) products: [V; 9],
+    pub(super) products: [V; COORDINATES],
     /// Left ray `x_l`, `y_l`: decides the image half.
     pub(super) at: [V; 2],
 }

@@ -31,7 +31,7 @@ fn scene(n: usize, disparity_px: Range<f64>, noise_px: f64, seed: u64) -> Vec<Ma
 }
 
 fn add<T: Scalar>(sums: &mut Moments<T>, w: T, products: [T; 9]) {
-    sums.products_mut().add(crate::simd::Single, core::iter::once((w, &products)));
+    sums.products_mut().add(crate::simd::Single, core::iter::once((w, &without_lens(products))));
 }
 
 fn sums<T: Scalar>(scene: &[Match<T>]) -> Moments<T> {

@@ -1,0 +1,189 @@
+//! Derivatives of the constraint by the lens models of both cameras, from the moments (`ESTIMATOR.md`, section 17).
+//!
+//! With wrong focal lengths and principal points the constraint is still `b^T X a` with a 3 x 3 matrix: it lies in the
+//! nine products. Radial and tangential terms are coordinates of their own.
+
+use super::moments::{COORDINATES, Coefficients, Moments, Vector12, add_outer, dot};
+use crate::geometry::rectification::RectifyingRotations;
+use crate::geometry::so3::product;
+use crate::scalar::Scalar;
+
+/// Lens parameters: focal length (relative error), principal column and row (unit depth), `k1`; of the left and of the
+/// right camera each; then `p1` of the right camera less that of the left one.
+pub(crate) const LENS_PARAMETERS: usize = 9;
+
+/// Normal equations of the lens at a pose, for the lens as given.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LensTerms<T> {
+    /// Rows of the information on extrinsics and lens together, one for each lens parameter.
+    pub(crate) mixed: [[T; 5]; LENS_PARAMETERS],
+    /// Information on the lens.
+    pub(crate) information: [[T; LENS_PARAMETERS]; LENS_PARAMETERS],
+    pub(crate) gradient: [T; LENS_PARAMETERS],
+}
+
+impl<T: Scalar> Moments<T> {
+    /// Fills the normal equations of the lens at a pose.
+    ///
+    /// * `frame`: the pose in whose rectified frame the sums are.
+    #[inline(never)]
+    pub(crate) fn fill_lens(
+        &self,
+        frame: &RectifyingRotations<T>,
+        pose: &RectifyingRotations<T>,
+        terms: &mut LensTerms<T>,
+    ) {
+        let mut at_pose = Coefficients::NONE;
+        at_pose.add(frame, pose);
+        let mut by_lens = [[T::ZERO; COORDINATES]; LENS_PARAMETERS];
+        coefficients(frame, pose, &at_pose.of_offset, &mut by_lens);
+        let LensTerms { mixed, information, gradient } = terms;
+        let rows = mixed.iter_mut().zip(information).zip(gradient).zip(&by_lens);
+        for (((mixed, information), gradient), by_parameter) in rows {
+            let weighted = self.times(by_parameter);
+            *gradient = dot(&at_pose.of_offset, &weighted);
+            let by_unknown = mixed.iter_mut().zip(&at_pose.by_unknown);
+            by_unknown.for_each(|(mixed, d)| *mixed = dot(d, &weighted));
+            information.iter_mut().zip(&by_lens).for_each(|(i, d)| *i = dot(d, &weighted));
+        }
+    }
+}
+
+impl<T: Scalar> LensTerms<T> {
+    pub(crate) const ZERO: Self = Self {
+        mixed: [[T::ZERO; 5]; LENS_PARAMETERS],
+        information: [[T::ZERO; LENS_PARAMETERS]; LENS_PARAMETERS],
+        gradient: [T::ZERO; LENS_PARAMETERS],
+    };
+}
+
+/// Coefficients of the coordinates in the derivatives of the constraint by the lens.
+///
+/// A true ray is `(x - c_x, y - c_y, 1 + s)`: `(1 + s v . e_z) a` moves along an axis `v` of its camera, of unit length
+/// because its depth there is 1.
+///
+/// * `of_offset`: those of the constraint.
+fn coefficients<T: Scalar>(
+    frame: &RectifyingRotations<T>,
+    pose: &RectifyingRotations<T>,
+    of_offset: &Vector12<T>,
+    by: &mut [Vector12<T>; LENS_PARAMETERS],
+) {
+    let (frame_l, frame_r) = (frame.left().matrix(), frame.right().matrix());
+    let (pose_l, pose_r) = (pose.left().matrix(), pose.right().matrix());
+    let [_, y_l, z_l] = product(frame_l, &pose_l.transpose()).data.0;
+    let [_, y_r, z_r] = product(frame_r, &pose_r.transpose()).data.0;
+    let ([_, _, depth_l], [_, _, depth_r]) = (frame_l.data.0, frame_r.data.0);
+    let ([x_axis_l, y_axis_l, z_axis_l], [x_axis_r, y_axis_r, z_axis_r]) =
+        (pose_l.data.0, pose_r.data.0);
+    let [scale_l, scale_r, column_l, column_r, row_l, row_r, k1_l, k1_r, p1] = by;
+    let cross = |[_, y, z]: [T; 3], of_y: [T; 3], of_z: [T; 3]| {
+        let ([a, b, c], [d, e, f]) = (of_z, of_y);
+        [y * a - z * d, y * b - z * e, y * c - z * f]
+    };
+    let (minus, one) = (T::MINUS_ONE, T::ONE);
+    for (sum, sign, axis) in
+        [(&mut *scale_l, one, z_axis_l), (column_l, minus, x_axis_l), (row_l, minus, y_axis_l)]
+    {
+        add_outer(sum, sign, &cross(axis, y_r, z_r), &depth_l);
+    }
+    for (sum, sign, axis) in
+        [(&mut *scale_r, one, z_axis_r), (column_r, minus, x_axis_r), (row_r, minus, y_axis_r)]
+    {
+        add_outer(sum, -sign, &depth_r, &cross(axis, y_l, z_l));
+    }
+    // Noise scales with the rays: of each camera half. So the common scale has no effect.
+    for scale in [scale_l, scale_r] {
+        scale.iter_mut().zip(of_offset).for_each(|(by, o)| *by -= T::HALF * *o);
+    }
+    let [.., of_k1_l, _, _] = k1_l;
+    *of_k1_l = one;
+    let [.., of_k1_r, _] = k1_r;
+    *of_k1_r = one;
+    let [.., of_p1] = p1;
+    *of_p1 = one;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::change_frame::split;
+    use crate::algebra::moments::without_lens;
+    use crate::geometry::rectification::tests::pose;
+    use crate::simd::Single;
+    use nalgebra::{Vector3, Vector5};
+
+    type Pose = RectifyingRotations<f64>;
+
+    /// Camera rays of no point: nothing in the expressions is small.
+    const RAYS: [[f64; 3]; 2] = [[0.31, -0.42, 1.0], [-0.17, 0.23, 1.0]];
+    const WEIGHT: f64 = 3.0;
+
+    /// Rays with errors of focal length and principal point taken out, homogeneous.
+    fn corrected(p: &[f64; LENS_PARAMETERS]) -> [Vector3<f64>; 2] {
+        let [s_l, s_r, cx_l, cx_r, cy_l, cy_r, ..] = *p;
+        let [left, right] = RAYS.map(Vector3::from);
+        [left + Vector3::new(-cx_l, -cy_l, s_l), right + Vector3::new(-cx_r, -cy_r, s_r)]
+    }
+
+    /// Constraint at a pose of the corrected rays. Noise scales with them: of each camera half.
+    fn constraint(at: &Pose, p: &[f64; LENS_PARAMETERS]) -> f64 {
+        let [left, right] = corrected(p);
+        let [s_l, s_r, ..] = *p;
+        let (a, b) = (at.left() * left, at.right() * right);
+        (a.y * b.z - a.z * b.y) / ((1.0 + s_l) * (1.0 + s_r)).sqrt()
+    }
+
+    #[test]
+    fn terms_of_focal_length_and_principal_point_match_central_differences_at_any_pose() {
+        let frame = pose([0.05, -0.08, 0.03], [0.1, -0.06]);
+        let [left, right] = RAYS.map(Vector3::from);
+        let k = without_lens(split(&((frame.right() * right) * (frame.left() * left).transpose())));
+        let mut sums = Moments::ZERO;
+        sums.products_mut().add(Single, core::iter::once((WEIGHT, &k)));
+        for at in [frame, pose([-0.03, 0.06, 0.1], [-0.05, 0.08])] {
+            let mut terms = LensTerms::ZERO;
+            sums.fill_lens(&frame, &at, &mut terms);
+            let difference = |of: &dyn Fn(f64) -> f64| (of(1e-5) - of(-1e-5)) / 2e-5;
+            let by_lens: [f64; LENS_PARAMETERS] = core::array::from_fn(|i| {
+                difference(&|h| {
+                    constraint(&at, &core::array::from_fn(|k| if k == i { h } else { 0.0 }))
+                })
+            });
+            let value = constraint(&at, &[0.0; LENS_PARAMETERS]);
+            let by_pose: [f64; 5] = core::array::from_fn(|i| {
+                let moved = |h| at.stepped_by(&Vector5::ith(i, h)).unwrap();
+                difference(&|h| constraint(&moved(h), &[0.0; LENS_PARAMETERS]))
+            });
+            for i in 0..6 {
+                let close = |got: f64, of: f64| {
+                    assert!((got - WEIGHT * by_lens[i] * of).abs() < 1e-8, "{i}: {got}");
+                };
+                close(terms.gradient[i], value);
+                (0..6).for_each(|j| close(terms.information[i][j], by_lens[j]));
+                (0..5).for_each(|j| close(terms.mixed[i][j], by_pose[j]));
+            }
+            // Without coordinates of the radial and tangential terms they have no effect.
+            assert!(terms.information[6..].iter().flatten().all(|x| *x == 0.0));
+        }
+    }
+
+    #[test]
+    fn radial_and_tangential_terms_are_the_last_coordinates() {
+        let frame = pose([0.05, -0.08, 0.03], [0.1, -0.06]);
+        let mut sums = Moments::ZERO;
+        let k = [0.5, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 2.0, 3.0, 4.0];
+        sums.products_mut().add(Single, core::iter::once((WEIGHT, &k)));
+        let mut terms = LensTerms::ZERO;
+        sums.fill_lens(&frame, &frame, &mut terms);
+        let normal = sums.at_frame();
+        for (i, k_i) in [(6, 2.0), (7, 3.0), (8, 4.0)] {
+            assert!((terms.gradient[i] - WEIGHT * 0.5 * k_i).abs() < 1e-12);
+            assert!((terms.information[i][i] - WEIGHT * k_i * k_i).abs() < 1e-12);
+            // The row of an unknown is its gradient, which is with `cx` = 0.5.
+            for j in 0..5 {
+                assert!((terms.mixed[i][j] - normal.gradient[j] * k_i / 0.5).abs() < 1e-12);
+            }
+        }
+    }
+}
