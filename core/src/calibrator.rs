@@ -12,7 +12,7 @@ use crate::estimator::Estimator;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::outcome::health::Health;
 use crate::outcome::pair_report::{Fused, PairReport};
-use crate::outcome::proposal::{Doubt, Proposal};
+use crate::outcome::proposal::Proposal;
 use crate::scalar::Scalar;
 use crate::state::State;
 use crate::thresholds::{SCREEN, SPARE_PASSES};
@@ -266,7 +266,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if proposal.state != State::Locked {
             return Err(ApplyError::NotLocked(proposal.state));
         }
-        if proposal.doubt == Some(Doubt::Everything) {
+        if proposal.is_doubtful() {
             return Err(ApplyError::Doubtful);
         }
         let before = self.in_use;

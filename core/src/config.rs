@@ -1,5 +1,6 @@
 //! Parameters, with what larger and smaller values do.
 
+use crate::algebra::lens_terms::LENS_PARAMETERS;
 use crate::error::{ConfigError, Refusal};
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::metrics::{baseline_angle, rotation_angle};
@@ -70,6 +71,7 @@ pub struct Config {
     pub(crate) max_sd_rad: f32,
     pub(crate) max_correction_rad: f32,
     pub(crate) memory_pairs: u32,
+    pub(crate) lens_prior: LensPrior,
     #[cfg_attr(feature = "serde", serde(rename = "automatic_apply"))]
     pub(crate) applies_itself: bool,
 }
@@ -107,6 +109,7 @@ impl Config {
             max_sd_rad: 0.12,
             max_correction_rad: 0.5,
             memory_pairs: 1000,
+            lens_prior: LensPrior::WIDE,
             applies_itself: false,
         }
     }
@@ -247,6 +250,28 @@ impl Config {
         }
     }
 
+    /// Standard deviations of the given lens models. Default [`LensPrior::WIDE`]. Robust preset only.
+    ///
+    /// Larger widens the deviations with the lens uncertain; smaller trusts the lens further than a calibration may.
+    ///
+    /// # Errors
+    /// [`ConfigError::LensPrior`] unless each is finite, 0 or more, and at most 0.1, of the principal point 100 px.
+    pub const fn with_lens_prior(mut self, prior: LensPrior) -> Result<Self, ConfigError> {
+        if prior.is_valid() {
+            self.lens_prior = prior;
+            Ok(self)
+        } else {
+            Err(ConfigError::LensPrior)
+        }
+    }
+
+    /// Takes the given lens models as exact: [`LensPrior::NONE`].
+    #[must_use]
+    pub const fn without_lens_prior(mut self) -> Self {
+        self.lens_prior = LensPrior::NONE;
+        self
+    }
+
     /// Lets [`crate::Calibrator::fuse`] put the estimate into use whenever
     /// [`crate::Calibrator::apply`] would. Default: only `apply` does.
     #[must_use]
@@ -285,6 +310,7 @@ impl Config {
             .with_min_correspondences(self.min_correspondences)?
             .with_noise_floor_px(self.noise_floor_px)?
             .with_max_correction_rad(self.max_correction_rad)?
+            .with_lens_prior(self.lens_prior)?
             .with_memory_pairs(self.memory_pairs)
     }
 
@@ -310,6 +336,43 @@ impl<'de> serde::Deserialize<'de> for Config {
     }
 }
 
+/// Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct LensPrior {
+    /// Focal length, relative.
+    pub focal: f32,
+    /// Principal point, each coordinate, px.
+    pub principal_px: f32,
+    /// Radial coefficient `k1`.
+    pub k1: f32,
+    /// Tangential coefficient `p1`, of the right camera less that of the left one.
+    pub p1: f32,
+    /// Tangential coefficient `p2`: no row tells it from yaw.
+    pub p2: f32,
+}
+
+impl LensPrior {
+    /// What is left of a calibration after a year: two calibrations of one camera differ by as much.
+    pub const WIDE: Self =
+        Self { focal: 0.003, principal_px: 1.0, k1: 0.005, p1: 0.001, p2: 0.000_25 };
+
+    /// Exact lens models.
+    pub const NONE: Self = Self { focal: 0.0, principal_px: 0.0, k1: 0.0, p1: 0.0, p2: 0.0 };
+
+    const fn is_valid(&self) -> bool {
+        const fn within(sd: f32, most: f32) -> bool {
+            sd >= 0.0 && sd <= most
+        }
+        within(self.focal, 0.1)
+            && within(self.principal_px, 100.0)
+            && within(self.k1, 0.1)
+            && within(self.p1, 0.1)
+            && within(self.p2, 0.1)
+    }
+}
+
 /// Configuration and rig of a call.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Context<'a, T: Scalar> {
@@ -327,6 +390,14 @@ impl<'a, T: Scalar> Context<'a, T> {
     pub(crate) fn new(config: &'a Config, factory: &'a Extrinsics<T>, focal: T) -> Self {
         let factory_pose = RectifyingRotations::from(factory);
         Self { config, factory, focal, factory_pose, prior: config.prior() }
+    }
+
+    /// Standard deviations of the lens parameters, in the order of the lens terms.
+    pub(crate) fn lens_prior(&self) -> [T; LENS_PARAMETERS] {
+        let LensPrior { focal, principal_px, k1, p1, .. } = self.config.lens_prior;
+        let [scale, principal, k1, p1] = [focal, principal_px, k1, p1].map(T::single);
+        let principal = principal / self.focal;
+        [scale, scale, principal, principal, principal, principal, k1, k1, p1]
     }
 
     /// Factor of the sums over `pairs` pairs when one more comes: below 1 once the memory is full.

@@ -139,6 +139,9 @@ pub enum ConfigError {
     /// Memory: from 20 pairs.
     #[error("memory must be at least 20 pairs")]
     Memory,
+    /// Deviations of the lens: 0 to 0.1, of the principal point 0 to 100 px.
+    #[error("lens deviations must lie within 0 to 0.1, of the principal point 0 to 100 px")]
+    LensPrior,
     /// Correction limit: above 0 and below 1.5 rad.
     #[error("max correction must lie within 0 to 1.5 rad")]
     MaxCorrection,
@@ -347,7 +350,7 @@ codes! {
     ConfigError {
         HuberThreshold = 300, MaxPasses = 301, StepTolerance = 302, MinCorrespondences = 303,
         NoiseFloor = 304, PriorStandardDeviation = 305, MaxStandardDeviation = 306, Memory = 307,
-        MaxCorrection = 308,
+        MaxCorrection = 308, LensPrior = 309,
     }
     PushError {
         NoCameras = 400, Busy = 401, Score = 402, GridStep = 403,

@@ -182,7 +182,7 @@ pub use batch::correspondence::{Cameras, Correspondence, RayPair};
 pub use batch::row_offset::row_offset;
 pub use batch::{Batch, Pushed};
 pub use calibrator::Calibrator;
-pub use config::{Central, Config};
+pub use config::{Central, Config, LensPrior};
 pub use error::{
     ApplyError, CameraError, ConfigError, ExtrinsicsError, PairError, ProjectError, PushError,
     RectifyError, Refusal, Rejection, RestoreError, Side, SnapshotError, UndistortError,
@@ -194,6 +194,7 @@ pub use geometry::lens::{Fisheye, Lens, RadialTangential};
 pub use geometry::rectification::RectifyingRotations;
 pub use geometry::{metrics, so3};
 pub use outcome::health::{Arming, Band, DEPTHS_M, Health};
+pub use outcome::lens_estimate::{Finding, LensEstimate};
 pub use outcome::pair_report::{Fused, PairReport};
 pub use outcome::proposal::{Direction, Doubt, Proposal};
 #[cfg(feature = "paper")]

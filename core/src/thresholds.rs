@@ -215,6 +215,17 @@ pub(crate) const CERTAIN_BASELINE: f64 = 0.0625;
 /// observed one is applied: 1 % by chance. Larger keeps a wrong baseline; smaller applies noise.
 pub(crate) const SIGNIFICANT_BASELINE: f64 = 9.0;
 
+/// Least pivot of the information on the lens, scaled to unit diagonal. Larger holds directions that pairs
+/// determine; smaller divides by rounding.
+pub(crate) const MIN_LENS_PIVOT: f64 = 1e-7;
+
+/// Part of an error of the lens that frozen weights may hide, `1 - E[psi'] / E[w]`: a deviation of its own. Larger
+/// names the error later; smaller reports too small a deviation.
+pub(crate) const LENS_SHRINKAGE: f64 = 0.17;
+
+/// Standard deviations from which on an error of the lens is named. Larger names it later; smaller by chance.
+pub(crate) const LENS_FOUND: f64 = 3.0;
+
 /// Factor per pair of a followed drift in the covariance. Larger reports it longer; smaller is overtaken by it.
 pub(crate) const DRIFT_DECAY: f64 = 0.9;
 
@@ -285,8 +296,8 @@ pub(crate) const SAME_SHARE: f64 = 0.3;
 
 // Outcome.
 
-/// Disagreement of image halves above which the baseline, and above which nothing, is applied.
-/// Larger applies biased estimates; smaller refuses healthy ones (below 2.3).
+/// Disagreement of image halves above which, with exact lenses, the baseline, and above which nothing, is
+/// applied. Larger applies biased estimates; smaller refuses healthy ones (below 2.3).
 pub(crate) const MAX_DISAGREEMENT: [f64; 2] = [3.0, 5.0];
 
 /// Huber thresholds to a screened row offset. Larger lets outliers into the RMS; smaller hides a bad calibration.

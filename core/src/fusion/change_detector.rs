@@ -36,7 +36,7 @@ pub(super) struct ChangeDetector<T: Scalar> {
 
 impl<T: Scalar> ChangeDetector<T> {
     /// Numbers and words in a record.
-    pub(super) const NUMBERS: usize = 105;
+    pub(super) const NUMBERS: usize = 138;
     pub(super) const WORDS: usize = 1;
 
     pub(super) const NEW: Self = Self {

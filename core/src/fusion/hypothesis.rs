@@ -21,8 +21,8 @@ use crate::pair::leverage::form_peak;
 use crate::pair::solver::TrackStart;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    AVERAGED_PAIRS, CHI_SQUARE_PAIRS, DRIFT_DECAY, FREEDOM_RAD, MAX_LOCKED_SD_RAD, MAX_NIS,
-    MAX_REDUCED_CHI_SQUARE, MIN_INLIER_RATIO, OPTIMUM_STEPS, SHORT_DECAY, VIBRATION_RAD,
+    AVERAGED_PAIRS, CHI_SQUARE_PAIRS, DRIFT_DECAY, FREEDOM_RAD, IMPROVEMENT, MAX_LOCKED_SD_RAD,
+    MAX_NIS, MAX_REDUCED_CHI_SQUARE, MIN_INLIER_RATIO, OPTIMUM_STEPS, SHORT_DECAY, VIBRATION_RAD,
 };
 
 /// Sums over the supporting pairs, and their optimum.
@@ -210,6 +210,23 @@ impl<T: Scalar> Hypothesis<T> {
         true
     }
 
+    /// Sums of all pairs, in the frame of the hypothesis.
+    pub(super) fn sums(&self) -> Moments<T> {
+        let mut sums = self.settled;
+        sums.add(&self.last);
+        sums
+    }
+
+    /// Frame of the sums.
+    pub(super) fn frame(&self) -> &RectifyingRotations<T> {
+        &self.frame
+    }
+
+    /// Information of the sums at the pose, without the prior.
+    pub(super) fn information(&self) -> &Information<T> {
+        &self.information
+    }
+
     /// The estimate.
     pub(crate) fn pose(&self) -> &RectifyingRotations<T> {
         &self.pose
@@ -269,8 +286,7 @@ impl<T: Scalar> Hypothesis<T> {
     /// Optimum of `R` for a given baseline, where the estimated baseline is doubtful.
     #[inline(never)]
     pub(crate) fn with_baseline_of(&self, given: &Extrinsics<T>) -> Option<Extrinsics<T>> {
-        let mut sums = self.settled;
-        sums.add(&self.last);
+        let sums = self.sums();
         let target = RectifyingRotations::from(given);
         let mut pose = self.pose;
         for _ in 0..OPTIMUM_STEPS {
@@ -281,6 +297,14 @@ impl<T: Scalar> Hypothesis<T> {
             pose = pose.stepped_by(&d)?;
         }
         Extrinsics::try_new(pose.extrinsics().ok()?.rotation().matrix(), given.translation()).ok()
+    }
+
+    /// Whether the RMS row offset of other extrinsics over the sums is worse by the factor of [`IMPROVEMENT`].
+    pub(super) fn fits_clearly_better_than(&self, other: &Extrinsics<T>) -> bool {
+        let sums = self.sums();
+        let [own, other] = [self.pose, RectifyingRotations::from(other)]
+            .map(|pose| sums.cost_at(&self.frame, &pose));
+        own < other * T::lit(IMPROVEMENT * IMPROVEMENT)
     }
 
     /// Start of a track: the estimate, and the freedom of a pair about it.

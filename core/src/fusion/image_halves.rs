@@ -6,7 +6,7 @@ use nalgebra::Vector5;
 use crate::algebra::disparity_noise::{BaselineNoise, BiasedEquations};
 use crate::algebra::information::{Information, StandardDeviations};
 use crate::codec::{Reader, Writer};
-use crate::config::Context;
+use crate::config::{Context, LensPrior};
 use crate::error::RestoreError;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
@@ -58,6 +58,9 @@ impl<T: Scalar> ImageHalves<T> {
         repeated: bool,
         context: &Context<'_, T>,
     ) {
+        if repeated && context.config.lens_prior != LensPrior::NONE {
+            return;
+        }
         let [all, left, upper] = &mut self.parts;
         let whole = measurement.moments.biased_at_frame();
         all.add(&whole.about(to_pose));

@@ -17,6 +17,7 @@ mod change_detector;
 mod hypotheses;
 mod hypothesis;
 mod image_halves;
+mod lens;
 mod optimum;
 mod repeated_scene;
 
@@ -182,12 +183,19 @@ impl<T: Scalar> Fusion<T> {
             return None;
         }
         let extrinsics = hypothesis.pose().extrinsics().ok()?;
+        let lens = hypothesis.lens(context);
+        let wide = lens.as_ref().map_or(covariance, |lens| lens.widen(&covariance, context));
+        let sd_lens = StandardDeviations::of(&wide);
         let [observed, certain] = [OBSERVED_BASELINE, CERTAIN_BASELINE].map(T::lit);
-        let left = sd.translation * sd.translation * context.prior;
+        let left = sd_lens.translation * sd_lens.translation * context.prior;
         let gains = left <= certain
-            || left <= observed && baseline_differs(hypothesis.pose(), in_use, &covariance);
-        let applicable = if doubt == Some(Doubt::Baseline) || !gains {
-            hypothesis.with_baseline_of(in_use)?
+            || left <= observed && baseline_differs(hypothesis.pose(), in_use, &wide);
+        let doubted = doubt == Some(Doubt::Baseline) && lens.is_none();
+        let applicable = if doubted || !gains {
+            let held = hypothesis.with_baseline_of(in_use)?;
+            let known = sd.translation * sd.translation * context.prior <= observed;
+            let rows_improve = !doubted && known && hypothesis.fits_clearly_better_than(&held);
+            if rows_improve { extrinsics } else { held }
         } else {
             extrinsics
         };
@@ -197,6 +205,9 @@ impl<T: Scalar> Fusion<T> {
             pairs: hypothesis.pairs(),
             sd,
             covariance: Some(covariance.matrix()),
+            sd_lens,
+            covariance_lens: Some(wide.matrix()),
+            lens: lens.map(|lens| lens.report(context.focal)),
             baseline_observed: left <= observed,
             state: self.state(),
             doubt,

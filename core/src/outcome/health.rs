@@ -9,6 +9,7 @@ use crate::batch::row_offset::row_offset;
 use crate::error::Rejection;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::rectification::RectifyingRotations;
+use crate::outcome::lens_estimate::LensEstimate;
 use crate::outcome::proposal::{Direction, Doubt, Proposal};
 use crate::scalar::Scalar;
 use crate::state::State;
@@ -67,8 +68,12 @@ pub struct Health<T: Scalar> {
     pub doubt: Option<Doubt>,
     /// Whether pairs have determined the baseline direction, as [`Proposal::baseline_observed`].
     pub baseline_observed: bool,
-    /// Expected size of the error of the estimate.
+    /// Expected size of the error of the estimate, with the lens as given.
     pub sd: StandardDeviations<T>,
+    /// The same with the lens models uncertain.
+    pub sd_lens: StandardDeviations<T>,
+    /// Errors of the lens models that the pairs show.
+    pub lens: Option<LensEstimate<T>>,
     /// Its least certain direction and the standard deviation, rad; `None` in the paper preset.
     pub weakest: Option<(Direction, T)>,
     /// Expected error of the yaw in use, rad: how far it is from the estimate, and the estimate's own.
@@ -101,7 +106,7 @@ pub enum Arming {
     Yes,
     /// The estimate is not confirmed, or the last pairs disagree with it.
     NotLocked,
-    /// Image halves disagree too much to trust any estimate.
+    /// Image halves disagree too much to trust any estimate; without a lens prior only.
     Doubtful,
     /// The extrinsics in use do not fit the matches.
     Misaligned,
@@ -134,6 +139,9 @@ impl<T: Scalar> fmt::Display for Health<T> {
         }
         if let Some(doubt) = self.doubt {
             write!(f, ", doubt: {doubt}")?;
+        }
+        if let Some(lens) = self.lens.filter(LensEstimate::is_significant) {
+            write!(f, ", lens: {lens}")?;
         }
         self.rejection.map_or(Ok(()), |why| write!(f, ", last pair {why}"))
     }
@@ -199,6 +207,8 @@ impl<T: Scalar> Health<T> {
             doubt: proposal.doubt,
             baseline_observed: proposal.baseline_observed,
             sd: proposal.sd,
+            sd_lens: proposal.sd_lens,
+            lens: proposal.lens,
             weakest: proposal.weakest(),
             yaw: (off.y * off.y + yaw_sd * yaw_sd).sqrt(),
             rejection,
@@ -223,7 +233,7 @@ impl Arming {
     fn of<T: Scalar>(proposal: &Proposal<T>, band: Band) -> Self {
         if proposal.state != State::Locked {
             Self::NotLocked
-        } else if proposal.doubt == Some(Doubt::Everything) {
+        } else if proposal.is_doubtful() {
             Self::Doubtful
         } else if band == Band::Recalibrate {
             Self::Misaligned

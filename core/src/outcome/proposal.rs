@@ -7,6 +7,7 @@ use nalgebra::{ComplexField, Matrix5, Vector5};
 use crate::algebra::information::{StandardDeviations, largest_direction};
 use crate::algebra::symmetric5::Symmetric5;
 use crate::geometry::extrinsics::Extrinsics;
+use crate::outcome::lens_estimate::LensEstimate;
 use crate::scalar::Scalar;
 use crate::state::State;
 
@@ -33,6 +34,15 @@ pub struct Proposal<T: Scalar> {
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     #[cfg_attr(feature = "serde", serde(with = "rows"))]
     pub covariance: Option<Matrix5<T>>,
+    /// The same with the lens models uncertain ([`crate::Config::with_lens_prior`]): expected error of the extrinsics where
+    /// the lens may be off. Equal to `sd` without a lens prior and in the paper preset.
+    pub sd_lens: StandardDeviations<T>,
+    /// Covariance with the lens models uncertain, as `covariance`.
+    #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
+    #[cfg_attr(feature = "serde", serde(with = "rows"))]
+    pub covariance_lens: Option<Matrix5<T>>,
+    /// Errors of the lens models that the pairs show; `None` without a lens prior and in the paper preset.
+    pub lens: Option<LensEstimate<T>>,
     /// Whether pairs have determined the baseline direction: its variance is at most an eighth of what it is without
     /// pairs. Points more than some thousand baselines away do not observe it: their disparities are noise. The paper
     /// preset fuses no pair that does not: always true.
@@ -44,6 +54,12 @@ pub struct Proposal<T: Scalar> {
 }
 
 impl<T: Scalar> Proposal<T> {
+    /// Whether image halves disagree too much to apply any of it. With a lens prior the disagreement widens the
+    /// deviations, and does not block.
+    pub(crate) fn is_doubtful(&self) -> bool {
+        self.doubt == Some(Doubt::Everything) && self.lens.is_none()
+    }
+
     /// The least certain direction and its standard deviation, rad; `None` in the paper preset.
     pub fn weakest(&self) -> Option<(Direction, T)> {
         let (sd, direction) = largest_direction(&Symmetric5::packed(&self.covariance?));
@@ -66,10 +82,10 @@ impl<T: Scalar> fmt::Display for Proposal<T> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Doubt {
-    /// Image halves disagree by more than 3 of their standard deviations: matches are biased alike
-    /// somewhere. The baseline suffers first and is not applied.
+    /// Image halves disagree by more than 3 of their standard deviations: matches are biased alike somewhere, or the lens is
+    /// wrong. The deviations are widened by it. Without a lens prior the baseline is not applied.
     Baseline,
-    /// They disagree by more than 5: nothing is applied.
+    /// They disagree by more than 5. Without a lens prior nothing is applied.
     Everything,
     /// Paper preset: the rotation is so near the identity, or a half turn, that its axis is noise.
     Axis,

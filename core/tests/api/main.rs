@@ -16,6 +16,7 @@ mod far;
 mod fusion;
 mod health;
 mod homography;
+mod lens;
 mod memory;
 mod presets;
 mod robust;

@@ -10,7 +10,7 @@ use crate::scalar::Scalar;
 
 impl<T: Scalar> Hypothesis<T> {
     /// Numbers and words in a record.
-    pub(in crate::fusion) const NUMBERS: usize = 237;
+    pub(in crate::fusion) const NUMBERS: usize = 303;
     pub(in crate::fusion) const WORDS: usize = 3;
 
     pub(in crate::fusion) fn write(&self, to: &mut Writer<'_>) {
