@@ -80,7 +80,7 @@
 /**
  * Size of `selfcal_t` in words of 8 bytes, sufficient on every target.
  */
-#define SELFCAL_STORAGE_WORDS (480 + ((5 * SELFCAL_CAPACITY) / 2))
+#define SELFCAL_STORAGE_WORDS (568 + ((5 * SELFCAL_CAPACITY) / 2))
 
 /**
  * Size of `selfcal_t`, bytes.
@@ -105,7 +105,7 @@
 /**
  * Length of the longest record of `selfcal_snapshot`, bytes, for any capacity.
  */
-#define SELFCAL_SNAPSHOT_BYTES 2684
+#define SELFCAL_SNAPSHOT_BYTES 3344
 
 /**
  * Length of the longest record of `selfcal_factory_to_record`, bytes.
@@ -301,6 +301,10 @@ enum selfcal_error_t
      * configuration: the correction limit is not above 0 and below 1.5 rad
      */
     SELFCAL_ERROR_CONFIG_MAX_CORRECTION = 308,
+    /**
+     * configuration: a deviation of the lens is not within 0 to 0.1, of the principal point 0 to 100 px
+     */
+    SELFCAL_ERROR_CONFIG_LENS_PRIOR = 309,
     /**
      * push: no cameras are set; call selfcal_set_cameras first
      */
@@ -1034,6 +1038,32 @@ typedef struct selfcal_t {
 } selfcal_t;
 
 /**
+ * Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact.
+ */
+typedef struct selfcal_lens_prior_t {
+    /**
+     * Focal length, relative.
+     */
+    float focal;
+    /**
+     * Principal point, each coordinate, px.
+     */
+    float principal_px;
+    /**
+     * Radial coefficient `k1`.
+     */
+    float k1;
+    /**
+     * Tangential coefficient `p1`, of the right camera less that of the left one.
+     */
+    float p1;
+    /**
+     * Tangential coefficient `p2`.
+     */
+    float p2;
+} selfcal_lens_prior_t;
+
+/**
  * Parameters of a calibrator; fields are private. Fill it with `selfcal_config_default`,
  * `selfcal_config_robust` or `selfcal_config_paper`, then change it with the setters.
  */
@@ -1060,6 +1090,10 @@ typedef struct selfcal_config_t {
     uint16_t min_correspondences;
     uint32_t angle;
     uint32_t automatic_apply;
+    /**
+     * NaN in its first field stands for the value of the preset.
+     */
+    struct selfcal_lens_prior_t lens_prior;
 } selfcal_config_t;
 
 /**
@@ -1345,6 +1379,47 @@ typedef struct selfcal_sd_t {
 } selfcal_sd_t;
 
 /**
+ * A lens parameter, true less given, with its standard deviation.
+ */
+typedef struct selfcal_finding_t {
+    /**
+     * Estimate.
+     */
+    float value;
+    /**
+     * Standard deviation; at first that of the prior.
+     */
+    float sd;
+} selfcal_finding_t;
+
+/**
+ * Errors of the given lens models, as far as pairs show them; right camera less left one, but for the mean. The
+ * extrinsics are not corrected by them.
+ */
+typedef struct selfcal_lens_estimate_t {
+    /**
+     * Relative focal length: 0.001 where the right one is 0.1 % longer than given.
+     */
+    struct selfcal_finding_t focal;
+    /**
+     * Radial coefficient `k1`.
+     */
+    struct selfcal_finding_t k1;
+    /**
+     * Radial coefficient `k1`, mean of both cameras.
+     */
+    struct selfcal_finding_t k1_mean;
+    /**
+     * Tangential coefficient `p1`.
+     */
+    struct selfcal_finding_t p1;
+    /**
+     * Principal column, px.
+     */
+    struct selfcal_finding_t principal_x_px;
+} selfcal_lens_estimate_t;
+
+/**
  * The least certain direction of an estimate.
  */
 typedef struct selfcal_weakest_t {
@@ -1377,9 +1452,21 @@ typedef struct selfcal_proposal_t {
      */
     uint32_t pairs;
     /**
-     * Reported standard deviations.
+     * Reported standard deviations, with the lens models as given.
      */
     struct selfcal_sd_t sd;
+    /**
+     * Reported standard deviations with the lens models uncertain: `selfcal_config_set_lens_prior`.
+     */
+    struct selfcal_sd_t sd_lens;
+    /**
+     * Whether the lens estimate is valid; never in the paper preset and without a lens prior.
+     */
+    bool has_lens;
+    /**
+     * Errors of the lens models; 0 where it is not valid.
+     */
+    struct selfcal_lens_estimate_t lens;
     /**
      * Whether the covariance is valid; never in the paper preset.
      */
@@ -1450,9 +1537,13 @@ typedef struct selfcal_health_t {
      */
     bool baseline_observed;
     /**
-     * Reported standard deviations of the estimate.
+     * Reported standard deviations of the estimate, with the lens models as given.
      */
     struct selfcal_sd_t sd;
+    /**
+     * Reported standard deviations with the lens models uncertain.
+     */
+    struct selfcal_sd_t sd_lens;
     /**
      * Least certain direction of the estimate.
      */
@@ -1638,6 +1729,16 @@ selfcal_error_t selfcal_config_set_max_correction_rad(struct selfcal_config_t *c
  * * `pairs`: 20 or more; default 1000. Larger averages longer; smaller follows a slow drift.
  */
 selfcal_error_t selfcal_config_set_memory_pairs(struct selfcal_config_t *config, uint32_t pairs);
+
+/**
+ * Sets how far the given lens models are trusted; robust preset. The deviations with the lens uncertain
+ * cover such errors; all 0 takes the lens models as exact, and image halves that disagree then block.
+ *
+ * * `prior`: each from 0 to 0.1, of the principal point 0 to 100 px; default 0.003, 1 px, 0.005, 0.001,
+ *   0.00025.
+ */
+selfcal_error_t selfcal_config_set_lens_prior(struct selfcal_config_t *config,
+                                              struct selfcal_lens_prior_t prior);
 
 /**
  * Sets whether `selfcal_fuse` puts the estimate into use whenever `selfcal_apply` would; default

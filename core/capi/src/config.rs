@@ -1,6 +1,6 @@
 //! The configuration: a preset, changed by setters.
 
-use stereo_selfcal::{Central, Config, ConfigError};
+use stereo_selfcal::{Central, Config, ConfigError, LensPrior};
 use zerocopy::FromBytes;
 
 use crate::error::selfcal_error_t::{self, *};
@@ -21,6 +21,29 @@ pub enum selfcal_angle_t {
     SELFCAL_ANGLE_MEAN = 0,
     /// Median: robust to a minority of outlier pairs.
     SELFCAL_ANGLE_MEDIAN = 1,
+}
+
+/// Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, FromBytes)]
+pub struct selfcal_lens_prior_t {
+    /// Focal length, relative.
+    pub focal: f32,
+    /// Principal point, each coordinate, px.
+    pub principal_px: f32,
+    /// Radial coefficient `k1`.
+    pub k1: f32,
+    /// Tangential coefficient `p1`, of the right camera less that of the left one.
+    pub p1: f32,
+    /// Tangential coefficient `p2`.
+    pub p2: f32,
+}
+
+impl From<selfcal_lens_prior_t> for LensPrior {
+    fn from(prior: selfcal_lens_prior_t) -> Self {
+        let selfcal_lens_prior_t { focal, principal_px, k1, p1, p2 } = prior;
+        Self { focal, principal_px, k1, p1, p2 }
+    }
 }
 
 /// Parameters of a calibrator; fields are private. Fill it with `selfcal_config_default`,
@@ -44,6 +67,8 @@ pub struct selfcal_config_t {
     min_correspondences: u16,
     angle: u32,
     automatic_apply: u32,
+    /// NaN in its first field stands for the value of the preset.
+    lens_prior: selfcal_lens_prior_t,
 }
 
 impl selfcal_config_t {
@@ -62,6 +87,13 @@ impl selfcal_config_t {
             min_correspondences: 0,
             angle: 0,
             automatic_apply: 0,
+            lens_prior: selfcal_lens_prior_t {
+                focal: f32::NAN,
+                principal_px: 0.0,
+                k1: 0.0,
+                p1: 0.0,
+                p2: 0.0,
+            },
         }
     }
 
@@ -81,6 +113,11 @@ impl selfcal_config_t {
         let config = real(config, self.max_sd_rad, Config::with_max_sd_rad)?;
         let config = real(config, self.max_correction_rad, Config::with_max_correction_rad)?;
         let config = whole(config, self.memory_pairs, Config::with_memory_pairs)?;
+        let config = if self.lens_prior.focal.is_nan() {
+            config
+        } else {
+            config.with_lens_prior(self.lens_prior.into())?
+        };
         let config = whole(config, self.max_passes, Config::with_max_passes)?;
         Ok(whole(config, self.min_correspondences, Config::with_min_correspondences)?)
     }
@@ -297,6 +334,21 @@ pub unsafe extern "C" fn selfcal_config_set_memory_pairs(
     let checked = Config::robust().with_memory_pairs(pairs);
     // SAFETY: the caller keeps the contract of the crate.
     unsafe { change(config, checked, |c| c.memory_pairs = pairs) }
+}
+
+/// Sets how far the given lens models are trusted; robust preset. The deviations with the lens uncertain
+/// cover such errors; all 0 takes the lens models as exact, and image halves that disagree then block.
+///
+/// * `prior`: each from 0 to 0.1, of the principal point 0 to 100 px; default 0.003, 1 px, 0.005, 0.001,
+///   0.00025.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_set_lens_prior(
+    config: *mut selfcal_config_t,
+    prior: selfcal_lens_prior_t,
+) -> selfcal_error_t {
+    let checked = Config::robust().with_lens_prior(prior.into());
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { change(config, checked, |c| c.lens_prior = prior) }
 }
 
 /// Sets whether `selfcal_fuse` puts the estimate into use whenever `selfcal_apply` would; default

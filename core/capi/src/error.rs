@@ -111,6 +111,8 @@ c_enum! {
         SELFCAL_ERROR_CONFIG_MEMORY = 307,
         /// configuration: the correction limit is not above 0 and below 1.5 rad
         SELFCAL_ERROR_CONFIG_MAX_CORRECTION = 308,
+        /// configuration: a deviation of the lens is not within 0 to 0.1, of the principal point 0 to 100 px
+        SELFCAL_ERROR_CONFIG_LENS_PRIOR = 309,
 
         /// push: no cameras are set; call selfcal_set_cameras first
         SELFCAL_ERROR_PUSH_NO_CAMERAS = 400,

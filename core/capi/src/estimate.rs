@@ -2,7 +2,9 @@
 
 use core::ffi::c_char;
 
-use stereo_selfcal::{Direction, Doubt, Proposal, StandardDeviations, State};
+use stereo_selfcal::{
+    Direction, Doubt, Finding, LensEstimate, Proposal, StandardDeviations, State,
+};
 
 use crate::enumeration::find;
 use crate::error::selfcal_error_t::{self, *};
@@ -128,6 +130,51 @@ impl From<StandardDeviations<f32>> for selfcal_sd_t {
     }
 }
 
+/// A lens parameter, true less given, with its standard deviation.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct selfcal_finding_t {
+    /// Estimate.
+    pub value: f32,
+    /// Standard deviation; at first that of the prior.
+    pub sd: f32,
+}
+
+impl From<Finding<f32>> for selfcal_finding_t {
+    fn from(found: Finding<f32>) -> Self {
+        Self { value: found.value, sd: found.sd }
+    }
+}
+
+/// Errors of the given lens models, as far as pairs show them; right camera less left one, but for the mean. The
+/// extrinsics are not corrected by them.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct selfcal_lens_estimate_t {
+    /// Relative focal length: 0.001 where the right one is 0.1 % longer than given.
+    pub focal: selfcal_finding_t,
+    /// Radial coefficient `k1`.
+    pub k1: selfcal_finding_t,
+    /// Radial coefficient `k1`, mean of both cameras.
+    pub k1_mean: selfcal_finding_t,
+    /// Tangential coefficient `p1`.
+    pub p1: selfcal_finding_t,
+    /// Principal column, px.
+    pub principal_x_px: selfcal_finding_t,
+}
+
+impl From<LensEstimate<f32>> for selfcal_lens_estimate_t {
+    fn from(lens: LensEstimate<f32>) -> Self {
+        Self {
+            focal: lens.focal.into(),
+            k1: lens.k1.into(),
+            k1_mean: lens.k1_mean.into(),
+            p1: lens.p1.into(),
+            principal_x_px: lens.principal_x_px.into(),
+        }
+    }
+}
+
 /// The least certain direction of an estimate.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -159,8 +206,14 @@ pub struct selfcal_proposal_t {
     pub applicable: selfcal_extrinsics_t,
     /// Fused pairs; those of a repeated scene count once.
     pub pairs: u32,
-    /// Reported standard deviations.
+    /// Reported standard deviations, with the lens models as given.
     pub sd: selfcal_sd_t,
+    /// Reported standard deviations with the lens models uncertain: `selfcal_config_set_lens_prior`.
+    pub sd_lens: selfcal_sd_t,
+    /// Whether the lens estimate is valid; never in the paper preset and without a lens prior.
+    pub has_lens: bool,
+    /// Errors of the lens models; 0 where it is not valid.
+    pub lens: selfcal_lens_estimate_t,
     /// Whether the covariance is valid; never in the paper preset.
     pub has_covariance: bool,
     /// Covariance, rad^2, symmetric; 0 where it is not valid. Order: rotation of `R` about x, y, z,
@@ -184,6 +237,9 @@ impl From<&Proposal<f32>> for selfcal_proposal_t {
             applicable: (&proposal.applicable).into(),
             pairs: proposal.pairs,
             sd: proposal.sd.into(),
+            sd_lens: proposal.sd_lens.into(),
+            has_lens: proposal.lens.is_some(),
+            lens: proposal.lens.map(Into::into).unwrap_or_default(),
             has_covariance: proposal.covariance.is_some(),
             // nalgebra stores columns.
             covariance: proposal.covariance.unwrap_or_default().transpose().into(),

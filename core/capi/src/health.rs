@@ -88,8 +88,10 @@ pub struct selfcal_health_t {
     pub doubt: selfcal_doubt_t,
     /// Whether pairs have determined the baseline direction.
     pub baseline_observed: bool,
-    /// Reported standard deviations of the estimate.
+    /// Reported standard deviations of the estimate, with the lens models as given.
     pub sd: selfcal_sd_t,
+    /// Reported standard deviations with the lens models uncertain.
+    pub sd_lens: selfcal_sd_t,
     /// Least certain direction of the estimate.
     pub weakest: selfcal_weakest_t,
     /// Expected error of the yaw in use, rad.
@@ -113,6 +115,7 @@ impl From<&Health<f32>> for selfcal_health_t {
             doubt: health.doubt.into(),
             baseline_observed: health.baseline_observed,
             sd: health.sd.into(),
+            sd_lens: health.sd_lens.into(),
             weakest: health.weakest.into(),
             yaw_rad: health.yaw,
             rejection: health.rejection.map_or(SELFCAL_OK, Into::into),

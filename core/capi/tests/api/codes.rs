@@ -67,7 +67,7 @@ const EXTRINSICS: [ExtrinsicsError; 3] = [
     ExtrinsicsError::AlongOpticalAxis,
 ];
 const PROJECT: [ProjectError; 2] = [ProjectError::NotFinite, ProjectError::BeyondLens];
-const CONFIG: [ConfigError; 9] = [
+const CONFIG: [ConfigError; 10] = [
     ConfigError::HuberThreshold,
     ConfigError::MaxPasses,
     ConfigError::StepTolerance,
@@ -77,6 +77,7 @@ const CONFIG: [ConfigError; 9] = [
     ConfigError::MaxStandardDeviation,
     ConfigError::Memory,
     ConfigError::MaxCorrection,
+    ConfigError::LensPrior,
 ];
 const SNAPSHOT: [SnapshotError; 2] = [SnapshotError::Room { needed: 1 }, SnapshotError::NoCameras];
 const RESTORE: [RestoreError; 10] = [

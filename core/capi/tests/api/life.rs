@@ -106,6 +106,9 @@ pub(crate) fn assert_same_estimate(cal: &mut Cal, twin: &Twin) {
     assert_eq!(c.baseline_observed, rust.baseline_observed);
     let sd = [c.sd.rotation_rad, c.sd.translation_rad];
     assert_eq!(bits(&sd), bits(&[rust.sd.rotation, rust.sd.translation]));
+    assert_eq!(c.sd_lens, rust.sd_lens.into());
+    assert_eq!(c.has_lens, rust.lens.is_some());
+    assert_eq!(c.lens, rust.lens.map(Into::into).unwrap_or_default());
     assert_eq!(c.has_covariance, rust.covariance.is_some());
     let covariance = rust.covariance.unwrap_or_default();
     for (i, row) in c.covariance.iter().enumerate() {
@@ -136,6 +139,7 @@ fn assert_same_health(cal: &mut Cal, twin: &Twin) {
         (rust.band.into(), rust.state.into(), rust.doubt.into(), rust.arming.into())
     );
     assert_eq!((c.sd, c.weakest), (rust.sd.into(), rust.weakest.into()));
+    assert_eq!(c.sd_lens, rust.sd_lens.into());
     assert_eq!(c.baseline_observed, rust.baseline_observed);
     assert_eq!(c.rejection, rust.rejection.map_or(SELFCAL_OK, Into::into));
     let mut depth = [0.0; 4];
@@ -281,6 +285,21 @@ fn the_paper_preset_with_every_setter_is_bit_identical_to_rust() {
     let (mut cal, mut twin) = twins(&set, &c, rust);
     run(&mut cal, &mut twin, &set);
     assert!(twin.proposal().is_some());
+}
+
+#[test]
+fn the_robust_preset_with_a_lens_prior_is_bit_identical_to_rust() {
+    let set = recorded();
+    for focal in [0.0, 0.002] {
+        let prior = selfcal_lens_prior_t { focal, principal_px: 0.0, k1: 0.0, p1: 0.0, p2: 0.0 };
+        let mut c = config(selfcal_config_robust);
+        // SAFETY: a live configuration.
+        assert_eq!(unsafe { selfcal_config_set_lens_prior(&mut c, prior) }, SELFCAL_OK);
+        let rust = Config::robust().with_lens_prior(prior.into()).unwrap();
+        let (mut cal, mut twin) = twins(&set, &c, rust);
+        assert_eq!(run(&mut cal, &mut twin, &set), State::Locked);
+        assert_eq!(twin.proposal().unwrap().lens.is_some(), focal > 0.0);
+    }
 }
 
 #[test]

@@ -95,6 +95,9 @@ fn a_report_is_dropped_with_its_batch() {
     }
 }
 
+const EXACT_LENS: selfcal_lens_prior_t =
+    selfcal_lens_prior_t { focal: 0.0, principal_px: 0.0, k1: 0.0, p1: 0.0, p2: 0.0 };
+
 #[test]
 fn a_refused_setter_leaves_the_configuration_unchanged() {
     let mut c = config(selfcal_config_robust);
@@ -112,6 +115,7 @@ fn a_refused_setter_leaves_the_configuration_unchanged() {
             selfcal_config_set_max_sd_rad(&mut c, -1.0),
             selfcal_config_set_max_correction_rad(&mut c, f32::NAN),
             selfcal_config_set_memory_pairs(&mut c, 0),
+            selfcal_config_set_lens_prior(&mut c, selfcal_lens_prior_t { k1: -1.0, ..EXACT_LENS }),
             selfcal_config_set_automatic_apply(null_mut(), true),
             selfcal_config_paper(null_mut()),
         ]
@@ -129,6 +133,7 @@ fn a_refused_setter_leaves_the_configuration_unchanged() {
             SELFCAL_ERROR_CONFIG_MAX_SD,
             SELFCAL_ERROR_CONFIG_MAX_CORRECTION,
             SELFCAL_ERROR_CONFIG_MEMORY,
+            SELFCAL_ERROR_CONFIG_LENS_PRIOR,
             SELFCAL_ERROR_NULL,
             SELFCAL_ERROR_NULL,
         ]
