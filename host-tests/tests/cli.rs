@@ -69,6 +69,9 @@ fn json_has_the_stable_fields_and_no_others() {
         "reasons",
         "locked_at",
         "baseline_observed",
+        "sd_rotation_lens",
+        "sd_translation_lens",
+        "lens",
     ];
     fields.sort_unstable();
     expected.sort_unstable();

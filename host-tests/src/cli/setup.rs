@@ -27,6 +27,10 @@ pub(crate) struct Setup {
     #[arg(long, value_enum, default_value_t = Capacity::N2048, value_name = "N")]
     capacity: Capacity,
 
+    /// How far the lens models of the data are trusted, robust preset.
+    #[arg(long, value_enum, default_value_t = LensTracking::Report)]
+    lens: LensTracking,
+
     /// Central tendency of the pairs' rotation angles in fusion, paper preset.
     #[arg(long, value_enum, default_value_t = Angle::Mean)]
     angle: Angle,
@@ -36,6 +40,26 @@ pub(crate) struct Setup {
     /// camchain.yaml, or a folder with left.yaml and right.yaml of ROS.
     #[arg(long, value_name = "identity|FILE|DIR", default_value = "identity")]
     initial: PathBuf,
+}
+
+/// Treatment of the lens models.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum LensTracking {
+    /// As exact: no deviation covers an error of the lens.
+    Given,
+    /// As uncertain: its errors are estimated, reported, and widen the deviations; R and t stay those of the
+    /// given lens.
+    Report,
+}
+
+impl LensTracking {
+    /// The robust preset with this treatment.
+    pub(super) fn config(self) -> Config {
+        match self {
+            Self::Given => Config::robust().without_lens_prior(),
+            Self::Report => Config::robust(),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -116,7 +140,7 @@ impl Setup {
             Angle::Median => Central::Median,
         };
         match self.preset {
-            Preset::Robust => Config::robust(),
+            Preset::Robust => self.lens.config(),
             Preset::Paper => Config::paper().with_angle(angle),
         }
     }

@@ -34,7 +34,7 @@ pub struct RealPair {
 pub struct Claim {
     /// Error against the truth of the pair.
     pub error: Deviation<f64>,
-    /// Reported standard deviation.
+    /// Reported standard deviation, with the lens uncertain.
     pub sd: Deviation<f64>,
     /// Error squared over the reported covariance, five degrees of freedom; NaN without a covariance.
     pub nees: f64,
@@ -58,8 +58,8 @@ impl Claim {
         Self {
             error: Deviation::between(&in_f64(&proposal.extrinsics), truth),
             sd: Deviation {
-                translation: proposal.sd.translation.to_f64(),
-                rotation: proposal.sd.rotation.to_f64(),
+                translation: proposal.sd_lens.translation.to_f64(),
+                rotation: proposal.sd_lens.rotation.to_f64(),
             },
             nees: nees(proposal, truth),
         }

@@ -7,6 +7,7 @@ use serde::Serialize;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Extrinsics, RayPair, RectifyingRotations, row_offset};
 
+use super::estimate::Lens;
 use super::log::{RunLog, Step, Verdict};
 use crate::data::{Dataset, Match};
 
@@ -58,6 +59,12 @@ pub struct Summary {
     pub locked_at: Option<usize>,
     /// Whether the pairs have determined the baseline direction.
     pub baseline_observed: bool,
+    /// `sd_rotation` with the lens uncertain.
+    pub sd_rotation_lens: Option<f64>,
+    /// `sd_translation` with the lens uncertain.
+    pub sd_translation_lens: Option<f64>,
+    /// What the pairs show of the lens.
+    pub lens: Option<Lens>,
 }
 
 /// The extrinsics in use. Angles in rad.
@@ -113,6 +120,9 @@ impl RunLog {
             reasons: checked.map(|checked| checked.reasons()).unwrap_or_default(),
             locked_at: self.locked_at(),
             baseline_observed: fused.is_some_and(|f| f.baseline_observed),
+            sd_rotation_lens: fused.map(|f| f.sd_lens.rotation),
+            sd_translation_lens: fused.map(|f| f.sd_lens.translation),
+            lens: fused.and_then(|f| f.lens),
         })
     }
 }

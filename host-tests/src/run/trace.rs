@@ -67,8 +67,8 @@ fn row(pair: usize, step: &Step) -> Vec<String> {
         said(health.map(|health| health.fit)),
         said(health.map(|health| health.in_use_px)),
         said(health.map(|health| health.proposed_px)),
-        said(estimate.map(|estimate| estimate.sd.rotation)),
-        said(estimate.map(|estimate| estimate.sd.translation)),
+        said(estimate.map(|estimate| estimate.sd_lens.rotation)),
+        said(estimate.map(|estimate| estimate.sd_lens.translation)),
     ];
     row.extend(numbers(estimate.map(|estimate| estimate.extrinsics).as_ref()));
     row.extend(numbers(checked.map(|checked| checked.in_use).as_ref()));

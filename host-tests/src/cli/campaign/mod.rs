@@ -18,6 +18,7 @@ use host_tests::synth::{Grid, Scenario, ScenarioKind, five_degrees_off, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Config, Scalar};
 
+use super::setup::LensTracking;
 use stats::passes;
 
 /// Run the robust preset over many generated scenes, against the best that their data allow.
@@ -47,6 +48,10 @@ pub(crate) struct CampaignArgs {
     /// Seed of the first run.
     #[arg(long, default_value_t = 1_000_000)]
     seed: u64,
+
+    /// How far the lens models are trusted, real.
+    #[arg(long, value_enum, default_value_t = LensTracking::Report)]
+    lens: LensTracking,
 
     /// Cases of real whose group/name begins so; default all.
     #[arg(long, value_name = "PREFIX", num_args = 1..)]

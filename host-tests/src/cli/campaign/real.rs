@@ -8,7 +8,6 @@ use anyhow::{Context, Result, ensure};
 use host_tests::run::progress;
 use host_tests::run::real_figures::Figures;
 use host_tests::run::real_rigs::runs;
-use stereo_selfcal::Config;
 
 use super::CampaignArgs;
 use super::real_cases::{Case, all};
@@ -43,7 +42,7 @@ impl CampaignArgs {
         for mut case in cases {
             case.scenario.pairs = self.pairs.unwrap_or(case.scenario.pairs);
             bar.set_message(format!("runs, {}", case.path()));
-            let runs = runs::<f32>(&case.scenario, Config::default(), self.seeds(), || bar.inc(1))
+            let runs = runs::<f32>(&case.scenario, self.lens.config(), self.seeds(), || bar.inc(1))
                 .with_context(|| case.path())?;
             let all = case.scenario.pairs;
             let parts = case.also_after.iter().copied().filter(|&pairs| pairs < all);
