@@ -13,6 +13,7 @@ use stereo_selfcal::{
 /// Result of one [`App::poll`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
+#[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub enum Event {
     /// No frame waits.
     Idle,

@@ -43,6 +43,9 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
     show(calibrator.state());
     if let Some(proposal) = calibrator.proposal() {
         show(proposal.weakest());
+        if let Some(lens) = &proposal.lens {
+            show((lens.is_significant(), lens.focal.is_significant()));
+        }
         show(proposal);
     }
     if let Some(health) = calibrator.health() {
