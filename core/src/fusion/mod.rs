@@ -192,7 +192,8 @@ impl<T: Scalar> Fusion<T> {
             || left <= observed && baseline_differs(hypothesis.pose(), in_use, &wide);
         let doubted = doubt == Some(Doubt::Baseline) && lens.is_none();
         let applicable = if doubted || !gains {
-            let held = hypothesis.with_baseline_of(in_use)?;
+            // Without a fit of `R` nothing changes.
+            let held = hypothesis.with_baseline_of(in_use).unwrap_or(*in_use);
             let known = sd.translation * sd.translation * context.prior <= observed;
             let rows_improve = !doubted && known && hypothesis.fits_clearly_better_than(&held);
             if rows_improve { extrinsics } else { held }
