@@ -189,6 +189,11 @@ impl<T: Scalar> Moments<T> {
         let mut elements = self.products.0.iter();
         // Each row has one more element; its last one is on the diagonal.
         let diagonal = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11].map(|row| elements.nth(row).copied());
+        let largest = diagonal.iter().flatten().fold(T::ZERO, |most, m| most.max(*m));
+        // No element of a positive matrix exceeds its largest diagonal one, but for rounding.
+        if !self.products.0.iter().all(|m| m.abs() <= largest * T::lit(2.0)) {
+            return Err(RestoreError::Absurd);
+        }
         check_sums_of_squares(diagonal.into_iter().flatten())
     }
 
