@@ -1,6 +1,5 @@
 //! A whole run through C is bit-identical to the one through Rust.
 
-use std::mem::MaybeUninit;
 use std::ptr;
 
 use host_tests::data::Dataset;
@@ -10,14 +9,13 @@ use stereo_selfcal::{
     RectifyingRotations, Refusal, State,
 };
 use stereo_selfcal_capi::selfcal_error_t::*;
-use stereo_selfcal_capi::selfcal_lens_t::*;
 use stereo_selfcal_capi::*;
 
 use crate::rig::{Cal, Observed, config, get, pair, recorded};
 
 pub(crate) type Twin = Calibrator<f32, SELFCAL_CAPACITY>;
 
-fn bits(of: &[f32]) -> Vec<u32> {
+pub(crate) fn bits(of: &[f32]) -> Vec<u32> {
     of.iter().map(|x| x.to_bits()).collect()
 }
 
@@ -212,7 +210,7 @@ pub(crate) fn take_pair(cal: &mut Cal, twin: &mut Twin) {
 }
 
 /// Runs both over the whole set; the final state.
-fn run(cal: &mut Cal, twin: &mut Twin, set: &Dataset) -> State {
+pub(crate) fn run(cal: &mut Cal, twin: &mut Twin, set: &Dataset) -> State {
     for index in 0..set.pairs.len() {
         push(cal, twin, set, index);
         take_pair(cal, twin);
@@ -288,21 +286,6 @@ fn the_paper_preset_with_every_setter_is_bit_identical_to_rust() {
 }
 
 #[test]
-fn the_robust_preset_with_a_lens_prior_is_bit_identical_to_rust() {
-    let set = recorded();
-    for focal in [0.0, 0.002] {
-        let prior = selfcal_lens_prior_t { focal, principal_px: 0.0, k1: 0.0, p1: 0.0, p2: 0.0 };
-        let mut c = config(selfcal_config_robust);
-        // SAFETY: a live configuration.
-        assert_eq!(unsafe { selfcal_config_set_lens_prior(&mut c, prior) }, SELFCAL_OK);
-        let rust = Config::robust().with_lens_prior(prior.into()).unwrap();
-        let (mut cal, mut twin) = twins(&set, &c, rust);
-        assert_eq!(run(&mut cal, &mut twin, &set), State::Locked);
-        assert_eq!(twin.proposal().unwrap().lens.is_some(), focal > 0.0);
-    }
-}
-
-#[test]
 fn factory_extrinsics_are_bit_identical_to_rust() {
     let set = recorded();
     let (mut cal, mut twin) = twins(&set, &config(selfcal_config_robust), Config::robust());
@@ -366,43 +349,4 @@ fn a_frozen_calibrator_changes_nothing_until_it_is_released() {
     // SAFETY: live storage.
     assert_eq!(unsafe { selfcal_set_frozen(cal.ptr(), false) }, SELFCAL_OK);
     assert_eq!(get!(cal, selfcal_fuse), Ok(selfcal_fused_t::SELFCAL_FUSED_ADDED));
-}
-
-#[test]
-fn rays_and_pixels_of_all_lens_models_are_those_of_the_core() {
-    let camera = |lens, distortion| selfcal_camera_t {
-        focal_px: [534.0, 531.0],
-        principal_px: [342.0, 234.5],
-        size_px: [640, 480],
-        lens: lens as u32,
-        distortion,
-    };
-    let pinhole = camera(SELFCAL_LENS_PINHOLE, [0.0; 5]);
-    let brown = camera(SELFCAL_LENS_RADIAL_TANGENTIAL, [-0.28, 0.04, 1e-3, -1e-4, 0.11]);
-    let fisheye = camera(SELFCAL_LENS_FISHEYE, [-0.01, 0.02, -0.003, 1e-3, 0.0]);
-    let mut cal = Cal::new(None);
-    for (left, right) in [(pinhole, brown), (fisheye, pinhole)] {
-        // SAFETY: live objects.
-        assert_eq!(unsafe { selfcal_set_cameras(cal.ptr(), &left, &right) }, SELFCAL_OK);
-        let mut kept = MaybeUninit::zeroed();
-        assert_eq!(get!(cal, selfcal_cameras, kept.as_mut_ptr()), Ok(right));
-        // SAFETY: zeros are a camera, and the call fills it.
-        assert_eq!(unsafe { kept.assume_init() }, left);
-        for side in [0, 1] {
-            let pixel = [20.0_f32, 460.0];
-            let [mut ray, mut back] = [[0.0; 2]; 2];
-            // SAFETY: live objects.
-            let codes = unsafe {
-                [
-                    selfcal_ray(cal.ptr(), side, pixel.as_ptr(), ray.as_mut_ptr()),
-                    selfcal_pixel(cal.ptr(), side, ray.as_ptr(), back.as_mut_ptr()),
-                ]
-            };
-            assert_eq!(codes, [SELFCAL_OK; 2]);
-            assert!(back.iter().zip(pixel).all(|(b, p)| (b - p).abs() < 1e-3), "{back:?}");
-            let straight = [(20.0 - 342.0) / 534.0, (460.0 - 234.5) / 531.0];
-            let distorted = if side == 0 { left.lens } else { right.lens } != 0;
-            assert_eq!(bits(&ray) != bits(&straight), distorted);
-        }
-    }
 }

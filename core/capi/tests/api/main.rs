@@ -2,6 +2,7 @@
 #![allow(clippy::borrow_as_ptr, reason = "as C takes an address")]
 
 mod codes;
+mod lens;
 mod life;
 mod link;
 mod link_misuse;

@@ -1,0 +1,52 @@
+//! How far the given lens models may be off.
+
+use crate::algebra::lens_terms::LENS_PARAMETERS;
+use crate::scalar::Scalar;
+
+/// Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct LensPrior {
+    /// Focal length, relative.
+    pub focal: f32,
+    /// Principal point, each coordinate, px.
+    pub principal_px: f32,
+    /// Radial coefficient `k1`.
+    pub k1: f32,
+    /// Tangential coefficient `p1`, of the right camera less that of the left one.
+    pub p1: f32,
+    /// Tangential coefficient `p2`: no row tells it from yaw.
+    pub p2: f32,
+}
+
+impl LensPrior {
+    /// What is left of a calibration after a year: two calibrations of one camera differ by as much.
+    pub const WIDE: Self =
+        Self { focal: 0.003, principal_px: 1.0, k1: 0.005, p1: 0.001, p2: 0.000_25 };
+
+    /// Exact lens models.
+    pub const NONE: Self = Self { focal: 0.0, principal_px: 0.0, k1: 0.0, p1: 0.0, p2: 0.0 };
+
+    /// Those of the lens parameters, in the order of the lens terms.
+    ///
+    /// * `focal`: mean focal length of the cameras, px.
+    pub(super) fn of_terms<T: Scalar>(&self, focal: T) -> [T; LENS_PARAMETERS] {
+        let [scale, principal, k1, p1] =
+            [self.focal, self.principal_px, self.k1, self.p1].map(T::single);
+        let principal = principal / focal;
+        [scale, scale, principal, principal, principal, principal, k1, k1, p1]
+    }
+
+    /// Whether each is finite and within the range of [`super::Config::with_lens_prior`].
+    pub(super) const fn is_valid(&self) -> bool {
+        const fn within(sd: f32, most: f32) -> bool {
+            sd >= 0.0 && sd <= most
+        }
+        within(self.focal, 0.1)
+            && within(self.principal_px, 100.0)
+            && within(self.k1, 0.1)
+            && within(self.p1, 0.1)
+            && within(self.p2, 0.1)
+    }
+}
