@@ -14,8 +14,8 @@
 //! | 12 | numbers, each type in the order of its fields |
 //! | last 4 | CRC-32 of all bytes before |
 //!
-//! Version 2 appends the scene of the last pair; version 1 is read without it. Version 3 has the noise of
-//! disparities in moments and image halves.
+//! Version 2 appends the scene of the last pair; version 1 is read without it. Version 3 has the lens coordinates
+//! (twelve in the moments, formerly nine), and the noise of disparities in moments and image halves.
 
 pub(crate) mod checksum;
 mod reader;
