@@ -2,8 +2,11 @@
 
 use std::fmt;
 
-use serde::Serialize;
-use stereo_selfcal::{Doubt, Extrinsics, Finding, Proposal, Scalar, StandardDeviations, State};
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
+use stereo_selfcal::{
+    Doubt, Extrinsics, Finding, LensEstimate, Proposal, Scalar, StandardDeviations, State,
+};
 
 use crate::data::in_f64;
 
@@ -26,33 +29,36 @@ pub struct Estimate {
     pub doubt: Option<Doubt>,
 }
 
-/// Errors of the given lens models, right camera less left one, but for the mean.
+/// [`LensEstimate`] in `f64`; the core's own cannot be constructed outside it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Lens {
     /// Focal length, relative.
-    pub focal: Value,
+    #[serde(serialize_with = "value_and_sd")]
+    pub focal: Finding<f64>,
     /// Radial coefficient.
-    pub k1: Value,
+    #[serde(serialize_with = "value_and_sd")]
+    pub k1: Finding<f64>,
     /// Radial coefficient, mean of both cameras.
-    pub k1_mean: Value,
+    #[serde(serialize_with = "value_and_sd")]
+    pub k1_mean: Finding<f64>,
     /// Tangential coefficient.
-    pub p1: Value,
+    #[serde(serialize_with = "value_and_sd")]
+    pub p1: Finding<f64>,
     /// Principal column, px.
-    pub principal_x_px: Value,
+    #[serde(serialize_with = "value_and_sd")]
+    pub principal_x_px: Finding<f64>,
 }
 
-/// A parameter with its standard deviation.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Value {
-    /// Estimate.
-    pub value: f64,
-    /// Standard deviation.
-    pub sd: f64,
-}
-
-impl Value {
-    fn of<T: Scalar>(found: &Finding<T>) -> Self {
-        Self { value: found.value.to_f64(), sd: found.sd.to_f64() }
+impl<T: Scalar> From<LensEstimate<T>> for Lens {
+    fn from(lens: LensEstimate<T>) -> Self {
+        let in_f64 = |f: Finding<T>| Finding { value: f.value.to_f64(), sd: f.sd.to_f64() };
+        Self {
+            focal: in_f64(lens.focal),
+            k1: in_f64(lens.k1),
+            k1_mean: in_f64(lens.k1_mean),
+            p1: in_f64(lens.p1),
+            principal_x_px: in_f64(lens.principal_x_px),
+        }
     }
 }
 
@@ -65,13 +71,7 @@ impl Estimate {
             sd: deviations(&proposal.sd),
             sd_lens: deviations(&proposal.sd_lens),
             baseline_observed: proposal.baseline_observed,
-            lens: proposal.lens.as_ref().map(|lens| Lens {
-                focal: Value::of(&lens.focal),
-                k1: Value::of(&lens.k1),
-                k1_mean: Value::of(&lens.k1_mean),
-                p1: Value::of(&lens.p1),
-                principal_x_px: Value::of(&lens.principal_x_px),
-            }),
+            lens: proposal.lens.map(Lens::from),
             state: proposal.state,
             doubt: proposal.doubt,
         }
@@ -80,6 +80,13 @@ impl Estimate {
 
 fn deviations<T: Scalar>(sd: &StandardDeviations<T>) -> StandardDeviations<f64> {
     StandardDeviations { rotation: sd.rotation.to_f64(), translation: sd.translation.to_f64() }
+}
+
+fn value_and_sd<S: Serializer>(found: &Finding<f64>, to: S) -> Result<S::Ok, S::Error> {
+    let mut json = to.serialize_struct("Finding", 2)?;
+    json.serialize_field("value", &found.value)?;
+    json.serialize_field("sd", &found.sd)?;
+    json.end()
 }
 
 impl fmt::Display for Estimate {

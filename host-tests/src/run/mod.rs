@@ -18,7 +18,7 @@ pub mod timeline;
 pub mod trace;
 
 pub use checked::{Checked, Checks};
-pub use estimate::{Estimate, Lens, Value};
+pub use estimate::{Estimate, Lens};
 pub use log::{RunLog, Solved, Step, Verdict};
 pub use replay::{Apply, CAPACITY, replay, replay_within};
 pub use summary::{InUse, SCREEN_PX, Summary, row_offsets_px};
