@@ -10,8 +10,8 @@ use std::io::{self, BufRead, IsTerminal, Write};
 use std::process::ExitCode;
 
 use stereo_selfcal::{
-    ApplyError, Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, Fused, Intrinsics,
-    Lens, RadialTangential, Rejection,
+    ApplyError, Calibration, Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics,
+    Fused, Intrinsics, Lens, RadialTangential, Rejection,
 };
 
 const HELP: &str = "\
@@ -139,7 +139,7 @@ fn end_pair(rig: &mut Rig, frame: &str, out: &mut impl Write) -> io::Result<()> 
     }
     let generation = rig.generation();
     match rig.apply() {
-        Ok(extrinsics) if rig.generation() != generation => {
+        Ok(Calibration { extrinsics, .. }) if rig.generation() != generation => {
             write!(out, "in_use {}", rig.generation())?;
             for x in extrinsics.rotation_row_major().iter().chain(extrinsics.translation().iter()) {
                 write!(out, " {x}")?;

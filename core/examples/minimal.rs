@@ -47,8 +47,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
         let generation = calibrator.generation();
         match calibrator.apply() {
-            Ok(extrinsics) if calibrator.generation() != generation => {
-                println!("        in use: {extrinsics}");
+            Ok(new) if calibrator.generation() != generation => {
+                println!("        in use: {}", new.extrinsics);
             }
             Ok(_) | Err(ApplyError::NoProposal | ApplyError::NotLocked(_)) => {}
             Err(error) => println!("        not applied: {error}"),

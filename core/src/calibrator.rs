@@ -4,12 +4,16 @@
 //! [`Calibrator::health`] compares them with the estimate, and the caller puts the estimate into use
 //! ([`Calibrator::apply`]).
 
+use core::fmt;
+
 use crate::batch::correspondence::{Cameras, Correspondence};
 use crate::batch::{Batch, Pushed};
-use crate::config::{Config, Context};
+use crate::config::{Config, Context, LensTracking};
 use crate::error::{ApplyError, PairError, PushError, Refusal, Rejection};
 use crate::estimator::Estimator;
+use crate::fusion::lens_reference::LensReference;
 use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::outcome::health::Health;
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::outcome::proposal::Proposal;
@@ -49,8 +53,8 @@ use crate::thresholds::{SCREEN, SPARE_PASSES};
 /// calibrator.clear_pair(); // on errors too: the crate documentation has the loop
 /// assert!(pair.rms_px_after < pair.rms_px_before);
 /// if calibrator.state() == State::Locked {
-///     let extrinsics = calibrator.apply()?; // p_r = R p_l + t
-/// #   let _ = extrinsics;
+///     let calibration = calibrator.apply()?; // p_r = R p_l + t, and the cameras
+///     let _ = (calibration.extrinsics, calibration.cameras);
 /// }
 /// # Ok(())
 /// # }
@@ -59,9 +63,11 @@ use crate::thresholds::{SCREEN, SPARE_PASSES};
 pub struct Calibrator<T: Scalar, const N: usize> {
     pub(crate) config: Config,
     pub(crate) cameras: Option<Cameras<T>>,
+    /// The cameras that the rays of the batch are of.
+    pub(crate) corrected: Option<Cameras<T>>,
     pub(crate) factory: Extrinsics<T>,
-    pub(crate) in_use: Extrinsics<T>,
-    pub(crate) before: Option<Extrinsics<T>>,
+    pub(crate) in_use: CorrectedExtrinsics<T>,
+    pub(crate) before: Option<CorrectedExtrinsics<T>>,
     pub(crate) generation: u32,
     pub(crate) frozen: bool,
     rejection: Option<Rejection>,
@@ -76,8 +82,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         Self {
             config,
             cameras: None,
+            corrected: None,
             factory: Extrinsics::SIDE_BY_SIDE,
-            in_use: Extrinsics::SIDE_BY_SIDE,
+            in_use: CorrectedExtrinsics {
+                extrinsics: Extrinsics::SIDE_BY_SIDE,
+                correction: LensCorrection::NONE,
+            },
             before: None,
             generation: 0,
             frozen: false,
@@ -100,9 +110,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.reset();
     }
 
-    /// Back to the factory extrinsics; batch, pair and fused pairs are forgotten. Not frozen any more.
+    /// Back to the factory extrinsics and the given lens models; batch, pair and fused pairs are forgotten. Not frozen any more.
     pub fn reset(&mut self) {
-        self.replace_in_use(self.factory);
+        let factory =
+            CorrectedExtrinsics { extrinsics: self.factory, correction: LensCorrection::NONE };
+        self.replace_in_use(factory);
+        self.corrected = self.cameras;
         self.before = None;
         self.frozen = false;
         self.rejection = None;
@@ -119,7 +132,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if self.is_solving() {
             return Err(PushError::Busy);
         }
-        let cameras = self.cameras.as_ref().ok_or(PushError::NoCameras)?;
+        let cameras = self.corrected.as_ref().ok_or(PushError::NoCameras)?;
         self.batch.push(cameras, correspondence)
     }
 
@@ -219,7 +232,27 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if self.config.applies_itself && fused.is_ok() {
             self.try_apply();
         }
-        fused
+        let corrects = fused.is_ok() && self.config.lens_tracking == LensTracking::Compensate;
+        if corrects && self.correct_lens() { Ok(Fused::LensCorrected) } else { fused }
+    }
+
+    /// Begins again with other lens models, where that gains; whether it did.
+    #[inline(never)]
+    fn correct_lens(&mut self) -> bool {
+        let Some((reference, corrected)) = self.next_lens() else { return false };
+        self.corrected = Some(corrected);
+        self.estimator.begin_again(&reference);
+        self.batch.clear();
+        true
+    }
+
+    /// The lens to begin again with, and its cameras.
+    fn next_lens(&self) -> Option<(LensReference<T>, Cameras<T>)> {
+        let cameras = self.cameras.as_ref()?;
+        let context = context(&self.config, &self.factory, self.cameras.as_ref())?;
+        let reference = self.estimator.next_reference(&context)?;
+        let corrected = cameras.corrected(reference.correction()).ok()?;
+        Some((reference, corrected))
     }
 
     /// Applies where that is allowed; the proposal says why not. Out of line: the result stays off the caller's stack.
@@ -246,16 +279,17 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let focal = self.cameras.as_ref()?.mean_focal();
         let proposal = self.proposal()?;
         let screen = T::single(self.config.huber_threshold_px) * T::lit(SCREEN);
-        Health::over(&self.batch, &self.in_use, &proposal, self.rejection, focal, screen)
+        let rays = self.estimator.correction();
+        Health::over(&self.batch, &rays, &self.in_use, &proposal, self.rejection, focal, screen)
     }
 
-    /// Puts the estimate into use and returns it: [`Proposal::applicable`]. The generation changes if the extrinsics do.
+    /// Puts the estimate into use and returns it, with the cameras that it belongs to: [`Proposal::applicable`]. The generation changes if the calibration does.
     ///
     /// # Errors
     /// [`ApplyError`]; nothing changes. [`ApplyError::NoProposal`] and [`ApplyError::NotLocked`] are ordinary until four
     /// pairs agree.
     #[inline(never)]
-    pub fn apply(&mut self) -> Result<Extrinsics<T>, ApplyError> {
+    pub fn apply(&mut self) -> Result<Calibration<T>, ApplyError> {
         if self.frozen {
             return Err(ApplyError::Frozen);
         }
@@ -269,24 +303,30 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if proposal.is_doubtful() {
             return Err(ApplyError::Doubtful);
         }
+        let Proposal { applicable: extrinsics, applicable_correction: correction, .. } = proposal;
+        let applied = CorrectedExtrinsics { extrinsics, correction };
+        // Before anything changes: cameras out of range are no calibration.
+        let calibration = self.calibration(&applied).ok_or(ApplyError::Inconsistent)?;
         let before = self.in_use;
-        if self.replace_in_use(proposal.applicable) {
+        if self.replace_in_use(applied) {
             self.before = Some(before);
         }
-        Ok(proposal.applicable)
+        Ok(calibration)
     }
 
     /// Puts back what was in use before the last change, once; the estimate stays.
     ///
     /// # Errors
     /// [`ApplyError::NothingToUndo`], [`ApplyError::Frozen`]; what is in use stays.
-    pub fn undo(&mut self) -> Result<Extrinsics<T>, ApplyError> {
+    pub fn undo(&mut self) -> Result<Calibration<T>, ApplyError> {
         if self.frozen {
             return Err(ApplyError::Frozen);
         }
-        let before = self.before.take().ok_or(ApplyError::NothingToUndo)?;
+        let before = self.before.ok_or(ApplyError::NothingToUndo)?;
+        let calibration = self.calibration(&before).ok_or(ApplyError::NothingToUndo)?;
+        self.before = None;
         self.replace_in_use(before);
-        Ok(before)
+        Ok(calibration)
     }
 
     /// Freezes both the estimate and what is in use, or releases them. Pairs may still be solved and
@@ -310,12 +350,17 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         &self.factory
     }
 
-    /// The extrinsics in use: `p_r = R p_l + t`.
+    /// The extrinsics in use: `p_r = R p_l + t`. They belong to the cameras of [`Calibrator::calibration_in_use`].
     pub fn in_use(&self) -> &Extrinsics<T> {
-        &self.in_use
+        &self.in_use.extrinsics
     }
 
-    /// Changes exactly when the extrinsics in use do; wraps around.
+    /// The calibration in use; `None` without cameras.
+    pub fn calibration_in_use(&self) -> Option<Calibration<T>> {
+        self.calibration(&self.in_use)
+    }
+
+    /// Changes exactly when the calibration in use does; wraps around.
     pub fn generation(&self) -> u32 {
         self.generation
     }
@@ -330,19 +375,48 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.estimator.is_busy()
     }
 
-    /// The cameras, once set.
+    /// The cameras as given, once set.
     pub fn cameras(&self) -> Option<&Cameras<T>> {
         self.cameras.as_ref()
     }
 
-    /// Replaces the extrinsics in use; whether they changed.
-    fn replace_in_use(&mut self, extrinsics: Extrinsics<T>) -> bool {
-        let changed = self.in_use != extrinsics;
+    /// Extrinsics with the corrected cameras that they belong to.
+    #[inline(never)]
+    fn calibration(&self, of: &CorrectedExtrinsics<T>) -> Option<Calibration<T>> {
+        let CorrectedExtrinsics { extrinsics, correction } = *of;
+        let given = *self.cameras.as_ref()?;
+        // As given, bit for bit.
+        let cameras =
+            if correction.is_none() { given } else { given.corrected(&correction).ok()? };
+        Some(Calibration { cameras, extrinsics })
+    }
+
+    /// Replaces the calibration in use; whether it changed.
+    fn replace_in_use(&mut self, new: CorrectedExtrinsics<T>) -> bool {
+        let changed = self.in_use != new;
         if changed {
-            self.in_use = extrinsics;
+            self.in_use = new;
             self.generation = self.generation.wrapping_add(1);
         }
         changed
+    }
+}
+
+/// One calibration: extrinsics, and the cameras that they belong to. With other cameras the extrinsics are wrong.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Calibration<T: Scalar> {
+    /// The cameras as given, or corrected with [`LensTracking::Compensate`].
+    pub cameras: Cameras<T>,
+    /// `p_r = R p_l + t`.
+    pub extrinsics: Extrinsics<T>,
+}
+
+impl<T: Scalar> fmt::Display for Calibration<T> {
+    /// The extrinsics.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.extrinsics.fmt(f)
     }
 }
 

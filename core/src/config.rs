@@ -1,14 +1,14 @@
 //! Parameters, with what larger and smaller values do.
 
+mod context;
 mod lens_prior;
+mod lens_tracking;
 
+pub(crate) use context::Context;
 pub use lens_prior::LensPrior;
+pub use lens_tracking::LensTracking;
 
-use crate::algebra::lens_terms::LENS_PARAMETERS;
-use crate::error::{ConfigError, Refusal};
-use crate::geometry::extrinsics::Extrinsics;
-use crate::geometry::metrics::{baseline_angle, rotation_angle};
-use crate::geometry::rectification::RectifyingRotations;
+use crate::error::ConfigError;
 use crate::scalar::Scalar;
 
 impl Default for Config {
@@ -76,6 +76,7 @@ pub struct Config {
     pub(crate) max_correction_rad: f32,
     pub(crate) memory_pairs: u32,
     pub(crate) lens_prior: LensPrior,
+    pub(crate) lens_tracking: LensTracking,
     #[cfg_attr(feature = "serde", serde(rename = "automatic_apply"))]
     pub(crate) applies_itself: bool,
 }
@@ -114,6 +115,7 @@ impl Config {
             max_correction_rad: 0.5,
             memory_pairs: 1000,
             lens_prior: LensPrior::WIDE,
+            lens_tracking: LensTracking::Report,
             applies_itself: false,
         }
     }
@@ -276,6 +278,14 @@ impl Config {
         self
     }
 
+    /// What is done about errors of the given lens models. Default [`LensTracking::Report`]. Robust preset with a lens prior
+    /// only.
+    #[must_use]
+    pub const fn with_lens_tracking(mut self, tracking: LensTracking) -> Self {
+        self.lens_tracking = tracking;
+        self
+    }
+
     /// Lets [`crate::Calibrator::fuse`] put the estimate into use whenever
     /// [`crate::Calibrator::apply`] would. Default: only `apply` does.
     #[must_use]
@@ -337,53 +347,5 @@ impl<'de> serde::Deserialize<'de> for Config {
     /// Refuses a parameter out of its range.
     fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         Self::deserialize(from)?.checked().map_err(serde::de::Error::custom)
-    }
-}
-
-/// Configuration and rig of a call.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Context<'a, T: Scalar> {
-    pub(crate) config: &'a Config,
-    pub(crate) factory: &'a Extrinsics<T>,
-    /// Mean focal length of the cameras, px.
-    pub(crate) focal: T,
-    /// Rectifying rotations of the factory extrinsics.
-    pub(crate) factory_pose: RectifyingRotations<T>,
-    /// Information on each unknown about the factory extrinsics, 1/rad^2.
-    pub(crate) prior: T,
-}
-
-impl<'a, T: Scalar> Context<'a, T> {
-    pub(crate) fn new(config: &'a Config, factory: &'a Extrinsics<T>, focal: T) -> Self {
-        let factory_pose = RectifyingRotations::from(factory);
-        Self { config, factory, focal, factory_pose, prior: config.prior() }
-    }
-
-    /// Standard deviations of the lens parameters, in the order of the lens terms.
-    pub(crate) fn lens_prior(&self) -> [T; LENS_PARAMETERS] {
-        self.config.lens_prior.of_terms(self.focal)
-    }
-
-    /// Factor of the sums over `pairs` pairs when one more comes: below 1 once the memory is full.
-    pub(crate) fn fading(&self, pairs: u32) -> T {
-        let memory = self.config.memory_pairs;
-        if pairs >= memory { T::ONE - T::ONE / T::count(memory) } else { T::ONE }
-    }
-
-    /// Whether extrinsics are within the correction limit of the factory extrinsics.
-    #[inline(never)]
-    pub(crate) fn allows(&self, found: &Extrinsics<T>) -> bool {
-        let limit = T::single(self.config.max_correction_rad);
-        baseline_angle(found.translation(), self.factory.translation()) <= limit
-            && rotation_angle(found.rotation(), self.factory.rotation()) <= limit
-    }
-
-    /// Whether an estimate may be at a pose.
-    ///
-    /// # Errors
-    /// [`Refusal::NoRig`], [`Refusal::CorrectionLimit`].
-    pub(crate) fn check(&self, pose: &RectifyingRotations<T>) -> Result<(), Refusal> {
-        let found = pose.extrinsics().map_err(|_| Refusal::NoRig)?;
-        if self.allows(&found) { Ok(()) } else { Err(Refusal::CorrectionLimit) }
     }
 }

@@ -5,7 +5,8 @@ use crate::codec::{Reader, Writer};
 use crate::config::{Config, Context, Method};
 use crate::error::{PairError, Refusal, RestoreError};
 use crate::fusion::Fusion;
-use crate::geometry::extrinsics::Extrinsics;
+use crate::fusion::lens_reference::LensReference;
+use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::outcome::proposal::Proposal;
 #[cfg(feature = "paper")]
@@ -126,6 +127,34 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.fuse(context))
     }
 
+    /// Correction of the cameras that the rays of a batch are of.
+    pub(crate) fn correction(&self) -> LensCorrection<T> {
+        match self {
+            #[cfg(feature = "paper")]
+            Self::Paper(_) => LensCorrection::NONE,
+            Self::Robust(fusion) => *fusion.reference().correction(),
+        }
+    }
+
+    /// The lens to begin again with, where that gains ([`crate::LensTracking::Compensate`]).
+    #[inline(never)]
+    pub(crate) fn next_reference(&self, context: &Context<'_, T>) -> Option<LensReference<T>> {
+        match self {
+            #[cfg(feature = "paper")]
+            Self::Paper(_) => None,
+            Self::Robust(fusion) => fusion.next_reference(context),
+        }
+    }
+
+    /// Forgets all pairs and begins again, with rays of another lens.
+    pub(crate) fn begin_again(&mut self, reference: &LensReference<T>) {
+        match self {
+            #[cfg(feature = "paper")]
+            Self::Paper(_) => {}
+            Self::Robust(fusion) => fusion.begin_again(reference),
+        }
+    }
+
     /// Whether a pair supports the estimate.
     pub(crate) fn has_pairs(&self) -> bool {
         dispatch!(self, state => state.has_pairs())
@@ -143,7 +172,7 @@ impl<T: Scalar> Estimator<T> {
     pub(crate) fn proposal(
         &self,
         context: &Context<'_, T>,
-        in_use: &Extrinsics<T>,
+        in_use: &CorrectedExtrinsics<T>,
     ) -> Option<Proposal<T>> {
         match self {
             #[cfg(feature = "paper")]
@@ -180,8 +209,10 @@ impl<T: Scalar> Estimator<T> {
         if !self.has_pairs() {
             return Ok(());
         }
-        let proposal = self.proposal(context, context.factory).ok_or(RestoreError::Absurd)?;
-        if !(proposal.sd.rotation.is_finite() && proposal.sd.translation.is_finite()) {
+        let factory =
+            CorrectedExtrinsics { extrinsics: *context.factory, correction: LensCorrection::NONE };
+        let proposal = self.proposal(context, &factory).ok_or(RestoreError::Absurd)?;
+        if !(proposal.sd.is_finite() && proposal.sd_lens.is_finite()) {
             return Err(RestoreError::Absurd);
         }
         if context.allows(&proposal.extrinsics) {

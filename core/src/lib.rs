@@ -26,13 +26,13 @@
 //! One stereo pair, with the batch cleared on every path. `examples/minimal.rs` is a complete program.
 //!
 //! ```
-//! use stereo_selfcal::{ApplyError, Calibrator, Correspondence, Extrinsics, Fused, PushError, Rejection};
+//! use stereo_selfcal::{ApplyError, Calibration, Calibrator, Correspondence, Fused, PushError, Rejection};
 //!
-//! /// Takes one stereo pair; the extrinsics to rectify with, if they have changed.
+//! /// Takes one stereo pair; the calibration to rectify with, if it has changed.
 //! fn on_pair<const N: usize>(
 //!     calibrator: &mut Calibrator<f32, N>,
 //!     matches: &[Correspondence<f32>],
-//! ) -> Option<Extrinsics<f32>> {
+//! ) -> Option<Calibration<f32>> {
 //!     calibrator.clear_pair(); // also abandons a pair that is being solved
 //!     for m in matches {
 //!         match calibrator.push(m) {
@@ -53,7 +53,7 @@
 //!     calibrator.clear_pair();
 //!     let before = calibrator.generation();
 //!     match calibrator.apply() {
-//!         Ok(extrinsics) => (calibrator.generation() != before).then_some(extrinsics),
+//!         Ok(calibration) => (calibrator.generation() != before).then_some(calibration),
 //!         Err(ApplyError::NoProposal | ApplyError::NotLocked(_)) => None, // pairs are still needed
 //!         Err(error) => { log(&error); None }
 //!     }
@@ -181,8 +181,8 @@ pub use algebra::information::{Information, StandardDeviations};
 pub use batch::correspondence::{Cameras, Correspondence, RayPair};
 pub use batch::row_offset::row_offset;
 pub use batch::{Batch, Pushed};
-pub use calibrator::Calibrator;
-pub use config::{Central, Config, LensPrior};
+pub use calibrator::{Calibration, Calibrator};
+pub use config::{Central, Config, LensPrior, LensTracking};
 pub use error::{
     ApplyError, CameraError, ConfigError, ExtrinsicsError, PairError, ProjectError, PushError,
     RectifyError, Refusal, Rejection, RestoreError, Side, SnapshotError, UndistortError,
@@ -191,6 +191,7 @@ pub use geometry::camera::{Camera, Intrinsics};
 pub use geometry::extrinsics::Extrinsics;
 pub use geometry::homography::RectifiedCamera;
 pub use geometry::lens::{Fisheye, Lens, RadialTangential};
+pub use geometry::lens_correction::LensCorrection;
 pub use geometry::rectification::RectifyingRotations;
 pub use geometry::{metrics, so3};
 pub use outcome::health::{Arming, Band, DEPTHS_M, Health};

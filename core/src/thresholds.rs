@@ -223,6 +223,27 @@ pub(crate) const MIN_LENS_PIVOT: f64 = 1e-7;
 /// names the error later; smaller reports too small a deviation.
 pub(crate) const LENS_SHRINKAGE: f64 = 0.17;
 
+/// Largest correction of a lens, relative focal length and `k1`. Larger follows biases further; smaller leaves lenses as
+/// they are.
+pub(crate) const MAX_LENS_CORRECTION: f64 = 0.1;
+
+/// Ratio of deviations of `t`, without and with compensation, from which on the lens is compensated. Larger leaves errors in
+/// `t`; smaller takes biases of matches for a lens.
+pub(crate) const COMPENSATION_GAIN: f64 = 2.0;
+
+/// Part of the deviation of `t` that the weights may hide of a further correction. Larger begins again less often; smaller
+/// by chance.
+pub(crate) const MAX_HIDDEN_LENS: f64 = 0.1;
+
+/// Widening of the variances that are kept when the reference changes: the inverse of two independent variances, doubled,
+/// is never less than that of the pair. Larger learns again; smaller trusts an estimate with the weights of a wrong lens.
+pub(crate) const KNOWN_LENS_WIDENING: f64 = 2.0;
+
+/// Pairs before the first change of the reference, doubled with each further one, up to so many times. More changes later;
+/// fewer by the error of a few pairs.
+pub(crate) const MIN_REFERENCE_PAIRS: u32 = 8;
+pub(crate) const MAX_REFERENCE_CHANGES: u32 = 4;
+
 /// Standard deviations from which on an error of the lens is named. Larger names it later; smaller by chance.
 pub(crate) const LENS_FOUND: f64 = 3.0;
 

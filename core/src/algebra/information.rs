@@ -173,6 +173,10 @@ impl<T: Scalar> StandardDeviations<T> {
         let [x, y, z, forward, down] = covariance.diagonal();
         Self { rotation: (x + y + z).sqrt(), translation: (forward + down).sqrt() }
     }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        self.rotation.is_finite() && self.translation.is_finite()
+    }
 }
 
 #[cfg(test)]

@@ -12,14 +12,15 @@ use crate::scalar::Scalar;
 /// right camera each; then `p1` of the right camera less that of the left one.
 pub(crate) const LENS_PARAMETERS: usize = 9;
 
-/// Normal equations of the lens at a pose, for the lens as given.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct LensTerms<T> {
+/// Places for the normal equations of the lens at a pose, for the lens of the rays. The caller solves them in place: a
+/// copy of each stage would take 0.5 kB of stack.
+#[derive(Debug)]
+pub(crate) struct LensTerms<'a, T> {
     /// Rows of the information on extrinsics and lens together, one for each lens parameter.
-    pub(crate) mixed: [[T; 5]; LENS_PARAMETERS],
+    pub(crate) mixed: &'a mut [[T; 5]; LENS_PARAMETERS],
     /// Information on the lens.
-    pub(crate) information: [[T; LENS_PARAMETERS]; LENS_PARAMETERS],
-    pub(crate) gradient: [T; LENS_PARAMETERS],
+    pub(crate) information: &'a mut [[T; LENS_PARAMETERS]; LENS_PARAMETERS],
+    pub(crate) gradient: &'a mut [T; LENS_PARAMETERS],
 }
 
 impl<T: Scalar> Moments<T> {
@@ -31,7 +32,7 @@ impl<T: Scalar> Moments<T> {
         &self,
         frame: &RectifyingRotations<T>,
         pose: &RectifyingRotations<T>,
-        terms: &mut LensTerms<T>,
+        terms: LensTerms<'_, T>,
     ) {
         let mut at_pose = Coefficients::NONE;
         at_pose.add(frame, pose);
@@ -47,14 +48,6 @@ impl<T: Scalar> Moments<T> {
             information.iter_mut().zip(&by_lens).for_each(|(i, d)| *i = dot(d, &weighted));
         }
     }
-}
-
-impl<T: Scalar> LensTerms<T> {
-    pub(crate) const ZERO: Self = Self {
-        mixed: [[T::ZERO; 5]; LENS_PARAMETERS],
-        information: [[T::ZERO; LENS_PARAMETERS]; LENS_PARAMETERS],
-        gradient: [T::ZERO; LENS_PARAMETERS],
-    };
 }
 
 /// Coefficients of the coordinates in the derivatives of the constraint by the lens.
@@ -115,6 +108,20 @@ mod tests {
 
     type Pose = RectifyingRotations<f64>;
 
+    #[derive(Default)]
+    struct Terms {
+        mixed: [[f64; 5]; LENS_PARAMETERS],
+        information: [[f64; LENS_PARAMETERS]; LENS_PARAMETERS],
+        gradient: [f64; LENS_PARAMETERS],
+    }
+
+    fn terms(sums: &Moments<f64>, frame: &Pose, pose: &Pose) -> Terms {
+        let mut terms = Terms::default();
+        let Terms { mixed, information, gradient } = &mut terms;
+        sums.fill_lens(frame, pose, LensTerms { mixed, information, gradient });
+        terms
+    }
+
     /// Camera rays of no point: nothing in the expressions is small.
     const RAYS: [[f64; 3]; 2] = [[0.31, -0.42, 1.0], [-0.17, 0.23, 1.0]];
     const WEIGHT: f64 = 3.0;
@@ -142,8 +149,7 @@ mod tests {
         let mut sums = Moments::ZERO;
         sums.products_mut().add(Single, core::iter::once((WEIGHT, &k)));
         for at in [frame, pose([-0.03, 0.06, 0.1], [-0.05, 0.08])] {
-            let mut terms = LensTerms::ZERO;
-            sums.fill_lens(&frame, &at, &mut terms);
+            let terms = terms(&sums, &frame, &at);
             let difference = |of: &dyn Fn(f64) -> f64| (of(1e-5) - of(-1e-5)) / 2e-5;
             let by_lens: [f64; LENS_PARAMETERS] = core::array::from_fn(|i| {
                 difference(&|h| {
@@ -174,8 +180,7 @@ mod tests {
         let mut sums = Moments::ZERO;
         let k = [0.5, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 2.0, 3.0, 4.0];
         sums.products_mut().add(Single, core::iter::once((WEIGHT, &k)));
-        let mut terms = LensTerms::ZERO;
-        sums.fill_lens(&frame, &frame, &mut terms);
+        let terms = terms(&sums, &frame, &frame);
         let normal = sums.at_frame();
         for (i, k_i) in [(6, 2.0), (7, 3.0), (8, 4.0)] {
             assert!((terms.gradient[i] - WEIGHT * 0.5 * k_i).abs() < 1e-12);

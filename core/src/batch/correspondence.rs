@@ -3,8 +3,9 @@
 use nalgebra::Vector2;
 
 use super::grid::Cell;
-use crate::error::{PushError, Side};
+use crate::error::{CameraError, PushError, Side};
 use crate::geometry::camera::Camera;
+use crate::geometry::lens_correction::{LensCorrection, RayChange};
 use crate::scalar::Scalar;
 use crate::thresholds::MAX_TANGENT;
 
@@ -87,6 +88,11 @@ impl<T: Scalar> RayPair<T> {
         [self.left.x, self.left.y, self.right.x, self.right.y]
     }
 
+    /// The rays with another lens model of the right camera.
+    pub(crate) fn changed(&self, change: &RayChange<T>) -> Self {
+        Self { right: change.of(self.right), ..*self }
+    }
+
     /// Confidence of the matcher, 0 to 1, to the nearest 1/1023.
     pub fn score(&self) -> T {
         T::count(self.score_steps().into()) / T::count(FULL_SCORE.into())
@@ -124,6 +130,14 @@ impl<T: Scalar> Cameras<T> {
     /// Mean focal length of both cameras, px: pixels of a row offset of 1 at unit depth.
     pub fn mean_focal(&self) -> T {
         (self.left.mean_focal() + self.right.mean_focal()) * T::HALF
+    }
+
+    /// The cameras with the right lens model corrected. A pinhole with a `k1` becomes radial-tangential.
+    ///
+    /// # Errors
+    /// [`CameraError`] names the quantity that the correction brings out of range.
+    pub fn corrected(&self, correction: &LensCorrection<T>) -> Result<Self, CameraError> {
+        Ok(Self { right: self.right.corrected(correction)?, ..*self })
     }
 
     /// Undistorts one correspondence. Cost: two undistortions of bounded iterations.

@@ -8,7 +8,9 @@ use nalgebra::Vector5;
 
 use super::image_halves::ImageHalves;
 use super::optimum::Optimum;
+use crate::algebra::disparity_noise::BiasedEquations;
 use crate::algebra::information::{Information, StandardDeviations};
+use crate::algebra::lens_terms::LensTerms;
 use crate::algebra::moments::Moments;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::algebra::symmetric5::Symmetric5;
@@ -217,9 +219,12 @@ impl<T: Scalar> Hypothesis<T> {
         sums
     }
 
-    /// Frame of the sums.
-    pub(super) fn frame(&self) -> &RectifyingRotations<T> {
-        &self.frame
+    /// Fills the normal equations of the lens at the pose, and returns those of the extrinsics.
+    #[inline(never)]
+    pub(super) fn fill_lens(&self, terms: LensTerms<'_, T>) -> BiasedEquations<T> {
+        let sums = self.sums();
+        sums.fill_lens(&self.frame, &self.pose, terms);
+        sums.biased_at_pose(&self.frame, &self.pose)
     }
 
     /// Information of the sums at the pose, without the prior.
@@ -260,11 +265,16 @@ impl<T: Scalar> Hypothesis<T> {
     /// Covariance of the estimate, rad^2: widened by the disagreement of image halves, and along the drift.
     #[inline(never)]
     fn covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
-        let mut joint = self.information.0;
-        joint.add_diagonal(context.prior);
-        let mut covariance = joint.inverse()?.scaled(self.halves.widening());
+        let mut covariance = self.covariance_of_noise(context)?.scaled(self.halves.widening());
         covariance.add_outer(T::ONE, &self.drift.into());
         Some(covariance)
+    }
+
+    /// Covariance of the estimate by the noise alone, rad^2: what would be left without biases, of a lens among them.
+    pub(super) fn covariance_of_noise(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
+        let mut joint = self.information.0;
+        joint.add_diagonal(context.prior);
+        joint.inverse()
     }
 
     /// Reported covariance, rad^2: that of the estimate times the reduced chi-square.

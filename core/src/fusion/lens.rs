@@ -4,19 +4,23 @@
 //! The extrinsics stay those of the given lens. An error `p` of the lens moves them by `-B p`, `B = Lambda^-1 S`: the
 //! covariance gains `B (P + p p^T) B^T` with the estimate `p` of the lens and its covariance `P`.
 
+use nalgebra::Vector5;
+
 use super::hypothesis::Hypothesis;
+use super::lens_reference::LensReference;
+use crate::algebra::disparity_noise::BiasedEquations;
 use crate::algebra::lens_terms::{LENS_PARAMETERS, LensTerms};
-use crate::algebra::symmetric5::Symmetric5;
+use crate::algebra::symmetric5::{Factor, Symmetric5};
 use crate::config::Context;
+use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::lens_estimate::{Finding, LensEstimate};
 use crate::scalar::Scalar;
 use crate::thresholds::{LENS_SHRINKAGE, MIN_LENS_PIVOT};
-use nalgebra::Vector5;
 
 type Square<T> = [[T; LENS_PARAMETERS]; LENS_PARAMETERS];
 
-/// The lens estimate of a hypothesis.
-#[derive(Debug, Clone, Copy)]
+/// The lens estimate of a hypothesis, about the lens of its rays. Solved in place.
+#[derive(Debug)]
 pub(super) struct HypothesisLens<T> {
     /// `p`; 0 where held.
     values: [T; LENS_PARAMETERS],
@@ -26,61 +30,61 @@ pub(super) struct HypothesisLens<T> {
     effects: [[T; 5]; LENS_PARAMETERS],
 }
 
-impl<T: Scalar> Hypothesis<T> {
-    /// Estimates the lens about the given one. `None` where the prior holds all of it, or without a covariance.
+impl<T: Scalar> HypothesisLens<T> {
+    /// The given lens, exact.
+    pub(super) const EXACT: Self = Self {
+        values: [T::ZERO; LENS_PARAMETERS],
+        covariance: [[T::ZERO; LENS_PARAMETERS]; LENS_PARAMETERS],
+        effects: [[T::ZERO; 5]; LENS_PARAMETERS],
+    };
+
+    /// Estimates the lens about that of the rays. `None` where the sums have no finite solution.
     ///
     /// The principal row is held: only `y^2` tells it from pitch, which any bias of the matches imitates.
     #[inline(never)]
-    pub(super) fn lens(&self, context: &Context<'_, T>) -> Option<HypothesisLens<T>> {
-        let prior = context.lens_prior();
-        if prior.iter().all(|sd| *sd <= T::ZERO) {
-            return None;
-        }
-        let mut terms = LensTerms::ZERO;
-        let sums = self.sums();
-        sums.fill_lens(self.frame(), self.pose(), &mut terms);
-        // With the noise of disparities in it: never less than the mixed terms need.
-        let biased = sums.biased_at_pose(self.frame(), self.pose());
-        let mut plain = biased.normal.with_prior(context.prior);
-        plain.gradient -= self.pose().unknowns_to(&context.factory_pose) * context.prior;
-        let plain = plain.information.0.factor(T::ZERO).map(|factor| (factor, plain.gradient))?;
-        let (factor, gradient) = plain;
-        let step = -factor.solve(&gradient);
-        let taken_up = terms.mixed.map(|row| factor.solve(&Vector5::from(row)));
-        let mut schur = terms.information;
-        for (row, mixed) in schur.iter_mut().zip(&terms.mixed) {
-            let mixed = Vector5::from(*mixed);
-            row.iter_mut().zip(&taken_up).for_each(|(c, taken)| *c -= mixed.dot(taken));
-        }
-        let mut pull = terms.gradient;
-        for (pull, mixed) in pull.iter_mut().zip(&terms.mixed) {
+    pub(super) fn estimate(
+        &mut self,
+        hypothesis: &Hypothesis<T>,
+        reference: &LensReference<T>,
+        context: &Context<'_, T>,
+    ) -> Option<()> {
+        let Self { values, covariance, effects } = self;
+        let biased = hypothesis.fill_lens(LensTerms {
+            mixed: effects,
+            information: covariance,
+            gradient: values,
+        });
+        let step = eliminate_extrinsics(covariance, effects, hypothesis, &biased, context)?;
+        for (pull, mixed) in values.iter_mut().zip(effects.iter()) {
             *pull += Vector5::from(*mixed).dot(&step);
         }
-        let mut covariance = posterior(&schur, &prior)?;
-        let values = covariance.map(|row| -dot(&row, &pull));
-        let scale = self.reduced_chi_square();
+        reference.add_known(covariance);
+        invert(covariance, &context.lens_prior())?;
+        let pull = *values;
+        values.iter_mut().zip(covariance.iter()).for_each(|(p, row)| *p = -dot(row, &pull));
+        let scale = hypothesis.reduced_chi_square();
         covariance.iter_mut().flatten().for_each(|c| *c *= scale);
-        let mut joint = self.information().0;
+        let mut joint = hypothesis.information().0;
         joint.add_diagonal(context.prior);
-        let factor = joint.factor(T::ZERO)?;
-        // Without the noise of disparities, as the estimate.
-        let effects = terms.mixed.map(|row| {
-            let mut moved = biased;
-            moved.normal.gradient = Vector5::from(row);
-            factor.solve(&moved.debiased().gradient).into()
-        });
-        Some(HypothesisLens { values, covariance, effects })
+        take_up(effects, &biased, &joint.factor(T::ZERO)?);
+        Some(())
     }
-}
 
-impl<T: Scalar> HypothesisLens<T> {
     /// Covariance of the extrinsics with the lens uncertain, from that with the lens as given, rad^2.
-    pub(super) fn widen(&self, given: &Symmetric5<T>, context: &Context<'_, T>) -> Symmetric5<T> {
+    ///
+    /// * `off`: errors of the lens that the extrinsics have in them.
+    #[inline(never)]
+    pub(super) fn widen(
+        &self,
+        given: &Symmetric5<T>,
+        off: &[T; LENS_PARAMETERS],
+        context: &Context<'_, T>,
+    ) -> Symmetric5<T> {
         let mut wide = *given;
-        let Self { values, covariance, effects } = self;
-        for ((effect, row), value) in effects.iter().zip(covariance).zip(values) {
+        let Self { covariance, effects, .. } = self;
+        for ((effect, row), value) in effects.iter().zip(covariance).zip(off) {
             let mut moved = [T::ZERO; 5];
-            for ((c, other), other_value) in row.iter().zip(effects).zip(values) {
+            for ((c, other), other_value) in row.iter().zip(effects).zip(off) {
                 let weight = *c + *value * *other_value;
                 moved.iter_mut().zip(other).for_each(|(m, e)| *m += weight * *e);
             }
@@ -98,29 +102,67 @@ impl<T: Scalar> HypothesisLens<T> {
         wide
     }
 
-    /// The estimate as it is reported.
-    ///
-    /// * `focal`: px.
-    pub(super) fn report(&self, focal: T) -> LensEstimate<T> {
-        let Self { values, covariance, .. } = self;
-        let [s_l, s_r, cx_l, cx_r, _, _, k_l, k_r, p1] = *values;
-        let [ss_l, ss_r, sc_l, sc_r, _, _, sk_l, sk_r, sp] = covariance;
-        let [v_sl, c_s, ..] = *ss_l;
-        let [_, v_sr, ..] = *ss_r;
-        let [_, _, v_cl, c_c, ..] = *sc_l;
-        let [_, _, _, v_cr, ..] = *sc_r;
-        let [.., v_kl, c_k, _] = *sk_l;
-        let [.., v_kr, _] = *sk_r;
-        let [.., v_p] = *sp;
+    /// Errors of the given lens, where the rays have been corrected to a reference.
+    pub(super) fn of_given(&self, reference: &LensCorrection<T>) -> [T; LENS_PARAMETERS] {
+        self.moved_by(reference.focal, reference.k1)
+    }
+
+    /// What is left of the errors once the differences of focal length and `k1` are compensated.
+    pub(super) fn left_over(&self) -> [T; LENS_PARAMETERS] {
+        let LensCorrection { focal, k1 } = self.difference();
+        self.moved_by(-focal, -k1)
+    }
+
+    /// The errors with additions to those of the right camera.
+    fn moved_by(&self, focal: T, k1: T) -> [T; LENS_PARAMETERS] {
+        let [s_l, s_r, cx_l, cx_r, cy_l, cy_r, k_l, k_r, p1] = self.values;
+        [s_l, s_r + focal, cx_l, cx_r, cy_l, cy_r, k_l, k_r + k1, p1]
+    }
+
+    /// Differences of focal length and `k1` from those of the rays.
+    pub(super) fn difference(&self) -> LensCorrection<T> {
+        let [s_l, s_r, _, _, _, _, k_l, k_r, _] = self.values;
+        LensCorrection { focal: s_r - s_l, k1: k_r - k_l }
+    }
+
+    /// Variances of the differences of focal length and `k1`, with what frozen weights may hide.
+    pub(super) fn variances(&self) -> [T; 2] {
+        let [ss_l, ss_r, _, _, _, _, sk_l, sk_r, _] = &self.covariance;
+        let ([v_sl, c_s, ..], [_, v_sr, ..]) = (*ss_l, *ss_r);
+        let ([.., v_kl, c_k, _], [.., v_kr, _]) = (*sk_l, *sk_r);
+        let LensCorrection { focal, k1 } = self.difference();
         let two = T::lit(2.0);
-        // The weights are those of the residuals with the given lens.
-        let finding = |value: T, variance: T| {
-            let lost = T::lit(LENS_SHRINKAGE) * value;
-            Finding { value, sd: (variance.max(T::ZERO) + lost * lost).sqrt() }
-        };
+        [hiding(focal, v_sl + v_sr - two * c_s), hiding(k1, v_kl + v_kr - two * c_k)]
+    }
+
+    /// Step of the extrinsics that compensates differences of focal length and `k1`, rad.
+    pub(super) fn compensation(&self) -> Vector5<T> {
+        let [_, by_focal, _, _, _, _, _, by_k1, _] = self.effects.map(Vector5::from);
+        let LensCorrection { focal, k1 } = self.difference();
+        -(by_focal * focal + by_k1 * k1)
+    }
+
+    /// What the weights may hide of the compensation, rad.
+    pub(super) fn hidden(&self) -> Vector5<T> {
+        self.compensation() * T::lit(LENS_SHRINKAGE)
+    }
+
+    /// The estimate as it is reported: errors of the given lens.
+    ///
+    /// * `reference`: correction of the rays; `focal`: px.
+    #[inline(never)]
+    pub(super) fn report(&self, reference: &LensCorrection<T>, focal: T) -> LensEstimate<T> {
+        let Self { values, covariance, .. } = self;
+        let [_, _, cx_l, cx_r, _, _, k_l, k_r, p1] = *values;
+        let [_, _, sc_l, sc_r, _, _, sk_l, sk_r, sp] = covariance;
+        let ([_, _, v_cl, c_c, ..], [_, _, _, v_cr, ..]) = (*sc_l, *sc_r);
+        let ([.., v_kl, c_k, _], [.., v_kr, _], [.., v_p]) = (*sk_l, *sk_r, *sp);
+        let two = T::lit(2.0);
+        let finding = |value: T, variance| Finding { value, sd: hiding(value, variance).sqrt() };
+        let ([v_focal, v_k1], total) = (self.variances(), reference.plus(&self.difference()));
         LensEstimate {
-            focal: finding(s_r - s_l, v_sl + v_sr - two * c_s),
-            k1: finding(k_r - k_l, v_kl + v_kr - two * c_k),
+            focal: Finding { value: total.focal, sd: v_focal.sqrt() },
+            k1: Finding { value: total.k1, sd: v_k1.sqrt() },
             k1_mean: finding((k_l + k_r) * T::HALF, (v_kl + v_kr + two * c_k) / T::lit(4.0)),
             p1: finding(p1, v_p),
             principal_x_px: finding(
@@ -131,20 +173,61 @@ impl<T: Scalar> HypothesisLens<T> {
     }
 }
 
-/// Inverse of `information + prior`; rows and columns of held parameters are 0.
+/// Variance with the part of a value that frozen weights may hide: they are those of residuals with the lens of the rays.
+fn hiding<T: Scalar>(value: T, variance: T) -> T {
+    let hidden = T::lit(LENS_SHRINKAGE) * value;
+    variance.max(T::ZERO) + hidden * hidden
+}
+
+/// Eliminates the extrinsics from the information on the lens, and returns their step with the lens as it is.
+#[inline(never)]
+fn eliminate_extrinsics<T: Scalar>(
+    information: &mut Square<T>,
+    mixed: &[[T; 5]; LENS_PARAMETERS],
+    hypothesis: &Hypothesis<T>,
+    biased: &BiasedEquations<T>,
+    context: &Context<'_, T>,
+) -> Option<Vector5<T>> {
+    // With the noise of disparities in it: never less than the mixed terms need.
+    let mut plain = biased.normal.with_prior(context.prior);
+    plain.gradient -= hypothesis.pose().unknowns_to(&context.factory_pose) * context.prior;
+    let factor = plain.information.0.factor(T::ZERO)?;
+    for (row, own) in information.iter_mut().zip(mixed) {
+        let taken_up = factor.solve(&Vector5::from(*own));
+        row.iter_mut().zip(mixed).for_each(|(i, other)| *i -= Vector5::from(*other).dot(&taken_up));
+    }
+    Some(-factor.solve(&plain.gradient))
+}
+
+/// Replaces the mixed terms by the movements of the extrinsics, without the noise of disparities, as the estimate.
+#[inline(never)]
+fn take_up<T: Scalar>(
+    mixed: &mut [[T; 5]; LENS_PARAMETERS],
+    biased: &BiasedEquations<T>,
+    joint: &Factor<T>,
+) {
+    let mut moved = *biased;
+    for row in mixed {
+        moved.normal.gradient = Vector5::from(*row);
+        *row = joint.solve(&moved.debiased().gradient).into();
+    }
+}
+
+/// Replaces information by the inverse of `information + prior`; rows and columns of held parameters are 0. `None` where
+/// it is not finite.
 ///
 /// * `sd`: of the prior; the principal rows and parameters of 0 are held.
-fn posterior<T: Scalar>(information: &Square<T>, sd: &[T; LENS_PARAMETERS]) -> Option<Square<T>> {
+#[inline(never)]
+fn invert<T: Scalar>(a: &mut Square<T>, sd: &[T; LENS_PARAMETERS]) -> Option<()> {
     let free = |(i, sd): (usize, &T)| !(4..6).contains(&i) && *sd > T::ZERO;
     let mut scales = [T::ZERO; LENS_PARAMETERS];
-    for ((scale, row), (i, sd)) in scales.iter_mut().zip(information).zip(sd.iter().enumerate()) {
+    for ((scale, row), (i, sd)) in scales.iter_mut().zip(a.iter()).zip(sd.iter().enumerate()) {
         if free((i, sd)) {
             let own = row.get(i).copied().unwrap_or(T::ZERO);
             *scale = T::ONE / (own.max(T::ZERO) + T::ONE / (*sd * *sd)).sqrt();
         }
     }
     // Unit diagonal: units of the parameters differ by orders.
-    let mut a = *information;
     for (i, ((row, scale), sd)) in a.iter_mut().zip(scales).zip(sd).enumerate() {
         for (k, (x, other)) in row.iter_mut().zip(scales).enumerate() {
             *x *= scale * other;
@@ -153,15 +236,15 @@ fn posterior<T: Scalar>(information: &Square<T>, sd: &[T; LENS_PARAMETERS]) -> O
             }
         }
     }
-    let mut inverse = inverted(a)?;
-    for (row, scale) in inverse.iter_mut().zip(scales) {
+    eliminate(a)?;
+    for (row, scale) in a.iter_mut().zip(scales) {
         row.iter_mut().zip(scales).for_each(|(x, other)| *x *= scale * other);
     }
-    Some(inverse)
+    Some(())
 }
 
-/// Gauss-Jordan inverse of a positive definite matrix of unit diagonal; pivots at rounding are floored.
-fn inverted<T: Scalar>(mut a: Square<T>) -> Option<Square<T>> {
+/// Inverts a positive definite matrix of unit diagonal by Gauss-Jordan elimination; pivots at rounding are floored.
+fn eliminate<T: Scalar>(a: &mut Square<T>) -> Option<()> {
     for pivot in 0..LENS_PARAMETERS {
         let row = *a.get(pivot)?;
         let found = *row.get(pivot)?;
@@ -183,7 +266,7 @@ fn inverted<T: Scalar>(mut a: Square<T>) -> Option<Square<T>> {
             }
         }
     }
-    Some(a)
+    Some(())
 }
 
 fn dot<T: Scalar>(a: &[T; LENS_PARAMETERS], b: &[T; LENS_PARAMETERS]) -> T {
@@ -208,6 +291,10 @@ mod tests {
         rows.transpose() * rows
     }
 
+    fn posterior(mut a: Square<f64>, sd: &[f64; LENS_PARAMETERS]) -> Option<Square<f64>> {
+        invert(&mut a, sd).map(|()| a)
+    }
+
     fn rows(m: &Full) -> Square<f64> {
         m.transpose().into()
     }
@@ -215,7 +302,7 @@ mod tests {
     #[test]
     fn the_posterior_is_the_inverse_of_information_and_prior_without_the_held_parameters() {
         let sd = [0.003, 0.003, 7e-4, 7e-4, 7e-4, 7e-4, 0.005, 0.0, 0.001];
-        let got = Full::from(posterior(&rows(&information()), &sd).unwrap());
+        let got = Full::from(posterior(rows(&information()), &sd).unwrap());
         let free: Vec<usize> = [0, 1, 2, 3, 6, 8].into();
         let mut expected = SMatrix::<f64, 6, 6>::from_fn(|i, k| information()[(free[i], free[k])]);
         for (i, place) in free.iter().enumerate() {
@@ -236,11 +323,11 @@ mod tests {
     fn without_information_the_posterior_is_the_prior_and_nan_has_none() {
         let sd: [f64; LENS_PARAMETERS] =
             [0.003, 0.002, 7e-4, 6e-4, 5e-4, 4e-4, 0.005, 0.004, 0.001];
-        let got = posterior(&[[0.0; LENS_PARAMETERS]; LENS_PARAMETERS], &sd).unwrap();
+        let got = posterior([[0.0; LENS_PARAMETERS]; LENS_PARAMETERS], &sd).unwrap();
         for (i, (row, sd)) in got.iter().zip(sd).enumerate() {
             let expected = if i == 4 || i == 5 { 0.0 } else { sd * sd };
             assert!((row[i] - expected).abs() < 1e-15, "{i}");
         }
-        assert!(posterior(&[[f64::NAN; LENS_PARAMETERS]; LENS_PARAMETERS], &sd).is_none());
+        assert!(posterior([[f64::NAN; LENS_PARAMETERS]; LENS_PARAMETERS], &sd).is_none());
     }
 }

@@ -18,6 +18,7 @@ mod hypotheses;
 mod hypothesis;
 mod image_halves;
 mod lens;
+pub(crate) mod lens_reference;
 mod optimum;
 mod repeated_scene;
 
@@ -25,10 +26,12 @@ use crate::algebra::information::StandardDeviations;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::batch::Matches;
 use crate::codec::{Reader, Writer};
-use crate::config::Context;
+use crate::config::{Context, LensTracking};
 use crate::error::{PairError, Refusal, RestoreError};
 use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::geometry::rectification::RectifyingRotations;
+use crate::outcome::lens_estimate::LensEstimate;
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::outcome::proposal::{Doubt, Proposal};
 use crate::scalar::Scalar;
@@ -38,6 +41,9 @@ use crate::thresholds::{
 };
 use association::{Association, AssociationContext};
 use hypotheses::Hypotheses;
+use hypothesis::Hypothesis;
+use lens::HypothesisLens;
+use lens_reference::LensReference;
 use repeated_scene::RepeatedScene;
 
 /// State of the robust method.
@@ -46,18 +52,22 @@ pub(crate) struct Fusion<T: Scalar> {
     hypotheses: Hypotheses<T>,
     /// Scene of the last batch.
     scene: RepeatedScene,
+    /// Lens of the rays.
+    reference: LensReference<T>,
     /// Association of the current batch.
     association: Association<T>,
 }
 
 impl<T: Scalar> Fusion<T> {
     /// Numbers and words in the longest record.
-    pub(crate) const NUMBERS: usize = Hypotheses::<T>::NUMBERS;
-    pub(crate) const WORDS: usize = Hypotheses::<T>::WORDS + RepeatedScene::WORDS;
+    pub(crate) const NUMBERS: usize = Hypotheses::<T>::NUMBERS + LensReference::<T>::NUMBERS;
+    pub(crate) const WORDS: usize =
+        Hypotheses::<T>::WORDS + RepeatedScene::WORDS + LensReference::<T>::WORDS;
 
     pub(crate) const NEW: Self = Self {
         hypotheses: Hypotheses::NONE,
         scene: RepeatedScene::NEW,
+        reference: LensReference::GIVEN,
         association: Association::IDLE,
     };
 
@@ -65,7 +75,27 @@ impl<T: Scalar> Fusion<T> {
     pub(crate) fn reset(&mut self) {
         self.hypotheses.clear();
         self.scene.clear();
+        self.reference = LensReference::GIVEN;
         self.association.close();
+    }
+
+    /// Lens of the rays.
+    pub(crate) fn reference(&self) -> &LensReference<T> {
+        &self.reference
+    }
+
+    /// Forgets all pairs and begins again, with rays of another lens.
+    pub(crate) fn begin_again(&mut self, reference: &LensReference<T>) {
+        self.reset();
+        self.reference = *reference;
+    }
+
+    /// The lens to begin again with, where that gains.
+    pub(crate) fn next_reference(&self, context: &Context<'_, T>) -> Option<LensReference<T>> {
+        let compensates = context.config.lens_tracking == LensTracking::Compensate;
+        let hypothesis = self.hypotheses.champion()?;
+        let is_due = compensates && self.state() == State::Locked;
+        if is_due { self.reference.next(hypothesis, context) } else { None }
     }
 
     /// Whether a pair is being solved.
@@ -95,7 +125,7 @@ impl<T: Scalar> Fusion<T> {
         if usable < needed {
             return Err(PairError::TooFew { usable, needed });
         }
-        let Self { hypotheses, scene, association } = self;
+        let Self { hypotheses, scene, association, .. } = self;
         let with = AssociationContext { context, hypotheses };
         let repeated = scene.replace(matches.pairs, context.focal);
         association.open(&with, matches.pairs.len(), repeated);
@@ -146,10 +176,13 @@ impl<T: Scalar> Fusion<T> {
     /// # Errors
     /// [`Refusal`]; the champion is unchanged.
     pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Refusal> {
-        let Self { hypotheses, association, .. } = self;
+        let Self { hypotheses, association, reference, .. } = self;
         let result = association.result().ok_or(Refusal::NothingSolved)?;
         let fused = hypotheses.fuse(&result, context);
         association.close();
+        if fused.is_ok() {
+            reference.fade(context.fading(u32::MAX));
+        }
         fused
     }
 
@@ -162,62 +195,104 @@ impl<T: Scalar> Fusion<T> {
         self.hypotheses.reported().is_some()
     }
 
-    /// The estimate; `None` before the first pair, or where its covariance does not exist.
+    /// The estimate; `None` before the first pair, or where a covariance does not exist.
     #[inline(never)]
     pub(crate) fn proposal(
         &self,
         context: &Context<'_, T>,
-        in_use: &Extrinsics<T>,
+        in_use: &CorrectedExtrinsics<T>,
     ) -> Option<Proposal<T>> {
         let hypothesis = self.hypotheses.reported()?;
-        let [baseline, everything] = MAX_DISAGREEMENT.map(T::lit);
-        let disagreement = hypothesis.disagreement();
-        let doubt = if disagreement > everything {
-            Some(Doubt::Everything)
-        } else {
-            (disagreement > baseline).then_some(Doubt::Baseline)
-        };
+        let doubt = doubt(hypothesis);
         let covariance = hypothesis.reported_covariance(context)?;
-        let sd = StandardDeviations::of(&covariance);
-        if !(sd.rotation.is_finite() && sd.translation.is_finite()) {
+        let with_lens = self.with_lens(hypothesis, &covariance, context)?;
+        let WithLens { pose, covariance: wide, correction, found } = &with_lens;
+        let [sd, sd_lens] = [&covariance, wide].map(StandardDeviations::of);
+        if !(sd.is_finite() && sd_lens.is_finite()) {
             return None;
         }
-        let extrinsics = hypothesis.pose().extrinsics().ok()?;
-        let lens = hypothesis.lens(context);
-        let wide = lens.as_ref().map_or(covariance, |lens| lens.widen(&covariance, context));
-        let sd_lens = StandardDeviations::of(&wide);
+        let best =
+            CorrectedExtrinsics { extrinsics: pose.extrinsics().ok()?, correction: *correction };
         let [observed, certain] = [OBSERVED_BASELINE, CERTAIN_BASELINE].map(T::lit);
         let left = sd_lens.translation * sd_lens.translation * context.prior;
-        let gains = left <= certain
-            || left <= observed && baseline_differs(hypothesis.pose(), in_use, &wide);
-        let doubted = doubt == Some(Doubt::Baseline) && lens.is_none();
+        let gains =
+            left <= certain || left <= observed && baseline_differs(pose, &in_use.extrinsics, wide);
+        let doubted = doubt == Some(Doubt::Baseline) && found.is_none();
         let applicable = if doubted || !gains {
-            // Without a fit of `R` nothing changes.
-            let held = hypothesis.with_baseline_of(in_use).unwrap_or(*in_use);
+            let held = self.with_baseline_of(hypothesis, in_use);
             let known = sd.translation * sd.translation * context.prior <= observed;
-            let rows_improve = !doubted && known && hypothesis.fits_clearly_better_than(&held);
-            if rows_improve { extrinsics } else { held }
+            let rows_improve =
+                !doubted && known && hypothesis.fits_clearly_better_than(&held.extrinsics);
+            if rows_improve { best } else { held }
         } else {
-            extrinsics
+            best
         };
         Some(Proposal {
-            extrinsics,
-            applicable,
+            extrinsics: best.extrinsics,
+            correction: best.correction,
+            applicable: applicable.extrinsics,
+            applicable_correction: applicable.correction,
             pairs: hypothesis.pairs(),
             sd,
             covariance: Some(covariance.matrix()),
             sd_lens,
             covariance_lens: Some(wide.matrix()),
-            lens: lens.map(|lens| lens.report(context.focal)),
+            lens: *found,
             baseline_observed: left <= observed,
             state: self.state(),
             doubt,
         })
     }
 
+    /// The baseline in use, and the best `R` there is with it; without a fit of `R` nothing changes.
+    fn with_baseline_of(
+        &self,
+        hypothesis: &Hypothesis<T>,
+        in_use: &CorrectedExtrinsics<T>,
+    ) -> CorrectedExtrinsics<T> {
+        let correction = *self.reference.correction();
+        let held = hypothesis.with_baseline_of(&in_use.extrinsics);
+        held.map_or(*in_use, |extrinsics| CorrectedExtrinsics { extrinsics, correction })
+    }
+
+    /// The estimate with the lens uncertain, and compensated where it is; `None` where the lens has no finite solution.
+    #[inline(never)]
+    fn with_lens(
+        &self,
+        hypothesis: &Hypothesis<T>,
+        covariance: &Symmetric5<T>,
+        context: &Context<'_, T>,
+    ) -> Option<WithLens<T>> {
+        let (pose, correction) = (*hypothesis.pose(), *self.reference.correction());
+        let exact = WithLens { pose, covariance: *covariance, correction, found: None };
+        if !context.has_lens_prior() {
+            return Some(exact);
+        }
+        let mut lens = HypothesisLens::EXACT;
+        lens.estimate(hypothesis, &self.reference, context)?;
+        let found = Some(lens.report(&correction, context.focal));
+        if !self.reference.compensates() {
+            let off = lens.of_given(&correction);
+            return Some(WithLens {
+                covariance: lens.widen(covariance, &off, context),
+                found,
+                ..exact
+            });
+        }
+        let mut wide = lens.widen(covariance, &lens.left_over(), context);
+        wide.add_outer(T::ONE, &lens.hidden().into());
+        Some(WithLens {
+            pose: pose.stepped_by(&lens.compensation())?,
+            covariance: wide,
+            correction: correction.plus(&lens.difference()),
+            found,
+        })
+    }
+
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         self.hypotheses.write(to);
         self.scene.write(to);
+        self.reference.write(to);
     }
 
     /// Reads a record into [`Fusion::NEW`].
@@ -230,8 +305,32 @@ impl<T: Scalar> Fusion<T> {
         context: &Context<'_, T>,
     ) -> Result<(), RestoreError> {
         self.hypotheses.read(from, context)?;
-        // Version 1 ends before the scene.
-        if from.version() < 2 { Ok(()) } else { self.scene.read(from) }
+        // Version 1 ends before the scene, version 2 before the lens.
+        if from.version() >= 2 {
+            self.scene.read(from)?;
+        }
+        if from.version() >= 3 { self.reference.read(from) } else { Ok(()) }
+    }
+}
+
+/// The estimate with the lens uncertain.
+struct WithLens<T: Scalar> {
+    pose: RectifyingRotations<T>,
+    /// Of the pose, rad^2.
+    covariance: Symmetric5<T>,
+    /// Of the cameras that the pose belongs to.
+    correction: LensCorrection<T>,
+    found: Option<LensEstimate<T>>,
+}
+
+/// What the image halves say against a hypothesis.
+fn doubt<T: Scalar>(hypothesis: &Hypothesis<T>) -> Option<Doubt> {
+    let [baseline, everything] = MAX_DISAGREEMENT.map(T::lit);
+    let disagreement = hypothesis.disagreement();
+    if disagreement > everything {
+        Some(Doubt::Everything)
+    } else {
+        (disagreement > baseline).then_some(Doubt::Baseline)
     }
 }
 

@@ -6,6 +6,7 @@
 use nalgebra::{Matrix3, Vector2};
 
 use super::lens::Lens;
+use super::lens_correction::LensCorrection;
 use crate::error::{CameraError, ProjectError, UndistortError};
 use crate::scalar::Scalar;
 
@@ -88,6 +89,15 @@ impl<T: Scalar> Camera<T> {
             return Err(CameraError::PrincipalPoint);
         }
         Ok(Self { intrinsics, lens })
+    }
+
+    /// The camera with another focal length and first radial coefficient.
+    ///
+    /// # Errors
+    /// [`CameraError`] names the quantity that is then out of range.
+    pub(crate) fn corrected(&self, by: &LensCorrection<T>) -> Result<Self, CameraError> {
+        let focal = self.intrinsics.focal.map(|f| f * (T::ONE + by.focal));
+        Self::try_new(Intrinsics { focal, ..self.intrinsics }, self.lens.corrected(by.k1)?)
     }
 
     /// The intrinsics, px.

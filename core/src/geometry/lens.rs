@@ -44,6 +44,28 @@ impl<T: Scalar> Lens<T> {
         }
     }
 
+    /// The lens with `k1` added to its first radial coefficient.
+    ///
+    /// # Errors
+    /// [`CameraError::Distortion`] if the coefficient is then out of range.
+    pub(super) fn corrected(&self, k1: T) -> Result<Self, CameraError> {
+        Ok(match self {
+            Self::Pinhole if k1 == T::ZERO => Self::Pinhole,
+            Self::Pinhole => {
+                let coefficients = [k1, T::ZERO, T::ZERO, T::ZERO, T::ZERO];
+                Self::RadialTangential(RadialTangential::try_new(coefficients)?)
+            }
+            Self::RadialTangential(lens) => {
+                let [own, k2, p1, p2, k3] = lens.coefficients;
+                Self::RadialTangential(RadialTangential::try_new([own + k1, k2, p1, p2, k3])?)
+            }
+            Self::Fisheye(lens) => {
+                let [own, k2, k3, k4] = lens.coefficients;
+                Self::Fisheye(Fisheye::try_new([own + k1, k2, k3, k4])?)
+            }
+        })
+    }
+
     /// Distorted to undistorted coordinates; `None` where the model is not invertible.
     pub(super) fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         let p = match self {

@@ -6,6 +6,7 @@ pub(crate) mod camera;
 pub(crate) mod extrinsics;
 pub(crate) mod homography;
 pub(crate) mod lens;
+pub(crate) mod lens_correction;
 pub mod metrics;
 pub(crate) mod rectification;
 pub mod so3;

@@ -7,7 +7,7 @@ use crate::batch::Batch;
 use crate::batch::grid::Coverage;
 use crate::batch::row_offset::row_offset;
 use crate::error::Rejection;
-use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::lens_estimate::LensEstimate;
 use crate::outcome::proposal::{Direction, Doubt, Proposal};
@@ -74,6 +74,8 @@ pub struct Health<T: Scalar> {
     pub sd_lens: StandardDeviations<T>,
     /// Errors of the lens models that the pairs show.
     pub lens: Option<LensEstimate<T>>,
+    /// Correction of the cameras that the estimate belongs to, as [`Proposal::correction`].
+    pub correction: LensCorrection<T>,
     /// Its least certain direction and the standard deviation, rad; `None` in the paper preset.
     pub weakest: Option<(Direction, T)>,
     /// Expected error of the yaw in use, rad: how far it is from the estimate, and the estimate's own.
@@ -162,23 +164,28 @@ impl<T: Scalar> Health<T> {
 
     /// Compares two calibrations over a batch. One pass; `None` if no match fits the proposed one.
     ///
-    /// * `screen_px`: a match fits if its row offset is no larger, px.
+    /// * `rays`: correction of the cameras that the rays of the batch are of; `screen_px`: a match fits if its row offset is no larger, px.
     pub(crate) fn over<const N: usize>(
         batch: &Batch<T, N>,
-        in_use: &Extrinsics<T>,
+        rays: &LensCorrection<T>,
+        in_use: &CorrectedExtrinsics<T>,
         proposal: &Proposal<T>,
         rejection: Option<Rejection>,
         focal: T,
         screen_px: T,
     ) -> Option<Self> {
-        let in_use = RectifyingRotations::from(in_use);
+        let changes = [in_use.correction, proposal.correction]
+            .map(|correction| (correction != *rays).then(|| rays.change_to(&correction)));
+        let in_use = RectifyingRotations::from(&in_use.extrinsics);
         let proposed = RectifyingRotations::from(&proposal.extrinsics);
         let [mut fit_in_use, mut fit_proposed] = [0_u32; 2];
         let fits = |offset: T| (offset * focal).abs() <= screen_px;
         let [mut squares_in_use, mut squares_proposed] = [T::ZERO; 2];
         let mut seen = Coverage::NONE;
         for pair in batch.pairs() {
-            let (used, new) = (row_offset(&in_use, pair), row_offset(&proposed, pair));
+            let [of_used, of_new] =
+                changes.map(|change| change.map_or(*pair, |change| pair.changed(&change)));
+            let (used, new) = (row_offset(&in_use, &of_used), row_offset(&proposed, &of_new));
             let Some((used, new)) = used.zip(new) else { continue };
             fit_in_use = fit_in_use.saturating_add(u32::from(fits(used)));
             if fits(new) {
@@ -209,6 +216,7 @@ impl<T: Scalar> Health<T> {
             sd: proposal.sd,
             sd_lens: proposal.sd_lens,
             lens: proposal.lens,
+            correction: proposal.correction,
             weakest: proposal.weakest(),
             yaw: (off.y * off.y + yaw_sd * yaw_sd).sqrt(),
             rejection,

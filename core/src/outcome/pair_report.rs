@@ -70,12 +70,15 @@ pub enum Fused {
     Renewed,
     /// The challenger with this pair has become the estimate.
     TookOver,
+    /// Part of the estimate, which showed other lens models than those of the cameras: it begins again with corrected
+    /// cameras ([`crate::LensTracking::Compensate`]). The batch, which has rays of the old ones, is emptied.
+    LensCorrected,
 }
 
-codes! { Fused { Added = 0, Repeated = 1, KeptApart = 2, Renewed = 3, TookOver = 4 } }
+codes! { Fused { Added = 0, Repeated = 1, KeptApart = 2, Renewed = 3, TookOver = 4, LensCorrected = 5 } }
 texts! {
     Fused {
         Added = "added", Repeated = "repeated", KeptApart = "kept apart", Renewed = "renewed",
-        TookOver = "took over",
+        TookOver = "took over", LensCorrected = "lens corrected",
     }
 }

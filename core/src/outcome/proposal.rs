@@ -7,6 +7,7 @@ use nalgebra::{ComplexField, Matrix5, Vector5};
 use crate::algebra::information::{StandardDeviations, largest_direction};
 use crate::algebra::symmetric5::Symmetric5;
 use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::lens_estimate::LensEstimate;
 use crate::scalar::Scalar;
 use crate::state::State;
@@ -19,10 +20,14 @@ use crate::state::State;
 pub struct Proposal<T: Scalar> {
     /// The best `R`, `t`.
     pub extrinsics: Extrinsics<T>,
+    /// Correction of the cameras that they belong to; none but with [`crate::LensTracking::Compensate`].
+    pub correction: LensCorrection<T>,
     /// What [`crate::Calibrator::apply`] puts into use. `t` is that in use, and `R` the best there is with it, where
     /// the baseline is not observed, where it is observed and not significantly different, and where `doubt` is
     /// [`Doubt::Baseline`]. Otherwise the best `R`, `t`.
     pub applicable: Extrinsics<T>,
+    /// Correction of the cameras that `applicable` belongs to.
+    pub applicable_correction: LensCorrection<T>,
     /// Pairs behind it; those of a repeated scene count once.
     pub pairs: u32,
     /// Standard deviations of the error. Robust: from the information, widened by the scatter of the pairs

@@ -19,6 +19,7 @@ use crate::batch::Matches;
 use crate::codec::{Reader, Writer};
 use crate::config::{Central, Context};
 use crate::error::{PairError, Refusal, RestoreError};
+use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::outcome::proposal::{Doubt, Proposal};
 use crate::scalar::Scalar;
@@ -146,7 +147,9 @@ impl<T: Scalar> Paper<T> {
         let estimate = self.fusion.estimate()?;
         Some(Proposal {
             extrinsics: estimate.extrinsics,
+            correction: LensCorrection::NONE,
             applicable: estimate.extrinsics,
+            applicable_correction: LensCorrection::NONE,
             pairs: estimate.pairs,
             sd: estimate.sd,
             covariance: None,

@@ -6,12 +6,12 @@ use crate::codec::{self, OVERHEAD_BYTES, Reader, RecordHeader, RecordKind, Write
 use crate::config::Context;
 use crate::error::{RestoreError, SnapshotError};
 use crate::estimator::Estimator;
-use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::lens_correction::CorrectedExtrinsics;
 use crate::scalar::Scalar;
 
 /// Numbers and words beside the estimator's: what is in use and was before; generation, frozen, whether
 /// anything was before.
-const NUMBERS: usize = 24;
+const NUMBERS: usize = 28;
 const WORDS: usize = 3;
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
@@ -20,7 +20,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         + 4 * (WORDS + Estimator::<T>::WORDS)
         + (NUMBERS + Estimator::<T>::NUMBERS) * size_of::<T>();
 
-    /// Writes the estimate and the extrinsics in use as a record, for storage that survives power loss; returns the part
+    /// Writes the estimate and the calibration in use as a record, for storage that survives power loss; returns the part
     /// of the buffer that it takes. Not in it: cameras and factory extrinsics
     /// ([`crate::FactoryCalibration`]), the batch, and a pair being solved.
     ///
@@ -64,16 +64,22 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
-        let in_use = Extrinsics::read(from)?;
-        let before = if from.flag()? { Some(Extrinsics::read(from)?) } else { None };
+        let in_use = CorrectedExtrinsics::read(from)?;
+        let before = if from.flag()? { Some(CorrectedExtrinsics::read(from)?) } else { None };
         let generation = from.word()?;
         let frozen = from.flag()?;
-        let focal = self.cameras.as_ref().ok_or(RestoreError::NoCameras)?.mean_focal();
+        let cameras = self.cameras.as_ref().ok_or(RestoreError::NoCameras)?;
+        let focal = cameras.mean_focal();
         self.estimator.read(&Context::new(&self.config, &self.factory, focal), from)?;
+        let Ok(corrected) = cameras.corrected(&self.estimator.correction()) else {
+            self.estimator.reset();
+            return Err(RestoreError::Absurd);
+        };
         // Whoever has taken up the extrinsics of now must notice those of the record.
         let unnoticed = in_use != self.in_use && generation == self.generation;
         self.generation = if unnoticed { generation.wrapping_add(1) } else { generation };
         (self.in_use, self.before, self.frozen) = (in_use, before, frozen);
+        self.corrected = Some(corrected);
         Ok(())
     }
 }

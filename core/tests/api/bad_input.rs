@@ -152,7 +152,7 @@ fn points_at_infinity_alone_lock_the_rotation_and_leave_the_baseline_as_it_was()
         assert!(proposal.sd.translation > 0.9 * 0.1 * 2.0_f32.sqrt(), "{seed}: {:?}", proposal.sd);
         if calibrator.state() == State::Locked {
             let applied = calibrator.apply().unwrap();
-            assert_eq!(applied.translation(), in_use.translation(), "{seed}");
+            assert_eq!(applied.extrinsics.translation(), in_use.translation(), "{seed}");
         }
     }
     assert_eq!(calibrator.state(), State::Locked);
@@ -255,7 +255,7 @@ fn generation_counts_changes_of_what_is_in_use() {
     let mut calibrator = fused();
     assert_eq!(calibrator.generation(), 0);
     let applied = calibrator.apply().unwrap();
-    assert_eq!((calibrator.generation(), calibrator.in_use()), (1, &applied));
+    assert_eq!((calibrator.generation(), calibrator.in_use()), (1, &applied.extrinsics));
     calibrator.apply().unwrap();
     assert_eq!(calibrator.generation(), 1);
     calibrator.reset();

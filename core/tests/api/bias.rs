@@ -114,7 +114,7 @@ fn where_halves_disagree_a_little_the_baseline_in_use_is_kept_and_the_rotation_f
         if proposal.state == State::Locked && proposal.doubt == Some(Doubt::Baseline) {
             seen += 1;
             let applied = calibrator.apply().unwrap();
-            assert_eq!(applied.translation(), factory.translation());
+            assert_eq!(applied.extrinsics.translation(), factory.translation());
             // Half a pixel and less, in spite of a baseline that is 0.1 degrees off.
             let health = calibrator.health().unwrap();
             assert!(health.in_use_px < 0.5 && health.arming == Arming::Yes, "{health:?}");

@@ -42,7 +42,7 @@ fn a_far_scene_locks_by_its_rotation_and_keeps_the_baseline_in_use() {
     assert_eq!(calibrator.state(), State::Locked);
     let sd = calibrator.proposal().unwrap().sd;
     assert!(off(&calibrator).rotation < 4.0 * sd.rotation && sd.rotation < 2e-4, "{sd:?}");
-    let applied = calibrator.apply().unwrap();
+    let applied = calibrator.apply().unwrap().extrinsics;
     assert_eq!(applied.translation(), factory.translation());
     // `R` of the best fit with this `t`, in far scenes that with any.
     let rotation = Deviation::between(&applied, &rig(ROTATION, BASELINE)).rotation;
@@ -58,7 +58,7 @@ fn a_near_scene_observes_the_baseline_and_applies_it() {
     }
     assert!(calibrator.proposal().unwrap().baseline_observed);
     assert!(calibrator.health().unwrap().baseline_observed);
-    let applied = calibrator.apply().unwrap();
+    let applied = calibrator.apply().unwrap().extrinsics;
     assert!(Deviation::between(&applied, &rig(ROTATION, BASELINE)).translation < 2e-3);
 }
 

@@ -154,7 +154,7 @@ fn frozen_and_undo_survive_and_the_generation_tells_of_a_change() {
     assert!(new.is_frozen());
     assert_ne!(new.generation(), robust::<f32>().generation());
     new.set_frozen(false);
-    assert_eq!(new.undo(), Ok(Extrinsics::SIDE_BY_SIDE));
+    assert_eq!(new.undo().unwrap().extrinsics, Extrinsics::SIDE_BY_SIDE);
     // Two changes here and two there, to different extrinsics.
     old.set_frozen(false);
     take(&mut old, &scene(ROTATION, 70)).unwrap();

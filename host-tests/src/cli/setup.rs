@@ -50,6 +50,9 @@ pub(super) enum LensTracking {
     /// As uncertain: its errors are estimated, reported, and widen the deviations; R and t stay those of the
     /// given lens.
     Report,
+    /// As uncertain, and corrected: differences of focal length and of k1 are compensated where that halves the
+    /// deviation of t; R and t belong to the corrected cameras.
+    Compensate,
 }
 
 impl LensTracking {
@@ -58,6 +61,9 @@ impl LensTracking {
         match self {
             Self::Given => Config::robust().without_lens_prior(),
             Self::Report => Config::robust(),
+            Self::Compensate => {
+                Config::robust().with_lens_tracking(stereo_selfcal::LensTracking::Compensate)
+            }
         }
     }
 }

@@ -1,0 +1,62 @@
+//! What every call works with.
+
+use super::Config;
+use crate::algebra::lens_terms::LENS_PARAMETERS;
+use crate::error::Refusal;
+use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::metrics::{baseline_angle, rotation_angle};
+use crate::geometry::rectification::RectifyingRotations;
+use crate::scalar::Scalar;
+
+/// Configuration and rig of a call.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Context<'a, T: Scalar> {
+    pub(crate) config: &'a Config,
+    pub(crate) factory: &'a Extrinsics<T>,
+    /// Mean focal length of the cameras, px.
+    pub(crate) focal: T,
+    /// Rectifying rotations of the factory extrinsics.
+    pub(crate) factory_pose: RectifyingRotations<T>,
+    /// Information on each unknown about the factory extrinsics, 1/rad^2.
+    pub(crate) prior: T,
+}
+
+impl<'a, T: Scalar> Context<'a, T> {
+    pub(crate) fn new(config: &'a Config, factory: &'a Extrinsics<T>, focal: T) -> Self {
+        let factory_pose = RectifyingRotations::from(factory);
+        Self { config, factory, focal, factory_pose, prior: config.prior() }
+    }
+
+    /// Standard deviations of the lens parameters, in the order of the lens terms.
+    pub(crate) fn lens_prior(&self) -> [T; LENS_PARAMETERS] {
+        self.config.lens_prior.of_terms(self.focal)
+    }
+
+    /// Whether the lens is uncertain.
+    pub(crate) fn has_lens_prior(&self) -> bool {
+        self.lens_prior().iter().any(|sd| *sd > T::ZERO)
+    }
+
+    /// Factor of the sums over `pairs` pairs when one more comes: below 1 once the memory is full.
+    pub(crate) fn fading(&self, pairs: u32) -> T {
+        let memory = self.config.memory_pairs;
+        if pairs >= memory { T::ONE - T::ONE / T::count(memory) } else { T::ONE }
+    }
+
+    /// Whether extrinsics are within the correction limit of the factory extrinsics.
+    #[inline(never)]
+    pub(crate) fn allows(&self, found: &Extrinsics<T>) -> bool {
+        let limit = T::single(self.config.max_correction_rad);
+        baseline_angle(found.translation(), self.factory.translation()) <= limit
+            && rotation_angle(found.rotation(), self.factory.rotation()) <= limit
+    }
+
+    /// Whether an estimate may be at a pose.
+    ///
+    /// # Errors
+    /// [`Refusal::NoRig`], [`Refusal::CorrectionLimit`].
+    pub(crate) fn check(&self, pose: &RectifyingRotations<T>) -> Result<(), Refusal> {
+        let found = pose.extrinsics().map_err(|_| Refusal::NoRig)?;
+        if self.allows(&found) { Ok(()) } else { Err(Refusal::CorrectionLimit) }
+    }
+}
