@@ -11,8 +11,8 @@ use nalgebra::Vector5;
 use super::iterate::Iterate;
 use super::leverage::Leverage;
 use super::pass::{PassOver, PassSums};
-use super::survey::survey;
-use super::sweep::{self, spread_over};
+use super::survey::{scattered, survey};
+use super::sweep;
 use super::weighting::{Loss, Weighting};
 use crate::algebra::information::Information;
 use crate::algebra::symmetric5::Symmetric5;
@@ -25,7 +25,7 @@ use crate::simd::{Lanes, Single};
 use crate::state::Stop;
 use crate::thresholds::{
     ANNEALING, FIRST_NOISE_PX, FIRST_SCALE_PX, LAST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE,
-    SETTLED, SLOW_ANNEALING, SURVEYED, TRACK_PASSES, TRACKED, YAW_DEVIATIONS,
+    SETTLED, SLOW_ANNEALING, TRACK_PASSES, TRACKED, YAW_DEVIATIONS,
 };
 
 /// Schedule of the loss.
@@ -165,7 +165,7 @@ impl<T: Scalar> PairSolver<T> {
     /// First limit on leverage, at the start of a track. Out of line: bounds the stack of [`PairSolver::advance`].
     #[inline(never)]
     fn survey(&self, matches: Matches<'_, T>, covariance: &Symmetric5<T>) -> Option<Leverage<T>> {
-        survey(&self.weighting(Single), spread_over(matches.pairs, SURVEYED), covariance)
+        survey(&self.weighting(Single), scattered(matches.pairs), covariance)
     }
 
     /// Sums over the batch at the pose.

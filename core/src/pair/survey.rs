@@ -10,6 +10,22 @@ use crate::scalar::Scalar;
 use crate::simd::Single;
 use crate::thresholds::SURVEYED;
 
+/// Multiplier of a pseudo-random generator modulo 2^32 (Steele and Vigna, arXiv 2001.05304).
+const MULTIPLIER: u32 = 0xE817_FB2D;
+
+/// The sample: one value of each of at most [`SURVEYED`] equal parts. Its place in the part is pseudo-random, and the same
+/// in all slices of one length. With a fixed place, outliers at regular places could be all of the sample.
+pub(super) fn scattered<T>(all: &[T]) -> impl Iterator<Item = &T> {
+    let stride = all.len().div_ceil(SURVEYED).max(1);
+    let mut random = 1_u32;
+    all.chunks(stride).filter_map(move |part| {
+        random = random.wrapping_mul(MULTIPLIER);
+        // The high bits as a fraction of the length: the low ones recur soon.
+        let place = (random >> 16).checked_mul(u32::try_from(part.len()).ok()?)? >> 16;
+        part.get(usize::try_from(place).ok()?)
+    })
+}
+
 /// Limit from the median share of those within the loss: in far scenes that of an outlier is 20,000 times as large.
 /// `None` where it is not finite, or nothing is within the loss.
 ///
@@ -53,7 +69,37 @@ fn median<T: Scalar>(values: &[T]) -> Option<T> {
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
+
     use super::*;
+    use std::vec::Vec;
+
+    #[test]
+    fn a_sample_has_one_value_of_each_part() {
+        for length in 0..3000_usize {
+            let all: Vec<usize> = (0..length).collect();
+            let stride = length.div_ceil(SURVEYED).max(1);
+            let parts = scattered(&all).map(|place| place / stride);
+            assert!(parts.eq(0..length.div_ceil(stride)), "{length}");
+        }
+    }
+
+    /// The limits are those of a random sample.
+    #[test]
+    fn a_sample_follows_no_period() {
+        for length in 33..1025_usize {
+            let all: Vec<usize> = (0..length).collect();
+            for period in 2..=16 {
+                let mut counts = [0_usize; 16];
+                scattered(&all).for_each(|place| counts[place % period] += 1);
+                counts.sort_unstable_by(|a, b| b.cmp(a));
+                // Outliers at that half of the places of which the sample has most.
+                let outliers: usize = counts[..period / 2].iter().sum();
+                let percent = 100 * outliers / scattered(&all).count();
+                assert!(percent < if period > 8 { 90 } else { 80 }, "{length} {period} {percent}");
+            }
+        }
+    }
 
     #[test]
     fn the_median_is_in_the_middle() {

@@ -125,10 +125,7 @@ pub(super) fn sample<T: Scalar>(pair: &RayPair<T>) -> Sample<T> {
 
 /// At most `most` of the correspondences, evenly spread over the batch.
 #[inline(always)]
-pub(super) fn spread_over<T>(
-    pairs: &[RayPair<T>],
-    most: usize,
-) -> impl Iterator<Item = &RayPair<T>> {
+fn spread_over<T>(pairs: &[RayPair<T>], most: usize) -> impl Iterator<Item = &RayPair<T>> {
     let stride = pairs.len().div_ceil(most.max(1)).max(1);
     pairs.iter().step_by(stride)
 }

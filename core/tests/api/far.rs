@@ -15,7 +15,7 @@ const BASELINE: [f64; 2] = [0.4, -0.3];
 
 type Rig = Calibrator<f32, 256>;
 
-/// Matches 1000 to 10000 baselines away, one in so many an outlier, in random order: a survey reads every eighth one.
+/// Matches 1000 to 10000 baselines away, one in so many an outlier, in random order.
 fn far(n: usize, one_in: usize, seed: u64) -> Vec<Correspondence<f32>> {
     let rig = rig(ROTATION, BASELINE);
     let matches = correspondences_within(&rig, [1000.0, 10_000.0], n, 0.5, seed);
@@ -87,4 +87,42 @@ fn outliers_before_a_far_scene_do_not_observe_the_baseline() {
         let observed = calibrator.proposal().is_some_and(|proposal| proposal.baseline_observed);
         assert!(!observed, "{seed}");
     }
+}
+
+/// Outliers in the first half of every `period` places.
+fn at_regular_places(
+    mut matches: Vec<Correspondence<f32>>,
+    period: usize,
+) -> Vec<Correspondence<f32>> {
+    for i in (0..matches.len() - period).filter(|i| i % period < period / 2) {
+        matches[i].right = matches[i + period].right;
+    }
+    matches
+}
+
+/// Runs of 40 pairs, of twelve, that observe a baseline in any pair, or do not lock.
+fn misled(n: usize, scene: impl Fn(Vec<Correspondence<f32>>) -> Vec<Correspondence<f32>>) -> usize {
+    let truth = rig(ROTATION, BASELINE);
+    let observes = |run: &u64| {
+        let mut calibrator = robust::<f32>();
+        let mut observed = false;
+        for seed in run * 1000..run * 1000 + 40 {
+            let matches = correspondences_within(&truth, [1000.0, 10_000.0], n, 0.5, seed);
+            let _ = take(&mut calibrator, &scene(matches));
+            observed |= calibrator.proposal().is_some_and(|proposal| proposal.baseline_observed);
+        }
+        observed || calibrator.state() != State::Locked
+    };
+    (1000..1012).filter(observes).count()
+}
+
+#[test]
+fn outliers_at_regular_places_of_a_far_scene_do_not_observe_the_baseline() {
+    // A survey reads one match of each of 32 parts. A part is as long as the period.
+    let mut runs: Vec<_> = (2..=8)
+        .map(|period| misled(32 * period, |matches| at_regular_places(matches, period)))
+        .collect();
+    runs.push(misled(250, |matches| at_regular_places(matches, 2)));
+    runs.push(misled(250, |matches| with_outliers(with_outliers(matches, 4), 3)));
+    assert_eq!(runs, [0; 9]);
 }
