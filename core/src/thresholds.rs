@@ -235,8 +235,8 @@ pub(crate) const COMPENSATION_GAIN: f64 = 2.0;
 /// by chance.
 pub(crate) const MAX_HIDDEN_LENS: f64 = 0.1;
 
-/// Widening of the variances that are kept when the reference changes: the inverse of two independent variances, doubled,
-/// is never less than that of the pair. Larger learns again; smaller trusts an estimate with the weights of a wrong lens.
+/// Widening of the variances that are kept when the reference changes: twice the variances alone are never less than the
+/// covariance of both. Larger learns again; smaller trusts an estimate with the weights of a wrong lens.
 pub(crate) const KNOWN_LENS_WIDENING: f64 = 2.0;
 
 /// Pairs before the first change of the reference, doubled with each further one, up to so many times. More changes later;

@@ -1,4 +1,4 @@
-//! Lens that the rays of the pairs are corrected by, and when it changes (`ESTIMATOR.md`, section 18).
+//! Lens that the rays of the pairs are corrected by, and when it changes (`ESTIMATOR.md`, section 17).
 //!
 //! Compensating a difference of focal lengths or of `k1` takes corrected rays: with those of a wrong lens the weights hide
 //! a part of the error. The pairs before a change have such weights, so the estimate begins again with it, and what they
@@ -127,5 +127,38 @@ impl<T: Scalar> LensReference<T> {
         } else {
             Err(RestoreError::Absurd)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_known_is_information_on_the_differences_alone_and_fades() {
+        let mut reference = LensReference::<f64> {
+            correction: LensCorrection::NONE,
+            variances: [0.25, 0.5],
+            changes: 1,
+        };
+        let form = |reference: &LensReference<f64>, p: [f64; LENS_PARAMETERS]| {
+            let mut information = [[0.0; LENS_PARAMETERS]; LENS_PARAMETERS];
+            reference.add_known(&mut information);
+            (0..LENS_PARAMETERS)
+                .flat_map(|i| (0..LENS_PARAMETERS).map(move |k| (i, k)))
+                .map(|(i, k)| p[i] * information[i][k] * p[k])
+                .sum::<f64>()
+        };
+        // (s_r - s_l)^2 / 0.25 + (k1_r - k1_l)^2 / 0.5
+        assert!(
+            (form(&reference, [1.0, 3.0, 9.0, 9.0, 9.0, 9.0, 2.0, 5.0, 9.0]) - 34.0).abs() < 1e-12
+        );
+        assert!(form(&reference, [2.0, 2.0, 9.0, 9.0, 9.0, 9.0, 5.0, 5.0, 9.0]).abs() < 1e-12);
+        reference.fade(0.5);
+        assert!(
+            (form(&reference, [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) - 2.0).abs() < 1e-12
+        );
+        let given = LensReference { changes: 0, ..reference };
+        assert!(form(&given, [1.0; LENS_PARAMETERS].map(|x: f64| x)).abs() < 1e-12);
     }
 }

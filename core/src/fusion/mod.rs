@@ -94,7 +94,7 @@ impl<T: Scalar> Fusion<T> {
     pub(crate) fn next_reference(&self, context: &Context<'_, T>) -> Option<LensReference<T>> {
         let compensates = context.config.lens_tracking == LensTracking::Compensate;
         let hypothesis = self.hypotheses.champion()?;
-        let is_due = compensates && self.state() == State::Locked;
+        let is_due = compensates && context.has_lens_prior() && self.state() == State::Locked;
         if is_due { self.reference.next(hypothesis, context) } else { None }
     }
 

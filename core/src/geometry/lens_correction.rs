@@ -98,3 +98,65 @@ impl<T: Scalar> CorrectedExtrinsics<T> {
         Ok(Self { extrinsics, correction })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::camera::{Camera, Intrinsics};
+    use super::super::lens::{Fisheye, Lens, RadialTangential};
+    use super::*;
+
+    fn camera(lens: Lens<f64>) -> Camera<f64> {
+        let intrinsics =
+            Intrinsics { focal: [534.0, 531.0], principal: [342.0, 234.5], size: [640, 480] };
+        Camera::try_new(intrinsics, lens).unwrap()
+    }
+
+    fn radial() -> Lens<f64> {
+        let brown = [-0.283, 0.0429, 1.1e-3, -9.5e-5, 0.115];
+        Lens::RadialTangential(RadialTangential::try_new(brown).unwrap())
+    }
+
+    /// Distance of a changed ray from that of the corrected camera, px.
+    fn error(lens: Lens<f64>, from: LensCorrection<f64>, to: LensCorrection<f64>) -> f64 {
+        let pixel = [540.0, 90.0];
+        let [old, new] =
+            [from, to].map(|by| camera(lens).corrected(&by).unwrap().ray(pixel).unwrap());
+        assert!(from == to || (new - old).norm() > 1e-7);
+        (from.change_to(&to).of(old) - new).norm() * 534.0
+    }
+
+    #[test]
+    fn changed_rays_are_those_of_the_corrected_camera() {
+        let none = LensCorrection::NONE;
+        let [focal, back] = [0.01, -0.004].map(|focal| LensCorrection { focal, k1: 0.0 });
+        // Exact, if the lens has no distortion.
+        assert!(error(Lens::Pinhole, none, focal) < 1e-9);
+        assert!(error(Lens::Pinhole, focal, back) < 1e-9);
+        // Of first order in `k1`: the error falls with its square.
+        let by = |k1| LensCorrection { focal: 0.001, k1 };
+        let [large, small] = [4e-3, 2e-3].map(|k1| error(Lens::Pinhole, by(0.0), by(k1)));
+        assert!(small < 0.01 && (large / small - 4.0).abs() < 0.1, "{large} {small}");
+        // What is left between two corrections that differ little, of any lens.
+        let fisheye = Fisheye::try_new([-0.013, 0.027, -0.031, 0.011]).unwrap();
+        let [a, b] =
+            [(0.002, 0.003), (0.0021, 0.0032)].map(|(focal, k1)| LensCorrection { focal, k1 });
+        for lens in [Lens::Pinhole, radial(), Lens::Fisheye(fisheye)] {
+            assert!(error(lens, a, b) < 0.02, "{lens:?}");
+        }
+    }
+
+    #[test]
+    fn no_correction_leaves_a_camera_as_it_is() {
+        for lens in [Lens::Pinhole, radial()] {
+            assert_eq!(camera(lens).corrected(&LensCorrection::NONE), Ok(camera(lens)));
+        }
+    }
+
+    #[test]
+    fn corrections_that_no_lens_has_are_not_valid() {
+        let valid = |focal: f32, k1| LensCorrection { focal, k1 }.is_valid();
+        assert!(valid(0.1, -0.1) && valid(0.0, 0.0));
+        assert!(!valid(0.2, 0.0) && !valid(0.0, -0.2));
+        assert!(!valid(f32::NAN, 0.0) && !valid(0.0, f32::INFINITY));
+    }
+}

@@ -18,7 +18,7 @@ fn single() -> Extrinsics<f32> {
 }
 
 /// A pair of a right camera whose focal length is longer than given, relative, with more distortion.
-fn pair(focal: f32, k1: f32, seed: u64) -> Vec<Correspondence<f32>> {
+pub(crate) fn pair(focal: f32, k1: f32, seed: u64) -> Vec<Correspondence<f32>> {
     let mut matches = correspondences(&truth(), 250, 0.5, seed);
     for c in &mut matches {
         let [x, y] = [0, 1].map(|i| (c.right[i] - CENTRE[i]) / 1400.0);

@@ -10,6 +10,7 @@
 mod applying;
 mod bad_input;
 mod bias;
+mod compensation;
 mod disturbed;
 mod documentation;
 mod far;
