@@ -114,8 +114,9 @@
 //! | pass | One read of the whole batch: the unit of time of a solve. |
 //! | search, track | Solve from far, by an annealed loss; solve near a hypothesis, in 4 passes. |
 //! | factory | Extrinsics that the rig left production with: start, prior, and centre of the correction limit. |
-//! | in use | Extrinsics that the caller rectifies with, as of the last [`Calibrator::apply`]. |
-//! | generation | Number that changes exactly when the extrinsics in use do. |
+//! | calibration | Extrinsics, and the cameras that they belong to: as given, or corrected ([`LensTracking::Compensate`]). |
+//! | in use | Calibration that the caller rectifies with, as of the last [`Calibrator::apply`]. |
+//! | generation | Number that changes exactly when the calibration in use does. |
 //! | proposal | The estimate over all fused pairs, not in use yet. |
 //! | hypothesis | Extrinsics with the sums of the pairs that support them. |
 //! | champion | The hypothesis that is reported, once four pairs agree. |

@@ -235,7 +235,7 @@ pub(crate) const COMPENSATION_GAIN: f64 = 2.0;
 /// by chance.
 pub(crate) const MAX_HIDDEN_LENS: f64 = 0.1;
 
-/// Widening of the variances that are kept when the reference changes: twice the variances alone are never less than the
+/// Widening of the variances of the lens that are kept when sums are dropped: twice the variances alone are never less than the
 /// covariance of both. Larger learns again; smaller trusts an estimate with the weights of a wrong lens.
 pub(crate) const KNOWN_LENS_WIDENING: f64 = 2.0;
 

@@ -3,6 +3,7 @@
 use super::association_result::{AssociationResult, Rejected, Support};
 use super::change_detector::ChangeDetector;
 use super::hypothesis::{Hypothesis, Update};
+use super::lens_reference::LensReference;
 use crate::codec::{Reader, Writer};
 use crate::config::Context;
 use crate::error::{Refusal, RestoreError};
@@ -174,15 +175,18 @@ impl<T: Scalar> Hypotheses<T> {
 
     /// Fuses an associated pair.
     ///
+    /// * `reference`: learns what sums that are dropped say of the lens.
+    ///
     /// # Errors
     /// [`Refusal`]; the champion is unchanged. The pair counts against the hypothesis that it supports, and against
     /// those that rejected it; a challenger may be dropped.
     pub(super) fn fuse(
         &mut self,
         result: &AssociationResult<'_, T>,
+        reference: &mut LensReference<T>,
         context: &Context<'_, T>,
     ) -> Result<Fused, Refusal> {
-        let fused = self.add(result, context);
+        let fused = self.add(result, reference, context);
         if fused.is_err() {
             let AssociationResult { support, rejected, .. } = *result;
             self.count(Rejected {
@@ -198,6 +202,7 @@ impl<T: Scalar> Hypotheses<T> {
     fn add(
         &mut self,
         result: &AssociationResult<'_, T>,
+        reference: &mut LensReference<T>,
         context: &Context<'_, T>,
     ) -> Result<Fused, Refusal> {
         match result.support {
@@ -205,7 +210,14 @@ impl<T: Scalar> Hypotheses<T> {
                 let champion = self.champion.as_mut().ok_or(Refusal::NothingSolved)?;
                 let changed = champion.add(result, context)?;
                 let Champion { hypothesis, detector } = champion;
-                let renewed = changed && detector.renew(hypothesis, context);
+                let renewed = changed && {
+                    let knowing = reference.with_knowledge_of(hypothesis, context);
+                    let renewed = detector.renew(hypothesis, context);
+                    if renewed {
+                        *reference = knowing;
+                    }
+                    renewed
+                };
                 self.rejected = 0;
                 self.contradict_challenger(0);
                 Ok(match (renewed, result.repeated) {
@@ -218,7 +230,7 @@ impl<T: Scalar> Hypotheses<T> {
                 let challenger = self.challenger.as_mut().ok_or(Refusal::NothingSolved)?;
                 challenger.add(&result.evaluated.measurement, result.repeated, context)?;
                 self.count(result.rejected);
-                Ok(self.promote(context))
+                Ok(self.promote(reference, context))
             }
             Support::New => {
                 self.begin_challenger(result, context)?;
@@ -263,7 +275,7 @@ impl<T: Scalar> Hypotheses<T> {
 
     /// Promotes the challenger once enough pairs support it.
     #[inline(never)]
-    fn promote(&mut self, context: &Context<'_, T>) -> Fused {
+    fn promote(&mut self, reference: &mut LensReference<T>, context: &Context<'_, T>) -> Fused {
         let had_champion = self.champion.is_some();
         let takes_over = self.challenger.as_ref().is_some_and(|challenger| {
             challenger.agreed >= MIN_AGREED
@@ -274,6 +286,9 @@ impl<T: Scalar> Hypotheses<T> {
         });
         if !takes_over {
             return if had_champion { Fused::KeptApart } else { Fused::Added };
+        }
+        if let Some(champion) = self.champion() {
+            *reference = reference.with_knowledge_of(champion, context);
         }
         self.make_champion();
         if let (Some(champion), Some(challenger)) = (&mut self.champion, &self.challenger) {

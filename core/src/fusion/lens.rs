@@ -58,7 +58,7 @@ impl<T: Scalar> HypothesisLens<T> {
         for (pull, mixed) in values.iter_mut().zip(effects.iter()) {
             *pull += Vector5::from(*mixed).dot(&step);
         }
-        reference.add_known(covariance);
+        reference.add_known(covariance, values);
         invert(covariance, &context.lens_prior())?;
         let pull = *values;
         values.iter_mut().zip(covariance.iter()).for_each(|(p, row)| *p = -dot(row, &pull));

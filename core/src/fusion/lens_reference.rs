@@ -1,8 +1,9 @@
-//! Lens that the rays of the pairs are corrected by, and when it changes (`ESTIMATOR.md`, section 17).
+//! Lens that the rays of the pairs are corrected by, when it changes, and what is known of it from pairs whose sums are gone
+//! (`ESTIMATOR.md`, section 17).
 //!
 //! Compensating a difference of focal lengths or of `k1` takes corrected rays: with those of a wrong lens the weights hide
-//! a part of the error. The pairs before a change have such weights, so the estimate begins again with it, and what they
-//! said of the lens is kept as knowledge about the new one.
+//! a part of the error. The pairs before a change have such weights, so the estimate begins again with it. Of what they
+//! said the differences are kept, as where the rig moves: the lens does not.
 
 use super::hypothesis::Hypothesis;
 use super::lens::HypothesisLens;
@@ -19,24 +20,30 @@ use crate::thresholds::{
     MIN_REFERENCE_PAIRS,
 };
 
-/// Correction of the rays, and what is known about it from the pairs before.
+/// Correction of the rays, and what is known of the lens beside the sums.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LensReference<T> {
     correction: LensCorrection<T>,
-    /// Variances of the differences of focal length and `k1` about the correction.
-    variances: [T; 2],
+    /// Differences of focal length and `k1` by pairs before, from those of the given lens.
+    known: LensCorrection<T>,
+    /// Information on them; 0: nothing is known.
+    weights: [T; 2],
     /// Changes so far; 0: the lens is as given.
     changes: u32,
 }
 
 impl<T: Scalar> LensReference<T> {
     /// Numbers and words in a record.
-    pub(super) const NUMBERS: usize = 4;
+    pub(super) const NUMBERS: usize = 6;
     pub(super) const WORDS: usize = 1;
 
-    /// The lens as given.
-    pub(super) const GIVEN: Self =
-        Self { correction: LensCorrection::NONE, variances: [T::ZERO; 2], changes: 0 };
+    /// The lens as given, nothing known of it.
+    pub(super) const GIVEN: Self = Self {
+        correction: LensCorrection::NONE,
+        known: LensCorrection::NONE,
+        weights: [T::ZERO; 2],
+        changes: 0,
+    };
 
     /// Correction of the rays.
     pub(crate) fn correction(&self) -> &LensCorrection<T> {
@@ -50,16 +57,26 @@ impl<T: Scalar> LensReference<T> {
 
     /// Lets the knowledge fade as the sums do: a lens warms.
     pub(super) fn fade(&mut self, fading: T) {
-        self.variances.iter_mut().for_each(|variance| *variance = *variance / fading);
+        self.weights.iter_mut().for_each(|weight| *weight *= fading);
     }
 
-    /// Adds what is known to the information on the lens.
-    pub(super) fn add_known(&self, information: &mut [[T; LENS_PARAMETERS]; LENS_PARAMETERS]) {
-        if !self.compensates() {
-            return;
+    /// Adds what is known to the information on the lens, and to its gradient at the correction.
+    pub(super) fn add_known(
+        &self,
+        information: &mut [[T; LENS_PARAMETERS]; LENS_PARAMETERS],
+        gradient: &mut [T; LENS_PARAMETERS],
+    ) {
+        let [focal, k1] = self.weights;
+        let [pull_focal, pull_k1] = [
+            (self.known.focal - self.correction.focal) * focal,
+            (self.known.k1 - self.correction.k1) * k1,
+        ];
+        let [scale_l, scale_r, _, _, _, _, k1_l, k1_r, _] = gradient;
+        for (left, right, pull) in [(scale_l, scale_r, pull_focal), (k1_l, k1_r, pull_k1)] {
+            *left += pull;
+            *right -= pull;
         }
         let [scale_l, scale_r, _, _, _, _, k1_l, k1_r, _] = information;
-        let [focal, k1] = self.variances.map(|variance| T::ONE / variance);
         let ([ll, lr, ..], [rl, rr, ..]) = (scale_l, scale_r);
         for (own, mixed) in [(ll, lr), (rr, rl)] {
             *own += focal;
@@ -70,6 +87,30 @@ impl<T: Scalar> LensReference<T> {
             *own += k1;
             *mixed -= k1;
         }
+    }
+
+    /// The reference with what a hypothesis says of the lens, for when its sums are dropped; as it is where that is nothing.
+    #[inline(never)]
+    pub(super) fn with_knowledge_of(
+        &self,
+        hypothesis: &Hypothesis<T>,
+        context: &Context<'_, T>,
+    ) -> Self {
+        let mut lens = HypothesisLens::EXACT;
+        let found = context.has_lens_prior().then(|| lens.estimate(hypothesis, self, context));
+        found.flatten().and_then(|()| self.knowing(&lens)).unwrap_or(*self)
+    }
+
+    /// The reference with an estimate of the lens in place of what was known; `None` where no lens can be so.
+    fn knowing(&self, lens: &HypothesisLens<T>) -> Option<Self> {
+        let known = self.correction.plus(&lens.difference());
+        // Held parameters have no variance, and need no knowledge.
+        let weights = lens.variances().map(|variance| {
+            let wide = variance * T::lit(KNOWN_LENS_WIDENING);
+            if wide > T::ZERO { T::ONE / wide } else { T::ZERO }
+        });
+        let next = Self { known, weights, ..*self };
+        next.is_valid().then_some(next)
     }
 
     /// The reference to begin again with, where that gains: in the beginning, where the deviation of `t` with the given
@@ -99,19 +140,19 @@ impl<T: Scalar> LensReference<T> {
             let without = lens.widen(&noise, &lens.of_given(&self.correction), context);
             deviation(&without) > T::lit(COMPENSATION_GAIN) * compensated
         };
-        let correction = self.correction.plus(&lens.difference());
-        let variances = lens.variances().map(|variance| variance * T::lit(KNOWN_LENS_WIDENING));
-        let next = Self { correction, variances, changes: self.changes.saturating_add(1) };
-        (gains && next.is_valid()).then_some(next)
+        let next = self.knowing(&lens).filter(|_| gains)?;
+        Some(Self { correction: next.known, changes: self.changes.saturating_add(1), ..next })
     }
 
     fn is_valid(&self) -> bool {
-        self.correction.is_valid() && self.variances.iter().all(|v| *v > T::ZERO && v.is_finite())
+        let sane = |weight: &T| *weight >= T::ZERO && weight.is_finite();
+        self.correction.is_valid() && self.known.is_valid() && self.weights.iter().all(sane)
     }
 
     pub(super) fn write(&self, to: &mut Writer<'_>) {
         self.correction.write(to);
-        to.numbers(&self.variances);
+        self.known.write(to);
+        to.numbers(&self.weights);
         to.word(self.changes);
     }
 
@@ -119,14 +160,11 @@ impl<T: Scalar> LensReference<T> {
     /// [`RestoreError::Absurd`].
     pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
         self.correction = LensCorrection::read(from)?;
-        from.numbers(&mut self.variances)?;
+        self.known = LensCorrection::read(from)?;
+        from.numbers(&mut self.weights)?;
         self.changes = from.word()?;
-        let is_given = *self == Self::GIVEN;
-        if is_given || self.compensates() && self.is_valid() {
-            Ok(())
-        } else {
-            Err(RestoreError::Absurd)
-        }
+        let fits = self.compensates() || self.correction.is_none();
+        if fits && self.is_valid() { Ok(()) } else { Err(RestoreError::Absurd) }
     }
 }
 
@@ -134,31 +172,33 @@ impl<T: Scalar> LensReference<T> {
 mod tests {
     use super::*;
 
+    const P: [f64; LENS_PARAMETERS] = [1.0, 3.0, 9.0, 9.0, 9.0, 9.0, 2.0, 5.0, 9.0];
+
+    /// Cost of what is known at `p`, from information and gradient at the correction, but for a constant.
+    fn cost(reference: &LensReference<f64>, p: &[f64; LENS_PARAMETERS]) -> f64 {
+        let mut information = [[0.0; LENS_PARAMETERS]; LENS_PARAMETERS];
+        let mut gradient = [0.0; LENS_PARAMETERS];
+        reference.add_known(&mut information, &mut gradient);
+        let rows = information.iter().zip(gradient).zip(p);
+        rows.map(|((row, g), p_i)| {
+            p_i * (row.iter().zip(p).map(|(h, p_k)| h * p_k).sum::<f64>() / 2.0 + g)
+        })
+        .sum()
+    }
+
     #[test]
     fn what_is_known_is_information_on_the_differences_alone_and_fades() {
         let mut reference = LensReference::<f64> {
-            correction: LensCorrection::NONE,
-            variances: [0.25, 0.5],
+            correction: LensCorrection { focal: 0.01, k1: 0.02 },
+            known: LensCorrection { focal: 0.51, k1: -0.98 },
+            weights: [4.0, 2.0],
             changes: 1,
         };
-        let form = |reference: &LensReference<f64>, p: [f64; LENS_PARAMETERS]| {
-            let mut information = [[0.0; LENS_PARAMETERS]; LENS_PARAMETERS];
-            reference.add_known(&mut information);
-            (0..LENS_PARAMETERS)
-                .flat_map(|i| (0..LENS_PARAMETERS).map(move |k| (i, k)))
-                .map(|(i, k)| p[i] * information[i][k] * p[k])
-                .sum::<f64>()
-        };
-        // (s_r - s_l)^2 / 0.25 + (k1_r - k1_l)^2 / 0.5
-        assert!(
-            (form(&reference, [1.0, 3.0, 9.0, 9.0, 9.0, 9.0, 2.0, 5.0, 9.0]) - 34.0).abs() < 1e-12
-        );
-        assert!(form(&reference, [2.0, 2.0, 9.0, 9.0, 9.0, 9.0, 5.0, 5.0, 9.0]).abs() < 1e-12);
+        // ((s_r - s_l) - 0.5)^2 4 / 2 + ((k1_r - k1_l) + 1)^2 2 / 2, less that at 0.
+        let expected = 2.0 * (1.5 * 1.5 - 0.25) + (16.0 - 1.0);
+        assert!((cost(&reference, &P) - expected).abs() < 1e-12);
         reference.fade(0.5);
-        assert!(
-            (form(&reference, [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) - 2.0).abs() < 1e-12
-        );
-        let given = LensReference { changes: 0, ..reference };
-        assert!(form(&given, [1.0; LENS_PARAMETERS].map(|x: f64| x)).abs() < 1e-12);
+        assert!((cost(&reference, &P) - expected / 2.0).abs() < 1e-12);
+        assert!(cost(&LensReference::GIVEN, &P).abs() < 1e-12);
     }
 }

@@ -178,7 +178,7 @@ impl<T: Scalar> Fusion<T> {
     pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Refusal> {
         let Self { hypotheses, association, reference, .. } = self;
         let result = association.result().ok_or(Refusal::NothingSolved)?;
-        let fused = hypotheses.fuse(&result, context);
+        let fused = hypotheses.fuse(&result, reference, context);
         association.close();
         if fused.is_ok() {
             reference.fade(context.fading(u32::MAX));
