@@ -4,14 +4,15 @@
 //! [`Calibrator::health`] compares them with the estimate, and the caller puts the estimate into use
 //! ([`Calibrator::apply`]).
 
-use core::fmt;
+mod calibration;
+
+pub use calibration::Calibration;
 
 use crate::batch::correspondence::{Cameras, Correspondence};
 use crate::batch::{Batch, Pushed};
 use crate::config::{Config, Context, LensTracking};
 use crate::error::{ApplyError, PairError, PushError, Refusal, Rejection};
 use crate::estimator::Estimator;
-use crate::fusion::lens_reference::LensReference;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::outcome::health::Health;
@@ -236,25 +237,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if corrects && self.correct_lens() { Ok(Fused::LensCorrected) } else { fused }
     }
 
-    /// Begins again with other lens models, where that gains; whether it did.
-    #[inline(never)]
-    fn correct_lens(&mut self) -> bool {
-        let Some((reference, corrected)) = self.next_lens() else { return false };
-        self.corrected = Some(corrected);
-        self.estimator.begin_again(&reference);
-        self.batch.clear();
-        true
-    }
-
-    /// The lens to begin again with, and its cameras.
-    fn next_lens(&self) -> Option<(LensReference<T>, Cameras<T>)> {
-        let cameras = self.cameras.as_ref()?;
-        let context = context(&self.config, &self.factory, self.cameras.as_ref())?;
-        let reference = self.estimator.next_reference(&context)?;
-        let corrected = cameras.corrected(reference.correction()).ok()?;
-        Some((reference, corrected))
-    }
-
     /// Applies where that is allowed; the proposal says why not. Out of line: the result stays off the caller's stack.
     #[inline(never)]
     fn try_apply(&mut self) {
@@ -355,11 +337,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         &self.in_use.extrinsics
     }
 
-    /// The calibration in use; `None` without cameras.
-    pub fn calibration_in_use(&self) -> Option<Calibration<T>> {
-        self.calibration(&self.in_use)
-    }
-
     /// Changes exactly when the calibration in use does; wraps around.
     pub fn generation(&self) -> u32 {
         self.generation
@@ -380,17 +357,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.cameras.as_ref()
     }
 
-    /// Extrinsics with the corrected cameras that they belong to.
-    #[inline(never)]
-    fn calibration(&self, of: &CorrectedExtrinsics<T>) -> Option<Calibration<T>> {
-        let CorrectedExtrinsics { extrinsics, correction } = *of;
-        let given = *self.cameras.as_ref()?;
-        // As given, bit for bit.
-        let cameras =
-            if correction.is_none() { given } else { given.corrected(&correction).ok()? };
-        Some(Calibration { cameras, extrinsics })
-    }
-
     /// Replaces the calibration in use; whether it changed.
     fn replace_in_use(&mut self, new: CorrectedExtrinsics<T>) -> bool {
         let changed = self.in_use != new;
@@ -399,24 +365,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             self.generation = self.generation.wrapping_add(1);
         }
         changed
-    }
-}
-
-/// One calibration: extrinsics, and the cameras that they belong to. With other cameras the extrinsics are wrong.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct Calibration<T: Scalar> {
-    /// The cameras as given, or corrected with [`LensTracking::Compensate`].
-    pub cameras: Cameras<T>,
-    /// `p_r = R p_l + t`.
-    pub extrinsics: Extrinsics<T>,
-}
-
-impl<T: Scalar> fmt::Display for Calibration<T> {
-    /// The extrinsics.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.extrinsics.fmt(f)
     }
 }
 
