@@ -28,7 +28,7 @@
  *             selfcal_fuse(&cal, NULL);
  *         selfcal_health(&cal, &health);
  *         selfcal_clear_pair(&cal);
- *     when it suits: selfcal_apply(&cal, &extrinsics);
+ *     when it suits: selfcal_apply(&cal, &calibration);
  *
  * SELFCAL_CAPACITY follows the library: define SELFCAL_CAPACITY_64, _128, _512 or _1024 if it was built
  * with the feature of that name. selfcal_init refuses storage that is too small.
@@ -105,7 +105,7 @@
 /**
  * Length of the longest record of `selfcal_snapshot`, bytes, for any capacity.
  */
-#define SELFCAL_SNAPSHOT_BYTES 3344
+#define SELFCAL_SNAPSHOT_BYTES 3388
 
 /**
  * Length of the longest record of `selfcal_factory_to_record`, bytes.
@@ -645,6 +645,14 @@ enum selfcal_fused_t
      */
     SELFCAL_FUSED_TOOK_OVER = 4,
     /**
+     * lens corrected, estimate begins again
+     *
+     * The pairs show another lens model of the right camera: the estimate begins again with corrected
+     * cameras, `SELFCAL_LENS_TRACKING_COMPENSATE`. The batch is emptied; there is no proposal and no
+     * health until the next pair.
+     */
+    SELFCAL_FUSED_LENS_CORRECTED = 5,
+    /**
      * unknown
      *
      * A value that this API does not know.
@@ -926,6 +934,33 @@ typedef uint32_t selfcal_angle_t;
 #endif // __cplusplus
 
 /**
+ * What is done about errors of the given lens models.
+ */
+enum selfcal_lens_tracking_t
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * They are estimated, and widen the deviations. Extrinsics are those of the given lens models.
+     */
+    SELFCAL_LENS_TRACKING_REPORT = 0,
+    /**
+     * Differences of focal length and of `k1` are compensated, where that halves the deviation of `t`:
+     * `SELFCAL_FUSED_LENS_CORRECTED`. For callers who rectify with the cameras of the calibration in
+     * use, as the functions here do.
+     */
+    SELFCAL_LENS_TRACKING_COMPENSATE = 1,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum selfcal_lens_tracking_t selfcal_lens_tracking_t;
+#else
+typedef uint32_t selfcal_lens_tracking_t;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
  * Lens models, with OpenCV's coefficients.
  */
 enum selfcal_lens_t
@@ -980,7 +1015,7 @@ typedef uint32_t selfcal_side_t;
 #endif // __cplusplus
 
 /**
- * Extrinsics to rectify for.
+ * Extrinsics to rectify for, with the cameras that they belong to.
  */
 enum selfcal_source_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -1094,6 +1129,7 @@ typedef struct selfcal_config_t {
      * NaN in its first field stands for the value of the preset.
      */
     struct selfcal_lens_prior_t lens_prior;
+    uint32_t lens_tracking;
 } selfcal_config_t;
 
 /**
@@ -1136,6 +1172,24 @@ typedef struct selfcal_extrinsics_t {
      */
     float translation[3];
 } selfcal_extrinsics_t;
+
+/**
+ * Extrinsics and the cameras that they belong to. With other cameras the extrinsics are wrong.
+ */
+typedef struct selfcal_calibration_t {
+    /**
+     * Left camera, as given.
+     */
+    struct selfcal_camera_t left;
+    /**
+     * Right camera, as given, or corrected with `SELFCAL_LENS_TRACKING_COMPENSATE`.
+     */
+    struct selfcal_camera_t right;
+    /**
+     * `p_r = R p_l + t`.
+     */
+    struct selfcal_extrinsics_t extrinsics;
+} selfcal_calibration_t;
 
 /**
  * One left/right correspondence in the raw images, before undistortion.
@@ -1365,6 +1419,20 @@ typedef struct selfcal_report_t {
 } selfcal_report_t;
 
 /**
+ * What is added to the given lens model of the right camera; 0 leaves it as given.
+ */
+typedef struct selfcal_lens_correction_t {
+    /**
+     * Relative focal length: 0.001 makes the right one longer by 0.1 %.
+     */
+    float focal;
+    /**
+     * Radial coefficient `k1`.
+     */
+    float k1;
+} selfcal_lens_correction_t;
+
+/**
  * Reported standard deviations of an estimate.
  */
 typedef struct selfcal_sd_t {
@@ -1442,11 +1510,19 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_extrinsics_t extrinsics;
     /**
+     * Correction of the cameras that they belong to; 0 but with `SELFCAL_LENS_TRACKING_COMPENSATE`.
+     */
+    struct selfcal_lens_correction_t correction;
+    /**
      * What `selfcal_apply` puts into use: the best `R`, `t`. Where the baseline is not observed, not
      * significantly different, or with `SELFCAL_DOUBT_BASELINE`, the `t` in use and the best `R` for
      * it.
      */
     struct selfcal_extrinsics_t applicable;
+    /**
+     * Correction of the cameras that `applicable` belongs to.
+     */
+    struct selfcal_lens_correction_t applicable_correction;
     /**
      * Fused pairs; those of a repeated scene count once.
      */
@@ -1544,6 +1620,10 @@ typedef struct selfcal_health_t {
      * Reported standard deviations with the lens models uncertain.
      */
     struct selfcal_sd_t sd_lens;
+    /**
+     * Correction of the cameras that the estimate belongs to.
+     */
+    struct selfcal_lens_correction_t correction;
     /**
      * Least certain direction of the estimate.
      */
@@ -1731,6 +1811,12 @@ selfcal_error_t selfcal_config_set_max_correction_rad(struct selfcal_config_t *c
 selfcal_error_t selfcal_config_set_memory_pairs(struct selfcal_config_t *config, uint32_t pairs);
 
 /**
+ * Sets whether `selfcal_fuse` puts the estimate into use whenever `selfcal_apply` would; default
+ * false.
+ */
+selfcal_error_t selfcal_config_set_automatic_apply(struct selfcal_config_t *config, bool automatic);
+
+/**
  * Sets how far the given lens models are trusted; robust preset. The deviations with the lens uncertain
  * cover such errors; all 0 takes the lens models as exact, and image halves that disagree then block.
  *
@@ -1741,10 +1827,12 @@ selfcal_error_t selfcal_config_set_lens_prior(struct selfcal_config_t *config,
                                               struct selfcal_lens_prior_t prior);
 
 /**
- * Sets whether `selfcal_fuse` puts the estimate into use whenever `selfcal_apply` would; default
- * false.
+ * Sets what is done about errors of the given lens models; robust preset with a lens prior.
+ *
+ * * `lens_tracking`: a `selfcal_lens_tracking_t`; default to report them.
  */
-selfcal_error_t selfcal_config_set_automatic_apply(struct selfcal_config_t *config, bool automatic);
+selfcal_error_t selfcal_config_set_lens_tracking(struct selfcal_config_t *config,
+                                                 uint32_t lens_tracking);
 
 /**
  * Sets both cameras and resets the calibrator.
@@ -1754,14 +1842,14 @@ selfcal_error_t selfcal_set_cameras(struct selfcal_t *cal,
                                     const struct selfcal_camera_t *right);
 
 /**
- * Reads the cameras.
+ * Reads the cameras as given.
  */
 selfcal_error_t selfcal_cameras(const struct selfcal_t *cal,
                                 struct selfcal_camera_t *left,
                                 struct selfcal_camera_t *right);
 
 /**
- * Undistorts a pixel to the ray at unit depth.
+ * Undistorts a pixel to the ray at unit depth, with a camera of the calibration in use.
  *
  * * `side`: a `selfcal_side_t`.
  * * `pixel`: column u, row v in the raw image, px.
@@ -1774,7 +1862,8 @@ selfcal_error_t selfcal_ray(const struct selfcal_t *cal,
                             float ray[2]);
 
 /**
- * Distorts a ray at unit depth to its pixel, inside the image or not.
+ * Distorts a ray at unit depth to its pixel, inside the image or not, with a camera of the calibration in
+ * use.
  *
  * * `side`: a `selfcal_side_t`.
  * * `ray`: x, y at z = 1, camera frame, dimensionless.
@@ -1801,15 +1890,21 @@ selfcal_error_t selfcal_set_factory(struct selfcal_t *cal,
                                     const struct selfcal_extrinsics_t *factory);
 
 /**
- * Reads the extrinsics in use.
+ * Reads the extrinsics in use. They belong to the cameras of `selfcal_calibration_in_use`.
  */
 selfcal_error_t selfcal_in_use(const struct selfcal_t *cal,
                                struct selfcal_extrinsics_t *extrinsics);
 
 /**
- * Reads a counter that changes exactly when the extrinsics in use do; it wraps around.
+ * Reads a counter that changes exactly when the calibration in use does; it wraps around.
  */
 selfcal_error_t selfcal_generation(const struct selfcal_t *cal, uint32_t *generation);
+
+/**
+ * Reads the calibration in use: what a rectifier needs. `SELFCAL_ERROR_NO_CAMERAS` without cameras.
+ */
+selfcal_error_t selfcal_calibration_in_use(const struct selfcal_t *cal,
+                                           struct selfcal_calibration_t *calibration);
 
 /**
  * Offers one correspondence to the batch. A full batch selects: it keeps matches spread over the left
@@ -1920,7 +2015,7 @@ selfcal_error_t selfcal_solve_pair(struct selfcal_t *cal);
 selfcal_error_t selfcal_report(const struct selfcal_t *cal, struct selfcal_report_t *report);
 
 /**
- * Fuses the solved pair into the estimate, once. The extrinsics in use change only with
+ * Fuses the solved pair into the estimate, once. The calibration in use changes only with
  * `selfcal_config_set_automatic_apply`.
  *
  * * `fused`: effect on the estimate; may be null.
@@ -1997,21 +2092,21 @@ const char *selfcal_band_string(uint32_t band);
 const char *selfcal_arming_string(uint32_t arming);
 
 /**
- * Puts the estimate into use. The generation changes if the extrinsics do.
+ * Puts the estimate into use. The generation changes if the calibration does.
  *
- * * `applied`: the extrinsics now in use; may be null.
+ * * `applied`: the calibration now in use; may be null.
  */
-selfcal_error_t selfcal_apply(struct selfcal_t *cal, struct selfcal_extrinsics_t *applied);
+selfcal_error_t selfcal_apply(struct selfcal_t *cal, struct selfcal_calibration_t *applied);
 
 /**
- * Puts the extrinsics before the last change back into use, once. The estimate stays.
+ * Puts the calibration before the last change back into use, once. The estimate stays.
  *
- * * `restored`: the extrinsics now in use; may be null.
+ * * `restored`: the calibration now in use; may be null.
  */
-selfcal_error_t selfcal_undo(struct selfcal_t *cal, struct selfcal_extrinsics_t *restored);
+selfcal_error_t selfcal_undo(struct selfcal_t *cal, struct selfcal_calibration_t *restored);
 
 /**
- * Freezes the estimate and the extrinsics in use, or releases both.
+ * Freezes the estimate and the calibration in use, or releases both.
  */
 selfcal_error_t selfcal_set_frozen(struct selfcal_t *cal, bool frozen);
 

@@ -1,17 +1,17 @@
-//! The extrinsics in use: apply, undo, freeze.
+//! The calibration in use: apply, undo, freeze.
 
+use crate::calibration::selfcal_calibration_t;
 use crate::error::{selfcal_error_t, status};
-use crate::extrinsics::selfcal_extrinsics_t;
 use crate::instance::{exclusive, selfcal_t, shared};
 use crate::pointer::Out;
 
-/// Puts the estimate into use. The generation changes if the extrinsics do.
+/// Puts the estimate into use. The generation changes if the calibration does.
 ///
-/// * `applied`: the extrinsics now in use; may be null.
+/// * `applied`: the calibration now in use; may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_apply(
     cal: *mut selfcal_t,
-    applied: *mut selfcal_extrinsics_t,
+    applied: *mut selfcal_calibration_t,
 ) -> selfcal_error_t {
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
@@ -21,13 +21,13 @@ pub unsafe extern "C" fn selfcal_apply(
     })
 }
 
-/// Puts the extrinsics before the last change back into use, once. The estimate stays.
+/// Puts the calibration before the last change back into use, once. The estimate stays.
 ///
-/// * `restored`: the extrinsics now in use; may be null.
+/// * `restored`: the calibration now in use; may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_undo(
     cal: *mut selfcal_t,
-    restored: *mut selfcal_extrinsics_t,
+    restored: *mut selfcal_calibration_t,
 ) -> selfcal_error_t {
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
@@ -37,7 +37,7 @@ pub unsafe extern "C" fn selfcal_undo(
     })
 }
 
-/// Freezes the estimate and the extrinsics in use, or releases both.
+/// Freezes the estimate and the calibration in use, or releases both.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_set_frozen(cal: *mut selfcal_t, frozen: bool) -> selfcal_error_t {
     status(|| {

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 use stereo_selfcal::{
-    Camera, CameraError, Cameras, Fisheye, Intrinsics, Lens, RadialTangential, Side,
+    Calibration, Camera, CameraError, Cameras, Fisheye, Intrinsics, Lens, RadialTangential, Side,
 };
 use zerocopy::FromBytes;
 
@@ -57,10 +57,14 @@ pub struct selfcal_camera_t {
 const LENS_ERROR: u16 = SELFCAL_ERROR_LEFT_LENS as u16;
 const COEFFICIENT_ERROR: u16 = SELFCAL_ERROR_LEFT_COEFFICIENT as u16;
 
+/// The error of a camera, from the number of the left one.
+pub(crate) fn error(side: Side, left: u16) -> selfcal_error_t {
+    selfcal_error_t::of(left + 10 * side.code()).unwrap_or(SELFCAL_ERROR_UNKNOWN)
+}
+
 impl selfcal_camera_t {
     fn core(&self, side: Side) -> Result<Camera<f32>, selfcal_error_t> {
-        let error = |left: u16| selfcal_error_t::of(left + 10 * side.code());
-        self.try_core().map_err(|left| error(left).unwrap_or(SELFCAL_ERROR_UNKNOWN))
+        self.try_core().map_err(|left| error(side, left))
     }
 
     fn try_core(&self) -> Result<Camera<f32>, u16> {
@@ -103,18 +107,24 @@ impl From<&Camera<f32>> for selfcal_camera_t {
     }
 }
 
-/// The cameras, if set.
-pub(crate) fn cameras(instance: &Instance) -> Result<&Cameras<f32>, selfcal_error_t> {
+/// The cameras as given, if set.
+pub(crate) fn given(instance: &Instance) -> Result<&Cameras<f32>, selfcal_error_t> {
     instance.calibrator.cameras().ok_or(SELFCAL_ERROR_NO_CAMERAS)
 }
 
-fn camera(instance: &Instance, side: u32) -> Result<&Camera<f32>, selfcal_error_t> {
+/// The calibration in use.
+pub(crate) fn in_use(instance: &Instance) -> Result<Calibration<f32>, selfcal_error_t> {
+    instance.calibrator.calibration_in_use().ok_or(SELFCAL_ERROR_NO_CAMERAS)
+}
+
+/// A camera of the calibration in use.
+fn camera(instance: &Instance, side: u32) -> Result<Camera<f32>, selfcal_error_t> {
     const LEFT: u32 = selfcal_side_t::SELFCAL_SIDE_LEFT as u32;
     const RIGHT: u32 = selfcal_side_t::SELFCAL_SIDE_RIGHT as u32;
-    let cameras = cameras(instance)?;
+    let cameras = in_use(instance)?.cameras;
     match side {
-        LEFT => Ok(&cameras.left),
-        RIGHT => Ok(&cameras.right),
+        LEFT => Ok(cameras.left),
+        RIGHT => Ok(cameras.right),
         _ => Err(SELFCAL_ERROR_VALUE),
     }
 }
@@ -137,7 +147,7 @@ pub unsafe extern "C" fn selfcal_set_cameras(
     })
 }
 
-/// Reads the cameras.
+/// Reads the cameras as given.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_cameras(
     cal: *const selfcal_t,
@@ -148,14 +158,14 @@ pub unsafe extern "C" fn selfcal_cameras(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, left, right) =
             unsafe { (shared(cal)?, Out::checked(left)?, Out::checked(right)?) };
-        let cameras = cameras(instance)?;
+        let cameras = given(instance)?;
         left.set((&cameras.left).into());
         right.set((&cameras.right).into());
         Ok(())
     })
 }
 
-/// Undistorts a pixel to the ray at unit depth.
+/// Undistorts a pixel to the ray at unit depth, with a camera of the calibration in use.
 ///
 /// * `side`: a `selfcal_side_t`.
 /// * `pixel`: column u, row v in the raw image, px.
@@ -179,7 +189,8 @@ pub unsafe extern "C" fn selfcal_ray(
     })
 }
 
-/// Distorts a ray at unit depth to its pixel, inside the image or not.
+/// Distorts a ray at unit depth to its pixel, inside the image or not, with a camera of the calibration in
+/// use.
 ///
 /// * `side`: a `selfcal_side_t`.
 /// * `ray`: x, y at z = 1, camera frame, dimensionless.

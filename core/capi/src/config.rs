@@ -1,10 +1,11 @@
 //! The configuration: a preset, changed by setters.
 
-use stereo_selfcal::{Central, Config, ConfigError, LensPrior};
+use stereo_selfcal::{Central, Config, ConfigError};
 use zerocopy::FromBytes;
 
 use crate::error::selfcal_error_t::{self, *};
 use crate::error::status;
+use crate::lens::{selfcal_lens_prior_t, tracking};
 use crate::pointer::{Out, read};
 
 /// Marks a configuration that a preset has filled, and its layout.
@@ -21,29 +22,6 @@ pub enum selfcal_angle_t {
     SELFCAL_ANGLE_MEAN = 0,
     /// Median: robust to a minority of outlier pairs.
     SELFCAL_ANGLE_MEDIAN = 1,
-}
-
-/// Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, FromBytes)]
-pub struct selfcal_lens_prior_t {
-    /// Focal length, relative.
-    pub focal: f32,
-    /// Principal point, each coordinate, px.
-    pub principal_px: f32,
-    /// Radial coefficient `k1`.
-    pub k1: f32,
-    /// Tangential coefficient `p1`, of the right camera less that of the left one.
-    pub p1: f32,
-    /// Tangential coefficient `p2`.
-    pub p2: f32,
-}
-
-impl From<selfcal_lens_prior_t> for LensPrior {
-    fn from(prior: selfcal_lens_prior_t) -> Self {
-        let selfcal_lens_prior_t { focal, principal_px, k1, p1, p2 } = prior;
-        Self { focal, principal_px, k1, p1, p2 }
-    }
 }
 
 /// Parameters of a calibrator; fields are private. Fill it with `selfcal_config_default`,
@@ -68,7 +46,8 @@ pub struct selfcal_config_t {
     angle: u32,
     automatic_apply: u32,
     /// NaN in its first field stands for the value of the preset.
-    lens_prior: selfcal_lens_prior_t,
+    pub(crate) lens_prior: selfcal_lens_prior_t,
+    pub(crate) lens_tracking: u32,
 }
 
 impl selfcal_config_t {
@@ -94,6 +73,7 @@ impl selfcal_config_t {
                 p1: 0.0,
                 p2: 0.0,
             },
+            lens_tracking: 0,
         }
     }
 
@@ -104,8 +84,10 @@ impl selfcal_config_t {
             (MAGIC, PAPER) => Config::paper(),
             _ => return Err(SELFCAL_ERROR_CONFIG_NOT_INITIALISED),
         };
-        let config =
-            preset.with_angle(central(self.angle)?).with_automatic_apply(self.automatic_apply != 0);
+        let config = preset
+            .with_angle(central(self.angle)?)
+            .with_lens_tracking(tracking(self.lens_tracking)?)
+            .with_automatic_apply(self.automatic_apply != 0);
         let config = real(config, self.prior_sd_rad, Config::with_prior_sd_rad)?;
         let config = real(config, self.huber_threshold_px, Config::with_huber_threshold_px)?;
         let config = real(config, self.step_tolerance_rad, Config::with_step_tolerance_rad)?;
@@ -163,7 +145,7 @@ unsafe fn fill(config: *mut selfcal_config_t, preset: u32) -> selfcal_error_t {
 ///
 /// # Safety
 /// The contract of the crate.
-unsafe fn change<E: Into<selfcal_error_t>, C>(
+pub(crate) unsafe fn change<E: Into<selfcal_error_t>, C>(
     config: *mut selfcal_config_t,
     checked: Result<C, E>,
     edit: impl FnOnce(&mut selfcal_config_t),
@@ -334,21 +316,6 @@ pub unsafe extern "C" fn selfcal_config_set_memory_pairs(
     let checked = Config::robust().with_memory_pairs(pairs);
     // SAFETY: the caller keeps the contract of the crate.
     unsafe { change(config, checked, |c| c.memory_pairs = pairs) }
-}
-
-/// Sets how far the given lens models are trusted; robust preset. The deviations with the lens uncertain
-/// cover such errors; all 0 takes the lens models as exact, and image halves that disagree then block.
-///
-/// * `prior`: each from 0 to 0.1, of the principal point 0 to 100 px; default 0.003, 1 px, 0.005, 0.001,
-///   0.00025.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_config_set_lens_prior(
-    config: *mut selfcal_config_t,
-    prior: selfcal_lens_prior_t,
-) -> selfcal_error_t {
-    let checked = Config::robust().with_lens_prior(prior.into());
-    // SAFETY: the caller keeps the contract of the crate.
-    unsafe { change(config, checked, |c| c.lens_prior = prior) }
 }
 
 /// Sets whether `selfcal_fuse` puts the estimate into use whenever `selfcal_apply` would; default

@@ -11,6 +11,7 @@ use crate::error::selfcal_error_t::{self, *};
 use crate::error::status;
 use crate::extrinsics::selfcal_extrinsics_t;
 use crate::instance::{selfcal_t, shared};
+use crate::lens::selfcal_lens_correction_t;
 use crate::pointer::Out;
 
 c_enum! {
@@ -200,10 +201,14 @@ impl From<Option<(Direction, f32)>> for selfcal_weakest_t {
 pub struct selfcal_proposal_t {
     /// The best `R`, `t`.
     pub extrinsics: selfcal_extrinsics_t,
+    /// Correction of the cameras that they belong to; 0 but with `SELFCAL_LENS_TRACKING_COMPENSATE`.
+    pub correction: selfcal_lens_correction_t,
     /// What `selfcal_apply` puts into use: the best `R`, `t`. Where the baseline is not observed, not
     /// significantly different, or with `SELFCAL_DOUBT_BASELINE`, the `t` in use and the best `R` for
     /// it.
     pub applicable: selfcal_extrinsics_t,
+    /// Correction of the cameras that `applicable` belongs to.
+    pub applicable_correction: selfcal_lens_correction_t,
     /// Fused pairs; those of a repeated scene count once.
     pub pairs: u32,
     /// Reported standard deviations, with the lens models as given.
@@ -234,7 +239,9 @@ impl From<&Proposal<f32>> for selfcal_proposal_t {
     fn from(proposal: &Proposal<f32>) -> Self {
         Self {
             extrinsics: (&proposal.extrinsics).into(),
+            correction: proposal.correction.into(),
             applicable: (&proposal.applicable).into(),
+            applicable_correction: proposal.applicable_correction.into(),
             pairs: proposal.pairs,
             sd: proposal.sd.into(),
             sd_lens: proposal.sd_lens.into(),

@@ -67,7 +67,7 @@ pub unsafe extern "C" fn selfcal_set_factory(
     })
 }
 
-/// Reads the extrinsics in use.
+/// Reads the extrinsics in use. They belong to the cameras of `selfcal_calibration_in_use`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_in_use(
     cal: *const selfcal_t,
@@ -81,7 +81,7 @@ pub unsafe extern "C" fn selfcal_in_use(
     })
 }
 
-/// Reads a counter that changes exactly when the extrinsics in use do; it wraps around.
+/// Reads a counter that changes exactly when the calibration in use does; it wraps around.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_generation(
     cal: *const selfcal_t,

@@ -9,6 +9,7 @@ use crate::error::selfcal_error_t::{self, *};
 use crate::error::status;
 use crate::estimate::{selfcal_doubt_t, selfcal_sd_t, selfcal_state_t, selfcal_weakest_t};
 use crate::instance::{Instance, selfcal_t, shared};
+use crate::lens::selfcal_lens_correction_t;
 use crate::pointer::Out;
 
 c_enum! {
@@ -92,6 +93,8 @@ pub struct selfcal_health_t {
     pub sd: selfcal_sd_t,
     /// Reported standard deviations with the lens models uncertain.
     pub sd_lens: selfcal_sd_t,
+    /// Correction of the cameras that the estimate belongs to.
+    pub correction: selfcal_lens_correction_t,
     /// Least certain direction of the estimate.
     pub weakest: selfcal_weakest_t,
     /// Expected error of the yaw in use, rad.
@@ -116,6 +119,7 @@ impl From<&Health<f32>> for selfcal_health_t {
             baseline_observed: health.baseline_observed,
             sd: health.sd.into(),
             sd_lens: health.sd_lens.into(),
+            correction: health.correction.into(),
             weakest: health.weakest.into(),
             yaw_rad: health.yaw,
             rejection: health.rejection.map_or(SELFCAL_OK, Into::into),

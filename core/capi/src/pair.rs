@@ -62,6 +62,12 @@ c_enum! {
         ///
         /// The pairs of the challenger agree: its estimate is the estimate now.
         SELFCAL_FUSED_TOOK_OVER = 4,
+        /// lens corrected, estimate begins again
+        ///
+        /// The pairs show another lens model of the right camera: the estimate begins again with corrected
+        /// cameras, `SELFCAL_LENS_TRACKING_COMPENSATE`. The batch is emptied; there is no proposal and no
+        /// health until the next pair.
+        SELFCAL_FUSED_LENS_CORRECTED = 5,
         /// unknown
         ///
         /// A value that this API does not know.
@@ -180,7 +186,7 @@ pub unsafe extern "C" fn selfcal_report(
     })
 }
 
-/// Fuses the solved pair into the estimate, once. The extrinsics in use change only with
+/// Fuses the solved pair into the estimate, once. The calibration in use changes only with
 /// `selfcal_config_set_automatic_apply`.
 ///
 /// * `fused`: effect on the estimate; may be null.

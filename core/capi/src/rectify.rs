@@ -1,16 +1,18 @@
 //! Input of a rectifier: rotations, common camera, homographies.
 
 use nalgebra::Matrix3;
-use stereo_selfcal::{RectifiedCamera, RectifyingRotations};
+use stereo_selfcal::{
+    CameraError, Cameras, Extrinsics, LensCorrection, RectifiedCamera, RectifyingRotations, Side,
+};
 use zerocopy::FromBytes;
 
-use crate::camera::cameras;
+use crate::camera;
 use crate::error::selfcal_error_t::{self, *};
 use crate::error::status;
 use crate::instance::{Instance, selfcal_t, shared};
 use crate::pointer::{Out, read};
 
-/// Extrinsics to rectify for.
+/// Extrinsics to rectify for, with the cameras that they belong to.
 #[repr(u32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum selfcal_source_t {
@@ -56,21 +58,36 @@ fn rows(m: &Matrix3<f32>) -> [f32; 9] {
     [m.m11, m.m12, m.m13, m.m21, m.m22, m.m23, m.m31, m.m32, m.m33]
 }
 
-fn rotations(
+/// Extrinsics of a source, and the correction of the cameras that they belong to; `None` for those in use.
+fn extrinsics(
     instance: &Instance,
     source: u32,
-) -> Result<RectifyingRotations<f32>, selfcal_error_t> {
+) -> Result<(Extrinsics<f32>, Option<LensCorrection<f32>>), selfcal_error_t> {
     const IN_USE: u32 = selfcal_source_t::SELFCAL_SOURCE_IN_USE as u32;
     const PROPOSED: u32 = selfcal_source_t::SELFCAL_SOURCE_PROPOSED as u32;
     const APPLICABLE: u32 = selfcal_source_t::SELFCAL_SOURCE_APPLICABLE as u32;
     let calibrator = &instance.calibrator;
     let proposal = || calibrator.proposal().ok_or(SELFCAL_ERROR_NO_ESTIMATE);
     match source {
-        IN_USE => Ok(calibrator.in_use().into()),
-        PROPOSED => Ok((&proposal()?.extrinsics).into()),
-        APPLICABLE => Ok((&proposal()?.applicable).into()),
+        IN_USE => Ok((*calibrator.in_use(), None)),
+        PROPOSED => proposal().map(|p| (p.extrinsics, Some(p.correction))),
+        APPLICABLE => proposal().map(|p| (p.applicable, Some(p.applicable_correction))),
         _ => Err(SELFCAL_ERROR_VALUE),
     }
+}
+
+/// Cameras and rotations of a source, which belong together.
+fn calibration(
+    instance: &Instance,
+    source: u32,
+) -> Result<(Cameras<f32>, RectifyingRotations<f32>), selfcal_error_t> {
+    let (extrinsics, correction) = extrinsics(instance, source)?;
+    let right = |why: CameraError| camera::error(Side::Right, why.code());
+    let cameras = match correction {
+        None => camera::in_use(instance)?.cameras,
+        Some(correction) => camera::given(instance)?.corrected(&correction).map_err(right)?,
+    };
+    Ok((cameras, (&extrinsics).into()))
 }
 
 /// Computes the two rectifying rotations.
@@ -85,7 +102,7 @@ pub unsafe extern "C" fn selfcal_rotations(
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, out) = unsafe { (shared(cal)?, Out::checked(rectifying)?) };
-        let rotations = rotations(instance, source)?;
+        let rotations = RectifyingRotations::from(&extrinsics(instance, source)?.0);
         out.set(selfcal_rotations_t {
             left: rows(rotations.left().matrix()),
             right: rows(rotations.right().matrix()),
@@ -110,8 +127,8 @@ pub unsafe extern "C" fn selfcal_choose_camera(
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, out) = unsafe { (shared(cal)?, Out::checked(camera)?) };
-        let rotations = rotations(instance, source)?;
-        let chosen = RectifiedCamera::try_choose(cameras(instance)?, &rotations, alpha)?;
+        let (cameras, rotations) = calibration(instance, source)?;
+        let chosen = RectifiedCamera::try_choose(&cameras, &rotations, alpha)?;
         out.set(selfcal_rectified_camera_t {
             focal_px: chosen.focal,
             principal_px: chosen.principal,
@@ -141,8 +158,8 @@ pub unsafe extern "C" fn selfcal_homographies(
         if !finite || camera.focal <= 0.0 {
             return Err(SELFCAL_ERROR_RECTIFIED_CAMERA);
         }
-        let rotations = rotations(instance, source)?;
-        let [left, right] = camera.homographies(cameras(instance)?, &rotations);
+        let (cameras, rotations) = calibration(instance, source)?;
+        let [left, right] = camera.homographies(&cameras, &rotations);
         out.set(selfcal_homographies_t { left: rows(&left), right: rows(&right) });
         Ok(())
     })

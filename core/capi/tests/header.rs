@@ -9,14 +9,16 @@ use cbindgen::{Builder, Config};
 use expect_test::expect_file;
 
 /// In the order of the header.
-const SOURCES: [&str; 15] = [
+const SOURCES: [&str; 17] = [
     "capacity",
     "error",
     "instance",
     "lifecycle",
     "config",
+    "lens",
     "camera",
     "extrinsics",
+    "calibration",
     "push",
     "link",
     "pair",

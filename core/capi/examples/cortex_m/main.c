@@ -111,7 +111,7 @@ static float largest_difference(const float *a, const float *b, int count)
 static void check_estimate(const selfcal_extrinsics_t *rig)
 {
     selfcal_proposal_t proposal;
-    selfcal_extrinsics_t applied, in_use;
+    selfcal_calibration_t applied, in_use;
     selfcal_rectified_camera_t camera;
     selfcal_homographies_t homographies;
     uint32_t generation;
@@ -127,8 +127,9 @@ static void check_estimate(const selfcal_extrinsics_t *rig)
     CHECK(e_t < 4 * proposal.sd.translation_rad && e_t < 0.003f);
 
     CHECK(selfcal_apply(&cal, &applied) == SELFCAL_OK);
-    CHECK(selfcal_in_use(&cal, &in_use) == SELFCAL_OK);
-    CHECK(largest_difference(applied.rotation, in_use.rotation, 9) == 0);
+    CHECK(selfcal_calibration_in_use(&cal, &in_use) == SELFCAL_OK);
+    CHECK(largest_difference(applied.extrinsics.rotation, in_use.extrinsics.rotation, 9) == 0);
+    CHECK(largest_difference(in_use.right.focal_px, scene_camera.focal_px, 2) == 0);
     CHECK(selfcal_generation(&cal, &generation) == SELFCAL_OK && generation == 1);
     CHECK(selfcal_choose_camera(&cal, SELFCAL_SOURCE_IN_USE, 0, &camera) == SELFCAL_OK);
     CHECK(selfcal_homographies(&cal, SELFCAL_SOURCE_IN_USE, &camera, &homographies) == SELFCAL_OK);

@@ -2,7 +2,7 @@
 size_t uart_read(uint8_t *to, size_t room); /* these five are the board's */
 size_t flash_read(int page, uint8_t *to, size_t room);
 void flash_write(int page, const uint8_t *from, size_t length); /* keeps the old one until done */
-void rectifier_load(const selfcal_extrinsics_t *extrinsics);
+void rectifier_load(const selfcal_calibration_t *calibration); /* extrinsics and cameras */
 void arming_allow(bool allowed);
 enum { FACTORY_PAGE, SNAPSHOT_PAGE, PAIRS_PER_SNAPSHOT = 1000 };
 static selfcal_t cal;
@@ -11,7 +11,7 @@ static uint8_t record[SELFCAL_SNAPSHOT_BYTES], bytes[64];
 static bool take_pair(void) /* refusals are normal, of bad pairs and before the estimate is locked */
 {
     static unsigned fused;
-    selfcal_extrinsics_t rig;
+    selfcal_calibration_t rig;
     selfcal_health_t health;
     size_t length;
     if (!selfcal_solve_pair(&cal) && !selfcal_fuse(&cal, NULL) && ++fused % PAIRS_PER_SNAPSHOT == 0)

@@ -20,6 +20,7 @@ int main(void)
 {
     selfcal_camera_t camera = {{1400, 1400}, {960, 600}, {1920, 1200}, SELFCAL_LENS_PINHOLE, {0}};
     selfcal_extrinsics_t rig = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {-1, 0, 0}}; /* p_r = R p_l + t */
+    selfcal_calibration_t found; /* extrinsics and the cameras that they belong to */
     selfcal_correspondence_t m = {.score = 1};
     if (!ok("init", selfcal_init(&cal, sizeof cal, NULL)) ||
         !ok("cameras", selfcal_set_cameras(&cal, &camera, &camera)) ||
@@ -28,6 +29,7 @@ int main(void)
         if (sscanf(s, "%f%f%f%f", &m.left_px[0], &m.left_px[1], &m.right_px[0], &m.right_px[1]) < 4)
             take_pair();
         else ok("push", selfcal_push(&cal, &m, NULL)); /* a refused match is normal too */
-    if (!ok("apply", selfcal_apply(&cal, &rig))) return 1;
-    printf("t = %.4f %.4f %.4f\n", rig.translation[0], rig.translation[1], rig.translation[2]);
+    if (!ok("apply", selfcal_apply(&cal, &found))) return 1;
+    const float *t = found.extrinsics.translation;
+    printf("t = %.4f %.4f %.4f\n", t[0], t[1], t[2]);
 }

@@ -5,8 +5,8 @@ use std::ptr;
 use host_tests::data::Dataset;
 use nalgebra::Matrix3;
 use stereo_selfcal::{
-    Calibrator, Central, Config, Extrinsics, PairError, PairReport, Pushed, RectifiedCamera,
-    RectifyingRotations, Refusal, State,
+    Calibration, Calibrator, Central, Config, Extrinsics, PairError, PairReport, Pushed,
+    RectifiedCamera, RectifyingRotations, Refusal, State,
 };
 use stereo_selfcal_capi::selfcal_error_t::*;
 use stereo_selfcal_capi::*;
@@ -22,6 +22,12 @@ pub(crate) fn bits(of: &[f32]) -> Vec<u32> {
 pub(crate) fn assert_same(c: &selfcal_extrinsics_t, rust: &Extrinsics<f32>) {
     assert_eq!(bits(&c.rotation), bits(&rust.rotation_row_major()));
     assert_eq!(bits(&c.translation), bits(rust.translation().as_slice()));
+}
+
+fn assert_same_calibration(c: &selfcal_calibration_t, rust: &Calibration<f32>) {
+    assert_same(&c.extrinsics, &rust.extrinsics);
+    assert_eq!(c.left, (&rust.cameras.left).into());
+    assert_eq!(c.right, (&rust.cameras.right).into());
 }
 
 fn assert_rows(c: &[f32; 9], rust: &Matrix3<f32>) {
@@ -105,6 +111,8 @@ pub(crate) fn assert_same_estimate(cal: &mut Cal, twin: &Twin) {
     let sd = [c.sd.rotation_rad, c.sd.translation_rad];
     assert_eq!(bits(&sd), bits(&[rust.sd.rotation, rust.sd.translation]));
     assert_eq!(c.sd_lens, rust.sd_lens.into());
+    assert_eq!(c.correction, rust.correction.into());
+    assert_eq!(c.applicable_correction, rust.applicable_correction.into());
     assert_eq!(c.has_lens, rust.lens.is_some());
     assert_eq!(c.lens, rust.lens.map(Into::into).unwrap_or_default());
     assert_eq!(c.has_covariance, rust.covariance.is_some());
@@ -137,7 +145,7 @@ fn assert_same_health(cal: &mut Cal, twin: &Twin) {
         (rust.band.into(), rust.state.into(), rust.doubt.into(), rust.arming.into())
     );
     assert_eq!((c.sd, c.weakest), (rust.sd.into(), rust.weakest.into()));
-    assert_eq!(c.sd_lens, rust.sd_lens.into());
+    assert_eq!((c.sd_lens, c.correction), (rust.sd_lens.into(), rust.correction.into()));
     assert_eq!(c.baseline_observed, rust.baseline_observed);
     assert_eq!(c.rejection, rust.rejection.map_or(SELFCAL_OK, Into::into));
     let mut depth = [0.0; 4];
@@ -148,15 +156,18 @@ fn assert_same_health(cal: &mut Cal, twin: &Twin) {
 }
 
 fn assert_same_rectification(cal: &mut Cal, twin: &Twin) {
-    let cameras = twin.cameras().unwrap();
     let proposal = twin.proposal().unwrap();
+    let Calibration { cameras: in_use, extrinsics } = twin.calibration_in_use().unwrap();
+    let corrected = |correction| twin.cameras().unwrap().corrected(&correction).unwrap();
+    let [proposed, applicable] =
+        [proposal.correction, proposal.applicable_correction].map(corrected);
     let sources = [
-        (selfcal_source_t::SELFCAL_SOURCE_IN_USE, *twin.in_use()),
-        (selfcal_source_t::SELFCAL_SOURCE_PROPOSED, proposal.extrinsics),
-        (selfcal_source_t::SELFCAL_SOURCE_APPLICABLE, proposal.applicable),
+        (selfcal_source_t::SELFCAL_SOURCE_IN_USE, in_use, extrinsics),
+        (selfcal_source_t::SELFCAL_SOURCE_PROPOSED, proposed, proposal.extrinsics),
+        (selfcal_source_t::SELFCAL_SOURCE_APPLICABLE, applicable, proposal.applicable),
     ];
-    for (source, extrinsics) in sources {
-        let source = source as u32;
+    for (source, cameras, extrinsics) in sources {
+        let (source, cameras) = (source as u32, &cameras);
         let rotations = RectifyingRotations::from(&extrinsics);
         let c = get!(cal, selfcal_rotations, source).unwrap();
         assert_rows(&c.left, rotations.left().matrix());
@@ -175,12 +186,14 @@ fn assert_same_rectification(cal: &mut Cal, twin: &Twin) {
 
 /// Applies, undoes and applies again in both.
 pub(crate) fn change_what_is_in_use(cal: &mut Cal, twin: &mut Twin) {
-    let check = |cal: &mut Cal, twin: &Twin, c: Result<selfcal_extrinsics_t, _>, rust| {
+    let check = |cal: &mut Cal, twin: &Twin, c: Result<selfcal_calibration_t, _>, rust| {
         match rust {
-            Ok(rust) => assert_same(&c.unwrap(), &rust),
+            Ok(rust) => assert_same_calibration(&c.unwrap(), &rust),
             Err(error) => assert_eq!(c, Err(selfcal_error_t::from(error))),
         }
         assert_same(&get!(cal, selfcal_in_use).unwrap(), twin.in_use());
+        let c = get!(cal, selfcal_calibration_in_use).unwrap();
+        assert_same_calibration(&c, &twin.calibration_in_use().unwrap());
         assert_eq!(get!(cal, selfcal_generation), Ok(twin.generation()));
     };
     let (c, rust) = (get!(cal, selfcal_apply), twin.apply());

@@ -3,6 +3,7 @@
 
 mod codes;
 mod lens;
+mod lens_tracking;
 mod life;
 mod link;
 mod link_misuse;

@@ -49,6 +49,7 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
         selfcal_pixel(0, two, four());
         selfcal_set_factory(&factory);
         selfcal_in_use(place());
+        selfcal_calibration_in_use(place());
         selfcal_generation(place());
         selfcal_push(c, place());
         selfcal_push_array(c, 1, place());
@@ -176,6 +177,7 @@ fn a_null_argument_is_refused_without_effect() {
         selfcal_pixel(0, null(), four());
         selfcal_set_factory(null());
         selfcal_in_use(null_mut());
+        selfcal_calibration_in_use(null_mut());
         selfcal_generation(null_mut());
         selfcal_push(null(), place());
         selfcal_push_array(null(), 1, place());

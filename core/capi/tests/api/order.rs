@@ -32,6 +32,8 @@ fn calls_in_the_wrong_order_return_their_errors() {
         });
         refused(&mut cal, SELFCAL_ERROR_NO_HEALTH, |cal| selfcal_depth_errors(cal, 0.1, four()));
     }
+    assert_eq!(get!(cal, selfcal_calibration_in_use), Err(SELFCAL_ERROR_NO_CAMERAS));
+    assert!(get!(cal, selfcal_rotations, 0).is_ok(), "without cameras too");
     assert_eq!(get!(cal, selfcal_proposal), Err(SELFCAL_ERROR_NO_ESTIMATE));
     assert_eq!(get!(cal, selfcal_rotations, 1), Err(SELFCAL_ERROR_NO_ESTIMATE));
     assert_eq!(get!(cal, selfcal_rotations, 2), Err(SELFCAL_ERROR_NO_ESTIMATE));

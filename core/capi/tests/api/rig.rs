@@ -58,6 +58,7 @@ pub(crate) use get;
 #[derive(Debug, PartialEq)]
 pub(crate) struct Observed {
     in_use: Result<selfcal_extrinsics_t, selfcal_error_t>,
+    calibration: Result<selfcal_calibration_t, selfcal_error_t>,
     generation: Result<u32, selfcal_error_t>,
     batch: Result<selfcal_batch_t, selfcal_error_t>,
     state: Result<selfcal_state_t, selfcal_error_t>,
@@ -73,6 +74,7 @@ impl Observed {
         let mut left = MaybeUninit::zeroed();
         Self {
             in_use: get!(cal, selfcal_in_use),
+            calibration: get!(cal, selfcal_calibration_in_use),
             generation: get!(cal, selfcal_generation),
             batch: get!(cal, selfcal_batch),
             state: get!(cal, selfcal_state),

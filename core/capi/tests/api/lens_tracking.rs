@@ -1,0 +1,174 @@
+//! Errors of the lens models that are compensated: cameras and extrinsics stay together.
+
+use std::mem::MaybeUninit;
+
+use host_tests::data::Dataset;
+use host_tests::synth::{LensErrors, Scene, rig};
+use stereo_selfcal::{Config, LensTracking};
+use stereo_selfcal_capi::selfcal_error_t::*;
+use stereo_selfcal_capi::selfcal_fused_t::SELFCAL_FUSED_LENS_CORRECTED;
+use stereo_selfcal_capi::selfcal_lens_tracking_t::*;
+use stereo_selfcal_capi::selfcal_source_t::SELFCAL_SOURCE_IN_USE;
+use stereo_selfcal_capi::*;
+
+use crate::life::{Twin, bits, change_what_is_in_use, push, run, take_pair, twins};
+use crate::record::{restore, snapshot};
+use crate::rig::{Cal, cameras, config, get, pair};
+
+/// What the right focal length is longer than given, relative.
+const LONGER: f32 = 0.003;
+const PAIRS: usize = 60;
+
+/// Pairs of a rig whose right focal length is longer than given.
+fn longer() -> Dataset {
+    let lens_errors = "f_r=0.3%".parse::<LensErrors>().unwrap().given;
+    let rig = rig([1.0, -0.5, 0.8], [0.5, -0.4]).unwrap();
+    Scene { lens_errors, rig, matches: 250, ..Scene::default() }.dataset(PAIRS, 1).unwrap()
+}
+
+fn tracking(tracking: selfcal_lens_tracking_t) -> selfcal_config_t {
+    let mut c = config(selfcal_config_robust);
+    // SAFETY: a live configuration.
+    assert_eq!(unsafe { selfcal_config_set_lens_tracking(&mut c, tracking as u32) }, SELFCAL_OK);
+    c
+}
+
+fn compensating(set: &Dataset) -> (Cal, Box<Twin>) {
+    let rust = Config::robust().with_lens_tracking(LensTracking::Compensate);
+    twins(set, &tracking(SELFCAL_LENS_TRACKING_COMPENSATE), rust)
+}
+
+/// The cameras as given.
+fn given(cal: &mut Cal) -> [selfcal_camera_t; 2] {
+    let mut left = MaybeUninit::zeroed();
+    let right = get!(cal, selfcal_cameras, left.as_mut_ptr()).unwrap();
+    // SAFETY: zeros are a camera, and the call fills it.
+    [unsafe { left.assume_init() }, right]
+}
+
+/// Relative length of the right focal length in use beyond the given one, and the right camera in use.
+fn in_use(cal: &mut Cal, set: &Dataset) -> (f32, selfcal_camera_t) {
+    let used = get!(cal, selfcal_calibration_in_use).unwrap();
+    let [left, right] = cameras(set);
+    assert_eq!((given(cal), used.left), ([left, right], left));
+    (used.right.focal_px[0] / right.focal_px[0] - 1.0, used.right)
+}
+
+/// Pixel of a ray on the right side, and back.
+fn pixel(cal: &mut Cal, ray: [f32; 2]) -> [f32; 2] {
+    let [mut pixel, mut back] = [[0.0; 2]; 2];
+    // SAFETY: live objects.
+    let codes = unsafe {
+        [
+            selfcal_pixel(cal.ptr(), 1, ray.as_ptr(), pixel.as_mut_ptr()),
+            selfcal_ray(cal.ptr(), 1, pixel.as_ptr(), back.as_mut_ptr()),
+        ]
+    };
+    assert_eq!(codes, [SELFCAL_OK; 2]);
+    assert!(back.iter().zip(ray).all(|(b, r)| (b - r).abs() < 1e-5), "{back:?}");
+    pixel
+}
+
+/// Takes all pairs; how many corrected the lens.
+fn take_all(cal: &mut Cal, set: &Dataset) -> usize {
+    let mut corrected = 0;
+    for index in 0..PAIRS {
+        let (all, _) = pair(set, index);
+        get!(cal, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
+        // SAFETY: live storage.
+        assert_eq!(unsafe { selfcal_solve_pair(cal.ptr()) }, SELFCAL_OK);
+        if get!(cal, selfcal_fuse) == Ok(SELFCAL_FUSED_LENS_CORRECTED) {
+            corrected += 1;
+            assert_eq!(get!(cal, selfcal_batch).unwrap().held, 0);
+            assert_eq!(get!(cal, selfcal_proposal), Err(SELFCAL_ERROR_NO_ESTIMATE));
+            assert_eq!(get!(cal, selfcal_health), Err(SELFCAL_ERROR_NO_HEALTH));
+            assert!(get!(cal, selfcal_report).is_ok());
+        }
+        // SAFETY: live storage.
+        assert_eq!(unsafe { selfcal_clear_pair(cal.ptr()) }, SELFCAL_OK);
+    }
+    corrected
+}
+
+fn homographies(cal: &mut Cal) -> selfcal_homographies_t {
+    let camera = selfcal_rectified_camera_t { focal_px: 1400.0, principal_px: [960.0, 600.0] };
+    let source = SELFCAL_SOURCE_IN_USE as u32;
+    get!(cal, selfcal_homographies, source, &raw const camera).unwrap()
+}
+
+#[test]
+fn a_longer_focal_length_is_compensated_and_rectified_with() {
+    let set = longer();
+    let mut cal = Cal::of(&set, Some(&tracking(SELFCAL_LENS_TRACKING_COMPENSATE)));
+    assert!(take_all(&mut cal, &set) > 0);
+    assert!(in_use(&mut cal, &set).0.abs() < f32::EPSILON, "not before it is applied");
+    let by_given = pixel(&mut cal, [0.4, -0.2]);
+    let proposal = get!(cal, selfcal_proposal).unwrap();
+    let applied = get!(cal, selfcal_apply).unwrap();
+    assert_eq!(get!(cal, selfcal_calibration_in_use), Ok(applied));
+    assert_eq!(applied.extrinsics, proposal.applicable);
+    let (longer, right) = in_use(&mut cal, &set);
+    assert!((longer - LONGER).abs() < 3e-4, "{longer}");
+    assert!((longer - proposal.applicable_correction.focal).abs() < 1e-6, "{longer}");
+    let moved = pixel(&mut cal, [0.4, -0.2])[0] - by_given[0];
+    assert!((moved - 0.4 * 1400.0 * LONGER).abs() < 0.3, "{moved}");
+
+    // As a calibrator that is given the cameras and the extrinsics of the calibration in use.
+    let mut other = Cal::new(None);
+    // SAFETY: live objects.
+    unsafe {
+        assert_eq!(selfcal_set_cameras(other.ptr(), &applied.left, &right), SELFCAL_OK);
+        assert_eq!(selfcal_set_factory(other.ptr(), &applied.extrinsics), SELFCAL_OK);
+    }
+    let [h, expected] = [homographies(&mut cal), homographies(&mut other)];
+    let apart = h.right.iter().zip(expected.right).map(|(a, b)| (a - b).abs());
+    assert!(apart.fold(0.0, f32::max) < 1e-3, "{h:?} {expected:?}");
+}
+
+#[test]
+fn compensation_is_bit_identical_to_rust_and_kept_over_a_loss_of_power() {
+    let set = longer();
+    let (mut cal, mut twin) = compensating(&set);
+    run(&mut cal, &mut twin, &set);
+    assert!(!twin.proposal().unwrap().correction.is_none());
+    let record = snapshot(&mut cal);
+    let used = get!(cal, selfcal_calibration_in_use).unwrap();
+    let (mut next, mut next_twin) = compensating(&set);
+    assert_eq!(restore(&mut next, &record), SELFCAL_OK);
+    next_twin.restore(&record).unwrap();
+    let restored = get!(next, selfcal_calibration_in_use).unwrap();
+    assert_eq!(restored, used);
+    assert_eq!(bits(&restored.right.focal_px), bits(&used.right.focal_px));
+    push(&mut next, &mut next_twin, &set, 0);
+    take_pair(&mut next, &mut next_twin);
+    change_what_is_in_use(&mut next, &mut next_twin);
+    // SAFETY: live storage.
+    assert_eq!(unsafe { selfcal_reset(next.ptr()) }, SELFCAL_OK);
+    assert!(in_use(&mut next, &set).0.abs() < f32::EPSILON);
+}
+
+#[test]
+fn a_tracking_that_is_none_is_refused_and_changes_nothing() {
+    let set = longer();
+    let mut c = tracking(SELFCAL_LENS_TRACKING_COMPENSATE);
+    for none in [2, 255, u32::MAX] {
+        // SAFETY: a live configuration.
+        let code = unsafe { selfcal_config_set_lens_tracking(&mut c, none) };
+        assert_eq!(code, SELFCAL_ERROR_VALUE);
+    }
+    let report = tracking(SELFCAL_LENS_TRACKING_REPORT);
+    let mut blank = MaybeUninit::<selfcal_config_t>::zeroed();
+    // SAFETY: zeros are no configuration, and null is none.
+    let codes = unsafe {
+        [
+            selfcal_config_set_lens_tracking(blank.as_mut_ptr(), 1),
+            selfcal_config_set_lens_tracking(std::ptr::null_mut(), 1),
+        ]
+    };
+    assert_eq!(codes, [SELFCAL_ERROR_CONFIG_NOT_INITIALISED, SELFCAL_ERROR_NULL]);
+    // The refused values have left the configurations as they were.
+    for (c, compensates) in [(c, true), (report, false)] {
+        let mut cal = Cal::of(&set, Some(&c));
+        assert_eq!(take_all(&mut cal, &set) > 0, compensates);
+    }
+}
