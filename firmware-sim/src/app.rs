@@ -7,7 +7,7 @@ use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
 use stereo_selfcal::link::{Counters, FpgaMatcher, ReadStatus, ReceiveError, Received};
 use stereo_selfcal::{
-    ApplyError, Calibrator, Extrinsics, Fused, Health, PairError, PairReport, Refusal, State,
+    ApplyError, Calibration, Calibrator, Fused, Health, PairError, PairReport, Refusal, State,
 };
 
 /// Result of one [`App::poll`].
@@ -164,11 +164,11 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         self.matcher.counters()
     }
 
-    /// Puts the estimate into use and returns it: `p_r = R p_l + t`.
+    /// Puts the estimate into use and returns it, with the cameras that it belongs to: `p_r = R p_l + t`.
     ///
     /// # Errors
-    /// [`ApplyError`]. The extrinsics in use are unchanged.
-    pub fn apply(&mut self) -> Result<Extrinsics<f32>, ApplyError> {
+    /// [`ApplyError`]. The calibration in use is unchanged.
+    pub fn apply(&mut self) -> Result<Calibration<f32>, ApplyError> {
         self.calibrator.apply()
     }
 }
@@ -238,7 +238,10 @@ mod tests {
         assert!(app.calibrator().batch().pairs().is_empty());
         assert_eq!(app.calibrator().generation(), 0);
         let estimate = app.calibrator().proposal().unwrap().extrinsics;
-        assert_eq!(app.apply(), Ok(estimate));
+        let applied = app.apply().unwrap();
+        assert_eq!(applied.extrinsics, estimate);
+        assert_eq!(app.calibrator().calibration_in_use(), Some(applied));
+        assert_eq!(app.calibrator().cameras(), Some(&applied.cameras));
         assert_eq!((app.calibrator().generation(), app.calibrator().in_use()), (1, &estimate));
     }
 

@@ -92,7 +92,7 @@ fn main() -> ! {
         exit(false)
     }
     match app.apply() {
-        Ok(applied) => exit(is_accurate(&applied, &truth)),
+        Ok(applied) => exit(is_accurate(&applied.extrinsics, &truth)),
         Err(why) => {
             error!("not applied: {}", why);
             exit(false)

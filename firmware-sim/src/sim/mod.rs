@@ -66,7 +66,9 @@ fn replay(args: &ReplayArgs, out: &mut impl Write) -> Result<()> {
     writeln!(out, "plot               {}", plot.display())?;
 
     match (app.apply(), app.calibrator().proposal()) {
-        (Ok(applied), _) => report::applied(out, &applied, app.calibrator().generation()),
+        (Ok(applied), _) => {
+            report::applied(out, &applied.extrinsics, app.calibrator().generation())
+        }
         (Err(why), Some(proposal)) => report::not_applied(out, &proposal.extrinsics, why),
         (Err(why), None) => Err(why)
             .with_context(|| format!("no estimate to apply after {} pairs", set.pairs.len())),

@@ -2,9 +2,9 @@
 
 use stereo_selfcal::link::{Decoder, FrameRefusal, FrameSink, Received};
 use stereo_selfcal::{
-    ApplyError, Calibrator, Cameras, Correspondence, Extrinsics, Fused, Health, PairError,
-    PairReport, Proposal, PushError, Pushed, RectifiedCamera, RectifyError, RectifyingRotations,
-    Refusal, RestoreError, Scalar, SnapshotError,
+    ApplyError, Calibration, Calibrator, Cameras, Correspondence, Extrinsics, Fused, Health,
+    PairError, PairReport, Proposal, PushError, Pushed, RectifiedCamera, RectifyError,
+    RectifyingRotations, Refusal, RestoreError, Scalar, SnapshotError,
 };
 
 /// Capacity of the batch.
@@ -66,14 +66,14 @@ pub(crate) fn proposal<T: Scalar>(calibrator: &CalibratorOf<T>) -> Option<Propos
 #[inline(never)]
 pub(crate) fn apply<T: Scalar>(
     calibrator: &mut CalibratorOf<T>,
-) -> Result<Extrinsics<T>, ApplyError> {
+) -> Result<Calibration<T>, ApplyError> {
     calibrator.apply()
 }
 
 #[inline(never)]
 pub(crate) fn undo<T: Scalar>(
     calibrator: &mut CalibratorOf<T>,
-) -> Result<Extrinsics<T>, ApplyError> {
+) -> Result<Calibration<T>, ApplyError> {
     calibrator.undo()
 }
 

@@ -43,6 +43,8 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
     show(calibrator.state());
     if let Some(proposal) = calibrator.proposal() {
         show(proposal.weakest());
+        show(proposal.correction.is_none());
+        show(calibrator.cameras().map(|cameras| cameras.corrected(&proposal.correction)));
         if let Some(lens) = &proposal.lens {
             show((lens.is_significant(), lens.focal.is_significant()));
         }
@@ -57,6 +59,7 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
     calibrator.set_frozen(black_box(false));
     show(calibrator.is_frozen());
     show(calibrator.in_use());
+    show(calibrator.calibration_in_use());
     show(calibrator.generation());
     show(calibrator.batch());
     show(calibrator.cameras());

@@ -18,7 +18,7 @@ mod store;
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-use stereo_selfcal::{Central, Config, ConfigError, LensPrior, Scalar};
+use stereo_selfcal::{Central, Config, ConfigError, LensPrior, LensTracking, Scalar};
 
 unsafe extern "C" {
     fn a_panic_is_reachable() -> !;
@@ -64,6 +64,8 @@ fn config() -> Result<Config, ConfigError> {
     let angle = if black_box(false) { Central::Median } else { Central::Mean };
     let start = if black_box(false) { Config::paper() } else { Config::robust() };
     let start = if black_box(false) { start.without_lens_prior() } else { start };
+    let tracking = if black_box(false) { LensTracking::Compensate } else { LensTracking::Report };
+    show(tracking.code());
     Ok(start
         .with_prior_sd_rad(number())?
         .with_huber_threshold_px(number())?
@@ -74,6 +76,7 @@ fn config() -> Result<Config, ConfigError> {
         .with_angle(angle)
         .with_max_sd_rad(number())?
         .with_lens_prior(black_box(LensPrior::WIDE))?
+        .with_lens_tracking(tracking)
         .with_memory_pairs(black_box(0))?
         .with_automatic_apply(black_box(false))
         .with_max_correction_rad(number())?)
