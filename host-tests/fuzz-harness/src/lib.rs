@@ -3,6 +3,7 @@
 //!
 //! Shared by the fuzz targets and by property tests that run on any toolchain.
 
+mod check;
 mod link;
 mod record;
 mod store;
@@ -14,10 +15,12 @@ pub use store::run_store;
 use arbitrary::{Arbitrary, Unstructured};
 use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::{
-    Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, Fisheye, Intrinsics, Lens,
-    PairReport, Proposal, Pushed, RadialTangential, RectifiedCamera, RectifyingRotations, Refusal,
-    StandardDeviations, State,
+    Calibration, Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, Fisheye, Fused,
+    Intrinsics, Lens, LensCorrection, LensTracking, PairReport, Pushed, RadialTangential,
+    RectifiedCamera, RectifyingRotations, Refusal, StandardDeviations, State,
 };
+
+use check::{check_begun_again, check_estimate, check_in_use, check_report};
 
 type Target = Calibrator<f32, 32>;
 
@@ -70,8 +73,7 @@ pub enum Call {
 /// If the calibrator violates a property.
 pub fn run_calibrator(bytes: &[u8]) {
     let mut input = Unstructured::new(bytes);
-    let [robust, automatic] = <[bool; 2]>::arbitrary(&mut input).unwrap_or_default();
-    let config = if robust { Config::robust() } else { Config::paper() };
+    let (config, robust, automatic) = config(&mut input);
     let mut calibrator = Target::new(config.with_automatic_apply(automatic));
     calibrator.set_cameras(usual_cameras([0; 5], false).expect("usual cameras"));
     let mut last = None;
@@ -82,9 +84,11 @@ pub fn run_calibrator(bytes: &[u8]) {
         let batch = calibrator.batch().pairs().to_vec();
         let refused = perform(&mut calibrator, &call, &mut last, robust);
         let changed = before.generation != calibrator.generation();
-        // Many fusions may lead back to where they began.
-        let counted = changed == (before.in_use != *calibrator.in_use());
-        assert!(counted || matches!(call, Call::Fuse(_)), "{call:?}");
+        // Many fusions may lead back to where they began; new cameras are the caller's own.
+        let counted = changed == (before.in_use != calibrator.calibration_in_use());
+        let uncounted =
+            matches!(call, Call::Fuse(_) | Call::SetCameras(..) | Call::SetUsualCameras(..));
+        assert!(counted || uncounted, "{call:?}");
         assert!(!changed || call.may_change_what_is_in_use(automatic && !frozen), "{call:?}");
         let after = state(&calibrator);
         // An estimate that nothing has confirmed is given up when pairs disagree with it.
@@ -92,7 +96,7 @@ pub fn run_calibrator(bytes: &[u8]) {
         assert!(!refused || given_up || before == after, "a refused {call:?} changed the state");
         let kept = matches!(call, Call::PushMany(_)) || batch == calibrator.batch().pairs();
         assert!(!refused || kept, "a refused {call:?} changed the batch");
-        check_extrinsics(calibrator.in_use());
+        check_in_use(&calibrator);
         if let Some(estimate) = calibrator.proposal() {
             check_estimate(&estimate);
         }
@@ -118,18 +122,29 @@ impl Call {
     }
 }
 
+/// A preset that may compensate lenses, whether it is the robust one, and a further choice: two bytes.
+fn config(input: &mut Unstructured<'_>) -> (Config, bool, bool) {
+    let [preset, other] = <[u8; 2]>::arbitrary(input).unwrap_or_default();
+    let robust = preset & 1 != 0;
+    let config = if robust { Config::robust() } else { Config::paper() };
+    let tracking = if preset & 2 != 0 { LensTracking::Compensate } else { LensTracking::Report };
+    (config.with_lens_tracking(tracking), robust, other & 1 != 0)
+}
+
+type Proposed = (Extrinsics<f32>, LensCorrection<f32>, StandardDeviations<f32>, u32);
+
 /// What no refusal may change. Refused pairs may make the estimate suspect, not another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Kept {
-    proposed: Option<(Extrinsics<f32>, StandardDeviations<f32>, u32)>,
-    in_use: Extrinsics<f32>,
+    proposed: Option<Proposed>,
+    in_use: Option<Calibration<f32>>,
     generation: u32,
 }
 
 fn state(calibrator: &Target) -> Kept {
     Kept {
-        proposed: calibrator.proposal().map(|p| (p.extrinsics, p.sd, p.pairs)),
-        in_use: *calibrator.in_use(),
+        proposed: calibrator.proposal().map(|p| (p.extrinsics, p.correction, p.sd, p.pairs)),
+        in_use: calibrator.calibration_in_use(),
         generation: calibrator.generation(),
     }
 }
@@ -185,7 +200,11 @@ fn perform(
         Call::Apply => {
             let proposal = calibrator.proposal();
             let applied = calibrator.apply();
-            assert!(applied.is_err() || applied.ok() == proposal.map(|p| p.applicable));
+            let of_proposal = proposal.and_then(|p| {
+                let cameras = calibrator.cameras()?.corrected(&p.applicable_correction).ok()?;
+                Some(Calibration { cameras, extrinsics: p.applicable })
+            });
+            assert!(applied.is_err() || applied.ok() == of_proposal, "{applied:?} {of_proposal:?}");
             applied.is_err()
         }
         Call::Undo => calibrator.undo().is_err(),
@@ -246,6 +265,9 @@ fn fuse(calibrator: &mut Target) -> Result<(), Refusal> {
     let given_up = unconfirmed && after == Kept { proposed: None, ..before };
     assert!(fused.is_ok() || given_up || before == after, "a refused pair was fused");
     assert_eq!(before.in_use == after.in_use, before.generation == after.generation);
+    if fused == Ok(Fused::LensCorrected) {
+        check_begun_again(calibrator);
+    }
     fused.map(|_| ())
 }
 
@@ -266,11 +288,13 @@ fn keep(
 }
 
 fn rectify(calibrator: &Target, alpha: f32) -> bool {
-    let Some(cameras) = calibrator.cameras() else { return true };
-    let rotations = RectifyingRotations::from(calibrator.in_use());
-    let Ok(camera) = RectifiedCamera::try_choose(cameras, &rotations, alpha) else { return true };
+    let Some(Calibration { cameras, extrinsics }) = calibrator.calibration_in_use() else {
+        return true;
+    };
+    let rotations = RectifyingRotations::from(&extrinsics);
+    let Ok(camera) = RectifiedCamera::try_choose(&cameras, &rotations, alpha) else { return true };
     assert!(camera.focal.is_finite() && camera.focal > 0.0, "{camera:?}");
-    let [left, right] = camera.homographies(cameras, &rotations);
+    let [left, right] = camera.homographies(&cameras, &rotations);
     assert!(left.iter().chain(right.iter()).all(|h| h.is_finite()), "{left} {right}");
     false
 }
@@ -306,33 +330,4 @@ fn any_camera(bits: &[f32; 9], kind: u8, size: [u16; 2]) -> Option<Camera<f32>> 
     let [fx, fy, cx, cy, k @ ..] = *bits;
     let lens = if kind == 0 { Lens::Pinhole } else { lens(k, kind.is_multiple_of(2))? };
     Camera::try_new(Intrinsics { focal: [fx, fy], principal: [cx, cy], size }, lens).ok()
-}
-
-fn check_extrinsics(extrinsics: &Extrinsics<f32>) {
-    let r = extrinsics.rotation().matrix();
-    assert!((r.transpose() * r - Matrix3::identity()).amax() < 1e-5, "{r}");
-    assert!((extrinsics.translation().norm() - 1.0).abs() < 1e-5);
-}
-
-fn check_estimate(estimate: &Proposal<f32>) {
-    check_extrinsics(&estimate.extrinsics);
-    let sd = estimate.sd;
-    assert!(sd.rotation.is_finite() && sd.translation.is_finite(), "{estimate:?}");
-    let covariance = estimate.covariance.unwrap_or_else(nalgebra::Matrix5::identity);
-    assert!(covariance.diagonal().iter().all(|c| *c > 0.0), "{estimate:?}");
-}
-
-fn check_report(report: &PairReport<f32>, robust: bool) {
-    check_extrinsics(&report.extrinsics);
-    let most = if robust { 24 } else { 100 };
-    assert!(report.passes <= most && report.usable >= 12, "{report:?}");
-    let numbers = [
-        report.cost_before,
-        report.cost_after,
-        report.rms_px_before,
-        report.rms_px_after,
-        report.noise_px,
-    ];
-    assert!(numbers.iter().all(|x| x.is_finite() && *x >= 0.0), "{report:?}");
-    assert!(report.information.matrix().iter().all(|x| x.is_finite()), "{report:?}");
 }

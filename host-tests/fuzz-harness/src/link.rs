@@ -1,10 +1,11 @@
 //! Streams of anything: the decoder in any cut, and the calibrator at its end.
 
 use arbitrary::{Arbitrary, Unstructured};
+use stereo_selfcal::Correspondence;
 use stereo_selfcal::link::{Counters, Decoder, Event, FrameCrc, FrameHeader, MatchRecord};
-use stereo_selfcal::{Config, Correspondence};
 
-use super::{Target, check_estimate, check_extrinsics, plausible, usual_cameras};
+use super::check::{check_estimate, check_in_use};
+use super::{Target, config, fuse, plausible, usual_cameras};
 
 /// Records of a generated frame: more than the batch holds.
 const MOST: usize = 48;
@@ -183,10 +184,9 @@ fn is_in(stream: &[u8], header: &FrameHeader, matches: &[Correspondence<f32>]) -
 /// If the decoder or the calibrator violates a property.
 pub fn run_frames(bytes: &[u8]) {
     let mut input = Unstructured::new(bytes);
-    let [robust, automatic] = <[bool; 2]>::arbitrary(&mut input).unwrap_or_default();
+    let (config, _, automatic) = config(&mut input);
     let acts = <[u8; 8]>::arbitrary(&mut input).unwrap_or_default();
     let stream = stream(&mut input);
-    let config = if robust { Config::robust() } else { Config::paper() };
     let fresh = || {
         let mut calibrator = Target::new(config.with_automatic_apply(automatic));
         calibrator.set_cameras(usual_cameras([0; 5], false).expect("usual cameras"));
@@ -207,7 +207,7 @@ pub fn run_frames(bytes: &[u8]) {
         // Where the solve is broken off, the next frame is refused until the batch is cleared.
         if act & 1 == 0 {
             if calibrator.solve_pair().is_ok() {
-                let _ = calibrator.fuse();
+                let _ = fuse(&mut calibrator);
             }
         } else if calibrator.begin_pair().is_ok() && act & 2 == 0 {
             calibrator.clear_pair();
@@ -219,7 +219,7 @@ pub fn run_frames(bytes: &[u8]) {
             calibrator.clear_pair();
             calibrator = restarted(&calibrator, fresh());
         }
-        check_extrinsics(calibrator.in_use());
+        check_in_use(&calibrator);
         if let Some(estimate) = calibrator.proposal() {
             check_estimate(&estimate);
         }
@@ -232,8 +232,14 @@ pub(super) fn restarted(before: &Target, mut fresh: Target) -> Target {
     let record = before.snapshot(&mut buffer).expect("there is room and there are cameras");
     fresh.restore(record).expect("a record that was just written");
     let [old, new] = [before.proposal(), fresh.proposal()].map(|proposal| {
-        proposal.map(|p| (p.extrinsics, p.applicable, p.pairs, p.sd, p.covariance, p.doubt))
+        proposal.map(|p| {
+            let extrinsics = (p.extrinsics, p.applicable);
+            let lens = (p.correction, p.applicable_correction, p.lens);
+            let spread = (p.sd, p.sd_lens, p.covariance, p.covariance_lens);
+            (extrinsics, lens, spread, p.pairs, p.doubt)
+        })
     });
-    assert_eq!((old, before.in_use()), (new, fresh.in_use()));
+    assert_eq!(old, new);
+    assert_eq!(before.calibration_in_use(), fresh.calibration_in_use());
     fresh
 }

@@ -1,9 +1,10 @@
 //! Records of arbitrary content with valid checksums: accepted ones must give a valid calibrator.
 
 use arbitrary::{Arbitrary, Unstructured};
-use stereo_selfcal::{Config, Extrinsics, FactoryCalibration};
+use stereo_selfcal::{Extrinsics, FactoryCalibration};
 
-use super::{Target, check_estimate, check_extrinsics, plausible, usual_cameras};
+use super::check::{check_estimate, check_extrinsics, check_in_use};
+use super::{Target, config, fuse, plausible, usual_cameras};
 
 /// Changes to a valid record before it is read.
 #[derive(Debug, Clone, Arbitrary)]
@@ -29,9 +30,8 @@ pub fn run_record(bytes: &[u8]) {
     let _ = FactoryCalibration::<f32>::from_record(bytes);
     let _ = FactoryCalibration::<f64>::from_record(bytes);
     let mut input = Unstructured::new(bytes);
-    let [robust, factory] = <[bool; 2]>::arbitrary(&mut input).unwrap_or_default();
+    let (config, _, factory) = config(&mut input);
     let pairs = u8::arbitrary(&mut input).unwrap_or_default() % 8;
-    let config = if robust { Config::robust() } else { Config::paper() };
     let mut calibrator = Target::new(config);
     let cameras = usual_cameras([0; 5], false).expect("usual cameras");
     calibrator.set_cameras(cameras);
@@ -120,7 +120,7 @@ fn crc32(bytes: &[u8]) -> u32 {
 /// Further pairs, and a look at all that comes of them.
 fn go_on(calibrator: &mut Target) {
     for pair in 8..12 {
-        check_extrinsics(calibrator.in_use());
+        check_in_use(calibrator);
         if let Some(estimate) = calibrator.proposal() {
             check_estimate(&estimate);
         }
@@ -140,6 +140,6 @@ fn take(calibrator: &mut Target, pair: u8) {
         let _ = calibrator.push(&plausible([u, v, i.wrapping_mul(29).wrapping_add(pair), 1]));
     }
     if calibrator.solve_pair().is_ok() {
-        let _ = calibrator.fuse();
+        let _ = fuse(calibrator);
     }
 }

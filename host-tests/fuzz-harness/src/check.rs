@@ -1,0 +1,71 @@
+//! Properties of what the calibrator hands out.
+
+use nalgebra::Matrix3;
+use stereo_selfcal::{
+    Extrinsics, Finding, LensCorrection, LensEstimate, LensTracking, PairReport, Proposal, State,
+};
+
+use super::Target;
+
+pub(super) fn check_extrinsics(extrinsics: &Extrinsics<f32>) {
+    let r = extrinsics.rotation().matrix();
+    assert!((r.transpose() * r - Matrix3::identity()).amax() < 1e-5, "{r}");
+    assert!((extrinsics.translation().norm() - 1.0).abs() < 1e-5);
+}
+
+pub(super) fn check_estimate(estimate: &Proposal<f32>) {
+    check_extrinsics(&estimate.extrinsics);
+    check_extrinsics(&estimate.applicable);
+    check_correction(estimate.correction);
+    check_correction(estimate.applicable_correction);
+    for sd in [estimate.sd, estimate.sd_lens] {
+        assert!(sd.rotation.is_finite() && sd.translation.is_finite(), "{estimate:?}");
+    }
+    for covariance in [estimate.covariance, estimate.covariance_lens].into_iter().flatten() {
+        assert!(covariance.iter().all(|c| c.is_finite()), "{estimate:?}");
+        assert!(covariance.diagonal().iter().all(|c| *c > 0.0), "{estimate:?}");
+    }
+    for Finding { value, sd } in estimate.lens.as_ref().into_iter().flat_map(findings) {
+        assert!(value.is_finite() && sd.is_finite() && sd >= 0.0, "{estimate:?}");
+    }
+}
+
+fn findings(lens: &LensEstimate<f32>) -> [Finding<f32>; 5] {
+    [lens.focal, lens.k1, lens.k1_mean, lens.p1, lens.principal_x_px]
+}
+
+fn check_correction(correction: LensCorrection<f32>) {
+    assert!(correction.focal.is_finite() && correction.k1.is_finite(), "{correction:?}");
+}
+
+/// The calibration in use has cameras in range, of which the left is as given.
+pub(super) fn check_in_use(calibrator: &Target) {
+    check_extrinsics(calibrator.in_use());
+    let in_use = calibrator.calibration_in_use().expect("cameras are set");
+    assert_eq!(in_use.extrinsics, *calibrator.in_use());
+    assert_eq!(Some(&in_use.cameras.left), calibrator.cameras().map(|cameras| &cameras.left));
+}
+
+/// After [`stereo_selfcal::Fused::LensCorrected`]: with corrected cameras the estimate begins again, and no ray of the old ones is kept.
+pub(super) fn check_begun_again(calibrator: &Target) {
+    let config = *calibrator.config();
+    assert_eq!(config, config.with_lens_tracking(LensTracking::Compensate));
+    assert!(calibrator.proposal().is_none() && calibrator.health().is_none());
+    assert_eq!(calibrator.state(), State::Acquiring);
+    assert!(calibrator.batch().pairs().is_empty());
+}
+
+pub(super) fn check_report(report: &PairReport<f32>, robust: bool) {
+    check_extrinsics(&report.extrinsics);
+    let most = if robust { 24 } else { 100 };
+    assert!(report.passes <= most && report.usable >= 12, "{report:?}");
+    let numbers = [
+        report.cost_before,
+        report.cost_after,
+        report.rms_px_before,
+        report.rms_px_after,
+        report.noise_px,
+    ];
+    assert!(numbers.iter().all(|x| x.is_finite() && *x >= 0.0), "{report:?}");
+    assert!(report.information.matrix().iter().all(|x| x.is_finite()), "{report:?}");
+}
