@@ -337,7 +337,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         &self.in_use.extrinsics
     }
 
-    /// Changes exactly when the calibration in use does; wraps around.
+    /// Changes exactly when the extrinsics in use, or the correction of the cameras that they belong to, do; wraps around.
     pub fn generation(&self) -> u32 {
         self.generation
     }

@@ -116,7 +116,7 @@
 //! | factory | Extrinsics that the rig left production with: start, prior, and centre of the correction limit. |
 //! | calibration | Extrinsics, and the cameras that they belong to: as given, or corrected ([`LensTracking::Compensate`]). |
 //! | in use | Calibration that the caller rectifies with, as of the last [`Calibrator::apply`]. |
-//! | generation | Number that changes exactly when the calibration in use does. |
+//! | generation | Number that changes exactly when the extrinsics in use, or the correction of their cameras, do. |
 //! | proposal | The estimate over all fused pairs, not in use yet. |
 //! | hypothesis | Extrinsics with the sums of the pairs that support them. |
 //! | champion | The hypothesis that is reported, once four pairs agree. |
