@@ -72,11 +72,13 @@ fn json_has_the_stable_fields_and_no_others() {
         "sd_rotation_lens",
         "sd_translation_lens",
         "lens",
+        "correction",
     ];
     fields.sort_unstable();
     expected.sort_unstable();
     assert_eq!(fields, expected);
     assert_eq!(object["pairs"], 13);
+    assert_eq!(object["correction"], serde_json::json!({ "focal": 0.0, "k1": 0.0 }));
     assert_eq!(object["R"].as_array().unwrap().len(), 9);
     assert_eq!(object["t"].as_array().unwrap().len(), 3);
     assert!(object["rms_px_after"].as_f64().unwrap() < object["rms_px_before"].as_f64().unwrap());

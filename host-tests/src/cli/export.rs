@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use host_tests::data::conventions::{Document, Format};
-use host_tests::data::{Dataset, Meta, rows};
+use host_tests::data::{Dataset, Meta};
 use host_tests::run::Apply;
 use stereo_selfcal::State;
 
@@ -41,7 +41,8 @@ pub(crate) struct ExportArgs {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
-    /// Replay the recording, and write R and t as the calibrator then proposes them.
+    /// Replay the recording, and write R and t as the calibrator then proposes them; with --lens
+    /// compensate, also the cameras that they belong to.
     #[arg(long)]
     replayed: bool,
 
@@ -71,20 +72,16 @@ impl ExportArgs {
             return Meta::find(place);
         }
         let set = self.source.read()?;
-        if self.replayed { self.calibrated(set) } else { Ok(set.meta) }
+        if self.replayed { self.calibrated(&set) } else { Ok(set.meta) }
     }
 
-    fn calibrated(&self, set: Dataset) -> Result<Meta> {
-        let log = self.setup.replay(&set, Apply::Never, |_| ())?;
-        let estimate = log.fused().with_context(|| {
-            format!("none of the {} pairs of {} could be fused", set.pairs.len(), set.name)
-        })?;
+    fn calibrated(&self, set: &Dataset) -> Result<Meta> {
+        let log = self.setup.replay(set, Apply::Never, |_| ())?;
+        let estimate = log.try_fused().with_context(|| set.name.clone())?;
         eprintln!("{} pairs of {}: {estimate}", set.pairs.len(), set.name);
         if estimate.state != State::Locked || estimate.doubt.is_some() {
             eprintln!("the calibrator does not confirm this estimate");
         }
-        let r = rows(estimate.extrinsics.rotation().matrix());
-        let t = estimate.extrinsics.translation().into_inner().into();
-        Ok(Meta { r, t, ..set.meta })
+        Ok(estimate.rig(&set.meta))
     }
 }

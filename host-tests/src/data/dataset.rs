@@ -12,8 +12,8 @@ use anyhow::{Context, Result, bail, ensure};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stereo_selfcal::{
-    Camera, Cameras, Correspondence, Extrinsics, Fisheye, Intrinsics, Lens, RadialTangential,
-    Scalar,
+    Calibration, Camera, Cameras, Correspondence, Extrinsics, Fisheye, Intrinsics, Lens,
+    LensCorrection, RadialTangential, Scalar,
 };
 
 use super::geometry::{Rows, matrix};
@@ -91,6 +91,25 @@ impl Meta {
             left: camera(&self.k_l, &self.dist_l, "left")?,
             right: camera(&self.k_r, &self.dist_r, "right")?,
         })
+    }
+
+    /// The rig with the right lens model corrected, as [`Cameras::corrected`] does it.
+    #[must_use]
+    pub fn corrected(&self, correction: &LensCorrection<f64>) -> Self {
+        let mut meta = self.clone();
+        if correction.is_none() {
+            return meta;
+        }
+        let [[fx, ..], [_, fy, _], _] = &mut meta.k_r;
+        (*fx, *fy) = (*fx * (1.0 + correction.focal), *fy * (1.0 + correction.focal));
+        // A pinhole may come with any number of zeros.
+        if meta.lens == LensModel::RadialTangential && meta.dist_r.iter().all(|&k| k == 0.0) {
+            meta.dist_r = vec![0.0; 5];
+        }
+        if let Some(k1) = meta.dist_r.first_mut() {
+            *k1 += correction.k1;
+        }
+        meta
     }
 
     /// `R` and unit `t`.
@@ -242,6 +261,19 @@ impl Dataset {
         self.meta.cameras()
     }
 
+    /// Extrinsics with the cameras that they belong to.
+    ///
+    /// # Errors
+    /// As [`Meta::cameras`].
+    pub fn calibration(
+        &self,
+        extrinsics: &Extrinsics<f64>,
+        correction: &LensCorrection<f64>,
+    ) -> Result<Calibration<f64>> {
+        let cameras = self.meta.corrected(correction).cameras()?;
+        Ok(Calibration { cameras, extrinsics: *extrinsics })
+    }
+
     /// True extrinsics of the data set; of the last pair, where the rig moves.
     ///
     /// # Errors
@@ -327,6 +359,26 @@ mod tests {
             set.save(&copy).unwrap();
             assert_eq!(Dataset::load(&copy).unwrap(), set, "{name}");
             assert!(set.save(&copy).is_err(), "{name} was overwritten");
+        }
+    }
+
+    #[test]
+    fn a_corrected_rig_has_the_cameras_that_the_core_corrects() {
+        let correction = LensCorrection { focal: 0.002, k1: -0.01 };
+        let meta = |name: &str| Dataset::load(&Dataset::shipped().join(name)).unwrap().meta;
+        let radial = meta("opencv_chess_sift");
+        let pinhole = Meta { dist_r: Vec::new(), ..meta("motorcycle_sift") };
+        let fisheye = [0.01, -0.02, 0.0, 0.0].to_vec();
+        let fisheye = Meta {
+            dist_l: fisheye.clone(),
+            dist_r: fisheye,
+            lens: LensModel::Fisheye,
+            ..radial.clone()
+        };
+        for meta in [radial, pinhole, fisheye] {
+            let corrected = meta.corrected(&correction).cameras::<f64>().unwrap();
+            assert_eq!(corrected, meta.cameras().unwrap().corrected(&correction).unwrap());
+            assert_eq!(meta.corrected(&LensCorrection::NONE), meta);
         }
     }
 

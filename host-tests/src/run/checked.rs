@@ -1,7 +1,9 @@
 //! What a vehicle knows after a pair: what is in use, and whether it may arm.
 
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Arming, Doubt, Extrinsics, Health, Scalar, State};
+use stereo_selfcal::{
+    Arming, Calibrator, Camera, Doubt, Extrinsics, Health, Lens, LensCorrection, Scalar, State,
+};
 
 use crate::data::in_f64;
 
@@ -12,7 +14,9 @@ pub struct Checked {
     pub state: State,
     /// Extrinsics in use, after the estimate was applied, if it was.
     pub in_use: Extrinsics<f64>,
-    /// Their error.
+    /// Correction of the cameras that they belong to.
+    pub correction: LensCorrection<f64>,
+    /// Error of the extrinsics in use.
     pub error: Deviation<f64>,
     /// The health over the pair, before the estimate was applied; `None` where there is none.
     pub health: Option<Checks>,
@@ -38,13 +42,12 @@ impl Checked {
     ///
     /// * `truth`: that of the pair.
     #[must_use]
-    pub fn of<T: Scalar>(
-        state: State,
-        in_use: &Extrinsics<T>,
+    pub fn of<T: Scalar, const N: usize>(
+        calibrator: &Calibrator<T, N>,
         health: Option<&Health<T>>,
         truth: &Extrinsics<f64>,
     ) -> Self {
-        let in_use = in_f64(in_use);
+        let in_use = in_f64(calibrator.in_use());
         let error = Deviation::between(&in_use, truth);
         let checks = |health: &Health<T>| Checks {
             arming: health.arming,
@@ -53,7 +56,8 @@ impl Checked {
             in_use_px: health.in_use_px.to_f64(),
             proposed_px: health.proposed_px.to_f64(),
         };
-        Self { state, in_use, error, health: health.map(checks) }
+        let correction = correction(calibrator);
+        Self { state: calibrator.state(), in_use, correction, error, health: health.map(checks) }
     }
 
     /// Whether the health says yes to arming.
@@ -70,5 +74,22 @@ impl Checked {
         };
         let arming = (arming != Arming::Yes).then(|| arming.to_string());
         arming.into_iter().chain(doubt.map(|doubt| doubt.to_string())).collect()
+    }
+}
+
+/// What the cameras in use have beyond the given ones: nothing, to the bit, where they are as given.
+fn correction<T: Scalar, const N: usize>(calibrator: &Calibrator<T, N>) -> LensCorrection<f64> {
+    let cameras = calibrator.cameras().zip(calibrator.calibration_in_use());
+    let Some((given, used)) = cameras else { return LensCorrection::NONE };
+    let [given, used] = [&given.right, &used.cameras.right];
+    let focal = |camera: &Camera<T>| camera.intrinsics().focal[0].to_f64();
+    LensCorrection { focal: focal(used) / focal(given) - 1.0, k1: k1(used) - k1(given) }
+}
+
+fn k1<T: Scalar>(camera: &Camera<T>) -> f64 {
+    match camera.lens() {
+        Lens::Pinhole => 0.0,
+        Lens::RadialTangential(lens) => lens.coefficients()[0].to_f64(),
+        Lens::Fisheye(lens) => lens.coefficients()[0].to_f64(),
     }
 }

@@ -2,19 +2,23 @@
 
 use std::fmt;
 
+use anyhow::Result;
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 use stereo_selfcal::{
-    Doubt, Extrinsics, Finding, LensEstimate, Proposal, Scalar, StandardDeviations, State,
+    Calibration, Doubt, Extrinsics, Finding, LensCorrection, LensEstimate, Proposal, Scalar,
+    StandardDeviations, State,
 };
 
-use crate::data::in_f64;
+use crate::data::{Dataset, Meta, in_f64, rows};
 
 /// A proposal in `f64`, whatever the scalar of the run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// Proposed extrinsics.
     pub extrinsics: Extrinsics<f64>,
+    /// Correction of the cameras that they belong to.
+    pub correction: LensCorrection<f64>,
     /// Reported standard deviations, rad, with the lens as given.
     pub sd: StandardDeviations<f64>,
     /// The same with the lens uncertain.
@@ -68,6 +72,7 @@ impl Estimate {
     pub fn of<T: Scalar>(proposal: &Proposal<T>) -> Self {
         Self {
             extrinsics: in_f64(&proposal.extrinsics),
+            correction: correction_in_f64(&proposal.correction),
             sd: deviations(&proposal.sd),
             sd_lens: deviations(&proposal.sd_lens),
             baseline_observed: proposal.baseline_observed,
@@ -76,6 +81,32 @@ impl Estimate {
             doubt: proposal.doubt,
         }
     }
+
+    /// The extrinsics with the cameras of a data set, corrected.
+    ///
+    /// # Errors
+    /// If the cameras are not valid.
+    pub fn calibration(&self, set: &Dataset) -> Result<Calibration<f64>> {
+        set.calibration(&self.extrinsics, &self.correction)
+    }
+
+    /// A rig with the estimate in place of its extrinsics, and the cameras that it belongs to.
+    #[must_use]
+    pub fn rig(&self, of: &Meta) -> Meta {
+        let r = rows(self.extrinsics.rotation().matrix());
+        let t = self.extrinsics.translation().into_inner().into();
+        Meta { r, t, ..of.corrected(&self.correction) }
+    }
+}
+
+fn correction_in_f64<T: Scalar>(correction: &LensCorrection<T>) -> LensCorrection<f64> {
+    LensCorrection { focal: correction.focal.to_f64(), k1: correction.k1.to_f64() }
+}
+
+/// A correction in words: `right focal length +0.098 %, k1 -0.00012`.
+pub(crate) fn in_words(correction: &LensCorrection<f64>) -> String {
+    let LensCorrection { focal, k1 } = correction;
+    format!("right focal length {:+.3} %, k1 {k1:+.5}", 100.0 * focal)
 }
 
 fn deviations<T: Scalar>(sd: &StandardDeviations<T>) -> StandardDeviations<f64> {

@@ -2,10 +2,11 @@
 
 use std::fmt;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Extrinsics, Fused, Health, PairError, PairReport, Proposal, Refusal, Scalar, State, Stop,
+    Calibrator, Extrinsics, Fused, Health, PairError, PairReport, Proposal, Refusal, Scalar, State,
+    Stop,
 };
 
 use super::checked::Checked;
@@ -114,13 +115,12 @@ impl RunLog {
     /// Notes what a vehicle knows after the pair recorded last.
     ///
     /// * `health`: over that pair, before the estimate was applied.
-    pub fn check<T: Scalar>(
+    pub fn check<T: Scalar, const N: usize>(
         &mut self,
-        state: State,
-        in_use: &Extrinsics<T>,
+        calibrator: &Calibrator<T, N>,
         health: Option<&Health<T>>,
     ) {
-        let checked = Checked::of(state, in_use, health, &self.truth);
+        let checked = Checked::of(calibrator, health, &self.truth);
         if let Some(step) = self.steps.last_mut() {
             step.checked = Some(checked);
         }
@@ -168,6 +168,27 @@ impl RunLog {
     pub fn fused(&self) -> Option<&Estimate> {
         self.fused.as_ref()
     }
+
+    /// Whether the estimate has begun again with a corrected lens.
+    #[must_use]
+    pub fn has_begun_again(&self) -> bool {
+        let corrected = |step: &Step| step.verdict == Verdict::Accepted(Fused::LensCorrected);
+        self.steps.iter().any(corrected)
+    }
+
+    /// The estimate at the end.
+    ///
+    /// # Errors
+    /// Says why there is none.
+    pub fn try_fused(&self) -> Result<&Estimate> {
+        match &self.fused {
+            Some(fused) => Ok(fused),
+            None if self.has_begun_again() => {
+                bail!("the estimate began again with a corrected lens, and no pair was fused since")
+            }
+            None => bail!("none of the {} pairs could be fused", self.steps.len()),
+        }
+    }
 }
 
 impl fmt::Display for Verdict {
@@ -178,7 +199,7 @@ impl fmt::Display for Verdict {
             Self::Accepted(Fused::KeptApart) => f.write_str("kept apart"),
             Self::Accepted(Fused::Renewed) => f.write_str("fused, older pairs dropped"),
             Self::Accepted(Fused::TookOver) => f.write_str("the pairs kept apart took over"),
-            Self::Accepted(other) => write!(f, "{other:?}"),
+            Self::Accepted(other) => other.fmt(f),
             Self::Refused(why) => write!(f, "refused: {why}"),
             Self::Failed(why) => write!(f, "not solved: {why}"),
         }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{Calibration, LensCorrection};
 
 use super::log::{RunLog, Step};
 use super::summary::row_offsets_px;
@@ -112,11 +113,11 @@ struct Counts {
 
 impl Histogram {
     fn of(set: &Dataset, log: &RunLog) -> Result<Self> {
-        let offsets = |extrinsics| -> Result<Vec<f64>> {
-            Ok(row_offsets_px(set, extrinsics)?.into_iter().flatten().flatten().collect())
+        let offsets = |calibration: &Calibration<f64>| -> Vec<f64> {
+            row_offsets_px(set, calibration).into_iter().flatten().flatten().collect()
         };
-        let before = offsets(log.factory())?;
-        let after = log.fused().map(|f| offsets(&f.extrinsics)).transpose()?;
+        let before = offsets(&set.calibration(log.factory(), &LensCorrection::NONE)?);
+        let after = log.fused().map(|f| f.calibration(set)).transpose()?.as_ref().map(offsets);
         let limit = nice_limit(MIN_LIMIT_PX.max(LIMIT_IN_MEDIANS * median_size(&before)));
         let counts = |offsets: &[f64]| Counts::within(limit, offsets);
         let after = after.as_deref().map(counts).transpose()?;

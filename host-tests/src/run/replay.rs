@@ -79,6 +79,6 @@ fn replay_pair<'a, T: Scalar, const N: usize>(
     }
     calibrator.clear_pair();
     log.record([pair.len(), taken], outcome, calibrator.proposal().as_ref());
-    log.check(calibrator.state(), calibrator.in_use(), health.as_ref());
+    log.check(calibrator, health.as_ref());
     log.steps().last()
 }

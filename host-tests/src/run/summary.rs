@@ -3,11 +3,12 @@
 use std::fmt;
 
 use anyhow::Result;
-use serde::Serialize;
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Extrinsics, RayPair, RectifyingRotations, row_offset};
+use stereo_selfcal::{Calibration, LensCorrection, RayPair, RectifyingRotations, row_offset};
 
-use super::estimate::Lens;
+use super::estimate::{Lens, in_words};
 use super::log::{RunLog, Step, Verdict};
 use crate::data::{Dataset, Match};
 
@@ -65,6 +66,9 @@ pub struct Summary {
     pub sd_translation_lens: Option<f64>,
     /// What the pairs show of the lens.
     pub lens: Option<Lens>,
+    /// Correction of the cameras that `R` and `t` belong to; zeros where the lens is as given.
+    #[serde(serialize_with = "focal_and_k1")]
+    pub correction: LensCorrection<f64>,
 }
 
 /// The extrinsics in use. Angles in rad.
@@ -76,6 +80,13 @@ pub struct InUse {
     pub e_theta: f64,
     /// RMS row offset over the matches of `rms_px_before` and `rms_px_after`, px.
     pub rms_px: Option<f64>,
+}
+
+fn focal_and_k1<S: Serializer>(correction: &LensCorrection<f64>, to: S) -> Result<S::Ok, S::Error> {
+    let mut json = to.serialize_struct("LensCorrection", 2)?;
+    json.serialize_field("focal", &correction.focal)?;
+    json.serialize_field("k1", &correction.k1)?;
+    json.end()
 }
 
 impl RunLog {
@@ -90,9 +101,13 @@ impl RunLog {
         let sigma = Deviation::root_mean_square(singles.map(|solved| solved.error));
         let error = fused.map(|f| Deviation::between(&f.extrinsics, self.truth()));
         let checked = self.steps().last().and_then(|step| step.checked);
-        let used = checked.map_or(*self.factory(), |checked| checked.in_use);
         let rows = match fused {
-            Some(f) => RowOffsets::over(set, [self.factory(), &f.extrinsics, &used])?,
+            Some(f) => {
+                let factory = set.calibration(self.factory(), &LensCorrection::NONE)?;
+                let used = checked.map(|used| set.calibration(&used.in_use, &used.correction));
+                let used = used.transpose()?.unwrap_or(factory);
+                RowOffsets::over(set, &[factory, f.calibration(set)?, used])?
+            }
             None => None,
         };
         let in_use = checked.map(|checked| InUse {
@@ -123,27 +138,23 @@ impl RunLog {
             sd_rotation_lens: fused.map(|f| f.sd_lens.rotation),
             sd_translation_lens: fused.map(|f| f.sd_lens.translation),
             lens: fused.and_then(|f| f.lens),
+            correction: fused.map_or(LensCorrection::NONE, |f| f.correction),
         })
     }
 }
 
-/// Row offsets, px, of every correspondence of a data set under the given extrinsics, pair by pair
-/// (`None`: no ray, or behind the rectified plane).
-///
-/// # Errors
-/// If the data set's cameras are not valid.
-pub fn row_offsets_px(
-    set: &Dataset,
-    extrinsics: &Extrinsics<f64>,
-) -> Result<Vec<Vec<Option<f64>>>> {
-    let cameras = set.cameras::<f64>()?;
+/// Row offsets, px, of every correspondence of a data set under a calibration, pair by pair (`None`: no
+/// ray, or behind the rectified plane).
+#[must_use]
+pub fn row_offsets_px(set: &Dataset, calibration: &Calibration<f64>) -> Vec<Vec<Option<f64>>> {
+    let Calibration { cameras, extrinsics } = calibration;
     let rotations = RectifyingRotations::from(extrinsics);
     let offset = |rays: &RayPair<f64>| Some(row_offset(&rotations, rays)? * cameras.mean_focal());
     let of_pair = |pair: &Vec<Match>| {
         let rays = pair.iter().map(|m| cameras.rays(&m.correspondence()).ok());
         rays.map(|rays| offset(&rays?)).collect()
     };
-    Ok(set.pairs.iter().map(of_pair).collect())
+    set.pairs.iter().map(of_pair).collect()
 }
 
 /// Row offsets before and after, and of what is in use, over a whole data set.
@@ -159,13 +170,13 @@ impl RowOffsets {
     /// `None` if no match is screened.
     ///
     /// * `extrinsics`: before, after, in use.
-    fn over(set: &Dataset, extrinsics: [&Extrinsics<f64>; 3]) -> Result<Option<Self>> {
-        let [before, after, in_use] = extrinsics.map(|extrinsics| row_offsets_px(set, extrinsics));
-        let all: Vec<[Option<f64>; 3]> = before?
+    fn over(set: &Dataset, calibrations: &[Calibration<f64>; 3]) -> Result<Option<Self>> {
+        let [before, after, in_use] = calibrations.each_ref().map(|c| row_offsets_px(set, c));
+        let all: Vec<[Option<f64>; 3]> = before
             .into_iter()
             .flatten()
-            .zip(after?.into_iter().flatten())
-            .zip(in_use?.into_iter().flatten())
+            .zip(after.into_iter().flatten())
+            .zip(in_use.into_iter().flatten())
             .map(|((before, after), in_use)| [before, after, in_use])
             .collect();
         let near = |px: Option<f64>| px.is_some_and(|px| px.abs() <= SCREEN_PX);
@@ -202,6 +213,9 @@ impl fmt::Display for Summary {
         // The words of the tables in `golden`.
         angle("sd of t, claimed", "what the estimate says of itself", self.sd_translation)?;
         angle("sd of R, claimed", "what the estimate says of itself", self.sd_rotation)?;
+        if !self.correction.is_none() {
+            writeln!(f, "cameras corrected  {}", in_words(&self.correction))?;
+        }
         match self.rms_px_before.zip(self.rms_px_after) {
             Some((before, after)) => {
                 writeln!(f, "RMS row offset     {before:.3} px before, {after:.3} px after")?;

@@ -1,9 +1,9 @@
 //! The final numbers.
 
-use stereo_selfcal::{Extrinsics, State, so3};
+use stereo_selfcal::{Extrinsics, LensCorrection, State, so3};
 
 use super::replayed::Replayed;
-use crate::data::rows;
+use crate::data::{Meta, rows};
 use crate::evidence::report::{Cell, Section, Table};
 use crate::run::{SCREEN_PX, Summary};
 
@@ -14,6 +14,9 @@ pub(super) fn section(replayed: &Replayed<'_>, summary: &Summary) -> Section {
          frames are x right, y down, z forward; a side-by-side rig has R = I, t = (-1, 0, 0).",
     );
     match replayed.log.fused() {
+        None if replayed.log.has_begun_again() => section.alarm(
+            "There is no estimate: it began again with a corrected lens, and no pair was fused since.",
+        ),
         None => section.alarm("There is no estimate: no pair could be fused."),
         Some(fused) if fused.state != State::Locked || fused.doubt.is_some() => {
             section.alarm(format!("The calibrator does not confirm this estimate: {fused}."));
@@ -46,6 +49,11 @@ fn table(replayed: &Replayed<'_>, summary: &Summary) -> Table {
             );
         }
     }
+    let LensCorrection { focal, k1 } = summary.correction;
+    if !summary.correction.is_none() {
+        row("correction of the right focal length", Cell::number(100.0 * focal, 3), "%");
+        row("correction of the right k1", Cell::number(k1, 5), "");
+    }
     let mut known = |name: &str, value: Option<f64>, factor: f64, decimals, unit: &str| {
         let cell = value.map_or_else(
             || Cell::missing("-", "no estimate"),
@@ -62,18 +70,22 @@ fn table(replayed: &Replayed<'_>, summary: &Summary) -> Table {
     let share = |i: usize| summary.in_row.map(|share| share[i]);
     known(&format!("all matches within {SCREEN_PX} px before"), share(0), 100.0, 1, "%");
     known(&format!("all matches within {SCREEN_PX} px after"), share(1), 100.0, 1, "%");
-    let source = match replayed.set.meta.source.as_str() {
-        "" => String::new(),
-        source => format!(" Source: {source}."),
-    };
     table.explained(
         format!(
             "Proposal of the calibrator after the last pair. Fitting: within {SCREEN_PX} px of their \
              row under this estimate. The reference is that of the recording's rig, as far as it is \
-             known.{source}"
+             known.{}",
+            source(&replayed.set.meta),
         ),
         replayed.command,
     )
+}
+
+fn source(meta: &Meta) -> String {
+    match meta.source.as_str() {
+        "" => String::new(),
+        source => format!(" Source: {source}."),
+    }
 }
 
 /// `R` beside `t`, as they multiply.

@@ -4,17 +4,12 @@ use anyhow::Result;
 
 use super::replayed::Replayed;
 use crate::data::conventions::{Document, Format};
-use crate::data::{Meta, rows};
 use crate::evidence::report::Section;
 
 /// The estimate in each format, or why it cannot be said there; none without an estimate.
 pub(super) fn files(replayed: &Replayed<'_>) -> Vec<(Format, Result<Vec<Document>>)> {
     let Some(fused) = replayed.log.fused() else { return Vec::new() };
-    let meta = Meta {
-        r: rows(fused.extrinsics.rotation().matrix()),
-        t: fused.extrinsics.translation().into_inner().into(),
-        ..replayed.set.meta.clone()
-    };
+    let meta = fused.rig(&replayed.set.meta);
     Format::ALL.into_iter().map(|format| (format, format.write(&meta))).collect()
 }
 
@@ -25,6 +20,9 @@ pub(super) fn section(replayed: &Replayed<'_>) -> Section {
          to cam1) and ROS (camera_info, P[0][3] = -fx b), in rig/ beside this page. Lengths are in \
          metres.",
     );
+    if replayed.log.fused().is_some_and(|fused| !fused.correction.is_none()) {
+        section.text("The right camera is the corrected one, which R and t belong to.");
+    }
     if replayed.set.meta.baseline_m.is_none() {
         section.text("The length of the baseline is not known: it is written as 1.");
     }
