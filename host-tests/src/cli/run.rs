@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use clap::Args;
 use host_tests::data::Dataset;
 use host_tests::evidence::run_page::Replayed;
@@ -21,14 +21,17 @@ pub(crate) struct RunArgs {
     #[arg(long, value_enum, default_value_t = Apply::Never)]
     apply: Apply,
 
-    /// Print one JSON object and nothing else. Angles in rad, R row-major.
+    /// Print one JSON object and nothing else. Angles in rad, R row-major. correction is added to the
+    /// right camera (focal: relative, k1): R and t belong to the cameras with it.
     #[arg(long)]
     json: bool,
 
     /// Write a row a pair into this file: pair, state, verdict, armed, doubt, matches, fit, rms_px_in_use,
     /// rms_px_proposed, sd_rotation, sd_translation, the estimate (r11..r33,t1,t2,t3) and what is in use
     /// after the pair (u11..u33,v1,v2,v3). The health behind armed, fit and both RMS is read before the
-    /// estimate is applied. Angles in rad. A file of an earlier run is replaced.
+    /// estimate is applied. Where a lens was corrected, the corrections of the right camera follow: those that
+    /// the estimate belongs to (focal,k1), and what is in use (used_focal,used_k1). Angles in rad. A file of an
+    /// earlier run is replaced.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
 
@@ -57,9 +60,7 @@ impl RunArgs {
                 writeln!(out, "page               {}", path.display())?;
             }
         }
-        if log.fused().is_none() {
-            bail!("none of the {} pairs could be fused", set.pairs.len());
-        }
+        log.try_fused()?;
         Ok(())
     }
 

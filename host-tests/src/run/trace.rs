@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use stereo_selfcal::Extrinsics;
+use stereo_selfcal::{Extrinsics, LensCorrection};
 
 use super::log::Step;
 
@@ -25,19 +25,26 @@ const COLUMNS: [&str; 11] = [
 /// Names of the proposed `R` and `t`, and of those in use.
 const NAMES: [[char; 2]; 2] = [['r', 't'], ['u', 'v']];
 
+/// Names of the corrections of the right camera: that of the proposed `R` and `t`, and that of those in use.
+const CORRECTIONS: [&str; 4] = ["focal", "k1", "used_focal", "used_k1"];
+
 /// Numbers of `R` and `t`.
 const NUMBERS: usize = 12;
 
-/// Writes the trace; an older file is replaced. Angles in rad; what is not known is empty.
+/// Writes the trace; an older file is replaced. Angles in rad; what is not known is empty. Where a lens was
+/// corrected, each row ends with the corrections.
 ///
 /// # Errors
 /// Names the file.
 pub fn write(path: &Path, steps: &[Step]) -> Result<()> {
     let write = || -> Result<()> {
         let mut file = csv::Writer::from_path(path)?;
-        file.write_record(header())?;
+        let corrected = steps.iter().any(is_corrected);
+        let names = CORRECTIONS.map(String::from).into_iter().filter(|_| corrected);
+        file.write_record(header().into_iter().chain(names))?;
         for (pair, step) in steps.iter().enumerate() {
-            file.write_record(row(pair, step))?;
+            let numbers = corrections(step).into_iter().filter(|_| corrected);
+            file.write_record(row(pair, step).into_iter().chain(numbers))?;
         }
         Ok(file.flush()?)
     };
@@ -80,6 +87,22 @@ fn numbers(extrinsics: Option<&Extrinsics<f64>>) -> Vec<String> {
     let Some(extrinsics) = extrinsics else { return vec![String::new(); NUMBERS] };
     let t = extrinsics.translation();
     extrinsics.rotation_row_major().iter().chain(t.iter()).map(f64::to_string).collect()
+}
+
+/// Corrections of the proposal and of what is in use, each `None` where there is none of the two.
+fn both(step: &Step) -> [Option<LensCorrection<f64>>; 2] {
+    [step.estimate.map(|estimate| estimate.correction), step.checked.map(|used| used.correction)]
+}
+
+fn is_corrected(step: &Step) -> bool {
+    both(step).into_iter().flatten().any(|correction| !correction.is_none())
+}
+
+fn corrections(step: &Step) -> Vec<String> {
+    let numbers = |correction: Option<LensCorrection<f64>>| {
+        [said(correction.map(|c| c.focal)), said(correction.map(|c| c.k1))]
+    };
+    both(step).map(numbers).concat()
 }
 
 fn said(value: Option<impl ToString>) -> String {
