@@ -37,7 +37,8 @@ pub(crate) struct Setup {
 
     /// Where every pair starts: `identity` (R = I, t = (-1, 0, 0)); a JSON file with "R" (3 rows) and
     /// "t" (3 numbers, any length), such as a meta.json; OpenCV's extrinsics.yml, Kalibr's
-    /// camchain.yaml, or a folder with left.yaml and right.yaml of ROS.
+    /// camchain.yaml, or a folder with left.yaml and right.yaml of ROS. Nothing but R and t is read: those
+    /// that --lens compensate has found belong to corrected cameras, not to those of the data.
     #[arg(long, value_name = "identity|FILE|DIR", default_value = "identity")]
     initial: PathBuf,
 }

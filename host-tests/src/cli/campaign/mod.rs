@@ -30,7 +30,8 @@ use stats::passes;
   selfcal campaign single
   selfcal campaign fused --trials 1000 --pairs 20
   selfcal campaign steps --seed 7
-  selfcal campaign real --only altitude lens/f_r --csv real.csv")]
+  selfcal campaign real --only altitude lens/f_r --csv real.csv
+  selfcal campaign real --only lens --lens compensate")]
 pub(crate) struct CampaignArgs {
     /// The measurement.
     #[arg(value_enum)]
@@ -49,7 +50,8 @@ pub(crate) struct CampaignArgs {
     #[arg(long, default_value_t = 1_000_000)]
     seed: u64,
 
-    /// How far the lens models are trusted, real.
+    /// How far the lens models are trusted, real. With compensate the errors of R and t are those of the
+    /// extrinsics of the corrected cameras.
     #[arg(long, value_enum, default_value_t = LensTracking::Report)]
     lens: LensTracking,
 
