@@ -109,16 +109,15 @@ fn a_compensated_lens_is_found_and_leaves_the_error_of_the_right_one() {
             let most = of_right.translation + 2.0 * right.sd_lens.translation;
             assert!(error.translation <= most, "{case}: {error:?}");
             let (found, true_ratio) = (estimate.correction, 1.0 / (1.0 + focal) - 1.0);
-            // The five pairs after the correction find 22 % less in this one.
-            let most_off =
-                if name == SETS[1] && (1e-3..5e-3).contains(&focal) { 0.25 } else { MOST_OFF };
             let off = [(found.focal - true_ratio, focal), (found.k1 + k1, k1)];
-            for (off, given) in off.into_iter().filter(|(_, given)| *given != 0.0) {
-                assert!((off / given).abs() <= most_off, "{case}: {found:?}");
+            // SIFT matches show it late: where three pairs are left, they neither lock nor find it to 15 %.
+            if estimate.state != State::Locked {
+                assert_eq!(name, SETS[1], "{case}");
+                continue;
             }
-            // Where pair 9 was corrected, the three left do not lock.
-            let locked = estimate.state == State::Locked;
-            assert!(locked || name == SETS[1] && focal < -0.005, "{case}");
+            for (off, given) in off.into_iter().filter(|(_, given)| *given != 0.0) {
+                assert!((off / given).abs() <= MOST_OFF, "{case}: {found:?}");
+            }
         }
     }
 }

@@ -15,7 +15,7 @@ use crate::config::Context;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::lens_estimate::{Finding, LensEstimate};
 use crate::scalar::Scalar;
-use crate::thresholds::{LENS_SHRINKAGE, MIN_LENS_PIVOT};
+use crate::thresholds::{LENS_FOUND, LENS_SHRINKAGE, MIN_LENS_PIVOT};
 
 type Square<T> = [[T; LENS_PARAMETERS]; LENS_PARAMETERS];
 
@@ -133,6 +133,14 @@ impl<T: Scalar> HypothesisLens<T> {
         let LensCorrection { focal, k1 } = self.difference();
         let two = T::lit(2.0);
         [hiding(focal, v_sl + v_sr - two * c_s), hiding(k1, v_kl + v_kr - two * c_k)]
+    }
+
+    /// Whether a difference is more than chance, [`LENS_FOUND`] of its deviations.
+    pub(super) fn is_significant(&self) -> bool {
+        let LensCorrection { focal, k1 } = self.difference();
+        let least = T::lit(LENS_FOUND * LENS_FOUND);
+        let exceeds = |(value, variance): (T, T)| value * value > least * variance;
+        [focal, k1].into_iter().zip(self.variances()).any(exceeds)
     }
 
     /// Step of the extrinsics that compensates differences of focal length and `k1`, rad.

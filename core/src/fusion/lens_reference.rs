@@ -113,9 +113,8 @@ impl<T: Scalar> LensReference<T> {
         next.is_valid().then_some(next)
     }
 
-    /// The reference to begin again with, where that gains: in the beginning, where the deviation of `t` with the given
-    /// lens is more than [`COMPENSATION_GAIN`] times the one with the lens compensated; later, where what the weights hide
-    /// of a further correction is more than [`MAX_HIDDEN_LENS`] of it.
+    /// The reference to begin again with, where that gains: in the beginning, where compensation halves the deviation of
+    /// `t`; later, where the weights may hide much of a further correction.
     #[inline(never)]
     pub(super) fn next(
         &self,
@@ -128,20 +127,41 @@ impl<T: Scalar> LensReference<T> {
         }
         let mut lens = HypothesisLens::EXACT;
         lens.estimate(hypothesis, self, context)?;
-        // Halves disagree by a wrong lens as well: their disagreement is no reason to keep it.
-        let noise = hypothesis.covariance_of_noise(context)?;
-        let deviation = |covariance: &Symmetric5<T>| StandardDeviations::of(covariance).translation;
-        let compensated = lens.widen(&noise, &lens.left_over(), context);
-        let compensated = deviation(&compensated);
+        let widened = hypothesis.reported_covariance(context)?;
         let gains = if self.compensates() {
-            let hidden = lens.hidden();
-            hidden.w.hypot(hidden.a) > T::lit(MAX_HIDDEN_LENS) * compensated
+            self.hides_much(&lens, &widened, context)
         } else {
-            let without = lens.widen(&noise, &lens.of_given(&self.correction), context);
-            deviation(&without) > T::lit(COMPENSATION_GAIN) * compensated
+            // Halves disagree by a wrong lens as well: against a significant one that is no reason to keep it.
+            let noise = hypothesis.covariance_of_noise(context)?;
+            self.halves_deviation(&lens, &widened, context)
+                || lens.is_significant() && self.halves_deviation(&lens, &noise, context)
         };
         let next = self.knowing(&lens).filter(|_| gains)?;
         Some(Self { correction: next.known, changes: self.changes.saturating_add(1), ..next })
+    }
+
+    /// Whether compensation brings the deviation of `t` below one over [`COMPENSATION_GAIN`] of that with the given lens.
+    fn halves_deviation(
+        &self,
+        lens: &HypothesisLens<T>,
+        given: &Symmetric5<T>,
+        context: &Context<'_, T>,
+    ) -> bool {
+        let [without, with] = [lens.of_given(&self.correction), lens.left_over()]
+            .map(|off| deviation(&lens.widen(given, &off, context)));
+        without > T::lit(COMPENSATION_GAIN) * with
+    }
+
+    /// Whether the weights may hide more than [`MAX_HIDDEN_LENS`] of the deviation of `t`.
+    fn hides_much(
+        &self,
+        lens: &HypothesisLens<T>,
+        given: &Symmetric5<T>,
+        context: &Context<'_, T>,
+    ) -> bool {
+        let hidden = lens.hidden();
+        let with = deviation(&lens.widen(given, &lens.left_over(), context));
+        hidden.w.hypot(hidden.a) > T::lit(MAX_HIDDEN_LENS) * with
     }
 
     fn is_valid(&self) -> bool {
@@ -166,6 +186,11 @@ impl<T: Scalar> LensReference<T> {
         let fits = self.compensates() || self.correction.is_none();
         if fits && self.is_valid() { Ok(()) } else { Err(RestoreError::Absurd) }
     }
+}
+
+/// Deviation of `t`, rad.
+fn deviation<T: Scalar>(covariance: &Symmetric5<T>) -> T {
+    StandardDeviations::of(covariance).translation
 }
 
 #[cfg(test)]

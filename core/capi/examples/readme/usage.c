@@ -20,8 +20,7 @@ int main(void)
 {
     selfcal_camera_t camera = {{1400, 1400}, {960, 600}, {1920, 1200}, SELFCAL_LENS_PINHOLE, {0}};
     selfcal_extrinsics_t rig = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {-1, 0, 0}}; /* p_r = R p_l + t */
-    selfcal_calibration_t found; /* extrinsics and the cameras that they belong to */
-    selfcal_correspondence_t m = {.score = 1};
+    selfcal_correspondence_t m = {.score = 1}; selfcal_calibration_t found; /* extrinsics and their cameras */
     if (!ok("init", selfcal_init(&cal, sizeof cal, NULL)) ||
         !ok("cameras", selfcal_set_cameras(&cal, &camera, &camera)) ||
         !ok("factory", selfcal_set_factory(&cal, &rig))) return 1;
@@ -30,6 +29,6 @@ int main(void)
             take_pair();
         else ok("push", selfcal_push(&cal, &m, NULL)); /* a refused match is normal too */
     if (!ok("apply", selfcal_apply(&cal, &found))) return 1;
-    const float *t = found.extrinsics.translation;
-    printf("t = %.4f %.4f %.4f\n", t[0], t[1], t[2]);
+    for (int i = 0; i < 3; i++) printf("%s%.4f", i ? " " : "t = ", found.extrinsics.translation[i]);
+    puts("");
 }
