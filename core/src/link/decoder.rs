@@ -3,7 +3,7 @@
 use super::counters::{Counters, count};
 use super::event::{Damage, Event};
 use super::frame::{Disposition, FrameBody, Step};
-use super::header::{FrameHeader, HeaderError};
+use super::header::FrameHeader;
 use super::layout::{HEADER_BYTES, MAGIC, RECORD_BYTES};
 use super::sink::{FrameRefusal, FrameSink, Received};
 use super::window::Window;
@@ -13,6 +13,9 @@ use super::window::Window;
 /// It buffers no frame: matches are handed out as they arrive, and [`Event::Finished`] verifies them.
 /// Every byte, inside a frame too, is tested as the start of a header; a header with a correct CRC ends
 /// the frame before it. Damage therefore costs only the frames it touches.
+///
+/// Work is bounded by the length of the stream, whatever its bytes: each is looked at once as part of a header, once as
+/// part of a frame, and twice more in a whole header. That is at most four times the work of frames, which a test counts.
 ///
 /// ```
 /// use stereo_selfcal::link::{Decoder, Event};
@@ -37,6 +40,19 @@ pub struct Decoder {
     /// Sequence number of the last whole frame.
     last: Option<u32>,
     counters: Counters,
+    /// Bytes that were looked at, each time.
+    #[cfg(test)]
+    work: usize,
+}
+
+/// Counts bytes that are looked at, in tests.
+macro_rules! work {
+    ($decoder:ident, $bytes:expr) => {
+        #[cfg(test)]
+        {
+            $decoder.work += $bytes;
+        }
+    };
 }
 
 impl Decoder {
@@ -44,17 +60,24 @@ impl Decoder {
     #[must_use]
     pub const fn new() -> Self {
         let (window, counters) = (Window::new(), Counters::ZERO);
-        Self { window, frame: None, received: 0, last: None, counters }
+        Self {
+            window,
+            frame: None,
+            received: 0,
+            last: None,
+            counters,
+            #[cfg(test)]
+            work: 0,
+        }
     }
 
     /// Decodes up to the next event and removes the bytes it used from the front of `bytes`.
     ///
     /// `None`: `bytes` is used up. Work is bounded by its length; a record in one piece is decoded at once.
     pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Event> {
-        while self.window.full().is_some() || !bytes.is_empty() {
-            let event = if let Some(header) = self.window.full() {
-                let header = *header;
-                self.take_header(&header)
+        while self.window.is_full() || !bytes.is_empty() {
+            let event = if self.window.is_full() {
+                self.take_header()
             } else if self.frame.is_some() {
                 self.take_body(bytes)
             } else {
@@ -127,6 +150,7 @@ impl Decoder {
             self.skip(start);
         }
         if let Some(byte) = take_first(bytes) {
+            work!(self, 1);
             let dropped = self.window.push(byte);
             self.skip(dropped.into());
         }
@@ -142,22 +166,24 @@ impl Decoder {
 
     /// Takes the full window: a header, or bytes that start like one.
     #[inline(never)]
-    fn take_header(&mut self, bytes: &[u8; HEADER_BYTES]) -> Option<Event> {
-        match FrameHeader::decode(bytes) {
-            Err(HeaderError::Crc | HeaderError::Magic) => {
-                count(&mut self.counters.bad_header);
-                let dropped = self.window.slide();
-                if self.frame.is_none() {
-                    self.skip(dropped.into());
-                }
-                None
+    fn take_header(&mut self) -> Option<Event> {
+        if !self.window.is_header() {
+            count(&mut self.counters.bad_header);
+            let dropped = self.window.slide();
+            if self.frame.is_none() {
+                self.skip(dropped.into());
             }
-            // The window stays full: the next call takes it without a frame.
-            _ if self.frame.is_some() => {
-                count(&mut self.counters.truncated);
-                let handed_out = self.frame.take().is_some_and(|frame| frame.was_handed_out());
-                handed_out.then_some(Event::Discarded(Damage::Truncated))
-            }
+            return None;
+        }
+        // The window stays full: the next call takes it without a frame.
+        if let Some(frame) = self.frame.take() {
+            count(&mut self.counters.truncated);
+            return frame.was_handed_out().then_some(Event::Discarded(Damage::Truncated));
+        }
+        // A copy, and the beginning of the frame's CRC.
+        work!(self, 2 * HEADER_BYTES);
+        let bytes = self.window.bytes();
+        match FrameHeader::decode_fields(&bytes) {
             Err(_) => {
                 count(&mut self.counters.unsupported);
                 let dropped = self.window.slide();
@@ -171,7 +197,7 @@ impl Decoder {
                 let repeated = self.last == Some(header.sequence);
                 let disposition =
                     if repeated { Disposition::Repeated } else { Disposition::Accepted };
-                self.frame = Some(FrameBody::new(header, bytes, disposition));
+                self.frame = Some(FrameBody::new(header, &bytes, disposition));
                 (!repeated).then_some(Event::Started(header))
             }
         }
@@ -187,6 +213,7 @@ impl Decoder {
             && !may_start_header(record, rest)
         {
             *bytes = rest;
+            work!(self, RECORD_BYTES);
             return match frame.push_record(record) {
                 Step::Match(c) => Some(Event::Match(c)),
                 _ => None,
@@ -198,6 +225,7 @@ impl Decoder {
     #[inline(never)]
     fn take_byte(&mut self, bytes: &mut &[u8]) -> Option<Event> {
         let byte = take_first(bytes)?;
+        work!(self, 2);
         self.window.push(byte);
         match self.frame.as_mut()?.push(byte) {
             Step::None => None,
@@ -288,4 +316,70 @@ fn has_first_two_bytes(record: &[u8; RECORD_BYTES], rest: &[u8]) -> bool {
     // A byte not yet received may be the second.
     let second = |byte: Option<&u8>| byte.is_none_or(|&byte| byte == MAGIC[1]);
     record.iter().zip(next).any(|(&byte, next)| byte == MAGIC[0] && second(next))
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::super::crc::FrameCrc;
+    use super::*;
+    use std::vec::Vec;
+
+    fn frame(sequence: u32, record: [u8; RECORD_BYTES], count: u16) -> Vec<u8> {
+        let header = FrameHeader {
+            timestamp_us: 0,
+            sequence,
+            count,
+            image_size: [1920, 1200],
+            grid_step: 256,
+            fraction_bits: 8,
+            pyramid_ratio: 77,
+            dropped_before: false,
+            more_found: false,
+        };
+        let header = header.encode().unwrap();
+        let mut crc = FrameCrc::new(&header);
+        (0..count).for_each(|_| crc.add(&record));
+        let records = [record].repeat(count.into());
+        [&header[..], records.as_flattened(), &crc.value().to_le_bytes()].concat()
+    }
+
+    /// Bytes looked at for each byte of a stream.
+    fn work_per_byte(stream: &[u8]) -> f64 {
+        let (mut decoder, mut bytes) = (Decoder::new(), stream);
+        while decoder.next(&mut bytes).is_some() {}
+        let [work, bytes] =
+            [decoder.work, stream.len()].map(|n| f64::from(u32::try_from(n).unwrap()));
+        work / bytes
+    }
+
+    #[test]
+    fn no_stream_takes_four_times_the_work_of_frames() {
+        let record = [7, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 0, 0];
+        let frames: Vec<u8> = (0..20).flat_map(|k| frame(k, record, 250)).collect();
+        let usual = work_per_byte(&frames);
+        assert!(usual < 1.05, "{usual}");
+        let magics = MAGIC.repeat(5000);
+        let header = &frame(1, record, u16::MAX)[..HEADER_BYTES];
+        let headers: Vec<u8> =
+            (0..500).flat_map(|k| frame(k, record, 9)[..HEADER_BYTES].to_vec()).collect();
+        let empty: Vec<u8> = (0..500).flat_map(|k| frame(k, record, 0)).collect();
+        let nearly = [&MAGIC[..], &[1, 0, 8, 77]].concat().repeat(2000);
+        let streams: [&[u8]; 9] = [
+            &magics,
+            &[header, &magics].concat(),
+            &b"S".repeat(9000),
+            &b"SC".repeat(9000),
+            &[header, &b"SC".repeat(9000)].concat(),
+            &nearly,
+            &[header, &nearly].concat(),
+            &headers,
+            &empty,
+        ];
+        for (k, stream) in streams.iter().enumerate() {
+            let work = work_per_byte(stream);
+            assert!(work <= 4.0 * usual, "{k}: {work}");
+        }
+    }
 }

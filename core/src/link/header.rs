@@ -109,21 +109,28 @@ impl FrameHeader {
     ///
     /// # Errors
     /// [`HeaderError`]; the CRC is checked before the fields.
-    #[rustfmt::skip]
     pub fn decode(bytes: &[u8; HEADER_BYTES]) -> Result<Self, HeaderError> {
-        let [
-            m0, m1, m2, m3, version, flags, fraction_bits, pyramid_ratio,
-            s0, s1, s2, s3, c0, c1, g0, g1,
-            t0, t1, t2, t3, t4, t5, t6, t7,
-            w0, w1, h0, h1, crc @ ..
-        ] = *bytes;
-        if [m0, m1, m2, m3] != MAGIC {
+        if !bytes.starts_with(&MAGIC) {
             return Err(HeaderError::Magic);
         }
+        let [.., c0, c1, c2, c3] = *bytes;
         let covered = bytes.split_last_chunk::<CRC_BYTES>();
-        if covered.map(|(covered, _)| checksum::of(covered)) != Some(u32::from_le_bytes(crc)) {
+        let crc = u32::from_le_bytes([c0, c1, c2, c3]);
+        if covered.map(|(covered, _)| checksum::of(covered)) != Some(crc) {
             return Err(HeaderError::Crc);
         }
+        Self::decode_fields(bytes)
+    }
+
+    /// Decodes a header whose magic and CRC are correct.
+    #[rustfmt::skip]
+    pub(super) fn decode_fields(bytes: &[u8; HEADER_BYTES]) -> Result<Self, HeaderError> {
+        let [
+            _, _, _, _, version, flags, fraction_bits, pyramid_ratio,
+            s0, s1, s2, s3, c0, c1, g0, g1,
+            t0, t1, t2, t3, t4, t5, t6, t7,
+            w0, w1, h0, h1, ..
+        ] = *bytes;
         if version != VERSION {
             return Err(HeaderError::Version(version));
         }
