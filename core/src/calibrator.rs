@@ -72,7 +72,7 @@ pub struct Calibrator<T: Scalar, const N: usize> {
     pub(crate) generation: u32,
     pub(crate) frozen: bool,
     rejection: Option<Rejection>,
-    batch: Batch<T, N>,
+    pub(crate) batch: Batch<T, N>,
     pub(crate) estimator: Estimator<T>,
 }
 

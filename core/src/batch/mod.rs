@@ -58,6 +58,8 @@ pub struct Batch<T, const N: usize> {
     pairs: heapless::Vec<RayPair<T>, N>,
     left_out: u32,
     refused: u32,
+    /// The matches are of a frame that has not ended with a correct CRC.
+    arriving: bool,
     /// Copy of `pairs` as columns.
     #[cfg(feature = "simd")]
     columns: Columns<[T; N]>,
@@ -81,6 +83,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
             pairs: heapless::Vec::new(),
             left_out: 0,
             refused: 0,
+            arriving: false,
             #[cfg(feature = "simd")]
             columns: Columns::ZERO,
         }
@@ -154,18 +157,35 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         let _ = self.pairs.push(pair);
     }
 
-    /// The correspondences, in order of arrival until the first is replaced.
+    /// The correspondences, in order of arrival until the first is replaced. None while a frame arrives
+    /// ([`crate::link`]): half of one is no pair.
     pub fn pairs(&self) -> &[RayPair<T>] {
-        &self.pairs
+        if self.arriving { &[] } else { &self.pairs }
     }
 
     /// The correspondences in the form that the solvers read.
     pub(crate) fn matches(&self) -> Matches<'_, T> {
+        let pairs = self.pairs();
         Matches {
-            pairs: &self.pairs,
+            pairs,
             #[cfg(feature = "simd")]
-            columns: self.columns.first(self.pairs.len()),
+            columns: self.columns.first(pairs.len()),
         }
+    }
+
+    /// Hides the correspondences from now on, until [`Batch::end_frame`] or [`Batch::clear`].
+    pub(crate) fn begin_frame(&mut self) {
+        self.arriving = true;
+    }
+
+    /// Shows the correspondences of a whole frame.
+    pub(crate) fn end_frame(&mut self) {
+        self.arriving = false;
+    }
+
+    /// Whether a frame arrives, and was not cleared since it began.
+    pub(crate) fn is_arriving(&self) -> bool {
+        self.arriving
     }
 
     /// Correspondences offered since the last [`Batch::clear`]: kept, left out or refused.
@@ -189,6 +209,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         self.pairs.clear();
         self.left_out = 0;
         self.refused = 0;
+        self.arriving = false;
     }
 }
 

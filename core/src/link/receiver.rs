@@ -32,7 +32,7 @@ pub trait ReadySource: Source {
 pub enum ReadStatus {
     /// No data is waiting; nothing was read.
     Idle,
-    /// Data was read and no frame is whole yet. Call again.
+    /// Data was read and no frame is whole yet: a calibrator has nothing to solve. Call again.
     Partial,
     /// A frame is whole and in the sink.
     Frame(Received),
@@ -58,7 +58,8 @@ pub enum ReceiveError<E, P> {
     /// The sink refused the frame; see [`FrameRefusal`] for the action.
     #[error("frame refused: {0}")]
     Refused(#[from] FrameRefusal),
-    /// The time expired before a frame was whole. The next call continues with that frame.
+    /// The time expired before a frame was whole. The next call continues with that frame; until then its matches are no
+    /// pair.
     #[error("no frame within the time given")]
     TimedOut,
 }

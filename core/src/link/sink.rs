@@ -60,8 +60,12 @@ pub struct Received {
 
 /// The frame replaces the batch, which selects from a frame above its capacity.
 ///
-/// While a pair is being solved no frame is taken. Do not begin a pair before [`Received`]: the batch may
-/// hold half a frame.
+/// While a pair is being solved no frame is taken.
+///
+/// The matches of a frame are hidden until its CRC proves correct: before [`Received`] the batch has no pairs, and
+/// solving it is [`PairError::TooFew`](crate::PairError::TooFew) of 0. So a wire that dies within a frame leaves nothing
+/// to solve, and a frame that goes on later is whole. [`Calibrator::clear_pair`] gives the frame up: the rest of it is
+/// dropped, and [`Received::taken`] is 0.
 impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
     fn is_busy(&self) -> bool {
         self.is_solving()
@@ -79,10 +83,14 @@ impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
             return Err(FrameRefusal::ImageSize(header.image_size));
         }
         self.clear_pair();
+        self.batch.begin_frame();
         Ok(())
     }
 
     fn take(&mut self, c: &Correspondence<f32>) {
+        if !self.batch.is_arriving() {
+            return;
+        }
         let correspondence = Correspondence {
             left: c.left.map(T::single),
             right: c.right.map(T::single),
@@ -94,11 +102,15 @@ impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
     }
 
     fn finish(&mut self) -> usize {
-        self.batch().pairs().len()
+        if !self.batch.is_arriving() {
+            return 0;
+        }
+        self.batch.end_frame();
+        self.batch.pairs().len()
     }
 
     fn discard(&mut self) {
-        if !self.is_solving() {
+        if self.batch.is_arriving() {
             self.clear_pair();
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::stream::{Frame, HEADER};
 use stereo_selfcal::link::{Decoder, FrameHeader, FrameRefusal, Received};
-use stereo_selfcal::{Calibrator, Camera, Cameras, Config, Intrinsics, Lens, Scalar};
+use stereo_selfcal::{Calibrator, Camera, Cameras, Config, Intrinsics, Lens, PairError, Scalar};
 
 const INTRINSICS: Intrinsics<f64> =
     Intrinsics { focal: [1400.0; 2], principal: [960.0, 600.0], size: [1920, 1200] };
@@ -77,6 +77,53 @@ fn a_damaged_frame_leaves_an_empty_batch() {
     let mut calibrator = calibrator::<f32>();
     assert_eq!(feed(&mut Decoder::new(), &bytes, &mut calibrator), Ok(None));
     assert!(calibrator.batch().pairs().is_empty());
+}
+
+#[test]
+fn a_frame_cut_off_anywhere_is_no_pair() {
+    let (old, new) = (Frame::plain(1, 60).bytes(), Frame::plain(2, 50).bytes());
+    for cut in 0..=new.len() {
+        let mut calibrator = calibrator::<f32>();
+        let mut decoder = Decoder::new();
+        feed(&mut decoder, &old, &mut calibrator).unwrap();
+        let fed = feed(&mut decoder, &new[..cut], &mut calibrator).unwrap();
+        let held = match (cut < FrameHeader::BYTES, cut < new.len()) {
+            // Before the header is whole, the pair before.
+            (true, _) => 60,
+            (false, true) => 0,
+            (false, false) => 50,
+        };
+        assert_eq!((calibrator.batch().pairs().len(), fed.is_some()), (held, held == 50), "{cut}");
+        let solved = calibrator.solve_pair().map(|pair| pair.usable);
+        let too_few = Err(PairError::TooFew { usable: 0, needed: 12 });
+        assert_eq!(solved, if held == 0 { too_few } else { Ok(held as u32) }, "{cut}");
+        // Nothing is lost by asking: the frame goes on.
+        if held == 0 {
+            let rest = feed(&mut decoder, &new[cut..], &mut calibrator).unwrap().unwrap();
+            assert_eq!((rest.taken, calibrator.batch().pairs().len()), (50, 50), "{cut}");
+        }
+    }
+}
+
+#[test]
+fn a_frame_given_up_does_not_come_back_by_its_second_half() {
+    let bytes = Frame::plain(1, 50).bytes();
+    let by_hand = Frame::plain(9, 20).matches;
+    for (end, taken) in [(0_u8, Some(0)), (1, None)] {
+        let mut calibrator = calibrator::<f32>();
+        let mut decoder = Decoder::new();
+        let (first, second) = bytes.split_at(400);
+        feed(&mut decoder, first, &mut calibrator).unwrap();
+        calibrator.clear_pair();
+        for c in &by_hand {
+            calibrator.push(c).unwrap();
+        }
+        let mut second = second.to_vec();
+        *second.last_mut().unwrap() ^= end;
+        let fed = feed(&mut decoder, &second, &mut calibrator).unwrap();
+        assert_eq!(fed.map(|received| received.taken), taken);
+        assert_eq!(calibrator.batch().pairs().len(), by_hand.len());
+    }
 }
 
 #[test]
