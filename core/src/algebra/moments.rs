@@ -15,7 +15,7 @@ use nalgebra::Vector5;
 use super::information::Information;
 use super::normal_equations::NormalEquations;
 use super::symmetric5::Symmetric5;
-use crate::codec::{Reader, Writer, check_sums_of_squares};
+use crate::codec::{NEGATIVE, Reader, Writer, believe, check_sums_of_squares};
 use crate::error::RestoreError;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3::product;
@@ -30,6 +30,9 @@ const TRIANGLE: usize = 78;
 
 /// Elements before record version 3, which has the coordinates of the lens.
 const OLD_TRIANGLE: usize = 45;
+
+/// Mean squared residual in the frame of the sums, and noise of it, over the largest moment: 10 degrees.
+const MAX_ROW_SQUARED: f64 = 0.03;
 
 /// One number for each coordinate.
 pub(super) type Vector12<T> = [T; COORDINATES];
@@ -177,7 +180,7 @@ impl<T: Scalar> Moments<T> {
     /// Reads what [`Self::write`] writes.
     ///
     /// # Errors
-    /// [`RestoreError::Absurd`] if the diagonal is not that of sums of squares.
+    /// [`RestoreError::Absurd`] if they are no sums of squares and products, or their noise exceeds them.
     pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
         let has_lens = from.version() >= 3;
         // Older records have neither the coordinates of the lens nor the noise.
@@ -186,15 +189,35 @@ impl<T: Scalar> Moments<T> {
         if has_lens {
             from.numbers(&mut self.noise)?;
         }
+        let diagonal = self.diagonal();
+        check_sums_of_squares(diagonal)?;
+        let one = T::ONE / diagonal.into_iter().fold(T::EPSILON, T::max);
+        let scaled = diagonal.map(|m| m * one + T::lit(NEGATIVE));
+        let mut elements = self.products.0.iter();
+        for (row, a) in scaled.iter().enumerate() {
+            for (b, m) in scaled.iter().take(row + 1).zip(elements.by_ref()) {
+                // Cauchy and Schwarz, but for rounding.
+                believe(*m * one * (*m * one) <= *a * *b * T::lit(2.0))?;
+            }
+        }
+        let ([c, _, y, _, _, z, ..], [xx, yy, _, zz]) = (self.products.0, self.noise);
+        let within = |a: T, b: T| a.abs() <= b.abs() * T::lit(4.0) + T::lit(MAX_ROW_SQUARED) / one;
+        let noise_fits = [(c, xx), (xx, c), (yy, y), (zz, z)].iter().all(|&(a, b)| within(a, b));
+        believe(noise_fits || !has_lens)
+    }
+
+    fn diagonal(&self) -> [T; COORDINATES] {
         let mut elements = self.products.0.iter();
         // Each row has one more element; its last one is on the diagonal.
-        let diagonal = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11].map(|row| elements.nth(row).copied());
-        let largest = diagonal.iter().flatten().fold(T::ZERO, |most, m| most.max(*m));
-        // No element of a positive matrix exceeds its largest diagonal one, but for rounding.
-        if !self.products.0.iter().all(|m| m.abs() <= largest * T::lit(2.0)) {
-            return Err(RestoreError::Absurd);
-        }
-        check_sums_of_squares(diagonal.into_iter().flatten())
+        [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]
+            .map(|row| elements.nth(row).copied().unwrap_or(T::ZERO))
+    }
+
+    /// Whether these may be sums over a part of the correspondences of `all`, but for rounding.
+    pub(crate) fn are_part_of(&self, all: &Self) -> bool {
+        let [own, all] = [self, all].map(Self::diagonal);
+        let rounding = all.into_iter().fold(T::ZERO, T::max) * T::lit(NEGATIVE);
+        own.iter().zip(all).all(|(own, all)| *own <= all * T::lit(1.1) + rounding)
     }
 
     /// Normal equations at the pose of the frame: [`Self::at_pose`] written out, where each unknown

@@ -21,7 +21,7 @@ pub(crate) mod checksum;
 mod reader;
 mod writer;
 
-pub(crate) use reader::{Reader, check_sums_of_squares};
+pub(crate) use reader::{NEGATIVE, Reader, believe, check_sums_of_squares};
 pub(crate) use writer::Writer;
 
 use crate::error::RestoreError;

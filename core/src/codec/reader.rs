@@ -8,7 +8,7 @@ use crate::error::RestoreError;
 use crate::scalar::Scalar;
 
 /// Rounding of a change of frame: a negative sum of squares over the largest sum.
-const NEGATIVE: f64 = 1e-4;
+pub(crate) const NEGATIVE: f64 = 1e-4;
 
 /// Reader of a record with a correct checksum.
 pub(crate) struct Reader<'a> {
@@ -72,7 +72,7 @@ impl<'a> Reader<'a> {
         place.copy_from_slice(bytes);
         self.rest = rest;
         let number = T::from_bits(u64::from_le_bytes(bits));
-        if number.is_finite() { Ok(number) } else { Err(RestoreError::Absurd) }
+        believe(number.is_finite()).map(|()| number)
     }
 
     /// Reads finite numbers in order.
@@ -87,25 +87,36 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads numbers with a magnitude up to `limit`.
-    #[cfg(feature = "paper")]
     pub(crate) fn numbers_within<'n, T: Scalar>(
         &mut self,
         limit: T,
         numbers: impl IntoIterator<Item = &'n mut T>,
     ) -> Result<(), RestoreError> {
         for number in numbers {
-            *number = self.number()?;
-            if number.abs() > limit {
-                return Err(RestoreError::Absurd);
-            }
+            *number = self.within(-limit, limit)?;
         }
         Ok(())
     }
 
-    /// Reads a number that is at least 0.
-    pub(crate) fn size<T: Scalar>(&mut self) -> Result<T, RestoreError> {
-        self.number().and_then(|x| if x >= T::ZERO { Ok(x) } else { Err(RestoreError::Absurd) })
+    /// Reads a number from `least` to `most`.
+    pub(crate) fn within<T: Scalar>(&mut self, least: T, most: T) -> Result<T, RestoreError> {
+        let number = self.number()?;
+        believe((least..=most).contains(&number)).map(|()| number)
     }
+
+    /// Reads a `u32` up to `most`.
+    pub(crate) fn word_within(&mut self, most: u32) -> Result<u32, RestoreError> {
+        let word = self.word()?;
+        believe(word <= most).map(|()| word)
+    }
+}
+
+/// Refuses numbers that nothing writes together.
+///
+/// # Errors
+/// [`RestoreError::Absurd`] unless they are consistent.
+pub(crate) fn believe(consistent: bool) -> Result<(), RestoreError> {
+    if consistent { Ok(()) } else { Err(RestoreError::Absurd) }
 }
 
 /// Checks that `diagonal` holds sums of squares, up to the rounding of a change of frame.
@@ -117,5 +128,5 @@ pub(crate) fn check_sums_of_squares<T: Scalar>(
 ) -> Result<(), RestoreError> {
     let range = |[least, most]: [T; 2], d: T| [least.min(d), most.max(d)];
     let [least, most] = diagonal.into_iter().fold([T::ZERO; 2], range);
-    if -least <= T::lit(NEGATIVE) * most { Ok(()) } else { Err(RestoreError::Absurd) }
+    believe(-least <= T::lit(NEGATIVE) * most)
 }

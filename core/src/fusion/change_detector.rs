@@ -8,13 +8,14 @@ use super::hypothesis::Hypothesis;
 use crate::algebra::information::Information;
 use crate::algebra::moments::Moments;
 use crate::algebra::normal_equations::NormalEquations;
-use crate::codec::{Reader, Writer};
+use crate::codec::{Reader, Writer, believe};
 use crate::config::Context;
 use crate::error::RestoreError;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    CUSUM_ALLOWED, LONG_DECAY, MAX_CUSUM, MAX_WINDOW, SHORT_DECAY, SHORT_PAIRS, WARM_UP_PAIRS,
+    CUSUM_ALLOWED, LONG_DECAY, MAX_CUSUM, MAX_NIS, MAX_WINDOW, SHORT_DECAY, SHORT_PAIRS,
+    WARM_UP_PAIRS,
 };
 
 /// Two windows over the last pairs, and a cumulative sum of their NIS.
@@ -131,13 +132,30 @@ impl<T: Scalar> ChangeDetector<T> {
         to.word(self.pairs);
     }
 
-    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+    /// Reads a record. A window that shows a change already begins anew: it would have ended with the pair that showed it.
+    ///
+    /// # Errors
+    /// [`RestoreError::Absurd`] where the windows hold more than the hypothesis.
+    pub(super) fn read(
+        &mut self,
+        from: &mut Reader<'_>,
+        hypothesis: &Hypothesis<T>,
+        context: &Context<'_, T>,
+    ) -> Result<(), RestoreError> {
         self.short.read(from)?;
         self.short_variance.0.read(from)?;
         self.long.read(from)?;
         self.long_variance.0.read(from)?;
-        self.cumulative = from.size()?;
-        self.pairs = from.word()?;
+        self.cumulative = from.number()?;
+        self.pairs = from.word_within(hypothesis.pairs())?;
+        let most = T::lit(MAX_NIS) * T::count(self.pairs);
+        believe((T::ZERO..=most).contains(&self.cumulative))?;
+        believe(self.short.are_part_of(hypothesis.settled()))?;
+        let mut short = self.short;
+        short.add(hypothesis.last());
+        if self.has_changed(hypothesis, &hypothesis.normal_equations(&short), context) {
+            *self = Self::NEW;
+        }
         Ok(())
     }
 }

@@ -330,15 +330,18 @@ impl<T: Scalar> Hypotheses<T> {
         if from.flag()? {
             self.make_champion();
             let champion = self.champion.as_mut().ok_or(RestoreError::NotFresh)?;
-            champion.hypothesis.read(from, context)?;
-            champion.detector.read(from)?;
+            let Champion { hypothesis, detector } = champion;
+            hypothesis.read(from, context)?;
+            detector.read(from, hypothesis, context)?;
         }
         if from.flag()? {
             self.clear_challenger();
             let challenger = self.challenger.as_mut().ok_or(RestoreError::NotFresh)?;
             challenger.hypothesis.read(from, context)?;
             challenger.agreed = small(from.word()?)?;
-            challenger.failed = small(from.word()?)?;
+            // One that failed more often has been dropped.
+            let most = (challenger.agreed / 2).max(MAX_FAILED - 1);
+            challenger.failed = small(from.word_within(most.into())?)?;
         }
         let rejected = small(from.word()?)?;
         if self.champion.is_some() {

@@ -242,6 +242,11 @@ impl<T: Scalar> Hypothesis<T> {
         sums.at_pose(&self.frame, &self.pose)
     }
 
+    /// Moments of all pairs but the last.
+    pub(super) fn settled(&self) -> &Moments<T> {
+        &self.settled
+    }
+
     /// Moments of the last pair.
     pub(super) fn last(&self) -> &Moments<T> {
         &self.last

@@ -118,13 +118,24 @@ impl<T: Scalar> ImageHalves<T> {
 
     pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
         self.parts.iter_mut().try_for_each(|part| part.normal.read(from))?;
-        self.pairs = [from.word()?, from.word()?];
-        self.disagreement = from.size()?;
+        let pairs = from.word()?;
+        // Distinct scenes are among all.
+        self.pairs = [pairs, from.word_within(pairs)?];
+        self.disagreement = from.within(T::ZERO, T::lit(MAX_TOLD_DISAGREEMENT))?;
         // Older records have no noise.
         if from.version() >= 3 {
             self.parts.iter_mut().try_for_each(|part| from.numbers(&mut part.noise.0))?;
         }
         Ok(())
+    }
+
+    /// Drops sums that disagree by far more than is stored with them.
+    pub(super) fn check(&mut self, context: &Context<'_, T>) {
+        let stored = self.disagreement * T::lit(2.0) + T::lit(HEALTHY_DISAGREEMENT);
+        // Not `>`: a NaN must fail this test.
+        if !(self.compare(context) <= stored) {
+            *self = Self::NONE;
+        }
     }
 
     /// Information about the turn of `R` about x in each sum.

@@ -136,7 +136,8 @@ impl<T: Scalar> MeanDirection<T> {
         let [first_t, first_rotation] = &mut self.first;
         let first = first_t.iter_mut().chain(first_rotation.iter_mut());
         from.numbers_within(T::lit(LARGEST), first)?;
-        self.first_sd = StandardDeviations { rotation: from.size()?, translation: from.size()? };
+        let mut sd = || from.within(T::ZERO, T::lit(f64::INFINITY));
+        self.first_sd = StandardDeviations { rotation: sd()?, translation: sd()? };
         let limit = T::lit(LARGEST_SQUARE) * T::count(self.pairs);
         let Self { baseline, axis, rotation, squares, angle, .. } = self;
         for sum in baseline.iter_mut().chain(axis).chain(rotation).chain(squares).chain([angle]) {

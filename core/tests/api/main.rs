@@ -19,6 +19,7 @@ mod health;
 mod homography;
 mod lens;
 mod memory;
+mod memory_numbers;
 mod presets;
 mod robust;
 mod saving;

@@ -9,20 +9,20 @@ use stereo_selfcal::{
     Fisheye, Fused, Intrinsics, Lens, RadialTangential, RestoreError, Scalar, SnapshotError, State,
 };
 
-const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
-const BASELINE: [f64; 2] = [0.5, -0.4];
-const KNOCKED: [f64; 3] = [1.4, -0.5, 0.8];
+pub(crate) const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
+pub(crate) const BASELINE: [f64; 2] = [0.5, -0.4];
+pub(crate) const KNOCKED: [f64; 3] = [1.4, -0.5, 0.8];
 
 const CRC_32: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-type Tested<T> = Calibrator<T, 256>;
+pub(crate) type Tested<T> = Calibrator<T, 256>;
 
-fn scene<T: Scalar>(rotation: [f64; 3], seed: u64) -> Vec<Correspondence<T>> {
+pub(crate) fn scene<T: Scalar>(rotation: [f64; 3], seed: u64) -> Vec<Correspondence<T>> {
     with_outliers(correspondences(&rig(rotation, BASELINE), 250, 0.5, seed), 4)
 }
 
 /// After so many pairs of the rig, applied if that can be.
-fn after<T: Scalar>(config: Config, pairs: u64) -> Tested<T> {
+pub(crate) fn after<T: Scalar>(config: Config, pairs: u64) -> Tested<T> {
     let mut calibrator = with(config);
     for seed in 0..pairs {
         take(&mut calibrator, &scene(ROTATION, seed)).unwrap();
@@ -31,20 +31,23 @@ fn after<T: Scalar>(config: Config, pairs: u64) -> Tested<T> {
     calibrator
 }
 
-fn record<T: Scalar>(calibrator: &Tested<T>) -> Vec<u8> {
+pub(crate) fn record<T: Scalar>(calibrator: &Tested<T>) -> Vec<u8> {
     let mut buffer = vec![0xa5; Tested::<T>::SNAPSHOT_BYTES];
     calibrator.snapshot(&mut buffer).unwrap().to_vec()
 }
 
 /// A fresh calibrator of the same rig that has read the record.
-fn restored<T: Scalar>(config: Config, record: &[u8]) -> Result<Tested<T>, RestoreError> {
+pub(crate) fn restored<T: Scalar>(
+    config: Config,
+    record: &[u8],
+) -> Result<Tested<T>, RestoreError> {
     let mut fresh = with(config);
     fresh.restore(record)?;
     Ok(fresh)
 }
 
 /// The checksum at the end made right again.
-fn resealed(mut record: Vec<u8>) -> Vec<u8> {
+pub(crate) fn resealed(mut record: Vec<u8>) -> Vec<u8> {
     let body = record.len() - 4;
     let sum = CRC_32.checksum(&record[..body]);
     record[body..].copy_from_slice(&sum.to_le_bytes());

@@ -1,12 +1,22 @@
 //! Record of a hypothesis: moments, pose and running means, as `FORMAT.md` lists them.
 
+use nalgebra::Vector5;
+
 use super::Hypothesis;
 use crate::algebra::information::StandardDeviations;
-use crate::codec::{Reader, Writer};
+use crate::codec::{Reader, Writer, believe};
 use crate::config::Context;
 use crate::error::RestoreError;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
+use crate::thresholds::{MAX_LOCKED_SD_RAD, MAX_NOISE_PX, MAX_REDUCED_CHI_SQUARE};
+
+/// Largest rounding of a running mean over its largest term.
+const MEAN_ROUNDING: f64 = 1.001;
+
+/// Largest squared distance of the pose from the optimum of the sums, in deviations, and ratio of their informations. A first
+/// pair that says next to nothing of a direction comes to 400; a number wrong by 1e6 exceeds it.
+const MAX_INCONSISTENCY: f64 = 1e4;
 
 impl<T: Scalar> Hypothesis<T> {
     /// Numbers and words in a record.
@@ -28,7 +38,8 @@ impl<T: Scalar> Hypothesis<T> {
     /// Reads a record into [`Hypothesis::EMPTY`].
     ///
     /// # Errors
-    /// [`RestoreError::Absurd`] where the covariance is not finite.
+    /// [`RestoreError::Absurd`] for a number out of its range, sums that do not lead to the pose and its information, or a
+    /// covariance that is not finite.
     #[inline(never)]
     pub(in crate::fusion) fn read(
         &mut self,
@@ -41,22 +52,46 @@ impl<T: Scalar> Hypothesis<T> {
         self.last.read(from)?;
         self.halves.read(from)?;
         self.information.0.read(from)?;
-        (self.noise, self.inlier_share, self.reduced_chi_square) =
-            (from.size()?, from.size()?, from.size()?);
-        from.numbers(self.drift.iter_mut())?;
+        let over = T::lit(MEAN_ROUNDING);
+        let floor = T::single(context.config.noise_floor_px);
+        // An update may have changed the floor.
+        let noisiest = floor.max(T::lit(MAX_NOISE_PX)) * T::lit(2.0);
+        self.noise = from.within(floor.min(T::lit(MAX_NOISE_PX)) * T::HALF, noisiest)?;
+        self.inlier_share = from.within(T::ZERO, over)?;
+        self.reduced_chi_square = from.within(T::ZERO, over * T::lit(MAX_REDUCED_CHI_SQUARE))?;
+        let limit = T::single(context.config.max_correction_rad);
+        from.numbers_within(limit * T::lit(2.0), self.drift.iter_mut())?;
+        // With a wider covariance pairs are lost among outliers; the drift is that of a locked estimate.
+        if self.drift.amax() > T::lit(MAX_LOCKED_SD_RAD) {
+            self.drift = Vector5::zeros();
+        }
         self.pairs = from.word()?;
         if from.version() < 3 {
             let deviation = self.noise / context.focal;
             self.settled.set_noise(&self.frame, deviation * deviation);
             self.last.set_noise(&self.frame, deviation * deviation);
+        } else {
+            believe(self.is_consistent(context) == Some(true))?;
         }
+        self.halves.check(context);
         // Finite numbers may still have no finite covariance.
         let is_finite =
             |sd: StandardDeviations<T>| sd.rotation.is_finite() && sd.translation.is_finite();
-        if self.pairs > 0 && self.deviations(context).is_some_and(is_finite) {
-            Ok(())
-        } else {
-            Err(RestoreError::Absurd)
-        }
+        believe(self.pairs > 0 && self.deviations(context).is_some_and(is_finite))
+    }
+
+    /// Whether the sums lead to the pose and to its information. Wide: pairs that contradict each other leave a step.
+    #[inline(never)]
+    fn is_consistent(&self, context: &Context<'_, T>) -> Option<bool> {
+        let sums = self.sums();
+        let mut normal = sums.debiased_at_pose(&self.frame, &self.pose).with_prior(context.prior);
+        normal.gradient -= self.pose.unknowns_to(&context.factory_pose) * context.prior;
+        let (step, covariance) = normal.optimum()?;
+        let mut stored = self.information.0;
+        stored.add_diagonal(context.prior);
+        let most = T::lit(MAX_INCONSISTENCY);
+        let ratios = [stored.inverse()?.dot(&normal.information.0), covariance.dot(&stored)];
+        let squared = -step.dot(&normal.gradient);
+        Some(squared <= most && ratios.into_iter().all(|ratio| ratio <= most))
     }
 }
