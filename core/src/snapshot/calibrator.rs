@@ -1,18 +1,23 @@
 //! State of a calibrator as a record.
 
 use super::factory::fingerprint;
+use crate::batch::correspondence::Cameras;
 use crate::calibrator::Calibrator;
-use crate::codec::{self, OVERHEAD_BYTES, Reader, RecordHeader, RecordKind, Writer};
+use crate::codec::{self, OVERHEAD_BYTES, Reader, RecordHeader, RecordKind, Writer, believe};
 use crate::config::Context;
 use crate::error::{RestoreError, SnapshotError};
 use crate::estimator::Estimator;
 use crate::geometry::lens_correction::CorrectedExtrinsics;
+use crate::geometry::metrics::{baseline_angle, rotation_angle};
 use crate::scalar::Scalar;
 
 /// Numbers and words beside the estimator's: what is in use and was before; generation, frozen, whether
 /// anything was before.
 const NUMBERS: usize = 28;
 const WORDS: usize = 3;
+
+/// Largest correction in use over the limit of that of the estimate.
+const MAX_APPLIED: f64 = 1.5;
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Length of the longest record of [`Calibrator::snapshot`]: 3,388 bytes in `f32`.
@@ -69,8 +74,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let generation = from.word()?;
         let frozen = from.flag()?;
         let cameras = self.cameras.as_ref().ok_or(RestoreError::NoCameras)?;
-        let focal = cameras.mean_focal();
-        self.estimator.read(&Context::new(&self.config, &self.factory, focal), from)?;
+        let context = Context::new(&self.config, &self.factory, cameras.mean_focal());
+        [Some(in_use), before]
+            .iter()
+            .flatten()
+            .try_for_each(|put| check(put, cameras, &context))?;
+        self.estimator.read(&context, from)?;
         let Ok(corrected) = cameras.corrected(&self.estimator.correction()) else {
             self.estimator.reset();
             return Err(RestoreError::Absurd);
@@ -82,4 +91,20 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.corrected = Some(corrected);
         Ok(())
     }
+}
+
+/// Checks that extrinsics were once put into use: within the correction limit, of cameras that there are.
+fn check<T: Scalar>(
+    put: &CorrectedExtrinsics<T>,
+    cameras: &Cameras<T>,
+    context: &Context<'_, T>,
+) -> Result<(), RestoreError> {
+    // The estimate is within the limit; a compensated lens, or a baseline kept, moves what is applied beyond it.
+    let limit = T::single(context.config.max_correction_rad) * T::lit(MAX_APPLIED);
+    let CorrectedExtrinsics { extrinsics, correction } = put;
+    let turn = rotation_angle(extrinsics.rotation(), context.factory.rotation());
+    if turn.max(baseline_angle(extrinsics.translation(), context.factory.translation())) > limit {
+        return Err(RestoreError::CorrectionLimit);
+    }
+    believe(correction.is_none() || cameras.corrected(correction).is_ok())
 }

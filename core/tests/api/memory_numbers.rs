@@ -5,7 +5,7 @@ use crate::memory::{
 };
 use crate::scene::{rig, take};
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Config, Correspondence, Extrinsics, State};
+use stereo_selfcal::{Config, Correspondence, Extrinsics, RestoreError, State};
 
 /// Pairs of the same rig after which nothing of a wrong number may be left.
 const PAIRS: u64 = 30;
@@ -83,4 +83,29 @@ fn a_number_of_a_challenger_changed_alone_is_refused_or_forgotten_after_good_pai
     }
     let [refused, harmless] = try_all(config, &record(&knocked));
     assert!(refused > 5000 && harmless > 4000, "{refused} {harmless}");
+}
+
+#[test]
+fn extrinsics_in_use_beyond_the_correction_limit_are_refused() {
+    let config = Config::robust();
+    let good = record(&after::<f32>(config, 12));
+    // Of what is in use, and of what was before.
+    for first in [0, 15] {
+        let restore = |turn: [f64; 3], baseline: [f64; 2]| {
+            let put: Extrinsics<f32> = rig(turn, baseline);
+            let numbers = put.rotation().matrix().iter().chain(put.translation().iter());
+            let mut record = good.clone();
+            for (k, number) in numbers.enumerate() {
+                let at = 12 + 4 * (first + k);
+                record[at..at + 4].copy_from_slice(&number.to_le_bytes());
+            }
+            restored::<f32>(config, &resealed(record)).map(|_| ())
+        };
+        assert_eq!(restore([20.0, -15.0, 5.0], [-20.0, 20.0]), Ok(()), "{first}");
+        for wrong in [70.0, -70.0, 170.0] {
+            let limit = Err(RestoreError::CorrectionLimit);
+            assert_eq!(restore([0.0, wrong, 0.0], [0.0; 2]), limit, "{first} {wrong}");
+            assert_eq!(restore([0.0; 3], [0.0, wrong]), limit, "{first} {wrong}");
+        }
+    }
 }
