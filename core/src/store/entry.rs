@@ -3,7 +3,7 @@
 //! | byte | content |
 //! |---|---|
 //! | 0 | magic `SSC`, layout `1` |
-//! | 4 | sequence number, `u64` |
+//! | 4 | sequence number, `u64`; wraps: of two the newer one is ahead by less than 2^63 |
 //! | 12 | page erasures so far, `u32` |
 //! | 16 | kind; flags: 1 copy of an older entry, 2 removal of the kind (tombstone) |
 //! | 18 | payload length, `u16` |
@@ -142,10 +142,8 @@ impl EntryHeader {
             return Some(DecodedHeader::Unsupported);
         };
         let removed = flags & REMOVED != 0;
-        // The highest number has no successor. It exceeds the endurance of any flash.
-        let sequence = Some(u64::from_le_bytes(*sequence)).filter(|n| *n < u64::MAX)?;
         Some(DecodedHeader::Entry(Self {
-            sequence,
+            sequence: u64::from_le_bytes(*sequence),
             erasures: u32::from_le_bytes(*erasures),
             meta: EntryMeta { kind, removed, length: u16::from_le_bytes(*length) },
             copy: flags & COPY != 0,

@@ -12,6 +12,20 @@ const READ_CHUNK: usize = 128;
 /// Attempts at a read: a bus error may be transient.
 const ATTEMPTS: u8 = 3;
 
+/// Content of a probe. It shares no bit with the first byte of a header: onto one it does not read back.
+const PROBE: u8 = 0xac;
+
+/// What a page reads as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Look {
+    /// Erased, or a line stuck at 1.
+    Blank,
+    /// Nothing but zeros, or nothing can be read.
+    Silent,
+    /// Zeros and ones.
+    Content,
+}
+
 /// Buffer of one access. Aligned: drivers hand it to DMA, or write it word by word.
 #[repr(align(8))]
 struct Chunk<const N: usize>([u8; N]);
@@ -92,6 +106,46 @@ impl<F: NorFlash> FlashIo<F> {
             }
         }
         page
+    }
+
+    /// What a page reads as.
+    #[inline(never)]
+    pub(super) fn look(&mut self, page: u32) -> Look {
+        let mut chunk = Chunk([0; READ_CHUNK]);
+        let size = to_usize(self.pages.size());
+        // Bits that were 0 somewhere, and that were 1.
+        let (mut low, mut high) = (0, 0);
+        let mut failed = false;
+        for offset in (0..size).step_by(READ_CHUNK) {
+            let bytes = READ_CHUNK.min(size.saturating_sub(offset));
+            let Some(part) = chunk.0.get_mut(..bytes) else { continue };
+            if self.read(page.saturating_add(to_u32(offset)), part).is_err() {
+                failed = true;
+                continue;
+            }
+            part.iter().for_each(|byte| {
+                low |= !byte;
+                high |= byte;
+            });
+        }
+        match (low, high) {
+            (0, 0xff) if !failed => Look::Blank,
+            (0, _) | (_, 0) => Look::Silent,
+            _ => Look::Content,
+        }
+    }
+
+    /// Writes a word to the start of a page that reads as erased; whether it reads back.
+    ///
+    /// If the page holds entries after all, the word damages the first one, which has a second copy.
+    #[inline(never)]
+    pub(super) fn probe(&mut self, page: u32) -> Result<bool, F::Error> {
+        let mut chunk = Chunk([PROBE; 64]);
+        let Some(word) = chunk.0.get_mut(..to_usize(self.pages.word())) else { return Ok(false) };
+        self.flash.write(page, word)?;
+        word.fill(0);
+        self.read(page, word)?;
+        Ok(word.iter().all(|byte| *byte == PROBE))
     }
 
     /// Reads the payload, as much as the buffer holds; whether the entry is intact.

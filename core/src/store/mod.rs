@@ -37,11 +37,11 @@ pub use error::{LoadError, OpenError, PolicyError, SaveError};
 pub use persistence::{PersistError, Persistence, ResumeError};
 pub use policy::{SavePolicy, SaveReason};
 
-use entry::EntryMeta;
-use flash_io::FlashIo;
+use entry::{EntryMeta, PerKind};
+use flash_io::{EntryLocation, FlashIo, Look};
 use pages::Pages;
 use save::NewRecord;
-use scan::Scan;
+use scan::{Scan, follows};
 
 /// Attempts at a load; each but the first scans all pages again.
 const LOAD_ATTEMPTS: u8 = 3;
@@ -122,8 +122,11 @@ impl<F: NorFlash> Store<F> {
                 self.rescan();
             }
             let Some(place) = self.scan.record(kind).copied() else {
-                if self.scan.read_errors == 0 {
-                    return Ok(None);
+                if !self.scan.unread {
+                    // Zeros throughout: the bus is stuck.
+                    let Self { flash_io, .. } = self;
+                    let silent = flash_io.pages.starts().all(|p| flash_io.look(p) == Look::Silent);
+                    return if silent { Err(LoadError::Unstable) } else { Ok(None) };
                 }
                 match self.scan.last_error.take() {
                     Some(error) if attempt > 0 => return Err(LoadError::Flash(error)),
@@ -136,7 +139,7 @@ impl<F: NorFlash> Store<F> {
                 return Ok(buffer.get(..needed));
             }
         }
-        Err(LoadError::Unstable)
+        Err(self.scan.last_error.take().map_or(LoadError::Unstable, LoadError::Flash))
     }
 
     /// Saves a record in place of the previous one of its kind. At most one erasure; three if the flash fails.
@@ -182,12 +185,37 @@ impl<F: NorFlash> Store<F> {
         Some((self.scan.end, page_end.saturating_sub(self.scan.end)))
     }
 
-    /// Scans all pages again; sequence number and erasures never decrease.
+    /// Scans all pages again; sequence number and erasures never decrease. If a record found before is
+    /// missing, all that was known stays, and nothing is written until it is found.
     #[inline(never)]
     fn rescan(&mut self) {
-        let Scan { sequence, erasures, .. } = self.scan;
-        self.scan = Scan::of(&mut self.flash_io, None);
-        self.scan.sequence = self.scan.sequence.max(sequence);
-        self.scan.erasures = self.scan.erasures.max(erasures);
+        let mut scan = Scan::of(&mut self.flash_io, None);
+        if self.is_missing(&scan.newest) {
+            self.scan.fault = true;
+            self.scan.unread = scan.unread;
+            self.scan.last_error = scan.last_error;
+            return;
+        }
+        if !follows(scan.sequence, self.scan.sequence) {
+            scan.sequence = self.scan.sequence;
+        }
+        scan.erasures = scan.erasures.max(self.scan.erasures);
+        scan.stuck = self.scan.stuck;
+        self.scan = scan;
+    }
+
+    /// Whether a newest record is not found where its page reads as nothing, or none of its kind is.
+    #[inline(never)]
+    fn is_missing(&mut self, found: &PerKind<EntryLocation>) -> bool {
+        let Self { flash_io, scan } = self;
+        RecordKind::ALL.into_iter().any(|kind| match (scan.newest.of(kind), found.of(kind)) {
+            (None, _) => false,
+            (Some(_), None) => true,
+            (Some(known), Some(found)) => {
+                let [found, newest] = [found, known].map(|place| Some(place.header.sequence));
+                let page = flash_io.pages.page_of(known.address);
+                !follows(found, newest) && flash_io.look(page) != Look::Content
+            }
+        })
     }
 }

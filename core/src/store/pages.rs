@@ -56,6 +56,12 @@ impl Pages {
         if next < self.range.end { next } else { self.range.start }
     }
 
+    /// Start of the page that holds an address.
+    pub(super) fn page_of(&self, address: u32) -> u32 {
+        let offset = address.saturating_sub(self.range.start).checked_rem(self.size);
+        address.saturating_sub(offset.unwrap_or(0))
+    }
+
     /// End address of the page that starts at `page`.
     pub(super) fn end_of(&self, page: u32) -> u32 {
         page.saturating_add(self.size)

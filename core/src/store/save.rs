@@ -1,18 +1,25 @@
 //! Save: appends to the active page, or opens another page with all newest records.
+//!
+//! Nothing is erased while a record found before is missing, and no page whose loss would lose a factory
+//! record.
 
 use embedded_storage::nor_flash::NorFlash;
 
 use super::Store;
 use super::entry::{EntryHeader, EntryMeta, PerKind};
 use super::error::SaveError;
-use super::flash_io::{EntryLocation, Source};
-use super::scan::Scan;
+use super::flash_io::{EntryLocation, Look, Source};
+use super::scan::{Scan, follows};
 use crate::codec::RecordKind;
 
 /// Largest number of pages that one save erases.
 const MAX_ERASURES: u32 = 3;
 /// Pages examined for one to erase: two more, which may hold the only record of a kind.
 const CANDIDATES: u32 = MAX_ERASURES + 2;
+/// Attempts at an erasure: a bit may rot before it is read back.
+const ERASE_ATTEMPTS: u8 = 2;
+/// Scans of a page for a factory record before the page is erased: reads may be disturbed.
+const LOOKS: u8 = 3;
 
 /// Record to be written.
 #[derive(Debug, Clone, Copy)]
@@ -24,25 +31,37 @@ pub(super) struct NewRecord<'a> {
 impl<F: NorFlash> Store<F> {
     #[inline(never)]
     pub(super) fn put(&mut self, record: &NewRecord<'_>) -> Result<(), SaveError<F::Error>> {
-        if self.scan.read_errors > 0 {
+        let scan = &self.scan;
+        if scan.unread || scan.fault || scan.active.is_none() {
             // Data that was unreadable may be readable now and must not be erased.
             self.rescan();
         }
+        self.check_no_fault()?;
         self.check_fits_page(record.meta)?;
-        let mut saved = match self.free() {
+        let appended = match self.free() {
             Some((address, bytes)) => self.append(record, address, bytes),
             None => Ok(false),
         };
-        // If one page fails, the next may work.
-        for skip in 0..MAX_ERASURES.min(self.flash_io.pages.count()) {
-            if !matches!(saved, Ok(true)) {
-                saved = self.open_page(record, skip).map(|()| true);
-            }
-        }
-        if !matches!(saved, Ok(true)) {
+        let saved = match appended {
+            Ok(true) => return Ok(()),
+            Ok(false) => self.turn_over(record),
+            Err(first) => self.turn_over(record).map_err(|error| match error {
+                SaveError::NoPageToErase => first,
+                error => error,
+            }),
+        };
+        if saved.is_err() {
             self.rescan();
         }
-        saved.map(|_| ())
+        saved
+    }
+
+    /// Refuses while a record found before is missing.
+    fn check_no_fault(&mut self) -> Result<(), SaveError<F::Error>> {
+        if !self.scan.fault {
+            return Ok(());
+        }
+        Err(self.scan.last_error.take().map_or(SaveError::NoPageToErase, SaveError::Flash))
     }
 
     /// Checks that a page holds two entries of each kind.
@@ -71,24 +90,57 @@ impl<F: NorFlash> Store<F> {
         // Two copies where no older record could replace a damaged one.
         let has_older = self.scan.record(kind).is_some();
         let copies = if kind == RecordKind::State && has_older && !removed { 1 } else { 2 };
-        if record.meta.bytes(&self.flash_io.pages).saturating_mul(copies) > free {
+        let bytes = record.meta.bytes(&self.flash_io.pages).saturating_mul(copies);
+        if bytes > free {
             return Ok(false);
         }
+        // Ahead of the write: its words are not written again, even if it fails.
+        self.scan.end = address.saturating_add(bytes);
         let source = Source::Payload(record.payload);
         let place = self.write_copies(&mut address, record.meta, source, false, copies)?;
         *self.scan.newest.of_mut(kind) = place;
-        self.scan.end = address;
         Ok(true)
+    }
+
+    /// Opens the next page that can be erased. If one page fails, the next may work.
+    #[inline(never)]
+    fn turn_over(&mut self, record: &NewRecord<'_>) -> Result<(), SaveError<F::Error>> {
+        let mut result = Err(SaveError::NoPageToErase);
+        let mut tried = 0;
+        for leniency in 0..3_u8 {
+            self.rescan();
+            self.check_no_fault()?;
+            let mut page = self.scan.active;
+            for _ in 0..CANDIDATES.min(self.flash_io.pages.count()) {
+                let candidate = self.flash_io.pages.after(page);
+                page = Some(candidate);
+                if page == self.scan.active || page == self.scan.stuck || tried == MAX_ERASURES {
+                    continue;
+                }
+                let kind = record.meta.kind;
+                // After a failure no records are given up: the same pages again.
+                let leniency = if tried == 0 { leniency } else { 0 };
+                let Some(others) = self.without(candidate, kind, leniency) else { continue };
+                tried = tried.saturating_add(1);
+                result = self.open_page(record, candidate, &others);
+                if result.is_ok() || page == self.scan.stuck {
+                    return result;
+                }
+            }
+        }
+        result
     }
 
     /// Erases a page, copies the newest records of the other kinds to it, and adds this record.
     #[inline(never)]
-    fn open_page(&mut self, record: &NewRecord<'_>, skip: u32) -> Result<(), SaveError<F::Error>> {
+    fn open_page(
+        &mut self,
+        record: &NewRecord<'_>,
+        page: u32,
+        others: &PerKind<EntryLocation>,
+    ) -> Result<(), SaveError<F::Error>> {
         let kind = record.meta.kind;
-        let (page, others) = self.page_to_erase(kind, skip).ok_or(SaveError::NoPageToErase)?;
-        let page_end = self.flash_io.pages.end_of(page);
-        self.scan.erasures = self.scan.erasures.saturating_add(1);
-        self.flash_io.flash.erase(page, page_end).map_err(SaveError::Flash)?;
+        self.erase(page)?;
         let mut address = page;
         let mut newest = PerKind::NONE;
         for other in RecordKind::ALL.into_iter().filter(|other| *other != kind) {
@@ -106,41 +158,65 @@ impl<F: NorFlash> Store<F> {
         Ok(())
     }
 
-    /// Next page after the active one that holds none of the newest records, and the newest records without it.
-    ///
-    /// If faults left no such page: a page without which an older record of each kind remains; at worst
-    /// one without which no record of `kind` remains.
-    ///
-    /// * `skip`: number of such pages that have failed.
+    /// Erases a page and reads it back. A page without content is erased only if another one has records,
+    /// or if it takes a word: it may be unreadable for a while.
     #[inline(never)]
-    fn page_to_erase(
-        &mut self,
-        kind: RecordKind,
-        mut skip: u32,
-    ) -> Option<(u32, PerKind<EntryLocation>)> {
-        for leniency in 0..3_u8 {
-            let mut page = self.scan.active;
-            for _ in 0..CANDIDATES.min(self.flash_io.pages.count()) {
-                let candidate = self.flash_io.pages.after(page);
-                page = Some(candidate);
-                if page == self.scan.active {
-                    continue;
-                }
-                let remaining = Scan::of(&mut self.flash_io, page).newest;
-                let spared = |other| match (self.scan.newest.of(other), remaining.of(other)) {
-                    (None, _) => true,
-                    (Some(newest), Some(left)) => leniency > 0 || newest == left,
-                    (Some(_), None) => leniency > 1 && other == kind,
-                };
-                if RecordKind::ALL.into_iter().all(spared) {
-                    if skip == 0 {
-                        return Some((candidate, remaining));
-                    }
-                    skip = skip.saturating_sub(1);
-                }
+    fn erase(&mut self, page: u32) -> Result<(), SaveError<F::Error>> {
+        let flash_io = &mut self.flash_io;
+        if self.scan.active.is_none() {
+            let works = match flash_io.look(page) {
+                Look::Content => true,
+                Look::Blank => flash_io.probe(page).map_err(SaveError::Flash)?,
+                Look::Silent => return Err(SaveError::NoPageToErase),
+            };
+            if !works {
+                return Err(SaveError::VerifyFailed);
             }
         }
-        None
+        for _ in 0..ERASE_ATTEMPTS {
+            self.scan.erasures = self.scan.erasures.saturating_add(1);
+            let erased = flash_io.flash.erase(page, flash_io.pages.end_of(page));
+            self.scan.stuck = Some(page);
+            erased.map_err(SaveError::Flash)?;
+            if flash_io.look(page) == Look::Blank {
+                self.scan.stuck = None;
+                return Ok(());
+            }
+        }
+        Err(SaveError::VerifyFailed)
+    }
+
+    /// Newest records without a page; `None` if the page must not be erased, because it holds a newest record.
+    ///
+    /// * `leniency`: 1: an older record of the state may take its place; 2: the state may be lost if a new
+    ///   one is saved. For faults that left no other page. A factory record is replaced only by another one.
+    #[inline(never)]
+    fn without(
+        &mut self,
+        page: u32,
+        kind: RecordKind,
+        leniency: u8,
+    ) -> Option<PerKind<EntryLocation>> {
+        let remaining = Scan::of(&mut self.flash_io, Some(page)).newest;
+        let is_spared = |other| match (self.scan.newest.of(other), remaining.of(other)) {
+            (None, _) => true,
+            (newest, left) if newest == left => true,
+            _ if other == RecordKind::Factory => false,
+            (_, Some(_)) => leniency > 0,
+            (_, None) => leniency > 1 && other == kind,
+        };
+        if !RecordKind::ALL.into_iter().all(is_spared) {
+            return None;
+        }
+        let sequence = |place: &EntryLocation| place.header.sequence;
+        let left = remaining.of(RecordKind::Factory).map(sequence);
+        for _ in 0..LOOKS {
+            let here = Scan::in_page(&mut self.flash_io, page, RecordKind::Factory);
+            if here.is_some() && !follows(left, here.as_ref().map(sequence)) {
+                return None;
+            }
+        }
+        Some(remaining)
     }
 
     /// Writes `copies` of an entry from `address` on; place of the last.
@@ -154,9 +230,9 @@ impl<F: NorFlash> Store<F> {
     ) -> Result<Option<EntryLocation>, SaveError<F::Error>> {
         let mut last = None;
         for _ in 0..copies {
-            self.scan.sequence = self.scan.sequence.saturating_add(1);
-            let Scan { sequence, erasures, .. } = self.scan;
-            let header = EntryHeader { sequence, erasures, meta, copy };
+            let sequence = self.scan.sequence.map_or(1, |sequence| sequence.wrapping_add(1));
+            self.scan.sequence = Some(sequence);
+            let header = EntryHeader { sequence, erasures: self.scan.erasures, meta, copy };
             let place = EntryLocation { address: *address, header };
             if !self.flash_io.write_entry(&place, source).map_err(SaveError::Flash)? {
                 return Err(SaveError::VerifyFailed);

@@ -10,6 +10,9 @@ use super::flash_io::{EntryLocation, FlashIo};
 use super::pages::to_u32;
 use crate::codec::RecordKind;
 
+/// Step of the sequence number where a page has no header: beyond all numbers in pages unreadable now.
+const UNSEEN: u64 = 1 << 32;
+
 /// Result of a scan; kept up to date by saves.
 #[derive(Debug)]
 pub(super) struct Scan<F: NorFlash> {
@@ -19,16 +22,20 @@ pub(super) struct Scan<F: NorFlash> {
     pub(super) active: Option<u32>,
     /// Address of the next entry in the active page.
     pub(super) end: u32,
-    /// Highest sequence number of any header.
-    pub(super) sequence: u64,
+    /// Newest sequence number of any header. Numbers wrap.
+    pub(super) sequence: Option<u64>,
     /// Page erasures so far.
     pub(super) erasures: u32,
     /// Stretches that are neither erased nor an intact entry.
     pub(super) damaged: u32,
     /// Whether a header of another layout was found.
     pub(super) unsupported: bool,
-    /// Number of reads that failed, and the last error.
-    pub(super) read_errors: u32,
+    /// Whether a record found before has been missing since: nothing is written.
+    pub(super) fault: bool,
+    /// Page whose erasure did not read back: not tried again until the next start.
+    pub(super) stuck: Option<u32>,
+    /// Whether a read failed, and the last error.
+    pub(super) unread: bool,
     pub(super) last_error: Option<F::Error>,
 }
 
@@ -36,9 +43,11 @@ pub(super) struct Scan<F: NorFlash> {
 #[derive(Debug)]
 struct PageScan {
     newest: PerKind<EntryLocation>,
-    /// Highest sequence number of an intact entry.
-    sequence: u64,
+    /// Newest sequence number of an intact entry.
+    sequence: Option<u64>,
     complete: bool,
+    /// Whether there is any header.
+    seen: bool,
     /// Address of the next entry.
     end: u32,
 }
@@ -48,11 +57,13 @@ impl<F: NorFlash> Scan<F> {
         newest: PerKind::NONE,
         active: None,
         end: 0,
-        sequence: 0,
+        sequence: None,
         erasures: 0,
         damaged: 0,
         unsupported: false,
-        read_errors: 0,
+        fault: false,
+        stuck: None,
+        unread: false,
         last_error: None,
     };
 
@@ -62,18 +73,24 @@ impl<F: NorFlash> Scan<F> {
         let mut scan = Self::EMPTY;
         let mut in_complete = PerKind::NONE;
         let mut in_incomplete = PerKind::NONE;
-        let mut active_sequence = 0;
+        let mut active_sequence = None;
+        let mut unseen = false;
         for page in flash_io.pages.starts().filter(|page| Some(*page) != except) {
             let found = scan.scan_page(flash_io, page);
             let newest = if found.complete { &mut in_complete } else { &mut in_incomplete };
             for kind in RecordKind::ALL {
                 keep_newer(newest.of_mut(kind), found.newest.of(kind));
             }
-            if found.complete && (scan.active.is_none() || found.sequence > active_sequence) {
+            if found.complete && follows(found.sequence, active_sequence) {
                 scan.active = Some(page);
                 scan.end = found.end;
                 active_sequence = found.sequence;
             }
+            unseen |= !found.seen;
+        }
+        if unseen {
+            // A page may be unreadable for a while: records saved meanwhile are newer than all in it.
+            scan.sequence = scan.sequence.map(|sequence| sequence.wrapping_add(UNSEEN));
         }
         for kind in RecordKind::ALL {
             *scan.newest.of_mut(kind) = in_complete.of(kind).or(in_incomplete.of(kind)).copied();
@@ -81,13 +98,30 @@ impl<F: NorFlash> Scan<F> {
         scan
     }
 
+    /// Newest intact entry of a kind in one page; none in an incomplete page.
+    #[inline(never)]
+    pub(super) fn in_page(
+        flash_io: &mut FlashIo<F>,
+        page: u32,
+        kind: RecordKind,
+    ) -> Option<EntryLocation> {
+        let mut scan = Self::EMPTY;
+        let found = scan.scan_page(flash_io, page);
+        found.newest.of(kind).filter(|_| found.complete).copied()
+    }
+
     /// Steps from entry to entry; through damage from word to word.
     #[inline(never)]
     fn scan_page(&mut self, flash_io: &mut FlashIo<F>, page: u32) -> PageScan {
         let page_end = flash_io.pages.end_of(page);
         let written = flash_io.written_end(page);
-        let mut found =
-            PageScan { newest: PerKind::NONE, sequence: 0, complete: false, end: written };
+        let mut found = PageScan {
+            newest: PerKind::NONE,
+            sequence: None,
+            complete: false,
+            seen: false,
+            end: written,
+        };
         let mut address = page;
         let mut in_damage = false;
         while address < written {
@@ -95,15 +129,19 @@ impl<F: NorFlash> Scan<F> {
             let intact = place.is_some_and(|place| self.is_intact(flash_io, &place));
             if let Some(place) = place {
                 let header = place.header;
-                if header.sequence >= self.sequence {
-                    self.sequence = header.sequence;
+                let sequence = Some(header.sequence);
+                found.seen = true;
+                if follows(sequence, self.sequence) {
+                    self.sequence = sequence;
                     self.erasures = header.erasures;
                 }
                 address = address.saturating_add(header.meta.bytes(&flash_io.pages));
                 if intact {
                     keep_newer(found.newest.of_mut(header.meta.kind), Some(&place));
                     found.complete |= !header.copy;
-                    found.sequence = found.sequence.max(header.sequence);
+                    if follows(sequence, found.sequence) {
+                        found.sequence = sequence;
+                    }
                 }
             } else {
                 address = address.saturating_add(flash_io.pages.word());
@@ -143,7 +181,7 @@ impl<F: NorFlash> Scan<F> {
     }
 
     fn count_error(&mut self, error: F::Error) {
-        self.read_errors = self.read_errors.saturating_add(1);
+        self.unread = true;
         self.last_error = Some(error);
     }
 
@@ -153,10 +191,19 @@ impl<F: NorFlash> Scan<F> {
     }
 }
 
-/// Keeps the entry with the higher sequence number, of equals the second.
+/// Keeps the entry with the newer sequence number, of equals the second.
 fn keep_newer(kept: &mut Option<EntryLocation>, other: Option<&EntryLocation>) {
     let sequence = |place: &EntryLocation| place.header.sequence;
-    if other.is_some() && other.map(sequence) >= kept.as_ref().map(sequence) {
+    if other.is_some() && follows(other.map(sequence), kept.as_ref().map(sequence)) {
         *kept = other.copied();
+    }
+}
+
+/// Whether a sequence number is as new as another one, or newer. Numbers wrap; none is the oldest.
+pub(super) fn follows(number: Option<u64>, other: Option<u64>) -> bool {
+    match (number, other) {
+        (Some(number), Some(other)) => number.wrapping_sub(other) <= u64::MAX / 2,
+        (number, None) => number.is_some(),
+        (None, Some(_)) => false,
     }
 }

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use simulated_flash::{Flash, TEARS, Tear};
 use stereo_selfcal::store::RecordKind;
 
-use crate::rig::{Content, Step, content, open, payload, perform};
+use crate::rig::{Content, Step, content, format, open, payload, perform};
 
 #[derive(Debug, Clone)]
 enum Operation {
@@ -45,7 +45,13 @@ fn run<const W: usize, const E: usize>(pages: usize, tear: Tear, operations: &[O
         match *operation {
             Operation::Save { factory, bytes } => {
                 let step = Step { kind: kind(factory), payload: Some(payload(number, bytes)) };
-                perform(&mut store, &step).unwrap();
+                let mut saved = perform(&mut store, &step);
+                if saved.is_err() && held == Content::default() && tear == Tear::Ecc {
+                    // The first save has torn every page: none can be read.
+                    store = format(store.close());
+                    saved = perform(&mut store, &step);
+                }
+                saved.unwrap();
                 held = held.after(&step);
             }
             Operation::Forget { factory } => {
