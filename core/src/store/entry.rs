@@ -39,6 +39,10 @@ pub(super) struct PerKind<V> {
 impl<V> PerKind<V> {
     pub(super) const NONE: Self = Self { factory: None, state: None };
 
+    pub(super) const fn has_state(&self) -> bool {
+        self.state.is_some()
+    }
+
     pub(super) fn of(&self, kind: RecordKind) -> Option<&V> {
         match kind {
             RecordKind::Factory => self.factory.as_ref(),

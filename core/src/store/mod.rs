@@ -179,6 +179,11 @@ impl<F: NorFlash> Store<F> {
         self.flash_io.flash
     }
 
+    /// Whether there is a state, even a removed one, or a part that cannot be read.
+    const fn may_hold_state(&self) -> bool {
+        self.scan.unread || self.scan.newest.has_state()
+    }
+
     /// Address and length of the free part of the active page.
     fn free(&self) -> Option<(u32, u32)> {
         let page_end = self.flash_io.pages.end_of(self.scan.active?);

@@ -71,8 +71,12 @@ pub enum PersistError<E: Debug> {
 }
 
 impl<F: NorFlash<Error: Debug>, T: Scalar> Persistence<F, T> {
-    /// Persistence over an open store.
-    pub const fn new(store: Store<F>, policy: SavePolicy<T>) -> Self {
+    /// Persistence over an open store. If the store holds a state, or cannot be read, the first save that
+    /// the policy finds due waits for the shortest interval.
+    pub const fn new(store: Store<F>, mut policy: SavePolicy<T>) -> Self {
+        if store.may_hold_state() {
+            policy.wait();
+        }
         Self { store, policy }
     }
 

@@ -60,10 +60,18 @@ impl<T: Scalar> Estimate<T> {
     }
 }
 
+/// Longest time that counts between two pairs, ns.
+const LONGEST_STEP: u64 = 1_000_000_000;
+
 /// Decides when to save, at most once per shortest interval. Time is an argument: a [`Duration`] since any
 /// fixed origin.
 ///
-/// With a stopped clock only the first save is due; a clock that steps back restarts the intervals.
+/// Two saves are apart by the shortest interval, and by as many pairs as the interval has seconds, whatever
+/// the clock does: a pair counts for at most 1 s, and a step back takes as much away. With 600 s: at most one save
+/// in 600 pairs. A clock that stands still, or alternates between two origins, permits only the first save.
+///
+/// The first save does not wait; after a restore it does. A controller that is reset sooner than that saves
+/// once in all.
 ///
 /// ```
 /// use core::time::Duration;
@@ -87,8 +95,10 @@ impl<T: Scalar> Estimate<T> {
 pub struct SavePolicy<T: Scalar> {
     shortest: Duration,
     longest: Duration,
-    /// Time of the last due or completed save.
+    /// Time of the last pair.
     last: Option<Duration>,
+    /// Time counted since the last due or completed save or the restore, ns; none before the first.
+    elapsed: Option<u64>,
     saved: Option<Saved<T>>,
 }
 
@@ -100,6 +110,7 @@ impl<T: Scalar> SavePolicy<T> {
             shortest: Duration::from_secs(600),
             longest: Duration::from_secs(6 * 3600),
             last: None,
+            elapsed: None,
             saved: None,
         }
     }
@@ -135,7 +146,7 @@ impl<T: Scalar> SavePolicy<T> {
         }
     }
 
-    /// Reason to save now, if any; then none for the shortest interval. The first save does not wait.
+    /// Reason to save now, if any; then none for the shortest interval. Call it once after each pair.
     ///
     /// A change of an estimate that is not locked is no reason: the confirmed one saved before is kept.
     ///
@@ -146,30 +157,54 @@ impl<T: Scalar> SavePolicy<T> {
         calibrator: &Calibrator<T, N>,
         now: Duration,
     ) -> Option<SaveReason> {
-        self.last = self.last.map(|last| last.min(now));
-        // In nanoseconds: subtraction of `Duration` compiles to a reachable panic.
-        let since = self.last.map(|last| now.as_nanos().saturating_sub(last.as_nanos()));
-        if since.is_some_and(|since| since < self.shortest.as_nanos()) {
+        self.count(now);
+        let has_passed = |interval: Duration| {
+            self.elapsed.is_none_or(|elapsed| u128::from(elapsed) >= interval.as_nanos())
+        };
+        if !has_passed(self.shortest) {
             return None;
         }
-        let overdue = since.is_none_or(|since| since >= self.longest.as_nanos());
+        let overdue = has_passed(self.longest);
         let reason = self.reason(calibrator, overdue)?;
-        self.last = Some(now);
+        self.elapsed = Some(0);
         Some(reason)
     }
 
-    /// Records that the store holds the present state of the calibrator.
-    pub fn saved<const N: usize>(&mut self, calibrator: &Calibrator<T, N>, now: Duration) {
-        self.restored(calibrator);
+    /// Counts the time since the last pair.
+    fn count(&mut self, now: Duration) {
+        // In nanoseconds: subtraction of `Duration` compiles to a reachable panic.
+        let [now_ns, last] = [now, self.last.unwrap_or(now)].map(|time| time.as_nanos());
+        let step =
+            u64::try_from(now_ns.abs_diff(last)).map_or(LONGEST_STEP, |ns| ns.min(LONGEST_STEP));
         self.last = Some(now);
+        self.elapsed = self.elapsed.map(|elapsed| {
+            if now_ns < last { elapsed.saturating_sub(step) } else { elapsed.saturating_add(step) }
+        });
     }
 
-    /// Records that the calibrator was restored from the store. The next save does not wait.
+    /// Records that the store holds the present state of the calibrator.
     #[inline(never)]
-    pub fn restored<const N: usize>(&mut self, calibrator: &Calibrator<T, N>) {
+    pub fn saved<const N: usize>(&mut self, calibrator: &Calibrator<T, N>, now: Duration) {
         let estimate = Estimate::of(calibrator);
         let (state, generation) = (calibrator.state(), calibrator.generation());
         self.saved = Some(Saved { state, generation, estimate });
+        self.last = Some(now);
+        self.elapsed = Some(0);
+    }
+
+    /// Records that the calibrator was restored from the store. The next save waits for the shortest interval.
+    pub fn restored<const N: usize>(&mut self, calibrator: &Calibrator<T, N>) {
+        self.saved(calibrator, Duration::ZERO);
+        self.last = None;
+        // Suspect by the restore alone: its confirmation is no news.
+        if let Some(saved) = self.saved.as_mut().filter(|saved| saved.state == State::Suspect) {
+            saved.state = State::Locked;
+        }
+    }
+
+    /// The store holds a state that may not be restored: the first save waits as after a restore.
+    pub(super) const fn wait(&mut self) {
+        self.elapsed = Some(0);
     }
 
     fn reason<const N: usize>(

@@ -148,6 +148,47 @@ fn records_unreadable_at_open_are_not_overwritten() {
     assert_eq!(content(&mut store), Content::default().after(&factory).after(&state));
 }
 
+/// Adds to the sequence number of every entry in flash with pages of 512 bytes.
+fn renumber(flash: &mut Small, by: u64) {
+    for at in 512..flash.bytes.len() - 24 {
+        let entry = &mut flash.bytes[at..at + 24];
+        if entry[..4] != *b"SSC\x01" {
+            continue;
+        }
+        let number = u64::from_le_bytes(entry[4..12].try_into().unwrap()).wrapping_add(by);
+        entry[4..12].copy_from_slice(&number.to_le_bytes());
+        let summed = [&entry[..20], &u32::try_from(at).unwrap().to_le_bytes()].concat();
+        let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&summed);
+        entry[20..].copy_from_slice(&crc.to_le_bytes());
+    }
+}
+
+#[test]
+fn sequence_numbers_wrap() {
+    for steps in [3, 8, 20] {
+        // Also where the numbers of one page lie on both sides.
+        for by in (0..60).map(|n| u64::MAX - n).chain([1 << 63, (1 << 63) - 1, u64::MAX / 4 * 3]) {
+            let mut store = open(Small::new(3, 1), 1);
+            let mut held = Content::default();
+            for step in crate::rig::scenario(30, 90).into_iter().take(steps) {
+                perform(&mut store, &step).unwrap();
+                held = held.after(&step);
+            }
+            let mut flash = store.close();
+            renumber(&mut flash, by);
+            let mut store = open(flash, 1);
+            assert_eq!(content(&mut store), held, "{by} after {steps}");
+            for number in 40..60 {
+                let step = save(KINDS[usize::from(number % 5 != 0)], number, 80);
+                perform(&mut store, &step).unwrap();
+                held = held.after(&step);
+                store = open(store.close(), 1);
+                assert_eq!(content(&mut store), held, "{by} after {steps}");
+            }
+        }
+    }
+}
+
 #[test]
 fn pages_wear_evenly_and_last_as_documented() {
     let mut store = open(Flash::<32, 0x2_0000>::new(3, 1), 1);

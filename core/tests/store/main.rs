@@ -14,9 +14,12 @@
 mod scene;
 
 mod cuts;
+mod faults;
+mod faulty;
 mod garbage;
 mod limits;
 mod model;
 mod persistence;
+mod policy;
 mod rig;
 mod rot;

@@ -1,0 +1,176 @@
+//! Faults of the flash that stand for a while: no factory record is lost, the state is the newest or the
+//! one before, and no record is a mixture.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use simulated_flash::{Flash, TEARS};
+use stereo_selfcal::store::{LoadError, RecordKind, Store};
+
+use crate::faulty::{Active, DEFECTS, Defect, Faults, Faulty};
+use crate::rig::{Step, payload, save, scenario};
+
+type Under<const W: usize, const E: usize> = Store<Faulty<W, E>>;
+
+const ALL: u32 = u32::MAX;
+/// Longest scenario.
+const STEPS: usize = 28;
+
+/// Payloads that may be found, newest last; `None` after removal.
+#[derive(Debug, Clone, Default)]
+struct History {
+    /// Saved, and reported so.
+    saved: Vec<Option<Vec<u8>>>,
+    /// Attempted since the last one that was saved.
+    attempted: Vec<Option<Vec<u8>>>,
+}
+
+impl History {
+    fn note(&mut self, step: &Step, saved: bool) {
+        if saved {
+            self.saved.push(step.payload.clone());
+            self.attempted.clear();
+        } else {
+            self.attempted.push(step.payload.clone());
+        }
+    }
+
+    fn newest(&self) -> Option<Vec<u8>> {
+        self.saved.last().cloned().flatten()
+    }
+
+    /// * `before`: number of older records that are allowed as well.
+    fn allows(&self, found: &Option<Vec<u8>>, before: usize) -> bool {
+        let older = self.saved.iter().rev().take(1 + before).any(|saved| saved == found);
+        older || (self.saved.is_empty() && found.is_none()) || self.attempted.contains(found)
+    }
+}
+
+fn open<const W: usize, const E: usize>(flash: Faulty<W, E>) -> Under<W, E> {
+    let end = u32::try_from(flash.flash.bytes.len()).unwrap();
+    let page = u32::try_from(E).unwrap();
+    Store::open(flash, page..end, page).unwrap()
+}
+
+fn perform<const W: usize, const E: usize>(store: &mut Under<W, E>, step: &Step) -> bool {
+    match &step.payload {
+        Some(payload) => store.save(step.kind, payload).is_ok(),
+        None => store.remove(step.kind).is_ok(),
+    }
+}
+
+fn load<const W: usize, const E: usize>(
+    store: &mut Under<W, E>,
+    kind: RecordKind,
+) -> Result<Option<Vec<u8>>, LoadError<simulated_flash::Fault>> {
+    let mut buffer = [0; 4096];
+    Ok(store.load(kind, &mut buffer)?.map(<[u8]>::to_vec))
+}
+
+/// Records of both kinds: factory, state.
+type Histories = [History; 2];
+
+fn index(kind: RecordKind) -> usize {
+    usize::from(kind == RecordKind::State)
+}
+
+/// Flash after the first `steps` of the scenario, with the factory record saved first.
+fn used<const W: usize, const E: usize>(
+    pages: usize,
+    steps: usize,
+    bytes: (usize, usize),
+) -> (Faulty<W, E>, Histories) {
+    let flash = Flash::new(1 + pages, steps as u64);
+    let mut store = open(Faulty { flash, faults: Faults::default() });
+    let mut histories = Histories::default();
+    let first = save(RecordKind::Factory, 100, bytes.0);
+    for step in [first].into_iter().chain(scenario(bytes.0, bytes.1)).take(1 + steps) {
+        assert!(perform(&mut store, &step));
+        histories[index(step.kind)].note(&step, true);
+    }
+    (store.close(), histories)
+}
+
+/// Five saves; the third of a factory record if `factory`.
+fn five_saves<const W: usize, const E: usize>(
+    store: &mut Under<W, E>,
+    histories: &mut Histories,
+    first: usize,
+    state: usize,
+) {
+    for number in first..first + 5 {
+        let step = save(RecordKind::State, number, state);
+        let saved = perform(store, &step);
+        histories[1].note(&step, saved);
+    }
+}
+
+/// Sizes of factory record and state: several of them in a page.
+fn sizes<const W: usize, const E: usize>() -> [(usize, usize); 2] {
+    [(20, 31), (30, (E / 2 - (30_usize + 28).next_multiple_of(W) - 28) / 2)]
+}
+
+/// What is stuck at once, in all pages: the newest records are intact afterwards.
+fn stuck_everywhere<const W: usize, const E: usize>() -> usize {
+    let mut cases = 0;
+    for (pages, steps) in (2..=5).flat_map(|pages| (0..STEPS).map(move |steps| (pages, steps))) {
+        for (bytes, defect) in sizes::<W, E>()
+            .into_iter()
+            .flat_map(|b| [(b, Defect::Deaf), (b, Defect::Stuck(0)), (b, Defect::Stuck(0xff))])
+        {
+            for at_boot in [false, true] {
+                let (flash, mut histories) = used::<W, E>(pages, steps, bytes);
+                let context =
+                    format!("{defect:?}, {pages} pages, {steps} steps, {bytes:?}, {at_boot}");
+                let faults = flash.faults.clone();
+                let begin = || faults.borrow_mut().push(Active { defect, pages: ALL, after: 0 });
+                if at_boot {
+                    begin();
+                }
+                let mut store = open(flash);
+                if !at_boot {
+                    begin();
+                }
+                five_saves(&mut store, &mut histories, 200, bytes.1);
+                let mut store = open(store.close());
+                five_saves(&mut store, &mut histories, 205, bytes.1);
+                if defect != Defect::Stuck(0xff) {
+                    assert!(load(&mut store, RecordKind::Factory).is_err(), "{context}");
+                }
+                faults.borrow_mut().clear();
+                assert!(histories.iter().all(|h| h.saved.len() <= 1 + STEPS), "{context}");
+                let mut again = open(store.close());
+                check(&mut again, &histories, 0, &context);
+                five_saves(&mut again, &mut histories, 210, bytes.1);
+                check(&mut again, &histories, 0, &context);
+                assert_eq!(histories[1].newest(), Some(payload(214, bytes.1)), "{context}");
+                cases += 1;
+            }
+        }
+    }
+    cases
+}
+
+fn check<const W: usize, const E: usize>(
+    store: &mut Under<W, E>,
+    histories: &Histories,
+    before: usize,
+    context: &str,
+) {
+    for (kind, history) in [RecordKind::Factory, RecordKind::State].into_iter().zip(histories) {
+        let found = load(store, kind).unwrap_or_else(|e| panic!("{e}: {kind:?}, {context}"));
+        let older = if kind == RecordKind::Factory { 0 } else { before };
+        assert!(history.allows(&found, older), "{kind:?}, {context}: {found:?} of {history:?}");
+    }
+}
+
+#[test]
+fn a_bus_that_is_deaf_or_stuck_destroys_nothing() {
+    let cases = [
+        stuck_everywhere::<1, 224>(),
+        stuck_everywhere::<4, 256>(),
+        stuck_everywhere::<8, 512>(),
+        stuck_everywhere::<32, 1024>(),
+        stuck_everywhere::<64, 1536>(),
+    ];
+    println!("{cases:?} cases, no record lost");
+}
