@@ -15,6 +15,9 @@ const ATTEMPTS: u8 = 3;
 /// Content of a probe. It shares no bit with the first byte of a header: onto one it does not read back.
 const PROBE: u8 = 0xac;
 
+/// Mark after the last entry of a page: another page has been opened since.
+const MARK: [u8; 8] = *b"SSC next";
+
 /// What a page reads as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Look {
@@ -146,6 +149,33 @@ impl<F: NorFlash> FlashIo<F> {
         word.fill(0);
         self.read(page, word)?;
         Ok(word.iter().all(|byte| *byte == PROBE))
+    }
+
+    /// Length of a mark, bytes.
+    pub(super) fn mark_bytes(&self) -> u32 {
+        self.pages.rounded(to_u32(MARK.len()))
+    }
+
+    /// Writes a mark, if there is room. Without it the next page is only less protected: errors are ignored.
+    #[inline(never)]
+    pub(super) fn write_mark(&mut self, address: u32, page_end: u32) {
+        let mut chunk = Chunk([0xff; 64]);
+        overlay(&mut chunk.0, 0, &MARK, 0);
+        let bytes = self.mark_bytes();
+        let fits = bytes <= page_end.saturating_sub(address);
+        if let Some(part) = chunk.0.get(..to_usize(bytes)).filter(|_| fits) {
+            let _ = self.flash.write(address, part);
+        }
+    }
+
+    /// Whether a mark is at an address. An unreadable word is none.
+    #[inline(never)]
+    pub(super) fn is_mark(&mut self, address: u32, page_end: u32) -> bool {
+        let mut chunk = Chunk([0; 64]);
+        let bytes = self.mark_bytes();
+        let part = chunk.0.get_mut(..to_usize(bytes)).unwrap_or_default();
+        let fits = bytes <= page_end.saturating_sub(address);
+        fits && self.read(address, part).is_ok() && part.starts_with(&MARK)
     }
 
     /// Reads the payload, as much as the buffer holds; whether the entry is intact.

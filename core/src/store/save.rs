@@ -21,6 +21,9 @@ const ERASE_ATTEMPTS: u8 = 2;
 /// Scans of a page for a factory record before the page is erased: reads may be disturbed.
 const LOOKS: u8 = 3;
 
+/// Sequence number to begin with where a page may hold records that cannot be read.
+const BLIND: u64 = 1 << 62;
+
 /// Record to be written.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NewRecord<'a> {
@@ -32,7 +35,7 @@ impl<F: NorFlash> Store<F> {
     #[inline(never)]
     pub(super) fn put(&mut self, record: &NewRecord<'_>) -> Result<(), SaveError<F::Error>> {
         let scan = &self.scan;
-        if scan.unread || scan.fault || scan.active.is_none() {
+        if scan.unread || scan.fault || scan.succeeded || scan.active.is_none() {
             // Data that was unreadable may be readable now and must not be erased.
             self.rescan();
         }
@@ -56,9 +59,9 @@ impl<F: NorFlash> Store<F> {
         saved
     }
 
-    /// Refuses while a record found before is missing.
+    /// Refuses while a record found before is missing, or the page opened last.
     fn check_no_fault(&mut self) -> Result<(), SaveError<F::Error>> {
-        if !self.scan.fault {
+        if !self.scan.fault && !self.scan.succeeded {
             return Ok(());
         }
         Err(self.scan.last_error.take().map_or(SaveError::NoPageToErase, SaveError::Flash))
@@ -152,6 +155,10 @@ impl<F: NorFlash> Store<F> {
         }
         let source = Source::Payload(record.payload);
         *newest.of_mut(kind) = self.write_copies(&mut address, record.meta, source, false, 2)?;
+        if let Some(last) = self.scan.active {
+            let end = self.scan.end;
+            self.flash_io.write_mark(end, self.flash_io.pages.end_of(last));
+        }
         self.scan.newest = newest;
         self.scan.active = Some(page);
         self.scan.end = address;
@@ -165,12 +172,13 @@ impl<F: NorFlash> Store<F> {
         let flash_io = &mut self.flash_io;
         if self.scan.active.is_none() {
             let works = match flash_io.look(page) {
-                Look::Content => true,
-                Look::Blank => flash_io.probe(page).map_err(SaveError::Flash)?,
-                Look::Silent => return Err(SaveError::NoPageToErase),
+                Look::Content => Ok(true),
+                Look::Blank => flash_io.probe(page),
+                Look::Silent => Ok(false),
             };
-            if !works {
-                return Err(SaveError::VerifyFailed);
+            if !matches!(works, Ok(true)) {
+                self.scan.sequence = self.scan.sequence.or(Some(BLIND));
+                return Err(works.map_or_else(SaveError::Flash, |_| SaveError::VerifyFailed));
             }
         }
         for _ in 0..ERASE_ATTEMPTS {

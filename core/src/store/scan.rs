@@ -20,6 +20,8 @@ pub(super) struct Scan<F: NorFlash> {
     pub(super) newest: PerKind<EntryLocation>,
     /// Start of the active page: the newest complete one.
     pub(super) active: Option<u32>,
+    /// Whether the active page has a mark: a newer page is missing.
+    pub(super) succeeded: bool,
     /// Address of the next entry in the active page.
     pub(super) end: u32,
     /// Newest sequence number of any header. Numbers wrap.
@@ -48,6 +50,8 @@ struct PageScan {
     complete: bool,
     /// Whether there is any header.
     seen: bool,
+    /// Whether there is a mark.
+    succeeded: bool,
     /// Address of the next entry.
     end: u32,
 }
@@ -56,6 +60,7 @@ impl<F: NorFlash> Scan<F> {
     const EMPTY: Self = Self {
         newest: PerKind::NONE,
         active: None,
+        succeeded: false,
         end: 0,
         sequence: None,
         erasures: 0,
@@ -84,13 +89,14 @@ impl<F: NorFlash> Scan<F> {
             if found.complete && follows(found.sequence, active_sequence) {
                 scan.active = Some(page);
                 scan.end = found.end;
+                scan.succeeded = found.succeeded;
                 active_sequence = found.sequence;
             }
             unseen |= !found.seen;
         }
         if unseen {
             // A page may be unreadable for a while: records saved meanwhile are newer than all in it.
-            scan.sequence = scan.sequence.map(|sequence| sequence.wrapping_add(UNSEEN));
+            scan.sequence = scan.sequence.map(|number| number.wrapping_add(UNSEEN));
         }
         for kind in RecordKind::ALL {
             *scan.newest.of_mut(kind) = in_complete.of(kind).or(in_incomplete.of(kind)).copied();
@@ -120,6 +126,7 @@ impl<F: NorFlash> Scan<F> {
             sequence: None,
             complete: false,
             seen: false,
+            succeeded: false,
             end: written,
         };
         let mut address = page;
@@ -143,6 +150,11 @@ impl<F: NorFlash> Scan<F> {
                         found.sequence = sequence;
                     }
                 }
+            } else if flash_io.is_mark(address, page_end) {
+                found.succeeded = true;
+                in_damage = false;
+                address = address.saturating_add(flash_io.mark_bytes());
+                continue;
             } else {
                 address = address.saturating_add(flash_io.pages.word());
             }

@@ -90,17 +90,23 @@ fn used<const W: usize, const E: usize>(
     (store.close(), histories)
 }
 
-/// Five saves; the third of a factory record if `factory`.
+/// Five saves of the state, and one of a factory record if `factory`.
 fn five_saves<const W: usize, const E: usize>(
     store: &mut Under<W, E>,
     histories: &mut Histories,
     first: usize,
-    state: usize,
+    bytes: (usize, usize),
+    factory: bool,
 ) {
     for number in first..first + 5 {
-        let step = save(RecordKind::State, number, state);
+        let step = save(RecordKind::State, number, bytes.1);
         let saved = perform(store, &step);
         histories[1].note(&step, saved);
+        if factory && number == first + 2 {
+            let step = save(RecordKind::Factory, number, bytes.0);
+            let saved = perform(store, &step);
+            histories[0].note(&step, saved);
+        }
     }
 }
 
@@ -110,9 +116,11 @@ fn sizes<const W: usize, const E: usize>() -> [(usize, usize); 2] {
 }
 
 /// What is stuck at once, in all pages: the newest records are intact afterwards.
-fn stuck_everywhere<const W: usize, const E: usize>() -> usize {
+fn stuck_everywhere<const W: usize, const E: usize>(every: usize) -> usize {
     let mut cases = 0;
-    for (pages, steps) in (2..=5).flat_map(|pages| (0..STEPS).map(move |steps| (pages, steps))) {
+    for (pages, steps) in
+        (2..=5).flat_map(|pages| (0..STEPS).step_by(every).map(move |steps| (pages, steps)))
+    {
         for (bytes, defect) in sizes::<W, E>()
             .into_iter()
             .flat_map(|b| [(b, Defect::Deaf), (b, Defect::Stuck(0)), (b, Defect::Stuck(0xff))])
@@ -130,9 +138,9 @@ fn stuck_everywhere<const W: usize, const E: usize>() -> usize {
                 if !at_boot {
                     begin();
                 }
-                five_saves(&mut store, &mut histories, 200, bytes.1);
+                five_saves(&mut store, &mut histories, 200, bytes, false);
                 let mut store = open(store.close());
-                five_saves(&mut store, &mut histories, 205, bytes.1);
+                five_saves(&mut store, &mut histories, 205, bytes, false);
                 if defect != Defect::Stuck(0xff) {
                     assert!(load(&mut store, RecordKind::Factory).is_err(), "{context}");
                 }
@@ -140,7 +148,7 @@ fn stuck_everywhere<const W: usize, const E: usize>() -> usize {
                 assert!(histories.iter().all(|h| h.saved.len() <= 1 + STEPS), "{context}");
                 let mut again = open(store.close());
                 check(&mut again, &histories, 0, &context);
-                five_saves(&mut again, &mut histories, 210, bytes.1);
+                five_saves(&mut again, &mut histories, 210, bytes, false);
                 check(&mut again, &histories, 0, &context);
                 assert_eq!(histories[1].newest(), Some(payload(214, bytes.1)), "{context}");
                 cases += 1;
@@ -166,11 +174,109 @@ fn check<const W: usize, const E: usize>(
 #[test]
 fn a_bus_that_is_deaf_or_stuck_destroys_nothing() {
     let cases = [
-        stuck_everywhere::<1, 224>(),
-        stuck_everywhere::<4, 256>(),
-        stuck_everywhere::<8, 512>(),
-        stuck_everywhere::<32, 1024>(),
-        stuck_everywhere::<64, 1536>(),
+        stuck_everywhere::<1, 224>(3),
+        stuck_everywhere::<4, 256>(3),
+        stuck_everywhere::<8, 512>(3),
+        stuck_everywhere::<32, 1024>(3),
+        stuck_everywhere::<64, 1536>(3),
     ];
     println!("{cases:?} cases, no record lost");
+}
+
+/// Losses by defect, and by pair of defects: factory records, states, saves impossible afterwards.
+type Losses = std::collections::BTreeMap<String, [usize; 4]>;
+
+/// One or two defects at random times in ten saves, a restart between, in some runs a loss of power.
+fn run<const W: usize, const E: usize>(
+    defects: &[Defect],
+    seed: u64,
+    cuts: bool,
+    losses: &mut Losses,
+) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let pages = random.random_range(2..=5);
+    let bytes = sizes::<W, E>()[random.random_range(0..2)];
+    let (mut flash, mut histories) = used::<W, E>(pages, random.random_range(0..STEPS), bytes);
+    let faults = flash.faults.clone();
+    flash.flash.tear = TEARS[random.random_range(0..TEARS.len())];
+    flash.flash.random = ChaCha8Rng::seed_from_u64(seed);
+    let active = defects.iter().map(|defect| Active {
+        defect: *defect,
+        pages: if random.random_ratio(1, 3) { ALL } else { 1 << random.random_range(0..pages) },
+        after: if random.random() { 0 } else { random.random_range(0..400) },
+    });
+    let active: Vec<_> = active.collect();
+    let at_boot: bool = random.random();
+    let factory = random.random_ratio(1, 4);
+    let mut store = if at_boot {
+        faults.borrow_mut().extend(&active);
+        open(flash)
+    } else {
+        let store = open(flash);
+        faults.borrow_mut().extend(&active);
+        store
+    };
+    for first in [200, 210] {
+        if cuts && random.random() {
+            let mut flash = store.close();
+            flash.flash.power_for = Some(random.random_range(1..400));
+            store = open(flash);
+        }
+        five_saves(&mut store, &mut histories, first, bytes, factory);
+        let mut flash = store.close();
+        flash.flash.power_on();
+        store = open(flash);
+    }
+    faults.borrow_mut().clear();
+    let mut store = open(store.close());
+    let loss =
+        losses.entry(format!("{defects:?}{}", if cuts { " and cuts" } else { "" })).or_default();
+    loss[3] += 1;
+    let allows = |store: &mut Under<W, E>, histories: &Histories, loss: &mut [usize; 4]| {
+        for (kind, history) in [RecordKind::Factory, RecordKind::State].into_iter().zip(histories) {
+            let before = usize::from(kind == RecordKind::State);
+            let fine = load(store, kind).is_ok_and(|found| history.allows(&found, before));
+            if !fine && std::env::var("SHOW").is_ok() {
+                let brief = |v: &Option<Vec<u8>>| v.as_ref().map(|v| (v.first().copied(), v.len()));
+                println!(
+                    "{kind:?} seed {seed} W {W} pages {pages} {active:?} at_boot {at_boot} fac {factory} cuts {cuts} bytes {bytes:?} found {:?} of saved {:?} att {:?}",
+                    load(store, kind).map(|v| brief(&v)),
+                    history.saved.iter().map(brief).collect::<Vec<_>>(),
+                    history.attempted.iter().map(brief).collect::<Vec<_>>()
+                );
+            }
+            loss[index(kind)] += usize::from(!fine);
+        }
+    };
+    allows(&mut store, &histories, loss);
+    let step = save(RecordKind::State, 300, bytes.1);
+    loss[2] += usize::from(!perform(&mut store, &step));
+}
+
+/// Single defects, and every pair of them; with losses of power and without.
+fn campaign(seeds: u64) -> Losses {
+    let mut losses = Losses::new();
+    let pairs =
+        DEFECTS.iter().enumerate().flat_map(|(i, a)| DEFECTS[i..].iter().map(move |b| [*a, *b]));
+    for (defects, cuts) in pairs.flat_map(|pair| [(pair, false), (pair, true)]) {
+        let defects = if defects[0] == defects[1] { &defects[..1] } else { &defects[..] };
+        for seed in 0..seeds {
+            run::<1, 224>(defects, seed, cuts, &mut losses);
+            run::<4, 256>(defects, seed, cuts, &mut losses);
+            run::<8, 512>(defects, seed, cuts, &mut losses);
+            run::<32, 1024>(defects, seed, cuts, &mut losses);
+            run::<64, 1536>(defects, seed, cuts, &mut losses);
+        }
+    }
+    losses
+}
+
+#[test]
+fn faults_of_two_kinds_at_once_lose_no_record() {
+    let seeds = std::env::var("SEEDS").map_or(20, |n| n.parse().unwrap());
+    for (defects, [factory, state, stuck, runs]) in campaign(seeds) {
+        println!(
+            "{defects}: {factory} factory records, {state} states lost, {stuck} saves impossible in {runs} runs"
+        );
+    }
 }

@@ -113,15 +113,24 @@ impl<const W: usize, const E: usize> NorFlash for Faulty<W, E> {
         if self.has(offset, |d| d == Defect::NoWrite) {
             return Ok(());
         }
-        let faulty = !self.faults.borrow().is_empty();
+        if self.faults.borrow().is_empty() {
+            return self.flash.write(offset, bytes);
+        }
+        // The store may not know what it writes onto: bits are cleared, as NOR flash does.
         for (i, word) in bytes.chunks(W).enumerate() {
-            let at = offset as usize + i * W;
-            let cells = &mut self.flash.bytes[at..at + W];
-            if faulty && cells.iter().any(|cell| *cell != 0xff) {
-                // As NOR flash does: bits are cleared.
-                cells.iter_mut().zip(word).for_each(|(cell, bits)| *cell &= bits);
-            } else {
-                self.flash.write(at as u32, word)?;
+            self.flash.operations += 1;
+            let power = self.flash.power_for.as_mut();
+            let left = power.map_or(1, |left| {
+                *left = left.saturating_sub(1);
+                *left
+            });
+            let cells = &mut self.flash.bytes[offset as usize + i * W..][..W];
+            for (cell, bits) in cells.iter_mut().zip(word) {
+                let kept: u8 = if left == 0 { self.flash.random.random() } else { 0 };
+                *cell &= bits | kept;
+            }
+            if left == 0 {
+                return Err(Fault::NoPower);
             }
         }
         Ok(())

@@ -103,14 +103,16 @@ fn loss_of_power_at_any_word_keeps_the_last_save_or_the_one_before() {
             flash.tear = TEARS[cut as usize % TEARS.len()];
             flash.power_for = Some(cut + 1);
             let mut torn = due(flash);
-            torn.save_if_due(&calibrator, now, &mut buffer).expect_err("power is lost");
+            // The last write of a save may fail unnoticed.
+            let saved = torn.save_if_due(&calibrator, now, &mut buffer).is_ok();
             let mut flash = torn.release().close();
             flash.power_on();
             let (mut new, resumed) = boot(&mut persistence(flash));
             let found = memory(&new);
             // After a torn first save the flash may hold only a word that cannot be read.
             let fresh = last.is_none() && resumed != Ok(true);
-            assert!(fresh || Some(&found) == last.as_ref() || found == memory(&calibrator));
+            let before = !saved && Some(&found) == last.as_ref();
+            assert!(fresh || before || found == memory(&calibrator));
             cuts += 1;
             if cut % 97 == 0 && resumed == Ok(true) {
                 assert_eq!(new.state(), State::Suspect);
