@@ -4,6 +4,7 @@ use embedded_storage::nor_flash::NorFlash;
 
 use super::entry::{DecodedHeader, EntryHeader, HEADER, TAIL};
 use super::pages::{Pages, to_u32, to_usize};
+use crate::codec::checksum;
 
 /// Longest write, bytes: a page of common SPI flash.
 const WRITE_CHUNK: usize = 256;
@@ -111,11 +112,18 @@ impl<F: NorFlash> FlashIo<F> {
         page
     }
 
-    /// What a page reads as.
-    #[inline(never)]
+    /// What a page reads as. Content that differs when read again is none.
     pub(super) fn look(&mut self, page: u32) -> Look {
+        let (look, sum) = self.look_once(page);
+        if look != Look::Content || self.look_once(page).1 == sum { look } else { Look::Silent }
+    }
+
+    /// What a page reads as, and its CRC.
+    #[inline(never)]
+    fn look_once(&mut self, page: u32) -> (Look, u32) {
         let mut chunk = Chunk([0; READ_CHUNK]);
         let size = to_usize(self.pages.size());
+        let mut digest = checksum::begin();
         // Bits that were 0 somewhere, and that were 1.
         let (mut low, mut high) = (0, 0);
         let mut failed = false;
@@ -126,29 +134,31 @@ impl<F: NorFlash> FlashIo<F> {
                 failed = true;
                 continue;
             }
-            part.iter().for_each(|byte| {
-                low |= !byte;
-                high |= byte;
-            });
+            digest.update(part);
+            low |= part.iter().fold(0, |low, byte| low | !byte);
+            high |= part.iter().fold(0, |high, byte| high | byte);
         }
-        match (low, high) {
+        let look = match (low, high) {
             (0, 0xff) if !failed => Look::Blank,
             (0, _) | (_, 0) => Look::Silent,
             _ => Look::Content,
-        }
+        };
+        (look, digest.finalize())
     }
 
-    /// Writes a word to the start of a page that reads as erased; whether it reads back.
+    /// Writes a word to the start of a page that reads as erased; whether it reads back, or is refused as a
+    /// torn word is.
     ///
     /// If the page holds entries after all, the word damages the first one, which has a second copy.
     #[inline(never)]
-    pub(super) fn probe(&mut self, page: u32) -> Result<bool, F::Error> {
+    pub(super) fn probe(&mut self, page: u32) -> bool {
         let mut chunk = Chunk([PROBE; 64]);
-        let Some(word) = chunk.0.get_mut(..to_usize(self.pages.word())) else { return Ok(false) };
-        self.flash.write(page, word)?;
+        let Some(word) = chunk.0.get_mut(..to_usize(self.pages.word())) else { return false };
+        if self.flash.write(page, word).is_err() {
+            return true;
+        }
         word.fill(0);
-        self.read(page, word)?;
-        Ok(word.iter().all(|byte| *byte == PROBE))
+        self.read(page, word).is_ok() && word.iter().all(|byte| *byte == PROBE)
     }
 
     /// Length of a mark, bytes.

@@ -165,20 +165,22 @@ impl<F: NorFlash> Store<F> {
         Ok(())
     }
 
-    /// Erases a page and reads it back. A page without content is erased only if another one has records,
-    /// or if it takes a word: it may be unreadable for a while.
+    /// Erases a page and reads it back. Where it may hold the only records, a page without content is erased
+    /// only if it takes a word: it may be unreadable for a while.
     #[inline(never)]
     fn erase(&mut self, page: u32) -> Result<(), SaveError<F::Error>> {
-        let flash_io = &mut self.flash_io;
-        if self.scan.active.is_none() {
+        let Self { flash_io, scan } = self;
+        let is_blind = scan.sequence.is_some_and(|number| number >= BLIND);
+        let no_factory = scan.newest.of(RecordKind::Factory).is_none();
+        if scan.active.is_none() || is_blind && no_factory {
             let works = match flash_io.look(page) {
-                Look::Content => Ok(true),
+                Look::Content => true,
                 Look::Blank => flash_io.probe(page),
-                Look::Silent => Ok(false),
+                Look::Silent => false,
             };
-            if !matches!(works, Ok(true)) {
-                self.scan.sequence = self.scan.sequence.or(Some(BLIND));
-                return Err(works.map_or_else(SaveError::Flash, |_| SaveError::VerifyFailed));
+            if !works {
+                scan.sequence = scan.sequence.or(Some(BLIND));
+                return Err(SaveError::VerifyFailed);
             }
         }
         for _ in 0..ERASE_ATTEMPTS {

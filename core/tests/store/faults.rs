@@ -183,7 +183,10 @@ fn a_bus_that_is_deaf_or_stuck_destroys_nothing() {
     println!("{cases:?} cases, no record lost");
 }
 
-/// Losses by defect, and by pair of defects: factory records, states, saves impossible afterwards.
+/// Runs for each word size, defect and pair of defects.
+const SEEDS: u64 = 20;
+
+/// Losses by defect and by pair of defects: factory records, states, saves impossible afterwards; and runs.
 type Losses = std::collections::BTreeMap<String, [usize; 4]>;
 
 /// One or two defects at random times in ten saves, a restart between, in some runs a loss of power.
@@ -236,15 +239,6 @@ fn run<const W: usize, const E: usize>(
         for (kind, history) in [RecordKind::Factory, RecordKind::State].into_iter().zip(histories) {
             let before = usize::from(kind == RecordKind::State);
             let fine = load(store, kind).is_ok_and(|found| history.allows(&found, before));
-            if !fine && std::env::var("SHOW").is_ok() {
-                let brief = |v: &Option<Vec<u8>>| v.as_ref().map(|v| (v.first().copied(), v.len()));
-                println!(
-                    "{kind:?} seed {seed} W {W} pages {pages} {active:?} at_boot {at_boot} fac {factory} cuts {cuts} bytes {bytes:?} found {:?} of saved {:?} att {:?}",
-                    load(store, kind).map(|v| brief(&v)),
-                    history.saved.iter().map(brief).collect::<Vec<_>>(),
-                    history.attempted.iter().map(brief).collect::<Vec<_>>()
-                );
-            }
             loss[index(kind)] += usize::from(!fine);
         }
     };
@@ -273,10 +267,31 @@ fn campaign(seeds: u64) -> Losses {
 
 #[test]
 fn faults_of_two_kinds_at_once_lose_no_record() {
-    let seeds = std::env::var("SEEDS").map_or(20, |n| n.parse().unwrap());
-    for (defects, [factory, state, stuck, runs]) in campaign(seeds) {
+    report(&campaign(SEEDS));
+}
+
+#[test]
+#[ignore = "minutes: the same with more seeds"]
+fn faults_of_two_kinds_at_once_lose_no_record_in_many_runs() {
+    report(&campaign(50 * SEEDS));
+}
+
+/// Prints the losses. Where reads have wrong bits at random, some are possible: one in 1000 runs.
+fn report(losses: &Losses) {
+    let mut flips = [0; 4];
+    let mut all = 0;
+    for (defects, loss) in losses {
+        let [factory, state, stuck, runs] = loss;
         println!(
-            "{defects}: {factory} factory records, {state} states lost, {stuck} saves impossible in {runs} runs"
+            "{defects}: {factory} factory records, {state} states, {stuck} saves lost of {runs}"
         );
+        if defects.contains("Flips") {
+            flips.iter_mut().zip(loss).for_each(|(sum, n)| *sum += n);
+        } else {
+            assert_eq!([factory, state, stuck], [&0; 3], "{defects}");
+            all += runs;
+        }
     }
+    println!("0 of {all} runs; with wrong bits in reads: {flips:?}");
+    assert!(1000 * (flips[0] + flips[1] + flips[2]) <= 5 * flips[3], "{flips:?}");
 }

@@ -46,9 +46,10 @@ fn run<const W: usize, const E: usize>(pages: usize, tear: Tear, operations: &[O
             Operation::Save { factory, bytes } => {
                 let step = Step { kind: kind(factory), payload: Some(payload(number, bytes)) };
                 let mut saved = perform(&mut store, &step);
-                if saved.is_err() && held == Content::default() && tear == Tear::Ecc {
-                    // The first save has torn every page: none can be read.
+                if saved.is_err() && held.factory.is_none() && tear == Tear::Ecc {
+                    // The first save has torn a page, which may hold a factory record that cannot be read.
                     store = format(store.close());
+                    held = Content::default();
                     saved = perform(&mut store, &step);
                 }
                 saved.unwrap();
