@@ -38,8 +38,8 @@ pub enum LoadError<E: Debug> {
         /// Length of the record, bytes.
         needed: usize,
     },
-    /// Repeated reads of the record differ. Try again, or treat the record as lost.
-    #[error("repeated reads of the record differ")]
+    /// Repeated reads of the record differ, or every page reads as 00. Try again, or treat the record as lost.
+    #[error("repeated reads of the record differ, or read as 00")]
     Unstable,
     /// Part of the flash cannot be read, and the rest holds no such record. Try again. If power was lost
     /// in the very first save, the error persists until the next save.
@@ -61,10 +61,11 @@ pub enum SaveError<E: Debug> {
         /// Page size, bytes.
         page: u32,
     },
-    /// Read-back differs from the data written: the flash is worn out or locked. Try again later.
+    /// Read-back differs from the data written or erased: the flash is worn out, locked or stuck. Try again later.
     #[error("read-back differs from the data written")]
     VerifyFailed,
-    /// Every other page holds the only intact record of a kind. Load the records, then [`crate::store::Store::format`].
+    /// Every other page holds the only intact record of a kind, or a record or page found before is missing.
+    /// Try again later; if it lasts: load the records, then [`crate::store::Store::format`].
     #[error("no page can be erased without losing a record")]
     NoPageToErase,
     /// Reading, writing or erasing the flash failed. Try again later.

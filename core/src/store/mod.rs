@@ -9,8 +9,15 @@
 //! record damaged by bit rot is replaced by its second copy or by the record before it: a first record, and
 //! each of [`RecordKind::Factory`], is written twice.
 //!
+//! Faults of the flash that stand for a while (reads that fail or return 00 or ff, of all pages or some; writes and
+//! erasures without effect) lose no factory record. Nothing is erased while a record found before is missing. A page
+//! has a mark once the next one is open: without that one nothing is written. No page known: a page is erased only
+//! if its content reads the same twice, or if it is blank and takes a word. An erasure is read back; after one that
+//! fails the save ends. Only another factory record replaces a factory record. A store that cannot save any more is
+//! saved by [`Store::format`]: after a loss of power in the very first saves this may be so.
+//!
 //! Cost of a save; an entry is the payload and 28 bytes, in whole words: one write for each 256 bytes of the entry and
-//! one read for each 128. If the page is full: all pages are read, one is erased, and two entries of each kind are
+//! one read for each 128. If the page is full: all pages are read, several times, one is erased, and two entries of each kind are
 //! written. A load reads one entry, [`Store::open`] all pages. Buffers: the caller's, and 256 bytes of stack.
 //!
 //! Endurance with 2 sectors of 128 kB, 10,000 cycles, 1 kB of factory data and 2 kB of state: 60 saves for
@@ -48,7 +55,7 @@ const LOAD_ATTEMPTS: u8 = 3;
 
 /// Records in a range of NOR flash.
 ///
-/// RAM: the driver and about 130 bytes.
+/// RAM: the driver and about 140 bytes.
 #[derive(Debug)]
 pub struct Store<F: NorFlash> {
     flash_io: FlashIo<F>,
@@ -64,7 +71,7 @@ pub struct Wear {
     pub erasures: u32,
     /// Number of pages.
     pub pages: u32,
-    /// Free bytes until the next erasure. An entry takes 28 bytes more than its payload, in whole words.
+    /// Free bytes until the next erasure, without those of a mark. An entry takes 28 bytes more than its payload, in whole words.
     pub free: u32,
     /// Damaged stretches at the last scan: bit rot and torn writes. Pages that are not erased, or erased
     /// in part, count until they are used.
@@ -106,7 +113,8 @@ impl<F: NorFlash> Store<F> {
         Self::open(flash_io.flash, range, page)
     }
 
-    /// Loads the newest intact record of a kind; `None` if none was saved, or it was removed.
+    /// Loads the newest intact record of a kind; `None` if none was saved, or it was removed. A bus stuck at
+    /// ff reads as flash without records.
     ///
     /// * `buffer`: at least the length of the record; its content is undefined after an error.
     ///
@@ -198,7 +206,7 @@ impl<F: NorFlash> Store<F> {
     fn rescan(&mut self) {
         let mut scan = Scan::of(&mut self.flash_io, None);
         if self.is_missing(&scan.newest) {
-            self.scan.fault = true;
+            self.scan.missing = true;
             self.scan.unread = scan.unread;
             self.scan.last_error = scan.last_error;
             return;

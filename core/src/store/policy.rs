@@ -70,8 +70,8 @@ const LONGEST_STEP: u64 = 1_000_000_000;
 /// the clock does: a pair counts for at most 1 s, and a step back takes as much away. With 600 s: at most one save
 /// in 600 pairs. A clock that stands still, or alternates between two origins, permits only the first save.
 ///
-/// The first save does not wait; after a restore it does. A controller that is reset sooner than that saves
-/// once in all.
+/// The first save does not wait; after a restore it does, and what a pair only confirms is no news. A controller
+/// that is reset sooner than that saves once in all. Below one pair a second the intervals are longer.
 ///
 /// ```
 /// use core::time::Duration;

@@ -35,11 +35,11 @@ impl<F: NorFlash> Store<F> {
     #[inline(never)]
     pub(super) fn put(&mut self, record: &NewRecord<'_>) -> Result<(), SaveError<F::Error>> {
         let scan = &self.scan;
-        if scan.unread || scan.fault || scan.succeeded || scan.active.is_none() {
+        if scan.unread || scan.missing || scan.active.is_none() {
             // Data that was unreadable may be readable now and must not be erased.
             self.rescan();
         }
-        self.check_no_fault()?;
+        self.check_not_missing()?;
         self.check_fits_page(record.meta)?;
         let appended = match self.free() {
             Some((address, bytes)) => self.append(record, address, bytes),
@@ -60,8 +60,8 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// Refuses while a record found before is missing, or the page opened last.
-    fn check_no_fault(&mut self) -> Result<(), SaveError<F::Error>> {
-        if !self.scan.fault && !self.scan.succeeded {
+    fn check_not_missing(&mut self) -> Result<(), SaveError<F::Error>> {
+        if !self.scan.missing {
             return Ok(());
         }
         Err(self.scan.last_error.take().map_or(SaveError::NoPageToErase, SaveError::Flash))
@@ -112,7 +112,7 @@ impl<F: NorFlash> Store<F> {
         let mut tried = 0;
         for leniency in 0..3_u8 {
             self.rescan();
-            self.check_no_fault()?;
+            self.check_not_missing()?;
             let mut page = self.scan.active;
             for _ in 0..CANDIDATES.min(self.flash_io.pages.count()) {
                 let candidate = self.flash_io.pages.after(page);

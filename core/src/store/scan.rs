@@ -20,8 +20,6 @@ pub(super) struct Scan<F: NorFlash> {
     pub(super) newest: PerKind<EntryLocation>,
     /// Start of the active page: the newest complete one.
     pub(super) active: Option<u32>,
-    /// Whether the active page has a mark: a newer page is missing.
-    pub(super) succeeded: bool,
     /// Address of the next entry in the active page.
     pub(super) end: u32,
     /// Newest sequence number of any header. Numbers wrap.
@@ -32,8 +30,9 @@ pub(super) struct Scan<F: NorFlash> {
     pub(super) damaged: u32,
     /// Whether a header of another layout was found.
     pub(super) unsupported: bool,
-    /// Whether a record found before has been missing since: nothing is written.
-    pub(super) fault: bool,
+    /// Whether a record found before is missing, or the page after the active one, which has a mark: nothing is
+    /// written.
+    pub(super) missing: bool,
     /// Page whose erasure did not read back: not tried again until the next start.
     pub(super) stuck: Option<u32>,
     /// Whether a read failed, and the last error.
@@ -60,13 +59,12 @@ impl<F: NorFlash> Scan<F> {
     const EMPTY: Self = Self {
         newest: PerKind::NONE,
         active: None,
-        succeeded: false,
         end: 0,
         sequence: None,
         erasures: 0,
         damaged: 0,
         unsupported: false,
-        fault: false,
+        missing: false,
         stuck: None,
         unread: false,
         last_error: None,
@@ -89,7 +87,7 @@ impl<F: NorFlash> Scan<F> {
             if found.complete && follows(found.sequence, active_sequence) {
                 scan.active = Some(page);
                 scan.end = found.end;
-                scan.succeeded = found.succeeded;
+                scan.missing = found.succeeded;
                 active_sequence = found.sequence;
             }
             unseen |= !found.seen;

@@ -39,9 +39,10 @@ impl History {
     }
 
     /// * `before`: number of older records that are allowed as well.
-    fn allows(&self, found: &Option<Vec<u8>>, before: usize) -> bool {
-        let older = self.saved.iter().rev().take(1 + before).any(|saved| saved == found);
-        older || (self.saved.is_empty() && found.is_none()) || self.attempted.contains(found)
+    fn allows(&self, found: Option<&Vec<u8>>, before: usize) -> bool {
+        let is = |payload: &Option<Vec<u8>>| payload.as_ref() == found;
+        let older = self.saved.iter().rev().take(1 + before).any(is);
+        older || (self.saved.is_empty() && found.is_none()) || self.attempted.iter().any(is)
     }
 }
 
@@ -167,7 +168,10 @@ fn check<const W: usize, const E: usize>(
     for (kind, history) in [RecordKind::Factory, RecordKind::State].into_iter().zip(histories) {
         let found = load(store, kind).unwrap_or_else(|e| panic!("{e}: {kind:?}, {context}"));
         let older = if kind == RecordKind::Factory { 0 } else { before };
-        assert!(history.allows(&found, older), "{kind:?}, {context}: {found:?} of {history:?}");
+        assert!(
+            history.allows(found.as_ref(), older),
+            "{kind:?}, {context}: {found:?} of {history:?}"
+        );
     }
 }
 
@@ -238,7 +242,7 @@ fn run<const W: usize, const E: usize>(
     let allows = |store: &mut Under<W, E>, histories: &Histories, loss: &mut [usize; 4]| {
         for (kind, history) in [RecordKind::Factory, RecordKind::State].into_iter().zip(histories) {
             let before = usize::from(kind == RecordKind::State);
-            let fine = load(store, kind).is_ok_and(|found| history.allows(&found, before));
+            let fine = load(store, kind).is_ok_and(|found| history.allows(found.as_ref(), before));
             loss[index(kind)] += usize::from(!fine);
         }
     };

@@ -1,6 +1,6 @@
 //! Flash with faults of reads, writes and erasures, of all pages or of some.
 
-use std::cell::RefCell;
+use core::cell::RefCell;
 use std::rc::Rc;
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};

@@ -48,7 +48,7 @@ fn run<const W: usize, const E: usize>(pages: usize, tear: Tear, operations: &[O
                 let mut saved = perform(&mut store, &step);
                 if saved.is_err() && held.factory.is_none() && tear == Tear::Ecc {
                     // The first save has torn a page, which may hold a factory record that cannot be read.
-                    store = format(store.close());
+                    store = format(store.close(), 1);
                     held = Content::default();
                     saved = perform(&mut store, &step);
                 }

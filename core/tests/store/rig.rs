@@ -43,11 +43,14 @@ pub(crate) fn open<const W: usize, const E: usize>(
     Store::open(flash, start..end, page).unwrap()
 }
 
-/// Erases all pages, of one block each.
-pub(crate) fn format<const W: usize, const E: usize>(flash: Flash<W, E>) -> Store<Flash<W, E>> {
+/// Erases all pages; arguments as in [`open`].
+pub(crate) fn format<const W: usize, const E: usize>(
+    flash: Flash<W, E>,
+    page_blocks: usize,
+) -> Store<Flash<W, E>> {
     let end = u32::try_from(flash.bytes.len()).unwrap();
-    let page = u32::try_from(E).unwrap();
-    Store::format(flash, page..end, page).unwrap()
+    let [start, page] = [E, page_blocks * E].map(|bytes| u32::try_from(bytes).unwrap());
+    Store::format(flash, start..end, page).unwrap()
 }
 
 pub(crate) fn load<const W: usize, const E: usize>(
