@@ -10,7 +10,8 @@
 //! each of [`RecordKind::Factory`], is written twice.
 //!
 //! Faults of the flash that stand for a while (reads that fail or return 00 or ff, of all pages or some; writes and
-//! erasures without effect) lose no factory record. Nothing is erased while a record found before is missing. A page
+//! erasures without effect): all pages deaf or stuck lose no record; where single pages are, one run in 800 still loses
+//! the factory record. Nothing is erased while a record found before is missing. A page
 //! has a mark once the next one is open: without that one nothing is written. No page known: a page is erased only
 //! if its content reads the same twice, or if it is blank and takes a word. An erasure is read back; after one that
 //! fails the save ends. Only another factory record replaces a factory record. A store that cannot save any more is
