@@ -129,7 +129,7 @@ impl<T: Scalar> LensReference<T> {
         lens.estimate(hypothesis, self, context)?;
         let widened = hypothesis.reported_covariance(context)?;
         let gains = if self.compensates() {
-            self.hides_much(&lens, &widened, context)
+            hides_much(&lens, &widened, context)
         } else {
             // Halves disagree by a wrong lens as well: against a significant one that is no reason to keep it.
             let noise = hypothesis.covariance_of_noise(context)?;
@@ -150,18 +150,6 @@ impl<T: Scalar> LensReference<T> {
         let [without, with] = [lens.of_given(&self.correction), lens.left_over()]
             .map(|off| deviation(&lens.widen(given, &off, context)));
         without > T::lit(COMPENSATION_GAIN) * with
-    }
-
-    /// Whether the weights may hide more than [`MAX_HIDDEN_LENS`] of the deviation of `t`.
-    fn hides_much(
-        &self,
-        lens: &HypothesisLens<T>,
-        given: &Symmetric5<T>,
-        context: &Context<'_, T>,
-    ) -> bool {
-        let hidden = lens.hidden();
-        let with = deviation(&lens.widen(given, &lens.left_over(), context));
-        hidden.w.hypot(hidden.a) > T::lit(MAX_HIDDEN_LENS) * with
     }
 
     fn is_valid(&self) -> bool {
@@ -186,6 +174,17 @@ impl<T: Scalar> LensReference<T> {
         let fits = self.compensates() || self.correction.is_none();
         if fits && self.is_valid() { Ok(()) } else { Err(RestoreError::Absurd) }
     }
+}
+
+/// Whether the weights may hide more than [`MAX_HIDDEN_LENS`] of the deviation of `t`.
+fn hides_much<T: Scalar>(
+    lens: &HypothesisLens<T>,
+    given: &Symmetric5<T>,
+    context: &Context<'_, T>,
+) -> bool {
+    let hidden = lens.hidden();
+    let with = deviation(&lens.widen(given, &lens.left_over(), context));
+    hidden.w.hypot(hidden.a) > T::lit(MAX_HIDDEN_LENS) * with
 }
 
 /// Deviation of `t`, rad.

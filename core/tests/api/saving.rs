@@ -37,6 +37,17 @@ fn policy() -> SavePolicy<f32> {
     policy.with_longest_interval(seconds(1000)).unwrap()
 }
 
+/// Reason to save at a time, after a pair in every second from another time on; none before.
+fn due_after(
+    policy: &mut SavePolicy<f32>,
+    calibrator: &Rig,
+    from: u64,
+    to: u64,
+) -> Option<SaveReason> {
+    assert!((from..to).all(|s| policy.due(calibrator, seconds(s)).is_none()));
+    policy.due(calibrator, seconds(to))
+}
+
 #[test]
 fn the_first_lock_is_saved_at_once_and_nothing_before() {
     let mut policy = policy();
@@ -52,10 +63,9 @@ fn a_save_that_failed_is_due_again_after_the_shortest_interval() {
     let mut policy = policy();
     let calibrator = locked();
     assert_eq!(policy.due(&calibrator, seconds(7)), Some(SaveReason::Locked));
-    assert_eq!(policy.due(&calibrator, seconds(106)), None);
-    assert_eq!(policy.due(&calibrator, seconds(107)), Some(SaveReason::Locked));
+    assert_eq!(due_after(&mut policy, &calibrator, 8, 107), Some(SaveReason::Locked));
     policy.saved(&calibrator, seconds(108));
-    assert_eq!(policy.due(&calibrator, seconds(100_000)), None, "nothing is new");
+    assert_eq!(due_after(&mut policy, &calibrator, 109, 9000), None, "nothing is new");
 }
 
 #[test]
@@ -64,11 +74,10 @@ fn other_extrinsics_in_use_are_saved() {
     let mut calibrator = locked();
     policy.saved(&calibrator, seconds(0));
     calibrator.apply().unwrap();
-    assert_eq!(policy.due(&calibrator, seconds(99)), None);
-    assert_eq!(policy.due(&calibrator, seconds(100)), Some(SaveReason::InUse));
+    assert_eq!(due_after(&mut policy, &calibrator, 1, 100), Some(SaveReason::InUse));
     policy.saved(&calibrator, seconds(100));
     calibrator.reset();
-    assert_eq!(policy.due(&calibrator, seconds(200)), Some(SaveReason::InUse));
+    assert_eq!(due_after(&mut policy, &calibrator, 101, 200), Some(SaveReason::InUse));
 }
 
 #[test]
@@ -78,12 +87,12 @@ fn an_estimate_that_moved_is_saved_once_it_is_locked_again() {
     policy.saved(&calibrator, seconds(0));
     feed(&mut calibrator, KNOCKED, 10..11);
     assert_eq!(calibrator.state(), State::Suspect);
-    assert_eq!(policy.due(&calibrator, seconds(5000)), None);
+    assert_eq!(due_after(&mut policy, &calibrator, 1, 5000), None);
     feed(&mut calibrator, KNOCKED, 11..16);
     assert_eq!(calibrator.state(), State::Locked);
     assert_eq!(policy.due(&calibrator, seconds(5000)), Some(SaveReason::Moved));
     policy.saved(&calibrator, seconds(5000));
-    assert_eq!(policy.due(&calibrator, seconds(9000)), None);
+    assert_eq!(due_after(&mut policy, &calibrator, 5001, 9000), None);
 }
 
 #[test]
@@ -92,7 +101,7 @@ fn what_was_saved_unlocked_is_saved_again_with_the_lock() {
     let mut calibrator = robust();
     policy.saved(&calibrator, seconds(0));
     feed(&mut calibrator, ROTATION, 0..6);
-    assert_eq!(policy.due(&calibrator, seconds(100)), Some(SaveReason::Locked));
+    assert_eq!(due_after(&mut policy, &calibrator, 1, 100), Some(SaveReason::Locked));
 }
 
 #[test]
@@ -102,19 +111,18 @@ fn little_news_wait_for_the_longest_interval() {
     feed(&mut calibrator, ROTATION, 20..60);
     policy.saved(&calibrator, seconds(50));
     feed(&mut calibrator, ROTATION, 60..61);
-    assert_eq!(policy.due(&calibrator, seconds(1049)), None);
-    assert_eq!(policy.due(&calibrator, seconds(1050)), Some(SaveReason::Overdue));
+    assert_eq!(due_after(&mut policy, &calibrator, 51, 1050), Some(SaveReason::Overdue));
 }
 
 #[test]
-fn after_a_restore_the_first_save_does_not_wait() {
+fn after_a_restore_the_first_save_waits() {
     let mut policy = policy();
     let mut calibrator = locked();
     policy.restored(&calibrator);
     assert_eq!(policy.due(&calibrator, seconds(1)), None);
     calibrator.apply().unwrap();
-    assert_eq!(policy.due(&calibrator, seconds(2)), Some(SaveReason::InUse));
-    assert_eq!(policy.due(&calibrator, seconds(3)), None);
+    assert_eq!(due_after(&mut policy, &calibrator, 2, 101), Some(SaveReason::InUse));
+    assert_eq!(policy.due(&calibrator, seconds(102)), None);
 }
 
 #[test]
@@ -144,12 +152,10 @@ fn a_clock_that_stands_still_or_goes_back_permits_no_more_saves() {
     policy.saved(&calibrator, seconds(5000));
     calibrator.apply().unwrap();
     // Back, and from there on as ever.
-    assert_eq!(policy.due(&calibrator, seconds(10)), None);
-    assert_eq!(policy.due(&calibrator, seconds(109)), None);
-    assert_eq!(policy.due(&calibrator, seconds(110)), Some(SaveReason::InUse));
-    // As far ahead as there is.
-    assert_eq!(policy.due(&calibrator, Duration::MAX), Some(SaveReason::InUse));
+    assert_eq!(due_after(&mut policy, &calibrator, 10, 110), Some(SaveReason::InUse));
+    // As far ahead as there is: one pair.
     assert_eq!(policy.due(&calibrator, Duration::MAX), None);
+    assert!((0..1000).all(|_| policy.due(&calibrator, Duration::MAX).is_none()));
 }
 
 #[test]
