@@ -94,7 +94,8 @@ fn load(
             loaded(kind, payload);
             payload.to_vec()
         }),
-        Err(LoadError::Flash(Fault::Ecc)) => None,
+        // Pages that read 00 throughout are a fault, not flash without records.
+        Err(LoadError::Flash(Fault::Ecc) | LoadError::Unstable) => None,
         Err(error) => panic!("{error}"),
     }
 }
