@@ -219,6 +219,10 @@ pub(crate) const SIGNIFICANT_BASELINE: f64 = 9.0;
 /// determine; smaller divides by rounding.
 pub(crate) const MIN_LENS_PIVOT: f64 = 1e-7;
 
+/// Largest error of a lens in deviations of its prior. Larger reports what damaged sums say; smaller refuses lenses that are
+/// far from theirs.
+pub(crate) const MAX_LENS_VALUE: f64 = 1e3;
+
 /// Part of an error of the lens that frozen weights may hide, `1 - E[psi'] / E[w]`: a deviation of its own. Larger
 /// names the error later; smaller reports too small a deviation.
 pub(crate) const LENS_SHRINKAGE: f64 = 0.17;

@@ -15,7 +15,7 @@ use crate::config::Context;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::lens_estimate::{Finding, LensEstimate};
 use crate::scalar::Scalar;
-use crate::thresholds::{LENS_FOUND, LENS_SHRINKAGE, MIN_LENS_PIVOT};
+use crate::thresholds::{LENS_FOUND, LENS_SHRINKAGE, MAX_LENS_VALUE, MIN_LENS_PIVOT};
 
 type Square<T> = [[T; LENS_PARAMETERS]; LENS_PARAMETERS];
 
@@ -67,7 +67,22 @@ impl<T: Scalar> HypothesisLens<T> {
         let mut joint = hypothesis.information().0;
         joint.add_diagonal(context.prior);
         take_up(effects, &biased, &joint.factor(T::ZERO)?);
-        Some(())
+        self.is_sane(&context.lens_prior(), scale).then_some(())
+    }
+
+    /// Whether no value is far beyond its prior, and no variance negative or beyond it: sums that no matches have, as of a
+    /// damaged record, lead there.
+    ///
+    /// * `sd`: of the prior; `scale`: reduced chi-square.
+    fn is_sane(&self, sd: &[T; LENS_PARAMETERS], scale: T) -> bool {
+        let most = T::lit(MAX_LENS_VALUE * MAX_LENS_VALUE);
+        let parameters = self.values.iter().zip(&self.covariance).zip(sd).enumerate();
+        parameters.fold(true, |sane, (i, ((value, row), sd))| {
+            let variance = row.get(i).copied().unwrap_or(T::ZERO);
+            let prior = *sd * *sd;
+            let within = variance >= T::ZERO && variance <= prior * scale * T::lit(4.0);
+            sane && within && *value * *value <= prior * most
+        })
     }
 
     /// Covariance of the extrinsics with the lens uncertain, from that with the lens as given, rad^2.

@@ -208,7 +208,10 @@ impl<T: Scalar> Fusion<T> {
         let with_lens = self.with_lens(hypothesis, &covariance, context)?;
         let WithLens { pose, covariance: wide, correction, found } = &with_lens;
         let [sd, sd_lens] = [&covariance, wide].map(StandardDeviations::of);
-        if !(sd.is_finite() && sd_lens.is_finite()) {
+        // With the lens uncertain no direction is better known.
+        let widened =
+            wide.diagonal().iter().zip(covariance.diagonal()).all(|(w, c)| *w * T::lit(2.0) >= c);
+        if !(sd.is_finite() && sd_lens.is_finite() && widened) {
             return None;
         }
         let best =
