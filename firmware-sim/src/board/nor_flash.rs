@@ -1,6 +1,7 @@
 //! Simulated NOR flash: RAM that a reset preserves, with the alignment and write rules of flash.
 //!
-//! The boards that QEMU emulates have no writable flash. The content at power on is undefined.
+//! The boards that QEMU emulates have no writable flash. It is delivered erased: at power on, when the content of RAM is
+//! undefined, it is filled with ff.
 
 use core::mem::MaybeUninit;
 use core::ptr;
@@ -14,6 +15,12 @@ const SIZE: usize = 2 * NorFlash::PAGE as usize;
 /// Not initialised at start, so a reset preserves it.
 #[unsafe(link_section = ".uninit.nor_flash")]
 static mut CELLS: MaybeUninit<[u8; SIZE]> = MaybeUninit::uninit();
+
+/// [`MAGIC`] once the flash has been delivered; undefined at power on.
+#[unsafe(link_section = ".uninit.nor_flash")]
+static mut DELIVERED: MaybeUninit<u32> = MaybeUninit::uninit();
+
+const MAGIC: u32 = 0x4e4f_5246;
 
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
@@ -49,8 +56,19 @@ impl NorFlash {
 
     /// The flash. `None` after the first call.
     pub fn take() -> Option<Self> {
-        let cells = (&raw mut CELLS).cast();
-        (!TAKEN.swap(true, Ordering::AcqRel)).then_some(Self { cells })
+        if TAKEN.swap(true, Ordering::AcqRel) {
+            return None;
+        }
+        let cells: *mut u8 = (&raw mut CELLS).cast();
+        let delivered: *mut u32 = (&raw mut DELIVERED).cast();
+        // SAFETY: statics that only the first call accesses. Volatile: their content survives a reset.
+        unsafe {
+            if ptr::read_volatile(delivered) != MAGIC {
+                (0..SIZE).for_each(|i| ptr::write_volatile(cells.add(i), 0xff));
+                ptr::write_volatile(delivered, MAGIC);
+            }
+        }
+        Some(Self { cells })
     }
 
     /// Address of a range of bytes within the flash.
