@@ -14,7 +14,7 @@ use crate::config::{Config, Context, LensTracking};
 use crate::error::{ApplyError, PairError, PushError, Refusal, Rejection};
 use crate::estimator::Estimator;
 use crate::geometry::extrinsics::Extrinsics;
-use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
+use crate::geometry::lens_correction::CorrectedExtrinsics;
 use crate::outcome::health::Health;
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::outcome::proposal::Proposal;
@@ -85,10 +85,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             cameras: None,
             corrected: None,
             factory: Extrinsics::SIDE_BY_SIDE,
-            in_use: CorrectedExtrinsics {
-                extrinsics: Extrinsics::SIDE_BY_SIDE,
-                correction: LensCorrection::NONE,
-            },
+            in_use: CorrectedExtrinsics::as_given(Extrinsics::SIDE_BY_SIDE),
             before: None,
             generation: 0,
             frozen: false,
@@ -111,11 +108,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.reset();
     }
 
-    /// Back to the factory extrinsics and the given lens models; batch, pair and fused pairs are forgotten. Not frozen any more.
+    /// Back to the factory extrinsics and the given lens models; batch, pair and fused pairs are forgotten. Not
+    /// frozen any more.
     pub fn reset(&mut self) {
-        let factory =
-            CorrectedExtrinsics { extrinsics: self.factory, correction: LensCorrection::NONE };
-        self.replace_in_use(factory);
+        self.replace_in_use(CorrectedExtrinsics::as_given(self.factory));
         self.corrected = self.cameras;
         self.before = None;
         self.frozen = false;
@@ -160,13 +156,13 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Takes one more pass; the report once the pair is solved. The batch may then be changed.
     ///
     /// # Errors
-    /// [`PairError::NotBegun`] where no pair is being solved: nothing changes. Otherwise the pair is abandoned, the batch
-    /// is kept, and solving it again fails again: [`Calibrator::clear_pair`].
+    /// [`PairError::NotBegun`] where no pair is being solved: nothing changes. Otherwise the pair is abandoned, the
+    /// batch is kept, and solving it again fails again: [`Calibrator::clear_pair`].
     ///
-    /// What is in use never changes, nor do the numbers of a confirmed estimate. In the robust preset the failure counts
-    /// against each hypothesis that was asked and disagreed:
-    /// - a locked estimate becomes [`State::Suspect`], after ten such pairs in a row [`State::Lost`]; the next pair that
-    ///   agrees with it locks it again;
+    /// What is in use never changes, nor do the numbers of a confirmed estimate. In the robust preset the failure
+    /// counts against each hypothesis that was asked and disagreed:
+    /// - a locked estimate becomes [`State::Suspect`], after ten such pairs in a row [`State::Lost`]; the next pair
+    ///   that agrees with it locks it again;
     /// - a challenger, or an estimate that is still [`State::Acquiring`], is dropped once at least two pairs, and more
     ///   than half as many as support it, disagree: [`Calibrator::proposal`] is then `None` until a pair is fused.
     pub fn advance_pair(&mut self) -> Result<Option<PairReport<T>>, PairError> {
@@ -215,8 +211,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// unless the configuration says so ([`Config::with_automatic_apply`]).
     ///
     /// # Errors
-    /// [`Refusal`], which [`Calibrator::health`] shows until the next pair; what is in use and the numbers of a confirmed
-    /// estimate are bit-identical to those before.
+    /// [`Refusal`], which [`Calibrator::health`] shows until the next pair; what is in use and the numbers of a
+    /// confirmed estimate are bit-identical to those before.
     /// - [`Refusal::NothingSolved`]: the estimate is unchanged.
     /// - [`Refusal::Frozen`]: the estimate is unchanged; the pair can be fused once the calibrator is not frozen.
     /// - [`Refusal::TooUncertain`] (paper preset): nothing counts against the estimate.
@@ -265,11 +261,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         Health::over(&self.batch, &rays, &self.in_use, &proposal, self.rejection, focal, screen)
     }
 
-    /// Puts the estimate into use and returns it, with the cameras that it belongs to: [`Proposal::applicable`]. The generation changes if the calibration does.
+    /// Puts the estimate into use and returns it, with the cameras that it belongs to: [`Proposal::applicable`]. The
+    /// generation changes if the calibration does.
     ///
     /// # Errors
-    /// [`ApplyError`]; nothing changes. [`ApplyError::NoProposal`] and [`ApplyError::NotLocked`] are ordinary until four
-    /// pairs agree.
+    /// [`ApplyError`]; nothing changes. [`ApplyError::NoProposal`] and [`ApplyError::NotLocked`] are ordinary until
+    /// four pairs agree.
     #[inline(never)]
     pub fn apply(&mut self) -> Result<Calibration<T>, ApplyError> {
         if self.frozen {
@@ -337,7 +334,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         &self.in_use.extrinsics
     }
 
-    /// Changes exactly when the extrinsics in use, or the correction of the cameras that they belong to, do; wraps around.
+    /// Changes exactly when the extrinsics in use, or the correction of the cameras that they belong to, do; wraps
+    /// around.
     pub fn generation(&self) -> u32 {
         self.generation
     }

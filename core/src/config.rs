@@ -92,8 +92,8 @@ impl Config {
         Self { method: Method::Paper, max_passes: 100, noise_floor_px: 0.02, ..Self::robust() }
     }
 
-    /// An M-estimator of whitened row offsets, its redescending loss annealed from 120 px, fusion of moments, and change
-    /// detection: half of the matches may be outliers, and a step is followed within three pairs.
+    /// An M-estimator of whitened row offsets, its redescending loss annealed from 120 px, fusion of moments, and
+    /// change detection: half of the matches may be outliers, and a step is followed within three pairs.
     ///
     /// The first pairs start at the factory extrinsics, of standard deviation [`Config::with_prior_sd_rad`], the others
     /// at the estimate.
@@ -278,8 +278,8 @@ impl Config {
         self
     }
 
-    /// What is done about errors of the given lens models. Default [`LensTracking::Report`]. Robust preset with a lens prior
-    /// only.
+    /// What is done about errors of the given lens models. Default [`LensTracking::Report`]. Robust preset with a
+    /// lens prior only.
     #[must_use]
     pub const fn with_lens_tracking(mut self, tracking: LensTracking) -> Self {
         self.lens_tracking = tracking;

@@ -296,8 +296,9 @@ pub enum RestoreError {
     /// Its numbers are of the other type, `f32` or `f64`.
     #[error("the numbers of the record are of another type")]
     Scalar,
-    /// It is of the other preset.
-    #[error("the record is of another preset")]
+    /// It is of the other preset, or of corrected cameras ([`crate::LensTracking::Compensate`]) where the configuration
+    /// only reports.
+    #[error("the record is of another preset, or of corrected cameras")]
     Preset,
     /// It was learnt with other cameras or from other factory extrinsics. Start afresh.
     #[error("the record is of another rig")]

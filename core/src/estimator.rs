@@ -209,8 +209,7 @@ impl<T: Scalar> Estimator<T> {
         if !self.has_pairs() {
             return Ok(());
         }
-        let factory =
-            CorrectedExtrinsics { extrinsics: *context.factory, correction: LensCorrection::NONE };
+        let factory = CorrectedExtrinsics::as_given(*context.factory);
         let proposal = self.proposal(context, &factory).ok_or(RestoreError::Absurd)?;
         if !(proposal.sd.is_finite() && proposal.sd_lens.is_finite()) {
             return Err(RestoreError::Absurd);

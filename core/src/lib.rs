@@ -70,11 +70,11 @@
 //!
 //! # Conventions
 //!
-//! * Extrinsics: `p_r = R p_l + t`, `|t| = 1`; `p_l`, `p_r` are one point in the left and the right camera frame. A plain
-//!   side-by-side rig has `R = I`, `t = (-1, 0, 0)`. The length of the baseline is not observable.
+//! * Extrinsics: `p_r = R p_l + t`, `|t| = 1`; `p_l`, `p_r` are one point in the left and the right camera frame. A
+//!   plain side-by-side rig has `R = I`, `t = (-1, 0, 0)`. The length of the baseline is not observable.
 //! * Camera frame: x right, y down, z forward.
-//! * Pixels: of the image before undistortion; `(0, 0)` is the centre of the top left pixel, u right, v down. Lens models
-//!   and coefficients are OpenCV's.
+//! * Pixels: of the image before undistortion; `(0, 0)` is the centre of the top left pixel, u right, v down. Lens
+//!   models and coefficients are OpenCV's.
 //! * Units: px in the image, rad for angles; a name ends with its unit where the unit is not obvious.
 //! * Scalar: `f32` ships, `f64` is the reference. The same input gives the same bits on every target, without `simd`.
 //! * [`nalgebra`] is part of the public API and is re-exported.

@@ -219,32 +219,33 @@ pub(crate) const SIGNIFICANT_BASELINE: f64 = 9.0;
 /// determine; smaller divides by rounding.
 pub(crate) const MIN_LENS_PIVOT: f64 = 1e-7;
 
-/// Largest error of a lens in deviations of its prior. Larger reports what damaged sums say; smaller refuses lenses that are
-/// far from theirs.
+/// Largest error of a lens in deviations of its prior. Larger reports what damaged sums say; smaller refuses lenses
+/// that are far from theirs.
 pub(crate) const MAX_LENS_VALUE: f64 = 1e3;
 
 /// Part of an error of the lens that frozen weights may hide, `1 - E[psi'] / E[w]`: a deviation of its own. Larger
 /// names the error later; smaller reports too small a deviation.
 pub(crate) const LENS_SHRINKAGE: f64 = 0.17;
 
-/// Largest correction of a lens, relative focal length and `k1`. Larger follows biases further; smaller leaves lenses as
-/// they are.
+/// Largest correction of a lens, relative focal length and `k1`. Larger follows biases further; smaller leaves lenses
+/// as they are.
 pub(crate) const MAX_LENS_CORRECTION: f64 = 0.1;
 
-/// Ratio of deviations of `t`, without and with compensation, from which on the lens is compensated. Larger leaves errors in
-/// `t`; smaller takes biases of matches for a lens.
+/// Ratio of deviations of `t`, without and with compensation, from which on the lens is compensated. Larger leaves
+/// errors in `t`; smaller takes biases of matches for a lens.
 pub(crate) const COMPENSATION_GAIN: f64 = 2.0;
 
-/// Part of the deviation of `t` that the weights may hide of a further correction. Larger begins again less often; smaller
-/// by chance.
+/// Part of the deviation of `t` that the weights may hide of a further correction. Larger begins again less often;
+/// smaller by chance.
 pub(crate) const MAX_HIDDEN_LENS: f64 = 0.1;
 
-/// Widening of the variances of the lens that are kept when sums are dropped: twice the variances alone are never less than the
-/// covariance of both. Larger learns again; smaller trusts an estimate with the weights of a wrong lens.
+/// Widening of the variances of the lens that are kept when sums are dropped: twice the variances alone are never
+/// less than the covariance of both. Larger learns again; smaller trusts an estimate with the weights of a wrong
+/// lens.
 pub(crate) const KNOWN_LENS_WIDENING: f64 = 2.0;
 
-/// Pairs before the first change of the reference, doubled with each further one, up to so many times. More changes later;
-/// fewer by the error of a few pairs.
+/// Pairs before the first change of the reference, doubled with each further one, up to so many times. More changes
+/// later; fewer by the error of a few pairs.
 pub(crate) const MIN_REFERENCE_PAIRS: u32 = 8;
 pub(crate) const MAX_REFERENCE_CHANGES: u32 = 4;
 

@@ -157,8 +157,8 @@ impl<T: Scalar> BiasedEquations<T> {
         Self { normal, noise: self.noise }
     }
 
-    /// Information `A B^-1 A` and gradient `A B^-1 g`: the gradient scatters by the sum `B`, and follows the baseline by
-    /// `A`, the sum without noise.
+    /// Information `A B^-1 A` and gradient `A B^-1 g`: the gradient scatters by the sum `B`, and follows the baseline
+    /// by `A`, the sum without noise.
     ///
     /// Only the baseline's block changes. With its marginal information `K = L L^T` and the noise `S`, the eigenvalues
     /// `l` of `L^-1 S L^-T` become the gains `max(0, 1 - l)`: never negative, 1 where disparities exceed noise.

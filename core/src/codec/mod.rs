@@ -15,7 +15,8 @@
 //! | last 4 | CRC-32 of all bytes before |
 //!
 //! Version 2 appends the scene of the last pair; version 1 is read without it. Version 3 has the lens coordinates
-//! (twelve in the moments, formerly nine), and the noise of disparities in moments and image halves.
+//! (twelve in the moments, formerly nine), the noise of disparities in moments and image halves, the correction of the
+//! cameras that each of the extrinsics belongs to, and the lens that the rays of the pairs are corrected by.
 
 pub(crate) mod checksum;
 mod reader;

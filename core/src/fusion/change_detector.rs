@@ -132,7 +132,8 @@ impl<T: Scalar> ChangeDetector<T> {
         to.word(self.pairs);
     }
 
-    /// Reads a record. A window that shows a change already begins anew: it would have ended with the pair that showed it.
+    /// Reads a record. A window that shows a change already begins anew: it would have ended with the pair that
+    /// showed it.
     ///
     /// # Errors
     /// [`RestoreError::Absurd`] where the windows hold more than the hypothesis.

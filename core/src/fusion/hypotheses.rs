@@ -210,14 +210,11 @@ impl<T: Scalar> Hypotheses<T> {
                 let champion = self.champion.as_mut().ok_or(Refusal::NothingSolved)?;
                 let changed = champion.add(result, context)?;
                 let Champion { hypothesis, detector } = champion;
-                let renewed = changed && {
-                    let knowing = reference.with_knowledge_of(hypothesis, context);
-                    let renewed = detector.renew(hypothesis, context);
-                    if renewed {
-                        *reference = knowing;
-                    }
-                    renewed
-                };
+                let knowing = changed.then(|| reference.with_knowledge_of(hypothesis, context));
+                let renewed = changed && detector.renew(hypothesis, context);
+                if let Some(knowing) = knowing.filter(|_| renewed) {
+                    *reference = knowing;
+                }
                 self.rejected = 0;
                 self.contradict_challenger(0);
                 Ok(match (renewed, result.repeated) {

@@ -70,8 +70,8 @@ impl<T: Scalar> HypothesisLens<T> {
         self.is_sane(&context.lens_prior(), scale).then_some(())
     }
 
-    /// Whether no value is far beyond its prior, and no variance negative or beyond it: sums that no matches have, as of a
-    /// damaged record, lead there.
+    /// Whether no value is far beyond its prior, and no variance negative or beyond it: sums that no matches have, as
+    /// of a damaged record, lead there.
     ///
     /// * `sd`: of the prior; `scale`: reduced chi-square.
     fn is_sane(&self, sd: &[T; LENS_PARAMETERS], scale: T) -> bool {
@@ -196,7 +196,8 @@ impl<T: Scalar> HypothesisLens<T> {
     }
 }
 
-/// Variance with the part of a value that frozen weights may hide: they are those of residuals with the lens of the rays.
+/// Variance with the part of a value that frozen weights may hide: they are those of residuals with the lens of the
+/// rays.
 fn hiding<T: Scalar>(value: T, variance: T) -> T {
     let hidden = T::lit(LENS_SHRINKAGE) * value;
     variance.max(T::ZERO) + hidden * hidden
@@ -236,8 +237,8 @@ fn take_up<T: Scalar>(
     }
 }
 
-/// Replaces information by the inverse of `information + prior`; rows and columns of held parameters are 0. `None` where
-/// it is not finite.
+/// Replaces information by the inverse of `information + prior`; rows and columns of held parameters are 0. `None`
+/// where it is not finite.
 ///
 /// * `sd`: of the prior; the principal rows and parameters of 0 are held.
 #[inline(never)]

@@ -1,9 +1,9 @@
-//! Lens that the rays of the pairs are corrected by, when it changes, and what is known of it from pairs whose sums are gone
-//! (`ESTIMATOR.md`, section 17).
+//! Lens that the rays of the pairs are corrected by, when it changes, and what is known of it from pairs whose sums
+//! are gone (`ESTIMATOR.md`, section 17).
 //!
-//! Compensating a difference of focal lengths or of `k1` takes corrected rays: with those of a wrong lens the weights hide
-//! a part of the error. The pairs before a change have such weights, so the estimate begins again with it. Of what they
-//! said the differences are kept, as where the rig moves: the lens does not.
+//! Compensating a difference of focal lengths or of `k1` takes corrected rays: with those of a wrong lens the weights
+//! hide a part of the error. The pairs before a change have such weights, so the estimate begins again with it. Of
+//! what they said the differences are kept, as where the rig moves: the lens does not.
 
 use super::hypothesis::Hypothesis;
 use super::lens::HypothesisLens;
@@ -89,7 +89,8 @@ impl<T: Scalar> LensReference<T> {
         }
     }
 
-    /// The reference with what a hypothesis says of the lens, for when its sums are dropped; as it is where that is nothing.
+    /// The reference with what a hypothesis says of the lens, for when its sums are dropped; as it is where that is
+    /// nothing.
     #[inline(never)]
     pub(super) fn with_knowledge_of(
         &self,
@@ -113,8 +114,8 @@ impl<T: Scalar> LensReference<T> {
         next.is_valid().then_some(next)
     }
 
-    /// The reference to begin again with, where that gains: in the beginning, where compensation halves the deviation of
-    /// `t`; later, where the weights may hide much of a further correction.
+    /// The reference to begin again with, where that gains: in the beginning, where compensation halves the deviation
+    /// of `t`; later, where the weights may hide much of a further correction.
     #[inline(never)]
     pub(super) fn next(
         &self,
@@ -140,7 +141,8 @@ impl<T: Scalar> LensReference<T> {
         Some(Self { correction: next.known, changes: self.changes.saturating_add(1), ..next })
     }
 
-    /// Whether compensation brings the deviation of `t` below one over [`COMPENSATION_GAIN`] of that with the given lens.
+    /// Whether compensation brings the deviation of `t` below one over [`COMPENSATION_GAIN`] of that with the given
+    /// lens.
     fn halves_deviation(
         &self,
         lens: &HypothesisLens<T>,

@@ -8,8 +8,8 @@ use crate::error::RestoreError;
 use crate::scalar::Scalar;
 use crate::thresholds::MAX_LENS_CORRECTION;
 
-/// What is added to the lens model of the right camera: the two parameters that pairs tell from the extrinsics. Rows show
-/// the difference of the cameras, not which of the two has changed: the left one stays as given.
+/// What is added to the lens model of the right camera: the two parameters that pairs tell from the extrinsics. Rows
+/// show the difference of the cameras, not which of the two has changed: the left one stays as given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -83,6 +83,11 @@ pub(crate) struct CorrectedExtrinsics<T: Scalar> {
 }
 
 impl<T: Scalar> CorrectedExtrinsics<T> {
+    /// Extrinsics of the cameras as given.
+    pub(crate) const fn as_given(extrinsics: Extrinsics<T>) -> Self {
+        Self { extrinsics, correction: LensCorrection::NONE }
+    }
+
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         self.extrinsics.write(to);
         self.correction.write(to);

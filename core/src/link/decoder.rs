@@ -14,8 +14,9 @@ use super::window::Window;
 /// Every byte, inside a frame too, is tested as the start of a header; a header with a correct CRC ends
 /// the frame before it. Damage therefore costs only the frames it touches.
 ///
-/// Work is bounded by the length of the stream, whatever its bytes: each is looked at once as part of a header, once as
-/// part of a frame, and twice more in a whole header. That is at most four times the work of frames, which a test counts.
+/// Work is bounded by the length of the stream, whatever its bytes: each is looked at once as part of a header, once
+/// as part of a frame, and twice more in a whole header. That is at most four times the work of frames, which a test
+/// counts.
 ///
 /// ```
 /// use stereo_selfcal::link::{Decoder, Event};

@@ -58,8 +58,8 @@ pub enum ReceiveError<E, P> {
     /// The sink refused the frame; see [`FrameRefusal`] for the action.
     #[error("frame refused: {0}")]
     Refused(#[from] FrameRefusal),
-    /// The time expired before a frame was whole. The next call continues with that frame; until then its matches are no
-    /// pair.
+    /// The time expired before a frame was whole. The next call continues with that frame; until then its matches are
+    /// no pair.
     #[error("no frame within the time given")]
     TimedOut,
 }

@@ -63,9 +63,9 @@ pub struct Received {
 /// While a pair is being solved no frame is taken.
 ///
 /// The matches of a frame are hidden until its CRC proves correct: before [`Received`] the batch has no pairs, and
-/// solving it is [`PairError::TooFew`](crate::PairError::TooFew) of 0. So a wire that dies within a frame leaves nothing
-/// to solve, and a frame that goes on later is whole. [`Calibrator::clear_pair`] gives the frame up: the rest of it is
-/// dropped, and [`Received::taken`] is 0.
+/// solving it is [`PairError::TooFew`](crate::PairError::TooFew) of 0. So a wire that dies within a frame leaves
+/// nothing to solve, and a frame that goes on later is whole. [`Calibrator::clear_pair`] gives the frame up: the rest
+/// of it is dropped, and [`Received::taken`] is 0.
 impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
     fn is_busy(&self) -> bool {
         self.is_solving()

@@ -5,8 +5,8 @@ use crate::codec::checksum;
 
 /// Bytes since the earliest position that may start a header; at most one header length.
 ///
-/// The magic may begin in each fourth byte. So no byte is looked at again when the window slides: a ring, whose checksum
-/// rolls on with each byte, and a set of the places of the magic.
+/// The magic may begin in each fourth byte. So no byte is looked at again when the window slides: a ring, whose
+/// checksum rolls on with each byte, and a set of the places of the magic.
 #[derive(Debug, Clone)]
 pub(super) struct Window {
     /// The last bytes appended.

@@ -7,7 +7,7 @@ use crate::batch::Batch;
 use crate::batch::grid::Coverage;
 use crate::batch::row_offset::row_offset;
 use crate::error::Rejection;
-use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
+use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection, RayChange};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::lens_estimate::LensEstimate;
 use crate::outcome::proposal::{Direction, Doubt, Proposal};
@@ -127,7 +127,8 @@ texts! {
 }
 
 impl<T: Scalar> fmt::Display for Health<T> {
-    /// One line: `locked, improvable, arming yes: 0.91 px in use, 0.31 px proposed, 12 and 250 fit, coverage 0.94, ...`.
+    /// One line: `locked, improvable, arming yes: 0.91 px in use, 0.31 px proposed, 12 and 250 fit, coverage 0.94,
+    /// ...`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { state, band, arming, in_use_px, proposed_px, .. } = self;
         let Self { fit_in_use, fit_proposed, coverage, sd, .. } = self;
@@ -164,7 +165,8 @@ impl<T: Scalar> Health<T> {
 
     /// Compares two calibrations over a batch. One pass; `None` if no match fits the proposed one.
     ///
-    /// * `rays`: correction of the cameras that the rays of the batch are of; `screen_px`: a match fits if its row offset is no larger, px.
+    /// * `rays`: correction of the cameras that the rays of the batch are of.
+    /// * `screen_px`: a match fits if its row offset is no larger, px.
     pub(crate) fn over<const N: usize>(
         batch: &Batch<T, N>,
         rays: &LensCorrection<T>,
@@ -178,28 +180,9 @@ impl<T: Scalar> Health<T> {
             .map(|correction| (correction != *rays).then(|| rays.change_to(&correction)));
         let in_use = RectifyingRotations::from(&in_use.extrinsics);
         let proposed = RectifyingRotations::from(&proposal.extrinsics);
-        let [mut fit_in_use, mut fit_proposed] = [0_u32; 2];
-        let fits = |offset: T| (offset * focal).abs() <= screen_px;
-        let [mut squares_in_use, mut squares_proposed] = [T::ZERO; 2];
-        let mut seen = Coverage::NONE;
-        for pair in batch.pairs() {
-            let [of_used, of_new] =
-                changes.map(|change| change.map_or(*pair, |change| pair.changed(&change)));
-            let (used, new) = (row_offset(&in_use, &of_used), row_offset(&proposed, &of_new));
-            let Some((used, new)) = used.zip(new) else { continue };
-            fit_in_use = fit_in_use.saturating_add(u32::from(fits(used)));
-            if fits(new) {
-                fit_proposed = fit_proposed.saturating_add(1);
-                squares_in_use += used * used;
-                squares_proposed += new * new;
-                seen.insert(pair.cell());
-            }
-        }
-        if fit_proposed == 0 {
-            return None;
-        }
-        let rms = |squares: T| (squares / T::count(fit_proposed)).sqrt() * focal;
-        let [in_use_px, proposed_px] = [rms(squares_in_use), rms(squares_proposed)];
+        let fit = Fit::of(batch, &[in_use, proposed], &changes, screen_px / focal)?;
+        let [in_use_px, proposed_px] = fit.rms.map(|rms| rms * focal);
+        let [fit_in_use, fit_proposed] = fit.matches;
         let band = Band::of(in_use_px, proposed_px);
         let off = proposed.unknowns_to(&in_use);
         let yaw_sd = proposal.covariance.map_or(proposal.sd.rotation, |c| c.m22.sqrt());
@@ -208,7 +191,7 @@ impl<T: Scalar> Health<T> {
             proposed_px,
             fit_in_use,
             fit_proposed,
-            coverage: seen.share(),
+            coverage: fit.seen.share(),
             band,
             state: proposal.state,
             doubt: proposal.doubt,
@@ -222,6 +205,49 @@ impl<T: Scalar> Health<T> {
             rejection,
             arming: Arming::of(proposal, band),
         })
+    }
+}
+
+/// Fit of two calibrations, the one in use and the proposed one, to the same matches.
+struct Fit<T> {
+    /// Matches within the screening threshold.
+    matches: [u32; 2],
+    /// RMS row offsets over those that fit the proposed one, at unit focal length.
+    rms: [T; 2],
+    /// Cells of the image that have one of them.
+    seen: Coverage,
+}
+
+impl<T: Scalar> Fit<T> {
+    /// `None` if no match fits the proposed calibration.
+    ///
+    /// * `changes`: of the right rays of the batch, to those of each calibration's cameras.
+    /// * `screen`: a match fits if its row offset is no larger, at unit focal length.
+    fn of<const N: usize>(
+        batch: &Batch<T, N>,
+        calibrations: &[RectifyingRotations<T>; 2],
+        changes: &[Option<RayChange<T>>; 2],
+        screen: T,
+    ) -> Option<Self> {
+        let ([mut in_use, mut proposed], mut seen) = ([0_u32; 2], Coverage::NONE);
+        let [mut squares_in_use, mut squares_proposed] = [T::ZERO; 2];
+        let [of_used, of_new] = calibrations;
+        for pair in batch.pairs() {
+            let [used, new] =
+                changes.map(|change| change.map_or(*pair, |change| pair.changed(&change)));
+            let (used, new) = (row_offset(of_used, &used), row_offset(of_new, &new));
+            let Some((used, new)) = used.zip(new) else { continue };
+            in_use = in_use.saturating_add(u32::from(used.abs() <= screen));
+            if new.abs() <= screen {
+                proposed = proposed.saturating_add(1);
+                squares_in_use += used * used;
+                squares_proposed += new * new;
+                seen.insert(pair.cell());
+            }
+        }
+        let rms = |squares: T| (squares / T::count(proposed)).sqrt();
+        let rms = [rms(squares_in_use), rms(squares_proposed)];
+        (proposed > 0).then_some(Self { matches: [in_use, proposed], rms, seen })
     }
 }
 

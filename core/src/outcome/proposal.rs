@@ -39,8 +39,8 @@ pub struct Proposal<T: Scalar> {
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     #[cfg_attr(feature = "serde", serde(with = "rows"))]
     pub covariance: Option<Matrix5<T>>,
-    /// The same with the lens models uncertain ([`crate::Config::with_lens_prior`]): expected error of the extrinsics where
-    /// the lens may be off. Equal to `sd` without a lens prior and in the paper preset.
+    /// The same with the lens models uncertain ([`crate::Config::with_lens_prior`]): expected error of the extrinsics
+    /// where the lens may be off. Equal to `sd` without a lens prior and in the paper preset.
     pub sd_lens: StandardDeviations<T>,
     /// Covariance with the lens models uncertain, as `covariance`.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
@@ -52,7 +52,8 @@ pub struct Proposal<T: Scalar> {
     /// pairs. Points more than some thousand baselines away do not observe it: their disparities are noise. The paper
     /// preset fuses no pair that does not: always true.
     pub baseline_observed: bool,
-    /// Whether `R` is confirmed; `t` is, where `baseline_observed` says so. The paper preset confirms nothing: locked from the first pair on.
+    /// Whether `R` is confirmed; `t` is, where `baseline_observed` says so. The paper preset confirms nothing: locked
+    /// from the first pair on.
     pub state: State,
     /// Evidence against it.
     pub doubt: Option<Doubt>,
@@ -87,8 +88,8 @@ impl<T: Scalar> fmt::Display for Proposal<T> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Doubt {
-    /// Image halves disagree by more than 3 of their standard deviations: matches are biased alike somewhere, or the lens is
-    /// wrong. The deviations are widened by it. Without a lens prior the baseline is not applied.
+    /// Image halves disagree by more than 3 of their standard deviations: matches are biased alike somewhere, or the
+    /// lens is wrong. The deviations are widened by it. Without a lens prior the baseline is not applied.
     Baseline,
     /// They disagree by more than 5. Without a lens prior nothing is applied.
     Everything,

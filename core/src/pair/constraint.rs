@@ -134,9 +134,9 @@ impl<V: Value> Constraint<V> {
         self.value / (z_a * z_b)
     }
 
-    /// Coordinates `k` that [`crate::algebra::moments`] sums. Nine of `b a^T`: `cx`, `cy`, `cz`, `xx`, `yy`, `zz`, `xy`,
-    /// `xz`, `yz`. Three derivatives by the lens: `k1` of the left camera, of the right one, and `p1` of the right less
-    /// the left one.
+    /// Coordinates `k` that [`crate::algebra::moments`] sums. Nine of `b a^T`: `cx`, `cy`, `cz`, `xx`, `yy`, `zz`,
+    /// `xy`, `xz`, `yz`. Three derivatives by the lens: `k1` of the left camera, of the right one, and `p1` of the
+    /// right less the left one.
     ///
     /// * `rays`: as in [`Self::of`].
     #[inline(always)]

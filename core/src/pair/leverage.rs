@@ -93,7 +93,8 @@ impl<T: Scalar> Leverage<T> {
     /// The limit after a step of a track: where correspondences of high leverage are inliers,
     /// [`MAX_LEVERAGE`] of their shares. `None` where it is not finite.
     ///
-    /// * `information`: as in [`Self::of`]; `last`, `high`: limit of the pass, and its correspondences of high leverage.
+    /// * `information`: as in [`Self::of`]; `last`, `high`: limit of the pass, and its correspondences of high
+    ///   leverage.
     /// * `trusted`: whether they were inliers in the last pairs.
     pub(super) fn raised(
         self,

@@ -13,8 +13,8 @@ use crate::thresholds::SURVEYED;
 /// Multiplier of a pseudo-random generator modulo 2^32 (Steele and Vigna, arXiv 2001.05304).
 const MULTIPLIER: u32 = 0xE817_FB2D;
 
-/// The sample: one value of each of at most [`SURVEYED`] equal parts. Its place in the part is pseudo-random, and the same
-/// in all slices of one length. With a fixed place, outliers at regular places could be all of the sample.
+/// The sample: one value of each of at most [`SURVEYED`] equal parts. Its place in the part is pseudo-random, and the
+/// same in all slices of one length. With a fixed place, outliers at regular places could be all of the sample.
 pub(super) fn scattered<T>(all: &[T]) -> impl Iterator<Item = &T> {
     let stride = all.len().div_ceil(SURVEYED).max(1);
     let mut random = 1_u32;
@@ -56,8 +56,8 @@ pub(super) fn survey<'a, T: Scalar>(
     Leverage::first(median(&shares)?, covariance)
 }
 
-/// The median, of an even number the larger one of the two; `None` of no values and where one is not a number. By ranks:
-/// small code, and as many comparisons as the square of a few values.
+/// The median, of an even number the larger one of the two; `None` of no values and where one is not a number. By
+/// ranks: small code, and as many comparisons as the square of a few values.
 fn median<T: Scalar>(values: &[T]) -> Option<T> {
     let is_median = |value: &&T| {
         let below = values.iter().filter(|other| *other < *value).count();

@@ -4,7 +4,7 @@ use super::factory::fingerprint;
 use crate::batch::correspondence::Cameras;
 use crate::calibrator::Calibrator;
 use crate::codec::{self, OVERHEAD_BYTES, Reader, RecordHeader, RecordKind, Writer, believe};
-use crate::config::Context;
+use crate::config::{Context, LensTracking};
 use crate::error::{RestoreError, SnapshotError};
 use crate::estimator::Estimator;
 use crate::geometry::lens_correction::CorrectedExtrinsics;
@@ -25,9 +25,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         + 4 * (WORDS + Estimator::<T>::WORDS)
         + (NUMBERS + Estimator::<T>::NUMBERS) * size_of::<T>();
 
-    /// Writes the estimate and the calibration in use as a record, for storage that survives power loss; returns the part
-    /// of the buffer that it takes. Not in it: cameras and factory extrinsics
-    /// ([`crate::FactoryCalibration`]), the batch, and a pair being solved.
+    /// Writes the estimate and the calibration in use as a record, for storage that survives power loss; returns the
+    /// part of the buffer that it takes. Not in it: cameras and factory extrinsics ([`crate::FactoryCalibration`]),
+    /// the batch, and a pair being solved.
     ///
     /// # Errors
     /// [`SnapshotError`].
@@ -37,8 +37,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             .map_err(|needed| SnapshotError::Room { needed })
     }
 
-    /// Restores a record: the extrinsics in use, and the estimate with the pairs behind it. The
-    /// state is [`crate::State::Suspect`] until a pair confirms the estimate, because the rig may have changed meanwhile.
+    /// Restores a record: the extrinsics in use, and the estimate with the pairs behind it. The state is
+    /// [`crate::State::Suspect`] until a pair confirms the estimate, because the rig may have changed meanwhile.
     ///
     /// For a calibrator without pairs, right after [`Calibrator::set_cameras`] and [`Calibrator::set_factory`].
     ///
@@ -75,21 +75,34 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let frozen = from.flag()?;
         let cameras = self.cameras.as_ref().ok_or(RestoreError::NoCameras)?;
         let context = Context::new(&self.config, &self.factory, cameras.mean_focal());
-        [Some(in_use), before]
-            .iter()
-            .flatten()
-            .try_for_each(|put| check(put, cameras, &context))?;
+        let put = [Some(in_use), before];
+        put.iter().flatten().try_for_each(|put| check(put, cameras, &context))?;
         self.estimator.read(&context, from)?;
-        let Ok(corrected) = cameras.corrected(&self.estimator.correction()) else {
-            self.estimator.reset();
-            return Err(RestoreError::Absurd);
-        };
+        let corrected = self.corrected_by(&put).inspect_err(|_| self.estimator.reset())?;
         // Whoever has taken up the extrinsics of now must notice those of the record.
         let unnoticed = in_use != self.in_use && generation == self.generation;
         self.generation = if unnoticed { generation.wrapping_add(1) } else { generation };
         (self.in_use, self.before, self.frozen) = (in_use, before, frozen);
         self.corrected = Some(corrected);
         Ok(())
+    }
+
+    /// The cameras of the rays, once the estimator and what was put into use are read.
+    ///
+    /// # Errors
+    /// [`RestoreError::Preset`] where the configuration only reports and a camera was corrected: its caller rectifies
+    /// with the given cameras, and the extrinsics of others would mislead.
+    fn corrected_by(
+        &self,
+        put: &[Option<CorrectedExtrinsics<T>>; 2],
+    ) -> Result<Cameras<T>, RestoreError> {
+        let rays = self.estimator.correction();
+        let given = rays.is_none() && put.iter().flatten().all(|put| put.correction.is_none());
+        if !given && self.config.lens_tracking == LensTracking::Report {
+            return Err(RestoreError::Preset);
+        }
+        let cameras = self.cameras.as_ref().ok_or(RestoreError::NoCameras)?;
+        cameras.corrected(&rays).map_err(|_| RestoreError::Absurd)
     }
 }
 

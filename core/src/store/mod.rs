@@ -12,14 +12,15 @@
 //! Faults of the flash that stand for a while (reads that fail or return 00 or ff, of all pages or some; writes and
 //! erasures without effect): all pages deaf or stuck lose no record; where single pages are, one run in 800 still loses
 //! the factory record. Nothing is erased while a record found before is missing. A page
-//! has a mark once the next one is open: without that one nothing is written. No page known: a page is erased only
-//! if its content reads the same twice, or if it is blank and takes a word. An erasure is read back; after one that
+//! has a mark once the next one is open: without that mark nothing is written. If no page of the store is recognised,
+//! a page is erased only if its content reads the same twice, or if it is blank and takes a word. An erasure is read back; after one that
 //! fails the save ends. Only another factory record replaces a factory record. A store that cannot save any more is
 //! saved by [`Store::format`]: after a loss of power in the very first saves this may be so.
 //!
-//! Cost of a save; an entry is the payload and 28 bytes, in whole words: one write for each 256 bytes of the entry and
-//! one read for each 128. If the page is full: all pages are read, several times, one is erased, and two entries of each kind are
-//! written. A load reads one entry, [`Store::open`] all pages. Buffers: the caller's, and 256 bytes of stack.
+//! Cost of a save; an entry is the payload and 28 bytes, in whole words: one write for each 256 bytes of the entry
+//! and one read for each 128. If the page is full: all pages are read, several times, one is erased, and two entries
+//! of each kind are written. A load reads one entry, [`Store::open`] all pages. Buffers: the caller's, and 256 bytes
+//! of stack.
 //!
 //! Endurance with 2 sectors of 128 kB, 10,000 cycles, 1 kB of factory data and 2 kB of state: 60 saves for
 //! each erasure, 1.2 million in all: 2.3 years at one save a minute, 23 years at one in ten minutes.
@@ -72,7 +73,8 @@ pub struct Wear {
     pub erasures: u32,
     /// Number of pages.
     pub pages: u32,
-    /// Free bytes until the next erasure, without those of a mark. An entry takes 28 bytes more than its payload, in whole words.
+    /// Free bytes until the next erasure, without those of a mark. An entry takes 28 bytes more than its payload, in
+    /// whole words.
     pub free: u32,
     /// Damaged stretches at the last scan: bit rot and torn writes. Pages that are not erased, or erased
     /// in part, count until they are used.

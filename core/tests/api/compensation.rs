@@ -6,7 +6,7 @@ use crate::scene::{FOCAL, cameras, rig, take};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
     Arming, Calibration, Calibrator, Config, Extrinsics, Fused, Lens, LensCorrection, LensTracking,
-    State,
+    RestoreError, State,
 };
 
 type Tested = Calibrator<f32, 256>;
@@ -37,7 +37,7 @@ fn off(extrinsics: &Extrinsics<f32>) -> Deviation<f32> {
 
 #[test]
 fn a_wrong_right_lens_is_corrected_and_handed_out_with_its_extrinsics() {
-    let mut reporting = with(Config::robust());
+    let mut reporting: Tested = with(Config::robust());
     assert_eq!(drive(&mut reporting, 0.003, 0.002, 0..100), [0; 0]);
     let mut calibrator = with(COMPENSATE);
     assert!(!drive(&mut calibrator, 0.003, 0.002, 0..100).is_empty());
@@ -157,4 +157,34 @@ fn a_record_resumes_the_corrected_lens_bit_for_bit() {
     }
     assert_eq!(after.apply(), before.apply());
     assert_eq!(after.undo(), before.undo());
+}
+
+#[test]
+fn a_record_of_corrected_cameras_is_refused_where_the_configuration_only_reports() {
+    let mut compensating = with(COMPENSATE);
+    let corrected = *drive(&mut compensating, 0.003, 0.0, 0..60).first().unwrap();
+    let mut buffer = [0; Tested::SNAPSHOT_BYTES];
+    let refused = |from: &Tested, buffer: &mut [u8]| {
+        let record = from.snapshot(buffer).unwrap();
+        let mut reporting: Tested = with(Config::robust());
+        assert_eq!(reporting.restore(record), Err(RestoreError::Preset));
+        assert_eq!(reporting.calibration_in_use(), with(Config::robust()).calibration_in_use());
+        assert_eq!((reporting.state(), reporting.proposal()), (State::Acquiring, None));
+        assert_eq!(drive(&mut reporting, 0.0, 0.0, 100..120), [0; 0]);
+        assert_eq!(reporting.state(), State::Locked, "goes on with the given cameras");
+    };
+    assert_ne!(compensating.calibration_in_use().unwrap().cameras, cameras());
+    refused(&compensating, &mut buffer);
+
+    // What is in use is of the given cameras; the rays are not.
+    let mut compensating = with(COMPENSATE);
+    drive(&mut compensating, 0.003, 0.0, 0..corrected + 1);
+    assert_eq!(compensating.calibration_in_use().unwrap().cameras, cameras());
+    refused(&compensating, &mut buffer);
+
+    // Nothing was corrected.
+    let mut compensating = with(COMPENSATE);
+    drive(&mut compensating, 0.0, 0.0, 0..30);
+    let mut reporting: Tested = with(Config::robust());
+    assert_eq!(reporting.restore(compensating.snapshot(&mut buffer).unwrap()), Ok(()));
 }

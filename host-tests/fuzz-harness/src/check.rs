@@ -46,7 +46,8 @@ pub(super) fn check_in_use(calibrator: &Target) {
     assert_eq!(Some(&in_use.cameras.left), calibrator.cameras().map(|cameras| &cameras.left));
 }
 
-/// After [`stereo_selfcal::Fused::LensCorrected`]: with corrected cameras the estimate begins again, and no ray of the old ones is kept.
+/// After [`stereo_selfcal::Fused::LensCorrected`]: with corrected cameras the estimate begins again, and no ray of
+/// the old ones is kept.
 pub(super) fn check_begun_again(calibrator: &Target) {
     let config = *calibrator.config();
     assert_eq!(config, config.with_lens_tracking(LensTracking::Compensate));

@@ -1,4 +1,5 @@
-//! Any stream of bytes and frames through the decoder into the calibrator: `cargo fuzz run --sanitizer none frames` in `host-tests`.
+//! Any stream of bytes and frames through the decoder into the calibrator: `cargo fuzz run --sanitizer none frames`
+//! in `host-tests`.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| fuzz_harness::run_frames(bytes));

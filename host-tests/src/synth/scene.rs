@@ -1,9 +1,9 @@
 //! Generated scenes: a known rig, points of known depth, Gaussian noise, gross outliers.
 //!
-//! Pinhole cameras, or with lens errors that nobody is told of. Left points uniform in the image (or a vertical band), depth log-uniform (or
-//! a mixture of two, or that of a plane), noise on all four coordinates, points that miss the right image drawn again. Half of
-//! the outliers are uniform in the right image, half within +-60 px (u) and +-20 px (v) of the truth.
-//! Coordinates are rounded to the matcher's grid last.
+//! Pinhole cameras, or with lens errors that nobody is told of. Left points uniform in the image (or a vertical
+//! band), depth log-uniform (or a mixture of two, or that of a plane), noise on all four coordinates, points that
+//! miss the right image drawn again. Half of the outliers are uniform in the right image, half within +-60 px (u) and
+//! +-20 px (v) of the truth. Coordinates are rounded to the matcher's grid last.
 
 use anyhow::{Result, ensure};
 use nalgebra::Vector3;

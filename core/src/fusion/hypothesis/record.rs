@@ -14,8 +14,8 @@ use crate::thresholds::{MAX_LOCKED_SD_RAD, MAX_NOISE_PX, MAX_REDUCED_CHI_SQUARE}
 /// Largest rounding of a running mean over its largest term.
 const MEAN_ROUNDING: f64 = 1.001;
 
-/// Largest squared distance of the pose from the optimum of the sums, in deviations, and ratio of their informations. A first
-/// pair that says next to nothing of a direction comes to 400; a number wrong by 1e6 exceeds it.
+/// Largest squared distance of the pose from the optimum of the sums, in deviations, and ratio of their informations.
+/// A first pair that says next to nothing of a direction comes to 400; a number wrong by 1e6 exceeds it.
 const MAX_INCONSISTENCY: f64 = 1e4;
 
 impl<T: Scalar> Hypothesis<T> {
@@ -38,8 +38,8 @@ impl<T: Scalar> Hypothesis<T> {
     /// Reads a record into [`Hypothesis::EMPTY`].
     ///
     /// # Errors
-    /// [`RestoreError::Absurd`] for a number out of its range, sums that do not lead to the pose and its information, or a
-    /// covariance that is not finite.
+    /// [`RestoreError::Absurd`] for a number out of its range, sums that do not lead to the pose and its information,
+    /// or a covariance that is not finite.
     #[inline(never)]
     pub(in crate::fusion) fn read(
         &mut self,

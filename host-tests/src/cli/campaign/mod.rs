@@ -41,8 +41,8 @@ pub(crate) struct CampaignArgs {
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     trials: Option<u32>,
 
-    /// Pairs of each run; default 1 (single), 100 (fused, garbage, grids), 200 (steps), 1000 (numbers), a million (long),
-    /// that of the case (real).
+    /// Pairs of each run; default 1 (single), 100 (fused, garbage, grids), 200 (steps), 1000 (numbers), a million
+    /// (long), that of the case (real).
     #[arg(long)]
     pairs: Option<usize>,
 
