@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Result, ensure};
 use clap::Args;
 use host_tests::data::PairFile;
-use host_tests::synth::{Grid, LensErrors, Scenario, ScenarioKind, Scene, rig};
+use host_tests::synth::{Fence, Grid, LensErrors, Scenario, ScenarioKind, Scene, rig};
 
 use super::parse::numbers;
 use super::run::RunArgs;
@@ -28,6 +28,7 @@ use super::run::RunArgs;
   selfcal synth flight --pairs 400 --lens-warming 0.001
   selfcal synth --pairs 200 --lens-error f_r=0.1%,cx_r=1
   selfcal synth creeping --creep-px 4 --pairs 200
+  selfcal synth --pairs 60 --fence 0.3,8 --rotation 3,-2,4
   selfcal synth --pairs 20 --seed 7 --out my_scene && selfcal replay my_scene
   selfcal synth --pairs 1000 --outliers 0.3 --rays near.pairs && selfcal bench near.pairs")]
 pub(crate) struct SynthArgs {
@@ -60,6 +61,11 @@ pub(crate) struct SynthArgs {
     /// Share of gross outliers, 0 to 1 [default: 0, flight 0.3].
     #[arg(long, value_name = "SHARE")]
     outliers: Option<f64>,
+
+    /// A repeated structure: share of the matches that are on it, and their offset across the rows, px; along
+    /// them each is up to five steps of 12 px off. With `local`, in a part of the image only.
+    #[arg(long, value_name = "SHARE,PX[,local]", allow_hyphen_values = true)]
+    fence: Option<Fence>,
 
     /// Nearest and farthest depth, in baselines; of the planes, where they meet the optical axis; at the
     /// foot of a climb; of the far points in near-few and sky [default: that of the scene, 3,80 where it
@@ -153,6 +159,7 @@ impl SynthArgs {
             rig: rig(self.rotation, self.baseline)?,
             noise_px: self.noise.unwrap_or(named.scene.noise_px),
             outliers: self.outliers.unwrap_or(named.scene.outliers),
+            fence: self.fence,
             depth: self.depth.map_or(named.scene.depth, |range| named.scene.depth.within(range)),
             band: self.band.unwrap_or(named.scene.band),
             matches: self.matches.unwrap_or(named.scene.matches),

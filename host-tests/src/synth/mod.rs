@@ -1,6 +1,7 @@
 //! Generated data: scenes of known rigs, and scenarios over many pairs.
 
 mod depth;
+mod fence;
 mod flight;
 mod grid;
 mod lens_error;
@@ -10,6 +11,7 @@ mod scenario;
 mod scene;
 
 pub use depth::Depth;
+pub use fence::Fence;
 pub use grid::Grid;
 pub use lens_error::{LensError, LensErrors};
 pub use rig::{five_degrees_off, rig};

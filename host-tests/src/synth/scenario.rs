@@ -77,6 +77,8 @@ pub struct Scenario {
     pub turn_deg: f64,
     /// Turn of the right camera about each axis, new with every pair of a flight, degrees RMS.
     pub vibration_deg: f64,
+    /// Turn of the rig about a random axis, new for every seed, on top of that of the scene, degrees.
+    pub off_deg: f64,
     /// Whether lens errors drawn from the prior, new for every seed, come on top of those of the scene.
     pub lens_prior: bool,
     /// Change of the right camera's focal length from the first pair to the last, relative; even.
@@ -184,6 +186,7 @@ impl Scenario {
             pairs,
             turn_deg: kind.turn_deg(),
             vibration_deg: kind.vibration_deg(),
+            off_deg: 0.0,
             lens_prior: false,
             lens_warming: 0.0,
             landmark_px: if kind.keeps_landmarks() { 0.3 } else { 0.0 },
@@ -264,11 +267,15 @@ impl Scenario {
 
     /// The scene of each pair.
     fn scenes(&self, seed: u64) -> Result<Vec<Scene>> {
-        ensure!(self.turn_deg.is_finite(), "turn must be finite");
+        ensure!(self.turn_deg.is_finite() && self.off_deg.is_finite(), "turn must be finite");
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(STREAM);
         let axis = Vector3::from(UnitSphere.sample(&mut rng));
         let mut base = self.scene.clone();
+        if self.off_deg != 0.0 {
+            let axis = Vector3::from(UnitSphere.sample(&mut rng));
+            base.rig = turned(&base.rig, &axis, self.off_deg)?;
+        }
         if self.lens_prior {
             let [left, right] = LensError::drawn(seed);
             let [given_left, given_right] = base.lens_errors;

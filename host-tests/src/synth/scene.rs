@@ -13,6 +13,7 @@ use rand_distr::{Distribution, Normal};
 use stereo_selfcal::Extrinsics;
 
 use super::depth::Depth;
+use super::fence::Fence;
 use super::grid::{self, Grid};
 use super::lens_error::LensError;
 use crate::data::{Dataset, LensModel, Match, Meta, Rays, rows};
@@ -32,6 +33,8 @@ pub struct Scene {
     pub noise_px: f64,
     /// Share of gross outliers, 0 to 1.
     pub outliers: f64,
+    /// A repeated structure, whose matches are outliers that agree with each other.
+    pub fence: Option<Fence>,
     /// Depth of the points.
     pub depth: Depth,
     /// Height of the vertical band that left points come from, in image heights.
@@ -53,6 +56,7 @@ impl Default for Scene {
             rig: Extrinsics::SIDE_BY_SIDE,
             noise_px: 0.3,
             outliers: 0.0,
+            fence: None,
             depth: Depth::LogUniform([3.0, 80.0]),
             band: 1.0,
             band_centre: 0.5,
@@ -116,6 +120,7 @@ impl Scene {
         self.lens_errors.iter().try_for_each(LensError::check)?;
         ensure!(self.noise_px >= 0.0 && self.noise_px.is_finite(), "noise must be 0 px or more");
         ensure!((0.0..=1.0).contains(&self.outliers), "outliers must be a share from 0 to 1");
+        self.fence.iter().try_for_each(Fence::check)?;
         ensure!(self.band > 0.0 && self.band <= 1.0, "band must be above 0 and at most 1");
         let (above, below) = (self.band_centre, 1.0 - self.band_centre);
         ensure!(above.min(below) > self.band / 2.0 - 1e-9, "band must be inside the image");
@@ -208,10 +213,10 @@ impl Scene {
 
     /// The next pair. The scene must have been checked.
     pub(super) fn pair(&self, rng: &mut ChaCha8Rng) -> SynthPair {
-        let inlier: Vec<bool> =
+        let mut inlier: Vec<bool> =
             (0..self.matches).map(|_| !rng.random_bool(self.outliers.clamp(0.0, 1.0))).collect();
-        let clean: Vec<[f64; 4]> = (0..self.matches).map(|_| self.seen_point(rng).0).collect();
-        let (matched, matches) = inlier
+        let mut clean: Vec<[f64; 4]> = (0..self.matches).map(|_| self.seen_point(rng).0).collect();
+        let (mut matched, mut matches): (Vec<_>, Vec<_>) = inlier
             .iter()
             .zip(&clean)
             .map(|(&inlier, &seen)| {
@@ -220,7 +225,31 @@ impl Scene {
                 (matched, self.observed(matched, step, rng))
             })
             .unzip();
+        // Last: a scene without a fence has the same points.
+        if let Some(fence) = &self.fence {
+            for i in 0..self.matches {
+                if rng.random_bool(fence.share) {
+                    let step = matches[i].step;
+                    (inlier[i], clean[i]) = (false, self.point_on(fence, rng));
+                    matched[i] = fence.matched(clean[i], rng);
+                    matches[i] = self.observed(matched[i], step, rng);
+                }
+            }
+        }
         SynthPair { matches, inlier, clean, matched }
+    }
+
+    /// Pixels of a point on a fence; elsewhere, where the cameras share too little of it.
+    fn point_on(&self, fence: &Fence, rng: &mut ChaCha8Rng) -> [f64; 4] {
+        let mut seen = self.seen_point(rng).0;
+        for _ in 0..TRIES {
+            let [u, v, ..] = seen;
+            if fence.covers([u, v], self.size) {
+                break;
+            }
+            seen = self.seen_point(rng).0;
+        }
+        seen
     }
 
     /// The points and outliers of a pair seen again: only the noise is new.

@@ -3,6 +3,7 @@
 mod fused;
 mod real;
 mod real_cases;
+mod single;
 mod stats;
 mod steps;
 
@@ -19,7 +20,6 @@ use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Config, Scalar};
 
 use super::setup::LensTracking;
-use stats::passes;
 
 /// Run the robust preset over many generated scenes, against the best that their data allow.
 ///
@@ -27,7 +27,7 @@ use stats::passes;
 /// degrees off by default. The meaning of the columns is printed above them. Errors in rad.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  selfcal campaign single
+  selfcal campaign single --only n256 noise
   selfcal campaign fused --trials 1000 --pairs 20
   selfcal campaign steps --seed 7
   selfcal campaign real --only altitude lens/f_r --csv real.csv
@@ -55,7 +55,7 @@ pub(crate) struct CampaignArgs {
     #[arg(long, value_enum, default_value_t = LensTracking::Report)]
     lens: LensTracking,
 
-    /// Cases of real whose group/name begins so; default all.
+    /// Cases of single and real whose group/name begins so; default all.
     #[arg(long, value_name = "PREFIX", num_args = 1..)]
     only: Vec<String>,
 
@@ -86,8 +86,9 @@ enum What {
 
 /// Runs `selfcal campaign`.
 pub(crate) fn campaign(args: &CampaignArgs) -> Result<()> {
-    let chosen = !args.only.is_empty() || args.csv.is_some();
-    ensure!(!chosen || args.what == What::Real, "--only and --csv are options of real");
+    let has_names = matches!(args.what, What::Real | What::Single);
+    ensure!(has_names || args.only.is_empty(), "--only is an option of single and real");
+    ensure!(args.what == What::Real || args.csv.is_none(), "--csv is an option of real");
     match args.what {
         What::Real => args.real(),
         What::Single => args.single(),
@@ -108,6 +109,11 @@ impl CampaignArgs {
         scenario
     }
 
+    /// Whether a case is to be run.
+    fn takes(&self, name: &str) -> bool {
+        self.only.is_empty() || self.only.iter().any(|prefix| name.starts_with(prefix))
+    }
+
     fn trials(&self) -> u32 {
         self.trials.unwrap_or(if self.what == What::Real { 24 } else { 200 })
     }
@@ -124,39 +130,6 @@ impl CampaignArgs {
         let runs = runs::<T>(scenario, config, seeds, || bar.inc(1))?;
         bar.finish_and_clear();
         Ok(runs)
-    }
-
-    fn single(&self) -> Result<()> {
-        let mut out = io::stdout();
-        writeln!(
-            out,
-            "sigma: RMS error of one pair over the bound, of those within 4 times the bound"
-        )?;
-        writeln!(out, "matches  wrong  sigma_t  sigma_theta  within 4 bounds  passes mean, most")?;
-        let cases = [(256, 0.0), (256, 0.3), (256, 0.5), (256, 0.6), (64, 0.3), (64, 0.5)];
-        for (matches, outliers) in cases {
-            let mut scenario = self.scenario(ScenarioKind::Near, outliers, 1);
-            scenario.scene.matches = matches;
-            let runs = self.runs::<f32>(&scenario)?;
-            let good = |run: &&Run| {
-                run.last().is_some_and(|m| {
-                    m.error.translation < 4.0 * run.bound.translation
-                        && m.error.rotation < 4.0 * run.bound.rotation
-                })
-            };
-            let good: Vec<&Run> = runs.iter().filter(good).collect();
-            let e = rms(good.iter().filter_map(|run| run.last()).map(|m| m.error));
-            let b = rms(good.iter().map(|run| run.bound));
-            let [mean, most] = passes(&runs, |_| true);
-            writeln!(
-                out,
-                "{matches:>7}  {outliers:>5}  {:>7.3}  {:>11.3}  {:>15.4}  {mean:>6.2}, {most}",
-                e.translation / b.translation,
-                e.rotation / b.rotation,
-                share(good.len(), runs.len()),
-            )?;
-        }
-        Ok(())
     }
 
     fn garbage(&self) -> Result<()> {

@@ -30,7 +30,7 @@ impl CampaignArgs {
     pub(super) fn real(&self) -> Result<()> {
         let chosen = |case: &Case| {
             let path = case.path();
-            self.only.is_empty() || self.only.iter().any(|prefix| path.starts_with(prefix))
+            self.takes(&path)
         };
         let cases: Vec<Case> = all()?.into_iter().filter(chosen).collect();
         ensure!(!cases.is_empty(), "no case begins with {}", self.only.join(" or "));

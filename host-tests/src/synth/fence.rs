@@ -1,0 +1,78 @@
+//! Matches on a repeated structure: a fence, whose pickets the matcher takes for each other.
+
+use std::str::FromStr;
+
+use anyhow::{Result, ensure};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+/// Matches that agree with each other, and not with the scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fence {
+    /// Share of all matches, 0 to 1.
+    pub share: f64,
+    /// Offset across the rows, the same for all, px.
+    pub across_px: f64,
+    /// Whether it covers only a part of the image: the left half, below the upper third.
+    pub local: bool,
+}
+
+/// Width of a picket, and the most pickets that a match is off by.
+const PICKET_PX: f64 = 12.0;
+const PICKETS: i32 = 5;
+
+impl Fence {
+    pub(crate) fn check(&self) -> Result<()> {
+        ensure!((0.0..=1.0).contains(&self.share), "the fence's share must be from 0 to 1");
+        ensure!(self.across_px.is_finite(), "the fence's offset must be finite");
+        Ok(())
+    }
+
+    /// Whether a left pixel is on the fence.
+    pub(super) fn covers(&self, [u, v]: [f64; 2], [width, height]: [u16; 2]) -> bool {
+        !self.local || (u < f64::from(width) / 2.0 && v > f64::from(height) / 3.0)
+    }
+
+    /// Pixels matched to another picket: some pickets along the row, and the offset across.
+    pub(super) fn matched(&self, [ul, vl, ur, vr]: [f64; 4], rng: &mut ChaCha8Rng) -> [f64; 4] {
+        let pickets = rng.random_range(1..=PICKETS) * if rng.random() { 1 } else { -1 };
+        [ul, vl, ur + f64::from(pickets) * PICKET_PX, vr + self.across_px]
+    }
+}
+
+impl FromStr for Fence {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut parts = text.split(',');
+        let mut number = || parts.next().and_then(|part| part.trim().parse::<f64>().ok());
+        let fence = number().zip(number());
+        let (share, across_px) = fence.ok_or("expected SHARE,PX or SHARE,PX,local")?;
+        let local = match parts.next() {
+            None => false,
+            Some("local") => true,
+            Some(other) => return Err(format!("expected local, not {other}")),
+        };
+        if parts.next().is_some() {
+            return Err("expected SHARE,PX or SHARE,PX,local".into());
+        }
+        let fence = Self { share, across_px, local };
+        fence.check().map_err(|error| error.to_string())?;
+        Ok(fence)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_option_is_a_share_an_offset_and_a_place() {
+        let fence = |local| Ok(Fence { share: 0.4, across_px: -8.0, local });
+        assert_eq!("0.4,-8".parse(), fence(false));
+        assert_eq!("0.4,-8,local".parse(), fence(true));
+        for wrong in ["0.4", "", "1.4,8", "0.4,inf", "0.4,8,here", "0.4,8,local,8"] {
+            assert!(wrong.parse::<Fence>().is_err(), "{wrong}");
+        }
+    }
+}
