@@ -103,7 +103,7 @@ impl Config {
             method: Method::Robust,
             prior_sd_rad: 0.1,
             huber_threshold_px: 1.0,
-            max_passes: 12,
+            max_passes: 24,
             #[cfg(feature = "paper")]
             step_tolerance_rad: 1e-9,
             min_correspondences: 12,

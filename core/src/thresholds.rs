@@ -5,6 +5,10 @@
 //! the unit (`_PX`, `_RAD`); without one the number is a count or dimensionless. Sizes of memory
 //! layouts and of wire formats are not here. Values that a user sets are in [`crate::Config`].
 
+mod pair;
+
+pub(crate) use pair::*;
+
 // Geometry.
 
 /// Depth of a rectified unit-depth ray (87 degrees off axis); a shallower ray is skipped. Larger
@@ -49,127 +53,7 @@ pub(crate) const MAX_DISTORTION: f64 = 1e3;
 pub(crate) const FOLD_SAMPLES: u32 = 256;
 pub(crate) const FOLD_BISECTIONS: usize = 30;
 
-// Pair.
-
-/// Tukey's limit in deviations: 95 % efficient. Larger admits outliers; smaller discards inliers.
-pub(crate) const TUKEY: f64 = 4.685;
-
-/// First scale of the annealed loss: 5 degrees at 1400 px. Larger takes more passes; smaller misses
-/// a rig that is further off.
-pub(crate) const FIRST_SCALE_PX: f64 = 120.0;
-
-/// Each scale over the one before; in a batch of at most [`FEW`], which follows only small changes,
-/// slower. Larger takes more passes; smaller loses the basin of convergence.
-pub(crate) const ANNEALING: f64 = 0.5;
-pub(crate) const SLOW_ANNEALING: f64 = 0.7;
-
-/// Correspondences up to which annealing is slow, in twice the passes: no more work than a batch of
-/// twice the size. Larger costs time; smaller loses small batches.
-pub(crate) const FEW: usize = 128;
-
-/// Scale from which on Tukey at the noise takes over. Larger starts that far from the optimum; smaller spends passes.
-pub(crate) const LAST_SCALE_PX: f64 = 7.5;
-
-/// Noise of a coordinate at the start of a search, and limit of that at a found pose: among outliers the estimate
-/// grows. Larger takes outliers for a consensus; smaller refuses poor matchers.
-pub(crate) const FIRST_NOISE_PX: f64 = 1.5;
-
-/// Largest noise of a coordinate. Larger widens the loss without end among outliers; smaller takes
-/// inliers of a poor matcher for outliers.
-pub(crate) const MAX_NOISE_PX: f64 = 3.0;
-
-/// Smallest unit of the loss, in steps of the grid: a narrower one locks on the mode of rounded
-/// rows, not on their mean. Larger dulls the loss; smaller biases by 9 to 26 times the bound.
-pub(crate) const MIN_UNIT: f64 = 0.6;
-
-/// Residuals that count as near, in units of the loss: they give the noise, over the variance of a
-/// unit normal distribution cut off there. Larger lets outliers in; smaller leaves few.
-pub(crate) const NEAR: f64 = 2.0;
-pub(crate) const TRUNCATED_VARIANCE: f64 = 0.7737;
-
-/// Residuals that count as inliers, and outer edge of the band beside the peak, in units of the
-/// loss: from [`NEAR`] on it is as wide as the peak. Larger counts outliers; smaller leaves few.
-pub(crate) const INLIER: f64 = 3.0;
-pub(crate) const BESIDE: f64 = 4.0;
-
-/// Variance of a row offset, and of a disparity, over that of a coordinate: each view adds its own.
-pub(crate) const DIFFERENCE_VARIANCE: f64 = 2.0;
-
-/// Least degrees of freedom per near residual: keeps the noise of few residuals finite. Larger
-/// understates it; smaller lets it grow.
-pub(crate) const MIN_FREEDOM: f64 = 0.5;
-
-/// Disparity below zero that a match may have: noise reaches there. Larger admits outliers behind
-/// infinity; smaller cuts far inliers.
-pub(crate) const MIN_DISPARITY_PX: f64 = 4.0;
-
-/// Standard deviations of yaw that the smallest disparity allows for: yaw moves all disparities
-/// alike. Larger learns less from scenes of one depth; smaller takes an error of yaw for a scene.
-pub(crate) const YAW_DEVIATIONS: f64 = 3.0;
-
-/// Noise of disparities that the information on the baseline loses, over the estimated one: noise along
-/// the rows is not quite that across them. Larger loses information in far scenes; smaller takes noise
-/// for disparity.
-pub(crate) const DISPARITY_NOISE_MARGIN: f64 = 1.1;
-
-/// Information on the baseline that a correspondence carries, in mean shares of the pass before;
-/// beyond it the weight falls with the square. Larger lets a near outlier rule `t`; smaller loses
-/// near inliers. 3 to 10 are equal in scenes 30 to 800 baselines deep.
-pub(crate) const MAX_LEVERAGE: f64 = 8.0;
-
-/// The same before the first step of a track, in median shares of those within the loss, which outliers do
-/// not move; beyond it leverage is high. Larger lets a near outlier in; smaller loses near inliers.
-pub(crate) const FIRST_MAX_LEVERAGE: f64 = 46.0;
-
-/// Near residuals of correspondences of high leverage over those beside, in deviations of chance, from
-/// which on a track takes them for inliers: few near points before a far scene. Larger loses them;
-/// smaller takes chance for a peak.
-pub(crate) const TRUSTED_PEAK_DEVIATIONS: f64 = 3.0;
-
-/// Share that separates few near points before a far scene from the tail of one range of depths, in first
-/// limits. Larger loses few near points; smaller lets near outliers in.
-pub(crate) const MIN_SEPARATION: f64 = 4.0;
-
-/// Correspondences that a survey reads. Larger costs time; smaller makes it noisy.
-pub(crate) const SURVEYED: usize = 32;
-
-/// Passes of a track: survey, two steps, evaluation. Larger costs time; smaller takes no step.
-pub(crate) const TRACK_PASSES: u16 = 4;
-
-/// Correspondences that a step of a track reads, of larger batches every second one: the pose
-/// decides weights only. Larger costs time; smaller loses accuracy, half a batch a hundredth.
-pub(crate) const TRACKED: usize = 128;
-
-/// Squared step in standard deviations at which a search has converged: what is left adds less than
-/// half a per cent to the variance. Larger stops early; smaller spends passes.
-pub(crate) const NEGLIGIBLE: f64 = 1e-2;
-
-/// Relative change of the noise at which it has settled. Larger stops early; smaller spends passes.
-pub(crate) const SETTLED: f64 = 0.05;
-
-/// Passes of evaluation and comparison beyond the configured limit: bounds `solve_pair`. Larger
-/// raises the bound; smaller cuts a pair short.
-pub(crate) const SPARE_PASSES: u16 = 8;
-
-/// At a pose found from afar: near residuals over those beside (outliers alone show 1), their excess in deviations of
-/// chance, and their part of the usable ones. Larger refuses pairs full of outliers; smaller accepts a local optimum.
-pub(crate) const FOUND_PEAK: f64 = 2.0;
-pub(crate) const FOUND_PEAK_DEVIATIONS: f64 = 3.0;
-pub(crate) const FOUND_NEAR: f64 = 0.15;
-
-/// At the pose of a track, which is known already: near residuals over those beside, how many there
-/// are, and for a challenger, which is not confirmed, their excess in deviations of chance. Larger
-/// rejects small and poor batches; smaller believes chance.
-pub(crate) const TRACK_PEAK: f64 = 1.5;
-pub(crate) const TRACK_MIN_NEAR: u32 = 8;
-pub(crate) const CLEAR_PEAK_DEVIATIONS: f64 = 2.0;
-
-/// Smallest eigenvalue of the information with unit diagonal; below it a direction is free. Larger
-/// refuses weak scenes; smaller accepts rounding as information.
-pub(crate) const MIN_CONDITION: f64 = 1e-5;
-
-/// Power iterations to an extreme eigenvalue. Larger costs time; smaller loses digits.
-pub(crate) const POWER_ITERATIONS: usize = 12;
+// Pair: `pair`.
 
 // Fusion.
 

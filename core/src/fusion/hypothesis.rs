@@ -23,8 +23,9 @@ use crate::pair::leverage::form_peak;
 use crate::pair::solver::TrackStart;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    AVERAGED_PAIRS, CHI_SQUARE_PAIRS, DRIFT_DECAY, FREEDOM_RAD, IMPROVEMENT, MAX_LOCKED_SD_RAD,
-    MAX_NIS, MAX_REDUCED_CHI_SQUARE, MIN_INLIER_RATIO, OPTIMUM_STEPS, SHORT_DECAY, VIBRATION_RAD,
+    AVERAGED_PAIRS, CHI_SQUARE_PAIRS, CROWD_PAIRS, CROWD_SHARE, DRIFT_DECAY, FREEDOM_RAD,
+    IMPROVEMENT, MAX_LOCKED_SD_RAD, MAX_NIS, MAX_REDUCED_CHI_SQUARE, MIN_INLIER_RATIO,
+    OPTIMUM_STEPS, SHORT_DECAY, VIBRATION_RAD,
 };
 
 /// Sums over the supporting pairs, and their optimum.
@@ -45,6 +46,8 @@ pub(crate) struct Hypothesis<T: Scalar> {
     noise: T,
     /// Running mean of the inlier share.
     inlier_share: T,
+    /// Running mean of [`PairMeasurement::crowd`].
+    crowd: T,
     /// Fading sums of [`PairMeasurement::high_leverage`].
     high_leverage: [T; 2],
     /// Running mean of the chi-square of successive pairs per degree of freedom.
@@ -79,6 +82,7 @@ impl<T: Scalar> Hypothesis<T> {
         information: Information::ZERO,
         noise: T::ZERO,
         inlier_share: T::ZERO,
+        crowd: T::ZERO,
         high_leverage: [T::ZERO; 2],
         reduced_chi_square: T::ONE,
         drift: Vector5::new(T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO),
@@ -113,6 +117,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.frame = measurement.pose;
         self.last = *last;
         (self.noise, self.inlier_share) = (measurement.noise, measurement.inlier_share);
+        self.crowd = measurement.crowd;
         self.high_leverage = measurement.high_leverage;
         self.pairs = 1;
         let to_pose = self.frame.unknowns_to(&self.pose);
@@ -170,6 +175,8 @@ impl<T: Scalar> Hypothesis<T> {
         let gain = T::ONE / T::count(self.pairs.min(AVERAGED_PAIRS));
         self.noise += (measurement.noise - self.noise) * gain;
         self.inlier_share += (measurement.inlier_share - self.inlier_share) * gain;
+        let gain = T::ONE / T::count(self.pairs.min(CROWD_PAIRS));
+        self.crowd += (measurement.crowd - self.crowd) * gain;
         let moved = self.pose.unknowns_to(&optimum.pose);
         (self.pose, self.information) = (optimum.pose, optimum.information);
         match self.deviations(context) {
@@ -324,10 +331,12 @@ impl<T: Scalar> Hypothesis<T> {
 
     /// Start of a track: the estimate, and the freedom of a pair about it.
     pub(super) fn track_start(&self, context: &Context<'_, T>) -> Option<TrackStart<T>> {
+        let sees_crowd = self.crowd.abs() >= T::lit(CROWD_SHARE);
         let mut covariance = self.covariance(context)?;
         covariance.add_diagonal(T::lit(FREEDOM_RAD * FREEDOM_RAD));
         let trusts_leverage = form_peak(self.high_leverage);
-        Some(TrackStart { pose: self.pose, covariance, noise: self.noise, trusts_leverage })
+        let Self { pose, noise, .. } = *self;
+        Some(TrackStart { pose, covariance, noise, trusts_leverage, sees_crowd })
     }
 
     /// NIS of a pair: squared distance of its optimum from the estimate, over both covariances and vibration. Without

@@ -21,8 +21,8 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Single, Value};
 use crate::thresholds::{
-    CLEAR_PEAK_DEVIATIONS, DIFFERENCE_VARIANCE, FIRST_NOISE_PX, FOUND_NEAR, FOUND_PEAK,
-    FOUND_PEAK_DEVIATIONS, TRACK_MIN_NEAR, TRACK_PEAK,
+    CLEAR_PEAK_DEVIATIONS, DIFFERENCE_VARIANCE, FOUND_NEAR, FOUND_NEAR_MOST, FOUND_NOISE_PX,
+    FOUND_PEAK, FOUND_PEAK_DEVIATIONS, TRACK_MIN_NEAR, TRACK_PEAK,
 };
 
 /// Measurement of the extrinsics by one batch.
@@ -38,6 +38,8 @@ pub(crate) struct PairMeasurement<T: Scalar> {
     pub(crate) noise: T,
     /// Share of the usable correspondences within 3 standard deviations.
     pub(crate) inlier_share: T,
+    /// Share of the usable correspondences that are in a second crowd, with the sign of its side.
+    pub(crate) crowd: T,
     /// Residuals within 2 units of the loss and from 2 to 4, of correspondences of high leverage.
     pub(crate) high_leverage: [T; 2],
 }
@@ -81,7 +83,8 @@ impl<T: Scalar> Iterate<T> {
     ) -> Result<(), PairError> {
         let EvaluationSums { gradient, weights } = self.sum(matches, evaluated);
         let EvaluatedPose { measurement, stats } = evaluated;
-        let PairMeasurement { pose, moments, noise, inlier_share, high_leverage, .. } = measurement;
+        let PairMeasurement { pose, moments, noise, inlier_share, crowd, high_leverage, .. } =
+            measurement;
         *pose = self.pose;
         moments.set_gradient(&gradient);
         let [sum, variances] = weights;
@@ -89,6 +92,7 @@ impl<T: Scalar> Iterate<T> {
         moments.set_noise(pose, variance);
         *noise = self.noise_of(stats.near_squares, stats.near());
         *inlier_share = stats.inlier_share();
+        *crowd = stats.crowd();
         *high_leverage = stats.high_leverage;
         stats.skipped =
             T::count(u32::try_from(matches.pairs.len()).unwrap_or(u32::MAX)) - stats.usable;
@@ -196,8 +200,8 @@ impl<T: Scalar, L: Lanes<T>, R: Regions<T, L>> Sink<T, L> for EvaluationSink<'_,
         let (value, offset) = (constraint.value, constraint.row_offset());
         let precision = by.precision(lanes, &constraint, in_front);
         let squared = value * value * precision;
-        self.stats.count(lanes, in_front, squared, &expected);
-        let limit = expected.limit_squared(lanes);
+        self.stats.count(lanes, in_front, [value, squared], &expected);
+        let limit = expected.limit_squared(by.tukey_squared);
         let compared = Compared {
             before: at_start.row_offset() * at_start.row_offset(),
             after: offset * offset,
@@ -207,7 +211,7 @@ impl<T: Scalar, L: Lanes<T>, R: Regions<T, L>> Sink<T, L> for EvaluationSink<'_,
         };
         self.stats.compare(lanes, in_front, &compared);
         let ahead = lanes.and(in_front, constraint.has_disparity(lanes, by.min_disparity));
-        let w = lanes.keep(ahead, expected.tukey(lanes, squared));
+        let w = lanes.keep(ahead, expected.tukey(lanes, by.tukey_squared, squared).0);
         if !lanes.any(lanes.lt(lanes.splat(T::ZERO), w)) {
             return None;
         }
@@ -265,22 +269,26 @@ impl<T: Scalar> EvaluatedPose<T> {
             halves: [NormalEquations::ZERO; 2],
             noise: T::ZERO,
             inlier_share: T::ZERO,
+            crowd: T::ZERO,
             high_leverage: [T::ZERO; 2],
         },
         stats: ResidualStats::none(T::ZERO),
     };
 
     /// Whether a pose found by a search is an optimum: residuals form a peak at zero. Outliers alone have as many
-    /// within 2 units as from 2 to 4, and let the noise grow.
+    /// within 2 units as from 2 to 4, and let the noise grow: the wider the peak, the more of them it must hold.
     ///
     /// * `needed`: near residuals, by configuration.
     pub(crate) fn is_found(&self, needed: u16) -> bool {
         let (near, beside) = (self.stats.near(), self.stats.beside());
+        let noise = self.measurement.noise;
+        let [share, per_px] = FOUND_NEAR.map(T::lit);
+        let share = (share + per_px * noise).min(T::lit(FOUND_NEAR_MOST));
         near >= T::count(needed.into())
             && near >= T::lit(FOUND_PEAK) * beside
-            && near >= T::lit(FOUND_NEAR) * self.stats.usable
+            && near >= share * self.stats.usable
             && self.stats.exceeds_background(FOUND_PEAK_DEVIATIONS)
-            && self.measurement.noise < T::lit(FIRST_NOISE_PX)
+            && noise < T::lit(FOUND_NOISE_PX)
     }
 
     /// Whether residuals form a peak at zero, at a pose that is known from other pairs.

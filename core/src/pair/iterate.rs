@@ -24,6 +24,8 @@ pub(crate) struct Iterate<T: Scalar> {
     pub(super) pose: RectifyingRotations<T>,
     /// Noise of a coordinate, px.
     pub(super) noise: T,
+    /// Limit of Tukey's loss, in units of the loss.
+    pub(super) tukey: T,
     /// Limit on the leverage of a correspondence; `None` before the first limit is known.
     pub(super) leverage: Option<Leverage<T>>,
     /// Unknowns that the correspondences determine rather than the prior, 0 to 5.
@@ -40,7 +42,7 @@ impl<T: Scalar> Iterate<T> {
         lanes: L,
         loss: Loss<L::Value>,
     ) -> Weighting<L::Value> {
-        let Self { focal, noise, .. } = *self;
+        let Self { focal, noise, tukey, .. } = *self;
         Weighting {
             pose: PoseTerms::at(lanes, &self.pose),
             loss,
@@ -48,6 +50,7 @@ impl<T: Scalar> Iterate<T> {
             focal_squared: lanes.splat(focal * focal),
             unit_squared: lanes.splat(T::ONE / (focal * focal)),
             noise_squared: lanes.splat(noise * noise),
+            tukey_squared: lanes.splat(tukey * tukey),
             min_disparity: lanes.splat(self.min_disparity),
         }
     }
@@ -89,6 +92,7 @@ mod tests {
             start: pose,
             pose,
             noise: 1.5,
+            tukey: 4.685,
             leverage: None,
             fitted: 4.0,
             min_disparity: 0.0,
@@ -98,6 +102,6 @@ mod tests {
         assert!((iterate.noise_of(2.0, 4.0) - 1.0).abs() < 1e-12);
         assert_eq!(iterate.noise_of(0.0, 28.0), 0.15);
         assert_eq!(iterate.noise_of(-1.0, 28.0), 0.15);
-        assert_eq!(iterate.noise_of(1e6, 28.0), 3.0);
+        assert_eq!(iterate.noise_of(1e6, 28.0), 8.0);
     }
 }

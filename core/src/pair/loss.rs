@@ -4,7 +4,7 @@
 
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
-use crate::thresholds::{BESIDE, MIN_UNIT, NEAR, TRUNCATED_VARIANCE, TUKEY};
+use crate::thresholds::{BESIDE, MIN_UNIT, NEAR, TRUNCATED_VARIANCE};
 
 /// Geman-McClure weight `1 / (1 + x)^2`, `x = (r / scale)^2`, dimensionless: smooth and wide, for graduated
 /// non-convexity.
@@ -99,20 +99,33 @@ impl<V: Value> ResidualVariance<V> {
     }
 
     /// Squared limit of Tukey's biweight, px^2.
+    ///
+    /// * `units_squared`: the same in units of the loss.
     #[inline(always)]
-    pub(super) fn limit_squared<T: Scalar, L: Lanes<T, Value = V>>(&self, lanes: L) -> V {
-        lanes.splat(T::lit(TUKEY * TUKEY)) * self.unit_squared
+    pub(super) fn limit_squared(&self, units_squared: V) -> V {
+        units_squared * self.unit_squared
     }
 
-    /// Tukey's weight of a residual over its variance, 1/px^2.
+    /// Tukey's weight of a residual over its variance, 1/px^2, and its cost in variances: up to a sixth of the squared
+    /// limit.
     ///
-    /// * `squared`: squared residual, px^2.
+    /// * `units_squared`: squared limit in units of the loss; `squared`: squared residual, px^2.
     #[inline(always)]
-    pub(super) fn tukey<T: Scalar, L: Lanes<T, Value = V>>(&self, lanes: L, squared: V) -> V {
-        let limit = self.limit_squared(lanes);
+    pub(super) fn tukey<T: Scalar, L: Lanes<T, Value = V>>(
+        &self,
+        lanes: L,
+        units_squared: V,
+        squared: V,
+    ) -> (V, V) {
+        let limit = self.limit_squared(units_squared);
+        let one = lanes.splat(T::ONE);
         // One division for both quotients: division is the slowest instruction of a controller.
-        let inverse = lanes.splat(T::ONE) / (limit * self.variance);
-        tukey(lanes, squared * (inverse * self.variance)) * (inverse * limit)
+        let inverse = one / (limit * self.variance);
+        let (inverse_variance, x) = (inverse * limit, squared * (inverse * self.variance));
+        let root = lanes.keep(lanes.lt(x, one), one - x);
+        let square = root * root;
+        let most = limit * inverse_variance * lanes.splat(T::lit(1.0 / 6.0));
+        (square * inverse_variance, most * (one - square * root))
     }
 }
 
@@ -120,6 +133,7 @@ impl<V: Value> ResidualVariance<V> {
 mod tests {
     use super::*;
     use crate::simd::Single;
+    use crate::thresholds::TUKEY;
 
     #[test]
     fn variance_is_that_of_the_noise_and_of_the_rounding() {
@@ -145,7 +159,7 @@ mod tests {
         let within = |r: f64| expected.is_within(Single, 2.0, r * r);
         assert!(within(1.199) && !within(1.201));
         assert!(!expected.is_within(Single, 2.0, f64::NAN));
-        let share = |r: f64| expected.tukey(Single, r * r) * expected.variance;
+        let share = |r: f64| expected.tukey(Single, TUKEY * TUKEY, r * r).0 * expected.variance;
         // A residual of one grid step keeps most of its weight; one beyond the limit has none.
         assert!(share(1.0) > 0.7 && (share(0.0) - 1.0).abs() < 1e-15);
         assert_eq!(share(0.6 * TUKEY + 1e-9), 0.0);
@@ -164,6 +178,22 @@ mod tests {
             let cost = |r: f64| 4.0 / 6.0 * (1.0 - (1.0 - r * r / 4.0).max(0.0).powi(3));
             let weight = tukey(Single, r * r / 4.0);
             assert!((slope(&cost) - weight * r).abs() < 1e-8, "{r}");
+        }
+    }
+
+    #[test]
+    fn the_cost_of_a_polish_has_its_weight_as_derivative_and_is_bounded() {
+        let h = 1e-6;
+        for (noise, step) in [(0.3, 0.0), (0.3, 1.0), (2.0, 1.0_f64)] {
+            let expected = ResidualVariance::of(Single, noise * noise, step);
+            let cost = |r: f64| expected.tukey(Single, TUKEY * TUKEY, r * r).1;
+            for r in [-2.9, -0.7, 0.0, 0.4, 1.1, 30.0_f64] {
+                let slope = (cost(r + h) - cost(r - h)) / (2.0 * h);
+                let (weight, _) = expected.tukey(Single, TUKEY * TUKEY, r * r);
+                assert!((slope - weight * r).abs() < 1e-6, "{noise} {step} {r}");
+            }
+            let most = TUKEY * TUKEY / 6.0 * expected.unit_squared / expected.variance;
+            assert!((cost(30.0) - most).abs() < 1e-12);
         }
     }
 

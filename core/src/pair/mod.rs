@@ -11,6 +11,7 @@
 //! Derivation: `ESTIMATOR.md`, sections 2 to 9.
 
 mod constraint;
+mod descent;
 pub(crate) mod evaluate;
 mod iterate;
 pub(crate) mod leverage;
@@ -18,7 +19,9 @@ mod loss;
 mod normal_sums;
 mod pass;
 mod regions;
+mod resample;
 mod residual_stats;
+mod scale;
 #[cfg(test)]
 mod scenes;
 pub(crate) mod solver;

@@ -4,6 +4,7 @@ use super::constraint::Constraint;
 use super::leverage::HighLeverage;
 use super::loss::{ResidualVariance, geman_mcclure, tukey};
 use super::normal_sums::NormalSums;
+use super::scale::LevelCounts;
 use super::solver::PairSolver;
 use super::sweep::{self, Pass, Sample, Sink};
 use super::weighting::{Loss, WeightedRow, Weighting, tracked};
@@ -25,6 +26,10 @@ pub(super) struct PassSums<T> {
     pub(super) near: T,
     /// Their estimates of the noise variance, summed, px^2.
     pub(super) near_squares: T,
+    /// Robust cost, in variances, of the correspondences in front of both cameras; summed in a polish only.
+    pub(super) cost: T,
+    /// Residuals by size; counted in a search only, once its scale is small.
+    pub(super) levels: LevelCounts<T>,
     /// Correspondences of high leverage; counted in a track only.
     pub(super) high: HighLeverage<T, T>,
 }
@@ -36,6 +41,8 @@ impl<T: Scalar> PassSums<T> {
         weighted: T::ZERO,
         near: T::ZERO,
         near_squares: T::ZERO,
+        cost: T::ZERO,
+        levels: LevelCounts::NONE,
         high: HighLeverage::NONE,
     };
 }
@@ -57,18 +64,24 @@ impl<T: Scalar> Pass<T> for PassOver<'_, T> {
             by: &by,
             normal: NormalSums::resume(lanes, &self.sums.normal),
             counts: [zero; 3],
+            levels: self.solver.sees_peaks().then(|| LevelCounts::none(lanes)),
             high: HighLeverage {
                 bands: [zero; 2],
                 roots: lanes.resume(self.sums.high.roots),
                 inverse_roots: lanes.resume(self.sums.high.inverse_roots),
             },
             near_squares: lanes.resume(self.sums.near_squares),
+            cost: lanes.resume(self.sums.cost),
         };
         sweep::sweep(lanes, source, &mut sink);
-        let PassSink { normal, counts, high, near_squares, .. } = sink;
+        let PassSink { normal, counts, levels, high, near_squares, cost, .. } = sink;
         let sums = &mut self.sums;
         normal.store(lanes, &mut sums.normal);
+        if let Some(levels) = levels {
+            levels.reduce_onto(lanes, &mut sums.levels);
+        }
         lanes.store(near_squares, &mut sums.near_squares);
+        lanes.store(cost, &mut sums.cost);
         lanes.store(high.roots, &mut sums.high.roots);
         lanes.store(high.inverse_roots, &mut sums.high.inverse_roots);
         let totals = [&mut sums.usable, &mut sums.weighted, &mut sums.near].into_iter();
@@ -85,8 +98,10 @@ struct PassSink<'a, T: Scalar, L: Lanes<T>> {
     normal: NormalSums<L::Sum>,
     /// `usable`, `weighted` and `near` of [`PassSums`].
     counts: [L::Value; 3],
+    levels: Option<LevelCounts<L::Value>>,
     high: HighLeverage<L::Value, L::Sum>,
     near_squares: L::Sum,
+    cost: L::Sum,
 }
 
 impl<T: Scalar, L: Lanes<T>> Sink<T, L> for PassSink<'_, T, L> {
@@ -141,7 +156,7 @@ impl<T: Scalar, L: Lanes<T>> Sink<T, L> for PassSink<'_, T, L> {
 }
 
 impl<V: Value, T: Scalar, L: Lanes<T, Value = V>> PassSink<'_, T, L> {
-    /// Weight by the loss, 1/px^2, before leverage is limited; counts the near residuals of a polish.
+    /// Weight by the loss, 1/px^2, before leverage is limited; counts residuals, and sums the cost of a polish.
     ///
     /// * `precision`: `f^2 / V`, px^2; `grid_step`: px.
     #[inline(always)]
@@ -155,23 +170,30 @@ impl<V: Value, T: Scalar, L: Lanes<T, Value = V>> PassSink<'_, T, L> {
     ) -> V {
         let by = self.by;
         let squared = constraint.value * constraint.value * precision;
+        if let Some(levels) = &mut self.levels {
+            levels.add(lanes, in_front, squared);
+        }
         if let Loss::Anneal(scale) = &by.loss {
             return lanes.keep(in_front, geman_mcclure(lanes, squared * *scale) * *scale);
         }
         let ahead = lanes.and(in_front, constraint.has_disparity(lanes, by.min_disparity));
-        if !lanes.any(ahead) {
-            return lanes.splat(T::ZERO);
-        }
         let expected = ResidualVariance::of(lanes, by.noise_squared, grid_step);
         if let Loss::Track(covariance) = &by.loss {
-            let x = tracked(lanes, covariance, constraint, precision, &expected);
+            if !lanes.any(ahead) {
+                return lanes.splat(T::ZERO);
+            }
+            let x = tracked(lanes, covariance, by.tukey_squared, constraint, precision, &expected);
             return lanes.keep(ahead, tukey(lanes, x) / expected.variance);
         }
+        // What is behind infinity costs as much as an outlier, and weighs nothing.
+        let counted = lanes.select(ahead, squared, expected.limit_squared(by.tukey_squared));
+        let (weight, cost) = expected.tukey(lanes, by.tukey_squared, counted);
+        lanes.add(&mut self.cost, lanes.keep(in_front, cost));
         let is_near = lanes.and(ahead, expected.is_within(lanes, NEAR, squared));
         let [.., near] = &mut self.counts;
         *near = *near + lanes.keep(is_near, lanes.splat(T::ONE));
         let of_noise = lanes.keep(is_near, expected.noise_squared(lanes, squared));
         lanes.add(&mut self.near_squares, of_noise);
-        lanes.keep(ahead, expected.tukey(lanes, squared))
+        lanes.keep(ahead, weight)
     }
 }

@@ -3,7 +3,7 @@
 use super::loss::ResidualVariance;
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
-use crate::thresholds::{BESIDE, INLIER, NEAR};
+use crate::thresholds::{BESIDE, CROWD, INLIER, NEAR};
 
 /// Counts of correspondences (whole numbers) and sums over them. `V`: a number, or one per lane during a pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,6 +14,8 @@ pub(crate) struct ResidualStats<V> {
     pub(crate) skipped: V,
     /// Residuals within 2, 3, and 4 units of the loss.
     pub(super) within: [V; 3],
+    /// Residuals beyond 2 units of the loss, up to [`CROWD`]: positive less negative ones.
+    pub(super) leaning: V,
     /// Estimates of the noise variance from the residuals within 2 units, summed, px^2.
     pub(super) near_squares: V,
     /// Correspondences within Tukey's limit at the pose and in front of both cameras at the start.
@@ -47,6 +49,7 @@ impl<V: Copy> ResidualStats<V> {
             usable: zero,
             skipped: zero,
             within: [zero; 3],
+            leaning: zero,
             near_squares: zero,
             screened: zero,
             squares: [zero; 2],
@@ -59,23 +62,27 @@ impl<V: Copy> ResidualStats<V> {
 impl<V: Value> ResidualStats<V> {
     /// Counts residuals of correspondences in front of both cameras.
     ///
-    /// * `squared`: squared whitened residual, px^2.
+    /// * `value`: the constraint, of the sign of the residual; `squared`: squared whitened residual, px^2.
     #[inline(always)]
     pub(super) fn count<T: Scalar, L: Lanes<T, Value = V>>(
         &mut self,
         lanes: L,
         in_front: L::Mask,
-        squared: V,
+        [value, squared]: [V; 2],
         expected: &ResidualVariance<V>,
     ) {
-        let one = lanes.splat(T::ONE);
+        let [zero, one] = [T::ZERO, T::ONE].map(|x| lanes.splat(x));
         self.usable = self.usable + lanes.keep(in_front, one);
         let within = |units| lanes.and(in_front, expected.is_within(lanes, units, squared));
-        let around = within(BESIDE);
-        if !lanes.any(around) {
+        let seen = within(CROWD);
+        if !lanes.any(seen) {
             return;
         }
         let near = within(NEAR);
+        let side = lanes.select(lanes.lt(value, zero), zero - one, one);
+        let side = lanes.keep(seen, side);
+        self.leaning = self.leaning + lanes.select(near, zero, side);
+        let around = within(BESIDE);
         let [two, three, four] = &mut self.within;
         *two = *two + lanes.keep(near, one);
         *three = *three + lanes.keep(within(INLIER), one);
@@ -114,8 +121,9 @@ impl<V: Value> ResidualStats<V> {
         lanes: impl Lanes<T, Value = V>,
         to: &mut ResidualStats<T>,
     ) {
-        let sums = [&self.usable, &self.near_squares, &self.screened].into_iter();
-        let to_sums = [&mut to.usable, &mut to.near_squares, &mut to.screened].into_iter();
+        let sums = [&self.usable, &self.leaning, &self.near_squares, &self.screened].into_iter();
+        let to_sums = [&mut to.usable, &mut to.leaning, &mut to.near_squares, &mut to.screened];
+        let to_sums = to_sums.into_iter();
         let sums = sums.chain(&self.within).chain(&self.squares).chain(&self.cost);
         let to_sums = to_sums.chain(&mut to.within).chain(&mut to.squares).chain(&mut to.cost);
         let sums = sums.chain(&self.high_leverage);
@@ -137,6 +145,11 @@ impl<T: Scalar> ResidualStats<T> {
     pub(super) fn beside(&self) -> T {
         let [near, _, around] = self.within;
         around - near
+    }
+
+    /// Share of the usable correspondences that are in a crowd beside the peak, with the sign of its side.
+    pub(super) fn crowd(&self) -> T {
+        self.leaning / self.usable.max(T::ONE)
     }
 
     /// Share of the usable correspondences within 3 units.

@@ -70,8 +70,13 @@ pub(super) fn solvers<T: Scalar>(
     let (start, focal) = (rounded(&pose(rotation, t)), T::lit(FOCAL));
     let mut search = PairSolver::search(&Config::robust(), focal, start, 12);
     let covariance = Symmetric5::of_diagonal([T::lit(1e-6); 5]);
-    let start_of_track =
-        TrackStart { pose: start, covariance, noise: T::lit(0.4), trusts_leverage: false };
+    let start_of_track = TrackStart {
+        pose: start,
+        covariance,
+        noise: T::lit(0.4),
+        trusts_leverage: false,
+        sees_crowd: false,
+    };
     let track = PairSolver::track(&Config::robust(), focal, &start_of_track).unwrap();
     let stages: Vec<_> = (0..9)
         .map(|_| {

@@ -1,20 +1,26 @@
-//! Gauss-Newton with a prior on one pair: one pass over the batch and one step at a time (`ESTIMATOR.md`, section 5).
+//! Levenberg-Marquardt with a prior on one pair: one pass over the batch and one step at a time (`ESTIMATOR.md`,
+//! section 5).
 //!
-//! A *search* starts from afar: Geman-McClure's loss at a scale that covers the prior, halved each pass, then Tukey's
-//! biweight at the noise, which each pass estimates. A *track* starts at a running estimate with its covariance, and
-//! widens the loss of each correspondence by the uncertainty of its residual.
+//! A *search* starts from afar: Geman-McClure's loss at a scale that covers the residuals at the start, which falls
+//! until the inliers form a peak, then Tukey's biweight at the noise, which each pass estimates until it settles. A
+//! search that ends in doubt starts once more. A *track* starts at a running estimate with its covariance, and widens
+//! the loss of each correspondence by the uncertainty of its residual.
 //!
 //! Time: at most the given number of passes. Memory: constant, beside the batch.
 
 use nalgebra::Vector5;
 
+use super::descent::{Descent, Point};
 use super::iterate::Iterate;
 use super::leverage::Leverage;
 use super::pass::{PassOver, PassSums};
-use super::survey::{scattered, survey};
+use super::resample::resample;
+use super::scale::after_annealing;
+use super::survey::{first_scale, scattered, survey};
 use super::sweep;
 use super::weighting::{Loss, Weighting};
 use crate::algebra::information::Information;
+use crate::algebra::normal_equations::NormalEquations;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::batch::Matches;
 use crate::config::Config;
@@ -24,8 +30,9 @@ use crate::scalar::Scalar;
 use crate::simd::{Lanes, Single};
 use crate::state::Stop;
 use crate::thresholds::{
-    ANNEALING, FIRST_NOISE_PX, FIRST_SCALE_PX, LAST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE,
-    SETTLED, SLOW_ANNEALING, TRACK_PASSES, TRACKED, YAW_DEVIATIONS,
+    ANNEALING, FIRST_NOISE_PX, FIRST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE, PEAK_OVER_NOISE,
+    SECOND_SCALE_PX, SETTLED, SLOW_ANNEALING, TIGHT_TUKEY, TRACK_PASSES, TRACKED, TUKEY,
+    WIDE_SCALE_PX, YAW_DEVIATIONS,
 };
 
 /// Schedule of the loss.
@@ -39,6 +46,15 @@ pub(super) enum Schedule<T> {
     Polish,
 }
 
+/// Second start of a search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Second {
+    Possible,
+    /// The first one has ended in doubt.
+    Due,
+    Taken,
+}
+
 /// Start of a track.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TrackStart<T: Scalar> {
@@ -50,6 +66,8 @@ pub(crate) struct TrackStart<T: Scalar> {
     pub(crate) noise: T,
     /// Whether correspondences of high leverage were inliers in the last pairs.
     pub(crate) trusts_leverage: bool,
+    /// Whether a second crowd stood beside the inliers in the last pairs.
+    pub(crate) sees_crowd: bool,
 }
 
 /// Solver of one pair, between two passes.
@@ -66,6 +84,9 @@ pub(crate) struct PairSolver<T: Scalar> {
     moved: Vector5<T>,
     /// Loss of the next pass.
     pub(super) schedule: Schedule<T>,
+    /// Descent at the scale of the polish.
+    descent: Descent<T>,
+    second: Second,
     /// Passes taken, without that of the evaluation.
     passes: u16,
     max_passes: u16,
@@ -83,6 +104,7 @@ impl<T: Scalar> PairSolver<T> {
         start: RectifyingRotations<T>,
         max_passes: u16,
     ) -> Self {
+        let [_, most_px] = FIRST_SCALE_PX;
         let iterate = Iterate {
             focal,
             noise_floor: T::single(config.noise_floor_px),
@@ -90,6 +112,7 @@ impl<T: Scalar> PairSolver<T> {
             start,
             pose: start,
             noise: T::lit(FIRST_NOISE_PX),
+            tukey: T::lit(TUKEY),
             leverage: None,
             fitted: T::ZERO,
             min_disparity: -T::lit(MIN_DISPARITY_PX) / focal,
@@ -100,26 +123,31 @@ impl<T: Scalar> PairSolver<T> {
             trusts_leverage: false,
             annealing: T::lit(ANNEALING),
             moved: Vector5::zeros(),
-            schedule: Schedule::Anneal(T::lit(FIRST_SCALE_PX)),
+            // The first pass may begin lower.
+            schedule: Schedule::Anneal(T::lit(most_px)),
+            descent: Descent::NEW,
+            second: Second::Possible,
             passes: 0,
             max_passes: max_passes.saturating_sub(1).max(1),
             stop: None,
         }
     }
 
-    /// Anneals slower, in twice the passes: the sums of a small batch follow only small changes of the loss.
+    /// Anneals slower: the sums of a small batch follow only small changes of the loss.
     pub(crate) fn among_few(self) -> Self {
-        let max_passes = self.max_passes.saturating_mul(2).saturating_add(1);
-        Self { annealing: T::lit(SLOW_ANNEALING), max_passes, ..self }
+        Self { annealing: T::lit(SLOW_ANNEALING), ..self }
     }
 
     /// Starts a track; `None` if the covariance of the start has no inverse.
     pub(crate) fn track(config: &Config, focal: T, start: &TrackStart<T>) -> Option<Self> {
-        let TrackStart { pose, covariance, noise, trusts_leverage } = start;
+        let TrackStart { pose, covariance, noise, trusts_leverage, sees_crowd } = start;
         let mut track = Self::search(config, focal, *pose, TRACK_PASSES);
         track.prior = Information(covariance.inverse()?);
         track.schedule = Schedule::Track(*covariance);
         track.iterate.noise = *noise;
+        if *sees_crowd {
+            track.iterate.tukey = T::lit(TIGHT_TUKEY);
+        }
         track.trusts_leverage = *trusts_leverage;
         Some(track)
     }
@@ -136,12 +164,17 @@ impl<T: Scalar> PairSolver<T> {
                 self.passes = 1;
             }
             (None, Schedule::Track(_)) => {
-                self.step(&self.pass(matches, TRACKED.max(matches.pairs.len() / 2)));
+                let most = TRACKED.max(matches.pairs.len() / 2);
+                self.step(&self.pass(matches, most), matches.pairs.len());
             }
+            (None, _) if self.second == Second::Due => self.start_again(matches),
             (None, Schedule::Anneal(_) | Schedule::Polish) => {
+                if self.passes == 0 {
+                    self.schedule = Schedule::Anneal(self.first_scale(matches));
+                }
                 let pass = self.pass(matches, usize::MAX);
                 self.iterate.check(pass.usable)?;
-                self.step(&pass);
+                self.step(&pass, matches.pairs.len());
             }
         }
         Ok(())
@@ -168,6 +201,12 @@ impl<T: Scalar> PairSolver<T> {
         survey(&self.weighting(Single), scattered(matches.pairs), covariance)
     }
 
+    /// First scale of a search, px. Out of line, as [`PairSolver::survey`].
+    #[inline(never)]
+    fn first_scale(&self, matches: Matches<'_, T>) -> T {
+        first_scale(&self.weighting(Single), scattered(matches.pairs))
+    }
+
     /// Sums over the batch at the pose.
     ///
     /// * `most`: correspondences to read, evenly spread.
@@ -178,33 +217,78 @@ impl<T: Scalar> PairSolver<T> {
         pass.sums
     }
 
-    /// Takes one Gauss-Newton step from the sums at the pose, then the next loss of the schedule.
+    /// Takes one step from the sums at the pose, then the next loss of the schedule.
     ///
-    /// `(H + P) d = -(g + P m)` with the prior `P` and the sum `m` of the steps so far. No factor of `H + P`, or a step
-    /// beyond the limits of a rig, ends the pair with [`Stop::NoDescent`] at the pose before.
+    /// `(H + P + damping) d = -(g + P m)` with the prior `P` and the sum `m` of the steps so far. At a fixed scale a
+    /// point of higher cost is left again, with more damping. Where no damping gives a step, the pair ends with
+    /// [`Stop::NoDescent`] at the best pose.
     #[inline(never)]
-    fn step(&mut self, pass: &PassSums<T>) {
+    fn step(&mut self, pass: &PassSums<T>, matches: usize) {
         self.passes = self.passes.saturating_add(1);
-        let mut joint = pass.normal.with(&self.prior);
-        joint.gradient += self.prior.times(&self.moved);
-        let factor = joint.information.0.factor(T::ZERO);
-        let stepped = factor.and_then(|factor| {
-            let d = -factor.solve(&joint.gradient);
-            Some((d, self.iterate.pose.stepped_by(&d)?, factor.inverse()))
-        });
-        let Some((d, pose, covariance)) = stepped else {
+        // What is behind a camera costs as much as an outlier.
+        let behind = T::count(u32::try_from(matches).unwrap_or(u32::MAX)) - pass.usable;
+        let cost = pass.cost + behind * T::lit(TUKEY * TUKEY / 6.0);
+        let Self { iterate, moved, prior, .. } = &*self;
+        let here = Point::of(&iterate.pose, moved, &pass.normal, cost, prior);
+        match self.descent.rejects(&here) {
+            Some(best) => self.go_back(&best),
+            None => self.descend(pass, here),
+        }
+    }
+
+    /// Goes back to the best point, and takes a step with more damping.
+    fn go_back(&mut self, best: &Point<T>) {
+        (self.iterate.pose, self.moved) = (best.pose, best.moved);
+        if !self.descent.damp() {
+            self.stop = Some(Stop::NoDescent);
+        } else if self.passes >= self.max_passes {
+            self.stop = Some(Stop::PassesSpent);
+        } else if self.take_step(&best.joint).is_none() {
+            self.stop = Some(Stop::NoDescent);
+        }
+    }
+
+    /// Takes the step from a point; the step, rad, and the covariance of the pose, rad^2. `None` where there is none.
+    fn take_step(&mut self, joint: &NormalEquations<T>) -> Option<(Vector5<T>, Symmetric5<T>)> {
+        let factor = joint.information.0.factor(self.descent.damping)?;
+        let d = -factor.solve(&joint.gradient);
+        self.iterate.pose = self.iterate.pose.stepped_by(&d)?;
+        self.moved += d;
+        Some((d, factor.inverse()))
+    }
+
+    /// Takes a step from here, and the next loss.
+    fn descend(&mut self, pass: &PassSums<T>, here: Point<T>) {
+        let Some((d, covariance)) = self.take_step(&here.joint) else {
             self.stop = Some(Stop::NoDescent);
             return;
         };
-        self.iterate.pose = pose;
-        self.moved += d;
-        let size = d.dot(&pass.normal.information.times(&d));
         let before = self.variance();
-        let settled = self.tighten(pass);
+        if self.tighten(pass) {
+            self.descent.accept(here);
+        } else {
+            self.descent.restart();
+        }
+        self.follow(pass, &covariance, before);
+        let is_fixed = self.descent.best.is_some();
+        let size = d.dot(&pass.normal.information.times(&d));
+        self.stop = if is_fixed && size <= T::lit(NEGLIGIBLE) {
+            Some(Stop::Converged)
+        } else if self.passes >= self.max_passes {
+            Some(Stop::PassesSpent)
+        } else {
+            None
+        };
+    }
+
+    /// Follows a change of the scale: what the next pass leaves out, and limits.
+    ///
+    /// * `covariance`: of the pose, rad^2; `before`: variance that the loss of the pass assumed, px^2.
+    fn follow(&mut self, pass: &PassSums<T>, covariance: &Symmetric5<T>, before: T) {
         let information = &pass.normal.information.0;
         self.iterate.fitted = covariance.dot(information);
         let growth = self.variance() / before;
-        let limit = Leverage::of(information, pass.weighted, &covariance, growth);
+        let limit = Leverage::of(information, pass.weighted, covariance, growth);
         self.iterate.leverage = match (&self.schedule, &self.iterate.leverage) {
             (Schedule::Track(_), Some(last)) => limit.and_then(|limit| {
                 limit.raised(information, last, &pass.high, self.trusts_leverage)
@@ -215,15 +299,23 @@ impl<T: Scalar> PairSolver<T> {
         self.iterate.min_disparity =
             -T::lit(MIN_DISPARITY_PX) / self.iterate.focal - T::lit(YAW_DEVIATIONS) * yaw.sqrt();
         if let Schedule::Track(of_pose) = &mut self.schedule {
-            *of_pose = covariance;
+            *of_pose = *covariance;
         }
-        self.stop = if settled && size <= T::lit(NEGLIGIBLE) {
-            Some(Stop::Converged)
-        } else if self.passes >= self.max_passes {
-            Some(Stop::PassesSpent)
-        } else {
-            None
-        };
+    }
+
+    /// Starts again at the best pose through a small sample, where that is clearly better.
+    #[inline(never)]
+    fn start_again(&mut self, matches: Matches<'_, T>) {
+        self.passes = self.passes.saturating_add(1);
+        self.second = Second::Taken;
+        let step = resample(&self.weighting(Single), matches.pairs, self.iterate.noise);
+        let pose = step.and_then(|d| Some((d, self.iterate.pose.stepped_by(&d)?)));
+        if let Some((d, pose)) = pose {
+            self.iterate.pose = pose;
+            self.moved += d;
+            self.iterate.leverage = None;
+            self.schedule = Schedule::Anneal(T::lit(SECOND_SCALE_PX));
+        }
     }
 
     /// Residual variance that the loss assumes, px^2.
@@ -234,22 +326,42 @@ impl<T: Scalar> PairSolver<T> {
         }
     }
 
-    /// Takes the next scale, or the next estimate of the noise; true once the noise has settled.
+    /// Takes the next scale, or the next estimate of the noise; true once the noise has settled, which then stays.
     fn tighten(&mut self, pass: &PassSums<T>) -> bool {
+        let floor = self.iterate.noise_floor;
+        let seen = pass.levels.peak(self.iterate.needed, pass.usable);
+        let peak = seen.map(|peak| peak.level.max(floor));
         match self.schedule {
             Schedule::Anneal(scale) => {
-                let next = scale * self.annealing;
-                let last = next <= T::lit(LAST_SCALE_PX);
-                self.schedule = if last { Schedule::Polish } else { Schedule::Anneal(next) };
+                let (schedule, noise) = after_annealing(scale, self.annealing, peak);
+                self.schedule = schedule;
+                if let Some(noise) = noise {
+                    self.iterate.noise = noise;
+                    let doubtful = seen.is_none_or(|peak| peak.is_doubtful());
+                    if doubtful && self.second == Second::Possible {
+                        self.second = Second::Due;
+                    }
+                }
                 false
             }
             Schedule::Polish if pass.near > T::ZERO => {
-                let noise = self.iterate.noise_of(pass.near_squares, pass.near);
-                let change = (noise - self.iterate.noise).abs();
-                self.iterate.noise = noise;
-                change <= T::lit(SETTLED) * noise
+                let estimate = self.iterate.noise_of(pass.near_squares, pass.near);
+                let noise = peak.filter(|peak| *peak < T::lit(PEAK_OVER_NOISE) * estimate);
+                let noise = noise.unwrap_or(estimate);
+                let settled = (noise - self.iterate.noise).abs() <= T::lit(SETTLED) * noise;
+                self.iterate.noise = if settled { self.iterate.noise } else { noise };
+                settled
             }
             Schedule::Track(_) | Schedule::Polish => false,
+        }
+    }
+
+    /// Whether residuals of the next pass are counted by size.
+    pub(super) fn sees_peaks(&self) -> bool {
+        match self.schedule {
+            Schedule::Anneal(scale) => scale <= T::lit(WIDE_SCALE_PX),
+            Schedule::Polish => true,
+            Schedule::Track(_) => false,
         }
     }
 

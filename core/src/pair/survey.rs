@@ -1,4 +1,4 @@
-//! Survey: typical leverage in a sample of the batch, before the first step of a track.
+//! Survey: typical leverage and residual in a sample of the batch, before the first step of a track or search.
 
 use super::constraint::Constraint;
 use super::leverage::{Leverage, baseline_block, share};
@@ -8,22 +8,37 @@ use crate::algebra::symmetric5::Symmetric5;
 use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
 use crate::simd::Single;
-use crate::thresholds::SURVEYED;
+use crate::thresholds::{FIRST_SCALE_MEDIANS, FIRST_SCALE_PX, SURVEYED};
 
 /// Multiplier of a pseudo-random generator modulo 2^32 (Steele and Vigna, arXiv 2001.05304).
 const MULTIPLIER: u32 = 0xE817_FB2D;
 
-/// The sample: one value of each of at most [`SURVEYED`] equal parts. Its place in the part is pseudo-random, and the
-/// same in all slices of one length. With a fixed place, outliers at regular places could be all of the sample.
-pub(super) fn scattered<T>(all: &[T]) -> impl Iterator<Item = &T> {
-    let stride = all.len().div_ceil(SURVEYED).max(1);
-    let mut random = 1_u32;
-    all.chunks(stride).filter_map(move |part| {
-        random = random.wrapping_mul(MULTIPLIER);
+/// Pseudo-random numbers, the same in every run.
+pub(super) struct Random(u32);
+
+impl Random {
+    pub(super) const NEW: Self = Self(1);
+
+    /// A number below `n`; `None` if there is none.
+    pub(super) fn below(&mut self, n: usize) -> Option<usize> {
+        self.0 = self.0.wrapping_mul(MULTIPLIER);
         // The high bits as a fraction of the length: the low ones recur soon.
-        let place = (random >> 16).checked_mul(u32::try_from(part.len()).ok()?)? >> 16;
-        part.get(usize::try_from(place).ok()?)
-    })
+        let place = (self.0 >> 16).checked_mul(u32::try_from(n).ok()?)? >> 16;
+        usize::try_from(place).ok().filter(|place| *place < n)
+    }
+}
+
+/// The sample: one value of each of at most [`SURVEYED`] equal parts.
+pub(super) fn scattered<T>(all: &[T]) -> impl Iterator<Item = &T> {
+    scattered_over(all, SURVEYED)
+}
+
+/// One value of each of at most so many equal parts. Its place in the part is pseudo-random, and the same in all slices
+/// of one length. With a fixed place, outliers at regular places could be all of the sample.
+pub(super) fn scattered_over<T>(all: &[T], most: usize) -> impl Iterator<Item = &T> {
+    let stride = all.len().div_ceil(most).max(1);
+    let mut random = Random::NEW;
+    all.chunks(stride).filter_map(move |part| part.get(random.below(part.len())?))
 }
 
 /// Limit from the median share of those within the loss: in far scenes that of an outlier is 20,000 times as large.
@@ -44,7 +59,7 @@ pub(super) fn survey<'a, T: Scalar>(
         }
         let precision = by.focal_squared / constraint.variance;
         let expected = ResidualVariance::of(Single, by.noise_squared, pair.grid_step());
-        let x = tracked(Single, &covariance.0, &constraint, precision, &expected);
+        let x = tracked(Single, &covariance.0, by.tukey_squared, &constraint, precision, &expected);
         // Beyond the loss: outliers, which may be most. Not `>`: a NaN must fail this test.
         if !(x <= T::ONE) {
             continue;
@@ -54,6 +69,28 @@ pub(super) fn survey<'a, T: Scalar>(
         let _ = shares.push(share(Single, &block, w * precision, &constraint.jacobian));
     }
     Leverage::first(median(&shares)?, covariance)
+}
+
+/// First scale of a search, px: twice the median residual of the sample at the start, which is mostly the error of the
+/// start.
+///
+/// * `by`: weighting at the start.
+pub(super) fn first_scale<'a, T: Scalar>(
+    by: &Weighting<T>,
+    sample: impl Iterator<Item = &'a RayPair<T>>,
+) -> T {
+    let mut squares = heapless::Vec::<T, SURVEYED>::new();
+    for pair in sample {
+        let (constraint, in_front) = Constraint::of(Single, &by.pose, pair.rays());
+        if in_front {
+            let precision = by.focal_squared / constraint.variance;
+            // The sample is no larger.
+            let _ = squares.push(constraint.value * constraint.value * precision);
+        }
+    }
+    let [least, most] = FIRST_SCALE_PX.map(T::lit);
+    median(&squares)
+        .map_or(most, |median| (T::lit(FIRST_SCALE_MEDIANS) * median.sqrt()).clamp(least, most))
 }
 
 /// The median, of an even number the larger one of the two; `None` of no values and where one is not a number. By

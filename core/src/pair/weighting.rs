@@ -6,7 +6,6 @@ use super::loss::ResidualVariance;
 use crate::algebra::symmetric5::form;
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
-use crate::thresholds::TUKEY;
 
 /// Loss of a pass.
 #[derive(Debug, Clone, Copy)]
@@ -32,6 +31,8 @@ pub(super) struct Weighting<V> {
     pub(super) unit_squared: V,
     /// Variance of a coordinate, px^2.
     pub(super) noise_squared: V,
+    /// Squared limit of Tukey's loss, in units of the loss.
+    pub(super) tukey_squared: V,
     /// Smallest disparity, unit depth.
     pub(super) min_disparity: V,
 }
@@ -100,11 +101,13 @@ impl<V: Value> WeightedRow<V> {
 /// covariance gating.
 ///
 /// * `covariance`: of the pose, lower triangle, rad^2.
+/// * `tukey_squared`: squared limit, in units of the loss.
 /// * `precision`: `f^2 / V`, px^2.
 #[inline(always)]
 pub(super) fn tracked<T: Scalar, L: Lanes<T>>(
     lanes: L,
     covariance: &[L::Value; 15],
+    tukey_squared: L::Value,
     constraint: &Constraint<L::Value>,
     precision: L::Value,
     expected: &ResidualVariance<L::Value>,
@@ -112,7 +115,7 @@ pub(super) fn tracked<T: Scalar, L: Lanes<T>>(
     let Constraint { value, jacobian, .. } = constraint;
     let of_pose = form(lanes, covariance, jacobian);
     let wide = lanes.mul_add(of_pose, precision, expected.unit_squared);
-    *value * *value * precision / (wide * lanes.splat(T::lit(TUKEY * TUKEY)))
+    *value * *value * precision / (wide * tukey_squared)
 }
 
 #[cfg(test)]
@@ -121,6 +124,7 @@ mod tests {
     use crate::algebra::symmetric5::Symmetric5;
     use crate::geometry::rectification::tests::pose;
     use crate::simd::Single;
+    use crate::thresholds::TUKEY;
     use nalgebra::Vector5;
 
     #[test]
@@ -133,7 +137,14 @@ mod tests {
         let mut covariance = Symmetric5::of_diagonal([1e-6, 2e-6, 3e-6, 4e-6, 5e-6]);
         covariance.add_outer(1e-6, &[1.0, -0.5, 0.3, 0.2, -0.7]);
         let expected_variance = ResidualVariance::of(Single, 0.09, 1.0);
-        let x = tracked(Single, &covariance.0, &constraint, precision, &expected_variance);
+        let x = tracked(
+            Single,
+            &covariance.0,
+            TUKEY * TUKEY,
+            &constraint,
+            precision,
+            &expected_variance,
+        );
         let j = Vector5::from(constraint.jacobian) * precision.sqrt();
         let variance = 0.36 + j.dot(&(covariance.matrix() * j));
         let residual = constraint.value * precision.sqrt();

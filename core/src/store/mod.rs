@@ -10,12 +10,12 @@
 //! each of [`RecordKind::Factory`], is written twice.
 //!
 //! Faults of the flash that stand for a while (reads that fail or return 00 or ff, of all pages or some; writes and
-//! erasures without effect): all pages deaf or stuck lose no record; where single pages are, one run in 800 still loses
-//! the factory record. Nothing is erased while a record found before is missing. A page
-//! has a mark once the next one is open: without that mark nothing is written. If no page of the store is recognised,
-//! a page is erased only if its content reads the same twice, or if it is blank and takes a word. An erasure is read back; after one that
-//! fails the save ends. Only another factory record replaces a factory record. A store that cannot save any more is
-//! saved by [`Store::format`]: after a loss of power in the very first saves this may be so.
+//! erasures without effect): all pages deaf or stuck lose no record; where single pages are, one run in 800 still
+//! loses the factory record. Nothing is erased while a record found before is missing. A page has a mark once the
+//! next one is open: without that mark nothing is written. If no page of the store is recognised, a page is erased
+//! only if its content reads the same twice, or if it is blank and takes a word. An erasure is read back; after one
+//! that fails the save ends. Only another factory record replaces a factory record. A store that cannot save any more
+//! is saved by [`Store::format`]: after a loss of power in the very first saves this may be so.
 //!
 //! Cost of a save; an entry is the payload and 28 bytes, in whole words: one write for each 256 bytes of the entry
 //! and one read for each 128. If the page is full: all pages are read, several times, one is erased, and two entries

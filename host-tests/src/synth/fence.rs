@@ -13,9 +13,17 @@ pub struct Fence {
     pub share: f64,
     /// Offset across the rows, the same for all, px.
     pub across_px: f64,
-    /// Whether it covers only a part of the image: the left half, below the upper third.
+    /// Whether it covers only a part of the image: half of the width and two thirds of the height, at a new place
+    /// in each pair.
     pub local: bool,
 }
+
+/// Place of a fence in one image: left and upper border, px.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place(Option<[f64; 2]>);
+
+/// Part of the image that a local fence covers.
+const LOCAL: [f64; 2] = [0.5, 2.0 / 3.0];
 
 /// Width of a picket, and the most pickets that a match is off by.
 const PICKET_PX: f64 = 12.0;
@@ -28,15 +36,28 @@ impl Fence {
         Ok(())
     }
 
-    /// Whether a left pixel is on the fence.
-    pub(super) fn covers(&self, [u, v]: [f64; 2], [width, height]: [u16; 2]) -> bool {
-        !self.local || (u < f64::from(width) / 2.0 && v > f64::from(height) / 3.0)
+    /// Place in the next pair.
+    pub(super) fn place(&self, size: [u16; 2], rng: &mut ChaCha8Rng) -> Place {
+        let mut border = |i: usize| rng.random_range(0.0..(1.0 - LOCAL[i]) * f64::from(size[i]));
+        Place(self.local.then(|| [border(0), border(1)]))
     }
 
     /// Pixels matched to another picket: some pickets along the row, and the offset across.
     pub(super) fn matched(&self, [ul, vl, ur, vr]: [f64; 4], rng: &mut ChaCha8Rng) -> [f64; 4] {
         let pickets = rng.random_range(1..=PICKETS) * if rng.random() { 1 } else { -1 };
         [ul, vl, ur + f64::from(pickets) * PICKET_PX, vr + self.across_px]
+    }
+}
+
+impl Place {
+    /// Whether a left pixel is on the fence.
+    pub(super) fn covers(&self, pixel: [f64; 2], size: [u16; 2]) -> bool {
+        self.0.is_none_or(|border| {
+            (0..2).all(|i| {
+                let into = pixel[i] - border[i];
+                (0.0..LOCAL[i] * f64::from(size[i])).contains(&into)
+            })
+        })
     }
 }
 

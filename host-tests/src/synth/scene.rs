@@ -13,7 +13,7 @@ use rand_distr::{Distribution, Normal};
 use stereo_selfcal::Extrinsics;
 
 use super::depth::Depth;
-use super::fence::Fence;
+use super::fence::{Fence, Place};
 use super::grid::{self, Grid};
 use super::lens_error::LensError;
 use crate::data::{Dataset, LensModel, Match, Meta, Rays, rows};
@@ -227,10 +227,11 @@ impl Scene {
             .unzip();
         // Last: a scene without a fence has the same points.
         if let Some(fence) = &self.fence {
+            let place = fence.place(self.size, rng);
             for i in 0..self.matches {
                 if rng.random_bool(fence.share) {
                     let step = matches[i].step;
-                    (inlier[i], clean[i]) = (false, self.point_on(fence, rng));
+                    (inlier[i], clean[i]) = (false, self.point_at(&place, rng));
                     matched[i] = fence.matched(clean[i], rng);
                     matches[i] = self.observed(matched[i], step, rng);
                 }
@@ -240,11 +241,11 @@ impl Scene {
     }
 
     /// Pixels of a point on a fence; elsewhere, where the cameras share too little of it.
-    fn point_on(&self, fence: &Fence, rng: &mut ChaCha8Rng) -> [f64; 4] {
+    fn point_at(&self, place: &Place, rng: &mut ChaCha8Rng) -> [f64; 4] {
         let mut seen = self.seen_point(rng).0;
         for _ in 0..TRIES {
             let [u, v, ..] = seen;
-            if fence.covers([u, v], self.size) {
+            if place.covers([u, v], self.size) {
                 break;
             }
             seen = self.seen_point(rng).0;

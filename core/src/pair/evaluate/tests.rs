@@ -18,6 +18,7 @@ fn iterate(start: RectifyingRotations<f64>) -> Iterate<f64> {
         start,
         pose: pose([0.01, -0.02, 0.03], [0.02, -0.01]),
         noise: NOISE,
+        tukey: TUKEY,
         leverage: None,
         fitted: 0.0,
         min_disparity: -0.008,

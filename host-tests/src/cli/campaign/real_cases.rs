@@ -1,7 +1,9 @@
 //! Cases of `selfcal campaign real`.
 
 use anyhow::{Error, Result};
-use host_tests::synth::{Depth, LensErrors, Scenario, ScenarioKind, Scene, five_degrees_off, rig};
+use host_tests::synth::{
+    Depth, Fence, LensErrors, Scenario, ScenarioKind, Scene, five_degrees_off, rig,
+};
 use stereo_selfcal::Extrinsics;
 
 /// Share of outliers unless said otherwise.
@@ -66,7 +68,7 @@ impl Case {
 pub(super) fn all() -> Result<Vec<Case>> {
     let rig = rig([3.0, -2.0, 4.0], [3.0, -3.0])?;
     let mut cases = ideal();
-    let others = [altitude(), lens()?, long()?, moving()?, parked()].concat();
+    let others = [altitude(), lens()?, long()?, moving()?, parked(), fences(), noise()].concat();
     cases.extend(others.into_iter().map(|case| case.with_rig(rig)));
     Ok(cases)
 }
@@ -177,4 +179,27 @@ fn parked() -> Vec<Case> {
         case
     });
     [vec![parked], creeping.to_vec()].concat()
+}
+
+/// Matches that agree with each other and not with the scene.
+fn fences() -> Vec<Case> {
+    let shapes = [(1.5, false), (3.0, false), (8.0, false), (8.0, true)];
+    let fences = [0.2, 0.3, 0.4].into_iter().flat_map(|share| shapes.map(|shape| (share, shape)));
+    let case = |(share, (across_px, local))| {
+        let place = if local { "-local" } else { "" };
+        let case =
+            Case::new("fence", format!("{share}-{across_px}{place}"), ScenarioKind::Near, 60);
+        case.with(|scene| scene.fence = Some(Fence { share, across_px, local }))
+    };
+    fences.map(case).collect()
+}
+
+/// Noise of poor matchers.
+fn noise() -> Vec<Case> {
+    let noises = [1.0, 2.0, 4.0].into_iter().flat_map(|px| [(px, 0.0), (px, 0.3)]);
+    let case = |(px, outliers): (f64, f64)| {
+        let case = Case::new("noise", format!("{px}-outliers-{outliers}"), ScenarioKind::Near, 60);
+        case.with(|scene| (scene.noise_px, scene.outliers) = (px, outliers))
+    };
+    noises.map(case).collect()
 }

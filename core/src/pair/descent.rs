@@ -1,0 +1,133 @@
+//! Levenberg-Marquardt at a fixed scale: acceptance by the robust cost, and damping (`ESTIMATOR.md`, section 5).
+//!
+//! While the scale changes from pass to pass there is nothing to compare, and steps are undamped: a weight that falls with
+//! the residual makes the quadratic of a pass lie above its cost.
+
+use nalgebra::Vector5;
+
+use crate::algebra::information::Information;
+use crate::algebra::normal_equations::NormalEquations;
+use crate::geometry::rectification::RectifyingRotations;
+use crate::scalar::Scalar;
+use crate::thresholds::{DAMPING_FACTORS, DAMPING_RANGE, FIRST_DAMPING, MAX_RISE};
+
+/// A pose with the sums of its pass.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Point<T: Scalar> {
+    pub(super) pose: RectifyingRotations<T>,
+    /// Sum of the steps from the start, rad.
+    pub(super) moved: Vector5<T>,
+    /// Normal equations with those of the prior.
+    pub(super) joint: NormalEquations<T>,
+    /// Robust cost, with that of the prior, in variances.
+    pub(super) cost: T,
+}
+
+impl<T: Scalar> Point<T> {
+    /// The point of a pass.
+    ///
+    /// * `normal`, `cost`: of the pass; `prior`: information about the start, 1/rad^2.
+    pub(super) fn of(
+        pose: &RectifyingRotations<T>,
+        moved: &Vector5<T>,
+        normal: &NormalEquations<T>,
+        cost: T,
+        prior: &Information<T>,
+    ) -> Self {
+        let pull = prior.times(moved);
+        let mut joint = normal.with(prior);
+        joint.gradient += pull;
+        Self { pose: *pose, moved: *moved, joint, cost: cost + moved.dot(&pull) * T::HALF }
+    }
+}
+
+/// Descent at a fixed scale.
+#[derive(Debug, Clone)]
+pub(super) struct Descent<T: Scalar> {
+    /// The best point at this scale; `None` while the scale changes.
+    pub(super) best: Option<Point<T>>,
+    /// Relative to the diagonal.
+    pub(super) damping: T,
+}
+
+impl<T: Scalar> Descent<T> {
+    pub(super) const NEW: Self = Self { best: None, damping: T::ZERO };
+
+    /// The point to go back to, from one of a higher cost.
+    pub(super) fn rejects(&self, here: &Point<T>) -> Option<Point<T>> {
+        // Not `<=`: a cost that is not a number is rejected.
+        self.best.filter(|best| !(here.cost <= best.cost + T::lit(MAX_RISE)))
+    }
+
+    /// Accepts a point, at the scale of the next pass too.
+    pub(super) fn accept(&mut self, here: Point<T>) {
+        self.best = Some(here);
+        let [least, _] = DAMPING_RANGE.map(T::lit);
+        let [_, less] = DAMPING_FACTORS.map(T::lit);
+        let damping = self.damping * less;
+        self.damping = if damping < least { T::ZERO } else { damping };
+    }
+
+    /// Raises the damping after a rejection; false where there is no descent.
+    pub(super) fn damp(&mut self) -> bool {
+        let [more, _] = DAMPING_FACTORS.map(T::lit);
+        let [_, most] = DAMPING_RANGE.map(T::lit);
+        self.damping = (self.damping * more).max(T::lit(FIRST_DAMPING));
+        self.damping <= most
+    }
+
+    /// Begins anew, at another scale.
+    pub(super) fn restart(&mut self) {
+        *self = Self::NEW;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(cost: f64) -> Point<f64> {
+        let pose = RectifyingRotations::SIDE_BY_SIDE;
+        let moved = Vector5::zeros();
+        Point { pose, moved, joint: NormalEquations::ZERO, cost }
+    }
+
+    #[test]
+    fn a_clearly_higher_cost_is_rejected() {
+        let mut descent = Descent::NEW;
+        assert!(descent.rejects(&point(f64::INFINITY)).is_none(), "no scale to compare at");
+        descent.accept(point(10.0));
+        assert_eq!(descent.rejects(&point(13.7)).map(|best| best.cost), Some(10.0));
+        assert!(descent.rejects(&point(f64::NAN)).is_some());
+        for cost in [13.6, 10.0, 9.0] {
+            assert!(descent.rejects(&point(cost)).is_none(), "{cost}");
+        }
+    }
+
+    #[test]
+    fn damping_begins_at_zero_rises_with_rejections_and_ends() {
+        let mut descent = Descent::<f64>::NEW;
+        assert_eq!(descent.damping, 0.0);
+        let rises = (0..20).take_while(|_| descent.damp()).count();
+        assert_eq!(rises, 6, "0.3, 1.2, 4.8, 19.2, 76.8, 307.2");
+        let mut descent = Descent::<f64>::NEW;
+        assert!(descent.damp() && descent.damp());
+        let mut falls = 0;
+        while descent.damping > 0.0 {
+            descent.accept(point(1.0));
+            falls += 1;
+        }
+        assert_eq!(falls, 2, "1.2, 0.15, 0");
+    }
+
+    #[test]
+    fn the_cost_of_the_prior_rises_with_the_way_from_the_start() {
+        let prior = Information(crate::algebra::symmetric5::Symmetric5::of_diagonal([100.0; 5]));
+        let moved = Vector5::new(0.1, 0.0, 0.0, -0.2, 0.0);
+        let pose = RectifyingRotations::SIDE_BY_SIDE;
+        let here = Point::of(&pose, &moved, &NormalEquations::ZERO, 3.0, &prior);
+        let expected: f64 = 3.0 + 0.5 * 100.0 * 0.05;
+        assert!((here.cost - expected).abs() < 1e-12);
+        assert_eq!(here.joint.gradient, moved * 100.0);
+    }
+}

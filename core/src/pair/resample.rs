@@ -1,0 +1,125 @@
+//! Second start of a search: the best of many poses through three correspondences each (`ESTIMATOR.md`, section 5).
+//!
+//! A search among outliers may end at a pose that some of them fit, or between two crowds of matches. Poses through
+//! small samples are not attracted by the other matches.
+
+use nalgebra::Vector5;
+
+use super::constraint::Constraint;
+use super::survey::{Random, scattered_over};
+use super::weighting::Weighting;
+use crate::algebra::normal_equations::NormalEquations;
+use crate::batch::correspondence::RayPair;
+use crate::scalar::Scalar;
+use crate::simd::Single;
+use crate::thresholds::{
+    RESAMPLE_GAIN, RESAMPLE_SCALE, RESAMPLE_SCORE, RESAMPLE_SD_RAD, RESAMPLED, RESAMPLES, SAMPLE,
+};
+
+/// Whitened residuals about a pose, px, and their derivatives, px/rad.
+type Rows<T> = heapless::Vec<(T, [T; 5]), RESAMPLED>;
+
+/// Step to the best of the poses through small samples, rad; `None` if none is clearly better than the pose.
+///
+/// Residuals are taken as linear about the pose. What a sample leaves free is held by a prior at the pose.
+///
+/// * `by`: weighting at the pose; `noise`: of a coordinate, px.
+#[inline(never)]
+pub(super) fn resample<T: Scalar>(
+    by: &Weighting<T>,
+    pairs: &[RayPair<T>],
+    noise: T,
+) -> Option<Vector5<T>> {
+    let rows = rows(by, pairs);
+    let [least, of_noise] = RESAMPLE_SCALE.map(T::lit);
+    let scale = (of_noise * noise).max(least);
+    let [gain, more] = [RESAMPLE_GAIN, RESAMPLE_SCORE].map(T::lit);
+    let mut best = score(&rows, &Vector5::zeros(), scale) * gain + more;
+    let mut step = None;
+    let mut random = Random::NEW;
+    // As much work for few rows as for many.
+    for _ in 0..RESAMPLES * RESAMPLED / rows.len().max(RESAMPLED / 4) {
+        let Some(d) = through_sample(&rows, &mut random) else { continue };
+        let reached = score(&rows, &d, scale);
+        if reached > best {
+            (best, step) = (reached, Some(d));
+        }
+    }
+    step
+}
+
+/// Rows of a sample of the batch.
+fn rows<T: Scalar>(by: &Weighting<T>, pairs: &[RayPair<T>]) -> Rows<T> {
+    let mut rows = Rows::new();
+    for pair in scattered_over(pairs, RESAMPLED) {
+        let (constraint, in_front) = Constraint::of(Single, &by.pose, pair.rays());
+        if in_front {
+            let root = (by.focal_squared / constraint.variance).sqrt();
+            // The sample is no larger.
+            let _ = rows.push((constraint.value * root, constraint.jacobian.map(|j| j * root)));
+        }
+    }
+    rows
+}
+
+/// Step to the pose through a random sample, with a prior.
+fn through_sample<T: Scalar>(rows: &Rows<T>, random: &mut Random) -> Option<Vector5<T>> {
+    let mut normal = NormalEquations::ZERO;
+    for _ in 0..SAMPLE {
+        let (value, jacobian) = rows.get(random.below(rows.len())?)?;
+        normal.add_row(T::ONE, *value, jacobian);
+    }
+    normal.with_prior(T::lit(1.0 / (RESAMPLE_SD_RAD * RESAMPLE_SD_RAD))).step()
+}
+
+/// Number of rows that fit the pose after a step, each by the Cauchy weight of its residual.
+fn score<T: Scalar>(rows: &Rows<T>, d: &Vector5<T>, scale: T) -> T {
+    let unit = T::ONE / (scale * scale);
+    let [[a, b, c, e, f]] = d.data.0;
+    rows.iter().fold(T::ZERO, |sum, (value, [j0, j1, j2, j3, j4])| {
+        let r = *value + a * *j0 + b * *j1 + c * *j2 + e * *j3 + f * *j4;
+        sum + T::ONE / (T::ONE + r * r * unit)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::super::scenes::{FOCAL, batch, solvers};
+    use super::*;
+    use std::vec::Vec;
+
+    /// Pixels of a level pair, of which some are shifted across the rows alike.
+    fn pixels(shifted: usize, across: f64) -> Vec<[f64; 4]> {
+        let pixel = |i: usize| {
+            let k = f64::from(u8::try_from(i).unwrap());
+            let (u, v) =
+                (3400.0 + 1200.0 * (k * 0.618).fract(), 3600.0 + 800.0 * (k * 0.414).fract());
+            let noise = 0.3 * (7.0 * k).sin();
+            [
+                u,
+                v,
+                u - 20.0 - 60.0 * (k * 0.271).fract(),
+                v + noise + if i < shifted { across } else { 0.0 },
+            ]
+        };
+        (0..100).map(pixel).collect()
+    }
+
+    /// The step from the level pose, px of pitch.
+    fn found(shifted: usize, across: f64) -> Option<f64> {
+        let batch = batch::<f64>(pixels(shifted, across).into_iter());
+        let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
+        let step = resample(&solver.weighting(Single), batch.matches().pairs, 0.3);
+        step.map(|d| d.x * FOCAL)
+    }
+
+    #[test]
+    fn the_larger_of_two_crowds_is_found_and_the_smaller_one_is_not() {
+        let moved = found(65, 8.0).unwrap();
+        assert!((moved.abs() - 8.0).abs() < 1.5, "{moved}");
+        assert_eq!(found(35, 8.0), None);
+        assert_eq!(found(0, 0.0), None);
+    }
+}

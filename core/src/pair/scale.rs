@@ -1,0 +1,216 @@
+//! Scale selection: the smallest residual that many correspondences stay below (`ESTIMATOR.md`, section 5).
+//!
+//! Inliers of any noise form a peak at zero, and outliers are flat there. Counts below a ladder of levels show the peak
+//! while the noise is not known yet.
+
+use core::f64::consts::SQRT_2;
+
+use super::solver::Schedule;
+use crate::scalar::Scalar;
+use crate::simd::{Lanes, Value};
+use crate::thresholds::{
+    BELOW_PEAK, FIRST_LEVEL_PX, LEAST_SCALE_PX, LEVELS, NARROW_PX, PEAK_DEVIATIONS,
+    PEAK_OVER_BESIDE, PEAK_SHARE, POLISH_AT, SECOND_ABOVE_PX, SECOND_BELOW, WIDE_ANNEALING,
+    WIDE_SCALE_PX,
+};
+
+/// Correspondences whose whitened residual is below each level: [`FIRST_LEVEL_PX`], each `sqrt 2` times the one before.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LevelCounts<V>([V; LEVELS]);
+
+impl<V: Value> LevelCounts<V> {
+    /// Counts of no correspondences.
+    #[inline(always)]
+    pub(super) fn none<T: Scalar>(lanes: impl Lanes<T, Value = V>) -> Self {
+        Self([lanes.splat(T::ZERO); LEVELS])
+    }
+
+    /// Counts residuals.
+    ///
+    /// * `among`: lanes to count; `squared`: squared whitened residual, px^2.
+    #[inline(always)]
+    pub(super) fn add<T: Scalar, L: Lanes<T, Value = V>>(
+        &mut self,
+        lanes: L,
+        among: L::Mask,
+        squared: V,
+    ) {
+        let one = lanes.keep(among, lanes.splat(T::ONE));
+        let mut level = T::lit(FIRST_LEVEL_PX * FIRST_LEVEL_PX);
+        for count in &mut self.0 {
+            *count = *count + lanes.keep(lanes.lt(squared, lanes.splat(level)), one);
+            level += level;
+        }
+    }
+
+    /// Adds the counts of all lanes to `to`.
+    #[inline(always)]
+    pub(super) fn reduce_onto<T: Scalar>(
+        &self,
+        lanes: impl Lanes<T, Value = V>,
+        to: &mut LevelCounts<T>,
+    ) {
+        for (to, count) in to.0.iter_mut().zip(self.0) {
+            *to += lanes.reduce(count);
+        }
+    }
+}
+
+/// A peak of residuals at zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Peak<T> {
+    /// Its width: about one standard deviation of the inliers, px.
+    pub(super) level: T,
+    /// Part of the usable correspondences within twice the width.
+    share: T,
+}
+
+impl<T: Scalar> Peak<T> {
+    /// Whether it may be that of a few, or one between two crowds.
+    pub(super) fn is_doubtful(&self) -> bool {
+        self.share < T::lit(SECOND_BELOW) || self.level > T::lit(SECOND_ABOVE_PX)
+    }
+}
+
+impl<T: Scalar> LevelCounts<T> {
+    pub(super) const NONE: Self = Self([T::ZERO; LEVELS]);
+
+    /// The peak: the smallest level that many of the residuals are below, and by more than chance more than from
+    /// there to twice as far.
+    ///
+    /// * `needed`: at least so many; `usable`: all of them.
+    pub(super) fn peak(&self, needed: u16, usable: T) -> Option<Peak<T>> {
+        let least = T::count(needed.into()).max(T::lit(PEAK_SHARE) * usable);
+        let mut level = T::lit(FIRST_LEVEL_PX);
+        for (near, around) in self.0.iter().zip(self.0.iter().skip(2)) {
+            let beside = *around - *near;
+            let excess = *near - beside;
+            let clear = excess * excess >= T::lit(PEAK_DEVIATIONS * PEAK_DEVIATIONS) * *around;
+            if *near >= least && *near >= T::lit(PEAK_OVER_BESIDE) * beside && clear {
+                return Some(Peak { level, share: *around / usable.max(T::ONE) });
+            }
+            level *= T::lit(SQRT_2);
+        }
+        None
+    }
+}
+
+/// Schedule after a pass of the annealing, and the noise to polish with, px.
+///
+/// The scale goes below a peak before the polish begins: of two crowds of matches a wide scale sees one peak, between
+/// them.
+///
+/// * `scale`: of the pass, px; `annealing`: ratio to the next; `peak`: seen in the pass, px.
+pub(super) fn after_annealing<T: Scalar>(
+    scale: T,
+    annealing: T,
+    peak: Option<T>,
+) -> (Schedule<T>, Option<T>) {
+    let is_wide = scale > T::lit(WIDE_SCALE_PX);
+    let next = scale * if is_wide { T::lit(WIDE_ANNEALING) } else { annealing };
+    let [narrow, wide] = POLISH_AT.map(T::lit);
+    match peak {
+        Some(peak) => {
+            let at = if peak > T::lit(NARROW_PX) { wide } else { narrow };
+            if scale <= at * peak {
+                (Schedule::Polish, Some(peak))
+            } else {
+                (Schedule::Anneal(next.min(T::lit(BELOW_PEAK) * peak)), None)
+            }
+        }
+        None if next <= T::lit(LEAST_SCALE_PX) => (Schedule::Polish, Some(next)),
+        None => (Schedule::Anneal(next), None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use crate::simd::Single;
+    use crate::thresholds::{ANNEALING, SLOW_ANNEALING};
+    use std::vec::Vec;
+
+    /// Counts of residuals, px.
+    fn counts(residuals: impl Iterator<Item = f64>) -> LevelCounts<f64> {
+        let mut counts = LevelCounts::none(Single);
+        residuals.for_each(|r| counts.add(Single, true, r * r));
+        counts
+    }
+
+    /// So many residuals at the quantiles of a normal distribution (logistic approximation).
+    fn normal(n: u32, sd: f64) -> impl Iterator<Item = f64> {
+        (0..n).map(move |i| {
+            let p = (f64::from(i) + 0.5) / f64::from(n);
+            sd * (p / (1.0 - p)).ln() / 1.702
+        })
+    }
+
+    /// So many residuals, flat up to a limit, px.
+    fn flat(n: u32, limit: f64) -> impl Iterator<Item = f64> {
+        (0..n).map(move |i| limit * (f64::from(i) + 0.5) / f64::from(n))
+    }
+
+    #[test]
+    fn the_peak_is_about_one_deviation_of_inliers_wide() {
+        for (sd, outliers) in [(0.3, 0), (0.3, 128), (1.0, 77), (4.0_f64, 77)] {
+            let seen = counts(normal(256 - outliers, sd).chain(flat(outliers, 60.0)));
+            let peak = seen.peak(12, 256.0).unwrap().level;
+            assert!((0.8..2.0).contains(&(peak / sd)), "{sd} {outliers}: {peak}");
+        }
+        let narrow = counts(normal(256, 0.02)).peak(12, 256.0).unwrap();
+        assert_eq!(narrow, Peak { level: FIRST_LEVEL_PX, share: 1.0 });
+        assert!(!narrow.is_doubtful());
+    }
+
+    #[test]
+    fn outliers_and_few_residuals_form_no_peak() {
+        assert_eq!(counts(flat(256, 60.0)).peak(12, 256.0), None);
+        assert_eq!(counts(normal(11, 0.3)).peak(12, 11.0), None);
+        assert_eq!(counts(normal(40, 0.3).chain(flat(216, 200.0))).peak(12, 256.0), None);
+        assert!(counts(normal(70, 0.3).chain(flat(186, 200.0))).peak(12, 256.0).is_some());
+    }
+
+    #[test]
+    fn two_crowds_are_a_wide_peak_between_them_and_a_narrow_one_at_either() {
+        let crowds = |at: f64| {
+            let other = normal(80, 0.3).map(move |r| r + 8.0 - at);
+            counts(normal(176, 0.3).map(move |r| r - at).chain(other))
+        };
+        let between = crowds(3.0).peak(12, 256.0).unwrap();
+        assert!(between.level > 3.0 && between.is_doubtful());
+        let [larger, smaller] = [0.0, 8.0].map(|at| crowds(at).peak(12, 256.0).unwrap());
+        assert!(larger.level < 0.6 && !larger.is_doubtful());
+        assert!(smaller.level < 0.6 && smaller.is_doubtful());
+    }
+
+    /// Scales of an annealing that always sees the same peak, and the noise it ends with.
+    fn scales(first: f64, annealing: f64, peak: Option<f64>) -> (Vec<f64>, f64) {
+        let mut scales = Vec::from([first]);
+        loop {
+            match after_annealing(*scales.last().unwrap(), annealing, peak) {
+                (Schedule::Anneal(next), None) => scales.push(next),
+                (Schedule::Polish, Some(noise)) => return (scales, noise),
+                other => panic!("{other:?}"),
+            }
+            assert!(scales.len() < 30, "{scales:?}");
+        }
+    }
+
+    #[test]
+    fn annealing_ends_below_the_peak_and_falls_with_every_pass() {
+        for annealing in [ANNEALING, SLOW_ANNEALING] {
+            for peak in [None, Some(0.25), Some(0.5), Some(0.7), Some(5.6), Some(16.0)] {
+                let (scales, noise) = scales(480.0, annealing, peak);
+                assert!(scales.is_sorted_by(|a, b| b < a), "{scales:?}");
+                let last = scales.last().unwrap();
+                match peak {
+                    Some(peak) => assert!(noise == peak && *last <= peak, "{scales:?}"),
+                    None => assert!(noise <= LEAST_SCALE_PX, "{scales:?}"),
+                }
+                assert!(peak.is_none_or(|peak| peak < 1.0 || *last <= 0.3 * peak), "{scales:?}");
+            }
+        }
+    }
+}
