@@ -179,7 +179,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub fn solve_pair(&mut self) -> Result<PairReport<T>, PairError> {
         self.begin_pair()?;
         // More passes than any preset takes.
-        for _ in 0..self.config.max_passes.saturating_mul(2).saturating_add(SPARE_PASSES) {
+        for _ in 0..self.config.max_passes.saturating_add(SPARE_PASSES) {
             if self.take_pass()? {
                 return self.report();
             }

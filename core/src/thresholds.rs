@@ -53,7 +53,7 @@ pub(crate) const MAX_DISTORTION: f64 = 1e3;
 pub(crate) const FOLD_SAMPLES: u32 = 256;
 pub(crate) const FOLD_BISECTIONS: usize = 30;
 
-// Pair: `pair`.
+// Pair: in a file of its own.
 
 // Fusion.
 

@@ -1963,7 +1963,7 @@ selfcal_error_t selfcal_link_init(struct selfcal_link_t *link, size_t size);
  * } while (used > 0 && length > 0);
  * ```
  *
- * Do not push, and begin no pair, while a frame comes in: the batch holds a part of it. While a
+ * Do not push, and begin no pair, while a frame comes in: until it is whole none of its matches is used. While a
  * pair is being solved the call returns `SELFCAL_ERROR_LINK_BUSY` and uses no bytes: feed the same
  * bytes later. After the other `SELFCAL_ERROR_LINK_` codes feed the rest: the frame is skipped and
  * the batch is unchanged. A new frame drops the solved pair: fuse it before.

@@ -214,8 +214,8 @@ pub unsafe extern "C" fn selfcal_config_set_huber_threshold_px(
 
 /// Sets the largest number of passes over the batch, the bound on the time of a pair.
 ///
-/// * `passes`: 2 or more; default 12 in the robust preset, 100 in the paper preset. The robust preset
-///   takes up to 9 if it is lower, and up to twice as many with at most 128 matches.
+/// * `passes`: 2 or more; default 24 in the robust preset, 100 in the paper preset. The robust preset
+///   takes up to 9 if it is lower.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_config_set_max_passes(
     config: *mut selfcal_config_t,

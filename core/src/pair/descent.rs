@@ -1,7 +1,7 @@
 //! Levenberg-Marquardt at a fixed scale: acceptance by the robust cost, and damping (`ESTIMATOR.md`, section 5).
 //!
-//! While the scale changes from pass to pass there is nothing to compare, and steps are undamped: a weight that falls with
-//! the residual makes the quadratic of a pass lie above its cost.
+//! While the scale changes from pass to pass there is nothing to compare, and steps are undamped: a weight that falls
+//! with the residual makes the quadratic of a pass lie above its cost.
 
 use nalgebra::Vector5;
 
