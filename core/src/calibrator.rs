@@ -145,10 +145,11 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// [`PairError::NoCameras`], [`PairError::TooFew`]; the estimate and [`Calibrator::state`] are unchanged. The batch
     /// is kept and may be added to. A pair solved before can no longer be fused.
     pub fn begin_pair(&mut self) -> Result<(), PairError> {
-        let begun = match &context(&self.config, &self.factory, self.cameras.as_ref()) {
-            Some(context) => self.estimator.begin(context, self.batch.matches()),
-            None => Err(PairError::NoCameras),
-        };
+        let begun =
+            match &context(&self.config, &self.factory, self.cameras.as_ref(), &self.estimator) {
+                Some(context) => self.estimator.begin(context, self.batch.matches()),
+                None => Err(PairError::NoCameras),
+            };
         self.rejection = begun.err().map(Rejection::Unsolved);
         begun
     }
@@ -189,20 +190,22 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     /// Takes one more pass; whether the pair is solved.
     fn take_pass(&mut self) -> Result<bool, PairError> {
-        let solved = match &context(&self.config, &self.factory, self.cameras.as_ref()) {
-            Some(context) => self.estimator.advance(context, self.batch.matches()),
-            None => Err(PairError::NoCameras),
-        };
+        let solved =
+            match &context(&self.config, &self.factory, self.cameras.as_ref(), &self.estimator) {
+                Some(context) => self.estimator.advance(context, self.batch.matches()),
+                None => Err(PairError::NoCameras),
+            };
         self.rejection = solved.err().map(Rejection::Unsolved);
         solved
     }
 
     /// Report of the solved pair.
     fn report(&mut self) -> Result<PairReport<T>, PairError> {
-        let report = match &context(&self.config, &self.factory, self.cameras.as_ref()) {
-            Some(context) => self.estimator.report(context, self.batch.matches()),
-            None => Err(PairError::NoCameras),
-        };
+        let report =
+            match &context(&self.config, &self.factory, self.cameras.as_ref(), &self.estimator) {
+                Some(context) => self.estimator.report(context, self.batch.matches()),
+                None => Err(PairError::NoCameras),
+            };
         self.rejection = report.as_ref().err().copied().map(Rejection::Unsolved);
         report
     }
@@ -220,11 +223,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///   against the hypotheses that it disagrees with, and against the one that cannot take it in, as a failed solve
     ///   does ([`Calibrator::advance_pair`]); [`Calibrator::state`] may change.
     pub fn fuse(&mut self) -> Result<Fused, Refusal> {
-        let fused = match &context(&self.config, &self.factory, self.cameras.as_ref()) {
-            _ if self.frozen => Err(Refusal::Frozen),
-            Some(context) => self.estimator.fuse(context),
-            None => Err(Refusal::NothingSolved),
-        };
+        let fused =
+            match &context(&self.config, &self.factory, self.cameras.as_ref(), &self.estimator) {
+                _ if self.frozen => Err(Refusal::Frozen),
+                Some(context) => self.estimator.fuse(context),
+                None => Err(Refusal::NothingSolved),
+            };
         self.rejection = fused.err().map(Rejection::Refused);
         if self.config.applies_itself && fused.is_ok() {
             self.try_apply();
@@ -246,7 +250,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     /// The estimate over all fused pairs; `None` before the first.
     pub fn proposal(&self) -> Option<Proposal<T>> {
-        let context = context(&self.config, &self.factory, self.cameras.as_ref())?;
+        let context = context(&self.config, &self.factory, self.cameras.as_ref(), &self.estimator)?;
         self.estimator.proposal(&context, &self.in_use)
     }
 
@@ -371,6 +375,8 @@ fn context<'a, T: Scalar>(
     config: &'a Config,
     factory: &'a Extrinsics<T>,
     cameras: Option<&Cameras<T>>,
+    estimator: &Estimator<T>,
 ) -> Option<Context<'a, T>> {
-    Some(Context::new(config, factory, cameras?.mean_focal()))
+    let context = Context::new(config, factory, cameras?.mean_focal());
+    Some(context.vibrating(estimator.vibration()))
 }

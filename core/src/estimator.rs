@@ -1,5 +1,6 @@
 //! Dispatch between the robust method ([`Fusion`]) and the published one (`Paper`), by configuration.
 
+use crate::algebra::block_variances::BlockVariances;
 use crate::batch::Matches;
 use crate::codec::{Reader, Writer};
 use crate::config::{Config, Context, Method};
@@ -158,6 +159,15 @@ impl<T: Scalar> Estimator<T> {
     /// Whether a pair supports the estimate.
     pub(crate) fn has_pairs(&self) -> bool {
         dispatch!(self, state => state.has_pairs())
+    }
+
+    /// Variances of each pair about the estimate, rad^2.
+    pub(crate) fn vibration(&self) -> BlockVariances<T> {
+        match self {
+            #[cfg(feature = "paper")]
+            Self::Paper(_) => BlockVariances::ZERO,
+            Self::Robust(fusion) => fusion.vibration(),
+        }
     }
 
     /// State of the estimate.

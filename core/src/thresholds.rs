@@ -72,6 +72,25 @@ pub(crate) const MIN_INLIER_RATIO: f64 = 0.5;
 /// small steps; smaller rejects pairs of a vibrating rig.
 pub(crate) const VIBRATION_RAD: f64 = 8.7e-5;
 
+/// Samples from which on vibration is told, deviations of their median by chance that it exceeds, and the part of both
+/// limits once it is known. Larger tells it later; smaller by chance.
+pub(crate) const MIN_VIBRATION_SAMPLES: usize = 4;
+pub(crate) const VIBRATION_DEVIATIONS: f64 = 6.0;
+pub(crate) const VIBRATION_HYSTERESIS: f64 = 0.25;
+
+/// Newest samples that count alone where their median exceeds so many deviations, and that of all so many times: a
+/// vibration has begun; by the same ratio a mean is of another time. Larger notices it later; smaller by a knock.
+pub(crate) const RECENT_VIBRATION_SAMPLES: usize = 7;
+pub(crate) const RECENT_VIBRATION_DEVIATIONS: f64 = 8.0;
+pub(crate) const VIBRATION_RATIO: f64 = 4.0;
+
+/// Largest vibration (0.4 degrees). Larger takes knocks for it; smaller loses a shaken rig.
+pub(crate) const MAX_VIBRATION_RAD: f64 = 7e-3;
+
+/// Pairs that are forgotten, but the last, where they turn out to be shaken. Larger loses more; smaller keeps what is
+/// no mean.
+pub(crate) const FORGOTTEN_PAIRS: u32 = 16;
+
 /// Freedom of a pair about the estimate it is tracked from (0.05 degrees), each unknown. Larger
 /// weakens the covariance gating of outliers; smaller is stiff against a small step.
 pub(crate) const FREEDOM_RAD: f64 = 8.7e-4;
@@ -217,56 +236,15 @@ pub(crate) const SCREEN: f64 = 3.0;
 /// rig; smaller refuses a usable one.
 pub(crate) const BAD_PX: f64 = 1.0;
 
+/// Mean squared row offset of a pair over that which its vibration leads to: up to three deviations are allowed for when
+/// arming. Larger arms on matches that fit nothing; smaller disarms a vibrating rig by chance.
+pub(crate) const ALLOWED_VIBRATION: f64 = 9.0;
+
 /// RMS row offset of the proposal over that in use, below which a change is worth it. Larger calls
 /// for changes by noise; smaller misses real ones.
 pub(crate) const IMPROVEMENT: f64 = 0.9;
 
-/// Of the published method.
 #[cfg(feature = "paper")]
-pub(crate) mod paper {
-    /// Damping of the first step, relative to the diagonal. Larger is slower; smaller overshoots.
-    pub(crate) const FIRST_DAMPING: f64 = 1e-4;
-
-    /// Damping above which a small step is no sign of convergence, and its range. Larger limits
-    /// stop early, or try longer; smaller ones spend passes, or give up.
-    pub(crate) const LOOSE_DAMPING: f64 = 1e-2;
-    pub(crate) const MIN_DAMPING: f64 = 1e-9;
-    pub(crate) const MAX_DAMPING: f64 = 1e8;
-
-    /// Nielsen's rule: least and most factor of the damping after an accepted step, and growth of
-    /// the factor of rejected ones. Larger damps more; smaller overshoots.
-    pub(crate) const DAMPING_FACTOR: [f64; 2] = [0.1, 2.0];
-    pub(crate) const DAMPING_GROWTH: f64 = 2.0;
-
-    /// Least step tolerance, in units in the last place of 1 rad, and rounding of the cost, below
-    /// which slopes decide, in those of the cost. Larger stops early; smaller follows rounding.
-    pub(crate) const TOLERANCE_ULPS: f64 = 8.0;
-    pub(crate) const COST_ULPS: f64 = 2.0;
-
-    /// Angle of `R` below which its axis is noise, and above which it may be reversed. Larger
-    /// doubts more near 0 and less near pi; smaller the other way.
-    pub(crate) const MIN_ANGLE_RAD: f64 = 3e-3;
-    pub(crate) const MAX_ANGLE_RAD: f64 = 3.0;
-
-    /// Length of the mean unit axis below which pairs do not agree on one, and of the mean baseline
-    /// below which directions cancel. Larger doubts more estimates; smaller reports noise.
-    pub(crate) const MIN_CONCENTRATION: f64 = 0.9;
-    pub(crate) const MIN_MEAN_BASELINE: f64 = 1e-3;
-
-    /// Part of the squared disparities of a pair that may be noise. Larger estimates the baseline from a
-    /// scene at infinity; smaller refuses far scenes.
-    pub(crate) const MAX_DISPARITY_NOISE: f64 = 0.75;
-
-    /// Values that the median sorts before it takes steps. Larger takes memory; smaller errs.
-    pub(crate) const MEDIAN_VALUES: usize = 31;
-
-    /// Least deviation that the median's steps assume. Larger jitters; smaller stops on equals.
-    pub(crate) const MIN_DEVIATION_RAD: f64 = 1e-6;
-
-    /// Step of the median over the median absolute deviation: 1.4826 makes it a standard deviation,
-    /// 1.2533 = sqrt(pi / 2) one over twice the normal density at the median.
-    pub(crate) const MEDIAN_STEP: f64 = 1.4826 * 1.2533;
-}
-
+pub(crate) mod paper;
 #[cfg(test)]
 mod tests;

@@ -105,7 +105,7 @@
 /**
  * Length of the longest record of `selfcal_snapshot`, bytes, for any capacity.
  */
-#define SELFCAL_SNAPSHOT_BYTES 3388
+#define SELFCAL_SNAPSHOT_BYTES 4180
 
 /**
  * Length of the longest record of `selfcal_factory_to_record`, bytes.
@@ -1447,6 +1447,21 @@ typedef struct selfcal_sd_t {
 } selfcal_sd_t;
 
 /**
+ * Motion of the rig about the estimate from one pair to the next; 0 where the pairs show no sign of any. The
+ * extrinsics of a single pair are off by this much; no calibration follows it.
+ */
+typedef struct selfcal_vibration_t {
+    /**
+     * Of `R` about each axis, rad RMS.
+     */
+    float rotation_rad;
+    /**
+     * Of the direction of `t` about each of its two angles, rad RMS.
+     */
+    float translation_rad;
+} selfcal_vibration_t;
+
+/**
  * A lens parameter, true less given, with its standard deviation.
  */
 typedef struct selfcal_finding_t {
@@ -1557,6 +1572,10 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_weakest_t weakest;
     /**
+     * Motion of the rig about the estimate; none in the paper preset.
+     */
+    struct selfcal_vibration_t vibration;
+    /**
      * State of the estimate. The paper preset is locked from the first pair on.
      */
     selfcal_state_t state;
@@ -1632,6 +1651,10 @@ typedef struct selfcal_health_t {
      * Expected error of the yaw in use, rad.
      */
     float yaw_rad;
+    /**
+     * Motion of the rig about the estimate. It is in both RMS; the arming check allows for it, and for no more.
+     */
+    struct selfcal_vibration_t vibration;
     /**
      * Why the last pair was not fused; `SELFCAL_OK` if it was.
      */

@@ -3,7 +3,7 @@
 use core::ffi::c_char;
 
 use stereo_selfcal::{
-    Direction, Doubt, Finding, LensEstimate, Proposal, StandardDeviations, State,
+    Direction, Doubt, Finding, LensEstimate, Proposal, StandardDeviations, State, Vibration,
 };
 
 use crate::enumeration::find;
@@ -131,6 +131,23 @@ impl From<StandardDeviations<f32>> for selfcal_sd_t {
     }
 }
 
+/// Motion of the rig about the estimate from one pair to the next; 0 where the pairs show no sign of any. The
+/// extrinsics of a single pair are off by this much; no calibration follows it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct selfcal_vibration_t {
+    /// Of `R` about each axis, rad RMS.
+    pub rotation_rad: f32,
+    /// Of the direction of `t` about each of its two angles, rad RMS.
+    pub translation_rad: f32,
+}
+
+impl From<Vibration<f32>> for selfcal_vibration_t {
+    fn from(vibration: Vibration<f32>) -> Self {
+        Self { rotation_rad: vibration.rotation, translation_rad: vibration.baseline }
+    }
+}
+
 /// A lens parameter, true less given, with its standard deviation.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -226,6 +243,8 @@ pub struct selfcal_proposal_t {
     pub covariance: [[f32; 5]; 5],
     /// The least certain direction.
     pub weakest: selfcal_weakest_t,
+    /// Motion of the rig about the estimate; none in the paper preset.
+    pub vibration: selfcal_vibration_t,
     /// State of the estimate. The paper preset is locked from the first pair on.
     pub state: selfcal_state_t,
     /// Reason not to trust it.
@@ -251,6 +270,7 @@ impl From<&Proposal<f32>> for selfcal_proposal_t {
             // nalgebra stores columns.
             covariance: proposal.covariance.unwrap_or_default().transpose().into(),
             weakest: proposal.weakest().into(),
+            vibration: proposal.vibration.into(),
             state: proposal.state.into(),
             doubt: proposal.doubt.into(),
             baseline_observed: proposal.baseline_observed,

@@ -7,7 +7,9 @@ use stereo_selfcal::{Arming, Band, Health};
 use crate::enumeration::find;
 use crate::error::selfcal_error_t::{self, *};
 use crate::error::status;
-use crate::estimate::{selfcal_doubt_t, selfcal_sd_t, selfcal_state_t, selfcal_weakest_t};
+use crate::estimate::{
+    selfcal_doubt_t, selfcal_sd_t, selfcal_state_t, selfcal_vibration_t, selfcal_weakest_t,
+};
 use crate::instance::{Instance, selfcal_t, shared};
 use crate::lens::selfcal_lens_correction_t;
 use crate::pointer::Out;
@@ -99,6 +101,8 @@ pub struct selfcal_health_t {
     pub weakest: selfcal_weakest_t,
     /// Expected error of the yaw in use, rad.
     pub yaw_rad: f32,
+    /// Motion of the rig about the estimate. It is in both RMS; the arming check allows for it, and for no more.
+    pub vibration: selfcal_vibration_t,
     /// Why the last pair was not fused; `SELFCAL_OK` if it was.
     pub rejection: selfcal_error_t,
     /// Result of an arming check.
@@ -122,6 +126,7 @@ impl From<&Health<f32>> for selfcal_health_t {
             correction: health.correction.into(),
             weakest: health.weakest.into(),
             yaw_rad: health.yaw,
+            vibration: health.vibration.into(),
             rejection: health.rejection.map_or(SELFCAL_OK, Into::into),
             arming: health.arming.into(),
         }

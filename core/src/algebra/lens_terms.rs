@@ -3,6 +3,10 @@
 //! With wrong focal lengths and principal points the constraint is still `b^T X a` with a 3 x 3 matrix: it lies in the
 //! nine products. Radial and tangential terms are coordinates of their own.
 
+use nalgebra::Vector5;
+
+use super::block_variances::BlockVariances;
+use super::disparity_noise::BiasedEquations;
 use super::moments::{COORDINATES, Coefficients, Moments, Vector12, add_outer, dot};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3::product;
@@ -21,6 +25,46 @@ pub(crate) struct LensTerms<'a, T> {
     /// Information on the lens.
     pub(crate) information: &'a mut [[T; LENS_PARAMETERS]; LENS_PARAMETERS],
     pub(crate) gradient: &'a mut [T; LENS_PARAMETERS],
+}
+
+impl<T: Scalar> LensTerms<'_, T> {
+    pub(crate) fn reborrow(&mut self) -> LensTerms<'_, T> {
+        let Self { mixed, information, gradient } = self;
+        LensTerms { mixed, information, gradient }
+    }
+
+    /// What the sums say where the extrinsics of their pairs scatter: the scatter is eliminated, as if all pairs had
+    /// the same information.
+    ///
+    /// * `variances`: of the mean of the pairs; `extrinsics`: their equations, which become marginal too.
+    #[inline(never)]
+    pub(crate) fn marginalise(
+        &mut self,
+        variances: &BlockVariances<T>,
+        extrinsics: &mut BiasedEquations<T>,
+    ) {
+        let plain = extrinsics.normal;
+        let joint = variances.with_precision(&plain.information);
+        let both = joint.factor(T::ZERO).zip(variances.marginal(&plain));
+        let Some((factor, marginal)) = both else { return };
+        let pull = factor.solve(&plain.gradient);
+        let all = *self.mixed;
+        let rows = self.mixed.iter_mut().zip(self.information.iter_mut()).zip(&mut *self.gradient);
+        for ((own, information), gradient) in rows {
+            let mixed = Vector5::from(*own);
+            let taken_up = factor.solve(&mixed);
+            *gradient -= mixed.dot(&pull);
+            let others = information.iter_mut().zip(&all);
+            others.for_each(|(i, other)| *i -= Vector5::from(*other).dot(&taken_up));
+            *own = variances.precise(&taken_up).into();
+        }
+        // The noise of disparities loses as much weight as what the baseline is told by.
+        let [.., y, z] = plain.information.0.diagonal();
+        let [.., left_y, left_z] = marginal.information.0.diagonal();
+        let share = ((left_y + left_z) / (y + z).max(T::EPSILON)).min(T::ONE);
+        extrinsics.noise.0.iter_mut().for_each(|noise| *noise *= share);
+        extrinsics.normal = marginal;
+    }
 }
 
 impl<T: Scalar> Moments<T> {

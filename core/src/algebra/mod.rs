@@ -1,5 +1,6 @@
 //! Fixed-size linear algebra: packed symmetric matrices, normal equations, epipolar moments.
 
+pub(crate) mod block_variances;
 mod change_frame;
 pub(crate) mod disparity_noise;
 pub(crate) mod information;

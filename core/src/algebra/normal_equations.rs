@@ -5,6 +5,7 @@
 
 use nalgebra::Vector5;
 
+use crate::algebra::block_variances::BlockVariances;
 use crate::algebra::information::Information;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::codec::{Reader, Writer};
@@ -127,8 +128,17 @@ impl<T: Scalar> NormalEquations<T> {
     ///
     /// `None` if a direction is free in either.
     pub(crate) fn distance(&self, other: &Self) -> Option<T> {
+        self.distance_apart(other, &BlockVariances::ZERO)
+    }
+
+    /// The same where the truths are apart by chance too.
+    ///
+    /// * `apart`: variances of their distance.
+    pub(crate) fn distance_apart(&self, other: &Self, apart: &BlockVariances<T>) -> Option<T> {
         let ((a, cov_a), (b, cov_b)) = (self.optimum()?, other.optimum()?);
-        cov_a.plus(&cov_b).inverse_form(&(a - b))
+        let mut both = cov_a.plus(&cov_b);
+        apart.add_to(&mut both);
+        both.inverse_form(&(a - b))
     }
 
     /// The step to the optimum, rad, and its covariance, rad^2; `None` if a direction is free.

@@ -57,7 +57,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// The lens to begin again with, and its cameras.
     fn next_lens(&self) -> Option<(LensReference<T>, Cameras<T>)> {
         let cameras = self.cameras.as_ref()?;
-        let context = context(&self.config, &self.factory, self.cameras.as_ref())?;
+        let context = context(&self.config, &self.factory, self.cameras.as_ref(), &self.estimator)?;
         let reference = self.estimator.next_reference(&context)?;
         let corrected = cameras.corrected(reference.correction()).ok()?;
         Some((reference, corrected))

@@ -1,6 +1,7 @@
 //! What every call works with.
 
 use super::Config;
+use crate::algebra::block_variances::BlockVariances;
 use crate::algebra::lens_terms::LENS_PARAMETERS;
 use crate::error::Refusal;
 use crate::geometry::extrinsics::Extrinsics;
@@ -19,12 +20,20 @@ pub(crate) struct Context<'a, T: Scalar> {
     pub(crate) factory_pose: RectifyingRotations<T>,
     /// Information on each unknown about the factory extrinsics, 1/rad^2.
     pub(crate) prior: T,
+    /// Variances of each pair about the mean rig, rad^2.
+    pub(crate) vibration: BlockVariances<T>,
 }
 
 impl<'a, T: Scalar> Context<'a, T> {
     pub(crate) fn new(config: &'a Config, factory: &'a Extrinsics<T>, focal: T) -> Self {
         let factory_pose = RectifyingRotations::from(factory);
-        Self { config, factory, focal, factory_pose, prior: config.prior() }
+        let vibration = BlockVariances::ZERO;
+        Self { config, factory, focal, factory_pose, prior: config.prior(), vibration }
+    }
+
+    /// Of a rig that vibrates.
+    pub(crate) fn vibrating(self, vibration: BlockVariances<T>) -> Self {
+        Self { vibration, ..self }
     }
 
     /// Standard deviations of the lens parameters, in the order of the lens terms.

@@ -49,6 +49,12 @@ impl<T: Scalar> ChangeDetector<T> {
         pairs: 0,
     };
 
+    /// Begins anew, in place.
+    #[inline(never)]
+    pub(super) fn restart(&mut self) {
+        *self = Self::NEW;
+    }
+
     /// Moves the last pair into the short window, before the hypothesis takes another one.
     pub(super) fn shift(&mut self, last: &Moments<T>) {
         self.short.add(last);
@@ -75,9 +81,13 @@ impl<T: Scalar> ChangeDetector<T> {
         let debiased = biased.debiased();
         let [decay, long_decay] = [T::lit(SHORT_DECAY), T::lit(LONG_DECAY)];
         self.long = self.long.about(moved).scaled(long_decay).plus(&debiased);
+        let vibration = hypothesis.vibration(context);
         let add = |before: &Information<T>, decay: T, pair: &NormalEquations<T>| {
             let mut variance = before.scaled(decay * decay);
             variance.add(&pair.information);
+            if !vibration.is_zero() {
+                variance.add(&vibration.scatter_of_gradient(&pair.information));
+            }
             variance
         };
         self.short_variance = add(&self.short_variance, decay, &pair);

@@ -41,8 +41,13 @@ impl<T: Scalar> Champion<T> {
         if !repeated {
             self.detector.shift(self.hypothesis.last());
         }
+        let was_rigid = self.hypothesis.is_rigid();
         let moved = self.hypothesis.apply(measurement, &update, repeated, context);
         let Self { hypothesis, detector } = self;
+        if was_rigid && !hypothesis.is_rigid() {
+            // What it has gathered does not know of the vibration.
+            detector.restart();
+        }
         Ok(!repeated && detector.add(hypothesis, measurement, result.nis, &moved, context))
     }
 }

@@ -2,15 +2,17 @@
 //!
 //! An update is computed first and applied later: a refused pair leaves the hypothesis unchanged.
 
+mod conditional;
+mod marginal;
 mod record;
 
 use nalgebra::Vector5;
 
 use super::image_halves::ImageHalves;
+use super::marginal_sums::MarginalSums;
 use super::optimum::Optimum;
-use crate::algebra::disparity_noise::BiasedEquations;
+use crate::algebra::block_variances::BlockVariances;
 use crate::algebra::information::{Information, StandardDeviations};
-use crate::algebra::lens_terms::LensTerms;
 use crate::algebra::moments::Moments;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::algebra::symmetric5::Symmetric5;
@@ -24,8 +26,8 @@ use crate::pair::solver::TrackStart;
 use crate::scalar::Scalar;
 use crate::thresholds::{
     AVERAGED_PAIRS, CHI_SQUARE_PAIRS, CROWD_PAIRS, CROWD_SHARE, DRIFT_DECAY, FREEDOM_RAD,
-    IMPROVEMENT, MAX_LOCKED_SD_RAD, MAX_NIS, MAX_REDUCED_CHI_SQUARE, MIN_INLIER_RATIO,
-    OPTIMUM_STEPS, SHORT_DECAY, VIBRATION_RAD,
+    IMPROVEMENT, MAX_LOCKED_SD_RAD, MAX_NIS, MAX_REDUCED_CHI_SQUARE, MIN_INLIER_RATIO, SHORT_DECAY,
+    VIBRATION_RAD,
 };
 
 /// Sums over the supporting pairs, and their optimum.
@@ -40,6 +42,8 @@ pub(crate) struct Hypothesis<T: Scalar> {
     /// Moments of the last pair, which a repeated scene replaces.
     last: Moments<T>,
     halves: ImageHalves<T>,
+    /// What the same pairs say of the mean of a rig that vibrates.
+    marginal: MarginalSums<T>,
     /// Information of all sums at the pose, without the prior, 1/rad^2.
     information: Information<T>,
     /// Running mean of the noise of a coordinate, px.
@@ -65,10 +69,13 @@ pub(super) struct Update<T: Scalar> {
     last: Moments<T>,
     /// Optimum of the sums with the pair.
     optimum: Optimum<T>,
+    /// Sums with the pair about the pose before it.
+    marginal: MarginalSums<T>,
 }
 
 impl<T: Scalar> Update<T> {
-    pub(super) const NONE: Self = Self { last: Moments::ZERO, optimum: Optimum::NONE };
+    pub(super) const NONE: Self =
+        Self { last: Moments::ZERO, optimum: Optimum::NONE, marginal: MarginalSums::NONE };
 }
 
 impl<T: Scalar> Hypothesis<T> {
@@ -79,6 +86,7 @@ impl<T: Scalar> Hypothesis<T> {
         settled: Moments::ZERO,
         last: Moments::ZERO,
         halves: ImageHalves::NONE,
+        marginal: MarginalSums::NONE,
         information: Information::ZERO,
         noise: T::ZERO,
         inlier_share: T::ZERO,
@@ -112,7 +120,7 @@ impl<T: Scalar> Hypothesis<T> {
         update: &Update<T>,
         context: &Context<'_, T>,
     ) {
-        let Update { last, optimum } = update;
+        let Update { last, optimum, .. } = update;
         (self.pose, self.information) = (optimum.pose, optimum.information);
         self.frame = measurement.pose;
         self.last = *last;
@@ -138,7 +146,13 @@ impl<T: Scalar> Hypothesis<T> {
         context: &Context<'_, T>,
         update: &mut Update<T>,
     ) -> Result<(), Refusal> {
-        let Update { last, optimum } = update;
+        if !self.vibration(context).is_zero() {
+            self.next_marginal(measurement, repeated, context, update).ok_or(Refusal::NoRig)?;
+            update.last = measurement.moments;
+            update.last.change_frame(&measurement.pose, &self.frame);
+            return context.check(&update.optimum.pose);
+        }
+        let Update { last, optimum, .. } = update;
         *last = measurement.moments;
         last.change_frame(&measurement.pose, &self.frame);
         let mut sums = self.settled;
@@ -170,7 +184,7 @@ impl<T: Scalar> Hypothesis<T> {
                 *sum = *sum * T::lit(SHORT_DECAY) + new;
             }
         }
-        let Update { last, optimum } = update;
+        let Update { last, optimum, marginal } = update;
         self.last = *last;
         let gain = T::ONE / T::count(self.pairs.min(AVERAGED_PAIRS));
         self.noise += (measurement.noise - self.noise) * gain;
@@ -179,6 +193,10 @@ impl<T: Scalar> Hypothesis<T> {
         self.crowd += (measurement.crowd - self.crowd) * gain;
         let moved = self.pose.unknowns_to(&optimum.pose);
         (self.pose, self.information) = (optimum.pose, optimum.information);
+        if marginal.is_used() {
+            self.apply_marginal(measurement, marginal, &moved, repeated, context);
+            return moved;
+        }
         match self.deviations(context) {
             Some(sd) => self.halves.follow(&moved, &sd, context),
             None => self.halves = ImageHalves::NONE,
@@ -215,6 +233,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.settled = *settled;
         self.pairs = pairs;
         self.halves = ImageHalves::NONE;
+        self.marginal.variances = BlockVariances::ZERO;
         self.reframe();
         true
     }
@@ -224,14 +243,6 @@ impl<T: Scalar> Hypothesis<T> {
         let mut sums = self.settled;
         sums.add(&self.last);
         sums
-    }
-
-    /// Fills the normal equations of the lens at the pose, and returns those of the extrinsics.
-    #[inline(never)]
-    pub(super) fn fill_lens(&self, terms: LensTerms<'_, T>) -> BiasedEquations<T> {
-        let sums = self.sums();
-        sums.fill_lens(&self.frame, &self.pose, terms);
-        sums.biased_at_pose(&self.frame, &self.pose)
     }
 
     /// Information of the sums at the pose, without the prior.
@@ -279,6 +290,11 @@ impl<T: Scalar> Hypothesis<T> {
     fn covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
         let mut covariance = self.covariance_of_noise(context)?.scaled(self.halves.widening());
         covariance.add_outer(T::ONE, &self.drift.into());
+        if self.is_rigid() {
+            // Its mean is off by what is left of a vibration that its pairs were not weighed for.
+            let pairs = self.pairs.clamp(1, context.config.memory_pairs.max(1));
+            context.vibration.scaled(T::ONE / T::count(pairs)).add_to(&mut covariance);
+        }
         Some(covariance)
     }
 
@@ -305,22 +321,6 @@ impl<T: Scalar> Hypothesis<T> {
         self.deviations(context).is_some_and(|sd| sd.rotation <= most)
     }
 
-    /// Optimum of `R` for a given baseline, where the estimated baseline is doubtful.
-    #[inline(never)]
-    pub(crate) fn with_baseline_of(&self, given: &Extrinsics<T>) -> Option<Extrinsics<T>> {
-        let sums = self.sums();
-        let target = RectifyingRotations::from(given);
-        let mut pose = self.pose;
-        for _ in 0..OPTIMUM_STEPS {
-            let to_target = pose.unknowns_to(&target);
-            let across = Vector5::new(T::ZERO, T::ZERO, T::ZERO, to_target.w, to_target.a);
-            let normal = sums.at_pose(&self.frame, &pose).about(&across);
-            let d = normal.rotation_only().step()? + across;
-            pose = pose.stepped_by(&d)?;
-        }
-        Extrinsics::try_new(pose.extrinsics().ok()?.rotation().matrix(), given.translation()).ok()
-    }
-
     /// Whether the RMS row offset of other extrinsics over the sums is worse by the factor of [`IMPROVEMENT`].
     pub(super) fn fits_clearly_better_than(&self, other: &Extrinsics<T>) -> bool {
         let sums = self.sums();
@@ -334,6 +334,7 @@ impl<T: Scalar> Hypothesis<T> {
         let sees_crowd = self.crowd.abs() >= T::lit(CROWD_SHARE);
         let mut covariance = self.covariance(context)?;
         covariance.add_diagonal(T::lit(FREEDOM_RAD * FREEDOM_RAD));
+        context.vibration.add_to(&mut covariance);
         let trusts_leverage = form_peak(self.high_leverage);
         let Self { pose, noise, .. } = *self;
         Some(TrackStart { pose, covariance, noise, trusts_leverage, sees_crowd })
@@ -347,6 +348,7 @@ impl<T: Scalar> Hypothesis<T> {
         let (step, covariance) = pair.optimum()?;
         let mut both = covariance.plus(&self.covariance(context)?);
         both.add_diagonal(T::lit(VIBRATION_RAD * VIBRATION_RAD));
+        context.vibration.add_to(&mut both);
         both.inverse_form(&step)
     }
 
@@ -382,7 +384,8 @@ impl<T: Scalar> Hypothesis<T> {
     fn update_chi_square(&mut self, measurement: &PairMeasurement<T>, context: &Context<'_, T>) {
         let pair = measurement.debiased_at(&self.pose).with_prior(context.prior);
         let last = self.last.debiased_at_pose(&self.frame, &self.pose).with_prior(context.prior);
-        if let Some(distance) = pair.distance(&last) {
+        let apart = self.vibration(context).scaled(T::lit(2.0));
+        if let Some(distance) = pair.distance_apart(&last, &apart) {
             let reduced = (distance / T::lit(5.0)).min(T::lit(MAX_REDUCED_CHI_SQUARE));
             let pairs = T::count(self.pairs.min(AVERAGED_PAIRS)) + T::lit(CHI_SQUARE_PAIRS);
             self.reduced_chi_square += (reduced - self.reduced_chi_square) * (T::ONE / pairs);

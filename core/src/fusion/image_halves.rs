@@ -48,6 +48,13 @@ impl<T: Scalar> ImageHalves<T> {
         self.parts.iter_mut().for_each(|part| *part = part.about(moved).scaled(fading));
     }
 
+    /// Fades where each pair is about its own optimum: the halves of a pair are shaken alike.
+    pub(super) fn fade(&mut self, context: &Context<'_, T>) {
+        let [pairs, _] = self.pairs;
+        let fading = context.fading(pairs);
+        self.parts.iter_mut().for_each(|part| *part = part.scaled(fading));
+    }
+
     /// Adds a pair.
     ///
     /// * `to_pose`: step from the pose of the measurement to that of the hypothesis, rad.

@@ -64,7 +64,10 @@ impl<T: Scalar> HypothesisLens<T> {
         values.iter_mut().zip(covariance.iter()).for_each(|(p, row)| *p = -dot(row, &pull));
         let scale = hypothesis.reduced_chi_square();
         covariance.iter_mut().flatten().for_each(|c| *c *= scale);
-        let mut joint = hypothesis.information().0;
+        let vibrates = !hypothesis.is_rigid();
+        let marginal =
+            if vibrates { biased.debiased().information } else { *hypothesis.information() };
+        let mut joint = marginal.0;
         joint.add_diagonal(context.prior);
         take_up(effects, &biased, &joint.factor(T::ZERO)?);
         self.is_sane(&context.lens_prior(), scale).then_some(())

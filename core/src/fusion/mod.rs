@@ -9,7 +9,7 @@
 //!   challenger.
 //! - [`hypothesis`], [`optimum`]: moments of the supporting pairs, and the optimum of them and the prior.
 //! - [`change_detector`]: steps and drifts below the noise of a pair. [`repeated_scene`]: a rig at rest.
-//! - [`image_halves`]: biases of image regions.
+//! - [`image_halves`]: biases of image regions. [`vibration`], [`marginal_sums`]: a rig that moves to and fro.
 
 mod association;
 mod association_result;
@@ -19,9 +19,12 @@ mod hypothesis;
 mod image_halves;
 mod lens;
 pub(crate) mod lens_reference;
+mod marginal_sums;
 mod optimum;
 mod repeated_scene;
+mod vibration;
 
+use crate::algebra::block_variances::BlockVariances;
 use crate::algebra::information::StandardDeviations;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::batch::Matches;
@@ -40,11 +43,13 @@ use crate::thresholds::{
     CERTAIN_BASELINE, MAX_DISAGREEMENT, OBSERVED_BASELINE, SIGNIFICANT_BASELINE,
 };
 use association::{Association, AssociationContext};
+use association_result::Support;
 use hypotheses::Hypotheses;
 use hypothesis::Hypothesis;
 use lens::HypothesisLens;
 use lens_reference::LensReference;
 use repeated_scene::RepeatedScene;
+use vibration::VibrationEstimator;
 
 /// State of the robust method.
 #[derive(Debug, Clone)]
@@ -54,25 +59,35 @@ pub(crate) struct Fusion<T: Scalar> {
     scene: RepeatedScene,
     /// Lens of the rays.
     reference: LensReference<T>,
+    vibration: VibrationEstimator<T>,
     /// Association of the current batch.
     association: Association<T>,
 }
 
 impl<T: Scalar> Fusion<T> {
     /// Numbers and words in the longest record.
-    pub(crate) const NUMBERS: usize = Hypotheses::<T>::NUMBERS + LensReference::<T>::NUMBERS;
-    pub(crate) const WORDS: usize =
-        Hypotheses::<T>::WORDS + RepeatedScene::WORDS + LensReference::<T>::WORDS;
+    pub(crate) const NUMBERS: usize =
+        Hypotheses::<T>::NUMBERS + LensReference::<T>::NUMBERS + VibrationEstimator::<T>::NUMBERS;
+    pub(crate) const WORDS: usize = Hypotheses::<T>::WORDS
+        + RepeatedScene::WORDS
+        + LensReference::<T>::WORDS
+        + VibrationEstimator::<T>::WORDS;
 
     pub(crate) const NEW: Self = Self {
         hypotheses: Hypotheses::NONE,
         scene: RepeatedScene::NEW,
         reference: LensReference::GIVEN,
+        vibration: VibrationEstimator::RIGID,
         association: Association::IDLE,
     };
 
     /// Forgets all pairs, in place: a new value would take stack.
     pub(crate) fn reset(&mut self) {
+        self.vibration.clear();
+        self.forget_pairs();
+    }
+
+    fn forget_pairs(&mut self) {
         self.hypotheses.clear();
         self.scene.clear();
         self.reference = LensReference::GIVEN;
@@ -86,7 +101,9 @@ impl<T: Scalar> Fusion<T> {
 
     /// Forgets all pairs and begins again, with rays of another lens.
     pub(crate) fn begin_again(&mut self, reference: &LensReference<T>) {
-        self.reset();
+        self.forget_pairs();
+        // Rays of another lens, the same mount.
+        self.vibration.interrupt();
         self.reference = *reference;
     }
 
@@ -176,9 +193,13 @@ impl<T: Scalar> Fusion<T> {
     /// # Errors
     /// [`Refusal`]; the champion is unchanged.
     pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Refusal> {
-        let Self { hypotheses, association, reference, .. } = self;
+        let Self { hypotheses, association, reference, vibration, .. } = self;
         let result = association.result().ok_or(Refusal::NothingSolved)?;
         let fused = hypotheses.fuse(&result, reference, context);
+        let is_heard = result.support != Support::None || result.evaluated.has_clear_peak();
+        if is_heard && !result.repeated {
+            vibration.add(&result.evaluated.measurement, context);
+        }
         association.close();
         if fused.is_ok() {
             reference.fade(context.fading(u32::MAX));
@@ -188,6 +209,11 @@ impl<T: Scalar> Fusion<T> {
 
     pub(crate) fn state(&self) -> State {
         self.hypotheses.state()
+    }
+
+    /// Variances of each pair about the estimate, rad^2.
+    pub(crate) fn vibration(&self) -> BlockVariances<T> {
+        self.vibration.variances()
     }
 
     /// Whether a pair supports the estimate.
@@ -244,6 +270,7 @@ impl<T: Scalar> Fusion<T> {
             baseline_observed: left <= observed,
             state: self.state(),
             doubt,
+            vibration: context.vibration.into(),
         })
     }
 
@@ -296,6 +323,7 @@ impl<T: Scalar> Fusion<T> {
         self.hypotheses.write(to);
         self.scene.write(to);
         self.reference.write(to);
+        self.vibration.write(to);
     }
 
     /// Reads a record into [`Fusion::NEW`].
@@ -308,11 +336,14 @@ impl<T: Scalar> Fusion<T> {
         context: &Context<'_, T>,
     ) -> Result<(), RestoreError> {
         self.hypotheses.read(from, context)?;
-        // Version 1 ends before the scene, version 2 before the lens.
+        // Version 1 ends before the scene, version 2 before the lens, version 3 before the vibration.
         if from.version() >= 2 {
             self.scene.read(from)?;
         }
-        if from.version() >= 3 { self.reference.read(from) } else { Ok(()) }
+        if from.version() >= 3 {
+            self.reference.read(from)?;
+        }
+        if from.version() >= 4 { self.vibration.read(from) } else { Ok(()) }
     }
 }
 

@@ -11,6 +11,7 @@ use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection, RayC
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::lens_estimate::LensEstimate;
 use crate::outcome::proposal::{Direction, Doubt, Proposal};
+use crate::outcome::vibration::{Shaken, Vibration};
 use crate::scalar::Scalar;
 use crate::state::State;
 use crate::thresholds::{BAD_PX, IMPROVEMENT};
@@ -80,6 +81,9 @@ pub struct Health<T: Scalar> {
     pub weakest: Option<(Direction, T)>,
     /// Expected error of the yaw in use, rad: how far it is from the estimate, and the estimate's own.
     pub yaw: T,
+    /// Motion of the rig about the estimate from pair to pair, as [`Proposal::vibration`]. It is in both RMS, and a
+    /// matcher meets it; the arming check allows for it, and for no more.
+    pub vibration: Vibration<T>,
     /// Why the last pair was not fused; `None` if it was.
     pub rejection: Option<Rejection>,
     /// Yes or no to an arming check.
@@ -146,6 +150,9 @@ impl<T: Scalar> fmt::Display for Health<T> {
         if let Some(lens) = self.lens.filter(LensEstimate::is_significant) {
             write!(f, ", lens: {lens}")?;
         }
+        if !self.vibration.is_none() {
+            write!(f, ", {}", self.vibration)?;
+        }
         self.rejection.map_or(Ok(()), |why| write!(f, ", last pair {why}"))
     }
 }
@@ -183,6 +190,14 @@ impl<T: Scalar> Health<T> {
         let fit = Fit::of(batch, &[in_use, proposed], &changes, screen_px / focal)?;
         let [in_use_px, proposed_px] = fit.rms.map(|rms| rms * focal);
         let [fit_in_use, fit_proposed] = fit.matches;
+        let steady_px = if proposal.vibration.is_none() {
+            in_use_px
+        } else {
+            let [of_used, of_proposed] = &changes;
+            let shaken =
+                Shaken { batch, pose: &proposed, change: of_proposed, limit: screen_px / focal };
+            shaken.steady(&in_use, of_used, fit.rms, &proposal.vibration) * focal
+        };
         let band = Band::of(in_use_px, proposed_px);
         let off = proposed.unknowns_to(&in_use);
         let yaw_sd = proposal.covariance.map_or(proposal.sd.rotation, |c| c.m22.sqrt());
@@ -202,8 +217,9 @@ impl<T: Scalar> Health<T> {
             correction: proposal.correction,
             weakest: proposal.weakest(),
             yaw: (off.y * off.y + yaw_sd * yaw_sd).sqrt(),
+            vibration: proposal.vibration,
             rejection,
-            arming: Arming::of(proposal, band),
+            arming: Arming::of(proposal, steady_px),
         })
     }
 }
@@ -264,12 +280,13 @@ impl Band {
 }
 
 impl Arming {
-    fn of<T: Scalar>(proposal: &Proposal<T>, band: Band) -> Self {
+    /// * `in_use_px`: RMS row offset of the extrinsics in use, px, without what vibration adds.
+    fn of<T: Scalar>(proposal: &Proposal<T>, in_use_px: T) -> Self {
         if proposal.state != State::Locked {
             Self::NotLocked
         } else if proposal.is_doubtful() {
             Self::Doubtful
-        } else if band == Band::Recalibrate {
+        } else if in_use_px >= T::lit(BAD_PX) {
             Self::Misaligned
         } else {
             Self::Yes

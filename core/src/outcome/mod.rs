@@ -4,3 +4,4 @@ pub(crate) mod health;
 pub(crate) mod lens_estimate;
 pub(crate) mod pair_report;
 pub(crate) mod proposal;
+pub(crate) mod vibration;

@@ -9,6 +9,7 @@ use crate::algebra::symmetric5::Symmetric5;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::lens_estimate::LensEstimate;
+use crate::outcome::vibration::Vibration;
 use crate::scalar::Scalar;
 use crate::state::State;
 
@@ -57,6 +58,8 @@ pub struct Proposal<T: Scalar> {
     pub state: State,
     /// Evidence against it.
     pub doubt: Option<Doubt>,
+    /// Motion of the rig about the estimate from pair to pair; none in the paper preset.
+    pub vibration: Vibration<T>,
 }
 
 impl<T: Scalar> Proposal<T> {

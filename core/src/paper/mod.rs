@@ -22,6 +22,7 @@ use crate::error::{PairError, Refusal, RestoreError};
 use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::outcome::proposal::{Doubt, Proposal};
+use crate::outcome::vibration::Vibration;
 use crate::scalar::Scalar;
 use crate::state::State;
 use mean_direction::MeanDirection;
@@ -146,6 +147,7 @@ impl<T: Scalar> Paper<T> {
     pub(crate) fn proposal(&self) -> Option<Proposal<T>> {
         let estimate = self.fusion.estimate()?;
         Some(Proposal {
+            vibration: Vibration::NONE,
             extrinsics: estimate.extrinsics,
             correction: LensCorrection::NONE,
             applicable: estimate.extrinsics,

@@ -2,7 +2,8 @@
 fn every_threshold_stands_in_the_derivation_with_its_value() {
     let table = include_str!("../../ESTIMATOR.md");
     let mut found = 0;
-    let files = [include_str!("../thresholds.rs"), include_str!("pair.rs")];
+    let files =
+        [include_str!("../thresholds.rs"), include_str!("pair.rs"), include_str!("paper.rs")];
     for line in files.iter().flat_map(|file| file.lines()) {
         let Some(constant) = line.trim_start().strip_prefix("pub(crate) const ") else {
             continue;

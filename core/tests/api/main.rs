@@ -30,3 +30,4 @@ mod serialization;
 mod solver;
 mod supervision;
 mod texts;
+mod vibration;

@@ -110,7 +110,7 @@ pub(crate) fn assert_same_estimate(cal: &mut Cal, twin: &Twin) {
     assert_eq!(c.baseline_observed, rust.baseline_observed);
     let sd = [c.sd.rotation_rad, c.sd.translation_rad];
     assert_eq!(bits(&sd), bits(&[rust.sd.rotation, rust.sd.translation]));
-    assert_eq!(c.sd_lens, rust.sd_lens.into());
+    assert_eq!((c.sd_lens, c.vibration), (rust.sd_lens.into(), rust.vibration.into()));
     assert_eq!(c.correction, rust.correction.into());
     assert_eq!(c.applicable_correction, rust.applicable_correction.into());
     assert_eq!(c.has_lens, rust.lens.is_some());
@@ -146,6 +146,7 @@ fn assert_same_health(cal: &mut Cal, twin: &Twin) {
     );
     assert_eq!((c.sd, c.weakest), (rust.sd.into(), rust.weakest.into()));
     assert_eq!((c.sd_lens, c.correction), (rust.sd_lens.into(), rust.correction.into()));
+    assert_eq!(c.vibration, rust.vibration.into());
     assert_eq!(c.baseline_observed, rust.baseline_observed);
     assert_eq!(c.rejection, rust.rejection.map_or(SELFCAL_OK, Into::into));
     let mut depth = [0.0; 4];

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector5;
 
+use super::super::marginal_sums::MarginalSums;
 use super::Hypothesis;
 use crate::algebra::information::StandardDeviations;
 use crate::codec::{Reader, Writer, believe};
@@ -20,7 +21,7 @@ const MAX_INCONSISTENCY: f64 = 1e4;
 
 impl<T: Scalar> Hypothesis<T> {
     /// Numbers and words in a record.
-    pub(in crate::fusion) const NUMBERS: usize = 303;
+    pub(in crate::fusion) const NUMBERS: usize = 303 + MarginalSums::<T>::NUMBERS;
     pub(in crate::fusion) const WORDS: usize = 3;
 
     pub(in crate::fusion) fn write(&self, to: &mut Writer<'_>) {
@@ -33,6 +34,7 @@ impl<T: Scalar> Hypothesis<T> {
         to.numbers(&[self.noise, self.inlier_share, self.reduced_chi_square]);
         to.numbers(self.drift.iter());
         to.word(self.pairs);
+        self.marginal.write(to);
     }
 
     /// Reads a record into [`Hypothesis::EMPTY`].
@@ -66,6 +68,9 @@ impl<T: Scalar> Hypothesis<T> {
             self.drift = Vector5::zeros();
         }
         self.pairs = from.word()?;
+        if from.version() >= 4 {
+            self.marginal.read(from)?;
+        }
         if from.version() < 3 {
             let deviation = self.noise / context.focal;
             self.settled.set_noise(&self.frame, deviation * deviation);
@@ -83,8 +88,12 @@ impl<T: Scalar> Hypothesis<T> {
     /// Whether the sums lead to the pose and to its information. Wide: pairs that contradict each other leave a step.
     #[inline(never)]
     fn is_consistent(&self, context: &Context<'_, T>) -> Option<bool> {
-        let sums = self.sums();
-        let mut normal = sums.debiased_at_pose(&self.frame, &self.pose).with_prior(context.prior);
+        let all = if self.marginal.is_used() {
+            self.marginal.total()
+        } else {
+            self.sums().debiased_at_pose(&self.frame, &self.pose)
+        };
+        let mut normal = all.with_prior(context.prior);
         normal.gradient -= self.pose.unknowns_to(&context.factory_pose) * context.prior;
         let (step, covariance) = normal.optimum()?;
         let mut stored = self.information.0;

@@ -1,0 +1,175 @@
+//! Variances of a random effect on the extrinsics: one of each rotation of `R`, one of each angle of the baseline.
+
+use nalgebra::Vector5;
+
+use super::information::Information;
+use super::normal_equations::NormalEquations;
+use super::symmetric5::Symmetric5;
+use crate::scalar::Scalar;
+use crate::thresholds::VIBRATION_RAD;
+
+/// The least variance that has an inverse, rad^2.
+const LEAST: f64 = 1e-12;
+
+/// `Q`, a diagonal covariance of two values, rad^2.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct BlockVariances<T> {
+    /// About each axis of `R`.
+    pub(crate) rotation: T,
+    /// About each axis of the baseline.
+    pub(crate) baseline: T,
+}
+
+impl<T: Scalar> BlockVariances<T> {
+    pub(crate) const ZERO: Self = Self { rotation: T::ZERO, baseline: T::ZERO };
+
+    pub(crate) fn is_zero(&self) -> bool {
+        self.rotation == T::ZERO && self.baseline == T::ZERO
+    }
+
+    pub(crate) fn scaled(&self, factor: T) -> Self {
+        self.map(|variance| variance * factor)
+    }
+
+    /// Neither below what is no vibration.
+    pub(crate) fn at_least_rigid(&self) -> Self {
+        self.map(|variance| variance.max(T::lit(VIBRATION_RAD * VIBRATION_RAD)))
+    }
+
+    /// `other` is less, or nothing.
+    pub(crate) fn minus(&self, other: &Self) -> Self {
+        let Self { rotation, baseline } = *self;
+        Self {
+            rotation: (rotation - other.rotation).max(T::ZERO),
+            baseline: (baseline - other.baseline).max(T::ZERO),
+        }
+    }
+
+    /// Whether one of both is at least the double of another's.
+    pub(crate) fn doubles(&self, other: &Self) -> bool {
+        let two = T::lit(2.0);
+        self.rotation >= two * other.rotation || self.baseline >= two * other.baseline
+    }
+
+    fn map(&self, f: impl Fn(T) -> T) -> Self {
+        Self { rotation: f(self.rotation), baseline: f(self.baseline) }
+    }
+
+    fn diagonal(&self) -> [T; 5] {
+        let Self { rotation: r, baseline: b } = *self;
+        [r, r, r, b, b]
+    }
+
+    /// Adds `Q` to a covariance.
+    pub(crate) fn add_to(&self, covariance: &mut Symmetric5<T>) {
+        covariance.add(&Symmetric5::of_diagonal(self.diagonal()));
+    }
+
+    /// `L Q L`: what the gradient of a pair scatters by beyond its information `L`.
+    pub(crate) fn scatter_of_gradient(&self, information: &Information<T>) -> Information<T> {
+        let mut scatter = Information::ZERO;
+        let mut unit = Vector5::zeros();
+        for (axis, variance) in self.diagonal().into_iter().enumerate() {
+            if let Some(x) = unit.get_mut(axis) {
+                *x = T::ONE;
+            }
+            let [column] = information.times(&unit).data.0;
+            scatter.add_outer(variance, &column);
+            unit.fill(T::ZERO);
+        }
+        scatter
+    }
+
+    /// `Q^-1 x`.
+    pub(crate) fn precise(&self, x: &Vector5<T>) -> Vector5<T> {
+        x.component_mul(&Vector5::from(self.precision()))
+    }
+
+    /// `L + Q^-1`.
+    pub(crate) fn with_precision(&self, information: &Information<T>) -> Symmetric5<T> {
+        information.0.plus(&Symmetric5::of_diagonal(self.precision()))
+    }
+
+    fn precision(&self) -> [T; 5] {
+        self.diagonal().map(|q| T::ONE / q.max(T::lit(LEAST)))
+    }
+
+    /// What equations say of the mean, where their own optimum is off by the effect: information `(L^-1 + Q)^-1`, the
+    /// same optimum. Free directions stay free. `None` where numbers run out.
+    #[inline(never)]
+    pub(crate) fn marginal(&self, of: &NormalEquations<T>) -> Option<NormalEquations<T>> {
+        let factor = self.with_precision(&of.information).factor(T::ZERO)?;
+        // (L^-1 + Q)^-1 = L (L + Q^-1)^-1 Q^-1: no difference of large numbers.
+        let mut information = Symmetric5::ZERO;
+        let mut rest = &mut information.0[..];
+        for axis in 0..5 {
+            let mut unit = Vector5::zeros();
+            if let Some(x) = unit.get_mut(axis) {
+                *x = T::ONE;
+            }
+            let [column] = of.information.times(&factor.solve(&self.precise(&unit))).data.0;
+            // Row `axis` of the lower triangle: the column above the diagonal.
+            let (row, below) = rest.split_at_mut_checked(axis + 1)?;
+            row.iter_mut().zip(column).for_each(|(h, c)| *h = c);
+            rest = below;
+        }
+        let gradient = self.precise(&factor.solve(&of.gradient));
+        let information = Information(information);
+        Some(NormalEquations { information, gradient })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const Q: BlockVariances<f64> = BlockVariances { rotation: 4e-6, baseline: 1e-7 };
+
+    fn equations() -> NormalEquations<f64> {
+        let mut sum = NormalEquations::ZERO;
+        let rows = [
+            [1.0, 0.2, 0.1, 0.05, 0.1],
+            [1.1, -0.3, 0.4, 0.0, 0.2],
+            [1.0, 0.1, -0.5, 0.1, 0.01],
+            [1.3, 0.4, 0.3, -0.1, 0.1],
+            [1.1, -0.4, 0.1, 0.1, -0.2],
+            [1.0, 0.0, 0.6, 0.02, 0.3],
+        ];
+        for (k, row) in (0_u32..).zip(rows) {
+            sum.add_row(3e6, 1e-4 * f64::from(k) - 2e-4, &row);
+        }
+        sum
+    }
+
+    #[test]
+    fn marginal_information_is_the_inverse_of_both_covariances_with_the_same_optimum() {
+        let given = equations();
+        let marginal = Q.marginal(&given).unwrap();
+        let (optimum, covariance) = given.optimum().unwrap();
+        let (same, wide) = marginal.optimum().unwrap();
+        assert!((optimum - same).amax() < 1e-9 * optimum.amax());
+        let mut expected = covariance;
+        Q.add_to(&mut expected);
+        let gap = wide.minus(&expected).matrix().amax();
+        assert!(gap < 1e-9 * expected.matrix().amax(), "{gap}");
+    }
+
+    #[test]
+    fn without_effect_the_equations_are_as_they_were_and_free_directions_stay_free() {
+        let given = equations();
+        let same = BlockVariances::ZERO.marginal(&given).unwrap();
+        let gap = same.information.minus(&given.information).0.matrix().amax();
+        assert!(gap < 1e-4 * given.information.0.matrix().amax(), "{gap}");
+        let none = Q.marginal(&NormalEquations::ZERO).unwrap();
+        assert_eq!(none.information, Information::ZERO);
+    }
+
+    #[test]
+    fn the_gradient_scatters_by_the_effect_on_both_sides() {
+        let information = equations().information;
+        let l = information.0.matrix();
+        let q = nalgebra::Matrix5::from_diagonal(&Q.diagonal().into());
+        let gap = (Q.scatter_of_gradient(&information).0.matrix() - l * q * l).amax();
+        assert!(gap < 1e-12 * (l * q * l).amax(), "{gap}");
+    }
+}

@@ -1,0 +1,88 @@
+//! A hypothesis of a rig that vibrates: pairs weigh by what they say of the mean rig.
+
+use nalgebra::Vector5;
+
+use super::{Hypothesis, Update};
+use crate::algebra::block_variances::BlockVariances;
+use crate::config::Context;
+use crate::fusion::image_halves::ImageHalves;
+use crate::pair::evaluate::PairMeasurement;
+use crate::scalar::Scalar;
+
+impl<T: Scalar> Hypothesis<T> {
+    /// Whether its pairs weigh as those of a rigid rig.
+    pub(in crate::fusion) fn is_rigid(&self) -> bool {
+        !self.marginal.is_used()
+    }
+
+    /// Variances of a pair about the estimate, zero of a rigid rig. Once pairs weigh by them it stays so: sums of both
+    /// kinds do not mix.
+    pub(in crate::fusion) fn vibration(&self, context: &Context<'_, T>) -> BlockVariances<T> {
+        if self.is_rigid() && context.vibration.is_zero() {
+            BlockVariances::ZERO
+        } else {
+            context.vibration.at_least_rigid()
+        }
+    }
+
+    /// Computes the update by one more pair, by its marginal sums. `None` without an admissible step.
+    #[inline(never)]
+    pub(super) fn next_marginal(
+        &self,
+        measurement: &PairMeasurement<T>,
+        repeated: bool,
+        context: &Context<'_, T>,
+        update: &mut Update<T>,
+    ) -> Option<()> {
+        let now = self.vibration(context);
+        let Update { marginal, optimum, .. } = update;
+        *marginal = self.marginal;
+        if self.is_rigid() {
+            let [settled, last] = [&self.settled, &self.last]
+                .map(|sums| sums.debiased_at_pose(&self.frame, &self.pose));
+            marginal.start(&settled, &last, self.pairs, &now)?;
+        } else {
+            marginal.follow(self.pairs, &now)?;
+        }
+        let pair = measurement.debiased_at(&self.pose);
+        marginal.add(&pair, &now, repeated, context.fading(self.pairs))?;
+        let all = marginal.total();
+        optimum.information = all.information;
+        let mut joint = all.with_prior(context.prior);
+        joint.gradient -= self.pose.unknowns_to(&context.factory_pose) * context.prior;
+        optimum.pose = self.pose.stepped_by(&joint.step()?)?;
+        Some(())
+    }
+
+    /// Applies the rest of such an update.
+    ///
+    /// * `moved`: step of the pose, rad.
+    #[inline(never)]
+    pub(super) fn apply_marginal(
+        &mut self,
+        measurement: &PairMeasurement<T>,
+        marginal: &super::MarginalSums<T>,
+        moved: &Vector5<T>,
+        repeated: bool,
+        context: &Context<'_, T>,
+    ) {
+        if self.is_rigid() {
+            // It was the vibration that they showed. Without one of `R` it may be a bias of the matches, which the
+            // reduced chi-square covers in all directions.
+            if context.vibration.rotation > T::ZERO {
+                self.reduced_chi_square = T::ONE;
+            }
+            // Halves that disagreed already have another reason.
+            if self.halves.widening() <= T::ONE {
+                self.halves = ImageHalves::NONE;
+            }
+        }
+        self.marginal = *marginal;
+        self.marginal.shift(moved);
+        self.halves.fade(context);
+        let alone = measurement.moments.biased_at_frame().debiased().with_prior(context.prior);
+        if let Some(own) = alone.step() {
+            self.halves.add(measurement, &own, repeated, context);
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Sums over the pairs of a rig that vibrates: each pair weighs by its information about the mean rig
+//! (`ESTIMATOR.md`, section 14).
+
+use nalgebra::Vector5;
+
+use crate::algebra::block_variances::BlockVariances;
+use crate::algebra::normal_equations::NormalEquations;
+use crate::codec::{Reader, Writer, believe};
+use crate::error::RestoreError;
+use crate::scalar::Scalar;
+use crate::thresholds::{FORGOTTEN_PAIRS, MAX_VIBRATION_RAD};
+
+/// Normal equations about the pose of the hypothesis, of all pairs but the last, and of that.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct MarginalSums<T> {
+    pub(super) settled: NormalEquations<T>,
+    pub(super) last: NormalEquations<T>,
+    /// Variances that they were made for; zero where the rig does not vibrate, and nothing is summed.
+    pub(super) variances: BlockVariances<T>,
+}
+
+impl<T: Scalar> MarginalSums<T> {
+    /// Numbers in a record.
+    pub(super) const NUMBERS: usize = 42;
+
+    pub(super) const NONE: Self = Self {
+        settled: NormalEquations::ZERO,
+        last: NormalEquations::ZERO,
+        variances: BlockVariances::ZERO,
+    };
+
+    pub(super) fn is_used(&self) -> bool {
+        !self.variances.is_zero()
+    }
+
+    pub(super) fn total(&self) -> NormalEquations<T> {
+        self.settled.plus(&self.last)
+    }
+
+    /// Starts with the pairs so far, as if each had the mean share of their sum. The mean of few that were weighed as
+    /// those of a rigid rig is none, because weak directions take up what shakes the strong ones: but the last, they
+    /// are forgotten.
+    ///
+    /// * `settled`, `last`: equations of a rigid rig, about the pose.
+    pub(super) fn start(
+        &mut self,
+        settled: &NormalEquations<T>,
+        last: &NormalEquations<T>,
+        pairs: u32,
+        variances: &BlockVariances<T>,
+    ) -> Option<()> {
+        self.settled = if pairs <= FORGOTTEN_PAIRS {
+            NormalEquations::ZERO
+        } else {
+            mean_of(pairs, variances).marginal(settled)?
+        };
+        self.last = variances.marginal(last)?;
+        self.variances = *variances;
+        Some(())
+    }
+
+    /// Follows a vibration that has grown or ceased. Older pairs lose weight where it has doubled; they do not gain.
+    pub(super) fn follow(&mut self, pairs: u32, now: &BlockVariances<T>) -> Option<()> {
+        let then = self.variances;
+        if now.doubles(&then) {
+            let more = now.minus(&then);
+            self.settled = mean_of(pairs, &more).marginal(&self.settled)?;
+            self.last = more.marginal(&self.last)?;
+        }
+        if now.doubles(&then) || then.doubles(now) {
+            self.variances = *now;
+        }
+        Some(())
+    }
+
+    /// Adds a pair, in place of the last one if that shows the same scene.
+    ///
+    /// * `pair`: its equations for a rigid rig, about the pose; `fading`: of older pairs.
+    pub(super) fn add(
+        &mut self,
+        pair: &NormalEquations<T>,
+        variances: &BlockVariances<T>,
+        repeated: bool,
+        fading: T,
+    ) -> Option<()> {
+        if !repeated {
+            self.settled = self.total().scaled(fading);
+        }
+        self.last = variances.marginal(pair)?;
+        Some(())
+    }
+
+    /// Shifts the sums after a step of the pose.
+    pub(super) fn shift(&mut self, moved: &Vector5<T>) {
+        self.settled = self.settled.about(moved);
+        self.last = self.last.about(moved);
+    }
+
+    pub(super) fn write(&self, to: &mut Writer<'_>) {
+        self.settled.write(to);
+        self.last.write(to);
+        to.numbers(&[self.variances.rotation, self.variances.baseline]);
+    }
+
+    /// Reads a record. What the sums lead to is checked by the hypothesis.
+    ///
+    /// # Errors
+    /// [`RestoreError::Absurd`].
+    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        self.settled.read(from)?;
+        self.last.read(from)?;
+        let most = T::lit(MAX_VIBRATION_RAD * MAX_VIBRATION_RAD);
+        let mut variances = [from.within(T::ZERO, most)?, from.within(T::ZERO, most)?].into_iter();
+        let mut next = || variances.next().unwrap_or(T::ZERO);
+        self.variances = BlockVariances { rotation: next(), baseline: next() };
+        // A rig that vibrates does so in both at least as a rigid one may.
+        let BlockVariances { rotation, baseline } = self.variances;
+        believe((rotation > T::ZERO) == (baseline > T::ZERO))?;
+        believe(self.is_used() || *self == Self::NONE)
+    }
+}
+
+/// Variances of the mean of the pairs before the last.
+fn mean_of<T: Scalar>(pairs: u32, variances: &BlockVariances<T>) -> BlockVariances<T> {
+    variances.scaled(T::ONE / T::count(pairs.saturating_sub(1).max(1)))
+}

@@ -1,0 +1,376 @@
+//! Vibration: how much a rig moves from one pair to the next without going anywhere (`ESTIMATOR.md`, section 14).
+//!
+//! Optima of successive pairs are compared with each other, not with the estimate. Each distance gives one estimate
+//! of a variance; the median of the last ones counts, so that a knock is one of many.
+
+use nalgebra::Vector5;
+
+use crate::algebra::block_variances::BlockVariances;
+use crate::algebra::symmetric5::Symmetric5;
+use crate::codec::{Reader, Writer, believe};
+use crate::config::Context;
+use crate::error::RestoreError;
+use crate::pair::evaluate::PairMeasurement;
+use crate::scalar::Scalar;
+use crate::thresholds::{
+    AVERAGED_PAIRS, MAX_VIBRATION_RAD, MIN_VIBRATION_SAMPLES, RECENT_VIBRATION_DEVIATIONS,
+    RECENT_VIBRATION_SAMPLES, VIBRATION_DEVIATIONS, VIBRATION_HYSTERESIS, VIBRATION_RAD,
+    VIBRATION_RATIO,
+};
+
+/// Samples that the median is taken of: size of a memory layout.
+const SAMPLES: usize = 15;
+const RING: u32 = 15;
+
+/// Part of median and deviation at which a sample of the mean is cut off.
+const CLIPPED: f64 = 6.0;
+
+/// Times that the variance is in the square of a distance: of two pairs, and of a pair from the middle of its
+/// neighbours.
+const TIMES: [f64; 2] = [2.0, 1.5];
+
+/// Deviation of the median of normal numbers over that of their mean.
+const MEDIAN_DEVIATION: f64 = 1.2533;
+
+/// Variance of an unknown that is left out: no information, and an inverse, rad^2.
+const LEFT_OUT: f64 = 1e6;
+
+/// Unknowns that vibrate alike.
+#[derive(Debug, Clone, Copy)]
+enum Block {
+    Rotation,
+    Baseline,
+}
+
+impl Block {
+    /// A distance and its covariance, of these unknowns alone.
+    fn of<T: Scalar>(self, d: &Vector5<T>, covariance: &Symmetric5<T>) -> Distance<T> {
+        let [h0, h1, h2, h3, h4, h5, .., h9, _, _, _, h13, h14] = covariance.0;
+        let ([[a, b, c, y, z]], zero, out) = (d.data.0, T::ZERO, T::lit(LEFT_OUT));
+        let [o3, o4] = [[zero; 3], [zero; 3]];
+        let ([p, q, r], [s, t, u]) = (o3, o4);
+        match self {
+            Self::Rotation => Distance {
+                d: Vector5::new(a, b, c, zero, zero),
+                covariance: Symmetric5([h0, h1, h2, h3, h4, h5, p, q, r, out, s, t, u, zero, out]),
+            },
+            Self::Baseline => Distance {
+                d: Vector5::new(zero, zero, zero, y, z),
+                covariance: Symmetric5([
+                    out, zero, out, zero, zero, out, p, q, r, h9, s, t, u, h13, h14,
+                ]),
+            },
+        }
+    }
+}
+
+/// Distance of two optima, or of one from the middle of two.
+struct Distance<T: Scalar> {
+    /// rad.
+    d: Vector5<T>,
+    /// Of a rigid rig, rad^2.
+    covariance: Symmetric5<T>,
+}
+
+impl<T: Scalar> Distance<T> {
+    /// Estimate of the variance by this distance.
+    ///
+    /// * `known`: the variance as known; `times`: how often it is in the squared distance.
+    fn variance(&self, known: T, times: f64) -> Option<Sample<T>> {
+        let trace = |m: &Symmetric5<T>| m.diagonal().into_iter().fold(T::ZERO, |sum, d| sum + d);
+        let mut expected = self.covariance;
+        expected.add_diagonal(known * T::lit(times));
+        let factor = expected.factor(T::ZERO)?;
+        let (pull, inverse) = (factor.solve(&self.d), factor.inverse());
+        let (sum, squares) = (trace(&inverse), inverse.dot(&inverse));
+        // Median of a chi-square over its mean (Wilson and Hilferty).
+        let root = T::ONE - T::lit(2.0 / 9.0) * squares / (sum * sum);
+        let estimate = |form: T| known + (form - sum) / (squares * T::lit(times));
+        let form = pull.norm_squared();
+        let (mean, median) = (estimate(form), estimate(form / (root * root * root)));
+        let spread = T::lit(core::f64::consts::SQRT_2 / times) / squares.sqrt();
+        let mut rigid = self.covariance;
+        rigid.add_diagonal(T::lit(times * VIBRATION_RAD * VIBRATION_RAD));
+        let rigid = rigid.inverse()?;
+        let deviation = T::lit(core::f64::consts::SQRT_2 / times) / rigid.dot(&rigid).sqrt();
+        let most = T::lit(2.0) * most::<T>();
+        (median.is_finite() && deviation.is_finite()).then(|| Sample {
+            median: median.clamp(-most, most),
+            mean: mean.clamp(-most, most),
+            spread,
+            deviation: deviation.min(T::ONE),
+        })
+    }
+}
+
+/// Estimate of a variance by one distance, rad^2; negative by chance.
+struct Sample<T> {
+    /// Its median is the variance.
+    median: T,
+    /// Its mean is.
+    mean: T,
+    /// Its deviation as far as the variance is known.
+    spread: T,
+    /// Deviation for a rigid rig.
+    deviation: T,
+}
+
+/// Largest variance, rad^2.
+fn most<T: Scalar>() -> T {
+    T::lit(MAX_VIBRATION_RAD * MAX_VIBRATION_RAD)
+}
+
+/// The last estimates of one variance by one kind of distance, the newest first.
+#[derive(Debug, Clone, Copy)]
+struct Samples<T> {
+    /// rad^2; negative by chance.
+    values: [T; SAMPLES],
+    /// Running mean of the deviation of one for a rigid rig, rad^2.
+    deviation: T,
+    /// Running mean over more of them, rad^2.
+    mean: T,
+}
+
+impl<T: Scalar> Samples<T> {
+    const NONE: Self = Self { values: [T::ZERO; SAMPLES], deviation: T::ZERO, mean: T::ZERO };
+
+    /// * `count`: with this one.
+    fn add(&mut self, Sample { median, mean, spread, deviation }: Sample<T>, count: u32) {
+        self.values.rotate_right(1);
+        if let Some(first) = self.values.first_mut() {
+            *first = median;
+        }
+        self.deviation += (deviation - self.deviation) / T::count(count.clamp(1, RING));
+        let [median, _] = self.median(newest(count));
+        // What a knock adds.
+        let largest = (median.max(T::ZERO) + spread) * T::lit(CLIPPED);
+        self.mean += (mean.min(largest) - self.mean) / T::count(count.max(1));
+        // Of another time. Medians of few are low more often than high.
+        let ratio = T::lit(VIBRATION_RATIO);
+        if !(self.mean > median / ratio && self.mean < median * ratio * ratio) {
+            self.mean = median.max(T::ZERO);
+        }
+    }
+
+    /// Median of the newest, and its deviation for a rigid rig.
+    fn median(&self, newest: usize) -> [T; 2] {
+        let mut sorted = self.values;
+        let Some(part) = sorted.get_mut(..newest) else { return [T::ZERO; 2] };
+        sort(part);
+        let at = |k: usize| part.get(k).copied().unwrap_or(T::ZERO);
+        let median = (at(newest.saturating_sub(1) / 2) + at(newest / 2)) * T::HALF;
+        let n = T::count(u32::try_from(newest.max(1)).unwrap_or(1));
+        [median, self.deviation * T::lit(MEDIAN_DEVIATION) / n.sqrt()]
+    }
+
+    /// The variance, 0 where there is no sign of any.
+    ///
+    /// * `count`: samples; `before`: what was believed: less of a sign is enough to go on.
+    fn variance(&self, count: u32, before: T) -> T {
+        let count = newest(count);
+        if count < MIN_VIBRATION_SAMPLES {
+            return T::ZERO;
+        }
+        let ease = if before > T::ZERO { VIBRATION_HYSTERESIS } else { 1.0 };
+        let [all, of_all] = self.median(count);
+        let [late, of_late] = self.median(count.min(RECENT_VIBRATION_SAMPLES));
+        let begun = late > T::lit(RECENT_VIBRATION_DEVIATIONS) * of_late
+            && late > T::lit(VIBRATION_RATIO) * all;
+        let (median, deviation) = if begun { (late, of_late) } else { (all, of_all) };
+        let least =
+            (T::lit(VIBRATION_DEVIATIONS) * deviation).max(T::lit(VIBRATION_RAD * VIBRATION_RAD));
+        let told = if begun { late } else { self.mean };
+        if median > least * T::lit(ease) { told.min(most()) } else { T::ZERO }
+    }
+}
+
+/// Samples in the ring.
+fn newest(count: u32) -> usize {
+    usize::try_from(count).unwrap_or(SAMPLES).min(SAMPLES)
+}
+
+/// Insertion sort: that of the standard library can panic.
+fn sort<T: Scalar>(values: &mut [T]) {
+    for end in 2..=values.len() {
+        let mut rest = values.get_mut(..end).unwrap_or_default();
+        while let [_, .., _] = rest {
+            let Some((last, before)) = rest.split_last_mut() else { return };
+            match before.last_mut() {
+                Some(previous) if *last < *previous => core::mem::swap(last, previous),
+                _ => break,
+            }
+            rest = before;
+        }
+    }
+}
+
+/// Optimum of a pair alone.
+#[derive(Debug, Clone, Copy)]
+struct PairOptimum<T: Scalar> {
+    /// Unknowns from the factory extrinsics, rad: differences of near ones are distances.
+    at: Vector5<T>,
+    covariance: Symmetric5<T>,
+}
+
+impl<T: Scalar> PairOptimum<T> {
+    fn write(this: &Option<Self>, to: &mut Writer<'_>) {
+        to.flag(this.is_some());
+        if let Some(Self { at, covariance }) = this {
+            to.numbers(at.iter());
+            covariance.write(to);
+        }
+    }
+
+    fn read(from: &mut Reader<'_>) -> Result<Option<Self>, RestoreError> {
+        if !from.flag()? {
+            return Ok(None);
+        }
+        let mut read = Self { at: Vector5::zeros(), covariance: Symmetric5::ZERO };
+        from.numbers_within(T::two_pi(), read.at.iter_mut())?;
+        read.covariance.read(from)?;
+        believe(read.covariance.inverse().is_some())?;
+        Ok(Some(read))
+    }
+}
+
+/// Estimator of the variances of the vibration.
+#[derive(Debug, Clone)]
+pub(super) struct VibrationEstimator<T: Scalar> {
+    last: Option<PairOptimum<T>>,
+    /// The pair before it.
+    before: Option<PairOptimum<T>>,
+    /// By first and by second differences: of rotation, of baseline.
+    samples: [[Samples<T>; 2]; 2],
+    /// Samples of both kinds, at most [`AVERAGED_PAIRS`].
+    counts: [u32; 2],
+    variances: BlockVariances<T>,
+}
+
+impl<T: Scalar> VibrationEstimator<T> {
+    /// Numbers and words in a record.
+    pub(super) const NUMBERS: usize = 4 * (SAMPLES + 2) + 2 + 2 * 20;
+    pub(super) const WORDS: usize = 4;
+
+    pub(super) const RIGID: Self = Self {
+        last: None,
+        before: None,
+        samples: [[Samples::NONE; 2]; 2],
+        counts: [0; 2],
+        variances: BlockVariances::ZERO,
+    };
+
+    /// Forgets all pairs, in place.
+    pub(super) fn clear(&mut self) {
+        self.interrupt();
+        self.samples.iter_mut().flatten().for_each(|samples| *samples = Samples::NONE);
+        self.counts = [0; 2];
+        self.variances = BlockVariances::ZERO;
+    }
+
+    /// The next pair is not compared with the last one.
+    pub(super) fn interrupt(&mut self) {
+        (self.last, self.before) = (None, None);
+    }
+
+    /// Variances of each pair about the rig, rad^2; zero without a sign of vibration.
+    pub(super) fn variances(&self) -> BlockVariances<T> {
+        self.variances
+    }
+
+    /// Adds a pair of a new scene.
+    #[inline(never)]
+    pub(super) fn add(&mut self, measurement: &PairMeasurement<T>, context: &Context<'_, T>) {
+        let alone = measurement.moments.biased_at_frame().debiased().with_prior(context.prior);
+        let optimum = alone.optimum();
+        let at = optimum.and_then(|(step, c)| Some((measurement.pose.stepped_by(&step)?, c)));
+        if let Some((pose, covariance)) = at {
+            self.compare(context.factory_pose.unknowns_to(&pose), covariance);
+        }
+    }
+
+    /// Compares the optimum of a pair with those before it.
+    fn compare(&mut self, at: Vector5<T>, covariance: Symmetric5<T>) {
+        let [last, before] = [self.last, self.before];
+        (self.last, self.before) = (Some(PairOptimum { at, covariance }), last);
+        let Some(last) = last else { return };
+        self.sample(0, &(at - last.at), &last.covariance.plus(&covariance));
+        if let Some(before) = before {
+            let quarter = T::HALF * T::HALF;
+            let both = before.covariance.plus(&covariance).scaled(quarter);
+            let apart = last.at - (before.at + at) * T::HALF;
+            self.sample(1, &apart, &both.plus(&last.covariance));
+        }
+        self.update();
+    }
+
+    /// Adds the samples of one distance.
+    ///
+    /// * `kind`: 0 of first differences, 1 of second ones.
+    #[inline(never)]
+    fn sample(&mut self, kind: usize, d: &Vector5<T>, covariance: &Symmetric5<T>) {
+        let known = self.variances.at_least_rigid();
+        let times = TIMES.get(kind).copied().unwrap_or(1.0);
+        let rotation = Block::Rotation.of(d, covariance).variance(known.rotation, times);
+        let baseline = Block::Baseline.of(d, covariance).variance(known.baseline, times);
+        let both = rotation.zip(baseline);
+        let kinds = self.samples.get_mut(kind).zip(self.counts.get_mut(kind));
+        let Some(((rotation, baseline), (samples, count))) = both.zip(kinds) else { return };
+        *count = count.saturating_add(1).min(AVERAGED_PAIRS);
+        let [of_rotation, of_baseline] = samples;
+        of_rotation.add(rotation, *count);
+        of_baseline.add(baseline, *count);
+    }
+
+    /// The smaller of both kinds: a drift is in first differences, frequent knocks twice in second ones.
+    fn update(&mut self) {
+        let [first, second] = &self.samples;
+        let ([of_first, of_second], before) = (self.counts, self.variances);
+        let least = |a: &Samples<T>, b: &Samples<T>, before: T| {
+            a.variance(of_first, before).min(b.variance(of_second, before))
+        };
+        let ([r1, b1], [r2, b2]) = (first, second);
+        self.variances = BlockVariances {
+            rotation: least(r1, r2, before.rotation),
+            baseline: least(b1, b2, before.baseline),
+        };
+    }
+
+    pub(super) fn write(&self, to: &mut Writer<'_>) {
+        for samples in self.samples.iter().flatten() {
+            to.numbers(&samples.values);
+            to.numbers(&[samples.deviation, samples.mean]);
+        }
+        to.numbers(&[self.variances.rotation, self.variances.baseline]);
+        for count in self.counts {
+            to.word(count);
+        }
+        PairOptimum::write(&self.last, to);
+        PairOptimum::write(&self.before, to);
+    }
+
+    /// Reads a record into [`VibrationEstimator::RIGID`].
+    ///
+    /// # Errors
+    /// [`RestoreError::Absurd`] for a number out of its range, and for variances that the samples do not lead to.
+    #[inline(never)]
+    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        let most = most::<T>();
+        for samples in self.samples.iter_mut().flatten() {
+            from.numbers_within(most * T::lit(2.0), samples.values.iter_mut())?;
+            samples.deviation = from.within(T::ZERO, T::ONE)?;
+            samples.mean = from.within(T::ZERO, most * T::lit(2.0))?;
+        }
+        let [rotation, baseline] = [from.within(T::ZERO, most)?, from.within(T::ZERO, most)?];
+        for count in &mut self.counts {
+            *count = from.word_within(AVERAGED_PAIRS)?;
+        }
+        (self.last, self.before) = (PairOptimum::read(from)?, PairOptimum::read(from)?);
+        // What was believed eases the test, and the samples must still pass it.
+        self.variances = BlockVariances { rotation, baseline };
+        self.update();
+        believe(self.variances == BlockVariances { rotation, baseline })
+    }
+}
+
+#[cfg(test)]
+mod tests;

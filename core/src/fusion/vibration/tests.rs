@@ -1,0 +1,111 @@
+//! The variances against those that the pairs were made with.
+
+extern crate std;
+
+use super::*;
+use crate::algebra::moments::Moments;
+use crate::config::Config;
+use crate::geometry::extrinsics::Extrinsics;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::vec::Vec;
+
+/// Standard normal number: the sum of twelve uniform numbers (Irwin-Hall).
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
+}
+
+/// Deviations of one pair, rad.
+const PAIR_SD: [f64; 5] = [1e-4, 4e-4, 1e-4, 1e-3, 5e-4];
+
+/// Feeds optima of a rig that follows `path` and vibrates by `sd` of rotation and baseline; variances after each.
+fn followed(
+    pairs: u32,
+    [rotation, baseline]: [f64; 2],
+    seed: u64,
+    path: impl Fn(u32) -> Vector5<f64>,
+) -> Vec<BlockVariances<f64>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut estimator = VibrationEstimator::<f64>::RIGID;
+    let covariance = Symmetric5::of_diagonal(PAIR_SD.map(|sd| sd * sd));
+    let shakes = [rotation, rotation, rotation, baseline, baseline];
+    (0..pairs)
+        .map(|pair| {
+            let noise = Vector5::from_fn(|i, _| PAIR_SD[i].hypot(shakes[i]) * normal(&mut rng));
+            estimator.compare(path(pair) + noise, covariance);
+            estimator.variances()
+        })
+        .collect()
+}
+
+fn still(_: u32) -> Vector5<f64> {
+    Vector5::zeros()
+}
+
+#[test]
+fn the_variances_of_rotation_and_baseline_are_told_apart() {
+    for (rotation, baseline) in [(1e-3, 0.0), (1.7e-3, 3e-3), (0.0, 4e-3), (3e-4, 0.0)] {
+        for seed in 0..20 {
+            let last = followed(60, [rotation, baseline], seed, still)[59];
+            let [found_r, found_b] = [last.rotation.sqrt(), last.baseline.sqrt()];
+            assert!((found_r - rotation).abs() <= 0.3 * rotation, "{seed}: {rotation}, {found_r}");
+            assert!((found_b - baseline).abs() <= 0.35 * baseline, "{seed}: {baseline}, {found_b}");
+        }
+    }
+}
+
+#[test]
+fn a_rigid_rig_a_drift_and_a_knock_are_no_vibration() {
+    let drift = |pair: u32| Vector5::repeat(f64::from(pair) * 3.5e-4);
+    let knock = |pair: u32| Vector5::repeat(if pair < 20 { 0.0 } else { 5e-3 });
+    let mut told = [0; 3];
+    for seed in 0..40 {
+        let all = [
+            followed(60, [0.0; 2], seed, still),
+            followed(60, [0.0; 2], seed, drift),
+            followed(60, [0.0; 2], seed, knock),
+        ];
+        for (told, all) in told.iter_mut().zip(all) {
+            *told += all.iter().filter(|variances| !variances.is_zero()).count();
+        }
+    }
+    // Of 2,400 pairs each.
+    assert!(told.iter().all(|told| *told <= 12), "{told:?}");
+}
+
+#[test]
+fn a_vibration_that_begins_late_is_noticed_within_ten_pairs() {
+    for seed in 0..20 {
+        let mut rng = ChaCha8Rng::seed_from_u64(100 + seed);
+        let shakes: Vec<f64> = (0..60).map(|_| 2e-3 * normal(&mut rng)).collect();
+        let begun = |pair: u32| {
+            let shake = if pair < 30 { 0.0 } else { shakes[pair as usize] };
+            Vector5::new(shake, -shake, shake, 0.0, 0.0)
+        };
+        let all = followed(60, [0.0; 2], seed, begun);
+        let noticed = all.iter().position(|variances| variances.rotation > 0.0);
+        assert!(noticed.is_some_and(|at| (31..=40).contains(&at)), "{noticed:?}");
+    }
+}
+
+#[test]
+fn sorting_is_ascending() {
+    let mut values = [3.0, -1.0, 2.0, 2.0, 0.5];
+    sort(&mut values);
+    assert_eq!(values, [-1.0, 0.5, 2.0, 2.0, 3.0]);
+    sort::<f64>(&mut []);
+}
+
+#[test]
+fn pairs_without_moments_are_left_out() {
+    static CONFIG: Config = Config::robust();
+    let factory = Extrinsics::<f64>::SIDE_BY_SIDE;
+    let context = Context::new(&CONFIG, &factory, 1400.0);
+    let mut estimator = VibrationEstimator::RIGID;
+    let mut measurement = crate::pair::evaluate::EvaluatedPose::<f64>::NONE.measurement;
+    measurement.moments = Moments::ZERO;
+    for _ in 0..20 {
+        estimator.add(&measurement, &context);
+    }
+    assert!(estimator.variances().is_zero());
+}
