@@ -4,7 +4,7 @@ use clap::ValueEnum;
 use host_tests::data::{Dataset, TurnedView};
 use host_tests::run::replay;
 use host_tests::synth::{
-    Depth, LensError, LensErrors, Scenario, ScenarioKind, ScenarioPair, Scene, rig,
+    Depth, Disturbance, LensError, LensErrors, Scenario, ScenarioKind, ScenarioPair, Scene, rig,
 };
 use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::metrics::rotation_angle;
@@ -18,7 +18,7 @@ fn frames(kind: ScenarioKind, pairs: usize) -> Vec<ScenarioPair> {
 }
 
 /// Inverse depths of the points of a frame and their left rays of unit depth.
-fn inverse_depths(ScenarioPair { scene, pair }: &ScenarioPair) -> Vec<(f64, Vector3<f64>)> {
+fn inverse_depths(ScenarioPair { scene, pair, .. }: &ScenarioPair) -> Vec<(f64, Vector3<f64>)> {
     let inverse = |&pixels: &[f64; 4]| {
         let [p_l, p_r] = scene.rays(pixels);
         // p_r z_r = R p_l z_l + t, crossed with p_r.
@@ -56,7 +56,7 @@ fn every_scenario_is_the_same_for_the_same_seed_and_another_for_another() {
 fn near_is_the_scene_that_the_figures_are_of() {
     let default = Scene::default();
     let frames = Scenario::new(ScenarioKind::Near, 3).frames(5).unwrap();
-    for (ScenarioPair { scene, pair }, expected) in frames.zip(default.pairs(5)) {
+    for (ScenarioPair { scene, pair, .. }, expected) in frames.zip(default.pairs(5)) {
         assert_eq!((&scene, pair), (&default, expected));
     }
 }
@@ -205,7 +205,7 @@ fn a_drift_turns_the_rig_by_as_much_with_every_pair() {
 #[test]
 fn a_flight_vibrates_warps_is_knocked_once_and_climbs() {
     let scenario = Scenario::new(ScenarioKind::Flight, 100);
-    let calm = Scenario { vibration_deg: 0.0, ..scenario.clone() };
+    let calm = Scenario { disturbance: Disturbance::default(), ..scenario.clone() };
     let [rigs, steady] = [&scenario, &calm].map(|scenario| scenario.rigs(4).unwrap());
     let turn = |a: &Extrinsics<f64>, b: &Extrinsics<f64>| {
         so3::log(&(b.rotation() * a.rotation().inverse())).map(f64::to_degrees)

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Result, ensure};
 use clap::Args;
 use host_tests::data::PairFile;
-use host_tests::synth::{Fence, Grid, LensErrors, Scenario, ScenarioKind, Scene, rig};
+use host_tests::synth::{Disturbance, Fence, Grid, LensErrors, Scenario, ScenarioKind, Scene, rig};
 
 use super::parse::numbers;
 use super::run::RunArgs;
@@ -27,6 +27,7 @@ use super::run::RunArgs;
   selfcal synth step --step-deg 1 --pairs 40
   selfcal synth flight --pairs 400 --lens-warming 0.001
   selfcal synth --pairs 200 --lens-error f_r=0.1%,cx_r=1
+  selfcal synth --vibration 0.05 --pairs 60
   selfcal synth creeping --creep-px 4 --pairs 200
   selfcal synth --pairs 60 --fence 0.3,8 --rotation 3,-2,4
   selfcal synth --pairs 20 --seed 7 --out my_scene && selfcal replay my_scene
@@ -91,6 +92,24 @@ pub(crate) struct SynthArgs {
     /// Turn of the right camera with every pair, degrees; scene drift only [default: 0.01].
     #[arg(long, value_name = "D", allow_hyphen_values = true)]
     drift_deg: Option<f64>,
+
+    /// Turn of the right camera about each axis, new with every pair, degrees RMS [default: 0, flight 0.005].
+    #[arg(long, value_name = "D")]
+    vibration: Option<f64>,
+
+    /// Turn of the vehicle between the two exposures (its rate times the trigger skew), about a random axis, in
+    /// the second half of the run, degrees.
+    #[arg(long, default_value_t = 0.0, value_name = "D", allow_hyphen_values = true)]
+    skew: f64,
+
+    /// The same with a sign that changes with every pair, in the whole run, degrees.
+    #[arg(long, default_value_t = 0.0, value_name = "D", allow_hyphen_values = true)]
+    alternating_skew: f64,
+
+    /// Shift of the right image's upper and lower border against the middle, new with every pair, px RMS: rolling
+    /// shutters that do not run together.
+    #[arg(long, default_value_t = 0.0, value_name = "PX")]
+    rolling: f64,
 
     /// True R as a rotation vector, degrees.
     #[arg(long, value_parser = numbers::<f64, 3>, default_value = "0,0,0", value_name = "X,Y,Z",
@@ -168,6 +187,12 @@ impl SynthArgs {
         };
         Ok(Scenario {
             scene,
+            disturbance: Disturbance {
+                vibration_deg: self.vibration.unwrap_or(named.disturbance.vibration_deg),
+                skew_deg: self.skew,
+                alternating_skew_deg: self.alternating_skew,
+                rolling_px: self.rolling,
+            },
             turn_deg: step.or(drift).unwrap_or(named.turn_deg),
             lens_prior: lens.prior,
             lens_warming: self.lens_warming,

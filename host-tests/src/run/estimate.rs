@@ -7,7 +7,7 @@ use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 use stereo_selfcal::{
     Calibration, Doubt, Extrinsics, Finding, LensCorrection, LensEstimate, Proposal, Scalar,
-    StandardDeviations, State,
+    StandardDeviations, State, Vibration,
 };
 
 use crate::data::{Dataset, Meta, in_f64, rows};
@@ -27,6 +27,8 @@ pub struct Estimate {
     pub baseline_observed: bool,
     /// What the pairs show of the lens.
     pub lens: Option<Lens>,
+    /// Motion of the rig about the estimate, rad RMS.
+    pub vibration: Vibration<f64>,
     /// State of the calibrator.
     pub state: State,
     /// Doubt about the estimate.
@@ -77,6 +79,10 @@ impl Estimate {
             sd_lens: deviations(&proposal.sd_lens),
             baseline_observed: proposal.baseline_observed,
             lens: proposal.lens.map(Lens::from),
+            vibration: Vibration {
+                rotation: proposal.vibration.rotation.to_f64(),
+                baseline: proposal.vibration.baseline.to_f64(),
+            },
             state: proposal.state,
             doubt: proposal.doubt,
         }

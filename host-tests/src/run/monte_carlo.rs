@@ -198,9 +198,9 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Run>
     let mut pairs = Vec::with_capacity(scenario.pairs);
     let mut inliers: Vec<Rays> = Vec::new();
     let mut last: Option<ScenarioPair> = None;
-    let still = !scenario.kind.moves();
+    let still = !scenario.moves();
     for frame in scenario.frames(seed)? {
-        pairs.push(step(&mut calibrator, &frame.pair, &frame.scene.rig));
+        pairs.push(step(&mut calibrator, &frame.pair, &frame.steady));
         if still {
             inliers.extend(frame.pair.inlier_rays(&frame.scene));
         }
@@ -208,7 +208,7 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Run>
     }
     let last = last.context("a scenario has pairs")?;
     let clean = last.pair.clean_inlier_rays(&last.scene);
-    let rig = &last.scene.rig;
+    let rig = &last.steady;
     let noise = last.scene.noise_px / last.scene.focal;
     let unknown = Deviation { translation: f64::NAN, rotation: f64::NAN };
     let few = |rays: &[Rays]| rays.len() < FEW;

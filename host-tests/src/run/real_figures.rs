@@ -44,6 +44,14 @@ pub struct Figures {
     pub bad: usize,
     /// Share of locked pairs so, and of armed pairs.
     pub beyond: [f64; 2],
+    /// Share of locked pairs off by more than 3 deviations that are reported with the lens as given.
+    pub beyond_3: f64,
+    /// Reported vibration of `R` at the end, least, median and most.
+    pub vibration_r: [f64; 3],
+    /// The same of the baseline.
+    pub vibration_t: [f64; 3],
+    /// Share of all pairs with a reported vibration.
+    pub vibrating: f64,
     /// Error of `t` in use at the end, median and worst.
     pub in_use_t: [f64; 2],
     /// Error of `R` in use at the end, median and worst.
@@ -72,6 +80,10 @@ impl Figures {
         };
         let growth = runs.iter().zip(&ends);
         let growth = growth.map(|(run, end)| end.in_use.translation / run.start.translation);
+        let of_vibration = |part: usize| {
+            let sorted = Sorted::of(ends.iter().map(|pair| pair.vibration[part]));
+            [sorted.quantile(0), sorted.median(), sorted.quantile(100)]
+        };
         let is_bad = |pairs: &&[RealPair]| pairs.iter().any(|pair| locked(pair) && beyond(pair));
         Self {
             runs: runs.len(),
@@ -99,6 +111,23 @@ impl Figures {
                 share_beyond(seen().flatten().filter(|pair| locked(pair))),
                 share_beyond(seen().flatten().filter(|pair| pair.armed)),
             ],
+            vibration_r: of_vibration(0),
+            vibration_t: of_vibration(1),
+            vibrating: share(
+                seen().flatten().filter(|pair| pair.vibration != [0.0; 2]).count(),
+                seen().flatten().count(),
+            ),
+            beyond_3: {
+                let all: Vec<f64> = seen()
+                    .flatten()
+                    .filter(|pair| locked(pair))
+                    .filter_map(|pair| pair.claim)
+                    .map(|Claim { error, sd_given: sd, .. }| {
+                        (error.translation / sd.translation).max(error.rotation / sd.rotation)
+                    })
+                    .collect();
+                share(all.iter().filter(|sd| **sd > 3.0).count(), all.len())
+            },
             in_use_t: used(|pair| pair.in_use.translation).median_and_worst(),
             in_use_r: used(|pair| pair.in_use.rotation).median_and_worst(),
             in_use_growth: Sorted::of(growth).quantile(100),
@@ -151,6 +180,14 @@ impl Figures {
             ("bad", count(self.bad)),
             ("locked_beyond_5_sd", self.beyond[0]),
             ("armed_beyond_5_sd", self.beyond[1]),
+            ("locked_beyond_3_sd", self.beyond_3),
+            ("vibration_R_least", self.vibration_r[0]),
+            ("vibration_R_median", self.vibration_r[1]),
+            ("vibration_R_most", self.vibration_r[2]),
+            ("vibration_t_least", self.vibration_t[0]),
+            ("vibration_t_median", self.vibration_t[1]),
+            ("vibration_t_most", self.vibration_t[2]),
+            ("vibrating_pairs", self.vibrating),
             ("in_use_t_median", self.in_use_t[0]),
             ("in_use_t_worst", self.in_use_t[1]),
             ("in_use_R_median", self.in_use_r[0]),
@@ -219,8 +256,16 @@ mod tests {
     fn pair(state: State, armed: bool, e_t: f64, e_r: f64) -> RealPair {
         let deviation = |translation: f64, rotation: f64| Deviation { translation, rotation };
         let [error, sd] = [deviation(e_t, e_r), deviation(1e-3, 1e-3)];
-        let claim = Some(Claim { error, sd, nees: 10.0 });
-        RealPair { state, fused: true, armed, claim, in_use: error, rms_px: Some([0.5, 0.4]) }
+        let claim = Some(Claim { error, sd, sd_given: sd, nees: 10.0 });
+        RealPair {
+            state,
+            fused: true,
+            armed,
+            claim,
+            in_use: error,
+            rms_px: Some([0.5, 0.4]),
+            vibration: [0.0; 2],
+        }
     }
 
     fn run(pairs: Vec<RealPair>) -> RealRun {

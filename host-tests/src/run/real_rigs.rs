@@ -23,6 +23,8 @@ pub struct RealPair {
     pub armed: bool,
     /// The estimate after the pair; `None` before there is one.
     pub claim: Option<Claim>,
+    /// Vibration by the estimate, rad RMS: of `R`, of `t`.
+    pub vibration: [f64; 2],
     /// Error of the extrinsics in use, after they were applied.
     pub in_use: Deviation<f64>,
     /// RMS row offsets by the health, px: in use before the estimate was applied, and proposed.
@@ -36,6 +38,8 @@ pub struct Claim {
     pub error: Deviation<f64>,
     /// Reported standard deviation, with the lens uncertain.
     pub sd: Deviation<f64>,
+    /// The same with the lens as given.
+    pub sd_given: Deviation<f64>,
     /// Error squared over the reported covariance, five degrees of freedom; NaN without a covariance.
     pub nees: f64,
 }
@@ -60,6 +64,10 @@ impl Claim {
             sd: Deviation {
                 translation: proposal.sd_lens.translation.to_f64(),
                 rotation: proposal.sd_lens.rotation.to_f64(),
+            },
+            sd_given: Deviation {
+                translation: proposal.sd.translation.to_f64(),
+                rotation: proposal.sd.rotation.to_f64(),
             },
             nees: nees(proposal, truth),
         }
@@ -105,7 +113,7 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Real
     let mut calibrator = calibrator::<T>(scenario, config)?;
     let mut pairs = Vec::with_capacity(scenario.pairs);
     let [mut noisy, mut clean]: [Vec<Rays>; 2] = Default::default();
-    let still = !scenario.kind.moves();
+    let still = !scenario.moves();
     let mut last = None;
     for frame in scenario.frames(seed)? {
         pairs.push(step(&mut calibrator, &frame));
@@ -113,10 +121,10 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Real
             noisy.extend(frame.pair.inlier_rays(&frame.scene));
             clean.extend(frame.pair.clean_inlier_rays(&frame.scene));
         }
-        last = Some(frame.scene);
+        last = Some((frame.scene, frame.steady));
     }
-    let last = last.context("a scenario has pairs")?;
-    let rig = &last.rig;
+    let (last, rig) = last.context("a scenario has pairs")?;
+    let rig = &rig;
     let known = still && clean.len() >= FEW;
     let joint_fit = known.then(|| try_joint_fit(rig, &noisy)).flatten();
     Ok(RealRun {
@@ -139,8 +147,10 @@ fn step<T: Scalar>(calibrator: &mut Calibrator<T, CAPACITY>, frame: &ScenarioPai
     // What is not locked yet, or doubted, is not applied.
     let _ = calibrator.apply();
     calibrator.clear_pair();
-    let truth = &frame.scene.rig;
+    let truth = &frame.steady;
+    let vibration = calibrator.proposal().map(|proposal| proposal.vibration);
     RealPair {
+        vibration: vibration.map_or([0.0; 2], |v| [v.rotation.to_f64(), v.baseline.to_f64()]),
         state: calibrator.state(),
         fused,
         armed: health.as_ref().is_some_and(|health| health.arming == Arming::Yes),

@@ -69,6 +69,10 @@ pub struct Summary {
     /// Correction of the cameras that `R` and `t` belong to; zeros where the lens is as given.
     #[serde(serialize_with = "focal_and_k1")]
     pub correction: LensCorrection<f64>,
+    /// RMS motion of the rig's rotation about the estimate from pair to pair, each axis; 0 without a sign of any.
+    pub vibration_rotation: Option<f64>,
+    /// The same of the baseline direction.
+    pub vibration_translation: Option<f64>,
 }
 
 /// The extrinsics in use. Angles in rad.
@@ -139,6 +143,8 @@ impl RunLog {
             sd_translation_lens: fused.map(|f| f.sd_lens.translation),
             lens: fused.and_then(|f| f.lens),
             correction: fused.map_or(LensCorrection::NONE, |f| f.correction),
+            vibration_rotation: fused.map(|f| f.vibration.rotation),
+            vibration_translation: fused.map(|f| f.vibration.baseline),
         })
     }
 }

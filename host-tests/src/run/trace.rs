@@ -28,11 +28,14 @@ const NAMES: [[char; 2]; 2] = [['r', 't'], ['u', 'v']];
 /// Names of the corrections of the right camera: that of the proposed `R` and `t`, and that of those in use.
 const CORRECTIONS: [&str; 4] = ["focal", "k1", "used_focal", "used_k1"];
 
+/// Names of the vibration of `R` and `t`, rad RMS.
+const VIBRATION: [&str; 2] = ["vibration_rotation", "vibration_translation"];
+
 /// Numbers of `R` and `t`.
 const NUMBERS: usize = 12;
 
 /// Writes the trace; an older file is replaced. Angles in rad; what is not known is empty. Where a lens was
-/// corrected, each row ends with the corrections.
+/// corrected, each row ends with the corrections; where the rig vibrates, with that.
 ///
 /// # Errors
 /// Names the file.
@@ -40,11 +43,17 @@ pub fn write(path: &Path, steps: &[Step]) -> Result<()> {
     let write = || -> Result<()> {
         let mut file = csv::Writer::from_path(path)?;
         let corrected = steps.iter().any(is_corrected);
+        let vibrates =
+            steps.iter().any(|step| step.estimate.is_some_and(|e| !e.vibration.is_none()));
         let names = CORRECTIONS.map(String::from).into_iter().filter(|_| corrected);
-        file.write_record(header().into_iter().chain(names))?;
+        let shakes = VIBRATION.map(String::from).into_iter().filter(|_| vibrates);
+        file.write_record(header().into_iter().chain(names).chain(shakes))?;
         for (pair, step) in steps.iter().enumerate() {
             let numbers = corrections(step).into_iter().filter(|_| corrected);
-            file.write_record(row(pair, step).into_iter().chain(numbers))?;
+            let vibration = step.estimate.map(|estimate| estimate.vibration);
+            let shakes = [vibration.map(|v| v.rotation), vibration.map(|v| v.baseline)];
+            let shakes = shakes.map(said).into_iter().filter(|_| vibrates);
+            file.write_record(row(pair, step).into_iter().chain(numbers).chain(shakes))?;
         }
         Ok(file.flush()?)
     };

@@ -1,6 +1,7 @@
 //! Generated data: scenes of known rigs, and scenarios over many pairs.
 
 mod depth;
+mod disturbance;
 mod fence;
 mod flight;
 mod grid;
@@ -11,6 +12,7 @@ mod scenario;
 mod scene;
 
 pub use depth::Depth;
+pub use disturbance::Disturbance;
 pub use fence::Fence;
 pub use grid::Grid;
 pub use lens_error::{LensError, LensErrors};

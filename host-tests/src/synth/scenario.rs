@@ -13,6 +13,7 @@ use rand_distr::{Distribution, UnitCircle, UnitSphere};
 use stereo_selfcal::Extrinsics;
 
 use super::depth::Depth;
+use super::disturbance::{Disturbance, Disturber};
 use super::flight::{self, Part};
 use super::lens_error::LensError;
 use super::points::{Landmarks, Points};
@@ -75,8 +76,8 @@ pub struct Scenario {
     pub pairs: usize,
     /// Turn of the right camera, degrees: in mid run of a step or a flight, per pair of a drift.
     pub turn_deg: f64,
-    /// Turn of the right camera about each axis, new with every pair of a flight, degrees RMS.
-    pub vibration_deg: f64,
+    /// What moves the views of a pair against each other; the vibration of a flight is part of its motion.
+    pub disturbance: Disturbance,
     /// Turn of the rig about a random axis, new for every seed, on top of that of the scene, degrees.
     pub off_deg: f64,
     /// Whether lens errors drawn from the prior, new for every seed, come on top of those of the scene.
@@ -93,8 +94,10 @@ pub struct Scenario {
 /// One pair of a scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScenarioPair {
-    /// The scene of this pair, its rig the truth of this pair.
+    /// The scene of this pair, its rig that of the moment.
     pub scene: Scene,
+    /// The rig without its disturbance: what an estimate over many pairs can follow. A flight's vibrates.
+    pub steady: Extrinsics<f64>,
     /// Correspondences and their truth.
     pub pair: SynthPair,
 }
@@ -151,7 +154,7 @@ impl ScenarioKind {
         }
     }
 
-    /// [`Scenario::vibration_deg`] unless said otherwise.
+    /// [`Disturbance::vibration_deg`] unless said otherwise.
     fn vibration_deg(self) -> f64 {
         if self == Self::Flight { flight::VIBRATION_DEG } else { 0.0 }
     }
@@ -185,7 +188,10 @@ impl Scenario {
             scene: kind.scene(),
             pairs,
             turn_deg: kind.turn_deg(),
-            vibration_deg: kind.vibration_deg(),
+            disturbance: Disturbance {
+                vibration_deg: kind.vibration_deg(),
+                ..Disturbance::default()
+            },
             off_deg: 0.0,
             lens_prior: false,
             lens_warming: 0.0,
@@ -205,7 +211,7 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::frames`].
     pub fn rigs(&self, seed: u64) -> Result<Vec<Extrinsics<f64>>> {
-        Ok(self.scenes(seed)?.into_iter().map(|scene| scene.rig).collect())
+        Ok(self.scenes(seed)?.into_iter().map(|(scene, _)| scene.rig).collect())
     }
 
     /// The pairs, the same for the same seed.
@@ -221,9 +227,11 @@ impl Scenario {
         ensure!(error_px >= 0.0 && error_px.is_finite(), "landmark noise must be 0 px or more");
         let mut points = self.points();
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        Ok(scenes.into_iter().enumerate().map(move |(at, scene)| {
-            let pair = points.pair(at, &scene, &mut rng);
-            ScenarioPair { scene, pair }
+        let mut disturber = self.disturber(seed)?;
+        Ok(scenes.into_iter().enumerate().map(move |(at, (scene, steady))| {
+            let mut pair = points.pair(at, &scene, &mut rng);
+            disturber.roll(&scene, &mut pair);
+            ScenarioPair { scene, steady, pair }
         }))
     }
 
@@ -251,10 +259,10 @@ impl Scenario {
     pub fn dataset(&self, seed: u64) -> Result<Dataset> {
         let mut meta = self.scene.meta();
         let (mut pairs, mut rigs) = (Vec::new(), Vec::new());
-        for ScenarioPair { scene, pair } in self.frames(seed)? {
-            meta = scene.meta();
+        for ScenarioPair { scene, steady, pair } in self.frames(seed)? {
+            meta = Scene { rig: steady, ..scene }.meta();
             pairs.push(pair.matches);
-            rigs.extend(self.kind.moves().then(|| Rig::from(&scene.rig)));
+            rigs.extend(self.kind.moves().then(|| Rig::from(&steady)));
         }
         Ok(Dataset { name: format!("synth {} seed {seed}", self.kind), meta, pairs, rigs })
     }
@@ -265,8 +273,21 @@ impl Scenario {
         Ok(f64::from(u32::try_from(pair)?) / f64::from(last))
     }
 
-    /// The scene of each pair.
-    fn scenes(&self, seed: u64) -> Result<Vec<Scene>> {
+    /// Whether the rig differs from pair to pair.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        self.kind.moves() || !self.disturbance.is_none()
+    }
+
+    fn disturber(&self, seed: u64) -> Result<Disturber> {
+        // A flight draws its own vibration.
+        let flies = self.kind == ScenarioKind::Flight;
+        let drawn = if flies { 0.0 } else { self.disturbance.vibration_deg };
+        Disturbance { vibration_deg: drawn, ..self.disturbance }.over(self.pairs, seed)
+    }
+
+    /// The scene of each pair, and the rig without its disturbance.
+    fn scenes(&self, seed: u64) -> Result<Vec<(Scene, Extrinsics<f64>)>> {
         ensure!(self.turn_deg.is_finite() && self.off_deg.is_finite(), "turn must be finite");
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(STREAM);
@@ -281,13 +302,16 @@ impl Scenario {
             let [given_left, given_right] = base.lens_errors;
             base.lens_errors = [given_left.plus(&left), given_right.plus(&right)];
         }
+        let mut disturber = self.disturber(seed)?;
         let scene = |i: usize| {
             let mut scene = self.scene_of(&base, i, &axis, &mut rng)?;
             scene.lens_errors[1].focal += self.lens_warming * self.flown(i)?;
+            let steady = scene.rig;
+            scene.rig = disturber.rig(i, &steady)?;
             scene.check()?;
-            Ok(scene)
+            Ok((scene, steady))
         };
-        let named = |(i, scene): (usize, Result<Scene>)| scene.with_context(|| format!("pair {i}"));
+        let named = |(i, scene): (usize, Result<_>)| scene.with_context(|| format!("pair {i}"));
         (0..self.pairs).map(scene).enumerate().map(named).collect()
     }
 
@@ -323,7 +347,7 @@ impl Scenario {
             }
             ScenarioKind::Flight => {
                 let knock_deg = if pair < self.turned_from() { 0.0 } else { self.turn_deg };
-                let Self { pairs, vibration_deg, .. } = *self;
+                let Self { pairs, disturbance: Disturbance { vibration_deg, .. }, .. } = *self;
                 Part { at: [pair, pairs], knock_deg, vibration_deg }.scene(&base, axis, rng)?
             }
             ScenarioKind::Step if pair < self.turned_from() => base,

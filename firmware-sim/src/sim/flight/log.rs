@@ -31,7 +31,7 @@ pub(super) fn heading(out: &mut impl Write, args: &FlightArgs, scenario: &Scenar
     writeln!(
         out,
         "rig        {} m baseline; knock of {} deg in mid flight, {} deg RMS of vibration",
-        args.baseline, args.knock, scenario.vibration_deg
+        args.baseline, args.knock, scenario.disturbance.vibration_deg
     )?;
     writeln!(out, "preset     robust, automatic apply while locked; f32, 1/256 px on the wire\n")?;
     writeln!(

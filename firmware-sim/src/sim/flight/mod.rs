@@ -11,7 +11,7 @@ use anyhow::{Result, ensure};
 use firmware_sim::{App, Controller, PairOutcome};
 use host_tests::data::in_f64;
 use host_tests::run::{Verdict, progress, timeline};
-use host_tests::synth::{Scenario, ScenarioKind, ScenarioPair, Scene, rig};
+use host_tests::synth::{Disturbance, Scenario, ScenarioKind, ScenarioPair, Scene, rig};
 use host_tests::wire::Sender;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Camera, Cameras, Extrinsics, Health, Intrinsics, Lens, Scalar, State};
@@ -81,7 +81,8 @@ struct FlightResult {
 
 fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Result<FlightResult> {
     // The vibration has its own random numbers: without it the flight is the same.
-    let calm = Scenario { vibration_deg: 0.0, ..scenario.clone() }.rigs(args.seed)?;
+    let calm =
+        Scenario { disturbance: Disturbance::default(), ..scenario.clone() }.rigs(args.seed)?;
     let profile = if args.faults { Profile::BAD } else { Profile::GOOD };
     let sender = Sender::new(scenario.scene.size, [0.0])?;
     let mut hardware = Hardware::new(profile, sender, args.seed);
@@ -100,7 +101,7 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
         }
         let mut app = App::new(hardware.driver(), &mut calibrator);
         for ((sequence, frame), calm) in pairs.by_ref() {
-            let ScenarioPair { scene, pair } = frame;
+            let ScenarioPair { scene, pair, .. } = frame;
             hardware.send(sequence, &pair.matches);
             let pair_outcome = poll_until_idle(&mut app)?.map(|processed| processed.pair);
             let calibrator = app.calibrator();

@@ -29,7 +29,7 @@ use super::setup::LensTracking;
 #[command(after_help = "Examples:
   selfcal campaign single --only n256 noise
   selfcal campaign fused --trials 1000 --pairs 20
-  selfcal campaign steps --seed 7
+  selfcal campaign steps --seed 7 --vibration 0.02
   selfcal campaign real --only altitude lens/f_r --csv real.csv
   selfcal campaign real --only lens --lens compensate")]
 pub(crate) struct CampaignArgs {
@@ -54,6 +54,10 @@ pub(crate) struct CampaignArgs {
     /// extrinsics of the corrected cameras.
     #[arg(long, value_enum, default_value_t = LensTracking::Report)]
     lens: LensTracking,
+
+    /// Vibration of the rig, degrees RMS about each axis, new with every pair; steps.
+    #[arg(long, default_value_t = 0.0, value_name = "D")]
+    vibration: f64,
 
     /// Cases of single and real whose group/name begins so; default all.
     #[arg(long, value_name = "PREFIX", num_args = 1..)]
@@ -89,6 +93,8 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<()> {
     let has_names = matches!(args.what, What::Real | What::Single);
     ensure!(has_names || args.only.is_empty(), "--only is an option of single and real");
     ensure!(args.what == What::Real || args.csv.is_none(), "--csv is an option of real");
+    let shaken = args.vibration != 0.0;
+    ensure!(!shaken || args.what == What::Steps, "--vibration is an option of steps");
     match args.what {
         What::Real => args.real(),
         What::Single => args.single(),
@@ -106,6 +112,7 @@ impl CampaignArgs {
         let mut scenario = Scenario::new(kind, self.pairs.unwrap_or(pairs));
         scenario.scene.outliers = outliers;
         scenario.scene.rig = five_degrees_off();
+        scenario.disturbance.vibration_deg = self.vibration;
         scenario
     }
 

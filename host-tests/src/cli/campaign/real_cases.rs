@@ -2,7 +2,7 @@
 
 use anyhow::{Error, Result};
 use host_tests::synth::{
-    Depth, Fence, LensErrors, Scenario, ScenarioKind, Scene, five_degrees_off, rig,
+    Depth, Disturbance, Fence, LensErrors, Scenario, ScenarioKind, Scene, five_degrees_off, rig,
 };
 use stereo_selfcal::Extrinsics;
 
@@ -68,7 +68,9 @@ impl Case {
 pub(super) fn all() -> Result<Vec<Case>> {
     let rig = rig([3.0, -2.0, 4.0], [3.0, -3.0])?;
     let mut cases = ideal();
-    let others = [altitude(), lens()?, long()?, moving()?, parked(), fences(), noise()].concat();
+    let others =
+        [altitude(), lens()?, long()?, moving()?, parked(), fences(), noise(), vibration()]
+            .concat();
     cases.extend(others.into_iter().map(|case| case.with_rig(rig)));
     Ok(cases)
 }
@@ -166,6 +168,31 @@ fn moving() -> Result<Vec<Case>> {
     ]
     .into_iter()
     .collect()
+}
+
+/// Views that move against each other from pair to pair. All but the lens is exact.
+fn vibration() -> Vec<Case> {
+    let case = |name: String, disturbance: Disturbance| {
+        let mut case = Case::new("vibration", name, ScenarioKind::Near, 60);
+        case.scenario.disturbance = disturbance;
+        case.also_after = vec![8, 10, 15, 30];
+        case
+    };
+    let none = Disturbance::default();
+    let mut cases = [0.02, 0.05, 0.1, 0.2]
+        .map(|deg| case(deg.to_string(), Disturbance { vibration_deg: deg, ..none }))
+        .to_vec();
+    cases.extend(
+        [0.3, 1.0].map(|px| case(format!("rolling-{px}"), Disturbance { rolling_px: px, ..none })),
+    );
+    cases.extend(
+        [0.05, 0.2].map(|deg| case(format!("skew-{deg}"), Disturbance { skew_deg: deg, ..none })),
+    );
+    cases.extend([0.05, 0.2].map(|deg| {
+        let skew = Disturbance { alternating_skew_deg: deg, ..none };
+        case(format!("skew-alternating-{deg}"), skew)
+    }));
+    cases
 }
 
 /// Matches whose errors stay as long as their landmarks are seen.

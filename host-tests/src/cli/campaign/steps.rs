@@ -21,7 +21,7 @@ impl CampaignArgs {
         )?;
         writeln!(
             out,
-            "step deg  found median, last, never  alarms   n: e_t, e_theta, worst error/sd"
+            "step deg  found median, 99 %, last, never; within 3, 4, 15, 60  alarms   n: e_t, e_theta, worst error/sd"
         )?;
         for degrees in [5.0, 0.5, 0.3, 0.1, 0.05, 0.02, 0.01] {
             let mut scenario = self.scenario(ScenarioKind::Step, 0.1, 200);
@@ -31,13 +31,19 @@ impl CampaignArgs {
             let mut found: Vec<usize> =
                 runs.iter().filter_map(|run| found_after(run, step)).collect();
             found.sort_unstable();
+            let within = |pairs: usize| found.iter().filter(|at| **at <= pairs).count();
             let before: usize = runs.iter().map(|run| changes(run, 0..step)).sum();
             write!(
                 out,
-                "{degrees:>8}  {:>12}, {:>4}, {:>5}  {before:>6} ",
+                "{degrees:>8}  {:>12}, {:>4}, {:>4}, {:>5}; {} {} {} {}  {before:>6} ",
                 found.get(found.len() / 2).unwrap_or(&0),
+                found.get(found.len() * 99 / 100).unwrap_or(&0),
                 found.last().unwrap_or(&0),
                 runs.len() - found.len(),
+                within(3),
+                within(4),
+                within(15),
+                within(60),
             )?;
             for n in [0, 1, 3, 6, 15, 100] {
                 if let Some((e, worst)) = after(&runs, step + n) {
