@@ -80,7 +80,7 @@
 /**
  * Size of `selfcal_t` in words of 8 bytes, sufficient on every target.
  */
-#define SELFCAL_STORAGE_WORDS (568 + ((5 * SELFCAL_CAPACITY) / 2))
+#define SELFCAL_STORAGE_WORDS (672 + ((5 * SELFCAL_CAPACITY) / 2))
 
 /**
  * Size of `selfcal_t`, bytes.
@@ -1447,21 +1447,6 @@ typedef struct selfcal_sd_t {
 } selfcal_sd_t;
 
 /**
- * Motion of the rig about the estimate from one pair to the next; 0 where the pairs show no sign of any. The
- * extrinsics of a single pair are off by this much; no calibration follows it.
- */
-typedef struct selfcal_vibration_t {
-    /**
-     * Of `R` about each axis, rad RMS.
-     */
-    float rotation_rad;
-    /**
-     * Of the direction of `t` about each of its two angles, rad RMS.
-     */
-    float translation_rad;
-} selfcal_vibration_t;
-
-/**
  * A lens parameter, true less given, with its standard deviation.
  */
 typedef struct selfcal_finding_t {
@@ -1515,6 +1500,21 @@ typedef struct selfcal_weakest_t {
      */
     float sd_rad;
 } selfcal_weakest_t;
+
+/**
+ * Motion of the rig about the estimate from one pair to the next; 0 where the pairs show no sign of any. The
+ * extrinsics of a single pair are off by this much; no calibration follows it.
+ */
+typedef struct selfcal_vibration_t {
+    /**
+     * Of `R` about each axis, rad RMS.
+     */
+    float rotation_rad;
+    /**
+     * Of the direction of `t` about each of its two angles, rad RMS.
+     */
+    float translation_rad;
+} selfcal_vibration_t;
 
 /**
  * The estimate over all pairs so far.

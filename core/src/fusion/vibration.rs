@@ -213,7 +213,7 @@ struct PairOptimum<T: Scalar> {
 }
 
 impl<T: Scalar> PairOptimum<T> {
-    fn write(this: &Option<Self>, to: &mut Writer<'_>) {
+    fn write(this: Option<&Self>, to: &mut Writer<'_>) {
         to.flag(this.is_some());
         if let Some(Self { at, covariance }) = this {
             to.numbers(at.iter());
@@ -344,8 +344,8 @@ impl<T: Scalar> VibrationEstimator<T> {
         for count in self.counts {
             to.word(count);
         }
-        PairOptimum::write(&self.last, to);
-        PairOptimum::write(&self.before, to);
+        PairOptimum::write(self.last.as_ref(), to);
+        PairOptimum::write(self.before.as_ref(), to);
     }
 
     /// Reads a record into [`VibrationEstimator::RIGID`].

@@ -194,9 +194,13 @@ impl<T: Scalar> Health<T> {
             in_use_px
         } else {
             let [of_used, of_proposed] = &changes;
-            let shaken =
-                Shaken { batch, pose: &proposed, change: of_proposed, limit: screen_px / focal };
-            shaken.steady(&in_use, of_used, fit.rms, &proposal.vibration) * focal
+            let shaken = Shaken {
+                batch,
+                pose: &proposed,
+                change: of_proposed.as_ref(),
+                limit: screen_px / focal,
+            };
+            shaken.steady(&in_use, of_used.as_ref(), fit.rms, &proposal.vibration) * focal
         };
         let band = Band::of(in_use_px, proposed_px);
         let off = proposed.unknowns_to(&in_use);

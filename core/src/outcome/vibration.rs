@@ -56,7 +56,7 @@ pub(crate) struct Shaken<'a, T: Scalar, const N: usize> {
     /// The estimate.
     pub(crate) pose: &'a RectifyingRotations<T>,
     /// Of the right rays, to those of its cameras.
-    pub(crate) change: &'a Option<RayChange<T>>,
+    pub(crate) change: Option<&'a RayChange<T>>,
     /// Largest row offset of a match that fits, at unit focal length.
     pub(crate) limit: T,
 }
@@ -71,7 +71,7 @@ impl<T: Scalar, const N: usize> Shaken<'_, T, N> {
     pub(crate) fn steady(
         &self,
         in_use: &RectifyingRotations<T>,
-        change: &Option<RayChange<T>>,
+        change: Option<&RayChange<T>>,
         rms: [T; 2],
         vibration: &Vibration<T>,
     ) -> T {
@@ -94,11 +94,11 @@ impl<T: Scalar, const N: usize> Shaken<'_, T, N> {
 
     /// Mean squared difference of the row offsets at another pose and at the estimate.
     #[inline(never)]
-    fn mean_square(&self, other: &RectifyingRotations<T>, change: &Option<RayChange<T>>) -> T {
+    fn mean_square(&self, other: &RectifyingRotations<T>, change: Option<&RayChange<T>>) -> T {
         let [mut squares, mut count] = [T::ZERO; 2];
         for pair in self.batch.pairs() {
-            let by = |pose, change: &Option<RayChange<T>>| {
-                row_offset(pose, &change.map_or(*pair, |change| pair.changed(&change)))
+            let by = |pose, change: Option<&RayChange<T>>| {
+                row_offset(pose, &change.map_or(*pair, |change| pair.changed(change)))
             };
             let both = by(self.pose, self.change).zip(by(other, change));
             if let Some((own, other)) = both.filter(|(own, _)| own.abs() <= self.limit) {
