@@ -19,6 +19,10 @@ use super::parse::numbers;
 /// t = -(first row of R_r) of the rectification matrices, and the right camera has `P[0][3] = -fx b`. So T,
 /// t and `P[0][3]` are negative in x for a side-by-side rig.
 ///
+/// Also: two sensor.yaml of EuRoC (left, right), calib.txt of KITTI or Middlebury, the calibration of a Luxonis
+/// camera, and of a RealSense as JSON: rs2_intrinsics under left and right, rs2_extrinsics (left to right) under
+/// extrinsics.
+///
 /// A baseline of 1 stands for one that is not known. Lenses: k1 k2 p1 p2 k3, or a fisheye of four.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:

@@ -62,17 +62,29 @@ impl Files {
                 paths.push(place.to_path_buf());
             }
         }
-        let read = |path: PathBuf| -> Result<File> {
+        let read = |path: PathBuf| -> Result<(PathBuf, String)> {
+            let text = fs::read_to_string(&path)
+                .with_context(|| format!("cannot read {}", path.display()))?;
+            Ok((path, text))
+        };
+        Self::of(paths.into_iter().map(read).collect::<Result<_>>()?)
+    }
+
+    /// Files that are read already, with their names.
+    ///
+    /// # Errors
+    /// Names the file, and the line that is not YAML.
+    pub fn of(texts: Vec<(PathBuf, String)>) -> Result<Self> {
+        let parse = |(path, text): (PathBuf, String)| -> Result<File> {
             let name = path.display();
-            let text = fs::read_to_string(&path).with_context(|| format!("cannot read {name}"))?;
             // OpenCV's header is not of YAML, and older files have no `---` after it: a comment.
-            let text = text.replacen("%YAML:", "#YAML:", 1);
+            let text = as_yaml(text.replacen("%YAML:", "#YAML:", 1));
             #[expect(clippy::zero_sized_map_values, reason = "values are passed over")]
             let keys: BTreeMap<String, IgnoredAny> = serde_saphyr::from_str(&text)
                 .with_context(|| format!("cannot understand {name}"))?;
             Ok(File { text, keys: keys.into_keys().collect(), path })
         };
-        Ok(Self(paths.into_iter().map(read).collect::<Result<_>>()?))
+        Ok(Self(texts.into_iter().map(parse).collect::<Result<_>>()?))
     }
 
     /// Whether one of them has a key.
@@ -99,6 +111,19 @@ impl fmt::Display for Files {
         }
         Ok(())
     }
+}
+
+/// Middlebury's `name=value` as YAML; anything else as it is.
+fn as_yaml(text: String) -> String {
+    if !text.trim_start().starts_with("cam0=") {
+        return text;
+    }
+    let line = |line: &str| match line.split_once('=') {
+        Some((name, value)) if value.starts_with('[') => format!("{name}: \"{value}\"\n"),
+        Some((name, value)) => format!("{name}: {value}\n"),
+        None => format!("{line}\n"),
+    };
+    text.lines().map(|one| line(one.trim())).collect()
 }
 
 fn yaml_of(dir: &Path) -> Result<Vec<PathBuf>> {

@@ -1,4 +1,4 @@
-//! Rigs in the files of other tools, and out of them: OpenCV, Kalibr and ROS.
+//! Rigs in the files of other tools, and, for OpenCV, Kalibr and ROS, out of them.
 //!
 //! Ours is `p_r = R p_l + t`, `|t| = 1`, and the length of the baseline beside it, in metres.
 //!
@@ -6,6 +6,9 @@
 //! |---|---|---|
 //! | OpenCV | `R`, `T` of `x_2 = R x_1 + T`, the left camera first | `\|T\|`, unit of the chessboard |
 //! | Kalibr | `T_cn_cnm1` of cam1: points of cam0 to cam1, the left camera is cam0 | metres |
+//! | `EuRoC` | `T_BS` of both: points of the camera to the body | metres |
+//! | KITTI, Middlebury | rectified: `R = I`, `t = (-1, 0, 0)` | metres, millimetres |
+//! | `RealSense`, Luxonis | left to right | metres, centimetres |
 //! | ROS | `R = R_r^T R_l`, `t = -`(first row of `R_r`) of the rectification matrices | `P[0][3] = -fx b` of the right camera, metres |
 //!
 //! So `T`, the last column of `T_cn_cnm1` and `P[0][3]` are negative in x for a side-by-side rig. All
@@ -14,12 +17,15 @@
 //! unchanged, and so does `T` of a file (see `scale`). ROS has `R` and `t` only through products of
 //! rotations, and keeps them to rounding. A length of 1 stands for a baseline that is not known.
 
+mod devices;
+mod euroc;
 mod files;
 mod kalibr;
 mod mat;
 mod number;
 mod opencv;
 mod rectified;
+mod rectified_sets;
 mod rig;
 mod ros;
 mod scale;
@@ -79,20 +85,41 @@ impl Format {
             Self::Ros => ros::write(&meta),
         }
     }
+}
 
+/// Format that a rig is read from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Source {
+    Written(Format),
+    Euroc,
+    Kitti,
+    Middlebury,
+    RealSense,
+    Luxonis,
+}
+
+impl Source {
     /// Which format files are in, by their keys.
     fn of(files: &Files) -> Result<Self> {
         for (keys, format) in [
-            (&["cam0", "cam1"][..], Self::Kalibr),
-            (&["camera_matrix", "projection_matrix"][..], Self::Ros),
-            (&["M1", "K1", "R", "T"][..], Self::Opencv),
+            (&["T_BS"][..], Self::Euroc),
+            (&["P0", "P_rect_00"], Self::Kitti),
+            // Middlebury's cam0 and cam1 have sizes beside them, Kalibr's within.
+            (&["doffs", "ndisp"], Self::Middlebury),
+            (&["cameraData"], Self::Luxonis),
+            (&["extrinsics"], Self::RealSense),
+            (&["cam0", "cam1"], Self::Written(Format::Kalibr)),
+            (&["camera_matrix", "projection_matrix"], Self::Written(Format::Ros)),
+            (&["M1", "K1", "R", "T"], Self::Written(Format::Opencv)),
         ] {
             if keys.iter().any(|key| files.have(key)) {
                 return Ok(format);
             }
         }
         bail!(
-            "{files}: neither OpenCV (M1, D1, M2, D2, R, T) nor Kalibr (cam0, cam1) nor ROS (camera_matrix, projection_matrix)"
+            "{files}: neither OpenCV (M1, D1, M2, D2, R, T) nor Kalibr (cam0, cam1) nor ROS (camera_matrix, \
+             projection_matrix) nor EuRoC (T_BS) nor KITTI (P0, P1) nor Middlebury (cam0=, doffs=) nor RealSense \
+             (left, right, extrinsics) nor Luxonis (cameraData)"
         )
     }
 }
@@ -104,11 +131,23 @@ impl Format {
 /// # Errors
 /// Names the file, the key and the expected value.
 pub fn import(places: &[impl AsRef<Path>], unknowns: Unknowns) -> Result<Meta> {
-    let files = Files::read(places)?;
-    match Format::of(&files)? {
-        Format::Opencv => opencv::rig(&files, unknowns),
-        Format::Kalibr => kalibr::rig(&files, unknowns),
-        Format::Ros => ros::rig(&files, unknowns),
+    rig_of(&Files::read(places)?, unknowns)
+}
+
+/// As [`import`], of files that are read already.
+///
+/// # Errors
+/// As [`import`].
+pub fn rig_of(files: &Files, unknowns: Unknowns) -> Result<Meta> {
+    match Source::of(files)? {
+        Source::Written(Format::Opencv) => opencv::rig(files, unknowns),
+        Source::Written(Format::Kalibr) => kalibr::rig(files, unknowns),
+        Source::Written(Format::Ros) => ros::rig(files, unknowns),
+        Source::Euroc => euroc::rig(files, unknowns),
+        Source::Kitti => rectified_sets::kitti(files, unknowns),
+        Source::Middlebury => rectified_sets::middlebury(files, unknowns),
+        Source::RealSense => devices::realsense(files, unknowns),
+        Source::Luxonis => devices::luxonis(files, unknowns),
     }
 }
 
@@ -118,10 +157,12 @@ pub fn import(places: &[impl AsRef<Path>], unknowns: Unknowns) -> Result<Meta> {
 /// As [`import`].
 pub fn import_extrinsics(place: &Path) -> Result<Extrinsics<f64>> {
     let files = Files::read(&[place])?;
-    match Format::of(&files)? {
-        Format::Opencv => opencv::pose(&files),
-        Format::Kalibr => kalibr::pose(&files),
-        Format::Ros => ros::pose(&files),
-    }?
-    .extrinsics()
+    let pose = match Source::of(&files)? {
+        Source::Written(Format::Opencv) => opencv::pose(&files),
+        Source::Written(Format::Kalibr) => kalibr::pose(&files),
+        Source::Written(Format::Ros) => ros::pose(&files),
+        Source::Euroc => euroc::pose(&files),
+        _ => return rig_of(&files, Unknowns::default())?.extrinsics(),
+    };
+    pose?.extrinsics()
 }
