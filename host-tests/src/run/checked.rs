@@ -2,7 +2,8 @@
 
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Arming, Calibrator, Camera, Doubt, Extrinsics, Health, Lens, LensCorrection, Scalar, State,
+    Arming, Band, Calibrator, Camera, Doubt, Extrinsics, Health, Lens, LensCorrection, Scalar,
+    State,
 };
 
 use crate::data::in_f64;
@@ -29,6 +30,8 @@ pub struct Checks {
     pub arming: Arming,
     /// Evidence against the estimate.
     pub doubt: Option<Doubt>,
+    /// Verdict on what was in use.
+    pub band: Band,
     /// Matches that fit the estimate.
     pub fit: u32,
     /// RMS row offset of what was in use, px.
@@ -52,6 +55,7 @@ impl Checked {
         let checks = |health: &Health<T>| Checks {
             arming: health.arming,
             doubt: health.doubt,
+            band: health.band,
             fit: health.fit_proposed,
             in_use_px: health.in_use_px.to_f64(),
             proposed_px: health.proposed_px.to_f64(),

@@ -20,5 +20,5 @@ pub mod trace;
 pub use checked::{Checked, Checks};
 pub use estimate::{Estimate, Lens};
 pub use log::{RunLog, Solved, Step, Verdict};
-pub use replay::{Apply, CAPACITY, replay, replay_within};
+pub use replay::{Apply, CAPACITY, Running, replay, replay_within};
 pub use summary::{InUse, SCREEN_PX, Summary, row_offsets_px};

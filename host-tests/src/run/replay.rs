@@ -4,7 +4,7 @@ use anyhow::Result;
 use stereo_selfcal::{Calibrator, Config, Extrinsics, Scalar};
 
 use super::log::{RunLog, Step};
-use crate::data::{Dataset, Match, in_f64};
+use crate::data::{Dataset, Match, Meta, in_f64};
 
 /// Default capacity of a replay, correspondences a pair.
 pub const CAPACITY: usize = 2048;
@@ -32,6 +32,41 @@ pub fn replay<T: Scalar>(
     replay_within::<T, CAPACITY>(set, config, start, Apply::Never, each)
 }
 
+/// A run that goes on: pairs in, one at a time, steps out.
+#[derive(Debug)]
+pub struct Running<T: Scalar, const N: usize> {
+    calibrator: Box<Calibrator<T, N>>,
+    apply: Apply,
+    log: RunLog,
+}
+
+impl<T: Scalar, const N: usize> Running<T, N> {
+    /// A run over the pairs of a rig, compared with its extrinsics.
+    ///
+    /// * `start`: extrinsics that every pair starts from.
+    ///
+    /// # Errors
+    /// If the rig is not valid.
+    pub fn new(rig: &Meta, config: Config, start: Extrinsics<T>, apply: Apply) -> Result<Self> {
+        let mut calibrator = Box::new(Calibrator::<T, N>::new(config));
+        calibrator.set_cameras(rig.cameras()?);
+        calibrator.set_factory(start);
+        let log = RunLog::new(rig.extrinsics()?, in_f64(&start));
+        Ok(Self { calibrator, apply, log })
+    }
+
+    /// Solves and fuses the next pair.
+    pub fn push(&mut self, pair: &[Match]) -> Option<&Step> {
+        replay_pair(&mut self.calibrator, pair, self.apply, &mut self.log)
+    }
+
+    /// The log so far.
+    #[must_use]
+    pub fn log(&self) -> &RunLog {
+        &self.log
+    }
+}
+
 /// Replays every pair through a calibrator of a capacity, which selects from longer pairs.
 ///
 /// * `start`: extrinsics that every pair starts from.
@@ -47,16 +82,14 @@ pub fn replay_within<T: Scalar, const N: usize>(
     apply: Apply,
     mut each: impl FnMut(&Step),
 ) -> Result<RunLog> {
-    let mut calibrator = Box::new(Calibrator::<T, N>::new(config));
-    calibrator.set_cameras(set.cameras()?);
-    calibrator.set_factory(start);
-    let mut log = RunLog::new(set.truth()?, in_f64(&start)).with_truths(set.truths()?);
+    let mut running = Running::<T, N>::new(&set.meta, config, start, apply)?;
+    running.log = running.log.with_truths(set.truths()?);
     for pair in &set.pairs {
-        if let Some(step) = replay_pair(&mut calibrator, pair, apply, &mut log) {
+        if let Some(step) = running.push(pair) {
             each(step);
         }
     }
-    Ok(log)
+    Ok(running.log)
 }
 
 fn replay_pair<'a, T: Scalar, const N: usize>(

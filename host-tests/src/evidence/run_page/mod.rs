@@ -35,13 +35,20 @@ impl Replayed<'_> {
         Ok(page)
     }
 
-    /// Writes `index.html`, `csv/*.csv` and, where there is an estimate, its rig as the files of other
-    /// tools into `rig/`; files of theirs there are replaced. Returns where the page is.
+    /// Writes [`Self::page`] as [`Self::write_page`] does.
     ///
     /// # Errors
     /// As [`Replayed::page`], or if a file cannot be written: names it.
     pub fn write(&self, dir: &Path) -> Result<PathBuf> {
-        let page = self.page()?;
+        self.write_page(&self.page()?, dir)
+    }
+
+    /// Writes `index.html`, `csv/*.csv` and, where there is an estimate, its rig as the files of other
+    /// tools into `rig/`; files of theirs there are replaced. Returns where the page is.
+    ///
+    /// # Errors
+    /// If a file cannot be written: names it.
+    pub fn write_page(&self, page: &Page, dir: &Path) -> Result<PathBuf> {
         for (format, documents) in rig::files(self) {
             let folder = dir.join("rig").join(format.name());
             // The page says why a format is missing.
