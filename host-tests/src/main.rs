@@ -31,6 +31,15 @@ enum Command {
     Evaluate(cli::EvaluateArgs),
     Link(cli::LinkArgs),
     Bench(cli::BenchArgs),
+    /// From images to the calibrated rig: folders, EuRoC, KITTI, Middlebury, ROS bags
+    #[command(disable_help_flag = true)]
+    Images(cli::ImagesArgs),
+    /// One line and an exit status: whether a rig still fits its calibration
+    #[command(disable_help_flag = true)]
+    Check(cli::ImagesArgs),
+    /// Measure the matcher of `images` against the truth
+    #[command(disable_help_flag = true)]
+    Matcher(cli::ImagesArgs),
 }
 
 fn main() -> ExitCode {
@@ -44,6 +53,9 @@ fn main() -> ExitCode {
         Command::Evaluate(args) => cli::evaluate_all(&args),
         Command::Link(args) => cli::link(&args),
         Command::Bench(args) => cli::bench(&args),
+        Command::Images(args) => return cli::hand_over("images", &args),
+        Command::Check(args) => return cli::hand_over("check", &args),
+        Command::Matcher(args) => return cli::hand_over("matcher", &args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,0 +1,25 @@
+//! Stereo images to correspondences: readers of folders and bags, the matcher, and the image commands of
+//! `selfcal`.
+//!
+//! Everything is behind the feature `command`, so that nothing else of the workspace waits for it.
+#![cfg(feature = "command")]
+#![allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    clippy::cast_sign_loss,
+    clippy::cast_possible_wrap,
+    reason = "arithmetic of pixels: sides are below 2^16, checked where a picture is made"
+)]
+
+pub mod live;
+pub mod matcher;
+pub mod measure;
+pub mod moments;
+pub mod page;
+pub mod picture;
+pub mod pipeline;
+pub mod rig;
+pub mod session;
+pub mod shipped;
+pub mod source;
+pub mod verdict;

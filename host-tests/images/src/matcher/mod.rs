@@ -1,0 +1,300 @@
+//! The matcher: correspondences of a stereo pair in fractions of a pixel.
+//!
+//! Software model of the matcher in the FPGA: corners with binary descriptors, a search along the rows of the
+//! expected rectification within a band, a ratio and a mutual check, and refinement of column and row. Twice:
+//! in small images, in a band as wide as the prior allows; then in the images themselves, in a narrow band
+//! around the rows that the solver finds from the first.
+
+mod keypoints;
+mod patch;
+mod refine;
+mod search;
+
+use anyhow::Result;
+use host_tests::data::Match;
+use kornia_image::{Image, ImageSize};
+use kornia_imgproc::pyramid::pyrdown_u8;
+use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, RectifyingRotations, row_offset};
+
+use crate::picture::Picture;
+use keypoints::Keypoints;
+use refine::{Halved, Refiner};
+use search::{Band, Search, Tentative};
+
+/// Parameters of the matcher.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MatcherConfig {
+    /// Corners sought in each image.
+    pub keypoints: usize,
+    /// Matches refined at most, spread over the image.
+    pub most: usize,
+    /// How far the rig may have turned since it was calibrated, degrees: half the first band around a row.
+    pub prior_deg: f64,
+    /// Largest disparity, as a share of the image's width.
+    pub range: f64,
+    /// Correlation of the refined windows that is asked for.
+    pub correlation: f64,
+    /// Largest predicted standard deviation of column or row, px.
+    pub sd_px: f64,
+    /// Bits of the best descriptor over those of the second best, at most.
+    pub ratio: f64,
+}
+
+impl Default for MatcherConfig {
+    fn default() -> Self {
+        Self {
+            keypoints: 3000,
+            most: 1500,
+            prior_deg: 6.0,
+            range: 0.5,
+            correlation: 0.9,
+            sd_px: 0.2,
+            ratio: 0.8,
+        }
+    }
+}
+
+/// Corners sought in the small images, and levels of their pyramid.
+const COARSE: [usize; 2] = [1200, 5];
+
+/// Levels of the pyramid of the images themselves.
+const FINE_LEVELS: usize = 3;
+
+/// The small images are at most this wide, px.
+const SMALL: usize = 720;
+
+/// Most halved levels.
+const HALVINGS: usize = 3;
+
+/// The narrow band, half of it, as a share of the image's width, and at least, px.
+const NARROW: (f64, f64) = (0.005, 3.0);
+
+/// Matches that fit the first rows, and their share, that the narrow band asks for.
+const TRUSTED: (u32, f64) = (25, 0.4);
+
+/// Cells of the image along either side, to spread matches over.
+const CELLS: usize = 16;
+
+/// Matches of the first search that the solver has room for.
+const ROOM: usize = 1024;
+
+/// Matches with a sign, and the share of negative ones, from which left and right are exchanged.
+const EXCHANGED: (usize, f64) = (20, 0.8);
+
+/// Refined matches whose left ends are closer than this are one, px.
+const APART: f64 = 3.0;
+
+/// Matches of one pair.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Matched {
+    /// Refined, the surest first.
+    pub matches: Vec<Match>,
+    /// Corners of the left and of the right image.
+    pub corners: [usize; 2],
+    /// Matches of the first search, in the wide band.
+    pub first: usize,
+    /// Of the first search, matches of clearly positive and of clearly negative disparity.
+    pub signs: [usize; 2],
+    /// Whether the rows of the first search were trusted: if not, the matches are those of the wide band.
+    pub narrowed: bool,
+}
+
+impl Matched {
+    /// Whether left and right are exchanged: nearly all disparities are negative.
+    #[must_use]
+    pub fn is_exchanged(&self) -> bool {
+        let [positive, negative] = self.signs;
+        let (least, share) = EXCHANGED;
+        positive + negative >= least && negative as f64 >= share * (positive + negative) as f64
+    }
+}
+
+/// A matcher for one rig.
+#[derive(Debug, Clone)]
+pub struct Matcher {
+    cameras: Cameras<f64>,
+    extrinsics: Extrinsics<f64>,
+    config: MatcherConfig,
+}
+
+/// A pair on its way.
+struct Work<'a> {
+    refiner: Refiner,
+    halved: [&'a Halved; 2],
+}
+
+impl Matcher {
+    /// A matcher for these cameras; the first search follows the rows of these extrinsics.
+    #[must_use]
+    pub fn new(cameras: Cameras<f64>, extrinsics: &Extrinsics<f64>, config: MatcherConfig) -> Self {
+        Self { cameras, extrinsics: *extrinsics, config }
+    }
+
+    /// The matches of a pair.
+    ///
+    /// # Errors
+    /// If an image is too small to hold a corner's window.
+    pub fn matches(&self, left: &Picture, right: &Picture) -> Result<Matched> {
+        let halved = [halved(left)?, halved(right)?];
+        let halved = halved.each_ref();
+        let work = Work { refiner: Refiner::new(), halved };
+        let small = small(halved[0]);
+        let config = MatcherConfig { ratio: self.config.ratio.min(0.8), ..self.config };
+        let [count, levels] = COARSE;
+        let scale = f64::from(1_u32 << small);
+        let corners = |side: usize| Keypoints::of(&halved[side][small], count, levels, scale);
+        let corners = [corners(0)?, corners(1)?];
+        let band = Band { rad: self.config.prior_deg.to_radians(), px: 2.0 };
+        let first = Search::new(self.cameras, &self.extrinsics, band, &config)
+            .tentative(&corners[0], &corners[1]);
+        let coarse = self.refined(&work, &corners, &first.matches, small);
+        let rows = self.rows(&coarse);
+        let (extrinsics, band) = match rows {
+            Some(extrinsics) => {
+                let [width, _] = self.cameras.left.intrinsics().size;
+                let (share, least) = NARROW;
+                (extrinsics, Band { rad: 0.0, px: (f64::from(width) * share).max(least) })
+            }
+            None => (self.extrinsics, band),
+        };
+        let corners =
+            |side: usize| Keypoints::of(&halved[side][0], self.config.keypoints, FINE_LEVELS, 1.0);
+        let corners = [corners(0)?, corners(1)?];
+        let found = Search::new(self.cameras, &extrinsics, band, &self.config)
+            .tentative(&corners[0], &corners[1]);
+        let chosen = self.chosen(&corners[0], found.matches);
+        let matches = self.refined(&work, &corners, &chosen, 0);
+        Ok(Matched {
+            matches: spread(matches),
+            corners: corners.each_ref().map(Keypoints::len),
+            first: coarse.len(),
+            signs: first.signs,
+            narrowed: rows.is_some(),
+        })
+    }
+
+    /// How many matches are within so many px of their rows under some extrinsics.
+    #[must_use]
+    pub fn in_row(&self, matches: &[Match], extrinsics: &Extrinsics<f64>, px: f64) -> usize {
+        let rotations = RectifyingRotations::from(extrinsics);
+        let offset =
+            |m: &Match| row_offset(&rotations, &self.cameras.rays(&m.correspondence()).ok()?);
+        let limit = px / self.cameras.mean_focal();
+        matches.iter().filter(|m| offset(m).is_some_and(|e: f64| e.abs() <= limit)).count()
+    }
+
+    /// As many as asked for, the clearest of each cell of the image.
+    fn chosen(&self, left: &Keypoints, mut all: Vec<Tentative>) -> Vec<Tentative> {
+        if all.len() <= self.config.most {
+            return all;
+        }
+        all.sort_by(|a, b| b.margin.total_cmp(&a.margin));
+        let size = self.cameras.left.intrinsics().size.map(f64::from);
+        let mut counts = [[0_usize; CELLS]; CELLS];
+        let mut ranked: Vec<(usize, Tentative)> = Vec::with_capacity(all.len());
+        for one in all {
+            let [column, row] = std::array::from_fn(|i| {
+                let cell = left.places[one.left][i] / size[i] * CELLS as f64;
+                (cell as usize).min(CELLS - 1)
+            });
+            ranked.push((counts[row][column], one));
+            counts[row][column] += 1;
+        }
+        ranked.sort_by_key(|(rank, _)| *rank);
+        ranked.truncate(self.config.most);
+        ranked.into_iter().map(|(_, one)| one).collect()
+    }
+
+    /// Extrinsics that matches of one pair fit, if enough of them do.
+    #[must_use]
+    pub fn rows(&self, matches: &[Match]) -> Option<Extrinsics<f64>> {
+        let mut calibrator = Box::new(Calibrator::<f64, ROOM>::new(Config::robust()));
+        calibrator.set_cameras(self.cameras);
+        calibrator.set_factory(self.extrinsics);
+        for m in matches {
+            // A match without a ray is of no use.
+            let _ = calibrator.push(&m.correspondence());
+        }
+        let report = calibrator.solve_pair().ok()?;
+        let (fit, share) = TRUSTED;
+        let trusted = report.screened >= fit
+            && f64::from(report.screened) >= share * f64::from(report.usable);
+        trusted.then_some(report.extrinsics)
+    }
+
+    fn refined(
+        &self,
+        work: &Work<'_>,
+        corners: &[Keypoints; 2],
+        tentative: &[Tentative],
+        finest: usize,
+    ) -> Vec<Match> {
+        tentative.iter().filter_map(|one| self.refined_one(work, corners, one, finest)).collect()
+    }
+
+    fn refined_one(
+        &self,
+        work: &Work<'_>,
+        [l, r]: &[Keypoints; 2],
+        tentative: &Tentative,
+        finest: usize,
+    ) -> Option<Match> {
+        let config = &self.config;
+        let unit = f64::from(1_u32 << finest);
+        // Whole pixels of the finest level: the window is then that of the image, without interpolation.
+        let left = l.places[tentative.left].map(|x| (x / unit).round() * unit);
+        let right = r.places[tentative.right];
+        let pixel = l.pixel(tentative.left).max(r.pixel(tentative.right));
+        let coarsest = (pixel.log2() as usize).clamp(finest, work.halved[0].len() - 1);
+        let refined = work.refiner.refine(work.halved, left, right, [coarsest, finest])?;
+        let moved = (refined.place[0] - right[0]).hypot(refined.place[1] - right[1]);
+        let sure = refined.correlation >= config.correlation
+            && refined.sd.iter().all(|sd| *sd <= config.sd_px * unit)
+            && moved <= 2.0 * (unit + pixel);
+        let [ul, vl] = left;
+        let [ur, vr] = refined.place;
+        let score = tentative.margin.min(1.0) * refined.correlation.clamp(0.0, 1.0);
+        sure.then_some(Match { ul, vl, ur, vr, score, step: 0.0 })
+    }
+}
+
+/// The image, then halved and halved again, while a window fits.
+pub(crate) fn halved(picture: &Picture) -> Result<Halved> {
+    let mut levels = vec![picture.clone()];
+    while levels.len() <= HALVINGS {
+        let image = levels[levels.len() - 1].image();
+        let size =
+            ImageSize { width: image.width().div_ceil(2), height: image.height().div_ceil(2) };
+        if size.width.min(size.height) < 4 * patch::SIDE {
+            break;
+        }
+        let mut half = Image::from_size_val(size, 0)?;
+        pyrdown_u8(image, &mut half)?;
+        levels.push(Picture::from_image(half));
+    }
+    Ok(levels)
+}
+
+/// The level of the small images.
+fn small(halved: &Halved) -> usize {
+    let fits = |picture: &Picture| usize::from(picture.size()[0]) <= SMALL;
+    halved.iter().position(fits).unwrap_or(halved.len() - 1)
+}
+
+/// The surest of those whose left ends are too close to be two.
+fn spread(mut all: Vec<Match>) -> Vec<Match> {
+    all.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let cell = |m: &Match| [m.ul, m.vl].map(|x| (x / APART).floor() as i32);
+    let mut taken = std::collections::HashMap::<[i32; 2], Vec<[f64; 2]>>::new();
+    all.retain(|m| {
+        let [column, row] = cell(m);
+        let near = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| [column + dx, row + dy]));
+        let mut neighbours = near.filter_map(|cell| taken.get(&cell)).flatten();
+        if neighbours.any(|[u, v]| (u - m.ul).hypot(v - m.vl) < APART) {
+            return false;
+        }
+        taken.entry([column, row]).or_default().push([m.ul, m.vl]);
+        true
+    });
+    all
+}

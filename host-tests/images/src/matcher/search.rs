@@ -1,0 +1,202 @@
+//! Search along the expected rows: which corners of the two images belong together.
+
+use std::f64::consts::FRAC_PI_4;
+
+use nalgebra::Vector3;
+use stereo_selfcal::{Camera, Cameras, Extrinsics, RectifyingRotations};
+
+use super::MatcherConfig;
+use super::keypoints::{Keypoints, distance};
+
+/// Bits that may differ at most.
+const MOST_BITS: u32 = 70;
+
+/// Levels of the pyramid that two corners may be apart.
+const MOST_LEVELS: u8 = 2;
+
+/// A second best closer than this is the same corner again, px of the level.
+const SAME_PX: f64 = 3.0;
+
+/// A disparity beyond this has a sign, px of the level.
+const CLEAR_PX: f64 = 2.0;
+
+/// Two corners that look alike.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tentative {
+    pub(super) left: usize,
+    pub(super) right: usize,
+    /// 1 - bits of the best over bits of the second best.
+    pub(super) margin: f64,
+}
+
+/// Half of the band around a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Band {
+    /// How far the cameras may have turned.
+    pub(super) rad: f64,
+    /// On top, px.
+    pub(super) px: f64,
+}
+
+/// What a search came to.
+#[derive(Debug, Clone)]
+pub(super) struct Found {
+    pub(super) matches: Vec<Tentative>,
+    /// Matches of clearly positive and of clearly negative disparity; of the latter, those that the prior
+    /// explains are among the matches.
+    pub(super) signs: [usize; 2],
+}
+
+/// Rectification that the search follows, and its limits.
+#[derive(Debug, Clone)]
+pub(super) struct Search {
+    cameras: Cameras<f64>,
+    rotations: RectifyingRotations<f64>,
+    focal: f64,
+    band: Band,
+    /// Largest disparity, px.
+    most_disparity: f64,
+    ratio: f64,
+}
+
+/// A corner in the rectified image, px from its principal point.
+#[derive(Debug, Clone, Copy)]
+struct Rectified {
+    index: usize,
+    x: f64,
+    y: f64,
+    level: u8,
+}
+
+/// The best and the second best of a search.
+#[derive(Debug, Clone, Copy)]
+struct Best {
+    index: usize,
+    bits: u32,
+    second: u32,
+    disparity: f64,
+}
+
+impl Search {
+    pub(super) fn new(
+        cameras: Cameras<f64>,
+        extrinsics: &Extrinsics<f64>,
+        band: Band,
+        config: &MatcherConfig,
+    ) -> Self {
+        let [width, _] = cameras.left.intrinsics().size;
+        Self {
+            rotations: RectifyingRotations::from(extrinsics),
+            focal: cameras.mean_focal(),
+            cameras,
+            band,
+            most_disparity: f64::from(width) * config.range,
+            ratio: config.ratio,
+        }
+    }
+
+    /// Pairs of corners, each the other's best.
+    pub(super) fn tentative(&self, left: &Keypoints, right: &Keypoints) -> Found {
+        let l = self.rectified(&self.cameras.left, self.rotations.left().matrix(), left);
+        let r = self.rectified(&self.cameras.right, self.rotations.right().matrix(), right);
+        let to_right = self.best_of_all([&l, &r], [left, right], 1.0);
+        let to_left = self.best_of_all([&r, &l], [right, left], -1.0);
+        let mut found = Found { matches: Vec::new(), signs: [0; 2] };
+        for (i, best) in to_right.iter().enumerate() {
+            let Some(best) = best else { continue };
+            let mutual = to_left[best.index].is_some_and(|back| back.index == i);
+            let margin = 1.0 - f64::from(best.bits) / f64::from(best.second.max(1));
+            if !mutual || best.bits > MOST_BITS || margin < 1.0 - self.ratio {
+                continue;
+            }
+            let clear = CLEAR_PX * left.pixel(i).max(right.pixel(best.index));
+            if best.disparity.abs() > clear {
+                found.signs[usize::from(best.disparity < 0.0)] += 1;
+            }
+            if best.disparity >= -self.slack() {
+                found.matches.push(Tentative { left: i, right: best.index, margin });
+            }
+        }
+        found
+    }
+
+    /// Half of the band in the middle of the image, px: also, how negative the disparity of a far point may be.
+    fn slack(&self) -> f64 {
+        self.focal * self.band.rad.tan() + self.band.px
+    }
+
+    fn rectified(
+        &self,
+        camera: &Camera<f64>,
+        rotation: &nalgebra::Matrix3<f64>,
+        keypoints: &Keypoints,
+    ) -> Vec<Rectified> {
+        let places = keypoints.places.iter().zip(&keypoints.levels).enumerate();
+        let mut all: Vec<Rectified> = places
+            .filter_map(|(index, (place, level))| {
+                let ray: Vector3<f64> = rotation * camera.ray(*place).ok()?.push(1.0);
+                let seen = ray.z > FRAC_PI_4.cos() * 0.5 * ray.norm();
+                let [x, y] = [ray.x, ray.y].map(|x| self.focal * x / ray.z);
+                seen.then_some(Rectified { index, x, y, level: *level })
+            })
+            .collect();
+        all.sort_by(|a, b| a.y.total_cmp(&b.y));
+        all
+    }
+
+    /// For each keypoint of the first, its best in the second. `sign`: 1 if the first is the left image.
+    fn best_of_all(
+        &self,
+        [from, to]: [&[Rectified]; 2],
+        [ours, others]: [&Keypoints; 2],
+        sign: f64,
+    ) -> Vec<Option<Best>> {
+        let mut all = vec![None; ours.len()];
+        for corner in from {
+            let place = [corner.x, corner.y].map(|x| x / self.focal);
+            // A turned camera moves the border of an image by more than its middle.
+            let widening = 1.0 + place[0] * place[0] + place[1] * place[1];
+            let band = self.slack() * widening;
+            let begin = to.partition_point(|other| other.y < corner.y - band);
+            let near = to[begin..].iter().take_while(|other| other.y <= corner.y + band);
+            let descriptor = &ours.descriptors[corner.index];
+            let mut best: Option<Best> = None;
+            for other in near {
+                let disparity = sign * (corner.x - other.x);
+                if disparity.abs() > self.most_disparity
+                    || other.level.abs_diff(corner.level) > MOST_LEVELS
+                {
+                    continue;
+                }
+                let bits = distance(descriptor, &others.descriptors[other.index]);
+                best = Some(better(best, bits, other, disparity, others));
+            }
+            all[corner.index] = best;
+        }
+        all
+    }
+}
+
+/// The best so far, with one more seen.
+fn better(
+    best: Option<Best>,
+    bits: u32,
+    seen: &Rectified,
+    disparity: f64,
+    all: &Keypoints,
+) -> Best {
+    let new = Best { index: seen.index, bits, second: 256, disparity };
+    let Some(old) = best else { return new };
+    if bits >= old.second {
+        return old;
+    }
+    let [[u, v], [s, t]] = [all.places[old.index], all.places[seen.index]];
+    let apart = SAME_PX * all.pixel(seen.index);
+    let same = (u - s) * (u - s) + (v - t) * (v - t) < apart * apart;
+    match (bits < old.bits, same) {
+        (true, true) => Best { second: old.second, ..new },
+        (true, false) => Best { second: old.bits, ..new },
+        (false, true) => old,
+        (false, false) => Best { second: bits, ..old },
+    }
+}

@@ -1,0 +1,137 @@
+//! The matcher against the truth: the shipped images, as they are and with the left one turned.
+
+use anyhow::{Context, Result};
+use host_tests::data::{Dataset, Match, TurnedView};
+use host_tests::evidence::pictures::{Grey, turned};
+use host_tests::run::{replay, row_offsets_px};
+use rayon::prelude::*;
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{Config, Extrinsics, LensCorrection};
+
+use crate::matcher::{Matcher, MatcherConfig};
+use crate::picture::Picture;
+use crate::shipped::ShippedImages;
+
+/// Within this of its true row, a match is right, px.
+pub const RIGHT_PX: f64 = 1.5;
+
+/// How far the left view is turned, degrees.
+pub const DEGREES: f64 = 5.0;
+
+/// Matches against the truth, and the estimate from them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quality {
+    /// Matches a pair, mean.
+    pub matches: f64,
+    /// Share within [`RIGHT_PX`] of their true row.
+    pub right: f64,
+    /// RMS row offset of those, px.
+    pub noise_px: f64,
+    /// Error of the fused estimate.
+    pub error: Deviation<f64>,
+}
+
+/// One view of one set: by this matcher and by the SIFT matches of the project.
+#[derive(Debug, Clone)]
+pub struct Measured {
+    /// Name of the images.
+    pub name: &'static str,
+    /// `None`: as they are.
+    pub view: Option<TurnedView>,
+    /// Of this matcher.
+    pub ours: Quality,
+    /// Of the recorded SIFT matches, their points turned.
+    pub sift: Quality,
+}
+
+/// The views that are measured.
+pub const VIEWS: [Option<TurnedView>; 5] = [
+    None,
+    Some(TurnedView::Top),
+    Some(TurnedView::Bottom),
+    Some(TurnedView::Left),
+    Some(TurnedView::Right),
+];
+
+/// Measures one view.
+///
+/// # Errors
+/// If the shipped files are damaged, or no pair can be fused.
+pub fn measure(
+    images: ShippedImages,
+    view: Option<TurnedView>,
+    config: MatcherConfig,
+) -> Result<Measured> {
+    let sift = images.sift()?;
+    let nominal = sift.truth::<f64>()?;
+    let sift = view.map_or_else(|| Ok(sift.clone()), |view| view.turn(&sift, DEGREES))?;
+    let cameras = sift.cameras::<f64>()?;
+    let matcher = Matcher::new(cameras, &nominal, config);
+    let pair = |[left, right]: &[std::path::PathBuf; 2]| -> Result<Vec<Match>> {
+        let right = Picture::read(right)?;
+        let Some(view) = view else {
+            return Ok(matcher.matches(&Picture::read(left)?, &right)?.matches);
+        };
+        let left = turned(&Grey::read(left)?, &cameras.left, &view.rotation(DEGREES));
+        let (left, unseen) = filled(&left)?;
+        let mut matches = matcher.matches(&left, &right)?.matches;
+        matches.retain(|m| !unseen.near([m.ul, m.vl]));
+        Ok(matches)
+    };
+    let pairs = images.files().par_iter().map(pair).collect::<Result<_>>()?;
+    let ours = Dataset { pairs, ..sift.clone() };
+    Ok(Measured {
+        name: images.name(),
+        view,
+        ours: quality(&ours, &nominal)?,
+        sift: quality(&sift, &nominal)?,
+    })
+}
+
+fn quality(set: &Dataset, start: &Extrinsics<f64>) -> Result<Quality> {
+    let truth = set.truth::<f64>()?;
+    let calibration = set.calibration(&truth, &LensCorrection::NONE)?;
+    let offsets: Vec<f64> =
+        row_offsets_px(set, &calibration).into_iter().flatten().flatten().collect();
+    let right: Vec<f64> = offsets.iter().copied().filter(|px| px.abs() <= RIGHT_PX).collect();
+    let matches: usize = set.pairs.iter().map(Vec::len).sum();
+    let noise = right.iter().map(|px| px * px).sum::<f64>() / right.len() as f64;
+    let start = Extrinsics::<f32>::try_new(
+        &start.rotation().matrix().cast(),
+        &start.translation().into_inner().cast(),
+    )?;
+    let log = replay(set, Config::robust(), start, |_| ())?;
+    let fused = log.fused().context("no pair could be fused")?;
+    Ok(Quality {
+        matches: matches as f64 / set.pairs.len() as f64,
+        right: right.len() as f64 / matches as f64,
+        noise_px: noise.sqrt(),
+        error: Deviation::between(&fused.extrinsics, &truth),
+    })
+}
+
+/// Pixels that a turned view has not seen.
+struct Unseen {
+    picture: Grey,
+}
+
+/// Half of the window around a match that must be seen, px.
+const WINDOW: i32 = 12;
+
+impl Unseen {
+    fn near(&self, [u, v]: [f64; 2]) -> bool {
+        let mut window = (-WINDOW..=WINDOW).step_by(4).flat_map(|dv| {
+            (-WINDOW..=WINDOW).step_by(4).map(move |du| [u as i32 + du, v as i32 + dv])
+        });
+        window.any(|[u, v]| {
+            let place = usize::try_from(u).ok().zip(usize::try_from(v).ok());
+            place.and_then(|(u, v)| self.picture.at(u, v)).is_none()
+        })
+    }
+}
+
+fn filled(picture: &Grey) -> Result<(Picture, Unseen)> {
+    let pixels = picture.pixels().iter().map(|pixel| pixel.unwrap_or(0)).collect();
+    let filled = Picture::try_new(picture.size().map(usize::from), pixels)?;
+    Ok((filled, Unseen { picture: picture.clone() }))
+}

@@ -1,0 +1,158 @@
+//! Grey pictures of 8 bits.
+
+use std::fmt;
+use std::io::Cursor;
+use std::path::Path;
+
+use anyhow::{Context, Result, ensure};
+use image::{DynamicImage, ImageReader};
+use kornia_image::{Image, ImageSize};
+
+/// Share of the pixels of a 16-bit picture that may be brighter than its white.
+const CLIPPED: f64 = 0.001;
+
+/// A picture whose brightest and darkest pixel differ by no more shows nothing.
+const CONTRAST: u8 = 8;
+
+/// A grey picture; the centre of its top left pixel is at `(0, 0)`.
+#[derive(Clone)]
+pub struct Picture(Image<u8, 1>);
+
+impl fmt::Debug for Picture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [width, height] = self.size();
+        write!(f, "Picture({width} x {height})")
+    }
+}
+
+impl Picture {
+    /// From rows of pixels, top first.
+    ///
+    /// # Errors
+    /// If their number differs from the size, or a side is longer than 65535 px.
+    pub fn try_new(size: [usize; 2], pixels: Vec<u8>) -> Result<Self> {
+        let [width, height] = size;
+        for length in size {
+            ensure!(u16::try_from(length).is_ok(), "{width} x {height} px: a side may have 65535");
+        }
+        ensure!(width >= 2 && height >= 2, "{width} x {height} px: too small for an image");
+        Ok(Self(Image::new(ImageSize { width, height }, pixels)?))
+    }
+
+    /// Reads a PNG, JPEG, PGM or TIFF file of 8 or 16 bits; colours become grey.
+    ///
+    /// # Errors
+    /// Names the file.
+    pub fn read(path: &Path) -> Result<Self> {
+        let name = path.display();
+        let bytes = std::fs::read(path).with_context(|| format!("cannot read {name}"))?;
+        Self::decode(&bytes).with_context(|| format!("cannot read the image {name}"))
+    }
+
+    /// Decodes the bytes of such a file.
+    ///
+    /// # Errors
+    /// If they are not an image, or a damaged one.
+    pub fn decode(bytes: &[u8]) -> Result<Self> {
+        let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
+        ensure!(reader.format().is_some(), "neither PNG nor JPEG nor PGM nor TIFF");
+        Self::of(reader.decode()?)
+    }
+
+    /// Any decoded image as grey of 8 bits.
+    ///
+    /// # Errors
+    /// As [`Picture::try_new`].
+    pub fn of(image: DynamicImage) -> Result<Self> {
+        let size = [image.width(), image.height()].map(|n| n as usize);
+        let pixels = match image {
+            DynamicImage::ImageLuma8(grey) => grey.into_raw(),
+            DynamicImage::ImageLuma16(_)
+            | DynamicImage::ImageLumaA16(_)
+            | DynamicImage::ImageRgb16(_)
+            | DynamicImage::ImageRgba16(_) => narrowed(&image.into_luma16().into_raw()),
+            colours => colours.into_luma8().into_raw(),
+        };
+        Self::try_new(size, pixels)
+    }
+
+    /// From rows of 16-bit pixels, top first: the brightest become white, whatever bits the camera has.
+    ///
+    /// # Errors
+    /// As [`Picture::try_new`].
+    pub fn of_16_bits(size: [usize; 2], pixels: &[u16]) -> Result<Self> {
+        Self::try_new(size, narrowed(pixels))
+    }
+
+    /// Width and height, px.
+    #[must_use]
+    pub fn size(&self) -> [u16; 2] {
+        [self.0.width(), self.0.height()].map(|n| u16::try_from(n).unwrap_or(u16::MAX))
+    }
+
+    /// Rows of pixels, top first.
+    #[must_use]
+    pub fn pixels(&self) -> &[u8] {
+        self.0.as_slice()
+    }
+
+    pub(crate) fn image(&self) -> &Image<u8, 1> {
+        &self.0
+    }
+
+    pub(crate) fn from_image(image: Image<u8, 1>) -> Self {
+        Self(image)
+    }
+
+    /// Whether it shows anything: all black, all white, a cap on the lens.
+    #[must_use]
+    pub fn is_blank(&self) -> bool {
+        let (least, most) = self
+            .pixels()
+            .iter()
+            .fold((u8::MAX, 0), |(low, high), &pixel| (low.min(pixel), high.max(pixel)));
+        most.saturating_sub(least) <= CONTRAST
+    }
+}
+
+/// Of 16 bits, 8: linear from 0 to the level that only few pixels exceed.
+fn narrowed(pixels: &[u16]) -> Vec<u8> {
+    let mut counts = vec![0_usize; 1 << 16];
+    for &pixel in pixels {
+        counts[usize::from(pixel)] += 1;
+    }
+    let may_clip = (pixels.len() as f64 * CLIPPED) as usize;
+    let mut above = 0;
+    let white = counts.iter().rposition(|count| {
+        above += count;
+        above > may_clip
+    });
+    let white = white.unwrap_or(0).max(1) as u32;
+    pixels.iter().map(|&pixel| (u32::from(pixel) * 255 / white).min(255) as u8).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn twelve_bits_in_sixteen_fill_the_range_and_a_hot_pixel_does_not_darken_the_rest() {
+        let mut pixels: Vec<u16> = (0..10_000).map(|i| (i % 4096) as u16).collect();
+        pixels[17] = u16::MAX;
+        let picture = Picture::of_16_bits([100, 100], &pixels).unwrap();
+        assert_eq!(picture.pixels()[17], 255);
+        let brightest = picture.pixels()[4000..4096].iter().max();
+        assert!(brightest >= Some(&249), "{brightest:?}");
+        assert!(!picture.is_blank());
+        assert!(Picture::of_16_bits([100, 100], &[0; 10_000]).unwrap().is_blank());
+    }
+
+    #[test]
+    fn what_is_no_image_is_said_so() {
+        let why = |bytes: &[u8]| format!("{:#}", Picture::decode(bytes).unwrap_err());
+        assert!(why(b"no image").contains("neither PNG"));
+        assert!(Picture::decode(b"P5 4 4 255\n0123").is_err(), "a truncated PGM");
+        assert!(Picture::decode(b"P5 2 2 255\n0123").is_ok());
+        assert!(Picture::try_new([3, 3], vec![0; 8]).is_err());
+    }
+}

@@ -1,0 +1,195 @@
+//! Pairs of a source through the matcher: in parallel, in order, a bounded number at a time.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::{Context, Result};
+use rayon::prelude::*;
+
+use crate::matcher::{Matched, Matcher};
+use crate::picture::Picture;
+use crate::source::{Frame, Item, Source};
+
+/// A pair that was matched, or what was skipped.
+#[derive(Debug)]
+pub enum Done {
+    /// Matches of a pair.
+    Matched {
+        /// Its images.
+        frames: [Frame; 2],
+        /// Its matches.
+        matched: Matched,
+    },
+    /// What was skipped, and why.
+    Skipped {
+        /// Kind of reason, for the count.
+        kind: Skip,
+        /// In full.
+        why: String,
+    },
+}
+
+/// Why something was skipped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Skip {
+    /// No partner, or no image.
+    Alone,
+    /// Cannot be read or decoded.
+    Unreadable,
+    /// Left and right, or the rig, are of different sizes.
+    Size,
+    /// Nothing to see.
+    Blank,
+    /// Left and right are exchanged.
+    Exchanged,
+}
+
+impl Skip {
+    /// All of them.
+    pub const ALL: [Self; 5] =
+        [Self::Alone, Self::Unreadable, Self::Size, Self::Blank, Self::Exchanged];
+
+    /// In words, after a number.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Alone => "without a partner",
+            Self::Unreadable => "that cannot be read",
+            Self::Size => "of another size",
+            Self::Blank => "that show nothing",
+            Self::Exchanged => "with left and right exchanged",
+        }
+    }
+}
+
+/// Which pairs of a source are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Selection {
+    /// Every so many.
+    pub every: usize,
+    /// At most so many.
+    pub most: usize,
+}
+
+/// The size of the first left image that can be read, and its frame.
+///
+/// # Errors
+/// If no image of the source can be read.
+pub fn first_size(source: &Source) -> Result<([u16; 2], Frame)> {
+    let (mut found, mut why) = (None, None);
+    source.read(&mut |item| {
+        match item {
+            Item::Skipped(_) => {}
+            Item::Pair([left, _]) => match left.picture() {
+                Ok(picture) => found = Some((picture.size(), left)),
+                Err(error) => why = Some(error),
+            },
+        }
+        if found.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    match (found, why) {
+        (Some(found), _) => Ok(found),
+        (None, Some(error)) => {
+            Err(error.context(format!("no pair of {} can be read", source.name)))
+        }
+        (None, None) => Err(anyhow::anyhow!("no pairs of images in {}", source.name)),
+    }
+}
+
+/// Matches the pairs of a source; `each` gets them in order, and ends the run by `Break`.
+///
+/// * `size`: of the rig's images, px.
+/// * `stop`: ends the run after the pairs that have begun.
+///
+/// # Errors
+/// If the source cannot be opened.
+pub fn run(
+    source: &Source,
+    matcher: &Matcher,
+    size: [u16; 2],
+    selection: Selection,
+    stop: &AtomicBool,
+    mut each: impl FnMut(Done) -> ControlFlow<()>,
+) -> Result<()> {
+    let room = 2 * rayon::current_num_threads();
+    let mut waiting: Vec<Item> = Vec::with_capacity(room);
+    let (mut seen, mut taken) = (0, 0);
+    let mut ended = false;
+    let mut flush = |waiting: &mut Vec<Item>| {
+        let done: Vec<Done> =
+            waiting.par_drain(..).map(|item| processed(item, matcher, size)).collect();
+        for one in done {
+            each(one)?;
+        }
+        if stop.load(Ordering::Relaxed) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    };
+    source.read(&mut |item| {
+        if matches!(item, Item::Pair(_)) {
+            seen += 1;
+            if (seen - 1) % selection.every != 0 {
+                return ControlFlow::Continue(());
+            }
+            taken += 1;
+        }
+        waiting.push(item);
+        if waiting.len() < room && taken < selection.most {
+            return ControlFlow::Continue(());
+        }
+        ended = flush(&mut waiting).is_break() || taken >= selection.most;
+        if ended { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    if !ended {
+        // The rest; nothing follows that a break could end.
+        let _ = flush(&mut waiting);
+    }
+    Ok(())
+}
+
+fn processed(item: Item, matcher: &Matcher, size: [u16; 2]) -> Done {
+    let skipped = |kind, why| Done::Skipped { kind, why };
+    let frames = match item {
+        Item::Pair(frames) => frames,
+        Item::Skipped(why) => return skipped(Skip::Alone, why),
+    };
+    let name = format!("{} and {}", frames[0], frames[1]);
+    let pictures = frames.each_ref().map(Frame::picture);
+    let [left, right] = match pictures {
+        [Ok(left), Ok(right)] => [left, right],
+        [Err(why), _] | [_, Err(why)] => return skipped(Skip::Unreadable, format!("{why:#}")),
+    };
+    if let Some(why) = unfit(&left, &right, size) {
+        return skipped(why.0, format!("{name}: {}", why.1));
+    }
+    match matcher.matches(&left, &right).with_context(|| name.clone()) {
+        Ok(matched) if matched.is_exchanged() => {
+            let [positive, negative] = matched.signs;
+            let of = positive + negative;
+            let why = format!(
+                "{name}: left and right are exchanged: {negative} of {of} disparities are negative"
+            );
+            skipped(Skip::Exchanged, why)
+        }
+        Ok(matched) => Done::Matched { frames, matched },
+        Err(why) => skipped(Skip::Unreadable, format!("{why:#}")),
+    }
+}
+
+fn unfit(left: &Picture, right: &Picture, size: [u16; 2]) -> Option<(Skip, String)> {
+    for (side, picture) in [("left", left), ("right", right)] {
+        let [width, height] = picture.size();
+        if picture.size() != size {
+            let [w, h] = size;
+            let why =
+                format!("the {side} image has {width} x {height} px, the rig's have {w} x {h}");
+            return Some((Skip::Size, why));
+        }
+        if picture.is_blank() {
+            return Some((Skip::Blank, format!("the {side} image shows nothing, all of one grey")));
+        }
+    }
+    None
+}

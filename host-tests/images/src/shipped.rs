@@ -1,0 +1,76 @@
+//! The images that come with the project.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use host_tests::data::Dataset;
+
+/// Images of a shipped data set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum ShippedImages {
+    /// 13 pairs of a chessboard, 640 x 480, of OpenCV's samples.
+    Chess,
+    /// Middlebury 2014 Motorcycle at a quarter of its size, one pair, rectified.
+    Motorcycle,
+    /// Middlebury 2006 Aloe, one pair, rectified.
+    Aloe,
+}
+
+/// Numbers of the chessboard's images.
+const CHESS: [u8; 13] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13, 14];
+
+impl ShippedImages {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Chess, Self::Motorcycle, Self::Aloe];
+
+    /// The images of that name, unless a file or a folder has it.
+    #[must_use]
+    pub fn named(place: &Path) -> Option<Self> {
+        let of_name = |images: &Self| place.to_str() == Some(images.name());
+        Self::ALL.into_iter().find(of_name).filter(|_| !place.exists())
+    }
+
+    /// Name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Chess => "chess",
+            Self::Motorcycle => "motorcycle",
+            Self::Aloe => "aloe",
+        }
+    }
+
+    /// Left and right file of each pair.
+    #[must_use]
+    pub fn files(self) -> Vec<[PathBuf; 2]> {
+        let images = Dataset::shipped().join("images");
+        let names: Vec<[String; 2]> = match self {
+            Self::Chess => CHESS
+                .map(|n| ["left", "right"].map(|side| format!("chess/{side}{n:02}.jpg")))
+                .into(),
+            Self::Motorcycle => {
+                vec![["left", "right"].map(|side| format!("motorcycle_{side}.jpg"))]
+            }
+            Self::Aloe => vec![["left", "right"].map(|side| format!("aloe/{side}.jpg"))],
+        };
+        names.into_iter().map(|pair| pair.map(|name| images.join(name))).collect()
+    }
+
+    /// Name of the data set of SIFT matches in the same images, which has their rig.
+    #[must_use]
+    pub fn set(self) -> &'static str {
+        match self {
+            Self::Chess => "opencv_chess_sift",
+            Self::Motorcycle => "motorcycle_sift",
+            Self::Aloe => "aloe_sift",
+        }
+    }
+
+    /// The data set of SIFT matches in the same images.
+    ///
+    /// # Errors
+    /// If its files are damaged.
+    pub fn sift(self) -> Result<Dataset> {
+        Dataset::load(&Dataset::shipped().join(self.set()))
+    }
+}

@@ -1,0 +1,179 @@
+//! The verdict on a rig, for people and for scripts.
+
+use std::fmt;
+
+use anyhow::Result;
+use host_tests::run::Summary;
+use serde::Serialize;
+use stereo_selfcal::{Doubt, State};
+
+use crate::session::Session;
+
+/// Row offset from which a matcher that searches along rows misses, px; as the core's bands.
+const BAD_PX: f64 = 1.0;
+
+/// The estimate improves the rows if its offset is below this share of what is in use.
+const IMPROVEMENT: f64 = 0.9;
+
+/// Matches in row, as a share of all, below which the pairs fit no rig.
+const IN_ROW: f64 = 0.5;
+
+/// What is to be done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Rows are aligned, and the estimate would not align them better.
+    Good,
+    /// Rows are within a pixel, but the estimate aligns them better.
+    Improvable,
+    /// Rows are a pixel off or more.
+    Recalibrate,
+    /// The images do not tell.
+    Unknown,
+}
+
+impl Verdict {
+    /// Exit status of `selfcal check`; 1 is that of an error.
+    #[must_use]
+    pub fn status(self) -> u8 {
+        match self {
+            Self::Good => 0,
+            Self::Improvable => 10,
+            Self::Recalibrate => 20,
+            Self::Unknown => 30,
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Good => "good",
+            Self::Improvable => "improvable",
+            Self::Recalibrate => "recalibrate",
+            Self::Unknown => "unknown",
+        })
+    }
+}
+
+/// A verdict with its reasons and numbers: the JSON of `selfcal check`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    /// What is to be done.
+    pub verdict: Verdict,
+    /// Why, the worst first.
+    pub reasons: Vec<String>,
+    /// Whether the intrinsics are a guess.
+    pub rig_guessed: bool,
+    /// Skipped, in words.
+    pub skipped: String,
+    /// Matches a pair, mean.
+    pub matches_a_pair: f64,
+    /// Shares of the matches within 3 px of their rows: in use, and with the estimate.
+    pub in_row: Option<[f64; 2]>,
+    /// All other numbers; its `e_theta` and `e_t` are how far the estimate is from the rig file, rad.
+    #[serde(rename = "run")]
+    pub summary: Summary,
+}
+
+impl Report {
+    /// The verdict on a run.
+    ///
+    /// # Errors
+    /// If the rig is not valid.
+    pub fn of(session: &Session, guessed: bool) -> Result<Self> {
+        let summary = session.log.summary(&session.set)?;
+        let mut reasons = Vec::new();
+        let verdict = verdict(session, &summary, &mut reasons);
+        if guessed {
+            reasons.push("the intrinsics are a guess: yaw and t cannot be trusted".into());
+        }
+        let matches: usize = session.set.pairs.iter().map(Vec::len).sum();
+        Ok(Self {
+            verdict,
+            reasons,
+            rig_guessed: guessed,
+            skipped: session.skipped_in_words(),
+            matches_a_pair: matches as f64 / session.set.pairs.len().max(1) as f64,
+            in_row: summary.in_row,
+            summary,
+        })
+    }
+}
+
+fn verdict(session: &Session, summary: &Summary, reasons: &mut Vec<String>) -> Verdict {
+    if let Some(shift) = session.shift {
+        reasons.push(format!(
+            "left and right are of different moments: right images moved by {} pairs fit {} matches, as they are {}",
+            -shift.pairs, shift.shifted, shift.matches
+        ));
+        return Verdict::Unknown;
+    }
+    let rows = summary.rms_px_before.zip(summary.rms_px_after).zip(summary.in_row);
+    let (Some(fused), Some(((before, after), [_, in_row]))) = (session.log.fused(), rows) else {
+        reasons.push("no pair could be fused: too few matches, or all on one line or plane".into());
+        return Verdict::Unknown;
+    };
+    if in_row < IN_ROW {
+        let share = 100.0 * in_row;
+        reasons.push(format!(
+            "only {share:.0} % of the matches fit any one rig: wrong lens, or pairs mixed"
+        ));
+        return Verdict::Unknown;
+    }
+    if fused.state != State::Locked {
+        let pairs = summary.pairs;
+        reasons.push(format!(
+            "not confirmed: {} after {pairs} pairs; at least four must agree",
+            fused.state
+        ));
+        return Verdict::Unknown;
+    }
+    match fused.doubt {
+        // With a lens prior the disagreement only widens the deviations.
+        Some(Doubt::Baseline | Doubt::Everything) if fused.lens.is_some() => {
+            reasons.push(
+                "image halves disagree, as with a wrong lens model: the deviations are widened"
+                    .into(),
+            );
+        }
+        Some(Doubt::Everything) => {
+            reasons.push("image halves disagree: the lens model does not fit".into());
+        }
+        Some(Doubt::Baseline) => reasons.push("image halves disagree: t is held".into()),
+        Some(doubt) => reasons.push(doubt.to_string()),
+        None => {}
+    }
+    if before >= BAD_PX {
+        reasons.insert(0, format!("rows are {before:.2} px off, {after:.2} px with the estimate"));
+        return Verdict::Recalibrate;
+    }
+    if after < IMPROVEMENT * before {
+        reasons.insert(0, format!("rows are {before:.2} px off, {after:.2} px with the estimate"));
+        return Verdict::Improvable;
+    }
+    reasons.insert(0, format!("rows are {before:.2} px off; the estimate does not improve them"));
+    Verdict::Good
+}
+
+impl fmt::Display for Report {
+    /// One line.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { verdict, reasons, summary, .. } = self;
+        write!(f, "{verdict}: {}", reasons.join("; "))?;
+        if let Some((theta, t)) = summary.e_theta.zip(summary.e_t) {
+            let [theta, t] = [theta, t].map(f64::to_degrees);
+            let sd = |sd: Option<f64>| sd.map_or(f64::NAN, f64::to_degrees);
+            let [sd_r, sd_t] = [sd(summary.sd_rotation), sd(summary.sd_translation)];
+            write!(
+                f,
+                "; turned by {theta:.3} deg (sd {sd_r:.3}), baseline by {t:.3} deg (sd {sd_t:.3}); {} of {} pairs",
+                summary.accepted, summary.pairs
+            )?;
+        }
+        if !self.skipped.is_empty() {
+            write!(f, "; skipped: {}", self.skipped)?;
+        }
+        Ok(())
+    }
+}
