@@ -144,7 +144,7 @@ mod tests {
         let brightest = picture.pixels()[4000..4096].iter().max();
         assert!(brightest >= Some(&249), "{brightest:?}");
         assert!(!picture.is_blank());
-        assert!(Picture::of_16_bits([100, 100], &[0; 10_000]).unwrap().is_blank());
+        assert!(Picture::of_16_bits([100, 100], &vec![0; 10_000]).unwrap().is_blank());
     }
 
     #[test]

@@ -182,7 +182,7 @@ mod tests {
             (meta().cameras::<f64>().unwrap(), found.meta.cameras::<f64>().unwrap());
         // The corners of the image see the same rays.
         for (u, v) in [(-0.5, -0.5), (639.5, 479.5), (319.5, 200.0)] {
-            let halved = |x: f64| (x + 0.5) / 2.0 - 0.5;
+            let halved = |x: f64| 0.5 * x - 0.25;
             let [a, b] =
                 [whole.left.ray([u, v]).unwrap(), half.left.ray([halved(u), halved(v)]).unwrap()];
             assert!((a - b).amax() < 1e-12, "{a} {b}");

@@ -27,7 +27,7 @@ impl Cdr {
     }
 
     fn number(&mut self, bytes: &[u8]) {
-        while (self.0.len() - 4) % bytes.len() != 0 {
+        while !(self.0.len() - 4).is_multiple_of(bytes.len()) {
             self.0.push(0);
         }
         self.0.extend(bytes);
@@ -47,7 +47,9 @@ impl Cdr {
     }
 
     fn numbers(&mut self, numbers: &[f64]) {
-        numbers.iter().for_each(|x| self.number(&x.to_le_bytes()));
+        for x in numbers {
+            self.number(&x.to_le_bytes());
+        }
     }
 }
 
