@@ -43,21 +43,20 @@ fn run<const W: usize, const E: usize>(pages: usize, tear: Tear, operations: &[O
     let kind = |factory| if factory { RecordKind::Factory } else { RecordKind::State };
     for (number, operation) in operations.iter().enumerate() {
         match *operation {
-            Operation::Save { factory, bytes } => {
-                let step = Step { kind: kind(factory), payload: Some(payload(number, bytes)) };
-                let mut saved = perform(&mut store, &step);
-                if saved.is_err() && held.factory.is_none() && tear == Tear::Ecc {
+            Operation::Save { factory, .. } | Operation::Forget { factory } => {
+                let payload = match operation {
+                    Operation::Save { bytes, .. } => Some(payload(number, *bytes)),
+                    _ => None,
+                };
+                let step = Step { kind: kind(factory), payload };
+                let mut done = perform(&mut store, &step);
+                if done.is_err() && held.factory.is_none() && tear == Tear::Ecc {
                     // The first save has torn a page, which may hold a factory record that cannot be read.
                     store = format(store.close(), 1);
                     held = Content::default();
-                    saved = perform(&mut store, &step);
+                    done = perform(&mut store, &step);
                 }
-                saved.unwrap();
-                held = held.after(&step);
-            }
-            Operation::Forget { factory } => {
-                let step = Step { kind: kind(factory), payload: None };
-                perform(&mut store, &step).unwrap();
+                done.unwrap();
                 held = held.after(&step);
             }
             Operation::Reopen => store = open(store.close(), 1),
