@@ -114,7 +114,7 @@ impl Figures {
             vibration_r: of_vibration(0),
             vibration_t: of_vibration(1),
             vibrating: share(
-                seen().flatten().filter(|pair| pair.vibration != [0.0; 2]).count(),
+                seen().flatten().filter(|pair| pair.vibration.iter().any(|rms| *rms > 0.0)).count(),
                 seen().flatten().count(),
             ),
             beyond_3: {

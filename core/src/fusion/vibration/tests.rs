@@ -79,7 +79,8 @@ fn a_vibration_that_begins_late_is_noticed_within_ten_pairs() {
         let mut rng = ChaCha8Rng::seed_from_u64(100 + seed);
         let shakes: Vec<f64> = (0..60).map(|_| 2e-3 * normal(&mut rng)).collect();
         let begun = |pair: u32| {
-            let shake = if pair < 30 { 0.0 } else { shakes[pair as usize] };
+            let at = usize::try_from(pair).unwrap();
+            let shake = if pair < 30 { 0.0 } else { shakes[at] };
             Vector5::new(shake, -shake, shake, 0.0, 0.0)
         };
         let all = followed(60, [0.0; 2], seed, begun);
