@@ -103,6 +103,41 @@
 #define SELFCAL_LINK_STORAGE_SIZE (8 * SELFCAL_LINK_STORAGE_WORDS)
 
 /**
+ * Length of the header of a frame, bytes.
+ */
+#define SELFCAL_FRAME_HEADER_BYTES 32
+
+/**
+ * Length of a match in a frame, bytes.
+ */
+#define SELFCAL_FRAME_MATCH_BYTES 16
+
+/**
+ * Length of the end of a frame, bytes.
+ */
+#define SELFCAL_FRAME_END_BYTES 4
+
+/**
+ * Flag of a header: frames were dropped right before this one because the receiver did not read.
+ */
+#define SELFCAL_FRAME_DROPPED_BEFORE 1
+
+/**
+ * Flag of a header: more matches were found than are sent.
+ */
+#define SELFCAL_FRAME_MORE_FOUND 2
+
+/**
+ * Size of `selfcal_encoder_t` in words of 8 bytes, sufficient on every target.
+ */
+#define SELFCAL_ENCODER_STORAGE_WORDS 10
+
+/**
+ * Size of `selfcal_encoder_t`, bytes.
+ */
+#define SELFCAL_ENCODER_STORAGE_SIZE (8 * SELFCAL_ENCODER_STORAGE_WORDS)
+
+/**
  * Length of the longest record of `selfcal_snapshot`, bytes, for any capacity.
  */
 #define SELFCAL_SNAPSHOT_BYTES 4180
@@ -513,6 +548,38 @@ enum selfcal_error_t
      * link: frame refused, the image sizes of matcher and cameras differ; feed on
      */
     SELFCAL_ERROR_LINK_IMAGE_SIZE = 1102,
+    /**
+     * frame: the header has an unknown flag
+     */
+    SELFCAL_ERROR_FRAME_FLAGS = 1113,
+    /**
+     * frame: the fraction bits are not within 0 to 8
+     */
+    SELFCAL_ERROR_FRAME_FRACTION_BITS = 1114,
+    /**
+     * frame: the pyramid ratio is below 64/64
+     */
+    SELFCAL_ERROR_FRAME_PYRAMID_RATIO = 1115,
+    /**
+     * frame: a coordinate is not finite, or not within the 24 bits of a record; drop the match
+     */
+    SELFCAL_ERROR_FRAME_COORDINATE = 1120,
+    /**
+     * frame: the score is not within 0 to 1; drop the match
+     */
+    SELFCAL_ERROR_FRAME_SCORE = 1121,
+    /**
+     * frame: no level of the pyramid of the header has this grid step
+     */
+    SELFCAL_ERROR_FRAME_GRID_STEP = 1122,
+    /**
+     * frame: it has as many matches as its header counts; end it
+     */
+    SELFCAL_ERROR_FRAME_FULL = 1123,
+    /**
+     * frame: it has fewer matches than its header counts
+     */
+    SELFCAL_ERROR_FRAME_MISSING = 1124,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -1363,6 +1430,58 @@ typedef struct selfcal_link_counters_t {
 } selfcal_link_counters_t;
 
 /**
+ * Header of a frame to be sent; core/src/link/FORMAT.md defines the fields.
+ */
+typedef struct selfcal_frame_header_t {
+    /**
+     * Time of exposure on the clock of the sender, us; 0 without one.
+     */
+    uint64_t timestamp_us;
+    /**
+     * Number of the frame: one more for each stereo pair, sent or not.
+     */
+    uint32_t sequence;
+    /**
+     * Width and height of both images, px.
+     */
+    uint16_t size_px[2];
+    /**
+     * Matches in the frame.
+     */
+    uint16_t count;
+    /**
+     * Grid step of pyramid level 0, 1/256 px; 0: that of the coordinates.
+     */
+    uint16_t grid_step;
+    /**
+     * Fraction bits of the coordinates, 0 to 8.
+     */
+    uint8_t fraction_bits;
+    /**
+     * Pixel size of a pyramid level over that of the level below, 1/64: 64 to 255; 64 without a pyramid.
+     */
+    uint8_t pyramid_ratio;
+    /**
+     * Sum of `SELFCAL_FRAME_` flags, or 0.
+     */
+    uint8_t flags;
+    /**
+     * Ignored.
+     */
+    uint8_t reserved;
+} selfcal_frame_header_t;
+
+/**
+ * Encoder of one frame, for a matcher in software. The caller owns it. It holds no match.
+ */
+typedef struct selfcal_encoder_t {
+    /**
+     * Private.
+     */
+    uint64_t opaque[SELFCAL_ENCODER_STORAGE_WORDS];
+} selfcal_encoder_t;
+
+/**
  * Result of one pair.
  */
 typedef struct selfcal_report_t {
@@ -2013,6 +2132,44 @@ selfcal_error_t selfcal_link_note_overrun(struct selfcal_link_t *link);
  */
 selfcal_error_t selfcal_link_counters(const struct selfcal_link_t *link,
                                       struct selfcal_link_counters_t *counters);
+
+/**
+ * Whether a match fits into a frame: count those that do before the frame is begun.
+ *
+ * * `header`: of the frame; its count is ignored.
+ */
+selfcal_error_t selfcal_frame_check(const struct selfcal_frame_header_t *header,
+                                    const struct selfcal_correspondence_t *correspondence);
+
+/**
+ * Begins a frame, also in an encoder in use. The count of the header is that of the matches to come.
+ *
+ * * `size`: size of the storage, bytes: `sizeof(selfcal_encoder_t)`.
+ * * `bytes`: the first `SELFCAL_FRAME_HEADER_BYTES` of the frame, written.
+ */
+selfcal_error_t selfcal_frame_begin(struct selfcal_encoder_t *encoder,
+                                    size_t size,
+                                    const struct selfcal_frame_header_t *header,
+                                    uint8_t *bytes);
+
+/**
+ * Encodes the next match of a frame. A match that is refused changes nothing: send another one in its
+ * place, or begin the next frame.
+ *
+ * * `bytes`: the next `SELFCAL_FRAME_MATCH_BYTES` of the frame, written.
+ */
+selfcal_error_t selfcal_frame_match(struct selfcal_encoder_t *encoder,
+                                    const struct selfcal_correspondence_t *correspondence,
+                                    uint8_t *bytes);
+
+/**
+ * Ends a frame with its CRC. Refused while matches are missing: add them, or begin the next frame; the
+ * receiver drops this one.
+ *
+ * * `bytes`: the last `SELFCAL_FRAME_END_BYTES` of the frame, written.
+ */
+selfcal_error_t selfcal_frame_end(const struct selfcal_encoder_t *encoder,
+                                  uint8_t *bytes);
 
 /**
  * Starts to solve the batch with a first pass over it. Then call `selfcal_advance_pair`. Forgets the

@@ -2,7 +2,7 @@
 
 use core::ffi::c_char;
 
-use stereo_selfcal::link::FrameRefusal;
+use stereo_selfcal::link::{EncodeError, FrameRefusal, HeaderError};
 use stereo_selfcal::{
     ApplyError, ConfigError, ExtrinsicsError, PairError, ProjectError, PushError, RectifyError,
     Refusal, Rejection, RestoreError, SnapshotError, UndistortError,
@@ -225,6 +225,23 @@ c_enum! {
         SELFCAL_ERROR_LINK_NO_CAMERAS = 1101,
         /// link: frame refused, the image sizes of matcher and cameras differ; feed on
         SELFCAL_ERROR_LINK_IMAGE_SIZE = 1102,
+
+        /// frame: the header has an unknown flag
+        SELFCAL_ERROR_FRAME_FLAGS = 1113,
+        /// frame: the fraction bits are not within 0 to 8
+        SELFCAL_ERROR_FRAME_FRACTION_BITS = 1114,
+        /// frame: the pyramid ratio is below 64/64
+        SELFCAL_ERROR_FRAME_PYRAMID_RATIO = 1115,
+        /// frame: a coordinate is not finite, or not within the 24 bits of a record; drop the match
+        SELFCAL_ERROR_FRAME_COORDINATE = 1120,
+        /// frame: the score is not within 0 to 1; drop the match
+        SELFCAL_ERROR_FRAME_SCORE = 1121,
+        /// frame: no level of the pyramid of the header has this grid step
+        SELFCAL_ERROR_FRAME_GRID_STEP = 1122,
+        /// frame: it has as many matches as its header counts; end it
+        SELFCAL_ERROR_FRAME_FULL = 1123,
+        /// frame: it has fewer matches than its header counts
+        SELFCAL_ERROR_FRAME_MISSING = 1124,
     }
 }
 
@@ -232,7 +249,7 @@ use selfcal_error_t::*;
 
 from_core!(
     UndistortError, ProjectError, ExtrinsicsError, ConfigError, PushError, PairError, Refusal, Rejection,
-    ApplyError, RectifyError, SnapshotError, RestoreError, FrameRefusal
+    ApplyError, RectifyError, SnapshotError, RestoreError, FrameRefusal, HeaderError, EncodeError
     => selfcal_error_t, else SELFCAL_ERROR_UNKNOWN
 );
 

@@ -13,7 +13,7 @@
 //! One contract for all functions. Each pointer is null, or points to a live object of its type that
 //! no other thread or interrupt touches during the call, and that does not overlap the others of the
 //! call. The functions refuse null and misaligned pointers, and storage without a prior
-//! `selfcal_init` or `selfcal_link_init`.
+//! `selfcal_init`, `selfcal_link_init` or `selfcal_frame_begin`.
 
 #![no_std]
 #![deny(
@@ -39,6 +39,7 @@ mod calibration;
 mod camera;
 mod capacity;
 mod config;
+mod encoder;
 mod error;
 mod estimate;
 mod extrinsics;
@@ -59,6 +60,7 @@ pub use calibration::*;
 pub use camera::*;
 pub use capacity::*;
 pub use config::*;
+pub use encoder::*;
 pub use error::*;
 pub use estimate::*;
 pub use extrinsics::*;

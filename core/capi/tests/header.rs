@@ -9,7 +9,7 @@ use cbindgen::{Builder, Config};
 use expect_test::expect_file;
 
 /// In the order of the header.
-const SOURCES: [&str; 17] = [
+const SOURCES: [&str; 18] = [
     "capacity",
     "error",
     "instance",
@@ -21,6 +21,7 @@ const SOURCES: [&str; 17] = [
     "calibration",
     "push",
     "link",
+    "encoder",
     "pair",
     "estimate",
     "health",

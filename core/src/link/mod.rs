@@ -1,7 +1,7 @@
 //! Link to a matcher: receives its frames into a batch.
 //!
-//! [`FrameHeader`] and [`MatchRecord`] encode and decode the wire format. [`Decoder`] finds whole frames in
-//! a byte stream and resynchronises after damage. [`FrameSink`] receives the matches: a
+//! [`FrameHeader`] and [`MatchRecord`] encode and decode the wire format; [`Encoder`] makes whole frames of
+//! them. [`Decoder`] finds whole frames in a byte stream and resynchronises after damage. [`FrameSink`] receives the matches: a
 //! [`Calibrator`](crate::Calibrator), or a buffer of the caller. [`FpgaMatcher`] drives SPI with a
 //! data-ready pin, [`StreamMatcher`] a UART or a DMA ring. The estimator does not depend on this module.
 #![doc = ""]
@@ -10,6 +10,7 @@
 mod counters;
 mod crc;
 mod decoder;
+mod encoder;
 mod event;
 mod fpga;
 mod frame;
@@ -25,6 +26,7 @@ mod window;
 pub use counters::Counters;
 pub use crc::FrameCrc;
 pub use decoder::Decoder;
+pub use encoder::Encoder;
 pub use event::{Damage, Event};
 pub use fpga::FpgaMatcher;
 pub use header::{FrameHeader, HeaderError};

@@ -22,7 +22,7 @@ pub struct MatchRecord {
     level: u8,
 }
 
-/// Why a correspondence cannot be encoded.
+/// Why a correspondence or the frame around it cannot be encoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -36,6 +36,12 @@ pub enum EncodeError {
     /// No level of the header's pyramid has this grid step. Correct the header.
     #[error("no level of the header's pyramid has this grid step")]
     GridStep,
+    /// The frame has as many records as its header counts. Finish it.
+    #[error("the frame has as many records as its header counts")]
+    Full,
+    /// The frame has fewer records than its header counts. Push the others.
+    #[error("{0} records of the frame are missing")]
+    Missing(u16),
 }
 
 /// Why 16 bytes with a correct CRC are not a record of version 1. Correct the sender.
@@ -52,7 +58,7 @@ pub enum RecordError {
 }
 
 codes! {
-    EncodeError { Coordinate = 1120, Score = 1121, GridStep = 1122 }
+    EncodeError { Coordinate = 1120, Score = 1121, GridStep = 1122, Full = 1123, Missing = 1124 }
     RecordError { Level = 1130, Reserved = 1131 }
 }
 

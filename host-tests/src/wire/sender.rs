@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, ensure};
 use stereo_selfcal::Correspondence;
-use stereo_selfcal::link::{FrameCrc, FrameHeader, MatchRecord};
+use stereo_selfcal::link::{Encoder, FrameHeader, MatchRecord};
 
 use crate::data::{Dataset, Match};
 
@@ -74,24 +74,19 @@ impl Sender {
             count: u16::try_from(records.len()).unwrap_or(u16::MAX),
             ..self.header
         };
-        let bytes = records.iter().map(MatchRecord::to_bytes);
-        (seal(&header, bytes), pair.len() - records.len())
+        (seal(&header, &records), pair.len() - records.len())
     }
 }
 
 /// Header, records and checksum as one frame.
-pub(super) fn seal(
-    header: &FrameHeader,
-    records: impl Iterator<Item = [u8; MatchRecord::BYTES]>,
-) -> Vec<u8> {
-    let start = header.encode().expect("fraction bits and ratio are in range");
-    let mut crc = FrameCrc::new(&start);
+pub(super) fn seal(header: &FrameHeader, records: &[MatchRecord]) -> Vec<u8> {
+    let (mut encoder, start) =
+        Encoder::begin(*header).expect("fraction bits and ratio are in range");
     let mut bytes = start.to_vec();
     for record in records {
-        crc.add(&record);
-        bytes.extend(record);
+        bytes.extend(encoder.push_record(record).expect("the header counts the records"));
     }
-    bytes.extend(crc.value().to_le_bytes());
+    bytes.extend(encoder.finish().expect("the header counts the records"));
     bytes
 }
 

@@ -219,14 +219,15 @@ fn any_frame(rng: &mut ChaCha8Rng, sequence: u32) -> Vec<u8> {
         dropped_before: rng.random(),
         more_found: rng.random(),
     };
-    let records = (0..count).map(|_| {
+    let record = |_| {
         let mut record = [0; MatchRecord::BYTES];
         rng.fill_bytes(&mut record);
         record[14] %= 16;
         record[15] = 0;
-        record
-    });
-    seal(&header, records)
+        MatchRecord::from_bytes(&record).expect("level and reserved byte are in range")
+    };
+    let records: Vec<MatchRecord> = (0..count).map(record).collect();
+    seal(&header, &records)
 }
 
 /// Whether a frame equals the decoded one; computed independently of the decoder.

@@ -38,6 +38,22 @@ const REFUSALS: [Refusal; 6] = [
 ];
 const STATES: [State; 4] = [State::Acquiring, State::Locked, State::Suspect, State::Lost];
 
+const HEADER: [HeaderError; 6] = [
+    HeaderError::Magic,
+    HeaderError::Crc,
+    HeaderError::Version(2),
+    HeaderError::Flags(4),
+    HeaderError::FractionBits(9),
+    HeaderError::PyramidRatio(1),
+];
+const ENCODE: [EncodeError; 5] = [
+    EncodeError::Coordinate,
+    EncodeError::Score,
+    EncodeError::GridStep,
+    EncodeError::Full,
+    EncodeError::Missing(1),
+];
+
 fn by_side<E>(of: impl Fn(Side, UndistortError) -> E) -> Vec<E> {
     SIDES.iter().flat_map(|side| UNDISTORT.map(|error| of(*side, error))).collect()
 }
@@ -175,6 +191,8 @@ fn every_error_of_the_core_has_its_own_error_code() {
         codes(&SNAPSHOT, SnapshotError::code),
         codes(&RESTORE, RestoreError::code),
         codes(&FRAME, FrameRefusal::code),
+        codes(&HEADER[3..], HeaderError::code),
+        codes(&ENCODE, EncodeError::code),
     ]
     .concat();
     let numbers: BTreeSet<i32> = all.iter().map(|code| *code as i32).collect();
@@ -188,16 +206,7 @@ fn every_error_of_the_core_has_its_own_error_code() {
 
 #[test]
 fn the_other_errors_of_the_link_have_numbers_of_their_own() {
-    let header = [
-        HeaderError::Magic,
-        HeaderError::Crc,
-        HeaderError::Version(2),
-        HeaderError::Flags(4),
-        HeaderError::FractionBits(9),
-        HeaderError::PyramidRatio(1),
-    ];
     let record = [RecordError::Level(16), RecordError::Reserved(1)];
-    let encode = [EncodeError::Coordinate, EncodeError::Score, EncodeError::GridStep];
     let damage = [Damage::Crc, Damage::Truncated, Damage::Unsupported];
     let busy = FrameRefusal::Busy;
     let receive: [ReceiveError<u8, u8>; 5] = [
@@ -207,15 +216,15 @@ fn the_other_errors_of_the_link_have_numbers_of_their_own() {
         busy.into(),
         ReceiveError::TimedOut,
     ];
-    assert_complete("HeaderError", &header);
+    assert_complete("HeaderError", &HEADER);
     assert_complete("RecordError", &record);
-    assert_complete("EncodeError", &encode);
+    assert_complete("EncodeError", &ENCODE);
     assert_complete("Damage", &damage);
     assert_complete("ReceiveError", &receive);
     let numbers = [
-        header.map(|error| error.code()).to_vec(),
+        HEADER.map(|error| error.code()).to_vec(),
         record.map(|error| error.code()).to_vec(),
-        encode.map(|error| error.code()).to_vec(),
+        ENCODE.map(|error| error.code()).to_vec(),
         damage.map(|damage| damage.code()).to_vec(),
         receive.map(|error| error.code()).to_vec(),
     ]

@@ -2,6 +2,7 @@
 #![allow(clippy::borrow_as_ptr, reason = "as C takes an address")]
 
 mod codes;
+mod encoder;
 mod lens;
 mod lens_tracking;
 mod life;

@@ -7,7 +7,7 @@ use embedded_hal::digital::{self, InputPin};
 use embedded_hal::spi::{self, ErrorKind, Operation, SpiDevice};
 use embedded_io::{Read, ReadReady};
 use stereo_selfcal::link::{
-    Decoder, FpgaMatcher, FrameCrc, FrameHeader, FrameSink, MatchRecord, StreamMatcher,
+    Decoder, Encoder, FpgaMatcher, FrameCrc, FrameHeader, FrameSink, MatchRecord, StreamMatcher,
 };
 use stereo_selfcal::{Calibrator, Cameras, Config};
 
@@ -80,6 +80,17 @@ fn bytes() {
         if let Ok(record) = MatchRecord::from_bytes(&black_box([0; MatchRecord::BYTES])) {
             show(record.decode(&header));
         }
+    }
+    if let Ok(header) = FrameHeader::decode(&bytes)
+        && let Ok((mut encoder, start)) = Encoder::begin(header)
+    {
+        show(start);
+        show(encoder.push(&solver::correspondence()));
+        if let Ok(record) = MatchRecord::from_bytes(&black_box([0; MatchRecord::BYTES])) {
+            show(encoder.push_record(&record));
+        }
+        show(encoder.missing());
+        show(encoder.finish());
     }
     let mut crc = FrameCrc::new(&bytes);
     crc.add(&black_box([0; MatchRecord::BYTES]));
