@@ -1,10 +1,10 @@
-# Copies the library that cargo built last in FROM, for TARGET or for this machine, to TO.
+# Copies the library that cargo built last in FROM, with PROFILE for TARGET or for this machine, to TO.
 #
 # `.cargo/for-target` keeps builds of Debian's compiler in a separate folder.
 
 file(GLOB built
-    "${FROM}/${TARGET}/release/libstereo_selfcal_capi.a"
-    "${FROM}/debian/${TARGET}/release/libstereo_selfcal_capi.a")
+    "${FROM}/${TARGET}/${PROFILE}/libstereo_selfcal_capi.a"
+    "${FROM}/debian/${TARGET}/${PROFILE}/libstereo_selfcal_capi.a")
 if(NOT built)
     message(FATAL_ERROR "cargo built no libstereo_selfcal_capi.a in ${FROM}")
 endif()

@@ -1,7 +1,8 @@
 //! The golden vectors: their bytes, and what a receiver makes of them. Update: `UPDATE_EXPECT=1`.
 
-use std::fmt::Write;
-use std::{env, fs, path::Path};
+use core::fmt::Write;
+use std::path::Path;
+use std::{env, fs};
 
 use stereo_selfcal::Correspondence;
 use stereo_selfcal::link::{Decoder, Encoder, Event, FrameHeader, MatchRecord};

@@ -32,7 +32,8 @@ impl Found {
             beats.push(beat(&[0; MatchRecord::BYTES], false));
         }
         beats[0].first = true;
-        beats.last_mut().expect("not empty").last = true;
+        let last = beats.len() - 1;
+        beats[last].last = true;
         beats
     }
 

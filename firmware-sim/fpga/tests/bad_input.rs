@@ -92,7 +92,9 @@ fn a_frame_without_its_last_beat_is_dropped_at_the_next_first_one() {
     assert_eq!(bench.outputs.unfinished, 1);
     // Without a first beat the pairs merge, up to the buffer.
     let mut beats = [plain(2, 20).beats(), plain(2, 20).beats()].concat();
-    beats.iter_mut().for_each(|beat| (beat.first, beat.last) = (false, false));
+    for beat in &mut beats {
+        (beat.first, beat.last) = (false, false);
+    }
     beats[39].last = true;
     let mut merged = plain(2, 20);
     merged.records.extend(plain(2, 20).records);

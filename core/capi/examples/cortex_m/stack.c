@@ -20,5 +20,5 @@ __attribute__((noinline)) uint32_t stack_used(void)
     int untouched = PAINTED_WORDS;
     while (untouched > 0 && painted_to[-untouched] == PAINT)
         untouched--;
-    return sizeof(uint32_t) * (OWN_WORDS + untouched);
+    return (uint32_t)sizeof(uint32_t) * (OWN_WORDS + (uint32_t)untouched);
 }

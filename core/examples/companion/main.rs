@@ -1,23 +1,30 @@
-//! For a Linux companion computer: matches as lines on standard input, estimates as lines on standard output.
+//! For a Linux companion computer: matches as lines on standard input, estimates as lines on standard output; or
+//! frames of a matcher over UDP or a serial device, estimates as JSON lines.
 //!
 //! ```sh
 //! matcher | cargo run -p stereo-selfcal --example companion -- --focal 1400 --principal 960,600 --size 1920x1200
 //! ```
 
+mod frames;
+mod options;
+
 use core::error::Error;
-use core::str::FromStr;
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::process::ExitCode;
 
 use stereo_selfcal::{
-    ApplyError, Calibration, Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics,
-    Fused, Intrinsics, Lens, RadialTangential, Rejection,
+    ApplyError, Calibration, Calibrator, Cameras, Config, Correspondence, Extrinsics, Fused,
+    Rejection,
 };
+
+use frames::Wire;
+use options::{Options, number};
 
 const HELP: &str = "\
 Calibrates the extrinsics of a stereo rig from matches on standard input.
 
 usage: companion --focal PX --principal U,V --size WxH [options] < matches
+       companion ... --udp ADDRESS:PORT | --device PATH
 
   --focal PX[,PX]        focal length, or fx,fy
   --principal U,V        principal point, px
@@ -26,6 +33,8 @@ usage: companion --focal PX --principal U,V --size WxH [options] < matches
                          radial-tangential lens, in OpenCV's order; default: none
   --rotation R11,...,R33 factory R row by row, p_r = R p_l + t; default: identity
   --translation X,Y,Z    factory t, any unit; default: -1,0,0
+  --udp ADDRESS:PORT     receives frames (core/src/link/FORMAT.md) in datagrams; 0.0.0.0:5600: from anywhere
+  --device PATH          reads frames from a device or file; `stty -F PATH raw 1500000` sets a serial line
   --help                 this text
 
 An option holds for both cameras; --left-focal, --right-focal and so on for one of them.
@@ -35,6 +44,7 @@ input:  one match a line: FRAME U_L V_L U_R V_R [SCORE], px before undistortion,
 output: one line for each pair, `pair FRAME OUTCOME` and the health of the calibration, and
         `in_use GENERATION R11 ... R33 TX TY TZ` whenever the extrinsics in use change.
         Lines that cannot be read are named on standard error and skipped.
+        Of frames, one JSON object for each whole one; the counters of the link come with it.
 exit:   0; 1 if no estimate was ever applied; 2 for wrong options.
 ";
 
@@ -56,10 +66,23 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    if io::stdin().is_terminal() {
-        eprintln!("companion: reading matches from the terminal; --help names their format");
-    }
-    match run(&mut rig, io::stdin().lock(), &mut io::stdout().lock()) {
+    let wire = Options::read(&arguments).map_err(io::Error::other).and_then(|o| Wire::open(&o));
+    let result = match wire {
+        Ok(Some(mut wire)) => frames::run(&mut rig, &mut wire, &mut io::stdout().lock()),
+        Ok(None) => {
+            if io::stdin().is_terminal() {
+                eprintln!(
+                    "companion: reading matches from the terminal; --help names their format"
+                );
+            }
+            run(&mut rig, io::stdin().lock(), &mut io::stdout().lock())
+        }
+        Err(error) => {
+            eprintln!("companion: {error}\nTry --help.");
+            return ExitCode::from(2);
+        }
+    };
+    match result {
         Ok(()) if rig.generation() > 0 => ExitCode::SUCCESS,
         Ok(()) => {
             eprintln!("companion: the input ended before an estimate was applied");
@@ -155,78 +178,6 @@ fn end_pair(rig: &mut Rig, frame: &str, out: &mut impl Write) -> io::Result<()> 
 fn take_pair(rig: &mut Rig) -> Result<Fused, Rejection> {
     rig.solve_pair()?;
     Ok(rig.fuse()?)
-}
-
-fn number<N: FromStr>(text: &str) -> Result<N, String> {
-    text.trim().parse().map_err(|_| format!("`{text}` is not a number"))
-}
-
-/// `--name value` of the command line.
-struct Options<'a>(Vec<(&'a str, &'a str)>);
-
-impl<'a> Options<'a> {
-    const NAMES: [&'static str; 6] =
-        ["focal", "principal", "size", "distortion", "rotation", "translation"];
-
-    fn read(arguments: &'a [String]) -> Result<Self, String> {
-        let mut found = Vec::new();
-        for pair in arguments.chunks(2) {
-            let [name, value] = pair else {
-                return Err(format!("{} has no value", pair.concat()));
-            };
-            let known = name.strip_prefix("--").filter(|name| {
-                let side = name.strip_prefix("left-").or_else(|| name.strip_prefix("right-"));
-                match side {
-                    Some(own) => Self::NAMES.iter().take(4).any(|known| *known == own),
-                    None => Self::NAMES.contains(name),
-                }
-            });
-            let name = known.ok_or_else(|| format!("unknown option {name}"))?;
-            found.push((name, value.as_str()));
-        }
-        Ok(Self(found))
-    }
-
-    fn text(&self, name: &str) -> Option<&'a str> {
-        self.0.iter().rev().find(|(known, _)| *known == name).map(|(_, value)| *value)
-    }
-
-    /// Numbers of an option, separated by commas.
-    fn get<N: FromStr, const K: usize>(&self, name: &str) -> Result<Option<[N; K]>, String> {
-        self.text(name).map(|text| numbers(name, text, ',')).transpose()
-    }
-
-    fn camera(&self, side: &str) -> Result<Camera<f32>, Box<dyn Error>> {
-        let text = |name| {
-            let own = self.text(&format!("{side}-{name}"));
-            own.or_else(|| self.text(name)).ok_or_else(|| format!("--{name} is missing"))
-        };
-        let focal = text("focal")?;
-        let focal =
-            if focal.contains(',') { numbers("focal", focal, ',')? } else { [number(focal)?; 2] };
-        let principal = numbers("principal", text("principal")?, ',')?;
-        let size = numbers("size", text("size")?, 'x')?;
-        let lens = match text("distortion") {
-            Ok(k) => {
-                Lens::RadialTangential(RadialTangential::try_new(numbers("distortion", k, ',')?)?)
-            }
-            Err(_) => Lens::Pinhole,
-        };
-        let camera = Camera::try_new(Intrinsics { focal, principal, size }, lens);
-        Ok(camera.map_err(|error| format!("{side} camera: {error}"))?)
-    }
-}
-
-fn numbers<N: FromStr, const K: usize>(
-    name: &str,
-    text: &str,
-    separator: char,
-) -> Result<[N; K], String> {
-    let found = text.split(separator).map(number).collect::<Result<Vec<N>, String>>();
-    let found = found.map_err(|error| format!("--{name}: {error}"))?;
-    found
-        .try_into()
-        .map_err(|found: Vec<N>| format!("--{name}: {} numbers, {K} expected", found.len()))
 }
 
 #[cfg(test)]
