@@ -119,7 +119,7 @@ module selfcal_reader #(
         if (settled) begin
             assert (m_valid == (state == SEND) || (state == IDLE && !m_last));
             assert (!m_last || (state == SEND && tail && sent == 2'd3));
-            assert (!tail || state == DONE || (at == {2'b00, sent} && (state == FETCH || state == LOAD || state == SEND)));
+            assert (!tail || state inside {IDLE, DONE} || (at == {2'b00, sent} && state inside {FETCH, LOAD, SEND}));
             assert (!(tail && state == SEND) || m_data == value[{sent, 3'd0} +: 8]);
             assert (state != DONE || (tail && sent == '0 && !m_valid));
             assert (state != IDLE || !m_last);

@@ -65,13 +65,13 @@ impl Check {
     }
 }
 
-/// Runs until `done`, for a bounded time.
-fn run_until(bench: &mut Bench, mut done: impl FnMut(&Bench) -> bool) {
+/// Runs until `done`, in steps of time, for a bounded time.
+fn run_until(bench: &mut Bench, step: u64, mut done: impl FnMut(&Bench) -> bool) {
     for _ in 0..1_000_000 {
         if done(bench) {
             return;
         }
-        bench.run(64);
+        bench.run(step);
     }
     panic!("the framer hangs");
 }
@@ -108,7 +108,7 @@ fn ten_thousand_frames_are_equal_byte_for_byte() {
         }
         // The next frame fills a bank while this one is read.
         let sent = check.sent.len();
-        run_until(&mut bench, |bench| {
+        run_until(&mut bench, 64, |bench| {
             check.compare(&bench.taken);
             check.next + 1 == sent && bench.taken.len() > check.at || check.next == sent
         });
@@ -132,7 +132,7 @@ fn frames_that_are_not_read_are_dropped_whole_and_flagged() {
     }
     bench.stalls = [0; 2];
     let last = check.sent.len();
-    run_until(&mut bench, |bench| {
+    run_until(&mut bench, 64, |bench| {
         check.compare(&bench.taken);
         check.next == last
     });
@@ -220,7 +220,7 @@ fn the_uart_sends_the_frames() {
         bench.beats.extend(frame.beats());
         check.sent.push(frame);
         while check.next < check.sent.len() {
-            run_until(&mut bench, |bench| !bench.outputs.tx);
+            run_until(&mut bench, 2, |bench| !bench.outputs.tx);
             bench.run(bit / 2);
             let mut byte = 0;
             for place in 0..8 {
