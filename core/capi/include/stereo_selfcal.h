@@ -1894,8 +1894,8 @@ selfcal_error_t selfcal_config_set_huber_threshold_px(struct selfcal_config_t *c
 /**
  * Sets the largest number of passes over the batch, the bound on the time of a pair.
  *
- * * `passes`: 2 or more; default 12 in the robust preset, 100 in the paper preset. The robust preset
- *   takes up to 9 if it is lower, and up to twice as many with at most 128 matches.
+ * * `passes`: 2 or more; default 24 in the robust preset, 100 in the paper preset. The robust preset
+ *   takes up to 9 if it is lower.
  */
 selfcal_error_t selfcal_config_set_max_passes(struct selfcal_config_t *config,
                                               uint16_t passes);
