@@ -153,7 +153,7 @@ module selfcal_store #(
         end
 
 `ifdef FORMAL
-    // Checked in simulation, and proven by induction in .ci/rtl: what is read is never written, and nothing is written beyond its bank.
+    // By simulation, and by induction in .ci/rtl: what is read is never written, nothing beyond its bank.
     logic settled = 1'b0;
     always_ff @(posedge clk) begin
         if (rst) settled <= 1'b1;
