@@ -146,12 +146,21 @@ impl<F: NorFlash> FlashIo<F> {
         (look, digest.finalize())
     }
 
+    /// Whether a page has content that reads the same twice, or is erased and takes a word.
+    pub(super) fn answers(&mut self, page: u32) -> bool {
+        match self.look(page) {
+            Look::Content => true,
+            Look::Blank => self.probe(page),
+            Look::Silent => false,
+        }
+    }
+
     /// Writes a word to the start of a page that reads as erased; whether it reads back, or is refused as a
     /// torn word is.
     ///
     /// If the page holds entries after all, the word damages the first one, which has a second copy.
     #[inline(never)]
-    pub(super) fn probe(&mut self, page: u32) -> bool {
+    fn probe(&mut self, page: u32) -> bool {
         let mut chunk = Chunk([PROBE; 64]);
         let Some(word) = chunk.0.get_mut(..to_usize(self.pages.word())) else { return false };
         if self.flash.write(page, word).is_err() {

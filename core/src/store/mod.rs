@@ -10,12 +10,15 @@
 //! each of [`RecordKind::Factory`], is written twice.
 //!
 //! Faults of the flash that stand for a while (reads that fail or return 00 or ff, of all pages or some; writes and
-//! erasures without effect): all pages deaf or stuck lose no record; where single pages are, one run in 800 still
-//! loses the factory record. Nothing is erased while a record found before is missing. A page has a mark once the
-//! next one is open: without that mark nothing is written. If no page of the store is recognised, a page is erased
-//! only if its content reads the same twice, or if it is blank and takes a word. An erasure is read back; after one
-//! that fails the save ends. Only another factory record replaces a factory record. A store that cannot save any more
-//! is saved by [`Store::format`]: after a loss of power in the very first saves this may be so.
+//! erasures without effect) lose no record. Nothing is erased while a record found before is missing. A page has a
+//! mark once the next one is open: without that mark nothing is written. If no page of the store is recognised, a page
+//! is erased only if its content reads the same twice, or if it is blank and takes a word; and if any page does not
+//! answer so, sequence numbers continue from 2^62. From then on no page that does not answer is erased, restarts
+//! included, until there is a factory record. An erasure is read back; after one that fails the save ends. Only another
+//! factory record replaces a factory record. Pages whose faults have passed are taken back: a factory record that only
+//! another page holds is copied to the active one, or the active one, full of states, is erased, where the factory
+//! record leaves no other page. A store that cannot save any more is saved by [`Store::format`]: after a loss of power
+//! in the very first saves this may be so.
 //!
 //! Cost of a save; an entry is the payload and 28 bytes, in whole words: one write for each 256 bytes of the entry
 //! and one read for each 128. If the page is full: all pages are read, several times, one is erased, and two entries
@@ -57,7 +60,7 @@ const LOAD_ATTEMPTS: u8 = 3;
 
 /// Records in a range of NOR flash.
 ///
-/// RAM: the driver and about 140 bytes.
+/// RAM: the driver and 128 bytes.
 #[derive(Debug)]
 pub struct Store<F: NorFlash> {
     flash_io: FlashIo<F>,

@@ -41,6 +41,7 @@ impl<F: NorFlash> Store<F> {
         }
         self.check_not_missing()?;
         self.check_fits_page(record.meta)?;
+        self.heal(record);
         let appended = match self.free() {
             Some((address, bytes)) => self.append(record, address, bytes),
             None => Ok(false),
@@ -57,6 +58,30 @@ impl<F: NorFlash> Store<F> {
             self.rescan();
         }
         saved
+    }
+
+    /// Copies newest records of other kinds to the active page, where a fault kept them elsewhere: the page that
+    /// holds the only one can never be erased. Without room, or if it fails, they stay where they are.
+    #[inline(never)]
+    fn heal(&mut self, record: &NewRecord<'_>) {
+        let Some((active, (mut address, free))) = self.scan.active.zip(self.free()) else { return };
+        for kind in RecordKind::ALL.into_iter().filter(|kind| *kind != record.meta.kind) {
+            let Some(place) = self.scan.newest.of(kind).copied() else { continue };
+            let bytes = place.header.meta.bytes(&self.flash_io.pages).saturating_mul(2);
+            if self.flash_io.pages.page_of(place.address) == active || bytes > free {
+                continue;
+            }
+            // A record that reads badly for a moment is not replaced by an older one.
+            if (0..LOOKS).any(|_| Scan::in_page(&mut self.flash_io, active, kind).is_some()) {
+                continue;
+            }
+            self.scan.end = address.saturating_add(bytes);
+            let source = Source::Entry(place.address);
+            if let Ok(copy) = self.write_copies(&mut address, place.header.meta, source, true, 2) {
+                *self.scan.newest.of_mut(kind) = copy;
+            }
+            return;
+        }
     }
 
     /// Refuses while a record found before is missing, or the page opened last.
@@ -113,17 +138,26 @@ impl<F: NorFlash> Store<F> {
         for leniency in 0..3_u8 {
             self.rescan();
             self.check_not_missing()?;
+            self.note_silent_pages();
             let mut page = self.scan.active;
             for _ in 0..CANDIDATES.min(self.flash_io.pages.count()) {
                 let candidate = self.flash_io.pages.after(page);
                 page = Some(candidate);
-                if page == self.scan.active || page == self.scan.stuck || tried == MAX_ERASURES {
+                if page == self.scan.stuck || tried == MAX_ERASURES {
                     continue;
                 }
                 let kind = record.meta.kind;
                 // After a failure no records are given up: the same pages again.
                 let leniency = if tried == 0 { leniency } else { 0 };
+                let is_active = page == self.scan.active;
+                if is_active && (leniency < 2 || kind == RecordKind::Factory) {
+                    continue;
+                }
                 let Some(others) = self.without(candidate, kind, leniency) else { continue };
+                // The active page, full of states, only where the other pages are taken by the factory record.
+                if is_active && others.of(RecordKind::Factory).is_none() {
+                    continue;
+                }
                 tried = tried.saturating_add(1);
                 result = self.open_page(record, candidate, &others);
                 if result.is_ok() || page == self.scan.stuck {
@@ -155,7 +189,7 @@ impl<F: NorFlash> Store<F> {
         }
         let source = Source::Payload(record.payload);
         *newest.of_mut(kind) = self.write_copies(&mut address, record.meta, source, false, 2)?;
-        if let Some(last) = self.scan.active {
+        if let Some(last) = self.scan.active.filter(|last| *last != page) {
             let end = self.scan.end;
             self.flash_io.write_mark(end, self.flash_io.pages.end_of(last));
         }
@@ -165,6 +199,16 @@ impl<F: NorFlash> Store<F> {
         Ok(())
     }
 
+    /// Without an active page, any page that does not answer may hold the records: the sequence number, which is
+    /// stored with the next record, says so from then on.
+    #[inline(never)]
+    fn note_silent_pages(&mut self) {
+        let Self { flash_io, scan } = self;
+        if scan.active.is_none() && flash_io.pages.starts().any(|page| !flash_io.answers(page)) {
+            scan.sequence = Some(scan.sequence.unwrap_or(0).max(BLIND));
+        }
+    }
+
     /// Erases a page and reads it back. Where it may hold the only records, a page without content is erased
     /// only if it takes a word: it may be unreadable for a while.
     #[inline(never)]
@@ -172,16 +216,8 @@ impl<F: NorFlash> Store<F> {
         let Self { flash_io, scan } = self;
         let is_blind = scan.sequence.is_some_and(|number| number >= BLIND);
         let no_factory = scan.newest.of(RecordKind::Factory).is_none();
-        if scan.active.is_none() || is_blind && no_factory {
-            let works = match flash_io.look(page) {
-                Look::Content => true,
-                Look::Blank => flash_io.probe(page),
-                Look::Silent => false,
-            };
-            if !works {
-                scan.sequence = scan.sequence.or(Some(BLIND));
-                return Err(SaveError::VerifyFailed);
-            }
+        if (scan.active.is_none() || is_blind && no_factory) && !flash_io.answers(page) {
+            return Err(SaveError::VerifyFailed);
         }
         for _ in 0..ERASE_ATTEMPTS {
             self.scan.erasures = self.scan.erasures.saturating_add(1);

@@ -1,5 +1,5 @@
 //! Faults of the flash that stand for a while: whether the factory record is lost, the state older than the one before,
-//! or a record a mixture. The longer campaign still finds losses.
+//! or a record a mixture.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -188,7 +188,9 @@ fn a_bus_that_is_deaf_or_stuck_destroys_nothing() {
 }
 
 /// Runs for each word size, defect and pair of defects.
-const SEEDS: u64 = 20;
+const SEEDS: u64 = 12;
+/// As `SEEDS`, of the longer campaign.
+const MANY_SEEDS: u64 = 200;
 
 /// Losses by defect and by pair of defects: factory records, states, saves impossible afterwards; and runs.
 type Losses = std::collections::BTreeMap<String, [usize; 4]>;
@@ -252,36 +254,53 @@ fn run<const W: usize, const E: usize>(
 }
 
 /// Single defects, and every pair of them; with losses of power and without.
-fn campaign(seeds: u64) -> Losses {
+fn campaign(seeds: impl IntoIterator<Item = u64> + Clone) -> Losses {
     let mut losses = Losses::new();
     let pairs =
         DEFECTS.iter().enumerate().flat_map(|(i, a)| DEFECTS[i..].iter().map(move |b| [*a, *b]));
-    for (defects, cuts) in pairs.flat_map(|pair| [(pair, false), (pair, true)]) {
+    for defects in pairs {
         let defects = if defects[0] == defects[1] { &defects[..1] } else { &defects[..] };
-        for seed in 0..seeds {
-            run::<1, 224>(defects, seed, cuts, &mut losses);
-            run::<4, 256>(defects, seed, cuts, &mut losses);
-            run::<8, 512>(defects, seed, cuts, &mut losses);
-            run::<32, 1024>(defects, seed, cuts, &mut losses);
-            run::<64, 1536>(defects, seed, cuts, &mut losses);
-        }
+        every_size(defects, seeds.clone(), &mut losses);
     }
     losses
 }
 
+/// With losses of power and without.
+fn every_size(defects: &[Defect], seeds: impl IntoIterator<Item = u64>, losses: &mut Losses) {
+    for (seed, cuts) in seeds.into_iter().flat_map(|seed| [(seed, false), (seed, true)]) {
+        run::<1, 224>(defects, seed, cuts, losses);
+        run::<4, 256>(defects, seed, cuts, losses);
+        run::<8, 512>(defects, seed, cuts, losses);
+        run::<32, 1024>(defects, seed, cuts, losses);
+        run::<64, 1536>(defects, seed, cuts, losses);
+    }
+}
+
 #[test]
 fn faults_of_two_kinds_at_once_lose_no_record() {
-    report(&campaign(SEEDS), 5);
+    report(&campaign(0..SEEDS), 0);
+}
+
+/// Two pages: while one is erased the other falls silent, over a restart, and then answers again.
+#[test]
+fn a_page_that_falls_silent_while_the_other_is_erased_keeps_its_records() {
+    let mut losses = Losses::new();
+    for defect in DEFECTS {
+        every_size(&[defect], [12, 61, 71, 136, 143, 154, 162, 173], &mut losses);
+    }
+    report(&losses, 0);
 }
 
 #[test]
 #[ignore = "minutes: the same with more seeds"]
 fn losses_by_faults_of_two_kinds_in_many_runs() {
-    report(&campaign(10 * SEEDS), 10);
+    report(&campaign(SEEDS..SEEDS + MANY_SEEDS), 1);
 }
 
-/// Prints the losses, and their sums without and with wrong bits in reads; checks those without.
-fn report(losses: &Losses, limit: usize) {
+/// Prints the losses: no record may be lost, nor a save be impossible later, but by wrong bits in reads.
+///
+/// * `stuck`: saves that may be impossible after wrong bits, of 1000.
+fn report(losses: &Losses, stuck: usize) {
     let mut sums = [[0; 4]; 2];
     for (defects, loss) in losses {
         let [factory, state, stuck, runs] = loss;
@@ -295,10 +314,8 @@ fn report(losses: &Losses, limit: usize) {
         "factory records, states, saves lost, runs: {:?}; with wrong bits {:?}",
         sums[0], sums[1]
     );
-    for [factory, state, stuck, runs] in sums {
-        assert!(factory + state + stuck <= limit * runs / 1000, "{sums:?}");
-    }
-    if limit < 10 {
-        assert_eq!(sums[0][..3], [0; 3], "{sums:?}");
-    }
+    let [exact, flipped] = sums;
+    assert_eq!(exact[..3], [0; 3], "{losses:?}");
+    assert_eq!(flipped[..2], [0; 2], "{losses:?}");
+    assert!(flipped[2] * 1000 <= stuck * flipped[3], "{losses:?}");
 }
