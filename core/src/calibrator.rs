@@ -349,6 +349,13 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         &self.batch
     }
 
+    /// Whether every length that an access depends on is within its capacity. It always is, unless the memory of the
+    /// calibrator has been overwritten from outside.
+    #[doc(hidden)]
+    pub fn has_valid_lengths(&self) -> bool {
+        self.batch.is_within() && self.estimator.is_within()
+    }
+
     /// Whether a pair has been begun and is not solved: until then correspondences are refused.
     pub fn is_solving(&self) -> bool {
         self.estimator.is_busy()

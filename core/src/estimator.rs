@@ -70,6 +70,15 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.is_busy())
     }
 
+    /// Whether the lengths are within their capacities.
+    pub(crate) fn is_within(&self) -> bool {
+        match self {
+            #[cfg(feature = "paper")]
+            Self::Paper(_) => true,
+            Self::Robust(fusion) => fusion.is_within(),
+        }
+    }
+
     /// Abandons the pair being solved; a solved pair may still be fused.
     pub(crate) fn abandon(&mut self) {
         dispatch!(self, state => state.abandon());

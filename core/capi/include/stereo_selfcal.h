@@ -173,7 +173,7 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_STORAGE_SIZE = 3,
     /**
-     * the storage is not initialised, is overwritten, or belongs to another build
+     * the storage is not initialised, its name or a length is overwritten, or it belongs to another build
      */
     SELFCAL_ERROR_NOT_INITIALISED = 4,
     /**
@@ -1131,6 +1131,10 @@ typedef struct selfcal_requirements_t {
 /**
  * A calibrator of one stereo rig, owned by the caller, in static memory or elsewhere. It holds no
  * pointers and needs no release. One call at a time; calibrators are independent.
+ *
+ * Of storage that is overwritten, each call notices two things: other first 12 bytes (name and size), and a length
+ * beyond its array. Then it does nothing, and returns `SELFCAL_ERROR_NOT_INITIALISED`. Other wrong bits are not
+ * noticed, and what a call does with them is undefined: protect the memory, or call `selfcal_init` again.
  */
 typedef struct selfcal_t {
     /**

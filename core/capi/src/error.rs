@@ -25,7 +25,7 @@ c_enum! {
         SELFCAL_ERROR_ALIGNMENT = 2,
         /// the storage is too small; compare the capacities of header and library
         SELFCAL_ERROR_STORAGE_SIZE = 3,
-        /// the storage is not initialised, is overwritten, or belongs to another build
+        /// the storage is not initialised, its name or a length is overwritten, or it belongs to another build
         SELFCAL_ERROR_NOT_INITIALISED = 4,
         /// the configuration is not initialised; call selfcal_config_default first
         SELFCAL_ERROR_CONFIG_NOT_INITIALISED = 5,

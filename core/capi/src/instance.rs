@@ -12,6 +12,10 @@ use crate::marked::{self, Marked};
 
 /// A calibrator of one stereo rig, owned by the caller, in static memory or elsewhere. It holds no
 /// pointers and needs no release. One call at a time; calibrators are independent.
+///
+/// Of storage that is overwritten, each call notices two things: other first 12 bytes (name and size), and a length
+/// beyond its array. Then it does nothing, and returns `SELFCAL_ERROR_NOT_INITIALISED`. Other wrong bits are not
+/// noticed, and what a call does with them is undefined: protect the memory, or call `selfcal_init` again.
 #[repr(C)]
 pub struct selfcal_t {
     /// Private.
@@ -65,7 +69,9 @@ pub(crate) unsafe fn exclusive<'a>(
     storage: *mut selfcal_t,
 ) -> Result<&'a mut Instance, selfcal_error_t> {
     // SAFETY: the contract of the crate; storage is as large as `Instance`.
-    unsafe { marked::exclusive(storage.cast()) }
+    let instance: &mut Instance = unsafe { marked::exclusive(storage.cast()) }?;
+    check_lengths(instance)?;
+    Ok(instance)
 }
 
 /// The calibrator in a storage, read only.
@@ -76,5 +82,13 @@ pub(crate) unsafe fn shared<'a>(
     storage: *const selfcal_t,
 ) -> Result<&'a Instance, selfcal_error_t> {
     // SAFETY: as above.
-    unsafe { marked::shared(storage.cast()) }
+    let instance: &Instance = unsafe { marked::shared(storage.cast()) }?;
+    check_lengths(instance)?;
+    Ok(instance)
+}
+
+/// Refuses lengths beyond their arrays: an access would leave the storage.
+fn check_lengths(instance: &Instance) -> Result<(), selfcal_error_t> {
+    let valid = instance.calibrator.has_valid_lengths();
+    if valid { Ok(()) } else { Err(selfcal_error_t::SELFCAL_ERROR_NOT_INITIALISED) }
 }

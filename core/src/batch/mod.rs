@@ -55,7 +55,8 @@ texts! { Pushed { Kept = "kept", Replaced = "replaced", LeftOut = "left out" } }
 /// ```
 #[derive(Debug, Clone)]
 pub struct Batch<T, const N: usize> {
-    pairs: heapless::Vec<RayPair<T>, N>,
+    /// Short length: a wrong one, of memory overwritten from outside, is still a slice.
+    pairs: heapless::Vec<RayPair<T>, N, u16>,
     left_out: u32,
     refused: u32,
     /// The matches are of a frame that has not ended with a correct CRC.
@@ -181,6 +182,11 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     /// Shows the correspondences of a whole frame.
     pub(crate) fn end_frame(&mut self) {
         self.arriving = false;
+    }
+
+    /// Whether the length is within the capacity.
+    pub(crate) fn is_within(&self) -> bool {
+        self.pairs.len() <= N
     }
 
     /// Whether a frame arrives, and was not cleared since it began.

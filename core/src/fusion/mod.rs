@@ -115,6 +115,11 @@ impl<T: Scalar> Fusion<T> {
         if is_due { self.reference.next(hypothesis, context) } else { None }
     }
 
+    /// Whether the lengths are within their capacities.
+    pub(crate) fn is_within(&self) -> bool {
+        self.scene.is_within()
+    }
+
     /// Whether a pair is being solved.
     pub(crate) fn is_busy(&self) -> bool {
         self.association.is_open()

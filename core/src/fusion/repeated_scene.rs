@@ -10,7 +10,8 @@ use crate::thresholds::{REMEMBERED, REMEMBERED_STEPS_PER_PX, SAME_SHARE, SAME_ST
 /// A sample of the correspondences of the last pair. RAM: 6 bytes each.
 #[derive(Debug, Clone)]
 pub(super) struct RepeatedScene {
-    remembered: heapless::Vec<[u16; 3], REMEMBERED>,
+    /// Short length, as that of a batch.
+    remembered: heapless::Vec<[u16; 3], REMEMBERED, u8>,
 }
 
 impl RepeatedScene {
@@ -18,6 +19,11 @@ impl RepeatedScene {
     pub(super) const WORDS: usize = 1 + REMEMBERED * 3 / 2;
 
     pub(super) const NEW: Self = Self { remembered: heapless::Vec::new() };
+
+    /// Whether the length is one that a store of correspondences can have.
+    pub(super) fn is_within(&self) -> bool {
+        self.remembered.len() <= REMEMBERED
+    }
 
     /// Replaces the remembered scene by that of a batch; whether it is the same one.
     #[inline(never)]

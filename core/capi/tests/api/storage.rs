@@ -91,3 +91,25 @@ proptest! {
         prop_assert_eq!(begun, code == SELFCAL_OK);
     }
 }
+
+#[test]
+fn a_wrong_bit_in_a_length_is_detected_where_an_access_would_leave_the_storage() {
+    let mut cal = Cal::new(None);
+    let mut found = 0;
+    for at in 12..SELFCAL_STORAGE_SIZE {
+        // The lengths of an empty batch and scene are 0.
+        if bytes(&mut cal)[at] != 0 {
+            continue;
+        }
+        bytes(&mut cal)[at] = 0x80;
+        if get!(cal, selfcal_generation) == Err(SELFCAL_ERROR_NOT_INITIALISED) {
+            for (name, code) in every_function(cal.ptr()) {
+                assert_eq!(code, SELFCAL_ERROR_NOT_INITIALISED, "{name}");
+            }
+            found += 1;
+        }
+        bytes(&mut cal)[at] = 0;
+    }
+    assert_eq!(found, 2, "high byte of the length of the batch, length of the remembered scene");
+    assert_eq!(get!(cal, selfcal_generation), Ok(0));
+}
