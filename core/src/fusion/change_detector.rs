@@ -170,3 +170,6 @@ impl<T: Scalar> ChangeDetector<T> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

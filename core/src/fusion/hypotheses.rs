@@ -352,3 +352,6 @@ impl<T: Scalar> Hypotheses<T> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -394,4 +394,4 @@ impl<T: Scalar> Hypothesis<T> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

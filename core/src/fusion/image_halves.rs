@@ -151,3 +151,19 @@ impl<T: Scalar> ImageHalves<T> {
         self.parts.map(|part| part.normal.information.matrix().m11)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_disagreement_widens_by_its_square_and_the_share_of_distinct_scenes() {
+        let widening = |disagreement, pairs| {
+            ImageHalves { pairs, disagreement, ..ImageHalves::<f64>::NONE }.widening()
+        };
+        assert_eq!(widening(3.0, [10, 10]), 9.0);
+        assert_eq!(widening(3.0, [10, 5]), 4.5);
+        assert_eq!(widening(3.0, [100, 1]), 1.0);
+        assert_eq!(widening(HEALTHY_DISAGREEMENT, [10, 10]), 1.0);
+    }
+}

@@ -13,7 +13,7 @@ pub(crate) struct ResidualStats<V> {
     /// Correspondences behind a camera.
     pub(crate) skipped: V,
     /// Residuals within 2, 3, and 4 units of the loss.
-    pub(super) within: [V; 3],
+    pub(crate) within: [V; 3],
     /// Residuals beyond 2 units of the loss, up to [`CROWD`]: positive less negative ones.
     pub(super) leaning: V,
     /// Estimates of the noise variance from the residuals within 2 units, summed, px^2.

@@ -16,22 +16,25 @@ use std::vec::Vec;
 
 const FOCAL: f64 = 1400.0;
 
-fn context<T: Scalar>() -> Context<'static, T> {
+pub(in crate::fusion) fn context<T: Scalar>() -> Context<'static, T> {
     const CONFIG: Config = Config::robust();
     let factory = Box::leak(Box::new(Extrinsics::SIDE_BY_SIDE));
     Context::new(&CONFIG, factory, T::lit(FOCAL))
 }
 
-fn truth() -> RectifyingRotations<f64> {
+pub(in crate::fusion) fn truth() -> RectifyingRotations<f64> {
     pose([0.02, -0.01, 0.03], [0.04, -0.02])
 }
 
-fn evaluated<T: Scalar>(seed: u64) -> EvaluatedPose<T> {
+pub(in crate::fusion) fn evaluated<T: Scalar>(seed: u64) -> EvaluatedPose<T> {
     evaluated_at(&truth(), seed)
 }
 
 /// 128 points 3 to 80 baselines away, uniform noise of +-0.5 px, evaluated at their optimum.
-fn evaluated_at<T: Scalar>(truth: &RectifyingRotations<f64>, seed: u64) -> EvaluatedPose<T> {
+pub(in crate::fusion) fn evaluated_at<T: Scalar>(
+    truth: &RectifyingRotations<f64>,
+    seed: u64,
+) -> EvaluatedPose<T> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut one = || {
         let [x, y] = [rng.random_range(-0.6..0.6), rng.random_range(-0.4..0.4)];
@@ -53,7 +56,7 @@ fn evaluated_at<T: Scalar>(truth: &RectifyingRotations<f64>, seed: u64) -> Evalu
     evaluated
 }
 
-fn fused<T: Scalar>(
+pub(in crate::fusion) fn fused<T: Scalar>(
     pairs: &[EvaluatedPose<T>],
     rounds: u32,
     context: &Context<'_, T>,
@@ -89,6 +92,30 @@ fn gap<T: Scalar>(hypothesis: &Hypothesis<T>, to: &RectifyingRotations<f64>) -> 
     let e = Extrinsics::try_new(&e.rotation().matrix().map(T::to_f64), &t).unwrap();
     let off = RectifyingRotations::from(&e).unknowns_to(to);
     off.component_div(&covariance.diagonal().map(f64::sqrt)).amax()
+}
+
+impl<T: Scalar> Hypothesis<T> {
+    /// Has just followed a drift by so many rad.
+    pub(in crate::fusion) fn drifting(self, drift: Vector5<T>) -> Self {
+        Self { drift, ..self }
+    }
+}
+
+#[test]
+fn a_drift_that_was_followed_widens_the_deviation_and_fades() {
+    let context = context();
+    let pairs: Vec<EvaluatedPose<f64>> = (0..30).map(evaluated).collect();
+    let mut hypothesis = fused(&pairs[..10], 1, &context);
+    let still = hypothesis.deviations(&context).unwrap().rotation;
+    hypothesis = hypothesis.drifting(Vector5::ith(0, 10.0 * still));
+    let before = hypothesis.deviations(&context).unwrap().rotation;
+    assert!(before > 8.0 * still, "{before} {still}");
+    for pair in &pairs[10..] {
+        add(&mut hypothesis, pair, false, &context);
+    }
+    // 0.9^20 of it is left.
+    let after = hypothesis.deviations(&context).unwrap().rotation;
+    assert!((0.9..2.0).contains(&(after / still)), "{after} {still}");
 }
 
 #[test]

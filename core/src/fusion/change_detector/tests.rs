@@ -1,0 +1,74 @@
+//! Each part of the detector alone notices the change that it is for.
+
+use super::super::hypothesis::Update;
+use super::super::hypothesis::tests::{context, evaluated_at, fused, truth};
+use super::*;
+use crate::pair::evaluate::EvaluatedPose;
+/// Adds a pair to both; whether the short and the long window alone reject.
+fn add(
+    hypothesis: &mut Hypothesis<f64>,
+    detector: &mut ChangeDetector<f64>,
+    pair: &EvaluatedPose<f64>,
+) -> [bool; 2] {
+    let context = context();
+    let mut update = Update::NONE;
+    hypothesis.next_update(&pair.measurement, false, &context, &mut update).unwrap();
+    detector.shift(hypothesis.last());
+    let moved = hypothesis.apply(&pair.measurement, &update, false, &context);
+    detector.add(hypothesis, &pair.measurement, 0.0, &moved, &context);
+    let mut sums = detector.short;
+    sums.add(hypothesis.last());
+    let short = hypothesis.normal_equations(&sums);
+    let no_long = ChangeDetector { long: NormalEquations::ZERO, ..detector.clone() };
+    [
+        no_long.has_changed(hypothesis, &short, &context),
+        detector.has_changed(hypothesis, &NormalEquations::ZERO, &context),
+    ]
+}
+
+/// Pairs of a rig that turns by so many rad a pair from the 60th on, until a window rejects.
+fn pairs_until_rejected(rate: f64, seed: u64, pairs: u32) -> [Option<u32>; 2] {
+    let mut hypothesis = fused(&[evaluated_at(&truth(), seed)], 1, &context());
+    let mut detector = ChangeDetector::NEW;
+    let mut until = [None; 2];
+    for k in 1..pairs {
+        let turned = Vector5::ith(0, rate * f64::from(k.saturating_sub(60)));
+        let pair = evaluated_at(&truth().stepped_by(&turned).unwrap(), seed + u64::from(k));
+        let rejects = add(&mut hypothesis, &mut detector, &pair);
+        for (until, rejects) in until.iter_mut().zip(rejects) {
+            *until = until.or(rejects.then_some(k));
+        }
+    }
+    until
+}
+
+#[test]
+fn a_drift_of_a_fiftieth_of_a_second_of_arc_a_pair_is_seen_by_the_window_of_fifty() {
+    let [short, long] = pairs_until_rejected(1e-7, 2000, 300);
+    assert!(short.is_none() && long.is_some(), "{short:?} {long:?}");
+    assert_eq!(pairs_until_rejected(0.0, 2000, 300), [None; 2]);
+}
+
+#[test]
+fn a_faster_drift_is_seen_by_the_window_of_ten() {
+    let [short, long] = pairs_until_rejected(3e-6, 1000, 100);
+    assert!(short.is_some_and(|short| long.is_none_or(|long| short < long)), "{short:?} {long:?}");
+}
+
+#[test]
+fn pairs_that_each_pass_the_gate_sum_up_to_a_change() {
+    let context = context();
+    let mut hypothesis = fused(&[evaluated_at(&truth(), 0)], 1, &context);
+    let mut detector = ChangeDetector::NEW;
+    for seed in 1..20 {
+        add(&mut hypothesis, &mut detector, &evaluated_at(&truth(), seed));
+    }
+    let pair = evaluated_at(&truth(), 70).measurement;
+    let still = Vector5::zeros();
+    // 20 less the 9 left out: 60 are exceeded by the sixth.
+    let changed = [20.0; 6].map(|nis| detector.add(&hypothesis, &pair, nis, &still, &context));
+    assert_eq!(changed, [false, false, false, false, false, true]);
+    // Below what is left out the sum fades to 0, not beyond.
+    let changed = [0.0; 20].map(|nis| detector.add(&hypothesis, &pair, nis, &still, &context));
+    assert_eq!((changed.len(), detector.cumulative), (20, 0.0));
+}
