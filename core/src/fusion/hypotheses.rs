@@ -232,7 +232,9 @@ impl<T: Scalar> Hypotheses<T> {
                 let challenger = self.challenger.as_mut().ok_or(Refusal::NothingSolved)?;
                 challenger.add(&result.evaluated.measurement, result.repeated, context)?;
                 self.count(result.rejected);
-                Ok(self.promote(reference, context))
+                let fused = self.promote(reference, context);
+                self.learn_share(result.evaluated, context);
+                Ok(fused)
             }
             Support::New => {
                 self.begin_challenger(result, context)?;
@@ -301,6 +303,26 @@ impl<T: Scalar> Hypotheses<T> {
         self.challenger = None;
         self.rejected = 0;
         if had_champion { Fused::TookOver } else { Fused::Added }
+    }
+
+    /// Ends a challenger of the same rig, whose pairs the champion rejects for their share of inliers alone: that
+    /// share is usual from now on. It cannot depart, and the champion, which learns from accepted pairs, would be
+    /// lost.
+    #[inline(never)]
+    fn learn_share(&mut self, evaluated: &EvaluatedPose<T>, context: &Context<'_, T>) {
+        let (Some(champion), Some(challenger)) = (&mut self.champion, &self.challenger) else {
+            return;
+        };
+        let share = challenger.hypothesis.inlier_share();
+        let is_same = challenger.agreed >= MIN_AGREED
+            && share < champion.hypothesis.inlier_share()
+            && champion.hypothesis.gate_at_share(evaluated, share, T::ONE, context).is_some()
+            && !challenger.hypothesis.departs_from(&champion.hypothesis, context);
+        if is_same {
+            champion.hypothesis.accept_share(share);
+            self.challenger = None;
+            self.rejected = 0;
+        }
     }
 
     pub(super) fn write(&self, to: &mut Writer<'_>) {

@@ -361,12 +361,33 @@ impl<T: Scalar> Hypothesis<T> {
         slack: T,
         context: &Context<'_, T>,
     ) -> Option<T> {
-        let least = T::lit(MIN_INLIER_RATIO) * self.inlier_share;
+        self.gate_at_share(evaluated, self.inlier_share, slack, context)
+    }
+
+    /// [`Self::gate`] where another share of inliers is usual.
+    pub(super) fn gate_at_share(
+        &self,
+        evaluated: &EvaluatedPose<T>,
+        usual: T,
+        slack: T,
+        context: &Context<'_, T>,
+    ) -> Option<T> {
+        let least = T::lit(MIN_INLIER_RATIO) * usual;
         if !(evaluated.has_peak() && evaluated.measurement.inlier_share >= least) {
             return None;
         }
         let nis = self.innovation(&evaluated.measurement, context)? / self.reduced_chi_square();
         (nis < T::lit(MAX_NIS) * slack).then_some(nis)
+    }
+
+    /// Usual share of inliers.
+    pub(super) fn inlier_share(&self) -> T {
+        self.inlier_share
+    }
+
+    /// Takes another share of inliers for the usual one.
+    pub(super) fn accept_share(&mut self, share: T) {
+        self.inlier_share = share;
     }
 
     /// Whether this is another rig by more than chance: squared distance over both covariances above [`MAX_NIS`].

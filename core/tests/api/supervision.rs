@@ -140,6 +140,48 @@ fn ten_pairs_of_rubbish_lose_the_rig_not_the_estimate_and_good_ones_recover_it()
     }
 }
 
+/// So many percent outliers among the matches of a rig.
+fn poor(rotation: [f64; 3], percent: usize, seed: u64) -> Vec<Correspondence<f32>> {
+    let mut matches = scene(rotation, seed);
+    let outliers = matches.len() * percent / 100;
+    matches.truncate(matches.len() - outliers);
+    matches.extend(garbage(outliers, seed));
+    matches
+}
+
+#[test]
+fn a_right_estimate_is_not_lost_where_more_than_half_of_the_matches_become_outliers() {
+    for percent in [48, 52, 56, 60] {
+        let mut calibrator = locked();
+        let states = (0..100).map(|seed| {
+            let _ = take(&mut calibrator, &poor(ROTATION, percent, 100 * percent as u64 + seed));
+            calibrator.state()
+        });
+        let states: Vec<State> = states.collect();
+        let [locked, lost] = [State::Locked, State::Lost]
+            .map(|state| states.iter().filter(|s| **s == state).count());
+        println!("{percent} % outliers: locked after {locked} of 100 pairs, lost after {lost}");
+        assert_eq!(lost, 0, "{percent} {states:?}");
+        assert!(locked >= 90, "{percent} {states:?}");
+        let proposal = calibrator.proposal().unwrap();
+        assert!(is_of(&proposal, ROTATION) && proposal.pairs > 80, "{percent} {proposal:?}");
+    }
+}
+
+#[test]
+fn a_knock_where_more_than_half_of_the_matches_become_outliers_is_followed() {
+    let [x, y, z] = ROTATION;
+    for by in [0.05, 0.1, 0.3] {
+        let mut calibrator = locked();
+        for seed in 0..30 {
+            let _ = take(&mut calibrator, &poor([x + by, y, z], 56, seed));
+        }
+        let proposal = calibrator.proposal().unwrap();
+        assert_eq!(proposal.state, State::Locked, "{by}");
+        assert!(is_of(&proposal, [x + by, y, z]), "{by} {proposal:?}");
+    }
+}
+
 #[test]
 fn a_lost_rig_is_found_again_where_it_is_now() {
     let mut calibrator = locked();
