@@ -187,6 +187,22 @@ fn a_bus_that_is_deaf_or_stuck_destroys_nothing() {
     println!("{cases:?} cases, no record lost");
 }
 
+#[test]
+fn a_save_whose_header_does_not_read_back_is_reported() {
+    let (flash, mut histories) = used::<4, 256>(3, 8, (20, 31));
+    let faults = flash.faults.clone();
+    let mut store = open(flash);
+    faults.borrow_mut().push(Active { defect: Defect::FirstBit, pages: ALL, after: 0 });
+    for kind in [RecordKind::State, RecordKind::Factory] {
+        assert!(!perform(&mut store, &save(kind, 200, 20)), "{kind:?}");
+    }
+    faults.borrow_mut().clear();
+    let mut store = open(store.close());
+    check(&mut store, &histories, 0, "no header took");
+    five_saves(&mut store, &mut histories, 210, (20, 31), true);
+    check(&mut store, &histories, 0, "after it");
+}
+
 /// Runs for each word size, defect and pair of defects.
 const SEEDS: u64 = 12;
 /// As `SEEDS`, of the longer campaign.

@@ -22,9 +22,11 @@ pub(crate) enum Defect {
     NoWrite,
     /// One read in so many has a wrong bit.
     Flips(u32),
+    /// The first bit of each write stays 0.
+    FirstBit,
 }
 
-/// All of them.
+/// Those of the campaigns.
 pub(crate) const DEFECTS: [Defect; 7] = [
     Defect::Deaf,
     Defect::Stuck(0),
@@ -128,6 +130,9 @@ impl<const W: usize, const E: usize> NorFlash for Faulty<W, E> {
             for (cell, bits) in cells.iter_mut().zip(word) {
                 let kept: u8 = if left == 0 { self.flash.random.random() } else { 0 };
                 *cell &= bits | kept;
+            }
+            if i == 0 && self.has(offset, |d| d == Defect::FirstBit) {
+                self.flash.bytes[offset as usize] &= 0xfe;
             }
             if left == 0 {
                 return Err(Fault::NoPower);
