@@ -117,35 +117,43 @@ fn paper_preset_and_literal_reference_reach_the_same_extrinsics_on_every_recorde
     });
     println!("{compared} pairs within {worst:.1e} rad; gauge row of weight 1: {literal_worst:.1e}");
     println!("{beyond_limit} of them take more than 100 passes");
-    assert_eq!(compared, 140);
+    assert_eq!((compared, beyond_limit), (140, 14));
 }
 
 /// Figure 2, for both presets; the paper preset run to its end, because one pair in ten stops at its
 /// limit of 100 passes in `f64` and earlier in `f32`.
 #[test]
 fn f32_agrees_with_f64_within_a_twentieth_of_the_predicted_deviation_on_every_recorded_pair() {
-    for (preset, config) in [("paper", to_the_end()), ("robust", Config::robust())] {
-        let worst = worst_share_between_scalars(config);
-        println!("{preset}: {worst:.4} of the predicted standard deviation at worst");
+    for (preset, config, solved) in
+        [("paper", to_the_end(), 140), ("robust", Config::robust(), 138)]
+    {
+        let (worst, [compared, refused]) = worst_share_between_scalars(config);
+        println!(
+            "{preset}: {worst:.4} of the predicted deviation at worst; {compared} pairs, {refused} refused by both"
+        );
+        assert_eq!((compared, refused), (solved, 140 - solved), "{preset}");
         assert!(worst < 0.05, "{preset}: {worst}");
     }
 }
 
-fn worst_share_between_scalars(config: Config) -> f64 {
-    let mut worst = 0.0_f64;
+/// And the numbers of pairs compared, and refused alike by both.
+fn worst_share_between_scalars(config: Config) -> (f64, [usize; 2]) {
+    let (mut worst, mut counts) = (0.0_f64, [0; 2]);
     for_every_pair(|name, set, pair| {
         let both = (solve_by::<f64>(config, set, pair), solve_by::<f32>(config, set, pair));
         let (Ok(double), Ok(single)) = both else {
             assert_eq!(both.0.err(), both.1.err(), "{name}");
+            counts[1] += 1;
             return;
         };
         let single = in_f64(&single.extrinsics);
         let sd = double.information.standard_deviations().unwrap();
         let [r, t] = gap(&double.extrinsics, single.rotation(), single.translation());
         let share = (r / sd.rotation).max(t / sd.translation);
+        counts[0] += 1;
         worst = worst.max(share);
     });
-    worst
+    (worst, counts)
 }
 
 fn paper_summary(set: &Dataset) -> Summary {
@@ -170,7 +178,8 @@ fn natural_outliers_are_survived_by_the_robust_preset() {
     let summary = run.summary(&set).unwrap();
     println!("{summary}");
     let [e_t, e_theta] = [summary.e_t.unwrap(), summary.e_theta.unwrap()];
-    assert!(e_t < 0.01 && e_theta < 0.005, "{e_t} {e_theta}");
+    // Measured: 0.0016 and 0.00055.
+    assert!(e_t < 0.002 && e_theta < 0.0008, "{e_t} {e_theta}");
     // Consistent: within three reported standard deviations.
     assert!(e_t < 3.0 * summary.sd_translation.unwrap());
     assert!(e_theta < 3.0 * summary.sd_rotation.unwrap());

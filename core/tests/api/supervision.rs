@@ -150,7 +150,7 @@ fn poor(rotation: [f64; 3], percent: usize, seed: u64) -> Vec<Correspondence<f32
 }
 
 #[test]
-fn a_right_estimate_is_not_lost_where_more_than_half_of_the_matches_become_outliers() {
+fn a_right_estimate_is_not_lost_where_more_than_half_of_the_matches_are_suddenly_outliers() {
     for percent in [48, 52, 56, 60] {
         let mut calibrator = locked();
         let states = (0..100).map(|seed| {
