@@ -141,7 +141,8 @@ impl<T: Scalar> Hypotheses<T> {
         evaluated: &EvaluatedPose<T>,
         context: &Context<'_, T>,
     ) -> Option<T> {
-        self.champion()?.gate(evaluated, T::ONE, context)
+        let champion = self.champion()?;
+        champion.gate(evaluated, champion.inlier_share, T::ONE, context)
     }
 
     /// NIS of a pair inside the challenger's gate, over the reduced chi-square.
@@ -153,7 +154,7 @@ impl<T: Scalar> Hypotheses<T> {
         // Without a champion the challenger is young, and may be a few deviations off.
         let slack = if self.champion.is_none() { T::lit(YOUNG_SLACK) } else { T::ONE };
         let challenger = self.challenger().filter(|_| evaluated.has_clear_peak())?;
-        challenger.gate(evaluated, slack, context)
+        challenger.gate(evaluated, challenger.inlier_share, slack, context)
     }
 
     /// Counts a pair against the hypotheses whose gates rejected it. A challenger that fails too often is dropped.
@@ -313,13 +314,13 @@ impl<T: Scalar> Hypotheses<T> {
         let (Some(champion), Some(challenger)) = (&mut self.champion, &self.challenger) else {
             return;
         };
-        let share = challenger.hypothesis.inlier_share();
+        let share = challenger.hypothesis.inlier_share;
         let is_same = challenger.agreed >= MIN_AGREED
-            && share < champion.hypothesis.inlier_share()
-            && champion.hypothesis.gate_at_share(evaluated, share, T::ONE, context).is_some()
+            && share < champion.hypothesis.inlier_share
+            && champion.hypothesis.gate(evaluated, share, T::ONE, context).is_some()
             && !challenger.hypothesis.departs_from(&champion.hypothesis, context);
         if is_same {
-            champion.hypothesis.accept_share(share);
+            champion.hypothesis.inlier_share = share;
             self.challenger = None;
             self.rejected = 0;
         }

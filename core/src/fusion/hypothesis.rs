@@ -49,7 +49,7 @@ pub(crate) struct Hypothesis<T: Scalar> {
     /// Running mean of the noise of a coordinate, px.
     noise: T,
     /// Running mean of the inlier share.
-    inlier_share: T,
+    pub(super) inlier_share: T,
     /// Running mean of [`PairMeasurement::crowd`].
     crowd: T,
     /// Fading sums of [`PairMeasurement::high_leverage`].
@@ -354,18 +354,8 @@ impl<T: Scalar> Hypothesis<T> {
 
     /// Gates a pair that was tracked from here: its NIS over the reduced chi-square, `None` outside the gate.
     ///
-    /// * `slack`: factor of the gate.
+    /// * `usual`: share of inliers; `slack`: factor of the gate.
     pub(super) fn gate(
-        &self,
-        evaluated: &EvaluatedPose<T>,
-        slack: T,
-        context: &Context<'_, T>,
-    ) -> Option<T> {
-        self.gate_at_share(evaluated, self.inlier_share, slack, context)
-    }
-
-    /// [`Self::gate`] where another share of inliers is usual.
-    pub(super) fn gate_at_share(
         &self,
         evaluated: &EvaluatedPose<T>,
         usual: T,
@@ -378,16 +368,6 @@ impl<T: Scalar> Hypothesis<T> {
         }
         let nis = self.innovation(&evaluated.measurement, context)? / self.reduced_chi_square();
         (nis < T::lit(MAX_NIS) * slack).then_some(nis)
-    }
-
-    /// Usual share of inliers.
-    pub(super) fn inlier_share(&self) -> T {
-        self.inlier_share
-    }
-
-    /// Takes another share of inliers for the usual one.
-    pub(super) fn accept_share(&mut self, share: T) {
-        self.inlier_share = share;
     }
 
     /// Whether this is another rig by more than chance: squared distance over both covariances above [`MAX_NIS`].

@@ -270,7 +270,7 @@ fn run<const W: usize, const E: usize>(
 }
 
 /// Single defects, and every pair of them; with losses of power and without.
-fn campaign(seeds: impl IntoIterator<Item = u64> + Clone) -> Losses {
+fn campaign(seeds: &std::ops::Range<u64>) -> Losses {
     let mut losses = Losses::new();
     let pairs =
         DEFECTS.iter().enumerate().flat_map(|(i, a)| DEFECTS[i..].iter().map(move |b| [*a, *b]));
@@ -294,7 +294,7 @@ fn every_size(defects: &[Defect], seeds: impl IntoIterator<Item = u64>, losses: 
 
 #[test]
 fn faults_of_two_kinds_at_once_lose_no_record() {
-    report(&campaign(0..SEEDS), 0);
+    report(&campaign(&(0..SEEDS)), 0);
 }
 
 /// Two pages: while one is erased the other falls silent, over a restart, and then answers again.
@@ -310,7 +310,7 @@ fn a_page_that_falls_silent_while_the_other_is_erased_keeps_its_records() {
 #[test]
 #[ignore = "minutes: the same with more seeds"]
 fn losses_by_faults_of_two_kinds_in_many_runs() {
-    report(&campaign(SEEDS..SEEDS + MANY_SEEDS), 1);
+    report(&campaign(&(SEEDS..SEEDS + MANY_SEEDS)), 1);
 }
 
 /// Prints the losses: no record may be lost, nor a save be impossible later, but by wrong bits in reads.

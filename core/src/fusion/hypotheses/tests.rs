@@ -8,10 +8,10 @@ use std::vec::Vec;
 extern crate std;
 
 /// A challenger with three pairs behind it, over a champion, or alone.
-fn hypotheses(champion: Option<Hypothesis<f64>>, challenger: Hypothesis<f64>) -> Hypotheses<f64> {
-    let champion =
-        champion.map(|hypothesis| Champion { hypothesis, detector: ChangeDetector::NEW });
-    let challenger = Some(Challenger { hypothesis: challenger, agreed: MIN_AGREED, failed: 0 });
+fn hypotheses(champion: Option<&Hypothesis<f64>>, challenger: &Hypothesis<f64>) -> Hypotheses<f64> {
+    let champion = champion
+        .map(|hypothesis| Champion { hypothesis: *hypothesis, detector: ChangeDetector::NEW });
+    let challenger = Some(Challenger { hypothesis: *challenger, agreed: MIN_AGREED, failed: 0 });
     Hypotheses { champion, challenger, rejected: 3 }
 }
 
@@ -23,10 +23,10 @@ fn pairs(turned: f64, seeds: core::ops::Range<u64>) -> Vec<EvaluatedPose<f64>> {
 #[test]
 fn a_challenger_takes_over_only_if_it_departs_from_the_champion() {
     let (context, mut reference) = (context(), LensReference::GIVEN);
-    let champion = || Some(fused(&pairs(0.0, 0..10), 1, &context));
+    let champion = fused(&pairs(0.0, 0..10), 1, &context);
     let turned = 0.1_f64.to_radians();
     for (by, expected) in [(0.0, Fused::KeptApart), (turned, Fused::TookOver)] {
-        let mut both = hypotheses(champion(), fused(&pairs(by, 20..23), 1, &context));
+        let mut both = hypotheses(Some(&champion), &fused(&pairs(by, 20..23), 1, &context));
         assert_eq!(both.promote(&mut reference, &context), expected);
         assert_eq!(both.challenger().is_some(), by == 0.0);
     }
@@ -36,10 +36,10 @@ fn a_challenger_takes_over_only_if_it_departs_from_the_champion() {
 fn a_challenger_that_is_not_certain_does_not_lock() {
     let (context, mut reference) = (context(), LensReference::GIVEN);
     let certain = fused(&pairs(0.0, 0..4), 1, &context);
-    let mut alone = hypotheses(None, certain);
+    let mut alone = hypotheses(None, &certain);
     assert_eq!(alone.promote(&mut reference, &context), Fused::Added);
     assert_eq!(alone.state(), State::Locked);
-    let mut alone = hypotheses(None, certain.drifting(Vector5::ith(0, 0.2)));
+    let mut alone = hypotheses(None, &certain.drifting(Vector5::ith(0, 0.2)));
     assert_eq!(alone.promote(&mut reference, &context), Fused::Added);
     assert_eq!(alone.state(), State::Acquiring);
 }
@@ -47,7 +47,7 @@ fn a_challenger_that_is_not_certain_does_not_lock() {
 #[test]
 fn a_pair_without_a_clear_peak_supports_no_challenger() {
     let context = context();
-    let alone = hypotheses(None, fused(&pairs(0.0, 0..4), 1, &context));
+    let alone = hypotheses(None, &fused(&pairs(0.0, 0..4), 1, &context));
     let mut pair = evaluated::<f64>(9);
     assert!(alone.gate_of_challenger(&pair, &context).is_some());
     // 9 within 2 units and 6 from 2 to 4 are no peak by chance alone, but hardly more.
@@ -61,12 +61,12 @@ fn a_pair_passes_a_gate_only_with_a_peak_and_the_usual_share_of_inliers() {
     let context = context();
     let hypothesis = fused(&pairs(0.0, 0..4), 1, &context);
     let pair = evaluated::<f64>(9);
-    assert!(hypothesis.gate(&pair, 1.0, &context).is_some());
+    assert!(hypothesis.gate(&pair, hypothesis.inlier_share, 1.0, &context).is_some());
     let mut few = pair;
     few.measurement.inlier_share *= 0.4;
-    assert_eq!(hypothesis.gate(&few, 1.0, &context), None);
+    assert_eq!(hypothesis.gate(&few, hypothesis.inlier_share, 1.0, &context), None);
     let mut flat = EvaluatedPose { stats: EvaluatedPose::NONE.stats, ..pair };
     flat.stats.usable = pair.stats.usable;
     assert!(!flat.has_peak());
-    assert_eq!(hypothesis.gate(&flat, 1.0, &context), None);
+    assert_eq!(hypothesis.gate(&flat, hypothesis.inlier_share, 1.0, &context), None);
 }
