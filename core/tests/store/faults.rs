@@ -270,7 +270,7 @@ fn run<const W: usize, const E: usize>(
 }
 
 /// Single defects, and every pair of them; with losses of power and without.
-fn campaign(seeds: &std::ops::Range<u64>) -> Losses {
+fn campaign(seeds: &core::ops::Range<u64>) -> Losses {
     let mut losses = Losses::new();
     let pairs =
         DEFECTS.iter().enumerate().flat_map(|(i, a)| DEFECTS[i..].iter().map(move |b| [*a, *b]));
