@@ -60,6 +60,8 @@ fn json_has_the_stable_fields_and_no_others() {
         "sigma_theta",
         "R",
         "t",
+        "vibration_rotation",
+        "vibration_translation",
         "sd_rotation",
         "sd_translation",
         "rms_px_before",

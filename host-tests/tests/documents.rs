@@ -131,6 +131,7 @@ fn cargo_knows_the_tests_and_benches_of_the_documents() {
         let mut folder = root().join(match words.next().unwrap() {
             "stereo-selfcal" => "core",
             "stereo-selfcal-capi" => "core/capi",
+            "selfcal-images" => "host-tests/images",
             package => package,
         });
         let mut filter = None;
