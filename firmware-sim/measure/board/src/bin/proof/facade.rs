@@ -58,6 +58,7 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
     show(calibrator.undo());
     calibrator.set_frozen(black_box(false));
     show(calibrator.is_frozen());
+    show(calibrator.has_valid_lengths());
     show(calibrator.in_use());
     show(calibrator.calibration_in_use());
     show(calibrator.generation());
