@@ -7,7 +7,7 @@ use crate::algebra::symmetric5::Symmetric5;
 use crate::batch::Batch;
 use crate::geometry::rectification::tests::pose;
 use crate::pair::scenes::{CENTRE, FOCAL, batch, rays, rounded};
-use crate::thresholds::MIN_DEPTH;
+use crate::thresholds::{MIN_DEPTH, TIGHT_TUKEY, TUKEY};
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 
@@ -26,6 +26,7 @@ struct Scene<'a> {
     pose: RectifyingRotations<f64>,
     start: RectifyingRotations<f64>,
     noise: f64,
+    tukey: f64,
     mean_root: Option<f64>,
 }
 
@@ -63,6 +64,7 @@ impl Scene<'_> {
             start: rounded(&self.start),
             pose: rounded(&self.pose),
             noise: T::lit(self.noise),
+            tukey: T::lit(self.tukey),
             leverage: self.mean_root.map(first),
             fitted: T::ZERO,
             min_disparity: T::lit(MIN_DISPARITY),
@@ -151,13 +153,14 @@ proptest! {
         drawn in prop::collection::vec(drawn(), 0..100),
         rotation in [-0.1..0.1, -0.3..0.3, -0.1..0.1], t in [-0.1..0.1, -0.1..0.1],
         off in [-0.02..0.02, -0.1..0.1, -0.02..0.02],
-        noise in 0.2..0.8_f64, mean_root in prop::option::of(0.01..0.06),
+        noise in 0.2..0.8_f64, tukey in prop::sample::select(&[TUKEY, TIGHT_TUKEY]),
+        mean_root in prop::option::of(0.01..0.06),
     ) {
         let [x, y, z] = rotation;
         let [dx, dy, dz] = off;
         let start = pose([x + dx, y + dy, z + dz], t);
         let pose = pose(rotation, t);
-        let scene = Scene { drawn: &drawn, pose, start, noise, mean_root };
+        let scene = Scene { drawn: &drawn, pose, start, noise, tukey, mean_root };
         scene.agree::<f64>(1e-11);
         scene.agree::<f32>(2e-3);
     }
