@@ -62,7 +62,7 @@ impl<'a> Writer<'a> {
 
     /// Checksum of the bytes written so far.
     pub(crate) fn checksum(&self) -> u32 {
-        self.checksum.clone().finalize()
+        self.checksum.value()
     }
 
     /// Appends the checksum and returns the length of the whole record, whether it fits or not.

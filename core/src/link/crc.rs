@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::layout::{CRC_BYTES, HEADER_BYTES, RECORD_BYTES};
+use super::layout::{CRC_BYTES, HEADER_BYTES, RECORD_BYTES, record_words};
 use crate::codec::checksum::{self, Checksum};
 
 /// Running CRC of a frame: header without its own CRC, then all records.
@@ -28,13 +28,19 @@ impl FrameCrc {
     /// Adds one encoded record.
     #[inline(always)]
     pub fn add(&mut self, record: &[u8; RECORD_BYTES]) {
-        self.0.update(record);
+        self.add_words(record_words(record));
+    }
+
+    /// Adds one record in words.
+    #[inline(always)]
+    pub(super) fn add_words(&mut self, record: [u32; 4]) {
+        record.into_iter().for_each(|word| self.0.update_word(word));
     }
 
     /// CRC of the header and the records added so far.
     #[must_use]
     pub fn value(&self) -> u32 {
-        self.0.clone().finalize()
+        self.0.value()
     }
 }
 

@@ -4,7 +4,7 @@ use super::counters::{Counters, count};
 use super::event::{Damage, Event};
 use super::frame::{Disposition, FrameBody, Step};
 use super::header::FrameHeader;
-use super::layout::{HEADER_BYTES, MAGIC, RECORD_BYTES};
+use super::layout::{HEADER_BYTES, MAGIC, RECORD_BYTES, record_words};
 use super::sink::{FrameRefusal, FrameSink, Received};
 use super::window::Window;
 
@@ -77,13 +77,10 @@ impl Decoder {
     /// `None`: `bytes` is used up. Work is bounded by its length; a record in one piece is decoded at once.
     pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Event> {
         while self.window.is_full() || !bytes.is_empty() {
-            let event = if self.window.is_full() {
-                self.take_header()
-            } else if self.frame.is_some() {
-                self.take_body(bytes)
-            } else {
-                self.search(bytes);
-                None
+            let event = match self.take_record(bytes) {
+                Some(Step::Match(c)) => Some(Event::Match(c)),
+                Some(_) => None,
+                None => self.take_some(bytes),
             };
             if event.is_some() {
                 return event;
@@ -102,7 +99,17 @@ impl Decoder {
         bytes: &mut &[u8],
         sink: &mut impl FrameSink,
     ) -> Result<Option<Received>, FrameRefusal> {
-        while let Some(event) = self.next(bytes) {
+        while self.window.is_full() || !bytes.is_empty() {
+            // A match that is never an event is not copied.
+            if let Some(step) = self.take_record(bytes) {
+                if let Step::Match(c) = step {
+                    sink.take(&c);
+                }
+                continue;
+            }
+            let Some(event) = self.take_some(bytes) else {
+                continue;
+            };
             match event {
                 Event::Started(header) => sink.start(&header).inspect_err(|_| self.refuse())?,
                 Event::Match(correspondence) => sink.take(&correspondence),
@@ -204,23 +211,35 @@ impl Decoder {
         }
     }
 
-    /// Inside a frame: takes one record or one byte.
+    /// Inside a frame: takes one record in one piece, if it is next and holds no start of a header.
     #[inline(always)]
-    fn take_body(&mut self, bytes: &mut &[u8]) -> Option<Event> {
+    fn take_record(&mut self, bytes: &mut &[u8]) -> Option<Step> {
         let frame = self.frame.as_mut()?;
-        if self.window.is_empty()
-            && frame.is_at_record()
-            && let Some((record, rest)) = bytes.split_first_chunk::<RECORD_BYTES>()
-            && !may_start_header(record, rest)
-        {
-            *bytes = rest;
-            work!(self, RECORD_BYTES);
-            return match frame.push_record(record) {
-                Step::Match(c) => Some(Event::Match(c)),
-                _ => None,
-            };
+        if !self.window.is_empty() || !frame.is_at_record() {
+            return None;
         }
-        self.take_byte(bytes)
+        let (record, rest) = bytes.split_first_chunk::<RECORD_BYTES>()?;
+        let words = record_words(record);
+        // One random record in twenty passes the first test.
+        if has_first_byte(words) && has_first_two_bytes(record, rest) {
+            return None;
+        }
+        *bytes = rest;
+        work!(self, RECORD_BYTES);
+        Some(frame.push_record(words))
+    }
+
+    /// Takes a header, a byte of a frame, or bytes between frames.
+    #[inline(never)]
+    fn take_some(&mut self, bytes: &mut &[u8]) -> Option<Event> {
+        if self.window.is_full() {
+            return self.take_header();
+        }
+        if self.frame.is_some() {
+            return self.take_byte(bytes);
+        }
+        self.search(bytes);
+        None
     }
 
     #[inline(never)]
@@ -291,26 +310,19 @@ fn take_first(bytes: &mut &[u8]) -> Option<u8> {
     Some(first)
 }
 
-/// Whether a header may start within a record, by its first two bytes.
-///
-/// * `rest`: bytes received after the record.
-#[inline(always)]
-fn may_start_header(record: &[u8; RECORD_BYTES], rest: &[u8]) -> bool {
-    // One random record in twenty passes the first test.
-    has_first_byte(record) && has_first_two_bytes(record, rest)
-}
-
 /// Whether a record holds the first byte of the magic; tests four bytes at a time.
 #[inline(always)]
-fn has_first_byte(record: &[u8; RECORD_BYTES]) -> bool {
+fn has_first_byte(record: [u32; 4]) -> bool {
     const ONES: u32 = u32::from_ne_bytes([1; 4]);
     const TOPS: u32 = u32::from_ne_bytes([0x80; 4]);
     const FIRST: u32 = u32::from_ne_bytes([MAGIC[0]; 4]);
-    let (words, _) = record.as_chunks::<4>();
     let zero_byte = |word: u32| word.wrapping_sub(ONES) & !word & TOPS;
-    words.iter().fold(0, |any, &word| any | zero_byte(u32::from_ne_bytes(word) ^ FIRST)) != 0
+    record.into_iter().fold(0, |any, word| any | zero_byte(word ^ FIRST)) != 0
 }
 
+/// Whether a header may start within a record, by its first two bytes.
+///
+/// * `rest`: bytes received after the record.
 #[inline(never)]
 fn has_first_two_bytes(record: &[u8; RECORD_BYTES], rest: &[u8]) -> bool {
     let next = record.iter().skip(1).map(Some).chain([rest.first()]);

@@ -2,7 +2,7 @@
 
 use super::crc::FrameCrc;
 use super::header::FrameHeader;
-use super::layout::{CRC_BYTES, HEADER_BYTES, RECORD_BYTES};
+use super::layout::{CRC_BYTES, HEADER_BYTES, RECORD_BYTES, record_words};
 use super::record::MatchRecord;
 use crate::batch::correspondence::Correspondence;
 
@@ -80,22 +80,21 @@ impl FrameBody {
         }
         self.held = 0;
         if self.records_left > 0 {
-            let record = self.partial;
-            return self.push_record(&record);
+            return self.push_record(record_words(&self.partial));
         }
         let [c0, c1, c2, c3, ..] = self.partial;
         Step::End(u32::from_le_bytes([c0, c1, c2, c3]) == self.crc.value())
     }
 
-    /// Takes one whole record.
+    /// Takes one whole record, in words.
     #[inline(always)]
-    pub(super) fn push_record(&mut self, bytes: &[u8; RECORD_BYTES]) -> Step {
-        self.crc.add(bytes);
+    pub(super) fn push_record(&mut self, record: [u32; 4]) -> Step {
+        self.crc.add_words(record);
         self.records_left = self.records_left.saturating_sub(1);
         if self.disposition != Disposition::Accepted {
             return Step::None;
         }
-        let Ok(record) = MatchRecord::from_bytes(bytes) else {
+        let Ok(record) = MatchRecord::from_words(record) else {
             self.disposition = Disposition::Unsupported;
             return Step::None;
         };

@@ -173,6 +173,13 @@ impl FrameHeader {
         f32::from(1_u16 << self.fraction_bits.min(MAX_FRACTION_BITS))
     }
 
+    /// Pixels per coordinate step: a power of two, without a division.
+    #[inline(always)]
+    pub(super) fn px_per_step(&self) -> f32 {
+        // Exponent of 1: 127, above 23 bits of the fraction.
+        f32::from_bits((127 - u32::from(self.fraction_bits.min(MAX_FRACTION_BITS))) << 23)
+    }
+
     /// Grid step of a pyramid level, px.
     ///
     /// * `level`: 0 to 15; higher levels count as 15.
@@ -180,7 +187,7 @@ impl FrameHeader {
     #[inline(always)]
     pub fn grid_step_px(&self, level: u8) -> f32 {
         let base = match self.grid_step {
-            0 => 1.0 / self.steps_per_px(),
+            0 => self.px_per_step(),
             step => f32::from(step) / GRID_STEPS_PER_PX,
         };
         let ratio = f32::from(self.pyramid_ratio) / f32::from(RATIO_ONE);

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::header::FrameHeader;
-use super::layout::{MAX_LEVEL, RECORD_BYTES};
+use super::layout::{MAX_LEVEL, RECORD_BYTES, record_words};
 use crate::batch::correspondence::Correspondence;
 use crate::scalar::Scalar;
 
@@ -105,16 +105,23 @@ impl MatchRecord {
     /// [`RecordError`].
     #[inline(always)]
     pub fn from_bytes(bytes: &[u8; RECORD_BYTES]) -> Result<Self, RecordError> {
-        let [a0, a1, a2, b0, b1, b2, c0, c1, c2, d0, d1, d2, s0, s1, level, reserved] = *bytes;
+        Self::from_words(record_words(bytes))
+    }
+
+    /// Decodes a record in words.
+    #[inline(always)]
+    pub(super) fn from_words([a, b, c, d]: [u32; 4]) -> Result<Self, RecordError> {
+        let [s0, s1, level, reserved] = d.to_le_bytes();
         if level > MAX_LEVEL {
             return Err(RecordError::Level(level));
         }
         if reserved != 0 {
             return Err(RecordError::Reserved(reserved));
         }
+        let coordinate = |bits: u32| bits & MAX_COORDINATE;
         Ok(Self {
-            left: [u32::from_le_bytes([a0, a1, a2, 0]), u32::from_le_bytes([b0, b1, b2, 0])],
-            right: [u32::from_le_bytes([c0, c1, c2, 0]), u32::from_le_bytes([d0, d1, d2, 0])],
+            left: [coordinate(a), coordinate(a >> 24 | b << 8)],
+            right: [coordinate(b >> 16 | c << 16), c >> 8],
             score: u16::from_le_bytes([s0, s1]),
             level,
         })
@@ -126,7 +133,7 @@ impl MatchRecord {
     #[must_use]
     #[inline(always)]
     pub fn decode(&self, header: &FrameHeader) -> Correspondence<f32> {
-        let step = 1.0 / header.steps_per_px();
+        let step = header.px_per_step();
         let px = |steps: u32| f32::count(steps) * step;
         Correspondence {
             left: self.left.map(px),

@@ -159,5 +159,5 @@ fn header_crc(fields: &[u8], address: u32) -> [u8; 4] {
     let mut digest = checksum::begin();
     digest.update(fields);
     digest.update(&address.to_le_bytes());
-    digest.finalize().to_le_bytes()
+    digest.value().to_le_bytes()
 }

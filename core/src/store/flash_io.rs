@@ -143,7 +143,7 @@ impl<F: NorFlash> FlashIo<F> {
             (0, _) | (_, 0) => Look::Silent,
             _ => Look::Content,
         };
-        (look, digest.finalize())
+        (look, digest.value())
     }
 
     /// Whether a page has content that reads the same twice, or is erased and takes a word.
@@ -220,7 +220,7 @@ impl<F: NorFlash> FlashIo<F> {
             overlay(payload, HEADER, part, offset);
             overlay(&mut tail, total.saturating_sub(TAIL), part, offset);
         }
-        Ok(digest.finalize().to_le_bytes() == tail)
+        Ok(digest.value().to_le_bytes() == tail)
     }
 
     /// Writes an entry onto erased words and reads it back; whether it is intact.
@@ -237,7 +237,7 @@ impl<F: NorFlash> FlashIo<F> {
         if let Source::Payload(payload) = source {
             let mut digest = header.meta.digest();
             digest.update(payload);
-            tail = digest.finalize().to_le_bytes();
+            tail = digest.value().to_le_bytes();
         }
         let mut chunk = Chunk([0; WRITE_CHUNK]);
         for offset in (0..total).step_by(WRITE_CHUNK) {
