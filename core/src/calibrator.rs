@@ -121,7 +121,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     /// Offers one correspondence to the batch, which selects once it is full: two undistortions, and
-    /// two scans of a full batch.
+    /// the search for its place in the list of a cell.
     ///
     /// # Errors
     /// [`PushError`]; the batch is unchanged. [`PushError::Busy`] while a pair is being solved.

@@ -95,7 +95,8 @@ macro_rules! scalar {
                 fn single(value: f32) -> Self { value.into() }
                 fn count(value: u32) -> Self { value as $t }
                 fn to_f64(self) -> f64 { f64::from(self) }
-                fn to_u16(self) -> u16 { self as u16 }
+                // By 32 bits: the controller's conversion saturates there by itself.
+                fn to_u16(self) -> u16 { (self as u32).min(0xffff) as u16 }
                 fn bits(self) -> u64 { self.to_bits().into() }
                 fn from_bits(bits: u64) -> Self { Self::from_bits(bits as $bits) }
             }

@@ -80,7 +80,7 @@
 /**
  * Size of `selfcal_t` in words of 8 bytes, sufficient on every target.
  */
-#define SELFCAL_STORAGE_WORDS (672 + ((5 * SELFCAL_CAPACITY) / 2))
+#define SELFCAL_STORAGE_WORDS (709 + (((23 * SELFCAL_CAPACITY) + 7) / 8))
 
 /**
  * Size of `selfcal_t`, bytes.

@@ -146,7 +146,7 @@ impl<T: Scalar> Cameras<T> {
     /// [`PushError`]: score or grid step out of range, or a pixel without a ray.
     pub fn rays(&self, c: &Correspondence<T>) -> Result<RayPair<T>, PushError> {
         self.check(c)?;
-        self.undistort(c)
+        self.undistort(c, self.cell(c))
     }
 
     /// Checks the ranges of a correspondence before undistortion.
@@ -161,12 +161,24 @@ impl<T: Scalar> Cameras<T> {
         self.right.check(c.right).map_err(|e| PushError::Pixel(Side::Right, e))
     }
 
-    /// The rays of a checked correspondence.
-    pub(crate) fn undistort(&self, c: &Correspondence<T>) -> Result<RayPair<T>, PushError> {
-        let cell = Cell::of(c.left, self.left.intrinsics().size);
+    /// Cell of a correspondence's left pixel.
+    pub(crate) fn cell(&self, c: &Correspondence<T>) -> Cell {
+        Cell::of(c.left, self.left.intrinsics().size)
+    }
+
+    /// The rays of a checked correspondence in `cell`.
+    #[inline(always)]
+    pub(crate) fn undistort(
+        &self,
+        c: &Correspondence<T>,
+        cell: Cell,
+    ) -> Result<RayPair<T>, PushError> {
         Ok(RayPair {
-            left: self.left.ray(c.left).map_err(|e| PushError::Pixel(Side::Left, e))?,
-            right: self.right.ray(c.right).map_err(|e| PushError::Pixel(Side::Right, e))?,
+            left: self.left.ray_of_checked(c.left).map_err(|e| PushError::Pixel(Side::Left, e))?,
+            right: self
+                .right
+                .ray_of_checked(c.right)
+                .map_err(|e| PushError::Pixel(Side::Right, e))?,
             tag: c.score_steps() | (cell.bits() << SCORE_BITS),
             grid_step: nearest(c.grid_step * T::lit(STEPS_PER_PX)),
         })

@@ -12,6 +12,9 @@ pub(super) const CELLS: usize = 48;
 pub(crate) struct Cell(u8);
 
 impl Cell {
+    /// Upper left.
+    pub(super) const FIRST: Self = Self(0);
+
     /// Cell of a pixel.
     ///
     /// * `pixel`: `[u, v]`, px; a pixel outside the image is in the nearest cell of the border.
@@ -41,24 +44,63 @@ impl Cell {
     pub(super) fn index(self) -> usize {
         self.0.into()
     }
+
+    /// All cells, by index.
+    pub(super) fn all() -> impl Iterator<Item = Self> {
+        (0..COLUMNS * ROWS).map(Self::from_bits)
+    }
+
+    fn word(self) -> usize {
+        usize::from(self.0 >> 5)
+    }
+
+    fn bit(self) -> u32 {
+        1 << (self.0 & 31)
+    }
 }
 
-/// Set of cells, one bit each.
+/// Set of cells, one bit each, in words of the controller. As an iterator it takes them out, lowest first.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Coverage(u64);
+pub(crate) struct CellSet([u32; 2]);
 
-impl Coverage {
+impl CellSet {
     /// The empty set.
-    pub(crate) const NONE: Self = Self(0);
+    pub(crate) const NONE: Self = Self([0; 2]);
 
     /// Adds a cell.
     pub(crate) fn insert(&mut self, cell: Cell) {
-        self.0 |= 1_u64.checked_shl(cell.0.into()).unwrap_or(0);
+        if let Some(word) = self.0.get_mut(cell.word()) {
+            *word |= cell.bit();
+        }
+    }
+
+    /// Takes a cell out.
+    pub(super) fn remove(&mut self, cell: Cell) {
+        if let Some(word) = self.0.get_mut(cell.word()) {
+            *word &= !cell.bit();
+        }
+    }
+
+    pub(super) fn is_empty(self) -> bool {
+        self.0 == [0; 2]
     }
 
     /// Share of all cells, 0 to 1.
     pub(crate) fn share<T: Scalar>(self) -> T {
-        T::count(self.0.count_ones()) / T::count((COLUMNS * ROWS).into())
+        T::count(self.0.map(u32::count_ones).iter().sum()) / T::count((COLUMNS * ROWS).into())
+    }
+}
+
+impl Iterator for CellSet {
+    type Item = Cell;
+
+    fn next(&mut self) -> Option<Cell> {
+        let [low, high] = &mut self.0;
+        let (word, first) = if *low != 0 { (low, 0) } else { (high, 32) };
+        let [index, ..] = word.trailing_zeros().to_le_bytes();
+        let any = *word != 0;
+        *word &= word.wrapping_sub(1);
+        any.then_some(Cell(index | first))
     }
 }
 

@@ -10,8 +10,7 @@ mod selection;
 #[cfg(feature = "simd")]
 use columns::Columns;
 use correspondence::{Cameras, Correspondence, RayPair};
-use grid::Cell;
-use selection::{Eviction, Priority};
+use selection::{MAX_MEMBERS, Priority, Selection, ray_bits};
 
 use crate::error::PushError;
 use crate::scalar::Scalar;
@@ -32,12 +31,12 @@ pub enum Pushed {
 codes! { Pushed { Kept = 0, Replaced = 1, LeftOut = 2 } }
 texts! { Pushed { Kept = "kept", Replaced = "replaced", LeftOut = "left out" } }
 
-/// Up to `N` correspondences as rays, and counts of the others. `N` is at most 65535.
+/// Up to `N` correspondences as rays, and counts of the others. `N` is at most 16384.
 ///
 /// A full batch keeps correspondences spread over the left image: of one cell those with the better
 /// score, among equal scores a random choice. The order of arrival has no influence.
 ///
-/// RAM: 20 bytes a correspondence in `f32`; twice with feature `simd`.
+/// RAM: 23 bytes a correspondence in `f32`, and 304; 20 a correspondence more with feature `simd`.
 ///
 /// # Examples
 ///
@@ -57,6 +56,7 @@ texts! { Pushed { Kept = "kept", Replaced = "replaced", LeftOut = "left out" } }
 pub struct Batch<T, const N: usize> {
     /// Short length: a wrong one, of memory overwritten from outside, is still a slice.
     pairs: heapless::Vec<RayPair<T>, N, u16>,
+    selection: Selection<N>,
     left_out: u32,
     refused: u32,
     /// The matches are of a frame that has not ended with a correct CRC.
@@ -79,9 +79,10 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     /// An empty batch.
     #[must_use]
     pub const fn new() -> Self {
-        const { assert!(N <= 65_535, "matches of a cell are counted in 16 bits") }
+        const { assert!(N <= MAX_MEMBERS, "the selection's indices have 14 bits") }
         Self {
             pairs: heapless::Vec::new(),
+            selection: Selection::new(),
             left_out: 0,
             refused: 0,
             arriving: false,
@@ -95,7 +96,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     pub(crate) fn of(pairs: &[RayPair<T>]) -> Self {
         let mut batch = Self::new();
         for pair in pairs {
-            batch.keep(*pair);
+            batch.keep(*pair, Priority::default());
         }
         batch
     }
@@ -103,8 +104,8 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     /// Undistorts and keeps one correspondence; a full batch replaces one of lower priority or
     /// leaves the new one out.
     ///
-    /// A correspondence left out for its score is not undistorted: whether it has rays is unknown.
-    /// Cost: two undistortions, and two scans of a full batch.
+    /// A correspondence left out for its priority is not undistorted: whether it has rays is unknown.
+    /// Cost: two undistortions, and a search of the cell's list for the place of one that is kept.
     ///
     /// # Errors
     /// [`PushError`]: out of range or without a ray. Only the count of refusals changes.
@@ -126,36 +127,39 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     /// Keeps, replaces or leaves out; counts nothing.
     fn select(&mut self, cameras: &Cameras<T>, c: &Correspondence<T>) -> Result<Pushed, PushError> {
         cameras.check(c)?;
-        let eviction = self
-            .pairs
-            .is_full()
-            .then(|| Eviction::of(Cell::of(c.left, cameras.left.intrinsics().size), &self.pairs));
-        let highest = Priority::at_most(c.score_steps());
-        if eviction.as_ref().is_some_and(|eviction| eviction.replaced_by(highest).is_none()) {
+        let (cell, priority) = (cameras.cell(c), Priority::of(c));
+        let full = self.pairs.is_full();
+        let eviction = full.then(|| self.selection.eviction(cell, &self.pairs));
+        let stays = eviction.map_or(Some(true), |eviction| eviction.is_replaced_by(priority));
+        if stays == Some(false) {
             return Ok(Pushed::LeftOut);
         }
         // Before the eviction: the pixel may have no ray.
-        let pair = cameras.undistort(c)?;
+        let pair = cameras.undistort(c, cell)?;
         let Some(eviction) = eviction else {
-            self.keep(pair);
+            self.keep(pair, priority);
             return Ok(Pushed::Kept);
         };
-        let Some(index) = eviction.replaced_by(Priority::of(&pair)) else {
+        let Some(old) = self.pairs.get_mut(eviction.index()) else {
             return Ok(Pushed::LeftOut);
         };
-        if let Some(old) = self.pairs.get_mut(index) {
-            *old = pair;
+        if stays.is_none() && ray_bits(&pair) <= ray_bits(old) {
+            return Ok(Pushed::LeftOut);
         }
+        *old = pair;
         #[cfg(feature = "simd")]
-        self.columns.set(index, &pair);
+        self.columns.set(eviction.index(), &pair);
+        self.selection.replace(&eviction, priority, &self.pairs);
         Ok(Pushed::Replaced)
     }
 
     /// Appends to a batch with room.
-    fn keep(&mut self, pair: RayPair<T>) {
+    fn keep(&mut self, pair: RayPair<T>, priority: Priority) {
         #[cfg(feature = "simd")]
         self.columns.set(self.pairs.len(), &pair);
-        let _ = self.pairs.push(pair);
+        if self.pairs.push(pair).is_ok() {
+            self.selection.add(priority, &self.pairs);
+        }
     }
 
     /// The correspondences, in order of arrival until the first is replaced. None while a frame arrives
@@ -213,6 +217,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     /// Removes all correspondences and resets the counts.
     pub fn clear(&mut self) {
         self.pairs.clear();
+        self.selection.clear();
         self.left_out = 0;
         self.refused = 0;
         self.arriving = false;
@@ -246,24 +251,30 @@ mod tests {
         }
     }
 
+    /// Priority, and the rays that decide among equal ones.
+    type Order = (Priority, [u64; 4]);
+
+    fn order(c: &Correspondence<f32>) -> Order {
+        (Priority::of(c), ray_bits(&cameras().rays(c).unwrap()))
+    }
+
     /// The definition: the first `n` of all matches by rank in their cell, then by priority.
-    fn first_by_rank_and_priority(offered: &[Correspondence<f32>], n: usize) -> Vec<Priority> {
-        let rays = |c| cameras().rays(c).unwrap();
-        let all: Vec<_> = offered.iter().map(rays).map(|r| (r.cell(), Priority::of(&r))).collect();
+    fn first_by_rank_and_priority(offered: &[Correspondence<f32>], n: usize) -> Vec<[u64; 4]> {
+        let all: Vec<_> = offered.iter().map(|c| (cameras().cell(c), order(c))).collect();
         let rank = |cell, p| all.iter().filter(|(c, other)| *c == cell && *other > p).count();
         let mut order: Vec<_> = all.iter().map(|&(c, p)| (rank(c, p), Reverse(p))).collect();
         order.sort_unstable();
-        let mut kept: Vec<Priority> = order.iter().take(n).map(|(_, p)| p.0).collect();
+        let mut kept: Vec<_> = order.iter().take(n).map(|(_, Reverse((_, rays)))| *rays).collect();
         kept.sort_unstable();
         kept
     }
 
-    fn selected<const N: usize>(offered: &[Correspondence<f32>]) -> Vec<Priority> {
+    fn selected<const N: usize>(offered: &[Correspondence<f32>]) -> Vec<[u64; 4]> {
         let mut batch = Batch::<f32, N>::new();
         for c in offered {
             batch.push(&cameras(), c).unwrap();
         }
-        let mut kept: Vec<Priority> = batch.pairs().iter().map(Priority::of).collect();
+        let mut kept: Vec<_> = batch.pairs().iter().map(ray_bits).collect();
         kept.sort_unstable();
         kept
     }

@@ -3,78 +3,305 @@
 //! A correspondence offered to a full batch is counted into its cell; then the lowest priority of
 //! the fullest cells is evicted, which may be the new one. The batch keeps the first
 //! correspondences by rank in their cell, then by priority, for any order of arrival. Priority: the
-//! score; among equal scores a hash of the rays, which is unbiased and needs no state.
+//! score; among equal scores a hash of the pixels, which is unbiased; among equal hashes the rays.
+//!
+//! The members of a cell are a list in order of priority: the batch is never scanned.
 //!
 //! Disparity has no influence, although near points determine most of `t`: outliers have the
 //! largest disparities. With nearest first and 30 % outliers, a batch of 128 held 61 outliers in
 //! place of 39.
 
-use super::correspondence::RayPair;
-use super::grid::{CELLS, Cell};
+use super::correspondence::{Correspondence, RayPair};
+use super::grid::{CELLS, Cell, CellSet};
 use crate::scalar::Scalar;
 
 /// Multiplier of the hash: the fraction of the golden ratio, odd and without a pattern in its bits.
-const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;
+const MULTIPLIER: u32 = 0x9e37_79b9;
 
-/// Order of correspondences of one rank: score, then hash. The larger one stays.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Priority {
-    score: u16,
-    tie_break: u64,
-}
+/// Bits of an index beside a priority of 18.
+const INDEX_BITS: u32 = 14;
+const MAX_INDEX: u16 = (1 << INDEX_BITS) - 1;
+/// Largest number of members.
+pub(super) const MAX_MEMBERS: usize = 1 << INDEX_BITS;
+
+/// Order within a cell that needs no rays: 10 bits of the score, then 8 of a hash. The larger one stays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub(super) struct Priority(u32);
 
 impl Priority {
-    /// Priority of a correspondence; equal rays have equal priority.
-    pub(super) fn of<T: Scalar>(pair: &RayPair<T>) -> Self {
-        let hash = [pair.left, pair.right].iter().fold(0_u64, |hash, ray| {
-            // In `f32` the two words do not overlap.
-            let words = ray.x.bits() ^ ray.y.bits().rotate_left(32);
-            let hash = (hash ^ words).wrapping_mul(MULTIPLIER);
-            hash ^ (hash >> 29)
+    /// Priority of a correspondence; equal pixels have equal hashes.
+    pub(super) fn of<T: Scalar>(c: &Correspondence<T>) -> Self {
+        let hash = c.left.into_iter().chain(c.right).fold(0_u32, |hash, x| {
+            let [a, b, c, d, e, f, g, h] = x.bits().to_le_bytes();
+            let word = u32::from_le_bytes([a, b, c, d]) ^ u32::from_le_bytes([e, f, g, h]);
+            let hash = (hash ^ word).wrapping_mul(MULTIPLIER);
+            hash ^ (hash >> 15)
         });
-        Self { score: pair.score_steps(), tie_break: hash.wrapping_mul(MULTIPLIER) }
+        let [.., hash] = hash.wrapping_mul(MULTIPLIER).to_le_bytes();
+        Self::new(c.score_steps(), hash)
     }
 
-    /// Upper bound of the priorities of a score, in steps of 1/1023.
-    pub(super) fn at_most(score: u16) -> Self {
-        Self { score, tie_break: u64::MAX }
+    fn new(score: u16, hash: u8) -> Self {
+        Self(u32::from(score) << 8 | u32::from(hash))
+    }
+
+    fn hash(self) -> u8 {
+        let [hash, ..] = self.0.to_le_bytes();
+        hash
     }
 }
 
-/// Candidate for eviction from a full batch.
+/// Priority of a member, and its index in the batch below.
+#[derive(Debug, Clone, Copy)]
+struct Member(u32);
+
+impl Member {
+    const NONE: Self = Self(0);
+
+    fn new(priority: Priority, index: u16) -> Self {
+        Self(priority.0 << INDEX_BITS | u32::from(index))
+    }
+
+    fn priority(self) -> Priority {
+        Priority(self.0 >> INDEX_BITS)
+    }
+
+    fn index(self) -> u16 {
+        let [low, high, ..] = self.0.to_le_bytes();
+        u16::from_le_bytes([low, high]) & MAX_INDEX
+    }
+
+    #[inline(always)]
+    fn is_lower_than<T: Scalar>(self, other: Self, pairs: &[RayPair<T>]) -> bool {
+        let [a, b] = [self, other].map(Self::priority);
+        a < b || a == b && has_lower_rays(self.index(), other.index(), pairs)
+    }
+}
+
+/// Members of a batch in their cells, each cell in order of priority.
+#[derive(Debug, Clone)]
+pub(super) struct Selection<const N: usize> {
+    /// Hash of the pixels of a member.
+    hashes: [u8; N],
+    /// Member of the same cell with the next higher priority.
+    next: [u16; N],
+    /// Member of each cell with the lowest priority.
+    lowest: [Member; CELLS],
+    /// Number of members of each cell: the length of its list.
+    counts: [u16; CELLS],
+    /// Largest of the counts, and the cells that have it.
+    most: u16,
+    fullest: CellSet,
+    /// The one of them with the lowest member, as long as it is known.
+    fullest_with_lowest: Option<Cell>,
+}
+
+/// Member of a full batch with the lowest priority in the fullest cells.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Eviction {
-    /// Lowest priority of the batch in the fullest cells, and its index.
-    lowest: Option<(Priority, usize)>,
+    cell: Cell,
+    member: Member,
     /// Whether the cell of the new correspondence is among the fullest.
     new_is_candidate: bool,
 }
 
 impl Eviction {
-    /// * `new`: cell of the new correspondence.
-    /// * `pairs`: correspondences of the full batch.
-    ///
-    /// Cost: two scans of the batch.
-    pub(super) fn of<T: Scalar>(new: Cell, pairs: &[RayPair<T>]) -> Self {
-        let mut occupancy = [0_u16; CELLS];
-        for cell in pairs.iter().map(RayPair::cell).chain([new]) {
-            if let Some(count) = occupancy.get_mut(cell.index()) {
-                *count = count.saturating_add(1);
-            }
-        }
-        let fullest = occupancy.iter().max();
-        let is_fullest = |cell: Cell| occupancy.get(cell.index()) == fullest;
-        let lowest = (0..)
-            .zip(pairs)
-            .filter(|(_, pair)| is_fullest(pair.cell()))
-            .map(|(index, pair)| (Priority::of(pair), index))
-            .min();
-        Self { lowest, new_is_candidate: is_fullest(new) }
+    pub(super) fn index(&self) -> usize {
+        self.member.index().into()
     }
 
-    /// Index that a new correspondence of this priority replaces; `None` if it is evicted.
-    pub(super) fn replaced_by(&self, new: Priority) -> Option<usize> {
-        let (lowest, index) = self.lowest?;
-        (!self.new_is_candidate || new > lowest).then_some(index)
+    /// Whether the new correspondence stays; `None` if that depends on its rays.
+    pub(super) fn is_replaced_by(&self, new: Priority) -> Option<bool> {
+        let old = self.member.priority();
+        let equal = self.new_is_candidate && new == old;
+        (!equal).then_some(!self.new_is_candidate || new > old)
     }
+}
+
+impl<const N: usize> Selection<N> {
+    /// No members.
+    pub(super) const fn new() -> Self {
+        Self {
+            hashes: [0; N],
+            next: [0; N],
+            lowest: [Member::NONE; CELLS],
+            counts: [0; CELLS],
+            most: 0,
+            fullest: CellSet::NONE,
+            fullest_with_lowest: None,
+        }
+    }
+
+    /// Removes all members.
+    pub(super) fn clear(&mut self) {
+        self.counts = [0; CELLS];
+        (self.most, self.fullest, self.fullest_with_lowest) = (0, CellSet::NONE, None);
+    }
+
+    /// Member that a new correspondence replaces, or that stays in its place.
+    ///
+    /// * `new`: cell of the new correspondence.
+    /// * `pairs`: correspondences of the full batch.
+    pub(super) fn eviction<T: Scalar>(&mut self, new: Cell, pairs: &[RayPair<T>]) -> Eviction {
+        let (count, member) = (self.count(new), self.lowest(new));
+        let new_is_candidate = count.saturating_add(1) >= self.most;
+        let of_new = Eviction { cell: new, member, new_is_candidate };
+        if count >= self.most {
+            return of_new;
+        }
+        let cell = self.fullest_with_lowest(pairs);
+        let of_fullest = Eviction { cell, member: self.lowest(cell), new_is_candidate };
+        let is_lower = || member.is_lower_than(of_fullest.member, pairs);
+        if new_is_candidate && count > 0 && is_lower() { of_new } else { of_fullest }
+    }
+
+    /// Adds the last of `pairs`.
+    pub(super) fn add<T: Scalar>(&mut self, priority: Priority, pairs: &[RayPair<T>]) {
+        let index = pairs.len().checked_sub(1).and_then(|index| u16::try_from(index).ok());
+        if let (Some(pair), Some(index)) = (pairs.last(), index) {
+            self.link(pair.cell(), index, priority, pairs);
+            self.raise(pair.cell());
+        }
+    }
+
+    /// Takes a member out and adds the correspondence that is now at its index.
+    #[inline(always)]
+    pub(super) fn replace<T: Scalar>(
+        &mut self,
+        old: &Eviction,
+        new: Priority,
+        pairs: &[RayPair<T>],
+    ) {
+        let Some(cell) = pairs.get(old.index()).map(RayPair::cell) else {
+            return;
+        };
+        self.unlink_lowest(old.cell, pairs);
+        self.link(cell, old.member.index(), new, pairs);
+        if cell != old.cell {
+            self.raise(cell);
+            self.lower(old.cell);
+        }
+        // In any other cell of the fullest the lowest has risen.
+        if self.fullest_with_lowest == Some(old.cell) {
+            self.fullest_with_lowest = None;
+        }
+    }
+
+    /// The cell of the fullest with the lowest member.
+    fn fullest_with_lowest<T: Scalar>(&mut self, pairs: &[RayPair<T>]) -> Cell {
+        if let Some(cell) = self.fullest_with_lowest {
+            return cell;
+        }
+        let (mut found, mut lowest) = (Cell::FIRST, None);
+        for cell in self.fullest {
+            let member = self.lowest(cell);
+            if lowest.is_none_or(|lowest| member.is_lower_than(lowest, pairs)) {
+                (found, lowest) = (cell, Some(member));
+            }
+        }
+        self.fullest_with_lowest = Some(found);
+        found
+    }
+
+    fn lowest(&self, cell: Cell) -> Member {
+        self.lowest.get(cell.index()).copied().unwrap_or(Member::NONE)
+    }
+
+    fn count(&self, cell: Cell) -> u16 {
+        self.counts.get(cell.index()).copied().unwrap_or(0)
+    }
+
+    /// Member of the same cell with the next higher priority.
+    fn next(&self, index: u16) -> u16 {
+        self.next.get(usize::from(index)).copied().unwrap_or(0)
+    }
+
+    #[inline(always)]
+    fn priority<T: Scalar>(&self, index: u16, pairs: &[RayPair<T>]) -> Priority {
+        let index = usize::from(index);
+        let score = pairs.get(index).map_or(0, RayPair::score_steps);
+        Priority::new(score, self.hashes.get(index).copied().unwrap_or(0))
+    }
+
+    /// Puts a member into the list of its cell and counts it there.
+    #[inline(always)]
+    fn link<T: Scalar>(&mut self, cell: Cell, index: u16, new: Priority, pairs: &[RayPair<T>]) {
+        if let Some(hash) = self.hashes.get_mut(usize::from(index)) {
+            *hash = new.hash();
+        }
+        let (mut before, mut after) = (None, self.lowest(cell).index());
+        for _ in 0..self.count(cell) {
+            let priority = self.priority(after, pairs);
+            if new < priority || new == priority && has_lower_rays(index, after, pairs) {
+                break;
+            }
+            (before, after) = (Some(after), self.next(after));
+        }
+        if let Some(next) = self.next.get_mut(usize::from(index)) {
+            *next = after;
+        }
+        if let Some(before) = before {
+            if let Some(next) = self.next.get_mut(usize::from(before)) {
+                *next = index;
+            }
+        } else if let Some(lowest) = self.lowest.get_mut(cell.index()) {
+            *lowest = Member::new(new, index);
+        }
+        if let Some(count) = self.counts.get_mut(cell.index()) {
+            *count = count.saturating_add(1);
+        }
+    }
+
+    fn unlink_lowest<T: Scalar>(&mut self, cell: Cell, pairs: &[RayPair<T>]) {
+        let next = self.next(self.lowest(cell).index());
+        let member = Member::new(self.priority(next, pairs), next);
+        let places = (self.lowest.get_mut(cell.index()), self.counts.get_mut(cell.index()));
+        if let (Some(lowest), Some(count)) = places {
+            (*lowest, *count) = (member, count.saturating_sub(1));
+        }
+    }
+
+    /// Notes that a cell has one member more.
+    fn raise(&mut self, cell: Cell) {
+        let count = self.count(cell);
+        if count > self.most {
+            (self.most, self.fullest) = (count, CellSet::NONE);
+        }
+        if count == self.most {
+            self.fullest.insert(cell);
+            self.fullest_with_lowest = None;
+        }
+    }
+
+    /// Notes that a fullest cell has one member less.
+    fn lower(&mut self, cell: Cell) {
+        self.fullest.remove(cell);
+        if self.fullest.is_empty() {
+            self.most = self.most.saturating_sub(1);
+            self.find_fullest();
+        }
+    }
+
+    /// Rare: the largest count only falls in a full batch.
+    #[cold]
+    fn find_fullest(&mut self) {
+        for (count, cell) in self.counts.iter().zip(Cell::all()) {
+            if *count == self.most {
+                self.fullest.insert(cell);
+            }
+        }
+        self.fullest_with_lowest = None;
+    }
+}
+
+/// Order of members of equal priority.
+#[cold]
+fn has_lower_rays<T: Scalar>(a: u16, b: u16, pairs: &[RayPair<T>]) -> bool {
+    let [a, b] = [a, b].map(|index| pairs.get(usize::from(index)));
+    a.map(ray_bits) < b.map(ray_bits)
+}
+
+/// Order of correspondences of equal priority.
+pub(super) fn ray_bits<T: Scalar>(pair: &RayPair<T>) -> [u64; 4] {
+    pair.rays().map(T::bits)
 }

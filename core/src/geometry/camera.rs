@@ -131,7 +131,12 @@ impl<T: Scalar> Camera<T> {
     /// the lens model is not invertible there.
     pub fn ray(&self, pixel: [T; 2]) -> Result<Vector2<T>, UndistortError> {
         self.check(pixel)?;
-        let [u, v] = pixel;
+        self.ray_of_checked(pixel)
+    }
+
+    /// [`Camera::ray`] of a pixel that [`Camera::check`] accepts.
+    #[inline(always)]
+    pub(crate) fn ray_of_checked(&self, [u, v]: [T; 2]) -> Result<Vector2<T>, UndistortError> {
         let [fx, fy] = self.intrinsics.focal;
         let [cx, cy] = self.intrinsics.principal;
         self.lens
@@ -140,16 +145,18 @@ impl<T: Scalar> Camera<T> {
     }
 
     /// Checks that a pixel is finite and in the image: [`Camera::ray`] without undistortion.
+    #[inline(always)]
     pub(crate) fn check(&self, [u, v]: [T; 2]) -> Result<(), UndistortError> {
-        if !u.is_finite() || !v.is_finite() {
-            return Err(UndistortError::NotFinite);
-        }
         let [width, height] = self.intrinsics.size;
-        let outside = |x: T, n: u16| x < T::MINUS_ONE || x > T::count(n.into());
-        if outside(u, width) || outside(v, height) {
-            return Err(UndistortError::OutsideImage);
+        // A NaN is not inside.
+        let inside = |x: T, n: u16| x >= T::MINUS_ONE && x <= T::count(n.into());
+        if inside(u, width) && inside(v, height) {
+            Ok(())
+        } else if u.is_finite() && v.is_finite() {
+            Err(UndistortError::OutsideImage)
+        } else {
+            Err(UndistortError::NotFinite)
         }
-        Ok(())
     }
 
     /// Pixel of a ray at unit depth, px; it may lie outside the image.

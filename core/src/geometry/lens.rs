@@ -67,14 +67,24 @@ impl<T: Scalar> Lens<T> {
     }
 
     /// Distorted to undistorted coordinates; `None` where the model is not invertible.
+    #[inline(always)]
     pub(super) fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         let p = match self {
             Self::Pinhole => d,
-            Self::RadialTangential(lens) => lens.undistort(d)?,
-            Self::Fisheye(lens) => lens.undistort(d)?,
+            _ => self.undistort_by_iterations(d)?,
         };
         let limit = T::lit(MAX_TANGENT);
         (p.norm_squared() <= limit * limit).then_some(p)
+    }
+
+    /// Apart from [`Self::undistort`]: a pinhole needs 60 instructions less without its frame.
+    #[inline(never)]
+    fn undistort_by_iterations(&self, d: Vector2<T>) -> Option<Vector2<T>> {
+        match self {
+            Self::Pinhole => Some(d),
+            Self::RadialTangential(lens) => lens.undistort(d),
+            Self::Fisheye(lens) => lens.undistort(d),
+        }
     }
 }
 

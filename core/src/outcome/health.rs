@@ -4,7 +4,7 @@ use core::fmt;
 
 use crate::algebra::information::StandardDeviations;
 use crate::batch::Batch;
-use crate::batch::grid::Coverage;
+use crate::batch::grid::CellSet;
 use crate::batch::row_offset::row_offset;
 use crate::error::Rejection;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection, RayChange};
@@ -235,7 +235,7 @@ struct Fit<T> {
     /// RMS row offsets over those that fit the proposed one, at unit focal length.
     rms: [T; 2],
     /// Cells of the image that have one of them.
-    seen: Coverage,
+    seen: CellSet,
 }
 
 impl<T: Scalar> Fit<T> {
@@ -249,7 +249,7 @@ impl<T: Scalar> Fit<T> {
         changes: &[Option<RayChange<T>>; 2],
         screen: T,
     ) -> Option<Self> {
-        let ([mut in_use, mut proposed], mut seen) = ([0_u32; 2], Coverage::NONE);
+        let ([mut in_use, mut proposed], mut seen) = ([0_u32; 2], CellSet::NONE);
         let [mut squares_in_use, mut squares_proposed] = [T::ZERO; 2];
         let [of_used, of_new] = calibrations;
         for pair in batch.pairs() {

@@ -101,10 +101,10 @@ fn predicted_deviations_cover_the_errors() {
 /// With `simd` the batch holds its numbers twice.
 #[cfg(not(feature = "simd"))]
 #[test]
-fn a_calibrator_of_256_correspondences_fits_10_and_a_quarter_kib() {
+fn a_calibrator_of_256_correspondences_fits_11_and_a_half_kib() {
     let bytes = size_of::<Calibrator<f32, 256>>();
     println!("Calibrator<f32, 256>: {bytes} bytes");
-    assert!(bytes <= 10_496);
+    assert!(bytes <= 11_776);
 }
 
 /// Every third row wrong by up to 4 px either way: beyond the Huber threshold, without a bias.
