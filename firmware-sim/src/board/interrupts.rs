@@ -26,6 +26,12 @@ unsafe impl InterruptNumber for Interrupt {
     }
 }
 
+/// Lets an interrupt through to its handler. RTIC does so itself.
+pub fn enable(interrupt: Interrupt) {
+    // SAFETY: no critical section here is a mask of one interrupt, which this would break.
+    unsafe { cortex_m::peripheral::NVIC::unmask(interrupt) }
+}
+
 type Handler = unsafe extern "C" fn();
 
 // SAFETY: `device.x` names a handler where the firmware has none.

@@ -3,7 +3,7 @@
 //! No other part of the firmware accesses registers.
 
 mod fault;
-#[cfg(feature = "scheduler")]
+#[cfg(any(feature = "scheduler", feature = "embassy"))]
 pub mod interrupts;
 mod link;
 mod nor_flash;
