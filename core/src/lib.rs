@@ -193,6 +193,7 @@ pub use geometry::extrinsics::Extrinsics;
 pub use geometry::homography::RectifiedCamera;
 pub use geometry::lens::{Fisheye, Lens, RadialTangential};
 pub use geometry::lens_correction::LensCorrection;
+pub use geometry::rational::Rational;
 pub use geometry::rectification::RectifyingRotations;
 pub use geometry::{metrics, so3};
 pub use outcome::health::{Arming, Band, DEPTHS_M, Health};

@@ -41,6 +41,14 @@ pub(crate) const MAX_NEWTON_STEPS: usize = 12;
 pub(crate) const NEWTON_ULPS: f64 = 4.0;
 pub(crate) const FISHEYE_NEWTON_ULPS: f64 = 2.0;
 
+/// Denominator of a rational lens at its smallest. Larger cuts the image of a lens that is nearly
+/// singular there; smaller lets the quotient lose its digits.
+pub(crate) const MIN_LENS_DENOMINATOR: f64 = 0.01;
+
+/// Residual of an undistortion by a rational lens, distorted again, in units in the last place of one
+/// plus the size of both points. Larger accepts points off their pixel; smaller refuses good ones.
+pub(crate) const RATIONAL_RESIDUAL_ULPS: f64 = 256.0;
+
 /// Start of Newton for a distorted point beyond the fold, as a part of the fold's radius. Larger
 /// starts where the Jacobian is nearly singular; smaller takes more steps.
 pub(crate) const NEWTON_START: f64 = 0.9;

@@ -80,7 +80,7 @@
 /**
  * Size of `selfcal_t` in words of 8 bytes, sufficient on every target.
  */
-#define SELFCAL_STORAGE_WORDS (709 + (((23 * SELFCAL_CAPACITY) + 7) / 8))
+#define SELFCAL_STORAGE_WORDS (715 + (((23 * SELFCAL_CAPACITY) + 7) / 8))
 
 /**
  * Size of `selfcal_t`, bytes.
@@ -145,7 +145,7 @@
 /**
  * Length of the longest record of `selfcal_factory_to_record`, bytes.
  */
-#define SELFCAL_FACTORY_BYTES 160
+#define SELFCAL_FACTORY_BYTES 184
 
 /**
  * Result of a call. From 100 on, the numbers are those of the core. Numbers stay; new ones may
@@ -1047,6 +1047,10 @@ enum selfcal_lens_t
      * Kannala-Brandt equidistant, `cv::fisheye` with k1 k2 k3 k4.
      */
     SELFCAL_LENS_FISHEYE = 2,
+    /**
+     * Rational model, `cv::undistortPoints` with k1 k2 p1 p2 k3 k4 k5 k6.
+     */
+    SELFCAL_LENS_RATIONAL = 3,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -1226,7 +1230,7 @@ typedef struct selfcal_camera_t {
     /**
      * Lens coefficients in OpenCV's order, dimensionless; 0 where the model uses none.
      */
-    float distortion[5];
+    float distortion[8];
 } selfcal_camera_t;
 
 /**

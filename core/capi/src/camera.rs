@@ -2,7 +2,8 @@
 
 use nalgebra::Vector2;
 use stereo_selfcal::{
-    Calibration, Camera, CameraError, Cameras, Fisheye, Intrinsics, Lens, RadialTangential, Side,
+    Calibration, Camera, CameraError, Cameras, Fisheye, Intrinsics, Lens, RadialTangential,
+    Rational, Side,
 };
 use zerocopy::FromBytes;
 
@@ -21,11 +22,14 @@ pub enum selfcal_lens_t {
     SELFCAL_LENS_RADIAL_TANGENTIAL = 1,
     /// Kannala-Brandt equidistant, `cv::fisheye` with k1 k2 k3 k4.
     SELFCAL_LENS_FISHEYE = 2,
+    /// Rational model, `cv::undistortPoints` with k1 k2 p1 p2 k3 k4 k5 k6.
+    SELFCAL_LENS_RATIONAL = 3,
 }
 
 const PINHOLE: u32 = selfcal_lens_t::SELFCAL_LENS_PINHOLE as u32;
 const RADIAL_TANGENTIAL: u32 = selfcal_lens_t::SELFCAL_LENS_RADIAL_TANGENTIAL as u32;
 const FISHEYE: u32 = selfcal_lens_t::SELFCAL_LENS_FISHEYE as u32;
+const RATIONAL: u32 = selfcal_lens_t::SELFCAL_LENS_RATIONAL as u32;
 
 /// One of the two cameras.
 #[repr(u32)]
@@ -50,7 +54,7 @@ pub struct selfcal_camera_t {
     /// A `selfcal_lens_t`.
     pub lens: u32,
     /// Lens coefficients in OpenCV's order, dimensionless; 0 where the model uses none.
-    pub distortion: [f32; 5],
+    pub distortion: [f32; 8],
 }
 
 /// Errors beyond those of [`CameraError`]; numbers of the left camera as there.
@@ -69,7 +73,7 @@ impl selfcal_camera_t {
 
     fn try_core(&self) -> Result<Camera<f32>, u16> {
         let number = |why: CameraError| why.code();
-        let [k1, k2, k3, k4, k5] = self.distortion;
+        let [k1, k2, k3, k4, k5, beyond @ ..] = self.distortion;
         let none = |unused: &[f32]| {
             if unused.iter().all(|k| *k == 0.0) { Ok(()) } else { Err(COEFFICIENT_ERROR) }
         };
@@ -79,12 +83,16 @@ impl selfcal_camera_t {
                 Lens::Pinhole
             }
             RADIAL_TANGENTIAL => {
-                Lens::RadialTangential(RadialTangential::try_new(self.distortion).map_err(number)?)
+                none(&beyond)?;
+                let five = [k1, k2, k3, k4, k5];
+                Lens::RadialTangential(RadialTangential::try_new(five).map_err(number)?)
             }
             FISHEYE => {
                 none(&[k5])?;
+                none(&beyond)?;
                 Lens::Fisheye(Fisheye::try_new([k1, k2, k3, k4]).map_err(number)?)
             }
+            RATIONAL => Lens::Rational(Rational::try_new(self.distortion).map_err(number)?),
             _ => return Err(LENS_ERROR),
         };
         let Self { focal_px: focal, principal_px: principal, size_px: size, .. } = *self;
@@ -96,12 +104,16 @@ impl From<&Camera<f32>> for selfcal_camera_t {
     fn from(camera: &Camera<f32>) -> Self {
         let Intrinsics { focal, principal, size } = *camera.intrinsics();
         let (lens, distortion) = match camera.lens() {
-            Lens::Pinhole => (PINHOLE, [0.0; 5]),
-            Lens::RadialTangential(lens) => (RADIAL_TANGENTIAL, lens.coefficients()),
+            Lens::Pinhole => (PINHOLE, [0.0; 8]),
+            Lens::RadialTangential(lens) => {
+                let [k1, k2, p1, p2, k3] = lens.coefficients();
+                (RADIAL_TANGENTIAL, [k1, k2, p1, p2, k3, 0.0, 0.0, 0.0])
+            }
             Lens::Fisheye(lens) => {
                 let [k1, k2, k3, k4] = lens.coefficients();
-                (FISHEYE, [k1, k2, k3, k4, 0.0])
+                (FISHEYE, [k1, k2, k3, k4, 0.0, 0.0, 0.0, 0.0])
             }
+            Lens::Rational(lens) => (RATIONAL, lens.coefficients()),
         };
         Self { focal_px: focal, principal_px: principal, size_px: size, lens, distortion }
     }

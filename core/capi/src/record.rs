@@ -11,7 +11,7 @@ use crate::pointer::{self, Out, read_array};
 pub const SELFCAL_SNAPSHOT_BYTES: usize = 4180;
 
 /// Length of the longest record of `selfcal_factory_to_record`, bytes.
-pub const SELFCAL_FACTORY_BYTES: usize = 160;
+pub const SELFCAL_FACTORY_BYTES: usize = 184;
 
 const _: () =
     assert!(SELFCAL_SNAPSHOT_BYTES == Calibrator::<f32, SELFCAL_CAPACITY>::SNAPSHOT_BYTES);

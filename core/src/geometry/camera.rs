@@ -177,6 +177,7 @@ impl<T: Scalar> Camera<T> {
 #[cfg(test)]
 mod tests {
     use super::super::lens::{Fisheye, RadialTangential};
+    use super::super::rational::Rational;
     use super::*;
     use proptest::prelude::*;
 
@@ -187,7 +188,7 @@ mod tests {
         Camera::try_new(Intrinsics { focal, principal, size: SIZE }, lens).unwrap()
     }
 
-    fn lenses<T: Scalar>() -> [Lens<T>; 4] {
+    fn lenses<T: Scalar>() -> [Lens<T>; 5] {
         let brown =
             |k: [f64; 5]| Lens::RadialTangential(RadialTangential::try_new(k.map(T::lit)).unwrap());
         let fisheye = |k: [f64; 4]| Lens::Fisheye(Fisheye::try_new(k.map(T::lit)).unwrap());
@@ -196,6 +197,9 @@ mod tests {
             brown([-0.283, 0.0429, 1.1e-3, -9.5e-5, 0.115]),
             brown([0.118, -0.230, -5.6e-4, -2.6e-3, 0.0285]),
             fisheye([-0.013, 0.027, -0.031, 0.011]),
+            Lens::Rational(
+                Rational::try_new([9.1, 5.2, 1e-4, -2e-4, 0.3, 9.5, 7.6, 1.2].map(T::lit)).unwrap(),
+            ),
         ]
     }
 
@@ -225,7 +229,9 @@ mod tests {
             let [k1, k2, p1, p2, k3] = k;
             let brown = Lens::RadialTangential(RadialTangential::try_new(k).unwrap());
             let fisheye = Lens::Fisheye(Fisheye::try_new([k1, k2, p1 + p2, k3]).unwrap());
-            for lens in [brown, fisheye] {
+            let rational = [k1, k2, p1, p2, k3, k2, k3, k1];
+            let rational = Lens::Rational(Rational::try_new(rational).unwrap());
+            for lens in [brown, fisheye, rational] {
                 let camera = camera(lens);
                 if let Ok(ray) = camera.ray([u, v]) {
                     let [u2, v2] = camera.pixel(ray).unwrap();
@@ -238,7 +244,7 @@ mod tests {
     #[test]
     fn distortion_is_that_of_opencv() {
         // The formulas of OpenCV's documentation at (0.3, -0.2).
-        let [_, brown, _, fisheye] = lenses::<f64>();
+        let [_, brown, _, fisheye, rational] = lenses::<f64>();
         let expect = |lens: Lens<f64>, x: f64, y: f64| {
             let [u, v] = camera(lens).pixel(Vector2::new(0.3, -0.2)).unwrap();
             let [dx, dy] = [(u - 342.0) / 534.0, (v - 234.5) / 531.0];
@@ -251,6 +257,14 @@ mod tests {
             brown,
             0.3 * radial + 2.0 * p1 * xy + p2 * (s + 0.18),
             -0.2 * radial + p1 * (s + 0.08) + 2.0 * p2 * xy,
+        );
+        let g = (1.0 + 9.1 * s + 5.2 * s * s + 0.3 * s * s * s)
+            / (1.0 + 9.5 * s + 7.6 * s * s + 1.2 * s * s * s);
+        let (p1, p2) = (1e-4, -2e-4);
+        expect(
+            rational,
+            0.3 * g + 2.0 * p1 * xy + p2 * (s + 0.18),
+            -0.2 * g + p1 * (s + 0.08) + 2.0 * p2 * xy,
         );
         let r = s.sqrt();
         let theta = r.atan();

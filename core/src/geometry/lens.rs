@@ -3,11 +3,12 @@
 //! Points are normalised image coordinates (unit depth), dimensionless; coefficients are in
 //! OpenCV's order. A distortion polynomial folds back beyond some radius: its slope is 0 there, and
 //! it is not invertible. Both directions refuse points beyond the fold, so that every result of
-//! `undistort` distorts to its argument. Within 2 % of a radial-tangential fold the iteration may
+//! `undistort` distorts to its argument. Within 2 % of a radial-tangential or rational fold the iteration may
 //! not converge; such points are refused.
 
 use nalgebra::{Matrix2, Vector2};
 
+use super::rational::Rational;
 use super::so3::sinc_cos;
 use crate::error::CameraError;
 use crate::scalar::Scalar;
@@ -28,6 +29,8 @@ pub enum Lens<T> {
     RadialTangential(RadialTangential<T>),
     /// Kannala-Brandt equidistant model, four coefficients: `cv::fisheye`.
     Fisheye(Fisheye<T>),
+    /// Rational model, eight coefficients: `cv::undistortPoints`, `CALIB_RATIONAL_MODEL`.
+    Rational(Rational<T>),
 }
 
 impl<T: Scalar> Lens<T> {
@@ -41,6 +44,7 @@ impl<T: Scalar> Lens<T> {
             Self::Pinhole => Some(p),
             Self::RadialTangential(lens) => lens.distort(p),
             Self::Fisheye(lens) => lens.distort(p),
+            Self::Rational(lens) => lens.distort(p),
         }
     }
 
@@ -63,6 +67,7 @@ impl<T: Scalar> Lens<T> {
                 let [own, k2, k3, k4] = lens.coefficients;
                 Self::Fisheye(Fisheye::try_new([own + k1, k2, k3, k4])?)
             }
+            Self::Rational(lens) => Self::Rational(lens.corrected(k1)?),
         })
     }
 
@@ -84,6 +89,7 @@ impl<T: Scalar> Lens<T> {
             Self::Pinhole => Some(d),
             Self::RadialTangential(lens) => lens.undistort(d),
             Self::Fisheye(lens) => lens.undistort(d),
+            Self::Rational(lens) => lens.undistort(d),
         }
     }
 }
@@ -310,7 +316,7 @@ impl<T: Scalar> Fisheye<T> {
 }
 
 /// Refuses coefficients that are not finite or above 1e3 in size.
-fn check<T: Scalar>(coefficients: &[T]) -> Result<(), CameraError> {
+pub(super) fn check<T: Scalar>(coefficients: &[T]) -> Result<(), CameraError> {
     let sane = |k: &T| k.abs() <= T::lit(MAX_DISTORTION);
     if coefficients.iter().all(sane) { Ok(()) } else { Err(CameraError::Distortion) }
 }
@@ -318,7 +324,7 @@ fn check<T: Scalar>(coefficients: &[T]) -> Result<(), CameraError> {
 /// Smallest argument in `0..=limit` at which `slope` is not positive, or `limit`.
 ///
 /// Cost: 256 samples, then 30 bisections. A dip narrower than 1/256 of the range stays undetected.
-fn first_fold<T: Scalar>(slope: impl Fn(T) -> T, limit: T) -> T {
+pub(super) fn first_fold<T: Scalar>(slope: impl Fn(T) -> T, limit: T) -> T {
     let at = |i: u32| limit * (T::count(i) / T::count(FOLD_SAMPLES));
     let folded = |x: T| !(slope(x) > T::ZERO);
     let Some(first) = (1..=FOLD_SAMPLES).find(|&i| folded(at(i))) else {

@@ -108,6 +108,7 @@ impl<T: Scalar> CorrectedExtrinsics<T> {
 mod tests {
     use super::super::camera::{Camera, Intrinsics};
     use super::super::lens::{Fisheye, Lens, RadialTangential};
+    use super::super::rational::Rational;
     use super::*;
 
     fn camera(lens: Lens<f64>) -> Camera<f64> {
@@ -145,7 +146,9 @@ mod tests {
         let fisheye = Fisheye::try_new([-0.013, 0.027, -0.031, 0.011]).unwrap();
         let [a, b] =
             [(0.002, 0.003), (0.0021, 0.0032)].map(|(focal, k1)| LensCorrection { focal, k1 });
-        for lens in [Lens::Pinhole, radial(), Lens::Fisheye(fisheye)] {
+        let rational = [9.1, 5.2, 1e-4, -2e-4, 0.3, 9.5, 7.6, 1.2];
+        let rational = Lens::Rational(Rational::try_new(rational).unwrap());
+        for lens in [Lens::Pinhole, radial(), Lens::Fisheye(fisheye), rational] {
             assert!(error(lens, a, b) < 0.02, "{lens:?}");
         }
     }

@@ -8,5 +8,6 @@ pub(crate) mod homography;
 pub(crate) mod lens;
 pub(crate) mod lens_correction;
 pub mod metrics;
+pub(crate) mod rational;
 pub(crate) mod rectification;
 pub mod so3;

@@ -7,10 +7,11 @@ use crate::error::{CameraError, RestoreError, SnapshotError};
 use crate::geometry::camera::{Camera, Intrinsics};
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens::{Fisheye, Lens, RadialTangential};
+use crate::geometry::rational::Rational;
 use crate::scalar::Scalar;
 
 /// Numbers of a camera, its lens included, and of the extrinsics; words of a camera.
-const CAMERA_NUMBERS: usize = 9;
+const CAMERA_NUMBERS: usize = 12;
 const EXTRINSICS_NUMBERS: usize = 12;
 const CAMERA_WORDS: usize = 3;
 
@@ -45,7 +46,7 @@ pub struct FactoryCalibration<T: Scalar> {
 }
 
 impl<T: Scalar> FactoryCalibration<T> {
-    /// Length of the longest record: 160 bytes in `f32`, 280 in `f64`.
+    /// Length of the longest record, of rational lenses: 184 bytes in `f32`, 328 in `f64`.
     pub const MAX_BYTES: usize = OVERHEAD_BYTES
         + 2 * 4 * CAMERA_WORDS
         + (2 * CAMERA_NUMBERS + EXTRINSICS_NUMBERS) * size_of::<T>();
@@ -104,6 +105,10 @@ fn write_camera<T: Scalar>(camera: &Camera<T>, to: &mut Writer<'_>) {
             to.word(2);
             to.numbers(&lens.coefficients());
         }
+        Lens::Rational(lens) => {
+            to.word(3);
+            to.numbers(&lens.coefficients());
+        }
     }
 }
 
@@ -119,6 +124,7 @@ fn read_camera<T: Scalar>(from: &mut Reader<'_>) -> Result<Camera<T>, RestoreErr
             Lens::RadialTangential(RadialTangential::try_new(read_numbers(from)?).map_err(absurd)?)
         }
         2 => Lens::Fisheye(Fisheye::try_new(read_numbers(from)?).map_err(absurd)?),
+        3 => Lens::Rational(Rational::try_new(read_numbers(from)?).map_err(absurd)?),
         _ => return Err(RestoreError::Absurd),
     };
     Camera::try_new(Intrinsics { focal, principal, size }, lens).map_err(absurd)

@@ -6,7 +6,8 @@ use crate::scene::{cameras, correspondences, rig, take};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
     ApplyError, Calibrator, Cameras, Config, Correspondence, Extrinsics, FactoryCalibration,
-    Fisheye, Fused, Intrinsics, Lens, RadialTangential, RestoreError, Scalar, SnapshotError, State,
+    Fisheye, Fused, Intrinsics, Lens, RadialTangential, Rational, RestoreError, Scalar,
+    SnapshotError, State,
 };
 
 pub(crate) const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
@@ -329,6 +330,7 @@ fn a_factory_calibration_comes_back_as_it_was_with_any_lens() {
         Lens::Pinhole,
         Lens::RadialTangential(RadialTangential::try_new([-0.3, 0.1, 1e-3, -2e-3, 0.01]).unwrap()),
         Lens::Fisheye(Fisheye::try_new([0.01, -0.02, 0.003, 1e-4]).unwrap()),
+        Lens::Rational(Rational::try_new([9.1, 5.2, 1e-4, -2e-4, 0.3, 9.5, 7.6, 1.2]).unwrap()),
     ];
     for left in lenses {
         for right in lenses {
@@ -354,6 +356,6 @@ fn a_factory_calibration_comes_back_as_it_was_with_any_lens() {
     }
     assert_eq!(
         [FactoryCalibration::<f32>::MAX_BYTES, FactoryCalibration::<f64>::MAX_BYTES],
-        [160, 280]
+        [184, 328]
     );
 }

@@ -6,8 +6,8 @@ use crate::scene::{cameras, correspondences, rig, take};
 use serde::{Serialize, de::DeserializeOwned};
 use stereo_selfcal::{
     Calibrator, Camera, Config, Extrinsics, FactoryCalibration, Fisheye, Health, Lens, PairError,
-    PairReport, Proposal, RadialTangential, RectifiedCamera, RectifyingRotations, Rejection,
-    Scalar,
+    PairReport, Proposal, RadialTangential, Rational, RectifiedCamera, RectifyingRotations,
+    Rejection, Scalar,
 };
 
 fn comes_back<T: Serialize + DeserializeOwned + PartialEq + Debug>(value: &T) -> String {
@@ -32,6 +32,8 @@ fn a_rig_comes_back_bit_for_bit() {
     comes_back(&factory::<f64>(Lens::RadialTangential(brown)));
     let fisheye = Fisheye::try_new([-0.013, 0.027, -0.031, 0.011]).unwrap();
     comes_back(&factory::<f32>(Lens::Fisheye(fisheye)));
+    let rational = Rational::try_new([9.1, 5.2, 1e-4, -2e-4, 0.3, 9.5, 7.6, 1.2]).unwrap();
+    comes_back(&factory::<f64>(Lens::Rational(rational)));
     comes_back(&factory::<f32>(Lens::Pinhole));
 }
 

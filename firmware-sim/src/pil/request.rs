@@ -1,26 +1,27 @@
 //! The host's request for a session: both cameras, and the number of pairs.
 //!
-//! | request, 100 bytes | type | | camera, 44 bytes | type | unit |
+//! | request, 124 bytes | type | | camera, 56 bytes | type | unit |
 //! |---|---|---|---|---|---|
 //! | magic `SCPO` | 4 bytes | | focal lengths | 2 x `f32` | px |
-//! | version, 1 | `u32` | | principal point | 2 x `f32` | px |
+//! | version, 2 | `u32` | | principal point | 2 x `f32` | px |
 //! | pairs | `u32` | | size | 2 x `u16` | px |
-//! | left, right | 2 cameras | | lens: 0 pinhole, 1 radial-tangential, 2 fisheye | `u32` | |
-//! | | | | coefficients, OpenCV's order | 5 x `f32` | |
+//! | left, right | 2 cameras | | lens: 0 pinhole, 1 radial-tangential, 2 fisheye, 3 rational | `u32` | |
+//! | | | | coefficients, OpenCV's order, then 0 | 8 x `f32` | |
 
 use stereo_selfcal::{
-    Camera, CameraError, Cameras, Fisheye, Intrinsics, Lens, RadialTangential, Side,
+    Camera, CameraError, Cameras, Fisheye, Intrinsics, Lens, RadialTangential, Rational, Side,
 };
 use thiserror::Error;
 use zerocopy::little_endian::{F32, U16, U32};
 use zerocopy::{FromBytes, Immutable, IntoBytes, Unaligned, transmute};
 
 const MAGIC: [u8; 4] = *b"SCPO";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 const PINHOLE: u32 = 0;
 const RADIAL_TANGENTIAL: u32 = 1;
 const FISHEYE: u32 = 2;
+const RATIONAL: u32 = 3;
 
 /// Why the controller refuses a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
@@ -31,9 +32,9 @@ pub enum RequestError {
     #[error("magic {0:02x?} is not that of a request")]
     BadMagic([u8; 4]),
     /// The version is not supported.
-    #[error("request of version {0}, supported is 1")]
+    #[error("request of version {0}, supported is 2")]
     Version(u32),
-    /// The lens is none of the three.
+    /// The lens is none of the four.
     #[error("unknown lens {0}")]
     Lens(u32),
     /// A camera is invalid.
@@ -80,7 +81,7 @@ struct WireCamera {
     principal: [F32; 2],
     size: [U16; 2],
     lens: U32,
-    coefficients: [F32; 5],
+    coefficients: [F32; 8],
 }
 
 impl SessionRequest {
@@ -121,12 +122,16 @@ impl WireCamera {
     fn of(camera: &Camera<f32>) -> Self {
         let Intrinsics { focal, principal, size } = *camera.intrinsics();
         let (lens, coefficients) = match camera.lens() {
-            Lens::Pinhole => (PINHOLE, [0.0; 5]),
-            Lens::RadialTangential(lens) => (RADIAL_TANGENTIAL, lens.coefficients()),
+            Lens::Pinhole => (PINHOLE, [0.0; 8]),
+            Lens::RadialTangential(lens) => {
+                let [k1, k2, p1, p2, k3] = lens.coefficients();
+                (RADIAL_TANGENTIAL, [k1, k2, p1, p2, k3, 0.0, 0.0, 0.0])
+            }
             Lens::Fisheye(lens) => {
                 let [k1, k2, k3, k4] = lens.coefficients();
-                (FISHEYE, [k1, k2, k3, k4, 0.0])
+                (FISHEYE, [k1, k2, k3, k4, 0.0, 0.0, 0.0, 0.0])
             }
+            Lens::Rational(lens) => (RATIONAL, lens.coefficients()),
         };
         Self {
             focal: focal.map(F32::new),
@@ -140,13 +145,15 @@ impl WireCamera {
     fn camera(&self, side: Side) -> Result<Camera<f32>, RequestError> {
         let refused = |why| RequestError::Camera(side, why);
         let coefficients = self.coefficients.map(F32::get);
-        let [k1, k2, k3, k4, _] = coefficients;
+        let [k1, k2, k3, k4, k5, ..] = coefficients;
         let lens = match self.lens.get() {
             PINHOLE => Lens::Pinhole,
             RADIAL_TANGENTIAL => {
-                Lens::RadialTangential(RadialTangential::try_new(coefficients).map_err(refused)?)
+                let five = [k1, k2, k3, k4, k5];
+                Lens::RadialTangential(RadialTangential::try_new(five).map_err(refused)?)
             }
             FISHEYE => Lens::Fisheye(Fisheye::try_new([k1, k2, k3, k4]).map_err(refused)?),
+            RATIONAL => Lens::Rational(Rational::try_new(coefficients).map_err(refused)?),
             other => return Err(RequestError::Lens(other)),
         };
         let intrinsics = Intrinsics {
@@ -174,7 +181,14 @@ mod tests {
     fn every_lens_survives_encoding() {
         let radial = RadialTangential::try_new([-0.28, 0.04, 1e-3, -1e-4, 0.1]).unwrap();
         let fisheye = Fisheye::try_new([-0.02, 0.01, -1e-3, 1e-4]).unwrap();
-        for lens in [Lens::Pinhole, Lens::RadialTangential(radial), Lens::Fisheye(fisheye)] {
+        let rational = Rational::try_new([9.1, 5.2, 1e-4, -2e-4, 0.3, 9.5, 7.6, 1.2]).unwrap();
+        let lenses = [
+            Lens::Pinhole,
+            Lens::RadialTangential(radial),
+            Lens::Fisheye(fisheye),
+            Lens::Rational(rational),
+        ];
+        for lens in lenses {
             let sent = request(lens);
             assert_eq!(SessionRequest::decode(sent.encode()), Ok(sent));
         }
@@ -183,8 +197,8 @@ mod tests {
     #[test]
     fn the_layout_is_the_documented_one() {
         let bytes = request(Lens::Pinhole).encode();
-        assert_eq!(bytes.len(), 100);
-        assert_eq!(bytes[..12], [b'S', b'C', b'P', b'O', 1, 0, 0, 0, 13, 0, 0, 0]);
+        assert_eq!(bytes.len(), 124);
+        assert_eq!(bytes[..12], [b'S', b'C', b'P', b'O', 2, 0, 0, 0, 13, 0, 0, 0]);
         assert_eq!(bytes[12..16], 534.1_f32.to_le_bytes());
         assert_eq!(bytes[28..36], [128, 2, 224, 1, 0, 0, 0, 0]);
     }
@@ -199,8 +213,8 @@ mod tests {
         };
         assert_eq!(with(0, b'X'), Err(RequestError::BadMagic(*b"XCPO")));
         assert_eq!(with(4, 9), Err(RequestError::Version(9)));
-        assert_eq!(with(32, 3), Err(RequestError::Lens(3)));
+        assert_eq!(with(32, 4), Err(RequestError::Lens(4)));
         let focal = RequestError::Camera(Side::Right, CameraError::FocalLength);
-        assert_eq!(with(56 + 3, 0xff), Err(focal));
+        assert_eq!(with(68 + 3, 0xff), Err(focal));
     }
 }

@@ -16,7 +16,7 @@ use arbitrary::{Arbitrary, Unstructured};
 use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::{
     Calibration, Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, Fisheye, Fused,
-    Intrinsics, Lens, LensCorrection, LensTracking, PairReport, Pushed, RadialTangential,
+    Intrinsics, Lens, LensCorrection, LensTracking, PairReport, Pushed, RadialTangential, Rational,
     RectifiedCamera, RectifyingRotations, Refusal, StandardDeviations, State,
 };
 
@@ -311,8 +311,11 @@ fn plausible([u, v, disparity, row]: [u8; 4]) -> Correspondence<f32> {
 }
 
 fn lens(k: [f32; 5], fisheye: bool) -> Option<Lens<f32>> {
-    let [k1, k2, k3, k4, _] = k;
-    if fisheye {
+    let [k1, k2, k3, k4, k5] = k;
+    if fisheye && k5 < 0.0 {
+        // A quotient of either sign, from as few numbers.
+        Rational::try_new([k1, k2, k3, k4, k5, -k1, k2, k3]).ok().map(Lens::Rational)
+    } else if fisheye {
         Fisheye::try_new([k1, k2, k3, k4]).ok().map(Lens::Fisheye)
     } else {
         RadialTangential::try_new(k).ok().map(Lens::RadialTangential)

@@ -23,7 +23,7 @@ use super::parse::numbers;
 /// camera, and of a RealSense as JSON: rs2_intrinsics under left and right, rs2_extrinsics (left to right) under
 /// extrinsics.
 ///
-/// A baseline of 1 stands for one that is not known. Lenses: k1 k2 p1 p2 k3, or a fisheye of four.
+/// A baseline of 1 stands for one that is not known. Lenses: k1 k2 p1 p2 k3, with k4 k5 k6, or a fisheye of four.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal import intrinsics.yml extrinsics.yml --size 640,480 --unit 0.001 --out meta.json

@@ -13,7 +13,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stereo_selfcal::{
     Calibration, Camera, Cameras, Correspondence, Extrinsics, Fisheye, Intrinsics, Lens,
-    LensCorrection, RadialTangential, Scalar,
+    LensCorrection, RadialTangential, Rational, Scalar,
 };
 
 use super::geometry::{Rows, matrix};
@@ -28,7 +28,7 @@ pub struct Meta {
     /// Right camera matrix, px.
     #[serde(rename = "K_r")]
     pub k_r: Rows,
-    /// Left lens: `k1 k2 p1 p2 k3`, or `k1 k2 k3 k4` of a fisheye.
+    /// Left lens: `k1 k2 p1 p2 k3`, `k1 k2 k3 k4` of a fisheye, or `k1 k2 p1 p2 k3 k4 k5 k6` of a rational lens.
     pub dist_l: Vec<f64>,
     /// Right lens.
     pub dist_r: Vec<f64>,
@@ -106,8 +106,14 @@ impl Meta {
         if meta.lens == LensModel::RadialTangential && meta.dist_r.iter().all(|&k| k == 0.0) {
             meta.dist_r = vec![0.0; 5];
         }
-        if let Some(k1) = meta.dist_r.first_mut() {
-            *k1 += correction.k1;
+        match (meta.lens, meta.dist_r.as_mut_slice()) {
+            (LensModel::Rational, [k1, k2, _, _, k3, k4, k5, _]) => {
+                *k1 += correction.k1;
+                *k2 += correction.k1 * *k4;
+                *k3 += correction.k1 * *k5;
+            }
+            (_, [k1, ..]) => *k1 += correction.k1,
+            _ => (),
         }
         meta
     }
@@ -132,6 +138,8 @@ pub enum LensModel {
     RadialTangential,
     /// `k1 k2 k3 k4`.
     Fisheye,
+    /// `k1 k2 p1 p2 k3 k4 k5 k6`.
+    Rational,
 }
 
 impl LensModel {
@@ -323,6 +331,12 @@ fn camera<T: Scalar>(
                 .with_context(|| format!("{} lens coefficients: a fisheye has 4", dist.len()))?;
             Lens::Fisheye(Fisheye::try_new(coefficients.map(T::lit))?)
         }
+        LensModel::Rational => {
+            let coefficients: [f64; 8] = dist.try_into().with_context(|| {
+                format!("{} lens coefficients: a rational lens has 8", dist.len())
+            })?;
+            Lens::Rational(Rational::try_new(coefficients.map(T::lit))?)
+        }
     };
     let intrinsics =
         Intrinsics { focal: [fx, fy].map(T::lit), principal: [cx, cy].map(T::lit), size };
@@ -375,7 +389,14 @@ mod tests {
             lens: LensModel::Fisheye,
             ..radial.clone()
         };
-        for meta in [radial, pinhole, fisheye] {
+        let rational = [9.1, 5.2, 1e-4, -2e-4, 0.3, 9.5, 7.6, 1.2].to_vec();
+        let rational = Meta {
+            dist_l: rational.clone(),
+            dist_r: rational,
+            lens: LensModel::Rational,
+            ..radial.clone()
+        };
+        for meta in [radial, pinhole, fisheye, rational] {
             let corrected = meta.corrected(&correction).cameras::<f64>().unwrap();
             assert_eq!(corrected, meta.cameras().unwrap().corrected(&correction).unwrap());
             assert_eq!(meta.corrected(&LensCorrection::NONE), meta);

@@ -95,5 +95,6 @@ fn k1<T: Scalar>(camera: &Camera<T>) -> f64 {
         Lens::Pinhole => 0.0,
         Lens::RadialTangential(lens) => lens.coefficients()[0].to_f64(),
         Lens::Fisheye(lens) => lens.coefficients()[0].to_f64(),
+        Lens::Rational(lens) => lens.coefficients()[0].to_f64(),
     }
 }

@@ -77,6 +77,16 @@ fn rigs() -> Vec<Meta> {
     rigs
 }
 
+/// A rig of rational lenses.
+fn rational() -> Meta {
+    let [left, right] = [
+        [9.1, 5.2, 1e-4, -2e-4, 0.3, 9.5, 7.6, 1.2],
+        [-0.28, 0.04, 1e-3, -1e-4, 0.11, 0.0, 0.0, 0.0],
+    ];
+    let radial = rigs().swap_remove(0);
+    Meta { lens: LensModel::Rational, dist_l: left.to_vec(), dist_r: right.to_vec(), ..radial }
+}
+
 /// Without `k3`, which Kalibr lacks.
 fn without_k3(mut meta: Meta) -> Meta {
     if meta.lens == LensModel::RadialTangential {
@@ -167,6 +177,31 @@ fn opencv_and_kalibr_give_every_bit_back_but_the_last_of_t() {
 }
 
 #[test]
+fn a_rational_lens_is_read_where_a_file_has_its_coefficients() {
+    let [(name, intrinsics), extrinsics] = OPENCV;
+    let text = intrinsics.replace("-0.07, 0., 0., 0.,", "-0.07, 0.2, 0.1, 0.05,");
+    assert_ne!(text, intrinsics);
+    let meta = read([(name, text.as_str()), extrinsics], SIZE).unwrap();
+    assert_eq!(meta.lens, LensModel::Rational);
+    assert_eq!(meta.dist_r, [-0.3, 0.15, -5e-4, 2.5e-4, -0.07, 0.2, 0.1, 0.05]);
+    // The other lens is the same one in the terms of a rational lens.
+    let plain = read(OPENCV, SIZE).unwrap();
+    assert_eq!((&meta.dist_l[..5], &meta.dist_l[5..]), (&plain.dist_l[..], &[0.0; 3][..]));
+    let pixel = [[20.0, 30.0], [600.0, 400.0]];
+    for [a, b] in
+        pixel.map(|at| [&meta, &plain].map(|m| m.cameras::<f64>().unwrap().left.ray(at).unwrap()))
+    {
+        assert!((a - b).norm() < 1e-12, "{a} {b}");
+    }
+    for format in [Format::Opencv, Format::Ros] {
+        let (_, back) = journey(format, &rational());
+        assert_eq!((back.lens, back.dist_l), (LensModel::Rational, rational().dist_l));
+    }
+    let error = Format::Kalibr.write(&rational()).unwrap_err().to_string();
+    assert!(error.contains("rational") && error.contains("ros"), "{error}");
+}
+
+#[test]
 fn ros_gives_the_rig_back_to_rounding() {
     for meta in rigs() {
         let (_, back) = journey(Format::Ros, &meta);
@@ -217,7 +252,14 @@ fn what_is_wrong_in_an_opencv_file_is_named() {
     refused(OPENCV, "data: [ -0.12, ", "data: [ ", &["T (3 x 1)", "2 numbers for 3 x 1"]);
     refused(OPENCV, "data: [ -0.12", "data: [ 0.12", &["exchange"]);
     refused(OPENCV, "0.8, -0.6", "0.8, 0.6", &["extrinsics.yml", "not a rotation"]);
-    refused(OPENCV, "-0.07, 0.,", "-0.07, 0.2,", &["D2", "rational", "k3"]);
+    let with = |k4_and_on: &str| format!("-0.07, {k4_and_on}");
+    let zeros = "-0.07, 0., 0., 0., 0., 0., 0., 0., 0., 0.";
+    let prism = with("0.1, 0., 0., 0.001, 0., 0., 0., 0., 0.");
+    refused(OPENCV, zeros, &prism, &["D2", "thin prism", "s1", "k4 k5 k6"]);
+    let tilt = with("0., 0., 0., 0., 0., 0., 0., 0., 0.02");
+    refused(OPENCV, zeros, &tilt, &["D2", "tau_x", "k4 k5 k6"]);
+    let absurd = with("0.1, 0., 2000., 0., 0., 0., 0., 0., 0.");
+    refused(OPENCV, zeros, &absurd, &["right camera", "distortion"]);
     refused(OPENCV, "537., 0., 326.", "537., 3., 326.", &["right camera", "skew"]);
     refused(OPENCV, "rows: 3", "rows: three", &["intrinsics.yml", "rows: three"]);
     let error = format!("{:#}", read(OPENCV, Unknowns::default()).unwrap_err());

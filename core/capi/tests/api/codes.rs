@@ -143,8 +143,8 @@ fn camera_codes() -> Vec<selfcal_error_t> {
         selfcal_camera_t { focal_px: [0.5, 500.0], ..good },
         selfcal_camera_t { principal_px: [1e6, 0.0], ..good },
         selfcal_camera_t { size_px: [640, 1], ..good },
-        selfcal_camera_t { distortion: [0.0, 0.0, 0.0, 0.0, 1e4], ..good },
-        selfcal_camera_t { lens: 3, ..good },
+        selfcal_camera_t { distortion: [0.0, 0.0, 0.0, 0.0, 1e4, 0.0, 0.0, 0.0], ..good },
+        selfcal_camera_t { lens: 4, ..good },
         selfcal_camera_t { lens: fisheye, ..good },
     ];
     let mut cal = Cal::new(None);

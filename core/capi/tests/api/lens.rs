@@ -34,11 +34,13 @@ fn rays_and_pixels_of_all_lens_models_are_those_of_the_core() {
         lens: lens as u32,
         distortion,
     };
-    let pinhole = camera(SELFCAL_LENS_PINHOLE, [0.0; 5]);
-    let brown = camera(SELFCAL_LENS_RADIAL_TANGENTIAL, [-0.28, 0.04, 1e-3, -1e-4, 0.11]);
-    let fisheye = camera(SELFCAL_LENS_FISHEYE, [-0.01, 0.02, -0.003, 1e-3, 0.0]);
+    let five = |[a, b, c, d, e]: [f32; 5]| [a, b, c, d, e, 0.0, 0.0, 0.0];
+    let pinhole = camera(SELFCAL_LENS_PINHOLE, [0.0; 8]);
+    let brown = camera(SELFCAL_LENS_RADIAL_TANGENTIAL, five([-0.28, 0.04, 1e-3, -1e-4, 0.11]));
+    let fisheye = camera(SELFCAL_LENS_FISHEYE, five([-0.01, 0.02, -0.003, 1e-3, 0.0]));
+    let rational = camera(SELFCAL_LENS_RATIONAL, [9.1, 5.2, 1e-4, -2e-4, 0.3, 9.5, 7.6, 1.2]);
     let mut cal = Cal::new(None);
-    for (left, right) in [(pinhole, brown), (fisheye, pinhole)] {
+    for (left, right) in [(pinhole, brown), (fisheye, pinhole), (rational, brown)] {
         // SAFETY: live objects.
         assert_eq!(unsafe { selfcal_set_cameras(cal.ptr(), &left, &right) }, SELFCAL_OK);
         let mut kept = MaybeUninit::zeroed();

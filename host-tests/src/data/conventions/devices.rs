@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
 use super::Files;
-use super::rig::{self, Pose, Unknowns, View, camera_matrix, coefficients};
+use super::rig::{self, Pose, Unknowns, View, camera_matrix};
 use crate::data::dataset::{LensModel, Meta};
 use crate::data::geometry::{Rows, matrix, rows};
 
@@ -104,12 +104,9 @@ pub(super) fn realsense(files: &Files, unknowns: Unknowns) -> Result<Meta> {
                 "{files}: {name}: model {other}: brown_conrady and kannala_brandt4 are handled"
             ),
         };
-        Ok(View {
-            k: camera_matrix([one.fx, one.fy, one.ppx, one.ppy]),
-            lens,
-            dist: coefficients(lens, given).with_context(|| format!("{files}: {name}: coeffs"))?,
-            size: [one.width, one.height],
-        })
+        let k = camera_matrix([one.fx, one.fy, one.ppx, one.ppy]);
+        View::of(k, lens, given, [one.width, one.height])
+            .with_context(|| format!("{files}: {name}: coeffs"))
     };
     let r = Matrix3::from_column_slice(&read.extrinsics.rotation);
     let pose = Pose::of(rows(&r), read.extrinsics.translation)
@@ -138,11 +135,10 @@ pub(super) fn luxonis(files: &Files, unknowns: Unknowns) -> Result<Meta> {
             if one.camera_type == 1 { LensModel::Fisheye } else { LensModel::RadialTangential };
         let given = match lens {
             LensModel::Fisheye => one.distortion_coeff.get(..4).unwrap_or_default(),
-            LensModel::RadialTangential => &one.distortion_coeff[..],
+            _ => &one.distortion_coeff[..],
         };
-        let dist = coefficients(lens, given)
-            .with_context(|| format!("{files}: distortionCoeff of socket {number}"))?;
-        Ok(View { k: one.intrinsic_matrix, lens, dist, size: [one.width, one.height] })
+        View::of(one.intrinsic_matrix, lens, given, [one.width, one.height])
+            .with_context(|| format!("{files}: distortionCoeff of socket {number}"))
     };
     let way = |one: &Socket| {
         let Centimetres { x, y, z } = one.extrinsics.translation;

@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use super::Files;
 use super::mat::Mat;
-use super::rig::{self, Pose, Unknowns, View, camera_matrix, coefficients};
+use super::rig::{self, Pose, Unknowns, View, camera_matrix};
 use crate::data::dataset::{LensModel, Meta};
 use crate::data::geometry::rows;
 
@@ -70,11 +70,7 @@ fn view(sensor: &Sensor) -> Result<View> {
         "equidistant" => LensModel::Fisheye,
         other => bail!("distortion_model {other}: radial-tangential and equidistant are handled"),
     };
-    Ok(View {
-        k: camera_matrix(sensor.intrinsics),
-        lens,
-        dist: coefficients(lens, &sensor.distortion_coefficients)
-            .context("distortion_coefficients")?,
-        size: sensor.resolution,
-    })
+    let k = camera_matrix(sensor.intrinsics);
+    View::of(k, lens, &sensor.distortion_coefficients, sensor.resolution)
+        .context("distortion_coefficients")
 }

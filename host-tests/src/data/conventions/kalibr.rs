@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail, ensure};
 use serde::Deserialize;
 
 use super::number::list;
-use super::rig::{self, NO_SCALE, Pose, Unknowns, View, camera_matrix, coefficients};
+use super::rig::{self, NO_SCALE, Pose, Unknowns, View, camera_matrix};
 use super::{Document, Files, scale};
 use crate::data::dataset::{LensModel, Meta};
 use crate::data::geometry::Rows;
@@ -87,12 +87,8 @@ fn view(cam: &Cam) -> Result<View> {
     let intrinsics: [f64; 4] = cam.intrinsics.as_slice().try_into().with_context(|| {
         format!("{} intrinsics: fu fv pu pv are expected", cam.intrinsics.len())
     })?;
-    Ok(View {
-        k: camera_matrix(intrinsics),
-        lens,
-        dist: coefficients(lens, &cam.distortion_coeffs).context("distortion_coeffs")?,
-        size: cam.resolution,
-    })
+    View::of(camera_matrix(intrinsics), lens, &cam.distortion_coeffs, cam.resolution)
+        .context("distortion_coeffs")
 }
 
 /// `camchain.yaml`.
@@ -115,6 +111,9 @@ pub(super) fn write(meta: &Meta) -> Result<Vec<Document>> {
 fn cam(name: &str, meta: &Meta, k: &Rows, dist: &[f64]) -> Result<String> {
     let (model, coefficients) = match meta.lens {
         LensModel::Fisheye => ("equidistant", dist),
+        LensModel::Rational => {
+            bail!("{name} has a rational lens, which Kalibr has not: use opencv or ros")
+        }
         LensModel::RadialTangential => {
             let (four, k3) = dist.split_at(dist.len().min(4));
             ensure!(

@@ -11,7 +11,7 @@ use serde::Deserialize;
 use super::mat::Mat;
 use super::number::list;
 use super::rectified::Rectified;
-use super::rig::{self, NO_SCALE, Pose, Unknowns, View, coefficients, square};
+use super::rig::{self, NO_SCALE, Pose, Unknowns, View, square};
 use super::{Document, Files, scale};
 use crate::data::dataset::{LensModel, Meta};
 
@@ -68,8 +68,7 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let lens = if fisheye { LensModel::Fisheye } else { LensModel::RadialTangential };
     let view = |names: [&str; 2], of: [fn(&Storage) -> Option<&Mat>; 2]| -> Result<View> {
         let k = find(&parsed, files, names[0], of[0], square)?;
-        let dist = find(&parsed, files, names[1], of[1], |k| coefficients(lens, k))?;
-        Ok(View { k, lens, dist, size })
+        find(&parsed, files, names[1], of[1], |given| View::of(k, lens, given, size))
     };
     let left = view(["M1 (3 x 3)", "D1 (1 x 5)"], [|s| s.m1.as_ref(), |s| s.d1.as_ref()])?;
     let right = view(["M2 (3 x 3)", "D2 (1 x 5)"], [|s| s.m2.as_ref(), |s| s.d2.as_ref()])?;

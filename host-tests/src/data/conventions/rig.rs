@@ -11,6 +11,9 @@ use crate::data::geometry::{Rows, matrix};
 /// How far `R^T R` may be from the identity, in any element: a matrix of three decimals passes.
 const ROTATION: f64 = 2e-3;
 
+/// Number of coefficients of a rational lens.
+const RATIONAL: usize = 8;
+
 /// Values that files may lack.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unknowns {
@@ -37,6 +40,24 @@ pub(super) struct View {
     pub(super) dist: Vec<f64>,
     /// Width and height, px.
     pub(super) size: [u16; 2],
+}
+
+impl View {
+    /// A camera with the coefficients as given: those of a rational lens make it one.
+    pub(super) fn of(k: Rows, lens: LensModel, given: &[f64], size: [u16; 2]) -> Result<Self> {
+        let dist = coefficients(lens, given)?;
+        let lens = if dist.len() == RATIONAL { LensModel::Rational } else { lens };
+        Ok(Self { k, lens, dist, size })
+    }
+
+    /// The same camera as a rational lens, if it is a radial-tangential one and the other is rational.
+    fn like(mut self, other: LensModel) -> Self {
+        if (self.lens, other) == (LensModel::RadialTangential, LensModel::Rational) {
+            self.lens = LensModel::Rational;
+            self.dist.resize(RATIONAL, 0.0);
+        }
+        self
+    }
 }
 
 /// `p_r = R p_l + b t`.
@@ -78,6 +99,8 @@ impl Pose {
 
 /// A rig from its parts.
 pub(super) fn meta([left, right]: [View; 2], pose: &Pose, source: String) -> Result<Meta> {
+    let lenses = [left.lens, right.lens];
+    let (left, right) = (left.like(lenses[1]), right.like(lenses[0]));
     ensure!(
         left.lens == right.lens,
         "both cameras must have lenses of the same model: left {:?}, right {:?}",
@@ -122,30 +145,28 @@ pub(super) fn check(meta: &Meta) -> Result<()> {
     Ok(())
 }
 
-/// Coefficients as we hold them: five of a radial-tangential lens, four of a fisheye.
-pub(super) fn coefficients(lens: LensModel, given: &[f64]) -> Result<Vec<f64>> {
-    match lens {
-        LensModel::Fisheye => {
-            ensure!(given.len() == 4, "{} lens coefficients: a fisheye has 4", given.len());
-            Ok(given.to_vec())
-        }
-        LensModel::RadialTangential => {
-            ensure!(
-                matches!(given.len(), 0 | 4 | 5 | 8 | 12 | 14),
-                "{} lens coefficients: k1 k2 p1 p2 [k3] are expected",
-                given.len()
-            );
-            let (kept, beyond) = given.split_at(given.len().min(5));
-            ensure!(
-                beyond.iter().all(|&k| k == 0.0),
-                "the lens coefficients after k3 (rational, thin prism, tilted) are not 0: calibrate with k1 k2 p1 p2 k3 alone"
-            );
-            let mut five = kept.to_vec();
-            five.resize(5, 0.0);
-            Ok(five)
-        }
+/// Coefficients as we hold them: five of a radial-tangential lens, eight of a rational one, four of a fisheye.
+fn coefficients(lens: LensModel, given: &[f64]) -> Result<Vec<f64>> {
+    if lens == LensModel::Fisheye {
+        ensure!(given.len() == 4, "{} lens coefficients: a fisheye has 4", given.len());
+        return Ok(given.to_vec());
     }
+    ensure!(
+        matches!(given.len(), 0 | 4 | 5 | 8 | 12 | 14),
+        "{} lens coefficients: k1 k2 p1 p2 [k3 [k4 k5 k6]] are expected",
+        given.len()
+    );
+    let used = |from: usize, to: usize| given.iter().take(to).skip(from).any(|k| *k != 0.0);
+    ensure!(!used(8, 12), "the thin prism coefficients s1 s2 s3 s4 are not 0: {ADVICE}");
+    ensure!(!used(12, 14), "the tilt of the sensor, tau_x tau_y, is not 0: {ADVICE}");
+    let held = if lens == LensModel::Rational || used(5, 8) { RATIONAL } else { 5 };
+    let mut kept: Vec<f64> = given.iter().take(held).copied().collect();
+    kept.resize(held, 0.0);
+    Ok(kept)
 }
+
+/// Advice for a lens that the core has no model of.
+const ADVICE: &str = "calibrate without them, with k1 k2 p1 p2 k3 or those and k4 k5 k6";
 
 /// `K` of focal lengths and principal point, px.
 pub(super) fn camera_matrix([fx, fy, cx, cy]: [f64; 4]) -> Rows {

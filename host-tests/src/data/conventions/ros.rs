@@ -9,7 +9,7 @@ use serde::Deserialize;
 use super::mat::Mat;
 use super::number::list;
 use super::rectified::Rectified;
-use super::rig::{self, NO_SCALE, Pose, Unknowns, View, coefficients, square};
+use super::rig::{self, NO_SCALE, Pose, Unknowns, View, square};
 use super::{Document, Files};
 use crate::data::dataset::{LensModel, Meta};
 use crate::data::geometry::{Rows, matrix, rows};
@@ -80,15 +80,17 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
 
 fn view(info: &CameraInfo) -> Result<View> {
     let lens = match info.distortion_model.as_str() {
+        // Five or eight coefficients tell the two.
         "plumb_bob" | "rational_polynomial" => LensModel::RadialTangential,
         "equidistant" | "fisheye" => LensModel::Fisheye,
-        other => bail!("distortion_model {other}: plumb_bob and equidistant are handled"),
+        other => bail!(
+            "distortion_model {other}: plumb_bob, rational_polynomial and equidistant are handled"
+        ),
     };
     let given = info.distortion_coefficients.numbers();
-    let dist =
-        given.and_then(|given| coefficients(lens, given)).context("distortion_coefficients")?;
     let k = info.camera_matrix.shaped([3, 3]).and_then(square).context("camera_matrix")?;
-    Ok(View { k, lens, dist, size: [info.image_width, info.image_height] })
+    let size = [info.image_width, info.image_height];
+    given.and_then(|given| View::of(k, lens, given, size)).context("distortion_coefficients")
 }
 
 /// `left.yaml` and `right.yaml`.
@@ -106,6 +108,7 @@ fn camera_info(name: &str, meta: &Meta, k: &Rows, dist: &[f64], r: &Rows, p: &[f
     let model = match meta.lens {
         LensModel::RadialTangential => "plumb_bob",
         LensModel::Fisheye => "equidistant",
+        LensModel::Rational => "rational_polynomial",
     };
     let mut five = dist.to_vec();
     if meta.lens == LensModel::RadialTangential {

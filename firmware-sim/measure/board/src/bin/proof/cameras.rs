@@ -2,7 +2,7 @@
 
 use core::hint::black_box;
 
-use stereo_selfcal::{Camera, Cameras, Fisheye, Intrinsics, Lens, RadialTangential};
+use stereo_selfcal::{Camera, Cameras, Fisheye, Intrinsics, Lens, RadialTangential, Rational};
 
 use crate::{numbers, show};
 
@@ -27,11 +27,14 @@ fn camera() -> Option<Camera<f32>> {
 fn lens() -> Option<Lens<f32>> {
     let brown = RadialTangential::try_new(numbers()).ok()?;
     let fisheye = Fisheye::try_new(numbers()).ok()?;
+    let rational = Rational::try_new(numbers()).ok()?;
     show(brown.coefficients());
     show(fisheye.coefficients());
+    show(rational.coefficients());
     Some(match black_box(0) {
         0 => Lens::Pinhole,
         1 => Lens::RadialTangential(brown),
-        _ => Lens::Fisheye(fisheye),
+        2 => Lens::Fisheye(fisheye),
+        _ => Lens::Rational(rational),
     })
 }
