@@ -75,7 +75,7 @@ static void check_link(selfcal_t *cal, const selfcal_extrinsics_t *rig)
     CHECK(selfcal_link_note_overrun(&wire) == SELFCAL_ERROR_NOT_INITIALISED);
     CHECK(selfcal_link_init(&wire, sizeof wire) == SELFCAL_OK);
     scene_matches(rig, matches, MATCHES);
-    matcher_frame(frame, 0, scene_camera.size_px, matches, MATCHES);
+    CHECK(matcher_frame(frame, 0, scene_camera.size_px, matches, MATCHES) == sizeof frame);
     frame[500] ^= 1;
     CHECK(!receive(cal, frame, sizeof frame, &stack));
     frame[500] ^= 1;

@@ -27,7 +27,10 @@ static void fault(void)
     }
 }
 
+/* Of the timer in the core; a fault where a firmware has none. */
+void systick(void) __attribute__((weak, alias("fault")));
+
 __attribute__((section(".vectors"), used)) static const void *const vectors[16] = {
     __stack, (void *)reset, (void *)fault, (void *)fault, (void *)fault, (void *)fault,
-    (void *)fault,
+    (void *)fault, [15] = (void *)systick,
 };

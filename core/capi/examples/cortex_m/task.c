@@ -1,0 +1,86 @@
+#include "task.h"
+
+/* One writer, the interrupt, and one reader, the task. A power of two. */
+#define QUEUE_BYTES 4096u
+
+static volatile uint8_t queue[QUEUE_BYTES];
+static volatile uint32_t queued, taken;
+
+/* Static: the stack holds neither. */
+static selfcal_t cal;
+static selfcal_link_t wire;
+
+size_t task_room(void)
+{
+    return QUEUE_BYTES - (queued - taken);
+}
+
+void task_queue(uint8_t byte)
+{
+    if (task_room() == 0)
+        return;
+    queue[queued % QUEUE_BYTES] = byte;
+    queued++; /* after the byte: the task reads up to here */
+}
+
+/* Waits for bytes and takes up to `room`; an RTOS has xStreamBufferReceive. */
+static size_t take(uint8_t *to, size_t room)
+{
+    size_t count = 0;
+
+    /* An interrupt between the test and the wait is followed by the next one. */
+    while (queued == taken)
+        __asm volatile("wfi");
+    while (count < room && queued != taken) {
+        to[count++] = queue[taken % QUEUE_BYTES];
+        taken++;
+    }
+    return count;
+}
+
+static void take_pair(task_result_t *result)
+{
+    bool solved = false;
+
+    result->frames++;
+    /* Pass by pass: tasks of this priority may run in between. */
+    if (selfcal_begin_pair(&cal) == SELFCAL_OK)
+        while (!solved && selfcal_advance_pair(&cal, &solved) == SELFCAL_OK) {
+        }
+    if (solved && selfcal_fuse(&cal, NULL) == SELFCAL_OK)
+        result->fused++;
+    if (selfcal_apply(&cal, &result->in_use) == SELFCAL_OK) /* refused until the estimate is locked */
+        result->applied++;
+    (void)selfcal_clear_pair(&cal);
+}
+
+static selfcal_error_t start(const selfcal_camera_t *camera)
+{
+    selfcal_error_t error = selfcal_init(&cal, sizeof cal, NULL);
+
+    if (error == SELFCAL_OK)
+        error = selfcal_link_init(&wire, sizeof wire);
+    if (error == SELFCAL_OK)
+        error = selfcal_set_cameras(&cal, camera, camera);
+    return error;
+}
+
+void task_run(const selfcal_camera_t *camera, uint32_t frames, task_result_t *result)
+{
+    uint8_t bytes[64];
+
+    *result = (task_result_t){.error = start(camera)};
+    while (result->error == SELFCAL_OK && result->frames < frames) {
+        const uint8_t *at = bytes;
+        size_t left = take(bytes, sizeof bytes);
+        while (left > 0 && result->error == SELFCAL_OK) {
+            selfcal_frame_t frame;
+            size_t used;
+            result->error = selfcal_link_feed(&wire, &cal, at, left, &used, &frame);
+            at += used;
+            left -= used;
+            if (frame.whole)
+                take_pair(result);
+        }
+    }
+}

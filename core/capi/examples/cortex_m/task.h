@@ -1,0 +1,30 @@
+/* The calibrator as a task of an RTOS such as FreeRTOS: an interrupt queues bytes, the task waits for them. */
+#ifndef TASK_H
+#define TASK_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "stereo_selfcal.h"
+
+/* Stack of the task, bytes. The run below paints it and fails above three quarters; the rest is for the context
+ * that an RTOS saves, 204 bytes with the floating point unit, and for the board's own functions. */
+#define TASK_STACK_BYTES 8192
+
+/* Of the task, written by it alone. */
+typedef struct {
+    uint32_t frames, fused, applied;
+    selfcal_error_t error;       /* what ended the task, if anything */
+    selfcal_calibration_t in_use; /* once applied: for the rectifier */
+} task_result_t;
+
+/* Room in the queue, bytes. For the interrupt. */
+size_t task_room(void);
+
+/* Queues a byte if there is room. For the interrupt; an RTOS has xStreamBufferSendFromISR. */
+void task_queue(uint8_t byte);
+
+/* The task: receives, solves pass by pass, fuses, applies. Ends after so many frames, or with an error. */
+void task_run(const selfcal_camera_t *camera, uint32_t frames, task_result_t *result);
+
+#endif
