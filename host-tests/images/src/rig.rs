@@ -201,4 +201,46 @@ mod tests {
         let nothing = RigRequest::default().find(&RigOf::Nothing, [640, 480], &frame);
         assert!(nothing.unwrap_err().to_string().contains("--focal"));
     }
+
+    /// A JPEG image with EXIF data of these fields.
+    fn photograph(path: &Path, fields: &[exif::Field]) {
+        let mut writer = exif::experimental::Writer::new();
+        fields.iter().for_each(|field| writer.push_field(field));
+        let mut tiff = std::io::Cursor::new(Vec::new());
+        writer.write(&mut tiff, false).unwrap();
+        let segment = [b"Exif\0\0".to_vec(), tiff.into_inner()].concat();
+        let mut jpeg = std::io::Cursor::new(Vec::new());
+        image::GrayImage::new(640, 480).write_to(&mut jpeg, image::ImageFormat::Jpeg).unwrap();
+        let (start, rest) = jpeg.get_ref().split_at(2);
+        let length = u16::try_from(segment.len() + 2).unwrap().to_be_bytes();
+        std::fs::write(path, [start, &[0xff, 0xe1], &length, &segment, rest].concat()).unwrap();
+    }
+
+    #[test]
+    fn the_focal_length_is_that_of_the_exif_data() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("photograph.jpg");
+        let field = |tag: Tag, value: Value| exif::Field { tag, ifd_num: In::PRIMARY, value };
+        let ratio = |num, denom| Value::Rational(vec![exif::Rational { num, denom }]);
+        let focal = |fields: &[exif::Field]| {
+            photograph(&path, fields);
+            let found =
+                RigRequest::default().find(&RigOf::Nothing, [640, 480], &Frame::File(path.clone()));
+            found.map(|rig| (rig.guessed, rig.meta.k_l[0][0]))
+        };
+        // 28 mm of the film's diagonal, 800 px here.
+        let film = field(Tag::FocalLengthIn35mmFilm, Value::Short(vec![28]));
+        let (guessed, px) = focal(&[film]).unwrap();
+        assert!(guessed && (px - 28.0 / 43.267 * 800.0).abs() < 1e-9, "{px}");
+        // 4 mm, and 2000 pixels a centimetre.
+        let [length, resolution, unit] = [
+            field(Tag::FocalLength, ratio(40, 10)),
+            field(Tag::FocalPlaneXResolution, ratio(2000, 1)),
+            field(Tag::FocalPlaneResolutionUnit, Value::Short(vec![3])),
+        ];
+        let (_, px) = focal(&[length, resolution, unit]).unwrap();
+        assert!((px - 800.0).abs() < 1e-9, "{px}");
+        let nothing = field(Tag::FocalLength, ratio(0, 1));
+        assert!(focal(&[nothing]).unwrap_err().to_string().contains("--focal"));
+    }
 }

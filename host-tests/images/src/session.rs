@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result, bail, ensure};
-use host_tests::data::{Dataset, Match};
+use host_tests::data::{Dataset, Match, PairsFolder};
 use host_tests::run::{Apply, CAPACITY, RunLog, Running, Step};
 use host_tests::wire::Sender;
 use stereo_selfcal::{Config, Extrinsics};
@@ -35,6 +35,8 @@ pub struct Request<'a> {
     pub selection: Selection,
     /// Where the frames of a matcher go.
     pub frames: Option<&'a Path>,
+    /// Where rig and matches go as a data set, pair by pair.
+    pub out: Option<&'a Path>,
 }
 
 /// What a run came to.
@@ -106,59 +108,97 @@ pub fn run(
     let meta = &rig.meta;
     let size = [meta.width, meta.height];
     let matcher = Matcher::new(meta.cameras()?, &meta.extrinsics()?, request.matcher);
-    let start: Extrinsics<f32> = meta.extrinsics()?;
-    let mut running = Running::<f32, CAPACITY>::new(meta, Config::robust(), start, Apply::Never)?;
-    let mut frames = Frames::open(request.frames, size)?;
-    let mut session = Session {
-        set: Dataset {
-            name: source.name.clone(),
+    let mut run = Run::begin(request)?;
+    pipeline::run(source, &matcher, size, *selection, stop, |done| match done {
+        Done::Matched { frames, matched } => run.take(frames, matched.matches, listener),
+        Done::Skipped { kind, why } => {
+            *run.session.skipped.entry(kind).or_default() += 1;
+            listener.skipped(&why);
+            run.session.verdict_on_order()
+        }
+    })?;
+    let mut session = run.end()?;
+    session.stopped = stop.load(std::sync::atomic::Ordering::Relaxed);
+    session.checked(&matcher, source)
+}
+
+/// A run that goes on.
+struct Run {
+    running: Running<f32, CAPACITY>,
+    frames: Frames,
+    /// Where the matches go as they come, so that a run that is ended loses none.
+    out: Option<PathBuf>,
+    /// That folder, from the first pair on: a run without one leaves nothing.
+    folder: Option<PairsFolder>,
+    session: Session,
+    /// What ended it.
+    failed: Option<anyhow::Error>,
+}
+
+impl Run {
+    fn begin(request: &Request<'_>) -> Result<Self> {
+        let meta = &request.rig.meta;
+        let start: Extrinsics<f32> = meta.extrinsics()?;
+        let running = Running::new(meta, Config::robust(), start, Apply::Never)?;
+        let set = Dataset {
+            name: request.source.name.clone(),
             meta: meta.clone(),
             pairs: Vec::new(),
             rigs: Vec::new(),
-        },
-        log: running.log().clone(),
-        skipped: HashMap::new(),
-        best: None,
-        left_out: 0,
-        shift: None,
-        stopped: false,
-    };
-    let mut failed = None;
-    let mut most = 0;
-    pipeline::run(source, &matcher, size, *selection, stop, |done| {
-        let (images, matched) = match done {
-            Done::Matched { frames, matched } => (frames, matched),
-            Done::Skipped { kind, why } => {
-                *session.skipped.entry(kind).or_default() += 1;
-                listener.skipped(&why);
-                return session.verdict_on_order();
-            }
         };
-        let number = session.set.pairs.len();
-        match frames.write(number, &matched.matches) {
-            Ok(left_out) => session.left_out += left_out,
-            Err(why) => {
-                failed = Some(why);
-                return ControlFlow::Break(());
-            }
+        let session = Session {
+            set,
+            log: running.log().clone(),
+            skipped: HashMap::new(),
+            best: None,
+            left_out: 0,
+            shift: None,
+            stopped: false,
+        };
+        let frames = Frames::open(request.frames, [meta.width, meta.height])?;
+        let out = request.out.map(Path::to_owned);
+        Ok(Self { running, frames, out, folder: None, session, failed: None })
+    }
+
+    /// Takes the matches of the next pair. `Break` if they cannot be written.
+    fn take(
+        &mut self,
+        images: [Frame; 2],
+        matches: Vec<Match>,
+        listener: &mut dyn Listener,
+    ) -> ControlFlow<()> {
+        let number = self.session.set.pairs.len();
+        if let Err(why) = self.write(number, &matches) {
+            self.failed = Some(why);
+            return ControlFlow::Break(());
         }
-        if matched.matches.len() > most || session.best.is_none() {
-            most = matched.matches.len();
-            session.best = Some((number, images));
+        let best = self.session.best.as_ref().and_then(|(n, _)| self.session.set.pairs.get(*n));
+        if best.is_none_or(|best| matches.len() > best.len()) {
+            self.session.best = Some((number, images));
         }
-        if let Some(step) = running.push(&matched.matches) {
+        if let Some(step) = self.running.push(&matches) {
             listener.pair(number, step);
         }
-        session.set.pairs.push(matched.matches);
+        self.session.set.pairs.push(matches);
         ControlFlow::Continue(())
-    })?;
-    frames.finish()?;
-    if let Some(why) = failed {
-        return Err(why);
     }
-    session.log = running.log().clone();
-    session.stopped = stop.load(std::sync::atomic::Ordering::Relaxed);
-    session.checked(&matcher, source)
+
+    fn write(&mut self, number: usize, matches: &[Match]) -> Result<()> {
+        self.session.left_out += self.frames.write(number, matches)?;
+        if let (Some(dir), None) = (&self.out, &self.folder) {
+            self.folder = Some(PairsFolder::begin(dir, &self.session.set.meta)?);
+        }
+        self.folder.as_mut().map_or(Ok(()), |folder| folder.push(matches))
+    }
+
+    fn end(mut self) -> Result<Session> {
+        self.frames.finish()?;
+        if let Some(why) = self.failed {
+            return Err(why);
+        }
+        self.session.log = self.running.log().clone();
+        Ok(self.session)
+    }
 }
 
 impl Session {

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use anyhow::Result;
-use host_tests::run::Summary;
+use host_tests::run::{Estimate, Summary};
 use serde::Serialize;
 use stereo_selfcal::{Doubt, State};
 
@@ -129,31 +129,38 @@ fn verdict(session: &Session, summary: &Summary, reasons: &mut Vec<String>) -> V
         ));
         return Verdict::Unknown;
     }
+    reasons.extend(doubt_in_words(fused));
+    let (verdict, reason) = of_rows(before, after);
+    reasons.insert(0, reason);
+    verdict
+}
+
+/// The doubt about an estimate, in words.
+fn doubt_in_words(fused: &Estimate) -> Option<String> {
     match fused.doubt {
         // With a lens prior the disagreement only widens the deviations.
-        Some(Doubt::Baseline | Doubt::Everything) if fused.lens.is_some() => {
-            reasons.push(
-                "image halves disagree, as with a wrong lens model: the deviations are widened"
-                    .into(),
-            );
-        }
+        Some(Doubt::Baseline | Doubt::Everything) if fused.lens.is_some() => Some(
+            "image halves disagree, as with a wrong lens model: the deviations are widened".into(),
+        ),
         Some(Doubt::Everything) => {
-            reasons.push("image halves disagree: the lens model does not fit".into());
+            Some("image halves disagree: the lens model does not fit".into())
         }
-        Some(Doubt::Baseline) => reasons.push("image halves disagree: t is held".into()),
-        Some(doubt) => reasons.push(doubt.to_string()),
-        None => {}
+        Some(Doubt::Baseline) => Some("image halves disagree: t is held".into()),
+        Some(doubt) => Some(doubt.to_string()),
+        None => None,
     }
+}
+
+/// The verdict by row offsets in use and with the estimate, px, and its reason.
+fn of_rows(before: f64, after: f64) -> (Verdict, String) {
+    let both = format!("rows are {before:.2} px off, {after:.2} px with the estimate");
     if before >= BAD_PX {
-        reasons.insert(0, format!("rows are {before:.2} px off, {after:.2} px with the estimate"));
-        return Verdict::Recalibrate;
+        (Verdict::Recalibrate, both)
+    } else if after < IMPROVEMENT * before {
+        (Verdict::Improvable, both)
+    } else {
+        (Verdict::Good, format!("rows are {before:.2} px off; the estimate does not improve them"))
     }
-    if after < IMPROVEMENT * before {
-        reasons.insert(0, format!("rows are {before:.2} px off, {after:.2} px with the estimate"));
-        return Verdict::Improvable;
-    }
-    reasons.insert(0, format!("rows are {before:.2} px off; the estimate does not improve them"));
-    Verdict::Good
 }
 
 impl fmt::Display for Report {

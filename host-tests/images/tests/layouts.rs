@@ -9,6 +9,8 @@ use assert_cmd::Command;
 use serde_json::Value;
 
 use common::{FOCAL, SIZE, save, small};
+use host_tests::data::{Dataset, Match};
+use image::{ImageBuffer, Luma};
 
 fn check(top: &Path) -> Value {
     let arguments = ["check", top.to_str().unwrap(), "--json", "--keypoints", "800"];
@@ -66,4 +68,39 @@ fn euroc_kitti_and_middlebury_are_read_with_their_calibrations() {
     );
     fs::write(middlebury.join("calib.txt"), text).unwrap();
     fits(&check(&middlebury));
+}
+
+#[test]
+fn tiff_of_8_and_16_bits_gives_the_matches_of_pgm() {
+    let dir = tempfile::tempdir().unwrap();
+    let place = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
+    for (image, side) in small().iter().zip(["left", "right"]) {
+        save(image, place(&format!("{side}.pgm")).as_ref());
+        image.save(place(&format!("{side}-8.tif"))).unwrap();
+        // Full scale: 255 is 65535.
+        let deep: ImageBuffer<Luma<u16>, Vec<u16>> =
+            ImageBuffer::from_fn(SIZE[0], SIZE[1], |u, v| {
+                Luma([257 * u16::from(image.get_pixel(u, v).0[0])])
+            });
+        deep.save(place(&format!("{side}-16.tiff"))).unwrap();
+    }
+    let matches = |ending: &str| {
+        let [left, right] = ["left", "right"].map(|side| place(&format!("{side}{ending}")));
+        let out = place(&format!("set{ending}"));
+        let focal = FOCAL.to_string();
+        let arguments = ["images", &left, &right, "--focal", &focal, "--out", &out];
+        Command::cargo_bin("selfcal-images").unwrap().args(arguments).assert().success();
+        Dataset::load(out.as_ref()).unwrap().pairs
+    };
+    let pgm = matches(".pgm");
+    assert!(pgm.len() == 1 && pgm[0].len() > 100, "{}", pgm[0].len());
+    assert!(matches("-8.tif") == pgm, "TIFF of 8 bits");
+    // 16 bits are stretched over their range, so the grey values are not those of 8 bits.
+    let deep = matches("-16.tiff");
+    let alike = |m: &Match| {
+        let same = pgm[0].iter().find(|n| (n.ul, n.vl) == (m.ul, m.vl));
+        same.is_some_and(|n| (n.ur - m.ur).hypot(n.vr - m.vr) < 0.1)
+    };
+    let (found, all) = (deep[0].iter().filter(|m| alike(m)).count(), pgm[0].len());
+    assert!(10 * found > 8 * all, "{found} of {all}");
 }

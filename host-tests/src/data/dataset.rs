@@ -17,6 +17,7 @@ use stereo_selfcal::{
 };
 
 use super::geometry::{Rows, matrix};
+use super::pairs_folder::PairsFolder;
 use super::rigs::{self, Rig};
 
 /// A rig as `meta.json` has it.
@@ -247,16 +248,9 @@ impl Dataset {
     /// # Errors
     /// Names the file.
     pub fn save(&self, dir: &Path) -> Result<()> {
-        let pairs_dir = dir.join("pairs");
-        if dir.exists() && fs::read_dir(dir)?.next().is_some() {
-            bail!("{} is not empty: nothing is overwritten", dir.display());
-        }
-        fs::create_dir_all(&pairs_dir)
-            .with_context(|| format!("cannot make {}", pairs_dir.display()))?;
-        let text = serde_json::to_string_pretty(&self.meta)?;
-        fs::write(dir.join("meta.json"), text + "\n")?;
-        for (i, pair) in self.pairs.iter().enumerate() {
-            write_pair(&pairs_dir.join(format!("{i:04}.csv")), pair)?;
+        let mut folder = PairsFolder::begin(dir, &self.meta)?;
+        for pair in &self.pairs {
+            folder.push(pair)?;
         }
         rigs::write(dir, &self.rigs)
     }
@@ -347,17 +341,6 @@ fn read_pair(path: &Path) -> Result<Vec<Match>> {
     let read = || csv::Reader::from_path(path)?.into_deserialize().collect();
     let rows: Result<Vec<Match>, csv::Error> = read();
     rows.with_context(|| format!("cannot read {}", path.display()))
-}
-
-fn write_pair(path: &Path, pair: &[Match]) -> Result<()> {
-    let write = || -> Result<()> {
-        let mut file = csv::Writer::from_path(path)?;
-        for row in pair {
-            file.serialize(row)?;
-        }
-        Ok(file.flush()?)
-    };
-    write().with_context(|| format!("cannot write {}", path.display()))
 }
 
 #[cfg(test)]

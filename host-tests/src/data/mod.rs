@@ -6,11 +6,13 @@ pub mod conventions;
 mod dataset;
 mod geometry;
 mod pair_file;
+mod pairs_folder;
 mod rigs;
 mod turned_view;
 
 pub use dataset::{Dataset, LensModel, Match, Meta};
 pub use geometry::{Rays, Rows, in_f64, matrix, rows};
 pub use pair_file::{PairFile, TruePair};
+pub use pairs_folder::PairsFolder;
 pub use rigs::Rig;
 pub use turned_view::TurnedView;

@@ -30,7 +30,7 @@ pub(crate) struct CheckArgs {
 
 /// Runs `selfcal check`.
 pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode> {
-    let ran = args.source.run(None, true)?;
+    let ran = args.source.run(None, None, true)?;
     let report = Report::of(&ran.session, ran.rig.guessed)?;
     let mut out = io::stdout();
     if args.json {

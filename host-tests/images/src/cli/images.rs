@@ -42,7 +42,7 @@ pub(crate) struct ImagesArgs {
     #[arg(long, value_name = "DIR")]
     rig_out: Option<PathBuf>,
 
-    /// Write rig and matches as a data set for `selfcal replay`; must not exist, or be empty.
+    /// Write rig and matches as a data set for `selfcal replay`, pair by pair; must not exist, or be empty.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
@@ -68,7 +68,7 @@ pub(crate) fn images(args: &ImagesArgs) -> Result<()> {
         let full = dir.exists() && std::fs::read_dir(dir)?.next().is_some();
         ensure!(!full, "{} is not empty: nothing is overwritten", dir.display());
     }
-    let ran = args.source.run(args.frames.as_deref(), args.json)?;
+    let ran = args.source.run(args.frames.as_deref(), args.out.as_deref(), args.json)?;
     let report = Report::of(&ran.session, ran.rig.guessed)?;
     let written = args.write(&ran, &report)?;
     let mut out = io::stdout();
@@ -99,7 +99,6 @@ impl ImagesArgs {
             }
         }
         if let Some(dir) = &self.out {
-            ran.session.set.save(dir)?;
             written.push(("data set", dir.clone()));
         }
         if let Some(dir) = &self.rig_out {

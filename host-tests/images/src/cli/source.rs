@@ -75,7 +75,14 @@ pub(crate) struct Ran {
 
 impl SourceArgs {
     /// Runs the calibrator over the images.
-    pub(crate) fn run(&self, frames: Option<&Path>, quiet: bool) -> Result<Ran> {
+    ///
+    /// * `frames`, `out`: where frames and the data set go, pair by pair.
+    pub(crate) fn run(
+        &self,
+        frames: Option<&Path>,
+        out: Option<&Path>,
+        quiet: bool,
+    ) -> Result<Ran> {
         ensure!((0.1..=20.0).contains(&self.prior), "the prior must be from 0.1 to 20 degrees");
         // A second Ctrl-C ends the command at once.
         let _ = ctrlc::set_handler(|| {
@@ -99,7 +106,7 @@ impl SourceArgs {
             ..MatcherConfig::default()
         };
         let mut live = Live::new(count, quiet);
-        let request = Request { source: &source, rig: &rig, matcher, selection, frames };
+        let request = Request { source: &source, rig: &rig, matcher, selection, frames, out };
         let session = session::run(&request, &STOP, &mut live);
         live.finish();
         Ok(Ran { session: session?, rig })

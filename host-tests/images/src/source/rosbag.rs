@@ -1,10 +1,12 @@
 //! ROS 1 bags.
 
 use std::collections::HashMap;
+use std::fs::File;
+use std::io::Read;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use rosbag::{ChunkRecord, MessageRecord, RosBag};
 
 use super::bag::{Pairing, Topic, Topics, rig};
@@ -13,6 +15,9 @@ use super::{RigOf, Take};
 
 /// Messages that are looked at for topics and calibrations before the images are read.
 const LOOK: usize = 4000;
+
+/// Length of the header of a bag with what fills it up, bytes, after the version.
+const HEAD: u64 = 4096;
 
 /// A message: topic, type, bytes.
 type Message<'a> = (&'a str, &'a str, &'a [u8]);
@@ -43,7 +48,26 @@ fn messages(
 }
 
 fn open(file: &Path) -> Result<RosBag> {
+    whole(file).with_context(|| format!("the bag {}", file.display()))?;
     RosBag::new(file).with_context(|| format!("cannot open the bag {}", file.display()))
+}
+
+/// Refuses a bag without its end, on which the reader would panic: one cut short, or never closed.
+fn whole(file: &Path) -> Result<()> {
+    const NAME: &[u8] = b"index_pos=";
+    let mut bag = File::open(file)?;
+    let length = bag.metadata()?.len();
+    let mut head = Vec::new();
+    bag.by_ref().take(HEAD).read_to_end(&mut head)?;
+    let at = head.windows(NAME.len()).position(|field| field == NAME);
+    let index = at.and_then(|at| head.get(at + NAME.len()..)?.first_chunk());
+    let index = u64::from_le_bytes(*index.context("has no header of a ROS 1 bag")?);
+    ensure!(
+        (HEAD..=length).contains(&index),
+        "is cut short or was not closed: its index would begin at byte {index} of {length}. Repair it with `rosbag \
+         reindex`"
+    );
+    Ok(())
 }
 
 /// Topics and calibration.

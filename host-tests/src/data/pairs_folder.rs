@@ -1,0 +1,53 @@
+//! The folder of a data set, written pair by pair.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+
+use super::dataset::{Match, Meta};
+
+/// A data set that grows: what is written stays, however the run ends.
+#[derive(Debug)]
+pub struct PairsFolder {
+    pairs_dir: PathBuf,
+    count: usize,
+}
+
+impl PairsFolder {
+    /// Begins a data set with its rig. The folder must not exist, or be empty.
+    ///
+    /// # Errors
+    /// Names the file.
+    pub fn begin(dir: &Path, meta: &Meta) -> Result<Self> {
+        if dir.exists() && fs::read_dir(dir)?.next().is_some() {
+            bail!("{} is not empty: nothing is overwritten", dir.display());
+        }
+        let pairs_dir = dir.join("pairs");
+        fs::create_dir_all(&pairs_dir)
+            .with_context(|| format!("cannot make {}", pairs_dir.display()))?;
+        let path = dir.join("meta.json");
+        let text = serde_json::to_string_pretty(meta)?;
+        fs::write(&path, text + "\n")
+            .with_context(|| format!("cannot write {}", path.display()))?;
+        Ok(Self { pairs_dir, count: 0 })
+    }
+
+    /// Writes the next pair.
+    ///
+    /// # Errors
+    /// Names the file.
+    pub fn push(&mut self, pair: &[Match]) -> Result<()> {
+        let path = self.pairs_dir.join(format!("{:04}.csv", self.count));
+        let write = || -> Result<()> {
+            let mut file = csv::Writer::from_path(&path)?;
+            for row in pair {
+                file.serialize(row)?;
+            }
+            Ok(file.flush()?)
+        };
+        write().with_context(|| format!("cannot write {}", path.display()))?;
+        self.count += 1;
+        Ok(())
+    }
+}
