@@ -59,7 +59,7 @@ fn header(seconds: usize, nanoseconds: usize) -> Vec<u8> {
 }
 
 fn raw(image: &GrayImage, at: (usize, usize)) -> Vec<u8> {
-    let [width, height] = [image.width(), image.height()].map(|n| n.to_le_bytes());
+    let [width, height] = [image.width(), image.height()].map(u32::to_le_bytes);
     let size = [&height[..], &width].concat();
     [&header(at.0, at.1)[..], &size, &counted(b"mono8"), &[0], &width, &counted(image.as_raw())]
         .concat()
