@@ -205,7 +205,9 @@ mod tests {
     /// A JPEG image with EXIF data of these fields.
     fn photograph(path: &Path, fields: &[exif::Field]) {
         let mut writer = exif::experimental::Writer::new();
-        fields.iter().for_each(|field| writer.push_field(field));
+        for field in fields {
+            writer.push_field(field);
+        }
         let mut tiff = std::io::Cursor::new(Vec::new());
         writer.write(&mut tiff, false).unwrap();
         let segment = [b"Exif\0\0".to_vec(), tiff.into_inner()].concat();
