@@ -7,9 +7,9 @@ use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
 use firmware_sim::App;
 use host_tests::data::{Dataset, in_f64};
-use host_tests::run::{RunLog, Step, progress};
+use host_tests::run::{PairSolver, RunLog, Step, progress};
 use host_tests::wire::SimMatcher;
-use stereo_selfcal::Health;
+use stereo_selfcal::{Config, Health};
 
 use super::polling::{ProcessedPair, poll_pair};
 
@@ -35,8 +35,10 @@ where
     SPI: SpiDevice<Error: Send + Sync + 'static>,
     RDY: InputPin<Error: Send + Sync + 'static>,
 {
-    let start = in_f64(app.calibrator().in_use());
+    let factory = *app.calibrator().in_use();
+    let start = in_f64(&factory);
     let mut run = Run { log: RunLog::new(set.truth()?, start), health: None };
+    let mut alone = PairSolver::<f32, N>::new(Config::robust(), set.cameras()?, factory);
     let bar = progress::over(set.pairs.len(), "pairs");
     writeln!(out, "pair {}", Step::HEADING)?;
     for (sequence, pair) in (0_u32..).zip(&set.pairs) {
@@ -44,7 +46,9 @@ where
         let ProcessedPair { taken, pair: solved, change } = poll_pair(app)?;
         let estimate = app.calibrator().proposal();
         let counts = [pair.len(), taken];
-        let step = run.log.record(counts, solved.outcome, estimate.as_ref());
+        run.log.record(counts, solved.outcome, estimate.as_ref());
+        run.log.note_alone(alone.solve(pair));
+        let Some(step) = run.log.steps().last() else { continue };
         bar.suspend(|| {
             writeln!(out, "{sequence:>4} {step}")?;
             change.map_or(Ok(()), |[before, after]| writeln!(out, "     {before} -> {after}"))

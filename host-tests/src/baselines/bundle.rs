@@ -179,6 +179,7 @@ mod tests {
     use nalgebra::Vector4;
 
     use super::*;
+    use crate::baselines::Tuning;
     use crate::bounds::joint_fit;
     use crate::synth::{Scene, rig};
     use stereo_selfcal::metrics::Deviation;
@@ -230,7 +231,9 @@ mod tests {
     fn without_outliers_it_is_the_joint_fit_of_all_pairs() {
         let scene = scene();
         let pairs = observed(&scene, 4);
-        let setting = Setting { start: Extrinsics::SIDE_BY_SIDE, focal: 1400.0, noise_px: 30.0 };
+        let tuning = Tuning::default();
+        let start = Extrinsics::SIDE_BY_SIDE;
+        let setting = Setting { start, focal: 1400.0, noise_px: 30.0, tuning };
         let found = Bundle.fused(&pairs, &setting).unwrap();
         let joint = joint_fit(&scene.rig, &pairs.concat());
         let off = Deviation::between(&found, &joint);

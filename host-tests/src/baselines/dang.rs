@@ -8,16 +8,23 @@
 //! Left out: intrinsics, motion of the points over time and bundle constraints; extrinsics from
 //! epipolar constraints alone. Filled in: the gauge, no turn of the left camera about the baseline;
 //! prior and process noise (`filter`); outliers rejected by the median of the innovations, in place
-//! of random sampling for the least median of squares. The update is a plain Gauss-Newton step, as an
-//! iterated filter has it: undamped, it may leave the basin of a start some degrees off.
+//! of random sampling for the least median of squares. The published update is a plain Gauss-Newton
+//! step, which may leave the basin of a start some degrees off: here it is damped and goes on until it
+//! has converged, which only helps.
 
 use nalgebra::{Matrix3, Matrix5, Rotation3, Vector3, Vector5};
 use stereo_selfcal::{Extrinsics, so3};
 
-use super::filter::{DRIFT_SD, ITERATIONS, PRIOR_SD, limit};
+use super::filter::{PRIOR_SD, limit};
 use super::literal_paper;
 use super::method::{Method, Setting, usable};
 use crate::data::Rays;
+
+/// Steps of an update at most; most take about ten.
+const STEPS: usize = 60;
+
+/// The step below which an update has converged, rad.
+const TOLERANCE: f64 = 1e-9;
 
 /// The method.
 #[derive(Debug, Clone, Copy)]
@@ -31,14 +38,15 @@ impl Method for Dang {
     fn source(&self) -> &'static str {
         "Dang, Hoffmann and Stiller, TIP 2009: iterated extended Kalman filter on the rotations of both \
          cameras from implicit epipolar constraints. Extrinsics only, no bundle constraints. Filled in: \
-         rejection by the median innovation, prior 0.1 rad, process noise 1e-5 rad a pair"
+         rejection by the median innovation, damping, prior 0.1 rad, process noise"
     }
 
     fn running(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>> {
         let mut filter = Filter::at(&setting.start);
         let mut estimate = None;
         let after = pairs.iter().map(|rays| {
-            filter.covariance += Matrix5::identity() * (DRIFT_SD * DRIFT_SD);
+            let process_sd = setting.tuning.process_sd();
+            filter.covariance += Matrix5::identity() * (process_sd * process_sd);
             let updated = filter.updated(&usable(rays), setting.noise());
             if let Some((updated, rig)) = updated.and_then(|f| Some((f, f.state.extrinsics()?))) {
                 filter = updated;
@@ -109,32 +117,64 @@ impl Filter {
         Self { state: State { left, right }, covariance }
     }
 
-    /// The iterated update by all constraints of a pair.
+    /// The iterated update by all constraints of a pair, damped (Levenberg-Marquardt) to convergence.
     fn updated(&self, rays: &[Rays], noise: f64) -> Option<Self> {
         if rays.is_empty() {
             return None;
         }
         let prior = self.covariance.cholesky()?.inverse();
-        let mut updated = *self;
-        let mut rows = Vec::with_capacity(rays.len());
+        let mut state = self.state;
+        let mut damping = 0.0;
         let mut sizes = Vec::with_capacity(rays.len());
-        for _ in 0..ITERATIONS {
-            rows.clear();
-            rows.extend(rays.iter().map(|rays| updated.state.innovation(rays)));
+        for _ in 0..STEPS {
+            let rows: Vec<_> = rays.iter().map(|rays| state.innovation(rays)).collect();
             sizes.clear();
             sizes.extend(rows.iter().map(|(h, _)| h.abs()));
             let limit = limit(&mut sizes, noise);
-            let mut information = prior;
-            let mut gradient = -prior * updated.state.step_to(&self.state);
+            let off = state.step_to(&self.state);
+            let (mut information, mut gradient) = (prior, -prior * off);
             for (h, j) in rows.iter().filter(|(h, _)| h.abs() <= limit) {
                 information += j * j.transpose() / (noise * noise);
                 gradient += j * (h / (noise * noise));
             }
-            let posterior = information.cholesky()?;
-            let state = updated.state.moved(&-posterior.solve(&gradient));
-            updated = Self { state, covariance: posterior.inverse() };
+            let scale = Matrix5::from_diagonal(&information.diagonal());
+            let step = -(information + scale * damping).cholesky()?.solve(&gradient);
+            let moved = state.moved(&step);
+            let energy = |at: &State| self.energy(&prior, at, rays, noise, limit);
+            if energy(&moved) <= energy(&state) {
+                (state, damping) = (moved, if damping < 1e-6 { 0.0 } else { damping / 10.0 });
+            } else {
+                damping = (damping * 10.0).max(1e-3);
+            }
+            if step.norm() < TOLERANCE {
+                break;
+            }
         }
-        Some(updated)
+        Self::at_optimum(&prior, state, rays, noise)
+    }
+
+    /// The state with its covariance.
+    fn at_optimum(prior: &Matrix5<f64>, state: State, rays: &[Rays], noise: f64) -> Option<Self> {
+        let rows: Vec<_> = rays.iter().map(|rays| state.innovation(rays)).collect();
+        let limit = limit(&mut rows.iter().map(|(h, _)| h.abs()).collect::<Vec<_>>(), noise);
+        let fit = rows.iter().filter(|(h, _)| h.abs() <= limit);
+        let information: Matrix5<f64> = fit.map(|(_, j)| j * j.transpose()).sum();
+        let posterior = (prior + information / (noise * noise)).cholesky()?;
+        Some(Self { state, covariance: posterior.inverse() })
+    }
+
+    /// Distance from the prior and truncated innovations, squared, in units of their variances.
+    fn energy(
+        &self,
+        prior: &Matrix5<f64>,
+        at: &State,
+        rays: &[Rays],
+        noise: f64,
+        limit: f64,
+    ) -> f64 {
+        let off = at.step_to(&self.state);
+        let size = |rays: &Rays| at.innovation(rays).0.abs().min(limit) / noise;
+        off.dot(&(prior * off)) + rays.iter().map(|rays| size(rays).powi(2)).sum::<f64>()
     }
 }
 

@@ -1,5 +1,5 @@
-//! The common part of the Kalman filters: a belief in the rig, a constant rig with little process
-//! noise, and the rejection of outliers.
+//! The common part of the Kalman filters: a belief in the rig, a constant rig with process
+//! noise, steady or agile, and the rejection of outliers.
 //!
 //! The publications do not give enough of their rejections. All filters use the same one, so that their
 //! figures differ by the filters.
@@ -13,9 +13,6 @@ use crate::data::Rays;
 
 /// Standard deviation of the start about each axis, rad: that of the core.
 pub(super) const PRIOR_SD: f64 = 0.1;
-
-/// Standard deviation of the rig's motion from pair to pair, rad about each axis.
-pub(super) const DRIFT_SD: f64 = 1e-5;
 
 /// Linearisations of a pair, the same for all filters, each at the result of the one before.
 pub(super) const ITERATIONS: usize = 10;
@@ -37,8 +34,8 @@ impl Belief {
     }
 
     /// At the next pair.
-    fn predicted(mut self) -> Self {
-        self.covariance += Matrix5::identity() * (DRIFT_SD * DRIFT_SD);
+    fn predicted(mut self, process_sd: f64) -> Self {
+        self.covariance += Matrix5::identity() * (process_sd * process_sd);
         self
     }
 
@@ -67,7 +64,7 @@ pub(super) fn running(
     let mut belief = Belief::at(&setting.start);
     let mut estimate = None;
     let after = pairs.iter().map(|rays| {
-        let predicted = belief.predicted();
+        let predicted = belief.predicted(setting.tuning.process_sd());
         let updated = update(&predicted, &usable(rays));
         let found = updated.and_then(|updated| Some((updated, updated.pose.extrinsics()?)));
         belief = found.map_or(predicted, |(updated, _)| updated);

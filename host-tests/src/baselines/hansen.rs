@@ -1,18 +1,21 @@
 //! Hansen, Alismail, Rander and Browning, "Online continuous stereo extrinsic parameter estimation",
 //! CVPR 2012.
 //!
-//! Per pair, the five parameters of least epipolar error (eq 2 of Zhao et al.): the distances of both
-//! points to their epipolar lines, squared and summed. Over pairs a Kalman filter of a constant rig
-//! with little process noise, each pair measured with the covariance of its Cramer-Rao bound.
+//! Literal: per pair, the five parameters of least epipolar error, the squared distances of both points to
+//! their epipolar lines, summed; over pairs a Kalman filter of a constant rig, each pair measured with the
+//! covariance of its Cramer-Rao bound.
 //!
-//! Filled in: Huber weights at 1 px, for the published rejection of outliers; prior, process noise
-//! and the matches that the bound counts (`filter`); each pair is solved from the start.
+//! Filled in: outliers have a Huber weight beyond 1 px, on the root of that sum; with
+//! [`Tuning::rejecting`](super::Tuning) they are removed as published, beyond 2.5 robust deviations, and the
+//! plain sum of squares is minimised over the others. Prior, process noise and the matches that the bound
+//! counts (`filter`, `gate`); each pair is solved from the start.
 
-use nalgebra::{Matrix5, Vector5};
+use nalgebra::Vector5;
 use stereo_selfcal::Extrinsics;
 
 use super::epipolar::Scaling;
 use super::filter::{self, limit};
+use super::gate;
 use super::method::{Method, Setting};
 use super::minimise::{Loss, minimise};
 use super::pose::Pose;
@@ -20,6 +23,9 @@ use crate::data::Rays;
 
 /// Huber threshold, px.
 const HUBER_PX: f64 = 1.0;
+
+/// Rounds of rejection and fit.
+const ROUNDS: usize = 5;
 
 /// The method.
 #[derive(Debug, Clone, Copy)]
@@ -33,46 +39,33 @@ impl Method for Hansen {
     fn source(&self) -> &'static str {
         "Hansen, Alismail, Rander and Browning, CVPR 2012: least squared distances to epipolar lines \
          pair by pair, Kalman filter over pairs with Cramer-Rao covariances. Filled in: Huber weights \
-         at 1 px, prior 0.1 rad, process noise 1e-5 rad a pair"
+         at 1 px, or rejection at 2.5 robust deviations and least squares; prior 0.1 rad; process noise"
     }
 
     fn running(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>> {
-        let start = Pose::of(&setting.start);
-        let loss = Loss::Huber(HUBER_PX / setting.focal);
         filter::running(pairs, setting, |belief, rays| {
-            let pair = minimise(&start, rays, Scaling::Distances, loss)?;
-            let information = information(&pair, rays, setting.noise());
+            let pair = gate::passed(single(rays, setting), rays, setting)?;
+            let information = gate::information(&pair, rays, setting.noise());
             // The pair's estimate is the measurement: it is linear, and zero off itself.
             belief.corrected(&pair, information, Vector5::zeros())
         })
     }
 }
 
-/// Inverse of the Cramer-Rao bound of a pair, from the matches that fit it.
-///
-/// * `noise`: of a coordinate, unit depth; more where the matches scatter more.
-fn information(pose: &Pose, rays: &[Rays], noise: f64) -> Matrix5<f64> {
-    let essential = pose.essential();
-    let rows: Vec<_> =
-        rays.iter().map(|rays| Scaling::Sampson.linearised(&essential, rays)).collect();
-    let mut sizes: Vec<f64> = rows.iter().map(|(e, _)| e.abs()).collect();
-    let limit = limit(&mut sizes, noise);
-    let fit = || rows.iter().filter(|(e, _)| e.abs() <= limit);
-    let squares: f64 = fit().map(|(e, _)| e * e).sum();
-    let count: f64 = fit().map(|_| 1.0).sum();
-    let variance = (squares / count).max(noise * noise);
-    fit().map(|(_, j)| j * j.transpose()).sum::<Matrix5<f64>>() / variance
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::baselines::tests::{NOISE, assert_covariance_is_the_bound, clean_pair};
-
-    #[test]
-    fn a_pair_without_noise_is_measured_with_its_cramer_rao_bound() {
-        let (rig, rays) = clean_pair();
-        let covariance = information(&Pose::of(&rig), &rays, NOISE).try_inverse().unwrap();
-        assert_covariance_is_the_bound(&covariance, &rig, &rays);
+/// One pair.
+fn single(rays: &[Rays], setting: &Setting) -> Option<Pose> {
+    let huber = Loss::Huber(HUBER_PX / setting.focal);
+    let mut pose = minimise(&Pose::of(&setting.start), rays, Scaling::Distances, huber)?;
+    if !setting.tuning.rejecting {
+        return Some(pose);
     }
+    for _ in 0..ROUNDS {
+        let essential = pose.essential();
+        let size = |rays: &Rays| Scaling::Distances.residual(&essential, rays).abs();
+        // The root of two squared distances is twice a coordinate's deviation.
+        let limit = limit(&mut rays.iter().map(size).collect::<Vec<_>>(), 2.0 * setting.noise());
+        let kept: Vec<Rays> = rays.iter().filter(|rays| size(rays) <= limit).copied().collect();
+        pose = minimise(&pose, &kept, Scaling::Distances, Loss::Huber(f64::INFINITY))?;
+    }
+    Some(pose)
 }

@@ -1,6 +1,6 @@
 //! Ling and Shen, "High-precision online markerless stereo extrinsic calibration", IROS 2016.
 //!
-//! Minimises the epipolar constraint `p_r^T [t]x R p_l` (eq 3 of Zhao et al.) over five degrees of
+//! Minimises the epipolar constraint `p_r^T [t]x R p_l` (eq 3 of Zhao et al., erratum 9) over five degrees of
 //! freedom on the manifold, `R` perturbed on the left and `t` on the unit sphere, by
 //! Levenberg-Marquardt with Huber weights. It is the baseline of Zhao et al., as whom it is run here:
 //! each pair alone from the start, mean directions over pairs (their eqs 20-22).
@@ -12,6 +12,7 @@ use stereo_selfcal::Extrinsics;
 
 use super::epipolar::Scaling;
 use super::fusion::{MeanDirection, running};
+use super::gate;
 use super::method::{Method, Setting, usable};
 use super::minimise::{Loss, minimise};
 use super::pose::Pose;
@@ -19,6 +20,10 @@ use crate::data::Rays;
 
 /// Huber threshold, px.
 const HUBER_PX: f64 = 1.0;
+
+/// The same in deviations of a coordinate, where those are estimated: 1.345 of the residual, which has the
+/// noise of two coordinates.
+const HUBER_SD: f64 = 1.345 * std::f64::consts::SQRT_2;
 
 /// The method.
 #[derive(Debug, Clone, Copy)]
@@ -37,8 +42,16 @@ impl Method for LingShen {
 
     fn running(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>> {
         let start = Pose::of(&setting.start);
-        let loss = Loss::Huber(HUBER_PX / setting.focal);
-        let single = |rays: &Vec<Rays>| minimise(&start, &usable(rays), Scaling::Algebraic, loss);
+        let loss = Loss::Huber(if setting.tuning.noise_estimated {
+            HUBER_SD * setting.noise()
+        } else {
+            HUBER_PX / setting.focal
+        });
+        let single = |rays: &Vec<Rays>| {
+            let rays = usable(rays);
+            let found = minimise(&start, &rays, Scaling::Algebraic, loss);
+            gate::passed(found, &rays, setting)
+        };
         running::<MeanDirection>(pairs.iter().map(single))
     }
 }

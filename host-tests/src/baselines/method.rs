@@ -3,9 +3,10 @@
 use nalgebra::Vector3;
 use stereo_selfcal::Extrinsics;
 
+use super::tuning::Tuning;
 use crate::data::Rays;
 
-/// Prior knowledge that a method may use beside the correspondences.
+/// What a method may use beside the correspondences.
 #[derive(Debug, Clone, Copy)]
 pub struct Setting {
     /// Where it starts.
@@ -14,6 +15,8 @@ pub struct Setting {
     pub focal: f64,
     /// Expected noise of a coordinate, px.
     pub noise_px: f64,
+    /// Settings that a comparison varies.
+    pub tuning: Tuning,
 }
 
 impl Setting {
@@ -43,7 +46,7 @@ pub trait Method: Sync {
 }
 
 /// Smallest noise believed, px.
-const MIN_NOISE_PX: f64 = 0.01;
+pub(super) const MIN_NOISE_PX: f64 = 0.01;
 
 /// Largest slope of a ray that counts, unit depth: 87 degrees off the axis.
 const MAX_SLOPE: f64 = 20.0;

@@ -9,7 +9,9 @@ mod dang;
 mod epipolar;
 mod filter;
 mod five_point;
+mod front;
 mod fusion;
+mod gate;
 mod hansen;
 mod ling_shen;
 pub mod literal_paper;
@@ -22,12 +24,15 @@ mod pose;
 mod ransac;
 #[cfg(test)]
 mod tests;
+mod tuning;
+mod variant;
 
 use anyhow::{Context, Result};
 
 pub use bundle::Bundle;
 pub use cauchy::Cauchy;
 pub use dang::Dang;
+pub use front::Front;
 pub use hansen::Hansen;
 pub use ling_shen::LingShen;
 pub use method::{Method, Setting};
@@ -35,6 +40,8 @@ pub use mueller_block::MuellerBlock;
 pub use mueller_ukf::MuellerUkf;
 pub use ours::{Paper, Robust};
 pub use ransac::Ransac;
+pub use tuning::Tuning;
+pub use variant::{Range, Variant, all_variants, variants};
 
 /// All of them, in the order of a table's columns: ours, then by the year of publication, then what
 /// is common practice.

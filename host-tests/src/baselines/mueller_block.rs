@@ -33,7 +33,7 @@ impl Method for MuellerBlock {
     fn source(&self) -> &'static str {
         "Mueller and Wuensche, ITSC 2017: iterated extended Kalman filter over extrinsics and observed \
          points, points marginalised block by block. Extrinsics only, no tracks. Filled in: inverse \
-         depth, rejection by the median, prior 0.1 rad, process noise 1e-5 rad a pair"
+         depth, rejection by the median, prior 0.1 rad, process noise"
     }
 
     fn running(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>> {

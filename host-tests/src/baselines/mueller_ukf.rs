@@ -8,7 +8,9 @@
 //! Filled in: spread of the sigma points (alpha 1, kappa 0); residuals over their deviation
 //! (Sampson); the update of a pair repeated about its own posterior, without which a start some
 //! degrees off is linearised too far from the rig; rejection, prior and process noise (`filter`).
-//! Left out: motion of the vehicle.
+//! Left out: motion of the vehicle, and the 3-D points: the source also measures the extrinsics by points
+//! that it triangulates and tracks over time. Here there are no tracks, and the epipolar residual has all
+//! that a point seen once tells of the extrinsics.
 
 use nalgebra::{Matrix5, Vector5};
 use stereo_selfcal::Extrinsics;
@@ -36,7 +38,7 @@ impl Method for MuellerUkf {
     fn source(&self) -> &'static str {
         "Mueller and Wuensche, IV 2016: unscented Kalman filter over the extrinsics from epipolar \
          residuals, in information form. Filled in: Sampson weighting, update repeated about its \
-         posterior, rejection by the median, prior 0.1 rad, process noise 1e-5 rad a pair"
+         posterior, rejection by the median, prior 0.1 rad, process noise. Left out: tracked 3-D points"
     }
 
     fn running(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>> {

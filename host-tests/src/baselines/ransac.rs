@@ -19,6 +19,7 @@ use stereo_selfcal::Extrinsics;
 use super::epipolar::Scaling;
 use super::five_point::five_point;
 use super::fusion::{Chordal, running};
+use super::gate;
 use super::method::{Method, Setting, usable};
 use super::minimise::{FEWEST, Loss, minimise};
 use super::pose::{Essential, Pose};
@@ -32,9 +33,6 @@ const MISSED: f64 = 1e-3;
 
 /// Samples drawn at most: enough for 60 % of outliers.
 const MOST_SAMPLES: f64 = 700.0;
-
-/// Furthest that `R` and `t` may be from the start, rad: as far as the core corrects.
-const FURTHEST: f64 = 0.5;
 
 /// Rounds of refinement, each on the inliers of the one before.
 const REFINEMENTS: usize = 2;
@@ -57,10 +55,25 @@ impl Method for Ransac {
     fn running(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>> {
         let (start, limit) = (Pose::of(&setting.start), INLIER_SD * setting.noise());
         let single = |(rays, seed): (&Vec<Rays>, u64)| {
-            Search { rays: &usable(rays), limit, start }.refined(seed)
+            let rays = usable(rays);
+            gate::passed(Search { rays: &rays, limit, start }.refined(seed), &rays, setting)
         };
         running::<Chordal>(pairs.iter().zip(0..).map(single))
     }
+}
+
+/// The inliers of a pair, before any refinement, and their pose; `None` where there is none.
+///
+/// * `seed`: of the samples.
+pub(super) fn inliers(
+    rays: &[Rays],
+    setting: &Setting,
+    noise: f64,
+    seed: u64,
+) -> Option<(Pose, Vec<Rays>)> {
+    let search = Search { rays, limit: INLIER_SD * noise, start: Pose::of(&setting.start) };
+    let pose = search.refined(seed)?;
+    Some((pose, search.inliers(&pose.essential().e)))
 }
 
 /// One pair.
@@ -128,13 +141,11 @@ impl Search<'_> {
     /// The pose of a matrix, if it is one that the rig may have.
     fn near_the_start(&self, e: &Matrix3<f64>) -> Option<Pose> {
         let pose = decomposed(e, &self.inliers(e))?;
-        let turned = (pose.r * self.start.r.inverse()).angle();
-        let near = turned <= FURTHEST && pose.t.dot(&self.start.t) >= FURTHEST.cos();
-        near.then_some(pose)
+        gate::is_near(&pose, &self.start).then_some(pose)
     }
 }
 
-fn sampson(e: &Matrix3<f64>, rays: &Rays) -> f64 {
+pub(super) fn sampson(e: &Matrix3<f64>, rays: &Rays) -> f64 {
     Scaling::Sampson.residual(&Essential { e: *e, by: [Matrix3::zeros(); 5] }, rays)
 }
 

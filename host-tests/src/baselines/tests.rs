@@ -4,7 +4,7 @@ use nalgebra::{Matrix5, Vector3};
 use stereo_selfcal::Extrinsics;
 use stereo_selfcal::metrics::Deviation;
 
-use super::{LingShen, Method, Setting, all, by_name};
+use super::{Front, LingShen, Method, Range, Setting, Tuning, all, all_variants, by_name};
 use crate::bounds::cramer_rao;
 use crate::data::Rays;
 use crate::synth::{Depth, Scene, rig};
@@ -34,17 +34,18 @@ pub(super) fn assert_covariance_is_the_bound(
     assert!((translation - 1.0).abs() < 0.01, "{translation}");
 }
 
-fn setting() -> Setting {
-    Setting { start: Extrinsics::SIDE_BY_SIDE, focal: FOCAL, noise_px: 0.3 }
+pub(super) fn setting() -> Setting {
+    let tuning = Tuning::default();
+    Setting { start: Extrinsics::SIDE_BY_SIDE, focal: FOCAL, noise_px: 0.3, tuning }
 }
 
 /// Pairs of a rig 3 to 5 degrees off the start.
-fn scene(noise_px: f64, outliers: f64) -> Scene {
+pub(super) fn scene(noise_px: f64, outliers: f64) -> Scene {
     let rig = rig([2.0, -2.0, 1.5], [3.0, -2.0]).unwrap();
     Scene { rig, noise_px, outliers, ..Scene::default() }
 }
 
-fn pairs(scene: &Scene, count: usize) -> Vec<Vec<Rays>> {
+pub(super) fn pairs(scene: &Scene, count: usize) -> Vec<Vec<Rays>> {
     scene.check().unwrap();
     scene.pairs(5).take(count).map(|pair| pair.rays(scene)).collect()
 }
@@ -91,6 +92,26 @@ fn every_method_but_the_one_without_rejection_finds_the_rig_among_outliers() {
     for method in all().iter().filter(|method| method.name() != LingShen.name()) {
         let error = error(method.fused(&pairs, &setting()), &scene);
         assert!(error < 0.3, "{}: {error}", method.name());
+    }
+}
+
+#[test]
+fn every_method_with_every_setting_finds_the_rig_among_outliers_that_ransac_removes() {
+    let [clean, dirty] = [scene(0.05, 0.0), scene(0.3, 0.3)];
+    let methods = all();
+    for (scene, limit) in [(clean, 0.05), (dirty, 0.3)] {
+        let pairs = pairs(&scene, 8);
+        let front = Front::new(&pairs, &setting());
+        for variant in all_variants(&methods, Range::All).unwrap() {
+            let without_rejection = variant.method.name() == LingShen.name();
+            if without_rejection && !variant.tuning.prefiltered && scene.outliers > 0.0 {
+                continue;
+            }
+            // A filter that expects motion averages over few pairs.
+            let limit = if variant.tuning.agile { 3.0 * limit } else { limit };
+            let error = error(variant.fused(&pairs, &front, &setting()), &scene);
+            assert!(error < limit, "{}: {error}", variant.name());
+        }
     }
 }
 

@@ -25,6 +25,12 @@ const FEW_POINTS: usize = 20;
 /// Share of a group's width that its bars take, and of a bar's place that the bar takes.
 const FILLED: [f64; 2] = [0.84, 0.88];
 
+/// Colours of ours, of the best rival, and of a third series, wherever these stand side by side.
+#[must_use]
+pub fn shade(i: usize) -> Color {
+    super::palette::series([0, 1, 2][i % 3])
+}
+
 /// The horizontal axis.
 #[derive(Debug, Clone)]
 pub struct Scale {
@@ -68,16 +74,25 @@ pub struct Bars {
 /// Curves over one scale, on a logarithmic axis.
 #[must_use]
 pub fn curves(title: &str, x: &Scale, curves: &[Curve]) -> String {
-    let points = || curves.iter().flat_map(|curve| &curve.points);
-    let xs = points().map(|(x, _)| *x);
+    let values = curves.iter().flat_map(|curve| &curve.points).filter_map(|(_, y)| *y);
+    drawn(title, x, curves, &Axis::log(values))
+}
+
+/// Curves of shares, 0 to 1, over one scale.
+#[must_use]
+pub fn shares(title: &str, x: &Scale, curves: &[Curve]) -> String {
+    drawn(title, x, curves, &Axis::linear([0.0, 1.0].into_iter()))
+}
+
+fn drawn(title: &str, x: &Scale, curves: &[Curve], y_axis: &Axis) -> String {
+    let xs = curves.iter().flat_map(|curve| &curve.points).map(|(x, _)| *x);
     let x_axis = if x.log { Axis::log(xs) } else { Axis::linear(xs) };
-    let y_axis = Axis::log(points().filter_map(|(_, y)| *y));
     let mut svg = titled(title);
     let mut plot = framed(&mut svg, &x.name, [x_axis, y_axis.clone()]);
     let mut order: Vec<&Curve> = curves.iter().collect();
     order.sort_by_key(|curve| curve.line == Line::Broad);
     for curve in order {
-        draw_curve(&mut plot, curve, &y_axis);
+        draw_curve(&mut plot, curve, y_axis);
     }
     svg.finish()
 }

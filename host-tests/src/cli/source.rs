@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use host_tests::data::conventions::{self, Unknowns};
-use host_tests::data::{Dataset, Meta, TurnedView};
+use host_tests::data::{Dataset, Meta, TurnedCamera, TurnedView};
 use host_tests::wire::DecodedStream;
 
 /// A recorded data set, or a recorded stream of frames.
@@ -22,10 +22,16 @@ pub(crate) struct Source {
     #[arg(long, value_name = "FILE|DIR")]
     rig: Option<PathBuf>,
 
-    /// Turn the left view, as if its camera looked up (top), down, left or right: R becomes
-    /// R Rot^T, points that leave the image are dropped. A rectified set is evidence only if turned.
+    /// Turn a view, as if its camera looked up (top), down, left or right: of the left one R becomes R Rot^T,
+    /// of the right one Rot R, and t Rot t. Points that leave the image are dropped. A rectified set is
+    /// evidence only if turned.
     #[arg(long, value_enum)]
     view: Option<TurnedView>,
+
+    /// Which camera is turned. Both: the left one as the view says, the right one as the next of top, right,
+    /// bottom, left.
+    #[arg(long, value_enum, default_value_t, requires = "view")]
+    turned: TurnedCamera,
 
     /// By how much the view is turned.
     #[arg(long, default_value_t = 5.0, requires = "view", value_name = "D")]
@@ -43,7 +49,7 @@ impl Source {
         ensure!(self.degrees.abs() <= 45.0, "a view can be turned by at most 45 degrees");
         let set = self.set()?;
         match self.view {
-            Some(view) => view.turn(&set, self.degrees),
+            Some(view) => view.turn_camera(&set, self.degrees, self.turned),
             None => Ok(set),
         }
     }

@@ -15,4 +15,4 @@ pub use geometry::{Rays, Rows, in_f64, matrix, rows};
 pub use pair_file::{PairFile, TruePair};
 pub use pairs_folder::PairsFolder;
 pub use rigs::Rig;
-pub use turned_view::TurnedView;
+pub use turned_view::{TurnedCamera, TurnedView};

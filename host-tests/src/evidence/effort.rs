@@ -15,7 +15,7 @@ pub struct Effort {
 
 impl Effort {
     /// Minutes.
-    pub const QUICK: Self = Self { single: 200, fused: 50, steps: 50, dense: false };
+    pub const QUICK: Self = Self { single: 100, fused: 25, steps: 25, dense: false };
     /// Hours.
     pub const FULL: Self = Self { single: 10_000, fused: 2000, steps: 2000, dense: true };
 

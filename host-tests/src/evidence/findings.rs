@@ -5,14 +5,12 @@ use std::path::PathBuf;
 use anyhow::Result;
 
 use super::effort::Effort;
-use super::measurement::Measured;
 use super::on_recorded::Row;
-use super::ordering::OrderCheck;
 use super::recorded_sets::RecordedSet;
 use super::step_response::StepResponse;
 use super::sweep::Sweep;
-use crate::baselines::{self, Method};
-use crate::chart::palette::{self, Color};
+use super::verdict::{self, OURS};
+use crate::baselines::{self, Method, Range, Variant};
 
 /// Options of an evaluation.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -23,6 +21,8 @@ pub struct Request {
     pub methods: Vec<String>,
     /// How much is measured.
     pub effort: Effort,
+    /// How many settings of each method are tried on the recordings.
+    pub settings: Range,
     /// Whether disparities and spheres are pictured.
     pub pictures: bool,
     /// Drop cached measurements.
@@ -36,18 +36,19 @@ pub(super) struct Findings<'a> {
     pub(super) request: &'a Request,
     pub(super) sets: &'a [RecordedSet],
     pub(super) methods: &'a [Box<dyn Method>],
+    /// Methods and settings on the recordings: the columns of `rows`.
+    pub(super) variants: &'a [Variant],
     pub(super) rows: &'a [Row<'a>],
-    pub(super) checks: &'a [OrderCheck<'a>],
+    /// Those of the generated scenes.
+    pub(super) few: &'a [Variant],
     pub(super) sweeps: Vec<Sweep>,
-    /// By method.
-    pub(super) step_responses: Vec<(&'static str, Measured<StepResponse>)>,
+    pub(super) step_responses: Vec<(&'a Variant, StepResponse)>,
 }
 
 impl Findings<'_> {
-    /// The colour of a method, the same in all charts.
-    pub(super) fn color(&self, method: &str) -> Color {
-        let place = self.methods.iter().position(|by| by.name() == method);
-        palette::series(place.unwrap_or_default())
+    /// Our method's place among the variants of the recordings, and those of its rivals.
+    pub(super) fn sides(&self) -> [Vec<usize>; 2] {
+        [verdict::of_method(self.variants, OURS), verdict::rivals(self.variants)]
     }
 }
 

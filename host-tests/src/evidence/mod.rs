@@ -7,11 +7,9 @@
 pub mod cache;
 pub mod effort;
 mod findings;
-pub mod jackknife;
 pub mod measurement;
 pub mod offsets;
 pub mod on_recorded;
-pub mod ordering;
 pub mod pictures;
 pub mod recorded_sets;
 pub mod report;
@@ -19,18 +17,20 @@ pub mod run_page;
 mod sections;
 pub mod step_response;
 pub mod sweep;
+pub mod verdict;
 
 use std::path::{Path, PathBuf};
 
 use crate::run::progress::Bar;
 use anyhow::Result;
 
-use crate::baselines::Method;
+use crate::baselines::{Range, Variant, all_variants};
 use cache::Cache;
 use findings::Findings;
 use measurement::{MeasurementCounts, Runner};
 use report::Page;
 use sweep::{Sweep, SweepAxis};
+use verdict::Outcome;
 
 pub use findings::Request;
 
@@ -41,8 +41,8 @@ pub struct Evaluated {
     pub page: PathBuf,
     /// Numbers of measurements by their outcome.
     pub counts: MeasurementCounts,
-    /// Checks of the paper's order: those that hold, all, and those without an explanation.
-    pub order: [usize; 3],
+    /// Cells on the recordings in which ours has a smaller error than the best rival, ties, and losses.
+    pub cells: [usize; 3],
 }
 
 const TITLE: &str = "Online stereo self-calibration: the evidence";
@@ -68,31 +68,34 @@ pub fn evaluate(request: &Request, dir: &Path, bar: &Bar) -> Result<Evaluated> {
     let methods = request.methods()?;
     let cache = Cache::open(dir, request.fresh)?;
     let runner = Runner::new(&cache, bar);
-    let rows = on_recorded::rows(&runner, &sets, &methods)?;
-    let checks = ordering::check(&runner, &rows, &methods)?;
-    let sweep = |axis| sweep::sweep(&runner, axis, &methods, request.effort);
+    let variants = all_variants(&methods, request.settings)?;
+    let few = all_variants(&methods, Range::Few)?;
+    let rows = on_recorded::rows(&runner, &sets, &variants)?;
+    let sweep = |axis| sweep::sweep(&runner, axis, &few, request.effort);
     let sweeps: Vec<Sweep> = SweepAxis::ALL.into_iter().map(sweep).collect::<Result<_>>()?;
-    let tracking = methods.iter().map(AsRef::as_ref).filter(|by| !BATCH.contains(&by.name()));
-    let tracking: Vec<&dyn Method> = tracking.collect();
+    let tracking: Vec<&Variant> =
+        few.iter().filter(|by| !BATCH.contains(&by.method.name())).collect();
     let step_responses = step_response::step_responses(&runner, &tracking, request.effort.steps)?;
-    let step_responses = tracking.iter().map(|by| by.name()).zip(step_responses).collect();
+    let step_responses = tracking.into_iter().zip(step_responses).collect();
     let counts = runner.counts();
-    let holds = checks.iter().filter(|check| check.holds()).count();
-    let unexplained = checks.iter().filter(|check| check.is_unexplained()).count();
-    let order = [holds, checks.len(), unexplained];
     let findings = Findings {
         request,
         sets: &sets,
         methods: &methods,
+        variants: &variants,
         rows: &rows,
-        checks: &checks,
+        few: &few,
         sweeps,
         step_responses,
     };
+    let [ours, rivals] = findings.sides();
+    let judged = verdict::cells(&rows, &ours, &rivals);
+    let count = |outcome| judged.iter().filter(|cell| cell.outcome == outcome).count();
+    let cells = [Outcome::Win, Outcome::Tie, Outcome::Loss].map(count);
     let mut page = Page::new(TITLE, LEAD);
     page.sections = sections::all(&findings, &counts);
     let page = page.write(dir)?;
-    Ok(Evaluated { page, counts, order })
+    Ok(Evaluated { page, counts, cells })
 }
 
 #[cfg(test)]
@@ -108,6 +111,7 @@ mod tests {
             data: Vec::new(),
             methods: ["robust", "paper", "ling-shen"].map(String::from).to_vec(),
             effort: Effort::QUICK.with_trials(1),
+            settings: Range::Few,
             pictures: false,
             fresh: false,
             command: "cargo selfcal evaluate".into(),

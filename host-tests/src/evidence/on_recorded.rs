@@ -1,4 +1,4 @@
-//! Cells on recorded data: one method, one data set, one view.
+//! Cells on recorded data: one method with its settings, one data set, one view.
 
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use stereo_selfcal::metrics::Deviation;
 
 use super::measurement::{Measured, Measurement, Runner};
 use super::recorded_sets::{GATE_PX, RecordedSet, SetView, TURN_DEG};
-use crate::baselines::Method;
+use crate::baselines::Variant;
 use crate::bounds::joint_fit;
 use crate::data::Rays;
 
@@ -25,25 +25,40 @@ pub struct Errors {
     pub single: Vec<Option<ErrorPair>>,
 }
 
+/// A figure of a method on a data set from one view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Error of the fused `t`.
+    ErrorT,
+    /// Error of the fused `R`.
+    ErrorTheta,
+    /// RMS error of `t` of single pairs.
+    SigmaT,
+    /// RMS error of `R` of single pairs.
+    SigmaTheta,
+}
+
 /// One method on one data set from one view.
 #[derive(Serialize)]
-pub struct OnSet<'a> {
+struct OnSet<'a> {
     set: &'a str,
     digest: &'a str,
+    camera: &'static str,
     view: &'static str,
     degrees: f64,
-    method: &'static str,
+    method: String,
     #[serde(skip)]
     seen: &'a SetView,
     #[serde(skip)]
-    by: &'a dyn Method,
+    by: &'a Variant,
 }
 
-/// The joint maximum-likelihood fit of the matches that agree with the reference.
+/// The joint least-squares fit of the matches that agree with the reference.
 #[derive(Serialize)]
-struct DataOptimum<'a> {
+struct GatedFit<'a> {
     set: &'a str,
     digest: &'a str,
+    camera: &'static str,
     view: &'static str,
     degrees: f64,
     gate_px: f64,
@@ -57,10 +72,10 @@ pub struct Row<'a> {
     pub set: &'a RecordedSet,
     /// The view.
     pub seen: &'a SetView,
-    /// Errors of each method, in their order.
+    /// Errors by method and settings, in their order.
     pub errors: Vec<Measured<Errors>>,
-    /// `e_t`, `e_theta` of the joint fit of the matches that agree with the reference, rad.
-    pub data_optimum: Measured<ErrorPair>,
+    /// `e_t`, `e_theta` of the least-squares fit of the matches that agree with the reference, rad.
+    pub gated_fit: Measured<ErrorPair>,
 }
 
 /// A deviation as two numbers.
@@ -69,22 +84,76 @@ pub fn error_pair(deviation: Deviation<f64>) -> ErrorPair {
     [deviation.translation, deviation.rotation]
 }
 
-impl Errors {
-    /// `sigma_t`, `sigma_theta` (eqs 25, 26); `None` where no pair alone gave an estimate.
+impl Quantity {
+    /// All four.
+    pub const ALL: [Self; 4] = [Self::ErrorT, Self::ErrorTheta, Self::SigmaT, Self::SigmaTheta];
+
+    /// Its symbol.
     #[must_use]
-    pub fn sigma(&self) -> Option<ErrorPair> {
-        let solved = self.single.iter().flatten();
-        let deviation = |&[translation, rotation]: &ErrorPair| Deviation { translation, rotation };
-        Deviation::root_mean_square(solved.map(deviation)).map(error_pair)
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ErrorT => "e_t",
+            Self::ErrorTheta => "e_theta",
+            Self::SigmaT => "sigma_t",
+            Self::SigmaTheta => "sigma_theta",
+        }
+    }
+
+    /// 0: of `t`, 1: of `R`.
+    #[must_use]
+    pub fn part(self) -> usize {
+        usize::from(matches!(self, Self::ErrorTheta | Self::SigmaTheta))
+    }
+
+    /// `None` where fewer than half of the single pairs have an estimate.
+    #[must_use]
+    pub fn of(self, errors: &Errors) -> Option<f64> {
+        let pair = match self {
+            Self::ErrorT | Self::ErrorTheta => Some(errors.fused),
+            Self::SigmaT | Self::SigmaTheta => errors.sigma(),
+        };
+        Some(pair?[self.part()])
     }
 }
 
-impl<'a> OnSet<'a> {
-    /// A measurement of a method on a data set, from one of its views.
+impl Errors {
+    /// `sigma_t`, `sigma_theta` (eqs 25, 26); `None` where fewer than half of the pairs gave an estimate.
     #[must_use]
-    pub fn new(set: &'a RecordedSet, seen: &'a SetView, by: &'a dyn Method) -> Self {
-        let RecordedSet { name, digest, .. } = set;
-        Self { set: name, digest, view: seen.view, degrees: TURN_DEG, method: by.name(), seen, by }
+    pub fn sigma(&self) -> Option<ErrorPair> {
+        let solved = self.single.iter().flatten();
+        if 2 * self.solved() < self.single.len() {
+            return None;
+        }
+        let deviation = |&[translation, rotation]: &ErrorPair| Deviation { translation, rotation };
+        Deviation::root_mean_square(solved.map(deviation)).map(error_pair)
+    }
+
+    /// Median of the errors of single pairs, a pair without an estimate as the worst; `None` where that is
+    /// the median.
+    #[must_use]
+    pub fn median(&self) -> Option<ErrorPair> {
+        let of = |part: usize| {
+            let error = |e: &Option<ErrorPair>| e.map_or(f64::INFINITY, |e| e[part]);
+            let mut all: Vec<f64> = self.single.iter().map(error).collect();
+            all.sort_by(f64::total_cmp);
+            all.get(all.len() / 2).copied().filter(|e| e.is_finite())
+        };
+        Some([of(0)?, of(1)?])
+    }
+
+    /// Single pairs with an estimate.
+    #[must_use]
+    pub fn solved(&self) -> usize {
+        self.single.iter().flatten().count()
+    }
+}
+
+impl Row<'_> {
+    /// The least of a quantity among some of the methods, and which has it.
+    #[must_use]
+    pub fn least(&self, quantity: Quantity, among: &[usize]) -> Option<(usize, f64)> {
+        let value = |&i: &usize| Some((i, quantity.of(self.errors[i].as_ref().ok()?)?));
+        among.iter().filter_map(value).min_by(|(_, a), (_, b)| a.total_cmp(b))
     }
 }
 
@@ -93,14 +162,15 @@ impl Measurement for OnSet<'_> {
     const KIND: &'static str = "recorded";
 
     fn label(&self) -> String {
-        format!("{} on {}, {}", self.method, self.set, self.view)
+        format!("{} on {}, {} {}", self.method, self.set, self.camera, self.view)
     }
 
     fn measure(&self) -> Result<Errors> {
         let SetView { pairs, setting, .. } = self.seen;
-        let fused = self.by.fused(pairs, setting).context("no estimate")?;
+        let front = self.seen.front();
+        let fused = self.by.fused(pairs, front, setting).context("no estimate")?;
         let single = |k: usize| {
-            let estimate = self.by.fused(&pairs[k..=k], setting)?;
+            let estimate = self.by.fused(&pairs[k..=k], &front.pair(k), setting)?;
             Some(error_pair(self.seen.error_of_pair(k, &estimate)))
         };
         let single = (0..pairs.len()).map(single).collect();
@@ -110,12 +180,12 @@ impl Measurement for OnSet<'_> {
     }
 }
 
-impl Measurement for DataOptimum<'_> {
+impl Measurement for GatedFit<'_> {
     type Outcome = ErrorPair;
-    const KIND: &'static str = "data optimum";
+    const KIND: &'static str = "gated fit";
 
     fn label(&self) -> String {
-        format!("joint fit on {}, {}", self.set, self.view)
+        format!("gated fit on {}, {} {}", self.set, self.camera, self.view)
     }
 
     fn measure(&self) -> Result<ErrorPair> {
@@ -128,31 +198,36 @@ impl Measurement for DataOptimum<'_> {
     }
 }
 
-/// All methods on all data sets from all views.
+/// All methods with all their settings, on all data sets, from all views.
 ///
 /// # Errors
 /// If the cache cannot be written.
 pub fn rows<'a>(
     runner: &Runner<'_>,
     sets: &'a [RecordedSet],
-    methods: &'a [Box<dyn Method>],
+    variants: &'a [Variant],
 ) -> Result<Vec<Row<'a>>> {
     let views: Vec<(&RecordedSet, &SetView)> =
         sets.iter().flat_map(|set| set.views.iter().map(move |seen| (set, seen))).collect();
     let of_view = |&(set, seen): &(&'a RecordedSet, &'a SetView)| {
-        methods.iter().map(move |method| OnSet::new(set, seen, method.as_ref()))
+        variants.iter().map(move |by| {
+            let (RecordedSet { name, digest, .. }, degrees) = (set, TURN_DEG);
+            let SetView { camera, view, .. } = *seen;
+            OnSet { set: name, digest, camera, view, degrees, method: by.name(), seen, by }
+        })
     };
     let measurements: Vec<OnSet<'_>> = views.iter().flat_map(of_view).collect();
     let errors = runner.run(&measurements)?;
-    let optimum = |&(set, seen): &(&'a RecordedSet, &'a SetView)| {
+    let fit = |&(set, seen): &(&'a RecordedSet, &'a SetView)| {
         let RecordedSet { name, digest, .. } = set;
-        let (view, degrees, gate_px) = (seen.view, TURN_DEG, GATE_PX);
-        DataOptimum { set: name, digest, view, degrees, gate_px, seen }
+        let SetView { camera, view, .. } = *seen;
+        let (degrees, gate_px) = (TURN_DEG, GATE_PX);
+        GatedFit { set: name, digest, camera, view, degrees, gate_px, seen }
     };
-    let optima = runner.run(&views.iter().map(optimum).collect::<Vec<_>>())?;
-    let of_methods = errors.chunks(methods.len().max(1)).map(<[_]>::to_vec);
-    let rows = views.into_iter().zip(of_methods).zip(optima);
+    let fits = runner.run(&views.iter().map(fit).collect::<Vec<_>>())?;
+    let of_methods = errors.chunks(variants.len().max(1)).map(<[_]>::to_vec);
+    let rows = views.into_iter().zip(of_methods).zip(fits);
     Ok(rows
-        .map(|(((set, seen), errors), data_optimum)| Row { set, seen, errors, data_optimum })
+        .map(|(((set, seen), errors), gated_fit)| Row { set, seen, errors, gated_fit })
         .collect())
 }

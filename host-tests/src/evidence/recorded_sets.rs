@@ -1,7 +1,9 @@
-//! Recorded data sets as they are compared on: undistorted rays, seen from the paper's five views.
+//! Recorded data sets as they are compared on: undistorted rays, seen from the paper's five views, with either camera
+//! turned, or both.
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use anyhow::{Context, Result, ensure};
 use nalgebra::Vector3;
@@ -9,10 +11,10 @@ use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Extrinsics, RayPair, RectifyingRotations, row_offset};
 
 use super::cache::digest;
-use crate::baselines::Setting;
-use crate::data::{Dataset, Rays, TurnedView};
+use crate::baselines::{Front, Setting, Tuning};
+use crate::data::{Dataset, Rays, TurnedCamera, TurnedView};
 
-/// By how much the left view is turned, degrees.
+/// By how much a view is turned, degrees.
 pub const TURN_DEG: f64 = 5.0;
 
 /// Noise of a coordinate that methods are told to expect of recorded data, px.
@@ -39,12 +41,14 @@ pub struct RecordedSet {
     pub reference: Option<Deviation<f64>>,
     /// Share of matches that do not agree with the reference, 0 to 1.
     pub outliers: f64,
-    /// Middle, top, bottom, left, right.
+    /// Middle; then top, bottom, left, right of the left camera, of the right one, and of both.
     pub views: Vec<SetView>,
 }
 
 /// A data set from one view.
 pub struct SetView {
+    /// Name of the camera that is turned; `-` if none.
+    pub camera: &'static str,
     /// Name of the view.
     pub view: &'static str,
     /// Rays of each pair; pixels without a ray are left out.
@@ -55,26 +59,36 @@ pub struct SetView {
     pub truth: Extrinsics<f64>,
     /// What methods may know.
     pub setting: Setting,
+    /// RANSAC in front of methods, once it was asked for.
+    front: OnceLock<Front>,
 }
 
 impl RecordedSet {
-    /// From all five views.
+    /// From all views.
     ///
     /// # Errors
     /// If its cameras or its extrinsics are not valid.
     pub fn new(set: &Dataset) -> Result<Self> {
         let views = [
-            ("middle", None),
-            ("top", Some(TurnedView::Top)),
-            ("bottom", Some(TurnedView::Bottom)),
-            ("left", Some(TurnedView::Left)),
-            ("right", Some(TurnedView::Right)),
+            ("top", TurnedView::Top),
+            ("bottom", TurnedView::Bottom),
+            ("left", TurnedView::Left),
+            ("right", TurnedView::Right),
         ];
-        let seen = |(name, view): (&'static str, Option<TurnedView>)| match view {
-            None => SetView::new(name, set),
-            Some(view) => SetView::new(name, &view.turn(set, TURN_DEG)?),
+        let cameras = [
+            ("left", TurnedCamera::Left),
+            ("right", TurnedCamera::Right),
+            ("both", TurnedCamera::Both),
+        ];
+        let turned = cameras.iter().flat_map(|camera| views.iter().map(move |view| (camera, view)));
+        let seen = |((camera, turned), (name, view)): (
+            &(&'static str, TurnedCamera),
+            &(&'static str, TurnedView),
+        )| {
+            SetView::new([*camera, *name], &view.turn_camera(set, TURN_DEG, *turned)?)
         };
-        let views: Result<Vec<SetView>> = views.into_iter().map(seen).collect();
+        let middle = [SetView::new(["-", "middle"], set)];
+        let views: Result<Vec<SetView>> = middle.into_iter().chain(turned.map(seen)).collect();
         let views = views.with_context(|| set.name.clone())?;
         let reference = set
             .meta
@@ -101,7 +115,7 @@ impl RecordedSet {
 }
 
 impl SetView {
-    fn new(view: &'static str, set: &Dataset) -> Result<Self> {
+    fn new([camera, view]: [&'static str; 2], set: &Dataset) -> Result<Self> {
         let cameras = set.cameras::<f64>()?;
         let rays = |m: &crate::data::Match| {
             let pair: RayPair<f64> = cameras.rays(&m.correspondence()).ok()?;
@@ -112,8 +126,13 @@ impl SetView {
         let truth = set.truth()?;
         let moving = set.truths()?;
         let truths = if moving.is_empty() { vec![truth; pairs.len()] } else { moving };
-        let setting = Setting { start: START, focal: cameras.mean_focal(), noise_px: NOISE_PX };
-        Ok(Self { view, pairs, truths, truth, setting })
+        let setting = Setting {
+            start: START,
+            focal: cameras.mean_focal(),
+            noise_px: NOISE_PX,
+            tuning: Tuning::default(),
+        };
+        Ok(Self { camera, view, pairs, truths, truth, setting, front: OnceLock::new() })
     }
 
     /// Whether a match lies within [`GATE_PX`] of its row, as the reference has it.
@@ -135,11 +154,27 @@ impl SetView {
         1.0 - count(agreeing) / count(all.max(1))
     }
 
-    /// Whether an estimate is evidence: not where the start is the truth, as in rectified data.
+    /// RANSAC in front of methods.
+    pub fn front(&self) -> &Front {
+        self.front.get_or_init(|| Front::new(&self.pairs, &self.setting))
+    }
+
+    /// Error of the start: what doing nothing comes to.
     #[must_use]
-    pub fn is_evidence(&self) -> bool {
-        let off = Deviation::between(&START, &self.truth);
-        off.translation.max(off.rotation) > NO_EVIDENCE
+    pub fn still(&self) -> Deviation<f64> {
+        self.error(&START)
+    }
+
+    /// Whether `t`, and `R`, are evidence: where the truth differs from the start by more than the
+    /// reference's standard error.
+    #[must_use]
+    pub fn is_evidence(&self, reference: Option<Deviation<f64>>) -> [bool; 2] {
+        let off = self.still();
+        let known = reference.unwrap_or_default();
+        [
+            off.translation > known.translation.max(NO_EVIDENCE),
+            off.rotation > known.rotation.max(NO_EVIDENCE),
+        ]
     }
 
     /// Error of an estimate from all pairs.
@@ -201,13 +236,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_middle_view_of_a_rectified_set_is_no_evidence_and_all_others_are() {
+    fn rectified_sets_are_evidence_on_what_a_turn_moves_and_others_on_all() {
         let recordings = all(&[]).unwrap();
         for recording in &recordings {
+            assert_eq!(recording.views.len(), 13);
             let rectified = ["motorcycle_sift", "aloe_sift"].contains(&recording.name.as_str());
-            for seen in &recording.views {
-                let expected = !(rectified && seen.view == "middle");
-                assert_eq!(seen.is_evidence(), expected, "{} {}", recording.name, seen.view);
+            for SetView { camera, view, .. } in &recording.views {
+                let moves_t = match *camera {
+                    "right" => ["left", "right"].contains(view),
+                    "both" => ["top", "bottom"].contains(view),
+                    _ => false,
+                };
+                let expected = [!rectified || moves_t, !rectified || *view != "middle"];
+                let seen = recording.views.iter().find(|s| (s.camera, s.view) == (camera, view));
+                let found = seen.unwrap().is_evidence(recording.reference);
+                assert_eq!(found, expected, "{} {camera} {view}", recording.name);
             }
         }
     }

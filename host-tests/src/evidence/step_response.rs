@@ -1,13 +1,13 @@
-//! Measurements on a rig that is knocked once: the running estimate of one method, pair by pair.
+//! Measurements on a rig that is knocked once: the running estimates, pair by pair.
 
 use anyhow::Result;
 use serde::Serialize;
 use stereo_selfcal::metrics::Deviation;
 
-use super::measurement::{Measured, Measurement, Runner};
+use super::measurement::{Measurement, Runner};
 use super::on_recorded::{ErrorPair, error_pair};
 use super::sweep::setting;
-use crate::baselines::Method;
+use crate::baselines::{Front, Variant};
 use crate::data::Rays;
 use crate::synth::{Scenario, ScenarioKind, five_degrees_off};
 
@@ -23,59 +23,48 @@ const OUTLIERS: f64 = 0.1;
 /// Seed of the first run.
 const SEED: u64 = 9_950_000;
 
-/// One method over a step: RMS over the runs of `e_t` and `e_theta` after each pair, rad; `None`
-/// where no run has an estimate.
+/// One run of all methods.
 #[derive(Serialize)]
-struct AfterStep<'a> {
+struct Run<'a> {
     pairs: usize,
     turn_deg: f64,
     outliers: f64,
-    runs: u64,
     seed: u64,
-    method: &'static str,
+    methods: &'a [String],
     #[serde(skip)]
-    by: &'a dyn Method,
+    by: &'a [&'a Variant],
 }
 
-/// Errors after each pair.
+/// `e_t` and `e_theta` after each pair, rad, RMS over the runs; `None` where fewer than half of the runs
+/// have an estimate.
 pub type StepResponse = Vec<Option<ErrorPair>>;
 
-fn scenario(pairs: usize, turn_deg: f64, outliers: f64) -> Scenario {
-    let mut scenario = Scenario { turn_deg, ..Scenario::new(ScenarioKind::Step, pairs) };
-    scenario.scene.outliers = outliers;
-    scenario.scene.rig = five_degrees_off();
-    scenario
-}
-
-impl AfterStep<'_> {
-    fn run(&self, seed: u64) -> Result<Vec<Option<Deviation<f64>>>> {
-        let scenario = scenario(self.pairs, self.turn_deg, self.outliers);
-        let frames: Vec<_> = scenario.frames(seed)?.collect();
-        let rays: Vec<Vec<Rays>> = frames.iter().map(|f| f.pair.rays(&f.scene)).collect();
-        let found = self.by.running(&rays, &setting(&scenario.scene));
-        let of_frame = |(found, frame): (Option<_>, &crate::synth::ScenarioPair)| {
-            Some(Deviation::between(&found?, &frame.scene.rig))
-        };
-        Ok(found.into_iter().zip(&frames).map(of_frame).collect())
-    }
-}
-
-impl Measurement for AfterStep<'_> {
-    type Outcome = StepResponse;
+impl Measurement for Run<'_> {
+    /// By method and pair.
+    type Outcome = Vec<Vec<Option<ErrorPair>>>;
     const KIND: &'static str = "step";
 
     fn label(&self) -> String {
-        format!("{} after a step", self.method)
+        format!("step, run {}", self.seed)
     }
 
-    fn measure(&self) -> Result<StepResponse> {
-        let seeds = self.seed..self.seed + self.runs;
-        let runs: Vec<_> = seeds.map(|seed| self.run(seed)).collect::<Result<_>>()?;
-        let rms = |at: usize| {
-            let of_runs = runs.iter().filter_map(|run| run.get(at).copied().flatten());
-            Deviation::root_mean_square(of_runs).map(error_pair)
+    fn measure(&self) -> Result<Vec<Vec<Option<ErrorPair>>>> {
+        let turn_deg = self.turn_deg;
+        let mut scenario = Scenario { turn_deg, ..Scenario::new(ScenarioKind::Step, self.pairs) };
+        scenario.scene.outliers = self.outliers;
+        scenario.scene.rig = five_degrees_off();
+        let frames: Vec<_> = scenario.frames(self.seed)?.collect();
+        let rays: Vec<Vec<Rays>> = frames.iter().map(|f| f.pair.rays(&f.scene)).collect();
+        let setting = setting(&scenario.scene);
+        let front = Front::new(&rays, &setting);
+        let of_method = |by: &&Variant| {
+            let found = by.running(&rays, &front, &setting).into_iter();
+            let error = |(found, frame): (Option<_>, &crate::synth::ScenarioPair)| {
+                Some(error_pair(Deviation::between(&found?, &frame.scene.rig)))
+            };
+            found.zip(&frames).map(error).collect()
         };
-        Ok((0..self.pairs).map(rms).collect())
+        Ok(self.by.iter().map(of_method).collect())
     }
 }
 
@@ -85,14 +74,25 @@ impl Measurement for AfterStep<'_> {
 /// If the cache cannot be written.
 pub fn step_responses(
     runner: &Runner<'_>,
-    methods: &[&dyn Method],
+    by: &[&Variant],
     runs: u64,
-) -> Result<Vec<Measured<StepResponse>>> {
-    let measurements: Vec<AfterStep<'_>> = methods.iter().map(|&by| after_step(by, runs)).collect();
-    runner.run(&measurements)
-}
-
-fn after_step(by: &dyn Method, runs: u64) -> AfterStep<'_> {
-    let (pairs, turn_deg, outliers, seed) = (PAIRS, TURN_DEG, OUTLIERS, SEED);
-    AfterStep { pairs, turn_deg, outliers, runs, seed, method: by.name(), by }
+) -> Result<Vec<StepResponse>> {
+    let methods: Vec<String> = by.iter().map(|by| by.name()).collect();
+    let run = |seed| {
+        let (pairs, turn_deg, outliers, methods) = (PAIRS, TURN_DEG, OUTLIERS, &methods[..]);
+        Run { pairs, turn_deg, outliers, seed, methods, by }
+    };
+    let all: Vec<Run<'_>> = (SEED..SEED + runs).map(run).collect();
+    let outcomes = runner.run(&all)?;
+    let rms = |method: usize, pair: usize| {
+        let runs = || outcomes.iter().flatten().map(|run| run[method][pair]);
+        let solved: Vec<ErrorPair> = runs().flatten().collect();
+        if solved.is_empty() || 2 * solved.len() < runs().count() {
+            return None;
+        }
+        let deviation = |&[translation, rotation]: &ErrorPair| Deviation { translation, rotation };
+        Deviation::root_mean_square(solved.iter().map(deviation)).map(error_pair)
+    };
+    let of_method = |method| (0..PAIRS).map(|pair| rms(method, pair)).collect();
+    Ok((0..by.len()).map(of_method).collect())
 }

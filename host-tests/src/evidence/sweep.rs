@@ -1,9 +1,9 @@
-//! Measurements on generated scenes: one method at one value of the varied parameter.
+//! Measurements on generated scenes: all methods at one value of the varied parameter.
 //!
 //! All scenes have the rig of the project's figures, 5 degrees off about all axes and `t` 5 degrees
 //! off. All methods see the same scenes, those of the same seeds.
 
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use serde::{Deserialize, Serialize};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Extrinsics, Scalar};
@@ -12,7 +12,7 @@ use super::effort::Effort;
 use super::measurement::{Measured, Measurement, Runner};
 use super::on_recorded::error_pair;
 use super::recorded_sets::START;
-use crate::baselines::{Method, Setting};
+use crate::baselines::{Front, Setting, Tuning, Variant};
 use crate::bounds::cramer_rao;
 use crate::data::Rays;
 use crate::evidence::offsets::Offsets;
@@ -20,6 +20,9 @@ use crate::synth::{Depth, Scene, SynthPair, five_degrees_off};
 
 /// Seed of the first scene of every point.
 const SEED: u64 = 9_900_000;
+
+/// Scenes of one measurement.
+const CHUNK: usize = 25;
 
 /// Share of outliers where another parameter is varied, except for the two curves of noise.
 const OUTLIERS: f64 = 0.1;
@@ -58,16 +61,16 @@ pub struct Trial {
     pub reprojection_px: f64,
 }
 
-/// One method at one value; `None` where it gave no estimate.
+/// All methods at one value, some of the trials.
 #[derive(Serialize)]
-struct Point<'a> {
+struct Chunk<'a> {
     axis: SweepAxis,
     value: f64,
     trials: u64,
     seed: u64,
-    method: &'static str,
+    methods: &'a [String],
     #[serde(skip)]
-    by: &'a dyn Method,
+    by: &'a [Variant],
 }
 
 /// The Cramer-Rao bound at one value: RMS of `e_t` and of `e_theta`, rad.
@@ -85,7 +88,7 @@ pub struct Sweep {
     pub axis: SweepAxis,
     /// Its values.
     pub values: Vec<f64>,
-    /// Trials, by method and value.
+    /// Trials, by method with its settings and by value; `None` where it gave no estimate.
     pub trials: Vec<Vec<Measured<Vec<Option<Trial>>>>>,
     /// Bound by value.
     pub bound: Vec<Measured<[f64; 2]>>,
@@ -164,26 +167,28 @@ fn scenes(
     Ok((scene, all))
 }
 
-impl Measurement for Point<'_> {
-    type Outcome = Vec<Option<Trial>>;
+impl Measurement for Chunk<'_> {
+    /// By method.
+    type Outcome = Vec<Vec<Option<Trial>>>;
     const KIND: &'static str = "generated";
 
     fn label(&self) -> String {
-        format!("{}, {} {}", self.method, self.axis.name(), self.value)
+        format!("{} {}, scenes from {}", self.axis.name(), self.value, self.seed)
     }
 
-    fn measure(&self) -> Result<Vec<Option<Trial>>> {
+    fn measure(&self) -> Result<Vec<Vec<Option<Trial>>>> {
         let seeds = self.seed..self.seed + self.trials;
         let (scene, all) = scenes(self.axis, self.value, seeds)?;
         let setting = setting(&scene);
-        let trials: Vec<_> = all
-            .iter()
-            .map(|pairs| {
-                let rays: Vec<Vec<Rays>> = pairs.iter().map(|pair| pair.rays(&scene)).collect();
-                trial(&scene, pairs, &self.by.fused(&rays, &setting)?)
-            })
-            .collect();
-        ensure!(trials.iter().any(Option::is_some), "no estimate in {} trials", trials.len());
+        let mut trials = vec![Vec::new(); self.by.len()];
+        for pairs in &all {
+            let rays: Vec<Vec<Rays>> = pairs.iter().map(|pair| pair.rays(&scene)).collect();
+            let front = Front::new(&rays, &setting);
+            for (by, trials) in self.by.iter().zip(&mut trials) {
+                let found = by.fused(&rays, &front, &setting);
+                trials.push(found.and_then(|found| trial(&scene, pairs, &found)));
+            }
+        }
         Ok(trials)
     }
 }
@@ -211,7 +216,12 @@ impl Measurement for Bound {
 
 /// What methods may know of a generated scene.
 pub(super) fn setting(scene: &Scene) -> Setting {
-    Setting { start: START, focal: scene.focal, noise_px: scene.noise_px }
+    Setting {
+        start: START,
+        focal: scene.focal,
+        noise_px: scene.noise_px,
+        tuning: Tuning::default(),
+    }
 }
 
 /// `None` if the estimate puts a point behind a camera.
@@ -235,28 +245,34 @@ fn trial(scene: &Scene, pairs: &[SynthPair], estimate: &Extrinsics<f64>) -> Opti
 pub fn sweep(
     runner: &Runner<'_>,
     axis: SweepAxis,
-    methods: &[Box<dyn Method>],
+    by: &[Variant],
     effort: Effort,
 ) -> Result<Sweep> {
     let values = effort.thinned(axis.values());
     let trials = axis.trials(effort);
-    let points: Vec<Point<'_>> = methods
-        .iter()
-        .flat_map(|by| {
-            values.iter().map(move |&value| Point {
-                axis,
-                value,
-                trials,
-                seed: SEED,
-                method: by.name(),
-                by: by.as_ref(),
-            })
+    let methods: Vec<String> = by.iter().map(Variant::name).collect();
+    let of_value = |&value: &f64| {
+        let starts = (0..trials).step_by(CHUNK);
+        let methods = &methods;
+        starts.map(move |from| {
+            let count = (trials - from).min(CHUNK as u64);
+            Chunk { axis, value, trials: count, seed: SEED + from, methods, by }
         })
-        .collect();
-    let outcomes = runner.run(&points)?;
+    };
+    let chunks: Vec<Chunk<'_>> = values.iter().flat_map(of_value).collect();
+    let outcomes = runner.run(&chunks)?;
     let bounds: Vec<Bound> =
         values.iter().map(|&value| Bound { axis, value, trials, seed: SEED }).collect();
     let bound = runner.run(&bounds)?;
-    let trials = outcomes.chunks(values.len()).map(<[_]>::to_vec).collect();
+    let of_values: Vec<_> = outcomes.chunks(outcomes.len() / values.len().max(1)).collect();
+    let of_method = |i: usize| {
+        let joined = |chunks: &&[Measured<Vec<Vec<Option<Trial>>>>]| {
+            let of_chunk = chunks.iter().map(|chunk| chunk.as_ref().map(|by| &by[i]));
+            let all: Result<Vec<_>, &String> = of_chunk.collect();
+            all.map(|all| all.into_iter().flatten().copied().collect()).map_err(Clone::clone)
+        };
+        of_values.iter().map(joined).collect()
+    };
+    let trials = (0..by.len()).map(of_method).collect();
     Ok(Sweep { axis, values, trials, bound })
 }

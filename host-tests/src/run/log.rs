@@ -33,8 +33,10 @@ pub struct Step {
     pub taken: usize,
     /// Its outcome.
     pub verdict: Verdict,
-    /// The solved pair.
+    /// The solved pair; the robust preset tracks it from the running estimate.
     pub solved: Option<Solved>,
+    /// The pair solved alone, where the run has noted it.
+    pub alone: Option<Alone>,
     /// Error of the running estimate after this pair.
     pub running: Option<Deviation<f64>>,
     /// The running estimate after this pair.
@@ -43,10 +45,19 @@ pub struct Step {
     pub checked: Option<Checked>,
 }
 
-/// The estimate of one pair.
+/// One pair solved alone, from the factory extrinsics.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Alone {
+    /// Its extrinsics; `None` if it is not solved, or not fused.
+    pub extrinsics: Option<Extrinsics<f64>>,
+    /// Their error.
+    pub error: Option<Deviation<f64>>,
+}
+
+/// The solution of one pair in the run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solved {
-    /// Extrinsics from this pair alone.
+    /// Its extrinsics.
     pub extrinsics: Extrinsics<f64>,
     /// Their error.
     pub error: Deviation<f64>,
@@ -108,8 +119,26 @@ impl RunLog {
             }
         };
         let estimate = self.fused;
-        self.steps.push(Step { offered, taken, verdict, solved, running, estimate, checked: None });
+        let (alone, checked) = (None, None);
+        self.steps.push(Step {
+            offered,
+            taken,
+            verdict,
+            solved,
+            alone,
+            running,
+            estimate,
+            checked,
+        });
         &self.steps[self.steps.len() - 1]
+    }
+
+    /// Notes what the pair recorded last comes to alone.
+    pub fn note_alone(&mut self, extrinsics: Option<Extrinsics<f64>>) {
+        let error = extrinsics.map(|found| Deviation::between(&found, &self.truth));
+        if let Some(step) = self.steps.last_mut() {
+            step.alone = Some(Alone { extrinsics, error });
+        }
     }
 
     /// Notes what a vehicle knows after the pair recorded last.
@@ -207,7 +236,26 @@ impl fmt::Display for Verdict {
 }
 
 impl Step {
-    /// Heading over the lines of [`Step`]'s `Display`. Passes end in `+` where the limit cut them off.
+    /// Error of the pair: alone, where the run has noted it, otherwise as solved in the run.
+    #[must_use]
+    pub fn pair_error(&self) -> Option<Deviation<f64>> {
+        match self.alone {
+            Some(alone) => alone.error,
+            None => self.solved.map(|solved| solved.error),
+        }
+    }
+
+    /// Estimate of the pair: alone, where the run has noted it, otherwise as solved in the run.
+    #[must_use]
+    pub fn pair_extrinsics(&self) -> Option<Extrinsics<f64>> {
+        match self.alone {
+            Some(alone) => alone.extrinsics,
+            None => self.solved.map(|solved| solved.extrinsics),
+        }
+    }
+
+    /// Heading over the lines of [`Step`]'s `Display`: px and passes are those of the run, the pair's errors
+    /// those of [`Step::pair_error`]. Passes end in `+` where the limit cut them off.
     pub const HEADING: &str = "matches  rows px before>after  passes   pair e_t  e_theta deg   \
                                running e_t  e_theta deg   verdict";
 }
@@ -218,15 +266,22 @@ impl fmt::Display for Step {
         match &self.solved {
             Some(s) => write!(
                 f,
-                "{:>9.3} > {:>9.3}  {:>5}{}   {:>8.3}  {:>11.3}   ",
+                "{:>9.3} > {:>9.3}  {:>5}{}   ",
                 s.rms_px_before,
                 s.rms_px_after,
                 s.passes,
                 if s.at_pass_limit { '+' } else { ' ' },
-                s.error.translation.to_degrees(),
-                s.error.rotation.to_degrees(),
             )?,
-            None => write!(f, "{:>21}  {:>6}   {:>8}  {:>11}   ", "-", "-", "-", "-")?,
+            None => write!(f, "{:>21}  {:>6}   ", "-", "-")?,
+        }
+        match &self.pair_error() {
+            Some(e) => write!(
+                f,
+                "{:>8.3}  {:>11.3}   ",
+                e.translation.to_degrees(),
+                e.rotation.to_degrees()
+            )?,
+            None => write!(f, "{:>8}  {:>11}   ", "-", "-")?,
         }
         match &self.running {
             Some(e) => write!(

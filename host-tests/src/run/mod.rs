@@ -1,5 +1,6 @@
 //! Runs of the calibrator over data: pair by pair, whole, and many of them.
 
+mod alone;
 mod checked;
 mod estimate;
 mod log;
@@ -17,8 +18,9 @@ mod summary;
 pub mod timeline;
 pub mod trace;
 
+pub use alone::PairSolver;
 pub use checked::{Checked, Checks};
 pub use estimate::{Estimate, Lens};
-pub use log::{RunLog, Solved, Step, Verdict};
+pub use log::{Alone, RunLog, Solved, Step, Verdict};
 pub use replay::{Apply, CAPACITY, Running, replay, replay_within};
 pub use summary::{InUse, SCREEN_PX, Summary, row_offsets_px};

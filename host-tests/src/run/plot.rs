@@ -220,7 +220,7 @@ impl Curve {
     ) -> Self {
         let numbered = || (1_u32..).map(f64::from).zip(steps);
         let degrees = |error: &Deviation<f64>| of(error).to_degrees();
-        let singles = numbered().filter_map(|(i, s)| Some([i, degrees(&s.solved.as_ref()?.error)]));
+        let singles = numbered().filter_map(|(i, s)| Some([i, degrees(&s.pair_error()?)]));
         let running = numbered().filter_map(|(i, s)| Some([i, degrees(s.running.as_ref()?)]));
         Self { name, color, singles: singles.collect(), running: running.collect(), reference }
     }

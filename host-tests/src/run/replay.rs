@@ -3,6 +3,7 @@
 use anyhow::Result;
 use stereo_selfcal::{Calibrator, Config, Extrinsics, Scalar};
 
+use super::alone::PairSolver;
 use super::log::{RunLog, Step};
 use crate::data::{Dataset, Match, Meta, in_f64};
 
@@ -36,6 +37,7 @@ pub fn replay<T: Scalar>(
 #[derive(Debug)]
 pub struct Running<T: Scalar, const N: usize> {
     calibrator: Box<Calibrator<T, N>>,
+    alone: PairSolver<T, N>,
     apply: Apply,
     log: RunLog,
 }
@@ -51,13 +53,16 @@ impl<T: Scalar, const N: usize> Running<T, N> {
         let mut calibrator = Box::new(Calibrator::<T, N>::new(config));
         calibrator.set_cameras(rig.cameras()?);
         calibrator.set_factory(start);
+        let alone = PairSolver::new(config, rig.cameras()?, start);
         let log = RunLog::new(rig.extrinsics()?, in_f64(&start));
-        Ok(Self { calibrator, apply, log })
+        Ok(Self { calibrator, alone, apply, log })
     }
 
     /// Solves and fuses the next pair.
     pub fn push(&mut self, pair: &[Match]) -> Option<&Step> {
-        replay_pair(&mut self.calibrator, pair, self.apply, &mut self.log)
+        replay_pair(&mut self.calibrator, pair, self.apply, &mut self.log);
+        self.log.note_alone(self.alone.solve(pair));
+        self.log.steps().last()
     }
 
     /// The log so far.
@@ -92,12 +97,12 @@ pub fn replay_within<T: Scalar, const N: usize>(
     Ok(running.log)
 }
 
-fn replay_pair<'a, T: Scalar, const N: usize>(
+fn replay_pair<T: Scalar, const N: usize>(
     calibrator: &mut Calibrator<T, N>,
     pair: &[Match],
     apply: Apply,
-    log: &'a mut RunLog,
-) -> Option<&'a Step> {
+    log: &mut RunLog,
+) {
     for m in pair {
         // Refusals are counted in the batch and shown with the pair.
         let _ = calibrator.push(&m.correspondence());
@@ -113,5 +118,4 @@ fn replay_pair<'a, T: Scalar, const N: usize>(
     calibrator.clear_pair();
     log.record([pair.len(), taken], outcome, calibrator.proposal().as_ref());
     log.check(calibrator, health.as_ref());
-    log.steps().last()
 }

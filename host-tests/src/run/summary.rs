@@ -29,10 +29,17 @@ pub struct Summary {
     pub e_t: Option<f64>,
     /// Error of the fused rotation.
     pub e_theta: Option<f64>,
-    /// RMS error of the baseline direction over single accepted pairs.
+    /// RMS error of the baseline direction over pairs solved alone, each from the factory extrinsics.
     pub sigma_t: Option<f64>,
-    /// RMS error of the rotation over single accepted pairs.
+    /// RMS error of the rotation over the same pairs.
     pub sigma_theta: Option<f64>,
+    /// Pairs that have an estimate alone.
+    pub sigma_pairs: usize,
+    /// RMS error of the baseline direction over the accepted pairs as solved in the run, where the robust
+    /// preset tracks them from the running estimate.
+    pub tracked_t: Option<f64>,
+    /// RMS error of the rotation over the same pairs.
+    pub tracked_theta: Option<f64>,
     /// Fused rotation, row-major.
     #[serde(rename = "R")]
     pub r: Option<[f64; 9]>,
@@ -102,7 +109,14 @@ impl RunLog {
         let fused = self.fused();
         let accepted = |step: &&Step| matches!(step.verdict, Verdict::Accepted(_));
         let singles = self.steps().iter().filter(accepted).filter_map(|step| step.solved);
-        let sigma = Deviation::root_mean_square(singles.map(|solved| solved.error));
+        let tracked = Deviation::root_mean_square(singles.map(|solved| solved.error));
+        let alone: Vec<_> = self
+            .steps()
+            .iter()
+            .filter_map(|step| step.alone.and_then(|alone| alone.error))
+            .collect();
+        let sigma_pairs = alone.len();
+        let sigma = Deviation::root_mean_square(alone);
         let error = fused.map(|f| Deviation::between(&f.extrinsics, self.truth()));
         let checked = self.steps().last().and_then(|step| step.checked);
         let rows = match fused {
@@ -127,6 +141,9 @@ impl RunLog {
             e_theta: error.map(|e| e.rotation),
             sigma_t: sigma.map(|s| s.translation),
             sigma_theta: sigma.map(|s| s.rotation),
+            sigma_pairs,
+            tracked_t: tracked.map(|s| s.translation),
+            tracked_theta: tracked.map(|s| s.rotation),
             r: fused.map(|f| f.extrinsics.rotation_row_major()),
             t: fused.map(|f| f.extrinsics.translation().into_inner().into()),
             sd_rotation: fused.map(|f| f.sd.rotation),
@@ -214,8 +231,11 @@ impl fmt::Display for Summary {
         };
         angle("e_t", "fused baseline direction against the reference", self.e_t)?;
         angle("e_theta", "fused rotation against the reference", self.e_theta)?;
-        angle("sigma_t", "single pairs, RMS", self.sigma_t)?;
-        angle("sigma_theta", "single pairs, RMS", self.sigma_theta)?;
+        let alone = format!("pairs alone, RMS over {} of {}", self.sigma_pairs, self.pairs);
+        angle("sigma_t", &alone, self.sigma_t)?;
+        angle("sigma_theta", &alone, self.sigma_theta)?;
+        angle("tracked t", "pairs as solved in the run, RMS", self.tracked_t)?;
+        angle("tracked R", "pairs as solved in the run, RMS", self.tracked_theta)?;
         // The words of the tables in `golden`.
         angle("sd of t, claimed", "what the estimate says of itself", self.sd_translation)?;
         angle("sd of R, claimed", "what the estimate says of itself", self.sd_rotation)?;

@@ -11,7 +11,7 @@ use super::grey::Grey;
 use super::scene::PicturedScene;
 use super::sgm::{Disparities, share};
 use super::warp::rectified;
-use crate::baselines::{LingShen, Method, Setting};
+use crate::baselines::{LingShen, Method, Setting, Tuning};
 use crate::data::{Match, Rays};
 use crate::run::{SCREEN_PX, replay};
 
@@ -103,7 +103,8 @@ fn ling_shen(
     };
     let pairs: Vec<Vec<Rays>> =
         scene.set.pairs.iter().map(|pair| pair.iter().filter_map(rays).collect()).collect();
-    let setting = Setting { start, focal: cameras.mean_focal(), noise_px: 0.3 };
+    let setting =
+        Setting { start, focal: cameras.mean_focal(), noise_px: 0.3, tuning: Tuning::default() };
     LingShen.fused(&pairs, &setting).context("Ling and Shen's method found no estimate")
 }
 

@@ -17,7 +17,7 @@ pub use replayed::Replayed;
 use crate::data::conventions::Document;
 use crate::evidence::pictures::{Estimates, sphere_figure};
 use crate::evidence::report::{Page, Section};
-use crate::run::Summary;
+use crate::run::{Step, Summary};
 
 impl Replayed<'_> {
     /// The page.
@@ -65,7 +65,7 @@ impl Replayed<'_> {
     fn spheres(&self) -> Section {
         let steps = self.log.steps().iter();
         let estimates = Estimates {
-            pairs: steps.filter_map(|step| Some(step.solved?.extrinsics)).collect(),
+            pairs: steps.filter_map(Step::pair_extrinsics).collect(),
             fused: self.log.fused().map(|fused| fused.extrinsics),
             reference: *self.log.truth(),
         };

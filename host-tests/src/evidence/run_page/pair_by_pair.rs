@@ -126,8 +126,8 @@ fn table(replayed: &Replayed<'_>, steps: &[Step]) -> Table {
         "rows before, px",
         "rows after, px",
         "passes",
-        "pair's e_t, mrad",
-        "pair's e_theta, mrad",
+        "pair alone: e_t, mrad",
+        "pair alone: e_theta, mrad",
         "running e_t, mrad",
         "running e_theta, mrad",
         "sd t, mrad",
@@ -150,8 +150,8 @@ fn table(replayed: &Replayed<'_>, steps: &[Step]) -> Table {
             solved(|s| s.rms_px_before),
             solved(|s| s.rms_px_after),
             number(step.solved.map(|s| f64::from(s.passes)), 0),
-            solved(|s| 1e3 * s.error.translation),
-            solved(|s| 1e3 * s.error.rotation),
+            number(step.pair_error().map(|e| 1e3 * e.translation), 3),
+            number(step.pair_error().map(|e| 1e3 * e.rotation), 3),
             number(step.running.map(|e| 1e3 * e.translation), 3),
             number(step.running.map(|e| 1e3 * e.rotation), 3),
             number(estimate.map(|e| 1e3 * e.sd.translation), 3),
@@ -161,7 +161,8 @@ fn table(replayed: &Replayed<'_>, steps: &[Step]) -> Table {
         ]);
     }
     table.explained(
-        "Every pair: its matches, its own estimate, and the running estimate after it.",
+        "Every pair: its matches, rows and passes in the run, its errors when solved alone, and the running \
+         estimate after it.",
         replayed.command,
     )
 }

@@ -1,11 +1,12 @@
 //! Curves over the varied parameters of generated scenes.
 
-use super::labels::{label, line};
+use super::labels::label;
 use crate::chart::curves::{self, Curve, Line, Scale};
 use crate::evidence::findings::Findings;
 use crate::evidence::measurement::Measured;
 use crate::evidence::report::{Csv, Entry, Figure, Picture, Sample, Section};
 use crate::evidence::sweep::{Sweep, SweepAxis, Trial};
+use crate::evidence::verdict::{self, OURS};
 
 /// Words of a curve.
 struct Words {
@@ -71,57 +72,105 @@ pub(super) fn sections(findings: &Findings<'_>) -> Vec<Section> {
     let mut errors = Section::new("Error against outliers, pairs, depth and band");
     errors.text(
         "The same rig. Curves are root mean squares over the same scenes for all methods, of those in \
-         which a method has an estimate; the CSV files have the numbers of failures and the medians. \
-         The broken black line is the Cramer-Rao bound of the true matches: no unbiased estimate errs less.",
+         which a method has an estimate; a curve ends where that is fewer than half of them, and the last panel \
+         shows the share without. The broken black line is the Cramer-Rao bound of the true matches: no unbiased \
+         estimate errs less. The best rival is chosen anew at every point. Medians stand in the CSV files.",
     );
     for sweep in &findings.sweeps {
-        if matches!(sweep.axis, SweepAxis::Matches | SweepAxis::Noise) {
+        let place = usize::from(!matches!(sweep.axis, SweepAxis::Matches | SweepAxis::Noise));
+        if place == 0 {
             sections[0].figure(figure(findings, sweep, "px", &OFFSETS));
-            sections[0].figure(figure(findings, sweep, "rad", &ERRORS));
-        } else {
-            errors.figure(figure(findings, sweep, "rad", &ERRORS));
         }
+        let all = [&mut sections[0], &mut errors];
+        all.into_iter().nth(place).into_iter().for_each(|section| {
+            section.figure(figure(findings, sweep, "rad", &ERRORS));
+            section.figure(multiples(findings, sweep));
+        });
     }
     sections.push(errors);
     sections
+}
+
+/// Names and places among the variants: ours, all rivals, the paper's method.
+fn sides(findings: &Findings<'_>) -> [(&'static str, Vec<usize>, Line); 3] {
+    let of = |method| verdict::of_method(findings.few, method);
+    [
+        ("robust (ours)", of(OURS), Line::Broad),
+        ("best rival", verdict::rivals(findings.few), Line::Thin),
+        ("paper, best setting", of("paper"), Line::Thin),
+    ]
+}
+
+/// The least root mean square among some methods, value by value.
+fn least(sweep: &Sweep, among: &[usize], of: Of) -> Vec<(f64, Option<f64>)> {
+    let at = |at: usize| {
+        let all = among.iter().filter_map(|&i| rms(&sweep.trials[i][at], of));
+        all.min_by(f64::total_cmp)
+    };
+    sweep.values.iter().enumerate().map(|(i, &x)| (x, at(i))).collect()
+}
+
+/// The least share of scenes without an estimate among some methods, value by value.
+fn failures(sweep: &Sweep, among: &[usize]) -> Vec<(f64, Option<f64>)> {
+    let share = |trials: &Measured<Vec<Option<Trial>>>| {
+        let trials = trials.as_ref().ok()?;
+        let [all, none] = [trials.len(), trials.iter().filter(|t| t.is_none()).count()]
+            .map(|n| u32::try_from(n).map_or(f64::NAN, f64::from));
+        Some(none / all.max(1.0))
+    };
+    let at = |at: usize| {
+        let all = among.iter().filter_map(|&i| share(&sweep.trials[i][at]));
+        all.min_by(f64::total_cmp)
+    };
+    sweep.values.iter().enumerate().map(|(i, &x)| (x, at(i))).collect()
+}
+
+fn bound(sweep: &Sweep, part: usize) -> Curve {
+    let bound = sweep.bound.iter().map(|bound| bound.as_ref().ok().map(|b| b[part]));
+    let points = sweep.values.iter().copied().zip(bound).collect();
+    Curve { color: None, line: Line::Broken, points }
 }
 
 fn figure(findings: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of); 2]) -> Figure {
     let words = words(sweep.axis);
     let x = Scale { name: words.x.into(), log: words.log };
     let bounded = unit == "rad";
+    let sides = sides(findings);
+    let curve = |i: usize, line, points| Curve { color: Some(curves::shade(i)), line, points };
     let panel = |(part, (y, of)): (usize, &(&str, Of))| {
-        let mut curves: Vec<Curve> = findings
-            .methods
-            .iter()
-            .zip(&sweep.trials)
-            .map(|(by, trials)| {
-                let points = sweep.values.iter().zip(trials).map(|(&x, t)| (x, rms(t, *of)));
-                let color = Some(findings.color(by.name()));
-                Curve { color, line: line(by.name()), points: points.collect() }
-            })
+        let numbered = sides.iter().enumerate();
+        let mut all: Vec<Curve> = numbered
+            .map(|(i, (_, among, line))| curve(i, *line, least(sweep, among, *of)))
             .collect();
         if bounded {
-            let bound = sweep.bound.iter().map(|bound| bound.as_ref().ok().map(|b| b[part]));
-            let points = sweep.values.iter().copied().zip(bound).collect();
-            curves.push(Curve { color: None, line: Line::Broken, points });
+            all.push(bound(sweep, part));
         }
         // Ours on top.
-        curves.reverse();
-        let svg = curves::curves(y, &x, &curves);
-        (Picture::Svg(svg), format!("{y} over {}", words.x))
+        all.reverse();
+        (Picture::Svg(curves::curves(y, &x, &all)), format!("{y} over {}", words.x))
     };
-    let mut legend: Vec<Entry> = findings
-        .methods
-        .iter()
-        .map(|by| Entry::new(Sample::Line, Some(findings.color(by.name())), &label(by.name())))
-        .collect();
+    let mut panels: Vec<(Picture, String)> = parts.iter().enumerate().map(panel).collect();
+    if bounded {
+        let numbered = sides.iter().enumerate().rev();
+        let all: Vec<Curve> =
+            numbered.map(|(i, (_, among, line))| curve(i, *line, failures(sweep, among))).collect();
+        let title = "share of scenes without an estimate";
+        panels.push((
+            Picture::Svg(curves::shares(title, &x, &all)),
+            format!("{title} over {}", words.x),
+        ));
+    }
+    let numbered = sides.iter().enumerate();
+    let entry = |(i, (name, ..)): (usize, &(&str, _, _))| {
+        Entry::new(Sample::Line, Some(curves::shade(i)), name)
+    };
+    let mut legend: Vec<Entry> = numbered.map(entry).collect();
     if bounded {
         legend.push(Entry::new(Sample::Dashes, None, "Cramer-Rao bound"));
     }
     let scenes = sweep.trials.iter().flatten().flatten().map(Vec::len).max().unwrap_or(0);
     Figure {
-        panels: parts.iter().enumerate().map(panel).collect(),
+        panels,
         legend,
         caption: format!(
             "{} {scenes} scenes a point: by chance alone a curve is off by {:.0} % (1 sd). Where curves \
@@ -138,6 +187,43 @@ fn figure(findings: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of
             parts,
             bounded,
         ),
+    }
+}
+
+/// `e_t` of every method at its best setting beside ours.
+fn multiples(findings: &Findings<'_>, sweep: &Sweep) -> Figure {
+    let words = words(sweep.axis);
+    let x = Scale { name: words.x.into(), log: words.log };
+    let of: Of = |trial| trial.e_t;
+    let rivals = findings.methods.iter().map(|by| by.name()).filter(|name| *name != OURS);
+    let curve = |i: usize, line, method: &str| {
+        let points = least(sweep, &verdict::of_method(findings.few, method), of);
+        Curve { color: Some(curves::shade(i)), line, points }
+    };
+    let mut numbers =
+        Csv::new(&format!("{}_each", sweep.axis.name()), &[words.x, "method", "e_t, rad"]);
+    for by in findings.methods {
+        for (x, y) in least(sweep, &verdict::of_method(findings.few, by.name()), of) {
+            let y = y.map_or(String::new(), |y| y.to_string());
+            numbers.push([x.to_string(), by.name().to_owned(), y]);
+        }
+    }
+    let panel = |name: &str| {
+        let all = [curve(1, Line::Thin, name), curve(0, Line::Broad, OURS), bound(sweep, 0)];
+        let title = format!("{}: e_t, rad", label(name));
+        (Picture::Svg(curves::curves(&title, &x, &all)), title)
+    };
+    Figure {
+        panels: rivals.map(panel).collect(),
+        legend: vec![
+            Entry::new(Sample::Line, Some(curves::shade(0)), "robust (ours)"),
+            Entry::new(Sample::Line, Some(curves::shade(1)), "the method named"),
+            Entry::new(Sample::Dashes, None, "Cramer-Rao bound"),
+        ],
+        caption: "The same scenes, one panel a method, at the best of its settings in each point."
+            .into(),
+        command: findings.request.command.clone(),
+        numbers,
     }
 }
 
@@ -161,13 +247,13 @@ fn numbers(
         [x, "method", &rms_a, &rms_b, &median_a, &median_b, "trials", "without an estimate"];
     let mut csv = Csv::new(name, &heading);
     let text = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
-    for (by, trials) in findings.methods.iter().zip(&sweep.trials) {
+    for (by, trials) in findings.few.iter().zip(&sweep.trials) {
         for (value, trials) in sweep.values.iter().zip(trials) {
             let count = trials.as_ref().map_or(0, Vec::len);
             let none = trials.as_ref().map_or(0, |t| t.iter().filter(|t| t.is_none()).count());
             csv.push([
                 value.to_string(),
-                by.name().to_owned(),
+                by.name(),
                 text(rms(trials, of_a)),
                 text(rms(trials, of_b)),
                 text(median(trials, of_a)),
@@ -190,8 +276,12 @@ fn numbers_of(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Vec<f64> {
     trials.iter().flatten().flatten().map(of).collect()
 }
 
+/// `None` where fewer than half of the trials have an estimate.
 pub(super) fn rms(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Option<f64> {
     let numbers = numbers_of(trials, of);
+    if 2 * numbers.len() < trials.as_ref().map_or(0, Vec::len) {
+        return None;
+    }
     let count = f64::from(u32::try_from(numbers.len()).ok()?);
     let squares: f64 = numbers.iter().map(|x| x * x).sum();
     (count > 0.0).then(|| (squares / count).sqrt())

@@ -1,6 +1,4 @@
-//! How methods are named and drawn.
-
-use crate::chart::curves::Line;
+//! How methods are named.
 
 /// A method in a legend or a heading.
 pub(super) fn label(method: &str) -> String {
@@ -9,9 +7,4 @@ pub(super) fn label(method: &str) -> String {
         "ling-shen" => "ling-shen [7]".into(),
         other => other.into(),
     }
-}
-
-/// The presets stand out.
-pub(super) fn line(method: &str) -> Line {
-    if ["robust", "paper"].contains(&method) { Line::Broad } else { Line::Thin }
 }

@@ -6,8 +6,9 @@ mod compared;
 mod curves;
 mod knock;
 mod labels;
-mod order;
 mod pictures;
+mod published;
+mod tables;
 
 use super::measurement::MeasurementCounts;
 use crate::evidence::findings::Findings;
@@ -18,8 +19,8 @@ pub(super) fn all(findings: &Findings<'_>, counts: &MeasurementCounts) -> Vec<Se
     let mut all = vec![
         brief::section(findings),
         compared::section(findings),
+        tables::section(findings),
         accuracy::section(findings),
-        order::section(findings),
     ];
     all.extend(curves::sections(findings));
     all.push(knock::section(findings));
