@@ -65,7 +65,8 @@ fn erratum_5_the_solver_goes_on_until_the_step_is_small() {
     let solved = log.steps()[0].solved.unwrap();
     // "Insufficiently small" would have stopped it at the first, large step.
     assert!(solved.passes > 3, "{}", solved.passes);
-    assert!(solved.error.translation < 1e-4 && solved.error.rotation < 1e-4);
+    let error = solved.error.unwrap();
+    assert!(error.translation < 1e-4 && error.rotation < 1e-4);
 }
 
 #[test]
@@ -101,4 +102,17 @@ fn erratum_8_a_gauge_row_of_weight_1_bends_the_optimum_where_outliers_abound() {
     assert!(exact.gauge().abs() < 1e-7, "{:e}", exact.gauge());
     assert!(printed.gauge().abs() > 1e-4, "{:e}", printed.gauge());
     assert!((printed.rotation() - exact.rotation()).norm() > 1e-7);
+}
+
+#[test]
+fn erratum_9_the_constraint_of_ling_and_shen_takes_the_right_ray_first() {
+    let scene = Scene { rig: tilted(), noise_px: 0.0, ..Scene::default() };
+    let pair = scene.pairs(9).next().unwrap();
+    let e = tilted().translation().cross_matrix() * tilted().rotation().matrix();
+    let rms = |constraint: &dyn Fn(&Rays) -> f64| {
+        let squares: Vec<f64> = pair.rays(&scene).iter().map(|r| constraint(r).powi(2)).collect();
+        (squares.iter().sum::<f64>() / f64::from(u32::try_from(squares.len()).unwrap())).sqrt()
+    };
+    assert!(rms(&|[p_l, p_r]| p_r.dot(&(e * p_l))) < 1e-12);
+    assert!(rms(&|[p_l, p_r]| p_l.dot(&(e * p_r))) > 1e-2, "eq 3 as printed cannot be told");
 }

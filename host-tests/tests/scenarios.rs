@@ -284,7 +284,7 @@ fn step() -> Dataset {
 /// Errors of `R` of the single pairs and of the running estimate, and the final one, rad.
 fn errors(set: &Dataset) -> ([Vec<f64>; 2], f64) {
     let run = replay::<f64>(set, Config::paper(), Extrinsics::SIDE_BY_SIDE, |_| {}).unwrap();
-    let single = run.steps().iter().map(|step| step.solved.unwrap().error.rotation);
+    let single = run.steps().iter().map(|step| step.solved.unwrap().error.unwrap().rotation);
     let running = run.steps().iter().map(|step| step.running.unwrap().rotation);
     ([single.collect(), running.collect()], run.summary(set).unwrap().e_theta.unwrap())
 }

@@ -70,7 +70,8 @@ pub(crate) struct EvaluateArgs {
 /// Runs `selfcal evaluate`.
 pub(crate) fn evaluate_all(args: &EvaluateArgs) -> Result<()> {
     let bar = progress::over(0, "cells");
-    let Evaluated { page, counts, cells } = evaluate(&args.request(), &args.out, &bar)?;
+    let Evaluated { page, counts, not_weakened, cells } =
+        evaluate(&args.request(), &args.out, &bar)?;
     bar.finish_and_clear();
     let mut out = io::stdout();
     let measured = counts.measurements - counts.reused - counts.failed.len();
@@ -81,6 +82,8 @@ pub(crate) fn evaluate_all(args: &EvaluateArgs) -> Result<()> {
         counts.reused,
         counts.failed.len()
     )?;
+    let [held, all] = not_weakened;
+    writeln!(out, "rivals       at least as good as on record in {held} of {all} figures")?;
     let [wins, ties, losses] = cells;
     writeln!(
         out,

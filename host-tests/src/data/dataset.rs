@@ -40,10 +40,12 @@ pub struct Meta {
     pub width: u16,
     /// Image height, px.
     pub height: u16,
-    /// Rotation, left to right; of the last pair, where the rig moves.
-    #[serde(rename = "R")]
+    /// Rotation, left to right; of the last pair, where the rig moves. All zero, as `t`, where no reference
+    /// is known: both are absent from the file.
+    #[serde(rename = "R", default)]
     pub r: Rows,
     /// Unit baseline direction, right camera frame; of the last pair, where the rig moves.
+    #[serde(default)]
     pub t: [f64; 3],
     /// Length of the baseline, m, where it is known.
     pub baseline_m: Option<f64>,
@@ -119,11 +121,18 @@ impl Meta {
         meta
     }
 
+    /// Whether `R` and `t` are known.
+    #[must_use]
+    pub fn has_reference(&self) -> bool {
+        self.r.iter().flatten().chain(&self.t).any(|&x| x != 0.0)
+    }
+
     /// `R` and unit `t`.
     ///
     /// # Errors
-    /// If they are not those of a stereo rig.
+    /// If they are not known, or not those of a stereo rig.
     pub fn extrinsics<T: Scalar>(&self) -> Result<Extrinsics<T>> {
+        ensure!(self.has_reference(), "no reference: meta.json has no R and t");
         let r = matrix(&self.r).map(T::lit);
         let t = Vector3::from(self.t).map(T::lit);
         Extrinsics::try_new(&r, &t).context("extrinsics of the data set")

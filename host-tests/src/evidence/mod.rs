@@ -4,6 +4,7 @@
 //! Measurements are independent and the same on any number of threads; finished
 //! ones are cached beside the page, and an interrupted evaluation resumes.
 
+pub mod before;
 pub mod cache;
 pub mod effort;
 mod findings;
@@ -41,6 +42,8 @@ pub struct Evaluated {
     pub page: PathBuf,
     /// Numbers of measurements by their outcome.
     pub counts: MeasurementCounts,
+    /// Figures of rivals at least as good as before their settings were varied, and all of them.
+    pub not_weakened: [usize; 2],
     /// Cells on the recordings in which ours has a smaller error than the best rival, ties, and losses.
     pub cells: [usize; 3],
 }
@@ -92,10 +95,11 @@ pub fn evaluate(request: &Request, dir: &Path, bar: &Bar) -> Result<Evaluated> {
     let judged = verdict::cells(&rows, &ours, &rivals);
     let count = |outcome| judged.iter().filter(|cell| cell.outcome == outcome).count();
     let cells = [Outcome::Win, Outcome::Tie, Outcome::Loss].map(count);
+    let not_weakened = before::at_least_as_good(&rows, &variants)?;
     let mut page = Page::new(TITLE, LEAD);
     page.sections = sections::all(&findings, &counts);
     let page = page.write(dir)?;
-    Ok(Evaluated { page, counts, cells })
+    Ok(Evaluated { page, counts, not_weakened, cells })
 }
 
 #[cfg(test)]

@@ -17,8 +17,8 @@ pub struct Checked {
     pub in_use: Extrinsics<f64>,
     /// Correction of the cameras that they belong to.
     pub correction: LensCorrection<f64>,
-    /// Error of the extrinsics in use.
-    pub error: Deviation<f64>,
+    /// Error of the extrinsics in use; `None` without a reference.
+    pub error: Option<Deviation<f64>>,
     /// The health over the pair, before the estimate was applied; `None` where there is none.
     pub health: Option<Checks>,
 }
@@ -43,15 +43,15 @@ pub struct Checks {
 impl Checked {
     /// What a calibrator says.
     ///
-    /// * `truth`: that of the pair.
+    /// * `truth`: that of the pair, where it is known.
     #[must_use]
     pub fn of<T: Scalar, const N: usize>(
         calibrator: &Calibrator<T, N>,
         health: Option<&Health<T>>,
-        truth: &Extrinsics<f64>,
+        truth: Option<&Extrinsics<f64>>,
     ) -> Self {
         let in_use = in_f64(calibrator.in_use());
-        let error = Deviation::between(&in_use, truth);
+        let error = truth.map(|truth| Deviation::between(&in_use, truth));
         let checks = |health: &Health<T>| Checks {
             arming: health.arming,
             doubt: health.doubt,

@@ -59,8 +59,8 @@ pub struct Alone {
 pub struct Solved {
     /// Its extrinsics.
     pub extrinsics: Extrinsics<f64>,
-    /// Their error.
-    pub error: Deviation<f64>,
+    /// Their error; `None` without a reference.
+    pub error: Option<Deviation<f64>>,
     /// Passes taken.
     pub passes: u16,
     /// Whether the limit of passes was reached.
@@ -74,8 +74,8 @@ pub struct Solved {
 /// A run being evaluated.
 #[derive(Debug, Clone)]
 pub struct RunLog {
-    /// True extrinsics of the latest pair.
-    truth: Extrinsics<f64>,
+    /// True extrinsics of the latest pair; `None` where no reference is known.
+    truth: Option<Extrinsics<f64>>,
     /// True extrinsics of each pair; empty where the rig does not move.
     truths: Vec<Extrinsics<f64>>,
     factory: Extrinsics<f64>,
@@ -87,7 +87,17 @@ impl RunLog {
     /// The log of a run that starts at `factory`, on data whose truth is `truth`.
     #[must_use]
     pub fn new(truth: Extrinsics<f64>, factory: Extrinsics<f64>) -> Self {
-        Self { truth, truths: Vec::new(), factory, steps: Vec::new(), fused: None }
+        Self { truth: Some(truth), ..Self::without_reference(factory) }
+    }
+
+    /// The log of a run on data without a reference: it has no errors.
+    #[must_use]
+    pub fn without_reference(factory: Extrinsics<f64>) -> Self {
+        Self { truth: None, truths: Vec::new(), factory, steps: Vec::new(), fused: None }
+    }
+
+    fn error(&self, found: &Extrinsics<f64>) -> Option<Deviation<f64>> {
+        self.truth.as_ref().map(|truth| Deviation::between(found, truth))
     }
 
     /// The same for a rig that moves: pair `i`, and the estimate after it, against `truths[i]`, pairs
@@ -108,9 +118,9 @@ impl RunLog {
         outcome: Result<(PairReport<T>, Result<Fused, Refusal>), PairError>,
         fused: Option<&Proposal<T>>,
     ) -> &Step {
-        self.truth = self.truths.get(self.steps.len()).copied().unwrap_or(self.truth);
+        self.truth = self.truths.get(self.steps.len()).copied().or(self.truth);
         self.fused = fused.map(Estimate::of);
-        let running = self.fused.map(|f| Deviation::between(&f.extrinsics, &self.truth));
+        let running = self.fused.and_then(|f| self.error(&f.extrinsics));
         let (verdict, solved) = match outcome {
             Err(error) => (Verdict::Failed(error), None),
             Ok((report, fusing)) => {
@@ -135,7 +145,7 @@ impl RunLog {
 
     /// Notes what the pair recorded last comes to alone.
     pub fn note_alone(&mut self, extrinsics: Option<Extrinsics<f64>>) {
-        let error = extrinsics.map(|found| Deviation::between(&found, &self.truth));
+        let error = extrinsics.and_then(|found| self.error(&found));
         if let Some(step) = self.steps.last_mut() {
             step.alone = Some(Alone { extrinsics, error });
         }
@@ -149,7 +159,7 @@ impl RunLog {
         calibrator: &Calibrator<T, N>,
         health: Option<&Health<T>>,
     ) {
-        let checked = Checked::of(calibrator, health, &self.truth);
+        let checked = Checked::of(calibrator, health, self.truth.as_ref());
         if let Some(step) = self.steps.last_mut() {
             step.checked = Some(checked);
         }
@@ -159,7 +169,7 @@ impl RunLog {
         let extrinsics = in_f64(&report.extrinsics);
         Solved {
             extrinsics,
-            error: Deviation::between(&extrinsics, &self.truth),
+            error: self.error(&extrinsics),
             passes: report.passes,
             at_pass_limit: report.stop == Stop::PassesSpent,
             rms_px_before: report.rms_px_before.to_f64(),
@@ -186,10 +196,10 @@ impl RunLog {
         &self.factory
     }
 
-    /// True extrinsics of the latest pair.
+    /// True extrinsics of the latest pair; `None` where no reference is known.
     #[must_use]
-    pub fn truth(&self) -> &Extrinsics<f64> {
-        &self.truth
+    pub fn truth(&self) -> Option<&Extrinsics<f64>> {
+        self.truth.as_ref()
     }
 
     /// The estimate so far.
@@ -241,7 +251,7 @@ impl Step {
     pub fn pair_error(&self) -> Option<Deviation<f64>> {
         match self.alone {
             Some(alone) => alone.error,
-            None => self.solved.map(|solved| solved.error),
+            None => self.solved.and_then(|solved| solved.error),
         }
     }
 

@@ -43,7 +43,7 @@ pub struct Running<T: Scalar, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> Running<T, N> {
-    /// A run over the pairs of a rig, compared with its extrinsics.
+    /// A run over the pairs of a rig, compared with its extrinsics where they are known.
     ///
     /// * `start`: extrinsics that every pair starts from.
     ///
@@ -54,7 +54,12 @@ impl<T: Scalar, const N: usize> Running<T, N> {
         calibrator.set_cameras(rig.cameras()?);
         calibrator.set_factory(start);
         let alone = PairSolver::new(config, rig.cameras()?, start);
-        let log = RunLog::new(rig.extrinsics()?, in_f64(&start));
+        let factory = in_f64(&start);
+        let log = if rig.has_reference() {
+            RunLog::new(rig.extrinsics()?, factory)
+        } else {
+            RunLog::without_reference(factory)
+        };
         Ok(Self { calibrator, alone, apply, log })
     }
 

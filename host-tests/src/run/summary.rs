@@ -86,9 +86,9 @@ pub struct Summary {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct InUse {
     /// Error of the baseline direction.
-    pub e_t: f64,
+    pub e_t: Option<f64>,
     /// Error of the rotation.
-    pub e_theta: f64,
+    pub e_theta: Option<f64>,
     /// RMS row offset over the matches of `rms_px_before` and `rms_px_after`, px.
     pub rms_px: Option<f64>,
 }
@@ -109,15 +109,12 @@ impl RunLog {
         let fused = self.fused();
         let accepted = |step: &&Step| matches!(step.verdict, Verdict::Accepted(_));
         let singles = self.steps().iter().filter(accepted).filter_map(|step| step.solved);
-        let tracked = Deviation::root_mean_square(singles.map(|solved| solved.error));
-        let alone: Vec<_> = self
-            .steps()
-            .iter()
-            .filter_map(|step| step.alone.and_then(|alone| alone.error))
-            .collect();
-        let sigma_pairs = alone.len();
-        let sigma = Deviation::root_mean_square(alone);
-        let error = fused.map(|f| Deviation::between(&f.extrinsics, self.truth()));
+        let tracked = Deviation::root_mean_square(singles.filter_map(|solved| solved.error));
+        let alone: Vec<_> = self.steps().iter().filter_map(|step| step.alone).collect();
+        let sigma_pairs = alone.iter().filter(|alone| alone.extrinsics.is_some()).count();
+        let sigma = Deviation::root_mean_square(alone.iter().filter_map(|alone| alone.error));
+        let error = fused.zip(self.truth());
+        let error = error.map(|(f, truth)| Deviation::between(&f.extrinsics, truth));
         let checked = self.steps().last().and_then(|step| step.checked);
         let rows = match fused {
             Some(f) => {
@@ -129,8 +126,8 @@ impl RunLog {
             None => None,
         };
         let in_use = checked.map(|checked| InUse {
-            e_t: checked.error.translation,
-            e_theta: checked.error.rotation,
+            e_t: checked.error.map(|e| e.translation),
+            e_theta: checked.error.map(|e| e.rotation),
             rms_px: rows.map(|rows| rows.rms_px[2]),
         });
         Ok(Summary {

@@ -1,10 +1,9 @@
 //! Rectified pairs and disparities as encoded pictures.
 
-use std::io::Cursor;
-
 use anyhow::{Context, Result};
 use image::codecs::jpeg::JpegEncoder;
-use image::{ImageFormat, Rgb, RgbImage};
+use image::imageops::{FilterType, resize};
+use image::{Rgb, RgbImage};
 
 use super::comparison::Rectification;
 use super::grey::Grey;
@@ -25,7 +24,10 @@ const MATCHES: usize = 16;
 /// Radius of the mark of a match's end, px.
 const MARK: i64 = 4;
 
-const QUALITY: u8 = 88;
+const QUALITY: u8 = 66;
+
+/// Width of an encoded picture at most, px.
+const WIDEST: u32 = 720;
 
 /// Disparities in colour, dark blue for far and yellow for near; grey where there is none.
 ///
@@ -38,9 +40,7 @@ pub fn disparity_picture(rectification: &Rectification) -> Result<Picture> {
     let mut image = RgbImage::new(width, height);
     let pixels = image.pixels_mut().zip(&rectification.disparities.pixels);
     pixels.for_each(|(pixel, d)| *pixel = color(d));
-    let mut bytes = Cursor::new(Vec::new());
-    image.write_to(&mut bytes, ImageFormat::Png).context("cannot encode the disparities")?;
-    Ok(Picture::Png(bytes.into_inner()))
+    jpeg(&image).context("cannot encode the disparities")
 }
 
 /// Left and right image side by side, with level lines over both, and matches: a dot at either end,
@@ -71,10 +71,16 @@ pub fn pair_picture(rectification: &Rectification) -> Result<Picture> {
             dot(&mut image, point.map(whole), end);
         }
     }
+    jpeg(&image).context("cannot encode the pair")
+}
+
+/// No wider than a panel of the page shows.
+fn jpeg(image: &RgbImage) -> Result<Picture> {
+    let [width, height] = [image.width(), image.height()];
+    let shown = width.min(WIDEST);
+    let small = resize(image, shown, height * shown / width, FilterType::Triangle);
     let mut bytes = Vec::new();
-    JpegEncoder::new_with_quality(&mut bytes, QUALITY)
-        .encode_image(&image)
-        .context("cannot encode the pair")?;
+    JpegEncoder::new_with_quality(&mut bytes, QUALITY).encode_image(&small)?;
     Ok(Picture::Jpeg(bytes))
 }
 

@@ -7,6 +7,9 @@ use super::numbers::Csv;
 /// Words longer than this, bytes, keep some width on a phone.
 const LONG: usize = 40;
 
+/// Tables of more columns than this are wider than a phone.
+const WIDE: usize = 3;
+
 /// What one cell shows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
@@ -136,6 +139,7 @@ impl Table {
             self.rows.iter().any(of_row)
         };
         html! {
+            @if self.heading.len() > WIDE { p.more { "Scroll sideways for all columns." } }
             div.scroll {
                 table {
                     thead { tr {

@@ -63,13 +63,19 @@ impl Replayed<'_> {
     }
 
     fn spheres(&self) -> Section {
+        let mut section = Section::new("Estimates on their spheres");
+        let Some(&reference) = self.log.truth() else {
+            section.text(
+                "Not drawn: they are drawn around a reference, and meta.json has no R and t.",
+            );
+            return section;
+        };
         let steps = self.log.steps().iter();
         let estimates = Estimates {
             pairs: steps.filter_map(Step::pair_extrinsics).collect(),
             fused: self.log.fused().map(|fused| fused.extrinsics),
-            reference: *self.log.truth(),
+            reference,
         };
-        let mut section = Section::new("Estimates on their spheres");
         section.figure(sphere_figure("spheres", &estimates, self.command));
         section
     }

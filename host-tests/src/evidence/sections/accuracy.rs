@@ -1,6 +1,6 @@
 //! All methods at their best settings, cell by cell, and the errors of single pairs.
 
-use super::labels::label;
+use super::labels::{self, label};
 use crate::chart::curves::{self, Bars};
 use crate::evidence::findings::Findings;
 use crate::evidence::on_recorded::{ErrorPair, Errors, Quantity, Row, error_pair};
@@ -35,8 +35,7 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
 }
 
 fn table(findings: &Findings<'_>, quantity: Quantity) -> Table {
-    let mut columns =
-        vec!["data set".to_owned(), "turned".into(), "view".into(), "do nothing".into()];
+    let mut columns = vec!["data set, turned, view".to_owned(), "do nothing".into()];
     columns.extend(findings.methods.iter().map(|by| label(by.name())));
     columns.extend(["gated fit".to_owned(), "reference sd".to_owned()]);
     let mut table = Table::new(quantity.name(), columns);
@@ -66,12 +65,7 @@ fn cells(findings: &Findings<'_>, row: &Row<'_>, quantity: Quantity) -> Vec<Cell
             (true, false) => cell,
         }
     };
-    let mut cells = vec![
-        Cell::text(row.set.name.as_str()),
-        Cell::text(row.seen.camera),
-        Cell::text(row.seen.view),
-        shown(error_pair(row.seen.still())[part]),
-    ];
+    let mut cells = vec![Cell::text(labels::cell(row)), shown(error_pair(row.seen.still())[part])];
     cells.extend(least.iter().map(|least| match least {
         Some((i, error)) => shown(*error).with_hint(findings.variants[*i].tuning.words()),
         None => Cell::missing("none", "no estimate, or fewer than half of the pairs"),

@@ -1,6 +1,7 @@
 //! The page in short: losses first, each figure computed from what follows.
 
 use super::curves::rms;
+use super::labels::{self, named};
 use crate::baselines::{Tuning, Variant};
 use crate::evidence::findings::Findings;
 use crate::evidence::on_recorded::{ErrorPair, Quantity};
@@ -40,12 +41,15 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
             .explained("Every cell that is lost, the widest margin first.", command),
     );
     section.text(unsolved(findings, &cells));
-    section.table(published(findings, &ours).explained(
-        "The method of the paper and [7] over ours, as published and with what stands in front of them in use: \
-         geometric means over the cells of recordings with outliers. Order: cells in which \
-         robust <= paper <= [7].",
-        command,
-    ));
+    let table = published(findings, &ours);
+    if !table.rows.is_empty() {
+        section.table(table.explained(
+            "The method of the paper and ling-shen [7] over ours, as published and with what stands in front of \
+             them in use: geometric means over the cells of recordings with outliers. Order: cells in which \
+             robust <= paper <= ling-shen, of all pairs fused.",
+            command,
+        ));
+    }
     section.table(over_bounds(findings).explained(
         "Generated scenes: RMS error of robust over the least that the true matches allow, which is 1 within the \
          chance of so many scenes; and the best rival's, chosen anew in each row.",
@@ -72,7 +76,7 @@ fn by_quantity(findings: &Findings<'_>, cells: &[Judged<'_>]) -> Table {
         row.extend([Outcome::Loss, Outcome::Tie, Outcome::Win].map(count));
         row.push(ratio(mean_ratio(of.iter().copied())));
         match best_single(findings, quantity) {
-            Some((by, mean)) => row.extend([Cell::number(mean, 2), Cell::text(by.name())]),
+            Some((by, mean)) => row.extend([Cell::number(mean, 2), Cell::text(named(by))]),
             None => row.extend([0; 2].map(|_| Cell::missing("-", "no rival has all cells"))),
         }
         table.push(row);
@@ -100,7 +104,7 @@ fn best_single<'a>(findings: &Findings<'a>, quantity: Quantity) -> Option<(&'a V
 
 fn losses(findings: &Findings<'_>, cells: &[Judged<'_>]) -> Table {
     let heading =
-        ["data set", "turned", "view", "quantity", "ours", "rival", "ours over rival", "which"];
+        ["data set, turned, view", "quantity", "ours", "rival", "ours over rival", "which"];
     let mut table = Table::new("losses", heading.map(String::from));
     let mut lost: Vec<&Judged<'_>> = cells.iter().filter(|c| c.outcome == Outcome::Loss).collect();
     lost.sort_by(|a, b| a.ratio().total_cmp(&b.ratio()));
@@ -110,14 +114,12 @@ fn losses(findings: &Findings<'_>, cells: &[Judged<'_>]) -> Table {
             _ => Cell::missing("none", "no estimate"),
         };
         table.push(vec![
-            Cell::text(cell.row.set.name.as_str()),
-            Cell::text(cell.row.seen.camera),
-            Cell::text(cell.row.seen.view),
+            Cell::text(labels::cell(cell.row)),
             Cell::text(cell.quantity.name()),
             ours,
             Cell::number(cell.rival.1, 4),
             Cell::number(1.0 / cell.ratio(), 1),
-            Cell::text(findings.variants[cell.rival.0].name()),
+            Cell::text(named(&findings.variants[cell.rival.0])),
         ]);
     }
     table
@@ -127,13 +129,8 @@ fn losses(findings: &Findings<'_>, cells: &[Judged<'_>]) -> Table {
 fn unsolved(findings: &Findings<'_>, cells: &[Judged<'_>]) -> String {
     let worse: Vec<&Judged<'_>> = cells.iter().filter(|c| c.still() < c.ours).collect();
     let by_all = worse.iter().filter(|c| c.still() < c.rival.1).count();
-    let names: std::collections::BTreeSet<String> = worse
-        .iter()
-        .map(|c| {
-            let (set, seen) = (&c.row.set.name, c.row.seen);
-            format!("{set} {} {} {}", seen.camera, seen.view, c.quantity.name())
-        })
-        .collect();
+    let names: std::collections::BTreeSet<String> =
+        worse.iter().map(|c| format!("{}: {}", labels::cell(c.row), c.quantity.name())).collect();
     let none = findings.sweeps.iter().flat_map(|sweep| unsolved_scenes(findings, sweep));
     let none: Vec<String> = none.collect();
     let list = |all: Vec<String>| if all.is_empty() { "none".into() } else { all.join("; ") };
@@ -161,7 +158,7 @@ fn published(findings: &Findings<'_>, ours: &[usize]) -> Table {
         "settings",
         "paper over ours: e_t",
         "e_theta",
-        "[7] over ours: e_t",
+        "ling-shen [7] over ours: e_t",
         "e_theta",
         "order holds",
         "cells",
@@ -233,7 +230,7 @@ fn over_bounds(findings: &Findings<'_>) -> Table {
             Some((_, errors)) => Cell::number(errors[part], 2),
             None => Cell::missing("none", "an estimate in fewer than half of the scenes"),
         };
-        let which = best.map_or_else(String::new, |(i, _)| findings.few[i].name());
+        let which = best.map_or_else(String::new, |(i, _)| named(&findings.few[i]));
         table.push(vec![
             Cell::text(words),
             cell(&ours, 0),

@@ -1,5 +1,6 @@
 //! The running estimates of a rig that is knocked once.
 
+use super::labels::named;
 use crate::baselines::Variant;
 use crate::chart::curves::{self, Curve, Line, Scale};
 use crate::evidence::findings::Findings;
@@ -51,7 +52,7 @@ fn table(findings: &Findings<'_>) -> Table {
             Some(e) => Cell::number(e, 5),
             None => Cell::missing("none", "an estimate in fewer than half of the runs"),
         };
-        let mut row = vec![Cell::text(by.name())];
+        let mut row = vec![Cell::text(named(by))];
         row.extend(AFTER.into_iter().zip(best).map(cell));
         table.push(row);
     }
@@ -74,7 +75,7 @@ fn drawn<'a>(findings: &'a Findings<'_>) -> Vec<(String, &'a StepResponse)> {
     let others = [false, true]
         .map(|agile| best(&|by: &Variant| by.method.name() != OURS && by.tuning.agile == agile));
     let all = ours.into_iter().chain(others.into_iter().flatten());
-    all.map(|(by, response)| (by.name(), response)).collect()
+    all.map(|(by, response)| (named(by), response)).collect()
 }
 
 fn figure(findings: &Findings<'_>) -> Figure {

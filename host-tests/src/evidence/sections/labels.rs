@@ -1,4 +1,7 @@
-//! How methods are named.
+//! How methods and views are named.
+
+use crate::baselines::Variant;
+use crate::evidence::on_recorded::Row;
 
 /// A method in a legend or a heading.
 pub(super) fn label(method: &str) -> String {
@@ -6,5 +9,23 @@ pub(super) fn label(method: &str) -> String {
         "robust" => "robust (ours)".into(),
         "ling-shen" => "ling-shen [7]".into(),
         other => other.into(),
+    }
+}
+
+/// A method with its settings.
+pub(super) fn named(by: &Variant) -> String {
+    format!("{}: {}", label(by.method.name()), by.tuning.words())
+}
+
+/// A data set, which camera is turned, and which way.
+pub(super) fn cell(row: &Row<'_>) -> String {
+    format!("{}, {}", row.set.name, view(row))
+}
+
+/// Which camera is turned, and which way.
+pub(super) fn view(row: &Row<'_>) -> String {
+    match row.seen.camera {
+        "-" => row.seen.view.into(),
+        camera => format!("{camera} {}", row.seen.view),
     }
 }

@@ -1,5 +1,6 @@
 //! Tables I and II of the paper, in its layout: one table a data set, `e_t` and `e_theta` of each view.
 
+use super::labels::{self, named};
 use super::published::comparable;
 use crate::baselines::{Tuning, Variant};
 use crate::evidence::findings::Findings;
@@ -51,8 +52,8 @@ fn columns(findings: &Findings<'_>) -> Vec<(&'static str, Vec<usize>)> {
         ("robust (ours)", place("robust", plain)),
         ("paper", place("paper", plain)),
         ("paper + RANSAC", place("paper", prefiltered)),
-        ("[7]", place("ling-shen", gated(plain))),
-        ("[7] + RANSAC", place("ling-shen", gated(prefiltered))),
+        ("ling-shen [7]", place("ling-shen", gated(plain))),
+        ("ling-shen [7] + RANSAC", place("ling-shen", gated(prefiltered))),
         ("best rival", verdict::rivals(findings.variants)),
     ]
 }
@@ -67,7 +68,8 @@ fn table(findings: &Findings<'_>, rows: &[&Row<'_>]) -> Table {
         heading.extend([format!("{name} e_t"), "e_theta".into()]);
     }
     if published {
-        let reported = ["[7], reported: e_t", "e_theta", "paper, reported: e_t", "e_theta"];
+        let reported =
+            ["ling-shen [7], reported: e_t", "e_theta", "paper, reported: e_t", "e_theta"];
         heading.extend(reported.map(String::from));
     }
     let digest = rows.first().map_or("", |row| &row.set.digest);
@@ -99,17 +101,13 @@ fn row_of(findings: &Findings<'_>, row: &Row<'_>, columns: &[(&str, Vec<usize>)]
         }
     };
     let seen = row.seen;
-    let words = if seen.camera == "-" {
-        seen.view.into()
-    } else {
-        format!("{} {}", seen.camera, seen.view)
-    };
+    let words = labels::view(row);
     let still = error_pair(seen.still());
     let mut cells = vec![Cell::text(words), shown(still[0], 0), shown(still[1], 1)];
     for (_, among) in columns {
         cells.extend(FUSED.map(|quantity| match row.least(quantity, among) {
             Some((i, value)) if counts[quantity.part()] => {
-                shown(value, quantity.part()).with_hint(findings.variants[i].name())
+                shown(value, quantity.part()).with_hint(named(&findings.variants[i]))
             }
             Some((_, value)) => shown(value, quantity.part()),
             None => Cell::missing("none", "no estimate"),
