@@ -113,7 +113,7 @@ mod tests {
     fn request() -> Request {
         Request {
             data: Vec::new(),
-            methods: ["robust", "paper", "ling-shen"].map(String::from).to_vec(),
+            methods: ["robust", "paper"].map(String::from).to_vec(),
             effort: Effort::QUICK.with_trials(1),
             settings: Range::Few,
             pictures: false,
