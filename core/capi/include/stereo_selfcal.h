@@ -80,7 +80,7 @@
 /**
  * Size of `selfcal_t` in words of 8 bytes, sufficient on every target.
  */
-#define SELFCAL_STORAGE_WORDS (715 + (((23 * SELFCAL_CAPACITY) + 7) / 8))
+#define SELFCAL_STORAGE_WORDS (716 + ((23 * SELFCAL_CAPACITY) / 8))
 
 /**
  * Size of `selfcal_t`, bytes.

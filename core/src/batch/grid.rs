@@ -59,7 +59,7 @@ impl Cell {
     }
 }
 
-/// Set of cells, one bit each, in words of the controller. As an iterator it takes them out, lowest first.
+/// Set of cells, one bit each, in words of the controller.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CellSet([u32; 2]);
 
@@ -89,12 +89,10 @@ impl CellSet {
     pub(crate) fn share<T: Scalar>(self) -> T {
         T::count(self.0.map(u32::count_ones).iter().sum()) / T::count((COLUMNS * ROWS).into())
     }
-}
 
-impl Iterator for CellSet {
-    type Item = Cell;
-
-    fn next(&mut self) -> Option<Cell> {
+    /// Takes the cell of lowest index out.
+    #[inline(always)]
+    pub(super) fn take_first(&mut self) -> Option<Cell> {
         let [low, high] = &mut self.0;
         let (word, first) = if *low != 0 { (low, 0) } else { (high, 32) };
         let [index, ..] = word.trailing_zeros().to_le_bytes();

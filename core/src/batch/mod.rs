@@ -149,7 +149,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         *old = pair;
         #[cfg(feature = "simd")]
         self.columns.set(eviction.index(), &pair);
-        self.selection.replace(&eviction, priority, &self.pairs);
+        self.selection.replace(eviction, priority, &self.pairs);
         Ok(Pushed::Replaced)
     }
 

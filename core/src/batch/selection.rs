@@ -106,12 +106,12 @@ pub(super) struct Eviction {
 }
 
 impl Eviction {
-    pub(super) fn index(&self) -> usize {
+    pub(super) fn index(self) -> usize {
         self.member.index().into()
     }
 
     /// Whether the new correspondence stays; `None` if that depends on its rays.
-    pub(super) fn is_replaced_by(&self, new: Priority) -> Option<bool> {
+    pub(super) fn is_replaced_by(self, new: Priority) -> Option<bool> {
         let old = self.member.priority();
         let equal = self.new_is_candidate && new == old;
         (!equal).then_some(!self.new_is_candidate || new > old)
@@ -168,7 +168,7 @@ impl<const N: usize> Selection<N> {
     #[inline(always)]
     pub(super) fn replace<T: Scalar>(
         &mut self,
-        old: &Eviction,
+        old: Eviction,
         new: Priority,
         pairs: &[RayPair<T>],
     ) {
@@ -193,7 +193,8 @@ impl<const N: usize> Selection<N> {
             return cell;
         }
         let (mut found, mut lowest) = (Cell::FIRST, None);
-        for cell in self.fullest {
+        let mut fullest = self.fullest;
+        while let Some(cell) = fullest.take_first() {
             let member = self.lowest(cell);
             if lowest.is_none_or(|lowest| member.is_lower_than(lowest, pairs)) {
                 (found, lowest) = (cell, Some(member));

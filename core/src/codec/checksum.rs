@@ -17,8 +17,12 @@ impl Checksum {
     /// Adds bytes.
     pub(crate) fn update(&mut self, bytes: &[u8]) {
         let (words, rest) = bytes.as_chunks();
-        words.iter().for_each(|word| self.update_word(u32::from_le_bytes(*word)));
-        rest.iter().for_each(|byte| self.0 = self.0 >> 8 ^ after(0, low(self.0) ^ byte));
+        for word in words {
+            self.update_word(u32::from_le_bytes(*word));
+        }
+        for byte in rest {
+            self.0 = self.0 >> 8 ^ after(0, low(self.0) ^ byte);
+        }
     }
 
     /// Adds four bytes, the first in the low bits.

@@ -34,7 +34,9 @@ impl FrameCrc {
     /// Adds one record in words.
     #[inline(always)]
     pub(super) fn add_words(&mut self, record: [u32; 4]) {
-        record.into_iter().for_each(|word| self.0.update_word(word));
+        for word in record {
+            self.0.update_word(word);
+        }
     }
 
     /// CRC of the header and the records added so far.
