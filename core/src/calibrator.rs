@@ -28,7 +28,7 @@ use crate::thresholds::{SCREEN, SPARE_PASSES};
 /// takes at most one pass over the batch, but for [`Calibrator::solve_pair`], which takes all of them.
 ///
 /// [`Calibrator::new`] is `const`. In a firmware, construct it in its static cell with
-/// `StaticCell::init_with(|| Calibrator::new(..))`: that needs 9.5 kB less flash than a `const` block, whose value the
+/// `StaticCell::init_with(|| Calibrator::new(..))`: that needs 11.4 kB less flash than a `const` block, whose value the
 /// start-up code copies from flash (256 correspondences, `f32`).
 ///
 /// # Examples
