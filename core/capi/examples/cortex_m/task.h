@@ -9,7 +9,7 @@
 
 /* Stack of the task, bytes. The run below paints it and fails above three quarters; the rest is for the context
  * that an RTOS saves, 204 bytes with the floating point unit, and for the board's own functions. */
-#define TASK_STACK_BYTES 8192
+#define TASK_STACK_BYTES 10240
 
 /* Of the task, written by it alone. */
 typedef struct {
