@@ -1,9 +1,8 @@
 //! Errors of the given lens models: how large they may be, and what is done about them.
 
-use stereo_selfcal::{Config, LensCorrection, LensPrior, LensTracking};
+use stereo_selfcal::{LensCorrection, LensPrior, LensTracking};
 use zerocopy::FromBytes;
 
-use crate::config::{change, selfcal_config_t};
 use crate::error::selfcal_error_t::{self, *};
 
 /// Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact.
@@ -65,31 +64,4 @@ impl From<LensCorrection<f32>> for selfcal_lens_correction_t {
     fn from(correction: LensCorrection<f32>) -> Self {
         Self { focal: correction.focal, k1: correction.k1 }
     }
-}
-
-/// Sets how far the given lens models are trusted; robust preset. The deviations with the lens uncertain
-/// cover such errors; all 0 takes the lens models as exact, and image halves that disagree then block.
-///
-/// * `prior`: each from 0 to 0.1, of the principal point 0 to 100 px; default 0.003, 1 px, 0.005, 0.001,
-///   0.00025.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_config_set_lens_prior(
-    config: *mut selfcal_config_t,
-    prior: selfcal_lens_prior_t,
-) -> selfcal_error_t {
-    let checked = Config::robust().with_lens_prior(prior.into());
-    // SAFETY: the caller keeps the contract of the crate.
-    unsafe { change(config, checked, |c| c.lens_prior = prior) }
-}
-
-/// Sets what is done about errors of the given lens models; robust preset with a lens prior.
-///
-/// * `lens_tracking`: a `selfcal_lens_tracking_t`; default to report them.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_config_set_lens_tracking(
-    config: *mut selfcal_config_t,
-    lens_tracking: u32,
-) -> selfcal_error_t {
-    // SAFETY: the caller keeps the contract of the crate.
-    unsafe { change(config, tracking(lens_tracking), |c| c.lens_tracking = lens_tracking) }
 }

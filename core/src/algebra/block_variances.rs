@@ -55,7 +55,8 @@ impl<T: Scalar> BlockVariances<T> {
         Self { rotation: f(self.rotation), baseline: f(self.baseline) }
     }
 
-    fn diagonal(&self) -> [T; 5] {
+    /// Of each unknown.
+    pub(crate) fn diagonal(&self) -> [T; 5] {
         let Self { rotation: r, baseline: b } = *self;
         [r, r, r, b, b]
     }

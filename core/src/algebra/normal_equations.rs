@@ -5,7 +5,6 @@
 
 use nalgebra::Vector5;
 
-use crate::algebra::block_variances::BlockVariances;
 use crate::algebra::information::Information;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::codec::{Reader, Writer};
@@ -128,16 +127,16 @@ impl<T: Scalar> NormalEquations<T> {
     ///
     /// `None` if a direction is free in either.
     pub(crate) fn distance(&self, other: &Self) -> Option<T> {
-        self.distance_apart(other, &BlockVariances::ZERO)
+        self.distance_apart(other, &[T::ZERO; 5])
     }
 
     /// The same where the truths are apart by chance too.
     ///
-    /// * `apart`: variances of their distance.
-    pub(crate) fn distance_apart(&self, other: &Self, apart: &BlockVariances<T>) -> Option<T> {
+    /// * `apart`: variances of their distance in each unknown, rad^2.
+    pub(crate) fn distance_apart(&self, other: &Self, apart: &[T; 5]) -> Option<T> {
         let ((a, cov_a), (b, cov_b)) = (self.optimum()?, other.optimum()?);
         let mut both = cov_a.plus(&cov_b);
-        apart.add_to(&mut both);
+        both.add(&Symmetric5::of_diagonal(*apart));
         both.inverse_form(&(a - b))
     }
 

@@ -385,7 +385,7 @@ impl<T: Scalar> Hypothesis<T> {
     fn update_chi_square(&mut self, measurement: &PairMeasurement<T>, context: &Context<'_, T>) {
         let pair = measurement.debiased_at(&self.pose).with_prior(context.prior);
         let last = self.last.debiased_at_pose(&self.frame, &self.pose).with_prior(context.prior);
-        let apart = self.vibration(context).scaled(T::lit(2.0));
+        let apart = self.vibration(context).scaled(T::lit(2.0)).diagonal();
         if let Some(distance) = pair.distance_apart(&last, &apart) {
             let reduced = (distance / T::lit(5.0)).min(T::lit(MAX_REDUCED_CHI_SQUARE));
             let pairs = T::count(self.pairs.min(AVERAGED_PAIRS)) + T::lit(CHI_SQUARE_PAIRS);

@@ -18,6 +18,7 @@ mod hypotheses;
 mod hypothesis;
 mod image_halves;
 mod lens;
+mod lens_change;
 pub(crate) mod lens_reference;
 mod marginal_sums;
 mod optimum;

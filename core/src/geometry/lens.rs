@@ -8,13 +8,13 @@
 
 use nalgebra::{Matrix2, Vector2};
 
+use super::lens_range::{check, first_fold};
 use super::rational::Rational;
 use super::so3::sinc_cos;
 use crate::error::CameraError;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    FISHEYE_NEWTON_ULPS, FOLD_BISECTIONS, FOLD_SAMPLES, MAX_DISTORTION, MAX_NEWTON_STEPS,
-    MAX_TANGENT, NEWTON_START, NEWTON_ULPS,
+    FISHEYE_NEWTON_ULPS, MAX_NEWTON_STEPS, MAX_TANGENT, NEWTON_START, NEWTON_ULPS,
 };
 
 /// Distortion of a lens relative to a pinhole.
@@ -313,29 +313,6 @@ impl<T: Scalar> Fisheye<T> {
         let (sinc, cos) = sinc_cos(theta * theta);
         Some(d * (theta * sinc / (cos * target)))
     }
-}
-
-/// Refuses coefficients that are not finite or above 1e3 in size.
-pub(super) fn check<T: Scalar>(coefficients: &[T]) -> Result<(), CameraError> {
-    let sane = |k: &T| k.abs() <= T::lit(MAX_DISTORTION);
-    if coefficients.iter().all(sane) { Ok(()) } else { Err(CameraError::Distortion) }
-}
-
-/// Smallest argument in `0..=limit` at which `slope` is not positive, or `limit`.
-///
-/// Cost: 256 samples, then 30 bisections. A dip narrower than 1/256 of the range stays undetected.
-pub(super) fn first_fold<T: Scalar>(slope: impl Fn(T) -> T, limit: T) -> T {
-    let at = |i: u32| limit * (T::count(i) / T::count(FOLD_SAMPLES));
-    let folded = |x: T| !(slope(x) > T::ZERO);
-    let Some(first) = (1..=FOLD_SAMPLES).find(|&i| folded(at(i))) else {
-        return limit;
-    };
-    let (mut low, mut high) = (at(first.saturating_sub(1)), at(first));
-    for _ in 0..FOLD_BISECTIONS {
-        let middle = (low + high) * T::HALF;
-        if folded(middle) { high = middle } else { low = middle }
-    }
-    low
 }
 
 #[cfg(test)]

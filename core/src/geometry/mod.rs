@@ -7,6 +7,7 @@ pub(crate) mod extrinsics;
 pub(crate) mod homography;
 pub(crate) mod lens;
 pub(crate) mod lens_correction;
+mod lens_range;
 pub mod metrics;
 pub(crate) mod rational;
 pub(crate) mod rectification;

@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::lens::{check, first_fold};
+use super::lens_range::{check, first_fold};
 use crate::error::CameraError;
 use crate::scalar::Scalar;
 use crate::thresholds::{

@@ -5,7 +5,8 @@
 //!
 //! - [`constraint`]: residual, variance and derivatives. [`loss`], [`leverage`], [`weighting`]: weight of a residual.
 //! - [`sweep`]: loop over the batch on any lanes. [`pass`], [`normal_sums`], [`residual_stats`]: sums of a pass.
-//! - [`iterate`]: linearisation point. [`solver`]: Gauss-Newton steps. [`survey`]: first leverage limit of a track.
+//! - [`iterate`]: linearisation point. [`schedule`], [`scale`]: loss of each pass. [`survey`]: first leverage limit of a
+//!   track. [`solver`], [`descent`]: Levenberg-Marquardt steps. [`resample`]: second start.
 //! - [`evaluate`]: last pass, at the pose reached.
 //!
 //! Derivation: `ESTIMATOR.md`, sections 2 to 9.
@@ -24,6 +25,7 @@ mod residual_stats;
 mod scale;
 #[cfg(test)]
 mod scenes;
+mod schedule;
 pub(crate) mod solver;
 mod survey;
 mod sweep;

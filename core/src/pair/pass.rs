@@ -1,11 +1,12 @@
 //! One pass of a solver: weighted normal equations and counts over the batch (`ESTIMATOR.md`, sections 5 and 6).
 
 use super::constraint::Constraint;
+use super::iterate::Iterate;
 use super::leverage::HighLeverage;
 use super::loss::{ResidualVariance, geman_mcclure, tukey};
 use super::normal_sums::NormalSums;
 use super::scale::LevelCounts;
-use super::solver::PairSolver;
+use super::schedule::Schedule;
 use super::sweep::{self, Pass, Sample, Sink};
 use super::weighting::{Loss, WeightedRow, Weighting, tracked};
 use crate::algebra::normal_equations::NormalEquations;
@@ -49,7 +50,8 @@ impl<T: Scalar> PassSums<T> {
 
 /// A pass of a solver, with its sums so far.
 pub(super) struct PassOver<'a, T: Scalar> {
-    pub(super) solver: &'a PairSolver<T>,
+    pub(super) iterate: &'a Iterate<T>,
+    pub(super) schedule: &'a Schedule<T>,
     pub(super) sums: PassSums<T>,
 }
 
@@ -58,13 +60,14 @@ impl<T: Scalar> Pass<T> for PassOver<'_, T> {
 
     #[inline(always)]
     fn sweep<L: Lanes<T>>(&mut self, lanes: L, source: impl Iterator<Item = Sample<L::Value>>) {
-        let by = sweep::in_memory(lanes, self.solver.weighting(lanes));
+        let weighting = self.iterate.weighting(lanes, self.schedule.loss(lanes));
+        let by = sweep::in_memory(lanes, weighting);
         let zero = lanes.splat(T::ZERO);
         let mut sink = PassSink {
             by: &by,
             normal: NormalSums::resume(lanes, &self.sums.normal),
             counts: [zero; 3],
-            levels: self.solver.sees_peaks().then(|| LevelCounts::none(lanes)),
+            levels: self.schedule.sees_peaks().then(|| LevelCounts::none(lanes)),
             high: HighLeverage {
                 bands: [zero; 2],
                 roots: lanes.resume(self.sums.high.roots),

@@ -111,7 +111,7 @@ mod tests {
     fn found(shifted: usize, across: f64) -> Option<f64> {
         let batch = batch::<f64>(pixels(shifted, across).into_iter());
         let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
-        let step = resample(&solver.weighting(Single), batch.matches().pairs, 0.3);
+        let step = resample(&solver.weighting(), batch.matches().pairs, 0.3);
         step.map(|d| d.x * FOCAL)
     }
 

@@ -5,13 +5,11 @@
 
 use core::f64::consts::SQRT_2;
 
-use super::solver::Schedule;
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
 use crate::thresholds::{
-    BELOW_PEAK, FIRST_LEVEL_PX, LEAST_SCALE_PX, LEVELS, NARROW_PX, PEAK_DEVIATIONS,
-    PEAK_OVER_BESIDE, PEAK_SHARE, POLISH_AT, SECOND_ABOVE_PX, SECOND_BELOW, WIDE_ANNEALING,
-    WIDE_SCALE_PX,
+    FIRST_LEVEL_PX, LEVELS, PEAK_DEVIATIONS, PEAK_OVER_BESIDE, PEAK_SHARE, SECOND_ABOVE_PX,
+    SECOND_BELOW,
 };
 
 /// Correspondences whose whitened residual is below each level: [`FIRST_LEVEL_PX`], each `sqrt 2` times the one before.
@@ -95,42 +93,10 @@ impl<T: Scalar> LevelCounts<T> {
     }
 }
 
-/// Schedule after a pass of the annealing, and the noise to polish with, px.
-///
-/// The scale goes below a peak before the polish begins: of two crowds of matches a wide scale sees one peak, between
-/// them.
-///
-/// * `scale`: of the pass, px; `annealing`: ratio to the next; `peak`: seen in the pass, px.
-pub(super) fn after_annealing<T: Scalar>(
-    scale: T,
-    annealing: T,
-    peak: Option<T>,
-) -> (Schedule<T>, Option<T>) {
-    let is_wide = scale > T::lit(WIDE_SCALE_PX);
-    let next = scale * if is_wide { T::lit(WIDE_ANNEALING) } else { annealing };
-    let [narrow, wide] = POLISH_AT.map(T::lit);
-    match peak {
-        Some(peak) => {
-            let at = if peak > T::lit(NARROW_PX) { wide } else { narrow };
-            if scale <= at * peak {
-                (Schedule::Polish, Some(peak))
-            } else {
-                (Schedule::Anneal(next.min(T::lit(BELOW_PEAK) * peak)), None)
-            }
-        }
-        None if next <= T::lit(LEAST_SCALE_PX) => (Schedule::Polish, Some(next)),
-        None => (Schedule::Anneal(next), None),
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    extern crate std;
-
     use super::*;
     use crate::simd::Single;
-    use crate::thresholds::{ANNEALING, SLOW_ANNEALING};
-    use std::vec::Vec;
 
     /// Counts of residuals, px.
     fn counts(residuals: impl Iterator<Item = f64>) -> LevelCounts<f64> {
@@ -183,34 +149,5 @@ mod tests {
         let [larger, smaller] = [0.0, 8.0].map(|at| crowds(at).peak(12, 256.0).unwrap());
         assert!(larger.level < 0.6 && !larger.is_doubtful());
         assert!(smaller.level < 0.6 && smaller.is_doubtful());
-    }
-
-    /// Scales of an annealing that always sees the same peak, and the noise it ends with.
-    fn scales(first: f64, annealing: f64, peak: Option<f64>) -> (Vec<f64>, f64) {
-        let mut scales = Vec::from([first]);
-        loop {
-            match after_annealing(*scales.last().unwrap(), annealing, peak) {
-                (Schedule::Anneal(next), None) => scales.push(next),
-                (Schedule::Polish, Some(noise)) => return (scales, noise),
-                other => panic!("{other:?}"),
-            }
-            assert!(scales.len() < 30, "{scales:?}");
-        }
-    }
-
-    #[test]
-    fn annealing_ends_below_the_peak_and_falls_with_every_pass() {
-        for annealing in [ANNEALING, SLOW_ANNEALING] {
-            for peak in [None, Some(0.25), Some(0.5), Some(0.7), Some(5.6), Some(16.0)] {
-                let (scales, noise) = scales(480.0, annealing, peak);
-                assert!(scales.is_sorted_by(|a, b| b < a), "{scales:?}");
-                let last = scales.last().unwrap();
-                match peak {
-                    Some(peak) => assert!(noise == peak && *last <= peak, "{scales:?}"),
-                    None => assert!(noise <= LEAST_SCALE_PX, "{scales:?}"),
-                }
-                assert!(peak.is_none_or(|peak| peak < 1.0 || *last <= 0.3 * peak), "{scales:?}");
-            }
-        }
     }
 }

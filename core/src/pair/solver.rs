@@ -15,10 +15,10 @@ use super::iterate::Iterate;
 use super::leverage::Leverage;
 use super::pass::{PassOver, PassSums};
 use super::resample::resample;
-use super::scale::after_annealing;
+use super::schedule::Schedule;
 use super::survey::{first_scale, scattered, survey};
 use super::sweep;
-use super::weighting::{Loss, Weighting};
+use super::weighting::Weighting;
 use crate::algebra::information::Information;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::algebra::symmetric5::Symmetric5;
@@ -27,24 +27,13 @@ use crate::config::Config;
 use crate::error::PairError;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
-use crate::simd::{Lanes, Single};
+use crate::simd::Single;
 use crate::state::Stop;
 use crate::thresholds::{
     ANNEALING, FIRST_NOISE_PX, FIRST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE, PEAK_OVER_NOISE,
     SECOND_SCALE_PX, SETTLED, SLOW_ANNEALING, TIGHT_TUKEY, TRACK_PASSES, TRACKED, TUKEY,
-    WIDE_SCALE_PX, YAW_DEVIATIONS,
+    YAW_DEVIATIONS,
 };
-
-/// Schedule of the loss.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Schedule<T> {
-    /// Geman-McClure at this scale, px.
-    Anneal(T),
-    /// Tukey, its limit widened by the covariance of the pose, rad^2.
-    Track(Symmetric5<T>),
-    /// Tukey at the estimated noise.
-    Polish,
-}
 
 /// Second start of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -198,13 +187,13 @@ impl<T: Scalar> PairSolver<T> {
     /// First limit on leverage, at the start of a track. Out of line: bounds the stack of [`PairSolver::advance`].
     #[inline(never)]
     fn survey(&self, matches: Matches<'_, T>, covariance: &Symmetric5<T>) -> Option<Leverage<T>> {
-        survey(&self.weighting(Single), scattered(matches.pairs), covariance)
+        survey(&self.weighting(), scattered(matches.pairs), covariance)
     }
 
     /// First scale of a search, px. Out of line, as [`PairSolver::survey`].
     #[inline(never)]
     fn first_scale(&self, matches: Matches<'_, T>) -> T {
-        first_scale(&self.weighting(Single), scattered(matches.pairs))
+        first_scale(&self.weighting(), scattered(matches.pairs))
     }
 
     /// Sums over the batch at the pose.
@@ -212,7 +201,8 @@ impl<T: Scalar> PairSolver<T> {
     /// * `most`: correspondences to read, evenly spread.
     #[inline(never)]
     fn pass(&self, matches: Matches<'_, T>, most: usize) -> PassSums<T> {
-        let mut pass = PassOver { solver: self, sums: PassSums::ZERO };
+        let Self { iterate, schedule, .. } = self;
+        let mut pass = PassOver { iterate, schedule, sums: PassSums::ZERO };
         sweep::run(&mut pass, matches, most);
         pass.sums
     }
@@ -308,7 +298,7 @@ impl<T: Scalar> PairSolver<T> {
     fn start_again(&mut self, matches: Matches<'_, T>) {
         self.passes = self.passes.saturating_add(1);
         self.second = Second::Taken;
-        let step = resample(&self.weighting(Single), matches.pairs, self.iterate.noise);
+        let step = resample(&self.weighting(), matches.pairs, self.iterate.noise);
         let pose = step.and_then(|d| Some((d, self.iterate.pose.stepped_by(&d)?)));
         if let Some((d, pose)) = pose {
             self.iterate.pose = pose;
@@ -320,10 +310,7 @@ impl<T: Scalar> PairSolver<T> {
 
     /// Residual variance that the loss assumes, px^2.
     pub(super) fn variance(&self) -> T {
-        match self.schedule {
-            Schedule::Anneal(scale) => scale * scale,
-            Schedule::Track(_) | Schedule::Polish => self.iterate.noise * self.iterate.noise,
-        }
+        self.schedule.variance(self.iterate.noise)
     }
 
     /// Takes the next scale, or the next estimate of the noise; true once the noise has settled, which then stays.
@@ -333,7 +320,7 @@ impl<T: Scalar> PairSolver<T> {
         let peak = seen.map(|peak| peak.level.max(floor));
         match self.schedule {
             Schedule::Anneal(scale) => {
-                let (schedule, noise) = after_annealing(scale, self.annealing, peak);
+                let (schedule, noise) = Schedule::after_annealing(scale, self.annealing, peak);
                 self.schedule = schedule;
                 if let Some(noise) = noise {
                     self.iterate.noise = noise;
@@ -356,23 +343,8 @@ impl<T: Scalar> PairSolver<T> {
         }
     }
 
-    /// Whether residuals of the next pass are counted by size.
-    pub(super) fn sees_peaks(&self) -> bool {
-        match self.schedule {
-            Schedule::Anneal(scale) => scale <= T::lit(WIDE_SCALE_PX),
-            Schedule::Polish => true,
-            Schedule::Track(_) => false,
-        }
-    }
-
     /// Weighting of the next pass.
-    #[inline(always)]
-    pub(super) fn weighting<L: Lanes<T>>(&self, lanes: L) -> Weighting<L::Value> {
-        let loss = match &self.schedule {
-            Schedule::Anneal(scale) => Loss::Anneal(lanes.splat(T::ONE / (*scale * *scale))),
-            Schedule::Track(covariance) => Loss::Track(covariance.0.map(|c| lanes.splat(c))),
-            Schedule::Polish => Loss::Polish,
-        };
-        self.iterate.weighting(lanes, loss)
+    pub(super) fn weighting(&self) -> Weighting<T> {
+        self.iterate.weighting(Single, self.schedule.loss(Single))
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use exif::{In, Tag, Value};
 use host_tests::data::conventions::{self, Unknowns};
-use host_tests::data::{LensModel, Meta, Rows};
+use host_tests::data::{Dataset, LensModel, Meta, Rows};
 
 use crate::source::{Frame, RigOf};
 
@@ -68,7 +68,7 @@ fn read(files: &[PathBuf], size: [u16; 2]) -> Result<Meta> {
         let text = std::fs::read_to_string(one).unwrap_or_default();
         let folder = one.join("meta.json").is_file();
         if folder || text.contains("\"K_l\"") || (!one.exists() && one.extension().is_none()) {
-            return Meta::find(one);
+            return Dataset::find_meta(one);
         }
     }
     let unknown = Unknowns { size: Some(size), ..Unknowns::default() };
@@ -171,7 +171,7 @@ mod tests {
     use super::*;
 
     fn meta() -> Meta {
-        Meta::find(Path::new("opencv_chess_sift")).unwrap()
+        Dataset::find_meta(Path::new("opencv_chess_sift")).unwrap()
     }
 
     #[test]

@@ -69,7 +69,7 @@ impl ExportArgs {
         let place = self.source.place();
         if place.extension().is_some_and(|e| e == "json") {
             ensure!(!self.replayed, "{} is a rig: there is nothing to replay", place.display());
-            return Meta::find(place);
+            return Dataset::find_meta(place);
         }
         let set = self.source.read()?;
         if self.replayed { self.calibrated(&set) } else { Ok(set.meta) }

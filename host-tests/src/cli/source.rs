@@ -90,5 +90,5 @@ fn rig(place: &Path) -> Result<Meta> {
     if yaml || (place.is_dir() && !place.join("meta.json").exists()) {
         return conventions::import(&[place], Unknowns::default());
     }
-    Meta::find(place)
+    Dataset::find_meta(place)
 }

@@ -5,13 +5,17 @@
 pub mod conventions;
 mod dataset;
 mod geometry;
+mod matches;
+mod meta;
 mod pair_file;
 mod pairs_folder;
 mod rigs;
 mod turned_view;
 
-pub use dataset::{Dataset, LensModel, Match, Meta};
+pub use dataset::Dataset;
 pub use geometry::{Rays, Rows, in_f64, matrix, rows};
+pub use matches::Match;
+pub use meta::{LensModel, Meta};
 pub use pair_file::{PairFile, TruePair};
 pub use pairs_folder::PairsFolder;
 pub use rigs::Rig;

@@ -10,7 +10,8 @@ use anyhow::{Context, Result, ensure};
 use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::Extrinsics;
 
-use super::dataset::{Dataset, Match};
+use super::dataset::Dataset;
+use super::matches::Match;
 
 /// Numbers of `R` and `t`.
 const TRUTH: usize = 12;

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
-use super::dataset::{Match, Meta};
+use super::matches::Match;
+use super::meta::Meta;
 
 /// A data set that grows: what is written stays, however the run ends.
 #[derive(Debug)]

@@ -9,7 +9,9 @@ mod lens_error;
 mod points;
 mod rig;
 mod scenario;
+mod scenario_kind;
 mod scene;
+mod scene_dataset;
 
 pub use depth::Depth;
 pub use disturbance::Disturbance;
@@ -17,5 +19,6 @@ pub use fence::Fence;
 pub use grid::Grid;
 pub use lens_error::{LensError, LensErrors};
 pub use rig::{five_degrees_off, rig};
-pub use scenario::{Scenario, ScenarioKind, ScenarioPair};
+pub use scenario::{Scenario, ScenarioPair};
+pub use scenario_kind::ScenarioKind;
 pub use scene::{Scene, SynthPair};

@@ -16,7 +16,7 @@ use super::depth::Depth;
 use super::fence::{Fence, Place};
 use super::grid::{self, Grid};
 use super::lens_error::LensError;
-use crate::data::{Dataset, LensModel, Match, Meta, Rays, rows};
+use crate::data::{Match, Rays};
 
 /// Parameters of a generated scene. `Default` is the scene of the project's figures.
 #[derive(Debug, Clone, PartialEq)]
@@ -142,46 +142,6 @@ impl Scene {
         std::iter::repeat_with(move || self.pair(&mut rng))
     }
 
-    /// A data set of so many pairs.
-    ///
-    /// # Errors
-    /// If a parameter is out of range.
-    pub fn dataset(&self, pairs: usize, seed: u64) -> Result<Dataset> {
-        self.check()?;
-        let pairs = self.pairs(seed).take(pairs).map(|pair| pair.matches).collect();
-        Ok(Dataset {
-            name: format!("synth seed {seed}"),
-            meta: self.meta(),
-            pairs,
-            rigs: Vec::new(),
-        })
-    }
-
-    /// The rig as a data set has it: with the nominal cameras.
-    #[must_use]
-    pub fn meta(&self) -> Meta {
-        let [cx, cy] = self.centre();
-        let k = [[self.focal, 0.0, cx], [0.0, self.focal, cy], [0.0, 0.0, 1.0]];
-        let t = self.rig.translation();
-        Meta {
-            k_l: k,
-            k_r: k,
-            dist_l: vec![0.0; 5],
-            dist_r: vec![0.0; 5],
-            lens: LensModel::RadialTangential,
-            width: self.size[0],
-            height: self.size[1],
-            r: rows(self.rig.rotation().matrix()),
-            t: [t.x, t.y, t.z],
-            baseline_m: None,
-            source: "generated".into(),
-            license: String::new(),
-            sigma_r_deg: None,
-            sigma_t_deg: None,
-            other: serde_json::Map::new(),
-        }
-    }
-
     /// True rays at unit depth `[p_l, p_r]` of pixels `ul vl ur vr`.
     #[must_use]
     pub fn rays(&self, [ul, vl, ur, vr]: [f64; 4]) -> Rays {
@@ -207,7 +167,7 @@ impl Scene {
         error.pixel(self.focal, centre, [p.x / p.z, p.y / p.z])
     }
 
-    fn centre(&self) -> [f64; 2] {
+    pub(super) fn centre(&self) -> [f64; 2] {
         self.size.map(|n| f64::from(n - 1) / 2.0)
     }
 

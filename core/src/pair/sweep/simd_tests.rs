@@ -49,8 +49,9 @@ fn agree<T: Scalar>(pixels: &[[f64; 4]], rotation: [f64; 3], t: [f64; 2], roundi
         if is_on_edge(&solver.iterate, batch.pairs(), rounding) {
             continue;
         }
+        let (iterate, schedule) = (&solver.iterate, &solver.schedule);
         let [mut one, mut wide] =
-            [(); 2].map(|()| PassOver { solver: &solver, sums: PassSums::ZERO });
+            [(); 2].map(|()| PassOver { iterate, schedule, sums: PassSums::ZERO });
         one.sweep_single(batch.pairs().iter().map(sample));
         assert!(wide::run(&mut wide, batch.matches()), "no vector lanes: nothing to test");
         let (one, wide) = (one.sums, wide.sums);

@@ -14,8 +14,9 @@ fn sums<T: Scalar>(pass: &PassSums<T>) -> impl Iterator<Item = u64> {
 fn agree<T: Scalar>(pixels: &[[f64; 4]], rotation: [f64; 3], t: [f64; 2], most: usize) {
     let batch = batch::<T>(pixels.iter().copied());
     for solver in solvers(&batch, rotation, t) {
+        let (iterate, schedule) = (&solver.iterate, &solver.schedule);
         let [mut single, mut baseline] =
-            [(); 2].map(|()| PassOver { solver: &solver, sums: PassSums::ZERO });
+            [(); 2].map(|()| PassOver { iterate, schedule, sums: PassSums::ZERO });
         single.sweep_single(spread_over(batch.pairs(), most).map(sample));
         run_baseline(&mut baseline, batch.pairs(), most);
         assert!(sums(&single.sums).eq(sums(&baseline.sums)), "{:?}", baseline.sums);

@@ -10,8 +10,8 @@ use serde::Deserialize;
 
 use super::Files;
 use super::rig::{self, Pose, Unknowns, View, camera_matrix};
-use crate::data::dataset::{LensModel, Meta};
 use crate::data::geometry::{Rows, matrix, rows};
+use crate::data::meta::{LensModel, Meta};
 
 /// `rs2_intrinsics`.
 #[derive(Debug, Clone, Deserialize)]

@@ -9,8 +9,8 @@ use serde::Deserialize;
 use super::Files;
 use super::mat::Mat;
 use super::rig::{self, Pose, Unknowns, View, camera_matrix};
-use crate::data::dataset::{LensModel, Meta};
 use crate::data::geometry::rows;
+use crate::data::meta::{LensModel, Meta};
 
 /// The keys that are read; all others are ignored.
 #[derive(Debug, Clone, Deserialize)]

@@ -11,8 +11,8 @@ use serde::Deserialize;
 use super::number::list;
 use super::rig::{self, NO_SCALE, Pose, Unknowns, View, camera_matrix};
 use super::{Document, Files, scale};
-use crate::data::dataset::{LensModel, Meta};
 use crate::data::geometry::Rows;
+use crate::data::meta::{LensModel, Meta};
 
 /// The keys of a camera that are read; all others are ignored.
 #[derive(Debug, Clone, Deserialize)]

@@ -39,7 +39,7 @@ use stereo_selfcal::Extrinsics;
 pub use files::{Document, Files};
 pub use rig::Unknowns;
 
-use crate::data::dataset::Meta;
+use crate::data::meta::Meta;
 
 /// Format of another tool.
 #[expect(clippy::doc_markdown, reason = "doc comments of the variants are help text")]

@@ -13,7 +13,7 @@ use super::number::list;
 use super::rectified::Rectified;
 use super::rig::{self, NO_SCALE, Pose, Unknowns, View, square};
 use super::{Document, Files, scale};
-use crate::data::dataset::{LensModel, Meta};
+use crate::data::meta::{LensModel, Meta};
 
 /// The keys that are read; all others are ignored.
 #[derive(Debug, Clone, Deserialize)]

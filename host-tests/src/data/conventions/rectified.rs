@@ -4,8 +4,8 @@ use anyhow::{Context, Result};
 use nalgebra::Rotation3;
 use stereo_selfcal::{RectifiedCamera, RectifyingRotations};
 
-use crate::data::dataset::Meta;
 use crate::data::geometry::{Rows, rows};
+use crate::data::meta::Meta;
 
 /// Rotations into the rectified frame, and the camera both views share there.
 pub(super) struct Rectified {

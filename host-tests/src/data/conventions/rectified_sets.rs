@@ -8,8 +8,8 @@ use serde::Deserialize;
 
 use super::Files;
 use super::rig::{self, Pose, Unknowns, View, camera_matrix};
-use crate::data::dataset::{LensModel, Meta};
 use crate::data::geometry::Rows;
+use crate::data::meta::{LensModel, Meta};
 
 const SQUARE: Rows = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 

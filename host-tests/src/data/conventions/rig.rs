@@ -5,8 +5,8 @@ use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::Extrinsics;
 
 use super::scale;
-use crate::data::dataset::{LensModel, Meta};
 use crate::data::geometry::{Rows, matrix};
+use crate::data::meta::{LensModel, Meta};
 
 /// How far `R^T R` may be from the identity, in any element: a matrix of three decimals passes.
 const ROTATION: f64 = 2e-3;

@@ -11,8 +11,8 @@ use super::number::list;
 use super::rectified::Rectified;
 use super::rig::{self, NO_SCALE, Pose, Unknowns, View, square};
 use super::{Document, Files};
-use crate::data::dataset::{LensModel, Meta};
 use crate::data::geometry::{Rows, matrix, rows};
+use crate::data::meta::{LensModel, Meta};
 
 /// `camera_info` in YAML; the camera's name is ignored.
 #[derive(Debug, Clone, Deserialize)]

@@ -1,8 +1,11 @@
 //! The command `selfcal`.
 
+mod command;
+mod compensated;
+
 use std::fs;
 
-use assert_cmd::Command;
+use command::{json, selfcal, stdout};
 use host_tests::data::Dataset;
 use serde_json::Value;
 
@@ -25,21 +28,6 @@ const SCENES: [&str; 17] = [
     "step",
     "drift",
 ];
-
-fn selfcal(args: &[&str]) -> Command {
-    let mut command = Command::cargo_bin("selfcal").unwrap();
-    command.args(args);
-    command
-}
-
-fn stdout(args: &[&str]) -> String {
-    let output = selfcal(args).assert().success();
-    String::from_utf8(output.get_output().stdout.clone()).unwrap()
-}
-
-fn json(args: &[&str]) -> Value {
-    serde_json::from_str(&stdout(args)).unwrap()
-}
 
 /// Standard error of a call that fails with the given status.
 fn failure(args: &[&str], status: i32) -> String {

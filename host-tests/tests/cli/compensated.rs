@@ -3,29 +3,15 @@
 use std::fs;
 use std::path::Path;
 
-use assert_cmd::Command;
 use serde_json::Value;
+
+use crate::command::{json, selfcal, stdout};
 
 /// A right camera that is 0.5 % longer than the data say.
 const WRONG: [&str; 6] = ["synth", "--pairs", "40", "--lens-error", "f_r=0.5%", "--seed"];
 const SEED: &str = "3";
 
 const COMPENSATE: [&str; 4] = ["--lens", "compensate", "--apply", "each"];
-
-fn selfcal(args: &[&str]) -> Command {
-    let mut command = Command::cargo_bin("selfcal").unwrap();
-    command.args(args);
-    command
-}
-
-fn stdout(args: &[&str]) -> String {
-    let output = selfcal(args).assert().success();
-    String::from_utf8(output.get_output().stdout.clone()).unwrap()
-}
-
-fn json(args: &[&str]) -> Value {
-    serde_json::from_str(&stdout(args)).unwrap()
-}
 
 fn number(value: &Value) -> f64 {
     value.as_f64().unwrap()

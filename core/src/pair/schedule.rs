@@ -1,0 +1,113 @@
+//! Schedule of the loss over the passes of a pair (`ESTIMATOR.md`, section 5).
+
+use super::weighting::Loss;
+use crate::algebra::symmetric5::Symmetric5;
+use crate::scalar::Scalar;
+use crate::simd::Lanes;
+use crate::thresholds::{
+    BELOW_PEAK, LEAST_SCALE_PX, NARROW_PX, POLISH_AT, WIDE_ANNEALING, WIDE_SCALE_PX,
+};
+
+/// Schedule of the loss.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Schedule<T> {
+    /// Geman-McClure at this scale, px.
+    Anneal(T),
+    /// Tukey, its limit widened by the covariance of the pose, rad^2.
+    Track(Symmetric5<T>),
+    /// Tukey at the estimated noise.
+    Polish,
+}
+
+impl<T: Scalar> Schedule<T> {
+    /// Schedule after a pass of the annealing, and the noise to polish with, px.
+    ///
+    /// The scale goes below a peak before the polish begins: of two crowds of matches a wide scale sees one peak, between
+    /// them.
+    ///
+    /// * `scale`: of the pass, px; `annealing`: ratio to the next; `peak`: seen in the pass, px.
+    pub(super) fn after_annealing(scale: T, annealing: T, peak: Option<T>) -> (Self, Option<T>) {
+        let is_wide = scale > T::lit(WIDE_SCALE_PX);
+        let next = scale * if is_wide { T::lit(WIDE_ANNEALING) } else { annealing };
+        let [narrow, wide] = POLISH_AT.map(T::lit);
+        match peak {
+            Some(peak) => {
+                let at = if peak > T::lit(NARROW_PX) { wide } else { narrow };
+                if scale <= at * peak {
+                    (Self::Polish, Some(peak))
+                } else {
+                    (Self::Anneal(next.min(T::lit(BELOW_PEAK) * peak)), None)
+                }
+            }
+            None if next <= T::lit(LEAST_SCALE_PX) => (Self::Polish, Some(next)),
+            None => (Self::Anneal(next), None),
+        }
+    }
+
+    /// Residual variance that the loss assumes, px^2.
+    ///
+    /// * `noise`: of a coordinate, px.
+    pub(super) fn variance(&self, noise: T) -> T {
+        match self {
+            Self::Anneal(scale) => *scale * *scale,
+            Self::Track(_) | Self::Polish => noise * noise,
+        }
+    }
+
+    /// Whether residuals of the pass are counted by size.
+    pub(super) fn sees_peaks(&self) -> bool {
+        match self {
+            Self::Anneal(scale) => *scale <= T::lit(WIDE_SCALE_PX),
+            Self::Polish => true,
+            Self::Track(_) => false,
+        }
+    }
+
+    /// Loss of the pass.
+    #[inline(always)]
+    pub(super) fn loss<L: Lanes<T>>(&self, lanes: L) -> Loss<L::Value> {
+        match self {
+            Self::Anneal(scale) => Loss::Anneal(lanes.splat(T::ONE / (*scale * *scale))),
+            Self::Track(covariance) => Loss::Track(covariance.0.map(|c| lanes.splat(c))),
+            Self::Polish => Loss::Polish,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use crate::thresholds::{ANNEALING, SLOW_ANNEALING};
+    use std::vec::Vec;
+
+    /// Scales of an annealing that always sees the same peak, and the noise it ends with.
+    fn scales(first: f64, annealing: f64, peak: Option<f64>) -> (Vec<f64>, f64) {
+        let mut scales = Vec::from([first]);
+        loop {
+            match Schedule::after_annealing(*scales.last().unwrap(), annealing, peak) {
+                (Schedule::Anneal(next), None) => scales.push(next),
+                (Schedule::Polish, Some(noise)) => return (scales, noise),
+                other => panic!("{other:?}"),
+            }
+            assert!(scales.len() < 30, "{scales:?}");
+        }
+    }
+
+    #[test]
+    fn annealing_ends_below_the_peak_and_falls_with_every_pass() {
+        for annealing in [ANNEALING, SLOW_ANNEALING] {
+            for peak in [None, Some(0.25), Some(0.5), Some(0.7), Some(5.6), Some(16.0)] {
+                let (scales, noise) = scales(480.0, annealing, peak);
+                assert!(scales.is_sorted_by(|a, b| b < a), "{scales:?}");
+                let last = scales.last().unwrap();
+                match peak {
+                    Some(peak) => assert!(noise == peak && *last <= peak, "{scales:?}"),
+                    None => assert!(noise <= LEAST_SCALE_PX, "{scales:?}"),
+                }
+                assert!(peak.is_none_or(|peak| peak < 1.0 || *last <= 0.3 * peak), "{scales:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! Names of scenarios, and the scene of each.
+
+use std::fmt;
+
+use super::depth::Depth;
+use super::flight;
+use super::scene::Scene;
+
+/// Height of a narrow band, and least height of a random one, image heights.
+pub(super) const NARROW_BAND: f64 = 0.15;
+
+/// Name of a scenario.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum ScenarioKind {
+    /// Points 3 to 80 baselines away.
+    #[default]
+    Near,
+    /// 30 to 800 baselines away.
+    Far,
+    /// 300 to 3000 baselines away: next to nothing of the baseline is left in the image.
+    VeryFar,
+    /// 1000 to 10000 baselines away, as from high above: disparities drown in the noise.
+    Altitude,
+    /// From 3 to 80 baselines at the first pair to a thousand times that at the last.
+    Climb,
+    /// The reverse: from 3000 to 80000 baselines down to 3 to 80.
+    Descent,
+    /// 6 % of the points 3 to 80 baselines away, the others 300 to 3000.
+    NearFew,
+    /// 5 % of the points 3 to 80 baselines away, the others in the sky.
+    Sky,
+    /// Matches (48 to 512), depth range (within 3 to 800) and band (height, middle) new in each pair.
+    Heterogeneous,
+    /// Points in the middle 15 % of the rows.
+    NarrowBand,
+    /// All points of a pair on one plane, slanted by 15 to 60 degrees, a new one in each pair.
+    Planar,
+    /// All points of a pair on one plane across the left optical axis, at a new depth in each pair.
+    FrontoParallel,
+    /// The vehicle stands still: the same points and outliers in every pair, only the noise is new.
+    Parked,
+    /// The vehicle stands still for two thirds of the run, then moves: each landmark has a matching error of
+    /// its own, which stays.
+    ParkedLandmarks,
+    /// The vehicle creeps: landmarks with matching errors of their own pass slowly through the images.
+    Creeping,
+    /// The right camera turns once, in mid run, about a random axis.
+    Step,
+    /// The right camera turns a little with every pair, about a fixed random axis.
+    Drift,
+    /// From the ground up and back: outliers, vibration, thermal drift, and a knock in mid flight.
+    Flight,
+}
+
+impl ScenarioKind {
+    /// The scene of this name.
+    #[must_use]
+    pub fn scene(self) -> Scene {
+        let depth = |near, far| Scene { depth: Depth::LogUniform([near, far]), ..Scene::default() };
+        match self {
+            Self::Far => depth(30.0, 800.0),
+            Self::VeryFar => depth(300.0, 3000.0),
+            Self::Altitude => depth(1000.0, 10_000.0),
+            Self::NearFew => few_near(0.06, [300.0, 3000.0]),
+            Self::Sky => few_near(0.05, [1e5, 1e7]),
+            Self::Heterogeneous => Scene { matches: 512, ..depth(3.0, 800.0) },
+            Self::Flight => Scene { outliers: flight::OUTLIERS, ..depth(3.0, 80.0) },
+            Self::ParkedLandmarks | Self::Creeping => Scene { noise_px: 0.1, ..depth(3.0, 80.0) },
+            Self::NarrowBand => Scene { band: NARROW_BAND, ..depth(3.0, 80.0) },
+            Self::Near
+            | Self::Climb
+            | Self::Descent
+            | Self::Planar
+            | Self::FrontoParallel
+            | Self::Parked
+            | Self::Step
+            | Self::Drift => depth(3.0, 80.0),
+        }
+    }
+
+    /// [`Scenario::turn_deg`] unless said otherwise; 0 for a rig that does not move.
+    #[must_use]
+    pub fn turn_deg(self) -> f64 {
+        match self {
+            Self::Step => 0.5,
+            Self::Drift => 0.01,
+            Self::Flight => flight::KNOCK_DEG,
+            _ => 0.0,
+        }
+    }
+
+    /// [`Disturbance::vibration_deg`] unless said otherwise.
+    pub(super) fn vibration_deg(self) -> f64 {
+        if self == Self::Flight { flight::VIBRATION_DEG } else { 0.0 }
+    }
+
+    /// Whether landmarks have matching errors of their own.
+    #[must_use]
+    pub fn keeps_landmarks(self) -> bool {
+        matches!(self, Self::ParkedLandmarks | Self::Creeping)
+    }
+
+    /// Whether the rig moves.
+    #[must_use]
+    pub fn moves(self) -> bool {
+        matches!(self, Self::Step | Self::Drift | Self::Flight)
+    }
+}
+
+impl fmt::Display for ScenarioKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let value = clap::ValueEnum::to_possible_value(self);
+        f.write_str(value.as_ref().map_or("", |value| value.get_name()))
+    }
+}
+
+/// A share of the points 3 to 80 baselines away, the others within a range.
+fn few_near(share: f64, far: [f64; 2]) -> Scene {
+    Scene { depth: Depth::Mixture { near: [3.0, 80.0], share, far }, ..Scene::default() }
+}
