@@ -1,7 +1,7 @@
 //! CRC-32 of IEEE 802.3 (CRC-32/ISO-HDLC): checksum of every record and frame.
 
-/// What a byte leaves in the register after itself and 0 to 3 bytes more. Four tables of 1,024 bytes take a word in 13
-/// instructions of a Cortex-M4, one takes it in 28.
+/// What a byte leaves in the register after itself and 0 to 3 bytes more: four tables of 1,024 bytes, for a word at a
+/// time.
 static AFTER: [[u32; 256]; 4] = [table(1, 1), table(1, 2), table(1, 3), table(1, 4)];
 
 /// Running checksum.

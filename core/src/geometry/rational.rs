@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::lens_range::{check, first_fold};
+use super::distortion::{as_coefficients, check, first_fold, newton_step};
 use crate::error::CameraError;
 use crate::scalar::Scalar;
 use crate::thresholds::{
@@ -29,21 +29,7 @@ pub struct Rational<T> {
     fold: T,
 }
 
-#[cfg(feature = "serde")]
-impl<T: Scalar> TryFrom<[T; 8]> for Rational<T> {
-    type Error = CameraError;
-
-    fn try_from(coefficients: [T; 8]) -> Result<Self, CameraError> {
-        Self::try_new(coefficients)
-    }
-}
-
-#[cfg(feature = "serde")]
-impl<T: serde::Serialize> serde::Serialize for Rational<T> {
-    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        self.coefficients.serialize(to)
-    }
-}
+as_coefficients!(Rational, 8);
 
 impl<T: Scalar> Rational<T> {
     /// From `[k1, k2, p1, p2, k3, k4, k5, k6]`, in OpenCV's order.
@@ -119,15 +105,7 @@ impl<T: Scalar> Rational<T> {
         let mut p = self.radial_inverse(d)?;
         for _ in 0..MAX_NEWTON_STEPS {
             let error = self.map(p)? - d;
-            let j = self.jacobian(p)?;
-            let determinant = j.m11 * j.m22 - j.m12 * j.m21;
-            if !(determinant > T::ZERO) {
-                return None;
-            }
-            let step = Vector2::new(
-                (j.m22 * error.x - j.m12 * error.y) / determinant,
-                (j.m11 * error.y - j.m21 * error.x) / determinant,
-            );
+            let step = newton_step(error, &self.jacobian(p)?)?;
             p -= step;
             if step.amax() <= T::lit(NEWTON_ULPS) * T::EPSILON * (T::ONE + p.amax()) {
                 break;

@@ -2,7 +2,7 @@
 
 use cortex_m_semihosting::debug::{self, EXIT_SUCCESS};
 use stereo_selfcal::link::MatchRecord;
-use stereo_selfcal::{Config, Extrinsics, Scalar, State};
+use stereo_selfcal::{Config, Correspondence, Extrinsics, Scalar, State};
 
 use crate::calls::{self, CAPACITY, CalibratorOf};
 use crate::frame;
@@ -69,16 +69,28 @@ fn input<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) {
     let decoded = frame::decode(probe, records);
     row("decode a record mean", "instructions", mean(decoded.instructions, records.len()));
     row("stack of decoding a frame", "bytes", decoded.stack);
-    let pinhole = push_all(probe, &mut calibrator, records).0;
+    let pinhole = push_all(probe, &mut calibrator, records, |c| c).0;
     row("push pinhole mean", "instructions", mean(pinhole, records.len()));
     scene.fill(records);
-    let (full, most) = push_all(probe, &mut calibrator, records);
+    let (full, most) = push_all(probe, &mut calibrator, records, |c| c);
     row("push into a full batch mean", "instructions", mean(full, records.len()));
     row("push into a full batch at most", "instructions", most);
+    calibrator.clear_pair();
+    push_all(probe, &mut calibrator, records, into_one_cell);
+    scene.fill(records);
+    let (full, most) = push_all(probe, &mut calibrator, records, into_one_cell);
+    row("push into a full cell mean", "instructions", mean(full, records.len()));
+    row("push into a full cell at most", "instructions", most);
     calibrator.set_cameras(lens::distorted());
-    let (distorted, most) = push_all(probe, &mut calibrator, records);
+    let (distorted, most) = push_all(probe, &mut calibrator, records, |c| c);
     row("push radial-tangential mean", "instructions", mean(distorted, records.len()));
     row("push radial-tangential at most", "instructions", most);
+}
+
+/// All left pixels in one cell: the longest list that a batch can have.
+fn into_one_cell<T: Scalar>(c: Correspondence<T>) -> Correspondence<T> {
+    let far_less = |x: T| T::lit(100.0) + x * T::lit(1.0 / 64.0);
+    Correspondence { left: c.left.map(far_less), ..c }
 }
 
 /// Instructions of all pushes, and of the most expensive one.
@@ -86,9 +98,10 @@ fn push_all<T: Scalar>(
     probe: &Probe,
     calibrator: &mut CalibratorOf<T>,
     records: &[MatchRecord],
+    placed: impl Fn(Correspondence<T>) -> Correspondence<T>,
 ) -> (u32, u32) {
     records.iter().fold((0, 0), |(sum, most), record| {
-        let c = pair::converted(&record.decode(&HEADER));
+        let c = placed(pair::converted(&record.decode(&HEADER)));
         let (pushed, sample) = probe.run(|| calls::push(calibrator, &c));
         assert!(pushed.is_ok(), "a match of the scene is refused");
         (sum + sample.instructions, most.max(sample.instructions))
