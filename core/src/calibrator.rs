@@ -20,7 +20,7 @@ use crate::outcome::pair_report::{Fused, PairReport};
 use crate::outcome::proposal::Proposal;
 use crate::scalar::Scalar;
 use crate::state::State;
-use crate::thresholds::{SCREEN, SPARE_PASSES};
+use crate::thresholds::{SCREEN, SCREEN_NOISES, SPARE_PASSES};
 
 /// Online calibrator of one stereo rig, for up to `N` correspondences a pair.
 ///
@@ -261,6 +261,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let focal = self.cameras.as_ref()?.mean_focal();
         let proposal = self.proposal()?;
         let screen = T::single(self.config.huber_threshold_px) * T::lit(SCREEN);
+        let screen = screen.max(T::lit(SCREEN_NOISES) * self.estimator.noise());
         let rays = self.estimator.correction();
         Health::over(&self.batch, &rays, &self.in_use, &proposal, self.rejection, focal, screen)
     }

@@ -252,8 +252,9 @@ pub enum ApplyError {
     /// The estimate is not confirmed, or the last pairs disagree with it.
     #[error("the estimate is {0}, not locked")]
     NotLocked(State),
-    /// Image halves disagree by more than 5 standard deviations: matches are biased alike somewhere.
-    #[error("image halves disagree: the matches are biased")]
+    /// Nearly as many matches agree on another calibration, or image halves disagree by more than 5 standard deviations:
+    /// matches are biased alike somewhere. [`crate::Proposal::doubt`] says which.
+    #[error("a second crowd of matches, or image halves that disagree: the matches are biased")]
     Doubtful,
     /// The calibrator is frozen.
     #[error("the calibrator is frozen")]

@@ -170,6 +170,15 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.has_pairs())
     }
 
+    /// Noise of a coordinate, px; 0 before the first pair and in the paper preset.
+    pub(crate) fn noise(&self) -> T {
+        match self {
+            #[cfg(feature = "paper")]
+            Self::Paper(_) => T::ZERO,
+            Self::Robust(fusion) => fusion.noise(),
+        }
+    }
+
     /// Variances of each pair about the estimate, rad^2.
     pub(crate) fn vibration(&self) -> BlockVariances<T> {
         match self {

@@ -237,16 +237,20 @@ pub(crate) const SAME_SHARE: f64 = 0.3;
 /// applied. Larger applies biased estimates; smaller refuses healthy ones (below 2.3).
 pub(crate) const MAX_DISAGREEMENT: [f64; 2] = [3.0, 5.0];
 
+/// Share of a second crowd over that of the inliers, means of the last pairs, above which either may be the scene.
+/// Larger applies what may be a fence; smaller waits where the scene is clear.
+pub(crate) const MAX_SECOND_CROWD: f64 = 0.8;
+
 /// Huber thresholds to a screened row offset. Larger lets outliers into the RMS; smaller hides a bad calibration.
 pub(crate) const SCREEN: f64 = 3.0;
 
-/// RMS row offset from which on a matcher that searches along rows misses. Larger arms a misaligned
-/// rig; smaller refuses a usable one.
-pub(crate) const BAD_PX: f64 = 1.0;
+/// Noise of a coordinate to a screened row offset, where that is more: three deviations. Larger and smaller as
+/// [`SCREEN`].
+pub(crate) const SCREEN_NOISES: f64 = 4.2;
 
-/// Mean squared row offset of a pair over that which its vibration leads to: up to three deviations are allowed for when
-/// arming. Larger arms on matches that fit nothing; smaller disarms a vibrating rig by chance.
-pub(crate) const ALLOWED_VIBRATION: f64 = 9.0;
+/// RMS row offset, and difference of the row offsets in use and proposed, from which on a matcher that searches along
+/// rows misses. Larger arms a misaligned rig; smaller refuses a usable one.
+pub(crate) const BAD_PX: f64 = 1.0;
 
 /// RMS row offset of the proposal over that in use, below which a change is worth it. Larger calls
 /// for changes by noise; smaller misses real ones.

@@ -873,6 +873,13 @@ enum selfcal_doubt_t
      */
     SELFCAL_DOUBT_AXIS = 3,
     /**
+     * all: a second crowd of matches
+     *
+     * Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Nothing is applied
+     * until the view has changed.
+     */
+    SELFCAL_DOUBT_SECOND_MODE = 4,
+    /**
      * unknown
      *
      * A value that this API does not know.
@@ -957,7 +964,7 @@ enum selfcal_arming_t
     /**
      * no: misaligned
      *
-     * The extrinsics in use do not fit the matches.
+     * Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more.
      */
     SELFCAL_ARMING_MISALIGNED = 3,
     /**
@@ -1731,6 +1738,11 @@ typedef struct selfcal_health_t {
      */
     float proposed_px;
     /**
+     * RMS difference between the row offsets in use and proposed, px: what the extrinsics in use are off by, without
+     * noise and vibration.
+     */
+    float off_px;
+    /**
      * Matches that fit the extrinsics in use.
      */
     uint32_t fit_in_use;
@@ -1779,7 +1791,7 @@ typedef struct selfcal_health_t {
      */
     float yaw_rad;
     /**
-     * Motion of the rig about the estimate. It is in both RMS; the arming check allows for it, and for no more.
+     * Motion of the rig about the estimate. It is in both RMS; the arming check leaves it out.
      */
     struct selfcal_vibration_t vibration;
     /**

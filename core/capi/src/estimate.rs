@@ -63,6 +63,11 @@ c_enum! {
         ///
         /// Paper preset: the rotation is close to the identity or to a half turn; its axis is noise.
         SELFCAL_DOUBT_AXIS = 3,
+        /// all: a second crowd of matches
+        ///
+        /// Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Nothing is applied
+        /// until the view has changed.
+        SELFCAL_DOUBT_SECOND_MODE = 4,
         /// unknown
         ///
         /// A value that this API does not know.

@@ -57,7 +57,7 @@ c_enum! {
         SELFCAL_ARMING_DOUBTFUL = 2,
         /// no: misaligned
         ///
-        /// The extrinsics in use do not fit the matches.
+        /// Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more.
         SELFCAL_ARMING_MISALIGNED = 3,
         /// unknown
         ///
@@ -77,6 +77,9 @@ pub struct selfcal_health_t {
     pub in_use_px: f32,
     /// RMS row offset of the proposed extrinsics, px.
     pub proposed_px: f32,
+    /// RMS difference between the row offsets in use and proposed, px: what the extrinsics in use are off by, without
+    /// noise and vibration.
+    pub off_px: f32,
     /// Matches that fit the extrinsics in use.
     pub fit_in_use: u32,
     /// Matches that fit the proposed extrinsics.
@@ -101,7 +104,7 @@ pub struct selfcal_health_t {
     pub weakest: selfcal_weakest_t,
     /// Expected error of the yaw in use, rad.
     pub yaw_rad: f32,
-    /// Motion of the rig about the estimate. It is in both RMS; the arming check allows for it, and for no more.
+    /// Motion of the rig about the estimate. It is in both RMS; the arming check leaves it out.
     pub vibration: selfcal_vibration_t,
     /// Why the last pair was not fused; `SELFCAL_OK` if it was.
     pub rejection: selfcal_error_t,
@@ -114,6 +117,7 @@ impl From<&Health<f32>> for selfcal_health_t {
         Self {
             in_use_px: health.in_use_px,
             proposed_px: health.proposed_px,
+            off_px: health.off_px,
             fit_in_use: health.fit_in_use,
             fit_proposed: health.fit_proposed,
             coverage: health.coverage,

@@ -100,13 +100,13 @@ impl<T: Scalar> Hypotheses<T> {
 
     pub(super) const NONE: Self = Self { champion: None, challenger: None, rejected: 0 };
 
-    /// State of the estimate, by the last pairs.
     /// Drops both hypotheses. Field by field: [`Hypotheses::NONE`] would copy 2 kB.
     pub(super) fn clear(&mut self) {
         (self.champion, self.challenger) = (None, None);
         self.rejected = 0;
     }
 
+    /// State of the estimate, by the last pairs.
     pub(super) fn state(&self) -> State {
         match (&self.champion, &self.challenger) {
             (None, _) => State::Acquiring,

@@ -280,6 +280,16 @@ impl<T: Scalar> Hypothesis<T> {
         self.reduced_chi_square.max(T::ONE)
     }
 
+    /// Noise of a coordinate, px.
+    pub(super) fn noise(&self) -> T {
+        self.noise
+    }
+
+    /// Share of a second crowd of matches over that of the inliers.
+    pub(super) fn second_crowd(&self) -> T {
+        self.crowd.abs() / self.inlier_share.max(T::EPSILON)
+    }
+
     /// Disagreement of the image halves, in standard deviations per degree of freedom.
     pub(crate) fn disagreement(&self) -> T {
         self.halves.disagreement()

@@ -41,7 +41,7 @@ use crate::outcome::proposal::{Doubt, Proposal};
 use crate::scalar::Scalar;
 use crate::state::State;
 use crate::thresholds::{
-    CERTAIN_BASELINE, MAX_DISAGREEMENT, OBSERVED_BASELINE, SIGNIFICANT_BASELINE,
+    CERTAIN_BASELINE, MAX_DISAGREEMENT, MAX_SECOND_CROWD, OBSERVED_BASELINE, SIGNIFICANT_BASELINE,
 };
 use association::{Association, AssociationContext};
 use association_result::Support;
@@ -227,6 +227,11 @@ impl<T: Scalar> Fusion<T> {
         self.hypotheses.reported().is_some()
     }
 
+    /// Noise of a coordinate, px; 0 before the first pair.
+    pub(crate) fn noise(&self) -> T {
+        self.hypotheses.reported().map_or(T::ZERO, Hypothesis::noise)
+    }
+
     /// The estimate; `None` before the first pair, or where a covariance does not exist.
     #[inline(never)]
     pub(crate) fn proposal(
@@ -363,11 +368,13 @@ struct WithLens<T: Scalar> {
     found: Option<LensEstimate<T>>,
 }
 
-/// What the image halves say against a hypothesis.
+/// What a second crowd and the image halves say against a hypothesis.
 fn doubt<T: Scalar>(hypothesis: &Hypothesis<T>) -> Option<Doubt> {
     let [baseline, everything] = MAX_DISAGREEMENT.map(T::lit);
     let disagreement = hypothesis.disagreement();
-    if disagreement > everything {
+    if hypothesis.second_crowd() > T::lit(MAX_SECOND_CROWD) {
+        Some(Doubt::SecondMode)
+    } else if disagreement > everything {
         Some(Doubt::Everything)
     } else {
         (disagreement > baseline).then_some(Doubt::Baseline)

@@ -11,7 +11,7 @@ use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection, RayC
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::lens_estimate::LensEstimate;
 use crate::outcome::proposal::{Direction, Doubt, Proposal};
-use crate::outcome::vibration::{Shaken, Vibration};
+use crate::outcome::vibration::Vibration;
 use crate::scalar::Scalar;
 use crate::state::State;
 use crate::thresholds::{BAD_PX, IMPROVEMENT};
@@ -54,6 +54,9 @@ pub struct Health<T: Scalar> {
     pub in_use_px: T,
     /// RMS row offset of the proposed extrinsics, px.
     pub proposed_px: T,
+    /// RMS difference between the row offsets in use and proposed, px: what the extrinsics in use are off by. Noise and
+    /// vibration are not in it.
+    pub off_px: T,
     /// Matches within the screening threshold under the extrinsics in use.
     pub fit_in_use: u32,
     /// Matches within it under the proposed extrinsics: those that both RMS are over.
@@ -82,7 +85,7 @@ pub struct Health<T: Scalar> {
     /// Expected error of the yaw in use, rad: how far it is from the estimate, and the estimate's own.
     pub yaw: T,
     /// Motion of the rig about the estimate from pair to pair, as [`Proposal::vibration`]. It is in both RMS, and a
-    /// matcher meets it; the arming check allows for it, and for no more.
+    /// matcher meets it; the arming check leaves it out.
     pub vibration: Vibration<T>,
     /// Why the last pair was not fused; `None` if it was.
     pub rejection: Option<Rejection>,
@@ -108,13 +111,14 @@ pub enum Band {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Arming {
-    /// The extrinsics in use fit a confirmed estimate.
+    /// The extrinsics in use are those of a confirmed estimate, or as good.
     Yes,
     /// The estimate is not confirmed, or the last pairs disagree with it.
     NotLocked,
-    /// Image halves disagree too much to trust any estimate; without a lens prior only.
+    /// The evidence against the estimate is too strong to trust it: [`Doubt::SecondMode`]; without a lens prior also
+    /// [`Doubt::Everything`].
     Doubtful,
-    /// The extrinsics in use do not fit the matches.
+    /// The extrinsics in use are off from the estimate: rows differ by 1 px RMS or more.
     Misaligned,
 }
 
@@ -188,26 +192,15 @@ impl<T: Scalar> Health<T> {
         let in_use = RectifyingRotations::from(&in_use.extrinsics);
         let proposed = RectifyingRotations::from(&proposal.extrinsics);
         let fit = Fit::of(batch, &[in_use, proposed], &changes, screen_px / focal)?;
-        let [in_use_px, proposed_px] = fit.rms.map(|rms| rms * focal);
+        let [in_use_px, proposed_px, off_px] = fit.rms.map(|rms| rms * focal);
         let [fit_in_use, fit_proposed] = fit.matches;
-        let steady_px = if proposal.vibration.is_none() {
-            in_use_px
-        } else {
-            let [of_used, of_proposed] = &changes;
-            let shaken = Shaken {
-                batch,
-                pose: &proposed,
-                change: of_proposed.as_ref(),
-                limit: screen_px / focal,
-            };
-            shaken.steady(&in_use, of_used.as_ref(), fit.rms, &proposal.vibration) * focal
-        };
         let band = Band::of(in_use_px, proposed_px);
         let off = proposed.unknowns_to(&in_use);
         let yaw_sd = proposal.covariance.map_or(proposal.sd.rotation, |c| c.m22.sqrt());
         Some(Self {
             in_use_px,
             proposed_px,
+            off_px,
             fit_in_use,
             fit_proposed,
             coverage: fit.seen.share(),
@@ -223,7 +216,7 @@ impl<T: Scalar> Health<T> {
             yaw: (off.y * off.y + yaw_sd * yaw_sd).sqrt(),
             vibration: proposal.vibration,
             rejection,
-            arming: Arming::of(proposal, steady_px),
+            arming: Arming::of(proposal, off_px),
         })
     }
 }
@@ -232,8 +225,8 @@ impl<T: Scalar> Health<T> {
 struct Fit<T> {
     /// Matches within the screening threshold.
     matches: [u32; 2],
-    /// RMS row offsets over those that fit the proposed one, at unit focal length.
-    rms: [T; 2],
+    /// RMS row offsets over those that fit the proposed one, and of their difference, at unit focal length.
+    rms: [T; 3],
     /// Cells of the image that have one of them.
     seen: CellSet,
 }
@@ -250,7 +243,7 @@ impl<T: Scalar> Fit<T> {
         screen: T,
     ) -> Option<Self> {
         let ([mut in_use, mut proposed], mut seen) = ([0_u32; 2], CellSet::NONE);
-        let [mut squares_in_use, mut squares_proposed] = [T::ZERO; 2];
+        let mut squares = [T::ZERO; 3];
         let [of_used, of_new] = calibrations;
         for pair in batch.pairs() {
             let [used, new] =
@@ -260,13 +253,13 @@ impl<T: Scalar> Fit<T> {
             in_use = in_use.saturating_add(u32::from(used.abs() <= screen));
             if new.abs() <= screen {
                 proposed = proposed.saturating_add(1);
-                squares_in_use += used * used;
-                squares_proposed += new * new;
+                for (sum, offset) in squares.iter_mut().zip([used, new, used - new]) {
+                    *sum += offset * offset;
+                }
                 seen.insert(pair.cell());
             }
         }
-        let rms = |squares: T| (squares / T::count(proposed)).sqrt();
-        let rms = [rms(squares_in_use), rms(squares_proposed)];
+        let rms = squares.map(|squares| (squares / T::count(proposed)).sqrt());
         (proposed > 0).then_some(Self { matches: [in_use, proposed], rms, seen })
     }
 }
@@ -284,13 +277,13 @@ impl Band {
 }
 
 impl Arming {
-    /// * `in_use_px`: RMS row offset of the extrinsics in use, px, without what vibration adds.
-    fn of<T: Scalar>(proposal: &Proposal<T>, in_use_px: T) -> Self {
+    /// * `off_px`: RMS difference between the row offsets in use and proposed.
+    fn of<T: Scalar>(proposal: &Proposal<T>, off_px: T) -> Self {
         if proposal.state != State::Locked {
             Self::NotLocked
         } else if proposal.is_doubtful() {
             Self::Doubtful
-        } else if in_use_px >= T::lit(BAD_PX) {
+        } else if off_px >= T::lit(BAD_PX) {
             Self::Misaligned
         } else {
             Self::Yes

@@ -37,7 +37,7 @@ pub struct PairReport<T: Scalar> {
     /// RMS row offset of the same correspondences at the solution, px.
     pub rms_px_after: T,
     /// Standard deviation of the row offsets, estimated from the residuals, px. Paper: of
-    /// the row offsets, each clipped at the Huber threshold. Robust: of one coordinate, at most 3.
+    /// the row offsets, each clipped at the Huber threshold. Robust: of one coordinate, at most 8.
     pub noise_px: T,
 }
 

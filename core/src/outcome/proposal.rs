@@ -63,10 +63,14 @@ pub struct Proposal<T: Scalar> {
 }
 
 impl<T: Scalar> Proposal<T> {
-    /// Whether image halves disagree too much to apply any of it. With a lens prior the disagreement widens the
-    /// deviations, and does not block.
+    /// Whether too much speaks against it to apply any of it. With a lens prior a disagreement of image halves widens
+    /// the deviations, and does not block.
     pub(crate) fn is_doubtful(&self) -> bool {
-        self.doubt == Some(Doubt::Everything) && self.lens.is_none()
+        match self.doubt {
+            Some(Doubt::SecondMode) => true,
+            Some(Doubt::Everything) => self.lens.is_none(),
+            _ => false,
+        }
     }
 
     /// The least certain direction and its standard deviation, rad; `None` in the paper preset.
@@ -98,14 +102,17 @@ pub enum Doubt {
     Everything,
     /// Paper preset: the rotation is so near the identity, or a half turn, that its axis is noise.
     Axis,
+    /// Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Nothing is applied
+    /// until the view has changed.
+    SecondMode,
 }
 
 // 0 is free for none.
-codes! { Doubt { Baseline = 1, Everything = 2, Axis = 3 } }
+codes! { Doubt { Baseline = 1, Everything = 2, Axis = 3, SecondMode = 4 } }
 texts! {
     Doubt {
         Baseline = "baseline: image halves disagree", Everything = "all: image halves disagree",
-        Axis = "axis of the rotation is noise",
+        Axis = "axis of the rotation is noise", SecondMode = "all: a second crowd of matches",
     }
 }
 

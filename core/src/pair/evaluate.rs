@@ -289,12 +289,20 @@ impl<T: Scalar> EvaluatedPose<T> {
             && near >= share * self.stats.usable
             && self.stats.exceeds_background(FOUND_PEAK_DEVIATIONS)
             && noise < T::lit(FOUND_NOISE_PX)
+            && self.is_largest_crowd()
     }
 
     /// Whether residuals form a peak at zero, at a pose that is known from other pairs.
     pub(crate) fn has_peak(&self) -> bool {
         let (near, beside) = (self.stats.near(), self.stats.beside());
-        near >= T::count(TRACK_MIN_NEAR) && near >= T::lit(TRACK_PEAK) * beside
+        near >= T::count(TRACK_MIN_NEAR)
+            && near >= T::lit(TRACK_PEAK) * beside
+            && self.is_largest_crowd()
+    }
+
+    /// Whether no more matches agree on a pose rows away: a pose of few is that of a fence.
+    fn is_largest_crowd(&self) -> bool {
+        self.measurement.crowd.abs() <= self.measurement.inlier_share
     }
 
     /// Whether that peak exceeds chance, at a pose that is not yet confirmed.

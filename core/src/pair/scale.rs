@@ -8,7 +8,7 @@ use core::f64::consts::SQRT_2;
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
 use crate::thresholds::{
-    FIRST_LEVEL_PX, LEVELS, PEAK_DEVIATIONS, PEAK_OVER_BESIDE, PEAK_SHARE, SECOND_ABOVE_PX,
+    BROAD_PX, FIRST_LEVEL_PX, LEVELS, NARROW_PX, PEAK_DEVIATIONS, PEAK_OVER_BESIDE, PEAK_SHARE,
     SECOND_BELOW,
 };
 
@@ -63,10 +63,23 @@ pub(super) struct Peak<T> {
     share: T,
 }
 
+/// Why a peak may not be that of the scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum PeakDoubt {
+    /// Of few correspondences, or so wide that any fit.
+    OfFew,
+    /// Wide: of noise, or of two crowds within it.
+    Wide,
+}
+
 impl<T: Scalar> Peak<T> {
     /// Whether it may be that of a few, or one between two crowds.
-    pub(super) fn is_doubtful(&self) -> bool {
-        self.share < T::lit(SECOND_BELOW) || self.level > T::lit(SECOND_ABOVE_PX)
+    pub(super) fn doubt(&self) -> Option<PeakDoubt> {
+        if self.share < T::lit(SECOND_BELOW) || self.level > T::lit(BROAD_PX) {
+            Some(PeakDoubt::OfFew)
+        } else {
+            (self.level > T::lit(NARROW_PX)).then_some(PeakDoubt::Wide)
+        }
     }
 }
 
@@ -127,7 +140,7 @@ mod tests {
         }
         let narrow = counts(normal(256, 0.02)).peak(12, 256.0).unwrap();
         assert_eq!(narrow, Peak { level: FIRST_LEVEL_PX, share: 1.0 });
-        assert!(!narrow.is_doubtful());
+        assert_eq!(narrow.doubt(), None);
     }
 
     #[test]
@@ -145,9 +158,9 @@ mod tests {
             counts(normal(176, 0.3).map(move |r| r - at).chain(other))
         };
         let between = crowds(3.0).peak(12, 256.0).unwrap();
-        assert!(between.level > 3.0 && between.is_doubtful());
+        assert!(between.level > 3.0 && between.doubt() == Some(PeakDoubt::OfFew));
         let [larger, smaller] = [0.0, 8.0].map(|at| crowds(at).peak(12, 256.0).unwrap());
-        assert!(larger.level < 0.6 && !larger.is_doubtful());
-        assert!(smaller.level < 0.6 && smaller.is_doubtful());
+        assert!(larger.level < 0.6 && larger.doubt().is_none());
+        assert!(smaller.level < 0.6 && smaller.doubt() == Some(PeakDoubt::OfFew));
     }
 }

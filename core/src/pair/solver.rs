@@ -14,7 +14,8 @@ use super::descent::{Descent, Point};
 use super::iterate::Iterate;
 use super::leverage::Leverage;
 use super::pass::{PassOver, PassSums};
-use super::resample::resample;
+use super::resample::{nearest_crowd, resample};
+use super::scale::PeakDoubt;
 use super::schedule::Schedule;
 use super::survey::{first_scale, scattered, survey};
 use super::sweep;
@@ -30,9 +31,9 @@ use crate::scalar::Scalar;
 use crate::simd::Single;
 use crate::state::Stop;
 use crate::thresholds::{
-    ANNEALING, FIRST_NOISE_PX, FIRST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE, PEAK_OVER_NOISE,
-    SECOND_SCALE_PX, SETTLED, SLOW_ANNEALING, TIGHT_TUKEY, TRACK_PASSES, TRACKED, TUKEY,
-    YAW_DEVIATIONS,
+    ANNEALING, CROWD_SCALE, FIRST_NOISE_PX, FIRST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE,
+    PEAK_OVER_NOISE, SECOND_SCALE_PX, SETTLED, SLOW_ANNEALING, TIGHT_TUKEY, TRACK_PASSES, TRACKED,
+    TUKEY, YAW_DEVIATIONS,
 };
 
 /// Second start of a search.
@@ -40,7 +41,7 @@ use crate::thresholds::{
 enum Second {
     Possible,
     /// The first one has ended in doubt.
-    Due,
+    Due(PeakDoubt),
     Taken,
 }
 
@@ -156,7 +157,7 @@ impl<T: Scalar> PairSolver<T> {
                 let most = TRACKED.max(matches.pairs.len() / 2);
                 self.step(&self.pass(matches, most), matches.pairs.len());
             }
-            (None, _) if self.second == Second::Due => self.start_again(matches),
+            (None, _) if matches!(self.second, Second::Due(_)) => self.start_again(matches),
             (None, Schedule::Anneal(_) | Schedule::Polish) => {
                 if self.passes == 0 {
                     self.schedule = Schedule::Anneal(self.first_scale(matches));
@@ -293,18 +294,26 @@ impl<T: Scalar> PairSolver<T> {
         }
     }
 
-    /// Starts again at the best pose through a small sample, where that is clearly better.
+    /// Starts again where another pose is clearly better: at one of two near crowds, or through a small sample.
     #[inline(never)]
     fn start_again(&mut self, matches: Matches<'_, T>) {
         self.passes = self.passes.saturating_add(1);
+        let (by, noise) = (self.weighting(), self.iterate.noise);
+        let near =
+            || Some((nearest_crowd(&by, matches.pairs, noise)?, T::lit(CROWD_SCALE) * noise));
+        let far = || Some((resample(&by, matches.pairs, noise)?, T::lit(SECOND_SCALE_PX)));
+        let start = match self.second {
+            Second::Due(PeakDoubt::Wide) => near().or_else(far),
+            _ => far(),
+        };
         self.second = Second::Taken;
-        let step = resample(&self.weighting(), matches.pairs, self.iterate.noise);
-        let pose = step.and_then(|d| Some((d, self.iterate.pose.stepped_by(&d)?)));
-        if let Some((d, pose)) = pose {
+        if let Some((d, scale)) = start
+            && let Some(pose) = self.iterate.pose.stepped_by(&d)
+        {
             self.iterate.pose = pose;
             self.moved += d;
             self.iterate.leverage = None;
-            self.schedule = Schedule::Anneal(T::lit(SECOND_SCALE_PX));
+            self.schedule = Schedule::Anneal(scale);
         }
     }
 
@@ -324,9 +333,9 @@ impl<T: Scalar> PairSolver<T> {
                 self.schedule = schedule;
                 if let Some(noise) = noise {
                     self.iterate.noise = noise;
-                    let doubtful = seen.is_none_or(|peak| peak.is_doubtful());
-                    if doubtful && self.second == Second::Possible {
-                        self.second = Second::Due;
+                    let doubt = seen.map_or(Some(PeakDoubt::OfFew), |peak| peak.doubt());
+                    if let (Some(doubt), Second::Possible) = (doubt, self.second) {
+                        self.second = Second::Due(doubt);
                     }
                 }
                 false

@@ -122,3 +122,55 @@ fn where_halves_disagree_a_little_the_baseline_in_use_is_kept_and_the_rotation_f
     }
     assert!(seen > 0);
 }
+
+/// So many of 250 matches so far across the rows, as on a fence.
+fn fence(matches: usize, across_px: f32, seed: u64) -> Vec<Correspondence<f32>> {
+    let mut all = scene(ROTATION, seed);
+    for c in all.iter_mut().take(matches) {
+        c.right[1] = (c.right[1] + across_px).clamp(0.0, 1199.0);
+    }
+    all
+}
+
+#[test]
+fn of_two_crowds_of_matches_the_larger_is_the_scene() {
+    for (matches, across) in [(75, 3.0), (100, -3.0)] {
+        let mut calibrator = robust::<f32>();
+        for seed in 0..12 {
+            take(&mut calibrator, &fence(matches, across, seed)).unwrap();
+        }
+        let proposal = calibrator.proposal().unwrap();
+        let off = Deviation::between(&proposal.extrinsics, &rig(ROTATION, BASELINE));
+        // The fence is 2 mrad of pitch off, and what lies between 0.9.
+        assert!(off.rotation < 3e-4, "{matches}: {off:?}");
+        assert_eq!((proposal.state, proposal.doubt), (State::Locked, None), "{matches}");
+        calibrator.apply().unwrap();
+        assert_eq!(calibrator.health().unwrap().arming, Arming::Yes);
+    }
+}
+
+#[test]
+fn a_second_crowd_as_large_is_doubted_until_it_is_gone() {
+    let mut calibrator = robust::<f32>();
+    let before = *calibrator.in_use();
+    for seed in 0..12 {
+        // Some pairs have no answer.
+        let _ = take(&mut calibrator, &fence(122, 3.0, seed));
+        assert!(calibrator.apply().is_err(), "{seed}");
+    }
+    assert_eq!(*calibrator.in_use(), before);
+    let proposal = calibrator.proposal().unwrap();
+    assert_eq!(proposal.doubt, Some(Doubt::SecondMode));
+    let arming = calibrator.health().unwrap().arming;
+    assert!(matches!(arming, Arming::Doubtful | Arming::NotLocked), "{arming}");
+    if proposal.state == State::Locked {
+        assert_eq!(calibrator.apply(), Err(ApplyError::Doubtful));
+    }
+    for seed in 20..40 {
+        let _ = take(&mut calibrator, &scene(ROTATION, seed));
+    }
+    calibrator.apply().unwrap();
+    let off = Deviation::between(calibrator.in_use(), &rig(ROTATION, BASELINE));
+    assert!(off.rotation < 2e-4, "{off:?}");
+    assert_eq!(calibrator.health().unwrap().arming, Arming::Yes);
+}

@@ -78,6 +78,28 @@ fn arming_says_why_not() {
 }
 
 #[test]
+fn noise_alone_does_not_disarm_and_rows_that_are_off_do() {
+    let [x, y, z] = ROTATION;
+    // 0.1 degrees of pitch: 2.4 px.
+    for (factory, arming) in [(x, Arming::Yes), (x + 0.1, Arming::Misaligned)] {
+        let mut calibrator = robust();
+        calibrator.set_factory(rig([factory, y, z], BASELINE));
+        for seed in 0..6 {
+            // Uniform up to 3.5 px: a deviation of 2 px.
+            let matches = correspondences(&rig(ROTATION, BASELINE), 250, 3.5, seed);
+            take(&mut calibrator, &matches).unwrap();
+        }
+        let health = calibrator.health().unwrap();
+        assert_eq!((health.state, health.arming), (State::Locked, arming), "{health:?}");
+        assert!(health.proposed_px > 2.0 && health.in_use_px > 2.0);
+        // Nothing of the noise is left out as an outlier.
+        assert!(health.fit_proposed > 245, "{health:?}");
+        let off = if arming == Arming::Yes { 0.0..1.0 } else { 1.5..3.5 };
+        assert!(off.contains(&health.off_px), "{health:?}");
+    }
+}
+
+#[test]
 fn coverage_is_the_share_of_the_image_with_matches_that_fit() {
     let mut calibrator = after(6);
     assert!(calibrator.health().unwrap().coverage > 0.9);

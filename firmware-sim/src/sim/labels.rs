@@ -33,6 +33,7 @@ pub(super) fn doubt(doubt: Doubt) -> &'static str {
     match doubt {
         Doubt::Baseline => "image halves disagree: t held",
         Doubt::Everything => "image halves disagree: not applied",
+        Doubt::SecondMode => "second crowd of matches: not applied",
         Doubt::Axis => "axis uncertain",
         _ => "doubtful",
     }

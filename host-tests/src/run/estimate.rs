@@ -137,6 +137,7 @@ impl fmt::Display for Estimate {
             }
             Some(Doubt::Baseline) => f.write_str(", image halves disagree: t held"),
             Some(Doubt::Everything) => f.write_str(", image halves disagree: not applied"),
+            Some(Doubt::SecondMode) => f.write_str(", second crowd of matches: not applied"),
             Some(Doubt::Axis) => f.write_str(", axis uncertain"),
             Some(other) => write!(f, ", {other:?}"),
         }

@@ -270,7 +270,7 @@ fn every_verdict_of_the_core_is_known() {
         State, selfcal_state_t: Acquiring Locked Suspect Lost;
         Stop, selfcal_stop_t: Converged NoDescent PassesSpent;
         Fused, selfcal_fused_t: Added Repeated KeptApart Renewed TookOver LensCorrected;
-        Doubt, selfcal_doubt_t: Baseline Everything Axis;
+        Doubt, selfcal_doubt_t: Baseline Everything Axis SecondMode;
         Direction, selfcal_direction_t: Pitch Yaw Roll BaselineForward BaselineDown;
         Band, selfcal_band_t: Good Improvable Recalibrate;
         Arming, selfcal_arming_t: Yes NotLocked Doubtful Misaligned;

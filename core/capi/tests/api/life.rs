@@ -130,10 +130,11 @@ fn assert_same_health(cal: &mut Cal, twin: &Twin) {
     };
     let c = get!(cal, selfcal_health).unwrap();
     assert_eq!(
-        bits(&[c.in_use_px, c.proposed_px, c.coverage, c.yaw_rad, c.weakest.sd_rad]),
+        bits(&[c.in_use_px, c.proposed_px, c.off_px, c.coverage, c.yaw_rad, c.weakest.sd_rad]),
         bits(&[
             rust.in_use_px,
             rust.proposed_px,
+            rust.off_px,
             rust.coverage,
             rust.yaw,
             rust.weakest.map_or(0.0, |(_, sd)| sd)
