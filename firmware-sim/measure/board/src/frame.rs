@@ -9,7 +9,10 @@ use crate::calls::{self, CAPACITY};
 use crate::probe::{Probe, Sample};
 use crate::scene::HEADER;
 
-const BYTES: usize = FrameHeader::BYTES + CAPACITY * MatchRecord::BYTES + FrameCrc::BYTES;
+/// Bytes of a frame of `count` matches.
+pub(crate) const fn bytes(count: usize) -> usize {
+    FrameHeader::BYTES + count * MatchRecord::BYTES + FrameCrc::BYTES
+}
 
 /// Discards the matches, so that only the decoder is measured.
 struct DiscardingSink;
@@ -31,16 +34,15 @@ impl FrameSink for DiscardingSink {
     fn discard(&mut self) {}
 }
 
-/// Decodes a frame from one contiguous slice.
+/// Writes a frame; its header.
 ///
 /// # Panics
-/// If the frame is not decoded.
-pub(crate) fn decode(probe: &Probe, records: &[MatchRecord]) -> Sample {
+/// If the matches do not fit.
+pub(crate) fn encode(sequence: u32, records: &[MatchRecord], bytes: &mut [u8]) -> FrameHeader {
     let count = records.len().try_into().expect("within a frame");
-    let header = FrameHeader { count, ..HEADER };
+    let header = FrameHeader { count, sequence, ..HEADER };
     let start = header.encode().expect("valid");
     let mut crc = FrameCrc::new(&start);
-    let mut bytes = [0; BYTES];
     let (body, _) = bytes[FrameHeader::BYTES..].as_chunks_mut();
     for (place, record) in body.iter_mut().zip(records) {
         *place = record.to_bytes();
@@ -49,7 +51,16 @@ pub(crate) fn decode(probe: &Probe, records: &[MatchRecord]) -> Sample {
     bytes[..FrameHeader::BYTES].copy_from_slice(&start);
     let end = header.frame_bytes();
     bytes[end - FrameCrc::BYTES..end].copy_from_slice(&crc.value().to_le_bytes());
+    header
+}
 
+/// Decodes a frame from one contiguous slice.
+///
+/// # Panics
+/// If the frame is not decoded.
+pub(crate) fn decode(probe: &Probe, records: &[MatchRecord]) -> Sample {
+    let mut bytes = [0; bytes(CAPACITY)];
+    let header = encode(HEADER.sequence, records, &mut bytes);
     let mut decoder = Decoder::new();
     let mut rest = bytes.as_slice();
     let (fed, sample) = probe.run(|| calls::feed(&mut decoder, &mut rest, &mut DiscardingSink));

@@ -16,5 +16,6 @@ mod probe;
 mod scene;
 mod stack;
 mod table;
+mod whole_way;
 
 pub use measurement::measure;

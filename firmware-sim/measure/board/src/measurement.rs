@@ -11,6 +11,7 @@ use crate::pair::{self, Calls, PairCost};
 use crate::probe::{Probe, Sample};
 use crate::scene::{HEADER, Rig, Scene};
 use crate::table::{comment, row};
+use crate::whole_way;
 
 /// Size of a snapshot in either scalar, bytes.
 const SNAPSHOT_BYTES: usize = CalibratorOf::<f64>::SNAPSHOT_BYTES;
@@ -37,6 +38,7 @@ pub fn measure<T: Scalar>() -> ! {
     all = all.max(&paper::<T>(&probe, &mut records));
     all = all.max(&states::<T>(&probe, &mut records));
     let others = others::<T>(&probe, &mut records);
+    whole_way::measure::<T>(&probe);
     for (name, sample) in all.named() {
         row(format_args!("{name} at most"), "instructions", sample.instructions);
     }

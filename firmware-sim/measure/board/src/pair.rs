@@ -84,19 +84,31 @@ pub(crate) fn fill<T: Scalar>(
     })
 }
 
-/// Processes one pair and applies the proposal where possible.
+/// Fills the batch, processes the pair and applies the proposal where possible.
 pub(crate) fn process<T: Scalar>(
     probe: &Probe,
     calibrator: &mut CalibratorOf<T>,
     records: &[MatchRecord],
 ) -> PairCost {
+    let push = fill(probe, calibrator, records);
+    let mut cost = update(probe, calibrator, records.len());
+    cost.calls.push = push;
+    cost
+}
+
+/// Processes the batch, of `count` matches, and applies the proposal where possible.
+pub(crate) fn update<T: Scalar>(
+    probe: &Probe,
+    calibrator: &mut CalibratorOf<T>,
+    count: usize,
+) -> PairCost {
     let state = calibrator.state();
-    let mut calls = Calls { push: fill(probe, calibrator, records), ..Calls::default() };
+    let mut calls = Calls::default();
     let (begun, sample) = probe.run(|| calls::begin(calibrator));
     calls.begin = sample;
     let mut update = sample.instructions;
     let mut second = 0;
-    comment(format_args!("{state} {} begin {update}", records.len()));
+    comment(format_args!("{state} {count} begin {update}"));
     let report = begun.is_ok().then(|| {
         for call in 0..MAX_CALLS {
             let (advanced, sample) = probe.run(|| calls::advance(calibrator));
