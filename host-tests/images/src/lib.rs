@@ -12,6 +12,7 @@
 )]
 
 pub mod live;
+pub mod made;
 pub mod matcher;
 pub mod measure;
 pub mod moments;

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Config, Extrinsics, LensCorrection};
 
+use crate::made::MadePair;
 use crate::matcher::{Matcher, MatcherConfig};
 use crate::picture::Picture;
 use crate::shipped::ShippedImages;
@@ -62,6 +63,42 @@ pub fn measure(
     view: Option<TurnedView>,
     config: MatcherConfig,
 ) -> Result<Measured> {
+    let nominal = images.sift()?.truth::<f64>()?;
+    let [ours, sift] = matches(images, view, config)?;
+    Ok(Measured {
+        name: images.name(),
+        view,
+        ours: quality(&ours, &nominal)?,
+        sift: quality(&sift, &nominal)?,
+    })
+}
+
+/// Measures a made pair, from a side-by-side rig, beside the SIFT matches if there are any.
+///
+/// # Errors
+/// If no pair can be fused.
+pub fn measure_made(
+    made: &MadePair,
+    sift: Option<&Dataset>,
+    config: MatcherConfig,
+) -> Result<(Quality, Option<Quality>)> {
+    let start = Extrinsics::SIDE_BY_SIDE;
+    let [left, right] = &made.pictures;
+    let matches = Matcher::new(made.meta.cameras()?, &start, config).matches(left, right)?.matches;
+    let (name, meta) = (made.name.clone(), made.meta.clone());
+    let ours = Dataset { name, meta, pairs: vec![matches], rigs: Vec::new() };
+    Ok((quality(&ours, &start)?, sift.map(|sift| quality(sift, &start)).transpose()?))
+}
+
+/// The matches in one view: of this matcher, and of SIFT.
+///
+/// # Errors
+/// If the shipped files are damaged.
+pub fn matches(
+    images: ShippedImages,
+    view: Option<TurnedView>,
+    config: MatcherConfig,
+) -> Result<[Dataset; 2]> {
     let sift = images.sift()?;
     let nominal = sift.truth::<f64>()?;
     let sift = view.map_or_else(|| Ok(sift.clone()), |view| view.turn(&sift, DEGREES))?;
@@ -79,13 +116,7 @@ pub fn measure(
         Ok(matches)
     };
     let pairs = images.files().par_iter().map(pair).collect::<Result<_>>()?;
-    let ours = Dataset { pairs, ..sift.clone() };
-    Ok(Measured {
-        name: images.name(),
-        view,
-        ours: quality(&ours, &nominal)?,
-        sift: quality(&sift, &nominal)?,
-    })
+    Ok([Dataset { pairs, ..sift.clone() }, sift])
 }
 
 fn quality(set: &Dataset, start: &Extrinsics<f64>) -> Result<Quality> {

@@ -36,6 +36,9 @@ const DOT: i64 = 3;
 /// Row offset of the brightest colour, px of the image.
 const BRIGHTEST_PX: f64 = 3.0;
 
+/// Where the colours of row offsets begin: the darkest ones are lost on a dim image.
+const DARKEST: f64 = 0.3;
+
 const QUALITY: u8 = 85;
 
 /// A pair at the size of pictures.
@@ -80,7 +83,8 @@ fn verdict(report: &Report, command: &str) -> Section {
     for reason in &report.summary.reasons {
         row("arming, or the last pair", Cell::text(reason));
     }
-    row("matches a pair", Cell::number(report.matches_a_pair, 0));
+    // As text: a number would move its column to the right.
+    row("matches a pair", Cell::text(format!("{:.0}", report.matches_a_pair)));
     if !report.skipped.is_empty() {
         row("skipped", Cell::text(&report.skipped));
     }
@@ -98,77 +102,95 @@ fn pictures(session: &Session, command: &str) -> Result<Option<Section>> {
         return Ok(None);
     };
     let pictures = [frames[0].picture()?, frames[1].picture()?];
-    let meta = fused.rig(&session.set.meta);
-    let calibrated = shown(&pictures, &meta, &session.set.pairs[*number])?;
-    let before = Shown {
-        cameras: halved_meta(&session.set.meta, calibrated.scale).cameras()?,
-        ..shown(&pictures, &session.set.meta, &session.set.pairs[*number])?
-    };
-    let rigs =
-        [("in use", session.log.factory(), &before), ("estimate", &fused.extrinsics, &calibrated)];
-    let mut section = Section::new("Before and after");
-    let name = format!("pair {number}, {} and {}", frames[0], frames[1]);
-    let kept: Vec<usize> = (0..calibrated.matches.len())
-        .filter(|i| {
-            calibrated.offset(&fused.extrinsics, *i).is_some_and(|px| px.abs() <= SCREEN_PX)
-        })
-        .collect();
+    let matches = &session.set.pairs[*number];
+    let calibrated = shown(&pictures, &fused.rig(&session.set.meta), matches)?;
+    let before = shown(&pictures, &session.set.meta, matches)?;
+    let kept = calibrated.in_row(&fused.extrinsics);
     let range = calibrated.range(&fused.extrinsics, &kept);
-    let (mut pairs, mut disparities, mut offsets) = (Vec::new(), Vec::new(), Vec::new());
-    let mut numbers =
-        Csv::new("before_after", &["rig", "row offset, median, px", "disparities found, share"]);
-    for (rig, extrinsics, shown) in rigs {
-        let median = shown.median(extrinsics, &kept);
-        offsets.push((
-            shown.coloured(extrinsics)?,
-            format!("{rig}: median row offset {median:.2} px"),
-        ));
-        let Some(one) = shown.rectification(extrinsics, &kept, range, median) else {
+    let mut section = Section::new("Before and after");
+    let mut panels = Panels::new();
+    for (rig, extrinsics, shown) in
+        [("in use", session.log.factory(), &before), ("estimate", &fused.extrinsics, &calibrated)]
+    {
+        if !panels.add(rig, extrinsics, shown, &kept, range)? {
             section
                 .text(format!("No camera sees what both see after the rectification of: {rig}."));
-            continue;
-        };
-        let found = 100.0 * one.scores.valid;
-        pairs.push((pair_picture(&one)?, format!("{rig}: median row offset {median:.2} px")));
-        disparities.push((disparity_picture(&one)?, format!("{rig}: {found:.1} % found")));
-        numbers.push([rig.to_owned(), median.to_string(), one.scores.valid.to_string()]);
+        }
     }
-    let figure = |panels, caption: String, numbers: Csv| Figure {
-        panels,
-        legend: Vec::new(),
-        caption,
-        command: command.to_owned(),
-        numbers,
-    };
-    section.figure(figure(
-        pairs,
-        format!(
-            "Left and right image of {name}, rectified, side by side. Blue lines are level; an orange line leads \
-             level from a match's end in the left image, and its end in the right image should lie on it."
-        ),
-        numbers.clone(),
-    ));
-    section.figure(figure(
-        disparities,
-        format!(
-            "Dense disparities of {name}, from yellow (near, {range} px) to dark blue (far, 0 px); grey where left and \
-             right do not agree within 1 px. Semi-global matching, nothing filled in."
-        ),
-        renamed(&numbers, "disparities"),
-    ));
-    section.figure(figure(
-        offsets,
-        format!(
-            "All matches of {name} in the left image as it is, coloured by their row offset: dark blue 0, yellow \
-             {BRIGHTEST_PX} px or more."
-        ),
-        renamed(&numbers, "offsets"),
-    ));
+    let name = format!("pair {number}, {} and {}", frames[0], frames[1]);
+    for figure in panels.figures(&name, range, command) {
+        section.figure(figure);
+    }
     Ok(Some(section))
 }
 
-fn renamed(numbers: &Csv, name: &str) -> Csv {
-    Csv { name: name.to_owned(), ..numbers.clone() }
+/// A picture and the line under it, for each rig.
+type Row = Vec<(Drawing, String)>;
+
+/// The pictures of the rigs, side by side.
+struct Panels {
+    pairs: Row,
+    disparities: Row,
+    offsets: Row,
+    numbers: Csv,
+}
+
+impl Panels {
+    fn new() -> Self {
+        let columns = ["rig", "row offset, median, px", "disparities found, share"];
+        let numbers = Csv::new("before_after", &columns);
+        Self { pairs: Row::new(), disparities: Row::new(), offsets: Row::new(), numbers }
+    }
+
+    /// The pictures of one rig; `false` if only its matches can be shown, since no rectified camera sees both.
+    fn add(
+        &mut self,
+        rig: &str,
+        extrinsics: &Extrinsics<f64>,
+        shown: &Shown,
+        kept: &[usize],
+        range: u16,
+    ) -> Result<bool> {
+        let median = shown.median(extrinsics, kept);
+        let rows = format!("{rig}: median row offset {median:.2} px");
+        self.offsets.push((shown.coloured(extrinsics)?, rows.clone()));
+        let Some(one) = shown.rectification(extrinsics, kept, range, median) else {
+            return Ok(false);
+        };
+        let found = 100.0 * one.scores.valid;
+        self.pairs.push((pair_picture(&one)?, rows));
+        self.disparities.push((disparity_picture(&one)?, format!("{rig}: {found:.1} % found")));
+        self.numbers.push([rig.to_owned(), median.to_string(), one.scores.valid.to_string()]);
+        Ok(true)
+    }
+
+    /// One below the other, with what they show of the pair of that name.
+    fn figures(self, name: &str, range: u16, command: &str) -> [Figure; 3] {
+        let figure = |panels, caption, csv: &str| Figure {
+            panels,
+            legend: Vec::new(),
+            caption,
+            command: command.to_owned(),
+            numbers: Csv { name: csv.to_owned(), ..self.numbers.clone() },
+        };
+        let pairs = format!(
+            "Left and right image of {name}, rectified, side by side. Blue lines are level; an orange line leads \
+             level from a match's end in the left image, and its end in the right image should lie on it."
+        );
+        let disparities = format!(
+            "Dense disparities of {name}, from yellow (near, {range} px) to dark blue (far, 0 px); grey where left and \
+             right do not agree within 1 px. Semi-global matching, nothing filled in."
+        );
+        let offsets = format!(
+            "All matches of {name} in the left image as it is, coloured by their row offset: blue 0, yellow \
+             {BRIGHTEST_PX} px or more."
+        );
+        [
+            figure(self.pairs, pairs, "before_after"),
+            figure(self.disparities, disparities, "disparities"),
+            figure(self.offsets, offsets, "offsets"),
+        ]
+    }
 }
 
 /// A pair halved until it is no wider than pictures are.
@@ -212,6 +234,12 @@ impl Shown {
         let rays: RayPair<f64> = self.cameras.rays(&self.matches[i].correspondence()).ok()?;
         let offset = row_offset(&RectifyingRotations::from(extrinsics), &rays)?;
         Some(offset * self.cameras.mean_focal() * self.scale)
+    }
+
+    /// The matches that fit their rows.
+    fn in_row(&self, extrinsics: &Extrinsics<f64>) -> Vec<usize> {
+        let fits = |i: &usize| self.offset(extrinsics, *i).is_some_and(|px| px.abs() <= SCREEN_PX);
+        (0..self.matches.len()).filter(fits).collect()
     }
 
     fn median(&self, extrinsics: &Extrinsics<f64>, kept: &[usize]) -> f64 {
@@ -274,7 +302,8 @@ impl Shown {
         pixels.for_each(|(pixel, grey)| *pixel = Rgb([grey.unwrap_or(0) / 2 + 30; 3]));
         for (i, m) in self.matches.iter().enumerate() {
             let Some(offset) = self.offset(extrinsics, i) else { continue };
-            let palette::Rgb(r, g, b) = viridis((offset.abs() / BRIGHTEST_PX).min(1.0));
+            let palette::Rgb(r, g, b) =
+                viridis(DARKEST + (1.0 - DARKEST) * (offset.abs() / BRIGHTEST_PX).min(1.0));
             dot(&mut image, [m.ul, m.vl].map(|x| x.round() as i64), Rgb([r, g, b]));
         }
         let mut bytes = Cursor::new(Vec::new());

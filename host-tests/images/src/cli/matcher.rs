@@ -1,12 +1,14 @@
 //! `selfcal matcher`.
 
 use std::io::{self, Write};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
 use clap::Args;
+use selfcal_images::made::{MadePair, SCENES};
 use selfcal_images::matcher::{Matcher, MatcherConfig};
-use selfcal_images::measure::{Quality, VIEWS, measure};
+use selfcal_images::measure::{Quality, VIEWS, measure, measure_made};
 use selfcal_images::picture::Picture;
 use selfcal_images::shipped::ShippedImages;
 
@@ -18,6 +20,7 @@ use selfcal_images::shipped::ShippedImages;
 #[command(after_help = "Examples:
   selfcal matcher
   selfcal matcher chess
+  selfcal matcher --made target/made
   selfcal matcher --time")]
 pub(crate) struct MatcherArgs {
     /// Which images; all of them if none is given.
@@ -27,6 +30,12 @@ pub(crate) struct MatcherArgs {
     /// Measure the time a pair takes on one thread: Aloe at 0.3, 1.4 and 6 Mpx, the best of five.
     #[arg(long)]
     time: bool,
+
+    /// Measure with exact truth instead: the shipped images on slanted planes, seen by a second camera, from a
+    /// side-by-side rig. Images and rigs go to NAME-NUMBER/ in this folder, older ones are replaced. SIFT matches
+    /// in NAME-NUMBER/sift, by host-tests/data/recreate/make_pairs.py, are measured beside it.
+    #[arg(long, value_name = "DIR", conflicts_with = "time")]
+    made: Option<PathBuf>,
 }
 
 /// Sizes of the pairs that are timed, px.
@@ -39,47 +48,76 @@ pub(crate) fn matcher(args: &MatcherArgs) -> Result<()> {
     }
     let all =
         if args.images.is_empty() { ShippedImages::ALL.to_vec() } else { args.images.clone() };
-    let mut out = io::stdout();
-    writeln!(
-        out,
-        "{:<11}{:<7} {:>7} {:>6} {:>6} {:>8} {:>8}  {:>7} {:>6} {:>6} {:>8} {:>8}  {:>5} {:>7}",
-        "images",
-        "view",
-        "matches",
-        "right",
-        "noise",
-        "e_t",
-        "e_theta",
-        "SIFT",
-        "right",
-        "noise",
-        "e_t",
-        "e_theta",
-        "e_t",
-        "e_theta"
-    )?;
-    let mut ratios = Vec::new();
+    head()?;
+    let mut table = Ratios::default();
     for images in all {
+        if let Some(dir) = &args.made {
+            for scene in 0..SCENES {
+                let pair = MadePair::new(images, scene)?;
+                pair.save(dir)?;
+                let sift = pair.sift(dir)?;
+                let (ours, sift) = measure_made(&pair, sift.as_ref(), MatcherConfig::default())?;
+                table.row(images.name(), &scene.to_string(), &ours, sift.as_ref())?;
+            }
+            continue;
+        }
         for view in VIEWS {
             let m = measure(images, view, MatcherConfig::default())?;
             let view = view.map_or("none".into(), |view| format!("{view:?}").to_lowercase());
-            let error = [m.ours.error, m.sift.error];
-            let ratio = [
-                error[0].translation / error[1].translation,
-                error[0].rotation / error[1].rotation,
-            ];
-            ratios.push(ratio);
-            let [ours, sift] = [quality(&m.ours), quality(&m.sift)];
-            let [t, r] = ratio;
-            writeln!(out, "{:<11}{view:<7} {ours}  {sift}  {t:>5.2} {r:>7.2}", m.name)?;
+            table.row(m.name, &view, &m.ours, Some(&m.sift))?;
         }
     }
-    let mean = |i: usize| {
-        let sum: f64 = ratios.iter().map(|ratio| ratio[i].ln()).sum();
-        (sum / ratios.len() as f64).exp()
-    };
-    writeln!(out, "{:<101}{:>5.2} {:>7.2}", "geometric mean", mean(0), mean(1))?;
-    Ok(())
+    table.end()
+}
+
+fn head() -> io::Result<()> {
+    let group =
+        format!("{:>7} {:>6} {:>6} {:>8} {:>8}", "matches", "right", "noise", "e_t", "e_theta");
+    let sift = group.replace("matches", "   SIFT");
+    let [left, right] = ["e_t", "e_theta"];
+    writeln!(io::stdout(), "{:<11}{:<7} {group}  {sift}  {left:>5} {right:>7}", "images", "view")
+}
+
+/// Errors, and those over SIFT's, so far.
+#[derive(Default)]
+struct Ratios {
+    errors: Vec<[f64; 2]>,
+    ratios: Vec<[f64; 2]>,
+}
+
+impl Ratios {
+    fn row(
+        &mut self,
+        name: &str,
+        view: &str,
+        ours: &Quality,
+        sift: Option<&Quality>,
+    ) -> io::Result<()> {
+        let errors = |q: &Quality| [q.error.translation, q.error.rotation];
+        self.errors.push(errors(ours));
+        let line = format!("{name:<11}{view:<7} {}", quality(ours));
+        let Some(sift) = sift else { return writeln!(io::stdout(), "{line}") };
+        let ([t, r], [sift_t, sift_r]) = (errors(ours), errors(sift));
+        let [t, r] = [t / sift_t, r / sift_r];
+        self.ratios.push([t, r]);
+        writeln!(io::stdout(), "{line}  {}  {t:>5.2} {r:>7.2}", quality(sift))
+    }
+
+    /// The geometric means.
+    fn end(&self) -> Result<()> {
+        let mean = |all: &[[f64; 2]], i: usize| {
+            let sum: f64 = all.iter().map(|one| one[i].ln()).sum();
+            (sum / all.len() as f64).exp()
+        };
+        let [t, r] = [0, 1].map(|i| mean(&self.errors, i));
+        write!(io::stdout(), "{:<41} {t:>8.5} {r:>8.5}", "geometric mean")?;
+        if !self.ratios.is_empty() {
+            let [t, r] = [0, 1].map(|i| mean(&self.ratios, i));
+            write!(io::stdout(), "{:<42}{t:>5.2} {r:>7.2}", "")?;
+        }
+        writeln!(io::stdout())?;
+        Ok(())
+    }
 }
 
 fn quality(q: &Quality) -> String {

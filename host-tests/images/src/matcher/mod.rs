@@ -9,6 +9,7 @@ mod keypoints;
 mod patch;
 mod refine;
 mod search;
+mod smooth;
 
 use anyhow::Result;
 use host_tests::data::Match;
@@ -20,6 +21,7 @@ use crate::picture::Picture;
 use keypoints::Keypoints;
 use refine::{Halved, Refiner};
 use search::{Band, Search, Tentative};
+use smooth::smoothed;
 
 /// Parameters of the matcher.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -118,9 +120,17 @@ pub struct Matcher {
 }
 
 /// A pair on its way.
-struct Work<'a> {
+struct Work {
     refiner: Refiner,
-    halved: [&'a Halved; 2],
+    smooth: [Halved; 2],
+}
+
+impl Work {
+    fn new(halved: [&Halved; 2]) -> Result<Self> {
+        let smooth = |levels: &Halved| levels.iter().map(smoothed).collect::<Result<Halved>>();
+        let [left, right] = halved;
+        Ok(Self { refiner: Refiner::new(), smooth: [smooth(left)?, smooth(right)?] })
+    }
 }
 
 impl Matcher {
@@ -137,7 +147,7 @@ impl Matcher {
     pub fn matches(&self, left: &Picture, right: &Picture) -> Result<Matched> {
         let halved = [halved(left)?, halved(right)?];
         let halved = halved.each_ref();
-        let work = Work { refiner: Refiner::new(), halved };
+        let work = Work::new(halved)?;
         let small = small(halved[0]);
         let config = MatcherConfig { ratio: self.config.ratio.min(0.8), ..self.config };
         let [count, levels] = COARSE;
@@ -224,7 +234,7 @@ impl Matcher {
 
     fn refined(
         &self,
-        work: &Work<'_>,
+        work: &Work,
         corners: &[Keypoints; 2],
         tentative: &[Tentative],
         finest: usize,
@@ -234,7 +244,7 @@ impl Matcher {
 
     fn refined_one(
         &self,
-        work: &Work<'_>,
+        work: &Work,
         [l, r]: &[Keypoints; 2],
         tentative: &Tentative,
         finest: usize,
@@ -245,8 +255,9 @@ impl Matcher {
         let left = l.places[tentative.left].map(|x| (x / unit).round() * unit);
         let right = r.places[tentative.right];
         let pixel = l.pixel(tentative.left).max(r.pixel(tentative.right));
-        let coarsest = (pixel.log2() as usize).clamp(finest, work.halved[0].len() - 1);
-        let refined = work.refiner.refine(work.halved, left, right, [coarsest, finest])?;
+        let coarsest = (pixel.log2() as usize).clamp(finest, work.smooth[0].len() - 1);
+        let refined =
+            work.refiner.refine(work.smooth.each_ref(), left, right, [coarsest, finest])?;
         let moved = (refined.place[0] - right[0]).hypot(refined.place[1] - right[1]);
         let sure = refined.correlation >= config.correlation
             && refined.sd.iter().all(|sd| *sd <= config.sd_px * unit)

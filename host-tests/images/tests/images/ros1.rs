@@ -1,16 +1,12 @@
 //! ROS 1 bags, written here by their format: images and calibration, whole and cut short.
 
-mod common;
-
 use std::fs;
 use std::io::Cursor;
-use std::path::Path;
 
-use assert_cmd::Command;
 use image::{GrayImage, ImageFormat};
-use serde_json::Value;
 
-use common::{FOCAL, SIZE, moving};
+use crate::command::check;
+use crate::scene::{SIZE, camera_info, moving};
 
 /// Operations of records.
 const MESSAGE: u8 = 2;
@@ -74,21 +70,9 @@ fn compressed(image: &GrayImage, at: (usize, usize)) -> Vec<u8> {
 /// `sensor_msgs/CameraInfo` of a rectified camera.
 fn info(right: bool) -> Vec<u8> {
     let [width, height] = SIZE.map(u32::to_le_bytes);
-    let [cx, cy] = SIZE.map(|n| f64::from(n) / 2.0 - 0.5);
-    let shift = if right { -FOCAL * 0.12 } else { 0.0 };
     let numbers = |all: &[f64]| all.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
-    [
-        header(0, 0),
-        height.to_vec(),
-        width.to_vec(),
-        counted(b"plumb_bob"),
-        u32s(5).to_vec(),
-        numbers(&[0.0; 5]),
-        numbers(&[FOCAL, 0.0, cx, 0.0, FOCAL, cy, 0.0, 0.0, 1.0]),
-        numbers(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]),
-        numbers(&[FOCAL, 0.0, cx, shift, 0.0, FOCAL, cy, 0.0, 0.0, 0.0, 1.0, 0.0]),
-    ]
-    .concat()
+    let [d, k, r, p] = camera_info(right).map(|all| numbers(&all));
+    [&header(0, 0), &height[..], &width, &counted(b"plumb_bob"), &u32s(5), &d, &k, &r, &p].concat()
 }
 
 /// A bag of four moments in as many chunks: left raw, right compressed and 2 ms late, one right image lost.
@@ -130,30 +114,24 @@ fn bag() -> Vec<u8> {
     [&magic[..], &head(index, padding), &chunks, &connections].concat()
 }
 
-fn check(path: &Path) -> (Value, String) {
-    let arguments = ["check", path.to_str().unwrap(), "--json", "--keypoints", "500"];
-    let output = Command::cargo_bin("selfcal-images").unwrap().args(arguments).output().unwrap();
-    let json = serde_json::from_slice(&output.stdout).unwrap_or(Value::Null);
-    (json, String::from_utf8(output.stderr).unwrap())
-}
-
 #[test]
 fn a_ros_1_bag_gives_its_pairs_and_its_rig_and_cut_short_it_is_refused_by_name() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("whole.bag");
     let bytes = bag();
     fs::write(&path, &bytes).unwrap();
-    let (json, err) = check(&path);
+    let (json, said) = check(&path, &[]);
+    let err = said.err;
     assert_eq!(json["run"]["pairs"], 3, "{err}");
     assert_eq!(json["skipped"], "1 without a partner", "{err}");
     assert_eq!(json["rig_guessed"], false);
 
     let cut = dir.path().join("cut.bag");
     fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).unwrap();
-    let (_, err) = check(&cut);
+    let err = check(&cut, &[]).1.err;
     assert!(err.contains("cut.bag") && err.contains("rosbag reindex"), "{err}");
     assert!(!err.contains("panicked"), "{err}");
     fs::write(&cut, b"nothing").unwrap();
-    let (_, err) = check(&cut);
+    let err = check(&cut, &[]).1.err;
     assert!(err.contains("error") && err.contains("cut.bag"), "{err}");
 }

@@ -1,26 +1,17 @@
 //! Folders of known layouts with the calibrations of their data sets.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
-use assert_cmd::Command;
-use serde_json::Value;
-
-use common::{FOCAL, SIZE, save, small};
 use host_tests::data::{Dataset, Match};
 use image::{ImageBuffer, Luma};
 
-fn check(top: &Path) -> Value {
-    let arguments = ["check", top.to_str().unwrap(), "--json", "--keypoints", "800"];
-    let output = Command::cargo_bin("selfcal-images").unwrap().args(arguments).output().unwrap();
-    let err = String::from_utf8(output.stderr).unwrap();
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{err}"))
-}
+use crate::command::{check, run};
+use crate::scene::{FOCAL, PRINCIPAL, SIZE, save, small};
 
-fn fits(json: &Value) {
-    assert_eq!(json["run"]["pairs"], 1, "{json}");
+fn fits(top: &Path) {
+    let (json, said) = check(top, &[]);
+    assert_eq!(json["run"]["pairs"], 1, "{json} {}", said.err);
     assert_eq!(json["rig_guessed"], false);
     assert!(json["run"]["rms_px_before"].as_f64().unwrap() < 0.5, "{json}");
 }
@@ -29,7 +20,7 @@ fn fits(json: &Value) {
 fn euroc_kitti_and_middlebury_are_read_with_their_calibrations() {
     let [left, right] = small();
     let [width, height] = SIZE;
-    let [cx, cy] = SIZE.map(|n| f64::from(n) / 2.0 - 0.5);
+    let [cx, cy] = PRINCIPAL;
     let dir = tempfile::tempdir().unwrap();
 
     let euroc = dir.path().join("euroc");
@@ -45,7 +36,7 @@ fn euroc_kitti_and_middlebury_are_read_with_their_calibrations() {
         );
         fs::write(folder.join("sensor.yaml"), text).unwrap();
     }
-    fits(&check(&euroc));
+    fits(&euroc);
 
     let kitti = dir.path().join("kitti");
     for (folder, image) in [("image_0", &left), ("image_1", &right)] {
@@ -56,7 +47,7 @@ fn euroc_kitti_and_middlebury_are_read_with_their_calibrations() {
         |shift: f64| format!("{FOCAL:e} 0.0 {cx} {shift} 0.0 {FOCAL:e} {cy} 0.0 0.0 0.0 1.0 0.0");
     fs::write(kitti.join("calib.txt"), format!("P0: {}\nP1: {}\n", p(0.0), p(-FOCAL * 0.5)))
         .unwrap();
-    fits(&check(&kitti));
+    fits(&kitti);
 
     let middlebury = dir.path().join("middlebury");
     fs::create_dir(&middlebury).unwrap();
@@ -67,7 +58,7 @@ fn euroc_kitti_and_middlebury_are_read_with_their_calibrations() {
         "cam0={k}\ncam1={k}\ndoffs=0\nbaseline=160\nwidth={width}\nheight={height}\nndisp=64\n"
     );
     fs::write(middlebury.join("calib.txt"), text).unwrap();
-    fits(&check(&middlebury));
+    fits(&middlebury);
 }
 
 #[test]
@@ -88,8 +79,8 @@ fn tiff_of_8_and_16_bits_gives_the_matches_of_pgm() {
         let [left, right] = ["left", "right"].map(|side| place(&format!("{side}{ending}")));
         let out = place(&format!("set{ending}"));
         let focal = FOCAL.to_string();
-        let arguments = ["images", &left, &right, "--focal", &focal, "--out", &out];
-        Command::cargo_bin("selfcal-images").unwrap().args(arguments).assert().success();
+        let said = run(&["images", &left, &right, "--focal", &focal, "--out", &out]);
+        assert_eq!(said.status, 0, "{}", said.err);
         Dataset::load(out.as_ref()).unwrap().pairs
     };
     let pgm = matches(".pgm");

@@ -1,18 +1,16 @@
 //! Bags: images and calibration out of an MCAP file, whole and cut short.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
-use assert_cmd::Command;
 use image::{GrayImage, ImageFormat};
+use mcap::WriteOptions;
 use mcap::records::MessageHeader;
-use serde_json::Value;
 
-use common::{FOCAL, SIZE, moving};
+use crate::command::check;
+use crate::scene::{SIZE, camera_info, moving};
 
 /// CDR, little endian: numbers at multiples of their size after the header of 4 bytes.
 struct Cdr(Vec<u8>);
@@ -84,18 +82,15 @@ fn info(right: bool) -> Vec<u8> {
     cdr.u32(width);
     cdr.text("plumb_bob");
     cdr.u32(5);
-    cdr.numbers(&[0.0; 5]);
-    let [cx, cy] = SIZE.map(|n| f64::from(n) / 2.0 - 0.5);
-    cdr.numbers(&[FOCAL, 0.0, cx, 0.0, FOCAL, cy, 0.0, 0.0, 1.0]);
-    cdr.numbers(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
-    let shift = if right { -FOCAL * 0.12 } else { 0.0 };
-    cdr.numbers(&[FOCAL, 0.0, cx, shift, 0.0, FOCAL, cy, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    camera_info(right).iter().for_each(|numbers| cdr.numbers(numbers));
     cdr.0
 }
 
 /// A bag of five moments: left raw, right compressed and 2 ms late, one right image lost.
 fn bag(path: &Path) {
-    let mut out = mcap::Writer::new(fs::File::create(path).unwrap()).unwrap();
+    // A chunk is read whole or not at all: small ones, so that a cut leaves some.
+    let options = WriteOptions::new().chunk_size(Some(1 << 16));
+    let mut out = options.create(fs::File::create(path).unwrap()).unwrap();
     let mut channel = |topic: &str, kind: &str| {
         let schema = out.add_schema(&format!("sensor_msgs/msg/{kind}"), "ros2msg", b"").unwrap();
         out.add_channel(schema, topic, "cdr", &BTreeMap::new()).unwrap()
@@ -120,31 +115,24 @@ fn bag(path: &Path) {
     out.finish().unwrap();
 }
 
-fn check(path: &Path) -> (Value, String) {
-    let arguments = ["check", path.to_str().unwrap(), "--json", "--keypoints", "500"];
-    let output = Command::cargo_bin("selfcal-images").unwrap().args(arguments).output().unwrap();
-    let json = serde_json::from_slice(&output.stdout).unwrap_or(Value::Null);
-    (json, String::from_utf8(output.stderr).unwrap())
-}
-
 #[test]
 fn a_bag_gives_its_pairs_and_its_rig_and_cut_short_what_is_left_of_it() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("whole.mcap");
     bag(&path);
-    let (json, err) = check(&path);
-    assert_eq!(json["run"]["pairs"], 4, "{err}");
-    assert_eq!(json["skipped"], "1 without a partner", "{err}");
+    let (json, said) = check(&path, &[]);
+    assert_eq!(json["run"]["pairs"], 4, "{}", said.err);
+    assert_eq!(json["skipped"], "1 without a partner", "{}", said.err);
     assert_eq!(json["rig_guessed"], false);
 
     let bytes = fs::read(&path).unwrap();
     let cut = dir.path().join("cut.mcap");
     fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).unwrap();
-    let (json, err) = check(&cut);
-    // A chunk is read whole or not at all.
-    let said = err.contains("the rest of") || err.contains("no topic of images");
-    assert!(said, "{json} {err}");
+    let (json, said) = check(&cut, &[]);
+    assert!(said.err.contains("the rest of") && said.err.contains("cut.mcap"), "{}", said.err);
+    let kept = json["run"]["pairs"].as_u64();
+    assert!(kept.is_some_and(|pairs| (1..4).contains(&pairs)), "{json} {}", said.err);
     fs::write(&cut, b"nothing").unwrap();
-    let (_, err) = check(&cut);
-    assert!(err.contains("error"), "{err}");
+    let err = check(&cut, &[]).1.err;
+    assert!(err.contains("error") && err.contains("cut.mcap"), "{err}");
 }

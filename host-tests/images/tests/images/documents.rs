@@ -3,9 +3,9 @@
 use assert_cmd::Command;
 
 const DOCUMENTS: [&str; 3] = [
-    include_str!("../../../README.md"),
-    include_str!("../../EVIDENCE.md"),
-    include_str!("../../data/README.md"),
+    include_str!("../../../../README.md"),
+    include_str!("../../../EVIDENCE.md"),
+    include_str!("../../../data/README.md"),
 ];
 
 #[test]

@@ -1,5 +1,4 @@
 //! Scenes of the tests: a rig that turns before the Aloe, as files.
-#![allow(dead_code, reason = "not every test needs all of it")]
 
 use std::path::Path;
 
@@ -32,18 +31,20 @@ pub(crate) fn small() -> [GrayImage; 2] {
     })
 }
 
+/// Principal point of the small scene, px.
+pub(crate) const PRINCIPAL: [f64; 2] = [SIZE[0] as f64 / 2.0 - 0.5, SIZE[1] as f64 / 2.0 - 0.5];
+
 /// Focal length of the small scene, px.
 pub(crate) const FOCAL: f64 = 3740.0 / 3.0;
 
-pub(crate) fn camera() -> Camera<f64> {
+fn camera() -> Camera<f64> {
     let [width, height] = SIZE.map(|n| u16::try_from(n).unwrap());
-    let principal = [f64::from(width) / 2.0 - 0.5, f64::from(height) / 2.0 - 0.5];
-    let intrinsics = Intrinsics { focal: [FOCAL; 2], principal, size: [width, height] };
+    let intrinsics = Intrinsics { focal: [FOCAL; 2], principal: PRINCIPAL, size: [width, height] };
     Camera::try_new(intrinsics, Lens::Pinhole).unwrap()
 }
 
 /// An image as after a turn of its camera, degrees; what is then unseen is grey.
-pub(crate) fn turn(image: &GrayImage, view: TurnedView, degrees: f64) -> GrayImage {
+fn turn(image: &GrayImage, view: TurnedView, degrees: f64) -> GrayImage {
     let size = SIZE.map(|n| u16::try_from(n).unwrap());
     let grey = Grey::try_new(size, image.pixels().map(|p| Some(p.0[0])).collect()).unwrap();
     let warped = turned(&grey, &camera(), &view.rotation(degrees));
@@ -76,4 +77,16 @@ pub(crate) fn folders<'a>(pairs: impl IntoIterator<Item = [&'a GrayImage; 2]>, t
             save(image, &top.join(format!("{side}/{i:03}.pgm")));
         }
     }
+}
+
+/// Matrices of a `camera_info` of the rectified small scene: distortion, K, R, P.
+pub(crate) fn camera_info(right: bool) -> [Vec<f64>; 4] {
+    let [cx, cy] = PRINCIPAL;
+    let shift = if right { -FOCAL * 0.12 } else { 0.0 };
+    [
+        vec![0.0; 5],
+        vec![FOCAL, 0.0, cx, 0.0, FOCAL, cy, 0.0, 0.0, 1.0],
+        vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        vec![FOCAL, 0.0, cx, shift, 0.0, FOCAL, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+    ]
 }

@@ -1,0 +1,10 @@
+//! The commands over images and bags, as files that the tests write.
+
+mod bad_input;
+mod bags;
+mod command;
+mod documents;
+mod interrupted;
+mod layouts;
+mod ros1;
+mod scene;
