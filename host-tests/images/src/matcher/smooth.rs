@@ -34,7 +34,7 @@ mod tests {
 
     #[test]
     fn a_slope_stays_and_a_dot_becomes_a_bell() {
-        let slope: Vec<u8> = (0..30).map(|i| 10 * (i % 6) as u8 + i / 6).collect();
+        let slope: Vec<u8> = (0..30).map(|i| 10 * (i % 6) + i / 6).collect();
         let smooth = smoothed(&Picture::try_new([6, 5], slope.clone()).unwrap()).unwrap();
         for v in 1..4 {
             assert_eq!(smooth.pixels()[6 * v + 1..6 * v + 5], slope[6 * v + 1..6 * v + 5]);

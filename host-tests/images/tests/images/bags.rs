@@ -82,7 +82,9 @@ fn info(right: bool) -> Vec<u8> {
     cdr.u32(width);
     cdr.text("plumb_bob");
     cdr.u32(5);
-    camera_info(right).iter().for_each(|numbers| cdr.numbers(numbers));
+    for numbers in camera_info(right) {
+        cdr.numbers(&numbers);
+    }
     cdr.0
 }
 
