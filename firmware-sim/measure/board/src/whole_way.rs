@@ -34,6 +34,7 @@ struct Way<'a, T: Scalar> {
 ///
 /// # Panics
 /// If the estimate does not lock, or loses the lock.
+#[expect(clippy::large_stack_arrays, reason = "there is no heap to put them on")]
 pub(crate) fn measure<T: Scalar>(probe: &Probe) {
     comment(format_args!("frames of {MATCHES} matches"));
     let mut calibrator = CalibratorOf::new(Config::robust());
