@@ -78,7 +78,7 @@ impl ScenarioKind {
         }
     }
 
-    /// [`Scenario::turn_deg`] unless said otherwise; 0 for a rig that does not move.
+    /// `Scenario::turn_deg` unless said otherwise; 0 for a rig that does not move.
     #[must_use]
     pub fn turn_deg(self) -> f64 {
         match self {
