@@ -13,20 +13,22 @@ const DATA_SET: &str = "opencv_chess_sift";
 
 fn main() -> Result<()> {
     let out = PathBuf::from(env::var_os("OUT_DIR").context("cargo sets OUT_DIR")?);
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    // At run time: a target folder may be shared by working trees.
+    let package = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").context("cargo sets it")?);
+    let root = package.join("..");
     recording::generate(&root.join("host-tests/data").join(DATA_SET), &out)?;
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
-        link(&root, &out)?;
+        link(&package, &out)?;
     }
     Ok(())
 }
 
 /// Passes the memory map, the vector table and the log sections to the linker. Only images need them.
-fn link(root: &Path, out: &Path) -> Result<()> {
-    let memory = root.join("memory.x");
+fn link(package: &Path, out: &Path) -> Result<()> {
+    let memory = package.join("../memory.x");
     fs::copy(&memory, out.join("memory.x")).context("memory.x of the workspace")?;
     println!("cargo::rerun-if-changed={}", memory.display());
-    let vectors = Path::new(env!("CARGO_MANIFEST_DIR")).join("device.x");
+    let vectors = package.join("device.x");
     fs::copy(&vectors, out.join("device.x")).context("device.x of the board")?;
     println!("cargo::rerun-if-changed={}", vectors.display());
     println!("cargo::rustc-link-search={}", out.display());

@@ -140,7 +140,7 @@
 /**
  * Length of the longest record of `selfcal_snapshot`, bytes, for any capacity.
  */
-#define SELFCAL_SNAPSHOT_BYTES 4180
+#define SELFCAL_SNAPSHOT_BYTES 4204
 
 /**
  * Length of the longest record of `selfcal_factory_to_record`, bytes.

@@ -10,6 +10,8 @@
 //! disparities, and the symmetric part: `cx cy cz xx yy zz xy xz yz`. So no small number is the
 //! difference of large sums, which loses its digits in `f32`.
 
+mod times;
+
 use nalgebra::Vector5;
 
 use super::information::Information;
@@ -49,15 +51,6 @@ macro_rules! add_rows {
     ($lanes:ident, $sums:ident, $w:ident; $($row:ident: $($place:literal $column:ident),+);+) => {$(
         let weighted = $w * $row;
         $($lanes.add_product(&mut $sums[$place], weighted, $column);)+
-    )+};
-}
-
-/// Rows of `M x`: its number and the place of its diagonal element, then `place x column` of the others.
-macro_rules! times_rows {
-    ($m:ident, $y:ident; $($x_row:ident $row:literal $diagonal:literal: $($place:literal $x:ident $column:literal),*);+) => {$(
-        let sum = T::ZERO $(+ $m[$place] * $x)*;
-        $($y[$column] += $m[$place] * $x_row;)*
-        $y[$row] += sum + $m[$diagonal] * $x_row;
     )+};
 }
 
@@ -315,51 +308,6 @@ impl<T: Scalar> Moments<T> {
                 *element = dot(other, &weighted);
             }
         }
-    }
-
-    /// `M x`; reads each element of the triangle once.
-    #[inline(always)]
-    pub(super) fn times(&self, x: &Vector12<T>) -> Vector12<T> {
-        let mut y = self.times_without_lens(x);
-        self.add_times_lens(x, &mut y);
-        y
-    }
-
-    /// Adds the part of `M x` that the lens has to do with.
-    #[inline(never)]
-    fn add_times_lens(&self, x: &Vector12<T>, y: &mut Vector12<T>) {
-        let mut m = self.products.0.iter().skip(OLD_TRIANGLE);
-        for (row, x_row) in x.iter().enumerate().skip(PRODUCTS) {
-            let mut sum = T::ZERO;
-            for ((x_column, y_column), m) in x.iter().zip(&mut *y).take(row).zip(m.by_ref()) {
-                sum += *m * *x_column;
-                *y_column += *m * *x_row;
-            }
-            if let (Some(m), Some(y)) = (m.next(), y.get_mut(row)) {
-                *y += sum + *m * *x_row;
-            }
-        }
-    }
-
-    /// `M x` of the nine products alone, zero for the lens. Written out: `x` and `M x` stay in registers.
-    #[inline(never)]
-    #[rustfmt::skip]
-    fn times_without_lens(&self, x: &Vector12<T>) -> Vector12<T> {
-        let m = &self.products.0;
-        let [a, b, c, d, e, f, g, h, i, ..] = *x;
-        let mut y = [T::ZERO; COORDINATES];
-        times_rows!(m, y;
-            a 0 0: ;
-            b 1 2: 1 a 0;
-            c 2 5: 3 a 0, 4 b 1;
-            d 3 9: 6 a 0, 7 b 1, 8 c 2;
-            e 4 14: 10 a 0, 11 b 1, 12 c 2, 13 d 3;
-            f 5 20: 15 a 0, 16 b 1, 17 c 2, 18 d 3, 19 e 4;
-            g 6 27: 21 a 0, 22 b 1, 23 c 2, 24 d 3, 25 e 4, 26 f 5;
-            h 7 35: 28 a 0, 29 b 1, 30 c 2, 31 d 3, 32 e 4, 33 f 5, 34 g 6;
-            i 8 44: 36 a 0, 37 b 1, 38 c 2, 39 d 3, 40 e 4, 41 f 5, 42 g 6, 43 h 7
-        );
-        y
     }
 }
 

@@ -3,6 +3,7 @@
 //! An update is computed first and applied later: a refused pair leaves the hypothesis unchanged.
 
 mod conditional;
+mod gate;
 mod marginal;
 mod record;
 
@@ -20,14 +21,13 @@ use crate::config::Context;
 use crate::error::Refusal;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::rectification::RectifyingRotations;
-use crate::pair::evaluate::{EvaluatedPose, PairMeasurement};
+use crate::pair::evaluate::PairMeasurement;
 use crate::pair::leverage::form_peak;
 use crate::pair::solver::TrackStart;
 use crate::scalar::Scalar;
 use crate::thresholds::{
     AVERAGED_PAIRS, CHI_SQUARE_PAIRS, CROWD_PAIRS, CROWD_SHARE, DRIFT_DECAY, FREEDOM_RAD,
-    IMPROVEMENT, MAX_LOCKED_SD_RAD, MAX_NIS, MAX_REDUCED_CHI_SQUARE, MIN_INLIER_RATIO, SHORT_DECAY,
-    VIBRATION_RAD,
+    IMPROVEMENT, MAX_LOCKED_SD_RAD, MAX_REDUCED_CHI_SQUARE, SHORT_DECAY,
 };
 
 /// Sums over the supporting pairs, and their optimum.
@@ -348,45 +348,6 @@ impl<T: Scalar> Hypothesis<T> {
         let trusts_leverage = form_peak(self.high_leverage);
         let Self { pose, noise, .. } = *self;
         Some(TrackStart { pose, covariance, noise, trusts_leverage, sees_crowd })
-    }
-
-    /// NIS of a pair: squared distance of its optimum from the estimate, over both covariances and vibration. Without
-    /// vibration chi-square of 5 degrees of freedom.
-    #[inline(never)]
-    fn innovation(&self, measurement: &PairMeasurement<T>, context: &Context<'_, T>) -> Option<T> {
-        let pair = measurement.debiased_at(&self.pose).with_prior(context.prior);
-        let (step, covariance) = pair.optimum()?;
-        let mut both = covariance.plus(&self.covariance(context)?);
-        both.add_diagonal(T::lit(VIBRATION_RAD * VIBRATION_RAD));
-        context.vibration.add_to(&mut both);
-        both.inverse_form(&step)
-    }
-
-    /// Gates a pair that was tracked from here: its NIS over the reduced chi-square, `None` outside the gate.
-    ///
-    /// * `usual`: share of inliers; `slack`: factor of the gate.
-    pub(super) fn gate(
-        &self,
-        evaluated: &EvaluatedPose<T>,
-        usual: T,
-        slack: T,
-        context: &Context<'_, T>,
-    ) -> Option<T> {
-        let least = T::lit(MIN_INLIER_RATIO) * usual;
-        if !(evaluated.has_peak() && evaluated.measurement.inlier_share >= least) {
-            return None;
-        }
-        let nis = self.innovation(&evaluated.measurement, context)? / self.reduced_chi_square();
-        (nis < T::lit(MAX_NIS) * slack).then_some(nis)
-    }
-
-    /// Whether this is another rig by more than chance: squared distance over both covariances above [`MAX_NIS`].
-    pub(super) fn departs_from(&self, other: &Self, context: &Context<'_, T>) -> bool {
-        let covariances = self.covariance(context).zip(other.covariance(context));
-        let apart = self.pose.unknowns_to(&other.pose);
-        covariances
-            .and_then(|(a, b)| a.plus(&b).inverse_form(&apart))
-            .is_some_and(|distance| distance > T::lit(MAX_NIS) * other.reduced_chi_square())
     }
 
     /// Updates the reduced chi-square by the distance of a pair from the last one. The estimate, which may be wrong,

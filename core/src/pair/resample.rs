@@ -34,19 +34,15 @@ pub(super) fn resample<T: Scalar>(
     let rows = rows(by, pairs);
     let [least, of_noise] = RESAMPLE_SCALE.map(T::lit);
     let scale = (of_noise * noise).max(least);
-    let [gain, more] = [RESAMPLE_GAIN, RESAMPLE_SCORE].map(T::lit);
-    let mut best = score(&rows, &Vector5::zeros(), scale) * gain + more;
-    let mut step = None;
+    let mut best = Best::at(score(&rows, &Vector5::zeros(), scale));
     let mut random = Random::NEW;
     // As much work for few rows as for many.
     for _ in 0..RESAMPLES * RESAMPLED / rows.len().max(RESAMPLED / 4) {
-        let Some(d) = through_sample(&rows, &mut random) else { continue };
-        let reached = score(&rows, &d, scale);
-        if reached > best {
-            (best, step) = (reached, Some(d));
+        if let Some(d) = through_sample(&rows, &mut random) {
+            best.compare(score(&rows, &d, scale), d);
         }
     }
-    step
+    best.step
 }
 
 /// Turn about x to the larger of two near crowds of correspondences, rad; `None` if none is clearly larger than the one
@@ -80,15 +76,31 @@ pub(super) fn nearest_crowd<T: Scalar>(
             sum + T::ONE / (T::ONE + off * off * *per_square * unit)
         })
     };
-    let mut best = score(T::ZERO) * T::lit(RESAMPLE_GAIN) + T::lit(RESAMPLE_SCORE);
-    let mut step = None;
+    let mut best = Best::at(score(T::ZERO));
     for [of_row, _] in &rows {
-        let reached = score(*of_row);
-        if reached > best {
-            (best, step) = (reached, Some(Vector5::x() * *of_row));
+        best.compare(score(*of_row), Vector5::x() * *of_row);
+    }
+    best.step
+}
+
+/// The step of the highest score, if it is clearly above that of the pose.
+struct Best<T> {
+    score: T,
+    /// Rad.
+    step: Option<Vector5<T>>,
+}
+
+impl<T: Scalar> Best<T> {
+    /// * `score`: of the pose.
+    fn at(score: T) -> Self {
+        Self { score: score * T::lit(RESAMPLE_GAIN) + T::lit(RESAMPLE_SCORE), step: None }
+    }
+
+    fn compare(&mut self, score: T, step: Vector5<T>) {
+        if score > self.score {
+            *self = Self { score, step: Some(step) };
         }
     }
-    step
 }
 
 /// Rows of a sample of the batch.

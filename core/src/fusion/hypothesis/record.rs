@@ -19,9 +19,12 @@ const MEAN_ROUNDING: f64 = 1.001;
 /// A first pair that says next to nothing of a direction comes to 400; a number wrong by 1e6 exceeds it.
 const MAX_INCONSISTENCY: f64 = 1e4;
 
+/// Matches in the short window of pairs of a million matches.
+const MAX_MATCHES: f64 = 1e7;
+
 impl<T: Scalar> Hypothesis<T> {
     /// Numbers and words in a record.
-    pub(in crate::fusion) const NUMBERS: usize = 303 + MarginalSums::<T>::NUMBERS;
+    pub(in crate::fusion) const NUMBERS: usize = 306 + MarginalSums::<T>::NUMBERS;
     pub(in crate::fusion) const WORDS: usize = 3;
 
     pub(in crate::fusion) fn write(&self, to: &mut Writer<'_>) {
@@ -35,6 +38,8 @@ impl<T: Scalar> Hypothesis<T> {
         to.numbers(self.drift.iter());
         to.word(self.pairs);
         self.marginal.write(to);
+        to.number(self.crowd);
+        to.numbers(&self.high_leverage);
     }
 
     /// Reads a record into [`Hypothesis::EMPTY`].
@@ -70,6 +75,12 @@ impl<T: Scalar> Hypothesis<T> {
         self.pairs = from.word()?;
         if from.version() >= 4 {
             self.marginal.read(from)?;
+        }
+        if from.version() >= 5 {
+            self.crowd = from.within(-over, over)?;
+            for sum in &mut self.high_leverage {
+                *sum = from.within(T::ZERO, T::lit(MAX_MATCHES))?;
+            }
         }
         if from.version() < 3 {
             let deviation = self.noise / context.focal;

@@ -7,6 +7,7 @@ use crate::batch::Batch;
 use crate::batch::correspondence::RayPair;
 use crate::config::Config;
 use crate::geometry::rectification::tests::pose;
+use crate::pair::evaluate::EvaluatedPose;
 use crate::pair::solver::PairSolver;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};

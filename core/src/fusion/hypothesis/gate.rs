@@ -1,0 +1,52 @@
+//! Distance of a pair or of another hypothesis from this one, over both covariances (`ESTIMATOR.md`, section 12).
+
+use super::Hypothesis;
+use crate::config::Context;
+use crate::pair::evaluate::{EvaluatedPose, PairMeasurement};
+use crate::scalar::Scalar;
+use crate::thresholds::{MAX_NIS, MIN_INLIER_RATIO, VIBRATION_RAD};
+
+impl<T: Scalar> Hypothesis<T> {
+    /// NIS of a pair: squared distance of its optimum from the estimate, over both covariances and vibration. Without
+    /// vibration chi-square of 5 degrees of freedom.
+    #[inline(never)]
+    pub(in crate::fusion) fn innovation(
+        &self,
+        measurement: &PairMeasurement<T>,
+        context: &Context<'_, T>,
+    ) -> Option<T> {
+        let pair = measurement.debiased_at(&self.pose).with_prior(context.prior);
+        let (step, covariance) = pair.optimum()?;
+        let mut both = covariance.plus(&self.covariance(context)?);
+        both.add_diagonal(T::lit(VIBRATION_RAD * VIBRATION_RAD));
+        context.vibration.add_to(&mut both);
+        both.inverse_form(&step)
+    }
+
+    /// Gates a pair that was tracked from here: its NIS over the reduced chi-square, `None` outside the gate.
+    ///
+    /// * `usual`: share of inliers; `slack`: factor of the gate.
+    pub(in crate::fusion) fn gate(
+        &self,
+        evaluated: &EvaluatedPose<T>,
+        usual: T,
+        slack: T,
+        context: &Context<'_, T>,
+    ) -> Option<T> {
+        let least = T::lit(MIN_INLIER_RATIO) * usual;
+        if !(evaluated.has_peak() && evaluated.measurement.inlier_share >= least) {
+            return None;
+        }
+        let nis = self.innovation(&evaluated.measurement, context)? / self.reduced_chi_square();
+        (nis < T::lit(MAX_NIS) * slack).then_some(nis)
+    }
+
+    /// Whether this is another rig by more than chance: squared distance over both covariances above [`MAX_NIS`].
+    pub(in crate::fusion) fn departs_from(&self, other: &Self, context: &Context<'_, T>) -> bool {
+        let covariances = self.covariance(context).zip(other.covariance(context));
+        let apart = self.pose.unknowns_to(&other.pose);
+        covariances
+            .and_then(|(a, b)| a.plus(&b).inverse_form(&apart))
+            .is_some_and(|distance| distance > T::lit(MAX_NIS) * other.reduced_chi_square())
+    }
+}
