@@ -3,11 +3,13 @@
 use super::Config;
 use crate::algebra::block_variances::BlockVariances;
 use crate::algebra::lens_terms::LENS_PARAMETERS;
+use crate::algebra::normal_equations::NormalEquations;
 use crate::error::Refusal;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::metrics::{baseline_angle, rotation_angle};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
+use crate::thresholds::MAX_IN_USE;
 
 /// Configuration and rig of a call.
 #[derive(Debug, Clone, Copy)]
@@ -52,10 +54,26 @@ impl<'a, T: Scalar> Context<'a, T> {
         if pairs >= memory { T::ONE - T::ONE / T::count(memory) } else { T::ONE }
     }
 
+    /// Adds the prior about the factory extrinsics to a model at a pose.
+    pub(crate) fn add_prior(&self, pose: &RectifyingRotations<T>, normal: &mut NormalEquations<T>) {
+        normal.information.0.add_diagonal(self.prior);
+        normal.gradient -= pose.unknowns_to(&self.factory_pose) * self.prior;
+    }
+
     /// Whether extrinsics are within the correction limit of the factory extrinsics.
-    #[inline(never)]
     pub(crate) fn allows(&self, found: &Extrinsics<T>) -> bool {
-        let limit = T::single(self.config.max_correction_rad);
+        self.allows_times(T::ONE, found)
+    }
+
+    /// Whether extrinsics may be in use. A baseline that is kept, and a compensated lens, move them away from the
+    /// estimate, which is within the correction limit.
+    pub(crate) fn allows_in_use(&self, found: &Extrinsics<T>) -> bool {
+        self.allows_times(T::lit(MAX_IN_USE), found)
+    }
+
+    #[inline(never)]
+    fn allows_times(&self, factor: T, found: &Extrinsics<T>) -> bool {
+        let limit = T::single(self.config.max_correction_rad) * factor;
         baseline_angle(found.translation(), self.factory.translation()) <= limit
             && rotation_angle(found.rotation(), self.factory.rotation()) <= limit
     }

@@ -333,10 +333,19 @@ impl<T: Scalar> Hypothesis<T> {
 
     /// Whether the RMS row offset of other extrinsics over the sums is worse by the factor of [`IMPROVEMENT`].
     pub(super) fn fits_clearly_better_than(&self, other: &Extrinsics<T>) -> bool {
+        self.fits_clearly_better_at(&self.pose, &RectifyingRotations::from(other))
+    }
+
+    /// Whether the RMS row offset over the sums is better at one pose than at another by the factor of [`IMPROVEMENT`].
+    #[inline(never)]
+    fn fits_clearly_better_at(
+        &self,
+        one: &RectifyingRotations<T>,
+        other: &RectifyingRotations<T>,
+    ) -> bool {
         let sums = self.sums();
-        let [own, other] = [self.pose, RectifyingRotations::from(other)]
-            .map(|pose| sums.cost_at(&self.frame, &pose));
-        own < other * T::lit(IMPROVEMENT * IMPROVEMENT)
+        let [one, other] = [one, other].map(|pose| sums.cost_at(&self.frame, pose));
+        one < other * T::lit(IMPROVEMENT * IMPROVEMENT)
     }
 
     /// Start of a track: the estimate, and the freedom of a pair about it.

@@ -259,7 +259,7 @@ impl<T: Scalar> Fusion<T> {
             left <= certain || left <= observed && baseline_differs(pose, &in_use.extrinsics, wide);
         let doubted = doubt == Some(Doubt::Baseline) && found.is_none();
         let applicable = if doubted || !gains {
-            let held = self.with_baseline_of(hypothesis, in_use);
+            let held = self.with_baseline_of(hypothesis, in_use, context);
             let known = sd.translation * sd.translation * context.prior <= observed;
             let rows_improve =
                 !doubted && known && hypothesis.fits_clearly_better_than(&held.extrinsics);
@@ -267,6 +267,8 @@ impl<T: Scalar> Fusion<T> {
         } else {
             best
         };
+        let applicable =
+            if context.allows_in_use(&applicable.extrinsics) { applicable } else { *in_use };
         Some(Proposal {
             extrinsics: best.extrinsics,
             correction: best.correction,
@@ -290,9 +292,10 @@ impl<T: Scalar> Fusion<T> {
         &self,
         hypothesis: &Hypothesis<T>,
         in_use: &CorrectedExtrinsics<T>,
+        context: &Context<'_, T>,
     ) -> CorrectedExtrinsics<T> {
         let correction = *self.reference.correction();
-        let held = hypothesis.with_baseline_of(&in_use.extrinsics);
+        let held = hypothesis.with_baseline_of(&in_use.extrinsics, context);
         held.map_or(*in_use, |extrinsics| CorrectedExtrinsics { extrinsics, correction })
     }
 

@@ -54,8 +54,7 @@ impl<T: Scalar> Optimum<T> {
     ) -> Option<Vector5<T>> {
         let mut normal = sums.debiased_at_pose(frame, &self.pose);
         self.information = normal.information;
-        normal.information.0.add_diagonal(context.prior);
-        normal.gradient -= self.pose.unknowns_to(&context.factory_pose) * context.prior;
+        context.add_prior(&self.pose, &mut normal);
         let step = normal.step()?;
         self.pose = self.pose.stepped_by(&step)?;
         Some(step)

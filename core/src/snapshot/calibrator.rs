@@ -8,16 +8,12 @@ use crate::config::{Context, LensTracking};
 use crate::error::{RestoreError, SnapshotError};
 use crate::estimator::Estimator;
 use crate::geometry::lens_correction::CorrectedExtrinsics;
-use crate::geometry::metrics::{baseline_angle, rotation_angle};
 use crate::scalar::Scalar;
 
 /// Numbers and words beside the estimator's: what is in use and was before; generation, frozen, whether
 /// anything was before.
 const NUMBERS: usize = 28;
 const WORDS: usize = 3;
-
-/// Largest correction in use over the limit of that of the estimate.
-const MAX_APPLIED: f64 = 1.5;
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Length of the longest record of [`Calibrator::snapshot`]: 4,204 bytes in `f32`.
@@ -112,11 +108,8 @@ fn check<T: Scalar>(
     cameras: &Cameras<T>,
     context: &Context<'_, T>,
 ) -> Result<(), RestoreError> {
-    // The estimate is within the limit; a compensated lens, or a baseline kept, moves what is applied beyond it.
-    let limit = T::single(context.config.max_correction_rad) * T::lit(MAX_APPLIED);
     let CorrectedExtrinsics { extrinsics, correction } = put;
-    let turn = rotation_angle(extrinsics.rotation(), context.factory.rotation());
-    if turn.max(baseline_angle(extrinsics.translation(), context.factory.translation())) > limit {
+    if !context.allows_in_use(extrinsics) {
         return Err(RestoreError::CorrectionLimit);
     }
     believe(correction.is_none() || cameras.corrected(correction).is_ok())

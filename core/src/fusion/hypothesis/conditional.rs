@@ -5,6 +5,7 @@ use nalgebra::Vector5;
 use super::Hypothesis;
 use crate::algebra::disparity_noise::BiasedEquations;
 use crate::algebra::lens_terms::LensTerms;
+use crate::config::Context;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
@@ -24,26 +25,42 @@ impl<T: Scalar> Hypothesis<T> {
         biased
     }
 
-    /// Optimum of `R` for a given baseline, where the estimated baseline is doubtful.
+    /// Optimum of `R` for the baseline in use, where the estimated one is doubtful. `None` where there is none, or where
+    /// it fits clearly worse than what is in use: the descent has left the range of its linearisation.
     #[inline(never)]
-    pub(crate) fn with_baseline_of(&self, given: &Extrinsics<T>) -> Option<Extrinsics<T>> {
-        let target = RectifyingRotations::from(given);
+    pub(crate) fn with_baseline_of(
+        &self,
+        in_use: &Extrinsics<T>,
+        context: &Context<'_, T>,
+    ) -> Option<Extrinsics<T>> {
+        let target = RectifyingRotations::from(in_use);
         let mut pose = self.pose;
-        if self.marginal.is_used() {
-            let to_target = pose.unknowns_to(&target);
-            let across = Vector5::new(T::ZERO, T::ZERO, T::ZERO, to_target.w, to_target.a);
-            let d = self.marginal.total().about(&across).rotation_only().step()? + across;
-            let held = pose.stepped_by(&d)?.extrinsics().ok()?;
-            return Extrinsics::try_new(held.rotation().matrix(), given.translation()).ok();
+        let steps = if self.marginal.is_used() { 1 } else { OPTIMUM_STEPS };
+        for _ in 0..steps {
+            pose = pose.stepped_by(&self.step_with_baseline_of(&target, &pose, context)?)?;
         }
-        let sums = self.sums();
-        for _ in 0..OPTIMUM_STEPS {
-            let to_target = pose.unknowns_to(&target);
-            let across = Vector5::new(T::ZERO, T::ZERO, T::ZERO, to_target.w, to_target.a);
-            let normal = sums.at_pose(&self.frame, &pose).about(&across);
-            let d = normal.rotation_only().step()? + across;
-            pose = pose.stepped_by(&d)?;
-        }
-        Extrinsics::try_new(pose.extrinsics().ok()?.rotation().matrix(), given.translation()).ok()
+        let found = pose.extrinsics().ok()?;
+        let held = Extrinsics::try_new(found.rotation().matrix(), in_use.translation()).ok()?;
+        let fits = !self.fits_clearly_better_at(&target, &RectifyingRotations::from(&held));
+        (fits && context.allows_in_use(&held)).then_some(held)
+    }
+
+    /// Step to that optimum, rad.
+    #[inline(never)]
+    fn step_with_baseline_of(
+        &self,
+        target: &RectifyingRotations<T>,
+        pose: &RectifyingRotations<T>,
+        context: &Context<'_, T>,
+    ) -> Option<Vector5<T>> {
+        let to_target = pose.unknowns_to(target);
+        let across = Vector5::new(T::ZERO, T::ZERO, T::ZERO, to_target.w, to_target.a);
+        let mut normal = if self.marginal.is_used() {
+            self.marginal.total()
+        } else {
+            self.sums().at_pose(&self.frame, pose)
+        };
+        context.add_prior(pose, &mut normal);
+        Some(normal.about(&across).rotation_only().step()? + across)
     }
 }

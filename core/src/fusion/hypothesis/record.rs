@@ -99,13 +99,12 @@ impl<T: Scalar> Hypothesis<T> {
     /// Whether the sums lead to the pose and to its information. Wide: pairs that contradict each other leave a step.
     #[inline(never)]
     fn is_consistent(&self, context: &Context<'_, T>) -> Option<bool> {
-        let all = if self.marginal.is_used() {
+        let mut normal = if self.marginal.is_used() {
             self.marginal.total()
         } else {
             self.sums().debiased_at_pose(&self.frame, &self.pose)
         };
-        let mut normal = all.with_prior(context.prior);
-        normal.gradient -= self.pose.unknowns_to(&context.factory_pose) * context.prior;
+        context.add_prior(&self.pose, &mut normal);
         let (step, covariance) = normal.optimum()?;
         let mut stored = self.information.0;
         stored.add_diagonal(context.prior);

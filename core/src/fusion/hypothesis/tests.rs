@@ -235,3 +235,37 @@ fn nis_and_reduced_chi_square_of_pairs_that_tell_the_truth_are_those_of_chance()
     let reduced = hypothesis.reduced_chi_square;
     assert!((0.7..1.3).contains(&reduced), "{reduced}");
 }
+
+/// Where one point is all there is, the sums leave most of `R` free: the fit stays with the prior.
+#[test]
+fn where_the_baseline_is_kept_the_rotation_stays_where_sums_and_prior_have_it() {
+    let context = context::<f64>();
+    let mut fits = 0;
+    for seed in 0..40 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut any = |most: f64| rng.random_range(-most..most);
+        let at = [any(0.5), any(0.3)];
+        let pairs: Vec<RayPair<f64>> = (0..32)
+            .map(|_| {
+                let [x, y] = [at[0] + any(0.004), at[1] + any(0.004)];
+                RayPair::try_new([x, y], [x - 0.1 + any(0.01), y + any(0.0003)]).unwrap()
+            })
+            .collect();
+        let batch = Batch::<f64, 32>::of(&pairs);
+        let solver = PairSolver::search(&Config::robust(), FOCAL, context.factory_pose, 12);
+        let mut evaluated = EvaluatedPose::NONE;
+        solver.iterate().evaluate(batch.matches(), &mut evaluated).unwrap();
+        let hypothesis = fused(&[evaluated], 1, &context);
+        let in_use = pose([0.0; 3], [any(0.4), any(0.4)]).extrinsics().unwrap();
+        let cost = |extrinsics: &Extrinsics<f64>| {
+            let pose = RectifyingRotations::from(extrinsics);
+            let off = pose.unknowns_to(&context.factory_pose).norm_squared();
+            hypothesis.sums().cost_at(&hypothesis.frame, &pose) + context.prior * off
+        };
+        if let Some(found) = hypothesis.with_baseline_of(&in_use, &context) {
+            assert!(cost(&found) <= cost(&in_use), "{seed}");
+            fits += 1;
+        }
+    }
+    assert!(fits > 30, "{fits}");
+}
