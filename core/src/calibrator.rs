@@ -5,6 +5,7 @@
 //! ([`Calibrator::apply`]).
 
 mod calibration;
+pub(crate) mod estimator;
 
 pub use calibration::Calibration;
 
@@ -12,7 +13,6 @@ use crate::batch::correspondence::{Cameras, Correspondence};
 use crate::batch::{Batch, Pushed};
 use crate::config::{Config, Context, LensTracking};
 use crate::error::{ApplyError, PairError, PushError, Refusal, Rejection};
-use crate::estimator::Estimator;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::CorrectedExtrinsics;
 use crate::outcome::health::Health;
@@ -21,6 +21,7 @@ use crate::outcome::proposal::Proposal;
 use crate::scalar::Scalar;
 use crate::state::State;
 use crate::thresholds::{SCREEN, SCREEN_NOISES, SPARE_PASSES};
+use estimator::Estimator;
 
 /// Online calibrator of one stereo rig, for up to `N` correspondences a pair.
 ///

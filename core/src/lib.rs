@@ -179,7 +179,6 @@ mod batch;
 mod calibrator;
 mod codec;
 mod config;
-mod estimator;
 mod fusion;
 mod geometry;
 pub mod link;

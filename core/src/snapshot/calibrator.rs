@@ -3,10 +3,10 @@
 use super::factory::fingerprint;
 use crate::batch::correspondence::Cameras;
 use crate::calibrator::Calibrator;
+use crate::calibrator::estimator::Estimator;
 use crate::codec::{self, OVERHEAD_BYTES, Reader, RecordHeader, RecordKind, Writer, believe};
 use crate::config::{Context, LensTracking};
 use crate::error::{RestoreError, SnapshotError};
-use crate::estimator::Estimator;
 use crate::geometry::lens_correction::CorrectedExtrinsics;
 use crate::scalar::Scalar;
 
