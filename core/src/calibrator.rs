@@ -15,7 +15,7 @@ use crate::config::{Config, Context, LensTracking};
 use crate::error::{ApplyError, PairError, PushError, Refusal, Rejection};
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::CorrectedExtrinsics;
-use crate::outcome::health::Health;
+use crate::outcome::health::{Health, LastPair};
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::outcome::proposal::Proposal;
 use crate::scalar::Scalar;
@@ -264,7 +264,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let screen = T::single(self.config.huber_threshold_px) * T::lit(SCREEN);
         let screen = screen.max(T::lit(SCREEN_NOISES) * self.estimator.noise());
         let rays = self.estimator.correction();
-        Health::over(&self.batch, &rays, &self.in_use, &proposal, self.rejection, focal, screen)
+        let last = LastPair { rejection: self.rejection, repeated: self.estimator.is_repeated() };
+        Health::over(&self.batch, &rays, &self.in_use, &proposal, last, focal, screen)
     }
 
     /// Puts the estimate into use and returns it, with the cameras that it belongs to: [`Proposal::applicable`]. The

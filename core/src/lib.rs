@@ -224,6 +224,7 @@ pub use outcome::health::{Arming, Band, DEPTHS_M, Health};
 pub use outcome::lens_estimate::{Finding, LensEstimate};
 pub use outcome::pair_report::{Fused, PairReport};
 pub use outcome::proposal::{Direction, Doubt, Proposal};
+pub use outcome::reasons::{Reason, Reasons};
 pub use outcome::vibration::Vibration;
 #[cfg(feature = "paper")]
 pub use paper::mean_direction::{FusedEstimate, MeanDirection};

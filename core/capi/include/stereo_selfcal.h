@@ -1802,6 +1802,10 @@ typedef struct selfcal_health_t {
      * Result of an arming check.
      */
     selfcal_arming_t arming;
+    /**
+     * What speaks against the calibration, arming or not: sum of `selfcal_reason_t`.
+     */
+    uint32_t reasons;
 } selfcal_health_t;
 
 /**
@@ -2290,6 +2294,11 @@ const char *selfcal_band_string(uint32_t band);
  * Text of a `selfcal_arming_t`, English; never null.
  */
 const char *selfcal_arming_string(uint32_t arming);
+
+/**
+ * Text of one `selfcal_reason_t`, English; never null.
+ */
+const char *selfcal_reason_string(uint32_t reason);
 
 /**
  * Puts the estimate into use. The generation changes if the calibration does.

@@ -2,7 +2,7 @@
 
 use core::ffi::c_char;
 
-use stereo_selfcal::{Arming, Band, Health};
+use stereo_selfcal::{Arming, Band, Health, Reason};
 
 use crate::enumeration::find;
 use crate::error::selfcal_error_t::{self, *};
@@ -68,6 +68,55 @@ c_enum! {
 
 from_core!(Arming => selfcal_arming_t, else SELFCAL_ARMING_UNKNOWN);
 
+c_enum! {
+    /// One thing that speaks against relying on a calibration: a bit of `selfcal_health_t.reasons`.
+    #[repr(u32)]
+    pub enum selfcal_reason_t {
+        /// none
+        ///
+        /// Nothing speaks against it.
+        SELFCAL_REASON_NONE = 0,
+        /// estimate not locked
+        ///
+        /// The estimate is not confirmed, or the last pairs disagree with it.
+        SELFCAL_REASON_NOT_LOCKED = 1,
+        /// in use off by 1 px or more
+        ///
+        /// Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more.
+        SELFCAL_REASON_MISALIGNED = 2,
+        /// second crowd of matches
+        ///
+        /// Nearly as many matches agree on another calibration, rows away.
+        SELFCAL_REASON_SECOND_MODE = 4,
+        /// image halves disagree
+        ///
+        /// Image halves disagree by more than 3 standard deviations; the reported deviations contain it.
+        SELFCAL_REASON_IMAGE_HALVES = 8,
+        /// lens models off
+        ///
+        /// The pairs show an error of the lens models; the wide deviations contain it.
+        SELFCAL_REASON_LENS = 16,
+        /// baseline not observed
+        ///
+        /// Pairs have not determined the baseline direction: that in use is kept.
+        SELFCAL_REASON_BASELINE = 32,
+        /// repeated scene
+        ///
+        /// The last pair showed the scene of the one before: it adds no evidence.
+        SELFCAL_REASON_REPEATED = 64,
+        /// axis of the rotation is noise
+        ///
+        /// Paper preset: the rotation is close to the identity or to a half turn.
+        SELFCAL_REASON_AXIS = 128,
+        /// unknown
+        ///
+        /// A value that this API does not know.
+        SELFCAL_REASON_UNKNOWN = 255,
+    }
+}
+
+from_core!(Reason => selfcal_reason_t, else SELFCAL_REASON_UNKNOWN);
+
 /// Fit of the extrinsics in use and of the estimate to the current batch. Both RMS are over the
 /// matches that fit the estimate.
 #[repr(C)]
@@ -110,6 +159,8 @@ pub struct selfcal_health_t {
     pub rejection: selfcal_error_t,
     /// Result of an arming check.
     pub arming: selfcal_arming_t,
+    /// What speaks against the calibration, arming or not: sum of `selfcal_reason_t`.
+    pub reasons: u32,
 }
 
 impl From<&Health<f32>> for selfcal_health_t {
@@ -133,6 +184,7 @@ impl From<&Health<f32>> for selfcal_health_t {
             vibration: health.vibration.into(),
             rejection: health.rejection.map_or(SELFCAL_OK, Into::into),
             arming: health.arming.into(),
+            reasons: health.reasons.bits().into(),
         }
     }
 }
@@ -191,4 +243,10 @@ pub extern "C" fn selfcal_band_string(band: u32) -> *const c_char {
 #[unsafe(no_mangle)]
 pub extern "C" fn selfcal_arming_string(arming: u32) -> *const c_char {
     find(selfcal_arming_t::TEXTS, arming)
+}
+
+/// Text of one `selfcal_reason_t`, English; never null.
+#[unsafe(no_mangle)]
+pub extern "C" fn selfcal_reason_string(reason: u32) -> *const c_char {
+    find(selfcal_reason_t::TEXTS, reason)
 }

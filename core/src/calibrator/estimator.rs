@@ -137,6 +137,15 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.fuse(context))
     }
 
+    /// Whether the last pair showed the scene of the one before.
+    pub(crate) fn is_repeated(&self) -> bool {
+        match self {
+            #[cfg(feature = "paper")]
+            Self::Paper(_) => false,
+            Self::Robust(fusion) => fusion.is_repeated(),
+        }
+    }
+
     /// Correction of the cameras that the rays of a batch are of.
     pub(crate) fn correction(&self) -> LensCorrection<T> {
         match self {

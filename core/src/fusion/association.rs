@@ -83,6 +83,11 @@ impl<T: Scalar> Association<T> {
         !matches!(self.stage, Stage::Idle | Stage::Done(_))
     }
 
+    /// Whether the last batch showed the scene of the one before it.
+    pub(super) fn is_repeated(&self) -> bool {
+        self.repeated
+    }
+
     /// Drops the batch and its result.
     pub(super) fn close(&mut self) {
         self.stage = Stage::Idle;

@@ -11,6 +11,7 @@ use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection, RayC
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::lens_estimate::LensEstimate;
 use crate::outcome::proposal::{Direction, Doubt, Proposal};
+use crate::outcome::reasons::Reasons;
 use crate::outcome::vibration::Vibration;
 use crate::scalar::Scalar;
 use crate::state::State;
@@ -91,6 +92,17 @@ pub struct Health<T: Scalar> {
     pub rejection: Option<Rejection>,
     /// Yes or no to an arming check.
     pub arming: Arming,
+    /// What speaks against the calibration, arming or not.
+    pub reasons: Reasons,
+}
+
+/// What became of the last pair.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LastPair {
+    /// Why it was not fused; `None` if it was.
+    pub(crate) rejection: Option<Rejection>,
+    /// Whether it showed the scene of the one before.
+    pub(crate) repeated: bool,
 }
 
 /// Verdict on the extrinsics in use, by the RMS row offset (smaller is better).
@@ -148,8 +160,8 @@ impl<T: Scalar> fmt::Display for Health<T> {
         if let Some((direction, sd)) = self.weakest {
             write!(f, ", weakest {direction} {sd:.5} rad")?;
         }
-        if let Some(doubt) = self.doubt {
-            write!(f, ", doubt: {doubt}")?;
+        if !self.reasons.is_empty() {
+            write!(f, ", against it: {}", self.reasons)?;
         }
         if let Some(lens) = self.lens.filter(LensEstimate::is_significant) {
             write!(f, ", lens: {lens}")?;
@@ -183,7 +195,7 @@ impl<T: Scalar> Health<T> {
         rays: &LensCorrection<T>,
         in_use: &CorrectedExtrinsics<T>,
         proposal: &Proposal<T>,
-        rejection: Option<Rejection>,
+        last: LastPair,
         focal: T,
         screen_px: T,
     ) -> Option<Self> {
@@ -215,8 +227,9 @@ impl<T: Scalar> Health<T> {
             weakest: proposal.weakest(),
             yaw: (off.y * off.y + yaw_sd * yaw_sd).sqrt(),
             vibration: proposal.vibration,
-            rejection,
+            rejection: last.rejection,
             arming: Arming::of(proposal, off_px),
+            reasons: Reasons::of(proposal, off_px >= T::lit(BAD_PX), last.repeated),
         })
     }
 }

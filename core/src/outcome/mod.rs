@@ -4,4 +4,5 @@ pub(crate) mod health;
 pub(crate) mod lens_estimate;
 pub(crate) mod pair_report;
 pub(crate) mod proposal;
+pub(crate) mod reasons;
 pub(crate) mod vibration;

@@ -4,7 +4,8 @@ use crate::presets::robust;
 use crate::scene::{cameras, correspondences, rig, take};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    ApplyError, Arming, Calibrator, Config, Correspondence, Doubt, RectifyingRotations, State,
+    ApplyError, Arming, Calibrator, Config, Correspondence, Doubt, Health, Reason,
+    RectifyingRotations, State,
 };
 
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
@@ -97,6 +98,7 @@ fn matches_biased_in_one_half_of_the_image_are_doubted_and_never_applied() {
     }
     let health = suspect.health().unwrap();
     assert_eq!((health.arming, health.doubt), (Arming::Doubtful, Some(Doubt::Everything)));
+    assert!(health.reasons.contains(Reason::ImageHalves), "{health}");
     let [reported, usual] = [&suspect, &healthy].map(|c| c.proposal().unwrap().sd);
     assert!(reported.rotation > 5.0 * usual.rotation, "{reported:?} {usual:?}");
     assert!(reported.translation > 5.0 * usual.translation, "{reported:?} {usual:?}");
@@ -161,7 +163,8 @@ fn a_second_crowd_as_large_is_doubted_until_it_is_gone() {
     assert_eq!(*calibrator.in_use(), before);
     let proposal = calibrator.proposal().unwrap();
     assert_eq!(proposal.doubt, Some(Doubt::SecondMode));
-    let arming = calibrator.health().unwrap().arming;
+    let Health { arming, reasons, .. } = calibrator.health().unwrap();
+    assert!(reasons.contains(Reason::SecondMode), "{reasons}");
     assert!(matches!(arming, Arming::Doubtful | Arming::NotLocked), "{arming}");
     if proposal.state == State::Locked {
         assert_eq!(calibrator.apply(), Err(ApplyError::Doubtful));
@@ -178,5 +181,6 @@ fn a_second_crowd_as_large_is_doubted_until_it_is_gone() {
     calibrator.apply().unwrap();
     let off = Deviation::between(calibrator.in_use(), &rig(ROTATION, BASELINE));
     assert!(off.rotation < 2e-4, "{off:?}");
-    assert_eq!(calibrator.health().unwrap().arming, Arming::Yes);
+    let Health { arming, reasons, .. } = calibrator.health().unwrap();
+    assert_eq!((arming, reasons.is_empty()), (Arming::Yes, true), "{reasons}");
 }

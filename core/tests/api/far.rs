@@ -7,7 +7,7 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Calibrator, Correspondence, State};
+use stereo_selfcal::{Calibrator, Correspondence, Reason, State};
 
 /// Off the factory extrinsics by 1.4 degrees, `t` by half a degree.
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
@@ -38,6 +38,7 @@ fn a_far_scene_locks_by_its_rotation_and_keeps_the_baseline_in_use() {
         let health = calibrator.health().unwrap();
         let proposal = calibrator.proposal().unwrap();
         assert!(!proposal.baseline_observed && !health.baseline_observed, "{seed}");
+        assert!(health.reasons.contains(Reason::Baseline), "{}", health.reasons);
     }
     assert_eq!(calibrator.state(), State::Locked);
     let sd = calibrator.proposal().unwrap().sd;

@@ -4,8 +4,8 @@ use crate::disturbed::garbage;
 use crate::presets::robust;
 use crate::scene::{correspondences, fill, rig, take};
 use stereo_selfcal::{
-    Arming, Band, Calibrator, Correspondence, DEPTHS_M, Direction, PairError, RectifyingRotations,
-    Refusal, Rejection, Scalar, State,
+    Arming, Band, Calibrator, Correspondence, DEPTHS_M, Direction, PairError, Reason,
+    RectifyingRotations, Refusal, Rejection, Scalar, State,
 };
 
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
@@ -198,4 +198,34 @@ fn it_says_why_the_last_pair_was_not_taken_in() {
     assert_eq!(rejection(&calibrator), Some(unsolved));
     take(&mut calibrator, &scene(14)).unwrap();
     assert_eq!(rejection(&calibrator), None);
+}
+
+#[test]
+fn reasons_name_what_speaks_against_a_calibration_also_where_it_may_arm() {
+    let of = |calibrator: &Calibrator<f32, 256>| calibrator.health().unwrap().reasons;
+    let mut calibrator = after(2);
+    let begun = of(&calibrator);
+    assert_eq!(begun.iter().collect::<Vec<_>>(), [Reason::NotLocked, Reason::Misaligned]);
+    assert_eq!(begun.to_string(), "estimate not locked, in use off by 1 px or more");
+    for seed in 2..6 {
+        take(&mut calibrator, &scene(seed)).unwrap();
+    }
+    assert_eq!(of(&calibrator).iter().collect::<Vec<_>>(), [Reason::Misaligned]);
+    calibrator.apply().unwrap();
+    assert_eq!((of(&calibrator).bits(), of(&calibrator).to_string().as_str()), (0, "none"));
+
+    take(&mut calibrator, &scene(5)).unwrap();
+    let health = calibrator.health().unwrap();
+    assert_eq!(health.arming, Arming::Yes);
+    assert_eq!(health.reasons.iter().collect::<Vec<_>>(), [Reason::Repeated]);
+    assert!(health.to_string().contains("against it: repeated scene"), "{health}");
+    take(&mut calibrator, &scene(6)).unwrap();
+    assert!(of(&calibrator).is_empty());
+}
+
+#[test]
+fn the_bit_of_each_reason_is_its_own() {
+    let all = Reason::ALL.iter().map(Reason::code);
+    assert_eq!(all.clone().fold(0, |bits, code| bits | code), all.sum::<u16>());
+    assert!(Reason::ALL.iter().all(|reason| reason.code().is_power_of_two()));
 }

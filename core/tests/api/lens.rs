@@ -4,7 +4,7 @@ use crate::presets::robust;
 use crate::scene::{cameras, correspondences, rig, take};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Config, ConfigError, Correspondence, Extrinsics, LensPrior, State,
+    Calibrator, Config, ConfigError, Correspondence, Extrinsics, LensPrior, Reason, State,
 };
 
 const CENTRE: [f32; 2] = [959.5, 599.5];
@@ -56,6 +56,7 @@ fn a_wrong_focal_length_is_found_named_and_covered_by_the_deviations() {
     let health = calibrator.health().unwrap();
     assert_eq!((health.lens, health.sd_lens), (proposal.lens, proposal.sd_lens));
     assert!(health.to_string().contains("focal lengths differ"), "{health}");
+    assert!(health.reasons.contains(Reason::Lens), "{health}");
 }
 
 #[test]

@@ -2,8 +2,8 @@
 
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Arming, Band, Calibrator, Camera, Doubt, Extrinsics, Health, Lens, LensCorrection, Scalar,
-    State,
+    Arming, Band, Calibrator, Camera, Doubt, Extrinsics, Health, Lens, LensCorrection, Reasons,
+    Scalar, State,
 };
 
 use crate::data::in_f64;
@@ -30,6 +30,8 @@ pub struct Checks {
     pub arming: Arming,
     /// Evidence against the estimate.
     pub doubt: Option<Doubt>,
+    /// What speaks against relying on it, arming or not.
+    pub reasons: Reasons,
     /// Verdict on what was in use.
     pub band: Band,
     /// Matches that fit the estimate.
@@ -55,6 +57,7 @@ impl Checked {
         let checks = |health: &Health<T>| Checks {
             arming: health.arming,
             doubt: health.doubt,
+            reasons: health.reasons,
             band: health.band,
             fit: health.fit_proposed,
             in_use_px: health.in_use_px.to_f64(),
@@ -73,11 +76,10 @@ impl Checked {
     /// What speaks against arming, or against the estimate; nothing where all is well.
     #[must_use]
     pub fn reasons(&self) -> Vec<String> {
-        let Some(Checks { arming, doubt, .. }) = self.health else {
+        let Some(Checks { reasons, .. }) = self.health else {
             return vec!["no estimate, or no match that fits it".into()];
         };
-        let arming = (arming != Arming::Yes).then(|| arming.to_string());
-        arming.into_iter().chain(doubt.map(|doubt| doubt.to_string())).collect()
+        reasons.iter().map(|reason| reason.to_string()).collect()
     }
 }
 

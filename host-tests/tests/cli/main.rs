@@ -85,7 +85,7 @@ fn what_is_applied_is_in_use_and_what_is_not_says_why() {
     assert_eq!(never["in_use"]["rms_px"], never["rms_px_before"]);
     assert!(never["in_use"]["e_theta"].as_f64().unwrap() > 0.06);
     assert_eq!(never["armed"], false);
-    assert_eq!(never["reasons"], serde_json::json!(["no, misaligned"]));
+    assert_eq!(never["reasons"], serde_json::json!(["in use off by 1 px or more"]));
     let applied = json(&[&scene[..], &["--apply", "each"]].concat());
     for (in_use, estimate) in [("e_t", "e_t"), ("e_theta", "e_theta"), ("rms_px", "rms_px_after")] {
         assert_eq!(applied["in_use"][in_use], applied[estimate], "{in_use}");

@@ -9,7 +9,7 @@ use stereo_selfcal::link::{
 };
 use stereo_selfcal::{
     ApplyError, Arming, Band, ConfigError, Direction, Doubt, ExtrinsicsError, Fused, PairError,
-    ProjectError, PushError, Pushed, RectifyError, Refusal, Rejection, RestoreError, Side,
+    ProjectError, PushError, Pushed, Reason, RectifyError, Refusal, Rejection, RestoreError, Side,
     SnapshotError, State, Stop, UndistortError,
 };
 use stereo_selfcal_capi::selfcal_error_t::{self, *};
@@ -274,6 +274,7 @@ fn every_verdict_of_the_core_is_known() {
         Direction, selfcal_direction_t: Pitch Yaw Roll BaselineForward BaselineDown;
         Band, selfcal_band_t: Good Improvable Recalibrate;
         Arming, selfcal_arming_t: Yes NotLocked Doubtful Misaligned;
+        Reason, selfcal_reason_t: NotLocked Misaligned SecondMode ImageHalves Lens Baseline Repeated Axis;
         Pushed, selfcal_pushed_t: Kept Replaced LeftOut;
     }
     assert_eq!(selfcal_doubt_t::from(None), selfcal_doubt_t::SELFCAL_DOUBT_NONE);
@@ -309,6 +310,7 @@ fn every_value_has_its_own_text() {
     assert_texts("selfcal_direction_t", selfcal_direction_string);
     assert_texts("selfcal_band_t", selfcal_band_string);
     assert_texts("selfcal_arming_t", selfcal_arming_string);
+    assert_texts("selfcal_reason_t", selfcal_reason_string);
     assert_eq!(string(selfcal_error_string(-1)), "unknown");
 }
 

@@ -142,8 +142,14 @@ fn assert_same_health(cal: &mut Cal, twin: &Twin) {
     );
     assert_eq!((c.fit_in_use, c.fit_proposed), (rust.fit_in_use, rust.fit_proposed));
     assert_eq!(
-        (c.band, c.state, c.doubt, c.arming),
-        (rust.band.into(), rust.state.into(), rust.doubt.into(), rust.arming.into())
+        (c.band, c.state, c.doubt, c.arming, c.reasons),
+        (
+            rust.band.into(),
+            rust.state.into(),
+            rust.doubt.into(),
+            rust.arming.into(),
+            rust.reasons.bits().into()
+        )
     );
     assert_eq!((c.sd, c.weakest), (rust.sd.into(), rust.weakest.into()));
     assert_eq!((c.sd_lens, c.correction), (rust.sd_lens.into(), rust.correction.into()));

@@ -1,0 +1,155 @@
+//! What is reported of the estimate, and what of it is applied (`ESTIMATOR.md`, section 16).
+
+use super::Fusion;
+use super::hypothesis::Hypothesis;
+use super::lens::HypothesisLens;
+use crate::algebra::information::StandardDeviations;
+use crate::algebra::symmetric5::Symmetric5;
+use crate::config::Context;
+use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
+use crate::geometry::rectification::RectifyingRotations;
+use crate::outcome::lens_estimate::LensEstimate;
+use crate::outcome::proposal::{Doubt, Proposal};
+use crate::scalar::Scalar;
+use crate::thresholds::{
+    CERTAIN_BASELINE, MAX_DISAGREEMENT, MAX_SECOND_CROWD, OBSERVED_BASELINE, SIGNIFICANT_BASELINE,
+};
+
+impl<T: Scalar> Fusion<T> {
+    /// The estimate; `None` before the first pair, or where a covariance does not exist.
+    #[inline(never)]
+    pub(crate) fn proposal(
+        &self,
+        context: &Context<'_, T>,
+        in_use: &CorrectedExtrinsics<T>,
+    ) -> Option<Proposal<T>> {
+        let hypothesis = self.hypotheses.reported()?;
+        let doubt = doubt(hypothesis);
+        let covariance = hypothesis.reported_covariance(context)?;
+        let with_lens = self.with_lens(hypothesis, &covariance, context)?;
+        let WithLens { pose, covariance: wide, correction, found } = &with_lens;
+        let [sd, sd_lens] = [&covariance, wide].map(StandardDeviations::of);
+        // With the lens uncertain no direction is better known.
+        let widened =
+            wide.diagonal().iter().zip(covariance.diagonal()).all(|(w, c)| *w * T::lit(2.0) >= c);
+        if !(sd.is_finite() && sd_lens.is_finite() && widened) {
+            return None;
+        }
+        let best =
+            CorrectedExtrinsics { extrinsics: pose.extrinsics().ok()?, correction: *correction };
+        let [observed, certain] = [OBSERVED_BASELINE, CERTAIN_BASELINE].map(T::lit);
+        let left = sd_lens.translation * sd_lens.translation * context.prior;
+        let gains =
+            left <= certain || left <= observed && baseline_differs(pose, &in_use.extrinsics, wide);
+        let doubted = doubt == Some(Doubt::Baseline) && found.is_none();
+        let applicable = if doubted || !gains {
+            let held = self.with_baseline_of(hypothesis, in_use, context);
+            let known = sd.translation * sd.translation * context.prior <= observed;
+            let rows_improve =
+                !doubted && known && hypothesis.fits_clearly_better_than(&held.extrinsics);
+            if rows_improve { best } else { held }
+        } else {
+            best
+        };
+        let applicable =
+            if context.allows_in_use(&applicable.extrinsics) { applicable } else { *in_use };
+        Some(Proposal {
+            extrinsics: best.extrinsics,
+            correction: best.correction,
+            applicable: applicable.extrinsics,
+            applicable_correction: applicable.correction,
+            pairs: hypothesis.pairs(),
+            sd,
+            covariance: Some(covariance.matrix()),
+            sd_lens,
+            covariance_lens: Some(wide.matrix()),
+            lens: *found,
+            baseline_observed: left <= observed,
+            state: self.state(),
+            doubt,
+            vibration: context.vibration.into(),
+        })
+    }
+
+    /// The baseline in use, and the best `R` there is with it; without a fit of `R` nothing changes.
+    fn with_baseline_of(
+        &self,
+        hypothesis: &Hypothesis<T>,
+        in_use: &CorrectedExtrinsics<T>,
+        context: &Context<'_, T>,
+    ) -> CorrectedExtrinsics<T> {
+        let correction = *self.reference.correction();
+        let held = hypothesis.with_baseline_of(&in_use.extrinsics, context);
+        held.map_or(*in_use, |extrinsics| CorrectedExtrinsics { extrinsics, correction })
+    }
+
+    /// The estimate with the lens uncertain, and compensated where it is; `None` where the lens has no finite solution.
+    #[inline(never)]
+    fn with_lens(
+        &self,
+        hypothesis: &Hypothesis<T>,
+        covariance: &Symmetric5<T>,
+        context: &Context<'_, T>,
+    ) -> Option<WithLens<T>> {
+        let (pose, correction) = (*hypothesis.pose(), *self.reference.correction());
+        let exact = WithLens { pose, covariance: *covariance, correction, found: None };
+        if !context.has_lens_prior() {
+            return Some(exact);
+        }
+        let mut lens = HypothesisLens::EXACT;
+        lens.estimate(hypothesis, &self.reference, context)?;
+        let found = Some(lens.report(&correction, context.focal));
+        if !self.reference.compensates() {
+            let off = lens.of_given(&correction);
+            return Some(WithLens {
+                covariance: lens.widen(covariance, &off, context),
+                found,
+                ..exact
+            });
+        }
+        let mut wide = lens.widen(covariance, &lens.left_over(), context);
+        wide.add_outer(T::ONE, &lens.hidden().into());
+        Some(WithLens {
+            pose: pose.stepped_by(&lens.compensation())?,
+            covariance: wide,
+            correction: correction.plus(&lens.difference()),
+            found,
+        })
+    }
+}
+
+/// The estimate with the lens uncertain.
+struct WithLens<T: Scalar> {
+    pose: RectifyingRotations<T>,
+    /// Of the pose, rad^2.
+    covariance: Symmetric5<T>,
+    /// Of the cameras that the pose belongs to.
+    correction: LensCorrection<T>,
+    found: Option<LensEstimate<T>>,
+}
+
+/// What a second crowd and the image halves say against a hypothesis.
+fn doubt<T: Scalar>(hypothesis: &Hypothesis<T>) -> Option<Doubt> {
+    let [baseline, everything] = MAX_DISAGREEMENT.map(T::lit);
+    let disagreement = hypothesis.disagreement();
+    if hypothesis.second_crowd() > T::lit(MAX_SECOND_CROWD) {
+        Some(Doubt::SecondMode)
+    } else if disagreement > everything {
+        Some(Doubt::Everything)
+    } else {
+        (disagreement > baseline).then_some(Doubt::Baseline)
+    }
+}
+
+/// Whether the baseline in use is off by more than chance: its squared distance over the covariance of the estimate.
+fn baseline_differs<T: Scalar>(
+    pose: &RectifyingRotations<T>,
+    in_use: &Extrinsics<T>,
+    covariance: &Symmetric5<T>,
+) -> bool {
+    let off = pose.unknowns_to(&RectifyingRotations::from(in_use));
+    let [.., a, _, _, _, b, c] = covariance.0;
+    let form = c * off.w * off.w - T::lit(2.0) * b * off.w * off.a + a * off.a * off.a;
+    form >= T::lit(SIGNIFICANT_BASELINE) * (a * c - b * b)
+}
