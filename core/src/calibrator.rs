@@ -72,6 +72,8 @@ pub struct Calibrator<T: Scalar, const N: usize> {
     pub(crate) before: Option<CorrectedExtrinsics<T>>,
     pub(crate) generation: u32,
     pub(crate) frozen: bool,
+    /// Whether the rig turns too fast for the pair of the batch.
+    turning: bool,
     rejection: Option<Rejection>,
     pub(crate) batch: Batch<T, N>,
     pub(crate) estimator: Estimator<T>,
@@ -90,6 +92,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             before: None,
             generation: 0,
             frozen: false,
+            turning: false,
             rejection: None,
             batch: Batch::new(),
             estimator: Estimator::new(&config),
@@ -134,8 +137,17 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.batch.push(cameras, correspondence)
     }
 
+    /// Tells how fast the rig turned about any axis while the pair of the batch was taken, rad/s, as a gyroscope
+    /// measures it. Holds until [`Calibrator::clear_pair`]; without [`Config::with_max_angular_rate`] nothing comes of
+    /// it. A number that is not finite is too fast.
+    pub fn set_angular_rate(&mut self, rad_per_s: T) {
+        let allowed = |max: f32| rad_per_s.abs() <= T::single(max);
+        self.turning = !self.config.max_angular_rate.is_none_or(allowed);
+    }
+
     /// Empties the batch and abandons a pair being solved.
     pub fn clear_pair(&mut self) {
+        self.turning = false;
         self.batch.clear();
         self.estimator.abandon();
     }
@@ -143,11 +155,15 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Begins to solve the batch, with its first pass. Then call [`Calibrator::advance_pair`].
     ///
     /// # Errors
-    /// [`PairError::NoCameras`], [`PairError::TooFew`]; the estimate and [`Calibrator::state`] are unchanged. The batch
-    /// is kept and may be added to. A pair solved before can no longer be fused.
+    /// [`PairError::NoCameras`], [`PairError::TooFew`], [`PairError::Turning`]; the estimate and [`Calibrator::state`]
+    /// are unchanged. The batch is kept and may be added to. A pair solved before can no longer be fused.
     pub fn begin_pair(&mut self) -> Result<(), PairError> {
         let begun =
             match &context(&self.config, &self.factory, self.cameras.as_ref(), &self.estimator) {
+                _ if self.turning => {
+                    self.estimator.abandon();
+                    Err(PairError::Turning)
+                }
                 Some(context) => self.estimator.begin(context, self.batch.matches()),
                 None => Err(PairError::NoCameras),
             };
@@ -175,8 +191,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// before the next pair, after an error too.
     ///
     /// # Errors
-    /// [`PairError::NoCameras`], [`PairError::TooFew`]: as [`Calibrator::begin_pair`], nothing counts against the
-    /// estimate. [`PairError::NoConsensus`], [`PairError::Unobservable`]: as [`Calibrator::advance_pair`], the pair may
+    /// [`PairError::NoCameras`], [`PairError::TooFew`], [`PairError::Turning`]: as [`Calibrator::begin_pair`], nothing
+    /// counts against the estimate. [`PairError::NoConsensus`], [`PairError::Unobservable`]: as [`Calibrator::advance_pair`], the pair may
     /// count against the estimate, and [`Calibrator::state`] may change.
     pub fn solve_pair(&mut self) -> Result<PairReport<T>, PairError> {
         self.begin_pair()?;

@@ -74,6 +74,7 @@ pub struct Config {
     #[cfg(feature = "paper")]
     pub(crate) max_sd_rad: f32,
     pub(crate) max_correction_rad: f32,
+    pub(crate) max_angular_rate: Option<f32>,
     pub(crate) memory_pairs: u32,
     pub(crate) lens_prior: LensPrior,
     pub(crate) lens_tracking: LensTracking,
@@ -113,6 +114,7 @@ impl Config {
             #[cfg(feature = "paper")]
             max_sd_rad: 0.12,
             max_correction_rad: 0.5,
+            max_angular_rate: None,
             memory_pairs: 1000,
             lens_prior: LensPrior::WIDE,
             lens_tracking: LensTracking::Report,
@@ -308,6 +310,24 @@ impl Config {
         }
     }
 
+    /// Angular rate of the rig, rad/s, above which [`crate::Calibrator::begin_pair`] refuses a pair that has one
+    /// ([`crate::Calibrator::set_angular_rate`]). Default: none. For cameras whose triggers differ: in a turn each pair
+    /// shows `R` off by rate times skew, and no row tells that from a rig that has changed. The tolerated error of `R`
+    /// over the skew: 0.1 rad/s for 0.1 mrad at a skew of 1 ms.
+    ///
+    /// Larger lets that error in; smaller leaves fewer pairs.
+    ///
+    /// # Errors
+    /// [`ConfigError::MaxAngularRate`] unless finite and above 0.
+    pub const fn with_max_angular_rate(mut self, rad_per_s: f32) -> Result<Self, ConfigError> {
+        if rad_per_s > 0.0 && rad_per_s.is_finite() {
+            self.max_angular_rate = Some(rad_per_s);
+            Ok(self)
+        } else {
+            Err(ConfigError::MaxAngularRate)
+        }
+    }
+
     /// The same parameters, if each is within its range.
     #[cfg(feature = "serde")]
     fn checked(self) -> Result<Self, ConfigError> {
@@ -317,6 +337,10 @@ impl Config {
             .with_max_sd_rad(self.max_sd_rad)?;
         #[cfg(not(feature = "paper"))]
         let checked = self;
+        let checked = match self.max_angular_rate {
+            Some(rad_per_s) => checked.with_max_angular_rate(rad_per_s)?,
+            None => checked,
+        };
         checked
             .with_prior_sd_rad(self.prior_sd_rad)?
             .with_huber_threshold_px(self.huber_threshold_px)?

@@ -145,6 +145,9 @@ pub enum ConfigError {
     /// Correction limit: above 0 and below 1.5 rad.
     #[error("max correction must lie within 0 to 1.5 rad")]
     MaxCorrection,
+    /// Angular rate: finite and above 0.
+    #[error("max angular rate must be finite and above 0 rad/s")]
+    MaxAngularRate,
 }
 
 /// Why a correspondence was not taken. The batch is unchanged.
@@ -195,6 +198,9 @@ pub enum PairError {
     /// The correspondences leave a direction free: all alike, or on one line; in the paper preset also all far away.
     #[error("the correspondences leave a direction of the extrinsics free")]
     Unobservable,
+    /// The rig turned faster than the configuration allows while the pair was taken. Clear the batch.
+    #[error("the rig turned too fast for cameras that are not triggered at once")]
+    Turning,
 }
 
 /// Why a pair's result was not fused.
@@ -352,7 +358,7 @@ codes! {
     ConfigError {
         HuberThreshold = 300, MaxPasses = 301, StepTolerance = 302, MinCorrespondences = 303,
         NoiseFloor = 304, PriorStandardDeviation = 305, MaxStandardDeviation = 306, Memory = 307,
-        MaxCorrection = 308, LensPrior = 309,
+        MaxCorrection = 308, LensPrior = 309, MaxAngularRate = 310,
     }
     PushError {
         NoCameras = 400, Busy = 401, Score = 402, GridStep = 403,
@@ -360,6 +366,7 @@ codes! {
     }
     PairError {
         NoCameras = 500, NotBegun = 501, TooFew = 502, NoConsensus = 503, Unobservable = 504,
+        Turning = 505,
     }
     Refusal {
         TooUncertain = 600, CorrectionLimit = 601, NoRig = 602, Disagrees = 603,

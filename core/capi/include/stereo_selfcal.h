@@ -341,6 +341,10 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_CONFIG_LENS_PRIOR = 309,
     /**
+     * configuration: the largest angular rate is not finite or not above 0 rad/s
+     */
+    SELFCAL_ERROR_CONFIG_MAX_ANGULAR_RATE = 310,
+    /**
      * push: no cameras are set; call selfcal_set_cameras first
      */
     SELFCAL_ERROR_PUSH_NO_CAMERAS = 400,
@@ -400,6 +404,10 @@ enum selfcal_error_t
      * pair: a direction is not observable; correspondences all alike, on a line, or at infinity
      */
     SELFCAL_ERROR_PAIR_UNOBSERVABLE = 504,
+    /**
+     * pair: the rig turned faster than configured; clear the batch
+     */
+    SELFCAL_ERROR_PAIR_TURNING = 505,
     /**
      * fuse: the standard deviation of the weakest direction of the pair is too large
      */
@@ -1202,6 +1210,7 @@ typedef struct selfcal_config_t {
     float noise_floor_px;
     float max_sd_rad;
     float max_correction_rad;
+    float max_angular_rate;
     uint32_t memory_pairs;
     uint16_t max_passes;
     uint16_t min_correspondences;
@@ -1970,6 +1979,15 @@ selfcal_error_t selfcal_config_set_max_sd_rad(struct selfcal_config_t *config, f
 selfcal_error_t selfcal_config_set_max_correction_rad(struct selfcal_config_t *config, float rad);
 
 /**
+ * Sets the angular rate of the rig above which a pair is refused, for cameras whose triggers differ: the tolerated
+ * error of `R` over the skew. Of pairs that have one (`selfcal_set_angular_rate`).
+ *
+ * * `rad_per_s`: finite and above 0; default none. Larger lets errors of turns in; smaller leaves fewer pairs.
+ */
+selfcal_error_t selfcal_config_set_max_angular_rate(struct selfcal_config_t *config,
+                                                    float rad_per_s);
+
+/**
  * Sets the number of pairs after which the oldest fade; robust preset.
  *
  * * `pairs`: 20 or more; default 1000. Larger averages longer; smaller follows a slow drift.
@@ -2225,6 +2243,15 @@ selfcal_error_t selfcal_report(const struct selfcal_t *cal, struct selfcal_repor
  * * `fused`: effect on the estimate; may be null.
  */
 selfcal_error_t selfcal_fuse(struct selfcal_t *cal, selfcal_fused_t *fused);
+
+/**
+ * Tells how fast the rig turned about any axis while the pair of the batch was taken, as a gyroscope measures it. Holds
+ * until `selfcal_clear_pair`; nothing comes of it without `selfcal_config_set_max_angular_rate`.
+ *
+ * * `rad_per_s`: rad/s; too fast if not finite.
+ */
+selfcal_error_t selfcal_set_angular_rate(struct selfcal_t *cal,
+                                         float rad_per_s);
 
 /**
  * Clears the batch and the report, and abandons a pair that is being solved.

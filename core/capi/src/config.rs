@@ -40,6 +40,7 @@ pub struct selfcal_config_t {
     noise_floor_px: f32,
     max_sd_rad: f32,
     max_correction_rad: f32,
+    max_angular_rate: f32,
     memory_pairs: u32,
     max_passes: u16,
     min_correspondences: u16,
@@ -61,6 +62,7 @@ impl selfcal_config_t {
             noise_floor_px: f32::NAN,
             max_sd_rad: f32::NAN,
             max_correction_rad: f32::NAN,
+            max_angular_rate: f32::NAN,
             memory_pairs: 0,
             max_passes: 0,
             min_correspondences: 0,
@@ -94,6 +96,7 @@ impl selfcal_config_t {
         let config = real(config, self.noise_floor_px, Config::with_noise_floor_px)?;
         let config = real(config, self.max_sd_rad, Config::with_max_sd_rad)?;
         let config = real(config, self.max_correction_rad, Config::with_max_correction_rad)?;
+        let config = real(config, self.max_angular_rate, Config::with_max_angular_rate)?;
         let config = whole(config, self.memory_pairs, Config::with_memory_pairs)?;
         let config = if self.lens_prior.focal.is_nan() {
             config
@@ -303,6 +306,20 @@ pub unsafe extern "C" fn selfcal_config_set_max_correction_rad(
     let checked = Config::robust().with_max_correction_rad(rad);
     // SAFETY: the caller keeps the contract of the crate.
     unsafe { change(config, checked, |c| c.max_correction_rad = rad) }
+}
+
+/// Sets the angular rate of the rig above which a pair is refused, for cameras whose triggers differ: the tolerated
+/// error of `R` over the skew. Of pairs that have one (`selfcal_set_angular_rate`).
+///
+/// * `rad_per_s`: finite and above 0; default none. Larger lets errors of turns in; smaller leaves fewer pairs.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_set_max_angular_rate(
+    config: *mut selfcal_config_t,
+    rad_per_s: f32,
+) -> selfcal_error_t {
+    let checked = Config::robust().with_max_angular_rate(rad_per_s);
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { change(config, checked, |c| c.max_angular_rate = rad_per_s) }
 }
 
 /// Sets the number of pairs after which the oldest fade; robust preset.

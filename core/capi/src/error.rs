@@ -113,6 +113,8 @@ c_enum! {
         SELFCAL_ERROR_CONFIG_MAX_CORRECTION = 308,
         /// configuration: a deviation of the lens is not within 0 to 0.1, of the principal point 0 to 100 px
         SELFCAL_ERROR_CONFIG_LENS_PRIOR = 309,
+        /// configuration: the largest angular rate is not finite or not above 0 rad/s
+        SELFCAL_ERROR_CONFIG_MAX_ANGULAR_RATE = 310,
 
         /// push: no cameras are set; call selfcal_set_cameras first
         SELFCAL_ERROR_PUSH_NO_CAMERAS = 400,
@@ -145,6 +147,8 @@ c_enum! {
         SELFCAL_ERROR_PAIR_NO_CONSENSUS = 503,
         /// pair: a direction is not observable; correspondences all alike, on a line, or at infinity
         SELFCAL_ERROR_PAIR_UNOBSERVABLE = 504,
+        /// pair: the rig turned faster than configured; clear the batch
+        SELFCAL_ERROR_PAIR_TURNING = 505,
 
         /// fuse: the standard deviation of the weakest direction of the pair is too large
         SELFCAL_ERROR_FUSE_TOO_UNCERTAIN = 600,

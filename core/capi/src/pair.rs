@@ -204,6 +204,22 @@ pub unsafe extern "C" fn selfcal_fuse(
     })
 }
 
+/// Tells how fast the rig turned about any axis while the pair of the batch was taken, as a gyroscope measures it. Holds
+/// until `selfcal_clear_pair`; nothing comes of it without `selfcal_config_set_max_angular_rate`.
+///
+/// * `rad_per_s`: rad/s; too fast if not finite.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_set_angular_rate(
+    cal: *mut selfcal_t,
+    rad_per_s: f32,
+) -> selfcal_error_t {
+    status(|| {
+        // SAFETY: the caller keeps the contract of the crate.
+        unsafe { exclusive(cal) }?.calibrator.set_angular_rate(rad_per_s);
+        Ok(())
+    })
+}
+
 /// Clears the batch and the report, and abandons a pair that is being solved.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_clear_pair(cal: *mut selfcal_t) -> selfcal_error_t {

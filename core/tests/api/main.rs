@@ -30,4 +30,5 @@ mod serialization;
 mod solver;
 mod supervision;
 mod texts;
+mod turning;
 mod vibration;

@@ -263,13 +263,16 @@ fn what_cannot_be_is_refused_though_its_checksum_is_right() {
 }
 
 /// Written by older firmware: ten pairs of the rig, and one of a knocked one. Version 1 has no scene of the last
-/// pair, both have no noise of disparities.
-const OLDER: [&[u8]; 2] =
-    [include_bytes!("records/version_1.bin"), include_bytes!("records/version_2.bin")];
+/// pair, 1 and 2 have no noise of disparities, 4 has no second crowd.
+const OLDER: [&[u8]; 3] = [
+    include_bytes!("records/version_1.bin"),
+    include_bytes!("records/version_2.bin"),
+    include_bytes!("records/version_4.bin"),
+];
 
 #[test]
 fn records_of_older_layouts_are_read() {
-    for (version, record) in (1_u8..).zip(OLDER) {
+    for (version, record) in [1_u8, 2, 4].into_iter().zip(OLDER) {
         assert_eq!(record[4], version);
         let mut read = restored::<f32>(Config::robust(), record).unwrap();
         assert_eq!((read.state(), read.generation()), (State::Suspect, 1));

@@ -21,12 +21,13 @@ use crate::source::{variants_of_c, variants_of_core};
 const UNDISTORT: [UndistortError; 3] =
     [UndistortError::NotFinite, UndistortError::OutsideImage, UndistortError::NotInvertible];
 const SIDES: [Side; 2] = [Side::Left, Side::Right];
-const PAIR: [PairError; 5] = [
+const PAIR: [PairError; 6] = [
     PairError::NoCameras,
     PairError::NotBegun,
     PairError::TooFew { usable: 1, needed: 2 },
     PairError::NoConsensus,
     PairError::Unobservable,
+    PairError::Turning,
 ];
 const REFUSALS: [Refusal; 6] = [
     Refusal::TooUncertain,
@@ -83,7 +84,7 @@ const EXTRINSICS: [ExtrinsicsError; 3] = [
     ExtrinsicsError::AlongOpticalAxis,
 ];
 const PROJECT: [ProjectError; 2] = [ProjectError::NotFinite, ProjectError::BeyondLens];
-const CONFIG: [ConfigError; 10] = [
+const CONFIG: [ConfigError; 11] = [
     ConfigError::HuberThreshold,
     ConfigError::MaxPasses,
     ConfigError::StepTolerance,
@@ -94,6 +95,7 @@ const CONFIG: [ConfigError; 10] = [
     ConfigError::Memory,
     ConfigError::MaxCorrection,
     ConfigError::LensPrior,
+    ConfigError::MaxAngularRate,
 ];
 const SNAPSHOT: [SnapshotError; 2] = [SnapshotError::Room { needed: 1 }, SnapshotError::NoCameras];
 const RESTORE: [RestoreError; 10] = [

@@ -282,11 +282,12 @@ fn the_paper_preset_with_every_setter_is_bit_identical_to_rust() {
             selfcal_config_set_angle(&mut c, median),
             selfcal_config_set_max_sd_rad(&mut c, 0.1),
             selfcal_config_set_max_correction_rad(&mut c, 0.4),
+            selfcal_config_set_max_angular_rate(&mut c, 0.3),
             selfcal_config_set_memory_pairs(&mut c, 50),
             selfcal_config_set_automatic_apply(&mut c, true),
         ]
     };
-    assert_eq!(set, [SELFCAL_OK; 11]);
+    assert_eq!(set, [SELFCAL_OK; 12]);
     let rust = Config::paper()
         .with_angle(Central::Median)
         .with_automatic_apply(true)
@@ -298,6 +299,7 @@ fn the_paper_preset_with_every_setter_is_bit_identical_to_rust() {
         .and_then(|c| c.with_noise_floor_px(0.05))
         .and_then(|c| c.with_max_sd_rad(0.1))
         .and_then(|c| c.with_max_correction_rad(0.4))
+        .and_then(|c| c.with_max_angular_rate(0.3))
         .and_then(|c| c.with_memory_pairs(50))
         .unwrap();
     let set = recorded();
@@ -370,4 +372,27 @@ fn a_frozen_calibrator_changes_nothing_until_it_is_released() {
     // SAFETY: live storage.
     assert_eq!(unsafe { selfcal_set_frozen(cal.ptr(), false) }, SELFCAL_OK);
     assert_eq!(get!(cal, selfcal_fuse), Ok(selfcal_fused_t::SELFCAL_FUSED_ADDED));
+}
+
+#[test]
+fn a_pair_of_a_fast_turn_is_refused() {
+    let set = recorded();
+    let mut config = config(selfcal_config_robust);
+    // SAFETY: live storage.
+    assert_eq!(unsafe { selfcal_config_set_max_angular_rate(&mut config, 0.1) }, SELFCAL_OK);
+    let mut cal = Cal::of(&set, Some(&config));
+    let (all, _) = pair(&set, 0);
+    for (rate, solved) in [
+        (f32::NAN, SELFCAL_ERROR_PAIR_TURNING),
+        (-0.2, SELFCAL_ERROR_PAIR_TURNING),
+        (0.1, SELFCAL_OK),
+    ] {
+        get!(cal, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
+        // SAFETY: live storage.
+        unsafe {
+            assert_eq!(selfcal_set_angular_rate(cal.ptr(), rate), SELFCAL_OK);
+            assert_eq!(selfcal_solve_pair(cal.ptr()), solved);
+            assert_eq!(selfcal_clear_pair(cal.ptr()), SELFCAL_OK);
+        }
+    }
 }

@@ -67,6 +67,7 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
         selfcal_apply(place());
         selfcal_undo(place());
         selfcal_set_frozen(true);
+        selfcal_set_angular_rate(0.0);
         selfcal_is_frozen(place());
         selfcal_reset();
         selfcal_rotations(0, place());

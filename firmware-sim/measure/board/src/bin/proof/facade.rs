@@ -57,6 +57,7 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
     show(calibrator.apply());
     show(calibrator.undo());
     calibrator.set_frozen(black_box(false));
+    calibrator.set_angular_rate(number());
     show(calibrator.is_frozen());
     show(calibrator.has_valid_lengths());
     show(calibrator.in_use());

@@ -78,6 +78,7 @@ fn config() -> Result<Config, ConfigError> {
         .with_lens_prior(black_box(LensPrior::WIDE))?
         .with_lens_tracking(tracking)
         .with_memory_pairs(black_box(0))?
+        .with_max_angular_rate(number())?
         .with_automatic_apply(black_box(false))
         .with_max_correction_rad(number())?)
 }
