@@ -1,4 +1,4 @@
-//! Record of a hypothesis: moments, pose and running means, as `FORMAT.md` lists them.
+//! Record of a hypothesis: moments, pose and running means, in the order of `write`.
 
 use nalgebra::Vector5;
 
