@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
-use host_tests::data::{Dataset, Rows, conventions, matrix};
+use host_tests::data::{Dataset, Rows, WrongSign, conventions, matrix};
 use host_tests::run::{Apply, RunLog, Step, replay_within};
 use nalgebra::Vector3;
 use serde::Deserialize;
@@ -159,6 +159,7 @@ impl Setup {
         let read = || -> Result<Extrinsics<T>> {
             let (r, t) = if let Some(text) = json(&self.initial)? {
                 let initial: Initial = serde_json::from_str(&text)?;
+                WrongSign::check(initial.t)?;
                 (matrix(&initial.r), Vector3::from(initial.t))
             } else {
                 let extrinsics = conventions::import_extrinsics(&self.initial)?;

@@ -48,7 +48,6 @@ impl Source {
     pub(super) fn read(&self) -> Result<Dataset> {
         ensure!(self.degrees.abs() <= 45.0, "a view can be turned by at most 45 degrees");
         let set = self.set()?;
-        check_sign(&set.meta)?;
         let known = self.view.is_none() || set.meta.has_reference();
         ensure!(known, "--view turns R and t, and {} has none", set.name);
         match self.view {
@@ -71,18 +70,6 @@ impl Source {
         eprintln!("{name}: {recording}");
         recording.dataset(&name.to_string(), self::rig(rig)?)
     }
-}
-
-/// A right camera to the left of the left one is taken for the other convention of `t`.
-fn check_sign(meta: &Meta) -> Result<()> {
-    let [x, y, z] = meta.t;
-    ensure!(
-        x <= y.abs().max(z.abs()),
-        "t = ({x:.3}, {y:.3}, {z:.3}) points to the right: with p_r = R p_l + t a rig side by side has \
-         t = (-1, 0, 0). If t is where the right camera stands, in the left frame, use -R t; if the images \
-         are exchanged, exchange them"
-    );
-    Ok(())
 }
 
 fn rig(place: &Path) -> Result<Meta> {

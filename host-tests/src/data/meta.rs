@@ -12,6 +12,7 @@ use stereo_selfcal::{
 };
 
 use super::geometry::{Rows, matrix};
+use super::sign::WrongSign;
 
 /// A rig as `meta.json` has it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -64,7 +65,20 @@ impl Meta {
     pub(super) fn read(path: &Path) -> Result<Self> {
         let text =
             fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-        serde_json::from_str(&text).with_context(|| format!("cannot understand {}", path.display()))
+        let read = || -> Result<Self> {
+            let meta: Self = serde_json::from_str(&text)?;
+            meta.check_reference()?;
+            Ok(meta)
+        };
+        read().with_context(|| format!("cannot understand {}", path.display()))
+    }
+
+    /// Whether `R` and `t` are both known, or neither, and `t` is of our convention.
+    fn check_reference(&self) -> Result<()> {
+        let [r, t] = [self.r.as_flattened(), &self.t].map(|of| of.iter().any(|&x| x != 0.0));
+        ensure!(t || !r, "R without t: a reference has both");
+        ensure!(r || !t, "t without R: a reference has both");
+        Ok(WrongSign::check(self.t)?)
     }
 
     /// Both cameras.

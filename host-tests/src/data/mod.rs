@@ -10,6 +10,7 @@ mod meta;
 mod pair_file;
 mod pairs_folder;
 mod rigs;
+mod sign;
 mod turned_view;
 
 pub use dataset::Dataset;
@@ -19,4 +20,5 @@ pub use meta::{LensModel, Meta};
 pub use pair_file::{PairFile, TruePair};
 pub use pairs_folder::PairsFolder;
 pub use rigs::Rig;
+pub use sign::WrongSign;
 pub use turned_view::{TurnedCamera, TurnedView};

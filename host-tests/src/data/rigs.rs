@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use stereo_selfcal::Extrinsics;
 
 use super::geometry::{Rows, matrix, rows};
+use super::sign::WrongSign;
 
 /// Name of the file in the folder of a data set.
 const FILE: &str = "rigs.csv";
@@ -52,11 +53,13 @@ pub(super) fn read(dir: &Path, pairs: usize) -> Result<Vec<Rig>> {
     let read = || -> Result<Vec<Rig>> {
         let mut file = csv::Reader::from_path(&path)?;
         ensure!(file.headers()? == COLUMNS[..], "the columns must be {}", COLUMNS.join(","));
-        let rig = |row: csv::Result<[f64; 12]>| {
+        let rig = |(pair, row): (usize, csv::Result<[f64; 12]>)| {
             let [r11, r12, r13, r21, r22, r23, r31, r32, r33, t1, t2, t3] = row?;
-            Ok(Rig { r: [[r11, r12, r13], [r21, r22, r23], [r31, r32, r33]], t: [t1, t2, t3] })
+            let t = [t1, t2, t3];
+            WrongSign::check(t).with_context(|| format!("rig of pair {pair}"))?;
+            Ok(Rig { r: [[r11, r12, r13], [r21, r22, r23], [r31, r32, r33]], t })
         };
-        let rigs = file.deserialize().map(rig).collect::<Result<Vec<Rig>>>()?;
+        let rigs = file.deserialize().enumerate().map(rig).collect::<Result<Vec<Rig>>>()?;
         ensure!(rigs.len() == pairs, "{} rigs for {pairs} pairs", rigs.len());
         Ok(rigs)
     };

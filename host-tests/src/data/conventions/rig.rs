@@ -7,6 +7,7 @@ use stereo_selfcal::Extrinsics;
 use super::scale;
 use crate::data::geometry::{Rows, matrix};
 use crate::data::meta::{LensModel, Meta};
+use crate::data::sign::WrongSign;
 
 /// How far `R^T R` may be from the identity, in any element: a matrix of three decimals passes.
 const ROTATION: f64 = 2e-3;
@@ -87,12 +88,7 @@ impl Pose {
             off <= ROTATION && r.determinant() > 0.0,
             "R is not a rotation: R^T R is off the identity by {off:.1e}, or it is a reflection"
         );
-        let [x, y, _] = self.t;
-        ensure!(
-            x < y.abs(),
-            "the first camera is to the right of the second (t = {:?}): exchange the two",
-            self.t
-        );
+        WrongSign::check(self.t)?;
         Ok(Extrinsics::try_new(&r, &Vector3::from(self.t))?)
     }
 }
