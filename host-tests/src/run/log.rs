@@ -5,12 +5,13 @@ use std::fmt;
 use anyhow::{Result, bail};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Extrinsics, Fused, Health, PairError, PairReport, Proposal, Refusal, Scalar, State,
-    Stop,
+    Calibrator, Extrinsics, Fused, Health, PairError, PairReport, Proposal, Refusal, Scalar, Stop,
 };
 
 use super::checked::Checked;
 use super::estimate::Estimate;
+use super::reasons::Reasons;
+use super::totals::Totals;
 use crate::data::in_f64;
 
 /// Outcome of one pair.
@@ -31,6 +32,8 @@ pub struct Step {
     pub offered: usize,
     /// Correspondences that the calibrator took.
     pub taken: usize,
+    /// Correspondences refused by reason, where the run has noted it.
+    pub refused: Reasons,
     /// Its outcome.
     pub verdict: Verdict,
     /// The solved pair; the robust preset tracks it from the running estimate.
@@ -79,7 +82,12 @@ pub struct RunLog {
     /// True extrinsics of each pair; empty where the rig does not move.
     truths: Vec<Extrinsics<f64>>,
     factory: Extrinsics<f64>,
+    /// All pairs, or the latest where earlier ones are forgotten.
     steps: Vec<Step>,
+    /// Whether only the latest pair is kept.
+    brief: bool,
+    /// Pairs no longer in `steps`.
+    forgotten: Totals,
     fused: Option<Estimate>,
 }
 
@@ -93,7 +101,21 @@ impl RunLog {
     /// The log of a run on data without a reference: it has no errors.
     #[must_use]
     pub fn without_reference(factory: Extrinsics<f64>) -> Self {
-        Self { truth: None, truths: Vec::new(), factory, steps: Vec::new(), fused: None }
+        Self {
+            truth: None,
+            truths: Vec::new(),
+            factory,
+            steps: Vec::new(),
+            brief: false,
+            forgotten: Totals::default(),
+            fused: None,
+        }
+    }
+
+    /// The same log with only the latest pair in [`RunLog::steps`], so that a run may be of any length.
+    #[must_use]
+    pub fn briefly(self) -> Self {
+        Self { brief: true, ..self }
     }
 
     fn error(&self, found: &Extrinsics<f64>) -> Option<Deviation<f64>> {
@@ -118,7 +140,11 @@ impl RunLog {
         outcome: Result<(PairReport<T>, Result<Fused, Refusal>), PairError>,
         fused: Option<&Proposal<T>>,
     ) -> &Step {
-        self.truth = self.truths.get(self.steps.len()).copied().or(self.truth);
+        if self.brief {
+            self.steps.drain(..).for_each(|step| self.forgotten.add(&step));
+        }
+        let number = self.forgotten.pairs + self.steps.len();
+        self.truth = self.truths.get(number).copied().or(self.truth);
         self.fused = fused.map(Estimate::of);
         let running = self.fused.and_then(|f| self.error(&f.extrinsics));
         let (verdict, solved) = match outcome {
@@ -133,6 +159,7 @@ impl RunLog {
         self.steps.push(Step {
             offered,
             taken,
+            refused: Reasons::new(),
             verdict,
             solved,
             alone,
@@ -141,6 +168,13 @@ impl RunLog {
             checked,
         });
         &self.steps[self.steps.len() - 1]
+    }
+
+    /// Notes which correspondences of the pair recorded last were refused.
+    pub fn note_refused(&mut self, refused: Reasons) {
+        if let Some(step) = self.steps.last_mut() {
+            step.refused = refused;
+        }
     }
 
     /// Notes what the pair recorded last comes to alone.
@@ -177,17 +211,17 @@ impl RunLog {
         }
     }
 
-    /// The pairs so far.
+    /// The pairs so far; the latest of a brief log.
     #[must_use]
     pub fn steps(&self) -> &[Step] {
         &self.steps
     }
 
-    /// First pair, from 0, after which the state was locked.
-    #[must_use]
-    pub fn locked_at(&self) -> Option<usize> {
-        let locked = |step: &Step| step.checked.is_some_and(|c| c.state == State::Locked);
-        self.steps.iter().position(locked)
+    /// Sums over all pairs so far.
+    pub(super) fn totals(&self) -> Totals {
+        let mut totals = self.forgotten.clone();
+        self.steps.iter().for_each(|step| totals.add(step));
+        totals
     }
 
     /// Where the run started.
@@ -211,8 +245,7 @@ impl RunLog {
     /// Whether the estimate has begun again with a corrected lens.
     #[must_use]
     pub fn has_begun_again(&self) -> bool {
-        let corrected = |step: &Step| step.verdict == Verdict::Accepted(Fused::LensCorrected);
-        self.steps.iter().any(corrected)
+        self.totals().began_again
     }
 
     /// The estimate at the end.
@@ -225,7 +258,7 @@ impl RunLog {
             None if self.has_begun_again() => {
                 bail!("the estimate began again with a corrected lens, and no pair was fused since")
             }
-            None => bail!("none of the {} pairs could be fused", self.steps.len()),
+            None => bail!("none of the {} pairs could be fused", self.totals().pairs),
         }
     }
 }

@@ -3,6 +3,7 @@
 mod alone;
 mod checked;
 mod estimate;
+mod kept_pairs;
 mod log;
 #[cfg(feature = "selfcal")]
 pub mod monte_carlo;
@@ -12,15 +13,18 @@ pub mod progress;
 pub mod real_figures;
 #[cfg(feature = "selfcal")]
 pub mod real_rigs;
+pub mod reasons;
 mod replay;
 pub mod single_pairs;
 mod summary;
 pub mod timeline;
+mod totals;
 pub mod trace;
 
 pub use alone::PairSolver;
 pub use checked::{Checked, Checks};
 pub use estimate::{Estimate, Lens};
+pub use kept_pairs::KeptPairs;
 pub use log::{Alone, RunLog, Solved, Step, Verdict};
-pub use replay::{Apply, CAPACITY, Running, replay, replay_within};
+pub use replay::{Apply, CAPACITY, Feed, Running, replay, replay_pairs, replay_within};
 pub use summary::{InUse, SCREEN_PX, Summary, row_offsets_px};

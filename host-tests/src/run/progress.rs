@@ -23,7 +23,8 @@ pub struct Bar {
 #[derive(Debug)]
 struct State {
     done: u64,
-    length: u64,
+    /// `None`: not known.
+    length: Option<u64>,
     words: String,
     started: Instant,
     drawn: Option<Instant>,
@@ -32,15 +33,25 @@ struct State {
 /// A bar over so many of a thing.
 #[must_use]
 pub fn over(count: usize, things: &str) -> Bar {
-    if !io::stderr().is_terminal() {
-        return Bar::hidden();
-    }
-    let (length, words) = (count as u64, things.to_owned());
-    let state = State { done: 0, length, words, started: Instant::now(), drawn: None };
-    Bar { state: Some(Mutex::new(state)) }
+    Bar::new(Some(count as u64), things)
+}
+
+/// A count of a thing whose end is not known.
+#[must_use]
+pub fn counting(things: &str) -> Bar {
+    Bar::new(None, things)
 }
 
 impl Bar {
+    fn new(length: Option<u64>, things: &str) -> Self {
+        if !io::stderr().is_terminal() {
+            return Self::hidden();
+        }
+        let words = things.to_owned();
+        let state = State { done: 0, length, words, started: Instant::now(), drawn: None };
+        Self { state: Some(Mutex::new(state)) }
+    }
+
     /// A bar that is never drawn.
     #[must_use]
     pub fn hidden() -> Self {
@@ -52,9 +63,14 @@ impl Bar {
         self.update(|state| state.done += count);
     }
 
+    /// So many more are done, where the end is not known.
+    pub fn inc_counted(&self, count: u64) {
+        self.update(|state| state.done += if state.length.is_none() { count } else { 0 });
+    }
+
     /// So many more are to be done.
     pub fn inc_length(&self, count: u64) {
-        self.update(|state| state.length += count);
+        self.update(|state| state.length = state.length.map(|length| length + count));
     }
 
     /// The current item.
@@ -106,6 +122,9 @@ impl State {
 
     fn line(&self, elapsed: Duration) -> String {
         let Self { done, length, words, .. } = self;
+        let Some(length) = length else {
+            return format!("{done} {words}, {} s", elapsed.as_secs());
+        };
         let full = usize::try_from(WIDTH * done.min(length) / (*length).max(1)).unwrap_or(0);
         let empty = usize::try_from(WIDTH).unwrap_or(0) - full;
         let left = match done {
@@ -121,7 +140,8 @@ impl State {
 mod tests {
     use super::*;
 
-    fn state(done: u64, length: u64) -> State {
+    fn state(done: u64, length: impl Into<Option<u64>>) -> State {
+        let length = length.into();
         State { done, length, words: "pairs".into(), started: Instant::now(), drawn: None }
     }
 
@@ -132,6 +152,7 @@ mod tests {
         assert_eq!(state(2, 4).line(after), half);
         assert!(state(0, 0).line(after).ends_with("0/0 pairs, ? left"));
         assert!(state(9, 4).line(after).ends_with("9/4 pairs, 0 s left"));
+        assert_eq!(state(9, None).line(after), "9 pairs, 10 s");
     }
 
     #[test]

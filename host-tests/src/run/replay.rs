@@ -5,6 +5,7 @@ use stereo_selfcal::{Calibrator, Config, Extrinsics, Scalar};
 
 use super::alone::PairSolver;
 use super::log::{RunLog, Step};
+use super::reasons::{self, Reasons};
 use crate::data::{Dataset, Match, Meta, in_f64};
 
 /// Default capacity of a replay, correspondences a pair.
@@ -77,11 +78,30 @@ impl<T: Scalar, const N: usize> Running<T, N> {
     }
 }
 
-/// Replays every pair through a calibrator of a capacity, which selects from longer pairs.
-///
-/// * `start`: extrinsics that every pair starts from.
-/// * `apply`: when the estimate is put into use.
-/// * `each`: called after each pair.
+/// The pairs of a run, on their way into it.
+pub struct Feed<'a> {
+    /// Their rig.
+    pub rig: &'a Meta,
+    /// True extrinsics of each pair; empty where the rig does not move.
+    pub truths: Vec<Extrinsics<f64>>,
+    /// The pairs, as they come.
+    pub pairs: Box<dyn Iterator<Item = Result<Vec<Match>>> + 'a>,
+    /// Whether the log keeps only the latest pair.
+    pub brief: bool,
+}
+
+impl<'a> Feed<'a> {
+    /// The pairs of a data set.
+    ///
+    /// # Errors
+    /// If the rig of a pair is not valid.
+    pub fn of(set: &'a Dataset) -> Result<Self> {
+        let pairs = Box::new(set.pairs.iter().cloned().map(Ok));
+        Ok(Self { rig: &set.meta, truths: set.truths()?, pairs, brief: false })
+    }
+}
+
+/// Replays every pair of a data set, as [`replay_pairs`].
 ///
 /// # Errors
 /// If the data set's rig is not valid.
@@ -90,12 +110,33 @@ pub fn replay_within<T: Scalar, const N: usize>(
     config: Config,
     start: Extrinsics<T>,
     apply: Apply,
+    each: impl FnMut(&Step),
+) -> Result<RunLog> {
+    replay_pairs::<T, N>(Feed::of(set)?, config, start, apply, each)
+}
+
+/// Replays pairs through a calibrator of a capacity, which selects from longer pairs.
+///
+/// * `start`: extrinsics that every pair starts from.
+/// * `apply`: when the estimate is put into use.
+/// * `each`: called after each pair.
+///
+/// # Errors
+/// If the rig is not valid, or a pair cannot be read.
+pub fn replay_pairs<T: Scalar, const N: usize>(
+    feed: Feed<'_>,
+    config: Config,
+    start: Extrinsics<T>,
+    apply: Apply,
     mut each: impl FnMut(&Step),
 ) -> Result<RunLog> {
-    let mut running = Running::<T, N>::new(&set.meta, config, start, apply)?;
-    running.log = running.log.with_truths(set.truths()?);
-    for pair in &set.pairs {
-        if let Some(step) = running.push(pair) {
+    let mut running = Running::<T, N>::new(feed.rig, config, start, apply)?;
+    running.log = running.log.with_truths(feed.truths);
+    if feed.brief {
+        running.log = running.log.briefly();
+    }
+    for pair in feed.pairs {
+        if let Some(step) = running.push(&pair?) {
             each(step);
         }
     }
@@ -108,9 +149,11 @@ fn replay_pair<T: Scalar, const N: usize>(
     apply: Apply,
     log: &mut RunLog,
 ) {
+    let mut refused = Reasons::new();
     for m in pair {
-        // Refusals are counted in the batch and shown with the pair.
-        let _ = calibrator.push(&m.correspondence());
+        if let Err(why) = calibrator.push(&m.correspondence()) {
+            *refused.entry(reasons::of_match(why)).or_default() += 1;
+        }
     }
     let taken = calibrator.batch().pairs().len();
     let outcome = calibrator.solve_pair().map(|report| (report, calibrator.fuse()));
@@ -122,5 +165,6 @@ fn replay_pair<T: Scalar, const N: usize>(
     }
     calibrator.clear_pair();
     log.record([pair.len(), taken], outcome, calibrator.proposal().as_ref());
+    log.note_refused(refused);
     log.check(calibrator, health.as_ref());
 }

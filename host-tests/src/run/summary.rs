@@ -3,13 +3,15 @@
 use std::fmt;
 
 use anyhow::Result;
+use nalgebra::{Matrix3, Rotation3};
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Calibration, LensCorrection, RayPair, RectifyingRotations, row_offset};
+use stereo_selfcal::{Calibration, LensCorrection, RayPair, RectifyingRotations, row_offset, so3};
 
 use super::estimate::{Lens, in_words};
-use super::log::{RunLog, Step, Verdict};
+use super::log::RunLog;
+use super::reasons::{self, Reasons};
 use crate::data::{Dataset, Match};
 
 /// Matches further than this from the final estimate's rows do not count in RMS row offsets, px:
@@ -23,8 +25,17 @@ pub struct Summary {
     pub pairs: usize,
     /// Pairs fused.
     pub accepted: usize,
+    /// Pairs not solved or not fused, by reason.
+    pub rejected_pairs: Reasons,
+    /// Matches in all pairs.
+    pub matches: usize,
+    /// Those that the calibrator refused, by reason; matches left out of a full batch are none of them.
+    pub refused_matches: Reasons,
     /// `no estimate`, or the state of the calibrator and the doubt about the estimate.
     pub state: String,
+    /// Whether there are `R` and `t` to compare with.
+    #[serde(skip)]
+    pub has_reference: bool,
     /// Error of the fused baseline direction.
     pub e_t: Option<f64>,
     /// Error of the fused rotation.
@@ -53,6 +64,8 @@ pub struct Summary {
     pub rms_px_before: Option<f64>,
     /// The same of the fused extrinsics, px.
     pub rms_px_after: Option<f64>,
+    /// Pairs that the row offsets are over: all of them, or every 2nd, 4th, .. of a long run that is not held.
+    pub rms_pairs: usize,
     /// Shares of all matches within [`SCREEN_PX`] of their row, with the factory extrinsics and with
     /// the fused ones. The RMS covers only matches that fit the latter.
     #[serde(skip)]
@@ -107,38 +120,30 @@ impl RunLog {
     /// If the data set's cameras are not valid.
     pub fn summary(&self, set: &Dataset) -> Result<Summary> {
         let fused = self.fused();
-        let accepted = |step: &&Step| matches!(step.verdict, Verdict::Accepted(_));
-        let singles = self.steps().iter().filter(accepted).filter_map(|step| step.solved);
-        let tracked = Deviation::root_mean_square(singles.filter_map(|solved| solved.error));
-        let alone: Vec<_> = self.steps().iter().filter_map(|step| step.alone).collect();
-        let sigma_pairs = alone.iter().filter(|alone| alone.extrinsics.is_some()).count();
-        let sigma = Deviation::root_mean_square(alone.iter().filter_map(|alone| alone.error));
+        let totals = self.totals();
+        let [tracked, sigma] = [totals.tracked, totals.alone].map(|squares| squares.root_mean());
         let error = fused.zip(self.truth());
         let error = error.map(|(f, truth)| Deviation::between(&f.extrinsics, truth));
         let checked = self.steps().last().and_then(|step| step.checked);
-        let rows = match fused {
-            Some(f) => {
-                let factory = set.calibration(self.factory(), &LensCorrection::NONE)?;
-                let used = checked.map(|used| set.calibration(&used.in_use, &used.correction));
-                let used = used.transpose()?.unwrap_or(factory);
-                RowOffsets::over(set, &[factory, f.calibration(set)?, used])?
-            }
-            None => None,
-        };
+        let rows = self.row_offsets(set)?;
         let in_use = checked.map(|checked| InUse {
             e_t: checked.error.map(|e| e.translation),
             e_theta: checked.error.map(|e| e.rotation),
             rms_px: rows.map(|rows| rows.rms_px[2]),
         });
         Ok(Summary {
-            pairs: self.steps().len(),
-            accepted: self.steps().iter().filter(accepted).count(),
+            pairs: totals.pairs,
+            accepted: totals.accepted,
+            rejected_pairs: totals.rejected,
+            matches: totals.matches,
+            refused_matches: totals.refused,
             state: fused.map_or_else(|| "no estimate".into(), ToString::to_string),
+            has_reference: self.truth().is_some(),
             e_t: error.map(|e| e.translation),
             e_theta: error.map(|e| e.rotation),
             sigma_t: sigma.map(|s| s.translation),
             sigma_theta: sigma.map(|s| s.rotation),
-            sigma_pairs,
+            sigma_pairs: totals.alone_pairs,
             tracked_t: tracked.map(|s| s.translation),
             tracked_theta: tracked.map(|s| s.rotation),
             r: fused.map(|f| f.extrinsics.rotation_row_major()),
@@ -147,11 +152,12 @@ impl RunLog {
             sd_translation: fused.map(|f| f.sd.translation),
             rms_px_before: rows.map(|rows| rows.rms_px[0]),
             rms_px_after: rows.map(|rows| rows.rms_px[1]),
+            rms_pairs: set.pairs.len().min(totals.pairs),
             in_row: rows.map(|rows| rows.in_row),
             in_use,
             armed: checked.is_some_and(|checked| checked.is_armed()),
             reasons: checked.map(|checked| checked.reasons()).unwrap_or_default(),
-            locked_at: self.locked_at(),
+            locked_at: totals.locked_at,
             baseline_observed: fused.is_some_and(|f| f.baseline_observed),
             sd_rotation_lens: fused.map(|f| f.sd_lens.rotation),
             sd_translation_lens: fused.map(|f| f.sd_lens.translation),
@@ -160,6 +166,16 @@ impl RunLog {
             vibration_rotation: fused.map(|f| f.vibration.rotation),
             vibration_translation: fused.map(|f| f.vibration.baseline),
         })
+    }
+
+    /// Of the factory extrinsics, the estimate and what is in use; `None` without an estimate.
+    fn row_offsets(&self, set: &Dataset) -> Result<Option<RowOffsets>> {
+        let Some(fused) = self.fused() else { return Ok(None) };
+        let factory = set.calibration(self.factory(), &LensCorrection::NONE)?;
+        let checked = self.steps().last().and_then(|step| step.checked);
+        let used = checked.map(|used| set.calibration(&used.in_use, &used.correction));
+        let used = used.transpose()?.unwrap_or(factory);
+        RowOffsets::over(set, &[factory, fused.calibration(set)?, used])
     }
 }
 
@@ -189,7 +205,7 @@ struct RowOffsets {
 impl RowOffsets {
     /// `None` if no match is screened.
     ///
-    /// * `extrinsics`: before, after, in use.
+    /// * `calibrations`: before, after, in use.
     fn over(set: &Dataset, calibrations: &[Calibration<f64>; 3]) -> Result<Option<Self>> {
         let [before, after, in_use] = calibrations.each_ref().map(|c| row_offsets_px(set, c));
         let all: Vec<[Option<f64>; 3]> = before
@@ -220,28 +236,69 @@ impl RowOffsets {
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "pairs fused        {} of {} ({})", self.accepted, self.pairs, self.state)?;
-        let mut angle = |name: &str, what: &str, value: Option<f64>| match value {
-            Some(rad) => {
-                writeln!(f, "{name:<18} {rad:>9.6} rad  {:>8.4} deg   {what}", rad.to_degrees())
-            }
-            None => writeln!(f, "{name:<18} {:>9}                     {what}", "-"),
-        };
-        angle("e_t", "fused baseline direction against the reference", self.e_t)?;
-        angle("e_theta", "fused rotation against the reference", self.e_theta)?;
-        let alone = format!("pairs alone, RMS over {} of {}", self.sigma_pairs, self.pairs);
-        angle("sigma_t", &alone, self.sigma_t)?;
-        angle("sigma_theta", &alone, self.sigma_theta)?;
-        angle("tracked t", "pairs as solved in the run, RMS", self.tracked_t)?;
-        angle("tracked R", "pairs as solved in the run, RMS", self.tracked_theta)?;
+        if !self.rejected_pairs.is_empty() {
+            writeln!(f, "pairs not fused    {}", reasons::in_words(&self.rejected_pairs))?;
+        }
+        if !self.refused_matches.is_empty() {
+            let refused: usize = self.refused_matches.values().sum();
+            let why = reasons::in_words(&self.refused_matches);
+            writeln!(f, "matches refused    {refused} of {}: {why}", self.matches)?;
+        }
+        if self.has_reference {
+            self.write_errors(f)?;
+        } else {
+            self.write_estimate(f)?;
+        }
         // The words of the tables in `golden`.
-        angle("sd of t, claimed", "what the estimate says of itself", self.sd_translation)?;
-        angle("sd of R, claimed", "what the estimate says of itself", self.sd_rotation)?;
+        write_angle(
+            f,
+            "sd of t, claimed",
+            "what the estimate says of itself",
+            self.sd_translation,
+        )?;
+        write_angle(f, "sd of R, claimed", "what the estimate says of itself", self.sd_rotation)?;
         if !self.correction.is_none() {
             writeln!(f, "cameras corrected  {}", in_words(&self.correction))?;
         }
+        self.write_rows(f)
+    }
+}
+
+impl Summary {
+    fn write_errors(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_angle(f, "e_t", "fused baseline direction against the reference", self.e_t)?;
+        write_angle(f, "e_theta", "fused rotation against the reference", self.e_theta)?;
+        let alone = format!("pairs alone, RMS over {} of {}", self.sigma_pairs, self.pairs);
+        write_angle(f, "sigma_t", &alone, self.sigma_t)?;
+        write_angle(f, "sigma_theta", &alone, self.sigma_theta)?;
+        write_angle(f, "tracked t", "pairs as solved in the run, RMS", self.tracked_t)?;
+        write_angle(f, "tracked R", "pairs as solved in the run, RMS", self.tracked_theta)
+    }
+
+    /// What is known without a reference.
+    fn write_estimate(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "reference          none: no errors")?;
+        if let Some(r) = self.r {
+            let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(&r));
+            let [x, y, z] = so3::log(&rotation).map(f64::to_degrees).into();
+            writeln!(f, "R                  ({x:.4}, {y:.4}, {z:.4}) deg, a rotation vector")?;
+        }
+        if let Some([x, y, z]) = self.t {
+            writeln!(f, "t                  ({x:.6}, {y:.6}, {z:.6})")?;
+        }
+        writeln!(f, "pairs alone        {} of {} have an estimate", self.sigma_pairs, self.pairs)
+    }
+
+    fn write_rows(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { pairs, rms_pairs, .. } = self;
+        let over = if rms_pairs < pairs {
+            format!(", over {rms_pairs} of {pairs} pairs")
+        } else {
+            String::new()
+        };
         match self.rms_px_before.zip(self.rms_px_after) {
             Some((before, after)) => {
-                writeln!(f, "RMS row offset     {before:.3} px before, {after:.3} px after")?;
+                writeln!(f, "RMS row offset     {before:.3} px before, {after:.3} px after{over}")?;
             }
             None => writeln!(f, "RMS row offset     -")?,
         }
@@ -250,5 +307,19 @@ impl fmt::Display for Summary {
             f,
             "within {SCREEN_PX} px        {before:.1} % of all matches before, {after:.1} % after"
         )
+    }
+}
+
+fn write_angle(
+    f: &mut fmt::Formatter<'_>,
+    name: &str,
+    what: &str,
+    angle: Option<f64>,
+) -> fmt::Result {
+    match angle {
+        Some(rad) => {
+            writeln!(f, "{name:<18} {rad:>9.6} rad  {:>8.4} deg   {what}", rad.to_degrees())
+        }
+        None => writeln!(f, "{name:<18} {:>9}                     {what}", "-"),
     }
 }

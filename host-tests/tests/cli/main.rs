@@ -42,6 +42,9 @@ fn json_has_the_stable_fields_and_no_others() {
     let mut expected = [
         "pairs",
         "accepted",
+        "rejected_pairs",
+        "matches",
+        "refused_matches",
         "state",
         "e_t",
         "e_theta",
@@ -58,6 +61,7 @@ fn json_has_the_stable_fields_and_no_others() {
         "sd_translation",
         "rms_px_before",
         "rms_px_after",
+        "rms_pairs",
         "in_use",
         "armed",
         "reasons",
@@ -71,7 +75,9 @@ fn json_has_the_stable_fields_and_no_others() {
     fields.sort_unstable();
     expected.sort_unstable();
     assert_eq!(fields, expected);
-    assert_eq!(object["pairs"], 13);
+    assert_eq!([&object["pairs"], &object["rms_pairs"], &object["matches"]], [13, 13, 702]);
+    assert_eq!(object["refused_matches"], serde_json::json!({}));
+    assert_eq!(object["rejected_pairs"], serde_json::json!({}));
     assert_eq!(object["correction"], serde_json::json!({ "focal": 0.0, "k1": 0.0 }));
     assert_eq!(object["R"].as_array().unwrap().len(), 9);
     assert_eq!(object["t"].as_array().unwrap().len(), 3);

@@ -1,0 +1,87 @@
+//! Stable names of the reasons why a match or a pair was not taken.
+
+use std::collections::BTreeMap;
+
+use stereo_selfcal::{PairError, PushError, Refusal, Side, UndistortError};
+
+/// How often each reason occurred.
+pub type Reasons = BTreeMap<&'static str, usize>;
+
+/// Why a match was refused.
+#[must_use]
+pub fn of_match(why: PushError) -> &'static str {
+    match why {
+        PushError::NoCameras => "no_cameras",
+        PushError::Busy => "busy",
+        PushError::Pixel(Side::Left, UndistortError::NotFinite) => "left_pixel_not_finite",
+        PushError::Pixel(Side::Left, UndistortError::OutsideImage) => "left_pixel_outside_image",
+        PushError::Pixel(Side::Left, UndistortError::NotInvertible) => "left_pixel_not_invertible",
+        PushError::Pixel(Side::Right, UndistortError::NotFinite) => "right_pixel_not_finite",
+        PushError::Pixel(Side::Right, UndistortError::OutsideImage) => "right_pixel_outside_image",
+        PushError::Pixel(Side::Right, UndistortError::NotInvertible) => {
+            "right_pixel_not_invertible"
+        }
+        PushError::Score => "score",
+        PushError::GridStep => "grid_step",
+        _ => "other",
+    }
+}
+
+/// Why a pair was not solved.
+#[must_use]
+pub fn of_unsolved(why: PairError) -> &'static str {
+    match why {
+        PairError::NoCameras => "no_cameras",
+        PairError::NotBegun => "not_begun",
+        PairError::TooFew { .. } => "too_few",
+        PairError::NoConsensus => "no_consensus",
+        PairError::Unobservable => "unobservable",
+        _ => "other",
+    }
+}
+
+/// Why a solved pair was not fused.
+#[must_use]
+pub fn of_refusal(why: Refusal) -> &'static str {
+    match why {
+        Refusal::TooUncertain => "too_uncertain",
+        Refusal::CorrectionLimit => "correction_limit",
+        Refusal::NoRig => "no_rig",
+        Refusal::Disagrees => "disagrees",
+        Refusal::NothingSolved => "nothing_solved",
+        Refusal::Frozen => "frozen",
+        _ => "other",
+    }
+}
+
+/// The reasons in words, the most frequent first.
+#[must_use]
+pub fn in_words(reasons: &Reasons) -> String {
+    let mut counts: Vec<_> = reasons.iter().collect();
+    counts.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
+    let words = counts.iter().map(|(name, count)| format!("{} {count}", name.replace('_', " ")));
+    words.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_most_frequent_reason_comes_first_and_ties_by_name() {
+        let reasons = Reasons::from([("score", 2), ("grid_step", 2), ("no_cameras", 30)]);
+        assert_eq!(in_words(&reasons), "no cameras 30, grid step 2, score 2");
+    }
+
+    #[test]
+    fn every_reason_has_a_name_of_its_own() {
+        let pixels = [Side::Left, Side::Right].into_iter().flat_map(|side| {
+            [UndistortError::NotFinite, UndistortError::OutsideImage, UndistortError::NotInvertible]
+                .map(|why| PushError::Pixel(side, why))
+        });
+        let rest = [PushError::NoCameras, PushError::Busy, PushError::Score, PushError::GridStep];
+        let names: Reasons = pixels.chain(rest).map(|why| (of_match(why), 1)).collect();
+        assert_eq!(names.len(), 10);
+        assert!(!names.contains_key("other"));
+    }
+}
