@@ -3,7 +3,7 @@
 
 use assert_cmd::Command;
 use host_tests::data::{Dataset, Match, in_f64};
-use host_tests::wire::{DecodedStream, Faults, FaultyWire, Sender, Sent, quantised};
+use host_tests::wire::{Faults, FaultyWire, Frame, FrameReader, Sender, Sent, counted, quantised};
 use stereo_selfcal::link::{Decoder, Received};
 use stereo_selfcal::{Calibrator, Config};
 
@@ -80,10 +80,12 @@ fn a_recording_has_what_the_data_set_has_to_the_resolution_of_the_wire() {
         let sender = Sender::of(&set).unwrap();
         let frames = (0..).zip(&set.pairs).flat_map(|(i, pair)| sender.frame(i, pair).0);
         let bytes: Vec<u8> = frames.collect();
-        let recording = DecodedStream::decode(&bytes);
-        assert_eq!(recording.to_string(), format!("{} whole frames", set.pairs.len()));
-        let back = recording.dataset(name, set.meta.clone()).unwrap();
-        for (sent, seen) in set.pairs.iter().zip(&back.pairs) {
+        let mut reader = FrameReader::new(&bytes[..]);
+        let pair = |frame: std::io::Result<Frame>| frame.unwrap().pair(&set.meta).unwrap();
+        let back: Vec<_> = reader.by_ref().map(pair).collect();
+        assert_eq!(counted(reader.counters()), format!("{} whole frames", set.pairs.len()));
+        assert_eq!(back.len(), set.pairs.len());
+        for (sent, seen) in set.pairs.iter().zip(&back) {
             assert_eq!(sent.len(), seen.len());
             for (a, b) in sent.iter().zip(seen) {
                 let apart = [a.ul - b.ul, a.vl - b.vl, a.ur - b.ur, a.vr - b.vr];
@@ -100,9 +102,10 @@ fn steps_received(steps: &[f64]) -> Vec<f32> {
     let at = |&step: &f64| Match { ul: 100.0, vl: 90.0, ur: 80.0, vr: 90.0, score: 1.0, step };
     let pair: Vec<Match> = steps.iter().map(at).collect();
     let sender = Sender::new([640, 480], steps.iter().copied()).unwrap();
-    let recording = DecodedStream::decode(&sender.frame(0, &pair).0);
-    let [(_, seen)] = &recording.frames[..] else { panic!("{recording}") };
-    seen.iter().map(|c| c.grid_step).collect()
+    let bytes = sender.frame(0, &pair).0;
+    let mut frames: Vec<_> = FrameReader::new(&bytes[..]).collect();
+    let (Some(Ok(frame)), true) = (frames.pop(), frames.is_empty()) else { panic!("{frames:?}") };
+    frame.matches.iter().map(|c| c.grid_step).collect()
 }
 
 #[test]

@@ -7,7 +7,7 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use host_tests::data::conventions::{Document, Format};
 use host_tests::data::{Dataset, Meta};
-use host_tests::run::Apply;
+use host_tests::run::{Apply, Feed};
 use stereo_selfcal::State;
 
 use super::setup::Setup;
@@ -76,7 +76,7 @@ impl ExportArgs {
     }
 
     fn calibrated(&self, set: &Dataset) -> Result<Meta> {
-        let log = self.setup.replay(set, Apply::Never, |_| ())?;
+        let log = self.setup.replay(Feed::of(set)?, Apply::Never, |_| ())?;
         let estimate = log.try_fused().with_context(|| set.name.clone())?;
         eprintln!("{} pairs of {}: {estimate}", set.pairs.len(), set.name);
         if estimate.state != State::Locked || estimate.doubt.is_some() {

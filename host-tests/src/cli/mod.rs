@@ -7,6 +7,7 @@ mod export;
 mod faults;
 mod images;
 mod import;
+mod input;
 mod link;
 mod parse;
 mod record;

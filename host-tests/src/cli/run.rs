@@ -7,8 +7,10 @@ use anyhow::Result;
 use clap::Args;
 use host_tests::data::Dataset;
 use host_tests::evidence::run_page::Replayed;
-use host_tests::run::{Apply, RunLog, Step, progress, trace};
+use host_tests::run::progress::{self, Bar};
+use host_tests::run::{Apply, Feed, KeptPairs, RunLog, Step, trace};
 
+use super::input::Streamed;
 use super::setup::Setup;
 
 /// A run and its output.
@@ -45,13 +47,39 @@ pub(crate) struct RunArgs {
 impl RunArgs {
     /// Runs the calibrator over a data set and prints the result.
     pub(super) fn run(&self, set: &Dataset) -> Result<()> {
-        let log = self.replay(set)?;
+        let bar = progress::over(set.pairs.len(), "pairs");
+        let feed = Feed::of(set)?;
+        let pairs = Box::new(feed.pairs.inspect(|_| bar.inc(1)));
+        let title = format!("{} pairs of {}: {}", set.pairs.len(), set.name, set.meta.source);
+        let log = self.replay(&title, Feed { pairs, ..feed }, &bar)?;
+        self.print(set, &log)
+    }
+
+    /// The same over pairs that come one by one; all are held only for a page.
+    pub(super) fn run_streamed(&self, stream: Streamed) -> Result<()> {
+        if self.report.is_some() {
+            return self.run(&stream.collect()?);
+        }
+        let Streamed { name, meta, pairs, bar } = stream;
+        let mut kept = KeptPairs::default();
+        let pairs = pairs.inspect(|pair| pair.iter().for_each(|pair| kept.offer(pair)));
+        let feed = Feed {
+            rig: &meta,
+            truths: Vec::new(),
+            pairs: Box::new(pairs),
+            brief: self.trace.is_none(),
+        };
+        let log = self.replay(&format!("pairs of {name}: {}", meta.source), feed, &bar)?;
+        self.print(&Dataset { name, meta, pairs: kept.into_pairs(), rigs: Vec::new() }, &log)
+    }
+
+    fn print(&self, set: &Dataset, log: &RunLog) -> Result<()> {
         if let Some(file) = &self.trace {
             trace::write(file, log.steps())?;
         }
         let summary = log.summary(set)?;
         let mut out = io::stdout();
-        let page = self.report.as_ref().map(|dir| write_page(set, &log, dir)).transpose()?;
+        let page = self.report.as_ref().map(|dir| write_page(set, log, dir)).transpose()?;
         if self.json {
             writeln!(out, "{}", serde_json::to_string_pretty(&summary)?)?;
         } else {
@@ -64,25 +92,23 @@ impl RunArgs {
         Ok(())
     }
 
-    fn replay(&self, set: &Dataset) -> Result<RunLog> {
+    fn replay(&self, title: &str, feed: Feed<'_>, bar: &Bar) -> Result<RunLog> {
         let mut out = io::stdout();
         if !self.json {
-            writeln!(out, "{} pairs of {}: {}", set.pairs.len(), set.name, set.meta.source)?;
+            writeln!(out, "{title}")?;
             writeln!(out, "pair {}", Step::HEADING)?;
         }
-        let bar = progress::over(set.pairs.len(), "pairs");
         let mut lines = 0..;
         let mut written = Ok(());
         let each = |step: &Step| {
             if let (false, Some(i), Ok(())) = (self.json, lines.next(), &written) {
                 written = bar.suspend(|| writeln!(out, "{i:>4} {step}"));
             }
-            bar.inc(1);
         };
-        let log = self.setup.replay(set, self.apply, each)?;
+        let log = self.setup.replay(feed, self.apply, each);
         bar.finish_and_clear();
         written?;
-        Ok(log)
+        log
     }
 }
 

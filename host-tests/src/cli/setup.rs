@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
-use host_tests::data::{Dataset, Rows, WrongSign, conventions, matrix};
-use host_tests::run::{Apply, RunLog, Step, replay_within};
+use host_tests::data::{Rows, WrongSign, conventions, matrix};
+use host_tests::run::{Apply, Feed, RunLog, Step, replay_pairs};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use stereo_selfcal::{Central, Config, Extrinsics, Scalar};
@@ -111,33 +111,33 @@ enum Angle {
 }
 
 impl Setup {
-    /// Runs the calibrator over a data set.
+    /// Runs the calibrator over pairs.
     pub(super) fn replay(
         &self,
-        set: &Dataset,
+        feed: Feed<'_>,
         apply: Apply,
         each: impl FnMut(&Step),
     ) -> Result<RunLog> {
         match self.scalar {
-            Number::F32 => self.replay_in::<f32>(set, apply, each),
-            Number::F64 => self.replay_in::<f64>(set, apply, each),
+            Number::F32 => self.replay_in::<f32>(feed, apply, each),
+            Number::F64 => self.replay_in::<f64>(feed, apply, each),
         }
     }
 
     fn replay_in<T: Scalar>(
         &self,
-        set: &Dataset,
+        feed: Feed<'_>,
         apply: Apply,
         each: impl FnMut(&Step),
     ) -> Result<RunLog> {
         let (config, start) = (self.config(), self.start::<T>()?);
         match self.capacity {
-            Capacity::N64 => replay_within::<T, 64>(set, config, start, apply, each),
-            Capacity::N128 => replay_within::<T, 128>(set, config, start, apply, each),
-            Capacity::N256 => replay_within::<T, 256>(set, config, start, apply, each),
-            Capacity::N512 => replay_within::<T, 512>(set, config, start, apply, each),
-            Capacity::N1024 => replay_within::<T, 1024>(set, config, start, apply, each),
-            Capacity::N2048 => replay_within::<T, 2048>(set, config, start, apply, each),
+            Capacity::N64 => replay_pairs::<T, 64>(feed, config, start, apply, each),
+            Capacity::N128 => replay_pairs::<T, 128>(feed, config, start, apply, each),
+            Capacity::N256 => replay_pairs::<T, 256>(feed, config, start, apply, each),
+            Capacity::N512 => replay_pairs::<T, 512>(feed, config, start, apply, each),
+            Capacity::N1024 => replay_pairs::<T, 1024>(feed, config, start, apply, each),
+            Capacity::N2048 => replay_pairs::<T, 2048>(feed, config, start, apply, each),
         }
     }
 

@@ -1,24 +1,25 @@
 //! Which recording a subcommand takes.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, bail, ensure};
 use clap::Args;
 use host_tests::data::conventions::{self, Unknowns};
-use host_tests::data::{Dataset, Meta, TurnedCamera, TurnedView};
-use host_tests::wire::DecodedStream;
+use host_tests::data::{Dataset, Meta, Turn, TurnedCamera, TurnedView};
+
+use super::input::Streamed;
 
 /// A recorded data set, or a recorded stream of frames.
 #[derive(Debug, Args)]
 pub(crate) struct Source {
     /// Folder of a data set, or the name of one that comes with the project: opencv_chess_corners,
-    /// opencv_chess_sift, motorcycle_sift, aloe_sift. Or the file of a stream.
-    #[arg(value_name = "DIR|FILE")]
+    /// opencv_chess_sift, motorcycle_sift, aloe_sift. Or a file of matches by frame, or of a stream; `-` is
+    /// standard input.
+    #[arg(value_name = "DIR|FILE|-")]
     set: PathBuf,
 
-    /// Rig of a stream: a meta.json, a data set that has one, or the files of OpenCV, Kalibr or ROS
-    /// that `selfcal import` reads.
+    /// Rig of a file or of standard input: a meta.json, a data set that has one, or the files of OpenCV,
+    /// Kalibr or ROS that `selfcal import` reads [default: the meta.json beside the file].
     #[arg(long, value_name = "FILE|DIR")]
     rig: Option<PathBuf>,
 
@@ -45,31 +46,66 @@ impl Source {
     }
 
     /// The recording, its view turned if asked.
-    pub(super) fn read(&self) -> Result<Dataset> {
+    pub(super) fn open(&self) -> Result<Recording> {
         ensure!(self.degrees.abs() <= 45.0, "a view can be turned by at most 45 degrees");
-        let set = self.set()?;
-        let known = self.view.is_none() || set.meta.has_reference();
-        ensure!(known, "--view turns R and t, and {} has none", set.name);
-        match self.view {
-            Some(view) => view.turn_camera(&set, self.degrees, self.turned),
-            None => Ok(set),
+        let recording = self.recording()?;
+        let Some(view) = self.view else { return Ok(recording) };
+        let (name, meta) = match &recording {
+            Recording::Held(set) => (&set.name, &set.meta),
+            Recording::Streamed(stream) => (&stream.name, &stream.meta),
+        };
+        ensure!(meta.has_reference(), "--view turns R and t, and {name} has none");
+        let turn = Turn::new(meta, view, self.degrees, self.turned)?;
+        Ok(match recording {
+            Recording::Held(set) => Recording::Held(turn.set(&set)),
+            Recording::Streamed(stream) => Recording::Streamed(stream.turned(turn)),
+        })
+    }
+
+    /// The same with all its pairs at once.
+    pub(super) fn read(&self) -> Result<Dataset> {
+        match self.open()? {
+            Recording::Held(set) => Ok(set),
+            Recording::Streamed(stream) => stream.collect(),
         }
     }
 
-    fn set(&self) -> Result<Dataset> {
-        if !self.set.is_file() {
-            ensure!(self.rig.is_none(), "--rig is for a stream: a data set has a rig of its own");
-            return Dataset::find(&self.set);
+    fn recording(&self) -> Result<Recording> {
+        let piped = self.set == Path::new("-");
+        if !piped && (self.set.is_dir() || !self.set.exists()) {
+            ensure!(
+                self.rig.is_none(),
+                "--rig is for a file or a pipe: a data set has a rig of its own"
+            );
+            return Ok(Recording::Held(Dataset::find(&self.set)?));
         }
-        let name = self.set.display();
-        let rig = self.rig.as_ref();
-        let rig =
-            rig.with_context(|| format!("{name} is a stream: --rig says of which cameras"))?;
-        let bytes = fs::read(&self.set).with_context(|| format!("cannot read {name}"))?;
-        let recording = DecodedStream::decode(&bytes);
-        eprintln!("{name}: {recording}");
-        recording.dataset(&name.to_string(), self::rig(rig)?)
+        let meta = match &self.rig {
+            Some(place) => rig(place)?,
+            None if piped => bail!("standard input has no cameras: --rig says of which they are"),
+            None => rig_beside(&self.set)?,
+        };
+        Ok(Recording::Streamed(Streamed::open(&self.set, meta)?))
     }
+}
+
+/// What a place has.
+pub(super) enum Recording {
+    /// A data set.
+    Held(Dataset),
+    /// Pairs one by one.
+    Streamed(Streamed),
+}
+
+/// The rig in the folder of a file.
+fn rig_beside(file: &Path) -> Result<Meta> {
+    let name = file.display();
+    let meta = file.with_file_name("meta.json");
+    ensure!(meta.is_file(), "{name} has no meta.json beside it: --rig says of which cameras");
+    ensure!(
+        !file.with_file_name("rigs.csv").exists(),
+        "the rig of {name} moves: replay its folder, whose rigs.csv says how, or give --rig"
+    );
+    Dataset::find_meta(&meta)
 }
 
 fn rig(place: &Path) -> Result<Meta> {

@@ -2,15 +2,18 @@
 //!
 //! `meta.json`: intrinsics and lens of both cameras (px, OpenCV's order), image size, `R` and unit
 //! `t` of `p_r = R p_l + t`. A pair file: columns `ul,vl,ur,vr,score` and, optionally, `step` (the
-//! matcher's grid), in px of the images as they are, before undistortion. Where the rig moves,
-//! `rigs.csv` has that of each pair.
+//! matcher's grid), in px of the images as they are, before undistortion. In place of the pair files,
+//! `pairs.csv` may have all of them, with a column `frame`. Where the rig moves, `rigs.csv` has that of
+//! each pair.
 
-use std::fs;
+use std::fs::{self, File};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 use stereo_selfcal::{Calibration, Cameras, Extrinsics, LensCorrection, Scalar};
 
+use super::frame_rows::FrameRows;
 use super::matches::{Match, read_pair};
 use super::meta::Meta;
 use super::pairs_folder::PairsFolder;
@@ -65,23 +68,15 @@ impl Dataset {
         if place.is_file() { Meta::read(place) } else { Ok(Self::find(place)?.meta) }
     }
 
-    /// Reads a folder; pairs in the order of their file names.
+    /// Reads a folder; pairs in the order of their file names, or of `pairs.csv`.
     ///
     /// # Errors
     /// Names the file, and the line where there is one.
     pub fn load(dir: &Path) -> Result<Self> {
         let meta = Meta::read(&dir.join("meta.json"))
             .with_context(|| format!("{} is not a data set", dir.display()))?;
-        let pairs_dir = dir.join("pairs");
-        let mut files: Vec<PathBuf> = fs::read_dir(&pairs_dir)
-            .with_context(|| format!("cannot list {}", pairs_dir.display()))?
-            .map(|entry| entry.map(|e| e.path()))
-            .collect::<std::io::Result<_>>()?;
-        files.retain(|path| path.extension().is_some_and(|e| e == "csv"));
-        files.sort();
-        ensure!(!files.is_empty(), "no pair files (*.csv) in {}", pairs_dir.display());
-        let pairs = files.iter().map(|path| read_pair(path)).collect::<Result<_>>()?;
-        let rigs = rigs::read(dir, files.len())?;
+        let pairs = pairs(dir)?;
+        let rigs = rigs::read(dir, pairs.len())?;
         let name = dir.file_name().unwrap_or(dir.as_os_str()).to_string_lossy().into_owned();
         Ok(Self { name, meta, pairs, rigs })
     }
@@ -136,6 +131,27 @@ impl Dataset {
             |(i, rig): (usize, &Rig)| rig.extrinsics().with_context(|| format!("rig of pair {i}"));
         self.rigs.iter().enumerate().map(truth).collect()
     }
+}
+
+/// The pairs of a folder: a file each, or one file of all.
+fn pairs(dir: &Path) -> Result<Vec<Vec<Match>>> {
+    let (pairs_dir, one_file) = (dir.join("pairs"), dir.join("pairs.csv"));
+    if one_file.is_file() {
+        ensure!(!pairs_dir.exists(), "{} has both pairs/ and pairs.csv", dir.display());
+        let read = || -> Result<_> {
+            let rows = FrameRows::open(BufReader::new(File::open(&one_file)?))?;
+            Ok(rows.collect::<Result<_, _>>()?)
+        };
+        return read().with_context(|| format!("cannot read {}", one_file.display()));
+    }
+    let mut files: Vec<PathBuf> = fs::read_dir(&pairs_dir)
+        .with_context(|| format!("cannot list {}", pairs_dir.display()))?
+        .map(|entry| entry.map(|e| e.path()))
+        .collect::<std::io::Result<_>>()?;
+    files.retain(|path| path.extension().is_some_and(|e| e == "csv"));
+    files.sort();
+    ensure!(!files.is_empty(), "no pair files (*.csv) in {}", pairs_dir.display());
+    files.iter().map(|path| read_pair(path)).collect()
 }
 
 #[cfg(test)]

@@ -4,6 +4,9 @@
 #[cfg(feature = "selfcal")]
 pub mod conventions;
 mod dataset;
+mod frame_numbers;
+mod frame_rows;
+mod frame_rows_error;
 mod geometry;
 mod matches;
 mod meta;
@@ -14,6 +17,8 @@ mod sign;
 mod turned_view;
 
 pub use dataset::Dataset;
+pub use frame_rows::{FrameRows, LONGEST_LINE, MOST_ROWS};
+pub use frame_rows_error::FrameRowsError;
 pub use geometry::{Rays, Rows, in_f64, matrix, rows};
 pub use matches::Match;
 pub use meta::{LensModel, Meta};
@@ -21,4 +26,4 @@ pub use pair_file::{PairFile, TruePair};
 pub use pairs_folder::PairsFolder;
 pub use rigs::Rig;
 pub use sign::WrongSign;
-pub use turned_view::{TurnedCamera, TurnedView};
+pub use turned_view::{Turn, TurnedCamera, TurnedView};

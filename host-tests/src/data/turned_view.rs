@@ -7,9 +7,9 @@
 
 use anyhow::Result;
 use nalgebra::{Matrix3, Vector2, Vector3};
-use stereo_selfcal::{Camera, so3};
+use stereo_selfcal::{Camera, Cameras, so3};
 
-use crate::data::{Dataset, Match, Rows, matrix, rows};
+use crate::data::{Dataset, Match, Meta, Rows, matrix, rows};
 
 /// Which way the left view is turned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -52,32 +52,7 @@ impl TurnedView {
     /// # Errors
     /// If the data set's cameras are not valid.
     pub fn turn_camera(self, set: &Dataset, degrees: f64, camera: TurnedCamera) -> Result<Dataset> {
-        match camera {
-            TurnedCamera::Left => self.turn(set, degrees),
-            TurnedCamera::Right => self.turn_right(set, degrees),
-            TurnedCamera::Both => self.next().turn_right(&self.turn(set, degrees)?, degrees),
-        }
-    }
-
-    fn turn_right(self, set: &Dataset, degrees: f64) -> Result<Dataset> {
-        let camera = set.cameras::<f64>()?.right;
-        let rotation = self.rotation(degrees);
-        let turned = |m: &Match| -> Option<Match> {
-            let [ur, vr] = turned_pixel(&camera, &rotation, [m.ur, m.vr])?;
-            Some(Match { ur, vr, ..*m })
-        };
-        let mut result = set.clone();
-        result.name = format!("{} right {self:?} {degrees}", set.name).to_lowercase();
-        let turn = |r: &mut Rows, t: &mut [f64; 3]| {
-            *r = rows(&(rotation * matrix(r)));
-            *t = (rotation * Vector3::from(*t)).into();
-        };
-        turn(&mut result.meta.r, &mut result.meta.t);
-        result.rigs.iter_mut().for_each(|rig| turn(&mut rig.r, &mut rig.t));
-        for pair in &mut result.pairs {
-            *pair = pair.iter().filter_map(turned).collect();
-        }
-        Ok(result)
+        Ok(Turn::new(&set.meta, self, degrees, camera)?.set(set))
     }
 
     /// Turns the left view of a data set by an angle.
@@ -85,21 +60,7 @@ impl TurnedView {
     /// # Errors
     /// If the data set's cameras are not valid.
     pub fn turn(self, set: &Dataset, degrees: f64) -> Result<Dataset> {
-        let camera = set.cameras::<f64>()?.left;
-        let rotation = self.rotation(degrees);
-        let turned = |m: &Match| -> Option<Match> {
-            let [ul, vl] = turned_pixel(&camera, &rotation, [m.ul, m.vl])?;
-            Some(Match { ul, vl, ..*m })
-        };
-        let mut result = set.clone();
-        result.name = format!("{} {self:?} {degrees}", set.name).to_lowercase();
-        let turn = |r: &mut Rows| *r = rows(&(matrix(r) * rotation.transpose()));
-        turn(&mut result.meta.r);
-        result.rigs.iter_mut().for_each(|rig| turn(&mut rig.r));
-        for pair in &mut result.pairs {
-            *pair = pair.iter().filter_map(turned).collect();
-        }
-        Ok(result)
+        self.turn_camera(set, degrees, TurnedCamera::Left)
     }
 
     /// `Rot`, old to new left camera frame.
@@ -113,6 +74,94 @@ impl TurnedView {
         };
         let vector = axis * degrees.to_radians();
         so3::exp(&vector).map_or(Matrix3::identity(), |r| *r.matrix())
+    }
+}
+
+/// The turn of one view or both: of the rig at once, of the pairs as they come.
+#[derive(Debug, Clone)]
+pub struct Turn {
+    cameras: Cameras<f64>,
+    degrees: f64,
+    /// Which way the left and the right view are turned, as far as they are.
+    views: [Option<TurnedView>; 2],
+}
+
+impl Turn {
+    /// * `camera`: which one is turned.
+    ///
+    /// # Errors
+    /// If the cameras of the rig are not valid.
+    pub fn new(rig: &Meta, view: TurnedView, degrees: f64, camera: TurnedCamera) -> Result<Self> {
+        let views = match camera {
+            TurnedCamera::Left => [Some(view), None],
+            TurnedCamera::Right => [None, Some(view)],
+            TurnedCamera::Both => [Some(view), Some(view.next())],
+        };
+        Ok(Self { cameras: rig.cameras()?, degrees, views })
+    }
+
+    /// A data set, turned.
+    #[must_use]
+    pub fn set(&self, set: &Dataset) -> Dataset {
+        let mut rigs = set.rigs.clone();
+        for rig in &mut rigs {
+            self.extrinsics(&mut rig.r, &mut rig.t);
+        }
+        Dataset {
+            name: self.name(&set.name),
+            meta: self.meta(&set.meta),
+            pairs: set.pairs.iter().map(|pair| self.pair(pair)).collect(),
+            rigs,
+        }
+    }
+
+    /// The name of what is turned.
+    #[must_use]
+    pub fn name(&self, name: &str) -> String {
+        let said = |side: &str, view: Option<TurnedView>| {
+            view.map_or(String::new(), |view| format!("{side} {view:?} {}", self.degrees))
+        };
+        let [left, right] = self.views;
+        format!("{name}{}{}", said("", left), said(" right", right)).to_lowercase()
+    }
+
+    /// The rig, turned.
+    #[must_use]
+    pub fn meta(&self, rig: &Meta) -> Meta {
+        let mut turned = rig.clone();
+        self.extrinsics(&mut turned.r, &mut turned.t);
+        turned
+    }
+
+    fn extrinsics(&self, r: &mut Rows, t: &mut [f64; 3]) {
+        let [left, right] = self.rotations();
+        if let Some(rotation) = left {
+            *r = rows(&(matrix(r) * rotation.transpose()));
+        }
+        if let Some(rotation) = right {
+            *r = rows(&(rotation * matrix(r)));
+            *t = (rotation * Vector3::from(*t)).into();
+        }
+    }
+
+    fn rotations(&self) -> [Option<Matrix3<f64>>; 2] {
+        self.views.map(|view| view.map(|view| view.rotation(self.degrees)))
+    }
+
+    /// The matches of a pair that stay in both images.
+    #[must_use]
+    pub fn pair(&self, pair: &[Match]) -> Vec<Match> {
+        let [left, right] = self.rotations();
+        let turned = |camera, rotation: &Option<Matrix3<f64>>, pixel| match rotation {
+            Some(rotation) => turned_pixel(camera, rotation, pixel),
+            None => Some(pixel),
+        };
+        let turned = |m: &Match| -> Option<Match> {
+            let [ul, vl] = turned(&self.cameras.left, &left, [m.ul, m.vl])?;
+            let [ur, vr] = turned(&self.cameras.right, &right, [m.ur, m.vr])?;
+            Some(Match { ul, vl, ur, vr, ..*m })
+        };
+        pair.iter().filter_map(turned).collect()
     }
 }
 

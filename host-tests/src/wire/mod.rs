@@ -10,4 +10,4 @@ pub use bus::{DataReady, SimMatcher, SimReady, SimSpi};
 pub use faulty_wire::{Faults, FaultyWire, Sent};
 pub use sender::{Sender, quantised};
 pub use soak::{Soak, SoakCounts};
-pub use stream::{DecodedStream, counted};
+pub use stream::{Frame, FrameReader, counted};

@@ -1,62 +1,87 @@
 //! A stream of bytes as the frames and pairs in it.
 
-use std::fmt;
+use std::io::{self, BufRead, ErrorKind};
 
 use anyhow::{Result, ensure};
 use stereo_selfcal::Correspondence;
 use stereo_selfcal::link::{Counters, Decoder, Event, FrameHeader};
 
-use crate::data::{Dataset, Match, Meta};
+use crate::data::{Match, Meta};
 
-/// Frames decoded from a stream of bytes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DecodedStream {
-    /// Whole frames, in the order of their arrival.
-    pub frames: Vec<(FrameHeader, Vec<Correspondence<f32>>)>,
-    /// Counters of the decoder.
-    pub counters: Counters,
+/// The whole frames of a stream, one by one as its bytes come, in the order of their arrival.
+#[derive(Debug)]
+pub struct FrameReader<R> {
+    input: R,
+    decoder: Decoder,
+    matches: Vec<Correspondence<f32>>,
 }
 
-impl DecodedStream {
-    /// Decodes a stream.
+/// A whole frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Its header.
+    pub header: FrameHeader,
+    /// Its matches, as a calibrator gets them from the link.
+    pub matches: Vec<Correspondence<f32>>,
+}
+
+impl<R: BufRead> FrameReader<R> {
+    /// A reader at the start of a stream.
     #[must_use]
-    pub fn decode(mut bytes: &[u8]) -> Self {
-        let (mut decoder, mut matches, mut frames) = (Decoder::new(), Vec::new(), Vec::new());
-        while let Some(event) = decoder.next(&mut bytes) {
+    pub fn new(input: R) -> Self {
+        Self { input, decoder: Decoder::new(), matches: Vec::new() }
+    }
+
+    /// Counters of the decoder.
+    #[must_use]
+    pub fn counters(&self) -> &Counters {
+        self.decoder.counters()
+    }
+}
+
+impl<R: BufRead> Iterator for FrameReader<R> {
+    type Item = io::Result<Frame>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let mut bytes = match self.input.fill_buf() {
+                Ok(bytes) => bytes,
+                Err(why) if why.kind() == ErrorKind::Interrupted => continue,
+                Err(why) => return Some(Err(why)),
+            };
+            let there = bytes.len();
+            let event = self.decoder.next(&mut bytes);
+            let used = there - bytes.len();
+            self.input.consume(used);
             match event {
-                Event::Started(_) | Event::Discarded(_) => matches.clear(),
-                Event::Match(m) => matches.push(m),
-                Event::Finished(header) => frames.push((header, std::mem::take(&mut matches))),
+                Some(Event::Started(_) | Event::Discarded(_)) => self.matches.clear(),
+                Some(Event::Match(m)) => self.matches.push(m),
+                Some(Event::Finished(header)) => {
+                    let matches = std::mem::take(&mut self.matches);
+                    return Some(Ok(Frame { header, matches }));
+                }
+                None if there == 0 => return None,
+                None => {}
             }
         }
-        Self { frames, counters: *decoder.counters() }
-    }
-
-    /// The frames as the pairs of a rig, bit-identical to those that a calibrator gets from the link.
-    ///
-    /// # Errors
-    /// If there is no whole frame, or one of images of another size.
-    pub fn dataset(&self, name: &str, meta: Meta) -> Result<Dataset> {
-        ensure!(!self.frames.is_empty(), "not one whole frame in {name}");
-        let size = [meta.width, meta.height];
-        for (header, _) in &self.frames {
-            let [width, height] = header.image_size;
-            ensure!(
-                header.image_size == size,
-                "frame {} is of images of {width} x {height} px, the rig's have {} x {}",
-                header.sequence,
-                meta.width,
-                meta.height,
-            );
-        }
-        let pairs = self.frames.iter().map(|(_, m)| m.iter().map(as_match).collect());
-        Ok(Dataset { name: name.into(), meta, pairs: pairs.collect(), rigs: Vec::new() })
     }
 }
 
-impl fmt::Display for DecodedStream {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&counted(&self.counters))
+impl Frame {
+    /// The matches as a pair of a rig, bit-identical to what a calibrator gets from the link.
+    ///
+    /// # Errors
+    /// If the frame is of images of another size.
+    pub fn pair(&self, rig: &Meta) -> Result<Vec<Match>> {
+        let [width, height] = self.header.image_size;
+        ensure!(
+            [width, height] == [rig.width, rig.height],
+            "frame {} is of images of {width} x {height} px, the rig's have {} x {}",
+            self.header.sequence,
+            rig.width,
+            rig.height,
+        );
+        Ok(self.matches.iter().map(as_match).collect())
     }
 }
 

@@ -17,3 +17,9 @@ pub(crate) fn stdout(args: &[&str]) -> String {
 pub(crate) fn json(args: &[&str]) -> Value {
     serde_json::from_str(&stdout(args)).unwrap()
 }
+
+/// Standard error of a call that fails with the given status.
+pub(crate) fn failure(args: &[&str], status: i32) -> String {
+    let output = selfcal(args).assert().code(status);
+    String::from_utf8(output.get_output().stderr.clone()).unwrap()
+}

@@ -2,12 +2,12 @@
 
 mod command;
 mod compensated;
+mod piped;
+mod reference;
 
 use std::fs;
 
-use command::{json, selfcal, stdout};
-use host_tests::data::Dataset;
-use serde_json::Value;
+use command::{failure, json, stdout};
 
 const SCENES: [&str; 17] = [
     "near",
@@ -28,12 +28,6 @@ const SCENES: [&str; 17] = [
     "step",
     "drift",
 ];
-
-/// Standard error of a call that fails with the given status.
-fn failure(args: &[&str], status: i32) -> String {
-    let output = selfcal(args).assert().code(status);
-    String::from_utf8(output.get_output().stderr.clone()).unwrap()
-}
 
 #[test]
 fn json_has_the_stable_fields_and_no_others() {
@@ -298,49 +292,4 @@ fn bench_judges_the_pairs_that_synth_has_written() {
     let bytes = fs::read(&path).unwrap();
     fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
     assert!(failure(&["bench", file], 1).contains("5 pairs of 64 correspondences are"));
-}
-
-/// A copy of a shipped set with its `meta.json` changed.
-fn with_meta(
-    dir: &std::path::Path,
-    change: impl Fn(&mut serde_json::Map<String, Value>),
-) -> String {
-    let set = Dataset::load(&Dataset::shipped().join("opencv_chess_corners")).unwrap();
-    let copy = dir.join("copy");
-    set.save(&copy).unwrap();
-    let path = copy.join("meta.json");
-    let mut meta: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
-    change(meta.as_object_mut().unwrap());
-    fs::write(&path, meta.to_string()).unwrap();
-    copy.to_str().unwrap().to_owned()
-}
-
-#[test]
-fn without_a_reference_the_estimate_is_the_same_and_has_no_errors() {
-    let dir = tempfile::tempdir().unwrap();
-    let copy = with_meta(dir.path(), |meta| {
-        meta.remove("R").and(meta.remove("t")).unwrap();
-    });
-    let [known, unknown] =
-        ["opencv_chess_corners", &copy].map(|set| json(&["replay", set, "--json"]));
-    for same in ["R", "t", "sd_rotation", "rms_px_after", "state", "sigma_pairs"] {
-        assert_eq!(known[same], unknown[same], "{same}");
-    }
-    for error in ["e_t", "e_theta", "sigma_t", "tracked_theta"] {
-        assert!(known[error].is_f64() && unknown[error].is_null(), "{error}");
-    }
-    assert!(unknown["in_use"]["e_t"].is_null());
-    let page = dir.path().join("page");
-    selfcal(&["replay", &copy, "--report", page.to_str().unwrap()]).assert().success();
-    assert!(failure(&["replay", &copy, "--view", "top"], 1).contains("has none"));
-}
-
-#[test]
-fn a_t_of_the_other_convention_is_named() {
-    let dir = tempfile::tempdir().unwrap();
-    let copy = with_meta(dir.path(), |meta| {
-        meta.insert("t".into(), serde_json::json!([1.0, 0.0, 0.0]));
-    });
-    let error = failure(&["replay", &copy], 1);
-    assert!(error.contains("t = (-1, 0, 0)") && error.contains("-R t"), "{error}");
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use host_tests::data::Dataset;
 use host_tests::data::conventions::{Unknowns, import};
-use host_tests::wire::DecodedStream;
+use host_tests::wire::FrameReader;
 use image::GrayImage;
 use serde_json::Value;
 
@@ -135,9 +135,10 @@ fn four_pairs_of_the_chessboard_calibrate_and_every_output_is_written_and_reads_
     import(&files, Unknowns::default()).unwrap();
     let saved = Dataset::load(&place("set")).unwrap();
     assert_eq!(saved.pairs.len(), 4);
-    let decoded = DecodedStream::decode(&fs::read(place("frames.scmf")).unwrap());
-    assert_eq!(decoded.frames.len(), 4);
-    assert_eq!(decoded.frames[0].1.len(), saved.pairs[0].len());
+    let sent = fs::read(place("frames.scmf")).unwrap();
+    let decoded: Vec<_> = FrameReader::new(&sent[..]).map(Result::unwrap).collect();
+    assert_eq!(decoded.len(), 4);
+    assert_eq!(decoded[0].matches.len(), saved.pairs[0].len());
     let Said { err, status, .. } = run(&[&given[..], &["--frames", &frames]].concat());
     assert!(status == 1 && err.contains("nothing is overwritten"), "{err}");
 }

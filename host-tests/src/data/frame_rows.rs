@@ -1,0 +1,231 @@
+//! Matches of many pairs in one CSV file: a row a match, with a column `frame` that names its pair.
+//!
+//! The first line names the columns, in any order: `frame,ul,vl,ur,vr`, and optionally `score` (1 without
+//! it) and `step` (0). Numbers as in a pair file. `frame` is a whole number; the rows of a frame follow
+//! each other. Empty lines are passed over.
+
+use std::collections::BTreeSet;
+use std::io::{BufRead, Read};
+
+use super::frame_numbers::FrameNumbers;
+use super::frame_rows_error::FrameRowsError;
+use super::matches::Match;
+
+/// Longest line, bytes.
+pub const LONGEST_LINE: usize = 4096;
+
+/// Most rows of a frame.
+pub const MOST_ROWS: usize = 1 << 20;
+
+/// Names of the columns; the last two may be missing.
+const COLUMNS: [&str; 7] = ["frame", "ul", "vl", "ur", "vr", "score", "step"];
+
+/// Columns that must be there.
+const NEEDED: usize = 5;
+
+/// The pairs of such a file, one by one: no more than one is held. Ends after an error.
+#[derive(Debug)]
+pub struct FrameRows<R> {
+    input: R,
+    /// Lines read.
+    line: u64,
+    /// Where each of [`COLUMNS`] is.
+    places: [Option<usize>; COLUMNS.len()],
+    /// Fields of the header.
+    fields: usize,
+    /// First row of the next pair.
+    ahead: Option<(u64, Match)>,
+    seen: FrameNumbers,
+    ended: bool,
+}
+
+impl<R: BufRead> FrameRows<R> {
+    /// Reads the header.
+    ///
+    /// # Errors
+    /// [`FrameRowsError::Empty`], `Header`, or as reading goes.
+    pub fn open(input: R) -> Result<Self, FrameRowsError> {
+        let mut rows = Self {
+            input,
+            line: 0,
+            places: [None; COLUMNS.len()],
+            fields: 0,
+            ahead: None,
+            seen: FrameNumbers::default(),
+            ended: false,
+        };
+        let header = rows.next_line()?.ok_or(FrameRowsError::Empty)?;
+        (rows.places, rows.fields) = columns(&header).map_err(FrameRowsError::Header)?;
+        Ok(rows)
+    }
+
+    /// The next line that is not empty, without its end.
+    fn next_line(&mut self) -> Result<Option<String>, FrameRowsError> {
+        loop {
+            let mut bytes = Vec::new();
+            // One byte more shows that there is more.
+            let most = u64::try_from(LONGEST_LINE).unwrap_or(u64::MAX).saturating_add(1);
+            let read = (&mut self.input).take(most).read_until(b'\n', &mut bytes);
+            if read.map_err(FrameRowsError::Io)? == 0 {
+                return Ok(None);
+            }
+            self.line += 1;
+            let text = String::from_utf8(bytes).ok().filter(|text| text.len() <= LONGEST_LINE);
+            let text = text.ok_or(FrameRowsError::Line(self.line))?;
+            if !text.trim().is_empty() {
+                return Ok(Some(text.trim().to_owned()));
+            }
+        }
+    }
+
+    /// The next row.
+    fn next_row(&mut self) -> Result<Option<(u64, Match)>, FrameRowsError> {
+        let Some(text) = self.next_line()? else { return Ok(None) };
+        let line = self.line;
+        let fields: Vec<&str> = text.split(',').map(str::trim).collect();
+        if fields.len() != self.fields {
+            let (found, expected) = (fields.len(), self.fields);
+            return Err(FrameRowsError::Fields { line, found, expected });
+        }
+        let field = |i: usize| self.places[i].and_then(|place| fields.get(place)).copied();
+        let frame = field(0).unwrap_or_default();
+        let frame =
+            frame.parse().map_err(|_| FrameRowsError::Frame { line, field: frame.to_owned() })?;
+        let number = |i: usize, missing: f64| {
+            let Some(field) = field(i) else { return Ok(missing) };
+            let number = field.parse().ok().filter(|x: &f64| x.is_finite());
+            let column = COLUMNS[i];
+            number.ok_or_else(|| FrameRowsError::Number { line, column, field: field.to_owned() })
+        };
+        let row = Match {
+            ul: number(1, 0.0)?,
+            vl: number(2, 0.0)?,
+            ur: number(3, 0.0)?,
+            vr: number(4, 0.0)?,
+            score: number(5, 1.0)?,
+            step: number(6, 0.0)?,
+        };
+        Ok(Some((frame, row)))
+    }
+
+    fn next_pair(&mut self) -> Result<Option<Vec<Match>>, FrameRowsError> {
+        let first = match self.ahead.take() {
+            Some(row) => Some(row),
+            None => self.next_row()?,
+        };
+        let Some((frame, row)) = first else {
+            return if self.seen.is_empty() { Err(FrameRowsError::NoRows) } else { Ok(None) };
+        };
+        if !self.seen.insert(frame) {
+            return Err(FrameRowsError::Returned { line: self.line, frame });
+        }
+        let mut pair = vec![row];
+        while let Some((next, row)) = self.next_row()? {
+            if next != frame {
+                self.ahead = Some((next, row));
+                break;
+            }
+            if pair.len() == MOST_ROWS {
+                return Err(FrameRowsError::TooLong { line: self.line, frame });
+            }
+            pair.push(row);
+        }
+        Ok(Some(pair))
+    }
+}
+
+impl<R: BufRead> Iterator for FrameRows<R> {
+    type Item = Result<Vec<Match>, FrameRowsError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.ended {
+            return None;
+        }
+        let pair = self.next_pair().transpose();
+        self.ended = !matches!(pair, Some(Ok(_)));
+        pair
+    }
+}
+
+/// Where each column is, and how many there are.
+fn columns(header: &str) -> Result<([Option<usize>; COLUMNS.len()], usize), String> {
+    // Spreadsheets begin with a byte order mark and put names in quotes.
+    let header = header.trim_start_matches('\u{feff}');
+    let names: Vec<&str> =
+        header.split(',').map(|name| name.trim().trim_matches('"').trim()).collect();
+    if names.iter().all(|name| name.parse::<f64>().is_ok()) {
+        return Err("there is no header".into());
+    }
+    if let Some(name) = names.iter().find(|name| !COLUMNS.contains(name)) {
+        return Err(format!("`{name}` is none of the columns"));
+    }
+    if names.iter().collect::<BTreeSet<_>>().len() != names.len() {
+        return Err("a column is there twice".into());
+    }
+    let places = COLUMNS.map(|column| names.iter().position(|name| *name == column));
+    match COLUMNS.iter().zip(places).take(NEEDED).find(|(_, place)| place.is_none()) {
+        Some((column, _)) => Err(format!("there is no column `{column}`")),
+        None => Ok((places, names.len())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Vec<Vec<Match>>, String> {
+        let rows = FrameRows::open(text.as_bytes()).map_err(|why| why.to_string())?;
+        rows.collect::<Result<_, _>>().map_err(|why| why.to_string())
+    }
+
+    #[test]
+    fn rows_are_parted_by_their_frames_whatever_the_order_of_the_columns() {
+        let row = |ul: f64| Match { ul, vl: 2.0, ur: 3.0, vr: 4.0, score: 1.0, step: 0.0 };
+        let pairs = vec![vec![row(1.0), row(1.5)], vec![row(-5.0)]];
+        for text in [
+            "frame,ul,vl,ur,vr\n7,1,2,3,4\n7,1.5,2,3,4\n3,-5,2,3,4\n",
+            "\u{feff}\"frame\",\"ul\",\"vl\",\"ur\",\"vr\"\r\n\r\n7,1,2,3,4\r\n7,1.5,2,3,4\r\n3,-5,2,3,4",
+            "vr, score, ur, vl, ul, frame\n 4, 1, 3, 2, 1, 7\n4,1,3,2,1.5,7\n\n4,1,3,2,-5,3\n",
+        ] {
+            assert_eq!(read(text), Ok(pairs.clone()), "{text}");
+        }
+        let text = "frame,ul,vl,ur,vr,step,score\n0,1,2,3,4,0.5,0.25\n";
+        let with_both = Match { score: 0.25, step: 0.5, ..row(1.0) };
+        assert_eq!(read(text), Ok(vec![vec![with_both]]));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_line() {
+        let good = "frame,ul,vl,ur,vr\n0,1,2,3,4\n";
+        for (text, said) in [
+            (String::new(), "empty"),
+            ("0,1,2,3,4\n".into(), "line 1: there is no header"),
+            ("frame,ul,vl,ur\n".into(), "line 1: there is no column `vr`"),
+            ("frame,ul,vl,ur,vr,scores\n".into(), "`scores` is none"),
+            ("frame,ul,vl,ur,vr,ul\n".into(), "twice"),
+            ("frame,ul,vl,ur,vr\n".into(), "no matches below the header"),
+            (format!("{good}\n0,1,2,3\n"), "line 4: 4 fields, the header has 5"),
+            (format!("{good}1.5,1,2,3,4\n"), "line 3: frame `1.5` is not a whole number"),
+            (format!("{good}-1,1,2,3,4\n"), "line 3: frame `-1` is not a whole number"),
+            (format!("{good}0,1,NaN,3,4\n"), "line 3: vl `NaN` is not a finite number"),
+            (format!("{good}0,1,2,1e999,4\n"), "line 3: ur `1e999` is not a finite number"),
+            (format!("{good}1,1,2,3,4\n0,1,2,3,4\n"), "line 4: frame 0 comes back"),
+            (format!("{good}{}\n", "0".repeat(LONGEST_LINE + 1)), "line 3: no text"),
+        ] {
+            let error = read(&text).unwrap_err();
+            assert!(error.contains(said), "{error}");
+        }
+        let longest = "0,1,2,3,4\n".repeat(MOST_ROWS - 1);
+        assert_eq!(read(&format!("{good}{longest}")).unwrap()[0].len(), MOST_ROWS);
+        let error = read(&format!("{good}{longest}0,1,2,3,4\n")).unwrap_err();
+        assert!(error.contains("frame 0 has more than 1048576 rows"), "{error}");
+    }
+
+    #[test]
+    fn nothing_follows_an_error() {
+        let text = "frame,ul,vl,ur,vr\n0,1,2,3,4\n1,1,2,3\n2,1,2,3,4\n";
+        let mut rows = FrameRows::open(text.as_bytes()).unwrap();
+        assert!(rows.next().unwrap().is_err());
+        assert!(rows.next().is_none());
+    }
+}

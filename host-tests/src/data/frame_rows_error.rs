@@ -1,0 +1,98 @@
+//! Errors of a CSV file with the matches of many pairs.
+
+use std::error::Error;
+use std::fmt;
+use std::io;
+
+use super::frame_rows::{LONGEST_LINE, MOST_ROWS};
+
+/// Why a file is not one of matches by frame. Lines are counted from 1.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum FrameRowsError {
+    /// It cannot be read.
+    Io(io::Error),
+    /// There is nothing in it.
+    Empty,
+    /// The first line does not name the columns.
+    Header(String),
+    /// There are no matches below the header.
+    NoRows,
+    /// A line is longer than [`LONGEST_LINE`], or no text.
+    Line(u64),
+    /// A line has not as many fields as the header.
+    Fields {
+        /// The line.
+        line: u64,
+        /// Its fields.
+        found: usize,
+        /// Those of the header.
+        expected: usize,
+    },
+    /// A frame is not a whole number.
+    Frame {
+        /// The line.
+        line: u64,
+        /// What is there.
+        field: String,
+    },
+    /// A field is not a finite number.
+    Number {
+        /// The line.
+        line: u64,
+        /// The column.
+        column: &'static str,
+        /// What is there.
+        field: String,
+    },
+    /// A frame comes back after another one.
+    Returned {
+        /// The line.
+        line: u64,
+        /// The frame.
+        frame: u64,
+    },
+    /// A frame has more than [`MOST_ROWS`] rows.
+    TooLong {
+        /// The line.
+        line: u64,
+        /// The frame.
+        frame: u64,
+    },
+}
+
+impl fmt::Display for FrameRowsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Io(why) => why.fmt(f),
+            Self::Empty => f.write_str("it is empty"),
+            Self::Header(why) => write!(
+                f,
+                "line 1: {why}; the first line names the columns frame,ul,vl,ur,vr and optionally score,step"
+            ),
+            Self::NoRows => f.write_str("there are no matches below the header"),
+            Self::Line(line) => {
+                write!(f, "line {line}: no text of at most {LONGEST_LINE} bytes")
+            }
+            Self::Fields { line, found, expected } => {
+                write!(f, "line {line}: {found} fields, the header has {expected}")
+            }
+            Self::Frame { line, field } => {
+                write!(f, "line {line}: frame `{field}` is not a whole number from 0")
+            }
+            Self::Number { line, column, field } => {
+                write!(f, "line {line}: {column} `{field}` is not a finite number")
+            }
+            Self::Returned { line, frame } => write!(
+                f,
+                "line {line}: frame {frame} comes back after another one: the rows of a frame must follow \
+                 each other"
+            ),
+            Self::TooLong { line, frame } => {
+                write!(f, "line {line}: frame {frame} has more than {MOST_ROWS} rows")
+            }
+        }
+    }
+}
+
+impl Error for FrameRowsError {}
