@@ -10,6 +10,7 @@
 //! disparities, and the symmetric part: `cx cy cz xx yy zz xy xz yz`. So no small number is the
 //! difference of large sums, which loses its digits in `f32`.
 
+mod sums;
 mod times;
 
 use nalgebra::Vector5;
@@ -23,6 +24,7 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3::product;
 use crate::scalar::Scalar;
 use crate::simd::Lanes;
+pub(crate) use sums::MomentSums;
 
 /// Coordinates of a correspondence: nine products of its rays, three derivatives by the lens.
 pub(crate) const COORDINATES: usize = 12;
@@ -41,77 +43,6 @@ const MAX_ROW_SQUARED: f64 = 0.03;
 
 /// One number for each coordinate.
 pub(super) type Vector12<T> = [T; COORDINATES];
-
-/// Sums of `w k k^T` over the nine products `k` of rays: lower triangle row by row.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct MomentSums<S>(pub(super) [S; TRIANGLE]);
-
-/// Adds `w` times the outer product of some rows, written out: at opt-level "s" a loop takes twice the instructions.
-macro_rules! add_rows {
-    ($lanes:ident, $sums:ident, $w:ident; $($row:ident: $($place:literal $column:ident),+);+) => {$(
-        let weighted = $w * $row;
-        $($lanes.add_product(&mut $sums[$place], weighted, $column);)+
-    )+};
-}
-
-impl<S: Copy> MomentSums<S> {
-    /// Adds one correspondence.
-    ///
-    /// * `w`: one over the variance of the constraint at the depths of the products.
-    /// * `products`: of the rays, in the rectified frame at any depth.
-    #[inline(always)]
-    pub(crate) fn add_one<T: Scalar, L: Lanes<T, Sum = S>>(
-        &mut self,
-        lanes: L,
-        w: L::Value,
-        products: &[L::Value; COORDINATES],
-    ) {
-        self.add_group::<0, _, _>(lanes, w, products);
-        self.add_group::<1, _, _>(lanes, w, products);
-        self.add_group::<2, _, _>(lanes, w, products);
-        self.add_group::<3, _, _>(lanes, w, products);
-        self.add_group::<4, _, _>(lanes, w, products);
-        self.add_group::<5, _, _>(lanes, w, products);
-        self.add_group::<6, _, _>(lanes, w, products);
-    }
-
-    /// Adds correspondences in order, a group of rows after the other: the sums of a group fit the registers.
-    #[inline(always)]
-    pub(crate) fn add<'r, T: Scalar, L: Lanes<T, Sum = S, Value: 'r>>(
-        &mut self,
-        lanes: L,
-        block: impl Iterator<Item = (L::Value, &'r [L::Value; COORDINATES])> + Clone,
-    ) {
-        block.clone().for_each(|(w, products)| self.add_group::<0, _, _>(lanes, w, products));
-        block.clone().for_each(|(w, products)| self.add_group::<1, _, _>(lanes, w, products));
-        block.clone().for_each(|(w, products)| self.add_group::<2, _, _>(lanes, w, products));
-        block.clone().for_each(|(w, products)| self.add_group::<3, _, _>(lanes, w, products));
-        block.clone().for_each(|(w, products)| self.add_group::<4, _, _>(lanes, w, products));
-        block.clone().for_each(|(w, products)| self.add_group::<5, _, _>(lanes, w, products));
-        block.for_each(|(w, products)| self.add_group::<6, _, _>(lanes, w, products));
-    }
-
-    /// Adds a short and a long row of the triangle.
-    #[inline(always)]
-    #[rustfmt::skip]
-    fn add_group<const G: usize, T: Scalar, L: Lanes<T, Sum = S>>(
-        &mut self,
-        lanes: L,
-        w: L::Value,
-        &[a, b, c, d, e, f, g, h, i, j, k, l]: &[L::Value; COORDINATES],
-    ) {
-        let m = &mut self.0;
-        match G {
-            0 => { add_rows!(lanes, m, w; a: 0 a; i: 36 a, 37 b, 38 c, 39 d, 40 e, 41 f, 42 g, 43 h, 44 i); }
-            1 => { add_rows!(lanes, m, w; b: 1 a, 2 b; h: 28 a, 29 b, 30 c, 31 d, 32 e, 33 f, 34 g, 35 h); }
-            2 => { add_rows!(lanes, m, w; c: 3 a, 4 b, 5 c; g: 21 a, 22 b, 23 c, 24 d, 25 e, 26 f, 27 g); }
-            3 => { add_rows!(lanes, m, w; d: 6 a, 7 b, 8 c, 9 d; f: 15 a, 16 b, 17 c, 18 d, 19 e, 20 f); }
-            4 => { add_rows!(lanes, m, w; e: 10 a, 11 b, 12 c, 13 d, 14 e; j: 45 a, 46 b, 47 c, 48 d, 49 e, 50 f, 51 g, 52 h, 53 i, 54 j); }
-            5 => { add_rows!(lanes, m, w; k: 55 a, 56 b, 57 c, 58 d, 59 e, 60 f, 61 g, 62 h, 63 i, 64 j, 65 k); }
-            _ => { add_rows!(lanes, m, w; l: 66 a, 67 b, 68 c, 69 d, 70 e, 71 f, 72 g, 73 h, 74 i, 75 j, 76 k, 77 l); }
-        }
-    }
-}
 
 /// Sums over correspondences, in the rectified frame of a pose that the owner stores.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -45,6 +45,12 @@ fn nearest<T: Scalar>(x: T) -> u16 {
     (x + T::HALF).to_u16()
 }
 
+/// Whether a number is from 0 to `most`, by one comparison: bits of a negative number and of NaN are above. False for -0.
+#[inline(always)]
+fn is_within<T: Scalar>(x: T, most: T) -> bool {
+    x.bits() <= most.bits()
+}
+
 /// The rays of one correspondence at unit depth, each in its camera frame, dimensionless.
 ///
 /// RAM: 20 bytes in `f32`, with the score in steps of 1/1023 and the grid step in 1/256 px.
@@ -150,7 +156,23 @@ impl<T: Scalar> Cameras<T> {
     }
 
     /// Checks the ranges of a correspondence before undistortion.
+    #[inline(always)]
     pub(crate) fn check(&self, c: &Correspondence<T>) -> Result<(), PushError> {
+        let inside = |camera: &Camera<T>, [u, v]: [T; 2]| {
+            let [width, height] = camera.intrinsics().size;
+            is_within(u, T::count(width.into())) && is_within(v, T::count(height.into()))
+        };
+        let is_usual = is_within(c.score, T::ONE)
+            && is_within(c.grid_step, T::lit(MAX_GRID_STEP_PX))
+            && inside(&self.left, c.left)
+            && inside(&self.right, c.right);
+        if is_usual { Ok(()) } else { self.check_each(c) }
+    }
+
+    /// [`Self::check`] with the reason of a refusal, and for pixels left of or above the centre of the first.
+    #[cold]
+    #[inline(never)]
+    fn check_each(&self, c: &Correspondence<T>) -> Result<(), PushError> {
         if !(c.score >= T::ZERO && c.score <= T::ONE) {
             return Err(PushError::Score);
         }

@@ -90,15 +90,16 @@ impl CellSet {
         T::count(self.0.map(u32::count_ones).iter().sum()) / T::count((COLUMNS * ROWS).into())
     }
 
-    /// Takes the cell of lowest index out.
+    /// Calls `f` with each cell, by index.
     #[inline(always)]
-    pub(super) fn take_first(&mut self) -> Option<Cell> {
-        let [low, high] = &mut self.0;
-        let (word, first) = if *low != 0 { (low, 0) } else { (high, 32) };
-        let [index, ..] = word.trailing_zeros().to_le_bytes();
-        let any = *word != 0;
-        *word &= word.wrapping_sub(1);
-        any.then_some(Cell(index | first))
+    pub(super) fn for_each(self, mut f: impl FnMut(Cell)) {
+        for (mut word, first) in self.0.into_iter().zip([0, 32]) {
+            while word != 0 {
+                let [index, ..] = word.trailing_zeros().to_le_bytes();
+                word &= word.wrapping_sub(1);
+                f(Cell(index | first));
+            }
+        }
     }
 }
 

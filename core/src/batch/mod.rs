@@ -109,6 +109,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     ///
     /// # Errors
     /// [`PushError`]: out of range or without a ray. Only the count of refusals changes.
+    #[inline(never)]
     pub fn push(
         &mut self,
         cameras: &Cameras<T>,

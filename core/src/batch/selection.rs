@@ -193,13 +193,12 @@ impl<const N: usize> Selection<N> {
             return cell;
         }
         let (mut found, mut lowest) = (Cell::FIRST, None);
-        let mut fullest = self.fullest;
-        while let Some(cell) = fullest.take_first() {
+        self.fullest.for_each(|cell| {
             let member = self.lowest(cell);
             if lowest.is_none_or(|lowest| member.is_lower_than(lowest, pairs)) {
                 (found, lowest) = (cell, Some(member));
             }
-        }
+        });
         self.fullest_with_lowest = Some(found);
         found
     }

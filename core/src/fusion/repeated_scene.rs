@@ -46,10 +46,15 @@ impl RepeatedScene {
         if self.remembered.is_empty() {
             return 0;
         }
-        let buckets = Buckets::of(&self.remembered);
+        let columns = Buckets::of(self.remembered.iter().map(|[column, ..]| *column));
+        let rows = Buckets::of(self.remembered.iter().map(|[_, row, _]| *row));
         let mut seen = 0_u32;
         for pair in pairs {
-            let mut left = buckets.near(steps(pair.left.x, scale)) & !seen;
+            let mut left = columns.near(steps(pair.left.x, scale)) & !seen;
+            if left == 0 {
+                continue;
+            }
+            left &= rows.near(steps(pair.left.y, scale));
             if left == 0 {
                 continue;
             }
@@ -92,15 +97,16 @@ impl RepeatedScene {
     }
 }
 
-/// Sets of remembered correspondences, one bit each, by first coordinate: 16 buckets of 8 px, periodic.
+/// Sets of remembered correspondences, one bit each, by one coordinate: 16 buckets of 8 px, periodic.
 struct Buckets([u32; 16]);
 
 impl Buckets {
-    fn of(remembered: &[[u16; 3]]) -> Self {
+    #[inline(never)]
+    fn of(remembered: impl Iterator<Item = u16>) -> Self {
         let mut buckets = Self([0; 16]);
-        for ([first, ..], place) in remembered.iter().zip(0_u32..) {
+        for (steps, place) in remembered.zip(0_u32..) {
             // Both ends of the tolerance, which is narrower than a bucket.
-            for end in [first.saturating_sub(SAME_STEPS), first.saturating_add(SAME_STEPS)] {
+            for end in [steps.saturating_sub(SAME_STEPS), steps.saturating_add(SAME_STEPS)] {
                 if let Some(bucket) = buckets.0.get_mut(Self::of_coordinate(end)) {
                     *bucket |= 1_u32.checked_shl(place).unwrap_or(0);
                 }
@@ -109,13 +115,13 @@ impl Buckets {
         buckets
     }
 
-    /// Remembered correspondences within the tolerance of a first coordinate.
-    fn near(&self, first: u16) -> u32 {
-        self.0.get(Self::of_coordinate(first)).copied().unwrap_or(0)
+    /// Remembered correspondences within the tolerance of a coordinate.
+    fn near(&self, steps: u16) -> u32 {
+        self.0.get(Self::of_coordinate(steps)).copied().unwrap_or(0)
     }
 
-    fn of_coordinate(first: u16) -> usize {
-        usize::from((first >> 5) & 15)
+    fn of_coordinate(steps: u16) -> usize {
+        usize::from((steps >> 5) & 15)
     }
 }
 

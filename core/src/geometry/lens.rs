@@ -74,12 +74,12 @@ impl<T: Scalar> Lens<T> {
     /// Distorted to undistorted coordinates; `None` where the model is not invertible.
     #[inline(always)]
     pub(super) fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
-        let p = match self {
-            Self::Pinhole => d,
-            _ => self.undistort_by_iterations(d)?,
-        };
         let limit = T::lit(MAX_TANGENT);
-        (p.norm_squared() <= limit * limit).then_some(p)
+        let within = |p: Vector2<T>| (p.norm_squared() <= limit * limit).then_some(p);
+        match self {
+            Self::Pinhole => within(d),
+            _ => within(self.undistort_by_iterations(d)?),
+        }
     }
 
     /// Apart from [`Self::undistort`]: the push of a pinhole takes 30 instructions less.

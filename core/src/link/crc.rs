@@ -33,10 +33,11 @@ impl FrameCrc {
 
     /// Adds one record in words.
     #[inline(always)]
-    pub(super) fn add_words(&mut self, record: [u32; 4]) {
-        for word in record {
-            self.0.update_word(word);
-        }
+    pub(super) fn add_words(&mut self, [a, b, c, d]: [u32; 4]) {
+        self.0.update_word(a);
+        self.0.update_word(b);
+        self.0.update_word(c);
+        self.0.update_word(d);
     }
 
     /// CRC of the header and the records added so far.

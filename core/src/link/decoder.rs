@@ -4,9 +4,12 @@ use super::counters::{Counters, count};
 use super::event::{Damage, Event};
 use super::frame::{Disposition, FrameBody, Step};
 use super::header::FrameHeader;
-use super::layout::{HEADER_BYTES, MAGIC, RECORD_BYTES, record_words};
+#[cfg(test)]
+use super::layout::RECORD_BYTES;
+use super::layout::{HEADER_BYTES, MAGIC};
 use super::sink::{FrameRefusal, FrameSink, Received};
 use super::window::Window;
+use crate::batch::correspondence::Correspondence;
 
 /// Resynchronising frame decoder; takes the stream in pieces of any length. Below 256 bytes of RAM.
 ///
@@ -78,8 +81,7 @@ impl Decoder {
     pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Event> {
         while self.window.is_full() || !bytes.is_empty() {
             let event = match self.take_record(bytes) {
-                Some(Step::Match(c)) => Some(Event::Match(c)),
-                Some(_) => None,
+                Some(handed_out) => handed_out.map(Event::Match),
                 None => self.take_some(bytes),
             };
             if event.is_some() {
@@ -100,13 +102,7 @@ impl Decoder {
         sink: &mut impl FrameSink,
     ) -> Result<Option<Received>, FrameRefusal> {
         while self.window.is_full() || !bytes.is_empty() {
-            // A match that is never an event is not copied.
-            if let Some(step) = self.take_record(bytes) {
-                if let Step::Match(c) = step {
-                    sink.take(&c);
-                }
-                continue;
-            }
+            self.take_records(bytes, sink);
             let Some(event) = self.take_some(bytes) else {
                 continue;
             };
@@ -211,22 +207,29 @@ impl Decoder {
         }
     }
 
-    /// Inside a frame: takes one record in one piece, if it is next and holds no start of a header.
+    /// Inside a frame: takes one record in one piece, if it is next and holds no start of a header; its correspondence,
+    /// if it is handed out.
     #[inline(always)]
-    fn take_record(&mut self, bytes: &mut &[u8]) -> Option<Step> {
-        let frame = self.frame.as_mut()?;
-        if !self.window.is_empty() || !frame.is_at_record() {
-            return None;
-        }
-        let (record, rest) = bytes.split_first_chunk::<RECORD_BYTES>()?;
-        let words = record_words(record);
-        // One random record in twenty passes the first test.
-        if has_first_byte(words) && has_first_two_bytes(record, rest) {
-            return None;
+    fn take_record(&mut self, bytes: &mut &[u8]) -> Option<Option<Correspondence<f32>>> {
+        let frame = self.frame.as_mut().filter(|_| self.window.is_empty())?;
+        let record = frame.next_record(bytes)?;
+        work!(self, RECORD_BYTES);
+        Some(frame.push_record(record))
+    }
+
+    /// Inside a frame: takes records in one piece up to the last, or to one that may hold the start of a header. A
+    /// match that is never an event is not copied.
+    #[inline(always)]
+    fn take_records(&mut self, bytes: &mut &[u8], sink: &mut impl FrameSink) {
+        let Some(frame) = self.frame.as_mut().filter(|_| self.window.is_empty()) else { return };
+        let mut rest = *bytes;
+        while let Some(record) = frame.next_record(&mut rest) {
+            work!(self, RECORD_BYTES);
+            if let Some(c) = frame.push_record(record) {
+                sink.take(&c);
+            }
         }
         *bytes = rest;
-        work!(self, RECORD_BYTES);
-        Some(frame.push_record(words))
     }
 
     /// Takes a header, a byte of a frame, or bytes between frames.
@@ -308,27 +311,6 @@ fn take_first(bytes: &mut &[u8]) -> Option<u8> {
     let (&first, rest) = bytes.split_first()?;
     *bytes = rest;
     Some(first)
-}
-
-/// Whether a record holds the first byte of the magic; tests four bytes at a time.
-#[inline(always)]
-fn has_first_byte(record: [u32; 4]) -> bool {
-    const ONES: u32 = u32::from_ne_bytes([1; 4]);
-    const TOPS: u32 = u32::from_ne_bytes([0x80; 4]);
-    const FIRST: u32 = u32::from_ne_bytes([MAGIC[0]; 4]);
-    let zero_byte = |word: u32| word.wrapping_sub(ONES) & !word & TOPS;
-    record.into_iter().fold(0, |any, word| any | zero_byte(word ^ FIRST)) != 0
-}
-
-/// Whether a header may start within a record, by its first two bytes.
-///
-/// * `rest`: bytes received after the record.
-#[inline(never)]
-fn has_first_two_bytes(record: &[u8; RECORD_BYTES], rest: &[u8]) -> bool {
-    let next = record.iter().skip(1).map(Some).chain([rest.first()]);
-    // A byte not yet received may be the second.
-    let second = |byte: Option<&u8>| byte.is_none_or(|&byte| byte == MAGIC[1]);
-    record.iter().zip(next).any(|(&byte, next)| byte == MAGIC[0] && second(next))
 }
 
 #[cfg(test)]

@@ -75,6 +75,27 @@ codes! {
     }
 }
 
+/// Scales of the records of a frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scales {
+    /// Coordinate step, px.
+    pub(super) px_per_step: f32,
+    /// Grid step of level 0, px.
+    grid_step: f32,
+    /// Pixel size of a pyramid level over that of the level below.
+    pyramid_ratio: f32,
+}
+
+impl Scales {
+    /// Grid step of a pyramid level, px.
+    ///
+    /// * `level`: 0 to 15; higher levels count as 15.
+    #[inline(always)]
+    pub(super) fn grid_step_px(&self, level: u8) -> f32 {
+        (0..level.min(MAX_LEVEL)).fold(self.grid_step, |step, _| step * self.pyramid_ratio)
+    }
+}
+
 impl FrameHeader {
     /// Length on the wire, bytes.
     pub const BYTES: usize = HEADER_BYTES;
@@ -173,25 +194,26 @@ impl FrameHeader {
         f32::from(1_u16 << self.fraction_bits.min(MAX_FRACTION_BITS))
     }
 
-    /// Pixels per coordinate step: a power of two, without a division.
+    /// Scales of its records. Computed once a frame: at each record they would take a tenth of its decoding.
     #[inline(always)]
-    pub(super) fn px_per_step(&self) -> f32 {
-        // Exponent of 1: 127, above 23 bits of the fraction.
-        f32::from_bits((127 - u32::from(self.fraction_bits.min(MAX_FRACTION_BITS))) << 23)
+    pub(super) fn scales(&self) -> Scales {
+        // A power of two, without a division. Exponent of 1: 127, above 23 bits of the fraction.
+        let px_per_step =
+            f32::from_bits((127 - u32::from(self.fraction_bits.min(MAX_FRACTION_BITS))) << 23);
+        let grid_step = match self.grid_step {
+            0 => px_per_step,
+            step => f32::from(step) / GRID_STEPS_PER_PX,
+        };
+        let pyramid_ratio = f32::from(self.pyramid_ratio) / f32::from(RATIO_ONE);
+        Scales { px_per_step, grid_step, pyramid_ratio }
     }
 
     /// Grid step of a pyramid level, px.
     ///
     /// * `level`: 0 to 15; higher levels count as 15.
     #[must_use]
-    #[inline(always)]
     pub fn grid_step_px(&self, level: u8) -> f32 {
-        let base = match self.grid_step {
-            0 => self.px_per_step(),
-            step => f32::from(step) / GRID_STEPS_PER_PX,
-        };
-        let ratio = f32::from(self.pyramid_ratio) / f32::from(RATIO_ONE);
-        (0..level.min(MAX_LEVEL)).fold(base, |step, _| step * ratio)
+        self.scales().grid_step_px(level)
     }
 
     /// Pyramid level with the nearest grid step; `None` if that is off by more than 1/16.

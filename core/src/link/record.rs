@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::header::FrameHeader;
+use super::header::{FrameHeader, Scales};
 use super::layout::{MAX_LEVEL, RECORD_BYTES, record_words};
 use crate::batch::correspondence::Correspondence;
 use crate::scalar::Scalar;
@@ -112,11 +112,14 @@ impl MatchRecord {
     #[inline(always)]
     pub(super) fn from_words([a, b, c, d]: [u32; 4]) -> Result<Self, RecordError> {
         let [s0, s1, level, reserved] = d.to_le_bytes();
-        if level > MAX_LEVEL {
-            return Err(RecordError::Level(level));
-        }
-        if reserved != 0 {
-            return Err(RecordError::Reserved(reserved));
+        // Level and reserved byte at once.
+        if d >> 16 > MAX_LEVEL.into() {
+            let of_level = level > MAX_LEVEL;
+            return Err(if of_level {
+                RecordError::Level(level)
+            } else {
+                RecordError::Reserved(reserved)
+            });
         }
         let coordinate = |bits: u32| bits & MAX_COORDINATE;
         Ok(Self {
@@ -131,15 +134,20 @@ impl MatchRecord {
     ///
     /// * `header`: header of the frame that carried the record.
     #[must_use]
-    #[inline(always)]
     pub fn decode(&self, header: &FrameHeader) -> Correspondence<f32> {
-        let step = header.px_per_step();
-        let px = |steps: u32| f32::count(steps) * step;
+        self.scaled(&header.scales())
+    }
+
+    /// [`Self::decode`] with the scales of the header.
+    #[inline(always)]
+    pub(super) fn scaled(&self, scales: &Scales) -> Correspondence<f32> {
+        let px = |steps: u32| f32::count(steps) * scales.px_per_step;
+        let ([u_l, v_l], [u_r, v_r]) = (self.left, self.right);
         Correspondence {
-            left: self.left.map(px),
-            right: self.right.map(px),
+            left: [px(u_l), px(v_l)],
+            right: [px(u_r), px(v_r)],
             score: f32::from(self.score) / FULL_SCORE,
-            grid_step: header.grid_step_px(self.level),
+            grid_step: scales.grid_step_px(self.level),
         }
     }
 }

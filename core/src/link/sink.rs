@@ -87,18 +87,21 @@ impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
         Ok(())
     }
 
+    #[inline(always)]
     fn take(&mut self, c: &Correspondence<f32>) {
-        if !self.batch.is_arriving() {
+        // No pair is solved while a frame arrives: its matches are hidden.
+        let Some(cameras) = self.corrected.as_ref().filter(|_| self.batch.is_arriving()) else {
             return;
-        }
+        };
+        let ([u_l, v_l], [u_r, v_r]) = (c.left, c.right);
         let correspondence = Correspondence {
-            left: c.left.map(T::single),
-            right: c.right.map(T::single),
+            left: [T::single(u_l), T::single(v_l)],
+            right: [T::single(u_r), T::single(v_r)],
             score: T::single(c.score),
             grid_step: T::single(c.grid_step),
         };
         // The batch counts refused and omitted matches.
-        let _ = self.push(&correspondence);
+        let _ = self.batch.push(cameras, &correspondence);
     }
 
     fn finish(&mut self) -> usize {

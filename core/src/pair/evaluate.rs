@@ -3,17 +3,19 @@
 //! Sums moments, the gradient with the derivative of `V`, normal equations of the image halves, and residual
 //! statistics; the statistics tell an optimum from a pose among outliers.
 
+use core::slice;
+
 use nalgebra::Vector5;
 
 use super::constraint::{Constraint, PoseTerms};
 use super::iterate::Iterate;
 use super::loss::ResidualVariance;
-use super::regions::{EvaluatedRow, HalfSums, Quadrants, Regions};
+use super::regions::{EvaluatedRow, EvaluatedSums, HalfSums, QuadrantSums};
 use super::residual_stats::{Compared, ResidualStats};
 use super::sweep::{self, Pass, Sample, Sink};
 use super::weighting::{Loss, WeightedRow, Weighting};
 use crate::algebra::disparity_noise::BiasedEquations;
-use crate::algebra::moments::{COORDINATES, MomentSums, Moments};
+use crate::algebra::moments::{COORDINATES, Moments};
 use crate::algebra::normal_equations::NormalEquations;
 use crate::batch::Matches;
 use crate::error::PairError;
@@ -126,18 +128,15 @@ impl<T: Scalar> Pass<T> for EvaluationPass<'_, T> {
         let PairMeasurement { moments, halves, .. } = &mut self.evaluated.measurement;
         let mut stats = ResidualStats::none(zero);
         let mut weights = [zero; 2];
-        let mut products = moments.resume(lanes);
-        let mut regions = HalfSums::resume(lanes, halves, &self.sums.gradient);
+        let mut sums = HalfSums::resume(lanes, moments, halves, &self.sums.gradient);
         let mut sink = EvaluationSink {
             context: &context,
             stats: &mut stats,
             weights: &mut weights,
-            products: &mut products,
-            regions: &mut regions,
+            sums: &mut sums,
         };
         sweep::sweep(lanes, source, &mut sink);
-        moments.store(lanes, products);
-        regions.store(lanes, halves, &mut self.sums.gradient);
+        sums.store(lanes, moments, halves, &mut self.sums.gradient);
         stats.reduce_onto(lanes, &mut self.evaluated.stats);
         for (to, sum) in self.sums.weights.iter_mut().zip(weights) {
             *to += lanes.reduce(sum);
@@ -149,20 +148,26 @@ impl<T: Scalar> Pass<T> for EvaluationPass<'_, T> {
     fn sweep_single(&mut self, source: impl Iterator<Item = Sample<T>>) {
         let context = EvaluationContext::of(Single, self.iterate);
         let EvaluatedPose { measurement, stats, .. } = &mut *self.evaluated;
-        let mut quadrants = Quadrants([[NormalEquations::ZERO; 2]; 2]);
+        // As locals: in place each would be stored twice, here and beside the registers.
+        let (mut own_stats, mut weights) = (*stats, self.sums.weights);
+        let mut sums = QuadrantSums {
+            products: measurement.moments.products_mut(),
+            quadrants: [[NormalEquations::ZERO; 2]; 2],
+        };
         let mut sink = EvaluationSink {
             context: &context,
-            stats,
-            weights: &mut self.sums.weights,
-            products: measurement.moments.products_mut(),
-            regions: &mut quadrants,
+            stats: &mut own_stats,
+            weights: &mut weights,
+            sums: &mut sums,
         };
-        sweep::sweep(Single, source, &mut sink);
-        let [[upper_left, upper_right], [lower_left, _]] = &quadrants.0;
+        sweep::sweep_gathered(source, &mut sink);
+        let quadrants = sums.quadrants;
+        (*stats, self.sums.weights) = (own_stats, weights);
+        let [[upper_left, upper_right], [lower_left, _]] = &quadrants;
         let [left_half, upper_half] = &mut measurement.halves;
         left_half.add(&upper_left.plus(lower_left));
         upper_half.add(&upper_left.plus(upper_right));
-        let gradients = quadrants.0.as_flattened().iter().map(|quadrant| quadrant.gradient);
+        let gradients = quadrants.as_flattened().iter().map(|quadrant| quadrant.gradient);
         self.sums.gradient += gradients.sum::<Vector5<T>>();
     }
 }
@@ -177,15 +182,14 @@ impl<V: Value> EvaluationContext<V> {
 }
 
 /// Sums of an evaluation in lanes.
-struct EvaluationSink<'a, T: Scalar, L: Lanes<T>, R> {
+struct EvaluationSink<'a, T: Scalar, L: Lanes<T>, S> {
     context: &'a EvaluationContext<L::Value>,
     stats: &'a mut ResidualStats<L::Value>,
     weights: &'a mut [L::Value; 2],
-    products: &'a mut MomentSums<L::Sum>,
-    regions: &'a mut R,
+    sums: &'a mut S,
 }
 
-impl<T: Scalar, L: Lanes<T>, R: Regions<T, L>> Sink<T, L> for EvaluationSink<'_, T, L, R> {
+impl<T: Scalar, L: Lanes<T>, S: EvaluatedSums<T, L>> Sink<T, L> for EvaluationSink<'_, T, L, S> {
     type Row = EvaluatedRow<L::Value>;
 
     #[inline(always)]
@@ -249,14 +253,12 @@ impl<T: Scalar, L: Lanes<T>, R: Regions<T, L>> Sink<T, L> for EvaluationSink<'_,
 
     #[inline(always)]
     fn add(&mut self, lanes: L, rows: &[Self::Row]) {
-        self.products.add(lanes, rows.iter().map(|row| (row.row.weight, &row.products)));
-        self.regions.add(lanes, rows);
+        self.sums.add(lanes, rows);
     }
 
     #[inline(always)]
     fn add_one(&mut self, lanes: L, row: Self::Row) {
-        self.products.add_one(lanes, row.row.weight, &row.products);
-        self.regions.add_one(lanes, &row);
+        self.sums.add(lanes, slice::from_ref(&row));
     }
 }
 

@@ -79,16 +79,22 @@ impl<V: Value> ResidualStats<V> {
             return;
         }
         let near = within(NEAR);
-        let side = lanes.select(lanes.lt(value, zero), zero - one, one);
-        let side = lanes.keep(seen, side);
-        self.leaning = self.leaning + lanes.select(near, zero, side);
-        let around = within(BESIDE);
         let [two, three, four] = &mut self.within;
-        *two = *two + lanes.keep(near, one);
-        *three = *three + lanes.keep(within(INLIER), one);
-        *four = *four + lanes.keep(around, one);
-        let of_noise = expected.noise_squared(lanes, squared);
-        self.near_squares = self.near_squares + lanes.keep(near, of_noise);
+        // In two branches: on one lane only the sums of one are touched.
+        if lanes.any(near) {
+            let count = lanes.keep(near, one);
+            (*two, *three, *four) = (*two + count, *three + count, *four + count);
+            let of_noise = expected.noise_squared(lanes, squared);
+            self.near_squares = self.near_squares + lanes.keep(near, of_noise);
+        }
+        let limit = expected.limit_squared(lanes.splat(T::lit(NEAR * NEAR)));
+        let beside = lanes.and(seen, lanes.ge(squared, limit));
+        if lanes.any(beside) {
+            let side = lanes.select(lanes.lt(value, zero), zero - one, one);
+            self.leaning = self.leaning + lanes.keep(beside, side);
+            let among = |units| lanes.keep(lanes.and(beside, within(units)), one);
+            (*three, *four) = (*three + among(INLIER), *four + among(BESIDE));
+        }
     }
 
     /// Adds the row offsets at start and pose of correspondences in front of both cameras at the pose.
@@ -108,6 +114,9 @@ impl<V: Value> ResidualStats<V> {
         let of_after = lanes.select(small_after, after, most);
         *cost_after = *cost_after + lanes.keep(in_front, of_after);
         let screened = lanes.and(in_front, lanes.and(in_front_before, fit));
+        if !lanes.any(screened) {
+            return;
+        }
         self.screened = self.screened + lanes.keep(screened, lanes.splat(T::ONE));
         let [squares_before, squares_after] = &mut self.squares;
         *squares_before = *squares_before + lanes.keep(screened, before);

@@ -18,6 +18,9 @@ pub(super) type Sample<V> = ([V; 4], V);
 /// Largest [`Lanes::BLOCK`].
 const MAX_BLOCK: usize = 8;
 
+/// Rows of [`sweep_gathered`].
+const GATHERED: usize = 8;
+
 /// Sums over correspondences, by one expression for all lanes.
 pub(super) trait Sink<T: Scalar, L: Lanes<T>> {
     /// Terms that correspondences add to the sums.
@@ -77,6 +80,28 @@ pub(super) fn sweep<T: Scalar, L: Lanes<T>, S: Sink<T, L>>(
         }
         sink.add(lanes, block.get(..filled).unwrap_or_default());
     }
+}
+
+/// [`sweep`] over [`Single`], where each row adds to many sums: adds [`GATHERED`] rows at a time.
+#[inline(always)]
+pub(super) fn sweep_gathered<T: Scalar, S: Sink<T, Single>>(
+    source: impl Iterator<Item = Sample<T>>,
+    sink: &mut S,
+) {
+    let mut block = [S::none(Single); GATHERED];
+    let mut filled = 0;
+    for sample in source {
+        let Some(row) = sink.row(Single, sample) else { continue };
+        if let Some(place) = block.get_mut(filled) {
+            *place = row;
+        }
+        filled += 1;
+        if filled == GATHERED {
+            sink.add(Single, &block);
+            filled = 0;
+        }
+    }
+    sink.add(Single, block.get(..filled).unwrap_or_default());
 }
 
 /// Runs a pass over at most `most` correspondences, evenly spread over the batch.

@@ -26,32 +26,28 @@ fn iterate(start: RectifyingRotations<f64>) -> Iterate<f64> {
 }
 
 /// Sums that a sink adds to.
-struct Sums {
+struct Sums<'m> {
     stats: ResidualStats<f64>,
     weights: [f64; 2],
-    moments: Moments<f64>,
-    quadrants: Quadrants<f64>,
+    sums: QuadrantSums<'m, f64>,
 }
 
-impl Sums {
-    const ZERO: Self = Self {
-        stats: ResidualStats::none(0.0),
-        weights: [0.0; 2],
-        moments: Moments::ZERO,
-        quadrants: Quadrants([[NormalEquations::ZERO; 2]; 2]),
-    };
+impl<'m> Sums<'m> {
+    fn in_place(moments: &'m mut Moments<f64>) -> Self {
+        let quadrants = [[NormalEquations::ZERO; 2]; 2];
+        Self {
+            stats: ResidualStats::none(0.0),
+            weights: [0.0; 2],
+            sums: QuadrantSums { products: moments.products_mut(), quadrants },
+        }
+    }
 
     fn sink<'a>(
         &'a mut self,
         context: &'a EvaluationContext<f64>,
-    ) -> EvaluationSink<'a, f64, Single, Quadrants<f64>> {
-        EvaluationSink {
-            context,
-            stats: &mut self.stats,
-            weights: &mut self.weights,
-            products: self.moments.products_mut(),
-            regions: &mut self.quadrants,
-        }
+    ) -> EvaluationSink<'a, f64, Single, QuadrantSums<'m, f64>> {
+        let Self { stats, weights, sums } = self;
+        EvaluationSink { context, stats, weights, sums }
     }
 }
 
@@ -59,7 +55,8 @@ impl Sums {
 fn correspondences_are_counted_compared_and_weighted_as_defined() {
     let iterate = iterate(pose([0.002, 0.0, -0.001], [0.0, 0.003]));
     let context = EvaluationContext::of(Single, &iterate);
-    let mut sums = Sums::ZERO;
+    let mut moments = Moments::ZERO;
+    let mut sums = Sums::in_place(&mut moments);
     let mut sink = sums.sink(&context);
     let (mut within, mut near_squares, mut screened) = ([0.0; 3], 0.0, 0.0);
     let (mut cost, mut squares, mut weights) = ([0.0; 2], [0.0; 2], [0.0; 2]);
@@ -123,7 +120,8 @@ fn correspondences_are_counted_compared_and_weighted_as_defined() {
 fn the_slope_of_an_evaluation_is_that_of_the_whitened_cost_with_weights_as_they_are() {
     let iterate = iterate(pose([0.0; 3], [0.0; 2]));
     let context = EvaluationContext::of(Single, &iterate);
-    let mut sums = Sums::ZERO;
+    let mut moments = Moments::ZERO;
+    let mut sums = Sums::in_place(&mut moments);
     let mut sink = sums.sink(&context);
     let terms = PoseTerms::at(Single, &iterate.pose);
     let mut rows = NormalEquations::ZERO;
@@ -150,7 +148,6 @@ fn the_slope_of_an_evaluation_is_that_of_the_whitened_cost_with_weights_as_they_
         };
         added.iter().map(one).sum()
     };
-    let mut moments = sums.moments;
     let plain = moments.at_frame().gradient;
     moments.set_gradient(&rows.gradient);
     let corrected = moments.at_frame().gradient;
