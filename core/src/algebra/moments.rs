@@ -275,8 +275,11 @@ impl<T: Scalar> Coefficients<T> {
     }
 }
 
+/// Written out: at opt-level "s" a loop takes twice the instructions.
 pub(super) fn dot<T: Scalar>(a: &Vector12<T>, b: &Vector12<T>) -> T {
-    a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
+    let ([a, b, c, d, e, f, g, h, i, j, k, l], [m, n, o, p, q, r, s, t, u, v, w, x]) = (*a, *b);
+    let products = T::ZERO + a * m + b * n + c * o + d * p + e * q + f * r;
+    products + g * s + h * t + i * u + j * v + k * w + l * x
 }
 
 /// Adds the coefficients of the nine products in `b^T X a` with `X = factor column row^T`.

@@ -31,12 +31,15 @@ pub(super) struct Priority(u32);
 impl Priority {
     /// Priority of a correspondence; equal pixels have equal hashes.
     pub(super) fn of<T: Scalar>(c: &Correspondence<T>) -> Self {
-        let hash = c.left.into_iter().chain(c.right).fold(0_u32, |hash, x| {
+        let add = |hash: u32, x: T| {
             let [a, b, c, d, e, f, g, h] = x.bits().to_le_bytes();
             let word = u32::from_le_bytes([a, b, c, d]) ^ u32::from_le_bytes([e, f, g, h]);
             let hash = (hash ^ word).wrapping_mul(MULTIPLIER);
             hash ^ (hash >> 15)
-        });
+        };
+        // Written out: at opt-level "s" a loop stays one.
+        let ([u_l, v_l], [u_r, v_r]) = (c.left, c.right);
+        let hash = add(add(add(add(0, u_l), v_l), u_r), v_r);
         let [.., hash] = hash.wrapping_mul(MULTIPLIER).to_le_bytes();
         Self::new(c.score_steps(), hash)
     }
@@ -73,7 +76,7 @@ impl Member {
 
     #[inline(always)]
     fn is_lower_than<T: Scalar>(self, other: Self, pairs: &[RayPair<T>]) -> bool {
-        let [a, b] = [self, other].map(Self::priority);
+        let (a, b) = (self.priority(), other.priority());
         a < b || a == b && has_lower_rays(self.index(), other.index(), pairs)
     }
 }

@@ -129,7 +129,7 @@ impl Buckets {
 /// one.
 fn coordinates<T: Scalar>(pair: &RayPair<T>, scale: T) -> [u16; 3] {
     let ([a, b], [c, _]) = (pair.left(), pair.right());
-    [a, b, c].map(|x| steps(x, scale))
+    [steps(a, scale), steps(b, scale), steps(c, scale)]
 }
 
 /// Coordinate in steps.

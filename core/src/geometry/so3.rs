@@ -102,10 +102,24 @@ pub(crate) fn product<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
 }
 
 /// One Newton-Schulz step towards the orthonormal polar factor, `m + m (I - m^T m) / 2`: products
-/// only, no square root.
+/// only, no square root. Written out, as [`product`].
+#[rustfmt::skip]
 fn newton_schulz<T: Scalar>(m: &Matrix3<T>) -> Matrix3<T> {
-    let half_defect = (Matrix3::identity() - product(&m.transpose(), m)) * T::HALF;
-    m + product(m, &half_defect)
+    let transposed =
+        Matrix3::new(m.m11, m.m21, m.m31, m.m12, m.m22, m.m32, m.m13, m.m23, m.m33);
+    let (s, one, zero) = (product(&transposed, m), T::ONE, T::ZERO);
+    let half = |x: T| x * T::HALF;
+    let half_defect = Matrix3::new(
+        half(one - s.m11), half(zero - s.m12), half(zero - s.m13),
+        half(zero - s.m21), half(one - s.m22), half(zero - s.m23),
+        half(zero - s.m31), half(zero - s.m32), half(one - s.m33),
+    );
+    let step = product(m, &half_defect);
+    Matrix3::new(
+        m.m11 + step.m11, m.m12 + step.m12, m.m13 + step.m13,
+        m.m21 + step.m21, m.m22 + step.m22, m.m23 + step.m23,
+        m.m31 + step.m31, m.m32 + step.m32, m.m33 + step.m33,
+    )
 }
 
 /// Rotation matrix of the unit quaternion `(cos h, sin h / h * w / 2)`, `h = |w| / 2`.

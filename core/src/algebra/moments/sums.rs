@@ -57,7 +57,7 @@ impl<S: Copy> MomentSums<S> {
 
 impl<T: Scalar> MomentSums<T> {
     /// Adds correspondences in order, a tile of the triangle after the other: each sum is loaded and stored once. The
-    /// sums of a tile fit the 32 registers of a controller.
+    /// sums and coordinates of a tile fit the 32 registers of a controller; of larger ones the compiler rotates them.
     ///
     /// * `rows`: one over the variance of the constraint at the depths of the products; the products of the rays, in the
     ///   rectified frame at any depth.
@@ -69,10 +69,11 @@ impl<T: Scalar> MomentSums<T> {
         rows.clone().for_each(|(w, products)| self.add_tile::<0>(w, products));
         rows.clone().for_each(|(w, products)| self.add_tile::<1>(w, products));
         rows.clone().for_each(|(w, products)| self.add_tile::<2>(w, products));
-        rows.for_each(|(w, products)| self.add_tile::<3>(w, products));
+        rows.clone().for_each(|(w, products)| self.add_tile::<3>(w, products));
+        rows.for_each(|(w, products)| self.add_tile::<4>(w, products));
     }
 
-    /// Adds rows of the triangle: 21, 24, 21 and 12 sums.
+    /// Adds rows of the triangle: 21, 17, 17, 11 and 12 sums.
     #[inline(always)]
     #[rustfmt::skip]
     fn add_tile<const G: usize>(
@@ -86,11 +87,12 @@ impl<T: Scalar> MomentSums<T> {
                 a: 0 a; b: 1 a, 2 b; c: 3 a, 4 b, 5 c; d: 6 a, 7 b, 8 c, 9 d;
                 e: 10 a, 11 b, 12 c, 13 d, 14 e; f: 15 a, 16 b, 17 c, 18 d, 19 e, 20 f); }
             1 => { add_rows!(lanes, m, w;
-                g: 21 a, 22 b, 23 c, 24 d, 25 e, 26 f, 27 g;
                 h: 28 a, 29 b, 30 c, 31 d, 32 e, 33 f, 34 g, 35 h;
                 i: 36 a, 37 b, 38 c, 39 d, 40 e, 41 f, 42 g, 43 h, 44 i); }
             2 => { add_rows!(lanes, m, w;
-                j: 45 a, 46 b, 47 c, 48 d, 49 e, 50 f, 51 g, 52 h, 53 i, 54 j;
+                g: 21 a, 22 b, 23 c, 24 d, 25 e, 26 f, 27 g;
+                j: 45 a, 46 b, 47 c, 48 d, 49 e, 50 f, 51 g, 52 h, 53 i, 54 j); }
+            3 => { add_rows!(lanes, m, w;
                 k: 55 a, 56 b, 57 c, 58 d, 59 e, 60 f, 61 g, 62 h, 63 i, 64 j, 65 k); }
             _ => { add_rows!(lanes, m, w;
                 l: 66 a, 67 b, 68 c, 69 d, 70 e, 71 f, 72 g, 73 h, 74 i, 75 j, 76 k, 77 l); }
