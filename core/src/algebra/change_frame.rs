@@ -74,8 +74,18 @@ fn mirror<T: Scalar>(m: &mut [Vector12<T>; COORDINATES], f: impl Fn(&mut T, &mut
 fn turn<T: Scalar>(k: &mut Vector12<T>, left: &Matrix3<T>, right: &Matrix3<T>) {
     let b = outer(k);
     let turned = product(right, &b);
-    let moved = split(&(turned + product(&(b + turned), left)));
+    let moved = split(&plus(&turned, &product(&plus(&b, &turned), left)));
     k.iter_mut().zip(moved).for_each(|(k, moved)| *k += moved);
+}
+
+/// Written out: at opt-level "s" the generic sum is a loop.
+#[rustfmt::skip]
+fn plus<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
+    Matrix3::new(
+        a.m11 + b.m11, a.m12 + b.m12, a.m13 + b.m13,
+        a.m21 + b.m21, a.m22 + b.m22, a.m23 + b.m23,
+        a.m31 + b.m31, a.m32 + b.m32, a.m33 + b.m33,
+    )
 }
 
 /// `B` of nine products: inverse of [`split`].
