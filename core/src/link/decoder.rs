@@ -9,7 +9,6 @@ use super::layout::RECORD_BYTES;
 use super::layout::{HEADER_BYTES, MAGIC};
 use super::sink::{FrameRefusal, FrameSink, Received};
 use super::window::Window;
-use crate::batch::correspondence::Correspondence;
 
 /// Resynchronising frame decoder; takes the stream in pieces of any length. Below 256 bytes of RAM.
 ///
@@ -81,7 +80,8 @@ impl Decoder {
     pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Event> {
         while self.window.is_full() || !bytes.is_empty() {
             let event = match self.take_record(bytes) {
-                Some(handed_out) => handed_out.map(Event::Match),
+                Some(Step::Match(c)) => Some(Event::Match(c)),
+                Some(_) => None,
                 None => self.take_some(bytes),
             };
             if event.is_some() {
@@ -207,14 +207,13 @@ impl Decoder {
         }
     }
 
-    /// Inside a frame: takes one record in one piece, if it is next and holds no start of a header; its correspondence,
-    /// if it is handed out.
+    /// Inside a frame: takes one record in one piece, if it is next and holds no start of a header.
     #[inline(always)]
-    fn take_record(&mut self, bytes: &mut &[u8]) -> Option<Option<Correspondence<f32>>> {
+    fn take_record(&mut self, bytes: &mut &[u8]) -> Option<Step> {
         let frame = self.frame.as_mut().filter(|_| self.window.is_empty())?;
         let record = frame.next_record(bytes)?;
         work!(self, RECORD_BYTES);
-        Some(frame.push_record(record))
+        Some(frame.push_record(record).map_or(Step::None, Step::Match))
     }
 
     /// Inside a frame: takes records in one piece up to the last, or to one that may hold the start of a header. A

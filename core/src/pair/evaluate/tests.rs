@@ -29,7 +29,7 @@ fn iterate(start: RectifyingRotations<f64>) -> Iterate<f64> {
 struct Sums<'m> {
     stats: ResidualStats<f64>,
     weights: [f64; 2],
-    sums: QuadrantSums<'m, f64>,
+    of_rows: QuadrantSums<'m, f64>,
 }
 
 impl<'m> Sums<'m> {
@@ -38,7 +38,7 @@ impl<'m> Sums<'m> {
         Self {
             stats: ResidualStats::none(0.0),
             weights: [0.0; 2],
-            sums: QuadrantSums { products: moments.products_mut(), quadrants },
+            of_rows: QuadrantSums { products: moments.products_mut(), quadrants },
         }
     }
 
@@ -46,8 +46,8 @@ impl<'m> Sums<'m> {
         &'a mut self,
         context: &'a EvaluationContext<f64>,
     ) -> EvaluationSink<'a, f64, Single, QuadrantSums<'m, f64>> {
-        let Self { stats, weights, sums } = self;
-        EvaluationSink { context, stats, weights, sums }
+        let Self { stats, weights, of_rows } = self;
+        EvaluationSink { context, stats, weights, sums: of_rows }
     }
 }
 
