@@ -11,7 +11,7 @@ pub use calibration::Calibration;
 
 use crate::batch::correspondence::{Cameras, Correspondence};
 use crate::batch::{Batch, Pushed};
-use crate::config::{Config, Context, LensTracking};
+use crate::config::{Config, LensTracking};
 use crate::error::{ApplyError, PairError, PushError, Refusal, Rejection};
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::CorrectedExtrinsics;
@@ -21,6 +21,7 @@ use crate::outcome::proposal::Proposal;
 use crate::scalar::Scalar;
 use crate::state::State;
 use crate::thresholds::{SCREEN, SCREEN_NOISES, SPARE_PASSES};
+use calibration::context;
 use estimator::Estimator;
 
 /// Online calibrator of one stereo rig, for up to `N` correspondences a pair.
@@ -206,6 +207,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     /// Takes one more pass; whether the pair is solved.
+    // Out of line: its context leaves the stack of the caller.
+    #[inline(never)]
     fn take_pass(&mut self) -> Result<bool, PairError> {
         let solved =
             match &context(&self.config, &self.factory, self.cameras.as_ref(), &self.estimator) {
@@ -217,6 +220,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     /// Report of the solved pair.
+    // Out of line: its context leaves the stack of the caller.
+    #[inline(never)]
     fn report(&mut self) -> Result<PairReport<T>, PairError> {
         let report =
             match &context(&self.config, &self.factory, self.cameras.as_ref(), &self.estimator) {
@@ -274,6 +279,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Fit of the extrinsics in use and of the estimate to the batch, and the reliability of the estimate. One pass.
     ///
     /// `None` without cameras, fused pairs, or matches that fit the estimate.
+    // Out of line: inlined into the endless loop of a firmware it took 3.7 kB more at opt-level 3.
+    #[inline(never)]
     pub fn health(&self) -> Option<Health<T>> {
         let focal = self.cameras.as_ref()?.mean_focal();
         let proposal = self.proposal()?;
@@ -384,25 +391,4 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub fn cameras(&self) -> Option<&Cameras<T>> {
         self.cameras.as_ref()
     }
-
-    /// Replaces the calibration in use; whether it changed.
-    fn replace_in_use(&mut self, new: CorrectedExtrinsics<T>) -> bool {
-        let changed = self.in_use != new;
-        if changed {
-            self.in_use = new;
-            self.generation = self.generation.wrapping_add(1);
-        }
-        changed
-    }
-}
-
-/// Context of a call; `None` without cameras.
-fn context<'a, T: Scalar>(
-    config: &'a Config,
-    factory: &'a Extrinsics<T>,
-    cameras: Option<&Cameras<T>>,
-    estimator: &Estimator<T>,
-) -> Option<Context<'a, T>> {
-    let context = Context::new(config, factory, cameras?.mean_focal());
-    Some(context.vibrating(estimator.vibration()))
 }

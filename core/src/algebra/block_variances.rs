@@ -32,6 +32,8 @@ impl<T: Scalar> BlockVariances<T> {
     }
 
     /// Neither below what is no vibration.
+    // Out of line: 5 inlined copies took 0.4 kB at opt-level "s".
+    #[inline(never)]
     pub(crate) fn at_least_rigid(&self) -> Self {
         self.map(|variance| variance.max(T::lit(VIBRATION_RAD * VIBRATION_RAD)))
     }
@@ -75,7 +77,7 @@ impl<T: Scalar> BlockVariances<T> {
                 *x = T::ONE;
             }
             let [column] = information.times(&unit).data.0;
-            scatter.add_outer(variance, &column);
+            scatter.0.add_square(variance, &column);
             unit.fill(T::ZERO);
         }
         scatter

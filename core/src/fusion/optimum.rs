@@ -20,7 +20,7 @@ pub(super) struct Optimum<T: Scalar> {
 
 impl<T: Scalar> Optimum<T> {
     pub(super) const NONE: Self =
-        Self { pose: RectifyingRotations::SIDE_BY_SIDE, information: Information::ZERO };
+        Self { pose: RectifyingRotations::UNSET, information: Information::ZERO };
 
     /// Descends from the current pose to the optimum, in at most [`OPTIMUM_STEPS`] steps.
     ///

@@ -109,7 +109,7 @@ impl<T: Scalar> Fusion<T> {
             });
         }
         let mut wide = lens.widen(covariance, &lens.left_over(), context);
-        wide.add_outer(T::ONE, &lens.hidden().into());
+        wide.add_square(T::ONE, &lens.hidden().into());
         Some(WithLens {
             pose: pose.stepped_by(&lens.compensation())?,
             covariance: wide,

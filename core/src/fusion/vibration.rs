@@ -25,9 +25,32 @@ const RING: u32 = 15;
 /// Part of median and deviation at which a sample of the mean is cut off.
 const CLIPPED: f64 = 6.0;
 
-/// Times that the variance is in the square of a distance: of two pairs, and of a pair from the middle of its
-/// neighbours.
-const TIMES: [f64; 2] = [2.0, 1.5];
+/// Times that the variance is in the square of a distance, and what follows: a division of `f64` at run time takes
+/// 0.9 kB of software on a controller.
+struct Times<T> {
+    /// The times.
+    factor: T,
+    /// Deviation of one estimate over the root of the summed squares.
+    spread: T,
+    /// Variance of a distance of a rigid rig, rad^2.
+    rigid: T,
+}
+
+impl<T: Scalar> Times<T> {
+    /// Of first differences, 0, between two pairs; of second ones, of a pair from the middle of its neighbours.
+    fn of(kind: usize) -> Self {
+        if kind == 0 { Self::constant(2.0) } else { Self::constant(1.5) }
+    }
+
+    #[inline(always)]
+    fn constant(times: f64) -> Self {
+        Self {
+            factor: T::lit(times),
+            spread: T::lit(core::f64::consts::SQRT_2 / times),
+            rigid: T::lit(times * VIBRATION_RAD * VIBRATION_RAD),
+        }
+    }
+}
 
 /// Deviation of the median of normal numbers over that of their mean.
 const MEDIAN_DEVIATION: f64 = 1.2533;
@@ -76,23 +99,23 @@ impl<T: Scalar> Distance<T> {
     /// Estimate of the variance by this distance.
     ///
     /// * `known`: the variance as known; `times`: how often it is in the squared distance.
-    fn variance(&self, known: T, times: f64) -> Option<Sample<T>> {
+    fn variance(&self, known: T, times: &Times<T>) -> Option<Sample<T>> {
         let trace = |m: &Symmetric5<T>| m.diagonal().into_iter().fold(T::ZERO, |sum, d| sum + d);
         let mut expected = self.covariance;
-        expected.add_diagonal(known * T::lit(times));
+        expected.add_diagonal(known * times.factor);
         let factor = expected.factor(T::ZERO)?;
         let (pull, inverse) = (factor.solve(&self.d), factor.inverse());
         let (sum, squares) = (trace(&inverse), inverse.dot(&inverse));
         // Median of a chi-square over its mean (Wilson and Hilferty).
         let root = T::ONE - T::lit(2.0 / 9.0) * squares / (sum * sum);
-        let estimate = |form: T| known + (form - sum) / (squares * T::lit(times));
+        let estimate = |form: T| known + (form - sum) / (squares * times.factor);
         let form = pull.norm_squared();
         let (mean, median) = (estimate(form), estimate(form / (root * root * root)));
-        let spread = T::lit(core::f64::consts::SQRT_2 / times) / squares.sqrt();
+        let spread = times.spread / squares.sqrt();
         let mut rigid = self.covariance;
-        rigid.add_diagonal(T::lit(times * VIBRATION_RAD * VIBRATION_RAD));
+        rigid.add_diagonal(times.rigid);
         let rigid = rigid.inverse()?;
-        let deviation = T::lit(core::f64::consts::SQRT_2 / times) / rigid.dot(&rigid).sqrt();
+        let deviation = times.spread / rigid.dot(&rigid).sqrt();
         let most = T::lit(2.0) * most::<T>();
         (median.is_finite() && deviation.is_finite()).then(|| Sample {
             median: median.clamp(-most, most),
@@ -136,10 +159,8 @@ impl<T: Scalar> Samples<T> {
 
     /// * `count`: with this one.
     fn add(&mut self, Sample { median, mean, spread, deviation }: Sample<T>, count: u32) {
-        self.values.rotate_right(1);
-        if let Some(first) = self.values.first_mut() {
-            *first = median;
-        }
+        // One by one: `rotate_right` takes `memmove`, 0.7 kB that nothing else needs.
+        self.values.iter_mut().fold(median, |newer, value| core::mem::replace(value, newer));
         self.deviation += (deviation - self.deviation) / T::count(count.clamp(1, RING));
         let [median, _] = self.median(newest(count));
         // What a knock adds.
@@ -309,9 +330,9 @@ impl<T: Scalar> VibrationEstimator<T> {
     #[inline(never)]
     fn sample(&mut self, kind: usize, d: &Vector5<T>, covariance: &Symmetric5<T>) {
         let known = self.variances.at_least_rigid();
-        let times = TIMES.get(kind).copied().unwrap_or(1.0);
-        let rotation = Block::Rotation.of(d, covariance).variance(known.rotation, times);
-        let baseline = Block::Baseline.of(d, covariance).variance(known.baseline, times);
+        let times = Times::of(kind);
+        let rotation = Block::Rotation.of(d, covariance).variance(known.rotation, &times);
+        let baseline = Block::Baseline.of(d, covariance).variance(known.baseline, &times);
         let both = rotation.zip(baseline);
         let kinds = self.samples.get_mut(kind).zip(self.counts.get_mut(kind));
         let Some(((rotation, baseline), (samples, count))) = both.zip(kinds) else { return };

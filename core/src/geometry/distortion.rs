@@ -15,7 +15,9 @@ pub(super) fn check<T: Scalar>(coefficients: &[T]) -> Result<(), CameraError> {
 /// Smallest argument in `0..=limit` at which `slope` is not positive, or `limit`.
 ///
 /// Cost: 256 samples, then 30 bisections. A dip narrower than 1/256 of the range stays undetected.
-pub(super) fn first_fold<T: Scalar>(slope: impl Fn(T) -> T, limit: T) -> T {
+// One for all slopes: a copy for each lens model took 1.0 kB at opt-level 3, 0.3 kB at "s".
+#[inline(never)]
+pub(super) fn first_fold<T: Scalar>(slope: &dyn Fn(T) -> T, limit: T) -> T {
     let at = |i: u32| limit * (T::count(i) / T::count(FOLD_SAMPLES));
     let folded = |x: T| !(slope(x) > T::ZERO);
     let Some(first) = (1..=FOLD_SAMPLES).find(|&i| folded(at(i))) else {

@@ -40,7 +40,8 @@ impl<T: Scalar> Rational<T> {
         check(&coefficients)?;
         let limit = T::lit(MAX_TANGENT);
         let mut lens = Self { coefficients, fold: limit };
-        lens.fold = first_fold(|r| lens.radial(r * r).map_or(T::MINUS_ONE, |at| at.rise(r)), limit);
+        let slope = |r: T| lens.radial(r * r).map_or(T::MINUS_ONE, |at| at.rise(r));
+        lens.fold = first_fold(&slope, limit);
         Ok(lens)
     }
 

@@ -62,7 +62,7 @@ pub(crate) fn left_update<T: Scalar>(w: &Vector3<T>, r: &Rotation3<T>) -> Rotati
 /// `None` if `m` is not finite, too far from orthonormal, or a reflection.
 #[must_use]
 pub fn nearest_rotation<T: Scalar>(m: &Matrix3<T>) -> Option<Rotation3<T>> {
-    let defect = (m.transpose() * m - Matrix3::identity()).norm_squared();
+    let defect = (product(&m.transpose(), m) - Matrix3::identity()).norm_squared();
     // Not `>`: a NaN must fail this test.
     if !(defect < T::lit(MAX_ROTATION_DEFECT)) || m.determinant() <= T::ZERO {
         return None;
