@@ -63,7 +63,9 @@ impl<T: Scalar> HypothesisLens<T> {
         let pull = *values;
         values.iter_mut().zip(covariance.iter()).for_each(|(p, row)| *p = -dot(row, &pull));
         let scale = hypothesis.reduced_chi_square();
-        covariance.iter_mut().for_each(|row| scale_row(row, scale, &[T::ONE; LENS_PARAMETERS]));
+        for row in covariance.iter_mut() {
+            scale_row(row, scale, &[T::ONE; LENS_PARAMETERS]);
+        }
         let vibrates = !hypothesis.is_rigid();
         let marginal =
             if vibrates { biased.debiased().information } else { *hypothesis.information() };
