@@ -6,6 +6,7 @@
 use nalgebra::Vector5;
 
 use super::constraint::Constraint;
+use super::loss::geman_mcclure;
 use super::survey::{Random, scattered_over};
 use super::weighting::Weighting;
 use crate::algebra::normal_equations::NormalEquations;
@@ -13,9 +14,13 @@ use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
 use crate::simd::Single;
 use crate::thresholds::{
-    CROWD_SAMPLE, CROWD_SCALE, CROWD_SCALE_PX, RESAMPLE_GAIN, RESAMPLE_SCALE, RESAMPLE_SCORE,
-    RESAMPLE_SD_RAD, RESAMPLED, RESAMPLES, SAMPLE,
+    CROWD_SAMPLE, CROWD_SCALE, CROWD_SCALE_PX, GROUP, GROUPS, IMPROVING_STEPS, RESAMPLE_GAIN,
+    RESAMPLE_SCALE, RESAMPLE_SCORE, RESAMPLE_SD_RAD, RESAMPLED, RESAMPLES, ROUND_GAIN, ROUND_SCORE,
+    ROUNDS, SAMPLE,
 };
+
+/// Prior of what a sample leaves free, 1/rad^2.
+const FREE: f64 = 1.0 / (RESAMPLE_SD_RAD * RESAMPLE_SD_RAD);
 
 /// Whitened residuals about a pose, px, and their derivatives, px/rad.
 type Rows<T> = heapless::Vec<(T, [T; 5]), RESAMPLED>;
@@ -32,8 +37,7 @@ pub(super) fn resample<T: Scalar>(
     noise: T,
 ) -> Option<Vector5<T>> {
     let rows = rows(by, pairs);
-    let [least, of_noise] = RESAMPLE_SCALE.map(T::lit);
-    let scale = (of_noise * noise).max(least);
+    let scale = scale(noise);
     let mut best = Best::at(score(&rows, &Vector5::zeros(), scale));
     let mut random = Random::NEW;
     // As much work for few rows as for many.
@@ -43,6 +47,71 @@ pub(super) fn resample<T: Scalar>(
         }
     }
     best.step
+}
+
+/// Rounds of a second start in a small batch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Rounds {
+    random: Random,
+    pub(super) left: u8,
+    /// Whether one has found a better pose.
+    pub(super) moved: bool,
+}
+
+impl Rounds {
+    pub(super) const NEW: Self = Self { random: Random::NEW, left: ROUNDS, moved: false };
+
+    /// Takes one: the step to a better pose, rad, if it finds one.
+    ///
+    /// * `by`: weighting at the pose; `noise`: of a coordinate, px.
+    #[inline(never)]
+    pub(super) fn take<T: Scalar>(
+        &mut self,
+        by: &Weighting<T>,
+        pairs: &[RayPair<T>],
+        noise: T,
+    ) -> Option<Vector5<T>> {
+        self.left = self.left.saturating_sub(1);
+        improve(&rows(by, pairs), noise, &mut self.random)
+    }
+}
+
+/// Step to the best of the optima near poses through small samples, rad; `None` if none is better than the pose.
+///
+/// A small sample is rarely free of outliers, and among
+/// few correspondences its pose is near, not at, what most of them fit: the best pose of each group is improved.
+///
+/// * `noise`: of a coordinate, px.
+fn improve<T: Scalar>(rows: &Rows<T>, noise: T, random: &mut Random) -> Option<Vector5<T>> {
+    let scale = scale(noise);
+    let here = [Vector5::zeros(), improved(rows, Vector5::zeros(), scale)];
+    let [at, near] = here.map(|d| score(rows, &d, scale));
+    // A score narrower than the noise prefers, by chance, a pose that some inliers fit.
+    let narrow = (noise / scale - T::ONE).max(T::ZERO);
+    let least = at.max(near) * (T::ONE + T::lit(ROUND_GAIN) * narrow) + T::lit(ROUND_SCORE);
+    let mut best = Best { score: least, step: None };
+    // As much work for few rows as for many.
+    for _ in 0..GROUPS * RESAMPLED / rows.len().max(RESAMPLED / 4) {
+        let mut of_group = Best { score: T::ZERO, step: None };
+        for _ in 0..GROUP {
+            if let Some(d) = through_sample(rows, random) {
+                of_group.compare(score(rows, &d, scale), d);
+            }
+        }
+        if let Some(d) = of_group.step {
+            let d = improved(rows, d, scale);
+            best.compare(score(rows, &d, scale), d);
+        }
+    }
+    best.step
+}
+
+/// Scale of a score, px.
+///
+/// * `noise`: of a coordinate, px.
+fn scale<T: Scalar>(noise: T) -> T {
+    let [least, of_noise] = RESAMPLE_SCALE.map(T::lit);
+    (of_noise * noise).max(least)
 }
 
 /// Turn about x to the larger of two near crowds of correspondences, rad; `None` if none is clearly larger than the one
@@ -124,17 +193,41 @@ fn through_sample<T: Scalar>(rows: &Rows<T>, random: &mut Random) -> Option<Vect
         let (value, jacobian) = rows.get(random.below(rows.len())?)?;
         normal.add_row(T::ONE, *value, jacobian);
     }
-    normal.with_prior(T::lit(1.0 / (RESAMPLE_SD_RAD * RESAMPLE_SD_RAD))).step()
+    normal.with_prior(T::lit(FREE)).step()
+}
+
+/// The optimum near a step, by Geman-McClure's loss at a scale.
+fn improved<T: Scalar>(rows: &Rows<T>, start: Vector5<T>, scale: T) -> Vector5<T> {
+    let unit = T::ONE / (scale * scale);
+    let mut d = start;
+    for _ in 0..IMPROVING_STEPS {
+        let mut normal = NormalEquations::ZERO;
+        for row in rows {
+            let r = residual(row, &d);
+            normal.add_row(geman_mcclure(Single, r * r * unit), row.0, &row.1);
+        }
+        let Some(next) = normal.with_prior(T::lit(FREE)).step() else {
+            break;
+        };
+        d = next;
+    }
+    d
 }
 
 /// Number of rows that fit the pose after a step, each by the Cauchy weight of its residual.
 fn score<T: Scalar>(rows: &Rows<T>, d: &Vector5<T>, scale: T) -> T {
     let unit = T::ONE / (scale * scale);
-    let [[a, b, c, e, f]] = d.data.0;
-    rows.iter().fold(T::ZERO, |sum, (value, [j0, j1, j2, j3, j4])| {
-        let r = *value + a * *j0 + b * *j1 + c * *j2 + e * *j3 + f * *j4;
+    rows.iter().fold(T::ZERO, |sum, row| {
+        let r = residual(row, d);
         sum + T::ONE / (T::ONE + r * r * unit)
     })
+}
+
+/// Residual of a row after a step, px.
+#[inline(always)]
+fn residual<T: Scalar>((value, [j0, j1, j2, j3, j4]): &(T, [T; 5]), d: &Vector5<T>) -> T {
+    let [[a, b, c, e, f]] = d.data.0;
+    *value + a * *j0 + b * *j1 + c * *j2 + e * *j3 + f * *j4
 }
 
 #[cfg(test)]
@@ -179,6 +272,29 @@ mod tests {
         }
         // At the larger crowd, and at the only one.
         assert_eq!([found_near(40, 3.0, 0.0), found_near(0, 0.0, 0.0)], [None; 2]);
+    }
+
+    #[test]
+    fn half_of_a_small_batch_is_found_among_outliers_from_rows_away_and_kept_where_it_is() {
+        let few = |at: f64| {
+            // Half of them fit the level pose; the rows of the others are anywhere.
+            let wrong = |i: usize| {
+                let k = f64::from(u8::try_from(i % 7).unwrap());
+                if i % 2 == 0 { 0.0 } else { 15.0 + 31.0 * k }
+            };
+            let all = pixels(0, 0.0).into_iter().take(30).enumerate();
+            batch::<f64>(all.map(move |(i, [u, v, x, y])| [u, v, x, y - at + wrong(i)]))
+        };
+        let moved = |at: f64| {
+            let batch = few(at);
+            let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
+            let (by, pairs) = (solver.weighting(), batch.matches().pairs);
+            let mut rounds = Rounds::NEW;
+            (0..ROUNDS).find_map(|_| rounds.take(&by, pairs, 0.3))
+        };
+        let found = moved(6.0).unwrap().x * FOCAL;
+        assert!((found.abs() - 6.0).abs() < 1.0, "{found}");
+        assert_eq!(moved(0.0), None);
     }
 
     /// The step from the level pose, px of pitch.

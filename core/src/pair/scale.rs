@@ -9,7 +9,7 @@ use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
 use crate::thresholds::{
     BROAD_PX, FIRST_LEVEL_PX, LEVELS, NARROW_PX, PEAK_DEVIATIONS, PEAK_OVER_BESIDE, PEAK_SHARE,
-    SECOND_BELOW,
+    RESAMPLED, SECOND_BELOW, SMALL_SECOND_BELOW,
 };
 
 /// Correspondences whose whitened residual is below each level: [`FIRST_LEVEL_PX`], each `sqrt 2` times the one before.
@@ -74,8 +74,13 @@ pub(super) enum PeakDoubt {
 
 impl<T: Scalar> Peak<T> {
     /// Whether it may be that of a few, or one between two crowds.
-    pub(super) fn doubt(&self) -> Option<PeakDoubt> {
-        if self.share < T::lit(SECOND_BELOW) || self.level > T::lit(BROAD_PX) {
+    ///
+    /// * `usable`: all correspondences. Few are fitted by a wrong pose more often.
+    pub(super) fn doubt(&self, usable: T) -> Option<PeakDoubt> {
+        let is_small = usize::from(usable.to_u16()) <= RESAMPLED;
+        if self.share < T::lit(if is_small { SMALL_SECOND_BELOW } else { SECOND_BELOW })
+            || self.level > T::lit(BROAD_PX)
+        {
             Some(PeakDoubt::OfFew)
         } else {
             (self.level > T::lit(NARROW_PX)).then_some(PeakDoubt::Wide)
@@ -140,7 +145,7 @@ mod tests {
         }
         let narrow = counts(normal(256, 0.02)).peak(12, 256.0).unwrap();
         assert_eq!(narrow, Peak { level: FIRST_LEVEL_PX, share: 1.0 });
-        assert_eq!(narrow.doubt(), None);
+        assert_eq!(narrow.doubt(256.0), None);
     }
 
     #[test]
@@ -158,9 +163,9 @@ mod tests {
             counts(normal(176, 0.3).map(move |r| r - at).chain(other))
         };
         let between = crowds(3.0).peak(12, 256.0).unwrap();
-        assert!(between.level > 3.0 && between.doubt() == Some(PeakDoubt::OfFew));
+        assert!(between.level > 3.0 && between.doubt(256.0) == Some(PeakDoubt::OfFew));
         let [larger, smaller] = [0.0, 8.0].map(|at| crowds(at).peak(12, 256.0).unwrap());
-        assert!(larger.level < 0.6 && larger.doubt().is_none());
-        assert!(smaller.level < 0.6 && smaller.doubt() == Some(PeakDoubt::OfFew));
+        assert!(larger.level < 0.6 && larger.doubt(256.0).is_none());
+        assert!(smaller.level < 0.6 && smaller.doubt(256.0) == Some(PeakDoubt::OfFew));
     }
 }

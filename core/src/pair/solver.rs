@@ -14,7 +14,7 @@ use super::descent::{Descent, Point};
 use super::iterate::Iterate;
 use super::leverage::Leverage;
 use super::pass::{PassOver, PassSums};
-use super::resample::{nearest_crowd, resample};
+use super::resample::{Rounds, nearest_crowd, resample};
 use super::scale::PeakDoubt;
 use super::schedule::Schedule;
 use super::survey::{first_scale, scattered, survey};
@@ -31,9 +31,9 @@ use crate::scalar::Scalar;
 use crate::simd::Single;
 use crate::state::Stop;
 use crate::thresholds::{
-    ANNEALING, CROWD_SCALE, FIRST_NOISE_PX, FIRST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE,
-    PEAK_OVER_NOISE, SECOND_SCALE_PX, SETTLED, SLOW_ANNEALING, TIGHT_TUKEY, TRACK_PASSES, TRACKED,
-    TUKEY, YAW_DEVIATIONS,
+    ANNEALING, CROWD_SCALE, FIRST_NOISE_PX, FIRST_SCALE_PX, LEAST_SCALE_PX, MIN_DISPARITY_PX,
+    NEGLIGIBLE, PEAK_OVER_NOISE, RESAMPLED, SECOND_SCALE_PX, SETTLED, SLOW_ANNEALING, TIGHT_TUKEY,
+    TRACK_PASSES, TRACKED, TUKEY, YAW_DEVIATIONS,
 };
 
 /// Second start of a search.
@@ -42,6 +42,8 @@ enum Second {
     Possible,
     /// The first one has ended in doubt.
     Due(PeakDoubt),
+    /// In a small batch, after its first round.
+    Begun(Rounds),
     Taken,
 }
 
@@ -157,7 +159,14 @@ impl<T: Scalar> PairSolver<T> {
                 let most = TRACKED.max(matches.pairs.len() / 2);
                 self.step(&self.pass(matches, most), matches.pairs.len());
             }
-            (None, _) if matches!(self.second, Second::Due(_)) => self.start_again(matches),
+            (None, _) if matches!(self.second, Second::Due(_) | Second::Begun(_)) => {
+                self.passes = self.passes.saturating_add(1);
+                if matches.pairs.len() <= RESAMPLED {
+                    self.take_round(matches);
+                } else {
+                    self.start_again(matches);
+                }
+            }
             (None, Schedule::Anneal(_) | Schedule::Polish) => {
                 if self.passes == 0 {
                     self.schedule = Schedule::Anneal(self.first_scale(matches));
@@ -297,7 +306,6 @@ impl<T: Scalar> PairSolver<T> {
     /// Starts again where another pose is clearly better: at one of two near crowds, or through a small sample.
     #[inline(never)]
     fn start_again(&mut self, matches: Matches<'_, T>) {
-        self.passes = self.passes.saturating_add(1);
         let (by, noise) = (self.weighting(), self.iterate.noise);
         let near =
             || Some((nearest_crowd(&by, matches.pairs, noise)?, T::lit(CROWD_SCALE) * noise));
@@ -308,13 +316,36 @@ impl<T: Scalar> PairSolver<T> {
         };
         self.second = Second::Taken;
         if let Some((d, scale)) = start
-            && let Some(pose) = self.iterate.pose.stepped_by(&d)
+            && self.moves(&d).is_some()
         {
-            self.iterate.pose = pose;
-            self.moved += d;
-            self.iterate.leverage = None;
             self.schedule = Schedule::Anneal(scale);
         }
+    }
+
+    /// One round of the second start in a small batch, from the pose of the round before. After the last one the
+    /// annealing goes on at the noise, if a round has found a better pose.
+    #[inline(never)]
+    fn take_round(&mut self, matches: Matches<'_, T>) {
+        let mut rounds = if let Second::Begun(rounds) = self.second { rounds } else { Rounds::NEW };
+        let (by, noise) = (self.weighting(), self.iterate.noise);
+        let step = rounds.take(&by, matches.pairs, noise);
+        rounds.moved |= step.and_then(|d| self.moves(&d)).is_some();
+        self.second = if rounds.left > 0 && self.passes.saturating_add(1) < self.max_passes {
+            Second::Begun(rounds)
+        } else {
+            if rounds.moved {
+                self.schedule = Schedule::Anneal(noise.max(T::lit(LEAST_SCALE_PX)));
+            }
+            Second::Taken
+        };
+    }
+
+    /// Moves the pose to another start; `None` where there is none.
+    fn moves(&mut self, d: &Vector5<T>) -> Option<()> {
+        self.iterate.pose = self.iterate.pose.stepped_by(d)?;
+        self.moved += *d;
+        self.iterate.leverage = None;
+        Some(())
     }
 
     /// Residual variance that the loss assumes, px^2.
@@ -333,7 +364,7 @@ impl<T: Scalar> PairSolver<T> {
                 self.schedule = schedule;
                 if let Some(noise) = noise {
                     self.iterate.noise = noise;
-                    let doubt = seen.map_or(Some(PeakDoubt::OfFew), |peak| peak.doubt());
+                    let doubt = seen.map_or(Some(PeakDoubt::OfFew), |peak| peak.doubt(pass.usable));
                     if let (Some(doubt), Second::Possible) = (doubt, self.second) {
                         self.second = Second::Due(doubt);
                     }

@@ -14,6 +14,7 @@ use crate::thresholds::{FIRST_SCALE_MEDIANS, FIRST_SCALE_PX, SURVEYED};
 const MULTIPLIER: u32 = 0xE817_FB2D;
 
 /// Pseudo-random numbers, the same in every run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Random(u32);
 
 impl Random {

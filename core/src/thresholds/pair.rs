@@ -97,6 +97,20 @@ pub(crate) const RESAMPLE_SCALE: [f64; 2] = [1.0, 0.3];
 pub(crate) const RESAMPLE_GAIN: f64 = 1.1;
 pub(crate) const RESAMPLE_SCORE: f64 = 0.5;
 
+/// Second start of a batch of at most [`RESAMPLED`]: it is due below this part at the peak; its rounds, groups of poses
+/// in a round of that many correspondences, poses in a group, and steps from the best pose of each group to the optimum
+/// near it. Larger costs time; smaller misses more.
+pub(crate) const SMALL_SECOND_BELOW: f64 = 0.9;
+pub(crate) const ROUNDS: u8 = 4;
+pub(crate) const GROUPS: usize = 4;
+pub(crate) const GROUP: usize = 8;
+pub(crate) const IMPROVING_STEPS: usize = 3;
+
+/// Score of such an optimum over that of the pose before by which it is better: a part of it, for each scale that the
+/// noise exceeds the scale of the score by, and correspondences. Larger stays with a compromise; smaller follows chance.
+pub(crate) const ROUND_GAIN: f64 = 0.05;
+pub(crate) const ROUND_SCORE: f64 = 0.2;
+
 /// Two near crowds: correspondences that are asked for the larger one, the scale of its score over the peak that holds
 /// both, which the annealing goes on with, and the least, px. More cost time; a larger scale does not tell the crowds
 /// apart, and a smaller one follows chance.
