@@ -9,6 +9,7 @@ use super::constraint::Constraint;
 use super::loss::geman_mcclure;
 use super::survey::{Random, scattered_over};
 use super::weighting::Weighting;
+use crate::algebra::information::Information;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
@@ -63,16 +64,17 @@ impl Rounds {
 
     /// Takes one: the step to a better pose, rad, if it finds one.
     ///
-    /// * `by`: weighting at the pose; `noise`: of a coordinate, px.
+    /// * `by`: weighting at the pose; `noise`: of a coordinate, px; `prior`: of a pose, 1/rad^2.
     #[inline(never)]
     pub(super) fn take<T: Scalar>(
         &mut self,
         by: &Weighting<T>,
         pairs: &[RayPair<T>],
         noise: T,
+        prior: &Information<T>,
     ) -> Option<Vector5<T>> {
         self.left = self.left.saturating_sub(1);
-        improve(&rows(by, pairs), noise, &mut self.random)
+        improve(&rows(by, pairs), noise, prior, &mut self.random)
     }
 }
 
@@ -81,15 +83,23 @@ impl Rounds {
 /// A small sample is rarely free of outliers, and among
 /// few correspondences its pose is near, not at, what most of them fit: the best pose of each group is improved.
 ///
-/// * `noise`: of a coordinate, px.
-fn improve<T: Scalar>(rows: &Rows<T>, noise: T, random: &mut Random) -> Option<Vector5<T>> {
+/// * `noise`: of a coordinate, px; `prior`: of the improved poses, 1/rad^2.
+fn improve<T: Scalar>(
+    rows: &Rows<T>,
+    noise: T,
+    prior: &Information<T>,
+    random: &mut Random,
+) -> Option<Vector5<T>> {
     let scale = scale(noise);
-    let here = [Vector5::zeros(), improved(rows, Vector5::zeros(), scale)];
-    let [at, near] = here.map(|d| score(rows, &d, scale));
     // A score narrower than the noise prefers, by chance, a pose that some inliers fit.
     let narrow = (noise / scale - T::ONE).max(T::ZERO);
-    let least = at.max(near) * (T::ONE + T::lit(ROUND_GAIN) * narrow) + T::lit(ROUND_SCORE);
-    let mut best = Best { score: least, step: None };
+    let least = score(rows, &Vector5::zeros(), scale) * (T::ONE + T::lit(ROUND_GAIN) * narrow);
+    let mut best = Best { score: least + T::lit(ROUND_SCORE), step: None };
+    let mut compare = |d: Vector5<T>| {
+        let d = improved(rows, d, scale, prior);
+        best.compare(score(rows, &d, scale), d);
+    };
+    compare(Vector5::zeros());
     // As much work for few rows as for many.
     for _ in 0..GROUPS * RESAMPLED / rows.len().max(RESAMPLED / 4) {
         let mut of_group = Best { score: T::ZERO, step: None };
@@ -99,8 +109,7 @@ fn improve<T: Scalar>(rows: &Rows<T>, noise: T, random: &mut Random) -> Option<V
             }
         }
         if let Some(d) = of_group.step {
-            let d = improved(rows, d, scale);
-            best.compare(score(rows, &d, scale), d);
+            compare(d);
         }
     }
     best.step
@@ -197,7 +206,12 @@ fn through_sample<T: Scalar>(rows: &Rows<T>, random: &mut Random) -> Option<Vect
 }
 
 /// The optimum near a step, by Geman-McClure's loss at a scale.
-fn improved<T: Scalar>(rows: &Rows<T>, start: Vector5<T>, scale: T) -> Vector5<T> {
+fn improved<T: Scalar>(
+    rows: &Rows<T>,
+    start: Vector5<T>,
+    scale: T,
+    prior: &Information<T>,
+) -> Vector5<T> {
     let unit = T::ONE / (scale * scale);
     let mut d = start;
     for _ in 0..IMPROVING_STEPS {
@@ -206,7 +220,7 @@ fn improved<T: Scalar>(rows: &Rows<T>, start: Vector5<T>, scale: T) -> Vector5<T
             let r = residual(row, &d);
             normal.add_row(geman_mcclure(Single, r * r * unit), row.0, &row.1);
         }
-        let Some(next) = normal.with_prior(T::lit(FREE)).step() else {
+        let Some(next) = normal.with(prior).step() else {
             break;
         };
         d = next;
@@ -236,6 +250,7 @@ mod tests {
 
     use super::super::scenes::{FOCAL, batch, solvers};
     use super::*;
+    use crate::algebra::symmetric5::Symmetric5;
     use std::vec::Vec;
 
     /// Pixels of a level pair, of which some are shifted across the rows alike.
@@ -289,8 +304,9 @@ mod tests {
             let batch = few(at);
             let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
             let (by, pairs) = (solver.weighting(), batch.matches().pairs);
+            let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
             let mut rounds = Rounds::NEW;
-            (0..ROUNDS).find_map(|_| rounds.take(&by, pairs, 0.3))
+            (0..ROUNDS).find_map(|_| rounds.take(&by, pairs, 0.3, &prior))
         };
         let found = moved(6.0).unwrap().x * FOCAL;
         assert!((found.abs() - 6.0).abs() < 1.0, "{found}");

@@ -328,7 +328,7 @@ impl<T: Scalar> PairSolver<T> {
     fn take_round(&mut self, matches: Matches<'_, T>) {
         let mut rounds = if let Second::Begun(rounds) = self.second { rounds } else { Rounds::NEW };
         let (by, noise) = (self.weighting(), self.iterate.noise);
-        let step = rounds.take(&by, matches.pairs, noise);
+        let step = rounds.take(&by, matches.pairs, noise, &self.prior);
         rounds.moved |= step.and_then(|d| self.moves(&d)).is_some();
         self.second = if rounds.left > 0 && self.passes.saturating_add(1) < self.max_passes {
             Second::Begun(rounds)
