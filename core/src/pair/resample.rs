@@ -80,8 +80,8 @@ impl Rounds {
 
 /// Step to the best of the optima near poses through small samples, rad; `None` if none is better than the pose.
 ///
-/// A small sample is rarely free of outliers, and among
-/// few correspondences its pose is near, not at, what most of them fit: the best pose of each group is improved.
+/// The pose through a small sample is near what most correspondences fit, not there: among few of them its score tells
+/// little, and the best pose of each group is improved.
 ///
 /// * `noise`: of a coordinate, px; `prior`: of the improved poses, 1/rad^2.
 fn improve<T: Scalar>(
@@ -95,11 +95,6 @@ fn improve<T: Scalar>(
     let narrow = (noise / scale - T::ONE).max(T::ZERO);
     let least = score(rows, &Vector5::zeros(), scale) * (T::ONE + T::lit(ROUND_GAIN) * narrow);
     let mut best = Best { score: least + T::lit(ROUND_SCORE), step: None };
-    let mut compare = |d: Vector5<T>| {
-        let d = improved(rows, d, scale, prior);
-        best.compare(score(rows, &d, scale), d);
-    };
-    compare(Vector5::zeros());
     // As much work for few rows as for many.
     for _ in 0..GROUPS * RESAMPLED / rows.len().max(RESAMPLED / 4) {
         let mut of_group = Best { score: T::ZERO, step: None };
@@ -109,7 +104,8 @@ fn improve<T: Scalar>(
             }
         }
         if let Some(d) = of_group.step {
-            compare(d);
+            let d = improved(rows, d, scale, prior);
+            best.compare(score(rows, &d, scale), d);
         }
     }
     best.step
