@@ -285,28 +285,32 @@ mod tests {
         assert_eq!([found_near(40, 3.0, 0.0), found_near(0, 0.0, 0.0)], [None; 2]);
     }
 
+    /// Of thirty matches those within two pixels, at the level pose and where the rounds from there lead. Half of them fit
+    /// a pose so many rows away, and the rows of the others are anywhere.
+    fn fit_after_rounds(away: f64) -> [usize; 2] {
+        let shift = |i: usize| {
+            let k = f64::from(u8::try_from(i % 7).unwrap());
+            if i % 2 == 0 { away } else { 15.0 + 31.0 * k }
+        };
+        let all = pixels(0, 0.0).into_iter().take(30).enumerate();
+        let batch = batch::<f64>(all.map(|(i, [u, v, x, y])| [u, v, x, y + shift(i)]));
+        let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
+        let (by, pairs) = (solver.weighting(), batch.matches().pairs);
+        let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
+        let mut rounds = Rounds::NEW;
+        let step = (0..ROUNDS).find_map(|_| rounds.take(&by, pairs, 0.3, &prior));
+        let rows = rows(&by, pairs);
+        let fit = |d: &Vector5<f64>| rows.iter().filter(|row| residual(row, d).abs() < 2.0).count();
+        [Vector5::zeros(), step.unwrap_or_default()].map(|d| fit(&d))
+    }
+
     #[test]
     fn half_of_a_small_batch_is_found_among_outliers_from_rows_away_and_kept_where_it_is() {
-        let few = |at: f64| {
-            // Half of them fit the level pose; the rows of the others are anywhere.
-            let wrong = |i: usize| {
-                let k = f64::from(u8::try_from(i % 7).unwrap());
-                if i % 2 == 0 { 0.0 } else { 15.0 + 31.0 * k }
-            };
-            let all = pixels(0, 0.0).into_iter().take(30).enumerate();
-            batch::<f64>(all.map(move |(i, [u, v, x, y])| [u, v, x, y - at + wrong(i)]))
-        };
-        let moved = |at: f64| {
-            let batch = few(at);
-            let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
-            let (by, pairs) = (solver.weighting(), batch.matches().pairs);
-            let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
-            let mut rounds = Rounds::NEW;
-            (0..ROUNDS).find_map(|_| rounds.take(&by, pairs, 0.3, &prior))
-        };
-        let found = moved(6.0).unwrap().x * FOCAL;
-        assert!((found.abs() - 6.0).abs() < 1.0, "{found}");
-        assert_eq!(moved(0.0), None);
+        for away in [6.0, -9.0, 12.0] {
+            let [before, after] = fit_after_rounds(away);
+            assert!(before < 5 && after >= 12, "{away}: {before} {after}");
+        }
+        assert_eq!(fit_after_rounds(0.0), [15; 2]);
     }
 
     /// The step from the level pose, px of pitch.
