@@ -290,7 +290,7 @@ mod tests {
     fn fit_after_rounds(away: f64) -> [usize; 2] {
         let shift = |i: usize| {
             let k = f64::from(u8::try_from(i % 7).unwrap());
-            if i % 2 == 0 { away } else { 15.0 + 31.0 * k }
+            if i.is_multiple_of(2) { away } else { 15.0 + 31.0 * k }
         };
         let all = pixels(0, 0.0).into_iter().take(30).enumerate();
         let batch = batch::<f64>(all.map(|(i, [u, v, x, y])| [u, v, x, y + shift(i)]));
