@@ -2,7 +2,7 @@
 
 use core::hint::black_box;
 
-use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics};
+use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, Reason};
 
 use crate::{geometry, memory, number, show, solver, store};
 
@@ -52,6 +52,9 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
     }
     if let Some(health) = calibrator.health() {
         show(health.depth_errors(number()));
+        let reasons = health.reasons;
+        show((reasons.contains(Reason::Lens), reasons.is_empty(), reasons.bits()));
+        show(reasons.iter().next());
         show(health);
     }
     show(calibrator.apply());
