@@ -7,6 +7,7 @@ use nalgebra::Vector5;
 
 use super::constraint::Constraint;
 use super::loss::geman_mcclure;
+use super::scale::PeakDoubt;
 use super::survey::{Random, scattered_over};
 use super::weighting::Weighting;
 use crate::algebra::information::Information;
@@ -60,7 +61,11 @@ pub(super) struct Rounds {
 }
 
 impl Rounds {
-    pub(super) const NEW: Self = Self { random: Random::NEW, left: ROUNDS, moved: false };
+    /// One where the peak is that of most correspondences, else [`ROUNDS`].
+    pub(super) fn of(doubt: PeakDoubt) -> Self {
+        let left = if doubt == PeakDoubt::OfSmallBatch { 1 } else { ROUNDS };
+        Self { random: Random::NEW, left, moved: false }
+    }
 
     /// Takes one: the step to a better pose, rad, if it finds one.
     ///
@@ -297,7 +302,7 @@ mod tests {
         let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
         let (by, pairs) = (solver.weighting(), batch.matches().pairs);
         let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
-        let mut rounds = Rounds::NEW;
+        let mut rounds = Rounds::of(PeakDoubt::OfFew);
         let step = (0..ROUNDS).find_map(|_| rounds.take(&by, pairs, 0.3, &prior));
         let rows = rows(&by, pairs);
         let fit = |d: &Vector5<f64>| rows.iter().filter(|row| residual(row, d).abs() < 2.0).count();

@@ -70,6 +70,8 @@ pub(super) enum PeakDoubt {
     OfFew,
     /// Wide: of noise, or of two crowds within it.
     Wide,
+    /// Of most correspondences of a small batch.
+    OfSmallBatch,
 }
 
 impl<T: Scalar> Peak<T> {
@@ -78,12 +80,12 @@ impl<T: Scalar> Peak<T> {
     /// * `usable`: all correspondences. Few are fitted by a wrong pose more often.
     pub(super) fn doubt(&self, usable: T) -> Option<PeakDoubt> {
         let is_small = usize::from(usable.to_u16()) <= RESAMPLED;
-        if self.share < T::lit(if is_small { SMALL_SECOND_BELOW } else { SECOND_BELOW })
-            || self.level > T::lit(BROAD_PX)
-        {
+        if self.share < T::lit(SECOND_BELOW) || self.level > T::lit(BROAD_PX) {
             Some(PeakDoubt::OfFew)
+        } else if self.level > T::lit(NARROW_PX) {
+            Some(PeakDoubt::Wide)
         } else {
-            (self.level > T::lit(NARROW_PX)).then_some(PeakDoubt::Wide)
+            (is_small && self.share < T::lit(SMALL_SECOND_BELOW)).then_some(PeakDoubt::OfSmallBatch)
         }
     }
 }

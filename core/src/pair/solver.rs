@@ -326,7 +326,11 @@ impl<T: Scalar> PairSolver<T> {
     /// annealing goes on at the noise, if a round has found a better pose.
     #[inline(never)]
     fn take_round(&mut self, matches: Matches<'_, T>) {
-        let mut rounds = if let Second::Begun(rounds) = self.second { rounds } else { Rounds::NEW };
+        let mut rounds = match self.second {
+            Second::Begun(rounds) => rounds,
+            Second::Due(doubt) => Rounds::of(doubt),
+            Second::Possible | Second::Taken => return,
+        };
         let (by, noise) = (self.weighting(), self.iterate.noise);
         let step = rounds.take(&by, matches.pairs, noise, &self.prior);
         rounds.moved |= step.and_then(|d| self.moves(&d)).is_some();

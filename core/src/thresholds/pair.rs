@@ -102,7 +102,7 @@ pub(crate) const RESAMPLE_SCORE: f64 = 0.5;
 /// near it. Larger costs time; smaller misses more.
 pub(crate) const SMALL_SECOND_BELOW: f64 = 0.9;
 pub(crate) const ROUNDS: u8 = 4;
-pub(crate) const GROUPS: usize = 4;
+pub(crate) const GROUPS: usize = 3;
 pub(crate) const GROUP: usize = 8;
 pub(crate) const IMPROVING_STEPS: usize = 3;
 
