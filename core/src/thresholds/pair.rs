@@ -97,9 +97,9 @@ pub(crate) const RESAMPLE_SCALE: [f64; 2] = [1.0, 0.3];
 pub(crate) const RESAMPLE_GAIN: f64 = 1.1;
 pub(crate) const RESAMPLE_SCORE: f64 = 0.5;
 
-/// Second start of a batch of at most [`RESAMPLED`]: it is due below this part at the peak; its rounds, groups of poses
-/// in a round of that many correspondences, poses in a group, and steps from the best pose of each group to the optimum
-/// near it. Larger costs time; smaller misses more.
+/// Second start of a batch of at most [`RESAMPLED`]: one round is due below this part even at a narrow
+/// peak; rounds else, groups of poses in a round of that many correspondences, poses in a group, and steps from the
+/// best pose of each group to the optimum near it. Larger costs time; smaller misses more.
 pub(crate) const SMALL_SECOND_BELOW: f64 = 0.9;
 pub(crate) const ROUNDS: u8 = 4;
 pub(crate) const GROUPS: usize = 3;
