@@ -168,6 +168,7 @@ mod tests {
         assert!(between.level > 3.0 && between.doubt(256.0) == Some(PeakDoubt::OfFew));
         let [larger, smaller] = [0.0, 8.0].map(|at| crowds(at).peak(12, 256.0).unwrap());
         assert!(larger.level < 0.6 && larger.doubt(256.0).is_none());
+        assert_eq!(larger.doubt(64.0), Some(PeakDoubt::OfSmallBatch));
         assert!(smaller.level < 0.6 && smaller.doubt(256.0) == Some(PeakDoubt::OfFew));
     }
 }
