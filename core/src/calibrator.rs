@@ -21,7 +21,6 @@ use crate::outcome::proposal::Proposal;
 use crate::scalar::Scalar;
 use crate::state::State;
 use crate::thresholds::{SCREEN, SCREEN_NOISES, SPARE_PASSES};
-use calibration::context;
 use estimator::Estimator;
 
 /// Online calibrator of one stereo rig, for up to `N` correspondences a pair.
@@ -160,9 +159,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// are unchanged. The batch is kept and may be added to. A pair solved before can no longer be fused.
     pub fn begin_pair(&mut self) -> Result<(), PairError> {
         let begun =
-            match &context(&self.config, &self.factory, self.cameras.as_ref(), &self.estimator) {
+            match &self.estimator.context(&self.config, &self.factory, self.cameras.as_ref()) {
                 _ if self.turning => {
-                    self.estimator.abandon();
+                    self.estimator.discard();
                     Err(PairError::Turning)
                 }
                 Some(context) => self.estimator.begin(context, self.batch.matches()),
@@ -193,8 +192,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// # Errors
     /// [`PairError::NoCameras`], [`PairError::TooFew`], [`PairError::Turning`]: as [`Calibrator::begin_pair`], nothing
-    /// counts against the estimate. [`PairError::NoConsensus`], [`PairError::Unobservable`]: as [`Calibrator::advance_pair`], the pair may
-    /// count against the estimate, and [`Calibrator::state`] may change.
+    /// counts against the estimate. [`PairError::NoConsensus`], [`PairError::Unobservable`]: as
+    /// [`Calibrator::advance_pair`], the pair may count against the estimate, and [`Calibrator::state`] may change.
     pub fn solve_pair(&mut self) -> Result<PairReport<T>, PairError> {
         self.begin_pair()?;
         // More passes than any preset takes.
@@ -211,7 +210,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     #[inline(never)]
     fn take_pass(&mut self) -> Result<bool, PairError> {
         let solved =
-            match &context(&self.config, &self.factory, self.cameras.as_ref(), &self.estimator) {
+            match &self.estimator.context(&self.config, &self.factory, self.cameras.as_ref()) {
                 Some(context) => self.estimator.advance(context, self.batch.matches()),
                 None => Err(PairError::NoCameras),
             };
@@ -224,7 +223,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     #[inline(never)]
     fn report(&mut self) -> Result<PairReport<T>, PairError> {
         let report =
-            match &context(&self.config, &self.factory, self.cameras.as_ref(), &self.estimator) {
+            match &self.estimator.context(&self.config, &self.factory, self.cameras.as_ref()) {
                 Some(context) => self.estimator.report(context, self.batch.matches()),
                 None => Err(PairError::NoCameras),
             };
@@ -246,7 +245,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///   does ([`Calibrator::advance_pair`]); [`Calibrator::state`] may change.
     pub fn fuse(&mut self) -> Result<Fused, Refusal> {
         let fused =
-            match &context(&self.config, &self.factory, self.cameras.as_ref(), &self.estimator) {
+            match &self.estimator.context(&self.config, &self.factory, self.cameras.as_ref()) {
                 _ if self.frozen => Err(Refusal::Frozen),
                 Some(context) => self.estimator.fuse(context),
                 None => Err(Refusal::NothingSolved),
@@ -272,7 +271,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     /// The estimate over all fused pairs; `None` before the first.
     pub fn proposal(&self) -> Option<Proposal<T>> {
-        let context = context(&self.config, &self.factory, self.cameras.as_ref(), &self.estimator)?;
+        let context = self.estimator.context(&self.config, &self.factory, self.cameras.as_ref())?;
         self.estimator.proposal(&context, &self.in_use)
     }
 

@@ -77,7 +77,7 @@ impl<T: Scalar> BlockVariances<T> {
                 *x = T::ONE;
             }
             let [column] = information.times(&unit).data.0;
-            scatter.0.add_square(variance, &column);
+            scatter.0.add_outer_out_of_line(variance, &column);
             unit.fill(T::ZERO);
         }
         scatter

@@ -85,7 +85,7 @@ impl<T: Scalar> Symmetric5<T> {
     /// [`Self::add_outer`] out of line, for calls outside the loops over matches.
     // 7 inlined copies took 1.4 kB at opt-level 3, 0.8 kB at "s".
     #[inline(never)]
-    pub(crate) fn add_square(&mut self, w: T, j: &[T; 5]) {
+    pub(crate) fn add_outer_out_of_line(&mut self, w: T, j: &[T; 5]) {
         self.add_outer(w, j);
     }
 

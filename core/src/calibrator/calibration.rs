@@ -3,9 +3,7 @@
 use core::fmt;
 
 use super::Calibrator;
-use super::estimator::Estimator;
 use crate::batch::correspondence::Cameras;
-use crate::config::{Config, Context};
 use crate::fusion::lens_reference::LensReference;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::CorrectedExtrinsics;
@@ -59,7 +57,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// The lens to begin again with, and its cameras.
     fn next_lens(&self) -> Option<(LensReference<T>, Cameras<T>)> {
         let cameras = self.cameras.as_ref()?;
-        let context = context(&self.config, &self.factory, self.cameras.as_ref(), &self.estimator)?;
+        let context = self.estimator.context(&self.config, &self.factory, self.cameras.as_ref())?;
         let reference = self.estimator.next_reference(&context)?;
         let corrected = cameras.corrected(reference.correction()).ok()?;
         Some((reference, corrected))
@@ -76,17 +74,4 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         }
         changed
     }
-}
-
-/// Context of a call; `None` without cameras.
-// Out of line: 7 inlined copies took 2.2 kB at opt-level 3.
-#[inline(never)]
-pub(super) fn context<'a, T: Scalar>(
-    config: &'a Config,
-    factory: &'a Extrinsics<T>,
-    cameras: Option<&Cameras<T>>,
-    estimator: &Estimator<T>,
-) -> Option<Context<'a, T>> {
-    let context = Context::new(config, factory, cameras?.mean_focal());
-    Some(context.vibrating(estimator.vibration()))
 }

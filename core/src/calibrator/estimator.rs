@@ -2,11 +2,13 @@
 
 use crate::algebra::block_variances::BlockVariances;
 use crate::batch::Matches;
+use crate::batch::correspondence::Cameras;
 use crate::codec::{Reader, Writer};
 use crate::config::{Config, Context, Method};
 use crate::error::{PairError, Refusal, RestoreError};
 use crate::fusion::Fusion;
 use crate::fusion::lens_reference::LensReference;
+use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::outcome::proposal::Proposal;
@@ -51,6 +53,19 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
+    /// Context of a call; `None` without cameras.
+    // Out of line: 7 inlined copies took 2.2 kB at opt-level 3.
+    #[inline(never)]
+    pub(crate) fn context<'a>(
+        &self,
+        config: &'a Config,
+        factory: &'a Extrinsics<T>,
+        cameras: Option<&Cameras<T>>,
+    ) -> Option<Context<'a, T>> {
+        let context = Context::new(config, factory, cameras?.mean_focal());
+        Some(context.vibrating(self.vibration()))
+    }
+
     /// Forgets all pairs.
     pub(crate) fn reset(&mut self) {
         dispatch!(self, state => state.reset());
@@ -82,6 +97,11 @@ impl<T: Scalar> Estimator<T> {
     /// Abandons the pair being solved; a solved pair may still be fused.
     pub(crate) fn abandon(&mut self) {
         dispatch!(self, state => state.abandon());
+    }
+
+    /// Discards a pair, solved or being solved.
+    pub(crate) fn discard(&mut self) {
+        dispatch!(self, state => state.discard());
     }
 
     /// Begins a batch, with its first pass.

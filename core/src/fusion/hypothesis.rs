@@ -302,7 +302,7 @@ impl<T: Scalar> Hypothesis<T> {
     #[inline(never)]
     fn covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
         let mut covariance = self.covariance_of_noise(context)?.scaled(self.halves.widening());
-        covariance.add_square(T::ONE, &self.drift.into());
+        covariance.add_outer_out_of_line(T::ONE, &self.drift.into());
         if self.is_rigid() {
             // Its mean is off by what is left of a vibration that its pairs were not weighed for.
             let pairs = self.pairs.clamp(1, context.config.memory_pairs.max(1));

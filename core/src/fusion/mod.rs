@@ -124,6 +124,11 @@ impl<T: Scalar> Fusion<T> {
         }
     }
 
+    /// Discards a pair, solved or being solved.
+    pub(crate) fn discard(&mut self) {
+        self.association.close();
+    }
+
     /// Begins a batch, with its first pass.
     ///
     /// # Errors
@@ -133,7 +138,7 @@ impl<T: Scalar> Fusion<T> {
         context: &Context<'_, T>,
         matches: Matches<'_, T>,
     ) -> Result<(), PairError> {
-        self.association.close();
+        self.discard();
         let needed = context.config.min_correspondences.into();
         let usable = u32::try_from(matches.pairs.len()).unwrap_or(u32::MAX);
         if usable < needed {

@@ -44,16 +44,13 @@ impl<T: Scalar> Fusion<T> {
             left <= certain || left <= observed && baseline_differs(pose, &in_use.extrinsics, wide);
         let doubted = doubt == Some(Doubt::Baseline) && found.is_none();
         let applicable = if doubted || !gains {
-            let held = self.with_baseline_of(hypothesis, in_use, context);
-            let known = sd.translation * sd.translation * context.prior <= observed;
-            let rows_improve =
-                !doubted && known && hypothesis.fits_clearly_better_than(&held.extrinsics);
-            if rows_improve { best } else { held }
+            let known = !doubted && sd.translation * sd.translation * context.prior <= observed;
+            self.with_baseline_of(hypothesis, in_use, known.then_some(&best), context)
         } else {
             best
         };
-        let applicable =
-            if context.allows_in_use(&applicable.extrinsics) { applicable } else { *in_use };
+        let is_allowed = context.allows_in_use(&applicable.extrinsics);
+        let applicable = if is_allowed { applicable } else { *in_use };
         Some(Proposal {
             extrinsics: best.extrinsics,
             correction: best.correction,
@@ -73,15 +70,21 @@ impl<T: Scalar> Fusion<T> {
     }
 
     /// The baseline in use, and the best `R` there is with it; without a fit of `R` nothing changes.
+    ///
+    /// * `known`: the estimate where its baseline is known; in place of them where its rows are clearly better.
     fn with_baseline_of(
         &self,
         hypothesis: &Hypothesis<T>,
         in_use: &CorrectedExtrinsics<T>,
+        known: Option<&CorrectedExtrinsics<T>>,
         context: &Context<'_, T>,
     ) -> CorrectedExtrinsics<T> {
         let correction = *self.reference.correction();
-        let held = hypothesis.with_baseline_of(&in_use.extrinsics, context);
-        held.map_or(*in_use, |extrinsics| CorrectedExtrinsics { extrinsics, correction })
+        let held = hypothesis
+            .with_baseline_of(&in_use.extrinsics, context)
+            .map_or(*in_use, |extrinsics| CorrectedExtrinsics { extrinsics, correction });
+        let better = known.filter(|_| hypothesis.fits_clearly_better_than(&held.extrinsics));
+        *better.unwrap_or(&held)
     }
 
     /// The estimate with the lens uncertain, and compensated where it is; `None` where the lens has no finite solution.
@@ -109,7 +112,7 @@ impl<T: Scalar> Fusion<T> {
             });
         }
         let mut wide = lens.widen(covariance, &lens.left_over(), context);
-        wide.add_square(T::ONE, &lens.hidden().into());
+        wide.add_outer_out_of_line(T::ONE, &lens.hidden().into());
         Some(WithLens {
             pose: pose.stepped_by(&lens.compensation())?,
             covariance: wide,

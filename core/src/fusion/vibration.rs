@@ -25,10 +25,10 @@ const RING: u32 = 15;
 /// Part of median and deviation at which a sample of the mean is cut off.
 const CLIPPED: f64 = 6.0;
 
-/// Times that the variance is in the square of a distance, and what follows: a division of `f64` at run time takes
-/// 0.9 kB of software on a controller.
+/// How often the variance is in the square of a distance, with two constants of that number. Not computed at run time:
+/// a division of `f64` takes 0.9 kB of software on a controller.
 struct Times<T> {
-    /// The times.
+    /// The number.
     factor: T,
     /// Deviation of one estimate over the root of the summed squares.
     spread: T,
@@ -37,7 +37,7 @@ struct Times<T> {
 }
 
 impl<T: Scalar> Times<T> {
-    /// Of first differences, 0, between two pairs; of second ones, of a pair from the middle of its neighbours.
+    /// Kind 0: distance between two pairs. Else: distance of a pair from the middle of its neighbours.
     fn of(kind: usize) -> Self {
         if kind == 0 { Self::constant(2.0) } else { Self::constant(1.5) }
     }

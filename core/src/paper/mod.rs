@@ -66,6 +66,11 @@ impl<T: Scalar> Paper<T> {
         self.solver = None;
     }
 
+    /// Discards a pair, solved or being solved.
+    pub(crate) fn discard(&mut self) {
+        (self.solver, self.solved) = (None, None);
+    }
+
     /// Begins a batch, with its first pass.
     ///
     /// # Errors
@@ -76,7 +81,7 @@ impl<T: Scalar> Paper<T> {
         context: &Context<'_, T>,
         matches: Matches<'_, T>,
     ) -> Result<(), PairError> {
-        (self.solver, self.solved) = (None, None);
+        self.discard();
         let Context { config, factory, focal, .. } = *context;
         self.solver = Some(HuberSolver::begin(config, focal, factory, matches.pairs)?);
         Ok(())

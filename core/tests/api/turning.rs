@@ -1,6 +1,6 @@
 //! Cameras whose triggers differ, in a turn.
 
-use stereo_selfcal::{Calibrator, Config, PairError, State};
+use stereo_selfcal::{Calibrator, Config, PairError, Refusal, State};
 
 use crate::presets::with;
 use crate::scene::{correspondences, fill, rig};
@@ -51,4 +51,18 @@ fn a_rate_that_is_not_finite_is_too_fast_and_holds_for_one_pair() {
     }
     fill(&mut calibrator, &matches);
     assert!(calibrator.solve_pair().is_ok());
+}
+
+#[test]
+fn a_pair_solved_before_a_fast_turn_is_not_fused_after_it() {
+    for preset in [Config::robust(), Config::paper()] {
+        let mut calibrator = with::<f32>(preset.with_max_angular_rate(LIMIT).unwrap());
+        let matches = correspondences(&rig([1.0, -0.5, 0.8], [0.5, -0.4]), 250, 0.5, 1);
+        fill(&mut calibrator, &matches);
+        calibrator.solve_pair().unwrap();
+        fill(&mut calibrator, &matches);
+        calibrator.set_angular_rate(2.0 * LIMIT);
+        assert_eq!(calibrator.solve_pair(), Err(PairError::Turning));
+        assert_eq!(calibrator.fuse(), Err(Refusal::NothingSolved));
+    }
 }

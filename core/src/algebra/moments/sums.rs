@@ -4,7 +4,7 @@ use super::{COORDINATES, TRIANGLE};
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Single};
 
-/// Sums of `w k k^T` over the nine products `k` of rays: lower triangle row by row.
+/// Sums of `w k k^T` over the coordinates `k` of correspondences: lower triangle row by row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct MomentSums<S>(pub(in crate::algebra) [S; TRIANGLE]);
 

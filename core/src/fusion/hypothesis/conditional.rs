@@ -5,6 +5,7 @@ use nalgebra::Vector5;
 use super::Hypothesis;
 use crate::algebra::disparity_noise::BiasedEquations;
 use crate::algebra::lens_terms::LensTerms;
+use crate::algebra::moments::Moments;
 use crate::config::Context;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::rectification::RectifyingRotations;
@@ -34,15 +35,16 @@ impl<T: Scalar> Hypothesis<T> {
         context: &Context<'_, T>,
     ) -> Option<Extrinsics<T>> {
         let target = RectifyingRotations::from(in_use);
+        let sums = self.sums();
         let mut pose = self.pose;
         let steps = if self.marginal.is_used() { 1 } else { OPTIMUM_STEPS };
         for _ in 0..steps {
-            pose = pose.stepped_by(&self.step_with_baseline_of(&target, &pose, context)?)?;
+            pose = pose.stepped_by(&self.step_with_baseline_of(&target, &sums, &pose, context)?)?;
         }
         let found = pose.extrinsics().ok()?;
         let held = Extrinsics::try_new(found.rotation().matrix(), in_use.translation()).ok()?;
-        let fits = !self.fits_clearly_better_at(&target, &RectifyingRotations::from(&held));
-        (fits && context.allows_in_use(&held)).then_some(held)
+        let is_worse = self.fits_clearly_better_at(&target, &RectifyingRotations::from(&held));
+        (!is_worse).then_some(held)
     }
 
     /// Step to that optimum, rad.
@@ -50,6 +52,7 @@ impl<T: Scalar> Hypothesis<T> {
     fn step_with_baseline_of(
         &self,
         target: &RectifyingRotations<T>,
+        sums: &Moments<T>,
         pose: &RectifyingRotations<T>,
         context: &Context<'_, T>,
     ) -> Option<Vector5<T>> {
@@ -58,7 +61,7 @@ impl<T: Scalar> Hypothesis<T> {
         let mut normal = if self.marginal.is_used() {
             self.marginal.total()
         } else {
-            self.sums().at_pose(&self.frame, pose)
+            sums.at_pose(&self.frame, pose)
         };
         context.add_prior(pose, &mut normal);
         Some(normal.about(&across).rotation_only().step()? + across)

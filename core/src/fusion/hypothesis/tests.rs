@@ -236,36 +236,52 @@ fn nis_and_reduced_chi_square_of_pairs_that_tell_the_truth_are_those_of_chance()
     assert!((0.7..1.3).contains(&reduced), "{reduced}");
 }
 
-/// Where one point is all there is, the sums leave most of `R` free: the fit stays with the prior.
-#[test]
-fn where_the_baseline_is_kept_the_rotation_stays_where_sums_and_prior_have_it() {
+/// A pair of random correspondences, evaluated at the factory extrinsics, and extrinsics in use that are far off.
+fn badly_determined(seed: u64) -> Option<(EvaluatedPose<f64>, Extrinsics<f64>)> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let (size, count) = (0.5_f64 * 0.003_f64.powf(rng.random()), rng.random_range(12..40));
+    let mut any = |most: f64| rng.random_range(-most..most);
+    let (at, depth, noise) = ([any(0.5), any(0.3), any(0.3)], any(0.2).abs(), any(0.01).abs());
+    let one = |_| {
+        let [x, y] = [at[0] + any(size), at[1] + any(size)];
+        let right = [x - depth + any(depth + 0.001), y + at[2] + any(noise + 1e-6)];
+        RayPair::try_new([x, y], right).unwrap()
+    };
+    let pairs: Vec<RayPair<f64>> = (0..count).map(one).collect();
+    let batch = Batch::<f64, 40>::of(&pairs);
+    let solver = PairSolver::search(&Config::robust(), FOCAL, context().factory_pose, 12);
+    let mut evaluated = EvaluatedPose::NONE;
+    solver.iterate().evaluate(batch.matches(), &mut evaluated).ok()?;
+    let in_use = pose([any(0.3), any(0.3), any(0.3)], [any(0.4), any(0.4)]).extrinsics().unwrap();
+    Some((evaluated, in_use))
+}
+
+/// Whether `R` fitted to the baseline in use is better than what is in use, over sums and prior and over the sums alone;
+/// `None` where there is no fit.
+fn better_than_in_use(seed: u64) -> Option<[bool; 2]> {
+    let (evaluated, in_use) = badly_determined(seed)?;
     let context = context::<f64>();
-    let mut fits = 0;
-    for seed in 0..40 {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut any = |most: f64| rng.random_range(-most..most);
-        let at = [any(0.5), any(0.3)];
-        let pairs: Vec<RayPair<f64>> = (0..32)
-            .map(|_| {
-                let [x, y] = [at[0] + any(0.004), at[1] + any(0.004)];
-                RayPair::try_new([x, y], [x - 0.1 + any(0.01), y + any(0.0003)]).unwrap()
-            })
-            .collect();
-        let batch = Batch::<f64, 32>::of(&pairs);
-        let solver = PairSolver::search(&Config::robust(), FOCAL, context.factory_pose, 12);
-        let mut evaluated = EvaluatedPose::NONE;
-        solver.iterate().evaluate(batch.matches(), &mut evaluated).unwrap();
-        let hypothesis = fused(&[evaluated], 1, &context);
-        let in_use = pose([0.0; 3], [any(0.4), any(0.4)]).extrinsics().unwrap();
-        let cost = |extrinsics: &Extrinsics<f64>| {
-            let pose = RectifyingRotations::from(extrinsics);
-            let off = pose.unknowns_to(&context.factory_pose).norm_squared();
-            hypothesis.sums().cost_at(&hypothesis.frame, &pose) + context.prior * off
-        };
-        if let Some(found) = hypothesis.with_baseline_of(&in_use, &context) {
-            assert!(cost(&found) <= cost(&in_use), "{seed}");
-            fits += 1;
-        }
-    }
-    assert!(fits > 30, "{fits}");
+    let mut update = Update::NONE;
+    Hypothesis::first_update(&evaluated.measurement, &context, &mut update).ok()?;
+    let mut hypothesis = Hypothesis::EMPTY;
+    hypothesis.begin(&evaluated.measurement, &update, &context);
+    let found = hypothesis.with_baseline_of(&in_use, &context)?;
+    let [found, in_use] = [&found, &in_use].map(RectifyingRotations::from);
+    let cost = |pose: &_| hypothesis.sums().cost_at(&hypothesis.frame, pose);
+    let prior = |pose: &RectifyingRotations<f64>| {
+        context.prior * pose.unknowns_to(&context.factory_pose).norm_squared()
+    };
+    let joint = |pose: &_| cost(pose) + prior(pose);
+    let most = IMPROVEMENT * IMPROVEMENT;
+    Some([joint(&found) <= joint(&in_use), cost(&in_use) >= cost(&found) * most])
+}
+
+#[test]
+fn rotation_with_the_baseline_in_use_is_the_optimum_with_the_prior_and_never_clearly_worse() {
+    // At 4641 and 8013 the descent leaves the range of its linearisation.
+    let found: Vec<_> = (4400..4800).chain([8013]).map(better_than_in_use).collect();
+    let fits: Vec<_> = found.into_iter().flatten().collect();
+    let joint = fits.iter().filter(|[joint, _]| *joint).count();
+    assert!(fits.len() > 390 && joint + 2 > fits.len(), "{joint} of {}", fits.len());
+    assert!(fits.iter().all(|[_, alone]| *alone));
 }
