@@ -49,8 +49,6 @@ impl<T: Scalar> Fusion<T> {
         } else {
             best
         };
-        let is_allowed = context.allows_in_use(&applicable.extrinsics);
-        let applicable = if is_allowed { applicable } else { *in_use };
         Some(Proposal {
             extrinsics: best.extrinsics,
             correction: best.correction,

@@ -27,7 +27,8 @@ impl<T: Scalar> Hypothesis<T> {
     }
 
     /// Optimum of `R` for the baseline in use, where the estimated one is doubtful. `None` where there is none, or where
-    /// it fits clearly worse than what is in use: the descent has left the range of its linearisation.
+    /// it fits clearly worse than what is in use, or may not be in use: the descent has left the range of its
+    /// linearisation.
     #[inline(never)]
     pub(crate) fn with_baseline_of(
         &self,
@@ -44,7 +45,7 @@ impl<T: Scalar> Hypothesis<T> {
         let found = pose.extrinsics().ok()?;
         let held = Extrinsics::try_new(found.rotation().matrix(), in_use.translation()).ok()?;
         let is_worse = self.fits_clearly_better_at(&target, &RectifyingRotations::from(&held));
-        (!is_worse).then_some(held)
+        (!is_worse && context.allows_in_use(&held)).then_some(held)
     }
 
     /// Step to that optimum, rad.

@@ -256,32 +256,33 @@ fn badly_determined(seed: u64) -> Option<(EvaluatedPose<f64>, Extrinsics<f64>)> 
     Some((evaluated, in_use))
 }
 
-/// Whether `R` fitted to the baseline in use is better than what is in use, over sums and prior and over the sums alone;
-/// `None` where there is no fit.
-fn better_than_in_use(seed: u64) -> Option<[bool; 2]> {
+/// Of `R` fitted to the baseline in use: whether it is better than what is in use over sums and prior, whether it is not
+/// clearly worse over the sums alone, and whether it may be in use. `None` where there is no fit.
+fn fit_to_baseline_in_use(seed: u64) -> Option<[bool; 3]> {
     let (evaluated, in_use) = badly_determined(seed)?;
     let context = context::<f64>();
     let mut update = Update::NONE;
     Hypothesis::first_update(&evaluated.measurement, &context, &mut update).ok()?;
     let mut hypothesis = Hypothesis::EMPTY;
     hypothesis.begin(&evaluated.measurement, &update, &context);
-    let found = hypothesis.with_baseline_of(&in_use, &context)?;
-    let [found, in_use] = [&found, &in_use].map(RectifyingRotations::from);
+    let fit = hypothesis.with_baseline_of(&in_use, &context)?;
+    let [found, in_use] = [&fit, &in_use].map(RectifyingRotations::from);
     let cost = |pose: &_| hypothesis.sums().cost_at(&hypothesis.frame, pose);
     let prior = |pose: &RectifyingRotations<f64>| {
         context.prior * pose.unknowns_to(&context.factory_pose).norm_squared()
     };
     let joint = |pose: &_| cost(pose) + prior(pose);
     let most = IMPROVEMENT * IMPROVEMENT;
-    Some([joint(&found) <= joint(&in_use), cost(&in_use) >= cost(&found) * most])
+    let is_better = joint(&found) <= joint(&in_use);
+    Some([is_better, cost(&in_use) >= cost(&found) * most, context.allows_in_use(&fit)])
 }
 
 #[test]
-fn rotation_with_the_baseline_in_use_is_the_optimum_with_the_prior_and_never_clearly_worse() {
-    // At 4641 and 8013 the descent leaves the range of its linearisation.
-    let found: Vec<_> = (4400..4800).chain([8013]).map(better_than_in_use).collect();
+fn rotation_with_the_baseline_in_use_has_the_prior_and_is_left_where_the_descent_fails() {
+    // At 4641 and 8013 it ends clearly worse than what is in use, at 929 and 931 beyond the limit.
+    let found: Vec<_> = (4400..4800).chain([929, 931, 8013]).map(fit_to_baseline_in_use).collect();
     let fits: Vec<_> = found.into_iter().flatten().collect();
-    let joint = fits.iter().filter(|[joint, _]| *joint).count();
-    assert!(fits.len() > 390 && joint + 2 > fits.len(), "{joint} of {}", fits.len());
-    assert!(fits.iter().all(|[_, alone]| *alone));
+    let better = fits.iter().filter(|[better, ..]| *better).count();
+    assert!(fits.len() > 390 && better + 2 > fits.len(), "{better} of {}", fits.len());
+    assert!(fits.iter().all(|[_, not_worse, allowed]| *not_worse && *allowed));
 }
