@@ -214,7 +214,7 @@ fn nothing_is_written_onto_bytes_of_a_torn_header_that_look_erased() {
 }
 
 #[test]
-#[ignore = "minutes: every kind of tear with every shape, and longer"]
+#[ignore = "minutes: cargo test -p stereo-selfcal --release --test store -- --ignored --nocapture"]
 fn a_cut_at_any_word_leaves_the_old_record_or_the_new_one() {
     all_tears_each::<1, 224>();
     all_tears_each::<4, 256>();

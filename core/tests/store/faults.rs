@@ -308,7 +308,7 @@ fn a_page_that_falls_silent_while_the_other_is_erased_keeps_its_records() {
 }
 
 #[test]
-#[ignore = "minutes: the same with more seeds"]
+#[ignore = "minutes: cargo test -p stereo-selfcal --release --test store -- --ignored --nocapture"]
 fn losses_by_faults_of_two_kinds_in_many_runs() {
     report(&campaign(&(SEEDS..SEEDS + MANY_SEEDS)), 1);
 }

@@ -2,7 +2,8 @@
 //!
 //! The first line names the columns, in any order: `frame,ul,vl,ur,vr`, and optionally `score` (1 without
 //! it) and `step` (0). Numbers as in a pair file. `frame` is a whole number; the rows of a frame follow
-//! each other. Empty lines are passed over.
+//! each other. Empty lines are passed over. Lines are read here, not by the `csv` crate, which holds a line
+//! of any length: a pipe may never end one.
 
 use std::collections::BTreeSet;
 use std::io::{BufRead, Read};

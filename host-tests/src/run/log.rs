@@ -10,7 +10,7 @@ use stereo_selfcal::{
 
 use super::checked::Checked;
 use super::estimate::Estimate;
-use super::reasons::Reasons;
+use super::refused::CountByReason;
 use super::totals::Totals;
 use crate::data::in_f64;
 
@@ -33,7 +33,7 @@ pub struct Step {
     /// Correspondences that the calibrator took.
     pub taken: usize,
     /// Correspondences refused by reason, where the run has noted it.
-    pub refused: Reasons,
+    pub refused: CountByReason,
     /// Its outcome.
     pub verdict: Verdict,
     /// The solved pair; the robust preset tracks it from the running estimate.
@@ -159,7 +159,7 @@ impl RunLog {
         self.steps.push(Step {
             offered,
             taken,
-            refused: Reasons::new(),
+            refused: CountByReason::new(),
             verdict,
             solved,
             alone,
@@ -171,7 +171,7 @@ impl RunLog {
     }
 
     /// Notes which correspondences of the pair recorded last were refused.
-    pub fn note_refused(&mut self, refused: Reasons) {
+    pub fn note_refused(&mut self, refused: CountByReason) {
         if let Some(step) = self.steps.last_mut() {
             step.refused = refused;
         }

@@ -13,7 +13,7 @@ pub mod progress;
 pub mod real_figures;
 #[cfg(feature = "selfcal")]
 pub mod real_rigs;
-pub mod reasons;
+pub mod refused;
 mod replay;
 pub mod single_pairs;
 mod summary;

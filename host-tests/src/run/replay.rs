@@ -5,7 +5,7 @@ use stereo_selfcal::{Calibrator, Config, Extrinsics, Scalar};
 
 use super::alone::PairSolver;
 use super::log::{RunLog, Step};
-use super::reasons::{self, Reasons};
+use super::refused::{self, CountByReason};
 use crate::data::{Dataset, Match, Meta, in_f64};
 
 /// Default capacity of a replay, correspondences a pair.
@@ -149,10 +149,10 @@ fn replay_pair<T: Scalar, const N: usize>(
     apply: Apply,
     log: &mut RunLog,
 ) {
-    let mut refused = Reasons::new();
+    let mut refused = CountByReason::new();
     for m in pair {
         if let Err(why) = calibrator.push(&m.correspondence()) {
-            *refused.entry(reasons::of_match(why)).or_default() += 1;
+            *refused.entry(refused::of_match(why)).or_default() += 1;
         }
     }
     let taken = calibrator.batch().pairs().len();

@@ -11,7 +11,7 @@ use stereo_selfcal::{Calibration, LensCorrection, RayPair, RectifyingRotations, 
 
 use super::estimate::{Lens, in_words};
 use super::log::RunLog;
-use super::reasons::{self, Reasons};
+use super::refused::{self, CountByReason};
 use crate::data::{Dataset, Match};
 
 /// Matches further than this from the final estimate's rows do not count in RMS row offsets, px:
@@ -26,11 +26,11 @@ pub struct Summary {
     /// Pairs fused.
     pub accepted: usize,
     /// Pairs not solved or not fused, by reason.
-    pub rejected_pairs: Reasons,
+    pub rejected_pairs: CountByReason,
     /// Matches in all pairs.
     pub matches: usize,
     /// Those that the calibrator refused, by reason; matches left out of a full batch are none of them.
-    pub refused_matches: Reasons,
+    pub refused_matches: CountByReason,
     /// `no estimate`, or the state of the calibrator and the doubt about the estimate.
     pub state: String,
     /// Whether there are `R` and `t` to compare with.
@@ -237,11 +237,11 @@ impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "pairs fused        {} of {} ({})", self.accepted, self.pairs, self.state)?;
         if !self.rejected_pairs.is_empty() {
-            writeln!(f, "pairs not fused    {}", reasons::in_words(&self.rejected_pairs))?;
+            writeln!(f, "pairs not fused    {}", refused::in_words(&self.rejected_pairs))?;
         }
         if !self.refused_matches.is_empty() {
             let refused: usize = self.refused_matches.values().sum();
-            let why = reasons::in_words(&self.refused_matches);
+            let why = refused::in_words(&self.refused_matches);
             writeln!(f, "matches refused    {refused} of {}: {why}", self.matches)?;
         }
         if self.has_reference {

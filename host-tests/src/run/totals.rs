@@ -4,7 +4,7 @@ use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Fused, State};
 
 use super::log::{Step, Verdict};
-use super::reasons::{self, Reasons};
+use super::refused::{self, CountByReason};
 
 /// Sums over pairs.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -16,9 +16,9 @@ pub(super) struct Totals {
     /// Correspondences offered.
     pub(super) matches: usize,
     /// Correspondences refused, by reason.
-    pub(super) refused: Reasons,
+    pub(super) refused: CountByReason,
     /// Pairs not solved or not fused, by reason.
-    pub(super) rejected: Reasons,
+    pub(super) rejected: CountByReason,
     /// Errors of the accepted pairs as solved in the run.
     pub(super) tracked: Squares,
     /// Errors of the pairs solved alone.
@@ -46,10 +46,10 @@ impl Totals {
                 self.began_again |= *how == Fused::LensCorrected;
             }
             Verdict::Refused(why) => {
-                *self.rejected.entry(reasons::of_refusal(*why)).or_default() += 1;
+                *self.rejected.entry(refused::of_refusal(*why)).or_default() += 1;
             }
             Verdict::Failed(why) => {
-                *self.rejected.entry(reasons::of_unsolved(*why)).or_default() += 1;
+                *self.rejected.entry(refused::of_unsolved(*why)).or_default() += 1;
             }
         }
         self.alone.add(alone.and_then(|alone| alone.error));

@@ -141,7 +141,7 @@ impl CampaignArgs {
 
     fn garbage(&self) -> Result<()> {
         let mut out = io::stdout();
-        for matches in [256, 64] {
+        for matches in [256, 64, 30, 20] {
             let mut scenario = self.scenario(ScenarioKind::Near, 1.0, 100);
             scenario.scene.matches = matches;
             let runs = self.runs::<f32>(&scenario)?;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use stereo_selfcal::{PairError, PushError, Refusal, Side, UndistortError};
 
 /// How often each reason occurred.
-pub type Reasons = BTreeMap<&'static str, usize>;
+pub type CountByReason = BTreeMap<&'static str, usize>;
 
 /// Why a match was refused.
 #[must_use]
@@ -36,6 +36,7 @@ pub fn of_unsolved(why: PairError) -> &'static str {
         PairError::TooFew { .. } => "too_few",
         PairError::NoConsensus => "no_consensus",
         PairError::Unobservable => "unobservable",
+        PairError::Turning => "turning",
         _ => "other",
     }
 }
@@ -56,7 +57,7 @@ pub fn of_refusal(why: Refusal) -> &'static str {
 
 /// The reasons in words, the most frequent first.
 #[must_use]
-pub fn in_words(reasons: &Reasons) -> String {
+pub fn in_words(reasons: &CountByReason) -> String {
     let mut counts: Vec<_> = reasons.iter().collect();
     counts.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
     let words = counts.iter().map(|(name, count)| format!("{} {count}", name.replace('_', " ")));
@@ -69,7 +70,7 @@ mod tests {
 
     #[test]
     fn the_most_frequent_reason_comes_first_and_ties_by_name() {
-        let reasons = Reasons::from([("score", 2), ("grid_step", 2), ("no_cameras", 30)]);
+        let reasons = CountByReason::from([("score", 2), ("grid_step", 2), ("no_cameras", 30)]);
         assert_eq!(in_words(&reasons), "no cameras 30, grid step 2, score 2");
     }
 
@@ -80,8 +81,31 @@ mod tests {
                 .map(|why| PushError::Pixel(side, why))
         });
         let rest = [PushError::NoCameras, PushError::Busy, PushError::Score, PushError::GridStep];
-        let names: Reasons = pixels.chain(rest).map(|why| (of_match(why), 1)).collect();
+        let names: CountByReason = pixels.chain(rest).map(|why| (of_match(why), 1)).collect();
         assert_eq!(names.len(), 10);
+        assert!(!names.contains_key("other"));
+
+        let (usable, needed) = (1, 12);
+        let unsolved = [
+            PairError::NoCameras,
+            PairError::NotBegun,
+            PairError::TooFew { usable, needed },
+            PairError::NoConsensus,
+            PairError::Unobservable,
+            PairError::Turning,
+        ];
+        let refusals = [
+            Refusal::TooUncertain,
+            Refusal::CorrectionLimit,
+            Refusal::NoRig,
+            Refusal::Disagrees,
+            Refusal::NothingSolved,
+            Refusal::Frozen,
+        ];
+        let unsolved = unsolved.map(of_unsolved).into_iter();
+        let names: CountByReason =
+            unsolved.chain(refusals.map(of_refusal)).map(|name| (name, 1)).collect();
+        assert_eq!(names.len(), 12);
         assert!(!names.contains_key("other"));
     }
 }
