@@ -37,7 +37,7 @@ pub(crate) struct Hypothesis<T: Scalar> {
     pose: RectifyingRotations<T>,
     /// Frame of the sums: the pose at which they were begun.
     frame: RectifyingRotations<T>,
-    /// Moments of all pairs but the last.
+    /// Moments of all pairs but the last; of a rig that vibrates as if it had rested at the frame.
     settled: Moments<T>,
     /// Moments of the last pair, which a repeated scene replaces.
     last: Moments<T>,
@@ -175,9 +175,12 @@ impl<T: Scalar> Hypothesis<T> {
         repeated: bool,
         context: &Context<'_, T>,
     ) -> Vector5<T> {
+        if update.marginal.is_used() && self.is_rigid() {
+            self.begin_to_settle_at_rest();
+        }
         if !repeated {
             self.update_chi_square(measurement, context);
-            self.settled.add(&self.last);
+            self.settle_last(&update.marginal.variances);
             self.settled.scale(context.fading(self.pairs));
             self.pairs = self.pairs.saturating_add(1);
             self.drift *= T::lit(DRIFT_DECAY);
@@ -210,7 +213,9 @@ impl<T: Scalar> Hypothesis<T> {
     /// Changes the frame of the sums to the pose: sums far from their frame lose digits in `f32`.
     #[inline(never)]
     pub(super) fn reframe(&mut self) {
-        self.settled.change_frame(&self.frame, &self.pose);
+        if self.is_rigid() {
+            self.settled.change_frame(&self.frame, &self.pose);
+        }
         self.last.change_frame(&self.frame, &self.pose);
         self.frame = self.pose;
     }
@@ -346,9 +351,10 @@ impl<T: Scalar> Hypothesis<T> {
         one: &RectifyingRotations<T>,
         other: &RectifyingRotations<T>,
     ) -> bool {
-        let sums = self.sums();
-        let [one, other] = [one, other].map(|pose| sums.cost_at(&self.frame, pose));
-        one < other * T::lit(IMPROVEMENT * IMPROVEMENT)
+        let sums = self.sums_at_rest();
+        let [one, other] = [one, other]
+            .map(|pose| Some(sums.cost_at(&self.frame, &self.pose_at_rest(pose)?)));
+        one.zip(other).is_some_and(|(one, other)| one < other * T::lit(IMPROVEMENT * IMPROVEMENT))
     }
 
     /// Start of a track: the estimate, and the freedom of a pair about it.

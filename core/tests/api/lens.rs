@@ -19,7 +19,17 @@ fn single() -> Extrinsics<f32> {
 
 /// A pair of a right camera whose focal length is longer than given, relative, with more distortion.
 pub(crate) fn pair(focal: f32, k1: f32, seed: u64) -> Vec<Correspondence<f32>> {
-    let mut matches = correspondences(&truth(), 250, 0.5, seed);
+    pair_of(&truth(), focal, k1, seed)
+}
+
+/// The same of a rig.
+pub(crate) fn pair_of(
+    rig: &Extrinsics<f64>,
+    focal: f32,
+    k1: f32,
+    seed: u64,
+) -> Vec<Correspondence<f32>> {
+    let mut matches = correspondences(rig, 250, 0.5, seed);
     for c in &mut matches {
         let [x, y] = [0, 1].map(|i| (c.right[i] - CENTRE[i]) / 1400.0);
         let scale = (1.0 + focal) * (1.0 + k1 * (x * x + y * y));

@@ -4,9 +4,13 @@ use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Arming, Calibrator, Config, Extrinsics, State, so3};
+use stereo_selfcal::{
+    Arming, Calibrator, Config, Extrinsics, Fused, LensTracking, Proposal, State, so3,
+};
 
-use crate::scene::{cameras, correspondences, rig};
+use crate::lens::pair_of;
+use crate::presets::with;
+use crate::scene::{self, cameras, correspondences, rig};
 
 type Tested = Calibrator<f32, 256>;
 
@@ -102,4 +106,38 @@ fn a_rigid_rig_has_no_vibration_and_its_health_does_not_name_one() {
         take(&mut calibrator, pair, 0.0);
         assert!(calibrator.proposal().unwrap().vibration.is_none(), "{pair}");
     }
+}
+
+/// The proposal after 60 pairs, and how often the lens was corrected.
+fn with_lens(vibration_deg: f64, focal: f32, tracking: LensTracking) -> (Proposal<f32>, usize) {
+    let mut calibrator: Tested = with(Config::robust().with_lens_tracking(tracking));
+    let fused = (0..60).map(|seed| {
+        let matches = pair_of(&shaken(vibration_deg, seed), focal, 0.0, seed);
+        scene::take(&mut calibrator, &matches)
+    });
+    let corrections = fused.filter(|fused| *fused == Ok(Fused::LensCorrected)).count();
+    (calibrator.proposal().unwrap(), corrections)
+}
+
+#[test]
+fn vibration_is_no_error_of_the_lens() {
+    for tracking in [LensTracking::Report, LensTracking::Compensate] {
+        let (rigid, _) = with_lens(0.0, 0.0, tracking);
+        let (shaken, corrections) = with_lens(0.2, 0.0, tracking);
+        assert!(!shaken.vibration.is_none() && rigid.vibration.is_none());
+        let lens = shaken.lens.unwrap();
+        assert_eq!((lens.to_string().as_str(), corrections), ("as given", 0), "{lens:?}");
+        assert!(lens.k1_mean.sd < 2.0 * rigid.lens.unwrap().k1_mean.sd, "{lens:?}");
+    }
+}
+
+#[test]
+fn a_wrong_focal_length_is_found_and_compensated_on_a_vibrating_rig_too() {
+    let (reported, _) = with_lens(0.1, 0.002, LensTracking::Report);
+    let lens = reported.lens.unwrap();
+    assert!((lens.focal.value - 0.002).abs() < 3.0 * lens.focal.sd, "{lens:?}");
+    assert!(lens.focal.is_significant() && !lens.k1_mean.is_significant(), "{lens:?}");
+    let (compensated, corrections) = with_lens(0.1, 0.002, LensTracking::Compensate);
+    let focal = compensated.lens.unwrap().focal;
+    assert!(corrections > 0 && (focal.value - 0.002).abs() < 1e-4, "{focal:?}");
 }

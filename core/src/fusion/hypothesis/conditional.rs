@@ -16,9 +16,11 @@ impl<T: Scalar> Hypothesis<T> {
     /// Fills the normal equations of the lens at the pose, and returns those of the extrinsics.
     #[inline(never)]
     pub(in crate::fusion) fn fill_lens(&self, mut terms: LensTerms<'_, T>) -> BiasedEquations<T> {
-        let sums = self.sums();
-        sums.fill_lens(&self.frame, &self.pose, terms.reborrow());
-        let mut biased = sums.biased_at_pose(&self.frame, &self.pose);
+        let sums = self.sums_at_rest();
+        // That of a rig at rest.
+        let pose = if self.is_rigid() { &self.pose } else { &self.frame };
+        sums.fill_lens(&self.frame, pose, terms.reborrow());
+        let mut biased = sums.biased_at_pose(&self.frame, pose);
         if !self.is_rigid() {
             let mean = self.marginal.variances.scaled(T::ONE / T::count(self.pairs.max(1)));
             terms.marginalise(&mean, &mut biased);

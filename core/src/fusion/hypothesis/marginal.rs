@@ -4,10 +4,13 @@ use nalgebra::Vector5;
 
 use super::{Hypothesis, Update};
 use crate::algebra::block_variances::BlockVariances;
+use crate::algebra::moments::Moments;
 use crate::config::Context;
 use crate::fusion::image_halves::ImageHalves;
+use crate::geometry::rectification::RectifyingRotations;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
+use crate::thresholds::FORGOTTEN_PAIRS;
 
 impl<T: Scalar> Hypothesis<T> {
     /// Whether its pairs weigh as those of a rigid rig.
@@ -25,6 +28,58 @@ impl<T: Scalar> Hypothesis<T> {
         } else {
             context.vibration.at_least_rigid()
         }
+    }
+
+    /// Begins to settle pairs as of a rig at rest. Few pairs before have the vibration in them and are forgotten.
+    pub(super) fn begin_to_settle_at_rest(&mut self) {
+        if self.pairs <= FORGOTTEN_PAIRS {
+            self.settled = Moments::ZERO;
+        } else {
+            self.settled.change_frame(&self.frame, &self.pose);
+        }
+    }
+
+    /// Adds the last pair to the settled ones.
+    ///
+    /// * `variances`: of the vibration; zero: the rig is rigid.
+    #[inline(never)]
+    pub(super) fn settle_last(&mut self, variances: &BlockVariances<T>) {
+        let at_rest = self.last_at_rest(variances);
+        self.settled.add(at_rest.as_ref().unwrap_or(&self.last));
+    }
+
+    /// Sums of all pairs as of a rig at rest.
+    #[inline(never)]
+    pub(super) fn sums_at_rest(&self) -> Moments<T> {
+        let mut sums = self.settled;
+        let at_rest = self.last_at_rest(&self.marginal.variances);
+        sums.add(at_rest.as_ref().unwrap_or(&self.last));
+        sums
+    }
+
+    /// A pose as one of the rig at rest: its estimate is the frame of the sums.
+    pub(super) fn pose_at_rest(
+        &self,
+        pose: &RectifyingRotations<T>,
+    ) -> Option<RectifyingRotations<T>> {
+        if self.is_rigid() {
+            return Some(*pose);
+        }
+        self.frame.stepped_by(&self.pose.unknowns_to(pose))
+    }
+
+    /// Moments of the last pair in the rectified frame of its own extrinsics, as if the rig had rested at the frame of
+    /// the sums: what shakes a pair is not in its residuals. `None` for a rigid rig.
+    fn last_at_rest(&self, variances: &BlockVariances<T>) -> Option<Moments<T>> {
+        if variances.is_zero() {
+            return None;
+        }
+        let pair = self.last.debiased_at_pose(&self.frame, &self.pose);
+        let factor = variances.with_precision(&pair.information).factor(T::ZERO)?;
+        let own = self.pose.stepped_by(&-factor.solve(&pair.gradient))?;
+        let mut at_rest = self.last;
+        at_rest.change_frame(&self.frame, &own);
+        Some(at_rest)
     }
 
     /// Computes the update by one more pair, by its marginal sums. `None` without an admissible step.
