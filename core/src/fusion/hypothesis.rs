@@ -352,8 +352,8 @@ impl<T: Scalar> Hypothesis<T> {
         other: &RectifyingRotations<T>,
     ) -> bool {
         let sums = self.sums_at_rest();
-        let [one, other] = [one, other]
-            .map(|pose| Some(sums.cost_at(&self.frame, &self.pose_at_rest(pose)?)));
+        let [one, other] =
+            [one, other].map(|pose| Some(sums.cost_at(&self.frame, &self.pose_at_rest(pose)?)));
         one.zip(other).is_some_and(|(one, other)| one < other * T::lit(IMPROVEMENT * IMPROVEMENT))
     }
 

@@ -16,5 +16,5 @@ pub use encode::{disparity_picture, missing_picture, pair_picture};
 pub use grey::Grey;
 pub use scene::PicturedScene;
 pub use sgm::Disparities;
-pub use sphere::{Estimates, sphere_figure};
+pub use sphere::{Estimates, Reach, sphere_figure};
 pub use warp::{rectified, turned, warp};

@@ -44,6 +44,21 @@ pub struct Estimates {
     pub reference: Extrinsics<f64>,
 }
 
+/// Farthest of the estimates from the reference, rad: along each axis of the pictures of its surroundings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    t: f64,
+    v: f64,
+}
+
+impl Reach {
+    /// What holds both: figures that are compared have one scale.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self { t: self.t.max(other.t), v: self.v.max(other.v) }
+    }
+}
+
 /// Directions on the sphere.
 struct Directions {
     pairs: Vec<Vector3<f64>>,
@@ -53,19 +68,20 @@ struct Directions {
 
 /// Four panels: `t^k` on the sphere and around the reference, `v^k` likewise.
 ///
-/// * `name`: of the CSV file.
+/// * `name`: of the CSV file; `reach`: of the surroundings.
 #[must_use]
-pub fn sphere_figure(name: &str, estimates: &Estimates, command: &str) -> Figure {
-    let t = estimates.directions(|e| e.translation().into_inner());
-    let v = estimates.directions(|e| axis(&so3::log(e.rotation())));
+pub fn sphere_figure(name: &str, estimates: &Estimates, reach: Reach, command: &str) -> Figure {
+    let [t, v] = estimates.both();
     let mut panels = Vec::new();
-    let kinds =
-        [(&t, "baseline direction t", "mrad", 1e3), (&v, "rotation axis v", "degrees", 180.0 / PI)];
-    for (directions, what, unit, factor) in kinds {
+    let kinds = [
+        (&t, "baseline direction t", reach.t, ("mrad", 1e3)),
+        (&v, "rotation axis v", reach.v, ("degrees", 180.0 / PI)),
+    ];
+    for (directions, what, reach, unit) in kinds {
         let [whole, near] =
             [format!("{what} of each pair"), format!("{what}, around the reference")];
         panels.push((Picture::Svg(globe(directions, &whole)), whole));
-        panels.push((Picture::Svg(zoom(directions, &near, unit, factor)), near));
+        panels.push((Picture::Svg(zoom(directions, &near, reach, unit)), near));
     }
     let angle = so3::log(estimates.reference.rotation()).norm().to_degrees();
     Figure {
@@ -86,6 +102,21 @@ pub fn sphere_figure(name: &str, estimates: &Estimates, command: &str) -> Figure
 }
 
 impl Estimates {
+    /// Of these estimates alone.
+    #[must_use]
+    pub fn reach(&self) -> Reach {
+        let [t, v] = self.both().map(|directions| directions.reach());
+        Reach { t, v }
+    }
+
+    /// Of baseline and rotation axis.
+    fn both(&self) -> [Directions; 2] {
+        [
+            self.directions(|e| e.translation().into_inner()),
+            self.directions(|e| axis(&so3::log(e.rotation()))),
+        ]
+    }
+
     fn directions(&self, of: impl Fn(&Extrinsics<f64>) -> Vector3<f64>) -> Directions {
         Directions {
             pairs: self.pairs.iter().map(&of).collect(),
@@ -158,21 +189,11 @@ fn titled(title: &str) -> Svg {
 
 /// By arc length around the reference.
 ///
-/// * `factor`: of the unit in 1 rad.
-fn zoom(directions: &Directions, title: &str, unit: &str, factor: f64) -> String {
-    let [right, down] = across(&directions.reference);
-    let unrolled = |p: &Vector3<f64>| {
-        let [x, y] = [p.dot(&right), p.dot(&down)];
-        let arc = x.hypot(y).atan2(p.dot(&directions.reference));
-        let scale = if arc > 0.0 { factor * arc / x.hypot(y).max(f64::MIN_POSITIVE) } else { 0.0 };
-        ([x * scale, y * scale], true)
-    };
-    let all = directions.pairs.iter().chain(&directions.fused);
-    let reach = all.fold(LEAST_REACH * factor, |most: f64, p| {
-        let ([x, y], _) = unrolled(p);
-        most.max(x.abs()).max(y.abs())
-    });
-    let limit = 1.1 * reach;
+/// * `reach`: what is seen at least, rad; `unit`: its name, and how often it is in 1 rad.
+fn zoom(directions: &Directions, title: &str, reach: f64, (unit, factor): (&str, f64)) -> String {
+    let by_arc = directions.by_arc();
+    let unrolled = |p: &Vector3<f64>| (by_arc(p).map(|x| x * factor), true);
+    let limit = 1.1 * factor * reach.max(LEAST_REACH);
     let mut svg = titled(title);
     let axes = [(); 2].map(|()| Axis::over(-limit..limit, 6.0));
     let [left, below] = LABELS;
@@ -188,6 +209,22 @@ fn zoom(directions: &Directions, title: &str, unit: &str, factor: f64) -> String
 }
 
 impl Directions {
+    /// Places in the plane that touches the sphere at the reference, by arc length, rad.
+    fn by_arc(&self) -> impl Fn(&Vector3<f64>) -> Point {
+        let (reference, [right, down]) = (self.reference, across(&self.reference));
+        move |p| {
+            let [x, y] = [p.dot(&right), p.dot(&down)];
+            let arc = x.hypot(y).atan2(p.dot(&reference));
+            let scale = if arc > 0.0 { arc / x.hypot(y).max(f64::MIN_POSITIVE) } else { 0.0 };
+            [x * scale, y * scale]
+        }
+    }
+
+    fn reach(&self) -> f64 {
+        let all = self.pairs.iter().chain(&self.fused).flat_map(self.by_arc());
+        all.fold(0.0, |most: f64, x| most.max(x.abs()))
+    }
+
     /// * `place`: where a direction is in the plane, and whether on the near side.
     fn draw(&self, plot: &mut Plot<'_>, place: impl Fn(&Vector3<f64>) -> (Point, bool)) {
         let [single, fused] = [SERIES[0].light, SERIES[1].light];

@@ -76,7 +76,7 @@ impl Replayed<'_> {
             fused: self.log.fused().map(|fused| fused.extrinsics),
             reference,
         };
-        section.figure(sphere_figure("spheres", &estimates, self.command));
+        section.figure(sphere_figure("spheres", &estimates, estimates.reach(), self.command));
         section
     }
 }

@@ -29,30 +29,36 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
     let [set, view] = SPHERES;
     section.text(format!(
         "The estimates of single pairs on the unit sphere, with what is fused of them and the reference: \
-         {set}, {view}. One figure for each method.",
+         {set}, {view}. One figure for each method, at the same scale.",
     ));
-    for method in ["robust", "paper"] {
-        match spheres(findings, method, command) {
-            Ok(figure) => section.figure(figure),
-            Err(error) => section.alarm(format!("No spheres of {method}: {error:#}")),
-        }
+    match spheres(findings, command) {
+        Ok(figures) => figures.into_iter().for_each(|figure| section.figure(figure)),
+        Err(error) => section.alarm(format!("No spheres: {error:#}")),
     }
     section
 }
 
-fn spheres(findings: &Findings<'_>, method: &str, command: &str) -> Result<Figure> {
+/// A figure for each preset.
+fn spheres(findings: &Findings<'_>, command: &str) -> Result<[Figure; 2]> {
+    let [ours, published] = [estimates(findings, "robust")?, estimates(findings, "paper")?];
+    let reach = ours.reach().or(published.reach());
+    Ok([("robust", ours), ("paper", published)].map(|(method, estimates)| {
+        let mut figure = sphere_figure(&format!("sphere_{method}"), &estimates, reach, command);
+        figure.caption = format!("{}: {}", label(method), figure.caption);
+        figure
+    }))
+}
+
+fn estimates(findings: &Findings<'_>, method: &str) -> Result<Estimates> {
     let by = by_name(method)?;
     let [set, view] = SPHERES;
     let set = findings.sets.iter().find(|other| other.name == set);
     let seen = set.and_then(|set| set.views.iter().find(|seen| seen.view == view));
     let SetView { pairs, setting, truth, .. } = seen.context("the data set is not there")?;
     let single = |k: usize| by.fused(&pairs[k..=k], setting);
-    let estimates = Estimates {
+    Ok(Estimates {
         pairs: (0..pairs.len()).filter_map(single).collect(),
         fused: by.fused(pairs, setting),
         reference: *truth,
-    };
-    let mut figure = sphere_figure(&format!("sphere_{method}"), &estimates, command);
-    figure.caption = format!("{}: {}", label(method), figure.caption);
-    Ok(figure)
+    })
 }
