@@ -95,6 +95,10 @@ pub(crate) const VIBRATION_RATIO: f64 = 4.0;
 /// Largest vibration (0.4 degrees). Larger takes knocks for it; smaller loses a shaken rig.
 pub(crate) const MAX_VIBRATION_RAD: f64 = 7e-3;
 
+/// Ratio of the deviations of baseline and `R` up to which cameras that turn explain a vibration. Larger hides a wrong
+/// lens; smaller leaves vibration in the lens.
+pub(crate) const MAX_TURN_RATIO: f64 = 4.0;
+
 /// Pairs that are forgotten, but the last, where they turn out to be shaken. Larger loses more; smaller keeps what is
 /// no mean.
 pub(crate) const FORGOTTEN_PAIRS: u32 = 16;

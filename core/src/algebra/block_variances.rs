@@ -6,7 +6,7 @@ use super::information::Information;
 use super::normal_equations::NormalEquations;
 use super::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
-use crate::thresholds::VIBRATION_RAD;
+use crate::thresholds::{MAX_TURN_RATIO, VIBRATION_RAD};
 
 /// The least variance that has an inverse, rad^2.
 const LEAST: f64 = 1e-12;
@@ -36,6 +36,14 @@ impl<T: Scalar> BlockVariances<T> {
     #[inline(never)]
     pub(crate) fn at_least_rigid(&self) -> Self {
         self.map(|variance| variance.max(T::lit(VIBRATION_RAD * VIBRATION_RAD)))
+    }
+
+    /// That of `R` where cameras that turn explain both: they move the baseline as much as `R`. A wrong lens or a rolling
+    /// shutter scatters the baseline far more.
+    pub(crate) fn of_turns(&self) -> T {
+        let Self { rotation, baseline } = *self;
+        let turns = baseline <= rotation * T::lit(MAX_TURN_RATIO * MAX_TURN_RATIO);
+        if turns { self.minus(&Self::ZERO.at_least_rigid()).rotation } else { T::ZERO }
     }
 
     /// `other` is less, or nothing.
@@ -142,6 +150,22 @@ mod tests {
             sum.add_row(3e6, 1e-4 * f64::from(k) - 2e-4, &row);
         }
         sum
+    }
+
+    #[test]
+    fn turns_explain_a_baseline_that_scatters_about_as_much() {
+        let of = |rotation: f64, baseline: f64| BlockVariances {
+            rotation: rotation * rotation,
+            baseline: baseline * baseline,
+        };
+        let floor = VIBRATION_RAD * VIBRATION_RAD;
+        for (rotation, baseline) in [(1e-3, 0.0), (1e-3, 1e-3), (1e-3, 3.9e-3)] {
+            let turns = of(rotation, baseline).of_turns();
+            assert!((turns - (1e-6 - floor)).abs() < 1e-12, "{rotation} {baseline}");
+        }
+        for (rotation, baseline) in [(1e-3, 4.1e-3), (VIBRATION_RAD, 1e-4), (0.0, 0.0)] {
+            assert!(of(rotation, baseline).of_turns() == 0.0, "{rotation} {baseline}");
+        }
     }
 
     #[test]

@@ -175,12 +175,13 @@ impl<T: Scalar> Hypothesis<T> {
         repeated: bool,
         context: &Context<'_, T>,
     ) -> Vector5<T> {
-        if update.marginal.is_used() && self.is_rigid() {
-            self.begin_to_settle_at_rest();
+        let Update { mut last, ref optimum, ref marginal } = *update;
+        if marginal.is_used() && self.is_rigid() {
+            self.begin_to_settle_at_rest(&marginal.variances, &mut last);
         }
         if !repeated {
             self.update_chi_square(measurement, context);
-            self.settle_last(&update.marginal.variances);
+            self.settle_last(&marginal.variances);
             self.settled.scale(context.fading(self.pairs));
             self.pairs = self.pairs.saturating_add(1);
             self.drift *= T::lit(DRIFT_DECAY);
@@ -188,8 +189,7 @@ impl<T: Scalar> Hypothesis<T> {
                 *sum = *sum * T::lit(SHORT_DECAY) + new;
             }
         }
-        let Update { last, optimum, marginal } = update;
-        self.last = *last;
+        self.last = last;
         let gain = T::ONE / T::count(self.pairs.min(AVERAGED_PAIRS));
         self.noise += (measurement.noise - self.noise) * gain;
         self.inlier_share += (measurement.inlier_share - self.inlier_share) * gain;
@@ -213,7 +213,8 @@ impl<T: Scalar> Hypothesis<T> {
     /// Changes the frame of the sums to the pose: sums far from their frame lose digits in `f32`.
     #[inline(never)]
     pub(super) fn reframe(&mut self) {
-        if self.is_rigid() {
+        // Of a rig at rest they are at the frame, whichever.
+        if !self.settles_at_rest() {
             self.settled.change_frame(&self.frame, &self.pose);
         }
         self.last.change_frame(&self.frame, &self.pose);
@@ -352,8 +353,10 @@ impl<T: Scalar> Hypothesis<T> {
         other: &RectifyingRotations<T>,
     ) -> bool {
         let sums = self.sums_at_rest();
-        let [one, other] =
-            [one, other].map(|pose| Some(sums.cost_at(&self.frame, &self.pose_at_rest(pose)?)));
+        let cost = |pose: &RectifyingRotations<T>| {
+            Some(sums.cost_at(&self.frame, &self.pose_at_rest(pose, &sums)?))
+        };
+        let [one, other] = [one, other].map(cost);
         one.zip(other).is_some_and(|(one, other)| one < other * T::lit(IMPROVEMENT * IMPROVEMENT))
     }
 

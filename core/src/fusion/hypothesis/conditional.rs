@@ -17,8 +17,7 @@ impl<T: Scalar> Hypothesis<T> {
     #[inline(never)]
     pub(in crate::fusion) fn fill_lens(&self, mut terms: LensTerms<'_, T>) -> BiasedEquations<T> {
         let sums = self.sums_at_rest();
-        // That of a rig at rest.
-        let pose = if self.is_rigid() { &self.pose } else { &self.frame };
+        let pose = &self.pose_at_rest(&self.pose, &sums).unwrap_or(self.pose);
         sums.fill_lens(&self.frame, pose, terms.reborrow());
         let mut biased = sums.biased_at_pose(&self.frame, pose);
         if !self.is_rigid() {

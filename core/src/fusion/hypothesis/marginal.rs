@@ -10,7 +10,7 @@ use crate::fusion::image_halves::ImageHalves;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
-use crate::thresholds::FORGOTTEN_PAIRS;
+use crate::thresholds::{FORGOTTEN_PAIRS, FREEDOM_RAD};
 
 impl<T: Scalar> Hypothesis<T> {
     /// Whether its pairs weigh as those of a rigid rig.
@@ -30,13 +30,22 @@ impl<T: Scalar> Hypothesis<T> {
         }
     }
 
-    /// Begins to settle pairs as of a rig at rest. Few pairs before have the vibration in them and are forgotten.
-    pub(super) fn begin_to_settle_at_rest(&mut self) {
-        if self.pairs <= FORGOTTEN_PAIRS {
+    /// Begins to settle pairs as of a rig at rest at the frame of the sums, which becomes the estimate. Few pairs before
+    /// have the vibration in them and are forgotten.
+    ///
+    /// * `variances`: of the vibration; `next`: moments of a pair in the frame of the sums.
+    #[inline(never)]
+    pub(super) fn begin_to_settle_at_rest(
+        &mut self,
+        variances: &BlockVariances<T>,
+        next: &mut Moments<T>,
+    ) {
+        let shaken = variances.of_turns() > T::lit(FREEDOM_RAD * FREEDOM_RAD);
+        if self.pairs <= FORGOTTEN_PAIRS && shaken {
             self.settled = Moments::ZERO;
-        } else {
-            self.settled.change_frame(&self.frame, &self.pose);
         }
+        next.change_frame(&self.frame, &self.pose);
+        self.reframe();
     }
 
     /// Adds the last pair to the settled ones.
@@ -57,29 +66,45 @@ impl<T: Scalar> Hypothesis<T> {
         sums
     }
 
-    /// A pose as one of the rig at rest: its estimate is the frame of the sums.
+    /// A pose as one of the rig that the sums show at rest.
     pub(super) fn pose_at_rest(
         &self,
         pose: &RectifyingRotations<T>,
+        sums: &Moments<T>,
     ) -> Option<RectifyingRotations<T>> {
-        if self.is_rigid() {
+        if !self.settles_at_rest() {
             return Some(*pose);
         }
-        self.frame.stepped_by(&self.pose.unknowns_to(pose))
+        self.off(sums, &self.marginal.variances)?.stepped_by(&self.pose.unknowns_to(pose))
+    }
+
+    /// Whether pairs are settled as of a rig at rest at the frame of the sums.
+    pub(super) fn settles_at_rest(&self) -> bool {
+        self.marginal.variances.of_turns() > T::ZERO
     }
 
     /// Moments of the last pair in the rectified frame of its own extrinsics, as if the rig had rested at the frame of
-    /// the sums: what shakes a pair is not in its residuals. `None` for a rigid rig.
+    /// the sums: what turns the cameras is not in its residuals. `None` where nothing does.
     fn last_at_rest(&self, variances: &BlockVariances<T>) -> Option<Moments<T>> {
-        if variances.is_zero() {
+        let turns = BlockVariances { rotation: variances.of_turns(), baseline: T::ZERO };
+        if turns.is_zero() {
             return None;
         }
-        let pair = self.last.debiased_at_pose(&self.frame, &self.pose);
-        let factor = variances.with_precision(&pair.information).factor(T::ZERO)?;
-        let own = self.pose.stepped_by(&-factor.solve(&pair.gradient))?;
+        let own = self.off(&self.last, &turns)?;
         let mut at_rest = self.last;
         at_rest.change_frame(&self.frame, &own);
         Some(at_rest)
+    }
+
+    /// Where sums have their optimum, off the estimate by a random effect.
+    fn off(
+        &self,
+        sums: &Moments<T>,
+        variances: &BlockVariances<T>,
+    ) -> Option<RectifyingRotations<T>> {
+        let normal = sums.debiased_at_pose(&self.frame, &self.pose);
+        let factor = variances.with_precision(&normal.information).factor(T::ZERO)?;
+        self.pose.stepped_by(&-factor.solve(&normal.gradient))
     }
 
     /// Computes the update by one more pair, by its marginal sums. `None` without an admissible step.
