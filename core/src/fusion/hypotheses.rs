@@ -42,7 +42,7 @@ impl<T: Scalar> Champion<T> {
             self.detector.shift(self.hypothesis.last());
         }
         let was_rigid = self.hypothesis.is_rigid();
-        let moved = self.hypothesis.apply(measurement, &update, repeated, context);
+        let moved = self.hypothesis.apply(measurement, &mut update, repeated, context);
         let Self { hypothesis, detector } = self;
         if was_rigid && !hypothesis.is_rigid() {
             // What it has gathered does not know of the vibration.
@@ -78,7 +78,7 @@ impl<T: Scalar> Challenger<T> {
     ) -> Result<(), Refusal> {
         let mut update = Update::NONE;
         self.hypothesis.next_update(measurement, repeated, context, &mut update)?;
-        self.hypothesis.apply(measurement, &update, repeated, context);
+        self.hypothesis.apply(measurement, &mut update, repeated, context);
         self.agreed = self.agreed.saturating_add(1);
         Ok(())
     }

@@ -167,17 +167,19 @@ impl<T: Scalar> Hypothesis<T> {
     }
 
     /// Applies an update, and returns the step of the pose, rad.
+    ///
+    /// * `update`: its moments follow where the frame of the sums changes.
     #[inline(never)]
     pub(super) fn apply(
         &mut self,
         measurement: &PairMeasurement<T>,
-        update: &Update<T>,
+        update: &mut Update<T>,
         repeated: bool,
         context: &Context<'_, T>,
     ) -> Vector5<T> {
-        let Update { mut last, ref optimum, ref marginal } = *update;
+        let Update { last, optimum, marginal } = update;
         if marginal.is_used() && self.is_rigid() {
-            self.begin_to_settle_at_rest(&marginal.variances, &mut last);
+            self.begin_to_settle_at_rest(&marginal.variances, last);
         }
         if !repeated {
             self.update_chi_square(measurement, context);
@@ -189,7 +191,7 @@ impl<T: Scalar> Hypothesis<T> {
                 *sum = *sum * T::lit(SHORT_DECAY) + new;
             }
         }
-        self.last = last;
+        self.last = *last;
         let gain = T::ONE / T::count(self.pairs.min(AVERAGED_PAIRS));
         self.noise += (measurement.noise - self.noise) * gain;
         self.inlier_share += (measurement.inlier_share - self.inlier_share) * gain;

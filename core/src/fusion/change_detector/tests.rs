@@ -15,7 +15,7 @@ fn add(
     let mut update = Update::NONE;
     hypothesis.next_update(&pair.measurement, false, &context, &mut update).unwrap();
     detector.shift(hypothesis.last());
-    let moved = hypothesis.apply(&pair.measurement, &update, false, &context);
+    let moved = hypothesis.apply(&pair.measurement, &mut update, false, &context);
     detector.add(hypothesis, &pair.measurement, 0.0, &moved, &context);
     let mut sums = detector.short;
     sums.add(hypothesis.last());

@@ -53,16 +53,23 @@ impl<T: Scalar> Hypothesis<T> {
     /// * `variances`: of the vibration; zero: the rig is rigid.
     #[inline(never)]
     pub(super) fn settle_last(&mut self, variances: &BlockVariances<T>) {
-        let at_rest = self.last_at_rest(variances);
-        self.settled.add(at_rest.as_ref().unwrap_or(&self.last));
+        if let Some(own) = self.shaken_pose(variances) {
+            let mut at_rest = self.last;
+            at_rest.change_frame(&self.frame, &own);
+            self.settled.add(&at_rest);
+        } else {
+            self.settled.add(&self.last);
+        }
     }
 
     /// Sums of all pairs as of a rig at rest.
     #[inline(never)]
     pub(super) fn sums_at_rest(&self) -> Moments<T> {
-        let mut sums = self.settled;
-        let at_rest = self.last_at_rest(&self.marginal.variances);
-        sums.add(at_rest.as_ref().unwrap_or(&self.last));
+        let mut sums = self.last;
+        if let Some(own) = self.shaken_pose(&self.marginal.variances) {
+            sums.change_frame(&self.frame, &own);
+        }
+        sums.add(&self.settled);
         sums
     }
 
@@ -83,20 +90,15 @@ impl<T: Scalar> Hypothesis<T> {
         self.marginal.variances.of_turns() > T::ZERO
     }
 
-    /// Moments of the last pair in the rectified frame of its own extrinsics, as if the rig had rested at the frame of
-    /// the sums: what turns the cameras is not in its residuals. `None` where nothing does.
-    fn last_at_rest(&self, variances: &BlockVariances<T>) -> Option<Moments<T>> {
+    /// Extrinsics of the last pair, where turns of the cameras put them off the estimate. In their rectified frame the
+    /// pair is one of a rig that rests at the frame of the sums: what turned the cameras is not in its residuals.
+    fn shaken_pose(&self, variances: &BlockVariances<T>) -> Option<RectifyingRotations<T>> {
         let turns = BlockVariances { rotation: variances.of_turns(), baseline: T::ZERO };
-        if turns.is_zero() {
-            return None;
-        }
-        let own = self.off(&self.last, &turns)?;
-        let mut at_rest = self.last;
-        at_rest.change_frame(&self.frame, &own);
-        Some(at_rest)
+        if turns.is_zero() { None } else { self.off(&self.last, &turns) }
     }
 
     /// Where sums have their optimum, off the estimate by a random effect.
+    #[inline(never)]
     fn off(
         &self,
         sums: &Moments<T>,

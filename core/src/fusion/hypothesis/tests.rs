@@ -82,7 +82,7 @@ fn add<T: Scalar>(
 ) {
     let mut update = Update::NONE;
     hypothesis.next_update(&pair.measurement, repeated, context, &mut update).unwrap();
-    hypothesis.apply(&pair.measurement, &update, repeated, context);
+    hypothesis.apply(&pair.measurement, &mut update, repeated, context);
 }
 
 /// Largest difference of two poses, in reported standard deviations of the first.
