@@ -13,7 +13,7 @@ use crate::scalar::Scalar;
 use crate::thresholds::OPTIMUM_STEPS;
 
 impl<T: Scalar> Hypothesis<T> {
-    /// Fills the normal equations of the lens at the pose, and returns those of the extrinsics.
+    /// Fills the normal equations of the lens at the pose, of a rig at rest, and returns those of the extrinsics.
     #[inline(never)]
     pub(in crate::fusion) fn fill_lens(&self, mut terms: LensTerms<'_, T>) -> BiasedEquations<T> {
         let sums = self.sums_at_rest();

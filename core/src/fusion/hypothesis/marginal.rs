@@ -82,7 +82,8 @@ impl<T: Scalar> Hypothesis<T> {
         if !self.settles_at_rest() {
             return Some(*pose);
         }
-        self.off(sums, &self.marginal.variances)?.stepped_by(&self.pose.unknowns_to(pose))
+        self.displaced_optimum(sums, &self.marginal.variances)?
+            .stepped_by(&self.pose.unknowns_to(pose))
     }
 
     /// Whether pairs are settled as of a rig at rest at the frame of the sums.
@@ -94,12 +95,12 @@ impl<T: Scalar> Hypothesis<T> {
     /// pair is one of a rig that rests at the frame of the sums: what turned the cameras is not in its residuals.
     fn shaken_pose(&self, variances: &BlockVariances<T>) -> Option<RectifyingRotations<T>> {
         let turns = BlockVariances { rotation: variances.of_turns(), baseline: T::ZERO };
-        if turns.is_zero() { None } else { self.off(&self.last, &turns) }
+        if turns.is_zero() { None } else { self.displaced_optimum(&self.last, &turns) }
     }
 
     /// Where sums have their optimum, off the estimate by a random effect.
     #[inline(never)]
-    fn off(
+    fn displaced_optimum(
         &self,
         sums: &Moments<T>,
         variances: &BlockVariances<T>,
