@@ -95,8 +95,9 @@ pub(crate) const VIBRATION_RATIO: f64 = 4.0;
 /// Largest vibration (0.4 degrees). Larger takes knocks for it; smaller loses a shaken rig.
 pub(crate) const MAX_VIBRATION_RAD: f64 = 7e-3;
 
-/// Ratio of the deviations of baseline and `R` up to which cameras that turn explain a vibration. Larger hides a wrong
-/// lens; smaller leaves vibration in the lens.
+/// Vibration of `R` from which on (0.03 degrees), and ratio of the deviations of baseline and `R` up to which, cameras
+/// that turn explain it. Larger, then smaller, leaves vibration in the lens; the reverse hides a wrong lens.
+pub(crate) const TURN_RAD: f64 = 5.2e-4;
 pub(crate) const MAX_TURN_RATIO: f64 = 4.0;
 
 /// Pairs that are forgotten, but the last, where they turn out to be shaken. Larger loses more; smaller keeps what is

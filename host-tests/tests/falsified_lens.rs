@@ -13,7 +13,6 @@ const MOST_SD: f64 = 2.5;
 
 /// Part of a falsification that may be found too much or too little.
 const MOST_OFF: f64 = 0.15;
-const LATE_OFF: f64 = 0.18;
 
 /// A falsification of the right camera: relative focal length, `k1`, principal column and row, px.
 #[derive(Debug, Clone, Copy, Default)]
@@ -94,8 +93,6 @@ fn a_compensated_lens_is_covered_too_and_an_uncompensated_one_runs_as_reported()
 
 /// Every wrong focal length is corrected. Of `k1` only `opencv_chess_sift` at -0.01 is: elsewhere the deviation of `t`
 /// would not be halved.
-/// The focal length of `opencv_chess_sift` at -1 % is found to 18 %: five pairs are left after the correction, and look as
-/// if they vibrated.
 #[test]
 fn a_compensated_lens_is_found_and_leaves_the_error_of_the_right_one() {
     for name in SETS {
@@ -119,8 +116,7 @@ fn a_compensated_lens_is_found_and_leaves_the_error_of_the_right_one() {
                 continue;
             }
             for (off, given) in off.into_iter().filter(|(_, given)| *given != 0.0) {
-                let most = if (name, given) == (SETS[1], -0.01) { LATE_OFF } else { MOST_OFF };
-                assert!((off / given).abs() <= most, "{case}: {found:?}");
+                assert!((off / given).abs() <= MOST_OFF, "{case}: {found:?}");
             }
         }
     }

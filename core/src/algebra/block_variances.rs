@@ -6,7 +6,7 @@ use super::information::Information;
 use super::normal_equations::NormalEquations;
 use super::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
-use crate::thresholds::{MAX_TURN_RATIO, VIBRATION_RAD};
+use crate::thresholds::{MAX_TURN_RATIO, TURN_RAD, VIBRATION_RAD};
 
 /// The least variance that has an inverse, rad^2.
 const LEAST: f64 = 1e-12;
@@ -38,11 +38,12 @@ impl<T: Scalar> BlockVariances<T> {
         self.map(|variance| variance.max(T::lit(VIBRATION_RAD * VIBRATION_RAD)))
     }
 
-    /// That of `R` where cameras that turn explain both: they move the baseline as much as `R`. A wrong lens or a rolling
-    /// shutter scatters the baseline far more.
+    /// That of `R` where cameras that turn explain both, else 0: they move the baseline as much as `R`. A wrong lens or a
+    /// rolling shutter scatters the baseline far more, and `R` by no more than [`TURN_RAD`].
     pub(crate) fn of_turns(&self) -> T {
         let Self { rotation, baseline } = *self;
-        let turns = baseline <= rotation * T::lit(MAX_TURN_RATIO * MAX_TURN_RATIO);
+        let turns = rotation > T::lit(TURN_RAD * TURN_RAD)
+            && baseline <= rotation * T::lit(MAX_TURN_RATIO * MAX_TURN_RATIO);
         if turns { self.minus(&Self::ZERO.at_least_rigid()).rotation } else { T::ZERO }
     }
 
@@ -163,7 +164,7 @@ mod tests {
             let turns = of(rotation, baseline).of_turns();
             assert!((turns - (1e-6 - floor)).abs() < 1e-12, "{rotation} {baseline}");
         }
-        for (rotation, baseline) in [(1e-3, 4.1e-3), (VIBRATION_RAD, 1e-4), (0.0, 0.0)] {
+        for (rotation, baseline) in [(1e-3, 4.1e-3), (0.99 * TURN_RAD, 1e-4), (0.0, 0.0)] {
             assert!(of(rotation, baseline).of_turns() == 0.0, "{rotation} {baseline}");
         }
     }

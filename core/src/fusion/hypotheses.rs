@@ -41,10 +41,10 @@ impl<T: Scalar> Champion<T> {
         if !repeated {
             self.detector.shift(self.hypothesis.last());
         }
-        let was_rigid = self.hypothesis.is_rigid();
+        let was_known = self.hypothesis.vibration_known();
         let moved = self.hypothesis.apply(measurement, &mut update, repeated, context);
         let Self { hypothesis, detector } = self;
-        if was_rigid && !hypothesis.is_rigid() {
+        if hypothesis.vibration_known() > was_known {
             // What it has gathered does not know of the vibration.
             detector.restart();
         }

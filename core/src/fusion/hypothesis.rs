@@ -178,7 +178,7 @@ impl<T: Scalar> Hypothesis<T> {
         context: &Context<'_, T>,
     ) -> Vector5<T> {
         let Update { last, optimum, marginal } = update;
-        if marginal.is_used() && self.is_rigid() {
+        if marginal.variances.of_turns() > T::ZERO && !self.settles_at_rest() {
             self.begin_to_settle_at_rest(&marginal.variances, last);
         }
         if !repeated {

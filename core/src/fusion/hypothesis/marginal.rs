@@ -86,6 +86,11 @@ impl<T: Scalar> Hypothesis<T> {
             .stepped_by(&self.pose.unknowns_to(pose))
     }
 
+    /// Whether a vibration is known, and whether by turns.
+    pub(in crate::fusion) fn vibration_known(&self) -> (bool, bool) {
+        (!self.is_rigid(), self.settles_at_rest())
+    }
+
     /// Whether pairs are settled as of a rig at rest at the frame of the sums.
     pub(super) fn settles_at_rest(&self) -> bool {
         self.marginal.variances.of_turns() > T::ZERO
