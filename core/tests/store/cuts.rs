@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use simulated_flash::{Flash, TEARS, Tear};
 use stereo_selfcal::store::RecordKind;
 
+use crate::is_campaign;
 use crate::rig::{Content, KINDS, Step, content, format, open, payload, perform, save, scenario};
 
 /// Number of single losses of power, and of second losses in the save after one.
@@ -148,20 +149,16 @@ fn shapes<const W: usize, const E: usize>() -> Vec<Shape> {
     shapes
 }
 
-/// Every shape, each with one kind of tear.
-fn one_tear_each<const W: usize, const E: usize>(steps: usize) {
+/// Every shape, each with one kind of tear; in the campaign with all of them, and twice.
+fn every_shape<const W: usize, const E: usize>(steps: usize) {
     let mut cuts = Cuts::default();
     for (shape, tear) in shapes::<W, E>().into_iter().zip(TEARS.into_iter().cycle()) {
-        cuts.everywhere::<W, E>(shape, tear, (steps, 1));
-    }
-    println!("words of {W} bytes: {cuts:?}, none lost a record");
-}
-
-fn all_tears_each<const W: usize, const E: usize>() {
-    let mut cuts = Cuts::default();
-    for shape in shapes::<W, E>() {
-        for tear in TEARS {
-            cuts.everywhere::<W, E>(shape, tear, (28, 2));
+        if is_campaign() {
+            for tear in TEARS {
+                cuts.everywhere::<W, E>(shape, tear, (28, 2));
+            }
+        } else {
+            cuts.everywhere::<W, E>(shape, tear, (steps, 1));
         }
     }
     println!("words of {W} bytes: {cuts:?}, none lost a record");
@@ -169,27 +166,27 @@ fn all_tears_each<const W: usize, const E: usize>() {
 
 #[test]
 fn a_cut_at_any_word_of_1_byte_leaves_the_old_record_or_the_new_one() {
-    one_tear_each::<1, 224>(6);
+    every_shape::<1, 224>(6);
 }
 
 #[test]
 fn a_cut_at_any_word_of_4_bytes_leaves_the_old_record_or_the_new_one() {
-    one_tear_each::<4, 256>(12);
+    every_shape::<4, 256>(12);
 }
 
 #[test]
 fn a_cut_at_any_word_of_8_bytes_leaves_the_old_record_or_the_new_one() {
-    one_tear_each::<8, 512>(16);
+    every_shape::<8, 512>(16);
 }
 
 #[test]
 fn a_cut_at_any_word_of_32_bytes_leaves_the_old_record_or_the_new_one() {
-    one_tear_each::<32, 1024>(28);
+    every_shape::<32, 1024>(28);
 }
 
 #[test]
 fn a_cut_at_any_word_of_64_bytes_leaves_the_old_record_or_the_new_one() {
-    one_tear_each::<64, 1536>(28);
+    every_shape::<64, 1536>(28);
 }
 
 #[test]
@@ -211,14 +208,4 @@ fn nothing_is_written_onto_bytes_of_a_torn_header_that_look_erased() {
         }
         store = open(flash, 1);
     }
-}
-
-#[test]
-#[ignore = "minutes: cargo test -p stereo-selfcal --release --test store -- --ignored --nocapture"]
-fn a_cut_at_any_word_leaves_the_old_record_or_the_new_one() {
-    all_tears_each::<1, 224>();
-    all_tears_each::<4, 256>();
-    all_tears_each::<8, 512>();
-    all_tears_each::<32, 1024>();
-    all_tears_each::<64, 1536>();
 }

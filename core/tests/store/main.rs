@@ -23,3 +23,8 @@ mod persistence;
 mod policy;
 mod rig;
 mod rot;
+
+/// Whether the tests of cuts and faults run at length, for minutes: where the variable `STORE_CAMPAIGN` is set.
+fn is_campaign() -> bool {
+    std::env::var_os("STORE_CAMPAIGN").is_some()
+}
