@@ -106,7 +106,7 @@ fn rows_of_a_turned_pair_align_and_its_disparities_are_found_after_calibration_o
             let Picture::Jpeg(jpeg) = picture else { panic!("no JPEG") };
             let decoded = image::load_from_memory(&jpeg).unwrap();
             // Of the same shape, no wider than a panel of the page.
-            let shown = width.min(720);
+            let shown = width.min(640);
             assert_eq!([decoded.width(), decoded.height()], [shown, height * shown / width]);
         }
     }

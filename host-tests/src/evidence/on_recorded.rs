@@ -162,7 +162,7 @@ impl Measurement for OnSet<'_> {
     const KIND: &'static str = "recorded";
 
     fn label(&self) -> String {
-        format!("{} on {}, {} {}", self.method, self.set, self.camera, self.view)
+        format!("{} on {}, {}", self.method, self.set, self.seen.words())
     }
 
     fn measure(&self) -> Result<Errors> {
@@ -185,7 +185,7 @@ impl Measurement for GatedFit<'_> {
     const KIND: &'static str = "gated fit";
 
     fn label(&self) -> String {
-        format!("gated fit on {}, {} {}", self.set, self.camera, self.view)
+        format!("gated fit on {}, {}", self.set, self.seen.words())
     }
 
     fn measure(&self) -> Result<ErrorPair> {

@@ -115,6 +115,15 @@ impl RecordedSet {
 }
 
 impl SetView {
+    /// Which camera is turned, and which way.
+    #[must_use]
+    pub fn words(&self) -> String {
+        match self.camera {
+            "-" => self.view.into(),
+            camera => format!("{camera} {}", self.view),
+        }
+    }
+
     fn new([camera, view]: [&'static str; 2], set: &Dataset) -> Result<Self> {
         let cameras = set.cameras::<f64>()?;
         let rays = |m: &crate::data::Match| {

@@ -11,7 +11,7 @@ use super::grey::Grey;
 use super::scene::PicturedScene;
 use super::sgm::{Disparities, share};
 use super::warp::rectified;
-use crate::baselines::{LingShen, Method, Setting, Tuning};
+use crate::baselines::{Bundle, Front, Setting, Tuning, Variant};
 use crate::data::{Match, Rays};
 use crate::run::{SCREEN_PX, replay};
 
@@ -56,8 +56,8 @@ pub struct Scores {
     pub row_offset_px: f64,
 }
 
-/// The start, Ling and Shen's estimate, and those of the presets as published and robust, over all pairs
-/// of the scene, each rectifying its images.
+/// The start, the estimate of bundle adjustment, and those of the presets as published and robust, over all
+/// pairs of the scene, each rectifying its images.
 ///
 /// Each chooses a camera in which every rectified pixel is seen by both (alpha 0). The matches shown and
 /// measured are those that the robust preset keeps within [`SCREEN_PX`].
@@ -70,11 +70,11 @@ pub fn comparison(scene: &PicturedScene) -> Result<Vec<Attempt>> {
     let cameras = scene.set.cameras::<f64>()?;
     let kept = in_row(scene, &cameras, &ours)?;
     let range = range(&cameras, &ours, &kept)?;
-    let published = ling_shen(scene, &cameras, start);
+    let bundle = bundle(scene, &cameras, start);
     let paper = calibrated(scene, Config::paper());
     let all = [
         ("start", Ok(start)),
-        ("Ling and Shen", published),
+        ("bundle, noise estimated", bundle),
         ("ours: paper", paper),
         ("ours: robust", Ok(ours)),
     ];
@@ -92,7 +92,8 @@ fn calibrated(scene: &PicturedScene, config: Config) -> Result<Extrinsics<f64>> 
     Ok(log.fused().context("no pair of the scene could be fused")?.extrinsics)
 }
 
-fn ling_shen(
+/// Bundle adjustment with estimated noise: best of all rivals with one setting on the recordings.
+fn bundle(
     scene: &PicturedScene,
     cameras: &Cameras<f64>,
     start: Extrinsics<f64>,
@@ -105,7 +106,10 @@ fn ling_shen(
         scene.set.pairs.iter().map(|pair| pair.iter().filter_map(rays).collect()).collect();
     let setting =
         Setting { start, focal: cameras.mean_focal(), noise_px: 0.3, tuning: Tuning::default() };
-    LingShen.fused(&pairs, &setting).context("Ling and Shen's method found no estimate")
+    let tuning = Tuning { noise_estimated: true, ..setting.tuning };
+    let front = Front::new(&pairs, &setting);
+    let by = Variant { method: Box::new(Bundle), tuning };
+    by.fused(&pairs, &front, &setting).context("bundle adjustment found no estimate")
 }
 
 /// The matches of the scene's pair that the extrinsics keep in row.

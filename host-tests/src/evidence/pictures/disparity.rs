@@ -11,7 +11,7 @@ use crate::run::SCREEN_PX;
 /// How far the left view is turned, degrees.
 const DEGREES: f64 = 5.0;
 
-/// Rectified pairs and their disparities: from the start, by Ling and Shen's estimate and by both presets.
+/// Rectified pairs and their disparities: from the start, by bundle adjustment and by both presets.
 ///
 /// * `name`: one of [`PicturedScene::SHIPPED`].
 /// * `command`: what makes the page.

@@ -27,7 +27,7 @@ const MARK: i64 = 4;
 const QUALITY: u8 = 66;
 
 /// Width of an encoded picture at most, px.
-const WIDEST: u32 = 720;
+const WIDEST: u32 = 640;
 
 /// Disparities in colour, dark blue for far and yellow for near; grey where there is none.
 ///

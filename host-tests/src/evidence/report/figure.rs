@@ -9,6 +9,9 @@ use super::numbers::Csv;
 use super::theme::variable;
 use crate::chart::palette::{Color, SERIES};
 
+/// More panels than this are small multiples.
+const FEW_PANELS: usize = 4;
+
 /// A picture, encoded.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Picture {
@@ -103,7 +106,7 @@ impl Figure {
             @if !self.legend.is_empty() {
                 ul.legend { @for entry in &self.legend { (entry.markup()) } }
             }
-            div.panels {
+            div.panels.many[self.panels.len() > FEW_PANELS] {
                 @for (picture, label) in &self.panels {
                     div.panel {
                         (picture.markup(label))

@@ -1,5 +1,16 @@
 // Rows sort by a click on a heading; without a script the tables stand as they are.
 "use strict";
+// The hint to scroll stands over tables that are wider than their place.
+const hint = () => {
+  for (const box of document.querySelectorAll(".scroll")) {
+    const words = box.previousElementSibling;
+    if (words?.matches(".more")) {
+      words.style.display = box.scrollWidth > box.clientWidth ? "block" : "none";
+    }
+  }
+};
+hint();
+addEventListener("resize", hint);
 for (const table of document.querySelectorAll("table")) {
   const body = table.tBodies[0];
   const headings = [...table.tHead.rows[0].cells];

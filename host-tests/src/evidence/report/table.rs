@@ -98,7 +98,10 @@ impl Cell {
     fn markup(&self) -> Markup {
         let key = self.number.map(|number| number.to_string());
         html! {
-            td class=(self.class) data-key=[key] title=[self.hint.as_ref()] { (self.shown) }
+            td class=(self.class) data-key=[key] title=[self.hint.as_ref()] {
+                // A name of a data set may break after an underscore.
+                @for part in self.shown.split_inclusive('_') { (part) wbr; }
+            }
         }
     }
 }

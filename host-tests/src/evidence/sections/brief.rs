@@ -1,5 +1,7 @@
 //! The page in short: losses first, each figure computed from what follows.
 
+use std::collections::BTreeMap;
+
 use super::curves::rms;
 use super::labels::{self, named};
 use crate::baselines::{Tuning, Variant};
@@ -129,8 +131,14 @@ fn losses(findings: &Findings<'_>, cells: &[Judged<'_>]) -> Table {
 fn unsolved(findings: &Findings<'_>, cells: &[Judged<'_>]) -> String {
     let worse: Vec<&Judged<'_>> = cells.iter().filter(|c| c.still() < c.ours).collect();
     let by_all = worse.iter().filter(|c| c.still() < c.rival.1).count();
-    let names: std::collections::BTreeSet<String> =
-        worse.iter().map(|c| format!("{}: {}", labels::cell(c.row), c.quantity.name())).collect();
+    let mut views = BTreeMap::<[&str; 2], Vec<String>>::new();
+    for cell in &worse {
+        let of = views.entry([cell.quantity.name(), cell.row.set.name.as_str()]).or_default();
+        of.push(cell.row.seen.words());
+    }
+    let names = views
+        .iter()
+        .map(|([quantity, set], views)| format!("{quantity} of {set}: {}", views.join(", ")));
     let none = findings.sweeps.iter().flat_map(|sweep| unsolved_scenes(findings, sweep));
     let none: Vec<String> = none.collect();
     let list = |all: Vec<String>| if all.is_empty() { "none".into() } else { all.join("; ") };
@@ -138,7 +146,7 @@ fn unsolved(findings: &Findings<'_>, cells: &[Judged<'_>]) -> String {
         "Where doing nothing is better than ours: {} cells, in {by_all} of them better than every method \
          ({}). Generated scenes in which no method has an estimate in half of the trials: {}.",
         worse.len(),
-        list(names.into_iter().collect()),
+        list(names.collect()),
         list(none),
     )
 }

@@ -86,7 +86,7 @@ fn words(method: &str) -> [&'static str; 6] {
             "estimated",
             "change detection",
             "redescending, annealed",
-            "12 passes",
+            "24 passes, 8 more to compare",
         ],
         "paper" => ["0.5 rad, 0.12 rad", BOTH, "-", "-", "Huber, 1 px", "100 passes"],
         "dang" => ["-", BOTH, SCALE, "steady, agile", MEDIAN, "to 1e-9 rad, 60 at most"],

@@ -72,8 +72,8 @@ pub(super) fn sections(findings: &Findings<'_>) -> Vec<Section> {
     let mut errors = Section::new("Error against outliers, pairs, depth and band");
     errors.text(
         "The same rig. Curves are root mean squares over the same scenes for all methods, of those in \
-         which a method has an estimate; a curve ends where that is fewer than half of them, and the last panel \
-         shows the share without. The broken black line is the Cramer-Rao bound of the true matches: no unbiased \
+         which a method has an estimate; a curve ends where that is fewer than half of them, and a third panel \
+         shows the share without where there are any. The broken black line is the Cramer-Rao bound of the true matches: no unbiased \
          estimate errs less. The best rival is chosen anew at every point. Medians stand in the CSV files.",
     );
     for sweep in &findings.sweeps {
@@ -150,13 +150,15 @@ fn figure(findings: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of
         (Picture::Svg(curves::curves(y, &x, &all)), format!("{y} over {}", words.x))
     };
     let mut panels: Vec<(Picture, String)> = parts.iter().enumerate().map(panel).collect();
-    if bounded {
-        let numbered = sides.iter().enumerate().rev();
-        let all: Vec<Curve> =
-            numbered.map(|(i, (_, among, line))| curve(i, *line, failures(sweep, among))).collect();
+    let numbered = sides.iter().enumerate().rev();
+    let without: Vec<Curve> =
+        numbered.map(|(i, (_, among, line))| curve(i, *line, failures(sweep, among))).collect();
+    let solved =
+        without.iter().flat_map(|curve| &curve.points).all(|(_, share)| *share == Some(0.0));
+    if bounded && !solved {
         let title = "share of scenes without an estimate";
         panels.push((
-            Picture::Svg(curves::shares(title, &x, &all)),
+            Picture::Svg(curves::shares(title, &x, &without)),
             format!("{title} over {}", words.x),
         ));
     }
@@ -173,10 +175,11 @@ fn figure(findings: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of
         panels,
         legend,
         caption: format!(
-            "{} {scenes} scenes a point: by chance alone a curve is off by {:.0} % (1 sd). Where curves \
+            "{} {scenes} scenes a point: by chance alone a curve is off by {:.0} % (1 sd).{} Where curves \
              coincide, ours is on top.",
             words.caption,
             100.0 * chance(scenes),
+            if solved { " All curves have an estimate in every scene." } else { "" },
         ),
         command: findings.request.command.clone(),
         numbers: numbers(

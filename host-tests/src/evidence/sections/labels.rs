@@ -19,13 +19,5 @@ pub(super) fn named(by: &Variant) -> String {
 
 /// A data set, which camera is turned, and which way.
 pub(super) fn cell(row: &Row<'_>) -> String {
-    format!("{}, {}", row.set.name, view(row))
-}
-
-/// Which camera is turned, and which way.
-pub(super) fn view(row: &Row<'_>) -> String {
-    match row.seen.camera {
-        "-" => row.seen.view.into(),
-        camera => format!("{camera} {}", row.seen.view),
-    }
+    format!("{}, {}", row.set.name, row.seen.words())
 }

@@ -10,6 +10,8 @@ mod pictures;
 mod published;
 mod tables;
 
+use std::collections::BTreeMap;
+
 use super::measurement::MeasurementCounts;
 use crate::evidence::findings::Findings;
 use crate::evidence::report::{Cell, Section, Table};
@@ -38,9 +40,16 @@ fn failures(findings: &Findings<'_>, counts: &MeasurementCounts) -> Section {
         section.text(format!("All {} measurements have an outcome.", counts.measurements));
         return section;
     }
-    let mut table = Table::new("failed", ["measurement".into(), "why".into()]);
-    for (what, why) in &counts.failed {
-        table.push(vec![Cell::text(what.as_str()), Cell::text(why.as_str()).alarming()]);
+    let heading = ["measurement", "count", "of", "why"];
+    let mut table = Table::new("failed", heading.map(String::from));
+    for ((what, why), of) in by_name(&counts.failed) {
+        let count = Cell::count(of.len());
+        table.push(vec![
+            Cell::text(what),
+            count,
+            Cell::text(of.join("; ")),
+            Cell::text(why).alarming(),
+        ]);
     }
     let caption = format!(
         "Measurements without an outcome, {} of {}. On recordings a method that found nothing shows as \
@@ -50,4 +59,16 @@ fn failures(findings: &Findings<'_>, counts: &MeasurementCounts) -> Section {
     );
     section.table(table.explained(caption, &findings.request.command));
     section
+}
+
+/// Views or scenes of a measurement that failed for one reason.
+type Failures<'a> = BTreeMap<(&'a str, &'a str), Vec<&'a str>>;
+
+fn by_name(failed: &[(String, String)]) -> Failures<'_> {
+    let mut all = Failures::new();
+    for (what, why) in failed {
+        let (what, of) = what.rsplit_once(", ").unwrap_or((what, ""));
+        all.entry((what, why)).or_default().push(of);
+    }
+    all
 }

@@ -1,6 +1,6 @@
 //! Tables I and II of the paper, in its layout: one table a data set, `e_t` and `e_theta` of each view.
 
-use super::labels::{self, named};
+use super::labels::named;
 use super::published::comparable;
 use crate::baselines::{Tuning, Variant};
 use crate::evidence::findings::Findings;
@@ -101,7 +101,7 @@ fn row_of(findings: &Findings<'_>, row: &Row<'_>, columns: &[(&str, Vec<usize>)]
         }
     };
     let seen = row.seen;
-    let words = labels::view(row);
+    let words = row.seen.words();
     let still = error_pair(seen.still());
     let mut cells = vec![Cell::text(words), shown(still[0], 0), shown(still[1], 1)];
     for (_, among) in columns {
