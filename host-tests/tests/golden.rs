@@ -32,4 +32,5 @@ fn recorded_sets_replay_as_they_did() {
     expect_file!["../golden/opencv_chess_sift.txt"].assert_eq(&table("opencv_chess_sift"));
     expect_file!["../golden/motorcycle_sift.txt"].assert_eq(&table("motorcycle_sift"));
     expect_file!["../golden/aloe_sift.txt"].assert_eq(&table("aloe_sift"));
+    expect_file!["../golden/oak_sift.txt"].assert_eq(&table("oak_sift"));
 }

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Re-creates the four data sets and the images beside this folder from their public sources and compares them with what is committed.
+# Re-creates the five data sets and the images beside this folder from their public sources and compares them with what is committed.
 set -euo pipefail
 
 usage() {
     cat <<'EOF'
 usage: recreate.sh [--write] [--help]
 
-Re-creates the data sets opencv_chess_corners, opencv_chess_sift, motorcycle_sift and aloe_sift
-and the images from their public sources, and compares them with the committed ones: pair files and
+Re-creates the data sets opencv_chess_corners, opencv_chess_sift, motorcycle_sift, aloe_sift and
+oak_sift and the images from their public sources, and compares them with the committed ones: pair files and
 images byte for byte, numbers in meta.json to rounding.
 
   --write   overwrite the committed sets and images that differ with the re-created ones
@@ -39,14 +39,16 @@ done
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 data=$(dirname "$here")
-sets=(opencv_chess_corners opencv_chess_sift motorcycle_sift aloe_sift)
+sets=(opencv_chess_corners opencv_chess_sift motorcycle_sift aloe_sift oak_sift)
 
 debian_package=opencv-doc=4.6.0+dfsg-12
 debian_sha256=4b12681df35878207ac7097dc66184b2ae552e4bf4ddd2af04a0f03ed0b8682a
 wheel=scikit-image==0.16.2
 wheel_sha256=41e28db0136f29ecd305bef0408fdfc64be9d415e54f5099a95555c65f5c1865
+sdist=stereodemo==0.7
+sdist_sha256=61fca7415763af9e4a2a68060466f470d2ca1dbf3b3aa4fc82124bc696c97e54
 
-say "1/6 checking tools"
+say "1/7 checking tools"
 need() { # need TOOL DEBIAN-PACKAGE
     command -v "$1" >/dev/null || missing+=("$1 is missing: apt-get install $2")
 }
@@ -93,13 +95,13 @@ check_sum() { # check_sum FILE SHA256
         fail "${1##*/} is not the file that the sets were made from (its SHA-256 differs)"
 }
 
-say "2/6 setting up Python packages (about 80 MB): $(sed '/^#/d' "$here/requirements.txt" | tr '\n' ' ')"
+say "2/7 setting up Python packages (about 80 MB): $(sed '/^#/d' "$here/requirements.txt" | tr '\n' ' ')"
 quiet "could not make a Python environment" python3 -m venv "$work/venv"
 pip=("$work/venv/bin/python" -m pip --disable-pip-version-check --quiet)
 quiet "pip could not install requirements.txt; is the network there?" \
     "${pip[@]}" install --only-binary=:all: -r "$here/requirements.txt"
 
-say "3/6 downloading the Debian package $debian_package (96 MB)"
+say "3/7 downloading the Debian package $debian_package (96 MB)"
 cd "$work/download"
 # The sandbox option only matters to root, whose temporary folder apt's own user may not enter.
 quiet "apt-get could not download $debian_package; it needs Debian 12 (bookworm) and a package list: apt-get update" \
@@ -109,7 +111,7 @@ check_sum "$deb" "$debian_sha256"
 dpkg-deb -x "$deb" "$work/opencv-doc"
 opencv_images=$work/opencv-doc/usr/share/doc/opencv-doc/examples/data
 
-say "4/6 downloading the Python wheel $wheel (26 MB, only its images are used)"
+say "4/7 downloading the Python wheel $wheel (26 MB, only its images are used)"
 # The wheel is for an old Python; it is unpacked, not installed, so any machine will do.
 quiet "pip could not download $wheel; is the network there?" \
     "${pip[@]}" download --no-deps --only-binary=:all: --python-version 3.8 --platform manylinux2014_x86_64 "$wheel"
@@ -118,7 +120,15 @@ check_sum "$whl" "$wheel_sha256"
 unzip -q "$whl" 'skimage/data/motorcycle_*' -d "$work/wheel"
 skimage_images=$work/wheel/skimage/data
 
-say "5/6 re-creating the sets and the images"
+say "5/7 downloading the Python source package $sdist (4 MB, only its images are used)"
+quiet "pip could not download $sdist; is the network there?" \
+    "${pip[@]}" download --no-deps --no-binary=:all: "$sdist"
+tgz=$(echo "$work"/download/stereodemo-*.tar.gz)
+check_sum "$tgz" "$sdist_sha256"
+tar -xzf "$tgz" -C "$work"
+oak_images=$(echo "$work"/stereodemo-*/stereodemo/datasets/oak-d)
+
+say "6/7 re-creating the sets and the images"
 make_set() { # make_set SCRIPT ARGUMENTS...
     "$work/venv/bin/python" -B "$here/$1" "${@:2}" || fail "$1 failed"
 }
@@ -128,10 +138,12 @@ make_set make_pairs.py --out "$work/new/motorcycle_sift" --calib "$here/calib/mo
     --left "$skimage_images/motorcycle_left.png" --right "$skimage_images/motorcycle_right.png"
 make_set make_pairs.py --out "$work/new/aloe_sift" --calib "$here/calib/aloe.json" \
     --left "$opencv_images/aloeL.jpg" --right "$opencv_images/aloeR.jpg"
+make_set make_pairs.py --out "$work/new/oak_sift" --calib "$here/calib/oak.json" \
+    --left "$oak_images"/*_left.png --right "$oak_images"/*_right.png
 
 make_set make_images.py --out "$work/new/images" --chess "$opencv_images" --motorcycle "$skimage_images"
 
-say "6/6 comparing with the committed sets"
+say "7/7 comparing with the committed sets"
 different=()
 for name in "${sets[@]}"; do
     "$work/venv/bin/python" -B "$here/compare.py" "$work/new/$name" "$data/$name" || different+=("$name")

@@ -40,8 +40,8 @@ impl Dataset {
     }
 
     /// Names of the sets that come with the project.
-    pub const SHIPPED: [&str; 4] =
-        ["opencv_chess_corners", "opencv_chess_sift", "motorcycle_sift", "aloe_sift"];
+    pub const SHIPPED: [&str; 5] =
+        ["opencv_chess_corners", "opencv_chess_sift", "motorcycle_sift", "aloe_sift", "oak_sift"];
 
     /// Reads a folder, or the shipped set of that name if there is no such folder.
     ///

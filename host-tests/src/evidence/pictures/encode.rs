@@ -24,7 +24,7 @@ const MATCHES: usize = 16;
 /// Radius of the mark of a match's end, px.
 const MARK: i64 = 4;
 
-const QUALITY: u8 = 66;
+const QUALITY: u8 = 58;
 
 /// Width of an encoded picture at most, px.
 const WIDEST: u32 = 640;

@@ -100,7 +100,10 @@ impl Cell {
         html! {
             td class=(self.class) data-key=[key] title=[self.hint.as_ref()] {
                 // A name of a data set may break after an underscore.
-                @for part in self.shown.split_inclusive('_') { (part) wbr; }
+                @for (i, part) in self.shown.split_inclusive('_').enumerate() {
+                    @if i > 0 { wbr; }
+                    (part)
+                }
             }
         }
     }
