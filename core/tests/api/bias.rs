@@ -126,7 +126,7 @@ fn where_halves_disagree_a_little_the_baseline_in_use_is_kept_and_the_rotation_f
 }
 
 /// So many of 250 matches so far across the rows, as on a fence.
-fn fence(matches: usize, across_px: f32, seed: u64) -> Vec<Correspondence<f32>> {
+pub(crate) fn fence(matches: usize, across_px: f32, seed: u64) -> Vec<Correspondence<f32>> {
     let mut all = scene(ROTATION, seed);
     for c in all.iter_mut().take(matches) {
         c.right[1] = (c.right[1] + across_px).clamp(0.0, 1199.0);

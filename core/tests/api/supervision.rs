@@ -57,6 +57,20 @@ fn locks_when_three_pairs_agree_with_the_first_and_never_before() {
 }
 
 #[test]
+fn a_first_pair_of_another_rig_is_replaced_by_one_that_fits_better() {
+    let [x, y, z] = ROTATION;
+    for run in 0..10 {
+        let mut calibrator = robust();
+        take(&mut calibrator, &scene([x + 2.0, y, z - 1.0], 500 + run)).unwrap();
+        for pair in 0..5 {
+            let _ = take(&mut calibrator, &with_outliers(scene(ROTATION, 5 * run + pair), 4));
+        }
+        assert_eq!(calibrator.state(), State::Locked, "{run}");
+        assert!(is_of(&calibrator.proposal().unwrap(), ROTATION), "{run}");
+    }
+}
+
+#[test]
 fn a_solved_pair_outlives_its_batch_but_not_the_beginning_of_the_next_pair() {
     let mut calibrator = locked();
     fill(&mut calibrator, &scene(ROTATION, 1));

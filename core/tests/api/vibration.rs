@@ -24,7 +24,7 @@ fn fresh() -> Tested {
 }
 
 /// The rig with its right camera turned at random, degrees RMS about each axis.
-fn shaken(vibration_deg: f64, seed: u64) -> Extrinsics<f64> {
+pub(crate) fn shaken(vibration_deg: f64, seed: u64) -> Extrinsics<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut normal = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
     let turn = Vector3::from_fn(|_, _| normal() * vibration_deg.to_radians());

@@ -249,7 +249,8 @@ mod tests {
         let recordings = all(&[]).unwrap();
         for recording in &recordings {
             assert_eq!(recording.views.len(), 13);
-            let rectified = ["motorcycle_sift", "aloe_sift", "oak_sift"].contains(&recording.name.as_str());
+            let rectified =
+                ["motorcycle_sift", "aloe_sift", "oak_sift"].contains(&recording.name.as_str());
             for SetView { camera, view, .. } in &recording.views {
                 let moves_t = match *camera {
                     "right" => ["left", "right"].contains(view),
