@@ -167,7 +167,7 @@ fn shows(cell: &str, value: &Value) -> bool {
 #[test]
 fn the_rows_of_the_recorded_data_are_what_a_replay_gives() {
     let rows = table("| data | preset | fused |");
-    assert_eq!(rows.len(), 10);
+    assert_eq!(rows.len(), 13);
     let mut data = "";
     for row in rows {
         data = if row[0].is_empty() { data } else { row[0] };

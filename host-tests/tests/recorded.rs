@@ -12,7 +12,8 @@ use stereo_selfcal::{Calibrator, Config, Extrinsics, PairError, PairReport, Scal
 const EXACT_GAUGE: f64 = 1e6;
 
 /// Pairs that have two optima of eq 12, of which core and reference find one each.
-const TWO_OPTIMA: [&str; 1] = ["opencv_chess_sift bottom 5 pair 1"];
+const TWO_OPTIMA: [&str; 3] =
+    ["opencv_chess_sift bottom 5 pair 1", "oak_sift top 5 pair 10", "oak_sift right 5 pair 6"];
 
 fn shipped(name: &str) -> Dataset {
     Dataset::load(&Dataset::shipped().join(name)).unwrap()
@@ -31,7 +32,7 @@ fn for_every_pair(mut check: impl FnMut(&str, &Dataset, &[Match])) {
     }
 }
 
-/// The paper preset, run to its end: one pair in ten takes more than its 100 passes.
+/// The paper preset, run to its end: one pair in seven takes more than its 100 passes.
 fn to_the_end() -> Config {
     Config::paper().with_max_passes(5000).unwrap()
 }
@@ -117,21 +118,21 @@ fn paper_preset_and_literal_reference_reach_the_same_extrinsics_on_every_recorde
     });
     println!("{compared} pairs within {worst:.1e} rad; gauge row of weight 1: {literal_worst:.1e}");
     println!("{beyond_limit} of them take more than 100 passes");
-    assert_eq!((compared, beyond_limit), (140, 14));
+    assert_eq!((compared, beyond_limit), (200, 27));
 }
 
-/// Figure 2, for both presets; the paper preset run to its end, because one pair in ten stops at its
+/// Figure 2, for both presets; the paper preset run to its end, because one pair in seven stops at its
 /// limit of 100 passes in `f64` and earlier in `f32`.
 #[test]
 fn f32_agrees_with_f64_within_a_twentieth_of_the_predicted_deviation_on_every_recorded_pair() {
     for (preset, config, solved) in
-        [("paper", to_the_end(), 140), ("robust", Config::robust(), 140)]
+        [("paper", to_the_end(), 200), ("robust", Config::robust(), 200)]
     {
         let (worst, [compared, refused]) = worst_share_between_scalars(config);
         println!(
             "{preset}: {worst:.4} of the predicted deviation at worst; {compared} pairs, {refused} refused by both"
         );
-        assert_eq!((compared, refused), (solved, 140 - solved), "{preset}");
+        assert_eq!((compared, refused), (solved, 200 - solved), "{preset}");
         assert!(worst < 0.05, "{preset}: {worst}");
     }
 }
