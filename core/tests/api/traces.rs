@@ -3,7 +3,7 @@
 //!
 //! Update: `UPDATE_EXPECT=1 cargo test -p stereo-selfcal --test api traces`.
 
-use std::fmt::{LowerExp, Write};
+use core::fmt::{LowerExp, Write};
 
 use expect_test::expect_file;
 use stereo_selfcal::metrics::Deviation;
@@ -128,7 +128,9 @@ impl<T: Number> Trace<T> {
     fn say(&mut self) {
         assert!(self.calibrator.has_valid_lengths());
         if let Some(proposal) = self.calibrator.proposal() {
-            estimate(&proposal).iter().for_each(|words| self.line(words));
+            for words in estimate(&proposal) {
+                self.line(&words);
+            }
         }
         if let Some(now) = self.calibrator.health() {
             self.line(&health(&now));
