@@ -155,7 +155,7 @@ fn ten_pairs_of_rubbish_lose_the_rig_not_the_estimate_and_good_ones_recover_it()
 }
 
 /// So many percent outliers among the matches of a rig.
-fn poor(rotation: [f64; 3], percent: usize, seed: u64) -> Vec<Correspondence<f32>> {
+pub(crate) fn poor(rotation: [f64; 3], percent: usize, seed: u64) -> Vec<Correspondence<f32>> {
     let mut matches = scene(rotation, seed);
     let outliers = matches.len() * percent / 100;
     matches.truncate(matches.len() - outliers);

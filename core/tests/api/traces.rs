@@ -15,12 +15,11 @@ use stereo_selfcal::{
 use crate::bias::fence;
 use crate::disturbed::{garbage, jittered, with_outliers};
 use crate::lens::pair_of;
+use crate::memory::{BASELINE, ROTATION, scene};
 use crate::presets::with;
 use crate::scene::{correspondences, correspondences_within, fill, rig};
+use crate::supervision::poor;
 use crate::vibration::shaken;
-
-const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
-const BASELINE: [f64; 2] = [0.5, -0.4];
 
 const HEADING: &str = "\
 pair  outcome
@@ -159,23 +158,11 @@ impl<T: Number> Trace<T> {
 }
 
 fn good<T: Number>(seed: u64) -> Pair<T> {
-    with_outliers(correspondences(&truth(), 250, 0.5, seed), 4)
-}
-
-fn of_rig(rotation: [f64; 3], seed: u64) -> Pair<f32> {
-    with_outliers(correspondences(&rig(rotation, BASELINE), 250, 0.5, seed), 4)
+    scene(ROTATION, seed)
 }
 
 fn far(seed: u64) -> Pair<f32> {
     with_outliers(correspondences_within(&truth(), [1000.0, 10_000.0], 250, 0.5, seed), 4)
-}
-
-/// So many percent outliers.
-fn poor(percent: usize, seed: u64) -> Pair<f32> {
-    let outliers = 250 * percent / 100;
-    let mut matches = correspondences(&truth(), 250 - outliers, 0.5, seed);
-    matches.extend(garbage(outliers, seed));
-    matches
 }
 
 const COMPENSATE: Config = Config::robust().with_lens_tracking(LensTracking::Compensate);
@@ -211,9 +198,9 @@ fn a_knock_is_followed() {
     let [x, y, z] = ROTATION;
     let mut trace = Trace::<f32>::applying(Config::robust());
     trace.take((0..10).map(good));
-    trace.take((10..16).map(|seed| of_rig([x + 0.3, y, z], seed)));
+    trace.take((10..16).map(|seed| scene([x + 0.3, y, z], seed)));
     // Small steps, which only the windows over several pairs see.
-    trace.take((16..40).map(|seed| of_rig([x + 0.3, y, z + 0.012], seed)));
+    trace.take((16..40).map(|seed| scene([x + 0.3, y, z + 0.012], seed)));
     is!("knocked", trace);
 }
 
@@ -222,7 +209,7 @@ fn a_drift_is_followed() {
     let [x, y, z] = ROTATION;
     let mut trace = Trace::<f32>::applying(Config::robust());
     trace.take((0..10).map(good));
-    trace.take((0..50_u32).map(|i| of_rig([x + 0.001 * f64::from(i), y, z], u64::from(i) + 10)));
+    trace.take((0..50_u32).map(|i| scene([x + 0.001 * f64::from(i), y, z], u64::from(i) + 10)));
     is!("drifting", trace);
 }
 
@@ -230,7 +217,7 @@ fn a_drift_is_followed() {
 fn a_first_pair_of_another_rig_is_replaced() {
     let [x, y, z] = ROTATION;
     let mut trace = Trace::<f32>::new(Config::robust());
-    trace.take([of_rig([x + 2.0, y, z - 1.0], 500)]);
+    trace.take([scene([x + 2.0, y, z - 1.0], 500)]);
     trace.take((0..5).map(good));
     is!("false_start", trace);
 }
@@ -238,9 +225,9 @@ fn a_first_pair_of_another_rig_is_replaced() {
 #[test]
 fn outliers_abound() {
     let mut trace = Trace::<f32>::new(Config::robust());
-    trace.take((0..6).map(|seed| poor(50, seed)));
+    trace.take((0..6).map(|seed| poor(ROTATION, 50, seed)));
     trace.take((6..9).map(good));
-    trace.take((9..24).map(|seed| poor(60, seed)));
+    trace.take((9..24).map(|seed| poor(ROTATION, 60, seed)));
     is!("outliers", trace);
 }
 
@@ -325,7 +312,7 @@ fn a_limited_correction_is_refused_beyond() {
     let [x, y, z] = ROTATION;
     let mut trace = Trace::<f32>::applying(Config::robust().with_max_correction_rad(0.03).unwrap());
     trace.take((0..6).map(good));
-    trace.take((6..14).map(|seed| of_rig([x + 0.6, y, z], seed)));
+    trace.take((6..14).map(|seed| scene([x + 0.6, y, z], seed)));
     is!("limited", trace);
 }
 

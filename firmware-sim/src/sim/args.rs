@@ -58,7 +58,7 @@ pub(super) enum Command {
 #[derive(Debug, Args)]
 pub(super) struct ReplayArgs {
     /// Folder of a data set (meta.json, pairs/*.csv), or the name of a data set of the
-    /// project: opencv_chess_corners, opencv_chess_sift, motorcycle_sift, aloe_sift.
+    /// project: opencv_chess_corners, opencv_chess_sift, motorcycle_sift, aloe_sift, oak_sift.
     #[arg(value_name = "DATASET", default_value = "opencv_chess_sift")]
     set: PathBuf,
 

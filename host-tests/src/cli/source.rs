@@ -13,8 +13,8 @@ use super::input::Streamed;
 #[derive(Debug, Args)]
 pub(crate) struct Source {
     /// Folder of a data set, or the name of one that comes with the project: opencv_chess_corners,
-    /// opencv_chess_sift, motorcycle_sift, aloe_sift. Or a file of matches by frame, or of a stream; `-` is
-    /// standard input.
+    /// opencv_chess_sift, motorcycle_sift, aloe_sift, oak_sift. Or a file of matches by frame, or of a
+    /// stream; `-` is standard input.
     #[arg(value_name = "DIR|FILE|-")]
     set: PathBuf,
 

@@ -20,7 +20,7 @@ pub trait Measurement: Serialize + Sync {
     /// Name of this kind of measurement; unique.
     const KIND: &'static str;
 
-    /// Its name in messages.
+    /// Its name in messages: what is measured, and after the last comma which view or which scenes of it.
     fn label(&self) -> String;
 
     /// Measures it, deterministically: no threads, no clock, seeded random numbers only.

@@ -74,7 +74,7 @@ pub fn comparison(scene: &PicturedScene) -> Result<Vec<Attempt>> {
     let paper = calibrated(scene, Config::paper());
     let all = [
         ("start", Ok(start)),
-        ("bundle, noise estimated", bundle),
+        ("bundle: noise estimated", bundle),
         ("ours: paper", paper),
         ("ours: robust", Ok(ours)),
     ];

@@ -73,8 +73,9 @@ pub(super) fn sections(findings: &Findings<'_>) -> Vec<Section> {
     errors.text(
         "The same rig. Curves are root mean squares over the same scenes for all methods, of those in \
          which a method has an estimate; a curve ends where that is fewer than half of them, and a third panel \
-         shows the share without where there are any. The broken black line is the Cramer-Rao bound of the true matches: no unbiased \
-         estimate errs less. The best rival is chosen anew at every point. Medians stand in the CSV files.",
+         shows the share without, where there are any. The broken black line is the Cramer-Rao bound of the true \
+         matches: no unbiased estimate errs less. The best rival is chosen anew at every point. Medians stand in \
+         the CSV files.",
     );
     for sweep in &findings.sweeps {
         let place = usize::from(!matches!(sweep.axis, SweepAxis::Matches | SweepAxis::Noise));

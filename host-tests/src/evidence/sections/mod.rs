@@ -40,13 +40,12 @@ fn failures(findings: &Findings<'_>, counts: &MeasurementCounts) -> Section {
         section.text(format!("All {} measurements have an outcome.", counts.measurements));
         return section;
     }
-    let heading = ["measurement", "count", "of", "why"];
+    let heading = ["measurement", "count", "views or scenes", "why"];
     let mut table = Table::new("failed", heading.map(String::from));
-    for ((what, why), of) in by_name(&counts.failed) {
-        let count = Cell::count(of.len());
+    for ((what, why), of) in by_measurement(&counts.failed) {
         table.push(vec![
             Cell::text(what),
-            count,
+            Cell::count(of.len()),
             Cell::text(of.join("; ")),
             Cell::text(why).alarming(),
         ]);
@@ -61,14 +60,36 @@ fn failures(findings: &Findings<'_>, counts: &MeasurementCounts) -> Section {
     section
 }
 
-/// Views or scenes of a measurement that failed for one reason.
+/// By measurement and reason: the views or scenes that failed.
 type Failures<'a> = BTreeMap<(&'a str, &'a str), Vec<&'a str>>;
 
-fn by_name(failed: &[(String, String)]) -> Failures<'_> {
+fn by_measurement(failed: &[(String, String)]) -> Failures<'_> {
     let mut all = Failures::new();
     for (what, why) in failed {
         let (what, of) = what.rsplit_once(", ").unwrap_or((what, ""));
         all.entry((what, why)).or_default().push(of);
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn failures_of_a_measurement_for_one_reason_are_one_row() {
+        let failed = [
+            ("dang: RANSAC, agile on aloe, left top", "no estimate"),
+            ("dang: RANSAC, agile on aloe, middle", "no estimate"),
+            ("dang: RANSAC, agile on aloe, right top", "it panicked"),
+        ];
+        let failed = failed.map(|(what, why)| (what.to_owned(), why.to_owned()));
+        let rows: Vec<_> = by_measurement(&failed).into_iter().collect();
+        let what = "dang: RANSAC, agile on aloe";
+        let expected = [
+            ((what, "it panicked"), vec!["right top"]),
+            ((what, "no estimate"), vec!["left top", "middle"]),
+        ];
+        assert_eq!(rows, expected);
+    }
 }
