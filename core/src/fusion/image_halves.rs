@@ -154,7 +154,35 @@ impl<T: Scalar> ImageHalves<T> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::hypothesis::tests::context;
     use super::*;
+    use crate::algebra::normal_equations::NormalEquations;
+    use crate::algebra::symmetric5::Symmetric5;
+
+    #[test]
+    fn a_record_is_kept_up_to_a_healthy_disagreement_beyond_twice_its_own_and_dropped_beyond() {
+        let context = context::<f64>();
+        // About the joint optimum: both halves have the information `h`, and their gradients differ in sign.
+        let halves = |disagreement: f64, stored: f64| {
+            let h = 1e10;
+            let part = |h: f64, gradient: f64| {
+                let information = Information(Symmetric5::of_diagonal([h; 5]));
+                let gradient = Vector5::x() * gradient;
+                BiasedEquations {
+                    normal: NormalEquations { information, gradient },
+                    ..BiasedEquations::ZERO
+                }
+            };
+            let parts =
+                [part(2.0 * h, 0.0), part(h, disagreement * (2.5 * h).sqrt()), part(h, 0.0)];
+            let mut halves = ImageHalves { parts, pairs: [10; 2], disagreement: stored };
+            assert!((halves.compare(&context) / disagreement - 1.0).abs() < 1e-3);
+            halves.check(&context);
+            halves.pairs == [10; 2]
+        };
+        let kept = [(1.9, 0.0), (2.1, 0.0), (4.9, 1.5), (5.1, 1.5)];
+        assert_eq!(kept.map(|(now, stored)| halves(now, stored)), [true, false, true, false]);
+    }
 
     #[test]
     fn a_disagreement_widens_by_its_square_and_the_share_of_distinct_scenes() {

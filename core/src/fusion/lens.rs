@@ -325,6 +325,22 @@ mod tests {
         rows.transpose() * rows
     }
 
+    #[test]
+    fn values_and_variances_far_beyond_the_prior_are_no_lens() {
+        let sd = [0.1; LENS_PARAMETERS];
+        let is_sane = |value: f64, variance: f64, scale: f64| {
+            let mut lens = HypothesisLens::EXACT;
+            lens.values[7] = value;
+            lens.covariance[7][7] = variance;
+            lens.is_sane(&sd, scale)
+        };
+        let variances = [-1e-9, 0.0, 0.039, 0.041];
+        assert_eq!(variances.map(|v| is_sane(0.0, v, 1.0)), [false, true, true, false]);
+        assert_eq!([0.079, 0.081].map(|v| is_sane(0.0, v, 2.0)), [true, false]);
+        assert_eq!([-99.0, 99.0, 101.0].map(|x| is_sane(x, 0.0, 1.0)), [true, true, false]);
+        assert_eq!([f64::NAN, 0.0].map(|x| is_sane(x, f64::NAN, 1.0)), [false; 2]);
+    }
+
     fn posterior(mut a: Square<f64>, sd: &[f64; LENS_PARAMETERS]) -> Option<Square<f64>> {
         invert(&mut a, sd).map(|()| a)
     }

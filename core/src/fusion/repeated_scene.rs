@@ -222,6 +222,17 @@ mod tests {
     }
 
     #[test]
+    fn more_than_three_in_ten_seen_again_are_the_same_scene() {
+        let (old, new) = (scene(10, 9), scene(10, 10));
+        let again_with = |kept: usize| {
+            let mixed: Vec<_> =
+                old.iter().take(kept).chain(new.iter().skip(kept)).copied().collect();
+            repeats(&old, &rays(&mixed, 0.0, 0.0, 0))
+        };
+        assert_eq!([3, 4].map(again_with), [false, true]);
+    }
+
+    #[test]
     fn the_order_of_matches_does_not_matter_and_only_the_last_pair_does() {
         let [old, new] = [6, 7].map(|seed| rays(&scene(256, seed), 0.0, 0.0, 0));
         let mut repeated_scene = RepeatedScene::NEW;

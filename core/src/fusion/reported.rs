@@ -154,3 +154,31 @@ fn baseline_differs<T: Scalar>(
     let form = c * off.w * off.w - T::lit(2.0) * b * off.w * off.a + a * off.a * off.a;
     form >= T::lit(SIGNIFICANT_BASELINE) * (a * c - b * b)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::hypothesis::tests::truth;
+    use super::*;
+    use nalgebra::Vector5;
+
+    #[test]
+    fn a_baseline_differs_by_its_distance_in_correlated_deviations() {
+        let (sd, correlation) = (1e-5, 0.8);
+        let variance = sd * sd;
+        let mut covariance = Symmetric5::of_diagonal([variance; 5]);
+        let [.., b, _] = &mut covariance.0;
+        *b = correlation * variance;
+        // Squared distance of a step (x, y): (x^2 - 2 rho x y + y^2) / (1 - rho^2).
+        let differs = |x: f64, y: f64| {
+            let in_use = truth().stepped_by(&Vector5::new(0.0, 0.0, 0.0, x * sd, y * sd)).unwrap();
+            baseline_differs(&truth(), &in_use.extrinsics().unwrap(), &covariance)
+        };
+        for (x, y) in [(1.0, 1.0), (1.0, -1.0), (1.0, 0.0), (0.0, 1.0), (0.3, -1.0)] {
+            let squared: f64 =
+                (x * x - 2.0 * correlation * x * y + y * y) / (1.0 - correlation * correlation);
+            let limit = (SIGNIFICANT_BASELINE / squared).sqrt();
+            let at = [0.98, 1.02].map(|part| differs(x * limit * part, y * limit * part));
+            assert_eq!(at, [false, true], "{x} {y}");
+        }
+    }
+}

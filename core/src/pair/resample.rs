@@ -318,6 +318,40 @@ mod tests {
         assert_eq!(fit_after_rounds(0.0), [15; 2]);
     }
 
+    #[test]
+    fn improving_steps_lead_to_the_optimum_of_geman_mcclure_at_the_scale() {
+        // Of three unknowns; the prior holds the others.
+        let row = |i: u8| {
+            let k = f64::from(i);
+            let r = (3.1 * k).sin() + if i % 4 == 0 { 5.0 } else { 0.0 };
+            (r, [1.0, (0.7 * k).sin(), (1.3 * k).cos(), 0.0, 0.0])
+        };
+        let rows = Rows::from_iter((0..60).map(row));
+        let prior = Information(Symmetric5::of_diagonal([1e-3; 5]));
+        for scale in [0.5, 3.0] {
+            let once = |d| improved(&rows, d, scale, &prior);
+            let optimum = (0..20).fold(Vector5::zeros(), |d, _| once(d));
+            let mut slope = optimum * 1e-3;
+            for row @ (_, jacobian) in &rows {
+                let r = residual(row, &optimum);
+                slope += Vector5::from(*jacobian) * r / (1.0 + (r / scale).powi(2)).powi(2);
+            }
+            assert!(slope.norm() < 1e-9, "{scale}: {slope}");
+        }
+    }
+
+    #[test]
+    fn a_score_sums_the_cauchy_weights_of_residuals_at_its_scale() {
+        let rows = Rows::from_iter([-2.0, 0.0, 4.0].map(|r| (r, [1.0, 0.0, 0.0, 0.0, 0.0])));
+        assert_eq!(score(&rows, &Vector5::zeros(), 2.0), 0.5 + 1.0 + 0.2);
+        assert_eq!(score(&rows, &(Vector5::x() * 2.0), 2.0), 1.0 + 0.5 + 0.1);
+    }
+
+    #[test]
+    fn the_scale_of_a_score_grows_with_the_noise_from_a_pixel_on() {
+        assert_eq!([0.5, 3.0, 5.0].map(scale), [1.0, 1.0, 1.5]);
+    }
+
     /// The step from the level pose, px of pitch.
     fn found(shifted: usize, across: f64) -> Option<f64> {
         let batch = batch::<f64>(pixels(shifted, across).into_iter());

@@ -4,8 +4,8 @@ use crate::presets::calibrator;
 use crate::scene::{cameras, correspondences, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Config, Correspondence, Extrinsics, HuberSolver, PairError, PairReport, Scalar,
-    Stop,
+    Calibrator, Config, Correspondence, Extrinsics, HuberSolver, PairError, PairReport, PushError,
+    Scalar, Stop,
 };
 
 const ROTATION: [f64; 3] = [3.0, -2.5, 4.0];
@@ -53,6 +53,33 @@ fn pass_by_pass_gives_the_same_bits_as_one_call() {
     let stepped = (0..101).find_map(|_| calibrator.advance_pair().unwrap()).unwrap();
     assert_eq!(stepped, whole);
     assert_eq!(calibrator.advance_pair(), Err(PairError::NotBegun));
+}
+
+#[test]
+fn a_pair_that_is_being_solved_can_be_abandoned_and_leaves_no_trace() {
+    let batch = |seed| correspondences::<f32>(&rig(ROTATION, BASELINE), 256, 0.5, seed);
+    for config in [Config::robust(), Config::paper()] {
+        let mut calibrators = [0, 1].map(|_| {
+            let mut calibrator = Calibrator::<f32, 256>::new(config);
+            calibrator.set_cameras(cameras());
+            calibrator
+        });
+        let [abandoned, fresh] = &mut calibrators;
+        for c in batch(1) {
+            abandoned.push(&c).unwrap();
+        }
+        abandoned.begin_pair().unwrap();
+        assert_eq!(abandoned.push(&batch(1)[0]), Err(PushError::Busy));
+        abandoned.clear_pair();
+        assert_eq!(abandoned.advance_pair(), Err(PairError::NotBegun));
+        let [report, expected] = [abandoned, fresh].map(|calibrator| {
+            for c in batch(2) {
+                calibrator.push(&c).unwrap();
+            }
+            calibrator.solve_pair().unwrap()
+        });
+        assert_eq!(report, expected);
+    }
 }
 
 #[test]

@@ -21,6 +21,7 @@ proptest! {
         }
         prop_assert_eq!(encoder.push_record(&MatchRecord::default()), Err(EncodeError::Full));
         bytes.extend(encoder.finish().unwrap());
+        prop_assert_eq!(bytes.len(), header.frame_bytes());
         let records: Vec<_> = records.iter().map(MatchRecord::to_bytes).collect();
         prop_assert_eq!(bytes, sealed(&header.encode().unwrap(), &records));
     }

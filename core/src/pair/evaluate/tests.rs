@@ -160,3 +160,27 @@ fn the_slope_of_an_evaluation_is_that_of_the_whitened_cost_with_weights_as_they_
         assert!((plain[i] - numeric).abs() > 1e-7 * scale, "{i}: {numeric}");
     }
 }
+
+#[test]
+fn a_pose_is_found_by_its_near_residuals_those_beside_them_and_the_noise() {
+    let found = |near: f64, beside: f64, noise: f64, crowd: f64| {
+        let mut evaluated = EvaluatedPose::<f64>::NONE;
+        evaluated.stats.usable = 200.0;
+        evaluated.stats.within = [near, near, near + beside];
+        evaluated.measurement =
+            PairMeasurement { noise, inlier_share: 0.4, crowd, ..evaluated.measurement };
+        evaluated.is_found(20)
+    };
+    // 15 % of the matches and 25 % for each px of noise, at most 60 %.
+    assert_eq!([79.0, 81.0].map(|near| found(near, 0.0, 1.0, 0.0)), [false, true]);
+    assert_eq!([119.0, 121.0].map(|near| found(near, 0.0, 3.0, 0.0)), [false, true]);
+    assert_eq!([19.0, 31.0].map(|near| found(near, 0.0, 0.0, 0.0)), [false, true]);
+    // Twice as many as beside them, and beyond chance.
+    assert_eq!([51.0, 49.0].map(|beside| found(100.0, beside, 0.0, 0.0)), [false, true]);
+    assert_eq!([16.0, 7.0].map(|beside| found(32.0, beside, 0.0, 0.0)), [false, true]);
+    assert_eq!([5.6, 5.4].map(|noise| found(190.0, 0.0, noise, 0.0)), [false, true]);
+    assert_eq!(
+        [-0.41, 0.41, 0.39].map(|crowd| found(190.0, 0.0, 1.0, crowd)),
+        [false, false, true]
+    );
+}
