@@ -392,3 +392,6 @@ impl<T: Scalar> PairSolver<T> {
         self.iterate.weighting(Single, self.schedule.loss(Single))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -115,6 +115,15 @@ mod tests {
     use std::vec::Vec;
 
     #[test]
+    fn a_random_number_is_below_its_limit_and_none_is_below_zero() {
+        let mut random = Random::NEW;
+        assert_eq!(random.below(0), None);
+        let mut counts = [0; 3];
+        (0..3000).for_each(|_| counts[random.below(3).unwrap()] += 1);
+        assert!(counts.iter().all(|n| (900..1100).contains(n)), "{counts:?}");
+    }
+
+    #[test]
     fn a_sample_has_one_value_of_each_part() {
         for length in 0..3000_usize {
             let all: Vec<usize> = (0..length).collect();
