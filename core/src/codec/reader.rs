@@ -65,6 +65,8 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads a finite number.
+    // Out of line, as `Writer::bytes`.
+    #[inline(never)]
     pub(crate) fn number<T: Scalar>(&mut self) -> Result<T, RestoreError> {
         let mut bits = [0; 8];
         let (place, _) = bits.split_at_mut_checked(T::BYTES.into()).unwrap_or_default();

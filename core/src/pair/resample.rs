@@ -230,6 +230,8 @@ fn improved<T: Scalar>(
 }
 
 /// Number of rows that fit the pose after a step, each by the Cauchy weight of its residual.
+// Out of line: 5 inlined copies took 1.3 kB at opt-level 3.
+#[inline(never)]
 fn score<T: Scalar>(rows: &Rows<T>, d: &Vector5<T>, scale: T) -> T {
     let unit = T::ONE / (scale * scale);
     rows.iter().fold(T::ZERO, |sum, row| {

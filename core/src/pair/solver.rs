@@ -388,6 +388,8 @@ impl<T: Scalar> PairSolver<T> {
     }
 
     /// Weighting of the next pass.
+    // Out of line: 4 inlined copies took 0.6 kB more at opt-level 3.
+    #[inline(never)]
     pub(super) fn weighting(&self) -> Weighting<T> {
         self.iterate.weighting(Single, self.schedule.loss(Single))
     }

@@ -91,14 +91,18 @@ fn printed(text: &str, variant: Variant, scalar: &str) -> Result<Vec<Row>> {
         .collect()
 }
 
-/// Flash and RAM of the core: a program that calls the whole facade, less an empty one.
-fn sizes(programs: &HashMap<String, PathBuf>, variant: Variant) -> Result<[Row; 3]> {
-    let core = Image::of(&programs["facade"])?.less(Image::of(&programs["bare"])?);
+/// Flash and RAM of the core: a program that calls the whole facade, less an empty one; and one that calls the store as
+/// well, less that.
+fn sizes(programs: &HashMap<String, PathBuf>, variant: Variant) -> Result<[Row; 4]> {
+    let size = |program: &str| Image::of(&programs[program]);
+    let core = size("facade")?.less(size("bare")?);
+    let store = size("facade-store")?.less(size("facade")?);
     let row = |what, value| row(variant, "f32", what, "bytes", value);
     Ok([
         row("flash: code and constants", core.code),
         row("flash: initial values of a static calibrator", core.data),
         row("RAM: statics", core.data + core.zeroed),
+        row("flash: records and store", store.code),
     ])
 }
 

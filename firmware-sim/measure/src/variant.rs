@@ -49,7 +49,7 @@ impl Board {
     pub(crate) fn programs(self) -> Vec<String> {
         let mut programs: Vec<_> = self.scalars().iter().map(|s| format!("cost-{s}")).collect();
         if self == Self::CortexM4F {
-            programs.extend(["facade", "bare"].map(String::from));
+            programs.extend(["facade-store", "facade", "bare"].map(String::from));
         }
         programs
     }

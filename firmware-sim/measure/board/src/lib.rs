@@ -15,6 +15,7 @@ mod pair;
 mod probe;
 mod scene;
 mod stack;
+mod store;
 mod table;
 mod whole_way;
 

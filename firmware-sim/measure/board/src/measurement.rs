@@ -10,11 +10,12 @@ use crate::lens;
 use crate::pair::{self, Calls, PairCost};
 use crate::probe::{Probe, Sample};
 use crate::scene::{HEADER, Rig, Scene};
+use crate::store;
 use crate::table::{comment, row};
 use crate::whole_way;
 
 /// Size of a snapshot in either scalar, bytes.
-const SNAPSHOT_BYTES: usize = CalibratorOf::<f64>::SNAPSHOT_BYTES;
+pub(crate) const SNAPSHOT_BYTES: usize = CalibratorOf::<f64>::SNAPSHOT_BYTES;
 
 /// Half a batch: the difference to a whole one gives the cost per correspondence.
 const HALF: usize = CAPACITY / 2;
@@ -57,7 +58,7 @@ pub fn measure<T: Scalar>() -> ! {
     }
 }
 
-fn fresh<T: Scalar>(config: Config) -> CalibratorOf<T> {
+pub(crate) fn fresh<T: Scalar>(config: Config) -> CalibratorOf<T> {
     let mut calibrator = CalibratorOf::new(config);
     calibrator.set_cameras(lens::pinholes());
     calibrator
@@ -271,7 +272,7 @@ impl<'a, T: Scalar> Run<'a, T> {
 }
 
 /// Measures the calls outside of a pair.
-fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static str, Sample); 7] {
+fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static str, Sample); 11] {
     let mut calibrator = fresh::<T>(Config::robust());
     let mut scene = Scene::new(Rig::off(START_DEGREES));
     let mut solve = Sample::default();
@@ -291,6 +292,7 @@ fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static s
     let mut other = fresh::<T>(Config::robust());
     let (restored, restore) = probe.run(|| calls::restore(&mut other, record));
     assert!(restored.is_ok(), "the record was just written");
+    let [open, save_if_due, save, resume] = store::measure(probe, &calibrator);
     let undo = probe.run(|| calls::undo(&mut calibrator)).1;
     let reset = probe.run(|| calls::reset(&mut calibrator)).1;
     [
@@ -301,6 +303,10 @@ fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static s
         ("restore", restore),
         ("undo", undo),
         ("reset", reset),
+        ("Store::open", open),
+        ("save_if_due", save_if_due),
+        ("save at most", save),
+        ("resume", resume),
     ]
 }
 

@@ -1,31 +1,20 @@
-//! Calls the whole facade, for its size. Not meant to be run.
-//!
-//! Inputs come from `black_box`, so that the compiler cannot fold them.
-
-#![no_std]
-#![no_main]
+//! Calls of the facade. Inputs come from `black_box`, so that the compiler cannot fold them.
 
 use core::hint::black_box;
 
-use panic_halt as _;
 use stereo_selfcal::{
-    Calibrator, Camera, Cameras, Config, Correspondence, Intrinsics, Lens, RadialTangential,
+    Calibrator, Camera, Cameras, Correspondence, Intrinsics, Lens, RadialTangential,
 };
 
-#[cortex_m_rt::entry]
-fn main() -> ! {
-    static mut CALIBRATOR: Calibrator<f32, 256> = Calibrator::new(Config::robust());
-    let calibrator: &mut Calibrator<f32, 256> = CALIBRATOR;
-    loop {
-        if let Some(cameras) = cameras() {
-            calibrator.set_cameras(cameras);
-        }
-        process_pair(calibrator);
-        let _ = black_box(calibrator.apply());
-        let _ = black_box(calibrator.undo());
-        if black_box(false) {
-            calibrator.reset();
-        }
+pub(crate) fn all(calibrator: &mut Calibrator<f32, 256>) {
+    if let Some(cameras) = cameras() {
+        calibrator.set_cameras(cameras);
+    }
+    process_pair(calibrator);
+    let _ = black_box(calibrator.apply());
+    let _ = black_box(calibrator.undo());
+    if black_box(false) {
+        calibrator.reset();
     }
 }
 

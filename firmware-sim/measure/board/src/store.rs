@@ -1,0 +1,139 @@
+//! Measures the flash store and its save policy.
+
+use core::time::Duration;
+
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use stereo_selfcal::store::{Persistence, SavePolicy, Store};
+use stereo_selfcal::{Config, FactoryCalibration, Scalar};
+
+use crate::calls::CalibratorOf;
+use crate::measurement::{SNAPSHOT_BYTES, fresh};
+use crate::probe::{Probe, Sample};
+
+/// A page holds four records in `f32`, two in `f64`.
+const PAGE: usize = 20 * 1024;
+const PAGES: usize = 2;
+
+/// Enough to fill every page, and to begin the first one again.
+const SAVES: u64 = 12;
+
+/// NOR flash in RAM.
+struct RamFlash<'a>(&'a mut [u8]);
+
+impl RamFlash<'_> {
+    fn range(&mut self, from: u32, len: usize) -> Result<&mut [u8], NorFlashErrorKind> {
+        let from = usize::try_from(from).map_err(|_| NorFlashErrorKind::OutOfBounds)?;
+        self.0.get_mut(from..from + len).ok_or(NorFlashErrorKind::OutOfBounds)
+    }
+}
+
+impl ErrorType for RamFlash<'_> {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for RamFlash<'_> {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        bytes.copy_from_slice(self.range(offset, bytes.len())?);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.len()
+    }
+}
+
+impl NorFlash for RamFlash<'_> {
+    const WRITE_SIZE: usize = 8;
+    const ERASE_SIZE: usize = 2048;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        let len = usize::try_from(to - from).unwrap_or_default();
+        self.range(from, len)?.fill(0xff);
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        self.range(offset, bytes.len())?.copy_from_slice(bytes);
+        Ok(())
+    }
+}
+
+type Kept<'a, T> = Persistence<RamFlash<'a>, T>;
+
+#[inline(never)]
+fn open(flash: RamFlash<'_>) -> Option<Store<RamFlash<'_>>> {
+    let page = u32::try_from(PAGE).ok()?;
+    Store::open(flash, 0..u32::try_from(PAGE * PAGES).ok()?, page).ok()
+}
+
+#[inline(never)]
+fn save_factory<T: Scalar>(
+    kept: &mut Kept<'_, T>,
+    factory: &FactoryCalibration<T>,
+    buffer: &mut [u8],
+) -> bool {
+    kept.save_factory(factory, buffer).is_ok()
+}
+
+#[inline(never)]
+fn save<T: Scalar>(
+    kept: &mut Kept<'_, T>,
+    calibrator: &CalibratorOf<T>,
+    now: Duration,
+    buffer: &mut [u8],
+) -> bool {
+    kept.save(calibrator, now, buffer).is_ok()
+}
+
+#[inline(never)]
+fn save_if_due<T: Scalar>(
+    kept: &mut Kept<'_, T>,
+    calibrator: &CalibratorOf<T>,
+    buffer: &mut [u8],
+) -> bool {
+    kept.save_if_due(calibrator, Duration::ZERO, buffer).is_ok_and(|reason| reason.is_some())
+}
+
+#[inline(never)]
+fn resume<T: Scalar>(
+    kept: &mut Kept<'_, T>,
+    calibrator: &mut CalibratorOf<T>,
+    buffer: &mut [u8],
+) -> bool {
+    kept.resume(calibrator, buffer).is_ok_and(|found| found)
+}
+
+/// Measures the calls of the store, the driver of a flash in RAM included: `Store::open`, `save_if_due` of a locked
+/// calibrator, `save` at most, until both pages were full, and `resume`.
+///
+/// # Panics
+/// If a record is not saved or not found again.
+#[expect(clippy::large_stack_arrays, reason = "there is no heap to put them on")]
+pub(crate) fn measure<T: Scalar>(probe: &Probe, calibrator: &CalibratorOf<T>) -> [Sample; 4] {
+    let mut buffer = [0; SNAPSHOT_BYTES];
+    let mut bytes = [0xff; PAGE * PAGES];
+    let blank = RamFlash(&mut bytes);
+    let mut kept = Kept::new(open(blank).expect("it has pages"), SavePolicy::new());
+    let cameras = *calibrator.cameras().expect("a locked calibrator has cameras");
+    let factory = FactoryCalibration { cameras, extrinsics: *calibrator.factory() };
+    assert!(save_factory(&mut kept, &factory, &mut buffer), "it takes records");
+    let (saved, if_due) = probe.run(|| save_if_due(&mut kept, calibrator, &mut buffer));
+    assert!(saved, "the first save of a locked calibrator is due");
+    let mut of_save = Sample::default();
+    for second in 1..=SAVES {
+        let now = Duration::from_secs(second);
+        let (saved, sample) = probe.run(|| save(&mut kept, calibrator, now, &mut buffer));
+        assert!(saved, "it takes records");
+        of_save = of_save.max(sample);
+    }
+    assert!(kept.store().wear().erasures > 2, "both pages were full");
+    let flash = kept.release().close();
+    let (store, of_open) = probe.run(|| open(flash));
+    let mut kept = Kept::new(store.expect("it has pages"), SavePolicy::new());
+    let mut other = fresh::<T>(Config::robust());
+    let (found, of_resume) = probe.run(|| resume(&mut kept, &mut other, &mut buffer));
+    assert!(found, "the record was saved");
+    [of_open, if_due, of_save, of_resume]
+}
