@@ -282,6 +282,15 @@ fn records_of_older_layouts_are_read() {
         assert!(off.rotation < 2e-4 && off.translation < 1e-3, "{off:?}");
         // In near scenes the noise of disparities, set from the noise, takes next to nothing away.
         assert!(proposal.sd.rotation < 2e-4 && proposal.sd.translation < 6e-4, "{proposal:?}");
+        // The sums of the record go on with the same rig.
+        let mut same = restored::<f32>(Config::robust(), record).unwrap();
+        take(&mut same, &scene(ROTATION, 61)).unwrap();
+        let next = same.proposal().unwrap();
+        assert_eq!(next.pairs, 11);
+        let [before, after] = [&proposal, &next].map(|p| [p.sd.rotation, p.sd.translation]);
+        for (after, before) in after.into_iter().zip(before) {
+            assert!((0.8..1.0).contains(&(after / before)), "{after} {before}");
+        }
         // Two more of the knocked rig make three with that of the record.
         for seed in 51..53 {
             take(&mut read, &scene(KNOCKED, seed)).unwrap();

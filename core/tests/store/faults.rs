@@ -112,6 +112,30 @@ fn five_saves<const W: usize, const E: usize>(
     }
 }
 
+/// A state saved while one page does not answer, and what is loaded once it answers again.
+#[test]
+fn a_state_saved_while_a_page_is_unreadable_is_newer_than_all_in_that_page() {
+    const PAGES: usize = 3;
+    let mut saves = 0;
+    for (steps, page, bytes) in (0..STEPS)
+        .flat_map(|steps| (0..PAGES).map(move |page| (steps, page)))
+        .flat_map(|(steps, page)| sizes::<8, 512>().map(|bytes| (steps, page, bytes)))
+    {
+        let (flash, _) = used::<8, 512>(PAGES, steps, bytes);
+        let faults = flash.faults.clone();
+        faults.borrow_mut().push(Active { defect: Defect::Deaf, pages: 1 << page, after: 0 });
+        let mut store = open(flash);
+        let step = save(RecordKind::State, 99, bytes.1);
+        if perform(&mut store, &step) {
+            saves += 1;
+            faults.borrow_mut().clear();
+            let found = load(&mut open(store.close()), RecordKind::State).unwrap();
+            assert_eq!(found, step.payload, "page {page}, {steps} steps, {bytes:?}");
+        }
+    }
+    assert!(saves > 50, "{saves}");
+}
+
 /// Sizes of factory record and state: several of them in a page.
 fn sizes<const W: usize, const E: usize>() -> [(usize, usize); 2] {
     [(20, 31), (30, (E / 2 - (30_usize + 28).next_multiple_of(W) - 28) / 2)]
