@@ -3,6 +3,7 @@
 use super::super::hypothesis::Update;
 use super::super::hypothesis::tests::{context, evaluated_at, fused, truth};
 use super::*;
+use crate::algebra::symmetric5::Symmetric5;
 use crate::pair::evaluate::EvaluatedPose;
 
 /// Adds a pair to both; whether the short and the long window alone reject.
@@ -74,4 +75,22 @@ fn pairs_that_each_pass_the_gate_sum_up_to_a_change() {
         detector.add(&hypothesis, &pair, 0.0, &still, &context);
     }
     assert_eq!(detector.cumulative, 0.0);
+}
+
+#[test]
+fn a_window_rejects_beyond_its_limit_times_the_reduced_chi_square() {
+    let context = context();
+    let pairs = fused(&[evaluated_at(&truth(), 0)], 1, &context);
+    let changes = |statistic: f64, reduced_chi_square| {
+        let variance = 1e12;
+        let mut detector = ChangeDetector::NEW;
+        detector.long.gradient = Vector5::x() * (statistic * variance).sqrt();
+        detector.long_variance = Information(Symmetric5::of_diagonal([variance; 5]));
+        let hypothesis = pairs.clone().scattered(reduced_chi_square);
+        detector.has_changed(&hypothesis, &NormalEquations::ZERO, &context)
+    };
+    assert_eq!([27.0, 29.0].map(|statistic| changes(statistic, 1.0)), [false, true]);
+    assert_eq!([111.0, 113.0].map(|statistic| changes(statistic, 4.0)), [false, true]);
+    // Less than chance is none.
+    assert_eq!([27.0, 29.0].map(|statistic| changes(statistic, 0.5)), [false, true]);
 }

@@ -100,6 +100,11 @@ impl<T: Scalar> Hypothesis<T> {
     pub(in crate::fusion) fn drifting(self, drift: Vector5<T>) -> Self {
         Self { drift, ..self }
     }
+
+    /// Of pairs that scatter by more than they report.
+    pub(in crate::fusion) fn scattered(self, reduced_chi_square: T) -> Self {
+        Self { reduced_chi_square, ..self }
+    }
 }
 
 #[test]
