@@ -9,14 +9,8 @@ use std::collections::BTreeSet;
 use std::io::{BufRead, Read};
 
 use super::frame_numbers::FrameNumbers;
-use super::frame_rows_error::FrameRowsError;
+use super::frame_rows_error::{FrameRowsError, LONGEST_LINE, MOST_ROWS};
 use super::matches::Match;
-
-/// Longest line, bytes.
-pub const LONGEST_LINE: usize = 4096;
-
-/// Most rows of a frame.
-pub const MOST_ROWS: usize = 1 << 20;
 
 /// Names of the columns; the last two may be missing.
 const COLUMNS: [&str; 7] = ["frame", "ul", "vl", "ur", "vr", "score", "step"];

@@ -1,10 +1,14 @@
-//! Errors of a CSV file with the matches of many pairs.
+//! Limits and errors of a CSV file with the matches of many pairs.
 
 use std::error::Error;
 use std::fmt;
 use std::io;
 
-use super::frame_rows::{LONGEST_LINE, MOST_ROWS};
+/// Longest line, bytes.
+pub const LONGEST_LINE: usize = 4096;
+
+/// Most rows of a frame.
+pub const MOST_ROWS: usize = 1 << 20;
 
 /// Why a file is not one of matches by frame. Lines are counted from 1.
 #[derive(Debug)]

@@ -17,8 +17,8 @@ mod sign;
 mod turned_view;
 
 pub use dataset::Dataset;
-pub use frame_rows::{FrameRows, LONGEST_LINE, MOST_ROWS};
-pub use frame_rows_error::FrameRowsError;
+pub use frame_rows::FrameRows;
+pub use frame_rows_error::{FrameRowsError, LONGEST_LINE, MOST_ROWS};
 pub use geometry::{Rays, Rows, in_f64, matrix, rows};
 pub use matches::Match;
 pub use meta::{LensModel, Meta};

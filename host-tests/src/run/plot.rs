@@ -6,7 +6,8 @@ use anyhow::Result;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Calibration, LensCorrection};
 
-use super::log::{RunLog, Step};
+use super::log::RunLog;
+use super::step::Step;
 use super::summary::row_offsets_px;
 use crate::chart::legend::{DOT, FILL, Key, Mark};
 use crate::chart::palette::{Rgb, SERIES};

@@ -4,8 +4,9 @@ use anyhow::Result;
 use stereo_selfcal::{Calibrator, Config, Extrinsics, Scalar};
 
 use super::alone::PairSolver;
-use super::log::{RunLog, Step};
+use super::log::RunLog;
 use super::refused::{self, CountByReason};
+use super::step::Step;
 use crate::data::{Dataset, Match, Meta, in_f64};
 
 /// Default capacity of a replay, correspondences a pair.

@@ -3,8 +3,8 @@
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Fused, State};
 
-use super::log::{Step, Verdict};
 use super::refused::{self, CountByReason};
+use super::step::{Step, Verdict};
 
 /// Sums over pairs.
 #[derive(Debug, Clone, Default, PartialEq)]

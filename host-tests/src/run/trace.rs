@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use stereo_selfcal::{Extrinsics, LensCorrection};
 
-use super::log::Step;
+use super::step::Step;
 
 /// Columns before those of the extrinsics.
 const COLUMNS: [&str; 11] = [

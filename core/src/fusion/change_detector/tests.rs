@@ -70,6 +70,8 @@ fn pairs_that_each_pass_the_gate_sum_up_to_a_change() {
     // 20 less the 9 left out: 60 are exceeded by the sixth.
     let changed = [20.0; 6].map(|nis| detector.add(&hypothesis, &pair, nis, &still, &context));
     assert_eq!(changed, [false, false, false, false, false, true]);
+    let at_limit = ChangeDetector { cumulative: 60.0, ..ChangeDetector::NEW };
+    assert!(!at_limit.has_changed(&hypothesis, &NormalEquations::ZERO, &context));
     // Below what is left out the sum fades to 0, not beyond.
     for _ in 0..20 {
         detector.add(&hypothesis, &pair, 0.0, &still, &context);

@@ -2,15 +2,27 @@
 
 use stereo_selfcal::link::{Decoder, FrameRefusal, FrameSink, Received};
 use stereo_selfcal::{
-    ApplyError, Calibration, Calibrator, Cameras, Correspondence, Extrinsics, Fused, Health,
-    PairError, PairReport, Proposal, PushError, Pushed, RectifiedCamera, RectifyError,
+    ApplyError, Calibration, Calibrator, Cameras, Config, Correspondence, Extrinsics, Fused,
+    Health, PairError, PairReport, Proposal, PushError, Pushed, RectifiedCamera, RectifyError,
     RectifyingRotations, Refusal, RestoreError, Scalar, SnapshotError,
 };
+
+use crate::lens;
 
 /// Capacity of the batch.
 pub(crate) const CAPACITY: usize = 256;
 
 pub(crate) type CalibratorOf<T> = Calibrator<T, CAPACITY>;
+
+/// Size of a snapshot in either scalar, bytes.
+pub(crate) const SNAPSHOT_BYTES: usize = CalibratorOf::<f64>::SNAPSHOT_BYTES;
+
+/// A calibrator with pinhole cameras, before its first pair.
+pub(crate) fn fresh<T: Scalar>(config: Config) -> CalibratorOf<T> {
+    let mut calibrator = CalibratorOf::new(config);
+    calibrator.set_cameras(lens::pinholes());
+    calibrator
+}
 
 #[inline(never)]
 pub(crate) fn feed(

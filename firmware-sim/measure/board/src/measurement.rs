@@ -4,7 +4,7 @@ use cortex_m_semihosting::debug::{self, EXIT_SUCCESS};
 use stereo_selfcal::link::MatchRecord;
 use stereo_selfcal::{Config, Correspondence, Extrinsics, Scalar, State};
 
-use crate::calls::{self, CAPACITY, CalibratorOf};
+use crate::calls::{self, CAPACITY, CalibratorOf, SNAPSHOT_BYTES, fresh};
 use crate::frame;
 use crate::lens;
 use crate::pair::{self, Calls, PairCost};
@@ -13,9 +13,6 @@ use crate::scene::{HEADER, Rig, Scene};
 use crate::store;
 use crate::table::{comment, row};
 use crate::whole_way;
-
-/// Size of a snapshot in either scalar, bytes.
-pub(crate) const SNAPSHOT_BYTES: usize = CalibratorOf::<f64>::SNAPSHOT_BYTES;
 
 /// Half a batch: the difference to a whole one gives the cost per correspondence.
 const HALF: usize = CAPACITY / 2;
@@ -56,12 +53,6 @@ pub fn measure<T: Scalar>() -> ! {
     loop {
         debug::exit(EXIT_SUCCESS);
     }
-}
-
-pub(crate) fn fresh<T: Scalar>(config: Config) -> CalibratorOf<T> {
-    let mut calibrator = CalibratorOf::new(config);
-    calibrator.set_cameras(lens::pinholes());
-    calibrator
 }
 
 /// Measures decoding and pushing a match.

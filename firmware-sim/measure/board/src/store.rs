@@ -6,8 +6,7 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNo
 use stereo_selfcal::store::{Persistence, SavePolicy, Store};
 use stereo_selfcal::{Config, FactoryCalibration, Scalar};
 
-use crate::calls::CalibratorOf;
-use crate::measurement::{SNAPSHOT_BYTES, fresh};
+use crate::calls::{CalibratorOf, SNAPSHOT_BYTES, fresh};
 use crate::probe::{Probe, Sample};
 
 /// A page holds four records in `f32`, two in `f64`.

@@ -1,0 +1,150 @@
+//! What one pair of a run came to.
+
+use std::fmt;
+
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{Extrinsics, Fused, PairError, Refusal};
+
+use super::checked::Checked;
+use super::estimate::Estimate;
+use super::refused::CountByReason;
+
+/// Outcome of one pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Fused: how.
+    Accepted(Fused),
+    /// Solved, but not fused.
+    Refused(Refusal),
+    /// Not solved.
+    Failed(PairError),
+}
+
+/// One pair of a run, in `f64` whatever the scalar of the run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// Correspondences the data set has for this pair.
+    pub offered: usize,
+    /// Correspondences that the calibrator took.
+    pub taken: usize,
+    /// Correspondences refused by reason, where the run has noted it.
+    pub refused: CountByReason,
+    /// Its outcome.
+    pub verdict: Verdict,
+    /// The solved pair; the robust preset tracks it from the running estimate.
+    pub solved: Option<Solved>,
+    /// The pair solved alone, where the run has noted it.
+    pub alone: Option<Alone>,
+    /// Error of the running estimate after this pair.
+    pub running: Option<Deviation<f64>>,
+    /// The running estimate after this pair.
+    pub estimate: Option<Estimate>,
+    /// What a vehicle knows after this pair, where the run has noted it.
+    pub checked: Option<Checked>,
+}
+
+/// One pair solved alone, from the factory extrinsics.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Alone {
+    /// Its extrinsics; `None` if it is not solved, or not fused.
+    pub extrinsics: Option<Extrinsics<f64>>,
+    /// Their error.
+    pub error: Option<Deviation<f64>>,
+}
+
+/// The solution of one pair in the run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solved {
+    /// Its extrinsics.
+    pub extrinsics: Extrinsics<f64>,
+    /// Their error; `None` without a reference.
+    pub error: Option<Deviation<f64>>,
+    /// Passes taken.
+    pub passes: u16,
+    /// Whether the limit of passes was reached.
+    pub at_pass_limit: bool,
+    /// RMS row offset of the screened correspondences at the start, px.
+    pub rms_px_before: f64,
+    /// The same at the solution, px.
+    pub rms_px_after: f64,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Accepted(Fused::Added) => f.write_str("fused"),
+            Self::Accepted(Fused::Repeated) => f.write_str("same scene again"),
+            Self::Accepted(Fused::KeptApart) => f.write_str("kept apart"),
+            Self::Accepted(Fused::Renewed) => f.write_str("fused, older pairs dropped"),
+            Self::Accepted(Fused::TookOver) => f.write_str("the pairs kept apart took over"),
+            Self::Accepted(other) => other.fmt(f),
+            Self::Refused(why) => write!(f, "refused: {why}"),
+            Self::Failed(why) => write!(f, "not solved: {why}"),
+        }
+    }
+}
+
+impl Step {
+    /// Error of the pair: alone, where the run has noted it, otherwise as solved in the run.
+    #[must_use]
+    pub fn pair_error(&self) -> Option<Deviation<f64>> {
+        match self.alone {
+            Some(alone) => alone.error,
+            None => self.solved.and_then(|solved| solved.error),
+        }
+    }
+
+    /// Estimate of the pair: alone, where the run has noted it, otherwise as solved in the run.
+    #[must_use]
+    pub fn pair_extrinsics(&self) -> Option<Extrinsics<f64>> {
+        match self.alone {
+            Some(alone) => alone.extrinsics,
+            None => self.solved.map(|solved| solved.extrinsics),
+        }
+    }
+
+    /// Heading over the lines of [`Step`]'s `Display`: px and passes are those of the run, the pair's errors
+    /// those of [`Step::pair_error`]. Passes end in `+` where the limit cut them off.
+    pub const HEADING: &str = "matches  rows px before>after  passes   pair e_t  e_theta deg   \
+                               running e_t  e_theta deg   verdict";
+}
+
+impl fmt::Display for Step {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:>7}  ", self.taken)?;
+        match &self.solved {
+            Some(s) => write!(
+                f,
+                "{:>9.3} > {:>9.3}  {:>5}{}   ",
+                s.rms_px_before,
+                s.rms_px_after,
+                s.passes,
+                if s.at_pass_limit { '+' } else { ' ' },
+            )?,
+            None => write!(f, "{:>21}  {:>6}   ", "-", "-")?,
+        }
+        match &self.pair_error() {
+            Some(e) => write!(
+                f,
+                "{:>8.3}  {:>11.3}   ",
+                e.translation.to_degrees(),
+                e.rotation.to_degrees()
+            )?,
+            None => write!(f, "{:>8}  {:>11}   ", "-", "-")?,
+        }
+        match &self.running {
+            Some(e) => write!(
+                f,
+                "{:>11.3}  {:>11.3}   ",
+                e.translation.to_degrees(),
+                e.rotation.to_degrees()
+            )?,
+            None => write!(f, "{:>11}  {:>11}   ", "-", "-")?,
+        }
+        write!(f, "{}", self.verdict)?;
+        if self.taken < self.offered {
+            write!(f, " ({} of {} matches not taken)", self.offered - self.taken, self.offered)?;
+        }
+        Ok(())
+    }
+}
