@@ -157,6 +157,25 @@ fn a_rig_turned_by_a_tenth_of_a_degree_departs_and_the_same_rig_does_not() {
 }
 
 #[test]
+fn another_rig_departs_further_off_where_pairs_scatter_by_more_than_they_report() {
+    let context = context::<f64>();
+    let pairs: Vec<EvaluatedPose<f64>> = (0..10).map(evaluated).collect();
+    let estimate = fused(&pairs, 1, &context);
+    // The first turn, in steps of a twentieth, from which a rig departs.
+    let first = |reduced_chi_square| {
+        let estimate = estimate.clone().scattered(reduced_chi_square);
+        let departs = |angle: f64| {
+            let mut other = estimate.clone();
+            other.pose = other.pose.stepped_by(&(Vector5::x() * angle)).unwrap();
+            other.departs_from(&estimate, &context)
+        };
+        (0..200).map(|k| 1e-6 * 1.05_f64.powi(k)).find(|angle| departs(*angle)).unwrap()
+    };
+    let ratio = first(9.0) / first(1.0);
+    assert!((2.8..3.2).contains(&ratio), "{ratio}");
+}
+
+#[test]
 fn the_order_of_pairs_hardly_matters() {
     let context = context();
     let mut pairs: Vec<EvaluatedPose<f64>> = (0..40).map(evaluated).collect();
