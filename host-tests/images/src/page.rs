@@ -21,7 +21,7 @@ use stereo_selfcal::{
 
 use crate::matcher::halved;
 use crate::picture::Picture;
-use crate::session::Session;
+use crate::session::{BestPair, Session};
 use crate::verdict::{Report, Verdict};
 
 /// Pictures are at most this wide, px.
@@ -98,11 +98,9 @@ fn verdict(report: &Report, command: &str) -> Section {
 
 /// Pictures of the best pair; a sentence where there is nothing to show.
 fn pictures(session: &Session, command: &str) -> Result<Option<Section>> {
-    let (Some((number, frames)), Some(fused)) = (&session.best, session.log.fused()) else {
-        return Ok(None);
-    };
+    let (Some(best), Some(fused)) = (&session.best, session.log.fused()) else { return Ok(None) };
+    let BestPair { number, frames, matches } = best;
     let pictures = [frames[0].picture()?, frames[1].picture()?];
-    let matches = &session.set.pairs[*number];
     let calibrated = shown(&pictures, &fused.rig(&session.set.meta), matches)?;
     let before = shown(&pictures, &session.set.meta, matches)?;
     let kept = calibrated.in_row(&fused.extrinsics);

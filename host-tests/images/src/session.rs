@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result, bail, ensure};
 use host_tests::data::{Dataset, Match, PairsFolder};
-use host_tests::run::{Apply, CAPACITY, RunLog, Running, Step};
+use host_tests::run::{Apply, CAPACITY, KeptPairs, RunLog, Running, Step};
 use host_tests::wire::Sender;
 use stereo_selfcal::{Config, Extrinsics};
 
@@ -42,20 +42,33 @@ pub struct Request<'a> {
 /// What a run came to.
 #[derive(Debug)]
 pub struct Session {
-    /// The rig and the matches of all pairs.
+    /// The rig and the matches of all pairs; of a long run of every 2nd, 4th, .. of them.
     pub set: Dataset,
+    /// Pairs matched.
+    pub pairs: usize,
     /// What the calibrator made of them.
     pub log: RunLog,
     /// Skipped, by reason.
     pub skipped: HashMap<Skip, usize>,
-    /// The pair with the most matches: its number, and its images.
-    pub best: Option<(usize, [Frame; 2])>,
+    /// The pair with the most matches.
+    pub best: Option<BestPair>,
     /// Matches that no frame could carry.
     pub left_out: usize,
     /// Whether left and right are of different moments, if that was looked into.
     pub shift: Option<Shift>,
     /// Whether it was ended before the source was.
     pub stopped: bool,
+}
+
+/// The pair that pictures show.
+#[derive(Debug)]
+pub struct BestPair {
+    /// Its number, from 0.
+    pub number: usize,
+    /// Its images.
+    pub frames: [Frame; 2],
+    /// Its matches.
+    pub matches: Vec<Match>,
 }
 
 /// Hears of a run as it goes.
@@ -130,6 +143,8 @@ struct Run {
     out: Option<PathBuf>,
     /// That folder, from the first pair on: a run without one leaves nothing.
     folder: Option<PairsFolder>,
+    /// Pairs for the figures at the end.
+    kept: KeptPairs,
     session: Session,
     /// What ended it.
     failed: Option<anyhow::Error>,
@@ -148,6 +163,7 @@ impl Run {
         };
         let session = Session {
             set,
+            pairs: 0,
             log: running.log().clone(),
             skipped: HashMap::new(),
             best: None,
@@ -157,29 +173,31 @@ impl Run {
         };
         let frames = Frames::open(request.frames, [meta.width, meta.height])?;
         let out = request.out.map(Path::to_owned);
-        Ok(Self { running, frames, out, folder: None, session, failed: None })
+        let kept = KeptPairs::default();
+        Ok(Self { running, frames, out, folder: None, kept, session, failed: None })
     }
 
     /// Takes the matches of the next pair. `Break` if they cannot be written.
     fn take(
         &mut self,
-        images: [Frame; 2],
+        frames: [Frame; 2],
         matches: Vec<Match>,
         listener: &mut dyn Listener,
     ) -> ControlFlow<()> {
-        let number = self.session.set.pairs.len();
+        let number = self.session.pairs;
         if let Err(why) = self.write(number, &matches) {
             self.failed = Some(why);
             return ControlFlow::Break(());
         }
-        let best = self.session.best.as_ref().and_then(|(n, _)| self.session.set.pairs.get(*n));
-        if best.is_none_or(|best| matches.len() > best.len()) {
-            self.session.best = Some((number, images));
-        }
         if let Some(step) = self.running.push(&matches) {
             listener.pair(number, step);
         }
-        self.session.set.pairs.push(matches);
+        self.kept.offer(&matches);
+        self.session.pairs += 1;
+        let best = self.session.best.as_ref();
+        if best.is_none_or(|best| matches.len() > best.matches.len()) {
+            self.session.best = Some(BestPair { number, frames, matches });
+        }
         ControlFlow::Continue(())
     }
 
@@ -197,6 +215,7 @@ impl Run {
             return Err(why);
         }
         self.session.log = self.running.log().clone();
+        self.session.set.pairs = self.kept.into_pairs();
         Ok(self.session)
     }
 }
@@ -205,7 +224,7 @@ impl Session {
     /// `Break` if all pairs so far have left and right exchanged.
     fn verdict_on_order(&self) -> ControlFlow<()> {
         let exchanged = self.count(Skip::Exchanged);
-        let hopeless = self.set.pairs.is_empty() && exchanged >= ENOUGH_EXCHANGED;
+        let hopeless = self.pairs == 0 && exchanged >= ENOUGH_EXCHANGED;
         if hopeless { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
@@ -224,7 +243,7 @@ impl Session {
     }
 
     fn checked(mut self, matcher: &Matcher, source: &Source) -> Result<Self> {
-        if self.set.pairs.is_empty() {
+        if self.pairs == 0 {
             if self.count(Skip::Exchanged) > 0 {
                 bail!(
                     "left and right are exchanged in all {} pairs: most disparities are negative. Give the right \

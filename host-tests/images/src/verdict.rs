@@ -88,13 +88,12 @@ impl Report {
         if guessed {
             reasons.push("the intrinsics are a guess: yaw and t cannot be trusted".into());
         }
-        let matches: usize = session.set.pairs.iter().map(Vec::len).sum();
         Ok(Self {
             verdict,
             reasons,
             rig_guessed: guessed,
             skipped: session.skipped_in_words(),
-            matches_a_pair: matches as f64 / session.set.pairs.len().max(1) as f64,
+            matches_a_pair: summary.matches as f64 / summary.pairs.max(1) as f64,
             in_row: summary.in_row,
             summary,
         })

@@ -77,7 +77,7 @@ pub(crate) fn images(args: &ImagesArgs) -> Result<()> {
         return Ok(());
     }
     if ran.session.stopped {
-        writeln!(out, "stopped after {} pairs", ran.session.set.pairs.len())?;
+        writeln!(out, "stopped after {} pairs", ran.session.pairs)?;
     }
     writeln!(out, "{}\n\n{report}", report.summary)?;
     for (what, path) in written {
