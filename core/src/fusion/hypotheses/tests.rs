@@ -2,6 +2,7 @@
 
 use super::super::hypothesis::tests::{context, evaluated, evaluated_at, fused, truth};
 use super::*;
+use crate::codec;
 use nalgebra::Vector5;
 use std::vec::Vec;
 
@@ -69,4 +70,24 @@ fn a_pair_passes_a_gate_only_with_a_peak_and_the_usual_share_of_inliers() {
     flat.stats.usable = pair.stats.usable;
     assert!(!flat.has_peak());
     assert_eq!(hypothesis.gate(&flat, hypothesis.inlier_share, 1.0, &context), None);
+}
+
+#[test]
+fn a_challenger_that_would_have_been_dropped_is_no_record() {
+    let context = context();
+    let hypothesis = fused(&pairs(0.0, 0..4), 1, &context);
+    let read = |agreed: u16, failed: u16| {
+        let challenger = Some(Challenger { hypothesis, agreed, failed });
+        let written = Hypotheses { champion: None, challenger, rejected: 0 };
+        let mut buffer = [0; 8192];
+        let header = codec::RecordHeader::FACTORY;
+        let record = codec::write::<f64>(header, &mut buffer, |to| written.write(to)).unwrap();
+        let mut from = codec::open::<f64>(header, record).unwrap();
+        let mut hypotheses = Hypotheses::NONE;
+        hypotheses.read(&mut from, &context)
+    };
+    // Dropped after two failures, and more than half as many as agree.
+    assert_eq!([(1, 1), (6, 3)].map(|(agreed, failed)| read(agreed, failed)), [Ok(()); 2]);
+    let dropped = [(1, 2), (3, 2), (6, 4)].map(|(agreed, failed)| read(agreed, failed));
+    assert_eq!(dropped, [Err(RestoreError::Absurd); 3]);
 }
