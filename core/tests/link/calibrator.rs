@@ -77,6 +77,10 @@ fn a_damaged_frame_leaves_an_empty_batch() {
     let mut calibrator = calibrator::<f32>();
     assert_eq!(feed(&mut Decoder::new(), &bytes, &mut calibrator), Ok(None));
     assert!(calibrator.batch().pairs().is_empty());
+    // Matches of another source are not those of a frame that still arrives.
+    assert_eq!(calibrator.batch().offered(), 0);
+    calibrator.push(&Frame::plain(2, 1).matches[0]).unwrap();
+    assert_eq!(calibrator.batch().pairs().len(), 1);
 }
 
 #[test]
