@@ -318,6 +318,10 @@ mod tests {
         let limit = Leverage::of(&held, 40.0, &narrower, 1.0).unwrap();
         let next = limit.raised(&held, &first, &HighLeverage::NONE, false).unwrap();
         assert!((next.high / first.high - 0.25).abs() < 1e-12);
+        // So does a limit that is raised: shares of the pass are of the covariance before the step.
+        let large = 100.0 * limit.limit.max(first.high);
+        let raised = limit.raised(&held, &first, &high(&[large; 20], 0.0), false).unwrap();
+        assert!((raised.limit / (MAX_LEVERAGE * large) - 0.25).abs() < 1e-12);
         // The same correspondences are of high leverage before and after.
         let j = [0.3, 0.0, 0.0, 0.2, 1.0];
         let at_limit = first.limit / share(Single, &first.covariance, 1.0, &j);

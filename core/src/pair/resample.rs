@@ -343,6 +343,26 @@ mod tests {
     }
 
     #[test]
+    fn a_round_asks_for_a_fifth_of_a_match_and_for_more_where_the_noise_exceeds_the_scale() {
+        // Thirty rows that fit exactly after a step, and are off by a residual before it.
+        let improves = |residual: f64, noise: f64| {
+            let row = |i: u8| {
+                let k = f64::from(i);
+                let jacobian = [1.0, k.sin(), (2.0 * k).sin(), (3.0 * k).cos(), (0.7 * k).cos()];
+                (residual, jacobian)
+            };
+            let rows = Rows::from_iter((0..30).map(row));
+            let prior = Information(Symmetric5::of_diagonal([1e-6; 5]));
+            let mut random = Random::NEW;
+            improve(&rows, noise, &prior, &mut random).is_some()
+        };
+        // Scale 1 px; 30 less 30 / (1 + r^2).
+        assert_eq!([0.07, 0.1].map(|residual| improves(residual, 0.3)), [false, true]);
+        // Scale 1.5 px, 1.19 times the score.
+        assert_eq!([0.5, 0.7].map(|residual| improves(residual, 5.0)), [false, true]);
+    }
+
+    #[test]
     fn a_score_sums_the_cauchy_weights_of_residuals_at_its_scale() {
         let rows = Rows::from_iter([-2.0, 0.0, 4.0].map(|r| (r, [1.0, 0.0, 0.0, 0.0, 0.0])));
         assert_eq!(score(&rows, &Vector5::zeros(), 2.0), 0.5 + 1.0 + 0.2);
