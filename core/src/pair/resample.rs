@@ -325,10 +325,10 @@ mod tests {
         // Of three unknowns; the prior holds the others.
         let row = |i: u8| {
             let k = f64::from(i);
-            let r = (3.1 * k).sin() + if i % 4 == 0 { 5.0 } else { 0.0 };
+            let r = (3.1 * k).sin() + if i.is_multiple_of(4) { 5.0 } else { 0.0 };
             (r, [1.0, (0.7 * k).sin(), (1.3 * k).cos(), 0.0, 0.0])
         };
-        let rows = Rows::from_iter((0..60).map(row));
+        let rows: Rows<f64> = (0..60).map(row).collect();
         let prior = Information(Symmetric5::of_diagonal([1e-3; 5]));
         for scale in [0.5, 3.0] {
             let once = |d| improved(&rows, d, scale, &prior);
@@ -351,7 +351,7 @@ mod tests {
                 let jacobian = [1.0, k.sin(), (2.0 * k).sin(), (3.0 * k).cos(), (0.7 * k).cos()];
                 (residual, jacobian)
             };
-            let rows = Rows::from_iter((0..30).map(row));
+            let rows: Rows<f64> = (0..30).map(row).collect();
             let prior = Information(Symmetric5::of_diagonal([1e-6; 5]));
             let mut random = Random::NEW;
             improve(&rows, noise, &prior, &mut random).is_some()
@@ -364,7 +364,8 @@ mod tests {
 
     #[test]
     fn a_score_sums_the_cauchy_weights_of_residuals_at_its_scale() {
-        let rows = Rows::from_iter([-2.0, 0.0, 4.0].map(|r| (r, [1.0, 0.0, 0.0, 0.0, 0.0])));
+        let rows: Rows<f64> =
+            [-2.0, 0.0, 4.0].map(|r| (r, [1.0, 0.0, 0.0, 0.0, 0.0])).into_iter().collect();
         assert_eq!(score(&rows, &Vector5::zeros(), 2.0), 0.5 + 1.0 + 0.2);
         assert_eq!(score(&rows, &(Vector5::x() * 2.0), 2.0), 1.0 + 0.5 + 0.1);
     }

@@ -88,7 +88,7 @@ fn a_window_rejects_beyond_its_limit_times_the_reduced_chi_square() {
         let mut detector = ChangeDetector::NEW;
         detector.long.gradient = Vector5::x() * (statistic * variance).sqrt();
         detector.long_variance = Information(Symmetric5::of_diagonal([variance; 5]));
-        let hypothesis = pairs.clone().scattered(reduced_chi_square);
+        let hypothesis = pairs.scattered(reduced_chi_square);
         detector.has_changed(&hypothesis, &NormalEquations::ZERO, &context)
     };
     assert_eq!([27.0, 29.0].map(|statistic| changes(statistic, 1.0)), [false, true]);

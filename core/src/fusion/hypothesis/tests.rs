@@ -163,9 +163,9 @@ fn another_rig_departs_further_off_where_pairs_scatter_by_more_than_they_report(
     let estimate = fused(&pairs, 1, &context);
     // The first turn, in steps of a twentieth, from which a rig departs.
     let first = |reduced_chi_square| {
-        let estimate = estimate.clone().scattered(reduced_chi_square);
+        let estimate = estimate.scattered(reduced_chi_square);
         let departs = |angle: f64| {
-            let mut other = estimate.clone();
+            let mut other = estimate;
             other.pose = other.pose.stepped_by(&(Vector5::x() * angle)).unwrap();
             other.departs_from(&estimate, &context)
         };
