@@ -65,7 +65,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads a finite number.
-    // Out of line, as `Writer::bytes`.
+    // Out of line, as `Writer::word`.
     #[inline(never)]
     pub(crate) fn number<T: Scalar>(&mut self) -> Result<T, RestoreError> {
         let mut bits = [0; 8];
