@@ -4,7 +4,9 @@ use nalgebra::Vector5;
 
 use super::super::marginal_sums::MarginalSums;
 use super::Hypothesis;
-use crate::algebra::information::StandardDeviations;
+use crate::algebra::information::{Information, StandardDeviations};
+use crate::algebra::normal_equations::NormalEquations;
+use crate::algebra::symmetric5::Symmetric5;
 use crate::codec::{Reader, Writer, believe};
 use crate::config::Context;
 use crate::error::RestoreError;
@@ -18,6 +20,10 @@ const MEAN_ROUNDING: f64 = 1.001;
 /// Largest squared distance of the pose from the optimum of the sums, in deviations, and ratio of their informations.
 /// A first pair that says next to nothing of a direction comes to 400; a number wrong by 1e6 exceeds it.
 const MAX_INCONSISTENCY: f64 = 1e4;
+
+/// Damping of informations that are compared, in diagonals: what a sum of 1e10 leaves of a direction of 1e3 is rounding
+/// in `f32`. Where no diagonal differs by more than a factor of two, the ratio is at most `5 * 2 / 1e-3` = 1e4.
+const COMPARED_DAMPING: f64 = 1e-3;
 
 /// Matches in the short window of pairs of a million matches.
 const MAX_MATCHES: f64 = 1e7;
@@ -105,12 +111,54 @@ impl<T: Scalar> Hypothesis<T> {
             self.sums().debiased_at_pose(&self.frame, &self.pose)
         };
         context.add_prior(&self.pose, &mut normal);
-        let (step, covariance) = normal.optimum()?;
         let mut stored = self.information.0;
         stored.add_diagonal(context.prior);
-        let most = T::lit(MAX_INCONSISTENCY);
-        let ratios = [stored.inverse()?.dot(&normal.information.0), covariance.dot(&stored)];
-        let squared = -step.dot(&normal.gradient);
-        Some(squared <= most && ratios.into_iter().all(|ratio| ratio <= most))
+        are_consistent(&normal, &stored)
+    }
+}
+
+/// Whether equations have their optimum near zero, and nearly the information that is stored for them.
+fn are_consistent<T: Scalar>(normal: &NormalEquations<T>, stored: &Symmetric5<T>) -> Option<bool> {
+    let NormalEquations { information: Information(summed), gradient } = normal;
+    let damping = T::lit(COMPARED_DAMPING);
+    let [by_summed, by_stored] = [summed.factor(damping)?, stored.factor(damping)?];
+    let squared = by_summed.solve(gradient).dot(gradient);
+    let ratios = [by_stored.inverse().dot(summed), by_summed.inverse().dot(stored)];
+    let most = T::lit(MAX_INCONSISTENCY);
+    Some(squared <= most && ratios.into_iter().all(|ratio| ratio <= most))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Information of a few matches far from the axis: 1e13 on pitch, 1e3 on others, which follow pitch.
+    fn information(turn: f32) -> Symmetric5<f32> {
+        let mut information = Symmetric5::of_diagonal([1e3; 5]);
+        information.add_outer(1e13, &[1.0, turn, 0.02 * turn, 1e-5, -turn]);
+        information
+    }
+
+    #[test]
+    fn informations_of_next_to_nothing_in_one_direction_agree_where_their_diagonals_do() {
+        let [one, other] = [2e-3, 2.8e-3].map(information);
+        // After a step of pitch, in deviations.
+        let normal = |information: Symmetric5<f32>, step: f32| NormalEquations {
+            information: Information(information),
+            gradient: information.times(&(Vector5::x() * (step / 1e13_f32.sqrt()))),
+        };
+        assert_eq!(are_consistent(&normal(one, 0.0), &other), Some(true));
+        // Undamped their ratio is far beyond the limit.
+        let ratio = one.inverse().map_or(f32::INFINITY, |inverse| inverse.dot(&other));
+        assert!(!(0.0..=1e4).contains(&ratio), "{ratio}");
+        for k in 0..5 {
+            let mut wrong = one;
+            let place = [0, 2, 5, 9, 14][k];
+            wrong.0[place] *= 1e6;
+            assert_eq!(are_consistent(&normal(one, 0.0), &wrong), Some(false), "{k}");
+            assert_eq!(are_consistent(&normal(wrong, 0.0), &one), Some(false), "{k}");
+        }
+        assert_eq!(are_consistent(&normal(one, 90.0), &one), Some(true));
+        assert_eq!(are_consistent(&normal(one, 110.0), &one), Some(false));
     }
 }
