@@ -282,12 +282,14 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     #[inline(never)]
     pub fn health(&self) -> Option<Health<T>> {
         let focal = self.cameras.as_ref()?.mean_focal();
-        let proposal = self.proposal()?;
+        // By reference: moved out of the option it would take its stack twice.
+        let proposal = self.proposal();
+        let proposal = proposal.as_ref()?;
         let screen = T::single(self.config.huber_threshold_px) * T::lit(SCREEN);
         let screen = screen.max(T::lit(SCREEN_NOISES) * self.estimator.noise());
         let rays = self.estimator.correction();
         let last = LastPair { rejection: self.rejection, repeated: self.estimator.is_repeated() };
-        Health::over(&self.batch, &rays, &self.in_use, &proposal, last, focal, screen)
+        Health::over(&self.batch, &rays, &self.in_use, proposal, last, focal, screen)
     }
 
     /// Puts the estimate into use and returns it, with the cameras that it belongs to: [`Proposal::applicable`]. The
@@ -304,15 +306,24 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if !self.estimator.has_pairs() {
             return Err(ApplyError::NoProposal);
         }
-        let proposal = self.proposal().ok_or(ApplyError::Inconsistent)?;
+        let proposal = self.proposal();
+        let proposal = proposal.as_ref().ok_or(ApplyError::Inconsistent)?;
         if proposal.state != State::Locked {
             return Err(ApplyError::NotLocked(proposal.state));
         }
         if proposal.is_doubtful() {
             return Err(ApplyError::Doubtful);
         }
-        let Proposal { applicable: extrinsics, applicable_correction: correction, .. } = proposal;
-        let applied = CorrectedExtrinsics { extrinsics, correction };
+        let Proposal { applicable: extrinsics, applicable_correction: correction, .. } = *proposal;
+        self.put_into_use(CorrectedExtrinsics { extrinsics, correction })
+    }
+
+    /// Out of line: its stack is not that of the proposal.
+    #[inline(never)]
+    fn put_into_use(
+        &mut self,
+        applied: CorrectedExtrinsics<T>,
+    ) -> Result<Calibration<T>, ApplyError> {
         // Before anything changes: cameras out of range are no calibration.
         let calibration = self.calibration(&applied).ok_or(ApplyError::Inconsistent)?;
         let before = self.in_use;

@@ -262,12 +262,15 @@ impl<T: Scalar> Estimator<T> {
     }
 
     /// Checks that the restored estimate is finite and within the correction limit.
+    // Out of line, and by reference: the estimate takes most of the stack.
+    #[inline(never)]
     fn check(&self, context: &Context<'_, T>) -> Result<(), RestoreError> {
         if !self.has_pairs() {
             return Ok(());
         }
         let factory = CorrectedExtrinsics::as_given(*context.factory);
-        let proposal = self.proposal(context, &factory).ok_or(RestoreError::Absurd)?;
+        let proposal = self.proposal(context, &factory);
+        let proposal = proposal.as_ref().ok_or(RestoreError::Absurd)?;
         if !(proposal.sd.is_finite() && proposal.sd_lens.is_finite()) {
             return Err(RestoreError::Absurd);
         }

@@ -354,7 +354,8 @@ impl<T: Scalar> Hypothesis<T> {
         one: &RectifyingRotations<T>,
         other: &RectifyingRotations<T>,
     ) -> bool {
-        let sums = self.sums_at_rest();
+        let mut sums = Moments::ZERO;
+        self.sum_at_rest(&mut sums);
         let cost = |pose: &RectifyingRotations<T>| {
             Some(sums.cost_at(&self.frame, &self.pose_at_rest(pose, &sums)?))
         };

@@ -49,12 +49,25 @@ impl<T: Scalar> HypothesisLens<T> {
         context: &Context<'_, T>,
     ) -> Option<()> {
         let Self { values, covariance, effects } = self;
-        let biased = hypothesis.fill_lens(LensTerms {
-            mixed: effects,
-            information: covariance,
-            gradient: values,
-        });
-        let step = eliminate_extrinsics(covariance, effects, hypothesis, &biased, context)?;
+        let terms = LensTerms { mixed: effects, information: covariance, gradient: values };
+        let biased = hypothesis.fill_lens(terms);
+        self.solve(&biased, hypothesis, reference, context)
+    }
+
+    /// Solves the normal equations of the lens in place of the estimate. Out of line: they take less stack one after
+    /// the other.
+    ///
+    /// * `biased`: normal equations of the extrinsics.
+    #[inline(never)]
+    fn solve(
+        &mut self,
+        biased: &BiasedEquations<T>,
+        hypothesis: &Hypothesis<T>,
+        reference: &LensReference<T>,
+        context: &Context<'_, T>,
+    ) -> Option<()> {
+        let Self { values, covariance, effects } = self;
+        let step = eliminate_extrinsics(covariance, effects, hypothesis, biased, context)?;
         for (pull, mixed) in values.iter_mut().zip(effects.iter()) {
             *pull += Vector5::from(*mixed).dot(&step);
         }
@@ -71,7 +84,7 @@ impl<T: Scalar> HypothesisLens<T> {
             if vibrates { biased.debiased().information } else { *hypothesis.information() };
         let mut joint = marginal.0;
         joint.add_diagonal(context.prior);
-        take_up(effects, &biased, &joint.factor(T::ZERO)?);
+        take_up(effects, biased, &joint.factor(T::ZERO)?);
         self.is_sane(&context.lens_prior(), scale).then_some(())
     }
 

@@ -25,11 +25,27 @@ impl<T: Scalar> Fusion<T> {
         in_use: &CorrectedExtrinsics<T>,
     ) -> Option<Proposal<T>> {
         let hypothesis = self.hypotheses.reported()?;
-        let doubt = doubt(hypothesis);
         let covariance = hypothesis.reported_covariance(context)?;
-        let with_lens = self.with_lens(hypothesis, &covariance, context)?;
-        let WithLens { pose, covariance: wide, correction, found } = &with_lens;
-        let [sd, sd_lens] = [&covariance, wide].map(StandardDeviations::of);
+        let with_lens = self.with_lens(hypothesis, &covariance, context);
+        self.propose(hypothesis, &covariance, with_lens.as_ref()?, context, in_use)
+    }
+
+    /// What is reported and applied of an estimate. Out of line, as [`Self::concluded`]: the estimate of the lens takes
+    /// most of the stack.
+    ///
+    /// * `covariance`: with the lens as given, rad^2.
+    #[inline(never)]
+    fn propose(
+        &self,
+        hypothesis: &Hypothesis<T>,
+        covariance: &Symmetric5<T>,
+        with_lens: &WithLens<T>,
+        context: &Context<'_, T>,
+        in_use: &CorrectedExtrinsics<T>,
+    ) -> Option<Proposal<T>> {
+        let doubt = doubt(hypothesis);
+        let WithLens { pose, covariance: wide, correction, found } = with_lens;
+        let [sd, sd_lens] = [covariance, wide].map(StandardDeviations::of);
         // With the lens uncertain no direction is better known.
         let widened =
             wide.diagonal().iter().zip(covariance.diagonal()).all(|(w, c)| *w * T::lit(2.0) >= c);
@@ -70,6 +86,7 @@ impl<T: Scalar> Fusion<T> {
     /// The baseline in use, and the best `R` there is with it; without a fit of `R` nothing changes.
     ///
     /// * `known`: the estimate where its baseline is known; in place of them where its rows are clearly better.
+    #[inline(never)]
     fn with_baseline_of(
         &self,
         hypothesis: &Hypothesis<T>,
@@ -93,21 +110,29 @@ impl<T: Scalar> Fusion<T> {
         covariance: &Symmetric5<T>,
         context: &Context<'_, T>,
     ) -> Option<WithLens<T>> {
-        let (pose, correction) = (*hypothesis.pose(), *self.reference.correction());
-        let exact = WithLens { pose, covariance: *covariance, correction, found: None };
         if !context.has_lens_prior() {
-            return Some(exact);
+            let (pose, correction) = (*hypothesis.pose(), *self.reference.correction());
+            return Some(WithLens { pose, covariance: *covariance, correction, found: None });
         }
         let mut lens = HypothesisLens::EXACT;
         lens.estimate(hypothesis, &self.reference, context)?;
+        self.concluded(hypothesis, &lens, covariance, context)
+    }
+
+    /// [`Self::with_lens`] from the estimate of the lens.
+    #[inline(never)]
+    fn concluded(
+        &self,
+        hypothesis: &Hypothesis<T>,
+        lens: &HypothesisLens<T>,
+        covariance: &Symmetric5<T>,
+        context: &Context<'_, T>,
+    ) -> Option<WithLens<T>> {
+        let (pose, correction) = (*hypothesis.pose(), *self.reference.correction());
         let found = Some(lens.report(&correction, context.focal));
         if !self.reference.compensates() {
-            let off = lens.of_given(&correction);
-            return Some(WithLens {
-                covariance: lens.widen(covariance, &off, context),
-                found,
-                ..exact
-            });
+            let wide = lens.widen(covariance, &lens.of_given(&correction), context);
+            return Some(WithLens { pose, covariance: wide, correction, found });
         }
         let mut wide = lens.widen(covariance, &lens.left_over(), context);
         wide.add_outer_out_of_line(T::ONE, &lens.hidden().into());

@@ -190,6 +190,8 @@ impl<T: Scalar> Health<T> {
     ///
     /// * `rays`: correction of the cameras that the rays of the batch are of.
     /// * `screen_px`: a match fits if its row offset is no larger, px.
+    // Out of line: its stack is not that of the proposal, which is estimated before.
+    #[inline(never)]
     pub(crate) fn over<const N: usize>(
         batch: &Batch<T, N>,
         rays: &LensCorrection<T>,

@@ -38,7 +38,8 @@ pub(super) fn resample<T: Scalar>(
     pairs: &[RayPair<T>],
     noise: T,
 ) -> Option<Vector5<T>> {
-    let rows = rows(by, pairs);
+    let mut rows = Rows::new();
+    take_rows(by, pairs, &mut rows);
     let scale = scale(noise);
     let mut best = Best::at(score(&rows, &Vector5::zeros(), scale));
     let mut random = Random::NEW;
@@ -79,7 +80,9 @@ impl Rounds {
         prior: &Information<T>,
     ) -> Option<Vector5<T>> {
         self.left = self.left.saturating_sub(1);
-        improve(&rows(by, pairs), noise, prior, &mut self.random)
+        let mut rows = Rows::new();
+        take_rows(by, pairs, &mut rows);
+        improve(&rows, noise, prior, &mut self.random)
     }
 }
 
@@ -182,9 +185,9 @@ impl<T: Scalar> Best<T> {
     }
 }
 
-/// Rows of a sample of the batch.
-fn rows<T: Scalar>(by: &Weighting<T>, pairs: &[RayPair<T>]) -> Rows<T> {
-    let mut rows = Rows::new();
+/// Takes rows of a sample of the batch. In place: returned, they would take 1.5 kB of stack more.
+#[inline(never)]
+fn take_rows<T: Scalar>(by: &Weighting<T>, pairs: &[RayPair<T>], rows: &mut Rows<T>) {
     for pair in scattered_over(pairs, RESAMPLED) {
         let (constraint, in_front) = Constraint::of(Single, &by.pose, pair.rays());
         if in_front {
@@ -193,7 +196,6 @@ fn rows<T: Scalar>(by: &Weighting<T>, pairs: &[RayPair<T>]) -> Rows<T> {
             let _ = rows.push((constraint.value * root, constraint.jacobian.map(|j| j * root)));
         }
     }
-    rows
 }
 
 /// Step to the pose through a random sample, with a prior.
@@ -306,7 +308,8 @@ mod tests {
         let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
         let mut rounds = Rounds::of(PeakDoubt::OfFew);
         let step = (0..ROUNDS).find_map(|_| rounds.take(&by, pairs, 0.3, &prior));
-        let rows = rows(&by, pairs);
+        let mut rows = Rows::new();
+        take_rows(&by, pairs, &mut rows);
         let fit = |d: &Vector5<f64>| rows.iter().filter(|row| residual(row, d).abs() < 2.0).count();
         [Vector5::zeros(), step.unwrap_or_default()].map(|d| fit(&d))
     }

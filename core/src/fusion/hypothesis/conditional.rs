@@ -16,7 +16,8 @@ impl<T: Scalar> Hypothesis<T> {
     /// Fills the normal equations of the lens at the pose, of a rig at rest, and returns those of the extrinsics.
     #[inline(never)]
     pub(in crate::fusion) fn fill_lens(&self, mut terms: LensTerms<'_, T>) -> BiasedEquations<T> {
-        let sums = self.sums_at_rest();
+        let mut sums = Moments::ZERO;
+        self.sum_at_rest(&mut sums);
         let pose = &self.pose_at_rest(&self.pose, &sums).unwrap_or(self.pose);
         sums.fill_lens(&self.frame, pose, terms.reborrow());
         let mut biased = sums.biased_at_pose(&self.frame, pose);
@@ -37,16 +38,26 @@ impl<T: Scalar> Hypothesis<T> {
         context: &Context<'_, T>,
     ) -> Option<Extrinsics<T>> {
         let target = RectifyingRotations::from(in_use);
+        let found = self.descend_with_baseline_of(&target, context)?;
+        let held = Extrinsics::try_new(found.rotation().matrix(), in_use.translation()).ok()?;
+        let is_worse = self.fits_clearly_better_at(&target, &RectifyingRotations::from(&held));
+        (!is_worse && context.allows_in_use(&held)).then_some(held)
+    }
+
+    /// That optimum. Out of line: its sums are gone before those of the comparison.
+    #[inline(never)]
+    fn descend_with_baseline_of(
+        &self,
+        target: &RectifyingRotations<T>,
+        context: &Context<'_, T>,
+    ) -> Option<Extrinsics<T>> {
         let sums = self.sums();
         let mut pose = self.pose;
         let steps = if self.marginal.is_used() { 1 } else { OPTIMUM_STEPS };
         for _ in 0..steps {
-            pose = pose.stepped_by(&self.step_with_baseline_of(&target, &sums, &pose, context)?)?;
+            pose = pose.stepped_by(&self.step_with_baseline_of(target, &sums, &pose, context)?)?;
         }
-        let found = pose.extrinsics().ok()?;
-        let held = Extrinsics::try_new(found.rotation().matrix(), in_use.translation()).ok()?;
-        let is_worse = self.fits_clearly_better_at(&target, &RectifyingRotations::from(&held));
-        (!is_worse && context.allows_in_use(&held)).then_some(held)
+        pose.extrinsics().ok()
     }
 
     /// Step to that optimum, rad.

@@ -62,15 +62,14 @@ impl<T: Scalar> Hypothesis<T> {
         }
     }
 
-    /// Sums of all pairs as of a rig at rest.
+    /// Sets sums to those of all pairs as of a rig at rest. In place: returned, they would take twice the stack.
     #[inline(never)]
-    pub(super) fn sums_at_rest(&self) -> Moments<T> {
-        let mut sums = self.last;
+    pub(super) fn sum_at_rest(&self, sums: &mut Moments<T>) {
+        *sums = self.last;
         if let Some(own) = self.shaken_pose(&self.marginal.variances) {
             sums.change_frame(&self.frame, &own);
         }
         sums.add(&self.settled);
-        sums
     }
 
     /// A pose as one of the rig that the sums show at rest.
