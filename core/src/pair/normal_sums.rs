@@ -46,6 +46,7 @@ impl<S: Copy> NormalSums<S> {
     }
 
     /// Adds rows in order. Each of the two loops keeps its ten sums in registers.
+    // Loops, not `for_each`: what is not inlined has no vector instructions.
     #[inline(always)]
     pub(super) fn add<T: Scalar, L: Lanes<T, Sum = S>>(
         &mut self,
@@ -53,8 +54,12 @@ impl<S: Copy> NormalSums<S> {
         rows: impl Iterator<Item = WeightedRow<L::Value>> + Clone,
     ) {
         let Self { mut upper, mut last, mut gradient } = *self;
-        rows.clone().for_each(|row| add_upper(lanes, &mut upper, &row));
-        rows.for_each(|row| add_last(lanes, &mut last, &mut gradient, &row));
+        for row in rows.clone() {
+            add_upper(lanes, &mut upper, &row);
+        }
+        for row in rows {
+            add_last(lanes, &mut last, &mut gradient, &row);
+        }
         *self = Self { upper, last, gradient };
     }
 

@@ -68,7 +68,14 @@ impl<T: Scalar> Schedule<T> {
     pub(super) fn loss<L: Lanes<T>>(&self, lanes: L) -> Loss<L::Value> {
         match self {
             Self::Anneal(scale) => Loss::Anneal(lanes.splat(T::ONE / (*scale * *scale))),
-            Self::Track(covariance) => Loss::Track(covariance.0.map(|c| lanes.splat(c))),
+            Self::Track(covariance) => {
+                // A loop, not `map`: what is not inlined has no vector instructions.
+                let mut splat = [lanes.splat(T::ZERO); 15];
+                for (to, c) in splat.iter_mut().zip(&covariance.0) {
+                    *to = lanes.splat(*c);
+                }
+                Loss::Track(splat)
+            }
             Self::Polish => Loss::Polish,
         }
     }

@@ -18,19 +18,34 @@ macro_rules! add_rows {
 
 impl<S: Copy> MomentSums<S> {
     /// Adds correspondences in order, a group of rows after the other: the sums of a group fit the registers.
+    // Loops, not `for_each`: what is not inlined has no vector instructions.
     #[inline(always)]
     pub(crate) fn add<'r, T: Scalar, L: Lanes<T, Sum = S, Value: 'r>>(
         &mut self,
         lanes: L,
         block: impl Iterator<Item = (L::Value, &'r [L::Value; COORDINATES])> + Clone,
     ) {
-        block.clone().for_each(|(w, products)| self.add_group::<0, _, _>(lanes, w, products));
-        block.clone().for_each(|(w, products)| self.add_group::<1, _, _>(lanes, w, products));
-        block.clone().for_each(|(w, products)| self.add_group::<2, _, _>(lanes, w, products));
-        block.clone().for_each(|(w, products)| self.add_group::<3, _, _>(lanes, w, products));
-        block.clone().for_each(|(w, products)| self.add_group::<4, _, _>(lanes, w, products));
-        block.clone().for_each(|(w, products)| self.add_group::<5, _, _>(lanes, w, products));
-        block.for_each(|(w, products)| self.add_group::<6, _, _>(lanes, w, products));
+        for (w, products) in block.clone() {
+            self.add_group::<0, _, _>(lanes, w, products);
+        }
+        for (w, products) in block.clone() {
+            self.add_group::<1, _, _>(lanes, w, products);
+        }
+        for (w, products) in block.clone() {
+            self.add_group::<2, _, _>(lanes, w, products);
+        }
+        for (w, products) in block.clone() {
+            self.add_group::<3, _, _>(lanes, w, products);
+        }
+        for (w, products) in block.clone() {
+            self.add_group::<4, _, _>(lanes, w, products);
+        }
+        for (w, products) in block.clone() {
+            self.add_group::<5, _, _>(lanes, w, products);
+        }
+        for (w, products) in block {
+            self.add_group::<6, _, _>(lanes, w, products);
+        }
     }
 
     /// Adds a short and a long row of the triangle.
