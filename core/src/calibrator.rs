@@ -318,21 +318,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.put_into_use(CorrectedExtrinsics { extrinsics, correction })
     }
 
-    /// Out of line: its stack is not that of the proposal.
-    #[inline(never)]
-    fn put_into_use(
-        &mut self,
-        applied: CorrectedExtrinsics<T>,
-    ) -> Result<Calibration<T>, ApplyError> {
-        // Before anything changes: cameras out of range are no calibration.
-        let calibration = self.calibration(&applied).ok_or(ApplyError::Inconsistent)?;
-        let before = self.in_use;
-        if self.replace_in_use(applied) {
-            self.before = Some(before);
-        }
-        Ok(calibration)
-    }
-
     /// Puts back what was in use before the last change, once; the estimate stays.
     ///
     /// # Errors

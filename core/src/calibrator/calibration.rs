@@ -4,6 +4,7 @@ use core::fmt;
 
 use super::Calibrator;
 use crate::batch::correspondence::Cameras;
+use crate::error::ApplyError;
 use crate::fusion::lens_reference::LensReference;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::CorrectedExtrinsics;
@@ -61,6 +62,25 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let reference = self.estimator.next_reference(&context)?;
         let corrected = cameras.corrected(reference.correction()).ok()?;
         Some((reference, corrected))
+    }
+
+    /// Puts a calibration into use and keeps the one before.
+    ///
+    /// # Errors
+    /// [`ApplyError::Inconsistent`] where no cameras belong to it; nothing changes.
+    // Out of line: its stack is not that of the proposal.
+    #[inline(never)]
+    pub(super) fn put_into_use(
+        &mut self,
+        applied: CorrectedExtrinsics<T>,
+    ) -> Result<Calibration<T>, ApplyError> {
+        // Before anything changes: cameras out of range are no calibration.
+        let calibration = self.calibration(&applied).ok_or(ApplyError::Inconsistent)?;
+        let before = self.in_use;
+        if self.replace_in_use(applied) {
+            self.before = Some(before);
+        }
+        Ok(calibration)
     }
 
     /// Replaces the calibration in use; whether it changed.

@@ -48,16 +48,13 @@ impl<T: Scalar> HypothesisLens<T> {
         reference: &LensReference<T>,
         context: &Context<'_, T>,
     ) -> Option<()> {
-        let Self { values, covariance, effects } = self;
-        let terms = LensTerms { mixed: effects, information: covariance, gradient: values };
-        let biased = hypothesis.fill_lens(terms);
+        let Self { values: gradient, covariance: information, effects: mixed } = self;
+        let biased = hypothesis.fill_lens(LensTerms { mixed, information, gradient });
         self.solve(&biased, hypothesis, reference, context)
     }
 
-    /// Solves the normal equations of the lens in place of the estimate. Out of line: they take less stack one after
-    /// the other.
-    ///
-    /// * `biased`: normal equations of the extrinsics.
+    /// Solves the normal equations of the lens in place, with those of the extrinsics, `biased`.
+    // Out of line: one after the other they take less stack.
     #[inline(never)]
     fn solve(
         &mut self,
@@ -79,9 +76,9 @@ impl<T: Scalar> HypothesisLens<T> {
         for row in covariance.iter_mut() {
             scale_row(row, scale, &[T::ONE; LENS_PARAMETERS]);
         }
-        let vibrates = !hypothesis.is_rigid();
+        let rigid = hypothesis.is_rigid();
         let marginal =
-            if vibrates { biased.debiased().information } else { *hypothesis.information() };
+            if rigid { *hypothesis.information() } else { biased.debiased().information };
         let mut joint = marginal.0;
         joint.add_diagonal(context.prior);
         take_up(effects, biased, &joint.factor(T::ZERO)?);
@@ -366,14 +363,10 @@ mod tests {
         invert(&mut a, sd).map(|()| a)
     }
 
-    fn rows(m: &Full) -> Square<f64> {
-        m.transpose().into()
-    }
-
     #[test]
     fn the_posterior_is_the_inverse_of_information_and_prior_without_the_held_parameters() {
         let sd = [0.003, 0.003, 7e-4, 7e-4, 7e-4, 7e-4, 0.005, 0.0, 0.001];
-        let got = Full::from(posterior(rows(&information()), &sd).unwrap());
+        let got = Full::from(posterior(information().transpose().into(), &sd).unwrap());
         let free: Vec<usize> = [0, 1, 2, 3, 6, 8].into();
         let mut expected = SMatrix::<f64, 6, 6>::from_fn(|i, k| information()[(free[i], free[k])]);
         for (i, place) in free.iter().enumerate() {
