@@ -199,7 +199,9 @@ impl<T: Scalar> Fusion<T> {
         let result = association.result().ok_or(Refusal::NothingSolved)?;
         let fused = hypotheses.fuse(&result, reference, context);
         let is_heard = result.support != Support::None || result.evaluated.has_clear_peak();
-        if is_heard && !result.repeated {
+        // What is no admissible rig leaves the state as it was. A pair that only disagrees may be of a rig that vibrates.
+        let is_admissible = matches!(fused, Ok(_) | Err(Refusal::Disagrees));
+        if is_heard && is_admissible && !result.repeated {
             vibration.add(&result.evaluated.measurement, context);
         }
         association.close();
