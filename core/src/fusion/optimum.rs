@@ -4,11 +4,20 @@ use nalgebra::Vector5;
 
 use crate::algebra::information::Information;
 use crate::algebra::moments::Moments;
+use crate::algebra::normal_equations::NormalEquations;
 use crate::config::Context;
 use crate::error::Refusal;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::{LAST_STEP_SQUARED, OPTIMUM_STEPS};
+
+/// Largest squared distance of a pose from the optimum of its sums, in deviations, and ratio of their informations. A
+/// first pair that says next to nothing of a direction comes to 400; a number of a record wrong by 1e6 exceeds it.
+pub(super) const MAX_INCONSISTENCY: f64 = 1e4;
+
+/// Damping of informations that are compared, in diagonals: what a sum of 1e10 leaves of a direction of 1e3 is rounding
+/// in `f32`. Where no diagonal differs by more than a factor of two, the ratio is at most `5 * 2 / 1e-3` = 1e4.
+pub(super) const COMPARED_DAMPING: f64 = 1e-3;
 
 /// The optimum, and the information of the moments there.
 #[derive(Debug)]
@@ -27,7 +36,7 @@ impl<T: Scalar> Optimum<T> {
     /// * `frame`: of the moments.
     ///
     /// # Errors
-    /// [`Refusal::NoRig`], [`Refusal::CorrectionLimit`].
+    /// [`Refusal::NoRig`], also where the steps end far from the optimum; [`Refusal::CorrectionLimit`].
     #[inline(never)]
     pub(super) fn descend(
         &mut self,
@@ -38,10 +47,12 @@ impl<T: Scalar> Optimum<T> {
         for _ in 0..OPTIMUM_STEPS {
             let step = self.step(sums, frame, context).ok_or(Refusal::NoRig)?;
             if step.norm_squared() <= T::lit(LAST_STEP_SQUARED) {
-                break;
+                return context.check(&self.pose);
             }
         }
-        context.check(&self.pose)
+        // The last step was long: the information before it is not that of the pose.
+        let normal = self.equations(sums, frame, context);
+        if is_optimum(&normal) { context.check(&self.pose) } else { Err(Refusal::NoRig) }
     }
 
     /// Takes one Gauss-Newton step, rad; the information is that before the step. `None` without an admissible step.
@@ -52,11 +63,73 @@ impl<T: Scalar> Optimum<T> {
         frame: &RectifyingRotations<T>,
         context: &Context<'_, T>,
     ) -> Option<Vector5<T>> {
+        let step = self.equations(sums, frame, context).step()?;
+        self.pose = self.pose.stepped_by(&step)?;
+        Some(step)
+    }
+
+    /// Equations of moments and prior about the pose, whose information is kept.
+    #[inline(always)]
+    fn equations(
+        &mut self,
+        sums: &Moments<T>,
+        frame: &RectifyingRotations<T>,
+        context: &Context<'_, T>,
+    ) -> NormalEquations<T> {
         let mut normal = sums.debiased_at_pose(frame, &self.pose);
         self.information = normal.information;
         context.add_prior(&self.pose, &mut normal);
-        let step = normal.step()?;
-        self.pose = self.pose.stepped_by(&step)?;
-        Some(step)
+        normal
+    }
+}
+
+/// Whether equations have their optimum near the pose that they are about. Where directions are not observed, the last
+/// step is long.
+fn is_optimum<T: Scalar>(normal: &NormalEquations<T>) -> bool {
+    let factor = normal.information.0.factor(T::lit(COMPARED_DAMPING));
+    let squared = factor.map(|factor| factor.solve(&normal.gradient).dot(&normal.gradient));
+    squared.is_some_and(|squared| squared <= T::lit(MAX_INCONSISTENCY))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::hypothesis::tests::{context, evaluated, truth};
+    use super::*;
+    use crate::algebra::symmetric5::Symmetric5;
+
+    #[test]
+    fn the_information_is_that_of_the_pose_where_the_steps_end_early_too() {
+        let context = context();
+        let sums = evaluated::<f64>(1).measurement.moments;
+        let frame = evaluated::<f64>(1).measurement.pose;
+        let from = |off: f64| Optimum {
+            pose: truth().stepped_by(&Vector5::repeat(off)).unwrap(),
+            ..Optimum::NONE
+        };
+        for (off, gap) in [(1e-4, 1e-3), (0.2, 1e-12)] {
+            let mut optimum = from(off);
+            assert_eq!(optimum.descend(&sums, &frame, &context), Ok(()));
+            let at_pose = sums.debiased_at_pose(&frame, &optimum.pose).information;
+            for (kept, exact) in optimum.information.0.0.iter().zip(at_pose.0.0) {
+                assert!(
+                    (kept - exact).abs() <= gap * exact.abs().max(1e3),
+                    "{off}: {kept} {exact}"
+                );
+            }
+        }
+        assert_eq!(from(0.3).descend(&sums, &frame, &context), Err(Refusal::NoRig));
+    }
+
+    #[test]
+    fn steps_that_end_far_from_the_optimum_lead_to_no_rig() {
+        let information = Information(Symmetric5::of_diagonal([1e6; 5]));
+        let of = |deviations: f64| NormalEquations {
+            information,
+            gradient: Vector5::x() * (deviations * 1e3),
+        };
+        assert_eq!(
+            [0.0, 95.0, 105.0, f64::NAN].map(|d| is_optimum(&of(d))),
+            [true, true, false, false]
+        );
     }
 }
