@@ -180,6 +180,10 @@ pub(crate) const MAX_IN_USE: f64 = 1.5;
 pub(crate) const OPTIMUM_STEPS: usize = 3;
 pub(crate) const LAST_STEP_SQUARED: f64 = 1e-8;
 
+/// Part of the least known direction's information that the last step may move into it from the best known one. Larger
+/// keeps an information that is not that of the pose; smaller costs time in far scenes.
+pub(crate) const MOVED_INFORMATION: f64 = 0.1;
+
 /// Pairs behind a challenger that takes over. Larger follows a step later; smaller follows chance.
 pub(crate) const MIN_AGREED: u16 = 3;
 

@@ -9,15 +9,11 @@ use crate::config::Context;
 use crate::error::Refusal;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
-use crate::thresholds::{LAST_STEP_SQUARED, OPTIMUM_STEPS};
+use crate::thresholds::{LAST_STEP_SQUARED, MOVED_INFORMATION, OPTIMUM_STEPS};
 
 /// Largest squared distance of a pose from the optimum of its sums, in deviations, and ratio of their informations. A
 /// first pair that says next to nothing of a direction comes to 400; a number of a record wrong by 1e6 exceeds it.
 pub(super) const MAX_INCONSISTENCY: f64 = 1e4;
-
-/// Damping of informations that are compared, in diagonals: what a sum of 1e10 leaves of a direction of 1e3 is rounding
-/// in `f32`. Where no diagonal differs by more than a factor of two, the ratio is at most `5 * 2 / 1e-3` = 1e4.
-pub(super) const COMPARED_DAMPING: f64 = 1e-3;
 
 /// The optimum, and the information of the moments there.
 #[derive(Debug)]
@@ -45,25 +41,21 @@ impl<T: Scalar> Optimum<T> {
         context: &Context<'_, T>,
     ) -> Result<(), Refusal> {
         for _ in 0..OPTIMUM_STEPS {
-            let step = self.step(sums, frame, context).ok_or(Refusal::NoRig)?;
-            if step.norm_squared() <= T::lit(LAST_STEP_SQUARED) {
+            let normal = self.equations(sums, frame, context);
+            let step = self.take_step(&normal).ok_or(Refusal::NoRig)?;
+            if is_last(&step, &normal) {
                 return context.check(&self.pose);
             }
         }
         // The last step was long: the information before it is not that of the pose.
         let normal = self.equations(sums, frame, context);
-        if is_optimum(&normal) { context.check(&self.pose) } else { Err(Refusal::NoRig) }
+        if are_at_optimum(&normal) { context.check(&self.pose) } else { Err(Refusal::NoRig) }
     }
 
-    /// Takes one Gauss-Newton step, rad; the information is that before the step. `None` without an admissible step.
+    /// Takes one Gauss-Newton step, rad. `None` without an admissible step.
     #[inline(never)]
-    fn step(
-        &mut self,
-        sums: &Moments<T>,
-        frame: &RectifyingRotations<T>,
-        context: &Context<'_, T>,
-    ) -> Option<Vector5<T>> {
-        let step = self.equations(sums, frame, context).step()?;
+    fn take_step(&mut self, normal: &NormalEquations<T>) -> Option<Vector5<T>> {
+        let step = normal.step()?;
         self.pose = self.pose.stepped_by(&step)?;
         Some(step)
     }
@@ -83,11 +75,19 @@ impl<T: Scalar> Optimum<T> {
     }
 }
 
-/// Whether equations have their optimum near the pose that they are about. Where directions are not observed, the last
-/// step is long.
-fn is_optimum<T: Scalar>(normal: &NormalEquations<T>) -> bool {
-    let factor = normal.information.0.factor(T::lit(COMPARED_DAMPING));
-    let squared = factor.map(|factor| factor.solve(&normal.gradient).dot(&normal.gradient));
+/// Whether the step after this one is below rounding, and the information of each direction nearly that after the step: a
+/// turn by `d` moves `d^2` of what is known of another direction into it.
+fn is_last<T: Scalar>(step: &Vector5<T>, normal: &NormalEquations<T>) -> bool {
+    let squared = step.norm_squared();
+    let known = normal.information.0.diagonal();
+    let [least, most] = [T::min, T::max].map(|of| known.into_iter().fold(known[0], of));
+    squared <= T::lit(LAST_STEP_SQUARED) && squared * most <= T::lit(MOVED_INFORMATION) * least
+}
+
+/// Whether equations have one optimum, near the pose that they are about. Where a direction is not observed, the last step
+/// is long, or there is none.
+fn are_at_optimum<T: Scalar>(normal: &NormalEquations<T>) -> bool {
+    let squared = normal.step().map(|step| -step.dot(&normal.gradient));
     squared.is_some_and(|squared| squared <= T::lit(MAX_INCONSISTENCY))
 }
 
@@ -128,8 +128,23 @@ mod tests {
             gradient: Vector5::x() * (deviations * 1e3),
         };
         assert_eq!(
-            [0.0, 95.0, 105.0, f64::NAN].map(|d| is_optimum(&of(d))),
+            [0.0, 95.0, 105.0, f64::NAN].map(|d| are_at_optimum(&of(d))),
             [true, true, false, false]
         );
+        let free = Information(Symmetric5::of_diagonal([1e6, 1e6, 0.0, 1e6, 1e6]));
+        assert!(!are_at_optimum(&NormalEquations { information: free, ..of(0.0) }));
+    }
+
+    #[test]
+    fn a_step_is_not_the_last_where_it_moves_information_into_a_direction_of_little() {
+        let of = |least: f64| NormalEquations {
+            information: Information(Symmetric5::of_diagonal([1e12, 1e9, 1e9, least, 1e9])),
+            gradient: Vector5::zeros(),
+        };
+        let last = |step: f64, least: f64| is_last(&Vector5::ith(0, step), &of(least));
+        // 1e12 of 1e-5 squared: 100.
+        assert_eq!([2e3, 5e2].map(|least| last(1e-5, least)), [true, false]);
+        assert_eq!([0.9e-4, 1.1e-4].map(|step| last(step, 1e9)), [true, false]);
+        assert!(!last(f64::NAN, 1e9));
     }
 }
