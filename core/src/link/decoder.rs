@@ -153,11 +153,19 @@ impl Decoder {
             *bytes = bytes.get(start..).unwrap_or_default();
             self.skip(start);
         }
-        if let Some(byte) = take_first(bytes) {
+        let mut rest = bytes.iter();
+        for byte in rest.by_ref().take(HEADER_BYTES) {
             work!(self, 1);
-            let dropped = self.window.push(byte);
-            self.skip(dropped.into());
+            let dropped = self.window.push(*byte);
+            if dropped > 0 {
+                self.skip(dropped.into());
+            }
+            // A header, or none in it: what follows is looked through for the next.
+            if self.window.is_full() || self.window.is_empty() {
+                break;
+            }
         }
+        *bytes = rest.as_slice();
     }
 
     /// Counts bytes that left the window or never entered it.
@@ -221,14 +229,10 @@ impl Decoder {
     #[inline(always)]
     fn take_records(&mut self, bytes: &mut &[u8], sink: &mut impl FrameSink) {
         let Some(frame) = self.frame.as_mut().filter(|_| self.window.is_empty()) else { return };
-        let mut rest = *bytes;
-        while let Some(record) = frame.next_record(&mut rest) {
-            work!(self, RECORD_BYTES);
-            if let Some(c) = frame.push_record(record) {
-                sink.take(&c);
-            }
-        }
-        *bytes = rest;
+        #[cfg(test)]
+        let before = bytes.len();
+        frame.take_records(bytes, |c| sink.take(c));
+        work!(self, before - bytes.len());
     }
 
     /// Takes a header, a byte of a frame, or bytes between frames.
