@@ -62,6 +62,11 @@ pub trait Scalar: sealed::Sealed + RealField + Copy + Default {
     /// The number of this representation; bits above it are ignored.
     #[must_use]
     fn from_bits(bits: u64) -> Self;
+
+    /// How often `first`, a normal number above 0, doubles until it exceeds this number, whatever its sign; more than 100
+    /// times for NaN.
+    #[must_use]
+    fn doublings_of(self, first: Self) -> usize;
 }
 
 /// Reciprocals of literals, rounded in the type of the array.
@@ -70,7 +75,7 @@ macro_rules! inverses {
 }
 
 macro_rules! scalar {
-    ($t:ident, $bits:ident, $bytes:literal) => {
+    ($t:ident, $bits:ident, $signed:ident, $bytes:literal) => {
         #[expect(clippy::as_conversions, reason = "rounding and truncation are meant")]
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
         #[allow(
@@ -99,10 +104,15 @@ macro_rules! scalar {
                 fn to_u16(self) -> u16 { (self as u32).min(0xffff) as u16 }
                 fn bits(self) -> u64 { self.to_bits().into() }
                 fn from_bits(bits: u64) -> Self { Self::from_bits(bits as $bits) }
+                // Numbers above 0 are in the order of their bits, and a doubling adds 1 to the exponent.
+                fn doublings_of(self, first: Self) -> usize {
+                    let [own, first] = [self.abs(), first].map(|x| x.to_bits() as $signed);
+                    (((own - first) >> ($t::MANTISSA_DIGITS - 1)) + 1).max(0) as usize
+                }
             }
         }
     };
 }
 
-scalar!(f32, u32, 4);
-scalar!(f64, u64, 8);
+scalar!(f32, u32, i32, 4);
+scalar!(f64, u64, i64, 8);

@@ -5,7 +5,7 @@ use super::iterate::Iterate;
 use super::leverage::HighLeverage;
 use super::loss::{ResidualVariance, geman_mcclure, tukey};
 use super::normal_sums::NormalSums;
-use super::scale::LevelCounts;
+use super::scale::{LevelCounts, LevelTally};
 use super::schedule::Schedule;
 use super::sweep::{self, Pass, Sample, Sink};
 use super::weighting::{Loss, WeightedRow, Weighting, tracked};
@@ -67,7 +67,7 @@ impl<T: Scalar> Pass<T> for PassOver<'_, T> {
             by: &by,
             normal: NormalSums::resume(lanes, &self.sums.normal),
             counts: [zero; 3],
-            levels: self.schedule.sees_peaks().then(|| LevelCounts::none(lanes)),
+            levels: self.schedule.sees_peaks().then(|| LevelTally::none(lanes)),
             high: HighLeverage {
                 bands: [zero; 2],
                 roots: lanes.resume(self.sums.high.roots),
@@ -101,7 +101,7 @@ struct PassSink<'a, T: Scalar, L: Lanes<T>> {
     normal: NormalSums<L::Sum>,
     /// `usable`, `weighted` and `near` of [`PassSums`].
     counts: [L::Value; 3],
-    levels: Option<LevelCounts<L::Value>>,
+    levels: Option<LevelTally<L::Value>>,
     high: HighLeverage<L::Value, L::Sum>,
     near_squares: L::Sum,
     cost: L::Sum,

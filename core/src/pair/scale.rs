@@ -14,9 +14,14 @@ use crate::thresholds::{
 
 /// Correspondences whose whitened residual is below each level: [`FIRST_LEVEL_PX`], each `sqrt 2` times the one before.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct LevelCounts<V>([V; LEVELS]);
+pub(super) struct LevelCounts<T>([T; LEVELS]);
 
-impl<V: Value> LevelCounts<V> {
+/// Counts of a pass. On one lane a residual counts at the first level that it is below: one count in place of 13
+/// comparisons. On several it counts at each.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LevelTally<V>([V; LEVELS]);
+
+impl<V: Value> LevelTally<V> {
     /// Counts of no correspondences.
     #[inline(always)]
     pub(super) fn none<T: Scalar>(lanes: impl Lanes<T, Value = V>) -> Self {
@@ -35,6 +40,12 @@ impl<V: Value> LevelCounts<V> {
     ) {
         let one = lanes.keep(among, lanes.splat(T::ONE));
         let mut level = T::lit(FIRST_LEVEL_PX * FIRST_LEVEL_PX);
+        if let Some(squared) = lanes.single(squared) {
+            if let Some(count) = self.0.get_mut(squared.doublings_of(level)) {
+                *count = *count + one;
+            }
+            return;
+        }
         for count in &mut self.0 {
             *count = *count + lanes.keep(lanes.lt(squared, lanes.splat(level)), one);
             level += level;
@@ -48,8 +59,10 @@ impl<V: Value> LevelCounts<V> {
         lanes: impl Lanes<T, Value = V>,
         to: &mut LevelCounts<T>,
     ) {
+        let mut below = T::ZERO;
         for (to, count) in to.0.iter_mut().zip(self.0) {
-            *to += lanes.reduce(count);
+            below = lanes.single(count).map_or(lanes.reduce(count), |count| below + count);
+            *to += below;
         }
     }
 }
@@ -116,12 +129,14 @@ impl<T: Scalar> LevelCounts<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::Single;
+    use crate::simd::{Quad, Quads, Single};
 
     /// Counts of residuals, px.
     fn counts(residuals: impl Iterator<Item = f64>) -> LevelCounts<f64> {
-        let mut counts = LevelCounts::none(Single);
-        residuals.for_each(|r| counts.add(Single, true, r * r));
+        let mut tally = LevelTally::none(Single);
+        residuals.for_each(|r| tally.add(Single, true, r * r));
+        let mut counts = LevelCounts::NONE;
+        tally.reduce_onto(Single, &mut counts);
         counts
     }
 
@@ -136,6 +151,23 @@ mod tests {
     /// So many residuals, flat up to a limit, px.
     fn flat(n: u32, limit: f64) -> impl Iterator<Item = f64> {
         (0..n).map(move |i| limit * (f64::from(i) + 0.5) / f64::from(n))
+    }
+
+    #[test]
+    fn one_lane_and_four_count_the_same_below_each_level() {
+        let squares: [f32; 12] =
+            [0.0, 0.06, 0.0625, 0.0624999, 0.1, 1.0, 256.0, 255.9, 300.0, 1e30, f32::NAN, -0.0];
+        let (mut one, mut four) = (LevelTally::none(Single), LevelTally::none(Quads));
+        for quad in squares.as_chunks().0 {
+            quad.iter().for_each(|squared| one.add(Single, *squared != 1.0, *squared));
+            four.add(Quads, Quad(quad.map(|squared| squared != 1.0)), Quad(*quad));
+        }
+        let [mut of_one, mut of_four] = [LevelCounts::NONE; 2];
+        one.reduce_onto(Single, &mut of_one);
+        four.reduce_onto(Quads, &mut of_four);
+        assert_eq!(of_one.0, of_four.0);
+        assert_eq!(of_one.0[..2], [4.0, 6.0]);
+        assert_eq!(of_one.0[11..], [6.0, 7.0]);
     }
 
     #[test]

@@ -99,6 +99,12 @@ pub(crate) trait Lanes<T: Number>: Copy {
     /// Square root, correctly rounded.
     fn sqrt(self, x: Self::Value) -> Self::Value;
 
+    /// The number, where there is one lane.
+    #[inline(always)]
+    fn single(self, _: Self::Value) -> Option<T> {
+        None
+    }
+
     /// Sum over the lanes.
     fn reduce(self, x: Self::Value) -> T;
 
@@ -150,6 +156,7 @@ impl<T: Number> Lanes<T> for Single {
         fn any(self, mask: bool) -> bool { mask }
         fn select(self, mask: bool, a: T, b: T) -> T { if mask { a } else { b } }
         fn sqrt(self, x: T) -> T { ComplexField::sqrt(x) }
+        fn single(self, x: T) -> Option<T> { Some(x) }
         fn reduce(self, x: T) -> T { x }
         fn resume(self, from: T) -> T { from }
         fn add(self, sum: &mut T, x: T) { *sum += x; }
