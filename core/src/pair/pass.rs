@@ -63,11 +63,14 @@ impl<T: Scalar> Pass<T> for PassOver<'_, T> {
         let weighting = self.iterate.weighting(lanes, self.schedule.loss(lanes));
         let by = sweep::in_memory(lanes, weighting);
         let zero = lanes.splat(T::ZERO);
+        // Apart: what is counted at a computed place stays in memory, and the sink must not.
+        let mut tally = LevelTally::none(lanes);
+        let sees_peaks = self.schedule.sees_peaks();
         let mut sink = PassSink {
             by: &by,
             normal: NormalSums::resume(lanes, &self.sums.normal),
             counts: [zero; 3],
-            levels: self.schedule.sees_peaks().then(|| LevelTally::none(lanes)),
+            levels: sees_peaks.then_some(&mut tally),
             high: HighLeverage {
                 bands: [zero; 2],
                 roots: lanes.resume(self.sums.high.roots),
@@ -77,12 +80,10 @@ impl<T: Scalar> Pass<T> for PassOver<'_, T> {
             cost: lanes.resume(self.sums.cost),
         };
         sweep::sweep(lanes, source, &mut sink);
-        let PassSink { normal, counts, levels, high, near_squares, cost, .. } = sink;
+        let PassSink { normal, counts, high, near_squares, cost, .. } = sink;
         let sums = &mut self.sums;
         normal.store(lanes, &mut sums.normal);
-        if let Some(levels) = levels {
-            levels.reduce_onto(lanes, &mut sums.levels);
-        }
+        tally.reduce_onto(lanes, &mut sums.levels);
         lanes.store(near_squares, &mut sums.near_squares);
         lanes.store(cost, &mut sums.cost);
         lanes.store(high.roots, &mut sums.high.roots);
@@ -101,7 +102,7 @@ struct PassSink<'a, T: Scalar, L: Lanes<T>> {
     normal: NormalSums<L::Sum>,
     /// `usable`, `weighted` and `near` of [`PassSums`].
     counts: [L::Value; 3],
-    levels: Option<LevelTally<L::Value>>,
+    levels: Option<&'a mut LevelTally<L::Value>>,
     high: HighLeverage<L::Value, L::Sum>,
     near_squares: L::Sum,
     cost: L::Sum,
