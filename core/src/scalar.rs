@@ -83,6 +83,7 @@ macro_rules! scalar {
             clippy::cast_lossless,
             reason = "one macro, two types"
         )]
+        #[expect(clippy::cast_possible_wrap, reason = "the sign bit is 0")]
         impl Scalar for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;

@@ -156,10 +156,12 @@ mod tests {
     #[test]
     fn one_lane_and_four_count_the_same_below_each_level() {
         let squares: [f32; 12] =
-            [0.0, 0.06, 0.0625, 0.0624999, 0.1, 1.0, 256.0, 255.9, 300.0, 1e30, f32::NAN, -0.0];
+            [0.0, 0.06, 0.0625, 0.0624, 0.1, 1.0, 256.0, 255.9, 300.0, 1e30, f32::NAN, -0.0];
         let (mut one, mut four) = (LevelTally::none(Single), LevelTally::none(Quads));
         for quad in squares.as_chunks().0 {
-            quad.iter().for_each(|squared| one.add(Single, *squared != 1.0, *squared));
+            for squared in quad {
+                one.add(Single, *squared != 1.0, *squared);
+            }
             four.add(Quads, Quad(quad.map(|squared| squared != 1.0)), Quad(*quad));
         }
         let [mut of_one, mut of_four] = [LevelCounts::NONE; 2];

@@ -144,10 +144,11 @@ struct Kept {
 }
 
 impl Kept {
-    fn without_deviations(self) -> (Option<(Extrinsics<f32>, LensCorrection<f32>, u32)>, Self) {
-        let proposed =
-            self.proposed.map(|(extrinsics, correction, _, pairs)| (extrinsics, correction, pairs));
-        (proposed, Self { proposed: None, ..self })
+    fn without_deviations(mut self) -> Self {
+        if let Some((_, _, deviations, _)) = &mut self.proposed {
+            *deviations = StandardDeviations { rotation: 0.0, translation: 0.0 };
+        }
+        self
     }
 }
 
