@@ -113,9 +113,16 @@ impl<T: Scalar> Information<T> {
     /// Whether all five directions are determined to rounding. A scene of one point, of one line,
     /// or at infinity leaves some free.
     ///
-    /// Test: the condition of `H` scaled to unit diagonal, which does not depend on units.
+    /// Test: the condition of `H` scaled to unit diagonal, which does not depend on units. Derivatives that are all below
+    /// the rounding of others are rounding.
     pub(crate) fn is_observable(&self) -> bool {
-        let [a, b, c, d, e] = self.0.diagonal().map(|d| T::ONE / d.sqrt());
+        let diagonal = self.0.diagonal();
+        let least = diagonal.into_iter().fold(T::ZERO, T::max) * (T::EPSILON * T::EPSILON);
+        // Not `<=`: a NaN must fail this test.
+        if !diagonal.into_iter().all(|d| d > least) {
+            return false;
+        }
+        let [a, b, c, d, e] = diagonal.map(|d| T::ONE / d.sqrt());
         let scale = Vector5::new(a, b, c, d, e);
         self.0.factor(T::ZERO).is_some_and(|factor| {
             let (largest_inverse, _) =
@@ -225,5 +232,11 @@ mod tests {
         assert!(!Information::<f32>::ZERO.is_observable());
         assert_eq!(Information::<f32>::ZERO.covariance(), None);
         assert!(example().is_observable());
+        // 1e12 leaves 0.014 of another direction to rounding.
+        let of = |least: f32| Information(Symmetric5::of_diagonal([1e12, 1.0, 1e9, least, 1.0]));
+        assert_eq!(
+            [0.02, 0.01, 0.0, f32::NAN].map(|least| of(least).is_observable()),
+            [true, false, false, false]
+        );
     }
 }
