@@ -153,15 +153,11 @@ impl<T: Scalar> Moments<T> {
             .map(|row| elements.nth(row).copied().unwrap_or(T::ZERO))
     }
 
-    /// Whether these may be sums over a part of the correspondences of `all`, but for rounding and turns of the cameras.
-    ///
-    /// * `turned`: largest squared turn between their frames, rad^2.
-    pub(crate) fn are_part_of(&self, all: &Self, turned: T) -> bool {
+    /// Whether these may be sums over a part of the correspondences of `all`, but for rounding.
+    pub(crate) fn are_part_of(&self, all: &Self) -> bool {
         let [own, all] = [self, all].map(Self::diagonal);
-        // A turn `d` adds up to `d m` to a coordinate, and `(a + d m)^2 <= 1.1 a^2 + 11 d^2 m^2`.
-        let share = T::lit(NEGATIVE) + T::lit(11.0) * turned;
-        let moved = all.into_iter().fold(T::ZERO, T::max) * share;
-        own.iter().zip(all).all(|(own, all)| *own <= all * T::lit(1.1) + moved)
+        let rounding = all.into_iter().fold(T::ZERO, T::max) * T::lit(NEGATIVE);
+        own.iter().zip(all).all(|(own, all)| *own <= all * T::lit(1.1) + rounding)
     }
 
     /// Normal equations at the pose of the frame: [`Self::at_pose`] written out, where each unknown

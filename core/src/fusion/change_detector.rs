@@ -14,8 +14,8 @@ use crate::error::RestoreError;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    CUSUM_ALLOWED, LONG_DECAY, MAX_CUSUM, MAX_NIS, MAX_VIBRATION_RAD, MAX_WINDOW, SHORT_DECAY,
-    SHORT_PAIRS, WARM_UP_PAIRS,
+    CUSUM_ALLOWED, LONG_DECAY, MAX_CUSUM, MAX_NIS, MAX_WINDOW, SHORT_DECAY, SHORT_PAIRS,
+    WARM_UP_PAIRS,
 };
 
 /// Two windows over the last pairs, and a cumulative sum of their NIS.
@@ -148,7 +148,7 @@ impl<T: Scalar> ChangeDetector<T> {
     /// showed it.
     ///
     /// # Errors
-    /// [`RestoreError::Absurd`] where the windows hold more than the hypothesis.
+    /// [`RestoreError::Absurd`] where the windows of a rig that does not turn hold more than the hypothesis.
     pub(super) fn read(
         &mut self,
         from: &mut Reader<'_>,
@@ -163,11 +163,9 @@ impl<T: Scalar> ChangeDetector<T> {
         self.pairs = from.word_within(hypothesis.pairs())?;
         let most = T::lit(MAX_NIS) * T::count(self.pairs);
         believe((T::ZERO..=most).contains(&self.cumulative))?;
-        // Pairs of a rig that vibrates are settled as if it had rested; in the window they are as they came.
+        // Pairs of a rig that vibrates by turns are settled as if it had rested; in the window they are as they came.
         let (_, by_turns) = hypothesis.vibration_known();
-        let most = T::lit(MAX_NIS * MAX_VIBRATION_RAD * MAX_VIBRATION_RAD);
-        let turned = if by_turns { most } else { T::ZERO };
-        believe(self.short.are_part_of(hypothesis.settled(), turned))?;
+        believe(by_turns || self.short.are_part_of(hypothesis.settled()))?;
         let mut short = self.short;
         short.add(hypothesis.last());
         if self.has_changed(hypothesis, &hypothesis.normal_equations(&short), context) {

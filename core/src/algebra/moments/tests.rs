@@ -187,24 +187,17 @@ fn f32_matches_f64_to_a_thousandth_of_a_standard_deviation_at_disparities_of_1_p
 }
 
 #[test]
-fn half_of_the_pairs_is_a_part_of_them_within_a_turn_of_the_frame_and_twice_all_of_them_is_none() {
+fn half_of_the_pairs_is_a_part_of_them_and_neither_twice_all_of_them_nor_those_of_another_frame() {
     let pairs = scene(200, 1.0..60.0, 0.3, 5);
     let all = sums(&pairs);
     let part = sums(&pairs[..100]);
-    assert!(part.are_part_of(&all, 0.0) && all.are_part_of(&all, 0.0));
+    assert!(part.are_part_of(&all) && all.are_part_of(&all));
     let mut twice = all;
     twice.add(&all);
-    assert!(!twice.are_part_of(&all, 0.0) && !twice.are_part_of(&all, 1e-3));
-    // A rig off by that much in every direction: the row offsets are those of the turn.
-    let turn = 0.03;
-    for axis in 0..5 {
-        let mut turned = part;
-        turned.change_frame(&frame(), &frame().stepped_by(&Vector5::ith(axis, turn)).unwrap());
-        assert!(turned.are_part_of(&all, turn * turn), "{axis}");
-    }
+    assert!(!twice.are_part_of(&all));
     let mut pitched = part;
-    pitched.change_frame(&frame(), &frame().stepped_by(&Vector5::ith(0, turn)).unwrap());
-    assert!(!pitched.are_part_of(&all, 0.0));
+    pitched.change_frame(&frame(), &frame().stepped_by(&Vector5::ith(0, 0.03)).unwrap());
+    assert!(!pitched.are_part_of(&all));
 }
 
 #[test]
