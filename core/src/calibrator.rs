@@ -236,8 +236,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// # Errors
     /// [`Refusal`], which [`Calibrator::health`] shows until the next pair; what is in use and the numbers of a
-    /// confirmed estimate are bit-identical to those before. After [`Refusal::Disagrees`] its deviations may differ: the
-    /// pair tells of a vibration, which they contain.
+    /// confirmed estimate are bit-identical to those before. After [`Refusal::Disagrees`] its deviations may be wider:
+    /// the pair may show a vibration.
     /// - [`Refusal::NothingSolved`]: the estimate is unchanged.
     /// - [`Refusal::Frozen`]: the estimate is unchanged; the pair can be fused once the calibrator is not frozen.
     /// - [`Refusal::TooUncertain`] (paper preset): nothing counts against the estimate.

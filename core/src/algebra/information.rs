@@ -113,8 +113,8 @@ impl<T: Scalar> Information<T> {
     /// Whether all five directions are determined to rounding. A scene of one point, of one line,
     /// or at infinity leaves some free.
     ///
-    /// Test: the condition of `H` scaled to unit diagonal, which does not depend on units. Derivatives that are all below
-    /// the rounding of others are rounding.
+    /// Test: the condition of `H` scaled to unit diagonal, which does not depend on units. A direction whose
+    /// derivatives are below the rounding of another's is not determined.
     pub(crate) fn is_observable(&self) -> bool {
         let diagonal = self.0.diagonal();
         let least = diagonal.into_iter().fold(T::ZERO, T::max) * (T::EPSILON * T::EPSILON);

@@ -148,7 +148,7 @@ impl<T: Scalar> ChangeDetector<T> {
     /// showed it.
     ///
     /// # Errors
-    /// [`RestoreError::Absurd`] where the windows of a rig that does not turn hold more than the hypothesis.
+    /// [`RestoreError::Absurd`] where the windows hold more than the hypothesis.
     pub(super) fn read(
         &mut self,
         from: &mut Reader<'_>,
@@ -165,7 +165,9 @@ impl<T: Scalar> ChangeDetector<T> {
         believe((T::ZERO..=most).contains(&self.cumulative))?;
         // Pairs of a rig that vibrates by turns are settled as if it had rested; in the window they are as they came.
         let (_, by_turns) = hypothesis.vibration_known();
-        believe(by_turns || self.short.are_part_of(hypothesis.settled()))?;
+        let settled = hypothesis.settled();
+        let are_part = self.short.are_part_of(settled);
+        believe(are_part || by_turns && self.short.are_part_of_turned(settled))?;
         let mut short = self.short;
         short.add(hypothesis.last());
         if self.has_changed(hypothesis, &hypothesis.normal_equations(&short), context) {

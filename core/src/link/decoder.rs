@@ -9,6 +9,7 @@ use super::layout::RECORD_BYTES;
 use super::layout::{HEADER_BYTES, MAGIC};
 use super::sink::{FrameRefusal, FrameSink, Received};
 use super::window::Window;
+use crate::batch::correspondence::Correspondence;
 
 /// Resynchronising frame decoder; takes the stream in pieces of any length. Below 256 bytes of RAM.
 ///
@@ -102,7 +103,7 @@ impl Decoder {
         sink: &mut impl FrameSink,
     ) -> Result<Option<Received>, FrameRefusal> {
         while self.window.is_full() || !bytes.is_empty() {
-            self.take_records(bytes, sink);
+            self.take_records(bytes, usize::MAX, |c| sink.take(c));
             let Some(event) = self.take_some(bytes) else {
                 continue;
             };
@@ -218,20 +219,26 @@ impl Decoder {
     /// Inside a frame: takes one record in one piece, if it is next and holds no start of a header.
     #[inline(always)]
     fn take_record(&mut self, bytes: &mut &[u8]) -> Option<Step> {
-        let frame = self.frame.as_mut().filter(|_| self.window.is_empty())?;
-        let record = frame.next_record(bytes)?;
-        work!(self, RECORD_BYTES);
-        Some(frame.push_record(record).map_or(Step::None, Step::Match))
+        let (before, mut step) = (bytes.len(), Step::None);
+        self.take_records(bytes, 1, |c| step = Step::Match(*c));
+        (bytes.len() < before).then_some(step)
     }
 
     /// Inside a frame: takes records in one piece up to the last, or to one that may hold the start of a header. A
     /// match that is never an event is not copied.
+    ///
+    /// * `most`: of them.
     #[inline(always)]
-    fn take_records(&mut self, bytes: &mut &[u8], sink: &mut impl FrameSink) {
+    fn take_records(
+        &mut self,
+        bytes: &mut &[u8],
+        most: usize,
+        take: impl FnMut(&Correspondence<f32>),
+    ) {
         let Some(frame) = self.frame.as_mut().filter(|_| self.window.is_empty()) else { return };
         #[cfg(test)]
         let before = bytes.len();
-        frame.take_records(bytes, |c| sink.take(c));
+        frame.take_records(bytes, most, take);
         work!(self, before - bytes.len());
     }
 

@@ -82,40 +82,32 @@ impl FrameBody {
         }
         self.held = 0;
         if self.records_left > 0 {
-            let handed_out = self.push_record(record_words(&self.partial));
+            let record = record_words(&self.partial);
+            self.crc.add_words(record);
+            self.records_left = self.records_left.saturating_sub(1);
+            let handed_out = self.disposition.handed_out(record, &self.scales);
             return handed_out.map_or(Step::None, Step::Match);
         }
         let [c0, c1, c2, c3, ..] = self.partial;
         Step::End(u32::from_le_bytes([c0, c1, c2, c3]) == self.crc.value())
     }
 
-    /// Removes one record in one piece from the front of `bytes`, in words, if it is next and holds no start of a header.
-    #[inline(always)]
-    pub(super) fn next_record(&self, bytes: &mut &[u8]) -> Option<[u32; 4]> {
-        if !self.is_at_record() {
-            return None;
-        }
-        let (record, rest) = bytes.split_first_chunk()?;
-        let words = record_words(record);
-        if may_have_first_two_bytes(words) && has_first_two_bytes(words, rest.first()) {
-            return None;
-        }
-        *bytes = rest;
-        Some(words)
-    }
-
     /// Takes records in one piece from the front of `bytes`, up to the last, or to one that may hold the start of a header.
+    ///
+    /// * `most`: of them; `take`: is called with each correspondence, unverified, that is handed out.
     #[inline(always)]
     pub(super) fn take_records(
         &mut self,
         bytes: &mut &[u8],
+        most: usize,
         mut take: impl FnMut(&Correspondence<f32>),
     ) {
-        if self.held > 0 {
+        if !self.is_at_record() {
             return;
         }
         let records = bytes.as_chunks().0;
-        let records = records.get(..usize::from(self.records_left)).unwrap_or(records);
+        let most = most.min(self.records_left.into());
+        let records = records.get(..most).unwrap_or(records);
         // As locals: in `self` they would be loaded and stored for each record.
         let (mut crc, scales, mut disposition) = (self.crc.clone(), self.scales, self.disposition);
         let mut left = records;
@@ -127,11 +119,8 @@ impl FrameBody {
             }
             left = next;
             crc.add_words(words);
-            if disposition == Disposition::Accepted {
-                match MatchRecord::from_words(words) {
-                    Ok(record) => take(&record.scaled(&scales)),
-                    Err(_) => disposition = Disposition::Unsupported,
-                }
+            if let Some(correspondence) = disposition.handed_out(words, &scales) {
+                take(&correspondence);
             }
         }
         let taken = records.len().saturating_sub(left.len());
@@ -140,20 +129,20 @@ impl FrameBody {
         self.records_left = self.records_left.saturating_sub(taken);
         (self.crc, self.disposition) = (crc, disposition);
     }
+}
 
-    /// Takes one whole record, in words; its correspondence, unverified, if it is handed out.
+impl Disposition {
+    /// Correspondence of a record in words, unverified, if it is handed out.
     #[inline(always)]
-    pub(super) fn push_record(&mut self, record: [u32; 4]) -> Option<Correspondence<f32>> {
-        self.crc.add_words(record);
-        self.records_left = self.records_left.saturating_sub(1);
-        if self.disposition != Disposition::Accepted {
+    fn handed_out(&mut self, record: [u32; 4], scales: &Scales) -> Option<Correspondence<f32>> {
+        if *self != Self::Accepted {
             return None;
         }
         let Ok(record) = MatchRecord::from_words(record) else {
-            self.disposition = Disposition::Unsupported;
+            *self = Self::Unsupported;
             return None;
         };
-        Some(record.scaled(&self.scales))
+        Some(record.scaled(scales))
     }
 }
 

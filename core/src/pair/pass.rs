@@ -63,7 +63,7 @@ impl<T: Scalar> Pass<T> for PassOver<'_, T> {
         let weighting = self.iterate.weighting(lanes, self.schedule.loss(lanes));
         let by = sweep::in_memory(lanes, weighting);
         let zero = lanes.splat(T::ZERO);
-        // Apart: what is counted at a computed place stays in memory, and the sink must not.
+        // Outside the sink: an array with a computed index stays in memory, and would keep the other sums there.
         let mut tally = LevelTally::none(lanes);
         let sees_peaks = self.schedule.sees_peaks();
         let mut sink = PassSink {

@@ -93,8 +93,10 @@ pub fn run_calibrator(bytes: &[u8]) {
         let after = state(&calibrator);
         // An estimate that nothing has confirmed is given up when pairs disagree with it.
         let given_up = unconfirmed && after == Kept { proposed: None, ..before };
-        // What a refused fusion may change is checked there.
-        let unchanged = matches!(call, Call::Fuse(_)) || before == after;
+        let unchanged = match call {
+            Call::Fuse(_) => before.is_kept_or_wider_in(&after),
+            _ => before == after,
+        };
         assert!(!refused || given_up || unchanged, "a refused {call:?} changed the state");
         let kept = matches!(call, Call::PushMany(_)) || batch == calibrator.batch().pairs();
         assert!(!refused || kept, "a refused {call:?} changed the batch");
@@ -144,11 +146,17 @@ struct Kept {
 }
 
 impl Kept {
-    fn without_deviations(mut self) -> Self {
-        if let Some((_, _, deviations, _)) = &mut self.proposed {
-            *deviations = StandardDeviations { rotation: 0.0, translation: 0.0 };
+    /// Whether another state is the same, with deviations as large or larger: a pair that disagrees may show a vibration.
+    fn is_kept_or_wider_in(&self, after: &Self) -> bool {
+        let (Some((_, _, sd, _)), Some((_, _, wider, _))) = (&self.proposed, &after.proposed)
+        else {
+            return self == after;
+        };
+        let mut narrowed = *after;
+        if let Some((_, _, deviations, _)) = &mut narrowed.proposed {
+            *deviations = *sd;
         }
-        self
+        *self == narrowed && wider.rotation >= sd.rotation && wider.translation >= sd.translation
     }
 }
 
@@ -274,9 +282,8 @@ fn fuse(calibrator: &mut Target) -> Result<(), Refusal> {
     let fused = calibrator.fuse();
     let after = state(calibrator);
     let given_up = unconfirmed && after == Kept { proposed: None, ..before };
-    // A pair that only disagrees tells of a vibration, which the deviations contain.
     let unchanged = match fused {
-        Err(Refusal::Disagrees) => before.without_deviations() == after.without_deviations(),
+        Err(Refusal::Disagrees) => before.is_kept_or_wider_in(&after),
         _ => before == after,
     };
     assert!(fused.is_ok() || given_up || unchanged, "a refused pair was fused");
