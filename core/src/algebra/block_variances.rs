@@ -38,6 +38,12 @@ impl<T: Scalar> BlockVariances<T> {
         self.map(|variance| variance.max(T::lit(VIBRATION_RAD * VIBRATION_RAD)))
     }
 
+    /// The larger variance of each.
+    pub(crate) fn at_least(&self, other: &Self) -> Self {
+        let Self { rotation, baseline } = *self;
+        Self { rotation: rotation.max(other.rotation), baseline: baseline.max(other.baseline) }
+    }
+
     /// That of `R` where cameras that turn explain both, else 0: they move the baseline as much as `R`. A wrong lens or a
     /// rolling shutter scatters the baseline far more, and `R` by no more than [`TURN_RAD`].
     pub(crate) fn of_turns(&self) -> T {
