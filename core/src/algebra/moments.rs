@@ -155,17 +155,9 @@ impl<T: Scalar> Moments<T> {
 
     /// Whether these may be sums over a part of the correspondences of `all`, but for rounding.
     pub(crate) fn are_part_of(&self, all: &Self) -> bool {
-        are_within(self.diagonal(), all.diagonal())
-    }
-
-    /// [`Self::are_part_of`] where the views of each pair may be turned. A turn keeps the sum of squares of the nine
-    /// elements of `b a^T`, and the lens terms.
-    pub(crate) fn are_part_of_turned(&self, all: &Self) -> bool {
-        let kept = |sums: &Self| {
-            let [cx, cy, cz, xx, yy, zz, xy, xz, yz, left, right, p1] = sums.diagonal();
-            [xx + yy + zz + T::HALF * (cx + cy + cz + xy + xz + yz), left, right, p1]
-        };
-        are_within(kept(self), kept(all))
+        let all = all.diagonal();
+        let rounding = all.into_iter().fold(T::ZERO, T::max) * T::lit(NEGATIVE);
+        self.diagonal().into_iter().zip(all).all(|(own, all)| own <= all * T::lit(1.1) + rounding)
     }
 
     /// Normal equations at the pose of the frame: [`Self::at_pose`] written out, where each unknown
@@ -319,12 +311,6 @@ pub(super) fn add_outer<T: Scalar>(
 }
 
 /// Coordinates of a correspondence with these products, without an effect of the lens.
-/// Whether no sum of squares exceeds that of all, but for rounding.
-fn are_within<T: Scalar, const N: usize>(own: [T; N], all: [T; N]) -> bool {
-    let rounding = all.into_iter().fold(T::ZERO, T::max) * T::lit(NEGATIVE);
-    own.into_iter().zip(all).all(|(own, all)| own <= all * T::lit(1.1) + rounding)
-}
-
 #[cfg(test)]
 pub(super) fn without_lens<T: Scalar>(products: [T; 9]) -> Vector12<T> {
     let mut k = [T::ZERO; COORDINATES];

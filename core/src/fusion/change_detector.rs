@@ -144,11 +144,11 @@ impl<T: Scalar> ChangeDetector<T> {
         to.word(self.pairs);
     }
 
-    /// Reads a record. A window that shows a change already begins anew: it would have ended with the pair that
-    /// showed it.
+    /// Reads a record. Windows begin anew where they hold more than the hypothesis, as those of a rig that vibrates by
+    /// turns may, and where they show a change already: they would have ended with the pair that showed it.
     ///
     /// # Errors
-    /// [`RestoreError::Absurd`] where the windows hold more than the hypothesis.
+    /// [`RestoreError::Absurd`].
     pub(super) fn read(
         &mut self,
         from: &mut Reader<'_>,
@@ -163,15 +163,12 @@ impl<T: Scalar> ChangeDetector<T> {
         self.pairs = from.word_within(hypothesis.pairs())?;
         let most = T::lit(MAX_NIS) * T::count(self.pairs);
         believe((T::ZERO..=most).contains(&self.cumulative))?;
-        // Pairs of a rig that vibrates by turns are settled as if it had rested; in the window they are as they came.
-        let (_, by_turns) = hypothesis.vibration_known();
-        let settled = hypothesis.settled();
-        let are_part = self.short.are_part_of(settled);
-        believe(are_part || by_turns && self.short.are_part_of_turned(settled))?;
         let mut short = self.short;
         short.add(hypothesis.last());
-        if self.has_changed(hypothesis, &hypothesis.normal_equations(&short), context) {
-            *self = Self::NEW;
+        let are_part = self.short.are_part_of(hypothesis.settled());
+        if !are_part || self.has_changed(hypothesis, &hypothesis.normal_equations(&short), context)
+        {
+            self.restart();
         }
         Ok(())
     }

@@ -44,8 +44,8 @@ impl<T: Scalar> Champion<T> {
         let was_known = self.hypothesis.vibration_known();
         let moved = self.hypothesis.apply(measurement, &mut update, repeated, context);
         let Self { hypothesis, detector } = self;
-        if hypothesis.vibration_known() > was_known {
-            // What it has gathered does not know of the vibration.
+        if hypothesis.vibration_known() != was_known {
+            // What it has gathered does not know of the vibration, or is settled in another way.
             detector.restart();
         }
         Ok(!repeated && detector.add(hypothesis, measurement, result.nis, &moved, context))

@@ -178,8 +178,8 @@ impl<T: Scalar> Hypothesis<T> {
         context: &Context<'_, T>,
     ) -> Vector5<T> {
         let Update { last, optimum, marginal } = update;
-        if marginal.variances.of_turns() > T::ZERO && !self.settles_at_rest() {
-            self.begin_to_settle_at_rest(&marginal.variances, last);
+        if (marginal.variances.of_turns() > T::ZERO) != self.settles_at_rest() {
+            self.begin_or_end_settling_at_rest(&marginal.variances, last);
         }
         if !repeated {
             self.update_chi_square(measurement, context);

@@ -30,12 +30,13 @@ impl<T: Scalar> Hypothesis<T> {
         }
     }
 
-    /// Begins to settle pairs as of a rig at rest at the frame of the sums, which becomes the estimate. Few pairs before
-    /// have the vibration in them and are forgotten.
+    /// Begins to settle pairs as of a rig at rest at the frame of the sums, or ends it. Either way the frame becomes the
+    /// estimate: sums at rest have their optimum at the frame, those of pairs as they came at the estimate. Few pairs
+    /// before have the vibration in them and are forgotten.
     ///
     /// * `variances`: of the vibration; `next`: moments of a pair in the frame of the sums.
     #[inline(never)]
-    pub(super) fn begin_to_settle_at_rest(
+    pub(super) fn begin_or_end_settling_at_rest(
         &mut self,
         variances: &BlockVariances<T>,
         next: &mut Moments<T>,

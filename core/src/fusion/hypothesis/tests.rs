@@ -310,3 +310,45 @@ fn rotation_with_the_baseline_in_use_has_the_prior_and_is_left_where_the_descent
     assert!(fits.len() > 390 && better + 2 > fits.len(), "{better} of {}", fits.len());
     assert!(fits.iter().all(|[_, not_worse, allowed]| *not_worse && *allowed));
 }
+
+#[test]
+fn sums_have_their_optimum_at_the_estimate_while_cameras_turn_and_after() {
+    let rigid = context::<f64>();
+    let both = 4e-6;
+    let turning = rigid.vibrating(BlockVariances { rotation: both, baseline: both });
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    // Begun 0.2 degrees off the mean, from which the estimate then moves away.
+    let mut hypothesis = fused(&[at(4e-3, 0)], 1, &turning);
+    let (mut farthest, mut last_turning) = ([0.0_f64; 2], 0.0);
+    for seed in 1..80 {
+        let turns = seed < 40;
+        let shake = if turns { rng.random_range(-3e-3..3e-3) } else { 0.0 };
+        let context = if turns { &turning } else { &rigid };
+        add(&mut hypothesis, &at(shake, seed), false, context);
+        assert_eq!(hypothesis.settles_at_rest(), turns, "{seed}");
+        if turns {
+            last_turning = hypothesis.deviations(context).unwrap().rotation;
+        }
+        if seed > 20 {
+            let far = &mut farthest[usize::from(!turns)];
+            *far = far.max(optimum_of_sums_off_estimate(&hypothesis));
+        }
+    }
+    // The estimate gets better once they cease; what was settled before stays where it was then.
+    let [turning, after] = farthest;
+    assert!(turning < 1e-6 && after < 2.0 * last_turning, "{farthest:?} {last_turning}");
+}
+
+/// Pair of a rig turned by so many rad about `x`.
+fn at(turned: f64, seed: u64) -> EvaluatedPose<f64> {
+    evaluated_at(&truth().stepped_by(&Vector5::ith(0, turned)).unwrap(), seed)
+}
+
+/// Turn about `x` from the estimate to the optimum of the sums as of a rig at rest, rad.
+fn optimum_of_sums_off_estimate(hypothesis: &Hypothesis<f64>) -> f64 {
+    let mut sums = Moments::ZERO;
+    hypothesis.sum_at_rest(&mut sums);
+    let pose = hypothesis.pose_at_rest(hypothesis.pose(), &sums).unwrap();
+    let step = sums.debiased_at_pose(&hypothesis.frame, &pose).step().unwrap();
+    step[0].abs()
+}
