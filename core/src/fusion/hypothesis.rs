@@ -237,7 +237,7 @@ impl<T: Scalar> Hypothesis<T> {
         if optimum.descend(&sums, &self.frame, context).is_err() {
             return false;
         }
-        self.drift = self.pose.unknowns_to(&optimum.pose);
+        self.drift = limited(&self.pose.unknowns_to(&optimum.pose));
         (self.pose, self.information) = (optimum.pose, optimum.information);
         self.settled = *settled;
         self.pairs = pairs;
@@ -387,6 +387,13 @@ impl<T: Scalar> Hypothesis<T> {
             self.reduced_chi_square += (reduced - self.reduced_chi_square) * (T::ONE / pairs);
         }
     }
+}
+
+/// A drift no longer than the deviation that locks: with a wider covariance pairs are lost among outliers.
+// Above the limit by no more than rounding it is kept: one that was limited is what it was once it is restored.
+fn limited<T: Scalar>(drift: &Vector5<T>) -> Vector5<T> {
+    let over = drift.amax() / T::lit(MAX_LOCKED_SD_RAD);
+    if over > T::lit(1.0 + 1e-5) { drift.unscale(over) } else { *drift }
 }
 
 #[cfg(test)]

@@ -1,10 +1,8 @@
 //! Record of a hypothesis: moments, pose and running means, in the order of `write`.
 
-use nalgebra::Vector5;
-
 use super::super::marginal_sums::MarginalSums;
 use super::super::optimum::MAX_INCONSISTENCY;
-use super::Hypothesis;
+use super::{Hypothesis, limited};
 use crate::algebra::information::{Information, StandardDeviations};
 use crate::algebra::normal_equations::NormalEquations;
 use crate::algebra::symmetric5::Symmetric5;
@@ -13,7 +11,7 @@ use crate::config::Context;
 use crate::error::RestoreError;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
-use crate::thresholds::{MAX_LOCKED_SD_RAD, MAX_NOISE_PX, MAX_REDUCED_CHI_SQUARE};
+use crate::thresholds::{MAX_NOISE_PX, MAX_REDUCED_CHI_SQUARE};
 
 /// Largest rounding of a running mean over its largest term.
 const MEAN_ROUNDING: f64 = 1.001;
@@ -71,10 +69,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.reduced_chi_square = from.within(T::ZERO, over * T::lit(MAX_REDUCED_CHI_SQUARE))?;
         let limit = T::single(context.config.max_correction_rad);
         from.numbers_within(limit * T::lit(2.0), self.drift.iter_mut())?;
-        // With a wider covariance pairs are lost among outliers; the drift is that of a locked estimate.
-        if self.drift.amax() > T::lit(MAX_LOCKED_SD_RAD) {
-            self.drift = Vector5::zeros();
-        }
+        self.drift = limited(&self.drift);
         self.pairs = from.word()?;
         if from.version() >= 4 {
             self.marginal.read(from)?;
@@ -128,6 +123,7 @@ fn are_consistent<T: Scalar>(normal: &NormalEquations<T>, stored: &Symmetric5<T>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector5;
 
     /// Information of a few matches far from the axis: 1e13 on pitch, 1e3 on others, which follow pitch.
     fn information(turn: f32) -> Symmetric5<f32> {

@@ -352,3 +352,15 @@ fn optimum_of_sums_off_estimate(hypothesis: &Hypothesis<f64>) -> f64 {
     let step = sums.debiased_at_pose(&hypothesis.frame, &pose).step().unwrap();
     step[0].abs()
 }
+
+#[test]
+fn a_drift_is_limited_once_and_keeps_its_direction() {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    for _ in 0..1000 {
+        let drift = Vector5::from_fn(|_, _| rng.random_range(-0.3_f32..0.3));
+        let once = limited(&drift);
+        assert_eq!(once, limited(&once));
+        assert!(once.amax() <= 0.12001 && once.normalize().dot(&drift.normalize()) > 0.9999);
+        assert!(drift.amax() > 0.12 || once == drift);
+    }
+}
