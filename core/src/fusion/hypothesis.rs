@@ -12,7 +12,6 @@ use nalgebra::Vector5;
 use super::image_halves::ImageHalves;
 use super::marginal_sums::MarginalSums;
 use super::optimum::Optimum;
-use crate::algebra::block_variances::BlockVariances;
 use crate::algebra::information::{Information, StandardDeviations};
 use crate::algebra::moments::Moments;
 use crate::algebra::normal_equations::NormalEquations;
@@ -242,7 +241,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.settled = *settled;
         self.pairs = pairs;
         self.halves = ImageHalves::NONE;
-        self.marginal.variances = BlockVariances::ZERO;
+        self.marginal = MarginalSums::NONE;
         self.reframe();
         true
     }

@@ -242,6 +242,7 @@ impl<T: Scalar> PairOptimum<T> {
         }
     }
 
+    /// `None` also where the covariance has no inverse: the next pair is not compared with this one.
     fn read(from: &mut Reader<'_>) -> Result<Option<Self>, RestoreError> {
         if !from.flag()? {
             return Ok(None);
@@ -249,8 +250,7 @@ impl<T: Scalar> PairOptimum<T> {
         let mut read = Self { at: Vector5::zeros(), covariance: Symmetric5::ZERO };
         from.numbers_within(T::two_pi(), read.at.iter_mut())?;
         read.covariance.read(from)?;
-        believe(read.covariance.inverse().is_some())?;
-        Ok(Some(read))
+        Ok(read.covariance.inverse().is_some().then_some(read))
     }
 }
 

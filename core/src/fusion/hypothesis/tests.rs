@@ -3,8 +3,10 @@
 extern crate std;
 
 use super::*;
+use crate::algebra::block_variances::BlockVariances;
 use crate::batch::Batch;
 use crate::batch::correspondence::RayPair;
+use crate::codec;
 use crate::config::Config;
 use crate::geometry::rectification::tests::pose;
 use crate::pair::evaluate::EvaluatedPose;
@@ -363,4 +365,23 @@ fn a_drift_is_limited_once_and_keeps_its_direction() {
         assert!(once.amax() <= 0.12001 && once.normalize().dot(&drift.normalize()) > 0.9999);
         assert!(drift.amax() > 0.12 || once == drift);
     }
+}
+
+#[test]
+fn a_record_is_read_after_the_pairs_of_a_rig_that_vibrates_were_replaced() {
+    let both = 4e-6;
+    let turning = context::<f64>().vibrating(BlockVariances { rotation: both, baseline: both });
+    let pairs: Vec<_> =
+        (0..30_u32).map(|seed| at(2e-3 * f64::from(seed % 3) - 2e-3, seed.into())).collect();
+    let mut hypothesis = fused(&pairs, 1, &turning);
+    let newest = fused(&pairs[20..], 1, &context()).sums();
+    let mut settled = newest;
+    settled.change_frame(&pairs[20].measurement.pose, &hypothesis.frame);
+    assert!(!hypothesis.is_rigid() && hypothesis.replace(&settled, 10, &turning));
+    let mut buffer = [0; 8192];
+    let header = codec::RecordHeader::FACTORY;
+    let record = codec::write::<f64>(header, &mut buffer, |to| hypothesis.write(to)).unwrap();
+    let mut read = Hypothesis::EMPTY;
+    read.read(&mut codec::open::<f64>(header, record).unwrap(), &turning).unwrap();
+    assert_eq!(read, hypothesis);
 }
