@@ -135,6 +135,12 @@ impl<T: Scalar> ChangeDetector<T> {
             || self.cumulative > T::lit(MAX_CUSUM)
     }
 
+    /// Pairs since the start or the last detection.
+    #[cfg(test)]
+    pub(super) fn pairs(&self) -> u32 {
+        self.pairs
+    }
+
     pub(super) fn write(&self, to: &mut Writer<'_>) {
         self.short.write(to);
         self.short_variance.0.write(to);

@@ -2,7 +2,9 @@
 
 use super::super::hypothesis::tests::{context, evaluated, evaluated_at, fused, truth};
 use super::*;
+use crate::algebra::block_variances::BlockVariances;
 use crate::codec;
+use crate::state::Stop;
 use nalgebra::Vector5;
 use std::vec::Vec;
 
@@ -100,4 +102,27 @@ fn a_challenger_that_would_have_been_dropped_is_no_record() {
     assert_eq!([(1, 1), (6, 3)].map(|(agreed, failed)| read(agreed, failed)), [Ok(()); 2]);
     let dropped = [(1, 2), (3, 2), (6, 4)].map(|(agreed, failed)| read(agreed, failed));
     assert_eq!(dropped, [Err(RestoreError::Absurd); 3]);
+}
+
+#[test]
+fn the_change_detector_begins_anew_where_a_rig_begins_to_turn_and_where_it_ceases() {
+    let rigid = context::<f64>();
+    let turning = rigid.vibrating(BlockVariances { rotation: 4e-6, baseline: 4e-6 });
+    let hypothesis = fused(&pairs(0.0, 0..20), 1, &rigid);
+    let mut champion = Champion { hypothesis, detector: ChangeDetector::NEW };
+    let seen = (20..29).zip(pairs(0.0, 20..29)).map(|(seed, evaluated)| {
+        let turns = (23..26).contains(&seed);
+        let result = AssociationResult {
+            support: Support::Champion,
+            evaluated: &evaluated,
+            nis: 5.0,
+            rejected: Rejected::default(),
+            repeated: false,
+            passes: 4,
+            stop: Stop::Converged,
+        };
+        champion.add(&result, if turns { &turning } else { &rigid }).unwrap();
+        champion.detector.pairs()
+    });
+    assert_eq!(seen.collect::<Vec<_>>(), [1, 2, 3, 1, 2, 3, 1, 2, 3]);
 }
