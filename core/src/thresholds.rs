@@ -171,8 +171,8 @@ pub(crate) const LENS_FOUND: f64 = 3.0;
 /// Factor per pair of a followed drift in the covariance. Larger reports it longer; smaller is overtaken by it.
 pub(crate) const DRIFT_DECAY: f64 = 0.9;
 
-/// Correction in use over the limit of that of the estimate: a compensated lens, or a baseline kept, adds to it.
-/// Larger takes up what no estimate says; smaller refuses a compensated lens near the limit.
+/// Correction in use over the limit of that of the estimate: a baseline that is kept adds to it.
+/// Larger takes up what no estimate says; smaller refuses a fit of `R` near the limit.
 pub(crate) const MAX_IN_USE: f64 = 1.5;
 
 /// Steps to the optimum of all sums, each of which squares the error of the linearisation, and the

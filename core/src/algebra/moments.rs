@@ -119,9 +119,11 @@ impl<T: Scalar> Moments<T> {
 
     /// Reads what [`Self::write`] writes.
     ///
+    /// * `apart`: squared distance of the frame from the pose that the matches are at, rad^2.
+    ///
     /// # Errors
     /// [`RestoreError::Absurd`] if they are no sums of squares and products, or their noise exceeds them.
-    pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+    pub(crate) fn read(&mut self, from: &mut Reader<'_>, apart: T) -> Result<(), RestoreError> {
         let has_lens = from.version() >= 3;
         // Older records have neither the coordinates of the lens nor the noise.
         let stored = if has_lens { TRIANGLE } else { OLD_TRIANGLE };
@@ -142,7 +144,11 @@ impl<T: Scalar> Moments<T> {
         }
         let ([c, _, y, _, _, z, ..], [xx, yy, _, zz]) = (self.products.0, self.noise);
         let within = |a: T, b: T| a.abs() <= b.abs() * T::lit(4.0) + T::lit(MAX_ROW_SQUARED) / one;
-        let noise_fits = [(c, xx), (xx, c), (yy, y), (zz, z)].iter().all(|&(a, b)| within(a, b));
+        // Residuals in a frame far from the pose are of that distance.
+        let known = self.at_frame().information.0.diagonal().into_iter();
+        let of_frame = known.fold(T::ZERO, |sum, d| sum + d.abs()) * apart;
+        let fits = [(c, xx.abs() + of_frame), (xx, c), (yy, y), (zz, z)];
+        let noise_fits = fits.iter().all(|&(a, b)| within(a, b));
         believe(noise_fits || !has_lens)
     }
 

@@ -65,8 +65,8 @@ impl<'a, T: Scalar> Context<'a, T> {
         self.allows_times(T::ONE, found)
     }
 
-    /// Whether extrinsics may be in use. A baseline that is kept, and a compensated lens, move them away from the
-    /// estimate, which is within the correction limit.
+    /// Whether extrinsics may be in use. A baseline that is kept moves them away from the estimate, which is within the
+    /// correction limit.
     pub(crate) fn allows_in_use(&self, found: &Extrinsics<T>) -> bool {
         self.allows_times(T::lit(MAX_IN_USE), found)
     }

@@ -161,7 +161,7 @@ impl<T: Scalar> ChangeDetector<T> {
         hypothesis: &Hypothesis<T>,
         context: &Context<'_, T>,
     ) -> Result<(), RestoreError> {
-        self.short.read(from)?;
+        self.short.read(from, hypothesis.distance_of_frame())?;
         self.short_variance.0.read(from)?;
         self.long.read(from)?;
         self.long_variance.0.read(from)?;

@@ -130,18 +130,28 @@ impl<T: Scalar> Fusion<T> {
     ) -> Option<WithLens<T>> {
         let (pose, correction) = (*hypothesis.pose(), *self.reference.correction());
         let found = Some(lens.report(&correction, context.focal));
-        if !self.reference.compensates() {
+        let Some(compensated) = self.compensated(&pose, lens, context) else {
             let wide = lens.widen(covariance, &lens.of_given(&correction), context);
             return Some(WithLens { pose, covariance: wide, correction, found });
-        }
+        };
         let mut wide = lens.widen(covariance, &lens.left_over(), context);
         wide.add_outer_out_of_line(T::ONE, &lens.hidden().into());
-        Some(WithLens {
-            pose: pose.stepped_by(&lens.compensation())?,
-            covariance: wide,
-            correction: correction.plus(&lens.difference()),
-            found,
-        })
+        let correction = correction.plus(&lens.difference());
+        Some(WithLens { pose: compensated, covariance: wide, correction, found })
+    }
+
+    /// The pose for the compensated lens; `None` where the lens is only reported, and beyond the correction limit, as of a
+    /// far pair that does not observe the baseline.
+    fn compensated(
+        &self,
+        pose: &RectifyingRotations<T>,
+        lens: &HypothesisLens<T>,
+        context: &Context<'_, T>,
+    ) -> Option<RectifyingRotations<T>> {
+        if !self.reference.compensates() {
+            return None;
+        }
+        pose.stepped_by(&lens.compensation()).filter(|pose| context.check(pose).is_ok())
     }
 }
 

@@ -10,6 +10,7 @@ use crate::algebra::symmetric5::Symmetric5;
 use crate::codec::{Reader, Writer, believe};
 use crate::config::Context;
 use crate::error::RestoreError;
+use crate::geometry::rectification::MAX_UNKNOWN;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
 use crate::thresholds::{
@@ -248,7 +249,7 @@ impl<T: Scalar> PairOptimum<T> {
             return Ok(None);
         }
         let mut read = Self { at: Vector5::zeros(), covariance: Symmetric5::ZERO };
-        from.numbers_within(T::two_pi(), read.at.iter_mut())?;
+        from.numbers_within(T::lit(MAX_UNKNOWN), read.at.iter_mut())?;
         read.covariance.read(from)?;
         Ok(read.covariance.inverse().is_some().then_some(read))
     }

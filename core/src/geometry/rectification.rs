@@ -15,6 +15,10 @@ use crate::thresholds::{MAX_STEP_RAD, MIN_LATERAL};
 /// Largest `|r_r2 . i_3|` of a recorded pose, dimensionless.
 const ON_GAUGE: f64 = 1e-4;
 
+/// Range of the unknowns between two poses, rad: a baseline along an axis over the least lateral part, and rounding.
+pub(crate) const MAX_UNKNOWN: f64 = 1.01 / MIN_LATERAL;
+const _: () = assert!(MAX_UNKNOWN > core::f64::consts::PI);
+
 /// `R_l`, `R_r` with `p_l' = R_l p_l`, `p_r' = R_r p_r`: corresponding rays have equal rows.
 ///
 /// Invariant: the gauge of eq 8, `r_r2 . i_3 = 0`.
@@ -118,7 +122,8 @@ impl<T: Scalar> RectifyingRotations<T> {
     /// The five unknowns that lead from this pose to another, rad, to first order: rotation of `R`
     /// about the rectified x, y, z, then of the baseline about y and z.
     ///
-    /// Inverse of a step of these unknowns, up to the square of its length.
+    /// Inverse of a step of these unknowns, up to the square of its length. Rotations are within pi, baselines
+    /// within 10: that of one perpendicular to this one.
     #[must_use]
     #[inline(never)]
     pub fn unknowns_to(&self, other: &Self) -> Vector5<T> {

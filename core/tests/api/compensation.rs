@@ -188,3 +188,42 @@ fn a_record_of_corrected_cameras_is_refused_where_the_configuration_only_reports
     let mut reporting: Tested = with(Config::robust());
     assert_eq!(reporting.restore(compensating.snapshot(&mut buffer).unwrap()), Ok(()));
 }
+
+/// Largest correction of the estimate against the factory extrinsics, rad.
+fn correction(calibrator: &Tested) -> f32 {
+    let Some(proposal) = calibrator.proposal() else { return 0.0 };
+    let Deviation { translation, rotation } =
+        Deviation::between(&proposal.extrinsics, calibrator.factory());
+    translation.max(rotation)
+}
+
+/// A factory calibration of which only the baseline has changed.
+fn with_factory(config: Config) -> Tested {
+    let mut calibrator: Tested = with(config);
+    calibrator.set_factory(rig([1.0, -0.5, 0.8], [0.0, 0.0]));
+    calibrator
+}
+
+#[test]
+fn a_compensated_lens_moves_no_estimate_beyond_the_correction_limit() {
+    let mut free = with_factory(COMPENSATE);
+    let first = *drive(&mut free, 0.003, 0.0, 0..60).first().unwrap();
+    let mut free = with_factory(COMPENSATE);
+    drive(&mut free, 0.003, 0.0, 0..first + 1);
+    let corrections = (first + 1..first + 20).map(|seed| {
+        drive(&mut free, 0.003, 0.0, seed..seed + 1);
+        correction(&free)
+    });
+    let limit = corrections.fold(0.0, f32::max) * 0.999;
+    let limited = COMPENSATE.with_max_correction_rad(limit).unwrap();
+    let mut calibrator = with_factory(limited);
+    let mut buffer = [0; Tested::SNAPSHOT_BYTES];
+    for seed in 0..first + 40 {
+        // At the limit not every pair is accepted.
+        let _ = take(&mut calibrator, &pair(0.003, 0.0, seed));
+        let _ = calibrator.apply();
+        assert!(correction(&calibrator) <= limit, "{seed}");
+        let record = calibrator.snapshot(&mut buffer).unwrap();
+        assert_eq!(with_factory(limited).restore(record), Ok(()), "{seed}");
+    }
+}

@@ -56,8 +56,9 @@ impl<T: Scalar> Hypothesis<T> {
     ) -> Result<(), RestoreError> {
         self.pose = RectifyingRotations::read(from)?;
         self.frame = RectifyingRotations::read(from)?;
-        self.settled.read(from)?;
-        self.last.read(from)?;
+        let apart = self.distance_of_frame();
+        self.settled.read(from, apart)?;
+        self.last.read(from, apart)?;
         self.halves.read(from)?;
         self.information.0.read(from)?;
         let over = T::lit(MEAN_ROUNDING);
@@ -92,6 +93,11 @@ impl<T: Scalar> Hypothesis<T> {
         let is_finite =
             |sd: StandardDeviations<T>| sd.rotation.is_finite() && sd.translation.is_finite();
         believe(self.pairs > 0 && self.deviations(context).is_some_and(is_finite))
+    }
+
+    /// Squared distance of the frame of the sums from the pose, rad^2.
+    pub(in crate::fusion) fn distance_of_frame(&self) -> T {
+        self.frame.unknowns_to(&self.pose).norm_squared()
     }
 
     /// Whether the sums lead to the pose and to its information. Wide: pairs that contradict each other leave a step.

@@ -367,6 +367,13 @@ fn a_drift_is_limited_once_and_keeps_its_direction() {
     }
 }
 
+fn restored(from: &Hypothesis<f64>, context: &Context<'_, f64>) -> Option<Hypothesis<f64>> {
+    let (mut buffer, header) = ([0; 8192], codec::RecordHeader::FACTORY);
+    let record = codec::write::<f64>(header, &mut buffer, |to| from.write(to)).ok()?;
+    let mut read = Hypothesis::EMPTY;
+    read.read(&mut codec::open::<f64>(header, record).ok()?, context).ok().map(|()| read)
+}
+
 #[test]
 fn a_record_is_read_after_the_pairs_of_a_rig_that_vibrates_were_replaced() {
     let both = 4e-6;
@@ -378,10 +385,15 @@ fn a_record_is_read_after_the_pairs_of_a_rig_that_vibrates_were_replaced() {
     let mut settled = newest;
     settled.change_frame(&pairs[20].measurement.pose, &hypothesis.frame);
     assert!(!hypothesis.is_rigid() && hypothesis.replace(&settled, 10, &turning));
-    let mut buffer = [0; 8192];
-    let header = codec::RecordHeader::FACTORY;
-    let record = codec::write::<f64>(header, &mut buffer, |to| hypothesis.write(to)).unwrap();
-    let mut read = Hypothesis::EMPTY;
-    read.read(&mut codec::open::<f64>(header, record).unwrap(), &turning).unwrap();
-    assert_eq!(read, hypothesis);
+    assert_eq!(restored(&hypothesis, &turning), Some(hypothesis));
+}
+
+#[test]
+fn a_record_is_read_where_the_sums_are_in_a_frame_far_from_the_pose() {
+    let mut hypothesis = fused(&[evaluated::<f64>(1), evaluated(2)], 1, &context());
+    let far = truth().stepped_by(&Vector5::new(0.3, -0.2, 0.1, 0.2, -0.3)).unwrap();
+    hypothesis.settled.change_frame(&hypothesis.frame, &far);
+    hypothesis.last.change_frame(&hypothesis.frame, &far);
+    hypothesis.frame = far;
+    assert_eq!(restored(&hypothesis, &context()), Some(hypothesis));
 }
