@@ -15,43 +15,73 @@ use stereo_selfcal::{Calibrator, Config, LensTracking, Proposal, State};
 
 const RUNS: u64 = 400;
 const MANY: u64 = 50;
-const PAIRS: usize = 50;
+const PAIRS: usize = 60;
 const FIRST_SEED: u64 = 60_000;
 
-/// A scenario and a configuration, drawn by the seed.
-fn drawn(seed: u64) -> (Scenario, Config) {
+/// Two parts of a run with the same cameras, and a configuration, drawn by the seed.
+fn drawn(seed: u64) -> ([Scenario; 2], Config) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut scenario =
-        Scenario::new(*ScenarioKind::value_variants().choose(&mut rng).unwrap(), PAIRS);
-    let mut degrees = |most: f64| rng.random_range(-most..=most);
-    let turn = [degrees(8.0), degrees(8.0), degrees(8.0)];
-    let scene = &mut scenario.scene;
-    scene.rig = rig(turn, [degrees(4.0), degrees(4.0)]).unwrap();
-    scene.matches = *[24, 64, 256, 400].choose(&mut rng).unwrap();
-    scene.outliers = *[0.0, 0.1, 0.3, 0.6].choose(&mut rng).unwrap();
-    scene.noise_px = *[0.05, 0.3, 1.5].choose(&mut rng).unwrap();
-    scene.focal = *[500.0, 1400.0].choose(&mut rng).unwrap();
-    let mut wrong = |share: f64, most: f64| {
-        if rng.random_bool(share) { rng.random_range(-most..=most) } else { 0.0 }
-    };
-    scene.lens_errors[1] = LensError {
-        focal: wrong(0.4, 0.02),
-        radial: [wrong(0.3, 0.03), 0.0],
-        ..LensError::default()
-    };
-    scenario.lens_warming = wrong(0.1, 0.01);
-    if let Some(lasting) = Some(wrong(0.4, 0.4).abs()).filter(|&deg| deg > 0.0) {
-        scenario.disturbance.vibration_deg = lasting;
-    }
-    scenario.disturbance.skew_deg = wrong(0.2, 0.5);
-    scenario.disturbance.rolling_px = wrong(0.2, 1.0).abs();
-    if rng.random_bool(0.1) {
-        scenario.scene.fence = Some(Fence { share: 0.3, across_px: 3.0, local: rng.random() });
-    }
+    let lens = drawn_lens(&mut rng);
+    let focal = *[500.0, 1400.0].choose(&mut rng).unwrap();
+    let [turn, baseline] =
+        [8.0, 4.0].map(|most| rng.random::<[f64; 3]>().map(|u| most * (2.0 * u - 1.0)));
+    // In half of the runs the rig is knocked between the parts.
+    let knock = if rng.random() { rng.random_range(-1.0..=1.0) } else { 0.0 };
+    let parts = [0.0, knock].map(|knock| {
+        let mut part = drawn_part(&mut rng);
+        part.scene.focal = focal;
+        part.scene.lens_errors[1] = lens;
+        part.scene.rig =
+            rig([turn[0] + knock, turn[1], turn[2]], [baseline[0], baseline[1] + knock]).unwrap();
+        part
+    });
+    (parts, drawn_config(&mut rng))
+}
+
+/// A configuration, every second with other parameters than by default.
+fn drawn_config(rng: &mut ChaCha8Rng) -> Config {
     let robust = Config::robust();
     let compensate = robust.with_lens_tracking(LensTracking::Compensate);
-    let configs = [robust, compensate, compensate, Config::paper()];
-    (scenario, *configs.choose(&mut rng).unwrap())
+    let configs =
+        [robust, robust.with_automatic_apply(true), compensate, compensate, Config::paper()];
+    let config = *configs.choose(rng).unwrap();
+    if rng.random() {
+        return config;
+    }
+    let mut other = |values: [f32; 3]| *values.choose(rng).unwrap();
+    let changed = config
+        .with_prior_sd_rad(other([0.01, 0.1, 0.4]))
+        .and_then(|config| config.with_max_correction_rad(other([0.2, 0.5, 1.2])))
+        .and_then(|config| config.with_noise_floor_px(other([0.02, 0.15, 1.0])))
+        .unwrap();
+    let changed = changed.with_memory_pairs(*[20, 100, 1000].choose(rng).unwrap()).unwrap();
+    if rng.random_bool(0.3) { changed.without_lens_prior() } else { changed }
+}
+
+/// Zero, or within `most`.
+fn sometimes(rng: &mut ChaCha8Rng, share: f64, most: f64) -> f64 {
+    if rng.random_bool(share) { rng.random_range(-most..=most) } else { 0.0 }
+}
+
+fn drawn_lens(rng: &mut ChaCha8Rng) -> LensError {
+    let [focal, k1] = [(0.4, 0.02), (0.3, 0.03)].map(|(share, most)| sometimes(rng, share, most));
+    LensError { focal, radial: [k1, 0.0], ..LensError::default() }
+}
+
+/// A scene with what disturbs it.
+fn drawn_part(rng: &mut ChaCha8Rng) -> Scenario {
+    let mut part = Scenario::new(*ScenarioKind::value_variants().choose(rng).unwrap(), PAIRS / 2);
+    part.scene.matches = *[24, 64, 256, 400].choose(rng).unwrap();
+    part.scene.outliers = *[0.0, 0.1, 0.3, 0.6].choose(rng).unwrap();
+    part.scene.noise_px = *[0.05, 0.3, 1.5].choose(rng).unwrap();
+    part.lens_warming = sometimes(rng, 0.1, 0.01);
+    part.disturbance.vibration_deg = part.disturbance.vibration_deg.max(sometimes(rng, 0.6, 0.4));
+    part.disturbance.skew_deg = sometimes(rng, 0.2, 0.5);
+    part.disturbance.rolling_px = sometimes(rng, 0.2, 1.0).abs();
+    if rng.random_bool(0.1) {
+        part.scene.fence = Some(Fence { share: 0.3, across_px: 3.0, local: rng.random() });
+    }
+    part
 }
 
 /// What is proposed. Its state aside: a restored estimate waits for a pair that confirms it.
@@ -64,14 +94,15 @@ fn estimate(calibrator: &Calibrator<f32, 512>) -> Option<Proposal<f32>> {
 /// Drives a run as a vehicle does, and restores the record of each pair. Returns how many there were, or what is wrong
 /// with one.
 fn drive(seed: u64) -> Result<u64, String> {
-    let (scenario, config) = drawn(seed);
+    let (parts, config) = drawn(seed);
     let [mut calibrator, mut restored] =
         [(); 2].map(|()| Box::new(Calibrator::<f32, 512>::new(config)));
-    let cameras = scenario.scene.dataset(0, 0).unwrap().cameras().unwrap();
+    let cameras = parts[0].scene.dataset(0, 0).unwrap().cameras().unwrap();
     calibrator.set_cameras(cameras);
     let mut room = vec![0; Calibrator::<f32, 512>::SNAPSHOT_BYTES];
     let mut records = 0;
-    for (at, ScenarioPair { pair, .. }) in scenario.frames(seed).unwrap().enumerate() {
+    let frames = parts.iter().flat_map(|part| part.frames(seed).unwrap());
+    for (at, ScenarioPair { pair, .. }) in frames.enumerate() {
         for m in &pair.matches {
             // A pixel beyond the range of the lens is refused.
             let _ = calibrator.push(&m.correspondence());
@@ -89,7 +120,7 @@ fn drive(seed: u64) -> Result<u64, String> {
         if done.is_err() || !same {
             let differs = if same { "" } else { ", another estimate" };
             return Err(format!(
-                "{done:?}{differs}, seed {seed}, pair {at}: {scenario:?}, {config:?}"
+                "{done:?}{differs}, seed {seed}, pair {at}: {parts:?}, {config:?}"
             ));
         }
         records += 1;

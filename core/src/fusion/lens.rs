@@ -22,8 +22,8 @@ type Square<T> = [[T; LENS_PARAMETERS]; LENS_PARAMETERS];
 /// The lens estimate of a hypothesis, about the lens of its rays. Solved in place.
 #[derive(Debug)]
 pub(super) struct HypothesisLens<T> {
-    /// `p`; 0 where held.
-    values: [T; LENS_PARAMETERS],
+    /// `p` of the lens that the rays are of; 0 where held.
+    pub(super) values: [T; LENS_PARAMETERS],
     /// `P`, reduced chi-square included; 0 where held.
     covariance: Square<T>,
     /// Columns of `B`: movement of the extrinsics by each parameter, rad.

@@ -90,7 +90,8 @@ fn hides_much<T: Scalar>(
 ) -> bool {
     let hidden = lens.hidden();
     let with = deviation(&lens.widen(given, &lens.left_over(), context));
-    hidden.w.hypot(hidden.a) > T::lit(MAX_HIDDEN_LENS) * with
+    // Not `hypot`: that of `f32` computes in `f64`, 2.6 kB of software on a controller.
+    (hidden.w * hidden.w + hidden.a * hidden.a).sqrt() > T::lit(MAX_HIDDEN_LENS) * with
 }
 
 /// Deviation of `t`, rad.

@@ -131,7 +131,7 @@ impl<T: Scalar> Fusion<T> {
         let (pose, correction) = (*hypothesis.pose(), *self.reference.correction());
         let found = Some(lens.report(&correction, context.focal));
         let Some(compensated) = self.compensated(&pose, lens, context) else {
-            let wide = lens.widen(covariance, &lens.of_given(&correction), context);
+            let wide = lens.widen(covariance, &lens.values, context);
             return Some(WithLens { pose, covariance: wide, correction, found });
         };
         let mut wide = lens.widen(covariance, &lens.left_over(), context);

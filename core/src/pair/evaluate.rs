@@ -24,7 +24,7 @@ use crate::scalar::Scalar;
 use crate::simd::{Lanes, Single, Value};
 use crate::thresholds::{
     CLEAR_PEAK_DEVIATIONS, DIFFERENCE_VARIANCE, FOUND_NEAR, FOUND_NEAR_MOST, FOUND_NOISE_PX,
-    FOUND_PEAK, FOUND_PEAK_DEVIATIONS, TRACK_MIN_NEAR, TRACK_PEAK,
+    FOUND_PEAK, FOUND_PEAK_DEVIATIONS, MIN_WEIGHTED, TRACK_MIN_NEAR, TRACK_PEAK,
 };
 
 /// Measurement of the extrinsics by one batch.
@@ -38,7 +38,7 @@ pub(crate) struct PairMeasurement<T: Scalar> {
     pub(crate) halves: [NormalEquations<T>; 2],
     /// Noise of a coordinate, px.
     pub(crate) noise: T,
-    /// Share of the usable correspondences within 3 standard deviations.
+    /// Share of the usable correspondences within 3 standard deviations; 0 where next to none of them has weight.
     pub(crate) inlier_share: T,
     /// Share of the usable correspondences that are in a second crowd, with the sign of its side.
     pub(crate) crowd: T,
@@ -93,7 +93,9 @@ impl<T: Scalar> Iterate<T> {
         let variance = variances / (sum.max(T::EPSILON) * self.focal * self.focal);
         moments.set_noise(pose, variance);
         *noise = self.noise_of(stats.near_squares, stats.near());
-        *inlier_share = stats.inlier_share();
+        // Such a pose is of a few matches, and agrees with any hypothesis.
+        let are_weighted = variances >= T::lit(MIN_WEIGHTED) * stats.near();
+        *inlier_share = if are_weighted { stats.inlier_share() } else { T::ZERO };
         *crowd = stats.crowd();
         *high_leverage = stats.high_leverage;
         stats.skipped =
@@ -302,9 +304,10 @@ impl<T: Scalar> EvaluatedPose<T> {
             && self.is_largest_crowd()
     }
 
-    /// Whether no more matches agree on a pose rows away: a pose of few is that of a fence.
+    /// Whether no more matches agree on a pose rows away: a pose of few is that of a fence. Of none it is no pose.
     fn is_largest_crowd(&self) -> bool {
-        self.measurement.crowd.abs() <= self.measurement.inlier_share
+        let PairMeasurement { crowd, inlier_share, .. } = self.measurement;
+        inlier_share > T::ZERO && crowd.abs() <= inlier_share
     }
 
     /// Whether that peak exceeds chance, at a pose that is not yet confirmed.

@@ -207,6 +207,10 @@ pub(crate) const TRACK_PEAK: f64 = 1.5;
 pub(crate) const TRACK_MIN_NEAR: u32 = 8;
 pub(crate) const CLEAR_PEAK_DEVIATIONS: f64 = 2.0;
 
+/// Least sum of the weights, in those of matches without residual, over the near residuals. Below it most that fit are
+/// behind infinity or of high leverage. Larger refuses scenes of few near points; smaller fuses pairs of a few matches.
+pub(crate) const MIN_WEIGHTED: f64 = 0.05;
+
 /// Smallest eigenvalue of the information with unit diagonal; below it a direction is free. Larger
 /// refuses weak scenes; smaller accepts rounding as information.
 pub(crate) const MIN_CONDITION: f64 = 1e-5;

@@ -2,6 +2,7 @@
 
 use super::super::loss::tukey;
 use super::*;
+use crate::batch::Batch;
 use crate::batch::correspondence::RayPair;
 use crate::batch::row_offset::row_offset;
 use crate::geometry::rectification::tests::pose;
@@ -23,6 +24,28 @@ fn iterate(start: RectifyingRotations<f64>) -> Iterate<f64> {
         fitted: 0.0,
         min_disparity: -0.008,
     }
+}
+
+#[test]
+fn a_pose_at_which_next_to_no_match_that_fits_has_weight_has_no_inliers() {
+    let iterate = iterate(pose([0.0; 3], [0.0; 2]));
+    let evaluated = |ahead: u32| {
+        let one = |i: u32| {
+            let k = f64::from(i);
+            // Behind infinity, all but `ahead`.
+            let d = if i < ahead { 0.05 } else { -0.02 };
+            let at = [(0.37 * k).sin() * 0.6, (0.73 * k).cos() * 0.4, d, (0.57 * k).sin() * 3e-4];
+            let [x_l, y_l, x_r, y_r] = rays(&iterate.pose, at);
+            RayPair::try_new([x_l, y_l], [x_r, y_r]).unwrap()
+        };
+        let pairs: [_; 100] = core::array::from_fn(|i| one(u32::try_from(i).unwrap()));
+        let mut evaluated = EvaluatedPose::NONE;
+        iterate.evaluate(Batch::<f64, 100>::of(&pairs).matches(), &mut evaluated).unwrap();
+        assert_eq!(evaluated.stats.near(), 100.0);
+        (evaluated.measurement.inlier_share, evaluated.has_peak(), evaluated.is_found(12))
+    };
+    assert_eq!(evaluated(4), (0.0, false, false));
+    assert_eq!(evaluated(8), (1.0, true, true));
 }
 
 /// Sums that a sink adds to.
