@@ -1,4 +1,4 @@
-//! A record taken after any pair of any run is read, and proposes what was proposed. With `RECORDS_CAMPAIGN=1` fifty
+//! A record taken after any pair of any run is read, and proposes what was proposed. With `RECORDS_CAMPAIGN=1` a hundred
 //! times as many runs.
 
 use std::env;
@@ -13,8 +13,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::{Calibrator, Config, LensTracking, Proposal, State};
 
-const RUNS: u64 = 400;
-const MANY: u64 = 50;
+const RUNS: u64 = 200;
+const MANY: u64 = 100;
 const PAIRS: usize = 60;
 const FIRST_SEED: u64 = 60_000;
 

@@ -116,7 +116,7 @@ impl<T: Scalar> Fusion<T> {
         }
         let mut lens = HypothesisLens::EXACT;
         lens.estimate(hypothesis, &self.reference, context)?;
-        self.concluded(hypothesis, &lens, covariance, context)
+        Some(self.concluded(hypothesis, &lens, covariance, context))
     }
 
     /// [`Self::with_lens`] from the estimate of the lens.
@@ -127,17 +127,17 @@ impl<T: Scalar> Fusion<T> {
         lens: &HypothesisLens<T>,
         covariance: &Symmetric5<T>,
         context: &Context<'_, T>,
-    ) -> Option<WithLens<T>> {
+    ) -> WithLens<T> {
         let (pose, correction) = (*hypothesis.pose(), *self.reference.correction());
         let found = Some(lens.report(&correction, context.focal));
         let Some(compensated) = self.compensated(&pose, lens, context) else {
             let wide = lens.widen(covariance, &lens.values, context);
-            return Some(WithLens { pose, covariance: wide, correction, found });
+            return WithLens { pose, covariance: wide, correction, found };
         };
         let mut wide = lens.widen(covariance, &lens.left_over(), context);
         wide.add_outer_out_of_line(T::ONE, &lens.hidden().into());
         let correction = correction.plus(&lens.difference());
-        Some(WithLens { pose: compensated, covariance: wide, correction, found })
+        WithLens { pose: compensated, covariance: wide, correction, found }
     }
 
     /// The pose for the compensated lens; `None` where the lens is only reported, and beyond the correction limit, as of a
