@@ -32,7 +32,7 @@ pub(super) struct FrameBody {
     held: u8,
 }
 
-/// Effect of a byte or a record of the body.
+/// Effect of bytes or a record of the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Step {
     /// Nothing to hand out.
@@ -70,14 +70,17 @@ impl FrameBody {
         matches!(self.disposition, Disposition::Accepted | Disposition::Unsupported)
     }
 
-    /// Takes one byte.
-    pub(super) fn push(&mut self, byte: u8) -> Step {
-        if let Some(place) = self.partial.get_mut(usize::from(self.held)) {
-            *place = byte;
-        }
-        self.held = self.held.saturating_add(1);
-        let wanted = if self.records_left > 0 { RECORD_BYTES } else { CRC_BYTES };
-        if usize::from(self.held) < wanted {
+    /// Place of the bytes that the current record, or the CRC, still lacks.
+    #[inline(always)]
+    pub(super) fn room(&mut self) -> &mut [u8] {
+        let wanted = self.wanted();
+        self.partial.get_mut(self.held.into()..wanted).unwrap_or_default()
+    }
+
+    /// Takes the first bytes of [`Self::room`], as filled by the caller.
+    pub(super) fn take_filled(&mut self, bytes: usize) -> Step {
+        self.held = self.held.saturating_add(u8::try_from(bytes).unwrap_or(u8::MAX));
+        if usize::from(self.held) < self.wanted() {
             return Step::None;
         }
         self.held = 0;
@@ -90,6 +93,11 @@ impl FrameBody {
         }
         let [c0, c1, c2, c3, ..] = self.partial;
         Step::End(u32::from_le_bytes([c0, c1, c2, c3]) == self.crc.value())
+    }
+
+    /// Length of the current record, or of the CRC.
+    fn wanted(&self) -> usize {
+        if self.records_left > 0 { RECORD_BYTES } else { CRC_BYTES }
     }
 
     /// Takes records in one piece from the front of `bytes`, up to the last, or to one that may hold the start of a header.

@@ -3,6 +3,12 @@
 use super::layout::{HEADER_BYTES, MAGIC};
 use crate::codec::checksum;
 
+/// The magic, its last byte lowest.
+const WORD: u32 = u32::from_be_bytes(MAGIC);
+
+/// The magic of a full window in [`Window::magics`].
+const FULL: u32 = 1 << (HEADER_BYTES - MAGIC.len());
+
 /// Bytes since the earliest position that may start a header; at most one header length.
 ///
 /// The magic may begin in each fourth byte. So no byte is looked at again when the window slides: a ring, whose
@@ -16,17 +22,18 @@ pub(super) struct Window {
     held: u8,
     /// Bit `i`: the magic ended `i` bytes ago.
     magics: u32,
-    /// Bytes of the magic that the last bytes are, all four not counted.
-    begun: u8,
+    /// The last four bytes, the last one lowest.
+    last: u32,
     /// Rolling checksum of the ring.
     checksum: u32,
 }
 
 impl Window {
     pub(super) const fn new() -> Self {
-        Self { ring: [0; HEADER_BYTES], next: 0, held: 0, magics: 0, begun: 0, checksum: 0 }
+        Self { ring: [0; HEADER_BYTES], next: 0, held: 0, magics: 0, last: 0, checksum: 0 }
     }
 
+    /// Bytes from the first magic, or from the beginning of one.
     pub(super) fn held(&self) -> usize {
         self.held.into()
     }
@@ -36,62 +43,85 @@ impl Window {
         self.held == 0
     }
 
-    /// Whether the bytes have the length of a header.
+    /// Whether the bytes are a header, of a correct checksum.
     #[inline(always)]
-    pub(super) fn is_full(&self) -> bool {
+    pub(super) fn is_header(&self) -> bool {
         self.held() == HEADER_BYTES
     }
 
-    /// Whether the checksum of a full window is correct: a header.
-    pub(super) fn is_header(&self) -> bool {
-        self.checksum == checksum::ROLLED_CORRECT
-    }
-
-    /// The bytes of a full window, in order.
+    /// The bytes of a header, in order.
     pub(super) fn bytes(&self) -> [u8; HEADER_BYTES] {
-        let mut bytes = self.ring;
-        let (new, old) = self.ring.split_at_checked(self.place()).unwrap_or_default();
-        bytes.iter_mut().zip(old.iter().chain(new)).for_each(|(to, from)| *to = *from);
-        bytes
+        core::array::from_fn(|i| {
+            let place = (usize::from(self.next) + i) % HEADER_BYTES;
+            self.ring.get(place).copied().unwrap_or_default()
+        })
     }
 
-    /// Appends a byte; number of bytes dropped because no header starts with them.
+    /// Appends bytes to a window that is not full, up to the first that completes a header, or that none starts before.
+    ///
+    /// * `within_frame`: goes on where no header starts.
     #[inline(always)]
-    pub(super) fn push(&mut self, byte: u8) -> u8 {
-        let place = self.place();
-        let old = self.ring.get_mut(place).map_or(0, |place| core::mem::replace(place, byte));
-        self.next = self.next.wrapping_add(1);
-        self.checksum = checksum::roll(self.checksum, byte, old);
-        self.begun = match MAGIC.get(usize::from(self.begun)) {
-            Some(expected) if *expected == byte => self.begun.wrapping_add(1),
-            // The magic holds its first byte once.
-            _ => u8::from(byte == MAGIC[0]),
-        };
-        self.magics <<= 1;
-        if usize::from(self.begun) == MAGIC.len() {
-            (self.begun, self.magics) = (0, self.magics | 1);
+    pub(super) fn take(&mut self, bytes: impl Iterator<Item = u8>, within_frame: bool) -> Taken {
+        // As locals: a store to the ring would store and load the others for each byte.
+        let (mut next, mut magics) = (self.next, self.magics);
+        let (mut last, mut checksum) = (self.last, self.checksum);
+        let mut taken = Taken { bytes: 0, bad_headers: 0 };
+        for byte in bytes {
+            let place = self.ring.get_mut(usize::from(next) % HEADER_BYTES);
+            let old = place.map_or(0, |place| core::mem::replace(place, byte));
+            next = next.wrapping_add(1);
+            checksum = checksum::roll(checksum, byte, old);
+            last = last << 8 | u32::from(byte);
+            magics = magics << 1 | u32::from(last == WORD);
+            taken.bytes += 1;
+            if magics & FULL != 0 {
+                if checksum == checksum::ROLLED_CORRECT {
+                    break;
+                }
+                magics &= !FULL;
+                taken.bad_headers += 1;
+            }
+            if !within_frame && magics == 0 && begun(last) == 0 {
+                break;
+            }
         }
-        self.hold(self.held.saturating_add(1))
+        (self.next, self.magics, self.last, self.checksum) = (next, magics, last, checksum);
+        self.hold();
+        taken
     }
 
-    /// Moves on to the next position that may start a header; number of bytes dropped.
-    pub(super) fn slide(&mut self) -> u8 {
-        // A window is full by its first magic.
-        self.magics &= !(1 << (HEADER_BYTES - MAGIC.len()));
-        self.hold(self.held)
+    /// Moves on from a header to the next position that may start one.
+    pub(super) fn slide(&mut self) {
+        self.magics &= !FULL;
+        self.hold();
     }
 
-    /// Holds the bytes from the first magic, or from the beginning of one; number of bytes dropped of `all`.
+    /// Holds the bytes from the first magic, or from the beginning of one.
     #[inline(always)]
-    fn hold(&mut self, all: u8) -> u8 {
+    fn hold(&mut self) {
         self.held = match self.magics.leading_zeros().to_le_bytes() {
-            [32, ..] => self.begun,
+            [32, ..] => begun(self.last),
             [zeros, ..] => 35_u8.saturating_sub(zeros),
         };
-        all.saturating_sub(self.held)
     }
+}
 
-    fn place(&self) -> usize {
-        usize::from(self.next) % HEADER_BYTES
+/// Bytes appended at once.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Taken {
+    pub(super) bytes: usize,
+    /// Places where a header starts whose checksum is wrong.
+    pub(super) bad_headers: u32,
+}
+
+/// Bytes of the magic that the last bytes are, all four not counted. The magic holds its first byte once.
+fn begun(last: u32) -> u8 {
+    let is = |bytes: u32| last & (1 << (8 * bytes)) - 1 == WORD >> (u32::BITS - 8 * bytes);
+    if is(3) {
+        3
+    } else if is(2) {
+        2
+    } else {
+        u8::from(is(1))
     }
 }

@@ -1,4 +1,4 @@
-//! Decodes a frame of the wire.
+//! Decodes a frame of the wire, and streams that take more work than frames.
 
 use stereo_selfcal::Correspondence;
 use stereo_selfcal::link::{
@@ -66,4 +66,38 @@ pub(crate) fn decode(probe: &Probe, records: &[MatchRecord]) -> Sample {
     let (fed, sample) = probe.run(|| calls::feed(&mut decoder, &mut rest, &mut DiscardingSink));
     assert_eq!(fed, Ok(Some(Received { header, taken: 0 })));
     sample
+}
+
+/// Content of a stream without a whole frame.
+#[derive(Clone, Copy)]
+pub(crate) enum Damaged {
+    /// The magic of a header again and again: a header may start in each fourth byte.
+    Magics,
+    /// The same after the header of a long frame.
+    MagicsWithinFrame,
+    /// Headers with a correct checksum, each of a frame that is cut off.
+    Headers,
+}
+
+/// Instructions of decoding a stream without a whole frame, and its length in records.
+///
+/// # Panics
+/// If a frame is decoded.
+pub(crate) fn decode_damaged(probe: &Probe, damaged: Damaged) -> (u32, usize) {
+    const RECORDS: usize = CAPACITY;
+    let header = FrameHeader { count: u16::MAX, ..HEADER }.encode().expect("valid");
+    let (magic, _) = header.split_at(4);
+    let mut bytes = [0; RECORDS * MatchRecord::BYTES];
+    let (first, again) = match damaged {
+        Damaged::Magics => (magic, magic),
+        Damaged::MagicsWithinFrame => (header.as_slice(), magic),
+        Damaged::Headers => (header.as_slice(), header.as_slice()),
+    };
+    let content = first.iter().chain(again.iter().cycle());
+    bytes.iter_mut().zip(content).for_each(|(to, from)| *to = *from);
+    let mut decoder = Decoder::new();
+    let mut rest = bytes.as_slice();
+    let (fed, sample) = probe.run(|| calls::feed(&mut decoder, &mut rest, &mut DiscardingSink));
+    assert_eq!(fed, Ok(None));
+    (sample.instructions, RECORDS)
 }

@@ -5,7 +5,7 @@ use stereo_selfcal::link::MatchRecord;
 use stereo_selfcal::{Config, Correspondence, Extrinsics, Scalar, State};
 
 use crate::calls::{self, CAPACITY, CalibratorOf, SNAPSHOT_BYTES, fresh};
-use crate::frame;
+use crate::frame::{self, Damaged};
 use crate::lens;
 use crate::pair::{self, Calls, PairCost};
 use crate::probe::{Probe, Sample};
@@ -63,6 +63,14 @@ fn input<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) {
     let decoded = frame::decode(probe, records);
     row("decode a record mean", "instructions", mean(decoded.instructions, records.len()));
     row("stack of decoding a frame", "bytes", decoded.stack);
+    for (name, damaged) in [
+        ("decode 16 bytes of magics mean", Damaged::Magics),
+        ("decode 16 bytes of magics within a frame mean", Damaged::MagicsWithinFrame),
+        ("decode 16 bytes of headers mean", Damaged::Headers),
+    ] {
+        let (instructions, records) = frame::decode_damaged(probe, damaged);
+        row(name, "instructions", mean(instructions, records));
+    }
     let pinhole = push_all(probe, &mut calibrator, records, |c| c).0;
     row("push pinhole mean", "instructions", mean(pinhole, records.len()));
     scene.fill(records);
