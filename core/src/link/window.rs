@@ -116,7 +116,7 @@ pub(super) struct Taken {
 
 /// Bytes of the magic that the last bytes are, all four not counted. The magic holds its first byte once.
 fn begun(last: u32) -> u8 {
-    let is = |bytes: u32| last & (1 << (8 * bytes)) - 1 == WORD >> (u32::BITS - 8 * bytes);
+    let is = |bytes: u32| last & ((1 << (8 * bytes)) - 1) == WORD >> (u32::BITS - 8 * bytes);
     if is(3) {
         3
     } else if is(2) {
