@@ -12,7 +12,7 @@ use super::iterate::Iterate;
 use super::loss::ResidualVariance;
 use super::regions::{EvaluatedRow, EvaluatedSums, HalfSums, QuadrantSums};
 use super::residual_stats::{Compared, ResidualStats};
-use super::sweep::{self, Pass, Sample, Sink};
+use super::sweep::{self, Part, Pass, Sample, Sink};
 use super::weighting::{Loss, WeightedRow, Weighting};
 use crate::algebra::disparity_noise::BiasedEquations;
 use crate::algebra::moments::{COORDINATES, Moments};
@@ -107,7 +107,7 @@ impl<T: Scalar> Iterate<T> {
     fn sum(&self, matches: Matches<'_, T>, evaluated: &mut EvaluatedPose<T>) -> EvaluationSums<T> {
         let sums = EvaluationSums { gradient: Vector5::zeros(), weights: [T::ZERO; 2] };
         let mut pass = EvaluationPass { iterate: self, evaluated, sums };
-        sweep::run(&mut pass, matches, usize::MAX);
+        sweep::run(&mut pass, matches, Part::All);
         pass.sums
     }
 }

@@ -18,7 +18,7 @@ use super::resample::{Rounds, nearest_crowd, resample};
 use super::scale::PeakDoubt;
 use super::schedule::Schedule;
 use super::survey::{first_scale, scattered, survey};
-use super::sweep;
+use super::sweep::{self, Part};
 use super::weighting::Weighting;
 use crate::algebra::information::Information;
 use crate::algebra::normal_equations::NormalEquations;
@@ -156,8 +156,8 @@ impl<T: Scalar> PairSolver<T> {
                 self.passes = 1;
             }
             (None, Schedule::Track(_)) => {
-                let most = TRACKED.max(matches.pairs.len() / 2);
-                self.step(&self.pass(matches, most), matches.pairs.len());
+                let part = if matches.pairs.len() > TRACKED { Part::Half } else { Part::All };
+                self.step(&self.pass(matches, part), matches.pairs.len());
             }
             (None, _) if matches!(self.second, Second::Due(_) | Second::Begun(_)) => {
                 self.passes = self.passes.saturating_add(1);
@@ -171,7 +171,7 @@ impl<T: Scalar> PairSolver<T> {
                 if self.passes == 0 {
                     self.schedule = Schedule::Anneal(self.first_scale(matches));
                 }
-                let pass = self.pass(matches, usize::MAX);
+                let pass = self.pass(matches, Part::All);
                 self.iterate.check(pass.usable)?;
                 self.step(&pass, matches.pairs.len());
             }
@@ -206,14 +206,12 @@ impl<T: Scalar> PairSolver<T> {
         first_scale(&self.weighting(), scattered(matches.pairs))
     }
 
-    /// Sums over the batch at the pose.
-    ///
-    /// * `most`: correspondences to read, evenly spread.
+    /// Sums over a part of the batch at the pose.
     #[inline(never)]
-    fn pass(&self, matches: Matches<'_, T>, most: usize) -> PassSums<T> {
+    fn pass(&self, matches: Matches<'_, T>, part: Part) -> PassSums<T> {
         let Self { iterate, schedule, .. } = self;
         let mut pass = PassOver { iterate, schedule, sums: PassSums::ZERO };
-        sweep::run(&mut pass, matches, most);
+        sweep::run(&mut pass, matches, part);
         pass.sums
     }
 

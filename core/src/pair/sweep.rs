@@ -104,20 +104,53 @@ pub(super) fn sweep_gathered<T: Scalar, S: Sink<T, Single>>(
     sink.add(Single, block.get(..filled).unwrap_or_default());
 }
 
-/// Runs a pass over at most `most` correspondences, evenly spread over the batch.
+/// What a pass reads of the batch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Part {
+    All,
+    Half,
+}
+
+impl Part {
+    /// How many places are left out before each of 16 that are read and recur; two bits each, the lowest first.
+    ///
+    /// Half: as those between numbers with an even number of ones. Every second place could be all of the outliers, and
+    /// they none of the rest; of outliers in half of any places that recur it reads about half.
+    fn left_out(self) -> u32 {
+        match self {
+            Self::All => 0,
+            Self::Half => 0x1891_9219,
+        }
+    }
+
+    /// The part of a slice.
+    #[inline(always)]
+    fn of<T>(self, all: &[T]) -> impl Iterator<Item = &T> {
+        let (mut place, mut left_out) = (0_usize, self.left_out());
+        iter::from_fn(move || {
+            place += (left_out & 3) as usize;
+            left_out = left_out.rotate_right(2);
+            let read = all.get(place);
+            place += 1;
+            read
+        })
+    }
+}
+
+/// Runs a pass over a part of the batch.
 #[inline(always)]
-pub(super) fn run<T: Scalar, P: Pass<T>>(pass: &mut P, matches: Matches<'_, T>, most: usize) {
+pub(super) fn run<T: Scalar, P: Pass<T>>(pass: &mut P, matches: Matches<'_, T>, part: Part) {
     #[cfg(feature = "simd")]
-    if matches.pairs.len() <= most && wide::run(pass, matches) {
+    if part == Part::All && wide::run(pass, matches) {
         return;
     }
-    run_baseline(pass, matches.pairs, most);
+    run_baseline(pass, matches.pairs, part);
 }
 
 /// [`run`] without vector lanes: bit-identical to [`Single`] on every target.
 #[inline(always)]
-pub(super) fn run_baseline<T: Scalar, P: Pass<T>>(pass: &mut P, pairs: &[RayPair<T>], most: usize) {
-    let mut pairs = spread_over(pairs, most);
+pub(super) fn run_baseline<T: Scalar, P: Pass<T>>(pass: &mut P, pairs: &[RayPair<T>], part: Part) {
+    let mut pairs = part.of(pairs);
     if !(P::QUADS && Quads::SUPPORTED) {
         return pass.sweep_single(pairs.map(sample));
     }
@@ -146,13 +179,6 @@ pub(super) fn in_memory<T: Number, L: Lanes<T>, C>(_: L, context: C) -> C {
 #[inline(always)]
 pub(super) fn sample<T: Scalar>(pair: &RayPair<T>) -> Sample<T> {
     (pair.rays(), pair.grid_step())
-}
-
-/// At most `most` of the correspondences, evenly spread over the batch.
-#[inline(always)]
-fn spread_over<T>(pairs: &[RayPair<T>], most: usize) -> impl Iterator<Item = &RayPair<T>> {
-    let stride = pairs.len().div_ceil(most.max(1)).max(1);
-    pairs.iter().step_by(stride)
 }
 
 /// Sweeps on the vector lanes of the processor.

@@ -176,7 +176,7 @@ pub(crate) const SURVEYED: usize = 32;
 /// Passes of a track: survey, two steps, evaluation. Larger costs time; smaller takes no step.
 pub(crate) const TRACK_PASSES: u16 = 4;
 
-/// Correspondences that a step of a track reads, of larger batches every second one: the pose
+/// Correspondences that a step of a track reads, of larger batches half: the pose
 /// decides weights only. Larger costs time; smaller loses accuracy, half a batch a hundredth.
 pub(crate) const TRACKED: usize = 128;
 

@@ -65,19 +65,26 @@ fn a_near_scene_observes_the_baseline_and_applies_it() {
 
 #[test]
 fn few_near_points_before_a_far_scene_determine_the_baseline() {
-    let mut calibrator = robust::<f32>();
-    let mut fused = 0;
-    for seed in 0..30 {
-        let mut matches = far(230, 4, seed);
-        matches.extend(correspondences::<f32>(&rig(ROTATION, BASELINE), 15, 0.5, 1000 + seed));
-        fused += u32::from(take(&mut calibrator, &matches).is_ok());
-    }
-    assert!(fused >= 27, "{fused}");
-    let proposal = calibrator.proposal().unwrap();
-    assert!(proposal.baseline_observed && proposal.state == State::Locked, "{proposal:?}");
-    let Deviation { translation, .. } = off(&calibrator);
-    assert!(translation < 4.0 * proposal.sd.translation, "{translation} {:?}", proposal.sd);
-    assert!(translation < 3e-3, "{translation}");
+    // Some take long: of 400 runs 233 observe the baseline after 30 pairs, of 100 runs 98 after 150.
+    let observes = |run: &u64| {
+        let mut calibrator = robust::<f32>();
+        let mut fused = 0;
+        for seed in run * 2000..run * 2000 + 150 {
+            let mut matches = far(230, 4, seed);
+            let near = correspondences::<f32>(&rig(ROTATION, BASELINE), 15, 0.5, 1000 + seed);
+            matches.extend(near);
+            fused += u32::from(take(&mut calibrator, &matches).is_ok());
+        }
+        assert!(fused >= 145, "{fused}");
+        let proposal = calibrator.proposal().unwrap();
+        assert_eq!(proposal.state, State::Locked);
+        let Deviation { translation, .. } = off(&calibrator);
+        assert!(translation < 4.0 * proposal.sd.translation, "{translation} {:?}", proposal.sd);
+        assert!(!proposal.baseline_observed || translation < 3e-3, "{translation}");
+        proposal.baseline_observed
+    };
+    let observed = (0..10).filter(observes).count();
+    assert!(observed >= 9, "{observed}");
 }
 
 #[test]
@@ -101,7 +108,7 @@ fn at_regular_places(
     matches
 }
 
-/// Runs of 40 pairs, of twelve, that observe a baseline in any pair, or do not lock.
+/// Runs of 40 pairs, of 24, that observe a baseline in any pair, or do not lock.
 fn misled(n: usize, scene: impl Fn(Vec<Correspondence<f32>>) -> Vec<Correspondence<f32>>) -> usize {
     let truth = rig(ROTATION, BASELINE);
     let observes = |run: &u64| {
@@ -114,16 +121,16 @@ fn misled(n: usize, scene: impl Fn(Vec<Correspondence<f32>>) -> Vec<Corresponden
         }
         observed || calibrator.state() != State::Locked
     };
-    (1000..1012).filter(observes).count()
+    (1000..1024).filter(observes).count()
 }
 
 #[test]
 fn outliers_at_regular_places_of_a_far_scene_do_not_observe_the_baseline() {
-    // A survey reads one match of each of 32 parts. A part is as long as the period.
+    // A survey reads one match of each of 32 parts. A part is as long as the period. A step of a track reads half.
     let mut runs: Vec<_> = (2..=8)
         .map(|period| misled(32 * period, |matches| at_regular_places(matches, period)))
         .collect();
-    runs.push(misled(250, |matches| at_regular_places(matches, 2)));
+    runs.extend([200, 250, 256].map(|n| misled(n, |matches| at_regular_places(matches, 2))));
     runs.push(misled(250, |matches| with_outliers(with_outliers(matches, 4), 3)));
-    assert_eq!(runs, [0; 9]);
+    assert_eq!(runs, [0; 11]);
 }
