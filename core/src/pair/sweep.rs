@@ -128,7 +128,7 @@ impl Part {
     fn of<T>(self, all: &[T]) -> impl Iterator<Item = &T> {
         let (mut place, mut left_out) = (0_usize, self.left_out());
         iter::from_fn(move || {
-            place += (left_out & 3) as usize;
+            place += usize::try_from(left_out & 3).unwrap_or_default();
             left_out = left_out.rotate_right(2);
             let read = all.get(place);
             place += 1;
