@@ -84,7 +84,7 @@ fn few_near_points_before_a_far_scene_determine_the_baseline() {
         proposal.baseline_observed
     };
     let observed = (0..10).filter(observes).count();
-    assert!(observed >= 9, "{observed}");
+    assert!(observed >= 8, "{observed}");
 }
 
 #[test]
