@@ -367,7 +367,7 @@ impl<T: Scalar> PairSolver<T> {
                 if let Some(noise) = noise {
                     self.iterate.noise = noise;
                     let doubt = seen.map_or(Some(PeakDoubt::OfFew), |peak| peak.doubt(pass.usable));
-                    // A pass of its own, and a step after it.
+                    // A second start needs a pass of its own, and a step after it.
                     let has_passes = self.passes.saturating_add(1) < self.max_passes;
                     if let (Some(doubt), Second::Possible, true) = (doubt, self.second, has_passes)
                     {
