@@ -105,6 +105,15 @@ fn a_step_back_in_the_sequence_is_a_restart_and_the_frame_is_taken() {
 }
 
 #[test]
+fn a_step_of_half_the_sequence_numbers_is_a_gap_and_one_more_is_a_restart() {
+    let half = u32::MAX / 2;
+    let gap = counters(|c| (c.good, c.gaps) = (2, half - 1));
+    assert_eq!(through(&[plain(1), plain(1 + half)]), (vec![1, 1 + half], vec![], gap));
+    let restart = counters(|c| (c.good, c.restarts) = (2, 1));
+    assert_eq!(through(&[plain(1), plain(2 + half)]), (vec![1, 2 + half], vec![], restart));
+}
+
+#[test]
 fn overruns_of_both_sides_are_counted() {
     let mut late = Frame::plain(4, 2);
     late.header.dropped_before = true;
