@@ -17,6 +17,8 @@ const RUNS: u64 = 200;
 const MANY: u64 = 100;
 const PAIRS: usize = 60;
 const FIRST_SEED: u64 = 60_000;
+/// Runs whose records were refused once: a step of the fused pose by over a radian.
+const REFUSED_ONCE: [u64; 2] = [69_844, 77_605];
 
 /// Two parts of a run with the same cameras, and a configuration, drawn by the seed.
 fn drawn(seed: u64) -> ([Scenario; 2], Config) {
@@ -129,14 +131,22 @@ fn drive(seed: u64) -> Result<u64, String> {
 }
 
 #[test]
+fn records_that_were_refused_once_are_read() {
+    for seed in REFUSED_ONCE {
+        assert_eq!(drive(seed), Ok(60));
+    }
+}
+
+#[test]
 fn a_record_of_any_run_is_read_and_proposes_the_same() {
     let runs = RUNS * if env::var_os("RECORDS_CAMPAIGN").is_some() { MANY } else { 1 };
     let (next, records) = (AtomicU64::new(0), AtomicU64::new(0));
     let failures = Mutex::new(Vec::new());
     let drive_some = || {
         let seeds = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
-        for run in seeds.take_while(|&run| run < runs) {
-            match drive(FIRST_SEED + run) {
+        let seeds = seeds.take_while(|&run| run < runs).map(|run| FIRST_SEED + run);
+        for seed in seeds {
+            match drive(seed) {
                 Ok(read) => _ = records.fetch_add(read, Ordering::Relaxed),
                 Err(why) => failures.lock().unwrap().push(why),
             }

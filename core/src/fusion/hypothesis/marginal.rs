@@ -7,6 +7,7 @@ use crate::algebra::block_variances::BlockVariances;
 use crate::algebra::moments::Moments;
 use crate::config::Context;
 use crate::fusion::image_halves::ImageHalves;
+use crate::fusion::optimum::MAX_INCONSISTENCY;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
@@ -140,8 +141,12 @@ impl<T: Scalar> Hypothesis<T> {
         optimum.information = all.information;
         let mut joint = all.with_prior(context.prior);
         joint.gradient -= self.pose.unknowns_to(&context.factory_pose) * context.prior;
-        optimum.pose = self.pose.stepped_by(&joint.step()?)?;
-        Some(())
+        let step = joint.step()?;
+        optimum.pose = self.pose.stepped_by(&step)?;
+        // The sums move in a straight line: a turn far from it would leave their optimum elsewhere.
+        let off = step - self.pose.unknowns_to(&optimum.pose);
+        let squared = off.dot(&optimum.information.times(&off));
+        (squared <= T::HALF * T::lit(MAX_INCONSISTENCY)).then_some(())
     }
 
     /// Applies the rest of such an update.
