@@ -181,3 +181,42 @@ impl<T: Scalar> Hypothesis<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::record::tests::restored;
+    use super::super::tests::evaluated_at;
+    use super::*;
+    use crate::config::Config;
+    use crate::geometry::extrinsics::Extrinsics;
+    use crate::geometry::rectification::tests::pose;
+
+    #[test]
+    fn a_step_too_long_for_the_sums_is_refused_and_the_record_after_any_other_is_read() {
+        let config = Config::robust().with_prior_sd_rad(0.4).unwrap();
+        let config = config.with_max_correction_rad(1.2).unwrap();
+        let variances = BlockVariances { rotation: 1e-5, baseline: 1e-5 };
+        let context = Context::new(&config, &Extrinsics::SIDE_BY_SIDE, 1400.0_f64);
+        let context = context.vibrating(variances);
+        let (mut update, mut refused) = (Update::NONE, 0);
+        for seed in 0..60_u32 {
+            // Baselines 0.8 to 1.6 rad apart.
+            let (sin, cos) = f64::from(seed).sin_cos();
+            let off = 0.4 + 0.4 * f64::from(seed) / 60.0;
+            let [one, other] = [off, -off].map(|off| {
+                let rig = pose([0.02, -0.01, 0.03], [off * cos, off * sin]);
+                evaluated_at(&rig, seed.into()).measurement
+            });
+            Hypothesis::first_update(&one, &context, &mut update).unwrap();
+            let mut hypothesis = Hypothesis::EMPTY;
+            hypothesis.begin(&one, &update, &context);
+            if hypothesis.next_update(&other, false, &context, &mut update).is_ok() {
+                hypothesis.apply(&other, &mut update, false, &context);
+            } else {
+                refused += 1;
+            }
+            assert!(restored(&hypothesis, &context) == Some(hypothesis), "{seed}");
+        }
+        assert!((10..30).contains(&refused), "{refused}");
+    }
+}

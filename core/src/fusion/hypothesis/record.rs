@@ -127,9 +127,15 @@ fn are_consistent<T: Scalar>(normal: &NormalEquations<T>, stored: &Symmetric5<T>
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
+    extern crate std;
+
+    use super::super::tests::{at, context, evaluated, fused, truth};
     use super::*;
+    use crate::algebra::block_variances::BlockVariances;
+    use crate::codec;
     use nalgebra::Vector5;
+    use std::vec::Vec;
 
     /// Information of a few matches far from the axis: 1e13 on pitch, 1e3 on others, which follow pitch.
     fn information(turn: f32) -> Symmetric5<f32> {
@@ -159,5 +165,39 @@ mod tests {
         }
         assert_eq!(are_consistent(&normal(one, 90.0), &one), Some(true));
         assert_eq!(are_consistent(&normal(one, 110.0), &one), Some(false));
+    }
+
+    pub(in super::super) fn restored(
+        from: &Hypothesis<f64>,
+        context: &Context<'_, f64>,
+    ) -> Option<Hypothesis<f64>> {
+        let (mut buffer, header) = ([0; 8192], codec::RecordHeader::FACTORY);
+        let record = codec::write::<f64>(header, &mut buffer, |to| from.write(to)).ok()?;
+        let mut read = Hypothesis::EMPTY;
+        read.read(&mut codec::open::<f64>(header, record).ok()?, context).ok().map(|()| read)
+    }
+
+    #[test]
+    fn a_record_is_read_after_the_pairs_of_a_rig_that_vibrates_were_replaced() {
+        let both = 4e-6;
+        let turning = context::<f64>().vibrating(BlockVariances { rotation: both, baseline: both });
+        let pairs: Vec<_> =
+            (0..30_u32).map(|seed| at(2e-3 * f64::from(seed % 3) - 2e-3, seed.into())).collect();
+        let mut hypothesis = fused(&pairs, 1, &turning);
+        let newest = fused(&pairs[20..], 1, &context()).sums();
+        let mut settled = newest;
+        settled.change_frame(&pairs[20].measurement.pose, &hypothesis.frame);
+        assert!(!hypothesis.is_rigid() && hypothesis.replace(&settled, 10, &turning));
+        assert_eq!(restored(&hypothesis, &turning), Some(hypothesis));
+    }
+
+    #[test]
+    fn a_record_is_read_where_the_sums_are_in_a_frame_far_from_the_pose() {
+        let mut hypothesis = fused(&[evaluated::<f64>(1), evaluated(2)], 1, &context());
+        let far = truth().stepped_by(&Vector5::new(0.3, -0.2, 0.1, 0.2, -0.3)).unwrap();
+        hypothesis.settled.change_frame(&hypothesis.frame, &far);
+        hypothesis.last.change_frame(&hypothesis.frame, &far);
+        hypothesis.frame = far;
+        assert_eq!(restored(&hypothesis, &context()), Some(hypothesis));
     }
 }

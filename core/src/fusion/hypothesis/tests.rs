@@ -6,7 +6,6 @@ use super::*;
 use crate::algebra::block_variances::BlockVariances;
 use crate::batch::Batch;
 use crate::batch::correspondence::RayPair;
-use crate::codec;
 use crate::config::Config;
 use crate::geometry::rectification::tests::pose;
 use crate::pair::evaluate::EvaluatedPose;
@@ -342,7 +341,7 @@ fn sums_have_their_optimum_at_the_estimate_while_cameras_turn_and_after() {
 }
 
 /// Pair of a rig turned by so many rad about `x`.
-fn at(turned: f64, seed: u64) -> EvaluatedPose<f64> {
+pub(super) fn at(turned: f64, seed: u64) -> EvaluatedPose<f64> {
     evaluated_at(&truth().stepped_by(&Vector5::ith(0, turned)).unwrap(), seed)
 }
 
@@ -365,35 +364,4 @@ fn a_drift_is_limited_once_and_keeps_its_direction() {
         assert!(once.amax() <= 0.12001 && once.normalize().dot(&drift.normalize()) > 0.9999);
         assert!(drift.amax() > 0.12 || once == drift);
     }
-}
-
-fn restored(from: &Hypothesis<f64>, context: &Context<'_, f64>) -> Option<Hypothesis<f64>> {
-    let (mut buffer, header) = ([0; 8192], codec::RecordHeader::FACTORY);
-    let record = codec::write::<f64>(header, &mut buffer, |to| from.write(to)).ok()?;
-    let mut read = Hypothesis::EMPTY;
-    read.read(&mut codec::open::<f64>(header, record).ok()?, context).ok().map(|()| read)
-}
-
-#[test]
-fn a_record_is_read_after_the_pairs_of_a_rig_that_vibrates_were_replaced() {
-    let both = 4e-6;
-    let turning = context::<f64>().vibrating(BlockVariances { rotation: both, baseline: both });
-    let pairs: Vec<_> =
-        (0..30_u32).map(|seed| at(2e-3 * f64::from(seed % 3) - 2e-3, seed.into())).collect();
-    let mut hypothesis = fused(&pairs, 1, &turning);
-    let newest = fused(&pairs[20..], 1, &context()).sums();
-    let mut settled = newest;
-    settled.change_frame(&pairs[20].measurement.pose, &hypothesis.frame);
-    assert!(!hypothesis.is_rigid() && hypothesis.replace(&settled, 10, &turning));
-    assert_eq!(restored(&hypothesis, &turning), Some(hypothesis));
-}
-
-#[test]
-fn a_record_is_read_where_the_sums_are_in_a_frame_far_from_the_pose() {
-    let mut hypothesis = fused(&[evaluated::<f64>(1), evaluated(2)], 1, &context());
-    let far = truth().stepped_by(&Vector5::new(0.3, -0.2, 0.1, 0.2, -0.3)).unwrap();
-    hypothesis.settled.change_frame(&hypothesis.frame, &far);
-    hypothesis.last.change_frame(&hypothesis.frame, &far);
-    hypothesis.frame = far;
-    assert_eq!(restored(&hypothesis, &context()), Some(hypothesis));
 }
