@@ -8,8 +8,14 @@
 //! - `decode`: the decoder alone, from bytes to correspondences;
 //! - `feed`: into the batch of a fresh calibrator of 1024 correspondences, pinhole cameras.
 //!
-//! Columns: `ns` and `instr` for each correspondence, header and checksum included; the former the
-//! median on this host, the latter by callgrind (`-` without valgrind), the same for the same build.
+//! Streams that cost more than frames, through the decoder alone, as long as the records of a frame:
+//! - `magics`: the magic of a header again and again;
+//! - `within`: the same after the header of a long frame;
+//! - `headers`: headers with a correct checksum, each of a frame that is cut off.
+//!
+//! Columns: `ns` and `instr` for each correspondence, header and checksum included, or for each 16 bytes, the
+//! length of a record; the former the median on this host, the latter by callgrind (`-` without valgrind), the
+//! same for the same build.
 
 #[path = "../cost/callgrind.rs"]
 mod callgrind;
@@ -22,13 +28,28 @@ use anyhow::{Context, Result, ensure};
 use clap::Parser;
 use host_tests::synth::{ScenarioKind, Scene};
 use host_tests::wire::Sender;
-use stereo_selfcal::link::{Decoder, Event};
+use stereo_selfcal::link::{Decoder, Event, FrameHeader, MatchRecord};
 use stereo_selfcal::{Calibrator, Config};
 
 /// Frames of each row.
 const FRAMES: usize = 50;
 
 const SEED: u64 = 1;
+
+const MAGIC: [u8; 4] = *b"SCMF";
+
+/// Header of a frame longer than any stream here.
+const HEADER: FrameHeader = FrameHeader {
+    timestamp_us: 0,
+    sequence: 1,
+    count: u16::MAX,
+    image_size: [1920, 1200],
+    grid_step: 256,
+    fraction_bits: 8,
+    pyramid_ratio: 64,
+    dropped_before: false,
+    more_found: false,
+};
 
 type Calibrator1024 = Calibrator<f32, 1024>;
 
@@ -55,6 +76,9 @@ struct Case {
 enum Work {
     Decode,
     Feed,
+    Magics,
+    MagicsWithinFrame,
+    Headers,
 }
 
 impl fmt::Display for Work {
@@ -62,14 +86,19 @@ impl fmt::Display for Work {
         f.write_str(match self {
             Self::Decode => "decode",
             Self::Feed => "feed",
+            Self::Magics => "magics",
+            Self::MagicsWithinFrame => "within",
+            Self::Headers => "headers",
         })
     }
 }
 
-/// A frame, ready to be received.
+/// A frame, or a stream without one, ready to be received.
 #[derive(Debug, Clone)]
 struct Job {
     bytes: Vec<u8>,
+    /// Records that a stream without a frame is as long as.
+    damaged: Option<usize>,
     piece: usize,
     decoder: Decoder,
     calibrator: Option<Box<Calibrator1024>>,
@@ -77,7 +106,8 @@ struct Job {
 
 impl Case {
     fn all() -> impl Iterator<Item = Self> {
-        let works = [Work::Decode, Work::Feed];
+        let works =
+            [Work::Decode, Work::Feed, Work::Magics, Work::MagicsWithinFrame, Work::Headers];
         works.into_iter().flat_map(|work| {
             [64, 256].into_iter().flat_map(move |matches| {
                 [16, 100, 256, 65_536].map(|piece| Self { work, matches, piece })
@@ -86,21 +116,41 @@ impl Case {
     }
 
     fn jobs(&self) -> Result<Vec<Job>> {
+        let header = HEADER.encode()?;
+        Ok(match self.work {
+            Work::Decode | Work::Feed => self.frames()?,
+            Work::Magics => self.damaged(&MAGIC, &MAGIC),
+            Work::MagicsWithinFrame => self.damaged(&header, &MAGIC),
+            Work::Headers => self.damaged(&header, &header),
+        })
+    }
+
+    /// A stream as long as the records of a frame.
+    fn damaged(&self, first: &[u8], again: &[u8]) -> Vec<Job> {
+        let bytes = first.iter().chain(again.iter().cycle()).copied();
+        let bytes = bytes.take(self.matches * MatchRecord::BYTES).collect();
+        let (piece, damaged) = (self.piece, Some(self.matches));
+        let job = Job { bytes, damaged, piece, decoder: Decoder::new(), calibrator: None };
+        vec![job; FRAMES]
+    }
+
+    fn frames(&self) -> Result<Vec<Job>> {
         let scene = Scene { matches: self.matches, ..ScenarioKind::Near.scene() };
         scene.check()?;
         let sender = Sender::new(scene.size, [0.0])?;
         let calibrator = match self.work {
-            Work::Decode => None,
             Work::Feed => {
                 let mut calibrator = Box::new(Calibrator1024::new(Config::robust()));
                 calibrator.set_cameras(scene.dataset(0, SEED)?.cameras()?);
                 Some(calibrator)
             }
+            _ => None,
         };
         let frames = (0..).zip(scene.pairs(SEED).take(FRAMES));
         Ok(frames
             .map(|(sequence, pair)| Job {
                 bytes: sender.frame(sequence, &pair.matches).0,
+                damaged: None,
                 piece: self.piece,
                 decoder: Decoder::new(),
                 calibrator: calibrator.clone(),
@@ -110,10 +160,10 @@ impl Case {
 }
 
 impl Job {
-    /// The measured work: the correspondences of the frame, if it is whole.
+    /// The measured work: the correspondences of the frame, if it is whole, or the length of a stream without one.
     fn run(self) -> Option<usize> {
-        let Self { bytes, piece, mut decoder, mut calibrator } = self;
-        let mut whole = None;
+        let Self { bytes, damaged, piece, mut decoder, mut calibrator } = self;
+        let mut whole = damaged;
         for mut piece in bytes.chunks(piece) {
             if let Some(calibrator) = &mut calibrator {
                 while let Ok(Some(received)) = decoder.feed(&mut piece, &mut **calibrator) {
