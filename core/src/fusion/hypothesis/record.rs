@@ -167,6 +167,7 @@ pub(super) mod tests {
         assert_eq!(are_consistent(&normal(one, 110.0), &one), Some(false));
     }
 
+    /// What is read from a record of a hypothesis.
     pub(in super::super) fn restored(
         from: &Hypothesis<f64>,
         context: &Context<'_, f64>,
