@@ -1,18 +1,12 @@
-//! Everything that proves the core on a host: recorded and generated data, independent references,
-//! replay, evaluation.
+//! Data sets, generator, simulated link and runs of the calibrator on a host.
 //!
-//! Data, generator, runs, charts and the simulated link are always built; baselines, bounds, evidence and
-//! the files of other tools with the feature `selfcal`.
+//! The commands that show it are in `host-tests/selfcal`, the methods that it is compared with in `host-tests/rivals`.
 
-#[cfg(feature = "selfcal")]
-pub mod baselines;
-#[cfg(feature = "selfcal")]
 pub mod bounds;
 pub mod chart;
 pub mod data;
-#[cfg(feature = "selfcal")]
-pub mod evidence;
 pub mod run;
+pub mod stats;
 pub mod synth;
 pub mod wire;
 

@@ -1,10 +1,11 @@
 //! The parts of `controller-cost` that need no emulator.
 
-use assert_cmd::Command;
+use test_support::Program;
 
 fn refused(arguments: &[&str]) -> String {
-    let output = Command::cargo_bin("measure").unwrap().args(arguments).assert().failure();
-    String::from_utf8(output.get_output().stderr.clone()).unwrap()
+    let ended = Program::new(env!("CARGO_BIN_EXE_measure"), arguments).ended();
+    assert_ne!(ended.status, 0, "{}", ended.out);
+    ended.err
 }
 
 #[test]

@@ -2,8 +2,8 @@
 //! no word is written twice; the last saved record is found until a bit rots, and then no other one.
 
 use arbitrary::{Arbitrary, Unstructured};
-use simulated_flash::{Fault, Flash, TEARS};
 use stereo_selfcal::store::{LoadError, RecordKind, Store};
+use test_support::flash::{Fault, Flash, TEARS};
 
 const BLOCK: usize = 256;
 const KINDS: [RecordKind; 2] = [RecordKind::Factory, RecordKind::State];

@@ -1,8 +1,6 @@
 //! Stereo images to correspondences: readers of folders and bags, the matcher, and the image commands of
 //! `selfcal`.
-//!
-//! Everything is behind the feature `command`, so that nothing else of the workspace waits for it.
-#![cfg(feature = "command")]
+#![allow(clippy::doc_markdown, reason = "doc comments of arguments are the help text")]
 #![allow(
     clippy::cast_possible_truncation,
     clippy::cast_precision_loss,
@@ -11,6 +9,7 @@
     reason = "arithmetic of pixels: sides are below 2^16, checked where a picture is made"
 )]
 
+mod cli;
 pub mod live;
 pub mod made;
 pub mod matcher;
@@ -24,3 +23,5 @@ pub mod session;
 pub mod shipped;
 pub mod source;
 pub mod verdict;
+
+pub use cli::Command;

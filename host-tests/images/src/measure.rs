@@ -2,9 +2,9 @@
 
 use anyhow::{Context, Result};
 use host_tests::data::{Dataset, Match, TurnedView};
-use host_tests::evidence::pictures::{Grey, turned};
 use host_tests::run::{replay, row_offsets_px};
 use rayon::prelude::*;
+use selfcal_pictures::{Grey, turned};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Config, Extrinsics, LensCorrection};
 

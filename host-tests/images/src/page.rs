@@ -6,18 +6,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use host_tests::chart::palette::{self, viridis};
 use host_tests::data::{Match, Meta};
-use host_tests::evidence::pictures::{
-    Disparities, Grey, Rectification, Scores, disparity_picture, pair_picture, rectified,
-};
-use host_tests::evidence::report::{Cell, Csv, Figure, Page, Picture as Drawing, Section, Table};
-use host_tests::evidence::run_page::Replayed;
-use host_tests::run::SCREEN_PX;
 use image::codecs::jpeg::JpegEncoder;
 use image::{Rgb, RgbImage};
-use nalgebra::Vector3;
-use stereo_selfcal::{
-    Cameras, Extrinsics, RayPair, RectifiedCamera, RectifyingRotations, row_offset,
-};
+use selfcal_commands::report::{Cell, Csv, Figure, Page, Picture as Drawing, Section, Table};
+use selfcal_commands::run_page::Replayed;
+use selfcal_pictures::{Grey, StereoImages, disparity_picture, pair_picture};
+use stereo_selfcal::Extrinsics;
 
 use crate::matcher::halved;
 use crate::picture::Picture;
@@ -28,7 +22,7 @@ use crate::verdict::{Report, Verdict};
 const WIDE: u16 = 720;
 
 /// Largest disparity searched, px of the picture.
-const RANGE: f64 = 128.0;
+const RANGE: u16 = 128;
 
 /// Radius of a match's dot, px.
 const DOT: i64 = 3;
@@ -40,15 +34,6 @@ const BRIGHTEST_PX: f64 = 3.0;
 const DARKEST: f64 = 0.3;
 
 const QUALITY: u8 = 85;
-
-/// A pair at the size of pictures.
-struct Shown {
-    pictures: [Grey; 2],
-    cameras: Cameras<f64>,
-    matches: Vec<Match>,
-    /// Px of the image to a pixel of the picture.
-    scale: f64,
-}
 
 /// Writes the page of a run into a folder.
 ///
@@ -104,7 +89,7 @@ fn pictures(session: &Session, command: &str) -> Result<Option<Section>> {
     let calibrated = shown(&pictures, &fused.rig(&session.set.meta), matches)?;
     let before = shown(&pictures, &session.set.meta, matches)?;
     let kept = calibrated.in_row(&fused.extrinsics);
-    let range = calibrated.range(&fused.extrinsics, &kept);
+    let range = calibrated.range(&fused.extrinsics, &kept, RANGE).unwrap_or(RANGE);
     let mut section = Section::new("Before and after");
     let mut panels = Panels::new();
     for (rig, extrinsics, shown) in
@@ -145,20 +130,21 @@ impl Panels {
         &mut self,
         rig: &str,
         extrinsics: &Extrinsics<f64>,
-        shown: &Shown,
+        shown: &StereoImages,
         kept: &[usize],
         range: u16,
     ) -> Result<bool> {
-        let median = shown.median(extrinsics, kept);
+        let median = shown.median_px(extrinsics, kept).unwrap_or(f64::NAN);
         let rows = format!("{rig}: median row offset {median:.2} px");
-        self.offsets.push((shown.coloured(extrinsics)?, rows.clone()));
-        let Some(one) = shown.rectification(extrinsics, kept, range, median) else {
+        self.offsets.push((coloured(shown, extrinsics)?, rows.clone()));
+        let Ok(one) = shown.rectification(extrinsics, kept, range) else {
             return Ok(false);
         };
-        let found = 100.0 * one.scores.valid;
+        let share = one.found();
+        let found = 100.0 * share;
         self.pairs.push((pair_picture(&one)?, rows));
         self.disparities.push((disparity_picture(&one)?, format!("{rig}: {found:.1} % found")));
-        self.numbers.push([rig.to_owned(), median.to_string(), one.scores.valid.to_string()]);
+        self.numbers.push([rig.to_owned(), median.to_string(), share.to_string()]);
         Ok(true)
     }
 
@@ -192,7 +178,7 @@ impl Panels {
 }
 
 /// A pair halved until it is no wider than pictures are.
-fn shown(pictures: &[Picture; 2], meta: &Meta, matches: &[Match]) -> Result<Shown> {
+fn shown(pictures: &[Picture; 2], meta: &Meta, matches: &[Match]) -> Result<StereoImages> {
     let [left, right] = [halved(&pictures[0])?, halved(&pictures[1])?];
     let narrow = |picture: &Picture| picture.size()[0] <= WIDE;
     let level = left.iter().position(narrow).unwrap_or(left.len() - 1);
@@ -207,8 +193,8 @@ fn shown(pictures: &[Picture; 2], meta: &Meta, matches: &[Match]) -> Result<Show
         vr: m.vr / scale,
         ..*m
     };
-    Ok(Shown {
-        pictures: [grey(&left[level])?, grey(&right[level])?],
+    Ok(StereoImages {
+        images: [grey(&left[level])?, grey(&right[level])?],
         cameras: halved_meta(meta, scale).cameras()?,
         matches: matches.iter().map(small).collect(),
         scale,
@@ -226,90 +212,24 @@ fn halved_meta(meta: &Meta, scale: f64) -> Meta {
     small
 }
 
-impl Shown {
-    /// Row offset of a match, px of the image.
-    fn offset(&self, extrinsics: &Extrinsics<f64>, i: usize) -> Option<f64> {
-        let rays: RayPair<f64> = self.cameras.rays(&self.matches[i].correspondence()).ok()?;
-        let offset = row_offset(&RectifyingRotations::from(extrinsics), &rays)?;
-        Some(offset * self.cameras.mean_focal() * self.scale)
+/// The left image with all matches, coloured by their row offsets.
+fn coloured(shown: &StereoImages, extrinsics: &Extrinsics<f64>) -> Result<Drawing> {
+    let [width, height] = shown.images[0].size().map(u32::from);
+    let mut image = RgbImage::new(width, height);
+    let pixels = image.pixels_mut().zip(shown.images[0].pixels());
+    // Dimmed, so that the dots stand out.
+    pixels.for_each(|(pixel, grey)| *pixel = Rgb([grey.unwrap_or(0) / 2 + 30; 3]));
+    for m in &shown.matches {
+        let Some(offset) = shown.offset_px(extrinsics, m) else { continue };
+        let palette::Rgb(r, g, b) =
+            viridis(DARKEST + (1.0 - DARKEST) * (offset.abs() / BRIGHTEST_PX).min(1.0));
+        dot(&mut image, [m.ul, m.vl].map(|x| x.round() as i64), Rgb([r, g, b]));
     }
-
-    /// The matches that fit their rows.
-    fn in_row(&self, extrinsics: &Extrinsics<f64>) -> Vec<usize> {
-        let fits = |i: &usize| self.offset(extrinsics, *i).is_some_and(|px| px.abs() <= SCREEN_PX);
-        (0..self.matches.len()).filter(fits).collect()
-    }
-
-    fn median(&self, extrinsics: &Extrinsics<f64>, kept: &[usize]) -> f64 {
-        let offsets = kept.iter().filter_map(|i| self.offset(extrinsics, *i).map(f64::abs));
-        let mut offsets: Vec<f64> = offsets.collect();
-        offsets.sort_by(f64::total_cmp);
-        offsets.get(offsets.len() / 2).copied().unwrap_or(f64::NAN)
-    }
-
-    fn ends(&self, extrinsics: &Extrinsics<f64>, kept: &[usize]) -> Option<Vec<[[f64; 2]; 2]>> {
-        let rotations = RectifyingRotations::from(extrinsics);
-        let target = RectifiedCamera::try_choose(&self.cameras, &rotations, 0.0).ok()?;
-        let [cx, cy] = target.principal;
-        let pixel =
-            |p: Vector3<f64>| [cx + target.focal * p.x / p.z, cy + target.focal * p.y / p.z];
-        let end = |i: &usize| {
-            let m = &self.matches[*i];
-            let left = self.cameras.left.ray([m.ul, m.vl]).ok()?.push(1.0);
-            let right = self.cameras.right.ray([m.ur, m.vr]).ok()?.push(1.0);
-            Some([pixel(rotations.left() * left), pixel(rotations.right() * right)])
-        };
-        Some(kept.iter().filter_map(end).collect())
-    }
-
-    /// Range of the disparities of nearly all matches, px of the picture, a multiple of 16.
-    fn range(&self, extrinsics: &Extrinsics<f64>, kept: &[usize]) -> u16 {
-        let ends = self.ends(extrinsics, kept).unwrap_or_default();
-        let mut disparities: Vec<f64> = ends.iter().map(|[l, r]| l[0] - r[0]).collect();
-        disparities.sort_by(f64::total_cmp);
-        let high = disparities.get(disparities.len() * 19 / 20).copied().unwrap_or(RANGE);
-        ((high * 1.125).clamp(1.0, RANGE) / 16.0).ceil() as u16 * 16
-    }
-
-    fn rectification(
-        &self,
-        extrinsics: &Extrinsics<f64>,
-        kept: &[usize],
-        range: u16,
-        row_offset_px: f64,
-    ) -> Option<Rectification> {
-        let rotations = RectifyingRotations::from(extrinsics);
-        let target = RectifiedCamera::try_choose(&self.cameras, &rotations, 0.0).ok()?;
-        let images = [
-            rectified(&self.pictures[0], &self.cameras.left, rotations.left(), &target),
-            rectified(&self.pictures[1], &self.cameras.right, rotations.right(), &target),
-        ];
-        let disparities = Disparities::of(&images[0], &images[1], range);
-        let valid = disparities.valid_share(&images[0]);
-        let matches = self.ends(extrinsics, kept)?;
-        let scores = Scores { valid, right: None, row_offset_px };
-        Some(Rectification { images, disparities, range, matches, scores })
-    }
-
-    /// The left image with all matches, coloured by their row offsets.
-    fn coloured(&self, extrinsics: &Extrinsics<f64>) -> Result<Drawing> {
-        let [width, height] = self.pictures[0].size().map(u32::from);
-        let mut image = RgbImage::new(width, height);
-        let pixels = image.pixels_mut().zip(self.pictures[0].pixels());
-        // Dimmed, so that the dots stand out.
-        pixels.for_each(|(pixel, grey)| *pixel = Rgb([grey.unwrap_or(0) / 2 + 30; 3]));
-        for (i, m) in self.matches.iter().enumerate() {
-            let Some(offset) = self.offset(extrinsics, i) else { continue };
-            let palette::Rgb(r, g, b) =
-                viridis(DARKEST + (1.0 - DARKEST) * (offset.abs() / BRIGHTEST_PX).min(1.0));
-            dot(&mut image, [m.ul, m.vl].map(|x| x.round() as i64), Rgb([r, g, b]));
-        }
-        let mut bytes = Cursor::new(Vec::new());
-        JpegEncoder::new_with_quality(&mut bytes, QUALITY)
-            .encode_image(&image)
-            .context("cannot encode the matches")?;
-        Ok(Drawing::Jpeg(bytes.into_inner()))
-    }
+    let mut bytes = Cursor::new(Vec::new());
+    JpegEncoder::new_with_quality(&mut bytes, QUALITY)
+        .encode_image(&image)
+        .context("cannot encode the matches")?;
+    Ok(Drawing::Jpeg(bytes.into_inner()))
 }
 
 fn dot(image: &mut RgbImage, [x, y]: [i64; 2], color: Rgb<u8>) {

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 use exif::{In, Tag, Value};
-use host_tests::data::conventions::{self, Unknowns};
 use host_tests::data::{Dataset, LensModel, Meta, Rows};
+use selfcal_commands::conventions::{self, Unknowns};
 
 use crate::source::{Frame, RigOf};
 

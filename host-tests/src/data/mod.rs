@@ -1,8 +1,5 @@
-//! Recorded data: data sets with known extrinsics, files of single pairs, and rigs in the files of other
-//! tools.
+//! Recorded data: data sets with known extrinsics, and files of single pairs.
 
-#[cfg(feature = "selfcal")]
-pub mod conventions;
 mod dataset;
 mod frame_numbers;
 mod frame_rows;

@@ -5,13 +5,10 @@ mod checked;
 mod estimate;
 mod kept_pairs;
 mod log;
-#[cfg(feature = "selfcal")]
 pub mod monte_carlo;
 pub mod plot;
 pub mod progress;
-#[cfg(feature = "selfcal")]
 pub mod real_figures;
-#[cfg(feature = "selfcal")]
 pub mod real_rigs;
 pub mod refused;
 mod replay;

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use syn::{Expr, FnArg, Item, ItemEnum, Lit, Type};
 
@@ -20,7 +21,15 @@ fn items(of: &str) -> Vec<Item> {
 }
 
 /// The variants of every enum, with their numbers where they have one.
-fn enums(of: &str) -> BTreeMap<String, Vec<(String, Option<i64>)>> {
+type Enums = BTreeMap<String, Vec<(String, Option<i64>)>>;
+
+/// Those of the core, parsed once.
+static CORE: LazyLock<Enums> = LazyLock::new(|| enums("../src"));
+
+/// Those of the C API, parsed once.
+static C: LazyLock<Enums> = LazyLock::new(|| enums("src"));
+
+fn enums(of: &str) -> Enums {
     let number = |expression: &Expr| match expression {
         Expr::Lit(literal) => match &literal.lit {
             Lit::Int(number) => number.base10_parse().ok(),
@@ -47,14 +56,14 @@ fn enums(of: &str) -> BTreeMap<String, Vec<(String, Option<i64>)>> {
 
 /// Names of the variants of an enum of the core.
 pub(crate) fn variants_of_core(name: &str) -> BTreeSet<String> {
-    let variants = enums("../src").remove(name).unwrap_or_else(|| panic!("no enum {name}"));
-    variants.into_iter().map(|(name, _)| name).collect()
+    let variants = CORE.get(name).unwrap_or_else(|| panic!("no enum {name}"));
+    variants.iter().map(|(name, _)| name.clone()).collect()
 }
 
 /// Variants of an enum of C, with their numbers.
 pub(crate) fn variants_of_c(name: &str) -> Vec<(String, i64)> {
-    let variants = enums("src").remove(name).unwrap_or_else(|| panic!("no enum {name}"));
-    variants.into_iter().map(|(name, number)| (name, number.expect("a number"))).collect()
+    let variants = C.get(name).unwrap_or_else(|| panic!("no enum {name}"));
+    variants.iter().map(|(name, number)| (name.clone(), number.expect("a number"))).collect()
 }
 
 /// Functions whose first argument is an initialised storage of this type.

@@ -10,9 +10,9 @@ use host_tests::data::Match;
 use host_tests::wire::{DataReady, Faults, FaultyWire, Sender, SimMatcher, SimReady, SimSpi};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use simulated_flash::{Fault, Flash, TEARS};
 use stereo_selfcal::link::FpgaMatcher;
 use stereo_selfcal::store::{Persistence, SavePolicy, Store};
+use test_support::flash::{Fault, Flash, TEARS};
 
 /// Page size and word size of the NOR flash, bytes. It has two pages.
 const PAGE: usize = 8192;

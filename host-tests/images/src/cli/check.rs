@@ -3,9 +3,9 @@
 use std::io::{self, Write};
 use std::process::ExitCode;
 
+use crate::verdict::Report;
 use anyhow::Result;
 use clap::Args;
-use selfcal_images::verdict::Report;
 
 use super::source::SourceArgs;
 
@@ -19,7 +19,7 @@ use super::source::SourceArgs;
 
 Exit status: 0 good; 10 improvable: rows within 1 px, but the estimate aligns them better; 20 recalibrate: rows 1 px
 off or more; 30 unknown: the images do not tell; 1 error.")]
-pub(crate) struct CheckArgs {
+pub struct CheckArgs {
     #[command(flatten)]
     source: SourceArgs,
 

@@ -3,11 +3,11 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use crate::page;
+use crate::verdict::Report;
 use anyhow::{Result, ensure};
 use clap::Args;
-use host_tests::data::conventions::{Document, Format};
-use selfcal_images::page;
-use selfcal_images::verdict::Report;
+use selfcal_commands::conventions::{Document, Format};
 
 use super::source::{Ran, SourceArgs};
 
@@ -29,7 +29,7 @@ use super::source::{Ran, SourceArgs};
   selfcal images MH_01_easy --every 10 --frames flight.scmf --out matches
   selfcal images flight.mcap --topics /left/image_raw,/right/image_raw
   selfcal images phone_left/ phone_right/ --focal 1200")]
-pub(crate) struct ImagesArgs {
+pub struct ImagesArgs {
     #[command(flatten)]
     source: SourceArgs,
 

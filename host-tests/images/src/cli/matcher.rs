@@ -4,13 +4,13 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Instant;
 
+use crate::made::{MadePair, SCENES};
+use crate::matcher::{Matcher, MatcherConfig};
+use crate::measure::{Quality, VIEWS, measure, measure_made};
+use crate::picture::Picture;
+use crate::shipped::ShippedImages;
 use anyhow::Result;
 use clap::Args;
-use selfcal_images::made::{MadePair, SCENES};
-use selfcal_images::matcher::{Matcher, MatcherConfig};
-use selfcal_images::measure::{Quality, VIEWS, measure, measure_made};
-use selfcal_images::picture::Picture;
-use selfcal_images::shipped::ShippedImages;
 
 /// Measure the matcher against the truth of the shipped images, beside the SIFT matches of the project: as they
 /// are, and with the left image warped as if its camera was turned by 5 degrees up, down, left and right.
@@ -22,7 +22,7 @@ use selfcal_images::shipped::ShippedImages;
   selfcal matcher chess
   selfcal matcher --made target/made
   selfcal matcher --time")]
-pub(crate) struct MatcherArgs {
+pub struct MatcherArgs {
     /// Which images; all of them if none is given.
     #[arg(value_enum)]
     images: Vec<ShippedImages>,

@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::live::Live;
+use crate::matcher::MatcherConfig;
+use crate::pipeline::{Selection, first_size};
+use crate::rig::{FoundRig, RigRequest};
+use crate::session::{self, Request, Session};
+use crate::source::Source;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
-use selfcal_images::live::Live;
-use selfcal_images::matcher::MatcherConfig;
-use selfcal_images::pipeline::{Selection, first_size};
-use selfcal_images::rig::{FoundRig, RigRequest};
-use selfcal_images::session::{self, Request, Session};
-use selfcal_images::source::Source;
 
 /// Set by Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);

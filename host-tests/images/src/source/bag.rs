@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use host_tests::data::conventions::{Files, Unknowns, rig_of};
+use selfcal_commands::conventions::{Files, Unknowns, rig_of};
 
 use super::message::{Encoding, ImageMessage, camera_info};
 use super::partners::{Partner, Partners};

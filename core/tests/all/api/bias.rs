@@ -1,0 +1,186 @@
+//! Matches that are wrong alike: rounded to a grid, or shifted in one half of the image.
+
+use crate::api::presets::robust;
+use crate::api::scene::{cameras, correspondences, rig, take};
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{
+    ApplyError, Arming, Calibrator, Config, Correspondence, Doubt, Health, Reason,
+    RectifyingRotations, State,
+};
+
+const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
+const BASELINE: [f64; 2] = [0.5, -0.4];
+
+fn scene(rotation: [f64; 3], seed: u64) -> Vec<Correspondence<f32>> {
+    correspondences(&rig(rotation, BASELINE), 250, 0.5, seed)
+}
+
+/// Rows rounded to whole pixels.
+fn rounded(mut matches: Vec<Correspondence<f32>>) -> Vec<Correspondence<f32>> {
+    for c in &mut matches {
+        (c.left, c.right) = (c.left.map(f32::round), c.right.map(f32::round));
+        c.grid_step = 1.0;
+    }
+    matches
+}
+
+#[test]
+fn rows_rounded_to_whole_pixels_leave_the_estimate_unbiased() {
+    // Almost rectified: the row offsets gather at few whole numbers.
+    let truth = [0.01, 0.0, 0.01];
+    let rectified = RectifyingRotations::from(&rig::<f32>(truth, [0.02, 0.01]));
+    let mut calibrator = robust::<f32>();
+    for seed in 0..60 {
+        let matches = correspondences(&rig(truth, [0.02, 0.01]), 250, 0.3, seed);
+        take(&mut calibrator, &rounded(matches)).unwrap();
+    }
+    let proposal = calibrator.proposal().unwrap();
+    assert_eq!(proposal.state, State::Locked);
+    let off = RectifyingRotations::from(&proposal.extrinsics).unknowns_to(&rectified);
+    let covariance = proposal.covariance.unwrap();
+    let deviations = off.component_div(&covariance.diagonal().map(f32::sqrt));
+    assert!(deviations.amax() < 3.5, "{deviations} {proposal:?}");
+    // 0.25 px of row offset at half a pixel of pitch would be 2e-4 rad.
+    assert!(off.x.abs() < 5e-5, "{off}");
+}
+
+/// All matches of the left half of the image that much too low in the right one.
+fn biased(bias_px: f32, seed: u64) -> Vec<Correspondence<f32>> {
+    let mut matches = scene(ROTATION, seed);
+    for c in matches.iter_mut().filter(|c| c.left[0] < 960.0) {
+        c.right[1] = (c.right[1] + bias_px).min(1199.0);
+    }
+    matches
+}
+
+/// Without a lens prior image halves that disagree block.
+fn exact_lens() -> Calibrator<f32, 256> {
+    let mut calibrator = Calibrator::new(Config::robust().without_lens_prior());
+    calibrator.set_cameras(cameras());
+    calibrator
+}
+
+#[test]
+fn with_an_uncertain_lens_matches_biased_in_one_half_widen_the_deviations_and_do_not_block() {
+    let truth = rig(ROTATION, BASELINE);
+    let mut calibrator = robust::<f32>();
+    for seed in 0..20 {
+        take(&mut calibrator, &biased(1.5, seed)).unwrap();
+        let proposal = calibrator.proposal().unwrap();
+        assert!(proposal.doubt.is_some(), "{seed}");
+        let error = Deviation::between(&proposal.extrinsics, &truth);
+        let sd = proposal.sd_lens;
+        assert!(error.translation < 4.0 * sd.translation && error.rotation < 4.0 * sd.rotation);
+    }
+    assert_eq!(calibrator.state(), State::Locked);
+    assert!(calibrator.apply().is_ok());
+}
+
+#[test]
+fn matches_biased_in_one_half_of_the_image_are_doubted_and_never_applied() {
+    let [mut healthy, mut suspect] = [(); 2].map(|()| exact_lens());
+    let truth = rig(ROTATION, BASELINE);
+    for seed in 0..20 {
+        take(&mut healthy, &scene(ROTATION, seed)).unwrap();
+        assert_eq!(healthy.proposal().unwrap().doubt, None, "{seed}");
+        take(&mut suspect, &biased(1.5, seed)).unwrap();
+        let proposal = suspect.proposal().unwrap();
+        assert!(proposal.doubt.is_some(), "{seed}");
+        if seed > 0 {
+            assert_eq!(proposal.doubt, Some(Doubt::Everything), "{seed}");
+        }
+        let refused = suspect.apply().unwrap_err();
+        let locked = proposal.state == State::Locked;
+        assert_eq!(refused == ApplyError::Doubtful, locked, "{seed} {refused:?}");
+        let error = Deviation::between(&proposal.extrinsics, &truth);
+        let sd = proposal.sd;
+        assert!(error.translation < 4.0 * sd.translation && error.rotation < 4.0 * sd.rotation);
+    }
+    let health = suspect.health().unwrap();
+    assert_eq!((health.arming, health.doubt), (Arming::Doubtful, Some(Doubt::Everything)));
+    assert!(health.reasons.contains(Reason::ImageHalves), "{health}");
+    let [reported, usual] = [&suspect, &healthy].map(|c| c.proposal().unwrap().sd);
+    assert!(reported.rotation > 5.0 * usual.rotation, "{reported:?} {usual:?}");
+    assert!(reported.translation > 5.0 * usual.translation, "{reported:?} {usual:?}");
+}
+
+#[test]
+fn where_halves_disagree_a_little_the_baseline_in_use_is_kept_and_the_rotation_fitted_to_it() {
+    let mut calibrator = exact_lens();
+    let factory = rig([0.9, -0.4, 0.7], [0.4, -0.3]);
+    calibrator.set_factory(factory);
+    let mut seen = 0;
+    for seed in 0..60 {
+        take(&mut calibrator, &biased(0.2, seed)).unwrap();
+        let proposal = calibrator.proposal().unwrap();
+        if proposal.state == State::Locked && proposal.doubt == Some(Doubt::Baseline) {
+            seen += 1;
+            let applied = calibrator.apply().unwrap();
+            assert_eq!(applied.extrinsics.translation(), factory.translation());
+            // Half a pixel and less, in spite of a baseline that is 0.1 degrees off.
+            let health = calibrator.health().unwrap();
+            assert!(health.in_use_px < 0.5 && health.arming == Arming::Yes, "{health:?}");
+        }
+    }
+    assert!(seen > 0);
+}
+
+/// So many of 250 matches so far across the rows, as on a fence.
+pub(crate) fn fence(matches: usize, across_px: f32, seed: u64) -> Vec<Correspondence<f32>> {
+    let mut all = scene(ROTATION, seed);
+    for c in all.iter_mut().take(matches) {
+        c.right[1] = (c.right[1] + across_px).clamp(0.0, 1199.0);
+    }
+    all
+}
+
+#[test]
+fn of_two_crowds_of_matches_the_larger_is_the_scene() {
+    for (matches, across) in [(75, 3.0), (100, -3.0)] {
+        let mut calibrator = robust::<f32>();
+        for seed in 0..12 {
+            take(&mut calibrator, &fence(matches, across, seed)).unwrap();
+        }
+        let proposal = calibrator.proposal().unwrap();
+        let off = Deviation::between(&proposal.extrinsics, &rig(ROTATION, BASELINE));
+        // The fence is 2 mrad of pitch off, and what lies between 0.9.
+        assert!(off.rotation < 3e-4, "{matches}: {off:?}");
+        assert_eq!((proposal.state, proposal.doubt), (State::Locked, None), "{matches}");
+        calibrator.apply().unwrap();
+        assert_eq!(calibrator.health().unwrap().arming, Arming::Yes);
+    }
+}
+
+#[test]
+fn a_second_crowd_as_large_is_doubted_until_it_is_gone() {
+    let mut calibrator = robust::<f32>();
+    let before = *calibrator.in_use();
+    for seed in 0..12 {
+        // Some pairs have no answer.
+        let _ = take(&mut calibrator, &fence(122, 3.0, seed));
+        assert!(calibrator.apply().is_err(), "{seed}");
+    }
+    assert_eq!(*calibrator.in_use(), before);
+    let proposal = calibrator.proposal().unwrap();
+    assert_eq!(proposal.doubt, Some(Doubt::SecondMode));
+    let Health { arming, reasons, .. } = calibrator.health().unwrap();
+    assert!(reasons.contains(Reason::SecondMode), "{reasons}");
+    assert!(matches!(arming, Arming::Doubtful | Arming::NotLocked), "{arming}");
+    if proposal.state == State::Locked {
+        assert_eq!(calibrator.apply(), Err(ApplyError::Doubtful));
+    }
+    // A loss of power does not hide it.
+    let mut buffer = [0; Calibrator::<f32, 256>::SNAPSHOT_BYTES];
+    let record = calibrator.snapshot(&mut buffer).unwrap();
+    let mut calibrator = robust::<f32>();
+    calibrator.restore(record).unwrap();
+    assert_eq!(calibrator.proposal().unwrap().doubt, Some(Doubt::SecondMode));
+    for seed in 20..40 {
+        let _ = take(&mut calibrator, &scene(ROTATION, seed));
+    }
+    calibrator.apply().unwrap();
+    let off = Deviation::between(calibrator.in_use(), &rig(ROTATION, BASELINE));
+    assert!(off.rotation < 2e-4, "{off:?}");
+    let Health { arming, reasons, .. } = calibrator.health().unwrap();
+    assert_eq!((arming, reasons.is_empty()), (Arming::Yes, true), "{reasons}");
+}

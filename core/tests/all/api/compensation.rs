@@ -1,0 +1,229 @@
+//! Lens models that are wrong, and compensated.
+
+use crate::api::lens::pair;
+use crate::api::presets::with;
+use crate::api::scene::{FOCAL, cameras, rig, take};
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{
+    Arming, Calibration, Calibrator, Config, Extrinsics, Fused, Lens, LensCorrection, LensTracking,
+    RestoreError, State,
+};
+
+type Tested = Calibrator<f32, 256>;
+
+const COMPENSATE: Config = Config::robust().with_lens_tracking(LensTracking::Compensate);
+
+fn truth() -> Extrinsics<f32> {
+    rig([1.0, -0.5, 0.8], [0.5, -0.4])
+}
+
+/// Takes pairs of a wrong right lens, and applies after each; the pairs that corrected the lens.
+fn drive(calibrator: &mut Tested, focal: f32, k1: f32, seeds: core::ops::Range<u64>) -> Vec<u64> {
+    let corrects = |seed: &u64| {
+        let fused = take(calibrator, &pair(focal, k1, *seed)).unwrap();
+        if fused == Fused::LensCorrected {
+            assert_eq!((calibrator.state(), calibrator.proposal()), (State::Acquiring, None));
+            assert_eq!((calibrator.batch().offered(), calibrator.health()), (0, None));
+        }
+        let _ = calibrator.apply();
+        fused == Fused::LensCorrected
+    };
+    seeds.filter(corrects).collect()
+}
+
+fn off(extrinsics: &Extrinsics<f32>) -> Deviation<f32> {
+    Deviation::between(extrinsics, &truth())
+}
+
+#[test]
+fn a_wrong_right_lens_is_corrected_and_handed_out_with_its_extrinsics() {
+    let mut reporting: Tested = with(Config::robust());
+    assert_eq!(drive(&mut reporting, 0.003, 0.002, 0..100), [0; 0]);
+    let mut calibrator = with(COMPENSATE);
+    assert!(!drive(&mut calibrator, 0.003, 0.002, 0..100).is_empty());
+
+    let Calibration { cameras: corrected, extrinsics } = calibrator.apply().unwrap();
+    let [reported, proposal] = [&reporting, &calibrator].map(|c| c.proposal().unwrap());
+    let (error, sd) = (off(&extrinsics), proposal.sd_lens);
+    assert!(error.translation < 0.1 * off(&reported.extrinsics).translation, "{error:?}");
+    assert!(error.translation < 3.0 * sd.translation && error.rotation < 3.0 * sd.rotation);
+    assert!(sd.translation < 0.2 * reported.sd_lens.translation, "{sd:?}");
+
+    let LensCorrection { focal, k1 } = proposal.correction;
+    let found = proposal.lens.unwrap();
+    assert_eq!((found.focal.value, found.k1.value), (focal, k1));
+    assert!((focal - 0.003).abs() < 3.0 * found.focal.sd && found.focal.sd < 2e-4, "{found:?}");
+    assert!((k1 - 0.002).abs() < 3.0 * found.k1.sd && found.k1.sd < 5e-4, "{found:?}");
+    assert_eq!(corrected, cameras().corrected(&proposal.applicable_correction).unwrap());
+    assert_eq!(corrected.left, cameras().left);
+    let f = corrected.right.intrinsics().focal[0];
+    assert!((f / 1.003 - 1400.0).abs() < 0.3, "{f} of {FOCAL}");
+    assert!(matches!(corrected.right.lens(), Lens::RadialTangential(_)));
+    assert_eq!(calibrator.cameras(), Some(&cameras()), "as given");
+    assert_eq!(
+        calibrator.calibration_in_use(),
+        Some(Calibration { cameras: corrected, extrinsics })
+    );
+
+    take(&mut calibrator, &pair(0.003, 0.002, 200)).unwrap();
+    let [good, poor] = [&calibrator, &reporting].map(|c| c.health().unwrap());
+    assert_eq!(
+        (good.arming, good.correction),
+        (Arming::Yes, calibrator.proposal().unwrap().correction)
+    );
+    assert!(good.in_use_px < 0.5 && good.in_use_px < poor.in_use_px, "{good} {poor}");
+}
+
+#[test]
+fn a_right_lens_stays_as_given_and_every_bit_is_that_of_report() {
+    let [mut compensating, mut reporting] = [COMPENSATE, Config::robust()].map(with);
+    for calibrator in [&mut compensating, &mut reporting] {
+        assert_eq!(drive(calibrator, 0.0, 0.0, 0..60), [0; 0]);
+    }
+    assert_eq!(compensating.proposal(), reporting.proposal());
+    assert_eq!(compensating.calibration_in_use(), reporting.calibration_in_use());
+}
+
+#[test]
+fn extrinsics_never_go_with_the_cameras_of_another_lens() {
+    let mut calibrator = with(COMPENSATE);
+    let corrected = drive(&mut calibrator, 0.003, 0.0, 0..60);
+    let first = *corrected.first().unwrap();
+    let mut calibrator = with(COMPENSATE);
+    drive(&mut calibrator, 0.003, 0.0, 0..first + 1);
+    // The estimate begins again; what is in use stays, with the cameras that it was found with.
+    let before = calibrator.calibration_in_use().unwrap();
+    assert_eq!(before.cameras, cameras());
+    assert!(off(&before.extrinsics).translation > 5e-3, "that of the given lens");
+    let generation = calibrator.generation();
+    for seed in first + 1..first + 5 {
+        take(&mut calibrator, &pair(0.003, 0.0, seed)).unwrap();
+        assert_eq!(calibrator.calibration_in_use(), Some(before));
+    }
+    let after = calibrator.apply().unwrap();
+    assert_eq!(
+        (calibrator.calibration_in_use(), calibrator.generation()),
+        (Some(after), generation + 1)
+    );
+    assert_ne!(after.cameras, cameras());
+    assert!(off(&after.extrinsics).translation < 2e-3);
+    assert_eq!(calibrator.undo(), Ok(before));
+    assert_eq!(
+        (calibrator.calibration_in_use(), calibrator.generation()),
+        (Some(before), generation + 2)
+    );
+    calibrator.reset();
+    assert_eq!(calibrator.calibration_in_use().unwrap().cameras, cameras());
+    assert_eq!(drive(&mut calibrator, 0.0, 0.0, 0..30), [0; 0], "rays are those of the given lens");
+}
+
+#[test]
+fn a_changed_left_lens_is_covered_by_the_deviations() {
+    // The rows of a left lens that is shorter by as much.
+    let mut calibrator = with(COMPENSATE);
+    for seed in 0..100 {
+        let mut matches = pair(0.0, 0.0, seed);
+        for c in &mut matches {
+            for (x, centre) in c.left.iter_mut().zip([959.5, 599.5]) {
+                *x = centre + (*x - centre) * (1.0 - 0.003);
+            }
+        }
+        take(&mut calibrator, &matches).unwrap();
+    }
+    let proposal = calibrator.proposal().unwrap();
+    assert!((proposal.correction.focal - 0.003).abs() < 2e-4, "{:?}", proposal.correction);
+    let (error, sd) = (off(&proposal.extrinsics), proposal.sd_lens);
+    assert!(
+        error.translation < 3.0 * sd.translation && error.translation < 1.5e-3,
+        "{error:?} {sd:?}"
+    );
+    assert!(error.rotation < 3.0 * sd.rotation, "{error:?} {sd:?}");
+}
+
+#[test]
+fn a_record_resumes_the_corrected_lens_bit_for_bit() {
+    let mut before = with(COMPENSATE);
+    assert!(!drive(&mut before, 0.002, 0.0, 0..40).is_empty());
+    let mut buffer = [0; Tested::SNAPSHOT_BYTES];
+    let record = before.snapshot(&mut buffer).unwrap();
+    let mut after = with(COMPENSATE);
+    after.restore(record).unwrap();
+    assert_eq!(after.calibration_in_use(), before.calibration_in_use());
+    for seed in 40..60 {
+        let matches = pair(0.002, 0.0, seed);
+        assert_eq!(take(&mut after, &matches), take(&mut before, &matches));
+        assert_eq!(after.proposal().map(|p| p.extrinsics), before.proposal().map(|p| p.extrinsics));
+        assert_eq!(after.health(), before.health());
+    }
+    assert_eq!(after.apply(), before.apply());
+    assert_eq!(after.undo(), before.undo());
+}
+
+#[test]
+fn a_record_of_corrected_cameras_is_refused_where_the_configuration_only_reports() {
+    let mut compensating = with(COMPENSATE);
+    let corrected = *drive(&mut compensating, 0.003, 0.0, 0..60).first().unwrap();
+    let mut buffer = [0; Tested::SNAPSHOT_BYTES];
+    let refused = |from: &Tested, buffer: &mut [u8]| {
+        let record = from.snapshot(buffer).unwrap();
+        let mut reporting: Tested = with(Config::robust());
+        assert_eq!(reporting.restore(record), Err(RestoreError::Preset));
+        assert_eq!(reporting.calibration_in_use(), with(Config::robust()).calibration_in_use());
+        assert_eq!((reporting.state(), reporting.proposal()), (State::Acquiring, None));
+        assert_eq!(drive(&mut reporting, 0.0, 0.0, 100..120), [0; 0]);
+        assert_eq!(reporting.state(), State::Locked, "goes on with the given cameras");
+    };
+    assert_ne!(compensating.calibration_in_use().unwrap().cameras, cameras());
+    refused(&compensating, &mut buffer);
+
+    // What is in use is of the given cameras; the rays are not.
+    let mut compensating = with(COMPENSATE);
+    drive(&mut compensating, 0.003, 0.0, 0..corrected + 1);
+    assert_eq!(compensating.calibration_in_use().unwrap().cameras, cameras());
+    refused(&compensating, &mut buffer);
+
+    // Nothing was corrected.
+    let mut compensating = with(COMPENSATE);
+    drive(&mut compensating, 0.0, 0.0, 0..30);
+    let mut reporting: Tested = with(Config::robust());
+    assert_eq!(reporting.restore(compensating.snapshot(&mut buffer).unwrap()), Ok(()));
+}
+
+/// Largest correction of the estimate against the factory extrinsics, rad.
+fn correction(calibrator: &Tested) -> f32 {
+    let Some(proposal) = calibrator.proposal() else { return 0.0 };
+    let Deviation { translation, rotation } =
+        Deviation::between(&proposal.extrinsics, calibrator.factory());
+    translation.max(rotation)
+}
+
+/// A factory calibration of which only the baseline has changed.
+fn with_factory(config: Config) -> Tested {
+    let mut calibrator: Tested = with(config);
+    calibrator.set_factory(rig([1.0, -0.5, 0.8], [0.0, 0.0]));
+    calibrator
+}
+
+#[test]
+fn a_compensated_lens_moves_no_estimate_beyond_the_correction_limit() {
+    let mut free = with_factory(COMPENSATE);
+    let first = *drive(&mut free, 0.003, 0.0, 0..60).first().unwrap();
+    let mut free = with_factory(COMPENSATE);
+    drive(&mut free, 0.003, 0.0, 0..first + 1);
+    let corrections = (first + 1..first + 20).map(|seed| {
+        drive(&mut free, 0.003, 0.0, seed..seed + 1);
+        correction(&free)
+    });
+    let limit = corrections.fold(0.0, f32::max) * 0.999;
+    let limited = COMPENSATE.with_max_correction_rad(limit).unwrap();
+    let mut calibrator = with_factory(limited);
+    let mut buffer = [0; Tested::SNAPSHOT_BYTES];
+    for seed in 0..first + 40 {
+        // At the limit not every pair is accepted.
+        let _ = take(&mut calibrator, &pair(0.003, 0.0, seed));
+        let _ = calibrator.apply();
+        assert!(correction(&calibrator) <= limit, "{seed}");
+        let record = calibrator.snapshot(&mut buffer).unwrap();
+        assert_eq!(with_factory(limited).restore(record), Ok(()), "{seed}");
+    }
+}

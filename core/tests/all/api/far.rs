@@ -1,0 +1,138 @@
+//! Far scenes determine `R`, and the baseline only where disparities exceed their noise.
+
+use crate::api::disturbed::with_outliers;
+use crate::api::presets::robust;
+use crate::api::scene::{correspondences, correspondences_within, rig, take};
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{Calibrator, Correspondence, Reason, State};
+use test_support::runs;
+
+/// Off the factory extrinsics by 1.4 degrees, `t` by half a degree.
+const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
+const BASELINE: [f64; 2] = [0.4, -0.3];
+
+type Rig = Calibrator<f32, 256>;
+
+/// Matches 1000 to 10000 baselines away, one in so many an outlier, in random order.
+fn far(n: usize, one_in: usize, seed: u64) -> Vec<Correspondence<f32>> {
+    let rig = rig(ROTATION, BASELINE);
+    let matches = correspondences_within(&rig, [1000.0, 10_000.0], n, 0.5, seed);
+    let mut matches = with_outliers(matches, one_in);
+    matches.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
+    matches
+}
+
+fn off(calibrator: &Rig) -> Deviation<f32> {
+    let extrinsics = calibrator.proposal().unwrap().extrinsics;
+    Deviation::between(&extrinsics, &rig(ROTATION, BASELINE))
+}
+
+#[test]
+fn a_far_scene_locks_by_its_rotation_and_keeps_the_baseline_in_use() {
+    let mut calibrator = robust::<f32>();
+    let factory = *calibrator.in_use();
+    for seed in 0..30 {
+        take(&mut calibrator, &far(250, 4, seed)).unwrap();
+        let health = calibrator.health().unwrap();
+        let proposal = calibrator.proposal().unwrap();
+        assert!(!proposal.baseline_observed && !health.baseline_observed, "{seed}");
+        assert!(health.reasons.contains(Reason::Baseline), "{}", health.reasons);
+    }
+    assert_eq!(calibrator.state(), State::Locked);
+    let sd = calibrator.proposal().unwrap().sd;
+    assert!(off(&calibrator).rotation < 4.0 * sd.rotation && sd.rotation < 2e-4, "{sd:?}");
+    let applied = calibrator.apply().unwrap().extrinsics;
+    assert_eq!(applied.translation(), factory.translation());
+    // `R` of the best fit with this `t`, in far scenes that with any.
+    let rotation = Deviation::between(&applied, &rig(ROTATION, BASELINE)).rotation;
+    assert!(rotation < 4.0 * sd.rotation, "{rotation} {sd:?}");
+}
+
+#[test]
+fn a_near_scene_observes_the_baseline_and_applies_it() {
+    let mut calibrator = robust::<f32>();
+    for seed in 0..6 {
+        let near = correspondences(&rig(ROTATION, BASELINE), 250, 0.5, seed);
+        take(&mut calibrator, &near).unwrap();
+    }
+    assert!(calibrator.proposal().unwrap().baseline_observed);
+    assert!(calibrator.health().unwrap().baseline_observed);
+    let applied = calibrator.apply().unwrap().extrinsics;
+    assert!(Deviation::between(&applied, &rig(ROTATION, BASELINE)).translation < 2e-3);
+}
+
+#[test]
+fn few_near_points_before_a_far_scene_determine_the_baseline() {
+    // Some take long: of 400 runs 233 observe the baseline after 30 pairs, of 100 runs 98 after 150.
+    let observes = |run: &u64| {
+        let mut calibrator = robust::<f32>();
+        let mut fused = 0;
+        for seed in run * 2000..run * 2000 + 150 {
+            let mut matches = far(230, 4, seed);
+            let near = correspondences::<f32>(&rig(ROTATION, BASELINE), 15, 0.5, 1000 + seed);
+            matches.extend(near);
+            fused += u32::from(take(&mut calibrator, &matches).is_ok());
+        }
+        assert!(fused >= 145, "{fused}");
+        let proposal = calibrator.proposal().unwrap();
+        assert_eq!(proposal.state, State::Locked);
+        let Deviation { translation, .. } = off(&calibrator);
+        assert!(translation < 4.0 * proposal.sd.translation, "{translation} {:?}", proposal.sd);
+        assert!(!proposal.baseline_observed || translation < 3e-3, "{translation}");
+        proposal.baseline_observed
+    };
+    let all = runs(5, 10);
+    let observed = (0..all).filter(observes).count() as u64;
+    assert!(observed >= all - all / 5, "{observed}");
+}
+
+#[test]
+fn outliers_before_a_far_scene_do_not_observe_the_baseline() {
+    let mut calibrator = robust::<f32>();
+    for seed in 0..60 {
+        let _ = take(&mut calibrator, &far(250, 2, seed));
+        let observed = calibrator.proposal().is_some_and(|proposal| proposal.baseline_observed);
+        assert!(!observed, "{seed}");
+    }
+}
+
+/// Outliers in the first half of every `period` places.
+fn at_regular_places(
+    mut matches: Vec<Correspondence<f32>>,
+    period: usize,
+) -> Vec<Correspondence<f32>> {
+    for i in (0..matches.len() - period).filter(|i| i % period < period / 2) {
+        matches[i].right = matches[i + period].right;
+    }
+    matches
+}
+
+/// Runs of 40 pairs that observe a baseline in any pair, or do not lock.
+fn misled(n: usize, scene: impl Fn(Vec<Correspondence<f32>>) -> Vec<Correspondence<f32>>) -> usize {
+    let truth = rig(ROTATION, BASELINE);
+    let observes = |run: &u64| {
+        let mut calibrator = robust::<f32>();
+        let mut observed = false;
+        for seed in run * 1000..run * 1000 + 40 {
+            let matches = correspondences_within(&truth, [1000.0, 10_000.0], n, 0.5, seed);
+            let _ = take(&mut calibrator, &scene(matches));
+            observed |= calibrator.proposal().is_some_and(|proposal| proposal.baseline_observed);
+        }
+        observed || calibrator.state() != State::Locked
+    };
+    (1000..1000 + runs(4, 24)).filter(observes).count()
+}
+
+#[test]
+fn outliers_at_regular_places_of_a_far_scene_do_not_observe_the_baseline() {
+    // A survey reads one match of each of 32 parts. A part is as long as the period. A step of a track reads half.
+    let mut runs: Vec<_> = (2..=8)
+        .map(|period| misled(32 * period, |matches| at_regular_places(matches, period)))
+        .collect();
+    runs.extend([200, 250, 256].map(|n| misled(n, |matches| at_regular_places(matches, 2))));
+    runs.push(misled(250, |matches| with_outliers(with_outliers(matches, 4), 3)));
+    assert_eq!(runs, [0; 11]);
+}

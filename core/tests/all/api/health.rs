@@ -1,0 +1,231 @@
+//! What a rig's user is told before it moves.
+
+use crate::api::disturbed::garbage;
+use crate::api::presets::robust;
+use crate::api::scene::{correspondences, fill, rig, take};
+use stereo_selfcal::{
+    Arming, Band, Calibrator, Correspondence, DEPTHS_M, Direction, PairError, Reason,
+    RectifyingRotations, Refusal, Rejection, Scalar, State,
+};
+
+const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
+const BASELINE: [f64; 2] = [0.5, -0.4];
+
+fn scene(seed: u64) -> Vec<Correspondence<f32>> {
+    correspondences(&rig(ROTATION, BASELINE), 250, 0.5, seed)
+}
+
+/// After `pairs` of the rig, the last at hand.
+fn after(pairs: u64) -> Calibrator<f32, 256> {
+    let mut calibrator = robust();
+    for seed in 0..pairs {
+        take(&mut calibrator, &scene(seed)).unwrap();
+    }
+    calibrator
+}
+
+#[test]
+fn there_is_none_without_cameras_an_estimate_or_matches_that_fit_it() {
+    assert_eq!(Calibrator::<f32, 64>::new(stereo_selfcal::Config::robust()).health(), None);
+    assert_eq!(after(0).health(), None);
+    let mut calibrator = after(5);
+    assert!(calibrator.health().is_some());
+    calibrator.clear_pair();
+    assert_eq!(calibrator.health(), None);
+}
+
+#[test]
+fn the_band_follows_what_is_in_use() {
+    let mut calibrator = after(6);
+    assert_eq!(calibrator.health().unwrap().band, Band::Recalibrate);
+    calibrator.apply().unwrap();
+    let health = calibrator.health().unwrap();
+    assert_eq!((health.band, health.in_use_px), (Band::Good, health.proposed_px));
+
+    // Half a pixel of pitch off.
+    let [x, y, z] = ROTATION;
+    let mut calibrator = robust();
+    calibrator.set_factory(rig([x + 0.02, y, z], BASELINE));
+    for seed in 0..6 {
+        take(&mut calibrator, &scene(seed)).unwrap();
+    }
+    let health = calibrator.health().unwrap();
+    assert_eq!(health.band, Band::Improvable, "{health:?}");
+    assert!(health.in_use_px < 1.0 && health.proposed_px < 0.9 * health.in_use_px);
+}
+
+#[test]
+fn arming_says_why_not() {
+    let mut calibrator = after(2);
+    let arming = |calibrator: &Calibrator<f32, 256>| calibrator.health().unwrap().arming;
+    assert_eq!(arming(&calibrator), Arming::NotLocked);
+    for seed in 2..6 {
+        take(&mut calibrator, &scene(seed)).unwrap();
+    }
+    assert_eq!(arming(&calibrator), Arming::Misaligned);
+    calibrator.apply().unwrap();
+    assert_eq!(arming(&calibrator), Arming::Yes);
+
+    // A knock: at once.
+    let [x, y, z] = ROTATION;
+    let knocked = rig([x + 0.3, y, z], BASELINE);
+    take(&mut calibrator, &correspondences(&knocked, 250, 0.5, 10)).unwrap();
+    let health = calibrator.health();
+    assert!(health.is_none_or(|health| health.arming == Arming::NotLocked), "{health:?}");
+    fill(&mut calibrator, &scene(11));
+    let health = calibrator.health().unwrap();
+    assert_eq!((health.state, health.arming), (State::Suspect, Arming::NotLocked));
+}
+
+#[test]
+fn noise_alone_does_not_disarm_and_rows_that_are_off_do() {
+    let [x, y, z] = ROTATION;
+    // 0.1 degrees of pitch: 2.4 px.
+    for (factory, arming) in [(x, Arming::Yes), (x + 0.1, Arming::Misaligned)] {
+        let mut calibrator = robust();
+        calibrator.set_factory(rig([factory, y, z], BASELINE));
+        for seed in 0..6 {
+            // Uniform up to 3.5 px: a deviation of 2 px.
+            let matches = correspondences(&rig(ROTATION, BASELINE), 250, 3.5, seed);
+            take(&mut calibrator, &matches).unwrap();
+        }
+        let health = calibrator.health().unwrap();
+        assert_eq!((health.state, health.arming), (State::Locked, arming), "{health:?}");
+        assert!(health.proposed_px > 2.0 && health.in_use_px > 2.0);
+        // Nothing of the noise is left out as an outlier.
+        assert!(health.fit_proposed > 245, "{health:?}");
+        let off = if arming == Arming::Yes { 0.0..1.0 } else { 1.5..3.5 };
+        assert!(off.contains(&health.off_px), "{health:?}");
+    }
+}
+
+#[test]
+fn coverage_is_the_share_of_the_image_with_matches_that_fit() {
+    let mut calibrator = after(6);
+    assert!(calibrator.health().unwrap().coverage > 0.9);
+    let left: Vec<_> = scene(7).into_iter().filter(|c| c.left[0] < 480.0).collect();
+    fill(&mut calibrator, &left);
+    let quarter = calibrator.health().unwrap().coverage;
+    assert!(quarter > 0.15 && quarter <= 0.25, "{quarter}");
+    let one: Vec<_> = scene(7).into_iter().take(1).collect();
+    fill(&mut calibrator, &one);
+    assert_eq!(calibrator.health().unwrap().coverage, 1.0 / 48.0);
+    // Outliers elsewhere vouch for nothing.
+    let wrong = |c: &Correspondence<f32>| (c.left[1] - c.right[1]).abs() > 100.0;
+    let elsewhere = garbage(250, 8).into_iter().filter(|c| wrong(c));
+    fill(&mut calibrator, &one.into_iter().chain(elsewhere).collect::<Vec<_>>());
+    assert_eq!(calibrator.health().unwrap().coverage, 1.0 / 48.0);
+}
+
+#[test]
+fn counts_and_rms_are_over_the_matches_that_fit_the_estimate() {
+    let mut calibrator = after(6);
+    let mut matches = scene(7);
+    for c in matches.iter_mut().take(50) {
+        c.right[1] = if c.right[1] > 600.0 { c.right[1] - 50.0 } else { c.right[1] + 50.0 };
+    }
+    fill(&mut calibrator, &matches);
+    let health = calibrator.health().unwrap();
+    assert_eq!([health.fit_in_use, health.fit_proposed], [0, 200]);
+    // Uniform noise of +-0.5 px on two rows.
+    assert!((health.proposed_px / (0.5 * (2.0_f32 / 3.0).sqrt()) - 1.0).abs() < 0.2);
+    assert!(health.in_use_px > 10.0, "{health:?}");
+}
+
+#[test]
+fn the_error_of_depth_is_that_of_yaw_over_the_baseline_times_the_square_of_distance() {
+    let mut calibrator = after(6);
+    let health = calibrator.health().unwrap();
+    let proposal = calibrator.proposal().unwrap();
+    let [estimate, in_use] =
+        [&proposal.extrinsics, calibrator.in_use()].map(RectifyingRotations::from);
+    let off = estimate.unknowns_to(&in_use).y;
+    let own = proposal.covariance.unwrap().m22.sqrt();
+    assert!((health.yaw / off.hypot(own) - 1.0).abs() < 1e-6);
+    assert!((off.abs() - 0.5_f32.to_radians()).abs() < 0.2_f32.to_radians(), "{off}");
+    for (error, z) in health.depth_errors(0.12).unwrap().into_iter().zip(DEPTHS_M) {
+        let z = f32::lit(z);
+        assert!((error / (z * z * health.yaw / 0.12) - 1.0).abs() < 1e-6, "{z} {error}");
+    }
+    calibrator.apply().unwrap();
+    assert_eq!(calibrator.health().unwrap().yaw, own);
+}
+
+#[test]
+fn the_weakest_direction_is_the_largest_of_the_covariance_and_in_a_narrow_band_about_y() {
+    let mut calibrator = robust::<f32>();
+    let band = |seed| {
+        let all = correspondences::<f32>(&rig(ROTATION, BASELINE), 3000, 0.5, seed);
+        let middle = all.into_iter().filter(|c| (c.left[1] - 600.0).abs() < 60.0);
+        middle.take(250).collect::<Vec<_>>()
+    };
+    for seed in 0..8 {
+        take(&mut calibrator, &band(seed)).unwrap();
+    }
+    let proposal = calibrator.proposal().unwrap();
+    let (direction, sd) = proposal.weakest().unwrap();
+    // Both move rows by the product with the row, which is small everywhere.
+    assert!(matches!(direction, Direction::Yaw | Direction::BaselineForward));
+    let eigen = proposal.covariance.unwrap().map(f64::from).symmetric_eigen();
+    let largest = eigen.eigenvalues.max().sqrt();
+    assert!((f64::from(sd) / largest - 1.0).abs() < 0.01, "{sd} {largest}");
+    assert_eq!(calibrator.health().unwrap().weakest, Some((direction, sd)));
+    // Over the whole image that direction is far better known.
+    let whole = after(8).proposal().unwrap().weakest().unwrap().1;
+    assert!(whole < 0.5 * sd, "{whole} {sd}");
+}
+
+#[test]
+fn it_says_why_the_last_pair_was_not_taken_in() {
+    let mut calibrator = after(6);
+    let rejection = |calibrator: &Calibrator<f32, 256>| calibrator.health().unwrap().rejection;
+    assert_eq!(rejection(&calibrator), None);
+
+    fill(&mut calibrator, &scene(10)[..11]);
+    let few = PairError::TooFew { usable: 11, needed: 12 };
+    assert_eq!(calibrator.solve_pair(), Err(few));
+    assert_eq!(rejection(&calibrator), Some(Rejection::Unsolved(few)));
+
+    fill(&mut calibrator, &scene(11));
+    calibrator.solve_pair().unwrap();
+    assert_eq!(rejection(&calibrator), None);
+    calibrator.fuse().unwrap();
+    calibrator.fuse().unwrap_err();
+    assert_eq!(rejection(&calibrator), Some(Rejection::Refused(Refusal::NothingSolved)));
+
+    let unsolved = take(&mut calibrator, &garbage(250, 12)).unwrap_err();
+    fill(&mut calibrator, &scene(13));
+    assert_eq!(rejection(&calibrator), Some(unsolved));
+    take(&mut calibrator, &scene(14)).unwrap();
+    assert_eq!(rejection(&calibrator), None);
+}
+
+#[test]
+fn reasons_name_what_speaks_against_a_calibration_also_where_it_may_arm() {
+    let of = |calibrator: &Calibrator<f32, 256>| calibrator.health().unwrap().reasons;
+    let mut calibrator = after(2);
+    let begun = of(&calibrator);
+    assert_eq!(begun.iter().collect::<Vec<_>>(), [Reason::NotLocked, Reason::Misaligned]);
+    assert_eq!(begun.to_string(), "estimate not locked, in use off by 1 px or more");
+    for seed in 2..6 {
+        take(&mut calibrator, &scene(seed)).unwrap();
+    }
+    assert_eq!(of(&calibrator).iter().collect::<Vec<_>>(), [Reason::Misaligned]);
+    calibrator.apply().unwrap();
+    assert_eq!((of(&calibrator).bits(), of(&calibrator).to_string().as_str()), (0, "none"));
+
+    take(&mut calibrator, &scene(5)).unwrap();
+    let health = calibrator.health().unwrap();
+    assert_eq!(health.arming, Arming::Yes);
+    assert_eq!(health.reasons.iter().collect::<Vec<_>>(), [Reason::Repeated]);
+    assert!(health.to_string().contains("against it: repeated scene"), "{health}");
+    take(&mut calibrator, &scene(6)).unwrap();
+    assert!(of(&calibrator).is_empty());
+}
+
+#[test]
+fn the_bit_of_each_reason_is_its_own() {
+    let all = Reason::ALL.iter().map(Reason::code);
+    assert_eq!(all.clone().fold(0, |bits, code| bits | code), all.sum::<u16>());
+    assert!(Reason::ALL.iter().all(|reason| reason.code().is_power_of_two()));
+}

@@ -1,0 +1,30 @@
+//! The public API on generated rigs.
+
+mod applying;
+mod bad_input;
+mod bias;
+mod compensation;
+mod disturbed;
+mod documentation;
+mod far;
+mod fusion;
+mod health;
+mod homography;
+mod lens;
+mod memory;
+mod memory_numbers;
+mod presets;
+mod robust;
+mod saving;
+pub(crate) mod scene;
+mod selection;
+#[cfg(feature = "serde")]
+mod serialization;
+mod solver;
+mod supervision;
+mod texts;
+// The vector lanes add in another order, and powers of the generated depths are those of the platform.
+#[cfg(all(not(feature = "simd"), target_env = "gnu"))]
+mod traces;
+mod turning;
+mod vibration;

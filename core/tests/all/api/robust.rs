@@ -1,0 +1,232 @@
+//! The robust preset: exact where it can be, bounded, the same bits pass by pass, and what its pairs
+//! come to.
+
+use crate::api::disturbed::garbage;
+use crate::api::presets::{robust, with};
+use crate::api::scene::{cameras, correspondences, fill, rig, take};
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{
+    Calibrator, Config, Correspondence, PairError, PairReport, RectifyingRotations, Refusal,
+    Scalar, State, Stop,
+};
+
+const ROTATION: [f64; 3] = [3.0, -2.5, 4.0];
+const BASELINE: [f64; 2] = [4.0, -3.0];
+
+/// Three in ten right points exchanged among themselves.
+fn among_outliers<T: Scalar>(noise_px: f64, seed: u64) -> Vec<Correspondence<T>> {
+    let mut all = correspondences::<T>(&rig(ROTATION, BASELINE), 250, noise_px, seed);
+    for i in 0..74 {
+        let other = all[i + 1].right;
+        all[i].right = other;
+    }
+    all
+}
+
+fn filled<T: Scalar>(config: Config, noise_px: f64, seed: u64) -> Calibrator<T, 256> {
+    let mut calibrator = with(config);
+    fill(&mut calibrator, &among_outliers(noise_px, seed));
+    calibrator
+}
+
+fn solved<T: Scalar>(noise_px: f64, seed: u64) -> PairReport<T> {
+    filled(Config::robust(), noise_px, seed).solve_pair().unwrap()
+}
+
+/// A calibrator that has locked on the rig.
+fn locked<T: Scalar>() -> Calibrator<T, 256> {
+    let mut calibrator = robust();
+    for seed in 100..105 {
+        take(&mut calibrator, &among_outliers(0.5, seed)).unwrap();
+    }
+    assert_eq!(calibrator.state(), State::Locked);
+    calibrator
+}
+
+#[test]
+fn exact_correspondences_among_outliers_give_the_rig() {
+    let truth = rig(ROTATION, BASELINE);
+    let error = Deviation::between(&solved::<f64>(0.0, 1).extrinsics, &truth);
+    // What the prior of 0.1 rad holds against a noise floor of 0.15 px.
+    assert!(error.translation < 2e-4 && error.rotation < 2e-4, "{error:?}");
+}
+
+#[test]
+fn takes_no_more_than_twelve_passes_and_reports_them() {
+    let report = solved::<f32>(0.5, 2);
+    assert!(report.passes <= 12 && report.stop == Stop::Converged, "{report:?}");
+    assert!(report.rms_px_after < 0.6 && report.cost_after < report.cost_before);
+    // Uniform noise of +-0.5 px.
+    assert!((report.noise_px * 12.0_f32.sqrt() - 1.0).abs() < 0.2, "{}", report.noise_px);
+}
+
+/// The report, one pass a call, and how many calls it took.
+fn stepped(calibrator: &mut Calibrator<f32, 256>) -> (PairReport<f32>, u16) {
+    calibrator.begin_pair().unwrap();
+    (2..=14).find_map(|calls| Some((calibrator.advance_pair().unwrap()?, calls))).unwrap()
+}
+
+#[test]
+fn pass_by_pass_gives_the_same_bits_as_one_call() {
+    let [mut one, mut other] = [(); 2].map(|()| filled(Config::robust(), 0.5, 3));
+    let whole = one.solve_pair().unwrap();
+    let (by_pass, calls) = stepped(&mut other);
+    assert_eq!(by_pass, whole);
+    // A call takes one pass.
+    assert_eq!(calls, whole.passes);
+    assert_eq!(other.advance_pair(), Err(PairError::NotBegun));
+}
+
+#[test]
+fn a_locked_rig_is_tracked_in_four_passes_and_with_the_same_bits_pass_by_pass() {
+    let [mut one, mut other] = [(); 2].map(|()| locked::<f32>());
+    for calibrator in [&mut one, &mut other] {
+        fill(calibrator, &among_outliers(0.5, 4));
+    }
+    let whole = one.solve_pair().unwrap();
+    assert_eq!(stepped(&mut other).0, whole);
+    assert!(whole.passes <= 4, "{}", whole.passes);
+    let error = Deviation::between(&whole.extrinsics, &rig(ROTATION, BASELINE));
+    let sd = whole.information.standard_deviations().unwrap();
+    assert!(error.translation < 4.0 * sd.translation && error.rotation < 4.0 * sd.rotation);
+}
+
+#[test]
+fn the_prior_counts_once_however_many_pairs() {
+    // The baseline is four of the prior's deviations off, and each pair is weaker than the prior.
+    let truth = rig::<f64>([0.0; 3], [0.3, 0.4]);
+    let config = Config::robust().with_prior_sd_rad(0.002).unwrap();
+    let mut calibrator = with::<f64>(config);
+    for seed in 0..100 {
+        // With so few matches some pairs have no consensus.
+        let _ = take(&mut calibrator, &correspondences(&truth, 16, 1.0, seed));
+    }
+    let proposal = calibrator.proposal().unwrap();
+    let error = Deviation::between(&proposal.extrinsics, &truth);
+    // 8.7e-3 off at the start; twice as far off if every pair brought the prior along.
+    assert!(error.translation < 4e-3 && error.rotation < 6e-4, "{error:?}");
+}
+
+#[test]
+fn the_first_pair_is_its_own_estimate_and_claims_its_own_deviation() {
+    let mut calibrator = filled::<f32>(Config::robust(), 0.5, 4);
+    let report = calibrator.solve_pair().unwrap();
+    calibrator.fuse().unwrap();
+    let proposal = calibrator.proposal().unwrap();
+    let sd = report.information.standard_deviations().unwrap();
+    let error = Deviation::between(&proposal.extrinsics, &report.extrinsics);
+    // What the prior of 0.1 rad holds against it.
+    assert!(error.translation < 0.1 * sd.translation && error.rotation < 0.1 * sd.rotation);
+    assert!((proposal.sd.translation / sd.translation - 1.0).abs() < 0.02);
+    assert!((proposal.sd.rotation / sd.rotation - 1.0).abs() < 0.02);
+    assert_eq!(proposal.pairs, 1);
+}
+
+#[test]
+fn the_covariance_is_of_the_unknowns_to_the_truth_and_sums_up_to_the_deviations() {
+    let truth = RectifyingRotations::from(&rig::<f64>(ROTATION, BASELINE));
+    let [mut sum, runs] = [0.0, 30.0];
+    for run in 0..30 {
+        let mut calibrator = robust::<f64>();
+        for seed in 0..8 {
+            take(&mut calibrator, &among_outliers(0.5, 8 * run + seed)).unwrap();
+        }
+        let proposal = calibrator.proposal().unwrap();
+        let covariance = proposal.covariance.unwrap();
+        let off = RectifyingRotations::from(&proposal.extrinsics).unknowns_to(&truth);
+        sum += off.dot(&(covariance.try_inverse().unwrap() * off)) / 5.0 / runs;
+        let [r, t] =
+            [covariance.m11 + covariance.m22 + covariance.m33, covariance.m44 + covariance.m55];
+        assert!((proposal.sd.rotation.powi(2) / r - 1.0).abs() < 1e-9);
+        assert!((proposal.sd.translation.powi(2) / t - 1.0).abs() < 1e-9);
+    }
+    // Scatter and halves only ever widen.
+    assert!((0.5..1.3).contains(&sum), "{sum}");
+}
+
+#[test]
+fn a_pair_counts_once_and_not_after_a_reset() {
+    for config in [Config::robust(), Config::paper()] {
+        let mut calibrator = with::<f32>(config);
+        fill(&mut calibrator, &among_outliers(0.0, 5));
+        calibrator.solve_pair().unwrap();
+        calibrator.fuse().unwrap();
+        let before = calibrator.proposal();
+        assert!(before.is_some());
+        assert_eq!(calibrator.fuse(), Err(Refusal::NothingSolved));
+        assert_eq!(calibrator.proposal(), before);
+
+        fill(&mut calibrator, &among_outliers(0.0, 8));
+        calibrator.solve_pair().unwrap();
+        calibrator.reset();
+        assert_eq!(calibrator.fuse(), Err(Refusal::NothingSolved));
+        assert_eq!(calibrator.proposal(), None);
+    }
+}
+
+#[test]
+fn a_noise_floor_above_all_noise_is_a_refusal_and_no_panic() {
+    let config = Config::robust().with_noise_floor_px(50.0).unwrap();
+    assert_eq!(filled::<f32>(config, 0.5, 5).solve_pair(), Err(PairError::NoConsensus));
+}
+
+#[test]
+fn a_pair_that_runs_out_of_passes_says_so() {
+    let config = Config::robust().with_max_passes(5).unwrap();
+    let report = filled::<f32>(config, 0.5, 8).solve_pair().unwrap();
+    assert_eq!((report.stop, report.passes), (Stop::PassesSpent, 5));
+}
+
+#[test]
+fn passes_are_bounded_however_many_hypotheses_are_asked() {
+    for limit in 2..=24 {
+        let mut calibrator = with::<f32>(Config::robust().with_max_passes(limit).unwrap());
+        let mut most = 0;
+        for seed in 0..60 {
+            // Three rigs in turn, with rubbish between: a small batch in doubt starts again.
+            let turned = ROTATION.map(|angle| angle - (seed / 5 % 3) as f64);
+            let mut matches = correspondences(&rig(turned, BASELINE), 250, 0.5, seed);
+            if seed % 7 == 6 {
+                matches = garbage(if seed % 2 == 0 { 64 } else { 250 }, seed);
+            }
+            fill(&mut calibrator, &matches);
+            // The first pass.
+            calibrator.begin_pair().unwrap();
+            let (passes, solved) = (2..100)
+                .map(|pass| (pass, calibrator.advance_pair()))
+                .find(|(_, advanced)| *advanced != Ok(None))
+                .unwrap();
+            most = most.max(passes);
+            if let Ok(Some(report)) = solved {
+                assert_eq!(report.passes, passes);
+                let _ = calibrator.fuse();
+            }
+        }
+        assert!(most > 4 && most <= limit.max(9), "{limit}: {most}");
+    }
+}
+
+#[test]
+fn a_batch_of_fewer_than_the_least_solves_nothing() {
+    let mut small = Calibrator::<f32, 8>::new(Config::robust());
+    small.set_cameras(cameras());
+    fill(&mut small, &correspondences(&rig(ROTATION, BASELINE), 200, 0.5, 9));
+    assert_eq!(small.batch().pairs().len(), 8);
+    assert_eq!(small.solve_pair(), Err(PairError::TooFew { usable: 8, needed: 12 }));
+}
+
+#[test]
+fn a_batch_that_selects_64_of_many_locks_on_the_rig() {
+    let truth = rig::<f32>(ROTATION, BASELINE);
+    let mut small = Calibrator::<f32, 64>::new(Config::robust());
+    small.set_cameras(cameras());
+    for seed in 0..10 {
+        take(&mut small, &among_outliers(0.5, seed)).unwrap();
+        assert_eq!(small.batch().pairs().len(), 64);
+    }
+    let proposal = small.proposal().unwrap();
+    assert_eq!((proposal.state, proposal.pairs), (State::Locked, 10));
+    let error = Deviation::between(&proposal.extrinsics, &truth);
+    let sd = proposal.sd;
+    assert!(error.translation < 4.0 * sd.translation && error.rotation < 4.0 * sd.rotation);
+}

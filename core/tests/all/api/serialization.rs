@@ -1,0 +1,82 @@
+//! Parameters, cameras, extrinsics and results as JSON, there and back.
+
+use core::fmt::Debug;
+
+use crate::api::scene::{cameras, correspondences, rig, take};
+use serde::{Serialize, de::DeserializeOwned};
+use stereo_selfcal::{
+    Calibrator, Camera, Config, Extrinsics, FactoryCalibration, Fisheye, Health, Lens, PairError,
+    PairReport, Proposal, RadialTangential, Rational, RectifiedCamera, RectifyingRotations,
+    Rejection, Scalar,
+};
+
+fn comes_back<T: Serialize + DeserializeOwned + PartialEq + Debug>(value: &T) -> String {
+    let text = serde_json::to_string(value).unwrap();
+    assert_eq!(&serde_json::from_str::<T>(&text).unwrap(), value, "{text}");
+    text
+}
+
+fn refused<T: DeserializeOwned + Debug>(text: &str) -> String {
+    serde_json::from_str::<T>(text).unwrap_err().to_string()
+}
+
+fn factory<T: Scalar>(lens: Lens<T>) -> FactoryCalibration<T> {
+    let mut cameras = cameras();
+    cameras.left = Camera::try_new(*cameras.left.intrinsics(), lens).unwrap();
+    FactoryCalibration { cameras, extrinsics: rig([3.0, -2.0, 4.0], [3.0, -3.0]) }
+}
+
+#[test]
+fn a_rig_comes_back_bit_for_bit() {
+    let brown = RadialTangential::try_new([-0.283, 0.0429, 1.1e-3, -9.5e-5, 0.115]).unwrap();
+    comes_back(&factory::<f64>(Lens::RadialTangential(brown)));
+    let fisheye = Fisheye::try_new([-0.013, 0.027, -0.031, 0.011]).unwrap();
+    comes_back(&factory::<f32>(Lens::Fisheye(fisheye)));
+    let rational = Rational::try_new([9.1, 5.2, 1e-4, -2e-4, 0.3, 9.5, 7.6, 1.2]).unwrap();
+    comes_back(&factory::<f64>(Lens::Rational(rational)));
+    comes_back(&factory::<f32>(Lens::Pinhole));
+}
+
+#[test]
+fn extrinsics_are_plain_arrays_and_are_checked() {
+    let text = comes_back(&Extrinsics::<f32>::SIDE_BY_SIDE);
+    let plain =
+        r#"{"rotation":[1.0,0.0,0.0,0.0,1.0,0.0,0.0,0.0,1.0],"translation":[-1.0,0.0,0.0]}"#;
+    assert_eq!(text, plain);
+    let in_metres = plain.replace("-1.0", "-0.12");
+    let extrinsics: Extrinsics<f32> = serde_json::from_str(&in_metres).unwrap();
+    assert_eq!(extrinsics, Extrinsics::SIDE_BY_SIDE);
+    let reflected = plain.replacen("1.0", "-1.0", 1);
+    assert!(refused::<Extrinsics<f32>>(&reflected).contains("R is not a rotation"));
+}
+
+#[test]
+fn cameras_and_parameters_are_checked() {
+    let good = comes_back(&cameras::<f32>());
+    let message = refused::<stereo_selfcal::Cameras<f32>>(&good.replace("1400.0", "-1400.0"));
+    assert!(message.contains("focal length"), "{message}");
+    let message = refused::<RadialTangential<f32>>("[0.0, 0.0, 0.0, 0.0, 2000.0]");
+    assert!(message.contains("distortion"), "{message}");
+    let good = comes_back(&Config::robust().with_automatic_apply(true));
+    let message = refused::<Config>(&good.replace(":1000,", ":3,"));
+    assert!(message.contains("memory must be at least 20 pairs"), "{message}");
+}
+
+#[test]
+fn results_come_back() {
+    let mut calibrator = Calibrator::<f32, 256>::new(Config::robust());
+    calibrator.set_cameras(cameras());
+    let truth = rig([1.0, -0.5, 0.8], [0.5, -0.4]);
+    for seed in 0..5 {
+        take(&mut calibrator, &correspondences(&truth, 250, 0.5, seed)).unwrap();
+    }
+    let health: Health<f32> = calibrator.health().unwrap();
+    let proposal: Proposal<f32> = calibrator.proposal().unwrap();
+    let pair: PairReport<f32> = calibrator.solve_pair().unwrap();
+    comes_back(&health);
+    comes_back(&proposal);
+    comes_back(&pair);
+    let rotations = RectifyingRotations::from(&proposal.extrinsics);
+    comes_back(&RectifiedCamera::try_choose(&cameras(), &rotations, 0.0).unwrap());
+    comes_back(&Rejection::Unsolved(PairError::TooFew { usable: 3, needed: 12 }));
+}

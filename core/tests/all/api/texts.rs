@@ -1,0 +1,49 @@
+//! Texts of the results: one line each, with units.
+
+use crate::api::presets::robust;
+use crate::api::scene::{correspondences, rig, take};
+use stereo_selfcal::{Extrinsics, ExtrinsicsError, Fused, Pushed, State, Stop, so3};
+
+#[test]
+fn results_are_one_line_with_units() {
+    let mut calibrator = robust::<f32>();
+    let truth = rig([1.0, -0.5, 0.8], [0.5, -0.4]);
+    for seed in 0..5 {
+        take(&mut calibrator, &correspondences(&truth, 250, 0.5, seed)).unwrap();
+    }
+    let health = calibrator.health().unwrap().to_string();
+    let proposal = calibrator.proposal().unwrap().to_string();
+    let pair = calibrator.solve_pair().unwrap().to_string();
+    assert!(health.starts_with("locked, recalibrate, arming no, misaligned: "), "{health}");
+    assert!(
+        proposal.starts_with("locked: R 0.017") && proposal.ends_with(", 5 pairs"),
+        "{proposal}"
+    );
+    assert!(pair.ends_with("0 skipped, 4 passes, passes spent"), "{pair}");
+    for text in [health, proposal, pair] {
+        assert!(text.contains(" rad") && !text.contains('\n'), "{text}");
+    }
+}
+
+#[test]
+fn names_align_as_text_does() {
+    let texts =
+        [State::Lost.to_string(), Fused::KeptApart.to_string(), Stop::NoDescent.to_string()];
+    assert_eq!(texts, ["lost", "kept apart", "no descent"]);
+    assert_eq!(format!("{:>8}|{:<8}|", Pushed::Kept, State::Locked), "    kept|locked  |");
+}
+
+#[test]
+fn extrinsics_from_rows_are_those_of_the_matrix() {
+    let given: Extrinsics<f64> = rig([3.0, -2.0, 4.0], [3.0, -3.0]);
+    let t = given.translation().into_inner() * 0.12;
+    let r = given.rotation_row_major();
+    let found = Extrinsics::from_row_major(r, t.into()).unwrap();
+    let off = so3::log(&(found.rotation().inverse() * given.rotation())).norm();
+    assert!(off < 1e-15 && (found.translation().into_inner() * 0.12 - t).norm() < 1e-15);
+    let [a, b, c, d, e, f, g, h, i] = r;
+    let transposed = Extrinsics::from_row_major([a, d, g, b, e, h, c, f, i], t.into()).unwrap();
+    assert!(so3::log(&(transposed.rotation() * given.rotation())).norm() < 1e-15);
+    let reflected = Extrinsics::from_row_major([-a, -b, -c, d, e, f, g, h, i], t.into());
+    assert_eq!(reflected, Err(ExtrinsicsError::NotARotation));
+}

@@ -1,0 +1,143 @@
+//! A rig that vibrates.
+
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{
+    Arming, Calibrator, Config, Extrinsics, Fused, LensTracking, Proposal, State, so3,
+};
+
+use crate::api::lens::pair_of;
+use crate::api::presets::with;
+use crate::api::scene::{self, cameras, correspondences, rig};
+
+type Tested = Calibrator<f32, 256>;
+
+const ROTATION: [f64; 3] = [1.0, -2.0, 1.5];
+const BASELINE: [f64; 2] = [1.0, -1.0];
+
+fn fresh() -> Tested {
+    let mut calibrator = Tested::new(Config::robust());
+    calibrator.set_cameras(cameras());
+    calibrator
+}
+
+/// The rig with its right camera turned at random, degrees RMS about each axis.
+pub(crate) fn shaken(vibration_deg: f64, seed: u64) -> Extrinsics<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+    let turn = Vector3::from_fn(|_, _| normal() * vibration_deg.to_radians());
+    let (steady, turn) = (rig::<f64>(ROTATION, BASELINE), so3::exp(&turn).unwrap());
+    let r = turn * steady.rotation();
+    Extrinsics::try_new(r.matrix(), &(turn * steady.translation().into_inner())).unwrap()
+}
+
+fn take(calibrator: &mut Tested, pair: u64, vibration_deg: f64) -> Option<Arming> {
+    for m in correspondences::<f32>(&shaken(vibration_deg, pair), 200, 0.5, 1000 + pair) {
+        calibrator.push(&m).unwrap();
+    }
+    let _ = calibrator.solve_pair().is_ok() && calibrator.fuse().is_ok();
+    let arming = calibrator.health().map(|health| health.arming);
+    let _ = calibrator.apply();
+    calibrator.clear_pair();
+    arming
+}
+
+#[test]
+fn a_vibrating_rig_locks_on_its_mean_reports_the_vibration_and_is_armed() {
+    let mut calibrator = fresh();
+    let armed: Vec<_> = (0..40).map(|pair| take(&mut calibrator, pair, 0.1)).collect();
+    assert_eq!(calibrator.state(), State::Locked);
+    let proposal = calibrator.proposal().unwrap();
+    let off = Deviation::between(&proposal.extrinsics, &rig(ROTATION, BASELINE));
+    // 0.1 degrees over sqrt(40) about each axis: 0.5 mrad of R.
+    assert!(off.rotation < 1.5e-3 && off.translation < 2e-3, "{off:?}");
+    assert!(off.rotation < 3.0 * proposal.sd.rotation, "{off:?}, {:?}", proposal.sd);
+    let degrees = proposal.vibration.rotation.to_degrees();
+    assert!((0.07..0.13).contains(&degrees), "{degrees}");
+    let yes = armed[20..].iter().filter(|arming| **arming == Some(Arming::Yes)).count();
+    assert!(yes >= 18, "{armed:?}");
+}
+
+#[test]
+fn extrinsics_in_use_that_are_off_are_misaligned_on_a_vibrating_rig_too() {
+    let mut calibrator = fresh();
+    let mut last = None;
+    for pair in 0..30 {
+        for m in correspondences::<f32>(&shaken(0.1, pair), 200, 0.5, 1000 + pair) {
+            calibrator.push(&m).unwrap();
+        }
+        // Nothing is applied: the factory extrinsics stay in use.
+        let _ = calibrator.solve_pair().is_ok() && calibrator.fuse().is_ok();
+        last = calibrator.health();
+        calibrator.clear_pair();
+    }
+    let health = last.unwrap();
+    assert!(!health.vibration.is_none());
+    assert_eq!((health.state, health.arming), (State::Locked, Arming::Misaligned));
+}
+
+#[test]
+fn a_restored_rig_still_vibrates_and_goes_on_as_it_was() {
+    let mut calibrator = fresh();
+    (0..30).for_each(|pair| {
+        take(&mut calibrator, pair, 0.1);
+    });
+    let mut buffer = vec![0; Tested::SNAPSHOT_BYTES];
+    let record = calibrator.snapshot(&mut buffer).unwrap();
+    let mut restored = fresh();
+    restored.restore(record).unwrap();
+    let [before, after] = [&calibrator, &restored].map(|c| c.proposal().unwrap());
+    assert_eq!((before.vibration, before.sd), (after.vibration, after.sd));
+    let mut again = vec![0; Tested::SNAPSHOT_BYTES];
+    let state = restored.snapshot(&mut again).unwrap().len();
+    assert_eq!(state, record.len());
+    (30..34).for_each(|pair| {
+        take(&mut restored, pair, 0.1);
+    });
+    assert_eq!(restored.state(), State::Locked);
+}
+
+#[test]
+fn a_rigid_rig_has_no_vibration_and_its_health_does_not_name_one() {
+    let mut calibrator = fresh();
+    for pair in 0..60 {
+        take(&mut calibrator, pair, 0.0);
+        assert!(calibrator.proposal().unwrap().vibration.is_none(), "{pair}");
+    }
+}
+
+/// The proposal after 60 pairs, and how often the lens was corrected.
+fn with_lens(vibration_deg: f64, focal: f32, tracking: LensTracking) -> (Proposal<f32>, usize) {
+    let mut calibrator: Tested = with(Config::robust().with_lens_tracking(tracking));
+    let fused = (0..60).map(|seed| {
+        let matches = pair_of(&shaken(vibration_deg, seed), focal, 0.0, seed);
+        scene::take(&mut calibrator, &matches)
+    });
+    let corrections = fused.filter(|fused| *fused == Ok(Fused::LensCorrected)).count();
+    (calibrator.proposal().unwrap(), corrections)
+}
+
+#[test]
+fn vibration_is_no_error_of_the_lens() {
+    for tracking in [LensTracking::Report, LensTracking::Compensate] {
+        let (rigid, _) = with_lens(0.0, 0.0, tracking);
+        let (shaken, corrections) = with_lens(0.2, 0.0, tracking);
+        assert!(!shaken.vibration.is_none() && rigid.vibration.is_none());
+        let lens = shaken.lens.unwrap();
+        assert_eq!((lens.to_string().as_str(), corrections), ("as given", 0), "{lens:?}");
+        assert!(lens.k1_mean.sd < 2.0 * rigid.lens.unwrap().k1_mean.sd, "{lens:?}");
+    }
+}
+
+#[test]
+fn a_wrong_focal_length_is_found_and_compensated_on_a_vibrating_rig_too() {
+    let (reported, _) = with_lens(0.1, 0.002, LensTracking::Report);
+    let lens = reported.lens.unwrap();
+    assert!((lens.focal.value - 0.002).abs() < 3.0 * lens.focal.sd, "{lens:?}");
+    assert!(lens.focal.is_significant() && !lens.k1_mean.is_significant(), "{lens:?}");
+    let (compensated, corrections) = with_lens(0.1, 0.002, LensTracking::Compensate);
+    let focal = compensated.lens.unwrap().focal;
+    assert!(corrections > 0 && (focal.value - 0.002).abs() < 1e-4, "{focal:?}");
+}

@@ -1,0 +1,15 @@
+//! Wire format, decoder and drivers: undamaged frames are received exactly, whatever happens to others.
+
+#[cfg(feature = "async")]
+mod asynchronous;
+mod bus;
+mod calibrator;
+mod counters;
+mod damage;
+mod encoder;
+mod format;
+mod fpga;
+mod roundtrip;
+mod stream;
+mod uart;
+mod vectors;

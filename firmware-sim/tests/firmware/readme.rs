@@ -1,0 +1,34 @@
+//! README: the picture and the commands of the simulation.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn run(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_firmware-sim"));
+    command.current_dir(env!("CARGO_TARGET_TMPDIR")).args(arguments).output().unwrap()
+}
+
+#[test]
+fn the_picture_of_the_readme_is_the_plot_of_the_main_job() {
+    let plot = Path::new(env!("CARGO_TARGET_TMPDIR")).join("readme.svg");
+    let output = run(&["--plot", plot.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0));
+    let drawn = fs::read_to_string(plot).unwrap();
+    let advice = "cp target/firmware-sim/opencv_chess_sift.svg firmware-sim/";
+    assert!(drawn == include_str!("../../opencv_chess_sift.svg"), "the plot has changed: {advice}");
+    assert!(drawn.len() < 30_000, "{} bytes", drawn.len());
+}
+
+#[test]
+fn the_commands_of_the_documents_are_known() {
+    let documents =
+        [include_str!("../../../README.md"), include_str!("../../../host-tests/EVIDENCE.md")];
+    let calls = documents.iter().flat_map(|text| text.split("cargo run --release -- ").skip(1));
+    let calls: Vec<_> = calls.map(|rest| rest.split(['\n', '`']).next().unwrap()).collect();
+    assert!(calls.len() >= 3, "{calls:?}");
+    for call in calls {
+        let arguments: Vec<&str> = call.split_whitespace().chain(["--help"]).collect();
+        assert_eq!(run(&arguments).status.code(), Some(0), "{call}");
+    }
+}

@@ -1,0 +1,87 @@
+//! `selfcal export`.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use crate::conventions::{Document, Format};
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use host_tests::data::{Dataset, Meta};
+use host_tests::run::{Apply, Feed};
+use stereo_selfcal::State;
+
+use super::setup::Setup;
+use super::source::Source;
+
+/// Write a rig as the files of OpenCV, Kalibr or ROS: that of a data set as it stands, or, with
+/// --replayed, with the extrinsics that the calibrator estimates.
+///
+/// Ours: p_r = R p_l + t, |t| = 1, and the baseline in metres beside it; a side-by-side rig has
+/// t = (-1, 0, 0). In OpenCV's files x_2 = R x_1 + T, so T = b t. In Kalibr's T_cn_cnm1 of cam1 is
+/// [R b t; 0 1], with cam0 left. In those of ROS the rectification matrices carry R and t, and the right
+/// camera has `P[0][3] = -fx b`. All lengths are in metres; where the baseline is not known it is written
+/// as 1, with a comment.
+///
+/// Numbers are written with the digits that read back to the same bits.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  selfcal export opencv_chess_sift --format opencv --out calibrated --replayed
+  selfcal export motorcycle_sift --format kalibr --out chain
+  selfcal export flight.scmf --rig meta.json --replayed --format ros --out camera_info
+  selfcal export path/to/meta.json --format ros --out camera_info")]
+pub struct ExportArgs {
+    #[command(flatten)]
+    source: Source,
+
+    /// Format of another tool.
+    #[arg(long, value_enum)]
+    format: Format,
+
+    /// Folder for the files; none of them may exist.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+
+    /// Replay the recording, and write R and t as the calibrator then proposes them; with --lens
+    /// compensate, also the cameras that they belong to.
+    #[arg(long)]
+    replayed: bool,
+
+    #[command(flatten)]
+    setup: Setup,
+}
+
+/// Runs `selfcal export`.
+pub(crate) fn export(args: &ExportArgs) -> Result<()> {
+    let meta = args.meta()?;
+    if meta.baseline_m.is_none() {
+        eprintln!("the length of the baseline is not known: it is written as 1");
+    }
+    let paths = Document::save_all(&args.format.write(&meta)?, &args.out)?;
+    let mut out = io::stdout();
+    for path in paths {
+        writeln!(out, "{}", path.display())?;
+    }
+    Ok(())
+}
+
+impl ExportArgs {
+    fn meta(&self) -> Result<Meta> {
+        let place = self.source.place();
+        if place.extension().is_some_and(|e| e == "json") {
+            ensure!(!self.replayed, "{} is a rig: there is nothing to replay", place.display());
+            return Dataset::find_meta(place);
+        }
+        let set = self.source.read()?;
+        if self.replayed { self.calibrated(&set) } else { Ok(set.meta) }
+    }
+
+    fn calibrated(&self, set: &Dataset) -> Result<Meta> {
+        let log = self.setup.replay(Feed::of(set)?, Apply::Never, |_| ())?;
+        let estimate = log.try_fused().with_context(|| set.name.clone())?;
+        eprintln!("{} pairs of {}: {estimate}", set.pairs.len(), set.name);
+        if estimate.state != State::Locked || estimate.doubt.is_some() {
+            eprintln!("the calibrator does not confirm this estimate");
+        }
+        Ok(estimate.rig(&set.meta))
+    }
+}

@@ -1,0 +1,58 @@
+//! The commands that read no images: arguments in, text or JSON out.
+
+mod export;
+mod faults;
+mod import;
+mod input;
+mod link;
+mod parse;
+mod record;
+mod replay;
+mod run;
+pub mod setup;
+mod source;
+mod synth;
+
+use anyhow::Result;
+use clap::Subcommand;
+
+use export::ExportArgs;
+use import::ImportArgs;
+use link::LinkArgs;
+use record::RecordArgs;
+use replay::ReplayArgs;
+use synth::SynthArgs;
+
+/// Commands that read no images.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    Replay(ReplayArgs),
+    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    Record(RecordArgs),
+    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    Export(ExportArgs),
+    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    Import(ImportArgs),
+    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    Synth(Box<SynthArgs>),
+    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    Link(LinkArgs),
+}
+
+impl Command {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// Names the input that is wrong, or the file that cannot be written.
+    pub fn run(&self) -> Result<()> {
+        match self {
+            Self::Replay(args) => replay::replay(args),
+            Self::Record(args) => record::record(args),
+            Self::Export(args) => export::export(args),
+            Self::Import(args) => import::import(args),
+            Self::Synth(args) => synth::synth(args),
+            Self::Link(args) => link::link(args),
+        }
+    }
+}

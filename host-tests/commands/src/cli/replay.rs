@@ -1,0 +1,63 @@
+//! `selfcal replay`.
+
+use anyhow::Result;
+use clap::Args;
+
+use super::run::RunArgs;
+use super::source::{Recording, Source};
+
+/// Feed a recorded data set, or a recorded stream of frames, to the calibrator, pair by pair, and
+/// compare with its reference, if it has one.
+///
+/// A data set is a folder with meta.json (K_l, K_r, dist_l, dist_r, width, height, R, t) and
+/// pairs/NNNN.csv (ul,vl,ur,vr,score and optionally step; pixels before undistortion). Where the rig
+/// moves, rigs.csv (r11,r12,...,r33,t1,t2,t3) has that of each pair, which the pair and the estimate
+/// after it are then compared with, and meta.json that of the last. Without R and t in meta.json there are no
+/// errors: rows, states, reported deviations and the estimate remain.
+///
+/// One CSV file may have the matches of all pairs: a row a match, a first line that names the columns
+/// frame,ul,vl,ur,vr and optionally score (1 without it) and step (0), in any order. frame is a whole number;
+/// the rows of a frame follow each other. It is given itself, or lies as pairs.csv in place of pairs/ in
+/// the folder of a data set.
+///
+/// A stream is a file of the bytes that a matcher sent (stereo_selfcal::link), as `selfcal record` writes
+/// it or a vehicle has logged it; damaged frames are skipped and counted. The calibrator gets the same numbers
+/// as that of the vehicle, bit for bit, if it has the same capacity for them (--capacity).
+///
+/// `-` is standard input, with either of the two; each pair is solved as it comes. The cameras, and the
+/// extrinsics to compare with, are those of --rig, or for a file of the meta.json beside it. Memory does not
+/// grow with the length, but for --trace (1 kB a pair) and --report (all matches): of long runs the row offsets at
+/// the end are over every 2nd, 4th, .. pair.
+///
+/// Every pair gets a line: matches taken, RMS row offset of the screened matches at the start and at
+/// the solution, passes, error of the pair solved alone and of the running estimate, and the verdict.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  selfcal replay opencv_chess_corners
+  selfcal replay motorcycle_sift --view top --degrees 5
+  selfcal replay path/to/my_recording --initial factory.json --scalar f64 --json
+  selfcal replay opencv_chess_sift --report target/page
+  selfcal replay flight.scmf --rig path/to/meta.json --capacity 256
+  selfcal replay matches.csv --rig camchain.yaml
+  my_matcher | selfcal replay - --rig camchain.yaml
+
+A file of all pairs, here of frames 0 and 1:
+  frame,ul,vl,ur,vr,score
+  0,812.4,300.1,770.9,301.7,0.92
+  0,65.0,410.3,31.2,412.0,0.85
+  1,813.0,299.8,771.3,301.5,0.90")]
+pub struct ReplayArgs {
+    #[command(flatten)]
+    source: Source,
+
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// Runs `selfcal replay`.
+pub(crate) fn replay(args: &ReplayArgs) -> Result<()> {
+    match args.source.open()? {
+        Recording::Held(set) => args.run.run(&set),
+        Recording::Streamed(stream) => args.run.run_streamed(stream),
+    }
+}

@@ -1,0 +1,119 @@
+//! The common part of `replay` and `synth`: a run and its output.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::run_page::Replayed;
+use anyhow::Result;
+use clap::Args;
+use host_tests::data::Dataset;
+use host_tests::run::progress::{self, Bar};
+use host_tests::run::{Apply, Feed, KeptPairs, RunLog, Step, trace};
+
+use super::input::Streamed;
+use super::setup::Setup;
+
+/// A run and its output.
+#[derive(Debug, Args)]
+pub(crate) struct RunArgs {
+    #[command(flatten)]
+    setup: Setup,
+
+    /// When the estimate is put into use.
+    #[arg(long, value_enum, default_value_t = Apply::Never)]
+    apply: Apply,
+
+    /// Print one JSON object and nothing else. Angles in rad, R row-major. correction is added to the
+    /// right camera (focal: relative, k1): R and t belong to the cameras with it.
+    #[arg(long)]
+    json: bool,
+
+    /// Write a row a pair into this file: pair, state, verdict, armed, doubt, matches, fit, rms_px_in_use,
+    /// rms_px_proposed, sd_rotation, sd_translation, the estimate (r11..r33,t1,t2,t3) and what is in use
+    /// after the pair (u11..u33,v1,v2,v3). The health behind armed, fit and both RMS is read before the
+    /// estimate is applied. Where a lens was corrected, the corrections of the right camera follow: those that
+    /// the estimate belongs to (focal,k1), and what is in use (used_focal,used_k1). Angles in rad. A file of an
+    /// earlier run is replaced.
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+
+    /// Write a page of the run into this folder: index.html with states, row offsets, errors, coverage
+    /// and the estimates on their spheres, its numbers in csv/, and the calibrated rig for OpenCV, Kalibr
+    /// and ROS in rig/. Files of an earlier page are replaced.
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
+}
+
+impl RunArgs {
+    /// Runs the calibrator over a data set and prints the result.
+    pub(super) fn run(&self, set: &Dataset) -> Result<()> {
+        let bar = progress::over(set.pairs.len(), "pairs");
+        let feed = Feed::of(set)?;
+        let pairs = Box::new(feed.pairs.inspect(|_| bar.inc(1)));
+        let title = format!("{} pairs of {}: {}", set.pairs.len(), set.name, set.meta.source);
+        let log = self.replay(&title, Feed { pairs, ..feed }, &bar)?;
+        self.print(set, &log)
+    }
+
+    /// The same over pairs that come one by one; all are held only for a page.
+    pub(super) fn run_streamed(&self, stream: Streamed) -> Result<()> {
+        if self.report.is_some() {
+            return self.run(&stream.collect()?);
+        }
+        let Streamed { name, meta, pairs, bar } = stream;
+        let mut kept = KeptPairs::default();
+        let pairs = pairs.inspect(|pair| pair.iter().for_each(|pair| kept.offer(pair)));
+        let feed = Feed {
+            rig: &meta,
+            truths: Vec::new(),
+            pairs: Box::new(pairs),
+            brief: self.trace.is_none(),
+        };
+        let log = self.replay(&format!("pairs of {name}: {}", meta.source), feed, &bar)?;
+        self.print(&Dataset { name, meta, pairs: kept.into_pairs(), rigs: Vec::new() }, &log)
+    }
+
+    fn print(&self, set: &Dataset, log: &RunLog) -> Result<()> {
+        if let Some(file) = &self.trace {
+            trace::write(file, log.steps())?;
+        }
+        let summary = log.summary(set)?;
+        let mut out = io::stdout();
+        let page = self.report.as_ref().map(|dir| write_page(set, log, dir)).transpose()?;
+        if self.json {
+            writeln!(out, "{}", serde_json::to_string_pretty(&summary)?)?;
+        } else {
+            writeln!(out, "\n{summary}")?;
+            if let Some(path) = page {
+                writeln!(out, "page               {}", path.display())?;
+            }
+        }
+        log.try_fused()?;
+        Ok(())
+    }
+
+    fn replay(&self, title: &str, feed: Feed<'_>, bar: &Bar) -> Result<RunLog> {
+        let mut out = io::stdout();
+        if !self.json {
+            writeln!(out, "{title}")?;
+            writeln!(out, "pair {}", Step::HEADING)?;
+        }
+        let mut lines = 0..;
+        let mut written = Ok(());
+        let each = |step: &Step| {
+            if let (false, Some(i), Ok(())) = (self.json, lines.next(), &written) {
+                written = bar.suspend(|| writeln!(out, "{i:>4} {step}"));
+            }
+        };
+        let log = self.setup.replay(feed, self.apply, each);
+        bar.finish_and_clear();
+        written?;
+        log
+    }
+}
+
+fn write_page(set: &Dataset, log: &RunLog, dir: &Path) -> Result<PathBuf> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let command = format!("selfcal {}", arguments.join(" "));
+    Replayed { set, log, command: &command }.write(dir)
+}

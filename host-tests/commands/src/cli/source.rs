@@ -1,0 +1,117 @@
+//! Which recording a subcommand takes.
+
+use std::path::{Path, PathBuf};
+
+use crate::conventions::{self, Unknowns};
+use anyhow::{Result, bail, ensure};
+use clap::Args;
+use host_tests::data::{Dataset, Meta, Turn, TurnedCamera, TurnedView};
+
+use super::input::Streamed;
+
+/// A recorded data set, or a recorded stream of frames.
+#[derive(Debug, Args)]
+pub(crate) struct Source {
+    /// Folder of a data set, or the name of one that comes with the project: opencv_chess_corners,
+    /// opencv_chess_sift, motorcycle_sift, aloe_sift, oak_sift. Or a file of matches by frame, or of a
+    /// stream; `-` is standard input.
+    #[arg(value_name = "DIR|FILE|-")]
+    set: PathBuf,
+
+    /// Rig of a file or of standard input: a meta.json, a data set that has one, or the files of OpenCV,
+    /// Kalibr or ROS that `selfcal import` reads [default: the meta.json beside the file].
+    #[arg(long, value_name = "FILE|DIR")]
+    rig: Option<PathBuf>,
+
+    /// Turn a view, as if its camera looked up (top), down, left or right: of the left one R becomes R Rot^T,
+    /// of the right one Rot R, and t Rot t. Points that leave the image are dropped. A rectified set is
+    /// evidence only if turned.
+    #[arg(long, value_enum)]
+    view: Option<TurnedView>,
+
+    /// Which camera is turned. Both: the left one as the view says, the right one as the next of top, right,
+    /// bottom, left.
+    #[arg(long, value_enum, default_value_t, requires = "view")]
+    turned: TurnedCamera,
+
+    /// By how much the view is turned.
+    #[arg(long, default_value_t = 5.0, requires = "view", value_name = "D")]
+    degrees: f64,
+}
+
+impl Source {
+    /// The place that was given.
+    pub(super) fn place(&self) -> &Path {
+        &self.set
+    }
+
+    /// The recording, its view turned if asked.
+    pub(super) fn open(&self) -> Result<Recording> {
+        ensure!(self.degrees.abs() <= 45.0, "a view can be turned by at most 45 degrees");
+        let recording = self.recording()?;
+        let Some(view) = self.view else { return Ok(recording) };
+        let (name, meta) = match &recording {
+            Recording::Held(set) => (&set.name, &set.meta),
+            Recording::Streamed(stream) => (&stream.name, &stream.meta),
+        };
+        ensure!(meta.has_reference(), "--view turns R and t, and {name} has none");
+        let turn = Turn::new(meta, view, self.degrees, self.turned)?;
+        Ok(match recording {
+            Recording::Held(set) => Recording::Held(turn.set(&set)),
+            Recording::Streamed(stream) => Recording::Streamed(stream.turned(turn)),
+        })
+    }
+
+    /// The same with all its pairs at once.
+    pub(super) fn read(&self) -> Result<Dataset> {
+        match self.open()? {
+            Recording::Held(set) => Ok(set),
+            Recording::Streamed(stream) => stream.collect(),
+        }
+    }
+
+    fn recording(&self) -> Result<Recording> {
+        let piped = self.set == Path::new("-");
+        if !piped && (self.set.is_dir() || !self.set.exists()) {
+            ensure!(
+                self.rig.is_none(),
+                "--rig is for a file or a pipe: a data set has a rig of its own"
+            );
+            return Ok(Recording::Held(Dataset::find(&self.set)?));
+        }
+        let meta = match &self.rig {
+            Some(place) => rig(place)?,
+            None if piped => bail!("standard input has no cameras: --rig says of which they are"),
+            None => rig_beside(&self.set)?,
+        };
+        Ok(Recording::Streamed(Streamed::open(&self.set, meta)?))
+    }
+}
+
+/// What a place has.
+pub(super) enum Recording {
+    /// A data set.
+    Held(Dataset),
+    /// Pairs one by one.
+    Streamed(Streamed),
+}
+
+/// The rig in the folder of a file.
+fn rig_beside(file: &Path) -> Result<Meta> {
+    let name = file.display();
+    let meta = file.with_file_name("meta.json");
+    ensure!(meta.is_file(), "{name} has no meta.json beside it: --rig says of which cameras");
+    ensure!(
+        !file.with_file_name("rigs.csv").exists(),
+        "the rig of {name} moves: replay its folder, whose rigs.csv says how, or give --rig"
+    );
+    Dataset::find_meta(&meta)
+}
+
+fn rig(place: &Path) -> Result<Meta> {
+    let yaml = place.extension().is_some_and(|e| e == "yaml" || e == "yml");
+    if yaml || (place.is_dir() && !place.join("meta.json").exists()) {
+        return conventions::import(&[place], Unknowns::default());
+    }
+    Dataset::find_meta(place)
+}

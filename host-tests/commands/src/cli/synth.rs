@@ -1,0 +1,222 @@
+//! `selfcal synth`.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use anyhow::{Result, ensure};
+use clap::Args;
+use host_tests::data::PairFile;
+use host_tests::synth::{Disturbance, Fence, Grid, LensErrors, Scenario, ScenarioKind, Scene, rig};
+
+use super::parse::numbers;
+use super::run::RunArgs;
+
+/// Generate scenes of a known rig and feed them to the calibrator, or write them as a data set.
+///
+/// Pinhole cameras, points uniform in the image and log-uniform in depth, Gaussian noise on all four
+/// coordinates. Half of the outliers are uniform in the right image, half within 60 px (u) and 20
+/// px (v) of the truth. The same seed gives the same scenes.
+///
+/// A named scene sets what makes it one; options given beside it win. Where the rig moves (step,
+/// drift, flight), every pair, and the estimate after it, is compared with the rig of its time.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  selfcal synth --pairs 100 --rotation 5,0,0
+  selfcal synth far --outliers 0.3 --band 0.2
+  selfcal synth planar --depth 5,20 --grid pyramid
+  selfcal synth step --step-deg 1 --pairs 40
+  selfcal synth flight --pairs 400 --lens-warming 0.001
+  selfcal synth --pairs 200 --lens-error f_r=0.1%,cx_r=1
+  selfcal synth --vibration 0.05 --pairs 60
+  selfcal synth creeping --creep-px 4 --pairs 200
+  selfcal synth --pairs 60 --fence 0.3,8 --rotation 3,-2,4
+  selfcal synth --pairs 20 --seed 7 --out my_scene && selfcal replay my_scene
+  selfcal synth --pairs 1000 --outliers 0.3 --rays near.pairs && selfcal bench near.pairs")]
+pub struct SynthArgs {
+    /// Scene to generate.
+    #[arg(value_enum, default_value_t = ScenarioKind::Near)]
+    scene: ScenarioKind,
+
+    /// Stereo pairs to generate.
+    #[arg(long, default_value_t = 100)]
+    pairs: usize,
+
+    /// Correspondences a pair; the most of them in heterogeneous [default: 256, heterogeneous 512].
+    #[arg(long, value_name = "N")]
+    matches: Option<usize>,
+
+    /// Standard deviation of each coordinate, new in every pair, px [default: 0.3, parked-landmarks and
+    /// creeping 0.1].
+    #[arg(long, value_name = "PX")]
+    noise: Option<f64>,
+
+    /// Standard deviation of the matching error of each coordinate that a landmark keeps, px; scenes
+    /// parked-landmarks and creeping only [default: 0.3].
+    #[arg(long, value_name = "PX")]
+    landmark_noise: Option<f64>,
+
+    /// Way of the landmarks through the images from pair to pair, px; scene creeping only [default: 2].
+    #[arg(long, value_name = "PX", allow_hyphen_values = true)]
+    creep_px: Option<f64>,
+
+    /// Share of gross outliers, 0 to 1 [default: 0, flight 0.3].
+    #[arg(long, value_name = "SHARE")]
+    outliers: Option<f64>,
+
+    /// A repeated structure: share of the matches that are on it, and their offset across the rows, px; along
+    /// them each is up to five steps of 12 px off. With `local`, in a part of the image only.
+    #[arg(long, value_name = "SHARE,PX[,local]", allow_hyphen_values = true)]
+    fence: Option<Fence>,
+
+    /// Nearest and farthest depth, in baselines; of the planes, where they meet the optical axis; at the
+    /// foot of a climb; of the far points in near-few and sky [default: that of the scene, 3,80 where it
+    /// names none].
+    #[arg(long, value_parser = numbers::<f64, 2>, value_name = "NEAR,FAR")]
+    depth: Option<[f64; 2]>,
+
+    /// Height of the centred band that points come from, in image heights; the most of it in
+    /// heterogeneous [default: 1, narrow-band 0.15].
+    #[arg(long, value_name = "SHARE")]
+    band: Option<f64>,
+
+    /// Grid that the coordinates are rounded to, after the noise: none, multiples of Q px, or the
+    /// pixels of a random level of an image pyramid (1.2^level px, level 0 to 7).
+    #[arg(long, default_value = "continuous", value_name = "continuous|Q|pyramid")]
+    grid: Grid,
+
+    /// Turn of the right camera in mid run, degrees; scenes step and flight only [default: 0.5, flight
+    /// 0.3].
+    #[arg(long, value_name = "D", allow_hyphen_values = true)]
+    step_deg: Option<f64>,
+
+    /// Turn of the right camera with every pair, degrees; scene drift only [default: 0.01].
+    #[arg(long, value_name = "D", allow_hyphen_values = true)]
+    drift_deg: Option<f64>,
+
+    /// Turn of the right camera about each axis, new with every pair, degrees RMS [default: 0, flight 0.005].
+    #[arg(long, value_name = "D")]
+    vibration: Option<f64>,
+
+    /// Turn of the vehicle between the two exposures (its rate times the trigger skew), about a random axis, in
+    /// the second half of the run, degrees.
+    #[arg(long, default_value_t = 0.0, value_name = "D", allow_hyphen_values = true)]
+    skew: f64,
+
+    /// The same with a sign that changes with every pair, in the whole run, degrees.
+    #[arg(long, default_value_t = 0.0, value_name = "D", allow_hyphen_values = true)]
+    alternating_skew: f64,
+
+    /// Shift of the right image's upper and lower border against the middle, new with every pair, px RMS: rolling
+    /// shutters that do not run together.
+    #[arg(long, default_value_t = 0.0, value_name = "PX")]
+    rolling: f64,
+
+    /// True R as a rotation vector, degrees.
+    #[arg(long, value_parser = numbers::<f64, 3>, default_value = "0,0,0", value_name = "X,Y,Z",
+          allow_hyphen_values = true)]
+    rotation: [f64; 3],
+
+    /// Turn of the true t about y and z away from (-1, 0, 0), degrees.
+    #[arg(long, value_parser = numbers::<f64, 2>, default_value = "0,0", value_name = "Y,Z",
+          allow_hyphen_values = true)]
+    baseline: [f64; 2],
+
+    /// Focal length, px.
+    #[arg(long, default_value_t = 1400.0, value_name = "PX")]
+    focal: f64,
+
+    /// Errors of the true lenses, which neither the calibrator nor a data set is told of: f (relative),
+    /// aspect (fy, relative), cx, cy (px), k1, k2, p1, p2, each with _l, _r or _both; or drawn by the seed
+    /// from what a calibration leaves after a year.
+    #[arg(long, value_name = "f_r=0.1%,k1_r=0.002,...|prior")]
+    lens_error: Option<LensErrors>,
+
+    /// Change of the right camera's focal length from the first pair to the last, relative.
+    #[arg(long, default_value_t = 0.0, value_name = "SHARE", allow_hyphen_values = true)]
+    lens_warming: f64,
+
+    /// Image width and height, px.
+    #[arg(long, value_parser = numbers::<u16, 2>, default_value = "1920,1200", value_name = "W,H")]
+    size: [u16; 2],
+
+    /// Seed of the generator.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+
+    /// Write a data set into this new folder instead of running the calibrator.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// Write the rays and the truth of each pair into this new file for `selfcal bench`.
+    #[arg(long, value_name = "FILE", conflicts_with = "out")]
+    rays: Option<PathBuf>,
+
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+impl SynthArgs {
+    fn scenario(&self) -> Result<Scenario> {
+        let named = Scenario::new(self.scene, self.pairs);
+        let step = self
+            .step_deg
+            .filter(|_| matches!(self.scene, ScenarioKind::Step | ScenarioKind::Flight));
+        let drift = self.drift_deg.filter(|_| self.scene == ScenarioKind::Drift);
+        ensure!(step == self.step_deg, "--step-deg is an option of the scenes step and flight");
+        ensure!(drift == self.drift_deg, "--drift-deg is an option of the scene drift");
+        ensure!(
+            self.landmark_noise.is_none() || self.scene.keeps_landmarks(),
+            "--landmark-noise is an option of the scenes parked-landmarks and creeping"
+        );
+        let creeps = self.creep_px.is_none() || self.scene == ScenarioKind::Creeping;
+        ensure!(creeps, "--creep-px is an option of the scene creeping");
+        let lens = self.lens_error.unwrap_or_default();
+        let scene = Scene {
+            size: self.size,
+            focal: self.focal,
+            lens_errors: lens.given,
+            rig: rig(self.rotation, self.baseline)?,
+            noise_px: self.noise.unwrap_or(named.scene.noise_px),
+            outliers: self.outliers.unwrap_or(named.scene.outliers),
+            fence: self.fence,
+            depth: self.depth.map_or(named.scene.depth, |range| named.scene.depth.within(range)),
+            band: self.band.unwrap_or(named.scene.band),
+            matches: self.matches.unwrap_or(named.scene.matches),
+            grid: self.grid,
+            ..named.scene
+        };
+        Ok(Scenario {
+            scene,
+            disturbance: Disturbance {
+                vibration_deg: self.vibration.unwrap_or(named.disturbance.vibration_deg),
+                skew_deg: self.skew,
+                alternating_skew_deg: self.alternating_skew,
+                rolling_px: self.rolling,
+            },
+            turn_deg: step.or(drift).unwrap_or(named.turn_deg),
+            lens_prior: lens.prior,
+            lens_warming: self.lens_warming,
+            landmark_px: self.landmark_noise.unwrap_or(named.landmark_px),
+            creep_px: self.creep_px.unwrap_or(named.creep_px),
+            ..named
+        })
+    }
+}
+
+/// Runs `selfcal synth`.
+pub(crate) fn synth(args: &SynthArgs) -> Result<()> {
+    let set = args.scenario()?.dataset(args.seed)?;
+    if let Some(file) = &args.rays {
+        PairFile::of(&set)?.save(file)?;
+        writeln!(io::stdout(), "{} pairs written to {}", set.pairs.len(), file.display())?;
+        return Ok(());
+    }
+    match &args.out {
+        Some(dir) => {
+            set.save(dir)?;
+            writeln!(io::stdout(), "{} pairs written to {}", set.pairs.len(), dir.display())?;
+            Ok(())
+        }
+        None => args.run.run(&set),
+    }
+}

@@ -1,0 +1,28 @@
+//! Commands of `selfcal` that read no images, and what all commands share: pages, pictures, rig files.
+#![allow(clippy::doc_markdown, reason = "doc comments of arguments are the help text")]
+
+mod cli;
+pub mod conventions;
+pub mod report;
+pub mod run_page;
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use host_tests::is_broken_pipe;
+
+pub use cli::{Command, setup};
+
+/// Exit status of a command; prints its error.
+#[must_use]
+pub fn exit(outcome: Result<ExitCode>) -> ExitCode {
+    match outcome {
+        Ok(code) => code,
+        // The reader of the output has seen enough.
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

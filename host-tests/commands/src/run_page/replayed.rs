@@ -1,0 +1,15 @@
+//! A replayed data set with its log.
+
+use host_tests::data::Dataset;
+use host_tests::run::RunLog;
+
+/// A replayed recording.
+#[derive(Debug, Clone, Copy)]
+pub struct Replayed<'a> {
+    /// The data set.
+    pub set: &'a Dataset,
+    /// Results of an evaluation.
+    pub log: &'a RunLog,
+    /// The command that replays it.
+    pub command: &'a str,
+}

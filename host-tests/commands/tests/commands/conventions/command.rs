@@ -1,0 +1,51 @@
+//! The commands `selfcal import` and `selfcal export`.
+
+use crate::call::{failure, json, selfcal, stdout};
+
+#[test]
+fn a_calibrated_rig_goes_out_and_starts_the_next_run_where_this_one_ended() {
+    let dir = tempfile::tempdir().unwrap();
+    for format in ["opencv", "ros"] {
+        let out = dir.path().join(format);
+        let out = out.to_str().unwrap();
+        let args =
+            ["export", "opencv_chess_corners", "--replayed", "--format", format, "--out", out];
+        let said = selfcal(&args).ends_with(0).err;
+        assert!(said.contains("written as 1"), "{said}");
+        let replay = ["replay", "opencv_chess_corners", "--initial", out, "--json"];
+        let json = json(&replay);
+        let [before, after] =
+            ["rms_px_before", "rms_px_after"].map(|key| json[key].as_f64().unwrap());
+        // From the usual start it is 2.36 px before.
+        assert!(before < 0.2 && (before - after).abs() < 0.01, "{before} {after}");
+        assert!(failure(&args, 1).contains("nothing is overwritten"));
+    }
+}
+
+#[test]
+fn what_is_exported_imports_as_the_rig_of_a_stream() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
+    let (chain, meta, stream) = (path("chain"), path("meta.json"), path("flight.scmf"));
+    let set = "motorcycle_sift";
+    stdout(&["export", set, "--format", "kalibr", "--out", &chain]);
+    stdout(&["import", &chain, "--out", &meta]);
+    stdout(&["record", set, &stream]);
+    let replayed = |rig: &str| stdout(&["replay", &stream, "--rig", rig, "--json"]);
+    assert_eq!(replayed(&meta), replayed(set));
+    assert_eq!(replayed(&format!("{chain}/camchain.yaml")), replayed(set));
+    let again = failure(&["import", &chain, "--out", &meta], 1);
+    assert!(again.contains("nothing is overwritten"));
+}
+
+#[test]
+fn help_teaches_the_signs() {
+    for command in ["import", "export"] {
+        let help = stdout(&[command, "--help"]);
+        // Line breaks depend on the width of the terminal.
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        for word in ["x_2 = R x_1 + T", "T_cn_cnm1", "P[0][3] = -fx b", "Examples"] {
+            assert!(help.contains(word), "{word} is missing:\n{help}");
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! Options and measurements of an evaluation.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+
+use super::effort::Effort;
+use super::on_recorded::Row;
+use super::recorded_sets::RecordedSet;
+use super::step_response::StepResponse;
+use super::sweep::Sweep;
+use super::verdict::{self, OURS};
+use rivals::{self, Method, Range, Variant};
+
+/// Options of an evaluation.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Request {
+    /// Data sets, or folders of data sets, beside those that come with the project.
+    pub data: Vec<PathBuf>,
+    /// Names of the methods to compare; all if none.
+    pub methods: Vec<String>,
+    /// How much is measured.
+    pub effort: Effort,
+    /// How many settings of each method are tried on the recordings.
+    pub settings: Range,
+    /// Whether disparities and spheres are pictured.
+    pub pictures: bool,
+    /// Drop cached measurements.
+    pub fresh: bool,
+    /// Command that reproduces the page.
+    pub command: String,
+}
+
+/// All that was measured.
+pub(super) struct Findings<'a> {
+    pub(super) request: &'a Request,
+    pub(super) sets: &'a [RecordedSet],
+    pub(super) methods: &'a [Box<dyn Method>],
+    /// Methods and settings on the recordings: the columns of `rows`.
+    pub(super) variants: &'a [Variant],
+    pub(super) rows: &'a [Row<'a>],
+    /// Those of the generated scenes.
+    pub(super) few: &'a [Variant],
+    pub(super) sweeps: Vec<Sweep>,
+    pub(super) step_responses: Vec<(&'a Variant, StepResponse)>,
+}
+
+impl Findings<'_> {
+    /// Our method's place among the variants of the recordings, and those of its rivals.
+    pub(super) fn sides(&self) -> [Vec<usize>; 2] {
+        [verdict::of_method(self.variants, OURS), verdict::rivals(self.variants)]
+    }
+}
+
+impl Request {
+    pub(super) fn methods(&self) -> Result<Vec<Box<dyn Method>>> {
+        if self.methods.is_empty() {
+            return Ok(rivals::all());
+        }
+        self.methods.iter().map(|name| rivals::by_name(name)).collect()
+    }
+}

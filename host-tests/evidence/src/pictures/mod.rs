@@ -1,0 +1,9 @@
+//! The paper's figures of rectified pairs and dense disparities, by all methods.
+
+mod comparison;
+mod disparity;
+mod scene;
+
+pub use comparison::{Attempt, Scores, WRONG_PX, comparison};
+pub use disparity::disparity_figures;
+pub use scene::PicturedScene;

@@ -1,0 +1,119 @@
+//! The running estimates of a rig that is knocked once.
+
+use super::labels::named;
+use crate::findings::Findings;
+use crate::on_recorded::ErrorPair;
+use crate::step_response::{PAIRS, StepResponse, TURN_DEG};
+use crate::verdict::OURS;
+use host_tests::chart::curves::{self, Curve, Line, Scale};
+use rivals::Variant;
+use selfcal_commands::report::{Cell, Csv, Entry, Figure, Picture, Sample, Section, Table};
+
+/// The first pair of the turned rig.
+const FIRST: usize = PAIRS / 2;
+
+/// Pairs since the knock at which the table has the error; 0: before it.
+const AFTER: [usize; 4] = [0, 1, 3, 10];
+
+const PARTS: [&str; 2] = ["e_t", "e_theta"];
+
+pub(super) fn section(findings: &Findings<'_>) -> Section {
+    let mut section = Section::new("After a knock");
+    section.text(format!(
+        "The right camera turns by {TURN_DEG} degrees about a random axis at pair {FIRST} of {PAIRS}, with 10 % \
+         outliers. A mean over all pairs keeps the old rig. A steady filter (process noise 1e-5 rad a pair) \
+         forgets it slowly; an agile one (1e-3 rad) follows within a pair or two, and pays with the error \
+         between knocks, which is the first column. The robust preset detects the change and starts anew.",
+    ));
+    let command = findings.request.command.as_str();
+    section.table(table(findings).explained(
+        "e_t, rad, before the knock and so many pairs after it, of every method and setting, root mean square \
+         over the runs. The best of a column is marked.",
+        command,
+    ));
+    section.figure(figure(findings));
+    section
+}
+
+fn at(response: &StepResponse, after: usize) -> Option<f64> {
+    response.get((FIRST + after).checked_sub(1)?).copied().flatten().map(|[t, _]| t)
+}
+
+fn table(findings: &Findings<'_>) -> Table {
+    let heading = ["method, settings", "before", "after 1 pair", "after 3", "after 10"];
+    let mut table = Table::new("after_a_knock", heading.map(String::from));
+    let best = AFTER.map(|after| {
+        let all = findings.step_responses.iter().filter_map(|(_, response)| at(response, after));
+        all.fold(f64::INFINITY, f64::min)
+    });
+    for (by, response) in &findings.step_responses {
+        let cell = |(after, best): (usize, f64)| match at(response, after) {
+            Some(e) if e <= best => Cell::number(e, 5).best(),
+            Some(e) => Cell::number(e, 5),
+            None => Cell::missing("none", "an estimate in fewer than half of the runs"),
+        };
+        let mut row = vec![Cell::text(named(by))];
+        row.extend(AFTER.into_iter().zip(best).map(cell));
+        table.push(row);
+    }
+    table
+}
+
+/// Ours, and the steady and the agile filter that are best over the whole run.
+fn drawn<'a>(findings: &'a Findings<'_>) -> Vec<(String, &'a StepResponse)> {
+    let mean = |response: &StepResponse| {
+        let logs = response.iter().flatten().map(|[t, _]| t.ln());
+        logs.sum::<f64>()
+    };
+    let responses = || findings.step_responses.iter();
+    let best = |which: &dyn Fn(&Variant) -> bool| {
+        let all =
+            responses().filter(|(by, response)| which(by) && response.iter().any(Option::is_some));
+        all.min_by(|(_, a), (_, b)| mean(a).total_cmp(&mean(b)))
+    };
+    let ours = best(&|by| by.method.name() == OURS);
+    let others = [false, true]
+        .map(|agile| best(&|by: &Variant| by.method.name() != OURS && by.tuning.agile == agile));
+    let all = ours.into_iter().chain(others.into_iter().flatten());
+    all.map(|(by, response)| (named(by), response)).collect()
+}
+
+fn figure(findings: &Findings<'_>) -> Figure {
+    let drawn = drawn(findings);
+    let panel = |(part, name): (usize, &&str)| {
+        let numbered = drawn.iter().enumerate();
+        let mut all: Vec<Curve> = numbered
+            .map(|(i, (_, response))| {
+                let errors = response.iter().map(|e: &Option<ErrorPair>| e.map(|e| e[part]));
+                let points = (0_u32..).map(f64::from).zip(errors).collect();
+                let line = if i == 0 { Line::Broad } else { Line::Thin };
+                Curve { color: Some(curves::shade(i)), line, points }
+            })
+            .collect();
+        all.reverse();
+        let x = Scale { name: "pair".into(), log: false };
+        let y = format!("{name}, rad");
+        (Picture::Svg(curves::curves(&y, &x, &all)), format!("{y} over pairs"))
+    };
+    let mut numbers = Csv::new("step", &["pair", "method", "e_t, rad", "e_theta, rad"]);
+    for (by, response) in &findings.step_responses {
+        for (pair, error) in response.iter().enumerate() {
+            let text = |part: usize| error.map_or(String::new(), |e| e[part].to_string());
+            numbers.push([pair.to_string(), by.name(), text(0), text(1)]);
+        }
+    }
+    let legend = drawn.iter().enumerate();
+    Figure {
+        panels: PARTS.iter().enumerate().map(panel).collect(),
+        legend: legend
+            .map(|(i, (name, _))| Entry::new(Sample::Line, Some(curves::shade(i)), name))
+            .collect(),
+        caption: format!(
+            "Error of the running estimate after each pair, root mean square over {} runs: ours, the rival that \
+             is best without and the one that is best with agile process noise.",
+            findings.request.effort.steps
+        ),
+        command: findings.request.command.clone(),
+        numbers,
+    }
+}

@@ -1,0 +1,23 @@
+//! How methods and views are named.
+
+use crate::on_recorded::Row;
+use rivals::Variant;
+
+/// A method in a legend or a heading.
+pub(super) fn label(method: &str) -> String {
+    match method {
+        "robust" => "robust (ours)".into(),
+        "ling-shen" => "ling-shen [7]".into(),
+        other => other.into(),
+    }
+}
+
+/// A method with its settings.
+pub(super) fn named(by: &Variant) -> String {
+    format!("{}: {}", label(by.method.name()), by.tuning.words())
+}
+
+/// A data set, which camera is turned, and which way.
+pub(super) fn cell(row: &Row<'_>) -> String {
+    format!("{}, {}", row.set.name, row.seen.words())
+}

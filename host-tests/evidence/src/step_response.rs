@@ -1,0 +1,98 @@
+//! Measurements on a rig that is knocked once: the running estimates, pair by pair.
+
+use anyhow::Result;
+use serde::Serialize;
+use stereo_selfcal::metrics::Deviation;
+
+use super::measurement::{Measurement, Runner};
+use super::on_recorded::{ErrorPair, error_pair};
+use super::sweep::setting;
+use host_tests::data::Rays;
+use host_tests::synth::{Scenario, ScenarioKind, five_degrees_off};
+use rivals::{Front, Variant};
+
+/// Pairs of a run; the rig turns in the middle.
+pub const PAIRS: usize = 60;
+
+/// By how much the right camera turns, degrees.
+pub const TURN_DEG: f64 = 0.5;
+
+/// Share of outliers.
+const OUTLIERS: f64 = 0.1;
+
+/// Seed of the first run.
+const SEED: u64 = 9_950_000;
+
+/// One run of all methods.
+#[derive(Serialize)]
+struct Run<'a> {
+    pairs: usize,
+    turn_deg: f64,
+    outliers: f64,
+    seed: u64,
+    methods: &'a [String],
+    #[serde(skip)]
+    by: &'a [&'a Variant],
+}
+
+/// `e_t` and `e_theta` after each pair, rad, RMS over the runs; `None` where fewer than half of the runs
+/// have an estimate.
+pub type StepResponse = Vec<Option<ErrorPair>>;
+
+impl Measurement for Run<'_> {
+    /// By method and pair.
+    type Outcome = Vec<Vec<Option<ErrorPair>>>;
+    const KIND: &'static str = "step";
+
+    fn label(&self) -> String {
+        format!("step, run {}", self.seed)
+    }
+
+    fn measure(&self) -> Result<Vec<Vec<Option<ErrorPair>>>> {
+        let turn_deg = self.turn_deg;
+        let mut scenario = Scenario { turn_deg, ..Scenario::new(ScenarioKind::Step, self.pairs) };
+        scenario.scene.outliers = self.outliers;
+        scenario.scene.rig = five_degrees_off();
+        let frames: Vec<_> = scenario.frames(self.seed)?.collect();
+        let rays: Vec<Vec<Rays>> = frames.iter().map(|f| f.pair.rays(&f.scene)).collect();
+        let setting = setting(&scenario.scene);
+        let front = Front::new(&rays, &setting);
+        let of_method = |by: &&Variant| {
+            let found = by.running(&rays, &front, &setting).into_iter();
+            let error = |(found, frame): (Option<_>, &host_tests::synth::ScenarioPair)| {
+                Some(error_pair(Deviation::between(&found?, &frame.scene.rig)))
+            };
+            found.zip(&frames).map(error).collect()
+        };
+        Ok(self.by.iter().map(of_method).collect())
+    }
+}
+
+/// Methods over a step, in their order.
+///
+/// # Errors
+/// If the cache cannot be written.
+pub fn step_responses(
+    runner: &Runner<'_>,
+    by: &[&Variant],
+    runs: u64,
+) -> Result<Vec<StepResponse>> {
+    let methods: Vec<String> = by.iter().map(|by| by.name()).collect();
+    let run = |seed| {
+        let (pairs, turn_deg, outliers, methods) = (PAIRS, TURN_DEG, OUTLIERS, &methods[..]);
+        Run { pairs, turn_deg, outliers, seed, methods, by }
+    };
+    let all: Vec<Run<'_>> = (SEED..SEED + runs).map(run).collect();
+    let outcomes = runner.run(&all)?;
+    let rms = |method: usize, pair: usize| {
+        let runs = || outcomes.iter().flatten().map(|run| run[method][pair]);
+        let solved: Vec<ErrorPair> = runs().flatten().collect();
+        if solved.is_empty() || 2 * solved.len() < runs().count() {
+            return None;
+        }
+        let deviation = |&[translation, rotation]: &ErrorPair| Deviation { translation, rotation };
+        Deviation::root_mean_square(solved.iter().map(deviation)).map(error_pair)
+    };
+    let of_method = |method| (0..PAIRS).map(|pair| rms(method, pair)).collect();
+    Ok((0..by.len()).map(of_method).collect())
+}

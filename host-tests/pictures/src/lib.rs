@@ -1,0 +1,13 @@
+//! Grey images before and after a calibration: rectified pairs, dense disparities, encoded for a page.
+
+mod encode;
+mod grey;
+mod rectification;
+mod sgm;
+mod warp;
+
+pub use encode::{disparity_picture, missing_picture, pair_picture};
+pub use grey::Grey;
+pub use rectification::{Rectification, StereoImages};
+pub use sgm::{Disparities, share};
+pub use warp::{projected, ray_of, rectified, turned, warp};

@@ -1,0 +1,51 @@
+//! Common practice: Sampson residuals under Cauchy's loss.
+//!
+//! No publication. Five degrees of freedom, Levenberg-Marquardt with reweighting, the scale of the
+//! loss at the expected noise from the start or annealed, each pair alone; over pairs the chordal mean of `R`
+//! and the mean direction of `t`.
+
+use stereo_selfcal::Extrinsics;
+
+use super::epipolar::Scaling;
+use super::fusion::{Chordal, running};
+use super::gate;
+use super::method::{Method, Setting, usable};
+use super::minimise::{Loss, minimise};
+use super::pose::Pose;
+use host_tests::data::Rays;
+
+/// Scale of the loss in deviations of the noise: 95 % efficient where the noise is normal.
+pub(super) const CAUCHY_SD: f64 = 2.385;
+
+/// Times that the scale of the loss is halved where it is annealed: from 64 times the final one.
+const HALVINGS: i32 = 6;
+
+/// The method.
+#[derive(Debug, Clone, Copy)]
+pub struct Cauchy;
+
+impl Method for Cauchy {
+    fn name(&self) -> &'static str {
+        "cauchy"
+    }
+
+    fn source(&self) -> &'static str {
+        "common practice: 5-dof Levenberg-Marquardt on Sampson residuals, Cauchy loss of 2.385 noise \
+         deviations, pair by pair; chordal mean of R, mean direction of t. Annealed: entered from 64 \
+         times that scale, halved six times"
+    }
+
+    fn running(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>> {
+        let start = Pose::of(&setting.start);
+        let halvings = if setting.tuning.annealed { HALVINGS } else { 0 };
+        let single = |rays: &Vec<Rays>| {
+            let rays = usable(rays);
+            let found = (0..=halvings).rev().try_fold(start, |pose, halving| {
+                let scale = CAUCHY_SD * setting.noise() * 2.0_f64.powi(halving);
+                minimise(&pose, &rays, Scaling::Sampson, Loss::Cauchy(scale))
+            });
+            gate::passed(found, &rays, setting)
+        };
+        running::<Chordal>(pairs.iter().map(single))
+    }
+}

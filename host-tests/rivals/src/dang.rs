@@ -1,0 +1,201 @@
+//! Dang, Hoffmann and Stiller, "Continuous stereo self-calibration by camera parameter tracking",
+//! IEEE Transactions on Image Processing 2009.
+//!
+//! An iterated extended Kalman filter whose state is the rotation of each camera against the
+//! baseline, measured by the implicit epipolar constraint `h = i_1 . (R_l p_l x R_r p_r) = 0`, the
+//! noise of the image points propagated through it. Recursive over pairs.
+//!
+//! Left out: intrinsics, motion of the points over time and bundle constraints; extrinsics from
+//! epipolar constraints alone. Filled in: the gauge, no turn of the left camera about the baseline;
+//! prior and process noise (`filter`); outliers rejected by the median of the innovations, in place
+//! of random sampling for the least median of squares. The published update is a plain Gauss-Newton
+//! step, which may leave the basin of a start some degrees off: here it is damped and goes on until it
+//! has converged, which only helps.
+
+use nalgebra::{Matrix3, Matrix5, Rotation3, Vector3, Vector5};
+use stereo_selfcal::{Extrinsics, so3};
+
+use super::filter::{PRIOR_SD, limit};
+use super::literal_paper;
+use super::method::{Method, Setting, usable};
+use host_tests::data::Rays;
+
+/// Steps of an update at most; most take about ten.
+const STEPS: usize = 60;
+
+/// The step below which an update has converged, rad.
+const TOLERANCE: f64 = 1e-9;
+
+/// The method.
+#[derive(Debug, Clone, Copy)]
+pub struct Dang;
+
+impl Method for Dang {
+    fn name(&self) -> &'static str {
+        "dang"
+    }
+
+    fn source(&self) -> &'static str {
+        "Dang, Hoffmann and Stiller, TIP 2009: iterated extended Kalman filter on the rotations of both \
+         cameras from implicit epipolar constraints. Extrinsics only, no bundle constraints. Filled in: \
+         rejection by the median innovation, damping, prior 0.1 rad, process noise"
+    }
+
+    fn running(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>> {
+        let mut filter = Filter::at(&setting.start);
+        let mut estimate = None;
+        let after = pairs.iter().map(|rays| {
+            let process_sd = setting.tuning.process_sd();
+            filter.covariance += Matrix5::identity() * (process_sd * process_sd);
+            let updated = filter.updated(&usable(rays), setting.noise());
+            if let Some((updated, rig)) = updated.and_then(|f| Some((f, f.state.extrinsics()?))) {
+                filter = updated;
+                estimate = Some(rig);
+            }
+            estimate
+        });
+        after.collect()
+    }
+}
+
+/// `R_l`, `R_r`: from each camera to axes whose x is along the baseline.
+#[derive(Debug, Clone, Copy)]
+struct State {
+    left: Rotation3<f64>,
+    right: Rotation3<f64>,
+}
+
+impl State {
+    /// Turns `[y_l, z_l, x_r, y_r, z_r]`, rad, on the left.
+    fn moved(&self, d: &Vector5<f64>) -> Self {
+        Self {
+            left: Rotation3::new(Vector3::new(0.0, d[0], d[1])) * self.left,
+            right: Rotation3::new(Vector3::new(d[2], d[3], d[4])) * self.right,
+        }
+    }
+
+    /// The turns from here to `other`, to the first order.
+    fn step_to(&self, other: &Self) -> Vector5<f64> {
+        let left = so3::log(&(other.left * self.left.inverse()));
+        let right = so3::log(&(other.right * self.right.inverse()));
+        Vector5::new(left.y, left.z, right.x, right.y, right.z)
+    }
+
+    /// `R = R_r^T R_l`, `t = -r_r1`.
+    fn extrinsics(&self) -> Option<Extrinsics<f64>> {
+        let r: Matrix3<f64> = (self.right.inverse() * self.left).into_inner();
+        Extrinsics::try_new(&r, &-self.right.matrix().row(0).transpose()).ok()
+    }
+
+    /// `h` over the propagated deviation of unit noise, and its derivative by the five turns.
+    fn innovation(&self, [p_l, p_r]: &Rays) -> (f64, Vector5<f64>) {
+        let (l, r) = (self.left * p_l, self.right * p_r);
+        // h = l . (r x i_1) = r . (i_1 x l).
+        let (by_l, by_r) = (r.cross(&Vector3::x()), Vector3::x().cross(&l));
+        let in_left = self.left.inverse_transform_vector(&by_l).xy().norm_squared();
+        let in_right = self.right.inverse_transform_vector(&by_r).xy().norm_squared();
+        let deviation = (in_left + in_right).sqrt();
+        let (turn_l, turn_r) = (l.cross(&by_l), r.cross(&by_r));
+        let j = Vector5::new(turn_l.y, turn_l.z, turn_r.x, turn_r.y, turn_r.z);
+        (l.dot(&by_l) / deviation, j / deviation)
+    }
+}
+
+/// State and covariance.
+#[derive(Debug, Clone, Copy)]
+struct Filter {
+    state: State,
+    covariance: Matrix5<f64>,
+}
+
+impl Filter {
+    fn at(start: &Extrinsics<f64>) -> Self {
+        let t = start.translation().into_inner();
+        let [left, right] = literal_paper::initial(start.rotation().matrix(), &t)
+            .map(Rotation3::from_matrix_unchecked);
+        let covariance = Matrix5::identity() * (PRIOR_SD * PRIOR_SD);
+        Self { state: State { left, right }, covariance }
+    }
+
+    /// The iterated update by all constraints of a pair, damped (Levenberg-Marquardt) to convergence.
+    fn updated(&self, rays: &[Rays], noise: f64) -> Option<Self> {
+        if rays.is_empty() {
+            return None;
+        }
+        let prior = self.covariance.cholesky()?.inverse();
+        let mut state = self.state;
+        let mut damping = 0.0;
+        let mut sizes = Vec::with_capacity(rays.len());
+        for _ in 0..STEPS {
+            let rows: Vec<_> = rays.iter().map(|rays| state.innovation(rays)).collect();
+            sizes.clear();
+            sizes.extend(rows.iter().map(|(h, _)| h.abs()));
+            let limit = limit(&mut sizes, noise);
+            let off = state.step_to(&self.state);
+            let (mut information, mut gradient) = (prior, -prior * off);
+            for (h, j) in rows.iter().filter(|(h, _)| h.abs() <= limit) {
+                information += j * j.transpose() / (noise * noise);
+                gradient += j * (h / (noise * noise));
+            }
+            let scale = Matrix5::from_diagonal(&information.diagonal());
+            let step = -(information + scale * damping).cholesky()?.solve(&gradient);
+            let moved = state.moved(&step);
+            let energy = |at: &State| self.energy(&prior, at, rays, noise, limit);
+            if energy(&moved) <= energy(&state) {
+                (state, damping) = (moved, if damping < 1e-6 { 0.0 } else { damping / 10.0 });
+            } else {
+                damping = (damping * 10.0).max(1e-3);
+            }
+            if step.norm() < TOLERANCE {
+                break;
+            }
+        }
+        Self::at_optimum(&prior, state, rays, noise)
+    }
+
+    /// The state with its covariance.
+    fn at_optimum(prior: &Matrix5<f64>, state: State, rays: &[Rays], noise: f64) -> Option<Self> {
+        let rows: Vec<_> = rays.iter().map(|rays| state.innovation(rays)).collect();
+        let limit = limit(&mut rows.iter().map(|(h, _)| h.abs()).collect::<Vec<_>>(), noise);
+        let fit = rows.iter().filter(|(h, _)| h.abs() <= limit);
+        let information: Matrix5<f64> = fit.map(|(_, j)| j * j.transpose()).sum();
+        let posterior = (prior + information / (noise * noise)).cholesky()?;
+        Some(Self { state, covariance: posterior.inverse() })
+    }
+
+    /// Distance from the prior and truncated innovations, squared, in units of their variances.
+    fn energy(
+        &self,
+        prior: &Matrix5<f64>,
+        at: &State,
+        rays: &[Rays],
+        noise: f64,
+        limit: f64,
+    ) -> f64 {
+        let off = at.step_to(&self.state);
+        let size = |rays: &Rays| at.innovation(rays).0.abs().min(limit) / noise;
+        off.dot(&(prior * off)) + rays.iter().map(|rays| size(rays).powi(2)).sum::<f64>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use host_tests::synth;
+
+    #[test]
+    fn derivatives_of_the_constraint_match_central_differences_where_it_holds() {
+        let rig = synth::rig([4.0, -3.0, 2.0], [6.0, -5.0]).unwrap();
+        let state = Filter::at(&rig).state;
+        let p_l = Vector3::new(0.3, -0.2, 1.0);
+        let p = rig.rotation() * p_l * 4.0 + rig.translation().into_inner();
+        let rays = [p_l, p / p.z];
+        let (h, j) = state.innovation(&rays);
+        assert!(h.abs() < 1e-12, "{h}");
+        let numeric = Vector5::from_fn(|i, _| {
+            let at = |h| state.moved(&Vector5::ith(i, h)).innovation(&rays).0;
+            (at(1e-5) - at(-1e-5)) / 2e-5
+        });
+        assert!((numeric - j).norm() < 1e-9, "{numeric} {j}");
+    }
+}

@@ -1,0 +1,79 @@
+//! What stands in front of a method: RANSAC, and the scale of the noise.
+//!
+//! The same for all methods. A pair in which RANSAC finds nothing is passed on whole.
+
+use super::method::{MIN_NOISE_PX, Setting, usable};
+use super::pose::Pose;
+use super::ransac::{inliers, sampson};
+use host_tests::data::Rays;
+
+/// The pairs of a recording after RANSAC, and the noise of their inliers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Front {
+    /// Inliers, pair by pair.
+    pub inliers: Vec<Vec<Rays>>,
+    /// Noise of a coordinate, px, pair by pair: by the median of the inliers' Sampson residuals.
+    noise_px: Vec<f64>,
+}
+
+impl Front {
+    /// * `setting`: where RANSAC refuses poses, and the noise that it expects.
+    #[must_use]
+    pub fn new(pairs: &[Vec<Rays>], setting: &Setting) -> Self {
+        let of_pair = |(rays, seed): (&Vec<Rays>, u64)| {
+            let rays = usable(rays);
+            let found = inliers(&rays, setting, setting.noise(), seed);
+            let Some((pose, kept)) = found else { return (rays, setting.noise_px) };
+            let noise_px = noise(&pose, &kept) * setting.focal;
+            (kept, noise_px)
+        };
+        let (inliers, noise_px) = pairs.iter().zip(0..).map(of_pair).unzip();
+        Self { inliers, noise_px }
+    }
+
+    /// The front of one pair of these.
+    #[must_use]
+    pub fn pair(&self, k: usize) -> Self {
+        let one = |rays: Option<&Vec<Rays>>| rays.into_iter().cloned().collect();
+        Self {
+            inliers: one(self.inliers.get(k)),
+            noise_px: self.noise_px.get(k).copied().into_iter().collect(),
+        }
+    }
+
+    /// Noise of a coordinate, px: the median over the pairs.
+    #[must_use]
+    pub fn noise_px(&self) -> f64 {
+        let mut all = self.noise_px.clone();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or_default().max(MIN_NOISE_PX)
+    }
+}
+
+/// Deviation of a coordinate, unit depth: a Sampson residual has that of one.
+fn noise(pose: &Pose, inliers: &[Rays]) -> f64 {
+    let e = pose.essential().e;
+    let mut sizes: Vec<f64> = inliers.iter().map(|rays| sampson(&e, rays).abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    1.4826 * sizes.get(sizes.len() / 2).copied().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::{pairs, scene, setting};
+
+    #[test]
+    fn outliers_are_removed_and_the_noise_of_the_others_is_found() {
+        for noise_px in [0.15, 0.3] {
+            let pairs = pairs(&scene(noise_px, 0.4), 3);
+            let front = Front::new(&pairs, &setting());
+            for (all, kept) in pairs.iter().zip(&front.inliers) {
+                let share = kept.len() * 100 / all.len();
+                assert!((50..72).contains(&share), "{share} %");
+            }
+            let found = front.noise_px() / noise_px;
+            assert!((0.8..1.25).contains(&found), "{found}");
+        }
+    }
+}

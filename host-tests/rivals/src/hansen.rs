@@ -1,0 +1,71 @@
+//! Hansen, Alismail, Rander and Browning, "Online continuous stereo extrinsic parameter estimation",
+//! CVPR 2012.
+//!
+//! Literal: per pair, the five parameters of least epipolar error, the squared distances of both points to
+//! their epipolar lines, summed; over pairs a Kalman filter of a constant rig, each pair measured with the
+//! covariance of its Cramer-Rao bound.
+//!
+//! Filled in: outliers have a Huber weight beyond 1 px, on the root of that sum; with
+//! [`Tuning::rejecting`](super::Tuning) they are removed as published, beyond 2.5 robust deviations, and the
+//! plain sum of squares is minimised over the others. Prior, process noise and the matches that the bound
+//! counts (`filter`, `gate`); each pair is solved from the start.
+
+use nalgebra::Vector5;
+use stereo_selfcal::Extrinsics;
+
+use super::epipolar::Scaling;
+use super::filter::{self, limit};
+use super::gate;
+use super::method::{Method, Setting};
+use super::minimise::{Loss, minimise};
+use super::pose::Pose;
+use host_tests::data::Rays;
+
+/// Huber threshold, px.
+const HUBER_PX: f64 = 1.0;
+
+/// Rounds of rejection and fit.
+const ROUNDS: usize = 5;
+
+/// The method.
+#[derive(Debug, Clone, Copy)]
+pub struct Hansen;
+
+impl Method for Hansen {
+    fn name(&self) -> &'static str {
+        "hansen"
+    }
+
+    fn source(&self) -> &'static str {
+        "Hansen, Alismail, Rander and Browning, CVPR 2012: least squared distances to epipolar lines \
+         pair by pair, Kalman filter over pairs with Cramer-Rao covariances. Filled in: Huber weights \
+         at 1 px, or rejection at 2.5 robust deviations and least squares; prior 0.1 rad; process noise"
+    }
+
+    fn running(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>> {
+        filter::running(pairs, setting, |belief, rays| {
+            let pair = gate::passed(single(rays, setting), rays, setting)?;
+            let information = gate::information(&pair, rays, setting.noise());
+            // The pair's estimate is the measurement: it is linear, and zero off itself.
+            belief.corrected(&pair, information, Vector5::zeros())
+        })
+    }
+}
+
+/// One pair.
+fn single(rays: &[Rays], setting: &Setting) -> Option<Pose> {
+    let huber = Loss::Huber(HUBER_PX / setting.focal);
+    let mut pose = minimise(&Pose::of(&setting.start), rays, Scaling::Distances, huber)?;
+    if !setting.tuning.rejecting {
+        return Some(pose);
+    }
+    for _ in 0..ROUNDS {
+        let essential = pose.essential();
+        let size = |rays: &Rays| Scaling::Distances.residual(&essential, rays).abs();
+        // The root of two squared distances is twice a coordinate's deviation.
+        let limit = limit(&mut rays.iter().map(size).collect::<Vec<_>>(), 2.0 * setting.noise());
+        let kept: Vec<Rays> = rays.iter().filter(|rays| size(rays) <= limit).copied().collect();
+        pose = minimise(&pose, &kept, Scaling::Distances, Loss::Huber(f64::INFINITY))?;
+    }
+    Some(pose)
+}

@@ -1,0 +1,124 @@
+//! Mueller and Wuensche, "Continuous stereo camera calibration in urban scenarios", ITSC 2017.
+//!
+//! An extended Kalman filter over the extrinsics and the points observed in a pair. A point is in the
+//! state for one pair only, its four image coordinates measure it and the extrinsics, and its block is
+//! marginalised again before the next: the Schur complement of its three unknowns. Iterated over the
+//! pair; outliers are rejected block by block.
+//!
+//! Filled in: points as left coordinates and inverse depth; its prior, one baseline; rejection, prior
+//! and process noise (`filter`). Left out: intrinsics, and points tracked over time.
+
+use nalgebra::{
+    Matrix2x3, Matrix3, Matrix4x3, Matrix5, Matrix5x3, SMatrix, Vector3, Vector4, Vector5,
+};
+use stereo_selfcal::Extrinsics;
+
+use super::filter::{self, Belief, limit};
+use super::method::{Method, Setting};
+use super::pose::Pose;
+use host_tests::data::Rays;
+
+/// Deviation of an inverse depth before the pair, one over baselines.
+const INVERSE_DEPTH_SD: f64 = 1.0;
+
+/// The method.
+#[derive(Debug, Clone, Copy)]
+pub struct MuellerBlock;
+
+impl Method for MuellerBlock {
+    fn name(&self) -> &'static str {
+        "mueller-block"
+    }
+
+    fn source(&self) -> &'static str {
+        "Mueller and Wuensche, ITSC 2017: iterated extended Kalman filter over extrinsics and observed \
+         points, points marginalised block by block. Extrinsics only, no tracks. Filled in: inverse \
+         depth, rejection by the median, prior 0.1 rad, process noise"
+    }
+
+    fn running(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>> {
+        filter::iterated(pairs, setting, |prior, about, rays| {
+            updated(prior, &about.pose, rays, setting.noise())
+        })
+    }
+}
+
+/// The measurement of the extrinsics by a block whose point is marginalised, in units of the noise.
+struct Block {
+    information: Matrix5<f64>,
+    gradient: Vector5<f64>,
+    /// What its measurements miss each other by, whatever the point: root of the reduced square.
+    miss: f64,
+}
+
+/// `prior` updated by all blocks of a pair, linearised at `at`.
+fn updated(prior: &Belief, at: &Pose, rays: &[Rays], noise: f64) -> Option<Belief> {
+    let blocks: Vec<Block> = rays.iter().filter_map(|rays| block(at, rays, noise)).collect();
+    let mut sizes: Vec<f64> = blocks.iter().map(|block| block.miss).collect();
+    let limit = limit(&mut sizes, noise);
+    let (mut information, mut gradient) = (Matrix5::zeros(), Vector5::zeros());
+    for block in blocks.iter().filter(|block| block.miss <= limit) {
+        information += block.information;
+        gradient += block.gradient;
+    }
+    let variance = noise * noise;
+    prior.corrected(at, information / variance, gradient / variance)
+}
+
+/// One correspondence; `None` where its point would be behind the right camera.
+fn block(at: &Pose, [p_l, p_r]: &Rays, noise: f64) -> Option<Block> {
+    let turned = at.r * p_l;
+    let inverse_depth = inverse_depth(at, &turned, p_r);
+    // The point over its left depth, right camera frame.
+    let p = turned + at.t * inverse_depth;
+    if p.z < 0.1 {
+        return None;
+    }
+    let projection = Matrix2x3::new(1.0, 0.0, -p.x / p.z, 0.0, 1.0, -p.y / p.z) / p.z;
+    // The left coordinates are where they were measured.
+    let miss = Vector4::new(0.0, 0.0, p.x / p.z - p_r.x, p.y / p.z - p_r.y);
+    let r = at.r.matrix();
+    // By the left coordinates and the inverse depth.
+    let by_point = Matrix3::from_columns(&[r.column(0).into(), r.column(1).into(), at.t]);
+    let mut j_point = Matrix4x3::identity();
+    j_point.fixed_rows_mut::<2>(2).copy_from(&(projection * by_point));
+    let [b, c] = at.across();
+    let mut by_pose = SMatrix::<f64, 3, 5>::zeros();
+    by_pose.fixed_columns_mut::<3>(0).copy_from(&-turned.cross_matrix());
+    by_pose.set_column(3, &(b * inverse_depth));
+    by_pose.set_column(4, &(c * inverse_depth));
+    let mut j_pose = SMatrix::<f64, 4, 5>::zeros();
+    j_pose.fixed_rows_mut::<2>(2).copy_from(&(projection * by_pose));
+
+    let mut point = j_point.tr_mul(&j_point);
+    point[(2, 2)] += (noise / INVERSE_DEPTH_SD).powi(2);
+    let inverse = point.try_inverse()?;
+    let cross: Matrix5x3<f64> = j_pose.tr_mul(&j_point);
+    let towards: Vector3<f64> = inverse * j_point.tr_mul(&miss);
+    let information = j_pose.tr_mul(&j_pose) - cross * inverse * cross.transpose();
+    let gradient = j_pose.tr_mul(&miss) - cross * towards;
+    let left = miss - j_point * towards;
+    Some(Block { information, gradient, miss: left.norm() })
+}
+
+/// Where `turned + t rho` comes nearest to the right ray.
+fn inverse_depth(at: &Pose, turned: &Vector3<f64>, p_r: &Vector3<f64>) -> f64 {
+    let across = p_r.cross(&at.t);
+    let squared = across.norm_squared();
+    if squared > 0.0 { -across.dot(&p_r.cross(turned)) / squared } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::{NOISE, assert_covariance_is_the_bound, clean_pair};
+
+    #[test]
+    fn with_its_points_marginalised_a_pair_says_what_its_cramer_rao_bound_allows() {
+        let (rig, rays) = clean_pair();
+        let prior = Belief { pose: Pose::of(&rig), covariance: Matrix5::identity() };
+        let updated = updated(&prior, &prior.pose, &rays, NOISE).unwrap();
+        assert_covariance_is_the_bound(&updated.covariance, &rig, &rays);
+        assert!(prior.pose.step_to(&updated.pose).norm() < 1e-12);
+    }
+}

@@ -1,0 +1,41 @@
+//! `selfcal`: images, bags or recorded matches to the calibrated rig.
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+/// Stereo self-calibration on a host: images, a recording or a generated scene in, the calibrated rig out.
+///
+/// The calibrator estimates R and t of a stereo rig (p_r = R p_l + t, |t| = 1) from left/right
+/// correspondences alone, pair by pair, and fuses the pairs.
+#[derive(Debug, Parser)]
+#[command(version, after_help = "Start with: selfcal images chess --report page")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    #[command(flatten)]
+    Images(selfcal_images::Command),
+    #[command(flatten)]
+    Recorded(selfcal_commands::Command),
+    #[command(flatten)]
+    Evidence(selfcal_evidence::Command),
+}
+
+impl Command {
+    fn run(&self) -> Result<ExitCode> {
+        match self {
+            Self::Images(command) => command.run(),
+            Self::Recorded(command) => command.run().map(|()| ExitCode::SUCCESS),
+            Self::Evidence(command) => command.run().map(|()| ExitCode::SUCCESS),
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    selfcal_commands::exit(Cli::parse().command.run())
+}

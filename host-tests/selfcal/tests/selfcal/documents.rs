@@ -1,0 +1,207 @@
+//! README and EVIDENCE: size, links, commands, and the figures that are quick to reproduce.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use stereo_selfcal::{Calibrator, FactoryCalibration};
+
+use crate::call::selfcal;
+
+const README: &str = include_str!("../../../../README.md");
+const EVIDENCE: &str = include_str!("../../../EVIDENCE.md");
+const DATA: &str = include_str!("../../../data/README.md");
+const CHANGELOG: &str = include_str!("../../../../CHANGELOG.md");
+
+/// The documents, each with the folder its links start from.
+const DOCUMENTS: [(&str, &str); 4] =
+    [("", README), ("host-tests", EVIDENCE), ("host-tests/data", DATA), ("", CHANGELOG)];
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap()
+}
+
+/// Code spans outside of blocks, and the lines of shell blocks, continued lines joined.
+fn code(document: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    for (i, part) in document.split("```").enumerate() {
+        if i % 2 == 0 {
+            let spans = part.split("\n\n").flat_map(|block| block.split('`').skip(1).step_by(2));
+            found.extend(spans.map(|span| span.split_whitespace().collect::<Vec<_>>().join(" ")));
+        } else if let Some(shell) = part.strip_prefix("sh\n") {
+            found.extend(shell.replace("\\\n", "").lines().map(str::to_owned));
+        }
+    }
+    found
+}
+
+fn commands(start: &str) -> Vec<String> {
+    let all = DOCUMENTS.iter().flat_map(|(_, document)| code(document));
+    let found: Vec<_> = all.filter_map(|c| c.strip_prefix(start).map(str::to_owned)).collect();
+    assert!(!found.is_empty(), "no `{start}`");
+    found
+}
+
+/// Cells of the rows below a header, up to the end of the table.
+fn table(header: &str) -> Vec<Vec<&'static str>> {
+    let after = EVIDENCE.split_once(header).unwrap_or_else(|| panic!("no table {header}")).1;
+    let rows = after.lines().skip(2).take_while(|line| line.starts_with('|'));
+    rows.map(|row| row.trim_matches('|').split('|').map(str::trim).collect()).collect()
+}
+
+fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).into_iter().flatten() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            rust_files(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn the_readme_is_at_most_220_lines_and_1600_words() {
+    assert!(README.lines().count() <= 220, "{} lines", README.lines().count());
+    let words = README.split_whitespace().count();
+    assert!(words <= 1600, "{words} words");
+}
+
+#[test]
+fn lines_outside_of_tables_are_at_most_110_wide() {
+    for (_, document) in &DOCUMENTS[..2] {
+        let mut lines = document.lines().filter(|line| !line.starts_with('|'));
+        assert_eq!(lines.find(|line| line.chars().count() > 110), None);
+    }
+}
+
+#[test]
+fn links_and_paths_lead_to_files_of_the_repository() {
+    for (folder, document) in DOCUMENTS {
+        for link in document.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
+            let target = root().join(folder).join(link.split('#').next().unwrap());
+            assert!(link.starts_with("https://") || target.exists(), "{folder}: {link}");
+        }
+    }
+    let roots = ["core/", "firmware-sim/", "host-tests/", ".ci/", ".cargo/"];
+    for span in code(README).into_iter().chain(code(EVIDENCE)) {
+        let path = span.split(' ').next().unwrap();
+        let ours = roots.iter().any(|root| path.starts_with(root));
+        assert!(!ours || root().join(path).exists(), "{path}");
+    }
+}
+
+#[test]
+fn the_c_program_of_the_readme_is_the_one_that_ci_runs() {
+    let usage = include_str!("../../../../core/capi/examples/readme/usage.c");
+    assert!(README.contains(&format!("```c\n{usage}```\n")), "copy usage.c into the README");
+}
+
+#[test]
+fn the_readme_names_every_feature_and_the_oldest_rust() {
+    let manifest = fs::read_to_string(root().join("core/Cargo.toml")).unwrap();
+    let features = manifest.split_once("[features]\n").unwrap().1.split("\n[").next().unwrap();
+    let lines = features.lines().filter(|line| !line.starts_with('#'));
+    for feature in lines.filter_map(|line| line.split_once(" = ").map(|(name, _)| name)) {
+        assert!(feature == "default" || README.contains(&format!("`{feature}`")), "{feature}");
+    }
+    let workspace = fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    let (_, rust) = workspace.split_once("rust-version = \"").unwrap();
+    let rust = rust.split('"').next().unwrap();
+    assert!(README.contains(&format!("Rust {rust} or later")), "{rust}");
+}
+
+#[test]
+fn selfcal_knows_the_commands_of_the_documents() {
+    for call in commands("cargo selfcal ").into_iter().chain(commands("cargo selfcal-simd ")) {
+        let call = call.split(" #").next().unwrap().replace("NAME", "opencv_chess_sift");
+        let call = call.replace("[--view top]", "--view top").replace("PRESET", "robust");
+        let arguments: Vec<&str> = call.split_whitespace().chain(["--help"]).collect();
+        selfcal(&arguments).stdout();
+    }
+}
+
+#[test]
+fn cargo_knows_the_tests_and_benches_of_the_documents() {
+    for call in commands("cargo test -p ").into_iter().chain(commands("cargo bench -p ")) {
+        let mut words = call.split(" -- ").next().unwrap().split(' ');
+        let mut folder = root().join(match words.next().unwrap() {
+            "stereo-selfcal" => "core",
+            "stereo-selfcal-capi" => "core/capi",
+            "selfcal-images" => "host-tests/images",
+            package => package,
+        });
+        let mut filter = None;
+        while let Some(word) = words.next() {
+            match word {
+                "--release" => (),
+                "--test" => folder = folder.join("tests").join(words.next().unwrap()),
+                "--bench" => folder = folder.join("benches").join(words.next().unwrap()),
+                word => filter = Some(word),
+            }
+        }
+        let mut files = Vec::new();
+        rust_files(&folder, &mut files);
+        files.extend(Some(folder.with_extension("rs")).filter(|file| file.exists()));
+        assert!(!files.is_empty(), "{call}");
+        let Some(filter) = filter else { continue };
+        let names = |line: &str| line.trim_start().starts_with("fn ") && line.contains(filter);
+        let found = files.iter().any(|file| {
+            let named =
+                file.file_stem().is_some_and(|stem| stem.to_string_lossy().contains(filter));
+            named || fs::read_to_string(file).unwrap().lines().any(names)
+        });
+        assert!(found, "no test for: {call}");
+    }
+}
+
+/// Whether `value` rounds to what a cell shows.
+fn shows(cell: &str, value: &Value) -> bool {
+    let decimals = cell.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    format!("{:.decimals$}", value.as_f64().unwrap()) == cell
+}
+
+#[test]
+fn the_rows_of_the_recorded_data_are_what_a_replay_gives() {
+    let rows = table("| data | preset | fused |");
+    assert_eq!(rows.len(), 13);
+    let mut data = "";
+    for row in rows {
+        data = if row[0].is_empty() { data } else { row[0] };
+        let data = data.replace('`', "");
+        let data: Vec<&str> = data.split(' ').collect();
+        let arguments = [&["replay"], &data[..], &["--preset", row[1], "--json"]].concat();
+        let json: Value = serde_json::from_str(&selfcal(&arguments).stdout()).unwrap();
+        let data = data.join(" ");
+        let state = if row[1] == "robust" { json["state"].as_str() } else { None };
+        let mut fused = format!("{} of {}", json["accepted"], json["pairs"]);
+        fused.extend(state.into_iter().flat_map(|state| [", ", state]));
+        assert_eq!(row[2], fused, "{data}");
+        let (sd_t, sd_r) = row[5].split_once(", ").unwrap();
+        let (before, after) = row[6].split_once(" to ").unwrap();
+        let cells = [row[3], row[4], sd_t, sd_r, before, after];
+        let fields =
+            ["e_t", "e_theta", "sd_translation", "sd_rotation", "rms_px_before", "rms_px_after"];
+        for (cell, field) in cells.into_iter().zip(fields) {
+            assert!(shows(cell, &json[field]), "{data}, {field}: {cell} is {}", json[field]);
+        }
+    }
+}
+
+/// With a comma between thousands.
+fn bytes(n: usize) -> String {
+    if n < 1000 { n.to_string() } else { format!("{},{:03}", n / 1000, n % 1000) }
+}
+
+#[test]
+fn sizes_are_those_of_the_types() {
+    let calibrator = bytes(size_of::<Calibrator<f32, 256>>());
+    assert!(README.contains(&format!("256 matches a pair: {calibrator} bytes")), "{calibrator}");
+    assert!(
+        EVIDENCE.contains(&format!("each correspondence | {calibrator} bytes")),
+        "{calibrator}"
+    );
+    let record = bytes(Calibrator::<f32, 256>::SNAPSHOT_BYTES);
+    let factory = bytes(FactoryCalibration::<f32>::MAX_BYTES);
+    assert!(EVIDENCE.contains(&format!("| {record} bytes; {factory} |")), "{record}, {factory}");
+}

@@ -1,0 +1,146 @@
+//! Bad input: each kind is an error that says what is wrong, or a counted skip.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use host_tests::data::Dataset;
+use host_tests::wire::FrameReader;
+use image::GrayImage;
+use selfcal_commands::conventions::{Unknowns, import};
+use serde_json::Value;
+
+use test_support::Ended;
+
+use crate::call::{self, run};
+use crate::images::scene::{FOCAL, SIZE, chess, folders, moving, save, small};
+
+/// `check` with the focal length of the small scene.
+fn check(top: &Path) -> (Value, String, i32) {
+    let (json, said) = call::check(top, &["--focal", &FOCAL.to_string()]);
+    (json, said.err, said.status)
+}
+
+fn pairs(all: &[[GrayImage; 2]]) -> impl Iterator<Item = [&GrayImage; 2]> {
+    all.iter().map(|[l, r]| [l, r])
+}
+
+#[test]
+fn left_and_right_exchanged_is_an_error_that_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    let all = moving(4);
+    folders(all.iter().map(|[l, r]| [r, l]), dir.path());
+    let (_, err, status) = check(dir.path());
+    assert!(status == 1 && err.contains("left and right are exchanged in all"), "{err}");
+}
+
+#[test]
+fn pairs_exchanged_here_and_there_are_skipped_and_counted() {
+    let dir = tempfile::tempdir().unwrap();
+    let all = moving(4);
+    folders(
+        all.iter().enumerate().map(|(i, [l, r])| if i == 2 { [r, l] } else { [l, r] }),
+        dir.path(),
+    );
+    let (json, err, _) = check(dir.path());
+    assert_eq!(json["skipped"], "1 with left and right exchanged", "{err}");
+    assert_eq!(json["run"]["pairs"], 3);
+    assert!(err.contains("002.pgm and 002.pgm: left and right are exchanged"), "{err}");
+}
+
+#[test]
+fn left_and_right_of_different_moments_are_told_and_those_of_one_are_not() {
+    let all = moving(7);
+    let dir = tempfile::tempdir().unwrap();
+    folders(pairs(&all[..6]), dir.path());
+    let (json, err, _) = check(dir.path());
+    assert!(!json["reasons"].to_string().contains("moments"), "{json} {err}");
+    let dir = tempfile::tempdir().unwrap();
+    folders(all.iter().zip(&all[1..]).map(|([l, _], [_, r])| [l, r]), dir.path());
+    let (json, err, status) = check(dir.path());
+    assert!(json["reasons"].to_string().contains("different moments"), "{json} {err}");
+    assert_eq!(status, 30);
+}
+
+#[test]
+fn what_is_black_of_another_size_or_no_image_is_skipped_with_its_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let [left, right] = small();
+    folders((0..5).map(|_| [&left, &right]), dir.path());
+    let place = |name: &str| dir.path().join(name);
+    save(&GrayImage::new(SIZE[0], SIZE[1]), &place("left/001.pgm"));
+    save(&GrayImage::new(64, 64), &place("right/002.pgm"));
+    fs::write(place("left/003.pgm"), b"P5 427 370 255\nshort").unwrap();
+    fs::remove_file(place("right/004.pgm")).unwrap();
+    let (json, err, _) = check(dir.path());
+    assert_eq!(
+        json["skipped"],
+        "1 without a partner, 1 that cannot be read, 1 of another size, 1 that show nothing"
+    );
+    assert_eq!(json["run"]["pairs"], 1);
+    for named in
+        ["004.pgm: left image without", "003.pgm", "the right image has 64 x 64", "all of one grey"]
+    {
+        assert!(err.contains(named), "{named}: {err}");
+    }
+}
+
+#[test]
+fn a_rig_of_another_shape_no_rig_and_no_images_are_errors_that_help() {
+    let dir = tempfile::tempdir().unwrap();
+    let [left, right] = small();
+    folders([[&left, &right]], dir.path());
+    let (_, said) = call::check(dir.path(), &["--rig", "opencv_chess_sift"]);
+    assert!(said.status == 1 && said.err.contains("not the same shape"), "{}", said.err);
+    let Ended { err, status, .. } = run(&["check", dir.path().to_str().unwrap()]);
+    assert!(status == 1 && err.contains("--rig FILE") && err.contains("--focal"), "{err}");
+    let empty = tempfile::tempdir().unwrap();
+    let err = run(&["check", empty.path().to_str().unwrap()]).err;
+    assert!(err.contains("no left and right images"), "{err}");
+    let err = run(&["check", "chesss"]).err;
+    assert!(err.contains("shipped images (chess, motorcycle, aloe)"), "{err}");
+}
+
+#[test]
+fn a_guess_from_a_focal_length_is_said_loudly() {
+    let dir = tempfile::tempdir().unwrap();
+    let [left, right] = small();
+    folders([[&left, &right]], dir.path());
+    let (json, err, _) = check(dir.path());
+    assert_eq!(json["rig_guessed"], true);
+    assert!(err.contains("THE RIG IS A GUESS") && err.contains("cannot be trusted"), "{err}");
+    assert!(json["reasons"].to_string().contains("a guess"), "{json}");
+}
+
+#[test]
+fn four_pairs_of_the_chessboard_calibrate_and_every_output_is_written_and_reads_back() {
+    let dir = tempfile::tempdir().unwrap();
+    let place = |name: &str| -> PathBuf { dir.path().join(name) };
+    for side in ["left", "right"] {
+        fs::create_dir(place(side)).unwrap();
+        for path in &chess(side)[..4] {
+            fs::copy(path, place(side).join(path.file_name().unwrap())).unwrap();
+        }
+    }
+    let text = |name: &str| place(name).to_str().unwrap().to_owned();
+    let [left, right, page, rig, set, frames] =
+        ["left", "right", "page", "rig", "set", "frames.scmf"].map(text);
+    let given = ["images", &left, &right, "--rig", "opencv_chess_sift"];
+    let outputs = ["--report", &page, "--rig-out", &rig, "--out", &set, "--frames", &frames];
+    let Ended { out, err, status } = run(&[&given[..], &outputs].concat());
+    assert_eq!(status, 0, "{err}");
+    assert!(out.contains("4 of 4"), "{out}");
+    let html = fs::read_to_string(place("page/index.html")).unwrap();
+    for part in ["Verdict", "Before and after", "data:image/jpeg", "Dense disparities"] {
+        assert!(html.contains(part), "{part}");
+    }
+    let files = ["rig/opencv/intrinsics.yml", "rig/opencv/extrinsics.yml"].map(place);
+    import(&files, Unknowns::default()).unwrap();
+    let saved = Dataset::load(&place("set")).unwrap();
+    assert_eq!(saved.pairs.len(), 4);
+    let sent = fs::read(place("frames.scmf")).unwrap();
+    let decoded: Vec<_> = FrameReader::new(&sent[..]).map(Result::unwrap).collect();
+    assert_eq!(decoded.len(), 4);
+    assert_eq!(decoded[0].matches.len(), saved.pairs[0].len());
+    let Ended { err, status, .. } = run(&[&given[..], &["--frames", &frames]].concat());
+    assert!(status == 1 && err.contains("nothing is overwritten"), "{err}");
+}

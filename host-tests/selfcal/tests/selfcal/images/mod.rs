@@ -1,0 +1,8 @@
+//! The commands over images and bags, as files that the tests write.
+
+mod bad_input;
+mod bags;
+mod interrupted;
+mod layouts;
+mod ros1;
+mod scene;

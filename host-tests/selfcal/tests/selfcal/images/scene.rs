@@ -1,0 +1,92 @@
+//! Scenes of the tests: a rig that turns before the Aloe, as files.
+
+use std::path::Path;
+
+use host_tests::data::{Dataset, TurnedView};
+use image::{GrayImage, ImageFormat};
+use selfcal_pictures::{Grey, turned};
+use stereo_selfcal::{Camera, Intrinsics, Lens};
+
+/// Size of the small scene, px.
+pub(crate) const SIZE: [u32; 2] = [427, 370];
+
+/// Names of the shipped chess images of one side.
+pub(crate) fn chess(side: &str) -> Vec<std::path::PathBuf> {
+    let folder = Dataset::shipped().join("images/chess");
+    let all = [1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13, 14];
+    all.iter().map(|n| folder.join(format!("{side}{n:02}.jpg"))).collect()
+}
+
+/// The small scene: left and right, grey.
+pub(crate) fn small() -> [GrayImage; 2] {
+    let folder = Dataset::shipped().join("images/aloe");
+    ["left.jpg", "right.jpg"].map(|name| {
+        let whole = image::open(folder.join(name)).unwrap().into_luma8();
+        // The mean of three times three pixels.
+        GrayImage::from_fn(SIZE[0], SIZE[1], |u, v| {
+            let nine =
+                (0..9).map(|i| u32::from(whole.get_pixel(3 * u + i % 3, 3 * v + i / 3).0[0]));
+            image::Luma([u8::try_from(nine.sum::<u32>() / 9).unwrap()])
+        })
+    })
+}
+
+/// Principal point of the small scene, px.
+pub(crate) const PRINCIPAL: [f64; 2] = [SIZE[0] as f64 / 2.0 - 0.5, SIZE[1] as f64 / 2.0 - 0.5];
+
+/// Focal length of the small scene, px.
+pub(crate) const FOCAL: f64 = 3740.0 / 3.0;
+
+fn camera() -> Camera<f64> {
+    let [width, height] = SIZE.map(|n| u16::try_from(n).unwrap());
+    let intrinsics = Intrinsics { focal: [FOCAL; 2], principal: PRINCIPAL, size: [width, height] };
+    Camera::try_new(intrinsics, Lens::Pinhole).unwrap()
+}
+
+/// An image as after a turn of its camera, degrees; what is then unseen is grey.
+fn turn(image: &GrayImage, view: TurnedView, degrees: f64) -> GrayImage {
+    let size = SIZE.map(|n| u16::try_from(n).unwrap());
+    let grey = Grey::try_new(size, image.pixels().map(|p| Some(p.0[0])).collect()).unwrap();
+    let warped = turned(&grey, &camera(), &view.rotation(degrees));
+    let pixels = warped.pixels().iter().map(|pixel| pixel.unwrap_or(128)).collect();
+    GrayImage::from_raw(SIZE[0], SIZE[1], pixels).unwrap()
+}
+
+/// Left and right of a rig that turns as a whole, by another angle each moment.
+pub(crate) fn moving(moments: usize) -> Vec<[GrayImage; 2]> {
+    let [left, right] = small();
+    let angles = [0.0, 0.9, -0.6, 1.4, 0.3, -1.1, 0.7, -0.2, 1.2, -0.9];
+    let at = |i: usize| {
+        let turned = |image| turn(image, TurnedView::Top, angles[i % angles.len()]);
+        [turned(&left), turned(&right)]
+    };
+    (0..moments).map(at).collect()
+}
+
+pub(crate) fn save(image: &GrayImage, path: &Path) {
+    image.save_with_format(path, ImageFormat::Pnm).unwrap();
+}
+
+/// Folders `left` and `right` of a sequence.
+pub(crate) fn folders<'a>(pairs: impl IntoIterator<Item = [&'a GrayImage; 2]>, top: &Path) {
+    for side in ["left", "right"] {
+        std::fs::create_dir_all(top.join(side)).unwrap();
+    }
+    for (i, pair) in pairs.into_iter().enumerate() {
+        for (image, side) in pair.into_iter().zip(["left", "right"]) {
+            save(image, &top.join(format!("{side}/{i:03}.pgm")));
+        }
+    }
+}
+
+/// Matrices of a `camera_info` of the rectified small scene: distortion, K, R, P.
+pub(crate) fn camera_info(right: bool) -> [Vec<f64>; 4] {
+    let [cx, cy] = PRINCIPAL;
+    let shift = if right { -FOCAL * 0.12 } else { 0.0 };
+    [
+        vec![0.0; 5],
+        vec![FOCAL, 0.0, cx, 0.0, FOCAL, cy, 0.0, 0.0, 1.0],
+        vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        vec![FOCAL, 0.0, cx, shift, 0.0, FOCAL, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+    ]
+}

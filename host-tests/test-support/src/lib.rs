@@ -1,0 +1,18 @@
+//! What tests of several packages need: simulated flash, calls of a program, length of a campaign.
+
+pub mod flash;
+mod program;
+
+pub use program::{Ended, Program};
+
+/// Whether tests run at full length, for minutes: where the variable `CAMPAIGN` is set.
+#[must_use]
+pub fn is_campaign() -> bool {
+    std::env::var_os("CAMPAIGN").is_some()
+}
+
+/// Number of runs of a test: `few`, or `many` in a campaign.
+#[must_use]
+pub fn runs<N>(few: N, many: N) -> N {
+    if is_campaign() { many } else { few }
+}

@@ -1,0 +1,11 @@
+//! The calibrator on recorded and generated data.
+
+mod compensate;
+mod falsified_lens;
+mod golden;
+mod parked;
+mod records;
+mod scenarios;
+mod synthetic_paper;
+mod synthetic_robust;
+mod wire;

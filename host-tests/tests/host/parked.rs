@@ -1,0 +1,69 @@
+//! A vehicle that stands still for 200 pairs, its landmarks with matching errors that stay, then drives on: what
+//! repeats is one measurement, and no reason to refuse the estimate.
+
+use host_tests::bounds::joint_fit;
+use host_tests::data::{Rays, in_f64};
+use host_tests::run::monte_carlo::rms;
+use host_tests::synth::{Scenario, ScenarioKind, ScenarioPair, rig};
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{Arming, Calibrator, Config, Fused, State};
+use test_support::runs;
+
+const PARKED: usize = 200;
+const DRIVEN: usize = 100;
+const SEED: u64 = 40_000;
+
+/// The case `parked/landmarks` of `selfcal campaign real`.
+fn scenario() -> Scenario {
+    let mut scenario = Scenario::new(ScenarioKind::ParkedLandmarks, PARKED + DRIVEN);
+    scenario.scene.outliers = 0.1;
+    scenario.scene.rig = rig([3.0, -2.0, 4.0], [3.0, -3.0]).unwrap();
+    scenario
+}
+
+/// The health is read and the estimate applied after every pair. Once locked, neither ever says no.
+fn drive(seed: u64, frames: &[ScenarioPair]) -> Calibrator<f32, 256> {
+    let mut calibrator = Calibrator::new(Config::robust());
+    calibrator.set_cameras(frames[0].scene.dataset(0, 0).unwrap().cameras().unwrap());
+    let mut applied = false;
+    for (at, frame) in frames.iter().enumerate() {
+        for m in &frame.pair.matches {
+            calibrator.push(&m.correspondence()).unwrap();
+        }
+        calibrator.solve_pair().unwrap();
+        let fused = calibrator.fuse().unwrap();
+        if applied {
+            let expected = if at < PARKED { Fused::Repeated } else { Fused::Added };
+            assert_eq!(fused, expected, "{seed}: pair {at}");
+            let health = calibrator.health().unwrap();
+            assert_eq!((health.arming, health.doubt), (Arming::Yes, None), "{seed}: pair {at}");
+        }
+        match calibrator.apply() {
+            Ok(_) => applied = true,
+            Err(why) => assert!(!applied && at < 10, "{seed}: pair {at}: {why}"),
+        }
+        calibrator.clear_pair();
+    }
+    assert_eq!(calibrator.state(), State::Locked, "{seed}");
+    calibrator
+}
+
+#[test]
+fn a_parked_vehicle_stays_armed_and_its_repeated_errors_fade_once_it_drives() {
+    let scenario = scenario();
+    let truth = &scenario.scene.rig;
+    let (mut in_use, mut fits) = (Vec::new(), Vec::new());
+    for seed in SEED..SEED + runs(4, 8) {
+        let frames: Vec<ScenarioPair> = scenario.frames(seed).unwrap().collect();
+        let calibrator = drive(seed, &frames);
+        in_use.push(Deviation::between(&in_f64(calibrator.in_use()), truth));
+        // On the way every landmark is new: its error is noise.
+        let driven = frames[PARKED..].iter();
+        let rays: Vec<Rays> = driven.flat_map(|f| f.pair.inlier_rays(&f.scene)).collect();
+        fits.push(Deviation::between(&joint_fit(truth, &rays), truth));
+    }
+    let (in_use, fit) = (rms(in_use), rms(fits));
+    let [t, r] = [in_use.translation / fit.translation, in_use.rotation / fit.rotation];
+    println!("in use: {in_use:?}, {t:.2} and {r:.2} of the joint fit");
+    assert!(t < 2.0 && r < 2.0, "{t} {r} of the joint fit");
+}

@@ -1,0 +1,97 @@
+//! Figure 3: on generated scenes without outliers the paper preset is at the Cramer-Rao bound, and
+//! its fusion is compared with the joint fit of all correspondences.
+
+use host_tests::bounds;
+use host_tests::data::{Rays, in_f64};
+use host_tests::synth::{Scene, SynthPair, rig};
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{Calibrator, Config, Extrinsics, Scalar};
+use test_support::runs;
+
+const PAIRS: usize = 100;
+
+/// A rig turned by 5 degrees about a random axis, its baseline by 5 degrees in a random direction.
+fn rig_5_degrees_off(seed: u64) -> Extrinsics<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut uniform = || rng.random_range(-1.0..1.0);
+    let axis = Vector3::new(uniform(), uniform(), uniform()).normalize() * 5.0;
+    let baseline = Vector3::new(uniform(), uniform(), 0.0).normalize() * 5.0;
+    rig(axis.into(), [baseline.x, baseline.y]).unwrap()
+}
+
+/// Squared errors of one trial: single pairs, fused, their bound, and the joint fit.
+struct Trial {
+    singles: Vec<Deviation<f64>>,
+    bounds: Vec<Deviation<f64>>,
+    fused: Deviation<f64>,
+    joint: Deviation<f64>,
+}
+
+fn trial<T: Scalar>(scene: &Scene, seed: u64) -> Trial {
+    let meta = scene.dataset(0, seed).unwrap();
+    let mut calibrator = Calibrator::<T, 256>::new(Config::paper());
+    calibrator.set_cameras(meta.cameras().unwrap());
+    let pairs: Vec<SynthPair> = scene.pairs(seed).take(PAIRS).collect();
+    let truth = &scene.rig;
+    let mut singles = Vec::new();
+    for pair in &pairs {
+        for m in &pair.matches {
+            calibrator.push(&m.correspondence()).unwrap();
+        }
+        let report = calibrator.solve_pair().unwrap();
+        calibrator.fuse().unwrap();
+        calibrator.clear_pair();
+        singles.push(Deviation::between(&in_f64(&report.extrinsics), truth));
+    }
+    let estimate = calibrator.proposal().unwrap();
+    assert!(estimate.doubt.is_none());
+    let noise = scene.noise_px / scene.focal;
+    let bounds = pairs.iter().map(|pair| {
+        let clean: Vec<Rays> = pair.clean.iter().map(|&pixels| scene.rays(pixels)).collect();
+        bounds::cramer_rao(truth, clean.iter(), noise)
+    });
+    let bounds = bounds.collect();
+    let measured: Vec<Rays> = pairs.iter().flat_map(|pair| pair.rays(scene)).collect();
+    Trial {
+        singles,
+        bounds,
+        fused: Deviation::between(&in_f64(&estimate.extrinsics), truth),
+        joint: Deviation::between(&bounds::joint_fit(truth, &measured), truth),
+    }
+}
+
+fn rms(deviations: impl IntoIterator<Item = Deviation<f64>>) -> Deviation<f64> {
+    Deviation::root_mean_square(deviations).unwrap()
+}
+
+fn efficiency<T: Scalar>() -> [f64; 4] {
+    let trials: Vec<Trial> = (0..runs(24, 200))
+        .map(|seed| {
+            let scene = Scene { rig: rig_5_degrees_off(seed), ..Scene::default() };
+            trial::<T>(&scene, 1000 + seed)
+        })
+        .collect();
+    let sigma = rms(trials.iter().flat_map(|t| t.singles.iter().copied()));
+    let bound = rms(trials.iter().flat_map(|t| t.bounds.iter().copied()));
+    let fused = rms(trials.iter().map(|t| t.fused));
+    let joint = rms(trials.iter().map(|t| t.joint));
+    [
+        sigma.translation / bound.translation,
+        sigma.rotation / bound.rotation,
+        fused.translation / joint.translation,
+        fused.rotation / joint.rotation,
+    ]
+}
+
+#[test]
+fn paper_preset_is_at_the_cramer_rao_bound_and_its_fusion_at_the_joint_fit() {
+    let [sigma_t, sigma_theta, e_t, e_theta] = efficiency::<f32>();
+    println!("over the bound: sigma_t {sigma_t:.3}, sigma_theta {sigma_theta:.3}");
+    println!("over the joint fit: e_t {e_t:.3}, e_theta {e_theta:.3}");
+    // Significantly below 1, the bound would be wrong.
+    assert!((0.97..=1.05).contains(&sigma_t) && (0.97..=1.05).contains(&sigma_theta));
+    assert!(e_t <= 1.10 && e_theta <= 1.10);
+}
