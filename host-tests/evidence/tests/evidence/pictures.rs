@@ -5,10 +5,10 @@ use nalgebra::Matrix3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use selfcal_commands::report::Picture;
+use selfcal_commands::run_page::{Estimates, sphere_figure};
 use selfcal_evidence::pictures::{PicturedScene, comparison};
 use selfcal_pictures::{
-    Disparities, Estimates, Grey, Rectification, disparity_picture, pair_picture, sphere_figure,
-    turned, warp,
+    Disparities, Grey, Rectification, disparity_picture, pair_picture, turned, warp,
 };
 use stereo_selfcal::{RectifiedCamera, RectifyingRotations};
 

@@ -11,11 +11,19 @@ use crate::call::selfcal;
 const README: &str = include_str!("../../../../README.md");
 const EVIDENCE: &str = include_str!("../../../EVIDENCE.md");
 const DATA: &str = include_str!("../../../data/README.md");
+const GUIDE: &str = include_str!("../../README.md");
+const CONTRIBUTING: &str = include_str!("../../../../.github/CONTRIBUTING.md");
 const CHANGELOG: &str = include_str!("../../../../CHANGELOG.md");
 
 /// The documents, each with the folder its links start from.
-const DOCUMENTS: [(&str, &str); 4] =
-    [("", README), ("host-tests", EVIDENCE), ("host-tests/data", DATA), ("", CHANGELOG)];
+const DOCUMENTS: [(&str, &str); 6] = [
+    ("", README),
+    ("host-tests", EVIDENCE),
+    ("host-tests/data", DATA),
+    ("host-tests/selfcal", GUIDE),
+    (".github", CONTRIBUTING),
+    ("", CHANGELOG),
+];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap()
@@ -128,7 +136,9 @@ fn cargo_knows_the_tests_and_benches_of_the_documents() {
         let mut folder = root().join(match words.next().unwrap() {
             "stereo-selfcal" => "core",
             "stereo-selfcal-capi" => "core/capi",
-            "selfcal-images" => "host-tests/images",
+            "selfcal-evidence" => "host-tests/evidence",
+            "rivals" => "host-tests/rivals",
+            "selfcal" => "host-tests/selfcal",
             package => package,
         });
         let mut filter = None;
