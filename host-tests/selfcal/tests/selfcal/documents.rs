@@ -122,7 +122,12 @@ fn the_readme_names_every_feature_and_the_oldest_rust() {
 #[test]
 fn selfcal_knows_the_commands_of_the_documents() {
     for call in commands("cargo selfcal ").into_iter().chain(commands("cargo selfcal-simd ")) {
-        let call = call.split(" #").next().unwrap().replace("NAME", "opencv_chess_sift").replace("SCENE", "near");
+        let call = call
+            .split(" #")
+            .next()
+            .unwrap()
+            .replace("NAME", "opencv_chess_sift")
+            .replace("SCENE", "near");
         let call = call.replace("[--view top]", "--view top").replace("PRESET", "robust");
         let arguments: Vec<&str> = call.split_whitespace().chain(["--help"]).collect();
         selfcal(&arguments).stdout();
