@@ -76,7 +76,7 @@ fn a_frame_is_awaited_without_bus_access_until_data_ready_is_high() {
     let mut matcher = driver(&far);
     let mut taken = Taken::default();
     assert_eq!(within(10, matcher.receive(&mut taken)), None);
-    assert_eq!(far.reads(), []);
+    assert!(far.reads().is_empty());
     let frame = Frame::plain(1, 40);
     far.send(frame.bytes());
     let received = Received { header: frame.header, taken: 40 };

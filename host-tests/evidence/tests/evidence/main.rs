@@ -1,4 +1,4 @@
 //! Pictures, and the solver that the timings compare with.
 
-mod minpack;
+mod general_solver;
 mod pictures;
