@@ -253,13 +253,6 @@ pub(super) fn nees<T: Scalar>(proposal: &Proposal<T>, truth: &Extrinsics<f64>) -
     nees.unwrap_or(f64::NAN)
 }
 
-/// Root mean square of deviations, each part.
-#[must_use]
-pub fn rms(all: impl IntoIterator<Item = Deviation<f64>>) -> Deviation<f64> {
-    Deviation::root_mean_square(all)
-        .unwrap_or(Deviation { translation: f64::NAN, rotation: f64::NAN })
-}
-
 /// 99 % bounds of the mean NEES of `n` consistent estimates, five degrees of freedom.
 #[must_use]
 pub fn nees_band(n: usize) -> [f64; 2] {

@@ -13,6 +13,7 @@ use crate::chart::legend::{DOT, FILL, Key, Mark};
 use crate::chart::palette::{Rgb, SERIES};
 use crate::chart::{self, Anchor, Axis, Plot, Point, Style, Svg};
 use crate::data::Dataset;
+use crate::stats::median;
 
 const SIZE: Point = [1000.0, 460.0];
 
@@ -119,7 +120,8 @@ impl Histogram {
         };
         let before = offsets(&set.calibration(log.factory(), &LensCorrection::NONE)?);
         let after = log.fused().map(|f| f.calibration(set)).transpose()?.as_ref().map(offsets);
-        let limit = nice_limit(MIN_LIMIT_PX.max(LIMIT_IN_MEDIANS * median_size(&before)));
+        let typical = median(before.iter().map(|x| x.abs())).unwrap_or(0.0);
+        let limit = nice_limit(MIN_LIMIT_PX.max(LIMIT_IN_MEDIANS * typical));
         let counts = |offsets: &[f64]| Counts::within(limit, offsets);
         let after = after.as_deref().map(counts).transpose()?;
         Ok(Self { limit, before: counts(&before)?, after })
@@ -157,13 +159,6 @@ impl Counts {
         points.push([x, 0.0]);
         points
     }
-}
-
-/// Median of the absolute values; 0 of none.
-fn median_size(offsets: &[f64]) -> f64 {
-    let mut sizes: Vec<f64> = offsets.iter().map(|x| x.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
-    sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// The next of 5, 10, 20, 50, 100 and so on.

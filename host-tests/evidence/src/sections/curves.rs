@@ -6,6 +6,7 @@ use crate::measurement::Measured;
 use crate::sweep::{Sweep, SweepAxis, Trial};
 use crate::verdict::{self, OURS};
 use host_tests::chart::curves::{self, Curve, Line, Scale};
+use host_tests::stats;
 use selfcal_commands::report::{Csv, Entry, Figure, Picture, Sample, Section};
 
 /// Words of a curve.
@@ -260,8 +261,8 @@ fn numbers(
                 by.name(),
                 text(rms(trials, of_a)),
                 text(rms(trials, of_b)),
-                text(median(trials, of_a)),
-                text(median(trials, of_b)),
+                text(stats::median(numbers_of(trials, of_a))),
+                text(stats::median(numbers_of(trials, of_b))),
                 count.to_string(),
                 none.to_string(),
             ]);
@@ -286,13 +287,5 @@ pub(super) fn rms(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Option<f64> 
     if 2 * numbers.len() < trials.as_ref().map_or(0, Vec::len) {
         return None;
     }
-    let count = f64::from(u32::try_from(numbers.len()).ok()?);
-    let squares: f64 = numbers.iter().map(|x| x * x).sum();
-    (count > 0.0).then(|| (squares / count).sqrt())
-}
-
-fn median(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Option<f64> {
-    let mut numbers = numbers_of(trials, of);
-    numbers.sort_by(f64::total_cmp);
-    numbers.get(numbers.len() / 2).copied()
+    stats::rms(numbers)
 }
