@@ -1,43 +1,27 @@
 //! Frames of the tests.
 
+use core::ops::Range;
 use std::vec::Vec;
 
+use host_tests::data::Match;
+use host_tests::wire::Sender;
 use stereo_selfcal::Correspondence;
-use stereo_selfcal::link::{FrameCrc, FrameHeader, MatchRecord};
 
 /// The `i`-th match. All are different, and their scene makes all directions observable.
+fn found(i: u16) -> Match {
+    let [ul, vl] = [i * 37 % 900 + 700, i * 71 % 1100].map(f64::from);
+    let disparity = f64::from(i * 13 % 97) + 20.0;
+    // Score and step are values of the wire, so that they are not rounded.
+    Match { ul, vl, ur: ul - disparity, vr: vl + 1.5, score: 0.2, step: 1.0 / 256.0 }
+}
+
+/// The `i`-th match as the core takes it.
 pub(crate) fn correspondence(i: u16) -> Correspondence<f32> {
-    let [u, v] = [i * 37 % 900 + 700, i * 71 % 1100].map(f32::from);
-    let disparity = f32::from(i * 13 % 97) + 20.0;
-    Correspondence {
-        left: [u, v],
-        right: [u - disparity, v + 1.5],
-        // A value of the wire, so that it is not rounded.
-        score: 13_107.0 / 65_535.0,
-        grid_step: 1.0 / 256.0,
-    }
+    found(i).correspondence()
 }
 
 /// Encodes a frame of these matches, of images of 1920 x 1200 px.
-pub(crate) fn frame(sequence: u32, matches: impl ExactSizeIterator<Item = u16>) -> Vec<u8> {
-    let header = FrameHeader {
-        timestamp_us: 0,
-        sequence,
-        count: matches.len().try_into().expect("within a frame"),
-        image_size: [1920, 1200],
-        grid_step: 0,
-        fraction_bits: 8,
-        pyramid_ratio: 64,
-        dropped_before: false,
-        more_found: false,
-    };
-    let mut bytes = header.encode().expect("a valid header").to_vec();
-    let mut crc = FrameCrc::new(bytes.first_chunk().expect("of a header's length"));
-    for i in matches {
-        let record = MatchRecord::encode(&correspondence(i), &header).expect("in range").to_bytes();
-        crc.add(&record);
-        bytes.extend(record);
-    }
-    bytes.extend(crc.value().to_le_bytes());
-    bytes
+pub(crate) fn frame(sequence: u32, matches: Range<u16>) -> Vec<u8> {
+    let sender = Sender::new([1920, 1200], []).expect("no grid");
+    sender.frame(sequence, &matches.map(found).collect::<Vec<_>>()).0
 }
