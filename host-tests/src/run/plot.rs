@@ -11,7 +11,7 @@ use super::step::Step;
 use super::summary::row_offsets_px;
 use crate::chart::legend::{DOT, FILL, Key, Mark};
 use crate::chart::palette::{Rgb, SERIES};
-use crate::chart::{self, Anchor, Axis, Plot, Point, Style, Svg};
+use crate::chart::{self, Anchor, Axis, Plot, Point, Style, Svg, nice_step};
 use crate::data::Dataset;
 use crate::stats::median;
 
@@ -121,7 +121,7 @@ impl Histogram {
         let before = offsets(&set.calibration(log.factory(), &LensCorrection::NONE)?);
         let after = log.fused().map(|f| f.calibration(set)).transpose()?.as_ref().map(offsets);
         let typical = median(before.iter().map(|x| x.abs())).unwrap_or(0.0);
-        let limit = nice_limit(MIN_LIMIT_PX.max(LIMIT_IN_MEDIANS * typical));
+        let limit = nice_step(MIN_LIMIT_PX.max(LIMIT_IN_MEDIANS * typical));
         let counts = |offsets: &[f64]| Counts::within(limit, offsets);
         let after = after.as_deref().map(counts).transpose()?;
         Ok(Self { limit, before: counts(&before)?, after })
@@ -159,16 +159,6 @@ impl Counts {
         points.push([x, 0.0]);
         points
     }
-}
-
-/// The next of 5, 10, 20, 50, 100 and so on.
-fn nice_limit(px: f64) -> f64 {
-    let decade = 10_f64.powf(px.log10().floor());
-    [1.0, 2.0, 5.0, 10.0]
-        .map(|step| step * decade)
-        .into_iter()
-        .find(|&limit| limit >= px)
-        .unwrap_or(px)
 }
 
 fn draw_offsets(svg: &mut Svg, left: f64, histogram: &Histogram) {
@@ -281,7 +271,7 @@ mod tests {
 
     #[test]
     fn axes_end_at_round_numbers() {
-        assert_eq!([5.0, 5.1, 19.0, 200.0, 201.0].map(nice_limit), [5.0, 10.0, 20.0, 200.0, 500.0]);
+        assert_eq!([5.0, 5.1, 19.0, 200.0, 201.0].map(nice_step), [5.0, 10.0, 20.0, 200.0, 500.0]);
     }
 
     #[test]

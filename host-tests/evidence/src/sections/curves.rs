@@ -7,7 +7,7 @@ use crate::sweep::{Sweep, SweepAxis, Trial};
 use crate::verdict::{self, OURS};
 use host_tests::chart::curves::{self, Curve, Line, Scale};
 use host_tests::stats;
-use selfcal_commands::report::{Csv, Entry, Figure, Picture, Sample, Section};
+use selfcal_commands::report::{Csv, Entry, Figure, Mark, Picture, Section};
 
 /// Words of a curve.
 struct Words {
@@ -166,11 +166,11 @@ fn figure(findings: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of
     }
     let numbered = sides.iter().enumerate();
     let entry = |(i, (name, ..)): (usize, &(&str, _, _))| {
-        Entry::new(Sample::Line, Some(curves::shade(i)), name)
+        Entry::new(Mark::Line, Some(curves::shade(i)), name)
     };
     let mut legend: Vec<Entry> = numbered.map(entry).collect();
     if bounded {
-        legend.push(Entry::new(Sample::Dashes, None, "Cramer-Rao bound"));
+        legend.push(Entry::new(Mark::Dashes, None, "Cramer-Rao bound"));
     }
     let scenes = sweep.trials.iter().flatten().flatten().map(Vec::len).max().unwrap_or(0);
     Figure {
@@ -221,9 +221,9 @@ fn multiples(findings: &Findings<'_>, sweep: &Sweep) -> Figure {
     Figure {
         panels: rivals.map(panel).collect(),
         legend: vec![
-            Entry::new(Sample::Line, Some(curves::shade(0)), "robust (ours)"),
-            Entry::new(Sample::Line, Some(curves::shade(1)), "the method named"),
-            Entry::new(Sample::Dashes, None, "Cramer-Rao bound"),
+            Entry::new(Mark::Line, Some(curves::shade(0)), "robust (ours)"),
+            Entry::new(Mark::Line, Some(curves::shade(1)), "the method named"),
+            Entry::new(Mark::Dashes, None, "Cramer-Rao bound"),
         ],
         caption: "The same scenes, one panel a method, at the best of its settings in each point."
             .into(),
