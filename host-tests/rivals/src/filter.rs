@@ -93,7 +93,7 @@ pub(super) fn iterated(
 /// Residuals beyond so many robust deviations are outliers (Rousseeuw and Leroy).
 const REJECTED: f64 = 2.5;
 
-/// What a residual may be at most: 2.5 robust deviations of all residuals, by their median.
+/// Limit of a residual: 2.5 robust deviations of all residuals, by their median.
 ///
 /// * `sizes`: absolute residuals.
 /// * `noise`: the least deviation.
