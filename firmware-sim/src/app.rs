@@ -176,13 +176,14 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_bus::{BusFault, TestBus, correspondence, frame};
-    use core::convert::Infallible;
+    use crate::test_frames::{correspondence, frame};
+    use embedded_hal::{digital, spi};
     use std::vec::Vec;
     use stereo_selfcal::link::FrameRefusal;
     use stereo_selfcal::{Camera, Cameras, Config, Intrinsics, Lens};
+    use test_support::wire::Wire;
 
-    type TestApp<'a> = App<'a, &'a TestBus, &'a TestBus, CAPACITY>;
+    type TestApp<'a> = App<'a, Wire, Wire, CAPACITY>;
 
     const CAPACITY: usize = 64;
 
@@ -202,8 +203,21 @@ mod tests {
         calibrator
     }
 
+    fn wire(bytes: Vec<u8>) -> Wire {
+        let wire = Wire::default();
+        wire.send(bytes);
+        wire
+    }
+
+    fn app(bytes: Vec<u8>, calibrator: &mut Calibrator<f32, CAPACITY>) -> TestApp<'_> {
+        let wire = wire(bytes);
+        App::new(FpgaMatcher::new(wire.clone(), wire), calibrator)
+    }
+
     /// Polls until an event other than `Reading`.
-    fn read(app: &mut TestApp<'_>) -> Result<Event, ReceiveError<BusFault, Infallible>> {
+    fn read(
+        app: &mut TestApp<'_>,
+    ) -> Result<Event, ReceiveError<spi::ErrorKind, digital::ErrorKind>> {
         loop {
             match app.poll() {
                 Ok(Event::Reading) => (),
@@ -227,8 +241,7 @@ mod tests {
     #[test]
     fn a_frame_is_read_then_solved_by_one_pass_per_poll_then_fused_and_not_applied() {
         let mut calibrator = calibrator();
-        let bus = TestBus::new(frame(5, 0..60));
-        let mut app = App::new(bus.driver(), &mut calibrator);
+        let mut app = app(frame(5, 0..60), &mut calibrator);
         assert_eq!(read(&mut app), Ok(Event::Frame { sequence: 5, offered: 60, taken: 60 }));
         let (passes, pair) = finish_pair(&mut app);
         let (report, fused) = pair.outcome.unwrap();
@@ -250,8 +263,7 @@ mod tests {
         let mut direct = calibrator();
         let mut calibrator = direct.clone();
         let frames = [frame(1, 0..128), frame(2, 0..50)];
-        let bus = TestBus::new(frames.concat());
-        let mut app = App::new(bus.driver(), &mut calibrator);
+        let mut app = app(frames.concat(), &mut calibrator);
         assert_eq!(read(&mut app), Ok(Event::Frame { sequence: 1, offered: 128, taken: CAPACITY }));
         for i in 0..128 {
             direct.push(&correspondence(i)).unwrap();
@@ -268,8 +280,7 @@ mod tests {
     fn a_pair_without_a_solution_is_an_event_and_the_next_one_is_fused() {
         let mut calibrator = calibrator();
         let frames = [frame(1, 0..5), frame(2, 0..60)];
-        let bus = TestBus::new(frames.concat());
-        let mut app = App::new(bus.driver(), &mut calibrator);
+        let mut app = app(frames.concat(), &mut calibrator);
         read(&mut app).unwrap();
         let (_, pair) = finish_pair(&mut app);
         assert_eq!(pair.outcome, Err(PairError::TooFew { usable: 5, needed: 12 }));
@@ -284,8 +295,7 @@ mod tests {
         // New points in each pair, and too few in the last one.
         let pair = |sequence: u16| frame(sequence.into(), sequence * 60..sequence * 60 + 60);
         let frames: Vec<u8> = (0..6).flat_map(pair).chain(frame(6, 0..5)).collect();
-        let bus = TestBus::new(frames);
-        let mut app = App::new(bus.driver(), &mut calibrator);
+        let mut app = app(frames, &mut calibrator);
         let (mut pairs, mut changes) = (0, Vec::new());
         loop {
             match app.poll().unwrap() {
@@ -304,9 +314,10 @@ mod tests {
         let mut calibrator = calibrator();
         let frames = [1, 2].map(|sequence| frame(sequence, 0..60));
         // The third of five reads.
-        let bus = TestBus::new(frames.concat()).failing_after(2);
-        let mut app = App::new(bus.driver(), &mut calibrator);
-        assert_eq!(read(&mut app), Err(ReceiveError::Bus(BusFault)));
+        let wire = wire(frames.concat());
+        wire.fail_after(2);
+        let mut app = App::new(FpgaMatcher::new(wire.clone(), wire), &mut calibrator);
+        assert_eq!(read(&mut app), Err(ReceiveError::Bus(spi::ErrorKind::Overrun)));
         assert_eq!(read(&mut app), Ok(Event::Frame { sequence: 2, offered: 60, taken: 60 }));
         assert_eq!((app.counters().good, app.counters().truncated), (1, 1));
     }
@@ -316,8 +327,7 @@ mod tests {
         let mut calibrator = calibrator();
         let [mut damaged, whole] = [1, 2].map(|sequence| frame(sequence, 0..60));
         damaged[100] ^= 1;
-        let bus = TestBus::new([damaged, whole].concat());
-        let mut app = App::new(bus.driver(), &mut calibrator);
+        let mut app = app([damaged, whole].concat(), &mut calibrator);
         assert_eq!(read(&mut app), Ok(Event::Frame { sequence: 2, offered: 60, taken: 60 }));
         assert_eq!((app.counters().good, app.counters().bad_crc), (1, 1));
     }
@@ -329,8 +339,7 @@ mod tests {
         let intrinsics = Intrinsics { size: [1920, 1199], ..*cameras.left.intrinsics() };
         cameras.left = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
         calibrator.set_cameras(cameras);
-        let bus = TestBus::new(frame(1, 0..60));
-        let mut app = App::new(bus.driver(), &mut calibrator);
+        let mut app = app(frame(1, 0..60), &mut calibrator);
         let refused = ReceiveError::Refused(FrameRefusal::ImageSize([1920, 1200]));
         assert_eq!(read(&mut app), Err(refused));
         assert_eq!(read(&mut app), Ok(Event::Idle));
@@ -340,8 +349,7 @@ mod tests {
     #[test]
     fn without_a_frame_a_poll_is_idle() {
         let mut calibrator = calibrator();
-        let bus = TestBus::new(Vec::new());
-        let mut app = App::new(bus.driver(), &mut calibrator);
+        let mut app = app(Vec::new(), &mut calibrator);
         assert_eq!(app.poll(), Ok(Event::Idle));
     }
 }

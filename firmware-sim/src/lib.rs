@@ -31,7 +31,7 @@ mod controller;
 pub mod pil;
 pub mod recording;
 #[cfg(test)]
-mod test_bus;
+mod test_frames;
 
 pub use app::{App, Event, PairOutcome};
 pub use controller::{CAPACITY, Controller, solve_and_fuse, start, start_automatic};

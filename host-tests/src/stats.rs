@@ -1,10 +1,13 @@
-//! Order statistics, with one definition for all tables, pictures and tests.
+//! Means and order statistics, with one definition for all tables, pictures and tests.
+
+use stereo_selfcal::metrics::Deviation;
 
 /// Quantile of some numbers, linear between neighbours (Hyndman and Fan, type 7); `None` without a number.
 ///
 /// * `share`: 0 is the least number, 0.5 the median, 1 the largest.
 #[must_use]
-pub fn quantile(mut numbers: Vec<f64>, share: f64) -> Option<f64> {
+pub fn quantile(numbers: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
+    let mut numbers: Vec<f64> = numbers.into_iter().collect();
     numbers.sort_unstable_by(f64::total_cmp);
     let last = numbers.len().checked_sub(1)?;
     let place = share.clamp(0.0, 1.0) * f64::from(u32::try_from(last).ok()?);
@@ -12,7 +15,9 @@ pub fn quantile(mut numbers: Vec<f64>, share: f64) -> Option<f64> {
     let mut neighbours = numbers.windows(2);
     while let Some(&[below, above]) = neighbours.next() {
         if place < at + 1.0 {
-            return Some(below + (place - at) * (above - below));
+            let part = place - at;
+            // `part` times an infinite step is NaN where `part` is 0.
+            return Some(if part > 0.0 { below + part * (above - below) } else { below });
         }
         at += 1.0;
     }
@@ -21,8 +26,38 @@ pub fn quantile(mut numbers: Vec<f64>, share: f64) -> Option<f64> {
 
 /// The middle number, or the mean of the middle two; `None` without a number.
 #[must_use]
-pub fn median(numbers: Vec<f64>) -> Option<f64> {
+pub fn median(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
     quantile(numbers, 0.5)
+}
+
+/// Arithmetic mean; `None` without a number.
+#[must_use]
+pub fn mean(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let (mut count, mut sum) = (0.0, 0.0);
+    for number in numbers {
+        count += 1.0;
+        sum += number;
+    }
+    (count > 0.0).then(|| sum / count)
+}
+
+/// Root mean square; `None` without a number.
+#[must_use]
+pub fn rms(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
+    mean(numbers.into_iter().map(|x| x * x)).map(f64::sqrt)
+}
+
+/// Geometric mean; `None` without a number.
+#[must_use]
+pub fn geometric_mean(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
+    mean(numbers.into_iter().map(f64::ln)).map(f64::exp)
+}
+
+/// Root mean square of deviations, each part; NaN without a deviation.
+#[must_use]
+pub fn rms_deviation(all: impl IntoIterator<Item = Deviation<f64>>) -> Deviation<f64> {
+    Deviation::root_mean_square(all)
+        .unwrap_or(Deviation { translation: f64::NAN, rotation: f64::NAN })
 }
 
 #[cfg(test)]
@@ -35,8 +70,23 @@ mod tests {
         for (share, expected) in [(0.0, 1.0), (0.5, 2.5), (0.75, 3.25), (1.0, 4.0), (2.0, 4.0)] {
             assert_eq!(quantile(numbers.clone(), share), Some(expected), "{share}");
         }
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
-        assert_eq!(median(vec![7.0]), Some(7.0));
-        assert_eq!(median(Vec::new()), None);
+        assert_eq!(median([3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median([7.0]), Some(7.0));
+        assert_eq!(median([]), None);
+    }
+
+    #[test]
+    fn a_median_beside_an_infinite_number_is_finite() {
+        assert_eq!(median([f64::INFINITY, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median([f64::INFINITY, 1.0]), Some(f64::INFINITY));
+    }
+
+    #[test]
+    fn means_are_of_the_numbers_their_squares_and_their_logarithms() {
+        assert_eq!(mean([1.0, 2.0, 6.0]), Some(3.0));
+        assert_eq!(rms([1.0, -7.0]), Some(5.0));
+        assert!((geometric_mean([0.5, 8.0]).unwrap() - 2.0).abs() < 1e-12);
+        assert_eq!([mean([]), rms([]), geometric_mean([])], [None; 3]);
+        assert!(rms_deviation([]).rotation.is_nan());
     }
 }

@@ -11,9 +11,10 @@ use fpga_sim::matches::Found;
 use fpga_sim::model::Size;
 use fpga_sim::spi::{Ready, Spi};
 use host_tests::data::Dataset;
-use host_tests::wire::{Sender, SimMatcher};
+use host_tests::wire::Sender;
 use stereo_selfcal::Extrinsics;
 use stereo_selfcal::link::{FpgaMatcher, FrameHeader, MatchRecord};
+use test_support::wire::Wire;
 
 const HELP: &str = "\
 Calibrates from the pins of the framer in firmware-sim/fpga/rtl, simulated by Verilator. Matches of a recorded
@@ -62,15 +63,16 @@ fn run(set: &str) -> Result<()> {
         bail!("the cameras are not valid")
     };
 
-    let replay = SimMatcher::new(sender);
-    let mut replayed = App::new(replay.driver(), by_bytes);
+    let wire = Wire::default();
+    let mut replayed = App::new(FpgaMatcher::new(wire.clone(), wire.clone()), by_bytes);
     let bench = Rc::new(RefCell::new(Bench::new(Size::Large, Sink::Spi)));
     let driver = FpgaMatcher::new(Spi(Rc::clone(&bench)), Ready(Rc::clone(&bench)));
     let mut simulated = App::new(driver, by_pins);
 
     for (sequence, pair) in (0..).zip(&set.pairs) {
-        replay.send(sequence, pair);
-        let found = found(&sender.frame(sequence, pair).0)?;
+        let frame = sender.frame(sequence, pair).0;
+        let found = found(&frame)?;
+        wire.send(frame);
         ensure!(found.records.len() <= Size::Large.matches(), "pair {sequence} does not fit");
         bench.borrow_mut().beats.extend(found.beats());
         let a = outcome(|| Ok(replayed.poll()?))?;

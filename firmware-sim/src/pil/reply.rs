@@ -329,7 +329,7 @@ impl EndReply {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_bus::correspondence;
+    use crate::test_frames::correspondence;
     use crate::{Controller, start};
     use std::vec::Vec;
     use stereo_selfcal::{Camera, Cameras, Intrinsics, Lens};

@@ -17,9 +17,10 @@ use clap::Parser;
 use firmware_sim::App;
 use host_tests::is_broken_pipe;
 use host_tests::run::plot;
-use host_tests::wire::{Sender, SimMatcher};
+use test_support::wire::Wire;
 
 use args::{Cli, Command, ReplayArgs};
+use polling::driver;
 
 /// Runs the program with the arguments of the process.
 pub(crate) fn main() -> ExitCode {
@@ -54,11 +55,11 @@ fn run(cli: &Cli, out: &mut impl Write) -> Result<ExitCode> {
 fn replay(args: &ReplayArgs, out: &mut impl Write) -> Result<()> {
     let set = args.dataset()?;
     let mut calibrator = Box::new(firmware_sim::start(set.cameras()?));
-    let matcher = SimMatcher::new(Sender::of(&set)?);
-    let mut app = App::new(matcher.driver(), &mut calibrator);
+    let wire = Wire::default();
+    let mut app = App::new(driver(&wire), &mut calibrator);
 
     report::heading(out, &set)?;
-    let run = replay::replay(&set, &matcher, &mut app, out)?;
+    let run = replay::replay(&set, &wire, &mut app, out)?;
     report::evaluation(out, &set, &run)?;
 
     let plot = args.plot(&set);

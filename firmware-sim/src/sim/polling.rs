@@ -1,10 +1,18 @@
 //! Polls the application until it has processed the pair on the bus.
 
 use anyhow::{Context, Result};
-use embedded_hal::digital::InputPin;
-use embedded_hal::spi::SpiDevice;
 use firmware_sim::{App, Event, PairOutcome};
 use stereo_selfcal::State;
+use stereo_selfcal::link::FpgaMatcher;
+use test_support::wire::Wire;
+
+/// The application on a simulated wire.
+pub(super) type SimApp<'a, const N: usize> = App<'a, Wire, Wire, N>;
+
+/// The driver of a matcher on a simulated wire.
+pub(super) fn driver(wire: &Wire) -> FpgaMatcher<Wire, Wire> {
+    FpgaMatcher::new(wire.clone(), wire.clone())
+}
 
 /// A pair that the application has processed.
 pub(super) struct ProcessedPair {
@@ -22,13 +30,9 @@ const POLLS: usize = 500;
 ///
 /// # Errors
 /// If the bus fails.
-pub(super) fn poll_until_idle<SPI, RDY, const N: usize>(
-    app: &mut App<'_, SPI, RDY, N>,
-) -> Result<Option<ProcessedPair>>
-where
-    SPI: SpiDevice<Error: Send + Sync + 'static>,
-    RDY: InputPin<Error: Send + Sync + 'static>,
-{
+pub(super) fn poll_until_idle<const N: usize>(
+    app: &mut SimApp<'_, N>,
+) -> Result<Option<ProcessedPair>> {
     let (mut in_batch, mut finished, mut change) = (0, None, None);
     for _ in 0..POLLS {
         match app.poll()? {
@@ -46,12 +50,6 @@ where
 ///
 /// # Errors
 /// If the bus fails or has no frame.
-pub(super) fn poll_pair<SPI, RDY, const N: usize>(
-    app: &mut App<'_, SPI, RDY, N>,
-) -> Result<ProcessedPair>
-where
-    SPI: SpiDevice<Error: Send + Sync + 'static>,
-    RDY: InputPin<Error: Send + Sync + 'static>,
-{
+pub(super) fn poll_pair<const N: usize>(app: &mut SimApp<'_, N>) -> Result<ProcessedPair> {
     poll_until_idle(app)?.context("no frame on the bus")
 }

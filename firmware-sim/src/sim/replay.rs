@@ -3,15 +3,13 @@
 use std::io::Write;
 
 use anyhow::Result;
-use embedded_hal::digital::InputPin;
-use embedded_hal::spi::SpiDevice;
-use firmware_sim::App;
 use host_tests::data::{Dataset, in_f64};
 use host_tests::run::{PairSolver, RunLog, Step, progress};
-use host_tests::wire::SimMatcher;
+use host_tests::wire::Sender;
 use stereo_selfcal::{Config, Health};
+use test_support::wire::Wire;
 
-use super::polling::{ProcessedPair, poll_pair};
+use super::polling::{ProcessedPair, SimApp, poll_pair};
 
 /// A run of the application over a data set.
 pub(super) struct Run {
@@ -25,16 +23,13 @@ pub(super) struct Run {
 ///
 /// # Errors
 /// If the bus fails, or the true extrinsics of the data set are invalid.
-pub(super) fn replay<SPI, RDY, const N: usize>(
+pub(super) fn replay<const N: usize>(
     set: &Dataset,
-    matcher: &SimMatcher,
-    app: &mut App<'_, SPI, RDY, N>,
+    wire: &Wire,
+    app: &mut SimApp<'_, N>,
     out: &mut impl Write,
-) -> Result<Run>
-where
-    SPI: SpiDevice<Error: Send + Sync + 'static>,
-    RDY: InputPin<Error: Send + Sync + 'static>,
-{
+) -> Result<Run> {
+    let sender = Sender::of(set)?;
     let factory = *app.calibrator().in_use();
     let start = in_f64(&factory);
     let mut run = Run { log: RunLog::new(set.truth()?, start), health: None };
@@ -42,7 +37,7 @@ where
     let bar = progress::over(set.pairs.len(), "pairs");
     writeln!(out, "pair {}", Step::HEADING)?;
     for (sequence, pair) in (0_u32..).zip(&set.pairs) {
-        matcher.send(sequence, pair);
+        wire.send(sender.frame(sequence, pair).0);
         let ProcessedPair { taken, pair: solved, change } = poll_pair(app)?;
         let estimate = app.calibrator().proposal();
         let counts = [pair.len(), taken];

@@ -2,8 +2,10 @@
 
 use firmware_sim::{App, Event, solve_and_fuse, start};
 use host_tests::data::Dataset;
-use host_tests::wire::{Sender, SimMatcher, quantised};
+use host_tests::wire::{Sender, quantised};
 use stereo_selfcal::Extrinsics;
+use stereo_selfcal::link::FpgaMatcher;
+use test_support::wire::Wire;
 
 fn bits(extrinsics: &Extrinsics<f32>) -> Vec<u32> {
     let t = extrinsics.translation().into_inner();
@@ -14,8 +16,8 @@ fn bits(extrinsics: &Extrinsics<f32>) -> Vec<u32> {
 fn the_estimate_over_the_bus_is_bit_identical_to_that_of_direct_pushes() {
     let set = Dataset::load(&Dataset::shipped().join("opencv_chess_corners")).unwrap();
     let [mut direct, mut over_bus] = [(), ()].map(|()| Box::new(start(set.cameras().unwrap())));
-    let matcher = SimMatcher::new(Sender::of(&set).unwrap());
-    let mut app = App::new(matcher.driver(), &mut over_bus);
+    let (sender, wire) = (Sender::of(&set).unwrap(), Wire::default());
+    let mut app = App::new(FpgaMatcher::new(wire.clone(), wire.clone()), &mut over_bus);
     for (sequence, pair) in (0..).zip(&set.pairs) {
         for m in pair {
             direct.push(&quantised(m)).unwrap();
@@ -26,7 +28,7 @@ fn the_estimate_over_the_bus_is_bit_identical_to_that_of_direct_pushes() {
         let health = direct.health();
         direct.clear_pair();
 
-        matcher.send(sequence, pair);
+        wire.send(sender.frame(sequence, pair).0);
         let offered = pair.len();
         let read = std::iter::repeat_with(|| app.poll()).find(|event| *event != Ok(Event::Reading));
         assert_eq!(read, Some(Ok(Event::Frame { sequence, offered, taken: offered })));

@@ -3,18 +3,24 @@
 use firmware_sim::recording::{FRAMES, NAME, PAIRS, ReplayBus, cameras, truth};
 use firmware_sim::{App, Event, start};
 use host_tests::data::Dataset;
-use host_tests::wire::{Sender, SimMatcher};
+use host_tests::wire::Sender;
+use stereo_selfcal::link::FpgaMatcher;
+use test_support::wire::Wire;
 
 fn set() -> Dataset {
     Dataset::load(&Dataset::shipped().join(NAME)).unwrap()
 }
 
-#[test]
-fn the_frames_are_those_of_the_simulated_matcher_byte_for_byte() {
+/// The frames of the simulated matcher.
+fn sent() -> Vec<u8> {
     let set = set();
     let sender = Sender::of(&set).unwrap();
-    let sent = (0..).zip(&set.pairs).flat_map(|(i, pair)| sender.frame(i, pair).0);
-    assert!(sent.eq(FRAMES.iter().copied()));
+    (0..).zip(&set.pairs).flat_map(|(i, pair)| sender.frame(i, pair).0).collect()
+}
+
+#[test]
+fn the_frames_are_those_of_the_simulated_matcher_byte_for_byte() {
+    assert!(sent() == FRAMES);
 }
 
 #[test]
@@ -32,10 +38,9 @@ fn the_recording_and_the_simulated_matcher_lead_to_the_same_estimate() {
     let bus = ReplayBus::new(FRAMES);
     let mut app = App::new(bus.driver(), from_recording);
     while app.poll().unwrap() != Event::Idle {}
-    let set = set();
-    let matcher = SimMatcher::new(Sender::of(&set).unwrap());
-    (0..).zip(&set.pairs).for_each(|(i, pair)| matcher.send(i, pair));
-    let mut app = App::new(matcher.driver(), from_matcher);
+    let wire = Wire::default();
+    wire.send(sent());
+    let mut app = App::new(FpgaMatcher::new(wire.clone(), wire), from_matcher);
     while app.poll().unwrap() != Event::Idle {}
     let [a, b] = calibrators.map(|calibrator| calibrator.proposal().unwrap());
     assert_eq!(a, b);

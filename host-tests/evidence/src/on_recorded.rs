@@ -8,6 +8,7 @@ use super::measurement::{Measured, Measurement, Runner};
 use super::recorded_sets::{GATE_PX, RecordedSet, SetView, TURN_DEG};
 use host_tests::bounds::joint_fit;
 use host_tests::data::Rays;
+use host_tests::stats::median;
 use rivals::Variant;
 
 /// Fewest matches for five unknowns.
@@ -134,9 +135,7 @@ impl Errors {
     pub fn median(&self) -> Option<ErrorPair> {
         let of = |part: usize| {
             let error = |e: &Option<ErrorPair>| e.map_or(f64::INFINITY, |e| e[part]);
-            let mut all: Vec<f64> = self.single.iter().map(error).collect();
-            all.sort_by(f64::total_cmp);
-            all.get(all.len() / 2).copied().filter(|e| e.is_finite())
+            median(self.single.iter().map(error)).filter(|e| e.is_finite())
         };
         Some([of(0)?, of(1)?])
     }

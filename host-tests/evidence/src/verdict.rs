@@ -6,6 +6,7 @@
 //! is known; a cell is judged only where the truth differs from the start by more than that.
 
 use super::on_recorded::{Quantity, Row};
+use host_tests::stats::geometric_mean;
 use rivals::Variant;
 
 /// Our method.
@@ -104,10 +105,7 @@ fn cell<'a>(
 /// Geometric mean of the rival's error over ours.
 #[must_use]
 pub fn mean_ratio<'a>(cells: impl Iterator<Item = &'a Cell<'a>>) -> Option<f64> {
-    let logs: Vec<f64> =
-        cells.map(|cell| cell.ratio().ln()).filter(|log| log.is_finite()).collect();
-    let count = f64::from(u32::try_from(logs.len()).ok()?);
-    (count > 0.0).then(|| (logs.iter().sum::<f64>() / count).exp())
+    geometric_mean(cells.map(Cell::ratio).filter(|ratio| ratio.ln().is_finite()))
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use anyhow::{Context, Result};
 use host_tests::data::{Dataset, Match, TurnedView};
 use host_tests::run::{replay, row_offsets_px};
+use host_tests::stats::rms;
 use rayon::prelude::*;
 use selfcal_pictures::{Grey, turned};
 use stereo_selfcal::metrics::Deviation;
@@ -126,7 +127,6 @@ fn quality(set: &Dataset, start: &Extrinsics<f64>) -> Result<Quality> {
         row_offsets_px(set, &calibration).into_iter().flatten().flatten().collect();
     let right: Vec<f64> = offsets.iter().copied().filter(|px| px.abs() <= RIGHT_PX).collect();
     let matches: usize = set.pairs.iter().map(Vec::len).sum();
-    let noise = right.iter().map(|px| px * px).sum::<f64>() / right.len() as f64;
     let start = Extrinsics::<f32>::try_new(
         &start.rotation().matrix().cast(),
         &start.translation().into_inner().cast(),
@@ -136,7 +136,7 @@ fn quality(set: &Dataset, start: &Extrinsics<f64>) -> Result<Quality> {
     Ok(Quality {
         matches: matches as f64 / set.pairs.len() as f64,
         right: right.len() as f64 / matches as f64,
-        noise_px: noise.sqrt(),
+        noise_px: rms(right.iter().copied()).unwrap_or(f64::NAN),
         error: Deviation::between(&fused.extrinsics, &truth),
     })
 }

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use host_tests::data::Match;
 use host_tests::run::SCREEN_PX;
-use host_tests::stats::quantile;
+use host_tests::stats::{median, quantile};
 use nalgebra::Vector3;
 use stereo_selfcal::{
     Cameras, Extrinsics, RayPair, RectifiedCamera, RectifyingRotations, row_offset,
@@ -66,7 +66,7 @@ impl StereoImages {
     #[must_use]
     pub fn median_px(&self, extrinsics: &Extrinsics<f64>, kept: &[usize]) -> Option<f64> {
         let offset = |&i: &usize| self.offset_px(extrinsics, &self.matches[i]).map(f64::abs);
-        quantile(kept.iter().filter_map(offset).collect(), 0.5)
+        median(kept.iter().filter_map(offset))
     }
 
     /// Range of disparities that contains nineteen in twenty of some matches with an eighth to spare: a multiple of
@@ -76,7 +76,7 @@ impl StereoImages {
         let rotations = RectifyingRotations::from(extrinsics);
         let camera = RectifiedCamera::try_choose(&self.cameras, &rotations, 0.0).ok()?;
         let ends = self.ends(&rotations, &camera, kept);
-        let high = quantile(ends.map(|[l, r]| l[0] - r[0]).collect(), 0.95)?;
+        let high = quantile(ends.map(|[l, r]| l[0] - r[0]), 0.95)?;
         (16..=most).step_by(16).find(|&n| f64::from(n) > high * 1.125 || n > most - 16)
     }
 

@@ -125,12 +125,9 @@ impl Filter {
         let prior = self.covariance.cholesky()?.inverse();
         let mut state = self.state;
         let mut damping = 0.0;
-        let mut sizes = Vec::with_capacity(rays.len());
         for _ in 0..STEPS {
             let rows: Vec<_> = rays.iter().map(|rays| state.innovation(rays)).collect();
-            sizes.clear();
-            sizes.extend(rows.iter().map(|(h, _)| h.abs()));
-            let limit = limit(&mut sizes, noise);
+            let limit = limit(rows.iter().map(|(h, _)| h.abs()), noise);
             let off = state.step_to(&self.state);
             let (mut information, mut gradient) = (prior, -prior * off);
             for (h, j) in rows.iter().filter(|(h, _)| h.abs() <= limit) {
@@ -156,7 +153,7 @@ impl Filter {
     /// The state with its covariance.
     fn at_optimum(prior: &Matrix5<f64>, state: State, rays: &[Rays], noise: f64) -> Option<Self> {
         let rows: Vec<_> = rays.iter().map(|rays| state.innovation(rays)).collect();
-        let limit = limit(&mut rows.iter().map(|(h, _)| h.abs()).collect::<Vec<_>>(), noise);
+        let limit = limit(rows.iter().map(|(h, _)| h.abs()), noise);
         let fit = rows.iter().filter(|(h, _)| h.abs() <= limit);
         let information: Matrix5<f64> = fit.map(|(_, j)| j * j.transpose()).sum();
         let posterior = (prior + information / (noise * noise)).cholesky()?;

@@ -10,6 +10,7 @@ use stereo_selfcal::Extrinsics;
 use super::method::{Setting, usable};
 use super::pose::Pose;
 use host_tests::data::Rays;
+use host_tests::stats::median;
 
 /// Standard deviation of the start about each axis, rad: that of the core.
 pub(super) const PRIOR_SD: f64 = 0.1;
@@ -92,17 +93,12 @@ pub(super) fn iterated(
 /// Residuals beyond so many robust deviations are outliers (Rousseeuw and Leroy).
 const REJECTED: f64 = 2.5;
 
-/// What a residual may be at most: 2.5 robust deviations of all residuals, by their median.
+/// Limit of a residual: 2.5 robust deviations of all residuals, by their median.
 ///
-/// * `sizes`: absolute residuals; their order is lost.
+/// * `sizes`: absolute residuals.
 /// * `noise`: the least deviation.
-pub(super) fn limit(sizes: &mut [f64], noise: f64) -> f64 {
-    if sizes.is_empty() {
-        return 0.0;
-    }
-    let middle = sizes.len() / 2;
-    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    REJECTED * (1.4826 * *median).max(noise)
+pub(super) fn limit(sizes: impl IntoIterator<Item = f64>, noise: f64) -> f64 {
+    median(sizes).map_or(0.0, |median| REJECTED * (1.4826 * median).max(noise))
 }
 
 #[cfg(test)]
@@ -111,8 +107,7 @@ mod tests {
 
     #[test]
     fn a_third_of_outliers_is_beyond_the_limit_and_the_noise_is_not() {
-        let mut sizes = vec![0.1, 5.0, 0.2, 0.3, 7.0, 0.1, 0.2, 9.0, 0.3];
-        let limit = limit(&mut sizes, 0.05);
+        let limit = limit([0.1, 5.0, 0.2, 0.3, 7.0, 0.1, 0.2, 9.0, 0.3], 0.05);
         assert!(limit > 0.3 && limit < 5.0, "{limit}");
     }
 

@@ -6,6 +6,7 @@ use super::method::{MIN_NOISE_PX, Setting, usable};
 use super::pose::Pose;
 use super::ransac::{inliers, sampson};
 use host_tests::data::Rays;
+use host_tests::stats::median;
 
 /// The pairs of a recording after RANSAC, and the noise of their inliers.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,18 +45,14 @@ impl Front {
     /// Noise of a coordinate, px: the median over the pairs.
     #[must_use]
     pub fn noise_px(&self) -> f64 {
-        let mut all = self.noise_px.clone();
-        all.sort_by(f64::total_cmp);
-        all.get(all.len() / 2).copied().unwrap_or_default().max(MIN_NOISE_PX)
+        median(self.noise_px.iter().copied()).unwrap_or_default().max(MIN_NOISE_PX)
     }
 }
 
 /// Deviation of a coordinate, unit depth: a Sampson residual has that of one.
 fn noise(pose: &Pose, inliers: &[Rays]) -> f64 {
     let e = pose.essential().e;
-    let mut sizes: Vec<f64> = inliers.iter().map(|rays| sampson(&e, rays).abs()).collect();
-    sizes.sort_by(f64::total_cmp);
-    1.4826 * sizes.get(sizes.len() / 2).copied().unwrap_or_default()
+    1.4826 * median(inliers.iter().map(|rays| sampson(&e, rays).abs())).unwrap_or_default()
 }
 
 #[cfg(test)]

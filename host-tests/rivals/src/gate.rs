@@ -47,8 +47,7 @@ pub(super) fn information(pose: &Pose, rays: &[Rays], noise: f64) -> Matrix5<f64
     let essential = pose.essential();
     let rows: Vec<_> =
         rays.iter().map(|rays| Scaling::Sampson.linearised(&essential, rays)).collect();
-    let mut sizes: Vec<f64> = rows.iter().map(|(e, _)| e.abs()).collect();
-    let limit = limit(&mut sizes, noise);
+    let limit = limit(rows.iter().map(|(e, _)| e.abs()), noise);
     let fit = || rows.iter().filter(|(e, _)| e.abs() <= limit);
     let squares: f64 = fit().map(|(e, _)| e * e).sum();
     let count: f64 = fit().map(|_| 1.0).sum();

@@ -63,7 +63,7 @@ fn single(rays: &[Rays], setting: &Setting) -> Option<Pose> {
         let essential = pose.essential();
         let size = |rays: &Rays| Scaling::Distances.residual(&essential, rays).abs();
         // The root of two squared distances is twice a coordinate's deviation.
-        let limit = limit(&mut rays.iter().map(size).collect::<Vec<_>>(), 2.0 * setting.noise());
+        let limit = limit(rays.iter().map(size), 2.0 * setting.noise());
         let kept: Vec<Rays> = rays.iter().filter(|rays| size(rays) <= limit).copied().collect();
         pose = minimise(&pose, &kept, Scaling::Distances, Loss::Huber(f64::INFINITY))?;
     }

@@ -54,8 +54,7 @@ struct Block {
 /// `prior` updated by all blocks of a pair, linearised at `at`.
 fn updated(prior: &Belief, at: &Pose, rays: &[Rays], noise: f64) -> Option<Belief> {
     let blocks: Vec<Block> = rays.iter().filter_map(|rays| block(at, rays, noise)).collect();
-    let mut sizes: Vec<f64> = blocks.iter().map(|block| block.miss).collect();
-    let limit = limit(&mut sizes, noise);
+    let limit = limit(blocks.iter().map(|block| block.miss), noise);
     let (mut information, mut gradient) = (Matrix5::zeros(), Vector5::zeros());
     for block in blocks.iter().filter(|block| block.miss <= limit) {
         information += block.information;

@@ -77,8 +77,7 @@ fn updated(prior: &Belief, about: &Belief, rays: &[Rays], noise: f64) -> Option<
         Linearised { mean, slope, variance: (variance - slope.dot(&cross)).max(0.0) }
     };
     let all: Vec<Linearised> = rays.iter().map(linearise).collect();
-    let mut sizes: Vec<f64> = all.iter().map(|e| e.mean.abs()).collect();
-    let limit = limit(&mut sizes, noise);
+    let limit = limit(all.iter().map(|e| e.mean.abs()), noise);
     let (mut information, mut gradient) = (Matrix5::zeros(), Vector5::zeros());
     for e in all.iter().filter(|e| e.mean.abs() <= limit) {
         let weighted = e.slope / (e.variance + noise * noise);

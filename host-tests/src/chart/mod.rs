@@ -8,5 +8,6 @@ mod plot;
 mod svg;
 
 pub use axis::Axis;
+pub(crate) use axis::nice_step;
 pub use plot::Plot;
 pub use svg::{Anchor, Point, Style, Svg, write};

@@ -181,6 +181,7 @@ fn turned_pixel(camera: &Camera<f64>, r: &Matrix3<f64>, pixel: [f64; 2]) -> Opti
 mod tests {
     use super::*;
     use crate::data::rigs::Rig;
+    use crate::stats::median;
     use clap::ValueEnum;
     use stereo_selfcal::metrics::Deviation;
     use stereo_selfcal::{RayPair, RectifyingRotations, row_offset};
@@ -192,9 +193,7 @@ mod tests {
             let pair: RayPair<f64> = cameras.rays(&m.correspondence()).unwrap();
             row_offset(&rotations, &pair).unwrap().abs() * cameras.mean_focal()
         };
-        let mut offsets: Vec<f64> = set.pairs.iter().flatten().map(offset).collect();
-        offsets.sort_by(f64::total_cmp);
-        offsets[offsets.len() / 2]
+        median(set.pairs.iter().flatten().map(offset)).unwrap()
     }
 
     #[test]

@@ -3,10 +3,8 @@
 //! The yardstick of a run is the joint maximum-likelihood fit of the true matches of all its pairs, on
 //! the same data; that of a single pair is the Cramer-Rao bound of its true matches.
 
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::thread;
-
 use anyhow::{Context, Result};
+use rayon::prelude::*;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
     Calibrator, Camera, Cameras, Config, Doubt, Extrinsics, Fused, Intrinsics, Lens, Proposal,
@@ -93,40 +91,8 @@ pub fn runs<T: Scalar>(
     seeds: std::ops::Range<u64>,
     each: impl Fn() + Sync,
 ) -> Result<Vec<Run>> {
-    over_seeds(seeds, |seed| {
-        let run = run::<T>(scenario, config, seed)?;
-        each();
-        Ok(run)
-    })
-}
-
-/// Does the work of each seed, on all cores; results in the order of the seeds.
-pub(super) fn over_seeds<R: Send>(
-    seeds: std::ops::Range<u64>,
-    one: impl Fn(u64) -> Result<R> + Sync,
-) -> Result<Vec<R>> {
-    let next = AtomicU64::new(seeds.start);
-    let work = || -> Result<Vec<(u64, R)>> {
-        let mut done = Vec::new();
-        loop {
-            let seed = next.fetch_add(1, Ordering::Relaxed);
-            if seed >= seeds.end {
-                return Ok(done);
-            }
-            done.push((seed, one(seed)?));
-        }
-    };
-    let cores = thread::available_parallelism().map_or(1, usize::from);
-    let mut all = thread::scope(|scope| {
-        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
-        let mut all = Vec::new();
-        for thread in threads {
-            all.extend(thread.join().map_err(|_| anyhow::anyhow!("a run panicked"))??);
-        }
-        Ok::<_, anyhow::Error>(all)
-    })?;
-    all.sort_by_key(|(seed, _)| *seed);
-    Ok(all.into_iter().map(|(_, result)| result).collect())
+    let of_seed = |seed| run::<T>(scenario, config, seed).inspect(|_| each());
+    seeds.into_par_iter().map(of_seed).collect()
 }
 
 /// One run of any length, in constant memory: the state after 10, 100, 1000, ... pairs.
@@ -251,13 +217,6 @@ pub(super) fn nees<T: Scalar>(proposal: &Proposal<T>, truth: &Extrinsics<f64>) -
         Some(off.dot(&c.cholesky()?.solve(&off)))
     });
     nees.unwrap_or(f64::NAN)
-}
-
-/// Root mean square of deviations, each part.
-#[must_use]
-pub fn rms(all: impl IntoIterator<Item = Deviation<f64>>) -> Deviation<f64> {
-    Deviation::root_mean_square(all)
-        .unwrap_or(Deviation { translation: f64::NAN, rotation: f64::NAN })
 }
 
 /// 99 % bounds of the mean NEES of `n` consistent estimates, five degrees of freedom.

@@ -11,8 +11,9 @@ use super::step::Step;
 use super::summary::row_offsets_px;
 use crate::chart::legend::{DOT, FILL, Key, Mark};
 use crate::chart::palette::{Rgb, SERIES};
-use crate::chart::{self, Anchor, Axis, Plot, Point, Style, Svg};
+use crate::chart::{self, Anchor, Axis, Plot, Point, Style, Svg, nice_step};
 use crate::data::Dataset;
+use crate::stats::median;
 
 const SIZE: Point = [1000.0, 460.0];
 
@@ -119,7 +120,8 @@ impl Histogram {
         };
         let before = offsets(&set.calibration(log.factory(), &LensCorrection::NONE)?);
         let after = log.fused().map(|f| f.calibration(set)).transpose()?.as_ref().map(offsets);
-        let limit = nice_limit(MIN_LIMIT_PX.max(LIMIT_IN_MEDIANS * median_size(&before)));
+        let typical = median(before.iter().map(|x| x.abs())).unwrap_or(0.0);
+        let limit = nice_step(MIN_LIMIT_PX.max(LIMIT_IN_MEDIANS * typical));
         let counts = |offsets: &[f64]| Counts::within(limit, offsets);
         let after = after.as_deref().map(counts).transpose()?;
         Ok(Self { limit, before: counts(&before)?, after })
@@ -157,23 +159,6 @@ impl Counts {
         points.push([x, 0.0]);
         points
     }
-}
-
-/// Median of the absolute values; 0 of none.
-fn median_size(offsets: &[f64]) -> f64 {
-    let mut sizes: Vec<f64> = offsets.iter().map(|x| x.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
-    sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
-}
-
-/// The next of 5, 10, 20, 50, 100 and so on.
-fn nice_limit(px: f64) -> f64 {
-    let decade = 10_f64.powf(px.log10().floor());
-    [1.0, 2.0, 5.0, 10.0]
-        .map(|step| step * decade)
-        .into_iter()
-        .find(|&limit| limit >= px)
-        .unwrap_or(px)
 }
 
 fn draw_offsets(svg: &mut Svg, left: f64, histogram: &Histogram) {
@@ -286,7 +271,7 @@ mod tests {
 
     #[test]
     fn axes_end_at_round_numbers() {
-        assert_eq!([5.0, 5.1, 19.0, 200.0, 201.0].map(nice_limit), [5.0, 10.0, 20.0, 200.0, 500.0]);
+        assert_eq!([5.0, 5.1, 19.0, 200.0, 201.0].map(nice_step), [5.0, 10.0, 20.0, 200.0, 500.0]);
     }
 
     #[test]

@@ -3,8 +3,8 @@
 use stereo_selfcal::State;
 use stereo_selfcal::metrics::Deviation;
 
-use super::monte_carlo::rms;
 use super::real_rigs::{Claim, RealPair, RealRun};
+use crate::stats::{mean, quantile, rms_deviation};
 
 /// Pairs after which arming is counted, besides the last.
 const ARMED_AT: [usize; 2] = [10, 50];
@@ -69,8 +69,8 @@ impl Figures {
         let seen = || runs.iter().map(|run| &run.pairs[..pairs.min(run.pairs.len())]);
         let ends: Vec<&RealPair> = seen().filter_map(<[RealPair]>::last).collect();
         let claims: Vec<Claim> = ends.iter().filter_map(|pair| pair.claim).collect();
-        let over = |of: fn(&Claim) -> f64| Sorted::of(claims.iter().map(of));
-        let used = |of: fn(&RealPair) -> f64| Sorted::of(ends.iter().map(|pair| of(pair)));
+        let over = |of: fn(&Claim) -> f64| Numbers::of(claims.iter().map(of));
+        let used = |of: fn(&RealPair) -> f64| Numbers::of(ends.iter().map(|pair| of(pair)));
         let whole = runs.iter().filter(|run| run.pairs.len() <= pairs);
         let locked = |pair: &RealPair| pair.state == State::Locked;
         let armed_at = |at: usize| {
@@ -81,8 +81,8 @@ impl Figures {
         let growth = runs.iter().zip(&ends);
         let growth = growth.map(|(run, end)| end.in_use.translation / run.start.translation);
         let of_vibration = |part: usize| {
-            let sorted = Sorted::of(ends.iter().map(|pair| pair.vibration[part]));
-            [sorted.quantile(0), sorted.median(), sorted.quantile(100)]
+            let numbers = Numbers::of(ends.iter().map(|pair| pair.vibration[part]));
+            [numbers.quantile(0.0), numbers.median(), numbers.worst()]
         };
         let is_bad = |pairs: &&[RealPair]| pairs.iter().any(|pair| locked(pair) && beyond(pair));
         Self {
@@ -91,9 +91,9 @@ impl Figures {
             estimated: claims.len(),
             e_t: over(|claim| claim.error.translation).median_and_worst(),
             e_r: over(|claim| claim.error.rotation).median_and_worst(),
-            rms: rms(claims.iter().map(|claim| claim.error)),
-            joint_fit: rms(whole.clone().filter_map(|run| run.joint_fit)),
-            bound: rms(whole.filter_map(|run| run.bound)),
+            rms: rms_deviation(claims.iter().map(|claim| claim.error)),
+            joint_fit: rms_deviation(whole.clone().filter_map(|run| run.joint_fit)),
+            bound: rms_deviation(whole.filter_map(|run| run.bound)),
             sd: Deviation {
                 translation: over(|claim| claim.sd.translation).median(),
                 rotation: over(|claim| claim.sd.rotation).median(),
@@ -130,7 +130,7 @@ impl Figures {
             },
             in_use_t: used(|pair| pair.in_use.translation).median_and_worst(),
             in_use_r: used(|pair| pair.in_use.rotation).median_and_worst(),
-            in_use_growth: Sorted::of(growth).quantile(100),
+            in_use_growth: Numbers::of(growth).worst(),
             in_use_px: used(|pair| pair.rms_px.map_or(f64::NAN, |[px, _]| px)).median(),
         }
     }
@@ -213,38 +213,36 @@ fn share(part: usize, whole: usize) -> f64 {
     count(part) / count(whole)
 }
 
-/// Numbers in order, without those that are not.
-struct Sorted(Vec<f64>);
+/// Numbers without NaN; every figure of them is NaN where none is left.
+struct Numbers(Vec<f64>);
 
-impl Sorted {
+impl Numbers {
     fn of(numbers: impl Iterator<Item = f64>) -> Self {
-        let mut numbers: Vec<f64> = numbers.filter(|number| !number.is_nan()).collect();
-        numbers.sort_by(f64::total_cmp);
-        Self(numbers)
+        Self(numbers.filter(|number| !number.is_nan()).collect())
     }
 
-    /// The number that a share of all are below; NaN of nothing.
-    fn quantile(&self, percent: usize) -> f64 {
-        let last = self.0.len().checked_sub(1);
-        last.map_or(f64::NAN, |last| self.0[(self.0.len() * percent / 100).min(last)])
+    fn quantile(&self, share: f64) -> f64 {
+        quantile(self.0.iter().copied(), share).unwrap_or(f64::NAN)
     }
 
     fn median(&self) -> f64 {
-        let Some(last) = self.0.len().checked_sub(1) else { return f64::NAN };
-        f64::midpoint(self.0[last / 2], self.0[last.div_ceil(2)])
+        self.quantile(0.5)
+    }
+
+    fn worst(&self) -> f64 {
+        self.quantile(1.0)
     }
 
     fn median_and_worst(&self) -> [f64; 2] {
-        [self.median(), self.quantile(100)]
+        [self.median(), self.worst()]
     }
 
     fn p95_and_worst(&self) -> [f64; 2] {
-        [95, 100].map(|percent| self.quantile(percent))
+        [self.quantile(0.95), self.worst()]
     }
 
     fn mean(&self) -> f64 {
-        let count = u32::try_from(self.0.len()).map_or(f64::NAN, f64::from);
-        self.0.iter().sum::<f64>() / count
+        mean(self.0.iter().copied()).unwrap_or(f64::NAN)
     }
 }
 
@@ -272,17 +270,6 @@ mod tests {
         let fit = Deviation { translation: 5e-4, rotation: 5e-4 };
         let start = Deviation { translation: 2e-3, rotation: 1e-3 };
         RealRun { pairs, start, joint_fit: Some(fit), bound: Some(fit) }
-    }
-
-    #[test]
-    fn quantiles_are_numbers_of_the_set_and_medians_between() {
-        let sorted = Sorted::of([3.0, 1.0, f64::NAN, 2.0].into_iter());
-        let found = [0, 50, 95, 100].map(|percent| sorted.quantile(percent));
-        assert_eq!(found.map(f64::to_bits), [1.0, 2.0, 3.0, 3.0].map(f64::to_bits));
-        for (numbers, median) in [(vec![3.0, 1.0, 2.0], 2.0), (vec![4.0, 1.0, 2.0, 3.0], 2.5)] {
-            assert!((Sorted::of(numbers.into_iter()).median() - median).abs() < 1e-12);
-        }
-        assert!(Sorted::of(std::iter::empty()).median().is_nan());
     }
 
     #[test]

@@ -4,10 +4,11 @@
 use std::ops::Range;
 
 use anyhow::{Context, Result};
+use rayon::prelude::*;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Arming, Calibrator, Config, Extrinsics, Proposal, Scalar, State};
 
-use super::monte_carlo::{CAPACITY, FEW, TOO_MANY_SD, calibrator, nees, over_seeds};
+use super::monte_carlo::{CAPACITY, FEW, TOO_MANY_SD, calibrator, nees};
 use crate::bounds::{cramer_rao, try_joint_fit};
 use crate::data::{Rays, in_f64};
 use crate::synth::{Scenario, ScenarioPair};
@@ -102,11 +103,8 @@ pub fn runs<T: Scalar>(
     seeds: Range<u64>,
     each: impl Fn() + Sync,
 ) -> Result<Vec<RealRun>> {
-    over_seeds(seeds, |seed| {
-        let run = run::<T>(scenario, config, seed)?;
-        each();
-        Ok(run)
-    })
+    let of_seed = |seed| run::<T>(scenario, config, seed).inspect(|_| each());
+    seeds.into_par_iter().map(of_seed).collect()
 }
 
 fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<RealRun> {

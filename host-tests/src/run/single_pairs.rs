@@ -11,6 +11,7 @@ use stereo_selfcal::{
 };
 
 use crate::data::{PairFile, TruePair, in_f64};
+use crate::stats::{mean, quantile, rms_deviation};
 
 /// A rotation further off than this is a failure, degrees.
 pub const FAILURE_DEG: f64 = 1.0;
@@ -100,22 +101,20 @@ pub fn run<T: Scalar, const N: usize>(
         }
     }
     let found: Vec<_> = solved.iter().filter_map(|one| one.found).collect();
-    let rms = Deviation::root_mean_square(found.iter().map(|(error, _)| *error));
-    let rms = rms.unwrap_or(Deviation { translation: f64::NAN, rotation: f64::NAN });
+    let rms = rms_deviation(found.iter().map(|(error, _)| *error));
     let failed = |error: &Deviation<f64>| error.rotation.to_degrees() > FAILURE_DEG;
     let refused = solved.len() - found.len();
     Ok(SinglePairStats {
         pairs: file.pairs.len(),
         matches: file.matches(),
-        median_us: quantile_us(&mut solves, 50),
-        p99_us: quantile_us(&mut solves, 99),
-        push_median_us: quantile_us(&mut pushes, 50),
+        median_us: quantile_us(&solves, 0.5),
+        p99_us: quantile_us(&solves, 0.99),
+        push_median_us: quantile_us(&pushes, 0.5),
         e_t_deg: rms.translation.to_degrees(),
         e_theta_deg: rms.rotation.to_degrees(),
         failures: refused + found.iter().filter(|(error, _)| failed(error)).count(),
         refused,
-        passes: found.iter().map(|(_, passes)| f64::from(*passes)).sum::<f64>()
-            / f64::from(u32::try_from(found.len())?),
+        passes: mean(found.iter().map(|(_, passes)| f64::from(*passes))).unwrap_or(f64::NAN),
     })
 }
 
@@ -189,11 +188,9 @@ impl BenchCamera {
     }
 }
 
-/// The time that so many of 100 stay within, microseconds.
-fn quantile_us(times: &mut [Duration], percent: usize) -> f64 {
-    times.sort_unstable();
-    let place = (times.len() * percent).div_ceil(100).saturating_sub(1);
-    times.get(place).map_or(f64::NAN, |time| time.as_secs_f64() * 1e6)
+/// Quantile of times, microseconds; NaN without a time.
+fn quantile_us(times: &[Duration], share: f64) -> f64 {
+    quantile(times.iter().map(|time| time.as_secs_f64() * 1e6), share).unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]
@@ -249,13 +246,5 @@ mod tests {
         wide.pairs[0].rays[0][0] = 11.0;
         assert!(said(&wide, 1400.0).contains("further out"));
         assert!(said(&generated(64), 1e6).contains("too large"));
-    }
-
-    #[test]
-    fn a_quantile_is_the_time_that_so_many_stay_within() {
-        let mut times: Vec<Duration> = (1..=200).rev().map(Duration::from_micros).collect();
-        assert!((quantile_us(&mut times, 50) - 100.0).abs() < 1e-9);
-        assert!((quantile_us(&mut times, 99) - 198.0).abs() < 1e-9);
-        assert!(quantile_us(&mut [], 50).is_nan());
     }
 }

@@ -13,6 +13,7 @@ use super::estimate::{Lens, in_words};
 use super::log::RunLog;
 use super::refused::{self, CountByReason};
 use crate::data::{Dataset, Match};
+use crate::stats::rms;
 
 /// Matches further than this from the final estimate's rows do not count in RMS row offsets, px:
 /// three Huber thresholds, as the core screens.
@@ -221,15 +222,16 @@ impl RowOffsets {
             .filter(|[_, after, _]| near(*after))
             .filter_map(|[before, after, in_use]| Some([(*before)?, (*after)?, (*in_use)?]))
             .collect();
-        if screened.is_empty() {
+        let [Some(before), Some(after), Some(in_use)] =
+            [0, 1, 2].map(|i| rms(screened.iter().map(|px| px[i])))
+        else {
             return Ok(None);
-        }
+        };
         let count = |n: usize| Ok::<f64, anyhow::Error>(u32::try_from(n)?.into());
-        let [whole, kept] = [count(all.len())?, count(screened.len())?];
-        let rms = |i: usize| (screened.iter().map(|e| e[i] * e[i]).sum::<f64>() / kept).sqrt();
+        let whole = count(all.len())?;
         let in_row = |i: usize| count(all.iter().filter(|e| near(e[i])).count());
         let in_row = [in_row(0)? / whole, in_row(1)? / whole];
-        Ok(Some(Self { rms_px: [0, 1, 2].map(rms), in_row }))
+        Ok(Some(Self { rms_px: [before, after, in_use], in_row }))
     }
 }
 

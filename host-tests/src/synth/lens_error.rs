@@ -199,6 +199,7 @@ impl FromStr for LensErrors {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stats::rms;
     use nalgebra::Vector2;
     use stereo_selfcal::{Camera, Intrinsics, Lens, RadialTangential};
 
@@ -249,9 +250,7 @@ mod tests {
     fn errors_of_the_prior_are_those_of_their_seed_and_as_large_as_it() {
         assert_eq!(LensError::drawn(3), LensError::drawn(3));
         let all: Vec<LensError> = (0..2000).flat_map(LensError::drawn).collect();
-        let rms = |part: fn(&LensError) -> f64| {
-            (all.iter().map(part).map(|x| x * x).sum::<f64>() / 4000.0).sqrt()
-        };
+        let rms = |part: fn(&LensError) -> f64| rms(all.iter().map(part)).unwrap();
         for (found, sd) in [
             (rms(|e| e.focal), 0.003),
             (rms(|e| e.centre[1]), 1.0),

@@ -137,6 +137,7 @@ fn entered(scene: &Scene, creep_px: f64, rng: &mut ChaCha8Rng) -> ([f64; 4], f64
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stats::{mean, rms};
     use rand::SeedableRng;
 
     /// Landmarks over some pairs, and their matches.
@@ -158,10 +159,9 @@ mod tests {
         assert!(pairs[..40].iter().all(|(seen, _)| *seen == pairs[0].0));
         assert!(pairs[40..].iter().all(|(seen, _)| seen[7] != pairs[0].0[7]));
         let (seen, pair) = &pairs[0];
-        let mean = |i: usize| pairs[..40].iter().map(|(_, p)| p.matches[i].vl).sum::<f64>() / 40.0;
+        let mean = |i: usize| mean(pairs[..40].iter().map(|(_, p)| p.matches[i].vl)).unwrap();
         let off = |i: usize| mean(i) - pair.clean[i][1];
-        let squares: f64 = (0..256).map(|i| off(i) * off(i)).sum();
-        let rms = (squares / 256.0).sqrt();
+        let rms = rms((0..256).map(off)).unwrap();
         // 0.3 px and what 40 pairs leave of 0.1 px.
         assert!((0.26..0.34).contains(&rms), "{rms}");
         assert!((0..256).all(|i| (off(i) - seen[i].error[1]).abs() < 0.08));

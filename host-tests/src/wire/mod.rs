@@ -1,12 +1,10 @@
 //! The matcher's side of the link: data sets as frames, and a wire that does to them what wires do.
 
-mod bus;
 mod faulty_wire;
 mod sender;
 mod soak;
 mod stream;
 
-pub use bus::{DataReady, SimMatcher, SimReady, SimSpi};
 pub use faulty_wire::{Faults, FaultyWire, Sent};
 pub use sender::{Sender, quantised};
 pub use soak::{Soak, SoakCounts};

@@ -1,7 +1,9 @@
-//! What tests of several packages need: simulated flash, calls of a program, length of a campaign.
+//! Shared by the tests and simulations of several packages: simulated flash and wire, calls of a program, length of a
+//! campaign.
 
 pub mod flash;
 mod program;
+pub mod wire;
 
 pub use program::{Ended, Program};
 

@@ -3,7 +3,7 @@
 
 use host_tests::bounds::joint_fit;
 use host_tests::data::{Rays, in_f64};
-use host_tests::run::monte_carlo::rms;
+use host_tests::stats::rms_deviation;
 use host_tests::synth::{Scenario, ScenarioKind, ScenarioPair, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Arming, Calibrator, Config, Fused, State};
@@ -62,7 +62,7 @@ fn a_parked_vehicle_stays_armed_and_its_repeated_errors_fade_once_it_drives() {
         let rays: Vec<Rays> = driven.flat_map(|f| f.pair.inlier_rays(&f.scene)).collect();
         fits.push(Deviation::between(&joint_fit(truth, &rays), truth));
     }
-    let (in_use, fit) = (rms(in_use), rms(fits));
+    let (in_use, fit) = (rms_deviation(in_use), rms_deviation(fits));
     let [t, r] = [in_use.translation / fit.translation, in_use.rotation / fit.rotation];
     println!("in use: {in_use:?}, {t:.2} and {r:.2} of the joint fit");
     assert!(t < 2.0 && r < 2.0, "{t} {r} of the joint fit");

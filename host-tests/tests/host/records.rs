@@ -1,15 +1,13 @@
 //! A record taken after any pair of any run is read, and proposes what was proposed. In a campaign five hundred
 //! times as many runs.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::thread;
-
 use clap::ValueEnum;
 use host_tests::synth::{Fence, LensError, Scenario, ScenarioKind, ScenarioPair, rig};
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::iter::Either::{Left, Right};
+use rayon::prelude::*;
 use stereo_selfcal::{Calibrator, Config, LensTracking, Proposal, State};
 use test_support::runs;
 
@@ -139,23 +137,9 @@ fn records_that_were_refused_once_are_read() {
 #[test]
 fn a_record_of_any_run_is_read_and_proposes_the_same() {
     let runs = runs(RUNS[0], RUNS[1]);
-    let (next, records) = (AtomicU64::new(0), AtomicU64::new(0));
-    let failures = Mutex::new(Vec::new());
-    let drive_some = || {
-        let seeds = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
-        let seeds = seeds.take_while(|&run| run < runs).map(|run| FIRST_SEED + run);
-        for seed in seeds {
-            match drive(seed) {
-                Ok(read) => _ = records.fetch_add(read, Ordering::Relaxed),
-                Err(why) => failures.lock().unwrap().push(why),
-            }
-        }
-    };
-    thread::scope(|scope| {
-        let cores = thread::available_parallelism().map_or(1, usize::from);
-        (0..cores).for_each(|_| _ = scope.spawn(drive_some));
-    });
-    println!("{} records of {runs} runs", records.into_inner());
-    let failures = failures.into_inner().unwrap();
+    let seeds = FIRST_SEED..FIRST_SEED + runs;
+    let (records, failures): (Vec<u64>, Vec<String>) =
+        seeds.into_par_iter().partition_map(|seed| drive(seed).map_or_else(Right, Left));
+    println!("{} records of {runs} runs", records.iter().sum::<u64>());
     assert!(failures.is_empty(), "{} runs: {}", failures.len(), failures.join("\n"));
 }

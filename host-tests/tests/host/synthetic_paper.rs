@@ -3,6 +3,7 @@
 
 use host_tests::bounds;
 use host_tests::data::{Rays, in_f64};
+use host_tests::stats::rms_deviation;
 use host_tests::synth::{Scene, SynthPair, rig};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -63,10 +64,6 @@ fn trial<T: Scalar>(scene: &Scene, seed: u64) -> Trial {
     }
 }
 
-fn rms(deviations: impl IntoIterator<Item = Deviation<f64>>) -> Deviation<f64> {
-    Deviation::root_mean_square(deviations).unwrap()
-}
-
 fn efficiency<T: Scalar>() -> [f64; 4] {
     let trials: Vec<Trial> = (0..runs(24, 200))
         .map(|seed| {
@@ -74,10 +71,10 @@ fn efficiency<T: Scalar>() -> [f64; 4] {
             trial::<T>(&scene, 1000 + seed)
         })
         .collect();
-    let sigma = rms(trials.iter().flat_map(|t| t.singles.iter().copied()));
-    let bound = rms(trials.iter().flat_map(|t| t.bounds.iter().copied()));
-    let fused = rms(trials.iter().map(|t| t.fused));
-    let joint = rms(trials.iter().map(|t| t.joint));
+    let sigma = rms_deviation(trials.iter().flat_map(|t| t.singles.iter().copied()));
+    let bound = rms_deviation(trials.iter().flat_map(|t| t.bounds.iter().copied()));
+    let fused = rms_deviation(trials.iter().map(|t| t.fused));
+    let joint = rms_deviation(trials.iter().map(|t| t.joint));
     [
         sigma.translation / bound.translation,
         sigma.rotation / bound.rotation,

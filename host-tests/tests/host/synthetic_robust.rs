@@ -4,6 +4,7 @@
 use host_tests::bounds;
 use host_tests::data::{Rays, in_f64};
 use host_tests::run::monte_carlo::{self, Run, nees_band};
+use host_tests::stats::{mean, rms_deviation};
 use host_tests::synth::{Scenario, ScenarioKind, Scene, SynthPair, five_degrees_off, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Calibrator, Config, PairError};
@@ -30,10 +31,6 @@ fn push(calibrator: &mut Calibrator<f32, 256>, pair: &SynthPair) {
     for m in &pair.matches {
         calibrator.push(&m.correspondence()).unwrap();
     }
-}
-
-fn rms(deviations: impl IntoIterator<Item = Deviation<f64>>) -> Deviation<f64> {
-    Deviation::root_mean_square(deviations).unwrap()
 }
 
 struct Single {
@@ -67,7 +64,7 @@ fn single_pairs(scene: &Scene, seed: u64) -> Single {
         }
     }
     let count = f64::from(u16::try_from(errors.len()).unwrap());
-    let [error, bound] = [rms(errors), rms(bounds)];
+    let [error, bound] = [errors, bounds].map(rms_deviation);
     Single {
         ratio: [error.translation / bound.translation, error.rotation / bound.rotation],
         success: count / f64::from(trials()),
@@ -116,11 +113,10 @@ fn fused_pairs_are_near_the_joint_fit_of_all_true_inliers_and_claim_what_they_kn
         // The sampling error of a ratio is 0.04 over 40 runs, 0.015 over 200.
         let (trials, pairs, limit) = runs((40, 60, 1.25), (200, 100, 1.15));
         let runs = campaign(kind, outliers, pairs, trials);
-        let fused = monte_carlo::rms(runs.iter().filter_map(Run::last).map(|m| m.error));
-        let joint = monte_carlo::rms(runs.iter().filter_map(|run| run.joint_fit));
+        let fused = rms_deviation(runs.iter().filter_map(Run::last).map(|m| m.error));
+        let joint = rms_deviation(runs.iter().filter_map(|run| run.joint_fit));
         let [t, r] = [fused.translation / joint.translation, fused.rotation / joint.rotation];
-        let nees = runs.iter().filter_map(Run::last).map(|m| m.nees).sum::<f64>()
-            / f64::from(u32::try_from(trials).unwrap());
+        let nees = mean(runs.iter().filter_map(Run::last).map(|m| m.nees)).unwrap();
         let locked = runs.iter().filter_map(Run::locked_at).max().unwrap() + 1;
         println!("{kind}: e_t {t:.3}, e_theta {r:.3} of the joint fit, nees {nees:.2}, {locked}");
         assert!(t <= limit && r <= limit, "{kind}: {t} {r}");
@@ -144,9 +140,9 @@ fn a_knock_is_followed_in_three_pairs() {
     let seeds = 50_000..50_000 + runs(40, 100);
     let runs = monte_carlo::runs::<f32>(&scenario, config, seeds, || ()).unwrap();
     let in_use =
-        |pair: usize| monte_carlo::rms(runs.iter().map(|run| run.pairs[pair].unwrap().in_use));
+        |pair: usize| rms_deviation(runs.iter().map(|run| run.pairs[pair].unwrap().in_use));
     // The step comes with pair 30; a fresh estimate has three pairs with pair 2.
-    let fresh = monte_carlo::rms(runs.iter().map(|run| run.pairs[2].unwrap().error));
+    let fresh = rms_deviation(runs.iter().map(|run| run.pairs[2].unwrap().error));
     let after = in_use(32);
     println!("in use three pairs after the step: {after:?}, fresh after three {fresh:?}");
     assert!(in_use(30).rotation > 5e-3);

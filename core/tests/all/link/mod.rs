@@ -2,7 +2,6 @@
 
 #[cfg(feature = "async")]
 mod asynchronous;
-mod bus;
 mod calibrator;
 mod counters;
 mod damage;
@@ -10,6 +9,7 @@ mod encoder;
 mod format;
 mod fpga;
 mod roundtrip;
+mod sink;
 mod stream;
 mod uart;
 mod vectors;

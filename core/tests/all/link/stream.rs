@@ -1,7 +1,7 @@
 //! Frames as sent, and frames as received from a stream.
 
 use stereo_selfcal::Correspondence;
-use stereo_selfcal::link::{Damage, Decoder, Event, FrameCrc, FrameHeader, MatchRecord};
+use stereo_selfcal::link::{Damage, Decoder, Event, FrameCrc, FrameHeader, MatchRecord, Received};
 
 /// A frame: its content and its bytes.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,6 +42,11 @@ impl Frame {
         let records = self.matches.iter().map(|c| MatchRecord::encode(c, &self.header).unwrap());
         let records: Vec<_> = records.map(|record| record.to_bytes()).collect();
         sealed(&self.header.encode().unwrap(), &records)
+    }
+
+    /// The frame as received by a sink that takes every match.
+    pub(crate) fn whole(&self) -> Received {
+        Received { header: self.header, taken: self.matches.len() }
     }
 }
 

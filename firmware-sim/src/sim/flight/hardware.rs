@@ -7,12 +7,15 @@ use std::time::Duration;
 use anyhow::{Result, anyhow};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use host_tests::data::Match;
-use host_tests::wire::{DataReady, Faults, FaultyWire, Sender, SimMatcher, SimReady, SimSpi};
+use host_tests::wire::{Faults, FaultyWire, Sender};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::link::FpgaMatcher;
 use stereo_selfcal::store::{Persistence, SavePolicy, Store};
 use test_support::flash::{Fault, Flash, TEARS};
+use test_support::wire::{DataReady, Wire};
+
+use super::super::polling::driver;
 
 /// Page size and word size of the NOR flash, bytes. It has two pages.
 const PAGE: usize = 8192;
@@ -63,9 +66,9 @@ pub(super) enum Power {
 /// All simulated hardware.
 pub(super) struct Hardware {
     profile: Profile,
-    matcher: SimMatcher,
     sender: Sender,
-    wire: FaultyWire,
+    faults: FaultyWire,
+    wire: Wire,
     flash: SharedFlash,
     rng: ChaCha8Rng,
     /// Number of pairs until data-ready works again.
@@ -80,9 +83,9 @@ impl Hardware {
         let flash = Flash::of(vec![0xff; 2 * PAGE], seed);
         Self {
             profile,
-            matcher: SimMatcher::new(sender),
             sender,
-            wire: FaultyWire::new(profile.wire, seed),
+            faults: FaultyWire::new(profile.wire, seed),
+            wire: Wire::default(),
             flash: SharedFlash(Rc::new(RefCell::new(flash))),
             rng: ChaCha8Rng::seed_from_u64(seed ^ 0xfa17),
             stuck_for: 0,
@@ -90,8 +93,8 @@ impl Hardware {
     }
 
     /// A new driver of the matcher, without the state of an earlier one.
-    pub(super) fn driver(&self) -> FpgaMatcher<SimSpi, SimReady> {
-        self.matcher.driver()
+    pub(super) fn driver(&self) -> FpgaMatcher<Wire, Wire> {
+        driver(&self.wire)
     }
 
     /// The controller's persistence, on the simulated flash.
@@ -118,17 +121,17 @@ impl Hardware {
         if self.stuck_for == 0 && self.rng.random_bool(self.profile.stuck) {
             self.stuck_for = self.rng.random_range(1..=STUCK_FOR);
             let stuck = if self.rng.random() { DataReady::StuckHigh } else { DataReady::StuckLow };
-            self.matcher.set_ready(stuck);
+            self.wire.set_ready(stuck);
         } else if self.stuck_for == 0 {
-            self.matcher.set_ready(DataReady::Works);
+            self.wire.set_ready(DataReady::Works);
         }
         let (frame, _) = self.sender.frame(sequence, pair);
-        if self.matcher.waiting() >= BUFFERED_FRAMES * frame.len() {
+        if self.wire.waiting() >= BUFFERED_FRAMES * frame.len() {
             return;
         }
         let mut bytes = Vec::new();
-        self.wire.send(&frame, &mut bytes);
-        self.matcher.put(bytes);
+        self.faults.send(&frame, &mut bytes);
+        self.wire.send(bytes);
     }
 
     /// Draws whether the power is lost. The flash then accepts a limited number of further writes.

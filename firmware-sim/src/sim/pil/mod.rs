@@ -15,15 +15,16 @@ use firmware_sim::pil::{EndReply, PairReply, SessionRequest};
 use firmware_sim::{App, CAPACITY};
 use host_tests::data::Dataset;
 use host_tests::run::progress;
-use host_tests::wire::{Sender, SimMatcher};
+use host_tests::wire::Sender;
 
 use super::args::PilArgs;
-use super::polling::poll_pair;
+use super::polling::{driver, poll_pair};
 use compare::{Difference, differences};
 use emulator::Emulator;
 use line::Listener;
 use session::Session;
 use table::Table;
+use test_support::wire::Wire;
 
 /// Time for the firmware to end after an error of the session.
 const EXIT_TIMEOUT: Duration = Duration::from_secs(1);
@@ -113,17 +114,18 @@ fn compare_pairs<L: Read + Write>(
     );
     let mut calibrator = Box::new(firmware_sim::start(request.cameras));
     let sender = Sender::of(set)?;
-    let matcher = SimMatcher::new(sender);
-    let mut app = App::new(matcher.driver(), &mut calibrator);
+    let wire = Wire::default();
+    let mut app = App::new(driver(&wire), &mut calibrator);
     let mut table = Table::new(set, app.calibrator())?;
     let mut identical = 0;
     let bar = progress::over(set.pairs.len(), "pairs");
     Table::heading(out)?;
     for (sequence, pair) in (0_u32..).zip(&set.pairs) {
-        matcher.send(sequence, pair);
+        let frame = sender.frame(sequence, pair).0;
+        wire.send(frame.iter().copied());
         let processed = poll_pair(&mut app)?;
         let here = PairReply::new(sequence, processed.taken, &processed.pair, app.calibrator());
-        let there = session.pair(sequence, &sender.frame(sequence, pair).0);
+        let there = session.pair(sequence, &frame);
         let there = there.with_context(|| format!("pair {sequence}"))?;
         let found = differences(&here.fields(), &there.fields());
         identical += usize::from(found.is_empty());

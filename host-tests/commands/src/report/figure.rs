@@ -7,6 +7,7 @@ use maud::{Markup, PreEscaped, html};
 use super::inline::inline;
 use super::numbers::Csv;
 use super::theme::variable;
+use host_tests::chart::legend::Mark;
 use host_tests::chart::palette::{Color, SERIES};
 
 /// More panels than this are small multiples.
@@ -23,24 +24,11 @@ pub enum Picture {
     Jpeg(Vec<u8>),
 }
 
-/// How a series is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sample {
-    /// A line.
-    Line,
-    /// A broken line.
-    Dashes,
-    /// Dots.
-    Dots,
-    /// Bars.
-    Bar,
-}
-
 /// One series in a legend.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Entry {
     /// How it is drawn.
-    pub sample: Sample,
+    pub mark: Mark,
     /// One of [`SERIES`], or black.
     pub color: Option<Color>,
     /// Its name.
@@ -65,8 +53,8 @@ pub struct Figure {
 impl Entry {
     /// An entry in one of the series' colours; black for `None`.
     #[must_use]
-    pub fn new(sample: Sample, color: Option<Color>, name: &str) -> Self {
-        Self { sample, color, name: name.to_owned() }
+    pub fn new(mark: Mark, color: Option<Color>, name: &str) -> Self {
+        Self { mark, color, name: name.to_owned() }
     }
 
     fn markup(&self) -> Markup {
@@ -76,11 +64,11 @@ impl Entry {
             (None, Some(color)) => color.light.hex(),
             (None, None) => "currentColor".into(),
         };
-        let class = match self.sample {
-            Sample::Line => "line",
-            Sample::Dashes => "dashes",
-            Sample::Dots => "dots",
-            Sample::Bar => "bar",
+        let class = match self.mark {
+            Mark::Line => "line",
+            Mark::Dashes => "dashes",
+            Mark::Dots => "dots",
+            Mark::Bars => "bar",
         };
         html! { li { i class=(class) style=(format!("color:{color}")) {} (self.name) } }
     }

@@ -12,7 +12,8 @@ mod page;
 mod table;
 mod theme;
 
-pub use figure::{Entry, Figure, Picture, Sample};
+pub use figure::{Entry, Figure, Picture};
+pub use host_tests::chart::legend::Mark;
 pub use inline::inline;
 pub use numbers::Csv;
 pub use page::{Block, Page, Section};

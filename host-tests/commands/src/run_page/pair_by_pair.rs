@@ -2,7 +2,7 @@
 
 use super::replayed::Replayed;
 use super::states;
-use crate::report::{Cell, Csv, Entry, Figure, Picture, Sample, Section, Table};
+use crate::report::{Cell, Csv, Entry, Figure, Mark, Picture, Section, Table};
 use host_tests::chart::curves::{Curve, Line, Scale, curves};
 use host_tests::chart::palette::{Color, SERIES};
 use host_tests::run::{Solved, Step};
@@ -96,8 +96,8 @@ fn health(replayed: &Replayed<'_>, steps: &[Step]) -> Figure {
         numbers.push([i.to_string()].into_iter().chain(values));
     }
     let entry = |series: &Series| {
-        let sample = if series.line == Line::Broken { Sample::Dashes } else { Sample::Line };
-        Entry::new(sample, series.color, series.name)
+        let mark = if series.line == Line::Broken { Mark::Dashes } else { Mark::Line };
+        Entry::new(mark, series.color, series.name)
     };
     Figure {
         panels: vec![

@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::Vector3;
 use stereo_selfcal::{Extrinsics, so3};
 
-use crate::report::{Csv, Entry, Figure, Picture, Sample};
+use crate::report::{Csv, Entry, Figure, Mark, Picture};
 use host_tests::chart::palette::{Rgb, SERIES};
 use host_tests::chart::{Anchor, Axis, Plot, Point, Style, Svg};
 
@@ -87,9 +87,9 @@ pub fn sphere_figure(name: &str, estimates: &Estimates, reach: Reach, command: &
     Figure {
         panels,
         legend: vec![
-            Entry::new(Sample::Dots, Some(SERIES[0]), "one pair"),
-            Entry::new(Sample::Dots, Some(SERIES[1]), "fused"),
-            Entry::new(Sample::Dots, None, "reference (a cross)"),
+            Entry::new(Mark::Dots, Some(SERIES[0]), "one pair"),
+            Entry::new(Mark::Dots, Some(SERIES[1]), "fused"),
+            Entry::new(Mark::Dots, None, "reference (a cross)"),
         ],
         caption: format!(
             "Every pair's baseline direction t^k and rotation axis v^k on the unit sphere; beside each \

@@ -2,7 +2,7 @@
 
 use stereo_selfcal::State;
 
-use crate::report::{Entry, Sample};
+use crate::report::{Entry, Mark};
 use host_tests::chart::palette::{self, Rgb, SERIES};
 use host_tests::chart::{Axis, Plot, Point, Style, Svg};
 use host_tests::run::{Step, Verdict};
@@ -41,6 +41,6 @@ pub(super) fn strip(steps: &[Step]) -> String {
 pub(super) fn legend() -> Vec<Entry> {
     STATES
         .iter()
-        .map(|(state, color)| Entry::new(Sample::Bar, Some(*color), &state.to_string()))
+        .map(|(state, color)| Entry::new(Mark::Bars, Some(*color), &state.to_string()))
         .collect()
 }

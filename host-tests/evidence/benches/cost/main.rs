@@ -36,6 +36,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
+use host_tests::stats::median;
 use stereo_selfcal::metrics::Deviation;
 
 use callgrind::Count;
@@ -111,7 +112,7 @@ fn timed(jobs: &[Job]) -> (Vec<Answer>, f64) {
         let job = job.clone();
         let start = Instant::now();
         let answer = black_box(job.run());
-        times.push(start.elapsed());
+        times.push(start.elapsed().as_secs_f64() * 1e6);
         answer
     };
     let answers = jobs.iter().map(&mut run).collect();
@@ -120,8 +121,7 @@ fn timed(jobs: &[Job]) -> (Vec<Answer>, f64) {
             run(job);
         }
     }
-    times.sort_unstable();
-    (answers, times[times.len() / 2].as_secs_f64() * 1e6)
+    (answers, median(times).unwrap_or(f64::NAN))
 }
 
 fn print_row(case: &Case, us: f64, count: Option<&Count>, results: &Results) {

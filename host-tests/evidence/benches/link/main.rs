@@ -26,6 +26,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
+use host_tests::stats::median;
 use host_tests::synth::{ScenarioKind, Scene};
 use host_tests::wire::Sender;
 use stereo_selfcal::link::{Decoder, Event, FrameHeader, MatchRecord};
@@ -221,12 +222,11 @@ fn timed(jobs: &[Job]) -> Result<(usize, f64)> {
         let job = job.clone();
         let start = Instant::now();
         answers.push(black_box(job.run()));
-        times.push(start.elapsed());
+        times.push(start.elapsed().as_secs_f64() * 1e9);
     }
-    times.sort_unstable();
     let correspondences = taken(&answers[..jobs.len()])?;
     let mean = as_f64(correspondences) / as_f64(jobs.len());
-    Ok((correspondences, times[times.len() / 2].as_secs_f64() * 1e9 / mean))
+    Ok((correspondences, median(times).context("no job")? / mean))
 }
 
 fn as_f64(n: usize) -> f64 {

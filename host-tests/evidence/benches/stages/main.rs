@@ -1,12 +1,15 @@
 //! Time of each stage on this host, `f32`, 256 matches of a near scene, 30 % of them wrong.
 //!
 //! ```sh
-//! cargo bench -p host-tests --bench stages
-//! cargo bench -p host-tests --bench stages --features simd
+//! cargo bench -p selfcal-evidence --bench stages
+//! cargo bench -p selfcal-evidence --bench stages --features stereo-selfcal/simd
 //! ```
 
-use divan::{Bencher, black_box};
+use std::hint::black_box;
+use std::time::Instant;
+
 use host_tests::data::{Dataset, Match};
+use host_tests::stats::median;
 use host_tests::synth::{ScenarioKind, Scene, five_degrees_off};
 use host_tests::wire::Sender;
 use stereo_selfcal::link::{Decoder, Event};
@@ -15,10 +18,36 @@ use stereo_selfcal::{Calibrator, Config, Correspondence};
 /// Pairs that lock a calibrator.
 const LOCKING: usize = 20;
 
+/// Timed runs of a stage.
+const RUNS: usize = 1000;
+
 type Calibrator256 = Calibrator<f32, 256>;
 
 fn main() {
-    divan::main();
+    undistort();
+    let fresh = calibrator(Config::robust(), 0);
+    let mut begun = fresh.clone();
+    begun.begin_pair().expect("the pair has matches");
+    stage("one pass and its step", || begun.clone(), |c| c.advance_pair().is_ok());
+    stage("a pair far from the optimum", || fresh.clone(), |c| c.solve_pair());
+    let mut locked = calibrator(Config::robust(), LOCKING);
+    stage("a pair of a locked rig", || locked.clone(), |c| c.solve_pair());
+    let paper = calibrator(Config::paper(), 0);
+    stage("a pair by the paper's preset", || paper.clone(), |c| c.solve_pair());
+    locked.solve_pair().expect("the pair has an answer");
+    stage("fusion of a solved pair", || locked.clone(), |c| c.fuse());
+    decode();
+}
+
+/// Prints the median time of a stage. Its input is made before the clock starts.
+fn stage<I, O>(name: &str, input: impl Fn() -> I, work: impl Fn(&mut I) -> O) {
+    let us = (0..RUNS).map(|_| {
+        let mut input = black_box(input());
+        let start = Instant::now();
+        black_box(work(&mut input));
+        start.elapsed().as_secs_f64() * 1e6
+    });
+    println!("{name:<32} {:>9.2} us", median(us).unwrap_or(f64::NAN));
 }
 
 /// A generated recording: pairs that lock, then one that is measured.
@@ -50,64 +79,25 @@ fn calibrator(config: Config, fused: usize) -> Box<Calibrator256> {
 }
 
 /// Pixels to rays through a lens of five coefficients, both sides of every match.
-#[divan::bench]
-fn undistort(bencher: Bencher) {
+fn undistort() {
     let chess =
         Dataset::load(&Dataset::shipped().join("opencv_chess_sift")).expect("it is shipped");
     let cameras = chess.cameras::<f32>().expect("its cameras are valid");
     let pair: Vec<_> = chess.pairs.iter().flatten().map(Match::correspondence).take(256).collect();
-    bencher.bench(|| pair.iter().filter_map(|m| cameras.rays(black_box(m)).ok()).count());
-}
-
-/// One pass of a search and its step.
-#[divan::bench]
-fn pass(bencher: Bencher) {
-    let mut begun = calibrator(Config::robust(), 0);
-    begun.begin_pair().expect("the pair has matches");
-    bencher.with_inputs(|| begun.clone()).bench_local_refs(|c| c.advance_pair().is_ok());
-}
-
-/// A pair far from the optimum, to its report.
-#[divan::bench]
-fn solve_acquiring(bencher: Bencher) {
-    let fresh = calibrator(Config::robust(), 0);
-    bencher.with_inputs(|| fresh.clone()).bench_local_refs(|c| c.solve_pair());
-}
-
-/// A pair of a locked rig.
-#[divan::bench]
-fn solve_locked(bencher: Bencher) {
-    let locked = calibrator(Config::robust(), LOCKING);
-    bencher.with_inputs(|| locked.clone()).bench_local_refs(|c| c.solve_pair());
-}
-
-/// A pair by the paper's preset.
-#[divan::bench]
-fn solve_paper(bencher: Bencher) {
-    let fresh = calibrator(Config::paper(), 0);
-    bencher.with_inputs(|| fresh.clone()).bench_local_refs(|c| c.solve_pair());
-}
-
-/// Fusion of a solved pair.
-#[divan::bench]
-fn fuse(bencher: Bencher) {
-    let mut locked = calibrator(Config::robust(), LOCKING);
-    locked.solve_pair().expect("the pair has an answer");
-    bencher.with_inputs(|| locked.clone()).bench_local_refs(|c| c.fuse());
+    let rays = |pair: &mut &Vec<_>| pair.iter().filter_map(|m| cameras.rays(m).ok()).count();
+    stage("256 matches through a lens", || &pair, rays);
 }
 
 /// A frame from bytes to matches.
-#[divan::bench]
-fn decode(bencher: Bencher) {
+fn decode() {
     let set = recording();
     let sender = Sender::of(&set).expect("the matches are on no grid");
     let (frame, _) = sender.frame(1, &set.pairs[0]);
-    bencher.with_inputs(Decoder::new).bench_local_refs(|decoder| {
-        let mut bytes = black_box(&frame[..]);
-        let mut seen = 0;
-        while let Some(event) = decoder.next(&mut bytes) {
-            seen += usize::from(matches!(event, Event::Match(_)));
-        }
-        seen
-    });
+    let matches = |decoder: &mut Decoder| {
+        let mut bytes = &frame[..];
+        std::iter::from_fn(|| decoder.next(&mut bytes))
+            .filter(|event| matches!(event, Event::Match(_)))
+            .count()
+    };
+    stage("a frame from bytes to matches", Decoder::new, matches);
 }

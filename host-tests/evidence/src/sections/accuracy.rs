@@ -5,7 +5,7 @@ use crate::findings::Findings;
 use crate::on_recorded::{ErrorPair, Errors, Quantity, Row, error_pair};
 use crate::verdict::{self, OURS};
 use host_tests::chart::curves::{self, Bars};
-use selfcal_commands::report::{Cell, Csv, Entry, Figure, Picture, Sample, Section, Table};
+use selfcal_commands::report::{Cell, Csv, Entry, Figure, Mark, Picture, Section, Table};
 
 pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("Every method at its best, cell by cell");
@@ -132,7 +132,7 @@ fn numbers(findings: &Findings<'_>) -> Csv {
 fn spread(findings: &Findings<'_>) -> Figure {
     let names = ["robust (ours)", "best rival", "paper, RANSAC in front or not"];
     let legend = names.iter().enumerate();
-    let legend = legend.map(|(i, name)| Entry::new(Sample::Bar, Some(curves::shade(i)), name));
+    let legend = legend.map(|(i, name)| Entry::new(Mark::Bars, Some(curves::shade(i)), name));
     Figure {
         panels: findings.sets.iter().flat_map(|set| panels(findings, &set.digest)).collect(),
         legend: legend.collect(),

@@ -6,7 +6,8 @@ use crate::measurement::Measured;
 use crate::sweep::{Sweep, SweepAxis, Trial};
 use crate::verdict::{self, OURS};
 use host_tests::chart::curves::{self, Curve, Line, Scale};
-use selfcal_commands::report::{Csv, Entry, Figure, Picture, Sample, Section};
+use host_tests::stats;
+use selfcal_commands::report::{Csv, Entry, Figure, Mark, Picture, Section};
 
 /// Words of a curve.
 struct Words {
@@ -165,11 +166,11 @@ fn figure(findings: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of
     }
     let numbered = sides.iter().enumerate();
     let entry = |(i, (name, ..)): (usize, &(&str, _, _))| {
-        Entry::new(Sample::Line, Some(curves::shade(i)), name)
+        Entry::new(Mark::Line, Some(curves::shade(i)), name)
     };
     let mut legend: Vec<Entry> = numbered.map(entry).collect();
     if bounded {
-        legend.push(Entry::new(Sample::Dashes, None, "Cramer-Rao bound"));
+        legend.push(Entry::new(Mark::Dashes, None, "Cramer-Rao bound"));
     }
     let scenes = sweep.trials.iter().flatten().flatten().map(Vec::len).max().unwrap_or(0);
     Figure {
@@ -220,9 +221,9 @@ fn multiples(findings: &Findings<'_>, sweep: &Sweep) -> Figure {
     Figure {
         panels: rivals.map(panel).collect(),
         legend: vec![
-            Entry::new(Sample::Line, Some(curves::shade(0)), "robust (ours)"),
-            Entry::new(Sample::Line, Some(curves::shade(1)), "the method named"),
-            Entry::new(Sample::Dashes, None, "Cramer-Rao bound"),
+            Entry::new(Mark::Line, Some(curves::shade(0)), "robust (ours)"),
+            Entry::new(Mark::Line, Some(curves::shade(1)), "the method named"),
+            Entry::new(Mark::Dashes, None, "Cramer-Rao bound"),
         ],
         caption: "The same scenes, one panel a method, at the best of its settings in each point."
             .into(),
@@ -260,8 +261,8 @@ fn numbers(
                 by.name(),
                 text(rms(trials, of_a)),
                 text(rms(trials, of_b)),
-                text(median(trials, of_a)),
-                text(median(trials, of_b)),
+                text(stats::median(numbers_of(trials, of_a))),
+                text(stats::median(numbers_of(trials, of_b))),
                 count.to_string(),
                 none.to_string(),
             ]);
@@ -286,13 +287,5 @@ pub(super) fn rms(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Option<f64> 
     if 2 * numbers.len() < trials.as_ref().map_or(0, Vec::len) {
         return None;
     }
-    let count = f64::from(u32::try_from(numbers.len()).ok()?);
-    let squares: f64 = numbers.iter().map(|x| x * x).sum();
-    (count > 0.0).then(|| (squares / count).sqrt())
-}
-
-fn median(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Option<f64> {
-    let mut numbers = numbers_of(trials, of);
-    numbers.sort_by(f64::total_cmp);
-    numbers.get(numbers.len() / 2).copied()
+    stats::rms(numbers)
 }

@@ -7,7 +7,7 @@ use crate::step_response::{PAIRS, StepResponse, TURN_DEG};
 use crate::verdict::OURS;
 use host_tests::chart::curves::{self, Curve, Line, Scale};
 use rivals::Variant;
-use selfcal_commands::report::{Cell, Csv, Entry, Figure, Picture, Sample, Section, Table};
+use selfcal_commands::report::{Cell, Csv, Entry, Figure, Mark, Picture, Section, Table};
 
 /// The first pair of the turned rig.
 const FIRST: usize = PAIRS / 2;
@@ -106,7 +106,7 @@ fn figure(findings: &Findings<'_>) -> Figure {
     Figure {
         panels: PARTS.iter().enumerate().map(panel).collect(),
         legend: legend
-            .map(|(i, (name, _))| Entry::new(Sample::Line, Some(curves::shade(i)), name))
+            .map(|(i, (name, _))| Entry::new(Mark::Line, Some(curves::shade(i)), name))
             .collect(),
         caption: format!(
             "Error of the running estimate after each pair, root mean square over {} runs: ours, the rival that \

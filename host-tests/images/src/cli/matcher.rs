@@ -11,6 +11,7 @@ use crate::picture::Picture;
 use crate::shipped::ShippedImages;
 use anyhow::Result;
 use clap::Args;
+use host_tests::stats::geometric_mean;
 
 /// Measure the matcher against the truth of the shipped images, beside the SIFT matches of the project: as they
 /// are, and with the left image warped as if its camera was turned by 5 degrees up, down, left and right.
@@ -106,8 +107,7 @@ impl Ratios {
     /// The geometric means.
     fn end(&self) -> Result<()> {
         let mean = |all: &[[f64; 2]], i: usize| {
-            let sum: f64 = all.iter().map(|one| one[i].ln()).sum();
-            (sum / all.len() as f64).exp()
+            geometric_mean(all.iter().map(|one| one[i])).unwrap_or(f64::NAN)
         };
         let [t, r] = [0, 1].map(|i| mean(&self.errors, i));
         write!(io::stdout(), "{:<41} {t:>8.5} {r:>8.5}", "geometric mean")?;

@@ -5,6 +5,7 @@
 
 use host_tests::data::Rays;
 use host_tests::run::{RunLog, replay};
+use host_tests::stats;
 use host_tests::synth::{Scene, rig};
 use nalgebra::{Matrix3, Vector3};
 use rivals::literal_paper::{self, Options};
@@ -110,8 +111,7 @@ fn erratum_9_the_constraint_of_ling_and_shen_takes_the_right_ray_first() {
     let pair = scene.pairs(9).next().unwrap();
     let e = tilted().translation().cross_matrix() * tilted().rotation().matrix();
     let rms = |constraint: &dyn Fn(&Rays) -> f64| {
-        let squares: Vec<f64> = pair.rays(&scene).iter().map(|r| constraint(r).powi(2)).collect();
-        (squares.iter().sum::<f64>() / f64::from(u32::try_from(squares.len()).unwrap())).sqrt()
+        stats::rms(pair.rays(&scene).iter().map(constraint)).unwrap()
     };
     assert!(rms(&|[p_l, p_r]| p_r.dot(&(e * p_l))) < 1e-12);
     assert!(rms(&|[p_l, p_r]| p_l.dot(&(e * p_r))) > 1e-2, "eq 3 as printed cannot be told");

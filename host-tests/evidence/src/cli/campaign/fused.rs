@@ -3,7 +3,8 @@
 use std::io::{self, Write};
 
 use anyhow::Result;
-use host_tests::run::monte_carlo::{Run, nees_band, rms};
+use host_tests::run::monte_carlo::{Run, nees_band};
+use host_tests::stats::rms_deviation;
 use host_tests::synth::ScenarioKind;
 use stereo_selfcal::State;
 
@@ -35,8 +36,8 @@ impl CampaignArgs {
             }
             let matches = scenario.scene.matches;
             let runs = self.runs::<f32>(&scenario)?;
-            let e = rms(runs.iter().filter_map(Run::last).map(|m| m.error));
-            let o = rms(runs.iter().filter_map(|run| run.joint_fit));
+            let e = rms_deviation(runs.iter().filter_map(Run::last).map(|m| m.error));
+            let o = rms_deviation(runs.iter().filter_map(|run| run.joint_fit));
             let locks: Vec<usize> = runs.iter().filter_map(Run::locked_at).collect();
             let false_lock = |run: &&Run| {
                 let at = run.locked_at().and_then(|at| run.pairs[at]);

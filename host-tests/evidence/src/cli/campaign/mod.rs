@@ -13,8 +13,9 @@ use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
-use host_tests::run::monte_carlo::{Run, long_run, rms, runs};
+use host_tests::run::monte_carlo::{Run, long_run, runs};
 use host_tests::run::progress;
+use host_tests::stats::{rms, rms_deviation};
 use host_tests::synth::{Grid, Scenario, ScenarioKind, five_degrees_off, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Config, Scalar};
@@ -170,8 +171,8 @@ impl CampaignArgs {
                     (scenario.scene.noise_px, scenario.scene.grid) = (noise, grid);
                     scenario.scene.rig = *rig;
                     let runs = self.runs::<f32>(&scenario)?;
-                    let e = rms(runs.iter().filter_map(Run::last).map(|m| m.error));
-                    let single = rms(runs.iter().map(|run| run.bound));
+                    let e = rms_deviation(runs.iter().filter_map(Run::last).map(|m| m.error));
+                    let single = rms_deviation(runs.iter().map(|run| run.bound));
                     let pairs = f64::from(u32::try_from(scenario.pairs)?).sqrt();
                     let scale = effective / noise / pairs;
                     let locked = runs.iter().filter(|run| run.locked_at().is_some()).count();
@@ -206,9 +207,7 @@ impl CampaignArgs {
             let differences: Vec<[f64; 2]> = differences.collect();
             let of = |part: usize| {
                 let all = || differences.iter().map(|d| d[part] * pairs);
-                let squares: f64 = all().map(|d| d * d).sum();
-                let [rms, most] =
-                    [(squares / f64::from(self.trials())).sqrt(), all().fold(0.0, f64::max)];
+                let [rms, most] = [rms(all()).unwrap_or(f64::NAN), all().fold(0.0, f64::max)];
                 format!("{rms:.4}, {most:.4}")
             };
             writeln!(out, "{:<16} t {}  R {}", kind.to_string(), of(0), of(1))?;

@@ -3,7 +3,8 @@
 use std::io::{self, Write};
 
 use anyhow::{Result, ensure};
-use host_tests::run::monte_carlo::{Run, rms};
+use host_tests::run::monte_carlo::Run;
+use host_tests::stats::rms_deviation;
 use host_tests::synth::{Fence, Scenario, ScenarioKind, five_degrees_off, rig};
 
 use super::stats::passes;
@@ -96,8 +97,8 @@ impl CampaignArgs {
             };
             let good: Vec<&Run> = runs.iter().filter(within).collect();
             let none = runs.iter().filter(|run| run.last().is_none()).count();
-            let e = rms(good.iter().filter_map(|run| run.last()).map(|m| m.error));
-            let b = rms(good.iter().map(|run| run.bound));
+            let e = rms_deviation(good.iter().filter_map(|run| run.last()).map(|m| m.error));
+            let b = rms_deviation(good.iter().map(|run| run.bound));
             let [mean, most] = passes(&runs, |_| true);
             let all = runs.len();
             writeln!(

@@ -1,6 +1,7 @@
 //! Figures over many runs.
 
-use host_tests::run::monte_carlo::{Run, rms};
+use host_tests::run::monte_carlo::Run;
+use host_tests::stats::{mean, rms_deviation};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Fused, State};
 
@@ -17,8 +18,8 @@ pub(super) fn passes(runs: &[Run], state: impl Fn(State) -> bool) -> [f64; 2] {
             before = after_pair.state;
         }
     }
-    let count = f64::from(u32::try_from(all.len()).unwrap_or(u32::MAX));
-    [all.iter().sum::<f64>() / count, all.iter().copied().fold(0.0, f64::max)]
+    let most = all.iter().copied().fold(0.0, f64::max);
+    [mean(all).unwrap_or(f64::NAN), most]
 }
 
 /// Changes of the estimate by change detection or a challenger.
@@ -40,5 +41,5 @@ pub(super) fn found_after(run: &Run, step: usize) -> Option<usize> {
 pub(super) fn after(runs: &[Run], pairs: usize) -> Option<(Deviation<f64>, f64)> {
     let at: Vec<_> = runs.iter().filter_map(|run| *run.pairs.get(pairs.checked_sub(1)?)?).collect();
     let worst = at.iter().map(|m| m.error_in_sd).fold(0.0, f64::max);
-    (!at.is_empty()).then(|| (rms(at.iter().map(|m| m.in_use)), worst))
+    (!at.is_empty()).then(|| (rms_deviation(at.iter().map(|m| m.in_use)), worst))
 }

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use anyhow::Result;
+use host_tests::stats::quantile;
 use host_tests::synth::ScenarioKind;
 
 use super::CampaignArgs;
@@ -28,17 +29,19 @@ impl CampaignArgs {
             scenario.turn_deg = degrees;
             let runs = self.runs::<f32>(&scenario)?;
             let step = scenario.pairs.div_ceil(2);
-            let mut found: Vec<usize> =
-                runs.iter().filter_map(|run| found_after(run, step)).collect();
-            found.sort_unstable();
+            let found: Vec<usize> = runs.iter().filter_map(|run| found_after(run, step)).collect();
+            let quantile = |share: f64| {
+                let found = found.iter().map(|at| u32::try_from(*at).map_or(f64::NAN, f64::from));
+                quantile(found, share).unwrap_or(0.0)
+            };
             let within = |pairs: usize| found.iter().filter(|at| **at <= pairs).count();
             let before: usize = runs.iter().map(|run| changes(run, 0..step)).sum();
             write!(
                 out,
-                "{degrees:>8}  {:>12}, {:>4}, {:>4}, {:>5}; {} {} {} {}  {before:>6} ",
-                found.get(found.len() / 2).unwrap_or(&0),
-                found.get(found.len() * 99 / 100).unwrap_or(&0),
-                found.last().unwrap_or(&0),
+                "{degrees:>8}  {:>12.1}, {:>4.0}, {:>4.0}, {:>5}; {} {} {} {}  {before:>6} ",
+                quantile(0.5),
+                quantile(0.99),
+                quantile(1.0),
                 runs.len() - found.len(),
                 within(3),
                 within(4),
