@@ -244,6 +244,10 @@ pub(crate) const SAME_STEPS: u16 = 6;
 /// up to 0.13 in motion. Larger counts a scene twice; smaller drops new ones.
 pub(crate) const SAME_SHARE: f64 = 0.3;
 
+/// Share of remembered correspondences seen again unmoved, to a step, that makes a copy of the last pair. Larger takes
+/// a copy for a measurement; smaller takes a scene at rest under little noise for a copy.
+pub(crate) const COPIED_SHARE: f64 = 0.9;
+
 // Outcome.
 
 /// Disagreement of image halves above which, with exact lenses, the baseline, and above which nothing, is

@@ -5,6 +5,7 @@
 use super::association_result::{AssociationResult, Rejected, Support};
 use super::hypotheses::Hypotheses;
 use super::hypothesis::Hypothesis;
+use super::repeated_scene::Seen;
 use crate::batch::Matches;
 use crate::batch::correspondence::RayPair;
 use crate::batch::row_offset::row_offset;
@@ -49,8 +50,8 @@ pub(super) struct Association<T: Scalar> {
     stage: Stage,
     work: Work<T>,
     rejected: Rejected,
-    /// Whether the batch shows the scene of the last one.
-    repeated: bool,
+    /// What the batch shows of the scene of the last fused pair.
+    seen: Seen,
     /// Passes taken, evaluations included.
     passes: u16,
     /// End of the last solver.
@@ -72,7 +73,7 @@ impl<T: Scalar> Association<T> {
         stage: Stage::Idle,
         work: Work::None,
         rejected: Rejected { by_champion: false, by_challenger: false },
-        repeated: false,
+        seen: Seen::New,
         passes: 0,
         stop: Stop::PassesSpent,
         nis: T::ZERO,
@@ -83,9 +84,9 @@ impl<T: Scalar> Association<T> {
         !matches!(self.stage, Stage::Idle | Stage::Done(_))
     }
 
-    /// Whether the last batch showed the scene of the one before it.
+    /// Whether the last batch showed the scene of the pair that was fused before it.
     pub(super) fn is_repeated(&self) -> bool {
-        self.repeated
+        self.seen.is_repeated()
     }
 
     /// Drops the batch and its result.
@@ -95,11 +96,11 @@ impl<T: Scalar> Association<T> {
 
     /// Begins a batch.
     ///
-    /// * `pairs`: correspondences in it; `repeated`: whether it shows the scene of the last one.
+    /// * `pairs`: correspondences in it; `seen`: what it shows of the scene of the last fused pair.
     #[inline(never)]
-    pub(super) fn open(&mut self, with: &AssociationContext<'_, T>, pairs: usize, repeated: bool) {
+    pub(super) fn open(&mut self, with: &AssociationContext<'_, T>, pairs: usize, seen: Seen) {
         self.rejected = Rejected::default();
-        self.repeated = repeated;
+        self.seen = seen;
         self.passes = 0;
         self.enter(Stage::Champion, with, pairs);
     }
@@ -248,7 +249,7 @@ impl<T: Scalar> Association<T> {
             evaluated,
             nis: self.nis,
             rejected: self.rejected,
-            repeated: self.repeated,
+            seen: self.seen,
             passes: self.passes,
             stop: self.stop,
         })

@@ -4,6 +4,7 @@ use super::association_result::{AssociationResult, Rejected, Support};
 use super::change_detector::ChangeDetector;
 use super::hypothesis::{Hypothesis, Update};
 use super::lens_reference::LensReference;
+use super::repeated_scene::Seen;
 use crate::codec::{Reader, Writer};
 use crate::config::Context;
 use crate::error::{Refusal, RestoreError};
@@ -35,7 +36,7 @@ impl<T: Scalar> Champion<T> {
         result: &AssociationResult<'_, T>,
         context: &Context<'_, T>,
     ) -> Result<bool, Refusal> {
-        let (measurement, repeated) = (&result.evaluated.measurement, result.repeated);
+        let (measurement, repeated) = (&result.evaluated.measurement, result.seen.is_repeated());
         let mut update = Update::NONE;
         self.hypothesis.next_update(measurement, repeated, context, &mut update)?;
         if !repeated {
@@ -73,13 +74,14 @@ impl<T: Scalar> Challenger<T> {
     fn add(
         &mut self,
         measurement: &PairMeasurement<T>,
-        repeated: bool,
+        seen: Seen,
         context: &Context<'_, T>,
     ) -> Result<(), Refusal> {
-        let mut update = Update::NONE;
+        let (mut update, repeated) = (Update::NONE, seen.is_repeated());
         self.hypothesis.next_update(measurement, repeated, context, &mut update)?;
         self.hypothesis.apply(measurement, &mut update, repeated, context);
-        self.agreed = self.agreed.saturating_add(1);
+        // A copy agrees with itself.
+        self.agreed = self.agreed.saturating_add(u16::from(seen != Seen::Copied));
         Ok(())
     }
 }
@@ -223,7 +225,7 @@ impl<T: Scalar> Hypotheses<T> {
                 }
                 self.rejected = 0;
                 self.contradict_challenger(0);
-                Ok(match (renewed, result.repeated) {
+                Ok(match (renewed, result.seen.is_repeated()) {
                     (true, _) => Fused::Renewed,
                     (false, true) => Fused::Repeated,
                     (false, false) => Fused::Added,
@@ -231,7 +233,7 @@ impl<T: Scalar> Hypotheses<T> {
             }
             Support::Challenger => {
                 let challenger = self.challenger.as_mut().ok_or(Refusal::NothingSolved)?;
-                challenger.add(&result.evaluated.measurement, result.repeated, context)?;
+                challenger.add(&result.evaluated.measurement, result.seen, context)?;
                 self.count(result.rejected);
                 let fused = self.promote(reference, context);
                 self.learn_share(result.evaluated, context);

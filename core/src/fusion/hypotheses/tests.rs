@@ -117,7 +117,7 @@ fn the_change_detector_begins_anew_where_a_rig_begins_to_turn_and_where_it_cease
             evaluated: &evaluated,
             nis: 5.0,
             rejected: Rejected::default(),
-            repeated: false,
+            seen: Seen::New,
             passes: 4,
             stop: Stop::Converged,
         };
