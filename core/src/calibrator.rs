@@ -192,7 +192,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// # Errors
     /// [`PairError::NoCameras`], [`PairError::TooFew`], [`PairError::Turning`]: as [`Calibrator::begin_pair`], nothing
-    /// counts against the estimate. [`PairError::NoConsensus`], [`PairError::Unobservable`]: as
+    /// counts against the estimate. [`PairError::NoConsensus`], [`PairError::Behind`], [`PairError::Unobservable`]: as
     /// [`Calibrator::advance_pair`], the pair may count against the estimate, and [`Calibrator::state`] may change.
     pub fn solve_pair(&mut self) -> Result<PairReport<T>, PairError> {
         self.begin_pair()?;

@@ -80,7 +80,7 @@
 /**
  * Size of `selfcal_t` in words of 8 bytes, sufficient on every target.
  */
-#define SELFCAL_STORAGE_WORDS (716 + ((23 * SELFCAL_CAPACITY) / 8))
+#define SELFCAL_STORAGE_WORDS (744 + ((23 * SELFCAL_CAPACITY) / 8))
 
 /**
  * Size of `selfcal_t`, bytes.
@@ -408,6 +408,14 @@ enum selfcal_error_t
      * pair: the rig turned faster than configured; clear the batch
      */
     SELFCAL_ERROR_PAIR_TURNING = 505,
+    /**
+     * pair: the points are behind the cameras; left and right exchanged, t of the other sign, an image mirrored or both upside down
+     */
+    SELFCAL_ERROR_PAIR_BEHIND = 506,
+    /**
+     * pair: disparities run along the columns; u and v exchanged, cameras one above the other, or a wrong t
+     */
+    SELFCAL_ERROR_PAIR_COLUMNS = 507,
     /**
      * fuse: the standard deviation of the weakest direction of the pair is too large
      */

@@ -6,6 +6,7 @@ pub(crate) mod correspondence;
 pub(crate) mod grid;
 pub(crate) mod row_offset;
 mod selection;
+pub(crate) mod sides;
 
 #[cfg(feature = "simd")]
 use columns::Columns;

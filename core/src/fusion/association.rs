@@ -6,6 +6,7 @@ use super::association_result::{AssociationResult, Rejected, Support};
 use super::hypotheses::Hypotheses;
 use super::hypothesis::Hypothesis;
 use super::repeated_scene::Seen;
+use super::turn::Turn;
 use crate::batch::Matches;
 use crate::batch::correspondence::RayPair;
 use crate::batch::row_offset::row_offset;
@@ -23,6 +24,8 @@ use crate::thresholds::{CLEARLY_BETTER, FEW, TRACK_PASSES, TRUNCATED_PX};
 enum Stage {
     /// No batch.
     Idle,
+    /// Searches with the baseline turned, before the first champion.
+    Turned(Turn),
     /// Tracks from the champion.
     Champion,
     /// Tracks from the challenger.
@@ -54,6 +57,8 @@ pub(super) struct Association<T: Scalar> {
     seen: Seen,
     /// Passes taken, evaluations included.
     passes: u16,
+    /// Whether the baseline was turned first.
+    tried_turned: bool,
     /// End of the last solver.
     stop: Stop,
     /// NIS of the accepted pair.
@@ -75,6 +80,7 @@ impl<T: Scalar> Association<T> {
         rejected: Rejected { by_champion: false, by_challenger: false },
         seen: Seen::New,
         passes: 0,
+        tried_turned: false,
         stop: Stop::PassesSpent,
         nis: T::ZERO,
     };
@@ -97,12 +103,28 @@ impl<T: Scalar> Association<T> {
     /// Begins a batch.
     ///
     /// * `pairs`: correspondences in it; `seen`: what it shows of the scene of the last fused pair.
+    /// * `turn`: of the baseline, to be tried first.
     #[inline(never)]
-    pub(super) fn open(&mut self, with: &AssociationContext<'_, T>, pairs: usize, seen: Seen) {
+    pub(super) fn open(
+        &mut self,
+        with: &AssociationContext<'_, T>,
+        pairs: usize,
+        seen: Seen,
+        turn: Option<Turn>,
+    ) {
         self.rejected = Rejected::default();
         self.seen = seen;
         self.passes = 0;
-        self.enter(Stage::Champion, with, pairs);
+        self.tried_turned = false;
+        match turn.and_then(|turn| turn.of(with.context.factory).map(|start| (turn, start))) {
+            Some((turn, start)) => {
+                self.stage = Stage::Turned(turn);
+                // A comparison, and a track of the challenger with its evaluation, follow.
+                self.search(with, pairs, start, TRACK_PASSES.saturating_add(2));
+                self.tried_turned = true;
+            }
+            None => self.enter(Stage::Champion, with, pairs),
+        }
     }
 
     /// Enters a stage, or the next one where its hypothesis does not exist.
@@ -117,7 +139,9 @@ impl<T: Scalar> Association<T> {
         self.stage = stage;
         if !hypothesis.is_some_and(|hypothesis| self.track(hypothesis, with)) {
             self.stage = Stage::Search;
-            self.search(with, pairs);
+            let start = with.hypotheses.search_start().unwrap_or(with.context.factory_pose);
+            // A comparison with the challenger takes one more pass.
+            self.search(with, pairs, start, u16::from(self.rejected.by_challenger));
         }
     }
 
@@ -137,11 +161,18 @@ impl<T: Scalar> Association<T> {
     }
 
     /// Starts a search.
+    ///
+    /// * `after`: passes that follow it.
     #[inline(never)]
-    fn search(&mut self, with: &AssociationContext<'_, T>, pairs: usize) {
-        // A comparison with the challenger takes one more pass.
-        let used = self.passes.saturating_add(u16::from(self.rejected.by_challenger));
-        self.work = Work::Solver(with.search(used, pairs));
+    fn search(
+        &mut self,
+        with: &AssociationContext<'_, T>,
+        pairs: usize,
+        start: RectifyingRotations<T>,
+        after: u16,
+    ) {
+        let used = self.passes.saturating_add(after);
+        self.work = Work::Solver(with.search(start, used, pairs));
     }
 
     /// Takes one more pass, unless no stage is left.
@@ -154,6 +185,9 @@ impl<T: Scalar> Association<T> {
         matches: Matches<'_, T>,
     ) -> Result<(), PairError> {
         self.passes = self.passes.saturating_add(1);
+        if let Stage::Turned(turn) = self.stage {
+            return self.try_turned(turn, with, matches);
+        }
         match &mut self.work {
             Work::Solver(solver) if !solver.is_done() => solver.advance(matches),
             Work::Solver(_) => {
@@ -171,6 +205,46 @@ impl<T: Scalar> Association<T> {
                 Ok(())
             }
             Work::None => Ok(()),
+        }
+    }
+
+    /// Takes one more pass with the baseline turned. Where that fits no better, the stages of the pair follow.
+    ///
+    /// # Errors
+    /// [`PairError::Behind`], [`PairError::Columns`]: a turned baseline fits clearly better than the challenger, or
+    /// where there is none at all. [`PairError::NoConsensus`] without a challenger where it does not.
+    #[inline(never)]
+    fn try_turned(
+        &mut self,
+        turn: Turn,
+        with: &AssociationContext<'_, T>,
+        matches: Matches<'_, T>,
+    ) -> Result<(), PairError> {
+        let fits = match &mut self.work {
+            Work::Solver(solver) if !solver.is_done() => solver.advance(matches),
+            Work::Solver(_) => self.evaluate(matches).and_then(|()| self.check_scene(with)),
+            Work::Evaluated(evaluated)
+                if with.is_better(&evaluated.measurement.pose, matches.pairs) =>
+            {
+                return Err(turn.error());
+            }
+            Work::Evaluated(_) | Work::None => Err(PairError::NoConsensus),
+        };
+        if fits.is_err() && with.hypotheses.challenger().is_some() {
+            self.enter(Stage::Challenger, with, matches.pairs.len());
+            return Ok(());
+        }
+        fits
+    }
+
+    /// Checks that the evaluated pose is an optimum of which most points are clearly in front of the cameras.
+    ///
+    /// # Errors
+    /// As [`AssociationContext::check`].
+    fn check_scene(&self, with: &AssociationContext<'_, T>) -> Result<(), PairError> {
+        match &self.work {
+            Work::Evaluated(evaluated) if evaluated.is_clearly_in_front() => with.check(evaluated),
+            _ => Err(PairError::NoConsensus),
         }
     }
 
@@ -201,7 +275,7 @@ impl<T: Scalar> Association<T> {
     /// Stage after an evaluation: gates of champion and challenger, or the check of a found pose.
     ///
     /// # Errors
-    /// [`PairError::NoConsensus`], [`PairError::Unobservable`].
+    /// [`PairError::Behind`], [`PairError::NoConsensus`], [`PairError::Unobservable`].
     #[inline(never)]
     fn decide(&mut self, with: &AssociationContext<'_, T>) -> Result<Stage, PairError> {
         let AssociationContext { context, hypotheses } = *with;
@@ -223,7 +297,8 @@ impl<T: Scalar> Association<T> {
                     return Ok(Stage::Done(Support::Challenger));
                 }
                 self.rejected.by_challenger = true;
-                let done = self.rejected.by_champion;
+                // After a search with the baseline turned no passes are left for another one.
+                let done = self.rejected.by_champion || self.tried_turned;
                 Ok(if done { Stage::Done(Support::None) } else { Stage::Search })
             }
             _ => {
@@ -232,6 +307,11 @@ impl<T: Scalar> Association<T> {
                 Ok(if compare { Stage::Compare } else { Stage::Done(Support::New) })
             }
         }
+    }
+
+    /// Whether it ended with the baseline turned.
+    pub(super) fn is_turned(&self) -> bool {
+        matches!(self.stage, Stage::Turned(_))
     }
 
     /// Hypotheses whose gates rejected the batch so far.
@@ -257,12 +337,11 @@ impl<T: Scalar> Association<T> {
 }
 
 impl<T: Scalar> AssociationContext<'_, T> {
-    /// A search from the champion or the factory extrinsics, within the passes left.
+    /// A search within the passes left.
     ///
     /// * `used`: passes taken, and those needed after the search.
-    fn search(&self, used: u16, pairs: usize) -> PairSolver<T> {
-        let Context { config, focal, factory_pose, .. } = *self.context;
-        let start = self.hypotheses.search_start().unwrap_or(factory_pose);
+    fn search(&self, start: RectifyingRotations<T>, used: u16, pairs: usize) -> PairSolver<T> {
+        let Context { config, focal, .. } = *self.context;
         // A search needs at least the passes of a track.
         let left = config.max_passes.saturating_sub(used).max(TRACK_PASSES);
         let search = PairSolver::search(config, focal, start, left);
@@ -272,9 +351,13 @@ impl<T: Scalar> AssociationContext<'_, T> {
     /// Checks that a pose found by a search is an optimum with five observable directions.
     ///
     /// # Errors
-    /// [`PairError::NoConsensus`], [`PairError::Unobservable`].
+    /// [`PairError::Behind`], [`PairError::NoConsensus`], [`PairError::Unobservable`].
     fn check(&self, evaluated: &EvaluatedPose<T>) -> Result<(), PairError> {
-        if !evaluated.is_found(self.context.config.min_correspondences) {
+        let needed = self.context.config.min_correspondences;
+        if evaluated.is_behind(needed) {
+            return Err(PairError::Behind);
+        }
+        if !evaluated.is_found(needed) {
             return Err(PairError::NoConsensus);
         }
         if evaluated.measurement.moments.at_frame().information.is_observable() {

@@ -25,6 +25,7 @@ mod marginal_sums;
 mod optimum;
 mod repeated_scene;
 mod reported;
+mod turn;
 mod vibration;
 
 use crate::algebra::block_variances::BlockVariances;
@@ -146,9 +147,10 @@ impl<T: Scalar> Fusion<T> {
             return Err(PairError::TooFew { usable, needed });
         }
         let Self { hypotheses, scene, association, .. } = self;
+        let turn = hypotheses.next_turn();
         let with = AssociationContext { context, hypotheses };
         let seen = scene.compare(matches.pairs, context.focal);
-        association.open(&with, matches.pairs.len(), seen);
+        association.open(&with, matches.pairs.len(), seen, turn);
         let begun = association.advance(&with, matches);
         if begun.is_err() {
             association.close();
@@ -172,6 +174,9 @@ impl<T: Scalar> Fusion<T> {
         let with = AssociationContext { context, hypotheses };
         if let Err(error) = association.advance(&with, matches) {
             hypotheses.count(association.rejected());
+            if association.is_turned() {
+                hypotheses.drop_challenger();
+            }
             association.close();
             return Err(error);
         }

@@ -206,7 +206,8 @@ impl<T: Scalar, L: Lanes<T>, S: EvaluatedSums<T, L>> Sink<T, L> for EvaluationSi
         let (value, offset) = (constraint.value, constraint.row_offset());
         let precision = by.precision(lanes, &constraint, in_front);
         let squared = value * value * precision;
-        self.stats.count(lanes, in_front, [value, squared], &expected);
+        let disparity = constraint.disparity_over(by.min_disparity);
+        self.stats.count(lanes, in_front, [value, squared], disparity, &expected);
         let limit = expected.limit_squared(by.tukey_squared);
         let compared = Compared {
             before: at_start.row_offset() * at_start.row_offset(),
@@ -294,6 +295,22 @@ impl<T: Scalar> EvaluatedPose<T> {
             && self.stats.exceeds_background(FOUND_PEAK_DEVIATIONS)
             && noise < T::lit(FOUND_NOISE_PX)
             && self.is_largest_crowd()
+            && !self.stats.is_behind()
+    }
+
+    /// Whether it would be such an optimum if the points were in front of the cameras.
+    ///
+    /// * `needed`: near residuals, by configuration.
+    pub(crate) fn is_behind(&self, needed: u16) -> bool {
+        self.stats.is_behind()
+            && self.stats.near() >= T::count(needed.into())
+            && self.stats.exceeds_background(FOUND_PEAK_DEVIATIONS)
+    }
+
+    /// Whether most of the points that fit are clearly in front of the cameras: a scene at infinity fits any baseline.
+    pub(crate) fn is_clearly_in_front(&self) -> bool {
+        let [ahead, _] = self.stats.sides;
+        ahead > self.stats.near() * T::HALF
     }
 
     /// Whether residuals form a peak at zero, at a pose that is known from other pairs.
@@ -302,6 +319,7 @@ impl<T: Scalar> EvaluatedPose<T> {
         near >= T::count(TRACK_MIN_NEAR)
             && near >= T::lit(TRACK_PEAK) * beside
             && self.is_largest_crowd()
+            && !self.stats.is_behind()
     }
 
     /// Whether no more matches agree on a pose rows away: a pose of few is that of a fence. Of none it is no pose.

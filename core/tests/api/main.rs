@@ -21,6 +21,7 @@ mod homography;
 mod lens;
 mod memory;
 mod memory_numbers;
+mod mistakes;
 mod presets;
 mod robust;
 mod saving;

@@ -21,13 +21,15 @@ use crate::source::{variants_of_c, variants_of_core};
 const UNDISTORT: [UndistortError; 3] =
     [UndistortError::NotFinite, UndistortError::OutsideImage, UndistortError::NotInvertible];
 const SIDES: [Side; 2] = [Side::Left, Side::Right];
-const PAIR: [PairError; 6] = [
+const PAIR: [PairError; 8] = [
     PairError::NoCameras,
     PairError::NotBegun,
     PairError::TooFew { usable: 1, needed: 2 },
     PairError::NoConsensus,
     PairError::Unobservable,
     PairError::Turning,
+    PairError::Behind,
+    PairError::Columns,
 ];
 const REFUSALS: [Refusal; 6] = [
     Refusal::TooUncertain,
