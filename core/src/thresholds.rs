@@ -269,6 +269,13 @@ pub(crate) const SCREEN_NOISES: f64 = 4.2;
 /// rows misses. Larger arms a misaligned rig; smaller refuses a usable one.
 pub(crate) const BAD_PX: f64 = 1.0;
 
+/// Levels that row offsets are sorted into by size, each twice as far as the one before; the end of the first one, in
+/// screened row offsets; and levels from that of the median on beyond which they are clipped, 4 to 8 medians. Larger
+/// lets mismatches into the RMS; smaller hides few near points that are off.
+pub(crate) const ROW_LEVELS: usize = 20;
+pub(crate) const FIRST_ROW_LEVEL: f64 = 0.01;
+pub(crate) const CLIPPED_LEVELS: u16 = 3;
+
 /// RMS row offset of the proposal over that in use, below which a change is worth it. Larger calls
 /// for changes by noise; smaller misses real ones.
 pub(crate) const IMPROVEMENT: f64 = 0.9;

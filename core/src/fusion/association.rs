@@ -24,7 +24,7 @@ use crate::thresholds::{CLEARLY_BETTER, FEW, TRACK_PASSES, TRUNCATED_PX};
 enum Stage {
     /// No batch.
     Idle,
-    /// Searches with the baseline turned, before the first champion.
+    /// Searches with the baseline turned, before the first champion; then the challenger is tracked again.
     Turned(Turn),
     /// Tracks from the champion.
     Champion,
@@ -57,8 +57,8 @@ pub(super) struct Association<T: Scalar> {
     seen: Seen,
     /// Passes taken, evaluations included.
     passes: u16,
-    /// Whether the baseline was turned first.
-    tried_turned: bool,
+    /// Turn of the baseline to be tried before the challenger takes the batch in.
+    turn: Option<Turn>,
     /// End of the last solver.
     stop: Stop,
     /// NIS of the accepted pair.
@@ -80,7 +80,7 @@ impl<T: Scalar> Association<T> {
         rejected: Rejected { by_champion: false, by_challenger: false },
         seen: Seen::New,
         passes: 0,
-        tried_turned: false,
+        turn: None,
         stop: Stop::PassesSpent,
         nis: T::ZERO,
     };
@@ -103,7 +103,7 @@ impl<T: Scalar> Association<T> {
     /// Begins a batch.
     ///
     /// * `pairs`: correspondences in it; `seen`: what it shows of the scene of the last fused pair.
-    /// * `turn`: of the baseline, to be tried first.
+    /// * `turn`: of the baseline, to be tried too.
     #[inline(never)]
     pub(super) fn open(
         &mut self,
@@ -115,14 +115,9 @@ impl<T: Scalar> Association<T> {
         self.rejected = Rejected::default();
         self.seen = seen;
         self.passes = 0;
-        self.tried_turned = false;
-        match turn.and_then(|turn| turn.of(with.context.factory).map(|start| (turn, start))) {
-            Some((turn, start)) => {
-                self.stage = Stage::Turned(turn);
-                // A comparison, and a track of the challenger with its evaluation, follow.
-                self.search(with, pairs, start, TRACK_PASSES.saturating_add(2));
-                self.tried_turned = true;
-            }
+        self.turn = turn;
+        match turn.filter(|_| with.hypotheses.challenger().is_none()) {
+            Some(turn) => self.enter(Stage::Turned(turn), with, pairs),
             None => self.enter(Stage::Champion, with, pairs),
         }
     }
@@ -130,6 +125,13 @@ impl<T: Scalar> Association<T> {
     /// Enters a stage, or the next one where its hypothesis does not exist.
     #[inline(never)]
     fn enter(&mut self, stage: Stage, with: &AssociationContext<'_, T>, pairs: usize) {
+        if let Stage::Turned(turn) = stage {
+            self.stage = stage;
+            let start = turn.of(with.context.factory).unwrap_or(with.context.factory_pose);
+            // A comparison, and a track of the challenger with its evaluation, follow.
+            self.search(with, pairs, start, TRACK_PASSES.saturating_add(2));
+            return;
+        }
         let (champion, challenger) = (with.hypotheses.champion(), with.hypotheses.challenger());
         let (stage, hypothesis) = match stage {
             Stage::Champion if champion.is_some() => (stage, champion),
@@ -194,7 +196,7 @@ impl<T: Scalar> Association<T> {
                 self.evaluate(matches)?;
                 let next = self.decide(with)?;
                 self.stage = next;
-                if matches!(next, Stage::Challenger | Stage::Search) {
+                if matches!(next, Stage::Challenger | Stage::Search | Stage::Turned(_)) {
                     self.enter(next, with, matches.pairs.len());
                 }
                 Ok(())
@@ -208,7 +210,7 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Takes one more pass with the baseline turned. Where that fits no better, the stages of the pair follow.
+    /// Takes one more pass with the baseline turned. Where that fits no better, the challenger is tracked again.
     ///
     /// # Errors
     /// [`PairError::Behind`], [`PairError::Columns`]: a turned baseline fits clearly better than the challenger, or
@@ -294,11 +296,11 @@ impl<T: Scalar> Association<T> {
             Stage::Challenger => {
                 if let Some(nis) = hypotheses.gate_of_challenger(evaluated, context) {
                     self.nis = nis;
-                    return Ok(Stage::Done(Support::Challenger));
+                    let supports = Stage::Done(Support::Challenger);
+                    return Ok(self.turn.take().map_or(supports, Stage::Turned));
                 }
                 self.rejected.by_challenger = true;
-                // After a search with the baseline turned no passes are left for another one.
-                let done = self.rejected.by_champion || self.tried_turned;
+                let done = self.rejected.by_champion;
                 Ok(if done { Stage::Done(Support::None) } else { Stage::Search })
             }
             _ => {

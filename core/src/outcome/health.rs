@@ -12,10 +12,11 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::lens_estimate::LensEstimate;
 use crate::outcome::proposal::{Direction, Doubt, Proposal};
 use crate::outcome::reasons::Reasons;
+use crate::outcome::robust_rms::SquaresBySize;
 use crate::outcome::vibration::Vibration;
 use crate::scalar::Scalar;
 use crate::state::State;
-use crate::thresholds::{BAD_PX, IMPROVEMENT};
+use crate::thresholds::{BAD_PX, FIRST_ROW_LEVEL, IMPROVEMENT};
 
 /// Distances that the depth error is predicted for, m.
 pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
@@ -51,7 +52,8 @@ pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Health<T: Scalar> {
-    /// RMS row offset of the extrinsics in use, px; 0 is perfect.
+    /// RMS row offset of the extrinsics in use, px; 0 is perfect. Row offsets far beyond the median are clipped: a
+    /// mismatch near its row may have any other one under other extrinsics.
     pub in_use_px: T,
     /// RMS row offset of the proposed extrinsics, px.
     pub proposed_px: T,
@@ -258,7 +260,7 @@ impl<T: Scalar> Fit<T> {
         screen: T,
     ) -> Option<Self> {
         let ([mut in_use, mut proposed], mut seen) = ([0_u32; 2], CellSet::NONE);
-        let mut squares = [T::ZERO; 3];
+        let mut squares = [SquaresBySize::none(screen * T::lit(FIRST_ROW_LEVEL)); 3];
         let [of_used, of_new] = calibrations;
         for pair in batch.pairs() {
             let [used, new] =
@@ -268,13 +270,13 @@ impl<T: Scalar> Fit<T> {
             in_use = in_use.saturating_add(u32::from(used.abs() <= screen));
             if new.abs() <= screen {
                 proposed = proposed.saturating_add(1);
-                for (sum, offset) in squares.iter_mut().zip([used, new, used - new]) {
-                    *sum += offset * offset;
+                for (squares, offset) in squares.iter_mut().zip([used, new, used - new]) {
+                    squares.add(offset);
                 }
                 seen.insert(pair.cell());
             }
         }
-        let rms = squares.map(|squares| (squares / T::count(proposed)).sqrt());
+        let rms = squares.map(|squares| squares.rms());
         (proposed > 0).then_some(Self { matches: [in_use, proposed], rms, seen })
     }
 }

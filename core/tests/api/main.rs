@@ -18,6 +18,7 @@ mod far;
 mod fusion;
 mod health;
 mod homography;
+mod judgement;
 mod lens;
 mod memory;
 mod memory_numbers;
