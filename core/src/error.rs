@@ -208,6 +208,10 @@ pub enum PairError {
         "disparities run along the columns: u and v exchanged, cameras one above the other, or a wrong t"
     )]
     Columns,
+    /// All disparities are alike to less than their noise, or change evenly from left to right: both sides show the same
+    /// image, or one plane. Whether the calibration is good is unknown.
+    #[error("no depth: all disparities alike, as of the same image on both sides")]
+    NoDepth,
     /// The correspondences leave a direction free: all alike, or on one line; in the paper preset also all far away.
     #[error("the correspondences leave a direction of the extrinsics free")]
     Unobservable,
@@ -379,7 +383,7 @@ codes! {
     }
     PairError {
         NoCameras = 500, NotBegun = 501, TooFew = 502, NoConsensus = 503, Unobservable = 504,
-        Turning = 505, Behind = 506, Columns = 507,
+        Turning = 505, Behind = 506, Columns = 507, NoDepth = 508,
     }
     Refusal {
         TooUncertain = 600, CorrectionLimit = 601, NoRig = 602, Disagrees = 603,

@@ -276,6 +276,10 @@ pub(crate) const ROW_LEVELS: usize = 20;
 pub(crate) const FIRST_ROW_LEVEL: f64 = 0.01;
 pub(crate) const CLIPPED_LEVELS: u16 = 3;
 
+/// Squared distance of what is in use from the estimate over the covariance, from which on it is worth a change: 1 % by
+/// chance. Larger calls for changes later; smaller by noise.
+pub(crate) const SIGNIFICANT_CHANGE: f64 = 15.1;
+
 /// RMS row offset of the proposal over that in use, below which a change is worth it. Larger calls
 /// for changes by noise; smaller misses real ones.
 pub(crate) const IMPROVEMENT: f64 = 0.9;

@@ -10,7 +10,7 @@ use super::turn::Turn;
 use crate::batch::Matches;
 use crate::batch::correspondence::RayPair;
 use crate::batch::row_offset::row_offset;
-use crate::config::Context;
+use crate::config::{Config, Context};
 use crate::error::PairError;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::pair::evaluate::EvaluatedPose;
@@ -297,7 +297,8 @@ impl<T: Scalar> Association<T> {
                 if let Some(nis) = hypotheses.gate_of_challenger(evaluated, context) {
                     self.nis = nis;
                     let supports = Stage::Done(Support::Challenger);
-                    return Ok(self.turn.take().map_or(supports, Stage::Turned));
+                    let turn = self.turn.take().filter(|_| self.has_passes(context.config));
+                    return Ok(turn.map_or(supports, Stage::Turned));
                 }
                 self.rejected.by_challenger = true;
                 let done = self.rejected.by_champion;
@@ -314,6 +315,11 @@ impl<T: Scalar> Association<T> {
     /// Whether it ended with the baseline turned.
     pub(super) fn is_turned(&self) -> bool {
         matches!(self.stage, Stage::Turned(_))
+    }
+
+    /// Whether passes are left for a search with the baseline turned, and to track the challenger again.
+    fn has_passes(&self, config: &Config) -> bool {
+        config.max_passes > self.passes.saturating_add(2 * TRACK_PASSES + 2)
     }
 
     /// Hypotheses whose gates rejected the batch so far.
@@ -353,11 +359,11 @@ impl<T: Scalar> AssociationContext<'_, T> {
     /// Checks that a pose found by a search is an optimum with five observable directions.
     ///
     /// # Errors
-    /// [`PairError::Behind`], [`PairError::NoConsensus`], [`PairError::Unobservable`].
+    /// [`PairError::Behind`], [`PairError::NoDepth`], [`PairError::NoConsensus`], [`PairError::Unobservable`].
     fn check(&self, evaluated: &EvaluatedPose<T>) -> Result<(), PairError> {
         let needed = self.context.config.min_correspondences;
-        if evaluated.is_behind(needed) {
-            return Err(PairError::Behind);
+        if let Some(why) = evaluated.no_scene(needed) {
+            return Err(why);
         }
         if !evaluated.is_found(needed) {
             return Err(PairError::NoConsensus);

@@ -105,18 +105,30 @@ pub(crate) struct LastPair {
     pub(crate) rejection: Option<Rejection>,
     /// Whether it showed the scene of the one before.
     pub(crate) repeated: bool,
+    /// Whether most of its matches were refused.
+    pub(crate) refused: bool,
+    /// Whether no match of any pair was right of the middle of the left image, nor below it.
+    pub(crate) corner: bool,
 }
 
-/// Verdict on the extrinsics in use, by the RMS row offset (smaller is better).
+impl LastPair {
+    /// Whether the matches are those of other images than the cameras describe.
+    fn is_unfit(self) -> bool {
+        self.refused || self.corner
+    }
+}
+
+/// Verdict on the extrinsics in use: whether the estimate improves them clearly, by a tenth of the RMS row offset over
+/// all pairs and by more than chance, and the RMS row offset in use. Noise of the matcher is no error of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Band {
-    /// Below 1 px, and the estimate would not improve it by a tenth.
+    /// The estimate would not improve it clearly, and rows differ by less than 1 px. From 1 px on it is the matches that are poor, or the lens models.
     Good,
-    /// Below 1 px, but the estimate fits better by a tenth or more.
+    /// Below 1 px, but the estimate fits clearly better.
     Improvable,
-    /// 1 px or more: a matcher that searches along rows will miss.
+    /// 1 px or more, and the estimate fits clearly better: a matcher that searches along rows will miss.
     Recalibrate,
 }
 
@@ -134,17 +146,19 @@ pub enum Arming {
     Doubtful,
     /// The extrinsics in use are off from the estimate: rows differ by 1 px RMS or more.
     Misaligned,
+    /// The matches are not those of the images that the cameras describe: most were refused, or all are in one corner.
+    Unfit,
 }
 
 codes! {
     Band { Good = 0, Improvable = 1, Recalibrate = 2 }
-    Arming { Yes = 0, NotLocked = 1, Doubtful = 2, Misaligned = 3 }
+    Arming { Yes = 0, NotLocked = 1, Doubtful = 2, Misaligned = 3, Unfit = 4 }
 }
 texts! {
     Band { Good = "good", Improvable = "improvable", Recalibrate = "recalibrate" }
     Arming {
         Yes = "yes", NotLocked = "no, not locked", Doubtful = "no, doubtful",
-        Misaligned = "no, misaligned",
+        Misaligned = "no, misaligned", Unfit = "no, matches of other images",
     }
 }
 
@@ -210,7 +224,9 @@ impl<T: Scalar> Health<T> {
         let fit = Fit::of(batch, &[in_use, proposed], &changes, screen_px / focal)?;
         let [in_use_px, proposed_px, off_px] = fit.rms.map(|rms| rms * focal);
         let [fit_in_use, fit_proposed] = fit.matches;
-        let band = Band::of(in_use_px, proposed_px);
+        let misaligned = off_px >= T::lit(BAD_PX);
+        let over_batch = proposed_px < in_use_px * T::lit(IMPROVEMENT);
+        let improves = misaligned || proposal.improves.unwrap_or(over_batch);
         let off = proposed.unknowns_to(&in_use);
         let yaw_sd = proposal.covariance.map_or(proposal.sd.rotation, |c| c.m22.sqrt());
         Some(Self {
@@ -220,7 +236,7 @@ impl<T: Scalar> Health<T> {
             fit_in_use,
             fit_proposed,
             coverage: fit.seen.share(),
-            band,
+            band: Band::of(in_use_px, improves),
             state: proposal.state,
             doubt: proposal.doubt,
             baseline_observed: proposal.baseline_observed,
@@ -232,8 +248,8 @@ impl<T: Scalar> Health<T> {
             yaw: (off.y * off.y + yaw_sd * yaw_sd).sqrt(),
             vibration: proposal.vibration,
             rejection: last.rejection,
-            arming: Arming::of(proposal, off_px),
-            reasons: Reasons::of(proposal, off_px >= T::lit(BAD_PX), last.repeated),
+            arming: Arming::of(proposal, off_px, last),
+            reasons: Reasons::of(proposal, misaligned, last),
         })
     }
 }
@@ -282,24 +298,25 @@ impl<T: Scalar> Fit<T> {
 }
 
 impl Band {
-    fn of<T: Scalar>(in_use_px: T, proposed_px: T) -> Self {
-        if in_use_px >= T::lit(BAD_PX) {
-            Self::Recalibrate
-        } else if proposed_px < in_use_px * T::lit(IMPROVEMENT) {
-            Self::Improvable
-        } else {
-            Self::Good
+    /// * `improves`: whether the estimate is clearly better.
+    fn of<T: Scalar>(in_use_px: T, improves: bool) -> Self {
+        match (improves, in_use_px >= T::lit(BAD_PX)) {
+            (false, _) => Self::Good,
+            (true, false) => Self::Improvable,
+            (true, true) => Self::Recalibrate,
         }
     }
 }
 
 impl Arming {
     /// * `off_px`: RMS difference between the row offsets in use and proposed.
-    fn of<T: Scalar>(proposal: &Proposal<T>, off_px: T) -> Self {
+    fn of<T: Scalar>(proposal: &Proposal<T>, off_px: T, last: LastPair) -> Self {
         if proposal.state != State::Locked {
             Self::NotLocked
         } else if proposal.is_doubtful() {
             Self::Doubtful
+        } else if last.is_unfit() {
+            Self::Unfit
         } else if off_px >= T::lit(BAD_PX) {
             Self::Misaligned
         } else {

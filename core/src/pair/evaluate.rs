@@ -295,16 +295,20 @@ impl<T: Scalar> EvaluatedPose<T> {
             && self.stats.exceeds_background(FOUND_PEAK_DEVIATIONS)
             && noise < T::lit(FOUND_NOISE_PX)
             && self.is_largest_crowd()
-            && !self.stats.is_behind()
     }
 
-    /// Whether it would be such an optimum if the points were in front of the cameras.
+    /// Why residuals that form a peak are not those of a scene.
     ///
     /// * `needed`: near residuals, by configuration.
-    pub(crate) fn is_behind(&self, needed: u16) -> bool {
-        self.stats.is_behind()
-            && self.stats.near() >= T::count(needed.into())
-            && self.stats.exceeds_background(FOUND_PEAK_DEVIATIONS)
+    pub(crate) fn no_scene(&self, needed: u16) -> Option<PairError> {
+        let forms_peak = self.stats.near() >= T::count(needed.into())
+            && self.stats.exceeds_background(FOUND_PEAK_DEVIATIONS);
+        let why = if self.stats.is_behind() {
+            Some(PairError::Behind)
+        } else {
+            self.measurement.moments.are_disparities_alike().then_some(PairError::NoDepth)
+        };
+        why.filter(|_| forms_peak)
     }
 
     /// Whether most of the points that fit are clearly in front of the cameras: a scene at infinity fits any baseline.
@@ -320,6 +324,7 @@ impl<T: Scalar> EvaluatedPose<T> {
             && near >= T::lit(TRACK_PEAK) * beside
             && self.is_largest_crowd()
             && !self.stats.is_behind()
+            && !self.measurement.moments.are_disparities_alike()
     }
 
     /// Whether no more matches agree on a pose rows away: a pose of few is that of a fence. Of none it is no pose.

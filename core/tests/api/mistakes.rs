@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use stereo_selfcal::{
     Arming, Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, Intrinsics, Lens,
-    PairError, RadialTangential, Rejection, State,
+    PairError, RadialTangential, Reason, Reasons, Rejection, State,
 };
 
 use crate::disturbed::with_outliers;
@@ -37,7 +37,7 @@ fn sized(scale: f32) -> Cameras<f32> {
     Cameras { left: camera, right: camera }
 }
 
-fn mistakes(seed: u64) -> [Mistake; 13] {
+fn mistakes(seed: u64) -> [Mistake; 15] {
     let given = |name, change| Mistake { name, cameras: cameras(), truth: truth(seed), change };
     let upright = truth(seed);
     let vertical =
@@ -50,6 +50,9 @@ fn mistakes(seed: u64) -> [Mistake; 13] {
         Lens::RadialTangential(RadialTangential::try_new([-0.28, 0.07, 0.0, 0.0, 0.0]).unwrap());
     let camera = Camera::try_new(*cameras::<f32>().left.intrinsics(), lens).unwrap();
     let strong = Cameras { left: camera, right: camera };
+    let longer = Intrinsics { focal: [1405.0; 2], ..*cameras::<f32>().left.intrinsics() };
+    let longer = Camera::try_new(longer, Lens::Pinhole).unwrap();
+    let unequal = Cameras { right: longer, ..cameras() };
     [
         given("none", |c| *c),
         given("exchanged", |c| Correspondence { left: c.right, right: c.left, ..*c }),
@@ -69,6 +72,14 @@ fn mistakes(seed: u64) -> [Mistake; 13] {
         Mistake { truth: off(60.0), ..given("t 60 off", |c| *c) },
         Mistake { truth: off(120.0), ..given("t 120 off", |c| *c) },
         Mistake { truth: off(150.0), ..given("t 150 off", |c| *c) },
+        given("identical, moved", |c| {
+            let [u, v] = c.left;
+            Correspondence { left: [(u + 20.0).min(1919.0), v], right: [u.min(1899.0), v], ..*c }
+        }),
+        Mistake {
+            cameras: unequal,
+            ..given("identical, unequal", |c| Correspondence { right: c.left, ..*c })
+        },
         Mistake { cameras: strong, ..given("undistorted", |c| *c) },
     ]
 }
@@ -80,6 +91,8 @@ struct Outcome {
     locked: u32,
     behind: u32,
     columns: u32,
+    no_depth: u32,
+    unfit: u32,
     fused: u32,
 }
 
@@ -101,10 +114,16 @@ fn run(config: Config, mistake: &Mistake, depths: [f64; 2], seed: u64) -> Outcom
             Ok(_) => outcome.fused += 1,
             Err(Rejection::Unsolved(PairError::Behind)) => outcome.behind += 1,
             Err(Rejection::Unsolved(PairError::Columns)) => outcome.columns += 1,
+            Err(Rejection::Unsolved(PairError::NoDepth)) => outcome.no_depth += 1,
             Err(_) => {}
         }
         let _ = calibrator.apply();
-        let armed = calibrator.health().is_some_and(|health| health.arming == Arming::Yes);
+        let health = calibrator.health();
+        let armed = health.is_some_and(|health| health.arming == Arming::Yes);
+        let is_unfit = |reasons: Reasons| {
+            reasons.contains(Reason::Refused) || reasons.contains(Reason::Corner)
+        };
+        outcome.unfit += u32::from(health.is_some_and(|health| is_unfit(health.reasons)));
         outcome.armed += u32::from(armed);
         outcome.locked += u32::from(calibrator.state() == State::Locked);
     }
@@ -125,7 +144,8 @@ fn locked_and_named(
         let count = |is: &dyn Fn(&Outcome) -> bool| outcomes.iter().filter(|o| is(o)).count();
         (name, count(&|o| o.armed + o.locked > 0), count(&|o| is_named(o)))
     };
-    (0..mistakes(0).len()).map(of).filter(|(name, ..)| names.contains(name)).collect()
+    let is_asked = |index: &usize| names.contains(&mistakes(0)[*index].name);
+    (0..mistakes(0).len()).filter(is_asked).map(of).collect()
 }
 
 #[test]
@@ -168,5 +188,32 @@ fn a_baseline_along_the_columns_locks_nothing_and_is_named() {
     let is_named = |outcome: &Outcome| outcome.columns + outcome.behind > 0;
     for (name, locked, named) in locked_and_named(Config::robust(), &["t 150 off"], is_named) {
         assert!(locked == 0 && named >= 20, "{name}: {locked} locked, {named} named of 24");
+    }
+}
+
+#[test]
+fn the_same_image_on_both_sides_locks_nothing_and_is_named() {
+    let identical = ["identical", "identical, moved", "identical, unequal"];
+    for (name, locked, named) in
+        locked_and_named(Config::robust(), &identical, |outcome| outcome.no_depth > 0)
+    {
+        assert!(locked == 0 && named >= 20, "{name}: {locked} locked, {named} named of 24");
+    }
+}
+
+#[test]
+fn matches_of_images_of_another_size_arm_nothing_and_are_named() {
+    for index in 0..mistakes(0).len() {
+        let name = mistakes(0)[index].name;
+        if !["half size", "double size"].contains(&name) {
+            continue;
+        }
+        for (depths, seed) in
+            DEPTHS.iter().flat_map(|depths| (0..12).map(move |seed| (depths, seed)))
+        {
+            let outcome = run(Config::robust(), &mistakes(seed)[index], *depths, seed);
+            let is_named = outcome.unfit > 0 || outcome.locked == 0;
+            assert!(outcome.armed == 0 && is_named, "{name} {depths:?} {seed}: {outcome:?}");
+        }
     }
 }

@@ -39,6 +39,7 @@ pub fn of_unsolved(why: PairError) -> &'static str {
         PairError::Turning => "turning",
         PairError::Behind => "behind",
         PairError::Columns => "columns",
+        PairError::NoDepth => "no_depth",
         _ => "other",
     }
 }
@@ -97,6 +98,7 @@ mod tests {
             PairError::Turning,
             PairError::Behind,
             PairError::Columns,
+            PairError::NoDepth,
         ];
         let refusals = [
             Refusal::TooUncertain,
@@ -109,7 +111,7 @@ mod tests {
         let unsolved = unsolved.map(of_unsolved).into_iter();
         let names: CountByReason =
             unsolved.chain(refusals.map(of_refusal)).map(|name| (name, 1)).collect();
-        assert_eq!(names.len(), 14);
+        assert_eq!(names.len(), 15);
         assert!(!names.contains_key("other"));
     }
 }
