@@ -57,7 +57,9 @@ mod tests {
 
     fn rms(offsets: &[f64]) -> f64 {
         let mut squares = SquaresBySize::none(0.01);
-        offsets.iter().for_each(|offset| squares.add(*offset));
+        for offset in offsets {
+            squares.add(*offset);
+        }
         squares.rms()
     }
 

@@ -10,8 +10,10 @@ fn scene(seed: u64) -> Vec<Correspondence<f32>> {
     correspondences(&rig([1.0, -0.5, 0.8], [0.5, -0.4]), 250, 0.5, seed)
 }
 
+type Way = fn(&mut Tested, &[Correspondence<f32>]);
+
 /// Ways to begin a batch more than once before its pair is fused.
-const WAYS: [fn(&mut Tested, &[Correspondence<f32>]); 4] = [
+const WAYS: [Way; 4] = [
     // Once.
     |calibrator, matches| {
         fill(calibrator, matches);

@@ -27,12 +27,9 @@ fn truth(seed: u64) -> Extrinsics<f64> {
     rig([angle(1), angle(2), angle(3)], [angle(4), angle(5)])
 }
 
-fn sized(scale: f32) -> Cameras<f32> {
-    let intrinsics = Intrinsics {
-        focal: [1400.0 * scale; 2],
-        principal: [959.5 * scale, 599.5 * scale],
-        size: SIZE.map(|n| (f32::from(n) * scale) as u16),
-    };
+fn sized(scale: f32, size: [u16; 2]) -> Cameras<f32> {
+    let intrinsics =
+        Intrinsics { focal: [1400.0 * scale; 2], principal: [959.5 * scale, 599.5 * scale], size };
     let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
     Cameras { left: camera, right: camera }
 }
@@ -66,8 +63,8 @@ fn mistakes(seed: u64) -> [Mistake; 15] {
             let exchanged = |[u, v]: [f32; 2]| [v, u];
             Correspondence { left: exchanged(c.left), right: exchanged(c.right), ..*c }
         }),
-        Mistake { cameras: sized(0.5), ..given("half size", |c| *c) },
-        Mistake { cameras: sized(2.0), ..given("double size", |c| *c) },
+        Mistake { cameras: sized(0.5, SIZE.map(|n| n / 2)), ..given("half size", |c| *c) },
+        Mistake { cameras: sized(2.0, SIZE.map(|n| n * 2)), ..given("double size", |c| *c) },
         Mistake { truth: vertical, ..given("vertical", |c| *c) },
         Mistake { truth: off(60.0), ..given("t 60 off", |c| *c) },
         Mistake { truth: off(120.0), ..given("t 120 off", |c| *c) },
@@ -104,7 +101,7 @@ fn run(config: Config, mistake: &Mistake, depths: [f64; 2], seed: u64) -> Outcom
     for pair in 0..20 {
         let matches: Pair =
             correspondences_within(&mistake.truth, depths, 250, 0.5, seed * 1000 + pair);
-        let matches = if seed % 2 == 0 { with_outliers(matches, 4) } else { matches };
+        let matches = if seed.is_multiple_of(2) { with_outliers(matches, 4) } else { matches };
         calibrator.clear_pair();
         for c in &matches {
             let _ = calibrator.push(&(mistake.change)(c));
