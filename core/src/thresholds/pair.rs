@@ -208,9 +208,9 @@ pub(crate) const TRACK_MIN_NEAR: u32 = 8;
 pub(crate) const CLEAR_PEAK_DEVIATIONS: f64 = 2.0;
 
 /// Variance of the disparities of a pair about a plane, over that of their noise, below which they are those of the
-/// same image on both sides. Noise alone, of a scene at infinity, is 1. Larger refuses planes under little noise; smaller
-/// takes an image for a scene.
-pub(crate) const ALIKE_DISPARITIES: f64 = 0.5;
+/// same image on both sides. Noise alone, of a scene at infinity, is 1, and of a matcher better than the noise floor 0.1.
+/// Larger refuses planes under little noise; smaller takes an image for a scene.
+pub(crate) const ALIKE_DISPARITIES: f64 = 0.01;
 
 /// Points clearly behind the cameras over those clearly in front, of correspondences that fit, above which the pose is
 /// of a reversed baseline or of a mirrored image. A scene has none, but for a few mismatches. Larger takes a mirrored
