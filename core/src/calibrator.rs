@@ -121,6 +121,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.frozen = false;
         self.rejection = None;
         self.clear_pair();
+        self.batch.forget_cells();
         self.estimator.reset();
     }
 
@@ -192,7 +193,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// # Errors
     /// [`PairError::NoCameras`], [`PairError::TooFew`], [`PairError::Turning`]: as [`Calibrator::begin_pair`], nothing
-    /// counts against the estimate. [`PairError::NoConsensus`], [`PairError::Unobservable`]: as
+    /// counts against the estimate. [`PairError::NoConsensus`], [`PairError::Behind`], [`PairError::Unobservable`]: as
     /// [`Calibrator::advance_pair`], the pair may count against the estimate, and [`Calibrator::state`] may change.
     pub fn solve_pair(&mut self) -> Result<PairReport<T>, PairError> {
         self.begin_pair()?;
@@ -289,7 +290,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let screen = T::single(self.config.huber_threshold_px) * T::lit(SCREEN);
         let screen = screen.max(T::lit(SCREEN_NOISES) * self.estimator.noise());
         let rays = self.estimator.correction();
-        let last = LastPair { rejection: self.rejection, repeated: self.estimator.is_repeated() };
+        let last = LastPair {
+            rejection: self.rejection,
+            repeated: self.estimator.is_repeated(),
+            refused: self.batch.is_mostly_refused(),
+            corner: self.batch.is_of_a_corner(),
+        };
         Health::over(&self.batch, &rays, &self.in_use, proposal, last, focal, screen)
     }
 

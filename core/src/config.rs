@@ -159,7 +159,7 @@ impl Config {
     /// Robust preset: 24 in all; a search in good data takes 9 to 12, a track 4.
     ///
     /// The robust preset counts the evaluation, and takes up to 9 where the limit is lower: a few for
-    /// each hypothesis that is asked.
+    /// each hypothesis that is asked. Below 16 the baseline is not tried turned before the first lock.
     ///
     /// The bound on the time of a pair. Fewer may stop short of the optimum (reported).
     ///

@@ -195,6 +195,23 @@ pub enum PairError {
     /// No pose has clearly more matches near their rows than beside them: the batch is all outliers.
     #[error("the correspondences agree on no extrinsics")]
     NoConsensus,
+    /// The pose that they agree on has the points behind the cameras: left and right are exchanged, `t` of the factory
+    /// extrinsics has the other sign, one image is mirrored, or both are upside down. Nothing that arrives so is used.
+    #[error(
+        "the points are behind the cameras: left and right exchanged, t of the other sign, an image mirrored or both \
+         upside down"
+    )]
+    Behind,
+    /// They fit cameras one above the other clearly better than side by side: u and v are exchanged, the cameras are
+    /// mounted so, or `t` of the factory extrinsics is wrong.
+    #[error(
+        "disparities run along the columns: u and v exchanged, cameras one above the other, or a wrong t"
+    )]
+    Columns,
+    /// All disparities are alike to less than their noise, or change evenly from left to right: both sides show the same
+    /// image, or one plane. Whether the calibration is good is unknown.
+    #[error("no depth: all disparities alike, as of the same image on both sides")]
+    NoDepth,
     /// The correspondences leave a direction free: all alike, or on one line; in the paper preset also all far away.
     #[error("the correspondences leave a direction of the extrinsics free")]
     Unobservable,
@@ -366,7 +383,7 @@ codes! {
     }
     PairError {
         NoCameras = 500, NotBegun = 501, TooFew = 502, NoConsensus = 503, Unobservable = 504,
-        Turning = 505,
+        Turning = 505, Behind = 506, Columns = 507, NoDepth = 508,
     }
     Refusal {
         TooUncertain = 600, CorrectionLimit = 601, NoRig = 602, Disagrees = 603,

@@ -92,7 +92,7 @@
 //! | [`UndistortError`] | [`Camera::ray`] | Drop the correspondence. |
 //! | [`ProjectError`] | [`Camera::pixel`] | Drop the ray: it is beyond the lens model. |
 //! | [`PushError`] | [`Calibrator::push`] | `Pixel`, `Score`, `GridStep`: drop the correspondence; many of them: wrong cameras. `Busy`: finish or clear the pair. `NoCameras`: set cameras. |
-//! | [`PairError`] | [`Calibrator::solve_pair`] | Clear the batch and take the next pair. `TooFew`: or add matches and solve again. `Turning`: normal in a turn. `NoCameras`, `NotBegun`: order of calls. |
+//! | [`PairError`] | [`Calibrator::solve_pair`] | Clear the batch and take the next pair. `TooFew`: or add matches and solve again. `Turning`: normal in a turn. `Behind`: the cameras or `t` are exchanged, or an image is mirrored. `NoCameras`, `NotBegun`: order of calls. |
 //! | [`Refusal`] | [`Calibrator::fuse`] | Take the next pair. `CorrectionLimit` again and again: factory values or mounting. `NothingSolved`: order of calls. `Frozen`: intended. |
 //! | [`Rejection`] | both, in [`Health`] | As the error that it holds. |
 //! | [`ApplyError`] | [`Calibrator::apply`] | `NoProposal`, `NotLocked`: fuse more pairs. `Doubtful`, `Inconsistent`: look for biased matches or wrong intrinsics. `NothingToUndo`, `Frozen`: nothing to do. |

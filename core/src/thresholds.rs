@@ -244,6 +244,10 @@ pub(crate) const SAME_STEPS: u16 = 6;
 /// up to 0.13 in motion. Larger counts a scene twice; smaller drops new ones.
 pub(crate) const SAME_SHARE: f64 = 0.3;
 
+/// Share of remembered correspondences seen again unmoved, to a step, that makes a copy of the last pair. Larger takes
+/// a copy for a measurement; smaller takes a scene at rest under little noise for a copy.
+pub(crate) const COPIED_SHARE: f64 = 0.9;
+
 // Outcome.
 
 /// Disagreement of image halves above which, with exact lenses, the baseline, and above which nothing, is
@@ -264,6 +268,17 @@ pub(crate) const SCREEN_NOISES: f64 = 4.2;
 /// RMS row offset, and difference of the row offsets in use and proposed, from which on a matcher that searches along
 /// rows misses. Larger arms a misaligned rig; smaller refuses a usable one.
 pub(crate) const BAD_PX: f64 = 1.0;
+
+/// Levels that row offsets are sorted into by size, each twice as far as the one before; the end of the first one, in
+/// screened row offsets; and levels from that of the median on beyond which they are clipped, 4 to 8 medians. Larger
+/// lets mismatches into the RMS; smaller hides few near points that are off.
+pub(crate) const ROW_LEVELS: usize = 20;
+pub(crate) const FIRST_ROW_LEVEL: f64 = 0.01;
+pub(crate) const CLIPPED_LEVELS: u16 = 3;
+
+/// Squared distance of what is in use from the estimate over the covariance, from which on it is worth a change: 1 % by
+/// chance. Larger calls for changes later; smaller by noise.
+pub(crate) const SIGNIFICANT_CHANGE: f64 = 15.1;
 
 /// RMS row offset of the proposal over that in use, below which a change is worth it. Larger calls
 /// for changes by noise; smaller misses real ones.

@@ -80,7 +80,7 @@
 /**
  * Size of `selfcal_t` in words of 8 bytes, sufficient on every target.
  */
-#define SELFCAL_STORAGE_WORDS (716 + ((23 * SELFCAL_CAPACITY) / 8))
+#define SELFCAL_STORAGE_WORDS (744 + ((23 * SELFCAL_CAPACITY) / 8))
 
 /**
  * Size of `selfcal_t`, bytes.
@@ -408,6 +408,18 @@ enum selfcal_error_t
      * pair: the rig turned faster than configured; clear the batch
      */
     SELFCAL_ERROR_PAIR_TURNING = 505,
+    /**
+     * pair: the points are behind the cameras; left and right exchanged, t of the other sign, an image mirrored or both upside down
+     */
+    SELFCAL_ERROR_PAIR_BEHIND = 506,
+    /**
+     * pair: disparities run along the columns; u and v exchanged, cameras one above the other, or a wrong t
+     */
+    SELFCAL_ERROR_PAIR_COLUMNS = 507,
+    /**
+     * pair: no depth; all disparities are alike, as of the same image on both sides
+     */
+    SELFCAL_ERROR_PAIR_NO_DEPTH = 508,
     /**
      * fuse: the standard deviation of the weakest direction of the pair is too large
      */
@@ -903,7 +915,7 @@ typedef uint32_t selfcal_doubt_t;
 #endif // __cplusplus
 
 /**
- * Rating of the extrinsics in use by the RMS row offset.
+ * Rating of the extrinsics in use: whether the estimate is clearly better, and the RMS row offset.
  */
 enum selfcal_band_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -913,19 +925,19 @@ enum selfcal_band_t
     /**
      * good
      *
-     * Below 1 px; the estimate improves it by less than a tenth.
+     * The estimate does not improve it by a tenth and by more than chance.
      */
     SELFCAL_BAND_GOOD = 0,
     /**
      * improvable
      *
-     * Below 1 px; the estimate improves it by a tenth or more.
+     * Below 1 px; the estimate improves it by a tenth or more, and by more than chance.
      */
     SELFCAL_BAND_IMPROVABLE = 1,
     /**
      * recalibrate
      *
-     * 1 px or more: a matcher that searches along rows fails.
+     * 1 px or more, and the estimate improves it: a matcher that searches along rows fails.
      */
     SELFCAL_BAND_RECALIBRATE = 2,
     /**
@@ -975,6 +987,12 @@ enum selfcal_arming_t
      * Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more.
      */
     SELFCAL_ARMING_MISALIGNED = 3,
+    /**
+     * no: matches of other images
+     *
+     * Most matches were refused, or all are in one corner of the image.
+     */
+    SELFCAL_ARMING_UNFIT = 4,
     /**
      * unknown
      *

@@ -149,6 +149,12 @@ c_enum! {
         SELFCAL_ERROR_PAIR_UNOBSERVABLE = 504,
         /// pair: the rig turned faster than configured; clear the batch
         SELFCAL_ERROR_PAIR_TURNING = 505,
+        /// pair: the points are behind the cameras; left and right exchanged, t of the other sign, an image mirrored or both upside down
+        SELFCAL_ERROR_PAIR_BEHIND = 506,
+        /// pair: disparities run along the columns; u and v exchanged, cameras one above the other, or a wrong t
+        SELFCAL_ERROR_PAIR_COLUMNS = 507,
+        /// pair: no depth; all disparities are alike, as of the same image on both sides
+        SELFCAL_ERROR_PAIR_NO_DEPTH = 508,
 
         /// fuse: the standard deviation of the weakest direction of the pair is too large
         SELFCAL_ERROR_FUSE_TOO_UNCERTAIN = 600,

@@ -15,20 +15,20 @@ use crate::lens::selfcal_lens_correction_t;
 use crate::pointer::Out;
 
 c_enum! {
-    /// Rating of the extrinsics in use by the RMS row offset.
+    /// Rating of the extrinsics in use: whether the estimate is clearly better, and the RMS row offset.
     #[repr(u32)]
     pub enum selfcal_band_t {
         /// good
         ///
-        /// Below 1 px; the estimate improves it by less than a tenth.
+        /// The estimate does not improve it by a tenth and by more than chance.
         SELFCAL_BAND_GOOD = 0,
         /// improvable
         ///
-        /// Below 1 px; the estimate improves it by a tenth or more.
+        /// Below 1 px; the estimate improves it by a tenth or more, and by more than chance.
         SELFCAL_BAND_IMPROVABLE = 1,
         /// recalibrate
         ///
-        /// 1 px or more: a matcher that searches along rows fails.
+        /// 1 px or more, and the estimate improves it: a matcher that searches along rows fails.
         SELFCAL_BAND_RECALIBRATE = 2,
         /// unknown
         ///
@@ -59,6 +59,10 @@ c_enum! {
         ///
         /// Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more.
         SELFCAL_ARMING_MISALIGNED = 3,
+        /// no: matches of other images
+        ///
+        /// Most matches were refused, or all are in one corner of the image.
+        SELFCAL_ARMING_UNFIT = 4,
         /// unknown
         ///
         /// A value that this API does not know.
@@ -108,6 +112,14 @@ c_enum! {
         ///
         /// Paper preset: the rotation is close to the identity or to a half turn.
         SELFCAL_REASON_AXIS = 128,
+        /// most matches refused
+        ///
+        /// Pixels are outside the image or have no ray: wrong image size, focal length or origin.
+        SELFCAL_REASON_REFUSED = 256,
+        /// matches in one corner of the image
+        ///
+        /// No match was right of the middle or below it: the cameras are those of larger images.
+        SELFCAL_REASON_CORNER = 512,
         /// unknown
         ///
         /// A value that this API does not know.

@@ -11,7 +11,7 @@ use super::normal_equations::NormalEquations;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3::product;
 use crate::scalar::Scalar;
-use crate::thresholds::DISPARITY_NOISE_MARGIN;
+use crate::thresholds::{ALIKE_DISPARITIES, DISPARITY_NOISE_MARGIN};
 
 /// Part of the information on the baseline that noise adds: forward, mixed, down; 1/rad^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,6 +56,20 @@ impl<T: Scalar> Moments<T> {
         let lost = variance - kept / sum.m11;
         let forward = variance * sum.m33 - lost * T::lit(2.0) * xx;
         self.noise = [kept, variance * sum.m22, variance * sum.m32, forward];
+    }
+
+    /// Whether disparities vary less than their noise, but for a plane across or upright before the cameras: the same
+    /// image on both sides, as it is or moved, and with other intrinsics. After [`Moments::set_noise`].
+    pub(crate) fn are_disparities_alike(&self) -> bool {
+        let [_, noise, ..] = self.noise;
+        let sums = |[i, j]: [usize; 2]| self.products.0.get(i * (i + 1) / 2 + j).copied();
+        let [all, with_one, one, with_x, mixed, x] =
+            [[1, 1], [5, 1], [5, 5], [7, 1], [7, 5], [7, 7]].map(|at| sums(at).unwrap_or(T::ZERO));
+        let determinant = one * x - mixed * mixed;
+        let explained = with_one * with_one * x + with_x * with_x * one
+            - T::lit(2.0) * with_one * with_x * mixed;
+        // Not `>=`: a NaN is no scene.
+        !(all * determinant - explained >= T::lit(ALIKE_DISPARITIES) * noise * determinant)
     }
 
     /// The noise tensor, symmetric, in the frame. Its first column goes with the residual: the offset of the gradient.

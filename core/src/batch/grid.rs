@@ -85,6 +85,17 @@ impl CellSet {
         self.0 == [0; 2]
     }
 
+    /// Whether all cells are in the left half, and all in the upper half.
+    pub(crate) fn is_of_a_corner(self) -> bool {
+        let right_or_below = |cell: Cell| {
+            let (column, row) = (cell.bits() % COLUMNS, cell.bits() / COLUMNS);
+            column >= COLUMNS / 2 || row >= ROWS / 2
+        };
+        let mut found = false;
+        self.for_each(|cell| found |= right_or_below(cell));
+        !found
+    }
+
     /// Share of all cells, 0 to 1.
     pub(crate) fn share<T: Scalar>(self) -> T {
         T::count(self.0.map(u32::count_ones).iter().sum()) / T::count((COLUMNS * ROWS).into())

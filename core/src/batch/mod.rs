@@ -6,10 +6,12 @@ pub(crate) mod correspondence;
 pub(crate) mod grid;
 pub(crate) mod row_offset;
 mod selection;
+pub(crate) mod sides;
 
 #[cfg(feature = "simd")]
 use columns::Columns;
 use correspondence::{Cameras, Correspondence, RayPair};
+use grid::CellSet;
 use selection::{MAX_MEMBERS, Priority, Selection, ray_bits};
 
 use crate::error::PushError;
@@ -59,6 +61,8 @@ pub struct Batch<T, const N: usize> {
     selection: Selection<N>,
     left_out: u32,
     refused: u32,
+    /// Cells that matches of all batches have been in.
+    seen: CellSet,
     /// The matches are of a frame that has not ended with a correct CRC.
     arriving: bool,
     /// Copy of `pairs` as columns.
@@ -85,6 +89,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
             selection: Selection::new(),
             left_out: 0,
             refused: 0,
+            seen: CellSet::NONE,
             arriving: false,
             #[cfg(feature = "simd")]
             columns: Columns::ZERO,
@@ -129,6 +134,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     fn select(&mut self, cameras: &Cameras<T>, c: &Correspondence<T>) -> Result<Pushed, PushError> {
         cameras.check(c)?;
         let (cell, priority) = (cameras.cell(c), Priority::of(c));
+        self.seen.insert(cell);
         let full = self.pairs.is_full();
         let eviction = full.then(|| self.selection.eviction(cell, &self.pairs));
         let stays = eviction.map_or(Some(true), |eviction| eviction.is_replaced_by(priority));
@@ -203,6 +209,21 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     pub fn offered(&self) -> u32 {
         let held = u32::try_from(self.pairs.len()).unwrap_or(u32::MAX);
         held.saturating_add(self.left_out).saturating_add(self.refused)
+    }
+
+    /// Whether most correspondences since the last [`Batch::clear`] have been refused.
+    pub(crate) fn is_mostly_refused(&self) -> bool {
+        self.refused > self.offered() / 2
+    }
+
+    /// Forgets where matches have been: those to come are of other cameras.
+    pub(crate) fn forget_cells(&mut self) {
+        self.seen = CellSet::NONE;
+    }
+
+    /// Whether no match of any batch has been right of the middle of the left image, nor below it.
+    pub(crate) fn is_of_a_corner(&self) -> bool {
+        self.seen.is_of_a_corner()
     }
 
     /// Valid correspondences replaced or left out since the last [`Batch::clear`].

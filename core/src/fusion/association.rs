@@ -5,10 +5,12 @@
 use super::association_result::{AssociationResult, Rejected, Support};
 use super::hypotheses::Hypotheses;
 use super::hypothesis::Hypothesis;
+use super::repeated_scene::Seen;
+use super::turn::Turn;
 use crate::batch::Matches;
 use crate::batch::correspondence::RayPair;
 use crate::batch::row_offset::row_offset;
-use crate::config::Context;
+use crate::config::{Config, Context};
 use crate::error::PairError;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::pair::evaluate::EvaluatedPose;
@@ -22,6 +24,8 @@ use crate::thresholds::{CLEARLY_BETTER, FEW, TRACK_PASSES, TRUNCATED_PX};
 enum Stage {
     /// No batch.
     Idle,
+    /// Searches with the baseline turned, before the first champion; then the challenger is tracked again.
+    Turned(Turn),
     /// Tracks from the champion.
     Champion,
     /// Tracks from the challenger.
@@ -49,10 +53,12 @@ pub(super) struct Association<T: Scalar> {
     stage: Stage,
     work: Work<T>,
     rejected: Rejected,
-    /// Whether the batch shows the scene of the last one.
-    repeated: bool,
+    /// What the batch shows of the scene of the last fused pair.
+    seen: Seen,
     /// Passes taken, evaluations included.
     passes: u16,
+    /// Turn of the baseline to be tried before the challenger takes the batch in.
+    turn: Option<Turn>,
     /// End of the last solver.
     stop: Stop,
     /// NIS of the accepted pair.
@@ -72,8 +78,9 @@ impl<T: Scalar> Association<T> {
         stage: Stage::Idle,
         work: Work::None,
         rejected: Rejected { by_champion: false, by_challenger: false },
-        repeated: false,
+        seen: Seen::New,
         passes: 0,
+        turn: None,
         stop: Stop::PassesSpent,
         nis: T::ZERO,
     };
@@ -83,9 +90,9 @@ impl<T: Scalar> Association<T> {
         !matches!(self.stage, Stage::Idle | Stage::Done(_))
     }
 
-    /// Whether the last batch showed the scene of the one before it.
+    /// Whether the last batch showed the scene of the pair that was fused before it.
     pub(super) fn is_repeated(&self) -> bool {
-        self.repeated
+        self.seen.is_repeated()
     }
 
     /// Drops the batch and its result.
@@ -95,18 +102,36 @@ impl<T: Scalar> Association<T> {
 
     /// Begins a batch.
     ///
-    /// * `pairs`: correspondences in it; `repeated`: whether it shows the scene of the last one.
+    /// * `pairs`: correspondences in it; `seen`: what it shows of the scene of the last fused pair.
+    /// * `turn`: of the baseline, to be tried too.
     #[inline(never)]
-    pub(super) fn open(&mut self, with: &AssociationContext<'_, T>, pairs: usize, repeated: bool) {
+    pub(super) fn open(
+        &mut self,
+        with: &AssociationContext<'_, T>,
+        pairs: usize,
+        seen: Seen,
+        turn: Option<Turn>,
+    ) {
         self.rejected = Rejected::default();
-        self.repeated = repeated;
+        self.seen = seen;
         self.passes = 0;
-        self.enter(Stage::Champion, with, pairs);
+        self.turn = turn;
+        match turn.filter(|_| with.hypotheses.challenger().is_none()) {
+            Some(turn) => self.enter(Stage::Turned(turn), with, pairs),
+            None => self.enter(Stage::Champion, with, pairs),
+        }
     }
 
     /// Enters a stage, or the next one where its hypothesis does not exist.
     #[inline(never)]
     fn enter(&mut self, stage: Stage, with: &AssociationContext<'_, T>, pairs: usize) {
+        if let Stage::Turned(turn) = stage {
+            self.stage = stage;
+            let start = turn.of(with.context.factory).unwrap_or(with.context.factory_pose);
+            // A comparison, and a track of the challenger with its evaluation, follow.
+            self.search(with, pairs, start, TRACK_PASSES.saturating_add(2));
+            return;
+        }
         let (champion, challenger) = (with.hypotheses.champion(), with.hypotheses.challenger());
         let (stage, hypothesis) = match stage {
             Stage::Champion if champion.is_some() => (stage, champion),
@@ -116,7 +141,9 @@ impl<T: Scalar> Association<T> {
         self.stage = stage;
         if !hypothesis.is_some_and(|hypothesis| self.track(hypothesis, with)) {
             self.stage = Stage::Search;
-            self.search(with, pairs);
+            let start = with.hypotheses.search_start().unwrap_or(with.context.factory_pose);
+            // A comparison with the challenger takes one more pass.
+            self.search(with, pairs, start, u16::from(self.rejected.by_challenger));
         }
     }
 
@@ -136,11 +163,18 @@ impl<T: Scalar> Association<T> {
     }
 
     /// Starts a search.
+    ///
+    /// * `after`: passes that follow it.
     #[inline(never)]
-    fn search(&mut self, with: &AssociationContext<'_, T>, pairs: usize) {
-        // A comparison with the challenger takes one more pass.
-        let used = self.passes.saturating_add(u16::from(self.rejected.by_challenger));
-        self.work = Work::Solver(with.search(used, pairs));
+    fn search(
+        &mut self,
+        with: &AssociationContext<'_, T>,
+        pairs: usize,
+        start: RectifyingRotations<T>,
+        after: u16,
+    ) {
+        let used = self.passes.saturating_add(after);
+        self.work = Work::Solver(with.search(start, used, pairs));
     }
 
     /// Takes one more pass, unless no stage is left.
@@ -153,13 +187,16 @@ impl<T: Scalar> Association<T> {
         matches: Matches<'_, T>,
     ) -> Result<(), PairError> {
         self.passes = self.passes.saturating_add(1);
+        if let Stage::Turned(turn) = self.stage {
+            return self.try_turned(turn, with, matches);
+        }
         match &mut self.work {
             Work::Solver(solver) if !solver.is_done() => solver.advance(matches),
             Work::Solver(_) => {
                 self.evaluate(matches)?;
                 let next = self.decide(with)?;
                 self.stage = next;
-                if matches!(next, Stage::Challenger | Stage::Search) {
+                if matches!(next, Stage::Challenger | Stage::Search | Stage::Turned(_)) {
                     self.enter(next, with, matches.pairs.len());
                 }
                 Ok(())
@@ -170,6 +207,46 @@ impl<T: Scalar> Association<T> {
                 Ok(())
             }
             Work::None => Ok(()),
+        }
+    }
+
+    /// Takes one more pass with the baseline turned. Where that fits no better, the challenger is tracked again.
+    ///
+    /// # Errors
+    /// [`PairError::Behind`], [`PairError::Columns`]: a turned baseline fits clearly better than the challenger, or
+    /// where there is none at all. [`PairError::NoConsensus`] without a challenger where it does not.
+    #[inline(never)]
+    fn try_turned(
+        &mut self,
+        turn: Turn,
+        with: &AssociationContext<'_, T>,
+        matches: Matches<'_, T>,
+    ) -> Result<(), PairError> {
+        let fits = match &mut self.work {
+            Work::Solver(solver) if !solver.is_done() => solver.advance(matches),
+            Work::Solver(_) => self.evaluate(matches).and_then(|()| self.check_scene(with)),
+            Work::Evaluated(evaluated)
+                if with.is_better(&evaluated.measurement.pose, matches.pairs) =>
+            {
+                return Err(turn.error());
+            }
+            Work::Evaluated(_) | Work::None => Err(PairError::NoConsensus),
+        };
+        if fits.is_err() && with.hypotheses.challenger().is_some() {
+            self.enter(Stage::Challenger, with, matches.pairs.len());
+            return Ok(());
+        }
+        fits
+    }
+
+    /// Checks that the evaluated pose is an optimum of which most points are clearly in front of the cameras.
+    ///
+    /// # Errors
+    /// As [`AssociationContext::check`].
+    fn check_scene(&self, with: &AssociationContext<'_, T>) -> Result<(), PairError> {
+        match &self.work {
+            Work::Evaluated(evaluated) if evaluated.is_clearly_in_front() => with.check(evaluated),
+            _ => Err(PairError::NoConsensus),
         }
     }
 
@@ -200,7 +277,7 @@ impl<T: Scalar> Association<T> {
     /// Stage after an evaluation: gates of champion and challenger, or the check of a found pose.
     ///
     /// # Errors
-    /// [`PairError::NoConsensus`], [`PairError::Unobservable`].
+    /// [`PairError::Behind`], [`PairError::NoConsensus`], [`PairError::Unobservable`].
     #[inline(never)]
     fn decide(&mut self, with: &AssociationContext<'_, T>) -> Result<Stage, PairError> {
         let AssociationContext { context, hypotheses } = *with;
@@ -219,7 +296,9 @@ impl<T: Scalar> Association<T> {
             Stage::Challenger => {
                 if let Some(nis) = hypotheses.gate_of_challenger(evaluated, context) {
                     self.nis = nis;
-                    return Ok(Stage::Done(Support::Challenger));
+                    let supports = Stage::Done(Support::Challenger);
+                    let turn = self.turn.take().filter(|_| self.has_passes(context.config));
+                    return Ok(turn.map_or(supports, Stage::Turned));
                 }
                 self.rejected.by_challenger = true;
                 let done = self.rejected.by_champion;
@@ -231,6 +310,16 @@ impl<T: Scalar> Association<T> {
                 Ok(if compare { Stage::Compare } else { Stage::Done(Support::New) })
             }
         }
+    }
+
+    /// Whether it ended with the baseline turned.
+    pub(super) fn is_turned(&self) -> bool {
+        matches!(self.stage, Stage::Turned(_))
+    }
+
+    /// Whether passes are left for a search with the baseline turned, and to track the challenger again.
+    fn has_passes(&self, config: &Config) -> bool {
+        config.max_passes > self.passes.saturating_add(2 * TRACK_PASSES + 2)
     }
 
     /// Hypotheses whose gates rejected the batch so far.
@@ -248,7 +337,7 @@ impl<T: Scalar> Association<T> {
             evaluated,
             nis: self.nis,
             rejected: self.rejected,
-            repeated: self.repeated,
+            seen: self.seen,
             passes: self.passes,
             stop: self.stop,
         })
@@ -256,12 +345,11 @@ impl<T: Scalar> Association<T> {
 }
 
 impl<T: Scalar> AssociationContext<'_, T> {
-    /// A search from the champion or the factory extrinsics, within the passes left.
+    /// A search within the passes left.
     ///
     /// * `used`: passes taken, and those needed after the search.
-    fn search(&self, used: u16, pairs: usize) -> PairSolver<T> {
-        let Context { config, focal, factory_pose, .. } = *self.context;
-        let start = self.hypotheses.search_start().unwrap_or(factory_pose);
+    fn search(&self, start: RectifyingRotations<T>, used: u16, pairs: usize) -> PairSolver<T> {
+        let Context { config, focal, .. } = *self.context;
         // A search needs at least the passes of a track.
         let left = config.max_passes.saturating_sub(used).max(TRACK_PASSES);
         let search = PairSolver::search(config, focal, start, left);
@@ -271,9 +359,13 @@ impl<T: Scalar> AssociationContext<'_, T> {
     /// Checks that a pose found by a search is an optimum with five observable directions.
     ///
     /// # Errors
-    /// [`PairError::NoConsensus`], [`PairError::Unobservable`].
+    /// [`PairError::Behind`], [`PairError::NoDepth`], [`PairError::NoConsensus`], [`PairError::Unobservable`].
     fn check(&self, evaluated: &EvaluatedPose<T>) -> Result<(), PairError> {
-        if !evaluated.is_found(self.context.config.min_correspondences) {
+        let needed = self.context.config.min_correspondences;
+        if let Some(why) = evaluated.no_scene(needed) {
+            return Err(why);
+        }
+        if !evaluated.is_found(needed) {
             return Err(PairError::NoConsensus);
         }
         if evaluated.measurement.moments.at_frame().information.is_observable() {

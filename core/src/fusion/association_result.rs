@@ -1,5 +1,6 @@
 //! Result of an association: the hypothesis that a pair supports, and the report of the pair.
 
+use super::repeated_scene::Seen;
 use crate::config::Context;
 use crate::outcome::pair_report::PairReport;
 use crate::pair::evaluate::EvaluatedPose;
@@ -32,8 +33,8 @@ pub(super) struct AssociationResult<'a, T: Scalar> {
     /// NIS under the supported hypothesis, over its reduced chi-square.
     pub(super) nis: T,
     pub(super) rejected: Rejected,
-    /// Whether the pair shows the scene of the last one.
-    pub(super) repeated: bool,
+    /// What the pair shows of the scene of the last fused one.
+    pub(super) seen: Seen,
     /// Passes taken, evaluations included.
     pub(super) passes: u16,
     pub(super) stop: Stop,

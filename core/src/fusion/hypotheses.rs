@@ -4,6 +4,8 @@ use super::association_result::{AssociationResult, Rejected, Support};
 use super::change_detector::ChangeDetector;
 use super::hypothesis::{Hypothesis, Update};
 use super::lens_reference::LensReference;
+use super::repeated_scene::Seen;
+use super::turn::Turn;
 use crate::codec::{Reader, Writer};
 use crate::config::Context;
 use crate::error::{Refusal, RestoreError};
@@ -35,7 +37,7 @@ impl<T: Scalar> Champion<T> {
         result: &AssociationResult<'_, T>,
         context: &Context<'_, T>,
     ) -> Result<bool, Refusal> {
-        let (measurement, repeated) = (&result.evaluated.measurement, result.repeated);
+        let (measurement, repeated) = (&result.evaluated.measurement, result.seen.is_repeated());
         let mut update = Update::NONE;
         self.hypothesis.next_update(measurement, repeated, context, &mut update)?;
         if !repeated {
@@ -73,13 +75,14 @@ impl<T: Scalar> Challenger<T> {
     fn add(
         &mut self,
         measurement: &PairMeasurement<T>,
-        repeated: bool,
+        seen: Seen,
         context: &Context<'_, T>,
     ) -> Result<(), Refusal> {
-        let mut update = Update::NONE;
+        let (mut update, repeated) = (Update::NONE, seen.is_repeated());
         self.hypothesis.next_update(measurement, repeated, context, &mut update)?;
         self.hypothesis.apply(measurement, &mut update, repeated, context);
-        self.agreed = self.agreed.saturating_add(1);
+        // A copy agrees with itself.
+        self.agreed = self.agreed.saturating_add(u16::from(seen != Seen::Copied));
         Ok(())
     }
 }
@@ -91,6 +94,8 @@ pub(super) struct Hypotheses<T: Scalar> {
     challenger: Option<Challenger<T>>,
     /// Successive pairs that disagree with the champion.
     rejected: u16,
+    /// Pairs begun before the first champion.
+    begun: u16,
 }
 
 impl<T: Scalar> Hypotheses<T> {
@@ -98,12 +103,38 @@ impl<T: Scalar> Hypotheses<T> {
     pub(super) const NUMBERS: usize = 2 * Hypothesis::<T>::NUMBERS + ChangeDetector::<T>::NUMBERS;
     pub(super) const WORDS: usize = 2 * Hypothesis::<T>::WORDS + ChangeDetector::<T>::WORDS + 5;
 
-    pub(super) const NONE: Self = Self { champion: None, challenger: None, rejected: 0 };
+    pub(super) const NONE: Self = Self { champion: None, challenger: None, rejected: 0, begun: 0 };
 
     /// Drops both hypotheses. Field by field: [`Hypotheses::NONE`] would copy 2 kB.
     pub(super) fn clear(&mut self) {
         (self.champion, self.challenger) = (None, None);
-        self.rejected = 0;
+        (self.rejected, self.begun) = (0, 0);
+    }
+
+    /// Turn of the baseline that the next pair tries first, before the first champion: by a quarter both ways before a
+    /// challenger becomes the champion; one after the other, at every second pair, where pairs agree on nothing. A pose
+    /// with the baseline turned by half is no optimum: its points are behind the cameras.
+    pub(super) fn next_turn(&mut self) -> Option<Turn> {
+        if self.champion.is_some() {
+            return None;
+        }
+        self.begun = self.begun.saturating_add(1);
+        match &self.challenger {
+            Some(challenger) => match challenger.agreed {
+                1 => Some(Turn::Quarter),
+                2 => Some(Turn::ThreeQuarters),
+                _ => None,
+            },
+            None if self.begun > MIN_AGREED && self.begun.is_multiple_of(2) => {
+                Some(Turn::of_number(self.begun / 2))
+            }
+            None => None,
+        }
+    }
+
+    /// Drops a challenger that a turned baseline fits better than.
+    pub(super) fn drop_challenger(&mut self) {
+        self.challenger = None;
     }
 
     /// State of the estimate, by the last pairs.
@@ -223,7 +254,7 @@ impl<T: Scalar> Hypotheses<T> {
                 }
                 self.rejected = 0;
                 self.contradict_challenger(0);
-                Ok(match (renewed, result.repeated) {
+                Ok(match (renewed, result.seen.is_repeated()) {
                     (true, _) => Fused::Renewed,
                     (false, true) => Fused::Repeated,
                     (false, false) => Fused::Added,
@@ -231,7 +262,7 @@ impl<T: Scalar> Hypotheses<T> {
             }
             Support::Challenger => {
                 let challenger = self.challenger.as_mut().ok_or(Refusal::NothingSolved)?;
-                challenger.add(&result.evaluated.measurement, result.repeated, context)?;
+                challenger.add(&result.evaluated.measurement, result.seen, context)?;
                 self.count(result.rejected);
                 let fused = self.promote(reference, context);
                 self.learn_share(result.evaluated, context);

@@ -25,6 +25,7 @@ mod marginal_sums;
 mod optimum;
 mod repeated_scene;
 mod reported;
+mod turn;
 mod vibration;
 
 use crate::algebra::block_variances::BlockVariances;
@@ -48,7 +49,7 @@ use vibration::VibrationEstimator;
 #[derive(Debug, Clone)]
 pub(crate) struct Fusion<T: Scalar> {
     hypotheses: Hypotheses<T>,
-    /// Scene of the last batch.
+    /// Scene of the last fused pair.
     scene: RepeatedScene,
     /// Lens of the rays.
     reference: LensReference<T>,
@@ -146,9 +147,10 @@ impl<T: Scalar> Fusion<T> {
             return Err(PairError::TooFew { usable, needed });
         }
         let Self { hypotheses, scene, association, .. } = self;
+        let turn = hypotheses.next_turn();
         let with = AssociationContext { context, hypotheses };
-        let repeated = scene.replace(matches.pairs, context.focal);
-        association.open(&with, matches.pairs.len(), repeated);
+        let seen = scene.compare(matches.pairs, context.focal);
+        association.open(&with, matches.pairs.len(), seen, turn);
         let begun = association.advance(&with, matches);
         if begun.is_err() {
             association.close();
@@ -172,6 +174,9 @@ impl<T: Scalar> Fusion<T> {
         let with = AssociationContext { context, hypotheses };
         if let Err(error) = association.advance(&with, matches) {
             hypotheses.count(association.rejected());
+            if association.is_turned() {
+                hypotheses.drop_challenger();
+            }
             association.close();
             return Err(error);
         }
@@ -196,13 +201,13 @@ impl<T: Scalar> Fusion<T> {
     /// # Errors
     /// [`Refusal`]; the champion is unchanged.
     pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Refusal> {
-        let Self { hypotheses, association, reference, vibration, .. } = self;
+        let Self { hypotheses, scene, association, reference, vibration } = self;
         let result = association.result().ok_or(Refusal::NothingSolved)?;
         let fused = hypotheses.fuse(&result, reference, context);
         let is_heard = result.support != Support::None || result.evaluated.has_clear_peak();
         // What is no admissible rig leaves the state as it was. A pair that only disagrees may be of a rig that vibrates.
         let is_admissible = matches!(fused, Ok(_) | Err(Refusal::Disagrees));
-        if is_heard && is_admissible && !result.repeated {
+        if is_heard && is_admissible && !result.seen.is_repeated() {
             let measurement = &result.evaluated.measurement;
             match fused {
                 Ok(_) => vibration.add(measurement, context),
@@ -211,6 +216,7 @@ impl<T: Scalar> Fusion<T> {
         }
         association.close();
         if fused.is_ok() {
+            scene.remember();
             reference.fade(context.fading(u32::MAX));
         }
         fused
@@ -230,7 +236,7 @@ impl<T: Scalar> Fusion<T> {
         self.hypotheses.reported().is_some()
     }
 
-    /// Whether the last pair showed the scene of the one before.
+    /// Whether the last pair showed the scene of the one fused before.
     pub(crate) fn is_repeated(&self) -> bool {
         self.association.is_repeated()
     }

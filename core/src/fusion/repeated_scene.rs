@@ -5,52 +5,88 @@ use crate::batch::correspondence::RayPair;
 use crate::codec::{Reader, Writer};
 use crate::error::RestoreError;
 use crate::scalar::Scalar;
-use crate::thresholds::{REMEMBERED, REMEMBERED_STEPS_PER_PX, SAME_SHARE, SAME_STEPS};
+use crate::thresholds::{
+    COPIED_SHARE, REMEMBERED, REMEMBERED_STEPS_PER_PX, SAME_SHARE, SAME_STEPS,
+};
 
-/// A sample of the correspondences of the last pair. RAM: 6 bytes each.
+/// What a pair shows of the scene of the last fused pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Seen {
+    /// Another scene.
+    New,
+    /// The same scene, measured again.
+    Repeated,
+    /// The same matches: no new measurement.
+    Copied,
+}
+
+impl Seen {
+    /// Whether the pair takes the place of the last one.
+    pub(super) fn is_repeated(self) -> bool {
+        self != Self::New
+    }
+}
+
+/// Samples of the correspondences of the last fused pair and of the pair at hand. RAM: 6 bytes each.
 #[derive(Debug, Clone)]
 pub(super) struct RepeatedScene {
-    /// Short length, as that of a batch.
-    remembered: heapless::Vec<[u16; 3], REMEMBERED, u8>,
+    remembered: Sampled,
+    /// Of the pair that was begun last, until it is fused. It is not part of a record.
+    at_hand: Sampled,
 }
+
+/// Short length, as that of a batch.
+type Sampled = heapless::Vec<[u16; 3], REMEMBERED, u8>;
 
 impl RepeatedScene {
     /// Words in the longest record.
     pub(super) const WORDS: usize = 1 + REMEMBERED * 3 / 2;
 
-    pub(super) const NEW: Self = Self { remembered: heapless::Vec::new() };
+    pub(super) const NEW: Self =
+        Self { remembered: heapless::Vec::new(), at_hand: heapless::Vec::new() };
 
-    /// Whether the length is one that a store of correspondences can have.
+    /// Whether the lengths are ones that a store of correspondences can have.
     pub(super) fn is_within(&self) -> bool {
-        self.remembered.len() <= REMEMBERED
+        [&self.remembered, &self.at_hand].into_iter().all(|sampled| sampled.len() <= REMEMBERED)
     }
 
-    /// Replaces the remembered scene by that of a batch; whether it is the same one.
+    /// Compares a batch with the scene of the last fused pair. The batch may be compared again before it is fused.
     #[inline(never)]
-    pub(super) fn replace<T: Scalar>(&mut self, pairs: &[RayPair<T>], focal: T) -> bool {
+    pub(super) fn compare<T: Scalar>(&mut self, pairs: &[RayPair<T>], focal: T) -> Seen {
         let scale = focal * T::lit(REMEMBERED_STEPS_PER_PX);
-        let again = self.seen_again(pairs, scale);
-        let share = T::lit(SAME_SHARE) * count(self.remembered.len());
-        let repeated = again > 0 && T::count(again) > share;
-        self.remembered.clear();
+        self.at_hand.clear();
         let stride = pairs.len().div_ceil(REMEMBERED).max(1);
         for pair in pairs.iter().step_by(stride) {
             // The stride leaves room for all.
-            let _ = self.remembered.push(coordinates(pair, scale));
+            let _ = self.at_hand.push(coordinates(pair, scale));
         }
-        repeated
+        let [again, copied] = self.seen_again(pairs, scale);
+        let is_most =
+            |seen, share| seen > 0 && T::count(seen) > T::lit(share) * count(self.remembered.len());
+        if is_most(copied, COPIED_SHARE) {
+            Seen::Copied
+        } else if is_most(again, SAME_SHARE) {
+            Seen::Repeated
+        } else {
+            Seen::New
+        }
     }
 
-    /// Number of remembered correspondences that a batch contains.
-    fn seen_again<T: Scalar>(&self, pairs: &[RayPair<T>], scale: T) -> u32 {
+    /// Remembers the batch that was compared last: its pair has been fused.
+    pub(super) fn remember(&mut self) {
+        self.remembered.clone_from(&self.at_hand);
+    }
+
+    /// Numbers of remembered correspondences that a batch contains, and contains unmoved.
+    fn seen_again<T: Scalar>(&self, pairs: &[RayPair<T>], scale: T) -> [u32; 2] {
         if self.remembered.is_empty() {
-            return 0;
+            return [0; 2];
         }
         let columns = Buckets::of(self.remembered.iter().map(|[column, ..]| *column));
         let rows = Buckets::of(self.remembered.iter().map(|[_, row, _]| *row));
-        let mut seen = 0_u32;
+        let [mut seen, mut copied] = [0_u32; 2];
         for pair in pairs {
-            let mut left = columns.near(steps(pair.left.x, scale)) & !seen;
+            let mut left = columns.near(steps(pair.left.x, scale)) & !copied;
             if left == 0 {
                 continue;
             }
@@ -63,18 +99,23 @@ impl RepeatedScene {
                 let place = left.trailing_zeros();
                 left &= left - 1;
                 let old = usize::try_from(place).ok().and_then(|place| self.remembered.get(place));
-                let same =
-                    |old: &[u16; 3]| new.iter().zip(old).all(|(a, b)| a.abs_diff(*b) <= SAME_STEPS);
-                if old.is_some_and(same) {
-                    seen |= 1_u32.checked_shl(place).unwrap_or(0);
+                let same = |old: &&[u16; 3]| {
+                    new.iter().zip(*old).all(|(a, b)| a.abs_diff(*b) <= SAME_STEPS)
+                };
+                let Some(old) = old.filter(same) else { continue };
+                let bit = 1_u32.checked_shl(place).unwrap_or(0);
+                seen |= bit;
+                if new == *old {
+                    copied |= bit;
                 }
             }
         }
-        seen.count_ones()
+        [seen.count_ones(), copied.count_ones()]
     }
 
     pub(super) fn clear(&mut self) {
         self.remembered.clear();
+        self.at_hand.clear();
     }
 
     pub(super) fn write(&self, to: &mut Writer<'_>) {
@@ -154,6 +195,15 @@ mod tests {
 
     const FOCAL: f32 = 1400.0;
 
+    impl RepeatedScene {
+        /// Compares a pair and remembers it; whether it repeats the last one.
+        fn takes(&mut self, pairs: &[RayPair<f32>], focal: f32) -> bool {
+            let seen = self.compare(pairs, focal);
+            self.remember();
+            seen.is_repeated()
+        }
+    }
+
     fn scene(n: usize, seed: u64) -> Vec<[f32; 4]> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut one = || {
@@ -179,10 +229,10 @@ mod tests {
         for n in [1, 20, 32, 33, 200, 256] {
             let scene = scene(n, 1);
             let mut repeated_scene = RepeatedScene::NEW;
-            assert!(!repeated_scene.replace(&rays(&scene, 0.0, 0.5, 0), FOCAL));
+            assert!(!repeated_scene.takes(&rays(&scene, 0.0, 0.5, 0), FOCAL));
             for seed in 1..20 {
                 // Uniform noise of +-0.5 px: a deviation of 0.3 px.
-                assert!(repeated_scene.replace(&rays(&scene, 0.0, 0.5, seed), FOCAL), "{n} {seed}");
+                assert!(repeated_scene.takes(&rays(&scene, 0.0, 0.5, seed), FOCAL), "{n} {seed}");
             }
         }
     }
@@ -194,18 +244,18 @@ mod tests {
         for k in 0..20_u8 {
             // 4 px a pair: further than a coordinate may move.
             let moved = rays(&seen, 4.0 * f32::from(k), 0.5, k.into());
-            assert!(!repeated_scene.replace(&moved, FOCAL), "{k}");
+            assert!(!repeated_scene.takes(&moved, FOCAL), "{k}");
         }
         for seed in 3..50 {
-            assert!(!repeated_scene.replace(&rays(&scene(256, seed), 0.0, 0.5, seed), FOCAL));
+            assert!(!repeated_scene.takes(&rays(&scene(256, seed), 0.0, 0.5, seed), FOCAL));
         }
     }
 
     /// Whether one batch after another is taken for the same scene.
     fn repeats(first: &[[f32; 4]], second: &[RayPair<f32>]) -> bool {
         let mut repeated_scene = RepeatedScene::NEW;
-        repeated_scene.replace(&rays(first, 0.0, 0.0, 0), FOCAL);
-        repeated_scene.replace(second, FOCAL)
+        repeated_scene.takes(&rays(first, 0.0, 0.0, 0), FOCAL);
+        repeated_scene.takes(second, FOCAL)
     }
 
     #[test]
@@ -236,11 +286,11 @@ mod tests {
     fn the_order_of_matches_does_not_matter_and_only_the_last_pair_does() {
         let [old, new] = [6, 7].map(|seed| rays(&scene(256, seed), 0.0, 0.0, 0));
         let mut repeated_scene = RepeatedScene::NEW;
-        repeated_scene.replace(&old, FOCAL);
+        repeated_scene.takes(&old, FOCAL);
         let backwards: Vec<_> = old.iter().rev().copied().collect();
-        assert!(repeated_scene.replace(&backwards, FOCAL));
-        assert!(!repeated_scene.replace(&new, FOCAL));
-        assert!(!repeated_scene.replace(&old, FOCAL));
+        assert!(repeated_scene.takes(&backwards, FOCAL));
+        assert!(!repeated_scene.takes(&new, FOCAL));
+        assert!(!repeated_scene.takes(&old, FOCAL));
     }
 
     #[test]
@@ -257,11 +307,51 @@ mod tests {
     fn after_forgetting_nothing_is_repeated() {
         let pairs = rays(&scene(100, 8), 0.0, 0.0, 0);
         let mut repeated_scene = RepeatedScene::NEW;
-        repeated_scene.replace(&pairs, FOCAL);
+        repeated_scene.takes(&pairs, FOCAL);
         repeated_scene.clear();
-        assert!(!repeated_scene.replace(&pairs, FOCAL));
-        assert!(repeated_scene.replace(&pairs, FOCAL));
-        assert!(!repeated_scene.replace(&[], FOCAL));
-        assert!(!repeated_scene.replace(&pairs, FOCAL));
+        assert!(!repeated_scene.takes(&pairs, FOCAL));
+        assert!(repeated_scene.takes(&pairs, FOCAL));
+        assert!(!repeated_scene.takes(&[], FOCAL));
+        assert!(!repeated_scene.takes(&pairs, FOCAL));
+    }
+
+    #[test]
+    fn a_pair_is_remembered_once_it_is_fused_however_often_it_is_compared() {
+        let [old, new] = [11, 12].map(|seed| rays(&scene(256, seed), 0.0, 0.0, 0));
+        let mut repeated_scene = RepeatedScene::NEW;
+        repeated_scene.takes(&old, FOCAL);
+        for _ in 0..3 {
+            assert_eq!(repeated_scene.compare(&new, FOCAL), Seen::New);
+        }
+        assert_eq!(repeated_scene.compare(&old, FOCAL), Seen::Copied);
+        assert_eq!(repeated_scene.compare(&new, FOCAL), Seen::New);
+        repeated_scene.remember();
+        assert_eq!(repeated_scene.compare(&new, FOCAL), Seen::Copied);
+    }
+
+    #[test]
+    fn a_copy_has_the_same_matches_and_noise_makes_a_new_measurement() {
+        let seen = scene(256, 13);
+        let mut repeated_scene = RepeatedScene::NEW;
+        repeated_scene.takes(&rays(&seen, 0.0, 0.0, 0), FOCAL);
+        for (noise_px, expected) in
+            [(0.0, Seen::Copied), (0.1, Seen::Repeated), (0.5, Seen::Repeated)]
+        {
+            for seed in 1..20 {
+                let pairs = rays(&seen, 0.0, noise_px, seed);
+                assert_eq!(repeated_scene.compare(&pairs, FOCAL), expected, "{noise_px} {seed}");
+            }
+        }
+        // A tenth of other matches at most.
+        let changed = |part: usize| {
+            let mut pairs = rays(&seen, 0.0, 0.0, 0);
+            let others = rays(&scene(256, 14), 0.0, 0.0, 0);
+            for (pair, other) in pairs.iter_mut().zip(others).step_by(part) {
+                *pair = other;
+            }
+            pairs
+        };
+        assert_eq!(repeated_scene.compare(&changed(25), FOCAL), Seen::Copied);
+        assert_eq!(repeated_scene.compare(&changed(3), FOCAL), Seen::Repeated);
     }
 }

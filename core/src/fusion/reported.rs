@@ -14,6 +14,7 @@ use crate::outcome::proposal::{Doubt, Proposal};
 use crate::scalar::Scalar;
 use crate::thresholds::{
     CERTAIN_BASELINE, MAX_DISAGREEMENT, MAX_SECOND_CROWD, OBSERVED_BASELINE, SIGNIFICANT_BASELINE,
+    SIGNIFICANT_CHANGE,
 };
 
 impl<T: Scalar> Fusion<T> {
@@ -77,10 +78,33 @@ impl<T: Scalar> Fusion<T> {
             covariance_lens: Some(wide.matrix()),
             lens: *found,
             baseline_observed: left <= observed,
+            improves: self.improves(hypothesis, &best, covariance, in_use),
             state: self.state(),
             doubt,
             vibration: context.vibration.into(),
         })
+    }
+
+    /// Whether the estimate is clearly better than what is in use, over all pairs, and differs by more than chance; `None`
+    /// where the sums are of other cameras.
+    ///
+    /// * `covariance`: of the estimate, rad^2.
+    #[inline(never)]
+    fn improves(
+        &self,
+        hypothesis: &Hypothesis<T>,
+        best: &CorrectedExtrinsics<T>,
+        covariance: &Symmetric5<T>,
+        in_use: &CorrectedExtrinsics<T>,
+    ) -> Option<bool> {
+        let reference = self.reference.correction();
+        if in_use.correction != *reference || best.correction != *reference {
+            return None;
+        }
+        let off = hypothesis.pose().unknowns_to(&RectifyingRotations::from(&in_use.extrinsics));
+        let differs =
+            covariance.inverse_form(&off).is_none_or(|form| form >= T::lit(SIGNIFICANT_CHANGE));
+        Some(differs && hypothesis.fits_clearly_better_than(&in_use.extrinsics))
     }
 
     /// The baseline in use, and the best `R` there is with it; without a fit of `R` nothing changes.

@@ -12,10 +12,11 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::lens_estimate::LensEstimate;
 use crate::outcome::proposal::{Direction, Doubt, Proposal};
 use crate::outcome::reasons::Reasons;
+use crate::outcome::robust_rms::SquaresBySize;
 use crate::outcome::vibration::Vibration;
 use crate::scalar::Scalar;
 use crate::state::State;
-use crate::thresholds::{BAD_PX, IMPROVEMENT};
+use crate::thresholds::{BAD_PX, FIRST_ROW_LEVEL, IMPROVEMENT};
 
 /// Distances that the depth error is predicted for, m.
 pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
@@ -51,7 +52,8 @@ pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Health<T: Scalar> {
-    /// RMS row offset of the extrinsics in use, px; 0 is perfect.
+    /// RMS row offset of the extrinsics in use, px; 0 is perfect. Row offsets far beyond the median are clipped: a
+    /// mismatch near its row may have any other one under other extrinsics.
     pub in_use_px: T,
     /// RMS row offset of the proposed extrinsics, px.
     pub proposed_px: T,
@@ -103,18 +105,30 @@ pub(crate) struct LastPair {
     pub(crate) rejection: Option<Rejection>,
     /// Whether it showed the scene of the one before.
     pub(crate) repeated: bool,
+    /// Whether most of its matches were refused.
+    pub(crate) refused: bool,
+    /// Whether no match of any pair was right of the middle of the left image, nor below it.
+    pub(crate) corner: bool,
 }
 
-/// Verdict on the extrinsics in use, by the RMS row offset (smaller is better).
+impl LastPair {
+    /// Whether the matches are those of other images than the cameras describe.
+    fn is_unfit(self) -> bool {
+        self.refused || self.corner
+    }
+}
+
+/// Verdict on the extrinsics in use: whether the estimate improves them clearly, by a tenth of the RMS row offset over
+/// all pairs and by more than chance, and the RMS row offset in use. Noise of the matcher is no error of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Band {
-    /// Below 1 px, and the estimate would not improve it by a tenth.
+    /// The estimate would not improve it clearly, and rows differ by less than 1 px. From 1 px on it is the matches that are poor, or the lens models.
     Good,
-    /// Below 1 px, but the estimate fits better by a tenth or more.
+    /// Below 1 px, but the estimate fits clearly better.
     Improvable,
-    /// 1 px or more: a matcher that searches along rows will miss.
+    /// 1 px or more, and the estimate fits clearly better: a matcher that searches along rows will miss.
     Recalibrate,
 }
 
@@ -132,17 +146,19 @@ pub enum Arming {
     Doubtful,
     /// The extrinsics in use are off from the estimate: rows differ by 1 px RMS or more.
     Misaligned,
+    /// The matches are not those of the images that the cameras describe: most were refused, or all are in one corner.
+    Unfit,
 }
 
 codes! {
     Band { Good = 0, Improvable = 1, Recalibrate = 2 }
-    Arming { Yes = 0, NotLocked = 1, Doubtful = 2, Misaligned = 3 }
+    Arming { Yes = 0, NotLocked = 1, Doubtful = 2, Misaligned = 3, Unfit = 4 }
 }
 texts! {
     Band { Good = "good", Improvable = "improvable", Recalibrate = "recalibrate" }
     Arming {
         Yes = "yes", NotLocked = "no, not locked", Doubtful = "no, doubtful",
-        Misaligned = "no, misaligned",
+        Misaligned = "no, misaligned", Unfit = "no, matches of other images",
     }
 }
 
@@ -208,7 +224,9 @@ impl<T: Scalar> Health<T> {
         let fit = Fit::of(batch, &[in_use, proposed], &changes, screen_px / focal)?;
         let [in_use_px, proposed_px, off_px] = fit.rms.map(|rms| rms * focal);
         let [fit_in_use, fit_proposed] = fit.matches;
-        let band = Band::of(in_use_px, proposed_px);
+        let misaligned = off_px >= T::lit(BAD_PX);
+        let over_batch = proposed_px < in_use_px * T::lit(IMPROVEMENT);
+        let improves = misaligned || proposal.improves.unwrap_or(over_batch);
         let off = proposed.unknowns_to(&in_use);
         let yaw_sd = proposal.covariance.map_or(proposal.sd.rotation, |c| c.m22.sqrt());
         Some(Self {
@@ -218,7 +236,7 @@ impl<T: Scalar> Health<T> {
             fit_in_use,
             fit_proposed,
             coverage: fit.seen.share(),
-            band,
+            band: Band::of(in_use_px, improves),
             state: proposal.state,
             doubt: proposal.doubt,
             baseline_observed: proposal.baseline_observed,
@@ -230,8 +248,8 @@ impl<T: Scalar> Health<T> {
             yaw: (off.y * off.y + yaw_sd * yaw_sd).sqrt(),
             vibration: proposal.vibration,
             rejection: last.rejection,
-            arming: Arming::of(proposal, off_px),
-            reasons: Reasons::of(proposal, off_px >= T::lit(BAD_PX), last.repeated),
+            arming: Arming::of(proposal, off_px, last),
+            reasons: Reasons::of(proposal, misaligned, last),
         })
     }
 }
@@ -258,7 +276,7 @@ impl<T: Scalar> Fit<T> {
         screen: T,
     ) -> Option<Self> {
         let ([mut in_use, mut proposed], mut seen) = ([0_u32; 2], CellSet::NONE);
-        let mut squares = [T::ZERO; 3];
+        let mut squares = [SquaresBySize::none(screen * T::lit(FIRST_ROW_LEVEL)); 3];
         let [of_used, of_new] = calibrations;
         for pair in batch.pairs() {
             let [used, new] =
@@ -268,36 +286,37 @@ impl<T: Scalar> Fit<T> {
             in_use = in_use.saturating_add(u32::from(used.abs() <= screen));
             if new.abs() <= screen {
                 proposed = proposed.saturating_add(1);
-                for (sum, offset) in squares.iter_mut().zip([used, new, used - new]) {
-                    *sum += offset * offset;
+                for (squares, offset) in squares.iter_mut().zip([used, new, used - new]) {
+                    squares.add(offset);
                 }
                 seen.insert(pair.cell());
             }
         }
-        let rms = squares.map(|squares| (squares / T::count(proposed)).sqrt());
+        let rms = squares.map(|squares| squares.rms());
         (proposed > 0).then_some(Self { matches: [in_use, proposed], rms, seen })
     }
 }
 
 impl Band {
-    fn of<T: Scalar>(in_use_px: T, proposed_px: T) -> Self {
-        if in_use_px >= T::lit(BAD_PX) {
-            Self::Recalibrate
-        } else if proposed_px < in_use_px * T::lit(IMPROVEMENT) {
-            Self::Improvable
-        } else {
-            Self::Good
+    /// * `improves`: whether the estimate is clearly better.
+    fn of<T: Scalar>(in_use_px: T, improves: bool) -> Self {
+        match (improves, in_use_px >= T::lit(BAD_PX)) {
+            (false, _) => Self::Good,
+            (true, false) => Self::Improvable,
+            (true, true) => Self::Recalibrate,
         }
     }
 }
 
 impl Arming {
     /// * `off_px`: RMS difference between the row offsets in use and proposed.
-    fn of<T: Scalar>(proposal: &Proposal<T>, off_px: T) -> Self {
+    fn of<T: Scalar>(proposal: &Proposal<T>, off_px: T, last: LastPair) -> Self {
         if proposal.state != State::Locked {
             Self::NotLocked
         } else if proposal.is_doubtful() {
             Self::Doubtful
+        } else if last.is_unfit() {
+            Self::Unfit
         } else if off_px >= T::lit(BAD_PX) {
             Self::Misaligned
         } else {

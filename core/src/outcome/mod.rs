@@ -5,4 +5,5 @@ pub(crate) mod lens_estimate;
 pub(crate) mod pair_report;
 pub(crate) mod proposal;
 pub(crate) mod reasons;
+mod robust_rms;
 pub(crate) mod vibration;

@@ -53,6 +53,10 @@ pub struct Proposal<T: Scalar> {
     /// pairs. Points more than some thousand baselines away do not observe it: their disparities are noise. The paper
     /// preset fuses no pair that does not: always true.
     pub baseline_observed: bool,
+    /// Whether the pairs fit it clearly better than what is in use: their RMS row offset is smaller by a tenth, and the two
+    /// differ by more than chance. `None` where the sums over the pairs do not tell: in the paper preset, and with other
+    /// cameras in use ([`crate::LensTracking::Compensate`]).
+    pub improves: Option<bool>,
     /// Whether `R` is confirmed; `t` is, where `baseline_observed` says so. The paper preset confirms nothing: locked
     /// from the first pair on.
     pub state: State,

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use crate::outcome::health::LastPair;
 use crate::outcome::proposal::{Doubt, Proposal};
 use crate::scalar::Scalar;
 use crate::state::State;
@@ -28,13 +29,19 @@ pub enum Reason {
     Repeated,
     /// [`Doubt::Axis`], in the paper preset: the axis of the rotation is noise.
     Axis,
+    /// Most matches of the last pair were refused: pixels outside the image, or without a ray. The image size, the focal
+    /// length or the origin of the coordinates is wrong.
+    Refused,
+    /// No match of any pair was right of the middle of the left image, nor below it: the image size and the focal length
+    /// are those of larger images.
+    Corner,
 }
 
 // Bits of a set.
 codes! {
     Reason {
         NotLocked = 1, Misaligned = 2, SecondMode = 4, ImageHalves = 8, Lens = 16, Baseline = 32,
-        Repeated = 64, Axis = 128,
+        Repeated = 64, Axis = 128, Refused = 256, Corner = 512,
     }
 }
 texts! {
@@ -42,15 +49,18 @@ texts! {
         NotLocked = "estimate not locked", Misaligned = "in use off by 1 px or more",
         SecondMode = "second crowd of matches", ImageHalves = "image halves disagree",
         Lens = "lens models off", Baseline = "baseline not observed", Repeated = "repeated scene",
-        Axis = "axis of the rotation is noise",
+        Axis = "axis of the rotation is noise", Refused = "most matches refused",
+        Corner = "matches in one corner of the image",
     }
 }
 
 impl Reason {
     /// All, those that forbid arming first.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::NotLocked,
         Self::Misaligned,
+        Self::Refused,
+        Self::Corner,
         Self::SecondMode,
         Self::ImageHalves,
         Self::Lens,
@@ -68,8 +78,8 @@ pub struct Reasons(u16);
 impl Reasons {
     /// What speaks against a proposal.
     ///
-    /// * `misaligned`: what is in use differs; `repeated`: the last pair showed the scene of the one before.
-    pub(crate) fn of<T: Scalar>(proposal: &Proposal<T>, misaligned: bool, repeated: bool) -> Self {
+    /// * `misaligned`: what is in use differs.
+    pub(crate) fn of<T: Scalar>(proposal: &Proposal<T>, misaligned: bool, last: LastPair) -> Self {
         let Proposal { state, doubt, lens, baseline_observed, .. } = proposal;
         let doubted = doubt.map(|doubt| match doubt {
             Doubt::SecondMode => Reason::SecondMode,
@@ -82,7 +92,9 @@ impl Reasons {
             (misaligned, Reason::Misaligned),
             (is_off, Reason::Lens),
             (!baseline_observed, Reason::Baseline),
-            (repeated, Reason::Repeated),
+            (last.repeated, Reason::Repeated),
+            (last.refused, Reason::Refused),
+            (last.corner, Reason::Corner),
         ];
         let named = named.into_iter().filter_map(|(holds, reason)| holds.then_some(reason));
         Self(named.chain(doubted).fold(0, |bits, reason| bits | reason.code()))

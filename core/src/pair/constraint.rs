@@ -127,6 +127,14 @@ impl<V: Value> Constraint<V> {
         lanes.ge(disparity, least * (z_a * z_b))
     }
 
+    /// The disparity, and `least`, unit depth: both times the depths of the rectified rays.
+    #[inline(always)]
+    pub(super) fn disparity_over(&self, least: V) -> [V; 2] {
+        let ([.., z_a], [.., z_b]) = (self.a, self.b);
+        let [.., disparity] = self.jacobian;
+        [disparity, least * (z_a * z_b)]
+    }
+
     /// The row offset of eq 11, unit depth.
     #[inline(always)]
     pub(super) fn row_offset(&self) -> V {

@@ -206,7 +206,8 @@ impl<T: Scalar, L: Lanes<T>, S: EvaluatedSums<T, L>> Sink<T, L> for EvaluationSi
         let (value, offset) = (constraint.value, constraint.row_offset());
         let precision = by.precision(lanes, &constraint, in_front);
         let squared = value * value * precision;
-        self.stats.count(lanes, in_front, [value, squared], &expected);
+        let disparity = constraint.disparity_over(by.min_disparity);
+        self.stats.count(lanes, in_front, [value, squared], disparity, &expected);
         let limit = expected.limit_squared(by.tukey_squared);
         let compared = Compared {
             before: at_start.row_offset() * at_start.row_offset(),
@@ -296,12 +297,34 @@ impl<T: Scalar> EvaluatedPose<T> {
             && self.is_largest_crowd()
     }
 
+    /// Why residuals that form a peak are not those of a scene.
+    ///
+    /// * `needed`: near residuals, by configuration.
+    pub(crate) fn no_scene(&self, needed: u16) -> Option<PairError> {
+        let forms_peak = self.stats.near() >= T::count(needed.into())
+            && self.stats.exceeds_background(FOUND_PEAK_DEVIATIONS);
+        let why = if self.stats.is_behind() {
+            Some(PairError::Behind)
+        } else {
+            self.measurement.moments.are_disparities_alike().then_some(PairError::NoDepth)
+        };
+        why.filter(|_| forms_peak)
+    }
+
+    /// Whether most of the points that fit are clearly in front of the cameras: a scene at infinity fits any baseline.
+    pub(crate) fn is_clearly_in_front(&self) -> bool {
+        let [ahead, _] = self.stats.sides;
+        ahead > self.stats.near() * T::HALF
+    }
+
     /// Whether residuals form a peak at zero, at a pose that is known from other pairs.
     pub(crate) fn has_peak(&self) -> bool {
         let (near, beside) = (self.stats.near(), self.stats.beside());
         near >= T::count(TRACK_MIN_NEAR)
             && near >= T::lit(TRACK_PEAK) * beside
             && self.is_largest_crowd()
+            && !self.stats.is_behind()
+            && !self.measurement.moments.are_disparities_alike()
     }
 
     /// Whether no more matches agree on a pose rows away: a pose of few is that of a fence. Of none it is no pose.

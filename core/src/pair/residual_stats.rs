@@ -1,6 +1,7 @@
 //! Residual statistics at a pose: noise, inliers, and the fit against that of the start (`ESTIMATOR.md`, section 7).
 
 use super::loss::ResidualVariance;
+use crate::batch::sides::is_behind;
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
 use crate::thresholds::{BESIDE, CROWD, INLIER, NEAR};
@@ -14,6 +15,8 @@ pub(crate) struct ResidualStats<V> {
     pub(crate) skipped: V,
     /// Residuals within 2, 3, and 4 units of the loss.
     pub(crate) within: [V; 3],
+    /// Residuals within 2 units of points clearly in front of the cameras, and clearly behind them.
+    pub(super) sides: [V; 2],
     /// Residuals beyond 2 units of the loss, up to [`CROWD`]: positive less negative ones.
     pub(super) leaning: V,
     /// Estimates of the noise variance from the residuals within 2 units, summed, px^2.
@@ -49,6 +52,7 @@ impl<V: Copy> ResidualStats<V> {
             usable: zero,
             skipped: zero,
             within: [zero; 3],
+            sides: [zero; 2],
             leaning: zero,
             near_squares: zero,
             screened: zero,
@@ -63,12 +67,14 @@ impl<V: Value> ResidualStats<V> {
     /// Counts residuals of correspondences in front of both cameras.
     ///
     /// * `value`: the constraint, of the sign of the residual; `squared`: squared whitened residual, px^2.
+    /// * `disparity`: disparity, and the smallest one, below zero, that noise explains.
     #[inline(always)]
     pub(super) fn count<T: Scalar, L: Lanes<T, Value = V>>(
         &mut self,
         lanes: L,
         in_front: L::Mask,
         [value, squared]: [V; 2],
+        disparity: [V; 2],
         expected: &ResidualVariance<V>,
     ) {
         let [zero, one] = [T::ZERO, T::ONE].map(|x| lanes.splat(x));
@@ -86,6 +92,9 @@ impl<V: Value> ResidualStats<V> {
             (*two, *three, *four) = (*two + count, *three + count, *four + count);
             let of_noise = expected.noise_squared(lanes, squared);
             self.near_squares = self.near_squares + lanes.keep(near, of_noise);
+            let ([ahead, behind], [disparity, least]) = (&mut self.sides, disparity);
+            *ahead = *ahead + lanes.keep(lanes.and(near, lanes.ge(disparity, zero - least)), one);
+            *behind = *behind + lanes.keep(lanes.and(near, lanes.lt(disparity, least)), one);
         }
         let limit = expected.limit_squared(lanes.splat(T::lit(NEAR * NEAR)));
         let beside = lanes.and(seen, lanes.ge(squared, limit));
@@ -135,8 +144,8 @@ impl<V: Value> ResidualStats<V> {
         let to_sums = to_sums.into_iter();
         let sums = sums.chain(&self.within).chain(&self.squares).chain(&self.cost);
         let to_sums = to_sums.chain(&mut to.within).chain(&mut to.squares).chain(&mut to.cost);
-        let sums = sums.chain(&self.high_leverage);
-        let to_sums = to_sums.chain(&mut to.high_leverage);
+        let sums = sums.chain(&self.high_leverage).chain(&self.sides);
+        let to_sums = to_sums.chain(&mut to.high_leverage).chain(&mut to.sides);
         for (to, sum) in to_sums.zip(sums) {
             *to += lanes.reduce(*sum);
         }
@@ -159,6 +168,11 @@ impl<T: Scalar> ResidualStats<T> {
     /// Share of the usable correspondences that are in a crowd beside the peak, with the sign of its side.
     pub(super) fn crowd(&self) -> T {
         self.leaning / self.usable.max(T::ONE)
+    }
+
+    /// Whether too many points that fit are behind the cameras.
+    pub(super) fn is_behind(&self) -> bool {
+        is_behind(self.sides)
     }
 
     /// Share of the usable correspondences within 3 units.

@@ -17,6 +17,8 @@ pub(super) struct Evaluation<T> {
     pub(super) inliers: u32,
     /// Sum of the squared row offsets, each clipped to the threshold.
     pub(super) clipped_squares: T,
+    /// Points clearly in front of the cameras, and clearly behind them, of all: Huber's loss hears all.
+    pub(super) sides: [u32; 2],
     /// Row offsets within [`SCREEN`] thresholds, and sums of their squares at start and solution.
     pub(super) screened: u32,
     pub(super) squares_before: T,
@@ -26,17 +28,19 @@ pub(super) struct Evaluation<T> {
 impl<T: Scalar> Evaluation<T> {
     /// Sums over a batch.
     ///
-    /// * `threshold`: of Huber's loss, unit depth.
+    /// * `threshold`: of Huber's loss, unit depth; `least`: size of a disparity that is beyond noise.
     pub(super) fn over(
         pairs: &[RayPair<T>],
         start: &RectifyingRotations<T>,
         pose: &RectifyingRotations<T>,
         threshold: T,
+        least: T,
     ) -> Self {
         let gauge_slope = pose.gauge_slope();
         let mut sums = Self {
             information: Information::ZERO,
             inliers: 0,
+            sides: [0; 2],
             clipped_squares: T::ZERO,
             screened: 0,
             squares_before: T::ZERO,
@@ -46,6 +50,10 @@ impl<T: Scalar> Evaluation<T> {
             let Some(row) = linearised(pose, gauge_slope, pair) else {
                 continue;
             };
+            let [.., disparity] = row.jacobian;
+            let [ahead, behind] = &mut sums.sides;
+            *ahead = ahead.saturating_add(u32::from(disparity >= least));
+            *behind = behind.saturating_add(u32::from(-disparity >= least));
             let size = row.offset.abs();
             let clipped = size.min(threshold);
             sums.clipped_squares += clipped * clipped;

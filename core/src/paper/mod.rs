@@ -164,6 +164,7 @@ impl<T: Scalar> Paper<T> {
             covariance_lens: None,
             lens: None,
             baseline_observed: true,
+            improves: None,
             state: self.state(),
             doubt: (!estimate.axis_is_meaningful).then_some(Doubt::Axis),
         })

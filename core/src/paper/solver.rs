@@ -12,6 +12,7 @@ use super::residual::linearised;
 use crate::algebra::information::Information;
 use crate::algebra::normal_equations::add_pull;
 use crate::batch::correspondence::RayPair;
+use crate::batch::sides::is_behind;
 use crate::config::Config;
 use crate::error::PairError;
 use crate::geometry::extrinsics::Extrinsics;
@@ -19,6 +20,7 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::pair_report::PairReport;
 use crate::scalar::Scalar;
 use crate::state::Stop;
+use crate::thresholds::MIN_DISPARITY_PX;
 use crate::thresholds::paper::{
     COST_ULPS, DAMPING_FACTOR, DAMPING_GROWTH, FIRST_DAMPING, LOOSE_DAMPING, MAX_DAMPING,
     MIN_DAMPING, TOLERANCE_ULPS,
@@ -181,14 +183,20 @@ impl<T: Scalar> HuberSolver<T> {
     /// Takes the pass of the evaluation at the pose reached, and reports.
     ///
     /// # Errors
-    /// [`PairError::NoConsensus`] if too few correspondences are within the Huber threshold,
+    /// [`PairError::NoConsensus`] if too few correspondences are within the Huber threshold, [`PairError::Behind`] if
+    /// their points are behind the cameras,
     /// [`PairError::Unobservable`] if they leave a direction free, or the baseline has turned towards an optical axis.
     #[inline(never)]
     pub fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, PairError> {
         let extrinsics = self.pose.extrinsics().map_err(|_| PairError::Unobservable)?;
-        let evaluated = Evaluation::over(pairs, &self.start, &self.pose, self.loss.threshold);
+        let least = T::lit(MIN_DISPARITY_PX) / self.focal;
+        let evaluated =
+            Evaluation::over(pairs, &self.start, &self.pose, self.loss.threshold, least);
         if evaluated.inliers < self.min_usable {
             return Err(PairError::NoConsensus);
+        }
+        if is_behind(evaluated.sides.map(T::count)) {
+            return Err(PairError::Behind);
         }
         let usable = T::count(self.at_pose.usable);
         let variance = (evaluated.clipped_squares / (usable - T::lit(5.0)))

@@ -207,6 +207,16 @@ pub(crate) const TRACK_PEAK: f64 = 1.5;
 pub(crate) const TRACK_MIN_NEAR: u32 = 8;
 pub(crate) const CLEAR_PEAK_DEVIATIONS: f64 = 2.0;
 
+/// Variance of the disparities of a pair about a plane, over that of their noise, below which they are those of the
+/// same image on both sides. Noise alone, of a scene at infinity, is 1, and of a matcher better than the noise floor 0.1.
+/// Larger refuses planes under little noise; smaller takes an image for a scene.
+pub(crate) const ALIKE_DISPARITIES: f64 = 0.01;
+
+/// Points clearly behind the cameras over those clearly in front, of correspondences that fit, above which the pose is
+/// of a reversed baseline or of a mirrored image. A scene has none, but for a few mismatches. Larger takes a mirrored
+/// image for a scene; smaller refuses scenes with repetitive textures.
+pub(crate) const MAX_BEHIND: f64 = 0.5;
+
 /// Least sum of the weights, in those of matches without residual, over the near residuals. Below it most that fit are
 /// behind infinity or of high leverage. Larger refuses scenes of few near points; smaller fuses pairs of a few matches.
 pub(crate) const MIN_WEIGHTED: f64 = 0.05;

@@ -16,6 +16,7 @@ pub(super) fn arming(arming: Arming) -> &'static str {
         Arming::NotLocked => "no: not locked",
         Arming::Doubtful => "no: doubtful",
         Arming::Misaligned => "no: misaligned",
+        Arming::Unfit => "no: matches of other images",
     }
 }
 

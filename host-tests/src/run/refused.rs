@@ -37,6 +37,9 @@ pub fn of_unsolved(why: PairError) -> &'static str {
         PairError::NoConsensus => "no_consensus",
         PairError::Unobservable => "unobservable",
         PairError::Turning => "turning",
+        PairError::Behind => "behind",
+        PairError::Columns => "columns",
+        PairError::NoDepth => "no_depth",
         _ => "other",
     }
 }
@@ -93,6 +96,9 @@ mod tests {
             PairError::NoConsensus,
             PairError::Unobservable,
             PairError::Turning,
+            PairError::Behind,
+            PairError::Columns,
+            PairError::NoDepth,
         ];
         let refusals = [
             Refusal::TooUncertain,
@@ -105,7 +111,7 @@ mod tests {
         let unsolved = unsolved.map(of_unsolved).into_iter();
         let names: CountByReason =
             unsolved.chain(refusals.map(of_refusal)).map(|name| (name, 1)).collect();
-        assert_eq!(names.len(), 12);
+        assert_eq!(names.len(), 15);
         assert!(!names.contains_key("other"));
     }
 }

@@ -21,13 +21,16 @@ use crate::source::{variants_of_c, variants_of_core};
 const UNDISTORT: [UndistortError; 3] =
     [UndistortError::NotFinite, UndistortError::OutsideImage, UndistortError::NotInvertible];
 const SIDES: [Side; 2] = [Side::Left, Side::Right];
-const PAIR: [PairError; 6] = [
+const PAIR: [PairError; 9] = [
     PairError::NoCameras,
     PairError::NotBegun,
     PairError::TooFew { usable: 1, needed: 2 },
     PairError::NoConsensus,
     PairError::Unobservable,
     PairError::Turning,
+    PairError::Behind,
+    PairError::Columns,
+    PairError::NoDepth,
 ];
 const REFUSALS: [Refusal; 6] = [
     Refusal::TooUncertain,
@@ -275,8 +278,8 @@ fn every_verdict_of_the_core_is_known() {
         Doubt, selfcal_doubt_t: Baseline Everything Axis SecondMode;
         Direction, selfcal_direction_t: Pitch Yaw Roll BaselineForward BaselineDown;
         Band, selfcal_band_t: Good Improvable Recalibrate;
-        Arming, selfcal_arming_t: Yes NotLocked Doubtful Misaligned;
-        Reason, selfcal_reason_t: NotLocked Misaligned SecondMode ImageHalves Lens Baseline Repeated Axis;
+        Arming, selfcal_arming_t: Yes NotLocked Doubtful Misaligned Unfit;
+        Reason, selfcal_reason_t: NotLocked Misaligned SecondMode ImageHalves Lens Baseline Repeated Axis Refused Corner;
         Pushed, selfcal_pushed_t: Kept Replaced LeftOut;
     }
     assert_eq!(selfcal_doubt_t::from(None), selfcal_doubt_t::SELFCAL_DOUBT_NONE);

@@ -15,7 +15,7 @@ fn hypotheses(champion: Option<&Hypothesis<f64>>, challenger: &Hypothesis<f64>) 
     let champion = champion
         .map(|hypothesis| Champion { hypothesis: *hypothesis, detector: ChangeDetector::NEW });
     let challenger = Some(Challenger { hypothesis: *challenger, agreed: MIN_AGREED, failed: 0 });
-    Hypotheses { champion, challenger, rejected: 3 }
+    Hypotheses { champion, challenger, rejected: 3, begun: 0 }
 }
 
 fn pairs(turned: f64, seeds: core::ops::Range<u64>) -> Vec<EvaluatedPose<f64>> {
@@ -76,7 +76,8 @@ fn a_pair_passes_a_gate_only_with_a_peak_and_the_usual_share_of_inliers() {
 
 /// Writes a challenger, and reads it.
 fn written_and_read(challenger: Challenger<f64>) -> Result<(), RestoreError> {
-    let written = Hypotheses { champion: None, challenger: Some(challenger), rejected: 0 };
+    let written =
+        Hypotheses { champion: None, challenger: Some(challenger), rejected: 0, begun: 0 };
     let mut buffer = [0; 8192];
     let header = codec::RecordHeader::FACTORY;
     let record = codec::write::<f64>(header, &mut buffer, |to| written.write(to)).unwrap();
@@ -117,7 +118,7 @@ fn the_change_detector_begins_anew_where_a_rig_begins_to_turn_and_where_it_cease
             evaluated: &evaluated,
             nis: 5.0,
             rejected: Rejected::default(),
-            repeated: false,
+            seen: Seen::New,
             passes: 4,
             stop: Stop::Converged,
         };

@@ -33,7 +33,7 @@ fn a_pose_at_which_next_to_no_match_that_fits_has_weight_has_no_inliers() {
         let one = |i: u32| {
             let k = f64::from(i);
             // Behind infinity, all but `ahead`.
-            let d = if i < ahead { 0.05 } else { -0.02 };
+            let d = if i < ahead { 0.05 + 0.02 * (0.91 * k).sin() } else { -0.02 };
             let at = [(0.37 * k).sin() * 0.6, (0.73 * k).cos() * 0.4, d, (0.57 * k).sin() * 3e-4];
             let [x_l, y_l, x_r, y_r] = rays(&iterate.pose, at);
             RayPair::try_new([x_l, y_l], [x_r, y_r]).unwrap()
@@ -42,10 +42,13 @@ fn a_pose_at_which_next_to_no_match_that_fits_has_weight_has_no_inliers() {
         let mut evaluated = EvaluatedPose::NONE;
         iterate.evaluate(Batch::<f64, 100>::of(&pairs).matches(), &mut evaluated).unwrap();
         assert_eq!(evaluated.stats.near(), 100.0);
-        (evaluated.measurement.inlier_share, evaluated.has_peak(), evaluated.is_found(12))
+        let is_scene = evaluated.is_found(12) && evaluated.no_scene(12).is_none();
+        (evaluated.measurement.inlier_share, evaluated.has_peak(), is_scene)
     };
     assert_eq!(evaluated(4), (0.0, false, false));
-    assert_eq!(evaluated(8), (1.0, true, true));
+    // Enough weight; but most points are behind the cameras: no scene.
+    assert_eq!(evaluated(8), (1.0, false, false));
+    assert_eq!([66, 67].map(evaluated), [(1.0, false, false), (1.0, true, true)]);
 }
 
 /// Sums that a sink adds to.

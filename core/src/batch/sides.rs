@@ -1,0 +1,22 @@
+//! Points in front of the cameras and behind them. Rows are the same for `t` and `-t`; the sides are not.
+
+use crate::scalar::Scalar;
+use crate::thresholds::{MAX_BEHIND, TRACK_MIN_NEAR};
+
+/// Whether too many points that fit are behind the cameras.
+///
+/// * `[ahead, behind]`: points clearly in front of them, and clearly behind.
+pub(crate) fn is_behind<T: Scalar>([ahead, behind]: [T; 2]) -> bool {
+    behind >= T::count(TRACK_MIN_NEAR) && behind > T::lit(MAX_BEHIND) * ahead
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_as_many_behind_as_in_front_are_too_many_and_few_mismatches_are_not() {
+        let behind = [[0.0, 7.0], [0.0, 8.0], [100.0, 50.0], [100.0, 51.0], [0.0, 0.0]];
+        assert_eq!(behind.map(is_behind::<f64>), [false, true, false, true, false]);
+    }
+}

@@ -1,0 +1,71 @@
+//! Turns of the baseline that are tried before the first champion (`ESTIMATOR.md`, section 13): the commonest mistakes of
+//! a rig file and of a matcher are one of them.
+
+use nalgebra::{Unit, Vector3};
+
+use crate::error::PairError;
+use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::rectification::RectifyingRotations;
+use crate::scalar::Scalar;
+
+/// Turn of the baseline about the optical axis of the right camera, from x to y.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Turn {
+    /// Cameras one above the other, or u and v exchanged.
+    Quarter,
+    /// Left and right exchanged, or `t` of the other sign.
+    Half,
+    /// As a quarter, the other way round.
+    ThreeQuarters,
+}
+
+impl Turn {
+    /// One after the other.
+    pub(super) fn of_number(number: u16) -> Self {
+        match number % 3 {
+            0 => Self::Quarter,
+            1 => Self::Half,
+            _ => Self::ThreeQuarters,
+        }
+    }
+
+    /// The cause that a fit with this turn shows.
+    pub(super) fn error(self) -> PairError {
+        match self {
+            Self::Half => PairError::Behind,
+            Self::Quarter | Self::ThreeQuarters => PairError::Columns,
+        }
+    }
+
+    /// Extrinsics with the baseline turned; `None` where they cannot be rectified.
+    pub(super) fn of<T: Scalar>(self, given: &Extrinsics<T>) -> Option<RectifyingRotations<T>> {
+        let t: &Unit<Vector3<T>> = given.translation();
+        let [x, y] = match self {
+            Self::Quarter => [-t.y, t.x],
+            Self::Half => [-t.x, -t.y],
+            Self::ThreeQuarters => [t.y, -t.x],
+        };
+        let turned = Extrinsics::try_new(given.rotation().matrix(), &Vector3::new(x, y, t.z));
+        turned.ok().map(|turned| RectifyingRotations::from(&turned))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_turns_follow_each_other_and_turn_the_baseline_by_right_angles() {
+        let given = Extrinsics::<f64>::SIDE_BY_SIDE;
+        let turned = [0, 1, 2, 3].map(|number| {
+            let pose = Turn::of_number(number).of(&given).unwrap();
+            let extrinsics = pose.extrinsics().unwrap();
+            assert!((extrinsics.rotation().matrix() - given.rotation().matrix()).norm() < 1e-12);
+            extrinsics.translation().into_inner()
+        });
+        let expected = [[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
+        for (t, [x, y]) in turned.iter().zip(expected) {
+            assert!((t - Vector3::new(x, y, 0.0)).norm() < 1e-12, "{t}");
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! Health by robust figures: what few matches, noise or the order of pairs must not decide.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::{Arming, Band, Correspondence, State};
+
+use crate::presets::robust;
+use crate::scene::{SIZE, correspondences, correspondences_within, rig, take};
+
+type Pair = Vec<Correspondence<f32>>;
+
+/// Three in ten matches are wrong: half of them anywhere in the right image, half near the true point.
+fn with_mismatches(mut pair: Pair, seed: u64) -> Pair {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let [width, height] = SIZE.map(|n| f32::from(n) - 1.0);
+    for c in &mut pair {
+        let [u, v] = c.right;
+        c.right = match rng.random_range(0..20) {
+            0..3 => [rng.random_range(0.0..width), rng.random_range(0.0..height)],
+            3..6 => [u + rng.random_range(-60.0..60.0), v + rng.random_range(-20.0..20.0)],
+            _ => [u, v],
+        };
+        c.right = [c.right[0].clamp(0.0, width), c.right[1].clamp(0.0, height)];
+    }
+    pair
+}
+
+#[test]
+fn a_mismatch_with_any_disparity_does_not_decide_the_rows_in_use() {
+    let truth = rig([1.0, -0.5, 0.8], [0.5, -0.4]);
+    let (mut locked, mut worst, mut off) = (0, 0.0_f32, 0);
+    for run in 0..6 {
+        let mut calibrator = robust::<f32>();
+        for pair in 0..60 {
+            let seed = 1000 * run + pair;
+            let matches = correspondences_within(&truth, [1000.0, 10_000.0], 256, 0.5, seed);
+            let _ = take(&mut calibrator, &with_mismatches(matches, seed));
+            let _ = calibrator.apply();
+            if let Some(health) = calibrator.health().filter(|health| health.state == State::Locked)
+            {
+                locked += 1;
+                worst = worst.max(health.in_use_px);
+                off += u32::from(health.arming != Arming::Yes);
+            }
+        }
+    }
+    assert!(locked > 300, "{locked}");
+    assert!(off == 0 && worst < 1.0, "{off} of {locked} not armed, up to {worst} px in use");
+}
+
+#[test]
+fn a_noisy_matcher_is_not_a_wrong_calibration() {
+    // Uniform noise of +-1.7 px: rows of 1.4 px RMS. Pitch off by less than it tells in six pairs, and by far more.
+    let band = |off: f64, seed: u64| {
+        let mut calibrator = robust::<f32>();
+        calibrator.set_factory(rig([1.0 + off, -0.5, 0.8], [0.5, -0.4]));
+        for pair in 0..6 {
+            let truth = rig([1.0, -0.5, 0.8], [0.5, -0.4]);
+            take(&mut calibrator, &correspondences(&truth, 250, 1.7, 100 * seed + pair)).unwrap();
+        }
+        let health = calibrator.health().unwrap();
+        assert!(health.in_use_px > 1.0, "{health}");
+        health.band
+    };
+    for seed in 0..12 {
+        assert_eq!(
+            [0.0, 0.01, 0.1].map(|off| band(off, seed)),
+            [Band::Good, Band::Good, Band::Recalibrate]
+        );
+    }
+}
+
+#[test]
+fn the_order_of_pairs_does_not_decide_the_band() {
+    let truth = rig([1.0, -0.5, 0.8], [0.5, -0.4]);
+    // Rows in use are worse by about a tenth: any single pair may say so, or not.
+    let pair = |i: u64| {
+        let noise = [0.4, 0.5, 0.8][usize::try_from(i % 3).unwrap()];
+        correspondences::<f32>(&truth, 250, noise, i)
+    };
+    for off in [0.005, 0.012, 0.02] {
+        let mut bands = Vec::new();
+        for first in 0..12 {
+            let mut calibrator = robust::<f32>();
+            calibrator.set_factory(rig([1.0 + off, -0.5, 0.8], [0.5, -0.4]));
+            for i in 0..12 {
+                let _ = take(&mut calibrator, &pair((first + i) % 12));
+            }
+            bands.push(calibrator.health().unwrap().band);
+        }
+        assert!(bands.iter().all(|band| *band == bands[0]), "{off}: {bands:?}");
+    }
+}
