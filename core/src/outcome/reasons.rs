@@ -5,6 +5,7 @@ use core::fmt;
 use crate::outcome::proposal::{Doubt, Proposal};
 use crate::scalar::Scalar;
 use crate::state::State;
+use crate::thresholds::MAX_CONFIRMED_YAW_RAD;
 
 /// One thing that speaks against relying on a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -28,13 +29,16 @@ pub enum Reason {
     Repeated,
     /// [`Doubt::Axis`], in the paper preset: the axis of the rotation is noise.
     Axis,
+    /// No witness has told the yaw of the mount from the apparent yaw of the lens, and rows do not: the deviations of yaw
+    /// and of depth contain both.
+    Yaw,
 }
 
 // Bits of a set.
 codes! {
     Reason {
         NotLocked = 1, Misaligned = 2, SecondMode = 4, ImageHalves = 8, Lens = 16, Baseline = 32,
-        Repeated = 64, Axis = 128,
+        Repeated = 64, Axis = 128, Yaw = 4096,
     }
 }
 texts! {
@@ -42,13 +46,13 @@ texts! {
         NotLocked = "estimate not locked", Misaligned = "in use off by 1 px or more",
         SecondMode = "second crowd of matches", ImageHalves = "image halves disagree",
         Lens = "lens models off", Baseline = "baseline not observed", Repeated = "repeated scene",
-        Axis = "axis of the rotation is noise",
+        Axis = "axis of the rotation is noise", Yaw = "yaw not confirmed",
     }
 }
 
 impl Reason {
     /// All, those that forbid arming first.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::NotLocked,
         Self::Misaligned,
         Self::SecondMode,
@@ -57,6 +61,7 @@ impl Reason {
         Self::Baseline,
         Self::Repeated,
         Self::Axis,
+        Self::Yaw,
     ];
 }
 
@@ -70,19 +75,20 @@ impl Reasons {
     ///
     /// * `misaligned`: what is in use differs; `repeated`: the last pair showed the scene of the one before.
     pub(crate) fn of<T: Scalar>(proposal: &Proposal<T>, misaligned: bool, repeated: bool) -> Self {
-        let Proposal { state, doubt, lens, baseline_observed, .. } = proposal;
+        let Proposal { state, doubt, lens, lens_yaw, baseline_observed, .. } = proposal;
         let doubted = doubt.map(|doubt| match doubt {
             Doubt::SecondMode => Reason::SecondMode,
             Doubt::Baseline | Doubt::Everything => Reason::ImageHalves,
             Doubt::Axis => Reason::Axis,
         });
-        let is_off = lens.is_some_and(|lens| lens.is_significant());
+        let is_off = lens.is_some_and(|lens| lens.is_significant()) || lens_yaw.is_significant();
         let named = [
             (*state != State::Locked, Reason::NotLocked),
             (misaligned, Reason::Misaligned),
             (is_off, Reason::Lens),
             (!baseline_observed, Reason::Baseline),
             (repeated, Reason::Repeated),
+            (lens_yaw.sd > T::lit(MAX_CONFIRMED_YAW_RAD), Reason::Yaw),
         ];
         let named = named.into_iter().filter_map(|(holds, reason)| holds.then_some(reason));
         Self(named.chain(doubted).fold(0, |bits, reason| bits | reason.code()))

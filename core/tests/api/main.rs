@@ -11,6 +11,7 @@ mod applying;
 mod bad_input;
 mod bias;
 mod compensation;
+mod depth;
 mod disturbed;
 mod documentation;
 mod far;
