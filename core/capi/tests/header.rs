@@ -9,7 +9,7 @@ use cbindgen::{Builder, Config};
 use expect_test::expect_file;
 
 /// In the order of the header.
-const SOURCES: [&str; 18] = [
+const SOURCES: [&str; 19] = [
     "capacity",
     "error",
     "instance",
@@ -28,6 +28,7 @@ const SOURCES: [&str; 18] = [
     "apply",
     "rectify",
     "record",
+    "witness",
 ];
 
 /// Declarations inside of `c_enum!`, which cbindgen does not expand.
