@@ -4,6 +4,7 @@
 #[cfg(feature = "selfcal")]
 pub mod conventions;
 mod dataset;
+pub mod depths;
 mod frame_numbers;
 mod frame_rows;
 mod frame_rows_error;
@@ -12,6 +13,7 @@ mod matches;
 mod meta;
 mod pair_file;
 mod pairs_folder;
+pub mod ranges;
 mod rigs;
 mod sign;
 mod turned_view;
