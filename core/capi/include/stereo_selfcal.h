@@ -457,7 +457,7 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_APPLY_NOT_LOCKED = 702,
     /**
-     * apply: image halves disagree by more than 5 standard deviations; the matches are biased
+     * apply: a second crowd of matches, or image halves that disagree; read the doubt
      */
     SELFCAL_ERROR_APPLY_DOUBTFUL = 703,
     /**
@@ -1010,7 +1010,7 @@ enum selfcal_arming_t
     /**
      * no: doubtful
      *
-     * Image halves disagree by more than 5 standard deviations.
+     * A second crowd of matches, or with exact lenses image halves that disagree: `selfcal_doubt_t` says which.
      */
     SELFCAL_ARMING_DOUBTFUL = 2,
     /**

@@ -175,7 +175,7 @@ c_enum! {
         SELFCAL_ERROR_APPLY_INCONSISTENT = 701,
         /// apply: the estimate is not locked; read selfcal_state
         SELFCAL_ERROR_APPLY_NOT_LOCKED = 702,
-        /// apply: image halves disagree by more than 5 standard deviations; the matches are biased
+        /// apply: a second crowd of matches, or image halves that disagree; read the doubt
         SELFCAL_ERROR_APPLY_DOUBTFUL = 703,
         /// apply: the calibrator is frozen
         SELFCAL_ERROR_APPLY_FROZEN = 704,

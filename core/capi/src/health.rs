@@ -53,7 +53,7 @@ c_enum! {
         SELFCAL_ARMING_NOT_LOCKED = 1,
         /// no: doubtful
         ///
-        /// Image halves disagree by more than 5 standard deviations.
+        /// A second crowd of matches, or with exact lenses image halves that disagree: `selfcal_doubt_t` says which.
         SELFCAL_ARMING_DOUBTFUL = 2,
         /// no: misaligned
         ///
