@@ -6,12 +6,14 @@
 
 mod calibration;
 pub(crate) mod estimator;
+mod witness;
 
 pub use calibration::Calibration;
 
 use crate::batch::correspondence::{Cameras, Correspondence};
 use crate::batch::{Batch, Pushed};
 use crate::config::{Config, LensTracking};
+use crate::depth::mount::MountYaw;
 use crate::error::{ApplyError, PairError, PushError, Refusal, Rejection};
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::CorrectedExtrinsics;
@@ -106,9 +108,14 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     /// Sets the factory extrinsics, and resets: [`Calibrator::reset`]. Every pair is solved from them, and the limit of
-    /// corrections is measured from them.
+    /// corrections is measured from them. Their yaw is that of the mount, as far as
+    /// [`Config::with_factory_yaw_sd_rad`] says, until the rig changes: rows alone cannot tell it. Extrinsics that are a
+    /// guess take [`Config::without_factory_yaw`].
     pub fn set_factory(&mut self, factory: Extrinsics<T>) {
         self.factory = factory;
+        if let Some(mount) = self.estimator.mount_mut() {
+            *mount = MountYaw::CALIBRATED;
+        }
         self.reset();
     }
 
@@ -283,7 +290,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     // Out of line: inlined into the endless loop of a firmware it took 3.7 kB more at opt-level 3.
     #[inline(never)]
     pub fn health(&self) -> Option<Health<T>> {
-        let focal = self.cameras.as_ref()?.mean_focal();
+        let cameras = self.cameras.as_ref()?;
+        let of_image = [cameras.mean_focal(), cameras.right.corner()];
         // By reference: moved out of the option it would take its stack twice.
         let proposal = self.proposal();
         let proposal = proposal.as_ref()?;
@@ -296,7 +304,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             refused: self.batch.is_mostly_refused(),
             corner: self.batch.is_of_a_corner(),
         };
-        Health::over(&self.batch, &rays, &self.in_use, proposal, last, focal, screen)
+        Health::over(&self.batch, &rays, &self.in_use, proposal, last, of_image, screen)
     }
 
     /// Puts the estimate into use and returns it, with the cameras that it belongs to: [`Proposal::applicable`]. The

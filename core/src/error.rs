@@ -145,9 +145,62 @@ pub enum ConfigError {
     /// Correction limit: above 0 and below 1.5 rad.
     #[error("max correction must lie within 0 to 1.5 rad")]
     MaxCorrection,
+    /// Deviation of the factory yaw: from 1e-6 to 1 rad.
+    #[error("deviation of the factory yaw must lie within 1e-6 to 1 rad")]
+    FactoryYaw,
+    /// Deviation of the apparent yaw of the lens: from 0 to 0.1 rad.
+    #[error("deviation of the lens's yaw must lie within 0 to 0.1 rad")]
+    LensYaw,
+    /// Length of the baseline: from 1e-3 to 1e3 m.
+    #[error("length of the baseline must lie within 1e-3 to 1e3 m")]
+    BaselineLength,
     /// Angular rate: finite and above 0.
     #[error("max angular rate must be finite and above 0 rad/s")]
     MaxAngularRate,
+}
+
+/// Why a range reading was not taken. The estimate is unchanged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum RangeError {
+    /// [`crate::Config::with_baseline_m`] comes first.
+    #[error("the length of the baseline is not known")]
+    NoBaseline,
+    /// The estimate is not locked, or frozen. Later readings may be taken.
+    #[error("the estimate is not locked, or frozen")]
+    NotLocked,
+    /// Range or deviation are not finite, or not those of a sensor.
+    #[error("range or deviation is not that of a sensor")]
+    Reading,
+    /// The pixel has no ray in the left image.
+    #[error("pixel: {0}")]
+    Pixel(UndistortError),
+    /// No match near the pixel fits the estimate.
+    #[error("no match near the pixel fits the estimate")]
+    NoMatch,
+    /// Neither mount nor lens can be off by as much: the sensor has seen something else, or its scale is wrong.
+    #[error("reading contradicts mount and lens")]
+    Contradicts,
+}
+
+/// Why tracked matches were not taken. The estimate is unchanged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum MotionError {
+    /// The estimate is not locked, or frozen.
+    #[error("the estimate is not locked, or frozen")]
+    NotLocked,
+    /// Fewer tracked matches than a pair needs.
+    #[error("too few tracked matches")]
+    TooFew,
+    /// They agree on no motion, or on one that says nothing of yaw: the rig rests, or only turns.
+    #[error("no motion that tells yaw")]
+    NoMotion,
+    /// Neither mount nor lens can be off by as much.
+    #[error("motion contradicts mount and lens")]
+    Contradicts,
 }
 
 /// Why a correspondence was not taken. The batch is unchanged.
@@ -376,11 +429,17 @@ codes! {
         HuberThreshold = 300, MaxPasses = 301, StepTolerance = 302, MinCorrespondences = 303,
         NoiseFloor = 304, PriorStandardDeviation = 305, MaxStandardDeviation = 306, Memory = 307,
         MaxCorrection = 308, LensPrior = 309, MaxAngularRate = 310,
+        FactoryYaw = 311, LensYaw = 312, BaselineLength = 313,
     }
     PushError {
         NoCameras = 400, Busy = 401, Score = 402, GridStep = 403,
         Pixel { 0: side, 1: why } = 410 + 10 * side.code() + why.code() - RAY,
     }
+    RangeError {
+        NoBaseline = 1200, NotLocked = 1201, Reading = 1202, NoMatch = 1203, Contradicts = 1204,
+        Pixel { 0: why } = 1210 + why.code() - RAY,
+    }
+    MotionError { NotLocked = 1220, TooFew = 1221, NoMotion = 1222, Contradicts = 1223 }
     PairError {
         NoCameras = 500, NotBegun = 501, TooFew = 502, NoConsensus = 503, Unobservable = 504,
         Turning = 505, Behind = 506, Columns = 507, NoDepth = 508,

@@ -179,6 +179,7 @@ mod batch;
 mod calibrator;
 mod codec;
 mod config;
+mod depth;
 mod fusion;
 mod geometry;
 pub mod link;
@@ -208,9 +209,12 @@ pub use batch::row_offset::row_offset;
 pub use batch::{Batch, Pushed};
 pub use calibrator::{Calibration, Calibrator};
 pub use config::{Central, Config, LensPrior, LensTracking};
+pub use depth::mount::Witnessed;
+pub use depth::range::{Range, RangeReading};
 pub use error::{
-    ApplyError, CameraError, ConfigError, ExtrinsicsError, PairError, ProjectError, PushError,
-    RectifyError, Refusal, Rejection, RestoreError, Side, SnapshotError, UndistortError,
+    ApplyError, CameraError, ConfigError, ExtrinsicsError, MotionError, PairError, ProjectError,
+    PushError, RangeError, RectifyError, Refusal, Rejection, RestoreError, Side, SnapshotError,
+    UndistortError,
 };
 pub use geometry::camera::{Camera, Intrinsics};
 pub use geometry::extrinsics::Extrinsics;

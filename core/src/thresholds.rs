@@ -165,6 +165,56 @@ pub(crate) const KNOWN_LENS_WIDENING: f64 = 2.0;
 pub(crate) const MIN_REFERENCE_PAIRS: u32 = 8;
 pub(crate) const MAX_REFERENCE_CHANGES: u32 = 4;
 
+/// Squared distance of the rows from the factory yaw, over the variance of both, from which on the mount has turned
+/// since: 3 in 1000 by chance. Larger keeps the yaw of a rig that was knocked before it was first run; smaller takes an
+/// error of the lens for a knock.
+pub(crate) const REFUTED_FACTORY_YAW: f64 = 9.0;
+
+/// Standard deviation of the yaw of the rows from scene to scene (0.03 degrees): other depths and regions weigh the same
+/// lens otherwise. Larger takes small knocks in yaw for it; smaller takes it for knocks.
+pub(crate) const SCENE_YAW_RAD: f64 = 5.2e-4;
+
+/// Distances that a range reading may have, m. Larger and smaller ones are faults of a sensor.
+pub(crate) const MIN_RANGE_M: f64 = 0.01;
+pub(crate) const MAX_RANGE_M: f64 = 1e5;
+
+/// Distance of a match from the pixel of a range reading, px. Larger reads other surfaces; smaller finds no match.
+pub(crate) const RANGE_REACH_PX: f64 = 3.0;
+
+/// Relative standard deviation of the length of the baseline. Larger makes near readings weak; smaller takes an error of
+/// the length for yaw.
+pub(crate) const BASELINE_LENGTH_SD: f64 = 0.005;
+
+/// Motion of the rig by tracked matches: how many are read, steps, first scale of the loss in deviations, which halves to
+/// 1, squared residual of three freedoms that is an inlier (99 %), and share of inliers. More cost time; larger scales
+/// and gates let outliers in, smaller ones lose a motion that is large or noisy; a larger share refuses more.
+pub(crate) const MAX_TRACKED: usize = 256;
+pub(crate) const MOTION_STEPS: usize = 16;
+pub(crate) const MOTION_SCALE: f64 = 64.0;
+pub(crate) const MOTION_GATE: f64 = 11.3;
+pub(crate) const MOTION_INLIERS: f64 = 0.6;
+
+/// Prior deviation of the turn that motion shows (1.1 degrees), and disparity behind infinity of a tracked match, in noise of
+/// a coordinate. Larger diverges from poor starts; smaller pulls to the rows, and cuts far points.
+pub(crate) const MOTION_TURN_RAD: f64 = 0.02;
+pub(crate) const BEHIND_INFINITY: f64 = 10.0;
+
+/// Noise of a coordinate of a tracked match over that across the rows. Larger lets outliers in, and weighs motion less;
+/// smaller finds no motion where tracks are poorer than matches.
+pub(crate) const TRACK_NOISE: f64 = 2.0;
+
+/// Deviation that all witnesses together have at least (0.015 degrees): they share the length of the baseline and the
+/// focal length. Larger gives them less weight; smaller trusts them beyond that.
+pub(crate) const WITNESS_RAD: f64 = 2.6e-4;
+
+/// Deviation of the apparent yaw of the lens above which the yaw is not confirmed (0.1 degrees). Larger names it later;
+/// smaller names what a factory calibration leaves.
+pub(crate) const MAX_CONFIRMED_YAW_RAD: f64 = 1.75e-3;
+
+/// Standard deviation of a mount yaw of which nothing is known. Larger loses digits of the lens in `f32`; smaller pulls
+/// the estimate to the factory extrinsics.
+pub(crate) const UNKNOWN_YAW_RAD: f64 = 1.0;
+
 /// Standard deviations from which on an error of the lens is named. Larger names it later; smaller by chance.
 pub(crate) const LENS_FOUND: f64 = 3.0;
 

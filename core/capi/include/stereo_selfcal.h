@@ -80,7 +80,7 @@
 /**
  * Size of `selfcal_t` in words of 8 bytes, sufficient on every target.
  */
-#define SELFCAL_STORAGE_WORDS (744 + ((23 * SELFCAL_CAPACITY) / 8))
+#define SELFCAL_STORAGE_WORDS (756 + ((23 * SELFCAL_CAPACITY) / 8))
 
 /**
  * Size of `selfcal_t`, bytes.
@@ -140,7 +140,7 @@
 /**
  * Length of the longest record of `selfcal_snapshot`, bytes, for any capacity.
  */
-#define SELFCAL_SNAPSHOT_BYTES 4204
+#define SELFCAL_SNAPSHOT_BYTES 4240
 
 /**
  * Length of the longest record of `selfcal_factory_to_record`, bytes.
@@ -345,6 +345,18 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_CONFIG_MAX_ANGULAR_RATE = 310,
     /**
+     * configuration: the deviation of the factory yaw is not within 1e-6 to 1 rad
+     */
+    SELFCAL_ERROR_CONFIG_FACTORY_YAW = 311,
+    /**
+     * configuration: the deviation of the apparent yaw of the lens is not within 0 to 0.1 rad
+     */
+    SELFCAL_ERROR_CONFIG_LENS_YAW = 312,
+    /**
+     * configuration: the length of the baseline is not within 1e-3 to 1e3 m
+     */
+    SELFCAL_ERROR_CONFIG_BASELINE_LENGTH = 313,
+    /**
      * push: no cameras are set; call selfcal_set_cameras first
      */
     SELFCAL_ERROR_PUSH_NO_CAMERAS = 400,
@@ -457,7 +469,7 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_APPLY_NOT_LOCKED = 702,
     /**
-     * apply: image halves disagree by more than 5 standard deviations; the matches are biased
+     * apply: a second crowd of matches, or image halves that disagree; read the doubt
      */
     SELFCAL_ERROR_APPLY_DOUBTFUL = 703,
     /**
@@ -600,6 +612,38 @@ enum selfcal_error_t
      * frame: it has fewer matches than its header counts
      */
     SELFCAL_ERROR_FRAME_MISSING = 1124,
+    /**
+     * range: the length of the baseline is not known; call selfcal_config_set_baseline_m
+     */
+    SELFCAL_ERROR_RANGE_NO_BASELINE = 1200,
+    /**
+     * range: the estimate is not locked, or frozen
+     */
+    SELFCAL_ERROR_RANGE_NOT_LOCKED = 1201,
+    /**
+     * range: range or deviation is not that of a sensor
+     */
+    SELFCAL_ERROR_RANGE_READING = 1202,
+    /**
+     * range: no match near the pixel fits the estimate
+     */
+    SELFCAL_ERROR_RANGE_NO_MATCH = 1203,
+    /**
+     * range: the reading contradicts mount and lens
+     */
+    SELFCAL_ERROR_RANGE_CONTRADICTS = 1204,
+    /**
+     * range: the pixel is not finite
+     */
+    SELFCAL_ERROR_RANGE_NOT_FINITE = 1210,
+    /**
+     * range: the pixel is outside the image by more than half a pixel
+     */
+    SELFCAL_ERROR_RANGE_OUTSIDE_IMAGE = 1211,
+    /**
+     * range: the lens model is not invertible at the pixel
+     */
+    SELFCAL_ERROR_RANGE_NOT_INVERTIBLE = 1212,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -978,7 +1022,7 @@ enum selfcal_arming_t
     /**
      * no: doubtful
      *
-     * Image halves disagree by more than 5 standard deviations.
+     * A second crowd of matches, or with exact lenses image halves that disagree: `selfcal_doubt_t` says which.
      */
     SELFCAL_ARMING_DOUBTFUL = 2,
     /**
@@ -1005,6 +1049,41 @@ enum selfcal_arming_t
 typedef enum selfcal_arming_t selfcal_arming_t;
 #else
 typedef uint32_t selfcal_arming_t;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Effect of a valid reading on the estimate.
+ */
+enum selfcal_witnessed_t
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * taken
+     *
+     * It is part of the estimate.
+     */
+    SELFCAL_WITNESSED_TAKEN = 0,
+    /**
+     * waiting for a second one
+     *
+     * It contradicts the yaw so far: the next one decides.
+     */
+    SELFCAL_WITNESSED_WAITING = 1,
+    /**
+     * unknown
+     *
+     * A value that this API does not know.
+     */
+    SELFCAL_WITNESSED_UNKNOWN = 255,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum selfcal_witnessed_t selfcal_witnessed_t;
+#else
+typedef uint32_t selfcal_witnessed_t;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -1239,6 +1318,12 @@ typedef struct selfcal_config_t {
      */
     struct selfcal_lens_prior_t lens_prior;
     uint32_t lens_tracking;
+    float lens_yaw_sd_rad;
+    /**
+     * 0 stands for a guess.
+     */
+    float factory_yaw_sd_rad;
+    float baseline_m;
 } selfcal_config_t;
 
 /**
@@ -1818,6 +1903,16 @@ typedef struct selfcal_health_t {
      */
     float yaw_rad;
     /**
+     * Apparent yaw `a` of the lenses, rad, and its standard deviation: the right row is below the left one by `a x y`,
+     * at unit depth. These rows are in neither RMS.
+     */
+    float lens_yaw_rad;
+    float lens_yaw_sd_rad;
+    /**
+     * Those rows in the corner of the image that is furthest from the principal point, px.
+     */
+    float corner_px;
+    /**
      * Motion of the rig about the estimate. It is in both RMS; the arming check leaves it out.
      */
     struct selfcal_vibration_t vibration;
@@ -1877,6 +1972,28 @@ typedef struct selfcal_homographies_t {
     float right[9];
 } selfcal_homographies_t;
 
+/**
+ * A point of the left image at a known distance.
+ */
+typedef struct selfcal_range_t {
+    /**
+     * Column u, row v in the left image, px, before undistortion.
+     */
+    float pixel_px[2];
+    /**
+     * Distance from the left camera, m.
+     */
+    float range_m;
+    /**
+     * Standard deviation of the distance, m.
+     */
+    float sd_m;
+    /**
+     * 0: along the ray of the pixel, as of a laser rangefinder. Otherwise along the optical axis, as of a wall ahead.
+     */
+    uint32_t along_axis;
+} selfcal_range_t;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -1933,6 +2050,31 @@ selfcal_error_t selfcal_config_paper(struct selfcal_config_t *config);
  */
 selfcal_error_t selfcal_config_set_prior_sd_rad(struct selfcal_config_t *config,
                                                 float rad);
+
+/**
+ * Sets the standard deviation of the yaw of the factory extrinsics, which depth rests on until the rig changes; robust
+ * preset.
+ *
+ * * `rad`: 1e-6 to 1; default 8.7e-4 (0.05 degrees), of a calibration with boards. 0: the factory extrinsics are a
+ *   guess, and yaw is that of the rows, uncertain by the lens.
+ */
+selfcal_error_t selfcal_config_set_factory_yaw_sd_rad(struct selfcal_config_t *config,
+                                                      float rad);
+
+/**
+ * Sets the standard deviation of the apparent yaw of the lenses: of `a`, where rows are off by `a x y` at unit depth.
+ *
+ * * `rad`: 0 to 0.1; default 4.6e-3.
+ */
+selfcal_error_t selfcal_config_set_lens_yaw_sd_rad(struct selfcal_config_t *config,
+                                                   float rad);
+
+/**
+ * Sets the length of the baseline by the factory calibration, which `selfcal_push_range` needs.
+ *
+ * * `metres`: 1e-3 to 1e3; default none.
+ */
+selfcal_error_t selfcal_config_set_baseline_m(struct selfcal_config_t *config, float metres);
 
 /**
  * Sets the Huber threshold of the row offset in the paper preset. In both presets a match fits,
@@ -2461,6 +2603,32 @@ selfcal_error_t selfcal_factory_to_record(const struct selfcal_t *cal,
 selfcal_error_t selfcal_factory_from_record(struct selfcal_t *cal,
                                             const uint8_t *record,
                                             size_t length);
+
+/**
+ * Adds a point of known distance, after `selfcal_fuse` and before `selfcal_clear_pair`: it tells the yaw of the
+ * mount from the lens. It needs the length of the baseline (`selfcal_config_set_baseline_m`) and a match within 3 px
+ * that fits the estimate. Five readings of 1 %, or ten of 3 %, are enough.
+ *
+ * * `witnessed`: effect on the estimate; may be null.
+ */
+selfcal_error_t selfcal_push_range(struct selfcal_t *cal,
+                                   const struct selfcal_range_t *range,
+                                   selfcal_witnessed_t *witnessed);
+
+/**
+ * Declares that the mount still is as the factory calibration says, for example on the production line in the locked
+ * state: the turn that rows show beyond it is the lens's, from now on and after changes of the rig.
+ *
+ * * `confirmed`: false, without effect, without factory extrinsics, in the paper preset, and where the rig has changed
+ *   or rows refute the calibration; may be null.
+ */
+selfcal_error_t selfcal_confirm_factory_yaw(struct selfcal_t *cal,
+                                            bool *confirmed);
+
+/**
+ * Text of a `selfcal_witnessed_t`, English; never null.
+ */
+const char *selfcal_witnessed_string(uint32_t witnessed);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -49,6 +49,10 @@ pub struct selfcal_config_t {
     /// NaN in its first field stands for the value of the preset.
     pub(crate) lens_prior: selfcal_lens_prior_t,
     pub(crate) lens_tracking: u32,
+    lens_yaw_sd_rad: f32,
+    /// 0 stands for a guess.
+    factory_yaw_sd_rad: f32,
+    baseline_m: f32,
 }
 
 impl selfcal_config_t {
@@ -76,6 +80,9 @@ impl selfcal_config_t {
                 p2: 0.0,
             },
             lens_tracking: 0,
+            lens_yaw_sd_rad: f32::NAN,
+            factory_yaw_sd_rad: f32::NAN,
+            baseline_m: f32::NAN,
         }
     }
 
@@ -97,6 +104,13 @@ impl selfcal_config_t {
         let config = real(config, self.max_sd_rad, Config::with_max_sd_rad)?;
         let config = real(config, self.max_correction_rad, Config::with_max_correction_rad)?;
         let config = real(config, self.max_angular_rate, Config::with_max_angular_rate)?;
+        let config = real(config, self.lens_yaw_sd_rad, Config::with_lens_yaw_sd_rad)?;
+        let config = real(config, self.baseline_m, Config::with_baseline_m)?;
+        let config = if self.factory_yaw_sd_rad == 0.0 {
+            config.without_factory_yaw()
+        } else {
+            real(config, self.factory_yaw_sd_rad, Config::with_factory_yaw_sd_rad)?
+        };
         let config = whole(config, self.memory_pairs, Config::with_memory_pairs)?;
         let config = if self.lens_prior.focal.is_nan() {
             config
@@ -199,6 +213,51 @@ pub unsafe extern "C" fn selfcal_config_set_prior_sd_rad(
     let checked = Config::robust().with_prior_sd_rad(rad);
     // SAFETY: the caller keeps the contract of the crate.
     unsafe { change(config, checked, |c| c.prior_sd_rad = rad) }
+}
+
+/// Sets the standard deviation of the yaw of the factory extrinsics, which depth rests on until the rig changes; robust
+/// preset.
+///
+/// * `rad`: 1e-6 to 1; default 8.7e-4 (0.05 degrees), of a calibration with boards. 0: the factory extrinsics are a
+///   guess, and yaw is that of the rows, uncertain by the lens.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_set_factory_yaw_sd_rad(
+    config: *mut selfcal_config_t,
+    rad: f32,
+) -> selfcal_error_t {
+    let checked = if rad == 0.0 {
+        Ok(Config::robust().without_factory_yaw())
+    } else {
+        Config::robust().with_factory_yaw_sd_rad(rad)
+    };
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { change(config, checked, |c| c.factory_yaw_sd_rad = rad) }
+}
+
+/// Sets the standard deviation of the apparent yaw of the lenses: of `a`, where rows are off by `a x y` at unit depth.
+///
+/// * `rad`: 0 to 0.1; default 4.6e-3.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_set_lens_yaw_sd_rad(
+    config: *mut selfcal_config_t,
+    rad: f32,
+) -> selfcal_error_t {
+    let checked = Config::robust().with_lens_yaw_sd_rad(rad);
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { change(config, checked, |c| c.lens_yaw_sd_rad = rad) }
+}
+
+/// Sets the length of the baseline by the factory calibration, which `selfcal_push_range` needs.
+///
+/// * `metres`: 1e-3 to 1e3; default none.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_config_set_baseline_m(
+    config: *mut selfcal_config_t,
+    metres: f32,
+) -> selfcal_error_t {
+    let checked = Config::robust().with_baseline_m(metres);
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe { change(config, checked, |c| c.baseline_m = metres) }
 }
 
 /// Sets the Huber threshold of the row offset in the paper preset. In both presets a match fits,

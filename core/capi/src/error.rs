@@ -4,8 +4,8 @@ use core::ffi::c_char;
 
 use stereo_selfcal::link::{EncodeError, FrameRefusal, HeaderError};
 use stereo_selfcal::{
-    ApplyError, ConfigError, ExtrinsicsError, PairError, ProjectError, PushError, RectifyError,
-    Refusal, Rejection, RestoreError, SnapshotError, UndistortError,
+    ApplyError, ConfigError, ExtrinsicsError, PairError, ProjectError, PushError, RangeError,
+    RectifyError, Refusal, Rejection, RestoreError, SnapshotError, UndistortError,
 };
 
 use crate::enumeration::find;
@@ -115,6 +115,12 @@ c_enum! {
         SELFCAL_ERROR_CONFIG_LENS_PRIOR = 309,
         /// configuration: the largest angular rate is not finite or not above 0 rad/s
         SELFCAL_ERROR_CONFIG_MAX_ANGULAR_RATE = 310,
+        /// configuration: the deviation of the factory yaw is not within 1e-6 to 1 rad
+        SELFCAL_ERROR_CONFIG_FACTORY_YAW = 311,
+        /// configuration: the deviation of the apparent yaw of the lens is not within 0 to 0.1 rad
+        SELFCAL_ERROR_CONFIG_LENS_YAW = 312,
+        /// configuration: the length of the baseline is not within 1e-3 to 1e3 m
+        SELFCAL_ERROR_CONFIG_BASELINE_LENGTH = 313,
 
         /// push: no cameras are set; call selfcal_set_cameras first
         SELFCAL_ERROR_PUSH_NO_CAMERAS = 400,
@@ -175,7 +181,7 @@ c_enum! {
         SELFCAL_ERROR_APPLY_INCONSISTENT = 701,
         /// apply: the estimate is not locked; read selfcal_state
         SELFCAL_ERROR_APPLY_NOT_LOCKED = 702,
-        /// apply: image halves disagree by more than 5 standard deviations; the matches are biased
+        /// apply: a second crowd of matches, or image halves that disagree; read the doubt
         SELFCAL_ERROR_APPLY_DOUBTFUL = 703,
         /// apply: the calibrator is frozen
         SELFCAL_ERROR_APPLY_FROZEN = 704,
@@ -252,6 +258,23 @@ c_enum! {
         SELFCAL_ERROR_FRAME_FULL = 1123,
         /// frame: it has fewer matches than its header counts
         SELFCAL_ERROR_FRAME_MISSING = 1124,
+
+        /// range: the length of the baseline is not known; call selfcal_config_set_baseline_m
+        SELFCAL_ERROR_RANGE_NO_BASELINE = 1200,
+        /// range: the estimate is not locked, or frozen
+        SELFCAL_ERROR_RANGE_NOT_LOCKED = 1201,
+        /// range: range or deviation is not that of a sensor
+        SELFCAL_ERROR_RANGE_READING = 1202,
+        /// range: no match near the pixel fits the estimate
+        SELFCAL_ERROR_RANGE_NO_MATCH = 1203,
+        /// range: the reading contradicts mount and lens
+        SELFCAL_ERROR_RANGE_CONTRADICTS = 1204,
+        /// range: the pixel is not finite
+        SELFCAL_ERROR_RANGE_NOT_FINITE = 1210,
+        /// range: the pixel is outside the image by more than half a pixel
+        SELFCAL_ERROR_RANGE_OUTSIDE_IMAGE = 1211,
+        /// range: the lens model is not invertible at the pixel
+        SELFCAL_ERROR_RANGE_NOT_INVERTIBLE = 1212,
     }
 }
 
@@ -259,7 +282,7 @@ use selfcal_error_t::*;
 
 from_core!(
     UndistortError, ProjectError, ExtrinsicsError, ConfigError, PushError, PairError, Refusal, Rejection,
-    ApplyError, RectifyError, SnapshotError, RestoreError, FrameRefusal, HeaderError, EncodeError
+    ApplyError, RangeError, RectifyError, SnapshotError, RestoreError, FrameRefusal, HeaderError, EncodeError
     => selfcal_error_t, else SELFCAL_ERROR_UNKNOWN
 );
 

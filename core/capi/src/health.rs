@@ -53,7 +53,7 @@ c_enum! {
         SELFCAL_ARMING_NOT_LOCKED = 1,
         /// no: doubtful
         ///
-        /// Image halves disagree by more than 5 standard deviations.
+        /// A second crowd of matches, or with exact lenses image halves that disagree: `selfcal_doubt_t` says which.
         SELFCAL_ARMING_DOUBTFUL = 2,
         /// no: misaligned
         ///
@@ -120,6 +120,11 @@ c_enum! {
         ///
         /// No match was right of the middle or below it: the cameras are those of larger images.
         SELFCAL_REASON_CORNER = 512,
+        /// yaw not confirmed
+        ///
+        /// No witness has told the yaw of the mount from the apparent yaw of the lens; the deviations of yaw and depth
+        /// contain both.
+        SELFCAL_REASON_YAW = 4096,
         /// unknown
         ///
         /// A value that this API does not know.
@@ -165,6 +170,12 @@ pub struct selfcal_health_t {
     pub weakest: selfcal_weakest_t,
     /// Expected error of the yaw in use, rad.
     pub yaw_rad: f32,
+    /// Apparent yaw `a` of the lenses, rad, and its standard deviation: the right row is below the left one by `a x y`,
+    /// at unit depth. These rows are in neither RMS.
+    pub lens_yaw_rad: f32,
+    pub lens_yaw_sd_rad: f32,
+    /// Those rows in the corner of the image that is furthest from the principal point, px.
+    pub corner_px: f32,
     /// Motion of the rig about the estimate. It is in both RMS; the arming check leaves it out.
     pub vibration: selfcal_vibration_t,
     /// Why the last pair was not fused; `SELFCAL_OK` if it was.
@@ -193,6 +204,9 @@ impl From<&Health<f32>> for selfcal_health_t {
             correction: health.correction.into(),
             weakest: health.weakest.into(),
             yaw_rad: health.yaw,
+            lens_yaw_rad: health.lens_yaw.value,
+            lens_yaw_sd_rad: health.lens_yaw.sd,
+            corner_px: health.corner_px,
             vibration: health.vibration.into(),
             rejection: health.rejection.map_or(SELFCAL_OK, Into::into),
             arming: health.arming.into(),

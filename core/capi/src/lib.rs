@@ -54,6 +54,7 @@ mod pointer;
 mod push;
 mod record;
 mod rectify;
+mod witness;
 
 pub use apply::*;
 pub use calibration::*;
@@ -73,6 +74,7 @@ pub use pair::*;
 pub use push::*;
 pub use record::*;
 pub use rectify::*;
+pub use witness::*;
 
 /// Unreachable: the core has no reachable panic, and the example firmware links without this function.
 /// It loops, so that a watchdog can act.

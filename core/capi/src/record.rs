@@ -8,7 +8,7 @@ use crate::instance::{exclusive, selfcal_t, shared};
 use crate::pointer::{self, Out, read_array};
 
 /// Length of the longest record of `selfcal_snapshot`, bytes, for any capacity.
-pub const SELFCAL_SNAPSHOT_BYTES: usize = 4204;
+pub const SELFCAL_SNAPSHOT_BYTES: usize = 4240;
 
 /// Length of the longest record of `selfcal_factory_to_record`, bytes.
 pub const SELFCAL_FACTORY_BYTES: usize = 184;

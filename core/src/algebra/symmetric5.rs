@@ -144,6 +144,16 @@ impl<T: Scalar> Symmetric5<T> {
         self
     }
 
+    /// Covariance with the yaw (unknown 1) known otherwise: an error of the others goes into it with a gain.
+    pub(crate) fn set_yaw(&mut self, gain: T, variance: T) {
+        let [_, with_pitch, own, _, with_roll, _, _, with_forward, _, _, _, with_down, ..] =
+            &mut self.0;
+        for mixed in [with_pitch, with_roll, with_forward, with_down] {
+            *mixed *= gain;
+        }
+        *own = variance;
+    }
+
     /// Writes the 15 elements.
     pub(crate) fn write(&self, to: &mut Writer<'_>) {
         to.numbers(&self.0);

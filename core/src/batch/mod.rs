@@ -12,9 +12,12 @@ pub(crate) mod sides;
 use columns::Columns;
 use correspondence::{Cameras, Correspondence, RayPair};
 use grid::CellSet;
+use nalgebra::Vector2;
+use row_offset::row_offset;
 use selection::{MAX_MEMBERS, Priority, Selection, ray_bits};
 
 use crate::error::PushError;
+use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 
 /// Result of offering a valid correspondence to a batch.
@@ -173,6 +176,27 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     /// ([`crate::link`]): half of one is no pair.
     pub fn pairs(&self) -> &[RayPair<T>] {
         if self.arriving { &[] } else { &self.pairs }
+    }
+
+    /// The match that is nearest to a left ray, of those within a reach of it and in their rows at a pose.
+    ///
+    /// * `reach`, `most`: distance of the left rays, and row offset, at unit depth.
+    pub(crate) fn nearest(
+        &self,
+        ray: &Vector2<T>,
+        reach: T,
+        pose: &RectifyingRotations<T>,
+        most: T,
+    ) -> Option<&RayPair<T>> {
+        let mut nearest = (reach * reach, None);
+        for pair in self.pairs() {
+            let squared = (pair.left - ray).norm_squared();
+            let fits = || row_offset(pose, pair).is_some_and(|offset| offset.abs() <= most);
+            if squared <= nearest.0 && fits() {
+                nearest = (squared, Some(pair));
+            }
+        }
+        nearest.1
     }
 
     /// The correspondences in the form that the solvers read.

@@ -5,11 +5,13 @@ use crate::batch::Matches;
 use crate::batch::correspondence::Cameras;
 use crate::codec::{Reader, Writer};
 use crate::config::{Config, Context, Method};
+use crate::depth::mount::{MountYaw, RowsYaw};
 use crate::error::{PairError, Refusal, RestoreError};
 use crate::fusion::Fusion;
 use crate::fusion::lens_reference::LensReference;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
+use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::outcome::proposal::Proposal;
 #[cfg(feature = "paper")]
@@ -64,6 +66,27 @@ impl<T: Scalar> Estimator<T> {
     ) -> Option<Context<'a, T>> {
         let context = Context::new(config, factory, cameras?.mean_focal());
         Some(context.vibrating(self.vibration()))
+    }
+
+    /// Pose of the reported estimate by rows, and its yaw.
+    pub(crate) fn rows(
+        &self,
+        context: &Context<'_, T>,
+    ) -> Option<(RectifyingRotations<T>, RowsYaw<T>)> {
+        match self {
+            #[cfg(feature = "paper")]
+            Self::Paper(_) => None,
+            Self::Robust(fusion) => fusion.rows(context),
+        }
+    }
+
+    /// Knowledge of the mount yaw, to be added to.
+    pub(crate) fn mount_mut(&mut self) -> Option<&mut MountYaw<T>> {
+        match self {
+            #[cfg(feature = "paper")]
+            Self::Paper(_) => None,
+            Self::Robust(fusion) => Some(fusion.mount_mut()),
+        }
     }
 
     /// Forgets all pairs.

@@ -18,7 +18,8 @@
 //! (twelve in the moments, formerly nine), the noise of disparities in moments and image halves, the correction of the
 //! cameras that each of the extrinsics belongs to, and the lens that the rays of the pairs are corrected by. Version
 //! 4 has the sums of a rig that vibrates in each hypothesis, and the vibration at the end. Version 5 has the second crowd
-//! of matches and the matches of high leverage in each hypothesis.
+//! of matches and the matches of high leverage in each hypothesis. Version 6 has mount yaw and apparent yaw of the lens
+//! at the end.
 
 pub(crate) mod checksum;
 mod reader;
@@ -34,7 +35,7 @@ use crate::scalar::Scalar;
 const MAGIC: [u8; 4] = *b"SCRC";
 
 /// Layout version of written records; versions 1 up to this one are read.
-const VERSION: u8 = 5;
+const VERSION: u8 = 6;
 
 /// Length of header and checksum, bytes.
 pub(crate) const OVERHEAD_BYTES: usize = 16;

@@ -48,6 +48,17 @@ impl<'a, T: Scalar> Context<'a, T> {
         self.lens_prior().iter().any(|sd| *sd > T::ZERO)
     }
 
+    /// Variances of the factory yaw, where it is known, and of the apparent yaw of the lens, rad^2.
+    pub(crate) fn yaw_variances(&self) -> (Option<T>, T) {
+        let square = |sd: f32| T::single(sd) * T::single(sd);
+        let Config { factory_yaw_sd_rad, lens_yaw_sd_rad, .. } = self.config;
+        // With exact lenses rows tell the yaw.
+        if !self.has_lens_prior() {
+            return (None, T::ZERO);
+        }
+        (factory_yaw_sd_rad.map(square), square(*lens_yaw_sd_rad))
+    }
+
     /// Factor of the sums over `pairs` pairs when one more comes: below 1 once the memory is full.
     pub(crate) fn fading(&self, pairs: u32) -> T {
         let memory = self.config.memory_pairs;

@@ -16,7 +16,8 @@ pub struct LensPrior {
     pub k1: f32,
     /// Tangential coefficient `p1`, of the right camera less that of the left one.
     pub p1: f32,
-    /// Tangential coefficient `p2`: no row tells it from yaw.
+    /// Tangential coefficient `p2` of the right camera: it turns the baseline. Its apparent yaw is in
+    /// [`super::Config::with_lens_yaw_sd_rad`].
     pub p2: f32,
 }
 

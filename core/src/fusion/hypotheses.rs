@@ -1,9 +1,9 @@
 //! Champion and challenger: begin, support, promotion and end of hypotheses (`ESTIMATOR.md`, section 13).
 
+use super::Kept;
 use super::association_result::{AssociationResult, Rejected, Support};
 use super::change_detector::ChangeDetector;
 use super::hypothesis::{Hypothesis, Update};
-use super::lens_reference::LensReference;
 use super::repeated_scene::Seen;
 use super::turn::Turn;
 use crate::codec::{Reader, Writer};
@@ -212,7 +212,7 @@ impl<T: Scalar> Hypotheses<T> {
 
     /// Fuses an associated pair.
     ///
-    /// * `reference`: learns what sums that are dropped say of the lens.
+    /// * `kept`: learns what sums that are dropped say of the lens and of the mount.
     ///
     /// # Errors
     /// [`Refusal`]; the champion is unchanged. The pair counts against the hypothesis that it supports, and against
@@ -220,10 +220,10 @@ impl<T: Scalar> Hypotheses<T> {
     pub(super) fn fuse(
         &mut self,
         result: &AssociationResult<'_, T>,
-        reference: &mut LensReference<T>,
+        kept: Kept<'_, T>,
         context: &Context<'_, T>,
     ) -> Result<Fused, Refusal> {
-        let fused = self.add(result, reference, context);
+        let fused = self.add(result, kept, context);
         if fused.is_err() {
             let AssociationResult { support, rejected, .. } = *result;
             self.count(Rejected {
@@ -239,7 +239,7 @@ impl<T: Scalar> Hypotheses<T> {
     fn add(
         &mut self,
         result: &AssociationResult<'_, T>,
-        reference: &mut LensReference<T>,
+        mut kept: Kept<'_, T>,
         context: &Context<'_, T>,
     ) -> Result<Fused, Refusal> {
         match result.support {
@@ -247,10 +247,10 @@ impl<T: Scalar> Hypotheses<T> {
                 let champion = self.champion.as_mut().ok_or(Refusal::NothingSolved)?;
                 let changed = champion.add(result, context)?;
                 let Champion { hypothesis, detector } = champion;
-                let knowing = changed.then(|| reference.with_knowledge_of(hypothesis, context));
+                let learned = changed.then(|| kept.learned(hypothesis, context));
                 let renewed = changed && detector.renew(hypothesis, context);
-                if let Some(knowing) = knowing.filter(|_| renewed) {
-                    *reference = knowing;
+                if let Some(learned) = learned.filter(|_| renewed) {
+                    kept.keep(learned);
                 }
                 self.rejected = 0;
                 self.contradict_challenger(0);
@@ -264,7 +264,7 @@ impl<T: Scalar> Hypotheses<T> {
                 let challenger = self.challenger.as_mut().ok_or(Refusal::NothingSolved)?;
                 challenger.add(&result.evaluated.measurement, result.seen, context)?;
                 self.count(result.rejected);
-                let fused = self.promote(reference, context);
+                let fused = self.promote(kept, context);
                 self.learn_share(result.evaluated, context);
                 Ok(fused)
             }
@@ -311,7 +311,7 @@ impl<T: Scalar> Hypotheses<T> {
 
     /// Promotes the challenger once enough pairs support it.
     #[inline(never)]
-    fn promote(&mut self, reference: &mut LensReference<T>, context: &Context<'_, T>) -> Fused {
+    fn promote(&mut self, mut kept: Kept<'_, T>, context: &Context<'_, T>) -> Fused {
         let had_champion = self.champion.is_some();
         let takes_over = self.challenger.as_ref().is_some_and(|challenger| {
             challenger.agreed >= MIN_AGREED
@@ -324,7 +324,7 @@ impl<T: Scalar> Hypotheses<T> {
             return if had_champion { Fused::KeptApart } else { Fused::Added };
         }
         if let Some(champion) = self.champion() {
-            *reference = reference.with_knowledge_of(champion, context);
+            kept.keep(kept.learned(champion, context));
         }
         self.make_champion();
         if let (Some(champion), Some(challenger)) = (&mut self.champion, &self.challenger) {

@@ -17,6 +17,7 @@ use crate::algebra::moments::Moments;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::config::Context;
+use crate::depth::mount::RowsYaw;
 use crate::error::Refusal;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::rectification::RectifyingRotations;
@@ -263,6 +264,18 @@ impl<T: Scalar> Hypothesis<T> {
     /// The estimate.
     pub(crate) fn pose(&self) -> &RectifyingRotations<T> {
         &self.pose
+    }
+
+    /// Turn about the factory extrinsics that rows show, about y, rad.
+    pub(super) fn yaw(&self, context: &Context<'_, T>) -> T {
+        context.factory_pose.unknowns_to(&self.pose).y
+    }
+
+    /// The same, and its variance with the lens as given, rad^2.
+    #[inline(never)]
+    pub(super) fn rows_yaw(&self, context: &Context<'_, T>) -> Option<RowsYaw<T>> {
+        let [_, variance, ..] = self.reported_covariance(context)?.diagonal();
+        Some(RowsYaw { turn: self.yaw(context), variance })
     }
 
     /// Normal equations at the pose, of sums in the frame of the hypothesis.

@@ -124,11 +124,9 @@ impl<T: Scalar> HypothesisLens<T> {
         let [.., row_l, row_r, _, _, _] = effects;
         wide.add_outer_out_of_line(sd_row_l * sd_row_l, row_l);
         wide.add_outer_out_of_line(sd_row_r * sd_row_r, row_r);
-        // `p2` of the left camera is a turn about y; of the right one, of the baseline too.
-        let (one, two) = (T::single(context.config.lens_prior.p2), T::lit(2.0));
-        let variance = one * one;
-        wide.add_outer_out_of_line(variance, &[T::ZERO, two, T::ZERO, T::ZERO, T::ZERO]);
-        wide.add_outer_out_of_line(variance, &[T::ZERO, two, T::ZERO, two, T::ZERO]);
+        // `p2` is an apparent yaw; that of the right camera turns the baseline too.
+        let p2 = T::single(context.config.lens_prior.p2) * T::lit(2.0);
+        wide.add_outer_out_of_line(p2 * p2, &[T::ZERO, T::ZERO, T::ZERO, T::ONE, T::ZERO]);
         wide
     }
 

@@ -32,7 +32,9 @@ use crate::algebra::block_variances::BlockVariances;
 use crate::batch::Matches;
 use crate::codec::{Reader, Writer};
 use crate::config::{Context, LensTracking};
+use crate::depth::mount::{MountYaw, RowsYaw};
 use crate::error::{PairError, Refusal, RestoreError};
+use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
@@ -54,30 +56,37 @@ pub(crate) struct Fusion<T: Scalar> {
     /// Lens of the rays.
     reference: LensReference<T>,
     vibration: VibrationEstimator<T>,
+    /// Mount yaw and apparent yaw of the lens, beside the sums.
+    mount: MountYaw<T>,
     /// Association of the current batch.
     association: Association<T>,
 }
 
 impl<T: Scalar> Fusion<T> {
     /// Numbers and words in the longest record.
-    pub(crate) const NUMBERS: usize =
-        Hypotheses::<T>::NUMBERS + LensReference::<T>::NUMBERS + VibrationEstimator::<T>::NUMBERS;
+    pub(crate) const NUMBERS: usize = Hypotheses::<T>::NUMBERS
+        + LensReference::<T>::NUMBERS
+        + VibrationEstimator::<T>::NUMBERS
+        + MountYaw::<T>::NUMBERS;
     pub(crate) const WORDS: usize = Hypotheses::<T>::WORDS
         + RepeatedScene::WORDS
         + LensReference::<T>::WORDS
-        + VibrationEstimator::<T>::WORDS;
+        + VibrationEstimator::<T>::WORDS
+        + MountYaw::<T>::WORDS;
 
     pub(crate) const NEW: Self = Self {
         hypotheses: Hypotheses::NONE,
         scene: RepeatedScene::NEW,
         reference: LensReference::GIVEN,
         vibration: VibrationEstimator::RIGID,
+        mount: MountYaw::UNKNOWN,
         association: Association::IDLE,
     };
 
     /// Forgets all pairs, in place: a new value would take stack.
     pub(crate) fn reset(&mut self) {
         self.vibration.clear();
+        self.mount.reset();
         self.forget_pairs();
     }
 
@@ -201,9 +210,10 @@ impl<T: Scalar> Fusion<T> {
     /// # Errors
     /// [`Refusal`]; the champion is unchanged.
     pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Refusal> {
-        let Self { hypotheses, scene, association, reference, vibration } = self;
+        let Self { hypotheses, association, reference, vibration, mount, .. } = self;
         let result = association.result().ok_or(Refusal::NothingSolved)?;
-        let fused = hypotheses.fuse(&result, reference, context);
+        let kept = Kept { reference, mount };
+        let fused = hypotheses.fuse(&result, kept, context);
         let is_heard = result.support != Support::None || result.evaluated.has_clear_peak();
         // What is no admissible rig leaves the state as it was. A pair that only disagrees may be of a rig that vibrates.
         let is_admissible = matches!(fused, Ok(_) | Err(Refusal::Disagrees));
@@ -216,10 +226,38 @@ impl<T: Scalar> Fusion<T> {
         }
         association.close();
         if fused.is_ok() {
-            scene.remember();
-            reference.fade(context.fading(u32::MAX));
+            self.scene.remember();
+            self.reference.fade(context.fading(u32::MAX));
+            self.check_mount(context);
         }
         fused
+    }
+
+    /// Takes the mount for turned where the champion refutes the factory yaw.
+    fn check_mount(&mut self, context: &Context<'_, T>) {
+        let Self { hypotheses, mount, .. } = self;
+        let Some(champion) = hypotheses.champion().filter(|_| mount.is_as_made()) else { return };
+        // The variance costs more: only where it decides.
+        let exact = RowsYaw { turn: champion.yaw(context), variance: T::ZERO };
+        if mount.is_refuted(&exact, context)
+            && champion.rows_yaw(context).is_some_and(|rows| mount.is_refuted(&rows, context))
+        {
+            mount.refute();
+        }
+    }
+
+    /// Pose of the reported estimate by rows, and its yaw.
+    pub(crate) fn rows(
+        &self,
+        context: &Context<'_, T>,
+    ) -> Option<(RectifyingRotations<T>, RowsYaw<T>)> {
+        let hypothesis = self.hypotheses.reported()?;
+        Some((*hypothesis.pose(), hypothesis.rows_yaw(context)?))
+    }
+
+    /// Knowledge of the mount yaw, to be added to.
+    pub(crate) fn mount_mut(&mut self) -> &mut MountYaw<T> {
+        &mut self.mount
     }
 
     pub(crate) fn state(&self) -> State {
@@ -251,6 +289,7 @@ impl<T: Scalar> Fusion<T> {
         self.scene.write(to);
         self.reference.write(to);
         self.vibration.write(to);
+        self.mount.write(to);
     }
 
     /// Reads a record into [`Fusion::NEW`].
@@ -263,14 +302,44 @@ impl<T: Scalar> Fusion<T> {
         context: &Context<'_, T>,
     ) -> Result<(), RestoreError> {
         self.hypotheses.read(from, context)?;
-        // Version 1 ends before the scene, version 2 before the lens, version 3 before the vibration.
+        // Version 1 ends before the scene, 2 before the lens, 3 before the vibration, 4 and 5 before the mount.
         if from.version() >= 2 {
             self.scene.read(from)?;
         }
         if from.version() >= 3 {
             self.reference.read(from)?;
         }
-        if from.version() >= 4 { self.vibration.read(from) } else { Ok(()) }
+        if from.version() >= 4 {
+            self.vibration.read(from)?;
+        }
+        if from.version() >= 6 { self.mount.read(from) } else { Ok(()) }
+    }
+}
+
+/// Knowledge that outlives the sums of a hypothesis.
+struct Kept<'a, T: Scalar> {
+    reference: &'a mut LensReference<T>,
+    mount: &'a mut MountYaw<T>,
+}
+
+impl<T: Scalar> Kept<'_, T> {
+    /// Knowledge with what a hypothesis says whose sums are to be dropped, because the rig has changed.
+    #[inline(never)]
+    fn learned(
+        &self,
+        from: &Hypothesis<T>,
+        context: &Context<'_, T>,
+    ) -> (LensReference<T>, MountYaw<T>) {
+        let mut mount = *self.mount;
+        if let Some(rows) = from.rows_yaw(context) {
+            mount.change(&rows, context);
+        }
+        (self.reference.with_knowledge_of(from, context), mount)
+    }
+
+    /// Keeps it.
+    fn keep(&mut self, learned: (LensReference<T>, MountYaw<T>)) {
+        (*self.reference, *self.mount) = learned;
     }
 }
 

@@ -1,15 +1,18 @@
 //! What is reported of the estimate, and what of it is applied (`ESTIMATOR.md`, section 16).
 
+use nalgebra::{Vector2, Vector3};
+
 use super::Fusion;
 use super::hypothesis::Hypothesis;
 use super::lens::HypothesisLens;
 use crate::algebra::information::StandardDeviations;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::config::Context;
+use crate::depth::mount::RowsYaw;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::geometry::rectification::RectifyingRotations;
-use crate::outcome::lens_estimate::LensEstimate;
+use crate::outcome::lens_estimate::{Finding, LensEstimate};
 use crate::outcome::proposal::{Doubt, Proposal};
 use crate::scalar::Scalar;
 use crate::thresholds::{
@@ -28,7 +31,14 @@ impl<T: Scalar> Fusion<T> {
         let hypothesis = self.hypotheses.reported()?;
         let covariance = hypothesis.reported_covariance(context)?;
         let with_lens = self.with_lens(hypothesis, &covariance, context);
-        self.propose(hypothesis, &covariance, with_lens.as_ref()?, context, in_use)
+        // With the lens uncertain no direction of the rows is better known.
+        let WithLens { covariance: wide, .. } = with_lens.as_ref()?;
+        let mut variances = wide.diagonal().into_iter().zip(covariance.diagonal());
+        if !variances.all(|(wide, given)| wide * T::lit(2.0) >= given) {
+            return None;
+        }
+        let of_mount = self.of_mount(with_lens.as_ref()?, context);
+        self.propose(hypothesis, &covariance, &of_mount, context, in_use)
     }
 
     /// What is reported and applied of an estimate. Out of line, as [`Self::concluded`]: the estimate of the lens takes
@@ -40,21 +50,19 @@ impl<T: Scalar> Fusion<T> {
         &self,
         hypothesis: &Hypothesis<T>,
         covariance: &Symmetric5<T>,
-        with_lens: &WithLens<T>,
+        of_mount: &OfMount<T>,
         context: &Context<'_, T>,
         in_use: &CorrectedExtrinsics<T>,
     ) -> Option<Proposal<T>> {
         let doubt = doubt(hypothesis);
-        let WithLens { pose, covariance: wide, correction, found } = with_lens;
+        let OfMount { estimate, turn, lens_yaw } = of_mount;
+        let WithLens { pose, covariance: wide, correction, found } = estimate;
         let [sd, sd_lens] = [covariance, wide].map(StandardDeviations::of);
-        // With the lens uncertain no direction is better known.
-        let widened =
-            wide.diagonal().iter().zip(covariance.diagonal()).all(|(w, c)| *w * T::lit(2.0) >= c);
-        if !(sd.is_finite() && sd_lens.is_finite() && widened) {
+        if !(sd.is_finite() && sd_lens.is_finite()) {
             return None;
         }
-        let best =
-            CorrectedExtrinsics { extrinsics: pose.extrinsics().ok()?, correction: *correction };
+        let extrinsics = turned(pose, *turn)?;
+        let best = CorrectedExtrinsics { extrinsics, correction: *correction };
         let [observed, certain] = [OBSERVED_BASELINE, CERTAIN_BASELINE].map(T::lit);
         let left = sd_lens.translation * sd_lens.translation * context.prior;
         let gains =
@@ -62,7 +70,7 @@ impl<T: Scalar> Fusion<T> {
         let doubted = doubt == Some(Doubt::Baseline) && found.is_none();
         let applicable = if doubted || !gains {
             let known = !doubted && sd.translation * sd.translation * context.prior <= observed;
-            self.with_baseline_of(hypothesis, in_use, known.then_some(&best), context)
+            self.with_baseline_of(hypothesis, in_use, known.then_some(&best), *turn, context)
         } else {
             best
         };
@@ -77,6 +85,7 @@ impl<T: Scalar> Fusion<T> {
             sd_lens,
             covariance_lens: Some(wide.matrix()),
             lens: *found,
+            lens_yaw: *lens_yaw,
             baseline_observed: left <= observed,
             improves: self.improves(hypothesis, &best, covariance, in_use),
             state: self.state(),
@@ -110,20 +119,24 @@ impl<T: Scalar> Fusion<T> {
     /// The baseline in use, and the best `R` there is with it; without a fit of `R` nothing changes.
     ///
     /// * `known`: the estimate where its baseline is known; in place of them where its rows are clearly better.
+    /// * `turn`: from the yaw of the rows to that of the mount.
     #[inline(never)]
     fn with_baseline_of(
         &self,
         hypothesis: &Hypothesis<T>,
         in_use: &CorrectedExtrinsics<T>,
         known: Option<&CorrectedExtrinsics<T>>,
+        turn: T,
         context: &Context<'_, T>,
     ) -> CorrectedExtrinsics<T> {
         let correction = *self.reference.correction();
-        let held = hypothesis
-            .with_baseline_of(&in_use.extrinsics, context)
-            .map_or(*in_use, |extrinsics| CorrectedExtrinsics { extrinsics, correction });
-        let better = known.filter(|_| hypothesis.fits_clearly_better_than(&held.extrinsics));
-        *better.unwrap_or(&held)
+        let rows = hypothesis.with_baseline_of(&in_use.extrinsics, context);
+        let held = rows.as_ref().unwrap_or(&in_use.extrinsics);
+        if let Some(known) = known.filter(|_| hypothesis.fits_clearly_better_than(held)) {
+            return *known;
+        }
+        let mount = rows.and_then(|rows| with_rotation_turned(&rows, turn));
+        mount.map_or(*in_use, |extrinsics| CorrectedExtrinsics { extrinsics, correction })
     }
 
     /// The estimate with the lens uncertain, and compensated where it is; `None` where the lens has no finite solution.
@@ -164,6 +177,18 @@ impl<T: Scalar> Fusion<T> {
         WithLens { pose: compensated, covariance: wide, correction, found }
     }
 
+    /// The mount's part of the yaw that rows show.
+    fn of_mount(&self, with_lens: &WithLens<T>, context: &Context<'_, T>) -> OfMount<T> {
+        let mut estimate = *with_lens;
+        let [_, variance, ..] = estimate.covariance.diagonal();
+        let rows = RowsYaw { turn: context.factory_pose.unknowns_to(&estimate.pose).y, variance };
+        let yaw = self.mount.with_rows(&rows, context);
+        let reported = self.mount.reported_variance(&yaw);
+        estimate.covariance.set_yaw(self.mount.gain(&rows, context), reported);
+        let lens_yaw = Finding { value: yaw.lens(), sd: self.mount.lens_deviation(&yaw) };
+        OfMount { estimate, turn: yaw.mount() - rows.turn, lens_yaw }
+    }
+
     /// The pose for the compensated lens; `None` where the lens is only reported, and beyond the correction limit, as of a
     /// far pair that does not observe the baseline.
     fn compensated(
@@ -179,7 +204,17 @@ impl<T: Scalar> Fusion<T> {
     }
 }
 
+/// The estimate with the mount's yaw.
+struct OfMount<T: Scalar> {
+    /// Pose of the rows, covariance of the mount.
+    estimate: WithLens<T>,
+    /// From the yaw of the rows to that of the mount, rad.
+    turn: T,
+    lens_yaw: Finding<T>,
+}
+
 /// The estimate with the lens uncertain.
+#[derive(Clone, Copy)]
 struct WithLens<T: Scalar> {
     pose: RectifyingRotations<T>,
     /// Of the pose, rad^2.
@@ -187,6 +222,24 @@ struct WithLens<T: Scalar> {
     /// Of the cameras that the pose belongs to.
     correction: LensCorrection<T>,
     found: Option<LensEstimate<T>>,
+}
+
+/// Extrinsics with `R` turned about the rectified y, and `t` as it is.
+fn with_rotation_turned<T: Scalar>(of: &Extrinsics<T>, turn: T) -> Option<Extrinsics<T>> {
+    if turn == T::ZERO {
+        return Some(*of);
+    }
+    let turned = turned(&of.into(), turn)?;
+    Extrinsics::try_new(turned.rotation().matrix(), of.translation()).ok()
+}
+
+/// Extrinsics of a pose of the rows, turned about y.
+fn turned<T: Scalar>(rows: &RectifyingRotations<T>, turn: T) -> Option<Extrinsics<T>> {
+    // A step of 0 would round.
+    if turn == T::ZERO {
+        return rows.extrinsics().ok();
+    }
+    rows.stepped(&(Vector3::y() * turn), &Vector2::zeros())?.extrinsics().ok()
 }
 
 /// What a second crowd and the image halves say against a hypothesis.

@@ -110,6 +110,14 @@ impl<T: Scalar> Camera<T> {
         &self.lens
     }
 
+    /// Largest `x y` of a pixel, at unit depth without distortion, dimensionless.
+    pub(crate) fn corner(&self) -> T {
+        let Intrinsics { focal, principal, size } = &self.intrinsics;
+        let axes = focal.iter().zip(principal).zip(size);
+        let reach = axes.map(|((f, c), n)| (*c).max(T::count((*n).into()) - *c) / *f);
+        reach.fold(T::ONE, |product, reach| product * reach)
+    }
+
     /// Mean of the two focal lengths, px: pixels of a row offset of 1 at unit depth.
     pub fn mean_focal(&self) -> T {
         let [fx, fy] = self.intrinsics.focal;

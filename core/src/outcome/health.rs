@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use nalgebra::{Vector2, Vector3};
+
 use crate::algebra::information::StandardDeviations;
 use crate::batch::Batch;
 use crate::batch::grid::CellSet;
@@ -9,7 +11,7 @@ use crate::batch::row_offset::row_offset;
 use crate::error::Rejection;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection, RayChange};
 use crate::geometry::rectification::RectifyingRotations;
-use crate::outcome::lens_estimate::LensEstimate;
+use crate::outcome::lens_estimate::{Finding, LensEstimate};
 use crate::outcome::proposal::{Direction, Doubt, Proposal};
 use crate::outcome::reasons::Reasons;
 use crate::outcome::robust_rms::SquaresBySize;
@@ -17,6 +19,9 @@ use crate::outcome::vibration::Vibration;
 use crate::scalar::Scalar;
 use crate::state::State;
 use crate::thresholds::{BAD_PX, FIRST_ROW_LEVEL, IMPROVEMENT};
+
+/// Rows off in a corner of the image from which on they are named, px.
+const NAMED_ROWS_PX: f64 = 0.1;
 
 /// Distances that the depth error is predicted for, m.
 pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
@@ -75,12 +80,18 @@ pub struct Health<T: Scalar> {
     pub doubt: Option<Doubt>,
     /// Whether pairs have determined the baseline direction, as [`Proposal::baseline_observed`].
     pub baseline_observed: bool,
-    /// Expected size of the error of the estimate, with the lens as given.
+    /// Expected size of the error of the estimate, with the lens as given: of its rows.
     pub sd: StandardDeviations<T>,
     /// The same with the lens models uncertain.
     pub sd_lens: StandardDeviations<T>,
     /// Errors of the lens models that the pairs show.
     pub lens: Option<LensEstimate<T>>,
+    /// Apparent yaw of the lenses, as [`Proposal::lens_yaw`]. Its rows, `a x y`, are in neither RMS: no extrinsics that are
+    /// right for depth are without them.
+    pub lens_yaw: Finding<T>,
+    /// Those rows in the corner of the image that is furthest from the principal point, px: a matcher that searches along
+    /// rows meets them, unless its rectification takes them out.
+    pub corner_px: T,
     /// Correction of the cameras that the estimate belongs to, as [`Proposal::correction`].
     pub correction: LensCorrection<T>,
     /// Its least certain direction and the standard deviation, rad; `None` in the paper preset.
@@ -167,7 +178,7 @@ impl<T: Scalar> fmt::Display for Health<T> {
     /// ...`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { state, band, arming, in_use_px, proposed_px, .. } = self;
-        let Self { fit_in_use, fit_proposed, coverage, sd, .. } = self;
+        let Self { fit_in_use, fit_proposed, coverage, sd_lens: sd, .. } = self;
         write!(
             f,
             "{state}, {band}, arming {arming}: {in_use_px:.2} px in use, {proposed_px:.2} px "
@@ -181,6 +192,14 @@ impl<T: Scalar> fmt::Display for Health<T> {
         }
         if let Some(lens) = self.lens.filter(LensEstimate::is_significant) {
             write!(f, ", lens: {lens}")?;
+        }
+        if self.corner_px >= T::lit(NAMED_ROWS_PX) {
+            let Finding { value, sd } = self.lens_yaw;
+            let corner = self.corner_px;
+            write!(
+                f,
+                ", lens: rows off by a x y, a {value:.4} +- {sd:.4}, {corner:.1} px at the corners"
+            )?;
         }
         if !self.vibration.is_none() {
             write!(f, ", {}", self.vibration)?;
@@ -205,6 +224,7 @@ impl<T: Scalar> Health<T> {
     /// Compares two calibrations over a batch. One pass; `None` if no match fits the proposed one.
     ///
     /// * `rays`: correction of the cameras that the rays of the batch are of.
+    /// * `corner`: largest `x y` in the image, at unit depth.
     /// * `screen_px`: a match fits if its row offset is no larger, px.
     // Out of line: its stack is not that of the proposal, which is estimated before.
     #[inline(never)]
@@ -214,21 +234,23 @@ impl<T: Scalar> Health<T> {
         in_use: &CorrectedExtrinsics<T>,
         proposal: &Proposal<T>,
         last: LastPair,
-        focal: T,
+        [focal, corner]: [T; 2],
         screen_px: T,
     ) -> Option<Self> {
         let changes = [in_use.correction, proposal.correction]
             .map(|correction| (correction != *rays).then(|| rays.change_to(&correction)));
         let in_use = RectifyingRotations::from(&in_use.extrinsics);
         let proposed = RectifyingRotations::from(&proposal.extrinsics);
-        let fit = Fit::of(batch, &[in_use, proposed], &changes, screen_px / focal)?;
+        // Rows that the lens leaves are no fault of either.
+        let of_rows = [with_lens(&in_use, proposal)?, with_lens(&proposed, proposal)?];
+        let fit = Fit::of(batch, &of_rows, &changes, screen_px / focal)?;
         let [in_use_px, proposed_px, off_px] = fit.rms.map(|rms| rms * focal);
         let [fit_in_use, fit_proposed] = fit.matches;
         let misaligned = off_px >= T::lit(BAD_PX);
         let over_batch = proposed_px < in_use_px * T::lit(IMPROVEMENT);
         let improves = misaligned || proposal.improves.unwrap_or(over_batch);
         let off = proposed.unknowns_to(&in_use);
-        let yaw_sd = proposal.covariance.map_or(proposal.sd.rotation, |c| c.m22.sqrt());
+        let yaw_sd = proposal.covariance_lens.map_or(proposal.sd.rotation, |c| c.m22.sqrt());
         Some(Self {
             in_use_px,
             proposed_px,
@@ -243,6 +265,8 @@ impl<T: Scalar> Health<T> {
             sd: proposal.sd,
             sd_lens: proposal.sd_lens,
             lens: proposal.lens,
+            lens_yaw: proposal.lens_yaw,
+            corner_px: proposal.lens_yaw.value.abs() * focal * corner,
             correction: proposal.correction,
             weakest: proposal.weakest(),
             yaw: (off.y * off.y + yaw_sd * yaw_sd).sqrt(),
@@ -252,6 +276,18 @@ impl<T: Scalar> Health<T> {
             reasons: Reasons::of(proposal, misaligned, last),
         })
     }
+}
+
+/// Rotations whose rows are those of the mount and of the apparent yaw of the lens.
+fn with_lens<T: Scalar>(
+    mount: &RectifyingRotations<T>,
+    proposal: &Proposal<T>,
+) -> Option<RectifyingRotations<T>> {
+    let turn = proposal.lens_yaw.value;
+    if turn == T::ZERO {
+        return Some(*mount);
+    }
+    mount.stepped(&(Vector3::y() * turn), &Vector2::zeros())
 }
 
 /// Fit of two calibrations, the one in use and the proposed one, to the same matches.

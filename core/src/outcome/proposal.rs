@@ -8,7 +8,7 @@ use crate::algebra::information::{StandardDeviations, largest_direction};
 use crate::algebra::symmetric5::Symmetric5;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::LensCorrection;
-use crate::outcome::lens_estimate::LensEstimate;
+use crate::outcome::lens_estimate::{Finding, LensEstimate};
 use crate::outcome::vibration::Vibration;
 use crate::scalar::Scalar;
 use crate::state::State;
@@ -49,6 +49,9 @@ pub struct Proposal<T: Scalar> {
     pub covariance_lens: Option<Matrix5<T>>,
     /// Errors of the lens models that the pairs show; `None` without a lens prior and in the paper preset.
     pub lens: Option<LensEstimate<T>>,
+    /// Apparent yaw `a` of the lenses, rad: with `extrinsics` the right row is below the left one by `a x y`, at unit
+    /// depth. Rows alone cannot tell it from yaw; depth needs `extrinsics` without it.
+    pub lens_yaw: Finding<T>,
     /// Whether pairs have determined the baseline direction: its variance is at most an eighth of what it is without
     /// pairs. Points more than some thousand baselines away do not observe it: their disparities are noise. The paper
     /// preset fuses no pair that does not: always true.
@@ -77,9 +80,9 @@ impl<T: Scalar> Proposal<T> {
         }
     }
 
-    /// The least certain direction and its standard deviation, rad; `None` in the paper preset.
+    /// The least certain direction and its standard deviation with the lens uncertain, rad; `None` in the paper preset.
     pub fn weakest(&self) -> Option<(Direction, T)> {
-        let (sd, direction) = largest_direction(&Symmetric5::packed(&self.covariance?));
+        let (sd, direction) = largest_direction(&Symmetric5::packed(&self.covariance_lens?));
         Some((Direction::of(&direction), sd))
     }
 }

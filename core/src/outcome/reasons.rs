@@ -6,6 +6,7 @@ use crate::outcome::health::LastPair;
 use crate::outcome::proposal::{Doubt, Proposal};
 use crate::scalar::Scalar;
 use crate::state::State;
+use crate::thresholds::MAX_CONFIRMED_YAW_RAD;
 
 /// One thing that speaks against relying on a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -35,13 +36,16 @@ pub enum Reason {
     /// No match of any pair was right of the middle of the left image, nor below it: the image size and the focal length
     /// are those of larger images.
     Corner,
+    /// No witness has told the yaw of the mount from the apparent yaw of the lens, and rows do not: the deviations of yaw
+    /// and of depth contain both.
+    Yaw,
 }
 
 // Bits of a set.
 codes! {
     Reason {
         NotLocked = 1, Misaligned = 2, SecondMode = 4, ImageHalves = 8, Lens = 16, Baseline = 32,
-        Repeated = 64, Axis = 128, Refused = 256, Corner = 512,
+        Repeated = 64, Axis = 128, Refused = 256, Corner = 512, Yaw = 4096,
     }
 }
 texts! {
@@ -50,13 +54,13 @@ texts! {
         SecondMode = "second crowd of matches", ImageHalves = "image halves disagree",
         Lens = "lens models off", Baseline = "baseline not observed", Repeated = "repeated scene",
         Axis = "axis of the rotation is noise", Refused = "most matches refused",
-        Corner = "matches in one corner of the image",
+        Corner = "matches in one corner of the image", Yaw = "yaw not confirmed",
     }
 }
 
 impl Reason {
     /// All, those that forbid arming first.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::NotLocked,
         Self::Misaligned,
         Self::Refused,
@@ -67,6 +71,7 @@ impl Reason {
         Self::Baseline,
         Self::Repeated,
         Self::Axis,
+        Self::Yaw,
     ];
 }
 
@@ -80,13 +85,13 @@ impl Reasons {
     ///
     /// * `misaligned`: what is in use differs.
     pub(crate) fn of<T: Scalar>(proposal: &Proposal<T>, misaligned: bool, last: LastPair) -> Self {
-        let Proposal { state, doubt, lens, baseline_observed, .. } = proposal;
+        let Proposal { state, doubt, lens, lens_yaw, baseline_observed, .. } = proposal;
         let doubted = doubt.map(|doubt| match doubt {
             Doubt::SecondMode => Reason::SecondMode,
             Doubt::Baseline | Doubt::Everything => Reason::ImageHalves,
             Doubt::Axis => Reason::Axis,
         });
-        let is_off = lens.is_some_and(|lens| lens.is_significant());
+        let is_off = lens.is_some_and(|lens| lens.is_significant()) || lens_yaw.is_significant();
         let named = [
             (*state != State::Locked, Reason::NotLocked),
             (misaligned, Reason::Misaligned),
@@ -95,6 +100,7 @@ impl Reasons {
             (last.repeated, Reason::Repeated),
             (last.refused, Reason::Refused),
             (last.corner, Reason::Corner),
+            (lens_yaw.sd > T::lit(MAX_CONFIRMED_YAW_RAD), Reason::Yaw),
         ];
         let named = named.into_iter().filter_map(|(holds, reason)| holds.then_some(reason));
         Self(named.chain(doubted).fold(0, |bits, reason| bits | reason.code()))

@@ -20,6 +20,7 @@ use crate::codec::{Reader, Writer};
 use crate::config::{Central, Context};
 use crate::error::{PairError, Refusal, RestoreError};
 use crate::geometry::lens_correction::LensCorrection;
+use crate::outcome::lens_estimate::Finding;
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::outcome::proposal::{Doubt, Proposal};
 use crate::outcome::vibration::Vibration;
@@ -152,6 +153,7 @@ impl<T: Scalar> Paper<T> {
     pub(crate) fn proposal(&self) -> Option<Proposal<T>> {
         let estimate = self.fusion.estimate()?;
         Some(Proposal {
+            lens_yaw: Finding { value: T::ZERO, sd: T::ZERO },
             vibration: Vibration::NONE,
             extrinsics: estimate.extrinsics,
             correction: LensCorrection::NONE,

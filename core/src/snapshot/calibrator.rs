@@ -16,7 +16,7 @@ const NUMBERS: usize = 28;
 const WORDS: usize = 3;
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
-    /// Length of the longest record of [`Calibrator::snapshot`]: 4,204 bytes in `f32`.
+    /// Length of the longest record of [`Calibrator::snapshot`]: 4,240 bytes in `f32`.
     pub const SNAPSHOT_BYTES: usize = OVERHEAD_BYTES
         + 4 * (WORDS + Estimator::<T>::WORDS)
         + (NUMBERS + Estimator::<T>::NUMBERS) * size_of::<T>();

@@ -55,7 +55,7 @@ fn running(config: Config, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option
     let Some((camera, start)) = camera(&pairs, setting).zip(in_f32(&setting.start)) else {
         return vec![None; pairs.len()];
     };
-    let mut calibrator = Box::new(Calibrator::<f32, CAPACITY>::new(config));
+    let mut calibrator = Box::new(Calibrator::<f32, CAPACITY>::new(config.without_factory_yaw()));
     calibrator.set_cameras(Cameras { left: camera, right: camera });
     calibrator.set_factory(start);
     let after = pairs.iter().map(|rays| {

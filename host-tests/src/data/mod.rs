@@ -1,6 +1,7 @@
 //! Recorded data: data sets with known extrinsics, and files of single pairs.
 
 mod dataset;
+pub mod depths;
 mod frame_numbers;
 mod frame_rows;
 mod frame_rows_error;
@@ -9,6 +10,7 @@ mod matches;
 mod meta;
 mod pair_file;
 mod pairs_folder;
+pub mod ranges;
 mod rigs;
 mod sign;
 mod turned_view;

@@ -27,6 +27,8 @@ pub struct Estimate {
     pub baseline_observed: bool,
     /// What the pairs show of the lens.
     pub lens: Option<Lens>,
+    /// Apparent yaw of the lens, rad.
+    pub lens_yaw: Finding<f64>,
     /// Motion of the rig about the estimate, rad RMS.
     pub vibration: Vibration<f64>,
     /// State of the calibrator.
@@ -79,6 +81,10 @@ impl Estimate {
             sd_lens: deviations(&proposal.sd_lens),
             baseline_observed: proposal.baseline_observed,
             lens: proposal.lens.map(Lens::from),
+            lens_yaw: Finding {
+                value: proposal.lens_yaw.value.to_f64(),
+                sd: proposal.lens_yaw.sd.to_f64(),
+            },
             vibration: Vibration {
                 rotation: proposal.vibration.rotation.to_f64(),
                 baseline: proposal.vibration.baseline.to_f64(),

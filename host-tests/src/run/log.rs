@@ -109,6 +109,11 @@ impl RunLog {
         &self.steps[self.steps.len() - 1]
     }
 
+    /// Pairs so far.
+    pub(super) fn pairs(&self) -> usize {
+        self.forgotten.pairs + self.steps.len()
+    }
+
     /// Notes which correspondences of the pair recorded last were refused.
     pub fn note_refused(&mut self, refused: CountByReason) {
         if let Some(step) = self.steps.last_mut() {

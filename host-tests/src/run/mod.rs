@@ -2,7 +2,9 @@
 
 mod alone;
 mod checked;
+mod depth_error;
 mod estimate;
+mod factory;
 mod kept_pairs;
 mod log;
 pub mod monte_carlo;
@@ -21,6 +23,7 @@ pub mod trace;
 
 pub use alone::PairSolver;
 pub use checked::{Checked, Checks};
+pub use depth_error::DepthErrors;
 pub use estimate::{Estimate, Lens};
 pub use kept_pairs::KeptPairs;
 pub use log::RunLog;

@@ -1,12 +1,14 @@
 //! Replay: feeds a data set to the calibrator as on a controller.
 
 use anyhow::Result;
-use stereo_selfcal::{Calibrator, Config, Extrinsics, Scalar};
+use stereo_selfcal::{Calibrator, Config, Extrinsics, Range, RangeReading, Scalar};
 
 use super::alone::PairSolver;
+use super::factory;
 use super::log::RunLog;
 use super::refused::{self, CountByReason};
 use super::step::Step;
+use crate::data::ranges::Ranges;
 use crate::data::{Dataset, Match, Meta, in_f64};
 
 /// Default capacity of a replay, correspondences a pair.
@@ -41,6 +43,7 @@ pub struct Running<T: Scalar, const N: usize> {
     calibrator: Box<Calibrator<T, N>>,
     alone: PairSolver<T, N>,
     apply: Apply,
+    ranges: Ranges,
     log: RunLog,
 }
 
@@ -52,6 +55,7 @@ impl<T: Scalar, const N: usize> Running<T, N> {
     /// # Errors
     /// If the rig is not valid.
     pub fn new(rig: &Meta, config: Config, start: Extrinsics<T>, apply: Apply) -> Result<Self> {
+        let config = factory::informed(config, rig, &start);
         let mut calibrator = Box::new(Calibrator::<T, N>::new(config));
         calibrator.set_cameras(rig.cameras()?);
         calibrator.set_factory(start);
@@ -62,12 +66,13 @@ impl<T: Scalar, const N: usize> Running<T, N> {
         } else {
             RunLog::without_reference(factory)
         };
-        Ok(Self { calibrator, alone, apply, log })
+        Ok(Self { calibrator, alone, apply, ranges: Ranges::new(), log })
     }
 
     /// Solves and fuses the next pair.
     pub fn push(&mut self, pair: &[Match]) -> Option<&Step> {
-        replay_pair(&mut self.calibrator, pair, self.apply, &mut self.log);
+        let ranges = self.ranges.remove(&self.log.pairs()).unwrap_or_default();
+        replay_pair(&mut self.calibrator, pair, &ranges, self.apply, &mut self.log);
         self.log.note_alone(self.alone.solve(pair));
         self.log.steps().last()
     }
@@ -87,6 +92,8 @@ pub struct Feed<'a> {
     pub truths: Vec<Extrinsics<f64>>,
     /// The pairs, as they come.
     pub pairs: Box<dyn Iterator<Item = Result<Vec<Match>>> + 'a>,
+    /// Points of known distance.
+    pub ranges: Ranges,
     /// Whether the log keeps only the latest pair.
     pub brief: bool,
 }
@@ -98,7 +105,13 @@ impl<'a> Feed<'a> {
     /// If the rig of a pair is not valid.
     pub fn of(set: &'a Dataset) -> Result<Self> {
         let pairs = Box::new(set.pairs.iter().cloned().map(Ok));
-        Ok(Self { rig: &set.meta, truths: set.truths()?, pairs, brief: false })
+        Ok(Self {
+            rig: &set.meta,
+            truths: set.truths()?,
+            pairs,
+            ranges: Ranges::new(),
+            brief: false,
+        })
     }
 }
 
@@ -133,6 +146,7 @@ pub fn replay_pairs<T: Scalar, const N: usize>(
 ) -> Result<RunLog> {
     let mut running = Running::<T, N>::new(feed.rig, config, start, apply)?;
     running.log = running.log.with_truths(feed.truths);
+    running.ranges = feed.ranges;
     if feed.brief {
         running.log = running.log.briefly();
     }
@@ -147,6 +161,7 @@ pub fn replay_pairs<T: Scalar, const N: usize>(
 fn replay_pair<T: Scalar, const N: usize>(
     calibrator: &mut Calibrator<T, N>,
     pair: &[Match],
+    ranges: &[RangeReading<f64>],
     apply: Apply,
     log: &mut RunLog,
 ) {
@@ -158,6 +173,10 @@ fn replay_pair<T: Scalar, const N: usize>(
     }
     let taken = calibrator.batch().pairs().len();
     let outcome = calibrator.solve_pair().map(|report| (report, calibrator.fuse()));
+    for reading in ranges {
+        // One that is refused is as one that was not taken.
+        let _ = calibrator.push_range(&in_scalar(reading));
+    }
     // Over the batch: before it is cleared.
     let health = calibrator.health();
     if apply == Apply::Each {
@@ -168,4 +187,13 @@ fn replay_pair<T: Scalar, const N: usize>(
     log.record([pair.len(), taken], outcome, calibrator.proposal().as_ref());
     log.note_refused(refused);
     log.check(calibrator, health.as_ref());
+}
+
+fn in_scalar<T: Scalar>(reading: &RangeReading<f64>) -> RangeReading<T> {
+    let RangeReading { pixel, range, sd_m } = *reading;
+    let range = match range {
+        Range::AlongAxis(depth) => Range::AlongAxis(T::lit(depth)),
+        Range::AlongRay(range) => Range::AlongRay(T::lit(range)),
+    };
+    RangeReading { pixel: pixel.map(T::lit), range, sd_m: T::lit(sd_m) }
 }

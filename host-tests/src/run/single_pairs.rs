@@ -81,7 +81,7 @@ pub fn run<T: Scalar, const N: usize>(
     mut each: impl FnMut(),
 ) -> Result<SinglePairStats> {
     ensure!(file.matches() <= N, "pairs of {} are longer than {N}", file.matches());
-    let mut calibrator = Box::new(Calibrator::<T, N>::new(config));
+    let mut calibrator = Box::new(Calibrator::<T, N>::new(config.without_factory_yaw()));
     let bench = BenchCamera::of(file, focal)?;
     calibrator.set_cameras(bench.cameras()?);
     calibrator.set_factory(Extrinsics::SIDE_BY_SIDE);

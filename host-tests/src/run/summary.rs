@@ -9,6 +9,7 @@ use serde::{Serialize, Serializer};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Calibration, LensCorrection, RayPair, RectifyingRotations, row_offset, so3};
 
+use super::depth_error::DepthErrors;
 use super::estimate::{Lens, in_words};
 use super::log::RunLog;
 use super::refused::{self, CountByReason};
@@ -71,6 +72,12 @@ pub struct Summary {
     /// the fused ones. The RMS covers only matches that fit the latter.
     #[serde(skip)]
     pub in_row: Option<[f64; 2]>,
+    /// Error of depth, where true depths are known.
+    pub depth: Option<DepthErrors>,
+    /// Apparent yaw of the lens, rad: rows are off by `a x y`, and depth needs `R` without it.
+    pub lens_yaw: Option<f64>,
+    /// Standard deviation of it.
+    pub lens_yaw_sd: Option<f64>,
     /// Extrinsics in use after the last pair.
     pub in_use: Option<InUse>,
     /// Whether the health over the last pair says yes to arming.
@@ -155,6 +162,9 @@ impl RunLog {
             rms_px_after: rows.map(|rows| rows.rms_px[1]),
             rms_pairs: set.pairs.len().min(totals.pairs),
             in_row: rows.map(|rows| rows.in_row),
+            depth: None,
+            lens_yaw: fused.map(|f| f.lens_yaw.value),
+            lens_yaw_sd: fused.map(|f| f.lens_yaw.sd),
             in_use,
             armed: checked.is_some_and(|checked| checked.is_armed()),
             reasons: checked.map(|checked| checked.reasons()).unwrap_or_default(),
@@ -262,7 +272,14 @@ impl fmt::Display for Summary {
         if !self.correction.is_none() {
             writeln!(f, "cameras corrected  {}", in_words(&self.correction))?;
         }
-        self.write_rows(f)
+        self.write_rows(f)?;
+        if let Some(DepthErrors { before_px, in_use_px, reference_px, .. }) = self.depth {
+            write!(f, "\ndepth error        {before_px:.3} px before, {in_use_px:.3} px in use")?;
+            if let Some(px) = reference_px {
+                write!(f, ", {px:.3} px with the reference")?;
+            }
+        }
+        Ok(())
     }
 }
 

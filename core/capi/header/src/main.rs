@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 use cbindgen::{Builder, Config};
 
 /// In the order of the header.
-const SOURCES: [&str; 18] = [
+const SOURCES: [&str; 19] = [
     "capacity",
     "error",
     "instance",
@@ -29,6 +29,7 @@ const SOURCES: [&str; 18] = [
     "apply",
     "rectify",
     "record",
+    "witness",
 ];
 
 /// Declarations inside of `c_enum!`, which cbindgen does not expand.

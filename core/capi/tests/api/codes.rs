@@ -9,8 +9,8 @@ use stereo_selfcal::link::{
 };
 use stereo_selfcal::{
     ApplyError, Arming, Band, ConfigError, Direction, Doubt, ExtrinsicsError, Fused, PairError,
-    ProjectError, PushError, Pushed, Reason, RectifyError, Refusal, Rejection, RestoreError, Side,
-    SnapshotError, State, Stop, UndistortError,
+    ProjectError, PushError, Pushed, RangeError, Reason, RectifyError, Refusal, Rejection,
+    RestoreError, Side, SnapshotError, State, Stop, UndistortError, Witnessed,
 };
 use stereo_selfcal_capi::selfcal_error_t::{self, *};
 use stereo_selfcal_capi::*;
@@ -67,6 +67,10 @@ fn push_errors() -> Vec<PushError> {
     plain.into_iter().chain(by_side(PushError::Pixel)).collect()
 }
 
+fn range_errors() -> Vec<RangeError> {
+    RANGE.into_iter().chain(UNDISTORT.map(RangeError::Pixel)).collect()
+}
+
 fn rectify_errors() -> Vec<RectifyError> {
     let plain = [RectifyError::Alpha, RectifyError::NoCommonView];
     let behind = SIDES.map(RectifyError::Behind);
@@ -87,7 +91,7 @@ const EXTRINSICS: [ExtrinsicsError; 3] = [
     ExtrinsicsError::AlongOpticalAxis,
 ];
 const PROJECT: [ProjectError; 2] = [ProjectError::NotFinite, ProjectError::BeyondLens];
-const CONFIG: [ConfigError; 11] = [
+const CONFIG: [ConfigError; 14] = [
     ConfigError::HuberThreshold,
     ConfigError::MaxPasses,
     ConfigError::StepTolerance,
@@ -99,6 +103,16 @@ const CONFIG: [ConfigError; 11] = [
     ConfigError::MaxCorrection,
     ConfigError::LensPrior,
     ConfigError::MaxAngularRate,
+    ConfigError::FactoryYaw,
+    ConfigError::LensYaw,
+    ConfigError::BaselineLength,
+];
+const RANGE: [RangeError; 5] = [
+    RangeError::NoBaseline,
+    RangeError::NotLocked,
+    RangeError::Reading,
+    RangeError::NoMatch,
+    RangeError::Contradicts,
 ];
 const SNAPSHOT: [SnapshotError; 2] = [SnapshotError::Room { needed: 1 }, SnapshotError::NoCameras];
 const RESTORE: [RestoreError; 10] = [
@@ -173,6 +187,7 @@ fn every_error_of_the_core_has_its_own_error_code() {
     assert_complete("ExtrinsicsError", &EXTRINSICS);
     assert_complete("ConfigError", &CONFIG);
     assert_complete("PushError", &push_errors());
+    assert_complete("RangeError", &range_errors());
     assert_complete("PairError", &PAIR);
     assert_complete("Refusal", &REFUSALS);
     assert_complete("ApplyError", &APPLY);
@@ -189,6 +204,7 @@ fn every_error_of_the_core_has_its_own_error_code() {
         codes(&EXTRINSICS, ExtrinsicsError::code),
         codes(&CONFIG, ConfigError::code),
         codes(&push_errors(), PushError::code),
+        codes(&range_errors(), RangeError::code),
         codes(&PAIR, PairError::code),
         codes(&REFUSALS, Refusal::code),
         codes(&APPLY, ApplyError::code),
@@ -279,8 +295,9 @@ fn every_verdict_of_the_core_is_known() {
         Direction, selfcal_direction_t: Pitch Yaw Roll BaselineForward BaselineDown;
         Band, selfcal_band_t: Good Improvable Recalibrate;
         Arming, selfcal_arming_t: Yes NotLocked Doubtful Misaligned Unfit;
-        Reason, selfcal_reason_t: NotLocked Misaligned SecondMode ImageHalves Lens Baseline Repeated Axis Refused Corner;
+        Reason, selfcal_reason_t: NotLocked Misaligned SecondMode ImageHalves Lens Baseline Repeated Axis Refused Corner Yaw;
         Pushed, selfcal_pushed_t: Kept Replaced LeftOut;
+        Witnessed, selfcal_witnessed_t: Taken Waiting;
     }
     assert_eq!(selfcal_doubt_t::from(None), selfcal_doubt_t::SELFCAL_DOUBT_NONE);
 }
@@ -308,6 +325,7 @@ fn assert_texts<N: TryFrom<i64>>(name: &str, text: extern "C" fn(N) -> *const c_
 fn every_value_has_its_own_text() {
     assert_texts("selfcal_error_t", selfcal_error_string);
     assert_texts("selfcal_pushed_t", selfcal_pushed_string);
+    assert_texts("selfcal_witnessed_t", selfcal_witnessed_string);
     assert_texts("selfcal_stop_t", selfcal_stop_string);
     assert_texts("selfcal_fused_t", selfcal_fused_string);
     assert_texts("selfcal_state_t", selfcal_state_string);

@@ -35,6 +35,7 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
         translation: [-1.0, 0.0, 0.0],
     };
     let camera = selfcal_rectified_camera_t { focal_px: 500.0, principal_px: [320.0, 240.0] };
+    let range = selfcal_range_t { pixel_px: [9.0; 2], range_m: 5.0, sd_m: 0.1, along_axis: 0 };
     let (c, two) = (&raw const CORRESPONDENCE, CORRESPONDENCE.left_px.as_ptr());
     macro_rules! calls {
         ($($function:ident($($argument:expr),*);)*) => {
@@ -53,6 +54,8 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
         selfcal_generation(place());
         selfcal_push(c, place());
         selfcal_push_array(c, 1, place());
+        selfcal_push_range(&range, place());
+        selfcal_confirm_factory_yaw(place());
         selfcal_batch(place());
         selfcal_begin_pair();
         selfcal_advance_pair(place());

@@ -4,6 +4,8 @@ use super::super::hypothesis::tests::{context, evaluated, evaluated_at, fused, t
 use super::*;
 use crate::algebra::block_variances::BlockVariances;
 use crate::codec;
+use crate::depth::mount::MountYaw;
+use crate::fusion::lens_reference::LensReference;
 use crate::state::Stop;
 use nalgebra::Vector5;
 use std::vec::Vec;
@@ -25,25 +27,34 @@ fn pairs(turned: f64, seeds: core::ops::Range<u64>) -> Vec<EvaluatedPose<f64>> {
 
 #[test]
 fn a_challenger_takes_over_only_if_it_departs_from_the_champion() {
-    let (context, mut reference) = (context(), LensReference::GIVEN);
+    let (context, mut reference, mut mount) = (context(), LensReference::GIVEN, MountYaw::UNKNOWN);
     let champion = fused(&pairs(0.0, 0..10), 1, &context);
     let turned = 0.1_f64.to_radians();
     for (by, expected) in [(0.0, Fused::KeptApart), (turned, Fused::TookOver)] {
         let mut both = hypotheses(Some(&champion), &fused(&pairs(by, 20..23), 1, &context));
-        assert_eq!(both.promote(&mut reference, &context), expected);
+        assert_eq!(
+            both.promote(Kept { reference: &mut reference, mount: &mut mount }, &context),
+            expected
+        );
         assert_eq!(both.challenger().is_some(), by == 0.0);
     }
 }
 
 #[test]
 fn a_challenger_that_is_not_certain_does_not_lock() {
-    let (context, mut reference) = (context(), LensReference::GIVEN);
+    let (context, mut reference, mut mount) = (context(), LensReference::GIVEN, MountYaw::UNKNOWN);
     let certain = fused(&pairs(0.0, 0..4), 1, &context);
     let mut alone = hypotheses(None, &certain);
-    assert_eq!(alone.promote(&mut reference, &context), Fused::Added);
+    assert_eq!(
+        alone.promote(Kept { reference: &mut reference, mount: &mut mount }, &context),
+        Fused::Added
+    );
     assert_eq!(alone.state(), State::Locked);
     let mut alone = hypotheses(None, &certain.drifting(Vector5::ith(0, 0.2)));
-    assert_eq!(alone.promote(&mut reference, &context), Fused::Added);
+    assert_eq!(
+        alone.promote(Kept { reference: &mut reference, mount: &mut mount }, &context),
+        Fused::Added
+    );
     assert_eq!(alone.state(), State::Acquiring);
 }
 

@@ -1,7 +1,7 @@
 //! A pair counts once, however often it is solved, begun or sent.
 
-use crate::presets::robust;
-use crate::scene::{correspondences, fill, rig, take};
+use crate::api::presets::robust;
+use crate::api::scene::{correspondences, fill, rig, take};
 use stereo_selfcal::{Calibrator, Correspondence, Fused, State};
 
 type Tested = Calibrator<f32, 256>;

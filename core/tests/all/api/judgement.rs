@@ -4,8 +4,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::{Arming, Band, Correspondence, State};
 
-use crate::presets::robust;
-use crate::scene::{SIZE, correspondences, correspondences_within, rig, take};
+use crate::api::presets::robust;
+use crate::api::scene::{SIZE, correspondences, correspondences_within, rig, take};
 
 type Pair = Vec<Correspondence<f32>>;
 

@@ -6,8 +6,8 @@ use stereo_selfcal::{
     PairError, RadialTangential, Reason, Reasons, Rejection, State,
 };
 
-use crate::disturbed::with_outliers;
-use crate::scene::{SIZE, cameras, correspondences_within, rig};
+use crate::api::disturbed::with_outliers;
+use crate::api::scene::{SIZE, cameras, correspondences_within, rig};
 
 type Tested = Calibrator<f32, 256>;
 type Pair = Vec<Correspondence<f32>>;

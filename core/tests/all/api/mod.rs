@@ -5,6 +5,7 @@ mod bad_input;
 mod bias;
 mod compensation;
 mod counted_once;
+mod depth;
 mod disturbed;
 mod documentation;
 mod far;

@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use clap::Args;
+use host_tests::data::depths;
 
 use super::run::RunArgs;
 use super::source::{Recording, Source};
@@ -19,6 +20,13 @@ use super::source::{Recording, Source};
 /// frame,ul,vl,ur,vr and optionally score (1 without it) and step (0), in any order. frame is a whole number;
 /// the rows of a frame follow each other. It is given itself, or lies as pairs.csv in place of pairs/ in
 /// the folder of a data set.
+///
+/// truth/NNNN.csv (match,depth_m; match: row of the pair's file from 0, depth along the left axis) has true depths of
+/// a pair's matches: the median error of depth before and after is reported, px of disparity. It needs baseline_m in
+/// meta.json.
+///
+/// The start is taken for a calibration of yaw where it is given (--initial), or where the recorded images have no
+/// distortion; meta.json may say otherwise (factory_yaw_sd_deg, null: a guess).
 ///
 /// A stream is a file of the bytes that a matcher sent (stereo_selfcal::link), as `selfcal record` writes
 /// it or a vehicle has logged it; damaged frames are skipped and counted. The calibrator gets the same numbers
@@ -57,7 +65,11 @@ pub struct ReplayArgs {
 /// Runs `selfcal replay`.
 pub(crate) fn replay(args: &ReplayArgs) -> Result<()> {
     match args.source.open()? {
-        Recording::Held(set) => args.run.run(&set),
+        Recording::Held(set) => {
+            let read = || depths::read(args.source.place(), set.pairs.len());
+            let depths = if args.source.is_turned() { None } else { read()? };
+            args.run.run_with_depths(&set, depths.as_deref())
+        }
         Recording::Streamed(stream) => args.run.run_streamed(stream),
     }
 }

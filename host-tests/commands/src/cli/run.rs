@@ -7,8 +7,10 @@ use crate::run_page::Replayed;
 use anyhow::Result;
 use clap::Args;
 use host_tests::data::Dataset;
+use host_tests::data::depths::TrueDepth;
+use host_tests::data::ranges::{self, Ranges};
 use host_tests::run::progress::{self, Bar};
-use host_tests::run::{Apply, Feed, KeptPairs, RunLog, Step, trace};
+use host_tests::run::{Apply, DepthErrors, Feed, KeptPairs, RunLog, Step, trace};
 
 use super::input::Streamed;
 use super::setup::Setup;
@@ -22,6 +24,11 @@ pub(crate) struct RunArgs {
     /// When the estimate is put into use.
     #[arg(long, value_enum, default_value_t = Apply::Never)]
     apply: Apply,
+
+    /// Points of known distance: a CSV file with the columns pair,u,v,range_m,sd_m,along. pair: from 0; u, v: pixel of the
+    /// left image, within 3 px of a match; along: ray or axis. They tell yaw from the lens, and need baseline_m.
+    #[arg(long, value_name = "FILE")]
+    ranges: Option<PathBuf>,
 
     /// Print one JSON object and nothing else. Angles in rad, R row-major. correction is added to the
     /// right camera (focal: relative, k1): R and t belong to the cameras with it.
@@ -47,12 +54,21 @@ pub(crate) struct RunArgs {
 impl RunArgs {
     /// Runs the calibrator over a data set and prints the result.
     pub(super) fn run(&self, set: &Dataset) -> Result<()> {
+        self.run_with_depths(set, None)
+    }
+
+    /// The same, with the true depths of matches.
+    pub(super) fn run_with_depths(
+        &self,
+        set: &Dataset,
+        depths: Option<&[Vec<TrueDepth>]>,
+    ) -> Result<()> {
         let bar = progress::over(set.pairs.len(), "pairs");
         let feed = Feed::of(set)?;
         let pairs = Box::new(feed.pairs.inspect(|_| bar.inc(1)));
         let title = format!("{} pairs of {}: {}", set.pairs.len(), set.name, set.meta.source);
-        let log = self.replay(&title, Feed { pairs, ..feed }, &bar)?;
-        self.print(set, &log)
+        let log = self.replay(&title, Feed { pairs, ranges: self.ranges()?, ..feed }, &bar)?;
+        self.print(set, depths, &log)
     }
 
     /// The same over pairs that come one by one; all are held only for a page.
@@ -67,17 +83,26 @@ impl RunArgs {
             rig: &meta,
             truths: Vec::new(),
             pairs: Box::new(pairs),
+            ranges: self.ranges()?,
             brief: self.trace.is_none(),
         };
         let log = self.replay(&format!("pairs of {name}: {}", meta.source), feed, &bar)?;
-        self.print(&Dataset { name, meta, pairs: kept.into_pairs(), rigs: Vec::new() }, &log)
+        let set = Dataset { name, meta, pairs: kept.into_pairs(), rigs: Vec::new() };
+        self.print(&set, None, &log)
     }
 
-    fn print(&self, set: &Dataset, log: &RunLog) -> Result<()> {
+    fn ranges(&self) -> Result<Ranges> {
+        self.ranges.as_deref().map(ranges::read).transpose().map(Option::unwrap_or_default)
+    }
+
+    fn print(&self, set: &Dataset, depths: Option<&[Vec<TrueDepth>]>, log: &RunLog) -> Result<()> {
         if let Some(file) = &self.trace {
             trace::write(file, log.steps())?;
         }
-        let summary = log.summary(set)?;
+        let mut summary = log.summary(set)?;
+        if let Some(depths) = depths {
+            summary.depth = DepthErrors::of(set, depths, log)?;
+        }
         let mut out = io::stdout();
         let page = self.report.as_ref().map(|dir| write_page(set, log, dir)).transpose()?;
         if self.json {

@@ -45,6 +45,11 @@ impl Source {
         &self.set
     }
 
+    /// Whether a view is turned, which leaves out matches: rows of a pair are not those of its file.
+    pub(super) fn is_turned(&self) -> bool {
+        self.view.is_some()
+    }
+
     /// The recording, its view turned if asked.
     pub(super) fn open(&self) -> Result<Recording> {
         ensure!(self.degrees.abs() <= 45.0, "a view can be turned by at most 45 degrees");

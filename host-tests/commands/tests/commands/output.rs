@@ -60,6 +60,9 @@ fn json_has_the_stable_fields_and_no_others() {
         "sd_translation_lens",
         "lens",
         "correction",
+        "depth",
+        "lens_yaw",
+        "lens_yaw_sd",
     ];
     fields.sort_unstable();
     expected.sort_unstable();
@@ -80,13 +83,14 @@ fn what_is_applied_is_in_use_and_what_is_not_says_why() {
     assert_eq!(never["in_use"]["rms_px"], never["rms_px_before"]);
     assert!(never["in_use"]["e_theta"].as_f64().unwrap() > 0.06);
     assert_eq!(never["armed"], false);
-    assert_eq!(never["reasons"], serde_json::json!(["in use off by 1 px or more"]));
+    let reasons = ["in use off by 1 px or more", "yaw not confirmed"];
+    assert_eq!(never["reasons"], serde_json::json!(reasons));
     let applied = json(&[&scene[..], &["--apply", "each"]].concat());
     for (in_use, estimate) in [("e_t", "e_t"), ("e_theta", "e_theta"), ("rms_px", "rms_px_after")] {
         assert_eq!(applied["in_use"][in_use], applied[estimate], "{in_use}");
     }
     assert_eq!(applied["armed"], true);
-    assert_eq!(applied["reasons"], serde_json::json!([]));
+    assert_eq!(applied["reasons"], serde_json::json!(["yaw not confirmed"]));
     let at = applied["locked_at"].as_u64().unwrap();
     assert!((1..8).contains(&at) && never["locked_at"] == at, "{at}");
 }

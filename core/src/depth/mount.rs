@@ -1,0 +1,227 @@
+//! What is known of mount yaw and lens beside the sums of the pairs, and when it changes.
+//!
+//! A fused estimate of the rows is one measurement of the sum, however many pairs are in it: it is applied to the
+//! prior wherever it is read, and becomes part of the prior when its sums are dropped.
+
+use super::yaw::YawEstimate;
+use crate::codec::{Reader, Writer, believe};
+use crate::config::Context;
+use crate::error::RestoreError;
+use crate::scalar::Scalar;
+use crate::thresholds::{LENS_FOUND, REFUTED_FACTORY_YAW, SCENE_YAW_RAD, WITNESS_RAD};
+
+/// Knowledge of mount yaw and lens.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct MountYaw<T> {
+    /// Whether the factory extrinsics are those of a calibration. They belong to the rig: a reset keeps it.
+    calibrated: bool,
+    /// Part of the mount yaw that rests on the factory calibration alone, 0 to 1; 0 once the caller has confirmed it.
+    claimed: T,
+    /// Whether rows have refuted the factory calibration.
+    refuted: bool,
+    /// Whether the rig has changed before the sums of now.
+    changed: bool,
+    /// Before the sums; `None`: the prior of the configuration.
+    known: Option<YawEstimate<T>>,
+    /// A measurement by a witness that contradicts it, and its variance.
+    waiting: Option<[T; 2]>,
+}
+
+/// What became of a witness's measurement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Witnessed {
+    /// Part of the estimate.
+    Taken,
+    /// It contradicts the yaw so far: the next one decides.
+    Waiting,
+}
+
+/// A turn about the factory extrinsics that rows show, rad, and its variance, rad^2.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RowsYaw<T> {
+    pub(crate) turn: T,
+    pub(crate) variance: T,
+}
+
+impl<T: Scalar> MountYaw<T> {
+    /// Numbers and words in the longest record.
+    pub(crate) const NUMBERS: usize = 6;
+    pub(crate) const WORDS: usize = 3;
+
+    /// Of a rig without a factory calibration.
+    pub(crate) const UNKNOWN: Self = Self {
+        calibrated: false,
+        claimed: T::ONE,
+        refuted: false,
+        changed: false,
+        known: None,
+        waiting: None,
+    };
+
+    /// Of factory extrinsics that a calibration has measured.
+    pub(crate) const CALIBRATED: Self = Self { calibrated: true, ..Self::UNKNOWN };
+
+    /// Forgets what pairs and witnesses have said.
+    pub(crate) fn reset(&mut self) {
+        *self = Self { calibrated: self.calibrated, ..Self::UNKNOWN };
+    }
+
+    /// With the rows of the pairs.
+    #[inline(never)]
+    pub(crate) fn with_rows(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
+        let rows = rows.of_scene(context);
+        self.before(&rows, context).with_rows(rows.turn, rows.variance)
+    }
+
+    /// Part of an error of the rows that the mount yaw takes up, 0 to 1.
+    pub(crate) fn gain(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> T {
+        let rows = rows.of_scene(context);
+        self.before(&rows, context).gain_of_rows(rows.variance)
+    }
+
+    /// Before the rows. After a change of the rig the mount has turned by what the rows show beyond chance.
+    fn before(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
+        let prior = self.prior(context);
+        if self.changed { prior.turned(prior.excess(rows.turn, rows.variance)) } else { prior }
+    }
+
+    /// Before the sums of the pairs.
+    fn prior(&self, context: &Context<'_, T>) -> YawEstimate<T> {
+        let (factory, lens) = context.yaw_variances();
+        let mount = factory.filter(|_| self.has_factory());
+        self.known.unwrap_or(YawEstimate::independent(mount, lens))
+    }
+
+    /// Variance of the mount yaw as it is reported: as long as nothing has confirmed it, the rows' turn may be the
+    /// mount's.
+    pub(crate) fn reported_variance(&self, of: &YawEstimate<T>) -> T {
+        of.var_mount() + self.doubt(of)
+    }
+
+    /// Standard deviation of the apparent yaw of the lens as it is reported, rad.
+    pub(crate) fn lens_deviation(&self, of: &YawEstimate<T>) -> T {
+        (of.var_lens() + self.doubt(of)).sqrt()
+    }
+
+    fn doubt(&self, of: &YawEstimate<T>) -> T {
+        let claimed = self.claimed * of.lens();
+        claimed * claimed
+    }
+
+    /// Whether there is a factory calibration that holds, or held until the rig changed.
+    fn has_factory(&self) -> bool {
+        self.calibrated && !self.refuted
+    }
+
+    /// Whether the mount is as made, as far as is known.
+    pub(crate) fn is_as_made(&self) -> bool {
+        self.has_factory() && self.known.is_none()
+    }
+
+    /// Whether rows refute a factory calibration that nothing has refuted before.
+    pub(crate) fn is_refuted(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> bool {
+        let squared = self.prior(context).surprise(rows.turn, rows.variance);
+        self.is_as_made() && squared > T::lit(REFUTED_FACTORY_YAW)
+    }
+
+    /// The factory calibration is refuted: nothing is known of the mount.
+    pub(crate) fn refute(&mut self) {
+        self.refuted = true;
+    }
+
+    /// The rig has changed: the sums of the rows are dropped. What they said stays, and the lens is as before. Of a rig
+    /// whose mount nothing but rows has measured, they said nothing that the next ones do not.
+    pub(crate) fn change(&mut self, rows: &RowsYaw<T>, context: &Context<'_, T>) {
+        if self.has_factory() || self.known.is_some() {
+            self.known = Some(self.with_rows(rows, context));
+            self.changed = true;
+        }
+    }
+
+    /// Declares that the mount is as the factory calibration says; false where it has turned or was never calibrated.
+    pub(crate) fn confirm_factory(&mut self) -> bool {
+        if self.is_as_made() {
+            self.claimed = T::ZERO;
+        }
+        self.is_as_made()
+    }
+
+    /// Adds a measurement of the mount yaw, rad, of a variance, rad^2. `None`, without effect, where it is beyond what
+    /// mount and lens together explain.
+    pub(crate) fn witness(
+        &mut self,
+        yaw: T,
+        variance: T,
+        rows: &RowsYaw<T>,
+        context: &Context<'_, T>,
+    ) -> Option<Witnessed> {
+        let expected = self.with_rows(rows, context);
+        let (_, lens) = context.yaw_variances();
+        let most = self.reported_variance(&expected) + lens + variance;
+        if is_apart(yaw - expected.mount(), most) {
+            return None;
+        }
+        let before = self.before(&rows.of_scene(context), context);
+        let contradicts = is_apart(yaw - before.mount(), before.var_mount() + variance);
+        let confirms = |[other, more]: &[T; 2]| !is_apart(yaw - *other, variance + *more);
+        let waiting = self.waiting.filter(confirms);
+        self.waiting = Some([yaw, variance]).filter(|_| contradicts && waiting.is_none());
+        if self.waiting.is_some() {
+            return Some(Witnessed::Waiting);
+        }
+        let before = match waiting {
+            Some([other, more]) if contradicts => before.freed().with_mount(other, more),
+            _ => before,
+        };
+        let least = T::lit(WITNESS_RAD * WITNESS_RAD).min(before.var_mount());
+        let after = before.with_mount(yaw, variance).not_below(least);
+        self.claimed = if contradicts {
+            T::ZERO
+        } else {
+            self.claimed * (after.var_mount() / before.var_mount())
+        };
+        (self.known, self.changed) = (Some(after), false);
+        Some(Witnessed::Taken)
+    }
+
+    pub(crate) fn write(&self, to: &mut Writer<'_>) {
+        to.number(self.claimed);
+        to.flag(self.refuted);
+        to.flag(self.changed);
+        to.flag(self.known.is_some());
+        to.numbers(&self.known.map_or([T::ZERO; 5], |known| known.numbers()));
+    }
+
+    /// # Errors
+    /// [`RestoreError::Absurd`] unless the numbers are a covariance.
+    pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
+        self.claimed = from.within(T::ZERO, T::ONE)?;
+        self.refuted = from.flag()?;
+        self.changed = from.flag()?;
+        let is_known = from.flag()?;
+        let mut numbers = [T::ZERO; 5];
+        from.numbers(&mut numbers)?;
+        let known = YawEstimate::of(numbers);
+        self.known = known.filter(|_| is_known);
+        believe(known.is_some() && (is_known || !self.changed))
+    }
+}
+
+impl<T: Scalar> RowsYaw<T> {
+    /// With the variance from scene to scene.
+    fn of_scene(self, context: &Context<'_, T>) -> Self {
+        let (_, lens) = context.yaw_variances();
+        let scene = if lens > T::ZERO { T::lit(SCENE_YAW_RAD * SCENE_YAW_RAD) } else { T::ZERO };
+        Self { variance: self.variance + scene, ..self }
+    }
+}
+
+/// Whether two numbers are apart by more than three deviations. Not `>`: a number that is not finite is apart.
+fn is_apart<T: Scalar>(off: T, variance: T) -> bool {
+    !(off * off <= T::lit(LENS_FOUND * LENS_FOUND) * variance)
+}
+
+texts! { Witnessed { Taken = "taken", Waiting = "waiting for a second one" } }
+codes! { Witnessed { Taken = 0, Waiting = 1 } }

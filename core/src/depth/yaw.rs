@@ -1,0 +1,222 @@
+//! Mount yaw and apparent yaw of the lens as a Gaussian: means and 2 x 2 covariance (`ESTIMATOR.md`, section 20).
+
+use crate::scalar::Scalar;
+use crate::thresholds::UNKNOWN_YAW_RAD;
+
+/// Mount yaw `y` about the factory extrinsics, apparent yaw `o` of the lens, rad, and their covariance, rad^2.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct YawEstimate<T> {
+    pub(super) mount: T,
+    pub(super) lens: T,
+    pub(super) var_mount: T,
+    pub(super) var_lens: T,
+    /// Covariance of both; negative once rows have told their sum.
+    pub(super) mixed: T,
+}
+
+impl<T: Scalar> YawEstimate<T> {
+    /// Both about 0 and independent.
+    ///
+    /// * `var_mount`: `None` where nothing is known.
+    pub(super) fn independent(var_mount: Option<T>, var_lens: T) -> Self {
+        let var_mount = var_mount.unwrap_or(unknown());
+        Self { mount: T::ZERO, lens: T::ZERO, var_mount, var_lens, mixed: T::ZERO }
+    }
+
+    /// Mount yaw about the factory extrinsics, rad.
+    pub(crate) fn mount(&self) -> T {
+        self.mount
+    }
+
+    /// Apparent yaw of the lens: rows are off by `o x y`, at unit depth.
+    pub(crate) fn lens(&self) -> T {
+        self.lens
+    }
+
+    /// Variance of the mount yaw, rad^2.
+    pub(crate) fn var_mount(&self) -> T {
+        self.var_mount
+    }
+
+    /// Variance of the apparent yaw, rad^2.
+    pub(crate) fn var_lens(&self) -> T {
+        self.var_lens
+    }
+
+    /// Variance of the sum, rad^2.
+    fn var_sum(&self) -> T {
+        (self.var_mount + (self.mixed + self.mixed) + self.var_lens).max(T::ZERO)
+    }
+
+    /// Distance of a measured sum from the expected one, squared, over the variance of both.
+    pub(super) fn surprise(&self, sum: T, variance: T) -> T {
+        let off = sum - self.mount - self.lens;
+        off * off / (self.var_sum() + variance)
+    }
+
+    /// Squared distance of a measured sum from the expected one beyond the variance of both, rad^2: the likeliest variance
+    /// of a turn of the mount.
+    pub(super) fn excess(&self, sum: T, variance: T) -> T {
+        let off = sum - self.mount - self.lens;
+        (off * off - self.var_sum() - variance).max(T::ZERO)
+    }
+
+    /// Whether nothing is known of the mount.
+    fn is_free(&self) -> bool {
+        self.var_mount >= unknown()
+    }
+
+    /// Part of an error of the measured sum that the mount yaw takes up, 0 to 1.
+    pub(super) fn gain_of_rows(&self, variance: T) -> T {
+        if self.is_free() {
+            return T::ONE;
+        }
+        (self.var_mount + self.mixed) / (self.var_sum() + variance)
+    }
+
+    /// With a measurement of the sum, by rows.
+    #[must_use]
+    pub(super) fn with_rows(&self, sum: T, variance: T) -> Self {
+        if self.is_free() {
+            // The limit: the mount has what the lens has not.
+            let (lens, var_lens) = (self.lens, self.var_lens);
+            let (mount, var_mount) = (sum - lens, var_lens + variance);
+            return Self { mount, lens, var_mount, var_lens, mixed: -var_lens };
+        }
+        let total = self.var_sum() + variance;
+        if !(total > T::ZERO) {
+            return *self;
+        }
+        let off = (sum - self.mount - self.lens) / total;
+        let common = self.determinant();
+        Self {
+            mount: self.mount + (self.var_mount + self.mixed) * off,
+            lens: self.lens + (self.var_lens + self.mixed) * off,
+            var_mount: (self.var_mount * variance + common) / total,
+            var_lens: (self.var_lens * variance + common) / total,
+            mixed: (self.mixed * variance - common) / total,
+        }
+    }
+
+    /// With a measurement of the mount yaw, by a witness.
+    #[must_use]
+    pub(super) fn with_mount(&self, yaw: T, variance: T) -> Self {
+        let total = self.var_mount + variance;
+        if !(total > T::ZERO) {
+            return *self;
+        }
+        let off = (yaw - self.mount) / total;
+        Self {
+            mount: self.mount + self.var_mount * off,
+            lens: self.lens + self.mixed * off,
+            var_mount: self.var_mount * variance / total,
+            var_lens: (self.var_lens * variance + self.determinant()) / total,
+            mixed: self.mixed * variance / total,
+        }
+    }
+
+    /// With the mount turned by an angle of a variance; the lens is as before.
+    #[must_use]
+    pub(super) fn turned(&self, variance: T) -> Self {
+        Self { var_mount: self.var_mount + variance, ..*self }
+    }
+
+    /// With the mount turned by an unknown angle.
+    #[must_use]
+    pub(super) fn freed(&self) -> Self {
+        self.turned(unknown())
+    }
+
+    /// With the mount no better known than by a variance.
+    #[must_use]
+    pub(super) fn not_below(&self, variance: T) -> Self {
+        self.turned((variance - self.var_mount).max(T::ZERO))
+    }
+
+    /// Not negative: rounding aside both are never better known than the covariance says.
+    fn determinant(&self) -> T {
+        (self.var_mount * self.var_lens - self.mixed * self.mixed).max(T::ZERO)
+    }
+
+    /// The five numbers, in the order of the record.
+    pub(super) fn numbers(&self) -> [T; 5] {
+        [self.mount, self.lens, self.var_mount, self.var_lens, self.mixed]
+    }
+
+    /// From the five numbers; `None` unless they are a covariance.
+    pub(super) fn of([mount, lens, var_mount, var_lens, mixed]: [T; 5]) -> Option<Self> {
+        let allowed = T::ONE + T::lit(1e-3);
+        let is_covariance = var_mount >= T::ZERO
+            && var_lens >= T::ZERO
+            && mixed * mixed <= var_mount * var_lens * allowed;
+        is_covariance.then_some(Self { mount, lens, var_mount, var_lens, mixed })
+    }
+}
+
+/// Variance of a mount yaw of which nothing is known, rad^2.
+fn unknown<T: Scalar>() -> T {
+    T::lit(UNKNOWN_YAW_RAD * UNKNOWN_YAW_RAD)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix2, Vector2};
+
+    /// The same updates by matrices.
+    fn updated(of: &YawEstimate<f64>, h: Vector2<f64>, value: f64, variance: f64) -> [f64; 5] {
+        let p = Matrix2::new(of.var_mount, of.mixed, of.mixed, of.var_lens);
+        let x = Vector2::new(of.mount, of.lens);
+        let gain = p * h / ((h.transpose() * p * h)[0] + variance);
+        let x = x + gain * (value - h.dot(&x));
+        let p = (Matrix2::identity() - gain * h.transpose()) * p;
+        [x[0], x[1], p[(0, 0)], p[(1, 1)], p[(0, 1)]]
+    }
+
+    fn agree(one: [f64; 5], other: [f64; 5]) {
+        for (a, b) in one.into_iter().zip(other) {
+            assert!((a - b).abs() <= 1e-12 * b.abs().max(1e-6), "{one:?} {other:?}");
+        }
+    }
+
+    #[test]
+    fn measurements_of_sum_and_mount_are_those_of_a_kalman_filter() {
+        let prior = YawEstimate::independent(Some(8e-7), 2e-5);
+        let rows = prior.with_rows(9e-3, 1e-8);
+        agree(rows.numbers(), updated(&prior, Vector2::new(1.0, 1.0), 9e-3, 1e-8));
+        let ranged = rows.with_mount(3e-4, 1e-7);
+        agree(ranged.numbers(), updated(&rows, Vector2::new(1.0, 0.0), 3e-4, 1e-7));
+        let turned = ranged.turned(0.1).with_rows(-4e-3, 1e-8);
+        let by_hand = updated(&ranged.turned(0.1), Vector2::new(1.0, 1.0), -4e-3, 1e-8);
+        for (a, b) in turned.numbers().into_iter().zip(by_hand) {
+            // The matrices cancel.
+            assert!((a - b).abs() <= 1e-6 * b.abs().max(1e-6), "{turned:?} {by_hand:?}");
+        }
+    }
+
+    #[test]
+    fn after_a_turn_of_the_mount_the_change_of_rows_is_that_of_the_mount() {
+        let known = YawEstimate::independent(Some(8e-7_f32), 2e-5).with_rows(9e-3, 1e-8);
+        let turned = known.freed().with_rows(9e-3 + 0.0175, 1e-8);
+        assert!((turned.mount - known.mount - 0.0175).abs() < 1e-5, "{turned:?}");
+        assert!((turned.lens - known.lens).abs() < 1e-5, "{turned:?}");
+        // What is known of the lens is what is known of the mount from now on.
+        assert!((turned.var_mount / known.var_lens - 1.0).abs() < 0.05, "{turned:?}");
+    }
+
+    #[test]
+    fn rows_say_nothing_of_the_mount_alone_of_a_rig_of_unknown_yaw() {
+        let unknown = YawEstimate::independent(None, 2e-5_f32).with_rows(9e-3, 1e-8);
+        assert_eq!((unknown.mount, unknown.lens), (9e-3, 0.0));
+        assert!((unknown.var_mount / 2e-5 - 1.0).abs() < 0.01, "{unknown:?}");
+    }
+
+    #[test]
+    fn what_is_no_covariance_is_none() {
+        let good = YawEstimate::independent(Some(8e-7_f32), 2e-5).with_rows(9e-3, 0.0);
+        assert_eq!(YawEstimate::of(good.numbers()), Some(good));
+        for bad in [[0.0, 0.0, -1.0, 1.0, 0.0], [0.0, 0.0, 1.0, 1.0, 2.0], [f32::NAN; 5]] {
+            assert_eq!(YawEstimate::of(bad), None, "{bad:?}");
+        }
+    }
+}

@@ -1,0 +1,306 @@
+//! Rows that the lens leaves, `a x y`, do not bend the yaw that depth needs.
+
+use crate::api::presets::robust;
+use crate::api::scene::{cameras, correspondences, fill, rig, take};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::nalgebra::{Vector3, Vector5};
+use stereo_selfcal::{
+    Arming, Band, Calibrator, Config, ConfigError, Correspondence, Extrinsics, MotionError, Range,
+    RangeError, RangeReading, RayPair, Reason, RectifyingRotations, Scalar, State, UndistortError,
+    Witnessed, so3,
+};
+
+const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
+const BASELINE: [f64; 2] = [0.5, -0.4];
+const BASELINE_M: f32 = 0.2;
+
+type Tested = Calibrator<f32, 256>;
+
+/// Turn of the right camera about its axes since the factory calibration, degrees.
+type Knock = [f64; 3];
+
+const NONE: Knock = [0.0; 3];
+
+fn knocked<T: Scalar>([x, y, z]: Knock) -> Extrinsics<T> {
+    rig([ROTATION[0] + x, ROTATION[1] + y, ROTATION[2] + z], BASELINE)
+}
+
+/// A pair whose right rows are off by `a x y`.
+fn warped(of: Knock, a: f32, seed: u64) -> Vec<Correspondence<f32>> {
+    let mut pair = correspondences::<f32>(&knocked(of), 250, 0.5, seed);
+    for c in &mut pair {
+        let [x, y] = [(c.right[0] - 960.0) / 1400.0, (c.right[1] - 600.0) / 1400.0];
+        c.right[1] = (c.right[1] + a * x * y * 1400.0).clamp(0.0, 1199.0);
+    }
+    pair
+}
+
+/// Factory extrinsics as calibrated.
+fn calibrated(config: Config) -> Tested {
+    let mut calibrator = Tested::new(config);
+    calibrator.set_cameras(cameras());
+    calibrator.set_factory(knocked(NONE));
+    calibrator
+}
+
+fn run(calibrator: &mut Tested, of: Knock, a: f32, seeds: core::ops::Range<u64>) {
+    for seed in seeds {
+        // A knock is taken in from the third pair on.
+        let _ = take(calibrator, &warped(of, a, seed));
+        let _ = calibrator.apply();
+    }
+}
+
+/// Unknowns from the true rig to what is in use, rad.
+fn off(calibrator: &Tested, of: Knock) -> Vector5<f32> {
+    let truth = knocked(of);
+    let [truth, in_use] = [&truth, calibrator.in_use()].map(RectifyingRotations::from);
+    truth.unknowns_to(&in_use)
+}
+
+#[test]
+fn a_row_error_of_the_lens_leaves_the_yaw_of_the_factory_calibration_and_is_named() {
+    for a in [0.002, 0.005, -0.005, 0.009] {
+        let mut calibrator = calibrated(Config::robust());
+        run(&mut calibrator, NONE, a, 0..12);
+        let health = calibrator.health().unwrap();
+        assert!(off(&calibrator, NONE).y.abs() < 6e-4, "{a}: {}", off(&calibrator, NONE));
+        assert_eq!((health.state, health.arming), (State::Locked, Arming::Yes), "{a}: {health}");
+        assert_ne!(health.band, Band::Recalibrate, "{a}: {health}");
+        assert!((health.lens_yaw.value - a).abs() < 6e-4, "{a}: {health}");
+        let corner = (a * 960.0 * 600.0 / 1400.0).abs();
+        assert!((health.corner_px - corner).abs() < 0.3, "{a}: {health}");
+        assert!(health.to_string().contains("rows off by a x y"), "{health}");
+        // Rows alone put it into the yaw.
+        let mut rows = calibrated(Config::robust().without_factory_yaw());
+        run(&mut rows, NONE, a, 0..12);
+        assert!((off(&rows, NONE).y - a).abs() < 6e-4, "{a}: {}", off(&rows, NONE));
+        // Pitch, roll and baseline are the same.
+        let apart = off(&calibrator, NONE) - off(&rows, NONE);
+        let [x, _, z, w, b] = apart.into();
+        assert!([x, z, w, b].iter().all(|x: &f32| x.abs() < 2e-5 + 3e-3 * a.abs()), "{a}: {apart}");
+    }
+}
+
+#[test]
+fn after_a_knock_about_any_axis_the_yaw_is_that_of_the_mount() {
+    for knock in [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]] {
+        let a = 0.005;
+        let mut calibrator = calibrated(Config::robust());
+        run(&mut calibrator, NONE, a, 0..12);
+        assert!(calibrator.confirm_factory_yaw());
+        run(&mut calibrator, knock, a, 20..34);
+        let health = calibrator.health().unwrap();
+        let yaw = off(&calibrator, knock).y;
+        assert!(yaw.abs() < 8e-4, "{knock:?}: {yaw}");
+        assert!(yaw.abs() < 2.5 * health.yaw && health.yaw < 2e-3, "{knock:?}: {yaw} {health}");
+        assert_eq!(health.arming, Arming::Yes, "{knock:?}: {health}");
+        assert!(!health.reasons.contains(Reason::Yaw), "{knock:?}: {health}");
+        // The rig is no longer as made.
+        assert!(!calibrator.confirm_factory_yaw());
+    }
+}
+
+#[test]
+fn a_knock_before_the_first_pair_is_within_the_reported_deviation_and_not_confirmed() {
+    for (knock, a) in [(1.0, 0.005), (-1.0, 0.005), (1.0, 0.009), (-1.0, 0.009), (0.5, -0.002)] {
+        let mut calibrator = calibrated(Config::robust());
+        let rig = [0.0, knock, 0.0];
+        run(&mut calibrator, rig, a, 0..12);
+        let health = calibrator.health().unwrap();
+        let yaw = off(&calibrator, rig).y;
+        assert!(yaw.abs() < 2.5 * health.yaw, "{knock} {a}: {yaw} {health}");
+        assert!(health.reasons.contains(Reason::Yaw), "{knock} {a}: {health}");
+    }
+}
+
+#[test]
+fn a_rig_without_a_factory_calibration_is_that_of_its_rows_and_says_so() {
+    let mut unknown = robust::<f32>();
+    for seed in 0..8 {
+        take(&mut unknown, &warped(NONE, 0.0, seed)).unwrap();
+    }
+    unknown.apply().unwrap();
+    let health = unknown.health().unwrap();
+    assert!(off(&unknown, NONE).y.abs() < 3e-4);
+    assert!(health.yaw > 4e-3 && health.reasons.contains(Reason::Yaw), "{health}");
+    assert_eq!(health.lens_yaw.value, 0.0);
+    let errors = health.depth_errors(BASELINE_M).unwrap();
+    assert!(errors[3] > 100.0 * 4e-3 / BASELINE_M, "{errors:?}");
+}
+
+/// The reading of a match, by the true rig without noise, off by a factor.
+fn reading(of: Knock, c: &Correspondence<f32>, factor: f32) -> RangeReading<f32> {
+    let rays = cameras::<f32>().rays(c).unwrap();
+    let rotations = RectifyingRotations::<f32>::from(&knocked(of));
+    let [l, r] = [rays.left(), rays.right()];
+    let a = rotations.left() * Vector3::new(l[0], l[1], 1.0);
+    let b = rotations.right() * Vector3::new(r[0], r[1], 1.0);
+    let disparity = a.x / a.z - b.x / b.z;
+    let depth = BASELINE_M / (disparity * a.z) * factor;
+    RangeReading { pixel: c.left, range: Range::AlongAxis(depth), sd_m: 0.01 * depth }
+}
+
+fn with_baseline() -> Config {
+    Config::robust().with_baseline_m(BASELINE_M).unwrap()
+}
+
+#[test]
+fn five_ranges_tell_the_yaw_of_the_mount_after_a_knock_before_the_first_pair() {
+    for (knock, a) in [(1.0, 0.009), (-1.0, 0.009), (0.0, 0.009), (0.3, -0.005)] {
+        let mut calibrator = calibrated(with_baseline());
+        let rig = [0.0, knock, 0.0];
+        run(&mut calibrator, rig, a, 0..8);
+        let pair = warped(rig, a, 8);
+        take(&mut calibrator, &pair).unwrap();
+        let mut taken = 0;
+        for c in pair.iter().step_by(9).take(7) {
+            taken += u32::from(calibrator.push_range(&reading(rig, c, 1.0)).is_ok());
+        }
+        assert!(taken >= 5, "{knock} {a}: {taken}");
+        calibrator.apply().unwrap();
+        let health = calibrator.health().unwrap();
+        let yaw = off(&calibrator, rig).y;
+        assert!(yaw.abs() < 3e-4, "{knock} {a}: {yaw}");
+        assert!(yaw.abs() < 2.5 * health.yaw && health.yaw < 1e-3, "{knock} {a}: {yaw} {health}");
+        assert!(!health.reasons.contains(Reason::Yaw), "{health}");
+        // The lens is known from now on: a further knock is followed.
+        let again = [0.0, knock - 0.7, 0.0];
+        run(&mut calibrator, again, a, 20..34);
+        assert!(off(&calibrator, again).y.abs() < 5e-4, "{knock} {a}");
+    }
+}
+
+#[test]
+fn a_reading_that_cannot_be_is_refused_and_a_single_contradiction_moves_nothing() {
+    let mut calibrator = calibrated(with_baseline());
+    run(&mut calibrator, NONE, 0.002, 0..8);
+    let pair = warped(NONE, 0.002, 8);
+    take(&mut calibrator, &pair).unwrap();
+    let mut buffer = [0; Tested::SNAPSHOT_BYTES];
+    let before = calibrator.snapshot(&mut buffer).unwrap().to_vec();
+    let good = reading(NONE, &pair[0], 1.0);
+    let with = |range, sd_m| RangeReading { range, sd_m, ..good };
+    for bad in [
+        with(Range::AlongAxis(f32::NAN), 0.1),
+        with(Range::AlongRay(-3.0), 0.1),
+        with(Range::AlongRay(f32::INFINITY), 0.1),
+        with(good.range, f32::NAN),
+        with(good.range, 0.0),
+    ] {
+        assert_eq!(calibrator.push_range(&bad), Err(RangeError::Reading), "{bad:?}");
+    }
+    let outside = RangeReading { pixel: [-5.0, 3.0], ..good };
+    let error = RangeError::Pixel(UndistortError::OutsideImage);
+    assert_eq!(calibrator.push_range(&outside), Err(error));
+    // Through a window, and of another point.
+    for factor in [0.1, 0.5, 10.0] {
+        let near = pair.iter().find(|c| c.left[0] - c.right[0] > 60.0).unwrap();
+        let wrong = reading(NONE, near, factor);
+        assert_eq!(calibrator.push_range(&wrong), Err(RangeError::Contradicts), "{factor}");
+    }
+    assert_eq!(calibrator.snapshot(&mut buffer).unwrap(), before);
+
+    let mut none = calibrated(Config::robust());
+    assert_eq!(none.push_range(&good), Err(RangeError::NoBaseline));
+    fill(&mut none, &pair);
+    let mut early = calibrated(with_baseline());
+    assert_eq!(early.push_range(&good), Err(RangeError::NotLocked));
+    for metres in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+        assert_eq!(Config::robust().with_baseline_m(metres), Err(ConfigError::BaselineLength));
+    }
+}
+
+#[test]
+fn mount_and_lens_survive_a_restart() {
+    let mut calibrator = calibrated(Config::robust());
+    run(&mut calibrator, NONE, 0.005, 0..12);
+    assert!(calibrator.confirm_factory_yaw());
+    let turned = [0.0, 1.0, 0.0];
+    run(&mut calibrator, turned, 0.005, 20..30);
+    let mut buffer = [0; Tested::SNAPSHOT_BYTES];
+    let record = calibrator.snapshot(&mut buffer).unwrap();
+    let mut restored = calibrated(Config::robust());
+    restored.restore(record).unwrap();
+    let [one, other] = [&calibrator, &restored].map(|c| c.proposal().unwrap());
+    assert_eq!((one.extrinsics, one.lens_yaw), (other.extrinsics, other.lens_yaw));
+    run(&mut restored, [0.0, 0.2, 0.0], 0.005, 40..54);
+    let yaw = off(&restored, [0.0, 0.2, 0.0]).y;
+    assert!(yaw.abs() < 8e-4, "{yaw}");
+}
+
+#[test]
+fn one_contradiction_waits_for_a_second_one() {
+    let mut calibrator = calibrated(with_baseline());
+    // Unconfirmed: half of it may be the mount's.
+    run(&mut calibrator, NONE, 0.009, 0..8);
+    let pair = warped(NONE, 0.009, 8);
+    take(&mut calibrator, &pair).unwrap();
+    let far = pair.iter().find(|c| c.left[0] - c.right[0] < 30.0).unwrap();
+    let before = calibrator.proposal().unwrap().extrinsics;
+    assert_eq!(calibrator.push_range(&reading(NONE, far, 1.4)), Ok(Witnessed::Waiting));
+    assert_eq!(calibrator.proposal().unwrap().extrinsics, before);
+    assert_eq!(calibrator.push_range(&reading(NONE, far, 1.0)), Ok(Witnessed::Taken));
+}
+
+/// Matches of points in two pairs between which the rig has moved, so many lengths of the baseline.
+fn tracked(of: Knock, a: f64, translation: [f64; 3], turn: f64) -> Vec<[RayPair<f32>; 2]> {
+    let rig: Extrinsics<f64> = knocked(of);
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let turned = so3::exp(&Vector3::new(0.0, turn, 0.0)).unwrap();
+    let mut found = Vec::new();
+    while found.len() < 120 {
+        let depth = 10.0 * 16.0_f64.powf(rng.random());
+        let [x, y] = [rng.random_range(-0.6..0.6), rng.random_range(-0.4..0.4)];
+        let one = Vector3::new(x, y, 1.0) * depth;
+        let two = turned * one + Vector3::from(translation);
+        let mut noise = || (rng.random::<f64>() * 2.0 - 1.0) * 0.5 / 1400.0;
+        let mut seen = |p: &Vector3<f64>| {
+            let right = rig.rotation() * p + rig.translation().into_inner();
+            let [x, y] = [right.x / right.z, right.y / right.z];
+            let left = [p.x / p.z + noise(), p.y / p.z + noise()];
+            let right = [x + noise(), y + a * x * y + noise()];
+            RayPair::try_new(left.map(f32::lit), right.map(f32::lit))
+        };
+        if two.z > 1.0
+            && let Some(both) = seen(&one).zip(seen(&two))
+        {
+            found.push([both.0, both.1]);
+        }
+    }
+    // One in eight is of another point.
+    for i in (0..found.len() - 1).step_by(8) {
+        found[i][1] = found[i + 1][1];
+    }
+    found
+}
+
+#[test]
+fn motion_tells_the_yaw_of_the_mount_and_rest_says_nothing() {
+    let forward = [0.5, 0.1, -4.0];
+    for (knock, a) in [(0.0, 0.009), (1.0, 0.009), (-1.0, 0.009), (0.3, -0.005)] {
+        let rig = [0.0, knock, 0.0];
+        let mut calibrator = calibrated(Config::robust());
+        run(&mut calibrator, rig, a, 0..10);
+        let a = f64::from(a);
+        // At rest, and in a turn alone.
+        for turn in [0.0, 0.05] {
+            let still = tracked(rig, a, [0.0; 3], turn);
+            assert_eq!(calibrator.push_motion(&still), Err(MotionError::NoMotion), "{turn}");
+        }
+        let few = &tracked(rig, a, forward, 0.0)[..5];
+        assert_eq!(calibrator.push_motion(few), Err(MotionError::TooFew));
+        for turn in [0.0, 0.03, -0.03] {
+            let pushed = calibrator.push_motion(&tracked(rig, a, forward, turn));
+            assert!(pushed.is_ok(), "{knock} {a} {turn}: {pushed:?}");
+        }
+        calibrator.apply().unwrap();
+        let (health, yaw) = (calibrator.health().unwrap(), off(&calibrator, rig).y);
+        assert!(yaw.abs() < 4e-4, "{knock} {a}: {yaw}");
+        assert!(yaw.abs() < 2.5 * health.yaw && health.yaw < 1e-3, "{knock} {a}: {yaw} {health}");
+        assert!(!health.reasons.contains(Reason::Yaw), "{health}");
+    }
+    let nothing = calibrated(Config::robust()).push_motion(&[]);
+    assert_eq!(nothing, Err(MotionError::NotLocked));
+}

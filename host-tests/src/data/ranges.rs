@@ -1,0 +1,67 @@
+//! Points of known distance in the pairs of a recording.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use serde::Deserialize;
+use stereo_selfcal::{Range, RangeReading};
+
+/// Readings by the number of their pair, from 0.
+pub type Ranges = BTreeMap<usize, Vec<RangeReading<f64>>>;
+
+#[derive(Deserialize)]
+struct Row {
+    pair: usize,
+    u: f64,
+    v: f64,
+    range_m: f64,
+    sd_m: f64,
+    along: Along,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Along {
+    Axis,
+    Ray,
+}
+
+/// Reads a file of the columns `pair,u,v,range_m,sd_m,along` (`axis` or `ray`).
+///
+/// # Errors
+/// Names the file.
+pub fn read(path: &Path) -> Result<Ranges> {
+    let read = || -> Result<Ranges> {
+        let text = fs::read_to_string(path)?;
+        let mut ranges = Ranges::new();
+        for row in csv::Reader::from_reader(text.as_bytes()).into_deserialize() {
+            let Row { pair, u, v, range_m, sd_m, along } = row?;
+            let range = match along {
+                Along::Axis => Range::AlongAxis(range_m),
+                Along::Ray => Range::AlongRay(range_m),
+            };
+            ranges.entry(pair).or_default().push(RangeReading { pixel: [u, v], range, sd_m });
+        }
+        Ok(ranges)
+    };
+    read().with_context(|| format!("cannot read {}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn readings_are_read_by_pair() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("ranges.csv");
+        let heading = "pair,u,v,range_m,sd_m,along\n";
+        fs::write(&path, format!("{heading}4,10,20,8.5,0.1,ray\n4,11,20,9,0.2,axis\n")).unwrap();
+        let reading = RangeReading { pixel: [11.0, 20.0], range: Range::AlongAxis(9.0), sd_m: 0.2 };
+        assert_eq!(read(&path).unwrap()[&4][1], reading);
+        fs::write(&path, format!("{heading}4,10,20,8.5,0.1,sideways\n")).unwrap();
+        assert!(format!("{:#}", read(&path).unwrap_err()).contains("ranges.csv"));
+    }
+}

@@ -1,0 +1,88 @@
+//! Error of depth where true depths are known.
+
+use anyhow::{Context, Result};
+use nalgebra::Vector3;
+use serde::Serialize;
+use stereo_selfcal::{Calibration, RectifyingRotations};
+
+use super::log::RunLog;
+use crate::data::depths::TrueDepth;
+use crate::data::{Dataset, Match};
+
+/// Matches that are off by more with the reference are no matches, px of disparity and of rows.
+const WRONG_PX: [f64; 2] = [6.0, 3.0];
+
+/// Median of `|1/Z - 1/Z_true| f b` over all matches of known depth, px of disparity.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct DepthErrors {
+    /// With the extrinsics that the run starts from.
+    pub before_px: f64,
+    /// With those in use after the last pair.
+    pub in_use_px: f64,
+    /// With the reference of the data set, where there is one.
+    pub reference_px: Option<f64>,
+    /// Matches that the medians are over.
+    pub matches: usize,
+}
+
+impl DepthErrors {
+    /// Over the pairs whose rig is that of the last pair. `None` without matches of known depth.
+    ///
+    /// # Errors
+    /// If the length of the baseline is not known, or the cameras are not valid.
+    pub fn of(set: &Dataset, truth: &[Vec<TrueDepth>], log: &RunLog) -> Result<Option<Self>> {
+        let baseline_m = set.meta.baseline_m.context("depths without baseline_m in meta.json")?;
+        let none = stereo_selfcal::LensCorrection::NONE;
+        let before = set.calibration(log.factory(), &none)?;
+        let checked = log.steps().last().and_then(|step| step.checked);
+        let in_use = checked.map(|used| set.calibration(&used.in_use, &used.correction));
+        let in_use = in_use.transpose()?.unwrap_or(before);
+        let reference = set.meta.has_reference().then(|| set.truth()).transpose()?;
+        let reference = reference.map(|truth| set.calibration(&truth, &none)).transpose()?;
+        let moved = |pair: usize| set.rigs.get(pair) != set.rigs.last();
+        let mut errors = [const { Vec::new() }; 3];
+        for (i, (pair, depths)) in set.pairs.iter().zip(truth).enumerate() {
+            if moved(i) {
+                continue;
+            }
+            for depth in depths {
+                let Some(m) = pair.get(depth.row) else { continue };
+                let error = |of: &Calibration<f64>| error_px(of, m, depth.depth_m, baseline_m);
+                let judge = error(&reference.unwrap_or(before));
+                let is_right =
+                    |[px, row]: [f64; 2]| px.abs() <= WRONG_PX[0] && row.abs() <= WRONG_PX[1];
+                if !judge.is_some_and(is_right) {
+                    continue;
+                }
+                let of = [Some(before), Some(in_use), reference];
+                for (all, of) in errors.iter_mut().zip(of) {
+                    all.extend(of.and_then(|of| error(&of)).map(|[px, _]| px.abs()));
+                }
+            }
+        }
+        let matches = errors[0].len();
+        let [before_px, in_use_px, reference_px] = errors.map(median);
+        Ok(before_px.zip(in_use_px).map(|(before_px, in_use_px)| Self {
+            before_px,
+            in_use_px,
+            reference_px,
+            matches,
+        }))
+    }
+}
+
+/// Error of disparity and of rows of a match at a known depth, px; `None` where it has no rays.
+fn error_px(of: &Calibration<f64>, m: &Match, depth_m: f64, baseline_m: f64) -> Option<[f64; 2]> {
+    let rays = of.cameras.rays(&m.correspondence()).ok()?;
+    let rotations = RectifyingRotations::from(&of.extrinsics);
+    let ray = |[x, y]: [f64; 2]| Vector3::new(x, y, 1.0);
+    let [a, b] = [rotations.left() * ray(rays.left()), rotations.right() * ray(rays.right())];
+    let [disparity, row] = [a.x / a.z - b.x / b.z, a.y / a.z - b.y / b.z];
+    let focal = of.cameras.mean_focal();
+    Some([(disparity * a.z - baseline_m / depth_m) * focal, row * focal])
+}
+
+fn median(mut all: Vec<f64>) -> Option<f64> {
+    all.sort_by(f64::total_cmp);
+    all.get(all.len() / 2).copied()
+}
