@@ -1903,10 +1903,13 @@ typedef struct selfcal_health_t {
      */
     float yaw_rad;
     /**
-     * Apparent yaw `a` of the lenses, rad, and its standard deviation: the right row is below the left one by `a x y`,
-     * at unit depth. These rows are in neither RMS.
+     * Apparent yaw `a` of the lenses, rad: the right row is below the left one by `a x y`, at unit depth. These rows are
+     * in neither RMS.
      */
     float lens_yaw_rad;
+    /**
+     * Its standard deviation, rad.
+     */
     float lens_yaw_sd_rad;
     /**
      * Those rows in the corner of the image that is furthest from the principal point, px.

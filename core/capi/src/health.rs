@@ -170,9 +170,10 @@ pub struct selfcal_health_t {
     pub weakest: selfcal_weakest_t,
     /// Expected error of the yaw in use, rad.
     pub yaw_rad: f32,
-    /// Apparent yaw `a` of the lenses, rad, and its standard deviation: the right row is below the left one by `a x y`,
-    /// at unit depth. These rows are in neither RMS.
+    /// Apparent yaw `a` of the lenses, rad: the right row is below the left one by `a x y`, at unit depth. These rows are
+    /// in neither RMS.
     pub lens_yaw_rad: f32,
+    /// Its standard deviation, rad.
     pub lens_yaw_sd_rad: f32,
     /// Those rows in the corner of the image that is furthest from the principal point, px.
     pub corner_px: f32,

@@ -132,6 +132,11 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
+    /// A solved pair is not fused: a caller that takes pairs alone does not learn whether they agree.
+    pub(super) fn forget_begun(&mut self) {
+        self.begun = 0;
+    }
+
     /// Drops a challenger that a turned baseline fits better than.
     pub(super) fn drop_challenger(&mut self) {
         self.challenger = None;

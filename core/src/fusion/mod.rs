@@ -137,6 +137,9 @@ impl<T: Scalar> Fusion<T> {
 
     /// Discards a pair, solved or being solved.
     pub(crate) fn discard(&mut self) {
+        if self.association.result().is_some() {
+            self.hypotheses.forget_begun();
+        }
         self.association.close();
     }
 

@@ -61,6 +61,9 @@ pub struct Meta {
 }
 
 impl Meta {
+    /// Key in `other`: standard deviation of the yaw that a run starts from, degrees; null where it is a guess.
+    pub const FACTORY_YAW_SD: &str = "factory_yaw_sd_deg";
+
     /// Reads a `meta.json`.
     pub(super) fn read(path: &Path) -> Result<Self> {
         let text =

@@ -125,10 +125,11 @@ impl Turn {
         format!("{name}{}{}", said("", left), said(" right", right)).to_lowercase()
     }
 
-    /// The rig, turned.
+    /// The rig, turned: no start is its calibration.
     #[must_use]
     pub fn meta(&self, rig: &Meta) -> Meta {
         let mut turned = rig.clone();
+        turned.other.insert(Meta::FACTORY_YAW_SD.into(), serde_json::Value::Null);
         self.extrinsics(&mut turned.r, &mut turned.t);
         turned
     }

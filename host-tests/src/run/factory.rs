@@ -4,9 +4,6 @@ use stereo_selfcal::{Config, Extrinsics, Scalar};
 
 use crate::data::Meta;
 
-/// Key of `meta.json`: standard deviation of the yaw that the run starts from, degrees; null where it is a guess.
-const KEY: &str = "factory_yaw_sd_deg";
-
 /// The configuration with what the rig's file says of its factory calibration: length of the baseline, and deviation of
 /// the yaw. Where it says nothing of that, the identity is a calibration of recorded images without distortion, which
 /// have been rectified, and a guess of all others.
@@ -15,7 +12,7 @@ pub(super) fn informed<T: Scalar>(config: Config, rig: &Meta, start: &Extrinsics
     // A length out of range is none.
     let length = rig.baseline_m.map(f32::lit).and_then(|m| config.with_baseline_m(m).ok());
     let config = length.unwrap_or(config);
-    match rig.other.get(KEY) {
+    match rig.other.get(Meta::FACTORY_YAW_SD) {
         Some(sd) => {
             let rad = sd.as_f64().map(|deg| f32::lit(deg.to_radians()));
             let with = rad.and_then(|rad| config.with_factory_yaw_sd_rad(rad).ok());
@@ -53,7 +50,7 @@ mod tests {
         assert_eq!(of(&raw_meta, raw.truth().unwrap()), config);
         assert_eq!(of(&rectified_meta, identity), config);
         let mut told = rectified_meta;
-        told.other.insert(KEY.into(), serde_json::Value::Null);
+        told.other.insert(Meta::FACTORY_YAW_SD.into(), serde_json::Value::Null);
         assert_eq!(of(&told, identity), guess);
     }
 }

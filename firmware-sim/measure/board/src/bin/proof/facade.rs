@@ -4,7 +4,7 @@ use core::hint::black_box;
 
 use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, Reason};
 
-use crate::{geometry, memory, number, show, solver, store};
+use crate::{geometry, memory, number, show, solver, store, witness};
 
 pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
     let mut calibrator = Calibrator::<f32, 256>::new(config);
@@ -16,6 +16,7 @@ pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
         }
         pair(&mut calibrator);
         judge(&mut calibrator);
+        witness::all(&mut calibrator);
         memory::all(&mut calibrator);
         store::all(&mut calibrator);
         if black_box(false) {

@@ -14,6 +14,7 @@ mod link;
 mod memory;
 mod solver;
 mod store;
+mod witness;
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
@@ -34,7 +35,7 @@ fn panic(_: &PanicInfo) -> ! {
 fn main() -> ! {
     loop {
         if let Some(cameras) = cameras::all() {
-            let configured = config().unwrap_or_default();
+            let configured = black_box(config().unwrap_or_default());
             facade::all(configured, cameras);
             link::all(configured, cameras);
             solver::all(configured, &cameras);
@@ -64,6 +65,7 @@ fn config() -> Result<Config, ConfigError> {
     let angle = if black_box(false) { Central::Median } else { Central::Mean };
     let start = if black_box(false) { Config::paper() } else { Config::robust() };
     let start = if black_box(false) { start.without_lens_prior() } else { start };
+    let start = if black_box(false) { start.without_factory_yaw() } else { start };
     let tracking = if black_box(false) { LensTracking::Compensate } else { LensTracking::Report };
     show(tracking.code());
     Ok(start
@@ -77,6 +79,9 @@ fn config() -> Result<Config, ConfigError> {
         .with_max_sd_rad(number())?
         .with_lens_prior(black_box(LensPrior::WIDE))?
         .with_lens_tracking(tracking)
+        .with_factory_yaw_sd_rad(number())?
+        .with_lens_yaw_sd_rad(number())?
+        .with_baseline_m(number())?
         .with_memory_pairs(black_box(0))?
         .with_max_angular_rate(number())?
         .with_automatic_apply(black_box(false))
