@@ -37,10 +37,6 @@ fn to_the_end() -> Config {
     Config::paper().with_max_passes(5000).unwrap()
 }
 
-fn solve<T: Scalar>(set: &Dataset, pair: &[Match]) -> PairReport<T> {
-    solve_by(to_the_end(), set, pair).unwrap()
-}
-
 fn solve_by<T: Scalar>(
     config: Config,
     set: &Dataset,
@@ -93,9 +89,18 @@ fn gap_to(ours: &Extrinsics<f64>, theirs: &Solution) -> f64 {
 #[test]
 fn paper_preset_and_literal_reference_reach_the_same_extrinsics_on_every_recorded_pair() {
     let [mut compared, mut beyond_limit] = [0; 2];
+    let mut behind = Vec::new();
     let [mut worst, mut literal_worst] = [0.0_f64; 2];
     for_every_pair(|name, set, pair| {
-        let ours = solve::<f64>(set, pair);
+        let ours = match solve_by::<f64>(to_the_end(), set, pair) {
+            Ok(ours) => ours,
+            Err(why) => {
+                // Its optimum has a third of the points behind the cameras.
+                assert_eq!(why, PairError::Behind, "{name}");
+                behind.push(name.to_owned());
+                return;
+            }
+        };
         assert_ne!(ours.stop, Stop::PassesSpent, "{name}");
         beyond_limit += usize::from(ours.passes > 100);
         let start = TWO_OPTIMA.contains(&name).then_some(&ours.extrinsics);
@@ -118,7 +123,8 @@ fn paper_preset_and_literal_reference_reach_the_same_extrinsics_on_every_recorde
     });
     println!("{compared} pairs within {worst:.1e} rad; gauge row of weight 1: {literal_worst:.1e}");
     println!("{beyond_limit} of them take more than 100 passes");
-    assert_eq!((compared, beyond_limit), (200, 27));
+    println!("behind: {behind:?}");
+    assert_eq!((compared, beyond_limit, behind.len()), (199, 27, 1));
 }
 
 /// Figure 2, for both presets; the paper preset run to its end, because one pair in seven stops at its
@@ -126,7 +132,7 @@ fn paper_preset_and_literal_reference_reach_the_same_extrinsics_on_every_recorde
 #[test]
 fn f32_agrees_with_f64_within_a_twentieth_of_the_predicted_deviation_on_every_recorded_pair() {
     for (preset, config, solved) in
-        [("paper", to_the_end(), 200), ("robust", Config::robust(), 200)]
+        [("paper", to_the_end(), 199), ("robust", Config::robust(), 200)]
     {
         let (worst, [compared, refused]) = worst_share_between_scalars(config);
         println!(
