@@ -81,6 +81,10 @@ impl<T: Scalar> Estimator<T> {
     }
 
     /// Knowledge of the mount yaw, to be added to.
+    #[cfg_attr(
+        not(feature = "paper"),
+        expect(clippy::unnecessary_wraps, reason = "the paper preset has none")
+    )]
     pub(crate) fn mount_mut(&mut self) -> Option<&mut MountYaw<T>> {
         match self {
             #[cfg(feature = "paper")]

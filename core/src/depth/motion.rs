@@ -281,7 +281,8 @@ mod tests {
 
     #[test]
     fn normal_equations_are_solved_and_the_last_unknown_is_known_by_its_schur_complement() {
-        let h = |i: usize, j: usize| if i == j { 4.0 } else { 1.0 / (1.0 + (i + j) as f64) };
+        let place = |i: usize| f64::from(u8::try_from(i).unwrap());
+        let h = |i: usize, j: usize| if i == j { 4.0 } else { 1.0 / (1.0 + place(i + j)) };
         let x = [1.0, -2.0, 0.5, 3.0, 0.0, -1.0, 2.0];
         let mut rows = [[0.0; COLUMNS]; UNKNOWNS];
         for (i, row) in rows.iter_mut().enumerate() {
