@@ -117,12 +117,12 @@
 //! | decode and [`Calibrator::push`] | 600 in the mean, 1,700; 7,000 with all matches in one place | one a match |
 //! | [`Calibrator::begin_pair`] | 70,000 | one a pair |
 //! | [`Calibrator::advance_pair`], a pass | 120,000; in a track 34,000 | 2 in a track, in a search up to [`Config::with_max_passes`] |
-//! | [`Calibrator::advance_pair`], the last one | 155,000 | one a pair |
+//! | [`Calibrator::advance_pair`], the last one | 160,000 | one a pair |
 //! | [`Calibrator::fuse`] | 125,000 | one a pair |
-//! | [`Calibrator::health`], [`Calibrator::apply`] | 80,000, 45,000 | as needed |
+//! | [`Calibrator::health`], [`Calibrator::apply`] | 100,000, 50,000 | as needed |
 //!
-//! * Locked, a frame of 1,000 matches takes 0.75 million from its first byte to `fuse`: 0.44 million to decode and
-//!   select, 0.31 million for the pair. While acquiring 1.36 million; a batch of mismatches alone, 1.34 million for the
+//! * Locked, a frame of 1,000 matches takes 0.76 million from its first byte to `fuse`: 0.45 million to decode and
+//!   select, 0.31 million for the pair. While acquiring 1.90 million; a batch of mismatches alone, 1.34 million for the
 //!   pair.
 //! * Slices: call `advance_pair` once per period until it returns a report, then `fuse` in a period of its own. The
 //!   longest call then decides the time slice. The result is that of [`Calibrator::solve_pair`], bit for bit.
