@@ -1,4 +1,4 @@
-//! A complete calibration of a synthetic rig: cameras, factory, push, solve, fuse, health, clear, apply.
+//! A complete calibration of a synthetic rig: cameras, push, solve, fuse, health, clear, apply.
 //!
 //! ```sh
 //! cargo run -p stereo-selfcal --example minimal
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let mut calibrator = Calibrator::<f32, CAPACITY>::new(Config::robust());
     calibrator.set_cameras(cameras);
-    calibrator.set_factory(Extrinsics::SIDE_BY_SIDE);
+    // Side by side. `set_factory` takes the extrinsics of a calibration, not a guess: their yaw is held.
 
     // The rig has moved since: R by 1.4 degrees, t by 0.8 degrees.
     let turn = so3::exp(&Vector3::new(0.010, -0.015, 0.017)).ok_or("no rotation")?;

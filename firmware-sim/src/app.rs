@@ -204,7 +204,7 @@ mod tests {
     }
 
     fn wire(bytes: Vec<u8>) -> Wire {
-        let wire = Wire::default();
+        let wire = Wire::exact();
         wire.send(bytes);
         wire
     }

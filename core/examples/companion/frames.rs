@@ -103,7 +103,7 @@ fn end_pair(rig: &mut Rig, frame: &Received, link: &Counters) -> Value {
 mod tests {
     use super::*;
     use stereo_selfcal::link::{Encoder, FrameHeader, MatchRecord};
-    use stereo_selfcal::{Camera, Cameras, Config, Correspondence, Extrinsics, Intrinsics, Lens};
+    use stereo_selfcal::{Camera, Cameras, Config, Correspondence, Intrinsics, Lens};
 
     /// A frame of a side-by-side rig.
     fn frame(sequence: u32) -> Vec<u8> {
@@ -142,7 +142,6 @@ mod tests {
         let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
         let mut rig = Rig::new(Config::robust());
         rig.set_cameras(Cameras { left: camera, right: camera });
-        rig.set_factory(Extrinsics::SIDE_BY_SIDE);
         rig
     }
 

@@ -100,9 +100,14 @@ fn set_up(arguments: &[String]) -> Result<Rig, Box<dyn Error>> {
     let options = Options::read(arguments)?;
     let mut rig = Rig::new(Config::robust());
     rig.set_cameras(Cameras { left: options.camera("left")?, right: options.camera("right")? });
-    let r = options.get("rotation")?.unwrap_or([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
-    let t = options.get("translation")?.unwrap_or([-1.0, 0.0, 0.0]);
-    rig.set_factory(Extrinsics::from_row_major(r, t)?);
+    // Side by side without them: a guess, whose yaw is not held.
+    match (options.get("rotation")?, options.get("translation")?) {
+        (None, None) => {}
+        (r, t) => {
+            let r = r.unwrap_or([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+            rig.set_factory(Extrinsics::from_row_major(r, t.unwrap_or([-1.0, 0.0, 0.0]))?);
+        }
+    }
     Ok(rig)
 }
 

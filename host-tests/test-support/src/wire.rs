@@ -51,9 +51,17 @@ struct State {
     accesses: VecDeque<Access>,
     /// Number of reads before the one that fails.
     good_reads: Option<usize>,
+    /// Whether a read beyond the bytes that wait is a fault of the driver.
+    exact: bool,
 }
 
 impl Wire {
+    /// A wire that panics where the driver reads more than was sent.
+    #[must_use]
+    pub fn exact() -> Self {
+        Self(Rc::new(RefCell::new(State { exact: true, ..State::default() })))
+    }
+
     /// Puts bytes on the wire.
     pub fn send(&self, bytes: impl IntoIterator<Item = u8>) {
         self.0.borrow_mut().waiting.extend(bytes);
@@ -93,6 +101,7 @@ impl State {
     /// Moves the bytes that wait into the buffer. `None` if the read fails.
     fn read(&mut self, buffer: &mut [u8]) -> Option<usize> {
         self.note(Access::Read(buffer.len()));
+        assert!(!self.exact || buffer.len() <= self.waiting.len(), "a read of more than was sent");
         let count = buffer.len().min(self.waiting.len());
         for (place, byte) in buffer.iter_mut().zip(self.waiting.drain(..count)) {
             *place = byte;
