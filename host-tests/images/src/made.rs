@@ -3,10 +3,13 @@
 //! The left image is cut into tiles, each a slanted plane at a depth of its own, and every pixel of the right
 //! image looks through the homographies of the planes for the nearest one. Both images get noise.
 
+use std::io::BufWriter;
 use std::path::Path;
 
 use anyhow::{Context, Result};
 use host_tests::data::{Dataset, Meta};
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -101,7 +104,10 @@ impl MadePair {
         for (picture, side) in self.pictures.iter().zip(["left", "right"]) {
             let [width, height] = picture.size().map(u32::from);
             let path = dir.join(format!("{side}.png"));
-            image::save_buffer(&path, picture.pixels(), width, height, image::ColorType::L8)
+            let file = std::fs::File::create(&path);
+            let file = file.with_context(|| format!("cannot write {}", path.display()))?;
+            PngEncoder::new(BufWriter::new(file))
+                .write_image(picture.pixels(), width, height, ExtendedColorType::L8)
                 .with_context(|| format!("cannot write {}", path.display()))?;
         }
         let path = dir.join("meta.json");

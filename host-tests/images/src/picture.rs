@@ -1,11 +1,10 @@
 //! Grey pictures of 8 bits.
 
 use std::fmt;
-use std::io::Cursor;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
-use image::{DynamicImage, ImageReader};
+use image::DynamicImage;
 use kornia_image::{Image, ImageSize};
 
 /// Share of the pixels of a 16-bit picture that may be brighter than its white.
@@ -54,9 +53,10 @@ impl Picture {
     /// # Errors
     /// If they are not an image, or a damaged one.
     pub fn decode(bytes: &[u8]) -> Result<Self> {
-        let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
-        ensure!(reader.format().is_some(), "neither PNG nor JPEG nor PGM nor TIFF");
-        Self::of(reader.decode()?)
+        let format = image::guess_format(bytes).ok();
+        ensure!(format.is_some(), "neither PNG nor JPEG nor PGM nor TIFF");
+        // Not a reader: its decoders are generic, and would be compiled once more here.
+        Self::of(image::load_from_memory(bytes)?)
     }
 
     /// Any decoded image as grey of 8 bits.

@@ -1,5 +1,6 @@
 //! Grey images whose pixels may be unseen.
 
+use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
@@ -19,8 +20,10 @@ impl Grey {
     /// Names the file.
     pub fn read(path: &Path) -> Result<Self> {
         let name = path.display();
-        let image = image::open(path).with_context(|| format!("cannot read the image {name}"))?;
-        let image = image.into_luma8();
+        let bytes = fs::read(path).with_context(|| format!("cannot read {name}"))?;
+        let image = image::load_from_memory(&bytes)
+            .with_context(|| format!("cannot read the image {name}"))?
+            .into_luma8();
         let size = [u16::try_from(image.width()), u16::try_from(image.height())];
         let [Ok(width), Ok(height)] = size else { anyhow::bail!("{name} is larger than 65535 px") };
         Ok(Self { size: [width, height], pixels: image.into_raw().into_iter().map(Some).collect() })

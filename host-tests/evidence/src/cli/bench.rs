@@ -71,12 +71,8 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<()> {
 impl BenchArgs {
     fn run<T: Scalar>(&self, file: &PairFile) -> Result<SinglePairStats> {
         match file.matches() {
-            0..=64 => self.run_within::<T, 64>(file),
-            65..=128 => self.run_within::<T, 128>(file),
-            129..=256 => self.run_within::<T, 256>(file),
-            257..=512 => self.run_within::<T, 512>(file),
-            513..=1024 => self.run_within::<T, 1024>(file),
-            1025..=2048 => self.run_within::<T, 2048>(file),
+            0..=256 => self.run_within::<T, 256>(file),
+            257..=2048 => self.run_within::<T, 2048>(file),
             n => bail!("pairs of {n} correspondences: there is room for 2048"),
         }
     }
