@@ -20,7 +20,8 @@ use host_tests::is_broken_pipe;
 use host_tests::run::progress;
 
 use compare::Bound;
-use table::Table;
+use table::{Row, Table};
+use variant::Board;
 
 /// Measure the core on an emulated controller: instructions and stack of every call, flash and RAM.
 ///
@@ -44,6 +45,7 @@ use table::Table;
     after_help = "Examples:
   cargo controller-cost                 the table
   cargo controller-cost --check         fail where a figure has moved
+  cargo controller-cost --check --board m4f    the same for one board, in half the time
   cargo controller-cost --update        write the table of this compiler
   cargo controller-cost --repeat 5      prove that the counts repeat
   cargo controller-cost --calls         every single call as well
@@ -56,6 +58,10 @@ struct Args {
     /// or by more than 40 % from a table of another rustc version.
     #[arg(long, conflicts_with = "update")]
     check: bool,
+
+    /// Measure this board alone [default: both].
+    #[arg(long, value_enum, conflicts_with = "update")]
+    board: Option<Board>,
 
     /// Write the committed table of the rustc that built the programs.
     #[arg(long)]
@@ -92,8 +98,9 @@ fn run(args: &Args) -> Result<()> {
     // Fails before minutes of builds.
     let committed = args.check.then(|| table::read_all(&folder)).transpose()?;
     let repeat = usize::from(args.repeat);
-    let bar = progress::over(measurement::steps(repeat), "builds and runs");
-    let (measured, output) = measurement::table(repeat, &bar)?;
+    let boards = args.board.map_or_else(|| Board::ALL.to_vec(), |board| vec![board]);
+    let bar = progress::over(measurement::steps(&boards, repeat), "builds and runs");
+    let (measured, output) = measurement::table(&boards, repeat, &bar)?;
     bar.finish_and_clear();
     if args.calls {
         print_calls(&output)?;
@@ -102,7 +109,7 @@ fn run(args: &Args) -> Result<()> {
     if args.update {
         measured.write(&folder)?;
     }
-    committed.map_or(Ok(()), |tables| check(&tables, &measured))
+    committed.map_or(Ok(()), |tables| check(&tables, &measured, &boards))
 }
 
 /// Prints the lines about single calls.
@@ -135,11 +142,13 @@ fn print(table: &Table) -> io::Result<()> {
     Ok(())
 }
 
-fn check(tables: &[Table], measured: &Table) -> Result<()> {
+fn check(tables: &[Table], measured: &Table, boards: &[Board]) -> Result<()> {
     let committed = table::nearest(tables, &measured.compiler).context("no committed table")?;
     let bound = compare::bound(committed, measured);
     println!("\n{}", comparison(committed, measured, bound));
-    let changes = compare::changes(&committed.rows, &measured.rows, bound);
+    let is_measured = |row: &&Row| boards.iter().any(|board| board.name() == row.board);
+    let rows: Vec<_> = committed.rows.iter().filter(is_measured).cloned().collect();
+    let changes = compare::changes(&rows, &measured.rows, bound);
     for change in &changes {
         println!("{change}");
     }

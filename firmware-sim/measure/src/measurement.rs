@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::thread;
+use std::thread::{self, ScopedJoinHandle};
 
 use anyhow::{Context, Result, anyhow, ensure};
 use host_tests::run::progress::Bar;
@@ -14,9 +14,9 @@ use crate::variant::{Board, Variant};
 use crate::{compile, emulate};
 
 /// Number of builds and runs.
-pub(crate) fn steps(repeat: usize) -> usize {
-    let runs: usize = Variant::all().map(|variant| variant.board.scalars().len()).sum();
-    Variant::all().count() + runs * repeat
+pub(crate) fn steps(boards: &[Board], repeat: usize) -> usize {
+    let of_variant = |variant: Variant| 1 + variant.board.scalars().len() * repeat;
+    boards.iter().flat_map(|board| Variant::of(*board)).map(of_variant).sum()
 }
 
 /// The figures of a board, and the output of its programs.
@@ -26,25 +26,33 @@ struct BoardFigures {
     output: String,
 }
 
-/// Measures every variant. Returns the table, and the output of all programs.
+/// Measures every variant of some boards. Returns the table, and the output of all programs.
 ///
 /// * `repeat`: runs of each program, which must all print the same.
-pub(crate) fn table(repeat: usize, progress: &Bar) -> Result<(Table, String)> {
+pub(crate) fn table(boards: &[Board], repeat: usize, progress: &Bar) -> Result<(Table, String)> {
     // A thread per board: the programs of one run on one core while the other board's are built.
-    let boards = thread::scope(|scope| {
-        let threads = Board::ALL.map(|board| scope.spawn(move || figures(board, repeat, progress)));
-        threads.map(|thread| thread.join().map_err(|_| anyhow!("a measurement panicked"))?)
-    });
-    let [m4f, m7] = boards;
-    let (m4f, m7) = (m4f?, m7?);
-    ensure!(m4f.compiler == m7.compiler, "the boards were built by different compilers");
-    let rows = [m4f.rows, m7.rows].concat();
-    Ok((Table { compiler: m4f.compiler, rows }, m4f.output + &m7.output))
+    let figures = thread::scope(|scope| {
+        let start = |board: &Board| {
+            let board = *board;
+            scope.spawn(move || figures(board, repeat, progress))
+        };
+        let threads: Vec<_> = boards.iter().map(start).collect();
+        let join = |thread: ScopedJoinHandle<'_, _>| {
+            thread.join().map_err(|_| anyhow!("a measurement panicked"))?
+        };
+        threads.into_iter().map(join).collect::<Result<Vec<BoardFigures>>>()
+    })?;
+    let compiler = figures.first().context("no board")?.compiler.clone();
+    let same = figures.iter().all(|board| board.compiler == compiler);
+    ensure!(same, "the boards were built by different compilers");
+    let (rows, output): (Vec<_>, Vec<_>) =
+        figures.into_iter().map(|board| (board.rows, board.output)).unzip();
+    Ok((Table { compiler, rows: rows.concat() }, output.concat()))
 }
 
 fn figures(board: Board, repeat: usize, progress: &Bar) -> Result<BoardFigures> {
     let (mut version, mut rows, mut output) = (None, Vec::new(), String::new());
-    for variant in Variant::all().filter(|variant| variant.board == board) {
+    for variant in Variant::of(board) {
         progress.set_message(format!("builds and runs, building for {variant}"));
         let programs = compile::programs(variant)?;
         progress.inc(1);
@@ -140,6 +148,7 @@ mod tests {
 
     #[test]
     fn every_repetition_is_a_step() {
-        assert_eq!([steps(1), steps(5)], [4 + 6, 4 + 30]);
+        assert_eq!([steps(&Board::ALL, 1), steps(&Board::ALL, 5)], [4 + 6, 4 + 30]);
+        assert_eq!(steps(&[Board::CortexM4F], 1), 2 + 2);
     }
 }

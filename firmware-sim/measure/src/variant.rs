@@ -3,11 +3,13 @@
 use std::fmt;
 
 /// An emulated board, with the controller's core.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Board {
-    /// Single precision.
+    /// Cortex-M4F, single precision.
+    #[value(name = "m4f")]
     CortexM4F,
-    /// Double precision.
+    /// Cortex-M7, double precision.
+    #[value(name = "m7")]
     CortexM7,
 }
 
@@ -89,10 +91,8 @@ pub(crate) struct Variant {
 }
 
 impl Variant {
-    pub(crate) fn all() -> impl Iterator<Item = Self> {
-        Board::ALL.into_iter().flat_map(|board| {
-            Optimisation::ALL.into_iter().map(move |optimisation| Self { board, optimisation })
-        })
+    pub(crate) fn of(board: Board) -> impl Iterator<Item = Self> {
+        Optimisation::ALL.into_iter().map(move |optimisation| Self { board, optimisation })
     }
 }
 
