@@ -12,4 +12,3 @@
 
 mod api;
 mod link;
-mod store;

@@ -14,8 +14,6 @@ mod health;
 mod homography;
 mod judgement;
 mod lens;
-mod memory;
-mod memory_numbers;
 mod mistakes;
 mod presets;
 mod robust;

@@ -1,0 +1,91 @@
+//! An estimate as the prior of a new hypothesis: what a record keeps of it (`ESTIMATOR.md`, section 21).
+//!
+//! The moments of a hypothesis are replaced by those of five virtual correspondences, which have its information on the
+//! extrinsics and its response to the lens (`Moments::set_prior`). So a restored estimate is fused, fades and is
+//! reported as any other.
+
+use nalgebra::Vector5;
+
+use super::Fusion;
+use super::lens_reference::LensReference;
+use super::vibration::KnownVibration;
+use crate::algebra::information::Information;
+use crate::algebra::normal_equations::NormalEquations;
+use crate::algebra::prior_moments::Response;
+use crate::config::Context;
+use crate::depth::mount::MountYaw;
+use crate::geometry::rectification::RectifyingRotations;
+use crate::scalar::Scalar;
+
+/// An estimate without its pairs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Prior<T: Scalar> {
+    pub(crate) pose: RectifyingRotations<T>,
+    /// Inverse of the reported covariance with the lens as given, without the prior about the factory extrinsics,
+    /// 1/rad^2.
+    pub(crate) information: Information<T>,
+    pub(crate) response: Response<T>,
+    /// Weighted sum of squared residuals.
+    pub(crate) squares: T,
+    /// Pairs behind it, at least 1.
+    pub(crate) pairs: u32,
+    /// Noise of a coordinate, px.
+    pub(crate) noise: T,
+    /// Usual share of inliers, and of a second crowd.
+    pub(crate) shares: [T; 2],
+    /// Fading sums of matches of high leverage.
+    pub(crate) high_leverage: [T; 2],
+}
+
+/// All that a record keeps of the robust method.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Learned<T: Scalar> {
+    /// The champion; `None` before the first.
+    pub(crate) prior: Option<Prior<T>>,
+    pub(crate) reference: LensReference<T>,
+    pub(crate) vibration: KnownVibration<T>,
+    pub(crate) mount: MountYaw<T>,
+}
+
+impl<T: Scalar> Learned<T> {
+    pub(crate) const NOTHING: Self = Self {
+        prior: None,
+        reference: LensReference::GIVEN,
+        vibration: KnownVibration::NONE,
+        mount: MountYaw::UNKNOWN,
+    };
+}
+
+impl<T: Scalar> Fusion<T> {
+    /// What a record keeps.
+    #[inline(never)]
+    pub(crate) fn learned(&self, context: &Context<'_, T>) -> Learned<T> {
+        let champion = self.hypotheses.champion();
+        Learned {
+            prior: champion.and_then(|champion| champion.as_prior(context)),
+            reference: champion
+                .map_or(self.reference, |c| self.reference.with_knowledge_of(c, context)),
+            vibration: self.vibration.known(),
+            mount: self.mount,
+        }
+    }
+
+    /// Takes it up, without pairs. The estimate is suspect until a pair supports it.
+    #[inline(never)]
+    pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) {
+        let Learned { prior, reference, vibration, mount } = learned;
+        (self.reference, self.mount) = (*reference, self.mount.resumed(mount));
+        self.vibration.resume(vibration);
+        if let Some(prior) = prior {
+            self.hypotheses.resume(prior, &context.vibrating(self.vibration.variances()));
+        }
+    }
+}
+
+impl<T: Scalar> Prior<T> {
+    /// Its normal equations: with those of the prior about the factory extrinsics they have their optimum at the pose.
+    pub(super) fn equations(&self, context: &Context<'_, T>) -> NormalEquations<T> {
+        let gradient: Vector5<T> = self.pose.unknowns_to(&context.factory_pose) * context.prior;
+        NormalEquations { information: self.information, gradient }
+    }
+}
