@@ -125,8 +125,11 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     #[inline(never)]
     pub fn install(&mut self, factory: &FactoryCalibration<T>) {
         self.config = factory.configure(self.config).unwrap_or(self.config);
-        self.cameras = Some(factory.cameras);
-        self.set_factory(factory.extrinsics);
+        (self.cameras, self.factory) = (Some(factory.cameras), factory.extrinsics);
+        if let Some(mount) = self.estimator.mount_mut() {
+            *mount = factory.yaw_sd_rad.map_or(MountYaw::UNKNOWN, |_| MountYaw::CALIBRATED);
+        }
+        self.reset();
     }
 
     /// Cameras and extrinsics as they left the factory, and what is known of them; `None` without cameras.

@@ -3,15 +3,15 @@
 //!
 //! In the rectified frame of the estimate the constraint has the derivatives `d_i^T k` by the unknowns, and `l^T k` by
 //! a parameter of the lens, where `k` are the twelve coordinates of a correspondence. The response `E` (5 x 12)
-//! regresses the coordinates on the unknowns: `E = H^-1 D^T M`, so `E D = I`. The sum `M' = E^T H E` has the information
+//! regresses the coordinates on the unknowns: `E = H^-1 D^T M`, noise of disparities included, so `E D = I`. The sum `M' = E^T H E` has the information
 //! `D^T M' D = H` and the mixed information `D^T M' l = H E l`: the lens moves the estimate as it did with `M`.
 //!
 //! `E D = I` fixes five of the columns, and that of the residual is zero at the optimum. Six are free.
 
 use nalgebra::Vector5;
 
+use super::disparity_noise::{BaselineNoise, BiasedEquations};
 use super::moments::{COORDINATES, Moments};
-use super::normal_equations::NormalEquations;
 use crate::scalar::Scalar;
 
 /// Coordinates whose columns are free: `xx`, `yy`, `yz`, and the derivatives by the lens.
@@ -30,16 +30,13 @@ impl<T: Scalar> Response<T> {
     /// * `prior`: information on each unknown beside the sums, 1/rad^2.
     #[inline(never)]
     pub(crate) fn of(sums: &Moments<T>, prior: T) -> Option<Self> {
-        let mut biased = sums.biased_at_frame();
-        let mut joint = biased.debiased().information.0;
+        let mut joint = sums.at_frame().information.0;
         joint.add_diagonal(prior);
         let factor = joint.factor(T::ZERO)?;
         let most = T::lit(MAX_RESPONSE);
         let mut response = [[T::ZERO; 5]; 6];
         for (column, coordinate) in response.iter_mut().zip(FREE) {
-            biased.normal.gradient = sums.by_unknowns(coordinate);
-            // Less the noise of disparities, as the estimate.
-            let moved = factor.solve(&biased.debiased().gradient);
+            let moved = factor.solve(&sums.by_unknowns(coordinate));
             for (to, from) in column.iter_mut().zip(moved.iter()) {
                 *to = if from.is_finite() { from.clamp(-most, most) } else { T::ZERO };
             }
@@ -76,7 +73,7 @@ impl<T: Scalar> Moments<T> {
     #[inline(never)]
     pub(crate) fn set_prior(
         &mut self,
-        of: &NormalEquations<T>,
+        of: &BiasedEquations<T>,
         response: &Response<T>,
         squares: T,
     ) {
@@ -84,14 +81,16 @@ impl<T: Scalar> Moments<T> {
         let columns = response.columns();
         let mut sums = self.products_mut().0.iter_mut();
         for (row, column) in columns.iter().enumerate() {
-            let weighted = of.information.times(&Vector5::from(*column));
+            let weighted = of.normal.information.times(&Vector5::from(*column));
             let products = columns.iter().take(row.saturating_add(1)).zip(sums.by_ref());
             products.for_each(|(other, sum)| *sum = weighted.dot(&Vector5::from(*other)));
         }
         if let Some(sum) = self.products_mut().0.first_mut() {
             *sum = squares;
         }
-        self.set_gradient(&of.gradient);
+        let BaselineNoise([forward, mixed, down]) = of.noise;
+        self.noise = [squares, down, -mixed, forward];
+        self.set_gradient(&of.normal.gradient);
     }
 
     /// `D^T M` of one coordinate, in the frame of the sums.
@@ -110,28 +109,31 @@ impl<T: Scalar> Moments<T> {
 mod tests {
     use super::*;
     use crate::algebra::information::Information;
+    use crate::algebra::normal_equations::NormalEquations;
     use crate::algebra::symmetric5::Symmetric5;
     use crate::geometry::rectification::tests::pose;
 
-    fn prior() -> (NormalEquations<f64>, Response<f64>) {
+    fn prior() -> (BiasedEquations<f64>, Response<f64>) {
         let mut information = Symmetric5::of_diagonal([4e9, 3e8, 2e9, 1e6, 5e5]);
         information.add_outer(1e8, &[1.0, -0.4, 0.7, 0.02, -0.01]);
         let gradient = Vector5::new(3.0, -2.0, 1.0, -4.0, 5.0);
         let element = |i: u32| (f64::from(i) * 1.7).sin() * 3.0;
         let column = |k: u32| [0, 1, 2, 3, 4].map(|i| element(5 * k + i));
         let response = Response([0, 1, 2, 3, 4, 5].map(column));
-        (NormalEquations { information: Information(information), gradient }, response)
+        let normal = NormalEquations { information: Information(information), gradient };
+        (BiasedEquations { normal, noise: BaselineNoise([3e5, -2e4, 1e5]) }, response)
     }
 
     #[test]
     fn the_sums_of_a_prior_have_its_equations_its_response_and_its_squares() {
-        let ((normal, response), mut sums) = (prior(), Moments::ZERO);
-        sums.set_prior(&normal, &response, 7.0);
+        let ((equations, response), mut sums) = (prior(), Moments::ZERO);
+        sums.set_prior(&equations, &response, 7.0);
         let rig = pose([0.02, -0.01, 0.03], [0.05, -0.04]);
-        for found in [sums.at_frame(), sums.debiased_at_pose(&rig, &rig)] {
-            let off = found.information.0.minus(&normal.information.0).0;
-            assert!(off.iter().all(|x| x.abs() < 1e-4), "{off:?}");
-            assert!((found.gradient - normal.gradient).amax() < 1e-4, "{found:?}");
+        for found in [sums.biased_at_frame(), sums.biased_at_pose(&rig, &rig)] {
+            let off = found.minus(&equations);
+            assert!(off.normal.information.0.0.iter().all(|x| x.abs() < 1e-4), "{off:?}");
+            assert!(off.noise.0.iter().all(|x| x.abs() < 1e-9), "{off:?}");
+            assert!(off.normal.gradient.amax() < 1e-4, "{off:?}");
         }
         assert!((sums.cost_at(&rig, &rig) - 7.0).abs() < 1e-9);
         let again = Response::of(&sums, 0.0).unwrap();

@@ -4,13 +4,10 @@
 //! extrinsics and its response to the lens (`Moments::set_prior`). So a restored estimate is fused, fades and is
 //! reported as any other.
 
-use nalgebra::Vector5;
-
 use super::Fusion;
 use super::lens_reference::LensReference;
 use super::vibration::KnownVibration;
-use crate::algebra::information::Information;
-use crate::algebra::normal_equations::NormalEquations;
+use crate::algebra::disparity_noise::BiasedEquations;
 use crate::algebra::prior_moments::Response;
 use crate::config::Context;
 use crate::depth::mount::MountYaw;
@@ -21,12 +18,11 @@ use crate::scalar::Scalar;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Prior<T: Scalar> {
     pub(crate) pose: RectifyingRotations<T>,
-    /// Inverse of the reported covariance with the lens as given, without the prior about the factory extrinsics,
-    /// 1/rad^2.
-    pub(crate) information: Information<T>,
+    /// Equations of the pairs about the pose, and the noise of disparities in them, over the widening by image halves.
+    pub(crate) equations: BiasedEquations<T>,
     pub(crate) response: Response<T>,
-    /// Weighted sum of squared residuals.
-    pub(crate) squares: T,
+    /// Reduced chi-square of the pairs.
+    pub(crate) chi_square: T,
     /// Pairs behind it, at least 1.
     pub(crate) pairs: u32,
     /// Noise of a coordinate, px.
@@ -79,13 +75,5 @@ impl<T: Scalar> Fusion<T> {
         if let Some(prior) = prior {
             self.hypotheses.resume(prior, &context.vibrating(self.vibration.variances()));
         }
-    }
-}
-
-impl<T: Scalar> Prior<T> {
-    /// Its normal equations: with those of the prior about the factory extrinsics they have their optimum at the pose.
-    pub(super) fn equations(&self, context: &Context<'_, T>) -> NormalEquations<T> {
-        let gradient: Vector5<T> = self.pose.unknowns_to(&context.factory_pose) * context.prior;
-        NormalEquations { information: self.information, gradient }
     }
 }

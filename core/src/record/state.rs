@@ -7,7 +7,9 @@ use super::reader::Reader;
 use super::writer::{Writer, seal};
 use super::{Kind, OVERHEAD_BYTES, believe};
 use crate::algebra::block_variances::BlockVariances;
+use crate::algebra::disparity_noise::{BaselineNoise, BiasedEquations};
 use crate::algebra::information::{Information, StandardDeviations};
+use crate::algebra::normal_equations::NormalEquations;
 use crate::algebra::prior_moments::{MAX_RESPONSE, Response};
 use crate::algebra::symmetric5::Symmetric5;
 use crate::batch::correspondence::Cameras;
@@ -23,13 +25,14 @@ use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3;
 use crate::scalar::Scalar;
-use crate::thresholds::{MAX_NOISE_PX, MAX_VIBRATION_RAD};
+use crate::thresholds::{MAX_NOISE_PX, MAX_REDUCED_CHI_SQUARE, MAX_VIBRATION_RAD};
 
 /// Bytes of fingerprint, generation and pairs.
 const WORDS: usize = 3;
-/// Numbers: two calibrations of eight, the pose of six, information, response, the fit of six, lens of six, vibration of
+/// Numbers: two calibrations of eight, the pose of six, equations, response, the fit of six, lens of six, vibration of
 /// four, mount of six.
-const NUMBERS: usize = 2 * 8 + 6 + 15 + 30 + 6 + 6 + 4 + 6;
+const NUMBERS: usize = 2 * 8 + PRIOR + 6 + 4 + 6;
+const PRIOR: usize = 6 + 15 + 2 + 3 + 30 + 6;
 /// Length of a record.
 pub(crate) const BYTES: usize = OVERHEAD_BYTES + 4 * (WORDS + NUMBERS);
 const _: () = assert!(BYTES <= 400);
@@ -45,12 +48,12 @@ const MOUNT: [u8; 3] = [8, 16, 32];
 const MAX_INFORMATION: f64 = 1e15;
 /// Distance of the length of a baseline from 1.
 const UNIT: f64 = 1e-5;
-/// Rounding of a share over 1.
-const MAX_SHARE: f64 = 1.001;
-/// Matches in the short window of pairs of a million matches, and in all.
-const MAX_MATCHES: [f64; 2] = [1e7, 1e12];
+/// Rounding of a running mean over its largest term.
+const MEAN_ROUNDING: f64 = 1.001;
+/// Matches in the short window of pairs of a million matches.
+const MAX_MATCHES: f64 = 1e7;
 /// Information on the lens, dimensionless.
-const MAX_LENS_WEIGHT: f64 = 1e15;
+const MAX_LENS_WEIGHT: f64 = 1e10;
 /// Yaw, rad, and its variances, rad^2.
 const MAX_YAW: f64 = 10.0;
 
@@ -65,7 +68,7 @@ struct Checked<T: Scalar> {
 }
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
-    /// Length of a record of [`Calibrator::snapshot`]: 380 bytes.
+    /// Length of a record of [`Calibrator::snapshot`]: 400 bytes.
     pub const SNAPSHOT_BYTES: usize = BYTES;
 
     /// The calibration in use and the estimate as a record, for storage that survives a loss of power; `None` without
@@ -81,7 +84,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let context = self.estimator.context(&self.config, &self.factory, self.cameras.as_ref())?;
         let mut record = [0; BYTES];
         self.write(rig, &self.estimator.learned(&context), &mut record);
-        seal(&mut record);
+        if read(&record, self.cameras.as_ref()?, &context).is_err() {
+            // An estimate beyond the ranges, as of matches that are none, is not kept.
+            self.write(rig, &Learned::NOTHING, &mut record);
+        }
         Some(record)
     }
 
@@ -130,22 +136,29 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         to.numbers(&[variances.rotation, variances.baseline]);
         to.numbers(deviations);
         to.numbers(&mount);
+        seal(record);
     }
 }
 
 /// Writes pose, information, response and fit; zeros where there is none.
 #[inline(never)]
 fn write_prior<T: Scalar>(prior: Option<&Prior<T>>, factory: &Extrinsics<T>, to: &mut Writer<'_>) {
-    let Some(Prior { pose, information, response, squares, noise, shares, high_leverage, .. }) =
+    let Some(Prior { pose, equations, response, chi_square, noise, shares, high_leverage, .. }) =
         prior
     else {
-        to.numbers(&[T::ZERO; 6 + 15 + 30 + 6]);
+        to.numbers(&[T::ZERO; PRIOR]);
         return;
     };
     write_about(factory, &pose.extrinsics().unwrap_or(*factory), to);
+    let BiasedEquations {
+        normal: NormalEquations { information, gradient },
+        noise: of_disparities,
+    } = equations;
     to.numbers(&information.0.0);
+    to.numbers(&[gradient.w, gradient.a]);
+    to.numbers(&of_disparities.0);
     response.0.iter().for_each(|column| to.numbers(column));
-    to.numbers(&[*squares, *noise]);
+    to.numbers(&[*chi_square, *noise]);
     to.numbers(shares);
     to.numbers(high_leverage);
 }
@@ -176,7 +189,7 @@ fn read<T: Scalar>(
     let prior = if is_set(ESTIMATE) {
         Some(read_prior(pairs, context, &mut from)?)
     } else {
-        from.numbers::<T, { 6 + 15 + 30 + 6 }>(0.0)?;
+        from.numbers::<T, PRIOR>(0.0)?;
         None
     };
     let reference = LensReference::of(from.numbers(MAX_LENS_WEIGHT)?, changes);
@@ -227,29 +240,42 @@ fn read_prior<T: Scalar>(
     }
     let pose = RectifyingRotations::from(&extrinsics);
     let information = Information(Symmetric5(from.numbers(MAX_INFORMATION)?));
+    let [forward, down] = from.numbers(MAX_INFORMATION)?;
+    let of_disparities = BaselineNoise(from.numbers(MAX_INFORMATION)?);
+    // `R` is observed: its gradient balances the prior about the factory extrinsics.
+    let mut gradient = pose.unknowns_to(&context.factory_pose) * context.prior;
+    (gradient.w, gradient.a) = (forward, down);
+    let normal = NormalEquations { information, gradient };
+    let equations = BiasedEquations { normal, noise: of_disparities };
     let mut response = Response([[T::ZERO; 5]; 6]);
     for column in &mut response.0 {
         *column = from.numbers(MAX_RESPONSE)?;
     }
     let zero = T::ZERO;
-    let [window, all] = MAX_MATCHES.map(T::lit);
-    let squares = from.within(zero, all)?;
+    let window = T::lit(MAX_MATCHES);
+    let over = T::lit(MEAN_ROUNDING);
+    let chi_square = from.within(zero, over * T::lit(MAX_REDUCED_CHI_SQUARE))?;
     // An update may have changed the floor.
     let floor = T::single(context.config.noise_floor_px);
     let noisiest = floor.max(T::lit(MAX_NOISE_PX)) * T::lit(2.0);
     let noise = from.within(floor.min(T::lit(MAX_NOISE_PX)) * T::HALF, noisiest)?;
-    let share = T::lit(MAX_SHARE);
-    let shares = [from.within(zero, share)?, from.within(-share, share)?];
+    let shares = [from.within(zero, over)?, from.within(-over, over)?];
     let high_leverage = [from.within(zero, window)?, from.within(zero, window)?];
-    believe(pairs > 0 && is_covariance(&information, context.prior))?;
-    Ok(Prior { pose, information, response, squares, pairs, noise, shares, high_leverage })
+    believe(pairs > 0 && leads_to_covariance(&equations, context.prior))?;
+    Ok(Prior { pose, equations, response, chi_square, pairs, noise, shares, high_leverage })
 }
 
-/// Whether an information leads to finite deviations.
-fn is_covariance<T: Scalar>(information: &Information<T>, prior: T) -> bool {
-    let mut joint = information.0;
-    joint.add_diagonal(prior);
-    joint.inverse().is_some_and(|covariance| StandardDeviations::of(&covariance).is_finite())
+/// Whether equations lead to finite deviations, and their noise is one.
+#[inline(never)]
+fn leads_to_covariance<T: Scalar>(equations: &BiasedEquations<T>, prior: T) -> bool {
+    let [forward, mixed, down] = equations.noise.0;
+    let is_noise =
+        forward >= T::ZERO && down >= T::ZERO && mixed * mixed <= forward * down * T::lit(1.01);
+    let joint = equations.debiased().with_prior(prior).information.0;
+    let is_finite = |covariance| StandardDeviations::of(&covariance).is_finite();
+    is_noise
+        && equations.normal.with_prior(prior).information.0.inverse().is_some()
+        && joint.inverse().is_some_and(is_finite)
 }
 
 fn read_vibration<T: Scalar>(from: &mut Reader<'_>) -> Result<KnownVibration<T>, RestoreError> {

@@ -4,7 +4,7 @@ use embedded_storage::nor_flash::NorFlash;
 
 use super::StoreError;
 use super::range::Blocks;
-use super::slot::{self, Look};
+use super::slot;
 use crate::record::factory::BYTES;
 
 /// Addresses of the halves, and the end.
@@ -29,7 +29,7 @@ pub(super) fn load<F: NorFlash>(flash: &mut F, blocks: Blocks, record: &mut [u8;
 /// Whether there is content that is no intact copy.
 pub(super) fn is_damaged<F: NorFlash>(flash: &mut F, blocks: Blocks) -> bool {
     let [first, second, _] = halves::<F>(blocks);
-    [first, second].into_iter().any(|half| slot::look(flash, half, BYTES) == Look::Content)
+    ![first, second].into_iter().all(|half| slot::is_blank(flash, half, BYTES))
 }
 
 /// Saves both copies, that one first which is not intact, or is older. The other one is not touched before the first is

@@ -11,7 +11,7 @@
 //!
 //! # Ranges
 //!
-//! Two erase blocks each, or more: with sectors of 128 kB, 512 kB in all. A slot of the state takes 388 bytes in whole
+//! Two erase blocks each, or more: with sectors of 128 kB, 512 kB in all. A slot of the state takes 408 bytes in whole
 //! words: 5 in a page of 2 kB, 315 in a sector of 128 kB with words of 32 bytes.
 //!
 //! # Wear

@@ -5,7 +5,7 @@ use embedded_storage::nor_flash::NorFlash;
 
 use super::StoreError;
 use super::range::Blocks;
-use super::slot::{self, Look, to_u32};
+use super::slot::{self, to_u32};
 use crate::record::state::BYTES;
 
 /// Attempts at slots that may be erased, before another block is erased.
@@ -55,8 +55,8 @@ impl Ring {
 
     /// Whether a slot has content although no record is intact.
     pub(super) fn is_damaged<F: NorFlash>(&self, flash: &mut F) -> bool {
-        let mut first = |block| slot::look(flash, self.address::<F>(block, 0), BYTES);
-        self.newest.is_none() && (0..self.blocks.count).any(|block| first(block) == Look::Content)
+        let mut is_blank = |block| slot::is_blank(flash, self.address::<F>(block, 0), BYTES);
+        self.newest.is_none() && !(0..self.blocks.count).all(|block| is_blank(block))
     }
 
     /// Saves a record. At most one erasure.
@@ -96,7 +96,7 @@ impl Ring {
         let mut attempts = ATTEMPTS;
         for slot in slot.saturating_add(1)..Self::slots::<F>() {
             let address = self.address::<F>(block, slot);
-            if attempts > 0 && slot::look(flash, address, BYTES) == Look::Erased {
+            if attempts > 0 && slot::is_blank(flash, address, BYTES) {
                 if self.put(flash, block, slot, record).is_ok_and(|is_there| is_there) {
                     return true;
                 }

@@ -106,7 +106,9 @@ fn read<F: NorFlash>(
 ) -> Option<u32> {
     let mut reader =
         Reader { left: length, sequence: 0, head: 0, sum: checksum::begin(), tail: 0, end: 0 };
-    visit(flash, address, bytes::<F>(length), &mut |chunk| reader.take(chunk, each)).ok()?;
+    visit(flash, address, bytes::<F>(length), &mut |chunk| {
+        chunk.is_some_and(|chunk| reader.take(chunk, each))
+    });
     let Reader { sequence, sum, end, .. } = reader;
     // Erased flash, and a line stuck at 0, are no record.
     (end == 4 && sum.value() == reader.tail && sequence != u32::MAX && sequence != 0)
@@ -146,35 +148,27 @@ impl Reader {
     }
 }
 
-/// What a stretch of flash reads as.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Look {
-    /// All ones or all zeros, as erased flash; or the driver cannot read it, as flash with ECC that has not been written.
-    Erased,
-    Content,
-}
-
-/// Looks at a slot.
+/// Whether a slot may be erased: all ones or all zeros, or nothing of it can be read, as of flash with ECC that has not
+/// been written. A torn word cannot be read either, but others of its slot can.
 #[inline(never)]
-pub(super) fn look<F: NorFlash>(flash: &mut F, address: u32, length: usize) -> Look {
-    let mut all = [true; 2];
-    let read = visit(flash, address, bytes::<F>(length), &mut |chunk| {
-        for byte in chunk {
-            all = [all[0] && *byte == 0xff, all[1] && *byte == 0];
-        }
-        all != [false; 2]
+pub(super) fn is_blank<F: NorFlash>(flash: &mut F, address: u32, length: usize) -> bool {
+    let [mut ones, mut zeros, mut silence] = [true; 3];
+    visit(flash, address, bytes::<F>(length), &mut |chunk| {
+        let is = |value: u8| chunk.is_some_and(|chunk| chunk.iter().all(|byte| *byte == value));
+        (ones, zeros, silence) = (ones && is(0xff), zeros && is(0), silence && chunk.is_none());
+        ones || zeros || silence
     });
-    if read.is_err() || all != [false; 2] { Look::Erased } else { Look::Content }
+    ones || zeros || silence
 }
 
-/// Reads a stretch chunk by chunk, as long as more is wanted.
+/// Reads a stretch chunk by chunk, as long as more is wanted; `None` where the driver fails.
 #[inline(never)]
 fn visit<F: NorFlash>(
     flash: &mut F,
     start: u32,
     length: u32,
-    each: &mut dyn FnMut(&[u8]) -> bool,
-) -> Result<(), F::Error> {
+    each: &mut dyn FnMut(Option<&[u8]>) -> bool,
+) {
     let end = start.saturating_add(length);
     let mut at = start;
     while at < end {
@@ -183,13 +177,12 @@ fn visit<F: NorFlash>(
             Some(part) => part,
             None => &mut chunk.0,
         };
-        flash.read(at, part)?;
-        if !each(part) {
+        let is_read = flash.read(at, part).is_ok();
+        if !each(is_read.then_some(part)) {
             break;
         }
         at = at.saturating_add(to_u32(SHORT));
     }
-    Ok(())
 }
 
 pub(super) fn to_u32(size: usize) -> u32 {

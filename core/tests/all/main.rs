@@ -12,3 +12,5 @@
 
 mod api;
 mod link;
+mod record;
+mod store;

@@ -5,8 +5,10 @@ use core::time::Duration;
 use crate::api::disturbed::garbage;
 use crate::api::presets::robust;
 use crate::api::scene::{correspondences, rig, take};
-use stereo_selfcal::store::{PolicyError, SavePolicy, SaveReason};
+use crate::store::Kept;
+use stereo_selfcal::store::{SavePolicy, SaveReason};
 use stereo_selfcal::{Calibrator, State};
+use test_support::flash::Flash;
 
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
 const KNOCKED: [f64; 3] = [1.5, -0.5, 0.8];
@@ -31,10 +33,9 @@ fn seconds(s: u64) -> Duration {
     Duration::from_secs(s)
 }
 
-/// From 100 s to 1000 s.
+/// At most every 100 s.
 fn policy() -> SavePolicy<f32> {
-    let policy = SavePolicy::new().with_shortest_interval(seconds(100)).unwrap();
-    policy.with_longest_interval(seconds(1000)).unwrap()
+    SavePolicy::new(seconds(100))
 }
 
 /// Reason to save at a time, after a pair in every second from another time on; none before.
@@ -59,7 +60,7 @@ fn the_first_lock_is_saved_at_once_and_nothing_before() {
 }
 
 #[test]
-fn a_save_that_failed_is_due_again_after_the_shortest_interval() {
+fn a_save_that_failed_is_due_again_after_the_interval() {
     let mut policy = policy();
     let calibrator = locked();
     assert_eq!(policy.due(&calibrator, seconds(7)), Some(SaveReason::Locked));
@@ -105,24 +106,74 @@ fn what_was_saved_unlocked_is_saved_again_with_the_lock() {
 }
 
 #[test]
-fn little_news_wait_for_the_longest_interval() {
+fn little_news_wait_for_thirty_six_intervals() {
     let mut policy = policy();
     let mut calibrator = locked();
     feed(&mut calibrator, ROTATION, 20..60);
     policy.saved(&calibrator, seconds(50));
     feed(&mut calibrator, ROTATION, 60..61);
-    assert_eq!(due_after(&mut policy, &calibrator, 51, 1050), Some(SaveReason::Overdue));
+    assert_eq!(due_after(&mut policy, &calibrator, 51, 3650), Some(SaveReason::Overdue));
 }
 
 #[test]
-fn after_a_restore_the_first_save_waits() {
+fn after_a_restart_the_first_save_waits_and_a_confirmation_is_no_reason() {
     let mut policy = policy();
     let mut calibrator = locked();
-    policy.restored(&calibrator);
-    assert_eq!(policy.due(&calibrator, seconds(1)), None);
+    feed(&mut calibrator, ROTATION, 20..60);
+    calibrator.restore(&calibrator.snapshot().unwrap()).unwrap();
+    policy.restarted(&calibrator);
+    feed(&mut calibrator, ROTATION, 60..63);
+    assert_eq!(calibrator.state(), State::Locked);
+    assert_eq!(due_after(&mut policy, &calibrator, 1, 3000), None);
     calibrator.apply().unwrap();
-    assert_eq!(due_after(&mut policy, &calibrator, 2, 101), Some(SaveReason::InUse));
-    assert_eq!(policy.due(&calibrator, seconds(102)), None);
+    assert_eq!(due_after(&mut policy, &calibrator, 3001, 3001), Some(SaveReason::InUse));
+    assert_eq!(policy.due(&calibrator, seconds(3002)), None);
+}
+
+#[test]
+fn no_clock_permits_two_saves_in_fewer_pairs_than_the_interval_has_seconds() {
+    let clocks: [fn(u64) -> Duration; 5] = [
+        |pair| seconds(pair * 3600),
+        |pair| seconds(pair % 100 * 1_000_000),
+        |pair| if pair % 3 == 2 { Duration::ZERO } else { seconds(pair) },
+        |pair| if pair % 2 == 0 { Duration::MAX } else { Duration::ZERO },
+        // Wraps, as a 32-bit counter of microseconds.
+        |pair| Duration::from_micros(u64::from((50_000_000 * pair) as u32)),
+    ];
+    for (number, clock) in clocks.into_iter().enumerate() {
+        let (mut policy, mut calibrator, mut due) = (policy(), locked(), Vec::new());
+        for pair in 0..2000 {
+            if policy.due(&calibrator, clock(pair)).is_some() {
+                policy.saved(&calibrator, clock(pair));
+                due.push(pair);
+                let _ = calibrator.apply().and(if due.len() % 2 == 0 {
+                    calibrator.undo()
+                } else {
+                    calibrator.apply()
+                });
+            }
+        }
+        assert!(due.is_sorted_by(|a, b| b - a >= 100), "clock {number}: {due:?}");
+    }
+}
+
+#[test]
+fn a_controller_that_is_reset_again_and_again_saves_once() {
+    let mut flash = Flash::<8, 1024>::of(vec![0xff; 4096], 1);
+    let mut saves = Vec::new();
+    for start in 0..8 {
+        let mut store = Kept::open(flash).0;
+        let mut calibrator = robust();
+        let _ = store.resume(&mut calibrator);
+        for pair in 0..8 {
+            // Each start learns something else, and applies it.
+            feed(&mut calibrator, [1.0 + 0.4 * start as f64, -0.5, 0.8], pair..pair + 1);
+            let _ = calibrator.apply();
+            saves.extend(store.save_if_due(&calibrator, seconds(pair)).unwrap());
+        }
+        flash = store.close();
+    }
+    assert_eq!(saves, [SaveReason::Locked]);
 }
 
 #[test]
@@ -166,17 +217,4 @@ fn noise_alone_is_never_saved() {
         let _ = take(&mut calibrator, &garbage(250, seed));
         assert_eq!(policy.due(&calibrator, seconds(seed * 10_000)), None);
     }
-}
-
-#[test]
-fn intervals_that_contradict_each_other_are_refused() {
-    let new = SavePolicy::<f32>::new;
-    let refused = |policy: Result<SavePolicy<f32>, PolicyError>| policy.map(|_| ()).unwrap_err();
-    let too_short = new().with_shortest_interval(Duration::ZERO);
-    assert_eq!(refused(too_short), PolicyError::ShortestInterval);
-    let too_long = new().with_shortest_interval(seconds(6 * 3600 + 1));
-    assert_eq!(refused(too_long), PolicyError::ShortestInterval);
-    let below_the_shortest = new().with_longest_interval(seconds(599));
-    assert_eq!(refused(below_the_shortest), PolicyError::LongestInterval);
-    assert!(new().with_longest_interval(seconds(600)).is_ok());
 }
