@@ -246,11 +246,11 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Takes up what a record has kept, without pairs.
-    pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) {
+    /// Takes up what a record has kept, without pairs; false where it has no finite solution.
+    pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) -> bool {
         match self {
             #[cfg(feature = "paper")]
-            Self::Paper(_) => {}
+            Self::Paper(_) => true,
             Self::Robust(fusion) => fusion.resume(learned, context),
         }
     }

@@ -5,6 +5,7 @@
 //! reported as any other.
 
 use super::Fusion;
+use super::lens::HypothesisLens;
 use super::lens_reference::LensReference;
 use super::vibration::KnownVibration;
 use crate::algebra::disparity_noise::BiasedEquations;
@@ -66,14 +67,25 @@ impl<T: Scalar> Fusion<T> {
         }
     }
 
-    /// Takes it up, without pairs. The estimate is suspect until a pair supports it.
+    /// Takes it up, without pairs; the estimate is suspect until a pair supports it. False where its lens has no finite
+    /// solution: the state is then unspecified.
     #[inline(never)]
-    pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) {
+    pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) -> bool {
         let Learned { prior, reference, vibration, mount } = learned;
         (self.reference, self.mount) = (*reference, self.mount.resumed(mount));
         self.vibration.resume(vibration);
         if let Some(prior) = prior {
             self.hypotheses.resume(prior, &context.vibrating(self.vibration.variances()));
         }
+        self.has_lens(context)
+    }
+
+    /// Whether the lens of the estimate has a finite solution.
+    #[inline(never)]
+    fn has_lens(&self, context: &Context<'_, T>) -> bool {
+        let estimate = self.hypotheses.champion().filter(|_| context.has_lens_prior());
+        estimate.is_none_or(|champion| {
+            HypothesisLens::EXACT.estimate(champion, &self.reference, context).is_some()
+        })
     }
 }

@@ -104,7 +104,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let cameras = self.cameras.as_ref().ok_or(RestoreError::NoCameras)?;
         let context = Context::new(&self.config, &self.factory, cameras.mean_focal());
         let checked = read(record, cameras, &context)?;
-        self.estimator.resume(&checked.learned, &context);
+        if !self.estimator.resume(&checked.learned, &context) {
+            self.estimator.reset();
+            return Err(RestoreError::Absurd);
+        }
         // Whoever has taken up a calibration meanwhile must notice that of the record.
         let changed = checked.in_use != self.in_use && checked.generation == generation;
         self.generation = checked.generation.wrapping_add(changed.into());

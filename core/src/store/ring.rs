@@ -55,8 +55,8 @@ impl Ring {
 
     /// Whether a slot has content although no record is intact.
     pub(super) fn is_damaged<F: NorFlash>(&self, flash: &mut F) -> bool {
-        let mut is_blank = |block| slot::is_blank(flash, self.address::<F>(block, 0), BYTES);
-        self.newest.is_none() && !(0..self.blocks.count).all(|block| is_blank(block))
+        let is_blank = |block| slot::is_blank(flash, self.address::<F>(block, 0), BYTES);
+        self.newest.is_none() && !(0..self.blocks.count).all(is_blank)
     }
 
     /// Saves a record. At most one erasure.
