@@ -85,7 +85,8 @@ impl<T: Scalar> Fusion<T> {
     fn has_lens(&self, context: &Context<'_, T>) -> bool {
         let estimate = self.hypotheses.champion().filter(|_| context.has_lens_prior());
         estimate.is_none_or(|champion| {
-            HypothesisLens::EXACT.estimate(champion, &self.reference, context).is_some()
+            let mut lens = HypothesisLens::EXACT;
+            lens.estimate(champion, &self.reference, context).is_some()
         })
     }
 }

@@ -1,6 +1,6 @@
 //! State of a calibrator as a record: what is in use, and the estimate as the prior of a new hypothesis.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector3, Vector5};
 
 use super::factory::fingerprint;
 use super::reader::Reader;
@@ -52,6 +52,8 @@ const UNIT: f64 = 1e-5;
 const MEAN_ROUNDING: f64 = 1.001;
 /// Matches in the short window of pairs of a million matches.
 const MAX_MATCHES: f64 = 1e7;
+/// Mean square of a coordinate: products of rays at unit depth.
+const MAX_COORDINATE: f64 = 100.0;
 /// Information on the lens, dimensionless.
 const MAX_LENS_WEIGHT: f64 = 1e10;
 /// Yaw, rad, and its variances, rad^2.
@@ -265,15 +267,28 @@ fn read_prior<T: Scalar>(
     let shares = [from.within(zero, over)?, from.within(-over, over)?];
     let high_leverage = [from.within(zero, window)?, from.within(zero, window)?];
     believe(pairs > 0 && leads_to_covariance(&equations, context.prior))?;
+    believe(is_response(&response, &equations.normal.information))?;
     Ok(Prior { pose, equations, response, chi_square, pairs, noise, shares, high_leverage })
+}
+
+/// Whether the estimate explains no more of a coordinate than there is: `E^T H E`, over the weights of the matches.
+fn is_response<T: Scalar>(Response(columns): &Response<T>, information: &Information<T>) -> bool {
+    let [weights, ..] = information.0.diagonal();
+    columns.iter().all(|column| {
+        let column = Vector5::from(*column);
+        column.dot(&information.times(&column)) <= weights * T::lit(MAX_COORDINATE)
+    })
 }
 
 /// Whether equations lead to finite deviations, and their noise is one.
 #[inline(never)]
 fn leads_to_covariance<T: Scalar>(equations: &BiasedEquations<T>, prior: T) -> bool {
     let [forward, mixed, down] = equations.noise.0;
-    let is_noise =
-        forward >= T::ZERO && down >= T::ZERO && mixed * mixed <= forward * down * T::lit(1.01);
+    let [_, _, _, all_forward, all_down] = equations.normal.information.0.diagonal();
+    let is_part = |noise: T, all: T| noise >= T::ZERO && noise <= all.max(T::ZERO) * T::lit(4.0);
+    let is_noise = is_part(forward, all_forward)
+        && is_part(down, all_down)
+        && mixed * mixed <= forward * down * T::lit(1.01);
     let joint = equations.debiased().with_prior(prior).information.0;
     let is_finite = |covariance| StandardDeviations::of(&covariance).is_finite();
     is_noise
