@@ -20,6 +20,7 @@ use crate::geometry::lens_correction::CorrectedExtrinsics;
 use crate::outcome::health::{Health, LastPair};
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::outcome::proposal::Proposal;
+use crate::record::factory::FactoryCalibration;
 use crate::scalar::Scalar;
 use crate::state::State;
 use crate::thresholds::{SCREEN, SCREEN_NOISES, SPARE_PASSES};
@@ -117,6 +118,25 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             *mount = MountYaw::CALIBRATED;
         }
         self.reset();
+    }
+
+    /// Sets cameras and extrinsics as they left the factory, and what is known of them in place of the numbers of the
+    /// configuration; resets: [`Calibrator::reset`].
+    #[inline(never)]
+    pub fn install(&mut self, factory: &FactoryCalibration<T>) {
+        self.config = factory.configure(self.config).unwrap_or(self.config);
+        (self.cameras, self.factory) = (Some(factory.cameras), factory.extrinsics);
+        if let Some(mount) = self.estimator.mount_mut() {
+            *mount = factory.yaw_sd_rad.map_or(MountYaw::UNKNOWN, |_| MountYaw::CALIBRATED);
+        }
+        self.reset();
+    }
+
+    /// Cameras and extrinsics as they left the factory, and what is known of them; `None` without cameras.
+    pub fn factory_calibration(&self) -> Option<FactoryCalibration<T>> {
+        let Config { factory_yaw_sd_rad: yaw_sd_rad, baseline_m, .. } = self.config;
+        let (cameras, extrinsics) = (self.cameras?, self.factory);
+        Some(FactoryCalibration { cameras, extrinsics, yaw_sd_rad, baseline_m })
     }
 
     /// Back to the factory extrinsics and the given lens models; batch, pair and fused pairs are forgotten. Not

@@ -340,56 +340,30 @@ pub enum ApplyError {
     NothingToUndo,
 }
 
-/// Why a record was not written. Nothing else has happened.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum SnapshotError {
-    /// The buffer is too short.
-    #[error("the record takes {needed} bytes")]
-    Room {
-        /// Bytes that this record takes.
-        needed: usize,
-    },
-    /// `set_cameras` comes first: a record is of one rig.
-    #[error("no cameras have been set")]
-    NoCameras,
-}
-
-/// Why a record was not read. The calibrator is unchanged.
+/// Why a record was not read. The calibrator is as after [`crate::Calibrator::reset`]: go on from the factory calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum RestoreError {
-    /// Its checksum is wrong, or it ends where it should not: use an older one.
+    /// Its checksum or its length is wrong.
     #[error("the record is damaged")]
     Damaged,
     /// It is a record of something else.
     #[error("the record is of something else")]
     Foreign,
-    /// It was written by later firmware, in a layout that this one does not know.
-    #[error("the record has layout {0}, which is not known")]
-    Version(u8),
-    /// Its numbers are of the other type, `f32` or `f64`.
-    #[error("the numbers of the record are of another type")]
-    Scalar,
-    /// It is of the other preset, or of corrected cameras ([`crate::LensTracking::Compensate`]) where the configuration
-    /// only reports.
-    #[error("the record is of another preset, or of corrected cameras")]
-    Preset,
-    /// It was learnt with other cameras or from other factory extrinsics. Start afresh.
+    /// It has the layout of another firmware, earlier or later.
+    #[error("the record has layout {0}, which is not that of this firmware")]
+    Layout(u8),
+    /// It was learnt with other cameras or from other factory extrinsics.
     #[error("the record is of another rig")]
     OtherRig,
-    /// A quantity in it cannot be, although its checksum is right: it was not written by this code.
-    #[error("a quantity of the record cannot be")]
+    /// A number is out of its range, although the checksum is right: this code did not write it.
+    #[error("a number of the record is out of its range")]
     Absurd,
-    /// Its estimate is further from the factory extrinsics than the configuration allows now.
-    #[error("further from the factory extrinsics than the correction limit")]
-    CorrectionLimit,
-    /// The calibrator has learnt something already: restore right after the cameras and the factory
-    /// extrinsics have been set.
-    #[error("the calibrator has learnt something already")]
-    NotFresh,
+    /// The configuration does not allow it: it is beyond the limit of corrections, or of corrected cameras
+    /// ([`crate::LensTracking::Compensate`]) where they are only reported.
+    #[error("the record is beyond what the configuration allows")]
+    Config,
     /// `set_cameras` comes first.
     #[error("no cameras have been set")]
     NoCameras,
@@ -457,9 +431,8 @@ codes! {
         Alpha = 800, NoCommonView = 801, Behind { 0: side } = 813 + 10 * side.code(),
         Border { 0: side, 1: why } = 810 + 10 * side.code() + why.code() - RAY,
     }
-    SnapshotError { Room = 900, NoCameras = 901 }
     RestoreError {
-        Damaged = 1000, Foreign = 1001, Version = 1002, Scalar = 1003, Preset = 1004,
-        OtherRig = 1005, Absurd = 1006, CorrectionLimit = 1007, NotFresh = 1008, NoCameras = 1009,
+        Damaged = 1000, Foreign = 1001, Layout = 1002, OtherRig = 1003, Absurd = 1004, Config = 1005,
+        NoCameras = 1006,
     }
 }

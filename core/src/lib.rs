@@ -97,14 +97,11 @@
 //! | [`Rejection`] | both, in [`Health`] | As the error that it holds. |
 //! | [`ApplyError`] | [`Calibrator::apply`] | `NoProposal`, `NotLocked`: fuse more pairs. `Doubtful`, `Inconsistent`: look for biased matches or wrong intrinsics. `NothingToUndo`, `Frozen`: nothing to do. |
 //! | [`RectifyError`] | [`RectifiedCamera::try_choose`] | Correct `alpha`, or keep the last rectification: the rig has no common view. |
-//! | [`SnapshotError`] | [`Calibrator::snapshot`] | Offer `needed` bytes; set cameras first. |
-//! | [`RestoreError`] | [`Calibrator::restore`] | Start from the factory calibration, or try an older record. `NotFresh`, `NoCameras`: order of calls. |
+//! | [`RestoreError`] | [`Calibrator::restore`], [`store::Store::resume`] | Go on: the calibrator starts from the factory calibration. |
 //! | [`link::ReceiveError`], [`link::FrameRefusal`] | drivers of a matcher | Call again; the decoder resynchronises. `ImageSize`: the cameras set are of another image. |
 //! | [`link::HeaderError`], [`link::RecordError`], [`link::Damage`] | decoding | Skip the frame; [`link::Counters`] count it. |
 //! | [`link::EncodeError`] | encoding | Correct the named quantity of the sender. |
-//! | [`store::OpenError`], [`store::PolicyError`] | set-up of the store | Correct range, page or interval. `UnsupportedLayout`: [`store::Store::format`]. |
-//! | [`store::LoadError`], [`store::ResumeError`] | start | Start from the factory calibration. |
-//! | [`store::SaveError`], [`store::PersistError`] | saving | Continue without; try again later. The record before it remains. |
+//! | [`store::StoreError`] | the store | `Range`, `Alignment`: correct the ranges. Else: go on without; the record before remains, and the save is due again later. |
 //!
 //! # Real time
 //!
@@ -177,7 +174,7 @@ mod error;
 mod algebra;
 mod batch;
 mod calibrator;
-mod codec;
+mod checksum;
 mod config;
 mod depth;
 mod fusion;
@@ -187,9 +184,9 @@ mod outcome;
 mod pair;
 #[cfg(feature = "paper")]
 mod paper;
+mod record;
 mod scalar;
 mod simd;
-mod snapshot;
 mod state;
 pub mod store;
 mod thresholds;
@@ -213,8 +210,7 @@ pub use depth::mount::Witnessed;
 pub use depth::range::{Range, RangeReading};
 pub use error::{
     ApplyError, CameraError, ConfigError, ExtrinsicsError, MotionError, PairError, ProjectError,
-    PushError, RangeError, RectifyError, Refusal, Rejection, RestoreError, Side, SnapshotError,
-    UndistortError,
+    PushError, RangeError, RectifyError, Refusal, Rejection, RestoreError, Side, UndistortError,
 };
 pub use geometry::camera::{Camera, Intrinsics};
 pub use geometry::extrinsics::Extrinsics;
@@ -234,6 +230,6 @@ pub use outcome::vibration::Vibration;
 pub use paper::mean_direction::{FusedEstimate, MeanDirection};
 #[cfg(feature = "paper")]
 pub use paper::solver::HuberSolver;
+pub use record::factory::FactoryCalibration;
 pub use scalar::Scalar;
-pub use snapshot::factory::FactoryCalibration;
 pub use state::{State, Stop};

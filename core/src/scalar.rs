@@ -51,6 +51,10 @@ pub trait Scalar: sealed::Sealed + RealField + Copy + Default {
     #[must_use]
     fn to_f64(self) -> f64;
 
+    /// This number as `f32`, rounded to nearest.
+    #[must_use]
+    fn to_single(self) -> f32;
+
     /// The integer part, saturated to the range of `u16`; 0 for NaN.
     #[must_use]
     fn to_u16(self) -> u16;
@@ -101,6 +105,7 @@ macro_rules! scalar {
                 fn single(value: f32) -> Self { value.into() }
                 fn count(value: u32) -> Self { value as $t }
                 fn to_f64(self) -> f64 { f64::from(self) }
+                fn to_single(self) -> f32 { self as f32 }
                 // By 32 bits: the controller's conversion saturates there by itself.
                 fn to_u16(self) -> u16 { (self as u32).min(0xffff) as u16 }
                 fn bits(self) -> u64 { self.to_bits().into() }

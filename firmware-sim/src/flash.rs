@@ -12,8 +12,8 @@ use firmware_sim::{App, CAPACITY, Controller, Event, PairOutcome};
 use panic_probe as _;
 use static_cell::StaticCell;
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::store::{Persistence, SavePolicy, Store};
-use stereo_selfcal::{Config, Extrinsics};
+use stereo_selfcal::store::{SavePolicy, Store};
+use stereo_selfcal::{Cameras, Config, Extrinsics, FactoryCalibration};
 
 /// Bounds on the errors of `t` and `R`, rad: three times the errors of the host's replay.
 const BOUND: Deviation<f32> = Deviation { translation: 0.005, rotation: 0.002 };
@@ -23,9 +23,6 @@ const PAIRS_BEFORE_RESET: u32 = 8;
 
 /// Time between two pairs.
 const PERIOD: Duration = Duration::from_millis(50);
-
-/// Size of a saved estimate, bytes.
-const RECORD: usize = Controller::SNAPSHOT_BYTES;
 
 /// `init_with` constructs the calibrator in place. A `const` initial value takes 17.6 kB of flash: the size
 /// of the calibrator, 11.7 kB with a capacity of 256.
@@ -37,15 +34,18 @@ fn main() -> ! {
         error!("the cameras or extrinsics of the recording are invalid");
         exit(false)
     };
-    let Some(mut persistence) = persistence() else {
+    let Some(mut store) = store() else {
         error!("the flash store cannot be opened");
         exit(false)
     };
-    let mut buffer = [0; RECORD];
     let controller = CONTROLLER.init_with(|| Controller::new(Config::robust()));
-    controller.set_cameras(cameras);
+    let Some(factory) = factory(&mut store, cameras) else {
+        error!("no factory calibration in flash");
+        exit(false)
+    };
+    controller.install(&factory);
     let bus = ReplayBus::new(FRAMES);
-    let resumed = match persistence.resume(controller, &mut buffer) {
+    let resumed = match store.resume(controller) {
         Ok(resumed) => resumed,
         Err(why) => {
             warn!("nothing restored from flash: {}", why);
@@ -73,7 +73,7 @@ fn main() -> ! {
             }
             Ok(Event::Pair(pair)) => {
                 log(&pair);
-                keep(&mut persistence, app.calibrator(), received, &mut buffer);
+                keep(&mut store, app.calibrator(), received);
                 if !resumed && received == PAIRS_BEFORE_RESET {
                     info!("power is lost");
                     reset()
@@ -100,20 +100,28 @@ fn main() -> ! {
     }
 }
 
-/// Saves the estimate to the board's flash, at most once per second.
-fn persistence() -> Option<Persistence<NorFlash, f32>> {
-    let store = Store::open(NorFlash::take()?, 0..NorFlash::SIZE, NorFlash::PAGE).ok()?;
-    let policy = SavePolicy::new().with_shortest_interval(Duration::from_secs(1)).ok()?;
-    Some(Persistence::new(store, policy))
+/// The store in the board's flash; it saves the estimate at most once per second.
+fn store() -> Option<Store<NorFlash, f32>> {
+    let policy = SavePolicy::new(Duration::from_secs(1));
+    let middle = NorFlash::SIZE / 2;
+    Store::open(NorFlash::take()?, 0..middle, middle..NorFlash::SIZE, policy).ok()
 }
 
-fn keep(
-    persistence: &mut Persistence<NorFlash, f32>,
-    controller: &Controller,
-    pairs: u32,
-    buffer: &mut [u8],
-) {
-    match persistence.save_if_due(controller, PERIOD * pairs, buffer) {
+/// The factory calibration, which the first start saves, in place of the production line: a guess.
+fn factory(
+    store: &mut Store<NorFlash, f32>,
+    cameras: Cameras<f32>,
+) -> Option<FactoryCalibration<f32>> {
+    let extrinsics = Extrinsics::SIDE_BY_SIDE;
+    let guess = FactoryCalibration { cameras, extrinsics, yaw_sd_rad: None, baseline_m: None };
+    if store.load_factory() == Ok(None) {
+        store.save_factory(&guess).ok()?;
+    }
+    store.load_factory().ok()?
+}
+
+fn keep(store: &mut Store<NorFlash, f32>, controller: &Controller, pairs: u32) {
+    match store.save_if_due(controller, PERIOD * pairs) {
         Ok(Some(why)) => info!("  saved: {}", why),
         Ok(None) => (),
         Err(why) => warn!("  not saved: {}", why),

@@ -138,14 +138,14 @@
 #define SELFCAL_ENCODER_STORAGE_SIZE (8 * SELFCAL_ENCODER_STORAGE_WORDS)
 
 /**
- * Length of the longest record of `selfcal_snapshot`, bytes, for any capacity.
+ * Length of a record of `selfcal_snapshot`, bytes, for any capacity.
  */
-#define SELFCAL_SNAPSHOT_BYTES 4240
+#define SELFCAL_SNAPSHOT_BYTES 400
 
 /**
- * Length of the longest record of `selfcal_factory_to_record`, bytes.
+ * Length of a record of `selfcal_factory_to_record`, bytes.
  */
-#define SELFCAL_FACTORY_BYTES 184
+#define SELFCAL_FACTORY_BYTES 180
 
 /**
  * Result of a call. From 100 on, the numbers are those of the core. Numbers stay; new ones may
@@ -521,15 +521,7 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_RECTIFY_RIGHT_BEHIND = 823,
     /**
-     * snapshot: the record is longer than the buffer
-     */
-    SELFCAL_ERROR_SNAPSHOT_ROOM = 900,
-    /**
-     * snapshot: no cameras are set; call selfcal_set_cameras first
-     */
-    SELFCAL_ERROR_SNAPSHOT_NO_CAMERAS = 901,
-    /**
-     * restore: the record is damaged; use an older one
+     * restore: the record is damaged
      */
     SELFCAL_ERROR_RESTORE_DAMAGED = 1000,
     /**
@@ -537,37 +529,25 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_RESTORE_FOREIGN = 1001,
     /**
-     * restore: later firmware wrote the record, in an unknown layout
+     * restore: the record has the layout of another firmware
      */
-    SELFCAL_ERROR_RESTORE_VERSION = 1002,
+    SELFCAL_ERROR_RESTORE_LAYOUT = 1002,
     /**
-     * restore: the numbers of the record are not of type float
+     * restore: the record is of other cameras or other factory extrinsics
      */
-    SELFCAL_ERROR_RESTORE_SCALAR = 1003,
+    SELFCAL_ERROR_RESTORE_OTHER_RIG = 1003,
     /**
-     * restore: the record is of the other preset
+     * restore: a number of the record is out of its range; another program wrote it
      */
-    SELFCAL_ERROR_RESTORE_PRESET = 1004,
+    SELFCAL_ERROR_RESTORE_ABSURD = 1004,
     /**
-     * restore: the record is of other cameras or other factory extrinsics; start afresh
+     * restore: beyond the correction limit, or of corrected cameras where the configuration only reports
      */
-    SELFCAL_ERROR_RESTORE_OTHER_RIG = 1005,
+    SELFCAL_ERROR_RESTORE_CONFIG = 1005,
     /**
-     * restore: a quantity of the record is impossible; another program wrote it
+     * snapshot, restore: no cameras are set; call selfcal_set_cameras first
      */
-    SELFCAL_ERROR_RESTORE_ABSURD = 1006,
-    /**
-     * restore: the distance from the factory extrinsics exceeds the correction limit
-     */
-    SELFCAL_ERROR_RESTORE_CORRECTION_LIMIT = 1007,
-    /**
-     * restore: pairs have been fused already, or a pair is being solved
-     */
-    SELFCAL_ERROR_RESTORE_NOT_FRESH = 1008,
-    /**
-     * restore: no cameras are set; call selfcal_set_cameras first
-     */
-    SELFCAL_ERROR_RESTORE_NO_CAMERAS = 1009,
+    SELFCAL_ERROR_RESTORE_NO_CAMERAS = 1006,
     /**
      * link: a pair is being solved, no byte was used; finish or clear it, then feed on
      */
@@ -2548,60 +2528,49 @@ selfcal_error_t selfcal_homographies(const struct selfcal_t *cal,
                                      struct selfcal_homographies_t *homographies);
 
 /**
- * Writes the state of the estimator and the extrinsics in use as a record for non-volatile memory.
- * Not included: cameras and factory extrinsics (see `selfcal_factory_to_record`), the batch, a
- * pair that is being solved.
+ * Writes the calibration in use, and the estimate as a prior, as a record for non-volatile memory: pose and covariance,
+ * noise, vibration, and what is known of lens and mount. Not included: cameras and factory extrinsics (see
+ * `selfcal_factory_to_record`), the batch, a pair that is being solved, the estimate of the paper preset.
  *
- * The record has a version and a checksum, and the same bytes on every machine. Keep the previous
+ * The record has a layout number and a checksum, and the same bytes on every machine. Keep the previous
  * record until the new one is written: `selfcal_restore` detects one that a loss of power has cut
  * short.
  *
- * * `buffer`: destination; `SELFCAL_SNAPSHOT_BYTES` are always sufficient. Up to that size, bytes
- *   after the record are set to 0. May be null where `room` is 0.
- * * `room`: size of the buffer, bytes.
- * * `length`: length of the record, bytes; keep it with the record. `SELFCAL_ERROR_SNAPSHOT_ROOM`
- *   sets it too; the buffer then holds no record.
+ * * `record`: `SELFCAL_SNAPSHOT_BYTES`.
  */
 selfcal_error_t selfcal_snapshot(const struct selfcal_t *cal,
-                                 uint8_t *buffer,
-                                 size_t room,
-                                 size_t *length);
+                                 uint8_t *record);
 
 /**
- * Restores a record: the extrinsics in use, and the estimate with its pairs. The rig may have changed
- * since: the state is `SELFCAL_STATE_SUSPECT` until a pair confirms the estimate.
+ * Replaces everything that has been learnt by a record: the calibration in use, and the estimate. The rig may have
+ * changed since: the state is `SELFCAL_STATE_SUSPECT` until a pair confirms the estimate.
  *
- * Call it after cameras and factory extrinsics are set, and before the first pair. If it is
- * refused, the calibrator is unchanged and starts from the factory extrinsics.
+ * Call it after cameras and factory extrinsics are set. If it is refused, the calibrator is as after `selfcal_reset` and
+ * starts from the factory extrinsics.
  *
- * * `record`: from `selfcal_snapshot`, also of another machine, another capacity or an older version.
- * * `length`: length that `selfcal_snapshot` set.
+ * * `record`: from `selfcal_snapshot`, also of another machine or another capacity.
+ * * `length`: bytes that were found; other than `SELFCAL_SNAPSHOT_BYTES` they are a damaged record.
  */
 selfcal_error_t selfcal_restore(struct selfcal_t *cal,
                                 const uint8_t *record,
                                 size_t length);
 
 /**
- * Writes cameras and factory extrinsics as a record, once, in production.
+ * Writes cameras and factory extrinsics as a record, once, in production, with the deviation of the factory yaw and the
+ * length of the baseline of the configuration.
  *
- * * `buffer`: destination; `SELFCAL_FACTORY_BYTES` are always sufficient. Up to that size, bytes
- *   after the record are set to 0. May be null where `room` is 0.
- * * `room`: size of the buffer, bytes.
- * * `length`: length of the record, bytes; keep it with the record. `SELFCAL_ERROR_SNAPSHOT_ROOM`
- *   sets it too; the buffer then holds no record.
+ * * `record`: `SELFCAL_FACTORY_BYTES`.
  */
 selfcal_error_t selfcal_factory_to_record(const struct selfcal_t *cal,
-                                          uint8_t *buffer,
-                                          size_t room,
-                                          size_t *length);
+                                          uint8_t *record);
 
 /**
- * Sets cameras and factory extrinsics from a record, at each start, and resets the calibrator.
- * Replaces `selfcal_set_cameras` and `selfcal_set_factory`; the values are bit-identical to those
- * written.
+ * Sets cameras and factory extrinsics from a record, at each start, the deviation of the factory yaw and the length of
+ * the baseline in place of those of the configuration, and resets the calibrator. Replaces `selfcal_set_cameras` and
+ * `selfcal_set_factory`; the values are bit-identical to those written.
  *
  * * `record`: from `selfcal_factory_to_record`.
- * * `length`: length that `selfcal_factory_to_record` set.
+ * * `length`: bytes that were found.
  */
 selfcal_error_t selfcal_factory_from_record(struct selfcal_t *cal,
                                             const uint8_t *record,

@@ -5,7 +5,7 @@ use core::ffi::c_char;
 use stereo_selfcal::link::{EncodeError, FrameRefusal, HeaderError};
 use stereo_selfcal::{
     ApplyError, ConfigError, ExtrinsicsError, PairError, ProjectError, PushError, RangeError,
-    RectifyError, Refusal, Rejection, RestoreError, SnapshotError, UndistortError,
+    RectifyError, Refusal, Rejection, RestoreError, UndistortError,
 };
 
 use crate::enumeration::find;
@@ -209,31 +209,20 @@ c_enum! {
         /// rectify: the right image border is behind the rectified plane; the rotation is too large
         SELFCAL_ERROR_RECTIFY_RIGHT_BEHIND = 823,
 
-        /// snapshot: the record is longer than the buffer
-        SELFCAL_ERROR_SNAPSHOT_ROOM = 900,
-        /// snapshot: no cameras are set; call selfcal_set_cameras first
-        SELFCAL_ERROR_SNAPSHOT_NO_CAMERAS = 901,
-
-        /// restore: the record is damaged; use an older one
+        /// restore: the record is damaged
         SELFCAL_ERROR_RESTORE_DAMAGED = 1000,
         /// restore: the record is of another kind
         SELFCAL_ERROR_RESTORE_FOREIGN = 1001,
-        /// restore: later firmware wrote the record, in an unknown layout
-        SELFCAL_ERROR_RESTORE_VERSION = 1002,
-        /// restore: the numbers of the record are not of type float
-        SELFCAL_ERROR_RESTORE_SCALAR = 1003,
-        /// restore: the record is of the other preset
-        SELFCAL_ERROR_RESTORE_PRESET = 1004,
-        /// restore: the record is of other cameras or other factory extrinsics; start afresh
-        SELFCAL_ERROR_RESTORE_OTHER_RIG = 1005,
-        /// restore: a quantity of the record is impossible; another program wrote it
-        SELFCAL_ERROR_RESTORE_ABSURD = 1006,
-        /// restore: the distance from the factory extrinsics exceeds the correction limit
-        SELFCAL_ERROR_RESTORE_CORRECTION_LIMIT = 1007,
-        /// restore: pairs have been fused already, or a pair is being solved
-        SELFCAL_ERROR_RESTORE_NOT_FRESH = 1008,
-        /// restore: no cameras are set; call selfcal_set_cameras first
-        SELFCAL_ERROR_RESTORE_NO_CAMERAS = 1009,
+        /// restore: the record has the layout of another firmware
+        SELFCAL_ERROR_RESTORE_LAYOUT = 1002,
+        /// restore: the record is of other cameras or other factory extrinsics
+        SELFCAL_ERROR_RESTORE_OTHER_RIG = 1003,
+        /// restore: a number of the record is out of its range; another program wrote it
+        SELFCAL_ERROR_RESTORE_ABSURD = 1004,
+        /// restore: beyond the correction limit, or of corrected cameras where the configuration only reports
+        SELFCAL_ERROR_RESTORE_CONFIG = 1005,
+        /// snapshot, restore: no cameras are set; call selfcal_set_cameras first
+        SELFCAL_ERROR_RESTORE_NO_CAMERAS = 1006,
 
         /// link: a pair is being solved, no byte was used; finish or clear it, then feed on
         SELFCAL_ERROR_LINK_BUSY = 1100,
@@ -282,7 +271,7 @@ use selfcal_error_t::*;
 
 from_core!(
     UndistortError, ProjectError, ExtrinsicsError, ConfigError, PushError, PairError, Refusal, Rejection,
-    ApplyError, RangeError, RectifyError, SnapshotError, RestoreError, FrameRefusal, HeaderError, EncodeError
+    ApplyError, RangeError, RectifyError, RestoreError, FrameRefusal, HeaderError, EncodeError
     => selfcal_error_t, else SELFCAL_ERROR_UNKNOWN
 );
 

@@ -33,28 +33,6 @@ pub(crate) unsafe fn read_array<'a, T: FromBytes>(
     Ok(unsafe { core::slice::from_raw_parts(from, count) })
 }
 
-/// A buffer for up to `most` bytes: the used part of its room, set to 0. May be null where `room`
-/// is 0.
-///
-/// # Safety
-/// The contract of the crate, for `room` bytes, which need not be initialised.
-pub(crate) unsafe fn buffer<'a>(
-    to: *mut u8,
-    room: usize,
-    most: usize,
-) -> Result<&'a mut [u8], selfcal_error_t> {
-    let room = room.min(most);
-    if room == 0 {
-        return Ok(&mut []);
-    }
-    check(to)?;
-    // SAFETY: not null, the caller's, and initialised by the first line.
-    Ok(unsafe {
-        to.write_bytes(0, room);
-        core::slice::from_raw_parts_mut(to, room)
-    })
-}
-
 /// Place for a result.
 pub(crate) struct Out<T>(*mut T);
 

@@ -7,4 +7,5 @@ pub(crate) mod information;
 pub(crate) mod lens_terms;
 pub(crate) mod moments;
 pub(crate) mod normal_equations;
+pub(crate) mod prior_moments;
 pub(crate) mod symmetric5;

@@ -18,8 +18,6 @@ use nalgebra::Vector5;
 use super::information::Information;
 use super::normal_equations::NormalEquations;
 use super::symmetric5::Symmetric5;
-use crate::codec::{NEGATIVE, Reader, Writer, believe, check_sums_of_squares};
-use crate::error::RestoreError;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3::product;
 use crate::scalar::Scalar;
@@ -35,11 +33,8 @@ const PRODUCTS: usize = 9;
 /// Elements of the lower triangle of a 12 x 12 matrix.
 const TRIANGLE: usize = 78;
 
-/// Elements before record version 3, which has the coordinates of the lens.
-const OLD_TRIANGLE: usize = 45;
-
-/// Mean squared residual in the frame of the sums, and noise of it, over the largest moment: 10 degrees.
-const MAX_ROW_SQUARED: f64 = 0.03;
+/// Elements of the lower triangle of the products alone.
+const PRODUCT_TRIANGLE: usize = 45;
 
 /// One number for each coordinate.
 pub(super) type Vector12<T> = [T; COORDINATES];
@@ -110,60 +105,6 @@ impl<T: Scalar> Moments<T> {
     pub(crate) fn is_finite(&self) -> bool {
         let Self { products, slope, noise } = self;
         products.0.iter().chain(slope).chain(noise).all(nalgebra::ComplexField::is_finite)
-    }
-
-    /// Writes the 45 sums of products, the five of the gradient, the four of the noise.
-    pub(crate) fn write(&self, to: &mut Writer<'_>) {
-        to.numbers(self.products.0.iter().chain(&self.slope).chain(&self.noise));
-    }
-
-    /// Reads what [`Self::write`] writes.
-    ///
-    /// * `apart`: squared distance of the frame from the pose that the matches are at, rad^2.
-    ///
-    /// # Errors
-    /// [`RestoreError::Absurd`] if they are no sums of squares and products, or their noise exceeds them.
-    pub(crate) fn read(&mut self, from: &mut Reader<'_>, apart: T) -> Result<(), RestoreError> {
-        let has_lens = from.version() >= 3;
-        // Older records have neither the coordinates of the lens nor the noise.
-        let stored = if has_lens { TRIANGLE } else { OLD_TRIANGLE };
-        from.numbers(self.products.0.iter_mut().take(stored).chain(&mut self.slope))?;
-        if has_lens {
-            from.numbers(&mut self.noise)?;
-        }
-        let diagonal = self.diagonal();
-        check_sums_of_squares(diagonal)?;
-        let one = T::ONE / diagonal.into_iter().fold(T::EPSILON, T::max);
-        let scaled = diagonal.map(|m| m * one + T::lit(NEGATIVE));
-        let mut elements = self.products.0.iter();
-        for (row, a) in scaled.iter().enumerate() {
-            for (b, m) in scaled.iter().take(row + 1).zip(elements.by_ref()) {
-                // Cauchy and Schwarz, but for rounding.
-                believe(*m * one * (*m * one) <= *a * *b * T::lit(2.0))?;
-            }
-        }
-        let ([c, _, y, _, _, z, ..], [xx, yy, _, zz]) = (self.products.0, self.noise);
-        let within = |a: T, b: T| a.abs() <= b.abs() * T::lit(4.0) + T::lit(MAX_ROW_SQUARED) / one;
-        // Residuals in a frame far from the pose are of that distance.
-        let known = self.at_frame().information.0.diagonal().into_iter();
-        let of_frame = known.fold(T::ZERO, |sum, d| sum + d.abs()) * apart;
-        let fits = [(c, xx.abs() + of_frame), (xx, c), (yy, y), (zz, z)];
-        let noise_fits = fits.iter().all(|&(a, b)| within(a, b));
-        believe(noise_fits || !has_lens)
-    }
-
-    fn diagonal(&self) -> [T; COORDINATES] {
-        let mut elements = self.products.0.iter();
-        // Each row has one more element; its last one is on the diagonal.
-        [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]
-            .map(|row| elements.nth(row).copied().unwrap_or(T::ZERO))
-    }
-
-    /// Whether these may be sums over a part of the correspondences of `all`, but for rounding.
-    pub(crate) fn are_part_of(&self, all: &Self) -> bool {
-        let all = all.diagonal();
-        let rounding = all.into_iter().fold(T::ZERO, T::max) * T::lit(NEGATIVE);
-        self.diagonal().into_iter().zip(all).all(|(own, all)| own <= all * T::lit(1.1) + rounding)
     }
 
     /// Normal equations at the pose of the frame: [`Self::at_pose`] written out, where each unknown

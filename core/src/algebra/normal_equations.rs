@@ -7,8 +7,6 @@ use nalgebra::Vector5;
 
 use crate::algebra::information::Information;
 use crate::algebra::symmetric5::Symmetric5;
-use crate::codec::{Reader, Writer};
-use crate::error::RestoreError;
 use crate::scalar::Scalar;
 
 /// Adds `pull` times a row of the Jacobian to a gradient.
@@ -50,21 +48,6 @@ impl<T: Scalar> NormalEquations<T> {
     pub(crate) fn add(&mut self, other: &Self) {
         self.information.add(&other.information);
         self.gradient += other.gradient;
-    }
-
-    /// Writes `H`, then `g`.
-    pub(crate) fn write(&self, to: &mut Writer<'_>) {
-        self.information.0.write(to);
-        to.numbers(self.gradient.iter());
-    }
-
-    /// Reads what [`Self::write`] writes.
-    ///
-    /// # Errors
-    /// [`RestoreError::Absurd`] if `H` is no sum of squares.
-    pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
-        self.information.0.read(from)?;
-        from.numbers(self.gradient.iter_mut())
     }
 
     /// The model of both costs.

@@ -4,8 +4,6 @@
 
 use nalgebra::{Matrix5, Vector5};
 
-use crate::codec::{Reader, Writer, check_sums_of_squares};
-use crate::error::RestoreError;
 use crate::scalar::Scalar;
 use crate::simd::Lanes;
 
@@ -152,20 +150,6 @@ impl<T: Scalar> Symmetric5<T> {
             *mixed *= gain;
         }
         *own = variance;
-    }
-
-    /// Writes the 15 elements.
-    pub(crate) fn write(&self, to: &mut Writer<'_>) {
-        to.numbers(&self.0);
-    }
-
-    /// Reads what [`Self::write`] writes.
-    ///
-    /// # Errors
-    /// [`RestoreError::Absurd`] if the diagonal is not that of a sum of squares.
-    pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
-        from.numbers(&mut self.0)?;
-        check_sums_of_squares(self.diagonal())
     }
 
     /// `M x`.

@@ -3,12 +3,12 @@
 use crate::algebra::block_variances::BlockVariances;
 use crate::batch::Matches;
 use crate::batch::correspondence::Cameras;
-use crate::codec::{Reader, Writer};
 use crate::config::{Config, Context, Method};
 use crate::depth::mount::{MountYaw, RowsYaw};
-use crate::error::{PairError, Refusal, RestoreError};
+use crate::error::{PairError, Refusal};
 use crate::fusion::Fusion;
 use crate::fusion::lens_reference::LensReference;
+use crate::fusion::prior::Learned;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::geometry::rectification::RectifyingRotations;
@@ -42,10 +42,6 @@ macro_rules! dispatch {
 }
 
 impl<T: Scalar> Estimator<T> {
-    /// Numbers and words in the longest record: that of the robust method.
-    pub(crate) const NUMBERS: usize = Fusion::<T>::NUMBERS;
-    pub(crate) const WORDS: usize = Fusion::<T>::WORDS;
-
     /// State without pairs.
     pub(crate) const fn new(config: &Config) -> Self {
         match config.method {
@@ -96,15 +92,6 @@ impl<T: Scalar> Estimator<T> {
     /// Forgets all pairs.
     pub(crate) fn reset(&mut self) {
         dispatch!(self, state => state.reset());
-    }
-
-    /// Number of the method in a record.
-    pub(crate) fn number(&self) -> u8 {
-        match self {
-            #[cfg(feature = "paper")]
-            Self::Paper(_) => 1,
-            Self::Robust(_) => 2,
-        }
     }
 
     /// Whether a pair is being solved.
@@ -249,6 +236,25 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.state())
     }
 
+    /// What a record keeps: nothing of the paper preset.
+    #[inline(never)]
+    pub(crate) fn learned(&self, context: &Context<'_, T>) -> Learned<T> {
+        match self {
+            #[cfg(feature = "paper")]
+            Self::Paper(_) => Learned::NOTHING,
+            Self::Robust(fusion) => fusion.learned(context),
+        }
+    }
+
+    /// Takes up what a record has kept, without pairs; false where it has no finite solution.
+    pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) -> bool {
+        match self {
+            #[cfg(feature = "paper")]
+            Self::Paper(_) => true,
+            Self::Robust(fusion) => fusion.resume(learned, context),
+        }
+    }
+
     /// The estimate; `None` before the first pair.
     ///
     /// * `in_use`: source of the baseline where the estimated one is doubtful.
@@ -262,49 +268,6 @@ impl<T: Scalar> Estimator<T> {
             #[cfg(feature = "paper")]
             Self::Paper(paper) => paper.proposal(),
             Self::Robust(fusion) => fusion.proposal(context, in_use),
-        }
-    }
-
-    /// Writes a record of the pairs.
-    pub(crate) fn write(&self, to: &mut Writer<'_>) {
-        dispatch!(self, state => state.write(to));
-    }
-
-    /// Reads a record into an estimator without pairs.
-    ///
-    /// # Errors
-    /// [`RestoreError`]; the estimator has no pairs.
-    #[inline(never)]
-    pub(crate) fn read(
-        &mut self,
-        context: &Context<'_, T>,
-        from: &mut Reader<'_>,
-    ) -> Result<(), RestoreError> {
-        let read = dispatch!(self, state => state.read(from, context));
-        let read = read.and_then(|()| from.end()).and_then(|()| self.check(context));
-        if read.is_err() {
-            self.reset();
-        }
-        read
-    }
-
-    /// Checks that the restored estimate is finite and within the correction limit.
-    // Out of line, and by reference: the estimate takes most of the stack.
-    #[inline(never)]
-    fn check(&self, context: &Context<'_, T>) -> Result<(), RestoreError> {
-        if !self.has_pairs() {
-            return Ok(());
-        }
-        let factory = CorrectedExtrinsics::as_given(*context.factory);
-        let proposal = self.proposal(context, &factory);
-        let proposal = proposal.as_ref().ok_or(RestoreError::Absurd)?;
-        if !(proposal.sd.is_finite() && proposal.sd_lens.is_finite()) {
-            return Err(RestoreError::Absurd);
-        }
-        if context.allows(&proposal.extrinsics) {
-            Ok(())
-        } else {
-            Err(RestoreError::CorrectionLimit)
         }
     }
 }

@@ -4,9 +4,7 @@
 //! prior wherever it is read, and becomes part of the prior when its sums are dropped.
 
 use super::yaw::YawEstimate;
-use crate::codec::{Reader, Writer, believe};
 use crate::config::Context;
-use crate::error::RestoreError;
 use crate::scalar::Scalar;
 use crate::thresholds::{LENS_FOUND, REFUTED_FACTORY_YAW, SCENE_YAW_RAD, WITNESS_RAD};
 
@@ -46,10 +44,6 @@ pub(crate) struct RowsYaw<T> {
 }
 
 impl<T: Scalar> MountYaw<T> {
-    /// Numbers and words in the longest record.
-    pub(crate) const NUMBERS: usize = 6;
-    pub(crate) const WORDS: usize = 3;
-
     /// Of a rig without a factory calibration.
     pub(crate) const UNKNOWN: Self = Self {
         calibrated: false,
@@ -185,27 +179,29 @@ impl<T: Scalar> MountYaw<T> {
         (self.known, self.changed) = (Some(after), false);
         Some(Witnessed::Taken)
     }
+}
 
-    pub(crate) fn write(&self, to: &mut Writer<'_>) {
-        to.number(self.claimed);
-        to.flag(self.refuted);
-        to.flag(self.changed);
-        to.flag(self.known.is_some());
-        to.numbers(&self.known.map_or([T::ZERO; 5], |known| known.numbers()));
+impl<T: Scalar> MountYaw<T> {
+    /// The numbers and the flags of a record.
+    pub(crate) fn parts(&self) -> ([T; 6], [bool; 3]) {
+        let [a, b, c, d, e] = self.known.map_or([T::ZERO; 5], |known| known.numbers());
+        ([self.claimed, a, b, c, d, e], [self.refuted, self.changed, self.known.is_some()])
     }
 
-    /// # Errors
-    /// [`RestoreError::Absurd`] unless the numbers are a covariance.
-    pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
-        self.claimed = from.within(T::ZERO, T::ONE)?;
-        self.refuted = from.flag()?;
-        self.changed = from.flag()?;
-        let is_known = from.flag()?;
-        let mut numbers = [T::ZERO; 5];
-        from.numbers(&mut numbers)?;
-        let known = YawEstimate::of(numbers);
-        self.known = known.filter(|_| is_known);
-        believe(known.is_some() && (is_known || !self.changed))
+    /// From those of a record; `None` unless they are a covariance within the range of a yaw.
+    pub(crate) fn of(
+        [claimed, a, b, c, d, e]: [T; 6],
+        [refuted, changed, is_known]: [bool; 3],
+    ) -> Option<Self> {
+        let known = YawEstimate::of([a, b, c, d, e])?;
+        let is_in_range = (T::ZERO..=T::ONE).contains(&claimed) && (is_known || !changed);
+        let known = Some(known).filter(|_| is_known);
+        is_in_range.then_some(Self { claimed, refuted, changed, known, ..Self::UNKNOWN })
+    }
+
+    /// With the knowledge of a record; the factory calibration is that of the rig.
+    pub(crate) fn resumed(&self, of: &Self) -> Self {
+        Self { calibrated: self.calibrated, ..*of }
     }
 }
 

@@ -8,14 +8,11 @@ use super::hypothesis::Hypothesis;
 use crate::algebra::information::Information;
 use crate::algebra::moments::Moments;
 use crate::algebra::normal_equations::NormalEquations;
-use crate::codec::{Reader, Writer, believe};
 use crate::config::Context;
-use crate::error::RestoreError;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    CUSUM_ALLOWED, LONG_DECAY, MAX_CUSUM, MAX_NIS, MAX_WINDOW, SHORT_DECAY, SHORT_PAIRS,
-    WARM_UP_PAIRS,
+    CUSUM_ALLOWED, LONG_DECAY, MAX_CUSUM, MAX_WINDOW, SHORT_DECAY, SHORT_PAIRS, WARM_UP_PAIRS,
 };
 
 /// Two windows over the last pairs, and a cumulative sum of their NIS.
@@ -36,10 +33,6 @@ pub(super) struct ChangeDetector<T: Scalar> {
 }
 
 impl<T: Scalar> ChangeDetector<T> {
-    /// Numbers and words in a record.
-    pub(super) const NUMBERS: usize = 138;
-    pub(super) const WORDS: usize = 1;
-
     pub(super) const NEW: Self = Self {
         short: Moments::ZERO,
         short_variance: Information::ZERO,
@@ -139,44 +132,6 @@ impl<T: Scalar> ChangeDetector<T> {
     #[cfg(test)]
     pub(super) fn pairs(&self) -> u32 {
         self.pairs
-    }
-
-    pub(super) fn write(&self, to: &mut Writer<'_>) {
-        self.short.write(to);
-        self.short_variance.0.write(to);
-        self.long.write(to);
-        self.long_variance.0.write(to);
-        to.number(self.cumulative);
-        to.word(self.pairs);
-    }
-
-    /// Reads a record. Windows begin anew where they hold more than the hypothesis, as those of a rig that vibrates by
-    /// turns may, and where they show a change already: they would have ended with the pair that showed it.
-    ///
-    /// # Errors
-    /// [`RestoreError::Absurd`].
-    pub(super) fn read(
-        &mut self,
-        from: &mut Reader<'_>,
-        hypothesis: &Hypothesis<T>,
-        context: &Context<'_, T>,
-    ) -> Result<(), RestoreError> {
-        self.short.read(from, hypothesis.distance_of_frame())?;
-        self.short_variance.0.read(from)?;
-        self.long.read(from)?;
-        self.long_variance.0.read(from)?;
-        self.cumulative = from.number()?;
-        self.pairs = from.word_within(hypothesis.pairs())?;
-        let most = T::lit(MAX_NIS) * T::count(self.pairs);
-        believe((T::ZERO..=most).contains(&self.cumulative))?;
-        let mut short = self.short;
-        short.add(hypothesis.last());
-        let are_part = self.short.are_part_of(hypothesis.settled());
-        if !are_part || self.has_changed(hypothesis, &hypothesis.normal_equations(&short), context)
-        {
-            self.restart();
-        }
-        Ok(())
     }
 }
 

@@ -4,11 +4,11 @@ use super::Kept;
 use super::association_result::{AssociationResult, Rejected, Support};
 use super::change_detector::ChangeDetector;
 use super::hypothesis::{Hypothesis, Update};
+use super::prior::Prior;
 use super::repeated_scene::Seen;
 use super::turn::Turn;
-use crate::codec::{Reader, Writer};
 use crate::config::Context;
-use crate::error::{Refusal, RestoreError};
+use crate::error::Refusal;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::pair_report::Fused;
 use crate::pair::evaluate::{EvaluatedPose, PairMeasurement};
@@ -99,10 +99,6 @@ pub(super) struct Hypotheses<T: Scalar> {
 }
 
 impl<T: Scalar> Hypotheses<T> {
-    /// Numbers and words in the longest record.
-    pub(super) const NUMBERS: usize = 2 * Hypothesis::<T>::NUMBERS + ChangeDetector::<T>::NUMBERS;
-    pub(super) const WORDS: usize = 2 * Hypothesis::<T>::WORDS + ChangeDetector::<T>::WORDS + 5;
-
     pub(super) const NONE: Self = Self { champion: None, challenger: None, rejected: 0, begun: 0 };
 
     /// Drops both hypotheses. Field by field: [`Hypotheses::NONE`] would copy 2 kB.
@@ -362,53 +358,14 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    pub(super) fn write(&self, to: &mut Writer<'_>) {
-        to.flag(self.champion.is_some());
-        if let Some(Champion { hypothesis, detector }) = &self.champion {
-            hypothesis.write(to);
-            detector.write(to);
-        }
-        to.flag(self.challenger.is_some());
-        if let Some(Challenger { hypothesis, agreed, failed }) = &self.challenger {
-            hypothesis.write(to);
-            to.word((*agreed).into());
-            to.word((*failed).into());
-        }
-        to.word(self.rejected.into());
-    }
-
-    /// Reads a record into [`Hypotheses::NONE`]. A restored champion is suspect until a pair supports it.
-    ///
-    /// # Errors
-    /// [`RestoreError`]; the hypotheses are unspecified.
+    /// Begins a champion with a prior, where there is none. It is suspect until a pair supports it.
     #[inline(never)]
-    pub(super) fn read(
-        &mut self,
-        from: &mut Reader<'_>,
-        context: &Context<'_, T>,
-    ) -> Result<(), RestoreError> {
-        let small = |word: u32| u16::try_from(word).map_err(|_| RestoreError::Absurd);
-        if from.flag()? {
-            self.make_champion();
-            let champion = self.champion.as_mut().ok_or(RestoreError::NotFresh)?;
-            let Champion { hypothesis, detector } = champion;
-            hypothesis.read(from, context)?;
-            detector.read(from, hypothesis, context)?;
+    pub(super) fn resume(&mut self, prior: &Prior<T>, context: &Context<'_, T>) {
+        self.make_champion();
+        if let Some(champion) = &mut self.champion {
+            champion.hypothesis.resume(prior, context);
+            self.rejected = 1;
         }
-        if from.flag()? {
-            self.clear_challenger();
-            let challenger = self.challenger.as_mut().ok_or(RestoreError::NotFresh)?;
-            challenger.hypothesis.read(from, context)?;
-            challenger.agreed = small(from.word()?)?;
-            // One that failed more often has been dropped.
-            let most = (challenger.agreed / 2).max(MAX_FAILED - 1);
-            challenger.failed = small(from.word_within(most.into())?)?;
-        }
-        let rejected = small(from.word()?)?;
-        if self.champion.is_some() {
-            self.rejected = rejected.clamp(1, LOST_AFTER - 1);
-        }
-        Ok(())
     }
 }
 

@@ -5,7 +5,7 @@
 mod conditional;
 mod gate;
 mod marginal;
-mod record;
+mod prior;
 
 use nalgebra::Vector5;
 
@@ -79,7 +79,7 @@ impl<T: Scalar> Update<T> {
 }
 
 impl<T: Scalar> Hypothesis<T> {
-    /// No pairs, all zeros: [`Hypothesis::begin`] or a record sets what is not 0 in any other.
+    /// No pairs, all zeros: [`Hypothesis::begin`] or a prior sets what is not 0 in any other.
     pub(super) const EMPTY: Self = Self {
         pose: RectifyingRotations::UNSET,
         frame: RectifyingRotations::UNSET,
@@ -182,7 +182,10 @@ impl<T: Scalar> Hypothesis<T> {
             self.begin_or_end_settling_at_rest(&marginal.variances, last);
         }
         if !repeated {
-            self.update_chi_square(measurement, context);
+            // A restored hypothesis has no last pair.
+            if self.last != Moments::ZERO {
+                self.update_chi_square(measurement, context);
+            }
             self.settle_last(&marginal.variances);
             self.settled.scale(context.fading(self.pairs));
             self.pairs = self.pairs.saturating_add(1);
@@ -281,11 +284,6 @@ impl<T: Scalar> Hypothesis<T> {
     /// Normal equations at the pose, of sums in the frame of the hypothesis.
     pub(super) fn normal_equations(&self, sums: &Moments<T>) -> NormalEquations<T> {
         sums.at_pose(&self.frame, &self.pose)
-    }
-
-    /// Moments of all pairs but the last.
-    pub(super) fn settled(&self) -> &Moments<T> {
-        &self.settled
     }
 
     /// Moments of the last pair.

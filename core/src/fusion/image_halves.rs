@@ -5,9 +5,7 @@ use nalgebra::Vector5;
 
 use crate::algebra::disparity_noise::{BaselineNoise, BiasedEquations};
 use crate::algebra::information::{Information, StandardDeviations};
-use crate::codec::{Reader, Writer};
 use crate::config::{Context, LensPrior};
-use crate::error::RestoreError;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
 use crate::thresholds::{HEALTHY_DISAGREEMENT, MAX_MODEL_ERROR, MAX_TOLD_DISAGREEMENT};
@@ -116,36 +114,6 @@ impl<T: Scalar> ImageHalves<T> {
         larger.min(T::lit(MAX_TOLD_DISAGREEMENT))
     }
 
-    pub(super) fn write(&self, to: &mut Writer<'_>) {
-        self.parts.iter().for_each(|part| part.normal.write(to));
-        self.pairs.iter().for_each(|pairs| to.word(*pairs));
-        to.number(self.disagreement);
-        self.parts.iter().for_each(|part| to.numbers(&part.noise.0));
-    }
-
-    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
-        self.parts.iter_mut().try_for_each(|part| part.normal.read(from))?;
-        let pairs = from.word()?;
-        // Distinct scenes are among all.
-        self.pairs = [pairs, from.word_within(pairs)?];
-        self.disagreement = from.within(T::ZERO, T::lit(MAX_TOLD_DISAGREEMENT))?;
-        // Older records have no noise.
-        if from.version() >= 3 {
-            self.parts.iter_mut().try_for_each(|part| from.numbers(&mut part.noise.0))?;
-        }
-        Ok(())
-    }
-
-    /// Drops sums that disagree by far more than is stored with them. The stored disagreement stays: without it the
-    /// deviations would narrow.
-    pub(super) fn check(&mut self, context: &Context<'_, T>) {
-        let stored = self.disagreement * T::lit(2.0) + T::lit(HEALTHY_DISAGREEMENT);
-        // Not `>`: a NaN must fail this test.
-        if !(self.compare(context) <= stored) {
-            self.parts = [BiasedEquations::ZERO; 3];
-        }
-    }
-
     /// Information about the turn of `R` about x in each sum.
     #[cfg(test)]
     pub(super) fn pitch(&self) -> [T; 3] {
@@ -155,36 +123,7 @@ impl<T: Scalar> ImageHalves<T> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::hypothesis::tests::context;
     use super::*;
-    use crate::algebra::normal_equations::NormalEquations;
-    use crate::algebra::symmetric5::Symmetric5;
-
-    #[test]
-    fn a_record_is_kept_up_to_a_healthy_disagreement_beyond_twice_its_own_and_dropped_beyond() {
-        let context = context::<f64>();
-        // About the joint optimum: both halves have the information `h`, and their gradients differ in sign.
-        let halves = |disagreement: f64, stored: f64| {
-            let h = 1e10;
-            let part = |h: f64, gradient: f64| {
-                let information = Information(Symmetric5::of_diagonal([h; 5]));
-                let gradient = Vector5::x() * gradient;
-                BiasedEquations {
-                    normal: NormalEquations { information, gradient },
-                    ..BiasedEquations::ZERO
-                }
-            };
-            let parts =
-                [part(2.0 * h, 0.0), part(h, disagreement * (2.5 * h).sqrt()), part(h, 0.0)];
-            let mut halves = ImageHalves { parts, pairs: [10; 2], disagreement: stored };
-            assert!((halves.compare(&context) / disagreement - 1.0).abs() < 1e-3);
-            halves.check(&context);
-            assert_eq!((halves.disagreement, halves.pairs), (stored, [10; 2]));
-            halves.parts == parts
-        };
-        let kept = [(1.9, 0.0), (2.1, 0.0), (4.9, 1.5), (5.1, 1.5)];
-        assert_eq!(kept.map(|(now, stored)| halves(now, stored)), [true, false, true, false]);
-    }
 
     #[test]
     fn a_disagreement_widens_by_its_square_and_the_share_of_distinct_scenes() {

@@ -6,8 +6,6 @@
 //! what they said the differences are kept, as where the rig moves: the lens does not.
 
 use crate::algebra::lens_terms::LENS_PARAMETERS;
-use crate::codec::{Reader, Writer};
-use crate::error::RestoreError;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::scalar::Scalar;
 
@@ -24,10 +22,6 @@ pub(crate) struct LensReference<T> {
 }
 
 impl<T: Scalar> LensReference<T> {
-    /// Numbers and words in a record.
-    pub(super) const NUMBERS: usize = 6;
-    pub(super) const WORDS: usize = 1;
-
     /// The lens as given, nothing known of it.
     pub(super) const GIVEN: Self = Self {
         correction: LensCorrection::NONE,
@@ -80,27 +74,36 @@ impl<T: Scalar> LensReference<T> {
         }
     }
 
+    /// Correction, what is known and its information, in the order of a record.
+    pub(crate) fn numbers(&self) -> [T; 6] {
+        let Self { correction, known, weights: [focal, k1], .. } = *self;
+        [correction.focal, correction.k1, known.focal, known.k1, focal, k1]
+    }
+
+    /// From those numbers; `None` where no lens can be so.
+    ///
+    /// * `changes`: of the lens so far.
+    pub(crate) fn of(
+        [focal, k1, known_focal, known_k1, a, b]: [T; 6],
+        changes: u8,
+    ) -> Option<Self> {
+        let read = Self {
+            correction: LensCorrection { focal, k1 },
+            known: LensCorrection { focal: known_focal, k1: known_k1 },
+            weights: [a, b],
+            changes: changes.into(),
+        };
+        (read.is_valid() && (read.compensates() || read.correction.is_none())).then_some(read)
+    }
+
+    /// Changes of the lens so far, for a record.
+    pub(crate) fn changes(&self) -> u8 {
+        u8::try_from(self.changes).unwrap_or(u8::MAX)
+    }
+
     pub(super) fn is_valid(&self) -> bool {
         let sane = |weight: &T| *weight >= T::ZERO && weight.is_finite();
         self.correction.is_valid() && self.known.is_valid() && self.weights.iter().all(sane)
-    }
-
-    pub(super) fn write(&self, to: &mut Writer<'_>) {
-        self.correction.write(to);
-        self.known.write(to);
-        to.numbers(&self.weights);
-        to.word(self.changes);
-    }
-
-    /// # Errors
-    /// [`RestoreError::Absurd`].
-    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
-        self.correction = LensCorrection::read(from)?;
-        self.known = LensCorrection::read(from)?;
-        from.numbers(&mut self.weights)?;
-        self.changes = from.word()?;
-        let fits = self.compensates() || self.correction.is_none();
-        if fits && self.is_valid() { Ok(()) } else { Err(RestoreError::Absurd) }
     }
 }
 

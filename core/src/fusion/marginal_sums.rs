@@ -5,10 +5,8 @@ use nalgebra::Vector5;
 
 use crate::algebra::block_variances::BlockVariances;
 use crate::algebra::normal_equations::NormalEquations;
-use crate::codec::{Reader, Writer, believe};
-use crate::error::RestoreError;
 use crate::scalar::Scalar;
-use crate::thresholds::{FORGOTTEN_PAIRS, MAX_VIBRATION_RAD};
+use crate::thresholds::FORGOTTEN_PAIRS;
 
 /// Normal equations about the pose of the hypothesis, of all pairs but the last, and of that.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,9 +18,6 @@ pub(super) struct MarginalSums<T> {
 }
 
 impl<T: Scalar> MarginalSums<T> {
-    /// Numbers in a record.
-    pub(super) const NUMBERS: usize = 42;
-
     pub(super) const NONE: Self = Self {
         settled: NormalEquations::ZERO,
         last: NormalEquations::ZERO,
@@ -94,29 +89,6 @@ impl<T: Scalar> MarginalSums<T> {
     pub(super) fn shift(&mut self, moved: &Vector5<T>) {
         self.settled = self.settled.about(moved);
         self.last = self.last.about(moved);
-    }
-
-    pub(super) fn write(&self, to: &mut Writer<'_>) {
-        self.settled.write(to);
-        self.last.write(to);
-        to.numbers(&[self.variances.rotation, self.variances.baseline]);
-    }
-
-    /// Reads a record. What the sums lead to is checked by the hypothesis.
-    ///
-    /// # Errors
-    /// [`RestoreError::Absurd`].
-    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
-        self.settled.read(from)?;
-        self.last.read(from)?;
-        let most = T::lit(MAX_VIBRATION_RAD * MAX_VIBRATION_RAD);
-        let mut variances = [from.within(T::ZERO, most)?, from.within(T::ZERO, most)?].into_iter();
-        let mut next = || variances.next().unwrap_or(T::ZERO);
-        self.variances = BlockVariances { rotation: next(), baseline: next() };
-        // A rig that vibrates does so in both at least as a rigid one may.
-        let BlockVariances { rotation, baseline } = self.variances;
-        believe((rotation > T::ZERO) == (baseline > T::ZERO))?;
-        believe(self.is_used() || *self == Self::NONE)
     }
 }
 

@@ -16,24 +16,24 @@ mod association;
 mod association_result;
 mod change_detector;
 mod hypotheses;
-mod hypothesis;
+pub(crate) mod hypothesis;
 mod image_halves;
 mod lens;
 mod lens_change;
 pub(crate) mod lens_reference;
 mod marginal_sums;
 mod optimum;
+pub(crate) mod prior;
 mod repeated_scene;
 mod reported;
 mod turn;
-mod vibration;
+pub(crate) mod vibration;
 
 use crate::algebra::block_variances::BlockVariances;
 use crate::batch::Matches;
-use crate::codec::{Reader, Writer};
 use crate::config::{Context, LensTracking};
 use crate::depth::mount::{MountYaw, RowsYaw};
-use crate::error::{PairError, Refusal, RestoreError};
+use crate::error::{PairError, Refusal};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::pair::evaluate::PairMeasurement;
@@ -63,17 +63,6 @@ pub(crate) struct Fusion<T: Scalar> {
 }
 
 impl<T: Scalar> Fusion<T> {
-    /// Numbers and words in the longest record.
-    pub(crate) const NUMBERS: usize = Hypotheses::<T>::NUMBERS
-        + LensReference::<T>::NUMBERS
-        + VibrationEstimator::<T>::NUMBERS
-        + MountYaw::<T>::NUMBERS;
-    pub(crate) const WORDS: usize = Hypotheses::<T>::WORDS
-        + RepeatedScene::WORDS
-        + LensReference::<T>::WORDS
-        + VibrationEstimator::<T>::WORDS
-        + MountYaw::<T>::WORDS;
-
     pub(crate) const NEW: Self = Self {
         hypotheses: Hypotheses::NONE,
         scene: RepeatedScene::NEW,
@@ -285,37 +274,6 @@ impl<T: Scalar> Fusion<T> {
     /// Noise of a coordinate, px; 0 before the first pair.
     pub(crate) fn noise(&self) -> T {
         self.hypotheses.reported().map_or(T::ZERO, Hypothesis::noise)
-    }
-
-    pub(crate) fn write(&self, to: &mut Writer<'_>) {
-        self.hypotheses.write(to);
-        self.scene.write(to);
-        self.reference.write(to);
-        self.vibration.write(to);
-        self.mount.write(to);
-    }
-
-    /// Reads a record into [`Fusion::NEW`].
-    ///
-    /// # Errors
-    /// [`RestoreError`]; the state is unspecified.
-    pub(crate) fn read(
-        &mut self,
-        from: &mut Reader<'_>,
-        context: &Context<'_, T>,
-    ) -> Result<(), RestoreError> {
-        self.hypotheses.read(from, context)?;
-        // Version 1 ends before the scene, 2 before the lens, 3 before the vibration, 4 and 5 before the mount.
-        if from.version() >= 2 {
-            self.scene.read(from)?;
-        }
-        if from.version() >= 3 {
-            self.reference.read(from)?;
-        }
-        if from.version() >= 4 {
-            self.vibration.read(from)?;
-        }
-        if from.version() >= 6 { self.mount.read(from) } else { Ok(()) }
     }
 }
 

@@ -2,8 +2,6 @@
 //! outliers included. All of them are one measurement.
 
 use crate::batch::correspondence::RayPair;
-use crate::codec::{Reader, Writer};
-use crate::error::RestoreError;
 use crate::scalar::Scalar;
 use crate::thresholds::{
     COPIED_SHARE, REMEMBERED, REMEMBERED_STEPS_PER_PX, SAME_SHARE, SAME_STEPS,
@@ -31,7 +29,7 @@ impl Seen {
 #[derive(Debug, Clone)]
 pub(super) struct RepeatedScene {
     remembered: Sampled,
-    /// Of the pair that was begun last, until it is fused. It is not part of a record.
+    /// Of the pair that was begun last, until it is fused.
     at_hand: Sampled,
 }
 
@@ -39,9 +37,6 @@ pub(super) struct RepeatedScene {
 type Sampled = heapless::Vec<[u16; 3], REMEMBERED, u8>;
 
 impl RepeatedScene {
-    /// Words in the longest record.
-    pub(super) const WORDS: usize = 1 + REMEMBERED * 3 / 2;
-
     pub(super) const NEW: Self =
         Self { remembered: heapless::Vec::new(), at_hand: heapless::Vec::new() };
 
@@ -116,25 +111,6 @@ impl RepeatedScene {
     pub(super) fn clear(&mut self) {
         self.remembered.clear();
         self.at_hand.clear();
-    }
-
-    pub(super) fn write(&self, to: &mut Writer<'_>) {
-        to.word(u32::try_from(self.remembered.len()).unwrap_or(u32::MAX));
-        for coordinate in self.remembered.iter().flatten() {
-            to.bytes(&coordinate.to_le_bytes());
-        }
-    }
-
-    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
-        self.remembered.clear();
-        for _ in 0..from.word()? {
-            let mut old = [0; 3];
-            for coordinate in &mut old {
-                *coordinate = u16::from_le_bytes(from.bytes()?);
-            }
-            self.remembered.push(old).map_err(|_| RestoreError::Absurd)?;
-        }
-        Ok(())
     }
 }
 

@@ -7,10 +7,7 @@ use nalgebra::Vector5;
 
 use crate::algebra::block_variances::BlockVariances;
 use crate::algebra::symmetric5::Symmetric5;
-use crate::codec::{Reader, Writer, believe};
 use crate::config::Context;
-use crate::error::RestoreError;
-use crate::geometry::rectification::MAX_UNKNOWN;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
 use crate::thresholds::{
@@ -234,25 +231,20 @@ struct PairOptimum<T: Scalar> {
     covariance: Symmetric5<T>,
 }
 
-impl<T: Scalar> PairOptimum<T> {
-    fn write(this: Option<&Self>, to: &mut Writer<'_>) {
-        to.flag(this.is_some());
-        if let Some(Self { at, covariance }) = this {
-            to.numbers(at.iter());
-            covariance.write(to);
-        }
-    }
+impl<T: Scalar> PairOptimum<T> {}
 
-    /// `None` also where the covariance has no inverse: the next pair is not compared with this one.
-    fn read(from: &mut Reader<'_>) -> Result<Option<Self>, RestoreError> {
-        if !from.flag()? {
-            return Ok(None);
-        }
-        let mut read = Self { at: Vector5::zeros(), covariance: Symmetric5::ZERO };
-        from.numbers_within(T::lit(MAX_UNKNOWN), read.at.iter_mut())?;
-        read.covariance.read(from)?;
-        Ok(read.covariance.inverse().is_some().then_some(read))
-    }
+/// A vibration without its samples.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct KnownVibration<T> {
+    /// rad^2.
+    pub(crate) variances: BlockVariances<T>,
+    /// Of a sample, for a rigid rig: of rotation, of baseline, rad^2.
+    pub(crate) deviations: [T; 2],
+}
+
+impl<T: Scalar> KnownVibration<T> {
+    pub(crate) const NONE: Self =
+        Self { variances: BlockVariances::ZERO, deviations: [T::ZERO; 2] };
 }
 
 /// Estimator of the variances of the vibration.
@@ -269,10 +261,6 @@ pub(super) struct VibrationEstimator<T: Scalar> {
 }
 
 impl<T: Scalar> VibrationEstimator<T> {
-    /// Numbers and words in a record.
-    pub(super) const NUMBERS: usize = 4 * (SAMPLES + 2) + 2 + 2 * 20;
-    pub(super) const WORDS: usize = 4;
-
     pub(super) const RIGID: Self = Self {
         last: None,
         before: None,
@@ -297,6 +285,32 @@ impl<T: Scalar> VibrationEstimator<T> {
     /// Variances of each pair about the rig, rad^2; zero without a sign of vibration.
     pub(super) fn variances(&self) -> BlockVariances<T> {
         self.variances
+    }
+
+    /// The variances, and the deviations of a sample of each for a rigid rig.
+    pub(super) fn known(&self) -> KnownVibration<T> {
+        let [[r1, b1], [r2, b2]] = &self.samples;
+        let deviation = |a: &Samples<T>, b: &Samples<T>| a.deviation.max(b.deviation);
+        KnownVibration {
+            variances: self.variances,
+            deviations: [deviation(r1, r2), deviation(b1, b2)],
+        }
+    }
+
+    /// Begins with a vibration: as many samples of it as the median is taken of.
+    pub(super) fn resume(&mut self, known: &KnownVibration<T>) {
+        self.clear();
+        if known.variances.is_zero() {
+            return;
+        }
+        let BlockVariances { rotation, baseline } = known.variances;
+        for kind in &mut self.samples {
+            let each = kind.iter_mut().zip([rotation, baseline]).zip(known.deviations);
+            for ((samples, variance), deviation) in each {
+                *samples = Samples { values: [variance; SAMPLES], deviation, mean: variance };
+            }
+        }
+        (self.counts, self.variances) = ([RING; 2], known.variances);
     }
 
     /// Adds a pair of a new scene.
@@ -355,42 +369,6 @@ impl<T: Scalar> VibrationEstimator<T> {
             rotation: least(r1, r2, before.rotation),
             baseline: least(b1, b2, before.baseline),
         };
-    }
-
-    pub(super) fn write(&self, to: &mut Writer<'_>) {
-        for samples in self.samples.iter().flatten() {
-            to.numbers(&samples.values);
-            to.numbers(&[samples.deviation, samples.mean]);
-        }
-        to.numbers(&[self.variances.rotation, self.variances.baseline]);
-        for count in self.counts {
-            to.word(count);
-        }
-        PairOptimum::write(self.last.as_ref(), to);
-        PairOptimum::write(self.before.as_ref(), to);
-    }
-
-    /// Reads a record into [`VibrationEstimator::RIGID`].
-    ///
-    /// # Errors
-    /// [`RestoreError::Absurd`] for a number out of its range, and for variances that the samples do not lead to.
-    #[inline(never)]
-    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
-        let most = most::<T>();
-        for samples in self.samples.iter_mut().flatten() {
-            from.numbers_within(most * T::lit(2.0), samples.values.iter_mut())?;
-            samples.deviation = from.within(T::ZERO, T::ONE)?;
-            samples.mean = from.within(T::ZERO, most * T::lit(2.0))?;
-        }
-        let [rotation, baseline] = [from.within(T::ZERO, most)?, from.within(T::ZERO, most)?];
-        for count in &mut self.counts {
-            *count = from.word_within(AVERAGED_PAIRS)?;
-        }
-        (self.last, self.before) = (PairOptimum::read(from)?, PairOptimum::read(from)?);
-        // What was believed eases the test, and the samples must still pass it.
-        self.variances = BlockVariances { rotation, baseline };
-        self.update();
-        believe(self.variances == BlockVariances { rotation, baseline })
     }
 }
 

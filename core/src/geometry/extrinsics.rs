@@ -5,13 +5,12 @@ use core::fmt;
 use nalgebra::{ArrayStorage, ComplexField, Matrix3, Rotation3, Unit, Vector3};
 
 use super::so3;
-use crate::codec::{Reader, Writer};
-use crate::error::{ExtrinsicsError, RestoreError};
+use crate::error::ExtrinsicsError;
 use crate::scalar::Scalar;
 use crate::thresholds::MIN_LATERAL;
 
-/// Largest distance of a component of a recorded baseline from its unit vector.
-const UNIT: f64 = 2e-6;
+/// Rounding of a rotation or a unit vector that this crate has written, in units of the last place.
+const ROUNDING: f64 = 16.0;
 
 /// `R` and unit `t` of `p_r = R p_l + t`. For a plain side-by-side rig `t = (-1, 0, 0)`.
 ///
@@ -95,15 +94,8 @@ impl<T: Scalar> Extrinsics<T> {
         &self.translation
     }
 
-    /// Writes `R` column by column, then `t`.
-    pub(crate) fn write(&self, to: &mut Writer<'_>) {
-        to.numbers(self.rotation.matrix());
-        to.numbers(self.translation.iter());
-    }
-
     /// Extrinsics that were written by this crate: bit for bit, if they are still extrinsics.
-    #[cfg(feature = "serde")]
-    fn exact(r: [T; 9], t: [T; 3]) -> Result<Self, ExtrinsicsError> {
+    pub(crate) fn exact(r: [T; 9], t: [T; 3]) -> Result<Self, ExtrinsicsError> {
         let nearest = Self::from_row_major(r, t)?;
         let (r, t) = (row_major(r), Vector3::from(t));
         let off = (nearest.rotation.matrix() - r)
@@ -111,24 +103,7 @@ impl<T: Scalar> Extrinsics<T> {
             .max((nearest.translation.into_inner() - t).amax());
         let rotation = Rotation3::from_matrix_unchecked(r);
         let given = Self { rotation, translation: Unit::new_unchecked(t) };
-        Ok(if off <= T::lit(UNIT) { given } else { nearest })
-    }
-
-    /// Reads what [`Self::write`] writes, bit-identical.
-    ///
-    /// # Errors
-    /// [`RestoreError::Absurd`] if the numbers are no extrinsics.
-    pub(crate) fn read(from: &mut Reader<'_>) -> Result<Self, RestoreError> {
-        let rotation = so3::read(from)?;
-        let mut translation = Vector3::zeros();
-        from.numbers(translation.iter_mut())?;
-        let exact = Self::try_new(rotation.matrix(), &translation);
-        let exact = exact.map_err(|_| RestoreError::Absurd)?.translation;
-        if (exact.into_inner() - translation).amax() <= T::lit(UNIT) {
-            Ok(Self { rotation, translation: Unit::new_unchecked(translation) })
-        } else {
-            Err(RestoreError::Absurd)
-        }
+        Ok(if off <= T::EPSILON * T::lit(ROUNDING) { given } else { nearest })
     }
 
     /// `R` row by row, the order of files and wire formats.

@@ -3,8 +3,6 @@
 use nalgebra::Vector2;
 
 use super::extrinsics::Extrinsics;
-use crate::codec::{Reader, Writer};
-use crate::error::RestoreError;
 use crate::scalar::Scalar;
 use crate::thresholds::MAX_LENS_CORRECTION;
 
@@ -45,20 +43,6 @@ impl<T: Scalar> LensCorrection<T> {
         let scale = (T::ONE + self.focal) / (T::ONE + other.focal);
         RayChange { scale, k1: other.k1 - self.k1 }
     }
-
-    pub(crate) fn write(&self, to: &mut Writer<'_>) {
-        to.numbers(&[self.focal, self.k1]);
-    }
-
-    /// # Errors
-    /// [`RestoreError::Absurd`] beyond what a lens may change by.
-    pub(crate) fn read(from: &mut Reader<'_>) -> Result<Self, RestoreError> {
-        let mut parts = [T::ZERO; 2];
-        from.numbers(&mut parts)?;
-        let [focal, k1] = parts;
-        let read = Self { focal, k1 };
-        if read.is_valid() { Ok(read) } else { Err(RestoreError::Absurd) }
-    }
 }
 
 /// Change of the right rays when the lens model changes: exact in the focal length, of first order in `k1`.
@@ -86,21 +70,6 @@ impl<T: Scalar> CorrectedExtrinsics<T> {
     /// Extrinsics of the cameras as given.
     pub(crate) const fn as_given(extrinsics: Extrinsics<T>) -> Self {
         Self { extrinsics, correction: LensCorrection::NONE }
-    }
-
-    pub(crate) fn write(&self, to: &mut Writer<'_>) {
-        self.extrinsics.write(to);
-        self.correction.write(to);
-    }
-
-    /// # Errors
-    /// [`RestoreError`].
-    pub(crate) fn read(from: &mut Reader<'_>) -> Result<Self, RestoreError> {
-        let extrinsics = Extrinsics::read(from)?;
-        // Older records know no correction.
-        let correction =
-            if from.version() < 3 { LensCorrection::NONE } else { LensCorrection::read(from)? };
-        Ok(Self { extrinsics, correction })
     }
 }
 

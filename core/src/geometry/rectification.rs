@@ -7,17 +7,9 @@ use nalgebra::{ArrayStorage, Matrix3, Rotation3, Vector2, Vector3, Vector5};
 
 use super::extrinsics::Extrinsics;
 use super::so3;
-use crate::codec::{Reader, Writer};
-use crate::error::{ExtrinsicsError, RestoreError};
+use crate::error::ExtrinsicsError;
 use crate::scalar::Scalar;
 use crate::thresholds::{MAX_STEP_RAD, MIN_LATERAL};
-
-/// Largest `|r_r2 . i_3|` of a recorded pose, dimensionless.
-const ON_GAUGE: f64 = 1e-4;
-
-/// Range of the unknowns between two poses, rad: a baseline along an axis over the least lateral part, and rounding.
-pub(crate) const MAX_UNKNOWN: f64 = 1.01 / MIN_LATERAL;
-const _: () = assert!(MAX_UNKNOWN > core::f64::consts::PI);
 
 /// `R_l`, `R_r` with `p_l' = R_l p_l`, `p_r' = R_r p_r`: corresponding rays have equal rows.
 ///
@@ -141,25 +133,6 @@ impl<T: Scalar> RectifyingRotations<T> {
     /// [`Self::stepped`] by all five unknowns, rad: `rotation`, then `baseline`.
     pub(crate) fn stepped_by(&self, d: &Vector5<T>) -> Option<Self> {
         self.stepped(&Vector3::new(d.x, d.y, d.z), &Vector2::new(d.w, d.a))
-    }
-
-    /// Writes `R_l`, then `R_r`, each column by column.
-    pub(crate) fn write(&self, to: &mut Writer<'_>) {
-        to.numbers(self.left.matrix());
-        to.numbers(self.right.matrix());
-    }
-
-    /// Reads what [`Self::write`] writes, bit-identical.
-    ///
-    /// # Errors
-    /// [`RestoreError::Absurd`] if the numbers are no rotations in the gauge.
-    pub(crate) fn read(from: &mut Reader<'_>) -> Result<Self, RestoreError> {
-        let read = Self { left: so3::read(from)?, right: so3::read(from)? };
-        let off_gauge = read.right.matrix().m23.abs() > T::lit(ON_GAUGE);
-        if off_gauge || read.extrinsics().is_err() {
-            return Err(RestoreError::Absurd);
-        }
-        Ok(read)
     }
 
     /// Rotation about the baseline per rotation of both views about the rectified z that keeps the

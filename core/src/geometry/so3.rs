@@ -5,13 +5,8 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use crate::codec::Reader;
-use crate::error::RestoreError;
 use crate::scalar::Scalar;
 use crate::thresholds::{MAX_ROTATION_DEFECT, NEWTON_SCHULZ_STEPS};
-
-/// Largest distance of an element of a recorded rotation from the nearest rotation.
-const ORTHONORMAL: f64 = 2e-6;
 
 /// `exp([w]x)`: the rotation by `|w|` radians about `w`.
 ///
@@ -70,20 +65,6 @@ pub fn nearest_rotation<T: Scalar>(m: &Matrix3<T>) -> Option<Rotation3<T>> {
     // Quadratic convergence: 0.2, 3e-2, 7e-4, 4e-7, 1e-13, below rounding.
     let nearest = (0..NEWTON_SCHULZ_STEPS).fold(*m, |m, _| newton_schulz(&m));
     Some(Rotation3::from_matrix_unchecked(nearest))
-}
-
-/// Reads a rotation matrix of a record, column by column.
-///
-/// # Errors
-/// [`RestoreError::Absurd`]: further from orthonormal than 2e-6 (rounding in `f32`: 4e-7).
-pub(crate) fn read<T: Scalar>(from: &mut Reader<'_>) -> Result<Rotation3<T>, RestoreError> {
-    let mut rotation = Rotation3::identity();
-    let m = rotation.matrix_mut_unchecked();
-    from.numbers(m.iter_mut())?;
-    // Returns the stored matrix, not the nearest rotation: restoring is bit-identical.
-    let nearest = nearest_rotation(m).ok_or(RestoreError::Absurd)?;
-    let orthonormal = (nearest.matrix() - rotation.matrix()).amax() <= T::lit(ORTHONORMAL);
-    if orthonormal { Ok(rotation) } else { Err(RestoreError::Absurd) }
 }
 
 /// `a b`, written out: at opt-level "s" the generic product is a loop over slices.

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::layout::{CRC_BYTES, HEADER_BYTES, RECORD_BYTES, record_words};
-use crate::codec::checksum::{self, Checksum};
+use crate::checksum::{self, Checksum};
 
 /// Running CRC of a frame: header without its own CRC, then all records.
 #[derive(Clone)]

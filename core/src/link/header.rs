@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::layout::{CRC_BYTES, HEADER_BYTES, MAGIC, MAX_LEVEL, RECORD_BYTES};
-use crate::codec::checksum;
+use crate::checksum;
 
 const VERSION: u8 = 1;
 

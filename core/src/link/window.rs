@@ -1,7 +1,7 @@
 //! Sliding window of the stream that may hold a header.
 
 use super::layout::{HEADER_BYTES, MAGIC};
-use crate::codec::checksum;
+use crate::checksum;
 
 /// The magic, its last byte lowest.
 const WORD: u32 = u32::from_be_bytes(MAGIC);

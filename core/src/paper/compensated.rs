@@ -1,7 +1,5 @@
 //! Compensated sums: the rounding error of an addition enters the next one (Kahan, with Knuth's exact two-term sum).
 
-use crate::codec::{Reader, Writer};
-use crate::error::RestoreError;
 use crate::scalar::Scalar;
 
 /// A running sum whose error does not grow with the number of terms.
@@ -22,20 +20,6 @@ impl<T: Scalar> Sum<T> {
         let taken = total - self.sum;
         self.lost = (self.sum - (total - taken)) + (x - taken);
         self.sum = total;
-    }
-
-    pub(super) fn write(&self, to: &mut Writer<'_>) {
-        to.numbers(&[self.sum, self.lost]);
-    }
-
-    /// Reads a record.
-    ///
-    /// * `limit`: largest absolute value.
-    ///
-    /// # Errors
-    /// [`RestoreError`] beyond the limit.
-    pub(super) fn read(&mut self, from: &mut Reader<'_>, limit: T) -> Result<(), RestoreError> {
-        from.numbers_within(limit, [&mut self.sum, &mut self.lost])
     }
 
     /// The sum.

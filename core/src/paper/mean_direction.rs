@@ -8,9 +8,8 @@ use nalgebra::{Unit, Vector3};
 use super::compensated::Sum;
 use super::median::Median;
 use crate::algebra::information::StandardDeviations;
-use crate::codec::{Reader, Writer};
 use crate::config::Central;
-use crate::error::RestoreError;
+
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::so3;
 use crate::outcome::pair_report::PairReport;
@@ -18,10 +17,6 @@ use crate::scalar::Scalar;
 use crate::thresholds::paper::{
     MAX_ANGLE_RAD, MIN_ANGLE_RAD, MIN_CONCENTRATION, MIN_MEAN_BASELINE,
 };
-
-/// Bounds of the terms of a pair: a turn (rad) or a direction, and the square of two turns.
-const LARGEST: f64 = 4.0;
-const LARGEST_SQUARE: f64 = 64.0;
 
 /// Sums over the pairs fused so far. RAM: about 300 bytes in `f32`.
 #[derive(Debug, Clone)]
@@ -110,46 +105,6 @@ impl<T: Scalar> MeanDirection<T> {
         squares_r.add(dr.norm_squared());
         self.angle.add(angle - first_rotation.norm());
         self.median.add(angle);
-    }
-
-    /// Writes a record: nothing but the count before the first pair.
-    pub(crate) fn write(&self, to: &mut Writer<'_>) {
-        to.word(self.pairs);
-        if self.pairs == 0 {
-            return;
-        }
-        self.first.iter().for_each(|first| to.numbers(first.iter()));
-        to.numbers(&[self.first_sd.rotation, self.first_sd.translation]);
-        self.sums().for_each(|sum| sum.write(to));
-        self.median.write(to);
-    }
-
-    /// Reads a record into a state without pairs.
-    ///
-    /// # Errors
-    /// [`RestoreError`] for sums beyond the bounds of that many pairs.
-    pub(crate) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
-        self.pairs = from.word()?;
-        if self.pairs == 0 {
-            return Ok(());
-        }
-        let [first_t, first_rotation] = &mut self.first;
-        let first = first_t.iter_mut().chain(first_rotation.iter_mut());
-        from.numbers_within(T::lit(LARGEST), first)?;
-        let mut sd = || from.within(T::ZERO, T::lit(f64::INFINITY));
-        self.first_sd = StandardDeviations { rotation: sd()?, translation: sd()? };
-        let limit = T::lit(LARGEST_SQUARE) * T::count(self.pairs);
-        let Self { baseline, axis, rotation, squares, angle, .. } = self;
-        for sum in baseline.iter_mut().chain(axis).chain(rotation).chain(squares).chain([angle]) {
-            sum.read(from, limit)?;
-        }
-        self.median.read(from)
-    }
-
-    /// All sums, in the order of the record.
-    fn sums(&self) -> impl Iterator<Item = &Sum<T>> {
-        let Self { baseline, axis, rotation, squares, angle, .. } = self;
-        baseline.iter().chain(axis).chain(rotation).chain(squares).chain([angle])
     }
 
     pub(super) fn central(&self) -> Central {

@@ -5,13 +5,8 @@
 //! is 1.4826 times the median absolute deviation of the first values: a minority of outliers moves neither centre nor
 //! step. A later shift of the distribution is followed at the pace of the steps.
 
-use crate::codec::{Reader, Writer};
-use crate::error::RestoreError;
 use crate::scalar::Scalar;
 use crate::thresholds::paper::{MEDIAN_STEP, MEDIAN_VALUES, MIN_DEVIATION_RAD};
-
-/// Bound of an angle, and of the step of angles.
-const LARGEST: f64 = 8.0;
 
 /// Streaming median. RAM: about 140 bytes in `f32`.
 #[derive(Debug, Clone)]
@@ -44,28 +39,6 @@ impl<T: Scalar> Median<T> {
                 self.centre -= step;
             }
         }
-    }
-
-    pub(super) fn write(&self, to: &mut Writer<'_>) {
-        to.numbers(&self.window.values);
-        to.word(self.count);
-        to.numbers(&[self.centre, self.step]);
-    }
-
-    /// Reads a record.
-    ///
-    /// # Errors
-    /// [`RestoreError::Absurd`] for values out of order or a negative step.
-    pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
-        let limit = T::lit(LARGEST);
-        from.numbers_within(limit, &mut self.window.values)?;
-        self.count = from.word()?;
-        // Each value has a place until the window is full.
-        self.window.filled =
-            usize::try_from(self.count).unwrap_or(MEDIAN_VALUES).min(MEDIAN_VALUES);
-        let filled = self.window.values.iter().take(self.window.filled);
-        from.numbers_within(limit, [&mut self.centre, &mut self.step])?;
-        if filled.is_sorted() && self.step >= T::ZERO { Ok(()) } else { Err(RestoreError::Absurd) }
     }
 
     /// The median so far; `None` before the first value.

@@ -16,9 +16,8 @@ pub(crate) mod residual;
 pub(crate) mod solver;
 
 use crate::batch::Matches;
-use crate::codec::{Reader, Writer};
 use crate::config::{Central, Context};
-use crate::error::{PairError, Refusal, RestoreError};
+use crate::error::{PairError, Refusal};
 use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::lens_estimate::Finding;
 use crate::outcome::pair_report::{Fused, PairReport};
@@ -37,13 +36,11 @@ pub(crate) struct Paper<T: Scalar> {
     solver: Option<HuberSolver<T>>,
     /// The solved pair, until it is fused.
     solved: Option<PairReport<T>>,
-    /// Restored, and no pair fused since.
-    unconfirmed: bool,
 }
 
 impl<T: Scalar> Paper<T> {
     pub(crate) const fn new(angle: Central) -> Self {
-        Self { fusion: MeanDirection::new(angle), solver: None, solved: None, unconfirmed: false }
+        Self { fusion: MeanDirection::new(angle), solver: None, solved: None }
     }
 
     /// Forgets all pairs.
@@ -54,7 +51,6 @@ impl<T: Scalar> Paper<T> {
             Central::Median => const { MeanDirection::new(Central::Median) },
         };
         (self.solver, self.solved) = (None, None);
-        self.unconfirmed = false;
     }
 
     /// Whether a pair is being solved.
@@ -131,7 +127,6 @@ impl<T: Scalar> Paper<T> {
             return Err(Refusal::CorrectionLimit);
         }
         self.fusion = fusion;
-        self.unconfirmed = false;
         Ok(Fused::Added)
     }
 
@@ -140,13 +135,7 @@ impl<T: Scalar> Paper<T> {
     }
 
     pub(crate) fn state(&self) -> State {
-        if !self.has_pairs() {
-            State::Acquiring
-        } else if self.unconfirmed {
-            State::Suspect
-        } else {
-            State::Locked
-        }
+        if self.has_pairs() { State::Locked } else { State::Acquiring }
     }
 
     /// The estimate; `None` before the first pair, or where directions cancel.
@@ -170,19 +159,5 @@ impl<T: Scalar> Paper<T> {
             state: self.state(),
             doubt: (!estimate.axis_is_meaningful).then_some(Doubt::Axis),
         })
-    }
-
-    pub(crate) fn write(&self, to: &mut Writer<'_>) {
-        self.fusion.write(to);
-    }
-
-    /// Reads a record into a state without pairs.
-    pub(crate) fn read(
-        &mut self,
-        from: &mut Reader<'_>,
-        _: &Context<'_, T>,
-    ) -> Result<(), RestoreError> {
-        self.unconfirmed = true;
-        self.fusion.read(from)
     }
 }

@@ -1,242 +1,247 @@
-//! Power-fail-safe store of records in NOR flash.
+//! Store of a device: factory calibration and state in NOR flash, safe against a loss of power at any moment.
 //!
-//! The store is a log of entries over two or more pages; each entry has a sequence number and CRCs. Entries are
-//! appended to the active page until it is full. Then the next page in turn is erased, opened with two copies of the
-//! newest record of each kind, and becomes the active page. Wear is spread evenly. Only erased words are written and no
-//! word is written twice: flash with ECC is supported. Each entry is verified by reading it back.
+//! - The *factory calibration* has a range of its own, which no save of the state reaches, and two copies. A save erases
+//!   and writes one copy, reads it back, then the other.
+//! - The *state* is in slots of one size over two or more erase blocks. Each slot has a sequence number and a CRC; the
+//!   newest intact record counts. The block that holds it is never erased, and every write is read back. A state that is
+//!   lost is reported and learnt again.
 //!
-//! After a loss of power at any moment each kind is found as before the interrupted save or as after it. A
-//! record damaged by bit rot is replaced by its second copy or by the record before it: a first record, and
-//! each of [`RecordKind::Factory`], is written twice.
+//! Flash: any [`NorFlash`] with words of up to 512 bytes. Erased words may read as ones or as zeros (STM32L0), or fail to
+//! be read until they are written (LPC55, with ECC). No word is written twice, but in such flash behind a torn record.
 //!
-//! Faults of the flash that stand for a while (reads that fail or return 00 or ff, of all pages or some; writes and
-//! erasures without effect) lose no record. Nothing is erased while a record found before is missing. A page has a
-//! mark once the next one is open: without that mark nothing is written. If no page of the store is recognised, a page
-//! is erased only if its content reads the same twice, or if it is blank and takes a word; and if any page does not
-//! answer so, sequence numbers continue from 2^62. From then on no page that does not answer is erased, restarts
-//! included, until there is a factory record. An erasure is read back; after one that fails the save ends. Only another
-//! factory record replaces a factory record. Pages whose faults have passed are taken back: a factory record that only
-//! another page holds is copied to the active one, or the active one, full of states, is erased, where the factory
-//! record leaves no other page. A store that cannot save any more is saved by [`Store::format`]: after a loss of power
-//! in the very first saves this may be so.
+//! # Ranges
 //!
-//! Cost of a save; an entry is the payload and 28 bytes, in whole words: one write for each 256 bytes of the entry
-//! and one read for each 128. If the page is full: all pages are read, several times, one is erased, and two entries
-//! of each kind are written. A load reads one entry, [`Store::open`] all pages. Buffers: the caller's, and 256 bytes
-//! of stack.
+//! Two erase blocks each, or more: with sectors of 128 kB, 512 kB in all. A slot of the state takes 408 bytes in whole
+//! words: 5 in a page of 2 kB, 315 in a sector of 128 kB with words of 32 bytes.
 //!
-//! Endurance with 2 sectors of 128 kB, 10,000 cycles, 1 kB of factory data and 2 kB of state: 60 saves for
-//! each erasure, 1.2 million in all: 2.3 years at one save a minute, 23 years at one in ten minutes.
+//! # Wear
 //!
-//! `sequential-storage` 8.0.2 was measured as an alternative: 28 calls to panics remain at opt-level 3, a record must
-//! fit a buffer, and of single damaged bytes in two pages 12 % lose a record and 39 % fail the next save.
+//! A block is erased once for as many saves as it has slots. At one save in ten minutes, the most by default: two pages
+//! of 2 kB of 10,000 cycles last 1.9 years; two sectors of 128 kB 120 years. Four pages last twice as long as two. Flash
+//! that fails erases at most one block a save. Each save erases a block where it must not be read before it is written
+//! and the driver refuses to write it.
+//!
+//! # Cost
+//!
+//! | call | reads | writes, erasures |
+//! |---|---|---|
+//! | [`Store::open`] | the first 128 bytes of each empty slot, and the newest record of each block | none |
+//! | [`Store::resume`], [`Store::load_factory`] | the record | none |
+//! | [`Store::save`] | the next slot, twice | the slot; an erasure once a block |
+//! | [`Store::save_factory`] | two records each twice | two records, two erasures |
+//!
+//! In accesses of at most 128 bytes, or one word.
+//!
+//! # A new layout
+//!
+//! A firmware of another layout refuses both records, as [`RestoreError::Layout`]. The state is learnt again and
+//! overwritten by the next save. The factory calibration is not overwritten: the firmware asks for it again
+//! ([`Store::save_factory`]), or reads it by the version of this crate that wrote it.
 
-mod entry;
-mod error;
-mod flash_io;
-mod pages;
-mod persistence;
+mod factory;
 mod policy;
-mod save;
-mod scan;
+mod range;
+mod ring;
+mod slot;
 
+use core::fmt::Debug;
 use core::ops::Range;
+use core::time::Duration;
 
 use embedded_storage::nor_flash::NorFlash;
+use thiserror::Error;
 
-pub use crate::codec::RecordKind;
-pub use error::{LoadError, OpenError, PolicyError, SaveError};
-pub use persistence::{PersistError, Persistence, ResumeError};
 pub use policy::{SavePolicy, SaveReason};
 
-use entry::{EntryMeta, PerKind};
-use flash_io::{EntryLocation, FlashIo, Look};
-use pages::Pages;
-use save::NewRecord;
-use scan::{Scan, follows};
+use crate::calibrator::Calibrator;
+use crate::error::RestoreError;
+use crate::record::factory::{BYTES, FactoryCalibration};
+use crate::record::state;
+use crate::scalar::Scalar;
+use range::Blocks;
+use ring::Ring;
 
-/// Attempts at a load; each but the first scans all pages again.
-const LOAD_ATTEMPTS: u8 = 3;
-
-/// Records in a range of NOR flash.
-///
-/// RAM: the driver and 128 bytes.
-#[derive(Debug)]
-pub struct Store<F: NorFlash> {
-    flash_io: FlashIo<F>,
-    scan: Scan<F>,
-}
-
-/// Wear and fill level of the flash.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Why the store was not opened, or did not save. What was saved before remains. `E`: error of the flash driver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
-pub struct Wear {
-    /// Page erasures so far, of all pages; each page has had `erasures / pages`.
-    pub erasures: u32,
-    /// Number of pages.
-    pub pages: u32,
-    /// Free bytes until the next erasure, without those of a mark. An entry takes 28 bytes more than its payload, in
-    /// whole words.
-    pub free: u32,
-    /// Damaged stretches at the last scan: bit rot and torn writes. Pages that are not erased, or erased
-    /// in part, count until they are used.
-    pub damaged: u32,
+pub enum StoreError<E: Debug> {
+    /// A range is reversed, ends beyond the flash, overlaps the other one, has fewer than two erase blocks, or blocks too
+    /// small for a record. Correct it.
+    #[error("the ranges do not hold two erase blocks each within the flash")]
+    Range,
+    /// Start or length of a range is no multiple of the erase block. Correct it.
+    #[error("a range is not of whole erase blocks")]
+    Alignment,
+    /// The calibrator has no cameras: a record is of one rig.
+    #[error("no cameras have been set")]
+    NoCameras,
+    /// Read-back differs from what was written: the flash is worn out, locked or stuck. Try again later.
+    #[error("read-back differs from what was written")]
+    Verify,
+    /// The driver failed. Try again later.
+    #[error("flash: {0:?}")]
+    Flash(E),
 }
 
-impl<F: NorFlash> Store<F> {
-    /// Opens a store and scans its range; writes nothing. Flash without records, or unreadable, is an empty store.
-    ///
-    /// * `range`: addresses of at least two whole pages. The store accesses nothing else.
-    /// * `page`: page size in bytes, a multiple of the erase block; constant over the life of the store.
-    ///   It must hold two of each record.
-    ///
-    /// Read and write sizes of the flash must be powers of two up to 64; others fail to compile.
-    ///
-    /// # Errors
-    /// [`OpenError`].
-    pub fn open(flash: F, range: Range<u32>, page: u32) -> Result<Self, OpenError<F::Error>> {
-        let pages = Pages::try_new(&flash, range, page)?;
-        let mut flash_io = FlashIo { flash, pages };
-        let scan = Scan::of(&mut flash_io, None);
-        let unsupported = scan.unsupported;
-        if unsupported { Err(OpenError::UnsupportedLayout) } else { Ok(Self { flash_io, scan }) }
-    }
+/// Factory calibration, state and save policy of a device. RAM: the driver and 150 bytes.
+///
+/// ```
+/// # use core::{fmt::Debug, time::Duration};
+/// # use embedded_storage::nor_flash::NorFlash;
+/// # use stereo_selfcal::{*, store::*};
+/// # fn run<F: NorFlash<Error: Debug>>(flash: F, now: Duration) -> Option<()> {
+/// // Four sectors of 128 kB.
+/// let mut store = Store::open(flash, 0..0x4_0000, 0x4_0000..0x8_0000, SavePolicy::default()).ok()?;
+///
+/// // At start. Without a factory calibration the firmware decides what to do.
+/// let factory = store.load_factory().ok()??;
+/// let mut calibrator = Calibrator::<f32, 256>::new(Config::robust());
+/// calibrator.install(&factory);
+/// let resumed = store.resume(&mut calibrator); // log it
+///
+/// // After each pair.
+/// let saved = store.save_if_due(&calibrator, now); // log it
+/// # Some(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct Store<F, T: Scalar> {
+    flash: F,
+    factory: Blocks,
+    ring: Ring,
+    policy: SavePolicy<T>,
+}
 
-    /// Erases all pages, [`RecordKind::Factory`] too, and opens the store; arguments as in [`Store::open`].
+impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
+    /// Opens a store, and finds the newest state. Writes nothing. Flash without records, or unreadable, is an empty store.
     ///
-    /// After a loss of power during the call old records may be found: call it again.
+    /// * `factory`, `state`: addresses of two whole erase blocks or more each, constant over the life of the device. The
+    ///   store accesses nothing else.
     ///
     /// # Errors
-    /// [`OpenError`].
-    pub fn format(flash: F, range: Range<u32>, page: u32) -> Result<Self, OpenError<F::Error>> {
-        let pages = Pages::try_new(&flash, range.clone(), page)?;
-        let mut flash_io = FlashIo { flash, pages };
-        for page in flash_io.pages.starts() {
-            let end = flash_io.pages.end_of(page);
-            flash_io.flash.erase(page, end).map_err(OpenError::Flash)?;
+    /// [`StoreError::Range`], [`StoreError::Alignment`].
+    #[inline(never)]
+    pub fn open(
+        mut flash: F,
+        factory: Range<u32>,
+        state: Range<u32>,
+        policy: SavePolicy<T>,
+    ) -> Result<Self, StoreError<F::Error>> {
+        let is_apart = factory.end <= state.start || state.end <= factory.start;
+        let fits = factory::fits::<F>() && Ring::slots::<F>() > 0;
+        let [factory, state] = [factory, state].map(|range| Blocks::try_new(&flash, &range));
+        let (factory, state) = (factory?, state?);
+        if !(is_apart && fits) {
+            return Err(StoreError::Range);
         }
-        Self::open(flash_io.flash, range, page)
+        let ring = Ring::open(&mut flash, state);
+        Ok(Self { flash, factory, ring, policy })
     }
 
-    /// Loads the newest intact record of a kind; `None` if none was saved, or it was removed. A bus stuck at
-    /// ff reads as flash without records.
-    ///
-    /// * `buffer`: at least the length of the record; its content is undefined after an error.
+    /// Loads the factory calibration; `None` if none was saved.
     ///
     /// # Errors
-    /// [`LoadError`].
-    pub fn load<'b>(
+    /// [`RestoreError`]; [`RestoreError::Damaged`]: both copies are lost.
+    #[inline(never)]
+    pub fn load_factory(&mut self) -> Result<Option<FactoryCalibration<T>>, RestoreError> {
+        let mut record = [0; BYTES];
+        if factory::load(&mut self.flash, self.factory, &mut record) {
+            return FactoryCalibration::from_record(&record).map(Some);
+        }
+        let is_damaged = factory::is_damaged(&mut self.flash, self.factory);
+        if is_damaged { Err(RestoreError::Damaged) } else { Ok(None) }
+    }
+
+    /// Saves a factory calibration in place of the previous one, in production or on request. A state learnt from another
+    /// rig is refused from then on.
+    ///
+    /// # Errors
+    /// [`StoreError::Flash`], [`StoreError::Verify`]: the previous one remains.
+    pub fn save_factory(
         &mut self,
-        kind: RecordKind,
-        buffer: &'b mut [u8],
-    ) -> Result<Option<&'b [u8]>, LoadError<F::Error>> {
-        for attempt in 0..LOAD_ATTEMPTS {
-            if attempt > 0 {
-                self.rescan();
-            }
-            let Some(place) = self.scan.record(kind).copied() else {
-                if !self.scan.unread {
-                    // Zeros throughout: the bus is stuck.
-                    let Self { flash_io, .. } = self;
-                    let silent = flash_io.pages.starts().all(|p| flash_io.look(p) == Look::Silent);
-                    return if silent { Err(LoadError::Unstable) } else { Ok(None) };
-                }
-                match self.scan.last_error.take() {
-                    Some(error) if attempt > 0 => return Err(LoadError::Flash(error)),
-                    _ => continue,
-                }
-            };
-            let needed = usize::from(place.header.meta.length);
-            let part = buffer.get_mut(..needed).ok_or(LoadError::BufferTooSmall { needed })?;
-            if matches!(self.flash_io.read_entry(&place, part), Ok(true)) {
-                return Ok(buffer.get(..needed));
-            }
-        }
-        Err(self.scan.last_error.take().map_or(LoadError::Unstable, LoadError::Flash))
+        factory: &FactoryCalibration<T>,
+    ) -> Result<(), StoreError<F::Error>> {
+        factory::save(&mut self.flash, self.factory, &factory.to_record())
     }
 
-    /// Saves a record in place of the previous one of its kind. At most one erasure; three if the flash fails.
-    ///
-    /// * `payload`: at most 65,535 bytes.
+    /// Restores the newest state, at start, after [`Calibrator::install`]; whether there was one.
     ///
     /// # Errors
-    /// [`SaveError`].
-    pub fn save(&mut self, kind: RecordKind, payload: &[u8]) -> Result<(), SaveError<F::Error>> {
-        let page = self.flash_io.pages.size();
-        let needed = u32::try_from(payload.len()).unwrap_or(u32::MAX);
-        let length = u16::try_from(needed).map_err(|_| SaveError::TooLarge { needed, page })?;
-        self.put(&NewRecord { meta: EntryMeta { kind, removed: false, length }, payload })
+    /// [`RestoreError`]: the state is lost, and the calibrator as after [`Calibrator::reset`]. [`RestoreError::Damaged`]
+    /// also where the flash holds something but no record.
+    #[inline(never)]
+    pub fn resume<const N: usize>(
+        &mut self,
+        calibrator: &mut Calibrator<T, N>,
+    ) -> Result<bool, RestoreError> {
+        let restored = self.restore(calibrator);
+        if restored != Ok(false) {
+            self.policy.restarted(calibrator);
+        }
+        restored
     }
 
-    /// Removes the record of a kind: nothing is found until the next save. Its bytes stay in flash until
-    /// their page is erased.
+    // Out of line: its record leaves the stack of the policy.
+    #[inline(never)]
+    fn restore<const N: usize>(
+        &mut self,
+        calibrator: &mut Calibrator<T, N>,
+    ) -> Result<bool, RestoreError> {
+        let mut record = [0; state::BYTES];
+        if self.ring.load(&mut self.flash, &mut record) {
+            return calibrator.restore(&record).map(|()| true);
+        }
+        calibrator.reset();
+        let is_damaged = self.ring.is_damaged(&mut self.flash);
+        if is_damaged { Err(RestoreError::Damaged) } else { Ok(false) }
+    }
+
+    /// Saves the state if the policy finds it due; the reason, if so. Call it after each pair.
+    ///
+    /// * `now`: time since a fixed origin.
     ///
     /// # Errors
-    /// [`SaveError`].
-    pub fn remove(&mut self, kind: RecordKind) -> Result<(), SaveError<F::Error>> {
-        if self.scan.record(kind).is_none() {
-            return Ok(());
+    /// [`StoreError`]; the save is due again after the interval.
+    pub fn save_if_due<const N: usize>(
+        &mut self,
+        calibrator: &Calibrator<T, N>,
+        now: Duration,
+    ) -> Result<Option<SaveReason>, StoreError<F::Error>> {
+        let reason = self.policy.due(calibrator, now);
+        if reason.is_some() {
+            self.save(calibrator, now)?;
         }
-        self.put(&NewRecord { meta: EntryMeta { kind, removed: true, length: 0 }, payload: &[] })
+        Ok(reason)
     }
 
-    /// Wear and fill level as of the last scan and the saves since.
-    pub fn wear(&self) -> Wear {
-        let Scan { erasures, damaged, .. } = self.scan;
-        let pages = self.flash_io.pages.count();
-        Wear { erasures, pages, free: self.free().map_or(0, |(_, bytes)| bytes), damaged }
+    /// Saves the state, due or not: before power is switched off on purpose, and after [`Calibrator::reset`] where that is
+    /// to survive the next start.
+    ///
+    /// # Errors
+    /// [`StoreError`].
+    pub fn save<const N: usize>(
+        &mut self,
+        calibrator: &Calibrator<T, N>,
+        now: Duration,
+    ) -> Result<(), StoreError<F::Error>> {
+        self.write(calibrator)?;
+        self.policy.saved(calibrator, now);
+        Ok(())
+    }
+
+    // Out of line, as `restore`.
+    #[inline(never)]
+    fn write<const N: usize>(
+        &mut self,
+        calibrator: &Calibrator<T, N>,
+    ) -> Result<(), StoreError<F::Error>> {
+        let record = calibrator.snapshot().ok_or(StoreError::NoCameras)?;
+        self.ring.save(&mut self.flash, &record)
     }
 
     /// Returns the driver.
     pub fn close(self) -> F {
-        self.flash_io.flash
-    }
-
-    /// Whether there is a state, even a removed one, or a part that cannot be read.
-    const fn may_hold_state(&self) -> bool {
-        self.scan.unread || self.scan.newest.has_state()
-    }
-
-    /// Address and length of the free part of the active page.
-    fn free(&self) -> Option<(u32, u32)> {
-        let page_end = self.flash_io.pages.end_of(self.scan.active?);
-        // Room for a mark remains.
-        let end = page_end.saturating_sub(self.flash_io.mark_bytes());
-        Some((self.scan.end, end.saturating_sub(self.scan.end)))
-    }
-
-    /// Scans all pages again; sequence number and erasures never decrease. If a record found before is
-    /// missing, all that was known stays, and nothing is written until it is found.
-    #[inline(never)]
-    fn rescan(&mut self) {
-        let mut scan = Scan::of(&mut self.flash_io, None);
-        if self.is_missing(&scan.newest) {
-            self.scan.missing = true;
-            self.scan.unread = scan.unread;
-            self.scan.last_error = scan.last_error;
-            return;
-        }
-        if !follows(scan.sequence, self.scan.sequence) {
-            scan.sequence = self.scan.sequence;
-        }
-        scan.erasures = scan.erasures.max(self.scan.erasures);
-        scan.stuck = self.scan.stuck;
-        self.scan = scan;
-    }
-
-    /// Whether a newest record is not found where its page reads as nothing, or none of its kind is.
-    #[inline(never)]
-    fn is_missing(&mut self, found: &PerKind<EntryLocation>) -> bool {
-        let Self { flash_io, scan } = self;
-        RecordKind::ALL.into_iter().any(|kind| match (scan.newest.of(kind), found.of(kind)) {
-            (None, _) => false,
-            (Some(_), None) => true,
-            (Some(known), Some(found)) => {
-                let [found, newest] = [found, known].map(|place| Some(place.header.sequence));
-                let page = flash_io.pages.page_of(known.address);
-                !follows(found, newest) && flash_io.look(page) != Look::Content
-            }
-        })
+        self.flash
     }
 }

@@ -12,4 +12,5 @@
 
 mod api;
 mod link;
+mod record;
 mod store;

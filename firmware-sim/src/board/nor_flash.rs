@@ -9,8 +9,8 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use embedded_storage::nor_flash::{ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
-/// Size of two pages, bytes.
-const SIZE: usize = 2 * NorFlash::PAGE as usize;
+/// Size of four pages, bytes.
+const SIZE: usize = 4 * NorFlash::PAGE as usize;
 
 /// Not initialised at start, so a reset preserves it.
 #[unsafe(link_section = ".uninit.nor_flash")]
@@ -50,9 +50,9 @@ pub struct NorFlash {
 
 impl NorFlash {
     /// Size, bytes.
-    pub const SIZE: u32 = 2 * Self::PAGE;
+    pub const SIZE: u32 = 4 * Self::PAGE;
     /// Size of a page, the unit of erasure, bytes.
-    pub const PAGE: u32 = 8192;
+    pub const PAGE: u32 = 4096;
 
     /// The flash. `None` after the first call.
     pub fn take() -> Option<Self> {

@@ -89,7 +89,7 @@ pub fn run_calibrator(bytes: &[u8]) {
         // Many fusions may lead back to where they began; new cameras are the caller's own.
         let counted = changed == (before.in_use != calibrator.calibration_in_use());
         let uncounted =
-            matches!(call, Call::Fuse(_) | Call::SetCameras(..) | Call::SetUsualCameras(..));
+            matches!(call, Call::Fuse(_) | Call::SetCameras(..) | Call::SetUsualCameras(..) | Call::Restart);
         assert!(counted || uncounted, "{call:?}");
         assert!(!changed || call.may_change_what_is_in_use(automatic && !frozen), "{call:?}");
         let after = state(&calibrator);
@@ -118,6 +118,7 @@ impl Call {
             Self::Apply
             | Self::Undo
             | Self::Reset
+            | Self::Restart
             | Self::SetCameras(..)
             | Self::SetUsualCameras(..)
             | Self::SetFactory(_)

@@ -1,174 +1,148 @@
 //! The flash store on arbitrary flash under any sequence of operations, held to its promises: no panic,
 //! no word is written twice; the last saved record is found until a bit rots, and then no other one.
 
+use std::time::Duration;
+
 use arbitrary::{Arbitrary, Unstructured};
-use stereo_selfcal::store::{LoadError, RecordKind, Store};
-use test_support::flash::{Fault, Flash, TEARS};
+use stereo_selfcal::FactoryCalibration;
+use stereo_selfcal::store::{SavePolicy, Store};
+use test_support::flash::{Flash, TEARS};
 
-const BLOCK: usize = 256;
-const KINDS: [RecordKind; 2] = [RecordKind::Factory, RecordKind::State];
+use super::record::seal;
+use super::{Target, usual_cameras};
 
-type Target = Store<Flash<8, BLOCK>>;
+const BLOCK: usize = 1024;
 
-/// One operation on the store, or on its flash. `true` is the state, `false` the factory data.
+type Nor = Flash<8, BLOCK>;
+
+/// One operation on the store, or on its flash. `true` is the state, `false` the factory calibration.
 #[derive(Debug, Clone, Arbitrary)]
 enum Operation {
-    /// So many bytes.
-    Save(bool, u8),
-    /// Then nothing of the kind is found.
-    Forget(bool),
-    /// Into a buffer of so many bytes.
-    Load(bool, u8),
+    Save(bool),
     /// Closed and opened.
     Reopen,
     /// Power is lost after so many words of a save.
-    Cut(bool, u8, u8),
+    Cut(bool, u8),
     /// A byte gets other bits.
     Rot(u16, u8),
     /// A block takes no more words, with an error or without; or all do again.
     WearOut(Option<(u8, bool)>),
 }
 
-/// What must be in the store.
-#[derive(Debug, Default)]
-struct Promise {
-    held: [Option<Vec<u8>>; 2],
-    ever: Vec<Vec<u8>>,
-    /// The flash began erased: all that is in it was saved.
-    is_known: bool,
-    /// A byte went wrong: records may be older ones.
-    is_rotten: bool,
+/// A store, and the numbers that were saved and must be found.
+struct Kept {
+    store: Store<Nor, f32>,
+    fresh: Target,
+    held: [Option<u16>; 2],
+    saved: u16,
 }
 
-/// Runs the operations that `bytes` stand for. `loaded` gets every payload that is loaded.
+/// Runs the operations that `bytes` stand for; how many records were found.
 ///
 /// # Panics
 /// If the store violates a property.
-pub fn run_store(bytes: &[u8], mut loaded: impl FnMut(RecordKind, &[u8])) {
+pub fn run_store(bytes: &[u8]) -> u32 {
     let mut input = Unstructured::new(bytes);
-    let [is_known, large] = <[bool; 2]>::arbitrary(&mut input).unwrap_or_default();
-    let [pages, tear] = <[u8; 2]>::arbitrary(&mut input).unwrap_or_default();
-    let mut content = vec![0xff; (2 + usize::from(pages % 3)) * BLOCK * (1 + usize::from(large))];
-    if !is_known {
+    let is_erased = bool::arbitrary(&mut input).unwrap_or_default();
+    let [blocks, tear] = <[u8; 2]>::arbitrary(&mut input).unwrap_or_default();
+    let mut content = vec![0xff; 2 * (2 + usize::from(blocks % 3)) * BLOCK];
+    if !is_erased {
         let _ = input.fill_buffer(&mut content);
     }
-    let mut flash = Flash::of(content, bytes.len() as u64);
+    let mut flash = Nor::of(content, bytes.len() as u64);
     flash.tear = TEARS[usize::from(tear) % TEARS.len()];
-    let page = BLOCK * (1 + usize::from(large));
-    let Some(mut store) = open(flash, page) else { return };
-    let mut promise = Promise { is_known, ..Promise::default() };
-    promise.held = KINDS.map(|kind| load(&mut store, kind, &mut loaded));
-    let mut number = 0;
+    let mut fresh = Target::new(stereo_selfcal::Config::robust());
+    fresh.set_cameras(usual_cameras([0; 5], false).expect("usual cameras"));
+    let mut kept = Kept { store: open(flash), fresh, held: [None; 2], saved: 0 };
+    kept.held = kept.found();
+    let (mut is_rotten, mut found) = (false, 0);
     while let Ok(operation) = Operation::arbitrary(&mut input) {
-        number += 1;
-        let Some(left) = perform(store, page, &operation, number, &mut promise) else { return };
-        store = left;
-        for (kind, held) in KINDS.into_iter().zip(&mut promise.held) {
-            let found = load(&mut store, kind, &mut loaded);
-            let known = found.as_ref().is_none_or(|found| promise.ever.contains(found));
-            assert!(known || !promise.is_known, "{operation:?}: {kind:?} was never saved");
-            assert!(promise.is_rotten || found == *held, "{operation:?}: {kind:?} is another");
-            *held = found;
+        let held = kept.held;
+        let may_be_new = kept.perform(&operation, &mut is_rotten);
+        let now = kept.found();
+        for ((new, old), expected) in now.into_iter().zip(held).zip(kept.held) {
+            let is_known = new == expected || may_be_new && (new == Some(kept.saved) || new == old);
+            assert!(is_known || is_rotten, "{operation:?}: {new:?}, not {expected:?}");
+            found += u32::from(new.is_some());
         }
+        kept.held = now;
         if input.is_empty() {
             break;
         }
     }
+    found
 }
 
-/// `None` if arbitrary bytes make a record of another layout.
-fn open(flash: Flash<8, BLOCK>, page: usize) -> Option<Target> {
-    let [end, page] =
-        [flash.bytes.len(), page].map(|bytes| u32::try_from(bytes).expect("a few kB"));
-    Store::open(flash, 0..end, page).ok()
+fn open(flash: Nor) -> Store<Nor, f32> {
+    let end = u32::try_from(flash.bytes.len()).expect("a few kB");
+    let policy = SavePolicy::default();
+    Store::open(flash, 0..end / 2, end / 2..end, policy).expect("whole blocks")
 }
 
-fn load(
-    store: &mut Target,
-    kind: RecordKind,
-    loaded: &mut impl FnMut(RecordKind, &[u8]),
-) -> Option<Vec<u8>> {
-    let mut buffer = [0; 2 * BLOCK];
-    match store.load(kind, &mut buffer) {
-        Ok(found) => found.map(|payload| {
-            loaded(kind, payload);
-            payload.to_vec()
-        }),
-        // Pages that read 00 throughout are a fault, not flash without records.
-        Err(LoadError::Flash(Fault::Ecc) | LoadError::Unstable) => None,
-        Err(error) => panic!("{error}"),
+impl Kept {
+    /// Numbers of the factory calibration and of the state.
+    fn found(&mut self) -> [Option<u16>; 2] {
+        let factory = self.store.load_factory().ok().flatten();
+        let factory = factory.and_then(|made| Some(made.baseline_m? as u16));
+        let mut calibrator = self.fresh.clone();
+        let resumed = self.store.resume(&mut calibrator) == Ok(true);
+        [factory, resumed.then(|| calibrator.generation() as u16)]
     }
-}
 
-fn payload(number: usize, bytes: u8) -> Vec<u8> {
-    (0..bytes).map(|i| i.wrapping_mul(7) ^ number.to_le_bytes()[0]).collect()
-}
-
-fn perform(
-    mut store: Target,
-    page: usize,
-    operation: &Operation,
-    number: usize,
-    promise: &mut Promise,
-) -> Option<Target> {
-    match *operation {
-        Operation::Save(state, bytes) => {
-            let new = payload(number, bytes);
-            promise.ever.push(new.clone());
-            match store.save(KINDS[usize::from(state)], &new) {
-                Ok(()) => promise.held[usize::from(state)] = Some(new),
-                // A worn block may have taken the first of two copies.
-                Err(_) => may_be_either(&mut store, state, new, promise),
-            }
+    /// Saves the next number; whether that was done.
+    fn save(&mut self, state: bool) -> bool {
+        self.saved += 1;
+        let number = self.saved;
+        if !state {
+            let made = self.fresh.factory_calibration().expect("there are cameras");
+            let baseline_m = Some(number.into());
+            return self.store.save_factory(&FactoryCalibration { baseline_m, ..made }).is_ok();
         }
-        Operation::Forget(state) => {
-            if store.remove(KINDS[usize::from(state)]).is_ok() {
-                promise.held[usize::from(state)] = None;
-            } else {
-                promise.is_rotten = true;
-            }
-        }
-        Operation::Load(state, bytes) => {
-            let mut buffer = vec![0; usize::from(bytes)];
-            let needed = promise.held[usize::from(state)].as_ref().map_or(0, Vec::len);
-            let found = store.load(KINDS[usize::from(state)], &mut buffer);
-            let small = matches!(found, Err(LoadError::BufferTooSmall { .. }));
-            assert!(promise.is_rotten || small == (needed > buffer.len()));
-        }
-        Operation::Reopen => store = open(store.close(), page)?,
-        Operation::Cut(state, bytes, after) => {
-            let new = payload(number, bytes);
-            promise.ever.push(new.clone());
-            let mut flash = store.close();
-            flash.power_for = Some(u32::from(after) + 1);
-            store = open(flash, page)?;
-            let _ = store.save(KINDS[usize::from(state)], &new);
-            let mut flash = store.close();
-            flash.power_on();
-            store = open(flash, page)?;
-            may_be_either(&mut store, state, new, promise);
-        }
-        Operation::Rot(at, bits) => {
-            let mut flash = store.close();
-            let at = usize::from(at) % flash.bytes.len();
-            flash.bytes[at] ^= bits;
-            promise.is_rotten |= bits != 0;
-            store = open(flash, page)?;
-        }
-        Operation::WearOut(block) => {
-            let mut flash = store.close();
-            let blocks = flash.erased.len();
-            flash.worn = block.map(|(block, says_so)| (usize::from(block) % blocks, says_so));
-            store = open(flash, page)?;
-        }
+        let mut record = self.fresh.snapshot().expect("there are cameras");
+        record[12..16].copy_from_slice(&u32::from(number).to_le_bytes());
+        seal(&mut record);
+        let mut calibrator = self.fresh.clone();
+        calibrator.restore(&record).expect("another generation");
+        self.store.save(&calibrator, Duration::ZERO).is_ok()
     }
-    Some(store)
-}
 
-/// A save that failed: the old record is found, or the new one.
-fn may_be_either(store: &mut Target, state: bool, new: Vec<u8>, promise: &mut Promise) {
-    let found = load(store, KINDS[usize::from(state)], &mut |_, _| ());
-    if found.as_ref() == Some(&new) {
-        promise.held[usize::from(state)] = Some(new);
+    fn with_flash(&mut self, change: impl FnOnce(&mut Nor)) {
+        // A store is not taken out of its place: it is opened again over the changed flash.
+        let blank = Nor::of(vec![0xff; 4 * BLOCK], 0);
+        let mut flash = std::mem::replace(&mut self.store, open(blank)).close();
+        change(&mut flash);
+        self.store = open(flash);
+    }
+
+    /// Whether the number may be found that was saved last.
+    fn perform(&mut self, operation: &Operation, is_rotten: &mut bool) -> bool {
+        match *operation {
+            Operation::Save(state) => {
+                let is_saved = self.save(state);
+                if is_saved {
+                    self.held[usize::from(state)] = Some(self.saved);
+                }
+                return !is_saved;
+            }
+            Operation::Reopen => self.with_flash(|_| ()),
+            Operation::Cut(state, words) => {
+                self.with_flash(|flash| flash.power_for = Some(u32::from(words) + 1));
+                let _ = self.save(state);
+                self.with_flash(Flash::power_on);
+                return true;
+            }
+            Operation::Rot(at, bits) => {
+                self.with_flash(|flash| {
+                    let at = usize::from(at) % flash.bytes.len();
+                    flash.rot = Some((1, at, bits));
+                });
+                *is_rotten |= bits != 0;
+            }
+            Operation::WearOut(block) => self.with_flash(|flash| {
+                let blocks = flash.erased.len();
+                flash.worn = block.map(|(block, says)| (usize::from(block) % blocks, says));
+            }),
+        }
+        false
     }
 }

@@ -49,6 +49,17 @@ pub enum Tear {
 /// All of them.
 pub const TEARS: [Tear; 4] = [Tear::Word, Tear::Call, Tear::Hidden, Tear::Ecc];
 
+/// What erased words read as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Blank {
+    /// Ones.
+    Ones,
+    /// Zeros: the content is kept inverted.
+    Zeros,
+    /// They cannot be read, and a word that is not erased is not written.
+    Unreadable,
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Word {
     Erased,
@@ -78,6 +89,8 @@ pub struct Flash<const W: usize, const E: usize> {
     pub rot: Option<(u32, usize, u8)>,
     /// What a loss of power leaves.
     pub tear: Tear,
+    /// What erased words read as.
+    pub blank: Blank,
     /// Of the tears.
     pub random: ChaCha8Rng,
 }
@@ -108,6 +121,7 @@ impl<const W: usize, const E: usize> Flash<W, E> {
             flaky: None,
             rot: None,
             tear: Tear::Word,
+            blank: Blank::Ones,
             random: ChaCha8Rng::seed_from_u64(seed),
         }
     }
@@ -186,7 +200,10 @@ impl<const W: usize, const E: usize> ReadNorFlash for Flash<W, E> {
         assert!(start.is_multiple_of(Self::READ_SIZE), "a read not aligned");
         assert!(bytes.len().is_multiple_of(Self::READ_SIZE), "a read not of whole words");
         let end = start + bytes.len();
-        if self.tear == Tear::Ecc && self.words[start / W..end.div_ceil(W)].contains(&Word::Torn) {
+        let words = &self.words[start / W..end.div_ceil(W)];
+        if self.tear == Tear::Ecc && words.contains(&Word::Torn)
+            || self.blank == Blank::Unreadable && words.contains(&Word::Erased)
+        {
             return Err(Fault::Ecc);
         }
         if let Some((reads, at, bits)) = &mut self.rot
@@ -196,6 +213,9 @@ impl<const W: usize, const E: usize> ReadNorFlash for Flash<W, E> {
             self.bytes[*at] ^= if left == 0 { *bits } else { 0 };
         }
         bytes.copy_from_slice(&self.bytes[start..end]);
+        if self.blank == Blank::Zeros {
+            bytes.iter_mut().for_each(|byte| *byte = !*byte);
+        }
         if let Some(one_in) = self.flaky
             && self.random.random_ratio(1, one_in)
         {
@@ -232,6 +252,8 @@ impl<const W: usize, const E: usize> NorFlash for Flash<W, E> {
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Fault> {
         let first = offset as usize / W;
         assert!((offset as usize).is_multiple_of(W) && bytes.len().is_multiple_of(W));
+        let inverted: Vec<u8> = bytes.iter().map(|byte| !byte).collect();
+        let bytes = if self.blank == Blank::Zeros { &inverted } else { bytes };
         for (i, content) in bytes.chunks(W).enumerate() {
             self.has_power()?;
             let word = first + i;
@@ -239,6 +261,7 @@ impl<const W: usize, const E: usize> NorFlash for Flash<W, E> {
             match self.words[word] {
                 Word::Torn if reads_erased => return Err(Fault::Torn),
                 Word::Erased if reads_erased || self.rot.is_some() => (),
+                _ if self.blank == Blank::Unreadable => return Err(Fault::Torn),
                 state => panic!("word {word} is written in state {state:?}"),
             }
             match self.worn {

@@ -27,8 +27,7 @@ fn solve_and_fuse(controller: &mut Controller) {
 
 /// The whole state of the calibrator.
 fn memory(controller: &Controller) -> Vec<u8> {
-    let mut buffer = vec![0; Controller::SNAPSHOT_BYTES];
-    controller.snapshot(&mut buffer).unwrap().to_vec()
+    controller.snapshot().unwrap().to_vec()
 }
 
 #[test]

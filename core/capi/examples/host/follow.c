@@ -29,10 +29,10 @@ static size_t read_memory(const char *path)
     return length;
 }
 
-static bool write_memory(const char *path, size_t length)
+static bool write_memory(const char *path)
 {
     FILE *file = fopen(path, "wb");
-    bool written = file != NULL && fwrite(record, 1, length, file) == length;
+    bool written = file != NULL && fwrite(record, 1, sizeof record, file) == sizeof record;
     if (file != NULL && fclose(file) != 0)
         written = false;
     if (!written)
@@ -92,14 +92,13 @@ static bool follow(const char *set, const char *stream, const char *memory)
     fclose(driver);
 
     selfcal_link_counters_t counters;
-    size_t length;
     if (!done(selfcal_link_counters(&wire, &counters), "counters") ||
         !print_estimate(&cal, counters.good, accepted, &reference) ||
-        !done(selfcal_snapshot(&cal, record, sizeof record, &length), "snapshot"))
+        !done(selfcal_snapshot(&cal, record), "snapshot"))
         return false;
     printf("missing %u\n", (unsigned)counters.gaps);
-    printf("record_bytes %zu\n", length);
-    return write_memory(memory, length);
+    printf("record_bytes %zu\n", sizeof record);
+    return write_memory(memory);
 }
 
 int main(int argc, char **argv)

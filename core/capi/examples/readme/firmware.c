@@ -13,10 +13,8 @@ static bool take_pair(void) /* refusals are normal, of bad pairs and before the 
     static unsigned fused;
     selfcal_calibration_t rig;
     selfcal_health_t health;
-    size_t length;
     if (!selfcal_solve_pair(&cal) && !selfcal_fuse(&cal, NULL) && ++fused % PAIRS_PER_SNAPSHOT == 0)
-        if (!selfcal_snapshot(&cal, record, sizeof record, &length))
-            flash_write(SNAPSHOT_PAGE, record, length);
+        if (!selfcal_snapshot(&cal, record)) flash_write(SNAPSHOT_PAGE, record, sizeof record);
     if (!selfcal_apply(&cal, &rig)) rectifier_load(&rig);
     arming_allow(!selfcal_health(&cal, &health) && health.arming == SELFCAL_ARMING_YES);
     return !selfcal_clear_pair(&cal);

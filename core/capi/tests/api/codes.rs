@@ -10,7 +10,7 @@ use stereo_selfcal::link::{
 use stereo_selfcal::{
     ApplyError, Arming, Band, ConfigError, Direction, Doubt, ExtrinsicsError, Fused, PairError,
     ProjectError, PushError, Pushed, RangeError, Reason, RectifyError, Refusal, Rejection,
-    RestoreError, Side, SnapshotError, State, Stop, UndistortError, Witnessed,
+    RestoreError, Side, State, Stop, UndistortError, Witnessed,
 };
 use stereo_selfcal_capi::selfcal_error_t::{self, *};
 use stereo_selfcal_capi::*;
@@ -114,17 +114,13 @@ const RANGE: [RangeError; 5] = [
     RangeError::NoMatch,
     RangeError::Contradicts,
 ];
-const SNAPSHOT: [SnapshotError; 2] = [SnapshotError::Room { needed: 1 }, SnapshotError::NoCameras];
-const RESTORE: [RestoreError; 10] = [
+const RESTORE: [RestoreError; 7] = [
     RestoreError::Damaged,
     RestoreError::Foreign,
-    RestoreError::Version(3),
-    RestoreError::Scalar,
-    RestoreError::Preset,
+    RestoreError::Layout(3),
     RestoreError::OtherRig,
     RestoreError::Absurd,
-    RestoreError::CorrectionLimit,
-    RestoreError::NotFresh,
+    RestoreError::Config,
     RestoreError::NoCameras,
 ];
 const FRAME: [FrameRefusal; 3] =
@@ -192,7 +188,6 @@ fn every_error_of_the_core_has_its_own_error_code() {
     assert_complete("Refusal", &REFUSALS);
     assert_complete("ApplyError", &APPLY);
     assert_complete("RectifyError", &rectify_errors());
-    assert_complete("SnapshotError", &SNAPSHOT);
     assert_complete("RestoreError", &RESTORE);
     assert_complete("FrameRefusal", &FRAME);
     // Two of the six are of this crate: the lens model, and an unused coefficient.
@@ -209,7 +204,6 @@ fn every_error_of_the_core_has_its_own_error_code() {
         codes(&REFUSALS, Refusal::code),
         codes(&APPLY, ApplyError::code),
         codes(&rectify_errors(), RectifyError::code),
-        codes(&SNAPSHOT, SnapshotError::code),
         codes(&RESTORE, RestoreError::code),
         codes(&FRAME, FrameRefusal::code),
         codes(&HEADER[3..], HeaderError::code),

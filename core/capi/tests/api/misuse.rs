@@ -76,9 +76,9 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
         selfcal_rotations(0, place());
         selfcal_choose_camera(0, 0.0, place());
         selfcal_homographies(0, &camera, place());
-        selfcal_snapshot(null_mut(), 0, place());
+        selfcal_snapshot(null_mut());
         selfcal_restore(null(), 0);
-        selfcal_factory_to_record(null_mut(), 0, place());
+        selfcal_factory_to_record(null_mut());
         selfcal_factory_from_record(null(), 0);
     }
 }

@@ -11,19 +11,18 @@ use crate::life::{
 };
 use crate::rig::{Cal, at_work, config, get, pair, recorded};
 
-pub(crate) type Write =
-    unsafe extern "C" fn(*const selfcal_t, *mut u8, usize, *mut usize) -> selfcal_error_t;
+pub(crate) type Write = unsafe extern "C" fn(*const selfcal_t, *mut u8) -> selfcal_error_t;
 pub(crate) type Read = unsafe extern "C" fn(*mut selfcal_t, *const u8, usize) -> selfcal_error_t;
 
 pub(crate) fn record(cal: &mut Cal, write: Write, room: usize) -> Result<Vec<u8>, selfcal_error_t> {
-    let (mut buffer, mut length) = (vec![0xa5; room], usize::MAX);
+    let mut buffer = vec![0xa5; room];
     // SAFETY: live objects.
-    match unsafe { write(cal.ptr(), buffer.as_mut_ptr(), room, &mut length) } {
-        SELFCAL_OK => {
-            buffer.truncate(length);
-            Ok(buffer)
+    match unsafe { write(cal.ptr(), buffer.as_mut_ptr()) } {
+        SELFCAL_OK => Ok(buffer),
+        error => {
+            assert!(buffer.iter().all(|byte| *byte == 0xa5));
+            Err(error)
         }
-        error => Err(error),
     }
 }
 
@@ -41,8 +40,7 @@ pub(crate) fn restore(cal: &mut Cal, record: &[u8]) -> selfcal_error_t {
 }
 
 fn snapshot_of(twin: &Twin) -> Vec<u8> {
-    let mut buffer = [0; SELFCAL_SNAPSHOT_BYTES];
-    twin.snapshot(&mut buffer).unwrap().to_vec()
+    twin.snapshot().unwrap().to_vec()
 }
 
 fn run(cal: &mut Cal, twin: &mut Twin, set: &Dataset, pairs: std::ops::Range<usize>) {
@@ -70,13 +68,11 @@ fn a_restored_run_is_bit_identical_to_that_of_rust() {
         let kept = snapshot(&mut cal);
         assert_eq!(kept, snapshot_of(&twin));
 
-        let before = get!(cal, selfcal_in_use).unwrap();
         let generation = twin.generation();
         (cal, twin) = twins(&set, &c, rust);
         assert_eq!(restore(&mut cal, &kept), SELFCAL_OK);
         twin.restore(&kept).unwrap();
-        assert_eq!(get!(cal, selfcal_state), Ok(SELFCAL_STATE_SUSPECT));
-        assert_eq!(get!(cal, selfcal_in_use), Ok(before));
+        assert_same(&get!(cal, selfcal_in_use).unwrap(), twin.in_use());
         assert_eq!(get!(cal, selfcal_generation), Ok(generation));
         assert_same_estimate(&mut cal, &twin);
         run(&mut cal, &mut twin, &set, 6..13);
@@ -98,10 +94,11 @@ fn a_record_of_another_capacity_is_restored() {
         small.solve_pair().unwrap();
         small.fuse().unwrap();
     }
-    let mut buffer = [0; SELFCAL_SNAPSHOT_BYTES];
-    let kept = small.snapshot(&mut buffer).unwrap();
+    let kept = small.snapshot().unwrap();
     let mut cal = Cal::of(&set, None);
-    assert_eq!(restore(&mut cal, kept), SELFCAL_OK);
+    assert_eq!(restore(&mut cal, &kept), SELFCAL_OK);
+    assert_eq!(get!(cal, selfcal_state), Ok(SELFCAL_STATE_SUSPECT));
+    small.restore(&kept).unwrap();
     let estimate = get!(cal, selfcal_proposal).unwrap();
     assert_same(&estimate.extrinsics, &small.proposal().unwrap().extrinsics);
 }
@@ -138,9 +135,8 @@ fn factory_values_are_bit_identical_after_a_restart() {
     let made = record(&mut cal, selfcal_factory_to_record, SELFCAL_FACTORY_BYTES).unwrap();
     let found = FactoryCalibration::<f32>::from_record(&made).unwrap();
     assert_same(&get!(cal, selfcal_in_use).unwrap(), &found.extrinsics);
-    let mut buffer = [0; SELFCAL_FACTORY_BYTES];
-    assert_eq!(found.to_record(&mut buffer).unwrap(), made);
-    twin.set_factory(found.extrinsics);
+    assert_eq!(found.to_record(), *made);
+    twin.install(&found);
     run(&mut cal, &mut twin, &set, 0..5);
     let learnt = snapshot(&mut cal);
 

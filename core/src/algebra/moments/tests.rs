@@ -187,22 +187,6 @@ fn f32_matches_f64_to_a_thousandth_of_a_standard_deviation_at_disparities_of_1_p
 }
 
 #[test]
-fn half_of_the_pairs_is_a_part_of_them_and_neither_twice_all_of_them_nor_those_of_another_frame() {
-    let pairs = scene(200, 1.0..60.0, 0.3, 5);
-    let all = sums(&pairs);
-    let part = sums(&pairs[..100]);
-    assert!(part.are_part_of(&all) && all.are_part_of(&all));
-    for (factor, is_part) in [(1.09, true), (1.11, false), (2.0, false)] {
-        let mut larger = all;
-        larger.scale(factor);
-        assert_eq!(larger.are_part_of(&all), is_part, "{factor}");
-    }
-    let mut pitched = part;
-    pitched.change_frame(&frame(), &frame().stepped_by(&Vector5::ith(0, 0.03)).unwrap());
-    assert!(!pitched.are_part_of(&all));
-}
-
-#[test]
 fn sums_with_a_nan_are_not_finite() {
     let mut broken = sums(&scene(20, 20.0..200.0, 0.5, 6));
     assert!(broken.is_finite());

@@ -1,6 +1,6 @@
 //! Product of the moments with a vector.
 
-use super::{COORDINATES, Moments, OLD_TRIANGLE, PRODUCTS, Vector12};
+use super::{COORDINATES, Moments, PRODUCT_TRIANGLE, PRODUCTS, Vector12};
 use crate::scalar::Scalar;
 
 /// Rows of `M x`: its number and the place of its diagonal element, then `place x column` of the others.
@@ -24,7 +24,7 @@ impl<T: Scalar> Moments<T> {
     /// Adds the part of `M x` that the lens has to do with.
     #[inline(never)]
     fn add_times_lens(&self, x: &Vector12<T>, y: &mut Vector12<T>) {
-        let mut m = self.products.0.iter().skip(OLD_TRIANGLE);
+        let mut m = self.products.0.iter().skip(PRODUCT_TRIANGLE);
         for (row, x_row) in x.iter().enumerate().skip(PRODUCTS) {
             let mut sum = T::ZERO;
             for ((x_column, y_column), m) in x.iter().zip(&mut *y).take(row).zip(m.by_ref()) {

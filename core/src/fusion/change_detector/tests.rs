@@ -4,7 +4,6 @@ use super::super::hypothesis::Update;
 use super::super::hypothesis::tests::{context, evaluated_at, fused, truth};
 use super::*;
 use crate::algebra::symmetric5::Symmetric5;
-use crate::codec;
 use crate::pair::evaluate::EvaluatedPose;
 
 /// Adds a pair to both; whether the short and the long window alone reject.
@@ -96,26 +95,4 @@ fn a_window_rejects_beyond_its_limit_times_the_reduced_chi_square() {
     assert_eq!([111.0, 113.0].map(|statistic| changes(statistic, 4.0)), [false, true]);
     // Less than chance is none.
     assert_eq!([27.0, 29.0].map(|statistic| changes(statistic, 0.5)), [false, true]);
-}
-
-#[test]
-fn windows_that_hold_more_than_the_hypothesis_begin_anew_in_a_restored_record() {
-    let context = context();
-    let mut hypothesis = fused(&[evaluated_at(&truth(), 0)], 1, &context);
-    let mut detector = ChangeDetector::NEW;
-    for seed in 1..6 {
-        add(&mut hypothesis, &mut detector, &evaluated_at(&truth(), seed));
-    }
-    let restored = |factor: f64| {
-        let mut written = detector.clone();
-        written.short.scale(factor);
-        let mut buffer = [0; 4096];
-        let header = codec::RecordHeader::FACTORY;
-        let record = codec::write::<f64>(header, &mut buffer, |to| written.write(to)).unwrap();
-        let mut read = ChangeDetector::NEW;
-        let mut from = codec::open::<f64>(header, record).unwrap();
-        assert_eq!(read.read(&mut from, &hypothesis, &context), Ok(()));
-        read.pairs
-    };
-    assert_eq!([1.0, 2.0].map(restored), [5, 0]);
 }

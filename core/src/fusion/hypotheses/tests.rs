@@ -3,7 +3,6 @@
 use super::super::hypothesis::tests::{context, evaluated, evaluated_at, fused, truth};
 use super::*;
 use crate::algebra::block_variances::BlockVariances;
-use crate::codec;
 use crate::depth::mount::MountYaw;
 use crate::fusion::lens_reference::LensReference;
 use crate::state::Stop;
@@ -83,37 +82,6 @@ fn a_pair_passes_a_gate_only_with_a_peak_and_the_usual_share_of_inliers() {
     flat.stats.usable = pair.stats.usable;
     assert!(!flat.has_peak());
     assert_eq!(hypothesis.gate(&flat, hypothesis.inlier_share, 1.0, &context), None);
-}
-
-/// Writes a challenger, and reads it.
-fn written_and_read(challenger: Challenger<f64>) -> Result<(), RestoreError> {
-    let written =
-        Hypotheses { champion: None, challenger: Some(challenger), rejected: 0, begun: 0 };
-    let mut buffer = [0; 8192];
-    let header = codec::RecordHeader::FACTORY;
-    let record = codec::write::<f64>(header, &mut buffer, |to| written.write(to)).unwrap();
-    let mut read = Hypotheses::<f64>::NONE;
-    read.read(&mut codec::open::<f64>(header, record).unwrap(), &context())
-}
-
-#[test]
-fn a_reduced_chi_square_beyond_its_limit_is_no_record() {
-    let hypothesis = fused(&pairs(0.0, 0..4), 1, &context());
-    let read = |reduced_chi_square| {
-        let hypothesis = hypothesis.scattered(reduced_chi_square);
-        written_and_read(Challenger { hypothesis, agreed: 1, failed: 0 })
-    };
-    assert_eq!([16.0, 16.5].map(read), [Ok(()), Err(RestoreError::Absurd)]);
-}
-
-#[test]
-fn a_challenger_that_would_have_been_dropped_is_no_record() {
-    let hypothesis = fused(&pairs(0.0, 0..4), 1, &context());
-    let read = |agreed, failed| written_and_read(Challenger { hypothesis, agreed, failed });
-    // Dropped after two failures, and more than half as many as agree.
-    assert_eq!([(1, 1), (6, 3)].map(|(agreed, failed)| read(agreed, failed)), [Ok(()); 2]);
-    let dropped = [(1, 2), (3, 2), (6, 4)].map(|(agreed, failed)| read(agreed, failed));
-    assert_eq!(dropped, [Err(RestoreError::Absurd); 3]);
 }
 
 #[test]

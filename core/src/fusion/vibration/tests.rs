@@ -4,12 +4,8 @@ extern crate std;
 
 use super::*;
 use crate::algebra::moments::Moments;
-use crate::codec;
 use crate::config::Config;
 use crate::geometry::extrinsics::Extrinsics;
-use crate::geometry::rectification::RectifyingRotations;
-use crate::geometry::so3;
-use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::vec::Vec;
@@ -113,29 +109,4 @@ fn pairs_without_moments_are_left_out() {
         estimator.add(&measurement, &context);
     }
     assert!(estimator.variances().is_zero());
-}
-
-/// A far pair alone may have its optimum anywhere.
-#[test]
-fn a_record_holds_an_optimum_with_its_baseline_perpendicular_to_the_factory_s() {
-    let factory = RectifyingRotations::from(&Extrinsics::<f32>::SIDE_BY_SIDE);
-    for t in [
-        Vector3::new(-0.11, 0.0, 1.0),
-        Vector3::new(-0.11, 0.0, -1.0),
-        Vector3::new(0.5, -1.0, 0.3),
-    ] {
-        let turn = so3::exp(&Vector3::new(0.5, 2.0, -1.0)).unwrap();
-        let extrinsics = Extrinsics::try_new(turn.matrix(), &t.normalize()).unwrap();
-        let at = factory.unknowns_to(&RectifyingRotations::from(&extrinsics));
-        let covariance = Symmetric5::of_diagonal([1e-6, 1e-6, 1e-6, 10.0, 10.0]);
-        let mut estimator = VibrationEstimator::RIGID;
-        estimator.compare(at, covariance);
-        let header = codec::RecordHeader::FACTORY;
-        let mut buffer = [0; 4096];
-        let record = codec::write::<f32>(header, &mut buffer, |to| estimator.write(to)).unwrap();
-        let mut read = VibrationEstimator::<f32>::RIGID;
-        let done = read.read(&mut codec::open::<f32>(header, record).unwrap());
-        assert_eq!(done, Ok(()), "{at}");
-        assert_eq!(read.last.unwrap().at, at);
-    }
 }

@@ -170,10 +170,9 @@ fn a_second_crowd_as_large_is_doubted_until_it_is_gone() {
         assert_eq!(calibrator.apply(), Err(ApplyError::Doubtful));
     }
     // A loss of power does not hide it.
-    let mut buffer = [0; Calibrator::<f32, 256>::SNAPSHOT_BYTES];
-    let record = calibrator.snapshot(&mut buffer).unwrap();
+    let record = calibrator.snapshot().unwrap();
     let mut calibrator = robust::<f32>();
-    calibrator.restore(record).unwrap();
+    calibrator.restore(&record).unwrap();
     assert_eq!(calibrator.proposal().unwrap().doubt, Some(Doubt::SecondMode));
     for seed in 20..40 {
         let _ = take(&mut calibrator, &scene(ROTATION, seed));

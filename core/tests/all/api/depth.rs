@@ -178,8 +178,7 @@ fn a_reading_that_cannot_be_is_refused_and_a_single_contradiction_moves_nothing(
     run(&mut calibrator, NONE, 0.002, 0..8);
     let pair = warped(NONE, 0.002, 8);
     take(&mut calibrator, &pair).unwrap();
-    let mut buffer = [0; Tested::SNAPSHOT_BYTES];
-    let before = calibrator.snapshot(&mut buffer).unwrap().to_vec();
+    let before = calibrator.snapshot();
     let good = reading(NONE, &pair[0], 1.0);
     let with = |range, sd_m| RangeReading { range, sd_m, ..good };
     for bad in [
@@ -200,7 +199,7 @@ fn a_reading_that_cannot_be_is_refused_and_a_single_contradiction_moves_nothing(
         let wrong = reading(NONE, near, factor);
         assert_eq!(calibrator.push_range(&wrong), Err(RangeError::Contradicts), "{factor}");
     }
-    assert_eq!(calibrator.snapshot(&mut buffer).unwrap(), before);
+    assert_eq!(calibrator.snapshot(), before);
 
     let mut none = calibrated(Config::robust());
     assert_eq!(none.push_range(&good), Err(RangeError::NoBaseline));
@@ -219,12 +218,14 @@ fn mount_and_lens_survive_a_restart() {
     assert!(calibrator.confirm_factory_yaw());
     let turned = [0.0, 1.0, 0.0];
     run(&mut calibrator, turned, 0.005, 20..30);
-    let mut buffer = [0; Tested::SNAPSHOT_BYTES];
-    let record = calibrator.snapshot(&mut buffer).unwrap();
     let mut restored = calibrated(Config::robust());
-    restored.restore(record).unwrap();
+    restored.restore(&calibrator.snapshot().unwrap()).unwrap();
     let [one, other] = [&calibrator, &restored].map(|c| c.proposal().unwrap());
-    assert_eq!((one.extrinsics, one.lens_yaw), (other.extrinsics, other.lens_yaw));
+    assert!((one.lens_yaw.value - other.lens_yaw.value).abs() < 0.1 * one.lens_yaw.sd);
+    assert!((one.lens_yaw.sd / other.lens_yaw.sd - 1.0).abs() < 0.1);
+    assert!(
+        (off(&calibrator, turned) - off(&restored, turned)).norm() < 0.1 * one.sd_lens.rotation
+    );
     run(&mut restored, [0.0, 0.2, 0.0], 0.005, 40..54);
     let yaw = off(&restored, [0.0, 0.2, 0.0]).y;
     assert!(yaw.abs() < 8e-4, "{yaw}");

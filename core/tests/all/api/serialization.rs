@@ -23,7 +23,12 @@ fn refused<T: DeserializeOwned + Debug>(text: &str) -> String {
 fn factory<T: Scalar>(lens: Lens<T>) -> FactoryCalibration<T> {
     let mut cameras = cameras();
     cameras.left = Camera::try_new(*cameras.left.intrinsics(), lens).unwrap();
-    FactoryCalibration { cameras, extrinsics: rig([3.0, -2.0, 4.0], [3.0, -3.0]) }
+    FactoryCalibration {
+        cameras,
+        extrinsics: rig([3.0, -2.0, 4.0], [3.0, -3.0]),
+        yaw_sd_rad: Some(8e-4),
+        baseline_m: None,
+    }
 }
 
 #[test]

@@ -15,11 +15,11 @@ use stereo_selfcal::{
 use crate::api::bias::fence;
 use crate::api::disturbed::{garbage, jittered, with_outliers};
 use crate::api::lens::pair_of;
-use crate::api::memory::{BASELINE, ROTATION, scene};
 use crate::api::presets::with;
 use crate::api::scene::{correspondences, correspondences_within, fill, rig};
 use crate::api::supervision::poor;
 use crate::api::vibration::shaken;
+use crate::record::{BASELINE, ROTATION, scene};
 
 const HEADING: &str = "\
 pair  outcome
@@ -143,8 +143,7 @@ impl<T: Number> Trace<T> {
 
     /// Empty without an estimate.
     fn record(&self) -> Vec<u8> {
-        let mut buffer = vec![0; Calibrator::<T, 256>::SNAPSHOT_BYTES];
-        self.calibrator.snapshot(&mut buffer).map_or(Vec::new(), <[u8]>::to_vec)
+        self.calibrator.snapshot().map_or(Vec::new(), |record| record.to_vec())
     }
 
     /// Loss of power.

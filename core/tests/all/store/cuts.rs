@@ -1,213 +1,159 @@
-//! Loss of power at every word that a save writes and at every block that it erases.
+//! Loss of power at every word of every save, and again in the save after.
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use stereo_selfcal::store::RecordKind;
-use test_support::flash::{Flash, TEARS, Tear};
-
-use crate::store::rig::{
-    Content, KINDS, Step, content, format, open, payload, perform, save, scenario,
-};
+use super::Kept;
+use crate::api::presets::robust;
+use stereo_selfcal::RestoreError;
+use stereo_selfcal::store::{SavePolicy, Store, StoreError};
+use test_support::flash::{Blank, Flash, TEARS, Tear};
 use test_support::is_campaign;
 
-/// Number of single losses of power, and of second losses in the save after one.
-#[derive(Debug, Default)]
-struct Cuts {
-    first: u64,
-    second: u64,
-}
+/// Saves: enough to begin every block again.
+const SAVES: u32 = 8;
 
-/// Number of pages, blocks per page, bytes of factory data and of state.
-#[derive(Debug, Clone, Copy)]
-struct Shape {
-    pages: usize,
-    page_blocks: usize,
-    factory: usize,
-    state: usize,
-}
-
-impl Cuts {
-    /// Loses power at every operation of the first `steps` of the scenario, and at `again` random ones of
-    /// the save after that.
-    fn everywhere<const W: usize, const E: usize>(
-        &mut self,
-        shape: Shape,
-        tear: Tear,
-        (steps, again): (usize, u32),
-    ) {
-        let mut flash = Flash::<W, E>::new(1 + shape.pages * shape.page_blocks, 1);
-        flash.tear = tear;
-        let outside = flash.bytes[..E].to_vec();
-        let mut held = Content::default();
-        for step in scenario(shape.factory, shape.state).into_iter().take(steps) {
-            let after = self.during(&flash, shape.page_blocks, &held, &step, again);
-            held = held.after(&step);
-            flash = after;
-        }
-        assert_eq!(flash.bytes[..E], outside, "flash outside the range changed");
-    }
-
-    /// Loses power at every operation of one save; the flash after the save without loss.
-    fn during<const W: usize, const E: usize>(
-        &mut self,
-        before: &Flash<W, E>,
-        page_blocks: usize,
-        held: &Content,
-        step: &Step,
-        again: u32,
-    ) -> Flash<W, E> {
-        let mut store = open(before.clone(), page_blocks);
-        assert_eq!(content(&mut store), *held);
-        perform(&mut store, step).unwrap();
-        assert_eq!(content(&mut store), held.after(step));
-        let after = store.close();
-        for cut in 0..after.operations - before.operations {
-            let context = format!("cut {cut} of {step:?}, {:?}", before.tear);
-            let mut random = ChaCha8Rng::seed_from_u64(u64::from(cut));
-            let flash = cut_off(before, page_blocks, step, cut, &mut random);
-            self.first += 1;
-            let mut store = open(flash, page_blocks);
-            let found = content(&mut store);
-            assert!(found == *held || found == held.after(step), "{context}: {found:?}");
-            // Alternates between the kinds.
-            let kind = KINDS[usize::try_from(cut).unwrap() % 2];
-            let length = found.of(kind).map_or(9, Vec::len);
-            let next = Step { kind, payload: Some(payload(777, length)) };
-            self.once_more(&store.close(), page_blocks, &found, &next, again, &mut random);
-        }
-        after
-    }
-
-    /// The next save succeeds, also after a second loss of power in it.
-    fn once_more<const W: usize, const E: usize>(
-        &mut self,
-        flash: &Flash<W, E>,
-        page_blocks: usize,
-        held: &Content,
-        step: &Step,
-        again: u32,
-        random: &mut ChaCha8Rng,
-    ) {
-        let tear = flash.tear;
-        let saved = |flash: Flash<W, E>| {
-            let mut store = open(flash, page_blocks);
-            let mut saved = perform(&mut store, step);
-            if saved.is_err() && *held == Content::default() && tear == Tear::Ecc {
-                // The very first save has torn every page, and none can be read.
-                store = format(store.close(), page_blocks);
-                saved = perform(&mut store, step);
+/// Cuts a run of saves at every word; states lost, factory calibrations lost, saves refused afterwards, cuts.
+fn cut<const W: usize, const E: usize>(blocks: usize, blank: Blank, tear: Tear) -> [u32; 4] {
+    let (mut counts, every) = ([0; 4], if is_campaign() { 1 } else { 7 });
+    let mut prepared = Kept::open(flash::<W, E>(blocks, blank, tear));
+    assert!(prepared.save_factory(1));
+    let prepared = prepared.0.close();
+    for number in 1..=SAVES {
+        let mut before = Kept::open(prepared.clone());
+        assert!((1..number).all(|n| before.save(n)));
+        let before = before.0.close();
+        for first in (1..).step_by(every) {
+            let mut flash = before.clone();
+            flash.power_for = Some(first);
+            let mut kept = Kept::open(flash);
+            let whole = kept.save(number);
+            let mut flash = kept.0.close();
+            flash.power_on();
+            for second in [1, 2, 3 + first % 20, 200] {
+                let mut flash = flash.clone();
+                flash.power_for = Some(second);
+                let mut kept = Kept::open(flash);
+                let _ = kept.save(number + 1);
+                let mut flash = kept.0.close();
+                flash.power_on();
+                let mut kept = Kept::open(flash);
+                let found = kept.state().unwrap_or(0);
+                counts[0] += u32::from(found + 1 < number || found > number + 1);
+                counts[1] += u32::from(kept.factory() != Some(1));
+                let taken = kept.save(number + 2) && kept.state() == Some(number + 2);
+                counts[2] += u32::from(!taken);
+                counts[3] += 1;
             }
-            saved.unwrap_or_else(|e| panic!("{e}: {step:?} after {held:?}"));
-            assert_eq!(content(&mut store), held.after(step));
-            let flash = store.close();
-            assert_eq!(content(&mut open(flash.clone(), page_blocks)), held.after(step));
-            flash.operations
-        };
-        let operations = saved(flash.clone()) - flash.operations;
-        for _ in 0..again {
-            let cut = random.random_range(0..operations);
-            let torn = cut_off(flash, page_blocks, step, cut, random);
-            self.second += 1;
-            let found = content(&mut open(torn.clone(), page_blocks));
-            assert!(found == *held || found == held.after(step), "again, {cut} of {step:?}");
-            saved(torn);
+            if whole {
+                break;
+            }
         }
     }
+    counts
 }
 
-/// Flash after a loss of power in a save.
-fn cut_off<const W: usize, const E: usize>(
-    flash: &Flash<W, E>,
-    page_blocks: usize,
-    step: &Step,
-    cut: u32,
-    random: &mut ChaCha8Rng,
-) -> Flash<W, E> {
-    let mut flash = flash.clone();
-    flash.random = ChaCha8Rng::seed_from_u64(random.random());
-    flash.power_for = Some(cut + 1);
-    let mut store = open(flash, page_blocks);
-    // The last write of a save may fail unnoticed.
-    let saved = perform(&mut store, step);
-    assert!(saved.is_err() || store.wear().erasures > 0, "power is lost");
-    let mut flash = store.close();
-    flash.power_on();
+fn flash<const W: usize, const E: usize>(blocks: usize, blank: Blank, tear: Tear) -> Flash<W, E> {
+    let mut flash = Flash::of(vec![0xff; 2 * blocks * E], 1);
+    (flash.blank, flash.tear) = (blank, tear);
     flash
 }
 
-/// Largest state, in bytes, beside `factory` bytes of factory data in a page of `page` bytes.
-fn largest<const W: usize>(page: usize, factory: usize) -> usize {
-    page / 2 - (factory + 28).next_multiple_of(W) - 28
+fn cut_all<const W: usize, const E: usize>(blocks: usize) -> u32 {
+    let mut cuts = 0;
+    for blank in [Blank::Ones, Blank::Zeros, Blank::Unreadable] {
+        for tear in TEARS {
+            let [lost, factory, refused, all] = cut::<W, E>(blocks, blank, tear);
+            assert_eq!(
+                [lost, factory, refused],
+                [0; 3],
+                "{W} {blocks} {blank:?} {tear:?} of {all}"
+            );
+            cuts += all;
+        }
+    }
+    cuts
 }
 
-fn shapes<const W: usize, const E: usize>() -> Vec<Shape> {
-    let of_one = |pages| {
-        let lengths = [(0, 1), (20, 31), (30, largest::<W>(E, 30))];
-        lengths.map(|(factory, state)| Shape { pages, page_blocks: 1, factory, state })
-    };
-    let mut shapes = [2, 3, 5].map(of_one).concat();
-    let state = largest::<W>(2 * E, 50);
-    shapes.push(Shape { pages: 2, page_blocks: 2, factory: 50, state });
-    shapes
+#[test]
+fn any_word_of_any_save_and_of_the_next_one_may_be_the_last() {
+    // Two or three slots to a block.
+    let cuts = [cut_all::<4, 1024>(2), cut_all::<8, 1024>(3), cut_all::<32, 2048>(2)];
+    let rest = if is_campaign() { [cut_all::<8, 4096>(4), cut_all::<1, 512>(2)] } else { [0; 2] };
+    println!("{} cuts", cuts.iter().chain(&rest).sum::<u32>());
 }
 
-/// Every shape, each with one kind of tear; in the campaign with all of them, and twice.
-fn every_shape<const W: usize, const E: usize>(steps: usize) {
-    let mut cuts = Cuts::default();
-    for (shape, tear) in shapes::<W, E>().into_iter().zip(TEARS.into_iter().cycle()) {
-        if is_campaign() {
-            for tear in TEARS {
-                cuts.everywhere::<W, E>(shape, tear, (28, 2));
+#[test]
+fn any_word_of_a_factory_save_may_be_the_last_twice() {
+    let mut cuts = 0;
+    for (blank, tear) in [Blank::Ones, Blank::Zeros, Blank::Unreadable]
+        .into_iter()
+        .flat_map(|blank| TEARS.map(|tear| (blank, tear)))
+    {
+        let mut kept = Kept::open(flash::<8, 1024>(2, blank, tear));
+        assert!(kept.save_factory(1) && kept.save(5));
+        let before = kept.0.close();
+        for first in 1..60 {
+            for second in (1..60).step_by(if is_campaign() { 1 } else { 9 }) {
+                let mut flash = before.clone();
+                for (number, power) in [(2, first), (3, second)] {
+                    flash.power_for = Some(power);
+                    let mut kept = Kept::open(flash);
+                    let _ = kept.save_factory(number);
+                    flash = kept.0.close();
+                    flash.power_on();
+                }
+                let mut kept = Kept::open(flash);
+                assert!(kept.factory().is_some(), "{blank:?} {tear:?} {first} {second}");
+                assert_eq!(kept.state(), Some(5));
+                assert!(kept.save_factory(4) && kept.factory() == Some(4));
+                cuts += 1;
             }
-        } else {
-            cuts.everywhere::<W, E>(shape, tear, (steps, 1));
         }
     }
-    println!("words of {W} bytes: {cuts:?}, none lost a record");
+    println!("{cuts} cuts");
 }
 
 #[test]
-fn a_cut_at_any_word_of_1_byte_leaves_the_old_record_or_the_new_one() {
-    every_shape::<1, 224>(3);
+fn wear_is_even_and_a_block_is_erased_once_for_its_slots() {
+    let mut kept = Kept::open(flash::<8, 2048>(4, Blank::Ones, Tear::Word));
+    assert!((1..=200).all(|number| kept.save(number)));
+    // Five slots of 408 bytes.
+    assert_eq!(kept.0.close().erased, [0, 0, 0, 0, 10, 10, 10, 10]);
 }
 
 #[test]
-fn a_cut_at_any_word_of_4_bytes_leaves_the_old_record_or_the_new_one() {
-    every_shape::<4, 256>(8);
-}
-
-#[test]
-fn a_cut_at_any_word_of_8_bytes_leaves_the_old_record_or_the_new_one() {
-    every_shape::<8, 512>(16);
-}
-
-#[test]
-fn a_cut_at_any_word_of_32_bytes_leaves_the_old_record_or_the_new_one() {
-    every_shape::<32, 1024>(28);
-}
-
-#[test]
-fn a_cut_at_any_word_of_64_bytes_leaves_the_old_record_or_the_new_one() {
-    every_shape::<64, 1536>(28);
-}
-
-#[test]
-fn nothing_is_written_onto_bytes_of_a_torn_header_that_look_erased() {
-    let mut flash = Flash::<1, 2048>::new(3, 9);
-    flash.tear = Tear::Hidden;
-    let mut store = open(flash, 1);
-    for number in 0..500 {
-        let step = save(RecordKind::State, number, 5);
-        perform(&mut store, &step).unwrap();
-        let held = content(&mut store);
-        let flash = store.close();
-        // Within the CRC of the header: one byte in 256 reads as erased.
-        for cut in 21..24 {
-            let mut random = ChaCha8Rng::seed_from_u64(u64::from(cut));
-            let mut torn = open(cut_off(&flash, 1, &step, cut, &mut random), 1);
-            perform(&mut torn, &step).unwrap();
-            assert_eq!(content(&mut torn), held);
-        }
-        store = open(flash, 1);
+fn ranges_that_cannot_hold_a_store_are_refused() {
+    let open = |factory, state| {
+        let flash = Flash::<8, 1024>::of(vec![0xff; 8 * 1024], 1);
+        Store::<_, f32>::open(flash, factory, state, SavePolicy::default()).map(|_| ()).err()
+    };
+    assert_eq!(open(0..2048, 2048..8192), None);
+    assert_eq!(open(4096..8192, 0..4096), None);
+    for (factory, state) in [
+        (0..2048, 2048..9216),
+        (0..1024, 2048..4096),
+        (0..2048, 2048..3072),
+        (0..4096, 3072..8192),
+        #[expect(clippy::reversed_empty_ranges, reason = "to be refused")]
+        (2048..0, 2048..4096),
+    ] {
+        assert_eq!(open(factory, state), Some(StoreError::Range));
     }
+    assert_eq!(open(8..2056, 4096..8192), Some(StoreError::Alignment));
+    let small = Flash::<8, 256>::of(vec![0xff; 1024], 1);
+    let small = Store::<_, f32>::open(small, 0..512, 512..1024, SavePolicy::default());
+    assert_eq!(small.err(), Some(StoreError::Range), "a block holds no record");
+}
+
+#[test]
+fn an_empty_flash_holds_nothing_and_lost_records_are_reported() {
+    let mut kept = Kept::open(flash::<8, 1024>(2, Blank::Ones, Tear::Word));
+    assert_eq!(kept.0.load_factory(), Ok(None));
+    assert_eq!(kept.0.resume(&mut robust::<f32>()), Ok(false));
+    assert!(kept.save_factory(7) && kept.save(3));
+    let mut flash = kept.0.close();
+    flash.bytes.iter_mut().for_each(|byte| *byte ^= 1);
+    let mut kept = Kept::open(flash);
+    assert_eq!(kept.0.load_factory(), Err(RestoreError::Damaged));
+    assert_eq!(kept.0.resume(&mut robust::<f32>()), Err(RestoreError::Damaged));
+    let none = stereo_selfcal::Calibrator::<f32, 16>::new(stereo_selfcal::Config::robust());
+    assert_eq!(kept.0.save(&none, core::time::Duration::ZERO), Err(StoreError::NoCameras));
 }

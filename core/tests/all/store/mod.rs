@@ -1,12 +1,63 @@
-//! Flash store through its public API, under loss of power and bit rot.
+//! The store through its public API, under loss of power and faults of the flash.
 
 mod cuts;
 mod faults;
-mod faulty;
-mod garbage;
-mod limits;
-mod model;
-mod persistence;
 mod policy;
-mod rig;
-mod rot;
+
+use crate::api::presets::robust;
+use crate::record::Record;
+use embedded_storage::nor_flash::NorFlash;
+use std::fmt::Debug;
+use stereo_selfcal::FactoryCalibration;
+use stereo_selfcal::store::{SavePolicy, Store};
+
+const CRC_32: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+
+/// The store of a rig, with payloads that are told apart by a number.
+pub(crate) struct Kept<F>(pub(crate) Store<F, f32>);
+
+impl<F: NorFlash<Error: Debug>> Kept<F> {
+    /// In the first half of the flash the factory calibration, in the other the state.
+    pub(crate) fn open(flash: F) -> Self {
+        let end = u32::try_from(flash.capacity()).unwrap();
+        let (factory, state) = (0..end / 2, end / 2..end);
+        Self(Store::open(flash, factory, state, SavePolicy::default()).unwrap())
+    }
+
+    /// Whether it was saved.
+    pub(crate) fn save_factory(&mut self, number: u16) -> bool {
+        let baseline_m = Some(1.0 + f32::from(number));
+        let made = robust().factory_calibration().unwrap();
+        self.0.save_factory(&FactoryCalibration { baseline_m, ..made }).is_ok()
+    }
+
+    pub(crate) fn factory(&mut self) -> Option<u16> {
+        let found = self.0.load_factory().ok()??;
+        found.baseline_m.map(|metres| (metres - 1.0) as u16)
+    }
+
+    /// Whether it was saved: a state with this generation.
+    pub(crate) fn save(&mut self, number: u32) -> bool {
+        let mut calibrator = robust::<f32>();
+        calibrator.restore(&numbered(number)).unwrap();
+        self.0.save(&calibrator, core::time::Duration::ZERO).is_ok()
+    }
+
+    /// The generation that is found.
+    pub(crate) fn state(&mut self) -> Option<u32> {
+        let mut calibrator = robust::<f32>();
+        self.0.resume(&mut calibrator).ok()?.then(|| calibrator.generation())
+    }
+}
+
+/// A record of a calibrator without an estimate.
+fn numbered(number: u32) -> Record {
+    static FRESH: std::sync::LazyLock<Record> =
+        std::sync::LazyLock::new(|| robust::<f32>().snapshot().unwrap());
+    let mut record = *FRESH;
+    record[12..16].copy_from_slice(&number.to_le_bytes());
+    let body = record.len() - 4;
+    let sum = CRC_32.checksum(&record[..body]);
+    record[body..].copy_from_slice(&sum.to_le_bytes());
+    record
+}

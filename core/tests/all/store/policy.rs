@@ -1,164 +1,220 @@
-//! Wear under clocks that are wrong and controllers that are reset.
+//! When the policy says to save, and when not.
 
 use core::time::Duration;
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use stereo_selfcal::store::{Persistence, SavePolicy, SaveReason};
-use stereo_selfcal::{Calibrator, Config, State};
+use crate::api::disturbed::garbage;
+use crate::api::presets::robust;
+use crate::api::scene::{correspondences, rig, take};
+use crate::store::Kept;
+use stereo_selfcal::store::{SavePolicy, SaveReason};
+use stereo_selfcal::{Calibrator, State};
 use test_support::flash::Flash;
 
-use crate::api::scene::{cameras, correspondences, rig, take};
-use crate::store::rig::open;
+const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
+const KNOCKED: [f64; 3] = [1.5, -0.5, 0.8];
 
-type Nor = Flash<8, 8192>;
-type Controller = Calibrator<f32, 256>;
+type Rig = Calibrator<f32, 256>;
 
-/// Shortest interval of the default policy, s: also the least number of pairs between two saves.
-const INTERVAL: u64 = 600;
+fn feed(calibrator: &mut Rig, rotation: [f64; 3], seeds: core::ops::Range<u64>) {
+    let truth = rig(rotation, [0.5, -0.4]);
+    for seed in seeds {
+        let _ = take(calibrator, &correspondences(&truth, 250, 0.5, seed));
+    }
+}
 
-fn new() -> Box<Controller> {
-    let mut calibrator = Box::new(Controller::new(Config::robust()));
-    calibrator.set_cameras(cameras());
+fn locked() -> Rig {
+    let mut calibrator = robust();
+    feed(&mut calibrator, ROTATION, 0..6);
+    assert_eq!(calibrator.state(), State::Locked);
     calibrator
 }
 
-fn feed(calibrator: &mut Controller, pairs: core::ops::Range<u64>) {
-    let truth = rig([1.0, -0.5, 0.8], [0.5, -0.4]);
-    for pair in pairs {
-        let _ = take(calibrator, &correspondences(&truth, 250, 0.5, pair));
-    }
+fn seconds(s: u64) -> Duration {
+    Duration::from_secs(s)
 }
 
-/// A locked calibrator with news for every save, and whether its estimate is applied.
-struct Restless(Box<Controller>, bool);
-
-impl Restless {
-    fn new() -> Self {
-        let mut calibrator = new();
-        feed(&mut calibrator, 0..6);
-        assert_eq!(calibrator.state(), State::Locked);
-        Self(calibrator, false)
-    }
-
-    fn change(&mut self) {
-        let changed = if self.1 { self.0.undo() } else { self.0.apply() };
-        changed.unwrap();
-        self.1 = !self.1;
-    }
+/// At most every 100 s.
+fn policy() -> SavePolicy<f32> {
+    SavePolicy::new(seconds(100))
 }
 
-/// Numbers of the pairs that were saved, of `pairs` at 20 Hz with this clock.
-fn saved(pairs: u64, mut clock: impl FnMut(u64) -> Duration) -> Vec<u64> {
-    let mut policy = SavePolicy::<f32>::new();
-    let mut calibrator = Restless::new();
-    let mut saved = Vec::new();
-    for pair in 0..pairs {
-        let now = clock(pair);
-        if policy.due(&calibrator.0, now).is_some() {
-            policy.saved(&calibrator.0, now);
-            saved.push(pair);
-            calibrator.change();
-        }
-    }
-    saved
-}
-
-fn at_20_hz(pair: u64) -> Duration {
-    Duration::from_millis(50 * pair)
+/// Reason to save at a time, after a pair in every second from another time on; none before.
+fn due_after(
+    policy: &mut SavePolicy<f32>,
+    calibrator: &Rig,
+    from: u64,
+    to: u64,
+) -> Option<SaveReason> {
+    assert!((from..to).all(|s| policy.due(calibrator, seconds(s)).is_none()));
+    policy.due(calibrator, seconds(to))
 }
 
 #[test]
-fn a_right_clock_permits_a_save_in_an_interval() {
-    let pairs = saved(20 * INTERVAL * 5 + 1, at_20_hz);
-    assert_eq!(pairs, (0..=5).map(|n| n * 20 * INTERVAL).collect::<Vec<_>>());
+fn the_first_lock_is_saved_at_once_and_nothing_before() {
+    let mut policy = policy();
+    let mut calibrator = robust();
+    assert_eq!(policy.due(&calibrator, seconds(5000)), None);
+    feed(&mut calibrator, ROTATION, 0..1);
+    assert_eq!(policy.due(&calibrator, seconds(6000)), None);
+    assert_eq!(policy.due(&locked(), seconds(6001)), Some(SaveReason::Locked));
 }
 
 #[test]
-fn a_clock_that_alternates_between_two_origins_permits_one_save() {
-    for apart in [100, 1_000, 10_000, 600_000, 3_600_000, 1_000_000_000] {
-        let clock = |pair| at_20_hz(pair) + Duration::from_millis(apart) * (pair as u32 % 2);
-        let pairs = saved(100_000, clock);
-        // 100,000 pairs take 5000 s.
-        assert!(pairs.len() <= 1 + 5_000 / INTERVAL as usize, "{apart} ms: {pairs:?}");
-    }
+fn a_save_that_failed_is_due_again_after_the_interval() {
+    let mut policy = policy();
+    let calibrator = locked();
+    assert_eq!(policy.due(&calibrator, seconds(7)), Some(SaveReason::Locked));
+    assert_eq!(due_after(&mut policy, &calibrator, 8, 107), Some(SaveReason::Locked));
+    policy.saved(&calibrator, seconds(108));
+    assert_eq!(due_after(&mut policy, &calibrator, 109, 9000), None, "nothing is new");
+}
+
+#[test]
+fn other_extrinsics_in_use_are_saved() {
+    let mut policy = policy();
+    let mut calibrator = locked();
+    policy.saved(&calibrator, seconds(0));
+    calibrator.apply().unwrap();
+    assert_eq!(due_after(&mut policy, &calibrator, 1, 100), Some(SaveReason::InUse));
+    policy.saved(&calibrator, seconds(100));
+    calibrator.reset();
+    assert_eq!(due_after(&mut policy, &calibrator, 101, 200), Some(SaveReason::InUse));
+}
+
+#[test]
+fn an_estimate_that_moved_is_saved_once_it_is_locked_again() {
+    let mut policy = policy();
+    let mut calibrator = locked();
+    policy.saved(&calibrator, seconds(0));
+    feed(&mut calibrator, KNOCKED, 10..11);
+    assert_eq!(calibrator.state(), State::Suspect);
+    assert_eq!(due_after(&mut policy, &calibrator, 1, 5000), None);
+    feed(&mut calibrator, KNOCKED, 11..16);
+    assert_eq!(calibrator.state(), State::Locked);
+    assert_eq!(policy.due(&calibrator, seconds(5000)), Some(SaveReason::Moved));
+    policy.saved(&calibrator, seconds(5000));
+    assert_eq!(due_after(&mut policy, &calibrator, 5001, 9000), None);
+}
+
+#[test]
+fn what_was_saved_unlocked_is_saved_again_with_the_lock() {
+    let mut policy = policy();
+    let mut calibrator = robust();
+    policy.saved(&calibrator, seconds(0));
+    feed(&mut calibrator, ROTATION, 0..6);
+    assert_eq!(due_after(&mut policy, &calibrator, 1, 100), Some(SaveReason::Locked));
+}
+
+#[test]
+fn little_news_wait_for_thirty_six_intervals() {
+    let mut policy = policy();
+    let mut calibrator = locked();
+    feed(&mut calibrator, ROTATION, 20..60);
+    policy.saved(&calibrator, seconds(50));
+    feed(&mut calibrator, ROTATION, 60..61);
+    assert_eq!(due_after(&mut policy, &calibrator, 51, 3650), Some(SaveReason::Overdue));
+}
+
+#[test]
+fn after_a_restart_the_first_save_waits_and_a_confirmation_is_no_reason() {
+    let mut policy = policy();
+    let mut calibrator = locked();
+    feed(&mut calibrator, ROTATION, 20..60);
+    calibrator.restore(&calibrator.snapshot().unwrap()).unwrap();
+    policy.restarted(&calibrator);
+    feed(&mut calibrator, ROTATION, 60..63);
+    assert_eq!(calibrator.state(), State::Locked);
+    assert_eq!(due_after(&mut policy, &calibrator, 1, 3000), None);
+    calibrator.apply().unwrap();
+    assert_eq!(due_after(&mut policy, &calibrator, 3001, 3001), Some(SaveReason::InUse));
+    assert_eq!(policy.due(&calibrator, seconds(3002)), None);
 }
 
 #[test]
 fn no_clock_permits_two_saves_in_fewer_pairs_than_the_interval_has_seconds() {
-    let mut random = ChaCha8Rng::seed_from_u64(1);
-    let mut clocks: [Box<dyn FnMut(u64) -> Duration>; 6] = [
-        Box::new(|_| Duration::from_secs(5)),
-        Box::new(|pair| Duration::from_secs(pair * 3600)),
-        Box::new(|pair| Duration::from_secs(pair % 100 * 1_000_000)),
-        Box::new(|pair| if pair % 3 == 2 { Duration::ZERO } else { Duration::from_secs(pair) }),
-        Box::new(|pair| if pair % 2 == 0 { Duration::MAX } else { Duration::ZERO }),
-        Box::new(move |_| Duration::new(random.random(), 0)),
+    let clocks: [fn(u64) -> Duration; 5] = [
+        |pair| seconds(pair * 3600),
+        |pair| seconds(pair % 100 * 1_000_000),
+        |pair| if pair % 3 == 2 { Duration::ZERO } else { seconds(pair) },
+        |pair| if pair % 2 == 0 { Duration::MAX } else { Duration::ZERO },
+        // Wraps, as a 32-bit counter of microseconds.
+        |pair| Duration::from_micros(u64::from((50_000_000 * pair) as u32)),
     ];
-    for (number, clock) in clocks.iter_mut().enumerate() {
-        let pairs = saved(20_000, clock);
-        assert!(pairs.is_sorted_by(|a, b| b - a >= INTERVAL), "clock {number}: {pairs:?}");
-        println!("clock {number}: {} saves in 20,000 pairs", pairs.len());
+    for (number, clock) in clocks.into_iter().enumerate() {
+        let (mut policy, mut calibrator, mut due) = (policy(), locked(), Vec::new());
+        for pair in 0..2000 {
+            if policy.due(&calibrator, clock(pair)).is_some() {
+                policy.saved(&calibrator, clock(pair));
+                due.push(pair);
+                let _ = calibrator.apply().and(if due.len() % 2 == 0 {
+                    calibrator.undo()
+                } else {
+                    calibrator.apply()
+                });
+            }
+        }
+        assert!(due.is_sorted_by(|a, b| b - a >= 100), "clock {number}: {due:?}");
     }
-}
-
-#[test]
-fn a_clock_that_is_set_back_delays_the_next_save_by_a_pair() {
-    // Wraps every 71.6 minutes, as a 32-bit counter of microseconds.
-    let clock = |pair| Duration::from_micros(u64::from((50_000 * pair) as u32));
-    let pairs = saved(20 * INTERVAL * 30, clock);
-    assert!(pairs.len() >= 29, "{pairs:?}");
-}
-
-/// Boots, takes `pairs` pairs at 20 Hz, and is reset; the flash, and the number of saves.
-fn boot(flash: Nor, seed: u64, pairs: u64, restore: bool) -> (Nor, usize) {
-    let mut buffer = vec![0; Controller::SNAPSHOT_BYTES];
-    let mut persistence = Persistence::new(open(flash, 1), SavePolicy::new());
-    let mut calibrator = new();
-    if restore {
-        let _ = persistence.resume(&mut calibrator, &mut buffer).unwrap();
-    }
-    let mut saves = 0;
-    for pair in 0..pairs {
-        // Each start learns something else, and applies it.
-        let truth = rig([1.0 + 0.4 * seed as f64, -0.5, 0.8], [0.5, -0.4]);
-        let _ = take(&mut calibrator, &correspondences(&truth, 250, 0.5, 100 * seed + pair));
-        let _ = calibrator.apply();
-        saves += usize::from(
-            persistence.save_if_due(&calibrator, at_20_hz(pair), &mut buffer).unwrap().is_some(),
-        );
-    }
-    (persistence.release().close(), saves)
 }
 
 #[test]
 fn a_controller_that_is_reset_again_and_again_saves_once() {
-    for restore in [true, false] {
-        let mut flash = Nor::new(3, 1);
-        let mut saves = Vec::new();
-        for start in 0..20 {
-            let saved;
-            (flash, saved) = boot(flash, start, 16, restore);
-            saves.push(saved);
+    let mut flash = Flash::<8, 1024>::of(vec![0xff; 4096], 1);
+    let mut saves = Vec::new();
+    for start in 0..8 {
+        let mut store = Kept::open(flash).0;
+        let mut calibrator = robust();
+        let _ = store.resume(&mut calibrator);
+        for pair in 0..8 {
+            // Each start learns something else, and applies it.
+            feed(&mut calibrator, [1.0 + 0.4 * start as f64, -0.5, 0.8], pair..pair + 1);
+            let _ = calibrator.apply();
+            saves.extend(store.save_if_due(&calibrator, seconds(pair)).unwrap());
         }
-        assert_eq!((saves[0], saves.iter().sum::<usize>()), (1, 1), "{saves:?}");
+        flash = store.close();
     }
+    assert_eq!(saves, [SaveReason::Locked]);
 }
 
 #[test]
-fn what_was_restored_and_only_confirmed_waits_for_the_longest_interval() {
-    let mut buffer = vec![0; Controller::SNAPSHOT_BYTES];
-    let mut first = new();
-    feed(&mut first, 0..60);
-    let record = first.snapshot(&mut buffer).unwrap();
-    let mut calibrator = new();
-    calibrator.restore(record).unwrap();
-    let mut policy = SavePolicy::<f32>::new();
-    policy.restored(&calibrator);
-    assert_eq!(calibrator.state(), State::Suspect);
-    feed(&mut calibrator, 60..63);
-    assert_eq!(calibrator.state(), State::Locked);
-    let due = (0..8 * 3600)
-        .find_map(|s| policy.due(&calibrator, Duration::from_secs(s)).map(|reason| (s, reason)));
-    assert_eq!(due, Some((6 * 3600, SaveReason::Overdue)));
+fn however_often_it_is_asked_and_whatever_changes_it_is_due_once_an_interval() {
+    let mut policy = policy();
+    let mut calibrator = locked();
+    let mut due = Vec::new();
+    for second in 0..1000 {
+        let changed = if second % 2 == 0 { calibrator.apply() } else { calibrator.undo() };
+        changed.unwrap();
+        if policy.due(&calibrator, seconds(second)).is_some() {
+            due.push(second);
+            if second % 3 == 0 {
+                policy.saved(&calibrator, seconds(second));
+            }
+        }
+    }
+    assert!(due.len() > 5 && due.is_sorted_by(|a, b| b - a >= 100), "{due:?}");
+}
+
+#[test]
+fn a_clock_that_stands_still_or_goes_back_permits_no_more_saves() {
+    let mut policy = policy();
+    let mut calibrator = locked();
+    assert_eq!(policy.due(&calibrator, seconds(5000)), Some(SaveReason::Locked));
+    assert!((0..1000).all(|_| policy.due(&calibrator, seconds(5000)).is_none()));
+    policy.saved(&calibrator, seconds(5000));
+    calibrator.apply().unwrap();
+    // Back, and from there on as ever.
+    assert_eq!(due_after(&mut policy, &calibrator, 10, 110), Some(SaveReason::InUse));
+    // As far ahead as there is: one pair.
+    assert_eq!(policy.due(&calibrator, Duration::MAX), None);
+    assert!((0..1000).all(|_| policy.due(&calibrator, Duration::MAX).is_none()));
+}
+
+#[test]
+fn noise_alone_is_never_saved() {
+    let mut policy = policy();
+    let mut calibrator = robust::<f32>();
+    for seed in 0..20 {
+        let _ = take(&mut calibrator, &garbage(250, seed));
+        assert_eq!(policy.due(&calibrator, seconds(seed * 10_000)), None);
+    }
 }

@@ -4,7 +4,7 @@ use stereo_selfcal::link::{Decoder, FrameRefusal, FrameSink, Received};
 use stereo_selfcal::{
     ApplyError, Calibration, Calibrator, Cameras, Config, Correspondence, Extrinsics, Fused,
     Health, PairError, PairReport, Proposal, PushError, Pushed, RectifiedCamera, RectifyError,
-    RectifyingRotations, Refusal, RestoreError, Scalar, SnapshotError,
+    RectifyingRotations, Refusal, RestoreError, Scalar,
 };
 
 use crate::lens;
@@ -14,8 +14,8 @@ pub(crate) const CAPACITY: usize = 256;
 
 pub(crate) type CalibratorOf<T> = Calibrator<T, CAPACITY>;
 
-/// Size of a snapshot in either scalar, bytes.
-pub(crate) const SNAPSHOT_BYTES: usize = CalibratorOf::<f64>::SNAPSHOT_BYTES;
+/// Size of a snapshot, bytes.
+pub(crate) const SNAPSHOT_BYTES: usize = CalibratorOf::<f32>::SNAPSHOT_BYTES;
 
 /// A calibrator with pinhole cameras, before its first pair.
 pub(crate) fn fresh<T: Scalar>(config: Config) -> CalibratorOf<T> {
@@ -110,9 +110,8 @@ pub(crate) fn rectified_camera<T: Scalar>(
 #[inline(never)]
 pub(crate) fn snapshot<T: Scalar>(
     calibrator: &CalibratorOf<T>,
-    buffer: &mut [u8],
-) -> Result<usize, SnapshotError> {
-    calibrator.snapshot(buffer).map(<[u8]>::len)
+) -> Option<[u8; SNAPSHOT_BYTES]> {
+    calibrator.snapshot()
 }
 
 #[inline(never)]

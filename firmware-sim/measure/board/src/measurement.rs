@@ -4,7 +4,7 @@ use cortex_m_semihosting::debug::{self, EXIT_SUCCESS};
 use stereo_selfcal::link::MatchRecord;
 use stereo_selfcal::{Config, Correspondence, Extrinsics, Scalar, State};
 
-use crate::calls::{self, CAPACITY, CalibratorOf, SNAPSHOT_BYTES, fresh};
+use crate::calls::{self, CAPACITY, CalibratorOf, fresh};
 use crate::frame::{self, Damaged};
 use crate::lens;
 use crate::pair::{self, Calls, PairCost};
@@ -285,11 +285,10 @@ fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static s
     let extrinsics: Extrinsics<T> = *calibrator.in_use();
     let (rotations, of_rotations) = probe.run(|| calls::rotations(&extrinsics));
     let rectified = probe.run(|| calls::rectified_camera(&lens::distorted(), &rotations)).1;
-    let mut buffer = [0; SNAPSHOT_BYTES];
-    let (length, snapshot) = probe.run(|| calls::snapshot(&calibrator, &mut buffer));
-    let record = buffer.get(..length.unwrap_or_default()).unwrap_or_default();
+    let (record, snapshot) = probe.run(|| calls::snapshot(&calibrator));
+    let record = record.expect("a locked calibrator has cameras");
     let mut other = fresh::<T>(Config::robust());
-    let (restored, restore) = probe.run(|| calls::restore(&mut other, record));
+    let (restored, restore) = probe.run(|| calls::restore(&mut other, &record));
     assert!(restored.is_ok(), "the record was just written");
     let [open, save_if_due, save, resume] = store::measure(probe, &calibrator);
     let undo = probe.run(|| calls::undo(&mut calibrator)).1;

@@ -3,14 +3,14 @@
 use core::time::Duration;
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-use stereo_selfcal::store::{Persistence, SavePolicy, Store};
-use stereo_selfcal::{Config, FactoryCalibration, Scalar};
+use stereo_selfcal::store::{SavePolicy, Store};
+use stereo_selfcal::{Config, Scalar};
 
-use crate::calls::{CalibratorOf, SNAPSHOT_BYTES, fresh};
+use crate::calls::{CalibratorOf, fresh};
 use crate::probe::{Probe, Sample};
 
-/// A page holds four records in `f32`, two in `f64`.
-const PAGE: usize = 20 * 1024;
+/// A page holds five records.
+const PAGE: usize = 2048;
 const PAGES: usize = 2;
 
 /// Enough to fill every page, and to begin the first one again.
@@ -59,21 +59,13 @@ impl NorFlash for RamFlash<'_> {
     }
 }
 
-type Kept<'a, T> = Persistence<RamFlash<'a>, T>;
+type Kept<'a, T> = Store<RamFlash<'a>, T>;
 
 #[inline(never)]
-fn open(flash: RamFlash<'_>) -> Option<Store<RamFlash<'_>>> {
-    let page = u32::try_from(PAGE).ok()?;
-    Store::open(flash, 0..u32::try_from(PAGE * PAGES).ok()?, page).ok()
-}
-
-#[inline(never)]
-fn save_factory<T: Scalar>(
-    kept: &mut Kept<'_, T>,
-    factory: &FactoryCalibration<T>,
-    buffer: &mut [u8],
-) -> bool {
-    kept.save_factory(factory, buffer).is_ok()
+fn open<T: Scalar>(flash: RamFlash<'_>) -> Option<Kept<'_, T>> {
+    let [middle, end] = [PAGES * PAGE, 2 * PAGES * PAGE].map(u32::try_from);
+    let (middle, end) = (middle.ok()?, end.ok()?);
+    Store::open(flash, 0..middle, middle..end, SavePolicy::default()).ok()
 }
 
 #[inline(never)]
@@ -81,58 +73,45 @@ fn save<T: Scalar>(
     kept: &mut Kept<'_, T>,
     calibrator: &CalibratorOf<T>,
     now: Duration,
-    buffer: &mut [u8],
 ) -> bool {
-    kept.save(calibrator, now, buffer).is_ok()
+    kept.save(calibrator, now).is_ok()
 }
 
 #[inline(never)]
-fn save_if_due<T: Scalar>(
-    kept: &mut Kept<'_, T>,
-    calibrator: &CalibratorOf<T>,
-    buffer: &mut [u8],
-) -> bool {
-    kept.save_if_due(calibrator, Duration::ZERO, buffer).is_ok_and(|reason| reason.is_some())
+fn save_if_due<T: Scalar>(kept: &mut Kept<'_, T>, calibrator: &CalibratorOf<T>) -> bool {
+    kept.save_if_due(calibrator, Duration::ZERO).is_ok_and(|reason| reason.is_some())
 }
 
 #[inline(never)]
-fn resume<T: Scalar>(
-    kept: &mut Kept<'_, T>,
-    calibrator: &mut CalibratorOf<T>,
-    buffer: &mut [u8],
-) -> bool {
-    kept.resume(calibrator, buffer).is_ok_and(|found| found)
+fn resume<T: Scalar>(kept: &mut Kept<'_, T>, calibrator: &mut CalibratorOf<T>) -> bool {
+    kept.resume(calibrator).is_ok_and(|found| found)
 }
 
 /// Measures the calls of the store, the driver of a flash in RAM included: `Store::open`, `save_if_due` of a locked
-/// calibrator, `save` at most, until both pages were full, and `resume`.
+/// calibrator, `save` at most, until both pages of the state were full, and `resume`.
 ///
 /// # Panics
 /// If a record is not saved or not found again.
 #[expect(clippy::large_stack_arrays, reason = "there is no heap to put them on")]
 pub(crate) fn measure<T: Scalar>(probe: &Probe, calibrator: &CalibratorOf<T>) -> [Sample; 4] {
-    let mut buffer = [0; SNAPSHOT_BYTES];
-    let mut bytes = [0xff; PAGE * PAGES];
-    let blank = RamFlash(&mut bytes);
-    let mut kept = Kept::new(open(blank).expect("it has pages"), SavePolicy::new());
-    let cameras = *calibrator.cameras().expect("a locked calibrator has cameras");
-    let factory = FactoryCalibration { cameras, extrinsics: *calibrator.factory() };
-    assert!(save_factory(&mut kept, &factory, &mut buffer), "it takes records");
-    let (saved, if_due) = probe.run(|| save_if_due(&mut kept, calibrator, &mut buffer));
+    let mut bytes = [0xff; 2 * PAGES * PAGE];
+    let mut kept = open(RamFlash(&mut bytes)).expect("it has pages");
+    let factory = calibrator.factory_calibration().expect("a locked calibrator has cameras");
+    assert!(kept.save_factory(&factory).is_ok(), "it takes records");
+    let (saved, if_due) = probe.run(|| save_if_due(&mut kept, calibrator));
     assert!(saved, "the first save of a locked calibrator is due");
     let mut of_save = Sample::default();
     for second in 1..=SAVES {
         let now = Duration::from_secs(second);
-        let (saved, sample) = probe.run(|| save(&mut kept, calibrator, now, &mut buffer));
+        let (saved, sample) = probe.run(|| save(&mut kept, calibrator, now));
         assert!(saved, "it takes records");
         of_save = of_save.max(sample);
     }
-    assert!(kept.store().wear().erasures > 2, "both pages were full");
-    let flash = kept.release().close();
+    let flash = kept.close();
     let (store, of_open) = probe.run(|| open(flash));
-    let mut kept = Kept::new(store.expect("it has pages"), SavePolicy::new());
+    let mut kept: Kept<'_, T> = store.expect("it has pages");
     let mut other = fresh::<T>(Config::robust());
-    let (found, of_resume) = probe.run(|| resume(&mut kept, &mut other, &mut buffer));
+    let (found, of_resume) = probe.run(|| resume(&mut kept, &mut other));
     assert!(found, "the record was saved");
     [of_open, if_due, of_save, of_resume]
 }

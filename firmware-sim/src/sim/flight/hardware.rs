@@ -11,18 +11,18 @@ use host_tests::wire::{Faults, FaultyWire, Sender};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::link::FpgaMatcher;
-use stereo_selfcal::store::{Persistence, SavePolicy, Store};
+use stereo_selfcal::store::{SavePolicy, Store};
 use test_support::flash::{Fault, Flash, TEARS};
 use test_support::wire::{DataReady, Wire};
 
 use super::super::polling::driver;
 
-/// Page size and word size of the NOR flash, bytes. It has two pages.
+/// Page size and word size of the NOR flash, bytes. It has two pages for the factory calibration and two for the state.
 const PAGE: usize = 8192;
 const WORD: usize = 8;
 
 /// Largest number of writes and erasures before the power is lost: as long as a save.
-const LAST_WORDS: u32 = 400;
+const LAST_WORDS: u32 = 60;
 
 /// Time between two pairs.
 const PERIOD: Duration = Duration::from_millis(50);
@@ -80,7 +80,7 @@ impl Hardware {
     ///
     /// * `seed`: of the faults.
     pub(super) fn new(profile: Profile, sender: Sender, seed: u64) -> Self {
-        let flash = Flash::of(vec![0xff; 2 * PAGE], seed);
+        let flash = Flash::of(vec![0xff; 4 * PAGE], seed);
         Self {
             profile,
             sender,
@@ -97,17 +97,22 @@ impl Hardware {
         driver(&self.wire)
     }
 
-    /// The controller's persistence, on the simulated flash.
+    /// The controller's store, in the simulated flash.
     ///
     /// # Errors
     /// If the store cannot be opened, which its dimensions exclude.
-    pub(super) fn persistence(&self) -> Result<Persistence<SharedFlash, f32>> {
-        let [end, page] = [2 * PAGE, PAGE].map(u32::try_from);
-        let store = Store::open(self.flash.clone(), 0..end?, page?);
-        let store = store.map_err(|error| anyhow!("flash: {error}"))?;
-        // Shorter intervals than in the field, since flights are short.
-        let policy = SavePolicy::new().with_shortest_interval(Duration::from_secs(1))?;
-        Ok(Persistence::new(store, policy.with_longest_interval(Duration::from_secs(5))?))
+    pub(super) fn store(&self) -> Result<Store<SharedFlash, f32>> {
+        let [middle, end] = [2 * PAGE, 4 * PAGE].map(u32::try_from);
+        let (middle, end) = (middle?, end?);
+        // A shorter interval than in the field, since flights are short.
+        let policy = SavePolicy::new(Duration::from_secs(1));
+        let store = Store::open(self.flash.clone(), 0..middle, middle..end, policy);
+        store.map_err(|error| anyhow!("flash: {error}"))
+    }
+
+    /// Erasures of the flash.
+    pub(super) fn erasures(&self) -> u32 {
+        self.flash.0.borrow().erased.iter().sum()
     }
 
     /// Time since take-off.

@@ -3,9 +3,9 @@
 use std::fmt;
 
 use host_tests::wire::counted;
-use stereo_selfcal::State;
 use stereo_selfcal::link::Counters;
-use stereo_selfcal::store::{PersistError, ResumeError, SaveReason, Wear};
+use stereo_selfcal::store::{SaveReason, StoreError};
+use stereo_selfcal::{RestoreError, State};
 
 /// Counts over all starts of the controller.
 #[derive(Debug, Default)]
@@ -26,11 +26,7 @@ pub(super) struct IoStats {
 
 impl IoStats {
     /// Counts a start. Returns whether it follows a loss of power.
-    pub(super) fn start<E: fmt::Debug>(
-        &mut self,
-        resumed: &Result<bool, ResumeError<E>>,
-        state: State,
-    ) -> bool {
+    pub(super) fn start(&mut self, resumed: Result<bool, RestoreError>, state: State) -> bool {
         self.starts += 1;
         let restored = matches!(resumed, Ok(true));
         self.resumed += u32::from(restored);
@@ -41,7 +37,7 @@ impl IoStats {
     /// Counts the save after a pair.
     pub(super) fn note<E: fmt::Debug>(
         &mut self,
-        kept: &Result<Option<SaveReason>, PersistError<E>>,
+        kept: &Result<Option<SaveReason>, StoreError<E>>,
         state: State,
     ) {
         self.saves += u32::from(matches!(kept, Ok(Some(_))));
@@ -56,9 +52,9 @@ impl IoStats {
     }
 
     /// Adds the counts of link and flash at a loss of power, or at the end.
-    pub(super) fn end(&mut self, link: &Counters, wear: Wear) {
+    pub(super) fn end(&mut self, link: &Counters, erasures: u32) {
         self.links.push(*link);
-        self.erasures = wear.erasures;
+        self.erasures = erasures;
     }
 
     /// Sum of the counts of all starts.

@@ -6,8 +6,7 @@ use anyhow::Result;
 use firmware_sim::Controller;
 use host_tests::run::Verdict;
 use host_tests::synth::Scenario;
-use stereo_selfcal::store::ResumeError;
-use stereo_selfcal::{Arming, Band, Doubt, Fused, Health, State};
+use stereo_selfcal::{Arming, Band, Doubt, Fused, Health, RestoreError, State};
 
 use super::super::args::FlightArgs;
 use super::super::labels;
@@ -62,9 +61,9 @@ pub(super) fn power_lost(out: &mut impl Write, pair: u32, in_a_save: bool) -> Re
 }
 
 /// Prints the restart after a loss of power.
-pub(super) fn resumed<E: std::fmt::Debug>(
+pub(super) fn resumed(
     out: &mut impl Write,
-    resumed: &Result<bool, ResumeError<E>>,
+    resumed: Result<bool, RestoreError>,
     calibrator: &Controller,
 ) -> Result<()> {
     let pairs = calibrator.proposal().map_or(0, |p| p.pairs);

@@ -88,16 +88,15 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
     let mut hardware = Hardware::new(profile, sender, args.seed);
     let mut log = Log::new(args.baseline);
     let mut result = FlightResult::default();
-    let mut buffer = [0; Controller::SNAPSHOT_BYTES];
     let bar = progress::over(scenario.pairs, "pairs");
     let mut pairs = (0_u32..).zip(scenario.frames(args.seed)?).zip(calm).peekable();
     while pairs.peek().is_some() {
         // One start of the controller, until the power is lost.
         let mut calibrator = Box::new(firmware_sim::start_automatic(cameras(scenario)?));
-        let mut persistence = hardware.persistence()?;
-        let resumed = persistence.resume(&mut calibrator, &mut buffer);
-        if result.io_stats.start(&resumed, calibrator.state()) {
-            bar.suspend(|| log::resumed(out, &resumed, &calibrator))?;
+        let mut store = hardware.store()?;
+        let resumed = store.resume(&mut calibrator);
+        if result.io_stats.start(resumed, calibrator.state()) {
+            bar.suspend(|| log::resumed(out, resumed, &calibrator))?;
         }
         let mut app = App::new(hardware.driver(), &mut calibrator);
         for ((sequence, frame), calm) in pairs.by_ref() {
@@ -118,8 +117,8 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
             let (power, now) = (hardware.power(), Hardware::now(sequence));
             let kept = match power {
                 // A controller that detects the failing supply saves at once.
-                Power::Failing => persistence.save(calibrator, now, &mut buffer).map(|()| None),
-                _ => persistence.save_if_due(calibrator, now, &mut buffer),
+                Power::Failing => store.save(calibrator, now).map(|()| None),
+                _ => store.save_if_due(calibrator, now),
             };
             result.io_stats.note(&kept, calibrator.state());
             if power != Power::On {
@@ -128,7 +127,7 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
             }
         }
         result.generation = app.calibrator().generation();
-        result.io_stats.end(app.counters(), persistence.store().wear());
+        result.io_stats.end(app.counters(), hardware.erasures());
         hardware.power_on();
     }
     bar.finish_and_clear();

@@ -217,6 +217,6 @@ fn sizes_are_those_of_the_types() {
         "{calibrator}"
     );
     let record = bytes(Calibrator::<f32, 256>::SNAPSHOT_BYTES);
-    let factory = bytes(FactoryCalibration::<f32>::MAX_BYTES);
+    let factory = bytes(FactoryCalibration::<f32>::BYTES);
     assert!(EVIDENCE.contains(&format!("| {record} bytes; {factory} |")), "{record}, {factory}");
 }

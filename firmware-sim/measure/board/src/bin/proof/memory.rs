@@ -2,29 +2,20 @@
 
 use core::hint::black_box;
 
-use stereo_selfcal::{Calibrator, Cameras, FactoryCalibration};
+use stereo_selfcal::{Calibrator, FactoryCalibration};
 
-use crate::{geometry, show};
-
-const ROOM: usize = Calibrator::<f32, 256>::SNAPSHOT_BYTES;
+use crate::show;
 
 pub(crate) fn all(calibrator: &mut Calibrator<f32, 256>) {
     show(calibrator.config());
     show(calibrator.factory());
-    let mut buffer = black_box([0; ROOM]);
-    let length = black_box(0);
-    show(calibrator.snapshot(buffer.get_mut(..length).unwrap_or_default()));
-    show(calibrator.restore(buffer.get(..length).unwrap_or_default()));
-    if let Some((cameras, extrinsics)) = calibrator.cameras().copied().zip(geometry::extrinsics()) {
-        factory(cameras, extrinsics);
+    let buffer = black_box([0; Calibrator::<f32, 256>::SNAPSHOT_BYTES]);
+    let record = buffer.get(..black_box(0)).unwrap_or_default();
+    show(calibrator.snapshot());
+    show(calibrator.restore(record));
+    if let Some(made) = calibrator.factory_calibration() {
+        show(made.to_record());
+        calibrator.install(&made);
     }
-}
-
-fn factory(cameras: Cameras<f32>, extrinsics: stereo_selfcal::Extrinsics<f32>) {
-    let mut buffer = black_box([0; FactoryCalibration::<f32>::MAX_BYTES]);
-    let length = black_box(0);
-    let made = FactoryCalibration { cameras, extrinsics };
-    show(made.to_record(buffer.get_mut(..length).unwrap_or_default()));
-    let record = buffer.get(..length).unwrap_or_default();
     show(FactoryCalibration::<f32>::from_record(record));
 }

@@ -5,7 +5,7 @@ use core::time::Duration;
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use stereo_selfcal::Calibrator;
-use stereo_selfcal::store::{Persistence, RecordKind, SavePolicy, Store};
+use stereo_selfcal::store::{SavePolicy, Store};
 
 use crate::show;
 
@@ -50,53 +50,29 @@ impl NorFlash for Flash {
 }
 
 pub(crate) fn all(calibrator: &mut Calibrator<f32, 256>) {
-    let range = black_box(0)..black_box(0);
-    let store = if black_box(false) { Store::open } else { Store::format };
-    if let Ok(mut store) = store(black_box(Flash), range, black_box(0)) {
-        keep(&mut store);
-        show(store.wear());
-        let mut persistence = Persistence::new(store, SavePolicy::new());
-        save_if_due(&mut persistence, calibrator);
-        show(persistence.store().wear());
-        black_box(persistence.release().close());
+    let [factory, state] = [(); 2].map(|()| black_box(0)..black_box(0));
+    let policy = if black_box(false) { SavePolicy::new(time()) } else { SavePolicy::default() };
+    if let Ok(mut store) = Store::open(black_box(Flash), factory, state, policy) {
+        if let Ok(Some(made)) = store.load_factory() {
+            show(store.save_factory(&made));
+        }
+        show(store.resume(calibrator));
+        show(store.save_if_due(calibrator, time()));
+        show(store.save(calibrator, time()));
+        black_box(store.close());
     }
-    let _ = policy(calibrator);
-}
-
-#[inline(never)]
-fn keep(store: &mut Store<Flash>) {
-    let kind = if black_box(false) { RecordKind::Factory } else { RecordKind::State };
-    let mut buffer = black_box([0; 64]);
-    let length = black_box(0);
-    show(store.load(kind, buffer.get_mut(..length).unwrap_or_default()));
-    show(store.save(kind, buffer.get(..length).unwrap_or_default()));
-    show(store.remove(kind));
-}
-
-#[inline(never)]
-fn save_if_due(persistence: &mut Persistence<Flash, f32>, calibrator: &mut Calibrator<f32, 256>) {
-    let mut buffer = black_box([0; 64]);
-    let length = black_box(0);
-    let buffer = buffer.get_mut(..length).unwrap_or_default();
-    if let Ok(Some(made)) = persistence.load_factory(buffer) {
-        show(persistence.save_factory(&made, buffer));
-    }
-    show(persistence.resume(calibrator, buffer));
-    show(persistence.save_if_due(calibrator, time(), buffer));
-    show(persistence.save(calibrator, time(), buffer));
-    show(persistence.remove());
+    policy_alone(calibrator);
 }
 
 fn time() -> Duration {
     Duration::new(black_box(0), black_box(0) % 1_000_000_000)
 }
 
-fn policy(calibrator: &Calibrator<f32, 256>) -> Result<(), stereo_selfcal::store::PolicyError> {
-    let policy = if black_box(false) { SavePolicy::new() } else { SavePolicy::default() };
-    let mut policy = policy.with_shortest_interval(time())?.with_longest_interval(time())?;
+#[inline(never)]
+fn policy_alone(calibrator: &Calibrator<f32, 256>) {
+    let mut policy = SavePolicy::new(time());
     show(policy.due(calibrator, time()));
     policy.saved(calibrator, time());
-    policy.restored(calibrator);
+    policy.restarted(calibrator);
     show(&policy);
-    Ok(())
 }

@@ -1,0 +1,144 @@
+//! Moments of a prior: an information on the extrinsics and a response to the lens, as five virtual correspondences
+//! (`ESTIMATOR.md`, section 21).
+//!
+//! In the rectified frame of the estimate the constraint has the derivatives `d_i^T k` by the unknowns, and `l^T k` by
+//! a parameter of the lens, where `k` are the twelve coordinates of a correspondence. The response `E` (5 x 12)
+//! regresses the coordinates on the unknowns: `E = H^-1 D^T M`, noise of disparities included, so `E D = I`. The sum `M' = E^T H E` has the information
+//! `D^T M' D = H` and the mixed information `D^T M' l = H E l`: the lens moves the estimate as it did with `M`.
+//!
+//! `E D = I` fixes five of the columns, and that of the residual is zero at the optimum. Six are free.
+
+use nalgebra::Vector5;
+
+use super::disparity_noise::{BaselineNoise, BiasedEquations};
+use super::moments::{COORDINATES, Moments};
+use crate::scalar::Scalar;
+
+/// Coordinates whose columns are free: `xx`, `yy`, `yz`, and the derivatives by the lens.
+const FREE: [usize; 6] = [3, 4, 8, 9, 10, 11];
+
+/// Most that an element may be, 1/rad: at this, a lens off by one part in a thousand moves the estimate by a radian.
+pub(crate) const MAX_RESPONSE: f64 = 1e3;
+
+/// Columns of `E` for the coordinates of [`FREE`], 1/rad.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Response<T>(pub(crate) [[T; 5]; 6]);
+
+impl<T: Scalar> Response<T> {
+    /// That of sums about the pose of their frame; `None` where they have no solution.
+    ///
+    /// * `prior`: information on each unknown beside the sums, 1/rad^2.
+    #[inline(never)]
+    pub(crate) fn of(sums: &Moments<T>, prior: T) -> Option<Self> {
+        let mut joint = sums.at_frame().information.0;
+        joint.add_diagonal(prior);
+        let factor = joint.factor(T::ZERO)?;
+        let most = T::lit(MAX_RESPONSE);
+        let mut response = [[T::ZERO; 5]; 6];
+        for (column, coordinate) in response.iter_mut().zip(FREE) {
+            let moved = factor.solve(&sums.by_unknowns(coordinate));
+            for (to, from) in column.iter_mut().zip(moved.iter()) {
+                *to = if from.is_finite() { from.clamp(-most, most) } else { T::ZERO };
+            }
+        }
+        Some(Self(response))
+    }
+
+    /// The column of each coordinate: `cx cy cz xx yy zz xy xz yz`, then the lens.
+    fn columns(&self) -> [[T; 5]; COORDINATES] {
+        let [xx, yy, yz, k1_l, k1_r, p1] = self.0;
+        let ([x, y, z, f, d], zero, one) = (yy, T::ZERO, T::ONE);
+        let two = one + one;
+        [
+            [zero; 5],
+            [zero, zero, zero, zero, -one],
+            [zero, zero, zero, one, zero],
+            xx,
+            yy,
+            [-one - x, -y, -z, -f, -d],
+            [zero, two, zero, -one, zero],
+            [zero, zero, two, zero, -one],
+            yz,
+            k1_l,
+            k1_r,
+            p1,
+        ]
+    }
+}
+
+impl<T: Scalar> Moments<T> {
+    /// Sums in the frame of a prior's pose.
+    ///
+    /// * `squares`: weighted sum of squared residuals.
+    #[inline(never)]
+    pub(crate) fn set_prior(
+        &mut self,
+        of: &BiasedEquations<T>,
+        response: &Response<T>,
+        squares: T,
+    ) {
+        *self = Self::ZERO;
+        let columns = response.columns();
+        let mut sums = self.products_mut().0.iter_mut();
+        for (row, column) in columns.iter().enumerate() {
+            let weighted = of.normal.information.times(&Vector5::from(*column));
+            let products = columns.iter().take(row.saturating_add(1)).zip(sums.by_ref());
+            products.for_each(|(other, sum)| *sum = weighted.dot(&Vector5::from(*other)));
+        }
+        if let Some(sum) = self.products_mut().0.first_mut() {
+            *sum = squares;
+        }
+        let BaselineNoise([forward, mixed, down]) = of.noise;
+        self.noise = [squares, down, -mixed, forward];
+        self.set_gradient(&of.normal.gradient);
+    }
+
+    /// `D^T M` of one coordinate, in the frame of the sums.
+    fn by_unknowns(&self, coordinate: usize) -> Vector5<T> {
+        let with = |other: usize| {
+            let (row, column) = (coordinate.max(other), coordinate.min(other));
+            let place = row.saturating_mul(row.saturating_add(1)) / 2;
+            self.products.0.get(place.saturating_add(column)).copied().unwrap_or(T::ZERO)
+        };
+        let [cy, cz, yy, zz, xy, xz] = [1, 2, 4, 5, 6, 7].map(with);
+        Vector5::new(-(yy + zz), (cz + xy) * T::HALF, (xz - cy) * T::HALF, cz, -cy)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::information::Information;
+    use crate::algebra::normal_equations::NormalEquations;
+    use crate::algebra::symmetric5::Symmetric5;
+    use crate::geometry::rectification::tests::pose;
+
+    fn prior() -> (BiasedEquations<f64>, Response<f64>) {
+        let mut information = Symmetric5::of_diagonal([4e9, 3e8, 2e9, 1e6, 5e5]);
+        information.add_outer(1e8, &[1.0, -0.4, 0.7, 0.02, -0.01]);
+        let gradient = Vector5::new(3.0, -2.0, 1.0, -4.0, 5.0);
+        let element = |i: u32| (f64::from(i) * 1.7).sin() * 3.0;
+        let column = |k: u32| [0, 1, 2, 3, 4].map(|i| element(5 * k + i));
+        let response = Response([0, 1, 2, 3, 4, 5].map(column));
+        let normal = NormalEquations { information: Information(information), gradient };
+        (BiasedEquations { normal, noise: BaselineNoise([3e5, -2e4, 1e5]) }, response)
+    }
+
+    #[test]
+    fn the_sums_of_a_prior_have_its_equations_its_response_and_its_squares() {
+        let ((equations, response), mut sums) = (prior(), Moments::ZERO);
+        sums.set_prior(&equations, &response, 7.0);
+        let rig = pose([0.02, -0.01, 0.03], [0.05, -0.04]);
+        for found in [sums.biased_at_frame(), sums.biased_at_pose(&rig, &rig)] {
+            let off = found.minus(&equations);
+            assert!(off.normal.information.0.0.iter().all(|x| x.abs() < 1e-4), "{off:?}");
+            assert!(off.noise.0.iter().all(|x| x.abs() < 1e-9), "{off:?}");
+            assert!(off.normal.gradient.amax() < 1e-4, "{off:?}");
+        }
+        assert!((sums.cost_at(&rig, &rig) - 7.0).abs() < 1e-9);
+        let again = Response::of(&sums, 0.0).unwrap();
+        for (a, b) in again.0.iter().flatten().zip(response.0.iter().flatten()) {
+            assert!((a - b).abs() < 1e-6, "{again:?}");
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! Calibration of a rig in production, as a record: written once, and where everything that is learnt starts from.
+
+use super::reader::Reader;
+use super::writer::{Writer, seal};
+use super::{Kind, OVERHEAD_BYTES, believe};
+use crate::batch::correspondence::Cameras;
+use crate::checksum;
+use crate::config::Config;
+use crate::error::{CameraError, RestoreError};
+use crate::geometry::camera::{Camera, Intrinsics};
+use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::lens::{Fisheye, Lens, RadialTangential};
+use crate::geometry::rational::Rational;
+use crate::scalar::Scalar;
+
+/// Bytes of a camera: focal lengths, principal point, size, lens and its coefficients, filled up with zeros.
+const CAMERA_BYTES: usize = 4 * 4 + 4 + 4 + 8 * 4;
+
+/// Bytes of both cameras and of the extrinsics.
+const RIG_BYTES: usize = 2 * CAMERA_BYTES + 12 * 4;
+
+pub(crate) const BYTES: usize = OVERHEAD_BYTES + RIG_BYTES + 2 * 4;
+
+/// Most that a focal length, a principal point or a coefficient may be.
+const MAX_NUMBER: f64 = 1e6;
+
+/// Cameras and extrinsics of a rig as it left the factory, `p_r = R p_l + t`, and how well its calibration is known.
+///
+/// ```
+/// # use stereo_selfcal::*;
+/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+/// # let intrinsics = Intrinsics { focal: [1400.0; 2], principal: [960.0, 600.0], size: [1920, 1200] };
+/// # let camera = Camera::try_new(intrinsics, Lens::Pinhole)?;
+/// # let cameras = Cameras { left: camera, right: camera };
+/// let extrinsics = Extrinsics::<f32>::SIDE_BY_SIDE;
+/// let made = FactoryCalibration { cameras, extrinsics, yaw_sd_rad: Some(8e-4), baseline_m: Some(0.12) };
+/// let record: [u8; FactoryCalibration::<f32>::BYTES] = made.to_record(); // into flash, once
+/// let found = FactoryCalibration::<f32>::from_record(&record)?; // at each start
+/// let mut calibrator = Calibrator::<f32, 256>::new(Config::robust());
+/// calibrator.install(&found);
+/// # assert_eq!(found, made);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
+pub struct FactoryCalibration<T: Scalar> {
+    /// Both cameras.
+    pub cameras: Cameras<T>,
+    /// `R`, `t` between them.
+    pub extrinsics: Extrinsics<T>,
+    /// Standard deviation of the yaw of `R`, rad, 1e-6 to 1, as [`Config::with_factory_yaw_sd_rad`]; `None`: the
+    /// extrinsics are a guess.
+    pub yaw_sd_rad: Option<f32>,
+    /// Length of the baseline, m, 1e-3 to 1e3, as [`Config::with_baseline_m`]; `None` where nobody has measured it.
+    pub baseline_m: Option<f32>,
+}
+
+impl<T: Scalar> FactoryCalibration<T> {
+    /// Length of a record: 180 bytes.
+    pub const BYTES: usize = BYTES;
+
+    /// The record. Its numbers are `f32`.
+    #[must_use]
+    pub fn to_record(&self) -> [u8; BYTES] {
+        let mut record = [0; BYTES];
+        let mut to = Writer::begin(&mut record, Kind::Factory, [0; 2]);
+        write_rig(&self.cameras, &self.extrinsics, &mut to);
+        to.numbers(&[self.yaw_sd_rad, self.baseline_m].map(Option::unwrap_or_default));
+        seal(&mut record);
+        record
+    }
+
+    /// Reads a record.
+    ///
+    /// # Errors
+    /// [`RestoreError`].
+    pub fn from_record(record: &[u8]) -> Result<Self, RestoreError> {
+        let (mut from, more) = Reader::begin(record, Kind::Factory, BYTES)?;
+        believe(more == [0; 2])?;
+        let cameras = Cameras { left: read_camera(&mut from)?, right: read_camera(&mut from)? };
+        let extrinsics = from.extrinsics()?;
+        let [yaw_sd_rad, baseline_m] = [from.number::<f32>()?, from.number()?];
+        let [yaw_sd_rad, baseline_m] = [yaw_sd_rad, baseline_m].map(|n| (n != 0.0).then_some(n));
+        let read = Self { cameras, extrinsics, yaw_sd_rad, baseline_m };
+        believe(read.configure(Config::robust()).is_some()).map(|()| read)
+    }
+
+    /// A configuration with what is known of this calibration; `None` where a number is out of its range.
+    pub(crate) fn configure(&self, config: Config) -> Option<Config> {
+        let config = match self.yaw_sd_rad {
+            Some(rad) => config.with_factory_yaw_sd_rad(rad).ok()?,
+            None => config.without_factory_yaw(),
+        };
+        match self.baseline_m {
+            Some(metres) => config.with_baseline_m(metres).ok(),
+            None => Some(config),
+        }
+    }
+}
+
+/// Changes, in all likelihood, with any number of the cameras or the extrinsics.
+pub(super) fn fingerprint<T: Scalar>(cameras: &Cameras<T>, extrinsics: &Extrinsics<T>) -> u32 {
+    let mut rig = [0; RIG_BYTES];
+    write_rig(cameras, extrinsics, &mut Writer::plain(&mut rig));
+    checksum::of(&rig)
+}
+
+fn write_rig<T: Scalar>(cameras: &Cameras<T>, extrinsics: &Extrinsics<T>, to: &mut Writer<'_>) {
+    write_camera(&cameras.left, to);
+    write_camera(&cameras.right, to);
+    to.extrinsics(extrinsics);
+}
+
+fn write_camera<T: Scalar>(camera: &Camera<T>, to: &mut Writer<'_>) {
+    let Intrinsics { focal, principal, size: [width, height] } = camera.intrinsics();
+    to.numbers(focal);
+    to.numbers(principal);
+    to.word(u32::from(*width) | u32::from(*height) << 16);
+    let mut coefficients = [T::ZERO; 8];
+    let mut fill = |of: &[T]| coefficients.iter_mut().zip(of).for_each(|(to, from)| *to = *from);
+    let lens = match camera.lens() {
+        Lens::Pinhole => 0,
+        Lens::RadialTangential(lens) => {
+            fill(&lens.coefficients());
+            1
+        }
+        Lens::Fisheye(lens) => {
+            fill(&lens.coefficients());
+            2
+        }
+        Lens::Rational(lens) => {
+            fill(&lens.coefficients());
+            3
+        }
+    };
+    to.word(lens);
+    to.numbers(&coefficients);
+}
+
+fn read_camera<T: Scalar>(from: &mut Reader<'_>) -> Result<Camera<T>, RestoreError> {
+    let absurd = |_: CameraError| RestoreError::Absurd;
+    let (focal, principal) = (from.numbers(MAX_NUMBER)?, from.numbers(MAX_NUMBER)?);
+    let [a, b, c, d] = from.word()?.to_le_bytes();
+    let size = [u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])];
+    let lens = from.word()?;
+    let coefficients = from.numbers::<T, 8>(MAX_NUMBER)?;
+    let ([a, b, c, d, e, rest @ ..], zero) = (coefficients, T::ZERO);
+    let (lens, rest_is_zero) = match lens {
+        0 => (Lens::Pinhole, coefficients == [zero; 8]),
+        1 => {
+            let lens = RadialTangential::try_new([a, b, c, d, e]).map_err(absurd)?;
+            (Lens::RadialTangential(lens), rest == [zero; 3])
+        }
+        2 => {
+            let lens = Fisheye::try_new([a, b, c, d]).map_err(absurd)?;
+            (Lens::Fisheye(lens), e == zero && rest == [zero; 3])
+        }
+        3 => (Lens::Rational(Rational::try_new(coefficients).map_err(absurd)?), true),
+        _ => return Err(RestoreError::Absurd),
+    };
+    believe(rest_is_zero)?;
+    Camera::try_new(Intrinsics { focal, principal, size }, lens).map_err(absurd)
+}

@@ -1,0 +1,323 @@
+//! State of a calibrator as a record: what is in use, and the estimate as the prior of a new hypothesis.
+
+use nalgebra::{Vector3, Vector5};
+
+use super::factory::fingerprint;
+use super::reader::Reader;
+use super::writer::{Writer, seal};
+use super::{Kind, OVERHEAD_BYTES, believe};
+use crate::algebra::block_variances::BlockVariances;
+use crate::algebra::disparity_noise::{BaselineNoise, BiasedEquations};
+use crate::algebra::information::{Information, StandardDeviations};
+use crate::algebra::normal_equations::NormalEquations;
+use crate::algebra::prior_moments::{MAX_RESPONSE, Response};
+use crate::algebra::symmetric5::Symmetric5;
+use crate::batch::correspondence::Cameras;
+use crate::calibrator::Calibrator;
+use crate::config::{Context, LensTracking};
+use crate::depth::mount::MountYaw;
+use crate::error::RestoreError;
+use crate::fusion::lens_reference::LensReference;
+use crate::fusion::prior::{Learned, Prior};
+use crate::fusion::vibration::KnownVibration;
+use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
+use crate::geometry::rectification::RectifyingRotations;
+use crate::geometry::so3;
+use crate::scalar::Scalar;
+use crate::thresholds::{MAX_NOISE_PX, MAX_REDUCED_CHI_SQUARE, MAX_VIBRATION_RAD};
+
+/// Bytes of fingerprint, generation and pairs.
+const WORDS: usize = 3;
+/// Numbers: two calibrations of eight, the pose of six, equations, response, the fit of six, lens of six, vibration of
+/// four, mount of six.
+const NUMBERS: usize = 2 * 8 + PRIOR + 6 + 4 + 6;
+const PRIOR: usize = 6 + 15 + 2 + 3 + 30 + 6;
+/// Length of a record.
+pub(crate) const BYTES: usize = OVERHEAD_BYTES + 4 * (WORDS + NUMBERS);
+const _: () = assert!(BYTES <= 400);
+
+/// Flags of the header: whether there is an estimate and a calibration before the one in use, whether the calibrator is
+/// frozen, and those of the mount.
+const ESTIMATE: u8 = 1;
+const BEFORE: u8 = 2;
+const FROZEN: u8 = 4;
+const MOUNT: [u8; 3] = [8, 16, 32];
+
+/// Ranges of numbers that no configuration sets. Information, 1/rad^2: a million pairs of a thousand matches.
+const MAX_INFORMATION: f64 = 1e15;
+/// Distance of the length of a baseline from 1.
+const UNIT: f64 = 1e-5;
+/// Rounding of a running mean over its largest term.
+const MEAN_ROUNDING: f64 = 1.001;
+/// Matches in the short window of pairs of a million matches.
+const MAX_MATCHES: f64 = 1e7;
+/// Mean square of a coordinate: products of rays at unit depth.
+const MAX_COORDINATE: f64 = 100.0;
+/// Information on the lens, dimensionless.
+const MAX_LENS_WEIGHT: f64 = 1e10;
+/// Yaw, rad, and its variances, rad^2.
+const MAX_YAW: f64 = 10.0;
+
+/// A record that has been checked.
+struct Checked<T: Scalar> {
+    in_use: CorrectedExtrinsics<T>,
+    before: Option<CorrectedExtrinsics<T>>,
+    corrected: Cameras<T>,
+    generation: u32,
+    is_frozen: bool,
+    learned: Learned<T>,
+}
+
+impl<T: Scalar, const N: usize> Calibrator<T, N> {
+    /// Length of a record of [`Calibrator::snapshot`]: 400 bytes.
+    pub const SNAPSHOT_BYTES: usize = BYTES;
+
+    /// The calibration in use and the estimate as a record, for storage that survives a loss of power; `None` without
+    /// cameras.
+    ///
+    /// The estimate is a prior: pose and covariance, noise and inliers, vibration, and what is known of lens and mount.
+    /// Not in it: cameras and factory extrinsics ([`crate::FactoryCalibration`]), the batch, a challenger, the windows of
+    /// the change detection, and the estimate of the paper preset.
+    #[must_use]
+    #[inline(never)]
+    pub fn snapshot(&self) -> Option<[u8; BYTES]> {
+        let rig = fingerprint(self.cameras.as_ref()?, &self.factory);
+        let context = self.estimator.context(&self.config, &self.factory, self.cameras.as_ref())?;
+        let mut record = [0; BYTES];
+        self.write(rig, &self.estimator.learned(&context), &mut record);
+        if read(&record, self.cameras.as_ref()?, &context).is_err() {
+            // An estimate beyond the ranges, as of matches that are none, is not kept.
+            self.write(rig, &Learned::NOTHING, &mut record);
+        }
+        Some(record)
+    }
+
+    /// Replaces everything that has been learnt by a record: what is in use, and the estimate, which is
+    /// [`crate::State::Suspect`] until a pair confirms it, because the rig may have changed meanwhile. Call it once
+    /// cameras and factory extrinsics are set.
+    ///
+    /// # Errors
+    /// [`RestoreError`]; the calibrator is as after [`Calibrator::reset`].
+    #[inline(never)]
+    pub fn restore(&mut self, record: &[u8]) -> Result<(), RestoreError> {
+        let generation = self.generation;
+        self.reset();
+        let cameras = self.cameras.as_ref().ok_or(RestoreError::NoCameras)?;
+        let context = Context::new(&self.config, &self.factory, cameras.mean_focal());
+        let checked = read(record, cameras, &context)?;
+        if !self.estimator.resume(&checked.learned, &context) {
+            self.estimator.reset();
+            return Err(RestoreError::Absurd);
+        }
+        // Whoever has taken up a calibration meanwhile must notice that of the record.
+        let changed = checked.in_use != self.in_use && checked.generation == generation;
+        self.generation = checked.generation.wrapping_add(changed.into());
+        (self.in_use, self.before) = (checked.in_use, checked.before);
+        (self.frozen, self.corrected) = (checked.is_frozen, Some(checked.corrected));
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn write(&self, rig: u32, learned: &Learned<T>, record: &mut [u8; BYTES]) {
+        let Learned { prior, reference, vibration, mount } = learned;
+        let (mount, mount_flags) = mount.parts();
+        let flags =
+            [(prior.is_some(), ESTIMATE), (self.before.is_some(), BEFORE), (self.frozen, FROZEN)];
+        let flags = flags.into_iter().chain(mount_flags.into_iter().zip(MOUNT));
+        let flags = flags.fold(0, |all, (is_set, bit)| if is_set { all | bit } else { all });
+        let mut to = Writer::begin(record, Kind::State, [flags, reference.changes()]);
+        to.word(rig);
+        to.word(self.generation);
+        to.word(prior.map_or(0, |prior| prior.pairs));
+        let before = self.before.unwrap_or(self.in_use);
+        for CorrectedExtrinsics { extrinsics, correction } in [&self.in_use, &before] {
+            write_about(&self.factory, extrinsics, &mut to);
+            to.numbers(&[correction.focal, correction.k1]);
+        }
+        write_prior(prior.as_ref(), &self.factory, &mut to);
+        to.numbers(&reference.numbers());
+        let KnownVibration { variances, deviations } = vibration;
+        to.numbers(&[variances.rotation, variances.baseline]);
+        to.numbers(deviations);
+        to.numbers(&mount);
+        seal(record);
+    }
+}
+
+/// Writes pose, information, response and fit; zeros where there is none.
+#[inline(never)]
+fn write_prior<T: Scalar>(prior: Option<&Prior<T>>, factory: &Extrinsics<T>, to: &mut Writer<'_>) {
+    let Some(Prior { pose, equations, response, chi_square, noise, shares, high_leverage, .. }) =
+        prior
+    else {
+        to.numbers(&[T::ZERO; PRIOR]);
+        return;
+    };
+    write_about(factory, &pose.extrinsics().unwrap_or(*factory), to);
+    let BiasedEquations {
+        normal: NormalEquations { information, gradient },
+        noise: of_disparities,
+    } = equations;
+    to.numbers(&information.0.0);
+    to.numbers(&[gradient.w, gradient.a]);
+    to.numbers(&of_disparities.0);
+    response.0.iter().for_each(|column| to.numbers(column));
+    to.numbers(&[*chi_square, *noise]);
+    to.numbers(shares);
+    to.numbers(high_leverage);
+}
+
+/// Writes the turn of `R` from the factory's, rad, and `t`.
+fn write_about<T: Scalar>(factory: &Extrinsics<T>, of: &Extrinsics<T>, to: &mut Writer<'_>) {
+    let [[a, b, c]] = so3::log(&(of.rotation() * factory.rotation().inverse())).data.0;
+    let [[x, y, z]] = of.translation().into_inner().data.0;
+    to.numbers(&[a, b, c, x, y, z]);
+}
+
+/// Reads and checks a record.
+#[inline(never)]
+fn read<T: Scalar>(
+    record: &[u8],
+    cameras: &Cameras<T>,
+    context: &Context<'_, T>,
+) -> Result<Checked<T>, RestoreError> {
+    let (mut from, [flags, changes]) = Reader::begin(record, Kind::State, BYTES)?;
+    let is_set = |bit: u8| flags & bit != 0;
+    if from.word()? != fingerprint(cameras, context.factory) {
+        return Err(RestoreError::OtherRig);
+    }
+    let (generation, pairs) = (from.word()?, from.word()?);
+    let in_use = read_calibration(cameras, context, &mut from)?;
+    let before = read_calibration(cameras, context, &mut from)?;
+    let before = Some(before).filter(|_| is_set(BEFORE));
+    let prior = if is_set(ESTIMATE) {
+        Some(read_prior(pairs, context, &mut from)?)
+    } else {
+        from.numbers::<T, PRIOR>(0.0)?;
+        None
+    };
+    let reference = LensReference::of(from.numbers(MAX_LENS_WEIGHT)?, changes);
+    let reference = reference.ok_or(RestoreError::Absurd)?;
+    let vibration = read_vibration(&mut from)?;
+    let mount = MountYaw::of(from.numbers(MAX_YAW)?, MOUNT.map(is_set));
+    let mount = mount.ok_or(RestoreError::Absurd)?;
+    let learned = Learned { prior, reference, vibration, mount };
+    let correction = reference.correction();
+    let corrections =
+        [Some(correction), Some(&in_use.correction), before.as_ref().map(|b| &b.correction)];
+    let is_given = corrections.into_iter().flatten().all(LensCorrection::is_none);
+    // Who only reports rectifies with the cameras as given.
+    if !is_given && context.config.lens_tracking == LensTracking::Report {
+        return Err(RestoreError::Config);
+    }
+    let corrected = cameras.corrected(correction).map_err(|_| RestoreError::Absurd)?;
+    let is_frozen = is_set(FROZEN);
+    Ok(Checked { in_use, before, corrected, generation, is_frozen, learned })
+}
+
+/// Reads a calibration that is or was in use.
+#[inline(never)]
+fn read_calibration<T: Scalar>(
+    cameras: &Cameras<T>,
+    context: &Context<'_, T>,
+    from: &mut Reader<'_>,
+) -> Result<CorrectedExtrinsics<T>, RestoreError> {
+    let extrinsics = read_about(context.factory, from)?;
+    let [focal, k1] = from.numbers(1.0)?;
+    let correction = LensCorrection { focal, k1 };
+    believe(correction.is_valid() && cameras.corrected(&correction).is_ok())?;
+    if !context.allows_in_use(&extrinsics) {
+        return Err(RestoreError::Config);
+    }
+    Ok(CorrectedExtrinsics { extrinsics, correction })
+}
+
+#[inline(never)]
+fn read_prior<T: Scalar>(
+    pairs: u32,
+    context: &Context<'_, T>,
+    from: &mut Reader<'_>,
+) -> Result<Prior<T>, RestoreError> {
+    let extrinsics = read_about(context.factory, from)?;
+    if !context.allows(&extrinsics) {
+        return Err(RestoreError::Config);
+    }
+    let pose = RectifyingRotations::from(&extrinsics);
+    let information = Information(Symmetric5(from.numbers(MAX_INFORMATION)?));
+    let [forward, down] = from.numbers(MAX_INFORMATION)?;
+    let of_disparities = BaselineNoise(from.numbers(MAX_INFORMATION)?);
+    // `R` is observed: its gradient balances the prior about the factory extrinsics.
+    let mut gradient = pose.unknowns_to(&context.factory_pose) * context.prior;
+    (gradient.w, gradient.a) = (forward, down);
+    let normal = NormalEquations { information, gradient };
+    let equations = BiasedEquations { normal, noise: of_disparities };
+    let mut response = Response([[T::ZERO; 5]; 6]);
+    for column in &mut response.0 {
+        *column = from.numbers(MAX_RESPONSE)?;
+    }
+    let zero = T::ZERO;
+    let window = T::lit(MAX_MATCHES);
+    let over = T::lit(MEAN_ROUNDING);
+    let chi_square = from.within(zero, over * T::lit(MAX_REDUCED_CHI_SQUARE))?;
+    // An update may have changed the floor.
+    let floor = T::single(context.config.noise_floor_px);
+    let noisiest = floor.max(T::lit(MAX_NOISE_PX)) * T::lit(2.0);
+    let noise = from.within(floor.min(T::lit(MAX_NOISE_PX)) * T::HALF, noisiest)?;
+    let shares = [from.within(zero, over)?, from.within(-over, over)?];
+    let high_leverage = [from.within(zero, window)?, from.within(zero, window)?];
+    believe(pairs > 0 && leads_to_covariance(&equations, context.prior))?;
+    believe(is_response(&response, &equations.normal.information))?;
+    Ok(Prior { pose, equations, response, chi_square, pairs, noise, shares, high_leverage })
+}
+
+/// Whether the estimate explains no more of a coordinate than there is: `E^T H E`, over the weights of the matches.
+fn is_response<T: Scalar>(Response(columns): &Response<T>, information: &Information<T>) -> bool {
+    let [weights, ..] = information.0.diagonal();
+    columns.iter().all(|column| {
+        let column = Vector5::from(*column);
+        column.dot(&information.times(&column)) <= weights * T::lit(MAX_COORDINATE)
+    })
+}
+
+/// Whether equations lead to finite deviations, and their noise is one.
+#[inline(never)]
+fn leads_to_covariance<T: Scalar>(equations: &BiasedEquations<T>, prior: T) -> bool {
+    let [forward, mixed, down] = equations.noise.0;
+    let [_, _, _, all_forward, all_down] = equations.normal.information.0.diagonal();
+    let is_part = |noise: T, all: T| noise >= T::ZERO && noise <= all.max(T::ZERO) * T::lit(4.0);
+    let is_noise = is_part(forward, all_forward)
+        && is_part(down, all_down)
+        && mixed * mixed <= forward * down * T::lit(1.01);
+    let joint = equations.debiased().with_prior(prior).information.0;
+    let is_finite = |covariance| StandardDeviations::of(&covariance).is_finite();
+    is_noise
+        && equations.normal.with_prior(prior).information.0.inverse().is_some()
+        && joint.inverse().is_some_and(is_finite)
+}
+
+fn read_vibration<T: Scalar>(from: &mut Reader<'_>) -> Result<KnownVibration<T>, RestoreError> {
+    let most = T::lit(MAX_VIBRATION_RAD * MAX_VIBRATION_RAD);
+    let mut number = || from.within(T::ZERO, most);
+    let variances = BlockVariances { rotation: number()?, baseline: number()? };
+    let deviations = [from.within(T::ZERO, T::ONE)?, from.within(T::ZERO, T::ONE)?];
+    Ok(KnownVibration { variances, deviations })
+}
+
+/// Reads what [`write_about`] writes.
+fn read_about<T: Scalar>(
+    factory: &Extrinsics<T>,
+    from: &mut Reader<'_>,
+) -> Result<Extrinsics<T>, RestoreError> {
+    let turn = from.vector::<T>(core::f64::consts::PI)?;
+    let t = from.vector::<T>(1.0 + UNIT)?;
+    // As made, bit for bit.
+    let made = factory.translation().map(|x| T::single(x.to_single()));
+    if turn == Vector3::zeros() && t == made {
+        return Ok(*factory);
+    }
+    believe((t.norm() - T::ONE).abs() <= T::lit(UNIT))?;
+    let turn = so3::exp(&turn).ok_or(RestoreError::Absurd)?;
+    let rotation = so3::product(turn.matrix(), factory.rotation().matrix());
+    Extrinsics::try_new(&rotation, &t).map_err(|_| RestoreError::Absurd)
+}

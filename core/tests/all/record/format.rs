@@ -1,0 +1,86 @@
+//! The tables of `FORMAT.md` against the code.
+
+use super::{ROTATION, after, scene};
+use crate::api::scene::{cameras, rig, take};
+use nalgebra::Matrix3;
+use stereo_selfcal::{Config, FactoryCalibration, so3};
+
+/// Bytes of the rows of a table.
+fn table(heading: &str) -> Vec<(usize, String)> {
+    let page = include_str!("../../../src/record/FORMAT.md");
+    let section = page.split("\n## ").find(|section| section.starts_with(heading)).unwrap();
+    let row = |line: &str| {
+        let mut cells = line.split('|').skip(1).map(str::trim);
+        Some((cells.next()?.parse().ok()?, cells.next()?.to_owned()))
+    };
+    section.lines().filter_map(row).collect()
+}
+
+fn place(table: &[(usize, String)], content: &str) -> usize {
+    table.iter().find(|(_, text)| text.contains(content)).unwrap_or_else(|| panic!("{content}")).0
+}
+
+fn numbers<const N: usize>(record: &[u8], at: usize) -> [f32; N] {
+    core::array::from_fn(|k| f32::from_le_bytes(record[at + 4 * k..][..4].try_into().unwrap()))
+}
+
+fn word(record: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes(record[at..][..4].try_into().unwrap())
+}
+
+#[test]
+fn the_table_of_the_state_is_that_of_its_bytes() {
+    let rows = table("State");
+    let mut calibrator = after::<f32>(Config::robust(), 12);
+    take(&mut calibrator, &scene(ROTATION, 12)).unwrap();
+    calibrator.apply().unwrap();
+    let (record, proposal) = (calibrator.snapshot().unwrap(), calibrator.proposal().unwrap());
+    assert_eq!(place(&rows, "end"), record.len());
+    assert_eq!([&record[..4], &record[4..7]], [&b"SCRC"[..], &[7, 2, 3]]);
+    assert_eq!(word(&record, place(&rows, "generation")), calibrator.generation());
+    assert_eq!(word(&record, place(&rows, "pairs,")), 13);
+    let turn = numbers::<3>(&record, place(&rows, "in use: turn"));
+    assert_eq!(turn, <[f32; 3]>::from(so3::log(calibrator.in_use().rotation())));
+    let t = numbers::<3>(&record, place(&rows, "`t` (3)"));
+    assert_eq!(t, <[f32; 3]>::from(calibrator.in_use().translation().into_inner()));
+    let estimate = place(&rows, "estimate: turn");
+    assert_eq!(numbers::<6>(&record, estimate)[3..], t);
+    let before = numbers::<6>(&record, place(&rows, "the calibration before"));
+    assert_ne!(before, numbers::<6>(&record, estimate));
+    let [pitch, ..] = numbers::<15>(&record, place(&rows, "information of the pairs"));
+    let expected = proposal.covariance.unwrap().try_inverse().unwrap().m11;
+    assert!((pitch / expected - 1.0).abs() < 0.1, "{pitch} {expected}");
+    let [noise] = numbers(&record, place(&rows, "noise of a coordinate"));
+    assert!((0.1..0.6).contains(&noise), "{noise}");
+    let [inliers, crowd] = numbers(&record, place(&rows, "usual share"));
+    assert!((0.5..1.0).contains(&inliers) && crowd.abs() < 0.1, "{inliers} {crowd}");
+    let [claimed, ..] = numbers::<1>(&record, place(&rows, "mount: share"));
+    assert_eq!(claimed, 1.0);
+    assert_eq!(place(&rows, "CRC-32"), record.len() - 4);
+}
+
+#[test]
+fn the_table_of_the_factory_calibration_is_that_of_its_bytes() {
+    let rows = table("Factory calibration");
+    let extrinsics = rig::<f32>(ROTATION, [0.5, -0.4]);
+    let (yaw_sd_rad, baseline_m) = (Some(8e-4), Some(0.12));
+    let made = FactoryCalibration { cameras: cameras(), extrinsics, yaw_sd_rad, baseline_m };
+    let record = made.to_record();
+    assert_eq!(place(&rows, "end"), record.len());
+    assert_eq!([&record[..4], &record[4..8]], [&b"SCRC"[..], &[7, 1, 0, 0]]);
+    for camera in ["left camera", "right camera"] {
+        let at = place(&rows, camera);
+        assert_eq!(numbers(&record, at), [1400.0, 1400.0, 959.5, 599.5]);
+        let size = at + place(&rows, "width") - place(&rows, "left camera");
+        assert_eq!(word(&record, size), 1920 | 1200 << 16);
+    }
+    assert_eq!(word(&record, place(&rows, "lens, `u32`")), 0);
+    assert_eq!(numbers(&record, place(&rows, "coefficients")), [0.0; 8]);
+    let r = Matrix3::from_row_slice(&numbers::<9>(&record, place(&rows, "`R` row by row")));
+    assert_eq!(&r, extrinsics.rotation().matrix());
+    let t = numbers::<3>(&record, place(&rows, "`t` (3)"));
+    assert_eq!(t, <[f32; 3]>::from(extrinsics.translation().into_inner()));
+    assert_eq!(numbers(&record, place(&rows, "deviation of the yaw")), [8e-4]);
+    assert_eq!(numbers(&record, place(&rows, "length of the baseline")), [0.12]);
+    assert_eq!(place(&rows, "CRC-32"), record.len() - 4);
+}

@@ -1,0 +1,121 @@
+//! Records: a restart goes on from the estimate, and nothing broken is believed.
+
+mod damage;
+mod format;
+
+use crate::api::disturbed::with_outliers;
+use crate::api::presets::{robust, with};
+use crate::api::scene::{correspondences, rig, take};
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{ApplyError, Calibrator, Config, Correspondence, Extrinsics, Scalar, State};
+
+pub(crate) const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
+pub(crate) const BASELINE: [f64; 2] = [0.5, -0.4];
+const KNOCKED: [f64; 3] = [1.4, -0.5, 0.8];
+
+pub(crate) type Tested<T> = Calibrator<T, 256>;
+pub(crate) type Record = [u8; Tested::<f32>::SNAPSHOT_BYTES];
+
+pub(crate) fn scene<T: Scalar>(rotation: [f64; 3], seed: u64) -> Vec<Correspondence<T>> {
+    with_outliers(correspondences(&rig(rotation, BASELINE), 250, 0.5, seed), 4)
+}
+
+/// After so many pairs of the rig, applied if that can be.
+pub(crate) fn after<T: Scalar>(config: Config, pairs: u64) -> Tested<T> {
+    let mut calibrator = with(config);
+    for seed in 0..pairs {
+        take(&mut calibrator, &scene(ROTATION, seed)).unwrap();
+    }
+    let _ = calibrator.apply();
+    calibrator
+}
+
+/// A fresh calibrator of the same rig that has read the record.
+fn restored<T: Scalar>(config: Config, record: &Record) -> Tested<T> {
+    let mut fresh = with(config);
+    fresh.restore(record).unwrap();
+    fresh
+}
+
+pub(crate) fn off<T: Scalar>(found: &Extrinsics<T>, rotation: [f64; 3]) -> [f64; 2] {
+    let Deviation { rotation, translation } = Deviation::between(found, &rig(rotation, BASELINE));
+    [rotation.to_f64(), translation.to_f64()]
+}
+
+/// Extrinsics apart by no more than the rounding of a record, and of their own numbers.
+fn same<T: Scalar>(one: &Extrinsics<T>, other: &Extrinsics<T>) -> bool {
+    let Deviation { rotation, translation } = Deviation::between(one, other);
+    rotation.to_f64().max(translation.to_f64()) < 5e-7
+}
+
+fn goes_on<T: Scalar>(pairs: u64) {
+    let mut before = after::<T>(Config::robust(), pairs);
+    let mut after = restored(Config::robust(), &before.snapshot().unwrap());
+    let estimates = [&before, &after].map(|c| c.proposal().unwrap());
+    assert!(same(&estimates[0].extrinsics, &estimates[1].extrinsics));
+    assert!(same(before.in_use(), after.in_use()));
+    assert_eq!(estimates[0].pairs, estimates[1].pairs);
+    let [old, new] = estimates.map(|p| [p.sd.rotation, p.sd.translation].map(T::to_f64));
+    for (old, new) in old.into_iter().zip(new) {
+        assert!((new / old - 1.0).abs() < 0.1, "{old} {new}");
+    }
+    assert_eq!(after.apply(), Err(ApplyError::NotLocked(State::Suspect)));
+    for seed in 100..110 {
+        take(&mut before, &scene(ROTATION, seed)).unwrap();
+        take(&mut after, &scene(ROTATION, seed)).unwrap();
+        assert_eq!(after.state(), State::Locked);
+        let [one, other] = [&before, &after].map(|c| c.proposal().unwrap());
+        let apart = Deviation::between(&one.extrinsics, &other.extrinsics);
+        assert!(apart.rotation <= one.sd.rotation * T::lit(0.1), "{apart:?}");
+        assert!(apart.translation <= one.sd.translation * T::lit(0.1), "{apart:?}");
+    }
+}
+
+#[test]
+fn a_restored_estimate_is_suspect_until_a_pair_confirms_it_and_goes_on_as_without_a_break() {
+    [8, 40].into_iter().for_each(goes_on::<f32>);
+    goes_on::<f64>(12);
+}
+
+#[test]
+fn a_rig_that_was_knocked_meanwhile_is_found_within_three_pairs() {
+    let before = after::<f32>(Config::robust(), 20);
+    let mut after = restored::<f32>(Config::robust(), &before.snapshot().unwrap());
+    for seed in 0..3 {
+        let _ = take(&mut after, &scene(KNOCKED, 50 + seed));
+    }
+    assert_eq!(after.state(), State::Locked);
+    let [r, t] = off(&after.proposal().unwrap().extrinsics, KNOCKED);
+    assert!(r < 1e-3 && t < 3e-3, "{r} {t}");
+}
+
+#[test]
+fn frozen_undo_and_generation_survive_and_a_change_unnoticed_is_told() {
+    let mut old = after::<f32>(Config::robust(), 10);
+    old.set_frozen(true);
+    let mut new = restored::<f32>(Config::robust(), &old.snapshot().unwrap());
+    assert!(new.is_frozen() && new.generation() == old.generation());
+    new.set_frozen(false);
+    assert_eq!(new.undo().unwrap().extrinsics, Extrinsics::SIDE_BY_SIDE);
+    // Two changes here and two there, to different extrinsics.
+    old.set_frozen(false);
+    take(&mut old, &scene(ROTATION, 70)).unwrap();
+    old.apply().unwrap();
+    let mut fresh = robust::<f32>();
+    fresh.set_factory(rig([0.1, 0.0, 0.0], [0.0; 2]));
+    fresh.set_factory(Extrinsics::SIDE_BY_SIDE);
+    assert_eq!([old.generation(), fresh.generation()], [2, 2]);
+    fresh.restore(&old.snapshot().unwrap()).unwrap();
+    assert_eq!(fresh.generation(), 3);
+}
+
+#[test]
+fn without_a_confirmed_estimate_what_is_in_use_is_kept_alone() {
+    let new = after::<f32>(Config::robust(), 2);
+    let again = restored::<f32>(Config::robust(), &new.snapshot().unwrap());
+    assert_eq!((again.state(), again.proposal()), (State::Acquiring, None));
+    assert_eq!(again.in_use(), &Extrinsics::SIDE_BY_SIDE, "bit for bit");
+    let paper = after::<f32>(Config::paper(), 0);
+    assert!(paper.snapshot().is_some());
+    assert_eq!(Tested::<f32>::new(Config::robust()).snapshot(), None, "no cameras");
+}
