@@ -174,6 +174,10 @@ pub(crate) const REFUTED_FACTORY_YAW: f64 = 9.0;
 /// lens otherwise. Larger takes small knocks in yaw for it; smaller takes it for knocks.
 pub(crate) const SCENE_YAW_RAD: f64 = 5.2e-4;
 
+/// Pairs after which the rows are noted, and between which a knock is detected. Larger learns the lens later; smaller takes
+/// a knock that is in the sums for the lens.
+pub(crate) const ROWS_LAG: u16 = 16;
+
 /// Distances that a range reading may have, m. Larger and smaller ones are faults of a sensor.
 pub(crate) const MIN_RANGE_M: f64 = 0.01;
 pub(crate) const MAX_RANGE_M: f64 = 1e5;

@@ -2,13 +2,16 @@
 //!
 //! A fused estimate of the rows is one measurement of the sum, however many pairs are in it: it is applied to the
 //! prior wherever it is read, and becomes part of the prior when its sums are dropped.
+//!
+//! A knock may be in the sums for many pairs before it is detected. So the lens is learnt from the rows as they were
+//! [`ROWS_LAG`] pairs ago or more, and a difference of the rows since then beyond chance is a turn of the mount.
 
 use super::yaw::YawEstimate;
 use crate::codec::{Reader, Writer, believe};
 use crate::config::Context;
 use crate::error::RestoreError;
 use crate::scalar::Scalar;
-use crate::thresholds::{LENS_FOUND, REFUTED_FACTORY_YAW, SCENE_YAW_RAD, WITNESS_RAD};
+use crate::thresholds::{LENS_FOUND, REFUTED_FACTORY_YAW, ROWS_LAG, SCENE_YAW_RAD, WITNESS_RAD};
 
 /// Knowledge of mount yaw and lens.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +28,20 @@ pub(crate) struct MountYaw<T> {
     known: Option<YawEstimate<T>>,
     /// A measurement by a witness that contradicts it, and its variance.
     waiting: Option<[T; 2]>,
+    earlier: EarlierRows<T>,
+}
+
+/// The rows as they were: every [`ROWS_LAG`] pairs the newer ones become the older ones. Not part of the record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct EarlierRows<T> {
+    older: Option<RowsYaw<T>>,
+    newer: Option<RowsYaw<T>>,
+    /// Pairs since the newer ones.
+    pairs: u16,
+}
+
+impl<T: Scalar> EarlierRows<T> {
+    const NONE: Self = Self { older: None, newer: None, pairs: 0 };
 }
 
 /// What became of a witness's measurement.
@@ -39,7 +56,7 @@ pub enum Witnessed {
 }
 
 /// A turn about the factory extrinsics that rows show, rad, and its variance, rad^2.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RowsYaw<T> {
     pub(crate) turn: T,
     pub(crate) variance: T,
@@ -58,6 +75,7 @@ impl<T: Scalar> MountYaw<T> {
         changed: false,
         known: None,
         waiting: None,
+        earlier: EarlierRows::NONE,
     };
 
     /// Of factory extrinsics that a calibration has measured.
@@ -81,10 +99,46 @@ impl<T: Scalar> MountYaw<T> {
         self.before(&rows, context).gain_of_rows(rows.variance)
     }
 
-    /// Before the rows. After a change of the rig the mount has turned by what the rows show beyond chance.
+    /// Before the rows: the mount has turned since the earlier ones by what they show beyond chance.
     fn before(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
+        match self.earlier.older {
+            Some(older) => {
+                let then = self.at(&older, context);
+                then.turned(then.excess(rows.turn, rows.variance))
+            }
+            None => self.before_any(rows, context),
+        }
+    }
+
+    /// With rows as the first since the prior: after a change of the rig the mount has turned by what they show beyond
+    /// chance.
+    fn at(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
+        self.before_any(rows, context).with_rows(rows.turn, rows.variance)
+    }
+
+    fn before_any(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
         let prior = self.prior(context);
         if self.changed { prior.turned(prior.excess(rows.turn, rows.variance)) } else { prior }
+    }
+
+    /// Notes the rows, after a pair is fused, where they are due.
+    pub(crate) fn note(&mut self, rows: impl FnOnce() -> Option<RowsYaw<T>>, context: &Context<'_, T>) {
+        if !(self.has_factory() || self.known.is_some()) {
+            return;
+        }
+        let earlier = &mut self.earlier;
+        earlier.pairs = earlier.pairs.saturating_add(1);
+        if earlier.pairs >= ROWS_LAG
+            && let Some(rows) = rows()
+        {
+            let newer = Some(rows.of_scene(context));
+            *earlier = EarlierRows { older: earlier.newer, newer, pairs: 0 };
+        }
+    }
+
+    /// Forgets the earlier rows.
+    pub(crate) fn forget_earlier(&mut self) {
+        self.earlier = EarlierRows::NONE;
     }
 
     /// Before the sums of the pairs.
@@ -129,14 +183,17 @@ impl<T: Scalar> MountYaw<T> {
     /// The factory calibration is refuted: nothing is known of the mount.
     pub(crate) fn refute(&mut self) {
         self.refuted = true;
+        self.forget_earlier();
     }
 
     /// The rig has changed: the sums of the rows are dropped. What they said stays, and the lens is as before. Of a rig
     /// whose mount nothing but rows has measured, they said nothing that the next ones do not.
     pub(crate) fn change(&mut self, rows: &RowsYaw<T>, context: &Context<'_, T>) {
         if self.has_factory() || self.known.is_some() {
-            self.known = Some(self.with_rows(rows, context));
+            let rows = self.earlier.older.or(self.earlier.newer).unwrap_or(rows.of_scene(context));
+            self.known = Some(self.at(&rows, context));
             self.changed = true;
+            self.forget_earlier();
         }
     }
 
@@ -183,6 +240,7 @@ impl<T: Scalar> MountYaw<T> {
             self.claimed * (after.var_mount() / before.var_mount())
         };
         (self.known, self.changed) = (Some(after), false);
+        self.forget_earlier();
         Some(Witnessed::Taken)
     }
 

@@ -92,6 +92,7 @@ impl<T: Scalar> Fusion<T> {
 
     fn forget_pairs(&mut self) {
         self.hypotheses.clear();
+        self.mount.forget_earlier();
         self.scene.clear();
         self.reference = LensReference::GIVEN;
         self.association.close();
@@ -232,6 +233,10 @@ impl<T: Scalar> Fusion<T> {
             self.scene.remember();
             self.reference.fade(context.fading(u32::MAX));
             self.check_mount(context);
+            let Self { hypotheses, mount, .. } = self;
+            if let Some(champion) = hypotheses.champion() {
+                mount.note(|| champion.rows_yaw(context), context);
+            }
         }
         fused
     }
