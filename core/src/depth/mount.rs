@@ -11,7 +11,9 @@ use crate::codec::{Reader, Writer, believe};
 use crate::config::Context;
 use crate::error::RestoreError;
 use crate::scalar::Scalar;
-use crate::thresholds::{LENS_FOUND, REFUTED_FACTORY_YAW, ROWS_LAG, SCENE_YAW_RAD, WITNESS_RAD};
+use crate::thresholds::{
+    LENS_FOUND, REFUTED_FACTORY_YAW, ROWS_LAG, SCENE_YAW_RAD, TURNED_DOUBT, WITNESS_RAD,
+};
 
 /// Knowledge of mount yaw and lens.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -122,7 +124,11 @@ impl<T: Scalar> MountYaw<T> {
     }
 
     /// Notes the rows, after a pair is fused, where they are due.
-    pub(crate) fn note(&mut self, rows: impl FnOnce() -> Option<RowsYaw<T>>, context: &Context<'_, T>) {
+    pub(crate) fn note(
+        &mut self,
+        rows: impl FnOnce() -> Option<RowsYaw<T>>,
+        context: &Context<'_, T>,
+    ) {
         if !(self.has_factory() || self.known.is_some()) {
             return;
         }
@@ -159,9 +165,10 @@ impl<T: Scalar> MountYaw<T> {
         (of.var_lens() + self.doubt(of)).sqrt()
     }
 
+    /// Variance of the mount yaw by the chance that it has turned before the first pair, and that the lens is another.
     fn doubt(&self, of: &YawEstimate<T>) -> T {
         let claimed = self.claimed * of.lens();
-        claimed * claimed
+        claimed * claimed * T::lit(TURNED_DOUBT)
     }
 
     /// Whether there is a factory calibration that holds, or held until the rig changed.

@@ -163,7 +163,7 @@ impl<T: Scalar> Fusion<T> {
         let turn = hypotheses.next_turn();
         let with = AssociationContext { context, hypotheses };
         let seen = scene.compare(matches.pairs, context.focal);
-        association.open(&with, matches.pairs.len(), seen, turn);
+        association.open(&with, matches.pairs, seen, turn);
         let begun = association.advance(&with, matches);
         if begun.is_err() {
             association.close();
