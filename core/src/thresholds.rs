@@ -174,9 +174,9 @@ pub(crate) const REFUTED_FACTORY_YAW: f64 = 9.0;
 /// lens otherwise. Larger takes small knocks in yaw for it; smaller takes it for knocks.
 pub(crate) const SCENE_YAW_RAD: f64 = 5.2e-4;
 
-/// Squared turn of the rows that the mount may have made where nothing has confirmed it: all of it, and by the chance
-/// `s^2 / 2 s_o^2` a lens of its prior `s_o`. Larger reports too large a deviation; smaller trusts a lens that hides a turn.
-pub(crate) const TURNED_DOUBT: f64 = 1.5;
+/// Part of the squared turn of the rows that is added to it where nothing has confirmed the mount: the lens of one that has
+/// turned hides more, by the chance `s^2 / 2 s_o^2`. Larger reports too large a deviation; smaller trusts the lens.
+pub(crate) const TURNED_DOUBT: f64 = 0.5;
 
 /// Pairs after which the rows are noted, and between which a knock is detected. Larger learns the lens later; smaller takes
 /// a knock that is in the sums for the lens.

@@ -168,7 +168,7 @@ impl<T: Scalar> MountYaw<T> {
     /// Variance of the mount yaw by the chance that it has turned before the first pair, and that the lens is another.
     fn doubt(&self, of: &YawEstimate<T>) -> T {
         let claimed = self.claimed * of.lens();
-        claimed * claimed * T::lit(TURNED_DOUBT)
+        claimed * claimed * (T::ONE + self.claimed * T::lit(TURNED_DOUBT))
     }
 
     /// Whether there is a factory calibration that holds, or held until the rig changed.
@@ -290,3 +290,55 @@ fn is_apart<T: Scalar>(off: T, variance: T) -> bool {
 
 texts! { Witnessed { Taken = "taken", Waiting = "waiting for a second one" } }
 codes! { Witnessed { Taken = 0, Waiting = 1 } }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::geometry::extrinsics::Extrinsics;
+
+    const LENS: f64 = 0.005;
+    const KNOCK: f64 = 0.0175;
+    const NOISE: f64 = 2e-3;
+
+    /// Rows after so many pairs, with the last of them knocked: a mean, as of sums that noticed nothing.
+    fn rows(pairs: u32, knocked: u32) -> RowsYaw<f64> {
+        let [all, part] = [pairs, knocked].map(f64::from);
+        RowsYaw { turn: LENS + KNOCK * part / all, variance: NOISE * NOISE / all }
+    }
+
+    #[test]
+    fn a_knock_that_is_in_the_sums_before_it_is_detected_is_the_mounts() {
+        let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
+        let context = Context::new(&config, &factory, 1400.0);
+        // The factory extrinsics hold the rest of the turn.
+        let share = MountYaw::CALIBRATED.with_rows(&rows(40, 0), &context).lens();
+        assert!((share - LENS).abs() < 4e-4, "{share}");
+        for late in [3, 8, 15, 20] {
+            let mut mount = MountYaw::CALIBRATED;
+            (1..40).for_each(|pairs| mount.note(|| Some(rows(pairs, 0)), &context));
+            (1..=late).for_each(|n| mount.note(|| Some(rows(40 + n, n)), &context));
+            // As far as the rows show a turn beyond chance, it is the mount's before it is detected, too.
+            let before = mount.with_rows(&rows(40 + late, late), &context);
+            assert!((before.lens() - LENS).abs() < 1e-3, "{late}: {before:?}");
+            mount.change(&rows(40 + late, late), &context);
+            let after = mount.with_rows(&rows(20, 20), &context);
+            let (turn, lens) = (after.mount() - KNOCK, after.lens() - LENS);
+            assert!(turn.abs() < 8e-4 && lens.abs() < 8e-4, "{late}: {turn} {lens}");
+        }
+    }
+
+    #[test]
+    fn rows_within_chance_of_the_earlier_ones_turn_nothing() {
+        let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
+        let context = Context::new(&config, &factory, 1400.0);
+        let mut mount = MountYaw::CALIBRATED;
+        (1..80).for_each(|pairs| mount.note(|| Some(rows(pairs, 0)), &context));
+        let known = mount.with_rows(&rows(80, 0), &context);
+        for sign in [-1.0, 1.0] {
+            let off = RowsYaw { turn: LENS + sign * 5e-4, ..rows(80, 0) };
+            let yaw = mount.with_rows(&off, &context);
+            assert!((yaw.mount() - known.mount()).abs() < 1e-4, "{yaw:?} {known:?}");
+        }
+    }
+}
