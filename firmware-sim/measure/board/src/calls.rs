@@ -3,8 +3,9 @@
 use stereo_selfcal::link::{Decoder, FrameRefusal, FrameSink, Received};
 use stereo_selfcal::{
     ApplyError, Calibration, Calibrator, Cameras, Config, Correspondence, Extrinsics, Fused,
-    Health, PairError, PairReport, Proposal, PushError, Pushed, RectifiedCamera, RectifyError,
-    RectifyingRotations, Refusal, RestoreError, Scalar, SnapshotError,
+    Health, MotionError, PairError, PairReport, Proposal, PushError, Pushed, RangeError,
+    RangeReading, RayPair, RectifiedCamera, RectifyError, RectifyingRotations, Refusal,
+    RestoreError, Scalar, SnapshotError, Witnessed,
 };
 
 use crate::lens;
@@ -80,6 +81,22 @@ pub(crate) fn apply<T: Scalar>(
     calibrator: &mut CalibratorOf<T>,
 ) -> Result<Calibration<T>, ApplyError> {
     calibrator.apply()
+}
+
+#[inline(never)]
+pub(crate) fn push_range<T: Scalar>(
+    calibrator: &mut CalibratorOf<T>,
+    reading: &RangeReading<T>,
+) -> Result<Witnessed, RangeError> {
+    calibrator.push_range(reading)
+}
+
+#[inline(never)]
+pub(crate) fn push_motion<T: Scalar>(
+    calibrator: &mut CalibratorOf<T>,
+    tracked: &[[RayPair<T>; 2]],
+) -> Result<Witnessed, MotionError> {
+    calibrator.push_motion(tracked)
 }
 
 #[inline(never)]
