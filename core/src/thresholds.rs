@@ -174,6 +174,14 @@ pub(crate) const REFUTED_FACTORY_YAW: f64 = 9.0;
 /// lens otherwise. Larger takes small knocks in yaw for it; smaller takes it for knocks.
 pub(crate) const SCENE_YAW_RAD: f64 = 5.2e-4;
 
+/// Part of the squared turn of the rows that is added to it where nothing has confirmed the mount: the lens of one that has
+/// turned hides more, by the chance `s^2 / 2 s_o^2`. Larger reports too large a deviation; smaller trusts the lens.
+pub(crate) const TURNED_DOUBT: f64 = 0.5;
+
+/// Pairs after which the rows are noted, and between which a knock is detected. Larger learns the lens later; smaller takes
+/// a knock that is in the sums for the lens.
+pub(crate) const ROWS_LAG: u16 = 16;
+
 /// Distances that a range reading may have, m. Larger and smaller ones are faults of a sensor.
 pub(crate) const MIN_RANGE_M: f64 = 0.01;
 pub(crate) const MAX_RANGE_M: f64 = 1e5;
@@ -251,6 +259,10 @@ pub(crate) const TRUNCATED_PX: f64 = 2.0;
 /// Mean truncated cost (0 to 1) by which a new pose must be better than the challenger's. Larger
 /// keeps a false challenger; smaller swaps by chance.
 pub(crate) const CLEARLY_BETTER: f64 = 0.04;
+
+/// Mean truncated cost (0 to 1) of a challenger above which poses with the baseline turned are tried: about the share of
+/// outliers. Larger locks on a wrong baseline that fits some of the matches; smaller costs time.
+pub(crate) const OPEN_COST: f64 = 0.4;
 
 /// Factors per pair of the short and of the long window (about 10 and 50 pairs), and pairs that the short one counts as
 /// when it replaces older ones. Larger sees small changes later; smaller forgets.

@@ -624,6 +624,22 @@ enum selfcal_error_t
      * range: the lens model is not invertible at the pixel
      */
     SELFCAL_ERROR_RANGE_NOT_INVERTIBLE = 1212,
+    /**
+     * motion: the estimate is not locked, or frozen
+     */
+    SELFCAL_ERROR_MOTION_NOT_LOCKED = 1220,
+    /**
+     * motion: too few tracked matches
+     */
+    SELFCAL_ERROR_MOTION_TOO_FEW = 1221,
+    /**
+     * motion: no motion that tells yaw
+     */
+    SELFCAL_ERROR_MOTION_NO_MOTION = 1222,
+    /**
+     * motion: it contradicts mount and lens
+     */
+    SELFCAL_ERROR_MOTION_CONTRADICTS = 1223,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -1977,6 +1993,16 @@ typedef struct selfcal_range_t {
     uint32_t along_axis;
 } selfcal_range_t;
 
+/**
+ * A match that was tracked from one pair to a later one: rays of both, written by `selfcal_track`.
+ */
+typedef struct selfcal_tracked_t {
+    /**
+     * Private.
+     */
+    uint32_t words[10];
+} selfcal_tracked_t;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -2586,6 +2612,27 @@ selfcal_error_t selfcal_factory_from_record(struct selfcal_t *cal,
 selfcal_error_t selfcal_push_range(struct selfcal_t *cal,
                                    const struct selfcal_range_t *range,
                                    selfcal_witnessed_t *witnessed);
+
+/**
+ * Writes the rays of a tracked match.
+ *
+ * * `before`, `after`: the match in the first and in the second pair.
+ */
+selfcal_error_t selfcal_track(const struct selfcal_t *cal,
+                              const struct selfcal_correspondence_t *before,
+                              const struct selfcal_correspondence_t *after,
+                              struct selfcal_tracked_t *tracked);
+
+/**
+ * Adds matches that were tracked from one pair to a later one while the rig moved by several lengths of its
+ * baseline, after `selfcal_fuse`: they tell the yaw of the mount from the lens. Up to 256 are read, 17 times.
+ *
+ * * `tracked`: `count` of them, by `selfcal_track`; `witnessed`: effect on the estimate; may be null.
+ */
+selfcal_error_t selfcal_push_motion(struct selfcal_t *cal,
+                                    const struct selfcal_tracked_t *tracked,
+                                    size_t count,
+                                    selfcal_witnessed_t *witnessed);
 
 /**
  * Declares that the mount still is as the factory calibration says, for example on the production line in the locked

@@ -4,8 +4,8 @@ use core::ffi::c_char;
 
 use stereo_selfcal::link::{EncodeError, FrameRefusal, HeaderError};
 use stereo_selfcal::{
-    ApplyError, ConfigError, ExtrinsicsError, PairError, ProjectError, PushError, RangeError,
-    RectifyError, Refusal, Rejection, RestoreError, UndistortError,
+    ApplyError, ConfigError, ExtrinsicsError, MotionError, PairError, ProjectError, PushError,
+    RangeError, RectifyError, Refusal, Rejection, RestoreError, UndistortError,
 };
 
 use crate::enumeration::find;
@@ -264,6 +264,14 @@ c_enum! {
         SELFCAL_ERROR_RANGE_OUTSIDE_IMAGE = 1211,
         /// range: the lens model is not invertible at the pixel
         SELFCAL_ERROR_RANGE_NOT_INVERTIBLE = 1212,
+        /// motion: the estimate is not locked, or frozen
+        SELFCAL_ERROR_MOTION_NOT_LOCKED = 1220,
+        /// motion: too few tracked matches
+        SELFCAL_ERROR_MOTION_TOO_FEW = 1221,
+        /// motion: no motion that tells yaw
+        SELFCAL_ERROR_MOTION_NO_MOTION = 1222,
+        /// motion: it contradicts mount and lens
+        SELFCAL_ERROR_MOTION_CONTRADICTS = 1223,
     }
 }
 
@@ -271,7 +279,7 @@ use selfcal_error_t::*;
 
 from_core!(
     UndistortError, ProjectError, ExtrinsicsError, ConfigError, PushError, PairError, Refusal, Rejection,
-    ApplyError, RangeError, RectifyError, RestoreError, FrameRefusal, HeaderError, EncodeError
+    ApplyError, RangeError, MotionError, RectifyError, RestoreError, FrameRefusal, HeaderError, EncodeError
     => selfcal_error_t, else SELFCAL_ERROR_UNKNOWN
 );
 

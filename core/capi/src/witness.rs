@@ -2,13 +2,14 @@
 
 use core::ffi::c_char;
 
-use stereo_selfcal::{Range, RangeReading, Witnessed};
+use stereo_selfcal::{PushError, Range, RangeReading, RayPair, Witnessed};
 use zerocopy::FromBytes;
 
 use crate::enumeration::find;
 use crate::error::{selfcal_error_t, status};
-use crate::instance::{exclusive, selfcal_t};
-use crate::pointer::{Out, read};
+use crate::instance::{exclusive, selfcal_t, shared};
+use crate::pointer::{Out, read, read_array};
+use crate::push::selfcal_correspondence_t;
 
 /// A point of the left image at a known distance.
 #[repr(C)]
@@ -68,6 +69,65 @@ pub unsafe extern "C" fn selfcal_push_range(
         let (instance, range, out) =
             unsafe { (exclusive(cal)?, read(range)?, Out::optional(witnessed)?) };
         out.set(instance.calibrator.push_range(&(&range).into())?.into());
+        Ok(())
+    })
+}
+
+/// A match that was tracked from one pair to a later one: rays of both, written by `selfcal_track`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, FromBytes)]
+pub struct selfcal_tracked_t {
+    /// Private.
+    pub words: [u32; 10],
+}
+
+/// The rays of a tracked match.
+type Tracked = [RayPair<f32>; 2];
+
+const _: () = assert!(size_of::<selfcal_tracked_t>() == size_of::<Tracked>());
+const _: () = assert!(align_of::<selfcal_tracked_t>() >= align_of::<Tracked>());
+
+/// Writes the rays of a tracked match.
+///
+/// * `before`, `after`: the match in the first and in the second pair.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_track(
+    cal: *const selfcal_t,
+    before: *const selfcal_correspondence_t,
+    after: *const selfcal_correspondence_t,
+    tracked: *mut selfcal_tracked_t,
+) -> selfcal_error_t {
+    status(|| {
+        // SAFETY: the caller keeps the contract of the crate.
+        let (instance, pair, out) =
+            unsafe { (shared(cal)?, [read(before)?, read(after)?], Out::checked(tracked.cast())?) };
+        let cameras = instance.calibrator.cameras().ok_or(PushError::NoCameras)?;
+        let [before, after] = pair.each_ref().map(|c| cameras.rays(&c.into()));
+        let tracked: Tracked = [before?, after?];
+        out.set(tracked);
+        Ok(())
+    })
+}
+
+/// Adds matches that were tracked from one pair to a later one while the rig moved by several lengths of its
+/// baseline, after `selfcal_fuse`: they tell the yaw of the mount from the lens. Up to 256 are read, 17 times.
+///
+/// * `tracked`: `count` of them, by `selfcal_track`; `witnessed`: effect on the estimate; may be null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_push_motion(
+    cal: *mut selfcal_t,
+    tracked: *const selfcal_tracked_t,
+    count: usize,
+    witnessed: *mut selfcal_witnessed_t,
+) -> selfcal_error_t {
+    status(|| {
+        // SAFETY: the caller keeps the contract of the crate.
+        let (instance, tracked, out) =
+            unsafe { (exclusive(cal)?, read_array(tracked, count)?, Out::optional(witnessed)?) };
+        // SAFETY: of the same size, and of no larger alignment; rays are valid with any bits.
+        let tracked: &[Tracked] =
+            unsafe { core::slice::from_raw_parts(tracked.as_ptr().cast(), tracked.len()) };
+        out.set(instance.calibrator.push_motion(tracked)?.into());
         Ok(())
     })
 }

@@ -2,11 +2,16 @@
 //!
 //! A fused estimate of the rows is one measurement of the sum, however many pairs are in it: it is applied to the
 //! prior wherever it is read, and becomes part of the prior when its sums are dropped.
+//!
+//! A knock may be in the sums for many pairs before it is detected. So the lens is learnt from the rows as they were
+//! [`ROWS_LAG`] pairs ago or more, and a difference of the rows since then beyond chance is a turn of the mount.
 
 use super::yaw::YawEstimate;
 use crate::config::Context;
 use crate::scalar::Scalar;
-use crate::thresholds::{LENS_FOUND, REFUTED_FACTORY_YAW, SCENE_YAW_RAD, WITNESS_RAD};
+use crate::thresholds::{
+    LENS_FOUND, REFUTED_FACTORY_YAW, ROWS_LAG, SCENE_YAW_RAD, TURNED_DOUBT, WITNESS_RAD,
+};
 
 /// Knowledge of mount yaw and lens.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +28,20 @@ pub(crate) struct MountYaw<T> {
     known: Option<YawEstimate<T>>,
     /// A measurement by a witness that contradicts it, and its variance.
     waiting: Option<[T; 2]>,
+    earlier: EarlierRows<T>,
+}
+
+/// The rows as they were: every [`ROWS_LAG`] pairs the newer ones become the older ones. Not part of the record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct EarlierRows<T> {
+    older: Option<RowsYaw<T>>,
+    newer: Option<RowsYaw<T>>,
+    /// Pairs since the newer ones.
+    pairs: u16,
+}
+
+impl<T: Scalar> EarlierRows<T> {
+    const NONE: Self = Self { older: None, newer: None, pairs: 0 };
 }
 
 /// What became of a witness's measurement.
@@ -37,7 +56,7 @@ pub enum Witnessed {
 }
 
 /// A turn about the factory extrinsics that rows show, rad, and its variance, rad^2.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RowsYaw<T> {
     pub(crate) turn: T,
     pub(crate) variance: T,
@@ -52,6 +71,7 @@ impl<T: Scalar> MountYaw<T> {
         changed: false,
         known: None,
         waiting: None,
+        earlier: EarlierRows::NONE,
     };
 
     /// Of factory extrinsics that a calibration has measured.
@@ -75,10 +95,50 @@ impl<T: Scalar> MountYaw<T> {
         self.before(&rows, context).gain_of_rows(rows.variance)
     }
 
-    /// Before the rows. After a change of the rig the mount has turned by what the rows show beyond chance.
+    /// Before the rows: the mount has turned since the earlier ones by what they show beyond chance.
     fn before(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
+        match self.earlier.older {
+            Some(older) => {
+                let then = self.at(&older, context);
+                then.turned(then.excess(rows.turn, rows.variance))
+            }
+            None => self.before_any(rows, context),
+        }
+    }
+
+    /// With rows as the first since the prior: after a change of the rig the mount has turned by what they show beyond
+    /// chance.
+    fn at(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
+        self.before_any(rows, context).with_rows(rows.turn, rows.variance)
+    }
+
+    fn before_any(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
         let prior = self.prior(context);
         if self.changed { prior.turned(prior.excess(rows.turn, rows.variance)) } else { prior }
+    }
+
+    /// Notes the rows, after a pair is fused, where they are due.
+    pub(crate) fn note(
+        &mut self,
+        rows: impl FnOnce() -> Option<RowsYaw<T>>,
+        context: &Context<'_, T>,
+    ) {
+        if !(self.has_factory() || self.known.is_some()) {
+            return;
+        }
+        let earlier = &mut self.earlier;
+        earlier.pairs = earlier.pairs.saturating_add(1);
+        if earlier.pairs >= ROWS_LAG
+            && let Some(rows) = rows()
+        {
+            let newer = Some(rows.of_scene(context));
+            *earlier = EarlierRows { older: earlier.newer, newer, pairs: 0 };
+        }
+    }
+
+    /// Forgets the earlier rows.
+    pub(crate) fn forget_earlier(&mut self) {
+        self.earlier = EarlierRows::NONE;
     }
 
     /// Before the sums of the pairs.
@@ -99,9 +159,10 @@ impl<T: Scalar> MountYaw<T> {
         (of.var_lens() + self.doubt(of)).sqrt()
     }
 
+    /// Variance of the mount yaw by the chance that it has turned before the first pair, and that the lens is another.
     fn doubt(&self, of: &YawEstimate<T>) -> T {
         let claimed = self.claimed * of.lens();
-        claimed * claimed
+        claimed * claimed * (T::ONE + self.claimed * T::lit(TURNED_DOUBT))
     }
 
     /// Whether there is a factory calibration that holds, or held until the rig changed.
@@ -123,14 +184,17 @@ impl<T: Scalar> MountYaw<T> {
     /// The factory calibration is refuted: nothing is known of the mount.
     pub(crate) fn refute(&mut self) {
         self.refuted = true;
+        self.forget_earlier();
     }
 
     /// The rig has changed: the sums of the rows are dropped. What they said stays, and the lens is as before. Of a rig
     /// whose mount nothing but rows has measured, they said nothing that the next ones do not.
     pub(crate) fn change(&mut self, rows: &RowsYaw<T>, context: &Context<'_, T>) {
         if self.has_factory() || self.known.is_some() {
-            self.known = Some(self.with_rows(rows, context));
+            let rows = self.earlier.older.or(self.earlier.newer).unwrap_or(rows.of_scene(context));
+            self.known = Some(self.at(&rows, context));
             self.changed = true;
+            self.forget_earlier();
         }
     }
 
@@ -177,6 +241,7 @@ impl<T: Scalar> MountYaw<T> {
             self.claimed * (after.var_mount() / before.var_mount())
         };
         (self.known, self.changed) = (Some(after), false);
+        self.forget_earlier();
         Some(Witnessed::Taken)
     }
 }
@@ -221,3 +286,55 @@ fn is_apart<T: Scalar>(off: T, variance: T) -> bool {
 
 texts! { Witnessed { Taken = "taken", Waiting = "waiting for a second one" } }
 codes! { Witnessed { Taken = 0, Waiting = 1 } }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::geometry::extrinsics::Extrinsics;
+
+    const LENS: f64 = 0.005;
+    const KNOCK: f64 = 0.0175;
+    const NOISE: f64 = 2e-3;
+
+    /// Rows after so many pairs, with the last of them knocked: a mean, as of sums that noticed nothing.
+    fn rows(pairs: u32, knocked: u32) -> RowsYaw<f64> {
+        let [all, part] = [pairs, knocked].map(f64::from);
+        RowsYaw { turn: LENS + KNOCK * part / all, variance: NOISE * NOISE / all }
+    }
+
+    #[test]
+    fn a_knock_that_is_in_the_sums_before_it_is_detected_is_the_mounts() {
+        let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
+        let context = Context::new(&config, &factory, 1400.0);
+        // The factory extrinsics hold the rest of the turn.
+        let share = MountYaw::CALIBRATED.with_rows(&rows(40, 0), &context).lens();
+        assert!((share - LENS).abs() < 4e-4, "{share}");
+        for late in [3, 8, 15, 20] {
+            let mut mount = MountYaw::CALIBRATED;
+            (1..40).for_each(|pairs| mount.note(|| Some(rows(pairs, 0)), &context));
+            (1..=late).for_each(|n| mount.note(|| Some(rows(40 + n, n)), &context));
+            // As far as the rows show a turn beyond chance, it is the mount's before it is detected, too.
+            let before = mount.with_rows(&rows(40 + late, late), &context);
+            assert!((before.lens() - LENS).abs() < 1e-3, "{late}: {before:?}");
+            mount.change(&rows(40 + late, late), &context);
+            let after = mount.with_rows(&rows(20, 20), &context);
+            let (turn, lens) = (after.mount() - KNOCK, after.lens() - LENS);
+            assert!(turn.abs() < 8e-4 && lens.abs() < 8e-4, "{late}: {turn} {lens}");
+        }
+    }
+
+    #[test]
+    fn rows_within_chance_of_the_earlier_ones_turn_nothing() {
+        let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
+        let context = Context::new(&config, &factory, 1400.0);
+        let mut mount = MountYaw::CALIBRATED;
+        (1..80).for_each(|pairs| mount.note(|| Some(rows(pairs, 0)), &context));
+        let known = mount.with_rows(&rows(80, 0), &context);
+        for sign in [-1.0, 1.0] {
+            let off = RowsYaw { turn: LENS + sign * 5e-4, ..rows(80, 0) };
+            let yaw = mount.with_rows(&off, &context);
+            assert!((yaw.mount() - known.mount()).abs() < 1e-4, "{yaw:?} {known:?}");
+        }
+    }
+}

@@ -10,14 +10,14 @@ use super::turn::Turn;
 use crate::batch::Matches;
 use crate::batch::correspondence::RayPair;
 use crate::batch::row_offset::row_offset;
-use crate::config::{Config, Context};
+use crate::config::Context;
 use crate::error::PairError;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::pair::evaluate::EvaluatedPose;
 use crate::pair::solver::PairSolver;
 use crate::scalar::Scalar;
 use crate::state::Stop;
-use crate::thresholds::{CLEARLY_BETTER, FEW, TRACK_PASSES, TRUNCATED_PX};
+use crate::thresholds::{CLEARLY_BETTER, FEW, OPEN_COST, TRACK_PASSES, TRUNCATED_PX};
 
 /// Stage of an association.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,8 +57,6 @@ pub(super) struct Association<T: Scalar> {
     seen: Seen,
     /// Passes taken, evaluations included.
     passes: u16,
-    /// Turn of the baseline to be tried before the challenger takes the batch in.
-    turn: Option<Turn>,
     /// End of the last solver.
     stop: Stop,
     /// NIS of the accepted pair.
@@ -80,7 +78,6 @@ impl<T: Scalar> Association<T> {
         rejected: Rejected { by_champion: false, by_challenger: false },
         seen: Seen::New,
         passes: 0,
-        turn: None,
         stop: Stop::PassesSpent,
         nis: T::ZERO,
     };
@@ -102,23 +99,22 @@ impl<T: Scalar> Association<T> {
 
     /// Begins a batch.
     ///
-    /// * `pairs`: correspondences in it; `seen`: what it shows of the scene of the last fused pair.
-    /// * `turn`: of the baseline, to be tried too.
+    /// * `seen`: what it shows of the scene of the last fused pair; `turn`: of the baseline, to be tried first where the
+    ///   challenger leaves it open.
     #[inline(never)]
     pub(super) fn open(
         &mut self,
         with: &AssociationContext<'_, T>,
-        pairs: usize,
+        pairs: &[RayPair<T>],
         seen: Seen,
         turn: Option<Turn>,
     ) {
         self.rejected = Rejected::default();
         self.seen = seen;
         self.passes = 0;
-        self.turn = turn;
-        match turn.filter(|_| with.hypotheses.challenger().is_none()) {
-            Some(turn) => self.enter(Stage::Turned(turn), with, pairs),
-            None => self.enter(Stage::Champion, with, pairs),
+        match turn.filter(|_| with.leaves_open(pairs)) {
+            Some(turn) => self.enter(Stage::Turned(turn), with, pairs.len()),
+            None => self.enter(Stage::Champion, with, pairs.len()),
         }
     }
 
@@ -196,7 +192,7 @@ impl<T: Scalar> Association<T> {
                 self.evaluate(matches)?;
                 let next = self.decide(with)?;
                 self.stage = next;
-                if matches!(next, Stage::Challenger | Stage::Search | Stage::Turned(_)) {
+                if matches!(next, Stage::Challenger | Stage::Search) {
                     self.enter(next, with, matches.pairs.len());
                 }
                 Ok(())
@@ -296,9 +292,7 @@ impl<T: Scalar> Association<T> {
             Stage::Challenger => {
                 if let Some(nis) = hypotheses.gate_of_challenger(evaluated, context) {
                     self.nis = nis;
-                    let supports = Stage::Done(Support::Challenger);
-                    let turn = self.turn.take().filter(|_| self.has_passes(context.config));
-                    return Ok(turn.map_or(supports, Stage::Turned));
+                    return Ok(Stage::Done(Support::Challenger));
                 }
                 self.rejected.by_challenger = true;
                 let done = self.rejected.by_champion;
@@ -315,11 +309,6 @@ impl<T: Scalar> Association<T> {
     /// Whether it ended with the baseline turned.
     pub(super) fn is_turned(&self) -> bool {
         matches!(self.stage, Stage::Turned(_))
-    }
-
-    /// Whether passes are left for a search with the baseline turned, and to track the challenger again.
-    fn has_passes(&self, config: &Config) -> bool {
-        config.max_passes > self.passes.saturating_add(2 * TRACK_PASSES + 2)
     }
 
     /// Hypotheses whose gates rejected the batch so far.
@@ -376,21 +365,27 @@ impl<T: Scalar> AssociationContext<'_, T> {
     }
 
     /// Whether a pose fits better than the challenger's, by [`CLEARLY_BETTER`] of the mean truncated cost.
-    #[inline(never)]
     fn is_better(&self, pose: &RectifyingRotations<T>, pairs: &[RayPair<T>]) -> bool {
-        let Some(challenger) = self.hypotheses.challenger() else {
-            return true;
-        };
+        self.hypotheses.challenger().is_none_or(|challenger| {
+            let [new, old] = [pose, challenger.pose()].map(|pose| self.cost(pose, pairs));
+            new < old - T::lit(CLEARLY_BETTER)
+        })
+    }
+
+    /// Whether another pose may fit clearly better than the challenger's: most matches are off it.
+    fn leaves_open(&self, pairs: &[RayPair<T>]) -> bool {
+        let challenger = self.hypotheses.challenger();
+        challenger.is_none_or(|challenger| self.cost(challenger.pose(), pairs) > T::lit(OPEN_COST))
+    }
+
+    /// Mean truncated cost of a pose, 0 to 1.
+    #[inline(never)]
+    fn cost(&self, pose: &RectifyingRotations<T>, pairs: &[RayPair<T>]) -> T {
         let limit = T::lit(TRUNCATED_PX) / self.context.focal;
-        let cost = |pose: &RectifyingRotations<T>, pair: &RayPair<T>| {
+        let cost = |pair: &RayPair<T>| {
             row_offset(pose, pair).map_or(T::ONE, |e| (e * e / (limit * limit)).min(T::ONE))
         };
-        let [mut new, mut old] = [T::ZERO; 2];
-        for pair in pairs {
-            new += cost(pose, pair);
-            old += cost(challenger.pose(), pair);
-        }
-        let count = T::count(u32::try_from(pairs.len()).unwrap_or(u32::MAX));
-        new < old - T::lit(CLEARLY_BETTER) * count
+        let sum = pairs.iter().fold(T::ZERO, |sum, pair| sum + cost(pair));
+        sum / T::count(u32::try_from(pairs.len()).unwrap_or(u32::MAX))
     }
 }

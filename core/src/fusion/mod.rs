@@ -81,6 +81,7 @@ impl<T: Scalar> Fusion<T> {
 
     fn forget_pairs(&mut self) {
         self.hypotheses.clear();
+        self.mount.forget_earlier();
         self.scene.clear();
         self.reference = LensReference::GIVEN;
         self.association.close();
@@ -151,7 +152,7 @@ impl<T: Scalar> Fusion<T> {
         let turn = hypotheses.next_turn();
         let with = AssociationContext { context, hypotheses };
         let seen = scene.compare(matches.pairs, context.focal);
-        association.open(&with, matches.pairs.len(), seen, turn);
+        association.open(&with, matches.pairs, seen, turn);
         let begun = association.advance(&with, matches);
         if begun.is_err() {
             association.close();
@@ -221,6 +222,10 @@ impl<T: Scalar> Fusion<T> {
             self.scene.remember();
             self.reference.fade(context.fading(u32::MAX));
             self.check_mount(context);
+            let Self { hypotheses, mount, .. } = self;
+            if let Some(champion) = hypotheses.champion() {
+                mount.note(|| champion.rows_yaw(context), context);
+            }
         }
         fused
     }

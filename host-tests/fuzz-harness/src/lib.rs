@@ -88,8 +88,10 @@ pub fn run_calibrator(bytes: &[u8]) {
         let changed = before.generation != calibrator.generation();
         // Many fusions may lead back to where they began; new cameras are the caller's own.
         let counted = changed == (before.in_use != calibrator.calibration_in_use());
-        let uncounted =
-            matches!(call, Call::Fuse(_) | Call::SetCameras(..) | Call::SetUsualCameras(..) | Call::Restart);
+        let uncounted = matches!(
+            call,
+            Call::Fuse(_) | Call::SetCameras(..) | Call::SetUsualCameras(..) | Call::Restart
+        );
         assert!(counted || uncounted, "{call:?}");
         assert!(!changed || call.may_change_what_is_in_use(automatic && !frozen), "{call:?}");
         let after = state(&calibrator);

@@ -13,6 +13,7 @@ mod pairs_folder;
 pub mod ranges;
 mod rigs;
 mod sign;
+pub mod tracked;
 mod turned_view;
 
 pub use dataset::Dataset;

@@ -34,6 +34,8 @@ pub struct Checks {
     pub reasons: Reasons,
     /// Verdict on what was in use.
     pub band: Band,
+    /// Deviation of the yaw in use, rad: depth is off by `Z^2 / b` times this.
+    pub yaw_sd: f64,
     /// Matches that fit the estimate.
     pub fit: u32,
     /// RMS row offset of what was in use, px.
@@ -59,6 +61,7 @@ impl Checked {
             doubt: health.doubt,
             reasons: health.reasons,
             band: health.band,
+            yaw_sd: health.yaw.to_f64(),
             fit: health.fit_proposed,
             in_use_px: health.in_use_px.to_f64(),
             proposed_px: health.proposed_px.to_f64(),

@@ -6,11 +6,15 @@ use serde::Serialize;
 use stereo_selfcal::{Calibration, RectifyingRotations};
 
 use super::log::RunLog;
+use super::summary::SCREEN_PX;
 use crate::data::depths::TrueDepth;
 use crate::data::{Dataset, Match};
 
 /// Matches that are off by more with the reference are no matches, px of disparity and of rows.
 const WRONG_PX: [f64; 2] = [6.0, 3.0];
+
+/// Disparity below 0 from which on a match is behind infinity, px: a far match has noise.
+const BEHIND_PX: f64 = 1.0;
 
 /// Median of `|1/Z - 1/Z_true| f b` over all matches of known depth, px of disparity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -34,9 +38,7 @@ impl DepthErrors {
         let baseline_m = set.meta.baseline_m.context("depths without baseline_m in meta.json")?;
         let none = stereo_selfcal::LensCorrection::NONE;
         let before = set.calibration(log.factory(), &none)?;
-        let checked = log.steps().last().and_then(|step| step.checked);
-        let in_use = checked.map(|used| set.calibration(&used.in_use, &used.correction));
-        let in_use = in_use.transpose()?.unwrap_or(before);
+        let in_use = calibration_in_use(set, log)?;
         let reference = set.meta.has_reference().then(|| set.truth()).transpose()?;
         let reference = reference.map(|truth| set.calibration(&truth, &none)).transpose()?;
         let moved = |pair: usize| set.rigs.get(pair) != set.rigs.last();
@@ -71,15 +73,44 @@ impl DepthErrors {
     }
 }
 
+/// Share of the matches in row that are behind infinity, with what is in use after the last pair. `None` without matches
+/// in row.
+pub(super) fn behind_infinity(set: &Dataset, log: &RunLog) -> Result<Option<f64>> {
+    let in_use = calibration_in_use(set, log)?;
+    let focal = in_use.cameras.mean_focal();
+    let mut counts = [0_u32; 2];
+    for [disparity, row, _] in set.pairs.iter().flatten().filter_map(|m| offsets(&in_use, m)) {
+        let in_row = row.abs() * focal <= SCREEN_PX;
+        let behind = disparity * focal <= -BEHIND_PX;
+        counts[0] += u32::from(in_row);
+        counts[1] += u32::from(in_row && behind);
+    }
+    let [in_row, behind] = counts.map(f64::from);
+    Ok((in_row > 0.0).then(|| behind / in_row))
+}
+
+/// What is in use after the last pair.
+fn calibration_in_use(set: &Dataset, log: &RunLog) -> Result<Calibration<f64>> {
+    match log.steps().last().and_then(|step| step.checked) {
+        Some(used) => set.calibration(&used.in_use, &used.correction),
+        None => set.calibration(log.factory(), &stereo_selfcal::LensCorrection::NONE),
+    }
+}
+
 /// Error of disparity and of rows of a match at a known depth, px; `None` where it has no rays.
 fn error_px(of: &Calibration<f64>, m: &Match, depth_m: f64, baseline_m: f64) -> Option<[f64; 2]> {
+    let [disparity, row, depth] = offsets(of, m)?;
+    let focal = of.cameras.mean_focal();
+    Some([(disparity * depth - baseline_m / depth_m) * focal, row * focal])
+}
+
+/// Disparity, row offset, and depth of the left ray, all rectified, at unit depth.
+fn offsets(of: &Calibration<f64>, m: &Match) -> Option<[f64; 3]> {
     let rays = of.cameras.rays(&m.correspondence()).ok()?;
     let rotations = RectifyingRotations::from(&of.extrinsics);
     let ray = |[x, y]: [f64; 2]| Vector3::new(x, y, 1.0);
     let [a, b] = [rotations.left() * ray(rays.left()), rotations.right() * ray(rays.right())];
-    let [disparity, row] = [a.x / a.z - b.x / b.z, a.y / a.z - b.y / b.z];
-    let focal = of.cameras.mean_focal();
-    Some([(disparity * a.z - baseline_m / depth_m) * focal, row * focal])
+    Some([a.x / a.z - b.x / b.z, a.y / a.z - b.y / b.z, a.z])
 }
 
 fn median(mut all: Vec<f64>) -> Option<f64> {

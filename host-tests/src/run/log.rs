@@ -8,7 +8,7 @@ use stereo_selfcal::{
 
 use super::checked::Checked;
 use super::estimate::Estimate;
-use super::refused::CountByReason;
+use super::refused::{CountByReason, Witnesses};
 use super::step::{Alone, Solved, Step, Verdict};
 use super::totals::Totals;
 use crate::data::in_f64;
@@ -99,6 +99,7 @@ impl RunLog {
             offered,
             taken,
             refused: CountByReason::new(),
+            witnessed: Witnesses::default(),
             verdict,
             solved,
             alone,
@@ -118,6 +119,13 @@ impl RunLog {
     pub fn note_refused(&mut self, refused: CountByReason) {
         if let Some(step) = self.steps.last_mut() {
             step.refused = refused;
+        }
+    }
+
+    /// Notes what became of the witnesses of the pair recorded last.
+    pub fn note_witnessed(&mut self, witnessed: Witnesses) {
+        if let Some(step) = self.steps.last_mut() {
+            step.witnessed = witnessed;
         }
     }
 

@@ -138,6 +138,12 @@ pub(super) fn calibrator<T: Scalar>(
 ) -> Result<Box<Calibrator<T, CAPACITY>>> {
     let mut calibrator = Box::new(Calibrator::new(config));
     calibrator.set_cameras(cameras(&scenario.scene)?);
+    if scenario.commissioned {
+        let rig = &scenario.scene.rig;
+        let rotation = rig.rotation().matrix().map(T::lit);
+        let translation = rig.translation().into_inner().map(T::lit);
+        calibrator.set_factory(Extrinsics::try_new(&rotation, &translation)?);
+    }
     Ok(calibrator)
 }
 

@@ -2,10 +2,70 @@
 
 use std::collections::BTreeMap;
 
-use stereo_selfcal::{PairError, PushError, Refusal, Side, UndistortError};
+use serde::Serialize;
+use stereo_selfcal::{
+    MotionError, PairError, PushError, RangeError, Refusal, Side, UndistortError, Witnessed,
+};
 
 /// How often each reason occurred.
 pub type CountByReason = BTreeMap<&'static str, usize>;
+
+/// What became of witnesses of the mount yaw, by name: taken, waiting, or why they were refused.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Witnesses {
+    /// Range readings.
+    pub ranges: CountByReason,
+    /// Sets of tracked matches.
+    pub motion: CountByReason,
+}
+
+impl Witnesses {
+    pub(super) fn add(&mut self, other: &Self) {
+        let all = [(&mut self.ranges, &other.ranges), (&mut self.motion, &other.motion)];
+        for (to, from) in all {
+            for (name, count) in from {
+                *to.entry(name).or_default() += count;
+            }
+        }
+    }
+
+    pub(super) fn note_range(&mut self, outcome: Result<Witnessed, RangeError>) {
+        *self.ranges.entry(outcome.map_or_else(of_range, of_witnessed)).or_default() += 1;
+    }
+
+    pub(super) fn note_motion(&mut self, outcome: Result<Witnessed, MotionError>) {
+        *self.motion.entry(outcome.map_or_else(of_motion, of_witnessed)).or_default() += 1;
+    }
+}
+
+fn of_witnessed(witnessed: Witnessed) -> &'static str {
+    match witnessed {
+        Witnessed::Taken => "taken",
+        Witnessed::Waiting => "waiting",
+    }
+}
+
+fn of_range(why: RangeError) -> &'static str {
+    match why {
+        RangeError::NoBaseline => "no_baseline",
+        RangeError::NotLocked => "not_locked",
+        RangeError::Reading => "reading",
+        RangeError::Pixel(_) => "pixel",
+        RangeError::NoMatch => "no_match",
+        RangeError::Contradicts => "contradicts",
+        _ => "other",
+    }
+}
+
+fn of_motion(why: MotionError) -> &'static str {
+    match why {
+        MotionError::NotLocked => "not_locked",
+        MotionError::TooFew => "too_few",
+        MotionError::NoMotion => "no_motion",
+        MotionError::Contradicts => "contradicts",
+        _ => "other",
+    }
+}
 
 /// Why a match was refused.
 #[must_use]

@@ -1,14 +1,15 @@
 //! Replay: feeds a data set to the calibrator as on a controller.
 
 use anyhow::Result;
-use stereo_selfcal::{Calibrator, Config, Extrinsics, Range, RangeReading, Scalar};
+use stereo_selfcal::{Calibrator, Config, Extrinsics, Range, RangeReading, RayPair, Scalar};
 
 use super::alone::PairSolver;
 use super::factory;
 use super::log::RunLog;
-use super::refused::{self, CountByReason};
+use super::refused::{self, CountByReason, Witnesses};
 use super::step::Step;
 use crate::data::ranges::Ranges;
+use crate::data::tracked::Track;
 use crate::data::{Dataset, Match, Meta, in_f64};
 
 /// Default capacity of a replay, correspondences a pair.
@@ -44,6 +45,7 @@ pub struct Running<T: Scalar, const N: usize> {
     alone: PairSolver<T, N>,
     apply: Apply,
     ranges: Ranges,
+    tracks: Vec<Vec<Track>>,
     log: RunLog,
 }
 
@@ -66,13 +68,16 @@ impl<T: Scalar, const N: usize> Running<T, N> {
         } else {
             RunLog::without_reference(factory)
         };
-        Ok(Self { calibrator, alone, apply, ranges: Ranges::new(), log })
+        Ok(Self { calibrator, alone, apply, ranges: Ranges::new(), tracks: Vec::new(), log })
     }
 
     /// Solves and fuses the next pair.
     pub fn push(&mut self, pair: &[Match]) -> Option<&Step> {
-        let ranges = self.ranges.remove(&self.log.pairs()).unwrap_or_default();
-        replay_pair(&mut self.calibrator, pair, &ranges, self.apply, &mut self.log);
+        let number = self.log.pairs();
+        let ranges = self.ranges.remove(&number).unwrap_or_default();
+        let tracks = self.tracks.get(number).map(Vec::as_slice).unwrap_or_default();
+        let with = (ranges.as_slice(), tracks);
+        replay_pair(&mut self.calibrator, pair, with, self.apply, &mut self.log);
         self.log.note_alone(self.alone.solve(pair));
         self.log.steps().last()
     }
@@ -94,6 +99,8 @@ pub struct Feed<'a> {
     pub pairs: Box<dyn Iterator<Item = Result<Vec<Match>>> + 'a>,
     /// Points of known distance.
     pub ranges: Ranges,
+    /// Matches tracked from each pair to a later one; empty: none.
+    pub tracks: Vec<Vec<Track>>,
     /// Whether the log keeps only the latest pair.
     pub brief: bool,
 }
@@ -110,6 +117,7 @@ impl<'a> Feed<'a> {
             truths: set.truths()?,
             pairs,
             ranges: Ranges::new(),
+            tracks: Vec::new(),
             brief: false,
         })
     }
@@ -146,7 +154,7 @@ pub fn replay_pairs<T: Scalar, const N: usize>(
 ) -> Result<RunLog> {
     let mut running = Running::<T, N>::new(feed.rig, config, start, apply)?;
     running.log = running.log.with_truths(feed.truths);
-    running.ranges = feed.ranges;
+    (running.ranges, running.tracks) = (feed.ranges, feed.tracks);
     if feed.brief {
         running.log = running.log.briefly();
     }
@@ -161,7 +169,7 @@ pub fn replay_pairs<T: Scalar, const N: usize>(
 fn replay_pair<T: Scalar, const N: usize>(
     calibrator: &mut Calibrator<T, N>,
     pair: &[Match],
-    ranges: &[RangeReading<f64>],
+    (ranges, tracks): (&[RangeReading<f64>], &[Track]),
     apply: Apply,
     log: &mut RunLog,
 ) {
@@ -173,9 +181,12 @@ fn replay_pair<T: Scalar, const N: usize>(
     }
     let taken = calibrator.batch().pairs().len();
     let outcome = calibrator.solve_pair().map(|report| (report, calibrator.fuse()));
+    let mut witnessed = Witnesses::default();
     for reading in ranges {
-        // One that is refused is as one that was not taken.
-        let _ = calibrator.push_range(&in_scalar(reading));
+        witnessed.note_range(calibrator.push_range(&in_scalar(reading)));
+    }
+    if !tracks.is_empty() {
+        witnessed.note_motion(calibrator.push_motion(&rays_of(calibrator, tracks)));
     }
     // Over the batch: before it is cleared.
     let health = calibrator.health();
@@ -186,7 +197,21 @@ fn replay_pair<T: Scalar, const N: usize>(
     calibrator.clear_pair();
     log.record([pair.len(), taken], outcome, calibrator.proposal().as_ref());
     log.note_refused(refused);
+    log.note_witnessed(witnessed);
     log.check(calibrator, health.as_ref());
+}
+
+/// Tracks that have rays in both pairs.
+fn rays_of<T: Scalar, const N: usize>(
+    calibrator: &Calibrator<T, N>,
+    tracks: &[Track],
+) -> Vec<[RayPair<T>; 2]> {
+    let Some(cameras) = calibrator.cameras() else { return Vec::new() };
+    let rays = |[one, two]: &Track| {
+        let [one, two] = [one, two].map(|m| cameras.rays(&m.correspondence()));
+        Some([one.ok()?, two.ok()?])
+    };
+    tracks.iter().filter_map(rays).collect()
 }
 
 fn in_scalar<T: Scalar>(reading: &RangeReading<f64>) -> RangeReading<T> {

@@ -7,7 +7,7 @@ use stereo_selfcal::{Extrinsics, Fused, PairError, Refusal};
 
 use super::checked::Checked;
 use super::estimate::Estimate;
-use super::refused::CountByReason;
+use super::refused::{CountByReason, Witnesses};
 
 /// Outcome of one pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +29,8 @@ pub struct Step {
     pub taken: usize,
     /// Correspondences refused by reason, where the run has noted it.
     pub refused: CountByReason,
+    /// What became of range readings and of tracked matches, where the run had any.
+    pub witnessed: Witnesses,
     /// Its outcome.
     pub verdict: Verdict,
     /// The solved pair; the robust preset tracks it from the running estimate.

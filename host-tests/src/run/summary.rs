@@ -9,10 +9,10 @@ use serde::{Serialize, Serializer};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Calibration, LensCorrection, RayPair, RectifyingRotations, row_offset, so3};
 
-use super::depth_error::DepthErrors;
+use super::depth_error::{DepthErrors, behind_infinity};
 use super::estimate::{Lens, in_words};
 use super::log::RunLog;
-use super::refused::{self, CountByReason};
+use super::refused::{self, CountByReason, Witnesses};
 use crate::data::{Dataset, Match};
 use crate::stats::rms;
 
@@ -78,6 +78,12 @@ pub struct Summary {
     pub lens_yaw: Option<f64>,
     /// Standard deviation of it.
     pub lens_yaw_sd: Option<f64>,
+    /// Standard deviation of the yaw in use, rad, with the lens uncertain: depth is off by `Z^2 / b` times this.
+    pub yaw_sd: Option<f64>,
+    /// What became of range readings and of tracked matches.
+    pub witnesses: Witnesses,
+    /// Share of the matches in row that are behind infinity with the extrinsics in use: 1 px of disparity or more below 0.
+    pub behind_infinity: Option<f64>,
     /// Extrinsics in use after the last pair.
     pub in_use: Option<InUse>,
     /// Whether the health over the last pair says yes to arming.
@@ -165,6 +171,9 @@ impl RunLog {
             depth: None,
             lens_yaw: fused.map(|f| f.lens_yaw.value),
             lens_yaw_sd: fused.map(|f| f.lens_yaw.sd),
+            yaw_sd: checked.and_then(|checked| checked.health).map(|health| health.yaw_sd),
+            witnesses: totals.witnessed,
+            behind_infinity: behind_infinity(set, self)?,
             in_use,
             armed: checked.is_some_and(|checked| checked.is_armed()),
             reasons: checked.map(|checked| checked.reasons()).unwrap_or_default(),
@@ -273,6 +282,16 @@ impl fmt::Display for Summary {
             writeln!(f, "cameras corrected  {}", in_words(&self.correction))?;
         }
         self.write_rows(f)?;
+        for (name, counts) in
+            [("range readings", &self.witnesses.ranges), ("tracked motion", &self.witnesses.motion)]
+        {
+            if !counts.is_empty() {
+                write!(f, "\n{name:<19}{}", refused::in_words(counts))?;
+            }
+        }
+        if let Some(share) = self.behind_infinity.filter(|share| *share > 0.0) {
+            write!(f, "\nbehind infinity    {:.1} % of the matches in row, in use", 100.0 * share)?;
+        }
         if let Some(DepthErrors { before_px, in_use_px, reference_px, .. }) = self.depth {
             write!(f, "\ndepth error        {before_px:.3} px before, {in_use_px:.3} px in use")?;
             if let Some(px) = reference_px {

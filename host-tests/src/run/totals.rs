@@ -3,7 +3,7 @@
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Fused, State};
 
-use super::refused::{self, CountByReason};
+use super::refused::{self, CountByReason, Witnesses};
 use super::step::{Step, Verdict};
 
 /// Sums over pairs.
@@ -19,6 +19,8 @@ pub(super) struct Totals {
     pub(super) refused: CountByReason,
     /// Pairs not solved or not fused, by reason.
     pub(super) rejected: CountByReason,
+    /// What became of witnesses of the mount yaw.
+    pub(super) witnessed: Witnesses,
     /// Errors of the accepted pairs as solved in the run.
     pub(super) tracked: Squares,
     /// Errors of the pairs solved alone.
@@ -34,11 +36,12 @@ pub(super) struct Totals {
 impl Totals {
     /// Adds the next pair.
     pub(super) fn add(&mut self, step: &Step) {
-        let Step { offered, refused, verdict, solved, alone, checked, .. } = step;
+        let Step { offered, refused, witnessed, verdict, solved, alone, checked, .. } = step;
         self.matches += offered;
         for (name, count) in refused {
             *self.refused.entry(name).or_default() += count;
         }
+        self.witnessed.add(witnessed);
         match verdict {
             Verdict::Accepted(how) => {
                 self.accepted += 1;

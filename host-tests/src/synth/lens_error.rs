@@ -26,6 +26,8 @@ pub struct LensError {
     pub radial: [f64; 2],
     /// `p1 p2`, OpenCV's.
     pub tangential: [f64; 2],
+    /// Rows are off by this times `x y`: what rows cannot tell from yaw.
+    pub rows: f64,
 }
 
 /// Lens errors as a user gives them.
@@ -39,8 +41,14 @@ pub struct LensErrors {
 
 impl LensError {
     /// No error: its pixels are those of the nominal pinhole, to the bit.
-    pub const NONE: Self =
-        Self { focal: 0.0, aspect: 0.0, centre: [0.0; 2], radial: [0.0; 2], tangential: [0.0; 2] };
+    pub const NONE: Self = Self {
+        focal: 0.0,
+        aspect: 0.0,
+        centre: [0.0; 2],
+        radial: [0.0; 2],
+        tangential: [0.0; 2],
+        rows: 0.0,
+    };
 
     /// Standard deviations of what a calibration leaves after a year.
     const PRIOR: Self = Self {
@@ -49,13 +57,14 @@ impl LensError {
         centre: [1.0; 2],
         radial: [0.005, 0.0],
         tangential: [0.001; 2],
+        rows: 0.0,
     };
 
     /// # Errors
     /// If a part is not finite, or so large that a pixel may have several rays.
     pub(crate) fn check(&self) -> Result<()> {
         let [k, p] = [self.radial, self.tangential];
-        let small = [self.focal, self.aspect, k[0], k[1], p[0], p[1]];
+        let small = [self.focal, self.aspect, k[0], k[1], p[0], p[1], self.rows];
         ensure!(small.iter().all(|x| x.abs() <= 0.1), "lens errors must be from -0.1 to 0.1");
         let centred = self.centre.iter().all(|px| px.abs() <= 100.0);
         ensure!(centred, "error of the principal point must be from -100 to 100 px");
@@ -76,6 +85,7 @@ impl LensError {
             centre: Self::PRIOR.centre.map(&mut draw),
             radial: [draw(Self::PRIOR.radial[0]), 0.0],
             tangential: Self::PRIOR.tangential.map(&mut draw),
+            rows: 0.0,
         })
     }
 
@@ -88,6 +98,7 @@ impl LensError {
             centre: sum(self.centre, other.centre),
             radial: sum(self.radial, other.radial),
             tangential: sum(self.tangential, other.tangential),
+            rows: self.rows + other.rows,
         }
     }
 
@@ -129,12 +140,13 @@ impl LensError {
         let slope = 2.0 * (k1 + 2.0 * r2 * k2);
         let distorted = [
             x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
-            y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
+            y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y + self.rows * x * y,
         ];
         let across = x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y;
         let xx = radial + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x;
         let yy = radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x;
-        (distorted, [[xx, across], [across, yy]])
+        let rows = self.rows;
+        (distorted, [[xx, across], [across + rows * y, yy + rows * x]])
     }
 
     /// The part of that name.
@@ -148,6 +160,7 @@ impl LensError {
             "k2" => &mut self.radial[1],
             "p1" => &mut self.tangential[0],
             "p2" => &mut self.tangential[1],
+            "a" => &mut self.rows,
             _ => return None,
         })
     }
@@ -186,7 +199,9 @@ impl FromStr for LensErrors {
             let number: f64 =
                 number.parse().map_err(|_| format!("`{value}` is not a number here"))?;
             errors.set(key, number * unit).ok_or_else(|| {
-                format!("`{key}` is none of f, aspect, cx, cy, k1, k2, p1, p2 with _l, _r or _both")
+                format!(
+                    "`{key}` is none of f, aspect, cx, cy, k1, k2, p1, p2, a with _l, _r or _both"
+                )
             })?;
         }
         for error in &errors.given {
@@ -224,6 +239,19 @@ mod tests {
             let core = camera.ray(pixel).unwrap();
             assert!((Vector2::from(ray) - core).norm() < 1e-12, "{ray:?} {core}");
             assert!((Vector2::from(back) - Vector2::from(pixel)).norm() < 1e-10, "{back:?}");
+        }
+    }
+
+    #[test]
+    fn rows_are_off_by_the_product_of_the_coordinates_and_the_ray_is_found_again() {
+        let wrong = LensError { rows: 0.01, ..LensError::NONE };
+        for [x, y] in [[0.5, 0.3], [-0.4, 0.2], [0.0, 0.3]] {
+            let pixel = wrong.pixel(FOCAL, CENTRE, [x, y]);
+            let right = LensError::NONE.pixel(FOCAL, CENTRE, [x, y]);
+            assert_eq!(pixel[0].to_bits(), right[0].to_bits());
+            assert!((pixel[1] - right[1] - 0.01 * x * y * FOCAL).abs() < 1e-10, "{pixel:?}");
+            let back = wrong.ray(FOCAL, CENTRE, pixel);
+            assert!((back[0] - x).hypot(back[1] - y) < 1e-12, "{back:?}");
         }
     }
 

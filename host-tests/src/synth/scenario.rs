@@ -32,6 +32,10 @@ pub struct Scenario {
     pub pairs: usize,
     /// Turn of the right camera, degrees: in mid run of a step or a flight, per pair of a drift.
     pub turn_deg: f64,
+    /// Axis of that turn, right camera frame; `None`: random, new for every seed.
+    pub axis: Option<[f64; 3]>,
+    /// Whether the rig starts from a factory calibration: the truth of the first pair.
+    pub commissioned: bool,
     /// What moves the views of a pair against each other; the vibration of a flight is part of its motion.
     pub disturbance: Disturbance,
     /// Turn of the rig about a random axis, new for every seed, on top of that of the scene, degrees.
@@ -79,6 +83,8 @@ impl Scenario {
             scene: kind.scene(),
             pairs,
             turn_deg: kind.turn_deg(),
+            axis: None,
+            commissioned: false,
             disturbance: Disturbance {
                 vibration_deg: kind.vibration_deg(),
                 ..Disturbance::default()
@@ -182,7 +188,9 @@ impl Scenario {
         ensure!(self.turn_deg.is_finite() && self.off_deg.is_finite(), "turn must be finite");
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(STREAM);
-        let axis = Vector3::from(UnitSphere.sample(&mut rng));
+        let drawn = Vector3::from(UnitSphere.sample(&mut rng));
+        let axis = self.axis.map_or(drawn, |axis| Vector3::from(axis).normalize());
+        ensure!(axis.iter().all(|x| x.is_finite()), "the axis of a turn must have a direction");
         let mut base = self.scene.clone();
         if self.off_deg != 0.0 {
             let axis = Vector3::from(UnitSphere.sample(&mut rng));

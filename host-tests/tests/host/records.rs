@@ -96,7 +96,8 @@ fn a_restarted_rig_is_locked_and_armed_within_two_pairs_and_as_good_as_without_a
         let seeds = FIRST_SEED..FIRST_SEED + runs(RUNS[0], RUNS[1]);
         let all: Vec<Run> =
             seeds.into_par_iter().filter_map(|seed| run(*kind, Config::robust(), seed)).collect();
-        let count = |until: usize, pairs: usize| all.iter().filter(|r| r.until[until] <= pairs).count();
+        let count =
+            |until: usize, pairs: usize| all.iter().filter(|r| r.until[until] <= pairs).count();
         let [locked, armed, armed_unbroken] = [0, 1, 2].map(|until| count(until, 2));
         let ratios = [0, 1, 2].map(|at| {
             [0, 1].map(|error| {
@@ -108,7 +109,9 @@ fn a_restarted_rig_is_locked_and_armed_within_two_pairs_and_as_good_as_without_a
             "{kind:<16} {:>3} runs: locked {locked}, armed {armed} (unbroken {armed_unbroken}); e_t, e_theta {ratios:.3?}",
             all.len()
         );
-        if all.is_empty() { continue }
+        if all.is_empty() {
+            continue;
+        }
         if locked < all.len() || armed < armed_unbroken {
             worst.push(format!("{kind}: {locked} locked, {armed} armed of {armed_unbroken}"));
         }

@@ -8,9 +8,9 @@ use stereo_selfcal::link::{
     Damage, EncodeError, FrameRefusal, HeaderError, ReceiveError, RecordError,
 };
 use stereo_selfcal::{
-    ApplyError, Arming, Band, ConfigError, Direction, Doubt, ExtrinsicsError, Fused, PairError,
-    ProjectError, PushError, Pushed, RangeError, Reason, RectifyError, Refusal, Rejection,
-    RestoreError, Side, State, Stop, UndistortError, Witnessed,
+    ApplyError, Arming, Band, ConfigError, Direction, Doubt, ExtrinsicsError, Fused, MotionError,
+    PairError, ProjectError, PushError, Pushed, RangeError, Reason, RectifyError, Refusal,
+    Rejection, RestoreError, Side, State, Stop, UndistortError, Witnessed,
 };
 use stereo_selfcal_capi::selfcal_error_t::{self, *};
 use stereo_selfcal_capi::*;
@@ -85,6 +85,8 @@ const APPLY: [ApplyError; 6] = [
     ApplyError::Frozen,
     ApplyError::NothingToUndo,
 ];
+const MOTION: [MotionError; 4] =
+    [MotionError::NotLocked, MotionError::TooFew, MotionError::NoMotion, MotionError::Contradicts];
 const EXTRINSICS: [ExtrinsicsError; 3] = [
     ExtrinsicsError::NotARotation,
     ExtrinsicsError::NoDirection,
@@ -184,6 +186,7 @@ fn every_error_of_the_core_has_its_own_error_code() {
     assert_complete("ConfigError", &CONFIG);
     assert_complete("PushError", &push_errors());
     assert_complete("RangeError", &range_errors());
+    assert_complete("MotionError", &MOTION);
     assert_complete("PairError", &PAIR);
     assert_complete("Refusal", &REFUSALS);
     assert_complete("ApplyError", &APPLY);
@@ -200,6 +203,7 @@ fn every_error_of_the_core_has_its_own_error_code() {
         codes(&CONFIG, ConfigError::code),
         codes(&push_errors(), PushError::code),
         codes(&range_errors(), RangeError::code),
+        codes(&MOTION, MotionError::code),
         codes(&PAIR, PairError::code),
         codes(&REFUSALS, Refusal::code),
         codes(&APPLY, ApplyError::code),

@@ -36,6 +36,7 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
     };
     let camera = selfcal_rectified_camera_t { focal_px: 500.0, principal_px: [320.0, 240.0] };
     let range = selfcal_range_t { pixel_px: [9.0; 2], range_m: 5.0, sd_m: 0.1, along_axis: 0 };
+    let tracked = selfcal_tracked_t { words: [0; 10] };
     let (c, two) = (&raw const CORRESPONDENCE, CORRESPONDENCE.left_px.as_ptr());
     macro_rules! calls {
         ($($function:ident($($argument:expr),*);)*) => {
@@ -55,6 +56,8 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
         selfcal_push(c, place());
         selfcal_push_array(c, 1, place());
         selfcal_push_range(&range, place());
+        selfcal_track(c, c, place());
+        selfcal_push_motion(&tracked, 1, place());
         selfcal_confirm_factory_yaw(place());
         selfcal_batch(place());
         selfcal_begin_pair();

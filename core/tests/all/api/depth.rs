@@ -305,3 +305,63 @@ fn motion_tells_the_yaw_of_the_mount_and_rest_says_nothing() {
     let nothing = calibrated(Config::robust()).push_motion(&[]);
     assert_eq!(nothing, Err(MotionError::NotLocked));
 }
+
+/// Any bits as a number: not finite, tiny, huge, or as a sensor gives it.
+fn any_number(rng: &mut ChaCha8Rng) -> f32 {
+    match rng.random_range(0..3_u8) {
+        0 => f32::from_bits(rng.random()),
+        1 => rng.random_range(-2e3..2e3),
+        _ => rng.random_range(0.0..1.0),
+    }
+}
+
+#[test]
+fn witnesses_of_any_bits_leave_a_finite_estimate_or_no_trace() {
+    let mut rng = ChaCha8Rng::seed_from_u64(38);
+    let mut calibrator = calibrated(with_baseline());
+    run(&mut calibrator, NONE, 0.005, 0..8);
+    take(&mut calibrator, &warped(NONE, 0.005, 8)).unwrap();
+    let mut buffers = [[0; Tested::SNAPSHOT_BYTES]; 2];
+    let mut refused = 0;
+    for _ in 0..3000 {
+        let [before, after] = &mut buffers;
+        let before = calibrator.snapshot(before).unwrap();
+        let mut any = || any_number(&mut rng);
+        let reading = RangeReading {
+            pixel: [any(), any()],
+            range: if any() > 0.5 { Range::AlongAxis(any()) } else { Range::AlongRay(any()) },
+            sd_m: any(),
+        };
+        if calibrator.push_range(&reading).is_err() {
+            refused += 1;
+            assert_eq!(calibrator.snapshot(after).unwrap(), before, "{reading:?}");
+        }
+        let proposal = calibrator.proposal().unwrap();
+        assert!(proposal.sd_lens.rotation.is_finite() && proposal.lens_yaw.sd.is_finite());
+    }
+    assert!(refused > 2000, "{refused}");
+}
+
+#[test]
+fn tracks_of_any_rays_are_no_motion_and_leave_no_trace() {
+    let mut rng = ChaCha8Rng::seed_from_u64(39);
+    let mut calibrator = calibrated(Config::robust());
+    run(&mut calibrator, NONE, 0.005, 0..8);
+    let mut buffers = [[0; Tested::SNAPSHOT_BYTES]; 2];
+    for _ in 0..60 {
+        let any = |_| {
+            let mut pair = || {
+                let of = |rng: &mut ChaCha8Rng| [any_number(rng), any_number(rng)];
+                let small = [rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0)];
+                RayPair::try_new(of(&mut rng), of(&mut rng))
+                    .or_else(|| RayPair::try_new(small, small))
+            };
+            [pair().unwrap(), pair().unwrap()]
+        };
+        let tracked: Vec<_> = (0..40).map(any).collect();
+        let [before, after] = &mut buffers;
+        let before = calibrator.snapshot(before).unwrap();
+        assert_eq!(calibrator.push_motion(&tracked), Err(MotionError::NoMotion));
+        assert_eq!(calibrator.snapshot(after).unwrap(), before);
+    }
+}

@@ -3,8 +3,9 @@
 use stereo_selfcal::link::{Decoder, FrameRefusal, FrameSink, Received};
 use stereo_selfcal::{
     ApplyError, Calibration, Calibrator, Cameras, Config, Correspondence, Extrinsics, Fused,
-    Health, PairError, PairReport, Proposal, PushError, Pushed, RectifiedCamera, RectifyError,
-    RectifyingRotations, Refusal, RestoreError, Scalar,
+    Health, MotionError, PairError, PairReport, Proposal, PushError, Pushed, RangeError,
+    RangeReading, RayPair, RectifiedCamera, RectifyError, RectifyingRotations, Refusal,
+    RestoreError, Scalar, Witnessed,
 };
 
 use crate::lens;
@@ -83,6 +84,22 @@ pub(crate) fn apply<T: Scalar>(
 }
 
 #[inline(never)]
+pub(crate) fn push_range<T: Scalar>(
+    calibrator: &mut CalibratorOf<T>,
+    reading: &RangeReading<T>,
+) -> Result<Witnessed, RangeError> {
+    calibrator.push_range(reading)
+}
+
+#[inline(never)]
+pub(crate) fn push_motion<T: Scalar>(
+    calibrator: &mut CalibratorOf<T>,
+    tracked: &[[RayPair<T>; 2]],
+) -> Result<Witnessed, MotionError> {
+    calibrator.push_motion(tracked)
+}
+
+#[inline(never)]
 pub(crate) fn undo<T: Scalar>(
     calibrator: &mut CalibratorOf<T>,
 ) -> Result<Calibration<T>, ApplyError> {
@@ -108,9 +125,7 @@ pub(crate) fn rectified_camera<T: Scalar>(
 }
 
 #[inline(never)]
-pub(crate) fn snapshot<T: Scalar>(
-    calibrator: &CalibratorOf<T>,
-) -> Option<[u8; SNAPSHOT_BYTES]> {
+pub(crate) fn snapshot<T: Scalar>(calibrator: &CalibratorOf<T>) -> Option<[u8; SNAPSHOT_BYTES]> {
     calibrator.snapshot()
 }
 

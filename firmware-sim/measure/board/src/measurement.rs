@@ -2,7 +2,9 @@
 
 use cortex_m_semihosting::debug::{self, EXIT_SUCCESS};
 use stereo_selfcal::link::MatchRecord;
-use stereo_selfcal::{Config, Correspondence, Extrinsics, Scalar, State};
+use stereo_selfcal::{
+    Config, Correspondence, Extrinsics, Range, RangeReading, RayPair, Scalar, State,
+};
 
 use crate::calls::{self, CAPACITY, CalibratorOf, fresh};
 use crate::frame::{self, Damaged};
@@ -271,8 +273,9 @@ impl<'a, T: Scalar> Run<'a, T> {
 }
 
 /// Measures the calls outside of a pair.
-fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static str, Sample); 11] {
-    let mut calibrator = fresh::<T>(Config::robust());
+fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static str, Sample); 13] {
+    let config = const { Config::robust().with_baseline_m(0.2) };
+    let mut calibrator = fresh::<T>(config.unwrap_or(Config::robust()));
     let mut scene = Scene::new(Rig::off(START_DEGREES));
     let mut solve = Sample::default();
     while calibrator.apply().is_err() {
@@ -283,6 +286,7 @@ fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static s
         let _ = report.map(|_| calibrator.fuse());
     }
     let extrinsics: Extrinsics<T> = *calibrator.in_use();
+    let [range, motion] = witnesses(probe, &mut calibrator, records);
     let (rotations, of_rotations) = probe.run(|| calls::rotations(&extrinsics));
     let rectified = probe.run(|| calls::rectified_camera(&lens::distorted(), &rotations)).1;
     let (record, snapshot) = probe.run(|| calls::snapshot(&calibrator));
@@ -295,6 +299,8 @@ fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static s
     let reset = probe.run(|| calls::reset(&mut calibrator)).1;
     [
         ("solve_pair", solve),
+        ("push_range at most", range),
+        ("push_motion", motion),
         ("RectifyingRotations", of_rotations),
         ("RectifiedCamera", rectified),
         ("snapshot", snapshot),
@@ -306,6 +312,29 @@ fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static s
         ("save at most", save),
         ("resume", resume),
     ]
+}
+
+/// Measures witnesses of the mount yaw over a fused batch: points of known distance, and 256 tracks of a rig at rest.
+fn witnesses<T: Scalar>(
+    probe: &Probe,
+    calibrator: &mut CalibratorOf<T>,
+    records: &[MatchRecord],
+) -> [Sample; 2] {
+    let mut range = Sample::default();
+    for record in records.iter().step_by(CAPACITY / 16) {
+        let c: Correspondence<T> = pair::converted(&record.decode(&HEADER));
+        let (depth, sd_m) = (Range::AlongAxis(T::lit(10.0)), T::lit(0.1));
+        let reading = RangeReading { pixel: c.left, range: depth, sd_m };
+        range = range.max(probe.run(|| calls::push_range(calibrator, &reading)).1);
+    }
+    let Some(origin) = RayPair::try_new([T::ZERO; 2], [T::ZERO; 2]) else {
+        return [range; 2];
+    };
+    let mut tracked = [[origin; 2]; CAPACITY];
+    for (track, pair) in tracked.iter_mut().zip(calibrator.batch().pairs()) {
+        *track = [*pair; 2];
+    }
+    [range, probe.run(|| calls::push_motion(calibrator, &tracked)).1]
 }
 
 fn slope(half: u32, whole: u32) -> u32 {

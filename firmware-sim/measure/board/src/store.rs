@@ -69,11 +69,7 @@ fn open<T: Scalar>(flash: RamFlash<'_>) -> Option<Kept<'_, T>> {
 }
 
 #[inline(never)]
-fn save<T: Scalar>(
-    kept: &mut Kept<'_, T>,
-    calibrator: &CalibratorOf<T>,
-    now: Duration,
-) -> bool {
+fn save<T: Scalar>(kept: &mut Kept<'_, T>, calibrator: &CalibratorOf<T>, now: Duration) -> bool {
     kept.save(calibrator, now).is_ok()
 }
 

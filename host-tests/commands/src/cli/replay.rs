@@ -1,8 +1,8 @@
 //! `selfcal replay`.
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
-use host_tests::data::depths;
+use host_tests::data::{depths, tracked};
 
 use super::run::RunArgs;
 use super::source::{Recording, Source};
@@ -66,9 +66,16 @@ pub struct ReplayArgs {
 pub(crate) fn replay(args: &ReplayArgs) -> Result<()> {
     match args.source.open()? {
         Recording::Held(set) => {
-            let read = || depths::read(args.source.place(), set.pairs.len());
-            let depths = if args.source.is_turned() { None } else { read()? };
-            args.run.run_with_depths(&set, depths.as_deref())
+            let (place, pairs) = (args.source.place(), set.pairs.len());
+            let is_turned = args.source.is_turned();
+            let depths = if is_turned { None } else { depths::read(place, pairs)? };
+            ensure!(
+                !(is_turned && args.run.uses_motion()),
+                "--motion: tracks are of views as recorded"
+            );
+            let tracks =
+                if args.run.uses_motion() { tracked::read(place, pairs)? } else { Vec::new() };
+            args.run.run_with(&set, depths.as_deref(), tracks)
         }
         Recording::Streamed(stream) => args.run.run_streamed(stream),
     }

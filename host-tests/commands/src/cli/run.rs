@@ -9,6 +9,7 @@ use clap::Args;
 use host_tests::data::Dataset;
 use host_tests::data::depths::TrueDepth;
 use host_tests::data::ranges::{self, Ranges};
+use host_tests::data::tracked::Track;
 use host_tests::run::progress::{self, Bar};
 use host_tests::run::{Apply, DepthErrors, Feed, KeptPairs, RunLog, Step, trace};
 
@@ -29,6 +30,11 @@ pub(crate) struct RunArgs {
     /// left image, within 3 px of a match; along: ray or axis. They tell yaw from the lens, and need baseline_m.
     #[arg(long, value_name = "FILE")]
     ranges: Option<PathBuf>,
+
+    /// Use the tracked matches of quads/NNNN.csv (ul1,vl1,ur1,vr1,ul2,vl2,ur2,vr2): matches of pair NNNN and the same
+    /// ones in a later pair, between which the rig has moved. They tell yaw from the lens.
+    #[arg(long)]
+    motion: bool,
 
     /// Print one JSON object and nothing else. Angles in rad, R row-major. correction is added to the
     /// right camera (focal: relative, k1): R and t belong to the cameras with it.
@@ -54,20 +60,27 @@ pub(crate) struct RunArgs {
 impl RunArgs {
     /// Runs the calibrator over a data set and prints the result.
     pub(super) fn run(&self, set: &Dataset) -> Result<()> {
-        self.run_with_depths(set, None)
+        self.run_with(set, None, Vec::new())
     }
 
-    /// The same, with the true depths of matches.
-    pub(super) fn run_with_depths(
+    /// Whether tracked matches are used.
+    pub(super) fn uses_motion(&self) -> bool {
+        self.motion
+    }
+
+    /// The same, with the true depths of matches, and with tracked ones.
+    pub(super) fn run_with(
         &self,
         set: &Dataset,
         depths: Option<&[Vec<TrueDepth>]>,
+        tracks: Vec<Vec<Track>>,
     ) -> Result<()> {
         let bar = progress::over(set.pairs.len(), "pairs");
         let feed = Feed::of(set)?;
         let pairs = Box::new(feed.pairs.inspect(|_| bar.inc(1)));
         let title = format!("{} pairs of {}: {}", set.pairs.len(), set.name, set.meta.source);
-        let log = self.replay(&title, Feed { pairs, ranges: self.ranges()?, ..feed }, &bar)?;
+        let feed = Feed { pairs, ranges: self.ranges()?, tracks, ..feed };
+        let log = self.replay(&title, feed, &bar)?;
         self.print(set, depths, &log)
     }
 
@@ -84,6 +97,7 @@ impl RunArgs {
             truths: Vec::new(),
             pairs: Box::new(pairs),
             ranges: self.ranges()?,
+            tracks: Vec::new(),
             brief: self.trace.is_none(),
         };
         let log = self.replay(&format!("pairs of {name}: {}", meta.source), feed, &bar)?;

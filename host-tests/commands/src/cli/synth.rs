@@ -27,6 +27,7 @@ use super::run::RunArgs;
   selfcal synth step --step-deg 1 --pairs 40
   selfcal synth flight --pairs 400 --lens-warming 0.001
   selfcal synth --pairs 200 --lens-error f_r=0.1%,cx_r=1
+  selfcal synth step --axis 0,1,0 --lens-error a_r=0.005
   selfcal synth --vibration 0.05 --pairs 60
   selfcal synth creeping --creep-px 4 --pairs 200
   selfcal synth --pairs 60 --fence 0.3,8 --rotation 3,-2,4
@@ -97,6 +98,10 @@ pub struct SynthArgs {
     #[arg(long, value_name = "D")]
     vibration: Option<f64>,
 
+    /// Axis of the turn of the scenes step, drift and flight, in the right camera's frame [default: random].
+    #[arg(long, value_parser = numbers::<f64, 3>, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    axis: Option<[f64; 3]>,
+
     /// Turn of the vehicle between the two exposures (its rate times the trigger skew), about a random axis, in
     /// the second half of the run, degrees.
     #[arg(long, default_value_t = 0.0, value_name = "D", allow_hyphen_values = true)]
@@ -126,8 +131,8 @@ pub struct SynthArgs {
     focal: f64,
 
     /// Errors of the true lenses, which neither the calibrator nor a data set is told of: f (relative),
-    /// aspect (fy, relative), cx, cy (px), k1, k2, p1, p2, each with _l, _r or _both; or drawn by the seed
-    /// from what a calibration leaves after a year.
+    /// aspect (fy, relative), cx, cy (px), k1, k2, p1, p2, a (rows off by a x y), each with _l, _r or _both; or
+    /// drawn by the seed from what a calibration leaves after a year.
     #[arg(long, value_name = "f_r=0.1%,k1_r=0.002,...|prior")]
     lens_error: Option<LensErrors>,
 
@@ -170,6 +175,8 @@ impl SynthArgs {
         );
         let creeps = self.creep_px.is_none() || self.scene == ScenarioKind::Creeping;
         ensure!(creeps, "--creep-px is an option of the scene creeping");
+        let turns = self.axis.is_none() || self.scene.moves();
+        ensure!(turns, "--axis is an option of the scenes step, drift and flight");
         let lens = self.lens_error.unwrap_or_default();
         let scene = Scene {
             size: self.size,
@@ -194,6 +201,7 @@ impl SynthArgs {
                 rolling_px: self.rolling,
             },
             turn_deg: step.or(drift).unwrap_or(named.turn_deg),
+            axis: self.axis,
             lens_prior: lens.prior,
             lens_warming: self.lens_warming,
             landmark_px: self.landmark_noise.unwrap_or(named.landmark_px),

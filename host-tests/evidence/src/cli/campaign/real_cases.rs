@@ -68,9 +68,18 @@ impl Case {
 pub(super) fn all() -> Result<Vec<Case>> {
     let rig = rig([3.0, -2.0, 4.0], [3.0, -3.0])?;
     let mut cases = ideal();
-    let others =
-        [altitude(), lens()?, long()?, moving()?, parked(), fences(), noise(), vibration()]
-            .concat();
+    let others = [
+        altitude(),
+        lens()?,
+        depth()?,
+        long()?,
+        moving()?,
+        parked(),
+        fences(),
+        noise(),
+        vibration(),
+    ]
+    .concat();
     cases.extend(others.into_iter().map(|case| case.with_rig(rig)));
     Ok(cases)
 }
@@ -143,6 +152,40 @@ fn lens() -> Result<Vec<Case>> {
     .map(|errors| Case::new("lens", errors, ScenarioKind::Near, 200).with_lens(errors))
     .into_iter()
     .collect()
+}
+
+/// Rows off by `a x y`, from a factory calibration or from none, with a knock of 1 degree about each axis of the right
+/// camera in mid run or without.
+fn depth() -> Result<Vec<Case>> {
+    let knocks = [
+        ("none", None),
+        ("pitch", Some([1.0, 0.0, 0.0])),
+        ("yaw", Some([0.0, 1.0, 0.0])),
+        ("roll", Some([0.0, 0.0, 1.0])),
+    ];
+    let mut cases = Vec::new();
+    for a in [0.0, 0.001, 0.003, 0.01] {
+        for (knock, axis) in knocks {
+            for (start, commissioned) in [("factory", true), ("guess", false)] {
+                let kind = if axis.is_some() { ScenarioKind::Step } else { ScenarioKind::Near };
+                let mut case = Case::new("depth", format!("{a}-{knock}-{start}"), kind, 60)
+                    .with_lens(&format!("a_r={a}"))?;
+                (case.scenario.axis, case.scenario.turn_deg) =
+                    (axis, f64::from(u8::from(axis.is_some())));
+                case.scenario.commissioned = commissioned;
+                cases.push(case);
+            }
+        }
+    }
+    // The knock is below the noise of a pair: it is in the sums before it is detected.
+    let late = cases.iter().filter(|case| case.name == "0.003-yaw-factory").cloned();
+    let few = |mut case: Case| {
+        case.name = "few-0.003-yaw-factory".into();
+        case.also_after = vec![30, 35, 45];
+        case.with(|scene| (scene.matches, scene.noise_px) = (54, 2.0))
+    };
+    cases.extend(late.map(few).collect::<Vec<_>>());
+    Ok(cases)
 }
 
 /// Small lens errors, which show in time.

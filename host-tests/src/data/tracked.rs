@@ -1,0 +1,69 @@
+//! Matches tracked over two frames: `quads/NNNN.csv` beside the pairs of a data set.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use serde::Deserialize;
+
+use super::Match;
+
+/// A match in a pair, and in a later one.
+pub type Track = [Match; 2];
+
+#[derive(Deserialize)]
+struct Row {
+    ul1: f64,
+    vl1: f64,
+    ur1: f64,
+    vr1: f64,
+    ul2: f64,
+    vl2: f64,
+    ur2: f64,
+    vr2: f64,
+}
+
+/// Reads the tracks that begin with each of so many pairs. A pair without a file has none.
+///
+/// # Errors
+/// Names the file.
+pub fn read(dir: &Path, pairs: usize) -> Result<Vec<Vec<Track>>> {
+    (0..pairs).map(|i| of_pair(&dir.join("quads").join(format!("{i:04}.csv")))).collect()
+}
+
+fn of_pair(path: &Path) -> Result<Vec<Track>> {
+    if !path.is_file() {
+        return Ok(Vec::new());
+    }
+    let read = || -> Result<Vec<Track>> {
+        let text = fs::read_to_string(path)?;
+        let rows = csv::Reader::from_reader(text.as_bytes()).into_deserialize();
+        rows.map(|row| Ok(of_row(&row?))).collect()
+    };
+    read().with_context(|| format!("cannot read {}", path.display()))
+}
+
+fn of_row(row: &Row) -> Track {
+    let seen = |ul, vl, ur, vr| Match { ul, vl, ur, vr, score: 1.0, step: 0.0 };
+    let Row { ul1, vl1, ur1, vr1, ul2, vl2, ur2, vr2 } = *row;
+    [seen(ul1, vl1, ur1, vr1), seen(ul2, vl2, ur2, vr2)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tracks_are_read_by_pair_and_a_wrong_file_is_named() {
+        let dir = tempfile::tempdir().unwrap();
+        assert!(read(dir.path(), 1).unwrap()[0].is_empty());
+        let quads = dir.path().join("quads");
+        fs::create_dir(&quads).unwrap();
+        let heading = "ul1,vl1,ur1,vr1,ul2,vl2,ur2,vr2\n";
+        fs::write(quads.join("0001.csv"), format!("{heading}1,2,3,4,5,6,7,8\n")).unwrap();
+        let tracks = read(dir.path(), 2).unwrap();
+        assert_eq!((tracks[0].len(), tracks[1][0][1].ur), (0, 7.0));
+        fs::write(quads.join("0000.csv"), format!("{heading}1,2,3\n")).unwrap();
+        assert!(format!("{:#}", read(dir.path(), 2).unwrap_err()).contains("0000.csv"));
+    }
+}
