@@ -5,6 +5,7 @@ use nalgebra::Vector5;
 
 use crate::algebra::disparity_noise::{BaselineNoise, BiasedEquations};
 use crate::algebra::information::{Information, StandardDeviations};
+use crate::algebra::symmetric5::Symmetric5;
 use crate::codec::{Reader, Writer};
 use crate::config::{Context, LensPrior};
 use crate::error::RestoreError;
@@ -17,15 +18,15 @@ use crate::thresholds::{HEALTHY_DISAGREEMENT, MAX_MODEL_ERROR, MAX_TOLD_DISAGREE
 pub(super) struct ImageHalves<T> {
     /// Whole image, left half, upper half.
     parts: [BiasedEquations<T>; 3],
-    /// Pairs in the sums, and those of distinct scenes: repetition shows a bias, and cannot average it out.
-    pairs: [u32; 2],
+    /// Pairs in the sums.
+    pairs: u32,
     /// `sqrt(chi^2 / 5)` between the estimates of two halves, the larger of both splits.
     disagreement: T,
 }
 
 impl<T: Scalar> ImageHalves<T> {
     pub(super) const NONE: Self =
-        Self { parts: [BiasedEquations::ZERO; 3], pairs: [0; 2], disagreement: T::ZERO };
+        Self { parts: [BiasedEquations::ZERO; 3], pairs: 0, disagreement: T::ZERO };
 
     /// Shifts the sums after a step of the pose. A long step drops them: they are models of first order.
     ///
@@ -43,15 +44,13 @@ impl<T: Scalar> ImageHalves<T> {
             *self = Self::NONE;
             return;
         }
-        let [pairs, _] = self.pairs;
-        let fading = context.fading(pairs);
+        let fading = context.fading(self.pairs);
         self.parts.iter_mut().for_each(|part| *part = part.about(moved).scaled(fading));
     }
 
     /// Fades where each pair is about its own optimum: the halves of a pair are shaken alike.
     pub(super) fn fade(&mut self, context: &Context<'_, T>) {
-        let [pairs, _] = self.pairs;
-        let fading = context.fading(pairs);
+        let fading = context.fading(self.pairs);
         self.parts.iter_mut().for_each(|part| *part = part.scaled(fading));
     }
 
@@ -79,9 +78,8 @@ impl<T: Scalar> ImageHalves<T> {
             let noise = BaselineNoise(whole.noise.0.map(|n| n * share));
             sum.add(&BiasedEquations { normal: *half, noise }.about(to_pose));
         }
-        let [pairs, distinct] = self.pairs;
-        self.pairs = [pairs.saturating_add(1), distinct.saturating_add(u32::from(!repeated))];
-        self.disagreement = self.compare(context);
+        self.pairs = self.pairs.saturating_add(1);
+        (self.disagreement, _) = self.compare(context);
     }
 
     /// Disagreement, in standard deviations per degree of freedom.
@@ -89,45 +87,65 @@ impl<T: Scalar> ImageHalves<T> {
         self.disagreement
     }
 
-    /// Factor of the covariance, at least 1. The disagreement is of all pairs, the covariance of distinct ones.
-    pub(super) fn widening(&self) -> T {
-        let [pairs, distinct] = self.pairs.map(|n| T::count(n.max(1)));
-        if self.disagreement > T::lit(HEALTHY_DISAGREEMENT) {
-            (self.disagreement * self.disagreement * (distinct / pairs)).max(T::ONE)
-        } else {
-            T::ONE
+    /// Whether the halves disagree by no more than chance.
+    pub(super) fn agree(&self) -> bool {
+        self.disagreement <= T::lit(HEALTHY_DISAGREEMENT)
+    }
+
+    /// Widens a covariance, rad^2, where the halves disagree: along what that moves the estimate by. The other directions
+    /// are as well known as before.
+    pub(super) fn widen(&self, covariance: &mut Symmetric5<T>, context: &Context<'_, T>) {
+        if !self.agree() {
+            let (_, biases) = self.compare(context);
+            biases.iter().for_each(|b| covariance.add_outer_out_of_line(T::ONE, &(*b).into()));
         }
     }
 
-    /// Larger disagreement of left and right half, and of upper and lower half.
+    /// Larger disagreement of left and right half, and of upper and lower half, and what each moves the estimate by.
+    ///
+    /// At the joint optimum one half pulls with the gradient `g`, and the other with `-g`: pulls that differ by chance move
+    /// the estimate along `Q g`, by as many deviations as the halves are apart. A bias that the joint estimate takes up is
+    /// one of the lens, which the covariance with the lens uncertain contains. With exact lenses one half may be right: then
+    /// it is the distance from the estimate of that half, whichever it is.
     #[inline(never)]
-    fn compare(&self, context: &Context<'_, T>) -> T {
+    fn compare(&self, context: &Context<'_, T>) -> (T, [Vector5<T>; 4]) {
         let [all, left, upper] = &self.parts;
-        let Some(x) = all.debiased().with_prior(context.prior).step() else {
-            return T::ZERO;
-        };
+        let (mut largest, mut biases) = (T::ZERO, [Vector5::zeros(); 4]);
+        let joint = all.debiased().with_prior(context.prior);
+        let Some(factor) = joint.information.0.factor(T::ZERO) else { return (largest, biases) };
         // About the joint optimum: the prior pulls neither half away from the other.
-        let distance = |half: &BiasedEquations<T>| {
-            let one = half.debiased().about(&x).with_prior(context.prior);
-            let other = all.minus(half).debiased().about(&x).with_prior(context.prior);
-            one.distance(&other).unwrap_or(T::ZERO)
-        };
-        let larger = (distance(left).max(distance(upper)).max(T::ZERO) / T::lit(5.0)).sqrt();
-        larger.min(T::lit(MAX_TOLD_DISAGREEMENT))
+        let x = -factor.solve(&joint.gradient);
+        for (biases, half) in biases.as_chunks_mut::<2>().0.iter_mut().zip([left, upper]) {
+            let about =
+                |half: &BiasedEquations<T>| half.debiased().about(&x).with_prior(context.prior);
+            let (one, other) = (about(half), about(&all.minus(half)));
+            let optima = one.optimum().zip(other.optimum());
+            let Some(((of_one, cov_one), (of_other, cov_other))) = optima else { continue };
+            let apart = cov_one.plus(&cov_other).inverse_form(&(of_one - of_other));
+            let squared = apart.unwrap_or(T::ZERO).max(T::ZERO);
+            largest = largest.max(squared);
+            let moved = factor.solve(&one.gradient);
+            let own = moved.dot(&one.gradient);
+            *biases = if context.has_lens_prior() {
+                [moved * (squared / own.max(T::EPSILON)).sqrt(), Vector5::zeros()]
+            } else {
+                [of_one, of_other].map(|of_half| of_half * T::HALF.sqrt())
+            };
+        }
+        ((largest / T::lit(5.0)).sqrt().min(T::lit(MAX_TOLD_DISAGREEMENT)), biases)
     }
 
     pub(super) fn write(&self, to: &mut Writer<'_>) {
         self.parts.iter().for_each(|part| part.normal.write(to));
-        self.pairs.iter().for_each(|pairs| to.word(*pairs));
+        [self.pairs; 2].into_iter().for_each(|pairs| to.word(pairs));
         to.number(self.disagreement);
         self.parts.iter().for_each(|part| to.numbers(&part.noise.0));
     }
 
     pub(super) fn read(&mut self, from: &mut Reader<'_>) -> Result<(), RestoreError> {
         self.parts.iter_mut().try_for_each(|part| part.normal.read(from))?;
-        let pairs = from.word()?;
-        // Distinct scenes are among all.
-        self.pairs = [pairs, from.word_within(pairs)?];
+        self.pairs = from.word()?;
+        from.word_within(self.pairs)?;
         self.disagreement = from.within(T::ZERO, T::lit(MAX_TOLD_DISAGREEMENT))?;
         // Older records have no noise.
         if from.version() >= 3 {
@@ -136,12 +154,13 @@ impl<T: Scalar> ImageHalves<T> {
         Ok(())
     }
 
-    /// Drops sums that disagree by far more than is stored with them. The stored disagreement stays: without it the
-    /// deviations would narrow.
+    /// Drops sums that disagree by far more than is stored with them. The stored disagreement stays: without it nothing
+    /// would be doubted.
     pub(super) fn check(&mut self, context: &Context<'_, T>) {
         let stored = self.disagreement * T::lit(2.0) + T::lit(HEALTHY_DISAGREEMENT);
+        let (disagreement, _) = self.compare(context);
         // Not `>`: a NaN must fail this test.
-        if !(self.compare(context) <= stored) {
+        if !(disagreement <= stored) {
             self.parts = [BiasedEquations::ZERO; 3];
         }
     }
@@ -176,24 +195,57 @@ mod tests {
             };
             let parts =
                 [part(2.0 * h, 0.0), part(h, disagreement * (2.5 * h).sqrt()), part(h, 0.0)];
-            let mut halves = ImageHalves { parts, pairs: [10; 2], disagreement: stored };
-            assert!((halves.compare(&context) / disagreement - 1.0).abs() < 1e-3);
+            let mut halves = ImageHalves { parts, pairs: 10, disagreement: stored };
+            assert!((halves.compare(&context).0 / disagreement - 1.0).abs() < 1e-3);
             halves.check(&context);
-            assert_eq!((halves.disagreement, halves.pairs), (stored, [10; 2]));
+            assert_eq!((halves.disagreement, halves.pairs), (stored, 10));
             halves.parts == parts
         };
         let kept = [(1.9, 0.0), (2.1, 0.0), (4.9, 1.5), (5.1, 1.5)];
         assert_eq!(kept.map(|(now, stored)| halves(now, stored)), [true, false, true, false]);
     }
 
-    #[test]
-    fn a_disagreement_widens_by_its_square_and_the_share_of_distinct_scenes() {
-        let widening = |disagreement, pairs| {
-            ImageHalves { pairs, disagreement, ..ImageHalves::<f64>::NONE }.widening()
+    /// Halves with the information of rows, of which the left one has a bias of pitch.
+    fn biased_in_the_left_half(information: f64, bias: f64) -> ImageHalves<f64> {
+        let part = |pitch_and_roll: f64, share: f64| {
+            let mut h = Symmetric5::of_diagonal([1.0, 1.0, 1.0 / 3.0, 1.0, 1.0].map(|d| share * d));
+            h.0[3] = pitch_and_roll;
+            let information = Information(h.scaled(information));
+            NormalEquations { information, gradient: Vector5::zeros() }
         };
-        assert_eq!(widening(3.0, [10, 10]), 9.0);
-        assert_eq!(widening(3.0, [10, 5]), 4.5);
-        assert_eq!(widening(3.0, [100, 1]), 1.0);
-        assert_eq!(widening(HEALTHY_DISAGREEMENT, [10, 10]), 1.0);
+        // Derivatives `-1` by pitch and `u` by roll, over `u` from -1 to 0, and over half of -1 to 1.
+        let mut left = part(0.25, 0.5);
+        left.gradient = -left.information.times(&(Vector5::x() * bias));
+        let (mut all, mut upper) = (part(0.0, 1.0), part(0.0, 0.5));
+        (all.gradient, upper.gradient) = (left.gradient, left.gradient * 0.5);
+        let parts =
+            [all, left, upper].map(|normal| BiasedEquations { normal, ..BiasedEquations::ZERO });
+        let mut halves = ImageHalves { parts, pairs: 10, ..ImageHalves::NONE };
+        (halves.disagreement, _) = halves.compare(&context());
+        halves
+    }
+
+    #[test]
+    fn halves_that_disagree_widen_along_the_disagreement_and_in_no_other_direction() {
+        let (information, bias) = (1e12, 3e-4);
+        let halves = biased_in_the_left_half(information, bias);
+        assert!(!halves.agree());
+        let mut covariance = Symmetric5::of_diagonal([0.0; 5]);
+        halves.widen(&mut covariance, &context());
+        let [pitch, rest @ ..] = covariance.diagonal().map(|d| d.sqrt() / bias);
+        assert!((pitch - 0.25).abs() < 1e-3, "{pitch}");
+        assert!(rest.iter().all(|d| *d < 1e-6), "{rest:?}");
+        // As many deviations as the halves are apart.
+        let squared = (pitch * bias).powi(2) * information / 5.0;
+        assert!((squared.sqrt() / halves.disagreement - 1.0).abs() < 1e-3, "{squared}");
+    }
+
+    #[test]
+    fn halves_that_agree_widen_nothing() {
+        let halves = biased_in_the_left_half(1e10, 1e-5);
+        assert!(halves.agree() && halves.disagreement > 0.0, "{}", halves.disagreement);
+        let mut covariance = Symmetric5::of_diagonal([1.0; 5]);
+        halves.widen(&mut covariance, &context());
+        assert_eq!(covariance, Symmetric5::of_diagonal([1.0; 5]));
     }
 }
