@@ -104,15 +104,15 @@ impl Cause {
     /// * `transposed`: whether all matches are in the square that u and v have in common; `alike`: whether most are moved
     ///   alike between both images.
     pub(crate) fn of_unsolved(why: PairError, transposed: bool, alike: bool) -> Option<Self> {
-        match why {
-            PairError::Behind => Some(Self::Reversed),
-            PairError::Columns => Some(if transposed { Self::Transposed } else { Self::Upright }),
-            PairError::NoDepth => Some(Self::SameImage),
-            PairError::NoConsensus | PairError::Unobservable => {
-                Some(if alike { Self::SameImage } else { Self::Mismatches })
-            }
-            _ => None,
-        }
+        let cause = match why {
+            PairError::Behind => Self::Reversed,
+            PairError::Columns if transposed => Self::Transposed,
+            PairError::Columns => Self::Upright,
+            PairError::NoConsensus | PairError::Unobservable => Self::Mismatches,
+            PairError::NoDepth => Self::SameImage,
+            _ => return None,
+        };
+        Some(if alike { Self::SameImage } else { cause })
     }
 }
 

@@ -286,22 +286,27 @@ fn runs_of(index: usize) -> (Mistake, Vec<Outcome>) {
 
 #[test]
 fn no_mistake_arms_and_ten_of_twelve_are_named() {
-    for index in 0..mistakes(0).len() {
-        let (mistake, outcomes) = runs_of(index);
-        let armed = outcomes.iter().filter(|outcome| outcome.armed > 0).count();
-        let named = outcomes.iter().filter(|outcome| outcome.cause == mistake.cause).count();
-        let least = match mistake.name {
-            // Nothing is wrong.
-            "none" => continue,
-            // Between two causes: `t` is turned by more than a quarter.
-            "t 120 off" => 0,
-            // Among outliers the points that fit may be behind the cameras.
-            "undistorted" => outcomes.len() / 3,
-            _ => outcomes.len() * 10 / 12,
+    let mut failed = Vec::new();
+    for index in 1..mistakes(0).len() {
+        let (Mistake { name, cause, .. }, outcomes) = runs_of(index);
+        let is_named = |outcome: &&Outcome| {
+            // Turned by more than a quarter, it is nearly exchanged.
+            let is_nearly = outcome.cause == Some(Cause::Upright) && name.starts_with("t 1");
+            outcome.cause == cause || is_nearly
         };
-        let name = mistake.name;
-        assert!(armed == 0 && named >= least, "{name}: {armed} armed, {named} named, {outcomes:?}");
+        let armed = outcomes.iter().filter(|outcome| outcome.armed > 0).count();
+        let named = outcomes.iter().filter(is_named).count();
+        // Far points show a wrong lens after some pairs only; the few that fit among outliers may be behind the cameras.
+        let [most_armed, least] = match name {
+            "undistorted" => [outcomes.len() / 12, outcomes.len() / 3],
+            _ => [0, outcomes.len() * 10 / 12],
+        };
+        if armed > most_armed || named < least {
+            let of = |o: &Outcome| (o.armed, o.cause, o.band);
+            failed.push((name, armed, named, outcomes.iter().map(of).collect::<Vec<_>>()));
+        }
     }
+    assert!(failed.is_empty(), "{failed:#?}");
 }
 
 #[test]
