@@ -17,13 +17,14 @@ use crate::depth::mount::MountYaw;
 use crate::error::{ApplyError, PairError, PushError, Refusal, Rejection};
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::CorrectedExtrinsics;
+use crate::outcome::cause::{Cause, Causes};
 use crate::outcome::health::{Health, LastPair};
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::outcome::proposal::Proposal;
 use crate::record::factory::FactoryCalibration;
 use crate::scalar::Scalar;
 use crate::state::State;
-use crate::thresholds::{SCREEN, SCREEN_NOISES, SPARE_PASSES};
+use crate::thresholds::{DIFFERENCE_VARIANCE, SCREEN, SCREEN_NOISES, SPARE_PASSES};
 use estimator::Estimator;
 
 /// Online calibrator of one stereo rig, for up to `N` correspondences a pair.
@@ -78,6 +79,8 @@ pub struct Calibrator<T: Scalar, const N: usize> {
     /// Whether the rig turns too fast for the pair of the batch.
     turning: bool,
     rejection: Option<Rejection>,
+    /// Mistakes that pairs have shown.
+    causes: Causes,
     pub(crate) batch: Batch<T, N>,
     pub(crate) estimator: Estimator<T>,
 }
@@ -97,6 +100,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             frozen: false,
             turning: false,
             rejection: None,
+            causes: Causes::NONE,
             batch: Batch::new(),
             estimator: Estimator::new(&config),
         }
@@ -147,6 +151,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.before = None;
         self.frozen = false;
         self.rejection = None;
+        self.causes = Causes::NONE;
         self.clear_pair();
         self.batch.forget_cells();
         self.estimator.reset();
@@ -195,7 +200,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
                 Some(context) => self.estimator.begin(context, self.batch.matches()),
                 None => Err(PairError::NoCameras),
             };
-        self.rejection = begun.err().map(Rejection::Unsolved);
+        self.note_unsolved(begun.err());
         begun
     }
 
@@ -242,8 +247,17 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
                 Some(context) => self.estimator.advance(context, self.batch.matches()),
                 None => Err(PairError::NoCameras),
             };
-        self.rejection = solved.err().map(Rejection::Unsolved);
+        self.note_unsolved(solved.err());
         solved
+    }
+
+    /// Notes why the pair could not be solved, and the cause that this shows.
+    fn note_unsolved(&mut self, why: Option<PairError>) {
+        self.rejection = why.map(Rejection::Unsolved);
+        let size = self.cameras.as_ref().map_or([1; 2], |cameras| cameras.left.intrinsics().size);
+        if let Some(cause) = why.and_then(|why| self.batch.cause_of(why, size)) {
+            self.causes.add(cause);
+        }
     }
 
     /// Report of the solved pair.
@@ -255,7 +269,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
                 Some(context) => self.estimator.report(context, self.batch.matches()),
                 None => Err(PairError::NoCameras),
             };
-        self.rejection = report.as_ref().err().copied().map(Rejection::Unsolved);
+        self.note_unsolved(report.as_ref().err().copied());
         report
     }
 
@@ -280,6 +294,11 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
                 None => Err(Refusal::NothingSolved),
             };
         self.rejection = fused.err().map(Rejection::Refused);
+        match self.batch.cause().filter(|_| fused.is_ok()) {
+            Some(cause) => self.causes.add(cause),
+            None if self.state() == State::Locked => self.causes = Causes::NONE,
+            None => {}
+        }
         if self.config.applies_itself && fused.is_ok() {
             self.try_apply();
         }
@@ -291,6 +310,14 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     #[inline(never)]
     fn try_apply(&mut self) {
         let _ = self.apply();
+    }
+
+    /// The likeliest mistake in rig file or matcher, once four pairs have shown one since the estimate was last locked; of
+    /// an estimate that there is, that of its health ([`Health::cause`]) with the matches at hand. At most one pass.
+    ///
+    /// `None` as long as nothing is wrong, or too little is known.
+    pub fn likely_cause(&self) -> Option<Cause> {
+        self.causes.likeliest().or_else(|| self.health()?.cause)
     }
 
     /// How far the estimate can be relied on.
@@ -316,13 +343,16 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let proposal = self.proposal();
         let proposal = proposal.as_ref()?;
         let screen = T::single(self.config.huber_threshold_px) * T::lit(SCREEN);
-        let screen = screen.max(T::lit(SCREEN_NOISES) * self.estimator.noise());
+        let noise = self.estimator.noise();
+        let screen = screen.max(T::lit(SCREEN_NOISES) * noise);
+        let rows = noise * T::lit(DIFFERENCE_VARIANCE).sqrt();
         let rays = self.estimator.correction();
         let last = LastPair {
             rejection: self.rejection,
             repeated: self.estimator.is_repeated(),
-            refused: self.batch.is_mostly_refused(),
-            corner: self.batch.is_of_a_corner(),
+            cause: self.batch.cause().or_else(|| {
+                proposal.cause(&self.config.lens_prior, rows, self.batch.is_moved_alike())
+            }),
         };
         Health::over(&self.batch, &rays, &self.in_use, proposal, last, of_image, screen)
     }

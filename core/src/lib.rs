@@ -220,6 +220,7 @@ pub use geometry::lens_correction::LensCorrection;
 pub use geometry::rational::Rational;
 pub use geometry::rectification::RectifyingRotations;
 pub use geometry::{metrics, so3};
+pub use outcome::cause::Cause;
 pub use outcome::health::{Arming, Band, DEPTHS_M, Health};
 pub use outcome::lens_estimate::{Finding, LensEstimate};
 pub use outcome::pair_report::{Fused, PairReport};

@@ -312,6 +312,18 @@ pub(crate) const COPIED_SHARE: f64 = 0.9;
 
 // Outcome.
 
+/// One in so many pairs that agree on nothing, from which on the cause that it shows is named: a turn of the baseline is
+/// tried at every sixth pair. Larger names what is chance; smaller names nothing.
+pub(crate) const CAUSE_SHARE: u32 = 8;
+
+/// Error of a lens in deviations of its prior that no calibration leaves: the matches are of another lens. Larger arms with
+/// a wrong lens; smaller disarms with one that was calibrated poorly.
+pub(crate) const GROSS_LENS: f64 = 4.0;
+
+/// Difference of the motion between both images, px, up to which two matches are moved alike. Larger takes a far scene for
+/// one image; smaller misses one image under noise.
+pub(crate) const ALIKE_PX: f64 = 2.0;
+
 /// Disagreement of image halves above which, with exact lenses, the baseline, and above which nothing, is
 /// applied. Larger applies biased estimates; smaller refuses healthy ones (below 2.3).
 pub(crate) const MAX_DISAGREEMENT: [f64; 2] = [3.0, 5.0];

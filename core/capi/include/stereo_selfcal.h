@@ -983,7 +983,7 @@ enum selfcal_band_t
     /**
      * unknown
      *
-     * A value that this API does not know.
+     * The matches do not tell, as `cause` says; or a value that this API does not know.
      */
     SELFCAL_BAND_UNKNOWN = 255,
 };
@@ -1028,9 +1028,9 @@ enum selfcal_arming_t
      */
     SELFCAL_ARMING_MISALIGNED = 3,
     /**
-     * no: matches of other images
+     * no: matches do not support it
      *
-     * Most matches were refused, or all are in one corner of the image.
+     * The matches, or the estimate, show a mistake in rig file or matcher: `selfcal_cause_t` says which.
      */
     SELFCAL_ARMING_UNFIT = 4,
     /**
@@ -1045,6 +1045,89 @@ enum selfcal_arming_t
 typedef enum selfcal_arming_t selfcal_arming_t;
 #else
 typedef uint32_t selfcal_arming_t;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * A mistake that keeps pairs from agreeing, or their matches from supporting a calibration.
+ */
+enum selfcal_cause_t
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * none
+     *
+     * None is known.
+     */
+    SELFCAL_CAUSE_NONE = 0,
+    /**
+     * left and right exchanged, t of the other sign, one image mirrored, or both upside down
+     *
+     * The points are behind the cameras.
+     */
+    SELFCAL_CAUSE_REVERSED = 1,
+    /**
+     * cameras one above the other, or t of the factory extrinsics turned
+     *
+     * Disparities run along the columns.
+     */
+    SELFCAL_CAUSE_UPRIGHT = 2,
+    /**
+     * u and v exchanged
+     *
+     * Disparities run along the columns, and no match is beyond the square that u and v have in common.
+     */
+    SELFCAL_CAUSE_TRANSPOSED = 3,
+    /**
+     * the same image on both sides
+     *
+     * Most matches are moved alike between both images, and nothing shows depth.
+     */
+    SELFCAL_CAUSE_SAME_IMAGE = 4,
+    /**
+     * cameras of smaller images, or pixels from another origin than the upper left
+     *
+     * Most pixels are outside the images of the cameras.
+     */
+    SELFCAL_CAUSE_SMALLER_IMAGES = 5,
+    /**
+     * cameras of larger images
+     *
+     * No match of any pair is right of the middle of the left image, nor below it.
+     */
+    SELFCAL_CAUSE_LARGER_IMAGES = 6,
+    /**
+     * focal length or lens of another unit or image, as of mm
+     *
+     * Most pixels have no ray.
+     */
+    SELFCAL_CAUSE_FOCAL_LENGTH = 7,
+    /**
+     * another lens, or points that are undistorted already
+     *
+     * Pairs show an error of the lens models that no calibration leaves.
+     */
+    SELFCAL_CAUSE_LENS = 8,
+    /**
+     * matches that agree on nothing
+     *
+     * No cause is known.
+     */
+    SELFCAL_CAUSE_MISMATCHES = 9,
+    /**
+     * unknown
+     *
+     * A value that this API does not know.
+     */
+    SELFCAL_CAUSE_UNKNOWN = 255,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum selfcal_cause_t selfcal_cause_t;
+#else
+typedef uint32_t selfcal_cause_t;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -1927,6 +2010,10 @@ typedef struct selfcal_health_t {
      * What speaks against the calibration, arming or not: sum of `selfcal_reason_t`.
      */
     uint32_t reasons;
+    /**
+     * Mistake that the matches or the estimate show.
+     */
+    selfcal_cause_t cause;
 } selfcal_health_t;
 
 /**
@@ -2470,6 +2557,13 @@ selfcal_error_t selfcal_health(const struct selfcal_t *cal,
                                struct selfcal_health_t *health);
 
 /**
+ * The likeliest mistake in rig file or matcher, once four pairs have shown one since the estimate was last locked; of an
+ * estimate that there is, that of its health over the current batch. At most one pass.
+ */
+selfcal_error_t selfcal_likely_cause(const struct selfcal_t *cal,
+                                     selfcal_cause_t *cause);
+
+/**
  * Expected depth error of the extrinsics in use at 1, 2, 5 and 10 m, in the middle of the image. One
  * pass over the batch. The noise of the matcher is not included.
  *
@@ -2490,6 +2584,11 @@ const char *selfcal_band_string(uint32_t band);
  * Text of a `selfcal_arming_t`, English; never null.
  */
 const char *selfcal_arming_string(uint32_t arming);
+
+/**
+ * Text of a `selfcal_cause_t`, English; never null.
+ */
+const char *selfcal_cause_string(uint32_t cause);
 
 /**
  * Text of one `selfcal_reason_t`, English; never null.

@@ -2,7 +2,7 @@
 
 use core::ffi::c_char;
 
-use stereo_selfcal::{Arming, Band, Health, Reason};
+use stereo_selfcal::{Arming, Band, Cause, Health, Reason};
 
 use crate::enumeration::find;
 use crate::error::selfcal_error_t::{self, *};
@@ -32,7 +32,7 @@ c_enum! {
         SELFCAL_BAND_RECALIBRATE = 2,
         /// unknown
         ///
-        /// A value that this API does not know.
+        /// The matches do not tell, as `cause` says; or a value that this API does not know.
         SELFCAL_BAND_UNKNOWN = 255,
     }
 }
@@ -59,9 +59,9 @@ c_enum! {
         ///
         /// Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more.
         SELFCAL_ARMING_MISALIGNED = 3,
-        /// no: matches of other images
+        /// no: matches do not support it
         ///
-        /// Most matches were refused, or all are in one corner of the image.
+        /// The matches, or the estimate, show a mistake in rig file or matcher: `selfcal_cause_t` says which.
         SELFCAL_ARMING_UNFIT = 4,
         /// unknown
         ///
@@ -112,14 +112,10 @@ c_enum! {
         ///
         /// Paper preset: the rotation is close to the identity or to a half turn.
         SELFCAL_REASON_AXIS = 128,
-        /// most matches refused
+        /// matches do not support it
         ///
-        /// Pixels are outside the image or have no ray: wrong image size, focal length or origin.
-        SELFCAL_REASON_REFUSED = 256,
-        /// matches in one corner of the image
-        ///
-        /// No match was right of the middle or below it: the cameras are those of larger images.
-        SELFCAL_REASON_CORNER = 512,
+        /// The matches, or the estimate, show a mistake in rig file or matcher: `selfcal_cause_t` says which.
+        SELFCAL_REASON_UNFIT = 256,
         /// yaw not confirmed
         ///
         /// No witness has told the yaw of the mount from the apparent yaw of the lens; the deviations of yaw and depth
@@ -133,6 +129,65 @@ c_enum! {
 }
 
 from_core!(Reason => selfcal_reason_t, else SELFCAL_REASON_UNKNOWN);
+
+c_enum! {
+    /// A mistake that keeps pairs from agreeing, or their matches from supporting a calibration.
+    #[repr(u32)]
+    pub enum selfcal_cause_t {
+        /// none
+        ///
+        /// None is known.
+        SELFCAL_CAUSE_NONE = 0,
+        /// left and right exchanged, t of the other sign, one image mirrored, or both upside down
+        ///
+        /// The points are behind the cameras.
+        SELFCAL_CAUSE_REVERSED = 1,
+        /// cameras one above the other, or t of the factory extrinsics turned
+        ///
+        /// Disparities run along the columns.
+        SELFCAL_CAUSE_UPRIGHT = 2,
+        /// u and v exchanged
+        ///
+        /// Disparities run along the columns, and no match is beyond the square that u and v have in common.
+        SELFCAL_CAUSE_TRANSPOSED = 3,
+        /// the same image on both sides
+        ///
+        /// Most matches are moved alike between both images, and nothing shows depth.
+        SELFCAL_CAUSE_SAME_IMAGE = 4,
+        /// cameras of smaller images, or pixels from another origin than the upper left
+        ///
+        /// Most pixels are outside the images of the cameras.
+        SELFCAL_CAUSE_SMALLER_IMAGES = 5,
+        /// cameras of larger images
+        ///
+        /// No match of any pair is right of the middle of the left image, nor below it.
+        SELFCAL_CAUSE_LARGER_IMAGES = 6,
+        /// focal length or lens of another unit or image, as of mm
+        ///
+        /// Most pixels have no ray.
+        SELFCAL_CAUSE_FOCAL_LENGTH = 7,
+        /// another lens, or points that are undistorted already
+        ///
+        /// Pairs show an error of the lens models that no calibration leaves.
+        SELFCAL_CAUSE_LENS = 8,
+        /// matches that agree on nothing
+        ///
+        /// No cause is known.
+        SELFCAL_CAUSE_MISMATCHES = 9,
+        /// unknown
+        ///
+        /// A value that this API does not know.
+        SELFCAL_CAUSE_UNKNOWN = 255,
+    }
+}
+
+from_core!(Cause => selfcal_cause_t, else SELFCAL_CAUSE_UNKNOWN);
+
+impl From<Option<Cause>> for selfcal_cause_t {
+    fn from(cause: Option<Cause>) -> Self {
+        cause.map_or(Self::SELFCAL_CAUSE_NONE, Into::into)
+    }
+}
 
 /// Fit of the extrinsics in use and of the estimate to the current batch. Both RMS are over the
 /// matches that fit the estimate.
@@ -185,6 +240,8 @@ pub struct selfcal_health_t {
     pub arming: selfcal_arming_t,
     /// What speaks against the calibration, arming or not: sum of `selfcal_reason_t`.
     pub reasons: u32,
+    /// Mistake that the matches or the estimate show.
+    pub cause: selfcal_cause_t,
 }
 
 impl From<&Health<f32>> for selfcal_health_t {
@@ -212,6 +269,7 @@ impl From<&Health<f32>> for selfcal_health_t {
             rejection: health.rejection.map_or(SELFCAL_OK, Into::into),
             arming: health.arming.into(),
             reasons: health.reasons.bits().into(),
+            cause: health.cause.into(),
         }
     }
 }
@@ -231,6 +289,21 @@ pub unsafe extern "C" fn selfcal_health(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, health) = unsafe { (shared(cal)?, Out::checked(health)?) };
         health.set((&core(instance)?).into());
+        Ok(())
+    })
+}
+
+/// The likeliest mistake in rig file or matcher, once four pairs have shown one since the estimate was last locked; of an
+/// estimate that there is, that of its health over the current batch. At most one pass.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_likely_cause(
+    cal: *const selfcal_t,
+    cause: *mut selfcal_cause_t,
+) -> selfcal_error_t {
+    status(|| {
+        // SAFETY: the caller keeps the contract of the crate.
+        let (instance, cause) = unsafe { (shared(cal)?, Out::checked(cause)?) };
+        cause.set(instance.calibrator.likely_cause().into());
         Ok(())
     })
 }
@@ -270,6 +343,12 @@ pub extern "C" fn selfcal_band_string(band: u32) -> *const c_char {
 #[unsafe(no_mangle)]
 pub extern "C" fn selfcal_arming_string(arming: u32) -> *const c_char {
     find(selfcal_arming_t::TEXTS, arming)
+}
+
+/// Text of a `selfcal_cause_t`, English; never null.
+#[unsafe(no_mangle)]
+pub extern "C" fn selfcal_cause_string(cause: u32) -> *const c_char {
+    find(selfcal_cause_t::TEXTS, cause)
 }
 
 /// Text of one `selfcal_reason_t`, English; never null.

@@ -109,17 +109,12 @@ impl<T: Scalar> NormalEquations<T> {
         joint
     }
 
-    /// Squared Mahalanobis distance between the optima of two models about one pose: the NIS of two
-    /// independent measurements. Chi-square of five degrees of freedom for correct covariances.
+    /// Squared Mahalanobis distance between the optima of two models about one pose, of truths that are apart by chance:
+    /// the NIS of two independent measurements. Chi-square of five degrees of freedom for correct covariances.
     ///
     /// `None` if a direction is free in either.
-    pub(crate) fn distance(&self, other: &Self) -> Option<T> {
-        self.distance_apart(other, &[T::ZERO; 5])
-    }
-
-    /// The same where the truths are apart by chance too.
     ///
-    /// * `apart`: variances of their distance in each unknown, rad^2.
+    /// * `apart`: variances of the distance of the truths in each unknown, rad^2.
     pub(crate) fn distance_apart(&self, other: &Self, apart: &[T; 5]) -> Option<T> {
         let ((a, cov_a), (b, cov_b)) = (self.optimum()?, other.optimum()?);
         let mut both = cov_a.plus(&cov_b);
@@ -170,7 +165,7 @@ mod tests {
         let [mut sum, mut squares] = [0.0; 2];
         for _ in 0..trials {
             let (one, other) = (measured(20, &mut rng), measured(60, &mut rng));
-            let distance = one.distance(&other).unwrap();
+            let distance = one.distance_apart(&other, &[0.0; 5]).unwrap();
             sum += distance;
             squares += distance * distance;
         }
@@ -189,11 +184,11 @@ mod tests {
         let exact = NormalEquations { gradient: Vector5::zeros(), ..measured(40, &mut rng) };
         let sd = exact.information.covariance().unwrap().m44.sqrt();
         let apart = exact.about(&(-Vector5::ith(3, 3.0 * sd)));
-        let distance = exact.distance(&apart).unwrap();
+        let distance = exact.distance_apart(&apart, &[0.0; 5]).unwrap();
         // 3 sd over two equal covariances: 9 / 2 along this axis alone.
         assert!(distance >= 4.5 - 1e-9, "{distance}");
-        assert!(exact.distance(&exact).unwrap().abs() < 1e-12);
-        assert_eq!(exact.distance(&NormalEquations::ZERO), None);
+        assert!(exact.distance_apart(&exact, &[0.0; 5]).unwrap().abs() < 1e-12);
+        assert_eq!(exact.distance_apart(&NormalEquations::ZERO, &[0.0; 5]), None);
     }
 
     #[test]

@@ -87,13 +87,31 @@ impl CellSet {
 
     /// Whether all cells are in the left half, and all in the upper half.
     pub(crate) fn is_of_a_corner(self) -> bool {
-        let right_or_below = |cell: Cell| {
-            let (column, row) = (cell.bits() % COLUMNS, cell.bits() / COLUMNS);
-            column >= COLUMNS / 2 || row >= ROWS / 2
+        self.is_within([COLUMNS / 2, ROWS / 2])
+    }
+
+    /// Whether all cells are within the square that a longer and a shorter side of the image span. False where that
+    /// leaves out no whole cell.
+    ///
+    /// * `size`: `[width, height]`, px.
+    pub(crate) fn is_of_the_square(self, size: [u16; 2]) -> bool {
+        let [width, height] = size.map(u32::from);
+        let cells = |all: u16, part: u32, whole: u32| {
+            let cut = u32::from(all) * part / whole.max(1) + 1;
+            u16::try_from(cut).map_or(all, |cut| cut.min(all))
         };
-        let mut found = false;
-        self.for_each(|cell| found |= right_or_below(cell));
-        !found
+        let [columns, rows] = [cells(COLUMNS, height, width), cells(ROWS, width, height)];
+        (columns < COLUMNS || rows < ROWS) && self.is_within([columns, rows])
+    }
+
+    /// Whether all cells are within so many columns and rows.
+    fn is_within(self, [columns, rows]: [u16; 2]) -> bool {
+        let mut within = true;
+        self.for_each(|cell| {
+            let (column, row) = (cell.bits() % COLUMNS, cell.bits() / COLUMNS);
+            within &= column < columns && row < rows;
+        });
+        within
     }
 
     /// Share of all cells, 0 to 1.

@@ -6,6 +6,7 @@ pub(crate) mod correspondence;
 pub(crate) mod grid;
 pub(crate) mod row_offset;
 mod selection;
+mod shift;
 pub(crate) mod sides;
 
 #[cfg(feature = "simd")]
@@ -16,9 +17,11 @@ use nalgebra::Vector2;
 use row_offset::row_offset;
 use selection::{MAX_MEMBERS, Priority, Selection, ray_bits};
 
-use crate::error::PushError;
+use crate::error::{PairError, PushError, UndistortError};
 use crate::geometry::rectification::RectifyingRotations;
+use crate::outcome::cause::Cause;
 use crate::scalar::Scalar;
+use shift::Shift;
 
 /// Result of offering a valid correspondence to a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -64,6 +67,10 @@ pub struct Batch<T, const N: usize> {
     selection: Selection<N>,
     left_out: u32,
     refused: u32,
+    /// Those of the refused that have no ray.
+    without_ray: u32,
+    /// How most matches move from the right image to the left one.
+    shift: Shift<T>,
     /// Cells that matches of all batches have been in.
     seen: CellSet,
     /// The matches are of a frame that has not ended with a correct CRC.
@@ -92,6 +99,8 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
             selection: Selection::new(),
             left_out: 0,
             refused: 0,
+            without_ray: 0,
+            shift: Shift::NONE,
             seen: CellSet::NONE,
             arriving: false,
             #[cfg(feature = "simd")]
@@ -127,7 +136,11 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         let count = match pushed {
             Ok(Pushed::Kept) => return pushed,
             Ok(Pushed::Replaced | Pushed::LeftOut) => &mut self.left_out,
-            Err(_) => &mut self.refused,
+            Err(why) => {
+                let without_ray = matches!(why, PushError::Pixel(_, UndistortError::NotInvertible));
+                self.without_ray = self.without_ray.saturating_add(u32::from(without_ray));
+                &mut self.refused
+            }
         };
         *count = count.saturating_add(1);
         pushed
@@ -138,6 +151,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         cameras.check(c)?;
         let (cell, priority) = (cameras.cell(c), Priority::of(c));
         self.seen.insert(cell);
+        self.shift.add(c);
         let full = self.pairs.is_full();
         let eviction = full.then(|| self.selection.eviction(cell, &self.pairs));
         let stays = eviction.map_or(Some(true), |eviction| eviction.is_replaced_by(priority));
@@ -235,19 +249,32 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         held.saturating_add(self.left_out).saturating_add(self.refused)
     }
 
-    /// Whether most correspondences since the last [`Batch::clear`] have been refused.
-    pub(crate) fn is_mostly_refused(&self) -> bool {
-        self.refused > self.offered() / 2
-    }
-
     /// Forgets where matches have been: those to come are of other cameras.
     pub(crate) fn forget_cells(&mut self) {
         self.seen = CellSet::NONE;
     }
 
-    /// Whether no match of any batch has been right of the middle of the left image, nor below it.
-    pub(crate) fn is_of_a_corner(&self) -> bool {
-        self.seen.is_of_a_corner()
+    /// Mistake that the pixels show: most matches have been refused since the last [`Batch::clear`], or no match of any
+    /// batch has been right of the middle of the left image, nor below it.
+    pub(crate) fn cause(&self) -> Option<Cause> {
+        if self.refused > self.offered() / 2 {
+            let most_without_ray = self.without_ray > self.refused / 2;
+            Some(if most_without_ray { Cause::FocalLength } else { Cause::SmallerImages })
+        } else {
+            self.seen.is_of_a_corner().then_some(Cause::LargerImages)
+        }
+    }
+
+    /// Mistake that a pair shows that could not be solved.
+    pub(crate) fn cause_of(&self, why: PairError, size: [u16; 2]) -> Option<Cause> {
+        let transposed = self.refused > 0 && self.seen.is_of_the_square(size);
+        self.cause().or_else(|| Cause::of_unsolved(why, transposed, self.is_moved_alike()))
+    }
+
+    /// Whether most matches are moved alike between both images.
+    pub(crate) fn is_moved_alike(&self) -> bool {
+        let taken = self.offered().saturating_sub(self.refused);
+        self.shift.excess > taken / 4
     }
 
     /// Valid correspondences replaced or left out since the last [`Batch::clear`].
@@ -266,6 +293,8 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         self.selection.clear();
         self.left_out = 0;
         self.refused = 0;
+        self.without_ray = 0;
+        self.shift = Shift::NONE;
         self.arriving = false;
     }
 }

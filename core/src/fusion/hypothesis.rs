@@ -317,15 +317,22 @@ impl<T: Scalar> Hypothesis<T> {
     }
 
     /// Covariance of the estimate, rad^2: widened by the disagreement of image halves, and along the drift.
-    #[inline(never)]
     fn covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
-        let mut covariance = self.covariance_of_noise(context)?.scaled(self.halves.widening());
+        self.covariance_times(T::ONE, context)
+    }
+
+    /// [`Self::covariance`] with a factor of all but the biases.
+    #[inline(never)]
+    fn covariance_times(&self, scale: T, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
+        let mut covariance = self.covariance_of_noise(context)?;
         covariance.add_outer_out_of_line(T::ONE, &self.drift.into());
         if self.is_rigid() {
             // Its mean is off by what is left of a vibration that its pairs were not weighed for.
             let pairs = self.pairs.clamp(1, context.config.memory_pairs.max(1));
             context.vibration.scaled(T::ONE / T::count(pairs)).add_to(&mut covariance);
         }
+        covariance = covariance.scaled(scale);
+        self.halves.widen(&mut covariance, context);
         Some(covariance)
     }
 
@@ -336,9 +343,9 @@ impl<T: Scalar> Hypothesis<T> {
         joint.inverse()
     }
 
-    /// Reported covariance, rad^2: that of the estimate times the reduced chi-square.
+    /// Reported covariance, rad^2: with the scatter of the pairs, which shows no bias.
     pub(crate) fn reported_covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
-        Some(self.covariance(context)?.scaled(self.reduced_chi_square()))
+        self.covariance_times(self.reduced_chi_square(), context)
     }
 
     /// Reported standard deviations, rad.

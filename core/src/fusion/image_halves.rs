@@ -5,6 +5,7 @@ use nalgebra::Vector5;
 
 use crate::algebra::disparity_noise::{BaselineNoise, BiasedEquations};
 use crate::algebra::information::{Information, StandardDeviations};
+use crate::algebra::symmetric5::Symmetric5;
 use crate::config::{Context, LensPrior};
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
@@ -15,15 +16,15 @@ use crate::thresholds::{HEALTHY_DISAGREEMENT, MAX_MODEL_ERROR, MAX_TOLD_DISAGREE
 pub(super) struct ImageHalves<T> {
     /// Whole image, left half, upper half.
     parts: [BiasedEquations<T>; 3],
-    /// Pairs in the sums, and those of distinct scenes: repetition shows a bias, and cannot average it out.
-    pairs: [u32; 2],
+    /// Pairs in the sums.
+    pairs: u32,
     /// `sqrt(chi^2 / 5)` between the estimates of two halves, the larger of both splits.
     disagreement: T,
 }
 
 impl<T: Scalar> ImageHalves<T> {
     pub(super) const NONE: Self =
-        Self { parts: [BiasedEquations::ZERO; 3], pairs: [0; 2], disagreement: T::ZERO };
+        Self { parts: [BiasedEquations::ZERO; 3], pairs: 0, disagreement: T::ZERO };
 
     /// Shifts the sums after a step of the pose. A long step drops them: they are models of first order.
     ///
@@ -41,15 +42,13 @@ impl<T: Scalar> ImageHalves<T> {
             *self = Self::NONE;
             return;
         }
-        let [pairs, _] = self.pairs;
-        let fading = context.fading(pairs);
+        let fading = context.fading(self.pairs);
         self.parts.iter_mut().for_each(|part| *part = part.about(moved).scaled(fading));
     }
 
     /// Fades where each pair is about its own optimum: the halves of a pair are shaken alike.
     pub(super) fn fade(&mut self, context: &Context<'_, T>) {
-        let [pairs, _] = self.pairs;
-        let fading = context.fading(pairs);
+        let fading = context.fading(self.pairs);
         self.parts.iter_mut().for_each(|part| *part = part.scaled(fading));
     }
 
@@ -77,9 +76,8 @@ impl<T: Scalar> ImageHalves<T> {
             let noise = BaselineNoise(whole.noise.0.map(|n| n * share));
             sum.add(&BiasedEquations { normal: *half, noise }.about(to_pose));
         }
-        let [pairs, distinct] = self.pairs;
-        self.pairs = [pairs.saturating_add(1), distinct.saturating_add(u32::from(!repeated))];
-        self.disagreement = self.compare(context);
+        self.pairs = self.pairs.saturating_add(1);
+        (self.disagreement, _) = self.compare(context);
     }
 
     /// Disagreement, in standard deviations per degree of freedom.
@@ -87,31 +85,52 @@ impl<T: Scalar> ImageHalves<T> {
         self.disagreement
     }
 
-    /// Factor of the covariance, at least 1. The disagreement is of all pairs, the covariance of distinct ones.
-    pub(super) fn widening(&self) -> T {
-        let [pairs, distinct] = self.pairs.map(|n| T::count(n.max(1)));
-        if self.disagreement > T::lit(HEALTHY_DISAGREEMENT) {
-            (self.disagreement * self.disagreement * (distinct / pairs)).max(T::ONE)
-        } else {
-            T::ONE
+    /// Whether the halves disagree by no more than chance.
+    pub(super) fn agree(&self) -> bool {
+        self.disagreement <= T::lit(HEALTHY_DISAGREEMENT)
+    }
+
+    /// Widens a covariance, rad^2, where the halves disagree: along what that moves the estimate by. The other directions
+    /// are as well known as before.
+    pub(super) fn widen(&self, covariance: &mut Symmetric5<T>, context: &Context<'_, T>) {
+        if !self.agree() {
+            let (_, biases) = self.compare(context);
+            biases.iter().for_each(|b| covariance.add_outer_out_of_line(T::ONE, &(*b).into()));
         }
     }
 
-    /// Larger disagreement of left and right half, and of upper and lower half.
+    /// Larger disagreement of left and right half, and of upper and lower half, and what each moves the estimate by.
+    ///
+    /// At the joint optimum one half pulls with the gradient `g`, and the other with `-g`: pulls that differ by chance move
+    /// the estimate along `Q g`, by as many deviations as the halves are apart. A bias that the joint estimate takes up is
+    /// one of the lens, which the covariance with the lens uncertain contains. With exact lenses one half may be right: then
+    /// it is the distance from the estimate of that half, whichever it is.
     #[inline(never)]
-    fn compare(&self, context: &Context<'_, T>) -> T {
+    fn compare(&self, context: &Context<'_, T>) -> (T, [Vector5<T>; 4]) {
         let [all, left, upper] = &self.parts;
-        let Some(x) = all.debiased().with_prior(context.prior).step() else {
-            return T::ZERO;
-        };
+        let (mut largest, mut biases) = (T::ZERO, [Vector5::zeros(); 4]);
+        let joint = all.debiased().with_prior(context.prior);
+        let Some(factor) = joint.information.0.factor(T::ZERO) else { return (largest, biases) };
         // About the joint optimum: the prior pulls neither half away from the other.
-        let distance = |half: &BiasedEquations<T>| {
-            let one = half.debiased().about(&x).with_prior(context.prior);
-            let other = all.minus(half).debiased().about(&x).with_prior(context.prior);
-            one.distance(&other).unwrap_or(T::ZERO)
-        };
-        let larger = (distance(left).max(distance(upper)).max(T::ZERO) / T::lit(5.0)).sqrt();
-        larger.min(T::lit(MAX_TOLD_DISAGREEMENT))
+        let x = -factor.solve(&joint.gradient);
+        for (biases, half) in biases.as_chunks_mut::<2>().0.iter_mut().zip([left, upper]) {
+            let about =
+                |half: &BiasedEquations<T>| half.debiased().about(&x).with_prior(context.prior);
+            let (one, other) = (about(half), about(&all.minus(half)));
+            let optima = one.optimum().zip(other.optimum());
+            let Some(((of_one, cov_one), (of_other, cov_other))) = optima else { continue };
+            let apart = cov_one.plus(&cov_other).inverse_form(&(of_one - of_other));
+            let squared = apart.unwrap_or(T::ZERO).max(T::ZERO);
+            largest = largest.max(squared);
+            let moved = factor.solve(&one.gradient);
+            let own = moved.dot(&one.gradient);
+            *biases = if context.has_lens_prior() {
+                [moved * (squared / own.max(T::EPSILON)).sqrt(), Vector5::zeros()]
+            } else {
+                [of_one, of_other].map(|of_half| of_half * T::HALF.sqrt())
+            };
+        }
+        ((largest / T::lit(5.0)).sqrt().min(T::lit(MAX_TOLD_DISAGREEMENT)), biases)
     }
 
     /// Information about the turn of `R` about x in each sum.
@@ -123,16 +142,52 @@ impl<T: Scalar> ImageHalves<T> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::hypothesis::tests::context;
     use super::*;
+    use crate::algebra::normal_equations::NormalEquations;
+    use crate::algebra::symmetric5::Symmetric5;
+
+    /// Halves with the information of rows, of which the left one has a bias of pitch.
+    fn biased_in_the_left_half(information: f64, bias: f64) -> ImageHalves<f64> {
+        let part = |pitch_and_roll: f64, share: f64| {
+            let mut h = Symmetric5::of_diagonal([1.0, 1.0, 1.0 / 3.0, 1.0, 1.0].map(|d| share * d));
+            h.0[3] = pitch_and_roll;
+            let information = Information(h.scaled(information));
+            NormalEquations { information, gradient: Vector5::zeros() }
+        };
+        // Derivatives `-1` by pitch and `u` by roll, over `u` from -1 to 0, and over half of -1 to 1.
+        let mut left = part(0.25, 0.5);
+        left.gradient = -left.information.times(&(Vector5::x() * bias));
+        let (mut all, mut upper) = (part(0.0, 1.0), part(0.0, 0.5));
+        (all.gradient, upper.gradient) = (left.gradient, left.gradient * 0.5);
+        let parts =
+            [all, left, upper].map(|normal| BiasedEquations { normal, ..BiasedEquations::ZERO });
+        let mut halves = ImageHalves { parts, pairs: 10, ..ImageHalves::NONE };
+        (halves.disagreement, _) = halves.compare(&context());
+        halves
+    }
 
     #[test]
-    fn a_disagreement_widens_by_its_square_and_the_share_of_distinct_scenes() {
-        let widening = |disagreement, pairs| {
-            ImageHalves { pairs, disagreement, ..ImageHalves::<f64>::NONE }.widening()
-        };
-        assert_eq!(widening(3.0, [10, 10]), 9.0);
-        assert_eq!(widening(3.0, [10, 5]), 4.5);
-        assert_eq!(widening(3.0, [100, 1]), 1.0);
-        assert_eq!(widening(HEALTHY_DISAGREEMENT, [10, 10]), 1.0);
+    fn halves_that_disagree_widen_along_the_disagreement_and_in_no_other_direction() {
+        let (information, bias) = (1e12, 3e-4);
+        let halves = biased_in_the_left_half(information, bias);
+        assert!(!halves.agree());
+        let mut covariance = Symmetric5::of_diagonal([0.0; 5]);
+        halves.widen(&mut covariance, &context());
+        let [pitch, rest @ ..] = covariance.diagonal().map(|d| d.sqrt() / bias);
+        assert!((pitch - 0.25).abs() < 1e-3, "{pitch}");
+        assert!(rest.iter().all(|d| *d < 1e-6), "{rest:?}");
+        // As many deviations as the halves are apart.
+        let squared = (pitch * bias).powi(2) * information / 5.0;
+        assert!((squared.sqrt() / halves.disagreement - 1.0).abs() < 1e-3, "{squared}");
+    }
+
+    #[test]
+    fn halves_that_agree_widen_nothing() {
+        let halves = biased_in_the_left_half(1e10, 1e-5);
+        assert!(halves.agree() && halves.disagreement > 0.0, "{}", halves.disagreement);
+        let mut covariance = Symmetric5::of_diagonal([1.0; 5]);
+        halves.widen(&mut covariance, &context());
+        assert_eq!(covariance, Symmetric5::of_diagonal([1.0; 5]));
     }
 }

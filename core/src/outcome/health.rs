@@ -11,6 +11,7 @@ use crate::batch::row_offset::row_offset;
 use crate::error::Rejection;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection, RayChange};
 use crate::geometry::rectification::RectifyingRotations;
+use crate::outcome::cause::Cause;
 use crate::outcome::lens_estimate::{Finding, LensEstimate};
 use crate::outcome::proposal::{Direction, Doubt, Proposal};
 use crate::outcome::reasons::Reasons;
@@ -105,28 +106,22 @@ pub struct Health<T: Scalar> {
     pub rejection: Option<Rejection>,
     /// Yes or no to an arming check.
     pub arming: Arming,
+    /// Mistake in rig file or matcher that the matches or the estimate show: then they say nothing of the calibration in
+    /// use. Where pairs agree on nothing, [`crate::Calibrator::likely_cause`] names it.
+    pub cause: Option<Cause>,
     /// What speaks against the calibration, arming or not.
     pub reasons: Reasons,
 }
 
-/// What became of the last pair.
+/// What became of the last pair, and what it shows.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LastPair {
     /// Why it was not fused; `None` if it was.
     pub(crate) rejection: Option<Rejection>,
     /// Whether it showed the scene of the one before.
     pub(crate) repeated: bool,
-    /// Whether most of its matches were refused.
-    pub(crate) refused: bool,
-    /// Whether no match of any pair was right of the middle of the left image, nor below it.
-    pub(crate) corner: bool,
-}
-
-impl LastPair {
-    /// Whether the matches are those of other images than the cameras describe.
-    fn is_unfit(self) -> bool {
-        self.refused || self.corner
-    }
+    /// Mistake that its matches, or the estimate, show.
+    pub(crate) cause: Option<Cause>,
 }
 
 /// Verdict on the extrinsics in use: whether the estimate improves them clearly, by a tenth of the RMS row offset over
@@ -141,6 +136,8 @@ pub enum Band {
     Improvable,
     /// 1 px or more, and the estimate fits clearly better: a matcher that searches along rows will miss.
     Recalibrate,
+    /// The matches do not tell: [`Health::cause`].
+    Unknown,
 }
 
 /// Yes or no to an arming check, and the reason.
@@ -157,19 +154,21 @@ pub enum Arming {
     Doubtful,
     /// The extrinsics in use are off from the estimate: rows differ by 1 px RMS or more.
     Misaligned,
-    /// The matches are not those of the images that the cameras describe: most were refused, or all are in one corner.
+    /// The matches do not support the calibration: [`Health::cause`].
     Unfit,
 }
 
 codes! {
-    Band { Good = 0, Improvable = 1, Recalibrate = 2 }
+    Band { Good = 0, Improvable = 1, Recalibrate = 2, Unknown = 255 }
     Arming { Yes = 0, NotLocked = 1, Doubtful = 2, Misaligned = 3, Unfit = 4 }
 }
 texts! {
-    Band { Good = "good", Improvable = "improvable", Recalibrate = "recalibrate" }
+    Band {
+        Good = "good", Improvable = "improvable", Recalibrate = "recalibrate", Unknown = "unknown",
+    }
     Arming {
         Yes = "yes", NotLocked = "no, not locked", Doubtful = "no, doubtful",
-        Misaligned = "no, misaligned", Unfit = "no, matches of other images",
+        Misaligned = "no, misaligned", Unfit = "no, matches do not support it",
     }
 }
 
@@ -189,6 +188,9 @@ impl<T: Scalar> fmt::Display for Health<T> {
         }
         if !self.reasons.is_empty() {
             write!(f, ", against it: {}", self.reasons)?;
+        }
+        if let Some(cause) = self.cause {
+            write!(f, ", likely cause: {cause}")?;
         }
         if let Some(lens) = self.lens.filter(LensEstimate::is_significant) {
             write!(f, ", lens: {lens}")?;
@@ -258,7 +260,7 @@ impl<T: Scalar> Health<T> {
             fit_in_use,
             fit_proposed,
             coverage: fit.seen.share(),
-            band: Band::of(in_use_px, improves),
+            band: if last.cause.is_some() { Band::Unknown } else { Band::of(in_use_px, improves) },
             state: proposal.state,
             doubt: proposal.doubt,
             baseline_observed: proposal.baseline_observed,
@@ -273,6 +275,7 @@ impl<T: Scalar> Health<T> {
             vibration: proposal.vibration,
             rejection: last.rejection,
             arming: Arming::of(proposal, off_px, last),
+            cause: last.cause,
             reasons: Reasons::of(proposal, misaligned, last),
         })
     }
@@ -351,7 +354,7 @@ impl Arming {
             Self::NotLocked
         } else if proposal.is_doubtful() {
             Self::Doubtful
-        } else if last.is_unfit() {
+        } else if last.cause.is_some() {
             Self::Unfit
         } else if off_px >= T::lit(BAD_PX) {
             Self::Misaligned

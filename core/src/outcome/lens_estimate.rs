@@ -2,8 +2,9 @@
 
 use core::fmt;
 
+use crate::config::LensPrior;
 use crate::scalar::Scalar;
-use crate::thresholds::LENS_FOUND;
+use crate::thresholds::{BAD_PX, GROSS_LENS, LENS_FOUND};
 
 /// A parameter with its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,6 +48,18 @@ impl<T: Scalar> LensEstimate<T> {
     pub fn is_significant(&self) -> bool {
         let Self { focal, k1, k1_mean, p1, principal_x_px } = self;
         [focal, k1, k1_mean, p1, principal_x_px].into_iter().any(Finding::is_significant)
+    }
+
+    /// Whether a parameter that nothing compensates is off by more than any calibration leaves; where rows are poor, by
+    /// more than the prior: then noise does not explain them.
+    ///
+    /// * `rows_px`: RMS row offset of a pair about its own optimum.
+    pub(crate) fn is_gross(&self, prior: &LensPrior, rows_px: T) -> bool {
+        let Self { k1_mean, p1, .. } = self;
+        let most = if rows_px >= T::lit(BAD_PX) { T::ONE } else { T::lit(GROSS_LENS) };
+        [(k1_mean, prior.k1), (p1, prior.p1)].into_iter().any(|(found, prior)| {
+            found.is_significant() && found.value.abs() > most * T::single(prior)
+        })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Results: of one pair, of all pairs, and how far to rely on them.
 
+pub(crate) mod cause;
 pub(crate) mod health;
 pub(crate) mod lens_estimate;
 pub(crate) mod pair_report;

@@ -6,12 +6,15 @@ use nalgebra::{ComplexField, Matrix5, Vector5};
 
 use crate::algebra::information::{StandardDeviations, largest_direction};
 use crate::algebra::symmetric5::Symmetric5;
+use crate::config::LensPrior;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::LensCorrection;
+use crate::outcome::cause::Cause;
 use crate::outcome::lens_estimate::{Finding, LensEstimate};
 use crate::outcome::vibration::Vibration;
 use crate::scalar::Scalar;
 use crate::state::State;
+use crate::thresholds::LENS_FOUND;
 
 /// The estimate over all pairs so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,6 +81,29 @@ impl<T: Scalar> Proposal<T> {
             Some(Doubt::Everything) => self.lens.is_none(),
             _ => false,
         }
+    }
+
+    /// Mistake that the estimate shows.
+    ///
+    /// * `rows_px`: RMS row offset of a pair about its own optimum.
+    /// * `alike`: whether most matches of the pair at hand are moved alike between both images.
+    pub(crate) fn cause(&self, prior: &LensPrior, rows_px: T, alike: bool) -> Option<Cause> {
+        if self.lens.is_some_and(|lens| lens.is_gross(prior, rows_px)) {
+            Some(Cause::Lens)
+        } else {
+            (alike && self.shows_one_image()).then_some(Cause::SameImage)
+        }
+    }
+
+    /// Whether no pair has shown depth, and the cameras are turned about their axes by no more than chance: a rig that
+    /// looks at infinity may be so by chance, both sides with the same image always are.
+    fn shows_one_image(&self) -> bool {
+        let roll = (self.extrinsics.rotation().matrix().m21
+            - self.extrinsics.rotation().matrix().m12)
+            * T::HALF;
+        let least = T::lit(LENS_FOUND * LENS_FOUND);
+        let by_chance = |c: Matrix5<T>| roll * roll <= least * c.m33;
+        !self.baseline_observed && self.covariance.is_some_and(by_chance)
     }
 
     /// The least certain direction and its standard deviation with the lens uncertain, rad; `None` in the paper preset.

@@ -30,12 +30,8 @@ pub enum Reason {
     Repeated,
     /// [`Doubt::Axis`], in the paper preset: the axis of the rotation is noise.
     Axis,
-    /// Most matches of the last pair were refused: pixels outside the image, or without a ray. The image size, the focal
-    /// length or the origin of the coordinates is wrong.
-    Refused,
-    /// No match of any pair was right of the middle of the left image, nor below it: the image size and the focal length
-    /// are those of larger images.
-    Corner,
+    /// The matches do not support the calibration: [`crate::Health::cause`] says why.
+    Unfit,
     /// No witness has told the yaw of the mount from the apparent yaw of the lens, and rows do not: the deviations of yaw
     /// and of depth contain both.
     Yaw,
@@ -45,7 +41,7 @@ pub enum Reason {
 codes! {
     Reason {
         NotLocked = 1, Misaligned = 2, SecondMode = 4, ImageHalves = 8, Lens = 16, Baseline = 32,
-        Repeated = 64, Axis = 128, Refused = 256, Corner = 512, Yaw = 4096,
+        Repeated = 64, Axis = 128, Unfit = 256, Yaw = 4096,
     }
 }
 texts! {
@@ -53,18 +49,17 @@ texts! {
         NotLocked = "estimate not locked", Misaligned = "in use off by 1 px or more",
         SecondMode = "second crowd of matches", ImageHalves = "image halves disagree",
         Lens = "lens models off", Baseline = "baseline not observed", Repeated = "repeated scene",
-        Axis = "axis of the rotation is noise", Refused = "most matches refused",
-        Corner = "matches in one corner of the image", Yaw = "yaw not confirmed",
+        Axis = "axis of the rotation is noise", Unfit = "matches do not support it",
+        Yaw = "yaw not confirmed",
     }
 }
 
 impl Reason {
     /// All, those that forbid arming first.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 10] = [
         Self::NotLocked,
         Self::Misaligned,
-        Self::Refused,
-        Self::Corner,
+        Self::Unfit,
         Self::SecondMode,
         Self::ImageHalves,
         Self::Lens,
@@ -98,8 +93,7 @@ impl Reasons {
             (is_off, Reason::Lens),
             (!baseline_observed, Reason::Baseline),
             (last.repeated, Reason::Repeated),
-            (last.refused, Reason::Refused),
-            (last.corner, Reason::Corner),
+            (last.cause.is_some(), Reason::Unfit),
             (lens_yaw.sd > T::lit(MAX_CONFIRMED_YAW_RAD), Reason::Yaw),
         ];
         let named = named.into_iter().filter_map(|(holds, reason)| holds.then_some(reason));

@@ -7,6 +7,7 @@ pub(super) fn band(band: Band) -> &'static str {
         Band::Good => "good",
         Band::Improvable => "improvable",
         Band::Recalibrate => "recalibrate",
+        Band::Unknown => "unknown",
     }
 }
 
@@ -16,7 +17,7 @@ pub(super) fn arming(arming: Arming) -> &'static str {
         Arming::NotLocked => "no: not locked",
         Arming::Doubtful => "no: doubtful",
         Arming::Misaligned => "no: misaligned",
-        Arming::Unfit => "no: matches of other images",
+        Arming::Unfit => "no: matches do not support it",
     }
 }
 

@@ -2,8 +2,8 @@
 
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Arming, Band, Calibrator, Camera, Doubt, Extrinsics, Health, Lens, LensCorrection, Reasons,
-    Scalar, State,
+    Arming, Band, Calibrator, Camera, Cause, Doubt, Extrinsics, Health, Lens, LensCorrection,
+    Reasons, Scalar, State,
 };
 
 use crate::data::in_f64;
@@ -19,6 +19,8 @@ pub struct Checked {
     pub correction: LensCorrection<f64>,
     /// Error of the extrinsics in use; `None` without a reference.
     pub error: Option<Deviation<f64>>,
+    /// The likeliest mistake in rig file or matcher, after the pair.
+    pub cause: Option<Cause>,
     /// The health over the pair, before the estimate was applied; `None` where there is none.
     pub health: Option<Checks>,
 }
@@ -67,7 +69,9 @@ impl Checked {
             proposed_px: health.proposed_px.to_f64(),
         };
         let correction = correction(calibrator);
-        Self { state: calibrator.state(), in_use, correction, error, health: health.map(checks) }
+        let cause = calibrator.likely_cause().or(health.and_then(|health| health.cause));
+        let state = calibrator.state();
+        Self { state, in_use, correction, error, cause, health: health.map(checks) }
     }
 
     /// Whether the health says yes to arming.
@@ -79,10 +83,14 @@ impl Checked {
     /// What speaks against arming, or against the estimate; nothing where all is well.
     #[must_use]
     pub fn reasons(&self) -> Vec<String> {
-        let Some(Checks { reasons, .. }) = self.health else {
-            return vec!["no estimate, or no match that fits it".into()];
+        let mut all: Vec<_> = match self.health {
+            Some(Checks { reasons, .. }) => {
+                reasons.iter().map(|reason| reason.to_string()).collect()
+            }
+            None => vec!["no estimate, or no match that fits it".into()],
         };
-        reasons.iter().map(|reason| reason.to_string()).collect()
+        all.extend(self.cause.map(|cause| format!("likely cause: {cause}")));
+        all
     }
 }
 

@@ -8,9 +8,9 @@ use stereo_selfcal::link::{
     Damage, EncodeError, FrameRefusal, HeaderError, ReceiveError, RecordError,
 };
 use stereo_selfcal::{
-    ApplyError, Arming, Band, ConfigError, Direction, Doubt, ExtrinsicsError, Fused, MotionError,
-    PairError, ProjectError, PushError, Pushed, RangeError, Reason, RectifyError, Refusal,
-    Rejection, RestoreError, Side, State, Stop, UndistortError, Witnessed,
+    ApplyError, Arming, Band, Cause, ConfigError, Direction, Doubt, ExtrinsicsError, Fused,
+    MotionError, PairError, ProjectError, PushError, Pushed, RangeError, Reason, RectifyError,
+    Refusal, Rejection, RestoreError, Side, State, Stop, UndistortError, Witnessed,
 };
 use stereo_selfcal_capi::selfcal_error_t::{self, *};
 use stereo_selfcal_capi::*;
@@ -291,9 +291,10 @@ fn every_verdict_of_the_core_is_known() {
         Fused, selfcal_fused_t: Added Repeated KeptApart Renewed TookOver LensCorrected;
         Doubt, selfcal_doubt_t: Baseline Everything Axis SecondMode;
         Direction, selfcal_direction_t: Pitch Yaw Roll BaselineForward BaselineDown;
-        Band, selfcal_band_t: Good Improvable Recalibrate;
+        Band, selfcal_band_t: Good Improvable Recalibrate Unknown;
         Arming, selfcal_arming_t: Yes NotLocked Doubtful Misaligned Unfit;
-        Reason, selfcal_reason_t: NotLocked Misaligned SecondMode ImageHalves Lens Baseline Repeated Axis Refused Corner Yaw;
+        Reason, selfcal_reason_t: NotLocked Misaligned SecondMode ImageHalves Lens Baseline Repeated Axis Unfit Yaw;
+        Cause, selfcal_cause_t: Reversed Upright Transposed SameImage SmallerImages LargerImages FocalLength Lens Mismatches;
         Pushed, selfcal_pushed_t: Kept Replaced LeftOut;
         Witnessed, selfcal_witnessed_t: Taken Waiting;
     }
@@ -332,6 +333,7 @@ fn every_value_has_its_own_text() {
     assert_texts("selfcal_band_t", selfcal_band_string);
     assert_texts("selfcal_arming_t", selfcal_arming_string);
     assert_texts("selfcal_reason_t", selfcal_reason_string);
+    assert_texts("selfcal_cause_t", selfcal_cause_string);
     assert_eq!(string(selfcal_error_string(-1)), "unknown");
 }
 

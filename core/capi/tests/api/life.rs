@@ -155,6 +155,9 @@ fn assert_same_health(cal: &mut Cal, twin: &Twin) {
     assert_eq!((c.sd_lens, c.correction), (rust.sd_lens.into(), rust.correction.into()));
     assert_eq!(c.vibration, rust.vibration.into());
     assert_eq!(c.baseline_observed, rust.baseline_observed);
+    assert_eq!(c.cause, rust.cause.into());
+    let cause = get!(cal, selfcal_likely_cause).unwrap();
+    assert_eq!(cause, twin.likely_cause().into());
     assert_eq!(c.rejection, rust.rejection.map_or(SELFCAL_OK, Into::into));
     let mut depth = [0.0; 4];
     // SAFETY: live objects.

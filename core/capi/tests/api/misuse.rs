@@ -69,6 +69,7 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
         selfcal_state(place());
         selfcal_proposal(place());
         selfcal_health(place());
+        selfcal_likely_cause(place());
         selfcal_depth_errors(0.1, four());
         selfcal_apply(place());
         selfcal_undo(place());
@@ -194,6 +195,7 @@ fn a_null_argument_is_refused_without_effect() {
         selfcal_state(null_mut());
         selfcal_proposal(null_mut());
         selfcal_health(null_mut());
+        selfcal_likely_cause(null_mut());
         selfcal_depth_errors(0.1, null_mut());
         selfcal_is_frozen(null_mut());
         selfcal_rotations(0, null_mut());

@@ -168,7 +168,7 @@ impl<T: Scalar> Hypothesis<T> {
                 self.reduced_chi_square = T::ONE;
             }
             // Halves that disagreed already have another reason.
-            if self.halves.widening() <= T::ONE {
+            if self.halves.agree() {
                 self.halves = ImageHalves::NONE;
             }
         }

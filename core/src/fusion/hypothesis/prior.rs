@@ -1,7 +1,7 @@
 //! A hypothesis as a prior, and a hypothesis that begins with one.
 
 use super::Hypothesis;
-use crate::algebra::disparity_noise::{BaselineNoise, BiasedEquations};
+use crate::algebra::disparity_noise::BiasedEquations;
 use crate::algebra::information::Information;
 use crate::algebra::moments::Moments;
 use crate::algebra::normal_equations::NormalEquations;
@@ -16,7 +16,7 @@ impl<T: Scalar> Hypothesis<T> {
     pub(in crate::fusion) fn as_prior(&self, context: &Context<'_, T>) -> Option<Prior<T>> {
         let mut prior = self.of_sums(context)?;
         let drifts = self.drift.dot(&self.information.times(&self.drift)) > T::ONE;
-        if drifts || !self.vibration(context).is_zero() {
+        if drifts || !self.vibration(context).is_zero() || !self.halves.agree() {
             prior.equations = self.of_covariance(context)?;
         }
         Some(prior)
@@ -29,15 +29,9 @@ impl<T: Scalar> Hypothesis<T> {
         self.sum_at_rest(&mut sums);
         let at_rest = self.pose_at_rest(&self.pose, &sums)?;
         sums.change_frame(&self.frame, &at_rest);
-        let shrink = T::ONE / self.halves.widening();
-        let BiasedEquations { normal: NormalEquations { information, gradient }, noise } =
-            sums.biased_at_frame();
-        // Not the gradient: it balances the prior about the factory extrinsics.
-        let normal = NormalEquations { information: information.scaled(shrink), gradient };
-        let noise = BaselineNoise(noise.0.map(|n| n * shrink));
         Some(Prior {
             pose: self.pose,
-            equations: BiasedEquations { normal, noise },
+            equations: sums.biased_at_frame(),
             response: Response::of(&sums, context.prior)?,
             chi_square: self.reduced_chi_square,
             pairs: self.pairs,
@@ -48,7 +42,7 @@ impl<T: Scalar> Hypothesis<T> {
     }
 
     /// Equations with the covariance of the estimate, and without noise: those of a rig that vibrates are weighed pair by
-    /// pair, and the covariance of one that drifts is wider than its pairs say.
+    /// pair, and the covariance of one that drifts, or whose image halves disagree, is wider than its pairs say.
     #[inline(never)]
     fn of_covariance(&self, context: &Context<'_, T>) -> Option<BiasedEquations<T>> {
         let mut information = self.covariance(context)?.inverse()?;

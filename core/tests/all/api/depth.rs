@@ -321,11 +321,9 @@ fn witnesses_of_any_bits_leave_a_finite_estimate_or_no_trace() {
     let mut calibrator = calibrated(with_baseline());
     run(&mut calibrator, NONE, 0.005, 0..8);
     take(&mut calibrator, &warped(NONE, 0.005, 8)).unwrap();
-    let mut buffers = [[0; Tested::SNAPSHOT_BYTES]; 2];
     let mut refused = 0;
     for _ in 0..3000 {
-        let [before, after] = &mut buffers;
-        let before = calibrator.snapshot(before).unwrap();
+        let before = format!("{calibrator:?}");
         let mut any = || any_number(&mut rng);
         let reading = RangeReading {
             pixel: [any(), any()],
@@ -334,7 +332,7 @@ fn witnesses_of_any_bits_leave_a_finite_estimate_or_no_trace() {
         };
         if calibrator.push_range(&reading).is_err() {
             refused += 1;
-            assert_eq!(calibrator.snapshot(after).unwrap(), before, "{reading:?}");
+            assert_eq!(format!("{calibrator:?}"), before, "{reading:?}");
         }
         let proposal = calibrator.proposal().unwrap();
         assert!(proposal.sd_lens.rotation.is_finite() && proposal.lens_yaw.sd.is_finite());
@@ -347,7 +345,6 @@ fn tracks_of_any_rays_are_no_motion_and_leave_no_trace() {
     let mut rng = ChaCha8Rng::seed_from_u64(39);
     let mut calibrator = calibrated(Config::robust());
     run(&mut calibrator, NONE, 0.005, 0..8);
-    let mut buffers = [[0; Tested::SNAPSHOT_BYTES]; 2];
     for _ in 0..60 {
         let any = |_| {
             let mut pair = || {
@@ -359,9 +356,8 @@ fn tracks_of_any_rays_are_no_motion_and_leave_no_trace() {
             [pair().unwrap(), pair().unwrap()]
         };
         let tracked: Vec<_> = (0..40).map(any).collect();
-        let [before, after] = &mut buffers;
-        let before = calibrator.snapshot(before).unwrap();
+        let before = format!("{calibrator:?}");
         assert_eq!(calibrator.push_motion(&tracked), Err(MotionError::NoMotion));
-        assert_eq!(calibrator.snapshot(after).unwrap(), before);
+        assert_eq!(format!("{calibrator:?}"), before);
     }
 }

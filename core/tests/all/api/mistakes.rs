@@ -1,13 +1,16 @@
 //! Mistakes of a first day: whatever is wrong with the data or the rig file, nothing arms, and the cause is named.
 
 use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::{
-    Arming, Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, Intrinsics, Lens,
-    PairError, RadialTangential, Reason, Reasons, Rejection, State,
+    Arming, Band, Calibrator, Camera, Cameras, Cause, Config, Correspondence, Extrinsics,
+    Intrinsics, Lens, PairError, RadialTangential, Reason, Rejection, State,
 };
 
 use crate::api::disturbed::with_outliers;
 use crate::api::scene::{SIZE, cameras, correspondences_within, rig};
+use test_support::is_campaign;
 
 type Tested = Calibrator<f32, 256>;
 type Pair = Vec<Correspondence<f32>>;
@@ -20,6 +23,10 @@ struct Mistake {
     cameras: Cameras<f32>,
     truth: Extrinsics<f64>,
     change: fn(&Correspondence<f32>) -> Correspondence<f32>,
+    /// Uniform noise of the right pixel, beside that of the scene, px.
+    noise: f32,
+    /// What it is named, if it is one.
+    cause: Option<Cause>,
 }
 
 fn truth(seed: u64) -> Extrinsics<f64> {
@@ -34,8 +41,21 @@ fn sized(scale: f32, size: [u16; 2]) -> Cameras<f32> {
     Cameras { left: camera, right: camera }
 }
 
-fn mistakes(seed: u64) -> [Mistake; 15] {
-    let given = |name, change| Mistake { name, cameras: cameras(), truth: truth(seed), change };
+fn mistakes(seed: u64) -> [Mistake; 21] {
+    let given = |name, cause: Option<Cause>, change| Mistake {
+        name,
+        cameras: cameras(),
+        truth: truth(seed),
+        change,
+        noise: 0.0,
+        cause,
+    };
+    let same: fn(&Correspondence<f32>) -> Correspondence<f32> =
+        |c| Correspondence { right: c.left, ..*c };
+    let moved: fn(&Correspondence<f32>) -> Correspondence<f32> = |c| {
+        let [u, v] = c.left;
+        Correspondence { left: [(u + 20.0).min(1919.0), v], right: [u.min(1899.0), v], ..*c }
+    };
     let upright = truth(seed);
     let vertical =
         Extrinsics::try_new(upright.rotation().matrix(), &Vector3::new(0.05, -1.0, 0.03)).unwrap();
@@ -49,36 +69,80 @@ fn mistakes(seed: u64) -> [Mistake; 15] {
     let strong = Cameras { left: camera, right: camera };
     let longer = Intrinsics { focal: [1405.0; 2], ..*cameras::<f32>().left.intrinsics() };
     let longer = Camera::try_new(longer, Lens::Pinhole).unwrap();
+    let short = Intrinsics { focal: [4.0; 2], ..*cameras::<f32>().left.intrinsics() };
+    let short = Camera::try_new(short, Lens::Pinhole).unwrap();
+    let millimetres = Cameras { left: short, right: short };
     let unequal = Cameras { right: longer, ..cameras() };
     [
-        given("none", |c| *c),
-        given("exchanged", |c| Correspondence { left: c.right, right: c.left, ..*c }),
-        given("mirrored", |c| Correspondence { right: [1919.0 - c.right[0], c.right[1]], ..*c }),
-        given("upside down", |c| {
+        given("none", None, |c| *c),
+        given("exchanged", Some(Cause::Reversed), |c| Correspondence {
+            left: c.right,
+            right: c.left,
+            ..*c
+        }),
+        given("mirrored", Some(Cause::Reversed), |c| Correspondence {
+            right: [1919.0 - c.right[0], c.right[1]],
+            ..*c
+        }),
+        given("upside down", Some(Cause::Reversed), |c| {
             let turned = |[u, v]: [f32; 2]| [1919.0 - u, 1199.0 - v];
             Correspondence { left: turned(c.left), right: turned(c.right), ..*c }
         }),
-        given("identical", |c| Correspondence { right: c.left, ..*c }),
-        given("u, v exchanged", |c| {
+        given("identical", Some(Cause::SameImage), same),
+        given("u, v exchanged", Some(Cause::Transposed), |c| {
             let exchanged = |[u, v]: [f32; 2]| [v, u];
             Correspondence { left: exchanged(c.left), right: exchanged(c.right), ..*c }
         }),
-        Mistake { cameras: sized(0.5, SIZE.map(|n| n / 2)), ..given("half size", |c| *c) },
-        Mistake { cameras: sized(2.0, SIZE.map(|n| n * 2)), ..given("double size", |c| *c) },
-        Mistake { truth: vertical, ..given("vertical", |c| *c) },
-        Mistake { truth: off(60.0), ..given("t 60 off", |c| *c) },
-        Mistake { truth: off(120.0), ..given("t 120 off", |c| *c) },
-        Mistake { truth: off(150.0), ..given("t 150 off", |c| *c) },
-        given("identical, moved", |c| {
-            let [u, v] = c.left;
-            Correspondence { left: [(u + 20.0).min(1919.0), v], right: [u.min(1899.0), v], ..*c }
-        }),
+        Mistake {
+            cameras: sized(0.5, SIZE.map(|n| n / 2)),
+            ..given("half size", Some(Cause::SmallerImages), |c| *c)
+        },
+        Mistake {
+            cameras: sized(2.0, SIZE.map(|n| n * 2)),
+            ..given("double size", Some(Cause::LargerImages), |c| *c)
+        },
+        Mistake { truth: vertical, ..given("vertical", Some(Cause::Upright), |c| *c) },
+        Mistake { truth: off(60.0), ..given("t 60 off", Some(Cause::Upright), |c| *c) },
+        Mistake { truth: off(120.0), ..given("t 120 off", Some(Cause::Upright), |c| *c) },
+        Mistake { truth: off(150.0), ..given("t 150 off", Some(Cause::Reversed), |c| *c) },
+        given("identical, moved", Some(Cause::SameImage), moved),
+        Mistake { cameras: unequal, ..given("identical, unequal", Some(Cause::SameImage), same) },
+        Mistake { noise: 0.5, ..given("identical, noise", Some(Cause::SameImage), same) },
+        Mistake { noise: 0.5, ..given("identical, moved, noise", Some(Cause::SameImage), moved) },
         Mistake {
             cameras: unequal,
-            ..given("identical, unequal", |c| Correspondence { right: c.left, ..*c })
+            noise: 0.5,
+            ..given("identical, unequal, noise", Some(Cause::SameImage), same)
         },
-        Mistake { cameras: strong, ..given("undistorted", |c| *c) },
+        Mistake {
+            cameras: millimetres,
+            ..given("focal length in mm", Some(Cause::FocalLength), |c| *c)
+        },
+        Mistake { noise: f32::INFINITY, ..given("random", Some(Cause::Mismatches), |c| *c) },
+        given("pixels from the centre", Some(Cause::SmallerImages), |c| {
+            let from_centre = |[u, v]: [f32; 2]| [u - 959.5, v - 599.5];
+            Correspondence { left: from_centre(c.left), right: from_centre(c.right), ..*c }
+        }),
+        Mistake { cameras: strong, ..given("undistorted", Some(Cause::Lens), |c| *c) },
     ]
+}
+
+/// The match with the mistake in it.
+fn mistaken(
+    c: &Correspondence<f32>,
+    mistake: &Mistake,
+    rng: &mut ChaCha8Rng,
+) -> Correspondence<f32> {
+    let [width, height] = SIZE.map(|n| f32::from(n) - 1.0);
+    let mut c = (mistake.change)(c);
+    if mistake.noise == f32::INFINITY {
+        let mut anywhere = || [rng.random_range(0.0..width), rng.random_range(0.0..height)];
+        (c.left, c.right) = (anywhere(), anywhere());
+    } else if mistake.noise > 0.0 {
+        let mut noisy = |x: f32| x + rng.random_range(-mistake.noise..mistake.noise);
+        c.right = c.right.map(&mut noisy);
+    }
+    c
 }
 
 /// After the pairs of a run.
@@ -86,45 +150,54 @@ fn mistakes(seed: u64) -> [Mistake; 15] {
 struct Outcome {
     armed: u32,
     locked: u32,
-    behind: u32,
-    columns: u32,
-    no_depth: u32,
-    unfit: u32,
     fused: u32,
+    errors: Vec<PairError>,
+    /// The likeliest cause after the last pair.
+    cause: Option<Cause>,
+    /// After the last pair.
+    band: Option<Band>,
+    named_unfit: u32,
 }
+
+const PAIRS: u64 = 20;
 
 /// Applies after every pair, as a careless vehicle does.
 fn run(config: Config, mistake: &Mistake, depths: [f64; 2], seed: u64) -> Outcome {
     let mut calibrator = Tested::new(config);
     calibrator.set_cameras(mistake.cameras);
     let mut outcome = Outcome::default();
-    for pair in 0..20 {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    for pair in 0..PAIRS {
         let matches: Pair =
             correspondences_within(&mistake.truth, depths, 250, 0.5, seed * 1000 + pair);
         let matches = if seed.is_multiple_of(2) { with_outliers(matches, 4) } else { matches };
         calibrator.clear_pair();
         for c in &matches {
-            let _ = calibrator.push(&(mistake.change)(c));
+            let _ = calibrator.push(&mistaken(c, mistake, &mut rng));
         }
         let solved = calibrator.solve_pair().map_err(Rejection::from);
         match solved.and_then(|_| Ok(calibrator.fuse()?)) {
             Ok(_) => outcome.fused += 1,
-            Err(Rejection::Unsolved(PairError::Behind)) => outcome.behind += 1,
-            Err(Rejection::Unsolved(PairError::Columns)) => outcome.columns += 1,
-            Err(Rejection::Unsolved(PairError::NoDepth)) => outcome.no_depth += 1,
+            Err(Rejection::Unsolved(why)) => outcome.errors.push(why),
             Err(_) => {}
         }
         let _ = calibrator.apply();
         let health = calibrator.health();
         let armed = health.is_some_and(|health| health.arming == Arming::Yes);
-        let is_unfit = |reasons: Reasons| {
-            reasons.contains(Reason::Refused) || reasons.contains(Reason::Corner)
-        };
-        outcome.unfit += u32::from(health.is_some_and(|health| is_unfit(health.reasons)));
+        let is_unfit = health.is_some_and(|health| health.reasons.contains(Reason::Unfit));
+        outcome.named_unfit += u32::from(is_unfit);
         outcome.armed += u32::from(armed);
         outcome.locked += u32::from(calibrator.state() == State::Locked);
+        outcome.band = health.map(|health| health.band);
     }
+    outcome.cause = calibrator.likely_cause();
     outcome
+}
+
+impl Outcome {
+    fn has(&self, why: PairError) -> bool {
+        self.errors.contains(&why)
+    }
 }
 
 /// Runs of both depths that a mistake locks or arms in, and those that name it.
@@ -160,7 +233,7 @@ const REVERSED: [&str; 3] = ["exchanged", "mirrored", "upside down"];
 #[test]
 fn points_behind_the_cameras_lock_nothing_and_are_named() {
     for (name, locked, named) in
-        locked_and_named(Config::robust(), &REVERSED, |outcome| outcome.behind > 0)
+        locked_and_named(Config::robust(), &REVERSED, |outcome| outcome.has(PairError::Behind))
     {
         assert!(locked == 0 && named >= 20, "{name}: {locked} locked, {named} named of 24");
     }
@@ -169,7 +242,9 @@ fn points_behind_the_cameras_lock_nothing_and_are_named() {
 #[test]
 fn the_published_method_takes_no_points_behind_the_cameras() {
     let config = Config::paper();
-    for (name, locked, _) in locked_and_named(config, &REVERSED, |outcome| outcome.behind > 0) {
+    for (name, locked, _) in
+        locked_and_named(config, &REVERSED, |outcome| outcome.has(PairError::Behind))
+    {
         assert!(locked == 0, "{name}: {locked} locked of 24");
     }
 }
@@ -178,11 +253,12 @@ fn the_published_method_takes_no_points_behind_the_cameras() {
 fn a_baseline_along_the_columns_locks_nothing_and_is_named() {
     let turned = ["u, v exchanged", "vertical", "t 60 off", "t 120 off"];
     for (name, locked, named) in
-        locked_and_named(Config::robust(), &turned, |outcome| outcome.columns > 0)
+        locked_and_named(Config::robust(), &turned, |outcome| outcome.has(PairError::Columns))
     {
         assert!(locked == 0 && named >= 20, "{name}: {locked} locked, {named} named of 24");
     }
-    let is_named = |outcome: &Outcome| outcome.columns + outcome.behind > 0;
+    let is_named =
+        |outcome: &Outcome| outcome.has(PairError::Columns) || outcome.has(PairError::Behind);
     for (name, locked, named) in locked_and_named(Config::robust(), &["t 150 off"], is_named) {
         assert!(locked == 0 && named >= 20, "{name}: {locked} locked, {named} named of 24");
     }
@@ -192,7 +268,7 @@ fn a_baseline_along_the_columns_locks_nothing_and_is_named() {
 fn the_same_image_on_both_sides_locks_nothing_and_is_named() {
     let identical = ["identical", "identical, moved", "identical, unequal"];
     for (name, locked, named) in
-        locked_and_named(Config::robust(), &identical, |outcome| outcome.no_depth > 0)
+        locked_and_named(Config::robust(), &identical, |outcome| outcome.has(PairError::NoDepth))
     {
         // With unequal intrinsics most pairs are `Unobservable` or without consensus.
         let is_named = named >= 20 || name == "identical, unequal";
@@ -200,19 +276,57 @@ fn the_same_image_on_both_sides_locks_nothing_and_is_named() {
     }
 }
 
+/// All of them at two depths, 12 seeds each; in short at one.
+fn runs_of(index: usize) -> (Mistake, Vec<Outcome>) {
+    let depths = if is_campaign() { &DEPTHS[..] } else { &DEPTHS[..1] };
+    let runs = depths.iter().flat_map(|depths| (0..12).map(move |seed| (*depths, seed)));
+    let of = |(depths, seed)| run(Config::robust(), &mistakes(seed)[index], depths, seed);
+    (mistakes(0).into_iter().nth(index).unwrap(), runs.map(of).collect())
+}
+
 #[test]
-fn matches_of_images_of_another_size_arm_nothing_and_are_named() {
+fn no_mistake_arms_and_ten_of_twelve_are_named() {
+    let mut failed = Vec::new();
+    for index in 1..mistakes(0).len() {
+        let (Mistake { name, cause, .. }, outcomes) = runs_of(index);
+        let is_named = |outcome: &&Outcome| {
+            // Turned by more than a quarter, it is nearly exchanged.
+            let is_nearly = outcome.cause == Some(Cause::Upright) && name.starts_with("t 1");
+            outcome.cause == cause || is_nearly
+        };
+        let armed = outcomes.iter().filter(|outcome| outcome.armed > 0).count();
+        let named = outcomes.iter().filter(is_named).count();
+        // Far points show a wrong lens after some pairs only; the few that fit among outliers may be behind the cameras.
+        let [most_armed, least] = match name {
+            "undistorted" => [outcomes.len() / 12, outcomes.len() / 3],
+            _ => [0, outcomes.len() * 10 / 12],
+        };
+        if armed > most_armed || named < least {
+            let of = |o: &Outcome| (o.armed, o.cause, o.band);
+            failed.push((name, armed, named, outcomes.iter().map(of).collect::<Vec<_>>()));
+        }
+    }
+    assert!(failed.is_empty(), "{failed:#?}");
+}
+
+#[test]
+fn the_same_image_under_noise_is_unknown_and_no_calibration() {
+    let names = ["identical, noise", "identical, moved, noise", "identical, unequal, noise"];
     for index in 0..mistakes(0).len() {
-        let name = mistakes(0)[index].name;
-        if !["half size", "double size"].contains(&name) {
-            continue;
+        if names.contains(&mistakes(0)[index].name) {
+            let (_, outcomes) = runs_of(index);
+            assert!(outcomes.iter().all(|o| o.band.is_none_or(|band| band == Band::Unknown)));
         }
-        for (depths, seed) in
-            DEPTHS.iter().flat_map(|depths| (0..12).map(move |seed| (depths, seed)))
-        {
-            let outcome = run(Config::robust(), &mistakes(seed)[index], *depths, seed);
-            let is_named = outcome.unfit > 0 || outcome.locked == 0;
-            assert!(outcome.armed == 0 && is_named, "{name} {depths:?} {seed}: {outcome:?}");
-        }
+    }
+}
+
+#[test]
+fn a_far_scene_of_an_aligned_rig_is_not_the_same_image() {
+    // Rolled by as little as 0.02 degrees.
+    for seed in 0..12 {
+        let truth = rig([0.3, 0.2, 0.02], [0.1, 0.1]);
+        let far = Mistake { truth, ..mistakes(seed).into_iter().next().unwrap() };
+        let outcome = run(Config::robust(), &far, [1000.0, 10_000.0], seed);
+        assert_eq!((outcome.armed, outcome.locked, outcome.cause), (17, 17, None), "{seed}");
     }
 }

@@ -58,6 +58,7 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
         show(reasons.iter().next());
         show(health);
     }
+    show(calibrator.likely_cause());
     show(calibrator.apply());
     show(calibrator.undo());
     calibrator.set_frozen(black_box(false));

@@ -1,0 +1,157 @@
+//! The likeliest mistake in a rig file or a matcher, by what pairs and matches show.
+
+use crate::error::PairError;
+use crate::thresholds::{CAUSE_SHARE, MIN_AGREED};
+
+/// A mistake that keeps pairs from agreeing, or their matches from supporting a calibration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Cause {
+    /// The points are behind the cameras.
+    Reversed,
+    /// Disparities run along the columns, and matches are seen all over the image.
+    Upright,
+    /// Disparities run along the columns, and no match is seen beyond the square that u and v have in common.
+    Transposed,
+    /// Most matches are moved alike between both images, and nothing shows depth.
+    SameImage,
+    /// Most pixels are outside the images of the cameras.
+    SmallerImages,
+    /// No match of any pair is right of the middle of the left image, nor below it.
+    LargerImages,
+    /// Most pixels have no ray within 85 degrees of the optical axis, or none that the lens model can invert.
+    FocalLength,
+    /// Pairs show an error of the lens models that no calibration leaves.
+    Lens,
+    /// The matches agree on nothing.
+    Mismatches,
+}
+
+// 0 is free for none.
+codes! {
+    Cause {
+        Reversed = 1, Upright = 2, Transposed = 3, SameImage = 4, SmallerImages = 5, LargerImages = 6,
+        FocalLength = 7, Lens = 8, Mismatches = 9,
+    }
+}
+texts! {
+    Cause {
+        Reversed = "left and right exchanged, t of the other sign, one image mirrored, or both upside down",
+        Upright = "cameras one above the other, or t of the factory extrinsics turned",
+        Transposed = "u and v exchanged",
+        SameImage = "the same image on both sides",
+        SmallerImages = "cameras of smaller images, or pixels from another origin than the upper left",
+        LargerImages = "cameras of larger images",
+        FocalLength = "focal length or lens of another unit or image, as of mm",
+        Lens = "another lens, or points that are undistorted already",
+        Mismatches = "matches that agree on nothing",
+    }
+}
+
+/// What the pairs since the estimate was last locked have shown.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Causes {
+    /// Pairs that showed each cause, in the order of the codes.
+    pairs: [u8; 9],
+}
+
+impl Causes {
+    pub(crate) const NONE: Self = Self { pairs: [0; 9] };
+
+    /// Counts a pair that shows a cause. Old pairs fade.
+    pub(crate) fn add(&mut self, cause: Cause) {
+        let index = usize::from(cause.code()).wrapping_sub(1);
+        if let Some(count) = self.pairs.get_mut(index) {
+            *count = count.saturating_add(1);
+            if *count == u8::MAX {
+                self.pairs = self.pairs.map(|count| count / 2);
+            }
+        }
+    }
+
+    /// The cause that most pairs show, from the fourth pair on. A pair without agreement may be of any cause: another one
+    /// wins already by a share of the pairs, [`CAUSE_SHARE`]. A turn by a quarter wins before others: points that fit
+    /// without it are behind the cameras.
+    pub(crate) fn likeliest(&self) -> Option<Cause> {
+        let pairs: u32 = self.pairs.iter().map(|count| u32::from(*count)).sum();
+        let enough = |(_, count): &(Cause, u8)| u32::from(*count) * CAUSE_SHARE > pairs;
+        let turned = |cause| matches!(cause, Cause::Upright | Cause::Transposed);
+        let rank = |(cause, count): (Cause, u8)| (turned(cause), cause != Cause::Mismatches, count);
+        let found = Cause::ALL.into_iter().zip(self.pairs).filter(enough);
+        let found = found.max_by_key(|of| rank(*of)).map(|(cause, _)| cause);
+        found.filter(|_| pairs > u32::from(MIN_AGREED))
+    }
+}
+
+impl Cause {
+    /// All, by code.
+    pub const ALL: [Self; 9] = [
+        Self::Reversed,
+        Self::Upright,
+        Self::Transposed,
+        Self::SameImage,
+        Self::SmallerImages,
+        Self::LargerImages,
+        Self::FocalLength,
+        Self::Lens,
+        Self::Mismatches,
+    ];
+
+    /// What a pair that could not be solved shows; `None` where it is no fault of the matches.
+    ///
+    /// * `transposed`: whether all matches are in the square that u and v have in common; `alike`: whether most are moved
+    ///   alike between both images.
+    pub(crate) fn of_unsolved(why: PairError, transposed: bool, alike: bool) -> Option<Self> {
+        let cause = match why {
+            PairError::Behind => Self::Reversed,
+            PairError::Columns if transposed => Self::Transposed,
+            PairError::Columns => Self::Upright,
+            PairError::NoConsensus | PairError::Unobservable => Self::Mismatches,
+            PairError::NoDepth => Self::SameImage,
+            _ => return None,
+        };
+        Some(if alike { Self::SameImage } else { cause })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn after(pairs: &[(Cause, u8)]) -> Option<Cause> {
+        let mut causes = Causes::NONE;
+        for (cause, count) in pairs {
+            (0..*count).for_each(|_| causes.add(*cause));
+        }
+        causes.likeliest()
+    }
+
+    #[test]
+    fn the_likeliest_cause_is_named_from_the_fourth_pair_on() {
+        assert_eq!([3, 4].map(|n| after(&[(Cause::Lens, n)])), [None, Some(Cause::Lens)]);
+        assert_eq!(after(&[(Cause::Lens, 2), (Cause::Reversed, 3)]), Some(Cause::Reversed));
+        assert_eq!(after(&[(Cause::Upright, 2), (Cause::Reversed, 9)]), Some(Cause::Upright));
+    }
+
+    #[test]
+    fn a_cause_by_chance_is_none_and_one_that_few_pairs_can_show_is() {
+        let named = |n| after(&[(Cause::Mismatches, 20), (Cause::Upright, n)]).unwrap();
+        let [chance, few, more] = [1, 2, 3].map(named);
+        assert_eq!([chance, few, more], [Cause::Mismatches, Cause::Mismatches, Cause::Upright]);
+    }
+
+    #[test]
+    fn counts_never_overflow_and_old_pairs_fade() {
+        let mut causes = Causes::NONE;
+        (0..1000).for_each(|_| causes.add(Cause::Reversed));
+        (0..300).for_each(|_| causes.add(Cause::SameImage));
+        assert_eq!(causes.likeliest(), Some(Cause::SameImage));
+    }
+
+    #[test]
+    fn all_causes_are_in_the_order_of_their_codes() {
+        assert!(Cause::ALL.iter().zip(1..).all(|(cause, code)| cause.code() == code));
+    }
+}
