@@ -316,24 +316,28 @@ impl<T: Scalar> Hypothesis<T> {
         self.halves.disagreement()
     }
 
-    /// Covariance of the estimate, rad^2: widened by the disagreement of image halves, and along the drift.
+    /// Covariance that a pair is compared with, rad^2, widened along the drift. Where image halves disagree, a pair that
+    /// weighs the regions otherwise may be off in any direction.
+    #[inline(never)]
     fn covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
-        self.covariance_times(T::ONE, context)
+        Some(
+            self.drifting(
+                &self.covariance_of_noise(context)?.scaled(self.halves.widening()),
+                context,
+            ),
+        )
     }
 
-    /// [`Self::covariance`] with a factor of all but the biases.
-    #[inline(never)]
-    fn covariance_times(&self, scale: T, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
-        let mut covariance = self.covariance_of_noise(context)?;
+    /// With the drift, and with what a vibration leaves of which the sums do not know.
+    fn drifting(&self, covariance: &Symmetric5<T>, context: &Context<'_, T>) -> Symmetric5<T> {
+        let mut covariance = *covariance;
         covariance.add_outer_out_of_line(T::ONE, &self.drift.into());
         if self.is_rigid() {
             // Its mean is off by what is left of a vibration that its pairs were not weighed for.
             let pairs = self.pairs.clamp(1, context.config.memory_pairs.max(1));
             context.vibration.scaled(T::ONE / T::count(pairs)).add_to(&mut covariance);
         }
-        covariance = covariance.scaled(scale);
-        self.halves.widen(&mut covariance, context);
-        Some(covariance)
+        covariance
     }
 
     /// Covariance of the estimate by the noise alone, rad^2: what would be left without biases, of a lens among them.
@@ -343,9 +347,14 @@ impl<T: Scalar> Hypothesis<T> {
         joint.inverse()
     }
 
-    /// Reported covariance, rad^2: with the scatter of the pairs, which shows no bias.
+    /// Reported covariance, rad^2: with the scatter of the pairs, and with the bias that image halves show, which does not
+    /// scatter.
+    #[inline(never)]
     pub(crate) fn reported_covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
-        self.covariance_times(self.reduced_chi_square(), context)
+        let noise = self.covariance_of_noise(context)?;
+        let mut covariance = self.drifting(&noise, context).scaled(self.reduced_chi_square());
+        self.halves.widen(&mut covariance, context);
+        Some(covariance)
     }
 
     /// Reported standard deviations, rad.

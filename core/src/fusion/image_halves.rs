@@ -90,6 +90,11 @@ impl<T: Scalar> ImageHalves<T> {
         self.disagreement <= T::lit(HEALTHY_DISAGREEMENT)
     }
 
+    /// Factor of the covariance that covers the disagreement in every direction, at least 1.
+    pub(super) fn widening(&self) -> T {
+        if self.agree() { T::ONE } else { self.disagreement * self.disagreement }
+    }
+
     /// Widens a covariance, rad^2, where the halves disagree: along what that moves the estimate by. The other directions
     /// are as well known as before.
     pub(super) fn widen(&self, covariance: &mut Symmetric5<T>, context: &Context<'_, T>) {
@@ -177,6 +182,7 @@ mod tests {
         let [pitch, rest @ ..] = covariance.diagonal().map(|d| d.sqrt() / bias);
         assert!((pitch - 0.25).abs() < 1e-3, "{pitch}");
         assert!(rest.iter().all(|d| *d < 1e-6), "{rest:?}");
+        assert_eq!(halves.widening(), halves.disagreement * halves.disagreement);
         // As many deviations as the halves are apart.
         let squared = (pitch * bias).powi(2) * information / 5.0;
         assert!((squared.sqrt() / halves.disagreement - 1.0).abs() < 1e-3, "{squared}");
@@ -189,5 +195,6 @@ mod tests {
         let mut covariance = Symmetric5::of_diagonal([1.0; 5]);
         halves.widen(&mut covariance, &context());
         assert_eq!(covariance, Symmetric5::of_diagonal([1.0; 5]));
+        assert_eq!(halves.widening(), 1.0);
     }
 }

@@ -1,0 +1,58 @@
+//! Reported deviations and verdict on recorded pairs: halves of the pairs, and their order.
+
+use host_tests::data::{Dataset, Match};
+use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::{Band, Calibrator, Config, Extrinsics, Proposal};
+
+fn set(name: &str) -> Dataset {
+    Dataset::load(&Dataset::shipped().join(name)).unwrap()
+}
+
+/// Estimate over pairs of a set, and the verdict after the last one; nothing is applied.
+fn over<'a>(
+    set: &Dataset,
+    pairs: impl Iterator<Item = &'a Vec<Match>>,
+) -> (Proposal<f32>, Option<Band>) {
+    let mut calibrator = Box::new(Calibrator::<f32, 2048>::new(Config::robust()));
+    calibrator.set_cameras(set.cameras().unwrap());
+    let mut band = None;
+    for pair in pairs {
+        calibrator.clear_pair();
+        for m in pair {
+            let _ = calibrator.push(&m.correspondence());
+        }
+        let _ = calibrator.solve_pair().map(|_| calibrator.fuse());
+        band = calibrator.health().map(|health| health.band);
+    }
+    (calibrator.proposal().unwrap(), band)
+}
+
+fn of_every_second(set: &Dataset, first: usize) -> Extrinsics<f64> {
+    let (proposal, _) = over(set, set.pairs.iter().skip(first).step_by(2));
+    host_tests::data::in_f64(&proposal.extrinsics)
+}
+
+#[test]
+fn deviations_are_those_that_two_halves_of_the_pairs_show() {
+    // Of two halves of n pairs, each of the variance 2 v, the difference has 4 v.
+    let set = set("oak_sift");
+    let [even, odd] = [0, 1].map(|first| of_every_second(&set, first));
+    let shown = Deviation::between(&even, &odd).translation / 2.0;
+    let (proposal, _) = over(&set, set.pairs.iter());
+    let reported = f64::from(proposal.sd.translation);
+    assert!(reported < 2.0 * shown && reported > shown / 2.0, "{reported} {shown}");
+    // The truth is further off, by an error of the lens.
+    let error = Deviation::between(&proposal.extrinsics, &set.truth().unwrap()).translation;
+    assert!(error < 2.5 * proposal.sd_lens.translation, "{error} {:?}", proposal.sd_lens);
+}
+
+#[test]
+fn the_order_of_pairs_does_not_decide_the_verdict() {
+    let set = set("oak_sift");
+    let (_, band) = over(&set, set.pairs.iter());
+    assert_eq!(over(&set, set.pairs.iter().rev()).1, band);
+    for first in 1..set.pairs.len() {
+        let rotated = set.pairs.iter().cycle().skip(first).take(set.pairs.len());
+        assert_eq!(over(&set, rotated).1, band, "from pair {first} on");
+    }
+}
