@@ -320,16 +320,14 @@ impl<T: Scalar> Hypothesis<T> {
     /// weighs the regions otherwise may be off in any direction.
     #[inline(never)]
     fn covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
-        Some(
-            self.drifting(
-                &self.covariance_of_noise(context)?.scaled(self.halves.widening()),
-                context,
-            ),
-        )
+        Some(self.with_motion(
+            &self.covariance_of_noise(context)?.scaled(self.halves.widening()),
+            context,
+        ))
     }
 
     /// With the drift, and with what a vibration leaves of which the sums do not know.
-    fn drifting(&self, covariance: &Symmetric5<T>, context: &Context<'_, T>) -> Symmetric5<T> {
+    fn with_motion(&self, covariance: &Symmetric5<T>, context: &Context<'_, T>) -> Symmetric5<T> {
         let mut covariance = *covariance;
         covariance.add_outer_out_of_line(T::ONE, &self.drift.into());
         if self.is_rigid() {
@@ -352,7 +350,7 @@ impl<T: Scalar> Hypothesis<T> {
     #[inline(never)]
     pub(crate) fn reported_covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
         let noise = self.covariance_of_noise(context)?;
-        let mut covariance = self.drifting(&noise, context).scaled(self.reduced_chi_square());
+        let mut covariance = self.with_motion(&noise, context).scaled(self.reduced_chi_square());
         self.halves.widen(&mut covariance, context);
         Some(covariance)
     }
