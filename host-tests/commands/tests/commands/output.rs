@@ -63,6 +63,9 @@ fn json_has_the_stable_fields_and_no_others() {
         "depth",
         "lens_yaw",
         "lens_yaw_sd",
+        "yaw_sd",
+        "witnesses",
+        "behind_infinity",
     ];
     fields.sort_unstable();
     expected.sort_unstable();
