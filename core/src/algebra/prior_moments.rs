@@ -18,7 +18,7 @@ use crate::scalar::Scalar;
 const FREE: [usize; 6] = [3, 4, 8, 9, 10, 11];
 
 /// Most that an element may be, 1/rad: at this, a lens off by one part in a thousand moves the estimate by a radian.
-pub(crate) const MAX_RESPONSE: f64 = 1e3;
+pub(crate) const MAX_RESPONSE: f32 = 1e3;
 
 /// Columns of `E` for the coordinates of [`FREE`], 1/rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +33,7 @@ impl<T: Scalar> Response<T> {
         let mut joint = sums.at_frame().information.0;
         joint.add_diagonal(prior);
         let factor = joint.factor(T::ZERO)?;
-        let most = T::lit(MAX_RESPONSE);
+        let most = T::single(MAX_RESPONSE);
         let mut response = [[T::ZERO; 5]; 6];
         for (column, coordinate) in response.iter_mut().zip(FREE) {
             let moved = factor.solve(&sums.by_unknowns(coordinate));

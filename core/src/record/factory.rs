@@ -22,7 +22,7 @@ const RIG_BYTES: usize = 2 * CAMERA_BYTES + 12 * 4;
 pub(crate) const BYTES: usize = OVERHEAD_BYTES + RIG_BYTES + 2 * 4;
 
 /// Most that a focal length, a principal point or a coefficient may be.
-const MAX_NUMBER: f64 = 1e6;
+const MAX_NUMBER: f32 = 1e6;
 
 /// Cameras and extrinsics of a rig as it left the factory, `p_r = R p_l + t`, and how well its calibration is known.
 ///
@@ -105,7 +105,7 @@ impl<T: Scalar> FactoryCalibration<T> {
 pub(super) fn fingerprint<T: Scalar>(cameras: &Cameras<T>, extrinsics: &Extrinsics<T>) -> u32 {
     let mut rig = [0; RIG_BYTES];
     write_rig(cameras, extrinsics, &mut Writer::plain(&mut rig));
-    checksum::of(&rig)
+    checksum::of_record(&rig)
 }
 
 fn write_rig<T: Scalar>(cameras: &Cameras<T>, extrinsics: &Extrinsics<T>, to: &mut Writer<'_>) {

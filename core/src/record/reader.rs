@@ -24,7 +24,7 @@ impl<'a> Reader<'a> {
         length: usize,
     ) -> Result<(Self, [u8; 2]), RestoreError> {
         let (content, sum) = record.split_last_chunk().ok_or(RestoreError::Damaged)?;
-        if checksum::of(content) != u32::from_le_bytes(*sum) {
+        if checksum::of_record(content) != u32::from_le_bytes(*sum) {
             return Err(RestoreError::Damaged);
         }
         let mut reader = Self { rest: content };
@@ -74,13 +74,20 @@ impl<'a> Reader<'a> {
     /// Reads numbers with a magnitude up to `most`.
     pub(super) fn numbers<T: Scalar, const K: usize>(
         &mut self,
-        most: f64,
+        most: f32,
     ) -> Result<[T; K], RestoreError> {
-        let (mut numbers, most) = ([T::ZERO; K], T::lit(most));
-        for number in &mut numbers {
+        let mut numbers = [T::ZERO; K];
+        self.fill(&mut numbers, most).map(|()| numbers)
+    }
+
+    // Out of line: a copy for each length took 2 kB.
+    #[inline(never)]
+    fn fill<T: Scalar>(&mut self, numbers: &mut [T], most: f32) -> Result<(), RestoreError> {
+        let most = T::single(most);
+        for number in numbers {
             *number = self.within(-most, most)?;
         }
-        Ok(numbers)
+        Ok(())
     }
 
     /// Reads `R` row by row, then `t`.
@@ -89,7 +96,7 @@ impl<'a> Reader<'a> {
         Extrinsics::exact(r, t).map_err(|_| RestoreError::Absurd)
     }
 
-    pub(super) fn vector<T: Scalar>(&mut self, most: f64) -> Result<Vector3<T>, RestoreError> {
+    pub(super) fn vector<T: Scalar>(&mut self, most: f32) -> Result<Vector3<T>, RestoreError> {
         self.numbers::<T, 3>(most).map(Vector3::from)
     }
 }

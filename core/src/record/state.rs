@@ -45,9 +45,9 @@ const FROZEN: u8 = 4;
 const MOUNT: [u8; 3] = [8, 16, 32];
 
 /// Ranges of numbers that no configuration sets. Information, 1/rad^2: a million pairs of a thousand matches.
-const MAX_INFORMATION: f64 = 1e15;
+const MAX_INFORMATION: f32 = 1e15;
 /// Distance of the length of a baseline from 1.
-const UNIT: f64 = 1e-5;
+const UNIT: f32 = 1e-5;
 /// Rounding of a running mean over its largest term.
 const MEAN_ROUNDING: f64 = 1.001;
 /// Matches in the short window of pairs of a million matches.
@@ -55,12 +55,12 @@ const MAX_MATCHES: f64 = 1e7;
 /// Mean square of a coordinate: products of rays at unit depth.
 const MAX_COORDINATE: f64 = 100.0;
 /// Information on the lens, dimensionless.
-const MAX_LENS_WEIGHT: f64 = 1e10;
+const MAX_LENS_WEIGHT: f32 = 1e10;
 /// Yaw, rad, and its variances, rad^2.
-const MAX_YAW: f64 = 10.0;
+const MAX_YAW: f32 = 10.0;
 
-/// A record that has been checked.
-struct Checked<T: Scalar> {
+/// Content of a record.
+struct Found<T: Scalar> {
     in_use: CorrectedExtrinsics<T>,
     before: Option<CorrectedExtrinsics<T>>,
     corrected: Cameras<T>,
@@ -86,7 +86,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let context = self.estimator.context(&self.config, &self.factory, self.cameras.as_ref())?;
         let mut record = [0; BYTES];
         self.write(rig, &self.estimator.learned(&context), &mut record);
-        if read(&record, self.cameras.as_ref()?, &context).is_err() {
+        if !is_readable(&record, self.cameras.as_ref()?, &context) {
             // An estimate beyond the ranges, as of matches that are none, is not kept.
             self.write(rig, &Learned::NOTHING, &mut record);
         }
@@ -105,16 +105,17 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.reset();
         let cameras = self.cameras.as_ref().ok_or(RestoreError::NoCameras)?;
         let context = Context::new(&self.config, &self.factory, cameras.mean_focal());
-        let checked = read(record, cameras, &context)?;
-        if !self.estimator.resume(&checked.learned, &context) {
+        let mut found = Found::nothing(cameras, self.in_use);
+        found.read(record, cameras, &context)?;
+        if !self.estimator.resume(&found.learned, &context) {
             self.estimator.reset();
             return Err(RestoreError::Absurd);
         }
         // Whoever has taken up a calibration meanwhile must notice that of the record.
-        let changed = checked.in_use != self.in_use && checked.generation == generation;
-        self.generation = checked.generation.wrapping_add(changed.into());
-        (self.in_use, self.before) = (checked.in_use, checked.before);
-        (self.frozen, self.corrected) = (checked.is_frozen, Some(checked.corrected));
+        let changed = found.in_use != self.in_use && found.generation == generation;
+        self.generation = found.generation.wrapping_add(changed.into());
+        (self.in_use, self.before) = (found.in_use, found.before);
+        (self.frozen, self.corrected) = (found.is_frozen, Some(found.corrected));
         Ok(())
     }
 
@@ -175,45 +176,94 @@ fn write_about<T: Scalar>(factory: &Extrinsics<T>, of: &Extrinsics<T>, to: &mut 
     to.numbers(&[a, b, c, x, y, z]);
 }
 
-/// Reads and checks a record.
+impl<T: Scalar> Found<T> {
+    fn nothing(cameras: &Cameras<T>, in_use: CorrectedExtrinsics<T>) -> Self {
+        let (corrected, learned) = (*cameras, Learned::NOTHING);
+        Self { in_use, before: None, corrected, generation: 0, is_frozen: false, learned }
+    }
+
+    /// Reads and checks a record. In place: returned, its content would take twice the stack.
+    #[inline(never)]
+    fn read(
+        &mut self,
+        record: &[u8],
+        cameras: &Cameras<T>,
+        context: &Context<'_, T>,
+    ) -> Result<(), RestoreError> {
+        let (mut from, [flags, changes]) = Reader::begin(record, Kind::State, BYTES)?;
+        let is_set = |bit: u8| flags & bit != 0;
+        if from.word()? != fingerprint(cameras, context.factory) {
+            return Err(RestoreError::OtherRig);
+        }
+        self.generation = from.word()?;
+        let pairs = from.word()?;
+        self.is_frozen = is_set(FROZEN);
+        self.in_use = read_calibration(cameras, context, &mut from)?;
+        let before = read_calibration(cameras, context, &mut from)?;
+        self.before = Some(before).filter(|_| is_set(BEFORE));
+        let prior = &mut self.learned.prior;
+        if is_set(ESTIMATE) {
+            read_prior(prior, pairs, context, &mut from)?;
+        } else {
+            skip_prior(&mut from)?;
+        }
+        self.read_rest(&mut from, [flags, changes])?;
+        self.correct(cameras, context)
+    }
+
+    /// Reads what is known beside the estimate.
+    #[inline(never)]
+    fn read_rest(
+        &mut self,
+        from: &mut Reader<'_>,
+        [flags, changes]: [u8; 2],
+    ) -> Result<(), RestoreError> {
+        let reference = LensReference::of(from.numbers(MAX_LENS_WEIGHT)?, changes);
+        self.learned.reference = reference.ok_or(RestoreError::Absurd)?;
+        self.learned.vibration = read_vibration(from)?;
+        let mount = MountYaw::of(from.numbers(MAX_YAW)?, MOUNT.map(|bit| flags & bit != 0));
+        self.learned.mount = mount.ok_or(RestoreError::Absurd)?;
+        Ok(())
+    }
+
+    /// Sets the cameras of the rays.
+    #[inline(never)]
+    fn correct(
+        &mut self,
+        cameras: &Cameras<T>,
+        context: &Context<'_, T>,
+    ) -> Result<(), RestoreError> {
+        let correction = self.learned.reference.correction();
+        let before = self.before.as_ref().map(|before| &before.correction);
+        let corrections = [Some(correction), Some(&self.in_use.correction), before];
+        let is_given = corrections.into_iter().flatten().all(LensCorrection::is_none);
+        // Who only reports rectifies with the cameras as given.
+        if !is_given && context.config.lens_tracking == LensTracking::Report {
+            return Err(RestoreError::Config);
+        }
+        self.corrected = cameras.corrected(correction).map_err(|_| RestoreError::Absurd)?;
+        Ok(())
+    }
+}
+
+/// Whether a record can be read.
 #[inline(never)]
-fn read<T: Scalar>(
-    record: &[u8],
+fn is_readable<T: Scalar>(
+    record: &[u8; BYTES],
     cameras: &Cameras<T>,
     context: &Context<'_, T>,
-) -> Result<Checked<T>, RestoreError> {
-    let (mut from, [flags, changes]) = Reader::begin(record, Kind::State, BYTES)?;
-    let is_set = |bit: u8| flags & bit != 0;
-    if from.word()? != fingerprint(cameras, context.factory) {
-        return Err(RestoreError::OtherRig);
+) -> bool {
+    let mut found = Found::nothing(cameras, CorrectedExtrinsics::as_given(*context.factory));
+    found.read(record, cameras, context).is_ok()
+}
+
+/// Skips the zeros of an estimate that there is not.
+#[inline(never)]
+fn skip_prior(from: &mut Reader<'_>) -> Result<(), RestoreError> {
+    for _ in 0..PRIOR {
+        from.within(0.0_f32, 0.0)?;
     }
-    let (generation, pairs) = (from.word()?, from.word()?);
-    let in_use = read_calibration(cameras, context, &mut from)?;
-    let before = read_calibration(cameras, context, &mut from)?;
-    let before = Some(before).filter(|_| is_set(BEFORE));
-    let prior = if is_set(ESTIMATE) {
-        Some(read_prior(pairs, context, &mut from)?)
-    } else {
-        from.numbers::<T, PRIOR>(0.0)?;
-        None
-    };
-    let reference = LensReference::of(from.numbers(MAX_LENS_WEIGHT)?, changes);
-    let reference = reference.ok_or(RestoreError::Absurd)?;
-    let vibration = read_vibration(&mut from)?;
-    let mount = MountYaw::of(from.numbers(MAX_YAW)?, MOUNT.map(is_set));
-    let mount = mount.ok_or(RestoreError::Absurd)?;
-    let learned = Learned { prior, reference, vibration, mount };
-    let correction = reference.correction();
-    let corrections =
-        [Some(correction), Some(&in_use.correction), before.as_ref().map(|b| &b.correction)];
-    let is_given = corrections.into_iter().flatten().all(LensCorrection::is_none);
-    // Who only reports rectifies with the cameras as given.
-    if !is_given && context.config.lens_tracking == LensTracking::Report {
-        return Err(RestoreError::Config);
-    }
-    let corrected = cameras.corrected(correction).map_err(|_| RestoreError::Absurd)?;
-    let is_frozen = is_set(FROZEN);
-    Ok(Checked { in_use, before, corrected, generation, is_frozen, learned })
+    Ok(())
 }
 
 /// Reads a calibration that is or was in use.
@@ -235,10 +285,11 @@ fn read_calibration<T: Scalar>(
 
 #[inline(never)]
 fn read_prior<T: Scalar>(
+    prior: &mut Option<Prior<T>>,
     pairs: u32,
     context: &Context<'_, T>,
     from: &mut Reader<'_>,
-) -> Result<Prior<T>, RestoreError> {
+) -> Result<(), RestoreError> {
     let extrinsics = read_about(context.factory, from)?;
     if !context.allows(&extrinsics) {
         return Err(RestoreError::Config);
@@ -268,7 +319,9 @@ fn read_prior<T: Scalar>(
     let high_leverage = [from.within(zero, window)?, from.within(zero, window)?];
     believe(pairs > 0 && leads_to_covariance(&equations, context.prior))?;
     believe(is_response(&response, &equations.normal.information))?;
-    Ok(Prior { pose, equations, response, chi_square, pairs, noise, shares, high_leverage })
+    *prior =
+        Some(Prior { pose, equations, response, chi_square, pairs, noise, shares, high_leverage });
+    Ok(())
 }
 
 /// Whether the estimate explains no more of a coordinate than there is: `E^T H E`, over the weights of the matches.
@@ -309,14 +362,14 @@ fn read_about<T: Scalar>(
     factory: &Extrinsics<T>,
     from: &mut Reader<'_>,
 ) -> Result<Extrinsics<T>, RestoreError> {
-    let turn = from.vector::<T>(core::f64::consts::PI)?;
+    let turn = from.vector::<T>(core::f32::consts::PI)?;
     let t = from.vector::<T>(1.0 + UNIT)?;
     // As made, bit for bit.
     let made = factory.translation().map(|x| T::single(x.to_single()));
     if turn == Vector3::zeros() && t == made {
         return Ok(*factory);
     }
-    believe((t.norm() - T::ONE).abs() <= T::lit(UNIT))?;
+    believe((t.norm() - T::ONE).abs() <= T::single(UNIT))?;
     let turn = so3::exp(&turn).ok_or(RestoreError::Absurd)?;
     let rotation = so3::product(turn.matrix(), factory.rotation().matrix());
     Extrinsics::try_new(&rotation, &t).map_err(|_| RestoreError::Absurd)

@@ -58,6 +58,6 @@ impl<'a> Writer<'a> {
 /// Sets the last four bytes of a record to the checksum of those before.
 pub(super) fn seal(record: &mut [u8]) {
     if let Some((content, sum)) = record.split_last_chunk_mut() {
-        *sum = checksum::of(content).to_le_bytes();
+        *sum = checksum::of_record(content).to_le_bytes();
     }
 }

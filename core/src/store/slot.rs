@@ -2,7 +2,7 @@
 
 use embedded_storage::nor_flash::NorFlash;
 
-use crate::checksum::{self, Checksum};
+use crate::checksum::register_after;
 
 /// Longest access to flash with words up to this size, and to any other, bytes.
 const SHORT: usize = 128;
@@ -61,10 +61,8 @@ fn write_by<F: NorFlash, const N: usize>(
     record: &[u8],
 ) -> Result<(), F::Error> {
     let head = sequence.to_le_bytes();
-    let mut sum = checksum::begin();
-    sum.update(&head);
-    sum.update(record);
-    let tail = sum.value().to_le_bytes();
+    let sum = register_after(register_after(u32::MAX, &head), record);
+    let tail = (!sum).to_le_bytes();
     let mut content = head.iter().chain(record).chain(&tail);
     let end = address.saturating_add(bytes::<F>(record.len()));
     let mut at = address;
@@ -104,15 +102,13 @@ fn read<F: NorFlash>(
     length: usize,
     each: &mut dyn FnMut(&[u8]),
 ) -> Option<u32> {
-    let mut reader =
-        Reader { left: length, sequence: 0, head: 0, sum: checksum::begin(), tail: 0, end: 0 };
+    let mut reader = Reader { left: length, sequence: 0, head: 0, sum: u32::MAX, tail: 0, end: 0 };
     visit(flash, address, bytes::<F>(length), &mut |chunk| {
         chunk.is_some_and(|chunk| reader.take(chunk, each))
     });
     let Reader { sequence, sum, end, .. } = reader;
     // Erased flash, and a line stuck at 0, are no record.
-    (end == 4 && sum.value() == reader.tail && sequence != u32::MAX && sequence != 0)
-        .then_some(sequence)
+    (end == 4 && !sum == reader.tail && sequence != u32::MAX && sequence != 0).then_some(sequence)
 }
 
 /// A record that is being read.
@@ -122,7 +118,7 @@ struct Reader {
     /// Sequence number and checksum, and the bytes of them that were read.
     sequence: u32,
     head: u32,
-    sum: Checksum,
+    sum: u32,
     tail: u32,
     end: u32,
 }
@@ -134,11 +130,11 @@ impl Reader {
         if self.head == 0 {
             let Some((head, others)) = rest.split_first_chunk() else { return false };
             (self.sequence, self.head, rest) = (u32::from_le_bytes(*head), 4, others);
-            self.sum.update(head);
+            self.sum = register_after(self.sum, head);
         }
         let (part, others) = rest.split_at_checked(self.left).unwrap_or((rest, &[]));
         self.left = self.left.saturating_sub(part.len());
-        self.sum.update(part);
+        self.sum = register_after(self.sum, part);
         each(part);
         for byte in others.iter().take(to_usize(4_u32.saturating_sub(self.end))) {
             self.tail |= u32::from(*byte) << (8 * self.end);
