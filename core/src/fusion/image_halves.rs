@@ -100,7 +100,9 @@ impl<T: Scalar> ImageHalves<T> {
     pub(super) fn widen(&self, covariance: &mut Symmetric5<T>, context: &Context<'_, T>) {
         if !self.agree() {
             let (_, biases) = self.compare(context);
-            biases.iter().for_each(|b| covariance.add_outer_out_of_line(T::ONE, &(*b).into()));
+            for bias in biases {
+                covariance.add_outer_out_of_line(T::ONE, &bias.into());
+            }
         }
     }
 

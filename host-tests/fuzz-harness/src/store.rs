@@ -41,6 +41,7 @@ struct Kept {
 ///
 /// # Panics
 /// If the store violates a property.
+#[must_use]
 pub fn run_store(bytes: &[u8]) -> u32 {
     let mut input = Unstructured::new(bytes);
     let is_erased = bool::arbitrary(&mut input).unwrap_or_default();
@@ -81,6 +82,7 @@ fn open(flash: Nor) -> Store<Nor, f32> {
 
 impl Kept {
     /// Numbers of the factory calibration and of the state.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "as many as saves")]
     fn found(&mut self) -> [Option<u16>; 2] {
         let factory = self.store.load_factory().ok().flatten();
         let factory = factory.and_then(|made| Some(made.baseline_m? as u16));

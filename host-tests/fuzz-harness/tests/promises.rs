@@ -28,7 +28,7 @@ fn the_corpus_breaks_no_promise() {
         ("frames", run_frames),
         ("record", run_record),
         ("store", |bytes| {
-            run_store(bytes);
+            let _ = run_store(bytes);
         }),
     ];
     for (target, harness) in harnesses {

@@ -214,7 +214,9 @@ impl<const W: usize, const E: usize> ReadNorFlash for Flash<W, E> {
         }
         bytes.copy_from_slice(&self.bytes[start..end]);
         if self.blank == Blank::Zeros {
-            bytes.iter_mut().for_each(|byte| *byte = !*byte);
+            for byte in &mut *bytes {
+                *byte = !*byte;
+            }
         }
         if let Some(one_in) = self.flaky
             && self.random.random_ratio(1, one_in)

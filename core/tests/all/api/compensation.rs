@@ -152,7 +152,7 @@ fn a_record_resumes_the_corrected_lens() {
         let matches = pair(0.002, 0.0, seed);
         let [_, _] = [&mut before, &mut after].map(|c| take(c, &matches).unwrap());
         // Either begins again where its lens is corrected further.
-        let [one, other] = [&before, &after].map(|c| c.proposal());
+        let [one, other] = [&before, &after].map(Calibrator::proposal);
         let Some((one, other)) = one.zip(other) else { continue };
         let apart = Deviation::between(&one.extrinsics, &other.extrinsics);
         assert!(apart.rotation < 0.2 * one.sd_lens.rotation, "{seed} {apart:?}");

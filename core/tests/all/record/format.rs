@@ -71,8 +71,9 @@ fn the_table_of_the_factory_calibration_is_that_of_its_bytes() {
     for camera in ["left camera", "right camera"] {
         let at = place(&rows, camera);
         assert_eq!(numbers(&record, at), [1400.0, 1400.0, 959.5, 599.5]);
+        // 1920 by 1200.
         let size = at + place(&rows, "width") - place(&rows, "left camera");
-        assert_eq!(word(&record, size), 1920 | 1200 << 16);
+        assert_eq!(word(&record, size), u32::from_le_bytes([0x80, 0x07, 0xb0, 0x04]));
     }
     assert_eq!(word(&record, place(&rows, "lens, `u32`")), 0);
     assert_eq!(numbers(&record, place(&rows, "coefficients")), [0.0; 8]);

@@ -6,8 +6,8 @@ mod policy;
 
 use crate::api::presets::robust;
 use crate::record::Record;
+use core::fmt::Debug;
 use embedded_storage::nor_flash::NorFlash;
-use std::fmt::Debug;
 use stereo_selfcal::FactoryCalibration;
 use stereo_selfcal::store::{SavePolicy, Store};
 
@@ -33,7 +33,8 @@ impl<F: NorFlash<Error: Debug>> Kept<F> {
 
     pub(crate) fn factory(&mut self) -> Option<u16> {
         let found = self.0.load_factory().ok()??;
-        found.baseline_m.map(|metres| (metres - 1.0) as u16)
+        let baseline_m = found.baseline_m?;
+        (0..u16::MAX).find(|number| 1.0 + f32::from(*number) >= baseline_m)
     }
 
     /// Whether it was saved: a state with this generation.

@@ -167,7 +167,7 @@ fn a_controller_that_is_reset_again_and_again_saves_once() {
         let _ = store.resume(&mut calibrator);
         for pair in 0..8 {
             // Each start learns something else, and applies it.
-            feed(&mut calibrator, [1.0 + 0.4 * start as f64, -0.5, 0.8], pair..pair + 1);
+            feed(&mut calibrator, [1.0 + 0.4 * f64::from(start), -0.5, 0.8], pair..pair + 1);
             let _ = calibrator.apply();
             saves.extend(store.save_if_due(&calibrator, seconds(pair)).unwrap());
         }

@@ -88,7 +88,6 @@ fn resume<T: Scalar>(kept: &mut Kept<'_, T>, calibrator: &mut CalibratorOf<T>) -
 ///
 /// # Panics
 /// If a record is not saved or not found again.
-#[expect(clippy::large_stack_arrays, reason = "there is no heap to put them on")]
 pub(crate) fn measure<T: Scalar>(probe: &Probe, calibrator: &CalibratorOf<T>) -> [Sample; 4] {
     let mut bytes = [0xff; 2 * PAGES * PAGE];
     let mut kept = open(RamFlash(&mut bytes)).expect("it has pages");
