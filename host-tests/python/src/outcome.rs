@@ -1,0 +1,195 @@
+//! What a pair came to, as the plain data of `stereo_selfcal._results`.
+
+use std::fmt::Debug;
+
+use host_tests::data::{in_f64, rows};
+use pyo3::IntoPyObjectExt;
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyDict, PyTuple};
+use stereo_selfcal::{
+    Extrinsics, Finding, Health, LensEstimate, PairReport, Reasons, StandardDeviations,
+};
+
+use crate::arguments::{to_matrix, to_vector};
+use crate::engine::Outcome;
+use crate::errors::rejection;
+
+/// Classes of `stereo_selfcal._results`.
+struct Classes {
+    result: Py<PyAny>,
+    health: Py<PyAny>,
+    pair: Py<PyAny>,
+    sd: Py<PyAny>,
+    finding: Py<PyAny>,
+    frame: Py<PyAny>,
+}
+
+impl Classes {
+    fn get(py: Python<'_>) -> PyResult<&Self> {
+        static CLASSES: PyOnceLock<Classes> = PyOnceLock::new();
+        CLASSES.get_or_try_init(py, || {
+            let module = py.import("stereo_selfcal._results")?;
+            let class = |name| module.getattr(name).map(Bound::unbind);
+            Ok(Self {
+                result: class("Result")?,
+                health: class("Health")?,
+                pair: class("Pair")?,
+                sd: class("Sd")?,
+                finding: class("Finding")?,
+                frame: class("Frame")?,
+            })
+        })
+    }
+}
+
+/// Calls a class with any number of arguments, in the order of its fields.
+macro_rules! made {
+    ($py:expr, $class:expr, $($argument:expr),+ $(,)?) => {{
+        let arguments = [$($argument.into_bound_py_any($py)?),+];
+        $class.bind($py).call1(PyTuple::new($py, arguments)?)
+    }};
+}
+
+/// A name of the core as Python has names: `KeptApart` is `kept_apart`.
+pub(crate) fn name(of: &impl Debug) -> String {
+    let variant = format!("{of:?}");
+    let word = variant.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
+    let mut name = String::with_capacity(word.len() + 4);
+    for (i, letter) in word.chars().enumerate() {
+        if letter.is_uppercase() && i > 0 {
+            name.push('_');
+        }
+        name.push(letter.to_ascii_lowercase());
+    }
+    name
+}
+
+/// `Result` of a pair.
+pub(crate) fn result<'py>(py: Python<'py>, outcome: &Outcome) -> PyResult<Bound<'py, PyAny>> {
+    let Outcome { frame, matches: [offered, taken, refused], report, fused, .. } = outcome;
+    let Outcome { proposal, health: checked, state, generation, .. } = outcome;
+    let classes = Classes::get(py)?;
+    let (r, t) = pose(py, proposal.as_ref().map(|proposal| &proposal.extrinsics));
+    let reasons = checked.as_ref().map_or(Reasons::default(), |health| health.reasons);
+    let reasons: Vec<String> = reasons.iter().map(|reason| name(&reason)).collect();
+    let reasons = PyTuple::new(py, reasons)?;
+    let sd = |sd: Option<StandardDeviations<f32>>| {
+        sd.map(|sd| deviations(py, classes, sd.rotation, sd.translation)).transpose()
+    };
+    let frame = frame.map(|header| made!(py, classes.frame, header.sequence, header.timestamp_us));
+    made!(
+        py,
+        classes.result,
+        r,
+        t,
+        name(state),
+        checked.as_ref().map(|checked| health(py, checked)).transpose()?,
+        reasons,
+        sd(proposal.as_ref().map(|proposal| proposal.sd))?,
+        sd(proposal.as_ref().map(|proposal| proposal.sd_lens))?,
+        fused.ok().as_ref().map(name),
+        fused.err().map(|why| rejection(py, why)).transpose()?,
+        report.as_ref().map(|report| pair(py, classes, report)).transpose()?,
+        proposal.as_ref().map_or(0, |proposal| proposal.pairs),
+        *offered,
+        *taken,
+        *refused,
+        *generation,
+        frame.transpose()?,
+    )
+}
+
+/// `Health`.
+pub(crate) fn health<'py>(py: Python<'py>, of: &Health<f32>) -> PyResult<Bound<'py, PyAny>> {
+    let classes = Classes::get(py)?;
+    let vibration = (of.vibration.rotation, of.vibration.baseline);
+    made!(
+        py,
+        classes.health,
+        name(&of.arming),
+        name(&of.band),
+        of.in_use_px,
+        of.proposed_px,
+        of.off_px,
+        of.fit_in_use,
+        of.fit_proposed,
+        of.coverage,
+        of.doubt.as_ref().map(name),
+        of.baseline_observed,
+        of.corner_px,
+        finding(py, classes, &of.lens_yaw)?,
+        of.lens.as_ref().map(|lens| lens_errors(py, classes, lens)).transpose()?,
+        of.weakest.map(|(direction, sd)| (name(&direction), sd)),
+        of.yaw,
+        deviations(py, classes, vibration.0, vibration.1)?,
+    )
+}
+
+fn pair<'py>(
+    py: Python<'py>,
+    classes: &Classes,
+    of: &PairReport<f32>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (r, t) = pose(py, Some(&of.extrinsics));
+    made!(
+        py,
+        classes.pair,
+        r,
+        t,
+        of.rms_px_before,
+        of.rms_px_after,
+        of.noise_px,
+        of.usable,
+        of.screened,
+        of.skipped,
+        of.passes,
+        name(&of.stop),
+    )
+}
+
+/// `R` and `t`, orthonormal in `f64`.
+fn pose<'py>(
+    py: Python<'py>,
+    of: Option<&Extrinsics<f32>>,
+) -> (Option<Bound<'py, PyAny>>, Option<Bound<'py, PyAny>>) {
+    let Some(extrinsics) = of.map(in_f64) else { return (None, None) };
+    let r = to_matrix(py, &rows(extrinsics.rotation().matrix()));
+    let t = to_vector(py, extrinsics.translation().as_slice());
+    (Some(r.into_any()), Some(t.into_any()))
+}
+
+fn deviations<'py>(
+    py: Python<'py>,
+    classes: &Classes,
+    rotation: f32,
+    translation: f32,
+) -> PyResult<Bound<'py, PyAny>> {
+    made!(py, classes.sd, rotation, translation)
+}
+
+fn finding<'py>(
+    py: Python<'py>,
+    classes: &Classes,
+    of: &Finding<f32>,
+) -> PyResult<Bound<'py, PyAny>> {
+    made!(py, classes.finding, of.value, of.sd)
+}
+
+fn lens_errors<'py>(
+    py: Python<'py>,
+    classes: &Classes,
+    of: &LensEstimate<f32>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let named = PyDict::new(py);
+    for (name, found) in [
+        ("focal", &of.focal),
+        ("k1", &of.k1),
+        ("k1_mean", &of.k1_mean),
+        ("p1", &of.p1),
+        ("principal_x_px", &of.principal_x_px),
+    ] {
+        named.set_item(name, finding(py, classes, found)?)?;
+    }
+    Ok(named)
+}
