@@ -1,115 +1,75 @@
 //! Arrays of numpy as checked numbers. Every error names the argument, its shape and the value.
 
-use numpy::ndarray::{ArrayView1, ArrayView2, Axis};
+use numpy::ndarray::aview2;
 use numpy::{
-    PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
-    PyUntypedArrayMethods, ToPyArray,
+    Element, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods,
+    ToPyArray,
 };
 use pyo3::prelude::*;
 use stereo_selfcal::Correspondence;
 
 use crate::errors::{value, wrong_type};
 
-/// Points `(u, v)` or any other columns, and the numbers of a list.
-type Pixels = Vec<[f64; 2]>;
-
-/// A float array in the number type that it has.
-enum Floats<'py> {
-    F32(PyReadonlyArrayDyn<'py, f32>),
-    F64(PyReadonlyArrayDyn<'py, f64>),
+/// A float array of any number type and strides, row by row.
+struct Floats {
+    shape: Vec<usize>,
+    numbers: Vec<f64>,
 }
 
-impl<'py> Floats<'py> {
-    /// Views an array without a copy if it is of `f32` or `f64`, of any strides.
-    fn of(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Self> {
-        if let Some(view) = Self::view(given) {
-            return Ok(view);
+impl Floats {
+    /// Reads `f32` and `f64` in place; numpy converts other floats, and lists.
+    fn of(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if let Some(read) = Self::read::<f32>(given).or_else(|| Self::read::<f64>(given)) {
+            return Ok(read);
         }
-        let numpy = given.py().import("numpy")?;
-        let array = match given.cast::<PyUntypedArray>() {
-            Ok(array) => array.as_any().clone(),
-            Err(_) => numpy.call_method1("asarray", (given,)).map_err(|why| {
-                wrong_type(format!("{name}: no array of floats, but {}: {why}", type_name(given)))
-            })?,
-        };
+        let is_array = given.cast::<PyUntypedArray>().is_ok();
+        let array = given.py().import("numpy")?.call_method1("asarray", (given,));
+        let array = array.map_err(|why| {
+            wrong_type(format!("{name}: no array of floats, but a {}: {why}", given.get_type()))
+        })?;
         let untyped = array.cast::<PyUntypedArray>()?;
-        let dtype = untyped.dtype();
+        let (dtype, shape) = (untyped.dtype(), untyped.shape());
         let kind: char = dtype.getattr("kind")?.extract()?;
         // Whole numbers of a list are as good as floats; those of an array may be an image.
-        let listed = given.cast::<PyUntypedArray>().is_err() && kind == 'i';
-        if kind != 'f' && !listed {
+        if kind != 'f' && (is_array || kind != 'i') {
+            let is_image = shape.len() >= 2 && kind == 'u';
+            let hint = if is_image { ": an image? `match` finds points in images" } else { "" };
             return Err(wrong_type(format!(
-                "{name}: floats are expected, not {dtype} of shape {:?}{}",
-                untyped.shape(),
-                if untyped.ndim() >= 2 && kind == 'u' {
-                    ": an image? `match` finds points in images"
-                } else {
-                    ""
-                }
+                "{name}: floats are expected, not {dtype} of shape {shape:?}{hint}"
             )));
         }
         let converted = array.call_method1("astype", ("float64",))?;
-        Self::view(&converted).ok_or_else(|| wrong_type(format!("{name}: {dtype} is no float")))
+        Self::read::<f64>(&converted)
+            .ok_or_else(|| wrong_type(format!("{name}: {dtype} is no float")))
     }
 
-    fn view(given: &Bound<'py, PyAny>) -> Option<Self> {
-        let f64s = || given.cast::<PyArrayDyn<f64>>().ok().and_then(|a| a.try_readonly().ok());
-        let f32s = || given.cast::<PyArrayDyn<f32>>().ok().and_then(|a| a.try_readonly().ok());
-        f32s().map(Self::F32).or_else(|| f64s().map(Self::F64))
+    /// `None` if it is no array of this number type.
+    fn read<S: Element + Copy + Into<f64>>(given: &Bound<'_, PyAny>) -> Option<Self> {
+        let array = given.cast::<PyArrayDyn<S>>().ok()?.try_readonly().ok()?;
+        let view = array.as_array();
+        let numbers = match view.as_slice() {
+            Some(in_rows) => in_rows.iter().map(|x| (*x).into()).collect(),
+            None => view.iter().map(|x| (*x).into()).collect(),
+        };
+        Some(Self { shape: array.shape().to_vec(), numbers })
     }
 
-    fn shape(&self) -> &[usize] {
-        match self {
-            Self::F32(array) => array.shape(),
-            Self::F64(array) => array.shape(),
-        }
+    /// Rows of `K` numbers; `None` of another shape.
+    fn rows<const K: usize>(&self) -> Option<&[[f64; K]]> {
+        let is_of_rows = matches!(self.shape[..], [_, columns] if columns == K);
+        is_of_rows.then(|| self.numbers.as_chunks().0)
     }
-
-    /// Rows of `K` numbers, each passed through.
-    fn rows<const K: usize, T>(&self, mut each: impl FnMut([f64; K]) -> T) -> Option<Vec<T>> {
-        fn all<S: Copy + Into<f64>, const K: usize, T>(
-            view: ArrayView2<'_, S>,
-            each: &mut impl FnMut([f64; K]) -> T,
-        ) -> Vec<T> {
-            view.axis_iter(Axis(0))
-                .map(|row| each(std::array::from_fn(|i| row[i].into())))
-                .collect()
-        }
-        let [_, columns] = *self.shape() else { return None };
-        if columns != K {
-            return None;
-        }
-        Some(match self {
-            Self::F32(array) => all(array.as_array().into_dimensionality().ok()?, &mut each),
-            Self::F64(array) => all(array.as_array().into_dimensionality().ok()?, &mut each),
-        })
-    }
-
-    /// The numbers of a list.
-    fn list(&self) -> Option<Vec<f64>> {
-        fn all<S: Copy + Into<f64>>(view: ArrayView1<'_, S>) -> Vec<f64> {
-            view.iter().map(|x| (*x).into()).collect()
-        }
-        Some(match self {
-            Self::F32(array) => all(array.as_array().into_dimensionality().ok()?),
-            Self::F64(array) => all(array.as_array().into_dimensionality().ok()?),
-        })
-    }
-}
-
-fn type_name(of: &Bound<'_, PyAny>) -> String {
-    of.get_type().name().map_or_else(|_| "an object".into(), |name| name.to_string())
 }
 
 /// Points, (n, 2).
-pub(crate) fn points(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Pixels> {
+pub(crate) fn points(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
     let floats = Floats::of(name, given)?;
-    let rows = floats.rows(|point: [f64; 2]| point);
-    rows.ok_or_else(|| value(format!("{name}: shape (n, 2) is expected, not {:?}", floats.shape())))
+    let wrong = || value(format!("{name}: shape (n, 2) is expected, not {:?}", floats.shape));
+    Ok(floats.rows().ok_or_else(wrong)?.to_vec())
 }
 
 /// The same, finite and at least one.
-fn some_points(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Pixels> {
+fn some_points(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
     let points = points(name, given)?;
     if points.is_empty() {
         return Err(value(format!("{name}: no points, shape (0, 2)")));
@@ -151,13 +111,14 @@ pub(crate) fn matches(
 }
 
 fn scores(given: &Bound<'_, PyAny>, rows: usize) -> PyResult<Vec<f64>> {
-    let floats = Floats::of("score", given)?;
-    let wrong = || value(format!("score: shape ({rows},) is expected, not {:?}", floats.shape()));
-    let scores = floats.list().ok_or_else(wrong)?;
-    same_length("score", scores.len(), rows)?;
-    match scores.iter().position(|score| !(0.0..=1.0).contains(score)) {
-        Some(i) => Err(value(format!("score[{i}] = {} is not within 0 to 1", scores[i]))),
-        None => Ok(scores),
+    let Floats { shape, numbers } = Floats::of("score", given)?;
+    if shape.len() != 1 {
+        return Err(value(format!("score: shape ({rows},) is expected, not {shape:?}")));
+    }
+    same_length("score", numbers.len(), rows)?;
+    match numbers.iter().position(|score| !(0.0..=1.0).contains(score)) {
+        Some(i) => Err(value(format!("score[{i}] = {} is not within 0 to 1", numbers[i]))),
+        None => Ok(numbers),
     }
 }
 
@@ -172,25 +133,22 @@ pub(crate) fn same_length(name: &str, rows: usize, expected: usize) -> PyResult<
 /// A 3 x 3 matrix, row by row.
 pub(crate) fn matrix(name: &str, given: &Bound<'_, PyAny>) -> PyResult<[[f64; 3]; 3]> {
     let floats = Floats::of(name, given)?;
-    let rows: Option<Vec<[f64; 3]>> = floats.rows(|row| row);
-    let square = rows.and_then(|rows| rows.try_into().ok());
-    square
-        .ok_or_else(|| value(format!("{name}: shape (3, 3) is expected, not {:?}", floats.shape())))
+    let square = floats.rows::<3>().and_then(|rows| rows.try_into().ok());
+    square.ok_or_else(|| value(format!("{name}: shape (3, 3) is expected, not {:?}", floats.shape)))
 }
 
 /// A vector as `(n,)`, `(n, 1)` or `(1, n)`: OpenCV returns all three.
 pub(crate) fn vector(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    let floats = Floats::of(name, given)?;
-    let wrong = || value(format!("{name}: a vector is expected, not shape {:?}", floats.shape()));
-    match floats.shape() {
-        [_] => floats.list().ok_or_else(wrong),
-        [_, 1] => Ok(floats.rows(|[x]: [f64; 1]| x).unwrap_or_default()),
-        [1, _] => {
-            let flat = given.call_method0("ravel")?;
-            vector(name, &flat)
-        }
-        _ => Err(wrong()),
+    let Floats { shape, numbers } = Floats::of(name, given)?;
+    match shape[..] {
+        [_] | [_, 1] | [1, _] => Ok(numbers),
+        _ => Err(value(format!("{name}: a vector is expected, not shape {shape:?}"))),
     }
+}
+
+/// Points as a new array, (n, 2).
+pub(crate) fn to_points<'py>(py: Python<'py>, rows: &[[f64; 2]]) -> Bound<'py, PyArray2<f64>> {
+    aview2(rows).to_pyarray(py)
 }
 
 /// A matrix as a new array.
@@ -198,7 +156,7 @@ pub(crate) fn to_matrix<'py, const R: usize, const C: usize>(
     py: Python<'py>,
     rows: &[[f64; C]; R],
 ) -> Bound<'py, PyArray2<f64>> {
-    numpy::ndarray::aview2(rows).to_pyarray(py)
+    aview2(rows).to_pyarray(py)
 }
 
 /// A vector as a new array.

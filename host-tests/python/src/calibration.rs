@@ -31,6 +31,9 @@ pub(crate) struct Calibration {
     of: CoreCalibration<f32>,
 }
 
+type Matrix<'py> = Bound<'py, PyArray2<f64>>;
+/// `R1, R2, P1, P2, Q`.
+type Rectified<'py> = (Matrix<'py>, Matrix<'py>, Matrix<'py>, Matrix<'py>, Matrix<'py>);
 type Map<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<f32>>);
 
 /// A common camera for both rectified views, and the rotations to it.
@@ -43,7 +46,7 @@ struct Rectification {
 #[pymethods]
 impl Calibration {
     #[getter(R)]
-    fn r<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+    fn r<'py>(&self, py: Python<'py>) -> Matrix<'py> {
         to_matrix(py, &rows(in_f64(&self.of.extrinsics).rotation().matrix()))
     }
 
@@ -59,12 +62,12 @@ impl Calibration {
 
     #[getter]
     fn left(&self) -> PyResult<Camera> {
-        self.camera(&self.of.cameras.left, &self.rig.left)
+        camera(&self.of.cameras.left, &self.rig.left)
     }
 
     #[getter]
     fn right(&self) -> PyResult<Camera> {
-        self.camera(&self.of.cameras.right, &self.rig.right)
+        camera(&self.of.cameras.right, &self.rig.right)
     }
 
     #[pyo3(signature = (alpha=0.0, size=None))]
@@ -73,11 +76,10 @@ impl Calibration {
         py: Python<'py>,
         alpha: f64,
         size: Option<(u16, u16)>,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+    ) -> PyResult<(Matrix<'py>, Matrix<'py>)> {
         let rectified = self.rectified(alpha, size)?;
         let both = rectified.camera.homographies(&self.of.cameras, &rectified.rotations);
-        let [left, right] = both.map(|h| to_matrix(py, &rows(&h.map(f64::from))));
-        Ok((left, right))
+        Ok(both.map(|h| to_matrix(py, &rows(&h.map(f64::from)))).into())
     }
 
     #[pyo3(signature = (size=None, alpha=0.0))]
@@ -105,7 +107,7 @@ impl Calibration {
         py: Python<'py>,
         alpha: f64,
         size: Option<(u16, u16)>,
-    ) -> PyResult<[Bound<'py, PyArray2<f64>>; 5]> {
+    ) -> PyResult<Rectified<'py>> {
         let Rectification { rotations, camera, .. } = self.rectified(alpha, size)?;
         let (f, [cx, cy]) = (f64::from(camera.focal), camera.principal.map(f64::from));
         let baseline = self.rig.baseline_m.unwrap_or(1.0);
@@ -118,7 +120,7 @@ impl Calibration {
         ];
         let rotation = |r: &Rotation3<f32>| to_matrix(py, &rows(&r.matrix().map(f64::from)));
         let [r1, r2] = [rotations.left(), rotations.right()].map(rotation);
-        Ok([r1, r2, to_matrix(py, &p(0.0)), to_matrix(py, &p(-f * baseline)), to_matrix(py, &q)])
+        Ok((r1, r2, to_matrix(py, &p(0.0)), to_matrix(py, &p(-f * baseline)), to_matrix(py, &q)))
     }
 
     fn row_offsets<'py>(
@@ -174,12 +176,6 @@ impl Calibration {
         Self { rig: rig.clone(), of }
     }
 
-    /// The camera as given, unless the core has corrected it.
-    fn camera(&self, used: &CoreCamera<f32>, given: &Camera) -> PyResult<Camera> {
-        let is_given = converted::<_, f32>(&given.0)? == *used;
-        if is_given { Ok(given.clone()) } else { Ok(Camera(converted(used)?)) }
-    }
-
     /// The common camera of both rectified views.
     ///
     /// * `size`: of the rectified images, px, of the shape of the left one; that of the left one by default.
@@ -191,7 +187,8 @@ impl Calibration {
         let size = size.map_or(own, Into::into);
         if size != own {
             let [x, y] = std::array::from_fn(|i| f32::from(size[i]) / f32::from(own[i]));
-            if !((x / y - 1.0).abs() <= SHAPE) {
+            let is_shape = (x / y - 1.0).abs() <= SHAPE;
+            if !is_shape {
                 return Err(value(format!(
                     "size: {size:?} px is not of the shape of the left image, {own:?} px"
                 )));
@@ -202,6 +199,12 @@ impl Calibration {
         }
         Ok(Rectification { rotations, camera, size })
     }
+}
+
+/// The camera as given, unless the core has corrected it.
+fn camera(used: &CoreCamera<f32>, given: &Camera) -> PyResult<Camera> {
+    let is_given = converted::<_, f32>(&given.0)? == *used;
+    if is_given { Ok(given.clone()) } else { Ok(Camera(converted(used)?)) }
 }
 
 impl Rectification {

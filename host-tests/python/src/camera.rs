@@ -7,7 +7,7 @@ use stereo_selfcal::{
     Camera as CoreCamera, Fisheye, Intrinsics, Lens, RadialTangential, Rational, Scalar,
 };
 
-use crate::arguments::{matrix, points, to_matrix, to_vector, vector};
+use crate::arguments::{matrix, points, to_matrix, to_points, to_vector, vector};
 use crate::errors::{raised, value};
 
 /// A calibrated camera.
@@ -37,8 +37,9 @@ impl Camera {
         let lens = match *k {
             _ if k.iter().all(|k| *k == 0.0) => Lens::Pinhole,
             [k1, k2, p1, p2] => radial([k1, k2, p1, p2, 0.0])?,
-            [k1, k2, p1, p2, k3] => radial([k1, k2, p1, p2, k3])?,
-            [k1, k2, p1, p2, k3, 0.0, 0.0, 0.0] => radial([k1, k2, p1, p2, k3])?,
+            [k1, k2, p1, p2, k3] | [k1, k2, p1, p2, k3, 0.0, 0.0, 0.0] => {
+                radial([k1, k2, p1, p2, k3])?
+            }
             [k1, k2, p1, p2, k3, k4, k5, k6] => {
                 let k = [k1, k2, p1, p2, k3, k4, k5, k6];
                 Lens::Rational(Rational::try_new(k).map_err(raised("dist"))?)
@@ -102,7 +103,7 @@ impl Camera {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let ray = |pixel| self.0.ray(pixel).map_or([f64::NAN; 2], Into::into);
         let rays: Vec<[f64; 2]> = points("uv", uv)?.into_iter().map(ray).collect();
-        Ok(rows_to_array(py, &rays))
+        Ok(to_points(py, &rays))
     }
 
     fn pixels<'py>(
@@ -112,7 +113,7 @@ impl Camera {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let pixel = |ray: [f64; 2]| self.0.pixel(ray.into()).unwrap_or([f64::NAN; 2]);
         let pixels: Vec<[f64; 2]> = points("rays", rays)?.into_iter().map(pixel).collect();
-        Ok(rows_to_array(py, &pixels))
+        Ok(to_points(py, &pixels))
     }
 
     pub(crate) fn __repr__(&self) -> String {
@@ -191,10 +192,4 @@ pub(crate) fn converted<A: Scalar, B: Scalar>(camera: &CoreCamera<A>) -> PyResul
 
 fn radial(k: [f64; 5]) -> PyResult<Lens<f64>> {
     Ok(Lens::RadialTangential(RadialTangential::try_new(k).map_err(raised("dist"))?))
-}
-
-/// Points as an (n, 2) array.
-pub(crate) fn rows_to_array<'py>(py: Python<'py>, rows: &[[f64; 2]]) -> Bound<'py, PyArray2<f64>> {
-    use numpy::ToPyArray;
-    numpy::ndarray::aview2(rows).to_pyarray(py)
 }

@@ -78,7 +78,7 @@ pub(crate) fn busy() -> PyErr {
 }
 
 /// The exception of a rejection, not raised.
-pub(crate) fn rejection<'py>(py: Python<'py>, why: Rejection) -> PyResult<Bound<'py, PyAny>> {
+pub(crate) fn rejection(py: Python<'_>, why: Rejection) -> PyResult<Bound<'_, PyAny>> {
     match why {
         Rejection::Unsolved(why) => exception(py, &why, &why.to_string()),
         Rejection::Refused(why) => exception(py, &why, &why.to_string()),
@@ -88,11 +88,11 @@ pub(crate) fn rejection<'py>(py: Python<'py>, why: Rejection) -> PyResult<Bound<
 
 /// Raises an error of the core; names the argument that it is about, if any.
 pub(crate) fn raised<E: CoreError>(argument: &str) -> impl Fn(E) -> PyErr {
-    let prefix = if argument.is_empty() { String::new() } else { format!("{argument}: ") };
     move |why| {
-        Python::attach(|py| match exception(py, &why, &format!("{prefix}{why}")) {
-            Ok(exception) => PyErr::from_value(exception),
-            Err(error) => error,
+        let separator = if argument.is_empty() { "" } else { ": " };
+        let message = format!("{argument}{separator}{why}");
+        Python::attach(|py| {
+            exception(py, &why, &message).map_or_else(|error| error, PyErr::from_value)
         })
     }
 }

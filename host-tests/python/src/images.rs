@@ -19,8 +19,7 @@ use selfcal_images::source::{RigOf, Source};
 use selfcal_images::verdict::Report;
 use stereo_selfcal::{Cameras, Correspondence};
 
-use crate::arguments::{matches, to_vector};
-use crate::camera::rows_to_array;
+use crate::arguments::{matches, to_points, to_vector};
 use crate::errors::{of_file, value, wrong_type};
 use crate::pool::install;
 use crate::rig::Rig;
@@ -42,8 +41,8 @@ pub(crate) fn match_images<'py>(
     if !(0.1..=20.0).contains(&prior_deg) {
         return Err(value(format!("prior_deg: {prior_deg} is not within 0.1 to 20 degrees")));
     }
-    let left = picture("left", left, &rig.left.0.intrinsics().size)?;
-    let right = picture("right", right, &rig.right.0.intrinsics().size)?;
+    let left = picture("left", left, rig.left.0.intrinsics().size)?;
+    let right = picture("right", right, rig.right.0.intrinsics().size)?;
     let cameras = Cameras { left: rig.left.0, right: rig.right.0 };
     let config = MatcherConfig { prior_deg, keypoints, ..MatcherConfig::default() };
     let matcher = Matcher::new(cameras, &rig.start()?, config);
@@ -66,18 +65,18 @@ fn in_arrays<'py>(
     let right: Vec<[f64; 2]> = matches.iter().map(|m| [m.ur, m.vr]).collect();
     let score: Vec<f64> = matches.iter().map(|m| m.score).collect();
     let class = py.import("stereo_selfcal._results")?.getattr("Matches")?;
-    class.call1((rows_to_array(py, &left), rows_to_array(py, &right), to_vector(py, &score)))
+    class.call1((to_points(py, &left), to_points(py, &right), to_vector(py, &score)))
 }
 
 /// A grey image of numpy, or of a file.
-fn picture(name: &str, given: &Bound<'_, PyAny>, size: &[u16; 2]) -> PyResult<Picture> {
+fn picture(name: &str, given: &Bound<'_, PyAny>, size: [u16; 2]) -> PyResult<Picture> {
     let picture = if let Ok(path) = given.extract::<PathBuf>() {
         Picture::read(&path).map_err(of_file)?
     } else {
         of_array(name, given)?
     };
     let [width, height] = picture.size();
-    if picture.size() != *size {
+    if picture.size() != size {
         return Err(value(format!(
             "{name}: an image of {width} x {height} px, the rig's have {} x {}",
             size[0], size[1]
@@ -189,6 +188,7 @@ impl Interruptible {
 }
 
 impl Listener for Watch<'_> {
+    #[expect(clippy::redundant_closure_for_method_calls, reason = "the method is of one lifetime")]
     fn pair(&mut self, _number: usize, _step: &Step) {
         if let Err(raised) = Python::attach(|py| py.check_signals()) {
             self.0.store(true, Ordering::Relaxed);

@@ -7,6 +7,7 @@
     clippy::cast_possible_truncation,
     reason = "numbers of Python to those of a vehicle, which checks their range"
 )]
+#![allow(clippy::needless_pass_by_value, reason = "Python hands over its arguments by value")]
 
 mod arguments;
 mod calibration;

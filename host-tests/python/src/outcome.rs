@@ -1,6 +1,6 @@
 //! What a pair came to, as the plain data of `stereo_selfcal._results`.
 
-use std::fmt::Debug;
+use std::fmt::{Debug, Write};
 
 use host_tests::data::{in_f64, rows};
 use pyo3::IntoPyObjectExt;
@@ -53,16 +53,27 @@ macro_rules! made {
 
 /// A name of the core as Python has names: `KeptApart` is `kept_apart`.
 pub(crate) fn name(of: &impl Debug) -> String {
-    let variant = format!("{of:?}");
-    let word = variant.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
-    let mut name = String::with_capacity(word.len() + 4);
-    for (i, letter) in word.chars().enumerate() {
-        if letter.is_uppercase() && i > 0 {
-            name.push('_');
+    let mut name = Name(String::new());
+    // Ends at the first sign that is of no name.
+    let _ = write!(name, "{of:?}");
+    name.0
+}
+
+struct Name(String);
+
+impl Write for Name {
+    fn write_str(&mut self, text: &str) -> std::fmt::Result {
+        for letter in text.chars() {
+            if !letter.is_alphanumeric() {
+                return Err(std::fmt::Error);
+            }
+            if letter.is_uppercase() && !self.0.is_empty() {
+                self.0.push('_');
+            }
+            self.0.push(letter.to_ascii_lowercase());
         }
-        name.push(letter.to_ascii_lowercase());
+        Ok(())
     }
-    name
 }
 
 /// `Result` of a pair.
@@ -118,7 +129,7 @@ pub(crate) fn health<'py>(py: Python<'py>, of: &Health<f32>) -> PyResult<Bound<'
         of.doubt.as_ref().map(name),
         of.baseline_observed,
         of.corner_px,
-        finding(py, classes, &of.lens_yaw)?,
+        finding(py, classes, of.lens_yaw)?,
         of.lens.as_ref().map(|lens| lens_errors(py, classes, lens)).transpose()?,
         of.weakest.map(|(direction, sd)| (name(&direction), sd)),
         of.yaw,
@@ -171,7 +182,7 @@ fn deviations<'py>(
 fn finding<'py>(
     py: Python<'py>,
     classes: &Classes,
-    of: &Finding<f32>,
+    of: Finding<f32>,
 ) -> PyResult<Bound<'py, PyAny>> {
     made!(py, classes.finding, of.value, of.sd)
 }
@@ -183,11 +194,11 @@ fn lens_errors<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let named = PyDict::new(py);
     for (name, found) in [
-        ("focal", &of.focal),
-        ("k1", &of.k1),
-        ("k1_mean", &of.k1_mean),
-        ("p1", &of.p1),
-        ("principal_x_px", &of.principal_x_px),
+        ("focal", of.focal),
+        ("k1", of.k1),
+        ("k1_mean", of.k1_mean),
+        ("p1", of.p1),
+        ("principal_x_px", of.principal_x_px),
     ] {
         named.set_item(name, finding(py, classes, found)?)?;
     }

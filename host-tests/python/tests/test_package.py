@@ -85,7 +85,7 @@ def test_ranges_tell_yaw(made: Made) -> None:
         result = calibrator.fuse(np.r_[uv, a], np.r_[uv_right, b])
         if result.state == "locked":
             for pixel, depth in zip(uv, points[:, 2], strict=True):
-                taken += calibrator.push_range(pixel, depth, 0.01, along="axis") == "taken"  # type: ignore[arg-type]
+                taken += calibrator.push_range(pixel, depth, 0.01, along="axis") == "taken"
     assert taken >= 10
     health = calibrator.health()
     assert health is not None and health.yaw < 1e-3
@@ -113,7 +113,7 @@ def test_quads_of_a_moving_rig_are_taken_and_those_of_a_resting_one_are_not(made
 
     before, after = seen(points), seen(points - [0.3, 0.0, 2.0])
     keep = inside(*before, *after)
-    before, after = (tuple(uv[keep] for uv in views) for views in (before, after))  # type: ignore[assignment]
+    before, after = (tuple(uv[keep] for uv in views) for views in (before, after))
     with pytest.raises(sc.MotionError, match="not locked"):
         calibrator.push_quads(before, after)
     for seed in range(8):
@@ -305,7 +305,9 @@ def test_plot_shows_three_axes(made: Made) -> None:
     figure = sc.plot(results, made.rig.calibration(), calibrator.apply(), *made.pair(3))
     titles = [axes.get_title() for axes in figure.axes]
     assert titles == ["Row offsets", "Pair by pair", "Coverage of the left image"]
-    before, after = (float(text.get_text().split()[1]) for text in figure.axes[0].get_legend().get_texts())
+    legend = figure.axes[0].get_legend()
+    assert legend is not None
+    before, after = (float(text.get_text().split()[1]) for text in legend.get_texts())
     assert after < 0.5 < before
 
 

@@ -51,7 +51,7 @@ class Frame(NamedTuple):
     timestamp_us: int
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Pair:
     """One stereo pair, solved.
 
@@ -83,7 +83,7 @@ class Pair:
     stop: str
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Health:
     """What is in use and the estimate, over the matches of the last pair.
 
@@ -135,7 +135,7 @@ class Health:
     vibration: Sd
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Result:
     """The estimate after a pair.
 
@@ -197,7 +197,7 @@ class Result:
         return f"<Result {'; '.join(words)}>"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(slots=True, eq=False)
 class Solutions:
     """Pairs solved alone, in their order. NaN where a pair has no solution.
 
