@@ -290,12 +290,28 @@ def test_the_package_has_the_version_of_the_workspace() -> None:
     assert f'version = "{version("stereo-selfcal")}"' in (ROOT / "Cargo.toml").read_text()
 
 
-def test_readme_block_runs(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    readme = (ROOT / "README.md").read_text()
-    [block] = re.findall(r"```python\n(.*?)```", readme, re.DOTALL)
+def block(readme: Path) -> str:
+    [found] = re.findall(r"```python\n(.*?)```", readme.read_text(), re.DOTALL)
+    return str(found)
+
+
+def test_the_block_of_the_readme_runs(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
-    exec(compile(block, "README.md", "exec"), {})
-    assert "locked" in capsys.readouterr().out
+    exec(compile(block(ROOT / "README.md"), "README.md", "exec"), {})
+    assert capsys.readouterr().out.count("<Result locked") == 10
+
+
+def test_the_block_of_the_package_runs() -> None:
+    cv2 = pytest.importorskip("cv2")
+    rig = Recorded.read("opencv_chess_sift").rig
+    images = [
+        [cv2.imread(str(DATA / f"images/chess/{side}{n:02}.jpg"), cv2.IMREAD_GRAYSCALE) for side in ("left", "right")]
+        for n in range(1, 6)
+    ]
+    r, t = rig.factory or (None, None)
+    names = {"K": rig.left.K, "dist": rig.left.dist, "R": r, "T": t, "pairs": images}
+    exec(compile(block(ROOT / "host-tests/python/README.md"), "README.md", "exec"), names)
+    assert names["rectified"].shape == (480, 640)  # type: ignore[union-attr]
 
 
 def test_plot_shows_three_axes(made: Made) -> None:
