@@ -40,7 +40,7 @@ def main(folder: Path) -> None:
     start = perf_counter()
     solved = sc.solve_pairs(rig, many)
     seconds = perf_counter() - start
-    count = sum(error is None for error in solved.errors)
+    count = sum(result.fused is not None for result in solved)
     print(f"solve_pairs, {MANY} pairs: {seconds:.2f} s, {MANY / seconds:.0f} a second, {count} solved")
 
 

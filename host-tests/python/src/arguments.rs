@@ -59,26 +59,29 @@ impl Floats {
         let is_of_rows = matches!(self.shape[..], [_, columns] if columns == K);
         is_of_rows.then(|| self.numbers.as_chunks().0)
     }
+
+    fn points(&self, name: &str) -> PyResult<&[[f64; 2]]> {
+        let wrong = || value(format!("{name}: shape (n, 2) is expected, not {:?}", self.shape));
+        self.rows().ok_or_else(wrong)
+    }
+
+    /// Points that are finite, and at least one.
+    fn some_points(&self, name: &str) -> PyResult<&[[f64; 2]]> {
+        let points = self.points(name)?;
+        if points.is_empty() {
+            return Err(value(format!("{name}: no points, shape (0, 2)")));
+        }
+        let is_bad = |point: &[f64; 2]| point.iter().any(|x| !x.is_finite());
+        match points.iter().position(is_bad) {
+            Some(i) => Err(value(format!("{name}[{i}] = {:?} is not finite", points[i]))),
+            None => Ok(points),
+        }
+    }
 }
 
 /// Points, (n, 2).
 pub(crate) fn points(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
-    let floats = Floats::of(name, given)?;
-    let wrong = || value(format!("{name}: shape (n, 2) is expected, not {:?}", floats.shape));
-    Ok(floats.rows().ok_or_else(wrong)?.to_vec())
-}
-
-/// The same, finite and at least one.
-fn some_points(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
-    let points = points(name, given)?;
-    if points.is_empty() {
-        return Err(value(format!("{name}: no points, shape (0, 2)")));
-    }
-    let is_bad = |point: &[f64; 2]| point.iter().any(|x| !x.is_finite());
-    match points.iter().position(is_bad) {
-        Some(i) => Err(value(format!("{name}[{i}] = {:?} is not finite", points[i]))),
-        None => Ok(points),
-    }
+    Ok(Floats::of(name, given)?.points(name)?.to_vec())
 }
 
 /// The matches of a pair; each of the arrays has a row for each.
@@ -91,19 +94,19 @@ pub(crate) fn matches(
     if !(0.0..=255.99).contains(&grid_step) {
         return Err(value(format!("grid_step: {grid_step} px is not within 0 to 255.99")));
     }
-    let left = some_points("uv_left", left)?;
-    let right = some_points("uv_right", right)?;
+    let (left, right) = (Floats::of("uv_left", left)?, Floats::of("uv_right", right)?);
+    let (left, right) = (left.some_points("uv_left")?, right.some_points("uv_right")?);
     same_length("uv_right", right.len(), left.len())?;
-    let score = match score {
+    let score = match score.filter(|score| !score.is_none()) {
         Some(given) => scores(given, left.len())?,
         None => vec![1.0; left.len()],
     };
     let narrow = |pixel: [f64; 2]| pixel.map(|x| x as f32);
-    let all = left.into_iter().zip(right).zip(score);
+    let all = left.iter().zip(right).zip(score);
     Ok(all
         .map(|((left, right), score)| Correspondence {
-            left: narrow(left),
-            right: narrow(right),
+            left: narrow(*left),
+            right: narrow(*right),
             score: score as f32,
             grid_step: grid_step as f32,
         })

@@ -8,7 +8,7 @@ use stereo_selfcal::{Range, RangeReading};
 
 use crate::arguments::matches;
 use crate::calibration::Calibration;
-use crate::engine::{Engine, Settings};
+use crate::engine::{Engine, Settings, each};
 use crate::errors::{busy, raised, value};
 use crate::outcome::{health, name, result};
 use crate::rig::Rig;
@@ -17,7 +17,7 @@ use crate::rig::Rig;
 #[pyclass(frozen, module = "stereo_selfcal")]
 pub(crate) struct Calibrator {
     settings: Settings,
-    engine: Mutex<Box<dyn Engine>>,
+    engine: Mutex<Engine>,
 }
 
 /// Arrays of a tracked pair: left and right points.
@@ -26,35 +26,18 @@ type Views<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 #[pymethods]
 impl Calibrator {
     #[new]
-    #[pyo3(signature = (
-        rig, capacity=256, preset="robust", *, lens="report", max_correction_rad=None, memory_pairs=None,
-        max_angular_rate=None, automatic_apply=false
-    ))]
-    #[expect(clippy::too_many_arguments, reason = "all but the first have a default")]
+    #[pyo3(signature = (rig, capacity=256, preset="robust", **options))]
     fn new(
         py: Python<'_>,
         rig: Rig,
         capacity: usize,
         preset: &str,
-        lens: &str,
-        max_correction_rad: Option<f64>,
-        memory_pairs: Option<u32>,
-        max_angular_rate: Option<f64>,
-        automatic_apply: bool,
+        options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let (preset, lens) = (preset.to_owned(), lens.to_owned());
-        let settings = Settings {
-            rig,
-            capacity,
-            preset,
-            lens,
-            max_correction_rad,
-            memory_pairs,
-            max_angular_rate,
-            automatic_apply,
-        };
-        let plan = settings.plan()?;
-        Ok(Self { settings, engine: Mutex::new(py.detach(|| plan.engine())) })
+        let options = options.map_or_else(|| Ok(PyDict::new(py)), PyDictMethods::copy)?;
+        let settings =
+            Settings { rig, capacity, preset: preset.to_owned(), options: options.unbind() };
+        Ok(Self { engine: Mutex::new(settings.engine(py)?), settings })
     }
 
     #[pyo3(signature = (uv_left, uv_right, score=None, *, grid_step=0.0, angular_rate=None))]
@@ -69,18 +52,20 @@ impl Calibrator {
     ) -> PyResult<Bound<'py, PyAny>> {
         let pair = matches(uv_left, uv_right, score, grid_step)?;
         let rate = angular_rate.map(|rate| rate as f32);
-        let outcome = self.with(py, |engine| engine.fuse(&pair, rate))?;
+        let outcome = self.with(py, |engine| each!(engine, held => held.fuse(&pair, rate)))?;
         result(py, &outcome.map_err(raised("uv_left, uv_right"))?)
     }
 
     fn feed_frames<'py>(&self, py: Python<'py>, data: &[u8]) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let outcomes = self.with(py, |engine| engine.feed(data))?.map_err(raised("data"))?;
+        let outcomes = self
+            .with(py, |engine| each!(engine, held => held.feed(data)))?
+            .map_err(raised("data"))?;
         outcomes.iter().map(|outcome| result(py, outcome)).collect()
     }
 
     #[getter]
     fn link<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let c = self.with(py, |engine| engine.counters())?;
+        let c = self.with(py, |engine| each!(engine, held => *held.decoder.counters()))?;
         let named = PyDict::new(py);
         for (name, count) in [
             ("good", c.good),
@@ -115,7 +100,8 @@ impl Calibrator {
             other => return Err(value(format!("along: 'ray' or 'axis', not {other:?}"))),
         };
         let reading = RangeReading { pixel: pixel.map(|x| x as f32), range, sd_m: sd_m as f32 };
-        let witnessed = self.with(py, |engine| engine.push_range(&reading))?;
+        let witnessed =
+            self.with(py, |engine| each!(engine, held => held.calibrator.push_range(&reading)))?;
         Ok(name(&witnessed.map_err(raised("range"))?))
     }
 
@@ -125,57 +111,63 @@ impl Calibrator {
         let (before, after) = (views(&before)?, views(&after)?);
         crate::arguments::same_length("after", after.len(), before.len())?;
         let tracked: Vec<_> = before.into_iter().zip(after).map(<[_; 2]>::from).collect();
-        let witnessed = self.with(py, |engine| engine.push_motion(&tracked))?;
+        let witnessed =
+            self.with(py, |engine| each!(engine, held => held.push_motion(&tracked)))?;
         Ok(name(&witnessed.map_err(raised("before, after"))?))
     }
 
     fn confirm_factory_yaw(&self, py: Python<'_>) -> PyResult<bool> {
-        self.with(py, |engine| engine.confirm_factory_yaw())
+        self.with(py, |engine| each!(engine, held => held.calibrator.confirm_factory_yaw()))
     }
 
     fn apply(&self, py: Python<'_>) -> PyResult<Calibration> {
-        let applied = self.with(py, |engine| engine.apply())?.map_err(raised(""))?;
+        let applied = self
+            .with(py, |engine| each!(engine, held => held.calibrator.apply()))?
+            .map_err(raised(""))?;
         Ok(Calibration::new(&self.settings.rig, applied))
     }
 
     fn undo(&self, py: Python<'_>) -> PyResult<Calibration> {
-        let undone = self.with(py, |engine| engine.undo())?.map_err(raised(""))?;
+        let undone = self
+            .with(py, |engine| each!(engine, held => held.calibrator.undo()))?
+            .map_err(raised(""))?;
         Ok(Calibration::new(&self.settings.rig, undone))
     }
 
     fn reset(&self, py: Python<'_>) -> PyResult<()> {
-        self.with(py, |engine| engine.reset())
+        self.with(py, |engine| each!(engine, held => held.calibrator.reset()))
     }
 
     fn health<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let found = self.with(py, |engine| engine.health())?;
+        let found = self.with(py, |engine| each!(engine, held => held.calibrator.health()))?;
         found.map(|found| health(py, &found)).transpose()
     }
 
     #[getter]
     fn in_use(&self, py: Python<'_>) -> PyResult<Option<Calibration>> {
-        let in_use = self.with(py, |engine| engine.in_use())?;
+        let in_use =
+            self.with(py, |engine| each!(engine, held => held.calibrator.calibration_in_use()))?;
         Ok(in_use.map(|in_use| Calibration::new(&self.settings.rig, in_use)))
     }
 
     #[getter]
     fn state(&self, py: Python<'_>) -> PyResult<String> {
-        Ok(self.with(py, |engine| engine.state())?.to_string())
+        Ok(self.with(py, |engine| each!(engine, held => held.calibrator.state()))?.to_string())
     }
 
     #[getter]
     fn generation(&self, py: Python<'_>) -> PyResult<u32> {
-        self.with(py, |engine| engine.generation())
+        self.with(py, |engine| each!(engine, held => held.calibrator.generation()))
     }
 
     #[getter]
     fn frozen(&self, py: Python<'_>) -> PyResult<bool> {
-        self.with(py, |engine| engine.is_frozen())
+        self.with(py, |engine| each!(engine, held => held.calibrator.is_frozen()))
     }
 
     #[setter]
     fn set_frozen(&self, py: Python<'_>, frozen: bool) -> PyResult<()> {
-        self.with(py, |engine| engine.set_frozen(frozen))
+        self.with(py, |engine| each!(engine, held => held.calibrator.set_frozen(frozen)))
     }
 
     #[getter]
@@ -189,11 +181,12 @@ impl Calibrator {
     }
 
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        Ok(PyBytes::new(py, &self.with(py, |engine| engine.save())??))
+        Ok(PyBytes::new(py, &self.with(py, |engine| each!(engine, held => held.save()))??))
     }
 
     fn load(&self, py: Python<'_>, record: &[u8]) -> PyResult<()> {
-        self.with(py, |engine| engine.load(record))?.map_err(raised("record"))
+        self.with(py, |engine| each!(engine, held => held.calibrator.restore(record)))?
+            .map_err(raised("record"))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -206,15 +199,9 @@ impl Calibrator {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let Settings { rig, capacity, preset, lens, .. } = &self.settings;
-        let named = PyDict::new(py);
-        named.set_item("lens", lens)?;
-        named.set_item("max_correction_rad", self.settings.max_correction_rad)?;
-        named.set_item("memory_pairs", self.settings.memory_pairs)?;
-        named.set_item("max_angular_rate", self.settings.max_angular_rate)?;
-        named.set_item("automatic_apply", self.settings.automatic_apply)?;
+        let Settings { rig, capacity, preset, options } = &self.settings;
         let partial = py.import("functools")?.getattr("partial")?;
-        let make = partial.call((py.get_type::<Self>(),), Some(&named))?;
+        let make = partial.call((py.get_type::<Self>(),), Some(options.bind(py)))?;
         let arguments = (rig.clone(), capacity, preset);
         (make, arguments, self.save(py)?).into_pyobject(py)
     }
@@ -232,13 +219,13 @@ impl Calibrator {
     fn with<T: Send>(
         &self,
         py: Python<'_>,
-        call: impl FnOnce(&mut dyn Engine) -> T + Send,
+        call: impl FnOnce(&mut Engine) -> T + Send,
     ) -> PyResult<T> {
         let mut held = self.engine.try_lock().map_err(|why| match why {
             TryLockError::WouldBlock => busy(),
             TryLockError::Poisoned(_) => value("the calibrator has failed: make a new one"),
         })?;
-        let engine: &mut dyn Engine = &mut **held;
+        let engine: &mut Engine = &mut held;
         Ok(py.detach(move || call(engine)))
     }
 }

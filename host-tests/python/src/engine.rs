@@ -1,30 +1,25 @@
 //! The core's calibrator behind one interface for all capacities. All calls of it are here.
 
-use pyo3::PyResult;
-use stereo_selfcal::link::{Counters, Decoder, FrameHeader, FrameRefusal};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use stereo_selfcal::link::{Decoder, FrameHeader, FrameRefusal};
 use stereo_selfcal::{
-    ApplyError, Calibration, Calibrator, Cameras, Config, Correspondence, Extrinsics, Fused,
-    Health, LensTracking, MotionError, PairError, PairReport, Proposal, RangeError, RangeReading,
-    Rejection, RestoreError, State, Witnessed,
+    Calibrator, Config, Correspondence, Fused, Health, LensTracking, MotionError, PairError,
+    PairReport, Proposal, Rejection, State, Witnessed,
 };
 
 use crate::errors::{raised, value};
 use crate::rig::Rig;
 
-/// Matches of a pair that a calibrator can be made for.
-const CAPACITIES: [usize; 6] = [64, 128, 256, 512, 1024, 2048];
-
 /// How a calibrator is made.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug)]
 pub(crate) struct Settings {
     pub(crate) rig: Rig,
     pub(crate) capacity: usize,
     pub(crate) preset: String,
-    pub(crate) lens: String,
-    pub(crate) max_correction_rad: Option<f64>,
-    pub(crate) memory_pairs: Option<u32>,
-    pub(crate) max_angular_rate: Option<f64>,
-    pub(crate) automatic_apply: bool,
+    /// The other arguments, by name.
+    pub(crate) options: Py<PyDict>,
 }
 
 /// All that comes of one pair.
@@ -42,119 +37,99 @@ pub(crate) struct Outcome {
     pub(crate) generation: u32,
 }
 
-/// A calibrator with its decoder.
-pub(crate) trait Engine: Send {
-    /// Solves and fuses a pair; the batch is kept. An error that the caller has to correct leaves all as it was.
-    fn fuse(
-        &mut self,
-        pair: &[Correspondence<f32>],
-        rad_per_s: Option<f32>,
-    ) -> Result<Outcome, PairError>;
-    /// Solves a pair as the only one.
-    fn alone(&mut self, pair: &[Correspondence<f32>]) -> Outcome;
-    /// Solves and fuses each frame that ends in these bytes. An error leaves all as it was.
-    fn feed(&mut self, bytes: &[u8]) -> Result<Vec<Outcome>, FrameRefusal>;
-    fn counters(&self) -> Counters;
-    fn apply(&mut self) -> Result<Calibration<f32>, ApplyError>;
-    fn undo(&mut self) -> Result<Calibration<f32>, ApplyError>;
-    fn reset(&mut self);
-    fn set_frozen(&mut self, frozen: bool);
-    fn is_frozen(&self) -> bool;
-    fn state(&self) -> State;
-    fn generation(&self) -> u32;
-    fn in_use(&self) -> Option<Calibration<f32>>;
-    fn health(&self) -> Option<Health<f32>>;
-    fn save(&self) -> PyResult<Vec<u8>>;
-    fn load(&mut self, record: &[u8]) -> Result<(), RestoreError>;
-    fn push_range(&mut self, reading: &RangeReading<f32>) -> Result<Witnessed, RangeError>;
-    fn push_motion(
-        &mut self,
-        tracked: &[[Correspondence<f32>; 2]],
-    ) -> Result<Witnessed, MotionError>;
-    fn confirm_factory_yaw(&mut self) -> bool;
-}
-
-/// Settings that are checked.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Plan {
-    config: Config,
-    cameras: Cameras<f32>,
-    start: Extrinsics<f32>,
-    capacity: usize,
-}
-
 impl Settings {
-    /// Checks all settings.
+    /// A new calibrator.
     ///
     /// # Errors
     /// Names the argument.
-    pub(crate) fn plan(&self) -> PyResult<Plan> {
-        let Self { rig, capacity, .. } = self;
-        if !CAPACITIES.contains(capacity) {
-            return Err(value(format!("capacity: one of {CAPACITIES:?}, not {capacity}")));
-        }
-        let (config, cameras, start) = (self.config()?, rig.cameras()?, rig.start()?);
-        Ok(Plan { config, cameras, start, capacity: *capacity })
-    }
-
-    fn config(&self) -> PyResult<Config> {
+    pub(crate) fn engine(&self, py: Python<'_>) -> PyResult<Engine> {
         let config = match &*self.preset {
             "robust" => Config::robust(),
             "paper" => Config::paper(),
             other => return Err(value(format!("preset: 'robust' or 'paper', not {other:?}"))),
         };
-        let mut config = self.rig.informed(match &*self.lens {
-            "report" => config,
-            "given" => config.without_lens_prior(),
-            "compensate" => config.with_lens_tracking(LensTracking::Compensate),
-            other => {
-                return Err(value(format!(
-                    "lens: 'report', 'given' or 'compensate', not {other:?}"
-                )));
-            }
-        })?;
-        if let Some(rad) = self.max_correction_rad {
-            let set = config.with_max_correction_rad(rad as f32);
-            config = set.map_err(raised("max_correction_rad"))?;
+        let mut config = self.rig.informed(config)?;
+        for (name, given) in self.options.bind(py).iter() {
+            config = with_option(config, name.extract()?, &given)?;
         }
-        if let Some(pairs) = self.memory_pairs {
-            config = config.with_memory_pairs(pairs).map_err(raised("memory_pairs"))?;
-        }
-        if let Some(rate) = self.max_angular_rate {
-            let set = config.with_max_angular_rate(rate as f32);
-            config = set.map_err(raised("max_angular_rate"))?;
-        }
-        Ok(config.with_automatic_apply(self.automatic_apply))
+        Engine::new(self.capacity, config, &self.rig)
     }
 }
 
-impl Plan {
-    /// A new calibrator.
-    pub(crate) fn engine(&self) -> Box<dyn Engine> {
-        match self.capacity {
-            64 => Box::new(Held::<64>::new(self)),
-            128 => Box::new(Held::<128>::new(self)),
-            256 => Box::new(Held::<256>::new(self)),
-            512 => Box::new(Held::<512>::new(self)),
-            1024 => Box::new(Held::<1024>::new(self)),
-            _ => Box::new(Held::<2048>::new(self)),
+/// The configuration with an argument of `Calibrator`.
+fn with_option(config: Config, name: &str, given: &Bound<'_, PyAny>) -> PyResult<Config> {
+    if given.is_none() {
+        return Ok(config);
+    }
+    let wrong = |why: PyErr| PyTypeError::new_err(format!("{name}: {}", why.value(given.py())));
+    let number = || given.extract::<f64>().map(|x| x as f32).map_err(wrong);
+    match name {
+        "lens" => match given.extract().map_err(wrong)? {
+            "report" => Ok(config),
+            "given" => Ok(config.without_lens_prior()),
+            "compensate" => Ok(config.with_lens_tracking(LensTracking::Compensate)),
+            other => Err(value(format!("lens: 'report', 'given' or 'compensate', not {other:?}"))),
+        },
+        "max_correction_rad" => config.with_max_correction_rad(number()?).map_err(raised(name)),
+        "max_angular_rate" => config.with_max_angular_rate(number()?).map_err(raised(name)),
+        "memory_pairs" => {
+            config.with_memory_pairs(given.extract().map_err(wrong)?).map_err(raised(name))
         }
+        "automatic_apply" => Ok(config.with_automatic_apply(given.extract().map_err(wrong)?)),
+        _ => Err(PyTypeError::new_err(format!("{name}: no argument of Calibrator"))),
     }
 }
 
-/// A calibrator of one capacity, and room for what it was before a call.
-struct Held<const N: usize> {
-    calibrator: Box<Calibrator<f32, N>>,
+/// A calibrator of one capacity, room for what it was before a call, and a decoder.
+#[derive(Clone)]
+pub(crate) struct Held<const N: usize> {
+    pub(crate) calibrator: Box<Calibrator<f32, N>>,
     before: Box<Calibrator<f32, N>>,
-    decoder: Decoder,
+    pub(crate) decoder: Decoder,
 }
+
+/// Defines the capacities.
+macro_rules! capacities {
+    ($($name:ident = $capacity:literal),+) => {
+        /// A calibrator of any capacity.
+        #[derive(Clone)]
+        pub(crate) enum Engine { $($name(Held<$capacity>)),+ }
+
+        impl Engine {
+            /// # Errors
+            /// Of another capacity.
+            pub(crate) fn new(capacity: usize, config: Config, rig: &Rig) -> PyResult<Self> {
+                match capacity {
+                    $($capacity => Ok(Self::$name(Held::new(config, rig)?)),)+
+                    _ => Err(value(format!("capacity: one of {:?}, not {capacity}", [$($capacity),+]))),
+                }
+            }
+        }
+    };
+}
+capacities!(N64 = 64, N128 = 128, N256 = 256, N512 = 512, N1024 = 1024, N2048 = 2048);
+
+/// Evaluates a call for the calibrator of an engine, whatever its capacity.
+macro_rules! each {
+    ($engine:expr, $held:ident => $call:expr) => {
+        match $engine {
+            $crate::engine::Engine::N64($held) => $call,
+            $crate::engine::Engine::N128($held) => $call,
+            $crate::engine::Engine::N256($held) => $call,
+            $crate::engine::Engine::N512($held) => $call,
+            $crate::engine::Engine::N1024($held) => $call,
+            $crate::engine::Engine::N2048($held) => $call,
+        }
+    };
+}
+pub(crate) use each;
 
 impl<const N: usize> Held<N> {
-    fn new(plan: &Plan) -> Self {
-        let mut calibrator = Box::new(Calibrator::new(plan.config));
-        calibrator.set_cameras(plan.cameras);
-        calibrator.set_factory(plan.start);
-        Self { before: calibrator.clone(), calibrator, decoder: Decoder::new() }
+    fn new(config: Config, rig: &Rig) -> PyResult<Self> {
+        let mut calibrator = Box::new(Calibrator::new(config));
+        calibrator.set_cameras(rig.cameras()?);
+        calibrator.set_factory(rig.start()?);
+        Ok(Self { before: calibrator.clone(), calibrator, decoder: Decoder::new() })
     }
 
     fn keep(&mut self) {
@@ -195,10 +170,12 @@ impl<const N: usize> Held<N> {
             generation: calibrator.generation(),
         }
     }
-}
 
-impl<const N: usize> Engine for Held<N> {
-    fn fuse(
+    /// Solves and fuses a pair; the batch is kept.
+    ///
+    /// # Errors
+    /// What the caller has to correct; all is as it was.
+    pub(crate) fn fuse(
         &mut self,
         pair: &[Correspondence<f32>],
         rad_per_s: Option<f32>,
@@ -219,13 +196,18 @@ impl<const N: usize> Engine for Held<N> {
         }
     }
 
-    fn alone(&mut self, pair: &[Correspondence<f32>]) -> Outcome {
+    /// Solves a pair as the only one.
+    pub(crate) fn alone(&mut self, pair: &[Correspondence<f32>]) -> Outcome {
         self.calibrator.reset();
         self.push(pair);
         self.take(pair.len(), None)
     }
 
-    fn feed(&mut self, mut bytes: &[u8]) -> Result<Vec<Outcome>, FrameRefusal> {
+    /// Solves and fuses each frame that ends in these bytes.
+    ///
+    /// # Errors
+    /// A frame of other images; all is as it was.
+    pub(crate) fn feed(&mut self, mut bytes: &[u8]) -> Result<Vec<Outcome>, FrameRefusal> {
         self.keep();
         let decoder = self.decoder.clone();
         let mut outcomes = Vec::new();
@@ -245,60 +227,14 @@ impl<const N: usize> Engine for Held<N> {
         }
     }
 
-    fn counters(&self) -> Counters {
-        *self.decoder.counters()
-    }
-
-    fn apply(&mut self) -> Result<Calibration<f32>, ApplyError> {
-        self.calibrator.apply()
-    }
-
-    fn undo(&mut self) -> Result<Calibration<f32>, ApplyError> {
-        self.calibrator.undo()
-    }
-
-    fn reset(&mut self) {
-        self.calibrator.reset();
-    }
-
-    fn set_frozen(&mut self, frozen: bool) {
-        self.calibrator.set_frozen(frozen);
-    }
-
-    fn is_frozen(&self) -> bool {
-        self.calibrator.is_frozen()
-    }
-
-    fn state(&self) -> State {
-        self.calibrator.state()
-    }
-
-    fn generation(&self) -> u32 {
-        self.calibrator.generation()
-    }
-
-    fn in_use(&self) -> Option<Calibration<f32>> {
-        self.calibrator.calibration_in_use()
-    }
-
-    fn health(&self) -> Option<Health<f32>> {
-        self.calibrator.health()
-    }
-
-    fn save(&self) -> PyResult<Vec<u8>> {
+    /// The record of a firmware.
+    pub(crate) fn save(&self) -> PyResult<Vec<u8>> {
         let mut buffer = vec![0; Calibrator::<f32, N>::SNAPSHOT_BYTES];
         Ok(self.calibrator.snapshot(&mut buffer).map_err(value)?.to_vec())
     }
 
-    fn load(&mut self, record: &[u8]) -> Result<(), RestoreError> {
-        self.calibrator.restore(record)
-    }
-
-    fn push_range(&mut self, reading: &RangeReading<f32>) -> Result<Witnessed, RangeError> {
-        self.calibrator.push_range(reading)
-    }
-
-    fn push_motion(
+    /// Adds tracked matches; those without rays are left out.
+    pub(crate) fn push_motion(
         &mut self,
         tracked: &[[Correspondence<f32>; 2]],
     ) -> Result<Witnessed, MotionError> {
@@ -308,9 +244,5 @@ impl<const N: usize> Engine for Held<N> {
         };
         let tracked: Vec<_> = tracked.iter().filter_map(rays).collect();
         self.calibrator.push_motion(&tracked)
-    }
-
-    fn confirm_factory_yaw(&mut self) -> bool {
-        self.calibrator.confirm_factory_yaw()
     }
 }

@@ -7,9 +7,7 @@ use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple};
-use stereo_selfcal::{
-    Extrinsics, Finding, Health, LensEstimate, PairReport, Reasons, StandardDeviations,
-};
+use stereo_selfcal::{Extrinsics, Health, LensEstimate, PairReport, Reasons, StandardDeviations};
 
 use crate::arguments::{to_matrix, to_vector};
 use crate::engine::Outcome;
@@ -23,6 +21,8 @@ struct Classes {
     sd: Py<PyAny>,
     finding: Py<PyAny>,
     frame: Py<PyAny>,
+    /// `tuple.__new__`.
+    new_tuple: Py<PyAny>,
 }
 
 impl Classes {
@@ -38,6 +38,7 @@ impl Classes {
                 sd: class("Sd")?,
                 finding: class("Finding")?,
                 frame: class("Frame")?,
+                new_tuple: py.get_type::<PyTuple>().getattr("__new__")?.unbind(),
             })
         })
     }
@@ -86,7 +87,7 @@ pub(crate) fn result<'py>(py: Python<'py>, outcome: &Outcome) -> PyResult<Bound<
     let reasons: Vec<String> = reasons.iter().map(|reason| name(&reason)).collect();
     let reasons = PyTuple::new(py, reasons)?;
     let sd = |sd: Option<StandardDeviations<f32>>| {
-        sd.map(|sd| deviations(py, classes, sd.rotation, sd.translation)).transpose()
+        sd.map(|sd| two(py, &classes.sd, (sd.rotation, sd.translation))).transpose()
     };
     let frame = frame.map(|header| made!(py, classes.frame, header.sequence, header.timestamp_us));
     made!(
@@ -114,7 +115,6 @@ pub(crate) fn result<'py>(py: Python<'py>, outcome: &Outcome) -> PyResult<Bound<
 /// `Health`.
 pub(crate) fn health<'py>(py: Python<'py>, of: &Health<f32>) -> PyResult<Bound<'py, PyAny>> {
     let classes = Classes::get(py)?;
-    let vibration = (of.vibration.rotation, of.vibration.baseline);
     made!(
         py,
         classes.health,
@@ -129,11 +129,11 @@ pub(crate) fn health<'py>(py: Python<'py>, of: &Health<f32>) -> PyResult<Bound<'
         of.doubt.as_ref().map(name),
         of.baseline_observed,
         of.corner_px,
-        finding(py, classes, of.lens_yaw)?,
+        two(py, &classes.finding, (of.lens_yaw.value, of.lens_yaw.sd))?,
         of.lens.as_ref().map(|lens| lens_errors(py, classes, lens)).transpose()?,
         of.weakest.map(|(direction, sd)| (name(&direction), sd)),
         of.yaw,
-        deviations(py, classes, vibration.0, vibration.1)?,
+        two(py, &classes.sd, (of.vibration.rotation, of.vibration.baseline))?,
     )
 }
 
@@ -170,21 +170,13 @@ fn pose<'py>(
     (Some(r.into_any()), Some(t.into_any()))
 }
 
-fn deviations<'py>(
+/// A named tuple of two numbers. Calling its class takes four times as long.
+fn two<'py>(
     py: Python<'py>,
-    classes: &Classes,
-    rotation: f32,
-    translation: f32,
+    class: &Py<PyAny>,
+    numbers: (f32, f32),
 ) -> PyResult<Bound<'py, PyAny>> {
-    made!(py, classes.sd, rotation, translation)
-}
-
-fn finding<'py>(
-    py: Python<'py>,
-    classes: &Classes,
-    of: Finding<f32>,
-) -> PyResult<Bound<'py, PyAny>> {
-    made!(py, classes.finding, of.value, of.sd)
+    Classes::get(py)?.new_tuple.bind(py).call1((class, numbers))
 }
 
 fn lens_errors<'py>(
@@ -200,7 +192,7 @@ fn lens_errors<'py>(
         ("p1", of.p1),
         ("principal_x_px", of.principal_x_px),
     ] {
-        named.set_item(name, finding(py, classes, found)?)?;
+        named.set_item(name, two(py, &classes.finding, (found.value, found.sd))?)?;
     }
     Ok(named)
 }

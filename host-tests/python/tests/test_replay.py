@@ -116,3 +116,19 @@ def test_frames_come_to_the_bits_of_their_matches() -> None:
         assert of_matches.R is not None and of_frame.R is not None
         np.testing.assert_array_equal(of_frame.R, of_matches.R)
     assert by_frames.save() == by_matches.save()
+
+
+@needs_selfcal
+@pytest.mark.parametrize(
+    ("layout", "name"), [("opencv", "opencv_chess_sift"), ("ros", "opencv_chess_sift"), ("kalibr", "oak_sift")]
+)
+def test_rigs_in_the_files_of_other_tools_are_read(layout: str, name: str, tmp_path: Path) -> None:
+    folder = tmp_path / layout
+    command = [SELFCAL, "export", name, "--format", layout, "--out", str(folder)]
+    subprocess.run(command, check=True, capture_output=True)
+    rig, expected = sc.read_rig(folder), Recorded.read(name).rig
+    assert rig.left == expected.left and rig.right == expected.right
+    np.testing.assert_allclose(rig.calibration().R, expected.calibration().R, atol=1e-6)
+    np.testing.assert_allclose(rig.calibration().t, expected.calibration().t, atol=1e-6)
+    with pytest.raises(ValueError, match="320"):
+        sc.read_rig(folder, size=(320, 240))

@@ -32,7 +32,7 @@ from ._native import (
     solve_pairs,
 )
 from ._plot import plot
-from ._results import Check, Finding, Frame, Health, Matches, Pair, Result, Sd, Solutions
+from ._results import Check, Finding, Frame, Health, Matches, Pair, Result, Sd
 
 __all__ = [
     "ApplyError",
@@ -60,7 +60,6 @@ __all__ = [
     "Rig",
     "Sd",
     "SelfcalError",
-    "Solutions",
     "check",
     "encode_frame",
     "match",

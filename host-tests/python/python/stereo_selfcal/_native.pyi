@@ -5,7 +5,7 @@ from typing import Any, Literal, TypeAlias, final
 import numpy as np
 import numpy.typing as npt
 
-from ._results import Array, Check, Health, Matches, Result, Solutions, State
+from ._results import Array, Check, Health, Matches, Result, State
 
 __all__ = [
     "Calibration",
@@ -518,7 +518,7 @@ def solve_pairs(
     pairs: Iterable[Sequence[_Floats | None]],
     capacity: int = 256,
     preset: Literal["robust", "paper"] = "robust",
-) -> Solutions:
+) -> list[Result]:
     """Solve pairs alone, each from the factory extrinsics, on all processors.
 
     Parameters
@@ -532,8 +532,8 @@ def solve_pairs(
 
     Returns
     -------
-    Solutions
-        In the order of the pairs.
+    list of Result
+        In the order of the pairs, each as of a calibrator that has seen no other.
     """
 
 def read_rig(*paths: _Path, size: _Size | None = None, unit_m: float = 1.0) -> Rig:

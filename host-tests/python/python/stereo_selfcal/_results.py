@@ -197,32 +197,6 @@ class Result:
         return f"<Result {'; '.join(words)}>"
 
 
-@dataclass(slots=True, eq=False)
-class Solutions:
-    """Pairs solved alone, in their order. NaN where a pair has no solution.
-
-    Attributes
-    ----------
-    R, t : ndarray
-        (n, 3, 3) and (n, 3): ``p_r = R p_l + t``, ``|t| = 1``.
-    sd : ndarray
-        (n, 2): standard deviations of ``R`` and ``t`` with the lens as given, rad.
-    rms_px : ndarray
-        (n, 2): RMS row offset at the start and at the solution, px.
-    errors : list
-        Why a pair has none; None where it has.
-    """
-
-    R: Array
-    t: Array
-    sd: Array
-    rms_px: Array
-    errors: list[PairError | Refusal | None]
-
-    def __len__(self) -> int:
-        return len(self.errors)
-
-
 @dataclass(frozen=True)
 class Check:
     """Verdict of `check`.
