@@ -85,7 +85,10 @@ pub(crate) fn points(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<[f64;
 }
 
 /// The matches of a pair; each of the arrays has a row for each.
+///
+/// * `names`: of the left and the right points.
 pub(crate) fn matches(
+    names: [&str; 2],
     left: &Bound<'_, PyAny>,
     right: &Bound<'_, PyAny>,
     score: Option<&Bound<'_, PyAny>>,
@@ -94,9 +97,9 @@ pub(crate) fn matches(
     if !(0.0..=255.99).contains(&grid_step) {
         return Err(value(format!("grid_step: {grid_step} px is not within 0 to 255.99")));
     }
-    let (left, right) = (Floats::of("uv_left", left)?, Floats::of("uv_right", right)?);
-    let (left, right) = (left.some_points("uv_left")?, right.some_points("uv_right")?);
-    same_length("uv_right", right.len(), left.len())?;
+    let (left, right) = (Floats::of(names[0], left)?, Floats::of(names[1], right)?);
+    let (left, right) = (left.some_points(names[0])?, right.some_points(names[1])?);
+    same_length(names[1], right.len(), left.len())?;
     let score = match score.filter(|score| !score.is_none()) {
         Some(given) => scores(given, left.len())?,
         None => vec![1.0; left.len()],
@@ -125,12 +128,15 @@ fn scores(given: &Bound<'_, PyAny>, rows: usize) -> PyResult<Vec<f64>> {
     }
 }
 
-/// Checks that an argument has a row for each of another.
+/// Names of the points of a pair.
+pub(crate) const POINTS: [&str; 2] = ["uv_left", "uv_right"];
+
+/// Checks that an argument has a row for each match.
 pub(crate) fn same_length(name: &str, rows: usize, expected: usize) -> PyResult<()> {
     if rows == expected {
         return Ok(());
     }
-    Err(value(format!("{name}: {rows} rows, but uv_left has {expected}: one row for each match")))
+    Err(value(format!("{name}: {rows} rows, not {expected}: one for each match")))
 }
 
 /// A 3 x 3 matrix, row by row.

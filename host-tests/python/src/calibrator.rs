@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use stereo_selfcal::{Range, RangeReading};
 
-use crate::arguments::matches;
+use crate::arguments::{POINTS, matches, same_length};
 use crate::calibration::Calibration;
 use crate::engine::{Engine, Settings, each};
 use crate::errors::{busy, raised, value};
@@ -50,7 +50,7 @@ impl Calibrator {
         grid_step: f64,
         angular_rate: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let pair = matches(uv_left, uv_right, score, grid_step)?;
+        let pair = matches(POINTS, uv_left, uv_right, score, grid_step)?;
         let rate = angular_rate.map(|rate| rate as f32);
         let outcome = self.with(py, |engine| each!(engine, held => held.fuse(&pair, rate)))?;
         result(py, &outcome.map_err(raised("uv_left, uv_right"))?)
@@ -107,9 +107,10 @@ impl Calibrator {
 
     #[pyo3(signature = (before, after))]
     fn push_quads(&self, py: Python<'_>, before: Views<'_>, after: Views<'_>) -> PyResult<String> {
-        let views = |(left, right): &Views<'_>| matches(left, right, None, 0.0);
-        let (before, after) = (views(&before)?, views(&after)?);
-        crate::arguments::same_length("after", after.len(), before.len())?;
+        let views = |names, (left, right): &Views<'_>| matches(names, left, right, None, 0.0);
+        let before = views(["before[0]", "before[1]"], &before)?;
+        let after = views(["after[0]", "after[1]"], &after)?;
+        same_length("after[0]", after.len(), before.len())?;
         let tracked: Vec<_> = before.into_iter().zip(after).map(<[_; 2]>::from).collect();
         let witnessed =
             self.with(py, |engine| each!(engine, held => held.push_motion(&tracked)))?;

@@ -1,7 +1,7 @@
 //! `match` and `check`: the matcher and the verdict of `selfcal`; `encode_frame`: matches as a matcher sends them.
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use anyhow::Context as _;
 use host_tests::data::Match;
@@ -14,14 +14,14 @@ use selfcal_images::matcher::{Matched, Matcher, MatcherConfig};
 use selfcal_images::picture::Picture;
 use selfcal_images::pipeline::{Selection, first_size};
 use selfcal_images::rig::RigRequest;
-use selfcal_images::session::{self, Listener, Request, Session};
+use selfcal_images::session::{self, Listener, Request};
 use selfcal_images::source::{RigOf, Source};
 use selfcal_images::verdict::Report;
 use stereo_selfcal::{Cameras, Correspondence};
 
-use crate::arguments::{matches, to_points, to_vector};
+use crate::arguments::{POINTS, matches, to_points, to_vector};
 use crate::errors::{of_file, value, wrong_type};
-use crate::pool::install;
+use crate::pool::{install, install_until};
 use crate::rig::Rig;
 
 /// By how much the time stamps of a pair may differ, s: as `selfcal check`.
@@ -138,25 +138,20 @@ pub(crate) fn check<'py>(
             Err(_) => (None, paths("rig", rig)?),
         },
     };
-    let mut run = Interruptible { stop: AtomicBool::new(false), raised: None };
-    let checked = install(py, || -> anyhow::Result<String> {
+    let stop = AtomicBool::new(false);
+    let checked = install_until(py, &stop, || -> anyhow::Result<String> {
         let source = Source::open(&places, None, TOLERANCE_S)?;
         let (size, frame) = first_size(&source)?;
+        let of_source = given.map(|meta| RigOf::Read(Box::new(meta)));
         let request = RigRequest { files, focal_px };
-        let found = match given {
-            Some(meta) => request.find(&RigOf::Read(Box::new(meta)), size, &frame),
-            None => request.find(&source.rig, size, &frame),
-        };
+        let found = request.find(of_source.as_ref().unwrap_or(&source.rig), size, &frame);
         let rig = found.context("the rig")?;
         let matcher = MatcherConfig::default();
         let (frames, out) = (None, None);
         let request = Request { source: &source, rig: &rig, matcher, selection, frames, out };
-        let session = run.session(&request)?;
+        let session = session::run(&request, &stop, &mut Silent)?;
         Ok(serde_json::to_string(&Report::of(&session, rig.guessed)?)?)
     })?;
-    if let Some(raised) = run.raised {
-        return Err(raised);
-    }
     let numbers = py.import("json")?.call_method1("loads", (checked.map_err(of_file)?,))?;
     let reasons =
         PyTuple::new(py, numbers.get_item("reasons")?.try_iter()?.collect::<PyResult<Vec<_>>>()?)?;
@@ -172,29 +167,11 @@ fn paths(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<PathBuf>> {
     })
 }
 
-/// Ends a run by Ctrl-C.
-struct Interruptible {
-    stop: AtomicBool,
-    raised: Option<PyErr>,
-}
+/// Says nothing of a run.
+struct Silent;
 
-/// Looks for Ctrl-C after each pair.
-struct Watch<'a>(&'a AtomicBool, &'a mut Option<PyErr>);
-
-impl Interruptible {
-    fn session(&mut self, request: &Request<'_>) -> anyhow::Result<Session> {
-        session::run(request, &self.stop, &mut Watch(&self.stop, &mut self.raised))
-    }
-}
-
-impl Listener for Watch<'_> {
-    #[expect(clippy::redundant_closure_for_method_calls, reason = "the method is of one lifetime")]
-    fn pair(&mut self, _number: usize, _step: &Step) {
-        if let Err(raised) = Python::attach(|py| py.check_signals()) {
-            self.0.store(true, Ordering::Relaxed);
-            *self.1 = Some(raised);
-        }
-    }
+impl Listener for Silent {
+    fn pair(&mut self, _number: usize, _step: &Step) {}
 
     fn skipped(&mut self, _why: &str) {}
 }
@@ -214,7 +191,8 @@ pub(crate) fn encode_frame<'py>(
         let ([ul, vl], [ur, vr]) = (c.left.map(f64::from), c.right.map(f64::from));
         Match { ul, vl, ur, vr, score: c.score.into(), step: 0.0 }
     };
-    let pair: Vec<Match> = matches(uv_left, uv_right, score, 0.0)?.into_iter().map(one).collect();
+    let pair: Vec<Match> =
+        matches(POINTS, uv_left, uv_right, score, 0.0)?.into_iter().map(one).collect();
     let (bytes, left_out) =
         Sender::new(size.into(), [0.0]).map_err(of_file)?.frame(sequence, &pair);
     if left_out > 0 {

@@ -5,7 +5,7 @@ use pyo3::types::PyDict;
 use rayon::prelude::*;
 use stereo_selfcal::Correspondence;
 
-use crate::arguments::matches;
+use crate::arguments::{POINTS, matches};
 use crate::engine::{Engine, Outcome, Settings, each};
 use crate::errors::value;
 use crate::outcome::result;
@@ -37,8 +37,8 @@ pub(crate) fn solve_pairs<'py>(
 fn read_pair(pair: &Bound<'_, PyAny>) -> PyResult<Vec<Correspondence<f32>>> {
     let parts: Vec<Bound<'_, PyAny>> = pair.extract()?;
     match &parts[..] {
-        [left, right] => matches(left, right, None, 0.0),
-        [left, right, score] => matches(left, right, Some(score), 0.0),
+        [left, right] => matches(POINTS, left, right, None, 0.0),
+        [left, right, score] => matches(POINTS, left, right, Some(score), 0.0),
         _ => {
             Err(value(format!("(uv_left, uv_right, score) is expected, not {} parts", parts.len())))
         }

@@ -47,7 +47,7 @@ def with_value(value: float) -> np.ndarray[Any, Any]:
         (ValueError, r"uv_left: shape \(n, 2\) is expected, not \[200, 3\]", np.ones((200, 3)), RIGHT),
         (ValueError, r"uv_left: shape \(n, 2\) is expected, not \[400\]", LEFT.ravel(), RIGHT),
         (ValueError, r"uv_left: shape \(n, 2\) is expected, not \[200, 1, 2\]", LEFT[:, None], RIGHT),
-        (ValueError, r"uv_right: 12 rows, but uv_left has 200", LEFT, RIGHT[:12]),
+        (ValueError, r"uv_right: 12 rows, not 200", LEFT, RIGHT[:12]),
         (ValueError, r"uv_left: no points, shape \(0, 2\)", LEFT[:0], RIGHT[:0]),
         (ValueError, r"uv_left\[17\] = \[.*, NaN\] is not finite", with_value(np.nan), RIGHT),
         (ValueError, r"uv_right\[17\] = \[.*, inf\] is not finite", LEFT, with_value(np.inf)),
@@ -70,7 +70,7 @@ def test_the_argument_is_named_and_nothing_changes(error: type[Exception], text:
     [
         (r"score\[3\] = 1.5 is not within 0 to 1", {"score": np.r_[np.ones(3), 1.5, np.ones(196)]}),
         (r"score\[0\] = NaN is not within 0 to 1", {"score": np.full(200, np.nan)}),
-        (r"score: 3 rows, but uv_left has 200", {"score": np.ones(3)}),
+        (r"score: 3 rows, not 200", {"score": np.ones(3)}),
         (r"score: shape \(200,\) is expected, not \[200, 1\]", {"score": np.ones((200, 1))}),
         (r"grid_step: -1 px", {"grid_step": -1}),
         (r"grid_step: NaN px", {"grid_step": float("nan")}),

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import pickle
 import re
-import sys
+import signal
 import threading
+import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from multiprocessing import get_context
@@ -121,7 +122,7 @@ def test_quads_of_a_moving_rig_are_taken_and_those_of_a_resting_one_are_not(made
     assert calibrator.push_quads(before, after) in ("taken", "waiting")
     with pytest.raises(sc.MotionError, match="no motion"):
         calibrator.push_quads(before, before)
-    with pytest.raises(ValueError, match="after: 3 rows"):
+    with pytest.raises(ValueError, match=r"after\[0\]: 3 rows"):
         calibrator.push_quads(before, (after[0][:3], after[1][:3]))
 
 
@@ -356,6 +357,17 @@ def test_check_is_selfcal_check() -> None:
         sc.check("nowhere")
 
 
+def test_ctrl_c_ends_a_check() -> None:
+    timer = threading.Timer(0.05, lambda: os.kill(os.getpid(), signal.SIGINT))
+    has_ended = False
+    with pytest.raises(KeyboardInterrupt):
+        timer.start()
+        sc.check("chess")
+        has_ended = True
+        time.sleep(60)
+    assert not has_ended
+
+
 @pytest.mark.skipif("SELFCAL" not in os.environ, reason="SELFCAL names the program of the host")
 def test_check_has_the_numbers_of_selfcal_check() -> None:
     import json
@@ -363,6 +375,3 @@ def test_check_has_the_numbers_of_selfcal_check() -> None:
 
     ran = subprocess.run([os.environ["SELFCAL"], "check", "chess", "--json"], capture_output=True, check=False)
     assert json.loads(ran.stdout) == sc.check("chess").numbers
-
-
-assert sys.version_info >= (3, 10)
