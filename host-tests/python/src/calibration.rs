@@ -149,22 +149,19 @@ impl Calibration {
         format!("<Calibration {}>", self.of)
     }
 
-    fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let CoreCalibration { cameras, extrinsics } = self.of;
-        let mut buffer = [0; FactoryCalibration::<f32>::MAX_BYTES];
-        let record = FactoryCalibration { cameras, extrinsics }.to_record(&mut buffer);
-        Ok(PyBytes::new(py, record.map_err(value)?))
-    }
-
     #[staticmethod]
     fn _of(rig: Rig, record: &[u8]) -> PyResult<Self> {
-        let FactoryCalibration { cameras, extrinsics } =
-            FactoryCalibration::from_record(record).map_err(raised("record"))?;
+        let read = FactoryCalibration::from_record(record).map_err(raised("record"))?;
+        let FactoryCalibration { cameras, extrinsics, .. } = read;
         Ok(Self::new(&rig, CoreCalibration { cameras, extrinsics }))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, State<'py>)> {
-        Ok((py.get_type::<Self>().getattr("_of")?, (self.rig.clone(), self.save(py)?)))
+        let CoreCalibration { cameras, extrinsics } = self.of;
+        let (yaw_sd_rad, baseline_m) = (None, None);
+        let all = FactoryCalibration { cameras, extrinsics, yaw_sd_rad, baseline_m };
+        let record = PyBytes::new(py, &all.to_record());
+        Ok((py.get_type::<Self>().getattr("_of")?, (self.rig.clone(), record)))
     }
 }
 

@@ -186,8 +186,7 @@ impl Calibrator {
     }
 
     fn load(&self, py: Python<'_>, record: &[u8]) -> PyResult<()> {
-        self.with(py, |engine| each!(engine, held => held.calibrator.restore(record)))?
-            .map_err(raised("record"))
+        self.with(py, |engine| each!(engine, held => held.load(record)))?.map_err(raised("record"))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

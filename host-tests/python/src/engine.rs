@@ -5,8 +5,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stereo_selfcal::link::{Decoder, FrameHeader, FrameRefusal};
 use stereo_selfcal::{
-    Calibrator, Config, Correspondence, Fused, Health, LensTracking, MotionError, PairError,
-    PairReport, Proposal, Rejection, State, Witnessed,
+    Calibrator, Cause, Config, Correspondence, Fused, Health, LensTracking, MotionError, PairError,
+    PairReport, Proposal, Rejection, RestoreError, State, Witnessed,
 };
 
 use crate::errors::{raised, value};
@@ -33,6 +33,7 @@ pub(crate) struct Outcome {
     pub(crate) fused: Result<Fused, Rejection>,
     pub(crate) proposal: Option<Proposal<f32>>,
     pub(crate) health: Option<Health<f32>>,
+    pub(crate) cause: Option<Cause>,
     pub(crate) state: State,
     pub(crate) generation: u32,
 }
@@ -159,14 +160,20 @@ impl<const N: usize> Held<N> {
             Ok(_) => calibrator.fuse().map_err(Rejection::Refused),
             Err(why) => Err(Rejection::Unsolved(why)),
         };
+        let (health, state) = (calibrator.health(), calibrator.state());
+        // Of a locked estimate that took the pair, the health has all that there is.
+        let is_known = state == State::Locked && fused.is_ok();
+        let of_health = health.as_ref().and_then(|health| health.cause);
+        let cause = if is_known { of_health } else { calibrator.likely_cause().or(of_health) };
         Outcome {
             frame,
             matches,
             report: solved.ok(),
             fused,
             proposal: calibrator.proposal(),
-            health: calibrator.health(),
-            state: calibrator.state(),
+            health,
+            cause,
+            state,
             generation: calibrator.generation(),
         }
     }
@@ -229,8 +236,17 @@ impl<const N: usize> Held<N> {
 
     /// The record of a firmware.
     pub(crate) fn save(&self) -> PyResult<Vec<u8>> {
-        let mut buffer = vec![0; Calibrator::<f32, N>::SNAPSHOT_BYTES];
-        Ok(self.calibrator.snapshot(&mut buffer).map_err(value)?.to_vec())
+        let record = self.calibrator.snapshot().map(Vec::from);
+        record.ok_or_else(|| value("the calibrator has no cameras"))
+    }
+
+    /// Restores a record of [`Self::save`].
+    ///
+    /// # Errors
+    /// All is as it was.
+    pub(crate) fn load(&mut self, record: &[u8]) -> Result<(), RestoreError> {
+        self.keep();
+        self.calibrator.restore(record).inspect_err(|_| self.back())
     }
 
     /// Adds tracked matches; those without rays are left out.

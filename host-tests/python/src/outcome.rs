@@ -80,7 +80,7 @@ impl Write for Name {
 /// `Result` of a pair.
 pub(crate) fn result<'py>(py: Python<'py>, outcome: &Outcome) -> PyResult<Bound<'py, PyAny>> {
     let Outcome { frame, matches: [offered, taken, refused], report, fused, .. } = outcome;
-    let Outcome { proposal, health: checked, state, generation, .. } = outcome;
+    let Outcome { proposal, health: checked, cause, state, generation, .. } = outcome;
     let classes = Classes::get(py)?;
     let (r, t) = pose(py, proposal.as_ref().map(|proposal| &proposal.extrinsics));
     let reasons = checked.as_ref().map_or(Reasons::default(), |health| health.reasons);
@@ -98,6 +98,7 @@ pub(crate) fn result<'py>(py: Python<'py>, outcome: &Outcome) -> PyResult<Bound<
         name(state),
         checked.as_ref().map(|checked| health(py, checked)).transpose()?,
         reasons,
+        cause.map(|cause| cause.to_string()),
         sd(proposal.as_ref().map(|proposal| proposal.sd))?,
         sd(proposal.as_ref().map(|proposal| proposal.sd_lens))?,
         fused.ok().as_ref().map(name),

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
 use selfcal_commands::conventions::{self, Unknowns};
 use stereo_selfcal::nalgebra::Vector3;
-use stereo_selfcal::{Cameras, Config, Extrinsics, FactoryCalibration, Lens, Scalar};
+use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, FactoryCalibration, Lens, Scalar};
 
 use crate::arguments::{matrix, to_matrix, to_vector, vector};
 use crate::calibration::Calibration;
@@ -84,30 +84,24 @@ impl Rig {
     }
 
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let made = FactoryCalibration { cameras: self.cameras()?, extrinsics: self.start()? };
-        let mut buffer = [0; FactoryCalibration::<f32>::MAX_BYTES];
-        Ok(PyBytes::new(py, made.to_record(&mut buffer).map_err(value)?))
+        let mut made = Box::new(Calibrator::<f32, 64>::new(self.informed(Config::robust())?));
+        made.set_cameras(self.cameras()?);
+        made.set_factory(self.start()?);
+        let made = made.factory_calibration().ok_or_else(|| value("the rig has no cameras"))?;
+        Ok(PyBytes::new(py, &made.to_record()))
     }
 
     #[classmethod]
-    #[pyo3(signature = (record, *, baseline_m=None, yaw_sd_rad=None))]
-    fn load(
-        _class: &Bound<'_, PyType>,
-        record: &[u8],
-        baseline_m: Option<f64>,
-        yaw_sd_rad: Option<f64>,
-    ) -> PyResult<Self> {
+    fn load(_class: &Bound<'_, PyType>, record: &[u8]) -> PyResult<Self> {
         let made = FactoryCalibration::<f32>::from_record(record).map_err(raised("record"))?;
         let Cameras { left, right } = made.cameras;
-        let rig = Self {
+        Ok(Self {
             left: Camera(converted(&left)?),
             right: Camera(converted(&right)?),
             factory: Some(in_f64(&made.extrinsics)),
-            baseline_m,
-            yaw_sd_rad,
-        };
-        rig.informed(Config::robust())?;
-        Ok(rig)
+            baseline_m: made.baseline_m.map(f64::from),
+            yaw_sd_rad: Some(made.yaw_sd_rad.map_or(f64::INFINITY, f64::from)),
+        })
     }
 
     pub(crate) fn __repr__(&self) -> String {

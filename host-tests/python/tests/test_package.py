@@ -227,14 +227,17 @@ def test_records_are_those_of_a_firmware(made: Made, locked: sc.Calibrator) -> N
     restored.load(record)
     assert restored.state == "suspect"
     assert restored.fuse(*made.pair(50)).state == "locked"
-    with pytest.raises(sc.RestoreError, match="reset"):
-        locked.load(record)
     other = make_rig(rotation(0, 0, 0), np.array([-1.0, 0.0, 0.0]), dist=(0.1, 0, 0, 0))
     with pytest.raises(sc.RestoreError, match="another rig"):
         sc.Calibrator(other.rig).load(record)
-    factory = sc.Rig.load(locked.apply().save())
+    found = locked.apply()
+    rig = sc.Rig(found.left, found.right, (found.R, found.t), baseline_m=0.25, yaw_sd_rad=2.0**-10)
+    factory = sc.Rig.load(rig.save())
+    assert (factory.baseline_m, factory.yaw_sd_rad) == (0.25, 2.0**-10)
     np.testing.assert_allclose(factory.left.K, made.rig.left.K, rtol=1e-7)
-    assert factory.calibration() == sc.Rig.load(factory.save()).calibration()
+    np.testing.assert_allclose(factory.calibration().R, found.R, atol=1e-7)
+    assert sc.Rig.load(factory.save()) == factory
+    assert sc.Rig.load(made.rig.save()).yaw_sd_rad == float("inf")
 
 
 @settings(deadline=None, max_examples=20)

@@ -178,7 +178,7 @@ class Rig:
         """Return the record of the factory calibration that a firmware reads, in float32."""
 
     @classmethod
-    def load(cls, record: bytes, *, baseline_m: float | None = None, yaw_sd_rad: float | None = None) -> Rig:
+    def load(cls, record: bytes) -> Rig:
         """Read the record of a factory calibration.
 
         Raises
@@ -277,9 +277,6 @@ class Calibration:
         ndarray, (n,)
             Row offsets, px of the mean focal length; NaN where a pixel has no ray.
         """
-
-    def save(self) -> bytes:
-        """Return the calibration as the record of a factory calibration, which `Rig.load` and a firmware read."""
 
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
@@ -500,9 +497,9 @@ class Calibrator:
         """Return the record that a firmware keeps in flash: the estimate and what is in use, without the rig."""
 
     def load(self, record: bytes) -> None:
-        """Restore a record, right after the calibrator was made for the same rig.
+        """Restore a record of the same rig in place of all that has been learnt.
 
-        The state is suspect until a pair confirms the estimate.
+        The estimate is suspect until a pair confirms it.
 
         Raises
         ------

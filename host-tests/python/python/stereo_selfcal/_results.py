@@ -92,7 +92,7 @@ class Health:
     arming : str
         ``"yes"``, or why not: ``"not_locked"``, ``"doubtful"``, ``"misaligned"``, ``"unfit"``.
     band : str
-        ``"good"``, ``"improvable"`` or ``"recalibrate"``: verdict on what is in use.
+        ``"good"``, ``"improvable"``, ``"recalibrate"`` or ``"unknown"``: verdict on what is in use.
     in_use_px, proposed_px, off_px : float
         RMS row offset of what is in use, of the estimate, and of their difference, px.
     fit_in_use, fit_proposed : int
@@ -149,6 +149,8 @@ class Result:
         Fit and reliability over this pair's matches; None before the first fused pair.
     reasons : tuple of str
         What speaks against relying on the calibration, the worst first; empty where nothing does.
+    cause : str or None
+        The likeliest mistake in rig or matcher, in words, once four pairs show one: ``"u and v exchanged"``.
     sd, sd_lens : Sd or None
         Standard deviations of ``R`` and ``t``: with the lens models as given, and with them uncertain.
     fused : str or None
@@ -173,6 +175,7 @@ class Result:
     state: State
     health: Health | None
     reasons: tuple[str, ...]
+    cause: str | None
     sd: Sd | None
     sd_lens: Sd | None
     fused: str | None
@@ -194,6 +197,8 @@ class Result:
             words.append(f"rows {self.health.in_use_px:.2f} px in use, {self.health.proposed_px:.2f} px by the estimate")
         if self.reasons:
             words.append("against it: " + ", ".join(self.reasons))
+        if self.cause is not None:
+            words.append(f"likely cause: {self.cause}")
         return f"<Result {'; '.join(words)}>"
 
 
