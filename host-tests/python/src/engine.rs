@@ -1,6 +1,6 @@
-//! The core's calibrator behind one interface for all capacities. All calls of it are here.
+//! The core's calibrator with its decoder, of any capacity, and what comes of a pair.
 
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stereo_selfcal::link::{Decoder, FrameHeader, FrameRefusal};
@@ -9,7 +9,7 @@ use stereo_selfcal::{
     PairReport, Proposal, Rejection, RestoreError, State, Witnessed,
 };
 
-use crate::errors::{raised, value};
+use crate::errors::{raised, value, wrong_type};
 use crate::rig::Rig;
 
 /// How a calibrator is made.
@@ -62,7 +62,14 @@ fn with_option(config: Config, name: &str, given: &Bound<'_, PyAny>) -> PyResult
     if given.is_none() {
         return Ok(config);
     }
-    let wrong = |why: PyErr| PyTypeError::new_err(format!("{name}: {}", why.value(given.py())));
+    let wrong = |why: PyErr| {
+        let text = format!("{name}: {given}: {}", why.value(given.py()));
+        if why.is_instance_of::<PyOverflowError>(given.py()) {
+            value(text)
+        } else {
+            wrong_type(text)
+        }
+    };
     let number = || given.extract::<f64>().map(|x| x as f32).map_err(wrong);
     match name {
         "lens" => match given.extract().map_err(wrong)? {
@@ -77,7 +84,7 @@ fn with_option(config: Config, name: &str, given: &Bound<'_, PyAny>) -> PyResult
             config.with_memory_pairs(given.extract().map_err(wrong)?).map_err(raised(name))
         }
         "automatic_apply" => Ok(config.with_automatic_apply(given.extract().map_err(wrong)?)),
-        _ => Err(PyTypeError::new_err(format!("{name}: no argument of Calibrator"))),
+        _ => Err(wrong_type(format!("{name}: no argument of Calibrator"))),
     }
 }
 

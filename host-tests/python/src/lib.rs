@@ -1,6 +1,6 @@
 //! Python package `stereo_selfcal`: the calibrator of the vehicle for numpy.
 //!
-//! The core is called in `engine` (calibrator), `camera`, `rig` and `calibration`. `outcome` turns what comes of a pair
+//! The core is called in `engine`, `calibrator`, `camera`, `rig` and `calibration`. `outcome` turns what comes of a pair
 //! into the plain data of `python/stereo_selfcal/_results.py`, `errors` into the exceptions of `_errors.py`. Documentation
 //! and types of all that is public are in `_native.pyi`.
 #![allow(

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 import stereo_selfcal as sc
 from stereo_selfcal._results import Array
 
 DATA = Path(__file__).resolve().parents[2] / "data"
+# The same examples in every run; many others in a campaign.
+settings.register_profile("repeatable", deadline=None, derandomize=True)
+settings.register_profile("campaign", deadline=None, max_examples=5000)
+settings.load_profile("campaign" if "CAMPAIGN" in os.environ else "repeatable")
+
 SETS = ("opencv_chess_corners", "opencv_chess_sift", "motorcycle_sift", "aloe_sift", "oak_sift")
 
 

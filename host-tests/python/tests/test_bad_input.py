@@ -96,7 +96,7 @@ anything = st.one_of(
 )
 
 
-@settings(deadline=None, max_examples=300, suppress_health_check=[HealthCheck.too_slow])
+@settings(suppress_health_check=[HealthCheck.too_slow])
 @given(left=anything, right=anything, score=anything)
 def test_anything_at_all_gives_a_result_or_an_ordinary_exception(left: Any, right: Any, score: Any) -> None:
     calibrator = sc.Calibrator(MADE.rig)
@@ -121,7 +121,6 @@ def test_anything_at_all_gives_a_result_or_an_ordinary_exception(left: Any, righ
     assert calibrator.fuse(LEFT, RIGHT).fused == "added"
 
 
-@settings(deadline=None)
 @given(values=hnp.arrays(np.float32, (40, 4), elements=st.floats(width=32, allow_nan=False, allow_infinity=False)))
 def test_any_finite_matches_give_finite_numbers(values: np.ndarray[Any, np.dtype[np.float32]]) -> None:
     calibrator = sc.Calibrator(MADE.rig)
@@ -134,7 +133,6 @@ def test_any_finite_matches_give_finite_numbers(values: np.ndarray[Any, np.dtype
         assert np.isfinite(result.R).all() and np.isfinite(result.t).all()
 
 
-@settings(deadline=None)
 @given(data=st.binary(max_size=400), cut=st.integers(0, 5000))
 def test_any_bytes_are_no_record_and_no_frame_of_harm(data: bytes, cut: int) -> None:
     calibrator = sc.Calibrator(MADE.rig)
@@ -149,7 +147,6 @@ def test_any_bytes_are_no_record_and_no_frame_of_harm(data: bytes, cut: int) -> 
     assert all(isinstance(result, sc.Result) for result in calibrator.feed_frames(data))
 
 
-@settings(deadline=None)
 @given(numbers=st.lists(st.floats(), min_size=4, max_size=4), name=st.text(max_size=8), count=st.integers(-2, 10**6))
 def test_any_numbers_make_a_calibrator_or_name_the_parameter(numbers: list[float], name: str, count: int) -> None:
     a, b, c, d = numbers

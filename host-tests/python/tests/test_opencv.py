@@ -20,7 +20,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import stereo_selfcal as sc
@@ -84,7 +84,6 @@ def rectified(R: Array, t: Array, dist: list[float]) -> tuple[sc.Calibration, An
     return made.rig.calibration(), by_opencv
 
 
-@settings(deadline=None)
 @given(angles=angles, t=baselines)
 def test_rotations_are_those_of_cv2_stereo_rectify_but_for_a_turn_about_the_baseline(
     angles: tuple[float, float, float], t: tuple[float, float, float]
@@ -105,7 +104,6 @@ def test_rotations_are_those_of_cv2_stereo_rectify_but_for_a_turn_about_the_base
     np.testing.assert_allclose(point[:3] / point[3], [30 * 7 / f, -20 * 7 / f, 7])
 
 
-@settings(deadline=None, max_examples=15)
 @given(angles=angles, t=baselines, lens=st.sampled_from(["pinhole", "four", "barrel"]))
 def test_maps_are_those_of_cv2_init_undistort_rectify_map(
     angles: tuple[float, float, float], t: tuple[float, float, float], lens: str
@@ -122,7 +120,6 @@ def test_maps_are_those_of_cv2_init_undistort_rectify_map(
             np.testing.assert_allclose(a[seen], b[seen], atol=2e-3)
 
 
-@settings(deadline=None)
 @given(angles=angles, t=baselines, uv=pixels)
 def test_homographies_take_undistorted_pixels_to_those_of_cv2_undistort_points(
     angles: tuple[float, float, float], t: tuple[float, float, float], uv: list[tuple[float, float]]

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import stereo_selfcal as sc
@@ -240,7 +240,6 @@ def test_records_are_those_of_a_firmware(made: Made, locked: sc.Calibrator) -> N
     assert sc.Rig.load(made.rig.save()).yaw_sd_rad == float("inf")
 
 
-@settings(deadline=None, max_examples=20)
 @given(seeds=st.lists(st.integers(0, 1000), min_size=1, max_size=6), outliers=st.floats(0, 0.3))
 def test_pairs_solved_at_once_are_those_solved_one_by_one(seeds: list[int], outliers: float) -> None:
     made = make_rig(rotation(0.01, -0.004, 0.006), np.array([-1.0, 0.01, 0.02]))
