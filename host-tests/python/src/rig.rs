@@ -7,6 +7,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
 use selfcal_commands::conventions::{self, Unknowns};
+use serde_json::Value;
 use stereo_selfcal::nalgebra::Vector3;
 use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, FactoryCalibration, Lens, Scalar};
 
@@ -150,6 +151,10 @@ impl Rig {
             ));
         }
         let start = self.start::<f64>()?;
+        let yaw_sd = match (&self.factory, self.yaw_sd_rad) {
+            (None, _) | (_, Some(f64::INFINITY)) => Some(Value::Null),
+            (_, sd) => sd.map(|rad| rad.to_degrees().into()),
+        };
         Ok(Meta {
             k_l: self.left.rows(),
             k_r: self.right.rows(),
@@ -165,7 +170,7 @@ impl Rig {
             license: String::new(),
             sigma_r_deg: None,
             sigma_t_deg: None,
-            other: serde_json::Map::new(),
+            other: yaw_sd.into_iter().map(|sd| (Meta::FACTORY_YAW_SD.into(), sd)).collect(),
         })
     }
 
