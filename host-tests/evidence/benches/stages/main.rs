@@ -32,11 +32,24 @@ fn main() {
     stage("a pair far from the optimum", || fresh.clone(), |c| c.solve_pair());
     let mut locked = calibrator(Config::robust(), LOCKING);
     stage("a pair of a locked rig", || locked.clone(), |c| c.solve_pair());
+    let pair = matches(&recording(), LOCKING);
+    stage("all calls of that pair", || locked.clone(), |c| all_calls(c, &pair));
     let paper = calibrator(Config::paper(), 0);
     stage("a pair by the paper's preset", || paper.clone(), |c| c.solve_pair());
     locked.solve_pair().expect("the pair has an answer");
     stage("fusion of a solved pair", || locked.clone(), |c| c.fuse());
     decode();
+}
+
+/// All that `Calibrator.fuse` of Python calls: what its time is compared with.
+fn all_calls(calibrator: &mut Calibrator256, pair: &[Correspondence<f32>]) -> bool {
+    calibrator.clear_pair();
+    for m in pair {
+        let _ = calibrator.push(m);
+    }
+    let fused = calibrator.solve_pair().is_ok() && calibrator.fuse().is_ok();
+    black_box((calibrator.proposal(), calibrator.health()));
+    fused
 }
 
 /// Prints the median time of a stage. Its input is made before the clock starts.

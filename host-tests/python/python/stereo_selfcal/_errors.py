@@ -1,0 +1,143 @@
+"""Errors of the core: one class for each of its operations, with a stable number and advice."""
+
+from __future__ import annotations
+
+
+class SelfcalError(Exception):
+    """An error of the core.
+
+    Attributes
+    ----------
+    kind : str
+        Name of the error within its class, as in Rust: ``"TooFew"``.
+    code : int
+        Stable number, that of the C API.
+    advice : str
+        What to do about it.
+    """
+
+    def __init__(self, message: str, kind: str, code: int) -> None:
+        super().__init__(message, kind, code)
+        self.kind = kind
+        self.code = code
+        self.advice = ADVICE.get(code, "")
+
+    def __str__(self) -> str:
+        message = str(self.args[0])
+        return f"{message}. {self.advice}" if self.advice else message
+
+
+class CameraError(SelfcalError, ValueError):
+    """Intrinsics or lens coefficients are those of no camera."""
+
+
+class ExtrinsicsError(SelfcalError, ValueError):
+    """``R`` and ``t`` are those of no stereo rig."""
+
+
+class ConfigError(SelfcalError, ValueError):
+    """A parameter is out of its range."""
+
+
+class PairError(SelfcalError):
+    """A pair could not be solved."""
+
+
+class Refusal(SelfcalError):
+    """A solved pair was not fused."""
+
+
+class ApplyError(SelfcalError):
+    """Nothing was applied."""
+
+
+class RangeError(SelfcalError):
+    """A known distance was not taken."""
+
+
+class MotionError(SelfcalError):
+    """Tracked matches were not taken."""
+
+
+class RectifyError(SelfcalError, ValueError):
+    """The rig has no common rectified camera."""
+
+
+class RestoreError(SelfcalError, ValueError):
+    """A record was not read."""
+
+
+class FrameRefusal(SelfcalError, ValueError):
+    """A frame is not of this rig."""
+
+
+class BusyError(SelfcalError, RuntimeError):
+    """A calibrator is used by two threads at a time."""
+
+
+_CAMERA = "Correct the named quantity."
+_CONFIG = "Correct the named parameter."
+_ORDER = "Set cameras first."
+_PIXEL = "Drop the match; many of them: wrong image size or lens."
+
+#: By code of the core. Tested to be complete against the header of the C API.
+ADVICE: dict[int, str] = {
+    **dict.fromkeys(range(100, 104), _CAMERA),
+    120: _PIXEL,
+    121: _PIXEL,
+    122: _PIXEL,
+    130: "Drop the ray: it is beyond the lens model.",
+    131: "Drop the ray: it is beyond the lens model.",
+    200: "Correct R: rows orthonormal, determinant 1, left to right camera frame.",
+    201: "Correct t: p_r = R p_l + t, any length above 0.",
+    202: "A baseline along an optical axis cannot be rectified: correct R or t.",
+    **dict.fromkeys(range(300, 314), _CONFIG),
+    500: _ORDER,
+    501: "Begin a pair first.",
+    502: "Nothing is wrong: take the next pair, or match more points.",
+    503: "The matches are nearly all wrong: take the next pair; if all fail, look at the matcher.",
+    504: "Take a pair with points spread over the image and in depth.",
+    505: "Normal in a turn: take the next pair.",
+    506: "Exchange left and right, or the sign of t; see that no image is mirrored.",
+    507: "Pass points as (u, v), and a rig whose cameras stand side by side.",
+    508: "See that left and right are images of two cameras; a plane alone tells nothing.",
+    600: "Take the next pair.",
+    601: "If it comes again and again: the factory extrinsics are wrong, or the mount has moved.",
+    602: "Take the next pair.",
+    603: "Take the next pair: three that agree with each other replace the estimate.",
+    604: "Fuse each pair once.",
+    605: "The calibrator is frozen, as asked for.",
+    700: "Fuse pairs first.",
+    701: "Look for biased matches or wrong intrinsics.",
+    702: "Fuse more pairs: at least four must agree.",
+    703: "Look for biased matches or wrong intrinsics, and change the view.",
+    704: "The calibrator is frozen, as asked for.",
+    705: "Nothing to do.",
+    800: "Pass alpha from 0 to 1.",
+    801: "The views share no rectangle: keep the last rectification, and check left and right.",
+    **dict.fromkeys((810, 811, 812, 820, 821, 822), "The lens model ends within the image: check its coefficients."),
+    813: "The rig is turned too far to be rectified.",
+    823: "The rig is turned too far to be rectified.",
+    1000: "Use an older record, or start from the factory calibration.",
+    1001: "It is a record of something else.",
+    1002: "Start from the factory calibration: firmware and this package must have one layout.",
+    1003: "Make the calibrator with the rig of the record, or start afresh.",
+    1004: "Start from the factory calibration.",
+    1005: "Make the calibrator with the options of the record, or raise max_correction_rad.",
+    1006: _ORDER,
+    1100: "Finish the pair first.",
+    1101: _ORDER,
+    1102: "Make the rig with the images of this matcher.",
+    1200: "Make the rig with baseline_m.",
+    1201: "Normal until the estimate is locked: read again later.",
+    1202: "Pass a distance and a standard deviation, m, of a sensor.",
+    1203: "Pass a pixel within 3 px of a match of the last pair.",
+    1204: "The sensor saw something else, or its scale is wrong.",
+    1210: _PIXEL,
+    1211: _PIXEL,
+    1212: _PIXEL,
+    1220: "Normal until the estimate is locked: track again later.",
+    1221: "Track more points.",
+    1222: "Normal at rest and in a turn: the rig must move by several baselines.",
+    1223: "Look at the tracker: its matches fit no motion of this rig.",
+}

@@ -1,0 +1,623 @@
+from collections.abc import Iterable, Sequence
+from os import PathLike
+from typing import Any, Literal, TypeAlias, final
+
+import numpy as np
+import numpy.typing as npt
+
+from ._results import Array, Check, Health, Matches, Result, State
+
+__all__ = [
+    "Calibration",
+    "Calibrator",
+    "Camera",
+    "Rig",
+    "check",
+    "encode_frame",
+    "match",
+    "read_rig",
+    "solve_pairs",
+]
+
+_Floats: TypeAlias = npt.ArrayLike
+_Size: TypeAlias = tuple[int, int]
+_Path: TypeAlias = str | PathLike[str]
+_Map: TypeAlias = tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]
+
+@final
+class Camera:
+    """A calibrated camera: intrinsics and lens in OpenCV's conventions.
+
+    Made by `from_opencv` or `from_fisheye`. Computes in float64.
+    """
+
+    @classmethod
+    def from_opencv(cls, K: _Floats, dist: _Floats | None = None, size: _Size | None = None) -> Camera:
+        """Make a camera from what ``cv2.calibrateCamera`` returns.
+
+        Parameters
+        ----------
+        K : array_like, (3, 3)
+            ``[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]``, px.
+        dist : array_like, (4,), (5,) or (8,), optional
+            ``k1 k2 p1 p2 [k3 [k4 k5 k6]]``; 12 or 14 numbers if those beyond 8 are 0. None: a pinhole.
+        size : (int, int)
+            Image width and height, px.
+
+        Raises
+        ------
+        CameraError
+            If a quantity is out of range.
+        ValueError, TypeError
+            If an argument has another shape or type.
+        """
+
+    @classmethod
+    def from_fisheye(cls, K: _Floats, dist: _Floats, size: _Size) -> Camera:
+        """Make a camera from what ``cv2.fisheye.calibrate`` returns.
+
+        Parameters
+        ----------
+        K : array_like, (3, 3)
+            Camera matrix without skew, px.
+        dist : array_like, (4,)
+            ``k1 k2 k3 k4``.
+        size : (int, int)
+            Image width and height, px.
+
+        Raises
+        ------
+        CameraError
+            If a quantity is out of range.
+        """
+
+    @property
+    def K(self) -> Array:
+        """Camera matrix, (3, 3), px."""
+
+    @property
+    def dist(self) -> Array:
+        """Lens coefficients in OpenCV's order, (4,), (5,) or (8,)."""
+
+    @property
+    def size(self) -> _Size:
+        """Image width and height, px."""
+
+    @property
+    def model(self) -> Literal["pinhole", "radial_tangential", "fisheye", "rational"]:
+        """Lens model."""
+
+    def rays(self, uv: _Floats) -> Array:
+        """Undistort pixels, as ``cv2.undistortPoints``.
+
+        Parameters
+        ----------
+        uv : array_like, (n, 2)
+            Pixels, px.
+
+        Returns
+        -------
+        ndarray, (n, 2)
+            Rays ``(x, y)`` at unit depth. NaN for a pixel outside the image, or where the lens model is not invertible.
+        """
+
+    def pixels(self, rays: _Floats) -> Array:
+        """Project rays, as ``cv2.projectPoints``.
+
+        Parameters
+        ----------
+        rays : array_like, (n, 2)
+            Rays ``(x, y)`` at unit depth.
+
+        Returns
+        -------
+        ndarray, (n, 2)
+            Pixels, px; they may be outside the image. NaN beyond the range of the lens model.
+        """
+
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Rig:
+    """Two cameras, and what a calibration in production said of them.
+
+    Parameters
+    ----------
+    left, right : Camera
+        The left camera stands to the left.
+    factory : (array_like, array_like), optional
+        ``R`` (3, 3) and ``t`` (3,) of ``p_r = R p_l + t``, as ``cv2.stereoCalibrate`` returns them; ``t`` of any length.
+        The calibrator starts from them, and trusts their yaw. None: no calibration; side by side is taken as a guess.
+    baseline_m : float, optional
+        Length of the baseline, m. `Calibrator.push_range` needs it.
+    yaw_sd_rad : float, optional
+        Standard deviation of the yaw of `factory`, rad; ``math.inf``: `factory` is a guess. Default: 0.05 degrees, of a
+        calibration with boards.
+
+    Raises
+    ------
+    ExtrinsicsError
+        If `factory` is that of no stereo rig.
+    """
+
+    def __new__(
+        cls,
+        left: Camera,
+        right: Camera,
+        factory: tuple[_Floats, _Floats] | None = None,
+        *,
+        baseline_m: float | None = None,
+        yaw_sd_rad: float | None = None,
+    ) -> Rig: ...
+    @property
+    def left(self) -> Camera:
+        """Left camera."""
+
+    @property
+    def right(self) -> Camera:
+        """Right camera."""
+
+    @property
+    def factory(self) -> tuple[Array, Array] | None:
+        """``R`` (3, 3) and unit ``t`` (3,), or None."""
+
+    @property
+    def baseline_m(self) -> float | None:
+        """Length of the baseline, m."""
+
+    @property
+    def yaw_sd_rad(self) -> float | None:
+        """Standard deviation of the yaw of `factory`, rad."""
+
+    def calibration(self) -> Calibration:
+        """Return the factory calibration, or side by side without one."""
+
+    def save(self) -> bytes:
+        """Return the record of the factory calibration that a firmware reads, in float32."""
+
+    @classmethod
+    def load(cls, record: bytes) -> Rig:
+        """Read the record of a factory calibration.
+
+        Raises
+        ------
+        RestoreError
+            If it is damaged, or of something else.
+        """
+
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Calibration:
+    """Extrinsics, and the cameras that they belong to. With other cameras the extrinsics are wrong.
+
+    ``p_r = R p_l + t``, ``|t| = 1``. Made by `Calibrator.apply`, `Calibrator.in_use` and `Rig.calibration`.
+    """
+
+    @property
+    def R(self) -> Array:
+        """Rotation, left to right camera frame, (3, 3)."""
+
+    @property
+    def t(self) -> Array:
+        """Unit baseline direction, right camera frame, (3,). ``T`` of OpenCV is ``t * baseline_m``."""
+
+    @property
+    def baseline_m(self) -> float | None:
+        """Length of the baseline, m, as the rig was given it."""
+
+    @property
+    def left(self) -> Camera:
+        """Left camera."""
+
+    @property
+    def right(self) -> Camera:
+        """Right camera: as given, or corrected with ``lens="compensate"``."""
+
+    def rectify_maps(self, size: _Size | None = None, alpha: float = 0.0) -> tuple[_Map, _Map]:
+        """Return maps for ``cv2.remap``, left and right.
+
+        ``(left, right) = calibration.rectify_maps()``; ``cv2.remap(image, *left, cv2.INTER_LINEAR)``.
+
+        Parameters
+        ----------
+        size : (int, int), optional
+            Width and height of the rectified images, px, of the shape of the left image. Default: its size.
+        alpha : float
+            0 zooms in until both cameras see every pixel, 1 zooms out until every pixel of both is kept.
+
+        Returns
+        -------
+        (map_x, map_y), (map_x, map_y) : ndarray of float32, (height, width)
+            Pixels of the captured images, px; -10000 where a camera sees nothing.
+
+        Raises
+        ------
+        RectifyError
+            If `alpha` is out of range, or the views share no rectangle.
+        """
+
+    def homographies(self, alpha: float = 0.0, size: _Size | None = None) -> tuple[Array, Array]:
+        """Return ``H_l`` and ``H_r``, (3, 3): undistorted pixels to rectified pixels, homogeneous.
+
+        Parameters
+        ----------
+        alpha, size
+            As of `rectify_maps`.
+        """
+
+    def stereo_rectify(
+        self, alpha: float = 0.0, size: _Size | None = None
+    ) -> tuple[Array, Array, Array, Array, Array]:
+        """Return ``R1, R2, P1, P2, Q`` in the conventions of ``cv2.stereoRectify`` with ``CALIB_ZERO_DISPARITY``.
+
+        ``P2[0, 3]`` is ``-f * baseline_m``, and `Q` gives depth in m; for a baseline of unknown length, in baselines.
+        OpenCV turns both views by another angle about the baseline: rows are equal with either.
+
+        Parameters
+        ----------
+        alpha, size
+            As of `rectify_maps`.
+        """
+
+    def row_offsets(self, uv_left: _Floats, uv_right: _Floats) -> Array:
+        """Return how far matches are from their rows.
+
+        Parameters
+        ----------
+        uv_left, uv_right : array_like, (n, 2)
+            Matches, px before undistortion.
+
+        Returns
+        -------
+        ndarray, (n,)
+            Row offsets, px of the mean focal length; NaN where a pixel has no ray.
+        """
+
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Calibrator:
+    """The calibrator of one rig: pairs in, one at a time, the estimate out.
+
+    Fusing never changes what is in use; `apply` does. The same matches give the bits of a vehicle with this capacity.
+    One thread at a time: a second one gets a `BusyError` at once. The GIL is released while it computes. After
+    ``os.fork`` parent and child have a calibrator each; a child of a fork during a call gets a `BusyError`. A pickle has
+    the record of `save`: what it restores is suspect until a pair confirms it.
+
+    Parameters
+    ----------
+    rig : Rig
+        Cameras, and where the estimate starts.
+    capacity : int
+        Matches of a pair that it has room for, 64, 128, .. 2048; of more it selects by image spread and score.
+    preset : str
+        ``"robust"``: up to half of the matches may be wrong. ``"paper"``: the published method.
+    lens : str
+        Errors of the lens models: ``"report"`` them, take the models as ``"given"``, or ``"compensate"`` them.
+    max_correction_rad : float, optional
+        Pairs further than this from the factory extrinsics are refused, rad. Default 0.5.
+    memory_pairs : int, optional
+        Pairs after which the oldest fade. Default 1000.
+    max_angular_rate : float, optional
+        Pairs with a larger `angular_rate` are refused, rad/s. Default: none is.
+    automatic_apply : bool
+        Whether `fuse` applies the estimate where `apply` would.
+
+    Raises
+    ------
+    ConfigError, ValueError
+        Names the parameter that is out of range.
+    """
+
+    def __new__(
+        cls,
+        rig: Rig,
+        capacity: int = 256,
+        preset: Literal["robust", "paper"] = "robust",
+        *,
+        lens: Literal["report", "given", "compensate"] = "report",
+        max_correction_rad: float | None = None,
+        memory_pairs: int | None = None,
+        max_angular_rate: float | None = None,
+        automatic_apply: bool = False,
+    ) -> Calibrator: ...
+    def fuse(
+        self,
+        uv_left: _Floats,
+        uv_right: _Floats,
+        score: _Floats | None = None,
+        *,
+        grid_step: float = 0.0,
+        angular_rate: float | None = None,
+    ) -> Result:
+        """Solve one stereo pair and fuse it into the estimate.
+
+        A pair that the scene spoils is returned with its `Result.rejection`. An error that the caller has to correct is
+        raised, and the calibrator is as it was.
+
+        Parameters
+        ----------
+        uv_left, uv_right : array_like of float, (n, 2)
+            Matches, px before undistortion. Any strides; float32 and float64 are read in place.
+        score : array_like of float, (n,), optional
+            Confidence of each match, 0 to 1. Default 1.
+        grid_step : float
+            Step of the grid that the coordinates are rounded to, px; 0: continuous.
+        angular_rate : float, optional
+            How fast the rig turned, rad/s; see `max_angular_rate`.
+
+        Returns
+        -------
+        Result
+            The estimate after this pair.
+
+        Raises
+        ------
+        ValueError, TypeError
+            Names the argument, its shape and the value.
+        PairError
+            ``Behind``: left and right are exchanged, or an image is mirrored. ``Columns``: u and v are exchanged.
+        BusyError
+            If another thread is in a call.
+        """
+
+    def feed_frames(self, data: bytes) -> list[Result]:
+        """Take bytes of a matcher's stream, in pieces of any length, as the firmware does.
+
+        Damaged frames are skipped and counted in `link`. As on a vehicle no pair raises an error.
+
+        Parameters
+        ----------
+        data : bytes
+            The next bytes.
+
+        Returns
+        -------
+        list of Result
+            One for each frame that is whole now.
+
+        Raises
+        ------
+        FrameRefusal
+            If a frame is of images of another size: none of these bytes is taken.
+        """
+
+    @property
+    def link(self) -> dict[str, int]:
+        """Statistics of the frames: ``good``, ``bad_crc``, ``truncated``, ``gaps``, .."""
+
+    def push_range(
+        self, pixel: Sequence[float], range_m: float, sd_m: float, *, along: Literal["ray", "axis"] = "ray"
+    ) -> Literal["taken", "waiting"]:
+        """Add a point of known distance, after `fuse`: it tells yaw from the lens.
+
+        Parameters
+        ----------
+        pixel : (float, float)
+            Pixel of the left image, within 3 px of a match of the last pair.
+        range_m, sd_m : float
+            Distance from the left camera and its standard deviation, m.
+        along : str
+            ``"ray"``: as of a laser; ``"axis"``: depth.
+
+        Returns
+        -------
+        str
+            ``"taken"``, or ``"waiting"``: it contradicts the yaw so far, and the next one decides.
+
+        Raises
+        ------
+        RangeError
+            The estimate is unchanged.
+        """
+
+    def push_quads(
+        self, before: tuple[_Floats, _Floats], after: tuple[_Floats, _Floats]
+    ) -> Literal["taken", "waiting"]:
+        """Add matches that were tracked from one pair to a later one, after `fuse`: motion tells yaw from the lens.
+
+        Parameters
+        ----------
+        before, after : (array_like, array_like)
+            Left and right points, (n, 2) each, px. Row i of all four is one point. The rig has moved by several
+            baselines.
+
+        Returns
+        -------
+        str
+            As of `push_range`.
+
+        Raises
+        ------
+        MotionError
+            The estimate is unchanged.
+        """
+
+    def confirm_factory_yaw(self) -> bool:
+        """Declare that the mount is as the factory calibration says; False if that has no effect."""
+
+    def apply(self) -> Calibration:
+        """Put the estimate into use.
+
+        Raises
+        ------
+        ApplyError
+            Normal until four pairs agree. Nothing changes.
+        """
+
+    def undo(self) -> Calibration:
+        """Put back what was in use before, once.
+
+        Raises
+        ------
+        ApplyError
+            If there is nothing to go back to.
+        """
+
+    def reset(self) -> None:
+        """Forget all pairs: back to the factory extrinsics."""
+
+    def health(self) -> Health | None:
+        """Return the fit of what is in use and of the estimate to the last pair; None before the first fused one."""
+
+    @property
+    def in_use(self) -> Calibration:
+        """The calibration of the last `apply`; before it, that of the rig."""
+
+    @property
+    def state(self) -> State:
+        """How far the estimate can be relied on."""
+
+    @property
+    def generation(self) -> int:
+        """Number that changes when what is in use does."""
+
+    @property
+    def frozen(self) -> bool:
+        """Whether estimate and calibration in use stay as they are. May be set."""
+
+    @frozen.setter
+    def frozen(self, value: bool, /) -> None: ...
+    @property
+    def rig(self) -> Rig:
+        """The rig."""
+
+    @property
+    def capacity(self) -> int:
+        """Matches of a pair that it has room for."""
+
+    def save(self) -> bytes:
+        """Return the record that a firmware keeps in flash: the estimate and what is in use, without the rig."""
+
+    def load(self, record: bytes) -> None:
+        """Restore a record of the same rig in place of all that has been learnt.
+
+        The estimate is suspect until a pair confirms it.
+
+        Raises
+        ------
+        RestoreError
+            The calibrator is unchanged.
+        """
+
+    def __reduce__(self) -> tuple[Any, ...]: ...
+    def __setstate__(self, record: bytes, /) -> None: ...
+
+def solve_pairs(
+    rig: Rig,
+    pairs: Iterable[Sequence[_Floats | None]],
+    capacity: int = 256,
+    preset: Literal["robust", "paper"] = "robust",
+) -> list[Result]:
+    """Solve pairs alone, each from the factory extrinsics, on all processors.
+
+    Parameters
+    ----------
+    rig : Rig
+        Their rig.
+    pairs : iterable of (uv_left, uv_right) or (uv_left, uv_right, score)
+        As of `Calibrator.fuse`.
+    capacity, preset
+        As of `Calibrator`.
+
+    Returns
+    -------
+    list of Result
+        In the order of the pairs, each as of a calibrator that has seen no other.
+    """
+
+def read_rig(*paths: _Path, size: _Size | None = None, unit_m: float = 1.0) -> Rig:
+    """Read the rig of a file or folder: OpenCV, Kalibr, ROS, EuRoC, KITTI, Middlebury, RealSense, Luxonis, meta.json.
+
+    Parameters
+    ----------
+    *paths : path
+        One, or several: OpenCV's ``intrinsics.yml`` and ``extrinsics.yml``.
+    size : (int, int), optional
+        Image width and height, px, which some formats lack. A rig of another size is refused.
+    unit_m : float
+        Length of OpenCV's unit of ``T``, m.
+
+    Raises
+    ------
+    ValueError
+        Names the file, the key and what is expected.
+    FileNotFoundError
+        If there is no such file.
+    """
+
+def match(
+    left: npt.NDArray[np.uint8] | npt.NDArray[np.uint16] | _Path,
+    right: npt.NDArray[np.uint8] | npt.NDArray[np.uint16] | _Path,
+    rig: Rig,
+    *,
+    prior_deg: float = 6.0,
+    keypoints: int = 3000,
+) -> Matches:
+    """Match two images, as ``selfcal images`` does.
+
+    Parameters
+    ----------
+    left, right : ndarray, (height, width), or path
+        Grey images as captured, 8 or 16 bits.
+    rig : Rig
+        Its factory extrinsics say where rows are sought.
+    prior_deg : float
+        How far the cameras may have turned since, degrees, 0.1 to 20.
+    keypoints : int
+        Corners sought in each image.
+
+    Returns
+    -------
+    Matches
+        The surest first: ``calibrator.fuse(*match(left, right, rig))``.
+
+    Raises
+    ------
+    ValueError
+        If an image is of another size or shows nothing, or left and right are exchanged.
+    """
+
+def check(
+    source: _Path | tuple[_Path, _Path],
+    rig: Rig | _Path | Sequence[_Path] | None = None,
+    *,
+    focal_px: float | None = None,
+    every: int = 1,
+    pairs: int | None = None,
+) -> Check:
+    """Say whether a rig still fits its calibration, as ``selfcal check`` does.
+
+    Parameters
+    ----------
+    source : path, or (path, path)
+        A folder, an MCAP file or a ROS 1 bag; or the left and the right folder or pattern.
+    rig : Rig or path, optional
+        The calibration; None: the one beside the images.
+    focal_px : float, optional
+        No calibration: a guess from this focal length, px.
+    every, pairs : int
+        Take every so many pairs, and at most so many.
+    """
+
+def encode_frame(
+    sequence: int, uv_left: _Floats, uv_right: _Floats, score: _Floats | None = None, *, size: _Size
+) -> bytes:
+    """Return matches as the frame that a matcher sends, coordinates in 1/256 px; for tests of a receiver.
+
+    Parameters
+    ----------
+    sequence : int
+        Number of the frame.
+    uv_left, uv_right, score
+        As of `Calibrator.fuse`.
+    size : (int, int)
+        Image width and height, px.
+    """

@@ -1,0 +1,40 @@
+//! Python package `stereo_selfcal`: the calibrator of the vehicle for numpy.
+//!
+//! The core is called in `engine`, `calibrator`, `camera`, `rig` and `calibration`. `outcome` turns what comes of a pair
+//! into the plain data of `python/stereo_selfcal/_results.py`, `errors` into the exceptions of `_errors.py`. Documentation
+//! and types of all that is public are in `_native.pyi`.
+#![allow(
+    clippy::cast_possible_truncation,
+    reason = "numbers of Python to those of a vehicle, which checks their range"
+)]
+#![allow(clippy::needless_pass_by_value, reason = "Python hands over its arguments by value")]
+
+mod arguments;
+mod calibration;
+mod calibrator;
+mod camera;
+mod engine;
+mod errors;
+mod images;
+mod many;
+mod outcome;
+mod pool;
+mod rig;
+
+use pyo3::pymodule;
+
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::calibration::Calibration;
+    #[pymodule_export]
+    use crate::calibrator::Calibrator;
+    #[pymodule_export]
+    use crate::camera::Camera;
+    #[pymodule_export]
+    use crate::images::{check, encode_frame, match_images};
+    #[pymodule_export]
+    use crate::many::solve_pairs;
+    #[pymodule_export]
+    use crate::rig::{Rig, read_rig};
+}

@@ -1,0 +1,256 @@
+//! `Rig`: two cameras, and what a calibration in production said of them.
+
+use std::path::PathBuf;
+
+use host_tests::data::{Dataset, LensModel, Meta, WrongSign, in_f64, rows};
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyType};
+use selfcal_commands::conventions::{self, Unknowns};
+use serde_json::Value;
+use stereo_selfcal::nalgebra::Vector3;
+use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, FactoryCalibration, Lens, Scalar};
+
+use crate::arguments::{matrix, to_matrix, to_vector, vector};
+use crate::calibration::Calibration;
+use crate::camera::{Camera, converted};
+use crate::errors::{of_file, raised, value};
+
+/// A stereo rig before anything is learnt of it.
+#[pyclass(frozen, eq, from_py_object, module = "stereo_selfcal")]
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Rig {
+    pub(crate) left: Camera,
+    pub(crate) right: Camera,
+    /// `None`: no calibration; side by side is a guess.
+    factory: Option<Extrinsics<f64>>,
+    pub(crate) baseline_m: Option<f64>,
+    /// Of the factory extrinsics; `None`: as the core takes it, infinite: a guess.
+    yaw_sd_rad: Option<f64>,
+}
+
+type Pose<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
+
+#[pymethods]
+impl Rig {
+    #[new]
+    #[pyo3(signature = (left, right, factory=None, *, baseline_m=None, yaw_sd_rad=None))]
+    fn new(
+        left: Camera,
+        right: Camera,
+        factory: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
+        baseline_m: Option<f64>,
+        yaw_sd_rad: Option<f64>,
+    ) -> PyResult<Self> {
+        let factory = factory.map(|(r, t)| extrinsics(&r, &t)).transpose()?;
+        let rig = Self { left, right, factory, baseline_m, yaw_sd_rad };
+        rig.informed(Config::robust())?;
+        rig.cameras()?;
+        Ok(rig)
+    }
+
+    #[getter]
+    fn left(&self) -> Camera {
+        self.left.clone()
+    }
+
+    #[getter]
+    fn right(&self) -> Camera {
+        self.right.clone()
+    }
+
+    #[getter]
+    fn factory<'py>(&self, py: Python<'py>) -> Option<Pose<'py>> {
+        let pose = |extrinsics: &Extrinsics<f64>| {
+            let r = to_matrix(py, &rows(extrinsics.rotation().matrix()));
+            (r, to_vector(py, extrinsics.translation().as_slice()))
+        };
+        self.factory.as_ref().map(pose)
+    }
+
+    #[getter]
+    fn baseline_m(&self) -> Option<f64> {
+        self.baseline_m
+    }
+
+    #[getter]
+    fn yaw_sd_rad(&self) -> Option<f64> {
+        self.yaw_sd_rad
+    }
+
+    fn calibration(&self) -> PyResult<Calibration> {
+        let calibration =
+            stereo_selfcal::Calibration { cameras: self.cameras()?, extrinsics: self.start()? };
+        Ok(Calibration::new(self, calibration))
+    }
+
+    fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let mut made = Box::new(Calibrator::<f32, 64>::new(self.informed(Config::robust())?));
+        made.set_cameras(self.cameras()?);
+        made.set_factory(self.start()?);
+        let made = made.factory_calibration().ok_or_else(|| value("the rig has no cameras"))?;
+        Ok(PyBytes::new(py, &made.to_record()))
+    }
+
+    #[classmethod]
+    fn load(_class: &Bound<'_, PyType>, record: &[u8]) -> PyResult<Self> {
+        let made = FactoryCalibration::<f32>::from_record(record).map_err(raised("record"))?;
+        let Cameras { left, right } = made.cameras;
+        Ok(Self {
+            left: Camera(converted(&left)?),
+            right: Camera(converted(&right)?),
+            factory: Some(in_f64(&made.extrinsics)),
+            baseline_m: made.baseline_m.map(f64::from),
+            yaw_sd_rad: Some(made.yaw_sd_rad.map_or(f64::INFINITY, f64::from)),
+        })
+    }
+
+    pub(crate) fn __repr__(&self) -> String {
+        let factory = match &self.factory {
+            Some(extrinsics) => extrinsics.to_string(),
+            None => "no factory calibration: side by side".into(),
+        };
+        let baseline = self.baseline_m.map_or(String::new(), |m| format!(", baseline {m} m"));
+        format!("<Rig {}, {}; {factory}{baseline}>", self.left.__repr__(), self.right.__repr__())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let named = PyDict::new(py);
+        named.set_item("baseline_m", self.baseline_m)?;
+        named.set_item("yaw_sd_rad", self.yaw_sd_rad)?;
+        let make = py.import("functools")?.getattr("partial")?;
+        let make = make.call((py.get_type::<Self>(),), Some(&named))?;
+        let arguments = (self.left(), self.right(), self.factory(py));
+        Ok((make, arguments).into_pyobject(py)?.into_any())
+    }
+}
+
+impl Rig {
+    /// The rig of a file of this project or of another tool.
+    fn of_meta(meta: &Meta) -> anyhow::Result<Self> {
+        let Cameras { left, right } = meta.cameras::<f64>()?;
+        let factory = meta.has_reference().then(|| meta.extrinsics()).transpose()?;
+        let yaw_sd_rad = meta.other.get(Meta::FACTORY_YAW_SD);
+        let yaw_sd_rad =
+            yaw_sd_rad.map(|degrees| degrees.as_f64().map_or(f64::INFINITY, f64::to_radians));
+        let baseline_m = meta.baseline_m;
+        Ok(Self { left: Camera(left), right: Camera(right), factory, baseline_m, yaw_sd_rad })
+    }
+
+    /// The rig as the host tools have it.
+    pub(crate) fn meta(&self) -> PyResult<Meta> {
+        let size = self.left.0.intrinsics().size;
+        let lens = |camera: &Camera| match camera.0.lens() {
+            Lens::Fisheye(_) => LensModel::Fisheye,
+            Lens::Rational(_) => LensModel::Rational,
+            _ => LensModel::RadialTangential,
+        };
+        if size != self.right.0.intrinsics().size || lens(&self.left) != lens(&self.right) {
+            return Err(value(
+                "rig: both cameras must have one image size and one lens model here",
+            ));
+        }
+        let start = self.start::<f64>()?;
+        let yaw_sd = match (&self.factory, self.yaw_sd_rad) {
+            (None, _) | (_, Some(f64::INFINITY)) => Some(Value::Null),
+            (_, sd) => sd.map(|rad| rad.to_degrees().into()),
+        };
+        Ok(Meta {
+            k_l: self.left.rows(),
+            k_r: self.right.rows(),
+            dist_l: self.left.coefficients(),
+            dist_r: self.right.coefficients(),
+            lens: lens(&self.left),
+            width: size[0],
+            height: size[1],
+            r: rows(start.rotation().matrix()),
+            t: start.translation().into_inner().into(),
+            baseline_m: self.baseline_m,
+            source: "stereo_selfcal.Rig".into(),
+            license: String::new(),
+            sigma_r_deg: None,
+            sigma_t_deg: None,
+            other: yaw_sd.into_iter().map(|sd| (Meta::FACTORY_YAW_SD.into(), sd)).collect(),
+        })
+    }
+
+    /// Both cameras in the number type of a vehicle.
+    pub(crate) fn cameras(&self) -> PyResult<Cameras<f32>> {
+        Ok(Cameras { left: converted(&self.left.0)?, right: converted(&self.right.0)? })
+    }
+
+    /// Where every calibration starts.
+    pub(crate) fn start<T: Scalar>(&self) -> PyResult<Extrinsics<T>> {
+        let Some(factory) = &self.factory else { return Ok(Extrinsics::SIDE_BY_SIDE) };
+        let r = factory.rotation().matrix().map(T::lit);
+        let t = factory.translation().into_inner().map(T::lit);
+        Extrinsics::try_new(&r, &t).map_err(raised("factory"))
+    }
+
+    /// The configuration with what is known of the factory calibration.
+    pub(crate) fn informed(&self, config: Config) -> PyResult<Config> {
+        let config = match self.baseline_m {
+            Some(m) => config.with_baseline_m(m as f32).map_err(raised("baseline_m"))?,
+            None => config,
+        };
+        Ok(match (&self.factory, self.yaw_sd_rad) {
+            (None, _) | (_, Some(f64::INFINITY)) => config.without_factory_yaw(),
+            (_, None) => config,
+            (_, Some(sd)) => {
+                config.with_factory_yaw_sd_rad(sd as f32).map_err(raised("yaw_sd_rad"))?
+            }
+        })
+    }
+}
+
+/// Extrinsics of `factory=(R, t)`.
+fn extrinsics(r: &Bound<'_, PyAny>, t: &Bound<'_, PyAny>) -> PyResult<Extrinsics<f64>> {
+    let r = matrix("factory R", r)?;
+    let t: [f64; 3] = vector("factory t", t)?.try_into().map_err(|t: Vec<f64>| {
+        value(format!("factory t: 3 numbers are expected, not {}", t.len()))
+    })?;
+    WrongSign::check(t).map_err(|why| value(format!("factory t: {why}")))?;
+    Extrinsics::try_new(&host_tests::data::matrix(&r), &Vector3::from(t)).map_err(raised("factory"))
+}
+
+/// Reads the rig of a file or folder, or of several files.
+#[pyfunction]
+#[pyo3(signature = (*paths, size=None, unit_m=1.0))]
+pub(crate) fn read_rig(
+    paths: Vec<PathBuf>,
+    size: Option<(u16, u16)>,
+    unit_m: f64,
+) -> PyResult<Rig> {
+    let read = || -> anyhow::Result<Rig> {
+        let meta = match &paths[..] {
+            [] => anyhow::bail!("no path"),
+            [one] if is_data_set(one) => Dataset::find_meta(one)?,
+            _ => import(&paths, size.map(Into::into), unit_m)?,
+        };
+        let own = (meta.width, meta.height);
+        anyhow::ensure!(
+            size.is_none_or(|size| size == own),
+            "the rig is of images of {} x {} px, not of size={:?}",
+            own.0,
+            own.1,
+            size.unwrap_or(own)
+        );
+        Rig::of_meta(&meta)
+    };
+    read().map_err(of_file)
+}
+
+/// Whether a path is a `meta.json`, or the folder of one.
+fn is_data_set(path: &std::path::Path) -> bool {
+    let has_keys = || std::fs::read_to_string(path).is_ok_and(|text| text.contains("\"K_l\""));
+    path.join("meta.json").is_file() || has_keys()
+}
+
+fn import(paths: &[PathBuf], size: Option<[u16; 2]>, unit_m: f64) -> anyhow::Result<Meta> {
+    let of_files = conventions::import(paths, Unknowns { size: None, unit_m });
+    // Some formats have no size; the others refuse one from elsewhere.
+    of_files.or_else(|why| match size {
+        Some(_) => conventions::import(paths, Unknowns { size, unit_m }).map_err(|_| why),
+        None => Err(why),
+    })
+}
