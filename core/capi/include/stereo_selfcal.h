@@ -1648,7 +1648,7 @@ typedef struct selfcal_frame_header_t {
      */
     uint32_t sequence;
     /**
-     * Width and height of both images, px.
+     * Width and height of the left image, px; the right one may differ.
      */
     uint16_t size_px[2];
     /**

@@ -65,7 +65,7 @@ pub struct selfcal_frame_header_t {
     pub timestamp_us: u64,
     /// Number of the frame: one more for each stereo pair, sent or not.
     pub sequence: u32,
-    /// Width and height of both images, px.
+    /// Width and height of the left image, px; the right one may differ.
     pub size_px: [u16; 2],
     /// Matches in the frame.
     pub count: u16,

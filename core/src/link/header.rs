@@ -29,7 +29,7 @@ pub struct FrameHeader {
     pub sequence: u32,
     /// Number of records in the frame.
     pub count: u16,
-    /// Width and height of both images, px.
+    /// Width and height of the left image, px; the right one may differ.
     pub image_size: [u16; 2],
     /// Grid step of level 0, 1/256 px: the spacing of match positions. 0: equal to the coordinate step.
     pub grid_step: u16,

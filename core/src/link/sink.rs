@@ -41,7 +41,7 @@ pub enum FrameRefusal {
     /// No cameras are set. Call `set_cameras` first.
     #[error("no cameras have been set")]
     NoCameras,
-    /// The image size differs from that of the cameras. Correct the sender or the cameras.
+    /// The image size differs from that of the left camera. Correct the sender or the cameras.
     #[error("the matcher's images are {} x {} px, not the cameras'", .0[0], .0[1])]
     ImageSize([u16; 2]),
 }
@@ -76,10 +76,8 @@ impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
             return Err(FrameRefusal::Busy);
         }
         let cameras = self.cameras().ok_or(FrameRefusal::NoCameras)?;
-        if [&cameras.left, &cameras.right]
-            .iter()
-            .any(|camera| camera.intrinsics().size != header.image_size)
-        {
+        // That of the right image is not sent: it may differ.
+        if cameras.left.intrinsics().size != header.image_size {
             return Err(FrameRefusal::ImageSize(header.image_size));
         }
         self.clear_pair();

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use host_tests::is_broken_pipe;
 
-pub use cli::{Command, setup};
+pub use cli::{Command, RigArgs, read_rig, setup};
 
 /// Exit status of a command; prints its error.
 #[must_use]

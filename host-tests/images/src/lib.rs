@@ -10,6 +10,7 @@
 )]
 
 mod cli;
+pub mod coverage;
 pub mod live;
 pub mod made;
 pub mod matcher;
@@ -18,7 +19,9 @@ pub mod moments;
 pub mod page;
 pub mod picture;
 pub mod pipeline;
+pub mod resized;
 pub mod rig;
+pub mod score;
 pub mod session;
 pub mod shipped;
 pub mod source;

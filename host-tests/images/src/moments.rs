@@ -12,8 +12,11 @@ use crate::source::{Frame, Item, Source};
 /// Pairs that are looked at.
 const PAIRS: usize = 8;
 
-/// How far left and right are shifted against each other, pairs.
-const REACH: isize = 2;
+/// How far left and right are shifted against each other at most, pairs.
+const REACH: usize = 2;
+
+/// The least pairs that tell.
+pub const LEAST: usize = 3;
 
 /// A match this close to its row agrees, px.
 const IN_ROW_PX: f64 = 2.0;
@@ -26,9 +29,9 @@ const CLEARLY: f64 = 1.5;
 pub struct Shift {
     /// Pairs that the right images come late; negative: early.
     pub pairs: isize,
-    /// Matches of the pairs as they are.
+    /// Matches of a pair that agree, as the pairs are.
     pub matches: usize,
-    /// Matches after the shift.
+    /// The same after the shift.
     pub shifted: usize,
 }
 
@@ -45,19 +48,24 @@ impl Shift {
             }
             if pairs.len() < PAIRS { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         })?;
-        let reach = REACH.unsigned_abs();
-        if pairs.len() < 2 * reach + 1 {
+        if pairs.len() < LEAST {
             return Ok(None);
         }
-        let lefts = reach..pairs.len() - reach;
+        let count = pairs.len() as isize;
+        // A pair alone fits a rig of its own: two or more must agree.
+        let reach = REACH.min(pairs.len() - 2) as isize;
         let of = |shift: isize| -> usize {
-            let right = |left: usize| left.checked_add_signed(shift).unwrap_or(left);
-            let matches = |left: usize| matches(matcher, &pairs[left][0], &pairs[right(left)][1]);
-            let all: Vec<Vec<Match>> = lefts.clone().into_par_iter().map(matches).collect();
-            in_agreement(matcher, &all)
+            let both = |left: isize| {
+                let [l, r] = [left, left + shift].map(|i| usize::try_from(i).ok());
+                Some((pairs.get(l?)?, pairs.get(r?)?))
+            };
+            let both: Vec<_> = (0..count).filter_map(both).collect();
+            let matches = |(l, r): &(&[Frame; 2], &[Frame; 2])| matches(matcher, &l[0], &r[1]);
+            let all: Vec<Vec<Match>> = both.par_iter().map(matches).collect();
+            in_agreement(matcher, &all) / both.len().max(1)
         };
         let matches = of(0);
-        let others = (-REACH..=REACH).filter(|shift| *shift != 0).map(|shift| (shift, of(shift)));
+        let others = (-reach..=reach).filter(|shift| *shift != 0).map(|shift| (shift, of(shift)));
         let best = others.max_by_key(|(_, shifted)| *shifted);
         Ok(best.and_then(|(pairs, shifted)| {
             let clearly = shifted as f64 > CLEARLY * matches as f64;
@@ -66,12 +74,28 @@ impl Shift {
     }
 }
 
+/// How many matches of the first pairs agree on a rig under each of two sets of cameras.
+///
+/// # Errors
+/// If the source cannot be read.
+pub fn fits(source: &Source, matchers: [&Matcher; 2]) -> Result<[usize; 2]> {
+    let mut pairs: Vec<[Frame; 2]> = Vec::new();
+    source.read(&mut |item| {
+        if let Item::Pair(pair) = item {
+            pairs.push(pair);
+        }
+        if pairs.len() < LEAST { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    })?;
+    let of = |matcher: &Matcher| {
+        let all: Vec<Vec<Match>> = pairs.par_iter().map(|[l, r]| matches(matcher, l, r)).collect();
+        in_agreement(matcher, &all)
+    };
+    Ok(matchers.map(of))
+}
+
 fn matches(matcher: &Matcher, left: &Frame, right: &Frame) -> Vec<Match> {
     let pictures = left.picture().and_then(|left| Ok([left, right.picture()?]));
     let Ok([left, right]) = pictures else { return Vec::new() };
-    if left.size() != right.size() {
-        return Vec::new();
-    }
     matcher.matches(&left, &right).map(|matched| matched.matches).unwrap_or_default()
 }
 

@@ -207,8 +207,9 @@ fn halved_meta(meta: &Meta, scale: f64) -> Meta {
     for k in [&mut small.k_l, &mut small.k_r] {
         k.iter_mut().take(2).flatten().for_each(|x| *x /= scale);
     }
-    let length = |n: u16| (f64::from(n) / scale).ceil() as u16;
-    (small.width, small.height) = (length(meta.width), length(meta.height));
+    let [left, right] = meta.sizes().map(|size| size.map(|n| (f64::from(n) / scale).ceil() as u16));
+    [small.width, small.height] = left;
+    small.set_right(meta.lenses()[1], right);
     small
 }
 

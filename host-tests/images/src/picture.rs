@@ -1,10 +1,12 @@
 //! Grey pictures of 8 bits.
 
 use std::fmt;
+use std::io::Cursor;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use image::DynamicImage;
+use image::metadata::Orientation;
 use kornia_image::{Image, ImageSize};
 
 /// Share of the pixels of a 16-bit picture that may be brighter than its white.
@@ -38,14 +40,24 @@ impl Picture {
         Ok(Self(Image::new(ImageSize { width, height }, pixels)?))
     }
 
-    /// Reads a PNG, JPEG, PGM or TIFF file of 8 or 16 bits; colours become grey.
+    /// Reads a PNG, JPEG, PGM, TIFF, BMP or WebP file of 8 or 16 bits as it is stored; colours become grey.
     ///
     /// # Errors
     /// Names the file.
     pub fn read(path: &Path) -> Result<Self> {
+        Ok(Self::read_with_orientation(path)?.0)
+    }
+
+    /// The same, with the orientation that its EXIF data say.
+    ///
+    /// # Errors
+    /// Names the file.
+    pub fn read_with_orientation(path: &Path) -> Result<(Self, Orientation)> {
         let name = path.display();
         let bytes = std::fs::read(path).with_context(|| format!("cannot read {name}"))?;
-        Self::decode(&bytes).with_context(|| format!("cannot read the image {name}"))
+        decoded(&bytes)
+            .and_then(|(image, orientation)| Ok((Self::of(image)?, orientation)))
+            .with_context(|| format!("cannot read the image {name}"))
     }
 
     /// Decodes the bytes of such a file.
@@ -53,10 +65,49 @@ impl Picture {
     /// # Errors
     /// If they are not an image, or a damaged one.
     pub fn decode(bytes: &[u8]) -> Result<Self> {
-        let format = image::guess_format(bytes).ok();
-        ensure!(format.is_some(), "neither PNG nor JPEG nor PGM nor TIFF");
-        // Not a reader: its decoders are generic, and would be compiled once more here.
-        Self::of(image::load_from_memory(bytes)?)
+        Self::of(decoded(bytes)?.0)
+    }
+
+    /// The picture after the turn, or the mirror, of an orientation.
+    #[must_use]
+    pub fn turned(self, orientation: Orientation) -> Self {
+        if orientation == Orientation::NoTransforms {
+            return self;
+        }
+        let [width, height] = self.size().map(u32::from);
+        let grey = image::GrayImage::from_raw(width, height, self.pixels().to_vec());
+        let Some(grey) = grey else { return self };
+        let mut image = DynamicImage::ImageLuma8(grey);
+        image.apply_orientation(orientation);
+        Self::of(image).unwrap_or(self)
+    }
+
+    /// The left or the right half of a picture of both cameras side by side.
+    ///
+    /// # Errors
+    /// If its width is odd or too small.
+    pub fn half(&self, side: usize) -> Result<Self> {
+        let [width, height] = self.size().map(usize::from);
+        ensure!(width % 2 == 0, "{width} px: the width of a picture of both cameras is even");
+        let begin = side * width / 2;
+        let lines = self.pixels().chunks_exact(width);
+        Self::try_new(
+            [width / 2, height],
+            lines.flat_map(|line| line[begin..begin + width / 2].to_vec()).collect(),
+        )
+    }
+
+    /// Resampled to another size, by areas.
+    ///
+    /// # Errors
+    /// As [`Picture::try_new`].
+    pub fn resized(&self, size: [u16; 2]) -> Result<Self> {
+        let [width, height] = self.size().map(u32::from);
+        let grey = image::GrayImage::from_raw(width, height, self.pixels().to_vec())
+            .context("a picture")?;
+        let [width, height] = size.map(u32::from);
+        let filter = image::imageops::FilterType::Triangle;
+        Self::of(DynamicImage::ImageLuma8(image::imageops::resize(&grey, width, height, filter)))
     }
 
     /// Any decoded image as grey of 8 bits.
@@ -113,6 +164,25 @@ impl Picture {
             .fold((u8::MAX, 0), |(low, high), &pixel| (low.min(pixel), high.max(pixel)));
         most.saturating_sub(least) <= CONTRAST
     }
+}
+
+fn decoded(bytes: &[u8]) -> Result<(DynamicImage, Orientation)> {
+    ensure!(
+        image::guess_format(bytes).is_ok(),
+        "neither PNG nor JPEG nor PGM nor TIFF nor BMP nor WebP: save it as one of them"
+    );
+    // Not an `ImageReader`: its decoders are generic, and would be compiled once more here.
+    Ok((image::load_from_memory(bytes)?, orientation(bytes)))
+}
+
+/// That of the EXIF data, if there is one.
+fn orientation(bytes: &[u8]) -> Orientation {
+    let exif = exif::Reader::new().read_from_container(&mut Cursor::new(bytes)).ok();
+    exif.and_then(|exif| {
+        let field = exif.get_field(exif::Tag::Orientation, exif::In::PRIMARY)?;
+        Orientation::from_exif(u8::try_from(field.value.get_uint(0)?).ok()?)
+    })
+    .unwrap_or(Orientation::NoTransforms)
 }
 
 /// Of 16 bits, 8: linear from 0 to the level that only few pixels exceed.

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, Result};
+use image::metadata::Orientation;
 use rayon::prelude::*;
 
 use crate::matcher::{Matched, Matcher};
@@ -71,18 +72,32 @@ pub struct Selection {
     pub most: usize,
 }
 
-/// The size of the first left image that can be read, and its frame.
+/// The first pair of a source that can be read.
+#[derive(Debug, Clone)]
+pub struct First {
+    /// Left and right.
+    pub frames: [Frame; 2],
+    /// Width and height as they are stored, px.
+    pub sizes: [[u16; 2]; 2],
+    /// The turns that their EXIF data ask for.
+    pub turns: [Orientation; 2],
+}
+
+/// Reads the first pair.
 ///
 /// # Errors
-/// If no image of the source can be read.
-pub fn first_size(source: &Source) -> Result<([u16; 2], Frame)> {
+/// If no pair of the source can be read.
+pub fn first(source: &Source) -> Result<First> {
     let (mut found, mut why) = (None, None);
     source.read(&mut |item| {
         match item {
             Item::Skipped(_) => {}
-            Item::Pair([left, _]) => match left.picture() {
-                Ok(picture) => found = Some((picture.size(), left)),
-                Err(error) => why = Some(error),
+            Item::Pair(frames) => match frames.each_ref().map(Frame::picture_and_turn) {
+                [Ok((left, l)), Ok((right, r))] => {
+                    found =
+                        Some(First { frames, sizes: [left.size(), right.size()], turns: [l, r] });
+                }
+                [Err(error), _] | [_, Err(error)] => why = Some(error),
             },
         }
         if found.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -92,13 +107,13 @@ pub fn first_size(source: &Source) -> Result<([u16; 2], Frame)> {
         (None, Some(error)) => {
             Err(error.context(format!("no pair of {} can be read", source.name)))
         }
-        (None, None) => Err(anyhow::anyhow!("no pairs of images in {}", source.name)),
+        (None, None) => Err(anyhow::anyhow!(source.without_pairs())),
     }
 }
 
 /// Matches the pairs of a source; `each` gets them in order, and ends the run by `Break`.
 ///
-/// * `size`: of the rig's images, px.
+/// * `sizes`: of the rig's images, left and right, px.
 /// * `stop`: ends the run after the pairs that have begun.
 ///
 /// # Errors
@@ -106,7 +121,7 @@ pub fn first_size(source: &Source) -> Result<([u16; 2], Frame)> {
 pub fn run(
     source: &Source,
     matcher: &Matcher,
-    size: [u16; 2],
+    sizes: [[u16; 2]; 2],
     selection: Selection,
     stop: &AtomicBool,
     mut each: impl FnMut(Done) -> ControlFlow<()>,
@@ -117,7 +132,7 @@ pub fn run(
     let mut ended = false;
     let mut flush = |waiting: &mut Vec<Item>| {
         let done: Vec<Done> =
-            waiting.par_drain(..).map(|item| processed(item, matcher, size)).collect();
+            waiting.par_drain(..).map(|item| processed(item, matcher, sizes)).collect();
         for one in done {
             each(one)?;
         }
@@ -149,7 +164,7 @@ pub fn run(
     Ok(())
 }
 
-fn processed(item: Item, matcher: &Matcher, size: [u16; 2]) -> Done {
+fn processed(item: Item, matcher: &Matcher, sizes: [[u16; 2]; 2]) -> Done {
     let skipped = |kind, why| Done::Skipped { kind, why };
     let frames = match item {
         Item::Pair(frames) => frames,
@@ -161,7 +176,7 @@ fn processed(item: Item, matcher: &Matcher, size: [u16; 2]) -> Done {
         [Ok(left), Ok(right)] => [left, right],
         [Err(why), _] | [_, Err(why)] => return skipped(Skip::Unreadable, format!("{why:#}")),
     };
-    if let Some(why) = unfit(&left, &right, size) {
+    if let Some(why) = unfit([&left, &right], sizes) {
         return skipped(why.0, format!("{name}: {}", why.1));
     }
     match matcher.matches(&left, &right).with_context(|| name.clone()) {
@@ -178,8 +193,8 @@ fn processed(item: Item, matcher: &Matcher, size: [u16; 2]) -> Done {
     }
 }
 
-fn unfit(left: &Picture, right: &Picture, size: [u16; 2]) -> Option<(Skip, String)> {
-    for (side, picture) in [("left", left), ("right", right)] {
+fn unfit(pictures: [&Picture; 2], sizes: [[u16; 2]; 2]) -> Option<(Skip, String)> {
+    for ((side, picture), size) in ["left", "right"].into_iter().zip(pictures).zip(sizes) {
         let [width, height] = picture.size();
         if picture.size() != size {
             let [w, h] = size;

@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 use exif::{In, Tag, Value};
-use host_tests::data::{Dataset, LensModel, Meta, Rows};
-use selfcal_commands::conventions::{self, Unknowns};
+use host_tests::data::{LensModel, Meta};
+use selfcal_commands::conventions::Unknowns;
+use selfcal_commands::read_rig;
 
+use crate::resized::{self, Change};
 use crate::source::{Frame, RigOf};
 
 /// Diagonal of 35 mm film, mm.
@@ -23,6 +25,22 @@ pub struct FoundRig {
     pub guessed: bool,
     /// What the user has to know.
     pub notes: Vec<String>,
+    /// The same where the images were cut out of the middle, if that may be.
+    pub if_cut: Option<Box<Meta>>,
+}
+
+/// How images of another size than the rig's came about.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Cut {
+    /// Not said.
+    #[default]
+    Unknown,
+    /// They were scaled.
+    Scaled,
+    /// They were cut out of the middle.
+    Centre,
+    /// They were cut out at a place, px.
+    At([u16; 2]),
 }
 
 /// What the user said about the rig.
@@ -30,97 +48,148 @@ pub struct FoundRig {
 pub struct RigRequest {
     /// Files of a calibration.
     pub files: Vec<PathBuf>,
+    /// What the files may lack.
+    pub unknowns: Unknowns,
     /// Focal length for a guess, px.
     pub focal_px: Option<f64>,
+    /// How images of another size came about.
+    pub cut: Cut,
 }
 
 impl RigRequest {
-    /// The rig: of the given files, of the focal length, of the source, or of the EXIF data of an image.
+    /// The rig: of the given files, of the focal length, of the source, or of the EXIF data of an image. What is given
+    /// wins, and what comes with the source is then not read.
     ///
-    /// * `size`: of the images, px.
+    /// * `sizes`: of the left and the right images, px.
     /// * `frame`: a left image.
     ///
     /// # Errors
     /// If there is none, or it is of images of another shape.
-    pub fn find(&self, source: &RigOf, size: [u16; 2], frame: &Frame) -> Result<FoundRig> {
+    pub fn find(&self, source: &RigOf, sizes: [[u16; 2]; 2], frame: &Frame) -> Result<FoundRig> {
+        let unknowns = Unknowns { sizes: self.unknowns.sizes.or(Some(sizes)), ..self.unknowns };
         if !self.files.is_empty() {
-            return fitted(read(&self.files, size)?, size);
+            return self.fitted(read_rig(&self.files, unknowns)?, sizes);
         }
         if let Some(focal) = self.focal_px {
-            ensure!(focal.is_finite() && focal >= 1.0, "the focal length must be at least 1 px");
-            return Ok(guess(focal, size, "--focal"));
+            ensure!(
+                focal.is_finite() && focal >= 1.0,
+                "--focal {focal}: the focal length must be at least 1 px"
+            );
+            return Ok(guess(focal, sizes, "--focal"));
         }
-        match source {
-            RigOf::Files(files) if !files.is_empty() => fitted(read(files, size)?, size),
-            RigOf::Read(meta) => fitted(meta.as_ref().clone(), size),
-            _ => match focal_of_exif(frame, size) {
-                Some(focal) => Ok(guess(focal, size, "EXIF")),
-                None => bail!(
-                    "no rig: give its calibration (--rig FILE), or the focal length in px for a guess (--focal PX)"
-                ),
+        let advice =
+            "give its calibration (--rig FILE), or the focal length in px for a guess (--focal PX)";
+        let missing = match source {
+            RigOf::Files(files) if !files.is_empty() => {
+                return self.fitted(read_rig(files, unknowns)?, sizes);
+            }
+            RigOf::Read(meta) => return self.fitted(meta.as_ref().clone(), sizes),
+            RigOf::Infos(infos) => match infos
+                .rig()
+                .with_context(|| format!("{advice}, since that of the bag is none"))?
+            {
+                Some(meta) => return self.fitted(meta, sizes),
+                None => infos.missing(),
             },
+            _ => "there is none beside the images".into(),
+        };
+        match focal_of_exif(frame, sizes[0]) {
+            Some(focal) => Ok(guess(focal, sizes, "EXIF")),
+            None => bail!("no rig: {missing}: {advice}"),
         }
     }
-}
 
-fn read(files: &[PathBuf], size: [u16; 2]) -> Result<Meta> {
-    if let [one] = files {
-        let text = std::fs::read_to_string(one).unwrap_or_default();
-        let folder = one.join("meta.json").is_file();
-        if folder || text.contains("\"K_l\"") || (!one.exists() && one.extension().is_none()) {
-            return Dataset::find_meta(one);
+    /// The rig for images of a size: scaled if they are of the same shape, or cut.
+    fn fitted(&self, meta: Meta, sizes: [[u16; 2]; 2]) -> Result<FoundRig> {
+        let own = meta.sizes();
+        if own == sizes {
+            return Ok(FoundRig { meta, guessed: false, notes: Vec::new(), if_cut: None });
         }
+        let both = |sizes: [[u16; 2]; 2]| match sizes {
+            [[w, h], right] if right == sizes[0] => format!("{w} x {h} px"),
+            [[w, h], [x, y]] => format!("{w} x {h} px left and {x} x {y} px right"),
+        };
+        let is_smaller = |side: usize| (0..2).all(|i| sizes[side][i] <= own[side][i]);
+        let can_be_cut = is_smaller(0) && is_smaller(1);
+        let scaled =
+            || resized::changed(&meta, [0, 1].map(|side| Change::scaled(own[side], sizes[side])));
+        let cut = |at: Option<[u16; 2]>| -> Result<Meta> {
+            ensure!(
+                can_be_cut,
+                "--cut: the images of {} are larger than those of the rig, {}",
+                both(sizes),
+                both(own)
+            );
+            let change = |side: usize| -> Result<Change> {
+                let centre = Change::centre(own[side], sizes[side]);
+                let Some(at) = at else { return Ok(centre) };
+                let inside = (0..2).all(|i| {
+                    u32::from(at[i]) + u32::from(sizes[side][i]) <= u32::from(own[side][i])
+                });
+                ensure!(
+                    inside,
+                    "--cut {},{}: images of {} do not lie there in those of the rig, {}",
+                    at[0],
+                    at[1],
+                    both(sizes),
+                    both(own)
+                );
+                Ok(Change { offset: at.map(f64::from), ..centre })
+            };
+            Ok(resized::changed(&meta, [change(0)?, change(1)?]))
+        };
+        let cross = |side: usize, i: usize| u32::from(sizes[side][i]) * u32::from(own[side][1 - i]);
+        let same_shape = (0..2).all(|side| cross(side, 0) == cross(side, 1));
+        let note = |what: &str| {
+            format!(
+                "the rig is of images of {}, these have {}: taken as {what}",
+                both(own),
+                both(sizes)
+            )
+        };
+        let (meta, note, if_cut) = match self.cut {
+            Cut::Centre => (cut(None)?, note("cut out of the middle"), None),
+            Cut::At([x, y]) => (cut(Some([x, y]))?, note(&format!("cut out at {x}, {y}")), None),
+            Cut::Scaled => (scaled(), note("scaled"), None),
+            Cut::Unknown if same_shape => {
+                let by = f64::from(sizes[0][0]) / f64::from(own[0][0]);
+                let if_cut = can_be_cut.then(|| cut(None)).transpose()?.map(Box::new);
+                (
+                    scaled(),
+                    format!(
+                        "{} (scaled by {by}); if they were cut out instead, say where: --cut centre, or --cut X,Y",
+                        note("scaled")
+                    ),
+                    if_cut,
+                )
+            }
+            Cut::Unknown => bail!(
+                "the rig is of images of {}, these have {}: not the same shape. If they were cut out, say where: --cut centre, or --cut X,Y; \
+                 else the rig is of another camera",
+                both(own),
+                both(sizes)
+            ),
+        };
+        Ok(FoundRig { meta, guessed: false, notes: vec![note], if_cut })
     }
-    let unknown = Unknowns { size: Some(size), ..Unknowns::default() };
-    // Most formats have the size and refuse one from elsewhere: their error is the one to show.
-    conventions::import(files, Unknowns::default())
-        .or_else(|why| conventions::import(files, unknown).map_err(|_| why))
 }
 
-/// The rig for images of a size: scaled if they are of the same shape.
-fn fitted(meta: Meta, size: [u16; 2]) -> Result<FoundRig> {
-    let [width, height] = size;
-    let own = [meta.width, meta.height];
-    if own == size {
-        return Ok(FoundRig { meta, guessed: false, notes: Vec::new() });
-    }
-    let cross = |a: u16, b: u16| u32::from(a) * u32::from(b);
-    ensure!(
-        cross(width, own[1]) == cross(height, own[0]),
-        "the rig is of images of {} x {} px, these have {width} x {height}: not the same shape, so they were cut or \
-         the rig is of another camera",
-        own[0],
-        own[1]
-    );
-    let scale = f64::from(width) / f64::from(own[0]);
-    let note = format!(
-        "the rig is of images of {} x {} px: scaled by {scale} to {width} x {height}",
-        own[0], own[1]
-    );
-    Ok(FoundRig { meta: scaled(&meta, scale, size), guessed: false, notes: vec![note] })
-}
-
-/// Intrinsics of an image resampled to another size. The centre of the first pixel is at 0: the border moves
-/// by half a pixel.
-fn scaled(meta: &Meta, scale: f64, [width, height]: [u16; 2]) -> Meta {
-    let camera = |[[fx, skew, cx], [zero, fy, cy], bottom]: Rows| {
-        let centre = |c: f64| (c + 0.5) * scale - 0.5;
-        [[fx * scale, skew, centre(cx)], [zero, fy * scale, centre(cy)], bottom]
+fn guess(focal: f64, sizes: [[u16; 2]; 2], from: &str) -> FoundRig {
+    let k = |size: [u16; 2]| {
+        let [cx, cy] = size.map(|n| (f64::from(n) - 1.0) / 2.0);
+        [[focal, 0.0, cx], [0.0, focal, cy], [0.0, 0.0, 1.0]]
     };
-    Meta { k_l: camera(meta.k_l), k_r: camera(meta.k_r), width, height, ..meta.clone() }
-}
-
-fn guess(focal: f64, [width, height]: [u16; 2], from: &str) -> FoundRig {
-    let [cx, cy] = [width, height].map(|n| (f64::from(n) - 1.0) / 2.0);
-    let k = [[focal, 0.0, cx], [0.0, focal, cy], [0.0, 0.0, 1.0]];
+    let [[width, height], right] = sizes;
     let meta = Meta {
-        k_l: k,
-        k_r: k,
+        k_l: k(sizes[0]),
+        k_r: k(right),
         dist_l: vec![0.0; 5],
         dist_r: vec![0.0; 5],
         lens: LensModel::RadialTangential,
+        lens_r: None,
         width,
         height,
+        size_r: (right != sizes[0]).then_some(right),
         r: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         t: [-1.0, 0.0, 0.0],
         baseline_m: None,
@@ -136,13 +205,12 @@ fn guess(focal: f64, [width, height]: [u16; 2], from: &str) -> FoundRig {
          Yaw, t, depths and the standard deviations cannot be trusted: they depend on the lenses. Calibrate the \
          cameras once, and give the file (--rig)."
     );
-    FoundRig { meta, guessed: true, notes: vec![note] }
+    FoundRig { meta, guessed: true, notes: vec![note], if_cut: None }
 }
 
 /// Focal length from the EXIF data of a file, px.
 fn focal_of_exif(frame: &Frame, size: [u16; 2]) -> Option<f64> {
-    let Frame::File(path) = frame else { return None };
-    focal_in(path, size).ok().flatten()
+    focal_in(frame.path()?, size).ok().flatten()
 }
 
 fn focal_in(path: &Path, [width, height]: [u16; 2]) -> Result<Option<f64>> {
@@ -171,12 +239,13 @@ mod tests {
     use super::*;
 
     fn meta() -> Meta {
-        Dataset::find_meta(Path::new("opencv_chess_sift")).unwrap()
+        host_tests::data::Dataset::find_meta(Path::new("opencv_chess_sift")).unwrap()
     }
 
     #[test]
     fn a_rig_of_twice_the_size_is_scaled_and_one_of_another_shape_is_refused() {
-        let found = fitted(meta(), [320, 240]).unwrap();
+        let request = RigRequest::default();
+        let found = request.fitted(meta(), [[320, 240]; 2]).unwrap();
         assert!(found.notes[0].contains("scaled by 0.5"), "{:?}", found.notes);
         let (whole, half) =
             (meta().cameras::<f64>().unwrap(), found.meta.cameras::<f64>().unwrap());
@@ -187,18 +256,25 @@ mod tests {
                 [whole.left.ray([u, v]).unwrap(), half.left.ray([halved(u), halved(v)]).unwrap()];
             assert!((a - b).amax() < 1e-12, "{a} {b}");
         }
-        let refused = fitted(meta(), [640, 360]).unwrap_err().to_string();
-        assert!(refused.contains("not the same shape"), "{refused}");
+        assert_eq!(found.if_cut.unwrap().k_l[0][0], meta().k_l[0][0]);
+        let refused = request.fitted(meta(), [[640, 360]; 2]).unwrap_err().to_string();
+        assert!(
+            refused.contains("not the same shape") && refused.contains("--cut X,Y"),
+            "{refused}"
+        );
+        let cut = RigRequest { cut: Cut::At([0, 60]), ..request };
+        let found = cut.fitted(meta(), [[640, 360]; 2]).unwrap();
+        assert!((found.meta.k_l[1][2] - (meta().k_l[1][2] - 60.0)).abs() < 1e-12);
     }
 
     #[test]
     fn a_guess_says_loudly_what_cannot_be_trusted() {
         let request = RigRequest { focal_px: Some(500.0), ..RigRequest::default() };
-        let frame = Frame::File(PathBuf::from("none.png"));
-        let found = request.find(&RigOf::Nothing, [640, 480], &frame).unwrap();
+        let frame = Frame::file(PathBuf::from("none.png"));
+        let found = request.find(&RigOf::Nothing, [[640, 480]; 2], &frame).unwrap();
         assert!(found.guessed && found.notes[0].contains("cannot be trusted"), "{:?}", found.notes);
         found.meta.cameras::<f64>().unwrap();
-        let nothing = RigRequest::default().find(&RigOf::Nothing, [640, 480], &frame);
+        let nothing = RigRequest::default().find(&RigOf::Nothing, [[640, 480]; 2], &frame);
         assert!(nothing.unwrap_err().to_string().contains("--focal"));
     }
 
@@ -226,8 +302,11 @@ mod tests {
         let ratio = |num, denom| Value::Rational(vec![exif::Rational { num, denom }]);
         let focal = |fields: &[exif::Field]| {
             photograph(&path, fields);
-            let found =
-                RigRequest::default().find(&RigOf::Nothing, [640, 480], &Frame::File(path.clone()));
+            let found = RigRequest::default().find(
+                &RigOf::Nothing,
+                [[640, 480]; 2],
+                &Frame::file(path.clone()),
+            );
             found.map(|rig| (rig.guessed, rig.meta.k_l[0][0]))
         };
         // 28 mm of the film's diagonal, 800 px here.

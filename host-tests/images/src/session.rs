@@ -119,10 +119,9 @@ pub fn run(
 ) -> Result<Session> {
     let Request { source, rig, selection, .. } = request;
     let meta = &rig.meta;
-    let size = [meta.width, meta.height];
-    let matcher = Matcher::new(meta.cameras()?, &meta.extrinsics()?, request.matcher);
+    let matcher = Matcher::of(meta, request.matcher)?;
     let mut run = Run::begin(request)?;
-    pipeline::run(source, &matcher, size, *selection, stop, |done| match done {
+    pipeline::run(source, &matcher, meta.sizes(), *selection, stop, |done| match done {
         Done::Matched { frames, matched } => run.take(frames, matched.matches, listener),
         Done::Skipped { kind, why } => {
             *run.session.skipped.entry(kind).or_default() += 1;

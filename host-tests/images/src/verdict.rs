@@ -7,6 +7,7 @@ use host_tests::run::{Estimate, Summary};
 use serde::Serialize;
 use stereo_selfcal::{Doubt, State};
 
+use crate::coverage::Coverage;
 use crate::session::Session;
 
 /// Row offset from which a matcher that searches along rows misses, px; as the core's bands.
@@ -71,6 +72,8 @@ pub struct Report {
     pub matches_a_pair: f64,
     /// Shares of the matches within 3 px of their rows: in use, and with the estimate.
     pub in_row: Option<[f64; 2]>,
+    /// What the matches cover, and what is missing.
+    pub coverage: Option<Coverage>,
     /// All other numbers; its `e_theta` and `e_t` are how far the estimate is from the rig file, rad.
     #[serde(rename = "run")]
     pub summary: Summary,
@@ -95,6 +98,7 @@ impl Report {
             skipped: session.skipped_in_words(),
             matches_a_pair: summary.matches as f64 / summary.pairs.max(1) as f64,
             in_row: summary.in_row,
+            coverage: session.log.fused().and_then(|fused| Coverage::of(&session.set, fused)),
             summary,
         })
     }
@@ -103,7 +107,7 @@ impl Report {
 fn verdict(session: &Session, summary: &Summary, reasons: &mut Vec<String>) -> Verdict {
     if let Some(shift) = session.shift {
         reasons.push(format!(
-            "left and right are of different moments: right images moved by {} pairs fit {} matches, as they are {}",
+            "left and right are of different moments: right images moved by {} pairs fit {} matches a pair, as they are {}",
             -shift.pairs, shift.shifted, shift.matches
         ));
         return Verdict::Unknown;
@@ -129,6 +133,12 @@ fn verdict(session: &Session, summary: &Summary, reasons: &mut Vec<String>) -> V
         return Verdict::Unknown;
     }
     reasons.extend(doubt_in_words(fused));
+    if session.pairs < crate::moments::LEAST {
+        reasons.push(format!(
+            "not tested whether left and right are of one moment: it takes {} pairs",
+            crate::moments::LEAST
+        ));
+    }
     let (verdict, reason) = of_rows(before, after);
     reasons.insert(0, reason);
     verdict

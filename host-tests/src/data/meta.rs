@@ -30,10 +30,16 @@ pub struct Meta {
     /// Which lens model the coefficients are of.
     #[serde(default, skip_serializing_if = "LensModel::is_default")]
     pub lens: LensModel,
+    /// That of the right camera, where it is another one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lens_r: Option<LensModel>,
     /// Image width, px.
     pub width: u16,
     /// Image height, px.
     pub height: u16,
+    /// Width and height of the right image, px, where they are others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size_r: Option<[u16; 2]>,
     /// Rotation, left to right; of the last pair, where the rig moves. All zero, as `t`, where no reference
     /// is known: both are absent from the file.
     #[serde(rename = "R", default)]
@@ -69,7 +75,7 @@ impl Meta {
         let text =
             fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
         let read = || -> Result<Self> {
-            let meta: Self = serde_json::from_str(&text)?;
+            let meta: Self = serde_json::from_str(&text).map_err(|why| in_words(&why))?;
             meta.check_reference()?;
             Ok(meta)
         };
@@ -81,7 +87,36 @@ impl Meta {
         let [r, t] = [self.r.as_flattened(), &self.t].map(|of| of.iter().any(|&x| x != 0.0));
         ensure!(t || !r, "R without t: a reference has both");
         ensure!(r || !t, "t without R: a reference has both");
-        Ok(WrongSign::check(self.t)?)
+        Ok(WrongSign::check(&self.r, self.t)?)
+    }
+
+    /// Key in `other`: whether `R` and `t` are those of a calibration, from which a run starts. Elsewhere they are
+    /// a reference, which it is compared with.
+    pub const CALIBRATED: &str = "calibrated";
+
+    /// Whether `R` and `t` are those of a calibration.
+    #[must_use]
+    pub fn is_calibrated(&self) -> bool {
+        self.has_reference() && self.other.get(Self::CALIBRATED) == Some(&true.into())
+    }
+
+    /// Lens models, left and right.
+    #[must_use]
+    pub fn lenses(&self) -> [LensModel; 2] {
+        [self.lens, self.lens_r.unwrap_or(self.lens)]
+    }
+
+    /// Width and height of the left and of the right image, px.
+    #[must_use]
+    pub fn sizes(&self) -> [[u16; 2]; 2] {
+        let left = [self.width, self.height];
+        [left, self.size_r.unwrap_or(left)]
+    }
+
+    /// Gives the right camera a lens model and a size of its own.
+    pub fn set_right(&mut self, lens: LensModel, size: [u16; 2]) {
+        self.lens_r = (lens != self.lens).then_some(lens);
+        self.size_r = (size != [self.width, self.height]).then_some(size);
     }
 
     /// Both cameras.
@@ -89,14 +124,10 @@ impl Meta {
     /// # Errors
     /// Names the intrinsics or lens coefficients that are not valid.
     pub fn cameras<T: Scalar>(&self) -> Result<Cameras<T>> {
-        let camera = |k: &Rows, dist: &[f64], side: &str| {
-            camera(k, dist, self.lens, [self.width, self.height])
-                .with_context(|| format!("{side} camera"))
-        };
-        Ok(Cameras {
-            left: camera(&self.k_l, &self.dist_l, "left")?,
-            right: camera(&self.k_r, &self.dist_r, "right")?,
-        })
+        let ([lens_l, lens_r], [size_l, size_r]) = (self.lenses(), self.sizes());
+        let left = camera(&self.k_l, &self.dist_l, lens_l, size_l).context("left camera")?;
+        let right = camera(&self.k_r, &self.dist_r, lens_r, size_r).context("right camera")?;
+        Ok(Cameras { left, right })
     }
 
     /// The rig with the right lens model corrected, as [`Cameras::corrected`] does it.
@@ -108,11 +139,12 @@ impl Meta {
         }
         let [[fx, ..], [_, fy, _], _] = &mut meta.k_r;
         (*fx, *fy) = (*fx * (1.0 + correction.focal), *fy * (1.0 + correction.focal));
+        let [_, lens] = self.lenses();
         // A pinhole may come with any number of zeros.
-        if meta.lens == LensModel::RadialTangential && meta.dist_r.iter().all(|&k| k == 0.0) {
+        if lens == LensModel::RadialTangential && meta.dist_r.iter().all(|&k| k == 0.0) {
             meta.dist_r = vec![0.0; 5];
         }
-        match (meta.lens, meta.dist_r.as_mut_slice()) {
+        match (lens, meta.dist_r.as_mut_slice()) {
             (LensModel::Rational, [k1, k2, _, _, k3, k4, k5, _]) => {
                 *k1 += correction.k1;
                 *k2 += correction.k1 * *k4;
@@ -142,6 +174,12 @@ impl Meta {
     }
 }
 
+/// An error of JSON without the names of types.
+fn in_words(why: &serde_json::Error) -> anyhow::Error {
+    let numbers = why.to_string().replace("expected f64", "a number is expected");
+    anyhow::anyhow!(numbers.replace("expected u16", "a whole number from 0 to 65535 is expected"))
+}
+
 /// Lens model of a data set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -162,17 +200,36 @@ impl LensModel {
     }
 }
 
+/// Whether a matrix is one of a camera: `[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`.
+///
+/// # Errors
+/// What it is instead, and what to do.
+pub fn check_camera_matrix(k: &Rows) -> Result<()> {
+    let [[fx, skew, _], [zero, fy, _], bottom] = *k;
+    ensure!(
+        k.iter().flatten().any(|x| *x != 0.0),
+        "K is all zeros: the camera was never calibrated; calibrate it"
+    );
+    ensure!(
+        fx > 0.0 && fy > 0.0,
+        "K has the focal lengths {fx} and {fy}: they must be above 0 px; calibrate the camera"
+    );
+    ensure!(skew == 0.0, "K has the skew {skew}, which is not supported: calibrate without it");
+    ensure!(
+        (zero, bottom) == (0.0, [0.0, 0.0, 1.0]),
+        "K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]: give it row by row"
+    );
+    Ok(())
+}
+
 fn camera<T: Scalar>(
     k: &Rows,
     dist: &[f64],
     model: LensModel,
     size: [u16; 2],
 ) -> Result<Camera<T>> {
-    let [[fx, skew, cx], [zero, fy, cy], bottom] = *k;
-    ensure!(
-        (skew, zero, bottom) == (0.0, 0.0, [0.0, 0.0, 1.0]),
-        "K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]: skew is not supported"
-    );
+    check_camera_matrix(k)?;
+    let [[fx, _, cx], [_, fy, cy], _] = *k;
     let lens = match model {
         _ if dist.iter().all(|&k| k == 0.0) && model == LensModel::RadialTangential => {
             Lens::Pinhole

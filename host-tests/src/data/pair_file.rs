@@ -11,6 +11,7 @@ use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::Extrinsics;
 
 use super::dataset::Dataset;
+use super::geometry::rows;
 use super::matches::Match;
 use super::sign::WrongSign;
 
@@ -143,7 +144,7 @@ impl TruePair {
         let (r, t) = truth.split_at(9);
         let rays = rays.chunks_exact(4).map(|c| [c[0], c[1], c[2], c[3]]).collect();
         let r = Matrix3::from_row_slice(r);
-        WrongSign::check([t[0], t[1], t[2]])?;
+        WrongSign::check(&rows(&r), [t[0], t[1], t[2]])?;
         let truth = Extrinsics::try_new(&r, &Vector3::from_row_slice(t)).context("its R and t")?;
         Ok(Self { rays, truth })
     }

@@ -56,8 +56,9 @@ pub(super) fn read(dir: &Path, pairs: usize) -> Result<Vec<Rig>> {
         let rig = |(pair, row): (usize, csv::Result<[f64; 12]>)| {
             let [r11, r12, r13, r21, r22, r23, r31, r32, r33, t1, t2, t3] = row?;
             let t = [t1, t2, t3];
-            WrongSign::check(t).with_context(|| format!("rig of pair {pair}"))?;
-            Ok(Rig { r: [[r11, r12, r13], [r21, r22, r23], [r31, r32, r33]], t })
+            let r = [[r11, r12, r13], [r21, r22, r23], [r31, r32, r33]];
+            WrongSign::check(&r, t).with_context(|| format!("rig of pair {pair}"))?;
+            Ok(Rig { r, t })
         };
         let rigs = file.deserialize().enumerate().map(rig).collect::<Result<Vec<Rig>>>()?;
         ensure!(rigs.len() == pairs, "{} rigs for {pairs} pairs", rigs.len());

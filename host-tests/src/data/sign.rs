@@ -1,33 +1,42 @@
-//! Sign convention of `t`.
+//! Sign convention of `t`: the right camera stands to the right of the left one.
 
 use std::error::Error;
 use std::fmt;
 
-/// `t` points from the left camera to the right one: it is of another convention, or of exchanged images.
+use nalgebra::Vector3;
+
+use super::geometry::{Rows, matrix};
+
+/// The right camera stands to the left of the left one: `t` is of another convention, or of exchanged images.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WrongSign {
     /// As given, any length.
     pub t: [f64; 3],
+    /// Centre of the right camera in the left frame.
+    pub centre: [f64; 3],
 }
 
 impl WrongSign {
-    /// Passes a `t` of `p_r = R p_l + t`, any length: to the left, or more up or down than to the right.
+    /// Passes an `R` and a `t` of `p_r = R p_l + t`, any length, whose right camera stands to the right, or more above or
+    /// below than to the left. A camera may be mounted upside down: its centre `-R^T t` is looked at.
     ///
     /// # Errors
     /// The `t` that was given.
-    pub fn check(t: [f64; 3]) -> Result<(), Self> {
-        let [x, y, _] = t;
-        if x > 0.0 && x >= y.abs() { Err(Self { t }) } else { Ok(()) }
+    pub fn check(r: &Rows, t: [f64; 3]) -> Result<(), Self> {
+        let centre = -(matrix(r).transpose() * Vector3::from(t));
+        let [x, y] = [centre.x, centre.y];
+        if x < 0.0 && -x >= y.abs() { Err(Self { t, centre: centre.into() }) } else { Ok(()) }
     }
 }
 
 impl fmt::Display for WrongSign {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [x, y, z] = self.t;
+        let Self { t: [x, y, z], centre: [a, b, c] } = self;
         write!(
             f,
-            "t = ({x}, {y}, {z}) points to the right: with p_r = R p_l + t a rig side by side has \
-             t = (-1, 0, 0). If t is where the right camera stands, in the left frame, use -R t; if the \
+            "t = ({x}, {y}, {z}): the right camera would stand at ({a:.4}, {b:.4}, {c:.4}) in the left frame, to the left. With \
+             p_r = R p_l + t a rig side by side has t = (-1, 0, 0). If t points to the right, since it is where the right \
+             camera stands in the left frame, use -R t; if R and t lead from right to left, use R^T and -R^T t; if the \
              images are exchanged, exchange them"
         )
     }
@@ -39,14 +48,24 @@ impl Error for WrongSign {}
 mod tests {
     use super::*;
 
+    const PLAIN: Rows = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    const UPSIDE_DOWN: Rows = [[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
+
     #[test]
-    fn only_a_t_to_the_right_is_of_the_other_convention() {
+    fn only_a_right_camera_to_the_left_is_of_the_other_convention() {
         for t in [[1.0, 0.0, 0.0], [0.12, 0.01, -0.3], [1e-7, 1e-7, 0.0]] {
-            assert_eq!(WrongSign::check(t), Err(WrongSign { t }));
+            assert_eq!(WrongSign::check(&PLAIN, t).unwrap_err().t, t);
         }
         // To the left, above each other, and what is refused for another reason.
         for t in [[-1.0, 0.0, 0.0], [-0.1, 0.0, 9.0], [0.1, -1.0, 0.0], [0.0; 3], [f64::NAN; 3]] {
-            assert_eq!(WrongSign::check(t), Ok(()));
+            assert_eq!(WrongSign::check(&PLAIN, t), Ok(()));
         }
+    }
+
+    #[test]
+    fn a_camera_upside_down_turns_the_sign_of_t() {
+        assert_eq!(WrongSign::check(&UPSIDE_DOWN, [1.0, 0.0, 0.0]), Ok(()));
+        let wrong = WrongSign::check(&UPSIDE_DOWN, [-1.0, 0.0, 0.0]).unwrap_err();
+        assert_eq!(wrong.centre[0], -1.0);
     }
 }

@@ -149,12 +149,16 @@ fn a_frame_of_another_image_size_is_refused_and_counted_and_the_batch_stays() {
 }
 
 #[test]
-fn both_cameras_must_have_the_size_of_the_images() {
-    for sizes in [[[1920, 1200], [1920, 1199]], [[1919, 1200], [1920, 1200]]] {
+fn the_left_camera_must_have_the_size_of_the_images_and_the_right_one_its_own() {
+    let received = |sizes| {
         let mut calibrator = Calibrator::<f32, 64>::new(Config::paper());
         calibrator.set_cameras(cameras(sizes));
-        let fed = feed(&mut Decoder::new(), &Frame::plain(1, 1).bytes(), &mut calibrator);
-        assert_eq!(fed, Err(FrameRefusal::ImageSize([1920, 1200])));
+        feed(&mut Decoder::new(), &Frame::plain(1, 1).bytes(), &mut calibrator)
+    };
+    let refused = Err(FrameRefusal::ImageSize([1920, 1200]));
+    assert_eq!(received([[1919, 1200], [1920, 1200]]), refused);
+    for right in [[1920, 1199], [2448, 2048]] {
+        assert!(received([[1920, 1200], right]).is_ok_and(|fed| fed.is_some()));
     }
 }
 

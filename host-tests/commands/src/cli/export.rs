@@ -46,6 +46,11 @@ pub struct ExportArgs {
     #[arg(long)]
     replayed: bool,
 
+    /// Field of view of the rectified images across, degrees: a part of a fisheye [default: all that both cameras
+    /// see, or of a fisheye that sees too much for a plane the widest part].
+    #[arg(long, value_name = "D")]
+    field: Option<f64>,
+
     #[command(flatten)]
     setup: Setup,
 }
@@ -56,7 +61,7 @@ pub(crate) fn export(args: &ExportArgs) -> Result<()> {
     if meta.baseline_m.is_none() {
         eprintln!("the length of the baseline is not known: it is written as 1");
     }
-    let paths = Document::save_all(&args.format.write(&meta)?, &args.out)?;
+    let paths = Document::save_all(&args.format.write_part(&meta, args.field)?, &args.out)?;
     let mut out = io::stdout();
     for path in paths {
         writeln!(out, "{}", path.display())?;

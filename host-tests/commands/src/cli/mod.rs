@@ -8,6 +8,7 @@ mod link;
 mod parse;
 mod record;
 mod replay;
+mod rig_args;
 mod run;
 pub mod setup;
 mod source;
@@ -21,6 +22,8 @@ use import::ImportArgs;
 use link::LinkArgs;
 use record::RecordArgs;
 use replay::ReplayArgs;
+
+pub use rig_args::{RigArgs, read_rig};
 use synth::SynthArgs;
 
 /// Commands that read no images.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::conventions;
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
-use host_tests::data::{Rows, WrongSign, matrix};
+use host_tests::data::{Meta, Rows, WrongSign, matrix};
 use host_tests::run::{Apply, Feed, RunLog, Step, replay_pairs};
 use nalgebra::Vector3;
 use serde::Deserialize;
@@ -36,12 +36,13 @@ pub(crate) struct Setup {
     #[arg(long, value_enum, default_value_t = Angle::Mean)]
     angle: Angle,
 
-    /// Where every pair starts: `identity` (R = I, t = (-1, 0, 0)); a JSON file with "R" (3 rows) and
-    /// "t" (3 numbers, any length), such as a meta.json; OpenCV's extrinsics.yml, Kalibr's
-    /// camchain.yaml, or a folder with left.yaml and right.yaml of ROS. Nothing but R and t is read: those
-    /// that --lens compensate has found belong to corrected cameras, not to those of the data.
-    #[arg(long, value_name = "identity|FILE|DIR", default_value = "identity")]
-    initial: PathBuf,
+    /// Where every pair starts: `identity` (R = I, t = (-1, 0, 0)); `rig`: R and t of the recording's rig; a JSON
+    /// file with "R" (3 rows) and "t" (3 numbers, any length), such as a meta.json; OpenCV's extrinsics.yml; files or
+    /// folder of any format that `selfcal import` reads. Nothing but R and t is read: those that --lens compensate
+    /// has found belong to corrected cameras, not to those of the data [default: rig, if it was read
+    /// from files of another tool; identity elsewhere: R and t of a data set are what the estimate is compared with].
+    #[arg(long, value_name = "identity|rig|FILE|DIR")]
+    initial: Option<PathBuf>,
 }
 
 /// Treatment of the lens models.
@@ -115,15 +116,28 @@ impl Setup {
         each: impl FnMut(&Step),
     ) -> Result<RunLog> {
         let config = self.config();
+        let rig = feed.rig.clone();
+        let usual = Path::new(if rig.is_calibrated() { "rig" } else { "identity" });
+        let initial = self.initial.as_deref().unwrap_or(usual);
+        if self.initial.is_none() && rig.has_reference() {
+            eprintln!(
+                "{}",
+                if rig.is_calibrated() {
+                    "starts from R and t of the rig (--initial identity starts side by side)"
+                } else {
+                    "starts side by side; R and t of the rig are what it is compared with (--initial rig starts from them)"
+                }
+            );
+        }
         match (self.scalar, self.capacity) {
             (Number::F32, Capacity::N256) => {
-                replay_pairs::<f32, 256>(feed, config, self.start()?, apply, each)
+                replay_pairs::<f32, 256>(feed, config, start(initial, &rig)?, apply, each)
             }
             (Number::F32, Capacity::N2048) => {
-                replay_pairs::<f32, 2048>(feed, config, self.start()?, apply, each)
+                replay_pairs::<f32, 2048>(feed, config, start(initial, &rig)?, apply, each)
             }
             (Number::F64, Capacity::N2048) => {
-                replay_pairs::<f64, 2048>(feed, config, self.start()?, apply, each)
+                replay_pairs::<f64, 2048>(feed, config, start(initial, &rig)?, apply, each)
             }
             (Number::F64, Capacity::N256) => {
                 bail!("--capacity 256 is for --scalar f32, the number type of a vehicle")
@@ -141,33 +155,31 @@ impl Setup {
             Preset::Paper => Config::paper().with_angle(angle),
         }
     }
-
-    fn start<T: Scalar>(&self) -> Result<Extrinsics<T>> {
-        if self.initial == Path::new("identity") {
-            return Ok(Extrinsics::SIDE_BY_SIDE);
-        }
-        let read = || -> Result<Extrinsics<T>> {
-            let (r, t) = if let Some(text) = json(&self.initial)? {
-                let initial: Initial = serde_json::from_str(&text)?;
-                WrongSign::check(initial.t)?;
-                (matrix(&initial.r), Vector3::from(initial.t))
-            } else {
-                let extrinsics = conventions::import_extrinsics(&self.initial)?;
-                (*extrinsics.rotation().matrix(), extrinsics.translation().into_inner())
-            };
-            Ok(Extrinsics::try_new(&r.map(T::lit), &t.map(T::lit))?)
-        };
-        read().with_context(|| format!("initial extrinsics from {}", self.initial.display()))
-    }
 }
 
-/// The text of a JSON file; `None` of a folder or any other file.
-fn json(place: &Path) -> Result<Option<String>> {
-    if place.is_dir() {
-        return Ok(None);
+fn start<T: Scalar>(initial: &Path, rig: &Meta) -> Result<Extrinsics<T>> {
+    if initial == Path::new("identity") {
+        return Ok(Extrinsics::SIDE_BY_SIDE);
     }
-    let text = fs::read_to_string(place)?;
-    Ok(text.trim_start().starts_with('{').then_some(text))
+    if initial == Path::new("rig") {
+        return rig.extrinsics();
+    }
+    let read = || -> Result<Extrinsics<T>> {
+        let (r, t) = if let Some(initial) = plain(initial) {
+            WrongSign::check(&initial.r, initial.t)?;
+            (matrix(&initial.r), Vector3::from(initial.t))
+        } else {
+            let extrinsics = conventions::import_extrinsics(initial)?;
+            (*extrinsics.rotation().matrix(), extrinsics.translation().into_inner())
+        };
+        Ok(Extrinsics::try_new(&r.map(T::lit), &t.map(T::lit))?)
+    };
+    read().with_context(|| format!("initial extrinsics from {}", initial.display()))
+}
+
+/// `R` and `t` of a JSON file; `None` of a folder or any other file.
+fn plain(place: &Path) -> Option<Initial> {
+    serde_json::from_str(&fs::read_to_string(place).ok()?).ok()
 }
 
 /// What a file of initial extrinsics must have; the rest of it is ignored.

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::conventions::{self, Unknowns};
 use anyhow::{Result, bail, ensure};
 use clap::Args;
 use host_tests::data::{Dataset, Meta, Turn, TurnedCamera, TurnedView};
 
 use super::input::Streamed;
+use super::rig_args::{RigArgs, read_rig};
 
 /// A recorded data set, or a recorded stream of frames.
 #[derive(Debug, Args)]
@@ -18,10 +18,13 @@ pub(crate) struct Source {
     #[arg(value_name = "DIR|FILE|-")]
     set: PathBuf,
 
-    /// Rig of a file or of standard input: a meta.json, a data set that has one, or the files of OpenCV,
-    /// Kalibr or ROS that `selfcal import` reads [default: the meta.json beside the file].
-    #[arg(long, value_name = "FILE|DIR")]
-    rig: Option<PathBuf>,
+    /// Rig of a file or of standard input: a meta.json, a data set that has one, or files of any format that
+    /// `selfcal import` reads [default: the meta.json beside the file].
+    #[arg(long, value_name = "FILE|DIR", num_args = 1..=3)]
+    rig: Vec<PathBuf>,
+
+    #[command(flatten)]
+    lacks: RigArgs,
 
     /// Turn a view, as if its camera looked up (top), down, left or right: of the left one R becomes R Rot^T,
     /// of the right one Rot R, and t Rot t. Points that leave the image are dropped. A rectified set is
@@ -79,15 +82,15 @@ impl Source {
         let piped = self.set == Path::new("-");
         if !piped && (self.set.is_dir() || !self.set.exists()) {
             ensure!(
-                self.rig.is_none(),
+                self.rig.is_empty(),
                 "--rig is for a file or a pipe: a data set has a rig of its own"
             );
             return Ok(Recording::Held(Dataset::find(&self.set)?));
         }
-        let meta = match &self.rig {
-            Some(place) => rig(place)?,
-            None if piped => bail!("standard input has no cameras: --rig says of which they are"),
-            None => rig_beside(&self.set)?,
+        let meta = match self.rig.as_slice() {
+            [] if piped => bail!("standard input has no cameras: --rig says of which they are"),
+            [] => rig_beside(&self.set)?,
+            places => read_rig(places, self.lacks.unknowns())?,
         };
         Ok(Recording::Streamed(Streamed::open(&self.set, meta)?))
     }
@@ -111,12 +114,4 @@ fn rig_beside(file: &Path) -> Result<Meta> {
         "the rig of {name} moves: replay its folder, whose rigs.csv says how, or give --rig"
     );
     Dataset::find_meta(&meta)
-}
-
-fn rig(place: &Path) -> Result<Meta> {
-    let yaml = place.extension().is_some_and(|e| e == "yaml" || e == "yml");
-    if yaml || (place.is_dir() && !place.join("meta.json").exists()) {
-        return conventions::import(&[place], Unknowns::default());
-    }
-    Dataset::find_meta(place)
 }

@@ -1,12 +1,22 @@
 //! Files as text: one that is written, and several that are read together.
 
-use std::collections::BTreeMap;
 use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use serde::de::{DeserializeOwned, IgnoredAny};
+
+use super::node::{Node, Value};
+use super::syntax;
+
+/// Endings of the rig files of a folder.
+const ENDINGS: [&str; 6] = ["yaml", "yml", "json", "xml", "txt", "conf"];
+
+/// The files of a COLMAP model that are of its rig.
+const COLMAP: [&str; 3] = ["cameras.txt", "rigs.txt", "rig_config.json"];
+
+/// A file of this length is no rig, bytes.
+const LONGEST: u64 = 4 << 20;
 
 /// A file to be written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -36,35 +46,39 @@ impl Document {
     }
 }
 
-/// YAML files that tell of one rig together.
+/// Files that tell of one rig together.
 #[derive(Debug, Clone)]
 pub struct Files(Vec<File>);
 
 #[derive(Debug, Clone)]
 struct File {
     path: PathBuf,
-    text: String,
-    keys: Vec<String>,
+    root: Node,
+}
+
+impl File {
+    fn value(&self) -> Value<'_> {
+        Value::new(&self.root, self.path.display().to_string())
+    }
 }
 
 impl Files {
-    /// Reads files; a folder stands for its `*.yaml` and `*.yml`.
+    /// Reads files; a folder stands for its rig files, YAML before others.
     ///
     /// # Errors
-    /// Names the file, and the line that is not YAML.
+    /// Names the file, and the line that cannot be understood.
     pub fn read(places: &[impl AsRef<Path>]) -> Result<Self> {
         let mut paths = Vec::new();
         for place in places {
             let place = place.as_ref();
             if place.is_dir() {
-                paths.extend(yaml_of(place)?);
+                paths.extend(rigs_of(place)?);
             } else {
                 paths.push(place.to_path_buf());
             }
         }
         let read = |path: PathBuf| -> Result<(PathBuf, String)> {
-            let text = fs::read_to_string(&path)
-                .with_context(|| format!("cannot read {}", path.display()))?;
+            let text = text(&path).with_context(|| format!("cannot read {}", path.display()))?;
             Ok((path, text))
         };
         Self::of(paths.into_iter().map(read).collect::<Result<_>>()?)
@@ -73,34 +87,68 @@ impl Files {
     /// Files that are read already, with their names.
     ///
     /// # Errors
-    /// Names the file, and the line that is not YAML.
+    /// Names the file, and the line that cannot be understood.
     pub fn of(texts: Vec<(PathBuf, String)>) -> Result<Self> {
         let parse = |(path, text): (PathBuf, String)| -> Result<File> {
-            let name = path.display();
-            // OpenCV's header is not of YAML, and older files have no `---` after it: a comment.
-            let text = as_yaml(text.replacen("%YAML:", "#YAML:", 1));
-            #[expect(clippy::zero_sized_map_values, reason = "values are passed over")]
-            let keys: BTreeMap<String, IgnoredAny> = serde_saphyr::from_str(&text)
-                .with_context(|| format!("cannot understand {name}"))?;
-            Ok(File { text, keys: keys.into_keys().collect(), path })
+            let name = path.display().to_string();
+            let root =
+                syntax::parse(&name, &text).with_context(|| format!("cannot understand {name}"))?;
+            Ok(File { path, root })
         };
         Ok(Self(texts.into_iter().map(parse).collect::<Result<_>>()?))
     }
 
-    /// Whether one of them has a key.
-    pub(super) fn have(&self, key: &str) -> bool {
-        self.0.iter().any(|file| file.keys.iter().any(|k| k == key))
+    /// The files that have one of these keys, which are not blank.
+    pub(super) fn with(&self, keys: &[&str]) -> Vec<Value<'_>> {
+        self.values().filter(|file| file.get(keys).is_some()).collect()
     }
 
-    /// All of them, understood, each with its name.
-    pub(super) fn parsed<T: DeserializeOwned>(&self) -> Result<Vec<(String, T)>> {
-        let parse = |file: &File| {
-            let name = file.path.display().to_string();
-            let content = serde_saphyr::from_str(&file.text)
-                .with_context(|| format!("cannot understand {name}"))?;
-            Ok((name, content))
-        };
-        self.0.iter().map(parse).collect()
+    /// The one file that has one of these keys.
+    pub(super) fn one(&self, keys: &[&str]) -> Result<Value<'_>> {
+        let mut found = self.with(keys);
+        let count = found.len();
+        ensure!(
+            count == 1,
+            "{self}: one file with {} is a rig of this format, not {count}; give that file",
+            keys.join(" or ")
+        );
+        found.pop().context("there is one")
+    }
+
+    /// The first value of these keys in any of the files.
+    pub(super) fn find(&self, keys: &[&str], what: &str) -> Result<Value<'_>> {
+        let found = self.values().find_map(|file| file.get(keys));
+        found.with_context(|| {
+            format!("{self}: there is no {}: {what} is expected", keys.join(" or "))
+        })
+    }
+
+    /// The same, if there is one.
+    pub(super) fn get(&self, keys: &[&str]) -> Option<Value<'_>> {
+        self.values().find_map(|file| file.get(keys))
+    }
+
+    pub(super) fn values(&self) -> impl Iterator<Item = Value<'_>> {
+        self.0.iter().map(File::value)
+    }
+
+    /// One more file of that name beside the others, unless it is among them.
+    pub(super) fn beside(&mut self, name: &str) -> Result<()> {
+        let name = Path::new(name);
+        let named =
+            |file: &File| file.path.ends_with(name) || file.path.file_name() == name.file_name();
+        if self.0.iter().any(named) {
+            return Ok(());
+        }
+        let path = self.0.first().context("no file")?.path.with_file_name(name);
+        self.0.extend(Self::read(&[path])?.0);
+        Ok(())
+    }
+
+    /// The file of that name.
+    pub(super) fn named(&self, name: &str) -> Option<Value<'_>> {
+        let name = Path::new(name).file_name();
+        self.0.iter().find(|file| file.path.file_name() == name).map(File::value)
     }
 }
 
@@ -113,26 +161,30 @@ impl fmt::Display for Files {
     }
 }
 
-/// Middlebury's `name=value` as YAML; anything else as it is.
-fn as_yaml(text: String) -> String {
-    if !text.trim_start().starts_with("cam0=") {
-        return text;
-    }
-    let line = |line: &str| match line.split_once('=') {
-        Some((name, value)) if value.starts_with('[') => format!("{name}: \"{value}\"\n"),
-        Some((name, value)) => format!("{name}: {value}\n"),
-        None => format!("{line}\n"),
-    };
-    text.lines().map(|one| line(one.trim())).collect()
+fn text(path: &Path) -> Result<String> {
+    let length = fs::metadata(path)?.len();
+    ensure!(length <= LONGEST, "{length} bytes: a rig file is shorter");
+    syntax::text_of(fs::read(path)?)
 }
 
-fn yaml_of(dir: &Path) -> Result<Vec<PathBuf>> {
+/// The rig files of a folder; where there is YAML, only that.
+fn rigs_of(dir: &Path) -> Result<Vec<PathBuf>> {
     let name = dir.display();
     let entries = fs::read_dir(dir).with_context(|| format!("cannot list {name}"))?;
     let mut paths: Vec<PathBuf> =
         entries.map(|entry| entry.map(|e| e.path())).collect::<std::io::Result<_>>()?;
-    paths.retain(|path| path.extension().is_some_and(|e| e == "yaml" || e == "yml"));
+    let colmap: Vec<PathBuf> =
+        COLMAP.iter().map(|name| dir.join(name)).filter(|path| path.is_file()).collect();
+    if colmap.len() > 1 {
+        return Ok(colmap);
+    }
+    let rank = |path: &PathBuf| {
+        let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
+        ENDINGS.iter().position(|known| *known == ending).map(|rank| rank.max(1))
+    };
+    let best = paths.iter().filter_map(rank).min();
+    paths.retain(|path| path.is_file() && rank(path).is_some() && rank(path) == best);
     paths.sort();
-    ensure!(!paths.is_empty(), "no *.yaml or *.yml in {name}");
+    ensure!(!paths.is_empty(), "no rig file (*.{}) in {name}", ENDINGS.join(", *."));
     Ok(paths)
 }

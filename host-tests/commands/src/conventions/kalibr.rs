@@ -1,94 +1,92 @@
-//! Kalibr's `camchain.yaml`: pinhole cameras with radtan or equidistant lenses.
+//! Kalibr's `camchain.yaml`: pinhole cameras with radtan or equidistant lenses. `OpenVINS` reads and writes the same.
 //!
-//! `T_cn_cnm1` of cam1 takes points of cam0 to cam1, in metres: `[R b t; 0 1]` with cam0 left.
+//! `T_cn_cnm1` of a camera takes points of the one before it to it, in metres: `[R b t; 0 1]` for cam1 with cam0 left.
+//! Without it both cameras have `T_cam_imu` (IMU to camera), or `T_imu_cam` (camera to IMU).
 //! Kalibr's radtan is `k1 k2 p1 p2`, without `k3`.
 
 use std::fmt::Write;
 
-use anyhow::{Context, Result, bail, ensure};
-use serde::Deserialize;
+use anyhow::{Result, bail, ensure};
 
+use super::node::Value;
 use super::number::list;
-use super::rig::{self, NO_SCALE, Pose, Unknowns, View, camera_matrix};
+use super::rig::{self, NO_SCALE, Pose, Unknowns, View};
+use super::rigid::Rigid;
 use super::{Document, Files, scale};
-use host_tests::data::Rows;
-use host_tests::data::{LensModel, Meta};
-
-/// The keys of a camera that are read; all others are ignored.
-#[derive(Debug, Clone, Deserialize)]
-struct Cam {
-    camera_model: String,
-    intrinsics: Vec<f64>,
-    distortion_model: String,
-    #[serde(default)]
-    distortion_coeffs: Vec<f64>,
-    resolution: [u16; 2],
-    #[serde(rename = "T_cn_cnm1")]
-    transform: Option<Vec<Vec<f64>>>,
-}
-
-/// The first two cameras; all others are ignored.
-#[derive(Debug, Clone, Deserialize)]
-struct Chain {
-    cam0: Cam,
-    cam1: Cam,
-}
-
-fn chain(files: &Files) -> Result<Chain> {
-    match files.parsed()?.as_slice() {
-        [(_, chain)] => Ok(Chain::clone(chain)),
-        several => bail!("{files}: a camchain is one file, not {}", several.len()),
-    }
-}
-
-/// `R` and `t` of `T_cn_cnm1`.
-pub(super) fn pose(files: &Files) -> Result<Pose> {
-    let chain = chain(files)?;
-    let read = || -> Result<Pose> {
-        let rows = chain.cam1.transform.as_ref().context("is missing: 4 x 4 are expected")?;
-        let rows: Vec<[f64; 4]> = rows
-            .iter()
-            .map(|row| row.as_slice().try_into())
-            .collect::<Result<_, _>>()
-            .context("has a row that is not of 4 numbers")?;
-        let [a, b, c, last]: [[f64; 4]; 4] = rows.try_into().ok().context("has not 4 rows")?;
-        let homogeneous = last.iter().zip([0.0, 0.0, 0.0, 1.0]).all(|(a, b)| (a - b).abs() < 1e-9);
-        ensure!(homogeneous, "has {last:?} for its last row, not [0, 0, 0, 1]");
-        let r = [a, b, c].map(|[x, y, z, _]| [x, y, z]);
-        Pose::of(r, [a, b, c].map(|[.., t]| t))
-    };
-    read().with_context(|| format!("{files}: T_cn_cnm1 of cam1"))
-}
+use host_tests::data::{LensModel, Meta, Rows};
 
 /// The whole rig.
 pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
-    ensure!(
-        unknowns == Unknowns::default(),
-        "{files}: a camchain has the size of its images, and is in metres"
-    );
-    let chain = chain(files)?;
-    let view = |name: &str, cam: &Cam| view(cam).with_context(|| format!("{files}: {name}"));
-    let views = [view("cam0", &chain.cam0)?, view("cam1", &chain.cam1)?];
-    rig::meta(views, &pose(files)?, format!("Kalibr: {files}"))
-        .with_context(|| format!("the rig of {files}"))
+    let chain = files.one(&["cam0", "cam1"])?;
+    let numbers = unknowns.cameras_or([0, 1]);
+    let cams = numbers.map(|n| format!("cam{n}"));
+    let of = |side: usize| chain.need(&[cams[side].as_str()], "a camera of the chain");
+    let cams = [of(0)?, of(1)?];
+    let pose = pose(&chain, &cams, numbers)?;
+    let views = [view(&cams[0], 0, unknowns)?, view(&cams[1], 1, unknowns)?];
+    rig::meta(views, &pose, format!("Kalibr: {files}"))
 }
 
-fn view(cam: &Cam) -> Result<View> {
-    ensure!(
-        cam.camera_model == "pinhole",
-        "camera_model {}: pinhole is handled, omni, eucm and ds are not",
-        cam.camera_model
-    );
-    let lens = match cam.distortion_model.as_str() {
-        "radtan" | "none" => LensModel::RadialTangential,
-        "equidistant" => LensModel::Fisheye,
-        other => bail!("distortion_model {other}: radtan, equidistant and none are handled"),
+fn pose(chain: &Value, cams: &[Value; 2], [left, right]: [u8; 2]) -> Result<Pose> {
+    // Along the chain, from the lower number to the higher one.
+    let mut along = Some(Rigid::NONE);
+    for n in left.min(right)..left.max(right) {
+        let key = format!("cam{}", n + 1);
+        let step = chain.get(&[key.as_str()]).and_then(|cam| cam.get(&["T_cn_cnm1"]));
+        let step = step.map(|value| value.transform()).transpose()?;
+        along = along.zip(step).map(|(so_far, step)| so_far.then(&step));
+    }
+    if let Some(along) = along {
+        let way = if left < right { along } else { along.inverse() };
+        return Pose::of(&way, &format!("{}: T_cn_cnm1", cams[1].place()));
+    }
+    let to_body = |cam: &Value| -> Result<Rigid> {
+        match (cam.get(&["T_imu_cam"]), cam.get(&["T_cam_imu"])) {
+            (Some(to_imu), _) => to_imu.transform(),
+            (None, Some(from_imu)) => Ok(from_imu.transform()?.inverse()),
+            _ => bail!(
+                "{}: there is no T_cn_cnm1, and {} has no T_cam_imu or T_imu_cam: 4 x 4 numbers are expected",
+                cams[1].place(),
+                cam.place()
+            ),
+        }
     };
-    let intrinsics: [f64; 4] = cam.intrinsics.as_slice().try_into().with_context(|| {
-        format!("{} intrinsics: fu fv pu pv are expected", cam.intrinsics.len())
-    })?;
-    View::of(camera_matrix(intrinsics), lens, &cam.distortion_coeffs, cam.resolution)
-        .context("distortion_coeffs")
+    // The right one first: where T_cn_cnm1 is missing, it is missing there.
+    let right = to_body(&cams[1])?;
+    let way = Rigid::left_to_right([to_body(&cams[0])?, right]);
+    Pose::of(&way, &format!("{}: T_imu_cam or T_cam_imu", cams[1].place()))
+}
+
+fn view(cam: &Value, side: usize, unknowns: Unknowns) -> Result<View> {
+    if let Some(model) = cam.get(&["camera_model"]).filter(|model| model.text() != "pinhole") {
+        bail!(model.refuse("pinhole is handled, omni, eucm and ds are not: calibrate with pinhole-radtan or pinhole-equi"));
+    }
+    let model = cam.get(&["distortion_model"]);
+    let lens = match model.as_ref().map(Value::text).unwrap_or_default().as_str() {
+        "radtan" | "none" | "" => LensModel::RadialTangential,
+        "equidistant" => LensModel::Fisheye,
+        _ => bail!(
+            cam.need(&["distortion_model"], "a model")?
+                .refuse("radtan, equidistant and none are handled")
+        ),
+    };
+    let given = cam.need(&["intrinsics"], "fu fv pu pv")?;
+    given.array::<4>("fu fv pu pv")?;
+    let k = rig::intrinsics(&given)?;
+    let size = match cam.get(&["resolution"]) {
+        Some(size) => Some(size_of(&size)?),
+        None => None,
+    };
+    let size = unknowns.size(side, size, cam.place())?;
+    View::of(k, lens, cam.get(&["distortion_coeffs"]).as_ref(), size)
+}
+
+/// Width and height, px.
+pub(super) fn size_of(value: &Value) -> Result<[u16; 2]> {
+    match value.items().as_slice() {
+        [width, height] => Ok([width.count()?, height.count()?]),
+        _ => Err(value.refuse("width and height are expected")),
+    }
 }
 
 /// `camchain.yaml`.
@@ -97,8 +95,9 @@ pub(super) fn write(meta: &Meta) -> Result<Vec<Document>> {
     if meta.baseline_m.is_none() {
         text.push_str(NO_SCALE);
     }
-    text.push_str(&cam("cam0", meta, &meta.k_l, &meta.dist_l)?);
-    text.push_str(&cam("cam1", meta, &meta.k_r, &meta.dist_r)?);
+    let ([lens_l, lens_r], [size_l, size_r]) = (meta.lenses(), meta.sizes());
+    text.push_str(&cam("cam0", lens_l, size_l, &meta.k_l, &meta.dist_l)?);
+    text.push_str(&cam("cam1", lens_r, size_r, &meta.k_r, &meta.dist_r)?);
     text.push_str("  T_cn_cnm1:\n");
     let scaled = scale::scaled(meta.t, meta.baseline_m);
     for ([x, y, z], t) in meta.r.into_iter().zip(scaled) {
@@ -108,8 +107,8 @@ pub(super) fn write(meta: &Meta) -> Result<Vec<Document>> {
     Ok(vec![Document { name: "camchain.yaml", text }])
 }
 
-fn cam(name: &str, meta: &Meta, k: &Rows, dist: &[f64]) -> Result<String> {
-    let (model, coefficients) = match meta.lens {
+fn cam(name: &str, lens: LensModel, size: [u16; 2], k: &Rows, dist: &[f64]) -> Result<String> {
+    let (model, coefficients) = match lens {
         LensModel::Fisheye => ("equidistant", dist),
         LensModel::Rational => {
             bail!("{name} has a rational lens, which Kalibr has not: use opencv or ros")
@@ -124,11 +123,12 @@ fn cam(name: &str, meta: &Meta, k: &Rows, dist: &[f64]) -> Result<String> {
         }
     };
     let [[fx, _, cx], [_, fy, cy], _] = k;
+    let [width, height] = size;
     let mut text = format!("{name}:\n  cam_overlaps: [{}]\n", u8::from(name == "cam0"));
     writeln!(text, "  camera_model: pinhole\n  distortion_model: {model}")?;
     writeln!(text, "  distortion_coeffs: [{}]", list(coefficients))?;
     writeln!(text, "  intrinsics: [{}]", list(&[*fx, *fy, *cx, *cy]))?;
-    writeln!(text, "  resolution: [{}, {}]", meta.width, meta.height)?;
+    writeln!(text, "  resolution: [{width}, {height}]")?;
     writeln!(text, "  rostopic: /{name}/image_raw")?;
     Ok(text)
 }

@@ -1,109 +1,163 @@
-//! OpenCV's `FileStorage` YAML, as the sample `stereo_calib.cpp` writes it.
+//! OpenCV's `FileStorage`, as the sample `stereo_calib.cpp` writes it in YAML, XML or JSON, and the same matrices as
+//! plain lists under the names that people give them.
 //!
 //! `x_2 = R x_1 + T` with the left camera first (`cv::stereoCalibrate`), so ours but for the length.
 //! Image size and `fisheye_model` are the keys of the sample `camera_calibration.cpp`.
 
 use std::fmt::Write;
 
-use anyhow::{Context, Result, ensure};
-use serde::Deserialize;
+use anyhow::{Result, bail};
 
-use super::mat::Mat;
-use super::number::list;
+use super::number::list as numbers;
 use super::rectified::Rectified;
-use super::rig::{self, NO_SCALE, Pose, Unknowns, View, square};
+use super::rig::{self, NO_SCALE, Pose, Unknowns, View};
+use super::rigid::Rigid;
 use super::{Document, Files, scale};
 use host_tests::data::{LensModel, Meta};
 
-/// The keys that are read; all others are ignored.
-#[derive(Debug, Clone, Deserialize)]
-struct Storage {
-    #[serde(rename = "M1", alias = "K1")]
-    m1: Option<Mat>,
-    #[serde(rename = "D1")]
-    d1: Option<Mat>,
-    #[serde(rename = "M2", alias = "K2")]
-    m2: Option<Mat>,
-    #[serde(rename = "D2")]
-    d2: Option<Mat>,
-    #[serde(rename = "R")]
-    r: Option<Mat>,
-    #[serde(rename = "T")]
-    t: Option<Mat>,
-    image_width: Option<u16>,
-    image_height: Option<u16>,
-    fisheye_model: Option<u8>,
+/// Keys of `stereo_calib.cpp`.
+pub(super) const KEYS: [&str; 4] = ["M1", "M2", "R", "T"];
+
+/// Keys of lists.
+pub(super) const LISTS: [&str; 5] = ["K1", "cameraMatrix1", "camera_matrix_left", "K_left", "K_l"];
+
+/// Names of the camera matrices, left and right.
+const K: [&[&str]; 2] = [
+    &[
+        "M1",
+        "K1",
+        "cameraMatrix1",
+        "camera_matrix_1",
+        "camera_matrix1",
+        "camera_matrix_left",
+        "left_camera_matrix",
+        "K_left",
+        "K_l",
+        "KL",
+        "Kl",
+        "mtxL",
+        "mtx_l",
+        "M_left",
+    ],
+    &[
+        "M2",
+        "K2",
+        "cameraMatrix2",
+        "camera_matrix_2",
+        "camera_matrix2",
+        "camera_matrix_right",
+        "right_camera_matrix",
+        "K_right",
+        "K_r",
+        "KR",
+        "Kr",
+        "mtxR",
+        "mtx_r",
+        "M_right",
+    ],
+];
+
+/// Names of the lens coefficients, left and right.
+const D: [&[&str]; 2] = [
+    &[
+        "D1",
+        "distCoeffs1",
+        "dist_coeffs_1",
+        "dist_coeffs1",
+        "distCoeffsLeft",
+        "dist_coeffs_left",
+        "distortion_left",
+        "dist_left",
+        "D_left",
+        "D_l",
+        "DL",
+        "Dl",
+        "dist_l",
+        "distL",
+    ],
+    &[
+        "D2",
+        "distCoeffs2",
+        "dist_coeffs_2",
+        "dist_coeffs2",
+        "distCoeffsRight",
+        "dist_coeffs_right",
+        "distortion_right",
+        "dist_right",
+        "D_right",
+        "D_r",
+        "DR",
+        "Dr",
+        "dist_r",
+        "distR",
+    ],
+];
+
+const R: &[&str] = &["R", "rotation", "rotation_matrix"];
+const T: &[&str] = &["T", "t", "translation", "translation_vector"];
+
+/// Names of the sizes of the images: of both, or of the right ones.
+const WIDTH: [&[&str]; 2] = [&["image_width", "width"], &["image_width_2", "image_width", "width"]];
+const HEIGHT: [&[&str]; 2] =
+    [&["image_height", "height"], &["image_height_2", "image_height", "height"]];
+const SIZE: &[&str] = &["image_size", "imageSize", "size", "img_size", "resolution"];
+
+fn pose(files: &Files) -> Result<Pose> {
+    let r = rig::rotation(&files.find(R, "R (3 x 3)")?)?;
+    let t = files.find(T, "T (3 x 1)")?;
+    let rigid = Rigid { r, t: t.array::<3>("T (3 x 1)")?.into() };
+    Pose::of(&rigid, t.place())
 }
 
-/// `R` and `T`.
-pub(super) fn pose(files: &Files) -> Result<Pose> {
-    let parsed = files.parsed()?;
-    let r = find(&parsed, files, "R (3 x 3)", |s| s.r.as_ref(), square)?;
-    let t = find(
-        &parsed,
-        files,
-        "T (3 x 1)",
-        |s| s.t.as_ref(),
-        |numbers| {
-            let t: [f64; 3] = numbers
-                .try_into()
-                .with_context(|| format!("{} numbers: 3 x 1 are expected", numbers.len()))?;
-            Ok(t)
-        },
-    )?;
-    Pose::of(r, t).with_context(|| format!("R and T of {files}"))
+/// `R` and `T` of files that have no cameras; `None` of others.
+pub(super) fn pose_alone(files: &Files) -> Option<Result<Pose>> {
+    let alone =
+        files.get(K[0]).is_none() && files.get(&["R"]).is_some() && files.get(&["T"]).is_some();
+    alone.then(|| pose(files))
 }
 
 /// The whole rig.
 pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
-    let parsed: Vec<(String, Storage)> = files.parsed()?;
-    let number = |of: fn(&Storage) -> Option<u16>| parsed.iter().find_map(|(_, s)| of(s));
-    let written = number(|s| s.image_width).zip(number(|s| s.image_height));
-    let size = unknowns.size.or(written.map(Into::into)).with_context(|| {
-        format!(
-            "{files}: no image_width and image_height: give the size of the images (--size W,H)"
-        )
-    })?;
-    let fisheye = parsed.iter().any(|(_, s)| s.fisheye_model.is_some_and(|model| model != 0));
-    let lens = if fisheye { LensModel::Fisheye } else { LensModel::RadialTangential };
-    let view = |names: [&str; 2], of: [fn(&Storage) -> Option<&Mat>; 2]| -> Result<View> {
-        let k = find(&parsed, files, names[0], of[0], square)?;
-        find(&parsed, files, names[1], of[1], |given| View::of(k, lens, given, size))
+    let fisheye = match files.get(&["fisheye_model"]) {
+        Some(value) => !matches!(value.text().to_lowercase().as_str(), "0" | "false" | "no"),
+        None => false,
     };
-    let left = view(["M1 (3 x 3)", "D1 (1 x 5)"], [|s| s.m1.as_ref(), |s| s.d1.as_ref()])?;
-    let right = view(["M2 (3 x 3)", "D2 (1 x 5)"], [|s| s.m2.as_ref(), |s| s.d2.as_ref()])?;
-    let mut pose = pose(files)?;
-    // The scale of 1 is that of 1 m only where the unit is.
-    let unit = unknowns.unit_m;
-    ensure!(unit.is_normal() && unit > 0.0, "the unit of T must be longer than 0 m, not {unit}");
-    if unit.to_bits() != 1.0_f64.to_bits() {
-        pose.baseline_m = Some(pose.baseline_m.unwrap_or(1.0) * unit);
-    }
-    rig::meta([left, right], &pose, format!("OpenCV: {files}"))
-        .with_context(|| format!("the rig of {files}"))
-}
-
-/// The first matrix of that name, understood; errors name file and key.
-fn find<T>(
-    parsed: &[(String, Storage)],
-    files: &Files,
-    name: &str,
-    of: impl Fn(&Storage) -> Option<&Mat>,
-    understand: impl FnOnce(&[f64]) -> Result<T>,
-) -> Result<T> {
-    let (file, mat) = parsed
-        .iter()
-        .find_map(|(file, storage)| Some((file, of(storage)?)))
-        .with_context(|| format!("{files}: there is no {name}"))?;
-    mat.numbers().and_then(understand).with_context(|| format!("{file}: {name}"))
+    let lens = if fisheye { LensModel::Fisheye } else { LensModel::RadialTangential };
+    let size = |side: usize| -> Result<[u16; 2]> {
+        let own = match (files.get(WIDTH[side]), files.get(HEIGHT[side]), files.get(SIZE)) {
+            (Some(width), Some(height), _) => Some([width.count()?, height.count()?]),
+            (_, _, Some(both)) => Some(super::kalibr::size_of(&both)?),
+            _ => None,
+        };
+        unknowns.size(side, own, &format!("{files}: no image_width and image_height"))
+    };
+    let view = |side: usize| -> Result<View> {
+        let k = rig::intrinsics(&files.find(K[side], "a camera matrix (3 x 3)")?)?;
+        let d = files.find(D[side], "lens coefficients (1 x 5)")?;
+        View::of(k, lens, Some(&d), size(side)?)
+    };
+    let pose = pose(files)?.in_unit(unknowns.unit_m)?;
+    rig::meta([view(0)?, view(1)?], &pose, format!("OpenCV: {files}"))
 }
 
 /// `intrinsics.yml` and `extrinsics.yml`.
-pub(super) fn write(meta: &Meta) -> Result<Vec<Document>> {
-    let rectified = Rectified::of(meta)?;
+pub(super) fn write(meta: &Meta, field_deg: Option<f64>) -> Result<Vec<Document>> {
+    let rectified = Rectified::of(meta, field_deg)?;
+    let (lenses, sizes) = (meta.lenses(), meta.sizes());
+    let fisheyes = lenses.map(|lens| lens == LensModel::Fisheye);
+    if fisheyes[0] != fisheyes[1] {
+        bail!(
+            "one camera is a fisheye and the other is not, which a file of OpenCV cannot say: use kalibr or ros"
+        );
+    }
     let mut intrinsics = String::from("%YAML:1.0\n---\n");
-    writeln!(intrinsics, "image_width: {}\nimage_height: {}", meta.width, meta.height)?;
-    writeln!(intrinsics, "fisheye_model: {}", u8::from(meta.lens == LensModel::Fisheye))?;
+    let [width, height] = sizes[0];
+    writeln!(intrinsics, "image_width: {width}\nimage_height: {height}")?;
+    if sizes[0] != sizes[1] {
+        let [width, height] = sizes[1];
+        writeln!(intrinsics, "image_width_2: {width}\nimage_height_2: {height}")?;
+    }
+    writeln!(intrinsics, "fisheye_model: {}", u8::from(fisheyes[0]))?;
     for (m, k, d, dist) in
         [("M1", &meta.k_l, "D1", &meta.dist_l), ("M2", &meta.k_r, "D2", &meta.dist_r)]
     {
@@ -131,9 +185,9 @@ pub(super) fn write(meta: &Meta) -> Result<Vec<Document>> {
 }
 
 /// A matrix of so many columns.
-fn mat(name: &str, cols: usize, numbers: &[f64]) -> String {
-    let rows = numbers.len() / cols;
-    let lines: Vec<String> = numbers.chunks(cols).map(list).collect();
+fn mat(name: &str, cols: usize, all: &[f64]) -> String {
+    let rows = all.len() / cols;
+    let lines: Vec<String> = all.chunks(cols).map(numbers).collect();
     let data = lines.join(",\n       ");
     format!(
         "{name}: !!opencv-matrix\n   rows: {rows}\n   cols: {cols}\n   dt: d\n   data: [ {data} ]\n"

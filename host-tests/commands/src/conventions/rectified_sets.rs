@@ -1,84 +1,56 @@
 //! Calibrations of rectified data sets: KITTI's `calib.txt` and Middlebury's.
 //!
-//! Both are rectified: `R = I`, `t = (-1, 0, 0)`. KITTI: `P1[0][3] = -fx b`, metres. Middlebury: `cam0`, `cam1` and
-//! the baseline in millimetres.
+//! Both are rectified: `R = I`. KITTI: `P = K [I | c]`, so a camera sees points moved by `K^-1` times the last column,
+//! metres; the cameras 2 and 3 are a little off a common row. Middlebury: `cam0`, `cam1` and the baseline in
+//! millimetres, `t = (-1, 0, 0)`.
 
-use anyhow::{Context, Result, ensure};
-use serde::Deserialize;
+use anyhow::{Context, Result};
+use nalgebra::{Matrix3, Vector3};
 
 use super::Files;
-use super::rig::{self, Pose, Unknowns, View, camera_matrix};
-use host_tests::data::Rows;
-use host_tests::data::{LensModel, Meta};
+use super::kalibr::size_of;
+use super::rig::{self, Pose, Unknowns, View};
+use super::rigid::Rigid;
+use host_tests::data::{Meta, matrix};
 
-const SQUARE: Rows = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
-/// Odometry's `P0` and `P1`, or those of the raw recordings; rows of numbers.
-#[derive(Debug, Clone, Deserialize)]
-struct Kitti {
-    #[serde(rename = "P0", alias = "P_rect_00")]
-    left: String,
-    #[serde(rename = "P1", alias = "P_rect_01")]
-    right: String,
-    #[serde(rename = "S_rect_00")]
-    size: Option<String>,
-}
-
-/// `name=value` a line.
-#[derive(Debug, Clone, Deserialize)]
-struct Middlebury {
-    cam0: String,
-    cam1: String,
-    baseline: Option<f64>,
-    width: Option<u16>,
-    height: Option<u16>,
-}
-
-fn one<T: Clone>(files: &Files, all: &[(String, T)]) -> Result<T> {
-    ensure!(all.len() == 1, "{files}: one calibration is expected, not {}", all.len());
-    Ok(all[0].1.clone())
-}
-
-fn numbers<const N: usize>(text: &str) -> Result<[f64; N]> {
-    let text = text.replace(['[', ']', ';', ','], " ");
-    let all: Vec<f64> = text.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
-    all.try_into()
-        .map_err(|all: Vec<f64>| anyhow::anyhow!("{N} numbers are expected, not {}", all.len()))
-}
-
-fn size_of(files: &Files, own: Option<[u16; 2]>, unknowns: Unknowns) -> Result<[u16; 2]> {
-    let size = unknowns.size.or(own);
-    size.with_context(|| format!("{files}: no size of the images: give it (--size W,H)"))
-}
-
-fn view(k: [f64; 4], size: [u16; 2]) -> View {
-    let dist = vec![0.0; 5];
-    View { k: camera_matrix(k), lens: LensModel::RadialTangential, dist, size }
-}
-
-/// The rig of KITTI's cameras 0 (left) and 1, grey.
+/// The rig of KITTI's cameras 0 (left) and 1, grey, or of those that were chosen: 2 and 3 are the colour ones.
 pub(super) fn kitti(files: &Files, unknowns: Unknowns) -> Result<Meta> {
-    let read: Kitti = one(files, &files.parsed()?)?;
-    let own = read.size.as_deref().map(numbers::<2>).transpose()?;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "sizes of images")]
-    let size = size_of(files, own.map(|size| size.map(|n| n as u16)), unknowns)?;
-    let p =
-        |name: &str, text: &str| numbers::<12>(text).with_context(|| format!("{files}: {name}"));
-    let [left, right] = [p("P0", &read.left)?, p("P1", &read.right)?];
-    let shift = right[3] / right[0] - left[3] / left[0];
-    let pose = Pose::of(SQUARE, [shift, 0.0, 0.0])?;
-    let views = [left, right].map(|p| view([p[0], p[5], p[2], p[6]], size));
-    rig::meta(views, &pose, format!("KITTI: {files}"))
+    let cameras = unknowns.cameras_or([0, 1]);
+    let mut views = Vec::new();
+    let mut moved = Vec::new();
+    for (side, n) in cameras.into_iter().enumerate() {
+        let p = files.find(&[&format!("P{n}"), &format!("P_rect_0{n}")], "12 numbers")?;
+        let [a, b, c, x, d, e, f, y, g, h, i, z] = p.array::<12>("a projection matrix")?;
+        let k = [[a, b, c], [d, e, f], [g, h, i]];
+        host_tests::data::check_camera_matrix(&k).map_err(|why| p.refuse(why))?;
+        let own = files.get(&[&format!("S_rect_0{n}")]).map(|size| size_of(&size)).transpose()?;
+        let size = unknowns.size(side, own, p.place())?;
+        let back = matrix(&k).try_inverse().with_context(|| p.place().to_owned())?;
+        moved.push(back * Vector3::new(x, y, z));
+        views.push(View::pinhole(k, size));
+    }
+    let [left, right] = cameras;
+    let t = moved[1] - moved[0];
+    let pose =
+        Pose::of(&Rigid { r: Matrix3::identity(), t }, &format!("{files}: P{left} and P{right}"))?;
+    let views: [View; 2] = views.try_into().ok().context("two cameras")?;
+    rig::meta(views, &pose, format!("KITTI, cameras {left} and {right}: {files}"))
 }
 
 /// The rig of a Middlebury pair.
 pub(super) fn middlebury(files: &Files, unknowns: Unknowns) -> Result<Meta> {
-    let read: Middlebury = one(files, &files.parsed()?)?;
-    let size = size_of(files, read.width.zip(read.height).map(Into::into), unknowns)?;
-    let k = |name: &str, text: &str| numbers::<9>(text).with_context(|| format!("{files}: {name}"));
-    let [left, right] = [k("cam0", &read.cam0)?, k("cam1", &read.cam1)?];
-    let baseline_m = read.baseline.filter(|b| *b > 0.0).map(|mm| mm / 1000.0);
-    let pose = Pose { r: SQUARE, t: [-1.0, 0.0, 0.0], baseline_m };
-    let views = [left, right].map(|k| view([k[0], k[4], k[2], k[5]], size));
-    rig::meta(views, &pose, format!("Middlebury: {files}"))
+    let file = files.one(&["doffs", "ndisp"])?;
+    let own = match (file.get(&["width"]), file.get(&["height"])) {
+        (Some(width), Some(height)) => Some([width.count()?, height.count()?]),
+        _ => None,
+    };
+    let view = |side: usize| -> Result<View> {
+        let k = rig::intrinsics(&file.need(&[["cam0", "cam1"][side]], "a camera matrix (3 x 3)")?)?;
+        Ok(View::pinhole(k, unknowns.size(side, own, file.place())?))
+    };
+    let baseline = file.get(&["baseline"]).map(|b| b.number()).transpose()?.filter(|b| *b > 0.0);
+    let side_by_side = Rigid { t: -Vector3::x(), ..Rigid::NONE };
+    let mut pose = Pose::of(&side_by_side, file.place())?;
+    pose.baseline_m = baseline.map(|mm| mm / 1000.0);
+    rig::meta([view(0)?, view(1)?], &pose, format!("Middlebury: {files}"))
 }

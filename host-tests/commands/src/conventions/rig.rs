@@ -1,16 +1,13 @@
 //! The common part of the formats: two cameras, a pose between them, and the checks of both.
 
-use anyhow::{Context, Result, ensure};
-use nalgebra::{Matrix3, Vector3};
+use anyhow::{Context, Result, anyhow, ensure};
+use nalgebra::Matrix3;
 use stereo_selfcal::Extrinsics;
 
+use super::node::Value;
+use super::rigid::Rigid;
 use super::scale;
-use host_tests::data::WrongSign;
-use host_tests::data::{LensModel, Meta};
-use host_tests::data::{Rows, matrix};
-
-/// How far `R^T R` may be from the identity, in any element: a matrix of three decimals passes.
-const ROTATION: f64 = 2e-3;
+use host_tests::data::{LensModel, Meta, Rows, WrongSign, matrix, rows};
 
 /// Number of coefficients of a rational lens.
 const RATIONAL: usize = 8;
@@ -18,15 +15,31 @@ const RATIONAL: usize = 8;
 /// Values that files may lack.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unknowns {
-    /// Image width and height, px: OpenCV's `stereo_calib.cpp` does not write them.
-    pub size: Option<[u16; 2]>,
-    /// Length of OpenCV's unit of `T`, m: that of the chessboard it was calibrated from.
+    /// Width and height of the left and the right images, px: OpenCV's `stereo_calib.cpp` does not write them.
+    pub sizes: Option<[[u16; 2]; 2]>,
+    /// Length of the unit of `T`, m: that of the board a rig was calibrated from.
     pub unit_m: f64,
+    /// Which cameras are left and right, where a file has more than two, by their numbers in the file.
+    pub cameras: Option<[u8; 2]>,
 }
 
 impl Default for Unknowns {
     fn default() -> Self {
-        Self { size: None, unit_m: 1.0 }
+        Self { sizes: None, unit_m: 1.0, cameras: None }
+    }
+}
+
+impl Unknowns {
+    /// The numbers of the left and the right camera, 0 and 1 unless said otherwise.
+    pub(super) fn cameras_or(self, usual: [u8; 2]) -> [u8; 2] {
+        self.cameras.unwrap_or(usual)
+    }
+
+    /// The size of a side's images: that of the file, or the one that was given.
+    pub(super) fn size(self, side: usize, own: Option<[u16; 2]>, place: &str) -> Result<[u16; 2]> {
+        own.or(self.sizes.map(|sizes| sizes[side])).with_context(|| {
+            format!("{place}: the size of the images is not in the file: give it (--size W,H)")
+        })
     }
 }
 
@@ -44,21 +57,48 @@ pub(super) struct View {
 }
 
 impl View {
+    /// A camera without distortion.
+    pub(super) fn pinhole(k: Rows, size: [u16; 2]) -> Self {
+        Self { k, lens: LensModel::RadialTangential, dist: vec![0.0; 5], size }
+    }
+
     /// A camera with the coefficients as given: those of a rational lens make it one.
-    pub(super) fn of(k: Rows, lens: LensModel, given: &[f64], size: [u16; 2]) -> Result<Self> {
+    ///
+    /// * `given`: the coefficients; `None` if the file has no such key.
+    pub(super) fn of(
+        k: Rows,
+        lens: LensModel,
+        given: Option<&Value>,
+        size: [u16; 2],
+    ) -> Result<Self> {
+        let Some(given) = given else { return Self::with(k, lens, &[], size) };
+        Self::with(k, lens, &given.numbers()?, size).map_err(|why| given.refuse(why))
+    }
+
+    /// The same from numbers; the error has no place.
+    pub(super) fn with(k: Rows, lens: LensModel, given: &[f64], size: [u16; 2]) -> Result<Self> {
         let dist = coefficients(lens, given)?;
         let lens = if dist.len() == RATIONAL { LensModel::Rational } else { lens };
         Ok(Self { k, lens, dist, size })
     }
+}
 
-    /// The same camera as a rational lens, if it is a radial-tangential one and the other is rational.
-    fn like(mut self, other: LensModel) -> Self {
-        if (self.lens, other) == (LensModel::RadialTangential, LensModel::Rational) {
-            self.lens = LensModel::Rational;
-            self.dist.resize(RATIONAL, 0.0);
-        }
-        self
-    }
+/// The camera matrix of 3 x 3 numbers, or of `fx fy cx cy`.
+pub(super) fn intrinsics(value: &Value) -> Result<Rows> {
+    let numbers = value.numbers()?;
+    let k = match *numbers.as_slice() {
+        [fx, fy, cx, cy] => camera_matrix([fx, fy, cx, cy]),
+        _ => value.square()?,
+    };
+    host_tests::data::check_camera_matrix(&k).map_err(|why| value.refuse(why))?;
+    Ok(k)
+}
+
+/// A rotation of 3 x 3 numbers.
+pub(super) fn rotation(value: &Value) -> Result<Matrix3<f64>> {
+    let r = matrix(&value.square()?);
+    Rigid { r, ..Rigid::NONE }.check().map_err(|why| value.refuse(why))?;
+    Ok(r)
 }
 
 /// `p_r = R p_l + b t`.
@@ -72,52 +112,53 @@ pub(super) struct Pose {
 }
 
 impl Pose {
-    /// From `R` and `T = b t`.
-    pub(super) fn of(r: Rows, scaled: [f64; 3]) -> Result<Self> {
-        let (t, baseline_m) = scale::split(scaled)?;
-        let pose = Self { r, t, baseline_m };
-        pose.extrinsics()?;
-        Ok(pose)
+    /// From `R` and `T = b t`; `place` is file and key of both.
+    pub(super) fn of(rigid: &Rigid, place: &str) -> Result<Self> {
+        let read = || -> Result<Self> {
+            let (t, baseline_m) = scale::split(rigid.t.into())?;
+            let pose = Self { r: rows(&rigid.r), t, baseline_m };
+            pose.extrinsics()?;
+            Ok(pose)
+        };
+        read().with_context(|| place.to_owned())
+    }
+
+    /// The same with its length in another unit, m. The scale of 1 is that of 1 m only where the unit is.
+    pub(super) fn in_unit(mut self, unit_m: f64) -> Result<Self> {
+        ensure!(
+            unit_m.is_normal() && unit_m > 0.0,
+            "--unit {unit_m}: the unit of T is longer than 0 m"
+        );
+        if unit_m.to_bits() != 1.0_f64.to_bits() {
+            self.baseline_m = Some(self.baseline_m.unwrap_or(1.0) * unit_m);
+        }
+        Ok(self)
     }
 
     /// Conversion to the core's type.
     pub(super) fn extrinsics(&self) -> Result<Extrinsics<f64>> {
-        let r = matrix(&self.r);
-        let off = (r.transpose() * r - Matrix3::identity()).amax();
-        ensure!(
-            off <= ROTATION && r.determinant() > 0.0,
-            "R is not a rotation: R^T R is off the identity by {off:.1e}, or it is a reflection"
-        );
-        WrongSign::check(self.t)?;
-        Ok(Extrinsics::try_new(&r, &Vector3::from(self.t))?)
+        let rigid = Rigid { r: matrix(&self.r), t: self.t.into() };
+        rigid.check()?;
+        WrongSign::check(&self.r, self.t)?;
+        Extrinsics::try_new(&rigid.r, &rigid.t).map_err(|why| {
+            let [x, y, z] = self.t;
+            anyhow!("t = ({x}, {y}, {z}): {why}; a stereo rig has its cameras beside or above each other")
+        })
     }
 }
 
 /// A rig from its parts.
 pub(super) fn meta([left, right]: [View; 2], pose: &Pose, source: String) -> Result<Meta> {
-    let lenses = [left.lens, right.lens];
-    let (left, right) = (left.like(lenses[1]), right.like(lenses[0]));
-    ensure!(
-        left.lens == right.lens,
-        "both cameras must have lenses of the same model: left {:?}, right {:?}",
-        left.lens,
-        right.lens
-    );
-    ensure!(
-        left.size == right.size,
-        "both images must be of the same size: left {:?}, right {:?}",
-        left.size,
-        right.size
-    );
-    let [width, height] = left.size;
-    let meta = Meta {
+    let mut meta = Meta {
         k_l: left.k,
         k_r: right.k,
         dist_l: left.dist,
         dist_r: right.dist,
         lens: left.lens,
-        width,
-        height,
+        lens_r: None,
+        width: left.size[0],
+        height: left.size[1],
+        size_r: None,
         r: pose.r,
         t: pose.t,
         baseline_m: pose.baseline_m,
@@ -125,8 +166,9 @@ pub(super) fn meta([left, right]: [View; 2], pose: &Pose, source: String) -> Res
         license: String::new(),
         sigma_r_deg: None,
         sigma_t_deg: None,
-        other: serde_json::Map::new(),
+        other: [(Meta::CALIBRATED.to_owned(), true.into())].into_iter().collect(),
     };
+    meta.set_right(right.lens, right.size);
     check(&meta)?;
     Ok(meta)
 }
@@ -143,38 +185,36 @@ pub(super) fn check(meta: &Meta) -> Result<()> {
 
 /// Coefficients as we hold them: five of a radial-tangential lens, eight of a rational one, four of a fisheye.
 fn coefficients(lens: LensModel, given: &[f64]) -> Result<Vec<f64>> {
+    let len = given.len();
     if lens == LensModel::Fisheye {
-        ensure!(given.len() == 4, "{} lens coefficients: a fisheye has 4", given.len());
-        return Ok(given.to_vec());
+        // The one beyond is a place that a driver has for other lenses.
+        let (four, rest) = given.split_at(len.min(4));
+        let whole = four.len() == 4 && rest.iter().all(|k| *k == 0.0);
+        ensure!(whole, "{len} lens coefficients: a fisheye has 4, k1 k2 k3 k4");
+        return Ok(four.to_vec());
     }
     ensure!(
-        matches!(given.len(), 0 | 4 | 5 | 8 | 12 | 14),
-        "{} lens coefficients: k1 k2 p1 p2 [k3 [k4 k5 k6]] are expected",
-        given.len()
+        matches!(len, 0 | 1 | 2 | 4 | 5 | 8 | 12 | 14),
+        "{len} lens coefficients: k1 k2 p1 p2 [k3 [k4 k5 k6]] are expected"
     );
-    let used = |from: usize, to: usize| given.iter().take(to).skip(from).any(|k| *k != 0.0);
-    ensure!(!used(8, 12), "the thin prism coefficients s1 s2 s3 s4 are not 0: {ADVICE}");
-    ensure!(!used(12, 14), "the tilt of the sensor, tau_x tau_y, is not 0: {ADVICE}");
-    let held = if lens == LensModel::Rational || used(5, 8) { RATIONAL } else { 5 };
+    let names = ["s1", "s2", "s3", "s4", "tau_x", "tau_y"];
+    for (name, k) in names.iter().zip(given.iter().skip(RATIONAL)) {
+        let what = if name.starts_with('s') { "the thin prism" } else { "the tilt of the sensor" };
+        ensure!(
+            *k == 0.0,
+            "{what}, {name} = {k}, is not handled: calibrate without it, with k1 k2 p1 p2 k3 or those and k4 k5 k6"
+        );
+    }
+    let used = given.iter().take(RATIONAL).skip(5).any(|k| *k != 0.0);
+    let held = if lens == LensModel::Rational || used { RATIONAL } else { 5 };
     let mut kept: Vec<f64> = given.iter().take(held).copied().collect();
     kept.resize(held, 0.0);
     Ok(kept)
 }
 
-/// Advice for a lens that the core has no model of.
-const ADVICE: &str = "calibrate without them, with k1 k2 p1 p2 k3 or those and k4 k5 k6";
-
 /// `K` of focal lengths and principal point, px.
 pub(super) fn camera_matrix([fx, fy, cx, cy]: [f64; 4]) -> Rows {
     [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]
-}
-
-/// Row-major numbers as rows.
-pub(super) fn square(numbers: &[f64]) -> Result<Rows> {
-    let [a, b, c, d, e, f, g, h, i]: [f64; 9] = numbers
-        .try_into()
-        .with_context(|| format!("{} numbers: 3 x 3 are expected", numbers.len()))?;
-    Ok([[a, b, c], [d, e, f], [g, h, i]])
 }
 
 /// Comment of a file where the baseline's length is not known.

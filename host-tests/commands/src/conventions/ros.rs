@@ -1,126 +1,230 @@
-//! ROS `camera_info` files of a pair, as `camera_calibration` writes them.
+//! ROS `camera_info` of a pair: files as `camera_calibration` writes them, and text as `rostopic echo` and
+//! `ros2 topic echo` print it.
 //!
 //! The extrinsics are in the rectification: `R = R_r^T R_l` and `t` is minus the first row of `R_r`,
-//! whatever turn about the baseline the rectified frame has; `P[0][3] = -fx b` of the right camera.
+//! whatever turn about the baseline the rectified frame has; `P[0][3] = -fx b` of the right camera. Of cameras above
+//! each other `t` is minus the second row, and `P[1][3] = -fy b`.
 
-use anyhow::{Context, Result, bail, ensure};
-use serde::Deserialize;
+use anyhow::{Result, bail, ensure};
+use nalgebra::Matrix3;
 
-use super::mat::Mat;
+use super::node::Value;
 use super::number::list;
 use super::rectified::Rectified;
-use super::rig::{self, NO_SCALE, Pose, Unknowns, View, square};
+use super::rig::{self, NO_SCALE, Pose, Unknowns, View};
+use super::rigid::Rigid;
 use super::{Document, Files};
-use host_tests::data::{LensModel, Meta};
-use host_tests::data::{Rows, matrix, rows};
+use host_tests::data::{LensModel, Meta, Rows};
 
-/// `camera_info` in YAML; the camera's name is ignored.
-#[derive(Debug, Clone, Deserialize)]
-struct CameraInfo {
-    image_width: u16,
-    image_height: u16,
-    camera_matrix: Mat,
-    distortion_model: String,
-    distortion_coefficients: Mat,
-    rectification_matrix: Mat,
-    projection_matrix: Mat,
+/// The keys of a `camera_info`.
+struct Keys {
+    size: [&'static [&'static str]; 2],
+    k: &'static [&'static str],
+    d: &'static [&'static str],
+    r: &'static [&'static str],
+    p: &'static [&'static str],
 }
 
-/// Left and right, told by the right one's `P[0][3] < 0`.
-fn pair(files: &Files) -> Result<[(String, CameraInfo); 2]> {
-    let infos: Vec<(String, CameraInfo)> = files.parsed()?;
-    let both: [(String, CameraInfo); 2] = infos.try_into().map_err(|all: Vec<_>| {
-        anyhow::anyhow!("{files}: two files are expected, left and right, not {}", all.len())
-    })?;
-    let [(_, a), (_, b)] = &both;
-    let shifts = [a, b].map(|info| info.projection_matrix.data.get(3).copied());
-    match shifts {
-        [Some(l), Some(r)] if l == 0.0 && r < 0.0 => Ok(both),
-        [Some(r), Some(l)] if l == 0.0 && r < 0.0 => {
-            let [right, left] = both;
-            Ok([left, right])
-        }
-        _ => bail!(
-            "{files}: projection_matrix: P[0][3] must be 0 of the left camera and -fx b of the right one, not {shifts:?}"
+const FILE: Keys = Keys {
+    size: [&["image_width"], &["image_height"]],
+    k: &["camera_matrix"],
+    d: &["distortion_coefficients"],
+    r: &["rectification_matrix"],
+    p: &["projection_matrix"],
+};
+
+const ECHO: Keys = Keys {
+    size: [&["width"], &["height"]],
+    k: &["K", "k"],
+    d: &["D", "d"],
+    r: &["R", "r"],
+    p: &["P", "p"],
+};
+
+/// One camera.
+pub(super) struct Info<'a> {
+    /// As the file has it, without region of interest and binning.
+    view: View,
+    r: Matrix3<f64>,
+    p: [f64; 12],
+    place_of_p: String,
+    value: Value<'a>,
+}
+
+impl<'a> Info<'a> {
+    fn of(value: Value<'a>, keys: &Keys) -> Result<Self> {
+        let [width, height] = keys.size;
+        let size = [
+            value.need(width, "the width of the images, px")?.count()?,
+            value.need(height, "the height of the images, px")?.count()?,
+        ];
+        let model = value.get(&["distortion_model"]);
+        let lens = match model.as_ref().map(Value::text).unwrap_or_default().trim() {
+            // Five or eight coefficients tell the two; none are those of a pinhole.
+            "plumb_bob" | "rational_polynomial" | "rational" | "radtan" | "none" | "" => LensModel::RadialTangential,
+            "equidistant" | "fisheye" | "kannala_brandt" => LensModel::Fisheye,
+            _ => bail!(value.need(&["distortion_model"], "a model")?.refuse("plumb_bob, rational_polynomial and equidistant are handled: calibrate with one of them")),
+        };
+        let d = value.get(keys.d);
+        let none = d.as_ref().map_or(Ok(true), |d| d.numbers().map(|d| d.is_empty()))?;
+        let k = rig::intrinsics(&value.need(keys.k, "a camera matrix (3 x 3)")?)?;
+        let view = if none { View::pinhole(k, size) } else { View::of(k, lens, d.as_ref(), size)? };
+        let r = rig::rotation(&value.need(keys.r, "a rectification matrix (3 x 3)")?)?;
+        let p = value.need(keys.p, "a projection matrix (3 x 4)")?;
+        let place_of_p = p.place().to_owned();
+        let numbers = p.shaped::<12>(3, 4)?;
+        ensure!(
+            numbers[0] > 0.0 && numbers[5] > 0.0,
+            p.refuse(
+                "fx and fy are not above 0: the rig was never calibrated as a pair; calibrate it"
+            )
+        );
+        Ok(Self { view, r, p: numbers, place_of_p, value })
+    }
+
+    /// `-Tx / fx`, `-Ty / fy`: where the camera stands, m.
+    fn stands(&self) -> [f64; 2] {
+        [-self.p[3] / self.p[0], -self.p[7] / self.p[5]]
+    }
+
+    /// The camera of its rectified images.
+    fn rectified(mut self) -> Result<Self> {
+        let [fx, _, cx, _, _, fy, cy, ..] = self.p;
+        self.view = View::pinhole(rig::camera_matrix([fx, fy, cx, cy]), self.view.size);
+        self.r = Matrix3::identity();
+        Ok(self)
+    }
+}
+
+/// Left and right, told by the right one's place.
+fn pair<'a>(files: &'a Files, keys: &Keys) -> Result<[Info<'a>; 2]> {
+    let found = files.with(keys.p);
+    let count = found.len();
+    // A file without P is named by the key that it lacks.
+    let found = if count == 2 { found } else { files.values().collect() };
+    ensure!(
+        found.len() == 2,
+        "{files}: two files are expected, left and right, not {}",
+        found.len()
+    );
+    let mut infos =
+        found.into_iter().map(|value| Info::of(value, keys)).collect::<Result<Vec<_>>>()?;
+    let (right, left) = (infos.pop(), infos.pop());
+    let (Some(a), Some(b)) = (left, right) else { bail!("{files}: two files are expected") };
+    sorted([a, b])
+}
+
+fn sorted([a, b]: [Info<'_>; 2]) -> Result<[Info<'_>; 2]> {
+    let [here, there] = [a.stands(), b.stands()];
+    let is_origin = |place: [f64; 2]| place == [0.0, 0.0];
+    match (is_origin(here), is_origin(there)) {
+        (true, false) => right_of(a, b),
+        (false, true) => right_of(b, a),
+        (true, true) => bail!(
+            "{} and {}: P[0][3] = P[1][3] = 0 of both cameras: they were calibrated one by one, as no pair; calibrate them \
+             together, so that the right one has P[0][3] = -fx b",
+            a.place_of_p,
+            b.place_of_p
+        ),
+        (false, false) => bail!(
+            "{} and {}: P[0][3] = {} and {}, P[1][3] = {} and {}: both cameras have Tx or Ty, so they were calibrated one by one, \
+             not as a pair; P[0][3] must be 0 of the left camera, and -fx b of the right one",
+            a.place_of_p,
+            b.place_of_p,
+            a.p[3],
+            b.p[3],
+            a.p[7],
+            b.p[7]
         ),
     }
 }
 
+fn right_of<'a>(left: Info<'a>, right: Info<'a>) -> Result<[Info<'a>; 2]> {
+    let [x, y] = right.stands();
+    ensure!(
+        x > 0.0 || y.abs() > x.abs(),
+        "{}: P[0][3] = {}: it is -fx b of the right camera, so below 0; if the files are exchanged, exchange them",
+        right.place_of_p,
+        right.p[3]
+    );
+    Ok([left, right])
+}
+
 /// `R` and `t` of the rectification matrices.
-pub(super) fn pose(files: &Files) -> Result<Pose> {
-    let [(left_name, left), (right_name, right)] = pair(files)?;
-    let rotation = |name: &str, info: &CameraInfo| -> Result<Rows> {
-        let read = info.rectification_matrix.shaped([3, 3]).and_then(square);
-        read.with_context(|| format!("{name}: rectification_matrix"))
-    };
-    let [r_l, r_r] = [rotation(&left_name, &left)?, rotation(&right_name, &right)?];
-    let p = right.projection_matrix.shaped([3, 4]);
-    let p = p.with_context(|| format!("{right_name}: projection_matrix"))?;
-    ensure!(p[0] > 0.0, "{right_name}: projection_matrix: fx must be above 0");
-    let r = matrix(&r_r).transpose() * matrix(&r_l);
-    let (t, _) = super::scale::split(r_r[0].map(|x| -x))?;
-    let baseline = -p[3] / p[0];
+fn pose([left, right]: &[Info<'_>; 2]) -> Result<Pose> {
+    let r = right.r.transpose() * left.r;
+    let [x, y] = right.stands();
+    // The baseline is along the first or the second axis of the rectified frame.
+    let t = -(right.r.row(0).transpose() * x + right.r.row(1).transpose() * y);
+    let length = x.hypot(y);
+    let mut pose = Pose::of(
+        &Rigid { r, t: t / length },
+        &format!("{} and {}: the rectification matrices", left.value.place(), right.value.place()),
+    )?;
     // The length is that of P: the row is of unit length.
-    let pose = Pose { r: rows(&r), t, baseline_m: super::scale::known(baseline) };
-    pose.extrinsics().with_context(|| format!("rectification matrices of {files}"))?;
+    pose.baseline_m = super::scale::known(length);
     Ok(pose)
 }
 
-/// The whole rig.
-pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
-    ensure!(
-        unknowns == Unknowns::default(),
-        "{files}: camera_info has the size of its images, and is in metres"
-    );
-    let [left, right] = pair(files)?;
-    let view = |(name, info): &(String, CameraInfo)| view(info).with_context(|| name.clone());
-    rig::meta([view(&left)?, view(&right)?], &pose(files)?, format!("ROS: {files}"))
-        .with_context(|| format!("the rig of {files}"))
+fn meta(infos: [Info<'_>; 2], source: String) -> Result<Meta> {
+    let pose = pose(&infos)?;
+    rig::meta(infos.map(|info| info.view), &pose, source)
 }
 
-fn view(info: &CameraInfo) -> Result<View> {
-    let lens = match info.distortion_model.as_str() {
-        // Five or eight coefficients tell the two.
-        "plumb_bob" | "rational_polynomial" => LensModel::RadialTangential,
-        "equidistant" | "fisheye" => LensModel::Fisheye,
-        other => bail!(
-            "distortion_model {other}: plumb_bob, rational_polynomial and equidistant are handled"
-        ),
-    };
-    let given = info.distortion_coefficients.numbers();
-    let k = info.camera_matrix.shaped([3, 3]).and_then(square).context("camera_matrix")?;
-    let size = [info.image_width, info.image_height];
-    given.and_then(|given| View::of(k, lens, given, size)).context("distortion_coefficients")
+/// The whole rig of files.
+pub(super) fn rig(files: &Files, _: Unknowns) -> Result<Meta> {
+    meta(pair(files, &FILE)?, format!("ROS: {files}"))
+}
+
+/// The whole rig of texts.
+pub(super) fn echoed(files: &Files, _: Unknowns) -> Result<Meta> {
+    meta(pair(files, &ECHO)?, format!("ROS: {files}"))
+}
+
+/// The rig of a pair's rectified images: `P` is the camera, without distortion and side by side or above each other.
+pub(super) fn of_rectified(files: &Files) -> Result<Meta> {
+    let [left, right] = pair(files, &FILE)?;
+    meta([left.rectified()?, right.rectified()?], format!("ROS, rectified: {files}"))
 }
 
 /// `left.yaml` and `right.yaml`.
-pub(super) fn write(meta: &Meta) -> Result<Vec<Document>> {
-    let Rectified { rotations: [r_l, r_r], projections: [p_l, p_r], .. } = Rectified::of(meta)?;
-    let left = camera_info("left", meta, &meta.k_l, &meta.dist_l, &r_l, &p_l);
-    let right = camera_info("right", meta, &meta.k_r, &meta.dist_r, &r_r, &p_r);
+pub(super) fn write(meta: &Meta, field_deg: Option<f64>) -> Result<Vec<Document>> {
+    let Rectified { rotations: [r_l, r_r], projections: [p_l, p_r], .. } =
+        Rectified::of(meta, field_deg)?;
+    let ([lens_l, lens_r], [size_l, size_r]) = (meta.lenses(), meta.sizes());
+    let comment = if meta.baseline_m.is_none() { NO_SCALE } else { "" };
+    let left = camera_info("left", lens_l, size_l, &meta.k_l, &meta.dist_l, &r_l, &p_l);
+    let right = camera_info("right", lens_r, size_r, &meta.k_r, &meta.dist_r, &r_r, &p_r);
     Ok(vec![
-        Document { name: "left.yaml", text: left },
-        Document { name: "right.yaml", text: right },
+        Document { name: "left.yaml", text: format!("{comment}{left}") },
+        Document { name: "right.yaml", text: format!("{comment}{right}") },
     ])
 }
 
-fn camera_info(name: &str, meta: &Meta, k: &Rows, dist: &[f64], r: &Rows, p: &[f64; 12]) -> String {
-    let model = match meta.lens {
+fn camera_info(
+    name: &str,
+    lens: LensModel,
+    [width, height]: [u16; 2],
+    k: &Rows,
+    dist: &[f64],
+    r: &Rows,
+    p: &[f64; 12],
+) -> String {
+    let model = match lens {
         LensModel::RadialTangential => "plumb_bob",
         LensModel::Fisheye => "equidistant",
         LensModel::Rational => "rational_polynomial",
     };
     let mut five = dist.to_vec();
-    if meta.lens == LensModel::RadialTangential {
+    if lens == LensModel::RadialTangential {
         five.resize(5, 0.0);
     }
-    let comment = if meta.baseline_m.is_none() { NO_SCALE } else { "" };
     let mat = |name: &str, cols: usize, numbers: &[f64]| {
         let rows = numbers.len() / cols;
         format!("{name}:\n  rows: {rows}\n  cols: {cols}\n  data: [{}]\n", list(numbers))
     };
     [
-        format!("{comment}image_width: {}\nimage_height: {}\n", meta.width, meta.height),
+        format!("image_width: {width}\nimage_height: {height}\n"),
         format!("camera_name: {name}\n"),
         mat("camera_matrix", 3, &k.concat()),
         format!("distortion_model: {model}\n"),

@@ -14,9 +14,9 @@ use super::source::{Ran, SourceArgs};
 /// From images to the calibrated rig: match every pair, run the calibrator over the matches, and say how far the
 /// rig is off.
 ///
-/// A folder is EuRoC (mav0/cam0/data), KITTI (image_0, image_1), Middlebury (im0.png, im1.png), left/ and right/,
-/// or left*.png and right*.png. Images are PNG, JPEG, PGM or TIFF of 8 or 16 bits. In a bag they are raw or
-/// compressed, and camera_info is the rig. Images are paired by time stamp (names in nanoseconds, headers of
+/// A folder is EuRoC (mav0/cam0/data), KITTI (image_0, image_1, or image_2, image_3), Middlebury (im0.png, im1.png), left/ and right/,
+/// or left*.png and right*.png. Images are PNG, JPEG, PGM, TIFF, BMP or WebP of 8 or 16 bits. In a bag they are raw
+/// (mono, colour, Bayer, YUV 4:2:2, NV12) or compressed, and camera_info is the rig: P alone of rectified topics. Images are paired by time stamp (names in nanoseconds, headers of
 /// messages), by the number in their names, or in order.
 ///
 /// The calibrator starts from the rig's extrinsics; e_t and e_theta are how far the estimate is from them.
@@ -27,7 +27,7 @@ use super::source::{Ran, SourceArgs};
   selfcal images left/ right/ --rig camchain.yaml --report page
   selfcal images 'cam/left*.png' 'cam/right*.png' --rig intrinsics.yml extrinsics.yml --rig-out calibrated
   selfcal images MH_01_easy --every 10 --frames flight.scmf --out matches
-  selfcal images flight.mcap --topics /left/image_raw,/right/image_raw
+  selfcal images flight.mcap --left-topic /left/image_raw --right-topic /right/image_raw
   selfcal images phone_left/ phone_right/ --focal 1200")]
 pub struct ImagesArgs {
     #[command(flatten)]
@@ -58,6 +58,11 @@ pub struct ImagesArgs {
 
 /// Runs `selfcal images`.
 pub(crate) fn images(args: &ImagesArgs) -> Result<()> {
+    ensure!(
+        args.source.rigs().len() <= 1,
+        "--rig is given {} times: one rig is calibrated; `selfcal check` compares several",
+        args.source.rigs().len()
+    );
     if let Some(dir) = &args.rig_out {
         for format in Format::ALL {
             let folder = dir.join(format.name());
@@ -80,6 +85,9 @@ pub(crate) fn images(args: &ImagesArgs) -> Result<()> {
         writeln!(out, "stopped after {} pairs", ran.session.pairs)?;
     }
     writeln!(out, "{}\n\n{report}", report.summary)?;
+    for words in report.coverage.iter().flat_map(|coverage| &coverage.words) {
+        writeln!(out, "{words}")?;
+    }
     for (what, path) in written {
         writeln!(out, "{what:<18} {}", path.display())?;
     }

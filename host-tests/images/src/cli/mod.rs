@@ -3,6 +3,7 @@
 mod check;
 mod images;
 mod matcher;
+mod rig_files;
 mod source;
 
 use std::process::ExitCode;

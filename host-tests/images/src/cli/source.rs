@@ -3,14 +3,21 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::rig_files::RigFiles;
 use crate::live::Live;
+use crate::matcher::Matcher;
 use crate::matcher::MatcherConfig;
-use crate::pipeline::{Selection, first_size};
-use crate::rig::{FoundRig, RigRequest};
+use crate::moments::fits;
+use crate::pipeline::{First, Selection, first};
+use crate::rig::{Cut, FoundRig, RigRequest};
 use crate::session::{self, Request, Session};
-use crate::source::Source;
+use crate::source::{Frame, Source, Wanted};
 use anyhow::{Context, Result, ensure};
-use clap::Args;
+use clap::{Args, ValueEnum};
+use host_tests::data::Meta;
+use image::metadata::Orientation;
+use selfcal_commands::RigArgs;
+use selfcal_commands::conventions::Unknowns;
 
 /// Set by Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);
@@ -19,22 +26,42 @@ static STOP: AtomicBool = AtomicBool::new(false);
 #[derive(Debug, Args)]
 pub(crate) struct SourceArgs {
     /// A folder, an MCAP file (*.mcap), a ROS 1 bag (*.bag), or the left and the right folder, file or quoted
-    /// pattern. Or images that come with the project: chess, motorcycle, aloe.
+    /// pattern. Or images that come with the project: chess, motorcycle, aloe. A folder, or a pattern, of pictures of
+    /// both cameras side by side is one, too.
     #[arg(required = true, num_args = 1..=2, value_name = "SOURCE")]
     source: Vec<PathBuf>,
 
-    /// The calibration of the rig; where it is left out, the one beside the images is taken. See `selfcal import
-    /// --help` for the formats: OpenCV, Kalibr, ROS, EuRoC, KITTI, Middlebury, RealSense, Luxonis, or a meta.json.
-    #[arg(long, value_name = "FILE", num_args = 1..=2)]
-    rig: Vec<PathBuf>,
+    #[command(flatten)]
+    rigs: RigFiles,
+
+    #[command(flatten)]
+    lacks: RigArgs,
 
     /// No calibration: a guess from this focal length, px. Where it is left out, too, that of the EXIF data.
     #[arg(long, value_name = "PX", conflicts_with = "rig")]
     focal: Option<f64>,
 
-    /// Topics of the left and the right images of a bag.
-    #[arg(long, value_parser = topics, value_name = "LEFT,RIGHT")]
-    topics: Option<[String; 2]>,
+    /// Topic of the left images of a bag, where more than one may be.
+    #[arg(long, value_name = "TOPIC")]
+    left_topic: Option<String>,
+
+    /// Topic of the right images.
+    #[arg(long, value_name = "TOPIC")]
+    right_topic: Option<String>,
+
+    /// Each picture has both cameras: the left half is the left one. Pictures as wide as two are taken for it without.
+    #[arg(long)]
+    side_by_side: bool,
+
+    /// How images of another size than the rig's came about: scaled, cut out of the middle (centre), or cut out at X,Y
+    /// [default: scaled if they are of the same shape, unless many more matches fit as cut out of the middle].
+    #[arg(long, value_parser = cut, value_name = "scaled|centre|X,Y")]
+    cut: Option<Cut>,
+
+    /// Whether image files are turned as their EXIF orientation says [default: upright, unless the rig is of the
+    /// images as they are stored].
+    #[arg(long, value_enum)]
+    exif: Option<Exif>,
 
     /// By how much the time stamps of a pair may differ, s.
     #[arg(long, default_value_t = 0.005, value_name = "S")]
@@ -62,19 +89,72 @@ fn at_least_one(text: &str) -> Result<usize, String> {
     text.parse().ok().filter(|n| *n > 0).ok_or_else(|| format!("`{text}` is not a number from 1"))
 }
 
-fn topics(text: &str) -> Result<[String; 2], String> {
-    let (left, right) = text.split_once(',').ok_or("two topics with a comma between are needed")?;
-    Ok([left, right].map(|topic| topic.trim().to_owned()))
+fn cut(text: &str) -> Result<Cut, String> {
+    let place = || {
+        let (x, y) = text.split_once(',')?;
+        Some(Cut::At([x.trim().parse().ok()?, y.trim().parse().ok()?]))
+    };
+    match text {
+        "scaled" => Ok(Cut::Scaled),
+        "centre" | "center" => Ok(Cut::Centre),
+        _ => place().ok_or_else(|| "scaled, centre or X,Y is needed".into()),
+    }
 }
+
+/// What is done with the orientation of EXIF.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Exif {
+    /// Turned as it says, as most programs show them, and as OpenCV reads them.
+    Upright,
+    /// As they are stored.
+    Stored,
+}
+
+/// How many times more matches must fit as cut out for images to be taken so.
+const CLEARLY: f64 = 1.2;
 
 /// A run that is over.
 pub(crate) struct Ran {
     pub(crate) rig: FoundRig,
     pub(crate) session: Session,
+    source: Source,
+    /// A left image.
+    frame: Frame,
 }
 
 impl SourceArgs {
-    /// Runs the calibrator over the images.
+    /// The files of each rig that was given.
+    pub(crate) fn rigs(&self) -> &[Vec<PathBuf>] {
+        &self.rigs.0
+    }
+
+    /// What is asked of a rig.
+    fn request(&self, source: &Source, files: Vec<PathBuf>) -> RigRequest {
+        let given = self.lacks.unknowns();
+        RigRequest {
+            files,
+            unknowns: Unknowns { cameras: given.cameras.or(source.cameras), ..given },
+            focal_px: self.focal,
+            cut: self.cut.unwrap_or_default(),
+        }
+    }
+
+    /// Another rig of the images of a run.
+    pub(crate) fn other_rig(&self, ran: &Ran, files: &[PathBuf]) -> Result<Meta> {
+        let sizes = ran.session.set.meta.sizes();
+        let name =
+            || files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(" ");
+        let request = self.request(&ran.source, files.to_vec());
+        let rig = request
+            .find(&ran.source.rig, sizes, &ran.frame)
+            .with_context(|| format!("the rig {}", name()))?;
+        for note in &rig.notes {
+            eprintln!("note: {}: {note}", name());
+        }
+        Ok(rig.meta)
+    }
+
+    /// Runs the calibrator over the images, from the first of the rigs.
     ///
     /// * `frames`, `out`: where frames and the data set go, pair by pair.
     pub(crate) fn run(
@@ -91,24 +171,113 @@ impl SourceArgs {
             }
             eprintln!("stopping after the pairs that have begun; again to end at once");
         });
-        let source = Source::open(&self.source, self.topics.clone(), self.tolerance)?;
-        let (size, frame) = first_size(&source)?;
-        let request = RigRequest { files: self.rig.clone(), focal_px: self.focal };
-        let rig = request.find(&source.rig, size, &frame).context("the rig")?;
-        for note in &rig.notes {
-            eprintln!("note: {note}");
+        let wanted = Wanted {
+            left: self.left_topic.clone(),
+            right: self.right_topic.clone(),
+            side_by_side: self.side_by_side,
+        };
+        let mut source = Source::open(&self.source, &wanted, self.tolerance)?;
+        if let Some(choice) = source.choice() {
+            eprintln!("{choice}");
         }
-        let selection = Selection { every: self.every, most: self.pairs.unwrap_or(usize::MAX) };
-        let count = source.count.map(|n| n.div_ceil(self.every).min(selection.most));
+        let first = first(&source)?;
         let matcher = MatcherConfig {
             prior_deg: self.prior,
             keypoints: self.keypoints,
             ..MatcherConfig::default()
         };
+        let request = self.request(&source, self.rigs.0.first().cloned().unwrap_or_default());
+        let rig = self.upright(&request, &mut source, &first).context("the rig")?;
+        let rig = if_cut(rig, &source, matcher)?;
+        for note in &rig.notes {
+            eprintln!("note: {note}");
+        }
+        let selection = Selection { every: self.every, most: self.pairs.unwrap_or(usize::MAX) };
+        let count = source.count.map(|n| n.div_ceil(self.every).min(selection.most));
         let mut live = Live::new(count, quiet);
         let request = Request { source: &source, rig: &rig, matcher, selection, frames, out };
         let session = session::run(&request, &STOP, &mut live);
         live.finish();
-        Ok(Ran { session: session?, rig })
+        let [frame, _] = first.frames;
+        Ok(Ran { session: session?, rig, source, frame })
     }
+
+    /// The rig, and whether the images of each side are turned as their EXIF data say.
+    fn upright(
+        &self,
+        request: &RigRequest,
+        source: &mut Source,
+        first: &First,
+    ) -> Result<FoundRig> {
+        let asks = first.turns.map(|turn| turn != Orientation::NoTransforms);
+        let find = |source: &Source, upright: [bool; 2]| {
+            let size = |side: usize| {
+                let [w, h] = first.sizes[side];
+                if upright[side] && is_quarter(first.turns[side]) { [h, w] } else { [w, h] }
+            };
+            request.find(&source.rig, [size(0), size(1)], &first.frames[0])
+        };
+        if asks == [false; 2] {
+            source.upright = [self.exif != Some(Exif::Stored); 2];
+            return find(source, [false; 2]);
+        }
+        let [l, r] = asks;
+        let ways = match self.exif {
+            Some(Exif::Upright) => vec![asks],
+            Some(Exif::Stored) => vec![[false; 2]],
+            None => vec![asks, [false; 2], [l, false], [false, r]],
+        };
+        let mut refused = None;
+        for upright in ways {
+            match find(source, upright) {
+                Ok(mut rig) => {
+                    // An image that does not ask stays as it is either way.
+                    source.upright = [0, 1].map(|side| upright[side] || !asks[side]);
+                    rig.notes.push(turned_in_words(first, upright, asks));
+                    return Ok(rig);
+                }
+                Err(why) => refused = refused.or(Some(why)),
+            }
+        }
+        Err(refused.context("a way to read the images")?)
+    }
+}
+
+fn is_quarter(turn: Orientation) -> bool {
+    matches!(
+        turn,
+        Orientation::Rotate90
+            | Orientation::Rotate270
+            | Orientation::Rotate90FlipH
+            | Orientation::Rotate270FlipH
+    )
+}
+
+fn turned_in_words(first: &First, upright: [bool; 2], asks: [bool; 2]) -> String {
+    let side = |side: usize| {
+        let turn = first.turns[side].to_exif();
+        let done = match (asks[side], upright[side]) {
+            (false, _) => "none",
+            (true, true) => "turned upright",
+            (true, false) => "left as stored",
+        };
+        format!("{} {turn}, {done}", ["left", "right"][side])
+    };
+    format!("EXIF orientation: {}; {} (--exif says otherwise)", side(0), side(1))
+}
+
+/// The rig of images that were cut out of the middle, if clearly more matches fit it than that of scaled ones.
+fn if_cut(mut rig: FoundRig, source: &Source, config: MatcherConfig) -> Result<FoundRig> {
+    let Some(cut) = rig.if_cut.take() else { return Ok(rig) };
+    let matchers = [Matcher::of(&rig.meta, config)?, Matcher::of(&cut, config)?];
+    let [scaled, as_cut] = fits(source, matchers.each_ref())?;
+    if as_cut as f64 > CLEARLY * scaled as f64 {
+        rig.meta = *cut;
+        let [w, h] = rig.meta.sizes()[0];
+        rig.notes = vec![format!(
+            "the rig is of larger images: taken as cut out of their middle to {w} x {h} px, since {as_cut} matches fit so, and {scaled} as \
+             scaled (--cut scaled, or --cut X,Y, says otherwise)"
+        )];
+    }
+    Ok(rig)
 }

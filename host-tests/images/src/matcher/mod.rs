@@ -5,6 +5,7 @@
 //! in small images, in a band as wide as the prior allows; then in the images themselves, in a narrow band
 //! around the rows that the solver finds from the first.
 
+mod alike;
 mod keypoints;
 mod patch;
 mod refine;
@@ -12,12 +13,13 @@ mod search;
 mod smooth;
 
 use anyhow::Result;
-use host_tests::data::Match;
+use host_tests::data::{Match, Meta};
 use kornia_image::{Image, ImageSize};
 use kornia_imgproc::pyramid::pyrdown_u8;
 use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, RectifyingRotations, row_offset};
 
 use crate::picture::Picture;
+use alike::Alike;
 use keypoints::Keypoints;
 use refine::{Halved, Refiner};
 use search::{Band, Search, Tentative};
@@ -117,6 +119,8 @@ pub struct Matcher {
     cameras: Cameras<f64>,
     extrinsics: Extrinsics<f64>,
     config: MatcherConfig,
+    /// How pictures of unlike cameras are made alike, and the matcher of those.
+    alike: Option<Box<(Alike, Matcher)>>,
 }
 
 /// A pair on its way.
@@ -137,7 +141,19 @@ impl Matcher {
     /// A matcher for these cameras; the first search follows the rows of these extrinsics.
     #[must_use]
     pub fn new(cameras: Cameras<f64>, extrinsics: &Extrinsics<f64>, config: MatcherConfig) -> Self {
-        Self { cameras, extrinsics: *extrinsics, config }
+        Self { cameras, extrinsics: *extrinsics, config, alike: None }
+    }
+
+    /// A matcher for a rig: a right camera that is rolled, or of another focal length, is made like the left one first.
+    ///
+    /// # Errors
+    /// If the rig is not valid.
+    pub fn of(meta: &Meta, config: MatcherConfig) -> Result<Self> {
+        let new = Self::new(meta.cameras()?, &meta.extrinsics()?, config);
+        let Some(alike) = Alike::of(meta) else { return Ok(new) };
+        let rig = alike.meta(meta);
+        let inner = Self::new(rig.cameras()?, &rig.extrinsics()?, config);
+        Ok(Self { alike: Some(Box::new((alike, inner))), ..new })
     }
 
     /// The matches of a pair.
@@ -145,6 +161,13 @@ impl Matcher {
     /// # Errors
     /// If an image is too small to hold a corner's window.
     pub fn matches(&self, left: &Picture, right: &Picture) -> Result<Matched> {
+        if let Some(inner) = &self.alike {
+            let (alike, matcher) = inner.as_ref();
+            let [left, right] = alike.pictures([left, right])?;
+            let mut matched = matcher.matches(&left, &right)?;
+            matched.matches.iter_mut().for_each(|m| *m = alike.back(m));
+            return Ok(matched);
+        }
         let halved = [halved(left)?, halved(right)?];
         let halved = halved.each_ref();
         let work = Work::new(halved)?;

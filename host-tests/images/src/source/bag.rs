@@ -4,15 +4,28 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use selfcal_commands::conventions::{Files, Unknowns, rig_of};
+use host_tests::data::Meta;
+use selfcal_commands::conventions::{Files, Unknowns, rig_of, rig_of_rectified};
 
-use super::message::{Encoding, ImageMessage, camera_info};
+use super::message::{CameraInfo, Encoding, ImageMessage, camera_info};
 use super::partners::{Partner, Partners};
-use super::{Frame, Item, RigOf, Take};
+use super::{Frame, Item, Take};
+use crate::resized::{self, Change};
 
-/// Topics of the left and of the right image.
+/// Topics of the left and of the right image; of both at once, the same topic twice.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Topics(pub [Topic; 2]);
+
+/// What was asked for: topics of the left and of the right image, and whether one topic has both side by side.
+#[derive(Debug, Clone, Default)]
+pub struct Wanted {
+    /// Topic of the left images.
+    pub left: Option<String>,
+    /// Topic of the right images.
+    pub right: Option<String>,
+    /// Pictures of both cameras, left and right halves.
+    pub side_by_side: bool,
+}
 
 /// A topic of images.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -23,9 +36,39 @@ pub struct Topic {
     pub compressed: bool,
 }
 
-/// Parts of a name that say which side a topic is of.
-const LEFT: [&str; 6] = ["left", "cam0", "infra1", "image_0", "camera0", "/0/"];
-const RIGHT: [&str; 6] = ["right", "cam1", "infra2", "image_1", "camera1", "/1/"];
+/// Parts of a name that say which side a topic is of; the first row that two topics differ by alone is taken.
+const SIDES: [[&str; 2]; 24] = [
+    ["left", "right"],
+    ["Left", "Right"],
+    ["LEFT", "RIGHT"],
+    ["infra1", "infra2"],
+    ["fisheye1", "fisheye2"],
+    ["cam0", "cam1"],
+    ["cam_0", "cam_1"],
+    ["camera0", "camera1"],
+    ["camera_0", "camera_1"],
+    ["image_0", "image_1"],
+    ["image0", "image1"],
+    ["image_00", "image_01"],
+    ["/0/", "/1/"],
+    ["cam1", "cam2"],
+    ["cam_1", "cam_2"],
+    ["camera1", "camera2"],
+    ["camera_1", "camera_2"],
+    ["image_2", "image_3"],
+    ["/1/", "/2/"],
+    ["/l/", "/r/"],
+    ["_l/", "_r/"],
+    ["_l_", "_r_"],
+    ["CAM_B", "CAM_C"],
+    ["upper", "lower"],
+];
+
+/// Words of topics that are no pictures of a camera.
+const OTHERS: [&str; 4] = ["depth", "disparity", "confidence", "mask"];
+
+/// Endings of a topic that say how it is sent, not what it is.
+const TRANSPORTS: [&str; 2] = ["/compressed", "/image_compressed"];
 
 impl Topic {
     /// A topic by the type of its messages, if they are images.
@@ -37,58 +80,203 @@ impl Topic {
         };
         Some(Self { name: name.to_owned(), compressed })
     }
+
+    /// The name without the way it is sent.
+    fn stem(&self) -> &str {
+        TRANSPORTS.iter().find_map(|ending| self.name.strip_suffix(ending)).unwrap_or(&self.name)
+    }
+
+    /// Whether its images are rectified.
+    fn is_rectified(&self) -> bool {
+        let mut words = self.stem().split(|c: char| !c.is_ascii_alphanumeric());
+        words.any(|word| matches!(word.to_lowercase().as_str(), "rect" | "rectified" | "rectify"))
+    }
+
+    /// The topics that its `camera_info` may be on, the likeliest first.
+    fn infos(&self) -> Vec<String> {
+        let name = self.stem();
+        let (space, _) = name.rsplit_once('/').unwrap_or(("", name));
+        let rectified = self.is_rectified().then(|| format!("{space}/camera_info_rect"));
+        rectified
+            .into_iter()
+            .chain([format!("{space}/camera_info"), format!("{name}/camera_info")])
+            .collect()
+    }
 }
 
 impl Topics {
-    /// The wanted topics, or those whose names say left and right.
-    pub(super) fn choose(all: &[Topic], wanted: Option<[String; 2]>) -> Result<Self> {
-        let names = || all.iter().map(|topic| topic.name.as_str()).collect::<Vec<_>>().join(", ");
-        ensure!(!all.is_empty(), "no topic of images (sensor_msgs Image or CompressedImage)");
-        if let Some(wanted) = wanted {
-            let find = |name: &String| {
-                let found = all.iter().find(|topic| topic.name == *name);
-                found
-                    .cloned()
-                    .with_context(|| format!("no topic {name} of images; there are {}", names()))
-            };
-            let [left, right] = &wanted;
-            return Ok(Self([find(left)?, find(right)?]));
-        }
-        let of = |words: &[&str]| {
-            let mut found = all.iter().filter(|t| words.iter().any(|word| t.name.contains(word)));
-            found.next().cloned()
+    /// The wanted topics, or those whose names differ by the words left and right alone.
+    pub(super) fn choose(all: &[Topic], wanted: &Wanted) -> Result<Self> {
+        let names = |all: &[Topic]| {
+            all.iter().map(|topic| topic.name.as_str()).collect::<Vec<_>>().join(", ")
         };
-        match of(&LEFT).zip(of(&RIGHT)) {
-            Some((left, right)) if left != right => Ok(Self([left, right])),
-            _ => bail!("which topics are left and right? give --topics LEFT,RIGHT of {}", names()),
+        ensure!(!all.is_empty(), "no topic of images (sensor_msgs Image or CompressedImage)");
+        let find = |name: &String| {
+            let found = all.iter().find(|topic| topic.name == *name);
+            found
+                .cloned()
+                .with_context(|| format!("no topic {name} of images; there are {}", names(all)))
+        };
+        let advice = "choose with --left-topic and --right-topic";
+        if wanted.side_by_side {
+            let one = match (&wanted.left, all) {
+                (Some(name), _) => find(name)?,
+                (None, [one]) => one.clone(),
+                _ => bail!(
+                    "which topic has both cameras side by side? --left-topic one of {}",
+                    names(all)
+                ),
+            };
+            return Ok(Self([one.clone(), one]));
+        }
+        let given = [
+            wanted.left.as_ref().map(find).transpose()?,
+            wanted.right.as_ref().map(find).transpose()?,
+        ];
+        if let [Some(left), Some(right)] = given {
+            ensure!(
+                left != right,
+                "{}: the same topic left and right; {advice}, or --side-by-side",
+                left.name
+            );
+            return Ok(Self([left, right]));
+        }
+        let fits = |pair: &[Topic; 2]| {
+            pair.iter()
+                .zip(&given)
+                .all(|(topic, given)| given.as_ref().is_none_or(|given| given == topic))
+        };
+        let of_given = |topic: &&Topic| given.iter().flatten().any(|given| given == *topic);
+        let pictures: Vec<&Topic> = all
+            .iter()
+            .filter(|topic| {
+                of_given(topic)
+                    || !OTHERS.iter().any(|word| topic.name.to_lowercase().contains(word))
+            })
+            .collect();
+        let found: Vec<[Topic; 2]> = candidates(&pictures).into_iter().filter(fits).collect();
+        match found.as_slice() {
+            [one] => Ok(Self(one.clone())),
+            [] => bail!("which topics are left and right? {advice} of {}", names(all)),
+            several => {
+                let pairs: Vec<String> =
+                    several.iter().map(|[l, r]| format!("{} with {}", l.name, r.name)).collect();
+                bail!("several topics may be left and right ({}): {advice}", pairs.join("; "))
+            }
         }
     }
 
-    /// Which side a topic is.
-    pub(super) fn side(&self, name: &str) -> Option<usize> {
-        self.0.iter().position(|topic| topic.name == name)
+    /// Which sides a topic is.
+    pub(super) fn is_side(&self, name: &str) -> [bool; 2] {
+        self.0.each_ref().map(|topic| topic.name == name)
     }
 
-    /// The `camera_info` topics beside the images.
-    pub(super) fn infos(&self) -> [String; 2] {
-        self.0.each_ref().map(|topic| {
-            let name = topic.name.strip_suffix("/compressed").unwrap_or(&topic.name);
-            let (space, _) = name.rsplit_once('/').unwrap_or(("", name));
-            format!("{space}/camera_info")
-        })
+    /// Whether one topic has both cameras.
+    pub(super) fn is_side_by_side(&self) -> bool {
+        let [left, right] = &self.0;
+        left == right
     }
 }
 
-/// The rig of two `camera_info`, if both are there and calibrated.
-pub(super) fn rig(file: &Path, infos: [Option<(Vec<u8>, Encoding)>; 2]) -> Result<RigOf> {
-    let mut texts = Vec::new();
-    for (info, side) in infos.into_iter().zip(["left", "right"]) {
-        let Some((bytes, encoding)) = info else { return Ok(RigOf::Nothing) };
-        let Some(text) = camera_info(&bytes, encoding)? else { return Ok(RigOf::Nothing) };
-        let name = format!("camera_info ({side}) of {}", file.display());
-        texts.push((PathBuf::from(name), text));
+/// Pairs of topics whose names differ by the words of one row alone. A picture that is sent in two ways is one.
+fn candidates(all: &[&Topic]) -> Vec<[Topic; 2]> {
+    let mut once: Vec<&Topic> = Vec::new();
+    for topic in all {
+        match once.iter_mut().find(|other| other.stem() == topic.stem()) {
+            Some(other) if other.compressed && !topic.compressed => *other = topic,
+            Some(_) => {}
+            None => once.push(topic),
+        }
     }
-    Ok(RigOf::Read(Box::new(rig_of(&Files::of(texts)?, Unknowns::default())?)))
+    for [left, right] in SIDES {
+        let partner = |topic: &&&Topic| {
+            let name = topic.stem();
+            let places = name.match_indices(left).map(|(at, _)| at);
+            let one = |at: usize| format!("{}{right}{}", &name[..at], &name[at + left.len()..]);
+            let names: Vec<String> = places.map(one).chain([name.replace(left, right)]).collect();
+            let found = once.iter().find(|other| {
+                names.iter().any(|name| name == other.stem() && other.stem() != topic.stem())
+            });
+            found.map(|other| [(**topic).clone(), (*other).clone()])
+        };
+        let found: Vec<[Topic; 2]> = once.iter().filter_map(|topic| partner(&topic)).collect();
+        if !found.is_empty() {
+            return found;
+        }
+    }
+    Vec::new()
+}
+
+/// The `camera_info` of a bag's topics: read when it is needed, so that a rig given by hand need not mind it.
+#[derive(Debug, Clone)]
+pub struct Infos {
+    file: PathBuf,
+    topics: Topics,
+    /// Of each side: the topic, and its first message.
+    messages: [Option<(String, Vec<u8>)>; 2],
+    encoding: Encoding,
+}
+
+impl Infos {
+    /// Those of the topics, out of all of a bag.
+    pub(super) fn of(
+        file: &Path,
+        topics: &Topics,
+        all: &[(String, Vec<u8>)],
+        encoding: Encoding,
+    ) -> Self {
+        let find = |topic: &Topic| {
+            let mut names = topic.infos().into_iter();
+            names.find_map(|name| all.iter().find(|(topic, _)| *topic == name).cloned())
+        };
+        Self {
+            file: file.to_owned(),
+            topics: topics.clone(),
+            messages: topics.0.each_ref().map(find),
+            encoding,
+        }
+    }
+
+    /// The rig; of rectified images their `P` is the camera. `None` if there is no `camera_info`.
+    ///
+    /// # Errors
+    /// Names the topic, the key and the value that is no calibration.
+    pub fn rig(&self) -> Result<Option<Meta>> {
+        let [Some(left), Some(right)] = &self.messages else { return Ok(None) };
+        let read = |(topic, bytes): &(String, Vec<u8>)| -> Result<(PathBuf, CameraInfo)> {
+            let name = PathBuf::from(format!("{topic} of {}", self.file.display()));
+            let info =
+                camera_info(bytes, self.encoding).with_context(|| name.display().to_string())?;
+            Ok((name, info))
+        };
+        let infos = [read(left)?, read(right)?];
+        let files = Files::of(
+            infos.iter().map(|(name, info)| (name.clone(), info.text.clone())).collect(),
+        )?;
+        let rectified = self.topics.0.each_ref().map(Topic::is_rectified);
+        let meta = match rectified {
+            [true, true] => rig_of_rectified(&files)?,
+            [false, false] => rig_of(&files, Unknowns::default())?,
+            _ => bail!(
+                "{} is rectified and {} is not: choose two of a kind with --left-topic and --right-topic",
+                self.topics.0[usize::from(rectified[1])].name,
+                self.topics.0[usize::from(rectified[0])].name
+            ),
+        };
+        let changes = [0, 1].map(|side| {
+            Change::of_info(meta.sizes()[side], infos[side].1.roi, infos[side].1.binning)
+        });
+        let changes = <[Result<Change>; 2]>::map(changes, |change| change);
+        let [a, b] = changes;
+        Ok(Some(resized::changed(&meta, [a?, b?])))
+    }
+
+    /// What is known of them, in words: for an image without a rig.
+    #[must_use]
+    pub fn missing(&self) -> String {
+        let names = self.topics.0.each_ref().map(|topic| topic.infos().remove(0));
+        format!("no camera_info on {} and {}", names[0], names[1])
+    }
 }
 
 /// Pairs the images of a bag as they come.
@@ -111,9 +299,15 @@ impl<'a> Pairing<'a> {
 
     /// One more message of a topic.
     pub(super) fn push(&mut self, topic: &str, bytes: &[u8]) -> ControlFlow<()> {
-        let Some(side) = self.topics.side(topic) else { return ControlFlow::Continue(()) };
+        let Some(side) = self.topics.is_side(topic).iter().position(|is| *is) else {
+            return ControlFlow::Continue(());
+        };
         let compressed = self.topics.0[side].compressed;
         match ImageMessage::new(topic, self.encoding, compressed, bytes.to_vec()) {
+            Ok(message) if self.topics.is_side_by_side() => {
+                let half = |side| Frame::message(message.clone()).half(side);
+                (self.take)(Item::Pair([half(0), half(1)]))
+            }
             Ok(message) => {
                 let decided = self.partners.push(side, message.stamp, message);
                 self.hand_out(decided)
@@ -134,7 +328,7 @@ impl<'a> Pairing<'a> {
     fn hand_out(&mut self, decided: Vec<Partner<ImageMessage>>) -> ControlFlow<()> {
         for one in decided {
             (self.take)(match one {
-                Partner::Pair(pair) => Item::Pair(pair.map(Frame::Message)),
+                Partner::Pair(pair) => Item::Pair(pair.map(Frame::message)),
                 Partner::Alone(_, m) => {
                     Item::Skipped(format!("{} at {:.3} s: no partner in time", m.topic, m.stamp))
                 }

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 
 /// Endings of images.
-const ENDINGS: [&str; 8] = ["png", "jpg", "jpeg", "pgm", "ppm", "pnm", "tif", "tiff"];
+const ENDINGS: [&str; 10] =
+    ["png", "jpg", "jpeg", "pgm", "ppm", "pnm", "tif", "tiff", "bmp", "webp"];
 
 /// Whether the ending is that of an image.
 pub(super) fn is_image(path: &Path) -> bool {
@@ -27,6 +28,6 @@ pub(super) fn images(place: &Path) -> Result<Vec<PathBuf>> {
     };
     found.retain(|path| is_image(path));
     found.sort();
-    ensure!(!found.is_empty(), "no images (PNG, JPEG, PGM, TIFF) in {name}");
+    ensure!(!found.is_empty(), "no images (PNG, JPEG, PGM, TIFF, BMP, WebP) in {name}");
     Ok(found)
 }

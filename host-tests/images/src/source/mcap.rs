@@ -7,9 +7,9 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use mcap::io::MessageReader;
 
-use super::bag::{Pairing, Topic, Topics, rig};
+use super::Take;
+use super::bag::{Infos, Pairing, Topic, Topics, Wanted};
 use super::message::Encoding;
-use super::{RigOf, Take};
 
 /// Messages that are looked at for topics and calibrations before the images are read.
 const LOOK: usize = 4000;
@@ -20,7 +20,7 @@ fn open(file: &Path) -> Result<MessageReader<BufReader<File>>> {
 }
 
 /// Topics and calibration.
-pub(super) fn look(file: &Path, wanted: Option<[String; 2]>) -> Result<(Topics, RigOf)> {
+pub(super) fn look(file: &Path, wanted: &Wanted) -> Result<(Topics, Infos)> {
     let (mut all, mut infos) = (Vec::new(), Vec::new());
     for message in open(file)?.take(LOOK) {
         let Ok(message) = message else { break };
@@ -33,12 +33,8 @@ pub(super) fn look(file: &Path, wanted: Option<[String; 2]>) -> Result<(Topics, 
         all.extend(images);
     }
     let topics = Topics::choose(&all, wanted).with_context(|| file.display().to_string())?;
-    let info = |name: String| {
-        let found = infos.iter().find(|(topic, _)| *topic == name);
-        found.map(|(_, bytes)| (bytes.clone(), Encoding::Cdr))
-    };
-    let rig = rig(file, topics.infos().map(info))?;
-    Ok((topics, rig))
+    let infos = Infos::of(file, &topics, &infos, Encoding::Cdr);
+    Ok((topics, infos))
 }
 
 /// Hands out all pairs.

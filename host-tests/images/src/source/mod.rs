@@ -5,6 +5,7 @@ mod folders;
 mod layout;
 mod mcap;
 mod message;
+mod names;
 mod partners;
 mod rosbag;
 
@@ -12,44 +13,95 @@ use std::fmt;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use host_tests::data::Meta;
+use image::metadata::Orientation;
 
 use crate::picture::Picture;
 use crate::shipped::ShippedImages;
 
-pub use bag::Topics;
+use partners::PairedFiles;
+
+pub use bag::{Infos, Topics, Wanted};
 pub use message::ImageMessage;
 
 /// An image that is not decoded yet.
 #[derive(Debug, Clone)]
-pub enum Frame {
-    /// A file.
+pub struct Frame {
+    from: From,
+    /// The left (0) or the right (1) half of a picture of both cameras.
+    half: Option<usize>,
+    /// Turned as its EXIF data say.
+    upright: bool,
+}
+
+#[derive(Debug, Clone)]
+enum From {
     File(PathBuf),
-    /// A message of a bag.
     Message(ImageMessage),
 }
 
 impl Frame {
+    /// An image file as it is stored.
+    #[must_use]
+    pub fn file(path: PathBuf) -> Self {
+        Self { from: From::File(path), half: None, upright: false }
+    }
+
+    /// A message of a bag.
+    #[must_use]
+    pub fn message(message: ImageMessage) -> Self {
+        Self { from: From::Message(message), half: None, upright: false }
+    }
+
+    /// The left (0) or the right (1) half of it.
+    #[must_use]
+    pub fn half(self, side: usize) -> Self {
+        Self { half: Some(side), ..self }
+    }
+
+    /// Its file, if it is one.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        match &self.from {
+            From::File(path) => Some(path),
+            From::Message(_) => None,
+        }
+    }
+
     /// Reads and decodes it.
     ///
     /// # Errors
     /// Names the file or the message.
     pub fn picture(&self) -> Result<Picture> {
-        match self {
-            Self::File(path) => Picture::read(path),
-            Self::Message(message) => message.picture(),
-        }
+        Ok(self.picture_and_turn()?.0)
+    }
+
+    /// The same, with the turn that its EXIF data ask for, whether it was made or not.
+    ///
+    /// # Errors
+    /// As [`Frame::picture`].
+    pub fn picture_and_turn(&self) -> Result<(Picture, Orientation)> {
+        let (picture, orientation) = match &self.from {
+            From::File(path) => Picture::read_with_orientation(path)?,
+            From::Message(message) => (message.picture()?, Orientation::NoTransforms),
+        };
+        let picture = if self.upright { picture.turned(orientation) } else { picture };
+        let picture = self.half.map_or_else(|| Ok(picture.clone()), |side| picture.half(side));
+        Ok((picture.with_context(|| self.to_string())?, orientation))
     }
 }
 
 impl fmt::Display for Frame {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::File(path) => {
+        if let Some(side) = self.half {
+            write!(f, "{} half of ", ["left", "right"][side])?;
+        }
+        match &self.from {
+            From::File(path) => {
                 write!(f, "{}", Path::new(path.file_name().unwrap_or_default()).display())
             }
-            Self::Message(message) => write!(f, "{} at {:.3} s", message.topic, message.stamp),
+            From::Message(message) => write!(f, "{} at {:.3} s", message.topic, message.stamp),
         }
     }
 }
@@ -73,8 +125,14 @@ pub struct Source {
     pub name: String,
     /// The rig that came with it.
     pub rig: RigOf,
+    /// Numbers of its cameras in a calibration of several, where its folders tell.
+    pub cameras: Option<[u8; 2]>,
     /// How many pairs it has, where that is known before they are read.
     pub count: Option<usize>,
+    /// Whether left and right files are turned as their EXIF data say.
+    pub upright: [bool; 2],
+    /// By how much the time stamps of a pair may differ, s.
+    tolerance_s: f64,
     kind: Kind,
 }
 
@@ -87,14 +145,22 @@ pub enum RigOf {
     Files(Vec<PathBuf>),
     /// Read already.
     Read(Box<Meta>),
+    /// The `camera_info` of a bag.
+    Infos(Box<Infos>),
 }
 
 #[derive(Debug)]
 enum Kind {
-    Files { pairs: Vec<[PathBuf; 2]>, skipped: Vec<String> },
-    Mcap { file: PathBuf, topics: Topics, tolerance_s: f64 },
-    Rosbag { file: PathBuf, topics: Topics, tolerance_s: f64 },
+    Files { found: PairedFiles, side_by_side: bool },
+    Mcap { file: PathBuf, topics: Topics },
+    Rosbag { file: PathBuf, topics: Topics },
 }
+
+/// Width over height from which a picture is taken for two side by side: beyond the cinema, below two of 5 : 4.
+const WIDE: f64 = 2.45;
+
+/// Time stamps further apart are not looked at for a tolerance that would do, s.
+const FAR_S: f64 = 0.5;
 
 impl Source {
     /// Opens a source: one place, or a left and a right one.
@@ -103,31 +169,44 @@ impl Source {
     ///
     /// # Errors
     /// If nothing is there, or it is nothing that is known.
-    pub fn open(places: &[PathBuf], topics: Option<[String; 2]>, tolerance_s: f64) -> Result<Self> {
+    pub fn open(places: &[PathBuf], wanted: &Wanted, tolerance_s: f64) -> Result<Self> {
         ensure!(tolerance_s >= 0.0 && tolerance_s.is_finite(), "the tolerance must be 0 s or more");
         match places {
-            [one] => Self::one(one, topics, tolerance_s),
+            [one] => Self::one(one, wanted, tolerance_s),
             [left, right] => {
+                ensure!(
+                    !wanted.side_by_side,
+                    "--side-by-side is for one place with pictures of both cameras, not for two"
+                );
                 let sides = [folders::images(left)?, folders::images(right)?];
-                Ok(Self::of_files(left.display().to_string(), RigOf::Nothing, sides, tolerance_s))
+                let cameras = layout::cameras([&sides[0], &sides[1]]);
+                let new =
+                    Self::of_files(left.display().to_string(), RigOf::Nothing, sides, tolerance_s);
+                Ok(Self { cameras, ..new })
             }
-            _ => anyhow::bail!("one source, or a left and a right one, not {}", places.len()),
+            _ => bail!("one source, or a left and a right one, not {}", places.len()),
         }
     }
 
-    fn one(place: &Path, topics: Option<[String; 2]>, tolerance_s: f64) -> Result<Self> {
+    fn new(name: String, rig: RigOf, kind: Kind, tolerance_s: f64) -> Self {
+        let count = match &kind {
+            Kind::Files { found, .. } => Some(found.pairs.len()),
+            _ => None,
+        };
+        Self { name, rig, cameras: None, count, upright: [false; 2], tolerance_s, kind }
+    }
+
+    fn one(place: &Path, wanted: &Wanted, tolerance_s: f64) -> Result<Self> {
         if let Some(images) = ShippedImages::named(place) {
-            let pairs = images.files();
-            return Ok(Self {
-                name: images.name().into(),
-                rig: RigOf::Read(Box::new(images.sift()?.meta)),
-                count: Some(pairs.len()),
-                kind: Kind::Files { pairs, skipped: Vec::new() },
-            });
+            let found = PairedFiles { pairs: images.files(), ..PairedFiles::default() };
+            let rig = RigOf::Read(Box::new(images.sift()?.meta));
+            let kind = Kind::Files { found, side_by_side: false };
+            return Ok(Self::new(images.name().into(), rig, kind, tolerance_s));
         }
         let extension = place.extension().and_then(|e| e.to_str()).unwrap_or_default();
+        let is_pattern = place.to_str().is_some_and(|text| text.contains('*'));
         ensure!(
-            place.exists(),
+            place.exists() || is_pattern,
             "{} does not exist, and is none of the shipped images ({})",
             place.display(),
             ShippedImages::ALL.map(ShippedImages::name).join(", ")
@@ -135,24 +214,57 @@ impl Source {
         let file = place.to_path_buf();
         let name = place.display().to_string();
         match extension {
-            _ if place.is_dir() => {
-                let layout = layout::Layout::of(place)?;
-                Ok(Self::of_files(name, RigOf::Files(layout.rig), layout.sides, tolerance_s))
-            }
             "mcap" => {
-                let (topics, rig) = mcap::look(place, topics)?;
-                Ok(Self { name, rig, count: None, kind: Kind::Mcap { file, topics, tolerance_s } })
+                let (topics, infos) = mcap::look(place, wanted)?;
+                Ok(Self::new(
+                    name,
+                    RigOf::Infos(Box::new(infos)),
+                    Kind::Mcap { file, topics },
+                    tolerance_s,
+                ))
             }
             "bag" => {
-                let (topics, rig) = rosbag::look(place, topics)?;
-                Ok(Self {
+                let (topics, infos) = rosbag::look(place, wanted)?;
+                Ok(Self::new(
                     name,
-                    rig,
-                    count: None,
-                    kind: Kind::Rosbag { file, topics, tolerance_s },
-                })
+                    RigOf::Infos(Box::new(infos)),
+                    Kind::Rosbag { file, topics },
+                    tolerance_s,
+                ))
             }
-            _ => anyhow::bail!(
+            "db3" => bail!(
+                "{name}: a bag of SQLite: convert it (ros2 bag convert -i {name} -o with storage_id mcap), and give the *.mcap"
+            ),
+            "svo" | "svo2" => bail!(
+                "{name}: a recording of ZED: export its left and right images (ZED_SVO_Editor, or the SDK's svo_export), and give the folders"
+            ),
+            _ if place.is_dir() && !wanted.side_by_side => match layout::Layout::of(place) {
+                Ok(layout) => {
+                    let new =
+                        Self::of_files(name, RigOf::Files(layout.rig), layout.sides, tolerance_s);
+                    Ok(Self { cameras: layout.cameras, ..new })
+                }
+                Err(why) => match folders::images(place) {
+                    Ok(images) if is_wide(&images) => {
+                        Ok(Self::side_by_side(name, images, tolerance_s))
+                    }
+                    _ => Err(why),
+                },
+            },
+            _ if wanted.side_by_side
+                || is_pattern
+                || place.is_dir()
+                || folders::is_image(place) =>
+            {
+                let images = folders::images(place)?;
+                ensure!(
+                    wanted.side_by_side || is_wide(&images),
+                    "{name}: images of one side, or are they pictures of both cameras (--side-by-side)? Of two folders or \
+                     patterns, give both"
+                );
+                Ok(Self::side_by_side(name, images, tolerance_s))
+            }
+            _ => bail!(
                 "{name}: a folder, an MCAP file (*.mcap) or a ROS 1 bag (*.bag) is expected; of two folders or \
                  patterns, give both"
             ),
@@ -160,8 +272,73 @@ impl Source {
     }
 
     fn of_files(name: String, rig: RigOf, sides: [Vec<PathBuf>; 2], tolerance_s: f64) -> Self {
-        let (pairs, skipped) = partners::of_files(sides, tolerance_s);
-        Self { name, rig, count: Some(pairs.len()), kind: Kind::Files { pairs, skipped } }
+        let found = partners::of_files(sides, tolerance_s);
+        Self::new(name, rig, Kind::Files { found, side_by_side: false }, tolerance_s)
+    }
+
+    /// Pictures of both cameras.
+    fn side_by_side(name: String, images: Vec<PathBuf>, tolerance_s: f64) -> Self {
+        let pairs = images.into_iter().map(|path| [path.clone(), path]).collect();
+        let found = PairedFiles { pairs, ..PairedFiles::default() };
+        Self::new(name, RigOf::Nothing, Kind::Files { found, side_by_side: true }, tolerance_s)
+    }
+
+    /// What was chosen of it, in words, where there was a choice.
+    #[must_use]
+    pub fn choice(&self) -> Option<String> {
+        match &self.kind {
+            Kind::Mcap { topics, .. } | Kind::Rosbag { topics, .. } => {
+                let [left, right] = &topics.0;
+                Some(if topics.is_side_by_side() {
+                    format!("topic {}: left and right halves", left.name)
+                } else {
+                    format!("topics: left {}, right {}", left.name, right.name)
+                })
+            }
+            Kind::Files { side_by_side: true, .. } => {
+                Some("pictures of both cameras: left and right halves".into())
+            }
+            Kind::Files { .. } => None,
+        }
+    }
+
+    /// Why it has no pairs, in words: how far apart the nearest time stamps are.
+    #[must_use]
+    pub fn without_pairs(&self) -> String {
+        let nearest = match &self.kind {
+            Kind::Files { found, .. } => found.nearest_s.filter(|s| *s < FAR_S),
+            _ => self.nearest_stamps(),
+        };
+        let Some(seconds) = nearest else {
+            return format!(
+                "no pairs of images in {}: no left and right ones of one time or number",
+                self.name
+            );
+        };
+        let [gap, most] = [seconds, self.tolerance_s].map(|s| s * 1000.0);
+        format!(
+            "no pairs of images in {}: the nearest left and right ones are {gap:.1} ms apart, and --tolerance is {most:.1} ms. If they \
+             are of one moment, give --tolerance {:.3}",
+            self.name,
+            seconds * 1.25
+        )
+    }
+
+    /// The least difference of the stamps of a bag, s.
+    fn nearest_stamps(&self) -> Option<f64> {
+        let mut nearest: Option<f64> = None;
+        let mut take = |item: Item| {
+            if let Item::Pair(
+                [Frame { from: From::Message(l), .. }, Frame { from: From::Message(r), .. }],
+            ) = item
+            {
+                let gap = (l.stamp - r.stamp).abs();
+                nearest = Some(nearest.map_or(gap, |nearest| nearest.min(gap)));
+            }
+            ControlFlow::Continue(())
+        };
+        self.read_within(FAR_S, &mut take).ok()?;
+        nearest
     }
 
     /// Hands out all items, one at a time.
@@ -169,10 +346,18 @@ impl Source {
     /// # Errors
     /// If a bag cannot be opened. A damaged rest of it is an item that is skipped.
     pub fn read(&self, take: Take<'_>) -> Result<()> {
+        self.read_within(self.tolerance_s, take)
+    }
+
+    fn read_within(&self, tolerance_s: f64, take: Take<'_>) -> Result<()> {
         match &self.kind {
-            Kind::Files { pairs, skipped } => {
-                let skipped = skipped.iter().cloned().map(Item::Skipped);
-                let pairs = pairs.iter().map(|pair| Item::Pair(pair.clone().map(Frame::File)));
+            Kind::Files { found, side_by_side } => {
+                let frame = |side: usize, path: &PathBuf| {
+                    let frame = Frame { upright: self.upright[side], ..Frame::file(path.clone()) };
+                    if *side_by_side { frame.half(side) } else { frame }
+                };
+                let skipped = found.skipped.iter().cloned().map(Item::Skipped);
+                let pairs = found.pairs.iter().map(|[l, r]| Item::Pair([frame(0, l), frame(1, r)]));
                 for item in skipped.chain(pairs) {
                     if take(item).is_break() {
                         break;
@@ -180,12 +365,14 @@ impl Source {
                 }
                 Ok(())
             }
-            Kind::Mcap { file, topics, tolerance_s } => {
-                mcap::read(file, topics, *tolerance_s, take)
-            }
-            Kind::Rosbag { file, topics, tolerance_s } => {
-                rosbag::read(file, topics, *tolerance_s, take)
-            }
+            Kind::Mcap { file, topics } => mcap::read(file, topics, tolerance_s, take),
+            Kind::Rosbag { file, topics } => rosbag::read(file, topics, tolerance_s, take),
         }
     }
+}
+
+/// Whether the first picture of a folder is as wide as two.
+fn is_wide(images: &[PathBuf]) -> bool {
+    let size = images.first().and_then(|path| image::image_dimensions(path).ok());
+    size.is_some_and(|(width, height)| f64::from(width) >= WIDE * f64::from(height))
 }

@@ -3,41 +3,39 @@
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-/// Digits from which a number in a name is a time stamp in nanoseconds.
-const NANOSECONDS: usize = 16;
+use super::names;
 
 /// Images without a partner that are kept waiting.
 const WAITING: usize = 64;
 
 /// Pairs of files, and what has no partner.
-pub(super) fn of_files(
-    [left, right]: [Vec<PathBuf>; 2],
-    tolerance_s: f64,
-) -> (Vec<[PathBuf; 2]>, Vec<String>) {
-    let numbers = [&left, &right].map(|side| side.iter().map(|path| number(path)).collect());
-    let [Some(l), Some(r)]: [Option<Vec<u128>>; 2] = numbers else { return in_order(left, right) };
-    let rising = |numbers: &[u128]| numbers.windows(2).all(|two| two[0] < two[1]);
+#[derive(Debug, Default)]
+pub(super) struct PairedFiles {
+    pub(super) pairs: Vec<[PathBuf; 2]>,
+    pub(super) skipped: Vec<String>,
+    /// Time between the two nearest images of both sides, s, where the names are time stamps.
+    pub(super) nearest_s: Option<f64>,
+}
+
+/// Finds the partners of left and right files.
+pub(super) fn of_files([left, right]: [Vec<PathBuf>; 2], tolerance_s: f64) -> PairedFiles {
     // One of each belongs together whatever its name: im0.png and im1.png.
-    if !rising(&l) || !rising(&r) || (l.len() == 1 && r.len() == 1) {
+    if left.len() == 1 && right.len() == 1 {
         return in_order(left, right);
     }
-    let stamped = [&left, &right]
-        .map(|side| side.iter().all(|path| digits(path).is_some_and(|d| d.len() >= NANOSECONDS)));
-    // Numbers of frames are exact; time stamps may differ.
-    let unit = if stamped == [true; 2] { 1e-9 } else { 1e9 };
-    let origin = l[0].min(r[0]);
-    let seconds = |numbers: Vec<u128>| numbers.into_iter().map(move |n| (n - origin) as f64 * unit);
+    let Some([l, r]) = names::keys([&left, &right]) else { return in_order(left, right) };
     let mut partners = Partners::new(tolerance_s);
     let mut events: Vec<(f64, usize, PathBuf)> = Vec::new();
-    events.extend(seconds(l).zip(left).map(|(stamp, path)| (stamp, 0, path)));
-    events.extend(seconds(r).zip(right).map(|(stamp, path)| (stamp, 1, path)));
+    events.extend(l.into_iter().zip(left).map(|(stamp, path)| (stamp, 0, path)));
+    events.extend(r.into_iter().zip(right).map(|(stamp, path)| (stamp, 1, path)));
     events.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let (mut pairs, mut skipped) = (Vec::new(), Vec::new());
-    let mut take = |found: Vec<Partner<PathBuf>>| {
-        for one in found {
+    let gaps = events.windows(2).filter(|two| two[0].1 != two[1].1).map(|two| two[1].0 - two[0].0);
+    let mut found = PairedFiles { nearest_s: gaps.reduce(f64::min), ..PairedFiles::default() };
+    let mut take = |all: Vec<Partner<PathBuf>>| {
+        for one in all {
             match one {
-                Partner::Pair(pair) => pairs.push(pair),
-                Partner::Alone(side, path) => skipped.push(alone(side, &path)),
+                Partner::Pair(pair) => found.pairs.push(pair),
+                Partner::Alone(side, path) => found.skipped.push(alone(side, &path)),
             }
         }
     };
@@ -45,31 +43,22 @@ pub(super) fn of_files(
         take(partners.push(side, stamp, path));
     }
     take(partners.finish());
-    (pairs, skipped)
+    found
 }
 
-fn in_order(left: Vec<PathBuf>, right: Vec<PathBuf>) -> (Vec<[PathBuf; 2]>, Vec<String>) {
+fn in_order(left: Vec<PathBuf>, right: Vec<PathBuf>) -> PairedFiles {
     let both = left.len().min(right.len());
     let rest = |side: usize, all: &[PathBuf]| -> Vec<String> {
         all[both..].iter().map(|path| alone(side, path)).collect()
     };
     let skipped = [rest(0, &left), rest(1, &right)].concat();
-    (left.into_iter().zip(right).map(Into::into).collect(), skipped)
+    let pairs = left.into_iter().zip(right).map(Into::into).collect();
+    PairedFiles { pairs, skipped, nearest_s: None }
 }
 
 fn alone(side: usize, path: &Path) -> String {
     let [this, other] = if side == 0 { ["left", "right"] } else { ["right", "left"] };
     format!("{}: {this} image without a {other} one", path.display())
-}
-
-/// The last run of digits in a name.
-fn digits(path: &Path) -> Option<&str> {
-    let stem = path.file_stem()?.to_str()?;
-    stem.split(|c: char| !c.is_ascii_digit()).rfind(|run| !run.is_empty())
-}
-
-fn number(path: &Path) -> Option<u128> {
-    digits(path)?.parse().ok()
 }
 
 /// What became of an image.
@@ -144,9 +133,9 @@ mod tests {
     }
 
     fn names(left: &[&str], right: &[&str]) -> (Vec<[String; 2]>, usize) {
-        let (pairs, skipped) = of_files([paths(left), paths(right)], 0.005);
+        let found = of_files([paths(left), paths(right)], 0.005);
         let text = |path: &PathBuf| path.display().to_string();
-        (pairs.iter().map(|pair| pair.each_ref().map(text)).collect(), skipped.len())
+        (found.pairs.iter().map(|pair| pair.each_ref().map(text)).collect(), found.skipped.len())
     }
 
     #[test]
@@ -164,6 +153,54 @@ mod tests {
         let (pairs, alone) = names(&left, &right);
         assert_eq!(pairs, [[left[0], right[0]]]);
         assert_eq!(alone, 2);
+    }
+
+    #[test]
+    fn a_gap_shifts_nothing_whichever_number_of_a_name_counts() {
+        for (left, right) in [
+            (
+                ["frame0001_cam0.png", "frame0002_cam0.png", "frame0004_cam0.png"],
+                ["frame0001_cam1.png", "frame0004_cam1.png"],
+            ),
+            (
+                ["000001_10.png", "000002_10.png", "000004_10.png"],
+                ["000001_10.png", "000004_10.png"],
+            ),
+            (
+                ["cam0_run2_7.png", "cam0_run2_8.png", "cam0_run2_10.png"],
+                ["cam1_run2_7.png", "cam1_run2_10.png"],
+            ),
+            (["s1_f9.png", "s1_f10.png", "s2_f9.png"], ["s1_f9.png", "s2_f9.png"]),
+            (
+                ["100.250000.png", "100.300000.png", "101.250000.png"],
+                ["100.250100.png", "101.250000.png"],
+            ),
+            (
+                ["1403636579.763555.png", "1403636579.813.png", "1403636580.01.png"],
+                ["1403636579.763.png", "1403636580.011.png"],
+            ),
+            (
+                ["1403636579763.png", "1403636579813.png", "1403636580010.png"],
+                ["1403636579764.png", "1403636580011.png"],
+            ),
+            (
+                ["1403636579763555.png", "1403636579813555.png", "1403636580010555.png"],
+                ["1403636579764555.png", "1403636580011555.png"],
+            ),
+        ] {
+            let (pairs, alone) = names(&left, &right);
+            assert_eq!(pairs, [[left[0], right[0]], [left[2], right[1]]], "{left:?}");
+            assert_eq!(alone, 1);
+        }
+    }
+
+    #[test]
+    fn the_nearest_stamps_are_known_where_none_are_near() {
+        let left = paths(&["1403636579763555584.png", "1403636579813555456.png"]);
+        let right = paths(&["1403636579771555584.png", "1403636579821555456.png"]);
+        let found = of_files([left, right], 0.005);
+        assert!(found.pairs.is_empty());
+        assert!((found.nearest_s.unwrap() - 0.008).abs() < 1e-6, "{found:?}");
     }
 
     #[test]

@@ -9,9 +9,9 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use rosbag::{ChunkRecord, MessageRecord, RosBag};
 
-use super::bag::{Pairing, Topic, Topics, rig};
+use super::Take;
+use super::bag::{Infos, Pairing, Topic, Topics, Wanted};
 use super::message::Encoding;
-use super::{RigOf, Take};
 
 /// Messages that are looked at for topics and calibrations before the images are read.
 const LOOK: usize = 4000;
@@ -71,7 +71,7 @@ fn whole(file: &Path) -> Result<()> {
 }
 
 /// Topics and calibration.
-pub(super) fn look(file: &Path, wanted: Option<[String; 2]>) -> Result<(Topics, RigOf)> {
+pub(super) fn look(file: &Path, wanted: &Wanted) -> Result<(Topics, Infos)> {
     let (mut all, mut infos, mut seen) = (Vec::new(), Vec::new(), 0);
     let mut note = |(topic, kind, bytes): Message<'_>| {
         if kind == "sensor_msgs/CameraInfo" && infos.iter().all(|(name, _)| name != topic) {
@@ -85,12 +85,8 @@ pub(super) fn look(file: &Path, wanted: Option<[String; 2]>) -> Result<(Topics, 
     // A damaged rest is said when it is read.
     let _ = messages(&open(file)?, &mut note);
     let topics = Topics::choose(&all, wanted).with_context(|| file.display().to_string())?;
-    let info = |name: String| {
-        let found = infos.iter().find(|(topic, _)| *topic == name);
-        found.map(|(_, bytes)| (bytes.clone(), Encoding::Packed))
-    };
-    let rig = rig(file, topics.infos().map(info))?;
-    Ok((topics, rig))
+    let infos = Infos::of(file, &topics, &infos, Encoding::Packed);
+    Ok((topics, infos))
 }
 
 /// Hands out all pairs.

@@ -13,10 +13,10 @@ use crate::call::check;
 use crate::images::scene::{SIZE, camera_info, moving};
 
 /// CDR, little endian: numbers at multiples of their size after the header of 4 bytes.
-struct Cdr(Vec<u8>);
+pub(crate) struct Cdr(Vec<u8>);
 
 impl Cdr {
-    fn header(seconds: u32, nanoseconds: u32) -> Self {
+    pub(crate) fn header(seconds: u32, nanoseconds: u32) -> Self {
         let mut cdr = Self(vec![0, 1, 0, 0]);
         cdr.number(&seconds.to_le_bytes());
         cdr.number(&nanoseconds.to_le_bytes());
@@ -24,30 +24,38 @@ impl Cdr {
         cdr
     }
 
-    fn number(&mut self, bytes: &[u8]) {
+    pub(crate) fn number(&mut self, bytes: &[u8]) {
         while !(self.0.len() - 4).is_multiple_of(bytes.len()) {
             self.0.push(0);
         }
         self.0.extend(bytes);
     }
 
-    fn u32(&mut self, n: u32) {
+    pub(crate) fn u32(&mut self, n: u32) {
         self.number(&n.to_le_bytes());
     }
 
-    fn data(&mut self, bytes: &[u8]) {
+    pub(crate) fn data(&mut self, bytes: &[u8]) {
         self.u32(u32::try_from(bytes.len()).unwrap());
         self.0.extend(bytes);
     }
 
-    fn text(&mut self, text: &str) {
+    pub(crate) fn text(&mut self, text: &str) {
         self.data(&[text.as_bytes(), &[0]].concat());
     }
 
-    fn numbers(&mut self, numbers: &[f64]) {
+    pub(crate) fn numbers(&mut self, numbers: &[f64]) {
         for x in numbers {
             self.number(&x.to_le_bytes());
         }
+    }
+
+    pub(crate) fn byte(&mut self, byte: u8) {
+        self.0.push(byte);
+    }
+
+    pub(crate) fn bytes(self) -> Vec<u8> {
+        self.0
     }
 }
 

@@ -1,8 +1,11 @@
 //! The commands over images and bags, as files that the tests write.
 
+mod as_delivered;
 mod bad_input;
 mod bags;
 mod interrupted;
 mod layouts;
 mod ros1;
 mod scene;
+mod topics;
+mod unlike_cameras;

@@ -1,0 +1,123 @@
+//! The calibration that `DepthAI` reads from a Luxonis camera, in JSON.
+//!
+//! `extrinsics` take points of a camera to that of `toCameraSocket`, in centimetres; -1 and 255 stand for none. Cameras
+//! that lead to a common one are a chain.
+
+use anyhow::{Context, Result, bail};
+use nalgebra::Vector3;
+
+use super::Files;
+use super::node::Value;
+use super::rig::{self, Pose, Unknowns, View};
+use super::rigid::Rigid;
+use host_tests::data::{LensModel, Meta};
+
+/// Numbers of sockets that stand for none.
+const NONE: [f64; 2] = [-1.0, 255.0];
+
+/// Sockets of a camera, at most.
+const MOST: usize = 16;
+
+/// The sockets that are left and right on the boards of the vendor.
+const USUAL: [u8; 2] = [1, 2];
+
+struct Socket<'a> {
+    number: f64,
+    value: Value<'a>,
+}
+
+/// The rig of a Luxonis camera.
+pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
+    let file = files.one(&["cameraData"])?;
+    let data = file.need(&["cameraData"], "a list of sockets")?;
+    let mut sockets = Vec::new();
+    for item in data.items() {
+        let [number, value] = <[Value; 2]>::try_from(item.items())
+            .map_err(|_| item.refuse("a socket's number and its data are expected"))?;
+        sockets.push(Socket { number: number.number()?, value });
+    }
+    let [left, right] = sides(&file, unknowns)?;
+    let find = |number: f64| {
+        let found = sockets.iter().find(|socket| socket.number == number);
+        found.with_context(|| {
+            format!(
+                "{}: there is no socket {number}: choose the left and the right one (--cameras)",
+                data.place()
+            )
+        })
+    };
+    let [l, r] = [find(left)?, find(right)?];
+    let way = way(&sockets, l, r)?;
+    let pose =
+        Pose::of(&way, &format!("{}: extrinsics of sockets {left} and {right}", data.place()))?;
+    rig::meta([view(&l.value)?, view(&r.value)?], &pose, format!("Luxonis: {files}"))
+}
+
+/// The numbers of the left and the right socket.
+fn sides(file: &Value, unknowns: Unknowns) -> Result<[f64; 2]> {
+    if let Some(chosen) = unknowns.cameras {
+        return Ok(chosen.map(f64::from));
+    }
+    let stereo = file.get(&["stereoRectificationData"]);
+    let number = |key: &str| -> Result<Option<f64>> {
+        let value = stereo.as_ref().and_then(|stereo| stereo.get(&[key]));
+        Ok(value.map(|value| value.number()).transpose()?.filter(|number| !NONE.contains(number)))
+    };
+    let sides = [number("leftCameraSocket")?, number("rightCameraSocket")?];
+    Ok(match sides {
+        [Some(left), Some(right)] => [left, right],
+        _ => USUAL.map(f64::from),
+    })
+}
+
+/// The sockets that a camera leads to, one after the other, and the way to each.
+fn ways<'a>(sockets: &'a [Socket<'a>], from: &'a Socket<'a>) -> Result<Vec<(f64, Rigid)>> {
+    let mut ways = vec![(from.number, Rigid::NONE)];
+    let mut here = from;
+    while ways.len() < MOST {
+        let extrinsics = here.value.need(&["extrinsics"], "the way to another socket")?;
+        let to = extrinsics.need(&["toCameraSocket"], "a socket's number")?.number()?;
+        let Some(next) = sockets.iter().find(|socket| socket.number == to && !NONE.contains(&to))
+        else {
+            break;
+        };
+        let r = rig::rotation(&extrinsics.need(&["rotationMatrix"], "3 x 3 numbers")?)?;
+        let t = extrinsics.need(&["translation"], "x, y and z, cm")?;
+        let [x, y, z] = ["x", "y", "z"].map(|axis| t.need(&[axis], "cm")?.number());
+        let step = Rigid { r, t: Vector3::new(x?, y?, z?) / 100.0 };
+        let so_far = ways.last().map_or(Rigid::NONE, |(_, way)| *way);
+        ways.push((to, so_far.then(&step)));
+        here = next;
+    }
+    Ok(ways)
+}
+
+fn way(sockets: &[Socket<'_>], left: &Socket<'_>, right: &Socket<'_>) -> Result<Rigid> {
+    let [from_left, from_right] = [ways(sockets, left)?, ways(sockets, right)?];
+    for (number, way) in &from_left {
+        if let Some((_, back)) = from_right.iter().find(|(other, _)| other == number) {
+            return Ok(way.then(&back.inverse()));
+        }
+    }
+    bail!(
+        "{}: extrinsics: toCameraSocket leads neither from socket {} to {} nor both to a common one: calibrate the camera again, or choose \
+         others (--cameras)",
+        left.value.place(),
+        left.number,
+        right.number
+    )
+}
+
+fn view(of: &Value) -> Result<View> {
+    let kind = of.get(&["cameraType"]).map(|kind| kind.number()).transpose()?.unwrap_or(0.0);
+    let size = [of.need(&["width"], "px")?.count()?, of.need(&["height"], "px")?.count()?];
+    let k = rig::intrinsics(&of.need(&["intrinsicMatrix"], "3 x 3 numbers")?)?;
+    let given = of.get(&["distortionCoeff"]);
+    if kind != 1.0 {
+        return View::of(k, LensModel::RadialTangential, given.as_ref(), size);
+    }
+    let given = given.context("distortionCoeff of a fisheye")?;
+    let numbers = given.numbers()?;
+    View::with(k, LensModel::Fisheye, numbers.get(..4).unwrap_or(&numbers), size)
+        .map_err(|why| given.refuse(why))
+}

@@ -1,0 +1,292 @@
+//! A file of any syntax as a tree, and its values with the way to them: an error names file, key and value.
+
+use std::fmt;
+
+use anyhow::{Context, Error, Result, anyhow, ensure};
+use nalgebra::{Matrix3, Vector3};
+use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
+
+use super::rigid::Rigid;
+use host_tests::data::Rows;
+
+/// Characters of a value that an error shows.
+const SHOWN: usize = 60;
+
+/// How far the last row of a transform may be from `0 0 0 1`.
+const ROUNDING: f64 = 1e-9;
+
+/// A value of YAML, JSON, XML or a text of names and numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Node {
+    Null,
+    Bool(bool),
+    Number(f64),
+    Text(String),
+    List(Vec<Node>),
+    Map(Vec<(String, Node)>),
+}
+
+impl Node {
+    pub(super) fn get(&self, key: &str) -> Option<&Self> {
+        let Self::Map(all) = self else { return None };
+        all.iter().find(|(name, _)| name == key).map(|(_, node)| node)
+    }
+
+    /// A text as what it says: a number, several, or itself.
+    pub(super) fn of_text(text: &str) -> Self {
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let numbers: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
+        match numbers.as_deref() {
+            Some([]) => Self::Null,
+            Some([one]) => Self::Number(*one),
+            Some(several) => Self::List(several.iter().copied().map(Self::Number).collect()),
+            None => Self::Text(text.trim().to_owned()),
+        }
+    }
+}
+
+impl fmt::Display for Node {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Null => f.write_str("blank"),
+            Self::Bool(x) => write!(f, "{x}"),
+            Self::Number(x) => write!(f, "{x}"),
+            Self::Text(text) => f.write_str(text),
+            Self::List(all) => {
+                let all: Vec<String> = all.iter().map(ToString::to_string).collect();
+                write!(f, "[{}]", all.join(", "))
+            }
+            Self::Map(all) => {
+                let all: Vec<String> =
+                    all.iter().map(|(key, node)| format!("{key}: {node}")).collect();
+                write!(f, "{{{}}}", all.join(", "))
+            }
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Node {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        from.deserialize_any(AnyNode)
+    }
+}
+
+struct AnyNode;
+
+impl<'de> Visitor<'de> for AnyNode {
+    type Value = Node;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a number, a text, a list or keys with values")
+    }
+
+    fn visit_unit<E>(self) -> Result<Node, E> {
+        Ok(Node::Null)
+    }
+
+    fn visit_none<E>(self) -> Result<Node, E> {
+        Ok(Node::Null)
+    }
+
+    fn visit_some<D: Deserializer<'de>>(self, from: D) -> Result<Node, D::Error> {
+        Node::deserialize(from)
+    }
+
+    fn visit_bool<E>(self, x: bool) -> Result<Node, E> {
+        Ok(Node::Bool(x))
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "a number of a rig is below 2^53")]
+    fn visit_i64<E>(self, x: i64) -> Result<Node, E> {
+        Ok(Node::Number(x as f64))
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "a number of a rig is below 2^53")]
+    fn visit_u64<E>(self, x: u64) -> Result<Node, E> {
+        Ok(Node::Number(x as f64))
+    }
+
+    fn visit_f64<E>(self, x: f64) -> Result<Node, E> {
+        Ok(Node::Number(x))
+    }
+
+    fn visit_str<E>(self, text: &str) -> Result<Node, E> {
+        Ok(Node::Text(text.to_owned()))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut all: A) -> Result<Node, A::Error> {
+        let mut list = Vec::new();
+        while let Some(node) = all.next_element()? {
+            list.push(node);
+        }
+        Ok(Node::List(list))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut all: A) -> Result<Node, A::Error> {
+        let mut map = Vec::new();
+        while let Some((key, node)) = all.next_entry::<Node, Node>()? {
+            map.push((key.to_string(), node));
+        }
+        Ok(Node::Map(map))
+    }
+}
+
+/// A node, and the way to it: the file, then the keys.
+#[derive(Debug, Clone)]
+pub(super) struct Value<'a> {
+    node: &'a Node,
+    place: String,
+}
+
+impl<'a> Value<'a> {
+    pub(super) fn new(node: &'a Node, place: String) -> Self {
+        Self { node, place }
+    }
+
+    /// File and keys.
+    pub(super) fn place(&self) -> &str {
+        &self.place
+    }
+
+    /// An error that names file, key and value, and says what to do.
+    pub(super) fn refuse(&self, why: impl fmt::Display) -> Error {
+        let value = self.node.to_string();
+        let cut = value.char_indices().nth(SHOWN).map(|(at, _)| at);
+        let value = cut.map_or(value.clone(), |at| format!("{}..", &value[..at]));
+        anyhow!("{}: {value}: {why}", self.place)
+    }
+
+    fn child(&self, node: &'a Node, key: &str) -> Self {
+        Self { node, place: format!("{}: {key}", self.place) }
+    }
+
+    /// The value of the first of these keys that is there and not blank.
+    pub(super) fn get(&self, keys: &[&str]) -> Option<Self> {
+        let here = |key: &&str| Some(self.child(self.node.get(key)?, key));
+        keys.iter().filter_map(here).find(|value| *value.node != Node::Null)
+    }
+
+    /// The same, which must be there.
+    pub(super) fn need(&self, keys: &[&str], what: &str) -> Result<Self> {
+        self.get(keys).with_context(|| {
+            let keys = keys.join(" or ");
+            format!("{}: there is no {keys}: {what} is expected", self.place)
+        })
+    }
+
+    /// The values of a list, or none.
+    pub(super) fn items(&self) -> Vec<Self> {
+        let Node::List(all) = self.node else { return Vec::new() };
+        (0..).zip(all).map(|(i, node): (usize, _)| self.child(node, &format!("[{i}]"))).collect()
+    }
+
+    /// The keys of a map, or none.
+    pub(super) fn keys(&self) -> Vec<&'a str> {
+        let Node::Map(all) = self.node else { return Vec::new() };
+        all.iter().map(|(key, _)| key.as_str()).collect()
+    }
+
+    /// A word; empty if it is blank.
+    pub(super) fn text(&self) -> String {
+        if *self.node == Node::Null { String::new() } else { self.node.to_string() }
+    }
+
+    pub(super) fn number(&self) -> Result<f64> {
+        let number = match self.node {
+            Node::Number(x) => Some(*x),
+            Node::Text(text) => text.trim().parse().ok(),
+            _ => None,
+        };
+        let finite = number.filter(|x: &f64| x.is_finite());
+        finite.ok_or_else(|| self.refuse("a finite number is expected"))
+    }
+
+    /// A number of pixels, or of anything that is counted.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is in range")]
+    pub(super) fn count(&self) -> Result<u16> {
+        let number = self.number()?;
+        let whole = number.fract() == 0.0 && (0.0..=f64::from(u16::MAX)).contains(&number);
+        ensure!(whole, self.refuse("a whole number from 0 to 65535 is expected"));
+        Ok(number as u16)
+    }
+
+    /// All numbers, row by row: of a matrix with `rows`, `cols` and `data`, of lists in lists, of a text.
+    pub(super) fn numbers(&self) -> Result<Vec<f64>> {
+        let data = self.get(&["data"]);
+        let mut numbers = Vec::new();
+        data.as_ref().unwrap_or(self).collect(&mut numbers)?;
+        if let Some((rows, cols)) = self.shape()? {
+            let count = usize::from(rows) * usize::from(cols);
+            let len = numbers.len();
+            ensure!(count == len, self.refuse(format!("{len} numbers for {rows} x {cols}")));
+        }
+        Ok(numbers)
+    }
+
+    fn shape(&self) -> Result<Option<(u16, u16)>> {
+        match (self.get(&["rows"]), self.get(&["cols"])) {
+            (Some(rows), Some(cols)) => Ok(Some((rows.count()?, cols.count()?))),
+            _ => Ok(None),
+        }
+    }
+
+    fn collect(&self, into: &mut Vec<f64>) -> Result<()> {
+        match self.node {
+            Node::List(_) => self.items().iter().try_for_each(|item| item.collect(into)),
+            Node::Text(text) => {
+                let parts = text.split(|c: char| c.is_whitespace() || "[](),;".contains(c));
+                for word in parts.filter(|word| !word.is_empty()) {
+                    let number = word.parse().ok().filter(|x: &f64| x.is_finite());
+                    into.push(number.ok_or_else(|| self.refuse("finite numbers are expected"))?);
+                }
+                Ok(())
+            }
+            Node::Null => Ok(()),
+            _ => {
+                into.push(self.number()?);
+                Ok(())
+            }
+        }
+    }
+
+    /// So many numbers, which `what` names.
+    pub(super) fn array<const N: usize>(&self, what: &str) -> Result<[f64; N]> {
+        let numbers = self.numbers()?;
+        let len = numbers.len();
+        numbers
+            .try_into()
+            .map_err(|_| self.refuse(format!("{len} numbers: {what} is expected ({N} numbers)")))
+    }
+
+    /// So many numbers in rows and columns.
+    pub(super) fn shaped<const N: usize>(&self, rows: u16, cols: u16) -> Result<[f64; N]> {
+        let shape = self.shape()?;
+        let fits = shape.is_none_or(|said| said == (rows, cols));
+        ensure!(fits, self.refuse(format!("{rows} x {cols} numbers are expected")));
+        self.array(&format!("a matrix of {rows} x {cols}"))
+    }
+
+    /// 3 x 3 numbers.
+    pub(super) fn square(&self) -> Result<Rows> {
+        let [a, b, c, d, e, f, g, h, i] = self.shaped(3, 3)?;
+        Ok([[a, b, c], [d, e, f], [g, h, i]])
+    }
+
+    /// `[R t; 0 1]`, or `[R t]`.
+    pub(super) fn transform(&self) -> Result<Rigid> {
+        let numbers = self.numbers()?;
+        let (rows, last) = numbers.split_at(numbers.len().min(12));
+        let homogeneous =
+            last.iter().zip([0.0, 0.0, 0.0, 1.0]).all(|(a, b)| (a - b).abs() < ROUNDING);
+        let three = self.shape()? == Some((3, 4));
+        let whole = rows.len() == 12 && (last.len() == 4 || three) && homogeneous;
+        ensure!(
+            whole,
+            self.refuse("a transform of 4 x 4 numbers with the last row 0 0 0 1 is expected")
+        );
+        let at = |i: usize, j: usize| rows[4 * i + j];
+        let rigid = Rigid { r: Matrix3::from_fn(at), t: Vector3::from_fn(|i, _| at(i, 3)) };
+        rigid.check().map_err(|why| self.refuse(why))?;
+        Ok(rigid)
+    }
+}

@@ -1,0 +1,217 @@
+//! Image files as cameras and phones deliver them: turned by EXIF, side by side, BMP and WebP, KITTI's colour cameras.
+
+use std::fs;
+use std::io::Cursor;
+use std::path::Path;
+
+use image::{DynamicImage, GrayImage, ImageFormat, imageops};
+
+use crate::call::check;
+use crate::images::scene::{FOCAL, PRINCIPAL, SIZE, folders, moving, small};
+
+fn focal() -> [String; 2] {
+    ["--focal".to_owned(), FOCAL.to_string()]
+}
+
+fn fits(top: &Path, more: &[&str]) -> String {
+    let (json, said) = check(top, more);
+    let rows = json["run"]["rms_px_before"].as_f64();
+    assert!(rows.is_some_and(|px| px < 0.7), "{json} {}", said.err);
+    said.err
+}
+
+/// A JPEG whose EXIF data say an orientation.
+fn photograph(image: &GrayImage, orientation: u8, path: &Path) {
+    let mut jpeg = Cursor::new(Vec::new());
+    let mut encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut jpeg, 95);
+    encoder.encode_image(image).unwrap();
+    // One entry: tag 0x112, type 3 (16 bits), count 1.
+    let tiff = [
+        &b"II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0"[..],
+        &[orientation, 0, 0, 0, 0, 0, 0, 0],
+    ]
+    .concat();
+    let segment = [&b"Exif\0\0"[..], &tiff].concat();
+    let length = u16::try_from(segment.len() + 2).unwrap().to_be_bytes();
+    let (start, rest) = jpeg.get_ref().split_at(2);
+    fs::write(path, [start, &[0xff, 0xe1], &length, &segment, rest].concat()).unwrap();
+}
+
+/// As it is stored by a camera that says this orientation.
+fn stored(image: &GrayImage, orientation: u8) -> GrayImage {
+    match orientation {
+        3 => imageops::rotate180(image),
+        6 => imageops::rotate270(image),
+        8 => imageops::rotate90(image),
+        _ => image.clone(),
+    }
+}
+
+fn photographs(top: &Path, orientations: [u8; 2]) {
+    for (side, name) in ["left", "right"].iter().enumerate() {
+        fs::create_dir_all(top.join(name)).unwrap();
+        for (i, pair) in moving(3).iter().enumerate() {
+            let image = stored(&pair[side], orientations[side]);
+            photograph(&image, orientations[side], &top.join(format!("{name}/{i:03}.jpg")));
+        }
+    }
+}
+
+fn rig(top: &Path) -> String {
+    let [cx, cy] = PRINCIPAL;
+    let k = format!("[[{FOCAL}, 0, {cx}], [0, {FOCAL}, {cy}], [0, 0, 1]]");
+    let text = format!(
+        "{{\"width\": {}, \"height\": {}, \"K1\": {k}, \"D1\": [], \"K2\": {k}, \"D2\": [], \"R\": [[1,0,0],[0,1,0],[0,0,1]], \"T\": [-0.1,0,0]}}",
+        SIZE[0], SIZE[1]
+    );
+    let path = top.join("rig.json");
+    fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn photographs_are_turned_as_their_exif_data_say() {
+    for orientations in [[6, 6], [8, 8], [3, 3], [1, 3], [6, 8]] {
+        let dir = tempfile::tempdir().unwrap();
+        photographs(dir.path(), orientations);
+        let [option, px] = focal();
+        let said = fits(dir.path(), &[&option, &px]);
+        assert!(said.contains("EXIF orientation"), "{orientations:?}: {said}");
+        // A rig of the upright images.
+        let rig = rig(dir.path());
+        fits(dir.path(), &["--rig", &rig]);
+    }
+}
+
+#[test]
+fn photographs_stay_as_stored_where_the_rig_is_of_them_or_the_user_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    for name in ["left", "right"] {
+        fs::create_dir_all(dir.path().join(name)).unwrap();
+    }
+    // The camera stands upright, whatever the tag says: the stored images fit the rig.
+    for (i, pair) in moving(3).iter().enumerate() {
+        for (image, name) in pair.iter().zip(["left", "right"]) {
+            photograph(image, 6, &dir.path().join(format!("{name}/{i:03}.jpg")));
+        }
+    }
+    let said = fits(dir.path(), &["--rig", &rig(dir.path())]);
+    assert!(said.contains("left as stored"), "{said}");
+    let [option, px] = focal();
+    fits(dir.path(), &[&option, &px, "--exif", "stored"]);
+}
+
+#[test]
+fn a_picture_of_both_cameras_is_cut_in_two() {
+    let dir = tempfile::tempdir().unwrap();
+    let [option, px] = focal();
+    for (i, [left, right]) in moving(3).iter().enumerate() {
+        let mut both = GrayImage::new(2 * SIZE[0], SIZE[1]);
+        imageops::replace(&mut both, left, 0, 0);
+        imageops::replace(&mut both, right, SIZE[0].into(), 0);
+        both.save(dir.path().join(format!("{i:03}.png"))).unwrap();
+    }
+    let said = fits(dir.path(), &[&option, &px, "--side-by-side"]);
+    assert!(said.contains("halves"), "{said}");
+    // 2.3 to 1 may be one wide picture.
+    let (_, said) = check(dir.path(), &[&option, &px]);
+    assert!(said.status == 1 && said.err.contains("--side-by-side"), "{}", said.err);
+}
+
+#[test]
+fn bmp_and_webp_are_read() {
+    let [left, right] = small();
+    for (ending, format) in [("bmp", ImageFormat::Bmp), ("webp", ImageFormat::WebP)] {
+        let dir = tempfile::tempdir().unwrap();
+        for (image, name) in [(&left, "left"), (&right, "right")] {
+            let rgb = DynamicImage::ImageLuma8(image.clone()).into_rgb8();
+            rgb.save_with_format(dir.path().join(format!("{name}.{ending}")), format).unwrap();
+        }
+        let [option, px] = focal();
+        fits(dir.path(), &[&option, &px]);
+    }
+}
+
+#[test]
+fn the_colour_cameras_of_kitti_have_their_own_projections() {
+    let dir = tempfile::tempdir().unwrap();
+    let [left, right] = small();
+    let [cx, cy] = PRINCIPAL;
+    for (folder, image) in [("image_2", &left), ("image_3", &right)] {
+        fs::create_dir_all(dir.path().join(folder)).unwrap();
+        image.save(dir.path().join(folder).join("000000_10.png")).unwrap();
+    }
+    // The grey cameras are others: 40 px lower on the right.
+    let p = |n: u8, cy: f64, x: f64| format!("P{n}: {FOCAL} 0 {cx} {x} 0 {FOCAL} {cy} 0 0 0 1 0\n");
+    let text = [p(0, cy, 0.0), p(1, cy + 40.0, -200.0), p(2, cy, 40.0), p(3, cy, -300.0)].concat();
+    fs::write(dir.path().join("calib.txt"), text).unwrap();
+    fits(dir.path(), &[]);
+    let two = |more: &[&str]| {
+        let sides = ["image_2", "image_3"].map(|side| dir.path().join(side));
+        let [left, right] = sides.each_ref().map(|side| side.to_str().unwrap());
+        let rig = dir.path().join("calib.txt");
+        crate::call::run(
+            &[
+                &[
+                    "check",
+                    left,
+                    right,
+                    "--json",
+                    "--keypoints",
+                    "500",
+                    "--rig",
+                    rig.to_str().unwrap(),
+                ],
+                more,
+            ]
+            .concat(),
+        )
+    };
+    let json: serde_json::Value = serde_json::from_str(&two(&[]).out).unwrap();
+    assert!(json["run"]["rms_px_before"].as_f64().unwrap() < 0.7, "{json}");
+}
+
+#[test]
+fn images_cut_out_of_the_middle_are_told_from_scaled_ones_or_asked_about() {
+    let dir = tempfile::tempdir().unwrap();
+    let all = moving(3);
+    folders(all.iter().map(|[l, r]| [l, r]), dir.path());
+    let [cx, cy] = PRINCIPAL;
+    let [w, h] = SIZE.map(f64::from);
+    // Of a sensor of twice the size in each direction: cut out, the focal length stays.
+    let k = |roll: f64| {
+        format!(
+            "[[{FOCAL}, 0, {}], [0, {FOCAL}, {}], [0, 0, 1]]",
+            cx + (w / 2.0).floor(),
+            cy + (h / 2.0).floor() + roll
+        )
+    };
+    let text = format!(
+        "{{\"width\": {}, \"height\": {}, \"K1\": {}, \"D1\": [], \"K2\": {}, \"D2\": [], \"R\": [[1,0,0],[0,1,0],[0,0,1]], \"T\": [-0.1,0,0]}}",
+        2 * SIZE[0],
+        2 * SIZE[1],
+        k(0.0),
+        k(0.0)
+    );
+    let rig = dir.path().join("rig.json");
+    fs::write(&rig, text).unwrap();
+    let rig = rig.to_str().unwrap();
+    let said = fits(dir.path(), &["--rig", rig, "--cut", "centre"]);
+    assert!(said.contains("cut out of the middle"), "{said}");
+    let (_, said) = check(dir.path(), &["--rig", rig]);
+    assert!(said.err.contains("--cut"), "{}", said.err);
+}
+
+#[test]
+fn three_pairs_of_different_moments_are_told_and_of_two_it_is_said_that_they_were_not_tested() {
+    let all = moving(4);
+    let dir = tempfile::tempdir().unwrap();
+    folders(all[..3].iter().zip(&all[1..]).map(|([l, _], [_, r])| [l, r]), dir.path());
+    let [option, px] = focal();
+    let (json, said) = check(dir.path(), &[&option, &px]);
+    assert!(json["reasons"].to_string().contains("different moments"), "{json} {}", said.err);
+    let dir = tempfile::tempdir().unwrap();
+    folders(all[..2].iter().map(|[l, r]| [l, r]), dir.path());
+    let (json, said) = check(dir.path(), &[&option, &px]);
+    assert!(json["reasons"].to_string().contains("of one moment"), "{json} {}", said.err);
+}

@@ -1,0 +1,127 @@
+//! Two cameras that differ: in size and focal length, in their lenses, in how they are mounted.
+
+use std::fs;
+use std::path::Path;
+
+use image::{GrayImage, imageops};
+
+use crate::call::check;
+use crate::images::scene::{FOCAL, PRINCIPAL, SIZE, folders, moving};
+
+/// A Kalibr file: of each camera `fu fv pu pv`, size, and the rows of the transform.
+fn rig(top: &Path, cameras: [([f64; 4], [u32; 2]); 2], rows: &str) -> String {
+    let cam = |n: usize| {
+        let (k, size) = cameras[n];
+        format!(
+            "cam{n}:\n  camera_model: pinhole\n  distortion_model: radtan\n  distortion_coeffs: [0, 0, 0, 0]\n  intrinsics: {k:?}\n  resolution: {size:?}\n"
+        )
+    };
+    let path = top.join("camchain.yaml");
+    fs::write(&path, format!("{}{}  T_cn_cnm1:\n{rows}  - [0, 0, 0, 1]\n", cam(0), cam(1)))
+        .unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+const PLAIN: &str = "  - [1, 0, 0, -0.12]\n  - [0, 1, 0, 0]\n  - [0, 0, 1, 0]\n";
+
+fn k() -> [f64; 4] {
+    [FOCAL, FOCAL, PRINCIPAL[0], PRINCIPAL[1]]
+}
+
+fn fits(top: &Path, more: &[&str]) {
+    let (json, said) = check(top, more);
+    let rows = json["run"]["rms_px_before"].as_f64();
+    let matches = json["matches_a_pair"].as_f64();
+    assert!(
+        rows.is_some_and(|px| px < 0.8) && matches.is_some_and(|n| n > 60.0),
+        "{json} {}",
+        said.err
+    );
+}
+
+#[test]
+fn sizes_and_focal_lengths_may_differ() {
+    let dir = tempfile::tempdir().unwrap();
+    let half = SIZE.map(|n| n / 2);
+    let all: Vec<[GrayImage; 2]> = moving(3)
+        .into_iter()
+        .map(|[left, right]| {
+            [left, imageops::resize(&right, half[0], half[1], imageops::FilterType::Triangle)]
+        })
+        .collect();
+    folders(all.iter().map(|[l, r]| [l, r]), dir.path());
+    let scale = [0, 1].map(|i| f64::from(half[i]) / f64::from(SIZE[i]));
+    let [fx, fy, cx, cy] = k();
+    let small =
+        [fx * scale[0], fy * scale[1], (cx + 0.5) * scale[0] - 0.5, (cy + 0.5) * scale[1] - 0.5];
+    let rig = rig(dir.path(), [(k(), SIZE), (small, half)], PLAIN);
+    fits(dir.path(), &["--rig", &rig]);
+    // The same from frames on a wire, and as files of other tools.
+    let [frames, out] =
+        ["frames.scmf", "rig"].map(|name| dir.path().join(name).to_str().unwrap().to_owned());
+    let said = crate::call::run(&[
+        "images",
+        dir.path().to_str().unwrap(),
+        "--rig",
+        &rig,
+        "--frames",
+        &frames,
+        "--keypoints",
+        "500",
+    ]);
+    assert_eq!(said.status, 0, "{}", said.err);
+    let json = crate::call::json(&["replay", &frames, "--rig", &rig, "--json"]);
+    assert_eq!(json["pairs"], 3);
+    let _ = out;
+}
+
+#[test]
+fn the_right_camera_may_be_upside_down_or_on_its_side() {
+    let [w, h] = SIZE.map(f64::from);
+    let [fx, fy, cx, cy] = k();
+    type Turn = fn(&GrayImage) -> GrayImage;
+    let cases: [(Turn, [f64; 4], [u32; 2], &str); 3] = [
+        (
+            imageops::rotate180,
+            [fx, fy, w - 1.0 - cx, h - 1.0 - cy],
+            SIZE,
+            "  - [-1, 0, 0, 0.12]\n  - [0, -1, 0, 0]\n  - [0, 0, 1, 0]\n",
+        ),
+        // Clockwise: x goes down, y to the left.
+        (
+            imageops::rotate90,
+            [fy, fx, h - 1.0 - cy, cx],
+            [SIZE[1], SIZE[0]],
+            "  - [0, -1, 0, 0]\n  - [1, 0, 0, -0.12]\n  - [0, 0, 1, 0]\n",
+        ),
+        (
+            imageops::rotate270,
+            [fy, fx, cy, w - 1.0 - cx],
+            [SIZE[1], SIZE[0]],
+            "  - [0, 1, 0, 0]\n  - [-1, 0, 0, 0.12]\n  - [0, 0, 1, 0]\n",
+        ),
+    ];
+    for (turn, intrinsics, size, rows) in cases {
+        let dir = tempfile::tempdir().unwrap();
+        let all: Vec<[GrayImage; 2]> =
+            moving(3).into_iter().map(|[left, right]| [left, turn(&right)]).collect();
+        folders(all.iter().map(|[l, r]| [l, r]), dir.path());
+        let rig = rig(dir.path(), [(k(), SIZE), (intrinsics, size)], rows);
+        fits(dir.path(), &["--rig", &rig]);
+    }
+}
+
+#[test]
+fn cameras_above_each_other_are_calibrated_too() {
+    // The scene on its side: the right camera is below the left one.
+    let dir = tempfile::tempdir().unwrap();
+    let all: Vec<[GrayImage; 2]> =
+        moving(3).into_iter().map(|pair| pair.map(|image| imageops::rotate90(&image))).collect();
+    folders(all.iter().map(|[l, r]| [l, r]), dir.path());
+    let [fx, fy, cx, cy] = k();
+    let turned = [fy, fx, f64::from(SIZE[1]) - 1.0 - cy, cx];
+    let size = [SIZE[1], SIZE[0]];
+    let rows = "  - [1, 0, 0, 0]\n  - [0, 1, 0, -0.12]\n  - [0, 0, 1, 0]\n";
+    let rig = rig(dir.path(), [(turned, size), (turned, size)], rows);
+    fits(dir.path(), &["--rig", &rig]);
+}
