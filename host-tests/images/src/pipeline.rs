@@ -83,6 +83,27 @@ pub struct First {
     pub turns: [Orientation; 2],
 }
 
+impl First {
+    /// Width and height, px, where the images of these sides are turned as their EXIF data ask.
+    #[must_use]
+    pub fn sizes_if(&self, upright: [bool; 2]) -> [[u16; 2]; 2] {
+        [0, 1].map(|side| {
+            let [w, h] = self.sizes[side];
+            if upright[side] && is_quarter(self.turns[side]) { [h, w] } else { [w, h] }
+        })
+    }
+}
+
+fn is_quarter(turn: Orientation) -> bool {
+    matches!(
+        turn,
+        Orientation::Rotate90
+            | Orientation::Rotate270
+            | Orientation::Rotate90FlipH
+            | Orientation::Rotate270FlipH
+    )
+}
+
 /// Reads the first pair.
 ///
 /// # Errors

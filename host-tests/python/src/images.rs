@@ -10,12 +10,13 @@ use host_tests::wire::Sender;
 use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
+use selfcal_commands::conventions::Unknowns;
 use selfcal_images::matcher::{Matched, Matcher, MatcherConfig};
 use selfcal_images::picture::Picture;
-use selfcal_images::pipeline::{Selection, first_size};
-use selfcal_images::rig::RigRequest;
+use selfcal_images::pipeline::{Selection, first};
+use selfcal_images::rig::{Cut, RigRequest};
 use selfcal_images::session::{self, Listener, Request};
-use selfcal_images::source::{RigOf, Source};
+use selfcal_images::source::{RigOf, Source, Wanted};
 use selfcal_images::verdict::Report;
 use stereo_selfcal::{Cameras, Correspondence};
 
@@ -140,11 +141,14 @@ pub(crate) fn check<'py>(
     };
     let stop = AtomicBool::new(false);
     let checked = install_until(py, &stop, || -> anyhow::Result<String> {
-        let source = Source::open(&places, None, TOLERANCE_S)?;
-        let (size, frame) = first_size(&source)?;
+        let mut source = Source::open(&places, &Wanted::default(), TOLERANCE_S)?;
+        source.upright = [true; 2];
+        let first = first(&source)?;
         let of_source = given.map(|meta| RigOf::Read(Box::new(meta)));
-        let request = RigRequest { files, focal_px };
-        let found = request.find(of_source.as_ref().unwrap_or(&source.rig), size, &frame);
+        let unknowns = Unknowns { cameras: source.cameras, ..Unknowns::default() };
+        let request = RigRequest { files, unknowns, focal_px, cut: Cut::default() };
+        let of_source = of_source.as_ref().unwrap_or(&source.rig);
+        let found = request.find(of_source, first.sizes_if([true; 2]), &first.frames[0]);
         let rig = found.context("the rig")?;
         let matcher = MatcherConfig::default();
         let (frames, out) = (None, None);

@@ -145,22 +145,19 @@ impl Rig {
             Lens::Rational(_) => LensModel::Rational,
             _ => LensModel::RadialTangential,
         };
-        if size != self.right.0.intrinsics().size || lens(&self.left) != lens(&self.right) {
-            return Err(value(
-                "rig: both cameras must have one image size and one lens model here",
-            ));
-        }
         let start = self.start::<f64>()?;
         let yaw_sd = match (&self.factory, self.yaw_sd_rad) {
             (None, _) | (_, Some(f64::INFINITY)) => Some(Value::Null),
             (_, sd) => sd.map(|rad| rad.to_degrees().into()),
         };
-        Ok(Meta {
+        let mut meta = Meta {
             k_l: self.left.rows(),
             k_r: self.right.rows(),
             dist_l: self.left.coefficients(),
             dist_r: self.right.coefficients(),
             lens: lens(&self.left),
+            lens_r: None,
+            size_r: None,
             width: size[0],
             height: size[1],
             r: rows(start.rotation().matrix()),
@@ -171,7 +168,9 @@ impl Rig {
             sigma_r_deg: None,
             sigma_t_deg: None,
             other: yaw_sd.into_iter().map(|sd| (Meta::FACTORY_YAW_SD.into(), sd)).collect(),
-        })
+        };
+        meta.set_right(lens(&self.right), self.right.0.intrinsics().size);
+        Ok(meta)
     }
 
     /// Both cameras in the number type of a vehicle.
@@ -209,7 +208,7 @@ fn extrinsics(r: &Bound<'_, PyAny>, t: &Bound<'_, PyAny>) -> PyResult<Extrinsics
     let t: [f64; 3] = vector("factory t", t)?.try_into().map_err(|t: Vec<f64>| {
         value(format!("factory t: 3 numbers are expected, not {}", t.len()))
     })?;
-    WrongSign::check(t).map_err(|why| value(format!("factory t: {why}")))?;
+    WrongSign::check(&r, t).map_err(|why| value(format!("factory t: {why}")))?;
     Extrinsics::try_new(&host_tests::data::matrix(&r), &Vector3::from(t)).map_err(raised("factory"))
 }
 
@@ -247,10 +246,13 @@ fn is_data_set(path: &std::path::Path) -> bool {
 }
 
 fn import(paths: &[PathBuf], size: Option<[u16; 2]>, unit_m: f64) -> anyhow::Result<Meta> {
-    let of_files = conventions::import(paths, Unknowns { size: None, unit_m });
+    let of_files = conventions::import(paths, Unknowns { unit_m, ..Unknowns::default() });
     // Some formats have no size; the others refuse one from elsewhere.
     of_files.or_else(|why| match size {
-        Some(_) => conventions::import(paths, Unknowns { size, unit_m }).map_err(|_| why),
+        Some(size) => {
+            let given = Unknowns { sizes: Some([size; 2]), unit_m, cameras: None };
+            conventions::import(paths, given).map_err(|_| why)
+        }
         None => Err(why),
     })
 }

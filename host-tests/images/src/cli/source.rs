@@ -211,11 +211,7 @@ impl SourceArgs {
     ) -> Result<FoundRig> {
         let asks = first.turns.map(|turn| turn != Orientation::NoTransforms);
         let find = |source: &Source, upright: [bool; 2]| {
-            let size = |side: usize| {
-                let [w, h] = first.sizes[side];
-                if upright[side] && is_quarter(first.turns[side]) { [h, w] } else { [w, h] }
-            };
-            request.find(&source.rig, [size(0), size(1)], &first.frames[0])
+            request.find(&source.rig, first.sizes_if(upright), &first.frames[0])
         };
         if asks == [false; 2] {
             source.upright = [self.exif != Some(Exif::Stored); 2];
@@ -241,16 +237,6 @@ impl SourceArgs {
         }
         Err(refused.context("a way to read the images")?)
     }
-}
-
-fn is_quarter(turn: Orientation) -> bool {
-    matches!(
-        turn,
-        Orientation::Rotate90
-            | Orientation::Rotate270
-            | Orientation::Rotate90FlipH
-            | Orientation::Rotate270FlipH
-    )
 }
 
 fn turned_in_words(first: &First, upright: [bool; 2], asks: [bool; 2]) -> String {
