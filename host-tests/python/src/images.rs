@@ -12,12 +12,12 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
 use selfcal_images::matcher::{Matched, Matcher, MatcherConfig};
 use selfcal_images::picture::Picture;
-use selfcal_images::pipeline::{Selection, first_size};
+use selfcal_images::pipeline::{Selection, first};
 use selfcal_images::rig::RigRequest;
 use selfcal_images::session::{self, Listener, Request};
-use selfcal_images::source::{RigOf, Source};
+use selfcal_images::source::{RigOf, Source, Wanted};
 use selfcal_images::verdict::Report;
-use stereo_selfcal::{Cameras, Correspondence};
+use stereo_selfcal::Correspondence;
 
 use crate::arguments::{POINTS, matches, to_points, to_vector};
 use crate::errors::{of_file, value, wrong_type};
@@ -43,9 +43,8 @@ pub(crate) fn match_images<'py>(
     }
     let left = picture("left", left, rig.left.0.intrinsics().size)?;
     let right = picture("right", right, rig.right.0.intrinsics().size)?;
-    let cameras = Cameras { left: rig.left.0, right: rig.right.0 };
     let config = MatcherConfig { prior_deg, keypoints, ..MatcherConfig::default() };
-    let matcher = Matcher::new(cameras, &rig.start()?, config);
+    let matcher = Matcher::of(&rig.meta()?, config).map_err(of_file)?;
     let matched = install(py, || matcher.matches(&left, &right))?.map_err(of_file)?;
     if matched.is_exchanged() {
         let [positive, negative] = matched.signs;
@@ -140,11 +139,12 @@ pub(crate) fn check<'py>(
     };
     let stop = AtomicBool::new(false);
     let checked = install_until(py, &stop, || -> anyhow::Result<String> {
-        let source = Source::open(&places, None, TOLERANCE_S)?;
-        let (size, frame) = first_size(&source)?;
+        let source = Source::open(&places, &Wanted::default(), TOLERANCE_S)?;
+        let first = first(&source)?;
         let of_source = given.map(|meta| RigOf::Read(Box::new(meta)));
-        let request = RigRequest { files, focal_px };
-        let found = request.find(of_source.as_ref().unwrap_or(&source.rig), size, &frame);
+        let request = RigRequest { files, focal_px, ..RigRequest::default() };
+        let of_source = of_source.as_ref().unwrap_or(&source.rig);
+        let found = request.find(of_source, first.sizes, &first.frames[0]);
         let rig = found.context("the rig")?;
         let matcher = MatcherConfig::default();
         let (frames, out) = (None, None);

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use host_tests::data::{Dataset, LensModel, Meta, WrongSign, in_f64, rows};
+use host_tests::data::{LensModel, Meta, WrongSign, in_f64, rows};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
-use selfcal_commands::conventions::{self, Unknowns};
+use selfcal_commands::conventions::Unknowns;
 use serde_json::Value;
 use stereo_selfcal::nalgebra::Vector3;
 use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, FactoryCalibration, Lens, Scalar};
@@ -139,17 +139,12 @@ impl Rig {
 
     /// The rig as the host tools have it.
     pub(crate) fn meta(&self) -> PyResult<Meta> {
-        let size = self.left.0.intrinsics().size;
+        let [left, right] = [&self.left, &self.right].map(|camera| camera.0.intrinsics().size);
         let lens = |camera: &Camera| match camera.0.lens() {
             Lens::Fisheye(_) => LensModel::Fisheye,
             Lens::Rational(_) => LensModel::Rational,
             _ => LensModel::RadialTangential,
         };
-        if size != self.right.0.intrinsics().size || lens(&self.left) != lens(&self.right) {
-            return Err(value(
-                "rig: both cameras must have one image size and one lens model here",
-            ));
-        }
         let start = self.start::<f64>()?;
         let yaw_sd = match (&self.factory, self.yaw_sd_rad) {
             (None, _) | (_, Some(f64::INFINITY)) => Some(Value::Null),
@@ -161,8 +156,10 @@ impl Rig {
             dist_l: self.left.coefficients(),
             dist_r: self.right.coefficients(),
             lens: lens(&self.left),
-            width: size[0],
-            height: size[1],
+            lens_r: Some(lens(&self.right)).filter(|lens_r| *lens_r != lens(&self.left)),
+            width: left[0],
+            height: left[1],
+            size_r: Some(right).filter(|right| *right != left),
             r: rows(start.rotation().matrix()),
             t: start.translation().into_inner().into(),
             baseline_m: self.baseline_m,
@@ -209,7 +206,7 @@ fn extrinsics(r: &Bound<'_, PyAny>, t: &Bound<'_, PyAny>) -> PyResult<Extrinsics
     let t: [f64; 3] = vector("factory t", t)?.try_into().map_err(|t: Vec<f64>| {
         value(format!("factory t: 3 numbers are expected, not {}", t.len()))
     })?;
-    WrongSign::check(t).map_err(|why| value(format!("factory t: {why}")))?;
+    WrongSign::check(&r, t).map_err(|why| value(format!("factory t: {why}")))?;
     Extrinsics::try_new(&host_tests::data::matrix(&r), &Vector3::from(t)).map_err(raised("factory"))
 }
 
@@ -222,35 +219,18 @@ pub(crate) fn read_rig(
     unit_m: f64,
 ) -> PyResult<Rig> {
     let read = || -> anyhow::Result<Rig> {
-        let meta = match &paths[..] {
-            [] => anyhow::bail!("no path"),
-            [one] if is_data_set(one) => Dataset::find_meta(one)?,
-            _ => import(&paths, size.map(Into::into), unit_m)?,
-        };
-        let own = (meta.width, meta.height);
+        anyhow::ensure!(!paths.is_empty(), "no path");
+        let sizes = size.map(|size| [size.into(); 2]);
+        let meta = selfcal_commands::read_rig(&paths, Unknowns { sizes, unit_m, cameras: None })?;
+        let own = meta.sizes();
         anyhow::ensure!(
-            size.is_none_or(|size| size == own),
+            sizes.is_none_or(|sizes| sizes == own),
             "the rig is of images of {} x {} px, not of size={:?}",
-            own.0,
-            own.1,
-            size.unwrap_or(own)
+            own[0][0],
+            own[0][1],
+            size.unwrap_or_default()
         );
         Rig::of_meta(&meta)
     };
     read().map_err(of_file)
-}
-
-/// Whether a path is a `meta.json`, or the folder of one.
-fn is_data_set(path: &std::path::Path) -> bool {
-    let has_keys = || std::fs::read_to_string(path).is_ok_and(|text| text.contains("\"K_l\""));
-    path.join("meta.json").is_file() || has_keys()
-}
-
-fn import(paths: &[PathBuf], size: Option<[u16; 2]>, unit_m: f64) -> anyhow::Result<Meta> {
-    let of_files = conventions::import(paths, Unknowns { size: None, unit_m });
-    // Some formats have no size; the others refuse one from elsewhere.
-    of_files.or_else(|why| match size {
-        Some(_) => conventions::import(paths, Unknowns { size, unit_m }).map_err(|_| why),
-        None => Err(why),
-    })
 }
