@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use host_tests::data::{Dataset, LensModel, Meta, WrongSign, in_f64, rows};
+use host_tests::data::{LensModel, Meta, WrongSign, in_f64, rows};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
-use selfcal_commands::conventions::{self, Unknowns};
+use selfcal_commands::conventions::Unknowns;
 use serde_json::Value;
 use stereo_selfcal::nalgebra::Vector3;
 use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, FactoryCalibration, Lens, Scalar};
@@ -139,7 +139,7 @@ impl Rig {
 
     /// The rig as the host tools have it.
     pub(crate) fn meta(&self) -> PyResult<Meta> {
-        let size = self.left.0.intrinsics().size;
+        let [left, right] = [&self.left, &self.right].map(|camera| camera.0.intrinsics().size);
         let lens = |camera: &Camera| match camera.0.lens() {
             Lens::Fisheye(_) => LensModel::Fisheye,
             Lens::Rational(_) => LensModel::Rational,
@@ -150,16 +150,16 @@ impl Rig {
             (None, _) | (_, Some(f64::INFINITY)) => Some(Value::Null),
             (_, sd) => sd.map(|rad| rad.to_degrees().into()),
         };
-        let mut meta = Meta {
+        Ok(Meta {
             k_l: self.left.rows(),
             k_r: self.right.rows(),
             dist_l: self.left.coefficients(),
             dist_r: self.right.coefficients(),
             lens: lens(&self.left),
-            lens_r: None,
-            size_r: None,
-            width: size[0],
-            height: size[1],
+            lens_r: Some(lens(&self.right)).filter(|lens_r| *lens_r != lens(&self.left)),
+            width: left[0],
+            height: left[1],
+            size_r: Some(right).filter(|right| *right != left),
             r: rows(start.rotation().matrix()),
             t: start.translation().into_inner().into(),
             baseline_m: self.baseline_m,
@@ -168,9 +168,7 @@ impl Rig {
             sigma_r_deg: None,
             sigma_t_deg: None,
             other: yaw_sd.into_iter().map(|sd| (Meta::FACTORY_YAW_SD.into(), sd)).collect(),
-        };
-        meta.set_right(lens(&self.right), self.right.0.intrinsics().size);
-        Ok(meta)
+        })
     }
 
     /// Both cameras in the number type of a vehicle.
@@ -221,38 +219,18 @@ pub(crate) fn read_rig(
     unit_m: f64,
 ) -> PyResult<Rig> {
     let read = || -> anyhow::Result<Rig> {
-        let meta = match &paths[..] {
-            [] => anyhow::bail!("no path"),
-            [one] if is_data_set(one) => Dataset::find_meta(one)?,
-            _ => import(&paths, size.map(Into::into), unit_m)?,
-        };
-        let own = (meta.width, meta.height);
+        anyhow::ensure!(!paths.is_empty(), "no path");
+        let sizes = size.map(|size| [size.into(); 2]);
+        let meta = selfcal_commands::read_rig(&paths, Unknowns { sizes, unit_m, cameras: None })?;
+        let own = meta.sizes();
         anyhow::ensure!(
-            size.is_none_or(|size| size == own),
+            sizes.is_none_or(|sizes| sizes == own),
             "the rig is of images of {} x {} px, not of size={:?}",
-            own.0,
-            own.1,
-            size.unwrap_or(own)
+            own[0][0],
+            own[0][1],
+            size.unwrap_or_default()
         );
         Rig::of_meta(&meta)
     };
     read().map_err(of_file)
-}
-
-/// Whether a path is a `meta.json`, or the folder of one.
-fn is_data_set(path: &std::path::Path) -> bool {
-    let has_keys = || std::fs::read_to_string(path).is_ok_and(|text| text.contains("\"K_l\""));
-    path.join("meta.json").is_file() || has_keys()
-}
-
-fn import(paths: &[PathBuf], size: Option<[u16; 2]>, unit_m: f64) -> anyhow::Result<Meta> {
-    let of_files = conventions::import(paths, Unknowns { unit_m, ..Unknowns::default() });
-    // Some formats have no size; the others refuse one from elsewhere.
-    of_files.or_else(|why| match size {
-        Some(size) => {
-            let given = Unknowns { sizes: Some([size; 2]), unit_m, cameras: None };
-            conventions::import(paths, given).map_err(|_| why)
-        }
-        None => Err(why),
-    })
 }

@@ -207,7 +207,7 @@ def test_a_rig_of_another_size_or_sign_is_named() -> None:
         sc.read_rig(DATA / "opencv_chess_sift", size=(1280, 960))
     with pytest.raises(FileNotFoundError, match="nowhere"):
         sc.read_rig("nowhere.yaml")
-    with pytest.raises(ValueError, match=r"factory t: t = \(1, 0, 0\) points to the right"):
+    with pytest.raises(ValueError, match=r"factory t: t = \(1, 0, 0\): the right camera would stand"):
         sc.Rig(MADE.rig.left, MADE.rig.right, (np.eye(3), [1.0, 0, 0]))
     with pytest.raises(sc.ExtrinsicsError, match="factory: R is not a rotation"):
         sc.Rig(MADE.rig.left, MADE.rig.right, (np.ones((3, 3)), [-1.0, 0, 0]))
