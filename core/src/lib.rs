@@ -92,8 +92,8 @@
 //! | [`UndistortError`] | [`Camera::ray`] | Drop the correspondence. |
 //! | [`ProjectError`] | [`Camera::pixel`] | Drop the ray: it is beyond the lens model. |
 //! | [`PushError`] | [`Calibrator::push`] | `Pixel`, `Score`, `GridStep`: drop the correspondence; many of them: wrong cameras. `Busy`: finish or clear the pair. `NoCameras`: set cameras. |
-//! | [`PairError`] | [`Calibrator::solve_pair`] | Clear the batch and take the next pair. `TooFew`: or add matches and solve again. `Turning`: normal in a turn. `Behind`: the cameras or `t` are exchanged, or an image is mirrored. `NoCameras`, `NotBegun`: order of calls. |
-//! | [`Refusal`] | [`Calibrator::fuse`] | Take the next pair. `CorrectionLimit` again and again: factory values or mounting. `NothingSolved`: order of calls. `Frozen`: intended. |
+//! | [`Rejection`] | [`Calibrator::solve_pair`] | Clear the batch and take the next pair. `TooFew`: or add matches and solve again. `Turning`: normal in a turn. `Behind`: the cameras or `t` are exchanged, or an image is mirrored. `NoCameras`, `NotBegun`: order of calls. |
+//! | [`Rejection`] | [`Calibrator::fuse`] | Take the next pair. `CorrectionLimit` again and again: factory values or mounting. `NothingSolved`: order of calls. `Frozen`: intended. |
 //! | [`Rejection`] | both, in [`Health`] | As the error that it holds. |
 //! | [`ApplyError`] | [`Calibrator::apply`] | `NoProposal`, `NotLocked`: fuse more pairs. `Doubtful`, `Inconsistent`: look for biased matches or wrong intrinsics. `NothingToUndo`, `Frozen`: nothing to do. |
 //! | [`RectifyError`] | [`RectifiedCamera::try_choose`] | Correct `alpha`, or keep the last rectification: the rig has no common view. |
@@ -209,8 +209,8 @@ pub use config::{Central, Config, LensPrior, LensTracking};
 pub use depth::mount::Witnessed;
 pub use depth::range::{Range, RangeReading};
 pub use error::{
-    ApplyError, CameraError, ConfigError, ExtrinsicsError, MotionError, PairError, ProjectError,
-    PushError, RangeError, RectifyError, Refusal, Rejection, RestoreError, Side, UndistortError,
+    ApplyError, CameraError, ConfigError, ExtrinsicsError, MotionError, ProjectError, PushError,
+    RangeError, RectifyError, Rejection, RestoreError, Side, UndistortError,
 };
 pub use geometry::camera::{Camera, Intrinsics};
 pub use geometry::extrinsics::Extrinsics;
@@ -221,9 +221,9 @@ pub use geometry::rational::Rational;
 pub use geometry::rectification::RectifyingRotations;
 pub use geometry::{metrics, so3};
 pub use outcome::cause::Cause;
-pub use outcome::health::{Arming, Band, DEPTHS_M, Health};
+pub use outcome::health::{Arming, Band, DEPTHS_M, Health, NoHealth};
 pub use outcome::lens_estimate::{Finding, LensEstimate};
-pub use outcome::pair_report::{Fused, PairReport};
+pub use outcome::pair_report::{Fused, Outcome, PairReport};
 pub use outcome::proposal::{Direction, Doubt, Proposal};
 pub use outcome::reasons::{Reason, Reasons};
 pub use outcome::vibration::Vibration;
