@@ -1,4 +1,4 @@
-//! A complete calibration of a synthetic rig: cameras, push, solve, fuse, health, clear, apply.
+//! A complete calibration of a synthetic rig: cameras, pairs, health, apply.
 //!
 //! ```sh
 //! cargo run -p stereo-selfcal --example minimal
@@ -8,8 +8,8 @@ use core::error::Error;
 
 use stereo_selfcal::nalgebra::Vector3;
 use stereo_selfcal::{
-    ApplyError, Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, Fused, Intrinsics,
-    Lens, RectifiedCamera, RectifyingRotations, Rejection, State, metrics, so3,
+    ApplyError, Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics,
+    FactoryCalibration, Intrinsics, Lens, State, metrics, so3,
 };
 
 /// Correspondences that a batch holds.
@@ -21,9 +21,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let camera = Camera::try_new(intrinsics, Lens::Pinhole)?;
     let cameras = Cameras { left: camera, right: camera };
 
-    let mut calibrator = Calibrator::<f32, CAPACITY>::new(Config::robust());
-    calibrator.set_cameras(cameras);
-    // Side by side. `set_factory` takes the extrinsics of a calibration, not a guess: their yaw is held.
+    // Side by side. `FactoryCalibration::new` takes the extrinsics of a calibration: their yaw is held.
+    let factory = FactoryCalibration::guess(cameras);
+    let mut calibrator = Calibrator::<f32, CAPACITY>::new(Config::robust(), &factory);
+    let mut loaded = calibrator.in_use(); // the rectifier's
 
     // The rig has moved since: R by 1.4 degrees, t by 0.8 degrees.
     let turn = so3::exp(&Vector3::new(0.010, -0.015, 0.017)).ok_or("no rotation")?;
@@ -31,49 +32,33 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut matcher = Matcher { cameras, truth, random: 1 };
 
     for pair in 0..12 {
-        for m in matcher.matches(300) {
-            if let Err(error) = calibrator.push(&m) {
-                println!("pair {pair}: a match is dropped: {error}"); // the batch is unchanged
-            }
-        }
-        match take_pair(&mut calibrator) {
-            Ok(fused) => println!("pair {pair}: {fused}"),
-            Err(rejection) => println!("pair {pair}: {rejection}"), // what is in use is unchanged
-        }
-        if let Some(health) = calibrator.health() {
+        let outcome = calibrator.take_pair(matcher.matches(300));
+        println!("pair {pair}: {outcome}"); // what is in use is unchanged
+        if let Ok(health) = calibrator.health() {
             println!("        {health}");
         }
-        calibrator.clear_pair(); // whatever became of the pair
-
-        let generation = calibrator.generation();
         match calibrator.apply() {
-            Ok(new) if calibrator.generation() != generation => {
-                println!("        in use: {}", new.extrinsics);
+            Ok(new) if new.generation != loaded.generation => {
+                println!("        in use: {new}");
+                loaded = new;
             }
             Ok(_) | Err(ApplyError::NoProposal | ApplyError::NotLocked(_)) => {}
             Err(error) => println!("        not applied: {error}"),
         }
     }
 
-    let rotations = RectifyingRotations::from(calibrator.in_use());
-    let rectified = RectifiedCamera::try_choose(&cameras, &rotations, 0.0)?;
-    let [left, right] = rectified.homographies(&cameras, &rotations);
+    let (rectified, [left, right]) = loaded.homographies(0.0)?;
     println!("rectified camera: {rectified}\nH_l ={left}H_r ={right}");
 
-    let off_r = metrics::rotation_angle(calibrator.in_use().rotation(), truth.rotation());
-    let off_t = metrics::baseline_angle(calibrator.in_use().translation(), truth.translation());
+    let found = loaded.extrinsics;
+    let off_r = metrics::rotation_angle(found.rotation(), truth.rotation());
+    let off_t = metrics::baseline_angle(found.translation(), truth.translation());
     println!("off the truth: R {off_r:.5} rad, t {off_t:.5} rad");
     if calibrator.state() == State::Locked && off_r < 1e-3 && off_t < 2e-3 {
         Ok(())
     } else {
         Err("the rig was not found".into())
     }
-}
-
-/// Solves the batch and fuses the pair.
-fn take_pair(calibrator: &mut Calibrator<f32, CAPACITY>) -> Result<Fused, Rejection> {
-    calibrator.solve_pair()?;
-    Ok(calibrator.fuse()?)
 }
 
 /// In place of a matcher: points 3 to 60 baselines away, 0.3 px of noise, a third of the matches wrong.

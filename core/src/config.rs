@@ -51,7 +51,7 @@ pub(crate) enum Method {
 /// ```
 /// use stereo_selfcal::Config;
 /// const CONFIG: Config = match Config::robust().with_max_correction_rad(0.2) {
-///     Ok(config) => config.with_automatic_apply(true),
+///     Ok(config) => config,
 ///     Err(_) => panic!("correction limit"),
 /// };
 /// # let _ = CONFIG;
@@ -74,15 +74,10 @@ pub struct Config {
     #[cfg(feature = "paper")]
     pub(crate) max_sd_rad: f32,
     pub(crate) max_correction_rad: f32,
-    pub(crate) max_angular_rate: Option<f32>,
     pub(crate) memory_pairs: u32,
     pub(crate) lens_prior: LensPrior,
     pub(crate) lens_tracking: LensTracking,
     pub(crate) lens_yaw_sd_rad: f32,
-    pub(crate) factory_yaw_sd_rad: Option<f32>,
-    pub(crate) baseline_m: Option<f32>,
-    #[cfg_attr(feature = "serde", serde(rename = "automatic_apply"))]
-    pub(crate) applies_itself: bool,
 }
 
 impl Config {
@@ -117,14 +112,10 @@ impl Config {
             #[cfg(feature = "paper")]
             max_sd_rad: 0.12,
             max_correction_rad: 0.5,
-            max_angular_rate: None,
             memory_pairs: 1000,
             lens_prior: LensPrior::WIDE,
             lens_tracking: LensTracking::Report,
             lens_yaw_sd_rad: 4.6e-3,
-            factory_yaw_sd_rad: Some(8.7e-4),
-            baseline_m: None,
-            applies_itself: false,
         }
     }
 
@@ -294,44 +285,6 @@ impl Config {
         self
     }
 
-    /// Standard deviation of the yaw of the factory extrinsics that [`crate::Calibrator::set_factory`] gives, rad. Default
-    /// 8.7e-4 (0.05 degrees), of a calibration with boards. Robust preset only.
-    ///
-    /// Rows do not tell yaw from an error `a x y` of the lenses, so depth rests on it until the rig changes. Larger
-    /// follows the rows; smaller trusts the calibration further than it was measured.
-    ///
-    /// # Errors
-    /// [`ConfigError::FactoryYaw`] unless from 1e-6 to 1.
-    pub const fn with_factory_yaw_sd_rad(mut self, rad: f32) -> Result<Self, ConfigError> {
-        if rad >= 1e-6 && rad <= 1.0 {
-            self.factory_yaw_sd_rad = Some(rad);
-            Ok(self)
-        } else {
-            Err(ConfigError::FactoryYaw)
-        }
-    }
-
-    /// Length of the baseline, m, by the factory calibration. Default: none; [`crate::Calibrator::push_range`] needs it.
-    ///
-    /// # Errors
-    /// [`ConfigError::BaselineLength`] unless from 1e-3 to 1e3.
-    pub const fn with_baseline_m(mut self, metres: f32) -> Result<Self, ConfigError> {
-        if metres >= 1e-3 && metres <= 1e3 {
-            self.baseline_m = Some(metres);
-            Ok(self)
-        } else {
-            Err(ConfigError::BaselineLength)
-        }
-    }
-
-    /// Takes the factory extrinsics as a guess, not as a calibration: yaw is that of the rows, and uncertain by the
-    /// lens ([`Config::with_lens_yaw_sd_rad`]) until a witness measures it.
-    #[must_use]
-    pub const fn without_factory_yaw(mut self) -> Self {
-        self.factory_yaw_sd_rad = None;
-        self
-    }
-
     /// Standard deviation of the apparent yaw of the lenses, rad: of `a`, where rows are off by `a x y` at unit depth.
     /// Default 4.6e-3, the RMS of five recordings of two rectified vehicle rigs; eleven recordings in all have 1.5e-3.
     /// Robust preset with a lens prior only.
@@ -349,14 +302,6 @@ impl Config {
         }
     }
 
-    /// Lets [`crate::Calibrator::fuse`] put the estimate into use whenever
-    /// [`crate::Calibrator::apply`] would. Default: only `apply` does.
-    #[must_use]
-    pub const fn with_automatic_apply(mut self, automatic: bool) -> Self {
-        self.applies_itself = automatic;
-        self
-    }
-
     /// The gate refuses a pair whose `R` or `t` is further from the factory values than this, rad.
     /// Default 0.5.
     ///
@@ -371,24 +316,6 @@ impl Config {
         }
     }
 
-    /// Angular rate of the rig, rad/s, above which [`crate::Calibrator::begin_pair`] refuses a pair that has one
-    /// ([`crate::Calibrator::set_angular_rate`]). Default: none. For cameras whose triggers differ: in a turn each pair
-    /// shows `R` off by rate times skew, and no row tells that from a rig that has changed. The tolerated error of `R`
-    /// over the skew: 0.1 rad/s for 0.1 mrad at a skew of 1 ms.
-    ///
-    /// Larger lets that error in; smaller leaves fewer pairs.
-    ///
-    /// # Errors
-    /// [`ConfigError::MaxAngularRate`] unless finite and above 0.
-    pub const fn with_max_angular_rate(mut self, rad_per_s: f32) -> Result<Self, ConfigError> {
-        if rad_per_s > 0.0 && rad_per_s.is_finite() {
-            self.max_angular_rate = Some(rad_per_s);
-            Ok(self)
-        } else {
-            Err(ConfigError::MaxAngularRate)
-        }
-    }
-
     /// The same parameters, if each is within its range.
     #[cfg(feature = "serde")]
     fn checked(self) -> Result<Self, ConfigError> {
@@ -398,18 +325,6 @@ impl Config {
             .with_max_sd_rad(self.max_sd_rad)?;
         #[cfg(not(feature = "paper"))]
         let checked = self;
-        let checked = match self.max_angular_rate {
-            Some(rad_per_s) => checked.with_max_angular_rate(rad_per_s)?,
-            None => checked,
-        };
-        let checked = match self.baseline_m {
-            Some(metres) => checked.with_baseline_m(metres)?,
-            None => checked,
-        };
-        let checked = match self.factory_yaw_sd_rad {
-            Some(rad) => checked.with_factory_yaw_sd_rad(rad)?,
-            None => checked,
-        };
         checked
             .with_prior_sd_rad(self.prior_sd_rad)?
             .with_huber_threshold_px(self.huber_threshold_px)?

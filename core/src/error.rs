@@ -1,5 +1,5 @@
-//! One small enum per operation. No variant changes the extrinsics in use; [`crate::Calibrator::advance_pair`] and
-//! [`crate::Calibrator::fuse`] say what may count against the estimate.
+//! One small enum per operation. No variant changes the extrinsics in use; [`crate::Calibrator::solve_pair`]
+//! says what may count against the estimate.
 
 use thiserror::Error;
 
@@ -154,9 +154,6 @@ pub enum ConfigError {
     /// Length of the baseline: from 1e-3 to 1e3 m.
     #[error("length of the baseline must lie within 1e-3 to 1e3 m")]
     BaselineLength,
-    /// Angular rate: finite and above 0.
-    #[error("max angular rate must be finite and above 0 rad/s")]
-    MaxAngularRate,
 }
 
 /// Why a range reading was not taken. The estimate is unchanged.
@@ -164,7 +161,7 @@ pub enum ConfigError {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum RangeError {
-    /// [`crate::Config::with_baseline_m`] comes first.
+    /// The factory calibration has none: [`crate::FactoryCalibration::with_baseline_m`].
     #[error("the length of the baseline is not known")]
     NoBaseline,
     /// The estimate is not locked, or frozen. Later readings may be taken.
@@ -208,9 +205,6 @@ pub enum MotionError {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum PushError {
-    /// `set_cameras` comes first.
-    #[error("no cameras have been set")]
-    NoCameras,
     /// A pair is being solved: finish it or clear it first.
     #[error("a pair is being solved")]
     Busy,
@@ -225,19 +219,13 @@ pub enum PushError {
     GridStep,
 }
 
-/// Why a batch gave no estimate.
+/// Why a pair is not in the estimate. Take the next pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
-pub enum PairError {
-    /// `set_cameras` comes first.
-    #[error("no cameras have been set")]
-    NoCameras,
-    /// `begin_pair` comes first.
-    #[error("no pair has been begun")]
-    NotBegun,
-    /// Fewer usable correspondences than the configuration asks for. Collect more; nothing is wrong.
+pub enum Rejection {
+    /// Fewer usable correspondences than the configuration asks for; nothing is wrong.
     #[error("{usable} usable correspondences, {needed} needed")]
     TooFew {
         /// In the batch and in front of both cameras.
@@ -268,22 +256,11 @@ pub enum PairError {
     /// The correspondences leave a direction free: all alike, or on one line; in the paper preset also all far away.
     #[error("the correspondences leave a direction of the extrinsics free")]
     Unobservable,
-    /// The rig turned faster than the configuration allows while the pair was taken. Clear the batch.
-    #[error("the rig turned too fast for cameras that are not triggered at once")]
-    Turning,
-}
-
-/// Why a pair's result was not fused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub enum Refusal {
-    /// The pair's weakest direction is less certain than the configuration allows.
+    /// The pair's weakest direction is less certain than the configuration allows (paper preset).
     #[error("the weakest direction of the pair is too uncertain")]
     TooUncertain,
     /// `R` or `t` of the pair, or of the estimate with it, is further from the factory values than the
-    /// correction limit.
+    /// correction limit. Again and again: factory values or mounting.
     #[error("further from the factory extrinsics than the correction limit")]
     CorrectionLimit,
     /// The estimate with this pair in it would be of a rig that cannot be rectified.
@@ -292,26 +269,12 @@ pub enum Refusal {
     /// The pair disagrees with the estimate, and with the pairs kept apart from it.
     #[error("the pair disagrees with the estimate")]
     Disagrees,
-    /// No pair has been solved since the last one was fused or begun: a pair counts once.
-    #[error("no pair has been solved since the last one was fused")]
-    NothingSolved,
-    /// The calibrator is frozen.
+    /// The calibrator is frozen: the pair was solved, and changes nothing.
     #[error("the calibrator is frozen")]
     Frozen,
-}
-
-/// Why a pair is not in the estimate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub enum Rejection {
-    /// It could not be solved.
-    #[error("not solved: {0}")]
-    Unsolved(#[from] PairError),
-    /// It was solved, and not taken in.
-    #[error("refused: {0}")]
-    Refused(#[from] Refusal),
+    /// No pair was being solved. Of [`crate::Calibrator`] never returned.
+    #[error("no pair has been begun")]
+    NotBegun,
 }
 
 /// Why nothing was applied.
@@ -364,9 +327,6 @@ pub enum RestoreError {
     /// ([`crate::LensTracking::Compensate`]) where they are only reported.
     #[error("the record is beyond what the configuration allows")]
     Config,
-    /// `set_cameras` comes first.
-    #[error("no cameras have been set")]
-    NoCameras,
 }
 
 /// Why no common rectified camera was found.
@@ -402,11 +362,10 @@ codes! {
     ConfigError {
         HuberThreshold = 300, MaxPasses = 301, StepTolerance = 302, MinCorrespondences = 303,
         NoiseFloor = 304, PriorStandardDeviation = 305, MaxStandardDeviation = 306, Memory = 307,
-        MaxCorrection = 308, LensPrior = 309, MaxAngularRate = 310,
-        FactoryYaw = 311, LensYaw = 312, BaselineLength = 313,
+        MaxCorrection = 308, LensPrior = 309, FactoryYaw = 311, LensYaw = 312, BaselineLength = 313,
     }
     PushError {
-        NoCameras = 400, Busy = 401, Score = 402, GridStep = 403,
+        Busy = 401, Score = 402, GridStep = 403,
         Pixel { 0: side, 1: why } = 410 + 10 * side.code() + why.code() - RAY,
     }
     RangeError {
@@ -414,15 +373,10 @@ codes! {
         Pixel { 0: why } = 1210 + why.code() - RAY,
     }
     MotionError { NotLocked = 1220, TooFew = 1221, NoMotion = 1222, Contradicts = 1223 }
-    PairError {
-        NoCameras = 500, NotBegun = 501, TooFew = 502, NoConsensus = 503, Unobservable = 504,
-        Turning = 505, Behind = 506, Columns = 507, NoDepth = 508,
+    Rejection {
+        NotBegun = 501, TooFew = 502, NoConsensus = 503, Unobservable = 504, Behind = 506, Columns = 507,
+        NoDepth = 508, TooUncertain = 600, CorrectionLimit = 601, NoRig = 602, Disagrees = 603, Frozen = 605,
     }
-    Refusal {
-        TooUncertain = 600, CorrectionLimit = 601, NoRig = 602, Disagrees = 603,
-        NothingSolved = 604, Frozen = 605,
-    }
-    Rejection { Unsolved { 0: why } = why.code(), Refused { 0: why } = why.code() }
     ApplyError {
         NoProposal = 700, Inconsistent = 701, NotLocked = 702, Doubtful = 703, Frozen = 704,
         NothingToUndo = 705,
@@ -433,6 +387,5 @@ codes! {
     }
     RestoreError {
         Damaged = 1000, Foreign = 1001, Layout = 1002, OtherRig = 1003, Absurd = 1004, Config = 1005,
-        NoCameras = 1006,
     }
 }

@@ -9,13 +9,13 @@
 //! # The walk
 //!
 //! ```text
-//! pixels -> Camera      undistorted rays; set by Calibrator::set_cameras
+//! pixels -> Camera      undistorted rays; cameras and extrinsics: FactoryCalibration
 //!        -> Batch       up to N correspondences of one stereo pair, selected; Calibrator::push
-//!        -> pair        R, t of the batch, with their information: PairReport; Calibrator::solve_pair
-//!        -> fusion      the estimate over all pairs: Proposal; Calibrator::fuse
+//!        -> pair        R, t of the batch, with their information: PairReport
+//!        -> fusion      the estimate over all pairs: Proposal; Calibrator::solve_pair takes both steps
 //!        -> check       residuals in use and proposed, arming: Health; Calibrator::health
-//!        -> apply       the estimate is put into use: Extrinsics; Calibrator::apply
-//!        -> rectifier   RectifyingRotations, RectifiedCamera::homographies
+//!        -> apply       the estimate is put into use: Calibration; Calibrator::apply
+//!        -> rectifier   Calibration::homographies
 //! ```
 //!
 //! Estimating never changes the extrinsics in use; [`Calibrator::apply`] does. [`link`] receives a matcher's frames and
@@ -23,49 +23,28 @@
 //!
 //! # Example
 //!
-//! One stereo pair, with the batch cleared on every path. `examples/minimal.rs` is a complete program.
+//! One stereo pair. `examples/minimal.rs` is a complete program.
 //!
 //! ```
-//! use stereo_selfcal::{ApplyError, Calibration, Calibrator, Correspondence, Fused, PushError, Rejection};
+//! use stereo_selfcal::{Calibration, Calibrator, Correspondence};
 //!
-//! /// Takes one stereo pair; the calibration to rectify with, if it has changed.
+//! /// Takes one stereo pair; the calibration to rectify with.
 //! fn on_pair<const N: usize>(
 //!     calibrator: &mut Calibrator<f32, N>,
 //!     matches: &[Correspondence<f32>],
-//! ) -> Option<Calibration<f32>> {
-//!     calibrator.clear_pair(); // also abandons a pair that is being solved
-//!     for m in matches {
-//!         match calibrator.push(m) {
-//!             Ok(_) => {}
-//!             // The batch counts it: calibrator.batch().refused().
-//!             Err(PushError::Pixel(..) | PushError::Score | PushError::GridStep) => {}
-//!             Err(error) => log(&error), // no cameras, or busy: an error of this program
-//!         }
+//! ) -> Calibration<f32> {
+//!     // Too few, no consensus, rejected: the state may have changed, what is in use has not.
+//!     log(&calibrator.take_pair(matches.iter().copied()));
+//!     match calibrator.health() {
+//!         Ok(health) => log(&health),
+//!         Err(none) => log(&none),
 //!     }
-//!     match fuse(calibrator) {
-//!         Ok(fused) => log(&fused),
-//!         // Too few, no consensus, refused: calibrator.state() may have changed, what is in use has not.
-//!         Err(rejection) => log(&rejection),
+//!     if let Err(why) = calibrator.apply() {
+//!         log(&why); // normal until four pairs agree
 //!     }
-//!     if let Some(health) = calibrator.health() {
-//!         log(&health); // over the batch: read before it is cleared
-//!     }
-//!     calibrator.clear_pair();
-//!     let before = calibrator.generation();
-//!     match calibrator.apply() {
-//!         Ok(calibration) => (calibrator.generation() != before).then_some(calibration),
-//!         Err(ApplyError::NoProposal | ApplyError::NotLocked(_)) => None, // pairs are still needed
-//!         Err(error) => { log(&error); None }
-//!     }
-//! }
-//!
-//! fn fuse<const N: usize>(calibrator: &mut Calibrator<f32, N>) -> Result<Fused, Rejection> {
-//!     calibrator.solve_pair()?;
-//!     Ok(calibrator.fuse()?)
+//!     calibrator.in_use() // its generation tells whether it has changed
 //! }
 //! # fn log(_: &dyn core::fmt::Display) {}
-//! # let mut calibrator = Calibrator::<f32, 64>::new(stereo_selfcal::Config::robust());
-//! # assert_eq!(on_pair(&mut calibrator, &[]), None);
 //! ```
 //!
 //! # Conventions
@@ -91,10 +70,9 @@
 //! | [`ExtrinsicsError`] | [`Extrinsics::try_new`] | Correct `R` or `t`; a baseline along an optical axis cannot be rectified. |
 //! | [`UndistortError`] | [`Camera::ray`] | Drop the correspondence. |
 //! | [`ProjectError`] | [`Camera::pixel`] | Drop the ray: it is beyond the lens model. |
-//! | [`PushError`] | [`Calibrator::push`] | `Pixel`, `Score`, `GridStep`: drop the correspondence; many of them: wrong cameras. `Busy`: finish or clear the pair. `NoCameras`: set cameras. |
-//! | [`PairError`] | [`Calibrator::solve_pair`] | Clear the batch and take the next pair. `TooFew`: or add matches and solve again. `Turning`: normal in a turn. `Behind`: the cameras or `t` are exchanged, or an image is mirrored. `NoCameras`, `NotBegun`: order of calls. |
-//! | [`Refusal`] | [`Calibrator::fuse`] | Take the next pair. `CorrectionLimit` again and again: factory values or mounting. `NothingSolved`: order of calls. `Frozen`: intended. |
-//! | [`Rejection`] | both, in [`Health`] | As the error that it holds. |
+//! | [`PushError`] | [`Calibrator::push`] | `Pixel`, `Score`, `GridStep`: drop the correspondence; many of them: wrong cameras. `Busy`: finish or discard the pair. |
+//! | [`Rejection`] | [`Calibrator::solve_pair`], in [`Outcome`] and [`Health`] | Take the next pair. `Behind`: the cameras or `t` are exchanged, or an image is mirrored. `CorrectionLimit` again and again: factory values or mounting. `Frozen`: intended. |
+//! | [`NoHealth`] | [`Calibrator::health`] | Take more pairs; its cause, if any, is the likeliest mistake. |
 //! | [`ApplyError`] | [`Calibrator::apply`] | `NoProposal`, `NotLocked`: fuse more pairs. `Doubtful`, `Inconsistent`: look for biased matches or wrong intrinsics. `NothingToUndo`, `Frozen`: nothing to do. |
 //! | [`RectifyError`] | [`RectifiedCamera::try_choose`] | Correct `alpha`, or keep the last rectification: the rig has no common view. |
 //! | [`RestoreError`] | [`Calibrator::restore`], [`store::Store::resume`] | Go on: the calibrator starts from the factory calibration. |
@@ -112,20 +90,20 @@
 //! | call | instructions | calls |
 //! |---|---|---|
 //! | decode and [`Calibrator::push`] | 600 in the mean, 1,700; 7,000 with all matches in one place | one a match |
-//! | [`Calibrator::begin_pair`] | 70,000 | one a pair |
+//! | [`Calibrator::advance_pair`], the first one | 70,000 | one a pair |
 //! | [`Calibrator::advance_pair`], a pass | 120,000; in a track 34,000 | 2 in a track, in a search up to [`Config::with_max_passes`] |
-//! | [`Calibrator::advance_pair`], the last one | 160,000 | one a pair |
-//! | [`Calibrator::fuse`] | 125,000 | one a pair |
+//! | [`Calibrator::advance_pair`], the last pass | 160,000 | one a pair |
+//! | [`Calibrator::advance_pair`], the fusion | 125,000 | one a pair |
 //! | [`Calibrator::health`], [`Calibrator::apply`] | 100,000, 50,000 | as needed |
 //!
-//! * Locked, a frame of 1,000 matches takes 0.76 million from its first byte to `fuse`: 0.45 million to decode and
+//! * Locked, a frame of 1,000 matches takes 0.76 million from its first byte to its outcome: 0.45 million to decode and
 //!   select, 0.31 million for the pair. While acquiring 1.90 million; a batch of mismatches alone, 1.34 million for the
 //!   pair.
-//! * Slices: call `advance_pair` once per period until it returns a report, then `fuse` in a period of its own. The
+//! * Slices: call `advance_pair` once per period until it returns an outcome. The
 //!   longest call then decides the time slice. The result is that of [`Calibrator::solve_pair`], bit for bit.
 //! * A frame that comes before the last pair is done: a driver of [`link`] reads nothing, and the sender keeps its
 //!   frame; without a driver `push` returns [`PushError::Busy`], and a decoder
-//!   [`link::FrameRefusal::Busy`], once a frame. The pair goes on. [`Calibrator::clear_pair`] gives it up instead;
+//!   [`link::FrameRefusal::Busy`], once a frame. The pair goes on. [`Calibrator::discard_pair`] gives it up instead;
 //!   the estimate stays as it is. A frame left out is only a pair less.
 //!
 //! # Glossary
@@ -209,8 +187,8 @@ pub use config::{Central, Config, LensPrior, LensTracking};
 pub use depth::mount::Witnessed;
 pub use depth::range::{Range, RangeReading};
 pub use error::{
-    ApplyError, CameraError, ConfigError, ExtrinsicsError, MotionError, PairError, ProjectError,
-    PushError, RangeError, RectifyError, Refusal, Rejection, RestoreError, Side, UndistortError,
+    ApplyError, CameraError, ConfigError, ExtrinsicsError, MotionError, ProjectError, PushError,
+    RangeError, RectifyError, Rejection, RestoreError, Side, UndistortError,
 };
 pub use geometry::camera::{Camera, Intrinsics};
 pub use geometry::extrinsics::Extrinsics;
@@ -221,9 +199,9 @@ pub use geometry::rational::Rational;
 pub use geometry::rectification::RectifyingRotations;
 pub use geometry::{metrics, so3};
 pub use outcome::cause::Cause;
-pub use outcome::health::{Arming, Band, DEPTHS_M, Health};
+pub use outcome::health::{Arming, Band, DEPTHS_M, Health, NoHealth};
 pub use outcome::lens_estimate::{Finding, LensEstimate};
-pub use outcome::pair_report::{Fused, PairReport};
+pub use outcome::pair_report::{Fused, Outcome, PairReport};
 pub use outcome::proposal::{Direction, Doubt, Proposal};
 pub use outcome::reasons::{Reason, Reasons};
 pub use outcome::vibration::Vibration;

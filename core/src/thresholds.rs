@@ -219,6 +219,10 @@ pub(crate) const WITNESS_RAD: f64 = 2.6e-4;
 /// smaller names what a factory calibration leaves.
 pub(crate) const MAX_CONFIRMED_YAW_RAD: f64 = 1.75e-3;
 
+/// Standard deviation of the yaw of a factory calibration with boards (0.05 degrees), rad. Larger follows the rows; smaller
+/// trusts the calibration further than it was measured.
+pub(crate) const CALIBRATED_YAW_SD_RAD: f32 = 8.7e-4;
+
 /// Standard deviation of a mount yaw of which nothing is known. Larger loses digits of the lens in `f32`; smaller pulls
 /// the estimate to the factory extrinsics.
 pub(crate) const UNKNOWN_YAW_RAD: f64 = 1.0;

@@ -145,16 +145,14 @@ async fn calibrate(controller: &'static mut Controller) {
     exit(applied.is_ok() && turns > 0)
 }
 
-/// Solves, fuses and clears the pair. Whether it was fused.
+/// Takes the pair, a step a turn. Whether it was fused.
 async fn solve(controller: &mut Controller) -> bool {
-    let mut report = controller.begin_pair().map(|()| None);
-    while let Ok(None) = report {
+    loop {
+        if let Some(outcome) = controller.advance_pair() {
+            return outcome.fused.is_ok();
+        }
         yield_now().await;
-        report = controller.advance_pair();
     }
-    let fused = report.is_ok() && controller.fuse().is_ok();
-    controller.clear_pair();
-    fused
 }
 
 /// Stands for the rest of the firmware.
@@ -172,8 +170,7 @@ async fn other() {
 async fn main(spawner: Spawner) {
     static CONTROLLER: StaticCell<Controller> = StaticCell::new();
     let Ok(cameras) = recording::cameras() else { exit(false) };
-    let controller = CONTROLLER.init_with(|| Controller::new(Config::robust()));
-    controller.set_cameras(cameras);
+    let controller = CONTROLLER.init_with(|| firmware_sim::start(cameras));
     let (Ok(calibrate), Ok(other)) = (calibrate(controller), other()) else { exit(false) };
     spawner.spawn(calibrate);
     spawner.spawn(other);

@@ -78,7 +78,6 @@ mod firmware {
     use firmware_sim::{App, Controller, Event};
     use heapless::spsc::Queue;
     use static_cell::StaticCell;
-    use stereo_selfcal::Config;
     use stereo_selfcal::link::FpgaMatcher;
 
     use super::{Inbox, QUEUE_BYTES, Receiver};
@@ -110,8 +109,7 @@ mod firmware {
     fn init(cx: init::Context) -> (Shared, Local) {
         let Ok(cameras) = recording::cameras() else { exit(false) };
         // In place: a `const` initial value takes 14.6 kB of flash, the size of the calibrator.
-        let controller = cx.local.memory.init_with(|| Controller::new(Config::robust()));
-        controller.set_cameras(cameras);
+        let controller = cx.local.memory.init_with(|| firmware_sim::start(cameras));
         let (bytes, read) = cx.local.fifo.split();
         let receiver =
             Receiver { timer: Timer::every(PERIOD), recording: ReplayBus::new(FRAMES), bytes };

@@ -7,7 +7,7 @@ use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
 use stereo_selfcal::link::{Counters, FpgaMatcher, ReadStatus, ReceiveError, Received};
 use stereo_selfcal::{
-    ApplyError, Calibration, Calibrator, Fused, Health, PairError, PairReport, Refusal, State,
+    ApplyError, Calibration, Calibrator, Fused, Health, Outcome, PairReport, Rejection, State,
 };
 
 /// Result of one [`App::poll`].
@@ -30,7 +30,7 @@ pub enum Event {
     },
     /// The solver took one pass over the batch.
     Pass,
-    /// The pair is finished and the batch empty.
+    /// The pair has ended.
     Pair(PairOutcome),
     /// The pair has changed the state of the estimate.
     StateChanged {
@@ -45,7 +45,7 @@ pub enum Event {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairOutcome {
     /// The solved pair and the result of its fusion, or why it could not be solved.
-    pub outcome: Result<(PairReport<f32>, Result<Fused, Refusal>), PairError>,
+    pub outcome: Result<(PairReport<f32>, Result<Fused, Rejection>), Rejection>,
     /// Health over the matches of this pair, with the extrinsics in use and with the estimate after this
     /// pair. `None` before there is an estimate.
     pub health: Option<Health<f32>>,
@@ -61,8 +61,7 @@ enum Stage {
 
 /// Matcher and calibrator. The firmware calls [`App::poll`] in its main loop.
 ///
-/// It estimates and reports. Only [`App::apply`] changes the extrinsics in use, unless the configuration
-/// enables the automatic apply.
+/// It estimates and reports. Only [`App::apply`] changes the extrinsics in use, unless it is [`App::applying`].
 ///
 /// * `N`: capacity of the batch, which selects `N` correspondences of a longer frame.
 #[derive(Debug)]
@@ -70,6 +69,7 @@ pub struct App<'a, SPI, RDY, const N: usize> {
     matcher: FpgaMatcher<SPI, RDY>,
     calibrator: &'a mut Calibrator<f32, N>,
     stage: Stage,
+    applies: bool,
     /// The last reported state.
     state: State,
 }
@@ -77,11 +77,17 @@ pub struct App<'a, SPI, RDY, const N: usize> {
 impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     /// An application that waits for its first frame.
     ///
-    /// * `calibrator`: with its cameras set. Borrowed, so that it can be a static.
+    /// * `calibrator`: Borrowed, so that it can be a static.
     pub fn new(matcher: FpgaMatcher<SPI, RDY>, calibrator: &'a mut Calibrator<f32, N>) -> Self {
-        calibrator.clear_pair();
+        calibrator.discard_pair();
         let state = calibrator.state();
-        Self { matcher, calibrator, stage: Stage::Waiting, state }
+        Self { matcher, calibrator, stage: Stage::Waiting, applies: false, state }
+    }
+
+    /// Applies the estimate after each pair, where it is locked.
+    #[must_use]
+    pub fn applying(self) -> Self {
+        Self { applies: true, ..self }
     }
 
     /// Does the next step: one read from the bus, one pass, or the evaluation and fusion of a pair.
@@ -99,8 +105,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
                 None => self.receive(),
             },
             Stage::Waiting => self.receive(),
-            Stage::Received => Ok(self.begin()),
-            Stage::Solving => Ok(self.advance()),
+            Stage::Received | Stage::Solving => Ok(self.advance()),
         }
     }
 
@@ -122,36 +127,20 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         })
     }
 
-    fn begin(&mut self) -> Event {
-        match self.calibrator.begin_pair() {
-            Ok(()) => {
-                self.stage = Stage::Solving;
-                Event::Pass
-            }
-            Err(error) => self.finish(Err(error)),
-        }
-    }
-
+    /// Takes the next step of the pair.
     fn advance(&mut self) -> Event {
-        match self.calibrator.advance_pair() {
-            Ok(None) => Event::Pass,
-            Ok(Some(report)) => {
-                let fused = self.calibrator.fuse();
-                self.finish(Ok((report, fused)))
-            }
-            Err(error) => self.finish(Err(error)),
-        }
-    }
-
-    fn finish(
-        &mut self,
-        outcome: Result<(PairReport<f32>, Result<Fused, Refusal>), PairError>,
-    ) -> Event {
-        // Health needs the matches of the pair.
-        let health = self.calibrator.health();
-        self.calibrator.clear_pair();
+        self.stage = Stage::Solving;
+        let Some(Outcome { pair, fused }) = self.calibrator.advance_pair() else {
+            return Event::Pass;
+        };
         self.stage = Stage::Finished;
-        Event::Pair(PairOutcome { outcome, health })
+        if self.applies {
+            // What is not locked yet, or doubted, is not applied; the health says so.
+            let _ = self.calibrator.apply();
+        }
+        let outcome = pair.map(|report| (report, fused)).ok_or(fused.err());
+        let outcome = outcome.map_err(|why| why.unwrap_or(Rejection::NotBegun));
+        Event::Pair(PairOutcome { outcome, health: self.calibrator.health().ok() })
     }
 
     /// The calibrator, with the estimate and the extrinsics in use.
@@ -180,7 +169,7 @@ mod tests {
     use embedded_hal::{digital, spi};
     use std::vec::Vec;
     use stereo_selfcal::link::FrameRefusal;
-    use stereo_selfcal::{Camera, Cameras, Config, Intrinsics, Lens};
+    use stereo_selfcal::{Camera, Cameras, Config, FactoryCalibration, Intrinsics, Lens};
     use test_support::wire::Wire;
 
     type TestApp<'a> = App<'a, Wire, Wire, CAPACITY>;
@@ -198,9 +187,8 @@ mod tests {
         let intrinsics =
             Intrinsics { focal: [1400.0; 2], principal: [960.0, 600.0], size: [1920, 1200] };
         let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
-        let mut calibrator = Calibrator::new(config);
-        calibrator.set_cameras(Cameras { left: camera, right: camera });
-        calibrator
+        let cameras = Cameras { left: camera, right: camera };
+        Calibrator::new(config, &FactoryCalibration::guess(cameras))
     }
 
     fn wire(bytes: Vec<u8>) -> Wire {
@@ -248,14 +236,15 @@ mod tests {
         assert_eq!((passes, fused), (report.passes.into(), Ok(Fused::Added)));
         let health = pair.health.unwrap();
         assert!(health.proposed_px < health.in_use_px && health.in_use_px > 1.0, "{health:?}");
-        assert!(app.calibrator().batch().pairs().is_empty());
-        assert_eq!(app.calibrator().generation(), 0);
+        assert_eq!(app.calibrator().in_use().generation, 0);
         let estimate = app.calibrator().proposal().unwrap().extrinsics;
         let applied = app.apply().unwrap();
         assert_eq!(applied.extrinsics, estimate);
-        assert_eq!(app.calibrator().calibration_in_use(), Some(applied));
-        assert_eq!(app.calibrator().cameras(), Some(&applied.cameras));
-        assert_eq!((app.calibrator().generation(), app.calibrator().in_use()), (1, &estimate));
+        assert_eq!(app.calibrator().in_use(), applied);
+        assert_eq!(
+            (app.calibrator().in_use().generation, &app.calibrator().in_use().extrinsics),
+            (1, &estimate)
+        );
     }
 
     #[test]
@@ -283,7 +272,7 @@ mod tests {
         let mut app = app(frames.concat(), &mut calibrator);
         read(&mut app).unwrap();
         let (_, pair) = finish_pair(&mut app);
-        assert_eq!(pair.outcome, Err(PairError::TooFew { usable: 5, needed: 12 }));
+        assert_eq!(pair.outcome, Err(Rejection::TooFew { usable: 5, needed: 12 }));
         assert_eq!((pair.health, app.apply()), (None, Err(ApplyError::NoProposal)));
         read(&mut app).unwrap();
         assert!(matches!(finish_pair(&mut app).1.outcome, Ok((_, Ok(Fused::Added)))));
@@ -334,11 +323,10 @@ mod tests {
 
     #[test]
     fn a_frame_of_another_image_size_is_an_error_and_the_next_one_is_received() {
-        let mut calibrator = calibrator();
-        let mut cameras = *calibrator.cameras().unwrap();
+        let mut cameras = calibrator().in_use().cameras;
         let intrinsics = Intrinsics { size: [1920, 1199], ..*cameras.left.intrinsics() };
         cameras.left = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
-        calibrator.set_cameras(cameras);
+        let mut calibrator = Calibrator::new(Config::paper(), &FactoryCalibration::guess(cameras));
         let mut app = app(frame(1, 0..60), &mut calibrator);
         let refused = ReceiveError::Refused(FrameRefusal::ImageSize([1920, 1200]));
         assert_eq!(read(&mut app), Err(refused));

@@ -2,7 +2,9 @@
 //!
 //! Concrete types: a library build for the target compiles the core's `f32` code.
 
-use stereo_selfcal::{Calibrator, Cameras, Config, Fused, PairError, PairReport, Refusal};
+use stereo_selfcal::{
+    Calibrator, Cameras, Config, FactoryCalibration, Fused, Outcome, PairReport, Rejection,
+};
 
 /// Correspondences per pair that fit the batch.
 pub const CAPACITY: usize = 512;
@@ -13,28 +15,16 @@ pub type Controller = Calibrator<f32, CAPACITY>;
 /// A controller with these cameras, at the factory extrinsics `R = I`, `t = (-1, 0, 0)`.
 #[must_use]
 pub fn start(cameras: Cameras<f32>) -> Controller {
-    start_with(Config::robust(), cameras)
-}
-
-/// As [`start`], with automatic apply while the estimate is locked.
-#[must_use]
-pub fn start_automatic(cameras: Cameras<f32>) -> Controller {
-    start_with(Config::robust().with_automatic_apply(true), cameras)
-}
-
-fn start_with(config: Config, cameras: Cameras<f32>) -> Controller {
-    let mut controller = Controller::new(config);
-    controller.set_cameras(cameras);
-    controller
+    Controller::new(Config::robust(), &FactoryCalibration::guess(cameras))
 }
 
 /// Solves and fuses the controller's batch in one call. Returns the report and the result of the fusion.
 ///
 /// # Errors
-/// [`PairError`]. The batch is kept.
+/// [`Rejection`].
 pub fn solve_and_fuse(
     controller: &mut Controller,
-) -> Result<(PairReport<f32>, Result<Fused, Refusal>), PairError> {
-    let report = controller.solve_pair()?;
-    Ok((report, controller.fuse()))
+) -> Result<(PairReport<f32>, Result<Fused, Rejection>), Rejection> {
+    let Outcome { pair, fused } = controller.solve_pair();
+    pair.map(|report| (report, fused)).ok_or(fused.err().unwrap_or(Rejection::NotBegun))
 }

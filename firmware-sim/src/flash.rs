@@ -38,12 +38,11 @@ fn main() -> ! {
         error!("the flash store cannot be opened");
         exit(false)
     };
-    let controller = CONTROLLER.init_with(|| Controller::new(Config::robust()));
     let Some(factory) = factory(&mut store, cameras) else {
         error!("no factory calibration in flash");
         exit(false)
     };
-    controller.install(&factory);
+    let controller = CONTROLLER.init_with(|| Controller::new(Config::robust(), &factory));
     let bus = ReplayBus::new(FRAMES);
     let resumed = match store.resume(controller) {
         Ok(resumed) => resumed,
@@ -112,8 +111,7 @@ fn factory(
     store: &mut Store<NorFlash, f32>,
     cameras: Cameras<f32>,
 ) -> Option<FactoryCalibration<f32>> {
-    let extrinsics = Extrinsics::SIDE_BY_SIDE;
-    let guess = FactoryCalibration { cameras, extrinsics, yaw_sd_rad: None, baseline_m: None };
+    let guess = FactoryCalibration::guess(cameras);
     if store.load_factory() == Ok(None) {
         store.save_factory(&guess).ok()?;
     }

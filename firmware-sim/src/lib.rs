@@ -34,4 +34,4 @@ pub mod recording;
 mod test_frames;
 
 pub use app::{App, Event, PairOutcome};
-pub use controller::{CAPACITY, Controller, solve_and_fuse, start, start_automatic};
+pub use controller::{CAPACITY, Controller, solve_and_fuse, start};

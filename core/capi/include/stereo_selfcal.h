@@ -80,7 +80,7 @@
 /**
  * Size of `selfcal_t` in words of 8 bytes, sufficient on every target.
  */
-#define SELFCAL_STORAGE_WORDS (756 + ((23 * SELFCAL_CAPACITY) / 8))
+#define SELFCAL_STORAGE_WORDS (792 + ((23 * SELFCAL_CAPACITY) / 8))
 
 /**
  * Size of `selfcal_t`, bytes.
@@ -341,10 +341,6 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_CONFIG_LENS_PRIOR = 309,
     /**
-     * configuration: the largest angular rate is not finite or not above 0 rad/s
-     */
-    SELFCAL_ERROR_CONFIG_MAX_ANGULAR_RATE = 310,
-    /**
      * configuration: the deviation of the factory yaw is not within 1e-6 to 1 rad
      */
     SELFCAL_ERROR_CONFIG_FACTORY_YAW = 311,
@@ -356,10 +352,6 @@ enum selfcal_error_t
      * configuration: the length of the baseline is not within 1e-3 to 1e3 m
      */
     SELFCAL_ERROR_CONFIG_BASELINE_LENGTH = 313,
-    /**
-     * push: no cameras are set; call selfcal_set_cameras first
-     */
-    SELFCAL_ERROR_PUSH_NO_CAMERAS = 400,
     /**
      * push: a pair is being solved; finish or clear it first
      */
@@ -397,10 +389,6 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_PUSH_RIGHT_NOT_INVERTIBLE = 422,
     /**
-     * pair: no cameras are set; call selfcal_set_cameras first
-     */
-    SELFCAL_ERROR_PAIR_NO_CAMERAS = 500,
-    /**
      * pair: not begun; call selfcal_begin_pair first
      */
     SELFCAL_ERROR_PAIR_NOT_BEGUN = 501,
@@ -416,10 +404,6 @@ enum selfcal_error_t
      * pair: a direction is not observable; correspondences all alike, on a line, or at infinity
      */
     SELFCAL_ERROR_PAIR_UNOBSERVABLE = 504,
-    /**
-     * pair: the rig turned faster than configured; clear the batch
-     */
-    SELFCAL_ERROR_PAIR_TURNING = 505,
     /**
      * pair: the points are behind the cameras; left and right exchanged, t of the other sign, an image mirrored or both upside down
      */
@@ -545,17 +529,9 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_RESTORE_CONFIG = 1005,
     /**
-     * snapshot, restore: no cameras are set; call selfcal_set_cameras first
-     */
-    SELFCAL_ERROR_RESTORE_NO_CAMERAS = 1006,
-    /**
      * link: a pair is being solved, no byte was used; finish or clear it, then feed on
      */
     SELFCAL_ERROR_LINK_BUSY = 1100,
-    /**
-     * link: frame refused, no cameras are set; feed on
-     */
-    SELFCAL_ERROR_LINK_NO_CAMERAS = 1101,
     /**
      * link: frame refused, the image sizes of matcher and cameras differ; feed on
      */
@@ -1386,12 +1362,10 @@ typedef struct selfcal_config_t {
     float noise_floor_px;
     float max_sd_rad;
     float max_correction_rad;
-    float max_angular_rate;
     uint32_t memory_pairs;
     uint16_t max_passes;
     uint16_t min_correspondences;
     uint32_t angle;
-    uint32_t automatic_apply;
     /**
      * NaN in its first field stands for the value of the preset.
      */
@@ -2235,26 +2209,11 @@ selfcal_error_t selfcal_config_set_max_sd_rad(struct selfcal_config_t *config, f
 selfcal_error_t selfcal_config_set_max_correction_rad(struct selfcal_config_t *config, float rad);
 
 /**
- * Sets the angular rate of the rig above which a pair is refused, for cameras whose triggers differ: the tolerated
- * error of `R` over the skew. Of pairs that have one (`selfcal_set_angular_rate`).
- *
- * * `rad_per_s`: finite and above 0; default none. Larger lets errors of turns in; smaller leaves fewer pairs.
- */
-selfcal_error_t selfcal_config_set_max_angular_rate(struct selfcal_config_t *config,
-                                                    float rad_per_s);
-
-/**
  * Sets the number of pairs after which the oldest fade; robust preset.
  *
  * * `pairs`: 20 or more; default 1000. Larger averages longer; smaller follows a slow drift.
  */
 selfcal_error_t selfcal_config_set_memory_pairs(struct selfcal_config_t *config, uint32_t pairs);
-
-/**
- * Sets whether `selfcal_fuse` puts the estimate into use whenever `selfcal_apply` would; default
- * false.
- */
-selfcal_error_t selfcal_config_set_automatic_apply(struct selfcal_config_t *config, bool automatic);
 
 /**
  * Sets how far the given lens models are trusted; robust preset. The deviations with the lens uncertain
@@ -2493,21 +2452,12 @@ selfcal_error_t selfcal_solve_pair(struct selfcal_t *cal);
 selfcal_error_t selfcal_report(const struct selfcal_t *cal, struct selfcal_report_t *report);
 
 /**
- * Fuses the solved pair into the estimate, once. The calibration in use changes only with
- * `selfcal_config_set_automatic_apply`.
+ * Reads, once, how the solved pair became part of the estimate, or why not. Solving a pair fuses it.
  *
  * * `fused`: effect on the estimate; may be null.
  */
-selfcal_error_t selfcal_fuse(struct selfcal_t *cal, selfcal_fused_t *fused);
-
-/**
- * Tells how fast the rig turned about any axis while the pair of the batch was taken, as a gyroscope measures it. Holds
- * until `selfcal_clear_pair`; nothing comes of it without `selfcal_config_set_max_angular_rate`.
- *
- * * `rad_per_s`: rad/s; too fast if not finite.
- */
-selfcal_error_t selfcal_set_angular_rate(struct selfcal_t *cal,
-                                         float rad_per_s);
+selfcal_error_t selfcal_fuse(struct selfcal_t *cal,
+                             selfcal_fused_t *fused);
 
 /**
  * Clears the batch and the report, and abandons a pair that is being solved.
@@ -2613,11 +2563,6 @@ selfcal_error_t selfcal_undo(struct selfcal_t *cal, struct selfcal_calibration_t
  * Freezes the estimate and the calibration in use, or releases both.
  */
 selfcal_error_t selfcal_set_frozen(struct selfcal_t *cal, bool frozen);
-
-/**
- * Reads whether the calibrator is frozen.
- */
-selfcal_error_t selfcal_is_frozen(const struct selfcal_t *cal, bool *frozen);
 
 /**
  * Computes the two rectifying rotations.
@@ -2732,16 +2677,6 @@ selfcal_error_t selfcal_push_motion(struct selfcal_t *cal,
                                     const struct selfcal_tracked_t *tracked,
                                     size_t count,
                                     selfcal_witnessed_t *witnessed);
-
-/**
- * Declares that the mount still is as the factory calibration says, for example on the production line in the locked
- * state: the turn that rows show beyond it is the lens's, from now on and after changes of the rig.
- *
- * * `confirmed`: false, without effect, without factory extrinsics, in the paper preset, and where the rig has changed
- *   or rows refute the calibration; may be null.
- */
-selfcal_error_t selfcal_confirm_factory_yaw(struct selfcal_t *cal,
-                                            bool *confirmed);
 
 /**
  * Text of a `selfcal_witnessed_t`, English; never null.

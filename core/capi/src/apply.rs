@@ -2,7 +2,7 @@
 
 use crate::calibration::selfcal_calibration_t;
 use crate::error::{selfcal_error_t, status};
-use crate::instance::{exclusive, selfcal_t, shared};
+use crate::instance::{exclusive, selfcal_t};
 use crate::pointer::Out;
 
 /// Puts the estimate into use. The generation changes if the calibration does.
@@ -43,20 +43,6 @@ pub unsafe extern "C" fn selfcal_set_frozen(cal: *mut selfcal_t, frozen: bool) -
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         unsafe { exclusive(cal) }?.calibrator.set_frozen(frozen);
-        Ok(())
-    })
-}
-
-/// Reads whether the calibrator is frozen.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_is_frozen(
-    cal: *const selfcal_t,
-    frozen: *mut bool,
-) -> selfcal_error_t {
-    status(|| {
-        // SAFETY: the caller keeps the contract of the crate.
-        let (instance, frozen) = unsafe { (shared(cal)?, Out::checked(frozen)?) };
-        frozen.set(instance.calibrator.is_frozen());
         Ok(())
     })
 }

@@ -22,7 +22,7 @@ pub struct selfcal_calibration_t {
 
 impl From<&Calibration<f32>> for selfcal_calibration_t {
     fn from(calibration: &Calibration<f32>) -> Self {
-        let Calibration { cameras, extrinsics } = calibration;
+        let Calibration { cameras, extrinsics, .. } = calibration;
         Self {
             left: (&cameras.left).into(),
             right: (&cameras.right).into(),

@@ -121,12 +121,13 @@ impl From<&Camera<f32>> for selfcal_camera_t {
 
 /// The cameras as given, if set.
 pub(crate) fn given(instance: &Instance) -> Result<&Cameras<f32>, selfcal_error_t> {
-    instance.calibrator.cameras().ok_or(SELFCAL_ERROR_NO_CAMERAS)
+    Ok(&instance.given()?.cameras)
 }
 
 /// The calibration in use.
 pub(crate) fn in_use(instance: &Instance) -> Result<Calibration<f32>, selfcal_error_t> {
-    instance.calibrator.calibration_in_use().ok_or(SELFCAL_ERROR_NO_CAMERAS)
+    instance.given()?;
+    Ok(instance.calibrator.in_use())
 }
 
 /// A camera of the calibration in use.
@@ -153,8 +154,7 @@ pub unsafe extern "C" fn selfcal_set_cameras(
         let (instance, left, right) = unsafe { (exclusive(cal)?, read(left)?, read(right)?) };
         let left = left.core(Side::Left)?;
         let right = right.core(Side::Right)?;
-        instance.solved = None;
-        instance.calibrator.set_cameras(Cameras { left, right });
+        instance.set_cameras(Cameras { left, right });
         Ok(())
     })
 }

@@ -5,6 +5,7 @@ use zerocopy::FromBytes;
 
 use crate::error::selfcal_error_t::{self, *};
 use crate::error::status;
+use crate::instance::Known;
 use crate::lens::{selfcal_lens_prior_t, tracking};
 use crate::pointer::{Out, read};
 
@@ -40,12 +41,10 @@ pub struct selfcal_config_t {
     noise_floor_px: f32,
     max_sd_rad: f32,
     max_correction_rad: f32,
-    max_angular_rate: f32,
     memory_pairs: u32,
     max_passes: u16,
     min_correspondences: u16,
     angle: u32,
-    automatic_apply: u32,
     /// NaN in its first field stands for the value of the preset.
     pub(crate) lens_prior: selfcal_lens_prior_t,
     pub(crate) lens_tracking: u32,
@@ -66,12 +65,10 @@ impl selfcal_config_t {
             noise_floor_px: f32::NAN,
             max_sd_rad: f32::NAN,
             max_correction_rad: f32::NAN,
-            max_angular_rate: f32::NAN,
             memory_pairs: 0,
             max_passes: 0,
             min_correspondences: 0,
             angle: 0,
-            automatic_apply: 0,
             lens_prior: selfcal_lens_prior_t {
                 focal: f32::NAN,
                 principal_px: 0.0,
@@ -86,6 +83,16 @@ impl selfcal_config_t {
         }
     }
 
+    /// What it tells of the factory calibration; any bits are checked.
+    pub(crate) fn known(&self) -> Result<Known, selfcal_error_t> {
+        let given = |number: f32| (!number.is_nan()).then_some(number);
+        let yaw = given(self.factory_yaw_sd_rad).or(Known::DEFAULT.yaw_sd_rad);
+        let known =
+            Known { yaw_sd_rad: yaw.filter(|rad| *rad != 0.0), baseline_m: given(self.baseline_m) };
+        check(known)?;
+        Ok(known)
+    }
+
     /// The configuration of the core; any bits are checked.
     pub(crate) fn core(&self) -> Result<Config, selfcal_error_t> {
         let preset = match (self.magic, self.preset) {
@@ -95,22 +102,14 @@ impl selfcal_config_t {
         };
         let config = preset
             .with_angle(central(self.angle)?)
-            .with_lens_tracking(tracking(self.lens_tracking)?)
-            .with_automatic_apply(self.automatic_apply != 0);
+            .with_lens_tracking(tracking(self.lens_tracking)?);
         let config = real(config, self.prior_sd_rad, Config::with_prior_sd_rad)?;
         let config = real(config, self.huber_threshold_px, Config::with_huber_threshold_px)?;
         let config = real(config, self.step_tolerance_rad, Config::with_step_tolerance_rad)?;
         let config = real(config, self.noise_floor_px, Config::with_noise_floor_px)?;
         let config = real(config, self.max_sd_rad, Config::with_max_sd_rad)?;
         let config = real(config, self.max_correction_rad, Config::with_max_correction_rad)?;
-        let config = real(config, self.max_angular_rate, Config::with_max_angular_rate)?;
         let config = real(config, self.lens_yaw_sd_rad, Config::with_lens_yaw_sd_rad)?;
-        let config = real(config, self.baseline_m, Config::with_baseline_m)?;
-        let config = if self.factory_yaw_sd_rad == 0.0 {
-            config.without_factory_yaw()
-        } else {
-            real(config, self.factory_yaw_sd_rad, Config::with_factory_yaw_sd_rad)?
-        };
         let config = whole(config, self.memory_pairs, Config::with_memory_pairs)?;
         let config = if self.lens_prior.focal.is_nan() {
             config
@@ -119,6 +118,16 @@ impl selfcal_config_t {
         };
         let config = whole(config, self.max_passes, Config::with_max_passes)?;
         Ok(whole(config, self.min_correspondences, Config::with_min_correspondences)?)
+    }
+}
+
+fn check(known: Known) -> Result<Config, ConfigError> {
+    let baseline_ok = known.baseline_m.is_none_or(|m| (1e-3..=1e3).contains(&m));
+    let yaw_ok = known.yaw_sd_rad.is_none_or(|rad| (1e-6..=1.0).contains(&rad));
+    match (baseline_ok, yaw_ok) {
+        (true, true) => Ok(Config::robust()),
+        (false, _) => Err(ConfigError::BaselineLength),
+        (_, false) => Err(ConfigError::FactoryYaw),
     }
 }
 
@@ -225,11 +234,8 @@ pub unsafe extern "C" fn selfcal_config_set_factory_yaw_sd_rad(
     config: *mut selfcal_config_t,
     rad: f32,
 ) -> selfcal_error_t {
-    let checked = if rad == 0.0 {
-        Ok(Config::robust().without_factory_yaw())
-    } else {
-        Config::robust().with_factory_yaw_sd_rad(rad)
-    };
+    let yaw_sd_rad = Some(rad).filter(|rad| *rad != 0.0);
+    let checked = check(Known { yaw_sd_rad, ..Known::DEFAULT });
     // SAFETY: the caller keeps the contract of the crate.
     unsafe { change(config, checked, |c| c.factory_yaw_sd_rad = rad) }
 }
@@ -255,7 +261,7 @@ pub unsafe extern "C" fn selfcal_config_set_baseline_m(
     config: *mut selfcal_config_t,
     metres: f32,
 ) -> selfcal_error_t {
-    let checked = Config::robust().with_baseline_m(metres);
+    let checked = check(Known { baseline_m: Some(metres), ..Known::DEFAULT });
     // SAFETY: the caller keeps the contract of the crate.
     unsafe { change(config, checked, |c| c.baseline_m = metres) }
 }
@@ -367,20 +373,6 @@ pub unsafe extern "C" fn selfcal_config_set_max_correction_rad(
     unsafe { change(config, checked, |c| c.max_correction_rad = rad) }
 }
 
-/// Sets the angular rate of the rig above which a pair is refused, for cameras whose triggers differ: the tolerated
-/// error of `R` over the skew. Of pairs that have one (`selfcal_set_angular_rate`).
-///
-/// * `rad_per_s`: finite and above 0; default none. Larger lets errors of turns in; smaller leaves fewer pairs.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_config_set_max_angular_rate(
-    config: *mut selfcal_config_t,
-    rad_per_s: f32,
-) -> selfcal_error_t {
-    let checked = Config::robust().with_max_angular_rate(rad_per_s);
-    // SAFETY: the caller keeps the contract of the crate.
-    unsafe { change(config, checked, |c| c.max_angular_rate = rad_per_s) }
-}
-
 /// Sets the number of pairs after which the oldest fade; robust preset.
 ///
 /// * `pairs`: 20 or more; default 1000. Larger averages longer; smaller follows a slow drift.
@@ -392,18 +384,6 @@ pub unsafe extern "C" fn selfcal_config_set_memory_pairs(
     let checked = Config::robust().with_memory_pairs(pairs);
     // SAFETY: the caller keeps the contract of the crate.
     unsafe { change(config, checked, |c| c.memory_pairs = pairs) }
-}
-
-/// Sets whether `selfcal_fuse` puts the estimate into use whenever `selfcal_apply` would; default
-/// false.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_config_set_automatic_apply(
-    config: *mut selfcal_config_t,
-    automatic: bool,
-) -> selfcal_error_t {
-    let checked = Ok::<_, selfcal_error_t>(());
-    // SAFETY: the caller keeps the contract of the crate.
-    unsafe { change(config, checked, |c| c.automatic_apply = automatic.into()) }
 }
 
 /// Sets how far the given lens models are trusted; robust preset. The deviations with the lens uncertain

@@ -4,8 +4,8 @@ use core::ffi::c_char;
 
 use stereo_selfcal::link::{EncodeError, FrameRefusal, HeaderError};
 use stereo_selfcal::{
-    ApplyError, ConfigError, ExtrinsicsError, MotionError, PairError, ProjectError, PushError,
-    RangeError, RectifyError, Refusal, Rejection, RestoreError, UndistortError,
+    ApplyError, ConfigError, ExtrinsicsError, MotionError, ProjectError, PushError, RangeError,
+    RectifyError, Rejection, RestoreError, UndistortError,
 };
 
 use crate::enumeration::find;
@@ -113,8 +113,6 @@ c_enum! {
         SELFCAL_ERROR_CONFIG_MAX_CORRECTION = 308,
         /// configuration: a deviation of the lens is not within 0 to 0.1, of the principal point 0 to 100 px
         SELFCAL_ERROR_CONFIG_LENS_PRIOR = 309,
-        /// configuration: the largest angular rate is not finite or not above 0 rad/s
-        SELFCAL_ERROR_CONFIG_MAX_ANGULAR_RATE = 310,
         /// configuration: the deviation of the factory yaw is not within 1e-6 to 1 rad
         SELFCAL_ERROR_CONFIG_FACTORY_YAW = 311,
         /// configuration: the deviation of the apparent yaw of the lens is not within 0 to 0.1 rad
@@ -122,8 +120,6 @@ c_enum! {
         /// configuration: the length of the baseline is not within 1e-3 to 1e3 m
         SELFCAL_ERROR_CONFIG_BASELINE_LENGTH = 313,
 
-        /// push: no cameras are set; call selfcal_set_cameras first
-        SELFCAL_ERROR_PUSH_NO_CAMERAS = 400,
         /// push: a pair is being solved; finish or clear it first
         SELFCAL_ERROR_PUSH_BUSY = 401,
         /// push: the score is not within 0 to 1
@@ -143,8 +139,6 @@ c_enum! {
         /// push: the lens model is not invertible at the right pixel
         SELFCAL_ERROR_PUSH_RIGHT_NOT_INVERTIBLE = 422,
 
-        /// pair: no cameras are set; call selfcal_set_cameras first
-        SELFCAL_ERROR_PAIR_NO_CAMERAS = 500,
         /// pair: not begun; call selfcal_begin_pair first
         SELFCAL_ERROR_PAIR_NOT_BEGUN = 501,
         /// pair: fewer usable correspondences than configured; collect more
@@ -153,8 +147,6 @@ c_enum! {
         SELFCAL_ERROR_PAIR_NO_CONSENSUS = 503,
         /// pair: a direction is not observable; correspondences all alike, on a line, or at infinity
         SELFCAL_ERROR_PAIR_UNOBSERVABLE = 504,
-        /// pair: the rig turned faster than configured; clear the batch
-        SELFCAL_ERROR_PAIR_TURNING = 505,
         /// pair: the points are behind the cameras; left and right exchanged, t of the other sign, an image mirrored or both upside down
         SELFCAL_ERROR_PAIR_BEHIND = 506,
         /// pair: disparities run along the columns; u and v exchanged, cameras one above the other, or a wrong t
@@ -221,13 +213,9 @@ c_enum! {
         SELFCAL_ERROR_RESTORE_ABSURD = 1004,
         /// restore: beyond the correction limit, or of corrected cameras where the configuration only reports
         SELFCAL_ERROR_RESTORE_CONFIG = 1005,
-        /// snapshot, restore: no cameras are set; call selfcal_set_cameras first
-        SELFCAL_ERROR_RESTORE_NO_CAMERAS = 1006,
 
         /// link: a pair is being solved, no byte was used; finish or clear it, then feed on
         SELFCAL_ERROR_LINK_BUSY = 1100,
-        /// link: frame refused, no cameras are set; feed on
-        SELFCAL_ERROR_LINK_NO_CAMERAS = 1101,
         /// link: frame refused, the image sizes of matcher and cameras differ; feed on
         SELFCAL_ERROR_LINK_IMAGE_SIZE = 1102,
 
@@ -278,7 +266,7 @@ c_enum! {
 use selfcal_error_t::*;
 
 from_core!(
-    UndistortError, ProjectError, ExtrinsicsError, ConfigError, PushError, PairError, Refusal, Rejection,
+    UndistortError, ProjectError, ExtrinsicsError, ConfigError, PushError, Rejection,
     ApplyError, RangeError, MotionError, RectifyError, RestoreError, FrameRefusal, HeaderError, EncodeError
     => selfcal_error_t, else SELFCAL_ERROR_UNKNOWN
 );

@@ -61,8 +61,7 @@ pub unsafe extern "C" fn selfcal_set_factory(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, factory) = unsafe { (exclusive(cal)?, read(factory)?) };
         let factory = factory.core()?;
-        instance.solved = None;
-        instance.calibrator.set_factory(factory);
+        instance.set_factory(factory);
         Ok(())
     })
 }
@@ -76,7 +75,7 @@ pub unsafe extern "C" fn selfcal_in_use(
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, extrinsics) = unsafe { (shared(cal)?, Out::checked(extrinsics)?) };
-        extrinsics.set(instance.calibrator.in_use().into());
+        extrinsics.set((&instance.calibrator.in_use().extrinsics).into());
         Ok(())
     })
 }
@@ -90,7 +89,7 @@ pub unsafe extern "C" fn selfcal_generation(
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, generation) = unsafe { (shared(cal)?, Out::checked(generation)?) };
-        generation.set(instance.calibrator.generation());
+        generation.set(instance.calibrator.in_use().generation);
         Ok(())
     })
 }

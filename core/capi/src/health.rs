@@ -275,7 +275,8 @@ impl From<&Health<f32>> for selfcal_health_t {
 }
 
 fn core(instance: &Instance) -> Result<Health<f32>, selfcal_error_t> {
-    instance.calibrator.health().ok_or(SELFCAL_ERROR_NO_HEALTH)
+    instance.given().map_err(|_| SELFCAL_ERROR_NO_HEALTH)?;
+    instance.calibrator.health().map_err(|_| SELFCAL_ERROR_NO_HEALTH)
 }
 
 /// Fit of the extrinsics in use and of the estimate to the current batch, in one pass over it. Call it
@@ -303,7 +304,8 @@ pub unsafe extern "C" fn selfcal_likely_cause(
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, cause) = unsafe { (shared(cal)?, Out::checked(cause)?) };
-        cause.set(instance.calibrator.likely_cause().into());
+        let health = instance.calibrator.health();
+        cause.set(health.map_or_else(|none| none.cause(), |health| health.cause).into());
         Ok(())
     })
 }

@@ -3,7 +3,7 @@
 use crate::capacity::SELFCAL_CAPACITY;
 use crate::config::selfcal_config_t;
 use crate::error::{selfcal_error_t, status};
-use crate::instance::{Instance, exclusive, place, selfcal_t};
+use crate::instance::{Instance, Known, exclusive, place, selfcal_t};
 use crate::pointer::{Out, read};
 
 /// Storage that the library needs.
@@ -49,10 +49,11 @@ pub unsafe extern "C" fn selfcal_init(
 ) -> selfcal_error_t {
     status(|| {
         let config = if config.is_null() {
-            stereo_selfcal::Config::default()
+            (stereo_selfcal::Config::default(), Known::DEFAULT)
         } else {
             // SAFETY: the caller keeps the contract of the crate.
-            unsafe { read(config) }?.core()?
+            let config = unsafe { read(config) }?;
+            (config.core()?, config.known()?)
         };
         // SAFETY: as above.
         unsafe { place(cal, size, config) }
@@ -65,7 +66,7 @@ pub unsafe extern "C" fn selfcal_reset(cal: *mut selfcal_t) -> selfcal_error_t {
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let instance = unsafe { exclusive(cal) }?;
-        instance.solved = None;
+        instance.forget_pair();
         instance.calibrator.reset();
         Ok(())
     })

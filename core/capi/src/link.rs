@@ -128,7 +128,7 @@ impl FrameSink for Instance {
 
     fn start(&mut self, header: &FrameHeader) -> Result<(), FrameRefusal> {
         self.calibrator.start(header)?;
-        self.solved = None;
+        self.forget_pair();
         Ok(())
     }
 
@@ -141,7 +141,7 @@ impl FrameSink for Instance {
     }
 
     fn discard(&mut self) {
-        self.solved = None;
+        self.forget_pair();
         self.calibrator.discard();
     }
 }

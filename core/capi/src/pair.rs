@@ -136,8 +136,8 @@ pub unsafe extern "C" fn selfcal_begin_pair(cal: *mut selfcal_t) -> selfcal_erro
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let instance = unsafe { exclusive(cal) }?;
-        instance.solved = None;
-        Ok(instance.calibrator.begin_pair()?)
+        instance.given()?;
+        instance.advance().map(|_| ())
     })
 }
 
@@ -152,9 +152,8 @@ pub unsafe extern "C" fn selfcal_advance_pair(
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, solved) = unsafe { (exclusive(cal)?, Out::checked(solved)?) };
-        let report = instance.calibrator.advance_pair()?;
-        solved.set(report.is_some());
-        instance.solved = report;
+        instance.given()?;
+        solved.set(instance.advance()?);
         Ok(())
     })
 }
@@ -165,9 +164,9 @@ pub unsafe extern "C" fn selfcal_solve_pair(cal: *mut selfcal_t) -> selfcal_erro
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let instance = unsafe { exclusive(cal) }?;
-        instance.solved = None;
-        instance.solved = Some(instance.calibrator.solve_pair()?);
-        Ok(())
+        instance.given()?;
+        let outcome = instance.calibrator.solve_pair();
+        instance.end(outcome)
     })
 }
 
@@ -186,8 +185,7 @@ pub unsafe extern "C" fn selfcal_report(
     })
 }
 
-/// Fuses the solved pair into the estimate, once. The calibration in use changes only with
-/// `selfcal_config_set_automatic_apply`.
+/// Reads, once, how the solved pair became part of the estimate, or why not. Solving a pair fuses it.
 ///
 /// * `fused`: effect on the estimate; may be null.
 #[unsafe(no_mangle)]
@@ -199,23 +197,8 @@ pub unsafe extern "C" fn selfcal_fuse(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, fused) = unsafe { (exclusive(cal)?, Out::optional(fused)?) };
         instance.solved.as_ref().ok_or(SELFCAL_ERROR_NO_REPORT)?;
-        fused.set(instance.calibrator.fuse()?.into());
-        Ok(())
-    })
-}
-
-/// Tells how fast the rig turned about any axis while the pair of the batch was taken, as a gyroscope measures it. Holds
-/// until `selfcal_clear_pair`; nothing comes of it without `selfcal_config_set_max_angular_rate`.
-///
-/// * `rad_per_s`: rad/s; too fast if not finite.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_set_angular_rate(
-    cal: *mut selfcal_t,
-    rad_per_s: f32,
-) -> selfcal_error_t {
-    status(|| {
-        // SAFETY: the caller keeps the contract of the crate.
-        unsafe { exclusive(cal) }?.calibrator.set_angular_rate(rad_per_s);
+        let effect = instance.fused.take().ok_or(SELFCAL_ERROR_FUSE_NOTHING_SOLVED)?;
+        fused.set(effect?.into());
         Ok(())
     })
 }
@@ -226,8 +209,8 @@ pub unsafe extern "C" fn selfcal_clear_pair(cal: *mut selfcal_t) -> selfcal_erro
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let instance = unsafe { exclusive(cal) }?;
-        instance.solved = None;
-        instance.calibrator.clear_pair();
+        instance.forget_pair();
+        instance.calibrator.discard_pair();
         Ok(())
     })
 }

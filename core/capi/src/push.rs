@@ -100,6 +100,7 @@ pub unsafe extern "C" fn selfcal_push(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, correspondence, pushed) =
             unsafe { (exclusive(cal)?, read(correspondence)?, Out::optional(pushed)?) };
+        instance.given()?;
         pushed.set(instance.calibrator.push(&(&correspondence).into())?.into());
         Ok(())
     })
@@ -129,12 +130,13 @@ pub unsafe extern "C" fn selfcal_push_array(
             refused: 0,
             first_refusal: selfcal_error_t::SELFCAL_OK,
         };
+        instance.given()?;
         for correspondence in correspondences {
             let count = match instance.calibrator.push(&correspondence.into()) {
                 Ok(Pushed::Kept) => &mut counts.kept,
                 Ok(Pushed::Replaced) => &mut counts.replaced,
                 Ok(Pushed::LeftOut) => &mut counts.left_out,
-                Err(error @ (PushError::NoCameras | PushError::Busy)) => return Err(error.into()),
+                Err(error @ PushError::Busy) => return Err(error.into()),
                 Err(error) => {
                     if counts.refused == 0 {
                         counts.first_refusal = error.into();

@@ -1,6 +1,6 @@
 //! Records that outlast a loss of power: snapshots, and the factory calibration.
 
-use stereo_selfcal::{Calibrator, FactoryCalibration, RestoreError};
+use stereo_selfcal::{Calibrator, FactoryCalibration};
 
 use crate::capacity::SELFCAL_CAPACITY;
 use crate::error::{selfcal_error_t, status};
@@ -35,7 +35,10 @@ pub unsafe extern "C" fn selfcal_snapshot(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, place) =
             unsafe { (shared(cal)?, Out::<[u8; SELFCAL_SNAPSHOT_BYTES]>::checked(record.cast())?) };
-        place.set(instance.calibrator.snapshot().ok_or(RestoreError::NoCameras)?);
+        place.set({
+            instance.given()?;
+            instance.calibrator.snapshot()
+        });
         Ok(())
     })
 }
@@ -57,7 +60,8 @@ pub unsafe extern "C" fn selfcal_restore(
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, record) = unsafe { (exclusive(cal)?, read_array(record, length)?) };
-        instance.solved = None;
+        instance.given()?;
+        instance.forget_pair();
         Ok(instance.calibrator.restore(record)?)
     })
 }
@@ -75,8 +79,7 @@ pub unsafe extern "C" fn selfcal_factory_to_record(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, place) =
             unsafe { (shared(cal)?, Out::<[u8; SELFCAL_FACTORY_BYTES]>::checked(record.cast())?) };
-        let factory = instance.calibrator.factory_calibration();
-        place.set(factory.ok_or(RestoreError::NoCameras)?.to_record());
+        place.set(instance.given()?.to_record());
         Ok(())
     })
 }
@@ -97,8 +100,7 @@ pub unsafe extern "C" fn selfcal_factory_from_record(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, record) = unsafe { (exclusive(cal)?, read_array(record, length)?) };
         let factory = FactoryCalibration::from_record(record)?;
-        instance.solved = None;
-        instance.calibrator.install(&factory);
+        instance.install(factory);
         Ok(())
     })
 }

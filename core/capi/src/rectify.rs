@@ -69,7 +69,7 @@ fn extrinsics(
     let calibrator = &instance.calibrator;
     let proposal = || calibrator.proposal().ok_or(SELFCAL_ERROR_NO_ESTIMATE);
     match source {
-        IN_USE => Ok((*calibrator.in_use(), None)),
+        IN_USE => Ok((calibrator.in_use().extrinsics, None)),
         PROPOSED => proposal().map(|p| (p.extrinsics, Some(p.correction))),
         APPLICABLE => proposal().map(|p| (p.applicable, Some(p.applicable_correction))),
         _ => Err(SELFCAL_ERROR_VALUE),

@@ -2,7 +2,7 @@
 
 use core::ffi::c_char;
 
-use stereo_selfcal::{PushError, Range, RangeReading, RayPair, Witnessed};
+use stereo_selfcal::{Range, RangeReading, RayPair, Witnessed};
 use zerocopy::FromBytes;
 
 use crate::enumeration::find;
@@ -101,7 +101,7 @@ pub unsafe extern "C" fn selfcal_track(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, pair, out) =
             unsafe { (shared(cal)?, [read(before)?, read(after)?], Out::checked(tracked.cast())?) };
-        let cameras = instance.calibrator.cameras().ok_or(PushError::NoCameras)?;
+        let cameras = instance.given()?.cameras;
         let [before, after] = pair.each_ref().map(|c| cameras.rays(&c.into()));
         let tracked: Tracked = [before?, after?];
         out.set(tracked);
@@ -128,24 +128,6 @@ pub unsafe extern "C" fn selfcal_push_motion(
         let tracked: &[Tracked] =
             unsafe { core::slice::from_raw_parts(tracked.as_ptr().cast(), tracked.len()) };
         out.set(instance.calibrator.push_motion(tracked)?.into());
-        Ok(())
-    })
-}
-
-/// Declares that the mount still is as the factory calibration says, for example on the production line in the locked
-/// state: the turn that rows show beyond it is the lens's, from now on and after changes of the rig.
-///
-/// * `confirmed`: false, without effect, without factory extrinsics, in the paper preset, and where the rig has changed
-///   or rows refute the calibration; may be null.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_confirm_factory_yaw(
-    cal: *mut selfcal_t,
-    confirmed: *mut bool,
-) -> selfcal_error_t {
-    status(|| {
-        // SAFETY: the caller keeps the contract of the crate.
-        let (instance, out) = unsafe { (exclusive(cal)?, Out::optional(confirmed)?) };
-        out.set(instance.calibrator.confirm_factory_yaw());
         Ok(())
     })
 }

@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 use stereo_selfcal::ApplyError;
 use stereo_selfcal::link::{Counters, Decoder, Received};
 
+use crate::Rig;
 use crate::options::Options;
-use crate::{Rig, take_pair};
 
 /// Longer than any datagram.
 const PIECE: usize = 65_536;
@@ -73,16 +73,15 @@ pub(crate) fn run(rig: &mut Rig, wire: &mut Wire, out: &mut impl Write) -> io::R
     Ok(())
 }
 
-/// Solves, fuses and applies; the batch is empty afterwards, whatever happened.
+/// Takes the pair and applies.
 fn end_pair(rig: &mut Rig, frame: &Received, link: &Counters) -> Value {
-    let outcome = take_pair(rig).map_or_else(|why| why.to_string(), |fused| fused.to_string());
-    let health = rig.health().map(|health| health.to_string());
-    rig.clear_pair();
+    let outcome = rig.solve_pair().to_string();
+    let health = rig.health().ok().map(|health| health.to_string());
     let not_applied = match rig.apply() {
         Ok(_) | Err(ApplyError::NoProposal | ApplyError::NotLocked(_)) => None,
         Err(why) => Some(why.to_string()),
     };
-    let in_use = rig.in_use();
+    let in_use = &rig.in_use().extrinsics;
     json!({
         "sequence": frame.header.sequence,
         "timestamp_us": frame.header.timestamp_us,
@@ -92,7 +91,7 @@ fn end_pair(rig: &mut Rig, frame: &Received, link: &Counters) -> Value {
         "state": rig.state().to_string(),
         "health": health,
         "not_applied": not_applied,
-        "generation": rig.generation(),
+        "generation": rig.in_use().generation,
         "rotation": in_use.rotation_row_major(),
         "translation": <[f32; 3]>::from(in_use.translation().into_inner()),
         "link": { "good": link.good, "bad": link.bad_crc + link.bad_header + link.truncated, "gaps": link.gaps },
@@ -103,7 +102,9 @@ fn end_pair(rig: &mut Rig, frame: &Received, link: &Counters) -> Value {
 mod tests {
     use super::*;
     use stereo_selfcal::link::{Encoder, FrameHeader, MatchRecord};
-    use stereo_selfcal::{Camera, Cameras, Config, Correspondence, Intrinsics, Lens};
+    use stereo_selfcal::{
+        Camera, Cameras, Config, Correspondence, FactoryCalibration, Intrinsics, Lens,
+    };
 
     /// A frame of a side-by-side rig.
     fn frame(sequence: u32) -> Vec<u8> {
@@ -140,9 +141,8 @@ mod tests {
         let intrinsics =
             Intrinsics { focal: [1400.0; 2], principal: [960.0, 600.0], size: [1920, 1200] };
         let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
-        let mut rig = Rig::new(Config::robust());
-        rig.set_cameras(Cameras { left: camera, right: camera });
-        rig
+        let cameras = Cameras { left: camera, right: camera };
+        Rig::new(Config::robust(), &FactoryCalibration::guess(cameras))
     }
 
     #[test]

@@ -13,8 +13,8 @@ use std::io::{self, BufRead, IsTerminal, Write};
 use std::process::ExitCode;
 
 use stereo_selfcal::{
-    ApplyError, Calibration, Calibrator, Cameras, Config, Correspondence, Extrinsics, Fused,
-    Rejection,
+    ApplyError, Calibration, Calibrator, Cameras, Config, Correspondence, Extrinsics,
+    FactoryCalibration,
 };
 
 use frames::Wire;
@@ -83,7 +83,7 @@ fn main() -> ExitCode {
         }
     };
     match result {
-        Ok(()) if rig.generation() > 0 => ExitCode::SUCCESS,
+        Ok(()) if rig.in_use().generation > 0 => ExitCode::SUCCESS,
         Ok(()) => {
             eprintln!("companion: the input ended before an estimate was applied");
             ExitCode::FAILURE
@@ -98,17 +98,17 @@ fn main() -> ExitCode {
 /// The calibrator with the rig of the options.
 fn set_up(arguments: &[String]) -> Result<Rig, Box<dyn Error>> {
     let options = Options::read(arguments)?;
-    let mut rig = Rig::new(Config::robust());
-    rig.set_cameras(Cameras { left: options.camera("left")?, right: options.camera("right")? });
+    let cameras = Cameras { left: options.camera("left")?, right: options.camera("right")? };
     // Side by side without them: a guess, whose yaw is not held.
-    match (options.get("rotation")?, options.get("translation")?) {
-        (None, None) => {}
+    let factory = match (options.get("rotation")?, options.get("translation")?) {
+        (None, None) => FactoryCalibration::guess(cameras),
         (r, t) => {
             let r = r.unwrap_or([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
-            rig.set_factory(Extrinsics::from_row_major(r, t.unwrap_or([-1.0, 0.0, 0.0]))?);
+            let t = t.unwrap_or([-1.0, 0.0, 0.0]);
+            FactoryCalibration::new(cameras, Extrinsics::from_row_major(r, t)?)
         }
-    }
-    Ok(rig)
+    };
+    Ok(Rig::new(Config::robust(), &factory))
 }
 
 /// Reads matches to the end of the input; a pair ends where the frame changes.
@@ -152,23 +152,17 @@ fn parse(text: &str) -> Result<(&str, Correspondence<f32>), String> {
     Ok((frame, m))
 }
 
-/// Solves, fuses, reports and applies; the batch is empty afterwards, whatever happened.
+/// Takes the pair, reports and applies.
 fn end_pair(rig: &mut Rig, frame: &str, out: &mut impl Write) -> io::Result<()> {
-    let outcome = take_pair(rig);
-    let health = rig.health();
-    rig.clear_pair();
-    match outcome {
-        Ok(fused) => write!(out, "pair {frame} {fused}")?,
-        Err(rejection) => write!(out, "pair {frame} {rejection}")?,
+    write!(out, "pair {frame} {}", rig.solve_pair())?;
+    match rig.health() {
+        Ok(health) => writeln!(out, ": {health}")?,
+        Err(_) => writeln!(out, ": {}", rig.state())?,
     }
-    match health {
-        Some(health) => writeln!(out, ": {health}")?,
-        None => writeln!(out, ": {}", rig.state())?,
-    }
-    let generation = rig.generation();
+    let generation = rig.in_use().generation;
     match rig.apply() {
-        Ok(Calibration { extrinsics, .. }) if rig.generation() != generation => {
-            write!(out, "in_use {}", rig.generation())?;
+        Ok(Calibration { extrinsics, generation: now, .. }) if now != generation => {
+            write!(out, "in_use {now}")?;
             for x in extrinsics.rotation_row_major().iter().chain(extrinsics.translation().iter()) {
                 write!(out, " {x}")?;
             }
@@ -178,11 +172,6 @@ fn end_pair(rig: &mut Rig, frame: &str, out: &mut impl Write) -> io::Result<()> 
         Err(error) => eprintln!("companion: not applied: {error}"),
     }
     out.flush()
-}
-
-fn take_pair(rig: &mut Rig) -> Result<Fused, Rejection> {
-    rig.solve_pair()?;
-    Ok(rig.fuse()?)
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ use nalgebra::Vector2;
 use row_offset::row_offset;
 use selection::{MAX_MEMBERS, Priority, Selection, ray_bits};
 
-use crate::error::{PairError, PushError, UndistortError};
+use crate::error::{PushError, Rejection, UndistortError};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::cause::Cause;
 use crate::scalar::Scalar;
@@ -266,7 +266,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     }
 
     /// Mistake that a pair shows that could not be solved.
-    pub(crate) fn cause_of(&self, why: PairError, size: [u16; 2]) -> Option<Cause> {
+    pub(crate) fn cause_of(&self, why: Rejection, size: [u16; 2]) -> Option<Cause> {
         let transposed = self.refused > 0 && self.seen.is_of_the_square(size);
         self.cause().or_else(|| Cause::of_unsolved(why, transposed, self.is_moved_alike()))
     }

@@ -2,12 +2,16 @@
 
 use core::fmt;
 
+use nalgebra::Matrix3;
+
 use super::Calibrator;
 use crate::batch::correspondence::Cameras;
-use crate::error::ApplyError;
+use crate::error::{ApplyError, RectifyError};
 use crate::fusion::lens_reference::LensReference;
 use crate::geometry::extrinsics::Extrinsics;
+use crate::geometry::homography::RectifiedCamera;
 use crate::geometry::lens_correction::CorrectedExtrinsics;
+use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 
 /// One calibration: extrinsics, and the cameras that they belong to. With other cameras the extrinsics are wrong.
@@ -19,6 +23,8 @@ pub struct Calibration<T: Scalar> {
     pub cameras: Cameras<T>,
     /// `p_r = R p_l + t`.
     pub extrinsics: Extrinsics<T>,
+    /// Number that changes exactly when the calibration in use does; wraps around.
+    pub generation: u32,
 }
 
 impl<T: Scalar> fmt::Display for Calibration<T> {
@@ -28,28 +34,45 @@ impl<T: Scalar> fmt::Display for Calibration<T> {
     }
 }
 
+impl<T: Scalar> Calibration<T> {
+    /// The common camera of both rectified images, and the homographies `[H_l, H_r]` of eq 5 that lead to it: undistorted
+    /// pixels of each camera to rectified pixels, homogeneous.
+    ///
+    /// * `alpha`: 0 leaves no pixel without image, 1 shows all of both images.
+    ///
+    /// # Errors
+    /// [`RectifyError`].
+    pub fn homographies(
+        &self,
+        alpha: T,
+    ) -> Result<(RectifiedCamera<T>, [Matrix3<T>; 2]), RectifyError> {
+        let rotations = RectifyingRotations::from(&self.extrinsics);
+        let camera = RectifiedCamera::try_choose(&self.cameras, &rotations, alpha)?;
+        Ok((camera, camera.homographies(&self.cameras, &rotations)))
+    }
+}
+
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
-    /// The calibration in use; `None` without cameras.
-    pub fn calibration_in_use(&self) -> Option<Calibration<T>> {
-        self.calibration(&self.in_use)
+    /// The calibration in use: at first that of the factory. Load the rectifier with it at start.
+    pub fn in_use(&self) -> Calibration<T> {
+        // Cameras out of range are never in use.
+        let cameras = self.cameras_of(&self.in_use).unwrap_or(self.factory.cameras);
+        Calibration { cameras, extrinsics: self.in_use.extrinsics, generation: self.generation }
     }
 
-    /// Extrinsics with the corrected cameras that they belong to.
+    /// The corrected cameras that extrinsics belong to.
     #[inline(never)]
-    pub(super) fn calibration(&self, of: &CorrectedExtrinsics<T>) -> Option<Calibration<T>> {
-        let CorrectedExtrinsics { extrinsics, correction } = *of;
-        let given = *self.cameras.as_ref()?;
+    fn cameras_of(&self, of: &CorrectedExtrinsics<T>) -> Option<Cameras<T>> {
+        let given = self.factory.cameras;
         // As given, bit for bit.
-        let cameras =
-            if correction.is_none() { given } else { given.corrected(&correction).ok()? };
-        Some(Calibration { cameras, extrinsics })
+        if of.correction.is_none() { Some(given) } else { given.corrected(&of.correction).ok() }
     }
 
     /// Begins again with other lens models, where that gains; whether it did.
     #[inline(never)]
     pub(super) fn correct_lens(&mut self) -> bool {
         let Some((reference, corrected)) = self.next_lens() else { return false };
-        self.corrected = Some(corrected);
+        self.corrected = corrected;
         self.estimator.begin_again(&reference);
         self.batch.clear();
         true
@@ -57,10 +80,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     /// The lens to begin again with, and its cameras.
     fn next_lens(&self) -> Option<(LensReference<T>, Cameras<T>)> {
-        let cameras = self.cameras.as_ref()?;
-        let context = self.estimator.context(&self.config, &self.factory, self.cameras.as_ref())?;
+        let context = self.estimator.context(&self.config, &self.factory);
         let reference = self.estimator.next_reference(&context)?;
-        let corrected = cameras.corrected(reference.correction()).ok()?;
+        let corrected = self.factory.cameras.corrected(reference.correction()).ok()?;
         Some((reference, corrected))
     }
 
@@ -75,12 +97,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         applied: CorrectedExtrinsics<T>,
     ) -> Result<Calibration<T>, ApplyError> {
         // Before anything changes: cameras out of range are no calibration.
-        let calibration = self.calibration(&applied).ok_or(ApplyError::Inconsistent)?;
+        self.cameras_of(&applied).ok_or(ApplyError::Inconsistent)?;
         let before = self.in_use;
         if self.replace_in_use(applied) {
             self.before = Some(before);
         }
-        Ok(calibration)
+        Ok(self.in_use())
     }
 
     /// Replaces the calibration in use; whether it changed.

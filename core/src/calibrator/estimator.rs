@@ -2,20 +2,19 @@
 
 use crate::algebra::block_variances::BlockVariances;
 use crate::batch::Matches;
-use crate::batch::correspondence::Cameras;
 use crate::config::{Config, Context, Method};
 use crate::depth::mount::{MountYaw, RowsYaw};
-use crate::error::{PairError, Refusal};
+use crate::error::Rejection;
 use crate::fusion::Fusion;
 use crate::fusion::lens_reference::LensReference;
 use crate::fusion::prior::Learned;
-use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::outcome::proposal::Proposal;
 #[cfg(feature = "paper")]
 use crate::paper::Paper;
+use crate::record::factory::FactoryCalibration;
 use crate::scalar::Scalar;
 use crate::state::State;
 
@@ -43,25 +42,27 @@ macro_rules! dispatch {
 
 impl<T: Scalar> Estimator<T> {
     /// State without pairs.
-    pub(crate) const fn new(config: &Config) -> Self {
+    ///
+    /// * `is_calibrated`: whether the factory extrinsics are those of a calibration.
+    pub(crate) const fn new(config: &Config, is_calibrated: bool) -> Self {
         match config.method {
             #[cfg(feature = "paper")]
             Method::Paper => Self::Paper(Paper::new(config.angle)),
-            Method::Robust => Self::Robust(Fusion::NEW),
+            Method::Robust => Self::Robust(Fusion::new(is_calibrated)),
         }
     }
 
-    /// Context of a call; `None` without cameras.
+    /// Context of a call.
     // Out of line: 7 inlined copies took 2.2 kB at opt-level 3.
     #[inline(never)]
     pub(crate) fn context<'a>(
         &self,
         config: &'a Config,
-        factory: &'a Extrinsics<T>,
-        cameras: Option<&Cameras<T>>,
-    ) -> Option<Context<'a, T>> {
-        let context = Context::new(config, factory, cameras?.mean_focal());
-        Some(context.vibrating(self.vibration()))
+        factory: &'a FactoryCalibration<T>,
+    ) -> Context<'a, T> {
+        let focal = factory.cameras.mean_focal();
+        let context = Context::new(config, &factory.extrinsics, focal);
+        context.knowing_yaw(factory.yaw_sd_rad).vibrating(self.vibration())
     }
 
     /// Pose of the reported estimate by rows, and its yaw.
@@ -94,11 +95,6 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.reset());
     }
 
-    /// Whether a pair is being solved.
-    pub(crate) fn is_busy(&self) -> bool {
-        dispatch!(self, state => state.is_busy())
-    }
-
     /// Whether the lengths are within their capacities.
     pub(crate) fn is_within(&self) -> bool {
         match self {
@@ -106,11 +102,6 @@ impl<T: Scalar> Estimator<T> {
             Self::Paper(_) => true,
             Self::Robust(fusion) => fusion.is_within(),
         }
-    }
-
-    /// Abandons the pair being solved; a solved pair may still be fused.
-    pub(crate) fn abandon(&mut self) {
-        dispatch!(self, state => state.abandon());
     }
 
     /// Discards a pair, solved or being solved.
@@ -121,40 +112,47 @@ impl<T: Scalar> Estimator<T> {
     /// Begins a batch, with its first pass.
     ///
     /// # Errors
-    /// [`PairError`]; there is no pair then.
+    /// [`Rejection`]; there is no pair then.
     #[inline(never)]
     pub(crate) fn begin(
         &mut self,
         context: &Context<'_, T>,
         matches: Matches<'_, T>,
-    ) -> Result<(), PairError> {
+    ) -> Result<(), Rejection> {
         dispatch!(self, state => state.begin(context, matches))
     }
 
     /// Takes one more pass; true once the pair is solved.
     ///
+    /// * `frozen`: a pair that fails counts against nothing.
+    ///
     /// # Errors
-    /// [`PairError`]; the batch is abandoned.
+    /// [`Rejection`]; the batch is abandoned.
     #[inline(never)]
     pub(crate) fn advance(
         &mut self,
         context: &Context<'_, T>,
         matches: Matches<'_, T>,
-    ) -> Result<bool, PairError> {
-        dispatch!(self, state => state.advance(context, matches))
+        frozen: bool,
+    ) -> Result<bool, Rejection> {
+        match self {
+            #[cfg(feature = "paper")]
+            Self::Paper(paper) => paper.advance(matches),
+            Self::Robust(fusion) => fusion.advance(context, matches, frozen),
+        }
     }
 
     /// Report of the solved pair.
     ///
     /// # Errors
-    /// [`PairError`]; there is no pair to fuse then.
+    /// [`Rejection`]; there is no pair to fuse then.
     #[inline(never)]
     #[cfg_attr(not(feature = "paper"), allow(unused_variables, reason = "read by `Paper` only"))]
     pub(crate) fn report(
         &mut self,
         context: &Context<'_, T>,
         matches: Matches<'_, T>,
-    ) -> Result<PairReport<T>, PairError> {
+    ) -> Result<PairReport<T>, Rejection> {
         match self {
             #[cfg(feature = "paper")]
             Self::Paper(paper) => paper.report(matches),
@@ -165,9 +163,9 @@ impl<T: Scalar> Estimator<T> {
     /// Fuses the solved pair, once.
     ///
     /// # Errors
-    /// [`Refusal`]; the estimate is unchanged.
+    /// [`Rejection`]; the estimate is unchanged.
     #[inline(never)]
-    pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Refusal> {
+    pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Rejection> {
         dispatch!(self, state => state.fuse(context))
     }
 

@@ -3,7 +3,7 @@
 use super::Calibrator;
 use crate::batch::correspondence::RayPair;
 use crate::depth::motion::TurnByMotion;
-use crate::depth::mount::{MountYaw, Witnessed};
+use crate::depth::mount::Witnessed;
 use crate::depth::range::RangeReading;
 use crate::error::{MotionError, RangeError};
 use crate::scalar::Scalar;
@@ -11,17 +11,7 @@ use crate::state::State;
 use crate::thresholds::{LENS_FOUND, MAX_CONFIRMED_YAW_RAD, RANGE_REACH_PX, TRACK_NOISE};
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
-    /// Declares that the mount still is as the factory calibration says, for example on the production line once
-    /// [`Calibrator::state`] is locked: the turn that rows show beyond it is the lens's, from now on and after changes
-    /// of the rig. Without this, or a witness, the reported deviation of yaw contains that turn.
-    ///
-    /// False, without effect, without [`Calibrator::set_factory`], in the paper preset, and where the rig has changed
-    /// or rows refute the calibration.
-    pub fn confirm_factory_yaw(&mut self) -> bool {
-        self.estimator.mount_mut().is_some_and(MountYaw::confirm_factory)
-    }
-
-    /// Adds matches that were tracked from one pair to a later one while the rig moved, after [`Calibrator::fuse`]: rays of
+    /// Adds matches that were tracked from one pair to a later one while the rig moved, once the later one has ended: rays of
     /// both pairs, by [`crate::Cameras::rays`], in the cameras as given. The rig must have moved by several lengths of
     /// its baseline (2 to 6 m of a vehicle); up to 256 matches are read, 17 times.
     ///
@@ -35,8 +25,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if tracked.len() < self.config.min_correspondences.into() {
             return Err(MotionError::TooFew);
         }
-        let context = self.estimator.context(&self.config, &self.factory, self.cameras.as_ref());
-        let context = context.as_ref().ok_or(MotionError::NotLocked)?;
+        let context = &self.estimator.context(&self.config, &self.factory);
         let (pose, rows) = self.estimator.rows(context).ok_or(MotionError::NotLocked)?;
         let noise = self.estimator.noise() * T::lit(TRACK_NOISE) / context.focal;
         let found = TurnByMotion::of(&pose, tracked, noise).ok_or(MotionError::NoMotion)?;
@@ -49,7 +38,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         witnessed.ok_or(MotionError::Contradicts)
     }
 
-    /// Adds a point of known distance, after [`Calibrator::fuse`] and before [`Calibrator::clear_pair`]: its yaw is that
+    /// Adds a point of known distance, once the pair that shows it has ended, and before the next: its yaw is that
     /// of the nearest match that fits the estimate, within 3 px in the left image. Five readings of 1 %, or ten of 3 %,
     /// are enough. One pass over the batch.
     ///
@@ -58,17 +47,15 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// # Errors
     /// [`RangeError`]; the estimate is unchanged.
     pub fn push_range(&mut self, reading: &RangeReading<T>) -> Result<Witnessed, RangeError> {
-        let baseline_m = self.config.baseline_m.map(T::single).ok_or(RangeError::NoBaseline)?;
-        let cameras = self.cameras.as_ref().ok_or(RangeError::NotLocked)?;
+        let baseline_m = self.factory.baseline_m.map(T::single).ok_or(RangeError::NoBaseline)?;
         if !reading.is_valid() {
             return Err(RangeError::Reading);
         }
-        let ray = cameras.left.ray(reading.pixel).map_err(RangeError::Pixel)?;
+        let ray = self.factory.cameras.left.ray(reading.pixel).map_err(RangeError::Pixel)?;
         if self.frozen || self.estimator.state() != State::Locked {
             return Err(RangeError::NotLocked);
         }
-        let context = self.estimator.context(&self.config, &self.factory, self.cameras.as_ref());
-        let context = context.as_ref().ok_or(RangeError::NotLocked)?;
+        let context = &self.estimator.context(&self.config, &self.factory);
         let (pose, rows) = self.estimator.rows(context).ok_or(RangeError::NotLocked)?;
         let noise = self.estimator.noise() / context.focal;
         let reach = T::lit(RANGE_REACH_PX) / context.focal;

@@ -4,18 +4,20 @@ use super::Config;
 use crate::algebra::block_variances::BlockVariances;
 use crate::algebra::lens_terms::LENS_PARAMETERS;
 use crate::algebra::normal_equations::NormalEquations;
-use crate::error::Refusal;
+use crate::error::Rejection;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::metrics::{baseline_angle, rotation_angle};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
-use crate::thresholds::MAX_IN_USE;
+use crate::thresholds::{CALIBRATED_YAW_SD_RAD, MAX_IN_USE};
 
 /// Configuration and rig of a call.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Context<'a, T: Scalar> {
     pub(crate) config: &'a Config,
     pub(crate) factory: &'a Extrinsics<T>,
+    /// Standard deviation of their yaw, rad; `None` where they are a guess.
+    pub(crate) factory_yaw_sd_rad: Option<f32>,
     /// Mean focal length of the cameras, px.
     pub(crate) focal: T,
     /// Rectifying rotations of the factory extrinsics.
@@ -30,7 +32,13 @@ impl<'a, T: Scalar> Context<'a, T> {
     pub(crate) fn new(config: &'a Config, factory: &'a Extrinsics<T>, focal: T) -> Self {
         let factory_pose = RectifyingRotations::from(factory);
         let vibration = BlockVariances::ZERO;
-        Self { config, factory, focal, factory_pose, prior: config.prior(), vibration }
+        let (factory_yaw_sd_rad, prior) = (Some(CALIBRATED_YAW_SD_RAD), config.prior());
+        Self { config, factory, factory_yaw_sd_rad, focal, factory_pose, prior, vibration }
+    }
+
+    /// With the yaw of the factory extrinsics known as well.
+    pub(crate) fn knowing_yaw(self, factory_yaw_sd_rad: Option<f32>) -> Self {
+        Self { factory_yaw_sd_rad, ..self }
     }
 
     /// Of a rig that vibrates.
@@ -51,12 +59,12 @@ impl<'a, T: Scalar> Context<'a, T> {
     /// Variances of the factory yaw, where it is known, and of the apparent yaw of the lens, rad^2.
     pub(crate) fn yaw_variances(&self) -> (Option<T>, T) {
         let square = |sd: f32| T::single(sd) * T::single(sd);
-        let Config { factory_yaw_sd_rad, lens_yaw_sd_rad, .. } = self.config;
+        let lens_yaw_sd_rad = self.config.lens_yaw_sd_rad;
         // With exact lenses rows tell the yaw.
         if !self.has_lens_prior() {
             return (None, T::ZERO);
         }
-        (factory_yaw_sd_rad.map(square), square(*lens_yaw_sd_rad))
+        (self.factory_yaw_sd_rad.map(square), square(lens_yaw_sd_rad))
     }
 
     /// Factor of the sums over `pairs` pairs when one more comes: below 1 once the memory is full.
@@ -92,9 +100,9 @@ impl<'a, T: Scalar> Context<'a, T> {
     /// Whether an estimate may be at a pose.
     ///
     /// # Errors
-    /// [`Refusal::NoRig`], [`Refusal::CorrectionLimit`].
-    pub(crate) fn check(&self, pose: &RectifyingRotations<T>) -> Result<(), Refusal> {
-        let found = pose.extrinsics().map_err(|_| Refusal::NoRig)?;
-        if self.allows(&found) { Ok(()) } else { Err(Refusal::CorrectionLimit) }
+    /// [`Rejection::NoRig`], [`Rejection::CorrectionLimit`].
+    pub(crate) fn check(&self, pose: &RectifyingRotations<T>) -> Result<(), Rejection> {
+        let found = pose.extrinsics().map_err(|_| Rejection::NoRig)?;
+        if self.allows(&found) { Ok(()) } else { Err(Rejection::CorrectionLimit) }
     }
 }

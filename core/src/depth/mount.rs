@@ -18,7 +18,7 @@ use crate::thresholds::{
 pub(crate) struct MountYaw<T> {
     /// Whether the factory extrinsics are those of a calibration. They belong to the rig: a reset keeps it.
     calibrated: bool,
-    /// Part of the mount yaw that rests on the factory calibration alone, 0 to 1; 0 once the caller has confirmed it.
+    /// Part of the mount yaw that rests on the factory calibration alone, 0 to 1.
     claimed: T,
     /// Whether rows have refuted the factory calibration.
     refuted: bool,
@@ -196,14 +196,6 @@ impl<T: Scalar> MountYaw<T> {
             self.changed = true;
             self.forget_earlier();
         }
-    }
-
-    /// Declares that the mount is as the factory calibration says; false where it has turned or was never calibrated.
-    pub(crate) fn confirm_factory(&mut self) -> bool {
-        if self.is_as_made() {
-            self.claimed = T::ZERO;
-        }
-        self.is_as_made()
     }
 
     /// Adds a measurement of the mount yaw, rad, of a variance, rad^2. `None`, without effect, where it is beyond what

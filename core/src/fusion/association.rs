@@ -11,7 +11,7 @@ use crate::batch::Matches;
 use crate::batch::correspondence::RayPair;
 use crate::batch::row_offset::row_offset;
 use crate::config::Context;
-use crate::error::PairError;
+use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::pair::evaluate::EvaluatedPose;
 use crate::pair::solver::PairSolver;
@@ -176,12 +176,12 @@ impl<T: Scalar> Association<T> {
     /// Takes one more pass, unless no stage is left.
     ///
     /// # Errors
-    /// [`PairError`]: the batch has no result.
+    /// [`Rejection`]: the batch has no result.
     pub(super) fn advance(
         &mut self,
         with: &AssociationContext<'_, T>,
         matches: Matches<'_, T>,
-    ) -> Result<(), PairError> {
+    ) -> Result<(), Rejection> {
         self.passes = self.passes.saturating_add(1);
         if let Stage::Turned(turn) = self.stage {
             return self.try_turned(turn, with, matches);
@@ -209,15 +209,15 @@ impl<T: Scalar> Association<T> {
     /// Takes one more pass with the baseline turned. Where that fits no better, the challenger is tracked again.
     ///
     /// # Errors
-    /// [`PairError::Behind`], [`PairError::Columns`]: a turned baseline fits clearly better than the challenger, or
-    /// where there is none at all. [`PairError::NoConsensus`] without a challenger where it does not.
+    /// [`Rejection::Behind`], [`Rejection::Columns`]: a turned baseline fits clearly better than the challenger, or
+    /// where there is none at all. [`Rejection::NoConsensus`] without a challenger where it does not.
     #[inline(never)]
     fn try_turned(
         &mut self,
         turn: Turn,
         with: &AssociationContext<'_, T>,
         matches: Matches<'_, T>,
-    ) -> Result<(), PairError> {
+    ) -> Result<(), Rejection> {
         let fits = match &mut self.work {
             Work::Solver(solver) if !solver.is_done() => solver.advance(matches),
             Work::Solver(_) => self.evaluate(matches).and_then(|()| self.check_scene(with)),
@@ -226,7 +226,7 @@ impl<T: Scalar> Association<T> {
             {
                 return Err(turn.error());
             }
-            Work::Evaluated(_) | Work::None => Err(PairError::NoConsensus),
+            Work::Evaluated(_) | Work::None => Err(Rejection::NoConsensus),
         };
         if fits.is_err() && with.hypotheses.challenger().is_some() {
             self.enter(Stage::Challenger, with, matches.pairs.len());
@@ -239,19 +239,19 @@ impl<T: Scalar> Association<T> {
     ///
     /// # Errors
     /// As [`AssociationContext::check`].
-    fn check_scene(&self, with: &AssociationContext<'_, T>) -> Result<(), PairError> {
+    fn check_scene(&self, with: &AssociationContext<'_, T>) -> Result<(), Rejection> {
         match &self.work {
             Work::Evaluated(evaluated) if evaluated.is_clearly_in_front() => with.check(evaluated),
-            _ => Err(PairError::NoConsensus),
+            _ => Err(Rejection::NoConsensus),
         }
     }
 
     /// Evaluates the pose of the solver, in its place.
     ///
     /// # Errors
-    /// [`PairError::TooFew`], [`PairError::Unobservable`].
+    /// [`Rejection::TooFew`], [`Rejection::Unobservable`].
     #[inline(never)]
-    fn evaluate(&mut self, matches: Matches<'_, T>) -> Result<(), PairError> {
+    fn evaluate(&mut self, matches: Matches<'_, T>) -> Result<(), Rejection> {
         let Work::Solver(solver) = &self.work else {
             return Ok(());
         };
@@ -273,12 +273,12 @@ impl<T: Scalar> Association<T> {
     /// Stage after an evaluation: gates of champion and challenger, or the check of a found pose.
     ///
     /// # Errors
-    /// [`PairError::Behind`], [`PairError::NoConsensus`], [`PairError::Unobservable`].
+    /// [`Rejection::Behind`], [`Rejection::NoConsensus`], [`Rejection::Unobservable`].
     #[inline(never)]
-    fn decide(&mut self, with: &AssociationContext<'_, T>) -> Result<Stage, PairError> {
+    fn decide(&mut self, with: &AssociationContext<'_, T>) -> Result<Stage, Rejection> {
         let AssociationContext { context, hypotheses } = *with;
         let Work::Evaluated(evaluated) = &self.work else {
-            return Err(PairError::NotBegun);
+            return Err(Rejection::NotBegun);
         };
         match self.stage {
             Stage::Champion => {
@@ -348,19 +348,19 @@ impl<T: Scalar> AssociationContext<'_, T> {
     /// Checks that a pose found by a search is an optimum with five observable directions.
     ///
     /// # Errors
-    /// [`PairError::Behind`], [`PairError::NoDepth`], [`PairError::NoConsensus`], [`PairError::Unobservable`].
-    fn check(&self, evaluated: &EvaluatedPose<T>) -> Result<(), PairError> {
+    /// [`Rejection::Behind`], [`Rejection::NoDepth`], [`Rejection::NoConsensus`], [`Rejection::Unobservable`].
+    fn check(&self, evaluated: &EvaluatedPose<T>) -> Result<(), Rejection> {
         let needed = self.context.config.min_correspondences;
         if let Some(why) = evaluated.no_scene(needed) {
             return Err(why);
         }
         if !evaluated.is_found(needed) {
-            return Err(PairError::NoConsensus);
+            return Err(Rejection::NoConsensus);
         }
         if evaluated.measurement.moments.at_frame().information.is_observable() {
             Ok(())
         } else {
-            Err(PairError::Unobservable)
+            Err(Rejection::Unobservable)
         }
     }
 

@@ -8,7 +8,7 @@ use super::prior::Prior;
 use super::repeated_scene::Seen;
 use super::turn::Turn;
 use crate::config::Context;
-use crate::error::Refusal;
+use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::pair_report::Fused;
 use crate::pair::evaluate::{EvaluatedPose, PairMeasurement};
@@ -30,13 +30,13 @@ impl<T: Scalar> Champion<T> {
     /// Adds a pair; whether the rig has changed.
     ///
     /// # Errors
-    /// [`Refusal`]; the champion is unchanged.
+    /// [`Rejection`]; the champion is unchanged.
     #[inline(never)]
     fn add(
         &mut self,
         result: &AssociationResult<'_, T>,
         context: &Context<'_, T>,
-    ) -> Result<bool, Refusal> {
+    ) -> Result<bool, Rejection> {
         let (measurement, repeated) = (&result.evaluated.measurement, result.seen.is_repeated());
         let mut update = Update::NONE;
         self.hypothesis.next_update(measurement, repeated, context, &mut update)?;
@@ -70,14 +70,14 @@ impl<T: Scalar> Challenger<T> {
     /// Adds a pair that agrees.
     ///
     /// # Errors
-    /// [`Refusal`]; the challenger is unchanged.
+    /// [`Rejection`]; the challenger is unchanged.
     #[inline(never)]
     fn add(
         &mut self,
         measurement: &PairMeasurement<T>,
         seen: Seen,
         context: &Context<'_, T>,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), Rejection> {
         let (mut update, repeated) = (Update::NONE, seen.is_repeated());
         self.hypothesis.next_update(measurement, repeated, context, &mut update)?;
         self.hypothesis.apply(measurement, &mut update, repeated, context);
@@ -216,14 +216,14 @@ impl<T: Scalar> Hypotheses<T> {
     /// * `kept`: learns what sums that are dropped say of the lens and of the mount.
     ///
     /// # Errors
-    /// [`Refusal`]; the champion is unchanged. The pair counts against the hypothesis that it supports, and against
+    /// [`Rejection`]; the champion is unchanged. The pair counts against the hypothesis that it supports, and against
     /// those that rejected it; a challenger may be dropped.
     pub(super) fn fuse(
         &mut self,
         result: &AssociationResult<'_, T>,
         kept: Kept<'_, T>,
         context: &Context<'_, T>,
-    ) -> Result<Fused, Refusal> {
+    ) -> Result<Fused, Rejection> {
         let fused = self.add(result, kept, context);
         if fused.is_err() {
             let AssociationResult { support, rejected, .. } = *result;
@@ -242,10 +242,10 @@ impl<T: Scalar> Hypotheses<T> {
         result: &AssociationResult<'_, T>,
         mut kept: Kept<'_, T>,
         context: &Context<'_, T>,
-    ) -> Result<Fused, Refusal> {
+    ) -> Result<Fused, Rejection> {
         match result.support {
             Support::Champion => {
-                let champion = self.champion.as_mut().ok_or(Refusal::NothingSolved)?;
+                let champion = self.champion.as_mut().ok_or(Rejection::NotBegun)?;
                 let changed = champion.add(result, context)?;
                 let Champion { hypothesis, detector } = champion;
                 let learned = changed.then(|| kept.learned(hypothesis, context));
@@ -262,7 +262,7 @@ impl<T: Scalar> Hypotheses<T> {
                 })
             }
             Support::Challenger => {
-                let challenger = self.challenger.as_mut().ok_or(Refusal::NothingSolved)?;
+                let challenger = self.challenger.as_mut().ok_or(Rejection::NotBegun)?;
                 challenger.add(&result.evaluated.measurement, result.seen, context)?;
                 self.count(result.rejected);
                 let fused = self.promote(kept, context);
@@ -273,7 +273,7 @@ impl<T: Scalar> Hypotheses<T> {
                 self.begin_challenger(result, context)?;
                 Ok(if self.champion.is_some() { Fused::KeptApart } else { Fused::Added })
             }
-            Support::None => Err(Refusal::Disagrees),
+            Support::None => Err(Rejection::Disagrees),
         }
     }
 
@@ -283,7 +283,7 @@ impl<T: Scalar> Hypotheses<T> {
         &mut self,
         result: &AssociationResult<'_, T>,
         context: &Context<'_, T>,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), Rejection> {
         let measurement = &result.evaluated.measurement;
         let mut update = Update::NONE;
         Hypothesis::first_update(measurement, context, &mut update)?;

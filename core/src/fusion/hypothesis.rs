@@ -18,7 +18,7 @@ use crate::algebra::normal_equations::NormalEquations;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::config::Context;
 use crate::depth::mount::RowsYaw;
-use crate::error::Refusal;
+use crate::error::Rejection;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::pair::evaluate::PairMeasurement;
@@ -100,13 +100,13 @@ impl<T: Scalar> Hypothesis<T> {
     /// Computes the update of an empty hypothesis by a first pair.
     ///
     /// # Errors
-    /// [`Refusal::NoRig`], [`Refusal::CorrectionLimit`].
+    /// [`Rejection::NoRig`], [`Rejection::CorrectionLimit`].
     #[inline(never)]
     pub(super) fn first_update(
         measurement: &PairMeasurement<T>,
         context: &Context<'_, T>,
         update: &mut Update<T>,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), Rejection> {
         update.last = measurement.moments;
         update.optimum.pose = measurement.pose;
         update.optimum.descend(&update.last, &measurement.pose, context)
@@ -138,7 +138,7 @@ impl<T: Scalar> Hypothesis<T> {
     /// * `repeated`: the scene is that of the last pair, which this one replaces.
     ///
     /// # Errors
-    /// [`Refusal::NoRig`], [`Refusal::CorrectionLimit`].
+    /// [`Rejection::NoRig`], [`Rejection::CorrectionLimit`].
     #[inline(never)]
     pub(super) fn next_update(
         &self,
@@ -146,9 +146,9 @@ impl<T: Scalar> Hypothesis<T> {
         repeated: bool,
         context: &Context<'_, T>,
         update: &mut Update<T>,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), Rejection> {
         if !self.vibration(context).is_zero() {
-            self.next_marginal(measurement, repeated, context, update).ok_or(Refusal::NoRig)?;
+            self.next_marginal(measurement, repeated, context, update).ok_or(Rejection::NoRig)?;
             update.last = measurement.moments;
             update.last.change_frame(&measurement.pose, &self.frame);
             return context.check(&update.optimum.pose);

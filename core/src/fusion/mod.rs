@@ -33,7 +33,7 @@ use crate::algebra::block_variances::BlockVariances;
 use crate::batch::Matches;
 use crate::config::{Context, LensTracking};
 use crate::depth::mount::{MountYaw, RowsYaw};
-use crate::error::{PairError, Refusal};
+use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::pair::evaluate::PairMeasurement;
@@ -63,14 +63,17 @@ pub(crate) struct Fusion<T: Scalar> {
 }
 
 impl<T: Scalar> Fusion<T> {
-    pub(crate) const NEW: Self = Self {
-        hypotheses: Hypotheses::NONE,
-        scene: RepeatedScene::NEW,
-        reference: LensReference::GIVEN,
-        vibration: VibrationEstimator::RIGID,
-        mount: MountYaw::UNKNOWN,
-        association: Association::IDLE,
-    };
+    /// * `is_calibrated`: whether the factory extrinsics are those of a calibration.
+    pub(crate) const fn new(is_calibrated: bool) -> Self {
+        Self {
+            hypotheses: Hypotheses::NONE,
+            scene: RepeatedScene::NEW,
+            reference: LensReference::GIVEN,
+            vibration: VibrationEstimator::RIGID,
+            mount: if is_calibrated { MountYaw::CALIBRATED } else { MountYaw::UNKNOWN },
+            association: Association::IDLE,
+        }
+    }
 
     /// Forgets all pairs, in place: a new value would take stack.
     pub(crate) fn reset(&mut self) {
@@ -113,18 +116,6 @@ impl<T: Scalar> Fusion<T> {
         self.scene.is_within()
     }
 
-    /// Whether a pair is being solved.
-    pub(crate) fn is_busy(&self) -> bool {
-        self.association.is_open()
-    }
-
-    /// Abandons the pair being solved; a solved pair may still be fused.
-    pub(crate) fn abandon(&mut self) {
-        if self.is_busy() {
-            self.association.close();
-        }
-    }
-
     /// Discards a pair, solved or being solved.
     pub(crate) fn discard(&mut self) {
         if self.association.result().is_some() {
@@ -136,17 +127,17 @@ impl<T: Scalar> Fusion<T> {
     /// Begins a batch, with its first pass.
     ///
     /// # Errors
-    /// [`PairError::TooFew`]; the batch is abandoned.
+    /// [`Rejection::TooFew`]; the batch is abandoned.
     pub(crate) fn begin(
         &mut self,
         context: &Context<'_, T>,
         matches: Matches<'_, T>,
-    ) -> Result<(), PairError> {
+    ) -> Result<(), Rejection> {
         self.discard();
         let needed = context.config.min_correspondences.into();
         let usable = u32::try_from(matches.pairs.len()).unwrap_or(u32::MAX);
         if usable < needed {
-            return Err(PairError::TooFew { usable, needed });
+            return Err(Rejection::TooFew { usable, needed });
         }
         let Self { hypotheses, scene, association, .. } = self;
         let turn = hypotheses.next_turn();
@@ -163,21 +154,24 @@ impl<T: Scalar> Fusion<T> {
     /// Takes one more pass; true once the pair is solved. A failed pair counts against the hypotheses that rejected it.
     ///
     /// # Errors
-    /// [`PairError`]; the batch is abandoned.
+    /// [`Rejection`]; the batch is abandoned.
     pub(crate) fn advance(
         &mut self,
         context: &Context<'_, T>,
         matches: Matches<'_, T>,
-    ) -> Result<bool, PairError> {
+        frozen: bool,
+    ) -> Result<bool, Rejection> {
         let Self { hypotheses, association, .. } = self;
         if !association.is_open() {
-            return Err(PairError::NotBegun);
+            return Err(Rejection::NotBegun);
         }
         let with = AssociationContext { context, hypotheses };
         if let Err(error) = association.advance(&with, matches) {
-            hypotheses.count(association.rejected());
-            if association.is_turned() {
-                hypotheses.drop_challenger();
+            if !frozen {
+                hypotheses.count(association.rejected());
+                if association.is_turned() {
+                    hypotheses.drop_challenger();
+                }
             }
             association.close();
             return Err(error);
@@ -188,28 +182,28 @@ impl<T: Scalar> Fusion<T> {
     /// Report of the solved pair.
     ///
     /// # Errors
-    /// [`PairError::NotBegun`] without a solved pair, [`PairError::Unobservable`] where the pair alone has no optimum.
-    pub(crate) fn report(&mut self, context: &Context<'_, T>) -> Result<PairReport<T>, PairError> {
-        let result = self.association.result().ok_or(PairError::NotBegun)?;
+    /// [`Rejection::NotBegun`] without a solved pair, [`Rejection::Unobservable`] where the pair alone has no optimum.
+    pub(crate) fn report(&mut self, context: &Context<'_, T>) -> Result<PairReport<T>, Rejection> {
+        let result = self.association.result().ok_or(Rejection::NotBegun)?;
         let report = result.report(context);
         if report.is_none() {
             self.association.close();
         }
-        report.ok_or(PairError::Unobservable)
+        report.ok_or(Rejection::Unobservable)
     }
 
     /// Fuses the solved pair, once.
     ///
     /// # Errors
-    /// [`Refusal`]; the champion is unchanged.
-    pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Refusal> {
+    /// [`Rejection`]; the champion is unchanged.
+    pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Rejection> {
         let Self { hypotheses, association, reference, vibration, mount, .. } = self;
-        let result = association.result().ok_or(Refusal::NothingSolved)?;
+        let result = association.result().ok_or(Rejection::NotBegun)?;
         let kept = Kept { reference, mount };
         let fused = hypotheses.fuse(&result, kept, context);
         let is_heard = result.support != Support::None || result.evaluated.has_clear_peak();
         // What is no admissible rig leaves the state as it was. A pair that only disagrees may be of a rig that vibrates.
-        let is_admissible = matches!(fused, Ok(_) | Err(Refusal::Disagrees));
+        let is_admissible = matches!(fused, Ok(_) | Err(Rejection::Disagrees));
         if is_heard && is_admissible && !result.seen.is_repeated() {
             let measurement = &result.evaluated.measurement;
             match fused {

@@ -6,7 +6,7 @@ use crate::algebra::information::Information;
 use crate::algebra::moments::Moments;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::config::Context;
-use crate::error::Refusal;
+use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::{LAST_STEP_SQUARED, MOVED_INFORMATION, OPTIMUM_STEPS};
@@ -32,24 +32,24 @@ impl<T: Scalar> Optimum<T> {
     /// * `frame`: of the moments.
     ///
     /// # Errors
-    /// [`Refusal::NoRig`], also where the steps end far from the optimum; [`Refusal::CorrectionLimit`].
+    /// [`Rejection::NoRig`], also where the steps end far from the optimum; [`Rejection::CorrectionLimit`].
     #[inline(never)]
     pub(super) fn descend(
         &mut self,
         sums: &Moments<T>,
         frame: &RectifyingRotations<T>,
         context: &Context<'_, T>,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), Rejection> {
         for _ in 0..OPTIMUM_STEPS {
             let normal = self.equations(sums, frame, context);
-            let step = self.take_step(&normal).ok_or(Refusal::NoRig)?;
+            let step = self.take_step(&normal).ok_or(Rejection::NoRig)?;
             if is_last(&step, &normal) {
                 return context.check(&self.pose);
             }
         }
         // The last step was long: the information before it is not that of the pose.
         let normal = self.equations(sums, frame, context);
-        if are_at_optimum(&normal) { context.check(&self.pose) } else { Err(Refusal::NoRig) }
+        if are_at_optimum(&normal) { context.check(&self.pose) } else { Err(Rejection::NoRig) }
     }
 
     /// Takes one Gauss-Newton step, rad. `None` without an admissible step.
@@ -117,7 +117,7 @@ mod tests {
                 );
             }
         }
-        assert_eq!(from(0.3).descend(&sums, &frame, &context), Err(Refusal::NoRig));
+        assert_eq!(from(0.3).descend(&sums, &frame, &context), Err(Rejection::NoRig));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 use nalgebra::{Unit, Vector3};
 
-use crate::error::PairError;
+use crate::error::Rejection;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
@@ -30,10 +30,10 @@ impl Turn {
     }
 
     /// The cause that a fit with this turn shows.
-    pub(super) fn error(self) -> PairError {
+    pub(super) fn error(self) -> Rejection {
         match self {
-            Self::Half => PairError::Behind,
-            Self::Quarter | Self::ThreeQuarters => PairError::Columns,
+            Self::Half => Rejection::Behind,
+            Self::Quarter | Self::ThreeQuarters => Rejection::Columns,
         }
     }
 

@@ -35,18 +35,15 @@ pub trait FrameSink {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum FrameRefusal {
-    /// A pair is being solved. Finish or clear it, then read again.
+    /// A pair is being solved. Finish or discard it, then read again.
     #[error("a pair is being solved")]
     Busy,
-    /// No cameras are set. Call `set_cameras` first.
-    #[error("no cameras have been set")]
-    NoCameras,
     /// The image size differs from that of the left camera. Correct the sender or the cameras.
     #[error("the matcher's images are {} x {} px, not the cameras'", .0[0], .0[1])]
     ImageSize([u16; 2]),
 }
 
-codes! { FrameRefusal { Busy = 1100, NoCameras = 1101, ImageSize = 1102 } }
+codes! { FrameRefusal { Busy = 1100, ImageSize = 1102 } }
 
 /// A whole frame in the sink.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,8 +60,8 @@ pub struct Received {
 /// While a pair is being solved no frame is taken.
 ///
 /// The matches of a frame are hidden until its CRC proves correct: before [`Received`] the batch has no pairs, and
-/// solving it is [`PairError::TooFew`](crate::PairError::TooFew) of 0. So a wire that dies within a frame leaves
-/// nothing to solve, and a frame that goes on later is whole. [`Calibrator::clear_pair`] gives the frame up: the rest
+/// solving it is [`crate::Rejection::TooFew`] of 0. So a wire that dies within a frame leaves
+/// nothing to solve, and a frame that goes on later is whole. [`Calibrator::discard_pair`] gives the frame up: the rest
 /// of it is dropped, and [`Received::taken`] is 0.
 impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
     fn is_busy(&self) -> bool {
@@ -75,12 +72,11 @@ impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
         if self.is_solving() {
             return Err(FrameRefusal::Busy);
         }
-        let cameras = self.cameras().ok_or(FrameRefusal::NoCameras)?;
         // That of the right image is not sent: it may differ.
-        if cameras.left.intrinsics().size != header.image_size {
+        if self.factory.cameras.left.intrinsics().size != header.image_size {
             return Err(FrameRefusal::ImageSize(header.image_size));
         }
-        self.clear_pair();
+        self.discard_pair();
         self.batch.begin_frame();
         Ok(())
     }
@@ -88,9 +84,9 @@ impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
     #[inline(always)]
     fn take(&mut self, c: &Correspondence<f32>) {
         // No pair is solved while a frame arrives: its matches are hidden.
-        let Some(cameras) = self.corrected.as_ref().filter(|_| self.batch.is_arriving()) else {
+        if !self.batch.is_arriving() {
             return;
-        };
+        }
         let ([u_l, v_l], [u_r, v_r]) = (c.left, c.right);
         let correspondence = Correspondence {
             left: [T::single(u_l), T::single(v_l)],
@@ -99,7 +95,7 @@ impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
             grid_step: T::single(c.grid_step),
         };
         // The batch counts refused and omitted matches.
-        let _ = self.batch.push(cameras, &correspondence);
+        let _ = self.batch.push(&self.corrected, &correspondence);
     }
 
     fn finish(&mut self) -> usize {
@@ -112,7 +108,7 @@ impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
 
     fn discard(&mut self) {
         if self.batch.is_arriving() {
-            self.clear_pair();
+            self.discard_pair();
         }
     }
 }

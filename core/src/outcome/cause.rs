@@ -1,6 +1,6 @@
 //! The likeliest mistake in a rig file or a matcher, by what pairs and matches show.
 
-use crate::error::PairError;
+use crate::error::Rejection;
 use crate::thresholds::{CAUSE_SHARE, MIN_AGREED};
 
 /// A mistake that keeps pairs from agreeing, or their matches from supporting a calibration.
@@ -103,13 +103,13 @@ impl Cause {
     ///
     /// * `transposed`: whether all matches are in the square that u and v have in common; `alike`: whether most are moved
     ///   alike between both images.
-    pub(crate) fn of_unsolved(why: PairError, transposed: bool, alike: bool) -> Option<Self> {
+    pub(crate) fn of_unsolved(why: Rejection, transposed: bool, alike: bool) -> Option<Self> {
         let cause = match why {
-            PairError::Behind => Self::Reversed,
-            PairError::Columns if transposed => Self::Transposed,
-            PairError::Columns => Self::Upright,
-            PairError::NoConsensus | PairError::Unobservable => Self::Mismatches,
-            PairError::NoDepth => Self::SameImage,
+            Rejection::Behind => Self::Reversed,
+            Rejection::Columns if transposed => Self::Transposed,
+            Rejection::Columns => Self::Upright,
+            Rejection::NoConsensus | Rejection::Unobservable => Self::Mismatches,
+            Rejection::NoDepth => Self::SameImage,
             _ => return None,
         };
         Some(if alike { Self::SameImage } else { cause })

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use nalgebra::{Vector2, Vector3};
+use thiserror::Error;
 
 use crate::algebra::information::StandardDeviations;
 use crate::batch::Batch;
@@ -38,8 +39,8 @@ pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 /// use stereo_selfcal::{Arming, Band, Calibrator};
 ///
 /// fn check<const N: usize>(calibrator: &Calibrator<f32, N>, baseline_m: f32) -> bool {
-///     let Some(health) = calibrator.health() else {
-///         return false; // no cameras, no fused pair, or no match that fits
+///     let Ok(health) = calibrator.health() else {
+///         return false; // no fused pair, or no match that fits
 ///     };
 ///     if health.band == Band::Recalibrate {
 ///         // A matcher that searches along rows fails now: apply, or stop.
@@ -50,8 +51,6 @@ pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 ///     }
 ///     health.arming == Arming::Yes
 /// }
-/// # let calibrator = Calibrator::<f32, 64>::new(stereo_selfcal::Config::robust());
-/// # assert!(!check(&calibrator, 0.12));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -106,8 +105,8 @@ pub struct Health<T: Scalar> {
     pub rejection: Option<Rejection>,
     /// Yes or no to an arming check.
     pub arming: Arming,
-    /// Mistake in rig file or matcher that the matches or the estimate show: then they say nothing of the calibration in
-    /// use. Where pairs agree on nothing, [`crate::Calibrator::likely_cause`] names it.
+    /// The likeliest mistake in rig file or matcher that the pairs, the matches or the estimate show: then they say nothing
+    /// of the calibration in use.
     pub cause: Option<Cause>,
     /// What speaks against the calibration, arming or not.
     pub reasons: Reasons,
@@ -122,6 +121,32 @@ pub(crate) struct LastPair {
     pub(crate) repeated: bool,
     /// Mistake that its matches, or the estimate, show.
     pub(crate) cause: Option<Cause>,
+    /// Mistake that most of the pairs since the estimate was last locked show.
+    pub(crate) likeliest: Option<Cause>,
+}
+
+/// Why there is no health, with the likeliest mistake in rig file or matcher that pairs have shown: from the fourth pair
+/// on that shows one since the estimate was last locked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum NoHealth {
+    /// No pair has been fused.
+    #[error("no pair has been fused")]
+    NoEstimate(Option<Cause>),
+    /// No match of the last pair fits the estimate.
+    #[error("no match fits the estimate")]
+    NoMatch(Option<Cause>),
+}
+
+impl NoHealth {
+    /// The likeliest mistake; `None` as long as too little is known.
+    #[must_use]
+    pub const fn cause(&self) -> Option<Cause> {
+        match self {
+            Self::NoEstimate(cause) | Self::NoMatch(cause) => *cause,
+        }
+    }
 }
 
 /// Verdict on the extrinsics in use: whether the estimate improves them clearly, by a tenth of the RMS row offset over
@@ -275,7 +300,7 @@ impl<T: Scalar> Health<T> {
             vibration: proposal.vibration,
             rejection: last.rejection,
             arming: Arming::of(proposal, off_px, last),
-            cause: last.cause,
+            cause: last.likeliest.or(last.cause),
             reasons: Reasons::of(proposal, misaligned, last),
         })
     }

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use crate::algebra::information::Information;
+use crate::error::Rejection;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::scalar::Scalar;
 use crate::state::Stop;
@@ -51,6 +52,28 @@ impl<T: Scalar> fmt::Display for PairReport<T> {
             "{extrinsics}: {rms_px_before:.2} to {rms_px_after:.2} px, noise {noise_px:.2} px, "
         )?;
         write!(f, "{screened} of {usable} fit, {skipped} skipped, {passes} passes, {stop}")
+    }
+}
+
+/// Outcome of one pair.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[must_use]
+pub struct Outcome<T: Scalar> {
+    /// Result of the pair alone; `None` if it could not be solved.
+    pub pair: Option<PairReport<T>>,
+    /// How it became part of the estimate, or why not.
+    pub fused: Result<Fused, Rejection>,
+}
+
+impl<T: Scalar> fmt::Display for Outcome<T> {
+    /// `added`, or `not fused: ` and why.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.fused {
+            Ok(fused) => fused.fmt(f),
+            Err(why) => write!(f, "not fused: {why}"),
+        }
     }
 }
 

@@ -18,7 +18,7 @@ use crate::algebra::disparity_noise::BiasedEquations;
 use crate::algebra::moments::{COORDINATES, Moments};
 use crate::algebra::normal_equations::NormalEquations;
 use crate::batch::Matches;
-use crate::error::PairError;
+use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Single, Value};
@@ -76,13 +76,13 @@ impl<T: Scalar> Iterate<T> {
     /// * `evaluated`: [`EvaluatedPose::NONE`]; unspecified after an error.
     ///
     /// # Errors
-    /// [`PairError::TooFew`] in front of both cameras, [`PairError::Unobservable`] where the sums are not finite.
+    /// [`Rejection::TooFew`] in front of both cameras, [`Rejection::Unobservable`] where the sums are not finite.
     #[inline(never)]
     pub(crate) fn evaluate(
         &self,
         matches: Matches<'_, T>,
         evaluated: &mut EvaluatedPose<T>,
-    ) -> Result<(), PairError> {
+    ) -> Result<(), Rejection> {
         let EvaluationSums { gradient, weights } = self.sum(matches, evaluated);
         let EvaluatedPose { measurement, stats } = evaluated;
         let PairMeasurement { pose, moments, noise, inlier_share, crowd, high_leverage, .. } =
@@ -101,7 +101,7 @@ impl<T: Scalar> Iterate<T> {
         stats.skipped =
             T::count(u32::try_from(matches.pairs.len()).unwrap_or(u32::MAX)) - stats.usable;
         self.check(stats.usable)?;
-        if moments.is_finite() && noise.is_finite() { Ok(()) } else { Err(PairError::Unobservable) }
+        if moments.is_finite() && noise.is_finite() { Ok(()) } else { Err(Rejection::Unobservable) }
     }
 
     fn sum(&self, matches: Matches<'_, T>, evaluated: &mut EvaluatedPose<T>) -> EvaluationSums<T> {
@@ -300,13 +300,13 @@ impl<T: Scalar> EvaluatedPose<T> {
     /// Why residuals that form a peak are not those of a scene.
     ///
     /// * `needed`: near residuals, by configuration.
-    pub(crate) fn no_scene(&self, needed: u16) -> Option<PairError> {
+    pub(crate) fn no_scene(&self, needed: u16) -> Option<Rejection> {
         let forms_peak = self.stats.near() >= T::count(needed.into())
             && self.stats.exceeds_background(FOUND_PEAK_DEVIATIONS);
         let why = if self.stats.is_behind() {
-            Some(PairError::Behind)
+            Some(Rejection::Behind)
         } else {
-            self.measurement.moments.are_disparities_alike().then_some(PairError::NoDepth)
+            self.measurement.moments.are_disparities_alike().then_some(Rejection::NoDepth)
         };
         why.filter(|_| forms_peak)
     }

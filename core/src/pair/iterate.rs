@@ -3,7 +3,7 @@
 use super::constraint::PoseTerms;
 use super::leverage::Leverage;
 use super::weighting::{Loss, Weighting};
-use crate::error::PairError;
+use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::simd::Lanes;
@@ -58,10 +58,10 @@ impl<T: Scalar> Iterate<T> {
     /// Checks the number of usable correspondences.
     ///
     /// # Errors
-    /// [`PairError::TooFew`] below [`Iterate::needed`].
-    pub(super) fn check(&self, usable: T) -> Result<(), PairError> {
+    /// [`Rejection::TooFew`] below [`Iterate::needed`].
+    pub(super) fn check(&self, usable: T) -> Result<(), Rejection> {
         let (usable, needed) = (usable.to_u16().into(), self.needed.into());
-        if usable < needed { Err(PairError::TooFew { usable, needed }) } else { Ok(()) }
+        if usable < needed { Err(Rejection::TooFew { usable, needed }) } else { Ok(()) }
     }
 
     /// Noise of a coordinate, px: between the floor and [`MAX_NOISE_PX`].

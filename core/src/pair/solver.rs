@@ -25,7 +25,7 @@ use crate::algebra::normal_equations::NormalEquations;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::batch::Matches;
 use crate::config::Config;
-use crate::error::PairError;
+use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::simd::Single;
@@ -147,8 +147,8 @@ impl<T: Scalar> PairSolver<T> {
     /// Takes one more pass and step, unless only the evaluation is left.
     ///
     /// # Errors
-    /// [`PairError::TooFew`] in front of both cameras.
-    pub(crate) fn advance(&mut self, matches: Matches<'_, T>) -> Result<(), PairError> {
+    /// [`Rejection::TooFew`] in front of both cameras.
+    pub(crate) fn advance(&mut self, matches: Matches<'_, T>) -> Result<(), Rejection> {
         match (&self.stop, &self.schedule) {
             (Some(_), _) => (),
             (None, Schedule::Track(covariance)) if self.passes == 0 => {

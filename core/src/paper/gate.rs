@@ -1,22 +1,22 @@
 //! Gate of the published method: pairs that enter the mean.
 
 use crate::config::Context;
-use crate::error::Refusal;
+use crate::error::Rejection;
 use crate::outcome::pair_report::PairReport;
 use crate::scalar::Scalar;
 
 /// Admits a pair that is certain enough and within the correction limit.
 ///
 /// # Errors
-/// [`Refusal::TooUncertain`], [`Refusal::CorrectionLimit`].
+/// [`Rejection::TooUncertain`], [`Rejection::CorrectionLimit`].
 pub(super) fn admit<T: Scalar>(
     context: &Context<'_, T>,
     report: &PairReport<T>,
-) -> Result<(), Refusal> {
-    let (sd, _) = report.information.weakest().ok_or(Refusal::TooUncertain)?;
+) -> Result<(), Rejection> {
+    let (sd, _) = report.information.weakest().ok_or(Rejection::TooUncertain)?;
     // The negated form refuses NaN.
     if !(sd <= T::single(context.config.max_sd_rad)) {
-        return Err(Refusal::TooUncertain);
+        return Err(Rejection::TooUncertain);
     }
-    if context.allows(&report.extrinsics) { Ok(()) } else { Err(Refusal::CorrectionLimit) }
+    if context.allows(&report.extrinsics) { Ok(()) } else { Err(Rejection::CorrectionLimit) }
 }

@@ -17,7 +17,7 @@ pub(crate) mod solver;
 
 use crate::batch::Matches;
 use crate::config::{Central, Context};
-use crate::error::{PairError, Refusal};
+use crate::error::Rejection;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::lens_estimate::Finding;
 use crate::outcome::pair_report::{Fused, PairReport};
@@ -53,16 +53,6 @@ impl<T: Scalar> Paper<T> {
         (self.solver, self.solved) = (None, None);
     }
 
-    /// Whether a pair is being solved.
-    pub(crate) fn is_busy(&self) -> bool {
-        self.solver.is_some()
-    }
-
-    /// Abandons the pair being solved.
-    pub(crate) fn abandon(&mut self) {
-        self.solver = None;
-    }
-
     /// Discards a pair, solved or being solved.
     pub(crate) fn discard(&mut self) {
         (self.solver, self.solved) = (None, None);
@@ -71,13 +61,13 @@ impl<T: Scalar> Paper<T> {
     /// Begins a batch, with its first pass.
     ///
     /// # Errors
-    /// [`PairError::TooFew`], [`PairError::Unobservable`]; there is no pair then.
+    /// [`Rejection::TooFew`], [`Rejection::Unobservable`]; there is no pair then.
     #[inline(never)]
     pub(crate) fn begin(
         &mut self,
         context: &Context<'_, T>,
         matches: Matches<'_, T>,
-    ) -> Result<(), PairError> {
+    ) -> Result<(), Rejection> {
         self.discard();
         let Context { config, factory, focal, .. } = *context;
         self.solver = Some(HuberSolver::begin(config, focal, factory, matches.pairs)?);
@@ -87,13 +77,9 @@ impl<T: Scalar> Paper<T> {
     /// Takes one more pass; true once only that of the evaluation is left.
     ///
     /// # Errors
-    /// [`PairError::NotBegun`].
-    pub(crate) fn advance(
-        &mut self,
-        _: &Context<'_, T>,
-        matches: Matches<'_, T>,
-    ) -> Result<bool, PairError> {
-        let solver = self.solver.as_mut().ok_or(PairError::NotBegun)?;
+    /// [`Rejection::NotBegun`].
+    pub(crate) fn advance(&mut self, matches: Matches<'_, T>) -> Result<bool, Rejection> {
+        let solver = self.solver.as_mut().ok_or(Rejection::NotBegun)?;
         let solved = solver.is_done();
         if !solved {
             solver.advance(matches.pairs);
@@ -104,9 +90,9 @@ impl<T: Scalar> Paper<T> {
     /// Takes the pass of the evaluation, and reports the pair.
     ///
     /// # Errors
-    /// [`PairError`]; there is no pair to fuse then.
-    pub(crate) fn report(&mut self, matches: Matches<'_, T>) -> Result<PairReport<T>, PairError> {
-        let report = self.solver.as_ref().ok_or(PairError::NotBegun)?.report(matches.pairs);
+    /// [`Rejection`]; there is no pair to fuse then.
+    pub(crate) fn report(&mut self, matches: Matches<'_, T>) -> Result<PairReport<T>, Rejection> {
+        let report = self.solver.as_ref().ok_or(Rejection::NotBegun)?.report(matches.pairs);
         self.solver = None;
         self.solved = report.ok();
         report
@@ -115,16 +101,16 @@ impl<T: Scalar> Paper<T> {
     /// Fuses the solved pair, once.
     ///
     /// # Errors
-    /// [`Refusal`]; the estimate is unchanged.
+    /// [`Rejection`]; the estimate is unchanged.
     #[inline(never)]
-    pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Refusal> {
-        let report = self.solved.take().ok_or(Refusal::NothingSolved)?;
+    pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Rejection> {
+        let report = self.solved.take().ok_or(Rejection::NotBegun)?;
         gate::admit(context, &report)?;
         // On a copy: the mean of pairs within the limit may be beyond it.
         let mut fusion = self.fusion.clone();
         fusion.add(&report);
         if fusion.estimate().is_some_and(|estimate| !context.allows(&estimate.extrinsics)) {
-            return Err(Refusal::CorrectionLimit);
+            return Err(Rejection::CorrectionLimit);
         }
         self.fusion = fusion;
         Ok(Fused::Added)

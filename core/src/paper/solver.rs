@@ -14,7 +14,7 @@ use crate::algebra::normal_equations::add_pull;
 use crate::batch::correspondence::RayPair;
 use crate::batch::sides::is_behind;
 use crate::config::Config;
-use crate::error::PairError;
+use crate::error::Rejection;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::pair_report::PairReport;
@@ -74,22 +74,22 @@ impl<T: Scalar> HuberSolver<T> {
     /// * `focal`: mean focal length of the cameras, px.
     ///
     /// # Errors
-    /// [`PairError::TooFew`], [`PairError::Unobservable`].
+    /// [`Rejection::TooFew`], [`Rejection::Unobservable`].
     pub fn begin(
         config: &Config,
         focal: T,
         start: &Extrinsics<T>,
         pairs: &[RayPair<T>],
-    ) -> Result<Self, PairError> {
+    ) -> Result<Self, Rejection> {
         let pose = RectifyingRotations::from(start);
         let loss = Huber { threshold: T::single(config.huber_threshold_px) / focal };
         let at_pose = Pass::over(pairs, &pose, loss);
         let needed = config.min_correspondences.into();
         if at_pose.usable < needed {
-            return Err(PairError::TooFew { usable: at_pose.usable, needed });
+            return Err(Rejection::TooFew { usable: at_pose.usable, needed });
         }
         if !at_pose.information.is_observable() {
-            return Err(PairError::Unobservable);
+            return Err(Rejection::Unobservable);
         }
         Ok(Self {
             focal,
@@ -183,20 +183,20 @@ impl<T: Scalar> HuberSolver<T> {
     /// Takes the pass of the evaluation at the pose reached, and reports.
     ///
     /// # Errors
-    /// [`PairError::NoConsensus`] if too few correspondences are within the Huber threshold, [`PairError::Behind`] if
+    /// [`Rejection::NoConsensus`] if too few correspondences are within the Huber threshold, [`Rejection::Behind`] if
     /// their points are behind the cameras,
-    /// [`PairError::Unobservable`] if they leave a direction free, or the baseline has turned towards an optical axis.
+    /// [`Rejection::Unobservable`] if they leave a direction free, or the baseline has turned towards an optical axis.
     #[inline(never)]
-    pub fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, PairError> {
-        let extrinsics = self.pose.extrinsics().map_err(|_| PairError::Unobservable)?;
+    pub fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, Rejection> {
+        let extrinsics = self.pose.extrinsics().map_err(|_| Rejection::Unobservable)?;
         let least = T::lit(MIN_DISPARITY_PX) / self.focal;
         let evaluated =
             Evaluation::over(pairs, &self.start, &self.pose, self.loss.threshold, least);
         if evaluated.inliers < self.min_usable {
-            return Err(PairError::NoConsensus);
+            return Err(Rejection::NoConsensus);
         }
         if is_behind(evaluated.sides.map(T::count)) {
-            return Err(PairError::Behind);
+            return Err(Rejection::Behind);
         }
         let usable = T::count(self.at_pose.usable);
         let variance = (evaluated.clipped_squares / (usable - T::lit(5.0)))
@@ -206,7 +206,7 @@ impl<T: Scalar> HuberSolver<T> {
             .information
             .less_disparity_noise(T::count(evaluated.inliers), variance)
             .filter(Information::is_observable)
-            .ok_or(PairError::Unobservable)?
+            .ok_or(Rejection::Unobservable)?
             .scaled(T::count(evaluated.inliers) / (usable * variance));
         let screened = T::count(evaluated.screened.max(1));
         let rms = |squares: T| (squares / screened).sqrt() * self.focal;

@@ -5,13 +5,13 @@ use super::writer::{Writer, seal};
 use super::{Kind, OVERHEAD_BYTES, believe};
 use crate::batch::correspondence::Cameras;
 use crate::checksum;
-use crate::config::Config;
-use crate::error::{CameraError, RestoreError};
+use crate::error::{CameraError, ConfigError, RestoreError};
 use crate::geometry::camera::{Camera, Intrinsics};
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens::{Fisheye, Lens, RadialTangential};
 use crate::geometry::rational::Rational;
 use crate::scalar::Scalar;
+use crate::thresholds::CALIBRATED_YAW_SD_RAD;
 
 /// Bytes of a camera: focal lengths, principal point, size, lens and its coefficients, filled up with zeros.
 const CAMERA_BYTES: usize = 4 * 4 + 4 + 4 + 8 * 4;
@@ -33,11 +33,10 @@ const MAX_NUMBER: f32 = 1e6;
 /// # let camera = Camera::try_new(intrinsics, Lens::Pinhole)?;
 /// # let cameras = Cameras { left: camera, right: camera };
 /// let extrinsics = Extrinsics::<f32>::SIDE_BY_SIDE;
-/// let made = FactoryCalibration { cameras, extrinsics, yaw_sd_rad: Some(8e-4), baseline_m: Some(0.12) };
+/// let made = FactoryCalibration::new(cameras, extrinsics).with_yaw_sd_rad(8e-4)?.with_baseline_m(0.12)?;
 /// let record: [u8; FactoryCalibration::<f32>::BYTES] = made.to_record(); // into flash, once
 /// let found = FactoryCalibration::<f32>::from_record(&record)?; // at each start
-/// let mut calibrator = Calibrator::<f32, 256>::new(Config::robust());
-/// calibrator.install(&found);
+/// let calibrator = Calibrator::<f32, 256>::new(Config::robust(), &found);
 /// # assert_eq!(found, made);
 /// # Ok(())
 /// # }
@@ -51,16 +50,73 @@ pub struct FactoryCalibration<T: Scalar> {
     pub cameras: Cameras<T>,
     /// `R`, `t` between them.
     pub extrinsics: Extrinsics<T>,
-    /// Standard deviation of the yaw of `R`, rad, 1e-6 to 1, as [`Config::with_factory_yaw_sd_rad`]; `None`: the
-    /// extrinsics are a guess.
-    pub yaw_sd_rad: Option<f32>,
-    /// Length of the baseline, m, 1e-3 to 1e3, as [`Config::with_baseline_m`]; `None` where nobody has measured it.
-    pub baseline_m: Option<f32>,
+    pub(crate) yaw_sd_rad: Option<f32>,
+    pub(crate) baseline_m: Option<f32>,
 }
 
 impl<T: Scalar> FactoryCalibration<T> {
     /// Length of a record: 180 bytes.
     pub const BYTES: usize = BYTES;
+
+    /// A calibration: the yaw of `R` is known to 8.7e-4 rad (0.05 degrees), as with boards; nobody has measured the
+    /// length of the baseline.
+    #[must_use]
+    pub const fn new(cameras: Cameras<T>, extrinsics: Extrinsics<T>) -> Self {
+        Self { cameras, extrinsics, yaw_sd_rad: Some(CALIBRATED_YAW_SD_RAD), baseline_m: None }
+    }
+
+    /// A guess, `R = I`, `t = (-1, 0, 0)`: the yaw is that of the rows, and uncertain by the lens
+    /// ([`crate::Config::with_lens_yaw_sd_rad`]) until a witness measures it.
+    #[must_use]
+    pub const fn guess(cameras: Cameras<T>) -> Self {
+        Self::new(cameras, Extrinsics::SIDE_BY_SIDE).without_yaw()
+    }
+
+    /// Standard deviation of the yaw of `R`, rad. Robust preset only.
+    ///
+    /// Rows do not tell yaw from an error `a x y` of the lenses, so depth rests on it until the rig changes. Larger
+    /// follows the rows; smaller trusts the calibration further than it was measured.
+    ///
+    /// # Errors
+    /// [`ConfigError::FactoryYaw`] unless from 1e-6 to 1.
+    pub const fn with_yaw_sd_rad(mut self, rad: f32) -> Result<Self, ConfigError> {
+        if rad >= 1e-6 && rad <= 1.0 {
+            self.yaw_sd_rad = Some(rad);
+            Ok(self)
+        } else {
+            Err(ConfigError::FactoryYaw)
+        }
+    }
+
+    /// Takes the yaw of `R` as unknown, as of a guess.
+    #[must_use]
+    pub const fn without_yaw(mut self) -> Self {
+        self.yaw_sd_rad = None;
+        self
+    }
+
+    /// Length of the baseline, m; [`crate::Calibrator::push_range`] needs it.
+    ///
+    /// # Errors
+    /// [`ConfigError::BaselineLength`] unless from 1e-3 to 1e3.
+    pub const fn with_baseline_m(mut self, metres: f32) -> Result<Self, ConfigError> {
+        if metres >= 1e-3 && metres <= 1e3 {
+            self.baseline_m = Some(metres);
+            Ok(self)
+        } else {
+            Err(ConfigError::BaselineLength)
+        }
+    }
+
+    /// Standard deviation of the yaw of `R`, rad; `None` of a guess.
+    pub const fn yaw_sd_rad(&self) -> Option<f32> {
+        self.yaw_sd_rad
+    }
+
+    /// Length of the baseline, m; `None` where nobody has measured it.
+    pub const fn baseline_m(&self) -> Option<f32> {
+        self.baseline_m
+    }
 
     /// The record. Its numbers are `f32`.
     #[must_use]
@@ -83,21 +139,14 @@ impl<T: Scalar> FactoryCalibration<T> {
         let cameras = Cameras { left: read_camera(&mut from)?, right: read_camera(&mut from)? };
         let extrinsics = from.extrinsics()?;
         let [yaw_sd_rad, baseline_m] = [from.number::<f32>()?, from.number()?];
-        let [yaw_sd_rad, baseline_m] = [yaw_sd_rad, baseline_m].map(|n| (n != 0.0).then_some(n));
-        let read = Self { cameras, extrinsics, yaw_sd_rad, baseline_m };
-        believe(read.configure(Config::robust()).is_some()).map(|()| read)
-    }
-
-    /// A configuration with what is known of this calibration; `None` where a number is out of its range.
-    pub(crate) fn configure(&self, config: Config) -> Option<Config> {
-        let config = match self.yaw_sd_rad {
-            Some(rad) => config.with_factory_yaw_sd_rad(rad).ok()?,
-            None => config.without_factory_yaw(),
+        let read = Self::new(cameras, extrinsics).without_yaw();
+        let absurd = |_: ConfigError| RestoreError::Absurd;
+        let read = if yaw_sd_rad == 0.0 {
+            read
+        } else {
+            read.with_yaw_sd_rad(yaw_sd_rad).map_err(absurd)?
         };
-        match self.baseline_m {
-            Some(metres) => config.with_baseline_m(metres).ok(),
-            None => Some(config),
-        }
+        if baseline_m == 0.0 { Ok(read) } else { read.with_baseline_m(baseline_m).map_err(absurd) }
     }
 }
 

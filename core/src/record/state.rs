@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector3, Vector5};
 
-use super::factory::fingerprint;
+use super::factory::{FactoryCalibration, fingerprint};
 use super::reader::Reader;
 use super::writer::{Writer, seal};
 use super::{Kind, OVERHEAD_BYTES, believe};
@@ -73,29 +73,28 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Length of a record of [`Calibrator::snapshot`]: 400 bytes.
     pub const SNAPSHOT_BYTES: usize = BYTES;
 
-    /// The calibration in use and the estimate as a record, for storage that survives a loss of power; `None` without
-    /// cameras.
+    /// The calibration in use and the estimate as a record, for storage that survives a loss of power.
     ///
     /// The estimate is a prior: pose and covariance, noise and inliers, vibration, and what is known of lens and mount.
     /// Not in it: cameras and factory extrinsics ([`crate::FactoryCalibration`]), the batch, a challenger, the windows of
     /// the change detection, and the estimate of the paper preset.
     #[must_use]
     #[inline(never)]
-    pub fn snapshot(&self) -> Option<[u8; BYTES]> {
-        let rig = fingerprint(self.cameras.as_ref()?, &self.factory);
-        let context = self.estimator.context(&self.config, &self.factory, self.cameras.as_ref())?;
+    pub fn snapshot(&self) -> [u8; BYTES] {
+        let FactoryCalibration { cameras, extrinsics, .. } = &self.factory;
+        let rig = fingerprint(cameras, extrinsics);
+        let context = self.estimator.context(&self.config, &self.factory);
         let mut record = [0; BYTES];
         self.write(rig, &self.estimator.learned(&context), &mut record);
-        if !is_readable(&record, self.cameras.as_ref()?, &context) {
+        if !is_readable(&record, cameras, &context) {
             // An estimate beyond the ranges, as of matches that are none, is not kept.
             self.write(rig, &Learned::NOTHING, &mut record);
         }
-        Some(record)
+        record
     }
 
     /// Replaces everything that has been learnt by a record: what is in use, and the estimate, which is
-    /// [`crate::State::Suspect`] until a pair confirms it, because the rig may have changed meanwhile. Call it once
-    /// cameras and factory extrinsics are set.
+    /// [`crate::State::Suspect`] until a pair confirms it, because the rig may have changed meanwhile.
     ///
     /// # Errors
     /// [`RestoreError`]; the calibrator is as after [`Calibrator::reset`].
@@ -103,10 +102,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub fn restore(&mut self, record: &[u8]) -> Result<(), RestoreError> {
         let generation = self.generation;
         self.reset();
-        let cameras = self.cameras.as_ref().ok_or(RestoreError::NoCameras)?;
-        let context = Context::new(&self.config, &self.factory, cameras.mean_focal());
-        let mut found = Found::nothing(cameras, self.in_use);
-        found.read(record, cameras, &context)?;
+        let context = self.estimator.context(&self.config, &self.factory);
+        let mut found = Found::nothing(&self.factory.cameras, self.in_use);
+        found.read(record, &self.factory.cameras, &context)?;
         if !self.estimator.resume(&found.learned, &context) {
             self.estimator.reset();
             return Err(RestoreError::Absurd);
@@ -115,7 +113,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let changed = found.in_use != self.in_use && found.generation == generation;
         self.generation = found.generation.wrapping_add(changed.into());
         (self.in_use, self.before) = (found.in_use, found.before);
-        (self.frozen, self.corrected) = (found.is_frozen, Some(found.corrected));
+        (self.frozen, self.corrected) = (found.is_frozen, found.corrected);
         Ok(())
     }
 
@@ -133,10 +131,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         to.word(prior.map_or(0, |prior| prior.pairs));
         let before = self.before.unwrap_or(self.in_use);
         for CorrectedExtrinsics { extrinsics, correction } in [&self.in_use, &before] {
-            write_about(&self.factory, extrinsics, &mut to);
+            write_about(&self.factory.extrinsics, extrinsics, &mut to);
             to.numbers(&[correction.focal, correction.k1]);
         }
-        write_prior(prior.as_ref(), &self.factory, &mut to);
+        write_prior(prior.as_ref(), &self.factory.extrinsics, &mut to);
         to.numbers(&reference.numbers());
         let KnownVibration { variances, deviations } = vibration;
         to.numbers(&[variances.rotation, variances.baseline]);

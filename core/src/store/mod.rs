@@ -73,9 +73,6 @@ pub enum StoreError<E: Debug> {
     /// Start or length of a range is no multiple of the erase block. Correct it.
     #[error("a range is not of whole erase blocks")]
     Alignment,
-    /// The calibrator has no cameras: a record is of one rig.
-    #[error("no cameras have been set")]
-    NoCameras,
     /// Read-back differs from what was written: the flash is worn out, locked or stuck. Try again later.
     #[error("read-back differs from what was written")]
     Verify,
@@ -96,8 +93,7 @@ pub enum StoreError<E: Debug> {
 ///
 /// // At start. Without a factory calibration the firmware decides what to do.
 /// let factory = store.load_factory().ok()??;
-/// let mut calibrator = Calibrator::<f32, 256>::new(Config::robust());
-/// calibrator.install(&factory);
+/// let mut calibrator = Calibrator::<f32, 256>::new(Config::robust(), &factory);
 /// let resumed = store.resume(&mut calibrator); // log it
 ///
 /// // After each pair.
@@ -165,7 +161,7 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         factory::save(&mut self.flash, self.factory, &factory.to_record())
     }
 
-    /// Restores the newest state, at start, after [`Calibrator::install`]; whether there was one.
+    /// Restores the newest state, at start; whether there was one.
     ///
     /// # Errors
     /// [`RestoreError`]: the state is lost, and the calibrator as after [`Calibrator::reset`]. [`RestoreError::Damaged`]
@@ -236,8 +232,7 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         &mut self,
         calibrator: &Calibrator<T, N>,
     ) -> Result<(), StoreError<F::Error>> {
-        let record = calibrator.snapshot().ok_or(StoreError::NoCameras)?;
-        self.ring.save(&mut self.flash, &record)
+        self.ring.save(&mut self.flash, &calibrator.snapshot())
     }
 
     /// Returns the driver.

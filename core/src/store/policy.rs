@@ -149,7 +149,7 @@ impl<T: Scalar> SavePolicy<T> {
     pub fn saved<const N: usize>(&mut self, calibrator: &Calibrator<T, N>, now: Duration) {
         let estimate = Estimate::of(calibrator);
         let was_locked = calibrator.state() == State::Locked;
-        self.saved = Some(Saved { was_locked, generation: calibrator.generation(), estimate });
+        self.saved = Some(Saved { was_locked, generation: calibrator.generation, estimate });
         self.last = Some(now);
         self.elapsed = Some(0);
     }
@@ -175,7 +175,7 @@ impl<T: Scalar> SavePolicy<T> {
             return Some(SaveReason::Locked);
         }
         let saved = self.saved.as_ref()?;
-        if calibrator.generation() != saved.generation {
+        if calibrator.generation != saved.generation {
             return Some(SaveReason::InUse);
         }
         let new = Estimate::of(calibrator).filter(|_| is_locked)?;

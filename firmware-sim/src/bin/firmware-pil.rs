@@ -11,7 +11,6 @@ use firmware_sim::pil::{SessionError, run_session};
 use firmware_sim::{CAPACITY, Controller};
 use panic_probe as _;
 use static_cell::StaticCell;
-use stereo_selfcal::Config;
 use stereo_selfcal::link::ReceiveError;
 
 /// Constructed in place, without initial values in flash.
@@ -21,7 +20,7 @@ static CONTROLLER: StaticCell<Controller> = StaticCell::new();
 fn main() -> ! {
     info!("waiting for cameras and frames, up to {} matches per pair", CAPACITY);
     let link = Link::new(Uart::start(), Timer::start());
-    let controller = CONTROLLER.init_with(|| Controller::new(Config::robust()));
+    let controller = |cameras| CONTROLLER.init_with(|| firmware_sim::start(cameras));
     let ended = run_session(controller, &link, &link, |bytes| link.send(bytes));
     match ended {
         Ok(()) => info!("all pairs are finished"),

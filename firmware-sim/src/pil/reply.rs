@@ -3,7 +3,7 @@
 //! A host builds the same records from its own run and compares them.
 
 use stereo_selfcal::{
-    ApplyError, Calibrator, Extrinsics, Fused, Health, PairError, PairReport, Proposal, Refusal,
+    ApplyError, Calibrator, Extrinsics, Fused, Health, PairReport, Proposal, Rejection,
 };
 use zerocopy::little_endian::{F32, U16, U32};
 use zerocopy::{FromBytes, FromZeros, Immutable, IntoBytes, Unaligned};
@@ -60,7 +60,7 @@ pub struct PairReply {
     magic: [u8; 4],
     sequence: U32,
     taken: U16,
-    /// Fused, refused or not solved: a number of `Fused`, `Refusal` or `PairError`.
+    /// Fused, refused or not solved: a number of `Fused`, `Rejection` or `Rejection`.
     outcome: U16,
     state: U16,
     pair: Solved,
@@ -204,7 +204,7 @@ impl PairReply {
     }
 }
 
-fn outcome(outcome: &Result<(PairReport<f32>, Result<Fused, Refusal>), PairError>) -> u16 {
+fn outcome(outcome: &Result<(PairReport<f32>, Result<Fused, Rejection>), Rejection>) -> u16 {
     match outcome {
         Ok((_, Ok(fused))) => fused.code(),
         Ok((_, Err(why))) => why.code(),
@@ -220,7 +220,7 @@ impl Rig {
 }
 
 impl Solved {
-    fn of(outcome: &Result<(PairReport<f32>, Result<Fused, Refusal>), PairError>) -> Self {
+    fn of(outcome: &Result<(PairReport<f32>, Result<Fused, Rejection>), Rejection>) -> Self {
         let nothing = Self::new_zeroed();
         match outcome {
             Ok((report, _)) => Self {
@@ -232,7 +232,7 @@ impl Solved {
                 rms_px: [report.rms_px_before, report.rms_px_after].map(F32::new),
                 noise_px: F32::new(report.noise_px),
             },
-            Err(PairError::TooFew { usable, .. }) => Self { usable: (*usable).into(), ..nothing },
+            Err(Rejection::TooFew { usable, .. }) => Self { usable: (*usable).into(), ..nothing },
             Err(_) => nothing,
         }
     }
@@ -303,8 +303,8 @@ impl EndReply {
     ) -> Self {
         Self {
             magic: Self::MAGIC,
-            generation: calibrator.generation().into(),
-            in_use: Rig::of(calibrator.in_use()),
+            generation: calibrator.in_use().generation.into(),
+            in_use: Rig::of(&calibrator.in_use().extrinsics),
             applied: refused.map_or(0, |why| why.code()).into(),
         }
     }
@@ -346,7 +346,7 @@ mod tests {
             controller.push(&c).unwrap();
         }
         let outcome = crate::solve_and_fuse(controller);
-        PairOutcome { outcome, health: controller.health() }
+        PairOutcome { outcome, health: controller.health().ok() }
     }
 
     #[test]

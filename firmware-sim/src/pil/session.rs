@@ -2,6 +2,7 @@
 
 use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
+use stereo_selfcal::Cameras;
 use stereo_selfcal::link::{FpgaMatcher, ReceiveError};
 use thiserror::Error;
 use zerocopy::IntoBytes;
@@ -34,8 +35,8 @@ pub enum SessionError<S, P> {
 ///
 /// # Errors
 /// [`SessionError`].
-pub fn run_session<SPI: SpiDevice, RDY: InputPin>(
-    controller: &mut Controller,
+pub fn run_session<'a, SPI: SpiDevice, RDY: InputPin>(
+    controller: impl FnOnce(Cameras<f32>) -> &'a mut Controller,
     mut spi: SPI,
     ready: RDY,
     mut send: impl FnMut(&[u8]),
@@ -46,7 +47,7 @@ pub fn run_session<SPI: SpiDevice, RDY: InputPin>(
     send(SessionReply::new(request.err(), u16::try_from(CAPACITY).unwrap_or(u16::MAX)).as_bytes());
     let SessionRequest { pairs, cameras } = request?;
 
-    controller.set_cameras(cameras);
+    let controller = controller(cameras);
     let mut app = App::new(FpgaMatcher::new(spi, ready), controller);
     let (mut number, mut in_batch, mut finished) = (0, 0, 0);
     while finished < pairs {

@@ -68,7 +68,7 @@ fn replay(args: &ReplayArgs, out: &mut impl Write) -> Result<()> {
 
     match (app.apply(), app.calibrator().proposal()) {
         (Ok(applied), _) => {
-            report::applied(out, &applied.extrinsics, app.calibrator().generation())
+            report::applied(out, &applied.extrinsics, app.calibrator().in_use().generation)
         }
         (Err(why), Some(proposal)) => report::not_applied(out, &proposal.extrinsics, why),
         (Err(why), None) => Err(why)

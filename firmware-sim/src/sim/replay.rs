@@ -6,7 +6,7 @@ use anyhow::Result;
 use host_tests::data::{Dataset, in_f64};
 use host_tests::run::{PairSolver, RunLog, Step, progress};
 use host_tests::wire::Sender;
-use stereo_selfcal::{Config, Health};
+use stereo_selfcal::{Config, FactoryCalibration, Health};
 use test_support::wire::Wire;
 
 use super::polling::{ProcessedPair, SimApp, poll_pair};
@@ -30,10 +30,11 @@ pub(super) fn replay<const N: usize>(
     out: &mut impl Write,
 ) -> Result<Run> {
     let sender = Sender::of(set)?;
-    let factory = *app.calibrator().in_use();
+    let factory = app.calibrator().in_use().extrinsics;
+    let guess = FactoryCalibration::new(set.cameras()?, factory).without_yaw();
     let start = in_f64(&factory);
     let mut run = Run { log: RunLog::new(set.truth()?, start), health: None };
-    let mut alone = PairSolver::<f32, N>::new(Config::robust(), set.cameras()?, factory);
+    let mut alone = PairSolver::<f32, N>::new(Config::robust(), &guess);
     let bar = progress::over(set.pairs.len(), "pairs");
     writeln!(out, "pair {}", Step::HEADING)?;
     for (sequence, pair) in (0_u32..).zip(&set.pairs) {

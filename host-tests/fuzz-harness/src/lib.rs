@@ -15,9 +15,9 @@ pub use store::run_store;
 use arbitrary::{Arbitrary, Unstructured};
 use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::{
-    Calibration, Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, Fisheye, Fused,
-    Intrinsics, Lens, LensCorrection, LensTracking, PairReport, Pushed, RadialTangential, Rational,
-    RectifiedCamera, RectifyingRotations, Refusal, StandardDeviations, State,
+    Calibration, Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics,
+    FactoryCalibration, Fisheye, Fused, Intrinsics, Lens, LensCorrection, LensTracking, Pushed,
+    RadialTangential, Rational, Rejection, StandardDeviations, State,
 };
 
 use check::{check_begun_again, check_estimate, check_in_use, check_report};
@@ -35,12 +35,8 @@ pub enum Call {
     PushMany([u8; 24]),
     /// All of `solve_pair`.
     Solve,
-    /// Pass by pass: the first.
-    Begin,
-    /// Pass by pass: one more.
+    /// One step of the pair.
     Advance,
-    /// Fuses the last report, times over.
-    Fuse(u8),
     /// Puts the estimate into use.
     Apply,
     /// Takes that back.
@@ -73,38 +69,48 @@ pub enum Call {
 /// If the calibrator violates a property.
 pub fn run_calibrator(bytes: &[u8]) {
     let mut input = Unstructured::new(bytes);
-    let (config, robust, automatic) = config(&mut input);
-    let mut calibrator = Target::new(config.with_automatic_apply(automatic));
-    // A restart sets the factory extrinsics again, which claims that they were measured: so does the start.
-    calibrator.set_factory(Extrinsics::SIDE_BY_SIDE);
-    calibrator.set_cameras(usual_cameras([0; 5], false).expect("usual cameras"));
-    let mut last = None;
+    let (config, robust, calibrated) = config(&mut input);
+    let guess = FactoryCalibration::guess(usual_cameras([0; 5], false).expect("usual cameras"));
+    let measured = FactoryCalibration::new(guess.cameras, guess.extrinsics);
+    let mut made = Made { config, robust, factory: if calibrated { measured } else { guess } };
+    let mut calibrator = made.calibrator();
     while let Ok(call) = Call::arbitrary(&mut input) {
         let before = state(&calibrator);
-        let frozen = calibrator.is_frozen();
         let unconfirmed = calibrator.state() == State::Acquiring;
         let batch = calibrator.batch().pairs().to_vec();
-        let refused = perform(&mut calibrator, &call, &mut last, robust);
-        let changed = before.generation != calibrator.generation();
+        let refused = perform(&mut calibrator, &call, &mut made);
+        let changed = before.generation != calibrator.in_use().generation;
         // Many fusions may lead back to where they began; new cameras are the caller's own.
-        let counted = changed == (before.in_use != calibrator.calibration_in_use());
+        let counted = changed == (before.in_use != state(&calibrator).in_use);
         let uncounted = matches!(
             call,
-            Call::Fuse(_) | Call::SetCameras(..) | Call::SetUsualCameras(..) | Call::Restart
+            Call::SetCameras(..)
+                | Call::SetUsualCameras(..)
+                | Call::SetFactory(_)
+                | Call::SetUsualFactory(_)
+                | Call::Restart
         );
         assert!(counted || uncounted, "{call:?}");
-        assert!(!changed || call.may_change_what_is_in_use(automatic && !frozen), "{call:?}");
+        assert!(!changed || call.may_change_what_is_in_use(), "{call:?}");
         let after = state(&calibrator);
         // An estimate that nothing has confirmed is given up when pairs disagree with it.
         let given_up = unconfirmed && after == Kept { proposed: None, ..before };
         let unchanged = match call {
-            Call::Fuse(_) => before.is_kept_or_wider_in(&after),
+            Call::Solve | Call::Advance => before.is_kept_or_wider_in(&after),
             _ => before == after,
         };
         assert!(!refused || given_up || unchanged, "a refused {call:?} changed the state");
-        let kept = matches!(call, Call::PushMany(_)) || batch == calibrator.batch().pairs();
+        let begins = matches!(
+            call,
+            Call::PushMany(_)
+                | Call::Push(_)
+                | Call::PushPlausible(_)
+                | Call::Solve
+                | Call::Advance
+        );
+        let kept = begins || batch == calibrator.batch().pairs();
         assert!(!refused || kept, "a refused {call:?} changed the batch");
-        check_in_use(&calibrator);
+        check_in_use(&calibrator, &made.factory);
         if let Some(estimate) = calibrator.proposal() {
             check_estimate(&estimate);
         }
@@ -115,19 +121,18 @@ pub fn run_calibrator(bytes: &[u8]) {
 }
 
 impl Call {
-    fn may_change_what_is_in_use(&self, automatic: bool) -> bool {
-        match self {
+    fn may_change_what_is_in_use(&self) -> bool {
+        matches!(
+            self,
             Self::Apply
-            | Self::Undo
-            | Self::Reset
-            | Self::Restart
-            | Self::SetCameras(..)
-            | Self::SetUsualCameras(..)
-            | Self::SetFactory(_)
-            | Self::SetUsualFactory(_) => true,
-            Self::Fuse(_) => automatic,
-            _ => false,
-        }
+                | Self::Undo
+                | Self::Reset
+                | Self::Restart
+                | Self::SetCameras(..)
+                | Self::SetUsualCameras(..)
+                | Self::SetFactory(_)
+                | Self::SetUsualFactory(_)
+        )
     }
 }
 
@@ -146,7 +151,7 @@ type Proposed = (Extrinsics<f32>, LensCorrection<f32>, StandardDeviations<f32>, 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Kept {
     proposed: Option<Proposed>,
-    in_use: Option<Calibration<f32>>,
+    in_use: (Cameras<f32>, Extrinsics<f32>),
     generation: u32,
 }
 
@@ -166,20 +171,16 @@ impl Kept {
 }
 
 fn state(calibrator: &Target) -> Kept {
+    let Calibration { cameras, extrinsics, generation } = calibrator.in_use();
     Kept {
         proposed: calibrator.proposal().map(|p| (p.extrinsics, p.correction, p.sd, p.pairs)),
-        in_use: calibrator.calibration_in_use(),
-        generation: calibrator.generation(),
+        in_use: (cameras, extrinsics),
+        generation,
     }
 }
 
 /// Whether the call was refused.
-fn perform(
-    calibrator: &mut Target,
-    call: &Call,
-    last: &mut Option<PairReport<f32>>,
-    robust: bool,
-) -> bool {
+fn perform(calibrator: &mut Target, call: &Call, made: &mut Made) -> bool {
     match call {
         Call::Push([a, b, c, d, score, grid_step]) => {
             let c = Correspondence {
@@ -191,7 +192,9 @@ fn perform(
             let held = calibrator.batch().pairs().len();
             let pushed = calibrator.push(&c);
             let added = usize::from(pushed == Ok(Pushed::Kept));
-            assert_eq!(calibrator.batch().pairs().len(), held + added, "{pushed:?}");
+            // The first one after a pair begins a new batch.
+            let now = calibrator.batch().pairs().len();
+            assert!(now == held + added || now == added, "{pushed:?}");
             pushed.is_err()
         }
         Call::PushPlausible(bytes) => calibrator.push(&plausible(*bytes)).is_err(),
@@ -208,27 +211,17 @@ fn perform(
                 calibrator.push(&plausible(bytes)).is_err()
             })
         }
-        Call::Solve => keep(&calibrator.solve_pair().map(Some), last, robust),
-        Call::Begin => calibrator.begin_pair().is_err(),
-        Call::Advance => keep(&calibrator.advance_pair(), last, robust),
-        Call::Fuse(times) => {
-            let fusions = (0..=*times).map(|_| fuse(calibrator));
-            let outcomes: Vec<_> = fusions.collect();
-            let mut again = outcomes.iter().skip(1);
-            let stale = |o: &Result<(), Refusal>| *o == Err(Refusal::NothingSolved);
-            // A pair counts once, fused or refused; a frozen calibrator keeps it.
-            let frozen = calibrator.is_frozen();
-            assert!(frozen || again.all(stale), "{outcomes:?}");
-            outcomes.iter().all(Result::is_err)
-        }
+        Call::Solve => solve(calibrator, made.robust).is_err(),
+        Call::Advance => calibrator.advance_pair().is_some_and(|outcome| outcome.fused.is_err()),
         Call::Apply => {
             let proposal = calibrator.proposal();
             let applied = calibrator.apply();
             let of_proposal = proposal.and_then(|p| {
-                let cameras = calibrator.cameras()?.corrected(&p.applicable_correction).ok()?;
-                Some(Calibration { cameras, extrinsics: p.applicable })
+                let cameras = made.factory.cameras.corrected(&p.applicable_correction).ok()?;
+                Some((cameras, p.applicable))
             });
-            assert!(applied.is_err() || applied.ok() == of_proposal, "{applied:?} {of_proposal:?}");
+            let found = applied.ok().map(|c| (c.cameras, c.extrinsics));
+            assert!(applied.is_err() || found == of_proposal, "{applied:?} {of_proposal:?}");
             applied.is_err()
         }
         Call::Undo => calibrator.undo().is_err(),
@@ -237,14 +230,14 @@ fn perform(
             false
         }
         Call::Health => {
-            if let Some(health) = calibrator.health() {
+            if let Ok(health) = calibrator.health() {
                 assert!(health.in_use_px.is_finite() && health.proposed_px.is_finite());
                 assert!(health.yaw.is_finite() && (0.0..=1.0).contains(&health.coverage));
             }
             false
         }
         Call::Clear => {
-            calibrator.clear_pair();
+            calibrator.discard_pair();
             false
         }
         Call::Reset => {
@@ -253,76 +246,83 @@ fn perform(
         }
         Call::SetCameras(bits, lens, size) => {
             let camera = any_camera(bits, *lens, *size);
-            camera.map(|c| calibrator.set_cameras(Cameras { left: c, right: c })).is_none()
+            camera.map(|c| made.with_cameras(Cameras { left: c, right: c }, calibrator)).is_none()
         }
         Call::SetUsualCameras(k, fisheye) => {
-            usual_cameras(*k, *fisheye).map(|c| calibrator.set_cameras(c)).is_none()
+            usual_cameras(*k, *fisheye).map(|c| made.with_cameras(c, calibrator)).is_none()
         }
         Call::SetFactory(bits) => {
             let r = Matrix3::from_row_iterator(bits.iter().copied());
             let [.., x, y, z] = *bits;
             let factory = Extrinsics::try_new(&r, &Vector3::new(x, y, z));
-            factory.map(|e| calibrator.set_factory(e)).is_err()
+            factory.map(|e| made.with_extrinsics(e, calibrator)).is_err()
         }
         Call::SetUsualFactory(bytes) => {
             let [x, y, z, ty, tz] = bytes.map(|b| f32::from(b) / 100.0);
             let r = stereo_selfcal::so3::exp(&Vector3::new(x, y, z)).expect("finite");
             let factory = Extrinsics::try_new(r.matrix(), &Vector3::new(-1.0, ty, tz));
-            factory.map(|e| calibrator.set_factory(e)).is_err()
+            factory.map(|e| made.with_extrinsics(e, calibrator)).is_err()
         }
         Call::Restart => {
-            let mut fresh = Target::new(*calibrator.config());
-            fresh.set_cameras(*calibrator.cameras().expect("they have been set"));
-            fresh.set_factory(*calibrator.factory());
-            *calibrator = link::restarted(calibrator, fresh);
+            *calibrator = link::restarted(calibrator, made.calibrator());
             false
         }
         Call::Rectify(alpha) => rectify(calibrator, *alpha),
     }
 }
 
-fn fuse(calibrator: &mut Target) -> Result<(), Refusal> {
-    let before = state(calibrator);
-    let unconfirmed = calibrator.state() == State::Acquiring;
-    let fused = calibrator.fuse();
-    let after = state(calibrator);
-    let given_up = unconfirmed && after == Kept { proposed: None, ..before };
-    let unchanged = match fused {
-        Err(Refusal::Disagrees) => before.is_kept_or_wider_in(&after),
-        _ => before == after,
-    };
-    assert!(fused.is_ok() || given_up || unchanged, "a refused pair was fused");
-    assert_eq!(before.in_use == after.in_use, before.generation == after.generation);
-    if fused == Ok(Fused::LensCorrected) {
-        check_begun_again(calibrator);
-    }
-    fused.map(|_| ())
+/// What calibrators are made of.
+struct Made {
+    config: Config,
+    robust: bool,
+    factory: FactoryCalibration<f32>,
 }
 
-fn keep(
-    solved: &Result<Option<PairReport<f32>>, stereo_selfcal::PairError>,
-    last: &mut Option<PairReport<f32>>,
-    robust: bool,
-) -> bool {
-    match solved {
-        Ok(Some(report)) => {
-            check_report(report, robust);
-            *last = Some(*report);
-            false
-        }
-        Ok(None) => false,
-        Err(_) => true,
+impl Made {
+    fn calibrator(&self) -> Target {
+        Target::new(self.config, &self.factory)
     }
+
+    fn with_cameras(&mut self, cameras: Cameras<f32>, calibrator: &mut Target) {
+        self.factory.cameras = cameras;
+        *calibrator = self.calibrator();
+    }
+
+    fn with_extrinsics(&mut self, extrinsics: Extrinsics<f32>, calibrator: &mut Target) {
+        self.factory.extrinsics = extrinsics;
+        *calibrator = self.calibrator();
+    }
+}
+
+/// Takes the pair of the batch, and checks what became of it.
+fn solve(calibrator: &mut Target, robust: bool) -> Result<(), Rejection> {
+    let before = state(calibrator);
+    let unconfirmed = calibrator.state() == State::Acquiring;
+    let outcome = calibrator.solve_pair();
+    if let Some(report) = &outcome.pair {
+        check_report(report, robust);
+    }
+    let after = state(calibrator);
+    let given_up = unconfirmed && after == Kept { proposed: None, ..before };
+    let unchanged = match outcome.fused {
+        Err(Rejection::Disagrees) => before.is_kept_or_wider_in(&after),
+        _ => before == after,
+    };
+    assert!(outcome.fused.is_ok() || given_up || unchanged, "a refused pair was fused");
+    assert_eq!(before.in_use, after.in_use);
+    assert_eq!(before.generation, after.generation);
+    if outcome.fused == Ok(Fused::LensCorrected) {
+        check_begun_again(calibrator);
+    }
+    // A pair counts once.
+    let again = calibrator.clone().solve_pair();
+    assert_eq!(again.fused, Err(Rejection::TooFew { usable: 0, needed: 12 }));
+    outcome.fused.map(|_| ())
 }
 
 fn rectify(calibrator: &Target, alpha: f32) -> bool {
-    let Some(Calibration { cameras, extrinsics }) = calibrator.calibration_in_use() else {
-        return true;
-    };
-    let rotations = RectifyingRotations::from(&extrinsics);
-    let Ok(camera) = RectifiedCamera::try_choose(&cameras, &rotations, alpha) else { return true };
+    let Ok((camera, [left, right])) = calibrator.in_use().homographies(alpha) else { return true };
     assert!(camera.focal.is_finite() && camera.focal > 0.0, "{camera:?}");
-    let [left, right] = camera.homographies(&cameras, &rotations);
     assert!(left.iter().chain(right.iter()).all(|h| h.is_finite()), "{left} {right}");
     false
 }

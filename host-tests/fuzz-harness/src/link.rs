@@ -3,10 +3,10 @@
 use arbitrary::{Arbitrary, Unstructured};
 use stereo_selfcal::link::{Counters, Decoder, Event, FrameCrc, FrameHeader, MatchRecord};
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Correspondence, State};
+use stereo_selfcal::{Correspondence, FactoryCalibration, State};
 
 use super::check::{check_estimate, check_in_use};
-use super::{Target, config, fuse, plausible, usual_cameras};
+use super::{Target, config, plausible, solve, usual_cameras};
 
 /// Records of a generated frame: more than the batch holds.
 const MOST: usize = 48;
@@ -185,14 +185,11 @@ fn is_in(stream: &[u8], header: &FrameHeader, matches: &[Correspondence<f32>]) -
 /// If the decoder or the calibrator violates a property.
 pub fn run_frames(bytes: &[u8]) {
     let mut input = Unstructured::new(bytes);
-    let (config, _, automatic) = config(&mut input);
+    let (config, robust, _) = config(&mut input);
     let acts = <[u8; 8]>::arbitrary(&mut input).unwrap_or_default();
     let stream = stream(&mut input);
-    let fresh = || {
-        let mut calibrator = Target::new(config.with_automatic_apply(automatic));
-        calibrator.set_cameras(usual_cameras([0; 5], false).expect("usual cameras"));
-        calibrator
-    };
+    let made = FactoryCalibration::guess(usual_cameras([0; 5], false).expect("usual cameras"));
+    let fresh = || Target::new(config, &made);
     let (mut calibrator, mut decoder, mut rest) = (fresh(), Decoder::new(), &stream[..]);
     let mut acts = acts.iter().cycle();
     loop {
@@ -207,20 +204,18 @@ pub fn run_frames(bytes: &[u8]) {
         let act = acts.next().copied().unwrap_or_default();
         // Where the solve is broken off, the next frame is refused until the batch is cleared.
         if act & 1 == 0 {
-            if calibrator.solve_pair().is_ok() {
-                let _ = fuse(&mut calibrator);
-            }
-        } else if calibrator.begin_pair().is_ok() && act & 2 == 0 {
-            calibrator.clear_pair();
+            let _ = solve(&mut calibrator, robust);
+        } else if calibrator.advance_pair().is_none() && act & 2 == 0 {
+            calibrator.discard_pair();
         }
         if act & 4 != 0 {
             let _ = calibrator.apply();
         }
         if act & 8 != 0 {
-            calibrator.clear_pair();
+            calibrator.discard_pair();
             calibrator = restarted(&calibrator, fresh());
         }
-        check_in_use(&calibrator);
+        check_in_use(&calibrator, &made);
         if let Some(estimate) = calibrator.proposal() {
             check_estimate(&estimate);
         }
@@ -229,9 +224,9 @@ pub fn run_frames(bytes: &[u8]) {
 
 /// After the power was lost and came back.
 pub(super) fn restarted(before: &Target, mut fresh: Target) -> Target {
-    let record = before.snapshot().expect("there are cameras");
+    let record = before.snapshot();
     if fresh.restore(&record).is_ok() {
-        let [old, new] = [before, &fresh].map(|c| *c.in_use());
+        let [old, new] = [before, &fresh].map(|c| c.in_use().extrinsics);
         let apart = Deviation::between(&old, &new);
         assert!(apart.rotation.max(apart.translation) < 1e-5, "{apart:?}");
         assert_ne!(fresh.state(), State::Locked);

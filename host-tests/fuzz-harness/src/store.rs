@@ -52,8 +52,7 @@ pub fn run_store(bytes: &[u8]) -> u32 {
     }
     let mut flash = Nor::of(content, bytes.len() as u64);
     flash.tear = TEARS[usize::from(tear) % TEARS.len()];
-    let mut fresh = Target::new(stereo_selfcal::Config::robust());
-    fresh.set_cameras(usual_cameras([0; 5], false).expect("usual cameras"));
+    let fresh = Target::new(stereo_selfcal::Config::robust(), &made());
     let mut kept = Kept { store: open(flash), fresh, held: [None; 2], saved: 0 };
     kept.held = kept.found();
     let (mut is_rotten, mut found) = (false, 0);
@@ -74,6 +73,10 @@ pub fn run_store(bytes: &[u8]) -> u32 {
     found
 }
 
+fn made() -> FactoryCalibration<f32> {
+    FactoryCalibration::guess(usual_cameras([0; 5], false).expect("usual cameras"))
+}
+
 fn open(flash: Nor) -> Store<Nor, f32> {
     let end = u32::try_from(flash.bytes.len()).expect("a few kB");
     let policy = SavePolicy::default();
@@ -85,10 +88,10 @@ impl Kept {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "as many as saves")]
     fn found(&mut self) -> [Option<u16>; 2] {
         let factory = self.store.load_factory().ok().flatten();
-        let factory = factory.and_then(|made| Some(made.baseline_m? as u16));
+        let factory = factory.and_then(|made| Some(made.baseline_m()? as u16));
         let mut calibrator = self.fresh.clone();
         let resumed = self.store.resume(&mut calibrator) == Ok(true);
-        [factory, resumed.then(|| calibrator.generation() as u16)]
+        [factory, resumed.then(|| calibrator.in_use().generation as u16)]
     }
 
     /// Saves the next number; whether that was done.
@@ -96,11 +99,10 @@ impl Kept {
         self.saved += 1;
         let number = self.saved;
         if !state {
-            let made = self.fresh.factory_calibration().expect("there are cameras");
-            let baseline_m = Some(number.into());
-            return self.store.save_factory(&FactoryCalibration { baseline_m, ..made }).is_ok();
+            let made = made().with_baseline_m(number.into()).expect("some metres");
+            return self.store.save_factory(&made).is_ok();
         }
-        let mut record = self.fresh.snapshot().expect("there are cameras");
+        let mut record = self.fresh.snapshot();
         record[12..16].copy_from_slice(&u32::from(number).to_le_bytes());
         seal(&mut record);
         let mut calibrator = self.fresh.clone();

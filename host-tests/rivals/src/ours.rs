@@ -1,7 +1,8 @@
 //! The core's two presets behind the same interface, in `f32` as shipped.
 
 use stereo_selfcal::{
-    Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, Intrinsics, Lens, Scalar,
+    Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, FactoryCalibration,
+    Intrinsics, Lens, Scalar,
 };
 
 use super::method::{Method, Setting, usable};
@@ -55,9 +56,9 @@ fn running(config: Config, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option
     let Some((camera, start)) = camera(&pairs, setting).zip(in_f32(&setting.start)) else {
         return vec![None; pairs.len()];
     };
-    let mut calibrator = Box::new(Calibrator::<f32, CAPACITY>::new(config.without_factory_yaw()));
-    calibrator.set_cameras(Cameras { left: camera, right: camera });
-    calibrator.set_factory(start);
+    let cameras = Cameras { left: camera, right: camera };
+    let factory = FactoryCalibration::new(cameras, start).without_yaw();
+    let mut calibrator = Box::new(Calibrator::<f32, CAPACITY>::new(config, &factory));
     let after = pairs.iter().map(|rays| {
         for [p_l, p_r] in rays {
             let [left, right] = [p_l, p_r].map(|ray| camera.pixel(ray.xy().map(f32::lit)));
@@ -65,11 +66,8 @@ fn running(config: Config, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option
             // A refused match does not count, as with any matcher.
             let _ = calibrator.push(&Correspondence { left, right, score: 1.0, grid_step: 0.0 });
         }
-        if calibrator.solve_pair().is_ok() {
-            // A refused pair leaves the estimate as it was.
-            let _ = calibrator.fuse();
-        }
-        calibrator.clear_pair();
+        // A refused pair leaves the estimate as it was.
+        let _ = calibrator.solve_pair();
         calibrator.proposal().map(|proposal| in_f64(&proposal.extrinsics))
     });
     after.collect()

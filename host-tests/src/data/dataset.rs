@@ -111,7 +111,7 @@ impl Dataset {
         correction: &LensCorrection<f64>,
     ) -> Result<Calibration<f64>> {
         let cameras = self.meta.corrected(correction).cameras()?;
-        Ok(Calibration { cameras, extrinsics: *extrinsics })
+        Ok(Calibration { cameras, extrinsics: *extrinsics, generation: 0 })
     }
 
     /// True extrinsics of the data set; of the last pair, where the rig moves.

@@ -3,7 +3,7 @@
 //! In a run the robust preset tracks a pair from the running estimate, so that its solution there is not
 //! that of the pair alone.
 
-use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, Scalar};
+use stereo_selfcal::{Calibrator, Config, Extrinsics, FactoryCalibration, Scalar};
 
 use crate::data::{Match, in_f64};
 
@@ -14,25 +14,18 @@ pub struct PairSolver<T: Scalar, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> PairSolver<T, N> {
-    /// * `start`: extrinsics that every pair starts from.
+    /// * `factory`: what every pair starts from.
     #[must_use]
-    pub fn new(config: Config, cameras: Cameras<T>, start: Extrinsics<T>) -> Self {
-        let mut calibrator = Box::new(Calibrator::<T, N>::new(config));
-        calibrator.set_cameras(cameras);
-        calibrator.set_factory(start);
-        Self { calibrator }
+    pub fn new(config: Config, factory: &FactoryCalibration<T>) -> Self {
+        Self { calibrator: Box::new(Calibrator::new(config, factory)) }
     }
 
     /// The estimate from one pair; `None` if it is not solved, or not fused.
     pub fn solve(&mut self, pair: &[Match]) -> Option<Extrinsics<f64>> {
         self.calibrator.reset();
-        self.calibrator.clear_pair();
-        for m in pair {
-            // A refused match does not count, as in the run.
-            let _ = self.calibrator.push(&m.correspondence());
-        }
-        let solved = self.calibrator.solve_pair().is_ok() && self.calibrator.fuse().is_ok();
-        let found = self.calibrator.proposal().filter(|_| solved);
+        // A refused match does not count, as in the run.
+        let outcome = self.calibrator.take_pair(pair.iter().map(Match::correspondence));
+        let found = self.calibrator.proposal().filter(|_| outcome.fused.is_ok());
         found.map(|proposal| in_f64(&proposal.extrinsics))
     }
 }
@@ -49,7 +42,8 @@ mod tests {
         let start = Extrinsics::SIDE_BY_SIDE;
         let new = || {
             let cameras = set.cameras().unwrap();
-            PairSolver::<f32, CAPACITY>::new(Config::robust(), cameras, start)
+            let factory = FactoryCalibration::new(cameras, start);
+            PairSolver::<f32, CAPACITY>::new(Config::robust(), &factory)
         };
         let mut one = new();
         for pair in &set.pairs {

@@ -2,8 +2,8 @@
 
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Arming, Band, Calibrator, Camera, Cause, Doubt, Extrinsics, Health, Lens, LensCorrection,
-    Reasons, Scalar, State,
+    Arming, Band, Calibrator, Camera, Cameras, Cause, Doubt, Extrinsics, Health, Lens,
+    LensCorrection, Reasons, Scalar, State,
 };
 
 use crate::data::in_f64;
@@ -49,14 +49,16 @@ pub struct Checks {
 impl Checked {
     /// What a calibrator says.
     ///
+    /// * `given`: its cameras as given.
     /// * `truth`: that of the pair, where it is known.
     #[must_use]
     pub fn of<T: Scalar, const N: usize>(
         calibrator: &Calibrator<T, N>,
+        given: &Cameras<T>,
         health: Option<&Health<T>>,
         truth: Option<&Extrinsics<f64>>,
     ) -> Self {
-        let in_use = in_f64(calibrator.in_use());
+        let in_use = in_f64(&calibrator.in_use().extrinsics);
         let error = truth.map(|truth| Deviation::between(&in_use, truth));
         let checks = |health: &Health<T>| Checks {
             arming: health.arming,
@@ -68,8 +70,8 @@ impl Checked {
             in_use_px: health.in_use_px.to_f64(),
             proposed_px: health.proposed_px.to_f64(),
         };
-        let correction = correction(calibrator);
-        let cause = calibrator.likely_cause().or(health.and_then(|health| health.cause));
+        let correction = correction(given, calibrator);
+        let cause = calibrator.health().map_or_else(|none| none.cause(), |health| health.cause);
         let state = calibrator.state();
         Self { state, in_use, correction, error, cause, health: health.map(checks) }
     }
@@ -95,9 +97,11 @@ impl Checked {
 }
 
 /// What the cameras in use have beyond the given ones: nothing, to the bit, where they are as given.
-fn correction<T: Scalar, const N: usize>(calibrator: &Calibrator<T, N>) -> LensCorrection<f64> {
-    let cameras = calibrator.cameras().zip(calibrator.calibration_in_use());
-    let Some((given, used)) = cameras else { return LensCorrection::NONE };
+fn correction<T: Scalar, const N: usize>(
+    given: &Cameras<T>,
+    calibrator: &Calibrator<T, N>,
+) -> LensCorrection<f64> {
+    let used = calibrator.in_use();
     let [given, used] = [&given.right, &used.cameras.right];
     let focal = |camera: &Camera<T>| camera.intrinsics().focal[0].to_f64();
     LensCorrection { focal: focal(used) / focal(given) - 1.0, k1: k1(used) - k1(given) }

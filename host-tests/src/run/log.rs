@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Extrinsics, Fused, Health, PairError, PairReport, Proposal, Refusal, Scalar, Stop,
+    Calibrator, Cameras, Extrinsics, Fused, Health, PairReport, Proposal, Rejection, Scalar, Stop,
 };
 
 use super::checked::Checked;
@@ -76,7 +76,7 @@ impl RunLog {
     pub fn record<T: Scalar>(
         &mut self,
         [offered, taken]: [usize; 2],
-        outcome: Result<(PairReport<T>, Result<Fused, Refusal>), PairError>,
+        outcome: Result<(PairReport<T>, Result<Fused, Rejection>), Rejection>,
         fused: Option<&Proposal<T>>,
     ) -> &Step {
         if self.brief {
@@ -143,9 +143,10 @@ impl RunLog {
     pub fn check<T: Scalar, const N: usize>(
         &mut self,
         calibrator: &Calibrator<T, N>,
+        given: &Cameras<T>,
         health: Option<&Health<T>>,
     ) {
-        let checked = Checked::of(calibrator, health, self.truth.as_ref());
+        let checked = Checked::of(calibrator, given, health, self.truth.as_ref());
         if let Some(step) = self.steps.last_mut() {
             step.checked = Some(checked);
         }

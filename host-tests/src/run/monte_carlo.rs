@@ -7,12 +7,12 @@ use anyhow::{Context, Result};
 use rayon::prelude::*;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Camera, Cameras, Config, Doubt, Extrinsics, Fused, Intrinsics, Lens, Proposal,
-    RectifyingRotations, Scalar, State,
+    Calibrator, Camera, Cameras, Config, Doubt, Extrinsics, FactoryCalibration, Fused, Intrinsics,
+    Lens, Proposal, RectifyingRotations, Scalar, State,
 };
 
 use crate::bounds::{cramer_rao, joint_fit};
-use crate::data::{Rays, in_f64};
+use crate::data::{Match, Rays, in_f64};
 use crate::synth::{Scenario, ScenarioPair, Scene, SynthPair};
 
 /// Room for the matches of any scenario.
@@ -136,15 +136,16 @@ pub(super) fn calibrator<T: Scalar>(
     scenario: &Scenario,
     config: Config,
 ) -> Result<Box<Calibrator<T, CAPACITY>>> {
-    let mut calibrator = Box::new(Calibrator::new(config));
-    calibrator.set_cameras(cameras(&scenario.scene)?);
-    if scenario.commissioned {
+    let cameras = cameras(&scenario.scene)?;
+    let factory = if scenario.commissioned {
         let rig = &scenario.scene.rig;
         let rotation = rig.rotation().matrix().map(T::lit);
         let translation = rig.translation().into_inner().map(T::lit);
-        calibrator.set_factory(Extrinsics::try_new(&rotation, &translation)?);
-    }
-    Ok(calibrator)
+        FactoryCalibration::new(cameras, Extrinsics::try_new(&rotation, &translation)?)
+    } else {
+        FactoryCalibration::guess(cameras)
+    };
+    Ok(Box::new(Calibrator::new(config, &factory)))
 }
 
 /// One pair through the calibrator.
@@ -153,16 +154,12 @@ fn step<T: Scalar>(
     pair: &SynthPair,
     truth: &Extrinsics<f64>,
 ) -> Option<AfterPair> {
-    for m in &pair.matches {
-        // A generated match is inside both images.
-        let _ = calibrator.push(&m.correspondence());
-    }
-    let report = calibrator.solve_pair().ok();
-    let fused = report.as_ref().and_then(|_| calibrator.fuse().ok());
-    calibrator.clear_pair();
-    let passes = report.map(|report| report.passes);
+    let outcome = calibrator.take_pair(pair.matches.iter().map(Match::correspondence));
+    // What is not locked yet, or doubted, is not applied.
+    let _ = calibrator.apply();
+    let (fused, passes) = (outcome.fused.ok(), outcome.pair.map(|report| report.passes));
     let proposal = calibrator.proposal()?;
-    Some(after_pair(&proposal, fused, passes, calibrator.in_use(), truth))
+    Some(after_pair(&proposal, fused, passes, &calibrator.in_use().extrinsics, truth))
 }
 
 fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Run> {

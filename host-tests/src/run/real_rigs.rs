@@ -10,7 +10,7 @@ use stereo_selfcal::{Arming, Calibrator, Config, Extrinsics, Proposal, Scalar, S
 
 use super::monte_carlo::{CAPACITY, FEW, TOO_MANY_SD, calibrator, nees};
 use crate::bounds::{cramer_rao, try_joint_fit};
-use crate::data::{Rays, in_f64};
+use crate::data::{Match, Rays, in_f64};
 use crate::synth::{Scenario, ScenarioPair};
 
 /// One pair of a run.
@@ -135,16 +135,11 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Real
 
 /// One pair through the calibrator, as on a vehicle.
 fn step<T: Scalar>(calibrator: &mut Calibrator<T, CAPACITY>, frame: &ScenarioPair) -> RealPair {
-    for m in &frame.pair.matches {
-        // A generated match is inside both images.
-        let _ = calibrator.push(&m.correspondence());
-    }
-    let fused = calibrator.solve_pair().is_ok() && calibrator.fuse().is_ok();
-    // Over the batch: before it is cleared.
-    let health = calibrator.health();
+    let matches = frame.pair.matches.iter().map(Match::correspondence);
+    let fused = calibrator.take_pair(matches).fused.is_ok();
+    let health = calibrator.health().ok();
     // What is not locked yet, or doubted, is not applied.
     let _ = calibrator.apply();
-    calibrator.clear_pair();
     let truth = &frame.steady;
     let vibration = calibrator.proposal().map(|proposal| proposal.vibration);
     RealPair {
@@ -153,7 +148,7 @@ fn step<T: Scalar>(calibrator: &mut Calibrator<T, CAPACITY>, frame: &ScenarioPai
         fused,
         armed: health.as_ref().is_some_and(|health| health.arming == Arming::Yes),
         claim: calibrator.proposal().map(|proposal| Claim::of(&proposal, truth)),
-        in_use: Deviation::between(&in_f64(calibrator.in_use()), truth),
+        in_use: Deviation::between(&in_f64(&calibrator.in_use().extrinsics), truth),
         rms_px: health.map(|health| [health.in_use_px.to_f64(), health.proposed_px.to_f64()]),
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use stereo_selfcal::{
-    MotionError, PairError, PushError, RangeError, Refusal, Side, UndistortError, Witnessed,
+    MotionError, PushError, RangeError, Rejection, Side, UndistortError, Witnessed,
 };
 
 /// How often each reason occurred.
@@ -71,7 +71,6 @@ fn of_motion(why: MotionError) -> &'static str {
 #[must_use]
 pub fn of_match(why: PushError) -> &'static str {
     match why {
-        PushError::NoCameras => "no_cameras",
         PushError::Busy => "busy",
         PushError::Pixel(Side::Left, UndistortError::NotFinite) => "left_pixel_not_finite",
         PushError::Pixel(Side::Left, UndistortError::OutsideImage) => "left_pixel_outside_image",
@@ -89,31 +88,29 @@ pub fn of_match(why: PushError) -> &'static str {
 
 /// Why a pair was not solved.
 #[must_use]
-pub fn of_unsolved(why: PairError) -> &'static str {
+pub fn of_unsolved(why: Rejection) -> &'static str {
     match why {
-        PairError::NoCameras => "no_cameras",
-        PairError::NotBegun => "not_begun",
-        PairError::TooFew { .. } => "too_few",
-        PairError::NoConsensus => "no_consensus",
-        PairError::Unobservable => "unobservable",
-        PairError::Turning => "turning",
-        PairError::Behind => "behind",
-        PairError::Columns => "columns",
-        PairError::NoDepth => "no_depth",
+        Rejection::NotBegun => "not_begun",
+        Rejection::TooFew { .. } => "too_few",
+        Rejection::NoConsensus => "no_consensus",
+        Rejection::Unobservable => "unobservable",
+        Rejection::Behind => "behind",
+        Rejection::Columns => "columns",
+        Rejection::NoDepth => "no_depth",
         _ => "other",
     }
 }
 
 /// Why a solved pair was not fused.
 #[must_use]
-pub fn of_refusal(why: Refusal) -> &'static str {
+pub fn of_refusal(why: Rejection) -> &'static str {
     match why {
-        Refusal::TooUncertain => "too_uncertain",
-        Refusal::CorrectionLimit => "correction_limit",
-        Refusal::NoRig => "no_rig",
-        Refusal::Disagrees => "disagrees",
-        Refusal::NothingSolved => "nothing_solved",
-        Refusal::Frozen => "frozen",
+        Rejection::TooUncertain => "too_uncertain",
+        Rejection::CorrectionLimit => "correction_limit",
+        Rejection::NoRig => "no_rig",
+        Rejection::Disagrees => "disagrees",
+        Rejection::NotBegun => "nothing_solved",
+        Rejection::Frozen => "frozen",
         _ => "other",
     }
 }
@@ -143,30 +140,28 @@ mod tests {
             [UndistortError::NotFinite, UndistortError::OutsideImage, UndistortError::NotInvertible]
                 .map(|why| PushError::Pixel(side, why))
         });
-        let rest = [PushError::NoCameras, PushError::Busy, PushError::Score, PushError::GridStep];
+        let rest = [PushError::Busy, PushError::Score, PushError::GridStep];
         let names: CountByReason = pixels.chain(rest).map(|why| (of_match(why), 1)).collect();
         assert_eq!(names.len(), 10);
         assert!(!names.contains_key("other"));
 
         let (usable, needed) = (1, 12);
         let unsolved = [
-            PairError::NoCameras,
-            PairError::NotBegun,
-            PairError::TooFew { usable, needed },
-            PairError::NoConsensus,
-            PairError::Unobservable,
-            PairError::Turning,
-            PairError::Behind,
-            PairError::Columns,
-            PairError::NoDepth,
+            Rejection::NotBegun,
+            Rejection::TooFew { usable, needed },
+            Rejection::NoConsensus,
+            Rejection::Unobservable,
+            Rejection::Behind,
+            Rejection::Columns,
+            Rejection::NoDepth,
         ];
         let refusals = [
-            Refusal::TooUncertain,
-            Refusal::CorrectionLimit,
-            Refusal::NoRig,
-            Refusal::Disagrees,
-            Refusal::NothingSolved,
-            Refusal::Frozen,
+            Rejection::TooUncertain,
+            Rejection::CorrectionLimit,
+            Rejection::NoRig,
+            Rejection::Disagrees,
+            Rejection::NotBegun,
+            Rejection::Frozen,
         ];
         let unsolved = unsolved.map(of_unsolved).into_iter();
         let names: CountByReason =

@@ -1,7 +1,10 @@
 //! Replay: feeds a data set to the calibrator as on a controller.
 
 use anyhow::Result;
-use stereo_selfcal::{Calibrator, Config, Extrinsics, Range, RangeReading, RayPair, Scalar};
+use stereo_selfcal::{
+    Calibrator, Cameras, Config, Extrinsics, Outcome, Range, RangeReading, RayPair, Rejection,
+    Scalar,
+};
 
 use super::alone::PairSolver;
 use super::factory;
@@ -42,6 +45,8 @@ pub fn replay<T: Scalar>(
 #[derive(Debug)]
 pub struct Running<T: Scalar, const N: usize> {
     calibrator: Box<Calibrator<T, N>>,
+    /// As given.
+    cameras: Cameras<T>,
     alone: PairSolver<T, N>,
     apply: Apply,
     ranges: Ranges,
@@ -57,18 +62,24 @@ impl<T: Scalar, const N: usize> Running<T, N> {
     /// # Errors
     /// If the rig is not valid.
     pub fn new(rig: &Meta, config: Config, start: Extrinsics<T>, apply: Apply) -> Result<Self> {
-        let config = factory::informed(config, rig, &start);
-        let mut calibrator = Box::new(Calibrator::<T, N>::new(config));
-        calibrator.set_cameras(rig.cameras()?);
-        calibrator.set_factory(start);
-        let alone = PairSolver::new(config, rig.cameras()?, start);
-        let factory = in_f64(&start);
+        let made = factory::of(rig, start)?;
+        let calibrator = Box::new(Calibrator::<T, N>::new(config, &made));
+        let alone = PairSolver::new(config, &made);
+        let (cameras, factory) = (made.cameras, in_f64(&start));
         let log = if rig.has_reference() {
             RunLog::new(rig.extrinsics()?, factory)
         } else {
             RunLog::without_reference(factory)
         };
-        Ok(Self { calibrator, alone, apply, ranges: Ranges::new(), tracks: Vec::new(), log })
+        Ok(Self {
+            calibrator,
+            cameras,
+            alone,
+            apply,
+            ranges: Ranges::new(),
+            tracks: Vec::new(),
+            log,
+        })
     }
 
     /// Solves and fuses the next pair.
@@ -77,7 +88,7 @@ impl<T: Scalar, const N: usize> Running<T, N> {
         let ranges = self.ranges.remove(&number).unwrap_or_default();
         let tracks = self.tracks.get(number).map(Vec::as_slice).unwrap_or_default();
         let with = (ranges.as_slice(), tracks);
-        replay_pair(&mut self.calibrator, pair, with, self.apply, &mut self.log);
+        replay_pair((&mut self.calibrator, &self.cameras), pair, with, self.apply, &mut self.log);
         self.log.note_alone(self.alone.solve(pair));
         self.log.steps().last()
     }
@@ -167,7 +178,7 @@ pub fn replay_pairs<T: Scalar, const N: usize>(
 }
 
 fn replay_pair<T: Scalar, const N: usize>(
-    calibrator: &mut Calibrator<T, N>,
+    (calibrator, cameras): (&mut Calibrator<T, N>, &Cameras<T>),
     pair: &[Match],
     (ranges, tracks): (&[RangeReading<f64>], &[Track]),
     apply: Apply,
@@ -180,33 +191,29 @@ fn replay_pair<T: Scalar, const N: usize>(
         }
     }
     let taken = calibrator.batch().pairs().len();
-    let outcome = calibrator.solve_pair().map(|report| (report, calibrator.fuse()));
+    let Outcome { pair: report, fused } = calibrator.solve_pair();
+    let outcome = report.map(|report| (report, fused)).ok_or(fused.err());
+    let outcome = outcome.map_err(|why| why.unwrap_or(Rejection::NotBegun));
     let mut witnessed = Witnesses::default();
     for reading in ranges {
         witnessed.note_range(calibrator.push_range(&in_scalar(reading)));
     }
     if !tracks.is_empty() {
-        witnessed.note_motion(calibrator.push_motion(&rays_of(calibrator, tracks)));
+        witnessed.note_motion(calibrator.push_motion(&rays_of(cameras, tracks)));
     }
-    // Over the batch: before it is cleared.
-    let health = calibrator.health();
+    let health = calibrator.health().ok();
     if apply == Apply::Each {
         // What is not locked yet, or doubted, is not applied; the health says so.
         let _ = calibrator.apply();
     }
-    calibrator.clear_pair();
     log.record([pair.len(), taken], outcome, calibrator.proposal().as_ref());
     log.note_refused(refused);
     log.note_witnessed(witnessed);
-    log.check(calibrator, health.as_ref());
+    log.check(calibrator, cameras, health.as_ref());
 }
 
 /// Tracks that have rays in both pairs.
-fn rays_of<T: Scalar, const N: usize>(
-    calibrator: &Calibrator<T, N>,
-    tracks: &[Track],
-) -> Vec<[RayPair<T>; 2]> {
-    let Some(cameras) = calibrator.cameras() else { return Vec::new() };
+fn rays_of<T: Scalar>(cameras: &Cameras<T>, tracks: &[Track]) -> Vec<[RayPair<T>; 2]> {
     let rays = |[one, two]: &Track| {
         let [one, two] = [one, two].map(|m| cameras.rays(&m.correspondence()));
         Some([one.ok()?, two.ok()?])

@@ -7,7 +7,8 @@ use anyhow::{Result, ensure};
 use serde::Serialize;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, Intrinsics, Lens, Scalar,
+    Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, FactoryCalibration,
+    Intrinsics, Lens, Scalar,
 };
 
 use crate::data::{PairFile, TruePair, in_f64};
@@ -81,10 +82,9 @@ pub fn run<T: Scalar, const N: usize>(
     mut each: impl FnMut(),
 ) -> Result<SinglePairStats> {
     ensure!(file.matches() <= N, "pairs of {} are longer than {N}", file.matches());
-    let mut calibrator = Box::new(Calibrator::<T, N>::new(config.without_factory_yaw()));
     let bench = BenchCamera::of(file, focal)?;
-    calibrator.set_cameras(bench.cameras()?);
-    calibrator.set_factory(Extrinsics::SIDE_BY_SIDE);
+    let factory = FactoryCalibration::guess(bench.cameras()?);
+    let mut calibrator = Box::new(Calibrator::<T, N>::new(config, &factory));
     let batches: Vec<_> = file.pairs.iter().map(|pair| bench.pixels::<T>(pair)).collect();
     let mut solved = Vec::new();
     let [mut pushes, mut solves] = [const { Vec::new() }; 2];
@@ -118,7 +118,7 @@ pub fn run<T: Scalar, const N: usize>(
     })
 }
 
-/// Pushes one pair into the batch and solves it alone.
+/// Pushes one pair into the batch and takes it alone.
 fn solve<T: Scalar, const N: usize>(
     calibrator: &mut Calibrator<T, N>,
     batch: &[Correspondence<T>],
@@ -131,10 +131,10 @@ fn solve<T: Scalar, const N: usize>(
     }
     let push = started.elapsed();
     let started = Instant::now();
-    let report = calibrator.solve_pair();
+    let outcome = calibrator.solve_pair();
     let solve = started.elapsed();
     let error = |found: &Extrinsics<T>| Deviation::between(&in_f64(found), truth);
-    let found = report.ok().map(|report| (error(&report.extrinsics), report.passes));
+    let found = outcome.pair.map(|report| (error(&report.extrinsics), report.passes));
     Ok(TimedPair { push, solve, found })
 }
 

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Extrinsics, Fused, PairError, Refusal};
+use stereo_selfcal::{Extrinsics, Fused, Rejection};
 
 use super::checked::Checked;
 use super::estimate::Estimate;
@@ -15,9 +15,9 @@ pub enum Verdict {
     /// Fused: how.
     Accepted(Fused),
     /// Solved, but not fused.
-    Refused(Refusal),
+    Refused(Rejection),
     /// Not solved.
-    Failed(PairError),
+    Failed(Rejection),
 }
 
 /// One pair of a run, in `f64` whatever the scalar of the run.

@@ -203,7 +203,7 @@ impl RunLog {
 /// ray, or behind the rectified plane).
 #[must_use]
 pub fn row_offsets_px(set: &Dataset, calibration: &Calibration<f64>) -> Vec<Vec<Option<f64>>> {
-    let Calibration { cameras, extrinsics } = calibration;
+    let Calibration { cameras, extrinsics, .. } = calibration;
     let rotations = RectifyingRotations::from(extrinsics);
     let offset = |rays: &RayPair<f64>| Some(row_offset(&rotations, rays)? * cameras.mean_focal());
     let of_pair = |pair: &Vec<Match>| {

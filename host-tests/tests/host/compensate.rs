@@ -5,8 +5,8 @@ use host_tests::stats::quantile;
 use host_tests::synth::{LensErrors, Scenario, ScenarioKind, ScenarioPair, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Arming, Calibration, Calibrator, Config, Fused, LensTracking, PairError, PairReport, Proposal,
-    Refusal, State,
+    Arming, Calibration, Calibrator, Config, FactoryCalibration, Fused, LensTracking, Outcome,
+    Proposal, State,
 };
 
 const PAIRS: usize = 200;
@@ -15,16 +15,14 @@ const SEEDS: std::ops::Range<u64> = 50_000..50_008;
 /// Largest error in deviations of a locked estimate.
 const MOST_SD: f64 = 5.0;
 
-type Outcome = Result<(PairReport<f32>, Result<Fused, Refusal>), PairError>;
-
 /// What is known after one pair.
 struct After {
-    outcome: Outcome,
+    outcome: Outcome<f32>,
     proposal: Option<Proposal<f32>>,
     error: Option<Deviation<f64>>,
     state: State,
     armed: bool,
-    in_use: Option<Calibration<f32>>,
+    in_use: Calibration<f32>,
 }
 
 /// The case `lens/...` of `selfcal campaign real`.
@@ -39,18 +37,18 @@ fn scenario(errors: LensErrors) -> Scenario {
 /// The health is read and the estimate applied after every pair.
 fn drive(scenario: &Scenario, tracking: LensTracking, seed: u64) -> Vec<After> {
     let config = Config::robust().with_lens_tracking(tracking);
-    let mut calibrator = Box::new(Calibrator::<f32, 512>::new(config));
-    calibrator.set_cameras(scenario.scene.dataset(0, 0).unwrap().cameras().unwrap());
+    let cameras = scenario.scene.dataset(0, 0).unwrap().cameras().unwrap();
+    let factory = FactoryCalibration::guess(cameras);
+    let mut calibrator = Box::new(Calibrator::<f32, 512>::new(config, &factory));
     let frames = scenario.frames(seed).unwrap();
     let take = |frame: ScenarioPair| {
         for m in &frame.pair.matches {
             calibrator.push(&m.correspondence()).unwrap();
         }
-        let outcome = calibrator.solve_pair().map(|report| (report, calibrator.fuse()));
-        let armed = calibrator.health().is_some_and(|health| health.arming == Arming::Yes);
+        let outcome = calibrator.solve_pair();
+        let armed = calibrator.health().is_ok_and(|health| health.arming == Arming::Yes);
         // What is not locked yet is not applied.
         let _ = calibrator.apply();
-        calibrator.clear_pair();
         let proposal = calibrator.proposal();
         let error =
             |p: &Proposal<f32>| Deviation::between(&in_f64(&p.extrinsics), &frame.scene.rig);
@@ -61,7 +59,7 @@ fn drive(scenario: &Scenario, tracking: LensTracking, seed: u64) -> Vec<After> {
             error,
             state: calibrator.state(),
             armed,
-            in_use: calibrator.calibration_in_use(),
+            in_use: calibrator.in_use(),
         }
     };
     frames.map(take).collect()
@@ -75,7 +73,7 @@ fn in_sd(after: &After) -> f64 {
 }
 
 fn corrects(after: &After) -> bool {
-    matches!(after.outcome, Ok((_, Ok(Fused::LensCorrected))))
+    after.outcome.fused == Ok(Fused::LensCorrected)
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use host_tests::data::{Dataset, Match};
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Band, Calibrator, Config, Extrinsics, Proposal};
+use stereo_selfcal::{Band, Calibrator, Config, Extrinsics, FactoryCalibration, Proposal};
 
 fn set(name: &str) -> Dataset {
     Dataset::load(&Dataset::shipped().join(name)).unwrap()
@@ -13,16 +13,12 @@ fn over<'a>(
     set: &Dataset,
     pairs: impl Iterator<Item = &'a Vec<Match>>,
 ) -> (Proposal<f32>, Option<Band>) {
-    let mut calibrator = Box::new(Calibrator::<f32, 2048>::new(Config::robust()));
-    calibrator.set_cameras(set.cameras().unwrap());
+    let factory = FactoryCalibration::guess(set.cameras().unwrap());
+    let mut calibrator = Box::new(Calibrator::<f32, 2048>::new(Config::robust(), &factory));
     let mut band = None;
     for pair in pairs {
-        calibrator.clear_pair();
-        for m in pair {
-            let _ = calibrator.push(&m.correspondence());
-        }
-        let _ = calibrator.solve_pair().map(|_| calibrator.fuse());
-        band = calibrator.health().map(|health| health.band);
+        let _ = calibrator.take_pair(pair.iter().map(Match::correspondence));
+        band = calibrator.health().ok().map(|health| health.band);
     }
     (calibrator.proposal().unwrap(), band)
 }

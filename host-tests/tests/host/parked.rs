@@ -6,7 +6,7 @@ use host_tests::data::{Rays, in_f64};
 use host_tests::stats::rms_deviation;
 use host_tests::synth::{Scenario, ScenarioKind, ScenarioPair, rig};
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Arming, Calibrator, Config, Fused, State};
+use stereo_selfcal::{Arming, Calibrator, Config, FactoryCalibration, Fused, State};
 use test_support::runs;
 
 const PARKED: usize = 200;
@@ -23,15 +23,14 @@ fn scenario() -> Scenario {
 
 /// The health is read and the estimate applied after every pair. Once locked, neither ever says no.
 fn drive(seed: u64, frames: &[ScenarioPair]) -> Calibrator<f32, 256> {
-    let mut calibrator = Calibrator::new(Config::robust());
-    calibrator.set_cameras(frames[0].scene.dataset(0, 0).unwrap().cameras().unwrap());
+    let cameras = frames[0].scene.dataset(0, 0).unwrap().cameras().unwrap();
+    let mut calibrator = Calibrator::new(Config::robust(), &FactoryCalibration::guess(cameras));
     let mut applied = false;
     for (at, frame) in frames.iter().enumerate() {
         for m in &frame.pair.matches {
             calibrator.push(&m.correspondence()).unwrap();
         }
-        calibrator.solve_pair().unwrap();
-        let fused = calibrator.fuse().unwrap();
+        let fused = calibrator.solve_pair().fused.unwrap();
         if applied {
             let expected = if at < PARKED { Fused::Repeated } else { Fused::Added };
             assert_eq!(fused, expected, "{seed}: pair {at}");
@@ -42,7 +41,6 @@ fn drive(seed: u64, frames: &[ScenarioPair]) -> Calibrator<f32, 256> {
             Ok(_) => applied = true,
             Err(why) => assert!(!applied && at < 10, "{seed}: pair {at}: {why}"),
         }
-        calibrator.clear_pair();
     }
     assert_eq!(calibrator.state(), State::Locked, "{seed}");
     calibrator
@@ -56,7 +54,7 @@ fn a_parked_vehicle_stays_armed_and_its_repeated_errors_fade_once_it_drives() {
     for seed in SEED..SEED + runs(4, 8) {
         let frames: Vec<ScenarioPair> = scenario.frames(seed).unwrap().collect();
         let calibrator = drive(seed, &frames);
-        in_use.push(Deviation::between(&in_f64(calibrator.in_use()), truth));
+        in_use.push(Deviation::between(&in_f64(&calibrator.in_use().extrinsics), truth));
         // On the way every landmark is new: its error is noise.
         let driven = frames[PARKED..].iter();
         let rays: Vec<Rays> = driven.flat_map(|f| f.pair.inlier_rays(&f.scene)).collect();

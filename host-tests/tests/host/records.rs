@@ -2,10 +2,11 @@
 //! without one. In a campaign 200 runs of each scene.
 
 use clap::ValueEnum;
+use host_tests::data::Match;
 use host_tests::synth::{Scenario, ScenarioKind, ScenarioPair};
 use rayon::prelude::*;
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Arming, Calibrator, Config, Extrinsics, State};
+use stereo_selfcal::{Arming, Calibrator, Config, Extrinsics, FactoryCalibration, State};
 use test_support::runs;
 
 const RUNS: [u64; 2] = [6, 200];
@@ -32,14 +33,10 @@ type Rig = Box<Calibrator<f32, 512>>;
 
 /// Takes a pair; whether the calibrator is locked and armed.
 fn take(calibrator: &mut Rig, pair: &ScenarioPair) -> [bool; 2] {
-    for m in &pair.pair.matches {
-        // A pixel beyond the range of the lens is refused.
-        let _ = calibrator.push(&m.correspondence());
-    }
-    let _ = calibrator.solve_pair().map(|_| calibrator.fuse());
+    // A pixel beyond the range of the lens is refused.
+    let _ = calibrator.take_pair(pair.pair.matches.iter().map(Match::correspondence));
     let _ = calibrator.apply();
-    let armed = calibrator.health().is_some_and(|health| health.arming == Arming::Yes);
-    calibrator.clear_pair();
+    let armed = calibrator.health().is_ok_and(|health| health.arming == Arming::Yes);
     [calibrator.state() == State::Locked, armed]
 }
 
@@ -66,11 +63,7 @@ fn run(kind: ScenarioKind, config: Config, seed: u64) -> Option<Run> {
     let mut scenario = Scenario::new(kind, BEFORE + AFTER);
     scenario.scene.outliers = scenario.scene.outliers.max(0.1);
     let cameras = scenario.scene.dataset(0, 0).unwrap().cameras().unwrap();
-    let new = || {
-        let mut calibrator: Rig = Box::new(Calibrator::new(config));
-        calibrator.set_cameras(cameras);
-        calibrator
-    };
+    let new = || -> Rig { Box::new(Calibrator::new(config, &FactoryCalibration::guess(cameras))) };
     let mut unbroken = new();
     let mut pairs = scenario.frames(seed).unwrap();
     let before = pairs.by_ref().take(BEFORE).map(|pair| take(&mut unbroken, &pair)).last()?;
@@ -79,7 +72,7 @@ fn run(kind: ScenarioKind, config: Config, seed: u64) -> Option<Run> {
         return None;
     }
     let mut restarted = new();
-    restarted.restore(&unbroken.snapshot().unwrap()).unwrap();
+    restarted.restore(&unbroken.snapshot()).unwrap();
     let never = AFTER + 1;
     let mut run = Run { until: [never; 3], squared: [[[0.0; 2]; 2]; 3] };
     for (number, pair) in (1..).zip(pairs) {

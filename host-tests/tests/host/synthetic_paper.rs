@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Calibrator, Config, Extrinsics, Scalar};
+use stereo_selfcal::{Calibrator, Config, Extrinsics, FactoryCalibration, Scalar};
 use test_support::runs;
 
 const PAIRS: usize = 100;
@@ -33,8 +33,8 @@ struct Trial {
 
 fn trial<T: Scalar>(scene: &Scene, seed: u64) -> Trial {
     let meta = scene.dataset(0, seed).unwrap();
-    let mut calibrator = Calibrator::<T, 256>::new(Config::paper());
-    calibrator.set_cameras(meta.cameras().unwrap());
+    let factory = FactoryCalibration::guess(meta.cameras().unwrap());
+    let mut calibrator = Calibrator::<T, 256>::new(Config::paper(), &factory);
     let pairs: Vec<SynthPair> = scene.pairs(seed).take(PAIRS).collect();
     let truth = &scene.rig;
     let mut singles = Vec::new();
@@ -42,9 +42,9 @@ fn trial<T: Scalar>(scene: &Scene, seed: u64) -> Trial {
         for m in &pair.matches {
             calibrator.push(&m.correspondence()).unwrap();
         }
-        let report = calibrator.solve_pair().unwrap();
-        calibrator.fuse().unwrap();
-        calibrator.clear_pair();
+        let outcome = calibrator.solve_pair();
+        outcome.fused.unwrap();
+        let report = outcome.pair.unwrap();
         singles.push(Deviation::between(&in_f64(&report.extrinsics), truth));
     }
     let estimate = calibrator.proposal().unwrap();

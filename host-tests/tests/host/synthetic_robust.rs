@@ -7,7 +7,7 @@ use host_tests::run::monte_carlo::{self, Run, nees_band};
 use host_tests::stats::{mean, rms_deviation};
 use host_tests::synth::{Scenario, ScenarioKind, Scene, SynthPair, five_degrees_off, rig};
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Calibrator, Config, PairError};
+use stereo_selfcal::{Calibrator, Config, FactoryCalibration, Rejection};
 use test_support::runs;
 
 /// Single pairs of a scene.
@@ -22,9 +22,8 @@ fn scene(outliers: f64) -> Scene {
 }
 
 fn calibrator(scene: &Scene) -> Calibrator<f32, 256> {
-    let mut calibrator = Calibrator::new(Config::robust());
-    calibrator.set_cameras(scene.dataset(0, 0).unwrap().cameras().unwrap());
-    calibrator
+    let cameras = scene.dataset(0, 0).unwrap().cameras().unwrap();
+    Calibrator::new(Config::robust(), &FactoryCalibration::guess(cameras))
 }
 
 fn push(calibrator: &mut Calibrator<f32, 256>, pair: &SynthPair) {
@@ -47,12 +46,13 @@ fn single_pairs(scene: &Scene, seed: u64) -> Single {
     let [mut errors, mut bounds] = [Vec::new(), Vec::new()];
     let mut chi2 = 0.0;
     for pair in scene.pairs(seed).take(trials().into()) {
+        // Each pair alone.
+        calibrator.reset();
         push(&mut calibrator, &pair);
-        let report = calibrator.solve_pair();
-        calibrator.clear_pair();
+        let outcome = calibrator.solve_pair();
         let clean: Vec<Rays> = pair.clean_inlier_rays(scene);
         let bound = bounds::cramer_rao(&scene.rig, clean.iter(), scene.noise_px / scene.focal);
-        let Ok(report) = report else { continue };
+        let Some(report) = outcome.pair else { continue };
         let error = Deviation::between(&in_f64(&report.extrinsics), &scene.rig);
         let success =
             error.translation < 4.0 * bound.translation && error.rotation < 4.0 * bound.rotation;
@@ -98,7 +98,7 @@ fn campaign(kind: ScenarioKind, outliers: f64, pairs: usize, trials: u64) -> Vec
     let mut scenario = Scenario::new(kind, pairs);
     scenario.scene.outliers = outliers;
     scenario.scene.rig = five_degrees_off();
-    let config = Config::default().with_automatic_apply(true);
+    let config = Config::default();
     monte_carlo::runs::<f32>(&scenario, config, 40_000..40_000 + trials, || ()).unwrap()
 }
 
@@ -136,7 +136,7 @@ fn a_knock_is_followed_in_three_pairs() {
     let mut scenario = Scenario::new(ScenarioKind::Step, 60);
     scenario.scene.outliers = 0.3;
     scenario.turn_deg = 0.3;
-    let config = Config::default().with_automatic_apply(true);
+    let config = Config::default();
     let seeds = 50_000..50_000 + runs(40, 100);
     let runs = monte_carlo::runs::<f32>(&scenario, config, seeds, || ()).unwrap();
     let in_use =
@@ -168,8 +168,7 @@ fn nothing_but_outliers_is_refused() {
             (m.ur, m.vr) = (ur, vr);
         }
         push(&mut calibrator, &pair);
-        solved += u32::from(calibrator.solve_pair() != Err(PairError::NoConsensus));
-        calibrator.clear_pair();
+        solved += u32::from(calibrator.solve_pair().fused != Err(Rejection::NoConsensus));
     }
     println!("{solved} pairs of outliers were taken for a rig");
     assert_eq!(solved, 0);

@@ -9,8 +9,8 @@ use stereo_selfcal::link::{
 };
 use stereo_selfcal::{
     ApplyError, Arming, Band, Cause, ConfigError, Direction, Doubt, ExtrinsicsError, Fused,
-    MotionError, PairError, ProjectError, PushError, Pushed, RangeError, Reason, RectifyError,
-    Refusal, Rejection, RestoreError, Side, State, Stop, UndistortError, Witnessed,
+    MotionError, ProjectError, PushError, Pushed, RangeError, Reason, RectifyError, Rejection,
+    RestoreError, Side, State, Stop, UndistortError, Witnessed,
 };
 use stereo_selfcal_capi::selfcal_error_t::{self, *};
 use stereo_selfcal_capi::*;
@@ -21,24 +21,21 @@ use crate::source::{variants_of_c, variants_of_core};
 const UNDISTORT: [UndistortError; 3] =
     [UndistortError::NotFinite, UndistortError::OutsideImage, UndistortError::NotInvertible];
 const SIDES: [Side; 2] = [Side::Left, Side::Right];
-const PAIR: [PairError; 9] = [
-    PairError::NoCameras,
-    PairError::NotBegun,
-    PairError::TooFew { usable: 1, needed: 2 },
-    PairError::NoConsensus,
-    PairError::Unobservable,
-    PairError::Turning,
-    PairError::Behind,
-    PairError::Columns,
-    PairError::NoDepth,
+const PAIR: [Rejection; 7] = [
+    Rejection::NotBegun,
+    Rejection::TooFew { usable: 1, needed: 2 },
+    Rejection::NoConsensus,
+    Rejection::Unobservable,
+    Rejection::Behind,
+    Rejection::Columns,
+    Rejection::NoDepth,
 ];
-const REFUSALS: [Refusal; 6] = [
-    Refusal::TooUncertain,
-    Refusal::CorrectionLimit,
-    Refusal::NoRig,
-    Refusal::Disagrees,
-    Refusal::NothingSolved,
-    Refusal::Frozen,
+const REFUSALS: [Rejection; 5] = [
+    Rejection::TooUncertain,
+    Rejection::CorrectionLimit,
+    Rejection::NoRig,
+    Rejection::Disagrees,
+    Rejection::Frozen,
 ];
 const STATES: [State; 4] = [State::Acquiring, State::Locked, State::Suspect, State::Lost];
 
@@ -63,7 +60,7 @@ fn by_side<E>(of: impl Fn(Side, UndistortError) -> E) -> Vec<E> {
 }
 
 fn push_errors() -> Vec<PushError> {
-    let plain = [PushError::NoCameras, PushError::Busy, PushError::Score, PushError::GridStep];
+    let plain = [PushError::Busy, PushError::Score, PushError::GridStep];
     plain.into_iter().chain(by_side(PushError::Pixel)).collect()
 }
 
@@ -93,7 +90,7 @@ const EXTRINSICS: [ExtrinsicsError; 3] = [
     ExtrinsicsError::AlongOpticalAxis,
 ];
 const PROJECT: [ProjectError; 2] = [ProjectError::NotFinite, ProjectError::BeyondLens];
-const CONFIG: [ConfigError; 14] = [
+const CONFIG: [ConfigError; 13] = [
     ConfigError::HuberThreshold,
     ConfigError::MaxPasses,
     ConfigError::StepTolerance,
@@ -104,7 +101,6 @@ const CONFIG: [ConfigError; 14] = [
     ConfigError::Memory,
     ConfigError::MaxCorrection,
     ConfigError::LensPrior,
-    ConfigError::MaxAngularRate,
     ConfigError::FactoryYaw,
     ConfigError::LensYaw,
     ConfigError::BaselineLength,
@@ -116,17 +112,15 @@ const RANGE: [RangeError; 5] = [
     RangeError::NoMatch,
     RangeError::Contradicts,
 ];
-const RESTORE: [RestoreError; 7] = [
+const RESTORE: [RestoreError; 6] = [
     RestoreError::Damaged,
     RestoreError::Foreign,
     RestoreError::Layout(3),
     RestoreError::OtherRig,
     RestoreError::Absurd,
     RestoreError::Config,
-    RestoreError::NoCameras,
 ];
-const FRAME: [FrameRefusal; 3] =
-    [FrameRefusal::Busy, FrameRefusal::NoCameras, FrameRefusal::ImageSize([1, 2])];
+const FRAME: [FrameRefusal; 2] = [FrameRefusal::Busy, FrameRefusal::ImageSize([1, 2])];
 
 /// Checks that the list has every variant in the source of the core.
 fn assert_complete<E: Debug>(name: &str, all: &[E]) {
@@ -187,8 +181,6 @@ fn every_error_of_the_core_has_its_own_error_code() {
     assert_complete("PushError", &push_errors());
     assert_complete("RangeError", &range_errors());
     assert_complete("MotionError", &MOTION);
-    assert_complete("PairError", &PAIR);
-    assert_complete("Refusal", &REFUSALS);
     assert_complete("ApplyError", &APPLY);
     assert_complete("RectifyError", &rectify_errors());
     assert_complete("RestoreError", &RESTORE);
@@ -204,8 +196,8 @@ fn every_error_of_the_core_has_its_own_error_code() {
         codes(&push_errors(), PushError::code),
         codes(&range_errors(), RangeError::code),
         codes(&MOTION, MotionError::code),
-        codes(&PAIR, PairError::code),
-        codes(&REFUSALS, Refusal::code),
+        codes(&PAIR, Rejection::code),
+        codes(&REFUSALS, Rejection::code),
         codes(&APPLY, ApplyError::code),
         codes(&rectify_errors(), RectifyError::code),
         codes(&RESTORE, RestoreError::code),
@@ -259,7 +251,7 @@ fn a_rejection_has_the_code_of_what_it_carries() {
     let all = PAIR.map(Rejection::from).into_iter().chain(REFUSALS.map(Rejection::from));
     let all: Vec<Rejection> = all.collect();
     assert_complete("Rejection", &all);
-    let carried = [codes(&PAIR, PairError::code), codes(&REFUSALS, Refusal::code)].concat();
+    let carried = [codes(&PAIR, Rejection::code), codes(&REFUSALS, Rejection::code)].concat();
     assert_eq!(codes(&all, Rejection::code), carried);
 }
 

@@ -5,8 +5,8 @@ use std::ptr;
 use host_tests::data::Dataset;
 use nalgebra::Matrix3;
 use stereo_selfcal::{
-    Calibration, Calibrator, Central, Config, Extrinsics, PairError, PairReport, Pushed,
-    RectifiedCamera, RectifyingRotations, Refusal, State,
+    Calibration, Calibrator, Central, Config, Extrinsics, FactoryCalibration, Outcome, PairReport,
+    Pushed, RectifiedCamera, RectifyingRotations, State,
 };
 use stereo_selfcal_capi::selfcal_error_t::*;
 use stereo_selfcal_capi::*;
@@ -52,24 +52,19 @@ pub(crate) fn push(cal: &mut Cal, twin: &mut Twin, set: &Dataset, index: usize) 
 }
 
 /// Solves in both, pass by pass.
-fn solve(cal: &mut Cal, twin: &mut Twin) -> Result<PairReport<f32>, PairError> {
-    // SAFETY: live storage.
-    let begun = unsafe { selfcal_begin_pair(cal.ptr()) };
-    assert_eq!(begun, twin.begin_pair().err().map_or(SELFCAL_OK, Into::into));
+fn solve(cal: &mut Cal, twin: &mut Twin) -> Outcome<f32> {
     loop {
-        assert_eq!(get!(cal, selfcal_report), Err(SELFCAL_ERROR_NO_REPORT));
         let solved = get!(cal, selfcal_advance_pair);
-        match twin.advance_pair() {
-            Ok(None) => assert_eq!(solved, Ok(false)),
-            Ok(Some(report)) => {
-                assert_eq!(solved, Ok(true));
-                return Ok(report);
-            }
-            Err(error) => {
-                assert_eq!(solved, Err(error.into()));
-                return Err(error);
-            }
+        let Some(outcome) = twin.advance_pair() else {
+            assert_eq!(solved, Ok(false));
+            assert_eq!(get!(cal, selfcal_report), Err(SELFCAL_ERROR_NO_REPORT));
+            continue;
+        };
+        match outcome.pair {
+            Some(_) => assert_eq!(solved, Ok(true)),
+            None => assert_eq!(solved, Err(outcome.fused.unwrap_err().into())),
         }
+        return outcome;
     }
 }
 
@@ -124,7 +119,7 @@ pub(crate) fn assert_same_estimate(cal: &mut Cal, twin: &Twin) {
 }
 
 fn assert_same_health(cal: &mut Cal, twin: &Twin) {
-    let Some(rust) = twin.health() else {
+    let Ok(rust) = twin.health() else {
         assert_eq!(get!(cal, selfcal_health), Err(SELFCAL_ERROR_NO_HEALTH));
         return;
     };
@@ -156,8 +151,7 @@ fn assert_same_health(cal: &mut Cal, twin: &Twin) {
     assert_eq!(c.vibration, rust.vibration.into());
     assert_eq!(c.baseline_observed, rust.baseline_observed);
     assert_eq!(c.cause, rust.cause.into());
-    let cause = get!(cal, selfcal_likely_cause).unwrap();
-    assert_eq!(cause, twin.likely_cause().into());
+    assert_eq!(get!(cal, selfcal_likely_cause), Ok(rust.cause.into()));
     assert_eq!(c.rejection, rust.rejection.map_or(SELFCAL_OK, Into::into));
     let mut depth = [0.0; 4];
     // SAFETY: live objects.
@@ -168,8 +162,9 @@ fn assert_same_health(cal: &mut Cal, twin: &Twin) {
 
 fn assert_same_rectification(cal: &mut Cal, twin: &Twin) {
     let proposal = twin.proposal().unwrap();
-    let Calibration { cameras: in_use, extrinsics } = twin.calibration_in_use().unwrap();
-    let corrected = |correction| twin.cameras().unwrap().corrected(&correction).unwrap();
+    let Calibration { cameras: in_use, extrinsics, .. } = twin.in_use();
+    let given = recorded().cameras::<f32>().unwrap();
+    let corrected = |correction| given.corrected(&correction).unwrap();
     let [proposed, applicable] =
         [proposal.correction, proposal.applicable_correction].map(corrected);
     let sources = [
@@ -202,10 +197,10 @@ pub(crate) fn change_what_is_in_use(cal: &mut Cal, twin: &mut Twin) {
             Ok(rust) => assert_same_calibration(&c.unwrap(), &rust),
             Err(error) => assert_eq!(c, Err(selfcal_error_t::from(error))),
         }
-        assert_same(&get!(cal, selfcal_in_use).unwrap(), twin.in_use());
+        assert_same(&get!(cal, selfcal_in_use).unwrap(), &twin.in_use().extrinsics);
         let c = get!(cal, selfcal_calibration_in_use).unwrap();
-        assert_same_calibration(&c, &twin.calibration_in_use().unwrap());
-        assert_eq!(get!(cal, selfcal_generation), Ok(twin.generation()));
+        assert_same_calibration(&c, &twin.in_use());
+        assert_eq!(get!(cal, selfcal_generation), Ok(twin.in_use().generation));
     };
     let (c, rust) = (get!(cal, selfcal_apply), twin.apply());
     check(cal, twin, c, rust);
@@ -219,15 +214,12 @@ pub(crate) fn change_what_is_in_use(cal: &mut Cal, twin: &mut Twin) {
 
 /// Solves and fuses the batch in both.
 pub(crate) fn take_pair(cal: &mut Cal, twin: &mut Twin) {
-    if let Ok(report) = solve(cal, twin) {
+    let outcome = solve(cal, twin);
+    if let Some(report) = outcome.pair {
         assert_same_report(cal, &report);
         let fused = get!(cal, selfcal_fuse);
-        let rust = twin.fuse();
-        assert_eq!(fused, rust.map(Into::into).map_err(Into::into));
-        if fused.is_ok() {
-            assert_eq!(twin.fuse(), Err(Refusal::NothingSolved));
-            assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_FUSE_NOTHING_SOLVED));
-        }
+        assert_eq!(fused, outcome.fused.map(Into::into).map_err(Into::into));
+        assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_FUSE_NOTHING_SOLVED));
     }
     assert_same_estimate(cal, twin);
     assert_same_health(cal, twin);
@@ -244,16 +236,15 @@ pub(crate) fn run(cal: &mut Cal, twin: &mut Twin, set: &Dataset) -> State {
         }
         // SAFETY: live storage.
         assert_eq!(unsafe { selfcal_clear_pair(cal.ptr()) }, SELFCAL_OK);
-        twin.clear_pair();
+        twin.discard_pair();
         assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_NO_REPORT));
     }
     twin.state()
 }
 
 pub(crate) fn twins(set: &Dataset, c: &selfcal_config_t, rust: Config) -> (Cal, Box<Twin>) {
-    let mut twin = Box::new(Twin::new(rust));
-    twin.set_cameras(set.cameras().unwrap());
-    (Cal::of(set, Some(c)), twin)
+    let factory = FactoryCalibration::guess(set.cameras().unwrap());
+    (Cal::of(set, Some(c)), Box::new(Twin::new(rust, &factory)))
 }
 
 #[test]
@@ -261,11 +252,11 @@ fn the_robust_preset_is_bit_identical_to_rust() {
     let set = recorded();
     let (mut cal, mut twin) = twins(&set, &config(selfcal_config_default), Config::default());
     assert_eq!(run(&mut cal, &mut twin, &set), State::Locked);
-    assert!(twin.generation() > 0);
+    assert!(twin.in_use().generation > 0);
     // SAFETY: live storage.
     assert_eq!(unsafe { selfcal_reset(cal.ptr()) }, SELFCAL_OK);
     twin.reset();
-    assert_eq!(get!(cal, selfcal_generation), Ok(twin.generation()));
+    assert_eq!(get!(cal, selfcal_generation), Ok(twin.in_use().generation));
     assert_eq!(run(&mut cal, &mut twin, &set), State::Locked);
 }
 
@@ -285,15 +276,12 @@ fn the_paper_preset_with_every_setter_is_bit_identical_to_rust() {
             selfcal_config_set_angle(&mut c, median),
             selfcal_config_set_max_sd_rad(&mut c, 0.1),
             selfcal_config_set_max_correction_rad(&mut c, 0.4),
-            selfcal_config_set_max_angular_rate(&mut c, 0.3),
             selfcal_config_set_memory_pairs(&mut c, 50),
-            selfcal_config_set_automatic_apply(&mut c, true),
         ]
     };
-    assert_eq!(set, [SELFCAL_OK; 12]);
+    assert_eq!(set, [SELFCAL_OK; 10]);
     let rust = Config::paper()
         .with_angle(Central::Median)
-        .with_automatic_apply(true)
         .with_prior_sd_rad(0.05)
         .and_then(|c| c.with_huber_threshold_px(1.5))
         .and_then(|c| c.with_max_passes(40))
@@ -302,7 +290,6 @@ fn the_paper_preset_with_every_setter_is_bit_identical_to_rust() {
         .and_then(|c| c.with_noise_floor_px(0.05))
         .and_then(|c| c.with_max_sd_rad(0.1))
         .and_then(|c| c.with_max_correction_rad(0.4))
-        .and_then(|c| c.with_max_angular_rate(0.3))
         .and_then(|c| c.with_memory_pairs(50))
         .unwrap();
     let set = recorded();
@@ -314,7 +301,7 @@ fn the_paper_preset_with_every_setter_is_bit_identical_to_rust() {
 #[test]
 fn factory_extrinsics_are_bit_identical_to_rust() {
     let set = recorded();
-    let (mut cal, mut twin) = twins(&set, &config(selfcal_config_robust), Config::robust());
+    let mut cal = Cal::of(&set, Some(&config(selfcal_config_robust)));
     // Rounded, and t not of unit length: both sides normalise.
     let factory = selfcal_extrinsics_t {
         rotation: [0.9998, 0.02, 0.0, -0.02, 0.9998, 0.0, 0.0, 0.0, 1.0],
@@ -323,8 +310,10 @@ fn factory_extrinsics_are_bit_identical_to_rust() {
     // SAFETY: live objects.
     assert_eq!(unsafe { selfcal_set_factory(cal.ptr(), &factory) }, SELFCAL_OK);
     let r = Matrix3::from_row_slice(&factory.rotation);
-    twin.set_factory(Extrinsics::try_new(&r, &factory.translation.into()).unwrap());
-    assert_same(&get!(cal, selfcal_in_use).unwrap(), twin.in_use());
+    let extrinsics = Extrinsics::try_new(&r, &factory.translation.into()).unwrap();
+    let made = FactoryCalibration::new(set.cameras().unwrap(), extrinsics);
+    let mut twin = Box::new(Twin::new(Config::robust(), &made));
+    assert_same(&get!(cal, selfcal_in_use).unwrap(), &twin.in_use().extrinsics);
     assert_eq!(run(&mut cal, &mut twin, &set), State::Locked);
 }
 
@@ -339,8 +328,6 @@ fn one_call_and_single_pushes_equal_passes_and_arrays() {
             // SAFETY: live objects.
             assert_eq!(unsafe { selfcal_push(by_one.ptr(), one, ptr::null_mut()) }, SELFCAL_OK);
         }
-        // SAFETY: live storage.
-        assert_eq!(unsafe { selfcal_begin_pair(by_array.ptr()) }, SELFCAL_OK);
         while !get!(by_array, selfcal_advance_pair).unwrap() {}
         // SAFETY: live storage.
         assert_eq!(unsafe { selfcal_solve_pair(by_one.ptr()) }, SELFCAL_OK);
@@ -361,10 +348,8 @@ fn one_call_and_single_pushes_equal_passes_and_arrays() {
 fn a_frozen_calibrator_changes_nothing_until_it_is_released() {
     let set = recorded();
     let mut cal = Cal::of(&set, None);
-    assert_eq!(get!(cal, selfcal_is_frozen), Ok(false));
     // SAFETY: live storage.
     assert_eq!(unsafe { selfcal_set_frozen(cal.ptr(), true) }, SELFCAL_OK);
-    assert_eq!(get!(cal, selfcal_is_frozen), Ok(true));
     let (all, _) = pair(&set, 0);
     get!(cal, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
     // SAFETY: live storage.
@@ -374,28 +359,8 @@ fn a_frozen_calibrator_changes_nothing_until_it_is_released() {
     assert_eq!(get!(cal, selfcal_undo), Err(SELFCAL_ERROR_APPLY_FROZEN));
     // SAFETY: live storage.
     assert_eq!(unsafe { selfcal_set_frozen(cal.ptr(), false) }, SELFCAL_OK);
-    assert_eq!(get!(cal, selfcal_fuse), Ok(selfcal_fused_t::SELFCAL_FUSED_ADDED));
-}
-
-#[test]
-fn a_pair_of_a_fast_turn_is_refused() {
-    let set = recorded();
-    let mut config = config(selfcal_config_robust);
+    get!(cal, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
     // SAFETY: live storage.
-    assert_eq!(unsafe { selfcal_config_set_max_angular_rate(&mut config, 0.1) }, SELFCAL_OK);
-    let mut cal = Cal::of(&set, Some(&config));
-    let (all, _) = pair(&set, 0);
-    for (rate, solved) in [
-        (f32::NAN, SELFCAL_ERROR_PAIR_TURNING),
-        (-0.2, SELFCAL_ERROR_PAIR_TURNING),
-        (0.1, SELFCAL_OK),
-    ] {
-        get!(cal, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
-        // SAFETY: live storage.
-        unsafe {
-            assert_eq!(selfcal_set_angular_rate(cal.ptr(), rate), SELFCAL_OK);
-            assert_eq!(selfcal_solve_pair(cal.ptr()), solved);
-            assert_eq!(selfcal_clear_pair(cal.ptr()), SELFCAL_OK);
-        }
-    }
+    assert_eq!(unsafe { selfcal_solve_pair(cal.ptr()) }, SELFCAL_OK);
+    assert_eq!(get!(cal, selfcal_fuse), Ok(selfcal_fused_t::SELFCAL_FUSED_ADDED));
 }

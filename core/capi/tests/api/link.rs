@@ -6,7 +6,7 @@ use host_tests::data::Dataset;
 use host_tests::wire::{Faults, FaultyWire, Sender};
 use proptest::prelude::*;
 use stereo_selfcal::link::{Counters, Decoder};
-use stereo_selfcal::{Calibrator, Config, State};
+use stereo_selfcal::{Calibrator, Config, FactoryCalibration, State};
 use stereo_selfcal_capi::selfcal_error_t::*;
 use stereo_selfcal_capi::*;
 
@@ -211,7 +211,7 @@ fn a_refused_frame_leaves_the_batch_and_the_next_one_is_decoded() {
 
     let mut blind = Cal::new(None);
     let (code, used, _) = link.feed(&mut blind, &frame(&set, 9));
-    assert_eq!((code, used), (SELFCAL_ERROR_LINK_NO_CAMERAS, 32));
+    assert_eq!((code, used), (SELFCAL_ERROR_LINK_IMAGE_SIZE, 32));
 }
 
 #[test]
@@ -256,7 +256,8 @@ proptest! {
         let (mut cal, mut link) = (Cal::new(None), Link::new());
         let mut decoder = Decoder::new();
         prop_assert_eq!(link.feed(&mut cal, &bytes), (SELFCAL_OK, bytes.len(), NONE));
-        let mut twin = Box::new(Calibrator::<f32, 8>::new(Config::default()));
+        let factory = FactoryCalibration::guess(recorded().cameras().unwrap());
+        let mut twin = Box::new(Calibrator::<f32, 8>::new(Config::default(), &factory));
         prop_assert_eq!(decoder.feed(&mut bytes.as_slice(), &mut *twin), Ok(None));
         assert_same_counters(&link.counters(), decoder.counters());
     }

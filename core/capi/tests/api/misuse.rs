@@ -58,7 +58,6 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
         selfcal_push_range(&range, place());
         selfcal_track(c, c, place());
         selfcal_push_motion(&tracked, 1, place());
-        selfcal_confirm_factory_yaw(place());
         selfcal_batch(place());
         selfcal_begin_pair();
         selfcal_advance_pair(place());
@@ -74,8 +73,6 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
         selfcal_apply(place());
         selfcal_undo(place());
         selfcal_set_frozen(true);
-        selfcal_set_angular_rate(0.0);
-        selfcal_is_frozen(place());
         selfcal_reset();
         selfcal_rotations(0, place());
         selfcal_choose_camera(0, 0.0, place());
@@ -197,7 +194,6 @@ fn a_null_argument_is_refused_without_effect() {
         selfcal_health(null_mut());
         selfcal_likely_cause(null_mut());
         selfcal_depth_errors(0.1, null_mut());
-        selfcal_is_frozen(null_mut());
         selfcal_rotations(0, null_mut());
         selfcal_choose_camera(0, 0.0, null_mut());
         selfcal_homographies(0, &camera, null_mut());

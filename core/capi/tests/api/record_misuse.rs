@@ -37,9 +37,9 @@ fn pointers_are_checked_first() {
 fn a_record_needs_cameras() {
     let mut cal = Cal::new(None);
     for (write, most) in WRITERS {
-        assert_eq!(record(&mut cal, write, most), Err(SELFCAL_ERROR_RESTORE_NO_CAMERAS));
+        assert_eq!(record(&mut cal, write, most), Err(SELFCAL_ERROR_NO_CAMERAS));
     }
-    assert_eq!(restore(&mut cal, &snapshot(&mut at_work())), SELFCAL_ERROR_RESTORE_NO_CAMERAS);
+    assert_eq!(restore(&mut cal, &snapshot(&mut at_work())), SELFCAL_ERROR_NO_CAMERAS);
 }
 
 /// A record with one byte changed and a right checksum.

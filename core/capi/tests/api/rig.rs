@@ -65,7 +65,6 @@ pub(crate) struct Observed {
     report: Result<selfcal_report_t, selfcal_error_t>,
     proposal: Result<selfcal_proposal_t, selfcal_error_t>,
     health: Result<selfcal_health_t, selfcal_error_t>,
-    frozen: Result<bool, selfcal_error_t>,
     cameras: Result<selfcal_camera_t, selfcal_error_t>,
 }
 
@@ -81,7 +80,6 @@ impl Observed {
             report: get!(cal, selfcal_report),
             proposal: get!(cal, selfcal_proposal),
             health: get!(cal, selfcal_health),
-            frozen: get!(cal, selfcal_is_frozen),
             cameras: get!(cal, selfcal_cameras, left.as_mut_ptr()),
         }
     }

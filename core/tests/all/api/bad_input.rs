@@ -6,15 +6,21 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    ApplyError, Calibrator, Camera, Config, Correspondence, Extrinsics, Intrinsics, Lens,
-    PairError, PushError, Pushed, Refusal, Rejection, Side, State, UndistortError,
+    Calibrator, Camera, Config, Correspondence, Extrinsics, FactoryCalibration, Intrinsics, Lens,
+    PushError, Pushed, Rejection, Side, State, UndistortError,
 };
 
 type Tested = Calibrator<f32, 256>;
 
 /// Everything that is public of the state, as text: floats in full.
 fn state(c: &Tested) -> String {
-    format!("{:?} {:?} {:?} {}", c.batch().pairs(), c.proposal(), c.in_use(), c.generation())
+    format!(
+        "{:?} {:?} {:?} {}",
+        c.batch().pairs(),
+        c.proposal(),
+        &c.in_use().extrinsics,
+        c.in_use().generation
+    )
 }
 
 fn filled(n: usize) -> Tested {
@@ -28,9 +34,8 @@ fn filled(n: usize) -> Tested {
 /// A calibrator with one fused pair and an empty batch.
 fn fused() -> Tested {
     let mut calibrator = filled(200);
-    calibrator.solve_pair().unwrap();
-    calibrator.fuse().unwrap();
-    calibrator.clear_pair();
+    calibrator.solve_pair().fused.unwrap();
+    calibrator.discard_pair();
     calibrator
 }
 
@@ -64,49 +69,39 @@ fn correspondences_that_cannot_be_are_refused_and_change_nothing() {
 }
 
 #[test]
-fn nothing_works_before_the_cameras_are_set() {
-    let mut calibrator = Tested::new(Config::paper());
-    let c = at([9.0, 9.0], [5.0, 9.0]);
-    assert_eq!(calibrator.push(&c), Err(PushError::NoCameras));
-    assert_eq!(calibrator.solve_pair(), Err(PairError::NoCameras));
-    assert_eq!(calibrator.apply(), Err(ApplyError::NoProposal));
-    assert_eq!(calibrator.health(), None);
-}
-
-#[test]
 fn no_correspondence_enters_while_a_pair_is_being_solved() {
     let mut calibrator = filled(100);
-    calibrator.begin_pair().unwrap();
+    assert_eq!(calibrator.advance_pair(), None);
     assert_eq!(calibrator.push(&at([9.0, 9.0], [5.0, 9.0])), Err(PushError::Busy));
-    calibrator.clear_pair();
+    calibrator.discard_pair();
     assert_eq!(calibrator.push(&at([9.0, 9.0], [5.0, 9.0])), Ok(Pushed::Kept));
 }
 
 /// Pushes, expects the solver to refuse, and the rest to be as before.
-fn refuses_pair(matches: impl IntoIterator<Item = Correspondence<f32>>, expected: PairError) {
+fn refuses_pair(matches: impl IntoIterator<Item = Correspondence<f32>>, expected: Rejection) {
     let mut calibrator = fused();
     for c in matches {
         calibrator.push(&c).unwrap();
     }
     let before = state(&calibrator);
-    assert_eq!(calibrator.solve_pair(), Err(expected));
+    assert_eq!(calibrator.solve_pair().fused, Err(expected));
     assert_eq!(state(&calibrator), before);
-    calibrator.clear_pair();
+    calibrator.discard_pair();
     assert_eq!(state(&calibrator), state(&fused()));
 }
 
 #[test]
 fn too_few_correspondences_are_refused() {
     let few = |n| correspondences(&Extrinsics::SIDE_BY_SIDE, n, 0.3, 3);
-    refuses_pair([], PairError::TooFew { usable: 0, needed: 12 });
-    refuses_pair(few(11), PairError::TooFew { usable: 11, needed: 12 });
-    assert!(filled(12).solve_pair().is_ok());
+    refuses_pair([], Rejection::TooFew { usable: 0, needed: 12 });
+    refuses_pair(few(11), Rejection::TooFew { usable: 11, needed: 12 });
+    assert!(filled(12).solve_pair().pair.is_some());
 }
 
 #[test]
 fn one_point_many_times_is_unobservable() {
     let c = at([1100.0, 300.0], [1050.0, 310.0]);
-    refuses_pair(core::iter::repeat_n(c, 200), PairError::Unobservable);
+    refuses_pair(core::iter::repeat_n(c, 200), Rejection::Unobservable);
 }
 
 #[test]
@@ -116,7 +111,7 @@ fn points_on_one_line_are_unobservable() {
         let s = f32::from(i);
         at([400.0 + 4.0 * s, 200.0 + 3.0 * s], [360.0 + 3.8 * s, 200.0 + 3.0 * s])
     });
-    refuses_pair(line, PairError::Unobservable);
+    refuses_pair(line, Rejection::Unobservable);
 }
 
 #[test]
@@ -125,16 +120,15 @@ fn points_at_infinity_are_never_fused_by_the_paper_preset_with_or_without_noise(
     for c in &mut scene {
         c.right = c.left;
     }
-    refuses_pair(scene.clone(), PairError::Unobservable);
+    refuses_pair(scene.clone(), Rejection::Unobservable);
     // The noise of the disparities is all there is of them.
     let mut calibrator = calibrator::<f32>();
     for seed in 0..50 {
         // A rare draw looks like a baseline far from the factory's.
-        let refused = match take(&mut calibrator, &noisy_infinity(seed)) {
-            Err(Rejection::Refused(why)) => why == Refusal::CorrectionLimit,
-            Err(Rejection::Unsolved(error)) => error == PairError::Unobservable,
-            _ => false,
-        };
+        let refused = matches!(
+            take(&mut calibrator, &noisy_infinity(seed)),
+            Err(Rejection::CorrectionLimit | Rejection::Unobservable)
+        );
         assert!(refused, "{seed}");
     }
     assert_eq!(calibrator.proposal(), None);
@@ -143,7 +137,7 @@ fn points_at_infinity_are_never_fused_by_the_paper_preset_with_or_without_noise(
 #[test]
 fn points_at_infinity_alone_lock_the_rotation_and_leave_the_baseline_as_it_was() {
     let mut calibrator = robust::<f32>();
-    let in_use = *calibrator.in_use();
+    let in_use = calibrator.in_use().extrinsics;
     for seed in 0..200 {
         take(&mut calibrator, &noisy_infinity(seed)).unwrap();
         let proposal = calibrator.proposal().unwrap();
@@ -156,7 +150,7 @@ fn points_at_infinity_alone_lock_the_rotation_and_leave_the_baseline_as_it_was()
         }
     }
     assert_eq!(calibrator.state(), State::Locked);
-    let off = Deviation::between(calibrator.in_use(), &Extrinsics::SIDE_BY_SIDE);
+    let off = Deviation::between(&calibrator.in_use().extrinsics, &Extrinsics::SIDE_BY_SIDE);
     assert!(off.rotation < 1e-4, "{off:?}");
 }
 
@@ -198,9 +192,8 @@ fn rays_behind_the_rectified_plane_are_skipped_and_counted() {
     let mut wide = cameras::<f32>();
     let intrinsics = Intrinsics { focal: [100.0; 2], ..*wide.left.intrinsics() };
     wide.left = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
-    let mut calibrator = calibrator::<f32>();
-    calibrator.set_cameras(wide);
-    calibrator.set_factory(rig([0.0, 8.0, 0.0], [0.0, 0.0]));
+    let made = FactoryCalibration::new(wide, rig([0.0, 8.0, 0.0], [0.0, 0.0]));
+    let mut calibrator = Tested::new(Config::paper(), &made);
     for c in correspondences::<f32>(&rig([0.0, 8.0, 0.0], [0.0, 0.0]), 200, 0.3, 3) {
         let left = c.left.map(|x| x / 14.0);
         let left = [left[0] + 959.5 * 13.0 / 14.0, left[1] + 599.5 * 13.0 / 14.0];
@@ -209,58 +202,60 @@ fn rays_behind_the_rectified_plane_are_skipped_and_counted() {
     for v in [580.0, 600.0, 620.0] {
         calibrator.push(&at([1918.0, v], [1000.0, v])).unwrap();
     }
-    let report = calibrator.solve_pair().unwrap();
+    let report = calibrator.solve_pair().pair.unwrap();
     assert_eq!([report.usable, report.skipped], [200, 3]);
 }
 
 #[test]
 fn a_start_with_rays_behind_the_plane_is_recovered_from() {
-    let mut calibrator = calibrator::<f32>();
-    calibrator.set_factory(rig([0.0, 65.0, 0.0], [0.0, 0.0]));
+    let made = FactoryCalibration::new(cameras(), rig([0.0, 65.0, 0.0], [0.0, 0.0]));
+    let mut calibrator = Tested::new(Config::paper(), &made);
     for c in correspondences(&Extrinsics::SIDE_BY_SIDE, 200, 0.3, 3) {
         calibrator.push(&c).unwrap();
     }
-    let report = calibrator.solve_pair().unwrap();
+    let outcome = calibrator.solve_pair();
+    let report = outcome.pair.unwrap();
     assert!(report.screened < 200, "none was behind at the start");
     assert_eq!([report.usable, report.skipped], [200, 0]);
-    assert_eq!(calibrator.fuse(), Err(Refusal::CorrectionLimit));
+    assert_eq!(outcome.fused, Err(Rejection::CorrectionLimit));
 }
 
 #[test]
 fn a_pair_beyond_the_limits_is_refused_and_the_estimate_keeps_its_bits() {
     let refused = |config: Config, factory: Extrinsics<f32>| {
-        let mut calibrator = Tested::new(config);
-        calibrator.set_cameras(cameras());
-        calibrator.set_factory(factory);
+        let made = FactoryCalibration::new(cameras(), factory);
+        let mut calibrator = Tested::new(config, &made);
         for c in correspondences(&rig([1.0, 2.0, -1.0], [2.0, 1.0]), 200, 0.3, 7) {
             calibrator.push(&c).unwrap();
         }
-        calibrator.solve_pair().unwrap();
         let before = state(&calibrator);
-        let refusal = calibrator.fuse().unwrap_err();
+        let refusal = calibrator.solve_pair().fused.unwrap_err();
         assert_eq!(state(&calibrator), before);
         refusal
     };
     let near = Config::paper().with_max_correction_rad(0.02).unwrap();
-    assert_eq!(refused(near, Extrinsics::SIDE_BY_SIDE), Refusal::CorrectionLimit);
+    assert_eq!(refused(near, Extrinsics::SIDE_BY_SIDE), Rejection::CorrectionLimit);
     // The baseline alone is beyond the limit.
     let turned = rig([1.0, 2.0, -1.0], [0.0, 0.0]);
-    assert_eq!(refused(near, turned), Refusal::CorrectionLimit);
+    assert_eq!(refused(near, turned), Rejection::CorrectionLimit);
     let strict = Config::paper().with_max_sd_rad(1e-6).unwrap();
-    assert_eq!(refused(strict, Extrinsics::SIDE_BY_SIDE), Refusal::TooUncertain);
+    assert_eq!(refused(strict, Extrinsics::SIDE_BY_SIDE), Rejection::TooUncertain);
 }
 
 #[test]
 fn generation_counts_changes_of_what_is_in_use() {
     let mut calibrator = fused();
-    assert_eq!(calibrator.generation(), 0);
+    assert_eq!(calibrator.in_use().generation, 0);
     let applied = calibrator.apply().unwrap();
-    assert_eq!((calibrator.generation(), calibrator.in_use()), (1, &applied.extrinsics));
+    assert_eq!(
+        (calibrator.in_use().generation, &calibrator.in_use().extrinsics),
+        (1, &applied.extrinsics)
+    );
     calibrator.apply().unwrap();
-    assert_eq!(calibrator.generation(), 1);
+    assert_eq!(calibrator.in_use().generation, 1);
     calibrator.reset();
-    assert_eq!(calibrator.generation(), 2);
-    assert_eq!(calibrator.in_use(), &Extrinsics::SIDE_BY_SIDE);
+    assert_eq!(calibrator.in_use().generation, 2);
+    assert_eq!(&calibrator.in_use().extrinsics, &Extrinsics::SIDE_BY_SIDE);
     assert_eq!(calibrator.proposal(), None);
 }
 
@@ -268,8 +263,7 @@ fn generation_counts_changes_of_what_is_in_use() {
 fn health_compares_in_use_and_proposed_over_the_same_matches() {
     let mut calibrator = filled(200);
     calibrator.push(&at([1000.0, 300.0], [900.0, 800.0])).unwrap();
-    calibrator.solve_pair().unwrap();
-    calibrator.fuse().unwrap();
+    calibrator.solve_pair().fused.unwrap();
     let health = calibrator.health().unwrap();
     assert!(health.in_use_px > 10.0 && health.proposed_px < 0.4, "{health:?}");
     assert_eq!([health.fit_in_use, health.fit_proposed], [0, 200]);

@@ -1,11 +1,11 @@
 //! Matches that are wrong alike: rounded to a grid, or shifted in one half of the image.
 
-use crate::api::presets::robust;
+use crate::api::presets::{robust, with};
 use crate::api::scene::{cameras, correspondences, rig, take};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    ApplyError, Arming, Calibrator, Config, Correspondence, Doubt, Health, Reason,
-    RectifyingRotations, State,
+    ApplyError, Arming, Calibrator, Config, Correspondence, Doubt, FactoryCalibration, Health,
+    Reason, RectifyingRotations, State,
 };
 
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
@@ -55,9 +55,7 @@ fn biased(bias_px: f32, seed: u64) -> Vec<Correspondence<f32>> {
 
 /// Without a lens prior image halves that disagree block.
 fn exact_lens() -> Calibrator<f32, 256> {
-    let mut calibrator = Calibrator::new(Config::robust().without_lens_prior());
-    calibrator.set_cameras(cameras());
-    calibrator
+    with(Config::robust().without_lens_prior())
 }
 
 #[test]
@@ -106,9 +104,10 @@ fn matches_biased_in_one_half_of_the_image_are_doubted_and_never_applied() {
 
 #[test]
 fn where_halves_disagree_a_little_the_baseline_in_use_is_kept_and_the_rotation_fitted_to_it() {
-    let mut calibrator = exact_lens();
     let factory = rig([0.9, -0.4, 0.7], [0.4, -0.3]);
-    calibrator.set_factory(factory);
+    let made = FactoryCalibration::new(cameras(), factory);
+    let config = Config::robust().without_lens_prior();
+    let mut calibrator = Calibrator::<f32, 256>::new(config, &made);
     let mut seen = 0;
     for seed in 0..60 {
         take(&mut calibrator, &biased(0.2, seed)).unwrap();
@@ -154,13 +153,13 @@ fn of_two_crowds_of_matches_the_larger_is_the_scene() {
 #[test]
 fn a_second_crowd_as_large_is_doubted_until_it_is_gone() {
     let mut calibrator = robust::<f32>();
-    let before = *calibrator.in_use();
+    let before = calibrator.in_use().extrinsics;
     for seed in 0..12 {
         // Some pairs have no answer.
         let _ = take(&mut calibrator, &fence(122, 3.0, seed));
         assert!(calibrator.apply().is_err(), "{seed}");
     }
-    assert_eq!(*calibrator.in_use(), before);
+    assert_eq!(calibrator.in_use().extrinsics, before);
     let proposal = calibrator.proposal().unwrap();
     assert_eq!(proposal.doubt, Some(Doubt::SecondMode));
     let Health { arming, reasons, .. } = calibrator.health().unwrap();
@@ -170,7 +169,7 @@ fn a_second_crowd_as_large_is_doubted_until_it_is_gone() {
         assert_eq!(calibrator.apply(), Err(ApplyError::Doubtful));
     }
     // A loss of power does not hide it.
-    let record = calibrator.snapshot().unwrap();
+    let record = calibrator.snapshot();
     let mut calibrator = robust::<f32>();
     calibrator.restore(&record).unwrap();
     assert_eq!(calibrator.proposal().unwrap().doubt, Some(Doubt::SecondMode));
@@ -178,7 +177,7 @@ fn a_second_crowd_as_large_is_doubted_until_it_is_gone() {
         let _ = take(&mut calibrator, &scene(ROTATION, seed));
     }
     calibrator.apply().unwrap();
-    let off = Deviation::between(calibrator.in_use(), &rig(ROTATION, BASELINE));
+    let off = Deviation::between(&calibrator.in_use().extrinsics, &rig(ROTATION, BASELINE));
     assert!(off.rotation < 2e-4, "{off:?}");
     let Health { arming, reasons, .. } = calibrator.health().unwrap();
     assert_eq!((arming, reasons.bits()), (Arming::Yes, Reason::Yaw.code()), "{reasons}");

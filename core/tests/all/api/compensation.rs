@@ -5,8 +5,8 @@ use crate::api::presets::with;
 use crate::api::scene::{FOCAL, cameras, rig, take};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Arming, Calibration, Calibrator, Config, Extrinsics, Fused, Lens, LensCorrection, LensTracking,
-    RestoreError, State,
+    Arming, Calibration, Calibrator, Config, Extrinsics, FactoryCalibration, Fused, Lens,
+    LensCorrection, LensTracking, RestoreError, State,
 };
 
 type Tested = Calibrator<f32, 256>;
@@ -23,7 +23,7 @@ fn drive(calibrator: &mut Tested, focal: f32, k1: f32, seeds: core::ops::Range<u
         let fused = take(calibrator, &pair(focal, k1, *seed)).unwrap();
         if fused == Fused::LensCorrected {
             assert_eq!((calibrator.state(), calibrator.proposal()), (State::Acquiring, None));
-            assert_eq!((calibrator.batch().offered(), calibrator.health()), (0, None));
+            assert_eq!((calibrator.batch().offered(), calibrator.health().ok()), (0, None));
         }
         let _ = calibrator.apply();
         fused == Fused::LensCorrected
@@ -39,10 +39,10 @@ fn off(extrinsics: &Extrinsics<f32>) -> Deviation<f32> {
 fn a_wrong_right_lens_is_corrected_and_handed_out_with_its_extrinsics() {
     let mut reporting: Tested = with(Config::robust());
     assert_eq!(drive(&mut reporting, 0.003, 0.002, 0..100), [0; 0]);
-    let mut calibrator = with(COMPENSATE);
+    let mut calibrator: Tested = with(COMPENSATE);
     assert!(!drive(&mut calibrator, 0.003, 0.002, 0..100).is_empty());
 
-    let Calibration { cameras: corrected, extrinsics } = calibrator.apply().unwrap();
+    let Calibration { cameras: corrected, extrinsics, .. } = calibrator.apply().unwrap();
     let [reported, proposal] = [&reporting, &calibrator].map(|c| c.proposal().unwrap());
     let (error, sd) = (off(&extrinsics), proposal.sd_lens);
     assert!(error.translation < 0.1 * off(&reported.extrinsics).translation, "{error:?}");
@@ -59,11 +59,8 @@ fn a_wrong_right_lens_is_corrected_and_handed_out_with_its_extrinsics() {
     let f = corrected.right.intrinsics().focal[0];
     assert!((f / 1.003 - 1400.0).abs() < 0.3, "{f} of {FOCAL}");
     assert!(matches!(corrected.right.lens(), Lens::RadialTangential(_)));
-    assert_eq!(calibrator.cameras(), Some(&cameras()), "as given");
-    assert_eq!(
-        calibrator.calibration_in_use(),
-        Some(Calibration { cameras: corrected, extrinsics })
-    );
+    let in_use = calibrator.in_use();
+    assert_eq!((in_use.cameras, in_use.extrinsics), (corrected, extrinsics));
 
     take(&mut calibrator, &pair(0.003, 0.002, 200)).unwrap();
     let [good, poor] = [&calibrator, &reporting].map(|c| c.health().unwrap());
@@ -81,46 +78,44 @@ fn a_right_lens_stays_as_given_and_every_bit_is_that_of_report() {
         assert_eq!(drive(calibrator, 0.0, 0.0, 0..60), [0; 0]);
     }
     assert_eq!(compensating.proposal(), reporting.proposal());
-    assert_eq!(compensating.calibration_in_use(), reporting.calibration_in_use());
+    assert_eq!(compensating.in_use(), reporting.in_use());
 }
 
 #[test]
 fn extrinsics_never_go_with_the_cameras_of_another_lens() {
-    let mut calibrator = with(COMPENSATE);
+    let mut calibrator: Tested = with(COMPENSATE);
     let corrected = drive(&mut calibrator, 0.003, 0.0, 0..60);
     let first = *corrected.first().unwrap();
-    let mut calibrator = with(COMPENSATE);
+    let mut calibrator: Tested = with(COMPENSATE);
     drive(&mut calibrator, 0.003, 0.0, 0..first + 1);
     // The estimate begins again; what is in use stays, with the cameras that it was found with.
-    let before = calibrator.calibration_in_use().unwrap();
+    let before = calibrator.in_use();
     assert_eq!(before.cameras, cameras());
     assert!(off(&before.extrinsics).translation > 5e-3, "that of the given lens");
-    let generation = calibrator.generation();
+    let generation = calibrator.in_use().generation;
     for seed in first + 1..first + 5 {
         take(&mut calibrator, &pair(0.003, 0.0, seed)).unwrap();
-        assert_eq!(calibrator.calibration_in_use(), Some(before));
+        assert_eq!(calibrator.in_use(), before);
     }
     let after = calibrator.apply().unwrap();
-    assert_eq!(
-        (calibrator.calibration_in_use(), calibrator.generation()),
-        (Some(after), generation + 1)
-    );
+    assert_eq!((calibrator.in_use(), calibrator.in_use().generation), (after, generation + 1));
     assert_ne!(after.cameras, cameras());
     assert!(off(&after.extrinsics).translation < 2e-3);
-    assert_eq!(calibrator.undo(), Ok(before));
+    let undone = Calibration { generation: generation + 2, ..before };
+    assert_eq!(calibrator.undo(), Ok(undone));
     assert_eq!(
-        (calibrator.calibration_in_use(), calibrator.generation()),
-        (Some(before), generation + 2)
+        (calibrator.in_use(), calibrator.in_use().generation),
+        (Calibration { generation: generation + 2, ..before }, generation + 2)
     );
     calibrator.reset();
-    assert_eq!(calibrator.calibration_in_use().unwrap().cameras, cameras());
+    assert_eq!(calibrator.in_use().cameras, cameras());
     assert_eq!(drive(&mut calibrator, 0.0, 0.0, 0..30), [0; 0], "rays are those of the given lens");
 }
 
 #[test]
 fn a_changed_left_lens_is_covered_by_the_deviations() {
     // The rows of a left lens that is shorter by as much.
-    let mut calibrator = with(COMPENSATE);
+    let mut calibrator: Tested = with(COMPENSATE);
     for seed in 0..100 {
         let mut matches = pair(0.0, 0.0, seed);
         for c in &mut matches {
@@ -145,8 +140,8 @@ fn a_record_resumes_the_corrected_lens() {
     let mut before = with(COMPENSATE);
     assert!(!drive(&mut before, 0.002, 0.0, 0..40).is_empty());
     let mut after = with(COMPENSATE);
-    after.restore(&before.snapshot().unwrap()).unwrap();
-    let [one, other] = [&before, &after].map(|c| c.calibration_in_use().unwrap());
+    after.restore(&before.snapshot()).unwrap();
+    let [one, other] = [&before, &after].map(|c| c.in_use());
     assert!((one.cameras.right.mean_focal() / other.cameras.right.mean_focal() - 1.0).abs() < 1e-6);
     for seed in 40..60 {
         let matches = pair(0.002, 0.0, seed);
@@ -168,43 +163,41 @@ fn a_record_of_corrected_cameras_is_refused_where_the_configuration_only_reports
     let mut compensating = with(COMPENSATE);
     let corrected = *drive(&mut compensating, 0.003, 0.0, 0..60).first().unwrap();
     let refused = |from: &Tested| {
-        let record = from.snapshot().unwrap();
+        let record = from.snapshot();
         let mut reporting: Tested = with(Config::robust());
         assert_eq!(reporting.restore(&record), Err(RestoreError::Config));
-        assert_eq!(reporting.calibration_in_use(), with(Config::robust()).calibration_in_use());
+        assert_eq!(reporting.in_use(), with::<f32, 256>(Config::robust()).in_use());
         assert_eq!((reporting.state(), reporting.proposal()), (State::Acquiring, None));
         assert_eq!(drive(&mut reporting, 0.0, 0.0, 100..120), [0; 0]);
         assert_eq!(reporting.state(), State::Locked, "goes on with the given cameras");
     };
-    assert_ne!(compensating.calibration_in_use().unwrap().cameras, cameras());
+    assert_ne!(compensating.in_use().cameras, cameras());
     refused(&compensating);
 
     // What is in use is of the given cameras; the rays are not.
     let mut compensating = with(COMPENSATE);
     drive(&mut compensating, 0.003, 0.0, 0..corrected + 1);
-    assert_eq!(compensating.calibration_in_use().unwrap().cameras, cameras());
+    assert_eq!(compensating.in_use().cameras, cameras());
     refused(&compensating);
 
     // Nothing was corrected.
     let mut compensating = with(COMPENSATE);
     drive(&mut compensating, 0.0, 0.0, 0..30);
     let mut reporting: Tested = with(Config::robust());
-    assert_eq!(reporting.restore(&compensating.snapshot().unwrap()), Ok(()));
+    assert_eq!(reporting.restore(&compensating.snapshot()), Ok(()));
 }
 
 /// Largest correction of the estimate against the factory extrinsics, rad.
 fn correction(calibrator: &Tested) -> f32 {
     let Some(proposal) = calibrator.proposal() else { return 0.0 };
     let Deviation { translation, rotation } =
-        Deviation::between(&proposal.extrinsics, calibrator.factory());
+        Deviation::between(&proposal.extrinsics, &rig([1.0, -0.5, 0.8], [0.0, 0.0]));
     translation.max(rotation)
 }
 
 /// A factory calibration of which only the baseline has changed.
 fn with_factory(config: Config) -> Tested {
-    let mut calibrator: Tested = with(config);
-    calibrator.set_factory(rig([1.0, -0.5, 0.8], [0.0, 0.0]));
-    calibrator
+    Tested::new(config, &FactoryCalibration::new(cameras(), rig([1.0, -0.5, 0.8], [0.0, 0.0])))
 }
 
 #[test]
@@ -225,7 +218,7 @@ fn a_compensated_lens_moves_no_estimate_beyond_the_correction_limit() {
         let _ = take(&mut calibrator, &pair(0.003, 0.0, seed));
         let _ = calibrator.apply();
         assert!(correction(&calibrator) <= limit, "{seed}");
-        let record = calibrator.snapshot().unwrap();
+        let record = calibrator.snapshot();
         assert_eq!(with_factory(limited).restore(&record), Ok(()), "{seed}");
     }
 }

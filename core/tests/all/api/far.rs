@@ -33,7 +33,7 @@ fn off(calibrator: &Rig) -> Deviation<f32> {
 #[test]
 fn a_far_scene_locks_by_its_rotation_and_keeps_the_baseline_in_use() {
     let mut calibrator = robust::<f32>();
-    let factory = *calibrator.in_use();
+    let factory = calibrator.in_use().extrinsics;
     for seed in 0..30 {
         take(&mut calibrator, &far(250, 4, seed)).unwrap();
         let health = calibrator.health().unwrap();

@@ -15,8 +15,8 @@ fn reports<T: Scalar>(rotation_deg: [f64; 3], pairs: u64) -> Vec<PairReport<T>> 
         for c in correspondences(&truth, 64, 1.0, seed) {
             calibrator.push(&c).unwrap();
         }
-        let report = calibrator.solve_pair().unwrap();
-        calibrator.clear_pair();
+        let report = calibrator.solve_pair().pair.unwrap();
+        calibrator.discard_pair();
         report
     };
     (0..pairs).map(&mut solve).collect()

@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::{Arming, Band, Correspondence, State};
 
-use crate::api::presets::robust;
+use crate::api::presets::{calibrated, robust};
 use crate::api::scene::{SIZE, correspondences, correspondences_within, rig, take};
 
 type Pair = Vec<Correspondence<f32>>;
@@ -36,7 +36,8 @@ fn a_mismatch_with_any_disparity_does_not_decide_the_rows_in_use() {
             let matches = correspondences_within(&truth, [1000.0, 10_000.0], 256, 0.5, seed);
             let _ = take(&mut calibrator, &with_mismatches(matches, seed));
             let _ = calibrator.apply();
-            if let Some(health) = calibrator.health().filter(|health| health.state == State::Locked)
+            if let Some(health) =
+                calibrator.health().ok().filter(|health| health.state == State::Locked)
             {
                 locked += 1;
                 worst = worst.max(health.in_use_px);
@@ -52,8 +53,7 @@ fn a_mismatch_with_any_disparity_does_not_decide_the_rows_in_use() {
 fn a_noisy_matcher_is_not_a_wrong_calibration() {
     // Uniform noise of +-1.7 px: rows of 1.4 px RMS. Pitch off by less than it tells in six pairs, and by far more.
     let band = |off: f64, seed: u64| {
-        let mut calibrator = robust::<f32>();
-        calibrator.set_factory(rig([1.0 + off, -0.5, 0.8], [0.5, -0.4]));
+        let mut calibrator = calibrated(rig([1.0 + off, -0.5, 0.8], [0.5, -0.4]));
         for pair in 0..6 {
             let truth = rig([1.0, -0.5, 0.8], [0.5, -0.4]);
             take(&mut calibrator, &correspondences(&truth, 250, 1.7, 100 * seed + pair)).unwrap();
@@ -81,8 +81,7 @@ fn the_order_of_pairs_does_not_decide_the_band() {
     for off in [0.005, 0.012, 0.02] {
         let mut bands = Vec::new();
         for first in 0..12 {
-            let mut calibrator = robust::<f32>();
-            calibrator.set_factory(rig([1.0 + off, -0.5, 0.8], [0.5, -0.4]));
+            let mut calibrator = calibrated(rig([1.0 + off, -0.5, 0.8], [0.5, -0.4]));
             for i in 0..12 {
                 let _ = take(&mut calibrator, &pair((first + i) % 12));
             }

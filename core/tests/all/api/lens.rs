@@ -1,7 +1,7 @@
 //! Lens models that are wrong, and how far they are trusted.
 
-use crate::api::presets::robust;
-use crate::api::scene::{cameras, correspondences, rig, take};
+use crate::api::presets::{robust, with};
+use crate::api::scene::{correspondences, rig, take};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
     Calibrator, Config, ConfigError, Correspondence, Extrinsics, LensPrior, Reason, State,
@@ -89,8 +89,7 @@ fn a_right_lens_is_as_given_and_its_uncertainty_only_widens() {
 
 #[test]
 fn an_exact_lens_has_no_estimate_and_the_same_extrinsics_and_deviations() {
-    let mut exact = Calibrator::new(Config::robust().without_lens_prior());
-    exact.set_cameras(cameras());
+    let exact = with(Config::robust().without_lens_prior());
     let exact = after(exact, 0.0, 0.0).proposal().unwrap();
     let uncertain = after(robust(), 0.0, 0.0).proposal().unwrap();
     assert_eq!((exact.lens, exact.sd_lens), (None, exact.sd));

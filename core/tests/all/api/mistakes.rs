@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::{
     Arming, Band, Calibrator, Camera, Cameras, Cause, Config, Correspondence, Extrinsics,
-    Intrinsics, Lens, PairError, RadialTangential, Reason, Rejection, State,
+    FactoryCalibration, Intrinsics, Lens, RadialTangential, Reason, Rejection, State,
 };
 
 use crate::api::disturbed::with_outliers;
@@ -151,7 +151,7 @@ struct Outcome {
     armed: u32,
     locked: u32,
     fused: u32,
-    errors: Vec<PairError>,
+    errors: Vec<Rejection>,
     /// The likeliest cause after the last pair.
     cause: Option<Cause>,
     /// After the last pair.
@@ -163,39 +163,34 @@ const PAIRS: u64 = 20;
 
 /// Applies after every pair, as a careless vehicle does.
 fn run(config: Config, mistake: &Mistake, depths: [f64; 2], seed: u64) -> Outcome {
-    let mut calibrator = Tested::new(config);
-    calibrator.set_cameras(mistake.cameras);
+    let mut calibrator = Tested::new(config, &FactoryCalibration::guess(mistake.cameras));
     let mut outcome = Outcome::default();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     for pair in 0..PAIRS {
         let matches: Pair =
             correspondences_within(&mistake.truth, depths, 250, 0.5, seed * 1000 + pair);
         let matches = if seed.is_multiple_of(2) { with_outliers(matches, 4) } else { matches };
-        calibrator.clear_pair();
-        for c in &matches {
-            let _ = calibrator.push(&mistaken(c, mistake, &mut rng));
-        }
-        let solved = calibrator.solve_pair().map_err(Rejection::from);
-        match solved.and_then(|_| Ok(calibrator.fuse()?)) {
+        let matches = matches.iter().map(|c| mistaken(c, mistake, &mut rng));
+        match calibrator.take_pair(matches).fused {
             Ok(_) => outcome.fused += 1,
-            Err(Rejection::Unsolved(why)) => outcome.errors.push(why),
-            Err(_) => {}
+            Err(why) => outcome.errors.push(why),
         }
         let _ = calibrator.apply();
-        let health = calibrator.health();
+        let judged = calibrator.health();
+        let health = judged.ok();
         let armed = health.is_some_and(|health| health.arming == Arming::Yes);
         let is_unfit = health.is_some_and(|health| health.reasons.contains(Reason::Unfit));
         outcome.named_unfit += u32::from(is_unfit);
         outcome.armed += u32::from(armed);
         outcome.locked += u32::from(calibrator.state() == State::Locked);
         outcome.band = health.map(|health| health.band);
+        outcome.cause = judged.map_or_else(|none| none.cause(), |health| health.cause);
     }
-    outcome.cause = calibrator.likely_cause();
     outcome
 }
 
 impl Outcome {
-    fn has(&self, why: PairError) -> bool {
+    fn has(&self, why: Rejection) -> bool {
         self.errors.contains(&why)
     }
 }
@@ -233,7 +228,7 @@ const REVERSED: [&str; 3] = ["exchanged", "mirrored", "upside down"];
 #[test]
 fn points_behind_the_cameras_lock_nothing_and_are_named() {
     for (name, locked, named) in
-        locked_and_named(Config::robust(), &REVERSED, |outcome| outcome.has(PairError::Behind))
+        locked_and_named(Config::robust(), &REVERSED, |outcome| outcome.has(Rejection::Behind))
     {
         assert!(locked == 0 && named >= 20, "{name}: {locked} locked, {named} named of 24");
     }
@@ -243,7 +238,7 @@ fn points_behind_the_cameras_lock_nothing_and_are_named() {
 fn the_published_method_takes_no_points_behind_the_cameras() {
     let config = Config::paper();
     for (name, locked, _) in
-        locked_and_named(config, &REVERSED, |outcome| outcome.has(PairError::Behind))
+        locked_and_named(config, &REVERSED, |outcome| outcome.has(Rejection::Behind))
     {
         assert!(locked == 0, "{name}: {locked} locked of 24");
     }
@@ -253,12 +248,12 @@ fn the_published_method_takes_no_points_behind_the_cameras() {
 fn a_baseline_along_the_columns_locks_nothing_and_is_named() {
     let turned = ["u, v exchanged", "vertical", "t 60 off", "t 120 off"];
     for (name, locked, named) in
-        locked_and_named(Config::robust(), &turned, |outcome| outcome.has(PairError::Columns))
+        locked_and_named(Config::robust(), &turned, |outcome| outcome.has(Rejection::Columns))
     {
         assert!(locked == 0 && named >= 20, "{name}: {locked} locked, {named} named of 24");
     }
     let is_named =
-        |outcome: &Outcome| outcome.has(PairError::Columns) || outcome.has(PairError::Behind);
+        |outcome: &Outcome| outcome.has(Rejection::Columns) || outcome.has(Rejection::Behind);
     for (name, locked, named) in locked_and_named(Config::robust(), &["t 150 off"], is_named) {
         assert!(locked == 0 && named >= 20, "{name}: {locked} locked, {named} named of 24");
     }
@@ -268,7 +263,7 @@ fn a_baseline_along_the_columns_locks_nothing_and_is_named() {
 fn the_same_image_on_both_sides_locks_nothing_and_is_named() {
     let identical = ["identical", "identical, moved", "identical, unequal"];
     for (name, locked, named) in
-        locked_and_named(Config::robust(), &identical, |outcome| outcome.has(PairError::NoDepth))
+        locked_and_named(Config::robust(), &identical, |outcome| outcome.has(Rejection::NoDepth))
     {
         // With unequal intrinsics most pairs are `Unobservable` or without consensus.
         let is_named = named >= 20 || name == "identical, unequal";

@@ -27,5 +27,4 @@ mod texts;
 // The vector lanes add in another order, and powers of the generated depths are those of the platform.
 #[cfg(all(not(feature = "simd"), target_env = "gnu"))]
 mod traces;
-mod turning;
 mod vibration;

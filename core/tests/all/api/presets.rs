@@ -1,13 +1,16 @@
 //! Calibrators that know the cameras of the scene.
 
-use stereo_selfcal::{Calibrator, Config, Scalar};
+use stereo_selfcal::{Calibrator, Config, Extrinsics, FactoryCalibration, Scalar};
 
 use crate::api::scene::cameras;
 
-pub(crate) fn with<T: Scalar>(config: Config) -> Calibrator<T, 256> {
-    let mut calibrator = Calibrator::new(config);
-    calibrator.set_cameras(cameras());
-    calibrator
+pub(crate) fn with<T: Scalar, const N: usize>(config: Config) -> Calibrator<T, N> {
+    Calibrator::new(config, &FactoryCalibration::guess(cameras()))
+}
+
+/// Of the robust preset, with extrinsics of a calibration.
+pub(crate) fn calibrated(extrinsics: Extrinsics<f32>) -> Calibrator<f32, 256> {
+    Calibrator::new(Config::robust(), &FactoryCalibration::new(cameras(), extrinsics))
 }
 
 /// Of the paper preset.

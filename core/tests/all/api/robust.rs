@@ -3,11 +3,11 @@
 
 use crate::api::disturbed::garbage;
 use crate::api::presets::{robust, with};
-use crate::api::scene::{cameras, correspondences, fill, rig, take};
+use crate::api::scene::{correspondences, fill, rig, take};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Config, Correspondence, PairError, PairReport, RectifyingRotations, Refusal,
-    Scalar, State, Stop,
+    Calibrator, Config, Correspondence, PairReport, RectifyingRotations, Rejection, Scalar, State,
+    Stop,
 };
 
 const ROTATION: [f64; 3] = [3.0, -2.5, 4.0];
@@ -30,7 +30,7 @@ fn filled<T: Scalar>(config: Config, noise_px: f64, seed: u64) -> Calibrator<T, 
 }
 
 fn solved<T: Scalar>(noise_px: f64, seed: u64) -> PairReport<T> {
-    filled(Config::robust(), noise_px, seed).solve_pair().unwrap()
+    filled(Config::robust(), noise_px, seed).solve_pair().pair.unwrap()
 }
 
 /// A calibrator that has locked on the rig.
@@ -62,19 +62,19 @@ fn takes_no_more_than_twelve_passes_and_reports_them() {
 
 /// The report, one pass a call, and how many calls it took.
 fn stepped(calibrator: &mut Calibrator<f32, 256>) -> (PairReport<f32>, u16) {
-    calibrator.begin_pair().unwrap();
-    (2..=14).find_map(|calls| Some((calibrator.advance_pair().unwrap()?, calls))).unwrap()
+    let (outcome, calls) =
+        (1..=15).find_map(|calls| Some((calibrator.advance_pair()?, calls))).unwrap();
+    (outcome.pair.unwrap(), calls)
 }
 
 #[test]
 fn pass_by_pass_gives_the_same_bits_as_one_call() {
     let [mut one, mut other] = [(); 2].map(|()| filled(Config::robust(), 0.5, 3));
-    let whole = one.solve_pair().unwrap();
+    let whole = one.solve_pair().pair.unwrap();
     let (by_pass, calls) = stepped(&mut other);
     assert_eq!(by_pass, whole);
-    // A call takes one pass.
-    assert_eq!(calls, whole.passes);
-    assert_eq!(other.advance_pair(), Err(PairError::NotBegun));
+    // A call takes one pass, and one more fuses.
+    assert_eq!(calls, whole.passes + 1);
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn a_locked_rig_is_tracked_in_four_passes_and_with_the_same_bits_pass_by_pass() 
     for calibrator in [&mut one, &mut other] {
         fill(calibrator, &among_outliers(0.5, 4));
     }
-    let whole = one.solve_pair().unwrap();
+    let whole = one.solve_pair().pair.unwrap();
     assert_eq!(stepped(&mut other).0, whole);
     assert!(whole.passes <= 4, "{}", whole.passes);
     let error = Deviation::between(&whole.extrinsics, &rig(ROTATION, BASELINE));
@@ -96,7 +96,7 @@ fn the_prior_counts_once_however_many_pairs() {
     // The baseline is four of the prior's deviations off, and each pair is weaker than the prior.
     let truth = rig::<f64>([0.0; 3], [0.3, 0.4]);
     let config = Config::robust().with_prior_sd_rad(0.002).unwrap();
-    let mut calibrator = with::<f64>(config);
+    let mut calibrator = with::<f64, 256>(config);
     for seed in 0..100 {
         // With so few matches some pairs have no consensus.
         let _ = take(&mut calibrator, &correspondences(&truth, 16, 1.0, seed));
@@ -110,8 +110,9 @@ fn the_prior_counts_once_however_many_pairs() {
 #[test]
 fn the_first_pair_is_its_own_estimate_and_claims_its_own_deviation() {
     let mut calibrator = filled::<f32>(Config::robust(), 0.5, 4);
-    let report = calibrator.solve_pair().unwrap();
-    calibrator.fuse().unwrap();
+    let outcome = calibrator.solve_pair();
+    assert!(outcome.fused.is_ok());
+    let report = outcome.pair.unwrap();
     let proposal = calibrator.proposal().unwrap();
     let sd = report.information.standard_deviations().unwrap();
     let error = Deviation::between(&proposal.extrinsics, &report.extrinsics);
@@ -147,19 +148,18 @@ fn the_covariance_is_of_the_unknowns_to_the_truth_and_sums_up_to_the_deviations(
 #[test]
 fn a_pair_counts_once_and_not_after_a_reset() {
     for config in [Config::robust(), Config::paper()] {
-        let mut calibrator = with::<f32>(config);
-        fill(&mut calibrator, &among_outliers(0.0, 5));
-        calibrator.solve_pair().unwrap();
-        calibrator.fuse().unwrap();
+        let mut calibrator = with::<f32, 256>(config);
+        take(&mut calibrator, &among_outliers(0.0, 5)).unwrap();
         let before = calibrator.proposal();
         assert!(before.is_some());
-        assert_eq!(calibrator.fuse(), Err(Refusal::NothingSolved));
+        let none = Err(Rejection::TooFew { usable: 0, needed: 12 });
+        assert_eq!(calibrator.solve_pair().fused, none);
         assert_eq!(calibrator.proposal(), before);
 
         fill(&mut calibrator, &among_outliers(0.0, 8));
-        calibrator.solve_pair().unwrap();
+        assert_eq!([(); 2].map(|()| calibrator.advance_pair()), [None; 2]);
         calibrator.reset();
-        assert_eq!(calibrator.fuse(), Err(Refusal::NothingSolved));
+        assert_eq!(calibrator.solve_pair().fused, none);
         assert_eq!(calibrator.proposal(), None);
     }
 }
@@ -167,20 +167,20 @@ fn a_pair_counts_once_and_not_after_a_reset() {
 #[test]
 fn a_noise_floor_above_all_noise_is_a_refusal_and_no_panic() {
     let config = Config::robust().with_noise_floor_px(50.0).unwrap();
-    assert_eq!(filled::<f32>(config, 0.5, 5).solve_pair(), Err(PairError::NoConsensus));
+    assert_eq!(filled::<f32>(config, 0.5, 5).solve_pair().fused, Err(Rejection::NoConsensus));
 }
 
 #[test]
 fn a_pair_that_runs_out_of_passes_says_so() {
     let config = Config::robust().with_max_passes(5).unwrap();
-    let report = filled::<f32>(config, 0.5, 8).solve_pair().unwrap();
+    let report = filled::<f32>(config, 0.5, 8).solve_pair().pair.unwrap();
     assert_eq!((report.stop, report.passes), (Stop::PassesSpent, 5));
 }
 
 #[test]
 fn passes_are_bounded_however_many_hypotheses_are_asked() {
     for limit in 2..=24 {
-        let mut calibrator = with::<f32>(Config::robust().with_max_passes(limit).unwrap());
+        let mut calibrator = with::<f32, 256>(Config::robust().with_max_passes(limit).unwrap());
         let mut most = 0;
         for seed in 0..60 {
             // Three rigs in turn, with rubbish between: a small batch in doubt starts again.
@@ -190,17 +190,12 @@ fn passes_are_bounded_however_many_hypotheses_are_asked() {
                 matches = garbage(if seed % 2 == 0 { 64 } else { 250 }, seed);
             }
             fill(&mut calibrator, &matches);
-            // The first pass.
-            calibrator.begin_pair().unwrap();
-            let (passes, solved) = (2..100)
-                .map(|pass| (pass, calibrator.advance_pair()))
-                .find(|(_, advanced)| *advanced != Ok(None))
-                .unwrap();
+            let (calls, outcome) =
+                (1..100).find_map(|call| Some((call, calibrator.advance_pair()?))).unwrap();
+            // The last call fuses.
+            let passes = if outcome.pair.is_some() { calls - 1 } else { calls };
             most = most.max(passes);
-            if let Ok(Some(report)) = solved {
-                assert_eq!(report.passes, passes);
-                let _ = calibrator.fuse();
-            }
+            assert!(outcome.pair.is_none_or(|report| report.passes == passes));
         }
         assert!(most > 4 && most <= limit.max(9), "{limit}: {most}");
     }
@@ -208,18 +203,16 @@ fn passes_are_bounded_however_many_hypotheses_are_asked() {
 
 #[test]
 fn a_batch_of_fewer_than_the_least_solves_nothing() {
-    let mut small = Calibrator::<f32, 8>::new(Config::robust());
-    small.set_cameras(cameras());
+    let mut small = with::<f32, 8>(Config::robust());
     fill(&mut small, &correspondences(&rig(ROTATION, BASELINE), 200, 0.5, 9));
     assert_eq!(small.batch().pairs().len(), 8);
-    assert_eq!(small.solve_pair(), Err(PairError::TooFew { usable: 8, needed: 12 }));
+    assert_eq!(small.solve_pair().fused, Err(Rejection::TooFew { usable: 8, needed: 12 }));
 }
 
 #[test]
 fn a_batch_that_selects_64_of_many_locks_on_the_rig() {
     let truth = rig::<f32>(ROTATION, BASELINE);
-    let mut small = Calibrator::<f32, 64>::new(Config::robust());
-    small.set_cameras(cameras());
+    let mut small = with::<f32, 64>(Config::robust());
     for seed in 0..10 {
         take(&mut small, &among_outliers(0.5, seed)).unwrap();
         assert_eq!(small.batch().pairs().len(), 64);

@@ -74,18 +74,17 @@ pub(crate) fn fill<T: Scalar, const N: usize>(
     calibrator: &mut Calibrator<T, N>,
     matches: &[Correspondence<T>],
 ) {
-    calibrator.clear_pair();
+    calibrator.discard_pair();
     for c in matches {
         calibrator.push(c).unwrap();
     }
 }
 
-/// Solves and fuses a pair; its matches stay at hand.
+/// Takes a pair; its matches stay at hand.
 pub(crate) fn take<T: Scalar, const N: usize>(
     calibrator: &mut Calibrator<T, N>,
     matches: &[Correspondence<T>],
 ) -> Result<Fused, Rejection> {
     fill(calibrator, matches);
-    calibrator.solve_pair()?;
-    Ok(calibrator.fuse()?)
+    calibrator.solve_pair().fused
 }

@@ -2,13 +2,14 @@
 
 use std::collections::HashMap;
 
+use crate::api::presets::with;
 use crate::api::scene::{cameras, correspondences, rig};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::{
-    Batch, Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, Lens, PushError,
-    Pushed, RadialTangential, Side, StandardDeviations, UndistortError,
+    Batch, Camera, Cameras, Config, Correspondence, Extrinsics, Lens, PushError, Pushed,
+    RadialTangential, Side, StandardDeviations, UndistortError,
 };
 
 fn at(u: f32, v: f32, disparity: f32, score: f32) -> Correspondence<f32> {
@@ -195,12 +196,8 @@ fn crowded_scene(seed: u64) -> Vec<Correspondence<f32>> {
 }
 
 fn reported(matches: impl IntoIterator<Item = Correspondence<f32>>) -> StandardDeviations<f32> {
-    let mut calibrator = Calibrator::<f32, 128>::new(Config::robust());
-    calibrator.set_cameras(cameras());
-    for c in matches {
-        calibrator.push(&c).unwrap();
-    }
-    calibrator.solve_pair().unwrap().information.standard_deviations().unwrap()
+    let mut calibrator = with::<f32, 128>(Config::robust());
+    calibrator.take_pair(matches).pair.unwrap().information.standard_deviations().unwrap()
 }
 
 #[test]

@@ -5,9 +5,8 @@ use core::fmt::Debug;
 use crate::api::scene::{cameras, correspondences, rig, take};
 use serde::{Serialize, de::DeserializeOwned};
 use stereo_selfcal::{
-    Calibrator, Camera, Config, Extrinsics, FactoryCalibration, Fisheye, Health, Lens, PairError,
-    PairReport, Proposal, RadialTangential, Rational, RectifiedCamera, RectifyingRotations,
-    Rejection, Scalar,
+    Calibrator, Camera, Config, Extrinsics, FactoryCalibration, Fisheye, Health, Lens, PairReport,
+    Proposal, RadialTangential, Rational, RectifiedCamera, RectifyingRotations, Rejection, Scalar,
 };
 
 fn comes_back<T: Serialize + DeserializeOwned + PartialEq + Debug>(value: &T) -> String {
@@ -23,12 +22,8 @@ fn refused<T: DeserializeOwned + Debug>(text: &str) -> String {
 fn factory<T: Scalar>(lens: Lens<T>) -> FactoryCalibration<T> {
     let mut cameras = cameras();
     cameras.left = Camera::try_new(*cameras.left.intrinsics(), lens).unwrap();
-    FactoryCalibration {
-        cameras,
-        extrinsics: rig([3.0, -2.0, 4.0], [3.0, -3.0]),
-        yaw_sd_rad: Some(8e-4),
-        baseline_m: None,
-    }
+    let extrinsics = rig([3.0, -2.0, 4.0], [3.0, -3.0]);
+    FactoryCalibration::new(cameras, extrinsics).with_yaw_sd_rad(8e-4).unwrap()
 }
 
 #[test]
@@ -62,7 +57,7 @@ fn cameras_and_parameters_are_checked() {
     assert!(message.contains("focal length"), "{message}");
     let message = refused::<RadialTangential<f32>>("[0.0, 0.0, 0.0, 0.0, 2000.0]");
     assert!(message.contains("distortion"), "{message}");
-    let good = comes_back(&Config::robust().with_automatic_apply(true));
+    let good = comes_back(&Config::robust());
     let message = refused::<Config>(&good.replace(":1000,", ":3,"));
     assert!(message.contains("memory must be at least 20 pairs"), "{message}");
 }
@@ -77,11 +72,11 @@ fn results_come_back() {
     }
     let health: Health<f32> = calibrator.health().unwrap();
     let proposal: Proposal<f32> = calibrator.proposal().unwrap();
-    let pair: PairReport<f32> = calibrator.solve_pair().unwrap();
+    let pair: PairReport<f32> = calibrator.solve_pair().pair.unwrap();
     comes_back(&health);
     comes_back(&proposal);
     comes_back(&pair);
     let rotations = RectifyingRotations::from(&proposal.extrinsics);
     comes_back(&RectifiedCamera::try_choose(&cameras(), &rotations, 0.0).unwrap());
-    comes_back(&Rejection::Unsolved(PairError::TooFew { usable: 3, needed: 12 }));
+    comes_back(&Rejection::TooFew { usable: 3, needed: 12 });
 }

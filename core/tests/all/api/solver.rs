@@ -1,10 +1,10 @@
 //! One pair: where it ends, what it reports, and that it can be taken a pass at a time.
 
-use crate::api::presets::calibrator;
+use crate::api::presets::{calibrator, with};
 use crate::api::scene::{cameras, correspondences, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Config, Correspondence, Extrinsics, HuberSolver, PairError, PairReport, PushError,
+    Calibrator, Config, Correspondence, Extrinsics, HuberSolver, PairReport, PushError, Rejection,
     Scalar, Stop,
 };
 
@@ -16,7 +16,7 @@ fn solved<T: Scalar>(noise_px: f64) -> PairReport<T> {
     for c in correspondences(&rig(ROTATION, BASELINE), 256, noise_px, 1) {
         calibrator.push(&c).unwrap();
     }
-    calibrator.solve_pair().unwrap()
+    calibrator.solve_pair().pair.unwrap()
 }
 
 #[test]
@@ -47,36 +47,32 @@ fn pass_by_pass_gives_the_same_bits_as_one_call() {
     for c in correspondences(&rig(ROTATION, BASELINE), 256, 0.5, 1) {
         calibrator.push(&c).unwrap();
     }
-    assert_eq!(calibrator.advance_pair(), Err(PairError::NotBegun));
-    let whole = calibrator.solve_pair().unwrap();
-    calibrator.begin_pair().unwrap();
-    let stepped = (0..101).find_map(|_| calibrator.advance_pair().unwrap()).unwrap();
+    let whole = calibrator.clone().solve_pair();
+    assert!(whole.fused.is_ok());
+    let stepped = (0..104).find_map(|_| calibrator.advance_pair()).unwrap();
     assert_eq!(stepped, whole);
-    assert_eq!(calibrator.advance_pair(), Err(PairError::NotBegun));
+    // A pair counts once.
+    let none = Rejection::TooFew { usable: 0, needed: 12 };
+    assert_eq!(calibrator.advance_pair().unwrap().fused, Err(none));
 }
 
 #[test]
 fn a_pair_that_is_being_solved_can_be_abandoned_and_leaves_no_trace() {
     let batch = |seed| correspondences::<f32>(&rig(ROTATION, BASELINE), 256, 0.5, seed);
     for config in [Config::robust(), Config::paper()] {
-        let mut calibrators = [0, 1].map(|_| {
-            let mut calibrator = Calibrator::<f32, 256>::new(config);
-            calibrator.set_cameras(cameras());
-            calibrator
-        });
+        let mut calibrators = [0, 1].map(|_| with::<f32, 256>(config));
         let [abandoned, fresh] = &mut calibrators;
         for c in batch(1) {
             abandoned.push(&c).unwrap();
         }
-        abandoned.begin_pair().unwrap();
+        assert_eq!(abandoned.advance_pair(), None);
         assert_eq!(abandoned.push(&batch(1)[0]), Err(PushError::Busy));
-        abandoned.clear_pair();
-        assert_eq!(abandoned.advance_pair(), Err(PairError::NotBegun));
+        abandoned.discard_pair();
         let [report, expected] = [abandoned, fresh].map(|calibrator| {
             for c in batch(2) {
                 calibrator.push(&c).unwrap();
             }
-            calibrator.solve_pair().unwrap()
+            calibrator.solve_pair()
         });
         assert_eq!(report, expected);
     }
@@ -85,12 +81,11 @@ fn a_pair_that_is_being_solved_can_be_abandoned_and_leaves_no_trace() {
 #[test]
 fn passes_are_bounded_and_what_they_reach_is_reported() {
     let config = Config::paper().with_max_passes(3).unwrap();
-    let mut calibrator = Calibrator::<f32, 256>::new(config);
-    calibrator.set_cameras(cameras());
+    let mut calibrator = with::<f32, 256>(config);
     for c in correspondences(&rig(ROTATION, BASELINE), 256, 0.5, 1) {
         calibrator.push(&c).unwrap();
     }
-    let report = calibrator.solve_pair().unwrap();
+    let report = calibrator.solve_pair().pair.unwrap();
     assert_eq!((report.stop, report.passes), (Stop::PassesSpent, 3));
     assert!(report.cost_after < report.cost_before);
 }
@@ -106,8 +101,8 @@ fn mean_square_of_errors_over_predictions(
         for c in scene(seed) {
             calibrator.push(&c).unwrap();
         }
-        let report = calibrator.solve_pair().unwrap();
-        calibrator.clear_pair();
+        let report = calibrator.solve_pair().pair.unwrap();
+        calibrator.discard_pair();
         let sd = report.information.standard_deviations().unwrap();
         let error = Deviation::between(&report.extrinsics, truth);
         sum += (error.translation / sd.translation).powi(2) / 2.0;
@@ -187,10 +182,10 @@ fn the_noise_of_a_few_correspondences_is_estimated_without_bias() {
         for c in correspondences(&rig(ROTATION, BASELINE), 16, 0.5, seed) {
             calibrator.push(&c).unwrap();
         }
-        if let Ok(report) = calibrator.solve_pair() {
+        if let Some(report) = calibrator.solve_pair().pair {
             sum += report.noise_px * report.noise_px;
         }
-        calibrator.clear_pair();
+        calibrator.discard_pair();
     }
     // Uniform noise of +-0.5 px on two rows: variance 1/6. Rows count twice a little on the rim.
     assert!((sum / trials * 6.0 - 1.0).abs() < 0.15, "{}", sum / trials * 6.0);

@@ -8,12 +8,15 @@ use stereo_selfcal::{Extrinsics, ExtrinsicsError, Fused, Pushed, State, Stop, so
 fn results_are_one_line_with_units() {
     let mut calibrator = robust::<f32>();
     let truth = rig([1.0, -0.5, 0.8], [0.5, -0.4]);
-    for seed in 0..5 {
-        take(&mut calibrator, &correspondences(&truth, 250, 0.5, seed)).unwrap();
+    let matches = |seed| correspondences(&truth, 250, 0.5, seed);
+    for seed in 0..4 {
+        take(&mut calibrator, &matches(seed)).unwrap();
     }
+    let outcome = calibrator.take_pair(matches(4));
+    assert_eq!(outcome.to_string(), "added");
     let health = calibrator.health().unwrap().to_string();
     let proposal = calibrator.proposal().unwrap().to_string();
-    let pair = calibrator.solve_pair().unwrap().to_string();
+    let pair = outcome.pair.unwrap().to_string();
     assert!(health.starts_with("locked, recalibrate, arming no, misaligned: "), "{health}");
     assert!(
         proposal.starts_with("locked: R 0.017") && proposal.ends_with(", 5 pairs"),

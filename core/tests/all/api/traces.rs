@@ -84,6 +84,7 @@ fn health<T: Number>(health: &Health<T>) -> String {
 
 /// A calibrator, and what it has said so far.
 struct Trace<T: Number> {
+    config: Config,
     calibrator: Calibrator<T, 256>,
     text: String,
     applies: bool,
@@ -91,7 +92,7 @@ struct Trace<T: Number> {
 
 impl<T: Number> Trace<T> {
     fn new(config: Config) -> Self {
-        Self { calibrator: with(config), text: format!("{HEADING}\n"), applies: false }
+        Self { config, calibrator: with(config), text: format!("{HEADING}\n"), applies: false }
     }
 
     fn applying(config: Config) -> Self {
@@ -105,15 +106,10 @@ impl<T: Number> Trace<T> {
     fn take(&mut self, pairs: impl IntoIterator<Item = Pair<T>>) {
         for matches in pairs {
             fill(&mut self.calibrator, &matches);
-            let report = self.calibrator.solve_pair();
-            let outcome = match self.calibrator.fuse() {
-                Ok(fused) => fused.to_string(),
-                Err(refusal) => format!("refused: {refusal}"),
-            };
+            let outcome = self.calibrator.solve_pair();
             writeln!(self.text, "{outcome}").unwrap();
-            match report {
-                Ok(report) => self.line(&solved(&report)),
-                Err(error) => self.line(&format!("not solved: {error}")),
+            if let Some(report) = outcome.pair {
+                self.line(&solved(&report));
             }
             self.say();
             if self.applies
@@ -131,7 +127,7 @@ impl<T: Number> Trace<T> {
                 self.line(&words);
             }
         }
-        if let Some(now) = self.calibrator.health() {
+        if let Ok(now) = self.calibrator.health() {
             self.line(&health(&now));
         }
         let checksum = self.record().last_chunk().map(|bytes| u32::from_le_bytes(*bytes));
@@ -141,15 +137,14 @@ impl<T: Number> Trace<T> {
         }
     }
 
-    /// Empty without an estimate.
     fn record(&self) -> Vec<u8> {
-        self.calibrator.snapshot().map_or(Vec::new(), |record| record.to_vec())
+        self.calibrator.snapshot().to_vec()
     }
 
     /// Loss of power.
     fn resume(&mut self) {
         let record = self.record();
-        self.calibrator = with(*self.calibrator.config());
+        self.calibrator = with(self.config);
         self.calibrator.restore(&record).unwrap();
         writeln!(self.text, "restored").unwrap();
         self.say();

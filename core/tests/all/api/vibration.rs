@@ -10,7 +10,7 @@ use stereo_selfcal::{
 
 use crate::api::lens::pair_of;
 use crate::api::presets::with;
-use crate::api::scene::{self, cameras, correspondences, rig};
+use crate::api::scene::{self, correspondences, rig};
 
 type Tested = Calibrator<f32, 256>;
 
@@ -18,9 +18,7 @@ const ROTATION: [f64; 3] = [1.0, -2.0, 1.5];
 const BASELINE: [f64; 2] = [1.0, -1.0];
 
 fn fresh() -> Tested {
-    let mut calibrator = Tested::new(Config::robust());
-    calibrator.set_cameras(cameras());
-    calibrator
+    with(Config::robust())
 }
 
 /// The rig with its right camera turned at random, degrees RMS about each axis.
@@ -37,10 +35,10 @@ fn take(calibrator: &mut Tested, pair: u64, vibration_deg: f64) -> Option<Arming
     for m in correspondences::<f32>(&shaken(vibration_deg, pair), 200, 0.5, 1000 + pair) {
         calibrator.push(&m).unwrap();
     }
-    let _ = calibrator.solve_pair().is_ok() && calibrator.fuse().is_ok();
-    let arming = calibrator.health().map(|health| health.arming);
+    let _ = calibrator.solve_pair();
+    let arming = calibrator.health().ok().map(|health| health.arming);
     let _ = calibrator.apply();
-    calibrator.clear_pair();
+    calibrator.discard_pair();
     arming
 }
 
@@ -69,9 +67,9 @@ fn extrinsics_in_use_that_are_off_are_misaligned_on_a_vibrating_rig_too() {
             calibrator.push(&m).unwrap();
         }
         // Nothing is applied: the factory extrinsics stay in use.
-        let _ = calibrator.solve_pair().is_ok() && calibrator.fuse().is_ok();
-        last = calibrator.health();
-        calibrator.clear_pair();
+        let _ = calibrator.solve_pair();
+        last = calibrator.health().ok();
+        calibrator.discard_pair();
     }
     let health = last.unwrap();
     assert!(!health.vibration.is_none());
@@ -85,7 +83,7 @@ fn a_restored_rig_still_vibrates_and_goes_on_as_it_was() {
         take(&mut calibrator, pair, 0.1);
     });
     let mut restored = fresh();
-    restored.restore(&calibrator.snapshot().unwrap()).unwrap();
+    restored.restore(&calibrator.snapshot()).unwrap();
     let [before, after] = [&calibrator, &restored].map(|c| c.proposal().unwrap());
     assert_eq!(before.vibration, after.vibration);
     for (old, new) in

@@ -34,15 +34,15 @@ fn the_table_of_the_state_is_that_of_its_bytes() {
     let mut calibrator = after::<f32>(Config::robust(), 12);
     take(&mut calibrator, &scene(ROTATION, 12)).unwrap();
     calibrator.apply().unwrap();
-    let (record, proposal) = (calibrator.snapshot().unwrap(), calibrator.proposal().unwrap());
+    let (record, proposal) = (calibrator.snapshot(), calibrator.proposal().unwrap());
     assert_eq!(place(&rows, "end"), record.len());
     assert_eq!([&record[..4], &record[4..7]], [&b"SCRC"[..], &[7, 2, 3]]);
-    assert_eq!(word(&record, place(&rows, "generation")), calibrator.generation());
+    assert_eq!(word(&record, place(&rows, "generation")), calibrator.in_use().generation);
     assert_eq!(word(&record, place(&rows, "pairs,")), 13);
     let turn = numbers::<3>(&record, place(&rows, "in use: turn"));
-    assert_eq!(turn, <[f32; 3]>::from(so3::log(calibrator.in_use().rotation())));
+    assert_eq!(turn, <[f32; 3]>::from(so3::log(calibrator.in_use().extrinsics.rotation())));
     let t = numbers::<3>(&record, place(&rows, "`t` (3)"));
-    assert_eq!(t, <[f32; 3]>::from(calibrator.in_use().translation().into_inner()));
+    assert_eq!(t, <[f32; 3]>::from(calibrator.in_use().extrinsics.translation().into_inner()));
     let estimate = place(&rows, "estimate: turn");
     assert_eq!(numbers::<6>(&record, estimate)[3..], t);
     let before = numbers::<6>(&record, place(&rows, "the calibration before"));
@@ -63,8 +63,8 @@ fn the_table_of_the_state_is_that_of_its_bytes() {
 fn the_table_of_the_factory_calibration_is_that_of_its_bytes() {
     let rows = table("Factory calibration");
     let extrinsics = rig::<f32>(ROTATION, [0.5, -0.4]);
-    let (yaw_sd_rad, baseline_m) = (Some(8e-4), Some(0.12));
-    let made = FactoryCalibration { cameras: cameras(), extrinsics, yaw_sd_rad, baseline_m };
+    let made = FactoryCalibration::new(cameras(), extrinsics).with_yaw_sd_rad(8e-4).unwrap();
+    let made = made.with_baseline_m(0.12).unwrap();
     let record = made.to_record();
     assert_eq!(place(&rows, "end"), record.len());
     assert_eq!([&record[..4], &record[4..8]], [&b"SCRC"[..], &[7, 1, 0, 0]]);

@@ -5,6 +5,7 @@ mod faults;
 mod policy;
 
 use crate::api::presets::robust;
+use crate::api::scene::cameras;
 use crate::record::Record;
 use core::fmt::Debug;
 use embedded_storage::nor_flash::NorFlash;
@@ -26,14 +27,14 @@ impl<F: NorFlash<Error: Debug>> Kept<F> {
 
     /// Whether it was saved.
     pub(crate) fn save_factory(&mut self, number: u16) -> bool {
-        let baseline_m = Some(1.0 + f32::from(number));
-        let made = robust().factory_calibration().unwrap();
-        self.0.save_factory(&FactoryCalibration { baseline_m, ..made }).is_ok()
+        let made = FactoryCalibration::guess(cameras());
+        let made = made.with_baseline_m(1.0 + f32::from(number)).unwrap();
+        self.0.save_factory(&made).is_ok()
     }
 
     pub(crate) fn factory(&mut self) -> Option<u16> {
         let found = self.0.load_factory().ok()??;
-        let baseline_m = found.baseline_m?;
+        let baseline_m = found.baseline_m()?;
         (0..u16::MAX).find(|number| 1.0 + f32::from(*number) >= baseline_m)
     }
 
@@ -47,14 +48,14 @@ impl<F: NorFlash<Error: Debug>> Kept<F> {
     /// The generation that is found.
     pub(crate) fn state(&mut self) -> Option<u32> {
         let mut calibrator = robust::<f32>();
-        self.0.resume(&mut calibrator).ok()?.then(|| calibrator.generation())
+        self.0.resume(&mut calibrator).ok()?.then(|| calibrator.in_use().generation)
     }
 }
 
 /// A record of a calibrator without an estimate.
 fn numbered(number: u32) -> Record {
     static FRESH: std::sync::LazyLock<Record> =
-        std::sync::LazyLock::new(|| robust::<f32>().snapshot().unwrap());
+        std::sync::LazyLock::new(|| robust::<f32>().snapshot());
     let mut record = *FRESH;
     record[12..16].copy_from_slice(&number.to_le_bytes());
     let body = record.len() - 4;

@@ -120,7 +120,7 @@ fn after_a_restart_the_first_save_waits_and_a_confirmation_is_no_reason() {
     let mut policy = policy();
     let mut calibrator = locked();
     feed(&mut calibrator, ROTATION, 20..60);
-    calibrator.restore(&calibrator.snapshot().unwrap()).unwrap();
+    calibrator.restore(&calibrator.snapshot()).unwrap();
     policy.restarted(&calibrator);
     feed(&mut calibrator, ROTATION, 60..63);
     assert_eq!(calibrator.state(), State::Locked);

@@ -3,9 +3,9 @@
 use stereo_selfcal::link::{Decoder, FrameRefusal, FrameSink, Received};
 use stereo_selfcal::{
     ApplyError, Calibration, Calibrator, Cameras, Config, Correspondence, Extrinsics, Fused,
-    Health, MotionError, PairError, PairReport, Proposal, PushError, Pushed, RangeError,
-    RangeReading, RayPair, RectifiedCamera, RectifyError, RectifyingRotations, Refusal,
-    RestoreError, Scalar, Witnessed,
+    Health, MotionError, PairReport, Proposal, PushError, Pushed, RangeError, RangeReading,
+    RayPair, RectifiedCamera, RectifyError, RectifyingRotations, Rejection, RestoreError, Scalar,
+    Witnessed,
 };
 
 use crate::lens;
@@ -43,26 +43,26 @@ pub(crate) fn push<T: Scalar>(
 }
 
 #[inline(never)]
-pub(crate) fn begin<T: Scalar>(calibrator: &mut CalibratorOf<T>) -> Result<(), PairError> {
+pub(crate) fn begin<T: Scalar>(calibrator: &mut CalibratorOf<T>) -> Result<(), Rejection> {
     calibrator.begin_pair()
 }
 
 #[inline(never)]
 pub(crate) fn advance<T: Scalar>(
     calibrator: &mut CalibratorOf<T>,
-) -> Result<Option<PairReport<T>>, PairError> {
+) -> Result<Option<PairReport<T>>, Rejection> {
     calibrator.advance_pair()
 }
 
 #[inline(never)]
 pub(crate) fn solve<T: Scalar>(
     calibrator: &mut CalibratorOf<T>,
-) -> Result<PairReport<T>, PairError> {
+) -> Result<PairReport<T>, Rejection> {
     calibrator.solve_pair()
 }
 
 #[inline(never)]
-pub(crate) fn fuse<T: Scalar>(calibrator: &mut CalibratorOf<T>) -> Result<Fused, Refusal> {
+pub(crate) fn fuse<T: Scalar>(calibrator: &mut CalibratorOf<T>) -> Result<Fused, Rejection> {
     calibrator.fuse()
 }
 

@@ -79,7 +79,7 @@ fn input<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) {
     let (full, most) = push_all(probe, &mut calibrator, records, |c| c);
     row("push into a full batch mean", "instructions", mean(full, records.len()));
     row("push into a full batch at most", "instructions", most);
-    calibrator.clear_pair();
+    calibrator.discard_pair();
     push_all(probe, &mut calibrator, records, into_one_cell);
     scene.fill(records);
     let (full, most) = push_all(probe, &mut calibrator, records, into_one_cell);
@@ -285,7 +285,7 @@ fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static s
         solve = solve.max(sample);
         let _ = report.map(|_| calibrator.fuse());
     }
-    let extrinsics: Extrinsics<T> = *calibrator.in_use();
+    let extrinsics: Extrinsics<T> = calibrator.in_use().extrinsics;
     let [range, motion] = witnesses(probe, &mut calibrator, records);
     let (rotations, of_rotations) = probe.run(|| calls::rotations(&extrinsics));
     let rectified = probe.run(|| calls::rectified_camera(&lens::distorted(), &rotations)).1;

@@ -75,7 +75,7 @@ pub(crate) fn fill<T: Scalar>(
     calibrator: &mut CalibratorOf<T>,
     records: &[MatchRecord],
 ) -> Sample {
-    calibrator.clear_pair();
+    calibrator.discard_pair();
     records.iter().fold(Sample::default(), |largest, record| {
         let c = converted(&record.decode(&HEADER));
         let (pushed, sample) = probe.run(|| calls::push(calibrator, &c));

@@ -92,13 +92,13 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
     let mut pairs = (0_u32..).zip(scenario.frames(args.seed)?).zip(calm).peekable();
     while pairs.peek().is_some() {
         // One start of the controller, until the power is lost.
-        let mut calibrator = Box::new(firmware_sim::start_automatic(cameras(scenario)?));
+        let mut calibrator = Box::new(firmware_sim::start(cameras(scenario)?));
         let mut store = hardware.store()?;
         let resumed = store.resume(&mut calibrator);
         if result.io_stats.start(resumed, calibrator.state()) {
             bar.suspend(|| log::resumed(out, resumed, &calibrator))?;
         }
-        let mut app = App::new(hardware.driver(), &mut calibrator);
+        let mut app = App::new(hardware.driver(), &mut calibrator).applying();
         for ((sequence, frame), calm) in pairs.by_ref() {
             let ScenarioPair { scene, pair, .. } = frame;
             hardware.send(sequence, &pair.matches);
@@ -126,7 +126,7 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
                 break;
             }
         }
-        result.generation = app.calibrator().generation();
+        result.generation = app.calibrator().in_use().generation;
         result.io_stats.end(app.counters(), hardware.erasures());
         hardware.power_on();
     }
@@ -147,7 +147,7 @@ impl FlightResult {
         calm: &Extrinsics<f64>,
     ) {
         let proposal = calibrator.proposal();
-        let in_use = in_f64(calibrator.in_use());
+        let in_use = in_f64(&calibrator.in_use().extrinsics);
         self.moments.push(Moment {
             verdict,
             state: calibrator.state(),

@@ -138,7 +138,7 @@ fn compare_pairs<L: Read + Write>(
     let there = session.end()?;
     let end = differences(&here.fields(), &there.fields());
     let applied = match applied {
-        Ok(_) => format!("applied, generation {}", app.calibrator().generation()),
+        Ok(_) => format!("applied, generation {}", app.calibrator().in_use().generation),
         Err(why) => format!("not applied, {why}"),
     };
     Ok(Comparison { identical, end, applied })
@@ -149,12 +149,10 @@ mod tests {
     use super::*;
     use embedded_hal::digital::{self, InputPin};
     use embedded_hal::spi::{self, Operation, SpiDevice};
-    use firmware_sim::Controller;
     use firmware_sim::pil::run_session;
     use std::convert::Infallible;
     use std::net::{TcpListener, TcpStream};
     use std::thread;
-    use stereo_selfcal::Config;
 
     /// The controller's end of a line on a host. Data-ready is always high: the reads wait.
     struct HostLink<'a>(&'a TcpStream);
@@ -210,7 +208,6 @@ mod tests {
         line.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
         let controller = thread::spawn(move || {
             let (line, _) = listener.accept().unwrap();
-            let mut controller = Box::new(Controller::new(Config::robust()));
             let mut replies = 0;
             let send = |bytes: &[u8]| {
                 let mut bytes = bytes.to_vec();
@@ -218,7 +215,8 @@ mod tests {
                 replies += 1;
                 let _ = (&line).write_all(&bytes);
             };
-            run_session(&mut controller, HostLink(&line), HostLink(&line), send).is_ok()
+            let start = |cameras| Box::leak(Box::new(firmware_sim::start(cameras)));
+            run_session(start, HostLink(&line), HostLink(&line), send).is_ok()
         });
         let mut out = Vec::new();
         let comparison = compare_pairs(&set, line, &request, &mut out);

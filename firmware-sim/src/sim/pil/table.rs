@@ -24,7 +24,7 @@ impl Table {
     /// # Errors
     /// If the true extrinsics of the data set are invalid.
     pub(super) fn new(set: &Dataset, calibrator: &Controller) -> Result<Self> {
-        let log = RunLog::new(set.truth()?, in_f64(calibrator.in_use()));
+        let log = RunLog::new(set.truth()?, in_f64(&calibrator.in_use().extrinsics));
         Ok(Self { log: log.with_truths(set.truths()?) })
     }
 

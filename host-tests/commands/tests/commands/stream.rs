@@ -3,7 +3,7 @@
 use host_tests::data::{Dataset, in_f64};
 use host_tests::wire::Sender;
 use stereo_selfcal::link::Decoder;
-use stereo_selfcal::{Calibrator, Config};
+use stereo_selfcal::{Calibrator, Config, FactoryCalibration};
 use test_support::Ended;
 
 use crate::call;
@@ -58,13 +58,11 @@ fn a_stream_replays_to_the_bits_of_the_controller_that_received_it() {
     let frames = (0..).zip(&set.pairs).flat_map(|(i, pair)| sender.frame(i, pair).0);
     let bytes: Vec<u8> = frames.collect();
     // Two pairs are longer than its capacity.
-    let mut controller = Box::new(Calibrator::<f32, 256>::new(Config::robust()));
-    controller.set_cameras(set.cameras().unwrap());
+    let factory = FactoryCalibration::guess(set.cameras().unwrap());
+    let mut controller = Box::new(Calibrator::<f32, 256>::new(Config::robust(), &factory));
     let (mut rest, mut decoder) = (&bytes[..], Decoder::new());
     while decoder.feed(&mut rest, &mut *controller).unwrap().is_some() {
-        controller.solve_pair().unwrap();
-        let _ = controller.fuse();
-        controller.clear_pair();
+        assert!(controller.solve_pair().pair.is_some());
     }
     let expected = in_f64(&controller.proposal().unwrap().extrinsics);
 

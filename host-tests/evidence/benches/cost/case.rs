@@ -6,7 +6,9 @@ use anyhow::{Result, bail, ensure};
 use host_tests::data::{Match, Rays, in_f64};
 use host_tests::synth::{ScenarioKind, Scene, SynthPair, five_degrees_off};
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Calibrator, Config, Extrinsics, PairError, PairReport, State};
+use stereo_selfcal::{
+    Calibrator, Config, Extrinsics, FactoryCalibration, PairReport, Rejection, State,
+};
 
 use crate::minpack::{Fit, RowOffsets};
 
@@ -67,9 +69,9 @@ pub(crate) enum Job {
 /// Result of a job.
 #[derive(Debug)]
 pub(crate) enum Answer {
-    Report(Result<Report, PairError>),
+    Report(Result<Report, Rejection>),
     /// One pass taken.
-    Pass(Result<(), PairError>),
+    Pass(Result<(), Rejection>),
     Fit(Fit),
 }
 
@@ -141,10 +143,10 @@ impl Job {
     /// The measured work.
     pub(crate) fn run(self) -> Answer {
         match self {
-            Self::Solve(mut calibrator) => {
-                Answer::Report(calibrator.solve_pair().map(Report::from))
+            Self::Solve(mut calibrator) => Answer::Report(solve_and_fuse(&mut calibrator)),
+            Self::Pass(mut calibrator) => {
+                Answer::Pass(calibrator.advance_pair().map_or(Ok(()), |o| o.fused.map(|_| ())))
             }
-            Self::Pass(mut calibrator) => Answer::Pass(calibrator.advance_pair().map(|_| ())),
             Self::SolveAndFuse(mut calibrator) => Answer::Report(solve_and_fuse(&mut calibrator)),
             Self::Minpack(problem) => Answer::Fit(problem.minimise()),
         }
@@ -157,17 +159,17 @@ impl From<PairReport<f32>> for Report {
     }
 }
 
-fn solve_and_fuse(calibrator: &mut Calibrator1024) -> Result<Report, PairError> {
-    let report = calibrator.solve_pair()?;
+fn solve_and_fuse(calibrator: &mut Calibrator1024) -> Result<Report, Rejection> {
+    let outcome = calibrator.solve_pair();
     // A pair that is kept apart counts.
-    let _ = calibrator.fuse();
-    Ok(report.into())
+    let why = outcome.fused.err().unwrap_or(Rejection::NotBegun);
+    outcome.pair.map(Report::from).ok_or(why)
 }
 
 /// A calibrator with the matches of this pair only.
 fn fresh(scene: &Scene, config: Config, pair: &SynthPair) -> Result<Job> {
-    let mut calibrator = Box::new(Calibrator1024::new(config));
-    calibrator.set_cameras(scene.dataset(0, SEED)?.cameras()?);
+    let factory = FactoryCalibration::guess(scene.dataset(0, SEED)?.cameras()?);
+    let mut calibrator = Box::new(Calibrator1024::new(config, &factory));
     fill(&mut calibrator, pair)?;
     Ok(Job::Solve(calibrator))
 }
@@ -177,18 +179,18 @@ fn amid(scene: &Scene, pair: &SynthPair) -> Result<Job> {
     let Job::Solve(mut calibrator) = fresh(scene, Config::robust(), pair)? else {
         bail!("a fresh calibrator is to be solved");
     };
-    calibrator.begin_pair()?;
+    ensure!(calibrator.advance_pair().is_none(), "the pair has matches");
     let [many, few] = ANNEALED;
     for _ in 0..if pair.matches.len() <= 128 { few } else { many } {
-        calibrator.advance_pair()?;
+        ensure!(calibrator.advance_pair().is_none(), "the pair goes on");
     }
     Ok(Job::Pass(calibrator))
 }
 
 /// A locked calibrator before each of the measured pairs.
 fn locked(scene: &Scene, pairs: impl Iterator<Item = SynthPair>) -> Result<Vec<Job>> {
-    let mut calibrator = Box::new(Calibrator1024::new(Config::robust()));
-    calibrator.set_cameras(scene.dataset(0, SEED)?.cameras()?);
+    let factory = FactoryCalibration::guess(scene.dataset(0, SEED)?.cameras()?);
+    let mut calibrator = Box::new(Calibrator1024::new(Config::robust(), &factory));
     for pair in scene.pairs(SEED + 1).take(LOCKING) {
         fill(&mut calibrator, &pair)?;
         // Checked below.
@@ -207,7 +209,7 @@ fn locked(scene: &Scene, pairs: impl Iterator<Item = SynthPair>) -> Result<Vec<J
 }
 
 fn fill(calibrator: &mut Calibrator1024, pair: &SynthPair) -> Result<()> {
-    calibrator.clear_pair();
+    calibrator.discard_pair();
     for m in &pair.matches {
         calibrator.push(&m.correspondence())?;
     }

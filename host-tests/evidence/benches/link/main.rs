@@ -30,7 +30,7 @@ use host_tests::stats::median;
 use host_tests::synth::{ScenarioKind, Scene};
 use host_tests::wire::Sender;
 use stereo_selfcal::link::{Decoder, Event, FrameHeader, MatchRecord};
-use stereo_selfcal::{Calibrator, Config};
+use stereo_selfcal::{Calibrator, Config, FactoryCalibration};
 
 /// Frames of each row.
 const FRAMES: usize = 50;
@@ -141,9 +141,8 @@ impl Case {
         let sender = Sender::new(scene.size, [0.0])?;
         let calibrator = match self.work {
             Work::Feed => {
-                let mut calibrator = Box::new(Calibrator1024::new(Config::robust()));
-                calibrator.set_cameras(scene.dataset(0, SEED)?.cameras()?);
-                Some(calibrator)
+                let factory = FactoryCalibration::guess(scene.dataset(0, SEED)?.cameras()?);
+                Some(Box::new(Calibrator1024::new(Config::robust(), &factory)))
             }
             _ => None,
         };

@@ -13,7 +13,7 @@ use host_tests::stats::median;
 use host_tests::synth::{ScenarioKind, Scene, five_degrees_off};
 use host_tests::wire::Sender;
 use stereo_selfcal::link::{Decoder, Event};
-use stereo_selfcal::{Calibrator, Config, Correspondence};
+use stereo_selfcal::{Calibrator, Config, Correspondence, FactoryCalibration};
 
 /// Pairs that lock a calibrator.
 const LOCKING: usize = 20;
@@ -27,17 +27,17 @@ fn main() {
     undistort();
     let fresh = calibrator(Config::robust(), 0);
     let mut begun = fresh.clone();
-    begun.begin_pair().expect("the pair has matches");
-    stage("one pass and its step", || begun.clone(), |c| c.advance_pair().is_ok());
+    assert_eq!(begun.advance_pair(), None, "the pair has matches");
+    stage("one pass and its step", || begun.clone(), |c| c.advance_pair());
     stage("a pair far from the optimum", || fresh.clone(), |c| c.solve_pair());
-    let mut locked = calibrator(Config::robust(), LOCKING);
+    let locked = calibrator(Config::robust(), LOCKING);
     stage("a pair of a locked rig", || locked.clone(), |c| c.solve_pair());
     let pair = matches(&recording(), LOCKING);
     stage("all calls of that pair", || locked.clone(), |c| all_calls(c, &pair));
     let paper = calibrator(Config::paper(), 0);
     stage("a pair by the paper's preset", || paper.clone(), |c| c.solve_pair());
-    locked.solve_pair().expect("the pair has an answer");
-    stage("fusion of a solved pair", || locked.clone(), |c| c.fuse());
+    let solved = solved(locked);
+    stage("fusion of a solved pair", || solved.clone(), |c| c.advance_pair());
     decode();
 }
 
@@ -76,19 +76,28 @@ fn matches(set: &Dataset, pair: usize) -> Vec<Correspondence<f32>> {
 /// A calibrator with a pair in its batch, after so many fused pairs.
 fn calibrator(config: Config, fused: usize) -> Box<Calibrator256> {
     let set = recording();
-    let mut calibrator = Box::new(Calibrator256::new(config));
-    calibrator.set_cameras(set.cameras().expect("generated cameras are valid"));
+    let cameras = set.cameras().expect("generated cameras are valid");
+    let factory = FactoryCalibration::guess(cameras);
+    let mut calibrator = Box::new(Calibrator256::new(config, &factory));
     for pair in 0..=fused {
-        calibrator.clear_pair();
+        calibrator.discard_pair();
         for m in matches(&set, pair) {
             calibrator.push(&m).expect("generated matches are in the image");
         }
         if pair < fused {
-            calibrator.solve_pair().expect("the pair has an answer");
-            let _ = calibrator.fuse();
+            calibrator.solve_pair().pair.expect("the pair has an answer");
         }
     }
     calibrator
+}
+
+/// Before the last step of its pair.
+fn solved(mut calibrator: Box<Calibrator256>) -> Box<Calibrator256> {
+    let mut before = calibrator.clone();
+    while calibrator.advance_pair().is_none() {
+        before.clone_from(&calibrator);
+    }
+    before
 }
 
 /// Pixels to rays through a lens of five coefficients, both sides of every match.

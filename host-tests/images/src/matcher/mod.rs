@@ -16,7 +16,9 @@ use anyhow::Result;
 use host_tests::data::{Match, Meta};
 use kornia_image::{Image, ImageSize};
 use kornia_imgproc::pyramid::pyrdown_u8;
-use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, RectifyingRotations, row_offset};
+use stereo_selfcal::{
+    Calibrator, Cameras, Config, Extrinsics, FactoryCalibration, RectifyingRotations, row_offset,
+};
 
 use crate::picture::Picture;
 use alike::Alike;
@@ -241,14 +243,10 @@ impl Matcher {
     /// Extrinsics that matches of one pair fit, if enough of them do.
     #[must_use]
     pub fn rows(&self, matches: &[Match]) -> Option<Extrinsics<f64>> {
-        let mut calibrator = Box::new(Calibrator::<f64, ROOM>::new(Config::robust()));
-        calibrator.set_cameras(self.cameras);
-        calibrator.set_factory(self.extrinsics);
-        for m in matches {
-            // A match without a ray is of no use.
-            let _ = calibrator.push(&m.correspondence());
-        }
-        let report = calibrator.solve_pair().ok()?;
+        let factory = FactoryCalibration::new(self.cameras, self.extrinsics);
+        let mut calibrator = Box::new(Calibrator::<f64, ROOM>::new(Config::robust(), &factory));
+        // A match without a ray is of no use.
+        let report = calibrator.take_pair(matches.iter().map(Match::correspondence)).pair?;
         let (fit, share) = TRUSTED;
         let trusted = report.screened >= fit
             && f64::from(report.screened) >= share * f64::from(report.usable);

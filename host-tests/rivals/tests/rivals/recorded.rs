@@ -6,7 +6,9 @@ use host_tests::run::{CAPACITY, Summary, replay};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use rivals::literal_paper::{self, Options, Solution};
 use stereo_selfcal::metrics::baseline_angle;
-use stereo_selfcal::{Calibrator, Config, Extrinsics, PairError, PairReport, Scalar, Stop, so3};
+use stereo_selfcal::{
+    Calibrator, Config, Extrinsics, FactoryCalibration, PairReport, Rejection, Scalar, Stop, so3,
+};
 
 /// Weight of the literal reference's gauge row that makes eq 8 hold as exactly as the core does.
 const EXACT_GAUGE: f64 = 1e6;
@@ -41,13 +43,11 @@ fn solve_by<T: Scalar>(
     config: Config,
     set: &Dataset,
     pair: &[Match],
-) -> Result<PairReport<T>, PairError> {
-    let mut calibrator = Box::new(Calibrator::<T, CAPACITY>::new(config));
-    calibrator.set_cameras(set.cameras().unwrap());
-    for m in pair {
-        calibrator.push(&m.correspondence()).unwrap();
-    }
-    calibrator.solve_pair()
+) -> Result<PairReport<T>, Rejection> {
+    let factory = FactoryCalibration::guess(set.cameras().unwrap());
+    let mut calibrator = Box::new(Calibrator::<T, CAPACITY>::new(config, &factory));
+    let outcome = calibrator.take_pair(pair.iter().map(Match::correspondence));
+    outcome.pair.ok_or(outcome.fused.err().unwrap_or(Rejection::NotBegun))
 }
 
 /// The literal reference from `start`, or from `R = I`, `t = (-1, 0, 0)`.
@@ -96,7 +96,7 @@ fn paper_preset_and_literal_reference_reach_the_same_extrinsics_on_every_recorde
             Ok(ours) => ours,
             Err(why) => {
                 // Its optimum has a third of the points behind the cameras.
-                assert_eq!(why, PairError::Behind, "{name}");
+                assert_eq!(why, Rejection::Behind, "{name}");
                 behind.push(name.to_owned());
                 return;
             }

@@ -133,7 +133,7 @@ impl CampaignArgs {
 
     fn runs<T: Scalar>(&self, scenario: &Scenario) -> Result<Vec<Run>> {
         let bar = progress::over(usize::try_from(self.trials())?, "runs");
-        let config = Config::default().with_automatic_apply(true);
+        let config = Config::default();
         let seeds = self.seeds();
         let runs = runs::<T>(scenario, config, seeds, || bar.inc(1))?;
         bar.finish_and_clear();

@@ -56,5 +56,5 @@ fn process_pair(calibrator: &mut Calibrator<f32, 256>) {
     }
     black_box(calibrator.health());
     black_box(calibrator.state());
-    calibrator.clear_pair();
+    calibrator.discard_pair();
 }

@@ -51,7 +51,7 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
         }
         show(proposal);
     }
-    if let Some(health) = calibrator.health() {
+    if let Ok(health) = calibrator.health() {
         show(health.depth_errors(number()));
         let reasons = health.reasons;
         show((reasons.contains(Reason::Lens), reasons.is_empty(), reasons.bits()));
@@ -65,11 +65,11 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
     calibrator.set_angular_rate(number());
     show(calibrator.is_frozen());
     show(calibrator.has_valid_lengths());
+    show(&calibrator.in_use().extrinsics);
     show(calibrator.in_use());
-    show(calibrator.calibration_in_use());
-    show(calibrator.generation());
+    show(calibrator.in_use().generation);
     show(calibrator.batch());
     show(calibrator.cameras());
     show(calibrator.clone());
-    calibrator.clear_pair();
+    calibrator.discard_pair();
 }

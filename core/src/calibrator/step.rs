@@ -1,0 +1,120 @@
+//! Steps of a pair: passes of the solver, then fusion, one a call.
+
+use super::Calibrator;
+use crate::config::LensTracking;
+use crate::error::Rejection;
+use crate::outcome::cause::Causes;
+use crate::outcome::pair_report::{Fused, Outcome, PairReport};
+use crate::scalar::Scalar;
+use crate::state::State;
+
+/// Where the pair of the batch is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Step {
+    /// Its matches arrive.
+    Collecting,
+    /// Passes are taken.
+    Solving,
+    /// It has been solved, and is fused next.
+    Solved,
+    /// It has an outcome; its matches are read by the judgement only.
+    Ended,
+}
+
+impl<T: Scalar, const N: usize> Calibrator<T, N> {
+    /// Takes one step of the pair; the outcome, once it has ended. The first step begins with the matches pushed so far,
+    /// each further one takes a pass, and the last one fuses the result. At most [`crate::Config::with_max_passes`] and
+    /// three more.
+    ///
+    /// What is in use never changes, nor do the numbers of a confirmed estimate where the pair is rejected; after
+    /// [`Rejection::Disagrees`] its deviations may be wider: the pair may show a vibration. Nothing counts against the
+    /// estimate after [`Rejection::TooFew`], [`Rejection::TooUncertain`] and [`Rejection::Frozen`], and in the paper
+    /// preset. Any other rejected pair counts against each hypothesis that was asked and disagreed:
+    /// - a locked estimate becomes [`State::Suspect`], after ten such pairs in a row [`State::Lost`]; the next pair
+    ///   that agrees with it locks it again;
+    /// - a challenger, or an estimate that is still [`State::Acquiring`], is dropped once at least two pairs, and more
+    ///   than half as many as support it, disagree: [`Calibrator::proposal`] is then `None` until a pair is fused.
+    pub fn advance_pair(&mut self) -> Option<Outcome<T>> {
+        match self.step {
+            Step::Collecting | Step::Ended => self.begin(),
+            Step::Solving => self.take_pass(),
+            Step::Solved => Some(self.end()),
+        }
+    }
+
+    // The steps are out of line: their contexts leave the stack of the caller.
+    #[inline(never)]
+    fn begin(&mut self) -> Option<Outcome<T>> {
+        if self.step == Step::Ended {
+            // A pair counts once.
+            self.discard_pair();
+        }
+        let context = self.estimator.context(&self.config, &self.factory);
+        if let Err(why) = self.estimator.begin(&context, self.batch.matches()) {
+            return Some(self.unsolved(why));
+        }
+        self.rejection = None;
+        self.step = Step::Solving;
+        None
+    }
+
+    #[inline(never)]
+    fn take_pass(&mut self) -> Option<Outcome<T>> {
+        let context = self.estimator.context(&self.config, &self.factory);
+        match self.estimator.advance(&context, self.batch.matches(), self.frozen) {
+            Ok(is_solved) => {
+                self.step = if is_solved { Step::Solved } else { Step::Solving };
+                None
+            }
+            Err(why) => Some(self.unsolved(why)),
+        }
+    }
+
+    #[inline(never)]
+    fn end(&mut self) -> Outcome<T> {
+        match self.report() {
+            Ok(pair) => Outcome { pair: Some(pair), fused: self.fuse() },
+            Err(why) => self.unsolved(why),
+        }
+    }
+
+    #[inline(never)]
+    fn report(&mut self) -> Result<PairReport<T>, Rejection> {
+        let context = self.estimator.context(&self.config, &self.factory);
+        self.estimator.report(&context, self.batch.matches())
+    }
+
+    /// Ends a pair that could not be solved, and notes the mistake that this shows. Matches of a frame that still arrives
+    /// are kept.
+    pub(super) fn unsolved(&mut self, why: Rejection) -> Outcome<T> {
+        if !self.batch.is_arriving() {
+            self.step = Step::Ended;
+        }
+        self.rejection = Some(why);
+        let size = self.factory.cameras.left.intrinsics().size;
+        if let Some(cause) = self.batch.cause_of(why, size).filter(|_| !self.frozen) {
+            self.causes.add(cause);
+        }
+        Outcome { pair: None, fused: Err(why) }
+    }
+
+    #[inline(never)]
+    fn fuse(&mut self) -> Result<Fused, Rejection> {
+        self.step = Step::Ended;
+        if self.frozen {
+            self.estimator.discard();
+            self.rejection = Some(Rejection::Frozen);
+            return Err(Rejection::Frozen);
+        }
+        let context = self.estimator.context(&self.config, &self.factory);
+        let fused = self.estimator.fuse(&context);
+        self.rejection = fused.err();
+        match self.batch.cause().filter(|_| fused.is_ok()) {
+            Some(cause) => self.causes.add(cause),
+            None if self.state() == State::Locked => self.causes = Causes::NONE,
+            None => {}
+        }
+        let corrects = fused.is_ok() && self.config.lens_tracking == LensTracking::Compensate;
+        if corrects && self.correct_lens() { Ok(Fused::LensCorrected) } else { fused }
+    }
+}
