@@ -43,13 +43,9 @@ fn main() {
 
 /// All that `Calibrator.fuse` of Python calls: what its time is compared with.
 fn all_calls(calibrator: &mut Calibrator256, pair: &[Correspondence<f32>]) -> bool {
-    calibrator.clear_pair();
-    for m in pair {
-        let _ = calibrator.push(m);
-    }
-    let fused = calibrator.solve_pair().is_ok() && calibrator.fuse().is_ok();
+    let outcome = calibrator.take_pair(pair.iter().copied());
     black_box((calibrator.proposal(), calibrator.health()));
-    fused
+    outcome.fused.is_ok()
 }
 
 /// Prints the median time of a stage. Its input is made before the clock starts.
