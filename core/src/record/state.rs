@@ -52,8 +52,8 @@ const UNIT: f32 = 1e-5;
 const MEAN_ROUNDING: f64 = 1.001;
 /// Matches in the short window of pairs of a million matches.
 const MAX_MATCHES: f64 = 1e7;
-/// Mean square of a coordinate: products of rays at unit depth.
-const MAX_COORDINATE: f64 = 100.0;
+/// Sums of a prior over the weights that they cancel to: rounding in `f32` then is 0.6 % of the weights.
+const MAX_CANCELLATION: f64 = 1e5;
 /// Information on the lens, dimensionless.
 const MAX_LENS_WEIGHT: f32 = 1e10;
 /// Yaw, rad, and its variances, rad^2.
@@ -322,12 +322,13 @@ fn read_prior<T: Scalar>(
     Ok(())
 }
 
-/// Whether the estimate explains no more of a coordinate than there is: `E^T H E`, over the weights of the matches.
+/// Whether sums `E^T H E` keep the digits of `H`. The covariance of a rig that vibrates has less information than its
+/// matches have weight, and the response is as large as before: no smaller bound holds there.
 fn is_response<T: Scalar>(Response(columns): &Response<T>, information: &Information<T>) -> bool {
     let [weights, ..] = information.0.diagonal();
     columns.iter().all(|column| {
         let column = Vector5::from(*column);
-        column.dot(&information.times(&column)) <= weights * T::lit(MAX_COORDINATE)
+        column.dot(&information.times(&column)) <= weights * T::lit(MAX_CANCELLATION)
     })
 }
 
