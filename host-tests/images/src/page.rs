@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use host_tests::chart::palette::{self, viridis};
-use host_tests::data::{Match, Meta};
+use host_tests::data::{Match, Meta, QuarterTurns};
 use image::codecs::jpeg::JpegEncoder;
+use image::metadata::Orientation;
 use image::{Rgb, RgbImage};
 use selfcal_commands::report::{Cell, Csv, Figure, Page, Picture as Drawing, Section, Table};
 use selfcal_commands::run_page::Replayed;
@@ -85,15 +86,25 @@ fn verdict(report: &Report, command: &str) -> Section {
 fn pictures(session: &Session, command: &str) -> Result<Option<Section>> {
     let (Some(best), Some(fused)) = (&session.best, session.log.fused()) else { return Ok(None) };
     let BestPair { number, frames, matches } = best;
-    let pictures = [frames[0].picture()?, frames[1].picture()?];
-    let calibrated = shown(&pictures, &fused.rig(&session.set.meta), matches)?;
-    let before = shown(&pictures, &session.set.meta, matches)?;
-    let kept = calibrated.in_row(&fused.extrinsics);
-    let range = calibrated.range(&fused.extrinsics, &kept, RANGE).unwrap_or(RANGE);
+    // Cameras that do not stand side by side are turned until they do: rows are then level.
+    let turns = QuarterTurns::upright(&fused.rig(&session.set.meta));
+    let turned = |side: usize| -> Result<Picture> {
+        Ok(frames[side].picture()?.turned(orientation(turns.0[side])))
+    };
+    let pictures = [turned(0)?, turned(1)?];
+    let matches: Vec<Match> =
+        matches.iter().map(|m| turns.of_match(&session.set.meta, m)).collect();
+    let [calibrated_rig, rig] =
+        [fused.rig(&session.set.meta), session.set.meta.clone()].map(|meta| turns.meta(&meta));
+    let calibrated = shown(&pictures, &calibrated_rig, &matches)?;
+    let before = shown(&pictures, &rig, &matches)?;
+    let [estimate, in_use] = [calibrated_rig.extrinsics()?, rig.extrinsics()?];
+    let kept = calibrated.in_row(&estimate);
+    let range = calibrated.range(&estimate, &kept, RANGE).unwrap_or(RANGE);
     let mut section = Section::new("Before and after");
     let mut panels = Panels::new();
     for (rig, extrinsics, shown) in
-        [("in use", session.log.factory(), &before), ("estimate", &fused.extrinsics, &calibrated)]
+        [("in use", &in_use, &before), ("estimate", &estimate, &calibrated)]
     {
         if !panels.add(rig, extrinsics, shown, &kept, range)? {
             section
@@ -174,6 +185,15 @@ impl Panels {
             figure(self.disparities, disparities, "disparities"),
             figure(self.offsets, offsets, "offsets"),
         ]
+    }
+}
+
+fn orientation(quarters: u8) -> Orientation {
+    match quarters {
+        1 => Orientation::Rotate90,
+        2 => Orientation::Rotate180,
+        3 => Orientation::Rotate270,
+        _ => Orientation::NoTransforms,
     }
 }
 

@@ -13,6 +13,7 @@ use crate::source::{Frame, Item, Source};
 
 /// A pair that was matched, or what was skipped.
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "two frames are no more than their paths")]
 pub enum Done {
     /// Matches of a pair.
     Matched {

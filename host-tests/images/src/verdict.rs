@@ -8,6 +8,7 @@ use serde::Serialize;
 use stereo_selfcal::{Doubt, State};
 
 use crate::coverage::Coverage;
+use crate::moments;
 use crate::session::Session;
 
 /// Row offset from which a matcher that searches along rows misses, px; as the core's bands.
@@ -88,6 +89,12 @@ impl Report {
         let summary = session.log.summary(&session.set)?;
         let mut reasons = Vec::new();
         let verdict = verdict(session, &summary, &mut reasons);
+        if session.pairs < moments::LEAST {
+            reasons.push(format!(
+                "not tested whether left and right are of one moment: it takes {} pairs",
+                moments::LEAST
+            ));
+        }
         if guessed {
             reasons.push("the intrinsics are a guess: yaw and t cannot be trusted".into());
         }
@@ -133,12 +140,6 @@ fn verdict(session: &Session, summary: &Summary, reasons: &mut Vec<String>) -> V
         return Verdict::Unknown;
     }
     reasons.extend(doubt_in_words(fused));
-    if session.pairs < crate::moments::LEAST {
-        reasons.push(format!(
-            "not tested whether left and right are of one moment: it takes {} pairs",
-            crate::moments::LEAST
-        ));
-    }
     let (verdict, reason) = of_rows(before, after);
     reasons.insert(0, reason);
     verdict

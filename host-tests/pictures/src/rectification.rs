@@ -98,8 +98,8 @@ impl StereoImages {
             .context("no camera sees what both see after this rectification")?;
         let [left, right] = &self.images;
         let images = [
-            rectified(left, &self.cameras.left, rotations.left(), &camera),
-            rectified(right, &self.cameras.right, rotations.right(), &camera),
+            rectified(left, &self.cameras.left, rotations.left(), &camera, left.size()),
+            rectified(right, &self.cameras.right, rotations.right(), &camera, left.size()),
         ];
         let disparities = Disparities::of(&images[0], &images[1], range);
         let matches = self.ends(&rotations, &camera, kept).collect();

@@ -39,14 +39,16 @@ pub fn turned(image: &Grey, camera: &Camera<f64>, rotation: &Matrix3<f64>) -> Gr
 /// The image of the rectified camera.
 ///
 /// * `rotation`: of this camera's frame into the rectified one.
+/// * `size`: of the rectified image, px: that of the left one for both.
 #[must_use]
 pub fn rectified(
     image: &Grey,
     camera: &Camera<f64>,
     rotation: &Rotation3<f64>,
     target: &RectifiedCamera<f64>,
+    size: [u16; 2],
 ) -> Grey {
-    warp(image, image.size(), |pixel| projected(camera, rotation.inverse() * ray_of(target, pixel)))
+    warp(image, size, |pixel| projected(camera, rotation.inverse() * ray_of(target, pixel)))
 }
 
 /// The ray of a rectified pixel, at unit depth.

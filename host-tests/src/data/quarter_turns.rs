@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::geometry::{Rows, matrix, rows};
+use super::matches::Match;
 use super::meta::{LensModel, Meta};
 
 /// Clockwise quarter turns of the left and the right image.
@@ -49,6 +50,17 @@ impl QuarterTurns {
             3 => [right - v, u],
             _ => [u, v],
         }
+    }
+
+    /// A match of the images as one of the turned images.
+    #[must_use]
+    pub fn of_match(self, meta: &Meta, m: &Match) -> Match {
+        let back = Self(self.0.map(|quarters| (4 - quarters % 4) % 4));
+        let at = |side: usize, pixel: [f64; 2]| {
+            back.pixel_back(side, self.size(side, meta.sizes()[side]), pixel)
+        };
+        let ([ul, vl], [ur, vr]) = (at(0, [m.ul, m.vl]), at(1, [m.ur, m.vr]));
+        Match { ul, vl, ur, vr, ..*m }
     }
 
     /// The rig of the turned images.
@@ -135,6 +147,20 @@ mod tests {
                     assert!((ray - after.ray(at).unwrap().push(1.0)).norm() < 1e-9, "{turns:?}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_match_goes_with_the_images_and_back() {
+        let meta = rig([0.0; 2]);
+        for turns in [[0, 0], [1, 3], [2, 2], [3, 1]].map(QuarterTurns) {
+            let m = Match { ul: 20.0, vl: 30.0, ur: 300.0, vr: 100.0, score: 1.0, step: 0.0 };
+            let there = turns.of_match(&meta, &m);
+            let [size_l, size_r] = meta.sizes();
+            let left = turns.pixel_back(0, size_l, [there.ul, there.vl]);
+            let right = turns.pixel_back(1, size_r, [there.ur, there.vr]);
+            let off = [left[0] - m.ul, left[1] - m.vl, right[0] - m.ur, right[1] - m.vr];
+            assert!(off.iter().all(|px| px.abs() < 1e-12), "{turns:?}: {off:?}");
         }
     }
 

@@ -54,7 +54,7 @@ mod tests {
     #[test]
     fn only_a_right_camera_to_the_left_is_of_the_other_convention() {
         for t in [[1.0, 0.0, 0.0], [0.12, 0.01, -0.3], [1e-7, 1e-7, 0.0]] {
-            assert_eq!(WrongSign::check(&PLAIN, t).unwrap_err().t, t);
+            assert!(WrongSign::check(&PLAIN, t).is_err(), "{t:?}");
         }
         // To the left, above each other, and what is refused for another reason.
         for t in [[-1.0, 0.0, 0.0], [-0.1, 0.0, 9.0], [0.1, -1.0, 0.0], [0.0; 3], [f64::NAN; 3]] {
@@ -66,6 +66,6 @@ mod tests {
     fn a_camera_upside_down_turns_the_sign_of_t() {
         assert_eq!(WrongSign::check(&UPSIDE_DOWN, [1.0, 0.0, 0.0]), Ok(()));
         let wrong = WrongSign::check(&UPSIDE_DOWN, [-1.0, 0.0, 0.0]).unwrap_err();
-        assert_eq!(wrong.centre[0], -1.0);
+        assert!(wrong.centre[0] < -0.999, "{wrong:?}");
     }
 }

@@ -3,7 +3,7 @@
 //! `extrinsics` take points of a camera to that of `toCameraSocket`, in centimetres; -1 and 255 stand for none. Cameras
 //! that lead to a common one are a chain.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use nalgebra::Vector3;
 
 use super::Files;
@@ -13,7 +13,7 @@ use super::rigid::Rigid;
 use host_tests::data::{LensModel, Meta};
 
 /// Numbers of sockets that stand for none.
-const NONE: [f64; 2] = [-1.0, 255.0];
+const NONE: [i32; 2] = [-1, 255];
 
 /// Sockets of a camera, at most.
 const MOST: usize = 16;
@@ -22,7 +22,7 @@ const MOST: usize = 16;
 const USUAL: [u8; 2] = [1, 2];
 
 struct Socket<'a> {
-    number: f64,
+    number: i32,
     value: Value<'a>,
 }
 
@@ -34,10 +34,10 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     for item in data.items() {
         let [number, value] = <[Value; 2]>::try_from(item.items())
             .map_err(|_| item.refuse("a socket's number and its data are expected"))?;
-        sockets.push(Socket { number: number.number()?, value });
+        sockets.push(Socket { number: whole(&number)?, value });
     }
     let [left, right] = sides(&file, unknowns)?;
-    let find = |number: f64| {
+    let find = |number: i32| {
         let found = sockets.iter().find(|socket| socket.number == number);
         found.with_context(|| {
             format!(
@@ -54,29 +54,30 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
 }
 
 /// The numbers of the left and the right socket.
-fn sides(file: &Value, unknowns: Unknowns) -> Result<[f64; 2]> {
+fn sides(file: &Value, unknowns: Unknowns) -> Result<[i32; 2]> {
     if let Some(chosen) = unknowns.cameras {
-        return Ok(chosen.map(f64::from));
+        return Ok(chosen.map(i32::from));
     }
     let stereo = file.get(&["stereoRectificationData"]);
-    let number = |key: &str| -> Result<Option<f64>> {
+    let number = |key: &str| -> Result<Option<i32>> {
         let value = stereo.as_ref().and_then(|stereo| stereo.get(&[key]));
-        Ok(value.map(|value| value.number()).transpose()?.filter(|number| !NONE.contains(number)))
+        let number = value.map(|value| whole(&value)).transpose()?;
+        Ok(number.filter(|number| !NONE.contains(number)))
     };
     let sides = [number("leftCameraSocket")?, number("rightCameraSocket")?];
     Ok(match sides {
         [Some(left), Some(right)] => [left, right],
-        _ => USUAL.map(f64::from),
+        _ => USUAL.map(i32::from),
     })
 }
 
 /// The sockets that a camera leads to, one after the other, and the way to each.
-fn ways<'a>(sockets: &'a [Socket<'a>], from: &'a Socket<'a>) -> Result<Vec<(f64, Rigid)>> {
+fn ways<'a>(sockets: &'a [Socket<'a>], from: &'a Socket<'a>) -> Result<Vec<(i32, Rigid)>> {
     let mut ways = vec![(from.number, Rigid::NONE)];
     let mut here = from;
     while ways.len() < MOST {
         let extrinsics = here.value.need(&["extrinsics"], "the way to another socket")?;
-        let to = extrinsics.need(&["toCameraSocket"], "a socket's number")?.number()?;
+        let to = whole(&extrinsics.need(&["toCameraSocket"], "a socket's number")?)?;
         let Some(next) = sockets.iter().find(|socket| socket.number == to && !NONE.contains(&to))
         else {
             break;
@@ -108,12 +109,21 @@ fn way(sockets: &[Socket<'_>], left: &Socket<'_>, right: &Socket<'_>) -> Result<
     )
 }
 
+/// The number of a socket, or of a kind of camera.
+#[expect(clippy::cast_possible_truncation, reason = "it is in range")]
+fn whole(value: &Value) -> Result<i32> {
+    let number = value.number()?;
+    let is_whole = number.fract() == 0.0 && number.abs() <= 1000.0;
+    ensure!(is_whole, value.refuse("a small whole number is expected"));
+    Ok(number as i32)
+}
+
 fn view(of: &Value) -> Result<View> {
-    let kind = of.get(&["cameraType"]).map(|kind| kind.number()).transpose()?.unwrap_or(0.0);
+    let kind = of.get(&["cameraType"]).map(|kind| whole(&kind)).transpose()?.unwrap_or(0);
     let size = [of.need(&["width"], "px")?.count()?, of.need(&["height"], "px")?.count()?];
     let k = rig::intrinsics(&of.need(&["intrinsicMatrix"], "3 x 3 numbers")?)?;
     let given = of.get(&["distortionCoeff"]);
-    if kind != 1.0 {
+    if kind != 1 {
         return View::of(k, LensModel::RadialTangential, given.as_ref(), size);
     }
     let given = given.context("distortionCoeff of a fisheye")?;

@@ -53,11 +53,7 @@ pub(super) struct Info<'a> {
 
 impl<'a> Info<'a> {
     fn of(value: Value<'a>, keys: &Keys) -> Result<Self> {
-        let [width, height] = keys.size;
-        let size = [
-            value.need(width, "the width of the images, px")?.count()?,
-            value.need(height, "the height of the images, px")?.count()?,
-        ];
+        let size = size(&value, keys)?;
         let model = value.get(&["distortion_model"]);
         let lens = match model.as_ref().map(Value::text).unwrap_or_default().trim() {
             // Five or eight coefficients tell the two; none are those of a pinhole.
@@ -70,16 +66,8 @@ impl<'a> Info<'a> {
         let k = rig::intrinsics(&value.need(keys.k, "a camera matrix (3 x 3)")?)?;
         let view = if none { View::pinhole(k, size) } else { View::of(k, lens, d.as_ref(), size)? };
         let r = rig::rotation(&value.need(keys.r, "a rectification matrix (3 x 3)")?)?;
-        let p = value.need(keys.p, "a projection matrix (3 x 4)")?;
-        let place_of_p = p.place().to_owned();
-        let numbers = p.shaped::<12>(3, 4)?;
-        ensure!(
-            numbers[0] > 0.0 && numbers[5] > 0.0,
-            p.refuse(
-                "fx and fy are not above 0: the rig was never calibrated as a pair; calibrate it"
-            )
-        );
-        Ok(Self { view, r, p: numbers, place_of_p, value })
+        let (p, place_of_p) = projection(&value, keys)?;
+        Ok(Self { view, r, p, place_of_p, value })
     }
 
     /// `-Tx / fx`, `-Ty / fy`: where the camera stands, m.
@@ -87,17 +75,40 @@ impl<'a> Info<'a> {
         [-self.p[3] / self.p[0], -self.p[7] / self.p[5]]
     }
 
-    /// The camera of its rectified images.
-    fn rectified(mut self) -> Result<Self> {
-        let [fx, _, cx, _, _, fy, cy, ..] = self.p;
-        self.view = View::pinhole(rig::camera_matrix([fx, fy, cx, cy]), self.view.size);
-        self.r = Matrix3::identity();
-        Ok(self)
+    /// The camera of its rectified images: nothing but `P` is read.
+    fn of_rectified(value: Value<'a>, keys: &Keys) -> Result<Self> {
+        let (p, place_of_p) = projection(&value, keys)?;
+        let [fx, _, cx, _, _, fy, cy, ..] = p;
+        let view = View::pinhole(rig::camera_matrix([fx, fy, cx, cy]), size(&value, keys)?);
+        Ok(Self { view, r: Matrix3::identity(), p, place_of_p, value })
     }
 }
 
+fn size(value: &Value, keys: &Keys) -> Result<[u16; 2]> {
+    let [width, height] = keys.size;
+    Ok([
+        value.need(width, "the width of the images, px")?.count()?,
+        value.need(height, "the height of the images, px")?.count()?,
+    ])
+}
+
+/// `P`, and its place.
+fn projection(value: &Value, keys: &Keys) -> Result<([f64; 12], String)> {
+    let p = value.need(keys.p, "a projection matrix (3 x 4)")?;
+    let numbers = p.shaped::<12>(3, 4)?;
+    ensure!(
+        numbers[0] > 0.0 && numbers[5] > 0.0,
+        p.refuse("fx and fy are not above 0: the rig was never calibrated as a pair; calibrate it")
+    );
+    Ok((numbers, p.place().to_owned()))
+}
+
 /// Left and right, told by the right one's place.
-fn pair<'a>(files: &'a Files, keys: &Keys) -> Result<[Info<'a>; 2]> {
+fn pair<'a>(
+    files: &'a Files,
+    keys: &Keys,
+    read: fn(Value<'a>, &Keys) -> Result<Info<'a>>,
+) -> Result<[Info<'a>; 2]> {
     let found = files.with(keys.p);
     let count = found.len();
     // A file without P is named by the key that it lacks.
@@ -107,8 +118,7 @@ fn pair<'a>(files: &'a Files, keys: &Keys) -> Result<[Info<'a>; 2]> {
         "{files}: two files are expected, left and right, not {}",
         found.len()
     );
-    let mut infos =
-        found.into_iter().map(|value| Info::of(value, keys)).collect::<Result<Vec<_>>>()?;
+    let mut infos = found.into_iter().map(|value| read(value, keys)).collect::<Result<Vec<_>>>()?;
     let (right, left) = (infos.pop(), infos.pop());
     let (Some(a), Some(b)) = (left, right) else { bail!("{files}: two files are expected") };
     sorted([a, b])
@@ -173,18 +183,17 @@ fn meta(infos: [Info<'_>; 2], source: String) -> Result<Meta> {
 
 /// The whole rig of files.
 pub(super) fn rig(files: &Files, _: Unknowns) -> Result<Meta> {
-    meta(pair(files, &FILE)?, format!("ROS: {files}"))
+    meta(pair(files, &FILE, Info::of)?, format!("ROS: {files}"))
 }
 
 /// The whole rig of texts.
 pub(super) fn echoed(files: &Files, _: Unknowns) -> Result<Meta> {
-    meta(pair(files, &ECHO)?, format!("ROS: {files}"))
+    meta(pair(files, &ECHO, Info::of)?, format!("ROS: {files}"))
 }
 
 /// The rig of a pair's rectified images: `P` is the camera, without distortion and side by side or above each other.
 pub(super) fn of_rectified(files: &Files) -> Result<Meta> {
-    let [left, right] = pair(files, &FILE)?;
-    meta([left.rectified()?, right.rectified()?], format!("ROS, rectified: {files}"))
+    meta(pair(files, &FILE, Info::of_rectified)?, format!("ROS, rectified: {files}"))
 }
 
 /// `left.yaml` and `right.yaml`.

@@ -1,6 +1,8 @@
 //! Texts that are neither YAML nor JSON as trees: XML of OpenCV, `name=value`, tables of COLMAP, what the tools of
 //! `RealSense` print.
 
+use std::path::Path;
+
 use anyhow::{Context, Result, bail, ensure};
 use roxmltree::{Document, Node as Element};
 
@@ -18,7 +20,7 @@ pub(super) fn parse(name: &str, text: &str) -> Result<Node> {
     if start.starts_with('{')
         || start.starts_with("[\n")
         || start.starts_with("[{")
-        || name.ends_with(".json")
+        || Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json"))
     {
         return Ok(rooted(serde_json::from_str(start).map_err(|why| {
             anyhow::anyhow!("not JSON: {why}; give the file as its tool wrote it")
@@ -231,7 +233,7 @@ fn sensor_control(text: &str) -> Node {
                 cameras.iter_mut().rev().take(1).for_each(|camera| {
                     let key = if name == "focal length" { name.clone() } else { "coeffs".into() };
                     camera.push((key, list()));
-                })
+                });
             }
             _ => {}
         }

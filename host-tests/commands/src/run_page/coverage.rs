@@ -71,14 +71,14 @@ impl Cells {
 
 pub(super) fn section(replayed: &Replayed<'_>) -> Section {
     let meta = &replayed.set.meta;
-    let size = [meta.width, meta.height];
+    let sizes = meta.sizes();
     let matches = || replayed.set.pairs.iter().flatten();
-    let cells = |of: fn(&Match) -> [f64; 2]| Cells::of(size, matches().map(of));
-    let both = [("left", cells(|m| [m.ul, m.vl])), ("right", cells(|m| [m.ur, m.vr]))];
+    let cells = |side: usize, of: fn(&Match) -> [f64; 2]| Cells::of(sizes[side], matches().map(of));
+    let both = [("left", cells(0, |m| [m.ul, m.vl])), ("right", cells(1, |m| [m.ur, m.vr]))];
     let most = both.iter().map(|(_, cells)| cells.most()).max().unwrap_or(0);
     let mut numbers = Csv::new("coverage", &["image", "column", "row", "matches"]);
     let mut panels = Vec::new();
-    for (side, cells) in &both {
+    for ((side, cells), size) in both.iter().zip(sizes) {
         for ([column, row], count) in cells.places() {
             let cell = [(*side).to_owned(), column.to_string(), row.to_string(), count.to_string()];
             numbers.push(cell);

@@ -39,6 +39,58 @@ fn what_is_exported_imports_as_the_rig_of_a_stream() {
 }
 
 #[test]
+fn replay_reads_what_import_reads_and_starts_from_its_calibration_and_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
+    let (stream, files) = (path("flight.scmf"), path("files"));
+    stdout(&["record", "opencv_chess_sift", &stream]);
+    stdout(&["export", "opencv_chess_sift", "--format", "opencv", "--out", &files]);
+    let rig = [format!("{files}/intrinsics.yml"), format!("{files}/extrinsics.yml")];
+    let replay = ["replay", &stream, "--rig", &rig[0], &rig[1], "--json"];
+    let said = selfcal(&replay).ends_with(0).err;
+    assert!(said.contains("starts from R and t of the rig"), "{said}");
+    let before = |arguments: &[&str]| json(arguments)["rms_px_before"].as_f64().unwrap();
+    let (from_rig, identity) =
+        (before(&replay), before(&[&replay[..], &["--initial", "identity"]].concat()));
+    assert!(from_rig < 1.0 && identity > 2.0 * from_rig, "{from_rig} {identity}");
+    // Lists in JSON, without the size of the images.
+    let k = "[[534.1, 0, 342.0], [0, 534.1, 234.8], [0, 0, 1]]";
+    let lists = path("rig.json");
+    let text = format!(
+        "{{\"K1\": {k}, \"D1\": [-0.28, 0, 0, 0], \"K2\": {k}, \"D2\": [-0.28, 0, 0, 0], \"R\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], \"T\": [-3.3, 0, 0]}}"
+    );
+    std::fs::write(&lists, text).unwrap();
+    let args = ["replay", &stream, "--rig", &lists, "--json"];
+    assert!(failure(&args, 1).contains("--size W,H"));
+    assert_eq!(
+        json(&[&args[..], &["--size", "640,480", "--unit", "0.0254"]].concat())["pairs"],
+        13
+    );
+    let said = selfcal(&["replay", "opencv_chess_corners"]).ends_with(0).err;
+    assert!(said.contains("--initial rig"), "{said}");
+}
+
+#[test]
+fn the_help_of_import_lists_every_format() {
+    let help = stdout(&["import", "--help"]);
+    for name in [
+        "EuRoC",
+        "KITTI",
+        "Luxonis",
+        "ORB-SLAM3",
+        "VINS-Fusion",
+        "Basalt",
+        "MC-Calib",
+        "ZED",
+        "COLMAP",
+        "OpenVINS",
+        "ROS echo",
+    ] {
+        assert!(help.contains(name), "{name}: {help}");
+    }
+}
+
+#[test]
 fn help_teaches_the_signs() {
     for command in ["import", "export"] {
         let help = stdout(&[command, "--help"]);

@@ -1,4 +1,5 @@
 //! Known answers of all formats, from their numbers alone.
+#![allow(clippy::float_cmp, reason = "numbers of a file come out as they are")]
 
 use host_tests::data::{LensModel, Meta};
 use selfcal_commands::conventions::{Unknowns, import};
@@ -79,7 +80,6 @@ fn lenses_and_cameras_are_those_of_the_files() {
 
 #[test]
 fn a_model_may_be_spelled_as_any_tool_spells_it() {
-    let coeffs = r#"[0.01, -0.02, 0.0001, 0.0, 0.0]"#;
     for model in [
         "Brown Conrady",
         "brown_conrady",
@@ -91,7 +91,7 @@ fn a_model_may_be_spelled_as_any_tool_spells_it() {
     }
     for model in ["Kannala Brandt4", "kannala_brandt4", "RS2_DISTORTION_KANNALA_BRANDT4"] {
         let meta = read(&with("RealSense", "Brown Conrady", model)).unwrap();
-        assert_eq!((meta.lens, meta.dist_l.len()), (LensModel::Fisheye, 4), "{model} {coeffs}");
+        assert_eq!((meta.lens, meta.dist_l.len()), (LensModel::Fisheye, 4), "{model}");
     }
     let refused = read(&with("RealSense", "Brown Conrady", "F Theta")).unwrap_err();
     assert!(format!("{refused:#}").contains("F Theta"), "{refused:#}");

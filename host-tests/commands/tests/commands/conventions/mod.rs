@@ -1,6 +1,7 @@
 //! Rigs in the files of OpenCV, Kalibr and ROS, against examples written by hand.
 
 mod command;
+mod device_samples;
 mod examples;
 mod known_answers;
 mod mutated;

@@ -1,4 +1,4 @@
-//! Image files as cameras and phones deliver them: turned by EXIF, side by side, BMP and WebP, KITTI's colour cameras.
+//! Image files as cameras and phones deliver them: turned by EXIF, side by side, BMP and `WebP`, KITTI's colour cameras.
 
 use std::fs;
 use std::io::Cursor;

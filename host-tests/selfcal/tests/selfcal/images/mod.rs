@@ -3,6 +3,7 @@
 mod as_delivered;
 mod bad_input;
 mod bags;
+mod candidates;
 mod interrupted;
 mod layouts;
 mod ros1;

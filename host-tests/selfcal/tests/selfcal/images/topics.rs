@@ -10,7 +10,7 @@ use mcap::records::MessageHeader;
 
 use crate::call::check;
 use crate::images::bags::Cdr;
-use crate::images::scene::{FOCAL, PRINCIPAL, SIZE, camera_info, moving};
+use crate::images::scene::{FOCAL, SIZE, camera_info, moving};
 
 /// A topic of images, what it shows, and how it is encoded.
 struct Images<'a> {
@@ -180,6 +180,11 @@ fn refused(made: &Made, more: &[&str], words: &[&str]) {
 fn of_rectified_topics_p_is_the_camera() {
     let made = made(&[images(RECT[0], 0), images(RECT[1], 1)], &infos(raw), 3);
     fits(&made, &[]);
+    let none = |mut info: Info| {
+        (info.matrices[1], info.matrices[2]) = (vec![0.0; 9], vec![f64::NAN; 9]);
+        info
+    };
+    fits(&self::made(&[images(RECT[0], 0), images(RECT[1], 1)], &infos(none), 1), &[]);
     let (_, said) = check(&made.path, &[]);
     assert!(said.err.contains(RECT[0]) && said.err.contains(RECT[1]), "{}", said.err);
 }
@@ -264,7 +269,6 @@ fn a_region_of_interest_and_binning_are_those_of_camera_info() {
         assert!(!said.err.contains("note:"), "{}", said.err);
         assert_eq!(json["rig_guessed"], false);
     }
-    let _ = PRINCIPAL;
 }
 
 #[test]

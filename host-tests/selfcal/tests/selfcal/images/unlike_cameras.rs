@@ -22,6 +22,9 @@ fn rig(top: &Path, cameras: [([f64; 4], [u32; 2]); 2], rows: &str) -> String {
     path.to_str().unwrap().to_owned()
 }
 
+/// Turns an image as its camera is.
+type Turn = fn(&GrayImage) -> GrayImage;
+
 const PLAIN: &str = "  - [1, 0, 0, -0.12]\n  - [0, 1, 0, 0]\n  - [0, 0, 1, 0]\n";
 
 fn k() -> [f64; 4] {
@@ -57,29 +60,20 @@ fn sizes_and_focal_lengths_may_differ() {
     let rig = rig(dir.path(), [(k(), SIZE), (small, half)], PLAIN);
     fits(dir.path(), &["--rig", &rig]);
     // The same from frames on a wire, and as files of other tools.
-    let [frames, out] =
-        ["frames.scmf", "rig"].map(|name| dir.path().join(name).to_str().unwrap().to_owned());
-    let said = crate::call::run(&[
-        "images",
-        dir.path().to_str().unwrap(),
-        "--rig",
-        &rig,
-        "--frames",
-        &frames,
-        "--keypoints",
-        "500",
-    ]);
+    let [frames, page] =
+        ["frames.scmf", "page"].map(|name| dir.path().join(name).to_str().unwrap().to_owned());
+    let place = dir.path().to_str().unwrap();
+    let outputs = ["--frames", &frames, "--report", &page, "--keypoints", "500"];
+    let said = crate::call::run(&[&["images", place, "--rig", &rig][..], &outputs].concat());
     assert_eq!(said.status, 0, "{}", said.err);
     let json = crate::call::json(&["replay", &frames, "--rig", &rig, "--json"]);
     assert_eq!(json["pairs"], 3);
-    let _ = out;
 }
 
 #[test]
 fn the_right_camera_may_be_upside_down_or_on_its_side() {
     let [w, h] = SIZE.map(f64::from);
     let [fx, fy, cx, cy] = k();
-    type Turn = fn(&GrayImage) -> GrayImage;
     let cases: [(Turn, [f64; 4], [u32; 2], &str); 3] = [
         (
             imageops::rotate180,
@@ -124,4 +118,22 @@ fn cameras_above_each_other_are_calibrated_too() {
     let rows = "  - [1, 0, 0, 0]\n  - [0, 1, 0, -0.12]\n  - [0, 0, 1, 0]\n";
     let rig = rig(dir.path(), [(turned, size), (turned, size)], rows);
     fits(dir.path(), &["--rig", &rig]);
+    // The page shows both views turned, with level rows.
+    let page = dir.path().join("page");
+    let said = crate::call::run(&[
+        "images",
+        dir.path().to_str().unwrap(),
+        "--rig",
+        &rig,
+        "--keypoints",
+        "500",
+        "--report",
+        page.to_str().unwrap(),
+    ]);
+    assert_eq!(said.status, 0, "{}", said.err);
+    let html = fs::read_to_string(page.join("index.html")).unwrap();
+    assert!(
+        html.contains("Dense disparities") && !html.contains("No camera sees"),
+        "the pictures of a vertical rig"
+    );
 }
