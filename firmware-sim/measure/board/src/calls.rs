@@ -109,7 +109,7 @@ pub(crate) fn rectified_camera<T: Scalar>(
 }
 
 #[inline(never)]
-pub(crate) fn snapshot<T: Scalar>(calibrator: &CalibratorOf<T>) -> Option<[u8; SNAPSHOT_BYTES]> {
+pub(crate) fn snapshot<T: Scalar>(calibrator: &CalibratorOf<T>) -> [u8; SNAPSHOT_BYTES] {
     calibrator.snapshot()
 }
 

@@ -2,9 +2,9 @@
 
 use core::hint::black_box;
 
-use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, Reason};
+use stereo_selfcal::{Calibrator, Cameras, Config, Reason};
 
-use crate::{geometry, memory, number, show, solver, store, witness};
+use crate::{memory, number, show, solver, store, witness};
 
 pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
     let made = memory::made(cameras);
