@@ -193,7 +193,7 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_NO_CAMERAS = 8,
     /**
-     * no pair has been solved since the batch was last begun or cleared
+     * no pair has been solved since the batch was last begun or cleared, or its fusion has been read
      */
     SELFCAL_ERROR_NO_REPORT = 9,
     /**
@@ -432,10 +432,6 @@ enum selfcal_error_t
      * fuse: the pair disagrees with the estimate and with the challenger
      */
     SELFCAL_ERROR_FUSE_DISAGREES = 603,
-    /**
-     * fuse: no pair has been solved since the last one was fused
-     */
-    SELFCAL_ERROR_FUSE_NOTHING_SOLVED = 604,
     /**
      * fuse: the calibrator is frozen
      */

@@ -35,7 +35,7 @@ c_enum! {
         SELFCAL_ERROR_COUNT = 7,
         /// no cameras are set; call selfcal_set_cameras first
         SELFCAL_ERROR_NO_CAMERAS = 8,
-        /// no pair has been solved since the batch was last begun or cleared
+        /// no pair has been solved since the batch was last begun or cleared, or its fusion has been read
         SELFCAL_ERROR_NO_REPORT = 9,
         /// no pair has been fused
         SELFCAL_ERROR_NO_ESTIMATE = 10,
@@ -162,8 +162,6 @@ c_enum! {
         SELFCAL_ERROR_FUSE_NO_RIG = 602,
         /// fuse: the pair disagrees with the estimate and with the challenger
         SELFCAL_ERROR_FUSE_DISAGREES = 603,
-        /// fuse: no pair has been solved since the last one was fused
-        SELFCAL_ERROR_FUSE_NOTHING_SOLVED = 604,
         /// fuse: the calibrator is frozen
         SELFCAL_ERROR_FUSE_FROZEN = 605,
 

@@ -197,7 +197,7 @@ pub unsafe extern "C" fn selfcal_fuse(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, fused) = unsafe { (exclusive(cal)?, Out::optional(fused)?) };
         instance.solved.as_ref().ok_or(SELFCAL_ERROR_NO_REPORT)?;
-        let effect = instance.fused.take().ok_or(SELFCAL_ERROR_FUSE_NOTHING_SOLVED)?;
+        let effect = instance.fused.take().ok_or(SELFCAL_ERROR_NO_REPORT)?;
         fused.set(effect?.into());
         Ok(())
     })

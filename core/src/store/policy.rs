@@ -73,8 +73,7 @@ const LONGEST_STEP: u64 = 1_000_000_000;
 /// ```
 /// # use core::time::Duration;
 /// use stereo_selfcal::store::SavePolicy;
-/// # let calibrator = stereo_selfcal::Calibrator::<f32, 16>::new(Default::default());
-/// # let (now, saved_well) = (Duration::ZERO, true);
+/// # fn after_pair(calibrator: stereo_selfcal::Calibrator<f32, 16>, now: Duration, saved_well: bool) {
 /// let mut policy = SavePolicy::<f32>::new(Duration::from_secs(600)); // `Store` has one of its own
 /// if let Some(reason) = policy.due(&calibrator, now) {
 ///     // Save: `calibrator.snapshot()`.
@@ -83,6 +82,7 @@ const LONGEST_STEP: u64 = 1_000_000_000;
 ///         policy.saved(&calibrator, now);
 ///     }
 /// }
+/// # }
 /// ```
 #[derive(Debug, Clone)]
 pub struct SavePolicy<T: Scalar> {

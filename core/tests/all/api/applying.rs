@@ -67,7 +67,7 @@ fn undo_goes_back_one_change_once_and_keeps_the_estimate() {
     feed(&mut calibrator, ROTATION, 20..25);
     let second = calibrator.apply().unwrap();
     let proposal = calibrator.proposal();
-    assert_eq!(calibrator.undo(), Ok(first));
+    assert_eq!(calibrator.undo().unwrap().extrinsics, first.extrinsics);
     assert_eq!(
         (&calibrator.in_use().extrinsics, calibrator.in_use().generation),
         (&first.extrinsics, 3)
@@ -75,7 +75,7 @@ fn undo_goes_back_one_change_once_and_keeps_the_estimate() {
     assert_eq!(calibrator.proposal(), proposal);
     assert_eq!(calibrator.undo(), Err(ApplyError::NothingToUndo));
     assert_eq!((calibrator.apply(), calibrator.in_use().generation), (Ok(second), 4));
-    assert_eq!(calibrator.undo(), Ok(first));
+    assert_eq!(calibrator.undo().unwrap().extrinsics, first.extrinsics);
 }
 
 #[test]

@@ -2,10 +2,10 @@
 
 use stereo_selfcal::link::{Decoder, FrameRefusal, FrameSink, Received};
 use stereo_selfcal::{
-    ApplyError, Calibration, Calibrator, Cameras, Config, Correspondence, Extrinsics, Fused,
-    Health, MotionError, PairReport, Proposal, PushError, Pushed, RangeError, RangeReading,
-    RayPair, RectifiedCamera, RectifyError, RectifyingRotations, Rejection, RestoreError, Scalar,
-    Witnessed,
+    ApplyError, Calibration, Calibrator, Cameras, Config, Correspondence, Extrinsics,
+    FactoryCalibration, Health, MotionError, NoHealth, Outcome, Proposal, PushError, Pushed,
+    RangeError, RangeReading, RayPair, RectifiedCamera, RectifyError, RectifyingRotations,
+    RestoreError, Scalar, Witnessed,
 };
 
 use crate::lens;
@@ -20,9 +20,7 @@ pub(crate) const SNAPSHOT_BYTES: usize = CalibratorOf::<f32>::SNAPSHOT_BYTES;
 
 /// A calibrator with pinhole cameras, before its first pair.
 pub(crate) fn fresh<T: Scalar>(config: Config) -> CalibratorOf<T> {
-    let mut calibrator = CalibratorOf::new(config);
-    calibrator.set_cameras(lens::pinholes());
-    calibrator
+    CalibratorOf::new(config, &FactoryCalibration::guess(lens::pinholes()))
 }
 
 #[inline(never)]
@@ -43,31 +41,17 @@ pub(crate) fn push<T: Scalar>(
 }
 
 #[inline(never)]
-pub(crate) fn begin<T: Scalar>(calibrator: &mut CalibratorOf<T>) -> Result<(), Rejection> {
-    calibrator.begin_pair()
-}
-
-#[inline(never)]
-pub(crate) fn advance<T: Scalar>(
-    calibrator: &mut CalibratorOf<T>,
-) -> Result<Option<PairReport<T>>, Rejection> {
+pub(crate) fn advance<T: Scalar>(calibrator: &mut CalibratorOf<T>) -> Option<Outcome<T>> {
     calibrator.advance_pair()
 }
 
 #[inline(never)]
-pub(crate) fn solve<T: Scalar>(
-    calibrator: &mut CalibratorOf<T>,
-) -> Result<PairReport<T>, Rejection> {
+pub(crate) fn solve<T: Scalar>(calibrator: &mut CalibratorOf<T>) -> Outcome<T> {
     calibrator.solve_pair()
 }
 
 #[inline(never)]
-pub(crate) fn fuse<T: Scalar>(calibrator: &mut CalibratorOf<T>) -> Result<Fused, Rejection> {
-    calibrator.fuse()
-}
-
-#[inline(never)]
-pub(crate) fn health<T: Scalar>(calibrator: &CalibratorOf<T>) -> Option<Health<T>> {
+pub(crate) fn health<T: Scalar>(calibrator: &CalibratorOf<T>) -> Result<Health<T>, NoHealth> {
     calibrator.health()
 }
 
@@ -125,7 +109,7 @@ pub(crate) fn rectified_camera<T: Scalar>(
 }
 
 #[inline(never)]
-pub(crate) fn snapshot<T: Scalar>(calibrator: &CalibratorOf<T>) -> Option<[u8; SNAPSHOT_BYTES]> {
+pub(crate) fn snapshot<T: Scalar>(calibrator: &CalibratorOf<T>) -> [u8; SNAPSHOT_BYTES] {
     calibrator.snapshot()
 }
 

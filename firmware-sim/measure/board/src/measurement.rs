@@ -3,7 +3,8 @@
 use cortex_m_semihosting::debug::{self, EXIT_SUCCESS};
 use stereo_selfcal::link::MatchRecord;
 use stereo_selfcal::{
-    Config, Correspondence, Extrinsics, Range, RangeReading, RayPair, Scalar, State,
+    Config, Correspondence, Extrinsics, FactoryCalibration, Range, RangeReading, RayPair, Scalar,
+    State,
 };
 
 use crate::calls::{self, CAPACITY, CalibratorOf, fresh};
@@ -85,7 +86,8 @@ fn input<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) {
     let (full, most) = push_all(probe, &mut calibrator, records, into_one_cell);
     row("push into a full cell mean", "instructions", mean(full, records.len()));
     row("push into a full cell at most", "instructions", most);
-    calibrator.set_cameras(lens::distorted());
+    let factory = FactoryCalibration::guess(lens::distorted());
+    calibrator = CalibratorOf::new(Config::robust(), &factory);
     let (distorted, most) = push_all(probe, &mut calibrator, records, |c| c);
     row("push radial-tangential mean", "instructions", mean(distorted, records.len()));
     row("push radial-tangential at most", "instructions", most);
@@ -274,23 +276,22 @@ impl<'a, T: Scalar> Run<'a, T> {
 
 /// Measures the calls outside of a pair.
 fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static str, Sample); 13] {
-    let config = const { Config::robust().with_baseline_m(0.2) };
-    let mut calibrator = fresh::<T>(config.unwrap_or(Config::robust()));
+    let factory = FactoryCalibration::guess(lens::pinholes());
+    let factory = factory.with_baseline_m(0.2).unwrap_or(factory);
+    let mut calibrator = CalibratorOf::<T>::new(Config::robust(), &factory);
     let mut scene = Scene::new(Rig::off(START_DEGREES));
     let mut solve = Sample::default();
     while calibrator.apply().is_err() {
         scene.fill(records);
         pair::fill(probe, &mut calibrator, records);
-        let (report, sample) = probe.run(|| calls::solve(&mut calibrator));
+        let (_, sample) = probe.run(|| calls::solve(&mut calibrator));
         solve = solve.max(sample);
-        let _ = report.map(|_| calibrator.fuse());
     }
     let extrinsics: Extrinsics<T> = calibrator.in_use().extrinsics;
     let [range, motion] = witnesses(probe, &mut calibrator, records);
     let (rotations, of_rotations) = probe.run(|| calls::rotations(&extrinsics));
     let rectified = probe.run(|| calls::rectified_camera(&lens::distorted(), &rotations)).1;
     let (record, snapshot) = probe.run(|| calls::snapshot(&calibrator));
-    let record = record.expect("a locked calibrator has cameras");
     let mut other = fresh::<T>(Config::robust());
     let (restored, restore) = probe.run(|| calls::restore(&mut other, &record));
     assert!(restored.is_ok(), "the record was just written");

@@ -104,49 +104,38 @@ pub(crate) fn update<T: Scalar>(
 ) -> PairCost {
     let state = calibrator.state();
     let mut calls = Calls::default();
-    let (begun, sample) = probe.run(|| calls::begin(calibrator));
+    let (mut outcome, sample) = probe.run(|| calls::advance(calibrator));
     calls.begin = sample;
     let mut update = sample.instructions;
     let mut second = 0;
     comment(format_args!("{state} {count} begin {update}"));
-    let report = begun.is_ok().then(|| {
-        for call in 0..MAX_CALLS {
-            let (advanced, sample) = probe.run(|| calls::advance(calibrator));
-            comment(format_args!("  advance {}", sample.instructions));
-            update += sample.instructions;
-            if call == 0 {
-                second = sample.instructions;
-            }
-            match advanced {
-                Ok(None) => calls.advance = calls.advance.max(sample),
-                Ok(Some(report)) => {
-                    calls.last = sample;
-                    return Some(report);
-                }
-                Err(error) => {
-                    calls.last = sample;
-                    comment(format_args!("  {error}"));
-                    return None;
-                }
-            }
+    for call in 0..MAX_CALLS {
+        if outcome.is_some() {
+            break;
         }
-        None
-    });
-    if report.flatten().is_some() {
-        calls.fuse = fuse(probe, calibrator);
-        update += calls.fuse.instructions;
+        let (advanced, sample) = probe.run(|| calls::advance(calibrator));
+        comment(format_args!("  advance {}", sample.instructions));
+        update += sample.instructions;
+        if call == 0 {
+            second = sample.instructions;
+        }
+        outcome = advanced;
+        // The last call of a solved pair fuses, the one before it takes the last pass.
+        if outcome.is_some_and(|outcome| outcome.pair.is_some()) {
+            calls.fuse = sample;
+        } else {
+            calls.advance = calls.advance.max(calls.last);
+            calls.last = sample;
+        }
+    }
+    if let Some(Err(why)) = outcome.map(|outcome| outcome.fused) {
+        comment(format_args!("  {why}"));
     }
     calls.health = probe.run(|| calls::health(calibrator)).1;
     calls.proposal = probe.run(|| calls::proposal(calibrator)).1;
     calls.apply = probe.run(|| calls::apply(calibrator)).1;
     comment(format_args!("  update {update}, {} after it", calibrator.state()));
     PairCost { state, update, second, calls }
-}
-
-fn fuse<T: Scalar>(probe: &Probe, calibrator: &mut CalibratorOf<T>) -> Sample {
-    let (fused, sample) = probe.run(|| calls::fuse(calibrator));
-    comment(format_args!("  fuse {}, accepted: {}", sample.instructions, fused.is_ok()));
-    sample
 }
 
 /// Converts a match to the measured scalar, exactly.

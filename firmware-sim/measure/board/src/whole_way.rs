@@ -1,7 +1,7 @@
 //! The whole way of a large frame: wire bytes, the selection of a batch, and the pair up to `fuse`.
 
 use stereo_selfcal::link::{Decoder, MatchRecord, Received};
-use stereo_selfcal::{Config, Scalar, State};
+use stereo_selfcal::{Config, FactoryCalibration, Scalar, State};
 
 use crate::calls::{self, CAPACITY, CalibratorOf};
 use crate::frame;
@@ -37,8 +37,8 @@ struct Way<'a, T: Scalar> {
 #[expect(clippy::large_stack_arrays, reason = "there is no heap to put them on")]
 pub(crate) fn measure<T: Scalar>(probe: &Probe) {
     comment(format_args!("frames of {MATCHES} matches"));
-    let mut calibrator = CalibratorOf::new(Config::robust());
-    calibrator.set_cameras(lens::pinholes());
+    let factory = FactoryCalibration::guess(lens::pinholes());
+    let calibrator = CalibratorOf::new(Config::robust(), &factory);
     let mut way = Way::<T> {
         probe,
         scene: Scene::new(Rig::off(OFF_DEGREES)),

@@ -44,7 +44,7 @@ fn main() {
 /// All that `Calibrator.fuse` of Python calls: what its time is compared with.
 fn all_calls(calibrator: &mut Calibrator256, pair: &[Correspondence<f32>]) -> bool {
     let outcome = calibrator.take_pair(pair.iter().copied());
-    black_box((calibrator.proposal(), calibrator.health()));
+    let _ = black_box((calibrator.proposal(), calibrator.health()));
     outcome.fused.is_ok()
 }
 

@@ -11,12 +11,18 @@ mod store;
 use core::hint::black_box;
 
 use panic_halt as _;
-use stereo_selfcal::{Calibrator, Config};
+use static_cell::StaticCell;
+use stereo_selfcal::{Calibrator, Config, FactoryCalibration};
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    static mut CALIBRATOR: Calibrator<f32, 256> = Calibrator::new(Config::robust());
-    let calibrator: &mut Calibrator<f32, 256> = CALIBRATOR;
+    static CALIBRATOR: StaticCell<Calibrator<f32, 256>> = StaticCell::new();
+    let factory = loop {
+        if let Some(cameras) = calls::cameras() {
+            break FactoryCalibration::guess(cameras);
+        }
+    };
+    let calibrator = CALIBRATOR.init_with(|| Calibrator::new(Config::robust(), &factory));
     loop {
         calls::all(calibrator);
         store::all(calibrator);

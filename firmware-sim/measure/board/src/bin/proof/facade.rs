@@ -2,14 +2,13 @@
 
 use core::hint::black_box;
 
-use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, Reason};
+use stereo_selfcal::{Calibrator, Cameras, Config, Reason};
 
-use crate::{geometry, memory, number, show, solver, store, witness};
+use crate::{memory, number, show, solver, store, witness};
 
 pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
-    let mut calibrator = Calibrator::<f32, 256>::new(config);
-    calibrator.set_cameras(cameras);
-    calibrator.set_factory(geometry::extrinsics().unwrap_or(Extrinsics::SIDE_BY_SIDE));
+    let made = memory::made(cameras);
+    let mut calibrator = Calibrator::<f32, 256>::new(config, &made);
     while black_box(true) {
         for _ in 0..black_box(0) {
             show(calibrator.push(&solver::correspondence()));
@@ -26,18 +25,13 @@ pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
 }
 
 fn pair(calibrator: &mut Calibrator<f32, 256>) {
-    match calibrator.solve_pair() {
-        Ok(report) => {
-            show(report.stop.code());
-            show(calibrator.fuse().map_err(|error| error.code()));
-        }
-        Err(error) => show(error.code()),
-    }
-    show(calibrator.begin_pair());
-    if let Ok(Some(report)) = calibrator.advance_pair() {
-        show(report);
-        show(calibrator.fuse());
-    }
+    let outcome = calibrator.solve_pair();
+    show(outcome.pair.map(|report| report.stop.code()));
+    show(outcome.fused.map_err(|error| error.code()));
+    show(calibrator.advance_pair());
+    let matches = black_box([solver::correspondence(); 16]);
+    let length = black_box(0);
+    show(calibrator.take_pair(matches.get(..length).unwrap_or_default().iter().copied()));
 }
 
 fn judge(calibrator: &mut Calibrator<f32, 256>) {
@@ -45,7 +39,7 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
     if let Some(proposal) = calibrator.proposal() {
         show(proposal.weakest());
         show(proposal.correction.is_none());
-        show(calibrator.cameras().map(|cameras| cameras.corrected(&proposal.correction)));
+        show(calibrator.in_use().cameras.corrected(&proposal.correction));
         if let Some(lens) = &proposal.lens {
             show((lens.is_significant(), lens.focal.is_significant()));
         }
@@ -58,18 +52,14 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
         show(reasons.iter().next());
         show(health);
     }
-    show(calibrator.likely_cause());
+    show(calibrator.health().map_err(|none| none.cause()));
     show(calibrator.apply());
     show(calibrator.undo());
     calibrator.set_frozen(black_box(false));
-    calibrator.set_angular_rate(number());
-    show(calibrator.is_frozen());
     show(calibrator.has_valid_lengths());
-    show(&calibrator.in_use().extrinsics);
     show(calibrator.in_use());
-    show(calibrator.in_use().generation);
+    show(calibrator.in_use().homographies(number()));
     show(calibrator.batch());
-    show(calibrator.cameras());
     show(calibrator.clone());
     calibrator.discard_pair();
 }

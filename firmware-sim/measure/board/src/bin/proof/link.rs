@@ -9,7 +9,7 @@ use embedded_io::{Read, ReadReady};
 use stereo_selfcal::link::{
     Decoder, Encoder, FpgaMatcher, FrameCrc, FrameHeader, FrameSink, MatchRecord, StreamMatcher,
 };
-use stereo_selfcal::{Calibrator, Cameras, Config};
+use stereo_selfcal::{Calibrator, Cameras, Config, FactoryCalibration};
 
 use crate::{number, show, solver};
 
@@ -59,8 +59,8 @@ impl ReadReady for Anything {
 }
 
 pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
-    let mut calibrator = Calibrator::<f32, 256>::new(config);
-    calibrator.set_cameras(cameras);
+    let factory = FactoryCalibration::guess(cameras);
+    let mut calibrator = Calibrator::<f32, 256>::new(config, &factory);
     bytes();
     decoder(&mut calibrator);
     fpga(&mut calibrator);
@@ -111,8 +111,7 @@ fn decoder(calibrator: &mut Calibrator<f32, 256>) {
         show(decoder.counters().plus(decoder.counters()));
     }
     show(calibrator.is_busy());
-    show(calibrator.is_solving());
-    show(calibrator.begin_pair());
+    show(calibrator.advance_pair());
     calibrator.discard();
     show(calibrator.finish());
 }

@@ -65,7 +65,6 @@ fn config() -> Result<Config, ConfigError> {
     let angle = if black_box(false) { Central::Median } else { Central::Mean };
     let start = if black_box(false) { Config::paper() } else { Config::robust() };
     let start = if black_box(false) { start.without_lens_prior() } else { start };
-    let start = if black_box(false) { start.without_factory_yaw() } else { start };
     let tracking = if black_box(false) { LensTracking::Compensate } else { LensTracking::Report };
     show(tracking.code());
     Ok(start
@@ -79,12 +78,8 @@ fn config() -> Result<Config, ConfigError> {
         .with_max_sd_rad(number())?
         .with_lens_prior(black_box(LensPrior::WIDE))?
         .with_lens_tracking(tracking)
-        .with_factory_yaw_sd_rad(number())?
         .with_lens_yaw_sd_rad(number())?
-        .with_baseline_m(number())?
         .with_memory_pairs(black_box(0))?
-        .with_max_angular_rate(number())?
-        .with_automatic_apply(black_box(false))
         .with_max_correction_rad(number())?)
 }
 

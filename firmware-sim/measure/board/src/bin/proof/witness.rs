@@ -7,7 +7,6 @@ use stereo_selfcal::{Calibrator, Range, RangeReading, RayPair};
 use crate::{number, numbers, show};
 
 pub(crate) fn all(calibrator: &mut Calibrator<f32, 256>) {
-    show(calibrator.confirm_factory_yaw());
     show(calibrator.push_range(&reading()).map_err(|error| error.code()));
     motion(calibrator);
 }
