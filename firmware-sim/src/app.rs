@@ -233,7 +233,7 @@ mod tests {
         assert_eq!(read(&mut app), Ok(Event::Frame { sequence: 5, offered: 60, taken: 60 }));
         let (passes, pair) = finish_pair(&mut app);
         let (report, fused) = pair.outcome.unwrap();
-        assert_eq!((passes, fused), (report.passes.into(), Ok(Fused::Added)));
+        assert_eq!((passes, fused), (usize::from(report.passes) + 1, Ok(Fused::Added)));
         let health = pair.health.unwrap();
         assert!(health.proposed_px < health.in_use_px && health.in_use_px > 1.0, "{health:?}");
         assert_eq!(app.calibrator().in_use().generation, 0);
