@@ -142,7 +142,7 @@ mod tests {
         });
         let rest = [PushError::Busy, PushError::Score, PushError::GridStep];
         let names: CountByReason = pixels.chain(rest).map(|why| (of_match(why), 1)).collect();
-        assert_eq!(names.len(), 10);
+        assert_eq!(names.len(), 9);
         assert!(!names.contains_key("other"));
 
         let (usable, needed) = (1, 12);
