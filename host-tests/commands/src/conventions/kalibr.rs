@@ -97,6 +97,7 @@ pub(super) fn write(meta: &Meta) -> Result<Vec<Document>> {
     if meta.baseline_m.is_none() {
         text.push_str(NO_SCALE);
     }
+    text.push_str(&rig::lens_yaw_comment(meta));
     text.push_str(&cam("cam0", meta, &meta.k_l, &meta.dist_l)?);
     text.push_str(&cam("cam1", meta, &meta.k_r, &meta.dist_r)?);
     text.push_str("  T_cn_cnm1:\n");

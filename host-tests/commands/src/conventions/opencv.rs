@@ -11,7 +11,7 @@ use serde::Deserialize;
 use super::mat::Mat;
 use super::number::list;
 use super::rectified::Rectified;
-use super::rig::{self, NO_SCALE, Pose, Unknowns, View, square};
+use super::rig::{self, LENS_YAW, NO_SCALE, Pose, Unknowns, View, square};
 use super::{Document, Files, scale};
 use host_tests::data::{LensModel, Meta};
 
@@ -124,6 +124,9 @@ pub(super) fn write(meta: &Meta) -> Result<Vec<Document>> {
     extrinsics.push_str(&mat("P1", 4, &p1));
     extrinsics.push_str(&mat("P2", 4, &p2));
     extrinsics.push_str(&mat("Q", 4, &rectified.reprojection));
+    if let Some(a) = meta.lens_yaw() {
+        writeln!(extrinsics, "{LENS_YAW}lens_yaw: {a:?}")?;
+    }
     Ok(vec![
         Document { name: "intrinsics.yml", text: intrinsics },
         Document { name: "extrinsics.yml", text: extrinsics },
