@@ -65,8 +65,8 @@ impl Meta {
     pub const FACTORY_YAW_SD: &str = "factory_yaw_sd_deg";
 
     /// Key in `other`: apparent yaw `a` of the lenses, rad. The right row is below the left one by `a x y`, where `(x, y)`
-    /// is the rectified right ray at unit depth. No extrinsics remove it; a rectifier by look-up table does: for the
-    /// rectified ray `(x, y)` it samples the right image at `(x, y + a x y)`.
+    /// is the rectified left ray at unit depth. No extrinsics remove it. A rectifier by look-up table does: for the
+    /// rectified ray `(x, y)` it samples the left image at `(x, y - a x y)`.
     pub const LENS_YAW: &str = "lens_yaw";
 
     /// Value of [`Self::LENS_YAW`]; `None` where there is none.

@@ -98,7 +98,7 @@ pub(super) fn write(meta: &Meta) -> Result<Vec<Document>> {
     let Rectified { rotations: [r_l, r_r], projections: [p_l, p_r], .. } = Rectified::of(meta)?;
     let left = camera_info("left", meta, &meta.k_l, &meta.dist_l, &r_l, &p_l);
     let right = camera_info("right", meta, &meta.k_r, &meta.dist_r, &r_r, &p_r);
-    let right = rig::lens_yaw_comment(meta) + &right;
+    let left = rig::lens_yaw_comment(meta) + &left;
     Ok(vec![
         Document { name: "left.yaml", text: left },
         Document { name: "right.yaml", text: right },
