@@ -41,7 +41,7 @@ const QUALITY: u8 = 85;
 /// # Errors
 /// If a file cannot be written.
 pub fn write(session: &Session, report: &Report, command: &str, dir: &Path) -> Result<PathBuf> {
-    let replayed = Replayed { set: &session.set, log: &session.log, command };
+    let replayed = Replayed { set: &session.set, log: &session.log, depth: None, command };
     let page = replayed.page()?;
     let mut sections = vec![verdict(report, command)];
     sections.extend(pictures(session, command)?);

@@ -70,6 +70,17 @@ impl Meta {
     /// Key in `other`: standard deviation of the yaw that a run starts from, degrees; null where it is a guess.
     pub const FACTORY_YAW_SD: &str = "factory_yaw_sd_deg";
 
+    /// Key in `other`: apparent yaw `a` of the lenses, rad. The right row is below the left one by `a x y`, where `(x, y)`
+    /// is the rectified left ray at unit depth. No extrinsics remove it. A rectifier by look-up table does: for the
+    /// rectified ray `(x, y)` it samples the left image at `(x, y - a x y)`.
+    pub const LENS_YAW: &str = "lens_yaw";
+
+    /// Value of [`Self::LENS_YAW`]; `None` where there is none.
+    #[must_use]
+    pub fn lens_yaw(&self) -> Option<f64> {
+        self.other.get(Self::LENS_YAW)?.as_f64().filter(|a| *a != 0.0)
+    }
+
     /// Reads a `meta.json`.
     pub(super) fn read(path: &Path) -> Result<Self> {
         let text =

@@ -1,9 +1,9 @@
-//! Error of depth where true depths are known.
+//! Error of depth: measured where true depths are known, and as the calibrator expects it.
 
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
 use serde::Serialize;
-use stereo_selfcal::{Calibration, RectifyingRotations};
+use stereo_selfcal::{Calibration, Extrinsics, RectifyingRotations, State};
 
 use super::log::RunLog;
 use super::summary::SCREEN_PX;
@@ -15,6 +15,51 @@ const WRONG_PX: [f64; 2] = [6.0, 3.0];
 
 /// Disparity below 0 from which on a match is behind infinity, px: a far match has noise.
 const BEHIND_PX: f64 = 1.0;
+
+/// Depths that errors are given at, m.
+pub const DEPTHS_M: [f64; 2] = [10.0, 30.0];
+
+/// Expected error of depth by the calibrator's last estimate: how far a yaw is from it, and its own deviation with the
+/// lens uncertain. `None` unless locked.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ExpectedDepth {
+    /// With the extrinsics that the run starts from, px of disparity.
+    pub before_px: f64,
+    /// With those in use after the last pair, px of disparity.
+    pub in_use_px: f64,
+    /// `before_px` at [`DEPTHS_M`], m; `None` where the length of the baseline is not known.
+    pub before_m: Option<[f64; 2]>,
+    /// `in_use_px` at [`DEPTHS_M`], m.
+    pub in_use_m: Option<[f64; 2]>,
+}
+
+impl ExpectedDepth {
+    pub(super) fn of(set: &Dataset, log: &RunLog) -> Result<Option<Self>> {
+        let Some(fused) = log.fused().filter(|fused| fused.state == State::Locked) else {
+            return Ok(None);
+        };
+        let estimate = RectifyingRotations::from(&fused.extrinsics);
+        let error = |of: &Extrinsics<f64>| {
+            estimate.unknowns_to(&RectifyingRotations::from(of)).y.hypot(fused.yaw_sd)
+        };
+        let in_use = log.steps().last().and_then(|step| step.checked).map(|used| used.in_use);
+        let focal = set.cameras::<f64>()?.mean_focal();
+        let [before_px, in_use_px] =
+            [*log.factory(), in_use.unwrap_or(*log.factory())].map(|of| error(&of) * focal);
+        let [before_m, in_use_m] = [before_px, in_use_px].map(|px| metres(set, px)).map(Result::ok);
+        Ok(Some(Self { before_px, in_use_px, before_m, in_use_m }))
+    }
+}
+
+/// An error of disparity, px, as one of depth at [`DEPTHS_M`], m: `Z^2 / (f b)` times it.
+///
+/// # Errors
+/// If the length of the baseline is not known, or the cameras are not valid.
+pub fn metres(set: &Dataset, px: f64) -> Result<[f64; 2]> {
+    let baseline_m = set.meta.baseline_m.context("no baseline_m in meta.json")?;
+    let focal = set.cameras::<f64>()?.mean_focal();
+    Ok(DEPTHS_M.map(|z| z * z * px / (focal * baseline_m)))
+}
 
 /// Median of `|1/Z - 1/Z_true| f b` over all matches of known depth, px of disparity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

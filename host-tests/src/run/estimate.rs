@@ -29,6 +29,8 @@ pub struct Estimate {
     pub lens: Option<Lens>,
     /// Apparent yaw of the lens, rad.
     pub lens_yaw: Finding<f64>,
+    /// Deviation of the yaw of the mount, with the lens uncertain, rad.
+    pub yaw_sd: f64,
     /// Motion of the rig about the estimate, rad RMS.
     pub vibration: Vibration<f64>,
     /// State of the calibrator.
@@ -85,6 +87,10 @@ impl Estimate {
                 value: proposal.lens_yaw.value.to_f64(),
                 sd: proposal.lens_yaw.sd.to_f64(),
             },
+            yaw_sd: proposal
+                .covariance_lens
+                .map_or(proposal.sd.rotation, |c| c.m22.sqrt())
+                .to_f64(),
             vibration: Vibration {
                 rotation: proposal.vibration.rotation.to_f64(),
                 baseline: proposal.vibration.baseline.to_f64(),
@@ -102,12 +108,18 @@ impl Estimate {
         set.calibration(&self.extrinsics, &self.correction)
     }
 
-    /// A rig with the estimate in place of its extrinsics, and the cameras that it belongs to.
+    /// A rig with the estimate in place of its extrinsics, the cameras that it belongs to, and the apparent yaw of their
+    /// lenses ([`Meta::LENS_YAW`]), unless it is exactly 0.
     #[must_use]
     pub fn rig(&self, of: &Meta) -> Meta {
         let r = rows(self.extrinsics.rotation().matrix());
         let t = self.extrinsics.translation().into_inner().into();
-        Meta { r, t, ..of.corrected(&self.correction) }
+        let mut meta = Meta { r, t, ..of.corrected(&self.correction) };
+        meta.other.remove(Meta::LENS_YAW);
+        if self.lens_yaw.value != 0.0 {
+            meta.other.insert(Meta::LENS_YAW.into(), self.lens_yaw.value.into());
+        }
+        meta
     }
 }
 

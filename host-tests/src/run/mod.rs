@@ -23,7 +23,7 @@ pub mod trace;
 
 pub use alone::PairSolver;
 pub use checked::{Checked, Checks};
-pub use depth_error::DepthErrors;
+pub use depth_error::{DEPTHS_M, DepthErrors, ExpectedDepth, metres};
 pub use estimate::{Estimate, Lens};
 pub use kept_pairs::KeptPairs;
 pub use log::RunLog;

@@ -9,7 +9,7 @@ use serde::{Serialize, Serializer};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Calibration, LensCorrection, RayPair, RectifyingRotations, row_offset, so3};
 
-use super::depth_error::{DepthErrors, behind_infinity};
+use super::depth_error::{DEPTHS_M, DepthErrors, ExpectedDepth, behind_infinity};
 use super::estimate::{Lens, in_words};
 use super::log::RunLog;
 use super::refused::{self, CountByReason, Witnesses};
@@ -74,6 +74,8 @@ pub struct Summary {
     pub in_row: Option<[f64; 2]>,
     /// Error of depth, where true depths are known.
     pub depth: Option<DepthErrors>,
+    /// Error of depth that the calibrator expects; `null` unless locked.
+    pub depth_expected: Option<ExpectedDepth>,
     /// Apparent yaw of the lens, rad: rows are off by `a x y`, and depth needs `R` without it.
     pub lens_yaw: Option<f64>,
     /// Standard deviation of it.
@@ -169,6 +171,7 @@ impl RunLog {
             rms_pairs: set.pairs.len().min(totals.pairs),
             in_row: rows.map(|rows| rows.in_row),
             depth: None,
+            depth_expected: ExpectedDepth::of(set, self)?,
             lens_yaw: fused.map(|f| f.lens_yaw.value),
             lens_yaw_sd: fused.map(|f| f.lens_yaw.sd),
             yaw_sd: checked.and_then(|checked| checked.health).map(|health| health.yaw_sd),
@@ -291,6 +294,13 @@ impl fmt::Display for Summary {
         }
         if let Some(share) = self.behind_infinity.filter(|share| *share > 0.0) {
             write!(f, "\nbehind infinity    {:.1} % of the matches in row, in use", 100.0 * share)?;
+        }
+        if let Some(ExpectedDepth { before_px, in_use_px, in_use_m, .. }) = self.depth_expected {
+            write!(f, "\ndepth, expected    {before_px:.3} px before, {in_use_px:.3} px in use")?;
+            if let Some([near, far]) = in_use_m {
+                let [z, far_z] = DEPTHS_M;
+                write!(f, ": {near:.3} m at {z} m, {far:.3} m at {far_z} m")?;
+            }
         }
         if let Some(DepthErrors { before_px, in_use_px, reference_px, .. }) = self.depth {
             write!(f, "\ndepth error        {before_px:.3} px before, {in_use_px:.3} px in use")?;

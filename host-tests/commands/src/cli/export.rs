@@ -22,6 +22,9 @@ use super::source::Source;
 /// camera has `P[0][3] = -fx b`. All lengths are in metres; where the baseline is not known it is written
 /// as 1, with a comment.
 ///
+/// With --replayed, rows that no extrinsics remove are written as lens_yaw, rad: the rectified right row is below the left
+/// one by lens_yaw x y of the left ray (OpenCV: a number; Kalibr and ROS: a comment). A rectifier by look-up table can take it out.
+///
 /// Numbers are written with the digits that read back to the same bits.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:

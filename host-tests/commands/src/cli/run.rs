@@ -118,7 +118,8 @@ impl RunArgs {
             summary.depth = DepthErrors::of(set, depths, log)?;
         }
         let mut out = io::stdout();
-        let page = self.report.as_ref().map(|dir| write_page(set, log, dir)).transpose()?;
+        let page =
+            self.report.as_ref().map(|dir| write_page(set, log, summary.depth, dir)).transpose()?;
         if self.json {
             writeln!(out, "{}", serde_json::to_string_pretty(&summary)?)?;
         } else {
@@ -151,8 +152,13 @@ impl RunArgs {
     }
 }
 
-fn write_page(set: &Dataset, log: &RunLog, dir: &Path) -> Result<PathBuf> {
+fn write_page(
+    set: &Dataset,
+    log: &RunLog,
+    depth: Option<DepthErrors>,
+    dir: &Path,
+) -> Result<PathBuf> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let command = format!("selfcal {}", arguments.join(" "));
-    Replayed { set, log, command: &command }.write(dir)
+    Replayed { set, log, depth, command: &command }.write(dir)
 }

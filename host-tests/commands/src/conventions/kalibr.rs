@@ -95,6 +95,7 @@ pub(super) fn write(meta: &Meta) -> Result<Vec<Document>> {
     if meta.baseline_m.is_none() {
         text.push_str(NO_SCALE);
     }
+    text.push_str(&rig::lens_yaw_comment(meta));
     let ([lens_l, lens_r], [size_l, size_r]) = (meta.lenses(), meta.sizes());
     text.push_str(&cam("cam0", lens_l, size_l, &meta.k_l, &meta.dist_l)?);
     text.push_str(&cam("cam1", lens_r, size_r, &meta.k_r, &meta.dist_r)?);

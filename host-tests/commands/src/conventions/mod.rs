@@ -7,7 +7,8 @@
 //! pixels have the centre of the top left one at `(0, 0)`. Numbers are written with the digits that
 //! read back to the same bits: `R`, `K` and lens of OpenCV and Kalibr survive any number of journeys
 //! unchanged, and so does `T` of a file (see `scale`). ROS has `R` and `t` only through products of
-//! rotations, and keeps them to rounding. A length of 1 stands for a baseline that is not known.
+//! rotations, and keeps them to rounding. The apparent yaw of the lenses ([`Meta::LENS_YAW`]), which none of them has, is
+//! the number `lens_yaw` of OpenCV's extrinsics.yml, and a comment in the files of Kalibr and ROS (left.yaml). A length of 1 stands for a baseline that is not known.
 
 mod basalt;
 mod colmap;

@@ -10,7 +10,7 @@ use anyhow::{Result, bail};
 
 use super::number::list as numbers;
 use super::rectified::Rectified;
-use super::rig::{self, NO_SCALE, Pose, Unknowns, View};
+use super::rig::{self, LENS_YAW, NO_SCALE, Pose, Unknowns, View};
 use super::rigid::Rigid;
 use super::{Document, Files, scale};
 use host_tests::data::{LensModel, Meta};
@@ -178,6 +178,9 @@ pub(super) fn write(meta: &Meta, field_deg: Option<f64>) -> Result<Vec<Document>
     extrinsics.push_str(&mat("P1", 4, &p1));
     extrinsics.push_str(&mat("P2", 4, &p2));
     extrinsics.push_str(&mat("Q", 4, &rectified.reprojection));
+    if let Some(a) = meta.lens_yaw() {
+        writeln!(extrinsics, "{LENS_YAW}lens_yaw: {a:?}")?;
+    }
     Ok(vec![
         Document { name: "intrinsics.yml", text: intrinsics },
         Document { name: "extrinsics.yml", text: extrinsics },

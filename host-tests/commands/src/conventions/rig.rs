@@ -219,3 +219,15 @@ pub(super) fn camera_matrix([fx, fy, cx, cy]: [f64; 4]) -> Rows {
 
 /// Comment of a file where the baseline's length is not known.
 pub(super) const NO_SCALE: &str = "# The length of the baseline is not known: it is written as 1. Multiply it by the length in metres.\n";
+
+/// Comment on the number after it, where the lenses have an apparent yaw.
+pub(super) const LENS_YAW: &str = "\
+# lens_yaw, rad: after rectification the right row is below the left one by lens_yaw x y, (x, y): left ray at unit depth,
+# x = (u - cx) / fx, y = (v - cy) / fy of P. No rotation removes it. A look-up table does: for the rectified left pixel
+# (u, v) take the source pixel of (u, v - fy lens_yaw x y). A table without it leaves these rows; depth is right with both.
+";
+
+/// The apparent yaw of the lenses as a comment, for a format that has no key for it; empty where there is none.
+pub(super) fn lens_yaw_comment(meta: &Meta) -> String {
+    meta.lens_yaw().map_or_else(String::new, |a| format!("{LENS_YAW}# lens_yaw: {a}\n"))
+}

@@ -204,6 +204,7 @@ pub(super) fn write(meta: &Meta, field_deg: Option<f64>) -> Result<Vec<Document>
     let comment = if meta.baseline_m.is_none() { NO_SCALE } else { "" };
     let left = camera_info("left", lens_l, size_l, &meta.k_l, &meta.dist_l, &r_l, &p_l);
     let right = camera_info("right", lens_r, size_r, &meta.k_r, &meta.dist_r, &r_r, &p_r);
+    let left = rig::lens_yaw_comment(meta) + &left;
     Ok(vec![
         Document { name: "left.yaml", text: format!("{comment}{left}") },
         Document { name: "right.yaml", text: format!("{comment}{right}") },

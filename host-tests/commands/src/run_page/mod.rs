@@ -1,6 +1,7 @@
 //! The page of one replayed recording: pair by pair and whole.
 
 mod coverage;
+mod depth;
 mod outcome;
 mod pair_by_pair;
 mod replayed;
@@ -29,6 +30,7 @@ impl Replayed<'_> {
         let summary = self.log.summary(self.set)?;
         let mut page = Page::new(format!("Calibration of {}", self.set.name), lead(&summary));
         page.sections.push(outcome::section(self, &summary));
+        page.sections.extend(depth::section(self, &summary));
         page.sections.push(pair_by_pair::section(self));
         page.sections.push(coverage::section(self));
         page.sections.push(self.spheres());

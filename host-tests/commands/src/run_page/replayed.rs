@@ -1,7 +1,7 @@
 //! A replayed data set with its log.
 
 use host_tests::data::Dataset;
-use host_tests::run::RunLog;
+use host_tests::run::{DepthErrors, RunLog};
 
 /// A replayed recording.
 #[derive(Debug, Clone, Copy)]
@@ -10,6 +10,8 @@ pub struct Replayed<'a> {
     pub set: &'a Dataset,
     /// Results of an evaluation.
     pub log: &'a RunLog,
+    /// Measured error of depth, where true depths are known.
+    pub depth: Option<DepthErrors>,
     /// The command that replays it.
     pub command: &'a str,
 }

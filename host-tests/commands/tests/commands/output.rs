@@ -61,6 +61,7 @@ fn json_has_the_stable_fields_and_no_others() {
         "lens",
         "correction",
         "depth",
+        "depth_expected",
         "lens_yaw",
         "lens_yaw_sd",
         "yaw_sd",

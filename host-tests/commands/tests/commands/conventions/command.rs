@@ -38,6 +38,61 @@ fn what_is_exported_imports_as_the_rig_of_a_stream() {
     assert!(again.contains("nothing is overwritten"));
 }
 
+/// A number of OpenCV's files: a matrix as a line, or a scalar.
+fn opencv_numbers(text: &str, name: &str) -> Vec<f64> {
+    let (_, from) = text.split_once(&format!("\n{name}: ")).unwrap_or_else(|| panic!("{name}"));
+    let list = match from.strip_prefix("!!opencv-matrix") {
+        Some(matrix) => matrix.split_once('[').unwrap().1.split_once(']').unwrap().0,
+        None => from.lines().next().unwrap(),
+    };
+    list.split(',').map(|number| number.trim().parse().unwrap()).collect()
+}
+
+#[test]
+fn rows_of_a_warp_are_gone_after_rectification_with_the_exported_lens_yaw() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
+    let warp = ["--rotation", "0.4,-0.3,0.5", "--lens-error", "a_r=0.008"];
+    let set = path("set");
+    stdout(&[&["synth", "--pairs", "30", "--out", set.as_str()], &warp[..]].concat());
+    // The start is a calibration of yaw: the rest of the rows is the lens's.
+    let start = path("set/meta.json");
+    for format in ["opencv", "ros", "kalibr"] {
+        let out = path(format);
+        let initial = ["--initial", start.as_str(), "--format", format, "--out", &out];
+        stdout(&[&["export", &set, "--replayed"], &initial[..]].concat());
+    }
+    let text = |name: &str| std::fs::read_to_string(path(name)).unwrap();
+    let extrinsics = text("opencv/extrinsics.yml");
+    let numbers = |name: &str| opencv_numbers(&extrinsics, name);
+    let [r1, r2] = ["R1", "R2"].map(|name| nalgebra::Matrix3::from_row_slice(&numbers(name)));
+    let a = numbers("lens_yaw")[0];
+    for name in ["ros/left.yaml", "kalibr/camchain.yaml"] {
+        assert!(text(name).contains(&format!("# lens_yaw: {a}\n")), "{name}: {a}");
+    }
+    let set = host_tests::data::Dataset::find(std::path::Path::new(&set)).unwrap();
+    let [[f, _, cx], [_, _, cy], _] = set.meta.k_l;
+    let mut squares = [0.0; 2];
+    // Sums that tell how much of the rows goes with x y.
+    let mut with_xy = [0.0; 2];
+    for m in set.pairs.iter().flatten() {
+        let ray = |u: f64, v: f64| nalgebra::Vector3::new((u - cx) / f, (v - cy) / f, 1.0);
+        let [l, r] = [r1 * ray(m.ul, m.vl), r2 * ray(m.ur, m.vr)];
+        let [x, y] = [l.x / l.z, l.y / l.z];
+        let before = r.y / r.z - y;
+        // The left row of a table that samples at y - a x y.
+        for (i, row) in [before, before - a * x * y].into_iter().enumerate() {
+            squares[i] += row * row;
+            with_xy[i] += row * x * y;
+        }
+    }
+    let count = f64::from(u32::try_from(set.pairs.iter().flatten().count()).unwrap());
+    let [before, after] = squares.map(|sum| (sum / count).sqrt() * f);
+    // Noise of 0.3 px in both images.
+    assert!(before > 0.7 && (0.40..0.45).contains(&after), "{before} {after}");
+    assert!(with_xy[1].abs() < 0.02 * with_xy[0].abs(), "{with_xy:?}");
+}
+
 #[test]
 fn replay_reads_what_import_reads_and_starts_from_its_calibration_and_says_so() {
     let dir = tempfile::tempdir().unwrap();
