@@ -166,7 +166,7 @@ mod tests {
         let unsolved = unsolved.map(of_unsolved).into_iter();
         let names: CountByReason =
             unsolved.chain(refusals.map(of_refusal)).map(|name| (name, 1)).collect();
-        assert_eq!(names.len(), 15);
+        assert_eq!(names.len(), 13);
         assert!(!names.contains_key("other"));
     }
 }
