@@ -152,15 +152,13 @@ impl Calibration {
     #[staticmethod]
     fn _of(rig: Rig, record: &[u8]) -> PyResult<Self> {
         let read = FactoryCalibration::from_record(record).map_err(raised("record"))?;
-        let FactoryCalibration { cameras, extrinsics, .. } = read;
-        Ok(Self::new(&rig, CoreCalibration { cameras, extrinsics }))
+        Ok(Self::factory(&rig, &read))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, State<'py>)> {
-        let CoreCalibration { cameras, extrinsics } = self.of;
-        let (yaw_sd_rad, baseline_m) = (None, None);
-        let all = FactoryCalibration { cameras, extrinsics, yaw_sd_rad, baseline_m };
-        let record = PyBytes::new(py, &all.to_record());
+        let CoreCalibration { cameras, extrinsics, .. } = self.of;
+        let record = FactoryCalibration::new(cameras, extrinsics).to_record();
+        let record = PyBytes::new(py, &record);
         Ok((py.get_type::<Self>().getattr("_of")?, (self.rig.clone(), record)))
     }
 }
@@ -169,8 +167,14 @@ impl Calibration {
 type State<'py> = (Rig, Bound<'py, PyBytes>);
 
 impl Calibration {
+    /// Equal calibrations are equal whenever they were put into use: the generation is the calibrator's.
     pub(crate) fn new(rig: &Rig, of: CoreCalibration<f32>) -> Self {
-        Self { rig: rig.clone(), of }
+        Self { rig: rig.clone(), of: CoreCalibration { generation: 0, ..of } }
+    }
+
+    pub(crate) fn factory(rig: &Rig, made: &FactoryCalibration<f32>) -> Self {
+        let FactoryCalibration { cameras, extrinsics, .. } = *made;
+        Self::new(rig, CoreCalibration { cameras, extrinsics, generation: 0 })
     }
 
     /// The common camera of both rectified views.

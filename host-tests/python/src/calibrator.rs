@@ -40,7 +40,7 @@ impl Calibrator {
         Ok(Self { engine: Mutex::new(settings.engine(py)?), settings })
     }
 
-    #[pyo3(signature = (uv_left, uv_right, score=None, *, grid_step=0.0, angular_rate=None))]
+    #[pyo3(signature = (uv_left, uv_right, score=None, *, grid_step=0.0))]
     fn fuse<'py>(
         &self,
         py: Python<'py>,
@@ -48,11 +48,9 @@ impl Calibrator {
         uv_right: &Bound<'py, PyAny>,
         score: Option<&Bound<'py, PyAny>>,
         grid_step: f64,
-        angular_rate: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let pair = matches(POINTS, uv_left, uv_right, score, grid_step)?;
-        let rate = angular_rate.map(|rate| rate as f32);
-        let outcome = self.with(py, |engine| each!(engine, held => held.fuse(&pair, rate)))?;
+        let outcome = self.with(py, |engine| each!(engine, held => held.fuse(&pair)))?;
         result(py, &outcome.map_err(raised("uv_left, uv_right"))?)
     }
 
@@ -117,10 +115,6 @@ impl Calibrator {
         Ok(name(&witnessed.map_err(raised("before, after"))?))
     }
 
-    fn confirm_factory_yaw(&self, py: Python<'_>) -> PyResult<bool> {
-        self.with(py, |engine| each!(engine, held => held.calibrator.confirm_factory_yaw()))
-    }
-
     fn apply(&self, py: Python<'_>) -> PyResult<Calibration> {
         let applied = self
             .with(py, |engine| each!(engine, held => held.calibrator.apply()))?
@@ -141,14 +135,13 @@ impl Calibrator {
 
     fn health<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let found = self.with(py, |engine| each!(engine, held => held.calibrator.health()))?;
-        found.map(|found| health(py, &found)).transpose()
+        found.ok().map(|found| health(py, &found)).transpose()
     }
 
     #[getter]
-    fn in_use(&self, py: Python<'_>) -> PyResult<Option<Calibration>> {
-        let in_use =
-            self.with(py, |engine| each!(engine, held => held.calibrator.calibration_in_use()))?;
-        Ok(in_use.map(|in_use| Calibration::new(&self.settings.rig, in_use)))
+    fn in_use(&self, py: Python<'_>) -> PyResult<Calibration> {
+        let in_use = self.with(py, |engine| each!(engine, held => held.calibrator.in_use()))?;
+        Ok(Calibration::new(&self.settings.rig, in_use))
     }
 
     #[getter]
@@ -158,12 +151,12 @@ impl Calibrator {
 
     #[getter]
     fn generation(&self, py: Python<'_>) -> PyResult<u32> {
-        self.with(py, |engine| each!(engine, held => held.calibrator.generation()))
+        self.with(py, |engine| each!(engine, held => held.calibrator.in_use().generation))
     }
 
     #[getter]
     fn frozen(&self, py: Python<'_>) -> PyResult<bool> {
-        self.with(py, |engine| each!(engine, held => held.calibrator.is_frozen()))
+        self.with(py, |engine| each!(engine, held => held.is_frozen()))
     }
 
     #[setter]
@@ -182,7 +175,8 @@ impl Calibrator {
     }
 
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        Ok(PyBytes::new(py, &self.with(py, |engine| each!(engine, held => held.save()))??))
+        let record = self.with(py, |engine| each!(engine, held => held.calibrator.snapshot()))?;
+        Ok(PyBytes::new(py, &record))
     }
 
     fn load(&self, py: Python<'_>, record: &[u8]) -> PyResult<()> {

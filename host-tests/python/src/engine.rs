@@ -5,8 +5,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stereo_selfcal::link::{Decoder, FrameHeader, FrameRefusal};
 use stereo_selfcal::{
-    Calibrator, Cause, Config, Correspondence, Fused, Health, LensTracking, MotionError, PairError,
-    PairReport, Proposal, Rejection, RestoreError, State, Witnessed,
+    ApplyError, Calibrator, Cameras, Cause, Config, Correspondence, FactoryCalibration, Fused,
+    Health, LensTracking, MotionError, NoHealth, PairReport, Proposal, Rejection, RestoreError,
+    State, Witnessed,
 };
 
 use crate::errors::{raised, value, wrong_type};
@@ -44,16 +45,15 @@ impl Settings {
     /// # Errors
     /// Names the argument.
     pub(crate) fn engine(&self, py: Python<'_>) -> PyResult<Engine> {
-        let config = match &*self.preset {
+        let mut config = match &*self.preset {
             "robust" => Config::robust(),
             "paper" => Config::paper(),
             other => return Err(value(format!("preset: 'robust' or 'paper', not {other:?}"))),
         };
-        let mut config = self.rig.informed(config)?;
         for (name, given) in self.options.bind(py).iter() {
             config = with_option(config, name.extract()?, &given)?;
         }
-        Engine::new(self.capacity, config, &self.rig)
+        Engine::new(self.capacity, config, &self.rig.made()?)
     }
 }
 
@@ -79,11 +79,9 @@ fn with_option(config: Config, name: &str, given: &Bound<'_, PyAny>) -> PyResult
             other => Err(value(format!("lens: 'report', 'given' or 'compensate', not {other:?}"))),
         },
         "max_correction_rad" => config.with_max_correction_rad(number()?).map_err(raised(name)),
-        "max_angular_rate" => config.with_max_angular_rate(number()?).map_err(raised(name)),
         "memory_pairs" => {
             config.with_memory_pairs(given.extract().map_err(wrong)?).map_err(raised(name))
         }
-        "automatic_apply" => Ok(config.with_automatic_apply(given.extract().map_err(wrong)?)),
         _ => Err(wrong_type(format!("{name}: no argument of Calibrator"))),
     }
 }
@@ -92,6 +90,8 @@ fn with_option(config: Config, name: &str, given: &Bound<'_, PyAny>) -> PyResult
 #[derive(Clone)]
 pub(crate) struct Held<const N: usize> {
     pub(crate) calibrator: Box<Calibrator<f32, N>>,
+    /// As given.
+    cameras: Cameras<f32>,
     before: Box<Calibrator<f32, N>>,
     pub(crate) decoder: Decoder,
 }
@@ -106,9 +106,13 @@ macro_rules! capacities {
         impl Engine {
             /// # Errors
             /// Of another capacity.
-            pub(crate) fn new(capacity: usize, config: Config, rig: &Rig) -> PyResult<Self> {
+            pub(crate) fn new(
+                capacity: usize,
+                config: Config,
+                made: &FactoryCalibration<f32>,
+            ) -> PyResult<Self> {
                 match capacity {
-                    $($capacity => Ok(Self::$name(Held::new(config, rig)?)),)+
+                    $($capacity => Ok(Self::$name(Held::new(config, made))),)+
                     _ => Err(value(format!("capacity: one of {:?}, not {capacity}", [$($capacity),+]))),
                 }
             }
@@ -133,11 +137,10 @@ macro_rules! each {
 pub(crate) use each;
 
 impl<const N: usize> Held<N> {
-    fn new(config: Config, rig: &Rig) -> PyResult<Self> {
-        let mut calibrator = Box::new(Calibrator::new(config));
-        calibrator.set_cameras(rig.cameras()?);
-        calibrator.set_factory(rig.start()?);
-        Ok(Self { before: calibrator.clone(), calibrator, decoder: Decoder::new() })
+    fn new(config: Config, made: &FactoryCalibration<f32>) -> Self {
+        let calibrator = Box::new(Calibrator::new(config, made));
+        let before = calibrator.clone();
+        Self { calibrator, cameras: made.cameras, before, decoder: Decoder::new() }
     }
 
     fn keep(&mut self) {
@@ -149,7 +152,7 @@ impl<const N: usize> Held<N> {
     }
 
     fn push(&mut self, pair: &[Correspondence<f32>]) {
-        self.calibrator.clear_pair();
+        self.calibrator.discard_pair();
         for correspondence in pair {
             // The batch counts those that it refuses.
             let _ = self.calibrator.push(correspondence);
@@ -163,25 +166,17 @@ impl<const N: usize> Held<N> {
         let refused = batch.refused().try_into().unwrap_or(usize::MAX);
         let matches = [offered, batch.pairs().len(), refused];
         let solved = calibrator.solve_pair();
-        let fused = match solved {
-            Ok(_) => calibrator.fuse().map_err(Rejection::Refused),
-            Err(why) => Err(Rejection::Unsolved(why)),
-        };
-        let (health, state) = (calibrator.health(), calibrator.state());
-        // Of a locked estimate that took the pair, the health has all that there is.
-        let is_known = state == State::Locked && fused.is_ok();
-        let of_health = health.as_ref().and_then(|health| health.cause);
-        let cause = if is_known { of_health } else { calibrator.likely_cause().or(of_health) };
+        let health = calibrator.health();
         Outcome {
             frame,
             matches,
-            report: solved.ok(),
-            fused,
+            report: solved.pair,
+            fused: solved.fused,
             proposal: calibrator.proposal(),
-            health,
-            cause,
-            state,
-            generation: calibrator.generation(),
+            cause: health.as_ref().map_or_else(NoHealth::cause, |health| health.cause),
+            health: health.ok(),
+            state: calibrator.state(),
+            generation: calibrator.in_use().generation,
         }
     }
 
@@ -189,20 +184,13 @@ impl<const N: usize> Held<N> {
     ///
     /// # Errors
     /// What the caller has to correct; all is as it was.
-    pub(crate) fn fuse(
-        &mut self,
-        pair: &[Correspondence<f32>],
-        rad_per_s: Option<f32>,
-    ) -> Result<Outcome, PairError> {
+    pub(crate) fn fuse(&mut self, pair: &[Correspondence<f32>]) -> Result<Outcome, Rejection> {
         self.keep();
         self.push(pair);
-        if let Some(rate) = rad_per_s {
-            self.calibrator.set_angular_rate(rate);
-        }
         let outcome = self.take(pair.len(), None);
         match outcome.fused {
             // No pair of this rig: arguments are exchanged, or the rig is another one.
-            Err(Rejection::Unsolved(why @ (PairError::Behind | PairError::Columns))) => {
+            Err(why @ (Rejection::Behind | Rejection::Columns)) => {
                 self.back();
                 Err(why)
             }
@@ -241,13 +229,14 @@ impl<const N: usize> Held<N> {
         }
     }
 
-    /// The record of a firmware.
-    pub(crate) fn save(&self) -> PyResult<Vec<u8>> {
-        let record = self.calibrator.snapshot().map(Vec::from);
-        record.ok_or_else(|| value("the calibrator has no cameras"))
+    /// Whether estimate and calibration in use stay as they are; the record of `load` may have it so.
+    pub(crate) fn is_frozen(&mut self) -> bool {
+        // A frozen calibrator is the first reason to undo nothing.
+        self.keep();
+        self.before.undo() == Err(ApplyError::Frozen)
     }
 
-    /// Restores a record of [`Self::save`].
+    /// Restores a record of a firmware.
     ///
     /// # Errors
     /// All is as it was.
@@ -261,7 +250,7 @@ impl<const N: usize> Held<N> {
         &mut self,
         tracked: &[[Correspondence<f32>; 2]],
     ) -> Result<Witnessed, MotionError> {
-        let cameras = *self.calibrator.cameras().ok_or(MotionError::NotLocked)?;
+        let cameras = &self.cameras;
         let rays = |[before, after]: &[Correspondence<f32>; 2]| {
             Some([cameras.rays(before).ok()?, cameras.rays(after).ok()?])
         };

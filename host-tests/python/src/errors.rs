@@ -7,8 +7,8 @@ use pyo3::exceptions::{PyFileNotFoundError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use stereo_selfcal::link::FrameRefusal;
 use stereo_selfcal::{
-    ApplyError, CameraError, ConfigError, ExtrinsicsError, MotionError, PairError, RangeError,
-    RectifyError, Refusal, Rejection, RestoreError,
+    ApplyError, CameraError, ConfigError, ExtrinsicsError, MotionError, RangeError, RectifyError,
+    Rejection, RestoreError,
 };
 
 /// An error of the core with its class and number.
@@ -39,12 +39,21 @@ core_errors!(
     ExtrinsicsError,
     FrameRefusal,
     MotionError,
-    PairError,
     RangeError,
     RectifyError,
-    Refusal,
     RestoreError
 );
+
+impl CoreError for Rejection {
+    fn class(&self) -> &'static str {
+        // Numbers from 600 on are of pairs that have been solved.
+        if self.code() < 600 { "PairError" } else { "Refusal" }
+    }
+
+    fn number(&self) -> u16 {
+        self.code()
+    }
+}
 
 /// The exception of an error.
 pub(crate) fn exception<'py>(
@@ -79,11 +88,7 @@ pub(crate) fn busy() -> PyErr {
 
 /// The exception of a rejection, not raised.
 pub(crate) fn rejection(py: Python<'_>, why: Rejection) -> PyResult<Bound<'_, PyAny>> {
-    match why {
-        Rejection::Unsolved(why) => exception(py, &why, &why.to_string()),
-        Rejection::Refused(why) => exception(py, &why, &why.to_string()),
-        _ => Ok(value(why).into_value(py).into_bound(py).into_any()),
-    }
+    exception(py, &why, &why.to_string())
 }
 
 /// Raises an error of the core; names the argument that it is about, if any.

@@ -9,7 +9,7 @@ use pyo3::types::{PyBytes, PyDict, PyType};
 use selfcal_commands::conventions::Unknowns;
 use serde_json::Value;
 use stereo_selfcal::nalgebra::Vector3;
-use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, FactoryCalibration, Lens, Scalar};
+use stereo_selfcal::{Cameras, Extrinsics, FactoryCalibration, Lens, Scalar};
 
 use crate::arguments::{matrix, to_matrix, to_vector, vector};
 use crate::calibration::Calibration;
@@ -44,8 +44,7 @@ impl Rig {
     ) -> PyResult<Self> {
         let factory = factory.map(|(r, t)| extrinsics(&r, &t)).transpose()?;
         let rig = Self { left, right, factory, baseline_m, yaw_sd_rad };
-        rig.informed(Config::robust())?;
-        rig.cameras()?;
+        rig.made()?;
         Ok(rig)
     }
 
@@ -79,17 +78,11 @@ impl Rig {
     }
 
     fn calibration(&self) -> PyResult<Calibration> {
-        let calibration =
-            stereo_selfcal::Calibration { cameras: self.cameras()?, extrinsics: self.start()? };
-        Ok(Calibration::new(self, calibration))
+        Ok(Calibration::factory(self, &self.made()?))
     }
 
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let mut made = Box::new(Calibrator::<f32, 64>::new(self.informed(Config::robust())?));
-        made.set_cameras(self.cameras()?);
-        made.set_factory(self.start()?);
-        let made = made.factory_calibration().ok_or_else(|| value("the rig has no cameras"))?;
-        Ok(PyBytes::new(py, &made.to_record()))
+        Ok(PyBytes::new(py, &self.made()?.to_record()))
     }
 
     #[classmethod]
@@ -100,8 +93,8 @@ impl Rig {
             left: Camera(converted(&left)?),
             right: Camera(converted(&right)?),
             factory: Some(in_f64(&made.extrinsics)),
-            baseline_m: made.baseline_m.map(f64::from),
-            yaw_sd_rad: Some(made.yaw_sd_rad.map_or(f64::INFINITY, f64::from)),
+            baseline_m: made.baseline_m().map(f64::from),
+            yaw_sd_rad: Some(made.yaw_sd_rad().map_or(f64::INFINITY, f64::from)),
         })
     }
 
@@ -184,19 +177,21 @@ impl Rig {
         Extrinsics::try_new(&r, &t).map_err(raised("factory"))
     }
 
-    /// The configuration with what is known of the factory calibration.
-    pub(crate) fn informed(&self, config: Config) -> PyResult<Config> {
-        let config = match self.baseline_m {
-            Some(m) => config.with_baseline_m(m as f32).map_err(raised("baseline_m"))?,
-            None => config,
+    /// The factory calibration in the number type of a vehicle.
+    ///
+    /// # Errors
+    /// Names the argument of `Rig`.
+    pub(crate) fn made(&self) -> PyResult<FactoryCalibration<f32>> {
+        let made = FactoryCalibration::new(self.cameras()?, self.start()?);
+        let made = match self.baseline_m {
+            Some(m) => made.with_baseline_m(m as f32).map_err(raised("baseline_m"))?,
+            None => made,
         };
-        Ok(match (&self.factory, self.yaw_sd_rad) {
-            (None, _) | (_, Some(f64::INFINITY)) => config.without_factory_yaw(),
-            (_, None) => config,
-            (_, Some(sd)) => {
-                config.with_factory_yaw_sd_rad(sd as f32).map_err(raised("yaw_sd_rad"))?
-            }
-        })
+        match (&self.factory, self.yaw_sd_rad) {
+            (None, _) | (_, Some(f64::INFINITY)) => Ok(made.without_yaw()),
+            (_, None) => Ok(made),
+            (_, Some(sd)) => made.with_yaw_sd_rad(sd as f32).map_err(raised("yaw_sd_rad")),
+        }
     }
 }
 

@@ -155,7 +155,6 @@ def test_any_numbers_make_a_calibrator_or_name_the_parameter(numbers: list[float
         lambda: sc.Calibrator(MADE.rig, preset=name),  # type: ignore[arg-type]
         lambda: sc.Calibrator(MADE.rig, lens=name),  # type: ignore[arg-type]
         lambda: sc.Calibrator(MADE.rig, max_correction_rad=a),
-        lambda: sc.Calibrator(MADE.rig, max_angular_rate=b),
         lambda: sc.Calibrator(MADE.rig, memory_pairs=count),
         lambda: sc.Rig(MADE.rig.left, MADE.rig.right, baseline_m=c),
         lambda: sc.Rig(MADE.rig.left, MADE.rig.right, (np.eye(3), [-1.0, 0, 0]), yaw_sd_rad=d),

@@ -77,7 +77,6 @@ class BusyError(SelfcalError, RuntimeError):
 
 _CAMERA = "Correct the named quantity."
 _CONFIG = "Correct the named parameter."
-_ORDER = "Set cameras first."
 _PIXEL = "Drop the match; many of them: wrong image size or lens."
 
 #: By code of the core. Tested to be complete against the header of the C API.
@@ -92,12 +91,10 @@ ADVICE: dict[int, str] = {
     201: "Correct t: p_r = R p_l + t, any length above 0.",
     202: "A baseline along an optical axis cannot be rectified: correct R or t.",
     **dict.fromkeys(range(300, 314), _CONFIG),
-    500: _ORDER,
     501: "Begin a pair first.",
     502: "Nothing is wrong: take the next pair, or match more points.",
     503: "The matches are nearly all wrong: take the next pair; if all fail, look at the matcher.",
     504: "Take a pair with points spread over the image and in depth.",
-    505: "Normal in a turn: take the next pair.",
     506: "Exchange left and right, or the sign of t; see that no image is mirrored.",
     507: "Pass points as (u, v), and a rig whose cameras stand side by side.",
     508: "See that left and right are images of two cameras; a plane alone tells nothing.",
@@ -124,9 +121,7 @@ ADVICE: dict[int, str] = {
     1003: "Make the calibrator with the rig of the record, or start afresh.",
     1004: "Start from the factory calibration.",
     1005: "Make the calibrator with the options of the record, or raise max_correction_rad.",
-    1006: _ORDER,
     1100: "Finish the pair first.",
-    1101: _ORDER,
     1102: "Make the rig with the images of this matcher.",
     1200: "Make the rig with baseline_m.",
     1201: "Normal until the estimate is locked: read again later.",

@@ -305,10 +305,6 @@ class Calibrator:
         Pairs further than this from the factory extrinsics are refused, rad. Default 0.5.
     memory_pairs : int, optional
         Pairs after which the oldest fade. Default 1000.
-    max_angular_rate : float, optional
-        Pairs with a larger `angular_rate` are refused, rad/s. Default: none is.
-    automatic_apply : bool
-        Whether `fuse` applies the estimate where `apply` would.
 
     Raises
     ------
@@ -325,8 +321,6 @@ class Calibrator:
         lens: Literal["report", "given", "compensate"] = "report",
         max_correction_rad: float | None = None,
         memory_pairs: int | None = None,
-        max_angular_rate: float | None = None,
-        automatic_apply: bool = False,
     ) -> Calibrator: ...
     def fuse(
         self,
@@ -335,7 +329,6 @@ class Calibrator:
         score: _Floats | None = None,
         *,
         grid_step: float = 0.0,
-        angular_rate: float | None = None,
     ) -> Result:
         """Solve one stereo pair and fuse it into the estimate.
 
@@ -350,8 +343,6 @@ class Calibrator:
             Confidence of each match, 0 to 1. Default 1.
         grid_step : float
             Step of the grid that the coordinates are rounded to, px; 0: continuous.
-        angular_rate : float, optional
-            How fast the rig turned, rad/s; see `max_angular_rate`.
 
         Returns
         -------
@@ -439,9 +430,6 @@ class Calibrator:
         MotionError
             The estimate is unchanged.
         """
-
-    def confirm_factory_yaw(self) -> bool:
-        """Declare that the mount is as the factory calibration says; False if that has no effect."""
 
     def apply(self) -> Calibration:
         """Put the estimate into use.
