@@ -64,7 +64,12 @@ def test_a_frozen_calibrator_takes_nothing_until_it_is_released(made: Made, lock
     frozen = locked.fuse(*made.pair(20)).rejection
     assert isinstance(frozen, sc.Refusal) and frozen.kind == "Frozen"
     assert locked.save() == record
+    restored = sc.Calibrator(made.rig)
+    assert not restored.frozen
+    restored.load(record)
+    assert restored.frozen and locked.frozen
     locked.frozen = False
+    assert not locked.frozen
     assert locked.fuse(*made.pair(21)).fused is not None
     locked.reset()
     assert locked.state == "acquiring" and locked.health() is None
