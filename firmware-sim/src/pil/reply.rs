@@ -207,8 +207,7 @@ impl PairReply {
 fn outcome(outcome: &Result<(PairReport<f32>, Result<Fused, Rejection>), Rejection>) -> u16 {
     match outcome {
         Ok((_, Ok(fused))) => fused.code(),
-        Ok((_, Err(why))) => why.code(),
-        Err(why) => why.code(),
+        Ok((_, Err(why))) | Err(why) => why.code(),
     }
 }
 

@@ -38,7 +38,7 @@ static void check_misuse_without_cameras(void)
     printf("stack of selfcal_init: %u bytes\n", (unsigned)stack_used());
     CHECK(selfcal_generation(&cal, &generation) == SELFCAL_OK && generation == 0);
 
-    CHECK(selfcal_push(&cal, &match, NULL) == SELFCAL_ERROR_PUSH_NO_CAMERAS);
+    CHECK(selfcal_push(&cal, &match, NULL) == SELFCAL_ERROR_NO_CAMERAS);
     blind.focal_px[1] = NAN;
     CHECK(selfcal_set_cameras(&cal, &scene_camera, &blind) == SELFCAL_ERROR_RIGHT_FOCAL_LENGTH);
     CHECK(selfcal_set_cameras(&cal, &scene_camera, NULL) == SELFCAL_ERROR_NULL);

@@ -29,7 +29,7 @@ static void check_power_loss(selfcal_t *cal)
     const unsigned snapshot_stack = stack_used();
 
     CHECK(selfcal_init(cal, sizeof *cal, NULL) == SELFCAL_OK);
-    CHECK(selfcal_restore(cal, snapshot, sizeof snapshot) == SELFCAL_ERROR_RESTORE_NO_CAMERAS);
+    CHECK(selfcal_restore(cal, snapshot, sizeof snapshot) == SELFCAL_ERROR_NO_CAMERAS);
     CHECK(selfcal_factory_from_record(cal, factory, sizeof factory) == SELFCAL_OK);
     CHECK(selfcal_restore(cal, snapshot, sizeof snapshot - 1) == SELFCAL_ERROR_RESTORE_DAMAGED);
     stack_paint();

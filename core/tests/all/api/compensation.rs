@@ -141,7 +141,7 @@ fn a_record_resumes_the_corrected_lens() {
     assert!(!drive(&mut before, 0.002, 0.0, 0..40).is_empty());
     let mut after = with(COMPENSATE);
     after.restore(&before.snapshot()).unwrap();
-    let [one, other] = [&before, &after].map(|c| c.in_use());
+    let [one, other] = [&before, &after].map(Calibrator::in_use);
     assert!((one.cameras.right.mean_focal() / other.cameras.right.mean_focal() - 1.0).abs() < 1e-6);
     for seed in 40..60 {
         let matches = pair(0.002, 0.0, seed);

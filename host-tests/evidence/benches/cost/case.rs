@@ -62,7 +62,6 @@ pub(crate) struct Case {
 pub(crate) enum Job {
     Solve(Box<Calibrator1024>),
     Pass(Box<Calibrator1024>),
-    SolveAndFuse(Box<Calibrator1024>),
     Minpack(Box<RowOffsets>),
 }
 
@@ -147,7 +146,6 @@ impl Job {
             Self::Pass(mut calibrator) => {
                 Answer::Pass(calibrator.advance_pair().map_or(Ok(()), |o| o.fused.map(|_| ())))
             }
-            Self::SolveAndFuse(mut calibrator) => Answer::Report(solve_and_fuse(&mut calibrator)),
             Self::Minpack(problem) => Answer::Fit(problem.minimise()),
         }
     }
@@ -200,7 +198,7 @@ fn locked(scene: &Scene, pairs: impl Iterator<Item = SynthPair>) -> Result<Vec<J
     for pair in pairs {
         fill(&mut calibrator, &pair)?;
         if calibrator.state() == State::Locked {
-            jobs.push(Job::SolveAndFuse(calibrator.clone()));
+            jobs.push(Job::Solve(calibrator.clone()));
         }
         let _ = solve_and_fuse(&mut calibrator);
     }
