@@ -13,6 +13,7 @@ pub use calibration::Calibration;
 use crate::batch::correspondence::{Cameras, Correspondence};
 use crate::batch::{Batch, Pushed};
 use crate::config::Config;
+use crate::depth::mount::MountYaw;
 use crate::error::{ApplyError, PushError, Rejection};
 use crate::geometry::lens_correction::CorrectedExtrinsics;
 use crate::outcome::cause::Causes;
@@ -88,7 +89,9 @@ pub struct Calibrator<T: Scalar, const N: usize> {
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// A calibrator at the factory calibration: pairs are solved from it, and the limit of corrections is measured from
     /// it. Its yaw is that of the mount, as far as it says, until the rig changes: rows alone cannot tell it.
+    // Inlined: written in place, without a copy on the stack.
     #[must_use]
+    #[inline(always)]
     pub const fn new(config: Config, factory: &FactoryCalibration<T>) -> Self {
         Self {
             config,
@@ -104,6 +107,17 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             batch: Batch::new(),
             estimator: Estimator::new(&config, factory.yaw_sd_rad.is_some()),
         }
+    }
+
+    /// Begins anew with another factory calibration, in place: assigning a new calibrator would take its size on the stack.
+    #[inline(never)]
+    pub fn install(&mut self, factory: &FactoryCalibration<T>) {
+        self.factory = *factory;
+        if let Some(mount) = self.estimator.mount_mut() {
+            *mount = factory.yaw_sd_rad.map_or(MountYaw::UNKNOWN, |_| MountYaw::CALIBRATED);
+        }
+        self.reset();
+        self.generation = 0;
     }
 
     /// Back to the factory calibration; batch, pair and fused pairs are forgotten. Not frozen any more.

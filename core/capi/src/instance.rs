@@ -113,7 +113,7 @@ impl Instance {
     fn replace(&mut self, factory: FactoryCalibration<f32>) {
         self.factory = factory;
         self.forget_pair();
-        self.calibrator = Calibrator::new(self.config, &self.factory);
+        self.calibrator.install(&self.factory);
     }
 
     pub(crate) fn forget_pair(&mut self) {

@@ -44,6 +44,7 @@ impl<T: Scalar> Estimator<T> {
     /// State without pairs.
     ///
     /// * `is_calibrated`: whether the factory extrinsics are those of a calibration.
+    #[inline(always)]
     pub(crate) const fn new(config: &Config, is_calibrated: bool) -> Self {
         match config.method {
             #[cfg(feature = "paper")]
