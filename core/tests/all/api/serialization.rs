@@ -64,15 +64,16 @@ fn cameras_and_parameters_are_checked() {
 
 #[test]
 fn results_come_back() {
-    let mut calibrator = Calibrator::<f32, 256>::new(Config::robust());
-    calibrator.set_cameras(cameras());
+    let factory = FactoryCalibration::guess(cameras());
+    let mut calibrator = Calibrator::<f32, 256>::new(Config::robust(), &factory);
     let truth = rig([1.0, -0.5, 0.8], [0.5, -0.4]);
     for seed in 0..5 {
         take(&mut calibrator, &correspondences(&truth, 250, 0.5, seed)).unwrap();
     }
+    let outcome = calibrator.take_pair(correspondences(&truth, 250, 0.5, 5));
+    let pair: PairReport<f32> = outcome.pair.unwrap();
     let health: Health<f32> = calibrator.health().unwrap();
     let proposal: Proposal<f32> = calibrator.proposal().unwrap();
-    let pair: PairReport<f32> = calibrator.solve_pair().pair.unwrap();
     comes_back(&health);
     comes_back(&proposal);
     comes_back(&pair);

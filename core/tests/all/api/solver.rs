@@ -4,8 +4,7 @@ use crate::api::presets::{calibrator, with};
 use crate::api::scene::{cameras, correspondences, rig};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Config, Correspondence, Extrinsics, HuberSolver, PairReport, PushError, Rejection,
-    Scalar, Stop,
+    Config, Correspondence, Extrinsics, HuberSolver, PairReport, PushError, Rejection, Scalar, Stop,
 };
 
 const ROTATION: [f64; 3] = [3.0, -2.5, 4.0];
@@ -124,7 +123,7 @@ fn predicted_deviations_cover_the_errors() {
 #[cfg(not(feature = "simd"))]
 #[test]
 fn a_calibrator_of_256_correspondences_fits_11_and_a_half_kib() {
-    let bytes = size_of::<Calibrator<f32, 256>>();
+    let bytes = size_of::<stereo_selfcal::Calibrator<f32, 256>>();
     println!("Calibrator<f32, 256>: {bytes} bytes");
     assert!(bytes <= 11_776);
 }
