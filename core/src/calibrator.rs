@@ -109,15 +109,18 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         }
     }
 
-    /// Begins anew with another factory calibration, in place: assigning a new calibrator would take its size on the stack.
+    /// Begins anew with another factory calibration, in place: assigning a new calibrator would take its size on the
+    /// stack. The generation changes if the calibration in use does.
     #[inline(never)]
     pub fn install(&mut self, factory: &FactoryCalibration<T>) {
+        let Calibration { cameras, extrinsics, generation } = self.in_use();
         self.factory = *factory;
         if let Some(mount) = self.estimator.mount_mut() {
             *mount = factory.yaw_sd_rad.map_or(MountYaw::UNKNOWN, |_| MountYaw::CALIBRATED);
         }
         self.reset();
-        self.generation = 0;
+        let changed = (cameras, extrinsics) != (factory.cameras, factory.extrinsics);
+        self.generation = generation.wrapping_add(changed.into());
     }
 
     /// Back to the factory calibration; batch, pair and fused pairs are forgotten. Not frozen any more.

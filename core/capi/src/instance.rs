@@ -1,6 +1,6 @@
 //! A calibrator in storage of the caller.
 
-use core::mem::MaybeUninit;
+use core::mem::{self, MaybeUninit};
 
 use stereo_selfcal::{
     Calibrator, Camera, Cameras, Config, ConfigError, Extrinsics, FactoryCalibration, Fused,
@@ -85,35 +85,41 @@ impl Instance {
     }
 
     pub(crate) fn set_cameras(&mut self, cameras: Cameras<f32>) {
-        self.has_cameras = true;
+        let is_first = !mem::replace(&mut self.has_cameras, true);
         self.factory.cameras = cameras;
-        self.begin();
+        self.begin(is_first);
     }
 
     pub(crate) fn set_factory(&mut self, extrinsics: Extrinsics<f32>) {
         self.is_measured = true;
         self.factory.extrinsics = extrinsics;
-        self.begin();
+        self.begin(false);
     }
 
-    fn begin(&mut self) {
+    fn begin(&mut self, is_first: bool) {
         let factory = self.known.of(self.factory, self.is_measured).unwrap_or(self.factory);
-        self.replace(factory);
+        self.replace(factory, is_first);
     }
 
     pub(crate) fn install(&mut self, factory: FactoryCalibration<f32>) {
-        self.has_cameras = true;
+        let is_first = !mem::replace(&mut self.has_cameras, true);
         self.is_measured = factory.yaw_sd_rad().is_some();
         let (yaw_sd_rad, baseline_m) = (factory.yaw_sd_rad(), factory.baseline_m());
         self.known = Known { yaw_sd_rad, baseline_m };
-        self.replace(factory);
+        self.replace(factory, is_first);
     }
 
+    /// Begins anew. The first cameras leave the generation at 0: nothing was in use before.
     #[inline(never)]
-    fn replace(&mut self, factory: FactoryCalibration<f32>) {
+    fn replace(&mut self, factory: FactoryCalibration<f32>, is_first: bool) {
         self.factory = factory;
         self.forget_pair();
-        self.calibrator.install(&self.factory);
+        if is_first {
+            // SAFETY: a place of its type, which needs no drop. An assignment would copy it over the stack.
+            unsafe { (&raw mut self.calibrator).write(Calibrator::new(self.config, &self.factory)) }
+        } else {
+            self.calibrator.install(&self.factory);
+        }
     }
 
     pub(crate) fn forget_pair(&mut self) {

@@ -310,8 +310,10 @@ fn factory_extrinsics_are_bit_identical_to_rust() {
     assert_eq!(unsafe { selfcal_set_factory(cal.ptr(), &factory) }, SELFCAL_OK);
     let r = Matrix3::from_row_slice(&factory.rotation);
     let extrinsics = Extrinsics::try_new(&r, &factory.translation.into()).unwrap();
-    let made = FactoryCalibration::new(set.cameras().unwrap(), extrinsics);
-    let mut twin = Box::new(Twin::new(Config::robust(), &made));
+    let cameras = set.cameras().unwrap();
+    let mut twin = Box::new(Twin::new(Config::robust(), &FactoryCalibration::guess(cameras)));
+    twin.install(&FactoryCalibration::new(cameras, extrinsics));
+    assert_eq!(get!(cal, selfcal_generation), Ok(1));
     assert_same(&get!(cal, selfcal_in_use).unwrap(), &twin.in_use().extrinsics);
     assert_eq!(run(&mut cal, &mut twin, &set), State::Locked);
 }

@@ -88,14 +88,24 @@ fn a_row_error_of_the_lens_leaves_the_yaw_of_the_factory_calibration_and_is_name
 fn after_a_knock_about_any_axis_the_yaw_is_that_of_the_mount() {
     for knock in [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]] {
         let a = 0.005;
-        let mut calibrator = calibrated(Config::robust());
-        run(&mut calibrator, NONE, a, 0..12);
-        run(&mut calibrator, knock, a, 20..34);
-        let health = calibrator.health().unwrap();
-        let yaw = off(&calibrator, knock).y;
-        assert!(yaw.abs() < 8e-4, "{knock:?}: {yaw}");
-        assert!(yaw.abs() < 2.5 * health.yaw, "{knock:?}: {yaw} {health}");
-        assert_eq!(health.arming, Arming::Yes, "{knock:?}: {health}");
+        for confirmed in [false, true] {
+            let mut calibrator = with_baseline();
+            run(&mut calibrator, NONE, a, 0..12);
+            if confirmed {
+                let pair = warped(NONE, a, 11);
+                let readings = pair.iter().step_by(9).take(7).map(|c| reading(NONE, c, 1.0));
+                let taken = readings.filter(|of| calibrator.push_range(of).is_ok()).count();
+                assert!(taken >= 5, "{taken}");
+            }
+            run(&mut calibrator, knock, a, 20..34);
+            let health = calibrator.health().unwrap();
+            let yaw = off(&calibrator, knock).y;
+            assert!(yaw.abs() < 8e-4, "{knock:?}: {yaw}");
+            assert!(yaw.abs() < 2.5 * health.yaw, "{knock:?}: {yaw} {health}");
+            assert_eq!(health.arming, Arming::Yes, "{knock:?}: {health}");
+            assert_eq!(health.reasons.contains(Reason::Yaw), !confirmed, "{knock:?}: {health}");
+            assert!(!confirmed || health.yaw < 2e-3, "{knock:?}: {health}");
+        }
     }
 }
 
