@@ -115,8 +115,7 @@ impl Instance {
         self.factory = factory;
         self.forget_pair();
         if is_first {
-            // SAFETY: a place of its type, which needs no drop. An assignment would copy it over the stack.
-            unsafe { (&raw mut self.calibrator).write(Calibrator::new(self.config, &self.factory)) }
+            self.calibrator.install_first(&self.factory);
         } else {
             self.calibrator.install(&self.factory);
         }

@@ -92,6 +92,7 @@ pub(crate) struct Matches<'a, T> {
 impl<T: Scalar, const N: usize> Batch<T, N> {
     /// An empty batch.
     #[must_use]
+    #[inline(always)]
     pub const fn new() -> Self {
         const { assert!(N <= MAX_MEMBERS, "the selection's indices have 14 bits") }
         Self {

@@ -123,6 +123,7 @@ impl Eviction {
 
 impl<const N: usize> Selection<N> {
     /// No members.
+    #[inline(always)]
     pub(super) const fn new() -> Self {
         Self {
             hashes: [0; N],

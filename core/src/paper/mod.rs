@@ -39,6 +39,7 @@ pub(crate) struct Paper<T: Scalar> {
 }
 
 impl<T: Scalar> Paper<T> {
+    #[inline(always)]
     pub(crate) const fn new(angle: Central) -> Self {
         Self { fusion: MeanDirection::new(angle), solver: None, solved: None }
     }

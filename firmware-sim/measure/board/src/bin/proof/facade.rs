@@ -21,6 +21,7 @@ pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
         if black_box(false) {
             calibrator.reset();
             calibrator.install(&made);
+            calibrator.install_first(&made);
         }
     }
 }
