@@ -16,7 +16,7 @@ use crate::config::Config;
 use crate::depth::mount::MountYaw;
 use crate::error::{ApplyError, PushError, Rejection};
 use crate::geometry::lens_correction::CorrectedExtrinsics;
-use crate::outcome::cause::Causes;
+use crate::outcome::cause::{Causes, Relief};
 use crate::outcome::health::{Health, LastPair, NoHealth};
 use crate::outcome::pair_report::Outcome;
 use crate::outcome::proposal::Proposal;
@@ -82,6 +82,8 @@ pub struct Calibrator<T: Scalar, const N: usize> {
     rejection: Option<Rejection>,
     /// Mistakes that pairs have shown.
     causes: Causes,
+    /// Depth in pairs whose matches are moved alike.
+    pub(crate) relief: Relief<T>,
     pub(crate) batch: Batch<T, N>,
     pub(crate) estimator: Estimator<T>,
 }
@@ -104,6 +106,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             step: Step::Collecting,
             rejection: None,
             causes: Causes::NONE,
+            relief: Relief::NONE,
             batch: Batch::new(),
             estimator: Estimator::new(&config, factory.yaw_sd_rad.is_some()),
         }
@@ -140,6 +143,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.frozen = false;
         self.rejection = None;
         self.causes = Causes::NONE;
+        self.relief = Relief::NONE;
         self.discard_pair();
         self.batch.forget_cells();
         self.estimator.reset();
@@ -220,12 +224,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let screen = screen.max(T::lit(SCREEN_NOISES) * noise);
         let rows = noise * T::lit(DIFFERENCE_VARIANCE).sqrt();
         let rays = self.estimator.correction();
+        let alike = self.batch.is_moved_alike() && !self.relief.is_shown;
+        let of_estimate = || proposal.cause(&self.config.lens_prior, rows, alike);
         let last = LastPair {
             rejection: self.rejection,
             repeated: self.estimator.is_repeated(),
-            cause: self.batch.cause().or_else(|| {
-                proposal.cause(&self.config.lens_prior, rows, self.batch.is_moved_alike())
-            }),
+            cause: self.batch.cause().or_else(of_estimate),
             likeliest,
         };
         Health::over(&self.batch, &rays, &self.in_use, proposal, last, of_image, screen)

@@ -324,6 +324,10 @@ pub(crate) const CAUSE_SHARE: u32 = 8;
 /// a wrong lens; smaller disarms with one that was calibrated poorly.
 pub(crate) const GROSS_LENS: f64 = 4.0;
 
+/// Deviations by which disparities of matches that are moved alike scatter more than rows, over all pairs, from which on
+/// there is depth. Larger disarms a far scene for longer; smaller arms with one image on both sides by chance.
+pub(crate) const RELIEF_SHOWN: f64 = 5.0;
+
 /// Difference of the motion between both images, px, up to which two matches are moved alike. Larger takes a far scene for
 /// one image; smaller misses one image under noise.
 pub(crate) const ALIKE_PX: f64 = 2.0;

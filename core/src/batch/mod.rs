@@ -272,6 +272,11 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         self.cause().or_else(|| Cause::of_unsolved(why, transposed, self.is_moved_alike()))
     }
 
+    /// Scatter of the matches that are moved alike: [`Shift::spread`].
+    pub(crate) fn spread(&self) -> [T; 2] {
+        self.shift.spread()
+    }
+
     /// Whether most matches are moved alike between both images.
     pub(crate) fn is_moved_alike(&self) -> bool {
         let taken = self.offered().saturating_sub(self.refused);

@@ -12,22 +12,41 @@ pub(super) struct Shift<T> {
     at: [T; 2],
     /// Matches with this motion less others, since the motion was taken up.
     pub(super) excess: u32,
+    /// Matches with this motion.
+    count: u32,
+    /// Sums of their differences from it along columns and rows, px, and of the squares.
+    sums: [T; 2],
+    squares: [T; 2],
 }
 
 impl<T: Scalar> Shift<T> {
-    pub(super) const NONE: Self = Self { at: [T::ZERO; 2], excess: 0 };
+    pub(super) const NONE: Self =
+        Self { at: [T::ZERO; 2], excess: 0, count: 0, sums: [T::ZERO; 2], squares: [T::ZERO; 2] };
 
     /// Counts a match for the motion, or against it.
     pub(super) fn add(&mut self, c: &Correspondence<T>) {
         let ([u_l, v_l], [u_r, v_r]) = (c.left, c.right);
         let moved = [u_l - u_r, v_l - v_r];
-        let alike = |(a, b): (T, T)| (a - b).abs() <= T::lit(ALIKE_PX);
         if self.excess == 0 {
-            *self = Self { at: moved, excess: 1 };
-        } else if moved.into_iter().zip(self.at).all(alike) {
+            *self = Self { at: moved, ..Self::NONE };
+        }
+        let [x, y] = [moved[0] - self.at[0], moved[1] - self.at[1]];
+        if x.abs().max(y.abs()) <= T::lit(ALIKE_PX) {
             self.excess = self.excess.saturating_add(1);
+            self.count = self.count.saturating_add(1);
+            self.sums = [self.sums[0] + x, self.sums[1] + y];
+            self.squares = [self.squares[0] + x * x, self.squares[1] + y * y];
         } else {
             self.excess -= 1;
         }
+    }
+
+    /// By how much the matches with this motion scatter more along rows than across them: the difference of both sums of
+    /// squares about their means, and its variance where both are noise. Only depth makes the difference.
+    pub(super) fn spread(&self) -> [T; 2] {
+        let n = T::count(self.count.max(1));
+        let about_mean = |k: usize| self.squares[k] - self.sums[k] * self.sums[k] / n;
+        let [along, across] = [about_mean(0), about_mean(1)];
+        [along - across, (along * along + across * across) * T::lit(2.0) / n]
     }
 }

@@ -109,6 +109,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let context = self.estimator.context(&self.config, &self.factory);
         let fused = self.estimator.fuse(&context);
         self.rejection = fused.err();
+        if fused.is_ok() && self.batch.is_moved_alike() {
+            self.relief.add(self.batch.spread());
+        }
         match self.batch.cause().filter(|_| fused.is_ok()) {
             Some(cause) => self.causes.add(cause),
             None if self.state() == State::Locked => self.causes = Causes::NONE,

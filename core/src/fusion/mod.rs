@@ -64,7 +64,6 @@ pub(crate) struct Fusion<T: Scalar> {
 
 impl<T: Scalar> Fusion<T> {
     /// * `is_calibrated`: whether the factory extrinsics are those of a calibration.
-    #[inline(always)]
     pub(crate) const fn new(is_calibrated: bool) -> Self {
         Self {
             hypotheses: Hypotheses::NONE,

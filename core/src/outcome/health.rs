@@ -155,7 +155,7 @@ impl NoHealth {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Band {
-    /// The estimate would not improve it clearly, and rows differ by less than 1 px. From 1 px on it is the matches that are poor, or the lens models.
+    /// The estimate fits the matches no better. Rows that differ by 1 px or more are then due to poor matches or lens models.
     Good,
     /// Below 1 px, but the estimate fits clearly better.
     Improvable,

@@ -39,7 +39,6 @@ pub(crate) struct Paper<T: Scalar> {
 }
 
 impl<T: Scalar> Paper<T> {
-    #[inline(always)]
     pub(crate) const fn new(angle: Central) -> Self {
         Self { fusion: MeanDirection::new(angle), solver: None, solved: None }
     }

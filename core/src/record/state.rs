@@ -38,11 +38,12 @@ pub(crate) const BYTES: usize = OVERHEAD_BYTES + 4 * (WORDS + NUMBERS);
 const _: () = assert!(BYTES <= 400);
 
 /// Flags of the header: whether there is an estimate and a calibration before the one in use, whether the calibrator is
-/// frozen, and those of the mount.
+/// frozen, those of the mount, and whether pairs have shown depth.
 const ESTIMATE: u8 = 1;
 const BEFORE: u8 = 2;
 const FROZEN: u8 = 4;
 const MOUNT: [u8; 3] = [8, 16, 32];
+const RELIEF: u8 = 64;
 
 /// Ranges of numbers that no configuration sets. Information, 1/rad^2: a million pairs of a thousand matches.
 const MAX_INFORMATION: f32 = 1e15;
@@ -66,6 +67,7 @@ struct Found<T: Scalar> {
     corrected: Cameras<T>,
     generation: u32,
     is_frozen: bool,
+    has_relief: bool,
     learned: Learned<T>,
 }
 
@@ -114,6 +116,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.generation = found.generation.wrapping_add(changed.into());
         (self.in_use, self.before) = (found.in_use, found.before);
         (self.frozen, self.corrected) = (found.is_frozen, found.corrected);
+        self.relief.is_shown = found.has_relief;
         Ok(())
     }
 
@@ -121,8 +124,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     fn write(&self, rig: u32, learned: &Learned<T>, record: &mut [u8; BYTES]) {
         let Learned { prior, reference, vibration, mount } = learned;
         let (mount, mount_flags) = mount.parts();
-        let flags =
-            [(prior.is_some(), ESTIMATE), (self.before.is_some(), BEFORE), (self.frozen, FROZEN)];
+        let flags = [
+            (prior.is_some(), ESTIMATE),
+            (self.before.is_some(), BEFORE),
+            (self.frozen, FROZEN),
+            (self.relief.is_shown, RELIEF),
+        ];
         let flags = flags.into_iter().chain(mount_flags.into_iter().zip(MOUNT));
         let flags = flags.fold(0, |all, (is_set, bit)| if is_set { all | bit } else { all });
         let mut to = Writer::begin(record, Kind::State, [flags, reference.changes()]);
@@ -177,7 +184,15 @@ fn write_about<T: Scalar>(factory: &Extrinsics<T>, of: &Extrinsics<T>, to: &mut 
 impl<T: Scalar> Found<T> {
     fn nothing(cameras: &Cameras<T>, in_use: CorrectedExtrinsics<T>) -> Self {
         let (corrected, learned) = (*cameras, Learned::NOTHING);
-        Self { in_use, before: None, corrected, generation: 0, is_frozen: false, learned }
+        Self {
+            in_use,
+            before: None,
+            corrected,
+            generation: 0,
+            is_frozen: false,
+            has_relief: false,
+            learned,
+        }
     }
 
     /// Reads and checks a record. In place: returned, its content would take twice the stack.
@@ -190,6 +205,7 @@ impl<T: Scalar> Found<T> {
     ) -> Result<(), RestoreError> {
         let (mut from, [flags, changes]) = Reader::begin(record, Kind::State, BYTES)?;
         let is_set = |bit: u8| flags & bit != 0;
+        self.has_relief = is_set(RELIEF);
         if from.word()? != fingerprint(cameras, context.factory) {
             return Err(RestoreError::OtherRig);
         }

@@ -7,7 +7,7 @@ use host_tests::synth::{Scenario, ScenarioKind, ScenarioPair};
 use rayon::prelude::*;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Arming, Calibrator, Config, Extrinsics, FactoryCalibration, State};
-use test_support::runs;
+use test_support::{is_campaign, runs};
 
 const RUNS: [u64; 2] = [6, 200];
 const FIRST_SEED: u64 = 60_000;
@@ -16,18 +16,27 @@ const FIRST_SEED: u64 = 60_000;
 const BEFORE: usize = 60;
 const AFTER: usize = 10;
 
-/// Pairs after the restart at which estimates are compared, and the largest ratio of their errors.
-const BOUNDS: [(usize, f64); 3] = [(1, 1.05), (3, 1.05), (10, 1.05)];
+/// Pairs after the restart at which estimates are compared, and the largest ratio of their errors: of a campaign, and of the
+/// few runs of a test.
+const BOUNDS: [(usize, [f64; 2]); 3] = [(1, [1.05, 1.05]), (3, [1.02, 1.05]), (10, [1.01, 1.05])];
 
-/// Scenes of which a restart loses something by design: that a scene is the one before, how the rig drifts, the samples
-/// of its vibration. The ratio of a few runs is one of chance there.
-const FORGOTTEN: [ScenarioKind; 5] = [
-    ScenarioKind::Parked,
-    ScenarioKind::ParkedLandmarks,
-    ScenarioKind::Creeping,
-    ScenarioKind::Drift,
-    ScenarioKind::Flight,
-];
+/// Larger bounds of the scenes of which a restart loses something: few matches near enough to fix `t`, and the samples of
+/// the vibration in flight.
+fn allowance(kind: ScenarioKind) -> f64 {
+    match kind {
+        ScenarioKind::Sky => 0.03,
+        ScenarioKind::Flight => 0.02,
+        _ => 0.0,
+    }
+}
+
+/// A restart forgets that a scene is the one before, and how the rig drifts. The error of a drifting rig is then larger. Over
+/// a few runs, the errors of a scene at rest differ by chance.
+fn is_compared(kind: ScenarioKind) -> bool {
+    use ScenarioKind::{Creeping, Drift, Flight, Parked, ParkedLandmarks};
+    let is_at_rest = matches!(kind, Parked | ParkedLandmarks | Creeping | Flight);
+    kind != Drift && (is_campaign() || !is_at_rest)
+}
 
 type Rig = Box<Calibrator<f32, 512>>;
 
@@ -119,8 +128,9 @@ fn a_restarted_rig_is_locked_and_armed_within_two_pairs_and_as_good_as_without_a
         if !drifts && (locked < all.len() || armed < armed_unbroken) {
             worst.push(format!("{kind}: {locked} locked, {armed} armed of {armed_unbroken}"));
         }
-        for ((pairs, bound), ratios) in BOUNDS.iter().zip(ratios) {
-            if !FORGOTTEN.contains(kind) && ratios.iter().any(|ratio| ratio > bound) {
+        for ((pairs, bounds), ratios) in BOUNDS.iter().zip(ratios) {
+            let bound = bounds[usize::from(!is_campaign())] + allowance(*kind);
+            if is_compared(*kind) && ratios.iter().any(|ratio| *ratio > bound) {
                 worst.push(format!("{kind}: {ratios:?} after {pairs}"));
             }
         }
