@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Error, Result, anyhow, ensure};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stereo_selfcal::{
@@ -136,8 +136,11 @@ impl Meta {
     /// Names the intrinsics or lens coefficients that are not valid.
     pub fn cameras<T: Scalar>(&self) -> Result<Cameras<T>> {
         let ([lens_l, lens_r], [size_l, size_r]) = (self.lenses(), self.sizes());
-        let left = camera(&self.k_l, &self.dist_l, lens_l, size_l).context("left camera")?;
-        let right = camera(&self.k_r, &self.dist_r, lens_r, size_r).context("right camera")?;
+        let of = |side, k, dist, lens, size| {
+            camera(k, dist, lens, size).map_err(|why| refused(side, k, dist, size, &why))
+        };
+        let left = of("left", &self.k_l, &self.dist_l, lens_l, size_l)?;
+        let right = of("right", &self.k_r, &self.dist_r, lens_r, size_r)?;
         Ok(Cameras { left, right })
     }
 
@@ -186,9 +189,9 @@ impl Meta {
 }
 
 /// An error of JSON without the names of types.
-fn in_words(why: &serde_json::Error) -> anyhow::Error {
+fn in_words(why: &serde_json::Error) -> Error {
     let numbers = why.to_string().replace("expected f64", "a number is expected");
-    anyhow::anyhow!(numbers.replace("expected u16", "a whole number from 0 to 65535 is expected"))
+    anyhow!(numbers.replace("expected u16", "a whole number from 0 to 65535 is expected"))
 }
 
 /// Lens model of a data set.
@@ -233,6 +236,15 @@ pub fn check_camera_matrix(k: &Rows) -> Result<()> {
     Ok(())
 }
 
+/// An error that shows the numbers of the camera.
+fn refused(side: &str, k: &Rows, dist: &[f64], [width, height]: [u16; 2], why: &Error) -> Error {
+    let [[fx, _, cx], [_, fy, cy], _] = *k;
+    anyhow!(
+        "{side} camera, fx {fx}, fy {fy}, cx {cx}, cy {cy}, lens coefficients {dist:?}, image size {width} x {height}: \
+         {why:#}; compare these numbers with the calibration: order, units, size of the images"
+    )
+}
+
 fn camera<T: Scalar>(
     k: &Rows,
     dist: &[f64],
@@ -248,7 +260,7 @@ fn camera<T: Scalar>(
         LensModel::RadialTangential => {
             ensure!(
                 matches!(dist.len(), 4 | 5),
-                "{} lens coefficients: k1 k2 p1 p2 [k3] are handled",
+                "{} lens coefficients: expected k1 k2 p1 p2 [k3]",
                 dist.len()
             );
             let coefficient = |i: usize| T::lit(dist.get(i).copied().unwrap_or(0.0));

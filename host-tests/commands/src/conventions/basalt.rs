@@ -43,8 +43,12 @@ fn view(camera: &Value, size: [u16; 2]) -> Result<View> {
     let (lens, names): (_, &[&str]) = match model.text().as_str() {
         "pinhole" => (LensModel::RadialTangential, &[]),
         "kb4" => (LensModel::Fisheye, &["k1", "k2", "k3", "k4"]),
-        "pinhole-radtan8" => (LensModel::RadialTangential, &["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"]),
-        _ => bail!(model.refuse("pinhole, pinhole-radtan8 and kb4 are handled, ds, eucm and ucm are not: calibrate with kb4")),
+        "pinhole-radtan8" => {
+            (LensModel::RadialTangential, &["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"])
+        }
+        _ => bail!(model.refuse(
+            "expected pinhole, pinhole-radtan8 or kb4, not ds, eucm or ucm: calibrate with kb4"
+        )),
     };
     let k = camera_matrix([of("fx")?, of("fy")?, of("cx")?, of("cy")?]);
     host_tests::data::check_camera_matrix(&k).map_err(|why| numbers.refuse(why))?;

@@ -45,13 +45,19 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     rig::meta([view(0, left)?, view(1, right)?], &pose, format!("COLMAP: {files}"))
 }
 
-/// `RIG_ID, NUM_SENSORS, REF_TYPE, REF_ID, then TYPE, ID, HAS_POSE [QW QX QY QZ TX TY TZ]` of each other sensor.
+/// Fields of a row of a rig.
+const FIELDS: &str = "RIG_ID NUM_SENSORS REF_TYPE REF_ID, and TYPE ID HAS_POSE [QW QX QY QZ TX TY TZ] of each other sensor";
+
+/// The sensors of the first row: [`FIELDS`].
 fn of_table(table: &Value) -> Result<Vec<Sensor>> {
     let rows = table.items();
-    let row = rows.first().with_context(|| format!("{}: there is no rig", table.place()))?;
+    let row =
+        rows.first().with_context(|| format!("{}: expected a row with a rig", table.place()))?;
     let words = row.items();
     let word = |i: usize| {
-        words.get(i).with_context(|| format!("{}: the row of the rig is cut short", row.place()))
+        words.get(i).with_context(|| {
+            format!("{}: the row of the rig is cut short: expected {FIELDS}", row.place())
+        })
     };
     let mut sensors = vec![Sensor {
         camera: Some(word(3)?.number()?),
@@ -89,7 +95,8 @@ fn of_table(table: &Value) -> Result<Vec<Sensor>> {
 /// The first of a list of rigs, each with `cameras`.
 fn of_config(config: &Value) -> Result<Vec<Sensor>> {
     let rigs = config.items();
-    let rig = rigs.first().with_context(|| format!("{}: there is no rig", config.place()))?;
+    let rig =
+        rigs.first().with_context(|| format!("{}: expected a list of rigs", config.place()))?;
     let cameras = rig.need(&["cameras"], "the cameras of a rig")?;
     let sensor = |(i, camera): (u32, &Value)| -> Result<Sensor> {
         let rotation = camera.get(&["cam_from_rig_rotation", "rel_qvec"]);
@@ -129,11 +136,16 @@ fn view(files: &Files, side: usize, sensor: &Sensor, unknowns: Unknowns) -> Resu
     let rows = table.items();
     let id = |row: &&Value| row.items().first().and_then(|id| id.number().ok()) == sensor.camera;
     let row = rows.iter().find(id).with_context(|| {
-        format!("{}: there is no camera {}", table.place(), sensor.camera.unwrap_or_default())
+        let camera = sensor.camera.unwrap_or_default();
+        format!(
+            "{}: camera {camera} of {} is missing: expected a row of it",
+            table.place(),
+            sensor.place
+        )
     })?;
     let words = row.items();
     let [_, model, width, height, params @ ..] = words.as_slice() else {
-        bail!(row.refuse("CAMERA_ID MODEL WIDTH HEIGHT PARAMS are expected"));
+        bail!(row.refuse("expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS"));
     };
     let params = params.iter().map(Value::number).collect::<Result<Vec<_>>>()?;
     camera(&model.text(), &params, [width.count()?, height.count()?])
@@ -153,13 +165,13 @@ fn camera(model: &str, params: &[f64], size: [u16; 2]) -> Result<View> {
         "SIMPLE_RADIAL_FISHEYE" => (LensModel::Fisheye, true, 1),
         "RADIAL_FISHEYE" => (LensModel::Fisheye, true, 2),
         _ => bail!(
-            "camera model {model}: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV and the fisheyes are handled: calibrate with OPENCV"
+            "camera model {model}: expected SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV or a fisheye: calibrate with OPENCV"
         ),
     };
     let focals = if one_focal { 1 } else { 2 };
     ensure!(
         params.len() == focals + 2 + names,
-        "camera model {model}: {} parameters: {} are expected",
+        "camera model {model}: {} parameters: expected {}",
         params.len(),
         focals + 2 + names
     );

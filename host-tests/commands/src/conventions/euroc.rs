@@ -15,7 +15,7 @@ use host_tests::data::{LensModel, Meta};
 pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let sensors = files.with(&["T_BS"]);
     let [left, right] = sensors.as_slice() else {
-        bail!("{files}: two sensor.yaml are expected, cam0 (left) and cam1, not {}", sensors.len());
+        bail!("{files}: expected two sensor.yaml, cam0 (left) and cam1, not {}", sensors.len());
     };
     let to_body = |sensor: &Value| sensor.need(&["T_BS"], "4 x 4 numbers")?.transform();
     let way = Rigid::left_to_right([to_body(left)?, to_body(right)?]);
@@ -29,7 +29,7 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
 
 fn view(sensor: &Value, side: usize, unknowns: Unknowns) -> Result<View> {
     if let Some(model) = sensor.get(&["camera_model"]).filter(|model| model.text() != "pinhole") {
-        bail!(model.refuse("pinhole is handled"));
+        bail!(model.refuse("expected pinhole: calibrate with it"));
     }
     let model = sensor.get(&["distortion_model"]);
     let lens = match model.as_ref().map(Value::text).unwrap_or_default().as_str() {
@@ -38,7 +38,7 @@ fn view(sensor: &Value, side: usize, unknowns: Unknowns) -> Result<View> {
         _ => bail!(
             sensor
                 .need(&["distortion_model"], "a model")?
-                .refuse("radial-tangential and equidistant are handled")
+                .refuse("expected radial-tangential or equidistant: calibrate with one of them")
         ),
     };
     let given = sensor.need(&["intrinsics"], "fu fv cu cv")?;

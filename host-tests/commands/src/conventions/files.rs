@@ -118,9 +118,7 @@ impl Files {
     /// The first value of these keys in any of the files.
     pub(super) fn find(&self, keys: &[&str], what: &str) -> Result<Value<'_>> {
         let found = self.values().find_map(|file| file.get(keys));
-        found.with_context(|| {
-            format!("{self}: there is no {}: {what} is expected", keys.join(" or "))
-        })
+        found.with_context(|| format!("{self}: {} is missing: expected {what}", keys.join(" or ")))
     }
 
     /// The same, if there is one.

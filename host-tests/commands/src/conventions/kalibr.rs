@@ -45,7 +45,7 @@ fn pose(chain: &Value, cams: &[Value; 2], [left, right]: [u8; 2]) -> Result<Pose
             (Some(to_imu), _) => to_imu.transform(),
             (None, Some(from_imu)) => Ok(from_imu.transform()?.inverse()),
             _ => bail!(
-                "{}: there is no T_cn_cnm1, and {} has no T_cam_imu or T_imu_cam: 4 x 4 numbers are expected",
+                "{}: T_cn_cnm1 is missing, and {} has no T_cam_imu or T_imu_cam: expected one of them, 4 x 4 numbers",
                 cams[1].place(),
                 cam.place()
             ),
@@ -59,7 +59,9 @@ fn pose(chain: &Value, cams: &[Value; 2], [left, right]: [u8; 2]) -> Result<Pose
 
 fn view(cam: &Value, side: usize, unknowns: Unknowns) -> Result<View> {
     if let Some(model) = cam.get(&["camera_model"]).filter(|model| model.text() != "pinhole") {
-        bail!(model.refuse("pinhole is handled, omni, eucm and ds are not: calibrate with pinhole-radtan or pinhole-equi"));
+        bail!(model.refuse(
+            "expected pinhole, not omni, eucm or ds: calibrate with pinhole-radtan or pinhole-equi"
+        ));
     }
     let model = cam.get(&["distortion_model"]);
     let lens = match model.as_ref().map(Value::text).unwrap_or_default().as_str() {
@@ -67,7 +69,7 @@ fn view(cam: &Value, side: usize, unknowns: Unknowns) -> Result<View> {
         "equidistant" => LensModel::Fisheye,
         _ => bail!(
             cam.need(&["distortion_model"], "a model")?
-                .refuse("radtan, equidistant and none are handled")
+                .refuse("expected radtan, equidistant or none: calibrate with one of them")
         ),
     };
     let given = cam.need(&["intrinsics"], "fu fv pu pv")?;
@@ -85,7 +87,7 @@ fn view(cam: &Value, side: usize, unknowns: Unknowns) -> Result<View> {
 pub(super) fn size_of(value: &Value) -> Result<[u16; 2]> {
     match value.items().as_slice() {
         [width, height] => Ok([width.count()?, height.count()?]),
-        _ => Err(value.refuse("width and height are expected")),
+        _ => Err(value.refuse("expected width and height")),
     }
 }
 

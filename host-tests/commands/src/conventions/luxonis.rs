@@ -33,7 +33,7 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let mut sockets = Vec::new();
     for item in data.items() {
         let [number, value] = <[Value; 2]>::try_from(item.items())
-            .map_err(|_| item.refuse("a socket's number and its data are expected"))?;
+            .map_err(|_| item.refuse("expected a socket's number and its data"))?;
         sockets.push(Socket { number: whole(&number)?, value });
     }
     let [left, right] = sides(&file, unknowns)?;
@@ -41,7 +41,7 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
         let found = sockets.iter().find(|socket| socket.number == number);
         found.with_context(|| {
             format!(
-                "{}: there is no socket {number}: choose the left and the right one (--cameras)",
+                "{}: socket {number} is missing: choose the left and the right one (--cameras)",
                 data.place()
             )
         })
@@ -114,7 +114,7 @@ fn way(sockets: &[Socket<'_>], left: &Socket<'_>, right: &Socket<'_>) -> Result<
 fn whole(value: &Value) -> Result<i32> {
     let number = value.number()?;
     let is_whole = number.fract() == 0.0 && number.abs() <= 1000.0;
-    ensure!(is_whole, value.refuse("a small whole number is expected"));
+    ensure!(is_whole, value.refuse("expected a small whole number"));
     Ok(number as i32)
 }
 

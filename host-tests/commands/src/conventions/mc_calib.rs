@@ -31,7 +31,7 @@ fn view(camera: &Value) -> Result<View> {
         _ => bail!(
             camera
                 .need(&["distortion_type"], "0 or 1")?
-                .refuse("0 (Brown) and 1 (fisheye) are handled")
+                .refuse("expected 0 (Brown) or 1 (fisheye): calibrate with one of them")
         ),
     };
     let size =

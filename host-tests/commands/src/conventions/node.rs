@@ -157,7 +157,10 @@ impl<'a> Value<'a> {
     }
 
     fn child(&self, node: &'a Node, key: &str) -> Self {
-        Self { node, place: format!("{}: {key}", self.place) }
+        // The table of a file has the name of the file as its key, and a list at the root the key "".
+        let is_whole = key.is_empty() || self.place.ends_with(key) && key.contains('.');
+        let place = if is_whole { self.place.clone() } else { format!("{}: {key}", self.place) };
+        Self { node, place }
     }
 
     /// The value of the first of these keys that is there and not blank.
@@ -170,7 +173,7 @@ impl<'a> Value<'a> {
     pub(super) fn need(&self, keys: &[&str], what: &str) -> Result<Self> {
         self.get(keys).with_context(|| {
             let keys = keys.join(" or ");
-            format!("{}: there is no {keys}: {what} is expected", self.place)
+            format!("{}: {keys} is missing: expected {what}", self.place)
         })
     }
 
@@ -198,7 +201,7 @@ impl<'a> Value<'a> {
             _ => None,
         };
         let finite = number.filter(|x: &f64| x.is_finite());
-        finite.ok_or_else(|| self.refuse("a finite number is expected"))
+        finite.ok_or_else(|| self.refuse("expected a finite number"))
     }
 
     /// A number of pixels, or of anything that is counted.
@@ -206,7 +209,7 @@ impl<'a> Value<'a> {
     pub(super) fn count(&self) -> Result<u16> {
         let number = self.number()?;
         let whole = number.fract() == 0.0 && (0.0..=f64::from(u16::MAX)).contains(&number);
-        ensure!(whole, self.refuse("a whole number from 0 to 65535 is expected"));
+        ensure!(whole, self.refuse("expected a whole number from 0 to 65535"));
         Ok(number as u16)
     }
 
@@ -218,7 +221,7 @@ impl<'a> Value<'a> {
         if let Some((rows, cols)) = self.shape()? {
             let count = usize::from(rows) * usize::from(cols);
             let len = numbers.len();
-            ensure!(count == len, self.refuse(format!("{len} numbers for {rows} x {cols}")));
+            ensure!(count == len, self.refuse(format!("{len} numbers: expected {rows} x {cols}")));
         }
         Ok(numbers)
     }
@@ -237,7 +240,7 @@ impl<'a> Value<'a> {
                 let parts = text.split(|c: char| c.is_whitespace() || "[](),;".contains(c));
                 for word in parts.filter(|word| !word.is_empty()) {
                     let number = word.parse().ok().filter(|x: &f64| x.is_finite());
-                    into.push(number.ok_or_else(|| self.refuse("finite numbers are expected"))?);
+                    into.push(number.ok_or_else(|| self.refuse("expected finite numbers"))?);
                 }
                 Ok(())
             }
@@ -255,14 +258,14 @@ impl<'a> Value<'a> {
         let len = numbers.len();
         numbers
             .try_into()
-            .map_err(|_| self.refuse(format!("{len} numbers: {what} is expected ({N} numbers)")))
+            .map_err(|_| self.refuse(format!("{len} numbers: expected {what} ({N} numbers)")))
     }
 
     /// So many numbers in rows and columns.
     pub(super) fn shaped<const N: usize>(&self, rows: u16, cols: u16) -> Result<[f64; N]> {
         let shape = self.shape()?;
         let fits = shape.is_none_or(|said| said == (rows, cols));
-        ensure!(fits, self.refuse(format!("{rows} x {cols} numbers are expected")));
+        ensure!(fits, self.refuse(format!("expected {rows} x {cols} numbers")));
         self.array(&format!("a matrix of {rows} x {cols}"))
     }
 
@@ -282,7 +285,7 @@ impl<'a> Value<'a> {
         let whole = rows.len() == 12 && (last.len() == 4 || three) && homogeneous;
         ensure!(
             whole,
-            self.refuse("a transform of 4 x 4 numbers with the last row 0 0 0 1 is expected")
+            self.refuse("expected a transform of 4 x 4 numbers with the last row 0 0 0 1")
         );
         let at = |i: usize, j: usize| rows[4 * i + j];
         let rigid = Rigid { r: Matrix3::from_fn(at), t: Vector3::from_fn(|i, _| at(i, 3)) };

@@ -60,10 +60,11 @@ fn model(file: &Value) -> Result<(bool, bool)> {
         "PinHole" | "Pinhole" | "" => Ok((false, false)),
         "KannalaBrandt8" => Ok((true, false)),
         "Rectified" => Ok((false, true)),
-        _ => bail!(
-            file.need(&["Camera.type"], "a model")?
-                .refuse("PinHole, KannalaBrandt8 and Rectified are handled")
-        ),
+        _ => {
+            bail!(file.need(&["Camera.type"], "a model")?.refuse(
+                "expected PinHole, KannalaBrandt8 or Rectified: calibrate with one of them"
+            ))
+        }
     }
 }
 

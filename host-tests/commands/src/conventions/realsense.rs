@@ -42,7 +42,7 @@ fn lens(of: &Value) -> Result<(LensModel, Vec<f64>)> {
         "brownconrady" | "none" | "" => Ok((LensModel::RadialTangential, coeffs)),
         _ if coeffs.iter().all(|k| *k == 0.0) => Ok((LensModel::RadialTangential, Vec::new())),
         _ => bail!(model.context("a model")?.refuse(
-            "Brown Conrady and Kannala Brandt4 are handled, of others the rectified streams (all coefficients 0)"
+            "expected Brown Conrady or Kannala Brandt4, or a rectified stream (all coefficients 0): give one of these"
         )),
     }
 }

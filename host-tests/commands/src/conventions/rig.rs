@@ -142,7 +142,7 @@ impl Pose {
         WrongSign::check(&self.r, self.t)?;
         Extrinsics::try_new(&rigid.r, &rigid.t).map_err(|why| {
             let [x, y, z] = self.t;
-            anyhow!("t = ({x}, {y}, {z}): {why}; a stereo rig has its cameras beside or above each other")
+            anyhow!("t = ({x}, {y}, {z}): {why}; expected cameras beside or above each other")
         })
     }
 }
@@ -190,12 +190,12 @@ fn coefficients(lens: LensModel, given: &[f64]) -> Result<Vec<f64>> {
         // The one beyond is a place that a driver has for other lenses.
         let (four, rest) = given.split_at(len.min(4));
         let whole = four.len() == 4 && rest.iter().all(|k| *k == 0.0);
-        ensure!(whole, "{len} lens coefficients: a fisheye has 4, k1 k2 k3 k4");
+        ensure!(whole, "{len} lens coefficients: expected the 4 of a fisheye, k1 k2 k3 k4");
         return Ok(four.to_vec());
     }
     ensure!(
         matches!(len, 0 | 1 | 2 | 4 | 5 | 8 | 12 | 14),
-        "{len} lens coefficients: k1 k2 p1 p2 [k3 [k4 k5 k6]] are expected"
+        "{len} lens coefficients: expected k1 k2 p1 p2 [k3 [k4 k5 k6]]"
     );
     let names = ["s1", "s2", "s3", "s4", "tau_x", "tau_y"];
     for (name, k) in names.iter().zip(given.iter().skip(RATIONAL)) {

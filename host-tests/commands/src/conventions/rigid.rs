@@ -25,7 +25,7 @@ impl Rigid {
         let q = Quaternion::new(w, x, y, z);
         ensure!(
             (q.norm() - 1.0).abs() <= UNIT,
-            "not a rotation: a quaternion has the length 1, not {}",
+            "not a rotation: expected a quaternion of length 1, not {}",
             q.norm()
         );
         let r = UnitQuaternion::from_quaternion(q).to_rotation_matrix();

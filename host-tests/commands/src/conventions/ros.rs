@@ -57,9 +57,13 @@ impl<'a> Info<'a> {
         let model = value.get(&["distortion_model"]);
         let lens = match model.as_ref().map(Value::text).unwrap_or_default().trim() {
             // Five or eight coefficients tell the two; none are those of a pinhole.
-            "plumb_bob" | "rational_polynomial" | "rational" | "radtan" | "none" | "" => LensModel::RadialTangential,
+            "plumb_bob" | "rational_polynomial" | "rational" | "radtan" | "none" | "" => {
+                LensModel::RadialTangential
+            }
             "equidistant" | "fisheye" | "kannala_brandt" => LensModel::Fisheye,
-            _ => bail!(value.need(&["distortion_model"], "a model")?.refuse("plumb_bob, rational_polynomial and equidistant are handled: calibrate with one of them")),
+            _ => bail!(value.need(&["distortion_model"], "a model")?.refuse(
+                "expected plumb_bob, rational_polynomial or equidistant: calibrate with one of them"
+            )),
         };
         let d = value.get(keys.d);
         let none = d.as_ref().map_or(Ok(true), |d| d.numbers().map(|d| d.is_empty()))?;
@@ -113,14 +117,10 @@ fn pair<'a>(
     let count = found.len();
     // A file without P is named by the key that it lacks.
     let found = if count == 2 { found } else { files.values().collect() };
-    ensure!(
-        found.len() == 2,
-        "{files}: two files are expected, left and right, not {}",
-        found.len()
-    );
+    ensure!(found.len() == 2, "{files}: expected two files, left and right, not {}", found.len());
     let mut infos = found.into_iter().map(|value| read(value, keys)).collect::<Result<Vec<_>>>()?;
     let (right, left) = (infos.pop(), infos.pop());
-    let (Some(a), Some(b)) = (left, right) else { bail!("{files}: two files are expected") };
+    let (Some(a), Some(b)) = (left, right) else { bail!("{files}: expected two files") };
     sorted([a, b])
 }
 

@@ -29,7 +29,7 @@ pub(super) fn split(scaled: [f64; 3]) -> Result<([f64; 3], Option<f64>)> {
     let length = Vector3::from(scaled).norm();
     ensure!(
         length.is_normal(),
-        "the translation {scaled:?} has no direction: three finite numbers that are not all 0 are needed"
+        "the translation {scaled:?} has no direction: expected three finite numbers that are not all 0"
     );
     if known(length).is_none() {
         return Ok((scaled, None));

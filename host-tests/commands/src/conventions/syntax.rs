@@ -86,9 +86,10 @@ fn yaml(text: &str) -> Result<Node> {
     Ok(rooted(node))
 }
 
-/// An error without the picture of its line.
+/// An error without the picture of its line, and without the names of options of the library.
 fn first_line(why: &str) -> &str {
-    why.lines().find(|line| !line.trim().is_empty()).unwrap_or(why).trim()
+    let line = why.lines().find(|line| !line.trim().is_empty()).unwrap_or(why).trim();
+    line.split(", set DuplicateKeyPolicy").next().unwrap_or(line)
 }
 
 fn xml(text: &str) -> Result<Node> {
@@ -185,7 +186,7 @@ fn realsense(text: &str) -> Result<Node> {
         } else if line.starts_with("Extrinsic from \"") {
             let names = quoted(line);
             let [from, to] = names.as_slice() else {
-                bail!("`{line}`: two streams in quotation marks are expected")
+                bail!("`{line}`: expected two streams in quotation marks")
             };
             block.push(("from".into(), Node::Text(from.clone())));
             block.push(("to".into(), Node::Text(to.clone())));
@@ -250,5 +251,5 @@ fn sensor_control(text: &str) -> Node {
 pub(super) fn text_of(bytes: Vec<u8>) -> Result<String> {
     String::from_utf8(bytes)
         .ok()
-        .context("it is not text: a rig file of YAML, JSON, XML or plain text is expected")
+        .context("it is not text: expected a rig file of YAML, JSON, XML or plain text")
 }

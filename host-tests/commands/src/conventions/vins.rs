@@ -64,9 +64,7 @@ fn view(file: &Value, side: usize, unknowns: Unknowns) -> Result<View> {
             LensModel::Fisheye,
             of(&projection, ["k2", "k3", "k4", "k5"])?,
         ),
-        _ => bail!(
-            model.refuse("PINHOLE and KANNALA_BRANDT are handled: calibrate with one of them")
-        ),
+        _ => bail!(model.refuse("expected PINHOLE or KANNALA_BRANDT: calibrate with one of them")),
     };
     let k = camera_matrix(k);
     host_tests::data::check_camera_matrix(&k).map_err(|why| projection.refuse(why))?;

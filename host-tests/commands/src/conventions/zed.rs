@@ -52,8 +52,12 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
         )
     })?;
     let side = |side: &str| -> Result<View> {
-        let of = section(side, name)
-            .with_context(|| format!("{}: there is no {side}_CAM_{name}", file.place()))?;
+        let of = section(side, name).with_context(|| {
+            format!(
+                "{}: {side}_CAM_{name} is missing: expected the intrinsics of that mode",
+                file.place()
+            )
+        })?;
         view(&of, *size)
     };
     let stereo = file.need(&["STEREO"], "the extrinsics")?;

@@ -254,7 +254,7 @@ fn refused<'a>(
 fn what_is_wrong_in_an_opencv_file_is_named() {
     refused(OPENCV, "M2:", "M9:", &["intrinsics.yml", "M2", "3 x 3"]);
     refused(OPENCV, "data: [ -0.12", "data: [ .nan", &["extrinsics.yml", "T", "finite"]);
-    refused(OPENCV, "data: [ -0.12, ", "data: [ ", &["T:", "2 numbers for 3 x 1"]);
+    refused(OPENCV, "data: [ -0.12, ", "data: [ ", &["T:", "2 numbers: expected 3 x 1"]);
     refused(OPENCV, "data: [ -0.12", "data: [ 0.12", &["exchange"]);
     refused(OPENCV, "0.8, -0.6", "0.8, 0.6", &["extrinsics.yml", "not a rotation"]);
     let with = |k4_and_on: &str| format!("-0.07, {k4_and_on}");
@@ -276,7 +276,7 @@ fn what_is_wrong_in_a_kalibr_file_is_named() {
     let files = || [("camchain.yaml", KALIBR)];
     refused(files(), "camera_model: pinhole", "camera_model: omni", &["cam0", "omni", "pinhole"]);
     refused(files(), "model: radtan", "model: fov", &["camchain.yaml", "fov", "equidistant"]);
-    refused(files(), "T_cn_cnm1", "T_cam_imu", &["cam1", "no T_cn_cnm1"]);
+    refused(files(), "T_cn_cnm1", "T_cam_imu", &["cam1", "T_cn_cnm1 is missing"]);
     refused(files(), "  - [0.0, 0.0, 0.0, 1.0]\n", "", &["T_cn_cnm1", "4 x 4 numbers"]);
     refused(files(), "0.0, 0.0, 0.0, 1.0", "0.0, 0.0, 1.0", &["T_cn_cnm1", "4 x 4 numbers"]);
     refused(files(), "0.8, -0.6", "0.9, -0.6", &["T_cn_cnm1", "not a rotation"]);

@@ -28,6 +28,12 @@ const RUST: [&str; 16] = [
     "Error {",
 ];
 
+/// Words of which every refusal has one: they tell what to do.
+const ADVICE: [&str; 11] = [
+    "expected", "use ", "write ", "give ", "print ", "calibrat", "must", "compare", "choose",
+    "are read", "Known by",
+];
+
 /// Damaged files of each format: a few, and many where there is time.
 const EACH: [usize; 2] = [40, 200];
 
@@ -116,6 +122,8 @@ fn damaged_files_of_every_format_are_read_or_refused_by_name() {
             for why in refused {
                 let rust = RUST.iter().find(|word| why.contains(**word));
                 assert_eq!(rust, None, "{} {round}: {why}\n{}", sample.name, files[which].1);
+                let advises = ADVICE.iter().any(|word| why.contains(word));
+                assert!(advises, "{} {round}: no advice in: {why}", sample.name);
                 assert!(why.len() > 30, "{why}");
             }
         }
