@@ -7,7 +7,8 @@ use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
 use stereo_selfcal::link::{Counters, FpgaMatcher, ReadStatus, ReceiveError, Received};
 use stereo_selfcal::{
-    ApplyError, Calibration, Calibrator, Fused, Health, Outcome, PairReport, Rejection, State,
+    ApplyError, Calibration, Calibrator, Fused, Health, Outcome, PairReport, RangeError,
+    RangeReading, Rejection, State, Witnessed,
 };
 
 /// Result of one [`App::poll`].
@@ -151,6 +152,14 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     /// Counters of the link to the matcher.
     pub fn counters(&self) -> &Counters {
         self.matcher.counters()
+    }
+
+    /// Passes on a reading of a rangefinder, after [`Event::Pair`] and before the next frame.
+    ///
+    /// # Errors
+    /// [`RangeError`]. The estimate is unchanged.
+    pub fn push_range(&mut self, reading: &RangeReading<f32>) -> Result<Witnessed, RangeError> {
+        self.calibrator.push_range(reading)
     }
 
     /// Puts the estimate into use and returns it, with the cameras that it belongs to: `p_r = R p_l + t`.

@@ -114,10 +114,15 @@ pub(super) struct FlightArgs {
           value_parser = knock)]
     pub(super) knock: f64,
 
-    /// Length of the baseline, for the predicted depth errors, m.
+    /// Length of the baseline, m: of the rangefinder and of the predicted depth errors.
     #[arg(long, default_value_t = 0.12, value_name = "M", allow_hyphen_values = true,
           value_parser = length)]
     pub(super) baseline: f32,
+
+    /// Read a laser rangefinder every tenth pair: 1 % of noise, at a point that the matcher sees; one reading in ten
+    /// is of something nearer. It tells the yaw of the mount from the lens, on which depth rests.
+    #[arg(long)]
+    pub(super) rangefinder: bool,
 
     /// Simulate hardware faults: 5 % of the frames damaged, 3 % lost, 2 % sent twice, noise after 2 %;
     /// data-ready stuck for some pairs in every hundred; power lost every fifty pairs, in half of the

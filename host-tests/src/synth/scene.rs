@@ -245,6 +245,16 @@ impl Scene {
         Some((self.seen_from([ul, vl], depth)?, depth))
     }
 
+    /// Distance from the left camera of the point at noise-free pixels `ul vl ur vr`, in baselines.
+    #[must_use]
+    pub fn distance(&self, clean: &[f64; 4]) -> f64 {
+        let [left, right] = self.rays(*clean);
+        let (turned, t) = (self.rig.rotation() * left, self.rig.translation());
+        // `right ~ depth R left + t`: its columns.
+        let depth = (t.x - right.x * t.z) / (right.x * turned.z - turned.x);
+        depth * left.norm()
+    }
+
     /// Pixels of the point at a left pixel and a depth, in baselines, if both cameras see it.
     pub(super) fn seen_from(&self, [ul, vl]: [f64; 2], depth: f64) -> Option<[f64; 4]> {
         let [width, height] = self.size.map(f64::from);

@@ -4,6 +4,7 @@ mod hardware;
 mod io_stats;
 mod log;
 mod outcome;
+mod rangefinder;
 
 use std::io::Write;
 
@@ -14,7 +15,10 @@ use host_tests::run::{Verdict, progress, timeline};
 use host_tests::synth::{Disturbance, Scenario, ScenarioKind, ScenarioPair, Scene, rig};
 use host_tests::wire::Sender;
 use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Camera, Cameras, Extrinsics, Health, Intrinsics, Lens, Scalar, State};
+use stereo_selfcal::{
+    Camera, Cameras, Config, Extrinsics, FactoryCalibration, Health, Intrinsics, Lens, Scalar,
+    State,
+};
 
 use super::args::FlightArgs;
 use super::polling::poll_until_idle;
@@ -22,6 +26,7 @@ use hardware::{Hardware, Power, Profile};
 use io_stats::IoStats;
 use log::Log;
 use outcome::Outcome;
+use rangefinder::Rangefinder;
 
 /// Deviation of the assembled rig from the factory extrinsics: `R` about x, y, z, `t` about y, z, degrees.
 const ASSEMBLED_DEG: ([f64; 3], [f64; 2]) = ([0.8, -0.5, 0.6], [0.7, -0.4]);
@@ -51,6 +56,9 @@ pub(super) fn run(args: &FlightArgs, out: &mut impl Write) -> Result<()> {
     writeln!(out, "\n{outcome}")?;
     writeln!(out, "applied            {} times automatically", result.generation)?;
     writeln!(out, "{}", result.io_stats)?;
+    if let Some(rangefinder) = &result.rangefinder {
+        writeln!(out, "{rangefinder}")?;
+    }
     let title = format!(
         "flight of {} pairs, knock of {} degrees, seed {}",
         args.pairs, args.knock, args.seed
@@ -77,6 +85,7 @@ struct FlightResult {
     /// Number of changes of the extrinsics in use.
     generation: u32,
     io_stats: IoStats,
+    rangefinder: Option<Rangefinder>,
 }
 
 fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Result<FlightResult> {
@@ -87,12 +96,15 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
     let sender = Sender::new(scenario.scene.size, [0.0])?;
     let mut hardware = Hardware::new(profile, sender, args.seed);
     let mut log = Log::new(args.baseline);
-    let mut result = FlightResult::default();
+    let rangefinder = args.rangefinder.then(|| Rangefinder::new(args.baseline, args.seed));
+    let mut result = FlightResult { rangefinder, ..FlightResult::default() };
     let bar = progress::over(scenario.pairs, "pairs");
     let mut pairs = (0_u32..).zip(scenario.frames(args.seed)?).zip(calm).peekable();
     while pairs.peek().is_some() {
         // One start of the controller, until the power is lost.
-        let mut calibrator = Box::new(firmware_sim::start(cameras(scenario)?));
+        let factory =
+            FactoryCalibration::guess(cameras(scenario)?).with_baseline_m(args.baseline)?;
+        let mut calibrator = Box::new(Controller::new(Config::robust(), &factory));
         let mut store = hardware.store()?;
         let resumed = store.resume(&mut calibrator);
         if result.io_stats.start(resumed, calibrator.state()) {
@@ -103,6 +115,11 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
             let ScenarioPair { scene, pair, .. } = frame;
             hardware.send(sequence, &pair.matches);
             let pair_outcome = poll_until_idle(&mut app)?.map(|processed| processed.pair);
+            if let (Some(rangefinder), Some(_)) = (&mut result.rangefinder, &pair_outcome)
+                && let Some(reading) = rangefinder.read(sequence, &scene, &pair)
+            {
+                rangefinder.note(app.push_range(&reading));
+            }
             let calibrator = app.calibrator();
             let health = pair_outcome.as_ref().and_then(|pair| pair.health);
             let verdict = pair_outcome.as_ref().map(verdict_of);
@@ -235,6 +252,24 @@ mod tests {
         }
         let [starts, resumed, torn, saves] = total;
         assert!(starts > 10 && resumed > 8 && torn > 2 && saves > 20, "{total:?}");
+    }
+
+    #[test]
+    fn a_rangefinder_makes_the_predicted_depth_errors_ten_times_smaller_and_near_hits_are_refused()
+    {
+        let depth_error = |log: &str| -> f64 {
+            let line = log.lines().rfind(|line| line.contains("fused")).unwrap();
+            let (before, _) = line.split_once("yes").expect("armed");
+            before.split_whitespace().next_back().unwrap().parse().unwrap()
+        };
+        let (_, _, without) = flight(&["--pairs", "160"]);
+        let (FlightResult { rangefinder, moments, .. }, _, with) =
+            flight(&["--pairs", "160", "--rangefinder"]);
+        assert!(depth_error(&with) < 0.1 * depth_error(&without), "{without}{with}");
+        let counts = rangefinder.unwrap().counts();
+        assert!(counts[0] >= 10 && counts[1] + counts[2] >= 1, "{counts:?}");
+        let error = moments.last().unwrap().error.rotation.to_degrees();
+        assert!(error < 0.05, "{error}");
     }
 
     #[test]
