@@ -211,6 +211,10 @@ pub(crate) const BEHIND_INFINITY: f64 = 10.0;
 /// smaller finds no motion where tracks are poorer than matches.
 pub(crate) const TRACK_NOISE: f64 = 2.0;
 
+/// Measurements by witnesses that support a yaw at most: one more than support it, in agreement one after the other, replace
+/// it. Larger follows a turn that no row shows later; smaller lets wrong readings replace right ones.
+pub(crate) const WITNESS_SUPPORT: u8 = 3;
+
 /// Deviation that all witnesses together have at least (0.015 degrees): they share the length of the baseline and the
 /// focal length. Larger gives them less weight; smaller trusts them beyond that.
 pub(crate) const WITNESS_RAD: f64 = 2.6e-4;

@@ -42,7 +42,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// of the nearest match that fits the estimate, within 3 px in the left image. Five readings of 1 %, or ten of 3 %,
     /// are enough. One pass over the batch.
     ///
-    /// What contradicts the yaw so far is kept until a second reading confirms it ([`Witnessed::Waiting`]).
+    /// A reading that contradicts the yaw so far waits ([`Witnessed::Waiting`]) until more readings in a row agree with it
+    /// than support that yaw, of which three count.
     ///
     /// # Errors
     /// [`RangeError`]; the estimate is unchanged.

@@ -11,6 +11,7 @@ use crate::config::Context;
 use crate::scalar::Scalar;
 use crate::thresholds::{
     LENS_FOUND, REFUTED_FACTORY_YAW, ROWS_LAG, SCENE_YAW_RAD, TURNED_DOUBT, WITNESS_RAD,
+    WITNESS_SUPPORT,
 };
 
 /// Knowledge of mount yaw and lens.
@@ -26,9 +27,33 @@ pub(crate) struct MountYaw<T> {
     changed: bool,
     /// Before the sums; `None`: the prior of the configuration.
     known: Option<YawEstimate<T>>,
-    /// A measurement by a witness that contradicts it, and its variance.
-    waiting: Option<[T; 2]>,
+    /// Measurements by witnesses in agreement with it, one after the other, up to [`WITNESS_SUPPORT`]. Not part of the
+    /// record.
+    support: u8,
+    /// Measurements by witnesses that contradict it.
+    waiting: Option<Measurements<T>>,
     earlier: EarlierRows<T>,
+}
+
+/// Measurements that agree with each other, one after the other: their mean, its variance, and their number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Measurements<T> {
+    yaw: T,
+    variance: T,
+    count: u8,
+}
+
+impl<T: Scalar> Measurements<T> {
+    /// With one more; `None` where it does not agree.
+    fn confirmed(&self, yaw: T, variance: T) -> Option<Self> {
+        let total = self.variance + variance;
+        let off = yaw - self.yaw;
+        (total > T::ZERO && !is_apart(off, total)).then(|| Self {
+            yaw: self.yaw + off * (self.variance / total),
+            variance: self.variance * variance / total,
+            count: self.count.saturating_add(1),
+        })
+    }
 }
 
 /// The rows as they were: every [`ROWS_LAG`] pairs the newer ones become the older ones. Not part of the record.
@@ -70,6 +95,7 @@ impl<T: Scalar> MountYaw<T> {
         refuted: false,
         changed: false,
         known: None,
+        support: 0,
         waiting: None,
         earlier: EarlierRows::NONE,
     };
@@ -198,8 +224,8 @@ impl<T: Scalar> MountYaw<T> {
         }
     }
 
-    /// Adds a measurement of the mount yaw, rad, of a variance, rad^2. `None`, without effect, where it is beyond what
-    /// mount and lens together explain.
+    /// Adds a measurement of the mount yaw, rad, of a variance, rad^2. `None`, without effect, where the lens would have to be
+    /// off by more than three deviations of its prior.
     pub(crate) fn witness(
         &mut self,
         yaw: T,
@@ -207,26 +233,26 @@ impl<T: Scalar> MountYaw<T> {
         rows: &RowsYaw<T>,
         context: &Context<'_, T>,
     ) -> Option<Witnessed> {
-        let expected = self.with_rows(rows, context);
+        let rows = rows.of_scene(context);
         let (_, lens) = context.yaw_variances();
-        let most = self.reported_variance(&expected) + lens + variance;
-        if is_apart(yaw - expected.mount(), most) {
+        // By the prior of the lens alone: a wrong measurement that was taken must not refuse the right ones after it.
+        if is_apart(rows.turn - yaw, lens + rows.variance + variance) {
             return None;
         }
-        let before = self.before(&rows.of_scene(context), context);
+        let before = self.before(&rows, context);
         let contradicts = is_apart(yaw - before.mount(), before.var_mount() + variance);
-        let confirms = |[other, more]: &[T; 2]| !is_apart(yaw - *other, variance + *more);
-        let waiting = self.waiting.filter(confirms);
-        self.waiting = Some([yaw, variance]).filter(|_| contradicts && waiting.is_none());
-        if self.waiting.is_some() {
+        let alone = Measurements { yaw, variance, count: 1 };
+        let confirmed = self.waiting.take().and_then(|waiting| waiting.confirmed(yaw, variance));
+        let found = if contradicts { confirmed.unwrap_or(alone) } else { alone };
+        if contradicts && found.count <= self.support.max(1) {
+            self.waiting = Some(found);
             return Some(Witnessed::Waiting);
         }
-        let before = match waiting {
-            Some([other, more]) if contradicts => before.freed().with_mount(other, more),
-            _ => before,
-        };
+        let before = if contradicts { before.freed() } else { before };
+        let support = if contradicts { 0 } else { self.support };
+        self.support = support.saturating_add(found.count).min(WITNESS_SUPPORT);
         let least = T::lit(WITNESS_RAD * WITNESS_RAD).min(before.var_mount());
-        let after = before.with_mount(yaw, variance).not_below(least);
+        let after = before.with_mount(found.yaw, found.variance).not_below(least);
         self.claimed = if contradicts {
             T::ZERO
         } else {

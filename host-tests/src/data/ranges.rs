@@ -5,13 +5,13 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use serde::Deserialize;
-use stereo_selfcal::{Range, RangeReading};
+use serde::{Deserialize, Serialize};
+use stereo_selfcal::{Range, RangeReading, Scalar};
 
 /// Readings by the number of their pair, from 0.
 pub type Ranges = BTreeMap<usize, Vec<RangeReading<f64>>>;
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 struct Row {
     pair: usize,
     u: f64,
@@ -21,7 +21,7 @@ struct Row {
     along: Along,
 }
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Along {
     Axis,
@@ -49,6 +49,35 @@ pub fn read(path: &Path) -> Result<Ranges> {
     read().with_context(|| format!("cannot read {}", path.display()))
 }
 
+/// Writes such a file.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write(path: &Path, ranges: &Ranges) -> Result<()> {
+    let mut writer = csv::Writer::from_path(path)?;
+    for (&pair, readings) in ranges {
+        for RangeReading { pixel: [u, v], range, sd_m } in readings {
+            let (along, range_m) = match *range {
+                Range::AlongAxis(range_m) => (Along::Axis, range_m),
+                Range::AlongRay(range_m) => (Along::Ray, range_m),
+            };
+            writer.serialize(Row { pair, u: *u, v: *v, range_m, sd_m: *sd_m, along })?;
+        }
+    }
+    Ok(writer.flush()?)
+}
+
+/// A reading in the numbers of a calibrator.
+#[must_use]
+pub fn in_scalar<T: Scalar>(reading: &RangeReading<f64>) -> RangeReading<T> {
+    let RangeReading { pixel, range, sd_m } = *reading;
+    let range = match range {
+        Range::AlongAxis(depth) => Range::AlongAxis(T::lit(depth)),
+        Range::AlongRay(range) => Range::AlongRay(T::lit(range)),
+    };
+    RangeReading { pixel: pixel.map(T::lit), range, sd_m: T::lit(sd_m) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -60,7 +89,10 @@ mod tests {
         let heading = "pair,u,v,range_m,sd_m,along\n";
         fs::write(&path, format!("{heading}4,10,20,8.5,0.1,ray\n4,11,20,9,0.2,axis\n")).unwrap();
         let reading = RangeReading { pixel: [11.0, 20.0], range: Range::AlongAxis(9.0), sd_m: 0.2 };
-        assert_eq!(read(&path).unwrap()[&4][1], reading);
+        let ranges = read(&path).unwrap();
+        assert_eq!(ranges[&4][1], reading);
+        write(&path, &ranges).unwrap();
+        assert_eq!(read(&path).unwrap(), ranges);
         fs::write(&path, format!("{heading}4,10,20,8.5,0.1,sideways\n")).unwrap();
         assert!(format!("{:#}", read(&path).unwrap_err()).contains("ranges.csv"));
     }

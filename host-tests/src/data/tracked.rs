@@ -4,14 +4,15 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
+use stereo_selfcal::{Cameras, RayPair, Scalar};
 
 use super::Match;
 
 /// A match in a pair, and in a later one.
 pub type Track = [Match; 2];
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 struct Row {
     ul1: f64,
     vl1: f64,
@@ -29,6 +30,24 @@ struct Row {
 /// Names the file.
 pub fn read(dir: &Path, pairs: usize) -> Result<Vec<Vec<Track>>> {
     (0..pairs).map(|i| of_pair(&dir.join("quads").join(format!("{i:04}.csv")))).collect()
+}
+
+/// Writes the tracks of each pair; a pair without any has no file.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write(dir: &Path, tracks: &[Vec<Track>]) -> Result<()> {
+    fs::create_dir_all(dir.join("quads"))?;
+    for (i, all) in tracks.iter().enumerate().filter(|(_, all)| !all.is_empty()) {
+        let mut writer = csv::Writer::from_path(dir.join("quads").join(format!("{i:04}.csv")))?;
+        for [one, two] in all {
+            let (Match { ul: ul1, vl: vl1, ur: ur1, vr: vr1, .. }, ul2) = (*one, two.ul);
+            let (vl2, ur2, vr2) = (two.vl, two.ur, two.vr);
+            writer.serialize(Row { ul1, vl1, ur1, vr1, ul2, vl2, ur2, vr2 })?;
+        }
+        writer.flush()?;
+    }
+    Ok(())
 }
 
 fn of_pair(path: &Path) -> Result<Vec<Track>> {
@@ -49,6 +68,16 @@ fn of_row(row: &Row) -> Track {
     [seen(ul1, vl1, ur1, vr1), seen(ul2, vl2, ur2, vr2)]
 }
 
+/// Tracks that have rays in both pairs.
+#[must_use]
+pub fn rays_of<T: Scalar>(cameras: &Cameras<T>, tracks: &[Track]) -> Vec<[RayPair<T>; 2]> {
+    let rays = |[one, two]: &Track| {
+        let [one, two] = [one, two].map(|m| cameras.rays(&m.correspondence()));
+        Some([one.ok()?, two.ok()?])
+    };
+    tracks.iter().filter_map(rays).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -63,6 +92,8 @@ mod tests {
         fs::write(quads.join("0001.csv"), format!("{heading}1,2,3,4,5,6,7,8\n")).unwrap();
         let tracks = read(dir.path(), 2).unwrap();
         assert_eq!((tracks[0].len(), tracks[1][0][1].ur), (0, 7.0));
+        write(dir.path(), &tracks).unwrap();
+        assert_eq!(read(dir.path(), 2).unwrap(), tracks);
         fs::write(quads.join("0000.csv"), format!("{heading}1,2,3\n")).unwrap();
         assert!(format!("{:#}", read(dir.path(), 2).unwrap_err()).contains("0000.csv"));
     }

@@ -13,7 +13,7 @@ use stereo_selfcal::{
 
 use crate::bounds::{cramer_rao, joint_fit};
 use crate::data::{Match, Rays, in_f64};
-use crate::synth::{Scenario, ScenarioPair, Scene, SynthPair};
+use crate::synth::{Rangefinder, Scenario, ScenarioPair, Scene, SynthPair};
 
 /// Room for the matches of any scenario.
 pub(super) const CAPACITY: usize = 512;
@@ -123,7 +123,7 @@ pub fn long_run<T: Scalar>(
 }
 
 /// Cameras of a generated scene.
-fn cameras<T: Scalar>(scene: &Scene) -> Result<Cameras<T>> {
+pub(super) fn cameras<T: Scalar>(scene: &Scene) -> Result<Cameras<T>> {
     let centre = scene.size.map(|n| T::lit(f64::from(n - 1) / 2.0));
     let intrinsics =
         Intrinsics { focal: [T::lit(scene.focal); 2], principal: centre, size: scene.size };
@@ -137,7 +137,7 @@ pub(super) fn calibrator<T: Scalar>(
     config: Config,
 ) -> Result<Box<Calibrator<T, CAPACITY>>> {
     let cameras = cameras(&scenario.scene)?;
-    let factory = if scenario.commissioned {
+    let mut factory = if scenario.commissioned {
         let rig = &scenario.scene.rig;
         let rotation = rig.rotation().matrix().map(T::lit);
         let translation = rig.translation().into_inner().map(T::lit);
@@ -145,6 +145,9 @@ pub(super) fn calibrator<T: Scalar>(
     } else {
         FactoryCalibration::guess(cameras)
     };
+    if let Some(Rangefinder { baseline_m, .. }) = scenario.witnesses.rangefinder {
+        factory = factory.with_baseline_m(baseline_m.to_single())?;
+    }
     Ok(Box::new(Calibrator::new(config, &factory)))
 }
 

@@ -8,9 +8,9 @@ use rayon::prelude::*;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Arming, Calibrator, Config, Extrinsics, Proposal, Scalar, State};
 
-use super::monte_carlo::{CAPACITY, FEW, TOO_MANY_SD, calibrator, nees};
+use super::monte_carlo::{CAPACITY, FEW, TOO_MANY_SD, calibrator, cameras, nees};
 use crate::bounds::{cramer_rao, try_joint_fit};
-use crate::data::{Match, Rays, in_f64};
+use crate::data::{Match, Rays, in_f64, ranges, tracked};
 use crate::synth::{Scenario, ScenarioPair};
 
 /// One pair of a run.
@@ -137,6 +137,15 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Real
 fn step<T: Scalar>(calibrator: &mut Calibrator<T, CAPACITY>, frame: &ScenarioPair) -> RealPair {
     let matches = frame.pair.matches.iter().map(Match::correspondence);
     let fused = calibrator.take_pair(matches).fused.is_ok();
+    // A refused witness leaves the estimate as it was.
+    for reading in &frame.witnessed.readings {
+        let _ = calibrator.push_range(&ranges::in_scalar(reading));
+    }
+    if !frame.witnessed.tracks.is_empty() {
+        let cameras = cameras(&frame.scene).expect("those of the calibrator");
+        let tracks = tracked::rays_of(&cameras, &frame.witnessed.tracks);
+        let _ = calibrator.push_motion(&tracks);
+    }
     let health = calibrator.health().ok();
     // What is not locked yet, or doubted, is not applied.
     let _ = calibrator.apply();

@@ -2,8 +2,7 @@
 
 use anyhow::Result;
 use stereo_selfcal::{
-    Calibrator, Cameras, Config, Extrinsics, Outcome, Range, RangeReading, RayPair, Rejection,
-    Scalar,
+    Calibrator, Cameras, Config, Extrinsics, Outcome, RangeReading, Rejection, Scalar,
 };
 
 use super::alone::PairSolver;
@@ -11,8 +10,8 @@ use super::factory;
 use super::log::RunLog;
 use super::refused::{self, CountByReason, Witnesses};
 use super::step::Step;
-use crate::data::ranges::Ranges;
-use crate::data::tracked::Track;
+use crate::data::ranges::{self, Ranges};
+use crate::data::tracked::{self, Track};
 use crate::data::{Dataset, Match, Meta, in_f64};
 
 /// Default capacity of a replay, correspondences a pair.
@@ -180,7 +179,7 @@ pub fn replay_pairs<T: Scalar, const N: usize>(
 fn replay_pair<T: Scalar, const N: usize>(
     (calibrator, cameras): (&mut Calibrator<T, N>, &Cameras<T>),
     pair: &[Match],
-    (ranges, tracks): (&[RangeReading<f64>], &[Track]),
+    (readings, tracks): (&[RangeReading<f64>], &[Track]),
     apply: Apply,
     log: &mut RunLog,
 ) {
@@ -195,11 +194,11 @@ fn replay_pair<T: Scalar, const N: usize>(
     let outcome = report.map(|report| (report, fused)).ok_or(fused.err());
     let outcome = outcome.map_err(|why| why.unwrap_or(Rejection::NotBegun));
     let mut witnessed = Witnesses::default();
-    for reading in ranges {
-        witnessed.note_range(calibrator.push_range(&in_scalar(reading)));
+    for reading in readings {
+        witnessed.note_range(calibrator.push_range(&ranges::in_scalar(reading)));
     }
     if !tracks.is_empty() {
-        witnessed.note_motion(calibrator.push_motion(&rays_of(cameras, tracks)));
+        witnessed.note_motion(calibrator.push_motion(&tracked::rays_of(cameras, tracks)));
     }
     let health = calibrator.health().ok();
     if apply == Apply::Each {
@@ -210,22 +209,4 @@ fn replay_pair<T: Scalar, const N: usize>(
     log.note_refused(refused);
     log.note_witnessed(witnessed);
     log.check(calibrator, cameras, health.as_ref());
-}
-
-/// Tracks that have rays in both pairs.
-fn rays_of<T: Scalar>(cameras: &Cameras<T>, tracks: &[Track]) -> Vec<[RayPair<T>; 2]> {
-    let rays = |[one, two]: &Track| {
-        let [one, two] = [one, two].map(|m| cameras.rays(&m.correspondence()));
-        Some([one.ok()?, two.ok()?])
-    };
-    tracks.iter().filter_map(rays).collect()
-}
-
-fn in_scalar<T: Scalar>(reading: &RangeReading<f64>) -> RangeReading<T> {
-    let RangeReading { pixel, range, sd_m } = *reading;
-    let range = match range {
-        Range::AlongAxis(depth) => Range::AlongAxis(T::lit(depth)),
-        Range::AlongRay(range) => Range::AlongRay(T::lit(range)),
-    };
-    RangeReading { pixel: pixel.map(T::lit), range, sd_m: T::lit(sd_m) }
 }

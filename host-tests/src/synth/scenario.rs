@@ -14,10 +14,12 @@ use super::depth::Depth;
 use super::disturbance::{Disturbance, Disturber};
 use super::flight::Part;
 use super::lens_error::LensError;
+use super::mistake::Mistake;
 use super::points::{Landmarks, Points};
 use super::rig::turned;
 use super::scenario_kind::{NARROW_BAND, ScenarioKind};
 use super::scene::{Scene, SynthPair};
+use super::witness::{Witnessed, Witnesses, Witnessing};
 use crate::data::{Dataset, Rig};
 
 /// A scenario and its parameters.
@@ -34,6 +36,10 @@ pub struct Scenario {
     pub turn_deg: f64,
     /// Axis of that turn, right camera frame; `None`: random, new for every seed.
     pub axis: Option<[f64; 3]>,
+    /// What tells yaw from the lens.
+    pub witnesses: Witnesses,
+    /// What is wrong with all matches.
+    pub mistake: Option<Mistake>,
     /// Whether the rig starts from a factory calibration: the truth of the first pair.
     pub commissioned: bool,
     /// What moves the views of a pair against each other; the vibration of a flight is part of its motion.
@@ -60,6 +66,8 @@ pub struct ScenarioPair {
     pub steady: Extrinsics<f64>,
     /// Correspondences and their truth.
     pub pair: SynthPair,
+    /// Ranges and tracks.
+    pub witnessed: Witnessed,
 }
 
 /// Fewest matches of a heterogeneous pair, if its scene has as many.
@@ -84,6 +92,8 @@ impl Scenario {
             pairs,
             turn_deg: kind.turn_deg(),
             axis: None,
+            witnesses: Witnesses::default(),
+            mistake: None,
             commissioned: false,
             disturbance: Disturbance {
                 vibration_deg: kind.vibration_deg(),
@@ -125,10 +135,16 @@ impl Scenario {
         let mut points = self.points();
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut disturber = self.disturber(seed)?;
+        let mut witnessing = Witnessing::new(self.witnesses, seed);
+        let mistake = self.mistake;
         Ok(scenes.into_iter().enumerate().map(move |(at, (scene, steady))| {
             let mut pair = points.pair(at, &scene, &mut rng);
             disturber.roll(&scene, &mut pair);
-            ScenarioPair { scene, steady, pair }
+            let witnessed = witnessing.after(at, &scene, &pair);
+            if let Some(mistake) = mistake {
+                pair.matches.iter_mut().for_each(|m| mistake.make(m));
+            }
+            ScenarioPair { scene, steady, pair, witnessed }
         }))
     }
 
@@ -156,12 +172,21 @@ impl Scenario {
     pub fn dataset(&self, seed: u64) -> Result<Dataset> {
         let mut meta = self.scene.meta();
         let (mut pairs, mut rigs) = (Vec::new(), Vec::new());
-        for ScenarioPair { scene, steady, pair } in self.frames(seed)? {
+        for ScenarioPair { scene, steady, pair, .. } in self.frames(seed)? {
             meta = Scene { rig: steady, ..scene }.meta();
+            meta.baseline_m = self.witnesses.rangefinder.map(|range| range.baseline_m);
             pairs.push(pair.matches);
             rigs.extend(self.kind.moves().then(|| Rig::from(&steady)));
         }
         Ok(Dataset { name: format!("synth {} seed {seed}", self.kind), meta, pairs, rigs })
+    }
+
+    /// What the witnesses measure after each pair.
+    ///
+    /// # Errors
+    /// As [`Scenario::frames`].
+    pub fn witnessed(&self, seed: u64) -> Result<Vec<Witnessed>> {
+        Ok(self.frames(seed)?.map(|frame| frame.witnessed).collect())
     }
 
     /// Share of the run that lies behind a pair: 0 for the first, 1 for the last.

@@ -245,14 +245,20 @@ impl Scene {
         Some((self.seen_from([ul, vl], depth)?, depth))
     }
 
-    /// Distance from the left camera of the point at noise-free pixels `ul vl ur vr`, in baselines.
-    #[must_use]
-    pub fn distance(&self, clean: &[f64; 4]) -> f64 {
+    /// The point at noise-free pixels `ul vl ur vr`, in the left camera frame, in baselines.
+    pub(super) fn point_of(&self, clean: &[f64; 4]) -> Vector3<f64> {
         let [left, right] = self.rays(*clean);
         let (turned, t) = (self.rig.rotation() * left, self.rig.translation());
         // `right ~ depth R left + t`: its columns.
-        let depth = (t.x - right.x * t.z) / (right.x * turned.z - turned.x);
-        depth * left.norm()
+        left * ((t.x - right.x * t.z) / (right.x * turned.z - turned.x))
+    }
+
+    /// Pixels of a point in the left camera frame, in baselines, if both cameras see it.
+    pub(super) fn seen_at(&self, point: &Vector3<f64>) -> Option<[f64; 4]> {
+        let [x, y] = [point.x / point.z, point.y / point.z];
+        let [error, _] = &self.lens_errors;
+        let pixel = error.pixel(self.focal, self.centre(), [x, y]);
+        (point.z > 0.0).then(|| self.seen_from(pixel, point.z)).flatten()
     }
 
     /// Pixels of the point at a left pixel and a depth, in baselines, if both cameras see it.

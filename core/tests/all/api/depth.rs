@@ -238,7 +238,7 @@ fn mount_and_lens_survive_a_restart() {
 }
 
 #[test]
-fn one_contradiction_waits_for_a_second_one() {
+fn readings_that_contradict_wait_until_they_outvote_those_before() {
     let mut calibrator = with_baseline();
     // Unconfirmed: half of it may be the mount's.
     run(&mut calibrator, NONE, 0.009, 0..8);
@@ -249,6 +249,12 @@ fn one_contradiction_waits_for_a_second_one() {
     assert_eq!(calibrator.push_range(&reading(NONE, far, 1.4)), Ok(Witnessed::Waiting));
     assert_eq!(calibrator.proposal().unwrap().extrinsics, before);
     assert_eq!(calibrator.push_range(&reading(NONE, far, 1.0)), Ok(Witnessed::Taken));
+    // Two wrong ones outvote the right one. The right ones after them are not refused: the fourth outvotes those.
+    let taken = [1.4, 1.4, 1.4, 1.4, 1.0, 1.0, 1.0, 1.0].map(|factor| {
+        calibrator.push_range(&reading(NONE, far, factor)).unwrap() == Witnessed::Taken
+    });
+    assert_eq!(taken, [false, true, true, true, false, false, false, true]);
+    assert!(off(&calibrator, NONE).y.abs() < 1e-3);
 }
 
 /// Matches of points in two pairs between which the rig has moved, so many lengths of the baseline.

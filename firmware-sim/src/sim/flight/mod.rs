@@ -4,20 +4,21 @@ mod hardware;
 mod io_stats;
 mod log;
 mod outcome;
-mod rangefinder;
 
 use std::io::Write;
 
 use anyhow::{Result, ensure};
 use firmware_sim::{App, Controller, PairOutcome};
-use host_tests::data::in_f64;
+use host_tests::data::{in_f64, ranges};
 use host_tests::run::{Verdict, progress, timeline};
-use host_tests::synth::{Disturbance, Scenario, ScenarioKind, ScenarioPair, Scene, rig};
+use host_tests::synth::{
+    Disturbance, Rangefinder, Scenario, ScenarioKind, ScenarioPair, Scene, Witnesses, rig,
+};
 use host_tests::wire::Sender;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Camera, Cameras, Config, Extrinsics, FactoryCalibration, Health, Intrinsics, Lens, Scalar,
-    State,
+    Camera, Cameras, Config, Extrinsics, FactoryCalibration, Health, Intrinsics, Lens, RangeError,
+    Scalar, State, Witnessed,
 };
 
 use super::args::FlightArgs;
@@ -26,10 +27,13 @@ use hardware::{Hardware, Power, Profile};
 use io_stats::IoStats;
 use log::Log;
 use outcome::Outcome;
-use rangefinder::Rangefinder;
 
 /// Deviation of the assembled rig from the factory extrinsics: `R` about x, y, z, `t` about y, z, degrees.
 const ASSEMBLED_DEG: ([f64; 3], [f64; 2]) = ([0.8, -0.5, 0.6], [0.7, -0.4]);
+
+/// Standard deviation of the rangefinder over the distance, and share of its readings that are of something nearer.
+const RANGE_SD: f64 = 0.01;
+const RANGE_NEARER: f64 = 0.1;
 
 /// The calibration after one pair of the flight.
 struct Moment {
@@ -56,8 +60,12 @@ pub(super) fn run(args: &FlightArgs, out: &mut impl Write) -> Result<()> {
     writeln!(out, "\n{outcome}")?;
     writeln!(out, "applied            {} times automatically", result.generation)?;
     writeln!(out, "{}", result.io_stats)?;
-    if let Some(rangefinder) = &result.rangefinder {
-        writeln!(out, "{rangefinder}")?;
+    if args.rangefinder {
+        let [taken, waiting, refused] = result.ranges;
+        writeln!(
+            out,
+            "rangefinder        {taken} readings taken, {waiting} held back, {refused} refused"
+        )?;
     }
     let title = format!(
         "flight of {} pairs, knock of {} degrees, seed {}",
@@ -74,7 +82,11 @@ fn scenario(args: &FlightArgs) -> Result<Scenario> {
     let named = Scenario::new(ScenarioKind::Flight, args.pairs.into());
     let (rotation, baseline) = ASSEMBLED_DEG;
     let scene = Scene { rig: rig(rotation, baseline)?, ..named.scene };
-    Ok(Scenario { scene, turn_deg: args.knock, ..named })
+    let baseline_m = args.baseline.into();
+    let rangefinder = Rangefinder { baseline_m, sd: RANGE_SD, nearer: RANGE_NEARER };
+    let rangefinder = args.rangefinder.then_some(rangefinder);
+    let witnesses = Witnesses { rangefinder, motion: None };
+    Ok(Scenario { scene, turn_deg: args.knock, witnesses, ..named })
 }
 
 /// Result of a flight.
@@ -85,7 +97,8 @@ struct FlightResult {
     /// Number of changes of the extrinsics in use.
     generation: u32,
     io_stats: IoStats,
-    rangefinder: Option<Rangefinder>,
+    /// Readings of the rangefinder that were taken, held back, refused.
+    ranges: [u32; 3],
 }
 
 fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Result<FlightResult> {
@@ -96,8 +109,7 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
     let sender = Sender::new(scenario.scene.size, [0.0])?;
     let mut hardware = Hardware::new(profile, sender, args.seed);
     let mut log = Log::new(args.baseline);
-    let rangefinder = args.rangefinder.then(|| Rangefinder::new(args.baseline, args.seed));
-    let mut result = FlightResult { rangefinder, ..FlightResult::default() };
+    let mut result = FlightResult::default();
     let bar = progress::over(scenario.pairs, "pairs");
     let mut pairs = (0_u32..).zip(scenario.frames(args.seed)?).zip(calm).peekable();
     while pairs.peek().is_some() {
@@ -112,13 +124,11 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
         }
         let mut app = App::new(hardware.driver(), &mut calibrator).applying();
         for ((sequence, frame), calm) in pairs.by_ref() {
-            let ScenarioPair { scene, pair, .. } = frame;
+            let ScenarioPair { scene, pair, witnessed, .. } = frame;
             hardware.send(sequence, &pair.matches);
             let pair_outcome = poll_until_idle(&mut app)?.map(|processed| processed.pair);
-            if let (Some(rangefinder), Some(_)) = (&mut result.rangefinder, &pair_outcome)
-                && let Some(reading) = rangefinder.read(sequence, &scene, &pair)
-            {
-                rangefinder.note(app.push_range(&reading));
+            for reading in witnessed.readings.iter().filter(|_| pair_outcome.is_some()) {
+                result.note_range(app.push_range(&ranges::in_scalar(reading)));
             }
             let calibrator = app.calibrator();
             let health = pair_outcome.as_ref().and_then(|pair| pair.health);
@@ -152,6 +162,15 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
 }
 
 impl FlightResult {
+    fn note_range(&mut self, outcome: Result<Witnessed, RangeError>) {
+        let [taken, waiting, refused] = &mut self.ranges;
+        *match outcome {
+            Ok(Witnessed::Taken) => taken,
+            Ok(Witnessed::Waiting) => waiting,
+            Err(_) => refused,
+        } += 1;
+    }
+
     /// Records the calibration after a pair, or after a missing one.
     ///
     /// * `rig`, `calm`: the rig of the pair, with and without its vibration.
@@ -263,11 +282,10 @@ mod tests {
             before.split_whitespace().next_back().unwrap().parse().unwrap()
         };
         let (_, _, without) = flight(&["--pairs", "160"]);
-        let (FlightResult { rangefinder, moments, .. }, _, with) =
+        let (FlightResult { ranges: [taken, waiting, refused], moments, .. }, _, with) =
             flight(&["--pairs", "160", "--rangefinder"]);
         assert!(depth_error(&with) < 0.1 * depth_error(&without), "{without}{with}");
-        let counts = rangefinder.unwrap().counts();
-        assert!(counts[0] >= 10 && counts[1] + counts[2] >= 1, "{counts:?}");
+        assert!(taken >= 10 && waiting + refused >= 1, "{taken}, {waiting}, {refused}");
         let error = moments.last().unwrap().error.rotation.to_degrees();
         assert!(error < 0.05, "{error}");
     }

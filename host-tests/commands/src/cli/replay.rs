@@ -2,6 +2,7 @@
 
 use anyhow::{Result, ensure};
 use clap::Args;
+use host_tests::data::ranges::Ranges;
 use host_tests::data::{depths, tracked};
 
 use super::run::RunArgs;
@@ -75,7 +76,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<()> {
             );
             let tracks =
                 if args.run.uses_motion() { tracked::read(place, pairs)? } else { Vec::new() };
-            args.run.run_with(&set, depths.as_deref(), tracks)
+            args.run.run_with(&set, depths.as_deref(), (Ranges::new(), tracks))
         }
         Recording::Streamed(stream) => args.run.run_streamed(stream),
     }

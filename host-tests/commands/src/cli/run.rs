@@ -60,7 +60,7 @@ pub(crate) struct RunArgs {
 impl RunArgs {
     /// Runs the calibrator over a data set and prints the result.
     pub(super) fn run(&self, set: &Dataset) -> Result<()> {
-        self.run_with(set, None, Vec::new())
+        self.run_with(set, None, (Ranges::new(), Vec::new()))
     }
 
     /// Whether tracked matches are used.
@@ -68,18 +68,19 @@ impl RunArgs {
         self.motion
     }
 
-    /// The same, with the true depths of matches, and with tracked ones.
+    /// The same, with the true depths of matches, and with ranges and tracked matches beside those of the options.
     pub(super) fn run_with(
         &self,
         set: &Dataset,
         depths: Option<&[Vec<TrueDepth>]>,
-        tracks: Vec<Vec<Track>>,
+        (mut ranges, tracks): (Ranges, Vec<Vec<Track>>),
     ) -> Result<()> {
+        ranges.extend(self.ranges()?);
         let bar = progress::over(set.pairs.len(), "pairs");
         let feed = Feed::of(set)?;
         let pairs = Box::new(feed.pairs.inspect(|_| bar.inc(1)));
         let title = format!("{} pairs of {}: {}", set.pairs.len(), set.name, set.meta.source);
-        let feed = Feed { pairs, ranges: self.ranges()?, tracks, ..feed };
+        let feed = Feed { pairs, ranges, tracks, ..feed };
         let log = self.replay(&title, feed, &bar)?;
         self.print(set, depths, &log)
     }

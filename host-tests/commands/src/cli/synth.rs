@@ -6,10 +6,18 @@ use std::path::PathBuf;
 use anyhow::{Result, ensure};
 use clap::Args;
 use host_tests::data::PairFile;
-use host_tests::synth::{Disturbance, Fence, Grid, LensErrors, Scenario, ScenarioKind, Scene, rig};
+use host_tests::data::ranges::{self, Ranges};
+use host_tests::data::tracked::{self, Track};
+use host_tests::synth::{
+    Disturbance, Fence, Grid, LensErrors, Mistake, Motion, Rangefinder, Scenario, ScenarioKind,
+    Scene, Witnessed, Witnesses, rig,
+};
 
 use super::parse::numbers;
 use super::run::RunArgs;
+
+/// Length of the baseline of a rig with a rangefinder, m.
+const BASELINE_M: f64 = 0.12;
 
 /// Generate scenes of a known rig and feed them to the calibrator, or write them as a data set.
 ///
@@ -28,6 +36,9 @@ use super::run::RunArgs;
   selfcal synth flight --pairs 400 --lens-warming 0.001
   selfcal synth --pairs 200 --lens-error f_r=0.1%,cx_r=1
   selfcal synth step --axis 0,1,0 --lens-error a_r=0.005
+  selfcal synth step --axis 0,1,0 --step-deg 1 --lens-error a_r=0.003 --rangefinder 0.01
+  selfcal synth step --axis 0,1,0 --step-deg 1 --lens-error a_r=0.003 --travel 12,0
+  selfcal synth far --mistake exchanged --rotation 0.5,-0.5,0.5
   selfcal synth --vibration 0.05 --pairs 60
   selfcal synth creeping --creep-px 4 --pairs 200
   selfcal synth --pairs 60 --fence 0.3,8 --rotation 3,-2,4
@@ -98,6 +109,20 @@ pub struct SynthArgs {
     #[arg(long, value_name = "D")]
     vibration: Option<f64>,
 
+    /// A rangefinder that reads every tenth pair: its standard deviation over the distance. It tells yaw from the lens. With
+    /// --out, the readings are in ranges.csv.
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    rangefinder: Option<f64>,
+
+    /// Way of the vehicle along the optical axis between two pairs with tracked matches, every tenth pair, in baselines, and
+    /// its turn, degrees. Motion tells yaw from the lens. With --out, the tracks are in quads/.
+    #[arg(long, value_parser = numbers::<f64, 2>, value_name = "LENGTHS,DEGREES", allow_hyphen_values = true)]
+    travel: Option<[f64; 2]>,
+
+    /// What is wrong with all matches.
+    #[arg(long, value_enum)]
+    mistake: Option<Mistake>,
+
     /// Axis of the turn of the scenes step, drift and flight, in the right camera's frame [default: random].
     #[arg(long, value_parser = numbers::<f64, 3>, value_name = "X,Y,Z", allow_hyphen_values = true)]
     axis: Option<[f64; 3]>,
@@ -161,6 +186,13 @@ pub struct SynthArgs {
 }
 
 impl SynthArgs {
+    fn witnesses(&self) -> Witnesses {
+        let baseline_m = BASELINE_M;
+        let rangefinder = self.rangefinder.map(|sd| Rangefinder { baseline_m, sd, nearer: 0.0 });
+        let motion = self.travel.map(|[travel, turn_deg]| Motion { travel, turn_deg });
+        Witnesses { rangefinder, motion }
+    }
+
     fn scenario(&self) -> Result<Scenario> {
         let named = Scenario::new(self.scene, self.pairs);
         let step = self
@@ -202,6 +234,8 @@ impl SynthArgs {
             },
             turn_deg: step.or(drift).unwrap_or(named.turn_deg),
             axis: self.axis,
+            witnesses: self.witnesses(),
+            mistake: self.mistake,
             lens_prior: lens.prior,
             lens_warming: self.lens_warming,
             landmark_px: self.landmark_noise.unwrap_or(named.landmark_px),
@@ -211,9 +245,16 @@ impl SynthArgs {
     }
 }
 
+/// A share from 0.001 to 1.
+fn share(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok().filter(|share| (0.001..=1.0).contains(share));
+    share.ok_or_else(|| "expected a share from 0.001 to 1".into())
+}
+
 /// Runs `selfcal synth`.
 pub(crate) fn synth(args: &SynthArgs) -> Result<()> {
-    let set = args.scenario()?.dataset(args.seed)?;
+    let scenario = args.scenario()?;
+    let set = scenario.dataset(args.seed)?;
     if let Some(file) = &args.rays {
         PairFile::of(&set)?.save(file)?;
         writeln!(io::stdout(), "{} pairs written to {}", set.pairs.len(), file.display())?;
@@ -222,9 +263,22 @@ pub(crate) fn synth(args: &SynthArgs) -> Result<()> {
     match &args.out {
         Some(dir) => {
             set.save(dir)?;
+            let (ranges, tracks) = witnessed(&scenario, args.seed)?;
+            if args.rangefinder.is_some() {
+                ranges::write(&dir.join("ranges.csv"), &ranges)?;
+            }
+            if args.travel.is_some() {
+                tracked::write(dir, &tracks)?;
+            }
             writeln!(io::stdout(), "{} pairs written to {}", set.pairs.len(), dir.display())?;
             Ok(())
         }
-        None => args.run.run(&set),
+        None => args.run.run_with(&set, None, witnessed(&scenario, args.seed)?),
     }
+}
+
+/// Ranges by pair, and the tracks of each pair.
+fn witnessed(scenario: &Scenario, seed: u64) -> Result<(Ranges, Vec<Vec<Track>>)> {
+    let all = scenario.witnessed(seed)?.into_iter().enumerate();
+    Ok(all.map(|(i, Witnessed { readings, tracks })| ((i, readings), tracks)).unzip())
 }

@@ -2,7 +2,8 @@
 
 use anyhow::{Error, Result};
 use host_tests::synth::{
-    Depth, Disturbance, Fence, LensErrors, Scenario, ScenarioKind, Scene, five_degrees_off, rig,
+    Depth, Disturbance, Fence, LensErrors, Mistake, Motion, Rangefinder, Scenario, ScenarioKind,
+    Scene, Witnesses, five_degrees_off, rig,
 };
 use stereo_selfcal::Extrinsics;
 
@@ -72,6 +73,8 @@ pub(super) fn all() -> Result<Vec<Case>> {
         altitude(),
         lens()?,
         depth()?,
+        witnesses()?,
+        mistakes(),
         long()?,
         moving()?,
         parked(),
@@ -186,6 +189,39 @@ fn depth() -> Result<Vec<Case>> {
     };
     cases.extend(late.map(few).collect::<Vec<_>>());
     Ok(cases)
+}
+
+/// A turn of yaw and rows off by `a x y`, from no factory calibration: what ranges and motion tell.
+fn witnesses() -> Result<Vec<Case>> {
+    let ranges = [0.01, 0.03, 0.1].map(|sd| {
+        let rangefinder = Some(Rangefinder { baseline_m: 0.12, sd, nearer: 0.1 });
+        (format!("range-{}%", 100.0 * sd), Witnesses { rangefinder, motion: None })
+    });
+    let motions = [(0.0, 0.0), (0.0, 5.0), (4.0, 0.0), (12.0, 0.0), (12.0, 5.0)];
+    let motions = motions.map(|(travel, turn_deg)| {
+        let motion = Some(Motion { travel, turn_deg });
+        (format!("motion-{travel}-turn-{turn_deg}"), Witnesses { rangefinder: None, motion })
+    });
+    let case = |(name, witnesses): (String, Witnesses)| {
+        let mut case =
+            Case::new("witness", name, ScenarioKind::Step, 200).with_lens("a_r=0.003")?;
+        (case.scenario.axis, case.scenario.turn_deg) = (Some([0.0, 1.0, 0.0]), 1.0);
+        case.scenario.witnesses = witnesses;
+        case.also_after = vec![100];
+        Ok(case)
+    };
+    let none = [("none".to_owned(), Witnesses::default())];
+    none.into_iter().chain(ranges).chain(motions).map(case).collect()
+}
+
+/// Matches that no calibration may be drawn from.
+fn mistakes() -> Vec<Case> {
+    let case = |(name, mistake)| {
+        let mut case = Case::new("mistake", name, ScenarioKind::Far, 40);
+        case.scenario.mistake = Some(mistake);
+        case
+    };
+    [("exchanged", Mistake::Exchanged), ("identical", Mistake::Identical)].map(case).to_vec()
 }
 
 /// Small lens errors, which show in time.

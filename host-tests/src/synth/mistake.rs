@@ -1,0 +1,26 @@
+//! Mistakes of a source of matches, which no calibration may be drawn from.
+
+use std::mem;
+
+use crate::data::Match;
+
+/// A mistake in all matches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Mistake {
+    /// The left image is taken for the right one.
+    Exchanged,
+    /// Both images are the left one.
+    Identical,
+}
+
+impl Mistake {
+    pub(super) fn make(self, m: &mut Match) {
+        match self {
+            Self::Exchanged => {
+                mem::swap(&mut m.ul, &mut m.ur);
+                mem::swap(&mut m.vl, &mut m.vr);
+            }
+            Self::Identical => (m.ur, m.vr) = (m.ul, m.vl),
+        }
+    }
+}

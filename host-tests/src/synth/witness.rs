@@ -1,0 +1,113 @@
+//! What a vehicle measures beside the pairs, and what tells yaw from the lens: ranges, and its own motion.
+
+use nalgebra::{Rotation3, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use stereo_selfcal::{Range, RangeReading};
+
+use super::scene::{Scene, SynthPair};
+use crate::data::tracked::Track;
+
+/// Pairs from one measurement to the next.
+const INTERVAL: usize = 10;
+
+/// Stream of the generator for the measurements: the pairs are the same without them.
+const STREAM: u64 = 2;
+
+/// A laser rangefinder beside the left camera, boresighted to a point that the matcher sees. It reads every tenth pair.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rangefinder {
+    /// Length of the baseline, m.
+    pub baseline_m: f64,
+    /// Standard deviation of a reading over its distance.
+    pub sd: f64,
+    /// Share of the readings that are of something nearer, such as a window.
+    pub nearer: f64,
+}
+
+/// Motion of the vehicle between two pairs, every tenth pair, with the matches tracked over them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Way along the optical axis, in baselines.
+    pub travel: f64,
+    /// Turn about the vertical axis, degrees.
+    pub turn_deg: f64,
+}
+
+/// The witnesses of a scenario.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Witnesses {
+    /// Ranges.
+    pub rangefinder: Option<Rangefinder>,
+    /// Tracked matches.
+    pub motion: Option<Motion>,
+}
+
+/// What they measure after one pair.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Witnessed {
+    /// Points of known distance.
+    pub readings: Vec<RangeReading<f64>>,
+    /// Matches in an earlier pair and in this one.
+    pub tracks: Vec<Track>,
+}
+
+/// The witnesses of a run, with their random numbers.
+pub(super) struct Witnessing {
+    of: Witnesses,
+    rng: ChaCha8Rng,
+}
+
+impl Witnessing {
+    pub(super) fn new(of: Witnesses, seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(STREAM);
+        Self { of, rng }
+    }
+
+    /// * `at`: number of the pair, from 0.
+    pub(super) fn after(&mut self, at: usize, scene: &Scene, pair: &SynthPair) -> Witnessed {
+        if !at.is_multiple_of(INTERVAL) {
+            return Witnessed::default();
+        }
+        let Witnesses { rangefinder, motion } = self.of;
+        let reading = rangefinder.and_then(|range| range.read(scene, pair, &mut self.rng));
+        let tracks = motion.map(|motion| motion.track(scene, pair, &mut self.rng));
+        Witnessed { readings: Vec::from_iter(reading), tracks: tracks.unwrap_or_default() }
+    }
+}
+
+impl Rangefinder {
+    /// Distance of the first true match, along its ray.
+    fn read(
+        &self,
+        scene: &Scene,
+        pair: &SynthPair,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<RangeReading<f64>> {
+        let at = pair.inlier.iter().position(|is_true| *is_true)?;
+        let distance = scene.point_of(pair.clean.get(at)?).norm() * self.baseline_m;
+        let hit = if rng.random_bool(self.nearer) { rng.random_range(0.2..0.8) } else { 1.0 };
+        let read = Normal::new(1.0, self.sd).ok()?.sample(rng) * hit * distance;
+        let m = pair.matches.get(at)?;
+        Some(RangeReading {
+            pixel: [m.ul, m.vl],
+            range: Range::AlongRay(read),
+            sd_m: self.sd * read,
+        })
+    }
+}
+
+impl Motion {
+    /// The matches of a pair, with those of the same points before the vehicle moved.
+    fn track(&self, scene: &Scene, pair: &SynthPair, rng: &mut ChaCha8Rng) -> Vec<Track> {
+        let turn = Rotation3::new(Vector3::y() * self.turn_deg.to_radians());
+        let before = |clean: &[f64; 4]| {
+            scene.seen_at(&(turn * scene.point_of(clean) + Vector3::z() * self.travel))
+        };
+        let both = pair.clean.iter().zip(&pair.matches);
+        both.filter_map(|(clean, now)| Some([scene.observed(before(clean)?, now.step, rng), *now]))
+            .collect()
+    }
+}
