@@ -7,7 +7,6 @@ use nalgebra::Vector5;
 
 use super::constraint::{Constraint, PoseTerms};
 use super::iterate::Iterate;
-use super::loss::ResidualVariance;
 use super::regions::{EvaluatedRow, QuadrantSums};
 use super::residual_stats::{Compared, ResidualStats};
 use super::weighting::{Loss, WeightedRow, Weighting};
@@ -111,10 +110,11 @@ impl<T: Scalar> Iterate<T> {
         }
         sums.add(&rows);
         *stats = pass.stats;
-        let quadrants = sums.quadrants;
-        let [[upper_left, upper_right], [lower_left, _]] = &quadrants;
-        measurement.halves = [upper_left.plus(lower_left), upper_left.plus(upper_right)];
-        let gradients = quadrants.as_flattened().iter().map(|quadrant| quadrant.gradient);
+        let [[upper_left, upper_right], [lower_left, _]] = &sums.quadrants;
+        let [left_half, upper_half] = &mut measurement.halves;
+        *left_half = upper_left.plus(lower_left);
+        *upper_half = upper_left.plus(upper_right);
+        let gradients = sums.quadrants.as_flattened().iter().map(|quadrant| quadrant.gradient);
         (gradients.sum(), pass.weights)
     }
 }
@@ -129,6 +129,7 @@ struct Evaluation<T> {
 }
 
 impl<T: Scalar> Evaluation<T> {
+    #[inline(always)]
     fn at(iterate: &Iterate<T>) -> Self {
         Self {
             by: iterate.weighting(Loss::Polish),
@@ -146,7 +147,7 @@ impl<T: Scalar> Evaluation<T> {
         let Self { by, start, stats, weights } = self;
         let constraint = Constraint::of(&by.pose, rays)?;
         let (value, offset) = (constraint.value, constraint.row_offset());
-        let expected = ResidualVariance::of(by.noise_squared, grid_step);
+        let expected = by.expected(grid_step);
         let precision = by.precision(&constraint);
         let squared = value * value * precision;
         stats.count([value, squared], constraint.disparity_over(by.min_disparity), &expected);

@@ -36,6 +36,7 @@ impl<T: Scalar> HighLeverage<T> {
         Self { bands: [T::ZERO; 2], roots: T::ZERO, inverse_roots: T::ZERO };
 
     /// Adds the root of the share of a residual within 2 units.
+    #[inline(always)]
     pub(super) fn add(&mut self, share: T) {
         let root = share.sqrt();
         self.roots += root;

@@ -78,16 +78,20 @@ impl<T: Scalar> PassSums<T> {
         if let Some(levels) = levels {
             levels.add(squared);
         }
-        let expected = ResidualVariance::of(by.noise_squared, pair.grid_step());
-        let is_ahead = constraint.has_disparity(by.min_disparity);
         let w = match &by.loss {
             Loss::Anneal(unit) => geman_mcclure(squared * *unit) * *unit,
-            Loss::Track(covariance) if is_ahead => {
+            Loss::Track(covariance) => {
+                if !constraint.has_disparity(by.min_disparity) {
+                    return;
+                }
+                let expected = by.expected(pair.grid_step());
                 let x = tracked(covariance, by.tukey_squared, &constraint, precision, &expected);
                 tukey(x) / expected.variance
             }
-            Loss::Track(_) => T::ZERO,
-            Loss::Polish => self.polish(by.tukey_squared, &expected, is_ahead, squared),
+            Loss::Polish => {
+                let is_ahead = constraint.has_disparity(by.min_disparity);
+                self.polish(by.tukey_squared, &by.expected(pair.grid_step()), is_ahead, squared)
+            }
         };
         if !(w > T::ZERO) {
             return;
@@ -97,7 +101,7 @@ impl<T: Scalar> PassSums<T> {
         self.normal.add_row(row.weight, row.value, &row.jacobian);
         if let (Loss::Track(_), Some(leverage), Some(limited)) = (&by.loss, &by.leverage, limited)
             && leverage.is_high(limited.share)
-            && expected.count_bands(squared, &mut self.high.bands)
+            && by.expected(pair.grid_step()).count_bands(squared, &mut self.high.bands)
         {
             self.high.add(limited.share);
         }

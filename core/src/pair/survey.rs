@@ -2,7 +2,7 @@
 
 use super::constraint::Constraint;
 use super::leverage::{Leverage, baseline_block, share};
-use super::loss::{ResidualVariance, geman_mcclure};
+use super::loss::geman_mcclure;
 use super::weighting::{Weighting, tracked};
 use crate::algebra::symmetric5::Symmetric5;
 use crate::batch::correspondence::RayPair;
@@ -58,7 +58,7 @@ pub(super) fn survey<'a, T: Scalar>(
             continue;
         };
         let precision = by.precision(&constraint);
-        let expected = ResidualVariance::of(by.noise_squared, pair.grid_step());
+        let expected = by.expected(pair.grid_step());
         let x = tracked(covariance, by.tukey_squared, &constraint, precision, &expected);
         // Beyond the loss: outliers, which may be most. Not `>`: a NaN must fail this test.
         if !(x <= T::ONE) {

@@ -54,6 +54,14 @@ impl<T: Scalar> Weighting<T> {
         self.focal_squared / constraint.variance
     }
 
+    /// Expected variance of a residual.
+    ///
+    /// * `grid_step`: px.
+    #[inline(always)]
+    pub(super) fn expected(&self, grid_step: T) -> ResidualVariance<T> {
+        ResidualVariance::of(self.noise_squared, grid_step)
+    }
+
     /// Row of a correspondence, and what the limit on leverage does to it.
     ///
     /// * `precision`: `f^2 / V`, px^2; `w`: weight by the loss, 1/px^2.
