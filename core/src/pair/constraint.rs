@@ -93,14 +93,12 @@ impl<T: Scalar> Constraint<T> {
     }
 
     /// Whether the disparity is at least `least`, unit depth; compared without a division.
-    #[inline(always)]
     pub(super) fn has_disparity(&self, least: T) -> bool {
         let [disparity, least] = self.disparity_over(least);
         disparity >= least
     }
 
     /// The disparity, and `least`, unit depth: both times the depths of the rectified rays.
-    #[inline(always)]
     pub(super) fn disparity_over(&self, least: T) -> [T; 2] {
         let ([.., z_a], [.., z_b]) = (self.a, self.b);
         let [.., disparity] = self.jacobian;
@@ -108,7 +106,6 @@ impl<T: Scalar> Constraint<T> {
     }
 
     /// The row offset of eq 11, unit depth.
-    #[inline(always)]
     pub(super) fn row_offset(&self) -> T {
         let ([.., z_a], [.., z_b]) = (self.a, self.b);
         self.value / (z_a * z_b)
@@ -119,7 +116,6 @@ impl<T: Scalar> Constraint<T> {
     /// right less the left one.
     ///
     /// * `rays`: as in [`Self::of`].
-    #[inline(always)]
     pub(super) fn coordinates(
         &self,
         frame: &PoseTerms<T>,

@@ -7,7 +7,6 @@ use crate::thresholds::{BESIDE, MIN_UNIT, NEAR, TRUNCATED_VARIANCE};
 
 /// Geman-McClure weight `1 / (1 + x)^2`, `x = (r / scale)^2`, dimensionless: smooth and wide, for graduated
 /// non-convexity.
-#[inline(always)]
 pub(super) fn geman_mcclure<T: Scalar>(x: T) -> T {
     let root = T::ONE / (T::ONE + x);
     root * root
@@ -21,7 +20,6 @@ pub(super) fn tukey<T: Scalar>(x: T) -> T {
 }
 
 /// Root of [`tukey`]; 0 for NaN.
-#[inline(always)]
 fn tukey_root<T: Scalar>(x: T) -> T {
     if x < T::ONE { T::ONE - x } else { T::ZERO }
 }
@@ -55,7 +53,6 @@ impl<T: Scalar> ResidualVariance<T> {
     /// Whether a residual is within `units` of the loss; false for NaN.
     ///
     /// * `squared`: squared residual, px^2.
-    #[inline(always)]
     pub(super) fn is_within(&self, units: f64, squared: T) -> bool {
         squared < T::lit(units * units) * self.unit_squared
     }
@@ -64,7 +61,6 @@ impl<T: Scalar> ResidualVariance<T> {
     /// whether it is within 2.
     ///
     /// * `squared`: squared residual, px^2.
-    #[inline(always)]
     pub(super) fn count_bands(&self, squared: T, [near, beside]: &mut [T; 2]) -> bool {
         let is_near = self.is_within(NEAR, squared);
         if is_near {
@@ -76,7 +72,6 @@ impl<T: Scalar> ResidualVariance<T> {
     }
 
     /// Unbiased estimate of the variance before rounding from a squared residual within 2 units, px^2.
-    #[inline(always)]
     pub(super) fn noise_squared(&self, squared: T) -> T {
         squared * T::lit(1.0 / TRUNCATED_VARIANCE) - self.of_grid
     }
@@ -84,7 +79,6 @@ impl<T: Scalar> ResidualVariance<T> {
     /// Squared limit of Tukey's biweight, px^2.
     ///
     /// * `units_squared`: the same in units of the loss.
-    #[inline(always)]
     pub(super) fn limit_squared(&self, units_squared: T) -> T {
         units_squared * self.unit_squared
     }

@@ -131,7 +131,6 @@ impl<T: Scalar> PassSums<T> {
 }
 
 /// The correspondences that a pass reads: all, or about half.
-#[inline(always)]
 fn read<T>(all: &[T], is_half: bool) -> impl Iterator<Item = &T> {
     let (mut place, mut left_out) = (0_usize, if is_half { LEFT_OUT } else { 0 });
     iter::from_fn(move || {

@@ -58,7 +58,6 @@ impl<T: Scalar> LevelCounts<T> {
     /// Counts a residual.
     ///
     /// * `squared`: squared whitened residual, px^2.
-    #[inline(always)]
     pub(super) fn add(&mut self, squared: T) {
         let level = squared.doublings_of(T::lit(FIRST_LEVEL_PX * FIRST_LEVEL_PX));
         if let Some(count) = self.0.get_mut(level) {

@@ -49,7 +49,6 @@ pub(super) struct WeightedRow<T> {
 
 impl<T: Scalar> Weighting<T> {
     /// `f^2 / V`: inverse variance of the constraint for coordinates of variance 1 px^2.
-    #[inline(always)]
     pub(super) fn precision(&self, constraint: &Constraint<T>) -> T {
         self.focal_squared / constraint.variance
     }
@@ -57,7 +56,6 @@ impl<T: Scalar> Weighting<T> {
     /// Expected variance of a residual.
     ///
     /// * `grid_step`: px.
-    #[inline(always)]
     pub(super) fn expected(&self, grid_step: T) -> ResidualVariance<T> {
         ResidualVariance::of(self.noise_squared, grid_step)
     }
