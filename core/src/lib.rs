@@ -142,8 +142,10 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-// `inline(always)`: the inner loops must be of one piece at opt-level "s" too. `inline(never)`: what
-// needs much stack must not lend it to its caller, who would hold it through all other calls.
+// `inline(always)`: a part of an inner loop that opt-level "s" leaves out of line. Its call costs instructions for each
+// correspondence, and a sum whose address it takes leaves the registers. `cargo controller-cost` shows which parts
+// need it. `inline(never)`: a function that needs much stack. Inlined, it would hold that stack through all other calls
+// of its caller.
 
 #[macro_use]
 mod error;

@@ -49,8 +49,8 @@ pub(crate) struct EvaluatedPose<T: Scalar> {
     pub(crate) stats: ResidualStats<T>,
 }
 
-/// Correspondences that are weighted before they are added: an addition keeps its sums in registers, and so loads and
-/// stores each once for all of them.
+/// Correspondences that are weighted before they are added. The registers do not hold all sums: each is loaded and
+/// stored once for all of these correspondences.
 const GATHERED: usize = 8;
 
 impl<T: Scalar> Iterate<T> {

@@ -14,9 +14,9 @@ use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
 use crate::thresholds::{NEAR, TRACKED};
 
-/// How many places are left out before each of 16 that are read and recur; two bits each, the lowest first: those
-/// between numbers with an even number of ones. Every second place could be all of the outliers, and they none of the
-/// rest; of outliers in half of any places that recur a pass reads about half.
+/// Places left out before each of the 16 places that half a batch reads; two bits each, the lowest first; they recur. The
+/// places read are the numbers with an even number of ones. They follow no period: if outliers fill half of any places
+/// that recur, about half of the places read are outliers. Every second place could be all of them.
 const LEFT_OUT: u32 = 0x1891_9219;
 
 /// Sums of a pass; counts are whole numbers.

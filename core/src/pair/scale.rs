@@ -125,7 +125,9 @@ mod tests {
         let squares: [f32; 11] =
             [0.0, 0.06, 0.0625, 0.0624, 0.1, 256.0, 255.9, 300.0, 1e30, f32::NAN, -0.0];
         let mut counts = LevelCounts::NONE;
-        squares.iter().for_each(|squared| counts.add(*squared));
+        for squared in squares {
+            counts.add(squared);
+        }
         let mut level = 0.0625;
         for below in counts.below() {
             let expected = squares.iter().filter(|squared| **squared < level).count();
