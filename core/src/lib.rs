@@ -55,7 +55,7 @@
 //! * Pixels: of the image before undistortion; `(0, 0)` is the centre of the top left pixel, u right, v down. Lens
 //!   models and coefficients are OpenCV's.
 //! * Units: px in the image, rad for angles; a name ends with its unit where the unit is not obvious.
-//! * Scalar: `f32` ships, `f64` is the reference. The same input gives the same bits on every target, without `simd`.
+//! * Scalar: `f32` ships, `f64` is the reference. The same input gives the same bits on every target.
 //! * [`nalgebra`] is part of the public API and is re-exported.
 //!
 //! # Errors and actions
@@ -136,15 +136,16 @@
 //! | `defmt` | `defmt::Format` for every result and error. |
 //! | `serde` | `Serialize` and `Deserialize` for parameters, cameras, extrinsics and results, as plain arrays; what is read is checked. |
 //! | `async` | [`link::FpgaMatcher`] over `embedded-hal-async`. |
-//! | `simd` | Hosts only: the inner loop on AVX2 or NEON, found at run time. Equal to rounding; the batch holds its numbers twice. |
 //!
 //! Minimum supported Rust version: 1.89.
 
 #![no_std]
 #![forbid(unsafe_code)]
 
-// `inline(always)`: the inner loops must be of one piece at opt-level "s" too. `inline(never)`: what
-// needs much stack must not lend it to its caller, who would hold it through all other calls.
+// `inline(always)`: a part of an inner loop that opt-level "s" leaves out of line. Its call costs instructions for each
+// correspondence, and a sum whose address it takes leaves the registers. `cargo controller-cost` shows which parts
+// need it. `inline(never)`: a function that needs much stack. Inlined, it would hold that stack through all other calls
+// of its caller.
 
 #[macro_use]
 mod error;
@@ -164,7 +165,6 @@ mod pair;
 mod paper;
 mod record;
 mod scalar;
-mod simd;
 mod state;
 pub mod store;
 mod thresholds;

@@ -2,13 +2,7 @@
 
 use nalgebra::RealField;
 
-use crate::simd::inlined;
-
 mod sealed {
-    #[cfg(feature = "simd")]
-    #[allow(private_bounds, reason = "no other crate can name it")]
-    pub trait Sealed: crate::simd::Vectorised {}
-    #[cfg(not(feature = "simd"))]
     pub trait Sealed {}
     impl Sealed for f32 {}
     impl Sealed for f64 {}
@@ -100,21 +94,44 @@ macro_rules! scalar {
             const COSINE: [Self; 11] =
                 inverses!(2.0 12.0 30.0 56.0 90.0 132.0 182.0 240.0 306.0 380.0 462.0);
 
-            inlined! {
-                fn lit(value: f64) -> Self { value as $t }
-                fn single(value: f32) -> Self { value.into() }
-                fn count(value: u32) -> Self { value as $t }
-                fn to_f64(self) -> f64 { f64::from(self) }
-                fn to_single(self) -> f32 { self as f32 }
-                // By 32 bits: the controller's conversion saturates there by itself.
-                fn to_u16(self) -> u16 { (self as u32).min(0xffff) as u16 }
-                fn bits(self) -> u64 { self.to_bits().into() }
-                fn from_bits(bits: u64) -> Self { Self::from_bits(bits as $bits) }
-                // Numbers above 0 are in the order of their bits, and a doubling adds 1 to the exponent.
-                fn doublings_of(self, first: Self) -> usize {
-                    let [own, first] = [self.abs(), first].map(|x| x.to_bits() as $signed);
-                    (((own - first) >> ($t::MANTISSA_DIGITS - 1)) + 1).max(0) as usize
-                }
+            #[inline]
+            fn lit(value: f64) -> Self {
+                value as $t
+            }
+            #[inline]
+            fn single(value: f32) -> Self {
+                value.into()
+            }
+            #[inline]
+            fn count(value: u32) -> Self {
+                value as $t
+            }
+            #[inline]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline]
+            fn to_single(self) -> f32 {
+                self as f32
+            }
+            // By 32 bits: the controller's conversion saturates there by itself.
+            #[inline]
+            fn to_u16(self) -> u16 {
+                (self as u32).min(0xffff) as u16
+            }
+            #[inline]
+            fn bits(self) -> u64 {
+                self.to_bits().into()
+            }
+            #[inline]
+            fn from_bits(bits: u64) -> Self {
+                Self::from_bits(bits as $bits)
+            }
+            // Numbers above 0 are in the order of their bits, and a doubling adds 1 to the exponent.
+            #[inline]
+            fn doublings_of(self, first: Self) -> usize {
+                let [own, first] = [self.abs(), first].map(|x| x.to_bits() as $signed);
+                (((own - first) >> ($t::MANTISSA_DIGITS - 1)) + 1).max(0) as usize
             }
         }
     };

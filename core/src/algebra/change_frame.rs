@@ -34,13 +34,13 @@ impl<T: Scalar> Moments<T> {
             transpose(&mut rows);
         }
         let triangle = rows.iter().enumerate().flat_map(|(row, k)| k.iter().take(row + 1));
-        self.products.0.iter_mut().zip(triangle).for_each(|(m, turned)| *m = *turned);
+        self.products.iter_mut().zip(triangle).for_each(|(m, turned)| *m = *turned);
     }
 
     /// The full symmetric matrix.
     fn rows(&self) -> [Vector12<T>; COORDINATES] {
         let mut rows = [[T::ZERO; COORDINATES]; COORDINATES];
-        let mut m = self.products.0.iter();
+        let mut m = self.products.iter();
         for (row, elements) in rows.iter_mut().enumerate() {
             elements.iter_mut().take(row + 1).zip(m.by_ref()).for_each(|(e, m)| *e = *m);
         }

@@ -46,7 +46,7 @@ impl<T: Scalar> Moments<T> {
             let across = Matrix3::new(T::ZERO, -z, y, z, T::ZERO, -x, -y, x, T::ZERO);
             sum -= product(&product(&across, &p), &across.transpose());
         }
-        let [kept, ..] = self.products.0;
+        let [kept, ..] = self.products;
         // Not `<=`: a NaN must fail this test.
         if !(sum.m11 > T::ZERO) {
             self.noise = [T::ZERO; 4];
@@ -62,7 +62,7 @@ impl<T: Scalar> Moments<T> {
     /// image on both sides, as it is or moved, and with other intrinsics. After [`Moments::set_noise`].
     pub(crate) fn are_disparities_alike(&self) -> bool {
         let [_, noise, ..] = self.noise;
-        let sums = |[i, j]: [usize; 2]| self.products.0.get(i * (i + 1) / 2 + j).copied();
+        let sums = |[i, j]: [usize; 2]| self.products.get(i * (i + 1) / 2 + j).copied();
         let [all, with_one, one, with_x, mixed, x] =
             [[1, 1], [5, 1], [5, 5], [7, 1], [7, 5], [7, 7]].map(|at| sums(at).unwrap_or(T::ZERO));
         let determinant = one * x - mixed * mixed;

@@ -147,7 +147,6 @@ mod tests {
     use crate::algebra::change_frame::split;
     use crate::algebra::moments::without_lens;
     use crate::geometry::rectification::tests::pose;
-    use crate::simd::Single;
     use nalgebra::{Vector3, Vector5};
 
     type Pose = RectifyingRotations<f64>;
@@ -191,7 +190,7 @@ mod tests {
         let [left, right] = RAYS.map(Vector3::from);
         let k = without_lens(split(&((frame.right() * right) * (frame.left() * left).transpose())));
         let mut sums = Moments::ZERO;
-        sums.products_mut().add(Single, core::iter::once((WEIGHT, &k)));
+        sums.add_rows(core::iter::once((WEIGHT, &k)));
         for at in [frame, pose([-0.03, 0.06, 0.1], [-0.05, 0.08])] {
             let terms = terms(&sums, &frame, &at);
             let difference = |of: &dyn Fn(f64) -> f64| (of(1e-5) - of(-1e-5)) / 2e-5;
@@ -223,7 +222,7 @@ mod tests {
         let frame = pose([0.05, -0.08, 0.03], [0.1, -0.06]);
         let mut sums = Moments::ZERO;
         let k = [0.5, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 2.0, 3.0, 4.0];
-        sums.products_mut().add(Single, core::iter::once((WEIGHT, &k)));
+        sums.add_rows(core::iter::once((WEIGHT, &k)));
         let terms = terms(&sums, &frame, &frame);
         let normal = sums.at_frame();
         for (i, k_i) in [(6, 2.0), (7, 3.0), (8, 4.0)] {

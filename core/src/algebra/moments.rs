@@ -21,8 +21,6 @@ use super::symmetric5::Symmetric5;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3::product;
 use crate::scalar::Scalar;
-use crate::simd::Lanes;
-pub(crate) use sums::MomentSums;
 
 /// Coordinates of a correspondence: nine products of its rays, three derivatives by the lens.
 pub(crate) const COORDINATES: usize = 12;
@@ -43,7 +41,7 @@ pub(super) type Vector12<T> = [T; COORDINATES];
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Moments<T> {
     /// `sum w k k^T`, lower triangle row by row, 1/rad^2.
-    pub(super) products: MomentSums<T>,
+    pub(super) products: [T; TRIANGLE],
     /// Part of the gradient due to the derivative of the residual's variance, by the five unknowns,
     /// 1/rad; `M` holds the rest.
     pub(super) slope: [T; 5],
@@ -54,29 +52,8 @@ pub(crate) struct Moments<T> {
 
 impl<T: Scalar> Moments<T> {
     /// No correspondences.
-    pub(crate) const ZERO: Self = Self {
-        products: MomentSums([T::ZERO; TRIANGLE]),
-        slope: [T::ZERO; 5],
-        noise: [T::ZERO; 4],
-    };
-
-    /// The sums of products as sums over lanes that continue them.
-    #[inline(always)]
-    pub(crate) fn resume<L: Lanes<T>>(&self, lanes: L) -> MomentSums<L::Sum> {
-        MomentSums(self.products.0.map(|sum| lanes.resume(sum)))
-    }
-
-    /// Stores sums over lanes from [`Self::resume`].
-    #[inline(always)]
-    pub(crate) fn store<L: Lanes<T>>(&mut self, lanes: L, sums: MomentSums<L::Sum>) {
-        lanes.store_all(sums.0, &mut self.products.0);
-    }
-
-    /// The sums of products, for additions without lanes.
-    #[inline(always)]
-    pub(crate) fn products_mut(&mut self) -> &mut MomentSums<T> {
-        &mut self.products
-    }
+    pub(crate) const ZERO: Self =
+        Self { products: [T::ZERO; TRIANGLE], slope: [T::ZERO; 5], noise: [T::ZERO; 4] };
 
     /// Sets the gradient at the pose of the frame, derivative of the variance included, 1/rad.
     pub(crate) fn set_gradient(&mut self, gradient: &Vector5<T>) {
@@ -88,7 +65,7 @@ impl<T: Scalar> Moments<T> {
     // Out of line, as `scale`, `is_finite` and `dot`: inlined and unrolled these took 8 kB more at opt-level 3.
     #[inline(never)]
     pub(crate) fn add(&mut self, other: &Self) {
-        self.products.0.iter_mut().zip(&other.products.0).for_each(|(a, b)| *a += *b);
+        self.products.iter_mut().zip(&other.products).for_each(|(a, b)| *a += *b);
         self.slope.iter_mut().zip(&other.slope).for_each(|(a, b)| *a += *b);
         self.noise.iter_mut().zip(&other.noise).for_each(|(a, b)| *a += *b);
     }
@@ -97,21 +74,21 @@ impl<T: Scalar> Moments<T> {
     #[inline(never)]
     pub(crate) fn scale(&mut self, factor: T) {
         let Self { products, slope, noise } = self;
-        products.0.iter_mut().chain(slope).chain(noise).for_each(|m| *m *= factor);
+        products.iter_mut().chain(slope).chain(noise).for_each(|m| *m *= factor);
     }
 
     /// Whether every sum is finite.
     #[inline(never)]
     pub(crate) fn is_finite(&self) -> bool {
         let Self { products, slope, noise } = self;
-        products.0.iter().chain(slope).chain(noise).all(nalgebra::ComplexField::is_finite)
+        products.iter().chain(slope).chain(noise).all(nalgebra::ComplexField::is_finite)
     }
 
     /// Normal equations at the pose of the frame: [`Self::at_pose`] written out, where each unknown
     /// changes one or two of the nine products. Derivation: `ESTIMATOR.md`.
     #[inline(never)]
     pub(crate) fn at_frame(&self) -> NormalEquations<T> {
-        let m = &self.products.0;
+        let m = &self.products;
         let [half, quarter] = [T::HALF, T::HALF * T::HALF];
         let information = [
             m[14] + m[19] + m[19] + m[20],

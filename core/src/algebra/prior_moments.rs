@@ -79,13 +79,13 @@ impl<T: Scalar> Moments<T> {
     ) {
         *self = Self::ZERO;
         let columns = response.columns();
-        let mut sums = self.products_mut().0.iter_mut();
+        let mut sums = self.products.iter_mut();
         for (row, column) in columns.iter().enumerate() {
             let weighted = of.normal.information.times(&Vector5::from(*column));
             let products = columns.iter().take(row.saturating_add(1)).zip(sums.by_ref());
             products.for_each(|(other, sum)| *sum = weighted.dot(&Vector5::from(*other)));
         }
-        if let Some(sum) = self.products_mut().0.first_mut() {
+        if let Some(sum) = self.products.first_mut() {
             *sum = squares;
         }
         let BaselineNoise([forward, mixed, down]) = of.noise;
@@ -98,7 +98,7 @@ impl<T: Scalar> Moments<T> {
         let with = |other: usize| {
             let (row, column) = (coordinate.max(other), coordinate.min(other));
             let place = row.saturating_mul(row.saturating_add(1)) / 2;
-            self.products.0.get(place.saturating_add(column)).copied().unwrap_or(T::ZERO)
+            self.products.get(place.saturating_add(column)).copied().unwrap_or(T::ZERO)
         };
         let [cy, cz, yy, zz, xy, xz] = [1, 2, 4, 5, 6, 7].map(with);
         Vector5::new(-(yy + zz), (cz + xy) * T::HALF, (xz - cy) * T::HALF, cz, -cy)

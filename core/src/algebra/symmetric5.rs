@@ -5,31 +5,12 @@
 use nalgebra::{Matrix5, Vector5};
 
 use crate::scalar::Scalar;
-use crate::simd::Lanes;
 
 /// Lower triangle row by row: element `(i, k)`, `k <= i`, at index `i (i + 1) / 2 + k`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Symmetric5<T>(pub(crate) [T; 15]);
-
-/// Quadratic form `x^T M x` of a lower triangle, lane by lane.
-#[inline(always)]
-pub(crate) fn form<T: Scalar, L: Lanes<T>>(
-    lanes: L,
-    h: &[L::Value; 15],
-    x: &[L::Value; 5],
-) -> L::Value {
-    let [a, b, c, d, e] = *x;
-    let of_b = h[1] * a;
-    let of_c = lanes.mul_add(h[4], b, h[3] * a);
-    let of_d = lanes.mul_add(h[8], c, lanes.mul_add(h[7], b, h[6] * a));
-    let of_e = lanes.mul_add(h[13], d, lanes.mul_add(h[12], c, lanes.mul_add(h[11], b, h[10] * a)));
-    let twice = lanes.mul_add(e, of_e, lanes.mul_add(d, of_d, lanes.mul_add(c, of_c, b * of_b)));
-    let squares = lanes.mul_add(c * c, h[5], lanes.mul_add(b * b, h[2], a * a * h[0]));
-    let squares = lanes.mul_add(e * e, h[14], lanes.mul_add(d * d, h[9], squares));
-    squares + (twice + twice)
-}
 
 /// Factors of `M = L D L^T`: no square roots, and an accuracy independent of the units.
 #[derive(Debug, Clone, Copy)]
@@ -50,6 +31,18 @@ impl<T: Scalar> Symmetric5<T> {
         let ([_, _, d2, d3, d4], [_, _, _, e3, e4]) = (c2, c3);
         let [.., f4] = c4;
         Self([a0, a1, b1, a2, b2, d2, a3, b3, d3, e3, a4, b4, d4, e4, f4])
+    }
+
+    /// Quadratic form `x^T M x`.
+    #[inline(always)]
+    pub(crate) fn form(&self, x: &[T; 5]) -> T {
+        let (h, [a, b, c, d, e]) = (&self.0, *x);
+        let of_c = h[3] * a + h[4] * b;
+        let of_d = h[6] * a + h[7] * b + h[8] * c;
+        let of_e = h[10] * a + h[11] * b + h[12] * c + h[13] * d;
+        let twice = h[1] * a * b + c * of_c + d * of_d + e * of_e;
+        let squares = a * a * h[0] + b * b * h[2] + c * c * h[5] + d * d * h[9] + e * e * h[14];
+        squares + (twice + twice)
     }
 
     /// The five elements of the diagonal.
@@ -313,7 +306,7 @@ mod tests {
             let v = Vector5::from(x);
             prop_assert!((packed.matrix() - full).amax() <= 1e-12 * full.amax());
             prop_assert!((packed.times(&v) - full * v).amax() <= 1e-12 * full.amax());
-            prop_assert!((form(crate::simd::Single, &packed.0, &x) - v.dot(&(full * v))).abs() <= 1e-12 * full.amax());
+            prop_assert!((packed.form(&x) - v.dot(&(full * v))).abs() <= 1e-12 * full.amax());
             prop_assert!((packed.dot(&packed) - full.dot(&full)).abs() <= 1e-12 * full.norm_squared());
         }
 

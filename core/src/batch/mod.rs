@@ -1,7 +1,5 @@
 //! Batch of correspondences: undistorted to rays, selected to a fixed capacity.
 
-#[cfg(feature = "simd")]
-mod columns;
 pub(crate) mod correspondence;
 pub(crate) mod grid;
 pub(crate) mod row_offset;
@@ -9,8 +7,6 @@ mod selection;
 mod shift;
 pub(crate) mod sides;
 
-#[cfg(feature = "simd")]
-use columns::Columns;
 use correspondence::{Cameras, Correspondence, RayPair};
 use grid::CellSet;
 use nalgebra::Vector2;
@@ -44,7 +40,7 @@ texts! { Pushed { Kept = "kept", Replaced = "replaced", LeftOut = "left out" } }
 /// A full batch keeps correspondences spread over the left image: of one cell those with the better
 /// score, among equal scores a random choice. The order of arrival has no influence.
 ///
-/// RAM: 23 bytes a correspondence in `f32`, and 304; 20 a correspondence more with feature `simd`.
+/// RAM: 23 bytes a correspondence in `f32`, and 304.
 ///
 /// # Examples
 ///
@@ -75,18 +71,6 @@ pub struct Batch<T, const N: usize> {
     seen: CellSet,
     /// The matches are of a frame that has not ended with a correct CRC.
     arriving: bool,
-    /// Copy of `pairs` as columns.
-    #[cfg(feature = "simd")]
-    columns: Columns<[T; N]>,
-}
-
-/// Borrowed correspondences of a batch: the input of the solvers.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Matches<'a, T> {
-    pub(crate) pairs: &'a [RayPair<T>],
-    /// Copy of `pairs` as columns.
-    #[cfg(feature = "simd")]
-    pub(crate) columns: Columns<&'a [T]>,
 }
 
 impl<T: Scalar, const N: usize> Batch<T, N> {
@@ -104,8 +88,6 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
             shift: Shift::NONE,
             seen: CellSet::NONE,
             arriving: false,
-            #[cfg(feature = "simd")]
-            columns: Columns::ZERO,
         }
     }
 
@@ -172,16 +154,12 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
             return Ok(Pushed::LeftOut);
         }
         *old = pair;
-        #[cfg(feature = "simd")]
-        self.columns.set(eviction.index(), &pair);
         self.selection.replace(eviction, priority, &self.pairs);
         Ok(Pushed::Replaced)
     }
 
     /// Appends to a batch with room.
     fn keep(&mut self, pair: RayPair<T>, priority: Priority) {
-        #[cfg(feature = "simd")]
-        self.columns.set(self.pairs.len(), &pair);
         if self.pairs.push(pair).is_ok() {
             self.selection.add(priority, &self.pairs);
         }
@@ -212,16 +190,6 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
             }
         }
         nearest.1
-    }
-
-    /// The correspondences in the form that the solvers read.
-    pub(crate) fn matches(&self) -> Matches<'_, T> {
-        let pairs = self.pairs();
-        Matches {
-            pairs,
-            #[cfg(feature = "simd")]
-            columns: self.columns.first(pairs.len()),
-        }
     }
 
     /// Hides the correspondences from now on, until [`Batch::end_frame`] or [`Batch::clear`].

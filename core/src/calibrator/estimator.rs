@@ -1,7 +1,7 @@
 //! Dispatch between the robust method ([`Fusion`]) and the published one (`Paper`), by configuration.
 
 use crate::algebra::block_variances::BlockVariances;
-use crate::batch::Matches;
+use crate::batch::correspondence::RayPair;
 use crate::config::{Config, Context, Method};
 use crate::depth::mount::{MountYaw, RowsYaw};
 use crate::error::Rejection;
@@ -118,7 +118,7 @@ impl<T: Scalar> Estimator<T> {
     pub(crate) fn begin(
         &mut self,
         context: &Context<'_, T>,
-        matches: Matches<'_, T>,
+        matches: &[RayPair<T>],
     ) -> Result<(), Rejection> {
         dispatch!(self, state => state.begin(context, matches))
     }
@@ -133,7 +133,7 @@ impl<T: Scalar> Estimator<T> {
     pub(crate) fn advance(
         &mut self,
         context: &Context<'_, T>,
-        matches: Matches<'_, T>,
+        matches: &[RayPair<T>],
         frozen: bool,
     ) -> Result<bool, Rejection> {
         match self {
@@ -152,7 +152,7 @@ impl<T: Scalar> Estimator<T> {
     pub(crate) fn report(
         &mut self,
         context: &Context<'_, T>,
-        matches: Matches<'_, T>,
+        matches: &[RayPair<T>],
     ) -> Result<PairReport<T>, Rejection> {
         match self {
             #[cfg(feature = "paper")]

@@ -50,7 +50,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             self.discard_pair();
         }
         let context = self.estimator.context(&self.config, &self.factory);
-        if let Err(why) = self.estimator.begin(&context, self.batch.matches()) {
+        if let Err(why) = self.estimator.begin(&context, self.batch.pairs()) {
             return Some(self.unsolved(why));
         }
         self.rejection = None;
@@ -61,7 +61,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     #[inline(never)]
     fn take_pass(&mut self) -> Option<Outcome<T>> {
         let context = self.estimator.context(&self.config, &self.factory);
-        match self.estimator.advance(&context, self.batch.matches(), self.frozen) {
+        match self.estimator.advance(&context, self.batch.pairs(), self.frozen) {
             Ok(is_solved) => {
                 self.step = if is_solved { Step::Solved } else { Step::Solving };
                 None
@@ -81,7 +81,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     #[inline(never)]
     fn report(&mut self) -> Result<PairReport<T>, Rejection> {
         let context = self.estimator.context(&self.config, &self.factory);
-        self.estimator.report(&context, self.batch.matches())
+        self.estimator.report(&context, self.batch.pairs())
     }
 
     /// Ends a pair that could not be solved, and notes the mistake that this shows. Matches of a frame that still arrives

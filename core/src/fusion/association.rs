@@ -7,7 +7,6 @@ use super::hypotheses::Hypotheses;
 use super::hypothesis::Hypothesis;
 use super::repeated_scene::Seen;
 use super::turn::Turn;
-use crate::batch::Matches;
 use crate::batch::correspondence::RayPair;
 use crate::batch::row_offset::row_offset;
 use crate::config::Context;
@@ -180,7 +179,7 @@ impl<T: Scalar> Association<T> {
     pub(super) fn advance(
         &mut self,
         with: &AssociationContext<'_, T>,
-        matches: Matches<'_, T>,
+        matches: &[RayPair<T>],
     ) -> Result<(), Rejection> {
         self.passes = self.passes.saturating_add(1);
         if let Stage::Turned(turn) = self.stage {
@@ -193,12 +192,12 @@ impl<T: Scalar> Association<T> {
                 let next = self.decide(with)?;
                 self.stage = next;
                 if matches!(next, Stage::Challenger | Stage::Search) {
-                    self.enter(next, with, matches.pairs.len());
+                    self.enter(next, with, matches.len());
                 }
                 Ok(())
             }
             Work::Evaluated(evaluated) => {
-                let better = with.is_better(&evaluated.measurement.pose, matches.pairs);
+                let better = with.is_better(&evaluated.measurement.pose, matches);
                 self.stage = Stage::Done(if better { Support::New } else { Support::None });
                 Ok(())
             }
@@ -216,20 +215,18 @@ impl<T: Scalar> Association<T> {
         &mut self,
         turn: Turn,
         with: &AssociationContext<'_, T>,
-        matches: Matches<'_, T>,
+        matches: &[RayPair<T>],
     ) -> Result<(), Rejection> {
         let fits = match &mut self.work {
             Work::Solver(solver) if !solver.is_done() => solver.advance(matches),
             Work::Solver(_) => self.evaluate(matches).and_then(|()| self.check_scene(with)),
-            Work::Evaluated(evaluated)
-                if with.is_better(&evaluated.measurement.pose, matches.pairs) =>
-            {
+            Work::Evaluated(evaluated) if with.is_better(&evaluated.measurement.pose, matches) => {
                 return Err(turn.error());
             }
             Work::Evaluated(_) | Work::None => Err(Rejection::NoConsensus),
         };
         if fits.is_err() && with.hypotheses.challenger().is_some() {
-            self.enter(Stage::Challenger, with, matches.pairs.len());
+            self.enter(Stage::Challenger, with, matches.len());
             return Ok(());
         }
         fits
@@ -251,7 +248,7 @@ impl<T: Scalar> Association<T> {
     /// # Errors
     /// [`Rejection::TooFew`], [`Rejection::Unobservable`].
     #[inline(never)]
-    fn evaluate(&mut self, matches: Matches<'_, T>) -> Result<(), Rejection> {
+    fn evaluate(&mut self, matches: &[RayPair<T>]) -> Result<(), Rejection> {
         let Work::Solver(solver) = &self.work else {
             return Ok(());
         };

@@ -30,7 +30,7 @@ mod turn;
 pub(crate) mod vibration;
 
 use crate::algebra::block_variances::BlockVariances;
-use crate::batch::Matches;
+use crate::batch::correspondence::RayPair;
 use crate::config::{Context, LensTracking};
 use crate::depth::mount::{MountYaw, RowsYaw};
 use crate::error::Rejection;
@@ -131,19 +131,19 @@ impl<T: Scalar> Fusion<T> {
     pub(crate) fn begin(
         &mut self,
         context: &Context<'_, T>,
-        matches: Matches<'_, T>,
+        matches: &[RayPair<T>],
     ) -> Result<(), Rejection> {
         self.discard();
         let needed = context.config.min_correspondences.into();
-        let usable = u32::try_from(matches.pairs.len()).unwrap_or(u32::MAX);
+        let usable = u32::try_from(matches.len()).unwrap_or(u32::MAX);
         if usable < needed {
             return Err(Rejection::TooFew { usable, needed });
         }
         let Self { hypotheses, scene, association, .. } = self;
         let turn = hypotheses.next_turn();
         let with = AssociationContext { context, hypotheses };
-        let seen = scene.compare(matches.pairs, context.focal);
-        association.open(&with, matches.pairs, seen, turn);
+        let seen = scene.compare(matches, context.focal);
+        association.open(&with, matches, seen, turn);
         let begun = association.advance(&with, matches);
         if begun.is_err() {
             association.close();
@@ -158,7 +158,7 @@ impl<T: Scalar> Fusion<T> {
     pub(crate) fn advance(
         &mut self,
         context: &Context<'_, T>,
-        matches: Matches<'_, T>,
+        matches: &[RayPair<T>],
         frozen: bool,
     ) -> Result<bool, Rejection> {
         let Self { hypotheses, association, .. } = self;

@@ -13,131 +13,100 @@ use nalgebra::Matrix3;
 use crate::algebra::moments::COORDINATES;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
-use crate::simd::{Lanes, Value};
 use crate::thresholds::MIN_DEPTH;
 
 /// Coefficients of a pose, shared by the correspondences of a pass; dimensionless.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PoseTerms<V> {
+pub(super) struct PoseTerms<T> {
     /// `R_l`, row by row.
-    left: [[V; 3]; 3],
+    left: [[T; 3]; 3],
     /// `R_r`, row by row.
-    right: [[V; 3]; 3],
+    right: [[T; 3]; 3],
     /// `R_r[0][2]^2`.
-    kappa: V,
+    kappa: T,
     /// `1 - kappa`.
-    rest: V,
+    rest: T,
     /// `R_r[0][2] R_r[2][2]`.
-    rho: V,
-    /// Smallest depth of a rectified ray, [`MIN_DEPTH`].
-    pub(super) min_depth: V,
+    rho: T,
 }
 
 /// Constraint of a correspondence at a pose; dimensionless.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Constraint<V> {
+pub(super) struct Constraint<T> {
     /// Rectified rays, left and right.
-    a: [V; 3],
-    b: [V; 3],
+    a: [T; 3],
+    b: [T; 3],
     /// `g_b`.
-    g: V,
+    g: T,
     /// Half the derivatives of `V` by `y_b` and `z_b`.
-    by_b: [V; 2],
+    by_b: [T; 2],
     /// `C`.
-    pub(super) value: V,
+    pub(super) value: T,
     /// Derivatives of `C`, 1/rad: by turn of `R` about rectified x, y, z, then of the baseline about y, z.
-    pub(super) jacobian: [V; 5],
+    pub(super) jacobian: [T; 5],
     /// `V`.
-    pub(super) variance: V,
+    pub(super) variance: T,
 }
 
-impl<V: Value> PoseTerms<V> {
-    /// Coefficients of `pose`, the same in every lane.
-    #[inline(always)]
-    pub(super) fn at<T: Scalar, L: Lanes<T, Value = V>>(
-        lanes: L,
-        pose: &RectifyingRotations<T>,
-    ) -> Self {
+impl<T: Scalar> PoseTerms<T> {
+    pub(super) fn at(pose: &RectifyingRotations<T>) -> Self {
         let (l, r) = (pose.left().matrix(), pose.right().matrix());
-        let rows = |m: &Matrix3<T>| {
-            let row = |x, y, z| [lanes.splat(x), lanes.splat(y), lanes.splat(z)];
-            [row(m.m11, m.m12, m.m13), row(m.m21, m.m22, m.m23), row(m.m31, m.m32, m.m33)]
-        };
+        let rows =
+            |m: &Matrix3<T>| [[m.m11, m.m12, m.m13], [m.m21, m.m22, m.m23], [m.m31, m.m32, m.m33]];
         let kappa = r.m13 * r.m13;
-        Self {
-            left: rows(l),
-            right: rows(r),
-            kappa: lanes.splat(kappa),
-            rest: lanes.splat(T::ONE - kappa),
-            rho: lanes.splat(r.m13 * r.m33),
-            min_depth: lanes.splat(T::lit(MIN_DEPTH)),
-        }
+        Self { left: rows(l), right: rows(r), kappa, rest: T::ONE - kappa, rho: r.m13 * r.m33 }
     }
 }
 
-impl<V: Value> Constraint<V> {
-    /// Constraint of a correspondence, and a mask of the lanes in front of both cameras; other lanes carry no
-    /// information.
+impl<T: Scalar> Constraint<T> {
+    /// Constraint of a correspondence; `None` behind a camera, where it tells nothing.
     ///
     /// * `[x_l, y_l, x_r, y_r]`: undistorted rays in the camera frames, unit depth.
     #[inline(always)]
-    pub(super) fn of<T: Scalar, L: Lanes<T, Value = V>>(
-        lanes: L,
-        frame: &PoseTerms<V>,
-        [x_l, y_l, x_r, y_r]: [V; 4],
-    ) -> (Self, L::Mask) {
-        let a = rotated(lanes, &frame.left, x_l, y_l);
-        let b = rotated(lanes, &frame.right, x_r, y_r);
+    pub(super) fn of(frame: &PoseTerms<T>, [x_l, y_l, x_r, y_r]: [T; 4]) -> Option<Self> {
+        let (a, b) = (rotated(&frame.left, x_l, y_l), rotated(&frame.right, x_r, y_r));
         let ([x_a, y_a, z_a], [x_b, y_b, z_b]) = (a, b);
+        let least = T::lit(MIN_DEPTH);
+        if !(z_a >= least && z_b >= least) {
+            return None;
+        }
         let [_, [_, _, l_23], [_, _, l_33]] = frame.left;
-        let g = lanes.neg_mul_add(l_23, z_b, l_33 * y_b);
-        let by_b = [lanes.neg_mul_add(l_33, g, y_b), lanes.mul_add(l_23, g, z_b)];
-        let [by_y, by_z] = by_b;
-        let of_b = lanes.mul_add(by_y, y_b, by_z * z_b);
-        let variance = lanes.mul_add(frame.kappa * y_a, y_a, lanes.mul_add(z_a, z_a, of_b));
+        let g = l_33 * y_b - l_23 * z_b;
+        let by_b @ [by_y, by_z] = [y_b - l_33 * g, z_b + l_23 * g];
+        let of_b = by_y * y_b + by_z * z_b;
         let (across, ahead) = (x_a * y_b, x_a * z_b);
-        let constraint = Self {
+        Some(Self {
             a,
             b,
             g,
             by_b,
-            value: lanes.neg_mul_add(z_a, y_b, y_a * z_b),
+            value: y_a * z_b - z_a * y_b,
             jacobian: [
-                lanes.splat(T::MINUS_ONE) * lanes.mul_add(y_a, y_b, z_a * z_b),
+                -(y_a * y_b + z_a * z_b),
                 across,
                 ahead,
-                lanes.neg_mul_add(x_b, y_a, across),
-                lanes.neg_mul_add(x_b, z_a, ahead),
+                across - x_b * y_a,
+                ahead - x_b * z_a,
             ],
-            variance,
-        };
-        let least = frame.min_depth;
-        (constraint, lanes.and(lanes.ge(z_a, least), lanes.ge(z_b, least)))
+            variance: of_b + z_a * z_a + frame.kappa * y_a * y_a,
+        })
     }
 
     /// Whether the disparity is at least `least`, unit depth; compared without a division.
-    #[inline(always)]
-    pub(super) fn has_disparity<T: Scalar, L: Lanes<T, Value = V>>(
-        &self,
-        lanes: L,
-        least: V,
-    ) -> L::Mask {
-        let ([.., z_a], [.., z_b]) = (self.a, self.b);
-        let [.., disparity] = self.jacobian;
-        lanes.ge(disparity, least * (z_a * z_b))
+    pub(super) fn has_disparity(&self, least: T) -> bool {
+        let [disparity, least] = self.disparity_over(least);
+        disparity >= least
     }
 
     /// The disparity, and `least`, unit depth: both times the depths of the rectified rays.
-    #[inline(always)]
-    pub(super) fn disparity_over(&self, least: V) -> [V; 2] {
+    pub(super) fn disparity_over(&self, least: T) -> [T; 2] {
         let ([.., z_a], [.., z_b]) = (self.a, self.b);
         let [.., disparity] = self.jacobian;
         [disparity, least * (z_a * z_b)]
     }
 
     /// The row offset of eq 11, unit depth.
-    #[inline(always)]
-    pub(super) fn row_offset(&self) -> V {
+    pub(super) fn row_offset(&self) -> T {
         let ([.., z_a], [.., z_b]) = (self.a, self.b);
         self.value / (z_a * z_b)
     }
@@ -147,35 +116,31 @@ impl<V: Value> Constraint<V> {
     /// right less the left one.
     ///
     /// * `rays`: as in [`Self::of`].
-    #[inline(always)]
-    pub(super) fn coordinates<T: Scalar, L: Lanes<T, Value = V>>(
+    pub(super) fn coordinates(
         &self,
-        lanes: L,
-        frame: &PoseTerms<V>,
-        [x_l, y_l, x_r, y_r]: [V; 4],
-    ) -> [V; COORDINATES] {
+        frame: &PoseTerms<T>,
+        [x_l, y_l, x_r, y_r]: [T; 4],
+    ) -> [T; COORDINATES] {
         let ([x_a, y_a, z_a], [x_b, y_b, z_b]) = (self.a, self.b);
         let [_, [_, r_22, _], [_, r_32, r_33]] = frame.right;
         let (rows_l, rows_r) = (y_l * y_l, y_r * y_r);
-        let (squared_l, squared_r) =
-            (lanes.mul_add(x_l, x_l, rows_l), lanes.mul_add(x_r, x_r, rows_r));
-        let half = lanes.splat(T::HALF);
+        let (squared_l, squared_r) = (x_l * x_l + rows_l, x_r * x_r + rows_r);
         // The noise scales with the correction: of each camera half.
-        let scaled = |squared: V, rows: V| self.value * lanes.neg_mul_add(half, squared, rows);
+        let scaled = |squared: T, rows: T| self.value * (rows - T::HALF * squared);
         let [_, _, _, down, disparity] = self.jacobian;
         [
             self.value,
-            lanes.splat(T::MINUS_ONE) * disparity,
+            -disparity,
             down,
             x_a * x_b,
             y_a * y_b,
             z_a * z_b,
-            lanes.mul_add(x_a, y_b, y_a * x_b),
-            lanes.mul_add(x_a, z_b, z_a * x_b),
-            lanes.mul_add(y_a, z_b, z_a * y_b),
-            lanes.neg_mul_add(squared_l, self.g, scaled(squared_l, rows_l)),
-            lanes.mul_add(squared_r, r_33 * y_a, scaled(squared_r, rows_r)),
-            (squared_r + rows_r + rows_r) * lanes.neg_mul_add(r_32, y_a, r_22 * z_a),
+            x_a * y_b + y_a * x_b,
+            x_a * z_b + z_a * x_b,
+            y_a * z_b + z_a * y_b,
+            scaled(squared_l, rows_l) - squared_l * self.g,
+            scaled(squared_r, rows_r) + squared_r * (r_33 * y_a),
+            (squared_r + rows_r + rows_r) * (r_22 * z_a - r_32 * y_a),
         ]
     }
 
@@ -183,45 +148,34 @@ impl<V: Value> Constraint<V> {
     ///
     /// * `share`: `C / V`.
     #[inline(always)]
-    pub(super) fn whitened_jacobian<T: Scalar, L: Lanes<T, Value = V>>(
-        &self,
-        lanes: L,
-        frame: &PoseTerms<V>,
-        share: V,
-    ) -> [V; 5] {
+    pub(super) fn whitened_jacobian(&self, frame: &PoseTerms<T>, share: T) -> [T; 5] {
         let ([x_a, y_a, z_a], [x_b, y_b, z_b]) = (self.a, self.b);
         let [[_, _, l_13], [_, _, l_23], [_, _, l_33]] = frame.left;
         let [by_y, by_z] = self.by_b;
         let (a_yz, h) = (y_a * z_a, l_13 * self.g);
-        let turned = lanes.mul_add(l_23, y_b, l_33 * z_b);
-        let about_x = lanes.neg_mul_add(self.g, turned, frame.rest * a_yz);
-        let about_y = lanes.neg_mul_add(x_a, z_a, h * y_b);
-        let about_z = lanes.mul_add(h, z_b, frame.kappa * (x_a * y_a));
-        let both_y = lanes.mul_add(frame.rho * y_a, y_a, lanes.neg_mul_add(x_b, by_z, about_y));
-        let both_z = lanes.mul_add(frame.rho, a_yz, lanes.mul_add(x_b, by_y, about_z));
+        let about_x = frame.rest * a_yz - self.g * (l_33 * z_b + l_23 * y_b);
+        let about_y = h * y_b - x_a * z_a;
+        let about_z = frame.kappa * (x_a * y_a) + h * z_b;
+        let both_y = about_y - x_b * by_z + frame.rho * y_a * y_a;
+        let both_z = about_z + x_b * by_y + frame.rho * a_yz;
         let [j0, j1, j2, j3, j4] = self.jacobian;
         [
-            lanes.neg_mul_add(share, about_x, j0),
-            lanes.neg_mul_add(share, about_y, j1),
-            lanes.neg_mul_add(share, about_z, j2),
-            lanes.neg_mul_add(share, both_y, j3),
-            lanes.neg_mul_add(share, both_z, j4),
+            j0 - share * about_x,
+            j1 - share * about_y,
+            j2 - share * about_z,
+            j3 - share * both_y,
+            j4 - share * both_z,
         ]
     }
 }
 
 /// Ray `(x, y, 1)` after the rotation with rows `r1`, `r2`, `r3`.
 #[inline(always)]
-fn rotated<T: Scalar, L: Lanes<T>>(
-    lanes: L,
-    [r1, r2, r3]: &[[L::Value; 3]; 3],
-    x: L::Value,
-    y: L::Value,
-) -> [L::Value; 3] {
+fn rotated<T: Scalar>([r1, r2, r3]: &[[T; 3]; 3], x: T, y: T) -> [T; 3] {
     [
-        lanes.mul_add(r1[0], x, lanes.mul_add(r1[1], y, r1[2])),
-        lanes.mul_add(r2[0], x, lanes.mul_add(r2[1], y, r2[2])),
-        lanes.mul_add(r3[0], x, lanes.mul_add(r3[1], y, r3[2])),
+        r1[0] * x + (r1[1] * y + r1[2]),
+        r2[0] * x + (r2[1] * y + r2[2]),
+        r3[0] * x + (r3[1] * y + r3[2]),
     ]
 }
 
@@ -232,7 +186,6 @@ mod tests {
     use crate::batch::correspondence::RayPair;
     use crate::geometry::rectification::tests::pose;
     use crate::paper::residual::RectifiedPair;
-    use crate::simd::Single;
     use nalgebra::{Vector3, Vector5};
     use proptest::prelude::*;
 
@@ -246,9 +199,7 @@ mod tests {
     }
 
     fn at(pose: &RectifyingRotations<f64>, rays: Rays) -> Constraint<f64> {
-        let (constraint, in_front) = Constraint::of(Single, &PoseTerms::at(Single, pose), rays);
-        assert!(in_front);
-        constraint
+        Constraint::of(&PoseTerms::at(pose), rays).unwrap()
     }
 
     /// `C / sqrt V`.
@@ -283,8 +234,8 @@ mod tests {
         fn jacobian_matches_central_differences((pose, rays) in scene()) {
             let constraint = at(&pose, rays);
             let Constraint { value, variance, jacobian, .. } = constraint;
-            let frame = PoseTerms::at(Single, &pose);
-            let whole = constraint.whitened_jacobian(Single, &frame, value / variance);
+            let frame = PoseTerms::at(&pose);
+            let whole = constraint.whitened_jacobian(&frame, value / variance);
             let whole = whole.map(|j| j / variance.sqrt());
             let numeric = by_pose(&pose, |pose| at(pose, rays).value);
             let numeric_whole = by_pose(&pose, |pose| whitened(pose, rays));
@@ -300,7 +251,7 @@ mod tests {
         fn half_the_derivatives_of_the_variance_match_central_differences((pose, rays) in scene()) {
             let constraint = at(&pose, rays);
             // With `C / V` = 1 they are the difference of plain and whitened derivatives.
-            let whole = constraint.whitened_jacobian(Single, &PoseTerms::at(Single, &pose), 1.0);
+            let whole = constraint.whitened_jacobian(&PoseTerms::at(&pose), 1.0);
             let numeric = by_pose(&pose, |pose| at(pose, rays).variance / 2.0);
             for ((plain, whole), half) in constraint.jacobian.into_iter().zip(whole).zip(numeric) {
                 prop_assert!((plain - whole - half).abs() < 1e-9, "{} {half}", plain - whole);
@@ -325,13 +276,13 @@ mod tests {
                 apart.x, apart.y, apart.z, outer.m11, outer.m22, outer.m33,
                 together.m12, together.m13, together.m23,
             ];
-            let frame = PoseTerms::at(Single, &pose);
-            for (ours, product) in constraint.coordinates(Single, &frame, rays).iter().zip(products) {
+            let frame = PoseTerms::at(&pose);
+            for (ours, product) in constraint.coordinates(&frame, rays).iter().zip(products) {
                 prop_assert!((ours - product).abs() < 1e-14, "{ours} {product}");
             }
             let least = rectified.disparity() - 1e-9;
-            prop_assert!(constraint.has_disparity(Single, least));
-            prop_assert!(!constraint.has_disparity(Single, least + 2e-9));
+            prop_assert!(constraint.has_disparity(least));
+            prop_assert!(!constraint.has_disparity(least + 2e-9));
         }
 
         #[test]
@@ -353,7 +304,7 @@ mod tests {
             // What the correction does to the noise, of each camera half.
             let noise = |squared: f64, y: f64| constraint.value * (squared / 2.0 - y * y);
             let [.., k1_l, k1_r, p1] =
-                constraint.coordinates(Single, &PoseTerms::at(Single, &pose), rays);
+                constraint.coordinates(&PoseTerms::at(&pose), rays);
             prop_assert!((k1_l - (by_k1_l - noise(squared_l, y_l))).abs() < 1e-9);
             prop_assert!((k1_r - (by_k1_r - noise(squared_r, y_r))).abs() < 1e-9);
             prop_assert!((p1 - by_p1).abs() < 1e-9);

@@ -3,25 +3,20 @@
 //! Sums moments, the gradient with the derivative of `V`, normal equations of the image halves, and residual
 //! statistics; the statistics tell an optimum from a pose among outliers.
 
-use core::slice;
-
 use nalgebra::Vector5;
 
 use super::constraint::{Constraint, PoseTerms};
 use super::iterate::Iterate;
-use super::loss::ResidualVariance;
-use super::regions::{EvaluatedRow, EvaluatedSums, HalfSums, QuadrantSums};
+use super::regions::{EvaluatedRow, QuadrantSums};
 use super::residual_stats::{Compared, ResidualStats};
-use super::sweep::{self, Part, Pass, Sample, Sink};
 use super::weighting::{Loss, WeightedRow, Weighting};
 use crate::algebra::disparity_noise::BiasedEquations;
-use crate::algebra::moments::{COORDINATES, Moments};
+use crate::algebra::moments::Moments;
 use crate::algebra::normal_equations::NormalEquations;
-use crate::batch::Matches;
+use crate::batch::correspondence::RayPair;
 use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
-use crate::simd::{Lanes, Single, Value};
 use crate::thresholds::{
     CLEAR_PEAK_DEVIATIONS, DIFFERENCE_VARIANCE, FOUND_NEAR, FOUND_NEAR_MOST, FOUND_NOISE_PX,
     FOUND_PEAK, FOUND_PEAK_DEVIATIONS, MIN_WEIGHTED, TRACK_MIN_NEAR, TRACK_PEAK,
@@ -54,21 +49,9 @@ pub(crate) struct EvaluatedPose<T: Scalar> {
     pub(crate) stats: ResidualStats<T>,
 }
 
-/// Parameters of an evaluation: weighting at the pose, and the start.
-#[derive(Debug, Clone, Copy)]
-struct EvaluationContext<V> {
-    by: Weighting<V>,
-    start: PoseTerms<V>,
-}
-
-/// Sums of an evaluation other than moments, halves and statistics.
-#[derive(Debug, Clone, Copy)]
-struct EvaluationSums<T> {
-    /// Gradient with the derivative of `V`, 1/rad.
-    gradient: Vector5<T>,
-    /// Sums of the weights, 1/px^2, and of the weights times the variance of a coordinate.
-    weights: [T; 2],
-}
+/// Correspondences that are weighted before they are added. The registers do not hold all sums: each is loaded and
+/// stored once for all of these correspondences.
+const GATHERED: usize = 8;
 
 impl<T: Scalar> Iterate<T> {
     /// Evaluates the pose, in one pass.
@@ -80,10 +63,10 @@ impl<T: Scalar> Iterate<T> {
     #[inline(never)]
     pub(crate) fn evaluate(
         &self,
-        matches: Matches<'_, T>,
+        matches: &[RayPair<T>],
         evaluated: &mut EvaluatedPose<T>,
     ) -> Result<(), Rejection> {
-        let EvaluationSums { gradient, weights } = self.sum(matches, evaluated);
+        let (gradient, weights) = self.sum(matches, evaluated);
         let EvaluatedPose { measurement, stats } = evaluated;
         let PairMeasurement { pose, moments, noise, inlier_share, crowd, high_leverage, .. } =
             measurement;
@@ -98,170 +81,105 @@ impl<T: Scalar> Iterate<T> {
         *inlier_share = if are_weighted { stats.inlier_share() } else { T::ZERO };
         *crowd = stats.crowd();
         *high_leverage = stats.high_leverage;
-        stats.skipped =
-            T::count(u32::try_from(matches.pairs.len()).unwrap_or(u32::MAX)) - stats.usable;
+        stats.skipped = T::count(u32::try_from(matches.len()).unwrap_or(u32::MAX)) - stats.usable;
         self.check(stats.usable)?;
         if moments.is_finite() && noise.is_finite() { Ok(()) } else { Err(Rejection::Unobservable) }
     }
 
-    fn sum(&self, matches: Matches<'_, T>, evaluated: &mut EvaluatedPose<T>) -> EvaluationSums<T> {
-        let sums = EvaluationSums { gradient: Vector5::zeros(), weights: [T::ZERO; 2] };
-        let mut pass = EvaluationPass { iterate: self, evaluated, sums };
-        sweep::run(&mut pass, matches, Part::All);
-        pass.sums
-    }
-}
-
-/// The pass of an evaluation.
-struct EvaluationPass<'a, T: Scalar> {
-    iterate: &'a Iterate<T>,
-    evaluated: &'a mut EvaluatedPose<T>,
-    sums: EvaluationSums<T>,
-}
-
-impl<T: Scalar> Pass<T> for EvaluationPass<'_, T> {
-    /// 45 moments a correspondence exceed the baseline vector registers.
-    const QUADS: bool = false;
-
-    #[inline(always)]
-    fn sweep<L: Lanes<T>>(&mut self, lanes: L, source: impl Iterator<Item = Sample<L::Value>>) {
-        let zero = lanes.splat(T::ZERO);
-        let context = sweep::in_memory(lanes, EvaluationContext::of(lanes, self.iterate));
-        let PairMeasurement { moments, halves, .. } = &mut self.evaluated.measurement;
-        let mut stats = ResidualStats::none(zero);
-        let mut weights = [zero; 2];
-        let mut sums = HalfSums::resume(lanes, moments, halves, &self.sums.gradient);
-        let mut sink = EvaluationSink {
-            context: &context,
-            stats: &mut stats,
-            weights: &mut weights,
-            sums: &mut sums,
-        };
-        sweep::sweep(lanes, source, &mut sink);
-        sums.store(lanes, moments, halves, &mut self.sums.gradient);
-        stats.reduce_onto(lanes, &mut self.evaluated.stats);
-        for (to, sum) in self.sums.weights.iter_mut().zip(weights) {
-            *to += lanes.reduce(sum);
-        }
-    }
-
-    /// Adds to the moments in place: saves 200 bytes of stack.
-    #[inline(always)]
-    fn sweep_single(&mut self, source: impl Iterator<Item = Sample<T>>) {
-        let context = EvaluationContext::of(Single, self.iterate);
-        let EvaluatedPose { measurement, stats, .. } = &mut *self.evaluated;
-        // As locals: in place each would be stored twice, here and beside the registers.
-        let (mut own_stats, mut weights) = (*stats, self.sums.weights);
+    /// Fills moments, halves and statistics. Returns the gradient with the derivative of `V`, 1/rad, and the sums of the
+    /// weights, 1/px^2, and of the weights times the variance of a coordinate.
+    fn sum(
+        &self,
+        matches: &[RayPair<T>],
+        evaluated: &mut EvaluatedPose<T>,
+    ) -> (Vector5<T>, [T; 2]) {
+        let EvaluatedPose { measurement, stats } = evaluated;
+        let mut pass = Evaluation::at(self);
         let mut sums = QuadrantSums {
-            products: measurement.moments.products_mut(),
+            moments: &mut measurement.moments,
             quadrants: [[NormalEquations::ZERO; 2]; 2],
         };
-        let mut sink = EvaluationSink {
-            context: &context,
-            stats: &mut own_stats,
-            weights: &mut weights,
-            sums: &mut sums,
-        };
-        sweep::sweep_gathered(source, &mut sink);
-        let quadrants = sums.quadrants;
-        (*stats, self.sums.weights) = (own_stats, weights);
-        let [[upper_left, upper_right], [lower_left, _]] = &quadrants;
+        let mut rows = heapless::Vec::<_, GATHERED>::new();
+        for pair in matches {
+            let Some(row) = pass.row(pair.rays(), pair.grid_step()) else { continue };
+            if rows.is_full() {
+                sums.add(&rows);
+                rows.clear();
+            }
+            let _ = rows.push(row);
+        }
+        sums.add(&rows);
+        *stats = pass.stats;
+        let [[upper_left, upper_right], [lower_left, _]] = &sums.quadrants;
         let [left_half, upper_half] = &mut measurement.halves;
-        left_half.add(&upper_left.plus(lower_left));
-        upper_half.add(&upper_left.plus(upper_right));
-        let gradients = quadrants.as_flattened().iter().map(|quadrant| quadrant.gradient);
-        self.sums.gradient += gradients.sum::<Vector5<T>>();
+        *left_half = upper_left.plus(lower_left);
+        *upper_half = upper_left.plus(upper_right);
+        let gradients = sums.quadrants.as_flattened().iter().map(|quadrant| quadrant.gradient);
+        (gradients.sum(), pass.weights)
     }
 }
 
-impl<V: Value> EvaluationContext<V> {
-    /// Parameters at an iterate, the same in every lane.
+/// The pass of an evaluation: parameters, and sums of what is not of single rows.
+struct Evaluation<T> {
+    by: Weighting<T>,
+    start: PoseTerms<T>,
+    stats: ResidualStats<T>,
+    /// Sums of the weights, 1/px^2, and of the weights times the variance of a coordinate.
+    weights: [T; 2],
+}
+
+impl<T: Scalar> Evaluation<T> {
     #[inline(always)]
-    fn of<T: Scalar, L: Lanes<T, Value = V>>(lanes: L, iterate: &Iterate<T>) -> Self {
-        let by = iterate.weighting(lanes, Loss::Polish);
-        Self { by, start: PoseTerms::at(lanes, &iterate.start) }
+    fn at(iterate: &Iterate<T>) -> Self {
+        Self {
+            by: iterate.weighting(Loss::Polish),
+            start: PoseTerms::at(&iterate.start),
+            stats: ResidualStats::NONE,
+            weights: [T::ZERO; 2],
+        }
     }
-}
 
-/// Sums of an evaluation in lanes.
-struct EvaluationSink<'a, T: Scalar, L: Lanes<T>, S> {
-    context: &'a EvaluationContext<L::Value>,
-    stats: &'a mut ResidualStats<L::Value>,
-    weights: &'a mut [L::Value; 2],
-    sums: &'a mut S,
-}
-
-impl<T: Scalar, L: Lanes<T>, S: EvaluatedSums<T, L>> Sink<T, L> for EvaluationSink<'_, T, L, S> {
-    type Row = EvaluatedRow<L::Value>;
-
+    /// Counts and compares a correspondence; its terms, if it has weight.
+    ///
+    /// * `rays`: `x_l`, `y_l`, `x_r`, `y_r` at unit depth; `grid_step`: px.
     #[inline(always)]
-    fn row(&mut self, lanes: L, (rays, grid_step): Sample<L::Value>) -> Option<Self::Row> {
-        let EvaluationContext { by, start } = self.context;
-        let (constraint, in_front) = Constraint::of(lanes, &by.pose, rays);
-        if !lanes.any(in_front) {
+    fn row(&mut self, rays: [T; 4], grid_step: T) -> Option<EvaluatedRow<T>> {
+        let Self { by, start, stats, weights } = self;
+        let constraint = Constraint::of(&by.pose, rays)?;
+        let (value, offset) = (constraint.value, constraint.row_offset());
+        let expected = by.expected(grid_step);
+        let precision = by.precision(&constraint);
+        let squared = value * value * precision;
+        stats.count([value, squared], constraint.disparity_over(by.min_disparity), &expected);
+        let limit = expected.limit_squared(by.tukey_squared);
+        stats.compare(&Compared {
+            before: Constraint::of(start, rays).map(|before| before.row_offset()).map(|e| e * e),
+            after: offset * offset,
+            most: T::lit(DIFFERENCE_VARIANCE) * limit * by.unit_squared,
+            fits: squared <= limit,
+        });
+        if !constraint.has_disparity(by.min_disparity) {
             return None;
         }
-        let (at_start, in_front_before) = Constraint::of(lanes, start, rays);
-        let expected = ResidualVariance::of(lanes, by.noise_squared, grid_step);
-        let (value, offset) = (constraint.value, constraint.row_offset());
-        let precision = by.precision(lanes, &constraint, in_front);
-        let squared = value * value * precision;
-        let disparity = constraint.disparity_over(by.min_disparity);
-        self.stats.count(lanes, in_front, [value, squared], disparity, &expected);
-        let limit = expected.limit_squared(by.tukey_squared);
-        let compared = Compared {
-            before: at_start.row_offset() * at_start.row_offset(),
-            after: offset * offset,
-            in_front_before,
-            most: lanes.splat(T::lit(DIFFERENCE_VARIANCE)) * limit * by.unit_squared,
-            fit: lanes.ge(limit, squared),
-        };
-        self.stats.compare(lanes, in_front, &compared);
-        let ahead = lanes.and(in_front, constraint.has_disparity(lanes, by.min_disparity));
-        let w = lanes.keep(ahead, expected.tukey(lanes, by.tukey_squared, squared).0);
-        if !lanes.any(lanes.lt(lanes.splat(T::ZERO), w)) {
+        let (mut w, _) = expected.tukey(by.tukey_squared, squared);
+        if !(w > T::ZERO) {
             return None;
         }
         let ratio = value * precision * by.unit_squared;
-        let jacobian = constraint.whitened_jacobian(lanes, &by.pose, ratio);
-        let w = match &by.leverage {
-            Some(leverage) => {
-                let limited = leverage.factor(lanes, w * precision, &jacobian);
-                let is_separate = leverage.is_separate(lanes, limited.share);
-                if lanes.any(is_separate) {
-                    let bands = &mut self.stats.high_leverage;
-                    expected.count_bands(lanes, is_separate, squared, bands);
-                }
-                w * limited.factor
+        let jacobian = constraint.whitened_jacobian(&by.pose, ratio);
+        if let Some(leverage) = &by.leverage {
+            let limited = leverage.factor(w * precision, &jacobian);
+            if leverage.is_separate(limited.share) {
+                expected.count_bands(squared, &mut stats.high_leverage);
             }
-            None => w,
-        };
-        let [sum, variances] = &mut *self.weights;
-        *sum = *sum + w;
-        *variances = lanes.mul_add(w, expected.variance, *variances);
+            w *= limited.factor;
+        }
+        let [sum, variances] = weights;
+        *sum += w;
+        *variances += w * expected.variance;
         let row = WeightedRow { weight: w * precision, value, jacobian };
-        let [x, y, ..] = rays;
-        Some(EvaluatedRow {
-            row,
-            products: constraint.coordinates(lanes, &by.pose, rays),
-            at: [x, y],
-        })
-    }
-
-    #[inline(always)]
-    fn none(lanes: L) -> Self::Row {
-        let zero = lanes.splat(T::ZERO);
-        EvaluatedRow { row: WeightedRow::none(lanes), products: [zero; COORDINATES], at: [zero; 2] }
-    }
-
-    #[inline(always)]
-    fn add(&mut self, lanes: L, rows: &[Self::Row]) {
-        self.sums.add(lanes, rows);
-    }
-
-    #[inline(always)]
-    fn add_one(&mut self, lanes: L, row: Self::Row) {
-        self.sums.add(lanes, slice::from_ref(&row));
+        let ([x, y, ..], coordinates) = (rays, constraint.coordinates(&by.pose, rays));
+        Some(EvaluatedRow { row, coordinates, at: [x, y] })
     }
 }
 
@@ -277,7 +195,7 @@ impl<T: Scalar> EvaluatedPose<T> {
             crowd: T::ZERO,
             high_leverage: [T::ZERO; 2],
         },
-        stats: ResidualStats::none(T::ZERO),
+        stats: ResidualStats::NONE,
     };
 
     /// Whether a pose found by a search is an optimum: residuals form a peak at zero. Outliers alone have as many
@@ -351,8 +269,5 @@ impl<T: Scalar> PairMeasurement<T> {
     }
 }
 
-#[cfg(test)]
-#[cfg(feature = "simd")]
-mod simd_tests;
 #[cfg(test)]
 mod tests;

@@ -6,7 +6,6 @@ use super::weighting::{Loss, Weighting};
 use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
-use crate::simd::Lanes;
 use crate::thresholds::{MAX_NOISE_PX, MIN_FREEDOM};
 
 /// A pose, with the settings and the scale of its residuals.
@@ -35,23 +34,18 @@ pub(crate) struct Iterate<T: Scalar> {
 }
 
 impl<T: Scalar> Iterate<T> {
-    /// Weighting at the pose with a given loss, the same in every lane.
-    #[inline(always)]
-    pub(super) fn weighting<L: Lanes<T>>(
-        &self,
-        lanes: L,
-        loss: Loss<L::Value>,
-    ) -> Weighting<L::Value> {
+    /// Weighting at the pose with a given loss.
+    pub(super) fn weighting(&self, loss: Loss<T>) -> Weighting<T> {
         let Self { focal, noise, tukey, .. } = *self;
         Weighting {
-            pose: PoseTerms::at(lanes, &self.pose),
+            pose: PoseTerms::at(&self.pose),
             loss,
-            leverage: self.leverage.as_ref().map(|leverage| leverage.splat(lanes)),
-            focal_squared: lanes.splat(focal * focal),
-            unit_squared: lanes.splat(T::ONE / (focal * focal)),
-            noise_squared: lanes.splat(noise * noise),
-            tukey_squared: lanes.splat(tukey * tukey),
-            min_disparity: lanes.splat(self.min_disparity),
+            leverage: self.leverage,
+            focal_squared: focal * focal,
+            unit_squared: T::ONE / (focal * focal),
+            noise_squared: noise * noise,
+            tukey_squared: tukey * tukey,
+            min_disparity: self.min_disparity,
         }
     }
 

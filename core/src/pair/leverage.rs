@@ -6,7 +6,6 @@
 
 use crate::algebra::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
-use crate::simd::{Lanes, Value};
 use crate::thresholds::{
     FIRST_MAX_LEVERAGE, MAX_LEVERAGE, MIN_SEPARATION, TRUSTED_PEAK_DEVIATIONS,
 };
@@ -24,33 +23,25 @@ pub(super) struct Leverage<T> {
 
 /// Correspondences of high leverage in a pass, one class: a few near points before a far scene, or outliers.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct HighLeverage<V, S> {
+pub(super) struct HighLeverage<T> {
     /// Residuals within 2 units of the loss, and from 2 to 4.
-    pub(super) bands: [V; 2],
+    pub(super) bands: [T; 2],
     /// Square roots of the shares of those within 2 units, and the inverses of the roots, summed.
-    pub(super) roots: S,
-    pub(super) inverse_roots: S,
+    pub(super) roots: T,
+    pub(super) inverse_roots: T,
 }
 
-impl<V: Value, S> HighLeverage<V, S> {
-    /// Adds the roots of shares.
-    #[inline(always)]
-    pub(super) fn add<T: Scalar, L: Lanes<T, Value = V, Sum = S>>(
-        &mut self,
-        lanes: L,
-        near: L::Mask,
-        share: V,
-    ) {
-        let one = lanes.splat(T::ONE);
-        let root = lanes.sqrt(lanes.select(near, share, one));
-        lanes.add(&mut self.roots, lanes.keep(near, root));
-        lanes.add(&mut self.inverse_roots, lanes.keep(near, one / root));
-    }
-}
-
-impl<T: Scalar> HighLeverage<T, T> {
+impl<T: Scalar> HighLeverage<T> {
     pub(super) const NONE: Self =
         Self { bands: [T::ZERO; 2], roots: T::ZERO, inverse_roots: T::ZERO };
+
+    /// Adds the root of the share of a residual within 2 units.
+    #[inline(always)]
+    pub(super) fn add(&mut self, share: T) {
+        let root = share.sqrt();
+        self.roots += root;
+        self.inverse_roots += T::ONE / root;
+    }
 
     /// Square of the mean root share of those within 2 units. `None` unless they are inliers, and a class of their own:
     /// the harmonic mean root, which few large shares do not move, is far above the least.
@@ -100,7 +91,7 @@ impl<T: Scalar> Leverage<T> {
         self,
         information: &Symmetric5<T>,
         last: &Self,
-        high: &HighLeverage<T, T>,
+        high: &HighLeverage<T>,
         trusted: bool,
     ) -> Option<Self> {
         let block = baseline_block(information);
@@ -120,63 +111,38 @@ impl<T: Scalar> Leverage<T> {
         limit.is_finite().then_some(Self { covariance, limit, high: limit })
     }
 
-    /// The same limit in every lane.
-    #[inline(always)]
-    pub(super) fn splat<L: Lanes<T>>(&self, lanes: L) -> Leverage<L::Value> {
-        let [a, b, c] = self.covariance;
-        Leverage {
-            covariance: [lanes.splat(a), lanes.splat(b), lanes.splat(c)],
-            limit: lanes.splat(self.limit),
-            high: lanes.splat(self.high),
-        }
-    }
-}
-
-impl<V: Value> Leverage<V> {
     /// Factor of a weight: 1 up to the limit, beyond it `(limit / share)^2`.
     ///
     /// * `w`: `w f^2 / V`; `jacobian`: derivatives of the constraint, 1/rad.
     #[inline(always)]
-    pub(super) fn factor<T: Scalar, L: Lanes<T, Value = V>>(
-        &self,
-        lanes: L,
-        w: V,
-        jacobian: &[V; 5],
-    ) -> Limited<V> {
-        let one = lanes.splat(T::ONE);
-        let share = share(lanes, &self.covariance, w, jacobian);
-        let over = lanes.lt(self.limit, share);
-        if !lanes.any(over) {
-            return Limited { factor: one, share };
+    pub(super) fn factor(&self, w: T, jacobian: &[T; 5]) -> Limited<T> {
+        let share = share(&self.covariance, w, jacobian);
+        if self.limit < share {
+            let excess = self.limit / share;
+            Limited { factor: excess * excess, share }
+        } else {
+            Limited { factor: T::ONE, share }
         }
-        let excess = self.limit / share;
-        Limited { factor: lanes.select(over, excess * excess, one), share }
     }
 
     /// Whether leverage is high.
-    #[inline(always)]
-    pub(super) fn is_high<T: Scalar, L: Lanes<T, Value = V>>(&self, lanes: L, share: V) -> L::Mask {
-        lanes.lt(self.high, share)
+    pub(super) fn is_high(&self, share: T) -> bool {
+        self.high < share
     }
 
     /// Whether leverage is that of a class of its own.
-    #[inline(always)]
-    pub(super) fn is_separate<T: Scalar, L: Lanes<T, Value = V>>(
-        &self,
-        lanes: L,
-        share: V,
-    ) -> L::Mask {
-        lanes.lt(lanes.splat(T::lit(MIN_SEPARATION)) * self.high, share)
+    pub(super) fn is_separate(&self, share: T) -> bool {
+        T::lit(MIN_SEPARATION) * self.high < share
     }
 }
 
-/// Effect of a limit on correspondences.
+/// Effect of a limit on a correspondence.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Limited<V> {
+pub(super) struct Limited<T> {
     /// Factor of the weight.
-    pub(super) factor: V,
+    pub(super) factor: T,
     /// Share of the information on the baseline, without the limit.
-    pub(super) share: V,
+    pub(super) share: T,
 }
 
 /// Trace of the product of two baseline blocks.
@@ -194,21 +160,14 @@ pub(super) fn baseline_block<T: Scalar>(m: &Symmetric5<T>) -> [T; 3] {
 ///
 /// * `[a, b, c]`: `Q_b`, covariance of the baseline, rad^2; `w`: `w f^2 / V`.
 #[inline(always)]
-pub(super) fn share<T: Scalar, L: Lanes<T>>(
-    lanes: L,
-    [a, b, c]: &[L::Value; 3],
-    w: L::Value,
-    jacobian: &[L::Value; 5],
-) -> L::Value {
+pub(super) fn share<T: Scalar>([a, b, c]: &[T; 3], w: T, jacobian: &[T; 5]) -> T {
     let [.., y, z] = *jacobian;
-    let (of_y, of_z) = (lanes.mul_add(*b, z, *a * y), lanes.mul_add(*c, z, *b * y));
-    w * lanes.mul_add(z, of_z, y * of_y)
+    w * (y * (*a * y + *b * z) + z * (*b * y + *c * z))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::Single;
 
     /// Rows of different leverage, their information and its inverse.
     fn rows() -> ([[f64; 5]; 40], Symmetric5<f64>, Symmetric5<f64>) {
@@ -227,7 +186,7 @@ mod tests {
     fn the_limit_is_so_many_mean_shares_of_the_information_on_the_baseline() {
         let (rows, held, covariance) = rows();
         let leverage = Leverage::of(&held, 40.0, &covariance, 1.0).unwrap();
-        let shares = rows.iter().map(|j| share(Single, &baseline_block(&covariance), 2.0, j));
+        let shares = rows.iter().map(|j| share(&baseline_block(&covariance), 2.0, j));
         let mean = shares.sum::<f64>() / 40.0;
         assert!((leverage.limit / (MAX_LEVERAGE * mean) - 1.0).abs() < 1e-12);
         // The shares of all five unknowns add up to 5; two of them are the baseline's.
@@ -236,7 +195,7 @@ mod tests {
         let [.., y, z] = j;
         let m = covariance.matrix();
         let form = y * y * m.m44 + 2.0 * y * z * m.m54 + z * z * m.m55;
-        assert!((share(Single, &baseline_block(&covariance), 2.0, &j) - 2.0 * form).abs() < 1e-15);
+        assert!((share(&baseline_block(&covariance), 2.0, &j) - 2.0 * form).abs() < 1e-15);
     }
 
     #[test]
@@ -244,26 +203,26 @@ mod tests {
         let (_, held, covariance) = rows();
         let leverage = Leverage::of(&held, 40.0, &covariance, 1.0).unwrap();
         let j = [1.0, 0.0, 0.0, 0.2, 1.0];
-        let at_limit = leverage.limit / share(Single, &leverage.covariance, 1.0, &j);
+        let at_limit = leverage.limit / share(&leverage.covariance, 1.0, &j);
         for (excess, left) in [(0.5, 1.0), (1.0 - 1e-9, 1.0), (2.0, 0.25), (10.0, 0.01)] {
-            let got = leverage.factor(Single, excess * at_limit, &j).factor;
+            let got = leverage.factor(excess * at_limit, &j).factor;
             assert!((got - left).abs() < 1e-6, "{excess}: {got}");
             // Weights are inverse to the variance of a residual.
             let grown = Leverage::of(&held, 40.0, &covariance, 3.0).unwrap();
-            let same = grown.factor(Single, excess * at_limit / 3.0, &j).factor;
+            let same = grown.factor(excess * at_limit / 3.0, &j).factor;
             assert!((same - left).abs() < 1e-6, "{excess}: {same}");
         }
-        assert_eq!(leverage.factor(Single, 0.0, &j).factor, 1.0);
+        assert_eq!(leverage.factor(0.0, &j).factor, 1.0);
     }
 
     /// Residuals within 2 units, of these shares, and so many from 2 to 4.
-    fn high(shares: &[f64], beside: f64) -> HighLeverage<f64, f64> {
+    fn high(shares: &[f64], beside: f64) -> HighLeverage<f64> {
         let mut high = HighLeverage::NONE;
         high.bands = [0.0, beside];
         for share in shares {
             let [near, _] = &mut high.bands;
             *near += 1.0;
-            high.add(Single, true, *share);
+            high.add(*share);
         }
         high
     }
@@ -324,11 +283,11 @@ mod tests {
         assert!((raised.limit / (MAX_LEVERAGE * large) - 0.25).abs() < 1e-12);
         // The same correspondences are of high leverage before and after.
         let j = [0.3, 0.0, 0.0, 0.2, 1.0];
-        let at_limit = first.limit / share(Single, &first.covariance, 1.0, &j);
+        let at_limit = first.limit / share(&first.covariance, 1.0, &j);
         for (excess, is_high) in [(0.999, false), (1.001, true)] {
             for leverage in [&first, &next] {
-                let limited = leverage.factor(Single, excess * at_limit, &j);
-                assert_eq!(leverage.is_high(Single, limited.share), is_high);
+                let limited = leverage.factor(excess * at_limit, &j);
+                assert_eq!(leverage.is_high(limited.share), is_high);
             }
         }
     }

@@ -3,106 +3,83 @@
 //! The variance is that of the matcher's noise plus that of rounding to its grid. To change the loss, change this file.
 
 use crate::scalar::Scalar;
-use crate::simd::{Lanes, Value};
 use crate::thresholds::{BESIDE, MIN_UNIT, NEAR, TRUNCATED_VARIANCE};
 
 /// Geman-McClure weight `1 / (1 + x)^2`, `x = (r / scale)^2`, dimensionless: smooth and wide, for graduated
 /// non-convexity.
-#[inline(always)]
-pub(super) fn geman_mcclure<T: Scalar, L: Lanes<T>>(lanes: L, x: L::Value) -> L::Value {
-    let one = lanes.splat(T::ONE);
-    let root = one / (one + x);
+pub(super) fn geman_mcclure<T: Scalar>(x: T) -> T {
+    let root = T::ONE / (T::ONE + x);
     root * root
 }
 
 /// Tukey's biweight `(1 - x)^2` up to `x = 1`, zero beyond, `x = (r / limit)^2`, dimensionless.
 #[inline(always)]
-pub(super) fn tukey<T: Scalar, L: Lanes<T>>(lanes: L, x: L::Value) -> L::Value {
-    let one = lanes.splat(T::ONE);
-    let root = lanes.keep(lanes.lt(x, one), one - x);
+pub(super) fn tukey<T: Scalar>(x: T) -> T {
+    let root = tukey_root(x);
     root * root
+}
+
+/// Root of [`tukey`]; 0 for NaN.
+fn tukey_root<T: Scalar>(x: T) -> T {
+    if x < T::ONE { T::ONE - x } else { T::ZERO }
 }
 
 /// Expected variance of a whitened residual `r = f C / sqrt V`, px^2 of one coordinate.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ResidualVariance<V> {
+pub(super) struct ResidualVariance<T> {
     /// Noise and rounding together, px^2.
-    pub(super) variance: V,
+    pub(super) variance: T,
     /// Rounding alone: `q^2 / 12`, px^2.
-    of_grid: V,
+    of_grid: T,
     /// Squared unit of the loss, px^2: the variance, but at least `(0.6 q)^2`.
-    pub(super) unit_squared: V,
+    pub(super) unit_squared: T,
 }
 
-impl<V: Value> ResidualVariance<V> {
+impl<T: Scalar> ResidualVariance<T> {
     /// Variance of residuals with a given noise and grid.
     ///
     /// * `noise_squared`: variance before rounding, px^2.
     /// * `grid_step`: `q`, px; 0 for a matcher that does not round.
     #[inline(always)]
-    pub(super) fn of<T: Scalar, L: Lanes<T, Value = V>>(
-        lanes: L,
-        noise_squared: V,
-        grid_step: V,
-    ) -> Self {
+    pub(super) fn of(noise_squared: T, grid_step: T) -> Self {
         let square = grid_step * grid_step;
-        let of_grid = square * lanes.splat(T::lit(1.0 / 12.0));
+        let of_grid = square * T::lit(1.0 / 12.0);
         let variance = noise_squared + of_grid;
-        let least = square * lanes.splat(T::lit(MIN_UNIT * MIN_UNIT));
-        let unit_squared = lanes.select(lanes.lt(variance, least), least, variance);
+        let least = square * T::lit(MIN_UNIT * MIN_UNIT);
+        let unit_squared = if variance < least { least } else { variance };
         Self { variance, of_grid, unit_squared }
     }
 
-    /// Whether a residual is within `units` of the loss.
+    /// Whether a residual is within `units` of the loss; false for NaN.
     ///
     /// * `squared`: squared residual, px^2.
-    #[inline(always)]
-    pub(super) fn is_within<T: Scalar, L: Lanes<T, Value = V>>(
-        &self,
-        lanes: L,
-        units: f64,
-        squared: V,
-    ) -> L::Mask {
-        let units = T::lit(units);
-        lanes.lt(squared, lanes.splat(units * units) * self.unit_squared)
+    pub(super) fn is_within(&self, units: f64, squared: T) -> bool {
+        squared < T::lit(units * units) * self.unit_squared
     }
 
-    /// Counts residuals within 2 units of the loss, and from 2 to 4. Outliers fill both bands alike. Returns which are
-    /// within 2.
+    /// Counts a residual if it is within 2 units of the loss, or from 2 to 4. Outliers fill both bands alike. Returns
+    /// whether it is within 2.
     ///
-    /// * `among`: lanes to count; `squared`: squared residual, px^2.
-    #[inline(always)]
-    pub(super) fn count_bands<T: Scalar, L: Lanes<T, Value = V>>(
-        &self,
-        lanes: L,
-        among: L::Mask,
-        squared: V,
-        [near, beside]: &mut [V; 2],
-    ) -> L::Mask {
-        let one = lanes.splat(T::ONE);
-        let within = |units| lanes.and(among, self.is_within(lanes, units, squared));
-        let is_near = within(NEAR);
-        let (count, around) = (lanes.keep(is_near, one), lanes.keep(within(BESIDE), one));
-        *near = *near + count;
-        *beside = *beside + (around - count);
+    /// * `squared`: squared residual, px^2.
+    pub(super) fn count_bands(&self, squared: T, [near, beside]: &mut [T; 2]) -> bool {
+        let is_near = self.is_within(NEAR, squared);
+        if is_near {
+            *near += T::ONE;
+        } else if self.is_within(BESIDE, squared) {
+            *beside += T::ONE;
+        }
         is_near
     }
 
     /// Unbiased estimate of the variance before rounding from a squared residual within 2 units, px^2.
-    #[inline(always)]
-    pub(super) fn noise_squared<T: Scalar, L: Lanes<T, Value = V>>(
-        &self,
-        lanes: L,
-        squared: V,
-    ) -> V {
-        squared * lanes.splat(T::lit(1.0 / TRUNCATED_VARIANCE)) - self.of_grid
+    pub(super) fn noise_squared(&self, squared: T) -> T {
+        squared * T::lit(1.0 / TRUNCATED_VARIANCE) - self.of_grid
     }
 
     /// Squared limit of Tukey's biweight, px^2.
     ///
     /// * `units_squared`: the same in units of the loss.
-    #[inline(always)]
-    pub(super) fn limit_squared(&self, units_squared: V) -> V {
+    pub(super) fn limit_squared(&self, units_squared: T) -> T {
         units_squared * self.unit_squared
     }
 
@@ -111,55 +88,48 @@ impl<V: Value> ResidualVariance<V> {
     ///
     /// * `units_squared`: squared limit in units of the loss; `squared`: squared residual, px^2.
     #[inline(always)]
-    pub(super) fn tukey<T: Scalar, L: Lanes<T, Value = V>>(
-        &self,
-        lanes: L,
-        units_squared: V,
-        squared: V,
-    ) -> (V, V) {
+    pub(super) fn tukey(&self, units_squared: T, squared: T) -> (T, T) {
         let limit = self.limit_squared(units_squared);
-        let one = lanes.splat(T::ONE);
         // One division for both quotients: division is the slowest instruction of a controller.
-        let inverse = one / (limit * self.variance);
+        let inverse = T::ONE / (limit * self.variance);
         let (inverse_variance, x) = (inverse * limit, squared * (inverse * self.variance));
-        let root = lanes.keep(lanes.lt(x, one), one - x);
+        let root = tukey_root(x);
         let square = root * root;
-        let most = limit * inverse_variance * lanes.splat(T::lit(1.0 / 6.0));
-        (square * inverse_variance, most * (one - square * root))
+        let most = limit * inverse_variance * T::lit(1.0 / 6.0);
+        (square * inverse_variance, most * (T::ONE - square * root))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::Single;
     use crate::thresholds::TUKEY;
 
     #[test]
     fn variance_is_that_of_the_noise_and_of_the_rounding() {
-        let expected = ResidualVariance::of(Single, 0.09_f64, 2.0);
+        let expected = ResidualVariance::of(0.09_f64, 2.0);
         assert!((expected.variance - (0.09 + 4.0 / 12.0)).abs() < 1e-15);
         assert!((expected.of_grid - 4.0 / 12.0).abs() < 1e-15);
-        let continuous = ResidualVariance::of(Single, 0.09_f64, 0.0);
+        let continuous = ResidualVariance::of(0.09_f64, 0.0);
         assert_eq!((continuous.variance, continuous.of_grid), (0.09, 0.0));
         assert_eq!(continuous.unit_squared, 0.09);
     }
 
     #[test]
     fn the_unit_is_the_deviation_but_at_least_three_fifths_of_a_step() {
-        let floored = ResidualVariance::of(Single, 0.04_f64, 1.0);
+        let floored = ResidualVariance::of(0.04_f64, 1.0);
         assert!((floored.unit_squared.sqrt() - 0.6).abs() < 1e-15);
-        let noisy = ResidualVariance::of(Single, 0.81_f64, 1.0);
+        let noisy = ResidualVariance::of(0.81_f64, 1.0);
         assert_eq!(noisy.unit_squared, noisy.variance);
     }
 
     #[test]
     fn residuals_are_measured_in_units() {
-        let expected = ResidualVariance::of(Single, 0.04_f64, 1.0);
-        let within = |r: f64| expected.is_within(Single, 2.0, r * r);
+        let expected = ResidualVariance::of(0.04_f64, 1.0);
+        let within = |r: f64| expected.is_within(2.0, r * r);
         assert!(within(1.199) && !within(1.201));
-        assert!(!expected.is_within(Single, 2.0, f64::NAN));
-        let share = |r: f64| expected.tukey(Single, TUKEY * TUKEY, r * r).0 * expected.variance;
+        assert!(!expected.is_within(2.0, f64::NAN));
+        let share = |r: f64| expected.tukey(TUKEY * TUKEY, r * r).0 * expected.variance;
         // A residual of one grid step keeps most of its weight; one beyond the limit has none.
         assert!(share(1.0) > 0.7 && (share(0.0) - 1.0).abs() < 1e-15);
         assert_eq!(share(0.6 * TUKEY + 1e-9), 0.0);
@@ -173,10 +143,10 @@ mod tests {
         for r in [-9.0, -2.0, -0.3, 0.0, 0.7, 1.9, 5.0_f64] {
             let slope = |cost: &dyn Fn(f64) -> f64| (cost(r + h) - cost(r - h)) / (2.0 * h);
             let cost = |r: f64| 2.0 * r * r / (4.0 + r * r);
-            let weight = geman_mcclure(Single, r * r / 4.0);
+            let weight = geman_mcclure(r * r / 4.0);
             assert!((slope(&cost) - weight * r).abs() < 1e-8, "{r}");
             let cost = |r: f64| 4.0 / 6.0 * (1.0 - (1.0 - r * r / 4.0).max(0.0).powi(3));
-            let weight = tukey(Single, r * r / 4.0);
+            let weight = tukey(r * r / 4.0);
             assert!((slope(&cost) - weight * r).abs() < 1e-8, "{r}");
         }
     }
@@ -185,11 +155,11 @@ mod tests {
     fn the_cost_of_a_polish_has_its_weight_as_derivative_and_is_bounded() {
         let h = 1e-6;
         for (noise, step) in [(0.3, 0.0), (0.3, 1.0), (2.0, 1.0_f64)] {
-            let expected = ResidualVariance::of(Single, noise * noise, step);
-            let cost = |r: f64| expected.tukey(Single, TUKEY * TUKEY, r * r).1;
+            let expected = ResidualVariance::of(noise * noise, step);
+            let cost = |r: f64| expected.tukey(TUKEY * TUKEY, r * r).1;
             for r in [-2.9, -0.7, 0.0, 0.4, 1.1, 30.0_f64] {
                 let slope = (cost(r + h) - cost(r - h)) / (2.0 * h);
-                let (weight, _) = expected.tukey(Single, TUKEY * TUKEY, r * r);
+                let (weight, _) = expected.tukey(TUKEY * TUKEY, r * r);
                 assert!((slope - weight * r).abs() < 1e-6, "{noise} {step} {r}");
             }
             let most = TUKEY * TUKEY / 6.0 * expected.unit_squared / expected.variance;
@@ -201,12 +171,12 @@ mod tests {
     fn squares_within_two_deviations_give_the_variance_of_normal_noise() {
         let [mut squares, mut near] = [0.0; 2];
         let sd = 0.7_f64;
-        let expected = ResidualVariance::of(Single, sd * sd, 0.0);
+        let expected = ResidualVariance::of(sd * sd, 0.0);
         for i in -40_000..=40_000_i32 {
             let r = f64::from(i) * 1e-4;
             let density = (-r * r / (2.0 * sd * sd)).exp();
-            if expected.is_within(Single, 2.0, r * r) {
-                squares += density * expected.noise_squared(Single, r * r);
+            if expected.is_within(2.0, r * r) {
+                squares += density * expected.noise_squared(r * r);
                 near += density;
             }
         }

@@ -4,10 +4,10 @@
 //! statistics.
 //!
 //! - [`constraint`]: residual, variance and derivatives. [`loss`], [`leverage`], [`weighting`]: weight of a residual.
-//! - [`sweep`]: loop over the batch on any lanes. [`pass`], [`normal_sums`], [`residual_stats`]: sums of a pass.
-//! - [`iterate`]: linearisation point. [`schedule`], [`scale`]: loss of each pass. [`survey`]: first leverage limit of a
-//!   track. [`solver`], [`descent`]: Levenberg-Marquardt steps. [`resample`]: second start.
-//! - [`evaluate`]: last pass, at the pose reached.
+//! - [`pass`]: loop over the batch, and its sums. [`iterate`]: linearisation point. [`schedule`], [`scale`]: loss of each
+//!   pass. [`survey`]: first leverage limit of a track. [`solver`], [`descent`]: Levenberg-Marquardt steps.
+//!   [`resample`]: second start.
+//! - [`evaluate`]: last pass, at the pose reached. [`regions`], [`residual_stats`]: its sums.
 //!
 //! Derivation: `ESTIMATOR.md`, sections 2 to 9.
 
@@ -17,7 +17,6 @@ pub(crate) mod evaluate;
 mod iterate;
 pub(crate) mod leverage;
 mod loss;
-mod normal_sums;
 mod pass;
 mod regions;
 mod resample;
@@ -28,5 +27,4 @@ mod scenes;
 mod schedule;
 pub(crate) mod solver;
 mod survey;
-mod sweep;
 mod weighting;

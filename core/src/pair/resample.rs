@@ -14,7 +14,6 @@ use crate::algebra::information::Information;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
-use crate::simd::Single;
 use crate::thresholds::{
     CROWD_SAMPLE, CROWD_SCALE, CROWD_SCALE_PX, GROUP, GROUPS, IMPROVING_STEPS, RESAMPLE_GAIN,
     RESAMPLE_SCALE, RESAMPLE_SCORE, RESAMPLE_SD_RAD, RESAMPLED, RESAMPLES, ROUND_GAIN, ROUND_SCORE,
@@ -142,10 +141,10 @@ pub(super) fn nearest_crowd<T: Scalar>(
 ) -> Option<Vector5<T>> {
     let mut rows = heapless::Vec::<[T; 2], CROWD_SAMPLE>::new();
     for pair in scattered_over(pairs, CROWD_SAMPLE) {
-        let (constraint, in_front) = Constraint::of(Single, &by.pose, pair.rays());
+        let Some(constraint) = Constraint::of(&by.pose, pair.rays()) else { continue };
         let [pitch, ..] = constraint.jacobian;
-        if in_front && pitch != T::ZERO {
-            let precision = by.focal_squared / constraint.variance;
+        if pitch != T::ZERO {
+            let precision = by.precision(&constraint);
             // The sample is no larger.
             let _ = rows.push([-constraint.value / pitch, pitch * pitch * precision]);
         }
@@ -189,9 +188,8 @@ impl<T: Scalar> Best<T> {
 #[inline(never)]
 fn take_rows<T: Scalar>(by: &Weighting<T>, pairs: &[RayPair<T>], rows: &mut Rows<T>) {
     for pair in scattered_over(pairs, RESAMPLED) {
-        let (constraint, in_front) = Constraint::of(Single, &by.pose, pair.rays());
-        if in_front {
-            let root = (by.focal_squared / constraint.variance).sqrt();
+        if let Some(constraint) = Constraint::of(&by.pose, pair.rays()) {
+            let root = by.precision(&constraint).sqrt();
             // The sample is no larger.
             let _ = rows.push((constraint.value * root, constraint.jacobian.map(|j| j * root)));
         }
@@ -221,7 +219,7 @@ fn improved<T: Scalar>(
         let mut normal = NormalEquations::ZERO;
         for row in rows {
             let r = residual(row, &d);
-            normal.add_row(geman_mcclure(Single, r * r * unit), row.0, &row.1);
+            normal.add_row(geman_mcclure(r * r * unit), row.0, &row.1);
         }
         let Some(next) = normal.with(prior).step() else {
             break;
@@ -280,7 +278,7 @@ mod tests {
         let pixels = pixels(shifted, across).into_iter().map(|[u, v, x, y]| [u, v, x, y - at]);
         let batch = batch::<f64>(pixels);
         let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
-        let step = nearest_crowd(&solver.weighting(), batch.matches().pairs, 0.7);
+        let step = nearest_crowd(&solver.weighting(), batch.pairs(), 0.7);
         step.map(|d| d.x * FOCAL)
     }
 
@@ -304,7 +302,7 @@ mod tests {
         let all = pixels(0, 0.0).into_iter().take(30).enumerate();
         let batch = batch::<f64>(all.map(|(i, [u, v, x, y])| [u, v, x, y + shift(i)]));
         let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
-        let (by, pairs) = (solver.weighting(), batch.matches().pairs);
+        let (by, pairs) = (solver.weighting(), batch.pairs());
         let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
         let mut rounds = Rounds::of(PeakDoubt::OfFew);
         let step = (0..ROUNDS).find_map(|_| rounds.take(&by, pairs, 0.3, &prior));
@@ -382,7 +380,7 @@ mod tests {
     fn found(shifted: usize, across: f64) -> Option<f64> {
         let batch = batch::<f64>(pixels(shifted, across).into_iter());
         let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
-        let step = resample(&solver.weighting(), batch.matches().pairs, 0.3);
+        let step = resample(&solver.weighting(), batch.pairs(), 0.3);
         step.map(|d| d.x * FOCAL)
     }
 

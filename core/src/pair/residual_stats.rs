@@ -3,156 +3,111 @@
 use super::loss::ResidualVariance;
 use crate::batch::sides::is_behind;
 use crate::scalar::Scalar;
-use crate::simd::{Lanes, Value};
 use crate::thresholds::{BESIDE, CROWD, INLIER, NEAR};
 
-/// Counts of correspondences (whole numbers) and sums over them. `V`: a number, or one per lane during a pass.
+/// Counts of correspondences (whole numbers) and sums over them.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ResidualStats<V> {
+pub(crate) struct ResidualStats<T> {
     /// Correspondences in front of both cameras.
-    pub(crate) usable: V,
+    pub(crate) usable: T,
     /// Correspondences behind a camera.
-    pub(crate) skipped: V,
+    pub(crate) skipped: T,
     /// Residuals within 2, 3, and 4 units of the loss.
-    pub(crate) within: [V; 3],
+    pub(crate) within: [T; 3],
     /// Residuals within 2 units of points clearly in front of the cameras, and clearly behind them.
-    pub(super) sides: [V; 2],
+    pub(super) sides: [T; 2],
     /// Residuals beyond 2 units of the loss, up to [`CROWD`]: positive less negative ones.
-    pub(super) leaning: V,
+    pub(super) leaning: T,
     /// Estimates of the noise variance from the residuals within 2 units, summed, px^2.
-    pub(super) near_squares: V,
+    pub(super) near_squares: T,
     /// Correspondences within Tukey's limit at the pose and in front of both cameras at the start.
-    pub(crate) screened: V,
+    pub(crate) screened: T,
     /// Sums of their squared row offsets at start and pose, unit depth.
-    pub(crate) squares: [V; 2],
+    pub(crate) squares: [T; 2],
     /// Residuals within 2 units and from 2 to 4, of correspondences of high leverage.
-    pub(super) high_leverage: [V; 2],
+    pub(super) high_leverage: [T; 2],
     /// Sums of the truncated squared row offsets of all correspondences at start and pose, unit depth.
-    pub(crate) cost: [V; 2],
+    pub(crate) cost: [T; 2],
 }
 
-/// Squared row offsets at the start and at the pose, unit depth.
-pub(super) struct Compared<V, M> {
-    pub(super) before: V,
-    pub(super) after: V,
-    /// In front of both cameras at the start.
-    pub(super) in_front_before: M,
+/// Squared row offsets of a correspondence at the start and at the pose, unit depth.
+pub(super) struct Compared<T> {
+    /// `None` behind a camera.
+    pub(super) before: Option<T>,
+    pub(super) after: T,
     /// Limit of the truncated cost, squared row offset.
-    pub(super) most: V,
+    pub(super) most: T,
     /// Within Tukey's limit at the pose.
-    pub(super) fit: M,
+    pub(super) fits: bool,
 }
 
-impl<V: Copy> ResidualStats<V> {
+impl<T: Scalar> ResidualStats<T> {
     /// Statistics of no correspondences.
-    ///
-    /// * `zero`: 0 in every lane.
-    pub(super) const fn none(zero: V) -> Self {
-        Self {
-            usable: zero,
-            skipped: zero,
-            within: [zero; 3],
-            sides: [zero; 2],
-            leaning: zero,
-            near_squares: zero,
-            screened: zero,
-            squares: [zero; 2],
-            high_leverage: [zero; 2],
-            cost: [zero; 2],
-        }
-    }
-}
+    pub(super) const NONE: Self = Self {
+        usable: T::ZERO,
+        skipped: T::ZERO,
+        within: [T::ZERO; 3],
+        sides: [T::ZERO; 2],
+        leaning: T::ZERO,
+        near_squares: T::ZERO,
+        screened: T::ZERO,
+        squares: [T::ZERO; 2],
+        high_leverage: [T::ZERO; 2],
+        cost: [T::ZERO; 2],
+    };
 
-impl<V: Value> ResidualStats<V> {
-    /// Counts residuals of correspondences in front of both cameras.
+    /// Counts the residual of a correspondence in front of both cameras.
     ///
     /// * `value`: the constraint, of the sign of the residual; `squared`: squared whitened residual, px^2.
     /// * `disparity`: disparity, and the smallest one, below zero, that noise explains.
     #[inline(always)]
-    pub(super) fn count<T: Scalar, L: Lanes<T, Value = V>>(
+    pub(super) fn count(
         &mut self,
-        lanes: L,
-        in_front: L::Mask,
-        [value, squared]: [V; 2],
-        disparity: [V; 2],
-        expected: &ResidualVariance<V>,
+        [value, squared]: [T; 2],
+        [disparity, least]: [T; 2],
+        expected: &ResidualVariance<T>,
     ) {
-        let [zero, one] = [T::ZERO, T::ONE].map(|x| lanes.splat(x));
-        self.usable = self.usable + lanes.keep(in_front, one);
-        let within = |units| lanes.and(in_front, expected.is_within(lanes, units, squared));
-        let seen = within(CROWD);
-        if !lanes.any(seen) {
-            return;
-        }
-        let near = within(NEAR);
+        self.usable += T::ONE;
         let [two, three, four] = &mut self.within;
-        // In two branches: on one lane only the sums of one are touched.
-        if lanes.any(near) {
-            let count = lanes.keep(near, one);
-            (*two, *three, *four) = (*two + count, *three + count, *four + count);
-            let of_noise = expected.noise_squared(lanes, squared);
-            self.near_squares = self.near_squares + lanes.keep(near, of_noise);
-            let ([ahead, behind], [disparity, least]) = (&mut self.sides, disparity);
-            *ahead = *ahead + lanes.keep(lanes.and(near, lanes.ge(disparity, zero - least)), one);
-            *behind = *behind + lanes.keep(lanes.and(near, lanes.lt(disparity, least)), one);
-        }
-        let limit = expected.limit_squared(lanes.splat(T::lit(NEAR * NEAR)));
-        let beside = lanes.and(seen, lanes.ge(squared, limit));
-        if lanes.any(beside) {
-            let side = lanes.select(lanes.lt(value, zero), zero - one, one);
-            self.leaning = self.leaning + lanes.keep(beside, side);
-            let among = |units| lanes.keep(lanes.and(beside, within(units)), one);
-            (*three, *four) = (*three + among(INLIER), *four + among(BESIDE));
+        if expected.is_within(NEAR, squared) {
+            *two += T::ONE;
+            *three += T::ONE;
+            *four += T::ONE;
+            self.near_squares += expected.noise_squared(squared);
+            let [ahead, behind] = &mut self.sides;
+            if disparity >= -least {
+                *ahead += T::ONE;
+            }
+            if disparity < least {
+                *behind += T::ONE;
+            }
+        } else if expected.is_within(CROWD, squared) {
+            self.leaning += if value < T::ZERO { T::MINUS_ONE } else { T::ONE };
+            if expected.is_within(INLIER, squared) {
+                *three += T::ONE;
+            }
+            if expected.is_within(BESIDE, squared) {
+                *four += T::ONE;
+            }
         }
     }
 
-    /// Adds the row offsets at start and pose of correspondences in front of both cameras at the pose.
+    /// Adds the row offsets at start and pose of a correspondence in front of both cameras at the pose.
     #[inline(always)]
-    pub(super) fn compare<T: Scalar, L: Lanes<T, Value = V>>(
-        &mut self,
-        lanes: L,
-        in_front: L::Mask,
-        compared: &Compared<V, L::Mask>,
-    ) {
-        let Compared { before, after, in_front_before, most, fit } = *compared;
-        let small_before = lanes.and(in_front_before, lanes.lt(before, most));
-        let small_after = lanes.lt(after, most);
+    pub(super) fn compare(&mut self, compared: &Compared<T>) {
+        let Compared { before, after, most, fits } = *compared;
+        let truncated = |squared| if squared < most { squared } else { most };
         let [cost_before, cost_after] = &mut self.cost;
-        let of_before = lanes.select(small_before, before, most);
-        *cost_before = *cost_before + lanes.keep(in_front, of_before);
-        let of_after = lanes.select(small_after, after, most);
-        *cost_after = *cost_after + lanes.keep(in_front, of_after);
-        let screened = lanes.and(in_front, lanes.and(in_front_before, fit));
-        if !lanes.any(screened) {
-            return;
-        }
-        self.screened = self.screened + lanes.keep(screened, lanes.splat(T::ONE));
-        let [squares_before, squares_after] = &mut self.squares;
-        *squares_before = *squares_before + lanes.keep(screened, before);
-        *squares_after = *squares_after + lanes.keep(screened, after);
-    }
-
-    /// Adds the sums over all lanes to `to`.
-    #[inline(always)]
-    pub(super) fn reduce_onto<T: Scalar>(
-        &self,
-        lanes: impl Lanes<T, Value = V>,
-        to: &mut ResidualStats<T>,
-    ) {
-        let sums = [&self.usable, &self.leaning, &self.near_squares, &self.screened].into_iter();
-        let to_sums = [&mut to.usable, &mut to.leaning, &mut to.near_squares, &mut to.screened];
-        let to_sums = to_sums.into_iter();
-        let sums = sums.chain(&self.within).chain(&self.squares).chain(&self.cost);
-        let to_sums = to_sums.chain(&mut to.within).chain(&mut to.squares).chain(&mut to.cost);
-        let sums = sums.chain(&self.high_leverage).chain(&self.sides);
-        let to_sums = to_sums.chain(&mut to.high_leverage).chain(&mut to.sides);
-        for (to, sum) in to_sums.zip(sums) {
-            *to += lanes.reduce(*sum);
+        *cost_before += before.map_or(most, truncated);
+        *cost_after += truncated(after);
+        if let (Some(before), true) = (before, fits) {
+            self.screened += T::ONE;
+            let [squares_before, squares_after] = &mut self.squares;
+            *squares_before += before;
+            *squares_after += after;
         }
     }
-}
 
-impl<T: Scalar> ResidualStats<T> {
     /// Residuals within 2 units.
     pub(super) fn near(&self) -> T {
         let [near, _, _] = self.within;

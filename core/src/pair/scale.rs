@@ -6,66 +6,15 @@
 use core::f64::consts::SQRT_2;
 
 use crate::scalar::Scalar;
-use crate::simd::{Lanes, Value};
 use crate::thresholds::{
     BROAD_PX, FIRST_LEVEL_PX, LEVELS, NARROW_PX, PEAK_DEVIATIONS, PEAK_OVER_BESIDE, PEAK_SHARE,
     RESAMPLED, SECOND_BELOW, SMALL_SECOND_BELOW,
 };
 
-/// Correspondences whose whitened residual is below each level: [`FIRST_LEVEL_PX`], each `sqrt 2` times the one before.
+/// Correspondences by their whitened residual: each counts at the first level that it is below. Levels are
+/// [`FIRST_LEVEL_PX`], and each `sqrt 2` times the one before.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LevelCounts<T>([T; LEVELS]);
-
-/// Counts of a pass. On one lane a residual counts at the first level that it is below: one count in place of 13
-/// comparisons. On several it counts at each.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct LevelTally<V>([V; LEVELS]);
-
-impl<V: Value> LevelTally<V> {
-    /// Counts of no correspondences.
-    #[inline(always)]
-    pub(super) fn none<T: Scalar>(lanes: impl Lanes<T, Value = V>) -> Self {
-        Self([lanes.splat(T::ZERO); LEVELS])
-    }
-
-    /// Counts residuals.
-    ///
-    /// * `among`: lanes to count; `squared`: squared whitened residual, px^2.
-    #[inline(always)]
-    pub(super) fn add<T: Scalar, L: Lanes<T, Value = V>>(
-        &mut self,
-        lanes: L,
-        among: L::Mask,
-        squared: V,
-    ) {
-        let one = lanes.keep(among, lanes.splat(T::ONE));
-        let mut level = T::lit(FIRST_LEVEL_PX * FIRST_LEVEL_PX);
-        if let Some(squared) = lanes.single(squared) {
-            if let Some(count) = self.0.get_mut(squared.doublings_of(level)) {
-                *count = *count + one;
-            }
-            return;
-        }
-        for count in &mut self.0 {
-            *count = *count + lanes.keep(lanes.lt(squared, lanes.splat(level)), one);
-            level += level;
-        }
-    }
-
-    /// Adds the counts of all lanes to `to`.
-    #[inline(always)]
-    pub(super) fn reduce_onto<T: Scalar>(
-        &self,
-        lanes: impl Lanes<T, Value = V>,
-        to: &mut LevelCounts<T>,
-    ) {
-        let mut below = T::ZERO;
-        for (to, count) in to.0.iter_mut().zip(self.0) {
-            below = lanes.single(count).map_or(lanes.reduce(count), |count| below + count);
-            *to += below;
-        }
-    }
-}
 
 /// A peak of residuals at zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,6 +55,26 @@ impl<T: Scalar> Peak<T> {
 impl<T: Scalar> LevelCounts<T> {
     pub(super) const NONE: Self = Self([T::ZERO; LEVELS]);
 
+    /// Counts a residual.
+    ///
+    /// * `squared`: squared whitened residual, px^2.
+    pub(super) fn add(&mut self, squared: T) {
+        let level = squared.doublings_of(T::lit(FIRST_LEVEL_PX * FIRST_LEVEL_PX));
+        if let Some(count) = self.0.get_mut(level) {
+            *count += T::ONE;
+        }
+    }
+
+    /// Correspondences below each level.
+    fn below(mut self) -> [T; LEVELS] {
+        let mut below = T::ZERO;
+        for count in &mut self.0 {
+            below += *count;
+            *count = below;
+        }
+        self.0
+    }
+
     /// The peak: the smallest level that many of the residuals are below, and by more than chance more than from
     /// there to twice as far.
     ///
@@ -113,7 +82,8 @@ impl<T: Scalar> LevelCounts<T> {
     pub(super) fn peak(&self, needed: u16, usable: T) -> Option<Peak<T>> {
         let least = T::count(needed.into()).max(T::lit(PEAK_SHARE) * usable);
         let mut level = T::lit(FIRST_LEVEL_PX);
-        for (near, around) in self.0.iter().zip(self.0.iter().skip(2)) {
+        let below = self.below();
+        for (near, around) in below.iter().zip(below.iter().skip(2)) {
             let beside = *around - *near;
             let excess = *near - beside;
             let clear = excess * excess >= T::lit(PEAK_DEVIATIONS * PEAK_DEVIATIONS) * *around;
@@ -129,14 +99,11 @@ impl<T: Scalar> LevelCounts<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::{Quad, Quads, Single};
 
     /// Counts of residuals, px.
     fn counts(residuals: impl Iterator<Item = f64>) -> LevelCounts<f64> {
-        let mut tally = LevelTally::none(Single);
-        residuals.for_each(|r| tally.add(Single, true, r * r));
         let mut counts = LevelCounts::NONE;
-        tally.reduce_onto(Single, &mut counts);
+        residuals.for_each(|r| counts.add(r * r));
         counts
     }
 
@@ -154,22 +121,19 @@ mod tests {
     }
 
     #[test]
-    fn one_lane_and_four_count_the_same_below_each_level() {
-        let squares: [f32; 12] =
-            [0.0, 0.06, 0.0625, 0.0624, 0.1, 1.0, 256.0, 255.9, 300.0, 1e30, f32::NAN, -0.0];
-        let (mut one, mut four) = (LevelTally::none(Single), LevelTally::none(Quads));
-        for quad in squares.as_chunks().0 {
-            for squared in quad {
-                one.add(Single, *squared != 1.0, *squared);
-            }
-            four.add(Quads, Quad(quad.map(|squared| squared != 1.0)), Quad(*quad));
+    fn a_residual_is_below_each_level_above_it_and_not_a_number_below_none() {
+        let squares: [f32; 11] =
+            [0.0, 0.06, 0.0625, 0.0624, 0.1, 256.0, 255.9, 300.0, 1e30, f32::NAN, -0.0];
+        let mut counts = LevelCounts::NONE;
+        for squared in squares {
+            counts.add(squared);
         }
-        let [mut of_one, mut of_four] = [LevelCounts::NONE; 2];
-        one.reduce_onto(Single, &mut of_one);
-        four.reduce_onto(Quads, &mut of_four);
-        assert_eq!(of_one.0, of_four.0);
-        assert_eq!(of_one.0[..2], [4.0, 6.0]);
-        assert_eq!(of_one.0[11..], [6.0, 7.0]);
+        let mut level = 0.0625;
+        for below in counts.below() {
+            let expected = squares.iter().filter(|squared| **squared < level).count();
+            assert_eq!(usize::from(below.to_u16()), expected, "{level}");
+            level *= 2.0;
+        }
     }
 
     #[test]

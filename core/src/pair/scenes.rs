@@ -81,7 +81,7 @@ pub(super) fn solvers<T: Scalar>(
     let stages: Vec<_> = (0..9)
         .map(|_| {
             let at = search.clone();
-            let _ = search.advance(batch.matches());
+            let _ = search.advance(batch.pairs());
             at
         })
         .chain([track])

@@ -3,7 +3,6 @@
 use super::weighting::Loss;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
-use crate::simd::Lanes;
 use crate::thresholds::{
     BELOW_PEAK, LEAST_SCALE_PX, NARROW_PX, POLISH_AT, WIDE_ANNEALING, WIDE_SCALE_PX,
 };
@@ -64,18 +63,10 @@ impl<T: Scalar> Schedule<T> {
     }
 
     /// Loss of the pass.
-    #[inline(always)]
-    pub(super) fn loss<L: Lanes<T>>(&self, lanes: L) -> Loss<L::Value> {
+    pub(super) fn loss(&self) -> Loss<T> {
         match self {
-            Self::Anneal(scale) => Loss::Anneal(lanes.splat(T::ONE / (*scale * *scale))),
-            Self::Track(covariance) => {
-                // A loop, not `map`: what is not inlined has no vector instructions.
-                let mut splat = [lanes.splat(T::ZERO); 15];
-                for (to, c) in splat.iter_mut().zip(&covariance.0) {
-                    *to = lanes.splat(*c);
-                }
-                Loss::Track(splat)
-            }
+            Self::Anneal(scale) => Loss::Anneal(T::ONE / (*scale * *scale)),
+            Self::Track(covariance) => Loss::Track(*covariance),
             Self::Polish => Loss::Polish,
         }
     }

@@ -13,27 +13,25 @@ use nalgebra::Vector5;
 use super::descent::{Descent, Point};
 use super::iterate::Iterate;
 use super::leverage::Leverage;
-use super::pass::{PassOver, PassSums};
+use super::pass::PassSums;
 use super::resample::{Rounds, nearest_crowd, resample};
 use super::scale::PeakDoubt;
 use super::schedule::Schedule;
 use super::survey::{first_scale, scattered, survey};
-use super::sweep::{self, Part};
 use super::weighting::Weighting;
 use crate::algebra::information::Information;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::algebra::symmetric5::Symmetric5;
-use crate::batch::Matches;
+use crate::batch::correspondence::RayPair;
 use crate::config::Config;
 use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
-use crate::simd::Single;
 use crate::state::Stop;
 use crate::thresholds::{
     ANNEALING, CROWD_SCALE, FIRST_NOISE_PX, FIRST_SCALE_PX, LEAST_SCALE_PX, MIN_DISPARITY_PX,
     NEGLIGIBLE, PEAK_OVER_NOISE, RESAMPLED, SECOND_SCALE_PX, SETTLED, SLOW_ANNEALING, TIGHT_TUKEY,
-    TRACK_PASSES, TRACKED, TUKEY, YAW_DEVIATIONS,
+    TRACK_PASSES, TUKEY, YAW_DEVIATIONS,
 };
 
 /// Second start of a search.
@@ -148,7 +146,7 @@ impl<T: Scalar> PairSolver<T> {
     ///
     /// # Errors
     /// [`Rejection::TooFew`] in front of both cameras.
-    pub(crate) fn advance(&mut self, matches: Matches<'_, T>) -> Result<(), Rejection> {
+    pub(crate) fn advance(&mut self, matches: &[RayPair<T>]) -> Result<(), Rejection> {
         match (&self.stop, &self.schedule) {
             (Some(_), _) => (),
             (None, Schedule::Track(covariance)) if self.passes == 0 => {
@@ -156,12 +154,11 @@ impl<T: Scalar> PairSolver<T> {
                 self.passes = 1;
             }
             (None, Schedule::Track(_)) => {
-                let part = if matches.pairs.len() > TRACKED { Part::Half } else { Part::All };
-                self.step(&self.pass(matches, part), matches.pairs.len());
+                self.step(&self.pass(matches), matches.len());
             }
             (None, _) if matches!(self.second, Second::Due(_) | Second::Begun(_)) => {
                 self.passes = self.passes.saturating_add(1);
-                if matches.pairs.len() <= RESAMPLED {
+                if matches.len() <= RESAMPLED {
                     self.take_round(matches);
                 } else {
                     self.start_again(matches);
@@ -171,9 +168,9 @@ impl<T: Scalar> PairSolver<T> {
                 if self.passes == 0 {
                     self.schedule = Schedule::Anneal(self.first_scale(matches));
                 }
-                let pass = self.pass(matches, Part::All);
+                let pass = self.pass(matches);
                 self.iterate.check(pass.usable)?;
-                self.step(&pass, matches.pairs.len());
+                self.step(&pass, matches.len());
             }
         }
         Ok(())
@@ -196,23 +193,20 @@ impl<T: Scalar> PairSolver<T> {
 
     /// First limit on leverage, at the start of a track. Out of line: bounds the stack of [`PairSolver::advance`].
     #[inline(never)]
-    fn survey(&self, matches: Matches<'_, T>, covariance: &Symmetric5<T>) -> Option<Leverage<T>> {
-        survey(&self.weighting(), scattered(matches.pairs), covariance)
+    fn survey(&self, matches: &[RayPair<T>], covariance: &Symmetric5<T>) -> Option<Leverage<T>> {
+        survey(&self.weighting(), scattered(matches), covariance)
     }
 
     /// First scale of a search, px. Out of line, as [`PairSolver::survey`].
     #[inline(never)]
-    fn first_scale(&self, matches: Matches<'_, T>) -> T {
-        first_scale(&self.weighting(), scattered(matches.pairs))
+    fn first_scale(&self, matches: &[RayPair<T>]) -> T {
+        first_scale(&self.weighting(), scattered(matches))
     }
 
-    /// Sums over a part of the batch at the pose.
+    /// Sums over the batch at the pose.
     #[inline(never)]
-    fn pass(&self, matches: Matches<'_, T>, part: Part) -> PassSums<T> {
-        let Self { iterate, schedule, .. } = self;
-        let mut pass = PassOver { iterate, schedule, sums: PassSums::ZERO };
-        sweep::run(&mut pass, matches, part);
-        pass.sums
+    fn pass(&self, matches: &[RayPair<T>]) -> PassSums<T> {
+        PassSums::of(&self.iterate, &self.schedule, matches)
     }
 
     /// Takes one step from the sums at the pose, then the next loss of the schedule.
@@ -303,11 +297,10 @@ impl<T: Scalar> PairSolver<T> {
 
     /// Starts again where another pose is clearly better: at one of two near crowds, or through a small sample.
     #[inline(never)]
-    fn start_again(&mut self, matches: Matches<'_, T>) {
+    fn start_again(&mut self, matches: &[RayPair<T>]) {
         let (by, noise) = (self.weighting(), self.iterate.noise);
-        let near =
-            || Some((nearest_crowd(&by, matches.pairs, noise)?, T::lit(CROWD_SCALE) * noise));
-        let far = || Some((resample(&by, matches.pairs, noise)?, T::lit(SECOND_SCALE_PX)));
+        let near = || Some((nearest_crowd(&by, matches, noise)?, T::lit(CROWD_SCALE) * noise));
+        let far = || Some((resample(&by, matches, noise)?, T::lit(SECOND_SCALE_PX)));
         let start = match self.second {
             Second::Due(PeakDoubt::Wide) => near().or_else(far),
             _ => far(),
@@ -323,14 +316,14 @@ impl<T: Scalar> PairSolver<T> {
     /// One round of the second start in a small batch, from the pose of the round before. After the last one the
     /// annealing goes on at the noise, if a round has found a better pose.
     #[inline(never)]
-    fn take_round(&mut self, matches: Matches<'_, T>) {
+    fn take_round(&mut self, matches: &[RayPair<T>]) {
         let mut rounds = match self.second {
             Second::Begun(rounds) => rounds,
             Second::Due(doubt) => Rounds::of(doubt),
             Second::Possible | Second::Taken => return,
         };
         let (by, noise) = (self.weighting(), self.iterate.noise);
-        let step = rounds.take(&by, matches.pairs, noise, &self.prior);
+        let step = rounds.take(&by, matches, noise, &self.prior);
         rounds.moved |= step.and_then(|d| self.moves(&d)).is_some();
         self.second = if rounds.left > 0 && self.passes.saturating_add(1) < self.max_passes {
             Second::Begun(rounds)
@@ -392,7 +385,7 @@ impl<T: Scalar> PairSolver<T> {
     // Out of line: 4 inlined copies took 0.6 kB more at opt-level 3.
     #[inline(never)]
     pub(super) fn weighting(&self) -> Weighting<T> {
-        self.iterate.weighting(Single, self.schedule.loss(Single))
+        self.iterate.weighting(self.schedule.loss())
     }
 }
 

@@ -2,12 +2,11 @@
 
 use super::constraint::Constraint;
 use super::leverage::{Leverage, baseline_block, share};
-use super::loss::{ResidualVariance, geman_mcclure};
+use super::loss::geman_mcclure;
 use super::weighting::{Weighting, tracked};
 use crate::algebra::symmetric5::Symmetric5;
 use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
-use crate::simd::Single;
 use crate::thresholds::{FIRST_SCALE_MEDIANS, FIRST_SCALE_PX, SURVEYED};
 
 /// Multiplier of a pseudo-random generator modulo 2^32 (Steele and Vigna, arXiv 2001.05304).
@@ -54,20 +53,20 @@ pub(super) fn survey<'a, T: Scalar>(
     let block = baseline_block(covariance);
     let mut shares = heapless::Vec::<T, SURVEYED>::new();
     for pair in sample {
-        let (constraint, in_front) = Constraint::of(Single, &by.pose, pair.rays());
-        if !in_front || !constraint.has_disparity(Single, by.min_disparity) {
+        let constraint = Constraint::of(&by.pose, pair.rays());
+        let Some(constraint) = constraint.filter(|c| c.has_disparity(by.min_disparity)) else {
             continue;
-        }
-        let precision = by.focal_squared / constraint.variance;
-        let expected = ResidualVariance::of(Single, by.noise_squared, pair.grid_step());
-        let x = tracked(Single, &covariance.0, by.tukey_squared, &constraint, precision, &expected);
+        };
+        let precision = by.precision(&constraint);
+        let expected = by.expected(pair.grid_step());
+        let x = tracked(covariance, by.tukey_squared, &constraint, precision, &expected);
         // Beyond the loss: outliers, which may be most. Not `>`: a NaN must fail this test.
         if !(x <= T::ONE) {
             continue;
         }
-        let w = geman_mcclure(Single, x) / expected.variance;
+        let w = geman_mcclure(x) / expected.variance;
         // The sample is no larger.
-        let _ = shares.push(share(Single, &block, w * precision, &constraint.jacobian));
+        let _ = shares.push(share(&block, w * precision, &constraint.jacobian));
     }
     Leverage::first(median(&shares)?, covariance)
 }
@@ -82,11 +81,9 @@ pub(super) fn first_scale<'a, T: Scalar>(
 ) -> T {
     let mut squares = heapless::Vec::<T, SURVEYED>::new();
     for pair in sample {
-        let (constraint, in_front) = Constraint::of(Single, &by.pose, pair.rays());
-        if in_front {
-            let precision = by.focal_squared / constraint.variance;
+        if let Some(constraint) = Constraint::of(&by.pose, pair.rays()) {
             // The sample is no larger.
-            let _ = squares.push(constraint.value * constraint.value * precision);
+            let _ = squares.push(constraint.value * constraint.value * by.precision(&constraint));
         }
     }
     let [least, most] = FIRST_SCALE_PX.map(T::lit);

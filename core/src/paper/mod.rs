@@ -15,7 +15,7 @@ mod median;
 pub(crate) mod residual;
 pub(crate) mod solver;
 
-use crate::batch::Matches;
+use crate::batch::correspondence::RayPair;
 use crate::config::{Central, Context};
 use crate::error::Rejection;
 use crate::geometry::lens_correction::LensCorrection;
@@ -66,11 +66,11 @@ impl<T: Scalar> Paper<T> {
     pub(crate) fn begin(
         &mut self,
         context: &Context<'_, T>,
-        matches: Matches<'_, T>,
+        matches: &[RayPair<T>],
     ) -> Result<(), Rejection> {
         self.discard();
         let Context { config, factory, focal, .. } = *context;
-        self.solver = Some(HuberSolver::begin(config, focal, factory, matches.pairs)?);
+        self.solver = Some(HuberSolver::begin(config, focal, factory, matches)?);
         Ok(())
     }
 
@@ -78,11 +78,11 @@ impl<T: Scalar> Paper<T> {
     ///
     /// # Errors
     /// [`Rejection::NotBegun`].
-    pub(crate) fn advance(&mut self, matches: Matches<'_, T>) -> Result<bool, Rejection> {
+    pub(crate) fn advance(&mut self, matches: &[RayPair<T>]) -> Result<bool, Rejection> {
         let solver = self.solver.as_mut().ok_or(Rejection::NotBegun)?;
         let solved = solver.is_done();
         if !solved {
-            solver.advance(matches.pairs);
+            solver.advance(matches);
         }
         Ok(solved)
     }
@@ -91,8 +91,8 @@ impl<T: Scalar> Paper<T> {
     ///
     /// # Errors
     /// [`Rejection`]; there is no pair to fuse then.
-    pub(crate) fn report(&mut self, matches: Matches<'_, T>) -> Result<PairReport<T>, Rejection> {
-        let report = self.solver.as_ref().ok_or(Rejection::NotBegun)?.report(matches.pairs);
+    pub(crate) fn report(&mut self, matches: &[RayPair<T>]) -> Result<PairReport<T>, Rejection> {
+        let report = self.solver.as_ref().ok_or(Rejection::NotBegun)?.report(matches);
         self.solver = None;
         self.solved = report.ok();
         report

@@ -7,7 +7,6 @@ use crate::algebra::change_frame::split;
 use crate::algebra::information::Information;
 use crate::algebra::moments::without_lens;
 use crate::geometry::rectification::tests::pose;
-use crate::simd::Single;
 use nalgebra::{Matrix5, Vector3, Vector5};
 use std::vec::Vec;
 
@@ -52,11 +51,11 @@ fn noisy(frame: &Pose, disparity: f64) -> Moments<f64> {
             let sign = if k % 2 == 0 { moved } else { -moved };
             rays[k / 4][(k / 2) % 2] += sign;
             let (products, _) = weighted(&rays[0], &rays[1]);
-            sums.products_mut().add(Single, core::iter::once((w / 8.0, &without_lens(products))));
+            sums.add_rows(core::iter::once((w / 8.0, &without_lens(products))));
         }
         let (products, w) = weighted(&left, &right);
         let mut alone = Moments::ZERO;
-        alone.products_mut().add(Single, core::iter::once((w, &without_lens(products))));
+        alone.add_rows(core::iter::once((w, &without_lens(products))));
         clean += alone.at_frame().gradient;
     }
     sums.set_gradient(&clean);

@@ -1,91 +1,30 @@
-//! Sums of outer products over correspondences, on any lanes.
+//! Sums of outer products over correspondences.
 
-use super::{COORDINATES, TRIANGLE};
+use super::{COORDINATES, Moments};
 use crate::scalar::Scalar;
-use crate::simd::{Lanes, Single};
-
-/// Sums of `w k k^T` over the coordinates `k` of correspondences: lower triangle row by row.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct MomentSums<S>(pub(in crate::algebra) [S; TRIANGLE]);
 
 /// Adds `w` times the outer product of some rows, written out: at opt-level "s" a loop takes twice the instructions.
 macro_rules! add_rows {
-    ($lanes:ident, $sums:ident, $w:ident; $($row:ident: $($place:literal $column:ident),+);+) => {$(
+    ($sums:ident, $w:ident; $($row:ident: $($place:literal $column:ident),+);+) => {$(
         let weighted = $w * $row;
-        $($lanes.add_product(&mut $sums[$place], weighted, $column);)+
+        $($sums[$place] += weighted * $column;)+
     )+};
 }
 
-impl<S: Copy> MomentSums<S> {
-    /// Adds correspondences in order, a group of rows after the other: the sums of a group fit the registers.
-    // Loops, not `for_each`: what is not inlined has no vector instructions.
-    #[inline(always)]
-    pub(crate) fn add<'r, T: Scalar, L: Lanes<T, Sum = S, Value: 'r>>(
-        &mut self,
-        lanes: L,
-        block: impl Iterator<Item = (L::Value, &'r [L::Value; COORDINATES])> + Clone,
-    ) {
-        for (w, products) in block.clone() {
-            self.add_group::<0, _, _>(lanes, w, products);
-        }
-        for (w, products) in block.clone() {
-            self.add_group::<1, _, _>(lanes, w, products);
-        }
-        for (w, products) in block.clone() {
-            self.add_group::<2, _, _>(lanes, w, products);
-        }
-        for (w, products) in block.clone() {
-            self.add_group::<3, _, _>(lanes, w, products);
-        }
-        for (w, products) in block.clone() {
-            self.add_group::<4, _, _>(lanes, w, products);
-        }
-        for (w, products) in block.clone() {
-            self.add_group::<5, _, _>(lanes, w, products);
-        }
-        for (w, products) in block {
-            self.add_group::<6, _, _>(lanes, w, products);
-        }
-    }
-
-    /// Adds a short and a long row of the triangle.
-    #[inline(always)]
-    #[rustfmt::skip]
-    fn add_group<const G: usize, T: Scalar, L: Lanes<T, Sum = S>>(
-        &mut self,
-        lanes: L,
-        w: L::Value,
-        &[a, b, c, d, e, f, g, h, i, j, k, l]: &[L::Value; COORDINATES],
-    ) {
-        let m = &mut self.0;
-        match G {
-            0 => { add_rows!(lanes, m, w; a: 0 a; i: 36 a, 37 b, 38 c, 39 d, 40 e, 41 f, 42 g, 43 h, 44 i); }
-            1 => { add_rows!(lanes, m, w; b: 1 a, 2 b; h: 28 a, 29 b, 30 c, 31 d, 32 e, 33 f, 34 g, 35 h); }
-            2 => { add_rows!(lanes, m, w; c: 3 a, 4 b, 5 c; g: 21 a, 22 b, 23 c, 24 d, 25 e, 26 f, 27 g); }
-            3 => { add_rows!(lanes, m, w; d: 6 a, 7 b, 8 c, 9 d; f: 15 a, 16 b, 17 c, 18 d, 19 e, 20 f); }
-            4 => { add_rows!(lanes, m, w; e: 10 a, 11 b, 12 c, 13 d, 14 e; j: 45 a, 46 b, 47 c, 48 d, 49 e, 50 f, 51 g, 52 h, 53 i, 54 j); }
-            5 => { add_rows!(lanes, m, w; k: 55 a, 56 b, 57 c, 58 d, 59 e, 60 f, 61 g, 62 h, 63 i, 64 j, 65 k); }
-            _ => { add_rows!(lanes, m, w; l: 66 a, 67 b, 68 c, 69 d, 70 e, 71 f, 72 g, 73 h, 74 i, 75 j, 76 k, 77 l); }
-        }
-    }
-}
-
-impl<T: Scalar> MomentSums<T> {
+impl<T: Scalar> Moments<T> {
     /// Adds correspondences in order, a tile of the triangle after the other: each sum is loaded and stored once. The
     /// sums and coordinates of a tile fit the 32 registers of a controller; of larger ones the compiler rotates them.
     ///
-    /// * `rows`: one over the variance of the constraint at the depths of the products; the products of the rays, in the
-    ///   rectified frame at any depth.
-    #[inline(always)]
-    pub(crate) fn add_tiles<'r>(
+    /// * `rows`: weight, one over the variance of the constraint at the depths of the coordinates; coordinates `k`.
+    pub(crate) fn add_rows<'r>(
         &mut self,
         rows: impl Iterator<Item = (T, &'r [T; COORDINATES])> + Clone,
     ) {
-        rows.clone().for_each(|(w, products)| self.add_tile::<0>(w, products));
-        rows.clone().for_each(|(w, products)| self.add_tile::<1>(w, products));
-        rows.clone().for_each(|(w, products)| self.add_tile::<2>(w, products));
-        rows.clone().for_each(|(w, products)| self.add_tile::<3>(w, products));
-        rows.for_each(|(w, products)| self.add_tile::<4>(w, products));
+        rows.clone().for_each(|(w, k)| self.add_tile::<0>(w, k));
+        rows.clone().for_each(|(w, k)| self.add_tile::<1>(w, k));
+        rows.clone().for_each(|(w, k)| self.add_tile::<2>(w, k));
+        rows.clone().for_each(|(w, k)| self.add_tile::<3>(w, k));
+        rows.for_each(|(w, k)| self.add_tile::<4>(w, k));
     }
 
     /// Adds rows of the triangle: 21, 17, 17, 11 and 12 sums.
@@ -96,20 +35,20 @@ impl<T: Scalar> MomentSums<T> {
         w: T,
         &[a, b, c, d, e, f, g, h, i, j, k, l]: &[T; COORDINATES],
     ) {
-        let (lanes, m) = (Single, &mut self.0);
+        let m = &mut self.products;
         match G {
-            0 => { add_rows!(lanes, m, w;
+            0 => { add_rows!(m, w;
                 a: 0 a; b: 1 a, 2 b; c: 3 a, 4 b, 5 c; d: 6 a, 7 b, 8 c, 9 d;
                 e: 10 a, 11 b, 12 c, 13 d, 14 e; f: 15 a, 16 b, 17 c, 18 d, 19 e, 20 f); }
-            1 => { add_rows!(lanes, m, w;
+            1 => { add_rows!(m, w;
                 h: 28 a, 29 b, 30 c, 31 d, 32 e, 33 f, 34 g, 35 h;
                 i: 36 a, 37 b, 38 c, 39 d, 40 e, 41 f, 42 g, 43 h, 44 i); }
-            2 => { add_rows!(lanes, m, w;
+            2 => { add_rows!(m, w;
                 g: 21 a, 22 b, 23 c, 24 d, 25 e, 26 f, 27 g;
                 j: 45 a, 46 b, 47 c, 48 d, 49 e, 50 f, 51 g, 52 h, 53 i, 54 j); }
-            3 => { add_rows!(lanes, m, w;
+            3 => { add_rows!(m, w;
                 k: 55 a, 56 b, 57 c, 58 d, 59 e, 60 f, 61 g, 62 h, 63 i, 64 j, 65 k); }
-            _ => { add_rows!(lanes, m, w;
+            _ => { add_rows!(m, w;
                 l: 66 a, 67 b, 68 c, 69 d, 70 e, 71 f, 72 g, 73 h, 74 i, 75 j, 76 k, 77 l); }
         }
     }

@@ -31,7 +31,7 @@ fn scene(n: usize, disparity_px: Range<f64>, noise_px: f64, seed: u64) -> Vec<Ma
 }
 
 fn add<T: Scalar>(sums: &mut Moments<T>, w: T, products: [T; 9]) {
-    sums.products_mut().add(crate::simd::Single, core::iter::once((w, &without_lens(products))));
+    sums.add_rows(core::iter::once((w, &without_lens(products))));
 }
 
 fn sums<T: Scalar>(scene: &[Match<T>]) -> Moments<T> {
@@ -111,8 +111,8 @@ fn sums_after_a_change_of_frame_are_those_of_the_rotated_rays() {
     let mut turned = sums(&scene);
     turned.change_frame(&from, &to);
     let anew = sums(&seen_from(&scene, &from, &to));
-    let size = anew.products.0.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    let gaps = turned.products.0.iter().zip(&anew.products.0).map(|(a, b)| (a - b).abs());
+    let size = anew.products.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let gaps = turned.products.iter().zip(&anew.products).map(|(a, b)| (a - b).abs());
     let worst = gaps.fold(0.0, f64::max);
     assert!(worst < 1e-13 * size, "{worst:e} {size:e}");
 }
@@ -190,7 +190,7 @@ fn f32_matches_f64_to_a_thousandth_of_a_standard_deviation_at_disparities_of_1_p
 fn sums_with_a_nan_are_not_finite() {
     let mut broken = sums(&scene(20, 20.0..200.0, 0.5, 6));
     assert!(broken.is_finite());
-    broken.products.0[2] = f64::NAN;
+    broken.products[2] = f64::NAN;
     assert!(!broken.is_finite());
 }
 

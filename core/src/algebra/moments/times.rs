@@ -24,7 +24,7 @@ impl<T: Scalar> Moments<T> {
     /// Adds the part of `M x` that the lens has to do with.
     #[inline(never)]
     fn add_times_lens(&self, x: &Vector12<T>, y: &mut Vector12<T>) {
-        let mut m = self.products.0.iter().skip(PRODUCT_TRIANGLE);
+        let mut m = self.products.iter().skip(PRODUCT_TRIANGLE);
         for (row, x_row) in x.iter().enumerate().skip(PRODUCTS) {
             let mut sum = T::ZERO;
             for ((x_column, y_column), m) in x.iter().zip(&mut *y).take(row).zip(m.by_ref()) {
@@ -41,7 +41,7 @@ impl<T: Scalar> Moments<T> {
     #[inline(never)]
     #[rustfmt::skip]
     pub(super) fn times_without_lens(&self, x: &Vector12<T>) -> Vector12<T> {
-        let m = &self.products.0;
+        let m = &self.products;
         let [a, b, c, d, e, f, g, h, i, ..] = *x;
         let mut y = [T::ZERO; COORDINATES];
         times_rows!(m, y;

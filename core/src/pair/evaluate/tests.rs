@@ -40,7 +40,7 @@ fn a_pose_at_which_next_to_no_match_that_fits_has_weight_has_no_inliers() {
         };
         let pairs: [_; 100] = core::array::from_fn(|i| one(u32::try_from(i).unwrap()));
         let mut evaluated = EvaluatedPose::NONE;
-        iterate.evaluate(Batch::<f64, 100>::of(&pairs).matches(), &mut evaluated).unwrap();
+        iterate.evaluate(Batch::<f64, 100>::of(&pairs).pairs(), &mut evaluated).unwrap();
         assert_eq!(evaluated.stats.near(), 100.0);
         let is_scene = evaluated.is_found(12) && evaluated.no_scene(12).is_none();
         (evaluated.measurement.inlier_share, evaluated.has_peak(), is_scene)
@@ -51,39 +51,10 @@ fn a_pose_at_which_next_to_no_match_that_fits_has_weight_has_no_inliers() {
     assert_eq!([66, 67].map(evaluated), [(1.0, false, false), (1.0, true, true)]);
 }
 
-/// Sums that a sink adds to.
-struct Sums<'m> {
-    stats: ResidualStats<f64>,
-    weights: [f64; 2],
-    of_rows: QuadrantSums<'m, f64>,
-}
-
-impl<'m> Sums<'m> {
-    fn in_place(moments: &'m mut Moments<f64>) -> Self {
-        let quadrants = [[NormalEquations::ZERO; 2]; 2];
-        Self {
-            stats: ResidualStats::none(0.0),
-            weights: [0.0; 2],
-            of_rows: QuadrantSums { products: moments.products_mut(), quadrants },
-        }
-    }
-
-    fn sink<'a>(
-        &'a mut self,
-        context: &'a EvaluationContext<f64>,
-    ) -> EvaluationSink<'a, f64, Single, QuadrantSums<'m, f64>> {
-        let Self { stats, weights, of_rows } = self;
-        EvaluationSink { context, stats, weights, sums: of_rows }
-    }
-}
-
 #[test]
 fn correspondences_are_counted_compared_and_weighted_as_defined() {
     let iterate = iterate(pose([0.002, 0.0, -0.001], [0.0, 0.003]));
-    let context = EvaluationContext::of(Single, &iterate);
-    let mut moments = Moments::ZERO;
-    let mut sums = Sums::in_place(&mut moments);
-    let mut sink = sums.sink(&context);
+    let mut pass = Evaluation::at(&iterate);
     let (mut within, mut near_squares, mut screened) = ([0.0; 3], 0.0, 0.0);
     let (mut cost, mut squares, mut weights) = ([0.0; 2], [0.0; 2], [0.0; 2]);
     let (mut added, mut behind) = (0, 0);
@@ -95,11 +66,11 @@ fn correspondences_are_counted_compared_and_weighted_as_defined() {
         let grid_step = if i % 3 == 0 { 1.5 } else { 0.0 };
         let rays = rays(&iterate.pose, [u, v, d, e]);
         let [x_l, y_l, x_r, y_r] = rays;
-        let added_row = sink.row(Single, (rays, grid_step));
+        let added_row = pass.row(rays, grid_step);
 
         let pair = RayPair::try_new([x_l, y_l], [x_r, y_r]).unwrap();
-        let frame = PoseTerms::at(Single, &iterate.pose);
-        let (Constraint { value, variance, .. }, _) = Constraint::of(Single, &frame, rays);
+        let frame = PoseTerms::at(&iterate.pose);
+        let Constraint { value, variance, .. } = Constraint::of(&frame, rays).unwrap();
         let deviation = FOCAL * value / variance.sqrt();
         let expected = NOISE * NOISE + grid_step * grid_step / 12.0;
         let unit = expected.sqrt().max(0.6 * grid_step);
@@ -117,9 +88,9 @@ fn correspondences_are_counted_compared_and_weighted_as_defined() {
             *cost += (e * e).min(most);
             *squares += if fits { e * e } else { 0.0 };
         }
-        let w = tukey(Single, (deviation / (TUKEY * unit)).powi(2)) / expected;
+        let w = tukey((deviation / (TUKEY * unit)).powi(2)) / expected;
         behind += u32::from(d < -0.008);
-        let Some(EvaluatedRow { row, products, .. }) = added_row else {
+        let Some(EvaluatedRow { row, coordinates, .. }) = added_row else {
             assert!(d < -0.008 || w == 0.0, "{d} {w}");
             continue;
         };
@@ -128,10 +99,10 @@ fn correspondences_are_counted_compared_and_weighted_as_defined() {
         weights = [weights[0] + w, weights[1] + w * expected];
         let whole = w * FOCAL * FOCAL / variance;
         assert!((row.weight / whole - 1.0).abs() < 1e-9);
-        assert!((row.value - value).abs() < 1e-15 && products[0] == row.value);
+        assert!((row.value - value).abs() < 1e-15 && coordinates[0] == row.value);
     }
     assert!(added > 80 && added < 160 && behind > 5, "{added} {behind}");
-    let Sums { stats, weights: sums, .. } = sums;
+    let Evaluation { stats, weights: sums, .. } = pass;
     assert_eq!((stats.usable, stats.within, stats.screened), (200.0, within, screened));
     let stats =
         [stats.near_squares, stats.cost[0], stats.cost[1], stats.squares[0], stats.squares[1]];
@@ -145,11 +116,11 @@ fn correspondences_are_counted_compared_and_weighted_as_defined() {
 #[test]
 fn the_slope_of_an_evaluation_is_that_of_the_whitened_cost_with_weights_as_they_are() {
     let iterate = iterate(pose([0.0; 3], [0.0; 2]));
-    let context = EvaluationContext::of(Single, &iterate);
+    let mut pass = Evaluation::at(&iterate);
     let mut moments = Moments::ZERO;
-    let mut sums = Sums::in_place(&mut moments);
-    let mut sink = sums.sink(&context);
-    let terms = PoseTerms::at(Single, &iterate.pose);
+    let mut sums =
+        QuadrantSums { moments: &mut moments, quadrants: [[NormalEquations::ZERO; 2]; 2] };
+    let terms = PoseTerms::at(&iterate.pose);
     let mut rows = NormalEquations::ZERO;
     let mut added = heapless::Vec::<([f64; 4], f64), 100>::new();
     for i in 0..100_u32 {
@@ -157,19 +128,19 @@ fn the_slope_of_an_evaluation_is_that_of_the_whitened_cost_with_weights_as_they_
         let [u, v] = [(0.37 * k).sin() * 0.6, (0.73 * k).cos() * 0.4];
         let [d, e] = [(0.11 * k).sin() * 0.05 + 0.06, (0.57 * k).sin() * 0.002];
         let rays = rays(&iterate.pose, [u, v, d, e]);
-        let Some(evaluated) = sink.row(Single, (rays, 0.0)) else {
+        let Some(evaluated) = pass.row(rays, 0.0) else {
             continue;
         };
         let WeightedRow { weight, value, jacobian } = evaluated.row;
         rows.add_row(weight, value, &jacobian);
-        sink.add(Single, &[evaluated]);
-        added.push((rays, weight * Constraint::of(Single, &terms, rays).0.variance)).unwrap();
+        sums.add(&[evaluated]);
+        added.push((rays, weight * Constraint::of(&terms, rays).unwrap().variance)).unwrap();
     }
     assert!(added.len() > 80, "{}", added.len());
     let cost = |pose: &RectifyingRotations<f64>| -> f64 {
-        let terms = PoseTerms::at(Single, pose);
+        let terms = PoseTerms::at(pose);
         let one = |(rays, w): &([f64; 4], f64)| {
-            let (Constraint { value, variance, .. }, _) = Constraint::of(Single, &terms, *rays);
+            let Constraint { value, variance, .. } = Constraint::of(&terms, *rays).unwrap();
             w * value * value / variance / 2.0
         };
         added.iter().map(one).sum()

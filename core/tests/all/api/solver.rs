@@ -119,8 +119,6 @@ fn predicted_deviations_cover_the_errors() {
     assert!((chi2 - 1.0).abs() < 0.2, "{chi2}");
 }
 
-/// With `simd` the batch holds its numbers twice.
-#[cfg(not(feature = "simd"))]
 #[test]
 fn a_calibrator_of_256_correspondences_fits_11_and_a_half_kib() {
     let bytes = size_of::<stereo_selfcal::Calibrator<f32, 256>>();

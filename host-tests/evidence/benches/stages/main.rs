@@ -2,7 +2,6 @@
 //!
 //! ```sh
 //! cargo bench -p selfcal-evidence --bench stages
-//! cargo bench -p selfcal-evidence --bench stages --features stereo-selfcal/simd
 //! ```
 
 use std::hint::black_box;

@@ -121,7 +121,7 @@ fn the_readme_names_every_feature_and_the_oldest_rust() {
 
 #[test]
 fn selfcal_knows_the_commands_of_the_documents() {
-    for call in commands("cargo selfcal ").into_iter().chain(commands("cargo selfcal-simd ")) {
+    for call in commands("cargo selfcal ") {
         let call = call
             .split(" #")
             .next()
