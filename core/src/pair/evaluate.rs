@@ -120,7 +120,7 @@ struct EvaluationPass<'a, T: Scalar> {
 }
 
 impl<T: Scalar> Pass<T> for EvaluationPass<'_, T> {
-    /// 45 moments a correspondence exceed the baseline vector registers.
+    /// 78 moments a correspondence exceed the baseline vector registers.
     const QUADS: bool = false;
 
     #[inline(always)]
