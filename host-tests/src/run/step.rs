@@ -113,9 +113,11 @@ impl fmt::Display for Step {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:>7}  ", self.taken)?;
         match &self.solved {
-            Some(s) => {
-                write!(f, "{:>9.3} > {:>9.3}  {:>5}    ", s.rms_px_before, s.rms_px_after, s.passes,)?
-            }
+            Some(s) => write!(
+                f,
+                "{:>9.3} > {:>9.3}  {:>5}    ",
+                s.rms_px_before, s.rms_px_after, s.passes,
+            )?,
             None => write!(f, "{:>21}  {:>6}   ", "-", "-")?,
         }
         match &self.pair_error() {
