@@ -270,10 +270,7 @@ fn draw_errors(svg: &mut Svg, left: f64, set: &Dataset, steps: &[Step]) {
     ];
     let legend = [
         (Mark::Line, "line: estimate from all pairs so far; dots: each pair alone"),
-        (
-            Mark::Bars,
-            "band: standard deviation that the estimate reports; dashed: that of the reference",
-        ),
+        (Mark::Bars, "band: standard deviation that it reports; dashed: of the reference"),
     ];
     let keys = legend.map(|(mark, words)| Key::new(mark, TRANSLATION, words));
     head(svg, left, "Error against the reference", &keys);

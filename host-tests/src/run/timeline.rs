@@ -120,8 +120,6 @@ fn draw_errors(
     let band = reported.iter().copied().chain(below.into_iter().flatten());
     plot.shape(band, Style::filled(color).opacity(FILL / 2.0));
     plot.line(errors, Style::line(color, 2.0));
-    let [x, y] = plot.place([knock, f64::MAX]);
-    svg.text([x + 6.0, y + 12.0], WORDS[1], Anchor::Start, "knock");
 }
 
 fn color(state: State) -> Rgb {
