@@ -92,7 +92,7 @@ fn a_flight_prints_its_changes_and_its_outcome_and_plots() {
         assert!(out.contains(part), "{part}: {out}");
     }
     let svg = fs::read_to_string(folder.join("a/b.svg")).unwrap();
-    assert!(svg.contains("flight of 60 pairs") && svg.ends_with("</svg>\n"));
+    assert!(svg.contains("knocked by 0.3° at pair 30") && svg.ends_with("</svg>\n"));
     assert_eq!(run(&folder, &flight).1, out, "not the same flight for the same seed");
 }
 
