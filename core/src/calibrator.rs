@@ -48,7 +48,7 @@ use step::Step;
 ///     Calibrator, Camera, Cameras, Config, Correspondence, FactoryCalibration, Intrinsics, Lens,
 /// };
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// let intrinsics = Intrinsics { focal: [1400.0; 2], principal: [960.0, 600.0], size: [1920, 1200] };
+/// let intrinsics = Intrinsics { focal: [1400.0; 2], principal: [959.5, 599.5], size: [1920, 1200] };
 /// let camera = Camera::try_new(intrinsics, Lens::Pinhole)?;
 /// let factory = FactoryCalibration::guess(Cameras { left: camera, right: camera });
 /// let mut calibrator = Calibrator::<f32, 256>::new(Config::robust(), &factory);

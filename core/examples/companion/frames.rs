@@ -139,7 +139,7 @@ mod tests {
 
     fn rig() -> Rig {
         let intrinsics =
-            Intrinsics { focal: [1400.0; 2], principal: [960.0, 600.0], size: [1920, 1200] };
+            Intrinsics { focal: [1400.0; 2], principal: [959.5, 599.5], size: [1920, 1200] };
         let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
         let cameras = Cameras { left: camera, right: camera };
         Rig::new(Config::robust(), &FactoryCalibration::guess(cameras))

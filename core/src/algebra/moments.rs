@@ -2,8 +2,8 @@
 //! pose, in constant memory, exact for frozen weights.
 //!
 //! The epipolar constraint `C = b^T X a` is linear in the nine products of two rays `a` (left), `b`
-//! (right), with `X = [i_1]x` in the rectified frame. So `sum w C^2 = e^T M e` with a 9 x 9 matrix
-//! `M` that adds up over pairs. The optimum over all pairs is found on the essential manifold (`e`
+//! (right), with `X = [i_1]x` in the rectified frame. Three derivatives by the lens follow as coordinates. So
+//! `sum w C^2 = e^T M e` with a 12 x 12 matrix `M` that adds up over pairs. The optimum over all pairs is found on the essential manifold (`e`
 //! as a function of the pose) from `M` alone.
 //!
 //! The products are split into `a x b`, whose first component is `C` and whose others are

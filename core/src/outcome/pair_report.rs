@@ -43,7 +43,8 @@ pub struct PairReport<T: Scalar> {
 }
 
 impl<T: Scalar> fmt::Display for PairReport<T> {
-    /// One line: extrinsics, row offsets before and after, noise, counts, passes.
+    /// One line: extrinsics, row offsets before and after, noise, counts, passes, and why they ended, unless a pair
+    /// took all the passes that it has: every tracked pair does.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { extrinsics, rms_px_before, rms_px_after, noise_px, .. } = self;
         let Self { screened, usable, skipped, passes, stop, .. } = self;
@@ -51,7 +52,11 @@ impl<T: Scalar> fmt::Display for PairReport<T> {
             f,
             "{extrinsics}: {rms_px_before:.2} to {rms_px_after:.2} px, noise {noise_px:.2} px, "
         )?;
-        write!(f, "{screened} of {usable} fit, {skipped} skipped, {passes} passes, {stop}")
+        write!(f, "{screened} of {usable} fit, {skipped} skipped, {passes} passes")?;
+        match stop {
+            Stop::PassesSpent => Ok(()),
+            Stop::Converged | Stop::NoDescent => write!(f, ", {stop}"),
+        }
     }
 }
 

@@ -29,7 +29,7 @@ const MAX_NUMBER: f32 = 1e6;
 /// ```
 /// # use stereo_selfcal::*;
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// # let intrinsics = Intrinsics { focal: [1400.0; 2], principal: [960.0, 600.0], size: [1920, 1200] };
+/// # let intrinsics = Intrinsics { focal: [1400.0; 2], principal: [959.5, 599.5], size: [1920, 1200] };
 /// # let camera = Camera::try_new(intrinsics, Lens::Pinhole)?;
 /// # let cameras = Cameras { left: camera, right: camera };
 /// let extrinsics = Extrinsics::<f32>::SIDE_BY_SIDE;

@@ -17,6 +17,7 @@ use clap::Parser;
 use firmware_sim::App;
 use host_tests::is_broken_pipe;
 use host_tests::run::plot;
+use stereo_selfcal::Scalar;
 use test_support::wire::Wire;
 
 use args::{Cli, Command, ReplayArgs};
@@ -66,9 +67,16 @@ fn replay(args: &ReplayArgs, out: &mut impl Write) -> Result<()> {
     plot::write_svg(&plot, &set, &run.log)?;
     writeln!(out, "plot               {}", plot.display())?;
 
+    let baseline_m = set.meta.baseline_m.map(f32::lit);
+    if let Some(health) = &run.health {
+        report::health(out, "with the extrinsics of the start", health, baseline_m)?;
+    }
     match (app.apply(), app.calibrator().proposal()) {
         (Ok(applied), _) => {
-            report::applied(out, &applied.extrinsics, app.calibrator().in_use().generation)
+            report::applied(out, &applied.extrinsics, app.calibrator().in_use().generation)?;
+            app.calibrator().health().map_or(Ok(()), |health| {
+                report::health(out, "with the applied extrinsics", &health, baseline_m)
+            })
         }
         (Err(why), Some(proposal)) => report::not_applied(out, &proposal.extrinsics, why),
         (Err(why), None) => Err(why)

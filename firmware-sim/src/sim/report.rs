@@ -5,7 +5,7 @@ use std::io::Write;
 use anyhow::Result;
 use host_tests::data::Dataset;
 use host_tests::run::Summary;
-use stereo_selfcal::{ApplyError, DEPTHS_M, Extrinsics, Health, Scalar};
+use stereo_selfcal::{ApplyError, DEPTHS_M, Extrinsics, Health};
 
 use super::labels;
 use super::replay::Run;
@@ -24,7 +24,7 @@ pub(super) fn heading(out: &mut impl Write, set: &Dataset) -> Result<()> {
     Ok(())
 }
 
-/// Prints the final errors, the standard deviations and the health.
+/// Prints the final errors and the standard deviations.
 pub(super) fn evaluation(out: &mut impl Write, set: &Dataset, run: &Run) -> Result<()> {
     let summary = run.log.summary(set)?;
     writeln!(out, "\n{summary}")?;
@@ -33,9 +33,6 @@ pub(super) fn evaluation(out: &mut impl Write, set: &Dataset, run: &Run) -> Resu
     }
     if let Some((t, r)) = set.meta.sigma_t_deg.zip(set.meta.sigma_r_deg) {
         writeln!(out, "sd of reference    {t:.4} deg in t, {r:.4} deg in R")?;
-    }
-    if let Some(h) = run.health {
-        health(out, &h, set.meta.baseline_m.map(f32::lit))?;
     }
     let left_out: usize = run.log.steps().iter().map(|s| s.offered - s.taken).sum();
     if left_out > 0 {
@@ -52,28 +49,38 @@ fn normalised_errors(summary: &Summary) -> Option<[f64; 2]> {
     Some([t, r])
 }
 
-/// Prints the health for an operator.
-fn health(out: &mut impl Write, h: &Health<f32>, baseline_m: Option<f32>) -> Result<()> {
+/// Prints the health over the last pair for an operator.
+///
+/// * `when`: the extrinsics in use.
+pub(super) fn health(
+    out: &mut impl Write,
+    when: &str,
+    h: &Health<f32>,
+    baseline_m: Option<f32>,
+) -> Result<()> {
     let [used, new] = [h.in_use_px, h.proposed_px];
-    let rms = format!("{used:.3} px as in use, {new:.3} px as proposed");
-    let counts = format!("{} fit the former, {} the latter", h.fit_in_use, h.fit_proposed);
-    writeln!(out, "health, last pair  RMS row offset {rms}; {counts}: {}", labels::band(h.band))?;
+    writeln!(out, "\nHealth over the last pair {when}: {}", labels::band(h.band))?;
+    writeln!(
+        out,
+        "row offset         {used:.3} px RMS in use ({} matches fit), {new:.3} px by the estimate ({} fit)",
+        h.fit_in_use, h.fit_proposed
+    )?;
     let doubt = h.doubt.map_or(String::new(), |d| format!(", {}", labels::doubt(d)));
     let weakest = h.weakest.map_or(String::new(), |(direction, sd)| {
         format!(", weakest {} at {:.4} deg", labels::direction(direction), sd.to_degrees())
     });
     writeln!(
         out,
-        "                   {}{doubt}{weakest}; {:.0} % of the image covered",
+        "state              {}{doubt}{weakest}; {:.0} % of the image covered",
         h.state,
         100.0 * h.coverage
     )?;
     if let Some(all) = baseline_m.and_then(|baseline| h.depth_errors(baseline)) {
         let at = DEPTHS_M.iter().zip(all);
         let errors: Vec<String> = at.map(|(z, e)| format!("{e:.3} m at {z} m")).collect();
-        writeln!(out, "depth error        {}, as in use", errors.join(", "))?;
+        writeln!(out, "depth error        {}", errors.join(", "))?;
     }
-    writeln!(out, "may arm            {}, as in use", labels::arming(h.arming))?;
+    writeln!(out, "may arm            {}", labels::arming(h.arming))?;
     Ok(())
 }
 

@@ -1,4 +1,4 @@
-//! README: the picture and the commands of the simulation.
+//! README: the pictures and the commands of the simulation.
 
 use std::fs;
 use std::path::Path;
@@ -18,6 +18,16 @@ fn the_picture_of_the_readme_is_the_plot_of_the_main_job() {
     let advice = "cp target/firmware-sim/opencv_chess_sift.svg firmware-sim/";
     assert!(drawn == include_str!("../../opencv_chess_sift.svg"), "the plot has changed: {advice}");
     assert!(drawn.len() < 30_000, "{} bytes", drawn.len());
+}
+
+#[test]
+fn the_knock_of_the_readme_is_the_plot_of_its_command() {
+    let plot = Path::new(env!("CARGO_TARGET_TMPDIR")).join("knock.svg");
+    let arguments = ["flight", "--pairs", "40", "--knock", "1", "--plot", plot.to_str().unwrap()];
+    assert_eq!(run(&arguments).status.code(), Some(0));
+    let drawn = fs::read_to_string(plot).unwrap();
+    let advice = "cargo run --release -- flight --pairs 40 --knock 1 --plot firmware-sim/knock.svg";
+    assert!(drawn == include_str!("../../knock.svg"), "the plot has changed: {advice}");
 }
 
 #[test]

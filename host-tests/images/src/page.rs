@@ -53,12 +53,20 @@ pub fn write(session: &Session, report: &Report, command: &str, dir: &Path) -> R
 fn verdict(report: &Report, command: &str) -> Section {
     let mut section = Section::new("Verdict");
     match report.verdict {
-        Verdict::Good => section.text("The rig fits its calibration."),
+        Verdict::Good => section.text("The rig fits its calibration: keep it."),
         Verdict::Improvable => {
-            section.text("The rig works, and the estimate aligns its rows better.");
+            section.text(
+                "The rig works, and the estimate aligns its rows better: try the files in rig/, and compare them \
+                 with `selfcal check --hold-out`.",
+            );
         }
-        Verdict::Recalibrate => section.alarm("The rig has moved: rows no longer align."),
-        Verdict::Unknown => section.alarm("The images do not tell."),
+        Verdict::Recalibrate => section.alarm(
+            "The rig has moved: rows no longer align. Use the files in rig/, and check the mount of the cameras.",
+        ),
+        Verdict::Unknown => section.alarm(
+            "The images do not tell. The reasons below say why: take more pairs, with texture all over the image \
+             and near points.",
+        ),
     }
     let mut table = Table::new("verdict", ["quantity", "value"].map(Into::into));
     let mut row = |name: &str, value: Cell| table.push(vec![Cell::text(name), value]);

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use image::codecs::jpeg::JpegEncoder;
-use image::imageops::{FilterType, resize};
+use image::imageops::{FilterType, crop_imm, replace, resize};
 use image::{Rgb, RgbImage};
 
 use crate::grey::Grey;
@@ -29,18 +29,26 @@ const QUALITY: u8 = 58;
 /// Width of an encoded picture at most, px.
 const WIDEST: u32 = 640;
 
+/// Width of a tile of [`before_and_after`], and distance between tiles, px.
+const TILE: u32 = 360;
+const GAP: u32 = 6;
+
 /// Disparities in colour, dark blue for far and yellow for near; grey where there is none.
 ///
 /// # Errors
 /// If the picture cannot be encoded.
 pub fn disparity_picture(rectification: &Rectification) -> Result<Picture> {
+    jpeg(&disparity_image(rectification)).context("cannot encode the disparities")
+}
+
+fn disparity_image(rectification: &Rectification) -> RgbImage {
     let [width, height] = rectification.disparities.size.map(u32::from);
     let most = f64::from(rectification.range);
     let color = |d: &Option<f64>| d.map_or(INVALID, |d| pixel(viridis(d / most)));
     let mut image = RgbImage::new(width, height);
     let pixels = image.pixels_mut().zip(&rectification.disparities.pixels);
     pixels.for_each(|(pixel, d)| *pixel = color(d));
-    jpeg(&image).context("cannot encode the disparities")
+    image
 }
 
 /// Left and right image side by side, with level lines over both, and matches: a dot at either end,
@@ -49,6 +57,10 @@ pub fn disparity_picture(rectification: &Rectification) -> Result<Picture> {
 /// # Errors
 /// If the picture cannot be encoded.
 pub fn pair_picture(rectification: &Rectification) -> Result<Picture> {
+    jpeg(&pair_image(rectification)).context("cannot encode the pair")
+}
+
+fn pair_image(rectification: &Rectification) -> RgbImage {
     let [left, right] = &rectification.images;
     let [width, height] = left.size().map(u32::from);
     let mut image = RgbImage::new(2 * width, height);
@@ -71,7 +83,29 @@ pub fn pair_picture(rectification: &Rectification) -> Result<Picture> {
             dot(&mut image, point.map(whole), end);
         }
     }
-    jpeg(&image).context("cannot encode the pair")
+    image
+}
+
+/// One pair under two rectifications, a row of tiles each: left image, right image, disparities. JPEG.
+///
+/// # Errors
+/// If the picture cannot be encoded.
+pub fn before_and_after(rows: [&Rectification; 2]) -> Result<Vec<u8>> {
+    let [width, height] = rows[0].images[0].size().map(u32::from);
+    let high = height * TILE / width;
+    let mut image = RgbImage::from_pixel(3 * TILE + 2 * GAP, 2 * high + GAP, Rgb([255; 3]));
+    for (row, top) in rows.into_iter().zip([0, i64::from(high + GAP)]) {
+        let pair = resize(&pair_image(row), 2 * TILE, high, FilterType::Triangle);
+        let depth = resize(&disparity_image(row), TILE, high, FilterType::Triangle);
+        for (i, x) in [0, TILE].into_iter().zip([0, TILE + GAP]) {
+            let side = crop_imm(&pair, i, 0, TILE, high).to_image();
+            replace(&mut image, &side, x.into(), top);
+        }
+        replace(&mut image, &depth, (2 * (TILE + GAP)).into(), top);
+    }
+    let mut bytes = Vec::new();
+    JpegEncoder::new_with_quality(&mut bytes, QUALITY).encode_image(&image)?;
+    Ok(bytes)
 }
 
 /// No wider than a panel of the page shows.

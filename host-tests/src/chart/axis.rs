@@ -131,7 +131,7 @@ fn extremes(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
 }
 
 /// The next of 1, 2, 5, 10 and so on.
-pub(crate) fn nice_step(least: f64) -> f64 {
+fn nice_step(least: f64) -> f64 {
     let decade = 10_f64.powf(least.log10().floor());
     let steps = [1.0, 2.0, 5.0, 10.0].map(|step| step * decade);
     steps.into_iter().find(|&step| step >= least).unwrap_or(least)
@@ -197,5 +197,11 @@ mod tests {
         assert_eq!(labels_of([0.002, 4.0]), "0.001 0.01 0.1 1 10");
         assert_eq!(labels_of([1e-12, 0.5]).split(' ').count(), 8);
         assert_eq!(labels_of([0.0, f64::NAN]), "0.01 0.02 0.05 0.1 0.2 0.5 1");
+    }
+
+    #[test]
+    #[expect(clippy::float_cmp, reason = "whole numbers")]
+    fn steps_are_round_numbers() {
+        assert_eq!([5.0, 5.1, 19.0, 200.0, 201.0].map(nice_step), [5.0, 10.0, 20.0, 200.0, 500.0]);
     }
 }

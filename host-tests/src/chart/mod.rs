@@ -8,6 +8,5 @@ mod plot;
 mod svg;
 
 pub use axis::Axis;
-pub(crate) use axis::nice_step;
 pub use plot::Plot;
 pub use svg::{Anchor, Point, Style, Svg, write};

@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Cameras, Extrinsics, Fused, Health, PairReport, Proposal, Rejection, Scalar, Stop,
+    Calibrator, Cameras, Extrinsics, Fused, Health, PairReport, Proposal, Rejection, Scalar,
 };
 
 use super::checked::Checked;
@@ -158,7 +158,6 @@ impl RunLog {
             extrinsics,
             error: self.error(&extrinsics),
             passes: report.passes,
-            at_pass_limit: report.stop == Stop::PassesSpent,
             rms_px_before: report.rms_px_before.to_f64(),
             rms_px_after: report.rms_px_after.to_f64(),
         }

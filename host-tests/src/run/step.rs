@@ -63,8 +63,6 @@ pub struct Solved {
     pub error: Option<Deviation<f64>>,
     /// Passes taken.
     pub passes: u16,
-    /// Whether the limit of passes was reached.
-    pub at_pass_limit: bool,
     /// RMS row offset of the screened correspondences at the start, px.
     pub rms_px_before: f64,
     /// The same at the solution, px.
@@ -106,7 +104,7 @@ impl Step {
     }
 
     /// Heading over the lines of [`Step`]'s `Display`: px and passes are those of the run, the pair's errors
-    /// those of [`Step::pair_error`]. Passes end in `+` where the limit cut them off.
+    /// those of [`Step::pair_error`].
     pub const HEADING: &str = "matches  rows px before>after  passes   pair e_t  e_theta deg   \
                                running e_t  e_theta deg   verdict";
 }
@@ -117,11 +115,8 @@ impl fmt::Display for Step {
         match &self.solved {
             Some(s) => write!(
                 f,
-                "{:>9.3} > {:>9.3}  {:>5}{}   ",
-                s.rms_px_before,
-                s.rms_px_after,
-                s.passes,
-                if s.at_pass_limit { '+' } else { ' ' },
+                "{:>9.3} > {:>9.3}  {:>5}    ",
+                s.rms_px_before, s.rms_px_after, s.passes,
             )?,
             None => write!(f, "{:>21}  {:>6}   ", "-", "-")?,
         }

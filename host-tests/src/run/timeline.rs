@@ -1,100 +1,41 @@
-//! Timeline of a moving rig: truth, estimate, extrinsics in use and state over the pairs.
+//! Timeline of a rig that is knocked: errors of the extrinsics in use, and the state, over the pairs.
 
-use std::ops::Range;
 use std::path::Path;
 
 use anyhow::Result;
-use nalgebra::{Matrix3x2, Matrix5, Vector3};
-use stereo_selfcal::{Extrinsics, Proposal, RectifyingRotations, Scalar, State, so3};
+use stereo_selfcal::State;
+use stereo_selfcal::metrics::Deviation;
 
 use crate::chart::legend::{FILL, Key, Mark};
 use crate::chart::palette::{Rgb, SERIES};
 use crate::chart::{self, Anchor, Axis, Plot, Point, Style, Svg};
-use crate::data::in_f64;
 
-const SIZE: Point = [1000.0, 1000.0];
-const TRUTH: Rgb = SERIES[7].light;
-const PROPOSED: Rgb = SERIES[1].light;
-const IN_USE: Rgb = SERIES[0].light;
+const SIZE: Point = [1000.0, 440.0];
+const ROTATION: Rgb = SERIES[9].light;
+const TRANSLATION: Rgb = SERIES[0].light;
 
-/// Heights of title with legend, of a panel, and of the strip of the state, px.
-const HEAD: f64 = 74.0;
-const PANEL: f64 = (SIZE[1] - HEAD - STRIP) / 5.0;
-const STRIP: f64 = 84.0;
+/// Heights of the title, of a chart, and of the strip of the state, px; distance between them.
+const HEAD: f64 = 36.0;
+const CHART: f64 = 140.0;
+const STRIP: f64 = 22.0;
+const GAP: f64 = 14.0;
 
-/// Left and right margin of a panel, px.
-const LABELS: f64 = 50.0;
-const MARGIN: f64 = 24.0;
+/// Left and right margin of a chart, px.
+const LEFT: f64 = 70.0;
+const RIGHT: f64 = 14.0;
 
-/// Sizes of the title, of the name of a panel and of other words, px.
-const WORDS: [f64; 3] = [17.0, 13.0, 12.0];
+/// Sizes of the title and of other words, px.
+const WORDS: [f64; 2] = [17.0, 12.0];
 
-/// Share of its height that a panel leaves free above and below.
-const AIR: f64 = 0.12;
-
-/// Least height of a panel, degrees.
-const MIN_HEIGHT_DEG: f64 = 0.02;
-
-/// Names of the panels, in the order of [`Pose`].
-const NAMES: [&str; 5] = [
-    "R about x (pitch), degrees",
-    "R about y (yaw), degrees",
-    "R about z (roll), degrees",
-    "t towards y, degrees",
-    "t towards z, degrees",
-];
-
-/// Rotation vector of `R`, angles of `t` out of `-x` towards y and z; degrees.
-type Pose = [f64; 5];
-
-/// State after one pair.
-#[derive(Debug, Clone, PartialEq)]
+/// The calibration after one pair.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimelinePoint {
-    /// True extrinsics of the pair.
-    pub truth: Extrinsics<f64>,
-    /// Extrinsics in use.
-    pub in_use: Extrinsics<f64>,
-    /// The estimate.
-    pub proposed: Option<Proposed>,
+    /// Error of the extrinsics in use, rad.
+    pub error: Deviation<f64>,
+    /// Standard deviation that the estimate reports, rad.
+    pub sd: Option<Deviation<f64>>,
     /// State of the calibrator.
     pub state: State,
-}
-
-/// An estimate with its standard deviations.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Proposed {
-    pose: Pose,
-    /// Reported standard deviations, degrees; 0 where there is no covariance.
-    sd: Pose,
-}
-
-impl<T: Scalar> From<&Proposal<T>> for Proposed {
-    fn from(proposal: &Proposal<T>) -> Self {
-        let extrinsics = in_f64(&proposal.extrinsics);
-        let sd = proposal.covariance.map(|c| deviations(&extrinsics, &c.map(T::to_f64)));
-        Self { pose: pose(&extrinsics), sd: sd.unwrap_or_default() }
-    }
-}
-
-fn pose(extrinsics: &Extrinsics<f64>) -> Pose {
-    let w = so3::log(extrinsics.rotation());
-    let t = extrinsics.translation();
-    [w.x, w.y, w.z, t.y.atan2(-t.x), t.z.atan2(-t.x)].map(f64::to_degrees)
-}
-
-/// Standard deviations of a [`Pose`], to first order near `R = I`, `t = (-1, 0, 0)`.
-fn deviations(extrinsics: &Extrinsics<f64>, covariance: &Matrix5<f64>) -> Pose {
-    // The unknowns are turns in the rectified frame: R_r^T brings them into that of the right camera.
-    let to_camera = *RectifyingRotations::from(extrinsics).right().inverse().matrix();
-    let turn = covariance.fixed_view::<3, 3>(0, 0);
-    let r = to_camera * turn * to_camera.transpose();
-    // A turn of the baseline about y, z moves it by (0, z, -y).
-    let mut moved = Matrix3x2::zeros();
-    (moved[(1, 1)], moved[(2, 0)]) = (1.0, -1.0);
-    let moves = to_camera * moved;
-    let t = moves * covariance.fixed_view::<2, 2>(3, 3) * moves.transpose();
-    let variances = Vector3::from([r.m11, r.m22, r.m33]);
-    [variances.x, variances.y, variances.z, t.m22, t.m33].map(|v| v.max(0.0).sqrt().to_degrees())
 }
 
 /// Writes the picture as SVG; folders on the way are created, an older file is replaced.
@@ -109,102 +50,76 @@ pub fn write_svg(path: &Path, title: &str, points: &[TimelinePoint], knock: usiz
 
 fn svg(title: &str, points: &[TimelinePoint], knock: usize) -> String {
     let mut svg = Svg::new(SIZE).on_white();
+    svg.text([SIZE[0] / 2.0, 18.0], WORDS[0], Anchor::Middle, title);
     let knock = u32::try_from(knock).map_or(f64::NAN, f64::from);
-    draw_head(&mut svg, title);
-    for (component, top) in (0..NAMES.len()).zip((0_u8..).map(|i| HEAD + f64::from(i) * PANEL)) {
-        draw_panel(&mut svg, top, Panel::of(component, points), knock);
+    let pairs = Axis::over(0.0..count(points).max(1.0), 9.0);
+    let tops = [HEAD, HEAD + CHART + GAP, HEAD + 2.0 * (CHART + GAP)];
+    let rotation = Part { name: "error of R, degrees", color: ROTATION, of: |part| part.rotation };
+    let translation =
+        Part { name: "error of t, degrees", color: TRANSLATION, of: |part| part.translation };
+    for (part, top) in [rotation, translation].into_iter().zip(tops) {
+        draw_errors(&mut svg, top, &pairs, &part, points, knock);
     }
-    draw_states(&mut svg, SIZE[1] - STRIP, points, knock);
+    draw_states(&mut svg, tops[2], &pairs, points, knock);
     svg.finish()
 }
 
-fn draw_head(svg: &mut Svg, title: &str) {
-    svg.text([SIZE[0] / 2.0, 18.0], WORDS[0], Anchor::Middle, title);
-    let drawn = [
-        (Mark::Line, TRUTH, "truth of each pair, with its vibration", LABELS),
-        (Mark::Line, PROPOSED, "proposed", 370.0),
-        (Mark::Bars, PROPOSED, "2 reported standard deviations", 490.0),
-        (Mark::Line, IN_USE, "in use", 750.0),
-        (Mark::Dashes, Rgb::BLACK, "knock", 860.0),
-    ];
-    for (mark, color, words, left) in drawn {
-        Key::new(mark, color, words).draw(svg, [left, 52.0]);
-    }
+fn count(points: &[TimelinePoint]) -> f64 {
+    u32::try_from(points.len()).map_or(f64::NAN, f64::from)
 }
 
-/// One of the five over the pairs, degrees.
-struct Panel {
-    name: &'static str,
-    truth: Vec<Point>,
-    in_use: Vec<Point>,
-    proposed: Vec<Point>,
-    /// Lower side of the band, then its upper side backwards.
-    band: Vec<Point>,
-    pairs: f64,
-    height: Range<f64>,
+/// Number of each pair, and what it has of a quantity.
+fn values(
+    points: &[TimelinePoint],
+    of: impl Fn(&TimelinePoint) -> Option<f64>,
+) -> impl Iterator<Item = Point> {
+    (0_u32..).map(f64::from).zip(points).filter_map(move |(i, point)| Some([i, of(point)?]))
 }
 
-impl Panel {
-    fn of(component: usize, points: &[TimelinePoint]) -> Self {
-        let numbered = || (0_u32..).map(f64::from).zip(points);
-        let truth: Vec<_> = numbered().map(|(i, m)| [i, pose(&m.truth)[component]]).collect();
-        let height = height(&truth, points, component);
-        let in_use = numbered().map(|(i, m)| [i, pose(&m.in_use)[component]]).collect();
-        let proposals: Vec<(f64, f64, f64)> = numbered()
-            .filter_map(|(i, m)| {
-                let Proposed { pose, sd } = m.proposed.as_ref()?;
-                Some((i, pose[component], 2.0 * sd[component]))
-            })
-            .collect();
-        let lower = proposals.iter().map(|&(i, y, two_sd)| [i, y - two_sd]);
-        let upper = proposals.iter().map(|&(i, y, two_sd)| [i, y + two_sd]);
-        Self {
-            name: NAMES[component],
-            in_use,
-            proposed: proposals.iter().map(|&(i, y, _)| [i, y]).collect(),
-            band: lower.chain(upper.rev()).collect(),
-            pairs: truth.last().map_or(1.0, |[i, _]| i + 1.0),
-            truth,
-            height,
-        }
-    }
-}
-
-/// Range of a panel: the truth, and the band while the estimate is locked.
-fn height(truth: &[Point], points: &[TimelinePoint], component: usize) -> Range<f64> {
-    let locked = points.iter().filter(|m| m.state == State::Locked);
-    // The first locked pairs have wide bands, which would flatten the rest.
-    let settled = locked.skip(points.len() / 50).filter_map(|m| m.proposed.as_ref());
-    let ends = settled.flat_map(|p| [-2.0, 2.0].map(|n| p.pose[component] + n * p.sd[component]));
-    let values = truth.iter().map(|[_, y]| *y).chain(ends);
-    let (low, high) =
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
-    if low > high {
-        return -MIN_HEIGHT_DEG..MIN_HEIGHT_DEG;
-    }
-    let (middle, half) = (f64::midpoint(low, high), ((high - low) / 2.0).max(MIN_HEIGHT_DEG / 2.0));
-    middle - half * (1.0 + 2.0 * AIR)..middle + half * (1.0 + 2.0 * AIR)
-}
-
-fn draw_panel(svg: &mut Svg, top: f64, panel: Panel, knock: f64) {
-    let corners = [[LABELS, top + 6.0], [SIZE[0] - MARGIN, top + PANEL]];
-    let ends = [panel.height.start, panel.height.end];
-    let axes = [Axis::over(0.0..panel.pairs, 9.0), Axis::over(panel.height, 5.0)];
-    let mut plot = Plot::new(svg, corners, axes);
+/// Axes, grid and the line of the knock from a height downwards.
+fn chart<'a>(
+    svg: &'a mut Svg,
+    [top, height]: [f64; 2],
+    axes: [Axis; 2],
+    name: &str,
+    knock: f64,
+) -> Plot<'a> {
+    let mut plot = Plot::new(svg, [[LEFT, top], [SIZE[0] - RIGHT, top + height]], axes);
     plot.grid_x();
     plot.grid_y();
     plot.border();
-    plot.label_y("", WORDS[2], 0.0);
-    plot.shape(panel.band, Style::filled(PROPOSED).opacity(FILL / 2.0));
-    plot.line(panel.truth, Style::line(TRUTH, 1.0));
-    plot.line(panel.proposed, Style::line(PROPOSED, 5.0).opacity(FILL));
-    plot.line(panel.in_use, Style::line(IN_USE, 2.0));
-    draw_knock(&mut plot, knock, ends);
-    svg.text([LABELS + 8.0, top + 17.0], WORDS[1], Anchor::Start, panel.name);
+    plot.label_y(name, WORDS[1], LEFT - 14.0);
+    let ends = [f64::MAX, f64::MIN_POSITIVE].map(|y| [knock, y]);
+    plot.line(ends, Style::line(Rgb::BLACK, 1.0).dashed(4.0, 4.0));
+    plot
 }
 
-fn draw_knock(plot: &mut Plot<'_>, pair: f64, ends: [f64; 2]) {
-    plot.line(ends.map(|y| [pair, y]), Style::line(Rgb::BLACK, 1.0).dashed(4.0, 4.0));
+/// One of the two errors.
+struct Part {
+    name: &'static str,
+    color: Rgb,
+    of: fn(&Deviation<f64>) -> f64,
+}
+
+fn draw_errors(
+    svg: &mut Svg,
+    top: f64,
+    pairs: &Axis,
+    part: &Part,
+    points: &[TimelinePoint],
+    knock: f64,
+) {
+    let Part { name, color, of } = *part;
+    let errors: Vec<_> = values(points, |point| Some(of(&point.error).to_degrees())).collect();
+    let reported: Vec<_> = values(points, |point| Some(of(&point.sd?).to_degrees())).collect();
+    let axis = Axis::decades(errors.iter().chain(&reported).map(|[_, y]| *y));
+    let floor = axis.floor();
+    let mut plot = chart(svg, [top, CHART], [pairs.clone(), axis], name, knock);
+    let ends = reported.first().zip(reported.last());
+    let below = ends.map(|([first, _], [last, _])| [[*last, floor], [*first, floor]]);
+    let band = reported.iter().copied().chain(below.into_iter().flatten());
+    plot.shape(band, Style::filled(color).opacity(FILL / 2.0));
+    plot.line(errors, Style::line(color, 2.0));
 }
 
 fn color(state: State) -> Rgb {
@@ -216,59 +131,54 @@ fn color(state: State) -> Rgb {
     }
 }
 
-fn draw_states(svg: &mut Svg, top: f64, points: &[TimelinePoint], knock: f64) {
-    let bottom = top + 30.0;
-    let pairs = u32::try_from(points.len()).map_or(f64::NAN, f64::from);
-    let axes = [Axis::over(0.0..pairs.max(1.0), 9.0), Axis::over(0.0..1.0, 1.0)];
-    let mut plot = Plot::new(svg, [[LABELS, top + 6.0], [SIZE[0] - MARGIN, bottom]], axes);
+fn draw_states(svg: &mut Svg, top: f64, pairs: &Axis, points: &[TimelinePoint], knock: f64) {
+    let axes = [pairs.clone(), Axis::groups(&["state"])];
+    let mut plot = chart(svg, [top, STRIP], axes, "", knock);
     let mut from = 0.0;
     for run in points.chunk_by(|a, b| a.state == b.state) {
         // From the pair that brought the state to the one that ended it.
-        let to = from + u32::try_from(run.len()).map_or(f64::NAN, f64::from);
+        let to = from + count(run);
         let color = color(run[0].state);
         let corners = [[from, 0.0], [to, 1.0]];
         plot.rectangle(corners, Style::filled(color).opacity(FILL));
         plot.rectangle(corners, Style::line(color, 1.0));
         from = to;
     }
-    plot.label_x("pair", WORDS[2]);
-    draw_knock(&mut plot, knock, [0.0, 1.0]);
-    svg.text([LABELS - 8.0, top + 18.0], WORDS[2], Anchor::End, "state");
+    plot.label_x("pair", WORDS[1]);
     let states = [State::Acquiring, State::Locked, State::Suspect, State::Lost];
-    for (state, left) in states.into_iter().zip([LABELS, 180.0, 270.0, 365.0]) {
-        Key::new(Mark::Bars, color(state), state.to_string()).draw(svg, [left, top + 70.0]);
+    let states = states.map(|state| (Mark::Bars, color(state), state.to_string()));
+    let drawn = [
+        (Mark::Line, ROTATION, "error of the extrinsics in use".to_owned()),
+        (Mark::Bars, ROTATION, "standard deviation that the estimate reports".to_owned()),
+    ];
+    let lefts = [LEFT, 180.0, 270.0, 365.0, 450.0, 680.0];
+    for ((mark, color, words), left) in states.into_iter().chain(drawn).zip(lefts) {
+        Key::new(mark, color, words).draw(svg, [left, top + STRIP + 50.0]);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::synth::rig;
 
-    #[test]
-    fn a_rig_is_shown_by_the_angles_it_was_made_of() {
-        let shown = pose(&rig([0.3, -0.2, 0.1], [0.4, -0.5]).unwrap());
-        // A turn of (-1, 0, 0) about y by a moves it to z = a, about z by b to y = -b.
-        let expected = [0.3, -0.2, 0.1, 0.5, 0.4];
-        assert!(shown.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3), "{shown:?}");
-    }
-
-    #[test]
-    fn deviations_are_those_of_the_unknowns_where_the_rectified_frame_is_the_cameras() {
-        let variances = nalgebra::Vector5::new(1.0, 4.0, 9.0, 16.0, 25.0);
-        let sd = deviations(&Extrinsics::SIDE_BY_SIDE, &Matrix5::from_diagonal(&variances));
-        let expected = [1.0, 2.0, 3.0, 5.0, 4.0].map(f64::to_degrees);
-        assert!(sd.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{sd:?}");
+    fn point(state: State, sd: Option<f64>) -> TimelinePoint {
+        let sd = sd.map(|sd| Deviation { translation: sd, rotation: sd });
+        TimelinePoint { error: Deviation { translation: 0.02, rotation: 0.01 }, sd, state }
     }
 
     #[test]
     fn no_pair_and_one_pair_without_an_estimate_are_drawn_all_the_same() {
-        let rig = Extrinsics::SIDE_BY_SIDE;
-        let point =
-            TimelinePoint { truth: rig, in_use: rig, proposed: None, state: State::Acquiring };
-        for points in [&[][..], &[point]] {
+        for points in [&[][..], &[point(State::Acquiring, None)]] {
             let svg = svg("nothing yet", points, 0);
             assert!(svg.contains("nothing yet") && !svg.contains("NaN"));
         }
+    }
+
+    #[test]
+    fn each_change_of_state_begins_a_rectangle() {
+        let states = [State::Acquiring, State::Locked, State::Locked, State::Suspect];
+        let svg = svg("", &states.map(|state| point(state, Some(0.01))), 3);
+        // Besides the page, three borders, two shapes for each state and for each of the five keys with bars.
+        assert_eq!(svg.matches("<rect").count(), 1 + 3 + 2 * 3 + 2 * 5);
     }
 }

@@ -2,32 +2,33 @@
 #include <stdio.h>
 #include "stereo_selfcal.h"
 static selfcal_t cal; /* 256 matches a pair: 12,224 bytes */
-static bool ok(const char *call, selfcal_error_t error)
+static bool ok(selfcal_error_t error)
 {
-    if (error != SELFCAL_OK) fprintf(stderr, "%s: %s\n", call, selfcal_error_string(error));
+    if (error != SELFCAL_OK) fprintf(stderr, "%s\n", selfcal_error_string(error));
     return error == SELFCAL_OK;
 }
 static void take_pair(void) /* a refused pair is normal: continue with the next one */
 {
     selfcal_health_t health;
-    if (ok("solve", selfcal_solve_pair(&cal))) ok("fuse", selfcal_fuse(&cal, NULL));
-    if (ok("health", selfcal_health(&cal, &health)))
+    if (ok(selfcal_solve_pair(&cal))) ok(selfcal_fuse(&cal, NULL));
+    if (ok(selfcal_health(&cal, &health)))
         printf("%s, row offset %.2f px, %.2f px by the estimate\n",
                selfcal_state_string(health.state), health.in_use_px, health.proposed_px);
-    ok("clear", selfcal_clear_pair(&cal));
+    ok(selfcal_clear_pair(&cal));
 }
 int main(void)
 {
-    selfcal_camera_t camera = {{1400, 1400}, {960, 600}, {1920, 1200}, SELFCAL_LENS_PINHOLE, {0}};
+    selfcal_camera_t camera = {{1400, 1400}, {959.5f, 599.5f}, {1920, 1200}, SELFCAL_LENS_PINHOLE, {0}};
     /* Side by side. selfcal_set_factory is for extrinsics of a calibration: their yaw is held. */
     selfcal_correspondence_t m = {.score = 1}; selfcal_calibration_t found; /* extrinsics and their cameras */
-    if (!ok("init", selfcal_init(&cal, sizeof cal, NULL)) ||
-        !ok("cameras", selfcal_set_cameras(&cal, &camera, &camera))) return 1;
+    if (!ok(selfcal_init(&cal, sizeof cal, NULL)) ||
+        !ok(selfcal_set_cameras(&cal, &camera, &camera))) return 1;
     for (char s[128]; fgets(s, sizeof s, stdin) != NULL;)
         if (sscanf(s, "%f%f%f%f", &m.left_px[0], &m.left_px[1], &m.right_px[0], &m.right_px[1]) < 4)
             take_pair();
-        else ok("push", selfcal_push(&cal, &m, NULL)); /* a refused match is normal too */
-    if (!ok("apply", selfcal_apply(&cal, &found))) return 1;
+        else ok(selfcal_push(&cal, &m, NULL)); /* a refused match is normal too */
+    take_pair(); /* the last one, if no line ended it */
+    if (!ok(selfcal_apply(&cal, &found))) return 1;
     for (int i = 0; i < 3; i++) printf("%s%.4f", i ? " " : "t = ", found.extrinsics.translation[i]);
     puts("");
 }

@@ -48,6 +48,12 @@ struct Moment {
     in_use_px: Option<f32>,
 }
 
+impl Moment {
+    fn point(&self) -> timeline::TimelinePoint {
+        timeline::TimelinePoint { error: self.error, sd: self.sd, state: self.state }
+    }
+}
+
 /// Simulates the flight, prints its log and plots it.
 ///
 /// # Errors
@@ -68,10 +74,12 @@ pub(super) fn run(args: &FlightArgs, out: &mut impl Write) -> Result<()> {
         )?;
     }
     let title = format!(
-        "flight of {} pairs, knock of {} degrees, seed {}",
-        args.pairs, args.knock, args.seed
+        "A flight: the right camera is knocked by {}° at pair {}",
+        args.knock,
+        scenario.turned_from()
     );
-    timeline::write_svg(&args.plot, &title, &result.timeline, scenario.turned_from())?;
+    let points: Vec<_> = result.moments.iter().map(Moment::point).collect();
+    timeline::write_svg(&args.plot, &title, &points, scenario.turned_from())?;
     writeln!(out, "plot               {}", args.plot.display())?;
     let last = result.moments.last().map_or(State::Acquiring, |moment| moment.state);
     ensure!(last == State::Locked, "the flight ends {last}, not locked");
@@ -93,7 +101,6 @@ fn scenario(args: &FlightArgs) -> Result<Scenario> {
 #[derive(Default)]
 struct FlightResult {
     moments: Vec<Moment>,
-    timeline: Vec<timeline::TimelinePoint>,
     /// Number of changes of the extrinsics in use.
     generation: u32,
     io_stats: IoStats,
@@ -124,7 +131,7 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
         }
         let mut app = App::new(hardware.driver(), &mut calibrator).applying();
         for ((sequence, frame), calm) in pairs.by_ref() {
-            let ScenarioPair { scene, pair, witnessed, .. } = frame;
+            let ScenarioPair { pair, witnessed, .. } = frame;
             hardware.send(sequence, &pair.matches);
             let pair_outcome = poll_until_idle(&mut app)?.map(|processed| processed.pair);
             for reading in witnessed.readings.iter().filter(|_| pair_outcome.is_some()) {
@@ -139,7 +146,7 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
                 }
                 log.note(out, sequence, verdict, calibrator.state(), health.as_ref())
             })?;
-            result.record(calibrator, verdict, health.as_ref(), &scene.rig, &calm);
+            result.record(calibrator, verdict, health.as_ref(), &calm);
             bar.inc(1);
             let (power, now) = (hardware.power(), Hardware::now(sequence));
             let kept = match power {
@@ -173,13 +180,12 @@ impl FlightResult {
 
     /// Records the calibration after a pair, or after a missing one.
     ///
-    /// * `rig`, `calm`: the rig of the pair, with and without its vibration.
+    /// * `calm`: the rig of the pair without its vibration.
     fn record(
         &mut self,
         calibrator: &Controller,
         verdict: Option<Verdict>,
         health: Option<&Health<f32>>,
-        rig: &Extrinsics<f64>,
         calm: &Extrinsics<f64>,
     ) {
         let proposal = calibrator.proposal();
@@ -193,12 +199,6 @@ impl FlightResult {
                 rotation: p.sd.rotation.to_f64(),
             }),
             in_use_px: health.map(|h| h.in_use_px),
-        });
-        self.timeline.push(timeline::TimelinePoint {
-            truth: *rig,
-            in_use,
-            proposed: proposal.as_ref().map(Into::into),
-            state: calibrator.state(),
         });
     }
 }

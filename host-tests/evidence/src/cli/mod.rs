@@ -1,8 +1,9 @@
-//! The commands `campaign`, `evaluate` and `bench`: arguments in, text or JSON out.
+//! The commands `campaign`, `evaluate`, `bench` and `picture`: arguments in, text or JSON out.
 
 mod bench;
 mod campaign;
 mod evaluate;
+mod picture;
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -10,6 +11,7 @@ use clap::Subcommand;
 use bench::BenchArgs;
 use campaign::CampaignArgs;
 use evaluate::EvaluateArgs;
+use picture::PictureArgs;
 
 /// Commands that measure the calibrator.
 #[derive(Debug, Subcommand)]
@@ -20,6 +22,8 @@ pub enum Command {
     Evaluate(EvaluateArgs),
     #[allow(missing_docs, reason = "the help text is that of the arguments")]
     Bench(BenchArgs),
+    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    Picture(PictureArgs),
 }
 
 impl Command {
@@ -32,6 +36,7 @@ impl Command {
             Self::Campaign(args) => campaign::campaign(args),
             Self::Evaluate(args) => evaluate::evaluate_all(args),
             Self::Bench(args) => bench::bench(args),
+            Self::Picture(args) => picture::picture(args),
         }
     }
 }

@@ -2,8 +2,10 @@
 
 mod comparison;
 mod disparity;
+mod knocked;
 mod scene;
 
 pub use comparison::{Attempt, Scores, WRONG_PX, comparison};
 pub use disparity::disparity_figures;
+pub use knocked::{KNOCKED, Knocked, knocked};
 pub use scene::PicturedScene;

@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use selfcal_commands::report::Picture;
 use selfcal_commands::run_page::{Estimates, sphere_figure};
-use selfcal_evidence::pictures::{PicturedScene, comparison};
+use selfcal_evidence::pictures::{KNOCKED, PicturedScene, comparison, knocked};
 use selfcal_pictures::{
     Disparities, Grey, Rectification, disparity_picture, pair_picture, turned, warp,
 };
@@ -109,6 +109,18 @@ fn rows_of_a_turned_pair_align_and_its_disparities_are_found_after_calibration_o
             assert_eq!([decoded.width(), decoded.height()], [shown, height * shown / width]);
         }
     }
+}
+
+#[test]
+fn the_picture_of_the_readme_is_that_of_the_command() {
+    let drawn = image::load_from_memory(&knocked(KNOCKED).unwrap().jpeg).unwrap().into_rgb8();
+    let kept = image::load_from_memory(include_bytes!("../../../pictures/knocked.jpg"));
+    let kept = kept.unwrap().into_rgb8();
+    assert_eq!(drawn.dimensions(), kept.dimensions());
+    let apart: u64 = drawn.iter().zip(kept.iter()).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+    let values = u64::try_from(drawn.len()).unwrap();
+    let advice = "cargo selfcal picture --out host-tests/pictures/knocked.jpg";
+    assert!(apart < values, "the picture has changed: {advice}");
 }
 
 fn scene_size(one: &Rectification) -> [u32; 2] {
