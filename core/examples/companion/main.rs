@@ -2,7 +2,7 @@
 //! frames of a matcher over UDP or a serial device, estimates as JSON lines.
 //!
 //! ```sh
-//! matcher | cargo run -p stereo-selfcal --example companion -- --focal 1400 --principal 960,600 --size 1920x1200
+//! matcher | cargo run -p stereo-selfcal --example companion -- --focal 1400 --principal 959.5,599.5 --size 1920x1200
 //! ```
 
 mod frames;
@@ -99,7 +99,7 @@ fn main() -> ExitCode {
 fn set_up(arguments: &[String]) -> Result<Rig, Box<dyn Error>> {
     let options = Options::read(arguments)?;
     let cameras = Cameras { left: options.camera("left")?, right: options.camera("right")? };
-    // Side by side without them: a guess, whose yaw is not held.
+    // Without extrinsics the cameras are side by side: a guess, whose yaw is not held.
     let factory = match (options.get("rotation")?, options.get("translation")?) {
         (None, None) => FactoryCalibration::guess(cameras),
         (r, t) => {

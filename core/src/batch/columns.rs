@@ -15,7 +15,7 @@ pub(crate) struct Columns<C> {
 impl<T: Scalar, const N: usize> Columns<[T; N]> {
     pub(crate) const ZERO: Self = Self { rays: [[T::ZERO; N]; 4], grid_step: [T::ZERO; N] };
 
-    /// Writes a correspondence at index `place`; none beyond the capacity.
+    /// Writes a correspondence at index `place`; does nothing beyond the capacity.
     pub(crate) fn set(&mut self, place: usize, pair: &RayPair<T>) {
         let cells = self.rays.iter_mut().chain([&mut self.grid_step]);
         for (column, value) in cells.zip(pair.rays().into_iter().chain([pair.grid_step()])) {

@@ -1,4 +1,4 @@
-//! Correspondences that do not fit a rig, or not as they did.
+//! Correspondences that do not fit a rig, or no longer fit it.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -24,7 +24,7 @@ mod serialization;
 mod solver;
 mod supervision;
 mod texts;
-// The vector lanes add in another order, and powers of the generated depths are those of the platform.
+// The vector lanes add in another order, and the powers of the generated depths depend on the platform.
 #[cfg(all(not(feature = "simd"), target_env = "gnu"))]
 mod traces;
 mod vibration;
