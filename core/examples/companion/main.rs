@@ -44,7 +44,7 @@ input:  one match a line: FRAME U_L V_L U_R V_R [SCORE], px before undistortion,
 output: one line for each pair, `pair FRAME OUTCOME` and the health of the calibration, and
         `in_use GENERATION R11 ... R33 TX TY TZ` whenever the extrinsics in use change.
         Lines that cannot be read are named on standard error and skipped.
-        Of frames, one JSON object for each whole one; the counters of the link come with it.
+        With frames, one JSON object for each whole frame, with the counters of the link.
 exit:   0; 1 if no estimate was ever applied; 2 for wrong options.
 ";
 

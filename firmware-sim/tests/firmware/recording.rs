@@ -1,4 +1,4 @@
-//! The recording of the build script is that of the simulated matcher.
+//! The recording of the build script equals that of the simulated matcher.
 
 use firmware_sim::recording::{FRAMES, NAME, PAIRS, ReplayBus, cameras, truth};
 use firmware_sim::{App, Event, start};

@@ -9,10 +9,10 @@ use image::DynamicImage;
 use image::metadata::Orientation;
 use kornia_image::{Image, ImageSize};
 
-/// Share of the pixels of a 16-bit picture that may be brighter than its white.
+/// Share of the pixels of a 16-bit picture that may exceed its white.
 const CLIPPED: f64 = 0.001;
 
-/// A picture whose brightest and darkest pixel differ by no more shows nothing.
+/// Largest difference of brightest and darkest pixel in an empty picture.
 const CONTRAST: u8 = 8;
 
 /// A grey picture; the centre of its top left pixel is at `(0, 0)`.
@@ -48,10 +48,9 @@ impl Picture {
         Ok(Self::read_with_orientation(path)?.0)
     }
 
-    /// The same, with the orientation that its EXIF data say.
+    /// The same, with the orientation of its EXIF data.
     ///
-    /// # Errors
-    /// Names the file.
+    /// # Errors Names the file.
     pub fn read_with_orientation(path: &Path) -> Result<(Self, Orientation)> {
         let name = path.display();
         let bytes = std::fs::read(path).with_context(|| format!("cannot read {name}"))?;
@@ -68,7 +67,7 @@ impl Picture {
         Self::of(decoded(bytes)?.0)
     }
 
-    /// The picture after the turn, or the mirror, of an orientation.
+    /// The picture after the turn or mirroring of an orientation.
     #[must_use]
     pub fn turned(self, orientation: Orientation) -> Self {
         if orientation == Orientation::NoTransforms {
@@ -127,10 +126,9 @@ impl Picture {
         Self::try_new(size, pixels)
     }
 
-    /// From rows of 16-bit pixels, top first: the brightest become white, whatever bits the camera has.
+    /// From rows of 16-bit pixels, top first: the brightest become white, for any bit depth of the camera.
     ///
-    /// # Errors
-    /// As [`Picture::try_new`].
+    /// # Errors As [`Picture::try_new`].
     pub fn of_16_bits(size: [usize; 2], pixels: &[u16]) -> Result<Self> {
         Self::try_new(size, narrowed(pixels))
     }
@@ -155,7 +153,7 @@ impl Picture {
         Self(image)
     }
 
-    /// Whether it shows anything: all black, all white, a cap on the lens.
+    /// Whether the picture shows anything; false if all is black or white, as with a cap on the lens.
     #[must_use]
     pub fn is_blank(&self) -> bool {
         let (least, most) = self
@@ -171,11 +169,11 @@ fn decoded(bytes: &[u8]) -> Result<(DynamicImage, Orientation)> {
         image::guess_format(bytes).is_ok(),
         "neither PNG nor JPEG nor PGM nor TIFF nor BMP nor WebP: save it as one of them"
     );
-    // Not an `ImageReader`: its decoders are generic, and would be compiled once more here.
+    // Not an `ImageReader`, whose generic decoders would be compiled once more here.
     Ok((image::load_from_memory(bytes)?, orientation(bytes)))
 }
 
-/// That of the EXIF data, if there is one.
+/// The orientation of the EXIF data, if any.
 fn orientation(bytes: &[u8]) -> Orientation {
     let exif = exif::Reader::new().read_from_container(&mut Cursor::new(bytes)).ok();
     exif.and_then(|exif| {
@@ -185,7 +183,7 @@ fn orientation(bytes: &[u8]) -> Orientation {
     .unwrap_or(Orientation::NoTransforms)
 }
 
-/// Of 16 bits, 8: linear from 0 to the level that only few pixels exceed.
+/// 16 bits to 8 bits: linear from 0 to the level that only a few pixels exceed.
 fn narrowed(pixels: &[u16]) -> Vec<u8> {
     let mut counts = vec![0_usize; 1 << 16];
     for &pixel in pixels {

@@ -117,7 +117,7 @@ def test_anything_at_all_gives_a_result_or_an_ordinary_exception(left: Any, righ
             call()
         except (TypeError, ValueError, OSError, sc.SelfcalError):
             pass
-    # A panic would be a BaseException; and it still works.
+    # A panic would be a BaseException; the calibrator still works.
     assert calibrator.fuse(LEFT, RIGHT).fused == "added"
 
 
@@ -196,7 +196,7 @@ def test_a_pair_that_the_scene_spoils_is_no_exception() -> None:
     rng = np.random.default_rng(0)
     noise = [rng.uniform(0, 479, (200, 2)) for _ in range(2)]
     assert calibrator.fuse(*noise).rejection is not None
-    # Outside the image: refused and counted, as on a vehicle.
+    # A pixel outside the image is refused and counted, as on a vehicle.
     outside = calibrator.fuse(np.r_[LEFT, LEFT[:9] + 1e4], np.r_[RIGHT, RIGHT[:9]])
     assert (outside.offered, outside.taken, outside.refused) == (209, 200, 9)
 

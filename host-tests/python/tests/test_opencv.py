@@ -90,7 +90,7 @@ def test_rotations_are_those_of_cv2_stereo_rectify_but_for_a_turn_about_the_base
 ) -> None:
     calibration, (r1, r2, *_) = rectified(rotation(*angles), np.array(t), LENSES["four"])
     own1, own2, p1, p2, q = calibration.stereo_rectify()
-    # OpenCV takes a rotation below 1e-5 rad for none.
+    # OpenCV ignores a rotation below 1e-5 rad.
     turns = [r1 @ own1.T, r2 @ own2.T]
     for turn in turns:
         np.testing.assert_allclose(turn[0], [1, 0, 0], atol=1.2e-5)
@@ -153,7 +153,7 @@ def test_half_the_size_sees_the_same_rays() -> None:
     calibration = made.rig.calibration()
     whole, half = calibration.rectify_maps(), calibration.rectify_maps((320, 240))
     for a, b in zip(whole[0], half[0], strict=True):
-        # A pixel of half the size is in the middle of four.
+        # A pixel of half the size lies in the middle of four.
         np.testing.assert_allclose(a.reshape(240, 2, 320, 2).mean((1, 3)), b, atol=0.02)
 
 

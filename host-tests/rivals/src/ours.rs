@@ -8,7 +8,7 @@ use stereo_selfcal::{
 use super::method::{Method, Setting, usable};
 use host_tests::data::{Rays, in_f64};
 
-/// Room for the matches of any pair; the core picks among more.
+/// Capacity for the matches of any pair; the core selects from larger pairs.
 const CAPACITY: usize = 2048;
 
 /// Largest distance of the image's border from its middle, px; pixels beyond are refused.
@@ -73,7 +73,7 @@ fn running(config: Config, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option
     after.collect()
 }
 
-/// A pinhole of the setting's focal length whose image holds all rays, the axis in its middle.
+/// A pinhole with the setting's focal length, whose image holds all rays and is centred on the axis.
 fn camera(pairs: &[Vec<Rays>], setting: &Setting) -> Option<Camera<f32>> {
     let focal = f32::lit(setting.focal);
     let reach = |axis: usize| {

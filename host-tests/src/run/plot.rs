@@ -34,7 +34,7 @@ const WORDS: [f64; 3] = [17.0, 14.0, 12.0];
 const BEFORE: Rgb = SERIES[7].light;
 const AFTER: Rgb = SERIES[2].light;
 
-/// Bins of the histogram; an even number, so that none straddles 0.
+/// Number of bins of the histogram, even, so that no bin straddles 0.
 const BINS: u32 = 60;
 
 /// Least half-width of the histogram, px.
@@ -45,9 +45,9 @@ const LIMIT_IN_MEDIANS: f64 = 2.0;
 
 /// Writes the picture as SVG; folders on the way are created, an older file is replaced.
 ///
-/// Left: histograms of the row offsets of all matches, px, under the extrinsics that the run started
-/// from and under the fused ones. Right: errors against the reference, degrees, of each pair and of
-/// the running estimate, with the reference's own standard error where it is known.
+/// Left: histograms of the row offsets of all matches, px, under the extrinsics of the start and under the fused ones.
+/// Right: errors against the reference, degrees, of each pair and of the running estimate, with the reference's own
+/// standard error if known.
 ///
 /// # Errors
 /// If the data set's cameras are not valid, or the file cannot be written.
@@ -67,8 +67,8 @@ fn svg(set: &Dataset, log: &RunLog) -> Result<String> {
 
 /// Heading, legend, axes and grid of one half of the picture.
 ///
-/// * `left`: of the half, px.
-/// * `axes`: with their names.
+/// * `left`: left border of the half, px.
+/// * `axes`: axes with their names.
 fn panel<'a>(
     svg: &'a mut Svg,
     left: f64,
@@ -99,17 +99,17 @@ fn panel<'a>(
 /// Row offsets of all matches before and after, counted in bins of one width.
 #[derive(Debug, PartialEq)]
 struct Histogram {
-    /// Half-width, px.
+    /// Half-width of the histogram, px.
     limit: f64,
     before: Counts,
-    /// `None` without an estimate.
+    /// Counts after; `None` without an estimate.
     after: Option<Counts>,
 }
 
 #[derive(Debug, PartialEq)]
 struct Counts {
     bins: Vec<u32>,
-    /// Share of the offsets that no bin holds, 0 to 1.
+    /// Share of the offsets beyond the bins, 0 to 1.
     beyond: f64,
 }
 
@@ -196,7 +196,7 @@ struct Curve {
 }
 
 impl Curve {
-    /// * `of`: picks the error out of a deviation, rad.
+    /// * `of`: selects the error from a deviation, rad.
     fn new(
         name: &'static str,
         color: Rgb,

@@ -29,7 +29,7 @@ const MARGIN: f64 = 24.0;
 /// Sizes of the title, of the name of a panel and of other words, px.
 const WORDS: [f64; 3] = [17.0, 13.0, 12.0];
 
-/// Share of its height that a panel leaves free above and below.
+/// Share of a panel's height that stays free above and below.
 const AIR: f64 = 0.12;
 
 /// Least height of a panel, degrees.
@@ -64,7 +64,7 @@ pub struct TimelinePoint {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Proposed {
     pose: Pose,
-    /// Reported standard deviations, degrees; 0 where there is no covariance.
+    /// Reported standard deviations, degrees; 0 without a covariance.
     sd: Pose,
 }
 
@@ -84,7 +84,7 @@ fn pose(extrinsics: &Extrinsics<f64>) -> Pose {
 
 /// Standard deviations of a [`Pose`], to first order near `R = I`, `t = (-1, 0, 0)`.
 fn deviations(extrinsics: &Extrinsics<f64>, covariance: &Matrix5<f64>) -> Pose {
-    // The unknowns are turns in the rectified frame: R_r^T brings them into that of the right camera.
+    // The unknowns are turns in the rectified frame; `R_r^T` maps them to the frame of the right camera.
     let to_camera = *RectifyingRotations::from(extrinsics).right().inverse().matrix();
     let turn = covariance.fixed_view::<3, 3>(0, 0);
     let r = to_camera * turn * to_camera.transpose();
@@ -132,7 +132,7 @@ fn draw_head(svg: &mut Svg, title: &str) {
     }
 }
 
-/// One of the five over the pairs, degrees.
+/// One of the five components over the pairs, degrees.
 struct Panel {
     name: &'static str,
     truth: Vec<Point>,
@@ -223,7 +223,7 @@ fn draw_states(svg: &mut Svg, top: f64, points: &[TimelinePoint], knock: f64) {
     let mut plot = Plot::new(svg, [[LABELS, top + 6.0], [SIZE[0] - MARGIN, bottom]], axes);
     let mut from = 0.0;
     for run in points.chunk_by(|a, b| a.state == b.state) {
-        // From the pair that brought the state to the one that ended it.
+        // From the pair that started the state to the one that ended it.
         let to = from + u32::try_from(run.len()).map_or(f64::NAN, f64::from);
         let color = color(run[0].state);
         let corners = [[from, 0.0], [to, 1.0]];

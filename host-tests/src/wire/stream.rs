@@ -1,4 +1,4 @@
-//! A stream of bytes as the frames and pairs in it.
+//! The frames and pairs in a stream of bytes.
 
 use std::io::{self, BufRead, ErrorKind};
 
@@ -8,7 +8,7 @@ use stereo_selfcal::link::{Counters, Decoder, Event, FrameHeader};
 
 use crate::data::{Match, Meta};
 
-/// The whole frames of a stream, one by one as its bytes come, in the order of their arrival.
+/// The whole frames of a stream, one by one in order of arrival.
 #[derive(Debug)]
 pub struct FrameReader<R> {
     input: R,
@@ -71,7 +71,7 @@ impl Frame {
     /// The matches as a pair of a rig, bit-identical to what a calibrator gets from the link.
     ///
     /// # Errors
-    /// If the frame is of images of another size.
+    /// If the size of the frame's images differs.
     pub fn pair(&self, rig: &Meta) -> Result<Vec<Match>> {
         let [width, height] = self.header.image_size;
         ensure!(

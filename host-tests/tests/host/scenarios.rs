@@ -1,4 +1,4 @@
-//! Properties of the scenarios; a rig that moves is compared with the truth of each pair.
+//! Properties of the scenarios; the truth of each pair is the reference of a moving rig.
 
 use clap::ValueEnum;
 use host_tests::data::{Dataset, TurnedView};
@@ -296,7 +296,7 @@ fn pairs_and_estimate_are_compared_with_the_truth_of_their_time() {
     assert!(single.iter().all(|&e| e < 1e-4), "{single:?}");
     assert!(running[..3].iter().all(|&e| e < 1e-4) && running[3] > 0.01, "{running:?}");
     assert_eq!(last.to_bits(), running[5].to_bits());
-    // Against the last truth alone, the pairs before the step are wrong by its degrees.
+    // Against the last truth alone, the pairs before the step are wrong by its angle.
     let ([single, _], _) = errors(&Dataset { rigs: Vec::new(), ..set });
     assert!((single[0] - 2_f64.to_radians()).abs() < 1e-4 && single[5] < 1e-4, "{single:?}");
 }

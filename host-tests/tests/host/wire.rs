@@ -1,5 +1,5 @@
-//! Data sets over the link: after a faulty wire the calibrator is bit-identical to one fed the frames
-//! that survive.
+//! Data sets over the link: after a faulty wire the calibrator is bit-identical to one that gets only the surviving
+//! frames.
 
 use host_tests::data::{Dataset, Match};
 use host_tests::wire::{Faults, FaultyWire, Frame, FrameReader, Sender, Sent, counted, quantised};

@@ -109,7 +109,7 @@ fn extrinsics_never_go_with_the_cameras_of_another_lens() {
     );
     calibrator.reset();
     assert_eq!(calibrator.in_use().cameras, cameras());
-    assert_eq!(drive(&mut calibrator, 0.0, 0.0, 0..30), [0; 0], "rays are those of the given lens");
+    assert_eq!(drive(&mut calibrator, 0.0, 0.0, 0..30), [0; 0], "rays use the given lens");
 }
 
 #[test]

@@ -16,11 +16,11 @@ const SHARE: u32 = 20_000;
 /// A bad wire.
 const FAULTS: Faults = Faults { damaged: 0.2, dropped: 0.02, repeated: 0.02, noise_after: 0.05 };
 
-/// Send generated frames over a wire with faults, through the decoder, and check all that comes out.
+/// Send generated frames over a wire with faults, through the decoder, and check its output.
 ///
-/// Frames of 0 to 512 matches with any content, in pieces of any length. Unless said otherwise 20 % of
-/// them are damaged, 2 % dropped, 2 % repeated, and noise follows 5 %. The run fails if anything is
-/// handed out that was not sent so, or if a frame is lost that was on the wire whole.
+/// Frames of 0 to 512 matches with any content, in pieces of any length. By default 20 % of them are damaged, 2 %
+/// dropped, 2 % repeated, and noise follows 5 %. The run fails if the output differs from what was sent, or if a frame
+/// is lost that was whole on the wire.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal link
@@ -57,7 +57,7 @@ pub(crate) fn link(args: &LinkArgs) -> Result<()> {
 
 fn print(counts: &SoakCounts) -> Result<()> {
     let mut out = io::stdout();
-    // A damaged frame passes by chance where it has the checksum of another.
+    // A damaged frame passes by chance if it has the checksum of another.
     #[expect(clippy::cast_precision_loss, reason = "a share of a chance")]
     let by_chance = counts.damaged as f64 / 2.0_f64.powi(32);
     for (what, count) in [

@@ -11,11 +11,11 @@ use host_tests::wire::{Faults, FaultyWire, Sender, Sent};
 
 use super::faults::FaultArgs;
 
-/// Write a data set as the bytes that a matcher sends, frame after frame, for `selfcal replay FILE` or a
-/// receiver of your own; over a wire with faults, if you like.
+/// Write a data set as the bytes that a matcher sends, frame after frame, for `selfcal replay FILE` or your own
+/// receiver; optionally over a wire with faults.
 ///
-/// The format is that of stereo_selfcal::link: version 1, coordinates in 1/256 px. The file is what is
-/// on the wire and nothing else, so what a vehicle logged of its matcher is one too.
+/// The format is version 1 of stereo_selfcal::link, coordinates in 1/256 px. The file holds only the bytes on the wire,
+/// so the log of a vehicle's matcher has this format too.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal record opencv_chess_sift flight.scmf
@@ -26,7 +26,7 @@ pub struct RecordArgs {
     #[arg(value_name = "DATASET")]
     set: PathBuf,
 
-    /// Where the bytes go; must not exist.
+    /// File for the bytes; must not exist.
     #[arg(value_name = "FILE")]
     file: PathBuf,
 

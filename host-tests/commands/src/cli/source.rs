@@ -1,4 +1,4 @@
-//! Which recording a subcommand takes.
+//! The recording of a subcommand.
 
 use std::path::{Path, PathBuf};
 
@@ -18,17 +18,17 @@ pub(crate) struct Source {
     #[arg(value_name = "DIR|FILE|-")]
     set: PathBuf,
 
-    /// Rig of a file or of standard input: a meta.json, a data set that has one, or files of any format that
-    /// `selfcal import` reads [default: the meta.json beside the file].
+    /// Rig of a file or of standard input: a meta.json, a data set with one, or files of any format that `selfcal
+    /// import` reads [default: the meta.json beside the file].
     #[arg(long, value_name = "FILE|DIR", num_args = 1..=3)]
     rig: Vec<PathBuf>,
 
     #[command(flatten)]
     lacks: RigArgs,
 
-    /// Turn a view, as if its camera looked up (top), down, left or right: of the left one R becomes R Rot^T,
-    /// of the right one Rot R, and t Rot t. Points that leave the image are dropped. A rectified set is
-    /// evidence only if turned.
+    /// Turn a view, as if its camera looked up (top), down, left or right. For the left view R becomes R Rot^T; for the
+    /// right one R becomes Rot R and t Rot t. Points that leave the image are dropped. A rectified set is evidence only
+    /// if turned.
     #[arg(long, value_enum)]
     view: Option<TurnedView>,
 
@@ -37,7 +37,7 @@ pub(crate) struct Source {
     #[arg(long, value_enum, default_value_t, requires = "view")]
     turned: TurnedCamera,
 
-    /// By how much the view is turned.
+    /// Angle of the turn.
     #[arg(long, default_value_t = 5.0, requires = "view", value_name = "D")]
     degrees: f64,
 }
@@ -48,7 +48,7 @@ impl Source {
         &self.set
     }
 
-    /// Whether a view is turned, which leaves out matches: rows of a pair are not those of its file.
+    /// Whether a view is turned, which drops matches: then rows of a pair differ from those of its file.
     pub(super) fn is_turned(&self) -> bool {
         self.view.is_some()
     }
@@ -70,7 +70,7 @@ impl Source {
         })
     }
 
-    /// The same with all its pairs at once.
+    /// The same with all its pairs in memory.
     pub(super) fn read(&self) -> Result<Dataset> {
         match self.open()? {
             Recording::Held(set) => Ok(set),
@@ -96,11 +96,11 @@ impl Source {
     }
 }
 
-/// What a place has.
+/// Kinds of recordings.
 pub(super) enum Recording {
     /// A data set.
     Held(Dataset),
-    /// Pairs one by one.
+    /// Pairs that arrive one by one.
     Streamed(Streamed),
 }
 

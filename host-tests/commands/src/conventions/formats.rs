@@ -1,4 +1,4 @@
-//! The formats that are read: how each is told, what it says, and its reader.
+//! The formats that are read: the keys of each, its description, and its reader.
 
 use anyhow::{Context, Result, bail, ensure};
 
@@ -11,16 +11,16 @@ use host_tests::data::Meta;
 /// The unit of a translation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Unit {
-    /// That of the format.
+    /// The unit of the format.
     Own,
-    /// That of the board, or any: `--unit` says it.
+    /// The unit of the board, or any unit: `--unit` gives it.
     Given,
 }
 
 /// A format.
 struct Row {
     name: &'static str,
-    /// A file that has one of these keys is in this format.
+    /// A file with one of these keys is in this format.
     keys: &'static [&'static str],
     /// Files, direction of the extrinsics and unit, for people.
     says: &'static str,
@@ -28,7 +28,7 @@ struct Row {
     read: fn(&Files, Unknowns) -> Result<Meta>,
 }
 
-/// All of them. The first whose key is found is taken: keys that others have too come last.
+/// All formats. The first whose key is found is taken, so formats whose keys others have too come last.
 const FORMATS: [Row; 19] = [
     Row {
         name: "EuRoC",
@@ -173,14 +173,14 @@ const FORMATS: [Row; 19] = [
     },
 ];
 
-/// The list of the formats, one a line: for the help.
+/// The list of the formats, one a line, for the help.
 #[must_use]
 pub fn list() -> String {
     let line = |row: &Row| format!("  {}: {}", row.name, row.says);
     FORMATS.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// The rig of files, whose format is told by their keys.
+/// The rig of files; their keys tell the format.
 pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let found = FORMATS.iter().find(|row| !files.with(row.keys).is_empty());
     let Some(row) = found else {

@@ -1,4 +1,4 @@
-//! Numbers as YAML has them.
+//! Numbers in the form of YAML.
 
 /// The fewest digits that read back to the same bits, always with a point, and a sign in the
 /// exponent: YAML 1.1, which Kalibr and ROS read, takes `1e-7` for text.
@@ -10,7 +10,7 @@ pub(super) fn number(x: f64) -> String {
     format!("{digits}{point}e{sign}{exponent}")
 }
 
-/// Numbers with commas between.
+/// Numbers separated by commas.
 pub(super) fn list(numbers: &[f64]) -> String {
     numbers.iter().map(|&x| number(x)).collect::<Vec<_>>().join(", ")
 }

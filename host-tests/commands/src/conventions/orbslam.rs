@@ -111,7 +111,7 @@ pub(super) fn second(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     rig::meta([left.clone(), left], &pose, source)
 }
 
-/// A rig with `LEFT` and `RIGHT`, as they are before its rectification.
+/// A rig with `LEFT` and `RIGHT`, before its rectification.
 fn raw(file: &Value, unknowns: Unknowns, source: String) -> Result<Meta> {
     let side = |side: usize| -> Result<(View, Matrix3<f64>, [f64; 12])> {
         let name = ["LEFT", "RIGHT"][side];

@@ -1,9 +1,8 @@
-//! ROS `camera_info` of a pair: files as `camera_calibration` writes them, and text as `rostopic echo` and
-//! `ros2 topic echo` print it.
+//! ROS `camera_info` of a pair: files of `camera_calibration`, and the output of `rostopic echo` and `ros2 topic echo`.
 //!
-//! The extrinsics are in the rectification: `R = R_r^T R_l` and `t` is minus the first row of `R_r`,
-//! whatever turn about the baseline the rectified frame has; `P[0][3] = -fx b` of the right camera. Of cameras above
-//! each other `t` is minus the second row, and `P[1][3] = -fy b`.
+//! The extrinsics are in the rectification: `R = R_r^T R_l` and `t` is minus the first row of `R_r`, for any turn of
+//! the rectified frame about the baseline; `P[0][3] = -fx b` of the right camera. If the cameras are above each other,
+//! `t` is minus the second row, and `P[1][3] = -fy b`.
 
 use anyhow::{Result, bail, ensure};
 use nalgebra::Matrix3;
@@ -43,7 +42,7 @@ const ECHO: Keys = Keys {
 
 /// One camera.
 pub(super) struct Info<'a> {
-    /// As the file has it, without region of interest and binning.
+    /// The camera of the file, without region of interest and binning.
     view: View,
     r: Matrix3<f64>,
     p: [f64; 12],
@@ -56,7 +55,7 @@ impl<'a> Info<'a> {
         let size = size(&value, keys)?;
         let model = value.get(&["distortion_model"]);
         let lens = match model.as_ref().map(Value::text).unwrap_or_default().trim() {
-            // Five or eight coefficients tell the two; none are those of a pinhole.
+            // Five or eight coefficients tell the two models; without coefficients the camera is a pinhole.
             "plumb_bob" | "rational_polynomial" | "rational" | "radtan" | "none" | "" => LensModel::RadialTangential,
             "equidistant" | "fisheye" | "kannala_brandt" => LensModel::Fisheye,
             _ => bail!(value.need(&["distortion_model"], "a model")?.refuse("plumb_bob, rational_polynomial and equidistant are handled: calibrate with one of them")),
@@ -70,12 +69,12 @@ impl<'a> Info<'a> {
         Ok(Self { view, r, p, place_of_p, value })
     }
 
-    /// `-Tx / fx`, `-Ty / fy`: where the camera stands, m.
+    /// `-Tx / fx`, `-Ty / fy`: position of the camera, m.
     fn stands(&self) -> [f64; 2] {
         [-self.p[3] / self.p[0], -self.p[7] / self.p[5]]
     }
 
-    /// The camera of its rectified images: nothing but `P` is read.
+    /// The camera of its rectified images: only `P` is read.
     fn of_rectified(value: Value<'a>, keys: &Keys) -> Result<Self> {
         let (p, place_of_p) = projection(&value, keys)?;
         let [fx, _, cx, _, _, fy, cy, ..] = p;
@@ -103,7 +102,7 @@ fn projection(value: &Value, keys: &Keys) -> Result<([f64; 12], String)> {
     Ok((numbers, p.place().to_owned()))
 }
 
-/// Left and right, told by the right one's place.
+/// Left and right; the position of the right camera tells them apart.
 fn pair<'a>(
     files: &'a Files,
     keys: &Keys,
@@ -171,7 +170,7 @@ fn pose([left, right]: &[Info<'_>; 2]) -> Result<Pose> {
         &Rigid { r, t: t / length },
         &format!("{} and {}: the rectification matrices", left.value.place(), right.value.place()),
     )?;
-    // The length is that of P: the row is of unit length.
+    // `P` gives the length, because the row has unit length.
     pose.baseline_m = super::scale::known(length);
     Ok(pose)
 }
@@ -181,17 +180,17 @@ fn meta(infos: [Info<'_>; 2], source: String) -> Result<Meta> {
     rig::meta(infos.map(|info| info.view), &pose, source)
 }
 
-/// The whole rig of files.
+/// The whole rig from files.
 pub(super) fn rig(files: &Files, _: Unknowns) -> Result<Meta> {
     meta(pair(files, &FILE, Info::of)?, format!("ROS: {files}"))
 }
 
-/// The whole rig of texts.
+/// The whole rig from texts.
 pub(super) fn echoed(files: &Files, _: Unknowns) -> Result<Meta> {
     meta(pair(files, &ECHO, Info::of)?, format!("ROS: {files}"))
 }
 
-/// The rig of a pair's rectified images: `P` is the camera, without distortion and side by side or above each other.
+/// The rig of a pair's rectified images: `P` is the camera, without distortion, side by side or above each other.
 pub(super) fn of_rectified(files: &Files) -> Result<Meta> {
     meta(pair(files, &FILE, Info::of_rectified)?, format!("ROS, rectified: {files}"))
 }

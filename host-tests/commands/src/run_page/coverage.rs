@@ -11,10 +11,10 @@ use host_tests::data::Match;
 /// Cells across the image.
 const COLUMNS: u16 = 24;
 
-/// Width of the picture, px; its height is that of the image's shape.
+/// Width of the picture, px; its height follows from the shape of the image.
 const WIDTH: f64 = 480.0;
 
-/// Matches counted in cells as high as they are wide.
+/// Counts of matches in square cells.
 struct Cells {
     /// Edge of a cell, px of the image.
     edge: f64,

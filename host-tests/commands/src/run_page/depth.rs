@@ -1,11 +1,11 @@
-//! Error of depth before and after the run: as the calibrator expects it, and as true depths show it.
+//! Error of depth before and after the run: the calibrator's expectation, and the measurement with true depths.
 
 use host_tests::run::{DEPTHS_M, Summary, metres};
 
 use super::replayed::Replayed;
 use crate::report::{Cell, Section, Table};
 
-/// `None` where depth is neither expected nor measured.
+/// `None` if depth is neither expected nor measured.
 pub(super) fn section(replayed: &Replayed<'_>, summary: &Summary) -> Option<Section> {
     let (expected, measured) = (summary.depth_expected, replayed.depth);
     if expected.is_none() && measured.is_none() {

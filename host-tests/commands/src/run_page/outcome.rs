@@ -88,7 +88,7 @@ fn source(meta: &Meta) -> String {
     }
 }
 
-/// `R` beside `t`, as they multiply.
+/// `R` beside `t`, in the layout of their product.
 fn extrinsics(replayed: &Replayed<'_>, found: &Extrinsics<f64>) -> Table {
     let heading = ["row", "R, column 1", "R, column 2", "R, column 3", "t, baselines"];
     let mut table = Table::new("extrinsics", heading.map(Into::into));

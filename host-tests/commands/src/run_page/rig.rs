@@ -6,7 +6,7 @@ use super::replayed::Replayed;
 use crate::conventions::{Document, Format};
 use crate::report::Section;
 
-/// The estimate in each format, or why it cannot be said there; none without an estimate.
+/// The estimate in each format, or why the format cannot express it; empty without an estimate.
 pub(super) fn files(replayed: &Replayed<'_>) -> Vec<(Format, Result<Vec<Document>>)> {
     let Some(fused) = replayed.log.fused() else { return Vec::new() };
     let meta = fused.rig(&replayed.set.meta);

@@ -1,4 +1,4 @@
-//! Output of the command with `--lens compensate`: what comes of an estimate has the cameras that it belongs to.
+//! Output of the command with `--lens compensate`: every output of an estimate has the corrected cameras.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::call::{failure, json, stdout};
 
-/// A right camera that is 0.5 % longer than the data say.
+/// A right camera whose focal length is 0.5 % longer than the data say.
 const WRONG: [&str; 6] = ["synth", "--pairs", "40", "--lens-error", "f_r=0.5%", "--seed"];
 const SEED: &str = "3";
 
@@ -112,7 +112,7 @@ fn exported_rigs_have_the_corrected_cameras() {
         let correction = &found["correction"];
         assert!((ratio - 1.0 - number(&correction["focal"])).abs() < 1e-9, "{format}: {ratio}");
         assert!((number(&exported["dist_r"][0]) - number(&correction["k1"])).abs() < 1e-9);
-        // R and t are right with the cameras beside them.
+        // `R` and `t` are right with their cameras.
         with_rig(Path::new(&set), Path::new(&rig), Path::new(&copy));
         let again = json(&["replay", &copy, "--initial", &rig, "--lens", "given", "--json"]);
         let [after, before] = [&found["rms_px_after"], &again["rms_px_before"]].map(number);

@@ -1,4 +1,4 @@
-//! What a run is compared with: none, half a one, and one of the other convention.
+//! The reference of a run: absent, incomplete, or in the opposite convention.
 
 use std::fs;
 use std::path::Path;

@@ -54,7 +54,7 @@ fn cells(findings: &Findings<'_>, row: &Row<'_>, quantity: Quantity) -> Vec<Cell
         .collect();
     let best = least.iter().flatten().map(|(_, e)| *e).fold(f64::INFINITY, f64::min);
     let sd = row.set.reference.map(|sd| [sd.translation, sd.rotation][part]);
-    // Below the error of the reference nothing is better than anything.
+    // Differences below the error of the reference do not count.
     let best = best.max(sd.unwrap_or(0.0));
     let evidence = row.seen.is_evidence(row.set.reference)[part];
     let shown = |error: f64| {
@@ -84,7 +84,7 @@ fn cells(findings: &Findings<'_>, row: &Row<'_>, quantity: Quantity) -> Vec<Cell
     cells
 }
 
-/// Everything that was measured on the recordings.
+/// All measurements on the recordings.
 fn numbers(findings: &Findings<'_>) -> Csv {
     let heading = [
         "data set",

@@ -1,4 +1,4 @@
-//! The page in short: losses first, each figure computed from what follows.
+//! The page in short: losses first, with each figure computed from the sections below.
 
 use std::collections::BTreeMap;
 
@@ -90,7 +90,7 @@ fn ratio(mean: Option<f64>) -> Cell {
     mean.map_or_else(|| Cell::missing("-", "no cell"), |mean| Cell::number(mean, 2))
 }
 
-/// The rival that is best over all cells with one setting, among those with an estimate in each.
+/// The best rival over all cells with one setting, among those with an estimate in each cell.
 fn best_single<'a>(findings: &Findings<'a>, quantity: Quantity) -> Option<(&'a Variant, f64)> {
     let [ours, rivals] = findings.sides();
     let all = verdict::cells(findings.rows, &ours, &rivals);
@@ -127,7 +127,7 @@ fn losses(findings: &Findings<'_>, cells: &[Judged<'_>]) -> Table {
     table
 }
 
-/// Cells in which doing nothing is better than ours, and than all.
+/// Cells in which doing nothing is better than ours, and better than all methods.
 fn unsolved(findings: &Findings<'_>, cells: &[Judged<'_>]) -> String {
     let worse: Vec<&Judged<'_>> = cells.iter().filter(|c| c.still() < c.ours).collect();
     let by_all = worse.iter().filter(|c| c.still() < c.rival.1).count();
@@ -218,7 +218,7 @@ fn with_outliers<'a>(findings: &Findings<'a>, ours: &[usize], rival: usize) -> V
     all.into_iter().filter(|c| c.row.set.outliers > FEW_OUTLIERS).collect()
 }
 
-/// A recording with fewer outliers than this share is one without.
+/// Share of outliers below which a recording counts as one without outliers.
 const FEW_OUTLIERS: f64 = 0.01;
 
 fn over_bounds(findings: &Findings<'_>) -> Table {
@@ -251,7 +251,7 @@ fn over_bounds(findings: &Findings<'_>) -> Table {
     table
 }
 
-/// Ours, and the rival with the least `e_t`, over the bound.
+/// Errors of ours, and of the rival with the least `e_t`, over the bound.
 fn over_bound(
     findings: &Findings<'_>,
     axis: SweepAxis,

@@ -93,7 +93,7 @@ pub(super) fn sections(findings: &Findings<'_>) -> Vec<Section> {
     sections
 }
 
-/// Names and places among the variants: ours, all rivals, the paper's method.
+/// Names and indices among the variants: ours, all rivals, the paper's method.
 fn sides(findings: &Findings<'_>) -> [(&'static str, Vec<usize>, Line); 3] {
     let of = |method| verdict::of_method(findings.few, method);
     [
@@ -147,7 +147,7 @@ fn figure(findings: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of
         if bounded {
             all.push(bound(sweep, part));
         }
-        // Ours on top.
+        // Ours is drawn last, on top.
         all.reverse();
         (Picture::Svg(curves::curves(y, &x, &all)), format!("{y} over {}", words.x))
     };
@@ -195,7 +195,7 @@ fn figure(findings: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of
     }
 }
 
-/// `e_t` of every method at its best setting beside ours.
+/// `e_t` of every method at its best setting, as a multiple of ours.
 fn multiples(findings: &Findings<'_>, sweep: &Sweep) -> Figure {
     let words = words(sweep.axis);
     let x = Scale { name: words.x.into(), log: words.log };
@@ -232,7 +232,7 @@ fn multiples(findings: &Findings<'_>, sweep: &Sweep) -> Figure {
     }
 }
 
-/// Relative standard error of a root mean square over so many scenes, of one degree of freedom each.
+/// Relative standard error of a root mean square over so many scenes with one degree of freedom each.
 fn chance(scenes: usize) -> f64 {
     (0.5 / f64::from(u32::try_from(scenes.max(1)).unwrap_or(u32::MAX))).sqrt()
 }
@@ -281,7 +281,7 @@ fn numbers_of(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Vec<f64> {
     trials.iter().flatten().flatten().map(of).collect()
 }
 
-/// `None` where fewer than half of the trials have an estimate.
+/// `None` if fewer than half of the trials have an estimate.
 pub(super) fn rms(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Option<f64> {
     let numbers = numbers_of(trials, of);
     if 2 * numbers.len() < trials.as_ref().map_or(0, Vec::len) {

@@ -1,4 +1,5 @@
-//! Figure 4 of the paper in form: what a calibration does to depth, and the estimates on their spheres.
+//! Figures in the form of the paper's figure 4: the effect of a calibration on depth, and the estimates on their
+//! spheres.
 
 use anyhow::{Context, Result};
 
@@ -10,7 +11,7 @@ use rivals::by_name;
 use selfcal_commands::report::{Figure, Section};
 use selfcal_commands::run_page::{Estimates, sphere_figure};
 
-/// Data set and view of the spheres: pairs enough, and outliers.
+/// Data set and view of the spheres, which has enough pairs and outliers.
 const SPHERES: [&str; 2] = ["opencv_chess_sift", "top"];
 
 pub(super) fn section(findings: &Findings<'_>) -> Section {

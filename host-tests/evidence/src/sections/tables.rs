@@ -39,7 +39,7 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
     section
 }
 
-/// Columns of one method each, in their settings.
+/// Columns of one method each, with their settings.
 fn columns(findings: &Findings<'_>) -> Vec<(&'static str, Vec<usize>)> {
     let plain = Tuning::default();
     let prefiltered = Tuning { prefiltered: true, ..plain };

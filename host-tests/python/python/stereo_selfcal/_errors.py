@@ -79,7 +79,7 @@ _CAMERA = "Correct the named quantity."
 _CONFIG = "Correct the named parameter."
 _PIXEL = "Drop the match; many of them: wrong image size or lens."
 
-#: By code of the core. Tested to be complete against the header of the C API.
+# : Advice by code of the core. A test checks it against the header of the C API.
 ADVICE: dict[int, str] = {
     **dict.fromkeys(range(100, 104), _CAMERA),
     120: _PIXEL,

@@ -1,4 +1,4 @@
-//! README and EVIDENCE: size, links, commands, and the figures that are quick to reproduce.
+//! README and EVIDENCE: size, links, commands, and the quickly reproducible figures.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ const GUIDE: &str = include_str!("../../README.md");
 const CONTRIBUTING: &str = include_str!("../../../../.github/CONTRIBUTING.md");
 const CHANGELOG: &str = include_str!("../../../../CHANGELOG.md");
 
-/// The documents, each with the folder its links start from.
+/// The documents, each with the base folder of its links.
 const DOCUMENTS: [(&str, &str); 6] = [
     ("", README),
     ("host-tests", EVIDENCE),
@@ -170,7 +170,7 @@ fn cargo_knows_the_tests_and_benches_of_the_documents() {
     }
 }
 
-/// Whether `value` rounds to what a cell shows.
+/// Whether `value` rounds to the number in a cell.
 fn shows(cell: &str, value: &Value) -> bool {
     let decimals = cell.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     format!("{:.decimals$}", value.as_f64().unwrap()) == cell

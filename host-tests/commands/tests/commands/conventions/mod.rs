@@ -189,7 +189,7 @@ fn a_rational_lens_is_read_where_a_file_has_its_coefficients() {
     let meta = read([(name, text.as_str()), extrinsics], SIZE).unwrap();
     assert_eq!(meta.lenses(), [LensModel::RadialTangential, LensModel::Rational]);
     assert_eq!(meta.dist_r, [-0.3, 0.15, -5e-4, 2.5e-4, -0.07, 0.2, 0.1, 0.05]);
-    // The other lens is as it was.
+    // The other lens is unchanged.
     let plain = read(OPENCV, SIZE).unwrap();
     assert_eq!(meta.dist_l, plain.dist_l);
     let pixel = [[20.0, 30.0], [600.0, 400.0]];

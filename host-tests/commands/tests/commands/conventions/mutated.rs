@@ -1,4 +1,4 @@
-//! Damaged files of every format end in a rig or in a refusal that names the file: never a panic, never words of Rust.
+//! Damaged files of every format give a rig or a refusal that names the file, without a panic or Rust debug output.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -8,7 +8,7 @@ use selfcal_commands::conventions::{Files, Format, import, rig_of};
 
 use super::samples::samples;
 
-/// Words that no message for people has.
+/// Words of Rust debug output, which a message for people never has.
 const RUST: [&str; 16] = [
     "Some(",
     "None",
@@ -28,13 +28,13 @@ const RUST: [&str; 16] = [
     "Error {",
 ];
 
-/// Damaged files of each format: a few, and many where there is time.
+/// Damaged files of each format: in the short test and in the long one.
 const EACH: [usize; 2] = [40, 200];
 
-/// Every so many rigs that are read are written again.
+/// One in so many rigs read is written again.
 const WRITTEN: usize = 10;
 
-/// One more damage of a text.
+/// Adds a random damage to a text.
 fn damaged(text: &str, random: &mut ChaCha8Rng) -> String {
     let text = if text.is_empty() { "\n" } else { text };
     let lines: Vec<&str> = text.lines().collect();

@@ -1,4 +1,4 @@
-//! Bad input: each kind is an error that says what is wrong, or a counted skip.
+//! Bad input: each kind gives an error with its reason, or a counted skip.
 
 use std::fs;
 use std::path::{Path, PathBuf};
