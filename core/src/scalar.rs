@@ -1,4 +1,4 @@
-//! The two number types of the core, and the constants and conversions it needs of them.
+//! The two number types of the core, with the constants and conversions that it needs.
 
 use nalgebra::RealField;
 
@@ -106,11 +106,11 @@ macro_rules! scalar {
                 fn count(value: u32) -> Self { value as $t }
                 fn to_f64(self) -> f64 { f64::from(self) }
                 fn to_single(self) -> f32 { self as f32 }
-                // By 32 bits: the controller's conversion saturates there by itself.
+                // Through 32 bits, where the controller's conversion saturates.
                 fn to_u16(self) -> u16 { (self as u32).min(0xffff) as u16 }
                 fn bits(self) -> u64 { self.to_bits().into() }
                 fn from_bits(bits: u64) -> Self { Self::from_bits(bits as $bits) }
-                // Numbers above 0 are in the order of their bits, and a doubling adds 1 to the exponent.
+                // Numbers above 0 have the order of their bits, and a doubling adds 1 to the exponent.
                 fn doublings_of(self, first: Self) -> usize {
                     let [own, first] = [self.abs(), first].map(|x| x.to_bits() as $signed);
                     (((own - first) >> ($t::MANTISSA_DIGITS - 1)) + 1).max(0) as usize

@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn distortion_is_that_of_opencv() {
+    fn distortion_matches_opencv() {
         // The formulas of OpenCV's documentation at (0.3, -0.2).
         let [_, brown, _, fisheye, rational] = lenses::<f64>();
         let expect = |lens: Lens<f64>, x: f64, y: f64| {

@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn rotation_distance_is_that_of_rotation_vectors_and_rotation_angle_is_continuous_at_pi() {
+    fn rotation_distance_compares_rotation_vectors_and_rotation_angle_is_continuous_at_pi() {
         let r = |w: [f32; 3]| so3::exp(&Vector3::from(w)).unwrap();
         let got = rotation_distance(&r([0.01, 0.02, 0.0]), &r([0.01, 0.02, 1e-5]));
         assert!((got - 1e-5).abs() < 1e-8, "{got}");

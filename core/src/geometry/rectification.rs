@@ -216,7 +216,7 @@ pub(crate) mod tests {
         }
 
         #[test]
-        fn unknowns_are_those_of_the_step_up_to_the_square_of_its_length(
+        fn unknowns_match_the_step_up_to_the_square_of_its_length(
             rig in rigs(0.4, 0.5), step in proptest::array::uniform5(-1.0..1.0), size in 1e-5..0.05,
         ) {
             let before = RectifyingRotations::from(&rig);

@@ -34,7 +34,7 @@ pub fn enable(interrupt: Interrupt) {
 
 type Handler = unsafe extern "C" fn();
 
-// SAFETY: `device.x` names a handler if the firmware has none.
+// SAFETY: `device.x` names a handler for each interrupt.
 unsafe extern "C" {
     fn TIMER0();
 }

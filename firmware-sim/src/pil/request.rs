@@ -29,7 +29,7 @@ const RATIONAL: u32 = 3;
 #[non_exhaustive]
 pub enum RequestError {
     /// The magic is wrong.
-    #[error("magic {0:02x?} is not that of a request")]
+    #[error("magic {0:02x?} is not the magic of a request")]
     BadMagic([u8; 4]),
     /// The version is not supported.
     #[error("request of version {0}, supported is 2")]

@@ -12,8 +12,8 @@ use host_tests::data::Dataset;
 ///
 /// Each stereo pair of the data set becomes a frame of fixed-point correspondences (1/256 px) on a simulated SPI bus
 /// with a data-ready line. The firmware's loop reads the frame, solves the pair for R and t (p_r = R p_l + t, |t| = 1)
-/// from the start R = I, t = (-1, 0, 0), and fuses it with the earlier pairs. Code and arithmetic are those of the
-/// controller: f32, up to 512 correspondences per pair. From longer frames it selects by spread over the image and by
+/// from the start R = I, t = (-1, 0, 0), and fuses it with the earlier pairs. Code and arithmetic equal those of
+/// the controller: f32, up to 512 correspondences per pair. From longer frames it selects by spread over the image and by
 /// score.
 #[derive(Debug, Parser)]
 #[command(
@@ -141,7 +141,7 @@ pub(super) struct FlightArgs {
 /// on both.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Columns: `bits` is `same` if the results are bit-identical. The others are those of the \
+    after_help = "Columns: `bits` is `same` if the results are bit-identical. The other columns are as in the \
 replay (`--help` of the program).
 
 Needs qemu-system-arm, and a compiler for thumbv7em-none-eabihf that .cargo/for-target finds.

@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_put_is_there_next_time_unless_begun_afresh() {
+    fn outcomes_stay_in_the_cache_unless_it_starts_afresh() {
         let dir = tempfile::tempdir().unwrap();
         let third = Value::from(1.0 / 3.0);
         let cache = Cache::open(dir.path(), false).unwrap();

@@ -203,7 +203,7 @@ impl SetView {
 /// * `folders`: data sets, or folders of data sets.
 ///
 /// # Errors
-/// Names the folder that has none, or the set that cannot be read.
+/// Names the folder without a data set, or the set that cannot be read.
 pub fn all(folders: &[PathBuf]) -> Result<Vec<RecordedSet>> {
     let mut places: Vec<PathBuf> =
         Dataset::SHIPPED.iter().map(|name| Dataset::shipped().join(name)).collect();

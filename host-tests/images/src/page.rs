@@ -58,7 +58,7 @@ fn verdict(report: &Report, command: &str) -> Section {
             section.text("The rig works, and the estimate aligns its rows better.");
         }
         Verdict::Recalibrate => section.alarm("The rig has moved: rows no longer align."),
-        Verdict::Unknown => section.alarm("The images do not tell."),
+        Verdict::Unknown => section.alarm("The images do not decide."),
     }
     let mut table = Table::new("verdict", ["quantity", "value"].map(Into::into));
     let mut row = |name: &str, value: Cell| table.push(vec![Cell::text(name), value]);
@@ -108,7 +108,7 @@ fn pictures(session: &Session, command: &str) -> Result<Option<Section>> {
     {
         if !panels.add(rig, extrinsics, shown, &kept, range)? {
             section
-                .text(format!("No camera sees what both see after the rectification of: {rig}."));
+                .text(format!("No rectified camera sees the view of both cameras after the rectification of: {rig}."));
         }
     }
     let name = format!("pair {number}, {} and {}", frames[0], frames[1]);

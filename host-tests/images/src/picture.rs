@@ -34,7 +34,10 @@ impl Picture {
     pub fn try_new(size: [usize; 2], pixels: Vec<u8>) -> Result<Self> {
         let [width, height] = size;
         for length in size {
-            ensure!(u16::try_from(length).is_ok(), "{width} x {height} px: a side may have 65535");
+            ensure!(
+                u16::try_from(length).is_ok(),
+                "{width} x {height} px: a side may have at most 65535"
+            );
         }
         ensure!(width >= 2 && height >= 2, "{width} x {height} px: too small for an image");
         Ok(Self(Image::new(ImageSize { width, height }, pixels)?))
@@ -87,7 +90,7 @@ impl Picture {
     /// If its width is odd or too small.
     pub fn half(&self, side: usize) -> Result<Self> {
         let [width, height] = self.size().map(usize::from);
-        ensure!(width % 2 == 0, "{width} px: the width of a picture of both cameras is even");
+        ensure!(width % 2 == 0, "{width} px: the width of a picture of both cameras must be even");
         let begin = side * width / 2;
         let lines = self.pixels().chunks_exact(width);
         Self::try_new(
@@ -216,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_image_is_said_so() {
+    fn bytes_that_are_not_an_image_are_refused() {
         let why = |bytes: &[u8]| format!("{:#}", Picture::decode(bytes).unwrap_err());
         assert!(why(b"no image").contains("neither PNG"));
         assert!(Picture::decode(b"P5 4 4 255\n0123").is_err(), "a truncated PGM");

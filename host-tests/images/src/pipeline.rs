@@ -225,7 +225,7 @@ fn unfit(pictures: [&Picture; 2], sizes: [[u16; 2]; 2]) -> Option<(Skip, String)
             return Some((Skip::Size, why));
         }
         if picture.is_blank() {
-            return Some((Skip::Blank, format!("the {side} image shows nothing, all of one grey")));
+            return Some((Skip::Blank, format!("the {side} image is empty: all one grey value")));
         }
     }
     None

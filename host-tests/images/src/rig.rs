@@ -86,12 +86,12 @@ impl RigRequest {
             RigOf::Read(meta) => return self.fitted(meta.as_ref().clone(), sizes),
             RigOf::Infos(infos) => match infos
                 .rig()
-                .with_context(|| format!("{advice}, since that of the bag is none"))?
+                .with_context(|| format!("{advice}, since the bag has no valid one"))?
             {
                 Some(meta) => return self.fitted(meta, sizes),
                 None => infos.missing(),
             },
-            _ => "there is none beside the images".into(),
+            _ => "none lies beside the images".into(),
         };
         match focal_of_exif(frame, sizes[0]) {
             Some(focal) => Ok(guess(focal, sizes, "EXIF")),
@@ -128,7 +128,7 @@ impl RigRequest {
                 });
                 ensure!(
                     inside,
-                    "--cut {},{}: images of {} do not lie there in those of the rig, {}",
+                    "--cut {},{}: images of {} there do not fit into those of the rig, {}",
                     at[0],
                     at[1],
                     both(sizes),
@@ -142,7 +142,7 @@ impl RigRequest {
         let same_shape = (0..2).all(|side| cross(side, 0) == cross(side, 1));
         let note = |what: &str| {
             format!(
-                "the rig is of images of {}, these have {}: taken as {what}",
+                "the rig belongs to images of {}, these have {}: taken as {what}",
                 both(own),
                 both(sizes)
             )
@@ -164,8 +164,8 @@ impl RigRequest {
                 )
             }
             Cut::Unknown => bail!(
-                "the rig is of images of {}, these have {}: not the same shape. If they were cut out, say where: --cut centre, or --cut X,Y; \
-                 else the rig is of another camera",
+                "the rig belongs to images of {}, these have {}: the shapes differ. If they were cut out, say where: --cut centre, or --cut X,Y; \
+                 otherwise the rig belongs to another camera",
                 both(own),
                 both(sizes)
             ),
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_guess_says_loudly_what_cannot_be_trusted() {
+    fn a_guess_warns_of_figures_that_cannot_be_trusted() {
         let request = RigRequest { focal_px: Some(500.0), ..RigRequest::default() };
         let frame = Frame::file(PathBuf::from("none.png"));
         let found = request.find(&RigOf::Nothing, [[640, 480]; 2], &frame).unwrap();
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn the_focal_length_is_that_of_the_exif_data() {
+    fn the_focal_length_comes_from_the_exif_data() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("photograph.jpg");
         let field = |tag: Tag, value: Value| exif::Field { tag, ifd_num: In::PRIMARY, value };

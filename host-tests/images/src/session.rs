@@ -233,7 +233,7 @@ impl Session {
         self.skipped.get(&kind).copied().unwrap_or(0)
     }
 
-    /// The skipped items in words; empty if there are none.
+    /// The skipped items in words; may be empty.
     #[must_use]
     pub fn skipped_in_words(&self) -> String {
         let all = Skip::ALL.into_iter().map(|kind| (self.count(kind), kind.words()));

@@ -91,7 +91,7 @@ impl Report {
         let verdict = verdict(session, &summary, &mut reasons);
         if session.pairs < moments::LEAST {
             reasons.push(format!(
-                "not tested whether left and right are of one moment: it takes {} pairs",
+                "not tested whether left and right show one moment: the test needs {} pairs",
                 moments::LEAST
             ));
         }
@@ -114,7 +114,7 @@ impl Report {
 fn verdict(session: &Session, summary: &Summary, reasons: &mut Vec<String>) -> Verdict {
     if let Some(shift) = session.shift {
         reasons.push(format!(
-            "left and right are of different moments: right images moved by {} pairs fit {} matches a pair, as they are {}",
+            "left and right show different moments: right images moved by {} pairs fit {} matches a pair, unmoved {}",
             -shift.pairs, shift.shifted, shift.matches
         ));
         return Verdict::Unknown;

@@ -95,7 +95,7 @@ impl StereoImages {
     ) -> Result<Rectification> {
         let rotations = RectifyingRotations::from(extrinsics);
         let camera = RectifiedCamera::try_choose(&self.cameras, &rotations, 0.0)
-            .context("no camera sees what both see after this rectification")?;
+            .context("no rectified camera sees the view of both cameras")?;
         let [left, right] = &self.images;
         let images = [
             rectified(left, &self.cameras.left, rotations.left(), &camera, left.size()),

@@ -25,7 +25,7 @@ impl Floats {
         let is_array = given.cast::<PyUntypedArray>().is_ok();
         let array = given.py().import("numpy")?.call_method1("asarray", (given,));
         let array = array.map_err(|why| {
-            wrong_type(format!("{name}: no array of floats, but a {}: {why}", given.get_type()))
+            wrong_type(format!("{name}: not an array of floats, but a {}: {why}", given.get_type()))
         })?;
         let untyped = array.cast::<PyUntypedArray>()?;
         let (dtype, shape) = (untyped.dtype(), untyped.shape());

@@ -82,7 +82,7 @@ fn with_option(config: Config, name: &str, given: &Bound<'_, PyAny>) -> PyResult
         "memory_pairs" => {
             config.with_memory_pairs(given.extract().map_err(wrong)?).map_err(raised(name))
         }
-        _ => Err(wrong_type(format!("{name}: no argument of Calibrator"))),
+        _ => Err(wrong_type(format!("{name}: not an argument of Calibrator"))),
     }
 }
 

@@ -84,7 +84,7 @@ fn picture(name: &str, given: &Bound<'_, PyAny>, size: [u16; 2]) -> PyResult<Pic
         )));
     }
     if picture.is_blank() {
-        return Err(value(format!("{name}: the image shows nothing, all of one grey")));
+        return Err(value(format!("{name}: the image is empty: all one grey value")));
     }
     Ok(picture)
 }

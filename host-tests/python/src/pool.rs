@@ -1,4 +1,4 @@
-//! Threads for work without the GIL. A child of `os.fork` has none of its parent's threads and gets its own.
+//! Threads for work without the GIL. A child of `os.fork` does not have its parent's threads and gets its own.
 
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -220,7 +220,7 @@ pub(crate) fn read_rig(
         let own = meta.sizes();
         anyhow::ensure!(
             sizes.is_none_or(|sizes| sizes == own),
-            "the rig is of images of {} x {} px, not of size={:?}",
+            "the rig belongs to images of {} x {} px, not of size={:?}",
             own[0][0],
             own[0][1],
             size.unwrap_or_default()

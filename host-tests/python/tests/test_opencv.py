@@ -48,7 +48,7 @@ baselines = st.tuples(st.just(-1.0), st.floats(-0.1, 0.1), st.floats(-0.1, 0.1))
 
 @pytest.mark.parametrize("lens", LENSES)
 @given(uv=pixels)
-def test_undistortion_is_that_of_cv2_undistort_points(lens: str, uv: list[tuple[float, float]]) -> None:
+def test_undistortion_matches_cv2_undistort_points(lens: str, uv: list[tuple[float, float]]) -> None:
     dist, points = np.array(LENSES[lens]), np.array(uv)
     rays = sc.Camera.from_opencv(K, dist, SIZE).rays(points)
     expected = cv2.undistortPoints(points[:, None], K, dist, criteria=PRECISE)
@@ -56,7 +56,7 @@ def test_undistortion_is_that_of_cv2_undistort_points(lens: str, uv: list[tuple[
 
 
 @given(uv=pixels)
-def test_undistortion_of_a_fisheye_is_that_of_cv2_fisheye(uv: list[tuple[float, float]]) -> None:
+def test_undistortion_of_a_fisheye_matches_cv2_fisheye(uv: list[tuple[float, float]]) -> None:
     dist, points = np.array(FISHEYE), np.array(uv)
     rays = sc.Camera.from_fisheye(K, dist, SIZE).rays(points)
     expected = cv2.fisheye.undistortPoints(points[:, None], K, dist)
@@ -65,7 +65,7 @@ def test_undistortion_of_a_fisheye_is_that_of_cv2_fisheye(uv: list[tuple[float, 
 
 @pytest.mark.parametrize("lens", [*LENSES, "fisheye"])
 @given(rays=st.lists(st.tuples(st.floats(-0.5, 0.5), st.floats(-0.4, 0.4)), min_size=1, max_size=20))
-def test_projection_is_that_of_cv2_project_points(lens: str, rays: list[tuple[float, float]]) -> None:
+def test_projection_matches_cv2_project_points(lens: str, rays: list[tuple[float, float]]) -> None:
     points, zero = np.array(rays), np.zeros(3)
     if lens == "fisheye":
         camera = sc.Camera.from_fisheye(K, FISHEYE, SIZE)
@@ -85,7 +85,7 @@ def rectified(R: Array, t: Array, dist: list[float]) -> tuple[sc.Calibration, An
 
 
 @given(angles=angles, t=baselines)
-def test_rotations_are_those_of_cv2_stereo_rectify_but_for_a_turn_about_the_baseline(
+def test_rotations_match_cv2_stereo_rectify_but_for_a_turn_about_the_baseline(
     angles: tuple[float, float, float], t: tuple[float, float, float]
 ) -> None:
     calibration, (r1, r2, *_) = rectified(rotation(*angles), np.array(t), LENSES["four"])
@@ -105,7 +105,7 @@ def test_rotations_are_those_of_cv2_stereo_rectify_but_for_a_turn_about_the_base
 
 
 @given(angles=angles, t=baselines, lens=st.sampled_from(["pinhole", "four", "barrel"]))
-def test_maps_are_those_of_cv2_init_undistort_rectify_map(
+def test_maps_match_cv2_init_undistort_rectify_map(
     angles: tuple[float, float, float], t: tuple[float, float, float], lens: str
 ) -> None:
     calibration, _ = rectified(rotation(*angles), np.array(t), LENSES[lens])

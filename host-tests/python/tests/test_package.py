@@ -226,7 +226,7 @@ def test_pickles_are_equal_to_the_bit(made: Made, locked: sc.Calibrator) -> None
     assert calibrator.fuse(*made.pair(42)).state == "locked"
 
 
-def test_records_are_those_of_a_firmware(made: Made, locked: sc.Calibrator) -> None:
+def test_records_match_a_firmware(made: Made, locked: sc.Calibrator) -> None:
     record = locked.save()
     restored = sc.Calibrator(made.rig)
     restored.load(record)

@@ -1,4 +1,4 @@
-"""The numbers are those of `selfcal replay`, to the bit."""
+"""The numbers equal those of `selfcal replay`, bit for bit."""
 
 from __future__ import annotations
 

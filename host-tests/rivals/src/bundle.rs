@@ -4,7 +4,7 @@
 //! The points are eliminated exactly (variable projection): for given extrinsics the best point of a correspondence is
 //! the nearest pair of points that meets the epipolar constraint (K. Kanatani, Y. Sugaya and H. Niitsu, "Triangulation
 //! from two views revisited", BMVC 2008), and its distance from the measured points is the residual. Because the point
-//! is at its optimum, the derivative of the residual is that of the constraint there. Cauchy's loss applies to both
+//! is at its optimum, the derivative of the residual equals that of the constraint there. Cauchy's loss applies to both
 //! reprojection errors of a match together. MINPACK's Levenberg-Marquardt (crate `levenberg-marquardt`) minimises it.
 //!
 //! It starts from the result of RANSAC, as in structure from motion: from a start some degrees off it may fail among

@@ -218,6 +218,6 @@ mod tests {
         let numeric = differences(|_, r| gauge(r));
         let analytic = gauge_jacobian(&right);
         assert!((numeric - analytic).norm() < 1e-9);
-        assert!((numeric + analytic).norm() > 1.0, "erratum 1 cannot be told");
+        assert!((numeric + analytic).norm() > 1.0, "erratum 1 cannot be detected");
     }
 }

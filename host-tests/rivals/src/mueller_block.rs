@@ -113,7 +113,7 @@ mod tests {
     use crate::tests::{NOISE, assert_covariance_is_the_bound, clean_pair};
 
     #[test]
-    fn with_its_points_marginalised_a_pair_says_what_its_cramer_rao_bound_allows() {
+    fn with_its_points_marginalised_a_pair_reaches_its_cramer_rao_bound() {
         let (rig, rays) = clean_pair();
         let prior = Belief { pose: Pose::of(&rig), covariance: Matrix5::identity() };
         let updated = updated(&prior, &prior.pose, &rays, NOISE).unwrap();

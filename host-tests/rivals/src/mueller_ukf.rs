@@ -94,7 +94,7 @@ mod tests {
     use crate::tests::{NOISE, assert_covariance_is_the_bound, clean_pair};
 
     #[test]
-    fn over_narrow_sigma_points_a_pair_says_what_its_cramer_rao_bound_allows() {
+    fn over_narrow_sigma_points_a_pair_reaches_its_cramer_rao_bound() {
         let (rig, rays) = clean_pair();
         let pose = Pose::of(&rig);
         let prior = Belief { pose, covariance: Matrix5::identity() };

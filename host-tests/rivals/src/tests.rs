@@ -138,7 +138,7 @@ fn every_method_gives_one_estimate_a_pair_and_the_last_is_the_fused_one() {
 }
 
 #[test]
-fn no_method_panics_or_returns_what_is_not_finite() {
+fn no_method_panics_or_returns_a_number_that_is_not_finite() {
     for rays in unreasonable() {
         for method in all() {
             for pairs in [vec![rays.clone()], vec![rays.clone(), Vec::new(), rays.clone()]] {

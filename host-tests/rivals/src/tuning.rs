@@ -6,7 +6,7 @@ const STEADY_SD: f64 = 1e-5;
 /// The same for an agile filter, which follows a knock within a pair or two, and has larger errors between knocks.
 const AGILE_SD: f64 = 1e-3;
 
-/// Settings of a method; the defaults are those of its file's header.
+/// Settings of a method; the header of its file describes the defaults.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[expect(clippy::struct_excessive_bools, reason = "independent choices, each on or off")]
 pub struct Tuning {

@@ -51,7 +51,7 @@ impl Dataset {
         match name {
             Some(name) if !place.exists() => Self::load(&Self::shipped().join(name)),
             _ if !place.exists() => bail!(
-                "{} does not exist, and is none of the shipped sets ({})",
+                "{} does not exist, and is not one of the shipped sets ({})",
                 place.display(),
                 Self::SHIPPED.join(", ")
             ),
@@ -156,7 +156,7 @@ mod tests {
     use crate::data::meta::LensModel;
 
     #[test]
-    fn what_is_saved_loads_back_equal_and_nothing_is_overwritten() {
+    fn a_saved_set_loads_back_equal_and_nothing_is_overwritten() {
         for name in Dataset::SHIPPED {
             let set = Dataset::load(&Dataset::shipped().join(name)).unwrap();
             let dir = tempfile::tempdir().unwrap();

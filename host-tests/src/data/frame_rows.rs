@@ -151,10 +151,10 @@ fn columns(header: &str) -> Result<([Option<usize>; COLUMNS.len()], usize), Stri
         return Err("there is no header".into());
     }
     if let Some(name) = names.iter().find(|name| !COLUMNS.contains(name)) {
-        return Err(format!("`{name}` is none of the columns"));
+        return Err(format!("`{name}` is not one of the columns"));
     }
     if names.iter().collect::<BTreeSet<_>>().len() != names.len() {
-        return Err("a column is there twice".into());
+        return Err("a column occurs twice".into());
     }
     let places = COLUMNS.map(|column| names.iter().position(|name| *name == column));
     match COLUMNS.iter().zip(places).take(NEEDED).find(|(_, place)| place.is_none()) {
@@ -189,21 +189,21 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named_with_its_line() {
+    fn errors_are_named_with_their_line() {
         let good = "frame,ul,vl,ur,vr\n0,1,2,3,4\n";
         for (text, said) in [
             (String::new(), "empty"),
             ("0,1,2,3,4\n".into(), "line 1: there is no header"),
             ("frame,ul,vl,ur\n".into(), "line 1: there is no column `vr`"),
-            ("frame,ul,vl,ur,vr,scores\n".into(), "`scores` is none"),
+            ("frame,ul,vl,ur,vr,scores\n".into(), "`scores` is not one"),
             ("frame,ul,vl,ur,vr,ul\n".into(), "twice"),
             ("frame,ul,vl,ur,vr\n".into(), "no matches below the header"),
-            (format!("{good}\n0,1,2,3\n"), "line 4: 4 fields, the header has 5"),
+            (format!("{good}\n0,1,2,3\n"), "line 4: 4 fields; the header has 5"),
             (format!("{good}1.5,1,2,3,4\n"), "line 3: frame `1.5` is not a whole number"),
             (format!("{good}-1,1,2,3,4\n"), "line 3: frame `-1` is not a whole number"),
             (format!("{good}0,1,NaN,3,4\n"), "line 3: vl `NaN` is not a finite number"),
             (format!("{good}0,1,2,1e999,4\n"), "line 3: ur `1e999` is not a finite number"),
-            (format!("{good}1,1,2,3,4\n0,1,2,3,4\n"), "line 4: frame 0 comes back"),
+            (format!("{good}1,1,2,3,4\n0,1,2,3,4\n"), "line 4: frame 0 continues"),
             (format!("{good}{}\n", "0".repeat(LONGEST_LINE + 1)), "line 3: no text"),
         ] {
             let error = read(&text).unwrap_err();

@@ -76,10 +76,10 @@ impl fmt::Display for FrameRowsError {
             ),
             Self::NoRows => f.write_str("there are no matches below the header"),
             Self::Line(line) => {
-                write!(f, "line {line}: no text of at most {LONGEST_LINE} bytes")
+                write!(f, "line {line}: not text, or longer than {LONGEST_LINE} bytes")
             }
             Self::Fields { line, found, expected } => {
-                write!(f, "line {line}: {found} fields, the header has {expected}")
+                write!(f, "line {line}: {found} fields; the header has {expected}")
             }
             Self::Frame { line, field } => {
                 write!(f, "line {line}: frame `{field}` is not a whole number from 0")
@@ -89,7 +89,7 @@ impl fmt::Display for FrameRowsError {
             }
             Self::Returned { line, frame } => write!(
                 f,
-                "line {line}: frame {frame} comes back after another one: the rows of a frame must follow \
+                "line {line}: frame {frame} continues after another one: the rows of a frame must follow \
                  each other"
             ),
             Self::TooLong { line, frame } => {

@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read() {
+    fn a_written_file_is_read_back() {
         let file = file();
         let read = PairFile::decode(&file.encode().unwrap()).unwrap();
         assert_eq!(read.matches(), 2);
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_file_of_pairs_says_why() {
+    fn a_file_without_pairs_is_refused_with_the_reason() {
         let said = |bytes: &[u8]| format!("{:#}", PairFile::decode(bytes).unwrap_err());
         let whole = file().encode().unwrap();
         assert!(said(&whole[..5]).contains("shorter"));

@@ -82,7 +82,7 @@ impl Checked {
         self.health.is_some_and(|health| health.arming == Arming::Yes)
     }
 
-    /// Reasons against arming or against the estimate; empty if there are none.
+    /// Reasons against arming or against the estimate; may be empty.
     #[must_use]
     pub fn reasons(&self) -> Vec<String> {
         let mut all: Vec<_> = match self.health {

@@ -208,7 +208,7 @@ impl RunLog {
         match &self.fused {
             Some(fused) => Ok(fused),
             None if self.has_begun_again() => {
-                bail!("the estimate began again with a corrected lens, and no pair was fused since")
+                bail!("the estimate restarted with a corrected lens, and no pair was fused since")
             }
             None => bail!("none of the {} pairs could be fused", self.totals().pairs),
         }

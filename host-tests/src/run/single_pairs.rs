@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_refused() {
+    fn pairs_that_do_not_fit_are_refused() {
         let file = generated(128);
         let said = |file: &PairFile, focal| {
             format!("{:#}", run::<f32, 64>(file, Config::robust(), focal, 1, || ()).unwrap_err())

@@ -274,13 +274,8 @@ impl fmt::Display for Summary {
             self.write_estimate(f)?;
         }
         // The tables in `golden` have these words.
-        write_angle(
-            f,
-            "sd of t, claimed",
-            "what the estimate says of itself",
-            self.sd_translation,
-        )?;
-        write_angle(f, "sd of R, claimed", "what the estimate says of itself", self.sd_rotation)?;
+        write_angle(f, "sd of t, claimed", "as the estimate reports", self.sd_translation)?;
+        write_angle(f, "sd of R, claimed", "as the estimate reports", self.sd_rotation)?;
         if !self.correction.is_none() {
             writeln!(f, "cameras corrected  {}", in_words(&self.correction))?;
         }

@@ -246,7 +246,7 @@ mod tests {
     use crate::synth::rig;
 
     #[test]
-    fn a_rig_is_shown_by_the_angles_it_was_made_of() {
+    fn a_rig_is_shown_by_its_angles() {
         let shown = pose(&rig([0.3, -0.2, 0.1], [0.4, -0.5]).unwrap());
         // A turn of (-1, 0, 0) about y by a moves it to z = a, about z by b to y = -b.
         let expected = [0.3, -0.2, 0.1, 0.5, 0.4];
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn deviations_are_those_of_the_unknowns_where_the_rectified_frame_is_the_cameras() {
+    fn deviations_match_the_unknowns_if_the_rectified_frame_is_the_cameras() {
         let variances = nalgebra::Vector5::new(1.0, 4.0, 9.0, 16.0, 25.0);
         let sd = deviations(&Extrinsics::SIDE_BY_SIDE, &Matrix5::from_diagonal(&variances));
         let expected = [1.0, 2.0, 3.0, 5.0, 4.0].map(f64::to_degrees);

@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_root_mean_square_is_that_of_the_core_to_the_bit() {
+    fn the_root_mean_square_matches_the_core_to_the_bit() {
         let deviations =
             [0.1, 0.7, 1e-9, 0.3].map(|x| Deviation { translation: x, rotation: x / 3.0 });
         let mut squares = Squares::default();

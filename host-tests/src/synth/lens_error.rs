@@ -200,7 +200,7 @@ impl FromStr for LensErrors {
                 number.parse().map_err(|_| format!("`{value}` is not a number here"))?;
             errors.set(key, number * unit).ok_or_else(|| {
                 format!(
-                    "`{key}` is none of f, aspect, cx, cy, k1, k2, p1, p2, a with _l, _r or _both"
+                    "`{key}` is not one of f, aspect, cx, cy, k1, k2, p1, p2, a with _l, _r or _both"
                 )
             })?;
         }
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_are_read_and_what_is_none_is_named() {
+    fn keys_are_read_and_an_unknown_one_is_named() {
         let errors: LensErrors = "f_both=0.2%, cx_r=1,prior".parse().unwrap();
         assert!(errors.prior && errors.given.iter().all(|e| (e.focal - 0.002).abs() < 1e-15));
         assert_eq!(errors.given.map(|e| e.centre[0].to_bits()), [0.0, 1.0].map(f64::to_bits));
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_of_the_prior_are_those_of_their_seed_and_as_large_as_it() {
+    fn errors_of_the_prior_follow_their_seed_and_the_size_of_the_prior() {
         assert_eq!(LensError::drawn(3), LensError::drawn(3));
         let all: Vec<LensError> = (0..2000).flat_map(LensError::drawn).collect();
         let rms = |part: fn(&LensError) -> f64| rms(all.iter().map(part)).unwrap();

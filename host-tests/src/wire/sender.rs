@@ -49,7 +49,7 @@ impl Sender {
         };
         let best = RATIOS.map(header).min_by(|a, b| worst(a).total_cmp(&worst(b)));
         let header = best.context("there are ratios")?;
-        ensure!(worst(&header) < f64::INFINITY, "grid steps {steps:?} px are of no pyramid");
+        ensure!(worst(&header) < f64::INFINITY, "no pyramid has the grid steps {steps:?} px");
         Ok(Self { header })
     }
 

@@ -76,7 +76,7 @@ impl Frame {
         let [width, height] = self.header.image_size;
         ensure!(
             [width, height] == [rig.width, rig.height],
-            "frame {} is of images of {width} x {height} px, the rig's have {} x {}",
+            "the images of frame {} have {width} x {height} px, the rig's have {} x {}",
             self.header.sequence,
             rig.width,
             rig.height,
@@ -98,7 +98,7 @@ pub fn counted(c: &Counters) -> String {
         (c.repeats, "repeated"),
         (c.restarts, "restarts of the sender"),
         (c.overruns, "with others dropped before them by the sender"),
-        (c.skipped_bytes, "bytes between frames passed over"),
+        (c.skipped_bytes, "bytes between frames skipped"),
     ];
     let rare = rare.into_iter().filter(|(count, _)| *count > 0);
     rare.fold(format!("{} whole frames", c.good), |text, (n, what)| format!("{text}, {n} {what}"))

@@ -83,7 +83,7 @@ pub struct Flash<const W: usize, const E: usize> {
     pub worn: Option<(usize, bool)>,
     /// Nothing can be read.
     pub is_deaf: Rc<Cell<bool>>,
-    /// Of so many reads, one has a wrong bit.
+    /// One read in so many has a wrong bit.
     pub flaky: Option<u32>,
     /// A byte that changes after so many reads, and its wrong bits. The store may write onto it without reading it.
     pub rot: Option<(u32, usize, u8)>,

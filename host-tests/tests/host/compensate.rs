@@ -99,7 +99,7 @@ fn a_right_camera_longer_by_a_thousandth_is_found_and_leaves_little_error() {
 }
 
 #[test]
-fn a_right_lens_is_never_corrected_and_every_bit_is_that_of_report() {
+fn a_right_lens_is_never_corrected_and_every_bit_equals_report() {
     let scenario = scenario(LensErrors::default());
     for seed in SEEDS {
         let compensating = drive(&scenario, LensTracking::Compensate, seed);

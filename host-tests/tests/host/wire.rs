@@ -28,7 +28,7 @@ fn memory(controller: &Controller) -> Vec<u8> {
 }
 
 #[test]
-fn the_outcome_over_a_faulty_wire_is_that_of_the_frames_that_survive_bit_for_bit() {
+fn the_outcome_over_a_faulty_wire_matches_the_surviving_frames_bit_for_bit() {
     let set = set("opencv_chess_sift");
     let sender = Sender::of(&set).unwrap();
     let one_in_a_hundred = Faults { damaged: 0.01, dropped: 0.01, ..Faults::NONE };
@@ -104,7 +104,7 @@ fn steps_received(steps: &[f64]) -> Vec<f32> {
 }
 
 #[test]
-fn one_grid_is_told_as_it_is_and_none_as_that_of_the_wire() {
+fn a_grid_is_sent_as_it_is_and_no_grid_as_the_step_of_the_wire() {
     for step in [1.0_f32, 0.5, 0.25, 1.0 / 256.0, 40.0] {
         assert_eq!(steps_received(&[step.into(); 2]), [step; 2]);
     }

@@ -72,7 +72,7 @@ fn a_wrong_right_lens_is_corrected_and_handed_out_with_its_extrinsics() {
 }
 
 #[test]
-fn a_right_lens_stays_as_given_and_every_bit_is_that_of_report() {
+fn a_right_lens_stays_as_given_and_every_bit_equals_report() {
     let [mut compensating, mut reporting] = [COMPENSATE, Config::robust()].map(with);
     for calibrator in [&mut compensating, &mut reporting] {
         assert_eq!(drive(calibrator, 0.0, 0.0, 0..60), [0; 0]);

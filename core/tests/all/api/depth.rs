@@ -85,7 +85,7 @@ fn a_row_error_of_the_lens_leaves_the_yaw_of_the_factory_calibration_and_is_name
 }
 
 #[test]
-fn after_a_knock_about_any_axis_the_yaw_is_that_of_the_mount() {
+fn after_a_knock_about_any_axis_the_yaw_belongs_to_the_mount() {
     for knock in [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]] {
         let a = 0.005;
         for confirmed in [false, true] {

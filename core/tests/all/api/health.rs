@@ -131,7 +131,7 @@ fn counts_and_rms_are_over_the_matches_that_fit_the_estimate() {
 }
 
 #[test]
-fn the_error_of_depth_is_that_of_yaw_over_the_baseline_times_the_square_of_distance() {
+fn the_error_of_depth_is_yaw_over_the_baseline_times_the_square_of_distance() {
     let mut calibrator = after(6);
     let health = calibrator.health().unwrap();
     let proposal = calibrator.proposal().unwrap();

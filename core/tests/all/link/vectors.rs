@@ -94,7 +94,7 @@ fn expect(file: &str, content: &[u8]) {
 }
 
 #[test]
-fn the_vectors_are_those_of_the_encoder() {
+fn the_vectors_match_the_encoder() {
     for (name, bytes) in vectors() {
         expect(&format!("{name}.bin"), &bytes);
     }

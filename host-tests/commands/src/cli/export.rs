@@ -62,7 +62,7 @@ pub struct ExportArgs {
 pub(crate) fn export(args: &ExportArgs) -> Result<()> {
     let meta = args.meta()?;
     if meta.baseline_m.is_none() {
-        eprintln!("the length of the baseline is not known: it is written as 1");
+        eprintln!("the length of the baseline is unknown: it is written as 1");
     }
     let paths = Document::save_all(&args.format.write_part(&meta, args.field)?, &args.out)?;
     let mut out = io::stdout();

@@ -51,7 +51,7 @@ pub(crate) fn import(args: &ImportArgs) -> Result<()> {
         let [[w, h], [x, y]] = meta.sizes();
         let [[a, b], [c, d]] = given;
         bail!(
-            "{}: is of images of {w} x {h} and {x} x {y} px, --size says {a} x {b} and {c} x {d}: leave --size out",
+            "{}: the images have {w} x {h} and {x} x {y} px, --size says {a} x {b} and {c} x {d}: leave --size out",
             meta.source
         );
     }

@@ -26,7 +26,7 @@ const FAULTS: Faults = Faults { damaged: 0.2, dropped: 0.02, repeated: 0.02, noi
   selfcal link
   selfcal link --frames 100000 --damaged 0.9 --seed 7
 
-Exit status: 0 if the link kept its promises, 1 if not.")]
+Exit status: 0 if all checks passed, 1 if not.")]
 pub struct LinkArgs {
     /// Frames to send.
     #[arg(long, default_value_t = 10_000_000, value_name = "N",
@@ -51,7 +51,7 @@ pub(crate) fn link(args: &LinkArgs) -> Result<()> {
     let counts = (0..shares).into_par_iter().map(run).reduce(SoakCounts::default, SoakCounts::plus);
     bar.finish_and_clear();
     print(&counts)?;
-    ensure!(counts.is_good(), "the link broke a promise");
+    ensure!(counts.is_good(), "a check of the link failed");
     Ok(())
 }
 
@@ -72,10 +72,10 @@ fn print(counts: &SoakCounts) -> Result<()> {
         ("handed out twice", counts.twice),
         ("received whole and lost, after a whole one", counts.missed),
         ("received whole and lost, after another one", counts.missed_next),
-        ("without its end, which followed, handed out", counts.mended),
+        ("without its end, which the next frame supplied, handed out", counts.mended),
     ] {
         writeln!(out, "{what:<45} {count:>12}")?;
     }
-    writeln!(out, "{:<45} {by_chance:>12.4}", "damaged frames that a CRC-32 passes by chance")?;
+    writeln!(out, "{:<45} {by_chance:>12.4}", "damaged frames that pass a CRC-32 by chance")?;
     Ok(())
 }

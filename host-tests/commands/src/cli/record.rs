@@ -59,7 +59,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<()> {
     writeln!(out, "{}: {frames} frames of {}, {length} bytes", args.file.display(), set.name)?;
     writeln!(out, "{intact} as sent, {damaged} damaged, {dropped} dropped, {repeated} repeated")?;
     if left_out > 0 {
-        writeln!(out, "{left_out} matches left out: beyond what a frame can carry")?;
+        writeln!(out, "{left_out} matches left out: they do not fit a frame")?;
     }
     Ok(())
 }

@@ -71,7 +71,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> Result<()> {
             let depths = if is_turned { None } else { depths::read(place, pairs)? };
             ensure!(
                 !(is_turned && args.run.uses_motion()),
-                "--motion: tracks are of views as recorded"
+                "--motion: the tracks belong to the unturned views"
             );
             let tracks =
                 if args.run.uses_motion() { tracked::read(place, pairs)? } else { Vec::new() };

@@ -125,7 +125,7 @@ impl Setup {
                 if rig.is_calibrated() {
                     "starts from R and t of the rig (--initial identity starts side by side)"
                 } else {
-                    "starts side by side; R and t of the rig are what it is compared with (--initial rig starts from them)"
+                    "starts side by side; R and t of the rig are the reference (--initial rig starts from them)"
                 }
             );
         }

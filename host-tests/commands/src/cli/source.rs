@@ -62,7 +62,7 @@ impl Source {
             Recording::Held(set) => (&set.name, &set.meta),
             Recording::Streamed(stream) => (&stream.name, &stream.meta),
         };
-        ensure!(meta.has_reference(), "--view turns R and t, and {name} has none");
+        ensure!(meta.has_reference(), "--view turns R and t, which {name} lacks");
         let turn = Turn::new(meta, view, self.degrees, self.turned)?;
         Ok(match recording {
             Recording::Held(set) => Recording::Held(turn.set(&set)),
@@ -88,7 +88,7 @@ impl Source {
             return Ok(Recording::Held(Dataset::find(&self.set)?));
         }
         let meta = match self.rig.as_slice() {
-            [] if piped => bail!("standard input has no cameras: --rig says of which they are"),
+            [] if piped => bail!("standard input has no cameras: give them with --rig"),
             [] => rig_beside(&self.set)?,
             places => read_rig(places, self.lacks.unknowns())?,
         };
@@ -108,10 +108,10 @@ pub(super) enum Recording {
 fn rig_beside(file: &Path) -> Result<Meta> {
     let name = file.display();
     let meta = file.with_file_name("meta.json");
-    ensure!(meta.is_file(), "{name} has no meta.json beside it: --rig says of which cameras");
+    ensure!(meta.is_file(), "{name} has no meta.json beside it: give the cameras with --rig");
     ensure!(
         !file.with_file_name("rigs.csv").exists(),
-        "the rig of {name} moves: replay its folder, whose rigs.csv says how, or give --rig"
+        "the rig of {name} moves: replay its folder, whose rigs.csv has the rig of each pair, or give --rig"
     );
     Dataset::find_meta(&meta)
 }

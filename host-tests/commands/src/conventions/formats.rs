@@ -68,14 +68,14 @@ const FORMATS: [Row; 19] = [
     Row {
         name: "RealSense text",
         keys: &["rs intrinsics"],
-        says: "what rs-enumerate-devices -c prints, Infrared or Fisheye 1 and 2; metres",
+        says: "output of rs-enumerate-devices -c, Infrared or Fisheye 1 and 2; metres",
         unit: Unit::Own,
         read: realsense::printed,
     },
     Row {
         name: "RealSense sensors",
         keys: &["rs sensors"],
-        says: "what rs-sensor-control prints of the left stream, of the right one, and of left to right; metres",
+        says: "output of rs-sensor-control: left stream, right stream, left to right; metres",
         unit: Unit::Own,
         read: realsense::sensors,
     },
@@ -125,7 +125,7 @@ const FORMATS: [Row; 19] = [
             "LEFT_CAM_SVGA",
             "STEREO",
         ],
-        says: "SN*.conf, the resolution told by the size; R of (RX, CV, RZ), T = -(Baseline, TY, TZ); millimetres",
+        says: "SN*.conf, the size tells the resolution; R of (RX, CV, RZ), T = -(Baseline, TY, TZ); millimetres",
         unit: Unit::Own,
         read: zed::rig,
     },
@@ -203,7 +203,7 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
             )
         });
         bail!(
-            "{files}: the keys ({}) are of no format that is known. Known by their keys: {}. Write the numbers as K1 D1 K2 D2 R T, \
+            "{files}: the keys ({}) belong to no known format. Known formats: {}. Write the numbers as K1 D1 K2 D2 R T, \
              or see `selfcal import --help`",
             keys.join(", "),
             known.collect::<Vec<_>>().join("; ")

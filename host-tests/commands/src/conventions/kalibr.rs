@@ -112,13 +112,13 @@ fn cam(name: &str, lens: LensModel, size: [u16; 2], k: &Rows, dist: &[f64]) -> R
     let (model, coefficients) = match lens {
         LensModel::Fisheye => ("equidistant", dist),
         LensModel::Rational => {
-            bail!("{name} has a rational lens, which Kalibr has not: use opencv or ros")
+            bail!("{name} has a rational lens, which Kalibr lacks: use opencv or ros")
         }
         LensModel::RadialTangential => {
             let (four, k3) = dist.split_at(dist.len().min(4));
             ensure!(
                 k3.iter().all(|&k| k == 0.0),
-                "{name} has a lens coefficient k3, which Kalibr's radtan has not: use opencv or ros"
+                "{name} has a lens coefficient k3, which Kalibr's radtan lacks: use opencv or ros"
             );
             ("radtan", four)
         }

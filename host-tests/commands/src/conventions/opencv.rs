@@ -147,7 +147,7 @@ pub(super) fn write(meta: &Meta, field_deg: Option<f64>) -> Result<Vec<Document>
     let fisheyes = lenses.map(|lens| lens == LensModel::Fisheye);
     if fisheyes[0] != fisheyes[1] {
         bail!(
-            "one camera is a fisheye and the other is not, which a file of OpenCV cannot say: use kalibr or ros"
+            "one camera is a fisheye and the other is not, which a file of OpenCV cannot express: use kalibr or ros"
         );
     }
     let mut intrinsics = String::from("%YAML:1.0\n---\n");

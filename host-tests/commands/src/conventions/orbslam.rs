@@ -101,8 +101,7 @@ pub(super) fn second(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     if file.get(&["LEFT.K"]).is_some() {
         return raw(&file, unknowns, source);
     }
-    let bf =
-        file.need(&["Camera.bf"], "focal length times baseline, px m: it is that of a stereo rig")?;
+    let bf = file.need(&["Camera.bf"], "focal length times baseline, px m, of a stereo rig")?;
     let (fisheye, _) = model(&file)?;
     let left = view(&file, "Camera", fisheye, size_of(&file, 0, unknowns)?)?;
     let baseline = bf.number()? / left.k[0][0];

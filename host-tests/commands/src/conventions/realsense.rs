@@ -86,7 +86,7 @@ pub(super) fn printed(files: &Files, unknowns: Unknowns) -> Result<Meta> {
         let all: Vec<String> = sizes.iter().map(|[w, h]| format!("{w},{h}")).collect();
         let wanted = wanted.with_context(|| {
             format!(
-                "{}: {}: intrinsics of several sizes: choose one of --size {}",
+                "{}: {}: intrinsics of several sizes: choose one with --size {}",
                 file.place(),
                 pair[side],
                 all.join(" or ")

@@ -85,7 +85,7 @@ fn chosen(
     let Err(why) = whole else { return Ok(whole?) };
     let mut fields = FIELDS.rev().map(|n| of_field(cameras, f64::from(n * FIELD_STEP)));
     fields.find(|part| is_seen(cameras, rotations, part)).with_context(|| {
-        format!("no rectified camera can be chosen for this rig: {why}; choose a part (--field DEGREES), or the kalibr format, which needs none")
+        format!("no rectified camera can be chosen for this rig: {why}; choose a part (--field DEGREES), or the kalibr format, which needs no rectified camera")
     })
 }
 

@@ -38,7 +38,7 @@ impl Unknowns {
     /// The size of a side's images, from the file or from the arguments.
     pub(super) fn size(self, side: usize, own: Option<[u16; 2]>, place: &str) -> Result<[u16; 2]> {
         own.or(self.sizes.map(|sizes| sizes[side])).with_context(|| {
-            format!("{place}: the size of the images is not in the file: give it (--size W,H)")
+            format!("{place}: the file lacks the size of the images: give it (--size W,H)")
         })
     }
 }
@@ -218,7 +218,7 @@ pub(super) fn camera_matrix([fx, fy, cx, cy]: [f64; 4]) -> Rows {
 }
 
 /// Comment in a file whose baseline length is unknown.
-pub(super) const NO_SCALE: &str = "# The length of the baseline is not known: it is written as 1. Multiply it by the length in metres.\n";
+pub(super) const NO_SCALE: &str = "# The length of the baseline is unknown: it is written as 1. Multiply it by the length in metres.\n";
 
 /// Comment on the number after it, if the lenses have an apparent yaw.
 pub(super) const LENS_YAW: &str = "\

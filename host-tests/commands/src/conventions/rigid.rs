@@ -41,7 +41,7 @@ impl Rigid {
         let off = (self.r.transpose() * self.r - Matrix3::identity()).amax();
         ensure!(
             off <= ROTATION && self.r.determinant() > 0.0,
-            "R is not a rotation: R^T R is off the identity by {off:.1e}, or it is a reflection; give the R of the \
+            "R is not a rotation: R^T R differs from the identity by {off:.1e}, or it is a reflection; give the R of the \
              calibration as it was written"
         );
         Ok(())
@@ -69,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn there_and_back_is_nowhere_and_two_frames_meet_in_a_third() {
+    fn a_transform_and_its_inverse_cancel_and_two_frames_meet_in_a_third() {
         let q = [0.5_f64.sqrt(), 0.0, 0.5_f64.sqrt(), 0.0];
         let one = Rigid::of_quaternion(q, [1.0, 2.0, 3.0]).unwrap();
         let back = one.then(&one.inverse());

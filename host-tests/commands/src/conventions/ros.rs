@@ -130,14 +130,14 @@ fn sorted([a, b]: [Info<'_>; 2]) -> Result<[Info<'_>; 2]> {
         (true, false) => right_of(a, b),
         (false, true) => right_of(b, a),
         (true, true) => bail!(
-            "{} and {}: P[0][3] = P[1][3] = 0 of both cameras: they were calibrated one by one, as no pair; calibrate them \
+            "{} and {}: P[0][3] = P[1][3] = 0 of both cameras: they were calibrated one by one, not as a pair; calibrate them \
              together, so that the right one has P[0][3] = -fx b",
             a.place_of_p,
             b.place_of_p
         ),
         (false, false) => bail!(
             "{} and {}: P[0][3] = {} and {}, P[1][3] = {} and {}: both cameras have Tx or Ty, so they were calibrated one by one, \
-             not as a pair; P[0][3] must be 0 of the left camera, and -fx b of the right one",
+             not as a pair; P[0][3] must be 0 for the left camera, and -fx b for the right one",
             a.place_of_p,
             b.place_of_p,
             a.p[3],
@@ -152,7 +152,7 @@ fn right_of<'a>(left: Info<'a>, right: Info<'a>) -> Result<[Info<'a>; 2]> {
     let [x, y] = right.stands();
     ensure!(
         x > 0.0 || y.abs() > x.abs(),
-        "{}: P[0][3] = {}: it is -fx b of the right camera, so below 0; if the files are exchanged, exchange them",
+        "{}: P[0][3] = {}: for the right camera it is -fx b, so below 0; if the files are exchanged, exchange them",
         right.place_of_p,
         right.p[3]
     );

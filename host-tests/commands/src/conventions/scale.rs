@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_direction_is_refused() {
+    fn a_translation_without_direction_is_refused() {
         for t in [[0.0; 3], [f64::NAN, 0.0, 0.0], [f64::INFINITY, 0.0, 0.0]] {
             assert!(split(t).unwrap_err().to_string().contains("no direction"));
         }

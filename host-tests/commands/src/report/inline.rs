@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_picture_is_empty() {
+    fn text_that_is_not_a_picture_gives_nothing() {
         assert_eq!(inline("", "none"), "");
         assert_eq!(inline("<svg width", "cut off"), "");
     }

@@ -91,8 +91,8 @@ pub(super) fn section(replayed: &Replayed<'_>) -> Section {
         panels,
         legend: Vec::new(),
         caption: format!(
-            "Matches of all pairs, false ones too, in cells of {edge:.0} px; left image and right image. \
-             Empty: no match; yellow: {most}, the most; colours by the root of the count."
+            "All matches of all pairs, false ones included, in cells of {edge:.0} px; left image and right image. \
+             Empty: no match; yellow: {most}, the largest count; the colour follows the root of the count."
         ),
         command: replayed.command.to_owned(),
         numbers,

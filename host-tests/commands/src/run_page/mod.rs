@@ -67,9 +67,7 @@ impl Replayed<'_> {
     fn spheres(&self) -> Section {
         let mut section = Section::new("Estimates on their spheres");
         let Some(&reference) = self.log.truth() else {
-            section.text(
-                "Not drawn: they are drawn around a reference, and meta.json has no R and t.",
-            );
+            section.text("Not drawn: the pictures need a reference, and meta.json has no R and t.");
             return section;
         };
         let steps = self.log.steps().iter();

@@ -24,7 +24,7 @@ pub(super) fn section(replayed: &Replayed<'_>) -> Section {
         section.text("The right camera is the corrected one, which R and t belong to.");
     }
     if replayed.set.meta.baseline_m.is_none() {
-        section.text("The length of the baseline is not known: it is written as 1.");
+        section.text("The length of the baseline is unknown: it is written as 1.");
     }
     for (format, documents) in files(replayed) {
         let name = format.name();

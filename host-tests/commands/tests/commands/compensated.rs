@@ -23,7 +23,7 @@ fn synth(options: &[&str]) -> Vec<&'static str> {
 }
 
 #[test]
-fn rows_are_those_of_the_corrected_cameras() {
+fn rows_belong_to_the_corrected_cameras() {
     let compensated = json(&synth(&[&COMPENSATE[..], &["--json"]].concat()));
     let reported = json(&synth(&["--lens", "report", "--apply", "each", "--json"]));
     let focal = number(&compensated["correction"]["focal"]);

@@ -67,7 +67,7 @@ fn one_file_of_all_pairs_replays_as_the_folder_wherever_it_comes_from() {
 }
 
 #[test]
-fn lines_trace_and_page_of_a_pipe_are_those_of_the_folder() {
+fn lines_trace_and_page_of_a_pipe_match_the_folder() {
     let dir = tempfile::tempdir().unwrap();
     let text = by_frame(&shipped().pairs);
     let place = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
@@ -139,7 +139,7 @@ fn bad_input_is_named() {
         (String::new(), "standard input is empty"),
         ("0,100,100,90,100,1\n".into(), "line 1: there is no header"),
         (header.into(), "no matches below the header"),
-        ("frame,u,v\n".into(), "line 1: `u` is none of the columns"),
+        ("frame,u,v\n".into(), "line 1: `u` is not one of the columns"),
         ("ul,vl,ur,vr,score\n1,2,3,4,1\n".into(), "no column `frame`"),
         (format!("{good}0,100,100,90\n"), "line 3: 4 fields, the header has 6"),
         (format!("{good}1.0,100,100,90,100,1\n"), "line 3: frame `1.0` is not a whole number"),
@@ -165,7 +165,7 @@ fn bad_input_is_named() {
 }
 
 #[test]
-fn what_is_refused_is_counted_by_reason() {
+fn refused_matches_are_counted_by_reason() {
     let mut pairs = shipped().pairs;
     let count: usize = pairs.iter().map(Vec::len).sum();
     let m = pairs[0][0];

@@ -19,9 +19,9 @@
 //!   without generating the scene and filling the batch; `-` without valgrind. The same build gives
 //!   the same count. They are this host's: a controller's differ;
 //! - `instr/match/pass`: the same over matches and passes; `-` unless all pairs were solved;
-//! - `passes`: mean passes over the batch, evaluations included. Of `lmder`, evaluations of the
+//! - `passes`: mean passes over the batch, evaluations included. For `lmder`, evaluations of the
 //!   residuals; its Jacobians and QR factorisations are in the instructions;
-//! - `solved`: pairs with an answer; of `lmder`, those where it met its tolerances;
+//! - `solved`: pairs with an answer; for `lmder`, pairs within its tolerances;
 //! - `sigma_t`, `sigma_theta`: RMS error of the solved single pairs, rad.
 //!
 //! A harness of its own, because no usual one both times and counts: those that count need a runner

@@ -14,11 +14,11 @@ use evaluate::EvaluateArgs;
 /// Commands that measure the calibrator.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    #[allow(missing_docs, reason = "the arguments define the help text")]
     Campaign(CampaignArgs),
-    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    #[allow(missing_docs, reason = "the arguments define the help text")]
     Evaluate(EvaluateArgs),
-    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    #[allow(missing_docs, reason = "the arguments define the help text")]
     Bench(BenchArgs),
 }
 

@@ -11,7 +11,7 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("Every method at its best, cell by cell");
     section.text(
         "Each method with the settings that are best in that cell: the pointer over a number shows them. All \
-         settings of all methods stand in the CSV file of the figure below. Figures that are no evidence are \
+         settings of all methods stand in the CSV file of the figure below. Figures without evidence are \
          faint and counted nowhere.",
     );
     let command = findings.request.command.as_str();

@@ -7,7 +7,7 @@ use rivals::Variant;
 use selfcal_commands::report::{Cell, Section, Table};
 
 pub(super) fn section(findings: &Findings<'_>) -> Section {
-    let mut section = Section::new("What is compared");
+    let mut section = Section::new("Methods and data");
     let command = findings.request.command.as_str();
     section.text(
         "e_t is the angle between the estimated and the true baseline direction, e_theta the distance \

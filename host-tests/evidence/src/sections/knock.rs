@@ -23,7 +23,7 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
         "The right camera turns by {TURN_DEG} degrees about a random axis at pair {FIRST} of {PAIRS}, with 10 % \
          outliers. A mean over all pairs keeps the old rig. A steady filter (process noise 1e-5 rad a pair) \
          forgets it slowly; an agile one (1e-3 rad) follows within a pair or two, and pays with the error \
-         between knocks, which is the first column. The robust preset detects the change and starts anew.",
+         between knocks, which is the first column. The robust preset detects the change and restarts.",
     ));
     let command = findings.request.command.as_str();
     section.table(table(findings).explained(

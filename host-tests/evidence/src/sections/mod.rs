@@ -35,7 +35,7 @@ pub(super) fn all(findings: &Findings<'_>, counts: &MeasurementCounts) -> Vec<Se
 
 /// Failed measurements, so that the page names every gap.
 fn failures(findings: &Findings<'_>, counts: &MeasurementCounts) -> Section {
-    let mut section = Section::new("What failed");
+    let mut section = Section::new("Failed measurements");
     if counts.failed.is_empty() {
         section.text(format!("All {} measurements have an outcome.", counts.measurements));
         return section;

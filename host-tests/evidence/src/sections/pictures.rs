@@ -16,11 +16,11 @@ const SPHERES: [&str; 2] = ["opencv_chess_sift", "top"];
 
 pub(super) fn section(findings: &Findings<'_>) -> Section {
     let command = findings.request.command.as_str();
-    let mut section = Section::new("What it does to depth");
+    let mut section = Section::new("Effect on depth");
     section.text(
         "A camera that looks 5 degrees too far up, its pair rectified by the start, by bundle adjustment, \
          which is the best rival with one setting for all recordings, and by both presets; and the \
-         disparities that a plain semi-global matcher finds: where rows do not meet, there are none, or \
+         disparities that a plain semi-global matcher finds: where rows do not align, it finds no disparities or \
          wrong ones.",
     );
     for name in PicturedScene::SHIPPED {

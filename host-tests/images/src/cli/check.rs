@@ -24,7 +24,7 @@ use super::source::{Ran, SourceArgs};
   selfcal check nightly/ --rig factory.yaml --rig calibrated/camchain.yaml --hold-out
 
 Exit status: 0 good; 10 improvable: rows within 1 px, but the estimate aligns them better; 20 recalibrate: rows 1 px
-off or more; 30 unknown: the images do not tell; 1 error.")]
+off or more; 30 unknown: the images do not decide; 1 error.")]
 pub struct CheckArgs {
     #[command(flatten)]
     source: SourceArgs,

@@ -101,10 +101,7 @@ impl ImagesArgs {
         if let Some(path) = &self.frames {
             written.push(("frames", path.clone()));
             if ran.session.left_out > 0 {
-                eprintln!(
-                    "{} matches left out: beyond what a frame can carry",
-                    ran.session.left_out
-                );
+                eprintln!("{} matches left out: they do not fit a frame", ran.session.left_out);
             }
         }
         if let Some(dir) = &self.out {

@@ -170,7 +170,7 @@ impl SourceArgs {
             if STOP.swap(true, Ordering::Relaxed) {
                 std::process::exit(130);
             }
-            eprintln!("stopping after the pairs that have begun; again to end at once");
+            eprintln!("stopping after the pairs in progress; press again to end at once");
         });
         let wanted = Wanted {
             left: self.left_topic.clone(),
@@ -262,7 +262,7 @@ fn if_cut(mut rig: FoundRig, source: &Source, config: MatcherConfig) -> Result<F
         rig.meta = *cut;
         let [w, h] = rig.meta.sizes()[0];
         rig.notes = vec![format!(
-            "the rig is of larger images: taken as cut out of their middle to {w} x {h} px, since {as_cut} matches fit so, and {scaled} as \
+            "the rig belongs to larger images: taken as cropped from their middle to {w} x {h} px, since {as_cut} matches fit so, and {scaled} as \
              scaled (--cut scaled, or --cut X,Y, says otherwise)"
         )];
     }

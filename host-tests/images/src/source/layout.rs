@@ -11,7 +11,7 @@ use super::folders::images;
 pub(super) struct Layout {
     /// Left and right images, each in the order of names.
     pub(super) sides: [Vec<PathBuf>; 2],
-    /// Files of its calibration; may be none.
+    /// Files of its calibration; may be empty.
     pub(super) rig: Vec<PathBuf>,
     /// Numbers of the two cameras in the calibration, if the folders tell.
     pub(super) cameras: Option<[u8; 2]>,

@@ -105,7 +105,7 @@ impl fmt::Display for Frame {
     }
 }
 
-/// What a source gives, in order.
+/// Items of a source, in order.
 #[derive(Debug, Clone)]
 pub enum Item {
     /// A pair, left first.
@@ -206,7 +206,7 @@ impl Source {
         let is_pattern = place.to_str().is_some_and(|text| text.contains('*'));
         ensure!(
             place.exists() || is_pattern,
-            "{} does not exist, and is none of the shipped images ({})",
+            "{} does not exist, and is not one of the shipped images ({})",
             place.display(),
             ShippedImages::ALL.map(ShippedImages::name).join(", ")
         );
@@ -258,13 +258,13 @@ impl Source {
                 let images = folders::images(place)?;
                 ensure!(
                     wanted.side_by_side || is_wide(&images),
-                    "{name}: images of one side, or are they pictures of both cameras (--side-by-side)? Of two folders or \
+                    "{name}: images of one side, or are they pictures of both cameras (--side-by-side)? If there are two folders or \
                      patterns, give both"
                 );
                 Ok(Self::side_by_side(name, images, tolerance_s))
             }
             _ => bail!(
-                "{name}: a folder, an MCAP file (*.mcap) or a ROS 1 bag (*.bag) is expected; of two folders or \
+                "{name}: a folder, an MCAP file (*.mcap) or a ROS 1 bag (*.bag) is expected; if there are two folders or \
                  patterns, give both"
             ),
         }
@@ -310,14 +310,14 @@ impl Source {
         };
         let Some(seconds) = nearest else {
             return format!(
-                "no pairs of images in {}: no left and right ones of one time or number",
+                "no pairs of images in {}: no left and right image has the same time or number",
                 self.name
             );
         };
         let [gap, most] = [seconds, self.tolerance_s].map(|s| s * 1000.0);
         format!(
-            "no pairs of images in {}: the nearest left and right ones are {gap:.1} ms apart, and --tolerance is {most:.1} ms. If they \
-             are of one moment, give --tolerance {:.3}",
+            "no pairs of images in {}: the nearest left and right images are {gap:.1} ms apart, and --tolerance is {most:.1} ms. If they \
+             show one moment, give --tolerance {:.3}",
             self.name,
             seconds * 1.25
         )

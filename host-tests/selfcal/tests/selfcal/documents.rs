@@ -209,7 +209,7 @@ fn bytes(n: usize) -> String {
 }
 
 #[test]
-fn sizes_are_those_of_the_types() {
+fn sizes_match_the_types() {
     let calibrator = bytes(size_of::<Calibrator<f32, 256>>());
     assert!(README.contains(&format!("256 matches a pair: {calibrator} bytes")), "{calibrator}");
     assert!(

@@ -19,7 +19,7 @@ fn between<'a>(text: &'a str, start: &'a str, end: &'a str) -> Vec<&'a str> {
 }
 
 #[test]
-fn the_page_stands_alone_and_every_figure_says_how_it_was_made() {
+fn the_page_loads_nothing_and_every_figure_has_its_command() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("page");
     let text = evaluate(&out, &[]);

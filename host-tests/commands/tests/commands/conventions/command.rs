@@ -23,7 +23,7 @@ fn a_calibrated_rig_goes_out_and_starts_the_next_run_where_this_one_ended() {
 }
 
 #[test]
-fn what_is_exported_imports_as_the_rig_of_a_stream() {
+fn an_exported_rig_imports_as_the_rig_of_a_stream() {
     let dir = tempfile::tempdir().unwrap();
     let path = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
     let (chain, meta, stream) = (path("chain"), path("meta.json"), path("flight.scmf"));

@@ -60,7 +60,7 @@ fn the_colour_cameras_of_kitti_are_their_own() {
 }
 
 #[test]
-fn lenses_and_cameras_are_those_of_the_files() {
+fn lenses_and_cameras_match_the_files() {
     let basalt = read(&named("Basalt")).unwrap();
     assert_eq!(basalt.lens, LensModel::Fisheye);
     assert_eq!((basalt.k_r[0][0], basalt.dist_l), (381.0, vec![0.01, -0.013, 0.02, -0.01]));
@@ -212,7 +212,7 @@ fn cameras_above_each_other_have_ty() {
 }
 
 #[test]
-fn what_was_never_calibrated_is_said_with_file_and_key() {
+fn an_uncalibrated_camera_is_named_with_file_and_key() {
     let zeros = "[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]";
     let why = |sample: &Sample| format!("{:#}", read(sample).unwrap_err());
     let k = why(&with("ROS echo", "[400.0, 0.0, 320.0, 0.0, 401.0, 240.0, 0.0, 0.0, 1.0]", zeros));

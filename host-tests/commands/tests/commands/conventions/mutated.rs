@@ -123,7 +123,7 @@ fn damaged_files_of_every_format_are_read_or_refused_by_name() {
 }
 
 #[test]
-fn no_text_and_nothing_at_all_are_refused_by_name() {
+fn empty_files_and_binary_files_are_refused_by_name() {
     for bytes in
         [&b""[..], b"\xff\xfe\x00binary", b"hello", b"{", b"[1, 2]", b"<a>", b"a: [", b"---\n---\n"]
     {

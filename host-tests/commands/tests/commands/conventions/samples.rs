@@ -9,7 +9,7 @@ use selfcal_commands::conventions::Unknowns;
 use crate::conventions::device_samples::{LUXONIS, REALSENSE, REALSENSE_TEXT, SENSOR_CONTROL, ZED};
 use crate::conventions::examples::{KALIBR, OPENCV, ROS};
 
-/// A format: its name, its files, the values that they lack, and whether `R` and `T` are those of the rig above.
+/// A format: its name, its files, the values that they lack, and whether it has `R` and `T` of the rig above.
 pub(crate) struct Sample {
     pub(crate) name: &'static str,
     pub(crate) files: Vec<(&'static str, String)>,

@@ -51,8 +51,7 @@ pub struct CampaignArgs {
     #[arg(long, default_value_t = 1_000_000)]
     seed: u64,
 
-    /// Trust in the lens models, real. With compensate the errors of R and t are those of the extrinsics of the
-    /// corrected cameras.
+    /// Trust in the lens models, real. With compensate the errors of R and t refer to the corrected cameras.
     #[arg(long, value_enum, default_value_t = LensTracking::Report)]
     lens: LensTracking,
 

@@ -172,7 +172,7 @@ fn the_colour_cameras_of_kitti_have_their_own_projections() {
 }
 
 #[test]
-fn images_cut_out_of_the_middle_are_told_from_scaled_ones_or_asked_about() {
+fn cropped_images_are_told_from_scaled_ones_or_asked_about() {
     let dir = tempfile::tempdir().unwrap();
     let all = moving(3);
     folders(all.iter().map(|[l, r]| [l, r]), dir.path());
@@ -203,7 +203,7 @@ fn images_cut_out_of_the_middle_are_told_from_scaled_ones_or_asked_about() {
 }
 
 #[test]
-fn three_pairs_of_different_moments_are_told_and_of_two_it_is_said_that_they_were_not_tested() {
+fn three_pairs_of_different_moments_are_detected_and_two_are_reported_as_untested() {
     let all = moving(4);
     let dir = tempfile::tempdir().unwrap();
     folders(all[..3].iter().zip(&all[1..]).map(|([l, _], [_, r])| [l, r]), dir.path());

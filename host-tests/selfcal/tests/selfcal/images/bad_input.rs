@@ -62,7 +62,7 @@ fn left_and_right_of_different_moments_are_told_and_those_of_one_are_not() {
 }
 
 #[test]
-fn what_is_black_of_another_size_or_no_image_is_skipped_with_its_name() {
+fn black_misfit_and_broken_images_are_skipped_with_their_names() {
     let dir = tempfile::tempdir().unwrap();
     let [left, right] = small();
     folders((0..5).map(|_| [&left, &right]), dir.path());
@@ -101,7 +101,7 @@ fn a_rig_of_another_shape_no_rig_and_no_images_are_errors_that_help() {
 }
 
 #[test]
-fn a_guess_from_a_focal_length_is_said_loudly() {
+fn a_guess_from_a_focal_length_has_a_clear_warning() {
     let dir = tempfile::tempdir().unwrap();
     let [left, right] = small();
     folders([[&left, &right]], dir.path());

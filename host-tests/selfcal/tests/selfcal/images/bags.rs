@@ -126,7 +126,7 @@ fn bag(path: &Path) {
 }
 
 #[test]
-fn a_bag_gives_its_pairs_and_its_rig_and_cut_short_what_is_left_of_it() {
+fn a_bag_gives_its_pairs_and_its_rig_and_a_cut_bag_its_whole_pairs() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("whole.mcap");
     bag(&path);

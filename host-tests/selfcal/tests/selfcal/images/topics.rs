@@ -177,7 +177,7 @@ fn refused(made: &Made, more: &[&str], words: &[&str]) {
 }
 
 #[test]
-fn of_rectified_topics_p_is_the_camera() {
+fn p_is_the_camera_of_rectified_topics() {
     let made = made(&[images(RECT[0], 0), images(RECT[1], 1)], &infos(raw), 3);
     fits(&made, &[]);
     let none = |mut info: Info| {
@@ -190,7 +190,7 @@ fn of_rectified_topics_p_is_the_camera() {
 }
 
 #[test]
-fn topics_of_which_several_may_be_meant_are_refused_with_the_list_and_can_be_chosen() {
+fn ambiguous_topics_are_refused_with_the_list_and_can_be_chosen() {
     // The right topic comes first: the order of messages decides nothing.
     let all = [images(RECT[1], 1), images(RAW[0], 0), images(RECT[0], 0), images(RAW[1], 1)];
     let made = made(&all, &infos(raw), 3);
@@ -208,7 +208,7 @@ fn left_raw_is_not_paired_with_right_rectified() {
 }
 
 #[test]
-fn a_rig_given_by_hand_wins_over_camera_info_that_is_none() {
+fn a_given_rig_overrides_an_invalid_camera_info() {
     let focal = FOCAL.to_string();
     let pair = [images(RAW[0], 0), images(RAW[1], 1)];
     let zero = |mut info: Info| {
@@ -243,7 +243,7 @@ fn a_rig_given_by_hand_wins_over_camera_info_that_is_none() {
 }
 
 #[test]
-fn a_region_of_interest_and_binning_are_those_of_camera_info() {
+fn region_of_interest_and_binning_follow_camera_info() {
     let pair = [images(RAW[0], 0), images(RAW[1], 1)];
     let region = |mut info: Info| {
         info.size = [SIZE[0] + 200, SIZE[1] + 100];
@@ -286,7 +286,7 @@ fn pixels_are_read_in_the_encodings_of_cameras() {
 }
 
 #[test]
-fn stamps_too_far_apart_are_said_with_the_tolerance_that_would_do() {
+fn stamps_too_far_apart_are_reported_with_a_sufficient_tolerance() {
     let pair = [images(RAW[0], 0), Images { late_ns: 8_000_000, ..images(RAW[1], 1) }];
     let made = made(&pair, &infos(|info| info), 2);
     refused(&made, &[], &["8.0 ms apart", "--tolerance 0.010"]);
