@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     for pair in 0..12 {
         let outcome = calibrator.take_pair(matcher.matches(300));
-        println!("pair {pair}: {outcome}"); // what is in use is unchanged
+        println!("pair {pair}: {outcome}"); // the calibration in use is unchanged
         if let Ok(health) = calibrator.health() {
             println!("        {health}");
         }

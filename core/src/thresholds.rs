@@ -348,7 +348,7 @@ pub(crate) const ALIKE_PX: f64 = 2.0;
 pub(crate) const MAX_DISAGREEMENT: [f64; 2] = [3.0, 5.0];
 
 /// Share of a second crowd over that of the inliers, means of the last pairs, above which either may be the scene. A
-/// larger limit applies the pose of what may be a fence; a smaller one waits where the scene is clear.
+/// larger limit may apply the pose of a fence; a smaller one waits where the scene is clear.
 pub(crate) const MAX_SECOND_CROWD: f64 = 0.8;
 
 /// Huber thresholds up to which a row offset enters the RMS. A larger limit lets outliers in; a smaller one hides a bad

@@ -280,7 +280,7 @@ impl<T: Scalar> Hypothesis<T> {
         Some(RowsYaw { turn: self.yaw(context), variance })
     }
 
-    /// Normal equations at the pose, of sums in the frame of the hypothesis.
+    /// Normal equations at the pose, from sums in the frame of the hypothesis.
     pub(super) fn normal_equations(&self, sums: &Moments<T>) -> NormalEquations<T> {
         sums.at_pose(&self.frame, &self.pose)
     }

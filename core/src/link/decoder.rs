@@ -168,7 +168,7 @@ impl Decoder {
         *bad = bad.saturating_add(taken.bad_headers);
     }
 
-    /// Moves on from a header, and counts what leaves the window.
+    /// Moves on from a header, and counts the bytes that leave the window.
     fn slide(&mut self) {
         self.window.slide();
         self.skip(HEADER_BYTES.saturating_sub(self.window.held()));

@@ -155,7 +155,7 @@ impl Disposition {
     }
 }
 
-/// Zero bytes of a word: the top bit of each. A byte of 1 above a zero byte counts too.
+/// Marks each zero byte of a word in its top bit. A byte of 1 above a zero byte is marked too.
 #[inline(always)]
 fn zero_bytes(word: u32) -> u32 {
     const ONES: u32 = u32::from_ne_bytes([1; 4]);

@@ -33,7 +33,7 @@ impl Window {
         Self { ring: [0; HEADER_BYTES], next: 0, held: 0, magics: 0, last: 0, checksum: 0 }
     }
 
-    /// Bytes from the first magic, or from the beginning of one.
+    /// Number of bytes since the first magic, whole or incomplete.
     pub(super) fn held(&self) -> usize {
         self.held.into()
     }

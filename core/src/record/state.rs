@@ -1,4 +1,4 @@
-//! State of a calibrator as a record: what is in use, and the estimate as the prior of a new hypothesis.
+//! State of a calibrator as a record: the calibration in use, and the estimate as the prior of a new hypothesis.
 
 use nalgebra::{Vector3, Vector5};
 
@@ -372,7 +372,7 @@ fn read_vibration<T: Scalar>(from: &mut Reader<'_>) -> Result<KnownVibration<T>,
     Ok(KnownVibration { variances, deviations })
 }
 
-/// Reads what [`write_about`] writes.
+/// Reads extrinsics that [`write_about`] has written.
 fn read_about<T: Scalar>(
     factory: &Extrinsics<T>,
     from: &mut Reader<'_>,

@@ -15,7 +15,7 @@ use crate::state::State;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SaveReason {
-    /// The calibrator is locked, and no locked state has been saved last.
+    /// The calibrator is locked, and the last save, if any, was of an unlocked state.
     Locked,
     /// The calibration in use has changed.
     InUse,

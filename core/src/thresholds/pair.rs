@@ -52,9 +52,9 @@ pub(crate) const FIRST_NOISE_PX: f64 = 1.5;
 /// limit; a smaller one discards inliers.
 pub(crate) const TIGHT_TUKEY: f64 = 2.5;
 
-/// Largest residual, in units of the loss, of a crowd: residuals beyond the peak that lean to one side. And the share
-/// of such residuals among the usable ones, mean of the last pairs, above which the limit is tight. A crowd biases
-/// larger values; smaller ones take chance for a crowd.
+/// A crowd: residuals beyond the peak that lean to one side. Their largest size, in units of the loss; and their share
+/// of the usable residuals, mean of the last pairs, above which the limit is tight. A crowd biases larger values;
+/// smaller ones take chance for a crowd.
 pub(crate) const CROWD: f64 = 10.0;
 pub(crate) const CROWD_SHARE: f64 = 0.08;
 

@@ -342,7 +342,7 @@ fn plausible([u, v, disparity, row]: [u8; 4]) -> Correspondence<f32> {
 fn lens(k: [f32; 5], fisheye: bool) -> Option<Lens<f32>> {
     let [k1, k2, k3, k4, k5] = k;
     if fisheye && k5 < 0.0 {
-        // A quotient of either sign, from a few numbers.
+        // A rational lens whose quotient has either sign, from a few numbers.
         Rational::try_new([k1, k2, k3, k4, k5, -k1, k2, k3]).ok().map(Lens::Rational)
     } else if fisheye {
         Fisheye::try_new([k1, k2, k3, k4]).ok().map(Lens::Fisheye)

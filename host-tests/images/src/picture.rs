@@ -43,7 +43,7 @@ impl Picture {
         Ok(Self(Image::new(ImageSize { width, height }, pixels)?))
     }
 
-    /// Reads a PNG, JPEG, PGM, TIFF, BMP or WebP file of 8 or 16 bits as it is stored; colours become grey.
+    /// Reads a PNG, JPEG, PGM, TIFF, BMP or WebP file of 8 or 16 bits as stored; colours become grey.
     ///
     /// # Errors
     /// Names the file.

@@ -51,7 +51,7 @@ impl Skip {
     pub const ALL: [Self; 5] =
         [Self::Alone, Self::Unreadable, Self::Size, Self::Blank, Self::Exchanged];
 
-    /// In words, after a number.
+    /// Description that follows a number.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {

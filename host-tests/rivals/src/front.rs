@@ -32,7 +32,7 @@ impl Front {
         Self { inliers, noise_px }
     }
 
-    /// The preprocessing of one pair of these.
+    /// The preprocessing of one of the pairs.
     #[must_use]
     pub fn pair(&self, k: usize) -> Self {
         let one = |rays: Option<&Vec<Rays>>| rays.into_iter().cloned().collect();

@@ -66,7 +66,7 @@ fn running(config: Config, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option
             // A refused match does not count, as with any matcher.
             let _ = calibrator.push(&Correspondence { left, right, score: 1.0, grid_step: 0.0 });
         }
-        // A refused pair leaves the estimate as it was.
+        // A refused pair leaves the estimate unchanged.
         let _ = calibrator.solve_pair();
         calibrator.proposal().map(|proposal| in_f64(&proposal.extrinsics))
     });

@@ -23,7 +23,7 @@ pub struct Plot<'a> {
 }
 
 impl<'a> Plot<'a> {
-    /// Between the left top and the right bottom corner, px.
+    /// A plot between the top left and the bottom right corner, px.
     #[must_use]
     pub fn new(
         svg: &'a mut Svg,

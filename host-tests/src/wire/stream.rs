@@ -68,7 +68,7 @@ impl<R: BufRead> Iterator for FrameReader<R> {
 }
 
 impl Frame {
-    /// The matches as a pair of a rig, bit-identical to what a calibrator gets from the link.
+    /// The matches as a pair of a rig, bit-identical to the matches that a calibrator gets from the link.
     ///
     /// # Errors
     /// If the size of the frame's images differs.

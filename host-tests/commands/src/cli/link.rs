@@ -19,8 +19,8 @@ const FAULTS: Faults = Faults { damaged: 0.2, dropped: 0.02, repeated: 0.02, noi
 /// Send generated frames over a wire with faults, through the decoder, and check its output.
 ///
 /// Frames of 0 to 512 matches with any content, in pieces of any length. By default 20 % of them are damaged, 2 %
-/// dropped, 2 % repeated, and noise follows 5 %. The run fails if the output differs from what was sent, or if a frame
-/// is lost that was whole on the wire.
+/// dropped, 2 % repeated, and noise follows 5 %. The run fails if the output differs from the input, or if a frame is
+/// lost that was whole on the wire.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal link

@@ -32,8 +32,7 @@ pub(crate) struct Source {
     #[arg(long, value_enum)]
     view: Option<TurnedView>,
 
-    /// Which camera is turned. Both: the left one as the view says, the right one as the next of top, right,
-    /// bottom, left.
+    /// Which camera is turned. Both: the left one by the view, the right one by the next of top, right, bottom, left.
     #[arg(long, value_enum, default_value_t, requires = "view")]
     turned: TurnedCamera,
 

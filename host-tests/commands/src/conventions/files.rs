@@ -165,7 +165,7 @@ fn text(path: &Path) -> Result<String> {
     syntax::text_of(fs::read(path)?)
 }
 
-/// The rig files of a folder; where there is YAML, only that.
+/// The rig files of a folder; if there is YAML, only the YAML files.
 fn rigs_of(dir: &Path) -> Result<Vec<PathBuf>> {
     let name = dir.display();
     let entries = fs::read_dir(dir).with_context(|| format!("cannot list {name}"))?;

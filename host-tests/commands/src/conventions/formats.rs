@@ -22,7 +22,7 @@ struct Row {
     name: &'static str,
     /// A file with one of these keys is in this format.
     keys: &'static [&'static str],
-    /// Files, direction of the extrinsics and unit, for people.
+    /// Files, direction of the extrinsics and unit, for the user.
     says: &'static str,
     unit: Unit,
     read: fn(&Files, Unknowns) -> Result<Meta>,

@@ -61,7 +61,7 @@ pub(super) fn json(files: &Files, _: Unknowns) -> Result<Meta> {
     rig::meta([side("left")?, side("right")?], &pose, format!("RealSense: {files}"))
 }
 
-/// The rig of a text: the streams of a pair, of the given size or of the only one.
+/// The rig of a text: the streams of a pair, with the given size or the only one.
 pub(super) fn printed(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let file = files.one(&["rs intrinsics"])?;
     let all = file.need(&["rs intrinsics"], "blocks of intrinsics")?.items();

@@ -86,7 +86,7 @@ fn yaml(text: &str) -> Result<Node> {
     Ok(rooted(node))
 }
 
-/// An error without the picture of its line.
+/// First line of an error, without the quoted source.
 fn first_line(why: &str) -> &str {
     why.lines().find(|line| !line.trim().is_empty()).unwrap_or(why).trim()
 }
