@@ -148,8 +148,8 @@ impl RigRequest {
             )
         };
         let (meta, note, if_cut) = match self.cut {
-            Cut::Centre => (cut(None)?, note("cut out of the middle"), None),
-            Cut::At([x, y]) => (cut(Some([x, y]))?, note(&format!("cut out at {x}, {y}")), None),
+            Cut::Centre => (cut(None)?, note("cropped from the middle"), None),
+            Cut::At([x, y]) => (cut(Some([x, y]))?, note(&format!("cropped at {x}, {y}")), None),
             Cut::Scaled => (scaled(), note("scaled"), None),
             Cut::Unknown if same_shape => {
                 let by = f64::from(sizes[0][0]) / f64::from(own[0][0]);
@@ -157,14 +157,14 @@ impl RigRequest {
                 (
                     scaled(),
                     format!(
-                        "{} (scaled by {by}); if they were cut out instead, say where: --cut centre, or --cut X,Y",
+                        "{} (scaled by {by}); if they were cropped instead, give the place: --cut centre, or --cut X,Y",
                         note("scaled")
                     ),
                     if_cut,
                 )
             }
             Cut::Unknown => bail!(
-                "the rig belongs to images of {}, these have {}: the shapes differ. If they were cut out, say where: --cut centre, or --cut X,Y; \
+                "the rig belongs to images of {}, these have {}: the shapes differ. If they were cropped, give the place: --cut centre, or --cut X,Y; \
                  otherwise the rig belongs to another camera",
                 both(own),
                 both(sizes)
@@ -259,7 +259,7 @@ mod tests {
         assert!((found.if_cut.unwrap().k_l[0][0] - meta().k_l[0][0]).abs() < 1e-12);
         let refused = request.fitted(meta(), [[640, 360]; 2]).unwrap_err().to_string();
         assert!(
-            refused.contains("not the same shape") && refused.contains("--cut X,Y"),
+            refused.contains("the shapes differ") && refused.contains("--cut X,Y"),
             "{refused}"
         );
         let cut = RigRequest { cut: Cut::At([0, 60]), ..request };

@@ -351,7 +351,7 @@ def test_matches_of_images_calibrate_the_rig() -> None:
         sc.match(cv2.imread(str(path)), right, recorded.rig)
     with pytest.raises(ValueError, match=r"left: an image of 320 x 240 px, the rig's have 640 x 480"):
         sc.match(left_image[::2, ::2], right, recorded.rig)
-    with pytest.raises(ValueError, match="shows nothing"):
+    with pytest.raises(ValueError, match="is empty"):
         sc.match(np.zeros((480, 640), np.uint8), right, recorded.rig)
 
 
@@ -361,7 +361,7 @@ def test_check_is_selfcal_check() -> None:
     images = DATA / "images/chess"
     by_rig = sc.check((str(images / "left*.jpg"), str(images / "right*.jpg")), sc.read_rig(DATA / "opencv_chess_sift"))
     assert by_rig == by_name
-    with pytest.raises(ValueError, match="none of the shipped images"):
+    with pytest.raises(ValueError, match="not one of the shipped images"):
         sc.check("nowhere")
 
 

@@ -123,5 +123,5 @@ fn every_level_of_a_pyramid_has_its_grid_step_within_2_percent() {
         }
     }
     let error = Sender::new([640, 480], [1.0, 1.37, 29.0, 250.0, 255.0]).unwrap_err();
-    assert!(error.to_string().contains("of no pyramid"), "{error}");
+    assert!(error.to_string().contains("no pyramid has"), "{error}");
 }

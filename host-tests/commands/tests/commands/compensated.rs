@@ -76,7 +76,7 @@ fn a_run_that_ends_as_the_estimate_begins_again_says_so() {
     let mut short = synth(&COMPENSATE);
     short[2] = &pairs;
     let error = failure(&short, 1);
-    assert!(error.contains("began again with a corrected lens"), "{error}");
+    assert!(error.contains("restarted with a corrected lens"), "{error}");
 }
 
 /// A copy of a set with another rig.

@@ -146,7 +146,7 @@ fn bad_input_is_named() {
         (format!("{good}0,100,inf,90,100,1\n"), "line 3: vl `inf` is not a finite number"),
         (format!("{good}0,100,100,90,100,nan\n"), "line 3: score `nan` is not a finite number"),
         (format!("{good}0,x,100,90,100,1\n"), "line 3: ul `x` is not a finite number"),
-        (format!("{good}1,5,5,4,5,1\n\n0,5,5,4,5,1\n"), "line 5: frame 0 comes back"),
+        (format!("{good}1,5,5,4,5,1\n\n0,5,5,4,5,1\n"), "line 5: frame 0 continues"),
     ] {
         let error = refused(text, &args);
         assert!(error.contains(said) && error.contains("standard input"), "{error}");

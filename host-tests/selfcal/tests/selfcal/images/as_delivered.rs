@@ -197,7 +197,7 @@ fn cropped_images_are_told_from_scaled_ones_or_asked_about() {
     fs::write(&rig, text).unwrap();
     let rig = rig.to_str().unwrap();
     let said = fits(dir.path(), &["--rig", rig, "--cut", "centre"]);
-    assert!(said.contains("cut out of the middle"), "{said}");
+    assert!(said.contains("cropped from the middle"), "{said}");
     let (_, said) = check(dir.path(), &["--rig", rig]);
     assert!(said.err.contains("--cut"), "{}", said.err);
 }
@@ -213,5 +213,5 @@ fn three_pairs_of_different_moments_are_detected_and_two_are_reported_as_unteste
     let dir = tempfile::tempdir().unwrap();
     folders(all[..2].iter().map(|[l, r]| [l, r]), dir.path());
     let (json, said) = check(dir.path(), &[&option, &px]);
-    assert!(json["reasons"].to_string().contains("of one moment"), "{json} {}", said.err);
+    assert!(json["reasons"].to_string().contains("show one moment"), "{json} {}", said.err);
 }

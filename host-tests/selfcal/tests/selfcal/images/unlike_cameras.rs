@@ -133,7 +133,7 @@ fn cameras_above_each_other_are_calibrated_too() {
     assert_eq!(said.status, 0, "{}", said.err);
     let html = fs::read_to_string(page.join("index.html")).unwrap();
     assert!(
-        html.contains("Dense disparities") && !html.contains("No camera sees"),
+        html.contains("Dense disparities") && !html.contains("No rectified camera sees"),
         "the pictures of a vertical rig"
     );
 }
