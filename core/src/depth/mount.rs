@@ -255,14 +255,14 @@ impl<T: Scalar> MountYaw<T> {
         is_in_range.then_some(Self { claimed, refuted, changed, known, ..Self::UNKNOWN })
     }
 
-    /// With the knowledge of a record; whether the factory extrinsics are measured stays.
+    /// Takes the knowledge of a record, but keeps whether a calibration measured the factory extrinsics.
     pub(crate) fn resumed(&self, of: &Self) -> Self {
         Self { calibrated: self.calibrated, ..*of }
     }
 }
 
 impl<T: Scalar> RowsYaw<T> {
-    /// With the scatter from scene to scene added to the variance.
+    /// The rows with the scatter from scene to scene added to their variance.
     fn of_scene(self, context: &Context<'_, T>) -> Self {
         let (_, lens) = context.yaw_variances();
         let scene = if lens > T::ZERO { T::lit(SCENE_YAW_RAD * SCENE_YAW_RAD) } else { T::ZERO };

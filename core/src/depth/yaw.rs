@@ -74,7 +74,7 @@ impl<T: Scalar> YawEstimate<T> {
         (self.var_mount + self.mixed) / (self.var_sum() + variance)
     }
 
-    /// With a measurement of the sum, by rows.
+    /// The estimate after rows measure the sum.
     #[must_use]
     pub(super) fn with_rows(&self, sum: T, variance: T) -> Self {
         if self.is_free() {
@@ -98,7 +98,7 @@ impl<T: Scalar> YawEstimate<T> {
         }
     }
 
-    /// With a measurement of the mount yaw, by a witness.
+    /// The estimate after a witness measures the mount yaw.
     #[must_use]
     pub(super) fn with_mount(&self, yaw: T, variance: T) -> Self {
         let total = self.var_mount + variance;
@@ -115,19 +115,19 @@ impl<T: Scalar> YawEstimate<T> {
         }
     }
 
-    /// With the mount turned by an angle of a variance; the lens is as before.
+    /// The estimate after a turn of the mount by an angle with this variance; the lens stays.
     #[must_use]
     pub(super) fn turned(&self, variance: T) -> Self {
         Self { var_mount: self.var_mount + variance, ..*self }
     }
 
-    /// With the mount turned by an unknown angle.
+    /// The estimate after a turn of the mount by an unknown angle.
     #[must_use]
     pub(super) fn freed(&self) -> Self {
         self.turned(unknown())
     }
 
-    /// With the mount no better known than by a variance.
+    /// The estimate with at least this variance of the mount yaw.
     #[must_use]
     pub(super) fn not_below(&self, variance: T) -> Self {
         self.turned((variance - self.var_mount).max(T::ZERO))

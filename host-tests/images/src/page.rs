@@ -69,7 +69,7 @@ fn verdict(report: &Report, command: &str) -> Section {
     for reason in &report.summary.reasons {
         row("arming, or the last pair", Cell::text(reason));
     }
-    // As text: as a number it would move to the right of its column.
+    // A text, because a number would move to the right of its column.
     row("matches a pair", Cell::text(format!("{:.0}", report.matches_a_pair)));
     if !report.skipped.is_empty() {
         row("skipped", Cell::text(&report.skipped));

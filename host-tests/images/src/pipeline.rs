@@ -26,7 +26,7 @@ pub enum Done {
     Skipped {
         /// Kind of reason, for the count.
         kind: Skip,
-        /// In full.
+        /// Full text of the reason.
         why: String,
     },
 }

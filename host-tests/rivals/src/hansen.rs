@@ -52,7 +52,7 @@ impl Method for Hansen {
     }
 }
 
-/// One pair.
+/// Solves one pair.
 fn single(rays: &[Rays], setting: &Setting) -> Option<Pose> {
     let huber = Loss::Huber(HUBER_PX / setting.focal);
     let mut pose = minimise(&Pose::of(&setting.start), rays, Scaling::Distances, huber)?;

@@ -75,7 +75,7 @@ pub(super) fn inliers(
     Some((pose, search.inliers(&pose.essential().e)))
 }
 
-/// One pair.
+/// RANSAC on one pair.
 struct Search<'a> {
     rays: &'a [Rays],
     /// Largest Sampson residual of an inlier.

@@ -56,7 +56,7 @@ mod tests {
         for t in [[1.0, 0.0, 0.0], [0.12, 0.01, -0.3], [1e-7, 1e-7, 0.0]] {
             assert!(WrongSign::check(&PLAIN, t).is_err(), "{t:?}");
         }
-        // To the left, above each other, and extrinsics that are refused for another reason.
+        // A plain rig, cameras behind or above each other, and extrinsics that other checks refuse.
         for t in [[-1.0, 0.0, 0.0], [-0.1, 0.0, 9.0], [0.1, -1.0, 0.0], [0.0; 3], [f64::NAN; 3]] {
             assert_eq!(WrongSign::check(&PLAIN, t), Ok(()));
         }

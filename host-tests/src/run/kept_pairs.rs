@@ -63,7 +63,7 @@ mod tests {
         assert_eq!(kept(10), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
         assert_eq!(kept(11), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
         assert_eq!(kept(80), [0.0, 8.0, 16.0, 24.0, 32.0, 40.0, 48.0, 56.0, 64.0, 72.0]);
-        // One pair is kept for any length.
+        // A single pair is kept for any number of matches.
         let mut one = KeptPairs { most: 10, ..KeptPairs::default() };
         one.offer(&[at(0.0); 99]);
         assert_eq!(one.into_pairs().len(), 1);

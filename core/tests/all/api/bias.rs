@@ -53,7 +53,7 @@ fn biased(bias_px: f32, seed: u64) -> Vec<Correspondence<f32>> {
     matches
 }
 
-/// With an exact lens prior, image halves that disagree block.
+/// A calibrator with an exact lens prior: disagreeing image halves block the estimate.
 fn exact_lens() -> Calibrator<f32, 256> {
     with(Config::robust().without_lens_prior())
 }
@@ -124,7 +124,7 @@ fn where_halves_disagree_a_little_the_baseline_in_use_is_kept_and_the_rotation_f
     assert!(seen > 0);
 }
 
-/// So many of 250 matches are shifted so far across the rows, as on a fence.
+/// A pair of 250 matches, of which so many are shifted so far across the rows, as on a fence.
 pub(crate) fn fence(matches: usize, across_px: f32, seed: u64) -> Vec<Correspondence<f32>> {
     let mut all = scene(ROTATION, seed);
     for c in all.iter_mut().take(matches) {

@@ -6,7 +6,7 @@ use stereo_selfcal::{Correspondence, Scalar};
 
 use crate::api::scene::SIZE;
 
-/// One right point in so many belongs to another left one.
+/// Replaces one right point in so many by that of another match.
 pub(crate) fn with_outliers<T: Scalar>(
     mut all: Vec<Correspondence<T>>,
     one_in: usize,
