@@ -75,8 +75,8 @@ fn verdict(report: &Report, command: &str) -> Section {
         row("skipped", Cell::text(&report.skipped));
     }
     section.table(table.explained(
-        "Good: rows within 1 px that the estimate does not improve by a tenth. Improvable: it does. Recalibrate: rows \
-         1 px off or more. Row offsets are RMS over the matches that fit the estimate.",
+        "Good: rows within 1 px, and the estimate does not improve them by a tenth. Improvable: it does. \
+         Recalibrate: rows 1 px off or more. Row offsets are RMS over the matches that fit the estimate.",
         command,
     ));
     section
@@ -173,8 +173,8 @@ impl Panels {
              level from a match's end in the left image, and its end in the right image should lie on it."
         );
         let disparities = format!(
-            "Dense disparities of {name}, from yellow (near, {range} px) to dark blue (far, 0 px); grey where left and \
-             right do not agree within 1 px. Semi-global matching, nothing filled in."
+            "Dense disparities of {name}, from yellow (near, {range} px) to dark blue (far, 0 px); grey if \
+             left and right do not agree within 1 px. Semi-global matching, without filling holes."
         );
         let offsets = format!(
             "All matches of {name} in the left image as it is, coloured by their row offset: blue 0, yellow \

@@ -34,10 +34,10 @@ impl fmt::Display for WrongSign {
         let Self { t: [x, y, z], centre: [a, b, c] } = self;
         write!(
             f,
-            "t = ({x}, {y}, {z}): the right camera would stand at ({a:.4}, {b:.4}, {c:.4}) in the left frame, to the left. With \
-             p_r = R p_l + t a rig side by side has t = (-1, 0, 0). If t points to the right, since it is where the right \
-             camera stands in the left frame, use -R t; if R and t lead from right to left, use R^T and -R^T t; if the \
-             images are exchanged, exchange them"
+            "t = ({x}, {y}, {z}): the right camera would stand at ({a:.4}, {b:.4}, {c:.4}) in the left frame, \
+             to the left. With p_r = R p_l + t a rig side by side has t = (-1, 0, 0). If t points to the \
+             right, because it is the position of the right camera in the left frame, use -R t; if R and t \
+             lead from right to left, use R^T and -R^T t; if the images are exchanged, exchange them"
         )
     }
 }

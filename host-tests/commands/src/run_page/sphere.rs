@@ -92,8 +92,8 @@ pub fn sphere_figure(name: &str, estimates: &Estimates, reach: Reach, command: &
             Entry::new(Mark::Dots, None, "reference (a cross)"),
         ],
         caption: format!(
-            "Every pair's baseline direction t^k and rotation axis v^k on the unit sphere; beside each \
-             globe the surroundings of the reference, by arc length. Hollow: on the far side. The rotation is by \
+            "Every pair's baseline direction t^k and rotation axis v^k on the unit sphere; beside each globe \
+             the surroundings of the reference, by arc length. Hollow: on the far side. The rotation angle is \
              {angle:.2} degrees: the smaller it is, the wider its axes scatter."
         ),
         command: command.to_owned(),

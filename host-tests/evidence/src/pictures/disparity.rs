@@ -110,10 +110,10 @@ fn disparity_caption(scene: &PicturedScene, all: &[Attempt]) -> String {
         String::new()
     };
     format!(
-        "Dense disparities of {}, pair {}, from yellow (near, {range} px) to dark blue (far, 0 px); grey where left and \
-         right image do not agree within 1 px. The left camera is turned by {DEGREES} degrees, which \
-         R = I does not know; the estimates are from all {} pairs of the recording. Semi-global \
-         matching on 7 x 7 census transforms, nothing filled in, the same for all.{truth}{}",
+        "Dense disparities of {}, pair {}, from yellow (near, {range} px) to dark blue (far, 0 px); grey if \
+         left and right image do not agree within 1 px. The left camera is turned by {DEGREES} degrees, which \
+         R = I does not include; the estimates are from all {} pairs of the recording. Semi-global matching on \
+         7 x 7 census transforms, without filling holes, the same for all.{truth}{}",
         scene.set.name,
         scene.pair,
         scene.set.pairs.len(),

@@ -10,21 +10,21 @@ use selfcal_commands::report::{Cell, Csv, Entry, Figure, Mark, Picture, Section,
 pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("Every method at its best, cell by cell");
     section.text(
-        "Each method with the settings that are best in that cell: the pointer over a number shows them. All \
-         settings of all methods stand in the CSV file of the figure below. Figures without evidence are \
-         faint and counted nowhere.",
+        "Each method with its best settings in that cell; the pointer over a number shows them. The CSV file \
+         of the figure below has all settings of all methods. Figures without evidence are grey and not \
+         counted.",
     );
     let command = findings.request.command.as_str();
     for quantity in Quantity::ALL {
         let caption = match quantity {
             Quantity::ErrorT | Quantity::ErrorTheta => format!(
-                "{}, rad, of all pairs fused; the best of a row is marked, with what is, like it, below the \
-                 reference's standard error. Gated fit: least squares over the matches within 2 px of the \
-                 reference's rows. It is no optimum, as the gate is centred on the reference.",
+                "{}, rad, of all pairs fused. The best of a row is marked; so are others, if both are below \
+                 the reference's standard error. Gated fit: least squares over the matches within 2 px of the \
+                 reference's rows. It is not an optimum, because the gate is centred on the reference.",
                 quantity.name()
             ),
             Quantity::SigmaT | Quantity::SigmaTheta => format!(
-                "{}, rad: RMS error of fresh single pairs, of methods that solve at least half of them.",
+                "{}, rad: RMS error of fresh single pairs, for methods that solve at least half of them.",
                 quantity.name()
             ),
         };
@@ -136,10 +136,10 @@ fn spread(findings: &Findings<'_>) -> Figure {
     Figure {
         panels: findings.sets.iter().flat_map(|set| panels(findings, &set.digest)).collect(),
         legend: legend.collect(),
-        caption: "Errors of fresh single pairs, root mean square, with the left image turned; a cross where \
-                  fewer than half of the pairs have an estimate. A recording of one pair has its error in place \
-                  of a mean. Figures 2 and 3 of the paper in form. The CSV file has every method with every \
-                  setting, in every view."
+        caption: "Errors of fresh single pairs, root mean square, with the left image turned; a cross if fewer \
+                  than half of the pairs have an estimate. For a recording of one pair its error replaces the \
+                  mean. The form follows figures 2 and 3 of the paper. The CSV file has every method with \
+                  every setting, in every view."
             .into(),
         command: findings.request.command.clone(),
         numbers: numbers(findings),

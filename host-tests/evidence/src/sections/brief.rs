@@ -23,8 +23,8 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
     }
     let count = |outcome| cells.iter().filter(|cell| cell.outcome == outcome).count();
     section.text(format!(
-        "A rival may choose its method and its settings anew in every cell, after seeing the result: nobody \
-         can do so in use. Against this rival {OURS} loses {} of {} cells of the recordings, ties {} within the \
+        "A rival may choose its method and settings anew in every cell, after seeing the result, which nobody \
+         can do in use. Against this rival {OURS} loses {} of {} cells of the recordings, ties {} within the \
          error of the reference, and wins {}. A cell is a data set, a view and a quantity.",
         count(Outcome::Loss),
         cells.len(),
@@ -39,22 +39,21 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
         command,
     ));
     section.table(
-        losses(findings, &cells)
-            .explained("Every cell that is lost, the widest margin first.", command),
+        losses(findings, &cells).explained("Every lost cell, the widest margin first.", command),
     );
     section.text(unsolved(findings, &cells));
     let table = published(findings, &ours);
     if !table.rows.is_empty() {
         section.table(table.explained(
-            "The method of the paper and ling-shen [7] over ours, as published and with what stands in front of \
-             them in use: geometric means over the cells of recordings with outliers. Order: cells in which \
-             robust <= paper <= ling-shen, of all pairs fused.",
+            "The method of the paper and ling-shen [7] over ours, as published and with preprocessing as in \
+             use: geometric means over the cells of recordings with outliers. Order: cells in which robust <= \
+             paper <= ling-shen, with all pairs fused.",
             command,
         ));
     }
     section.table(over_bounds(findings).explained(
-        "Generated scenes: RMS error of robust over the least that the true matches allow, which is 1 within the \
-         chance of so many scenes; and the best rival's, chosen anew in each row.",
+        "Generated scenes: RMS error of robust over the least error that the true matches allow, which is 1 \
+         within the chance of so many scenes; and that of the best rival, chosen anew in each row.",
         command,
     ));
     section
@@ -143,8 +142,8 @@ fn unsolved(findings: &Findings<'_>, cells: &[Judged<'_>]) -> String {
     let none: Vec<String> = none.collect();
     let list = |all: Vec<String>| if all.is_empty() { "none".into() } else { all.join("; ") };
     format!(
-        "Where doing nothing is better than ours: {} cells, in {by_all} of them better than every method \
-         ({}). Generated scenes in which no method has an estimate in half of the trials: {}.",
+        "Cells in which doing nothing is better than ours: {}; in {by_all} of them it is better than every \
+         method ({}). Generated scenes in which no method has an estimate in half of the trials: {}.",
         worse.len(),
         list(names.collect()),
         list(none),

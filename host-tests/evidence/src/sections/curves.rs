@@ -65,18 +65,18 @@ fn words(axis: SweepAxis) -> Words {
 pub(super) fn sections(findings: &Findings<'_>) -> Vec<Section> {
     let mut noise = Section::new("Rows and reprojection against matches and noise");
     noise.text(
-        "The supplement of the paper. Generated pairs without outliers, from a rig 5 degrees off about \
-         all axes with t 5 degrees off: how many pixels the true points, without their noise, lie off \
-         their row once rectified by the estimate of one pair, and off their reprojection in each image.",
+        "These figures follow the supplement of the paper. Generated pairs without outliers, from a rig 5 \
+         degrees off about all axes with t 5 degrees off: distance in px of the true, noise-free points from \
+         their row after rectification by the estimate of one pair, and from their reprojection in each image.",
     );
     let mut sections = vec![noise];
     let mut errors = Section::new("Error against outliers, pairs, depth and band");
     errors.text(
-        "The same rig. Curves are root mean squares over the same scenes for all methods, of those in \
-         which a method has an estimate; a curve ends where that is fewer than half of them, and a third panel \
-         shows the share without, where there are any. The broken black line is the Cramer-Rao bound of the true \
-         matches: no unbiased estimate errs less. The best rival is chosen anew at every point. Medians stand in \
-         the CSV files.",
+        "The same rig. Curves are root mean squares over the scenes in which a method has an estimate; the \
+         scenes are the same for all methods. A curve ends where fewer than half of the scenes have an \
+         estimate; a third panel shows the share without one, if any. The dashed black line is the Cramer-Rao \
+         bound of the true matches: no unbiased estimate has a smaller error. The best rival is chosen anew at \
+         every point. The CSV files have the medians.",
     );
     for sweep in &findings.sweeps {
         let place = usize::from(!matches!(sweep.axis, SweepAxis::Matches | SweepAxis::Noise));
@@ -177,8 +177,8 @@ fn figure(findings: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of
         panels,
         legend,
         caption: format!(
-            "{} {scenes} scenes a point: by chance alone a curve is off by {:.0} % (1 sd).{} Where curves \
-             coincide, ours is on top.",
+            "{} {scenes} scenes a point: chance alone changes a curve by {:.0} % (1 sd).{} If curves coincide, \
+             ours is on top.",
             words.caption,
             100.0 * chance(scenes),
             if solved { " All curves have an estimate in every scene." } else { "" },
