@@ -13,7 +13,7 @@ const DATA_SET: &str = "opencv_chess_sift";
 
 fn main() -> Result<()> {
     let out = PathBuf::from(env::var_os("OUT_DIR").context("cargo sets OUT_DIR")?);
-    // At run time: a target folder may be shared by working trees.
+    // Read at run time, because working trees may share a target folder.
     let package = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").context("cargo sets it")?);
     let root = package.join("..");
     recording::generate(&root.join("host-tests/data").join(DATA_SET), &out)?;

@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let camera = Camera::try_new(intrinsics, Lens::Pinhole)?;
     let cameras = Cameras { left: camera, right: camera };
 
-    // Side by side. `FactoryCalibration::new` takes the extrinsics of a calibration: their yaw is held.
+    // Side by side. `FactoryCalibration::new` takes the extrinsics of a calibration and holds their yaw.
     let factory = FactoryCalibration::guess(cameras);
     let mut calibrator = Calibrator::<f32, CAPACITY>::new(Config::robust(), &factory);
     let mut loaded = calibrator.in_use(); // the rectifier's
@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     for pair in 0..12 {
         let outcome = calibrator.take_pair(matcher.matches(300));
-        println!("pair {pair}: {outcome}"); // what is in use is unchanged
+        println!("pair {pair}: {outcome}"); // the calibration in use is unchanged
         if let Ok(health) = calibrator.health() {
             println!("        {health}");
         }

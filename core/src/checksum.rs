@@ -1,7 +1,7 @@
 //! CRC-32 of IEEE 802.3 (CRC-32/ISO-HDLC): checksum of every record and frame.
 
-/// What a byte leaves in the register after itself and 0 to 3 bytes more: four tables of 1,024 bytes, for a word at a
-/// time.
+/// Contribution of a byte to the register after the byte and 0 to 3 further bytes: four tables of 1,024 bytes, for a
+/// word at a time.
 static AFTER: [[u32; 256]; 4] = [table(1, 1), table(1, 2), table(1, 3), table(1, 4)];
 
 /// Running checksum.
@@ -46,7 +46,7 @@ pub(crate) fn of(bytes: &[u8]) -> u32 {
     checksum.value()
 }
 
-/// Register after more bytes, bit by bit: of records, for which tables of 4 kB are not worth their flash. It starts with
+/// Register after more bytes, bit by bit, for records, which do not justify tables of 4 kB in flash. It starts with
 /// ones, and the checksum is its complement.
 #[inline(never)]
 pub(crate) fn register_after(register: u32, bytes: &[u8]) -> u32 {
@@ -58,7 +58,7 @@ pub(crate) fn of_record(bytes: &[u8]) -> u32 {
     !register_after(u32::MAX, bytes)
 }
 
-/// What a byte leaves in the register after itself and `more` bytes, 0 to 3.
+/// Contribution of a byte to the register after the byte and `more` bytes, 0 to 3.
 #[inline(always)]
 fn after(more: usize, byte: u8) -> u32 {
     AFTER.get(more).and_then(|table| table.get(usize::from(byte))).copied().unwrap_or(0)
@@ -72,10 +72,10 @@ fn low(register: u32) -> u8 {
 /// Bytes of a rolling checksum: a frame header with its own checksum.
 const ROLLED_BYTES: u32 = 32;
 
-/// Register of [`roll`] over bytes that end with the checksum of those before, whatever they are.
+/// Register of [`roll`] over bytes that end with the checksum of the bytes before it, for any bytes.
 pub(crate) const ROLLED_CORRECT: u32 = shifted(shifted(u32::MAX, ROLLED_BYTES - 4) ^ u32::MAX, 4);
 
-/// What a half of a byte leaves in the register after it has left the window: lower half, upper half.
+/// Contribution of half a byte to the register after it has left the window: lower half, upper half.
 static LEAVING: [[u32; 16]; 2] = [table(1, ROLLED_BYTES + 1), table(16, ROLLED_BYTES + 1)];
 
 /// Moves a checksum over the last 32 bytes on by a byte. It starts with 0 over zeros.
@@ -89,7 +89,7 @@ pub(crate) fn roll(register: u32, new: u8, old: u8) -> u32 {
     halves.into_iter().flatten().fold(shifted, |sum, half| sum ^ half)
 }
 
-/// What the multiples of a byte leave in the register after so many bytes.
+/// Contributions of the multiples of a byte to the register after so many bytes.
 const fn table<const N: usize>(unit: u32, bytes: u32) -> [u32; N] {
     let mut table = [0; N];
     let (mut place, mut byte): (&mut [u32], u32) = (&mut table, 0);
@@ -138,12 +138,12 @@ mod tests {
             assert_eq!(register == ROLLED_CORRECT, right, "{end}");
             correct += u32::from(right);
         }
-        // The second has overwritten the end of the first.
+        // The second checksum has overwritten the end of the first.
         assert_eq!(correct, 3);
     }
 
     #[test]
-    fn the_checksum_is_that_of_ethernet() {
+    fn the_checksum_matches_ethernet() {
         assert_eq!(of(b"123456789"), 0xcbf4_3926);
     }
 

@@ -1,4 +1,4 @@
-//! The two number types of the core, and the constants and conversions it needs of them.
+//! The two number types of the core, with the constants and conversions that it needs.
 
 use nalgebra::RealField;
 

@@ -1,6 +1,6 @@
 //! States: of the estimate, and of a solver that has ended.
 
-/// How far the estimate can be relied on.
+/// Reliability of the estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -8,12 +8,12 @@
 pub enum State {
     /// Too few pairs agree yet.
     Acquiring,
-    /// The last pair agrees with the estimate, and `R` is certain. `t` may still be that of the start:
+    /// The last pair agrees with the estimate, and `R` is certain. `t` may still be the start:
     /// [`crate::Proposal::baseline_observed`].
     Locked,
     /// The last pairs disagree with the estimate, or a challenger gathers pairs.
     Suspect,
-    /// Ten pairs in a row disagree with the estimate, and no three of them with each other.
+    /// Ten pairs in a row disagree with the estimate, and no three of them agree with each other.
     Lost,
 }
 
@@ -30,12 +30,12 @@ texts! {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Stop {
-    /// The step fell below the tolerance, or below what the scalar resolves of the optimum.
+    /// The step fell below the tolerance, or below the resolution of the scalar at the optimum.
     Converged,
-    /// No step lowers the cost any more: the optimum to the resolution of the scalar.
+    /// No step lowers the cost: this is the optimum within the resolution of the scalar.
     NoDescent,
-    /// All passes were taken: every pair that is tracked from a locked estimate, and a search that has not converged.
-    /// The estimate is the best pose reached.
+    /// All passes were taken. This is normal for a pair tracked from a locked estimate; a search has not converged. The
+    /// estimate is the best pose reached.
     PassesSpent,
 }
 

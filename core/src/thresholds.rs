@@ -1,9 +1,9 @@
-//! Thresholds of the estimator, in the order of the walk: geometry, pair, fusion, outcome, paper.
-//! `ESTIMATOR.md` derives what they are compared with.
+//! Thresholds of the estimator, in the order of the walk: geometry, pair, fusion, outcome, paper. `ESTIMATOR.md`
+//! derives the quantities that they limit.
 //!
-//! Each one states its unit, its reason, and what a larger and a smaller value do. A suffix names
-//! the unit (`_PX`, `_RAD`); without one the number is a count or dimensionless. Sizes of memory
-//! layouts and of wire formats are not here. Values that a user sets are in [`crate::Config`].
+//! Each one states its unit, its reason, and the effect of a larger and of a smaller value. A suffix names the unit
+//! (`_PX`, `_RAD`); a number without one is a count or dimensionless. Sizes of memory layouts and of wire formats are
+//! not here. Values that a user sets are in [`crate::Config`].
 
 mod pair;
 
@@ -11,53 +11,54 @@ pub(crate) use pair::*;
 
 // Geometry.
 
-/// Depth of a rectified unit-depth ray (87 degrees off axis); a shallower ray is skipped. Larger
-/// skips rays at the border; smaller lets the row offset's `1 / z` grow.
+/// Least depth of a rectified unit-depth ray (87 degrees off axis); a shallower ray is skipped. A larger limit skips
+/// rays at the border; a smaller one lets the `1 / z` of the row offset grow.
 pub(crate) const MIN_DEPTH: f64 = 0.05;
 
-/// Part of the unit baseline across each optical axis (sine of 6 degrees). Larger refuses rigs that
-/// can be rectified; smaller nears the pole of the gauge.
+/// Least component of the unit baseline across each optical axis (sine of 6 degrees). A larger limit refuses rigs that
+/// can be rectified; a smaller one comes near the pole of the gauge.
 pub(crate) const MIN_LATERAL: f64 = 0.1;
 
-/// Turn of one view in one step. Larger trusts a linearisation beyond its range; smaller refuses
+/// Largest turn of one view in one step. A larger limit uses a linearisation beyond its range; a smaller one refuses
 /// steps from a distant start.
 pub(crate) const MAX_STEP_RAD: f64 = 1.5;
 
-/// Tangent of 85 degrees: rays further off axis have no useful unit-depth form. Larger loses digits
-/// in `f32`; smaller cuts a fisheye image.
+/// Tangent of 85 degrees: a ray further off axis has no useful unit-depth form. A larger limit loses digits in `f32`; a
+/// smaller one cuts a fisheye image.
 pub(crate) const MAX_TANGENT: f64 = 11.43;
 
-/// Squared Frobenius norm of `M^T M - I` of a matrix taken for a rotation, and Newton-Schulz steps
-/// to the nearest one, 0.2 to 1e-13. Larger accepts other matrices; smaller refuses rounded files.
+/// Largest squared Frobenius norm of `M^T M - I` for which `M` is taken for a rotation, and Newton-Schulz steps to the
+/// nearest rotation (0.2 to 1e-13). A larger norm accepts other matrices; a smaller one refuses rounded files.
 pub(crate) const MAX_ROTATION_DEFECT: f64 = 0.04;
 pub(crate) const NEWTON_SCHULZ_STEPS: usize = 6;
 
-/// Newton steps of an undistortion, 3 to 5 are usual; a bracketed fisheye takes up to four times as
-/// many. Larger raises the worst time; smaller refuses pixels near the fold.
+/// Newton steps of an undistortion; 3 to 5 are usual, and a bracketed fisheye takes up to four times as many. A larger
+/// limit raises the worst time; a smaller one refuses pixels near the fold.
 pub(crate) const MAX_NEWTON_STEPS: usize = 12;
 
-/// Last Newton step in units in the last place, of one plus the point's size and of a fisheye's
-/// angle. Larger loses digits; smaller may never be reached.
+/// Last Newton step in units in the last place of one plus the point's size, or of one plus a fisheye's angle. A larger
+/// tolerance loses digits; Newton may never reach a smaller one.
 pub(crate) const NEWTON_ULPS: f64 = 4.0;
 pub(crate) const FISHEYE_NEWTON_ULPS: f64 = 2.0;
 
-/// Denominator of a rational lens at its smallest. Larger cuts the image of a lens that is nearly
-/// singular there; smaller lets the quotient lose its digits.
+/// Least denominator of a rational lens. A larger limit cuts the image of a nearly singular lens; a smaller one lets
+/// the quotient lose its digits.
 pub(crate) const MIN_LENS_DENOMINATOR: f64 = 0.01;
 
-/// Residual of an undistortion by a rational lens, distorted again, in units in the last place of one
-/// plus the size of both points. Larger accepts points off their pixel; smaller refuses good ones.
+/// Largest residual of an undistorted and redistorted point of a rational lens, in units in the last place of one plus
+/// the size of both points. A larger limit accepts points off their pixel; a smaller one refuses good points.
 pub(crate) const RATIONAL_RESIDUAL_ULPS: f64 = 256.0;
 
-/// Start of Newton for a distorted point beyond the fold, as a part of the fold's radius. Larger
-/// starts where the Jacobian is nearly singular; smaller takes more steps.
+/// Start of Newton for a distorted point beyond the fold, as a part of the fold's radius. A larger part starts where
+/// the Jacobian is nearly singular; a smaller one takes more steps.
 pub(crate) const NEWTON_START: f64 = 0.9;
 
-/// Distortion coefficient, in size. Larger accepts files that hold no lens; smaller refuses lenses.
+/// Largest magnitude of a distortion coefficient. A larger limit accepts files that hold no lens; a smaller one refuses
+/// lenses.
 pub(crate) const MAX_DISTORTION: f64 = 1e3;
 
-/// Samples of a lens model out to its limit, and bisections of the one that holds the fold. Larger
-/// costs time when a camera is set; fewer samples miss a narrow fold, fewer bisections lose digits.
+/// Samples of a lens model up to its limit, and bisections of the interval that holds the fold. More cost time when a
+/// camera is set; fewer samples miss a narrow fold, and fewer bisections lose digits.
 pub(crate) const FOLD_SAMPLES: u32 = 256;
 pub(crate) const FOLD_BISECTIONS: usize = 30;
 
@@ -65,309 +66,320 @@ pub(crate) const FOLD_BISECTIONS: usize = 30;
 
 // Fusion.
 
-/// Normalised innovation squared (NIS) of a pair over the reduced chi-square; 4e-5 by chance at
-/// most. Larger follows a step later; smaller rejects good pairs.
+/// Largest normalised innovation squared (NIS) of a pair over the reduced chi-square; chance exceeds it at 4e-5 at
+/// most. A larger limit follows a step later; a smaller one rejects good pairs.
 pub(crate) const MAX_NIS: f64 = 28.0;
 
-/// Factor of [`MAX_NIS`] for a challenger without a champion, which may be a few deviations off.
-/// Larger locks on chance; smaller locks later.
+/// Factor of [`MAX_NIS`] for a challenger without a champion, which may be a few deviations off. A larger factor locks
+/// on chance; a smaller one locks later.
 pub(crate) const YOUNG_SLACK: f64 = 2.0;
 
-/// Inlier share of a pair over the usual one. Larger rejects poor pairs; smaller accepts outliers.
+/// Least inlier share of a pair over the usual share. A larger ratio rejects poor pairs; a smaller one accepts
+/// outliers.
 pub(crate) const MIN_INLIER_RATIO: f64 = 0.5;
 
-/// Motion of a rig from pair to pair that is no change (0.005 degrees), each unknown. Larger hides
-/// small steps; smaller rejects pairs of a vibrating rig.
+/// Motion of a rig from pair to pair that counts as rest (0.005 degrees), for each unknown. A larger value hides small
+/// steps; a smaller one rejects pairs of a vibrating rig.
 pub(crate) const VIBRATION_RAD: f64 = 8.7e-5;
 
-/// Samples from which on vibration is told, deviations of their median by chance that it exceeds, and the part of both
-/// limits once it is known. Larger tells it later; smaller by chance.
+/// Samples that a test for vibration needs, deviations by which their median must exceed chance, and the factor of both
+/// limits once vibration is known. Larger limits detect vibration later; smaller ones detect it by chance.
 pub(crate) const MIN_VIBRATION_SAMPLES: usize = 4;
 pub(crate) const VIBRATION_DEVIATIONS: f64 = 6.0;
 pub(crate) const VIBRATION_HYSTERESIS: f64 = 0.25;
 
-/// Newest samples that count alone where their median exceeds so many deviations, and that of all so many times: a
-/// vibration has begun; by the same ratio a mean is of another time. Larger notices it later; smaller by a knock.
+/// Number of newest samples that count alone if their median exceeds so many deviations and so many times the median of
+/// all: vibration has begun. The same ratio tells that a mean is stale. Larger values notice it later; smaller ones
+/// take a knock for it.
 pub(crate) const RECENT_VIBRATION_SAMPLES: usize = 7;
 pub(crate) const RECENT_VIBRATION_DEVIATIONS: f64 = 8.0;
 pub(crate) const VIBRATION_RATIO: f64 = 4.0;
 
-/// Largest vibration (0.4 degrees). Larger takes knocks for it; smaller loses a shaken rig.
+/// Largest vibration (0.4 degrees). A larger limit takes knocks for vibration; a smaller one loses a shaken rig.
 pub(crate) const MAX_VIBRATION_RAD: f64 = 7e-3;
 
-/// Vibration of `R` from which on (0.03 degrees), and ratio of the deviations of baseline and `R` up to which, cameras
-/// that turn explain it. Larger, then smaller, leaves vibration in the lens; the reverse hides a wrong lens.
+/// Least vibration of `R` (0.03 degrees), and largest ratio of the deviations of baseline and `R`, that turning cameras
+/// explain. A larger vibration or a smaller ratio leaves vibration in the lens; the reverse hides a wrong lens.
 pub(crate) const TURN_RAD: f64 = 5.2e-4;
 pub(crate) const MAX_TURN_RATIO: f64 = 4.0;
 
-/// Pairs that are forgotten, but the last, where they turn out to be shaken. Larger loses more; smaller keeps what is
-/// no mean.
+/// Largest number of pairs that are dropped, but for the last, once they turn out to be shaken. A larger number loses
+/// more pairs; a smaller one keeps sums that are not a mean over the vibration.
 pub(crate) const FORGOTTEN_PAIRS: u32 = 16;
 
-/// Freedom of a pair about the estimate it is tracked from (0.05 degrees), each unknown. Larger
-/// weakens the covariance gating of outliers; smaller is stiff against a small step.
+/// Prior deviation of a pair about the estimate that it is tracked from (0.05 degrees), for each unknown. A larger
+/// value weakens the covariance gating of outliers; a smaller one is stiff against a small step.
 pub(crate) const FREEDOM_RAD: f64 = 8.7e-4;
 
-/// Largest reduced chi-square that a pair contributes: real lenses leave 3 to 10. Larger lets a
-/// false pair widen the gate; smaller reports too small a deviation.
+/// Largest reduced chi-square that a pair contributes; real lenses leave 3 to 10. A larger limit lets a false pair
+/// widen the gate; a smaller one reports too small a deviation.
 pub(crate) const MAX_REDUCED_CHI_SQUARE: f64 = 16.0;
 
-/// Pairs of reduced chi-square 1 that its mean starts from, and pairs in the running means of it,
-/// of noise and of the inlier share. Larger follows a changing scene later; smaller is noisier.
+/// Pairs of reduced chi-square 1 that its mean starts from; and pairs in the running means of chi-square, of noise and
+/// of the inlier share. More follow a changing scene later; fewer are noisier.
 pub(crate) const CHI_SQUARE_PAIRS: f64 = 4.0;
 pub(crate) const AVERAGED_PAIRS: u32 = 50;
 
-/// Reported standard deviation of `R` above which nothing locks. Larger locks on weak pairs; smaller
+/// Reported standard deviation of `R` above which no estimate locks. A larger limit locks on weak pairs; a smaller one
 /// waits in poor scenes.
 pub(crate) const MAX_LOCKED_SD_RAD: f64 = 0.12;
 
-/// Variance of `t` over that of one of its two angles in the factory extrinsics (2 without pairs): up to
-/// the first the baseline is observed, up to the second it is applied in any case. Larger applies what
-/// is mostly the prior; smaller waits in far scenes.
+/// Variance of `t` over that of one of its two angles in the factory extrinsics (2 without pairs): the baseline is
+/// observed up to the first limit, and applied in any case up to the second. Larger limits apply a baseline that is
+/// mostly the prior; smaller ones wait in far scenes.
 pub(crate) const OBSERVED_BASELINE: f64 = 0.25;
 pub(crate) const CERTAIN_BASELINE: f64 = 0.0625;
 
-/// Squared distance of the baseline in use from an observed one over the covariance, from which on the
-/// observed one is applied: 1 % by chance. Larger keeps a wrong baseline; smaller applies noise.
+/// Squared distance of the baseline in use from an observed one over the covariance, above which the observed one is
+/// applied: 1 % by chance. A larger limit keeps a wrong baseline; a smaller one applies noise.
 pub(crate) const SIGNIFICANT_BASELINE: f64 = 9.0;
 
-/// Least pivot of the information on the lens, scaled to unit diagonal. Larger holds directions that pairs
-/// determine; smaller divides by rounding.
+/// Least pivot of the information on the lens, scaled to unit diagonal. A larger limit holds directions that pairs
+/// determine; a smaller one divides by rounding.
 pub(crate) const MIN_LENS_PIVOT: f64 = 1e-7;
 
-/// Largest error of a lens in deviations of its prior. Larger reports what damaged sums say; smaller refuses lenses
-/// that are far from theirs.
+/// Largest error of a lens in deviations of its prior. A larger limit reports the result of damaged sums; a smaller one
+/// refuses lenses that are far from their calibration.
 pub(crate) const MAX_LENS_VALUE: f64 = 1e3;
 
-/// Part of an error of the lens that frozen weights may hide, `1 - E[psi'] / E[w]`: a deviation of its own. Larger
-/// names the error later; smaller reports too small a deviation.
+/// Part of an error of the lens that frozen weights may hide, `1 - E[psi'] / E[w]`; it counts as a deviation of its
+/// own. A larger part names the error later; a smaller one reports too small a deviation.
 pub(crate) const LENS_SHRINKAGE: f64 = 0.17;
 
-/// Largest correction of a lens, relative focal length and `k1`. Larger follows biases further; smaller leaves lenses
-/// as they are.
+/// Largest correction of a lens, relative focal length and `k1`. A larger limit follows biases further; a smaller one
+/// leaves wrong lenses as they are.
 pub(crate) const MAX_LENS_CORRECTION: f64 = 0.1;
 
-/// Ratio of deviations of `t`, without and with compensation, from which on the lens is compensated. Larger leaves
-/// errors in `t`; smaller takes biases of matches for a lens.
+/// Ratio of the deviations of `t` without and with compensation, above which the lens is compensated. A larger ratio
+/// leaves errors in `t`; a smaller one takes biases of matches for a lens.
 pub(crate) const COMPENSATION_GAIN: f64 = 2.0;
 
-/// Part of the deviation of `t` that the weights may hide of a further correction. Larger begins again less often;
-/// smaller by chance.
+/// Part of the deviation of `t` that the weights may hide of a further correction. A larger part restarts the sums less
+/// often; a smaller one restarts them by chance.
 pub(crate) const MAX_HIDDEN_LENS: f64 = 0.1;
 
-/// Widening of the variances of the lens that are kept when sums are dropped: twice the variances alone are never
-/// less than the covariance of both. Larger learns again; smaller trusts an estimate with the weights of a wrong
-/// lens.
+/// Factor of the variances of the lens that are kept when sums are dropped: twice the variances alone are never less
+/// than the covariance of both. A larger factor makes the lens learn again; a smaller one trusts an estimate with the
+/// weights of a wrong lens.
 pub(crate) const KNOWN_LENS_WIDENING: f64 = 2.0;
 
-/// Pairs before the first change of the reference, doubled with each further one, up to so many times. More changes
-/// later; fewer by the error of a few pairs.
+/// Pairs before the first change of the reference; each further change doubles them, up to so many times. More pairs
+/// change it later; fewer change it by the error of a few pairs.
 pub(crate) const MIN_REFERENCE_PAIRS: u32 = 8;
 pub(crate) const MAX_REFERENCE_CHANGES: u32 = 4;
 
-/// Squared distance of the rows from the factory yaw, over the variance of both, from which on the mount has turned
-/// since: 3 in 1000 by chance. Larger keeps the yaw of a rig that was knocked before it was first run; smaller takes an
-/// error of the lens for a knock.
+/// Squared distance of the yaw of the rows from the factory yaw, over the variance of both, above which the mount has
+/// turned since: 3 in 1000 by chance. A larger limit keeps the yaw of a rig that was knocked before its first run; a
+/// smaller one takes an error of the lens for a knock.
 pub(crate) const REFUTED_FACTORY_YAW: f64 = 9.0;
 
-/// Standard deviation of the yaw of the rows from scene to scene (0.03 degrees): other depths and regions weigh the same
-/// lens otherwise. Larger takes small knocks in yaw for it; smaller takes it for knocks.
+/// Standard deviation of the yaw of the rows from scene to scene (0.03 degrees): other depths and regions weigh the
+/// same lens differently. A larger value takes small knocks in yaw for scatter; a smaller one takes scatter for knocks.
 pub(crate) const SCENE_YAW_RAD: f64 = 5.2e-4;
 
-/// Part of the squared turn of the rows that is added to it where nothing has confirmed the mount: the lens of one that has
-/// turned hides more, by the chance `s^2 / 2 s_o^2`. Larger reports too large a deviation; smaller trusts the lens.
+/// Part of the squared turn of the rows that is added to its variance while nothing has confirmed the mount: by the
+/// chance `s^2 / 2 s_o^2`, the lens hides more of a large turn. A larger part reports too large a deviation; a smaller
+/// one trusts the lens.
 pub(crate) const TURNED_DOUBT: f64 = 0.5;
 
-/// Pairs after which the rows are noted, and between which a knock is detected. Larger learns the lens later; smaller takes
-/// a knock that is in the sums for the lens.
+/// Pairs after which the rows are noted; a knock is detected within them. A larger number learns the lens later; a
+/// smaller one takes a knock that is in the sums for the lens.
 pub(crate) const ROWS_LAG: u16 = 16;
 
-/// Distances that a range reading may have, m. Larger and smaller ones are faults of a sensor.
+/// Least and largest distance of a range reading, m. Readings outside are faults of a sensor.
 pub(crate) const MIN_RANGE_M: f64 = 0.01;
 pub(crate) const MAX_RANGE_M: f64 = 1e5;
 
-/// Distance of a match from the pixel of a range reading, px. Larger reads other surfaces; smaller finds no match.
+/// Largest distance of a match from the pixel of a range reading, px. A larger reach reads other surfaces; a smaller
+/// one finds no match.
 pub(crate) const RANGE_REACH_PX: f64 = 3.0;
 
-/// Relative standard deviation of the length of the baseline. Larger makes near readings weak; smaller takes an error of
-/// the length for yaw.
+/// Relative standard deviation of the length of the baseline. A larger value weakens near readings; a smaller one takes
+/// an error of the length for yaw.
 pub(crate) const BASELINE_LENGTH_SD: f64 = 0.005;
 
-/// Motion of the rig by tracked matches: how many are read, steps, first scale of the loss in deviations, which halves to
-/// 1, squared residual of three freedoms that is an inlier (99 %), and share of inliers. More cost time; larger scales
-/// and gates let outliers in, smaller ones lose a motion that is large or noisy; a larger share refuses more.
+/// Motion of the rig from tracked matches: number of matches read; steps; first scale of the loss in deviations, which
+/// halves to 1; squared residual of an inlier of three freedoms (99 %); least share of inliers. More matches and steps
+/// cost time. Larger scales and gates let outliers in; smaller ones lose a large or noisy motion. A larger share
+/// refuses more motions.
 pub(crate) const MAX_TRACKED: usize = 256;
 pub(crate) const MOTION_STEPS: usize = 16;
 pub(crate) const MOTION_SCALE: f64 = 64.0;
 pub(crate) const MOTION_GATE: f64 = 11.3;
 pub(crate) const MOTION_INLIERS: f64 = 0.6;
 
-/// Prior deviation of the turn that motion shows (1.1 degrees), and disparity behind infinity of a tracked match, in noise of
-/// a coordinate. Larger diverges from poor starts; smaller pulls to the rows, and cuts far points.
+/// Prior deviation of the turn that motion shows (1.1 degrees), and disparity behind infinity of a tracked match in
+/// units of the noise of a coordinate. Larger values diverge from poor starts; smaller ones pull to the rows, and cut
+/// far points.
 pub(crate) const MOTION_TURN_RAD: f64 = 0.02;
 pub(crate) const BEHIND_INFINITY: f64 = 10.0;
 
-/// Noise of a coordinate of a tracked match over that across the rows. Larger lets outliers in, and weighs motion less;
-/// smaller finds no motion where tracks are poorer than matches.
+/// Noise of a coordinate of a tracked match over the noise across rows. A larger factor lets outliers in and weighs
+/// motion less; a smaller one finds no motion where tracks are poorer than matches.
 pub(crate) const TRACK_NOISE: f64 = 2.0;
 
-/// Measurements by witnesses that support a yaw at most: one more than support it, in agreement one after the other, replace
-/// it. Larger follows a turn that no row shows later; smaller lets wrong readings replace right ones.
+/// Largest number of measurements by witnesses that support a yaw. One more measurement than support it, in agreement one
+/// after the other, replaces it. A larger number follows a turn that no row shows later; a smaller one lets wrong readings
+/// replace right ones.
 pub(crate) const WITNESS_SUPPORT: u8 = 3;
 
-/// Deviation that all witnesses together have at least (0.015 degrees): they share the length of the baseline and the
-/// focal length. Larger gives them less weight; smaller trusts them beyond that.
+/// Least deviation of all witnesses together (0.015 degrees): they share the length of the baseline and the focal
+/// length. A larger value gives them less weight; a smaller one trusts them beyond this common error.
 pub(crate) const WITNESS_RAD: f64 = 2.6e-4;
 
-/// Deviation of the apparent yaw of the lens above which the yaw is not confirmed (0.1 degrees). Larger names it later;
-/// smaller names what a factory calibration leaves.
+/// Deviation of the apparent yaw of the lens above which the yaw is not confirmed (0.1 degrees). A larger limit names
+/// an error later; a smaller one names the error that a factory calibration leaves.
 pub(crate) const MAX_CONFIRMED_YAW_RAD: f64 = 1.75e-3;
 
-/// Standard deviation of the yaw of a factory calibration with boards (0.05 degrees), rad. Larger follows the rows; smaller
-/// trusts the calibration further than it was measured.
+/// Standard deviation of the yaw of a factory calibration with boards (0.05 degrees), rad. A larger value follows the
+/// rows; a smaller one trusts the calibration further than it was measured.
 pub(crate) const CALIBRATED_YAW_SD_RAD: f32 = 8.7e-4;
 
-/// Standard deviation of a mount yaw of which nothing is known. Larger loses digits of the lens in `f32`; smaller pulls
+/// Standard deviation of an unknown mount yaw. A larger value loses digits of the lens in `f32`; a smaller one pulls
 /// the estimate to the factory extrinsics.
 pub(crate) const UNKNOWN_YAW_RAD: f64 = 1.0;
 
-/// Standard deviations from which on an error of the lens is named. Larger names it later; smaller by chance.
+/// Standard deviations above which an error of the lens is named. A larger limit names it later; a smaller one names it
+/// by chance.
 pub(crate) const LENS_FOUND: f64 = 3.0;
 
-/// Factor per pair of a followed drift in the covariance. Larger reports it longer; smaller is overtaken by it.
+/// Factor per pair of a followed drift in the covariance. A larger factor reports the drift longer; drift overtakes a
+/// smaller one.
 pub(crate) const DRIFT_DECAY: f64 = 0.9;
 
-/// Correction in use over the limit of that of the estimate: a baseline that is kept adds to it.
-/// Larger takes up what no estimate says; smaller refuses a fit of `R` near the limit.
+/// Largest correction in use over the limit of the estimated correction: a baseline that is kept adds to it. A larger
+/// factor applies a rig that no estimate supports; a smaller one refuses a fit of `R` near the limit.
 pub(crate) const MAX_IN_USE: f64 = 1.5;
 
-/// Steps to the optimum of all sums, each of which squares the error of the linearisation, and the
-/// squared step whose successor is below rounding. Larger costs time; smaller leaves an error.
+/// Steps to the optimum of all sums, each of which squares the error of the linearisation; and the squared step after
+/// which the next one is below rounding. Larger values cost time; smaller ones leave an error.
 pub(crate) const OPTIMUM_STEPS: usize = 3;
 pub(crate) const LAST_STEP_SQUARED: f64 = 1e-8;
 
-/// Part of the least known direction's information that the last step may move into it from the best known one. Larger
-/// keeps an information that is not that of the pose; smaller costs time in far scenes.
+/// Part of the least known direction's information that the last step may move into it from the best known direction. A
+/// larger part keeps information that belongs to another pose; a smaller one costs time in far scenes.
 pub(crate) const MOVED_INFORMATION: f64 = 0.1;
 
-/// Pairs behind a challenger that takes over. Larger follows a step later; smaller follows chance.
+/// Pairs that a challenger needs to take over. A larger number follows a step later; a smaller one follows chance.
 pub(crate) const MIN_AGREED: u16 = 3;
 
-/// Contradictions after which a challenger is dropped. Larger keeps a false one; smaller drops a
+/// Contradictions after which a challenger is dropped. A larger number keeps a false challenger; a smaller one drops a
 /// true one for a poor pair.
 pub(crate) const MAX_FAILED: u16 = 2;
 
-/// Rejected pairs in a row after which the rig is lost, and every second search starts at the
-/// factory extrinsics. Larger reports it later; smaller reports garbage as lost.
+/// Rejected pairs in a row after which the rig is lost, and every second search starts at the factory extrinsics. A
+/// larger number reports the loss later; a smaller one reports bad matches as a loss.
 pub(crate) const LOST_AFTER: u16 = 10;
 
-/// Row offset from which on the truncated cost is 1. Larger lets outliers in; smaller compares noise.
+/// Row offset at which the truncated cost reaches 1. A larger value lets outliers in; a smaller one compares noise.
 pub(crate) const TRUNCATED_PX: f64 = 2.0;
 
-/// Mean truncated cost (0 to 1) by which a new pose must be better than the challenger's. Larger
-/// keeps a false challenger; smaller swaps by chance.
+/// Mean truncated cost (0 to 1) by which a new pose must be better than the challenger's. A larger margin keeps a false
+/// challenger; a smaller one swaps by chance.
 pub(crate) const CLEARLY_BETTER: f64 = 0.04;
 
-/// Mean truncated cost (0 to 1) of a challenger above which poses with the baseline turned are tried: about the share of
-/// outliers. Larger locks on a wrong baseline that fits some of the matches; smaller costs time.
+/// Mean truncated cost (0 to 1) of a challenger above which poses with a turned baseline are tried; it is about the
+/// share of outliers. A larger limit locks on a wrong baseline that fits some of the matches; a smaller one costs time.
 pub(crate) const OPEN_COST: f64 = 0.4;
 
 /// Factors per pair of the short and of the long window (about 10 and 50 pairs), and pairs that the short one counts as
-/// when it replaces older ones. Larger sees small changes later; smaller forgets.
+/// when it replaces older ones. Larger factors see small changes later; smaller ones forget.
 pub(crate) const SHORT_DECAY: f64 = 0.9;
 pub(crate) const LONG_DECAY: f64 = 0.98;
 pub(crate) const SHORT_PAIRS: u32 = 10;
 
-/// Normalised score squared of a window over the reduced chi-square: 4e-5 by chance a window.
-/// Larger sees drift later; smaller renews by chance.
+/// Largest normalised score squared of a window over the reduced chi-square; chance exceeds it at 4e-5 a window. A
+/// larger limit sees drift later; a smaller one renews by chance.
 pub(crate) const MAX_WINDOW: f64 = 28.0;
 
-/// Part of each NIS that the cumulative sum leaves out, its mean of at most 5 and 4 more, and the
-/// limit of the sum. Larger misses small changes; smaller sums up model error.
+/// Part of each NIS that the cumulative sum leaves out (its mean is at most 5; 4 more), and the limit of the sum.
+/// Larger values miss small changes; smaller ones sum up model error.
 pub(crate) const CUSUM_ALLOWED: f64 = 9.0;
 pub(crate) const MAX_CUSUM: f64 = 60.0;
 
-/// Pairs before change is detected: the least that replace the older ones. Larger detects later;
-/// smaller leaves a weak estimate.
+/// Pairs before change is detected: the least number that replaces older pairs. A larger number detects later; a
+/// smaller one leaves a weak estimate.
 pub(crate) const WARM_UP_PAIRS: u32 = 4;
 
-/// Disagreement of image halves that leaves the covariance as it is; 1e-3 by chance an axis. Larger
-/// reports too small a deviation of biased matches; smaller widens healthy ones.
+/// Disagreement of image halves up to which the covariance stays; chance exceeds it at 1e-3 an axis. A larger limit
+/// reports too small a deviation of biased matches; a smaller one widens healthy ones.
 pub(crate) const HEALTHY_DISAGREEMENT: f64 = 2.0;
 
-/// Error of the halves' first-order models after a step, in deviations of the estimate, beyond
-/// which they start anew, and the largest disagreement told apart: its square stays finite. Larger
-/// compares wrong models; smaller forgets often.
+/// Error of the halves' first-order models after a step, in deviations of the estimate, above which they restart; and
+/// the largest disagreement that is distinguished, whose square stays finite. A larger error compares wrong models; a
+/// smaller one forgets often.
 pub(crate) const MAX_MODEL_ERROR: f64 = 0.1;
 pub(crate) const MAX_TOLD_DISAGREEMENT: f64 = 1e4;
 
-/// Correspondences remembered of a pair, the bits of a word, and steps of their coordinates in a
-/// pixel. Larger costs memory; smaller makes the share noisy.
+/// Correspondences of a pair that are remembered, one for each bit of a word; and coordinate steps a pixel. Larger
+/// numbers cost memory; smaller ones make the share noisy.
 pub(crate) const REMEMBERED: usize = 32;
 pub(crate) const REMEMBERED_STEPS_PER_PX: f64 = 4.0;
 
-/// Motion of each coordinate of a correspondence seen again, steps (1.5 px), at most 15 (half a
-/// bucket). Larger takes slow motion for rest; smaller misses rest under noise.
+/// Motion of each coordinate of a correspondence seen again, in steps (1.5 px), at most 15 (half a bucket). A larger
+/// limit takes slow motion for rest; a smaller one misses rest under noise.
 pub(crate) const SAME_STEPS: u16 = 6;
 
-/// Share of remembered correspondences seen again that makes a repeated scene: 0.6 to 0.8 at rest,
-/// up to 0.13 in motion. Larger counts a scene twice; smaller drops new ones.
+/// Share of remembered correspondences seen again that makes a repeated scene: 0.6 to 0.8 at rest, up to 0.13 in
+/// motion. A larger share counts a scene twice; a smaller one drops new scenes.
 pub(crate) const SAME_SHARE: f64 = 0.3;
 
-/// Share of remembered correspondences seen again unmoved, to a step, that makes a copy of the last pair. Larger takes
-/// a copy for a measurement; smaller takes a scene at rest under little noise for a copy.
+/// Share of remembered correspondences seen again within a step that makes a copy of the last pair. A larger share
+/// takes a copy for a measurement; a smaller one takes a scene at rest under little noise for a copy.
 pub(crate) const COPIED_SHARE: f64 = 0.9;
 
-// Outcome.
+// A cause is named once one in so many pairs without agreement shows it; every sixth pair tries a turned baseline. A
+// larger number names chance; a smaller one names nothing.
 
-/// One in so many pairs that agree on nothing, from which on the cause that it shows is named: a turn of the baseline is
-/// tried at every sixth pair. Larger names what is chance; smaller names nothing.
+/// A cause is named once one in so many pairs without agreement shows it; every sixth pair tries a turned baseline. A
+/// larger number names chance; a smaller one names nothing.
 pub(crate) const CAUSE_SHARE: u32 = 8;
 
-/// Error of a lens in deviations of its prior that no calibration leaves: the matches are of another lens. Larger arms with
-/// a wrong lens; smaller disarms with one that was calibrated poorly.
+/// Error of a lens in deviations of its prior beyond any calibration: the matches belong to another lens. A larger
+/// limit arms with a wrong lens; a smaller one disarms with a poorly calibrated one.
 pub(crate) const GROSS_LENS: f64 = 4.0;
 
-/// Deviations by which disparities of matches that are moved alike scatter more than rows, over all pairs, from which on
-/// there is depth. Larger disarms a far scene for longer; smaller arms with one image on both sides by chance.
+/// Deviations by which disparities of matches with a common motion must scatter more than rows, over all pairs, to
+/// prove depth. A larger limit disarms a far scene for longer; a smaller one arms by chance with one image on both
+/// sides.
 pub(crate) const RELIEF_SHOWN: f64 = 5.0;
 
-/// Difference of the motion between both images, px, up to which two matches are moved alike. Larger takes a far scene for
-/// one image; smaller misses one image under noise.
+/// Largest difference of the motion between both images of two matches with a common motion, px. A larger limit takes a
+/// far scene for one image; a smaller one misses one image under noise.
 pub(crate) const ALIKE_PX: f64 = 2.0;
 
-/// Disagreement of image halves above which, with exact lenses, the baseline, and above which nothing, is
-/// applied. Larger applies biased estimates; smaller refuses healthy ones (below 2.3).
+/// Disagreement of image halves above which the baseline is not applied (with exact lenses), and above which nothing is
+/// applied. Larger limits apply biased estimates; smaller ones refuse healthy estimates (below 2.3).
 pub(crate) const MAX_DISAGREEMENT: [f64; 2] = [3.0, 5.0];
 
-/// Share of a second crowd over that of the inliers, means of the last pairs, above which either may be the scene.
-/// Larger applies what may be a fence; smaller waits where the scene is clear.
+/// Share of a second crowd over that of the inliers, means of the last pairs, above which either may be the scene. A
+/// larger limit may apply the pose of a fence; a smaller one waits where the scene is clear.
 pub(crate) const MAX_SECOND_CROWD: f64 = 0.8;
 
-/// Huber thresholds to a screened row offset. Larger lets outliers into the RMS; smaller hides a bad calibration.
+/// Huber thresholds up to which a row offset enters the RMS. A larger limit lets outliers in; a smaller one hides a bad
+/// calibration.
 pub(crate) const SCREEN: f64 = 3.0;
 
-/// Noise of a coordinate to a screened row offset, where that is more: three deviations. Larger and smaller as
-/// [`SCREEN`].
+/// Noise of a coordinate up to which a row offset enters the RMS, if that is more than [`SCREEN`]: three deviations.
 pub(crate) const SCREEN_NOISES: f64 = 4.2;
 
-/// RMS row offset, and difference of the row offsets in use and proposed, from which on a matcher that searches along
-/// rows misses. Larger arms a misaligned rig; smaller refuses a usable one.
+/// RMS row offset, and difference of the row offsets in use and proposed, above which a matcher that searches along
+/// rows misses. A larger limit arms a misaligned rig; a smaller one refuses a usable one.
 pub(crate) const BAD_PX: f64 = 1.0;
 
-/// Levels that row offsets are sorted into by size, each twice as far as the one before; the end of the first one, in
-/// screened row offsets; and levels from that of the median on beyond which they are clipped, 4 to 8 medians. Larger
-/// lets mismatches into the RMS; smaller hides few near points that are off.
+/// Levels of size that row offsets are sorted into, each twice as wide as the one before; end of the first level in
+/// screened row offsets; and levels beyond that of the median after which row offsets are clipped (4 to 8 medians).
+/// Larger values let mismatches into the RMS; smaller ones hide a few near points that are off.
 pub(crate) const ROW_LEVELS: usize = 20;
 pub(crate) const FIRST_ROW_LEVEL: f64 = 0.01;
 pub(crate) const CLIPPED_LEVELS: u16 = 3;
 
-/// Squared distance of what is in use from the estimate over the covariance, from which on it is worth a change: 1 % by
-/// chance. Larger calls for changes later; smaller by noise.
+/// Squared distance of the calibration in use from the estimate over the covariance, above which a change is worth it:
+/// 1 % by chance. A larger limit asks for changes later; a smaller one asks by noise.
 pub(crate) const SIGNIFICANT_CHANGE: f64 = 15.1;
 
-/// RMS row offset of the proposal over that in use, below which a change is worth it. Larger calls
-/// for changes by noise; smaller misses real ones.
+/// RMS row offset of the proposal over that in use, below which a change is worth it. A larger ratio asks for changes
+/// by noise; a smaller one misses real changes.
 pub(crate) const IMPROVEMENT: f64 = 0.9;
 
 #[cfg(feature = "paper")]

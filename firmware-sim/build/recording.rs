@@ -42,7 +42,7 @@ fn frame(sequence: u32, [width, height]: [u16; 2], csv: &str) -> Result<Vec<u8>>
     ensure!(lines.next() == Some("ul,vl,ur,vr,score"), "columns ul,vl,ur,vr,score are needed");
     let rows: Vec<[f32; 5]> = lines.map(row).collect::<Result<_>>()?;
     let [version, flags, fraction_bits, pyramid_ratio] = [1, 0, 8, 64];
-    // At 20 Hz.
+    // 20 Hz.
     let (grid_step, timestamp) = (0_u16, u64::from(sequence) * 50_000);
     let mut bytes = b"SCMF".to_vec();
     bytes.extend([version, flags, fraction_bits, pyramid_ratio]);
@@ -79,7 +79,7 @@ fn record([pixels @ .., score]: [f32; 5]) -> Result<Vec<u8>> {
 fn row(line: &str) -> Result<[f32; 5]> {
     let numbers: Vec<f32> = line
         .split(',')
-        // Through f64, as the host parses them.
+        // Through `f64`, like the parser of the host.
         .map(|text| text.parse::<f64>().map(|x| x as f32).context("a number is needed"))
         .collect::<Result<_>>()?;
     numbers.try_into().ok().with_context(|| format!("not five numbers: {line}"))

@@ -1,5 +1,5 @@
-//! Two tasks under Embassy: one awaits the frames of the matcher and solves each pair, pass by pass; the
-//! other stands for the rest of the firmware and runs between two passes.
+//! Two tasks under Embassy: one awaits the frames of the matcher and solves each pair, pass by pass; the other
+//! represents the rest of the firmware and runs between two passes.
 //!
 //! A timer interrupt simulates the matcher: it takes 64 bytes of the recording in flash at a time. The run
 //! succeeds if every pair is received, the other task ran between passes, and the estimate can be applied.
@@ -45,7 +45,7 @@ static QUEUE: Pipe<CriticalSectionRawMutex, QUEUE_BYTES> = Pipe::new();
 /// Set with each chunk, as the edge of a data-ready line.
 static READY: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
-/// Whether a pair is being solved, and the turns that the other task had meanwhile.
+/// Whether a pair is being solved, and the number of turns of the other task meanwhile.
 static SOLVING: AtomicBool = AtomicBool::new(false);
 static TURNS: AtomicU32 = AtomicU32::new(0);
 
@@ -145,7 +145,7 @@ async fn calibrate(controller: &'static mut Controller) {
     exit(applied.is_ok() && turns > 0)
 }
 
-/// Takes the pair, a step a turn. Whether it was fused.
+/// Takes the pair, one step a turn; returns whether it was fused.
 async fn solve(controller: &mut Controller) -> bool {
     loop {
         if let Some(outcome) = controller.advance_pair() {
@@ -155,7 +155,7 @@ async fn solve(controller: &mut Controller) -> bool {
     }
 }
 
-/// Stands for the rest of the firmware.
+/// Represents the rest of the firmware.
 #[embassy_executor::task]
 async fn other() {
     loop {

@@ -108,7 +108,7 @@ mod firmware {
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let Ok(cameras) = recording::cameras() else { exit(false) };
-        // In place: a `const` initial value takes 14.6 kB of flash, the size of the calibrator.
+        // In place: a `const` initial value would take as much flash as the calibrator.
         let controller = cx.local.memory.init_with(|| firmware_sim::start(cameras));
         let (bytes, read) = cx.local.fifo.split();
         let receiver =
@@ -160,7 +160,7 @@ mod firmware {
                 }
                 _ => (),
             }
-            // The next poll after these is a pass.
+            // The poll after these events is a pass.
             let in_a_pass = matches!(event, Event::Frame { .. } | Event::Pass);
             IN_A_PASS.store(in_a_pass, Ordering::Relaxed);
         }

@@ -6,7 +6,7 @@ use std::{env, fs};
 
 use anyhow::{Context, Result, ensure};
 
-/// Names and matches a frame: the small one is filled often, the large one takes the recorded sets.
+/// Names and matches a frame: the small one fills often, the large one takes the recorded sets.
 const MODELS: [(&str, u32); 2] = [("small", 30), ("large", 510)];
 
 fn main() -> Result<()> {

@@ -35,9 +35,9 @@ pub enum Event {
     Pair(PairOutcome),
     /// The pair has changed the state of the estimate.
     StateChanged {
-        /// Before the pair.
+        /// State before the pair.
         before: State,
-        /// After it.
+        /// State after the pair.
         after: State,
     },
 }
@@ -85,7 +85,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         Self { matcher, calibrator, stage: Stage::Waiting, applies: false, state }
     }
 
-    /// Applies the estimate after each pair, where it is locked.
+    /// Applies the estimate after each pair if it is locked.
     #[must_use]
     pub fn applying(self) -> Self {
         Self { applies: true, ..self }
@@ -136,7 +136,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         };
         self.stage = Stage::Finished;
         if self.applies {
-            // What is not locked yet, or doubted, is not applied; the health says so.
+            // An estimate that is not locked, or doubted, is not applied; the health says so.
             let _ = self.calibrator.apply();
         }
         let outcome = pair.map(|report| (report, fused)).ok_or(fused.err());

@@ -24,8 +24,8 @@ const PAIRS_BEFORE_RESET: u32 = 8;
 /// Time between two pairs.
 const PERIOD: Duration = Duration::from_millis(50);
 
-/// `init_with` constructs the calibrator in place. A `const` initial value takes 17.6 kB of flash: the size
-/// of the calibrator, 11.7 kB with a capacity of 256.
+/// `init_with` constructs the calibrator in place, because a `const` initial value would take as much flash as the
+/// calibrator.
 static CONTROLLER: StaticCell<Controller> = StaticCell::new();
 
 #[entry]
@@ -54,7 +54,7 @@ fn main() -> ! {
     let first = if resumed {
         let pairs = controller.proposal().map_or(0, |p| p.pairs);
         info!("power is back: {} pairs from flash, {}", pairs, controller.state());
-        // The matcher has sent these meanwhile.
+        // The matcher sent these frames meanwhile.
         bus.skip_frames(PAIRS_BEFORE_RESET);
         PAIRS_BEFORE_RESET
     } else {
@@ -106,7 +106,7 @@ fn store() -> Option<Store<NorFlash, f32>> {
     Store::open(NorFlash::take()?, 0..middle, middle..NorFlash::SIZE, policy).ok()
 }
 
-/// The factory calibration, which the first start saves, in place of the production line: a guess.
+/// The factory calibration, which the first start saves instead of the production line: a guess.
 fn factory(
     store: &mut Store<NorFlash, f32>,
     cameras: Cameras<f32>,

@@ -1,4 +1,4 @@
-//! A recording in flash in place of the matcher: a simulated bus replays the bytes of its frames.
+//! A recording in flash instead of the matcher: a simulated bus replays the bytes of its frames.
 //!
 //! The build script generates it from the data set `opencv_chess_sift`.
 

@@ -7,11 +7,11 @@ use host_tests::data::Match;
 use host_tests::wire::Sender;
 use stereo_selfcal::Correspondence;
 
-/// The `i`-th match. All are different, and their scene makes all directions observable.
+/// The `i`-th match. All differ, and their scene makes all directions observable.
 fn found(i: u16) -> Match {
     let [ul, vl] = [i * 37 % 900 + 700, i * 71 % 1100].map(f64::from);
     let disparity = f64::from(i * 13 % 97) + 20.0;
-    // Score and step are values of the wire, so that they are not rounded.
+    // Score and step are exact on the wire, so they are not rounded.
     Match { ul, vl, ur: ul - disparity, vr: vl + 1.5, score: 0.2, step: 1.0 / 256.0 }
 }
 

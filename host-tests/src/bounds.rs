@@ -1,10 +1,10 @@
-//! The best that the data allow: the Cramer-Rao bound, and the joint maximum-likelihood fit of the
-//! true inliers of all pairs.
+//! The best possible estimates from the data: the Cramer-Rao bound, and the joint maximum-likelihood fit of the true
+//! inliers of all pairs.
 //!
-//! Model: independent Gaussian noise of one variance on all four pixel coordinates, unknown points.
-//! To first order the points drop out and what remains is the epipolar constraint over its own
-//! standard deviation (Sampson): `r = p_r^T E p_l / |grad|`, `E = [t]x R`. Nothing here is shared
-//! with the core: `E` instead of rectifying rotations, numeric derivatives, `f64`.
+//! Model: independent Gaussian noise of one variance on all four pixel coordinates, unknown points. To first order the
+//! points drop out, and the epipolar constraint over its own standard deviation remains (Sampson): `r = p_r^T E p_l /
+//! |grad|`, `E = [t]x R`. The code is independent of the core: it uses `E` instead of rectifying rotations, numeric
+//! derivatives, and `f64`.
 
 use nalgebra::{Matrix3, Matrix5, Rotation3, Vector3, Vector5};
 use stereo_selfcal::Extrinsics;
@@ -100,7 +100,7 @@ pub fn joint_fit(truth: &Extrinsics<f64>, rays: &[Rays]) -> Extrinsics<f64> {
     try_joint_fit(truth, rays).expect("the scene determines all directions")
 }
 
-/// The same; `None` if the scene leaves a direction free, or so nearly that the fit leaves the rigs.
+/// The same; `None` if the scene leaves a direction free, or so nearly free that the fit diverges.
 #[must_use]
 pub fn try_joint_fit(truth: &Extrinsics<f64>, rays: &[Rays]) -> Option<Extrinsics<f64>> {
     let mut pose = Pose::from(truth);

@@ -1,6 +1,6 @@
 //! Data sets, generator, simulated link and runs of the calibrator on a host.
 //!
-//! The commands that show it are in `host-tests/selfcal`, the methods that it is compared with in `host-tests/rivals`.
+//! The commands are in `host-tests/selfcal`, the methods for comparison in `host-tests/rivals`.
 
 pub mod bounds;
 pub mod chart;
@@ -15,7 +15,7 @@ pub mod wire;
 #[doc = include_str!("../../README.md")]
 pub struct Readme;
 
-/// Whether an error comes of a closed output, as by `| head`.
+/// Whether an error is due to a closed output, as with `| head`.
 #[must_use]
 pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
     let kind = error.downcast_ref::<std::io::Error>().map(std::io::Error::kind);

@@ -16,7 +16,7 @@ pub fn quantile(numbers: impl IntoIterator<Item = f64>, share: f64) -> Option<f6
     while let Some(&[below, above]) = neighbours.next() {
         if place < at + 1.0 {
             let part = place - at;
-            // `part` times an infinite step is NaN where `part` is 0.
+            // `part` times an infinite step is NaN for `part` 0.
             return Some(if part > 0.0 { below + part * (above - below) } else { below });
         }
         at += 1.0;

@@ -14,7 +14,7 @@ use crate::options::Options;
 /// Longer than any datagram.
 const PIECE: usize = 65_536;
 
-/// Where frames come from.
+/// Source of frames.
 pub(crate) enum Wire {
     /// Datagrams; a frame may span several.
     Udp(UdpSocket),

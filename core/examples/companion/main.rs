@@ -2,7 +2,7 @@
 //! frames of a matcher over UDP or a serial device, estimates as JSON lines.
 //!
 //! ```sh
-//! matcher | cargo run -p stereo-selfcal --example companion -- --focal 1400 --principal 960,600 --size 1920x1200
+//! matcher | cargo run -p stereo-selfcal --example companion -- --focal 1400 --principal 959.5,599.5 --size 1920x1200
 //! ```
 
 mod frames;
@@ -44,7 +44,7 @@ input:  one match a line: FRAME U_L V_L U_R V_R [SCORE], px before undistortion,
 output: one line for each pair, `pair FRAME OUTCOME` and the health of the calibration, and
         `in_use GENERATION R11 ... R33 TX TY TZ` whenever the extrinsics in use change.
         Lines that cannot be read are named on standard error and skipped.
-        Of frames, one JSON object for each whole one; the counters of the link come with it.
+        With frames, one JSON object for each whole frame, with the counters of the link.
 exit:   0; 1 if no estimate was ever applied; 2 for wrong options.
 ";
 
@@ -99,7 +99,7 @@ fn main() -> ExitCode {
 fn set_up(arguments: &[String]) -> Result<Rig, Box<dyn Error>> {
     let options = Options::read(arguments)?;
     let cameras = Cameras { left: options.camera("left")?, right: options.camera("right")? };
-    // Side by side without them: a guess, whose yaw is not held.
+    // Without extrinsics the cameras are side by side: a guess, whose yaw is not held.
     let factory = match (options.get("rotation")?, options.get("translation")?) {
         (None, None) => FactoryCalibration::guess(cameras),
         (r, t) => {

@@ -14,9 +14,9 @@ const LEAST: f64 = 1e-12;
 /// `Q`, a diagonal covariance of two values, rad^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BlockVariances<T> {
-    /// About each axis of `R`.
+    /// Variance about each axis of `R`.
     pub(crate) rotation: T,
-    /// About each axis of the baseline.
+    /// Variance about each axis of the baseline.
     pub(crate) baseline: T,
 }
 
@@ -31,21 +31,20 @@ impl<T: Scalar> BlockVariances<T> {
         self.map(|variance| variance * factor)
     }
 
-    /// Neither below what is no vibration.
-    // Out of line: 5 inlined copies took 0.4 kB at opt-level "s".
+    /// Clamps both to at least [`VIBRATION_RAD`] squared.
     #[inline(never)]
     pub(crate) fn at_least_rigid(&self) -> Self {
         self.map(|variance| variance.max(T::lit(VIBRATION_RAD * VIBRATION_RAD)))
     }
 
-    /// The larger variance of each.
+    /// The larger variance of each block.
     pub(crate) fn at_least(&self, other: &Self) -> Self {
         let Self { rotation, baseline } = *self;
         Self { rotation: rotation.max(other.rotation), baseline: baseline.max(other.baseline) }
     }
 
-    /// That of `R` where cameras that turn explain both, else 0: they move the baseline as much as `R`. A wrong lens or a
-    /// rolling shutter scatters the baseline far more, and `R` by no more than [`TURN_RAD`].
+    /// Variance of `R` if turning cameras explain both variances, else 0: a turn moves the baseline as much as `R`. A
+    /// wrong lens or a rolling shutter scatters the baseline far more, and `R` by no more than [`TURN_RAD`].
     pub(crate) fn of_turns(&self) -> T {
         let Self { rotation, baseline } = *self;
         let turns = rotation > T::lit(TURN_RAD * TURN_RAD)
@@ -53,7 +52,7 @@ impl<T: Scalar> BlockVariances<T> {
         if turns { self.minus(&Self::ZERO.at_least_rigid()).rotation } else { T::ZERO }
     }
 
-    /// `other` is less, or nothing.
+    /// The variances less those of `other`, at least 0.
     pub(crate) fn minus(&self, other: &Self) -> Self {
         let Self { rotation, baseline } = *self;
         Self {
@@ -62,7 +61,7 @@ impl<T: Scalar> BlockVariances<T> {
         }
     }
 
-    /// Whether one of both is at least the double of another's.
+    /// Whether one of both is at least twice that of `other`.
     pub(crate) fn doubles(&self, other: &Self) -> bool {
         let two = T::lit(2.0);
         self.rotation >= two * other.rotation || self.baseline >= two * other.baseline
@@ -72,7 +71,7 @@ impl<T: Scalar> BlockVariances<T> {
         Self { rotation: f(self.rotation), baseline: f(self.baseline) }
     }
 
-    /// Of each unknown.
+    /// Variance of each unknown.
     pub(crate) fn diagonal(&self) -> [T; 5] {
         let Self { rotation: r, baseline: b } = *self;
         [r, r, r, b, b]
@@ -83,7 +82,7 @@ impl<T: Scalar> BlockVariances<T> {
         covariance.add(&Symmetric5::of_diagonal(self.diagonal()));
     }
 
-    /// `L Q L`: what the gradient of a pair scatters by beyond its information `L`.
+    /// `L Q L`: scatter of the gradient of a pair beyond its information `L`.
     pub(crate) fn scatter_of_gradient(&self, information: &Information<T>) -> Information<T> {
         let mut scatter = Information::ZERO;
         let mut unit = Vector5::zeros();
@@ -112,8 +111,8 @@ impl<T: Scalar> BlockVariances<T> {
         self.diagonal().map(|q| T::ONE / q.max(T::lit(LEAST)))
     }
 
-    /// What equations say of the mean, where their own optimum is off by the effect: information `(L^-1 + Q)^-1`, the
-    /// same optimum. Free directions stay free. `None` where numbers run out.
+    /// Equations of the mean if each optimum is off by the effect: information `(L^-1 + Q)^-1`, the same optimum. Free
+    /// directions stay free. `None` if numbers overflow.
     #[inline(never)]
     pub(crate) fn marginal(&self, of: &NormalEquations<T>) -> Option<NormalEquations<T>> {
         let factor = self.with_precision(&of.information).factor(T::ZERO)?;

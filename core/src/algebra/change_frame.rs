@@ -11,8 +11,8 @@ use crate::geometry::so3::product;
 use crate::scalar::Scalar;
 
 impl<T: Scalar> Moments<T> {
-    /// Transforms the sums from the rectified frame of one pose into that of another. The rotation's part of
-    /// the gradient's offset stays as it is. Out of line: its 12 x 12 matrix leaves the caller's stack.
+    /// Transforms the sums from the rectified frame of one pose into that of another. The rotation's part of the
+    /// gradient's offset stays. Out of line: its 12 x 12 matrix leaves the caller's stack.
     #[inline(never)]
     pub(crate) fn change_frame(
         &mut self,
@@ -78,7 +78,7 @@ fn turn<T: Scalar>(k: &mut Vector12<T>, left: &Matrix3<T>, right: &Matrix3<T>) {
     k.iter_mut().zip(moved).for_each(|(k, moved)| *k += moved);
 }
 
-/// Written out: at opt-level "s" the generic sum is a loop.
+/// Written out: at opt-level "s" the compiler does not unroll the generic sum.
 #[rustfmt::skip]
 fn plus<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
     Matrix3::new(

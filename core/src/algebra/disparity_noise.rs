@@ -1,8 +1,8 @@
-//! Noise of disparities: what it adds to the information on the baseline, and the normal equations without it
+//! Noise of disparities: its part in the information on the baseline, and the normal equations without it
 //! (`ESTIMATOR.md`, section 11).
 //!
-//! Derivatives by the baseline are disparities, and those of matches contain noise. Of a scene at infinity nothing
-//! else is left, and `sum w J J^T` would report a baseline that nothing observes.
+//! Derivatives by the baseline are disparities, and measured disparities contain noise. In a scene at infinity they
+//! contain nothing else, and `sum w J J^T` would report a baseline that nothing observes.
 
 use nalgebra::Matrix3;
 
@@ -17,7 +17,7 @@ use crate::thresholds::{ALIKE_DISPARITIES, DISPARITY_NOISE_MARGIN};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BaselineNoise<T>(pub(crate) [T; 3]);
 
-/// Normal equations about a pose, and the noise in them: they add up and follow a step, and lose the noise last.
+/// Normal equations about a pose, and the noise in them. They add up and follow a step; the noise is subtracted last.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BiasedEquations<T> {
     pub(crate) normal: NormalEquations<T>,
@@ -28,7 +28,7 @@ impl<T: Scalar> Moments<T> {
     /// Sets the noise tensor of one pair: the weighted covariance of `a x b`, from the moments and the variance of a
     /// coordinate. After [`Moments::set_gradient`].
     ///
-    /// * `pose`: the pose of the frame; `variance`: of a coordinate at unit depth, dimensionless.
+    /// * `pose`: the pose of the frame; `variance`: variance of a coordinate at unit depth, dimensionless.
     #[inline(never)]
     pub(crate) fn set_noise(&mut self, pose: &RectifyingRotations<T>, variance: T) {
         let axes = [pose.left(), pose.right()].map(|r| r.matrix().data.0[2]);
@@ -40,7 +40,7 @@ impl<T: Scalar> Moments<T> {
         let half = |sum: T| sum * T::HALF;
         let (xy, xz, yz) = (half(xy), half(xz), half(yz));
         let p = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-        // Where disparities are noise, `a = b`: both views have the same `sum w p p^T`.
+        // If disparities are noise, `a = b`: both views have the same `sum w p p^T`.
         let mut sum = (Matrix3::from_diagonal_element(xx + yy + zz) - p) * T::lit(2.0);
         for [x, y, z] in axes {
             let across = Matrix3::new(T::ZERO, -z, y, z, T::ZERO, -x, -y, x, T::ZERO);
@@ -52,14 +52,14 @@ impl<T: Scalar> Moments<T> {
             self.noise = [T::ZERO; 4];
             return;
         }
-        // The loss keeps a part of the squared residuals, but all of the squared disparities.
+        // The loss keeps a part of the squared residuals but all of the squared disparities.
         let lost = variance - kept / sum.m11;
         let forward = variance * sum.m33 - lost * T::lit(2.0) * xx;
         self.noise = [kept, variance * sum.m22, variance * sum.m32, forward];
     }
 
-    /// Whether disparities vary less than their noise, but for a plane across or upright before the cameras: the same
-    /// image on both sides, as it is or moved, and with other intrinsics. After [`Moments::set_noise`].
+    /// Whether disparities vary less than their noise, apart from a plane across or upright before the cameras. Then
+    /// both sides show the same image, moved or not, perhaps with other intrinsics. After [`Moments::set_noise`].
     pub(crate) fn are_disparities_alike(&self) -> bool {
         let [_, noise, ..] = self.noise;
         let sums = |[i, j]: [usize; 2]| self.products.get(i * (i + 1) / 2 + j).copied();
@@ -68,11 +68,11 @@ impl<T: Scalar> Moments<T> {
         let determinant = one * x - mixed * mixed;
         let explained = with_one * with_one * x + with_x * with_x * one
             - T::lit(2.0) * with_one * with_x * mixed;
-        // Not `>=`: a NaN is no scene.
+        // Not `>=`: with a NaN the disparities count as alike.
         !(all * determinant - explained >= T::lit(ALIKE_DISPARITIES) * noise * determinant)
     }
 
-    /// The noise tensor, symmetric, in the frame. Its first column goes with the residual: the offset of the gradient.
+    /// The noise tensor, symmetric, in the frame. Its first column is the offset of the gradient.
     fn noise_tensor(&self) -> Matrix3<T> {
         let ([xx, yy, zy, zz], [.., by_forward, by_down]) = (self.noise, self.slope);
         let (xy, xz) = (-by_down, by_forward);
@@ -89,7 +89,7 @@ impl<T: Scalar> Moments<T> {
         product(&product(&turn, &self.noise_tensor()), &turn.transpose())
     }
 
-    /// Changes the frame of the noise tensor, and with it the baseline's part of the gradient's offset.
+    /// Changes the frame of the noise tensor, and the baseline's part of the gradient's offset.
     pub(super) fn change_frame_of_noise(
         &mut self,
         from: &RectifyingRotations<T>,
@@ -101,7 +101,7 @@ impl<T: Scalar> Moments<T> {
         self.noise = [n.m11, n.m22, n.m32, n.m33];
     }
 
-    /// Normal equations at a pose with the noise in them.
+    /// Normal equations at a pose, noise included.
     ///
     /// * `frame`: the pose in whose rectified frame the sums are.
     #[inline(never)]
@@ -118,7 +118,7 @@ impl<T: Scalar> Moments<T> {
         BiasedEquations { normal, noise: BaselineNoise([n.m33, -n.m32, n.m22]) }
     }
 
-    /// Normal equations at the pose of the frame with the noise in them.
+    /// Normal equations at the pose of the frame, noise included.
     pub(crate) fn biased_at_frame(&self) -> BiasedEquations<T> {
         let [_, yy, zy, zz] = self.noise;
         BiasedEquations { normal: self.at_frame(), noise: BaselineNoise([zz, -zy, yy]) }
@@ -145,7 +145,7 @@ impl<T: Scalar> BiasedEquations<T> {
         self.noise.0.iter_mut().zip(other.noise.0).for_each(|(sum, n)| *sum += n);
     }
 
-    /// The equations without a part of the cost.
+    /// The equations less a part of the cost.
     pub(crate) fn minus(&self, other: &Self) -> Self {
         let ([a, b, c], [x, y, z]) = (self.noise.0, other.noise.0);
         Self {
@@ -163,7 +163,7 @@ impl<T: Scalar> BiasedEquations<T> {
     }
 
     /// The same equations about the pose after a step `d`, rad: noise does not follow the pose.
-    #[inline(never)] // Unrolled copies took 0.7 kB more at opt-level 3.
+    #[inline(never)]
     pub(crate) fn about(&self, d: &nalgebra::Vector5<T>) -> Self {
         let mut normal = self.normal.about(d);
         let [forward, mixed, down] = self.noise.0;
@@ -198,7 +198,7 @@ impl<T: Scalar> BiasedEquations<T> {
         let w22 = ((c - l21 * b / l11) / l22 - l21 * w21) / l22;
         let gain = Gain::of(w11, w21, w22);
         let ([p, q, r], [x, y, z]) = (gain.once, gain.twice);
-        // Of the marginal gradient, in units of its deviations.
+        // Step of the marginal gradient, in units of its deviations.
         let (by_forward, by_down) = (k33 * step.w + k43 * step.a, k43 * step.w + k44 * step.a);
         let u1 = by_forward / l11;
         let u2 = (by_down - l21 * u1) / l22;

@@ -40,7 +40,7 @@ impl<T: Scalar> Information<T> {
         self.0.add(&other.0);
     }
 
-    /// `H - other`: without a part of the sum.
+    /// `H - other`: the information less a part of the sum.
     pub(crate) fn minus(&self, other: &Self) -> Self {
         Self(self.0.minus(&other.0))
     }
@@ -63,11 +63,11 @@ impl<T: Scalar> Information<T> {
         pitch / yaw
     }
 
-    /// Removes the bias of noise from the baseline's block, whose rows are disparities: at infinity
-    /// they are noise only.
+    /// Removes the bias of noise from the baseline's block, whose rows are disparities, which are only noise at
+    /// infinity.
     ///
     /// * `weight`: sum of the weights.
-    /// * `variance`: of a row, in the unit of the sum.
+    /// * `variance`: variance of a row, in the unit of the sum.
     ///
     /// `None` if noise and an error of yaw exceed the share [`MAX_DISPARITY_NOISE`] of the squared
     /// disparities. Yaw changes all disparities alike and rows hardly; its error is taken as
@@ -144,9 +144,8 @@ pub(crate) fn largest_direction<T: Scalar>(covariance: &Symmetric5<T>) -> (T, Ve
     (variance.sqrt(), direction)
 }
 
-/// Largest eigenvalue and its unit direction of a positive definite map. Power iteration of a fixed
-/// number of steps; the start is no eigenvector of a usual scene.
-// One for all maps: a copy for each took 0.8 kB at opt-level 3, 0.4 kB at "s".
+/// Largest eigenvalue of a positive definite map, and its unit direction. Power iteration of a fixed number of steps;
+/// the start is not an eigenvector in a usual scene.
 #[inline(never)]
 fn dominant<T: Scalar>(map: &dyn Fn(&Vector5<T>) -> Vector5<T>) -> (T, Vector5<T>) {
     let start = Vector5::new(1.0, -0.9, 0.8, 1.1, -1.2).map(T::lit);
@@ -164,9 +163,9 @@ fn dominant<T: Scalar>(map: &dyn Fn(&Vector5<T>) -> Vector5<T>) -> (T, Vector5<T
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StandardDeviations<T> {
-    /// Of `R`, rad.
+    /// Deviation of `R`, rad.
     pub rotation: T,
-    /// Of the baseline direction, rad.
+    /// Deviation of the baseline direction, rad.
     pub translation: T,
 }
 

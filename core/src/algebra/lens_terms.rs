@@ -16,8 +16,8 @@ use crate::scalar::Scalar;
 /// right camera each; then `p1` of the right camera less that of the left one.
 pub(crate) const LENS_PARAMETERS: usize = 9;
 
-/// Places for the normal equations of the lens at a pose, for the lens of the rays. The caller solves them in place: a
-/// copy of each stage would take 0.5 kB of stack.
+/// Buffers for the normal equations of the lens at a pose, for the lens of the rays. The caller solves them in place,
+/// because copies would take stack.
 #[derive(Debug)]
 pub(crate) struct LensTerms<'a, T> {
     /// Rows of the information on extrinsics and lens together, one for each lens parameter.
@@ -33,10 +33,10 @@ impl<T: Scalar> LensTerms<'_, T> {
         LensTerms { mixed, information, gradient }
     }
 
-    /// What the sums say where the extrinsics of their pairs scatter: the scatter is eliminated, as if all pairs had
-    /// the same information.
+    /// Eliminates a scatter of the extrinsics of the pairs from the equations, as if all pairs had the same
+    /// information.
     ///
-    /// * `variances`: of the mean of the pairs; `extrinsics`: their equations, which become marginal too.
+    /// * `variances`: variances of the mean of the pairs; `extrinsics`: their equations, which become marginal too.
     #[inline(never)]
     pub(crate) fn marginalise(
         &mut self,
@@ -58,7 +58,7 @@ impl<T: Scalar> LensTerms<'_, T> {
             others.for_each(|(i, other)| *i -= Vector5::from(*other).dot(&taken_up));
             *own = variances.precise(&taken_up).into();
         }
-        // The noise of disparities loses as much weight as what the baseline is told by.
+        // The noise of disparities loses the same weight as the information on the baseline.
         let [.., y, z] = plain.information.0.diagonal();
         let [.., left_y, left_z] = marginal.information.0.diagonal();
         let share = ((left_y + left_z) / (y + z).max(T::EPSILON)).min(T::ONE);
@@ -99,7 +99,7 @@ impl<T: Scalar> Moments<T> {
 /// A true ray is `(x - c_x, y - c_y, 1 + s)`: `(1 + s v . e_z) a` moves along an axis `v` of its camera, of unit length
 /// because its depth there is 1.
 ///
-/// * `of_offset`: those of the constraint.
+/// * `of_offset`: the coefficients of the constraint.
 fn coefficients<T: Scalar>(
     frame: &RectifyingRotations<T>,
     pose: &RectifyingRotations<T>,
@@ -129,7 +129,7 @@ fn coefficients<T: Scalar>(
     {
         add_outer(sum, -sign, &depth_r, &cross(axis, y_l, z_l));
     }
-    // Noise scales with the rays: of each camera half. So the common scale has no effect.
+    // Noise scales with the rays, half of it for each camera, so the common scale has no effect.
     for scale in [scale_l, scale_r] {
         scale.iter_mut().zip(of_offset).for_each(|(by, o)| *by -= T::HALF * *o);
     }
@@ -165,18 +165,18 @@ mod tests {
         terms
     }
 
-    /// Camera rays of no point: nothing in the expressions is small.
+    /// Arbitrary camera rays, so that no expression is small.
     const RAYS: [[f64; 3]; 2] = [[0.31, -0.42, 1.0], [-0.17, 0.23, 1.0]];
     const WEIGHT: f64 = 3.0;
 
-    /// Rays with errors of focal length and principal point taken out, homogeneous.
+    /// Rays corrected for errors of focal length and principal point, homogeneous.
     fn corrected(p: &[f64; LENS_PARAMETERS]) -> [Vector3<f64>; 2] {
         let [s_l, s_r, cx_l, cx_r, cy_l, cy_r, ..] = *p;
         let [left, right] = RAYS.map(Vector3::from);
         [left + Vector3::new(-cx_l, -cy_l, s_l), right + Vector3::new(-cx_r, -cy_r, s_r)]
     }
 
-    /// Constraint at a pose of the corrected rays. Noise scales with them: of each camera half.
+    /// Constraint at a pose of the corrected rays. Noise scales with them, half of it for each camera.
     fn constraint(at: &Pose, p: &[f64; LENS_PARAMETERS]) -> f64 {
         let [left, right] = corrected(p);
         let [s_l, s_r, ..] = *p;
@@ -212,7 +212,7 @@ mod tests {
                 (0..6).for_each(|j| close(terms.information[i][j], by_lens[j]));
                 (0..5).for_each(|j| close(terms.mixed[i][j], by_pose[j]));
             }
-            // Without coordinates of the radial and tangential terms they have no effect.
+            // The test has no coordinates of the radial and tangential terms, so these have no effect.
             assert!(terms.information[6..].iter().flatten().all(|x| *x == 0.0));
         }
     }
@@ -228,7 +228,7 @@ mod tests {
         for (i, k_i) in [(6, 2.0), (7, 3.0), (8, 4.0)] {
             assert!((terms.gradient[i] - WEIGHT * 0.5 * k_i).abs() < 1e-12);
             assert!((terms.information[i][i] - WEIGHT * k_i * k_i).abs() < 1e-12);
-            // The row of an unknown is its gradient, which is with `cx` = 0.5.
+            // The row of an unknown is its gradient with `cx` = 0.5.
             for j in 0..5 {
                 assert!((terms.mixed[i][j] - normal.gradient[j] * k_i / 0.5).abs() < 1e-12);
             }

@@ -51,7 +51,6 @@ impl<T: Scalar> NormalEquations<T> {
     }
 
     /// The model of both costs.
-    // Out of line: 7 inlined copies took 0.6 kB more at opt-level 3.
     #[inline(never)]
     pub(crate) fn plus(&self, other: &Self) -> Self {
         let mut sum = *self;
@@ -59,7 +58,7 @@ impl<T: Scalar> NormalEquations<T> {
         sum
     }
 
-    /// The model without a part of the cost.
+    /// The model less a part of the cost.
     pub(crate) fn minus(&self, other: &Self) -> Self {
         Self {
             information: self.information.minus(&other.information),
@@ -68,7 +67,6 @@ impl<T: Scalar> NormalEquations<T> {
     }
 
     /// The model of the cost times `factor`.
-    // Out of line: 4 inlined copies took 1.0 kB more at opt-level 3.
     #[inline(never)]
     pub(crate) fn scaled(&self, factor: T) -> Self {
         Self { information: self.information.scaled(factor), gradient: self.gradient * factor }
@@ -95,26 +93,26 @@ impl<T: Scalar> NormalEquations<T> {
         alone
     }
 
-    /// With a prior of equal information on each unknown, 1/rad^2, at the pose.
+    /// The model with a prior of equal information on each unknown, 1/rad^2, at the pose.
     pub(crate) fn with_prior(&self, prior: T) -> Self {
         let mut joint = *self;
         joint.information.0.add_diagonal(prior);
         joint
     }
 
-    /// With a prior at the pose.
+    /// The model with a prior at the pose.
     pub(crate) fn with(&self, prior: &Information<T>) -> Self {
         let mut joint = *self;
         joint.information.add(prior);
         joint
     }
 
-    /// Squared Mahalanobis distance between the optima of two models about one pose, of truths that are apart by chance:
-    /// the NIS of two independent measurements. Chi-square of five degrees of freedom for correct covariances.
+    /// Squared Mahalanobis distance between the optima of two models about one pose whose truths differ by chance: the
+    /// NIS of two independent measurements. Chi-square of five degrees of freedom for correct covariances.
     ///
     /// `None` if a direction is free in either.
     ///
-    /// * `apart`: variances of the distance of the truths in each unknown, rad^2.
+    /// * `apart`: variances of the difference of the truths in each unknown, rad^2.
     pub(crate) fn distance_apart(&self, other: &Self, apart: &[T; 5]) -> Option<T> {
         let ((a, cov_a), (b, cov_b)) = (self.optimum()?, other.optimum()?);
         let mut both = cov_a.plus(&cov_b);
@@ -142,7 +140,7 @@ mod tests {
         (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
     }
 
-    /// A row of the Jacobian with unknowns of very different size.
+    /// A row of the Jacobian whose elements differ greatly in size.
     fn row(rng: &mut ChaCha8Rng) -> [f64; 5] {
         let mut one = || rng.random_range(-1.0..1.0);
         [1.0 + 0.1 * one(), one(), one(), 0.1 * one(), 0.05 + 0.03 * one()].map(|j| 1e3 * j)
@@ -171,7 +169,7 @@ mod tests {
         }
         let mean = sum / f64::from(trials);
         let variance = squares / f64::from(trials) - mean * mean;
-        // Four standard errors; that of the variance follows from the fourth moment, 540.
+        // Four standard errors; the error of the variance follows from the fourth moment, 540.
         let [of_mean, of_variance] =
             [10.0, 440.0].map(|m: f64| 4.0 * (m / f64::from(trials)).sqrt());
         assert!((mean - 5.0).abs() < of_mean, "{mean}");

@@ -17,7 +17,8 @@ use crate::scalar::Scalar;
 /// Coordinates whose columns are free: `xx`, `yy`, `yz`, and the derivatives by the lens.
 const FREE: [usize; 6] = [3, 4, 8, 9, 10, 11];
 
-/// Most that an element may be, 1/rad: at this, a lens off by one part in a thousand moves the estimate by a radian.
+/// Largest magnitude of an element, 1/rad: there, a lens error of one part in a thousand moves the estimate by a
+/// radian.
 pub(crate) const MAX_RESPONSE: f32 = 1e3;
 
 /// Columns of `E` for the coordinates of [`FREE`], 1/rad.
@@ -25,7 +26,7 @@ pub(crate) const MAX_RESPONSE: f32 = 1e3;
 pub(crate) struct Response<T>(pub(crate) [[T; 5]; 6]);
 
 impl<T: Scalar> Response<T> {
-    /// That of sums about the pose of their frame; `None` where they have no solution.
+    /// Response of sums about the pose of their frame; `None` if they have no solution.
     ///
     /// * `prior`: information on each unknown beside the sums, 1/rad^2.
     #[inline(never)]

@@ -1,6 +1,6 @@
 //! Symmetric 5 x 5 matrices, packed: sums of outer products, factors, inverses.
 //!
-//! Written out by hand: at opt-level "s" loops over generic matrices cost many times as much.
+//! The code is written out, because at opt-level "s" loops over generic matrices cost many times as much.
 
 use nalgebra::{Matrix5, Vector5};
 
@@ -15,7 +15,7 @@ pub(crate) struct Symmetric5<T>(pub(crate) [T; 15]);
 /// Factors of `M = L D L^T`: no square roots, and an accuracy independent of the units.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Factor<T> {
-    /// Below the diagonal of `L`, row by row.
+    /// Elements below the diagonal of `L`, row by row.
     lower: [T; 10],
     /// `1 / D`.
     inverse_pivots: [T; 5],
@@ -74,7 +74,6 @@ impl<T: Scalar> Symmetric5<T> {
     }
 
     /// [`Self::add_outer`] out of line, for calls outside the loops over matches.
-    // 7 inlined copies took 1.4 kB at opt-level 3, 0.8 kB at "s".
     #[inline(never)]
     pub(crate) fn add_outer_out_of_line(&mut self, w: T, j: &[T; 5]) {
         self.add_outer(w, j);
@@ -92,7 +91,6 @@ impl<T: Scalar> Symmetric5<T> {
     }
 
     /// Adds another matrix.
-    // Out of line: 27 inlined copies took 2.6 kB more at opt-level 3.
     #[inline(never)]
     pub(crate) fn add(&mut self, other: &Self) {
         self.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a += *b);
@@ -110,7 +108,6 @@ impl<T: Scalar> Symmetric5<T> {
 
     /// Sum of two matrices.
     #[must_use]
-    // Out of line: 8 inlined copies took 1.1 kB at opt-level 3.
     #[inline(never)]
     pub(crate) fn plus(mut self, other: &Self) -> Self {
         self.add(other);
@@ -119,7 +116,6 @@ impl<T: Scalar> Symmetric5<T> {
 
     /// Difference of two matrices.
     #[must_use]
-    // Out of line: 5 inlined copies took 0.5 kB at opt-level 3.
     #[inline(never)]
     pub(crate) fn minus(mut self, other: &Self) -> Self {
         self.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a -= *b);
@@ -128,14 +124,13 @@ impl<T: Scalar> Symmetric5<T> {
 
     /// `factor M`.
     #[must_use]
-    // Out of line: 10 inlined copies took 0.9 kB more at opt-level 3.
     #[inline(never)]
     pub(crate) fn scaled(mut self, factor: T) -> Self {
         self.0.iter_mut().for_each(|h| *h *= factor);
         self
     }
 
-    /// Covariance with the yaw (unknown 1) known otherwise: an error of the others goes into it with a gain.
+    /// Replaces the uncertainty of the yaw (unknown 1): an error of the other unknowns enters it with a gain.
     pub(crate) fn set_yaw(&mut self, gain: T, variance: T) {
         let [_, with_pitch, own, _, with_roll, _, _, with_forward, _, _, _, with_down, ..] =
             &mut self.0;
@@ -146,7 +141,6 @@ impl<T: Scalar> Symmetric5<T> {
     }
 
     /// `M x`.
-    // Out of line: 16 inlined copies took 0.7 kB more at opt-level 3.
     #[inline(never)]
     pub(crate) fn times(&self, x: &Vector5<T>) -> Vector5<T> {
         let h = &self.0;
@@ -186,7 +180,6 @@ impl<T: Scalar> Symmetric5<T> {
     }
 
     /// `x^T M^-1 x`; `None` if the matrix is not positive definite.
-    // Out of line: 5 inlined copies took 0.6 kB at opt-level 3.
     #[inline(never)]
     pub(crate) fn inverse_form(&self, x: &Vector5<T>) -> Option<T> {
         let form = x.dot(&self.factor(T::ZERO)?.solve(x));
@@ -248,7 +241,7 @@ impl<T: Scalar> Factor<T> {
     pub(crate) fn inverse(&self) -> Symmetric5<T> {
         let [l10, l20, l21, l30, l31, l32, l40, l41, l42, l43] = self.lower;
         let [i0, i1, i2, i3, i4] = self.inverse_pivots;
-        // m: elements of -L^-1 below the diagonal; n: those of D^-1 times m.
+        // `m`: elements of `-L^-1` below the diagonal; `n`: those of `D^-1` times `m`.
         let [m10, m21, m32, m43] = [l10, l21, l32, l43];
         let m20 = l20 - l21 * m10;
         let m31 = l31 - l32 * m21;
@@ -287,7 +280,7 @@ mod tests {
         proptest::array::uniform7(proptest::array::uniform5(-1.0..1.0_f64))
     }
 
-    /// Sum of seven outer products with columns of very different size, packed and by nalgebra.
+    /// Sum of seven outer products whose columns differ greatly in size, packed and by nalgebra.
     fn sums(rows: &Rows) -> (Symmetric5<f64>, Matrix5<f64>) {
         let (mut packed, mut full) = (Symmetric5::ZERO, Matrix5::zeros());
         for (row, w) in rows.iter().zip([1.0, 0.5, 2.0, 3.0, 1.0, 0.25, 1.0]) {

@@ -45,7 +45,8 @@ fn nearest<T: Scalar>(x: T) -> u16 {
     (x + T::HALF).to_u16()
 }
 
-/// Whether a number is from 0 to `most`, by one comparison: bits of a negative number and of NaN are above. False for -0.
+/// Whether a number is from 0 to `most`, by one comparison: the bits of a negative number or of NaN compare above.
+/// False for -0.
 #[inline(always)]
 fn is_within<T: Scalar>(x: T, most: T) -> bool {
     x.bits() <= most.bits()
@@ -146,7 +147,7 @@ impl<T: Scalar> Cameras<T> {
         Ok(Self { right: self.right.corrected(correction)?, ..*self })
     }
 
-    /// Undistorts one correspondence. Cost: two undistortions of bounded iterations.
+    /// Undistorts one correspondence. Cost: two undistortions, each of bounded iterations.
     ///
     /// # Errors
     /// [`PushError`]: score or grid step out of range, or a pixel without a ray.
@@ -169,7 +170,8 @@ impl<T: Scalar> Cameras<T> {
         if is_usual { Ok(()) } else { self.check_each(c) }
     }
 
-    /// [`Self::check`] with the reason of a refusal, and for pixels left of or above the centre of the first.
+    /// [`Self::check`] with the reason of a refusal. Also accepts pixels up to one pixel left of or above the centre of
+    /// the first.
     #[cold]
     #[inline(never)]
     fn check_each(&self, c: &Correspondence<T>) -> Result<(), PushError> {

@@ -90,8 +90,8 @@ impl CellSet {
         self.is_within([COLUMNS / 2, ROWS / 2])
     }
 
-    /// Whether all cells are within the square that a longer and a shorter side of the image span. False where that
-    /// leaves out no whole cell.
+    /// Whether all cells are within the square that a longer and a shorter side of the image span. False if no whole
+    /// cell lies outside that square.
     ///
     /// * `size`: `[width, height]`, px.
     pub(crate) fn is_of_the_square(self, size: [u16; 2]) -> bool {

@@ -24,11 +24,11 @@ use shift::Shift;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Pushed {
-    /// It is in the batch, which had room.
+    /// The batch had room and holds it.
     Kept,
-    /// It is in the batch in place of another one.
+    /// The batch holds it in place of another one.
     Replaced,
-    /// It is not in the batch: the batch is full and its priority too low.
+    /// The batch is full and its priority too low: it is left out.
     LeftOut,
 }
 
@@ -37,8 +37,8 @@ texts! { Pushed { Kept = "kept", Replaced = "replaced", LeftOut = "left out" } }
 
 /// Up to `N` correspondences as rays, and counts of the others. `N` is at most 16384.
 ///
-/// A full batch keeps correspondences spread over the left image: of one cell those with the better
-/// score, among equal scores a random choice. The order of arrival has no influence.
+/// A full batch keeps correspondences spread over the left image: in one cell it prefers the better score, and chooses
+/// at random among equal scores. The order of arrival has no influence.
 ///
 /// RAM: 23 bytes a correspondence in `f32`, and 304.
 ///
@@ -58,18 +58,18 @@ texts! { Pushed { Kept = "kept", Replaced = "replaced", LeftOut = "left out" } }
 /// ```
 #[derive(Debug, Clone)]
 pub struct Batch<T, const N: usize> {
-    /// Short length: a wrong one, of memory overwritten from outside, is still a slice.
+    /// A short length: if memory is overwritten from outside, a wrong length is still a slice.
     pairs: heapless::Vec<RayPair<T>, N, u16>,
     selection: Selection<N>,
     left_out: u32,
     refused: u32,
-    /// Those of the refused that have no ray.
+    /// Refused correspondences without a ray.
     without_ray: u32,
-    /// How most matches move from the right image to the left one.
+    /// Most frequent motion of matches from the right image to the left one.
     shift: Shift<T>,
-    /// Cells that matches of all batches have been in.
+    /// Cells that matches of any batch have visited.
     seen: CellSet,
-    /// The matches are of a frame that has not ended with a correct CRC.
+    /// Whether the matches belong to a frame that has not ended with a correct CRC yet.
     arriving: bool,
 }
 
@@ -104,8 +104,8 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     /// Undistorts and keeps one correspondence; a full batch replaces one of lower priority or
     /// leaves the new one out.
     ///
-    /// A correspondence left out for its priority is not undistorted: whether it has rays is unknown.
-    /// Cost: two undistortions, and a search of the cell's list for the place of one that is kept.
+    /// A correspondence left out for its priority is not undistorted, so a missing ray goes unnoticed. Cost: two
+    /// undistortions, and for a kept one a search of the cell's list for its place.
     ///
     /// # Errors
     /// [`PushError`]: out of range or without a ray. Only the count of refusals changes.
@@ -165,15 +165,15 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         }
     }
 
-    /// The correspondences, in order of arrival until the first is replaced. None while a frame arrives
-    /// ([`crate::link`]): half of one is no pair.
+    /// The correspondences, in order of arrival until the first is replaced. Empty while a frame arrives
+    /// ([`crate::link`]): half a frame is not a pair.
     pub fn pairs(&self) -> &[RayPair<T>] {
         if self.arriving { &[] } else { &self.pairs }
     }
 
-    /// The match that is nearest to a left ray, of those within a reach of it and in their rows at a pose.
+    /// The match nearest to a left ray, among those within reach of it and within a row offset at a pose.
     ///
-    /// * `reach`, `most`: distance of the left rays, and row offset, at unit depth.
+    /// * `reach`, `most`: largest distance of the left rays and largest row offset, at unit depth.
     pub(crate) fn nearest(
         &self,
         ray: &Vector2<T>,
@@ -207,7 +207,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         self.pairs.len() <= N
     }
 
-    /// Whether a frame arrives, and was not cleared since it began.
+    /// Whether a frame arrives that was not cleared since its start.
     pub(crate) fn is_arriving(&self) -> bool {
         self.arriving
     }
@@ -218,13 +218,13 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         held.saturating_add(self.left_out).saturating_add(self.refused)
     }
 
-    /// Forgets where matches have been: those to come are of other cameras.
+    /// Forgets the cells that matches have visited, because the next ones come from other cameras.
     pub(crate) fn forget_cells(&mut self) {
         self.seen = CellSet::NONE;
     }
 
-    /// Mistake that the pixels show: most matches have been refused since the last [`Batch::clear`], or no match of any
-    /// batch has been right of the middle of the left image, nor below it.
+    /// The mistake that the pixels show: most matches were refused since the last [`Batch::clear`]; or no match of any
+    /// batch was right of the middle of the left image, nor below it.
     pub(crate) fn cause(&self) -> Option<Cause> {
         if self.refused > self.offered() / 2 {
             let most_without_ray = self.without_ray > self.refused / 2;
@@ -234,18 +234,18 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         }
     }
 
-    /// Mistake that a pair shows that could not be solved.
+    /// The mistake that an unsolved pair shows.
     pub(crate) fn cause_of(&self, why: Rejection, size: [u16; 2]) -> Option<Cause> {
         let transposed = self.refused > 0 && self.seen.is_of_the_square(size);
         self.cause().or_else(|| Cause::of_unsolved(why, transposed, self.is_moved_alike()))
     }
 
-    /// Scatter of the matches that are moved alike: [`Shift::spread`].
+    /// Scatter of the matches with a common motion: [`Shift::spread`].
     pub(crate) fn spread(&self) -> [T; 2] {
         self.shift.spread()
     }
 
-    /// Whether most matches are moved alike between both images.
+    /// Whether most matches have a common motion between both images.
     pub(crate) fn is_moved_alike(&self) -> bool {
         let taken = self.offered().saturating_sub(self.refused);
         self.shift.excess > taken / 4

@@ -5,11 +5,11 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::MIN_DEPTH;
 
-/// Row offset `e_i = v_l - v_r` of eq 11 between the rectified rays, at unit depth, dimensionless;
-/// times the focal length it is in px.
+/// Row offset `e_i = v_l - v_r` of eq 11 between the rectified rays, at unit depth, dimensionless; times the focal
+/// length it is in px.
 ///
-/// `None` if a rectified depth is below 0.05: the ray is behind the rectified plane or parallel to
-/// it. Cost: one division.
+/// `None` if a rectified depth is below 0.05: the ray is behind the rectified plane or parallel to it. Cost: one
+/// division.
 pub fn row_offset<T: Scalar>(rotations: &RectifyingRotations<T>, pair: &RayPair<T>) -> Option<T> {
     let (l, r) = (rotations.left().matrix(), rotations.right().matrix());
     let [y_l, y_r] = [

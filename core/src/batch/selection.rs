@@ -1,15 +1,14 @@
 //! Selection of correspondences when a matcher delivers more than the batch holds.
 //!
-//! A correspondence offered to a full batch is counted into its cell; then the lowest priority of
-//! the fullest cells is evicted, which may be the new one. The batch keeps the first
-//! correspondences by rank in their cell, then by priority, for any order of arrival. Priority: the
-//! score; among equal scores a hash of the pixels, which is unbiased; among equal hashes the rays.
+//! A correspondence offered to a full batch is counted into its cell; then the correspondence of lowest priority in the
+//! fullest cells is evicted; it may be the new one. The batch keeps the first correspondences by rank in their cell,
+//! then by priority, for any order of arrival. Priority: the score; among equal scores a hash of the pixels, which is
+//! unbiased; among equal hashes the rays.
 //!
 //! The members of a cell are a list in order of priority: the batch is never scanned.
 //!
-//! Disparity has no influence, although near points determine most of `t`: outliers have the
-//! largest disparities. With nearest first and 30 % outliers, a batch of 128 held 61 outliers in
-//! place of 39.
+//! Disparity has no influence, although near points determine most of `t`: outliers have the largest disparities.
+//! Preferring near points, a batch of 128 with 30 % outliers offered held 61 outliers instead of 39.
 
 use super::correspondence::{Correspondence, RayPair};
 use super::grid::{CELLS, Cell, CellSet};
@@ -24,7 +23,7 @@ const MAX_INDEX: u16 = (1 << INDEX_BITS) - 1;
 /// Largest number of members.
 pub(super) const MAX_MEMBERS: usize = 1 << INDEX_BITS;
 
-/// Order within a cell that needs no rays: 10 bits of the score, then 8 of a hash. The larger one stays.
+/// Order within a cell without regard to rays: 10 bits of the score, then 8 of a hash. The larger value stays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(super) struct Priority(u32);
 
@@ -37,7 +36,7 @@ impl Priority {
             let hash = (hash ^ word).wrapping_mul(MULTIPLIER);
             hash ^ (hash >> 15)
         };
-        // Written out: at opt-level "s" a loop stays one.
+        // Written out: at opt-level "s" the compiler does not unroll a loop.
         let ([u_l, v_l], [u_r, v_r]) = (c.left, c.right);
         let hash = add(add(add(add(0, u_l), v_l), u_r), v_r);
         let [.., hash] = hash.wrapping_mul(MULTIPLIER).to_le_bytes();
@@ -92,10 +91,10 @@ pub(super) struct Selection<const N: usize> {
     lowest: [Member; CELLS],
     /// Number of members of each cell: the length of its list.
     counts: [u16; CELLS],
-    /// Largest of the counts, and the cells that have it.
+    /// Largest of the counts, and the cells with that count.
     most: u16,
     fullest: CellSet,
-    /// The one of them with the lowest member, as long as it is known.
+    /// The fullest cell with the lowest member, while it is known.
     fullest_with_lowest: Option<Cell>,
 }
 
@@ -113,7 +112,7 @@ impl Eviction {
         self.member.index().into()
     }
 
-    /// Whether the new correspondence stays; `None` if that depends on its rays.
+    /// Whether the new correspondence stays; `None` if its rays must decide.
     pub(super) fn is_replaced_by(self, new: Priority) -> Option<bool> {
         let old = self.member.priority();
         let equal = self.new_is_candidate && new == old;
@@ -142,7 +141,7 @@ impl<const N: usize> Selection<N> {
         (self.most, self.fullest, self.fullest_with_lowest) = (0, CellSet::NONE, None);
     }
 
-    /// Member that a new correspondence replaces, or that stays in its place.
+    /// Member that a new correspondence replaces; or the new one itself, if it has the lowest priority.
     ///
     /// * `new`: cell of the new correspondence.
     /// * `pairs`: correspondences of the full batch.
@@ -185,13 +184,13 @@ impl<const N: usize> Selection<N> {
             self.raise(cell);
             self.lower(old.cell);
         }
-        // In any other cell of the fullest the lowest has risen.
+        // If it was another of the fullest cells, the lowest member has risen.
         if self.fullest_with_lowest == Some(old.cell) {
             self.fullest_with_lowest = None;
         }
     }
 
-    /// The cell of the fullest with the lowest member.
+    /// Among the fullest cells the one with the lowest member.
     fn fullest_with_lowest<T: Scalar>(&mut self, pairs: &[RayPair<T>]) -> Cell {
         if let Some(cell) = self.fullest_with_lowest {
             return cell;
@@ -265,7 +264,7 @@ impl<const N: usize> Selection<N> {
         }
     }
 
-    /// Notes that a cell has one member more.
+    /// Notes that a cell has gained a member.
     fn raise(&mut self, cell: Cell) {
         let count = self.count(cell);
         if count > self.most {
@@ -277,7 +276,7 @@ impl<const N: usize> Selection<N> {
         }
     }
 
-    /// Notes that a fullest cell has one member less.
+    /// Notes that a fullest cell has lost a member.
     fn lower(&mut self, cell: Cell) {
         self.fullest.remove(cell);
         if self.fullest.is_empty() {

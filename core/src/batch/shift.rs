@@ -1,16 +1,16 @@
-//! Motion between the images that most matches have in common: none, or a shift, where both sides show the same image.
+//! The motion between both images that most matches share: zero, or a shift, where both sides show the same image.
 
 use crate::batch::correspondence::Correspondence;
 use crate::scalar::Scalar;
 use crate::thresholds::ALIKE_PX;
 
-/// Majority vote of Boyer and Moore (1991), in one pass and constant memory. A motion that a share `p` of the matches
-/// has in common is left with an excess of at least `2 p - 1` of them.
+/// Majority vote of Boyer and Moore (1991), in one pass and constant memory. If a share `p` of the matches has a common
+/// motion, the vote keeps it with an excess of at least `2 p - 1` of them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shift<T> {
     /// Left pixel less right pixel, px.
     at: [T; 2],
-    /// Matches with this motion less others, since the motion was taken up.
+    /// Matches with this motion less others, since this motion became the candidate.
     pub(super) excess: u32,
     /// Matches with this motion.
     count: u32,
@@ -23,7 +23,7 @@ impl<T: Scalar> Shift<T> {
     pub(super) const NONE: Self =
         Self { at: [T::ZERO; 2], excess: 0, count: 0, sums: [T::ZERO; 2], squares: [T::ZERO; 2] };
 
-    /// Counts a match for the motion, or against it.
+    /// Counts a match for the motion or against it.
     pub(super) fn add(&mut self, c: &Correspondence<T>) {
         let ([u_l, v_l], [u_r, v_r]) = (c.left, c.right);
         let moved = [u_l - u_r, v_l - v_r];
@@ -41,8 +41,8 @@ impl<T: Scalar> Shift<T> {
         }
     }
 
-    /// By how much the matches with this motion scatter more along rows than across them: the difference of both sums of
-    /// squares about their means, and its variance where both are noise. Only depth makes the difference.
+    /// Excess scatter along rows of the matches with this motion: the difference of both sums of squares about their
+    /// means, and its variance if both are noise. Only depth makes the difference positive.
     pub(super) fn spread(&self) -> [T; 2] {
         let n = T::count(self.count.max(1));
         let about_mean = |squares: T, sum: T| squares - sum * sum / n;

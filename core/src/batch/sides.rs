@@ -1,11 +1,11 @@
-//! Points in front of the cameras and behind them. Rows are the same for `t` and `-t`; the sides are not.
+//! Points in front of the cameras and behind them. Row offsets do not tell `t` from `-t`; the sides do.
 
 use crate::scalar::Scalar;
 use crate::thresholds::{MAX_BEHIND, TRACK_MIN_NEAR};
 
-/// Whether too many points that fit are behind the cameras.
+/// Whether too many fitting points are behind the cameras.
 ///
-/// * `[ahead, behind]`: points clearly in front of them, and clearly behind.
+/// * `[ahead, behind]`: points clearly in front of the cameras, and clearly behind.
 pub(crate) fn is_behind<T: Scalar>([ahead, behind]: [T; 2]) -> bool {
     behind >= T::count(TRACK_MIN_NEAR) && behind > T::lit(MAX_BEHIND) * ahead
 }

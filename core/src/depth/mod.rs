@@ -1,11 +1,11 @@
-//! What depth needs and rows cannot tell: the yaw of the mount, apart from the apparent yaw of the lens
-//! (`ESTIMATOR.md`, section 20).
+//! Yaw of the mount, apart from the apparent yaw of the lens (`ESTIMATOR.md`, section 20). Depth needs it, and rows
+//! cannot tell it.
 //!
-//! Rows measure the sum of both. The mount is where the factory calibration says until the rig changes; the lens stays
-//! as it is. A *witness* measures the mount alone.
+//! Rows measure the sum of both. The mount is as the factory calibration says until the rig changes; the lens stays as
+//! it is. A *witness* measures the mount alone.
 //!
-//! - [`yaw`]: the two numbers and their covariance. [`mount`]: what is known of them beside the sums of the pairs.
-//! - [`range`]: the witness of a known distance. [`motion`]: that of tracked matches of a rig that moves.
+//! - [`yaw`]: the two numbers and their covariance. [`mount`]: the knowledge of them beside the sums of the pairs.
+//! - [`range`]: the witness of a known distance. [`motion`]: the witness of tracked matches of a moving rig.
 
 pub(crate) mod motion;
 pub(crate) mod mount;

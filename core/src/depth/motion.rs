@@ -1,7 +1,8 @@
-//! Witness of rigid motion: a wrong yaw moves near and far points by different motions (`ESTIMATOR.md`, section 20).
+//! Witness of rigid motion: with a wrong yaw near and far points seem to move by different motions (`ESTIMATOR.md`,
+//! section 20).
 //!
-//! A tracked match has four views. Its first pair gives a point, whose place in the second pair follows from the motion
-//! of the rig; column, row and disparity there are compared. Unknown are rotation and translation of the rig, and the
+//! A tracked match has four views. Its first pair gives a point; the motion of the rig predicts its place in the second
+//! pair, where column, row and disparity are compared. The unknowns are rotation and translation of the rig, and the
 //! turn of the mount, which adds the same to all disparities.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -15,24 +16,24 @@ use crate::thresholds::{
     MOTION_STEPS, MOTION_TURN_RAD,
 };
 
-/// Rotation (3), translation (3), turn of the mount.
+/// Unknowns: rotation (3), translation (3), turn of the mount.
 const UNKNOWNS: usize = 7;
-/// Of a row of equations: unknowns, then the residual.
+/// Columns of a row of equations: unknowns, then the residual.
 const COLUMNS: usize = UNKNOWNS + 1;
 
 /// Motion of the rig between two pairs, and the turn of the mount that it shows.
 #[derive(Debug, Clone, Copy)]
 struct Motion<T: Scalar> {
     rotation: Rotation3<T>,
-    /// Lengths of the baseline.
+    /// Translation in baselines.
     translation: Vector3<T>,
     turn: T,
 }
 
-/// The turn of the mount by the motion of the rig.
+/// The turn of the mount that the motion of the rig shows.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TurnByMotion<T> {
-    /// From the pose, rad.
+    /// Turn from the pose, rad.
     pub(crate) turn: T,
     /// Variance, rad^2.
     pub(crate) variance: T,
@@ -48,10 +49,10 @@ struct Sums<T> {
 }
 
 impl<T: Scalar> TurnByMotion<T> {
-    /// * `pose`: of the rows; `tracked`: rays of a match in the first and in the second pair.
+    /// * `pose`: pose of the rows; `tracked`: rays of a match in the first and in the second pair.
     /// * `noise`: standard deviation of a coordinate at unit depth.
     ///
-    /// `None` where there is no motion that the matches agree on.
+    /// `None` if the matches agree on no motion.
     #[inline(never)]
     pub(crate) fn of(
         pose: &RectifyingRotations<T>,
@@ -92,7 +93,7 @@ impl<T: Scalar> Motion<T> {
         })
     }
 
-    /// * `scale`: of the loss, deviations.
+    /// * `scale`: scale of the loss, deviations.
     fn sums(
         &self,
         pose: &RectifyingRotations<T>,
@@ -102,14 +103,14 @@ impl<T: Scalar> Motion<T> {
     ) -> Sums<T> {
         let mut sums =
             Sums { rows: [[T::ZERO; COLUMNS]; UNKNOWNS], inliers: [0; 2], squared: T::ZERO };
-        // Damping, and the turn's own prior: no mount turns by more degrees.
+        // Damping, and the turn's own prior, because no mount turns by more than a few degrees.
         let prior = T::ONE / T::lit(MOTION_TURN_RAD * MOTION_TURN_RAD);
         for (i, row) in sums.rows.iter_mut().enumerate() {
             row.iter_mut().skip(i).take(1).for_each(|own| *own = T::ONE);
         }
         let [.., [.., own, right]] = &mut sums.rows;
         (*own, *right) = (prior, -prior * self.turn);
-        // Spread over all of them: a tracker may give them in order of their columns.
+        // The matches read are spread over all: a tracker may sort them by column.
         let step = tracked.len().div_ceil(MAX_TRACKED).max(1);
         for [before, after] in tracked.iter().step_by(step) {
             let views = View::of(pose, before).zip(View::of(pose, after));
@@ -134,7 +135,7 @@ impl<T: Scalar> Motion<T> {
         let by = |w: &Vector3<T>| Vector3::new(w.x - u * w.z, w.y - v * w.z, -d * w.z) / z;
         let by_depth = by(&self.translation) + Vector3::z() / z;
         let off = Vector3::new(two.x - u, two.y - v, two.disparity + self.turn * two.slope() - d);
-        // Noise of the second pair, then of the first: a left column moves the disparity too.
+        // Noise of the second pair, then of the first: an error of a left column changes the disparity too.
         let mut covariance = Matrix3::new(
             T::ONE,
             T::ZERO,
@@ -200,7 +201,7 @@ struct View<T> {
 }
 
 impl<T: Scalar> View<T> {
-    /// `None` behind a camera.
+    /// `None` if the point is behind a camera.
     fn of(pose: &RectifyingRotations<T>, pair: &RayPair<T>) -> Option<Self> {
         let a = pose.left() * pair.left.push(T::ONE);
         let b = pose.right() * pair.right.push(T::ONE);
@@ -228,7 +229,7 @@ struct Whitening<T> {
 }
 
 impl<T: Scalar> Whitening<T> {
-    /// * `noise`: standard deviation of what the covariance is of.
+    /// * `noise`: standard deviation of the quantity that the covariance belongs to.
     fn of(c: &Matrix3<T>, noise: T) -> Option<Self> {
         let root = |x: T| Some(x).filter(|x| *x > T::ZERO).map(|x| T::ONE / x.sqrt());
         let a = root(c.m11)?;
@@ -248,8 +249,8 @@ impl<T: Scalar> Whitening<T> {
     }
 }
 
-/// Solution of normal equations, and the information on the last unknown with all others free. `None` where they have
-/// none.
+/// Solution of normal equations, and the information on the last unknown with all others free. `None` if they have no
+/// solution.
 fn solution<T: Scalar>(rows: &mut [[T; COLUMNS]; UNKNOWNS]) -> Option<([T; UNKNOWNS], T)> {
     for i in 0..UNKNOWNS {
         let (above, below) = rows.split_at_mut_checked(i.saturating_add(1))?;

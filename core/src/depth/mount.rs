@@ -1,10 +1,10 @@
-//! What is known of mount yaw and lens beside the sums of the pairs, and when it changes.
+//! Knowledge of mount yaw and lens beside the sums of the pairs, and its changes.
 //!
-//! A fused estimate of the rows is one measurement of the sum, however many pairs are in it: it is applied to the
-//! prior wherever it is read, and becomes part of the prior when its sums are dropped.
+//! A fused estimate of the rows is one measurement of the sum, from any number of pairs: it is applied to the prior on
+//! each read, and becomes part of the prior when its sums are dropped.
 //!
-//! A knock may be in the sums for many pairs before it is detected. So the lens is learnt from the rows as they were
-//! [`ROWS_LAG`] pairs ago or more, and a difference of the rows since then beyond chance is a turn of the mount.
+//! A knock may be in the sums for many pairs before it is detected. So the lens is learnt from the rows of [`ROWS_LAG`]
+//! pairs ago or more, and a later difference of the rows beyond chance is a turn of the mount.
 
 use super::yaw::YawEstimate;
 use crate::config::Context;
@@ -17,15 +17,15 @@ use crate::thresholds::{
 /// Knowledge of mount yaw and lens.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct MountYaw<T> {
-    /// Whether the factory extrinsics are those of a calibration. They belong to the rig: a reset keeps it.
+    /// Whether a calibration measured the factory extrinsics. This belongs to the rig: a reset keeps it.
     calibrated: bool,
     /// Part of the mount yaw that rests on the factory calibration alone, 0 to 1.
     claimed: T,
     /// Whether rows have refuted the factory calibration.
     refuted: bool,
-    /// Whether the rig has changed before the sums of now.
+    /// Whether the rig has changed before the present sums.
     changed: bool,
-    /// Before the sums; `None`: the prior of the configuration.
+    /// Estimate before the sums; `None`: the prior of the configuration.
     known: Option<YawEstimate<T>>,
     /// Measurements by witnesses in agreement with it, one after the other, up to [`WITNESS_SUPPORT`]. Not part of the
     /// record.
@@ -61,7 +61,7 @@ impl<T: Scalar> Measurements<T> {
 struct EarlierRows<T> {
     older: Option<RowsYaw<T>>,
     newer: Option<RowsYaw<T>>,
-    /// Pairs since the newer ones.
+    /// Pairs since the newer rows.
     pairs: u16,
 }
 
@@ -69,14 +69,14 @@ impl<T: Scalar> EarlierRows<T> {
     const NONE: Self = Self { older: None, newer: None, pairs: 0 };
 }
 
-/// What became of a witness's measurement.
+/// Effect of a witness's measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Witnessed {
-    /// Part of the estimate.
+    /// It is part of the estimate.
     Taken,
-    /// It contradicts the yaw so far: the next one decides.
+    /// It contradicts the yaw so far; the next one decides.
     Waiting,
 }
 
@@ -88,7 +88,7 @@ pub(crate) struct RowsYaw<T> {
 }
 
 impl<T: Scalar> MountYaw<T> {
-    /// Of a rig without a factory calibration.
+    /// Knowledge of a rig without a factory calibration.
     pub(crate) const UNKNOWN: Self = Self {
         calibrated: false,
         claimed: T::ONE,
@@ -100,15 +100,15 @@ impl<T: Scalar> MountYaw<T> {
         earlier: EarlierRows::NONE,
     };
 
-    /// Of factory extrinsics that a calibration has measured.
+    /// Knowledge of factory extrinsics that a calibration has measured.
     pub(crate) const CALIBRATED: Self = Self { calibrated: true, ..Self::UNKNOWN };
 
-    /// Forgets what pairs and witnesses have said.
+    /// Forgets the measurements of pairs and witnesses.
     pub(crate) fn reset(&mut self) {
         *self = Self { calibrated: self.calibrated, ..Self::UNKNOWN };
     }
 
-    /// With the rows of the pairs.
+    /// Estimate with the rows of the pairs.
     #[inline(never)]
     pub(crate) fn with_rows(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
         let rows = rows.of_scene(context);
@@ -121,7 +121,7 @@ impl<T: Scalar> MountYaw<T> {
         self.before(&rows, context).gain_of_rows(rows.variance)
     }
 
-    /// Before the rows: the mount has turned since the earlier ones by what they show beyond chance.
+    /// Estimate before the rows: since the earlier ones the mount has turned by the difference beyond chance.
     fn before(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
         match self.earlier.older {
             Some(older) => {
@@ -132,8 +132,8 @@ impl<T: Scalar> MountYaw<T> {
         }
     }
 
-    /// With rows as the first since the prior: after a change of the rig the mount has turned by what they show beyond
-    /// chance.
+    /// Estimate with rows as the first since the prior. After a change of the rig the mount has turned by the
+    /// difference from the prior beyond chance.
     fn at(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
         self.before_any(rows, context).with_rows(rows.turn, rows.variance)
     }
@@ -143,7 +143,7 @@ impl<T: Scalar> MountYaw<T> {
         if self.changed { prior.turned(prior.excess(rows.turn, rows.variance)) } else { prior }
     }
 
-    /// Notes the rows, after a pair is fused, where they are due.
+    /// Notes the rows after a pair is fused, if due.
     pub(crate) fn note(
         &mut self,
         rows: impl FnOnce() -> Option<RowsYaw<T>>,
@@ -167,36 +167,35 @@ impl<T: Scalar> MountYaw<T> {
         self.earlier = EarlierRows::NONE;
     }
 
-    /// Before the sums of the pairs.
+    /// Estimate before the sums of the pairs.
     fn prior(&self, context: &Context<'_, T>) -> YawEstimate<T> {
         let (factory, lens) = context.yaw_variances();
         let mount = factory.filter(|_| self.has_factory());
         self.known.unwrap_or(YawEstimate::independent(mount, lens))
     }
 
-    /// Variance of the mount yaw as it is reported: as long as nothing has confirmed it, the rows' turn may be the
-    /// mount's.
+    /// Reported variance of the mount yaw: until a witness confirms it, the rows' turn may belong to the mount.
     pub(crate) fn reported_variance(&self, of: &YawEstimate<T>) -> T {
         of.var_mount() + self.doubt(of)
     }
 
-    /// Standard deviation of the apparent yaw of the lens as it is reported, rad.
+    /// Reported standard deviation of the apparent yaw of the lens, rad.
     pub(crate) fn lens_deviation(&self, of: &YawEstimate<T>) -> T {
         (of.var_lens() + self.doubt(of)).sqrt()
     }
 
-    /// Variance of the mount yaw by the chance that it has turned before the first pair, and that the lens is another.
+    /// Additional variance for the chance that the mount turned before the first pair, and the lens differs.
     fn doubt(&self, of: &YawEstimate<T>) -> T {
         let claimed = self.claimed * of.lens();
         claimed * claimed * (T::ONE + self.claimed * T::lit(TURNED_DOUBT))
     }
 
-    /// Whether there is a factory calibration that holds, or held until the rig changed.
+    /// Whether a factory calibration holds, or held until the rig changed.
     fn has_factory(&self) -> bool {
         self.calibrated && !self.refuted
     }
 
-    /// Whether the mount is as made, as far as is known.
+    /// Whether nothing has changed the mount since production, as far as is known.
     pub(crate) fn is_as_made(&self) -> bool {
         self.has_factory() && self.known.is_none()
     }
@@ -207,14 +206,14 @@ impl<T: Scalar> MountYaw<T> {
         self.is_as_made() && squared > T::lit(REFUTED_FACTORY_YAW)
     }
 
-    /// The factory calibration is refuted: nothing is known of the mount.
+    /// Marks the factory calibration as refuted: the mount yaw is unknown.
     pub(crate) fn refute(&mut self) {
         self.refuted = true;
         self.forget_earlier();
     }
 
-    /// The rig has changed: the sums of the rows are dropped. What they said stays, and the lens is as before. Of a rig
-    /// whose mount nothing but rows has measured, they said nothing that the next ones do not.
+    /// The rig has changed, and the sums of the rows are dropped. The estimate keeps what they measured, and the lens
+    /// stays. If only rows have measured the mount, nothing is kept: the next rows measure the same.
     pub(crate) fn change(&mut self, rows: &RowsYaw<T>, context: &Context<'_, T>) {
         if self.has_factory() || self.known.is_some() {
             let rows = self.earlier.older.or(self.earlier.newer).unwrap_or(rows.of_scene(context));
@@ -271,7 +270,7 @@ impl<T: Scalar> MountYaw<T> {
         ([self.claimed, a, b, c, d, e], [self.refuted, self.changed, self.known.is_some()])
     }
 
-    /// From those of a record; `None` unless they are a covariance within the range of a yaw.
+    /// From the numbers and flags of a record; `None` unless they are a covariance within the range of a yaw.
     pub(crate) fn of(
         [claimed, a, b, c, d, e]: [T; 6],
         [refuted, changed, is_known]: [bool; 3],
@@ -282,14 +281,14 @@ impl<T: Scalar> MountYaw<T> {
         is_in_range.then_some(Self { claimed, refuted, changed, known, ..Self::UNKNOWN })
     }
 
-    /// With the knowledge of a record; the factory calibration is that of the rig.
+    /// Takes the knowledge of a record, but keeps whether a calibration measured the factory extrinsics.
     pub(crate) fn resumed(&self, of: &Self) -> Self {
         Self { calibrated: self.calibrated, ..*of }
     }
 }
 
 impl<T: Scalar> RowsYaw<T> {
-    /// With the variance from scene to scene.
+    /// The rows with the scatter from scene to scene added to their variance.
     fn of_scene(self, context: &Context<'_, T>) -> Self {
         let (_, lens) = context.yaw_variances();
         let scene = if lens > T::ZERO { T::lit(SCENE_YAW_RAD * SCENE_YAW_RAD) } else { T::ZERO };
@@ -297,7 +296,7 @@ impl<T: Scalar> RowsYaw<T> {
     }
 }
 
-/// Whether two numbers are apart by more than three deviations. Not `>`: a number that is not finite is apart.
+/// Whether a difference exceeds three deviations. Not `>`: a number that is not finite counts as apart.
 fn is_apart<T: Scalar>(off: T, variance: T) -> bool {
     !(off * off <= T::lit(LENS_FOUND * LENS_FOUND) * variance)
 }
@@ -315,7 +314,7 @@ mod tests {
     const KNOCK: f64 = 0.0175;
     const NOISE: f64 = 2e-3;
 
-    /// Rows after so many pairs, with the last of them knocked: a mean, as of sums that noticed nothing.
+    /// Rows after so many pairs, the last of them knocked: the mean of sums that did not detect the knock.
     fn rows(pairs: u32, knocked: u32) -> RowsYaw<f64> {
         let [all, part] = [pairs, knocked].map(f64::from);
         RowsYaw { turn: LENS + KNOCK * part / all, variance: NOISE * NOISE / all }
@@ -325,14 +324,14 @@ mod tests {
     fn a_knock_that_is_in_the_sums_before_it_is_detected_is_the_mounts() {
         let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
         let context = Context::new(&config, &factory, 1400.0);
-        // The factory extrinsics hold the rest of the turn.
+        // The factory extrinsics take the rest of the turn.
         let share = MountYaw::CALIBRATED.with_rows(&rows(40, 0), &context).lens();
         assert!((share - LENS).abs() < 4e-4, "{share}");
         for late in [3, 8, 15, 20] {
             let mut mount = MountYaw::CALIBRATED;
             (1..40).for_each(|pairs| mount.note(|| Some(rows(pairs, 0)), &context));
             (1..=late).for_each(|n| mount.note(|| Some(rows(40 + n, n)), &context));
-            // As far as the rows show a turn beyond chance, it is the mount's before it is detected, too.
+            // A turn of the rows beyond chance belongs to the mount before it is detected, too.
             let before = mount.with_rows(&rows(40 + late, late), &context);
             assert!((before.lens() - LENS).abs() < 1e-3, "{late}: {before:?}");
             mount.change(&rows(40 + late, late), &context);

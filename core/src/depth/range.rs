@@ -12,9 +12,9 @@ use crate::thresholds::{BASELINE_LENGTH_SD, MAX_RANGE_M, MIN_RANGE_M};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Range<T> {
-    /// Along the optical axis: depth, as of a wall ahead or of flat ground below.
+    /// Along the optical axis: depth, for instance of a wall ahead or of flat ground below.
     AlongAxis(T),
-    /// Along the ray of the pixel, as of a laser rangefinder.
+    /// Along the ray of the pixel, as a laser rangefinder measures it.
     AlongRay(T),
 }
 
@@ -31,7 +31,7 @@ pub struct RangeReading<T> {
     pub sd_m: T,
 }
 
-/// A reading as the estimate takes it.
+/// A reading in the units of the estimate.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct InverseDepth<T> {
     /// Baseline over depth along the left optical axis, dimensionless.
@@ -41,14 +41,14 @@ pub(crate) struct InverseDepth<T> {
 }
 
 impl<T: Scalar> RangeReading<T> {
-    /// Whether distance and deviation are those of a sensor.
+    /// Whether distance and deviation are in the range of a sensor.
     pub(crate) fn is_valid(&self) -> bool {
         let (Range::AlongAxis(range) | Range::AlongRay(range)) = self.range;
         let within = |x: T| x >= T::lit(MIN_RANGE_M) && x <= T::lit(MAX_RANGE_M);
         within(range) && self.sd_m > T::ZERO && self.sd_m <= range
     }
 
-    /// * `ray`: of the pixel, at unit depth; `baseline_m`: length of the baseline, m.
+    /// * `ray`: ray of the pixel, at unit depth; `baseline_m`: length of the baseline, m.
     pub(crate) fn inverse_depth(&self, ray: &Vector2<T>, baseline_m: T) -> InverseDepth<T> {
         let (range, per_depth) = match self.range {
             Range::AlongAxis(depth) => (depth, T::ONE),
@@ -61,10 +61,10 @@ impl<T: Scalar> RangeReading<T> {
 }
 
 impl<T: Scalar> InverseDepth<T> {
-    /// Turn about y from a pose to the one at which a match has this depth, rad, and its variance, rad^2. `None` where
-    /// the rays are not in front of the cameras.
+    /// Turn about y from a pose to the one at which a match has this depth, rad, and its variance, rad^2. `None` if the
+    /// rays are not in front of the cameras.
     ///
-    /// With rectified rays `a`, `b` and `rho` = baseline over depth the right ray is along `a - rho i_1`, and columns
+    /// With rectified rays `a`, `b` and `rho` = baseline over depth, the right ray is along `a - rho i_1`, and columns
     /// differ by `h = a_x b_z - a_z b_x - rho b_z`; a turn changes `h` by `a_z b_z + a_x b_x`.
     ///
     /// * `noise`: variance of a coordinate at unit depth.
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reading_that_no_sensor_gives_is_none() {
+    fn a_reading_beyond_a_sensor_is_refused() {
         let reading =
             |range, sd_m| RangeReading { pixel: [0.0; 2], range: Range::AlongAxis(range), sd_m };
         assert!(reading(10.0, 0.1).is_valid());

@@ -10,14 +10,14 @@ pub(crate) struct YawEstimate<T> {
     pub(super) lens: T,
     pub(super) var_mount: T,
     pub(super) var_lens: T,
-    /// Covariance of both; negative once rows have told their sum.
+    /// Covariance of both; negative once rows have measured their sum.
     pub(super) mixed: T,
 }
 
 impl<T: Scalar> YawEstimate<T> {
-    /// Both about 0 and independent.
+    /// Both with mean 0 and independent.
     ///
-    /// * `var_mount`: `None` where nothing is known.
+    /// * `var_mount`: `None` for an unknown mount.
     pub(super) fn independent(var_mount: Option<T>, var_lens: T) -> Self {
         let var_mount = var_mount.unwrap_or(unknown());
         Self { mount: T::ZERO, lens: T::ZERO, var_mount, var_lens, mixed: T::ZERO }
@@ -61,7 +61,7 @@ impl<T: Scalar> YawEstimate<T> {
         (off * off - self.var_sum() - variance).max(T::ZERO)
     }
 
-    /// Whether nothing is known of the mount.
+    /// Whether the mount is unknown.
     fn is_free(&self) -> bool {
         self.var_mount >= unknown()
     }
@@ -74,11 +74,11 @@ impl<T: Scalar> YawEstimate<T> {
         (self.var_mount + self.mixed) / (self.var_sum() + variance)
     }
 
-    /// With a measurement of the sum, by rows.
+    /// The estimate after rows measure the sum.
     #[must_use]
     pub(super) fn with_rows(&self, sum: T, variance: T) -> Self {
         if self.is_free() {
-            // The limit: the mount has what the lens has not.
+            // Limit of an infinite variance: the mount takes what the lens does not explain.
             let (lens, var_lens) = (self.lens, self.var_lens);
             let (mount, var_mount) = (sum - lens, var_lens + variance);
             return Self { mount, lens, var_mount, var_lens, mixed: -var_lens };
@@ -98,7 +98,7 @@ impl<T: Scalar> YawEstimate<T> {
         }
     }
 
-    /// With a measurement of the mount yaw, by a witness.
+    /// The estimate after a witness measures the mount yaw.
     #[must_use]
     pub(super) fn with_mount(&self, yaw: T, variance: T) -> Self {
         let total = self.var_mount + variance;
@@ -115,25 +115,25 @@ impl<T: Scalar> YawEstimate<T> {
         }
     }
 
-    /// With the mount turned by an angle of a variance; the lens is as before.
+    /// The estimate after a turn of the mount by an angle with this variance; the lens stays.
     #[must_use]
     pub(super) fn turned(&self, variance: T) -> Self {
         Self { var_mount: self.var_mount + variance, ..*self }
     }
 
-    /// With the mount turned by an unknown angle.
+    /// The estimate after a turn of the mount by an unknown angle.
     #[must_use]
     pub(super) fn freed(&self) -> Self {
         self.turned(unknown())
     }
 
-    /// With the mount no better known than by a variance.
+    /// The estimate with at least this variance of the mount yaw.
     #[must_use]
     pub(super) fn not_below(&self, variance: T) -> Self {
         self.turned((variance - self.var_mount).max(T::ZERO))
     }
 
-    /// Not negative: rounding aside both are never better known than the covariance says.
+    /// Determinant of the covariance, at least 0: up to rounding, neither variance is negative.
     fn determinant(&self) -> T {
         (self.var_mount * self.var_lens - self.mixed * self.mixed).max(T::ZERO)
     }
@@ -153,7 +153,7 @@ impl<T: Scalar> YawEstimate<T> {
     }
 }
 
-/// Variance of a mount yaw of which nothing is known, rad^2.
+/// Variance of an unknown mount yaw, rad^2.
 fn unknown<T: Scalar>() -> T {
     T::lit(UNKNOWN_YAW_RAD * UNKNOWN_YAW_RAD)
 }
@@ -189,7 +189,7 @@ mod tests {
         let turned = ranged.turned(0.1).with_rows(-4e-3, 1e-8);
         let by_hand = updated(&ranged.turned(0.1), Vector2::new(1.0, 1.0), -4e-3, 1e-8);
         for (a, b) in turned.numbers().into_iter().zip(by_hand) {
-            // The matrices cancel.
+            // The matrices lose digits by cancellation.
             assert!((a - b).abs() <= 1e-6 * b.abs().max(1e-6), "{turned:?} {by_hand:?}");
         }
     }
@@ -200,19 +200,19 @@ mod tests {
         let turned = known.freed().with_rows(9e-3 + 0.0175, 1e-8);
         assert!((turned.mount - known.mount - 0.0175).abs() < 1e-5, "{turned:?}");
         assert!((turned.lens - known.lens).abs() < 1e-5, "{turned:?}");
-        // What is known of the lens is what is known of the mount from now on.
+        // The deviation of the mount is now that of the lens.
         assert!((turned.var_mount / known.var_lens - 1.0).abs() < 0.05, "{turned:?}");
     }
 
     #[test]
-    fn rows_say_nothing_of_the_mount_alone_of_a_rig_of_unknown_yaw() {
+    fn rows_do_not_tell_the_mount_of_a_rig_of_unknown_yaw() {
         let unknown = YawEstimate::independent(None, 2e-5_f32).with_rows(9e-3, 1e-8);
         assert_eq!((unknown.mount, unknown.lens), (9e-3, 0.0));
         assert!((unknown.var_mount / 2e-5 - 1.0).abs() < 0.01, "{unknown:?}");
     }
 
     #[test]
-    fn what_is_no_covariance_is_none() {
+    fn numbers_that_are_not_a_covariance_are_refused() {
         let good = YawEstimate::independent(Some(8e-7_f32), 2e-5).with_rows(9e-3, 0.0);
         assert_eq!(YawEstimate::of(good.numbers()), Some(good));
         for bad in [[0.0, 0.0, -1.0, 1.0, 0.0], [0.0, 0.0, 1.0, 1.0, 2.0], [f32::NAN; 5]] {

@@ -21,7 +21,7 @@ use crate::thresholds::{CLEARLY_BETTER, FEW, OPEN_COST, TRACK_PASSES, TRUNCATED_
 /// Stage of an association.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
-    /// No batch.
+    /// No batch is being associated.
     Idle,
     /// Searches with the baseline turned, before the first champion; then the challenger is tracked again.
     Turned(Turn),
@@ -37,7 +37,7 @@ enum Stage {
     Done(Support),
 }
 
-/// Working memory: solver and evaluation share their place.
+/// Working memory: solver and evaluation share one place.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 enum Work<T: Scalar> {
@@ -52,7 +52,7 @@ pub(super) struct Association<T: Scalar> {
     stage: Stage,
     work: Work<T>,
     rejected: Rejected,
-    /// What the batch shows of the scene of the last fused pair.
+    /// Relation of the batch to the scene of the last fused pair.
     seen: Seen,
     /// Passes taken, evaluations included.
     passes: u16,
@@ -62,7 +62,7 @@ pub(super) struct Association<T: Scalar> {
     nis: T,
 }
 
-/// Settings, and the hypotheses that a batch is associated with.
+/// Settings, and the hypotheses that a batch may support.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AssociationContext<'a, T: Scalar> {
     pub(super) context: &'a Context<'a, T>,
@@ -70,7 +70,7 @@ pub(super) struct AssociationContext<'a, T: Scalar> {
 }
 
 impl<T: Scalar> Association<T> {
-    /// Without a batch.
+    /// An association without a batch.
     pub(super) const IDLE: Self = Self {
         stage: Stage::Idle,
         work: Work::None,
@@ -98,8 +98,8 @@ impl<T: Scalar> Association<T> {
 
     /// Begins a batch.
     ///
-    /// * `seen`: what it shows of the scene of the last fused pair; `turn`: of the baseline, to be tried first where the
-    ///   challenger leaves it open.
+    /// * `seen`: relation of the batch to the scene of the last fused pair; `turn`: turn of the baseline to try first
+    ///   if the challenger leaves it open.
     #[inline(never)]
     pub(super) fn open(
         &mut self,
@@ -117,7 +117,7 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Enters a stage, or the next one where its hypothesis does not exist.
+    /// Enters a stage; if its hypothesis does not exist, the next stage.
     #[inline(never)]
     fn enter(&mut self, stage: Stage, with: &AssociationContext<'_, T>, pairs: usize) {
         if let Stage::Turned(turn) = stage {
@@ -142,7 +142,7 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Starts a track from a hypothesis; false where its covariance has no inverse.
+    /// Starts a track from a hypothesis; returns false if its covariance has no inverse.
     #[inline(never)]
     fn track(&mut self, hypothesis: &Hypothesis<T>, with: &AssociationContext<'_, T>) -> bool {
         let Context { config, focal, .. } = *with.context;
@@ -159,7 +159,7 @@ impl<T: Scalar> Association<T> {
 
     /// Starts a search.
     ///
-    /// * `after`: passes that follow it.
+    /// * `after`: number of passes after it.
     #[inline(never)]
     fn search(
         &mut self,
@@ -174,8 +174,7 @@ impl<T: Scalar> Association<T> {
 
     /// Takes one more pass, unless no stage is left.
     ///
-    /// # Errors
-    /// [`Rejection`]: the batch has no result.
+    /// # Errors [`Rejection`]: the batch has no result.
     pub(super) fn advance(
         &mut self,
         with: &AssociationContext<'_, T>,
@@ -205,11 +204,11 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Takes one more pass with the baseline turned. Where that fits no better, the challenger is tracked again.
+    /// Takes one more pass with the baseline turned. If the turned pose fits no better, the challenger is tracked
+    /// again.
     ///
-    /// # Errors
-    /// [`Rejection::Behind`], [`Rejection::Columns`]: a turned baseline fits clearly better than the challenger, or
-    /// where there is none at all. [`Rejection::NoConsensus`] without a challenger where it does not.
+    /// # Errors [`Rejection::Behind`], [`Rejection::Columns`]: a turned baseline fits clearly better than the
+    /// challenger, or there is no challenger. [`Rejection::NoConsensus`]: it does not fit, and there is no challenger.
     #[inline(never)]
     fn try_turned(
         &mut self,
@@ -232,10 +231,9 @@ impl<T: Scalar> Association<T> {
         fits
     }
 
-    /// Checks that the evaluated pose is an optimum of which most points are clearly in front of the cameras.
+    /// Checks that the evaluated pose is an optimum, with most points clearly in front of the cameras.
     ///
-    /// # Errors
-    /// As [`AssociationContext::check`].
+    /// # Errors As [`AssociationContext::check`].
     fn check_scene(&self, with: &AssociationContext<'_, T>) -> Result<(), Rejection> {
         match &self.work {
             Work::Evaluated(evaluated) if evaluated.is_clearly_in_front() => with.check(evaluated),
@@ -243,10 +241,9 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Evaluates the pose of the solver, in its place.
+    /// Evaluates the pose of the solver, in the solver's place.
     ///
-    /// # Errors
-    /// [`Rejection::TooFew`], [`Rejection::Unobservable`].
+    /// # Errors [`Rejection::TooFew`], [`Rejection::Unobservable`].
     #[inline(never)]
     fn evaluate(&mut self, matches: &[RayPair<T>]) -> Result<(), Rejection> {
         let Work::Solver(solver) = &self.work else {
@@ -303,7 +300,7 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Whether it ended with the baseline turned.
+    /// Whether the association ended with a turned baseline.
     pub(super) fn is_turned(&self) -> bool {
         matches!(self.stage, Stage::Turned(_))
     }
@@ -333,7 +330,7 @@ impl<T: Scalar> Association<T> {
 impl<T: Scalar> AssociationContext<'_, T> {
     /// A search within the passes left.
     ///
-    /// * `used`: passes taken, and those needed after the search.
+    /// * `used`: passes taken, plus passes needed after the search.
     fn search(&self, start: RectifyingRotations<T>, used: u16, pairs: usize) -> PairSolver<T> {
         let Context { config, focal, .. } = *self.context;
         // A search needs at least the passes of a track.
@@ -369,7 +366,7 @@ impl<T: Scalar> AssociationContext<'_, T> {
         })
     }
 
-    /// Whether another pose may fit clearly better than the challenger's: most matches are off it.
+    /// Whether another pose may fit clearly better than the challenger's, because most matches do not fit it.
     fn leaves_open(&self, pairs: &[RayPair<T>]) -> bool {
         let challenger = self.hypotheses.challenger();
         challenger.is_none_or(|challenger| self.cost(challenger.pose(), pairs) > T::lit(OPEN_COST))

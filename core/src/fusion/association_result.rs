@@ -14,7 +14,7 @@ pub(super) enum Support {
     Challenger,
     /// A new hypothesis.
     New,
-    /// None: the pair disagrees with the challenger, and its pose fits no better.
+    /// No hypothesis: the pair disagrees with the challenger, and its own pose fits no better.
     None,
 }
 
@@ -33,7 +33,7 @@ pub(super) struct AssociationResult<'a, T: Scalar> {
     /// NIS under the supported hypothesis, over its reduced chi-square.
     pub(super) nis: T,
     pub(super) rejected: Rejected,
-    /// What the pair shows of the scene of the last fused one.
+    /// Relation of the pair to the scene of the last fused pair.
     pub(super) seen: Seen,
     /// Passes taken, evaluations included.
     pub(super) passes: u16,
@@ -41,7 +41,7 @@ pub(super) struct AssociationResult<'a, T: Scalar> {
 }
 
 impl<T: Scalar> AssociationResult<'_, T> {
-    /// Report of the pair alone: optimum of its moments with the prior; `None` where there is none.
+    /// Report of the pair alone: optimum of its moments with the prior; `None` without an optimum.
     #[inline(never)]
     pub(super) fn report(&self, context: &Context<'_, T>) -> Option<PairReport<T>> {
         let EvaluatedPose { measurement, stats, .. } = self.evaluated;

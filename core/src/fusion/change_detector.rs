@@ -42,23 +42,22 @@ impl<T: Scalar> ChangeDetector<T> {
         pairs: 0,
     };
 
-    /// Begins anew, in place.
+    /// Restarts in place.
     #[inline(never)]
     pub(super) fn restart(&mut self) {
         *self = Self::NEW;
     }
 
     /// Moves the last pair into the short window, before the hypothesis takes another one.
-    // Out of line: a second copy took 0.5 kB at opt-level 3.
     #[inline(never)]
     pub(super) fn shift(&mut self, last: &Moments<T>) {
         self.short.add(last);
         self.short.scale(T::lit(SHORT_DECAY));
     }
 
-    /// Adds a pair that the hypothesis holds already; whether the rig has changed.
+    /// Adds a pair that the hypothesis already includes; returns whether the rig has changed.
     ///
-    /// * `nis`: of the pair, over the reduced chi-square.
+    /// * `nis`: NIS of the pair, over the reduced chi-square.
     /// * `moved`: step of the hypothesis, rad.
     #[inline(never)]
     pub(super) fn add(
@@ -72,7 +71,7 @@ impl<T: Scalar> ChangeDetector<T> {
         let biased = measurement.biased_at(hypothesis.pose());
         let pair = biased.normal;
         let short = hypothesis.normal_equations(&self.short).plus(&pair);
-        // The long window follows the pose by its information, which must be without noise.
+        // The long window follows the pose by its information, so its noise must be subtracted.
         let debiased = biased.debiased();
         let [decay, long_decay] = [T::lit(SHORT_DECAY), T::lit(LONG_DECAY)];
         self.long = self.long.about(moved).scaled(long_decay).plus(&debiased);
@@ -92,8 +91,8 @@ impl<T: Scalar> ChangeDetector<T> {
         self.pairs >= WARM_UP_PAIRS && self.has_changed(hypothesis, &short, context)
     }
 
-    /// Replaces the older pairs of the hypothesis by the short window. False, without effect, where that leads to no
-    /// admissible rig.
+    /// Replaces the older pairs of the hypothesis by the short window. False, without effect, if the short window leads
+    /// to no admissible rig.
     pub(super) fn renew(
         &mut self,
         hypothesis: &mut Hypothesis<T>,

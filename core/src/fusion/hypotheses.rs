@@ -1,4 +1,4 @@
-//! Champion and challenger: begin, support, promotion and end of hypotheses (`ESTIMATOR.md`, section 13).
+//! Champion and challenger: start, support, promotion and end of hypotheses (`ESTIMATOR.md`, section 13).
 
 use super::Kept;
 use super::association_result::{AssociationResult, Rejected, Support};
@@ -27,10 +27,9 @@ impl<T: Scalar> Champion<T> {
     /// Empty until the first hypothesis is promoted.
     const EMPTY: Self = Self { hypothesis: Hypothesis::EMPTY, detector: ChangeDetector::NEW };
 
-    /// Adds a pair; whether the rig has changed.
+    /// Adds a pair; returns whether the rig has changed.
     ///
-    /// # Errors
-    /// [`Rejection`]; the champion is unchanged.
+    /// # Errors [`Rejection`]; the champion is unchanged.
     #[inline(never)]
     fn add(
         &mut self,
@@ -47,7 +46,7 @@ impl<T: Scalar> Champion<T> {
         let moved = self.hypothesis.apply(measurement, &mut update, repeated, context);
         let Self { hypothesis, detector } = self;
         if hypothesis.vibration_known() != was_known {
-            // What it has gathered does not know of the vibration, or is settled in another way.
+            // The windows weigh earlier pairs without the vibration, or settle them differently.
             detector.restart();
         }
         Ok(!repeated && detector.add(hypothesis, measurement, result.nis, &moved, context))
@@ -81,7 +80,7 @@ impl<T: Scalar> Challenger<T> {
         let (mut update, repeated) = (Update::NONE, seen.is_repeated());
         self.hypothesis.next_update(measurement, repeated, context, &mut update)?;
         self.hypothesis.apply(measurement, &mut update, repeated, context);
-        // A copy agrees with itself.
+        // A copy of a pair always agrees with it, so it does not count.
         self.agreed = self.agreed.saturating_add(u16::from(seen != Seen::Copied));
         Ok(())
     }
@@ -107,9 +106,9 @@ impl<T: Scalar> Hypotheses<T> {
         (self.rejected, self.begun) = (0, 0);
     }
 
-    /// Turn of the baseline that the next pair tries first, before the first champion: by a quarter both ways before a
-    /// challenger becomes the champion; one after the other, at every second pair, where pairs agree on nothing. A pose
-    /// with the baseline turned by half is no optimum: its points are behind the cameras.
+    /// Turn of the baseline that the next pair tries first, before the first champion. With a challenger it tries a
+    /// quarter both ways before the promotion. If pairs agree on nothing, every second pair tries the next turn. A half
+    /// turn is not an optimum: its points lie behind the cameras.
     pub(super) fn next_turn(&mut self) -> Option<Turn> {
         if self.champion.is_some() {
             return None;
@@ -128,12 +127,12 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// A solved pair is not fused: a caller that takes pairs alone does not learn whether they agree.
+    /// Resets the count, because a solved pair was not fused: the pairs of such a caller show no agreement.
     pub(super) fn forget_begun(&mut self) {
         self.begun = 0;
     }
 
-    /// Drops a challenger that a turned baseline fits better than.
+    /// Drops a challenger because a turned baseline fits better.
     pub(super) fn drop_challenger(&mut self) {
         self.challenger = None;
     }
@@ -201,7 +200,7 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// Counts a pair against the challenger, which is dropped after [`MAX_FAILED`], and more than `tolerated`.
+    /// Counts a pair against the challenger, and drops it after [`MAX_FAILED`] such pairs, if they exceed `tolerated`.
     fn contradict_challenger(&mut self, tolerated: u16) {
         if let Some(challenger) = &mut self.challenger {
             challenger.failed = challenger.failed.saturating_add(1);
@@ -213,7 +212,7 @@ impl<T: Scalar> Hypotheses<T> {
 
     /// Fuses an associated pair.
     ///
-    /// * `kept`: learns what sums that are dropped say of the lens and of the mount.
+    /// * `kept`: keeps the knowledge of lens and mount from dropped sums.
     ///
     /// # Errors
     /// [`Rejection`]; the champion is unchanged. The pair counts against the hypothesis that it supports, and against
@@ -277,7 +276,7 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// Begins a challenger with a pair, in place of any other.
+    /// Starts a challenger with a pair, in place of any other challenger.
     #[inline(never)]
     fn begin_challenger(
         &mut self,
@@ -302,7 +301,7 @@ impl<T: Scalar> Hypotheses<T> {
         self.challenger = Some(Challenger::EMPTY);
     }
 
-    /// An empty champion where there is none. Out of line, as [`Hypotheses::clear_challenger`].
+    /// Creates an empty champion if it is missing. Out of line, as [`Hypotheses::clear_challenger`].
     #[inline(never)]
     fn make_champion(&mut self) {
         if self.champion.is_none() {
@@ -338,9 +337,9 @@ impl<T: Scalar> Hypotheses<T> {
         if had_champion { Fused::TookOver } else { Fused::Added }
     }
 
-    /// Ends a challenger of the same rig, whose pairs the champion rejects for their share of inliers alone: that
-    /// share is usual from now on. It cannot depart, and the champion, which learns from accepted pairs, would be
-    /// lost.
+    /// Ends a challenger of the same rig whose pairs the champion rejects only for their share of inliers, and makes
+    /// that share the usual one. Such a challenger never departs, so the champion, which learns only from accepted
+    /// pairs, would be lost.
     #[inline(never)]
     fn learn_share(&mut self, evaluated: &EvaluatedPose<T>, context: &Context<'_, T>) {
         let (Some(champion), Some(challenger)) = (&mut self.champion, &self.challenger) else {
@@ -358,7 +357,7 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// Begins a champion with a prior, where there is none. It is suspect until a pair supports it.
+    /// Starts a champion with a prior, if there is no champion. It is suspect until a pair supports it.
     #[inline(never)]
     pub(super) fn resume(&mut self, prior: &Prior<T>, context: &Context<'_, T>) {
         self.make_champion();

@@ -35,14 +35,14 @@ use crate::thresholds::{
 pub(crate) struct Hypothesis<T: Scalar> {
     /// Optimum of all sums and the prior.
     pose: RectifyingRotations<T>,
-    /// Frame of the sums: the pose at which they were begun.
+    /// Frame of the sums: the pose at their start.
     frame: RectifyingRotations<T>,
-    /// Moments of all pairs but the last; of a rig that vibrates as if it had rested at the frame.
+    /// Moments of all pairs but the last; for a vibrating rig as if it had rested at the frame.
     settled: Moments<T>,
     /// Moments of the last pair, which a repeated scene replaces.
     last: Moments<T>,
     halves: ImageHalves<T>,
-    /// What the same pairs say of the mean of a rig that vibrates.
+    /// Equations of the same pairs for the mean of a vibrating rig.
     marginal: MarginalSums<T>,
     /// Information of all sums at the pose, without the prior, 1/rad^2.
     information: Information<T>,
@@ -56,7 +56,7 @@ pub(crate) struct Hypothesis<T: Scalar> {
     high_leverage: [T; 2],
     /// Running mean of the chi-square of successive pairs per degree of freedom.
     reduced_chi_square: T,
-    /// Step of the last detected change, decaying, rad: widens the covariance against a drift that goes on.
+    /// Step of the last detected change, decaying, rad; it widens the covariance in case a drift continues.
     drift: Vector5<T>,
     /// Pairs in the sums; those of a repeated scene count once.
     pairs: u32,
@@ -79,7 +79,7 @@ impl<T: Scalar> Update<T> {
 }
 
 impl<T: Scalar> Hypothesis<T> {
-    /// No pairs, all zeros: [`Hypothesis::begin`] or a prior sets what is not 0 in any other.
+    /// No pairs, all zeros: [`Hypothesis::begin`] or a prior sets the fields that are not 0 in other hypotheses.
     pub(super) const EMPTY: Self = Self {
         pose: RectifyingRotations::UNSET,
         frame: RectifyingRotations::UNSET,
@@ -135,7 +135,7 @@ impl<T: Scalar> Hypothesis<T> {
 
     /// Computes the update by one more pair.
     ///
-    /// * `repeated`: the scene is that of the last pair, which this one replaces.
+    /// * `repeated`: the scene equals that of the last pair, which this pair replaces.
     ///
     /// # Errors
     /// [`Rejection::NoRig`], [`Rejection::CorrectionLimit`].
@@ -168,7 +168,7 @@ impl<T: Scalar> Hypothesis<T> {
 
     /// Applies an update, and returns the step of the pose, rad.
     ///
-    /// * `update`: its moments follow where the frame of the sums changes.
+    /// * `update`: its moments follow if the frame of the sums changes.
     #[inline(never)]
     pub(super) fn apply(
         &mut self,
@@ -218,7 +218,7 @@ impl<T: Scalar> Hypothesis<T> {
     /// Changes the frame of the sums to the pose: sums far from their frame lose digits in `f32`.
     #[inline(never)]
     pub(super) fn reframe(&mut self) {
-        // Of a rig at rest they are at the frame, whichever.
+        // For a rig at rest the sums are valid at any frame.
         if !self.settles_at_rest() {
             self.settled.change_frame(&self.frame, &self.pose);
         }
@@ -226,7 +226,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.frame = self.pose;
     }
 
-    /// Replaces the sums of all pairs but the last. False, without effect, where they lead to no admissible rig.
+    /// Replaces the sums of all pairs but the last. False, without effect, if they lead to no admissible rig.
     #[inline(never)]
     pub(super) fn replace(
         &mut self,
@@ -251,7 +251,6 @@ impl<T: Scalar> Hypothesis<T> {
     }
 
     /// Sums of all pairs, in the frame of the hypothesis.
-    // Out of line: 3 inlined copies took 1.2 kB at opt-level 3.
     #[inline(never)]
     pub(super) fn sums(&self) -> Moments<T> {
         let mut sums = self.settled;
@@ -274,14 +273,14 @@ impl<T: Scalar> Hypothesis<T> {
         context.factory_pose.unknowns_to(&self.pose).y
     }
 
-    /// The same, and its variance with the lens as given, rad^2.
+    /// The same turn, and its variance with the lens as given, rad^2.
     #[inline(never)]
     pub(super) fn rows_yaw(&self, context: &Context<'_, T>) -> Option<RowsYaw<T>> {
         let [_, variance, ..] = self.reported_covariance(context)?.diagonal();
         Some(RowsYaw { turn: self.yaw(context), variance })
     }
 
-    /// Normal equations at the pose, of sums in the frame of the hypothesis.
+    /// Normal equations at the pose, from sums in the frame of the hypothesis.
     pub(super) fn normal_equations(&self, sums: &Moments<T>) -> NormalEquations<T> {
         sums.at_pose(&self.frame, &self.pose)
     }
@@ -316,8 +315,8 @@ impl<T: Scalar> Hypothesis<T> {
         self.halves.disagreement()
     }
 
-    /// Covariance that a pair is compared with, rad^2, widened along the drift. Where image halves disagree, a pair that
-    /// weighs the regions otherwise may be off in any direction.
+    /// Covariance for the comparison with a pair, rad^2, widened along the drift. If the image halves disagree, it is
+    /// widened in all directions, because a pair with other weights of the regions may differ in any direction.
     #[inline(never)]
     fn covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
         Some(self.with_motion(
@@ -326,27 +325,27 @@ impl<T: Scalar> Hypothesis<T> {
         ))
     }
 
-    /// With the drift, and with what a vibration leaves of which the sums do not know.
+    /// A covariance with the drift added, and with the vibration that the sums do not include.
     fn with_motion(&self, covariance: &Symmetric5<T>, context: &Context<'_, T>) -> Symmetric5<T> {
         let mut covariance = *covariance;
         covariance.add_outer_out_of_line(T::ONE, &self.drift.into());
         if self.is_rigid() {
-            // Its mean is off by what is left of a vibration that its pairs were not weighed for.
+            // The pairs were weighed without the vibration, so their mean is off by its remainder.
             let pairs = self.pairs.clamp(1, context.config.memory_pairs.max(1));
             context.vibration.scaled(T::ONE / T::count(pairs)).add_to(&mut covariance);
         }
         covariance
     }
 
-    /// Covariance of the estimate by the noise alone, rad^2: what would be left without biases, of a lens among them.
+    /// Covariance of the estimate by noise alone, rad^2: without biases, for instance of a lens.
     pub(super) fn covariance_of_noise(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
         let mut joint = self.information.0;
         joint.add_diagonal(context.prior);
         joint.inverse()
     }
 
-    /// Reported covariance, rad^2: with the scatter of the pairs, and with the bias that image halves show, which does not
-    /// scatter.
+    /// Reported covariance, rad^2: with the scatter of the pairs, and with the bias that the image halves show, which
+    /// does not scatter.
     #[inline(never)]
     pub(crate) fn reported_covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
         let noise = self.covariance_of_noise(context)?;
@@ -413,8 +412,8 @@ impl<T: Scalar> Hypothesis<T> {
     }
 }
 
-/// A drift no longer than the deviation that locks: with a wider covariance pairs are lost among outliers.
-// Above the limit by no more than rounding it is kept: one that was limited is what it was once it is restored.
+/// A drift limited to the deviation that locks: with a wider covariance, tracks lose pairs among outliers.
+// A drift above the limit by rounding is kept, so a limited drift is unchanged after a restart.
 fn limited<T: Scalar>(drift: &Vector5<T>) -> Vector5<T> {
     let over = drift.amax() / T::lit(MAX_LOCKED_SD_RAD);
     if over > T::lit(1.0 + 1e-5) { drift.unscale(over) } else { *drift }

@@ -18,7 +18,7 @@ pub(super) struct ImageHalves<T> {
     parts: [BiasedEquations<T>; 3],
     /// Pairs in the sums.
     pairs: u32,
-    /// `sqrt(chi^2 / 5)` between the estimates of two halves, the larger of both splits.
+    /// `sqrt(chi^2 / 5)` between the estimates of two halves, the larger value of both splits.
     disagreement: T,
 }
 
@@ -26,9 +26,9 @@ impl<T: Scalar> ImageHalves<T> {
     pub(super) const NONE: Self =
         Self { parts: [BiasedEquations::ZERO; 3], pairs: 0, disagreement: T::ZERO };
 
-    /// Shifts the sums after a step of the pose. A long step drops them: they are models of first order.
+    /// Shifts the sums after a step of the pose. A long step drops them, because they are models of first order.
     ///
-    /// * `moved`: the step, rad; `sd`: of the estimate.
+    /// * `moved`: the step, rad; `sd`: deviations of the estimate.
     pub(super) fn follow(
         &mut self,
         moved: &Vector5<T>,
@@ -46,7 +46,7 @@ impl<T: Scalar> ImageHalves<T> {
         self.parts.iter_mut().for_each(|part| *part = part.about(moved).scaled(fading));
     }
 
-    /// Fades where each pair is about its own optimum: the halves of a pair are shaken alike.
+    /// Fades sums in which each pair is about its own optimum: vibration moves both halves of a pair alike.
     pub(super) fn fade(&mut self, context: &Context<'_, T>) {
         let fading = context.fading(self.pairs);
         self.parts.iter_mut().for_each(|part| *part = part.scaled(fading));
@@ -71,7 +71,7 @@ impl<T: Scalar> ImageHalves<T> {
         let pitch = |h: &Information<T>| h.0.diagonal()[0];
         let weight = pitch(&whole.normal.information).max(T::EPSILON);
         for (sum, half) in [left, upper].into_iter().zip(&measurement.halves) {
-            // Noise is shared by weight, which information about pitch measures.
+            // The noise is divided by weight, which the information on pitch measures.
             let share = pitch(&half.information) / weight;
             let noise = BaselineNoise(whole.noise.0.map(|n| n * share));
             sum.add(&BiasedEquations { normal: *half, noise }.about(to_pose));
@@ -95,8 +95,8 @@ impl<T: Scalar> ImageHalves<T> {
         if self.agree() { T::ONE } else { self.disagreement * self.disagreement }
     }
 
-    /// Widens a covariance, rad^2, where the halves disagree: along what that moves the estimate by. The other directions
-    /// are as well known as before.
+    /// Widens a covariance, rad^2, if the halves disagree, along the moves of the estimate that they cause. The other
+    /// directions are as well known as before.
     pub(super) fn widen(&self, covariance: &mut Symmetric5<T>, context: &Context<'_, T>) {
         if !self.agree() {
             let (_, biases) = self.compare(context);
@@ -106,19 +106,20 @@ impl<T: Scalar> ImageHalves<T> {
         }
     }
 
-    /// Larger disagreement of left and right half, and of upper and lower half, and what each moves the estimate by.
+    /// Larger disagreement of left and right half, and of upper and lower half; and the move of the estimate that each
+    /// causes.
     ///
-    /// At the joint optimum one half pulls with the gradient `g`, and the other with `-g`: pulls that differ by chance move
-    /// the estimate along `Q g`, by as many deviations as the halves are apart. A bias that the joint estimate takes up is
-    /// one of the lens, which the covariance with the lens uncertain contains. With exact lenses one half may be right: then
-    /// it is the distance from the estimate of that half, whichever it is.
+    /// At the joint optimum one half has the gradient `g`, the other `-g`. Gradients that differ by chance move the
+    /// estimate along `Q g`, by as many deviations as the halves are apart. A bias that the joint estimate absorbs is
+    /// one of the lens, which the covariance with the lens uncertain includes. With exact lenses either half may be
+    /// right: then the move is the distance of that half from the estimate.
     #[inline(never)]
     fn compare(&self, context: &Context<'_, T>) -> (T, [Vector5<T>; 4]) {
         let [all, left, upper] = &self.parts;
         let (mut largest, mut biases) = (T::ZERO, [Vector5::zeros(); 4]);
         let joint = all.debiased().with_prior(context.prior);
         let Some(factor) = joint.information.0.factor(T::ZERO) else { return (largest, biases) };
-        // About the joint optimum: the prior pulls neither half away from the other.
+        // About the joint optimum, where the prior does not pull the halves apart.
         let x = -factor.solve(&joint.gradient);
         for (biases, half) in biases.as_chunks_mut::<2>().0.iter_mut().zip([left, upper]) {
             let about =
@@ -154,7 +155,7 @@ mod tests {
     use crate::algebra::normal_equations::NormalEquations;
     use crate::algebra::symmetric5::Symmetric5;
 
-    /// Halves with the information of rows, of which the left one has a bias of pitch.
+    /// Halves with the information of rows; the left one has a bias of pitch.
     fn biased_in_the_left_half(information: f64, bias: f64) -> ImageHalves<f64> {
         let part = |pitch_and_roll: f64, share: f64| {
             let mut h = Symmetric5::of_diagonal([1.0, 1.0, 1.0 / 3.0, 1.0, 1.0].map(|d| share * d));

@@ -1,7 +1,7 @@
 //! The lens that the sums of a hypothesis show, and the covariance of its extrinsics with the lens uncertain
 //! (`ESTIMATOR.md`, section 17).
 //!
-//! The extrinsics stay those of the given lens. An error `p` of the lens moves them by `-B p`, `B = Lambda^-1 S`: the
+//! The extrinsics belong to the given lens. An error `p` of the lens moves them by `-B p`, `B = Lambda^-1 S`: the
 //! covariance gains `B (P + p p^T) B^T` with the estimate `p` of the lens and its covariance `P`.
 
 use nalgebra::Vector5;
@@ -19,12 +19,12 @@ use crate::thresholds::{LENS_FOUND, LENS_SHRINKAGE, MAX_LENS_VALUE, MIN_LENS_PIV
 
 type Square<T> = [[T; LENS_PARAMETERS]; LENS_PARAMETERS];
 
-/// The lens estimate of a hypothesis, about the lens of its rays. Solved in place.
+/// The lens estimate of a hypothesis, relative to the lens of its rays. It is solved in place.
 #[derive(Debug)]
 pub(super) struct HypothesisLens<T> {
-    /// `p` of the lens that the rays are of; 0 where held.
+    /// `p` relative to the lens of the rays; 0 for held parameters.
     pub(super) values: [T; LENS_PARAMETERS],
-    /// `P`, reduced chi-square included; 0 where held.
+    /// `P`, including the reduced chi-square; 0 for held parameters.
     covariance: Square<T>,
     /// Columns of `B`: movement of the extrinsics by each parameter, rad.
     effects: [[T; 5]; LENS_PARAMETERS],
@@ -38,9 +38,9 @@ impl<T: Scalar> HypothesisLens<T> {
         effects: [[T::ZERO; 5]; LENS_PARAMETERS],
     };
 
-    /// Estimates the lens about that of the rays. `None` where the sums have no finite solution.
+    /// Estimates the lens relative to that of the rays. `None` if the sums have no finite solution.
     ///
-    /// The principal row is held: only `y^2` tells it from pitch, which any bias of the matches imitates.
+    /// The principal row is held: only `y^2` tells it from pitch, and any bias of the matches imitates that.
     #[inline(never)]
     pub(super) fn estimate(
         &mut self,
@@ -54,7 +54,7 @@ impl<T: Scalar> HypothesisLens<T> {
     }
 
     /// Solves the normal equations of the lens in place, with those of the extrinsics, `biased`.
-    // Out of line: one after the other they take less stack.
+    // Out of line: one call after the other takes less stack.
     #[inline(never)]
     fn solve(
         &mut self,
@@ -85,10 +85,10 @@ impl<T: Scalar> HypothesisLens<T> {
         self.is_sane(&context.lens_prior(), scale).then_some(())
     }
 
-    /// Whether no value is far beyond its prior, and no variance negative or beyond it: sums that no matches have, as
-    /// of a damaged record, lead there.
+    /// Whether no value is far beyond its prior, and no variance negative or beyond it. Sums of a damaged record may
+    /// violate this.
     ///
-    /// * `sd`: of the prior; `scale`: reduced chi-square.
+    /// * `sd`: deviations of the prior; `scale`: reduced chi-square.
     fn is_sane(&self, sd: &[T; LENS_PARAMETERS], scale: T) -> bool {
         let most = T::lit(MAX_LENS_VALUE * MAX_LENS_VALUE);
         let parameters = self.values.iter().zip(&self.covariance).zip(sd).enumerate();
@@ -102,7 +102,7 @@ impl<T: Scalar> HypothesisLens<T> {
 
     /// Covariance of the extrinsics with the lens uncertain, from that with the lens as given, rad^2.
     ///
-    /// * `off`: errors of the lens that the extrinsics have in them.
+    /// * `off`: errors of the lens that affect the extrinsics.
     #[inline(never)]
     pub(super) fn widen(
         &self,
@@ -124,18 +124,18 @@ impl<T: Scalar> HypothesisLens<T> {
         let [.., row_l, row_r, _, _, _] = effects;
         wide.add_outer_out_of_line(sd_row_l * sd_row_l, row_l);
         wide.add_outer_out_of_line(sd_row_r * sd_row_r, row_r);
-        // `p2` is an apparent yaw; that of the right camera turns the baseline too.
+        // `p2` acts as an apparent yaw; `p2` of the right camera also turns the baseline.
         let p2 = T::single(context.config.lens_prior.p2) * T::lit(2.0);
         wide.add_outer_out_of_line(p2 * p2, &[T::ZERO, T::ZERO, T::ZERO, T::ONE, T::ZERO]);
         wide
     }
 
-    /// Errors of the given lens, where the rays have been corrected to a reference.
+    /// Errors of the given lens, if the rays have been corrected to a reference.
     pub(super) fn of_given(&self, reference: &LensCorrection<T>) -> [T; LENS_PARAMETERS] {
         self.moved_by(reference.focal, reference.k1)
     }
 
-    /// What is left of the errors once the differences of focal length and `k1` are compensated.
+    /// Remaining errors after the differences of focal length and `k1` are compensated.
     pub(super) fn left_over(&self) -> [T; LENS_PARAMETERS] {
         let LensCorrection { focal, k1 } = self.difference();
         self.moved_by(-focal, -k1)
@@ -153,8 +153,7 @@ impl<T: Scalar> HypothesisLens<T> {
         LensCorrection { focal: s_r - s_l, k1: k_r - k_l }
     }
 
-    /// Variances of the differences of focal length and `k1`, with what frozen weights may hide.
-    // Out of line: 4 inlined copies took 0.5 kB at opt-level 3.
+    /// Variances of the differences of focal length and `k1`, with the part that frozen weights may hide.
     #[inline(never)]
     pub(super) fn variances(&self) -> [T; 2] {
         let [ss_l, ss_r, _, _, _, _, sk_l, sk_r, _] = &self.covariance;
@@ -180,14 +179,14 @@ impl<T: Scalar> HypothesisLens<T> {
         -(by_focal * focal + by_k1 * k1)
     }
 
-    /// What the weights may hide of the compensation, rad.
+    /// Part of the compensation that the weights may hide, rad.
     pub(super) fn hidden(&self) -> Vector5<T> {
         self.compensation() * T::lit(LENS_SHRINKAGE)
     }
 
-    /// The estimate as it is reported: errors of the given lens.
+    /// The reported estimate: errors of the given lens.
     ///
-    /// * `reference`: correction of the rays; `focal`: px.
+    /// * `reference`: correction of the rays; `focal`: focal length, px.
     #[inline(never)]
     pub(super) fn report(&self, reference: &LensCorrection<T>, focal: T) -> LensEstimate<T> {
         let Self { values, covariance, .. } = self;
@@ -211,14 +210,14 @@ impl<T: Scalar> HypothesisLens<T> {
     }
 }
 
-/// Variance with the part of a value that frozen weights may hide: they are those of residuals with the lens of the
-/// rays.
+/// Variance plus the part of a value that frozen weights may hide, because the weights follow residuals with the lens
+/// of the rays.
 fn hiding<T: Scalar>(value: T, variance: T) -> T {
     let hidden = T::lit(LENS_SHRINKAGE) * value;
     variance.max(T::ZERO) + hidden * hidden
 }
 
-/// Eliminates the extrinsics from the information on the lens, and returns their step with the lens as it is.
+/// Eliminates the extrinsics from the information on the lens, and returns their step with an unchanged lens.
 #[inline(never)]
 fn eliminate_extrinsics<T: Scalar>(
     information: &mut Square<T>,
@@ -227,7 +226,7 @@ fn eliminate_extrinsics<T: Scalar>(
     biased: &BiasedEquations<T>,
     context: &Context<'_, T>,
 ) -> Option<Vector5<T>> {
-    // With the noise of disparities in it: never less than the mixed terms need.
+    // Includes the noise of disparities, so it is never less than the mixed terms need.
     let mut plain = biased.normal.with_prior(context.prior);
     plain.gradient -= hypothesis.pose().unknowns_to(&context.factory_pose) * context.prior;
     let factor = plain.information.0.factor(T::ZERO)?;
@@ -238,7 +237,7 @@ fn eliminate_extrinsics<T: Scalar>(
     Some(-factor.solve(&plain.gradient))
 }
 
-/// Replaces the mixed terms by the movements of the extrinsics, without the noise of disparities, as the estimate.
+/// Replaces the mixed terms by the movements of the extrinsics, without the noise of disparities, as in the estimate.
 #[inline(never)]
 fn take_up<T: Scalar>(
     mixed: &mut [[T; 5]; LENS_PARAMETERS],
@@ -252,10 +251,10 @@ fn take_up<T: Scalar>(
     }
 }
 
-/// Replaces information by the inverse of `information + prior`; rows and columns of held parameters are 0. `None`
-/// where it is not finite.
+/// Replaces information by the inverse of `information + prior`; rows and columns of held parameters are 0. `None` if
+/// it is not finite.
 ///
-/// * `sd`: of the prior; the principal rows and parameters of 0 are held.
+/// * `sd`: deviations of the prior; the principal rows, and parameters with deviation 0, are held.
 #[inline(never)]
 fn invert<T: Scalar>(a: &mut Square<T>, sd: &[T; LENS_PARAMETERS]) -> Option<()> {
     let free = |(i, sd): (usize, &T)| !(4..6).contains(&i) && *sd > T::ZERO;
@@ -266,7 +265,7 @@ fn invert<T: Scalar>(a: &mut Square<T>, sd: &[T; LENS_PARAMETERS]) -> Option<()>
             *scale = T::ONE / (own.max(T::ZERO) + T::ONE / (*sd * *sd)).sqrt();
         }
     }
-    // Unit diagonal: units of the parameters differ by orders.
+    // Scaled to unit diagonal, because the units of the parameters differ by orders of magnitude.
     for (i, ((row, scale), sd)) in a.iter_mut().zip(scales).zip(sd).enumerate() {
         scale_row(row, scale, &scales);
         if let Some(x) = row.get_mut(i) {
@@ -278,8 +277,7 @@ fn invert<T: Scalar>(a: &mut Square<T>, sd: &[T; LENS_PARAMETERS]) -> Option<()>
     Some(())
 }
 
-/// Multiplies a row by a factor, and each element by its own.
-// Out of line: its loop, unrolled in three places, took 2.6 kB at opt-level 3.
+/// Multiplies a row by a factor, and each element by its own factor.
 #[inline(never)]
 fn scale_row<T: Scalar>(row: &mut [T; LENS_PARAMETERS], factor: T, own: &[T; LENS_PARAMETERS]) {
     row.iter_mut().zip(own).for_each(|(x, own)| *x *= factor * *own);
@@ -312,7 +310,6 @@ fn eliminate<T: Scalar>(a: &mut Square<T>) -> Option<()> {
 }
 
 /// Subtracts a multiple of another row.
-// Out of line, as `dot`: unrolled copies took 0.7 kB more at opt-level 3.
 #[inline(never)]
 fn subtract<T: Scalar>(row: &mut [T; LENS_PARAMETERS], factor: T, other: &[T; LENS_PARAMETERS]) {
     row.iter_mut().zip(other).for_each(|(x, y)| *x -= factor * *y);
@@ -333,7 +330,7 @@ mod tests {
 
     type Full = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-    /// Information of as many rows as parameters, of very different units.
+    /// Information of as many rows as parameters, in very different units.
     fn information() -> Full {
         let units = [1e3, 1e3, 1e2, 1e2, 1e2, 1e2, 30.0, 30.0, 50.0];
         let index = |i: usize| f64::from(u32::try_from(i).unwrap());
@@ -342,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn values_and_variances_far_beyond_the_prior_are_no_lens() {
+    fn values_and_variances_far_beyond_the_prior_are_refused() {
         let sd = [0.1; LENS_PARAMETERS];
         let is_sane = |value: f64, variance: f64, scale: f64| {
             let mut lens = HypothesisLens::EXACT;
@@ -382,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn without_information_the_posterior_is_the_prior_and_nan_has_none() {
+    fn without_information_the_posterior_is_the_prior_and_nan_is_refused() {
         let sd: [f64; LENS_PARAMETERS] =
             [0.003, 0.002, 7e-4, 6e-4, 5e-4, 4e-4, 0.005, 0.004, 0.001];
         let got = posterior([[0.0; LENS_PARAMETERS]; LENS_PARAMETERS], &sd).unwrap();

@@ -1,4 +1,4 @@
-//! When the lens that the rays are corrected by changes, and what is kept of a lens estimate whose sums are dropped
+//! When the lens correction of the rays changes, and the knowledge of the lens that stays when sums are dropped
 //! (`ESTIMATOR.md`, section 17).
 
 use super::hypothesis::Hypothesis;
@@ -14,8 +14,8 @@ use crate::thresholds::{
 };
 
 impl<T: Scalar> LensReference<T> {
-    /// The reference with what a hypothesis says of the lens, for when its sums are dropped; as it is where that is
-    /// nothing.
+    /// The reference with the knowledge of a hypothesis about the lens, for when its sums are dropped; unchanged
+    /// without such knowledge.
     #[inline(never)]
     pub(super) fn with_knowledge_of(
         &self,
@@ -27,12 +27,11 @@ impl<T: Scalar> LensReference<T> {
         found.flatten().and_then(|()| self.knowing(&lens)).unwrap_or(*self)
     }
 
-    /// The reference with an estimate of the lens in place of what was known; `None` where no lens can be so.
-    // Out of line: a second copy took 0.3 kB at opt-level 3.
+    /// The reference with an estimate of the lens in place of its knowledge; `None` if the estimate is beyond any lens.
     #[inline(never)]
     fn knowing(&self, lens: &HypothesisLens<T>) -> Option<Self> {
         let known = self.correction.plus(&lens.difference());
-        // Held parameters have no variance, and need no knowledge.
+        // Held parameters have no variance, and keep no knowledge.
         let weights = lens.variances().map(|variance| {
             let wide = variance * T::lit(KNOWN_LENS_WIDENING);
             if wide > T::ZERO { T::ONE / wide } else { T::ZERO }
@@ -41,8 +40,8 @@ impl<T: Scalar> LensReference<T> {
         next.is_valid().then_some(next)
     }
 
-    /// The reference to begin again with, where that gains: in the beginning, where compensation halves the deviation
-    /// of `t`; later, where the weights may hide much of a further correction.
+    /// The reference for a restart, if a restart gains: for the first change, if compensation halves the deviation of
+    /// `t`; later, if the weights may hide much of a further correction.
     #[inline(never)]
     pub(super) fn next(
         &self,
@@ -59,7 +58,7 @@ impl<T: Scalar> LensReference<T> {
         let gains = if self.compensates() {
             hides_much(&lens, &widened, context)
         } else {
-            // Halves disagree by a wrong lens as well: against a significant one that is no reason to keep it.
+            // A wrong lens also makes halves disagree, so their disagreement must not keep a significantly wrong lens.
             let noise = hypothesis.covariance_of_noise(context)?;
             self.halves_deviation(&lens, &widened, context)
                 || lens.is_significant() && self.halves_deviation(&lens, &noise, context)
@@ -68,8 +67,7 @@ impl<T: Scalar> LensReference<T> {
         Some(Self { correction: next.known, changes: self.changes.saturating_add(1), ..next })
     }
 
-    /// Whether compensation brings the deviation of `t` below one over [`COMPENSATION_GAIN`] of that with the given
-    /// lens.
+    /// Whether compensation divides the deviation of `t` with the given lens by more than [`COMPENSATION_GAIN`].
     fn halves_deviation(
         &self,
         lens: &HypothesisLens<T>,
@@ -90,7 +88,7 @@ fn hides_much<T: Scalar>(
 ) -> bool {
     let hidden = lens.hidden();
     let with = deviation(&lens.widen(given, &lens.left_over(), context));
-    // Not `hypot`: that of `f32` computes in `f64`, 2.6 kB of software on a controller.
+    // Not `hypot`: for `f32` it computes in `f64`, which a controller emulates in software.
     (hidden.w * hidden.w + hidden.a * hidden.a).sqrt() > T::lit(MAX_HIDDEN_LENS) * with
 }
 

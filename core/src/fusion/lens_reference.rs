@@ -1,28 +1,28 @@
-//! Lens that the rays of the pairs are corrected by, when it changes, and what is known of it from pairs whose sums
-//! are gone (`ESTIMATOR.md`, section 17).
+//! Lens correction of the rays, its changes, and the knowledge of the lens from dropped sums (`ESTIMATOR.md`, section
+//! 17).
 //!
-//! Compensating a difference of focal lengths or of `k1` takes corrected rays: with those of a wrong lens the weights
-//! hide a part of the error. The pairs before a change have such weights, so the estimate begins again with it. Of
-//! what they said the differences are kept, as where the rig moves: the lens does not.
+//! Compensating a difference of focal lengths or of `k1` needs corrected rays: with the rays of a wrong lens, the
+//! weights hide a part of the error. The pairs before a change have such weights, so the estimate restarts. The
+//! differences that they measured are kept, also after a change of the rig, because the lens does not change with it.
 
 use crate::algebra::lens_terms::LENS_PARAMETERS;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::scalar::Scalar;
 
-/// Correction of the rays, and what is known of the lens beside the sums.
+/// Correction of the rays, and the knowledge of the lens beside the sums.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LensReference<T> {
     pub(super) correction: LensCorrection<T>,
-    /// Differences of focal length and `k1` by pairs before, from those of the given lens.
+    /// Differences of focal length and `k1` from the given lens, measured by earlier pairs.
     pub(super) known: LensCorrection<T>,
-    /// Information on them; 0: nothing is known.
+    /// Information on these differences; 0 if unknown.
     pub(super) weights: [T; 2],
     /// Changes so far; 0: the lens is as given.
     pub(super) changes: u32,
 }
 
 impl<T: Scalar> LensReference<T> {
-    /// The lens as given, nothing known of it.
+    /// The lens as given, without further knowledge.
     pub(super) const GIVEN: Self = Self {
         correction: LensCorrection::NONE,
         known: LensCorrection::NONE,
@@ -40,12 +40,12 @@ impl<T: Scalar> LensReference<T> {
         self.changes > 0
     }
 
-    /// Lets the knowledge fade as the sums do: a lens warms.
+    /// Fades the knowledge as the sums fade, because a lens warms.
     pub(super) fn fade(&mut self, fading: T) {
         self.weights.iter_mut().for_each(|weight| *weight *= fading);
     }
 
-    /// Adds what is known to the information on the lens, and to its gradient at the correction.
+    /// Adds the knowledge to the information on the lens, and to its gradient at the correction.
     pub(super) fn add_known(
         &self,
         information: &mut [[T; LENS_PARAMETERS]; LENS_PARAMETERS],
@@ -74,15 +74,15 @@ impl<T: Scalar> LensReference<T> {
         }
     }
 
-    /// Correction, what is known and its information, in the order of a record.
+    /// Correction, knowledge and its information, in the order of a record.
     pub(crate) fn numbers(&self) -> [T; 6] {
         let Self { correction, known, weights: [focal, k1], .. } = *self;
         [correction.focal, correction.k1, known.focal, known.k1, focal, k1]
     }
 
-    /// From those numbers; `None` where no lens can be so.
+    /// From these numbers; `None` beyond the range of a lens.
     ///
-    /// * `changes`: of the lens so far.
+    /// * `changes`: number of changes of the lens so far.
     pub(crate) fn of(
         [focal, k1, known_focal, known_k1, a, b]: [T; 6],
         changes: u8,
@@ -96,7 +96,7 @@ impl<T: Scalar> LensReference<T> {
         (read.is_valid() && (read.compensates() || read.correction.is_none())).then_some(read)
     }
 
-    /// Changes of the lens so far, for a record.
+    /// Number of changes of the lens so far, for a record.
     pub(crate) fn changes(&self) -> u8 {
         u8::try_from(self.changes).unwrap_or(u8::MAX)
     }
@@ -113,7 +113,7 @@ mod tests {
 
     const P: [f64; LENS_PARAMETERS] = [1.0, 3.0, 9.0, 9.0, 9.0, 9.0, 2.0, 5.0, 9.0];
 
-    /// Cost of what is known at `p`, from information and gradient at the correction, but for a constant.
+    /// Cost of the knowledge at `p`, from information and gradient at the correction, but for a constant.
     fn cost(reference: &LensReference<f64>, p: &[f64; LENS_PARAMETERS]) -> f64 {
         let mut information = [[0.0; LENS_PARAMETERS]; LENS_PARAMETERS];
         let mut gradient = [0.0; LENS_PARAMETERS];
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_known_is_information_on_the_differences_alone_and_fades() {
+    fn the_knowledge_is_information_on_the_differences_alone_and_fades() {
         let mut reference = LensReference::<f64> {
             correction: LensCorrection { focal: 0.01, k1: 0.02 },
             known: LensCorrection { focal: 0.51, k1: -0.98 },

@@ -1,5 +1,5 @@
-//! Sums over the pairs of a rig that vibrates: each pair weighs by its information about the mean rig
-//! (`ESTIMATOR.md`, section 14).
+//! Sums over the pairs of a vibrating rig: each pair is weighed by its information on the mean rig (`ESTIMATOR.md`,
+//! section 14).
 
 use nalgebra::Vector5;
 
@@ -8,12 +8,12 @@ use crate::algebra::normal_equations::NormalEquations;
 use crate::scalar::Scalar;
 use crate::thresholds::FORGOTTEN_PAIRS;
 
-/// Normal equations about the pose of the hypothesis, of all pairs but the last, and of that.
+/// Normal equations about the pose of the hypothesis: of all pairs but the last, and of the last.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct MarginalSums<T> {
     pub(super) settled: NormalEquations<T>,
     pub(super) last: NormalEquations<T>,
-    /// Variances that they were made for; zero where the rig does not vibrate, and nothing is summed.
+    /// Variances of the sums; zero if the rig does not vibrate, and then nothing is summed.
     pub(super) variances: BlockVariances<T>,
 }
 
@@ -32,9 +32,9 @@ impl<T: Scalar> MarginalSums<T> {
         self.settled.plus(&self.last)
     }
 
-    /// Starts with the pairs so far, as if each had the mean share of their sum. The mean of few that were weighed as
-    /// those of a rigid rig is none, because weak directions take up what shakes the strong ones: but the last, they
-    /// are forgotten.
+    /// Starts with the pairs so far, as if each had the mean share of their sum. A few pairs with the weights of a
+    /// rigid rig give a wrong mean, because the vibration of strong directions leaks into weak ones: all but the last
+    /// are dropped.
     ///
     /// * `settled`, `last`: equations of a rigid rig, about the pose.
     pub(super) fn start(
@@ -54,7 +54,7 @@ impl<T: Scalar> MarginalSums<T> {
         Some(())
     }
 
-    /// Follows a vibration that has grown or ceased. Older pairs lose weight where it has doubled; they do not gain.
+    /// Follows a vibration that has grown or ceased. Older pairs lose weight if it has doubled; they never gain weight.
     pub(super) fn follow(&mut self, pairs: u32, now: &BlockVariances<T>) -> Option<()> {
         let then = self.variances;
         if now.doubles(&then) {
@@ -68,9 +68,9 @@ impl<T: Scalar> MarginalSums<T> {
         Some(())
     }
 
-    /// Adds a pair, in place of the last one if that shows the same scene.
+    /// Adds a pair, in place of the last one if both show the same scene.
     ///
-    /// * `pair`: its equations for a rigid rig, about the pose; `fading`: of older pairs.
+    /// * `pair`: its equations for a rigid rig, about the pose; `fading`: factor of older pairs.
     pub(super) fn add(
         &mut self,
         pair: &NormalEquations<T>,

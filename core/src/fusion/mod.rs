@@ -1,16 +1,16 @@
 //! Fusion of many pairs: two hypotheses, data association, change detection (`ESTIMATOR.md`, sections 10 to 15).
 //!
-//! The *champion* is the reported hypothesis. A pair outside its gate begins a *challenger*, which gathers the pairs
-//! that agree with it. With three pairs of another rig the challenger is promoted, with its sums; when pairs return to
-//! the champion, the challenger is dropped. A gate without a challenger would lock on a wrong estimate and refuse all
+//! The *champion* is the reported hypothesis. A pair outside its gate starts a *challenger*, which gathers the pairs
+//! that agree with it. With three pairs of another rig the challenger is promoted, with its sums. When pairs return to
+//! the champion, the challenger is dropped. Without a challenger, a gate would lock on a wrong estimate and refuse all
 //! good pairs.
 //!
 //! - [`association`], [`association_result`]: the hypothesis that a pair supports. [`hypotheses`]: champion,
 //!   challenger.
-//! - [`hypothesis`], [`optimum`]: moments of the supporting pairs, and the optimum of them and the prior.
+//! - [`hypothesis`], [`optimum`]: moments of the supporting pairs, and their optimum with the prior.
 //! - [`change_detector`]: steps and drifts below the noise of a pair. [`repeated_scene`]: a rig at rest.
-//! - [`reported`]: what is reported, and what of it is applied.
-//! - [`image_halves`]: biases of image regions. [`vibration`], [`marginal_sums`]: a rig that moves to and fro.
+//! - [`reported`]: the reported and the applied part of the estimate.
+//! - [`image_halves`]: biases of image regions. [`vibration`], [`marginal_sums`]: a rig that vibrates.
 
 mod association;
 mod association_result;
@@ -63,7 +63,7 @@ pub(crate) struct Fusion<T: Scalar> {
 }
 
 impl<T: Scalar> Fusion<T> {
-    /// * `is_calibrated`: whether the factory extrinsics are those of a calibration.
+    /// * `is_calibrated`: whether a calibration measured the factory extrinsics.
     pub(crate) const fn new(is_calibrated: bool) -> Self {
         Self {
             hypotheses: Hypotheses::NONE,
@@ -95,15 +95,15 @@ impl<T: Scalar> Fusion<T> {
         &self.reference
     }
 
-    /// Forgets all pairs and begins again, with rays of another lens.
+    /// Forgets all pairs and restarts, with rays of another lens.
     pub(crate) fn begin_again(&mut self, reference: &LensReference<T>) {
         self.forget_pairs();
-        // Rays of another lens, the same mount.
+        // The rays change, the mount does not.
         self.vibration.interrupt();
         self.reference = *reference;
     }
 
-    /// The lens to begin again with, where that gains.
+    /// The lens for a restart, if a restart gains.
     pub(crate) fn next_reference(&self, context: &Context<'_, T>) -> Option<LensReference<T>> {
         let compensates = context.config.lens_tracking == LensTracking::Compensate;
         let hypothesis = self.hypotheses.champion()?;
@@ -124,7 +124,7 @@ impl<T: Scalar> Fusion<T> {
         self.association.close();
     }
 
-    /// Begins a batch, with its first pass.
+    /// Starts a batch, with its first pass.
     ///
     /// # Errors
     /// [`Rejection::TooFew`]; the batch is abandoned.
@@ -182,7 +182,7 @@ impl<T: Scalar> Fusion<T> {
     /// Report of the solved pair.
     ///
     /// # Errors
-    /// [`Rejection::NotBegun`] without a solved pair, [`Rejection::Unobservable`] where the pair alone has no optimum.
+    /// [`Rejection::NotBegun`] without a solved pair, [`Rejection::Unobservable`] if the pair alone has no optimum.
     pub(crate) fn report(&mut self, context: &Context<'_, T>) -> Result<PairReport<T>, Rejection> {
         let result = self.association.result().ok_or(Rejection::NotBegun)?;
         let report = result.report(context);
@@ -192,7 +192,7 @@ impl<T: Scalar> Fusion<T> {
         report.ok_or(Rejection::Unobservable)
     }
 
-    /// Fuses the solved pair, once.
+    /// Fuses the solved pair once.
     ///
     /// # Errors
     /// [`Rejection`]; the champion is unchanged.
@@ -202,7 +202,8 @@ impl<T: Scalar> Fusion<T> {
         let kept = Kept { reference, mount };
         let fused = hypotheses.fuse(&result, kept, context);
         let is_heard = result.support != Support::None || result.evaluated.has_clear_peak();
-        // What is no admissible rig leaves the state as it was. A pair that only disagrees may be of a rig that vibrates.
+        // A pair beyond the correction limit does not update the vibration estimate. A pair that only disagrees does,
+        // because the rig may vibrate.
         let is_admissible = matches!(fused, Ok(_) | Err(Rejection::Disagrees));
         if is_heard && is_admissible && !result.seen.is_repeated() {
             let measurement = &result.evaluated.measurement;
@@ -224,11 +225,11 @@ impl<T: Scalar> Fusion<T> {
         fused
     }
 
-    /// Takes the mount for turned where the champion refutes the factory yaw.
+    /// Marks the mount as turned if the champion refutes the factory yaw.
     fn check_mount(&mut self, context: &Context<'_, T>) {
         let Self { hypotheses, mount, .. } = self;
         let Some(champion) = hypotheses.champion().filter(|_| mount.is_as_made()) else { return };
-        // The variance costs more: only where it decides.
+        // The variance costs more, so it is computed only if it decides.
         let exact = RowsYaw { turn: champion.yaw(context), variance: T::ZERO };
         if mount.is_refuted(&exact, context)
             && champion.rows_yaw(context).is_some_and(|rows| mount.is_refuted(&rows, context))
@@ -246,7 +247,7 @@ impl<T: Scalar> Fusion<T> {
         Some((*hypothesis.pose(), hypothesis.rows_yaw(context)?))
     }
 
-    /// Knowledge of the mount yaw, to be added to.
+    /// Knowledge of the mount yaw, for further measurements.
     pub(crate) fn mount_mut(&mut self) -> &mut MountYaw<T> {
         &mut self.mount
     }
@@ -283,7 +284,7 @@ struct Kept<'a, T: Scalar> {
 }
 
 impl<T: Scalar> Kept<'_, T> {
-    /// Knowledge with what a hypothesis says whose sums are to be dropped, because the rig has changed.
+    /// Knowledge after the sums of a hypothesis are dropped because the rig has changed.
     #[inline(never)]
     fn learned(
         &self,
@@ -297,13 +298,13 @@ impl<T: Scalar> Kept<'_, T> {
         (self.reference.with_knowledge_of(from, context), mount)
     }
 
-    /// Keeps it.
+    /// Keeps this knowledge.
     fn keep(&mut self, learned: (LensReference<T>, MountYaw<T>)) {
         (*self.reference, *self.mount) = learned;
     }
 }
 
-/// Adds a refused pair where it shows more vibration: it may widen deviations, not narrow them.
+/// Adds a refused pair if it shows more vibration: it may widen deviations but not narrow them.
 // Out of line: the copy leaves the stack of the caller.
 #[inline(never)]
 fn add_refused<T: Scalar>(
@@ -327,7 +328,7 @@ mod tests {
 
     type Add = fn(&mut VibrationEstimator<f64>, &PairMeasurement<f64>, &Context<'_, f64>);
 
-    /// After 20 pairs of a rig that vibrates by turns.
+    /// The estimator after 20 pairs of a rig that vibrates by turns.
     fn shaken(add: Add) -> VibrationEstimator<f64> {
         let mut estimator = VibrationEstimator::RIGID;
         for seed in 0..20_u8 {

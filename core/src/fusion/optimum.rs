@@ -11,15 +11,16 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::{LAST_STEP_SQUARED, MOVED_INFORMATION, OPTIMUM_STEPS};
 
-/// Largest squared distance of a pose from the optimum of its sums, in deviations, and ratio of their informations. A
-/// first pair that says next to nothing of a direction comes to 400; a number of a record wrong by 1e6 exceeds it.
+/// Largest squared distance of a pose from the optimum of its sums, in deviations, and largest ratio of their
+/// informations. A first pair with hardly any information on a direction reaches 400; a number of a record that is
+/// wrong by 1e6 exceeds the limit.
 pub(super) const MAX_INCONSISTENCY: f64 = 1e4;
 
 /// The optimum, and the information of the moments there.
 #[derive(Debug)]
 pub(super) struct Optimum<T: Scalar> {
     pub(super) pose: RectifyingRotations<T>,
-    /// Without the prior, 1/rad^2.
+    /// Information without the prior, 1/rad^2.
     pub(super) information: Information<T>,
 }
 
@@ -29,10 +30,10 @@ impl<T: Scalar> Optimum<T> {
 
     /// Descends from the current pose to the optimum, in at most [`OPTIMUM_STEPS`] steps.
     ///
-    /// * `frame`: of the moments.
+    /// * `frame`: frame of the moments.
     ///
     /// # Errors
-    /// [`Rejection::NoRig`], also where the steps end far from the optimum; [`Rejection::CorrectionLimit`].
+    /// [`Rejection::NoRig`], also if the steps end far from the optimum; [`Rejection::CorrectionLimit`].
     #[inline(never)]
     pub(super) fn descend(
         &mut self,
@@ -47,7 +48,7 @@ impl<T: Scalar> Optimum<T> {
                 return context.check(&self.pose);
             }
         }
-        // The last step was long: the information before it is not that of the pose.
+        // The last step was long, so the information before it does not belong to the pose.
         let normal = self.equations(sums, frame, context);
         if are_at_optimum(&normal) { context.check(&self.pose) } else { Err(Rejection::NoRig) }
     }
@@ -60,7 +61,7 @@ impl<T: Scalar> Optimum<T> {
         Some(step)
     }
 
-    /// Equations of moments and prior about the pose, whose information is kept.
+    /// Equations of moments and prior about the pose; stores their information.
     #[inline(always)]
     fn equations(
         &mut self,
@@ -75,8 +76,8 @@ impl<T: Scalar> Optimum<T> {
     }
 }
 
-/// Whether the step after this one is below rounding, and the information of each direction nearly that after the step: a
-/// turn by `d` moves `d^2` of what is known of another direction into it.
+/// Whether the next step is below rounding, and the information of each direction is nearly final: a turn by `d` moves
+/// `d^2` of the information of another direction into it.
 fn is_last<T: Scalar>(step: &Vector5<T>, normal: &NormalEquations<T>) -> bool {
     let squared = step.norm_squared();
     let known = normal.information.0.diagonal();
@@ -84,8 +85,8 @@ fn is_last<T: Scalar>(step: &Vector5<T>, normal: &NormalEquations<T>) -> bool {
     squared <= T::lit(LAST_STEP_SQUARED) && squared * most <= T::lit(MOVED_INFORMATION) * least
 }
 
-/// Whether equations have one optimum, near the pose that they are about. Where a direction is not observed, the last step
-/// is long, or there is none.
+/// Whether equations have one optimum, near the pose that they are about. If a direction is not observed, the last step
+/// is long, or there is no step.
 fn are_at_optimum<T: Scalar>(normal: &NormalEquations<T>) -> bool {
     let squared = normal.step().map(|step| -step.dot(&normal.gradient));
     squared.is_some_and(|squared| squared <= T::lit(MAX_INCONSISTENCY))
@@ -98,7 +99,7 @@ mod tests {
     use crate::algebra::symmetric5::Symmetric5;
 
     #[test]
-    fn the_information_is_that_of_the_pose_where_the_steps_end_early_too() {
+    fn the_information_belongs_to_the_pose_even_if_the_steps_end_early() {
         let context = context();
         let sums = evaluated::<f64>(1).measurement.moments;
         let frame = evaluated::<f64>(1).measurement.pose;
@@ -136,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_is_not_the_last_where_it_moves_information_into_a_direction_of_little() {
+    fn a_step_that_moves_information_into_a_weak_direction_is_not_the_last() {
         let of = |least: f64| NormalEquations {
             information: Information(Symmetric5::of_diagonal([1e12, 1e9, 1e9, least, 1e9])),
             gradient: Vector5::zeros(),

@@ -1,8 +1,8 @@
-//! An estimate as the prior of a new hypothesis: what a record keeps of it (`ESTIMATOR.md`, section 21).
+//! An estimate as the prior of a new hypothesis, in the form of a record (`ESTIMATOR.md`, section 21).
 //!
 //! The moments of a hypothesis are replaced by those of five virtual correspondences, which have its information on the
 //! extrinsics and its response to the lens (`Moments::set_prior`). So a restored estimate is fused, fades and is
-//! reported as any other.
+//! reported like any other.
 
 use super::Fusion;
 use super::lens::HypothesisLens;
@@ -19,12 +19,13 @@ use crate::scalar::Scalar;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Prior<T: Scalar> {
     pub(crate) pose: RectifyingRotations<T>,
-    /// Equations of the pairs about the pose, and the noise of disparities in them, over the widening by image halves.
+    /// Equations of the pairs about the pose, and the noise of disparities in them, divided by the widening of the
+    /// image halves.
     pub(crate) equations: BiasedEquations<T>,
     pub(crate) response: Response<T>,
     /// Reduced chi-square of the pairs.
     pub(crate) chi_square: T,
-    /// Pairs behind it, at least 1.
+    /// Number of pairs in it, at least 1.
     pub(crate) pairs: u32,
     /// Noise of a coordinate, px.
     pub(crate) noise: T,
@@ -34,7 +35,7 @@ pub(crate) struct Prior<T: Scalar> {
     pub(crate) high_leverage: [T; 2],
 }
 
-/// All that a record keeps of the robust method.
+/// The part of the robust method that a record keeps.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Learned<T: Scalar> {
     /// The champion; `None` before the first.
@@ -54,7 +55,7 @@ impl<T: Scalar> Learned<T> {
 }
 
 impl<T: Scalar> Fusion<T> {
-    /// What a record keeps.
+    /// Returns the part that a record keeps.
     #[inline(never)]
     pub(crate) fn learned(&self, context: &Context<'_, T>) -> Learned<T> {
         let champion = self.hypotheses.champion();
@@ -67,8 +68,8 @@ impl<T: Scalar> Fusion<T> {
         }
     }
 
-    /// Takes it up, without pairs; the estimate is suspect until a pair supports it. False where its lens has no finite
-    /// solution: the state is then unspecified.
+    /// Takes up the content of a record, without pairs; the estimate is suspect until a pair supports it. False if its
+    /// lens has no finite solution: then the state is unspecified.
     #[inline(never)]
     pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) -> bool {
         let Learned { prior, reference, vibration, mount } = learned;

@@ -7,40 +7,40 @@ use crate::thresholds::{
     COPIED_SHARE, REMEMBERED, REMEMBERED_STEPS_PER_PX, SAME_SHARE, SAME_STEPS,
 };
 
-/// What a pair shows of the scene of the last fused pair.
+/// Relation of a pair to the scene of the last fused pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Seen {
     /// Another scene.
     New,
     /// The same scene, measured again.
     Repeated,
-    /// The same matches: no new measurement.
+    /// The same matches, which are not a new measurement.
     Copied,
 }
 
 impl Seen {
-    /// Whether the pair takes the place of the last one.
+    /// Whether the pair replaces the last one.
     pub(super) fn is_repeated(self) -> bool {
         self != Self::New
     }
 }
 
-/// Samples of the correspondences of the last fused pair and of the pair at hand. RAM: 6 bytes each.
+/// Samples of the correspondences of the last fused pair and of the current pair. RAM: 6 bytes each.
 #[derive(Debug, Clone)]
 pub(super) struct RepeatedScene {
     remembered: Sampled,
-    /// Of the pair that was begun last, until it is fused.
+    /// Samples of the pair that was started last, until it is fused.
     at_hand: Sampled,
 }
 
-/// Short length, as that of a batch.
+/// Short length, as in a batch.
 type Sampled = heapless::Vec<[u16; 3], REMEMBERED, u8>;
 
 impl RepeatedScene {
     pub(super) const NEW: Self =
         Self { remembered: heapless::Vec::new(), at_hand: heapless::Vec::new() };
 
-    /// Whether the lengths are ones that a store of correspondences can have.
+    /// Whether the lengths are within their capacities.
     pub(super) fn is_within(&self) -> bool {
         [&self.remembered, &self.at_hand].into_iter().all(|sampled| sampled.len() <= REMEMBERED)
     }
@@ -67,7 +67,7 @@ impl RepeatedScene {
         }
     }
 
-    /// Remembers the batch that was compared last: its pair has been fused.
+    /// Remembers the batch that was compared last, because its pair has been fused.
     pub(super) fn remember(&mut self) {
         self.remembered.clone_from(&self.at_hand);
     }
@@ -172,7 +172,7 @@ mod tests {
     const FOCAL: f32 = 1400.0;
 
     impl RepeatedScene {
-        /// Compares a pair and remembers it; whether it repeats the last one.
+        /// Compares a pair and remembers it; returns whether it repeats the last one.
         fn takes(&mut self, pairs: &[RayPair<f32>], focal: f32) -> bool {
             let seen = self.compare(pairs, focal);
             self.remember();
@@ -218,7 +218,7 @@ mod tests {
         let seen = scene(256, 2);
         let mut repeated_scene = RepeatedScene::NEW;
         for k in 0..20_u8 {
-            // 4 px a pair: further than a coordinate may move.
+            // 4 px a pair: further than the tolerance of a coordinate.
             let moved = rays(&seen, 4.0 * f32::from(k), 0.5, k.into());
             assert!(!repeated_scene.takes(&moved, FOCAL), "{k}");
         }
@@ -227,7 +227,7 @@ mod tests {
         }
     }
 
-    /// Whether one batch after another is taken for the same scene.
+    /// Whether the second batch counts as the scene of the first.
     fn repeats(first: &[[f32; 4]], second: &[RayPair<f32>]) -> bool {
         let mut repeated_scene = RepeatedScene::NEW;
         repeated_scene.takes(&rays(first, 0.0, 0.0, 0), FOCAL);
@@ -318,7 +318,7 @@ mod tests {
                 assert_eq!(repeated_scene.compare(&pairs, FOCAL), expected, "{noise_px} {seed}");
             }
         }
-        // A tenth of other matches at most.
+        // At most a tenth of the matches differ.
         let changed = |part: usize| {
             let mut pairs = rays(&seen, 0.0, 0.0, 0);
             let others = rays(&scene(256, 14), 0.0, 0.0, 0);

@@ -1,4 +1,4 @@
-//! What is reported of the estimate, and what of it is applied (`ESTIMATOR.md`, section 16).
+//! The reported estimate, and the part of it that is applied (`ESTIMATOR.md`, section 16).
 
 use nalgebra::{Vector2, Vector3};
 
@@ -21,7 +21,7 @@ use crate::thresholds::{
 };
 
 impl<T: Scalar> Fusion<T> {
-    /// The estimate; `None` before the first pair, or where a covariance does not exist.
+    /// The estimate; `None` before the first pair, or without a covariance.
     #[inline(never)]
     pub(crate) fn proposal(
         &self,
@@ -31,7 +31,7 @@ impl<T: Scalar> Fusion<T> {
         let hypothesis = self.hypotheses.reported()?;
         let covariance = hypothesis.reported_covariance(context)?;
         let with_lens = self.with_lens(hypothesis, &covariance, context);
-        // With the lens uncertain no direction of the rows is better known.
+        // With the lens uncertain, no direction is better known from rows than without.
         let WithLens { covariance: wide, .. } = with_lens.as_ref()?;
         let mut variances = wide.diagonal().into_iter().zip(covariance.diagonal());
         if !variances.all(|(wide, given)| wide * T::lit(2.0) >= given) {
@@ -41,10 +41,10 @@ impl<T: Scalar> Fusion<T> {
         self.propose(hypothesis, &covariance, &of_mount, context, in_use)
     }
 
-    /// What is reported and applied of an estimate. Out of line, as [`Self::concluded`]: the estimate of the lens takes
-    /// most of the stack.
+    /// The reported and the applied part of an estimate. Out of line, as [`Self::concluded`]: the estimate of the lens
+    /// takes most of the stack.
     ///
-    /// * `covariance`: with the lens as given, rad^2.
+    /// * `covariance`: covariance with the lens as given, rad^2.
     #[inline(never)]
     fn propose(
         &self,
@@ -94,10 +94,10 @@ impl<T: Scalar> Fusion<T> {
         })
     }
 
-    /// Whether the estimate is clearly better than what is in use, over all pairs, and differs by more than chance; `None`
-    /// where the sums are of other cameras.
+    /// Whether the estimate is clearly better than the extrinsics in use, over all pairs, and differs by more than
+    /// chance; `None` if the sums belong to other cameras.
     ///
-    /// * `covariance`: of the estimate, rad^2.
+    /// * `covariance`: covariance of the estimate, rad^2.
     #[inline(never)]
     fn improves(
         &self,
@@ -116,10 +116,10 @@ impl<T: Scalar> Fusion<T> {
         Some(differs && hypothesis.fits_clearly_better_than(&in_use.extrinsics))
     }
 
-    /// The baseline in use, and the best `R` there is with it; without a fit of `R` nothing changes.
+    /// The baseline in use, and the best `R` for it; without a fit of `R` nothing changes.
     ///
-    /// * `known`: the estimate where its baseline is known; in place of them where its rows are clearly better.
-    /// * `turn`: from the yaw of the rows to that of the mount.
+    /// * `known`: the estimate, if its baseline is known; returned instead if its rows are clearly better.
+    /// * `turn`: turn from the yaw of the rows to that of the mount.
     #[inline(never)]
     fn with_baseline_of(
         &self,
@@ -139,7 +139,7 @@ impl<T: Scalar> Fusion<T> {
         mount.map_or(*in_use, |extrinsics| CorrectedExtrinsics { extrinsics, correction })
     }
 
-    /// The estimate with the lens uncertain, and compensated where it is; `None` where the lens has no finite solution.
+    /// The estimate with the lens uncertain, and compensated if configured; `None` if the lens has no finite solution.
     #[inline(never)]
     fn with_lens(
         &self,
@@ -177,7 +177,7 @@ impl<T: Scalar> Fusion<T> {
         WithLens { pose: compensated, covariance: wide, correction, found }
     }
 
-    /// The mount's part of the yaw that rows show.
+    /// The part of the yaw of the rows that belongs to the mount.
     fn of_mount(&self, with_lens: &WithLens<T>, context: &Context<'_, T>) -> OfMount<T> {
         let mut estimate = *with_lens;
         let [_, variance, ..] = estimate.covariance.diagonal();
@@ -189,8 +189,8 @@ impl<T: Scalar> Fusion<T> {
         OfMount { estimate, turn: yaw.mount() - rows.turn, lens_yaw }
     }
 
-    /// The pose for the compensated lens; `None` where the lens is only reported, and beyond the correction limit, as of a
-    /// far pair that does not observe the baseline.
+    /// The pose for the compensated lens. `None` if the lens is only reported, or the pose exceeds the correction
+    /// limit, as for a far pair that does not observe the baseline.
     fn compensated(
         &self,
         pose: &RectifyingRotations<T>,
@@ -204,11 +204,11 @@ impl<T: Scalar> Fusion<T> {
     }
 }
 
-/// The estimate with the mount's yaw.
+/// The estimate with the yaw of the mount.
 struct OfMount<T: Scalar> {
     /// Pose of the rows, covariance of the mount.
     estimate: WithLens<T>,
-    /// From the yaw of the rows to that of the mount, rad.
+    /// Turn from the yaw of the rows to that of the mount, rad.
     turn: T,
     lens_yaw: Finding<T>,
 }
@@ -217,14 +217,14 @@ struct OfMount<T: Scalar> {
 #[derive(Clone, Copy)]
 struct WithLens<T: Scalar> {
     pose: RectifyingRotations<T>,
-    /// Of the pose, rad^2.
+    /// Covariance of the pose, rad^2.
     covariance: Symmetric5<T>,
-    /// Of the cameras that the pose belongs to.
+    /// Correction of the cameras that the pose belongs to.
     correction: LensCorrection<T>,
     found: Option<LensEstimate<T>>,
 }
 
-/// Extrinsics with `R` turned about the rectified y, and `t` as it is.
+/// Extrinsics with `R` turned about the rectified y, and `t` unchanged.
 fn with_rotation_turned<T: Scalar>(of: &Extrinsics<T>, turn: T) -> Option<Extrinsics<T>> {
     if turn == T::ZERO {
         return Some(*of);
@@ -242,7 +242,7 @@ fn turned<T: Scalar>(rows: &RectifyingRotations<T>, turn: T) -> Option<Extrinsic
     rows.stepped(&(Vector3::y() * turn), &Vector2::zeros())?.extrinsics().ok()
 }
 
-/// What a second crowd and the image halves say against a hypothesis.
+/// Doubt about a hypothesis from a second crowd and from the image halves.
 fn doubt<T: Scalar>(hypothesis: &Hypothesis<T>) -> Option<Doubt> {
     let [baseline, everything] = MAX_DISAGREEMENT.map(T::lit);
     let disagreement = hypothesis.disagreement();

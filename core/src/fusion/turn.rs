@@ -1,5 +1,5 @@
-//! Turns of the baseline that are tried before the first champion (`ESTIMATOR.md`, section 13): the commonest mistakes of
-//! a rig file and of a matcher are one of them.
+//! Turns of the baseline that are tried before the first champion (`ESTIMATOR.md`, section 13). The most common
+//! mistakes of a rig file and of a matcher are such turns.
 
 use nalgebra::{Unit, Vector3};
 
@@ -15,12 +15,12 @@ pub(super) enum Turn {
     Quarter,
     /// Left and right exchanged, or `t` of the other sign.
     Half,
-    /// As a quarter, the other way round.
+    /// A quarter in the other direction.
     ThreeQuarters,
 }
 
 impl Turn {
-    /// One after the other.
+    /// Cycles through the turns.
     pub(super) fn of_number(number: u16) -> Self {
         match number % 3 {
             0 => Self::Quarter,

@@ -1,7 +1,7 @@
-//! Vibration: how much a rig moves from one pair to the next without going anywhere (`ESTIMATOR.md`, section 14).
+//! Vibration: the motion of a rig from pair to pair about a constant mean (`ESTIMATOR.md`, section 14).
 //!
-//! Optima of successive pairs are compared with each other, not with the estimate. Each distance gives one estimate
-//! of a variance; the median of the last ones counts, so that a knock is one of many.
+//! Optima of successive pairs are compared with each other, not with the estimate. Each distance gives one estimate of
+//! a variance; the median of the last ones counts, so that a knock is one outlier among many.
 
 use nalgebra::Vector5;
 
@@ -16,17 +16,17 @@ use crate::thresholds::{
     VIBRATION_RATIO,
 };
 
-/// Samples that the median is taken of: size of a memory layout.
+/// Number of samples of the median, a size of the memory layout.
 const SAMPLES: usize = 15;
 const RING: u32 = 15;
 
-/// Part of median and deviation at which a sample of the mean is cut off.
+/// Multiple of median and deviation at which a sample of the mean is clipped.
 const CLIPPED: f64 = 6.0;
 
-/// How often the variance is in the square of a distance, with two constants of that number. Not computed at run time:
-/// a division of `f64` takes 0.9 kB of software on a controller.
+/// Number of times that the variance enters the square of a distance, with two constants of that number. They are not
+/// computed at run time, because a controller divides `f64` in software.
 struct Times<T> {
-    /// The number.
+    /// The number of times.
     factor: T,
     /// Deviation of one estimate over the root of the summed squares.
     spread: T,
@@ -35,7 +35,7 @@ struct Times<T> {
 }
 
 impl<T: Scalar> Times<T> {
-    /// Kind 0: distance between two pairs. Else: distance of a pair from the middle of its neighbours.
+    /// Kind 0: distance between two pairs. Otherwise: distance of a pair from the middle of its neighbours.
     fn of(kind: usize) -> Self {
         if kind == 0 { Self::constant(2.0) } else { Self::constant(1.5) }
     }
@@ -50,13 +50,13 @@ impl<T: Scalar> Times<T> {
     }
 }
 
-/// Deviation of the median of normal numbers over that of their mean.
+/// Deviation of the median of normal numbers over the deviation of their mean.
 const MEDIAN_DEVIATION: f64 = 1.2533;
 
-/// Variance of an unknown that is left out: no information, and an inverse, rad^2.
+/// Variance of an unknown that is left out, rad^2: it carries no information but has an inverse.
 const LEFT_OUT: f64 = 1e6;
 
-/// Unknowns that vibrate alike.
+/// Unknowns with a common variance.
 #[derive(Debug, Clone, Copy)]
 enum Block {
     Rotation,
@@ -64,7 +64,7 @@ enum Block {
 }
 
 impl Block {
-    /// A distance and its covariance, of these unknowns alone.
+    /// A distance and its covariance, restricted to these unknowns.
     fn of<T: Scalar>(self, d: &Vector5<T>, covariance: &Symmetric5<T>) -> Distance<T> {
         let [h0, h1, h2, h3, h4, h5, .., h9, _, _, _, h13, h14] = covariance.0;
         let ([[a, b, c, y, z]], zero, out) = (d.data.0, T::ZERO, T::lit(LEFT_OUT));
@@ -85,18 +85,18 @@ impl Block {
     }
 }
 
-/// Distance of two optima, or of one from the middle of two.
+/// Distance of two optima, or of one optimum from the middle of two.
 struct Distance<T: Scalar> {
-    /// rad.
+    /// Distance, rad.
     d: Vector5<T>,
-    /// Of a rigid rig, rad^2.
+    /// Covariance for a rigid rig, rad^2.
     covariance: Symmetric5<T>,
 }
 
 impl<T: Scalar> Distance<T> {
     /// Estimate of the variance by this distance.
     ///
-    /// * `known`: the variance as known; `times`: how often it is in the squared distance.
+    /// * `known`: the variance so far; `times`: number of times that it enters the squared distance.
     fn variance(&self, known: T, times: &Times<T>) -> Option<Sample<T>> {
         let trace = |m: &Symmetric5<T>| m.diagonal().into_iter().fold(T::ZERO, |sum, d| sum + d);
         let mut expected = self.covariance;
@@ -126,11 +126,11 @@ impl<T: Scalar> Distance<T> {
 
 /// Estimate of a variance by one distance, rad^2; negative by chance.
 struct Sample<T> {
-    /// Its median is the variance.
+    /// Estimate whose median is the variance.
     median: T,
-    /// Its mean is.
+    /// Estimate whose mean is the variance.
     mean: T,
-    /// Its deviation as far as the variance is known.
+    /// Its deviation with the variance so far.
     spread: T,
     /// Deviation for a rigid rig.
     deviation: T,
@@ -144,34 +144,35 @@ fn most<T: Scalar>() -> T {
 /// The last estimates of one variance by one kind of distance, the newest first.
 #[derive(Debug, Clone, Copy)]
 struct Samples<T> {
-    /// rad^2; negative by chance.
+    /// Estimates, rad^2; negative by chance.
     values: [T; SAMPLES],
-    /// Running mean of the deviation of one for a rigid rig, rad^2.
+    /// Running mean of the deviation of an estimate for a rigid rig, rad^2.
     deviation: T,
-    /// Running mean over more of them, rad^2.
+    /// Running mean over more estimates, rad^2.
     mean: T,
 }
 
 impl<T: Scalar> Samples<T> {
     const NONE: Self = Self { values: [T::ZERO; SAMPLES], deviation: T::ZERO, mean: T::ZERO };
 
-    /// * `count`: with this one.
+    /// * `count`: number of samples, including this one.
     fn add(&mut self, Sample { median, mean, spread, deviation }: Sample<T>, count: u32) {
-        // One by one: `rotate_right` takes `memmove`, 0.7 kB that nothing else needs.
+        // One by one: `rotate_right` would link `memmove`.
         self.values.iter_mut().fold(median, |newer, value| core::mem::replace(value, newer));
         self.deviation += (deviation - self.deviation) / T::count(count.clamp(1, RING));
         let [median, _] = self.median(newest(count));
-        // What a knock adds.
+        // Clips the contribution of a knock.
         let largest = (median.max(T::ZERO) + spread) * T::lit(CLIPPED);
         self.mean += (mean.min(largest) - self.mean) / T::count(count.max(1));
-        // Of another time. Medians of few are low more often than high.
+        // The mean is stale (below 1/4 or above 16 times the median): restart at the median. The upper limit is wider
+        // because medians of a few samples are more often too low than too high.
         let ratio = T::lit(VIBRATION_RATIO);
         if !(self.mean > median / ratio && self.mean < median * ratio * ratio) {
             self.mean = median.max(T::ZERO);
         }
     }
 
-    /// Median of the newest, and its deviation for a rigid rig.
+    /// Median of the newest samples, and its deviation for a rigid rig.
     fn median(&self, newest: usize) -> [T; 2] {
         let mut sorted = self.values;
         let Some(part) = sorted.get_mut(..newest) else { return [T::ZERO; 2] };
@@ -182,9 +183,9 @@ impl<T: Scalar> Samples<T> {
         [median, self.deviation * T::lit(MEDIAN_DEVIATION) / n.sqrt()]
     }
 
-    /// The variance, 0 where there is no sign of any.
+    /// The variance, 0 without a sign of vibration.
     ///
-    /// * `count`: samples; `before`: what was believed: less of a sign is enough to go on.
+    /// * `count`: number of samples; `before`: previous variance; if positive, a weaker sign is enough.
     fn variance(&self, count: u32, before: T) -> T {
         let count = newest(count);
         if count < MIN_VIBRATION_SAMPLES {
@@ -203,12 +204,12 @@ impl<T: Scalar> Samples<T> {
     }
 }
 
-/// Samples in the ring.
+/// Number of samples in the ring.
 fn newest(count: u32) -> usize {
     usize::try_from(count).unwrap_or(SAMPLES).min(SAMPLES)
 }
 
-/// Insertion sort: that of the standard library can panic.
+/// Insertion sort, because the sort of the standard library can panic.
 fn sort<T: Scalar>(values: &mut [T]) {
     for end in 2..=values.len() {
         let mut rest = values.get_mut(..end).unwrap_or_default();
@@ -226,7 +227,7 @@ fn sort<T: Scalar>(values: &mut [T]) {
 /// Optimum of a pair alone.
 #[derive(Debug, Clone, Copy)]
 struct PairOptimum<T: Scalar> {
-    /// Unknowns from the factory extrinsics, rad: differences of near ones are distances.
+    /// Unknowns from the factory extrinsics, rad; for near poses their differences are distances.
     at: Vector5<T>,
     covariance: Symmetric5<T>,
 }
@@ -236,9 +237,9 @@ impl<T: Scalar> PairOptimum<T> {}
 /// A vibration without its samples.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct KnownVibration<T> {
-    /// rad^2.
+    /// Variances, rad^2.
     pub(crate) variances: BlockVariances<T>,
-    /// Of a sample, for a rigid rig: of rotation, of baseline, rad^2.
+    /// Deviations of a sample for a rigid rig: of rotation and of baseline, rad^2.
     pub(crate) deviations: [T; 2],
 }
 
@@ -251,11 +252,11 @@ impl<T: Scalar> KnownVibration<T> {
 #[derive(Debug, Clone)]
 pub(super) struct VibrationEstimator<T: Scalar> {
     last: Option<PairOptimum<T>>,
-    /// The pair before it.
+    /// The previous pair.
     before: Option<PairOptimum<T>>,
-    /// By first and by second differences: of rotation, of baseline.
+    /// Samples by first and by second differences: of rotation, of baseline.
     samples: [[Samples<T>; 2]; 2],
-    /// Samples of both kinds, at most [`AVERAGED_PAIRS`].
+    /// Numbers of samples of both kinds, at most [`AVERAGED_PAIRS`].
     counts: [u32; 2],
     variances: BlockVariances<T>,
 }
@@ -277,7 +278,7 @@ impl<T: Scalar> VibrationEstimator<T> {
         self.variances = BlockVariances::ZERO;
     }
 
-    /// The next pair is not compared with the last one.
+    /// Keeps the next pair from being compared with the last one.
     pub(super) fn interrupt(&mut self) {
         (self.last, self.before) = (None, None);
     }
@@ -297,7 +298,7 @@ impl<T: Scalar> VibrationEstimator<T> {
         }
     }
 
-    /// Begins with a vibration: as many samples of it as the median is taken of.
+    /// Starts with a known vibration: fills the ring with samples of it.
     pub(super) fn resume(&mut self, known: &KnownVibration<T>) {
         self.clear();
         if known.variances.is_zero() {
@@ -341,7 +342,7 @@ impl<T: Scalar> VibrationEstimator<T> {
 
     /// Adds the samples of one distance.
     ///
-    /// * `kind`: 0 of first differences, 1 of second ones.
+    /// * `kind`: 0 for first differences, 1 for second differences.
     #[inline(never)]
     fn sample(&mut self, kind: usize, d: &Vector5<T>, covariance: &Symmetric5<T>) {
         let known = self.variances.at_least_rigid();
@@ -357,7 +358,8 @@ impl<T: Scalar> VibrationEstimator<T> {
         of_baseline.add(baseline, *count);
     }
 
-    /// The smaller of both kinds: a drift is in first differences, frequent knocks twice in second ones.
+    /// Takes the smaller variance of both kinds: a drift enters first differences, and frequent knocks enter second
+    /// differences twice.
     fn update(&mut self) {
         let [first, second] = &self.samples;
         let ([of_first, of_second], before) = (self.counts, self.variances);

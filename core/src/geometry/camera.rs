@@ -1,7 +1,7 @@
 //! Calibrated camera: pixels to rays at unit depth and back.
 //!
-//! Pixel coordinates are those of OpenCV: `(0, 0)` is the centre of the top left pixel, u right, v
-//! down. Camera frame: x right, y down, z forward. A ray `(x, y)` is the point `(x, y, 1)`.
+//! Pixel coordinates follow OpenCV: `(0, 0)` is the centre of the top left pixel, u right, v down. Camera frame: x
+//! right, y down, z forward. A ray `(x, y)` is the point `(x, y, 1)`.
 
 use nalgebra::{Matrix3, Vector2};
 
@@ -50,7 +50,7 @@ pub struct Camera<T> {
     lens: Lens<T>,
 }
 
-/// What a camera is read from, not checked yet.
+/// Fields that a camera is read from, unchecked.
 #[cfg(feature = "serde")]
 #[derive(serde::Deserialize)]
 struct Parts<T: Scalar> {
@@ -156,7 +156,7 @@ impl<T: Scalar> Camera<T> {
     #[inline(always)]
     pub(crate) fn check(&self, [u, v]: [T; 2]) -> Result<(), UndistortError> {
         let [width, height] = self.intrinsics.size;
-        // A NaN is not inside.
+        // A NaN is outside.
         let inside = |x: T, n: u16| x >= T::MINUS_ONE && x <= T::count(n.into());
         if inside(u, width) && inside(v, height) {
             Ok(())
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn distortion_is_that_of_opencv() {
+    fn distortion_matches_opencv() {
         // The formulas of OpenCV's documentation at (0.3, -0.2).
         let [_, brown, _, fisheye, rational] = lenses::<f64>();
         let expect = |lens: Lens<f64>, x: f64, y: f64| {

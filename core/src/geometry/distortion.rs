@@ -1,4 +1,5 @@
-//! What the lens models share: range of the coefficients, fold of the distortion, a Newton step of its inverse, serde.
+//! Common parts of the lens models: range of the coefficients, fold of the distortion, a Newton step of its inverse,
+//! serde.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -15,7 +16,6 @@ pub(super) fn check<T: Scalar>(coefficients: &[T]) -> Result<(), CameraError> {
 /// Smallest argument in `0..=limit` at which `slope` is not positive, or `limit`.
 ///
 /// Cost: 256 samples, then 30 bisections. A dip narrower than 1/256 of the range stays undetected.
-// One for all slopes: a copy for each lens model took 1.0 kB at opt-level 3, 0.3 kB at "s".
 #[inline(never)]
 pub(super) fn first_fold<T: Scalar>(slope: &dyn Fn(T) -> T, limit: T) -> T {
     let at = |i: u32| limit * (T::count(i) / T::count(FOLD_SAMPLES));
@@ -45,7 +45,7 @@ pub(super) fn newton_step<T: Scalar>(error: Vector2<T>, j: &Matrix2<T>) -> Optio
     })
 }
 
-/// Serialises a lens model as its coefficients; `TryFrom` checks those that are read.
+/// Serialises a lens model as its coefficients; `TryFrom` checks coefficients that are read.
 macro_rules! as_coefficients {
     ($lens:ident, $count:literal) => {
         #[cfg(feature = "serde")]

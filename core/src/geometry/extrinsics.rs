@@ -60,7 +60,7 @@ impl<T: Scalar> Extrinsics<T> {
     /// [`ExtrinsicsError`]: no rotation, no direction, or a baseline along an optical axis.
     pub fn try_new(r: &Matrix3<T>, t: &Vector3<T>) -> Result<Self, ExtrinsicsError> {
         let rotation = so3::nearest_rotation(r).ok_or(ExtrinsicsError::NotARotation)?;
-        // Scaled first: the square of a tiny or huge component under- or overflows.
+        // Scaled first, because the square of a tiny or huge component under- or overflows.
         let largest = t.amax();
         let finite = t.iter().all(ComplexField::is_finite);
         if !finite || largest == T::ZERO {
@@ -94,7 +94,7 @@ impl<T: Scalar> Extrinsics<T> {
         &self.translation
     }
 
-    /// Extrinsics that were written by this crate: bit for bit, if they are still extrinsics.
+    /// Extrinsics that this crate has written: bit for bit, if they are still extrinsics.
     pub(crate) fn exact(r: [T; 9], t: [T; 3]) -> Result<Self, ExtrinsicsError> {
         let nearest = Self::from_row_major(r, t)?;
         let (r, t) = (row_major(r), Vector3::from(t));
@@ -154,7 +154,7 @@ impl<T: Scalar> TryFrom<Plain<T>> for Extrinsics<T> {
     }
 }
 
-/// A matrix by its rows. `from_row_slice` of nalgebra has a panic.
+/// A matrix by its rows; `from_row_slice` of nalgebra can panic.
 fn row_major<T: Scalar>([a, b, c, d, e, f, g, h, i]: [T; 9]) -> Matrix3<T> {
     Matrix3::new(a, b, c, d, e, f, g, h, i)
 }

@@ -82,7 +82,7 @@ impl<T: Scalar> Lens<T> {
         }
     }
 
-    /// Apart from [`Self::undistort`]: the push of a pinhole takes 30 instructions less.
+    /// Apart from [`Self::undistort`]: this saves 30 instructions in the push of a pinhole.
     #[inline(never)]
     fn undistort_by_iterations(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         match self {
@@ -117,7 +117,6 @@ impl<T: Scalar> RadialTangential<T> {
     ///
     /// # Errors
     /// [`CameraError::Distortion`] if a coefficient is not finite or above 1e3 in size.
-    // Out of line: a second copy took 1.0 kB at opt-level 3.
     #[inline(never)]
     pub fn try_new(coefficients: [T; 5]) -> Result<Self, CameraError> {
         check(&coefficients)?;

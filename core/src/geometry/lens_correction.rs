@@ -6,8 +6,8 @@ use super::extrinsics::Extrinsics;
 use crate::scalar::Scalar;
 use crate::thresholds::MAX_LENS_CORRECTION;
 
-/// What is added to the lens model of the right camera: the two parameters that pairs tell from the extrinsics. Rows
-/// show the difference of the cameras, not which of the two has changed: the left one stays as given.
+/// Correction of the lens model of the right camera: the two parameters that pairs tell from the extrinsics. Rows show
+/// the difference of the cameras; they do not tell which one has changed. The left one stays as given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -27,13 +27,13 @@ impl<T: Scalar> LensCorrection<T> {
         *self == Self::NONE
     }
 
-    /// Whether each part is finite and of a size that a lens may change by.
+    /// Whether each part is finite and within the range of a correction.
     pub(crate) fn is_valid(&self) -> bool {
         let most = T::lit(MAX_LENS_CORRECTION);
         self.focal.abs() <= most && self.k1.abs() <= most
     }
 
-    /// The correction with a further one.
+    /// The sum of this correction and a further one.
     pub(crate) fn plus(&self, other: &Self) -> Self {
         Self { focal: self.focal + other.focal, k1: self.k1 + other.k1 }
     }
@@ -104,14 +104,14 @@ mod tests {
     fn changed_rays_are_those_of_the_corrected_camera() {
         let none = LensCorrection::NONE;
         let [focal, back] = [0.01, -0.004].map(|focal| LensCorrection { focal, k1: 0.0 });
-        // Exact, if the lens has no distortion.
+        // Exact if the lens has no distortion.
         assert!(error(Lens::Pinhole, none, focal) < 1e-9);
         assert!(error(Lens::Pinhole, focal, back) < 1e-9);
-        // Of first order in `k1`: the error falls with its square.
+        // The change is exact to first order in `k1`: the error falls with its square.
         let by = |k1| LensCorrection { focal: 0.001, k1 };
         let [large, small] = [4e-3, 2e-3].map(|k1| error(Lens::Pinhole, by(0.0), by(k1)));
         assert!(small < 0.01 && (large / small - 4.0).abs() < 0.1, "{large} {small}");
-        // What is left between two corrections that differ little, of any lens.
+        // The remainder between two corrections that differ little, for any lens.
         let fisheye = Fisheye::try_new([-0.013, 0.027, -0.031, 0.011]).unwrap();
         let [a, b] =
             [(0.002, 0.003), (0.0021, 0.0032)].map(|(focal, k1)| LensCorrection { focal, k1 });
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn corrections_that_no_lens_has_are_not_valid() {
+    fn corrections_beyond_any_lens_are_invalid() {
         let valid = |focal: f32, k1| LensCorrection { focal, k1 }.is_valid();
         assert!(valid(0.1, -0.1) && valid(0.0, 0.0));
         assert!(!valid(0.2, 0.0) && !valid(0.0, -0.2));

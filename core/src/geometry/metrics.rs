@@ -1,7 +1,7 @@
 //! Errors of an estimate against a reference, in radians (eqs 23-26).
 //!
-//! The paper prints `arccos`, which in `f32` is off by up to 5e-4 rad near zero; `atan2` is exact
-//! to rounding (erratum 6).
+//! The paper prints `arccos`, whose error in `f32` is up to 5e-4 rad near zero; `atan2` is exact to rounding (erratum
+//! 6).
 
 use nalgebra::{Rotation3, Unit, Vector3};
 
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn rotation_distance_is_that_of_rotation_vectors_and_rotation_angle_is_continuous_at_pi() {
+    fn rotation_distance_compares_rotation_vectors_and_rotation_angle_is_continuous_at_pi() {
         let r = |w: [f32; 3]| so3::exp(&Vector3::from(w)).unwrap();
         let got = rotation_distance(&r([0.01, 0.02, 0.0]), &r([0.01, 0.02, 1e-5]));
         assert!((got - 1e-5).abs() < 1e-8, "{got}");
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn root_mean_square_of_none_is_none() {
+    fn root_mean_square_needs_a_deviation() {
         assert_eq!(Deviation::<f32>::root_mean_square([]), None);
         let d = |translation, rotation| Deviation { translation, rotation };
         let rms = Deviation::root_mean_square([d(3.0, 0.0), d(4.0, 2.0_f64)]).unwrap();

@@ -25,7 +25,7 @@ use crate::thresholds::{
 )]
 pub struct Rational<T> {
     coefficients: [T; 8],
-    /// Radius at which the model ends: the slope vanishes, or the denominator.
+    /// Radius at which the model ends: its slope or its denominator vanishes.
     fold: T,
 }
 
@@ -50,7 +50,7 @@ impl<T: Scalar> Rational<T> {
         self.coefficients
     }
 
-    /// The lens whose `g` is larger by `by s`. The product with the denominator has a term of `s^4`, which is left out.
+    /// The lens with `by s` added to its `g`. The product with the denominator has a term of `s^4`, which is left out.
     pub(super) fn corrected(&self, by: T) -> Result<Self, CameraError> {
         let [k1, k2, p1, p2, k3, k4, k5, k6] = self.coefficients;
         Self::try_new([k1 + by, k2 + by * k4, p1, p2, k3 + by * k5, k4, k5, k6])
@@ -117,7 +117,7 @@ impl<T: Scalar> Rational<T> {
         self.distort(p).filter(|back| (back - d).amax() <= largest).map(|_| p)
     }
 
-    /// The point on the line of `d` that the radial part takes to `d`, or one near the fold. Newton's method in a
+    /// The point on the line of `d` that the radial part maps to `d`, or a point near the fold. Newton's method in a
     /// bracket: the radial part rises up to the fold, so bisection replaces every step that leaves the bracket.
     fn radial_inverse(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         let target = d.norm();
@@ -166,7 +166,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Of a wide lens, as `cv::calibrateCamera` returns it: large coefficients above and below.
+    /// A wide lens, as `cv::calibrateCamera` returns it: large coefficients above and below.
     const WIDE: [f64; 8] = [9.1, 5.2, 1e-4, -2e-4, 0.3, 9.5, 7.6, 1.2];
 
     fn any() -> impl Strategy<Value = Rational<f64>> {

@@ -23,7 +23,6 @@ pub struct RectifyingRotations<T: Scalar> {
 impl<T: Scalar> From<&Extrinsics<T>> for RectifyingRotations<T> {
     /// `R_r` = rows `-t`, `normalize(i_3 x r_r1)`, `r_r1 x r_r2` (eq 8; the paper omits the
     /// normalisation); `R_l = R_r R` (eq 7).
-    // Out of line: 5 inlined copies took 2.7 kB at opt-level 3.
     #[inline(never)]
     fn from(extrinsics: &Extrinsics<T>) -> Self {
         let r1 = -extrinsics.translation().into_inner();
@@ -59,8 +58,8 @@ impl<T: Scalar> RectifyingRotations<T> {
         Self { left: identity, right: identity }
     };
 
-    /// Place of a pose that is written before it is read. Zeros need no table of initial values: a hypothesis without
-    /// pairs takes 1.4 kB of flash otherwise.
+    /// Place of a pose that is written before it is read. It is zero, because initial values of a hypothesis without
+    /// pairs would take a table in flash.
     pub(crate) const UNSET: Self = {
         let zeros = Matrix3::from_array_storage(ArrayStorage([[T::ZERO; 3]; 3]));
         let rotation = Rotation3::from_matrix_unchecked(zeros);
@@ -114,8 +113,8 @@ impl<T: Scalar> RectifyingRotations<T> {
     /// The five unknowns that lead from this pose to another, rad, to first order: rotation of `R`
     /// about the rectified x, y, z, then of the baseline about y and z.
     ///
-    /// Inverse of a step of these unknowns, up to the square of its length. Rotations are within pi, baselines
-    /// within 10: that of one perpendicular to this one.
+    /// Inverse of a step of these unknowns, up to the square of its length. Rotations are within pi, and baselines
+    /// within 10, the limit for a perpendicular baseline.
     #[must_use]
     #[inline(never)]
     pub fn unknowns_to(&self, other: &Self) -> Vector5<T> {
@@ -217,7 +216,7 @@ pub(crate) mod tests {
         }
 
         #[test]
-        fn unknowns_are_those_of_the_step_up_to_the_square_of_its_length(
+        fn unknowns_match_the_step_up_to_the_square_of_its_length(
             rig in rigs(0.4, 0.5), step in proptest::array::uniform5(-1.0..1.0), size in 1e-5..0.05,
         ) {
             let before = RectifyingRotations::from(&rig);

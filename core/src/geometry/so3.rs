@@ -1,7 +1,7 @@
 //! Rotations: exponential, logarithm, left-perturbation update, projection onto SO(3).
 //!
-//! Rotation vectors are in radians; their direction is the axis. Every angle comes from `atan2`:
-//! `acos` of a trace is off by up to 5e-4 rad near zero in `f32`.
+//! Rotation vectors are in radians; their direction is the axis. Every angle comes from `atan2`: the error of `acos` of
+//! a trace is up to 5e-4 rad near zero in `f32`.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -52,7 +52,7 @@ pub(crate) fn left_update<T: Scalar>(w: &Vector3<T>, r: &Rotation3<T>) -> Rotati
     Rotation3::from_matrix_unchecked(newton_schulz(&turned))
 }
 
-/// The rotation nearest to `m` (polar factor), if `m` is one up to about 0.1 in its elements.
+/// The rotation nearest to `m` (polar factor), if `m` is a rotation up to about 0.1 in its elements.
 ///
 /// `None` if `m` is not finite, too far from orthonormal, or a reflection.
 #[must_use]
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn vectors_that_are_not_finite_and_matrices_that_are_no_rotation_are_refused() {
+    fn vectors_that_are_not_finite_and_matrices_far_from_a_rotation_are_refused() {
         for bad in [f32::NAN, f32::INFINITY] {
             assert_eq!(exp(&Vector3::new(0.0, bad, 0.0)), None);
         }

@@ -17,8 +17,8 @@ use crate::batch::correspondence::Correspondence;
 /// Every byte, inside a frame too, is tested as the start of a header; a header with a correct CRC ends
 /// the frame before it. Damage therefore costs only the frames it touches.
 ///
-/// Work is bounded by the length of the stream, whatever its bytes: each is looked at once as part of a header, once
-/// as part of a frame, and twice more in a whole header, which a test counts. Where a header may start, a byte takes more
+/// Work is bounded by the length of the stream, whatever its bytes: each is looked at once as part of a header, once as
+/// part of a frame, and twice more in a whole header; a test counts this. A byte where a header may start takes more
 /// instructions than in a frame: on a Cortex-M4F 4 to 8 times as many where the magic of a header repeats, 10 to 12
 /// times as many where headers do.
 ///
@@ -40,12 +40,12 @@ use crate::batch::correspondence::Correspondence;
 pub struct Decoder {
     window: Window,
     frame: Option<FrameBody>,
-    /// Leading bytes of the window that belong to a whole frame: not counted as skipped.
+    /// Leading bytes of the window that belong to a whole frame and do not count as skipped.
     received: usize,
     /// Sequence number of the last whole frame.
     last: Option<u32>,
     counters: Counters,
-    /// Bytes that were looked at, each time.
+    /// Times that any byte was looked at.
     #[cfg(test)]
     work: usize,
 }
@@ -129,8 +129,8 @@ impl Decoder {
         }
     }
 
-    /// Bytes to the end of the current frame; between frames, to the end of the next header. A driver
-    /// that reads no more than this never holds bytes of the frame after.
+    /// Bytes to the end of the current frame; between frames, to the end of the next header. A driver that reads no
+    /// more than this never holds bytes of the next frame.
     #[must_use]
     pub fn bytes_wanted(&self) -> usize {
         let to_header = HEADER_BYTES.saturating_sub(self.window.held());
@@ -168,7 +168,7 @@ impl Decoder {
         *bad = bad.saturating_add(taken.bad_headers);
     }
 
-    /// Moves on from a header, and counts what leaves the window.
+    /// Moves on from a header, and counts the bytes that leave the window.
     fn slide(&mut self) {
         self.window.slide();
         self.skip(HEADER_BYTES.saturating_sub(self.window.held()));
@@ -190,7 +190,7 @@ impl Decoder {
             count(&mut self.counters.truncated);
             return frame.was_handed_out().then_some(Event::Discarded(Damage::Truncated));
         }
-        // A copy, and the beginning of the frame's CRC.
+        // A copy, and the start of the frame's CRC.
         work!(self, 2 * HEADER_BYTES);
         let bytes = self.window.bytes();
         match FrameHeader::decode_fields(&bytes) {
@@ -212,7 +212,7 @@ impl Decoder {
         }
     }
 
-    /// Inside a frame: takes one record in one piece, if it is next and holds no start of a header.
+    /// Inside a frame: takes the next record in one piece, if it holds no start of a header.
     #[inline(always)]
     fn take_record(&mut self, bytes: &mut &[u8]) -> Option<Step> {
         let (before, mut step) = (bytes.len(), Step::None);
@@ -220,10 +220,10 @@ impl Decoder {
         (bytes.len() < before).then_some(step)
     }
 
-    /// Inside a frame: takes records in one piece up to the last, or to one that may hold the start of a header. A
-    /// match that is never an event is not copied.
+    /// Inside a frame: takes records in one piece up to the last, or to one that may hold the start of a header. The
+    /// loop avoids the copy of each match into an event.
     ///
-    /// * `most`: of them.
+    /// * `most`: largest number of records.
     #[inline(always)]
     fn take_records(
         &mut self,
@@ -273,8 +273,8 @@ impl Decoder {
 
     fn finish(&mut self, whole: bool) -> Option<Event> {
         let frame = self.frame.take()?;
-        // The window stays: the next frame may start within the last bytes, of a whole frame too, where
-        // it was cut off and the start of the next completes it.
+        // The window stays: the next frame may start within the last bytes even of a whole frame, if that was cut off
+        // and the start of the next one completes it.
         self.received = if whole { self.window.held() } else { 0 };
         if !whole {
             count(&mut self.counters.bad_crc);
@@ -298,7 +298,7 @@ impl Decoder {
         }
     }
 
-    /// Counts what a whole frame tells about the frames before it.
+    /// Counts the missing frames that a whole frame reveals.
     fn count_missing(&mut self, header: &FrameHeader) {
         if header.dropped_before {
             count(&mut self.counters.overruns);

@@ -63,8 +63,8 @@ impl<SPI: SpiDevice, RDY: InputPin> ReadySource for SpiSource<SPI, RDY> {
 impl<SPI: embedded_hal_async::spi::SpiDevice, RDY: embedded_hal_async::digital::Wait>
     FpgaMatcher<SPI, RDY>
 {
-    /// Waits until a frame is whole. Cancel-safe: the future may be dropped at any await, for a
-    /// time-out; the next call continues, and resynchronises if a transaction was broken off.
+    /// Waits until a frame is whole. Cancel-safe: the future may be dropped at any await, for a time-out; the next call
+    /// continues, and resynchronises after a broken transaction.
     ///
     /// # Errors
     /// [`ReceiveError::Bus`], [`ReceiveError::Ready`], [`ReceiveError::Refused`].

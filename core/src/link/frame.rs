@@ -65,7 +65,7 @@ impl FrameBody {
         (usize::from(self.records_left) * RECORD_BYTES + CRC_BYTES).saturating_sub(self.held.into())
     }
 
-    /// Whether matches of it may have been handed out.
+    /// Whether some of its matches may have been handed out.
     pub(super) fn was_handed_out(&self) -> bool {
         matches!(self.disposition, Disposition::Accepted | Disposition::Unsupported)
     }
@@ -100,9 +100,10 @@ impl FrameBody {
         if self.records_left > 0 { RECORD_BYTES } else { CRC_BYTES }
     }
 
-    /// Takes records in one piece from the front of `bytes`, up to the last, or to one that may hold the start of a header.
+    /// Takes records in one piece from the front of `bytes`, up to the last, or to one that may hold the start of a
+    /// header.
     ///
-    /// * `most`: of them; `take`: is called with each correspondence, unverified, that is handed out.
+    /// * `most`: largest number of records; `take`: called with each correspondence, unverified, that is handed out.
     #[inline(always)]
     pub(super) fn take_records(
         &mut self,
@@ -116,7 +117,7 @@ impl FrameBody {
         let records = bytes.as_chunks().0;
         let most = most.min(self.records_left.into());
         let records = records.get(..most).unwrap_or(records);
-        // As locals: in `self` they would be loaded and stored for each record.
+        // Local variables: fields of `self` would be loaded and stored for each record.
         let (mut crc, scales, mut disposition) = (self.crc.clone(), self.scales, self.disposition);
         let mut left = records;
         while let [record, next @ ..] = left {
@@ -154,7 +155,7 @@ impl Disposition {
     }
 }
 
-/// Bytes of 0 in a word: the top bit of each. Bytes of 1 above one of 0 count too.
+/// Marks each zero byte of a word in its top bit. A byte of 1 above a zero byte is marked too.
 #[inline(always)]
 fn zero_bytes(word: u32) -> u32 {
     const ONES: u32 = u32::from_ne_bytes([1; 4]);
@@ -162,8 +163,9 @@ fn zero_bytes(word: u32) -> u32 {
     word.wrapping_sub(ONES) & !word & TOPS
 }
 
-/// Whether a record may hold the first two bytes of the magic, or the first at its end. Every second byte tells, of two
-/// words at once: one of the two is there, and they differ in one bit. One random record in 16 passes.
+/// Whether a record may hold the first two bytes of the magic, or the first byte at its end. Testing every second byte
+/// of two words at once is enough: one of the two bytes is there, and they differ in one bit. One random record in 16
+/// passes.
 #[inline(always)]
 fn may_have_first_two_bytes([a, b, c, d]: [u32; 4]) -> bool {
     const SAME: u32 = !(FIRST ^ SECOND);
@@ -175,7 +177,7 @@ fn may_have_first_two_bytes([a, b, c, d]: [u32; 4]) -> bool {
     in_words(a, b) | in_words(c, d) != 0
 }
 
-/// Whether a header may start within a record, by its first two bytes; hardly ever where none does.
+/// Whether a header may start within a record, by its first two bytes; rarely true where none starts.
 ///
 /// * `next`: byte after the record, once received.
 #[cold]

@@ -194,10 +194,11 @@ impl FrameHeader {
         f32::from(1_u16 << self.fraction_bits.min(MAX_FRACTION_BITS))
     }
 
-    /// Scales of its records. Computed once a frame: at each record they would take a tenth of its decoding.
+    /// Scales of its records, computed once a frame: at each record they would take a tenth of its decoding.
     #[inline(always)]
     pub(super) fn scales(&self) -> Scales {
-        // A power of two, without a division. Exponent of 1: 127, above 23 bits of the fraction.
+        // A power of two, built without a division. The exponent of 1 is 127; it lies above the 23 bits of the
+        // fraction.
         let px_per_step =
             f32::from_bits((127 - u32::from(self.fraction_bits.min(MAX_FRACTION_BITS))) << 23);
         let grid_step = match self.grid_step {

@@ -13,11 +13,12 @@ pub(super) const CRC_BYTES: usize = 4;
 /// Highest pyramid level; the lowest is 0.
 pub(super) const MAX_LEVEL: u8 = 15;
 
-/// The words of a record, the first byte of each in the low bits. Read once: read at each use, decoding takes a fifth
-/// more instructions. Written out, as all that is done to each record: at opt-level "s" a loop stays one.
+/// The words of a record, the first byte of each in the low bits. They are read once, because reading them at each use
+/// takes a fifth more instructions. The code is written out, because at opt-level "s" the compiler does not unroll a
+/// loop.
 #[inline(always)]
 pub(super) fn record_words(record: &[u8; RECORD_BYTES]) -> [u32; 4] {
-    // As chunks: single bytes would be loaded one at a time.
+    // In chunks: the compiler would load single bytes one at a time.
     match record.as_chunks().0 {
         [a, b, c, d] => [
             u32::from_le_bytes(*a),

@@ -30,7 +30,7 @@ impl ReadBuffer {
         self.bytes.get_mut(..wanted).unwrap_or_default()
     }
 
-    /// Decodes a read of `count` bytes; a whole frame, if one ends in it.
+    /// Decodes a read of `count` bytes; returns a whole frame if one ends in it.
     pub(super) fn received(
         &mut self,
         count: usize,
@@ -40,7 +40,7 @@ impl ReadBuffer {
         self.decode(sink)
     }
 
-    /// Decodes the rest of the last read; a whole frame, if one ends in it.
+    /// Decodes the rest of the last read; returns a whole frame if one ends in it.
     pub(super) fn pending(
         &mut self,
         sink: &mut impl FrameSink,

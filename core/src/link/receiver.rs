@@ -32,13 +32,13 @@ pub trait ReadySource: Source {
 pub enum ReadStatus {
     /// No data is waiting; nothing was read.
     Idle,
-    /// Data was read and no frame is whole yet: a calibrator has nothing to solve. Call again.
+    /// Data was read, but no frame is whole yet: a calibrator has nothing to solve. Call again.
     Partial,
     /// A frame is whole and in the sink.
     Frame(Received),
 }
 
-/// Why a driver returned no frame. Call again: the decoder resynchronises where bytes are missing.
+/// Why a driver returned no frame. Call again: the decoder resynchronises after missing bytes.
 ///
 /// `E`: error of the bus or stream. `P`: error of the data-ready pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
@@ -49,7 +49,7 @@ pub enum ReceiveError<E, P> {
     /// [`FrameReceiver::note_overrun`].
     #[error("bus: {0:?}")]
     Bus(E),
-    /// The data-ready pin could not be read. Nothing is lost.
+    /// The data-ready pin could not be read. No data is lost.
     #[error("data-ready pin: {0:?}")]
     Ready(P),
     /// The stream has ended. Open it again.
@@ -59,7 +59,7 @@ pub enum ReceiveError<E, P> {
     #[error("frame refused: {0}")]
     Refused(#[from] FrameRefusal),
     /// The time expired before a frame was whole. The next call continues with that frame; until then its matches are
-    /// no pair.
+    /// not a pair.
     #[error("no frame within the time given")]
     TimedOut,
 }
@@ -99,7 +99,7 @@ impl<S> FrameReceiver<S> {
 impl<S: Source> FrameReceiver<S> {
     /// Reads once, whether data is waiting or not; for a caller with an interrupt. A stream may block.
     ///
-    /// Call until the frame is whole, or as often as the longest expected frame takes: see
+    /// Call it until the frame is whole, or as often as the longest expected frame needs: see
     /// [`FrameHeader::frame_bytes`](super::FrameHeader::frame_bytes).
     ///
     /// # Errors

@@ -112,7 +112,7 @@ impl MatchRecord {
     #[inline(always)]
     pub(super) fn from_words([a, b, c, d]: [u32; 4]) -> Result<Self, RecordError> {
         let [s0, s1, level, reserved] = d.to_le_bytes();
-        // Level and reserved byte at once.
+        // Checks level and reserved byte at once.
         if d >> 16 > MAX_LEVEL.into() {
             let of_level = level > MAX_LEVEL;
             return Err(if of_level {
@@ -160,7 +160,7 @@ impl MatchRecord {
     reason = "in range, and truncation is intended"
 )]
 fn rounded(x: f32, scale: f32) -> Option<u32> {
-    // In f64: adding 0.5 does not round.
+    // In `f64`, adding 0.5 does not round.
     let nearest = f64::from(x) * f64::from(scale) + 0.5;
     (nearest >= 0.5 && nearest < f64::from(u32::MAX)).then_some(nearest as u32)
 }

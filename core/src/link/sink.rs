@@ -9,7 +9,7 @@ use crate::scalar::Scalar;
 
 /// Receiver of the matches of one frame at a time: a [`Calibrator`], or a buffer of the caller.
 pub trait FrameSink {
-    /// Whether no frame can be taken now. The drivers then read nothing, and the sender keeps the frame.
+    /// Whether the sink cannot take a frame now. The drivers then read nothing, and the sender keeps the frame.
     fn is_busy(&self) -> bool {
         false
     }
@@ -23,7 +23,7 @@ pub trait FrameSink {
     /// Takes one match, in px. The sink counts the matches it rejects.
     fn take(&mut self, correspondence: &Correspondence<f32>);
 
-    /// Ends a whole frame; number of its matches held.
+    /// Ends a whole frame; returns the number of its matches held.
     fn finish(&mut self) -> usize;
 
     /// Ends a damaged frame: drops every match since [`FrameSink::start`].
@@ -51,18 +51,18 @@ codes! { FrameRefusal { Busy = 1100, ImageSize = 1102 } }
 pub struct Received {
     /// Header of the frame.
     pub header: FrameHeader,
-    /// Number of matches held, of `header.count` sent.
+    /// Number of matches held, out of `header.count` sent.
     pub taken: usize,
 }
 
 /// The frame replaces the batch, which selects from a frame above its capacity.
 ///
-/// While a pair is being solved no frame is taken.
+/// No frame is taken while a pair is being solved.
 ///
-/// The matches of a frame are hidden until its CRC proves correct: before [`Received`] the batch has no pairs, and
-/// solving it is [`crate::Rejection::TooFew`] of 0. So a wire that dies within a frame leaves
-/// nothing to solve, and a frame that goes on later is whole. [`Calibrator::discard_pair`] gives the frame up: the rest
-/// of it is dropped, and [`Received::taken`] is 0.
+/// The matches of a frame stay hidden until its CRC proves correct: before [`Received`] the batch has no pairs, and
+/// solving it returns [`crate::Rejection::TooFew`] of 0. A wire that dies within a frame therefore leaves nothing to
+/// solve, and a frame that continues later is whole. [`Calibrator::discard_pair`] gives the frame up: the rest of it is
+/// dropped, and [`Received::taken`] is 0.
 impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
     fn is_busy(&self) -> bool {
         self.is_solving()
@@ -72,7 +72,7 @@ impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
         if self.is_solving() {
             return Err(FrameRefusal::Busy);
         }
-        // That of the right image is not sent: it may differ.
+        // The header has no size of the right image: it may differ.
         if self.factory.cameras.left.intrinsics().size != header.image_size {
             return Err(FrameRefusal::ImageSize(header.image_size));
         }
@@ -83,7 +83,7 @@ impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
 
     #[inline(always)]
     fn take(&mut self, c: &Correspondence<f32>) {
-        // No pair is solved while a frame arrives: its matches are hidden.
+        // No pair is being solved while a frame arrives: its matches are hidden.
         if !self.batch.is_arriving() {
             return;
         }

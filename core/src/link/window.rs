@@ -11,8 +11,8 @@ const FULL: u32 = 1 << (HEADER_BYTES - MAGIC.len());
 
 /// Bytes since the earliest position that may start a header; at most one header length.
 ///
-/// The magic may begin in each fourth byte. So no byte is looked at again when the window slides: a ring, whose
-/// checksum rolls on with each byte, and a set of the places of the magic.
+/// Every fourth byte may begin the magic. To look at no byte again when the window slides, it keeps a ring with a
+/// rolling checksum, and the set of places of the magic.
 #[derive(Debug, Clone)]
 pub(super) struct Window {
     /// The last bytes appended.
@@ -33,7 +33,7 @@ impl Window {
         Self { ring: [0; HEADER_BYTES], next: 0, held: 0, magics: 0, last: 0, checksum: 0 }
     }
 
-    /// Bytes from the first magic, or from the beginning of one.
+    /// Number of bytes since the first magic, whole or incomplete.
     pub(super) fn held(&self) -> usize {
         self.held.into()
     }
@@ -43,7 +43,7 @@ impl Window {
         self.held == 0
     }
 
-    /// Whether the bytes are a header, of a correct checksum.
+    /// Whether the bytes are a header with a correct checksum.
     #[inline(always)]
     pub(super) fn is_header(&self) -> bool {
         self.held() == HEADER_BYTES
@@ -57,12 +57,13 @@ impl Window {
         })
     }
 
-    /// Appends bytes to a window that is not full, up to the first that completes a header, or that none starts before.
+    /// Appends bytes to a window that is not full, up to the first byte that completes a header, or before which no
+    /// header can start.
     ///
-    /// * `within_frame`: goes on where no header starts.
+    /// * `within_frame`: continues where no header starts.
     #[inline(always)]
     pub(super) fn take(&mut self, bytes: impl Iterator<Item = u8>, within_frame: bool) -> Taken {
-        // As locals: a store to the ring would store and load the others for each byte.
+        // Local variables: a store to the ring would store and load the other fields for each byte.
         let (mut next, mut magics) = (self.next, self.magics);
         let (mut last, mut checksum) = (self.last, self.checksum);
         let mut taken = Taken { bytes: 0, bad_headers: 0 };
@@ -110,11 +111,11 @@ impl Window {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Taken {
     pub(super) bytes: usize,
-    /// Places where a header starts whose checksum is wrong.
+    /// Places where a header with a wrong checksum starts.
     pub(super) bad_headers: u32,
 }
 
-/// Bytes of the magic that the last bytes are, all four not counted. The magic holds its first byte once.
+/// Number of bytes of the magic that the last bytes match; 0 for all four. The magic holds its first byte once.
 fn begun(last: u32) -> u8 {
     let is = |bytes: u32| last & ((1 << (8 * bytes)) - 1) == WORD >> (u32::BITS - 8 * bytes);
     if is(3) {

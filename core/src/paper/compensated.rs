@@ -13,7 +13,7 @@ pub(super) struct Sum<T> {
 impl<T: Scalar> Sum<T> {
     pub(super) const ZERO: Self = Self { sum: T::ZERO, lost: T::ZERO };
 
-    /// Adds a term; the order of terms decides the bits.
+    /// Adds a term; the bits depend on the order of terms.
     pub(super) fn add(&mut self, x: T) {
         let x = x + self.lost;
         let total = self.sum + x;

@@ -1,4 +1,5 @@
-//! Last pass of a pair of the published method: noise and information at the solution, fit against that of the start.
+//! Last pass of a pair of the published method: noise and information at the solution, and its fit against that of the
+//! start.
 
 use super::residual::linearised;
 use crate::algebra::information::Information;
@@ -11,13 +12,14 @@ use crate::thresholds::SCREEN;
 /// Sums of the evaluation; row offsets at unit depth.
 #[derive(Debug)]
 pub(super) struct Evaluation<T> {
-    /// Of the inliers, for row offsets of variance 1.
+    /// Information of the inliers, for row offsets of variance 1.
     pub(super) information: Information<T>,
     /// Row offsets within the Huber threshold.
     pub(super) inliers: u32,
     /// Sum of the squared row offsets, each clipped to the threshold.
     pub(super) clipped_squares: T,
-    /// Points clearly in front of the cameras, and clearly behind them, of all: Huber's loss hears all.
+    /// Points clearly in front of the cameras, and clearly behind them, among all correspondences: Huber's loss depends
+    /// on all of them.
     pub(super) sides: [u32; 2],
     /// Row offsets within [`SCREEN`] thresholds, and sums of their squares at start and solution.
     pub(super) screened: u32,
@@ -28,7 +30,7 @@ pub(super) struct Evaluation<T> {
 impl<T: Scalar> Evaluation<T> {
     /// Sums over a batch.
     ///
-    /// * `threshold`: of Huber's loss, unit depth; `least`: size of a disparity that is beyond noise.
+    /// * `threshold`: threshold of Huber's loss, unit depth; `least`: least disparity beyond noise.
     pub(super) fn over(
         pairs: &[RayPair<T>],
         start: &RectifyingRotations<T>,

@@ -1,7 +1,8 @@
 //! The paper's fusion (eqs 20 to 22): mean directions of `t^k` and of the rotation axes, and a central angle.
 //!
-//! Sums are of differences from the first pair, compensated: a million pairs lose no digit in `f32`. All pairs have the
-//! same weight. Near `R = I` the axis of a pair is noise and the result is biased; `axis_is_meaningful` is false then.
+//! The sums add differences from the first pair, compensated: a million pairs lose no digit in `f32`. All pairs have
+//! the same weight. Near `R = I` the axis of a pair is noise and the result is biased; then `axis_is_meaningful` is
+//! false.
 
 use nalgebra::{Unit, Vector3};
 
@@ -48,10 +49,10 @@ pub struct MeanDirection<T> {
 pub struct FusedEstimate<T: Scalar> {
     /// `R*`, `t*`.
     pub extrinsics: Extrinsics<T>,
-    /// Pairs behind it.
+    /// Number of pairs in it.
     pub pairs: u32,
-    /// Standard errors of the means, rad; for `R` with the distance of `s* v*` from the mean rotation vector. Those of
-    /// the pair while there is one only.
+    /// Standard errors of the means, rad; for `R` with the distance of `s* v*` from the mean rotation vector. With one
+    /// pair, those of the pair.
     pub sd: StandardDeviations<T>,
     /// Length of the mean of the unit rotation axes: 1 where all pairs agree, 0 for pure noise.
     pub axis_concentration: T,
@@ -78,7 +79,7 @@ impl<T: Scalar> MeanDirection<T> {
         }
     }
 
-    /// Adds one pair, in constant time, unconditionally: the gate refuses.
+    /// Adds one pair in constant time and without a check: the gate refuses pairs.
     pub fn add(&mut self, report: &PairReport<T>) {
         if self.pairs == u32::MAX {
             return;

@@ -84,7 +84,7 @@ impl<T: Scalar> Sorted<T> {
         true
     }
 
-    /// Middle value, or the mean of the two middle ones; 0 if there are none.
+    /// Middle value, or the mean of the two middle ones; 0 if there are no values.
     fn middle(&self) -> T {
         let at = |i: usize| self.values.get(i).copied().unwrap_or(T::ZERO);
         let half = self.filled / 2;
@@ -106,7 +106,7 @@ mod tests {
         m.value()
     }
 
-    /// 101 equally spaced values in `0..=1`, in a scattered order that repeats.
+    /// 101 equally spaced values in `0..=1`, in a repeating scattered order.
     fn scattered(i: u16) -> f32 {
         f32::from(i % 101 * 37 % 101) / 100.0
     }

@@ -1,8 +1,8 @@
 //! The published method (eqs 9 to 22), complete, beside `pair` and `fusion`: a reference and a baseline.
 //!
 //! - [`residual`], [`loss`]: row offset, derivatives, Huber weight. [`solver`], [`evaluation`]: one pair, from the
-//!   factory
-//!   extrinsics. [`gate`], [`mean_direction`]: many pairs; [`compensated`], [`median`]: sums and central angle of them.
+//!   factory extrinsics. [`gate`], [`mean_direction`]: many pairs; [`compensated`], [`median`]: their sums and central
+//!   angle.
 //!
 //! Derivation and errata: `ESTIMATOR.md`, section 18.
 
@@ -45,7 +45,7 @@ impl<T: Scalar> Paper<T> {
 
     /// Forgets all pairs.
     pub(crate) fn reset(&mut self) {
-        // From a constant: a value made here would pass through the stack.
+        // Assigned from a constant: a value made here would pass through the stack.
         self.fusion = match self.fusion.central() {
             Central::Mean => const { MeanDirection::new(Central::Mean) },
             Central::Median => const { MeanDirection::new(Central::Median) },
@@ -98,7 +98,7 @@ impl<T: Scalar> Paper<T> {
         report
     }
 
-    /// Fuses the solved pair, once.
+    /// Fuses the solved pair once.
     ///
     /// # Errors
     /// [`Rejection`]; the estimate is unchanged.
@@ -106,7 +106,7 @@ impl<T: Scalar> Paper<T> {
     pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Rejection> {
         let report = self.solved.take().ok_or(Rejection::NotBegun)?;
         gate::admit(context, &report)?;
-        // On a copy: the mean of pairs within the limit may be beyond it.
+        // On a copy: the mean of pairs within the limit may exceed it.
         let mut fusion = self.fusion.clone();
         fusion.add(&report);
         if fusion.estimate().is_some_and(|estimate| !context.allows(&estimate.extrinsics)) {

@@ -3,8 +3,8 @@
 //! Input: rays at unit depth, dimensionless. Output: `e_i = v_l - v_r` between the rectified rays, dimensionless; times
 //! the focal length it is pixels. Departures from the print, each with its test:
 //! - The five unknowns are the turns of `R` (3) and of the baseline (2), not those of `R_l` and `R_r`. The steps are
-//!   the
-//!   same; the columns are not nearly parallel in far scenes, which `f32` needs; the information is that of `R`, `t`.
+//!   the same. The columns are not nearly parallel in far scenes, which `f32` needs, and the information belongs to `R`
+//!   and `t`.
 //! - The step keeps eq 8: the row `e_0` and the sixth unknown are not needed.
 //! - A ray of rectified depth below [`MIN_DEPTH`](crate::thresholds::MIN_DEPTH) is skipped and counted; the print
 //!   divides by it.

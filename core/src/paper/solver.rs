@@ -1,7 +1,7 @@
 //! One pair: Levenberg-Marquardt on the rectifying rotations (eqs 16 to 19), one pass at a time.
 //!
 //! A pass reads each correspondence once: residuals, derivatives, normal equations and cost of one trial pose. A
-//! rejected trial costs a pass, so passes bound the time. Optimum and steps are those of eq 17, the damping scaled by
+//! rejected trial costs a pass, so passes bound the time. Optimum and steps follow eq 17, with the damping scaled by
 //! the diagonal (Marquardt).
 
 use nalgebra::Vector5;
@@ -26,7 +26,7 @@ use crate::thresholds::paper::{
     MIN_DAMPING, TOLERANCE_ULPS,
 };
 
-/// Correspondences of a partial sum: costs of two poses are compared to the last digits.
+/// Correspondences of a partial sum: comparing the costs of two poses needs the last digits.
 const BLOCK: usize = 16;
 
 /// Sums of one pass over the batch at one pose.
@@ -127,7 +127,7 @@ impl<T: Scalar> HuberSolver<T> {
         self.stop.is_some()
     }
 
-    /// Takes one trial step; the reason of the end, if this is the last.
+    /// Takes one trial step; returns the reason of the end if this is the last.
     fn attempt(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
         self.passes = self.passes.saturating_add(1);
         let step = self.at_pose.information.damped_step(self.damping, &self.at_pose.gradient);
@@ -152,7 +152,7 @@ impl<T: Scalar> HuberSolver<T> {
             let small = d.amax() <= self.tolerance;
             return self.reject().or(small.then_some(Stop::NoDescent));
         }
-        // Relative to the variance of the estimate: independent of scalar and scene.
+        // Relative to the variance of the estimate, so independent of scalar and scene.
         let negligible = -slope_here <= T::EPSILON * at_trial.squares;
         let undamped = self.damping <= T::lit(LOOSE_DAMPING);
         self.accept(pose, at_trial, change / (slope_here * T::HALF));
@@ -160,7 +160,7 @@ impl<T: Scalar> HuberSolver<T> {
         converged.then_some(Stop::Converged)
     }
 
-    /// Keeps a trial; damping by Nielsen's rule: less where the quadratic model is better.
+    /// Keeps a trial; damping follows Nielsen's rule: less if the quadratic model is better.
     ///
     /// * `gain`: change of the cost over that of the model.
     fn accept(&mut self, pose: RectifyingRotations<T>, at_pose: Pass<T>, gain: T) {
@@ -173,7 +173,7 @@ impl<T: Scalar> HuberSolver<T> {
         self.growth = T::lit(DAMPING_GROWTH);
     }
 
-    /// Drops a trial, with more damping; the end beyond [`MAX_DAMPING`].
+    /// Drops a trial and raises the damping; ends beyond [`MAX_DAMPING`].
     fn reject(&mut self) -> Option<Stop> {
         self.damping *= self.growth;
         self.growth *= T::lit(DAMPING_GROWTH);
@@ -266,7 +266,7 @@ impl<T: Scalar> Pass<T> {
         total
     }
 
-    /// Rounding error of the cost: of residuals at unit depth, and of the sum.
+    /// Rounding error of the cost, from residuals at unit depth and from the sum.
     fn cost_rounding(&self) -> T {
         T::lit(COST_ULPS) * T::EPSILON * (self.squares.sqrt() + self.cost)
     }

@@ -1,4 +1,4 @@
-//! Calibration of a rig in production, as a record: written once, and where everything that is learnt starts from.
+//! Calibration of a rig in production, as a record. It is written once, and everything that is learnt starts from it.
 
 use super::reader::Reader;
 use super::writer::{Writer, seal};
@@ -21,7 +21,7 @@ const RIG_BYTES: usize = 2 * CAMERA_BYTES + 12 * 4;
 
 pub(crate) const BYTES: usize = OVERHEAD_BYTES + RIG_BYTES + 2 * 4;
 
-/// Most that a focal length, a principal point or a coefficient may be.
+/// Largest magnitude of a focal length, a principal point or a coefficient.
 const MAX_NUMBER: f32 = 1e6;
 
 /// Cameras and extrinsics of a rig as it left the factory, `p_r = R p_l + t`, and how well its calibration is known.
@@ -58,15 +58,15 @@ impl<T: Scalar> FactoryCalibration<T> {
     /// Length of a record: 180 bytes.
     pub const BYTES: usize = BYTES;
 
-    /// A calibration: the yaw of `R` is known to 8.7e-4 rad (0.05 degrees), as with boards; nobody has measured the
-    /// length of the baseline.
+    /// A calibration: the yaw of `R` is known to 8.7e-4 rad (0.05 degrees), as a calibration with boards gives it; the
+    /// length of the baseline is not measured.
     #[must_use]
     pub const fn new(cameras: Cameras<T>, extrinsics: Extrinsics<T>) -> Self {
         Self { cameras, extrinsics, yaw_sd_rad: Some(CALIBRATED_YAW_SD_RAD), baseline_m: None }
     }
 
-    /// A guess, `R = I`, `t = (-1, 0, 0)`: the yaw is that of the rows, and uncertain by the lens
-    /// ([`crate::Config::with_lens_yaw_sd_rad`]) until a witness measures it.
+    /// A guess, `R = I`, `t = (-1, 0, 0)`: the rows give the yaw, with the uncertainty of the lens
+    /// ([`crate::Config::with_lens_yaw_sd_rad`]), until a witness measures it.
     #[must_use]
     pub const fn guess(cameras: Cameras<T>) -> Self {
         Self::new(cameras, Extrinsics::SIDE_BY_SIDE).without_yaw()
@@ -74,8 +74,8 @@ impl<T: Scalar> FactoryCalibration<T> {
 
     /// Standard deviation of the yaw of `R`, rad. Robust preset only.
     ///
-    /// Rows do not tell yaw from an error `a x y` of the lenses, so depth rests on it until the rig changes. Larger
-    /// follows the rows; smaller trusts the calibration further than it was measured.
+    /// Rows do not tell yaw from an error `a x y` of the lenses, so depth rests on this value until the rig changes. A
+    /// larger value follows the rows; a smaller one trusts the calibration further than it was measured.
     ///
     /// # Errors
     /// [`ConfigError::FactoryYaw`] unless from 1e-6 to 1.
@@ -88,7 +88,7 @@ impl<T: Scalar> FactoryCalibration<T> {
         }
     }
 
-    /// Takes the yaw of `R` as unknown, as of a guess.
+    /// Takes the yaw of `R` as unknown, like that of a guess.
     #[must_use]
     pub const fn without_yaw(mut self) -> Self {
         self.yaw_sd_rad = None;
@@ -108,12 +108,12 @@ impl<T: Scalar> FactoryCalibration<T> {
         }
     }
 
-    /// Standard deviation of the yaw of `R`, rad; `None` of a guess.
+    /// Standard deviation of the yaw of `R`, rad; `None` for a guess.
     pub const fn yaw_sd_rad(&self) -> Option<f32> {
         self.yaw_sd_rad
     }
 
-    /// Length of the baseline, m; `None` where nobody has measured it.
+    /// Length of the baseline, m; `None` if it was not measured.
     pub const fn baseline_m(&self) -> Option<f32> {
         self.baseline_m
     }
@@ -150,7 +150,7 @@ impl<T: Scalar> FactoryCalibration<T> {
     }
 }
 
-/// Changes, in all likelihood, with any number of the cameras or the extrinsics.
+/// A hash that almost surely changes with any number of the cameras or the extrinsics.
 pub(super) fn fingerprint<T: Scalar>(cameras: &Cameras<T>, extrinsics: &Extrinsics<T>) -> u32 {
     let mut rig = [0; RIG_BYTES];
     write_rig(cameras, extrinsics, &mut Writer::plain(&mut rig));

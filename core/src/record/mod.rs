@@ -1,7 +1,7 @@
 //! Records that outlast a loss of power: the factory calibration, and the state of a calibrator as a prior.
 //!
-//! `FORMAT.md` has the bytes of both. Numbers are `f32` in either scalar. A record is refused as a whole: nothing is
-//! taken from one that is damaged, foreign or of another layout, or that holds a number out of its range.
+//! `FORMAT.md` has the bytes of both. Numbers are `f32` in either scalar. A record is refused as a whole if it is
+//! damaged, foreign or of another layout, or holds a number out of its range.
 
 pub(crate) mod factory;
 mod reader;

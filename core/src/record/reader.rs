@@ -14,10 +14,9 @@ pub(super) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// Checks checksum, header and length; a reader behind the header, and its last two bytes.
+    /// Checks checksum, header and length; returns a reader behind the header, and the last two bytes of the header.
     ///
-    /// # Errors
-    /// [`RestoreError::Damaged`], [`RestoreError::Foreign`], [`RestoreError::Layout`].
+    /// # Errors [`RestoreError::Damaged`], [`RestoreError::Foreign`], [`RestoreError::Layout`].
     pub(super) fn begin(
         record: &'a [u8],
         kind: Kind,
@@ -55,7 +54,6 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads a finite number.
-    // Out of line, as `Writer::word`.
     #[inline(never)]
     pub(super) fn number<T: Scalar>(&mut self) -> Result<T, RestoreError> {
         let number = f32::from_bits(self.word()?);
@@ -66,7 +64,7 @@ impl<'a> Reader<'a> {
     #[inline(never)]
     pub(super) fn within<T: Scalar>(&mut self, least: T, most: T) -> Result<T, RestoreError> {
         let number = self.number()?;
-        // Bounds are rounded as the number was.
+        // The bounds are rounded as the number was.
         let [low, high] = [least, most].map(|bound| T::single(bound.to_single()));
         believe((low..=high).contains(&number)).map(|()| number)
     }
@@ -80,7 +78,6 @@ impl<'a> Reader<'a> {
         self.fill(&mut numbers, most).map(|()| numbers)
     }
 
-    // Out of line: a copy for each length took 2 kB.
     #[inline(never)]
     fn fill<T: Scalar>(&mut self, numbers: &mut [T], most: f32) -> Result<(), RestoreError> {
         let most = T::single(most);

@@ -1,4 +1,4 @@
-//! State of a calibrator as a record: what is in use, and the estimate as the prior of a new hypothesis.
+//! State of a calibrator as a record: the calibration in use, and the estimate as the prior of a new hypothesis.
 
 use nalgebra::{Vector3, Vector5};
 
@@ -37,27 +37,28 @@ const PRIOR: usize = 6 + 15 + 2 + 3 + 30 + 6;
 pub(crate) const BYTES: usize = OVERHEAD_BYTES + 4 * (WORDS + NUMBERS);
 const _: () = assert!(BYTES <= 400);
 
-/// Flags of the header: whether there is an estimate and a calibration before the one in use, whether the calibrator is
-/// frozen, those of the mount, and whether pairs have shown depth.
+/// Flags of the header: an estimate exists; a calibration before the one in use exists; the calibrator is frozen; three
+/// flags of the mount; pairs have shown depth.
 const ESTIMATE: u8 = 1;
 const BEFORE: u8 = 2;
 const FROZEN: u8 = 4;
 const MOUNT: [u8; 3] = [8, 16, 32];
 const RELIEF: u8 = 64;
 
-/// Ranges of numbers that no configuration sets. Information, 1/rad^2: a million pairs of a thousand matches.
+/// Largest information, 1/rad^2: a million pairs of a thousand matches. No configuration sets this range, nor those
+/// below.
 const MAX_INFORMATION: f32 = 1e15;
 /// Distance of the length of a baseline from 1.
 const UNIT: f32 = 1e-5;
 /// Rounding of a running mean over its largest term.
 const MEAN_ROUNDING: f64 = 1.001;
-/// Matches in the short window of pairs of a million matches.
+/// Largest number of matches in the short window: pairs of a million matches.
 const MAX_MATCHES: f64 = 1e7;
-/// Sums of a prior over the weights that they cancel to: rounding in `f32` then is 0.6 % of the weights.
+/// Largest sums of a prior over the weights that they cancel to: rounding in `f32` is then 0.6 % of the weights.
 const MAX_CANCELLATION: f64 = 1e5;
 /// Information on the lens, dimensionless.
 const MAX_LENS_WEIGHT: f32 = 1e10;
-/// Yaw, rad, and its variances, rad^2.
+/// Largest yaw, rad, and largest of its variances, rad^2.
 const MAX_YAW: f32 = 10.0;
 
 /// Content of a record.
@@ -77,9 +78,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     /// The calibration in use and the estimate as a record, for storage that survives a loss of power.
     ///
-    /// The estimate is a prior: pose and covariance, noise and inliers, vibration, and what is known of lens and mount.
-    /// Not in it: cameras and factory extrinsics ([`crate::FactoryCalibration`]), the batch, a challenger, the windows of
-    /// the change detection, and the estimate of the paper preset.
+    /// The estimate is a prior: pose and covariance, noise and inliers, vibration, and the knowledge of lens and mount.
+    /// The record omits cameras and factory extrinsics ([`crate::FactoryCalibration`]), the batch, a challenger, the
+    /// windows of the change detection, and the estimate of the paper preset.
     #[must_use]
     #[inline(never)]
     pub fn snapshot(&self) -> [u8; BYTES] {
@@ -89,17 +90,16 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let mut record = [0; BYTES];
         self.write(rig, &self.estimator.learned(&context), &mut record);
         if !is_readable(&record, cameras, &context) {
-            // An estimate beyond the ranges, as of matches that are none, is not kept.
+            // An estimate beyond the ranges, for instance from wrong matches, is not kept.
             self.write(rig, &Learned::NOTHING, &mut record);
         }
         record
     }
 
-    /// Replaces everything that has been learnt by a record: what is in use, and the estimate, which is
+    /// Replaces everything learnt by a record: the calibration in use, and the estimate, which is
     /// [`crate::State::Suspect`] until a pair confirms it, because the rig may have changed meanwhile.
     ///
-    /// # Errors
-    /// [`RestoreError`]; the calibrator is as after [`Calibrator::reset`].
+    /// # Errors [`RestoreError`]; the calibrator is as after [`Calibrator::reset`].
     #[inline(never)]
     pub fn restore(&mut self, record: &[u8]) -> Result<(), RestoreError> {
         let generation = self.generation;
@@ -111,7 +111,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             self.estimator.reset();
             return Err(RestoreError::Absurd);
         }
-        // Whoever has taken up a calibration meanwhile must notice that of the record.
+        // A caller that has taken up a calibration meanwhile must notice that of the record.
         let changed = found.in_use != self.in_use && found.generation == generation;
         self.generation = found.generation.wrapping_add(changed.into());
         (self.in_use, self.before) = (found.in_use, found.before);
@@ -151,7 +151,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 }
 
-/// Writes pose, information, response and fit; zeros where there is none.
+/// Writes pose, information, response and fit; writes zeros if there is no estimate.
 #[inline(never)]
 fn write_prior<T: Scalar>(prior: Option<&Prior<T>>, factory: &Extrinsics<T>, to: &mut Writer<'_>) {
     let Some(Prior { pose, equations, response, chi_square, noise, shares, high_leverage, .. }) =
@@ -174,7 +174,7 @@ fn write_prior<T: Scalar>(prior: Option<&Prior<T>>, factory: &Extrinsics<T>, to:
     to.numbers(high_leverage);
 }
 
-/// Writes the turn of `R` from the factory's, rad, and `t`.
+/// Writes the turn of `R` from the factory extrinsics, rad, and `t`.
 fn write_about<T: Scalar>(factory: &Extrinsics<T>, of: &Extrinsics<T>, to: &mut Writer<'_>) {
     let [[a, b, c]] = so3::log(&(of.rotation() * factory.rotation().inverse())).data.0;
     let [[x, y, z]] = of.translation().into_inner().data.0;
@@ -195,7 +195,7 @@ impl<T: Scalar> Found<T> {
         }
     }
 
-    /// Reads and checks a record. In place: returned, its content would take twice the stack.
+    /// Reads and checks a record in place: returning its content would take twice the stack.
     #[inline(never)]
     fn read(
         &mut self,
@@ -225,7 +225,7 @@ impl<T: Scalar> Found<T> {
         self.correct(cameras, context)
     }
 
-    /// Reads what is known beside the estimate.
+    /// Reads the knowledge beside the estimate.
     #[inline(never)]
     fn read_rest(
         &mut self,
@@ -251,7 +251,7 @@ impl<T: Scalar> Found<T> {
         let before = self.before.as_ref().map(|before| &before.correction);
         let corrections = [Some(correction), Some(&self.in_use.correction), before];
         let is_given = corrections.into_iter().flatten().all(LensCorrection::is_none);
-        // Who only reports rectifies with the cameras as given.
+        // A calibrator that only reports the lens rectifies with the cameras as given.
         if !is_given && context.config.lens_tracking == LensTracking::Report {
             return Err(RestoreError::Config);
         }
@@ -260,7 +260,7 @@ impl<T: Scalar> Found<T> {
     }
 }
 
-/// Whether a record can be read.
+/// Checks that a written record can be read.
 #[inline(never)]
 fn is_readable<T: Scalar>(
     record: &[u8; BYTES],
@@ -271,7 +271,7 @@ fn is_readable<T: Scalar>(
     found.read(record, cameras, context).is_ok()
 }
 
-/// Skips the zeros of an estimate that there is not.
+/// Skips the zeros in place of an absent estimate.
 #[inline(never)]
 fn skip_prior(from: &mut Reader<'_>) -> Result<(), RestoreError> {
     for _ in 0..PRIOR {
@@ -338,8 +338,8 @@ fn read_prior<T: Scalar>(
     Ok(())
 }
 
-/// Whether sums `E^T H E` keep the digits of `H`. The covariance of a rig that vibrates has less information than its
-/// matches have weight, and the response is as large as before: no smaller bound holds there.
+/// Whether sums `E^T H E` keep the digits of `H`. The covariance of a vibrating rig has less information than the
+/// weight of its matches, while the response is as large as before, so no smaller bound holds.
 fn is_response<T: Scalar>(Response(columns): &Response<T>, information: &Information<T>) -> bool {
     let [weights, ..] = information.0.diagonal();
     columns.iter().all(|column| {
@@ -348,7 +348,7 @@ fn is_response<T: Scalar>(Response(columns): &Response<T>, information: &Informa
     })
 }
 
-/// Whether equations lead to finite deviations, and their noise is one.
+/// Whether equations lead to finite deviations, and their noise does so too.
 #[inline(never)]
 fn leads_to_covariance<T: Scalar>(equations: &BiasedEquations<T>, prior: T) -> bool {
     let [forward, mixed, down] = equations.noise.0;
@@ -372,14 +372,14 @@ fn read_vibration<T: Scalar>(from: &mut Reader<'_>) -> Result<KnownVibration<T>,
     Ok(KnownVibration { variances, deviations })
 }
 
-/// Reads what [`write_about`] writes.
+/// Reads extrinsics that [`write_about`] has written.
 fn read_about<T: Scalar>(
     factory: &Extrinsics<T>,
     from: &mut Reader<'_>,
 ) -> Result<Extrinsics<T>, RestoreError> {
     let turn = from.vector::<T>(core::f32::consts::PI)?;
     let t = from.vector::<T>(1.0 + UNIT)?;
-    // As made, bit for bit.
+    // Equal to the factory extrinsics, bit for bit.
     let made = factory.translation().map(|x| T::single(x.to_single()));
     if turn == Vector3::zeros() && t == made {
         return Ok(*factory);

@@ -33,7 +33,6 @@ impl<'a> Writer<'a> {
         }
     }
 
-    // Out of line: inlined into every field of a record it took 25 kB at opt-level 3.
     #[inline(never)]
     pub(super) fn word(&mut self, word: u32) {
         self.bytes(word.to_le_bytes());

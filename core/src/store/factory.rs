@@ -17,7 +17,7 @@ pub(super) fn fits<F: NorFlash>() -> bool {
     slot::bytes::<F>(BYTES) <= slot::to_u32(F::ERASE_SIZE)
 }
 
-/// Loads a copy that is intact, the newer one if both are; whether there is one.
+/// Loads an intact copy, the newer one if both are intact; returns whether there is one.
 pub(super) fn load<F: NorFlash>(flash: &mut F, blocks: Blocks, record: &mut [u8; BYTES]) -> bool {
     let [first, second, _] = halves::<F>(blocks);
     let newer = slot::check(flash, second, BYTES);
@@ -26,14 +26,14 @@ pub(super) fn load<F: NorFlash>(flash: &mut F, blocks: Blocks, record: &mut [u8;
     slot::load(flash, one, record).is_some() || slot::load(flash, other, record).is_some()
 }
 
-/// Whether there is content that is no intact copy.
+/// Whether the flash holds content but no intact copy.
 pub(super) fn is_damaged<F: NorFlash>(flash: &mut F, blocks: Blocks) -> bool {
     let [first, second, _] = halves::<F>(blocks);
     ![first, second].into_iter().all(|half| slot::is_blank(flash, half, BYTES))
 }
 
-/// Saves both copies, that one first which is not intact, or is older. The other one is not touched before the first is
-/// read back: a loss of power leaves the old record or the new.
+/// Saves both copies, first the damaged or older one. The other one is not touched before the first is read back, so a
+/// loss of power leaves the old record or the new.
 ///
 /// # Errors
 /// [`StoreError`]

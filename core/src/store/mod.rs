@@ -61,7 +61,7 @@ use crate::scalar::Scalar;
 use range::Blocks;
 use ring::Ring;
 
-/// Why the store was not opened, or did not save. What was saved before remains. `E`: error of the flash driver.
+/// Why the store was not opened, or did not save. The records saved before remain. `E`: error of the flash driver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -149,8 +149,8 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         if is_damaged { Err(RestoreError::Damaged) } else { Ok(None) }
     }
 
-    /// Saves a factory calibration in place of the previous one, in production or on request. A state learnt from another
-    /// rig is refused from then on.
+    /// Saves a factory calibration in place of the previous one, in production or on request. From then on a state
+    /// learnt from another rig is refused.
     ///
     /// # Errors
     /// [`StoreError::Flash`], [`StoreError::Verify`]: the previous one remains.
@@ -161,11 +161,11 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         factory::save(&mut self.flash, self.factory, &factory.to_record())
     }
 
-    /// Restores the newest state, at start; whether there was one.
+    /// Restores the newest state, at start; returns whether there was one.
     ///
     /// # Errors
-    /// [`RestoreError`]: the state is lost, and the calibrator as after [`Calibrator::reset`]. [`RestoreError::Damaged`]
-    /// also where the flash holds something but no record.
+    /// [`RestoreError`]: the state is lost, and the calibrator as after [`Calibrator::reset`].
+    /// [`RestoreError::Damaged`] also if the flash holds content but no record.
     #[inline(never)]
     pub fn resume<const N: usize>(
         &mut self,
@@ -193,7 +193,7 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         if is_damaged { Err(RestoreError::Damaged) } else { Ok(false) }
     }
 
-    /// Saves the state if the policy finds it due; the reason, if so. Call it after each pair.
+    /// Saves the state if the policy finds it due, and then returns the reason. Call it after each pair.
     ///
     /// * `now`: time since a fixed origin.
     ///
@@ -211,8 +211,8 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         Ok(reason)
     }
 
-    /// Saves the state, due or not: before power is switched off on purpose, and after [`Calibrator::reset`] where that is
-    /// to survive the next start.
+    /// Saves the state, due or not: before power is switched off on purpose, and after a [`Calibrator::reset`] that
+    /// must survive the next start.
     ///
     /// # Errors
     /// [`StoreError`].

@@ -15,7 +15,7 @@ use crate::state::State;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SaveReason {
-    /// The calibrator is locked, and the last save was not of a locked state, or there was none.
+    /// The calibrator is locked, and the last save, if any, was of an unlocked state.
     Locked,
     /// The calibration in use has changed.
     InUse,
@@ -42,7 +42,7 @@ struct Estimate<T: Scalar> {
 }
 
 impl<T: Scalar> Estimate<T> {
-    /// Out of line: keeps a whole proposal off the caller's stack.
+    /// Out of line: a whole proposal stays off the caller's stack.
     #[inline(never)]
     fn of<const N: usize>(calibrator: &Calibrator<T, N>) -> Option<Self> {
         let proposal = calibrator.proposal();
@@ -63,12 +63,12 @@ const LONGEST_STEP: u64 = 1_000_000_000;
 /// Decides when to save: at most once an interval, whether the save succeeds or not. Time is a [`Duration`] since any
 /// fixed origin.
 ///
-/// Two saves are apart by the interval, and by as many pairs as the interval has seconds, whatever the clock does: a pair
-/// counts for at most 1 s, and a step back takes as much away. A clock that stands still, or alternates between two
+/// Two saves are apart by the interval, and by as many pairs as the interval has seconds, whatever the clock does: a
+/// pair counts for at most 1 s, and a step back is subtracted. A clock that stands still, or alternates between two
 /// origins, permits only the first save.
 ///
-/// The first save of a device does not wait; after a restart it does, and a pair that only confirms what was restored is
-/// no reason. A controller that is reset sooner than that saves once in all.
+/// The first save of a device does not wait. The first save after a restart waits, and a pair that only confirms the
+/// restored state does not cause a save. A controller that resets within each interval saves once in all.
 ///
 /// ```
 /// # use core::time::Duration;
@@ -89,13 +89,13 @@ pub struct SavePolicy<T: Scalar> {
     interval: Duration,
     /// Time of the last pair.
     last: Option<Duration>,
-    /// Time counted since the last due or completed save or the restart, ns; none before the first.
+    /// Time counted since the last due or completed save or the restart, ns; `None` before the first.
     elapsed: Option<u64>,
     saved: Option<Saved<T>>,
 }
 
 impl<T: Scalar> SavePolicy<T> {
-    /// Intervals after which any further pair is a reason.
+    /// Intervals after which any further pair causes a save.
     pub const OVERDUE: u32 = 36;
 
     /// A policy of a device that has never saved.
@@ -107,9 +107,9 @@ impl<T: Scalar> SavePolicy<T> {
         Self { interval, last: None, elapsed: None, saved: None }
     }
 
-    /// Reason to save now, if any; then none for the interval. Call it once after each pair.
+    /// Reason to save now, if any; then `None` for the interval. Call it once after each pair.
     ///
-    /// A change of an estimate that is not locked is no reason: the confirmed one saved before is kept.
+    /// A change of an estimate that is not locked does not cause a save: the confirmed one saved before is kept.
     ///
     /// * `now`: time since a fixed origin.
     #[inline(never)]
@@ -154,12 +154,11 @@ impl<T: Scalar> SavePolicy<T> {
         self.elapsed = Some(0);
     }
 
-    /// Records a restart with a state that has been saved before, whether it was restored or lost: the next save waits for
-    /// the interval.
+    /// Records a restart with a state that was saved before, restored or lost: the next save waits for the interval.
     pub fn restarted<const N: usize>(&mut self, calibrator: &Calibrator<T, N>) {
         self.saved(calibrator, Duration::ZERO);
         self.last = None;
-        // Suspect by the restart alone: its confirmation is no news.
+        // Re-locking after a restore triggers no save.
         if let Some(saved) = &mut self.saved {
             saved.was_locked = saved.estimate.is_some();
         }

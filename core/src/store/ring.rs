@@ -8,7 +8,7 @@ use super::range::Blocks;
 use super::slot::{self, to_u32};
 use crate::record::state::BYTES;
 
-/// Attempts at slots that may be erased, before another block is erased.
+/// Attempts at slots that can be erased, before another block is erased.
 const ATTEMPTS: u8 = 2;
 
 /// A record in its slot.
@@ -41,7 +41,7 @@ impl Ring {
         to_u32(F::ERASE_SIZE).checked_div(slot::bytes::<F>(BYTES)).unwrap_or(0)
     }
 
-    /// Loads the newest record; whether there is one.
+    /// Loads the newest record; returns whether there is one.
     pub(super) fn load<F: NorFlash>(&mut self, flash: &mut F, record: &mut [u8; BYTES]) -> bool {
         for _ in 0..2 {
             let Some(Newest { sequence, block, slot }) = self.newest else { break };
@@ -89,8 +89,8 @@ impl Ring {
         }
     }
 
-    /// Writes a record behind the newest one; whether that was possible. Slots there are erased, or torn by a loss of
-    /// power.
+    /// Writes a record behind the newest one; returns whether that was possible. The slots there are erased, or torn by
+    /// a loss of power.
     fn append<F: NorFlash>(&mut self, flash: &mut F, record: &[u8; BYTES]) -> bool {
         let Some(Newest { block, slot, .. }) = self.newest else { return false };
         let mut attempts = ATTEMPTS;
@@ -106,7 +106,7 @@ impl Ring {
         false
     }
 
-    /// Writes a record and reads it back; whether it is there.
+    /// Writes a record and reads it back; returns whether it is there.
     fn put<F: NorFlash>(
         &mut self,
         flash: &mut F,
@@ -114,7 +114,7 @@ impl Ring {
         slot: u32,
         record: &[u8; BYTES],
     ) -> Result<bool, F::Error> {
-        // The largest numbers are erased flash.
+        // Erased flash reads as the largest numbers, so they are no sequence numbers.
         let before = self.newest.map_or(0, |newest| newest.sequence);
         let sequence = before.saturating_add(1).min(u32::MAX - 1);
         let is_there = slot::write(flash, self.address::<F>(block, slot), sequence, record)?;
@@ -129,7 +129,7 @@ impl Ring {
         self.next = self.after(newest.block);
     }
 
-    /// Finds the newest record of all blocks: the last one that is intact in each.
+    /// Finds the newest record of all blocks: the last intact one of each.
     #[inline(never)]
     fn scan<F: NorFlash>(&mut self, flash: &mut F) {
         self.newest = None;

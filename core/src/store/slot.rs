@@ -28,10 +28,10 @@ pub(super) fn bytes<F: NorFlash>(record: usize) -> u32 {
     whole.checked_next_multiple_of(to_u32(F::WRITE_SIZE)).unwrap_or(u32::MAX)
 }
 
-/// Writes a record onto erased words, and reads it back; whether it is there.
+/// Writes a record onto erased words, and reads it back; returns whether it is there.
 ///
 /// # Errors
-/// Those of the driver.
+/// Errors of the driver.
 pub(super) fn write<F: NorFlash>(
     flash: &mut F,
     address: u32,
@@ -76,7 +76,7 @@ fn write_by<F: NorFlash, const N: usize>(
     Ok(())
 }
 
-/// Reads a record into a place of its length; its sequence number if it is intact.
+/// Reads a record into a buffer of its length; returns its sequence number if it is intact.
 pub(super) fn load<F: NorFlash>(flash: &mut F, address: u32, record: &mut [u8]) -> Option<u32> {
     let length = record.len();
     let mut rest = record;
@@ -93,8 +93,8 @@ pub(super) fn check<F: NorFlash>(flash: &mut F, address: u32, length: usize) -> 
     read(flash, address, length, &mut |_| ())
 }
 
-/// Reads a record, and hands it on in parts; its sequence number if it is intact.
-// Out of line, and by reference: one copy for all that is done with the parts.
+/// Reads a record, and passes it on in parts; returns its sequence number if it is intact.
+// Out of line, with a dynamic argument: all callers share one copy.
 #[inline(never)]
 fn read<F: NorFlash>(
     flash: &mut F,
@@ -115,7 +115,7 @@ fn read<F: NorFlash>(
 struct Reader {
     /// Bytes of the record left.
     left: usize,
-    /// Sequence number and checksum, and the bytes of them that were read.
+    /// Sequence number and checksum, and the number of their bytes read.
     sequence: u32,
     head: u32,
     sum: u32,
@@ -124,7 +124,7 @@ struct Reader {
 }
 
 impl Reader {
-    /// Takes the next bytes; whether more are needed.
+    /// Takes the next bytes; returns whether more are needed.
     fn take(&mut self, chunk: &[u8], each: &mut dyn FnMut(&[u8])) -> bool {
         let mut rest = chunk;
         if self.head == 0 {
@@ -144,8 +144,8 @@ impl Reader {
     }
 }
 
-/// Whether a slot may be erased: all ones or all zeros, or nothing of it can be read, as of flash with ECC that has not
-/// been written. A torn word cannot be read either, but others of its slot can.
+/// Whether a slot counts as erased: all ones, all zeros, or unreadable throughout, as flash with ECC is before its
+/// first write. A torn word is unreadable too, but other words of its slot are not.
 #[inline(never)]
 pub(super) fn is_blank<F: NorFlash>(flash: &mut F, address: u32, length: usize) -> bool {
     let [mut ones, mut zeros, mut silence] = [true; 3];
@@ -157,7 +157,7 @@ pub(super) fn is_blank<F: NorFlash>(flash: &mut F, address: u32, length: usize) 
     ones || zeros || silence
 }
 
-/// Reads a stretch chunk by chunk, as long as more is wanted; `None` where the driver fails.
+/// Reads a stretch chunk by chunk while more is wanted; `None` if the driver fails.
 #[inline(never)]
 fn visit<F: NorFlash>(
     flash: &mut F,

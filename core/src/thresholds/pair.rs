@@ -1,229 +1,233 @@
 //! Thresholds of the search, track and evaluation of one pair.
 
-/// Tukey's limit in deviations: 95 % efficient. Larger admits outliers; smaller discards inliers.
+/// Tukey's limit in deviations: 95 % efficient. A larger limit admits outliers; a smaller one discards inliers.
 pub(crate) const TUKEY: f64 = 4.685;
 
-/// First scale of the annealed loss, in median residuals of a sample at the start, and its range. Larger takes more
-/// passes; smaller misses a rig that is further off.
+/// First scale of the annealed loss, in median residuals of a sample at the start, and its range. A larger scale takes
+/// more passes; a smaller one misses a rig that is further off.
 pub(crate) const FIRST_SCALE_MEDIANS: f64 = 2.0;
 pub(crate) const FIRST_SCALE_PX: [f64; 2] = [15.0, 480.0];
 
-/// Each scale over the one before; in a batch of at most [`FEW`], which follows only small changes, slower; of scales
-/// above [`WIDE_SCALE_PX`], which no noise reaches, faster. Larger takes more passes; smaller loses the basin of
+/// Ratio of successive scales. It is slower in a batch of at most [`FEW`], which follows only small changes, and faster
+/// above [`WIDE_SCALE_PX`], which no noise reaches. A larger ratio takes more passes; a smaller one loses the basin of
 /// convergence.
 pub(crate) const ANNEALING: f64 = 0.5;
 pub(crate) const SLOW_ANNEALING: f64 = 0.7;
 pub(crate) const WIDE_ANNEALING: f64 = 0.35;
 pub(crate) const WIDE_SCALE_PX: f64 = 30.0;
 
-/// Correspondences up to which annealing is slow. Larger takes more passes; smaller loses small batches.
+/// Largest batch with slow annealing. A larger number takes more passes; a smaller one loses small batches.
 pub(crate) const FEW: usize = 128;
 
-/// Levels that residuals are counted below, and the first one; each is `sqrt 2` of the one before, the last one 16 px.
-/// More cost time; fewer make the noise to begin with coarse.
+/// Levels that residuals are counted below, and the first level; each level is `sqrt 2` of the one before, and the last
+/// one is 16 px. More levels cost time; fewer make the first estimate of the noise coarse.
 pub(crate) const LEVELS: usize = 13;
 pub(crate) const FIRST_LEVEL_PX: f64 = 0.25;
 
-/// A peak of residuals: its part of the usable ones, its count over that beside it, and the excess in deviations of
-/// chance. Larger overlooks few inliers; smaller takes chance for a peak.
+/// Requirements of a peak of residuals: its part of the usable ones, its count over that beside it, and the excess in
+/// deviations of chance. Larger values overlook few inliers; smaller ones take chance for a peak.
 pub(crate) const PEAK_SHARE: f64 = 0.25;
 pub(crate) const PEAK_OVER_BESIDE: f64 = 2.0;
 pub(crate) const PEAK_DEVIATIONS: f64 = 3.0;
 
-/// Scale of the loss over the peak that it is aimed at. Larger ends between two crowds of matches; smaller loses
-/// inliers.
+/// Scale of the loss over the peak that it is aimed at. A larger scale ends between two crowds of matches; a smaller
+/// one loses inliers.
 pub(crate) const BELOW_PEAK: f64 = 0.7;
 
-/// Scale over the peak at which Tukey takes over, of peaks up to [`NARROW_PX`] and of wider ones, which two crowds
-/// form as well; scale at which it takes over without a peak. Larger ends between two crowds; smaller spends passes.
+/// Scale over the peak at which Tukey takes over, for peaks up to [`NARROW_PX`] and for wider ones, which two crowds
+/// form as well; and scale at which it takes over without a peak. Larger scales end between two crowds; smaller ones
+/// spend passes.
 pub(crate) const POLISH_AT: [f64; 2] = [1.0, 0.3];
 pub(crate) const NARROW_PX: f64 = 0.6;
 pub(crate) const LEAST_SCALE_PX: f64 = 1.0;
 
-/// Peak over the noise of a polish, below which the noise falls back to the peak. Larger follows chance; smaller stays
-/// with a compromise of two crowds.
+/// Peak over the noise of a polish, below which the noise falls back to the peak. A larger ratio follows chance; a
+/// smaller one stays with a compromise of two crowds.
 pub(crate) const PEAK_OVER_NOISE: f64 = 0.6;
 
-/// Noise of a coordinate before the first estimate. It weighs nothing until then.
+/// Noise of a coordinate before the first estimate, which carries no weight until then.
 pub(crate) const FIRST_NOISE_PX: f64 = 1.5;
 
-/// Tukey's limit where a second crowd of matches stands beside the inliers: 65 % efficient. Larger is biased by it;
-/// smaller discards inliers.
+/// Tukey's limit where a second crowd of matches stands beside the inliers: 65 % efficient. The crowd biases a larger
+/// limit; a smaller one discards inliers.
 pub(crate) const TIGHT_TUKEY: f64 = 2.5;
 
-/// Residuals beyond the peak that lean to one side are those of a crowd, up to so many units of the loss; from which
-/// share of the usable ones on, mean of the last pairs, the limit is tight. Larger is biased by a crowd; smaller
-/// takes chance for one.
+/// A crowd: residuals beyond the peak that lean to one side. Their largest size, in units of the loss; and their share
+/// of the usable residuals, mean of the last pairs, above which the limit is tight. A crowd biases larger values;
+/// smaller ones take chance for a crowd.
 pub(crate) const CROWD: f64 = 10.0;
 pub(crate) const CROWD_SHARE: f64 = 0.08;
 
-/// Pairs that the share of a crowd is a mean of. Larger follows later; smaller follows chance.
+/// Pairs that the share of a crowd is a mean of. More pairs follow later; fewer follow chance.
 pub(crate) const CROWD_PAIRS: u32 = 10;
 
-/// Largest noise of a coordinate, and of a found pose: among outliers the estimate grows. Larger takes outliers for a
-/// consensus; smaller refuses poor matchers.
+/// Largest noise of a coordinate, and of a found pose; outliers raise the estimate. A larger limit takes outliers for a
+/// consensus; a smaller one refuses poor matchers.
 pub(crate) const MAX_NOISE_PX: f64 = 8.0;
 pub(crate) const FOUND_NOISE_PX: f64 = 5.5;
 
-/// Rise of the robust cost at a fixed scale, in variances, from which on a step is taken back: what one outlier
-/// costs. The limit on leverage, which the cost does not know, causes smaller ones. Larger accepts worse poses;
-/// smaller spends passes.
+/// Rise of the robust cost at a fixed scale, in variances, above which a step is taken back: the cost of one outlier.
+/// The limit on leverage, which the cost does not include, causes smaller rises. A larger limit accepts worse poses; a
+/// smaller one spends passes.
 pub(crate) const MAX_RISE: f64 = 3.66;
 
-/// Levenberg-Marquardt: damping after a first rejection, relative to the diagonal, its factors after a further one
-/// and after an acceptance, and its range: below it is none, beyond it there is no descent. Larger takes more passes;
-/// smaller is rejected again.
+/// Levenberg-Marquardt: damping after a first rejection, relative to the diagonal; its factors after a further
+/// rejection and after an acceptance; its range. Damping below the range is zero; above it there is no descent. Larger
+/// values take more passes; smaller ones are rejected again.
 pub(crate) const FIRST_DAMPING: f64 = 0.3;
 pub(crate) const DAMPING_FACTORS: [f64; 2] = [4.0, 0.125];
 pub(crate) const DAMPING_RANGE: [f64; 2] = [0.02, 1000.0];
 
-/// An annealing that ends at a peak of fewer correspondences, as a part of the usable ones, or at a wider one, px,
-/// starts again where a pose through a small sample is better: at this scale, px. Narrower peaks, but above
-/// [`NARROW_PX`], may hold two near crowds. Larger spends passes; smaller stays with a fence.
+/// An annealing restarts from a better pose through a small sample if its peak holds a smaller part of the usable
+/// correspondences than the first value, or is wider than the second, px. The third is the scale of the restart, px. A
+/// narrower peak above [`NARROW_PX`] may hold two near crowds. Larger values spend passes; smaller ones stay with a
+/// fence.
 pub(crate) const SECOND_BELOW: f64 = 0.6;
 pub(crate) const BROAD_PX: f64 = 2.1;
 pub(crate) const SECOND_SCALE_PX: f64 = 4.0;
 
 /// Poses through small samples: correspondences that they are drawn from, number of poses, correspondences in each, and
-/// the prior of what they leave free. Larger costs time; smaller misses more.
+/// the prior of the directions that a sample leaves free. Larger numbers cost time; smaller ones miss more.
 pub(crate) const RESAMPLED: usize = 64;
 pub(crate) const RESAMPLES: usize = 64;
 pub(crate) const SAMPLE: usize = 3;
 pub(crate) const RESAMPLE_SD_RAD: f64 = 0.03;
 
-/// Scale of the score of such a pose: least, px, and over the noise; and the score over that of the pose before by
-/// which it is better: a factor and correspondences. Larger overlooks a second crowd; smaller follows chance.
+/// Scale of the score of a sampled pose: least, px, and over the noise. And the score by which it is better than the
+/// pose before: a factor, and correspondences. Larger values overlook a second crowd; smaller ones follow chance.
 pub(crate) const RESAMPLE_SCALE: [f64; 2] = [1.0, 0.3];
 pub(crate) const RESAMPLE_GAIN: f64 = 1.1;
 pub(crate) const RESAMPLE_SCORE: f64 = 0.5;
 
-/// Second start of a batch of at most [`RESAMPLED`]: one round is due below this part even at a narrow
-/// peak; rounds else, groups of poses in a round of that many correspondences, poses in a group, and steps from the
-/// best pose of each group to the optimum near it. Larger costs time; smaller misses more.
+/// Second start of a batch of at most [`RESAMPLED`]: part of the usable correspondences below which one round runs even
+/// at a narrow peak; rounds otherwise; groups of poses in a round of that many correspondences; poses in a group; and
+/// steps from the best pose of each group to the optimum near it. Larger values cost time; smaller ones miss more.
 pub(crate) const SMALL_SECOND_BELOW: f64 = 0.9;
 pub(crate) const ROUNDS: u8 = 4;
 pub(crate) const GROUPS: usize = 3;
 pub(crate) const GROUP: usize = 8;
 pub(crate) const IMPROVING_STEPS: usize = 3;
 
-/// Score of such an optimum over that of the pose before by which it is better: a part of it, for each scale that the
-/// noise exceeds the scale of the score by, and correspondences. Larger stays with a compromise; smaller follows chance.
+/// Score by which such an optimum is better than the pose before: a part of it, times the ratio of the noise to the
+/// scale of the score, and correspondences. Larger values stay with a compromise; smaller ones follow chance.
 pub(crate) const ROUND_GAIN: f64 = 0.08;
 pub(crate) const ROUND_SCORE: f64 = 0.2;
 
-/// Two near crowds: correspondences that are asked for the larger one, the scale of its score over the peak that holds
-/// both, which the annealing goes on with, and the least, px. More cost time; a larger scale does not tell the crowds
-/// apart, and a smaller one follows chance.
+/// Two near crowds: correspondences that measure the larger crowd; scale of its score over the peak that holds both,
+/// which the annealing continues with; and the least scale, px. More correspondences cost time. A larger scale does not
+/// separate the crowds, and a smaller one follows chance.
 pub(crate) const CROWD_SAMPLE: usize = 128;
 pub(crate) const CROWD_SCALE: f64 = 0.4;
 pub(crate) const CROWD_SCALE_PX: f64 = 0.3;
 
-/// Smallest unit of the loss, in steps of the grid: a narrower one locks on the mode of rounded
-/// rows, not on their mean. Larger dulls the loss; smaller biases by 9 to 26 times the bound.
+/// Smallest unit of the loss, in steps of the grid: a narrower loss locks on the mode of rounded rows instead of their
+/// mean. A larger unit dulls the loss; a smaller one biases by 9 to 26 times the bound.
 pub(crate) const MIN_UNIT: f64 = 0.6;
 
-/// Residuals that count as near, in units of the loss: they give the noise, over the variance of a
-/// unit normal distribution cut off there. Larger lets outliers in; smaller leaves few.
+/// Limit of a near residual, in units of the loss; near residuals give the noise. And the variance of a unit normal
+/// distribution cut off there. A larger limit lets outliers in; a smaller one discards inliers.
 pub(crate) const NEAR: f64 = 2.0;
 pub(crate) const TRUNCATED_VARIANCE: f64 = 0.7737;
 
-/// Residuals that count as inliers, and outer edge of the band beside the peak, in units of the
-/// loss: from [`NEAR`] on it is as wide as the peak. Larger counts outliers; smaller leaves few.
+/// Limit of an inlier, and outer edge of the band beside the peak, in units of the loss. From [`NEAR`] on the band is
+/// as wide as the peak. A larger limit counts outliers; a smaller one discards inliers.
 pub(crate) const INLIER: f64 = 3.0;
 pub(crate) const BESIDE: f64 = 4.0;
 
 /// Variance of a row offset, and of a disparity, over that of a coordinate: each view adds its own.
 pub(crate) const DIFFERENCE_VARIANCE: f64 = 2.0;
 
-/// Least degrees of freedom per near residual: keeps the noise of few residuals finite. Larger
-/// understates it; smaller lets it grow.
+/// Least degrees of freedom per near residual; it keeps the noise of few residuals finite. A larger value understates
+/// the noise; a smaller one lets it grow.
 pub(crate) const MIN_FREEDOM: f64 = 0.5;
 
-/// Disparity below zero that a match may have: noise reaches there. Larger admits outliers behind
-/// infinity; smaller cuts far inliers.
+/// Disparity below zero that noise may give a match. A larger limit admits outliers behind infinity; a smaller one cuts
+/// far inliers.
 pub(crate) const MIN_DISPARITY_PX: f64 = 4.0;
 
-/// Standard deviations of yaw that the smallest disparity allows for: yaw moves all disparities
-/// alike. Larger learns less from scenes of one depth; smaller takes an error of yaw for a scene.
+/// Standard deviations of yaw that the smallest disparity allows for: yaw moves all disparities alike. A larger number
+/// learns less from scenes of one depth; a smaller one takes an error of yaw for a scene.
 pub(crate) const YAW_DEVIATIONS: f64 = 3.0;
 
-/// Noise of disparities that the information on the baseline loses, over the estimated one: noise along
-/// the rows is not quite that across them. Larger loses information in far scenes; smaller takes noise
+/// Factor of the estimated noise of disparities that the information on the baseline loses: noise along the rows
+/// differs a little from noise across them. A larger factor loses information in far scenes; a smaller one takes noise
 /// for disparity.
 pub(crate) const DISPARITY_NOISE_MARGIN: f64 = 1.1;
 
-/// Information on the baseline that a correspondence carries, in mean shares of the pass before;
-/// beyond it the weight falls with the square. Larger lets a near outlier rule `t`; smaller loses
-/// near inliers. 3 to 10 are equal in scenes 30 to 800 baselines deep.
+/// Largest information on the baseline of one correspondence, in mean shares of the pass before; beyond it the weight
+/// falls with the square. A larger limit lets a near outlier rule `t`; a smaller one loses near inliers. Limits of 3 to
+/// 10 are equal in scenes 30 to 800 baselines deep.
 pub(crate) const MAX_LEVERAGE: f64 = 8.0;
 
-/// The same before the first step of a track, in median shares of those within the loss, which outliers do
-/// not move; beyond it leverage is high. Larger lets a near outlier in; smaller loses near inliers.
+/// The same limit before the first step of a track, in median shares of those within the loss, which outliers do not
+/// move. A correspondence beyond it has high leverage. A larger limit lets a near outlier in; a smaller one loses near
+/// inliers.
 pub(crate) const FIRST_MAX_LEVERAGE: f64 = 46.0;
 
-/// Near residuals of correspondences of high leverage over those beside, in deviations of chance, from
-/// which on a track takes them for inliers: few near points before a far scene. Larger loses them;
-/// smaller takes chance for a peak.
+/// Near residuals of correspondences of high leverage over those beside, in deviations of chance, above which a track
+/// takes them for inliers: a few near points before a far scene. A larger limit loses them; a smaller one takes chance
+/// for a peak.
 pub(crate) const TRUSTED_PEAK_DEVIATIONS: f64 = 3.0;
 
-/// Share that separates few near points before a far scene from the tail of one range of depths, in first
-/// limits. Larger loses few near points; smaller lets near outliers in.
+/// Share that separates a few near points before a far scene from the tail of one range of depths, in first limits. A
+/// larger value loses the near points; a smaller one lets near outliers in.
 pub(crate) const MIN_SEPARATION: f64 = 4.0;
 
-/// Correspondences that a survey reads. Larger costs time; smaller makes it noisy.
+/// Correspondences that a survey reads. A larger number costs time; a smaller one makes the survey noisy.
 pub(crate) const SURVEYED: usize = 32;
 
-/// Passes of a track: survey, two steps, evaluation. Larger costs time; smaller takes no step.
+/// Passes of a track: survey, two steps, evaluation. A larger number costs time; a smaller one takes no step.
 pub(crate) const TRACK_PASSES: u16 = 4;
 
-/// Correspondences that a step of a track reads, of larger batches half: the pose
-/// decides weights only. Larger costs time; smaller loses accuracy, half a batch a hundredth.
+/// Correspondences that a step of a track reads; of a larger batch it reads half, because the pose only decides
+/// weights. A larger number costs time; a smaller one loses accuracy (half a batch: a hundredth).
 pub(crate) const TRACKED: usize = 128;
 
 /// Squared step in standard deviations at which a search has converged: the optimum of the moments takes one more step.
-/// Larger stops early; smaller spends passes.
+/// A larger limit stops early; a smaller one spends passes.
 pub(crate) const NEGLIGIBLE: f64 = 0.1;
 
-/// Relative change of the noise at which it has settled. Larger stops early; smaller spends passes.
+/// Relative change of the noise at which it has settled. A larger limit stops early; a smaller one spends passes.
 pub(crate) const SETTLED: f64 = 0.05;
 
-/// Passes of evaluation and comparison beyond the configured limit: bounds `solve_pair`. Larger
-/// raises the bound; smaller cuts a pair short.
+/// Passes of evaluation and comparison beyond the configured limit; they bound `solve_pair`. A larger number raises the
+/// bound; a smaller one cuts a pair short.
 pub(crate) const SPARE_PASSES: u16 = 8;
 
-/// At a pose found from afar: near residuals over those beside (outliers alone show 1), their excess in deviations of
-/// chance, and their part of the usable ones, with what each px of noise adds up to a most: outliers within a wide peak
-/// are many.
-/// Larger refuses pairs full of outliers; smaller accepts a local optimum.
+/// Requirements of a pose found from afar: near residuals over those beside (outliers alone show 1), their excess in
+/// deviations of chance, and their part of the usable ones. Each px of noise adds to this part, up to a limit, because
+/// many outliers lie within a wide peak. Larger values refuse pairs full of outliers; smaller ones accept a local
+/// optimum.
 pub(crate) const FOUND_PEAK: f64 = 2.0;
 pub(crate) const FOUND_PEAK_DEVIATIONS: f64 = 3.0;
 pub(crate) const FOUND_NEAR: [f64; 2] = [0.15, 0.25];
 pub(crate) const FOUND_NEAR_MOST: f64 = 0.6;
 
-/// At the pose of a track, which is known already: near residuals over those beside, how many there
-/// are, and for a challenger, which is not confirmed, their excess in deviations of chance. Larger
-/// rejects small and poor batches; smaller believes chance.
+/// Requirements of a tracked pose, which is known already: near residuals over those beside, and their number; and for
+/// a challenger, which is not confirmed, their excess in deviations of chance. Larger values refuse small and poor
+/// batches; smaller ones accept chance.
 pub(crate) const TRACK_PEAK: f64 = 1.5;
 pub(crate) const TRACK_MIN_NEAR: u32 = 8;
 pub(crate) const CLEAR_PEAK_DEVIATIONS: f64 = 2.0;
 
-/// Variance of the disparities of a pair about a plane, over that of their noise, below which they are those of the
-/// same image on both sides. Noise alone, of a scene at infinity, is 1, and of a matcher better than the noise floor 0.1.
-/// Larger refuses planes under little noise; smaller takes an image for a scene.
+/// Variance of the disparities of a pair about a plane, over that of their noise, below which both sides show the same
+/// image. Noise alone, of a scene at infinity, gives 1, and 0.1 with a matcher better than the noise floor. A larger
+/// limit refuses planes under little noise; a smaller one takes one image for a scene.
 pub(crate) const ALIKE_DISPARITIES: f64 = 0.01;
 
-/// Points clearly behind the cameras over those clearly in front, of correspondences that fit, above which the pose is
-/// of a reversed baseline or of a mirrored image. A scene has none, but for a few mismatches. Larger takes a mirrored
-/// image for a scene; smaller refuses scenes with repetitive textures.
+/// Points clearly behind the cameras over those clearly in front, among correspondences that fit, above which the
+/// baseline is reversed or an image mirrored. Only a few mismatches of a scene lie behind. A larger limit takes a
+/// mirrored image for a scene; a smaller one refuses scenes with repetitive textures.
 pub(crate) const MAX_BEHIND: f64 = 0.5;
 
-/// Least sum of the weights, in those of matches without residual, over the near residuals. Below it most that fit are
-/// behind infinity or of high leverage. Larger refuses scenes of few near points; smaller fuses pairs of a few matches.
+/// Least sum of the weights over the near residuals; a match without residual has weight 1. Below it most fitting
+/// matches lie behind infinity or have high leverage. A larger limit refuses scenes of few near points; a smaller one
+/// fuses pairs of a few matches.
 pub(crate) const MIN_WEIGHTED: f64 = 0.05;
 
-/// Smallest eigenvalue of the information with unit diagonal; below it a direction is free. Larger
-/// refuses weak scenes; smaller accepts rounding as information.
+/// Least eigenvalue of the information with unit diagonal; below it a direction is free. A larger limit refuses weak
+/// scenes; a smaller one accepts rounding as information.
 pub(crate) const MIN_CONDITION: f64 = 1e-5;
 
-/// Power iterations to an extreme eigenvalue. Larger costs time; smaller loses digits.
+/// Power iterations to an extreme eigenvalue. A larger number costs time; a smaller one loses digits.
 pub(crate) const POWER_ITERATIONS: usize = 12;

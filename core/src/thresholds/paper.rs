@@ -1,44 +1,44 @@
 //! Thresholds of the published method.
 
-/// Damping of the first step, relative to the diagonal. Larger is slower; smaller overshoots.
+/// Damping of the first step, relative to the diagonal. A larger value is slower; a smaller one overshoots.
 pub(crate) const FIRST_DAMPING: f64 = 1e-4;
 
-/// Damping above which a small step is no sign of convergence, and its range. Larger limits
-/// stop early, or try longer; smaller ones spend passes, or give up.
+/// Damping above which a small step does not prove convergence, and its range. Larger limits stop early or try longer;
+/// smaller ones spend passes or give up.
 pub(crate) const LOOSE_DAMPING: f64 = 1e-2;
 pub(crate) const MIN_DAMPING: f64 = 1e-9;
 pub(crate) const MAX_DAMPING: f64 = 1e8;
 
-/// Nielsen's rule: least and most factor of the damping after an accepted step, and growth of
-/// the factor of rejected ones. Larger damps more; smaller overshoots.
+/// Nielsen's rule: least and largest factor of the damping after an accepted step, and growth of the factor of rejected
+/// steps. Larger values damp more; smaller ones overshoot.
 pub(crate) const DAMPING_FACTOR: [f64; 2] = [0.1, 2.0];
 pub(crate) const DAMPING_GROWTH: f64 = 2.0;
 
-/// Least step tolerance, in units in the last place of 1 rad, and rounding of the cost, below
-/// which slopes decide, in those of the cost. Larger stops early; smaller follows rounding.
+/// Least step tolerance, in units in the last place of 1 rad; and rounding of the cost, in units in the last place of
+/// the cost, below which slopes decide. Larger values stop early; smaller ones follow rounding.
 pub(crate) const TOLERANCE_ULPS: f64 = 8.0;
 pub(crate) const COST_ULPS: f64 = 2.0;
 
-/// Angle of `R` below which its axis is noise, and above which it may be reversed. Larger
-/// doubts more near 0 and less near pi; smaller the other way.
+/// Angle of `R` below which its axis is noise, and above which the axis may be reversed. Larger values doubt more near
+/// 0 and less near pi; smaller ones doubt less near 0 and more near pi.
 pub(crate) const MIN_ANGLE_RAD: f64 = 3e-3;
 pub(crate) const MAX_ANGLE_RAD: f64 = 3.0;
 
-/// Length of the mean unit axis below which pairs do not agree on one, and of the mean baseline
-/// below which directions cancel. Larger doubts more estimates; smaller reports noise.
+/// Length of the mean unit axis below which pairs do not agree on an axis, and of the mean baseline below which
+/// directions cancel. Larger values doubt more estimates; smaller ones report noise.
 pub(crate) const MIN_CONCENTRATION: f64 = 0.9;
 pub(crate) const MIN_MEAN_BASELINE: f64 = 1e-3;
 
-/// Part of the squared disparities of a pair that may be noise. Larger estimates the baseline from a
-/// scene at infinity; smaller refuses far scenes.
+/// Part of the squared disparities of a pair that may be noise. A larger part estimates the baseline from a scene at
+/// infinity; a smaller one refuses far scenes.
 pub(crate) const MAX_DISPARITY_NOISE: f64 = 0.75;
 
-/// Values that the median sorts before it takes steps. Larger takes memory; smaller errs.
+/// Values that the median sorts before it takes steps. A larger number takes memory; a smaller one errs.
 pub(crate) const MEDIAN_VALUES: usize = 31;
 
-/// Least deviation that the median's steps assume. Larger jitters; smaller stops on equals.
+/// Least deviation that the median's steps assume. A larger value jitters; a smaller one stops on equal values.
 pub(crate) const MIN_DEVIATION_RAD: f64 = 1e-6;
 
-/// Step of the median over the median absolute deviation: 1.4826 makes it a standard deviation,
-/// 1.2533 = sqrt(pi / 2) one over twice the normal density at the median.
+/// Step of the median over the median absolute deviation. The factor 1.4826 makes it a standard deviation; 1.2533 =
+/// sqrt(pi / 2) makes it one over twice the normal density at the median.
 pub(crate) const MEDIAN_STEP: f64 = 1.4826 * 1.2533;

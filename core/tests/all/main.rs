@@ -1,4 +1,4 @@
-//! The core through its public interface, in one program: each program instantiates the calibrator anew.
+//! The core through its public interface, in one program, because each program instantiates the calibrator anew.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

@@ -9,7 +9,7 @@ pub enum Machine {
     #[default]
     #[value(name = "mps2-an386")]
     An386,
-    /// Cortex-M7: f64 in hardware, where the image is built for it.
+    /// Cortex-M7: f64 in hardware, if the image is built for it.
     #[value(name = "mps2-an500")]
     An500,
 }

@@ -6,7 +6,7 @@ use std::process::{Child, Stdio};
 
 use super::EmulatorError;
 
-/// Has no value.
+/// A type without a value.
 pub(crate) struct Log(Infallible);
 
 impl Log {

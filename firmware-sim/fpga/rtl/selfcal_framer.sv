@@ -1,6 +1,6 @@
-// Frames of matches as a stream of bytes: store and reader, with what crosses between their clocks.
+// Frames of matches as a stream of bytes: store and reader, with the signals between their clocks.
 //
-// `clk` is the clock of the matcher, `m_clk` that of the bytes; they are free of each other, and may be one
+// `clk` is the clock of the matcher, `m_clk` that of the bytes; they are independent, and may be the same
 // clock. Hold `rst` for four cycles of the slower one: it empties the framer and restarts the sequence at 0.
 module selfcal_framer #(
     parameter int MATCHES = 254

@@ -1,6 +1,6 @@
 // Sends the frames of the store as bytes of an AXI4-Stream, with both CRCs.
 //
-// The first byte of every frame is the same: the frame is chosen, and kept, once the sink begins with it.
+// The first byte of every frame is the same, so the frame is chosen, and kept, once the sink takes this byte.
 module selfcal_reader #(
     parameter int MATCHES = 254
 ) (
@@ -11,9 +11,9 @@ module selfcal_reader #(
     input  logic        m_ready,
     output logic [7:0]  m_data,
     output logic        m_last,
-    // The sink has begun with the byte that is valid, and takes it later.
+    // The sink has started on the valid byte, and takes it later.
     input  logic        m_begun,
-    // The sink went on without a byte: a frame that has not been granted yet starts over.
+    // The sink went on without a byte: a frame that is not granted yet starts over.
     input  logic        m_missed,
     // A frame waits or is partly read.
     output logic        m_available,
@@ -53,7 +53,7 @@ module selfcal_reader #(
                     crc <= '1;
                     {r_word, at, tail, start_over} <= '0;
                     m_data <= 8'h53;
-                    // Once offered, a byte stays.
+                    // An offered byte stays.
                     if (waiting && !granted) m_valid <= 1'b1;
                     if (m_valid && m_begun) want <= 1'b1;
                     if (m_valid && m_ready) begin
@@ -67,7 +67,7 @@ module selfcal_reader #(
                 GRANT: begin
                     if (m_missed) start_over <= 1'b1;
                     if (granted) begin
-                        // Two cycles after the change of banks: the memory has been read.
+                        // Two cycles after the change of banks the memory has been read.
                         state <= LOAD;
                         if (start_over || m_missed) begin
                             at <= '0;
@@ -105,7 +105,7 @@ module selfcal_reader #(
             endcase
 
 `ifdef FORMAL
-    // Checked in simulation: a frame ends after the four bytes of its CRC, and a byte that is offered stays.
+    // Checked in simulation: a frame ends after the four bytes of its CRC, and an offered byte stays.
     logic settled = 1'b0, held, kept_last;
     logic [1:0] sent; // bytes of the CRC
     logic [7:0] kept;

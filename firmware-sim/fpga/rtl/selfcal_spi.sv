@@ -1,7 +1,7 @@
-// Bytes to an SPI controller, modes 0 and 3, most significant bit first; `ff` where there is none.
+// Bytes to an SPI controller, modes 0 and 3, most significant bit first; `ff` without a byte.
 //
 // The pins are sampled: SCK at most clk / 8, chip select half a period of SCK before the first edge. A byte
-// counts as sent with its eighth rising edge; one that was broken off is sent again.
+// counts as sent with its eighth rising edge; an interrupted byte is sent again.
 module selfcal_spi (
     input  logic        clk,
     input  logic        rst,

@@ -1,4 +1,4 @@
-// The framer as an SPI peripheral with a data-ready pin: what a matcher instantiates.
+// The framer as an SPI peripheral with a data-ready pin: the module for a matcher.
 module selfcal_spi_matcher #(
     parameter int MATCHES = 254
 ) (
@@ -26,7 +26,7 @@ module selfcal_spi_matcher #(
     output logic [15:0]  overfull,
     output logic [15:0]  out_of_range,
 
-    // Samples the pins: at least eight times SCK.
+    // Samples the pins, at least eight times as fast as SCK.
     input  logic         spi_clk,
     input  logic         spi_sck,
     input  logic         spi_cs_n,

@@ -1,14 +1,14 @@
 // Fills frames with the matches of an AXI4-Stream, in three banks of a dual-clock memory: one is filled,
-// one waits, one is read. A bank holds the frame as it goes out, 16 bytes a word, without the CRCs.
+// one waits, one is read. A bank holds the frame as sent, 16 bytes a word, without the CRCs.
 //
-// A whole frame replaces the one that waits. The frame that is read stays until the reader returns it.
+// A whole frame replaces the waiting one. The frame being read stays until the reader returns it.
 module selfcal_store #(
     parameter int MATCHES = 254
 ) (
     input  logic         clk,
     input  logic         rst,
 
-    // Matches. A beat with s_keep low carries none: for a pair without matches. s_first may stay low.
+    // Matches. A beat with s_keep low carries no match, for a pair without matches. s_first may stay low.
     input  logic         s_valid,
     output logic         s_ready,
     input  logic         s_first,
@@ -22,7 +22,7 @@ module selfcal_store #(
     input  logic [15:0]  s_score,
     input  logic [3:0]   s_level,
 
-    // Header. The timestamp is taken with the first beat of a frame; the others are constant in a frame.
+    // Header. The timestamp is sampled with the first beat of a frame; the other fields are constant in a frame.
     input  logic [63:0]  timestamp,
     input  logic [15:0]  width,
     input  logic [15:0]  height,
@@ -153,7 +153,7 @@ module selfcal_store #(
         end
 
 `ifdef FORMAL
-    // By simulation, and by induction in .ci/rtl: what is read is never written, nothing beyond its bank.
+    // Checked in simulation, and by induction in .ci/rtl: no write hits the bank being read, or leaves its bank.
     logic settled = 1'b0;
     always_ff @(posedge clk) begin
         if (rst) settled <= 1'b1;

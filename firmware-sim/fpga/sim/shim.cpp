@@ -1,4 +1,4 @@
-// The Verilated bench behind four C functions. Compiled once for each size: MODEL and NAME(x) are given.
+// The Verilated bench behind four C functions. It is compiled once for each size, which defines MODEL and NAME(x).
 #include MODEL_HEADER
 
 struct Inputs {

@@ -1,4 +1,4 @@
-//! The framer between its clocks: a matcher that drives its stream, and the bytes that come out.
+//! The framer between its clocks: a matcher that drives its stream, and the output bytes.
 
 use std::collections::VecDeque;
 
@@ -11,7 +11,7 @@ use crate::model::{Inputs, Model, Outputs, Size};
 pub struct Beat {
     /// Left u, left v, right u, right v: coordinate steps, 25 bits, two's complement.
     pub coordinates: [u32; 4],
-    /// As on the wire.
+    /// Score as on the wire.
     pub score: u16,
     /// Pyramid level.
     pub level: u8,
@@ -37,7 +37,7 @@ const NO_HEADER: FrameHeader = FrameHeader {
     more_found: false,
 };
 
-/// Where the bytes go.
+/// Destination of the bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sink {
     /// The stream of bytes.
@@ -48,7 +48,7 @@ pub enum Sink {
     Uart = 2,
 }
 
-/// The framer, its clocks and its surroundings. Time is in units of no meaning.
+/// The framer, its clocks and its surroundings. Time has arbitrary units.
 #[derive(Debug)]
 pub struct Bench {
     model: Model,
@@ -165,7 +165,7 @@ impl Bench {
         self.random.to_be_bytes()[0] < self.stalls[side]
     }
 
-    /// Offers the next beat, unless one is offered. The header changes once the last frame is whole.
+    /// Offers the next beat, unless a beat is offered. The header changes once the last frame is whole.
     fn offer(&mut self) {
         let Some(beat) = self.beats.front().filter(|_| !self.inputs.s_valid) else { return };
         if beat.header != self.header {

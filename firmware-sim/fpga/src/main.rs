@@ -103,7 +103,7 @@ fn found(bytes: &[u8]) -> Result<Found> {
     Ok(Found { header, records: records[..header.count.into()].to_vec() })
 }
 
-/// Polls to the end of the pair.
+/// Polls until the end of the pair.
 fn outcome(mut poll: impl FnMut() -> Result<Event>) -> Result<Event> {
     for _ in 0..10_000 {
         let event = poll()?;

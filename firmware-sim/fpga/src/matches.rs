@@ -1,4 +1,4 @@
-//! Matches as beats of the stream, and the frames that they must become.
+//! Matches as beats of the stream, and the expected frames.
 
 use stereo_selfcal::link::{Encoder, FrameHeader, MatchRecord};
 
@@ -14,7 +14,7 @@ pub struct Found {
 }
 
 impl Found {
-    /// The beats of a frame; a frame without matches has one that carries none.
+    /// The beats of a frame; a frame without matches has one beat without a match.
     #[must_use]
     pub fn beats(&self) -> Vec<Beat> {
         let beat = |record: &[u8; MatchRecord::BYTES], keep| Beat {
@@ -39,7 +39,7 @@ impl Found {
 
     /// The frame as the core encodes it.
     ///
-    /// * `capacity`: matches that the framer holds; of more it keeps the first ones.
+    /// * `capacity`: capacity of the framer in matches; it keeps the first ones.
     /// * `more`: matches were left out for another reason.
     ///
     /// # Panics

@@ -1,4 +1,4 @@
-// For place and route: the SPI matcher with its wide ports on shift registers, as no package has the pins.
+// For place and route: the SPI matcher with its wide ports on shift registers, because no package has enough pins.
 module pins (
     input  logic clk, spi_clk, rst, s_valid, in, spi_sck, spi_cs_n,
     output logic s_ready, spi_miso, data_ready, out

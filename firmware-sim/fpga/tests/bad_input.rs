@@ -1,4 +1,4 @@
-//! Each bad input has its answer, and the decoder loses at most the frame that it hits.
+//! Each bad input has a defined result, and the decoder loses at most the frame that it hits.
 
 use fpga_sim::bench::{Beat, Bench, Sink};
 use fpga_sim::matches::Found;
@@ -23,7 +23,7 @@ fn plain(sequence: u32, count: u8) -> Found {
     Found { header: FrameHeader { sequence, ..HEADER }, records: records.collect() }
 }
 
-/// All bytes that the stream gives for the beats.
+/// All bytes of the stream for the beats.
 fn sent(bench: &mut Bench, beats: impl IntoIterator<Item = Beat>) -> Vec<u8> {
     bench.beats.extend(beats);
     bench.run(60_000);
@@ -34,7 +34,7 @@ fn stream() -> Bench {
     Bench::new(Size::Small, Sink::Stream)
 }
 
-/// Whole frames, and bytes skipped.
+/// Number of whole frames, and of skipped bytes.
 fn decoded(bytes: &[u8]) -> (u32, u32) {
     let (mut decoder, mut rest) = (Decoder::new(), bytes);
     while decoder.next(&mut rest).is_some() {}
@@ -90,7 +90,7 @@ fn a_frame_without_its_last_beat_is_dropped_at_the_next_first_one() {
     assert_eq!(sent(&mut bench, beats), []);
     assert_eq!(sent(&mut bench, plain(1, 2).beats()), plain(1, 2).encoded(30, true, false));
     assert_eq!(bench.outputs.unfinished, 1);
-    // Without a first beat the pairs merge, up to the buffer.
+    // Without a first beat the pairs merge, up to the size of the buffer.
     let mut beats = [plain(2, 20).beats(), plain(2, 20).beats()].concat();
     for beat in &mut beats {
         (beat.first, beat.last) = (false, false);
@@ -159,7 +159,7 @@ fn a_reset_within_a_transaction_costs_that_frame() {
     transfer(&mut bench, &mut cut, 0);
     bench.inputs.cs_n = false;
     bench.reset();
-    // Still selected: idle until the controller ends the transaction.
+    // Still selected: the output is idle until the controller ends the transaction.
     bench.beats.extend(plain(0, 2).beats());
     bench.run(2_000);
     let mut idle = [0; 3];

@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::table::{Row, Table};
 
-/// How far figures may move, up or down.
+/// Largest change of figures, up or down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Bound {
     /// Per cent of the committed figure.
@@ -14,10 +14,10 @@ pub(crate) struct Bound {
 }
 
 impl Bound {
-    /// Of the same compiler: counts repeat exactly, but linked code moves a little with every change.
+    /// Same compiler: counts repeat exactly, but linked code moves a little with every change.
     pub(crate) const SAME: Self = Self { percent: 3, slack: 4 };
 
-    /// Of another compiler version: between 1.95.0 and 1.96.0, figures moved by up to 35 %.
+    /// Another compiler version: between 1.95.0 and 1.96.0, figures moved by up to 35 %.
     pub(crate) const OTHER: Self = Self { percent: 40, slack: 64 };
 
     fn holds(self, before: u64, now: u64) -> bool {
@@ -31,7 +31,7 @@ pub(crate) fn bound(committed: &Table, measured: &Table) -> Bound {
     if committed.compiler == measured.compiler { Bound::SAME } else { Bound::OTHER }
 }
 
-/// A figure beyond its bound, gone or new.
+/// A figure beyond its bound, missing or new.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Change {
     key: String,
@@ -53,7 +53,7 @@ impl fmt::Display for Change {
     }
 }
 
-/// Figures beyond the bound, gone or new, in the order of the tables.
+/// Figures beyond the bound, missing or new, in the order of the tables.
 pub(crate) fn changes(committed: &[Row], measured: &[Row], bound: Bound) -> Vec<Change> {
     let find = |rows: &[Row], row: &Row| {
         rows.iter().find(|other| other.key() == row.key()).map(|other| other.value)

@@ -54,12 +54,12 @@ Builds: opt-level 3 and s, fat LTO, one codegen unit, panic=abort (profiles cont
 controller-size). .ci/install-toolchain installs the compiler and QEMU."
 )]
 struct Args {
-    /// Compare with the committed table, and fail where a figure has moved by more than 3 %, up or down,
-    /// or by more than 40 % from a table of another rustc version.
+    /// Compare with the committed table, and fail if a figure has moved by more than 3 %, up or down, or by more than
+    /// 40 % from a table of another rustc version.
     #[arg(long, conflicts_with = "update")]
     check: bool,
 
-    /// Measure this board alone [default: both].
+    /// Measure only this board [default: both].
     #[arg(long, value_enum, conflicts_with = "update")]
     board: Option<Board>,
 
@@ -83,7 +83,7 @@ struct Args {
 fn main() -> ExitCode {
     match run(&Args::parse()) {
         Ok(()) => ExitCode::SUCCESS,
-        // Whoever read the output has seen enough.
+        // The reader of the output has closed it.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");
@@ -95,7 +95,7 @@ fn main() -> ExitCode {
 fn run(args: &Args) -> Result<()> {
     let default = || compile::root().join("firmware-sim/measure/costs");
     let folder = args.table.clone().unwrap_or_else(default);
-    // Fails before minutes of builds.
+    // Fail before minutes of builds.
     let committed = args.check.then(|| table::read_all(&folder)).transpose()?;
     let repeat = usize::from(args.repeat);
     let boards = args.board.map_or_else(|| Board::ALL.to_vec(), |board| vec![board]);
@@ -162,7 +162,7 @@ fn check(tables: &[Table], measured: &Table, boards: &[Board]) -> Result<()> {
     Ok(())
 }
 
-/// One line: the table and the bound of the check.
+/// The table and the bound of the check, in one line.
 fn comparison(committed: &Table, measured: &Table, bound: Bound) -> String {
     let Bound { percent, .. } = bound;
     let [committed, measured] = [&committed.compiler, &measured.compiler];

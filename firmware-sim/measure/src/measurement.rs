@@ -99,8 +99,8 @@ fn printed(text: &str, variant: Variant, scalar: &str) -> Result<Vec<Row>> {
         .collect()
 }
 
-/// Flash and RAM of the core: a program that calls the whole facade, less an empty one; and one that calls the store as
-/// well, less that.
+/// Flash and RAM of the core: a program that calls the whole facade less an empty one, and a program that also calls
+/// the store less the first.
 fn sizes(programs: &HashMap<String, PathBuf>, variant: Variant) -> Result<[Row; 4]> {
     let size = |program: &str| Image::of(&programs[program]);
     let core = size("facade")?.less(size("bare")?);

@@ -84,7 +84,7 @@ pub(crate) fn read_all(folder: &Path) -> Result<Vec<Table>> {
     tables().with_context(|| format!("{}: --update writes a table", folder.display()))
 }
 
-/// The table of this compiler, else that of the nearest version; of two equally near, the newer.
+/// The table of this compiler, otherwise of the nearest version; at equal distance the newer.
 pub(crate) fn nearest<'a>(tables: &'a [Table], compiler: &Version) -> Option<&'a Table> {
     let number = |v: &Version| (v.major * 1000 + v.minor) * 1000 + v.patch;
     tables.iter().min_by_key(|table| {

@@ -47,7 +47,7 @@ impl Board {
         }
     }
 
-    /// Programs for it: one per scalar, and on the Cortex-M4F those that give the size of the core.
+    /// Programs for it: one per scalar, and on the Cortex-M4F the programs that give the size of the core.
     pub(crate) fn programs(self) -> Vec<String> {
         let mut programs: Vec<_> = self.scalars().iter().map(|s| format!("cost-{s}")).collect();
         if self == Self::CortexM4F {

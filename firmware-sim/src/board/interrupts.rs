@@ -19,22 +19,22 @@ pub enum Interrupt {
 // The name that RTIC expects.
 pub use Interrupt as interrupt;
 
-// SAFETY: the number is that of the board.
+// SAFETY: the number belongs to the board.
 unsafe impl InterruptNumber for Interrupt {
     fn number(self) -> u16 {
         self as u16
     }
 }
 
-/// Lets an interrupt through to its handler. RTIC does so itself.
+/// Enables an interrupt. RTIC does so itself.
 pub fn enable(interrupt: Interrupt) {
-    // SAFETY: no critical section here is a mask of one interrupt, which this would break.
+    // SAFETY: no critical section here masks a single interrupt, so this breaks none.
     unsafe { cortex_m::peripheral::NVIC::unmask(interrupt) }
 }
 
 type Handler = unsafe extern "C" fn();
 
-// SAFETY: `device.x` names a handler where the firmware has none.
+// SAFETY: `device.x` names a handler for each interrupt.
 unsafe extern "C" {
     fn TIMER0();
 }

@@ -1,4 +1,4 @@
-//! The UART in place of the matcher's bus. A reference is the SPI device and the data-ready line.
+//! The UART instead of the matcher's bus. A reference is the SPI device and the data-ready line.
 //!
 //! Reads and writes go to the line. Data-ready is high while a received byte waits. The sender sends whole
 //! frames.
@@ -46,7 +46,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// * `timer`: as of [`Timer::start`].
+    /// * `timer`: timer of [`Timer::start`].
     #[must_use]
     pub fn new(uart: Uart, timer: Timer) -> Self {
         let last_byte = Cell::new(timer.ticks());

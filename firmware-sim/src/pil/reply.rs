@@ -60,7 +60,7 @@ pub struct PairReply {
     magic: [u8; 4],
     sequence: U32,
     taken: U16,
-    /// Fused, refused or not solved: a number of `Fused`, `Rejection` or `Rejection`.
+    /// Fused, refused or not solved: a number of `Fused` or of `Rejection`.
     outcome: U16,
     state: U16,
     pair: Solved,
@@ -76,14 +76,14 @@ struct Rig {
     t: [F32; 3],
 }
 
-/// The pair alone.
+/// Result of the pair alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
 #[repr(C)]
 struct Solved {
     rig: Rig,
     passes: U16,
     stop: U16,
-    /// Also set where too few are usable.
+    /// Also set if too few correspondences are usable.
     usable: U32,
     screened: U32,
     rms_px: [F32; 2],
@@ -97,7 +97,7 @@ struct Estimate {
     rig: Rig,
     applicable: Rig,
     pairs: U32,
-    /// Of `R`, of `t`, rad.
+    /// Deviations of `R` and of `t`, rad.
     sd: [F32; 2],
     /// 1 if there is an estimate, its doubt, and 1 if the baseline is observed.
     verdicts: [U16; 3],

@@ -29,12 +29,12 @@ const RATIONAL: u32 = 3;
 #[non_exhaustive]
 pub enum RequestError {
     /// The magic is wrong.
-    #[error("magic {0:02x?} is not that of a request")]
+    #[error("magic {0:02x?} is not the magic of a request")]
     BadMagic([u8; 4]),
     /// The version is not supported.
     #[error("request of version {0}, supported is 2")]
     Version(u32),
-    /// The lens is none of the four.
+    /// The lens model is unknown.
     #[error("unknown lens {0}")]
     Lens(u32),
     /// A camera is invalid.
@@ -43,7 +43,7 @@ pub enum RequestError {
 }
 
 impl RequestError {
-    /// Stable number: of a camera that of [`CameraError::code`], 10 more for the right one.
+    /// Stable number: for a camera [`CameraError::code`], plus 10 for the right one.
     #[must_use]
     pub const fn code(&self) -> u16 {
         match self {

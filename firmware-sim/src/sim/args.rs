@@ -8,14 +8,13 @@ use clap::{Args, Parser, Subcommand};
 use emulator::{Machine, seconds};
 use host_tests::data::Dataset;
 
-/// Run the controller's firmware on this computer, with a recorded data set in place of the
-/// matcher.
+/// Run the controller's firmware on this computer, with a recorded data set instead of the matcher.
 ///
-/// Each stereo pair of the data set becomes a frame of fixed-point correspondences (1/256 px) on a
-/// simulated SPI bus with a data-ready line. The firmware's loop reads the frame, solves the pair for
-/// R and t (p_r = R p_l + t, |t| = 1) from the start R = I, t = (-1, 0, 0), and fuses it with the
-/// earlier pairs. Code and arithmetic are those of the controller: f32, up to 512 correspondences per
-/// pair. From longer frames it selects them by spread over the image and by score.
+/// Each stereo pair of the data set becomes a frame of fixed-point correspondences (1/256 px) on a simulated SPI bus
+/// with a data-ready line. The firmware's loop reads the frame, solves the pair for R and t (p_r = R p_l + t, |t| = 1)
+/// from the start R = I, t = (-1, 0, 0), and fuses it with the earlier pairs. Code and arithmetic equal those of
+/// the controller: f32, up to 512 correspondences per pair. From longer frames it selects by spread over the image and by
+/// score.
 #[derive(Debug, Parser)]
 #[command(
     version,
@@ -82,11 +81,10 @@ impl ReplayArgs {
 
 /// Simulate a flight with a generated rig that vibrates, drifts thermally and is knocked at half time.
 ///
-/// Each pair: 256 matches, 30 % of them outliers, 0.3 px of noise on the others; points 3 to 80
-/// baselines away on the ground, ten times as far at the highest point. The right camera vibrates by
-/// 0.005 degrees RMS about each axis from pair to pair and drifts by 0.05 degrees during the flight.
-/// The firmware applies its estimate as soon as it is locked. Errors are against the generated rig
-/// without its vibration, which no calibration can follow.
+/// Each pair: 256 matches, 30 % of them outliers, 0.3 px of noise on the others; points 3 to 80 baselines away on the
+/// ground, ten times as far at the highest point. The right camera vibrates by 0.005 degrees RMS about each axis from
+/// pair to pair and drifts by 0.05 degrees during the flight. The firmware applies its estimate as soon as it is
+/// locked. Errors are against the generated rig without its vibration, which a calibration cannot follow.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Prints a line for every pair that changes state, verdict or health, and for every 50th:
@@ -142,13 +140,13 @@ pub(super) struct FlightArgs {
 /// Run the same pairs on this computer and on an emulated controller, and compare the results bit for
 /// bit.
 ///
-/// Builds the controller's image and starts it in QEMU. Sends cameras and frames to its UART, where the
-/// firmware's decoder and loop process them. After each pair the controller sends its results: R and t
-/// of the pair and of the estimate, standard deviations, passes, state, verdict, health. This computer
-/// computes the same with the same code. Arithmetic is f32 on both.
+/// Builds the controller's image and starts it in QEMU. Sends cameras and frames to its UART, where the firmware's
+/// decoder and loop process them. After each pair the controller sends its results: R and t of the pair and of the
+/// estimate, standard deviations, passes, state, verdict, health. This computer runs the same code. Arithmetic is f32
+/// on both.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Columns: `bits` is `same` if the results are bit-identical. The others are those of the \
+    after_help = "Columns: `bits` is `same` if the results are bit-identical. The other columns are as in the \
 replay (`--help` of the program).
 
 Needs qemu-system-arm, and a compiler for thumbv7em-none-eabihf that .cargo/for-target finds.

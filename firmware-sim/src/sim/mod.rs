@@ -1,5 +1,5 @@
-//! The simulation on a host: a recorded data set or a generated flight in place of the matcher. The results
-//! go to standard output and into a plot.
+//! The simulation on a host: a recorded data set or a generated flight instead of the matcher. The results go to
+//! standard output and into a plot.
 
 mod args;
 mod flight;
@@ -38,8 +38,7 @@ pub(crate) fn main() -> ExitCode {
 
 /// Runs the command of the command line.
 ///
-/// # Errors
-/// Those of the command.
+/// # Errors Errors of the command.
 fn run(cli: &Cli, out: &mut impl Write) -> Result<ExitCode> {
     match &cli.command {
         Some(Command::Flight(args)) => flight::run(args, out)?,

@@ -1,4 +1,4 @@
-//! The recording of the build script is that of the simulated matcher.
+//! The recording of the build script equals that of the simulated matcher.
 
 use firmware_sim::recording::{FRAMES, NAME, PAIRS, ReplayBus, cameras, truth};
 use firmware_sim::{App, Event, start};
@@ -19,12 +19,12 @@ fn sent() -> Vec<u8> {
 }
 
 #[test]
-fn the_frames_are_those_of_the_simulated_matcher_byte_for_byte() {
+fn the_frames_match_the_simulated_matcher_byte_for_byte() {
     assert!(sent() == FRAMES);
 }
 
 #[test]
-fn cameras_and_truth_are_those_of_the_data_set() {
+fn cameras_and_truth_match_the_data_set() {
     let set = set();
     assert_eq!(PAIRS as usize, set.pairs.len());
     assert_eq!(cameras().unwrap(), set.cameras().unwrap());

@@ -1,4 +1,4 @@
-//! Commands of `selfcal` that read no images, and what all commands share: pages, pictures, rig files.
+//! Commands of `selfcal` that read no images, and the common parts of all commands: pages, pictures, rig files.
 #![allow(clippy::doc_markdown, reason = "doc comments of arguments are the help text")]
 
 mod cli;
@@ -18,7 +18,7 @@ pub use cli::{Command, RigArgs, read_rig, setup};
 pub fn exit(outcome: Result<ExitCode>) -> ExitCode {
     match outcome {
         Ok(code) => code,
-        // The reader of the output has seen enough.
+        // The reader of the output has closed it.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");

@@ -26,7 +26,7 @@ def relative_difference(new, old):
 
 
 def compare_set(new, old):
-    """What differs between two folders, as a list of texts, and the largest difference of K, dist, R and t."""
+    """Differences between two folders, as a list of texts, and the largest difference of K, dist, R and t."""
     if not (old / "meta.json").is_file():
         return ["there is no committed meta.json"], 0.0
     wrong, largest = [], 0.0

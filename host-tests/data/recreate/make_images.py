@@ -1,7 +1,7 @@
 """The images of the project: the chessboard pairs, Aloe, and Motorcycle with its depth.
 
 Chessboard and Aloe are copied as they are. Motorcycle becomes grey JPEG of quality 90, its published disparities PNG in
-steps of a quarter of a pixel, 0 where there is none.
+steps of a quarter of a pixel, 0 without a disparity.
 """
 import argparse
 import pathlib

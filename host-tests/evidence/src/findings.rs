@@ -15,15 +15,15 @@ use rivals::{self, Method, Range, Variant};
 /// Options of an evaluation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Request {
-    /// Data sets, or folders of data sets, beside those that come with the project.
+    /// Further data sets, or folders of data sets.
     pub data: Vec<PathBuf>,
-    /// Names of the methods to compare; all if none.
+    /// Names of the methods to compare; all if empty.
     pub methods: Vec<String>,
-    /// How much is measured.
+    /// Number of trials.
     pub effort: Effort,
-    /// How many settings of each method are tried on the recordings.
+    /// Number of settings of each method on the recordings.
     pub settings: Range,
-    /// Whether disparities and spheres are pictured.
+    /// Whether to draw disparities and spheres.
     pub pictures: bool,
     /// Drop cached measurements.
     pub fresh: bool,
@@ -31,7 +31,7 @@ pub struct Request {
     pub command: String,
 }
 
-/// All that was measured.
+/// All measurements.
 pub(super) struct Findings<'a> {
     pub(super) request: &'a Request,
     pub(super) sets: &'a [RecordedSet],
@@ -39,14 +39,14 @@ pub(super) struct Findings<'a> {
     /// Methods and settings on the recordings: the columns of `rows`.
     pub(super) variants: &'a [Variant],
     pub(super) rows: &'a [Row<'a>],
-    /// Those of the generated scenes.
+    /// Methods and settings on the generated scenes.
     pub(super) few: &'a [Variant],
     pub(super) sweeps: Vec<Sweep>,
     pub(super) step_responses: Vec<(&'a Variant, StepResponse)>,
 }
 
 impl Findings<'_> {
-    /// Our method's place among the variants of the recordings, and those of its rivals.
+    /// Index of our method among the variants of the recordings, and indices of its rivals.
     pub(super) fn sides(&self) -> [Vec<usize>; 2] {
         [verdict::of_method(self.variants, OURS), verdict::rivals(self.variants)]
     }

@@ -1,5 +1,4 @@
-//! Evidence: the method of the paper and ours against others, on recorded and on
-//! generated data, as one page.
+//! Evidence: the method of the paper and ours against others, on recorded and generated data, as one page.
 //!
 //! Measurements are independent and the same on any number of threads; finished
 //! ones are cached beside the page, and an interrupted evaluation resumes.
@@ -44,25 +43,23 @@ pub struct Evaluated {
     pub page: PathBuf,
     /// Numbers of measurements by their outcome.
     pub counts: MeasurementCounts,
-    /// Figures of rivals at least as good as before their settings were varied, and all of them.
+    /// Number of the rivals' figures at least as good as before their settings were varied, and of all.
     pub not_weakened: [usize; 2],
-    /// Cells on the recordings in which ours has a smaller error than the best rival, ties, and losses.
+    /// Cells on the recordings in which ours has a smaller error than the best rival; ties; losses.
     pub cells: [usize; 3],
 }
 
 const TITLE: &str = "Online stereo self-calibration: the evidence";
 
-const LEAD: &str = "How far the estimated extrinsics of a stereo rig are from the truth, for this \
-                    project's two presets and for what else there is, on recorded and on generated \
-                    correspondences. All methods get the same undistorted rays and start at R = I, \
-                    t = (-1, 0, 0), with p_r = R p_l + t and |t| = 1. Errors are in radians: 0.001 rad is \
-                    0.057 degrees.";
+const LEAD: &str = "Errors of the estimated extrinsics of a stereo rig for this project's two presets and for \
+                    other methods, on recorded and generated correspondences. All methods get the same \
+                    undistorted rays and start at R = I, t = (-1, 0, 0), with p_r = R p_l + t and |t| = 1. \
+                    Errors are in radians: 0.001 rad is 0.057 degrees.";
 
-/// Methods that are too slow to be asked after every pair of a run.
+/// Methods that are too slow to run after every pair.
 const BATCH: [&str; 1] = ["bundle"];
 
-/// Evaluates all methods and writes the page into a folder, which is made; nothing is written
-/// elsewhere.
+/// Evaluates all methods and writes the page into a folder, which is made; writes nothing elsewhere.
 ///
 /// * `bar`: advances with every measurement.
 ///
@@ -154,7 +151,7 @@ mod tests {
         let cells = three.path().join("cells.jsonl");
         let text = fs::read_to_string(&cells).unwrap();
         let lines: Vec<&str> = text.lines().collect();
-        // Threads finish in any order, so half of the text may end with a line: half of a line may not.
+        // Threads finish in any order. The cut text may end with a whole line, but not with half a line.
         let whole = lines.len() / 2;
         let begun = &lines[whole][..lines[whole].len() / 2];
         fs::write(&cells, lines[..whole].join("\n") + "\n" + begun).unwrap();

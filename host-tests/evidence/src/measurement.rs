@@ -20,17 +20,16 @@ pub trait Measurement: Serialize + Sync {
     /// Name of this kind of measurement; unique.
     const KIND: &'static str;
 
-    /// Its name in messages: what is measured, and after the last comma which view or which scenes of it.
+    /// Its name in messages: the quantity, and after the last comma its view or scenes.
     fn label(&self) -> String;
 
-    /// Measures it, deterministically: no threads, no clock, seeded random numbers only.
+    /// Measures it deterministically: without threads or clock, and with seeded random numbers only.
     ///
-    /// # Errors
-    /// Why there is no outcome.
+    /// # Errors Why there is no outcome.
     fn measure(&self) -> Result<Self::Outcome>;
 }
 
-/// The outcome of a measurement, or the reason why there is none.
+/// The outcome of a measurement, or the reason for its absence.
 pub type Measured<T> = Result<T, String>;
 
 /// Takes measurements, or reads them from the cache.
@@ -45,11 +44,11 @@ pub struct Runner<'a> {
 /// Numbers of measurements by their outcome.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MeasurementCounts {
-    /// All.
+    /// All measurements.
     pub measurements: usize,
-    /// Measured by an earlier run.
+    /// Measurements from an earlier run.
     pub reused: usize,
-    /// Those without an outcome, and why, in order.
+    /// Measurements without an outcome, and why, in order.
     pub failed: Vec<(String, String)>,
 }
 
@@ -64,7 +63,7 @@ impl<'a> Runner<'a> {
     /// Outcomes in the order of the measurements.
     ///
     /// # Errors
-    /// If the cache cannot be written. A measurement that fails or panics has an outcome.
+    /// If the cache cannot be written. A measurement that fails or panics has an error as its outcome.
     pub fn run<C: Measurement>(&self, measurements: &[C]) -> Result<Vec<Measured<C::Outcome>>> {
         self.bar.inc_length(measurements.len() as u64);
         measurements.par_iter().map(|measurement| self.one(measurement)).collect()
@@ -88,7 +87,7 @@ impl<'a> Runner<'a> {
         let key =
             serde_json::to_string(&(C::KIND, measurement)).context("a measurement has no key")?;
         let known = self.cache.get(&key);
-        // An outcome that no longer reads is measured again.
+        // An outcome that does not parse is measured again.
         let known = known.and_then(|value| serde_json::from_value(value.clone()).ok());
         if let Some(outcome) = known {
             self.reused.fetch_add(1, Ordering::Relaxed);

@@ -1,16 +1,15 @@
-//! How far points lie from where an estimate wants them: rows, and reprojections.
+//! Distances of points from their expected positions under an estimate: rows, and reprojections.
 
 use stereo_selfcal::{Extrinsics, RayPair, RectifyingRotations, row_offset};
 
 use host_tests::data::Rays;
 
-/// RMS over points, unit depth (times the focal length: px). Infinite where the estimate puts a point
-/// behind a camera.
+/// RMS over points, unit depth (times the focal length: px). Infinite if the estimate puts a point behind a camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Offsets {
     /// Vertical offset between the two rectified images.
     pub row: f64,
-    /// Distance, in each image, from the reprojection of the point that fits both best.
+    /// Distance, in each image, from the reprojection of the point that best fits both.
     pub reprojection: f64,
 }
 
@@ -36,7 +35,7 @@ impl Offsets {
 
 /// Sum of the squared distances in both images from the nearest pair of points that meet in space.
 ///
-/// To first order in the distance, as Sampson has it: `(p_r^T E p_l)^2 / |grad|^2`, `E = [t]x R`.
+/// To first order in the distance (Sampson): `(p_r^T E p_l)^2 / |grad|^2`, `E = [t]x R`.
 fn reprojection(estimate: &Extrinsics<f64>, [p_l, p_r]: &Rays) -> f64 {
     let e = estimate.translation().cross_matrix() * estimate.rotation().matrix();
     let (in_right, in_left) = (e * p_l, e.tr_mul(p_r));
@@ -61,7 +60,7 @@ mod tests {
         let turn = Rotation3::new(Vector3::x() * 1e-3).into_inner();
         let off = Offsets::of(&side_by_side(turn), [rays].into_iter());
         assert!((off.row - 1e-3).abs() < 1e-6, "{off:?}");
-        // Shared between the two images, half of it in each.
+        // Half of the offset is in each image.
         assert!((off.reprojection - 0.5e-3).abs() < 1e-6, "{off:?}");
     }
 }

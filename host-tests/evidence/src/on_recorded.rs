@@ -11,7 +11,7 @@ use host_tests::data::Rays;
 use host_tests::stats::median;
 use rivals::Variant;
 
-/// Fewest matches for five unknowns.
+/// Fewest matches for the five unknowns.
 const FEW: usize = 12;
 
 /// `[e_t, e_theta]`, rad.
@@ -22,7 +22,7 @@ pub type ErrorPair = [f64; 2];
 pub struct Errors {
     /// `e_t`, `e_theta` of all pairs fused (eqs 23, 24).
     pub fused: ErrorPair,
-    /// The same of each pair alone; `None` where it gave no estimate.
+    /// The same for each pair alone; `None` for a pair without an estimate.
     pub single: Vec<Option<ErrorPair>>,
 }
 
@@ -86,7 +86,7 @@ pub fn error_pair(deviation: Deviation<f64>) -> ErrorPair {
 }
 
 impl Quantity {
-    /// All four.
+    /// All four quantities.
     pub const ALL: [Self; 4] = [Self::ErrorT, Self::ErrorTheta, Self::SigmaT, Self::SigmaTheta];
 
     /// Its symbol.
@@ -100,13 +100,13 @@ impl Quantity {
         }
     }
 
-    /// 0: of `t`, 1: of `R`.
+    /// 0 for `t`, 1 for `R`.
     #[must_use]
     pub fn part(self) -> usize {
         usize::from(matches!(self, Self::ErrorTheta | Self::SigmaTheta))
     }
 
-    /// `None` where fewer than half of the single pairs have an estimate.
+    /// `None` if fewer than half of the single pairs have an estimate.
     #[must_use]
     pub fn of(self, errors: &Errors) -> Option<f64> {
         let pair = match self {
@@ -118,7 +118,7 @@ impl Quantity {
 }
 
 impl Errors {
-    /// `sigma_t`, `sigma_theta` (eqs 25, 26); `None` where fewer than half of the pairs gave an estimate.
+    /// `sigma_t`, `sigma_theta` (eqs 25, 26); `None` if fewer than half of the pairs have an estimate.
     #[must_use]
     pub fn sigma(&self) -> Option<ErrorPair> {
         let solved = self.single.iter().flatten();
@@ -129,8 +129,8 @@ impl Errors {
         Deviation::root_mean_square(solved.map(deviation)).map(error_pair)
     }
 
-    /// Median of the errors of single pairs, a pair without an estimate as the worst; `None` where that is
-    /// the median.
+    /// Median of the errors of single pairs, where a pair without an estimate counts as the worst; `None` if the median
+    /// is such a pair.
     #[must_use]
     pub fn median(&self) -> Option<ErrorPair> {
         let of = |part: usize| {
@@ -148,7 +148,7 @@ impl Errors {
 }
 
 impl Row<'_> {
-    /// The least of a quantity among some of the methods, and which has it.
+    /// The least value of a quantity among some of the methods, and its method.
     #[must_use]
     pub fn least(&self, quantity: Quantity, among: &[usize]) -> Option<(usize, f64)> {
         let value = |&i: &usize| Some((i, quantity.of(self.errors[i].as_ref().ok()?)?));

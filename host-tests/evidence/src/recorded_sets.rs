@@ -1,5 +1,5 @@
-//! Recorded data sets as they are compared on: undistorted rays, seen from the paper's five views, with either camera
-//! turned, or both.
+//! Recorded data sets for the comparison: undistorted rays from the paper's five views, with either camera turned, or
+//! both.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,19 +14,19 @@ use super::cache::digest;
 use host_tests::data::{Dataset, Rays, TurnedCamera, TurnedView};
 use rivals::{Front, Setting, Tuning};
 
-/// By how much a view is turned, degrees.
+/// Angle of a turned view, degrees.
 pub const TURN_DEG: f64 = 5.0;
 
-/// Noise of a coordinate that methods are told to expect of recorded data, px.
+/// Noise of a coordinate that methods are given for recorded data, px.
 const NOISE_PX: f64 = 0.3;
 
-/// A match further from its row, as the reference has it, is an outlier, px.
+/// Largest row offset under the reference of a match that is not an outlier, px.
 pub const GATE_PX: f64 = 2.0;
 
-/// A start closer to the truth than this gives no evidence, rad.
+/// Least distance of the start from the truth that gives evidence, rad.
 const NO_EVIDENCE: f64 = 1e-6;
 
-/// Where every method starts.
+/// Start of every method.
 pub const START: Extrinsics<f64> = Extrinsics::SIDE_BY_SIDE;
 
 /// A data set, from all views.
@@ -35,11 +35,11 @@ pub struct RecordedSet {
     pub name: String,
     /// Digest of all it contains.
     pub digest: String,
-    /// Where it comes from.
+    /// Its source.
     pub source: String,
-    /// Standard error of its reference, rad, where it is known.
+    /// Standard error of its reference, rad, if known.
     pub reference: Option<Deviation<f64>>,
-    /// Share of matches that do not agree with the reference, 0 to 1.
+    /// Share of matches that disagree with the reference, 0 to 1.
     pub outliers: f64,
     /// Middle; then top, bottom, left, right of the left camera, of the right one, and of both.
     pub views: Vec<SetView>,
@@ -57,17 +57,16 @@ pub struct SetView {
     truths: Vec<Extrinsics<f64>>,
     /// True extrinsics of the last pair.
     pub truth: Extrinsics<f64>,
-    /// What methods may know.
+    /// Knowledge that methods may use.
     pub setting: Setting,
-    /// RANSAC in front of methods, once it was asked for.
+    /// RANSAC in front of methods, once requested.
     front: OnceLock<Front>,
 }
 
 impl RecordedSet {
-    /// From all views.
+    /// The set from all views.
     ///
-    /// # Errors
-    /// If its cameras or its extrinsics are not valid.
+    /// # Errors If its cameras or its extrinsics are not valid.
     pub fn new(set: &Dataset) -> Result<Self> {
         let views = [
             ("top", TurnedView::Top),
@@ -115,7 +114,7 @@ impl RecordedSet {
 }
 
 impl SetView {
-    /// Which camera is turned, and which way.
+    /// The turned camera, and its direction.
     #[must_use]
     pub fn words(&self) -> String {
         match self.camera {
@@ -144,7 +143,7 @@ impl SetView {
         Ok(Self { camera, view, pairs, truths, truth, setting, front: OnceLock::new() })
     }
 
-    /// Whether a match lies within [`GATE_PX`] of its row, as the reference has it.
+    /// Whether a match lies within [`GATE_PX`] of its row under the reference.
     pub fn agrees(&self) -> impl Fn(&Rays) -> bool {
         let rotations = RectifyingRotations::from(&self.truth);
         let gate = GATE_PX / self.setting.focal;
@@ -168,14 +167,14 @@ impl SetView {
         self.front.get_or_init(|| Front::new(&self.pairs, &self.setting))
     }
 
-    /// Error of the start: what doing nothing comes to.
+    /// Error of the start, which is the result of doing nothing.
     #[must_use]
     pub fn still(&self) -> Deviation<f64> {
         self.error(&START)
     }
 
-    /// Whether `t`, and `R`, are evidence: where the truth differs from the start by more than the
-    /// reference's standard error.
+    /// Whether `t`, and `R`, are evidence: the truth differs from the start by more than the reference's standard
+    /// error.
     #[must_use]
     pub fn is_evidence(&self, reference: Option<Deviation<f64>>) -> [bool; 2] {
         let off = self.still();
@@ -199,12 +198,12 @@ impl SetView {
     }
 }
 
-/// The sets that come with the project, then those of the folders, each only once.
+/// The shipped sets, then those of the folders, each only once.
 ///
 /// * `folders`: data sets, or folders of data sets.
 ///
 /// # Errors
-/// Names the folder that has none, or the set that cannot be read.
+/// Names the folder without a data set, or the set that cannot be read.
 pub fn all(folders: &[PathBuf]) -> Result<Vec<RecordedSet>> {
     let mut places: Vec<PathBuf> =
         Dataset::SHIPPED.iter().map(|name| Dataset::shipped().join(name)).collect();

@@ -14,7 +14,7 @@ use rivals::{Front, Variant};
 /// Pairs of a run; the rig turns in the middle.
 pub const PAIRS: usize = 60;
 
-/// By how much the right camera turns, degrees.
+/// Turn of the right camera, degrees.
 pub const TURN_DEG: f64 = 0.5;
 
 /// Share of outliers.
@@ -35,12 +35,11 @@ struct Run<'a> {
     by: &'a [&'a Variant],
 }
 
-/// `e_t` and `e_theta` after each pair, rad, RMS over the runs; `None` where fewer than half of the runs
-/// have an estimate.
+/// `e_t` and `e_theta` after each pair, rad, RMS over the runs; `None` if fewer than half of the runs have an estimate.
 pub type StepResponse = Vec<Option<ErrorPair>>;
 
 impl Measurement for Run<'_> {
-    /// By method and pair.
+    /// Errors by method and pair.
     type Outcome = Vec<Vec<Option<ErrorPair>>>;
     const KIND: &'static str = "step";
 

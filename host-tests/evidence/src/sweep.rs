@@ -1,7 +1,7 @@
 //! Measurements on generated scenes: all methods at one value of the varied parameter.
 //!
-//! All scenes have the rig of the project's figures, 5 degrees off about all axes and `t` 5 degrees
-//! off. All methods see the same scenes, those of the same seeds.
+//! All scenes have the rig of the project's figures, 5 degrees off about all axes and `t` 5 degrees off. All methods
+//! get the same scenes, with the same seeds.
 
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
@@ -24,10 +24,10 @@ const SEED: u64 = 9_900_000;
 /// Scenes of one measurement.
 const CHUNK: usize = 25;
 
-/// Share of outliers where another parameter is varied, except for the two curves of noise.
+/// Share of outliers when another parameter is varied, except for the two curves of noise.
 const OUTLIERS: f64 = 0.1;
 
-/// Farthest over nearest point, where the depth is varied.
+/// Farthest over nearest point, when the depth is varied.
 const DEPTH_RATIO: f64 = 10.0;
 
 /// The varied parameter.
@@ -47,7 +47,7 @@ pub enum SweepAxis {
     Band,
 }
 
-/// What one trial came to.
+/// Result of one trial.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
     /// `e_t`, rad.
@@ -88,18 +88,18 @@ pub struct Sweep {
     pub axis: SweepAxis,
     /// Its values.
     pub values: Vec<f64>,
-    /// Trials, by method with its settings and by value; `None` where it gave no estimate.
+    /// Trials, by method with its settings and by value; `None` for a trial without an estimate.
     pub trials: Vec<Vec<Measured<Vec<Option<Trial>>>>>,
     /// Bound by value.
     pub bound: Vec<Measured<[f64; 2]>>,
 }
 
 impl SweepAxis {
-    /// All, in the order of the page.
+    /// All axes, in the order of the page.
     pub const ALL: [Self; 6] =
         [Self::Matches, Self::Noise, Self::Outliers, Self::Pairs, Self::Depth, Self::Band];
 
-    /// In a word, or two.
+    /// Name in one or two words.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -130,7 +130,7 @@ impl SweepAxis {
         }
     }
 
-    /// Scene, and pairs of it.
+    /// Scene, and the number of its pairs.
     fn scene(self, value: f64) -> (Scene, usize) {
         let plain = Scene { rig: five_degrees_off(), ..Scene::default() };
         let wrong = Scene { outliers: OUTLIERS, ..plain.clone() };
@@ -168,7 +168,7 @@ fn scenes(
 }
 
 impl Measurement for Chunk<'_> {
-    /// By method.
+    /// Trials by method.
     type Outcome = Vec<Vec<Option<Trial>>>;
     const KIND: &'static str = "generated";
 
@@ -214,7 +214,7 @@ impl Measurement for Bound {
     }
 }
 
-/// What methods may know of a generated scene.
+/// The knowledge of a generated scene that methods may use.
 pub(super) fn setting(scene: &Scene) -> Setting {
     Setting {
         start: START,

@@ -1,9 +1,9 @@
 //! Ours against the best rival, cell by cell.
 //!
-//! A cell is one data set, one view and one quantity. The rival is, in each cell, the method and the
-//! settings that come out best there: nobody can choose so beforehand, so it is in the rivals' favour. The
-//! preset `paper` is a rival. A tie is a difference within the standard error of the reference, where that
-//! is known; a cell is judged only where the truth differs from the start by more than that.
+//! A cell is one data set, one view and one quantity. The rival in each cell is the method and the settings with the
+//! best result there. Nobody can choose so beforehand, so this favours the rivals. The preset `paper` is a rival. A tie
+//! is a difference within the standard error of the reference, if that is known. A cell is judged only if the truth
+//! differs from the start by more than that error.
 
 use super::on_recorded::{Quantity, Row};
 use host_tests::stats::geometric_mean;
@@ -27,13 +27,13 @@ pub enum Outcome {
 pub struct Cell<'a> {
     /// Data set and view.
     pub row: &'a Row<'a>,
-    /// What is compared.
+    /// The compared quantity.
     pub quantity: Quantity,
     /// Ours, rad; infinite without an estimate.
     pub ours: f64,
-    /// The best rival, by its place among the variants, and what it has, rad; infinite without an estimate.
+    /// The best rival, by its index among the variants, and its error, rad; infinite without an estimate.
     pub rival: (usize, f64),
-    /// What ours makes of it.
+    /// Outcome for ours.
     pub outcome: Outcome,
 }
 
@@ -51,21 +51,21 @@ impl Cell<'_> {
     }
 }
 
-/// Places of the variants of a method.
+/// Indices of the variants of a method.
 #[must_use]
 pub fn of_method(variants: &[Variant], method: &str) -> Vec<usize> {
     let numbered = variants.iter().enumerate();
     numbered.filter(|(_, by)| by.method.name() == method).map(|(i, _)| i).collect()
 }
 
-/// Places of the variants of all rivals.
+/// Indices of the variants of all rivals.
 #[must_use]
 pub fn rivals(variants: &[Variant]) -> Vec<usize> {
     let numbered = variants.iter().enumerate();
     numbered.filter(|(_, by)| by.method.name() != OURS).map(|(i, _)| i).collect()
 }
 
-/// All cells that are judged, against some of the variants; none without our method.
+/// All judged cells, against some of the variants; empty without our method.
 #[must_use]
 pub fn cells<'a>(rows: &'a [Row<'a>], ours: &[usize], rivals: &[usize]) -> Vec<Cell<'a>> {
     let quantities = |row| Quantity::ALL.map(|quantity| (row, quantity));
@@ -83,7 +83,7 @@ fn cell<'a>(
     if ours.is_empty() || !row.seen.is_evidence(row.set.reference)[part] {
         return None;
     }
-    // A recording of one pair has no figure of its own there: it would count twice.
+    // A recording of one pair has no separate figure of single pairs: it would count twice.
     let of_single = matches!(quantity, Quantity::SigmaT | Quantity::SigmaTheta);
     if of_single && row.seen.pairs.len() < 2 {
         return None;

@@ -1,4 +1,4 @@
-//! Properties of what the calibrator hands out.
+//! Properties of the calibrator's output.
 
 use nalgebra::Matrix3;
 use stereo_selfcal::{
@@ -39,15 +39,15 @@ fn check_correction(correction: LensCorrection<f32>) {
     assert!(correction.focal.is_finite() && correction.k1.is_finite(), "{correction:?}");
 }
 
-/// The calibration in use has cameras in range, of which the left is as given.
+/// The calibration in use has cameras in range, the left one as given.
 pub(super) fn check_in_use(calibrator: &Target, factory: &FactoryCalibration<f32>) {
     let in_use = calibrator.in_use();
     check_extrinsics(&in_use.extrinsics);
     assert_eq!(in_use.cameras.left, factory.cameras.left);
 }
 
-/// After [`stereo_selfcal::Fused::LensCorrected`]: with corrected cameras the estimate begins again, and no ray of
-/// the old ones is kept.
+/// After [`stereo_selfcal::Fused::LensCorrected`]: the estimate restarts with the corrected cameras, and keeps no ray
+/// of the old ones.
 pub(super) fn check_begun_again(calibrator: &Target) {
     assert!(calibrator.proposal().is_none() && calibrator.health().is_err());
     assert_eq!(calibrator.state(), State::Acquiring);

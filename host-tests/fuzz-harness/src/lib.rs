@@ -1,5 +1,5 @@
-//! Fuzz harness: the public API under arbitrary input, in any order of calls. Checked properties: no
-//! panic, bounded passes, finite and orthonormal output, state untouched by refused calls.
+//! Fuzz harness: the public API under arbitrary input, in any order of calls. Checked properties: no panic, bounded
+//! passes, finite and orthonormal output, state unchanged by refused calls.
 //!
 //! Shared by the fuzz targets and by property tests that run on any toolchain.
 
@@ -29,17 +29,17 @@ type Target = Calibrator<f32, 32>;
 pub enum Call {
     /// Any bits as a correspondence.
     Push([f32; 6]),
-    /// A correspondence that fits a rig, more or less: `u`, `v`, disparity, row offset.
+    /// A correspondence that roughly fits a rig: `u`, `v`, disparity, row offset.
     PushPlausible([u8; 4]),
-    /// Twelve or more of them in one go, so that pairs get solved.
+    /// Twelve or more such correspondences at once, so that pairs are solved.
     PushMany([u8; 24]),
-    /// All of `solve_pair`.
+    /// A whole `solve_pair`.
     Solve,
     /// One step of the pair.
     Advance,
-    /// Puts the estimate into use.
+    /// Applies the estimate.
     Apply,
-    /// Takes that back.
+    /// Undoes the last apply.
     Undo,
     /// Freezes or thaws the calibrator.
     Freeze(bool),
@@ -80,7 +80,7 @@ pub fn run_calibrator(bytes: &[u8]) {
         let batch = calibrator.batch().pairs().to_vec();
         let refused = perform(&mut calibrator, &call, &mut made);
         let changed = before.generation != calibrator.in_use().generation;
-        // Many fusions may lead back to where they began; new cameras are the caller's own.
+        // Many fusions may return to the first value; new cameras are the caller's own.
         let counted = changed == (before.in_use != state(&calibrator).in_use);
         let uncounted = matches!(
             call,
@@ -93,7 +93,7 @@ pub fn run_calibrator(bytes: &[u8]) {
         assert!(counted || uncounted, "{call:?}");
         assert!(!changed || call.may_change_what_is_in_use(), "{call:?}");
         let after = state(&calibrator);
-        // An estimate that nothing has confirmed is given up when pairs disagree with it.
+        // An unconfirmed estimate is dropped when pairs disagree with it.
         let given_up = unconfirmed && after == Kept { proposed: None, ..before };
         let unchanged = match call {
             Call::Solve | Call::Advance => before.is_kept_or_wider_in(&after),
@@ -147,7 +147,7 @@ fn config(input: &mut Unstructured<'_>) -> (Config, bool, bool) {
 
 type Proposed = (Extrinsics<f32>, LensCorrection<f32>, StandardDeviations<f32>, u32);
 
-/// What no refusal may change. Refused pairs may make the estimate suspect, not another.
+/// State that a refusal must not change. Refused pairs may make the estimate suspect, but not another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Kept {
     proposed: Option<Proposed>,
@@ -156,7 +156,8 @@ struct Kept {
 }
 
 impl Kept {
-    /// Whether another state is the same, with deviations as large or larger: a pair that disagrees may show a vibration.
+    /// Whether another state equals this one with deviations as large or larger, because a pair that disagrees may show
+    /// vibration.
     fn is_kept_or_wider_in(&self, after: &Self) -> bool {
         let (Some((_, _, sd, _)), Some((_, _, wider, _))) = (&self.proposed, &after.proposed)
         else {
@@ -192,7 +193,7 @@ fn perform(calibrator: &mut Target, call: &Call, made: &mut Made) -> bool {
             let held = calibrator.batch().pairs().len();
             let pushed = calibrator.push(&c);
             let added = usize::from(pushed == Ok(Pushed::Kept));
-            // The first one after a pair begins a new batch.
+            // The first call after a pair starts a new batch.
             let now = calibrator.batch().pairs().len();
             assert!(now == held + added || now == added, "{pushed:?}");
             pushed.is_err()
@@ -271,7 +272,7 @@ fn perform(calibrator: &mut Target, call: &Call, made: &mut Made) -> bool {
     }
 }
 
-/// What calibrators are made of.
+/// Inputs of calibrators.
 struct Made {
     config: Config,
     robust: bool,
@@ -294,7 +295,7 @@ impl Made {
     }
 }
 
-/// Takes the pair of the batch, and checks what became of it.
+/// Takes the pair of the batch, and checks its result.
 fn solve(calibrator: &mut Target, robust: bool) -> Result<(), Rejection> {
     let before = state(calibrator);
     let unconfirmed = calibrator.state() == State::Acquiring;
@@ -341,7 +342,7 @@ fn plausible([u, v, disparity, row]: [u8; 4]) -> Correspondence<f32> {
 fn lens(k: [f32; 5], fisheye: bool) -> Option<Lens<f32>> {
     let [k1, k2, k3, k4, k5] = k;
     if fisheye && k5 < 0.0 {
-        // A quotient of either sign, from as few numbers.
+        // A rational lens whose quotient has either sign, from a few numbers.
         Rational::try_new([k1, k2, k3, k4, k5, -k1, k2, k3]).ok().map(Lens::Rational)
     } else if fisheye {
         Fisheye::try_new([k1, k2, k3, k4]).ok().map(Lens::Fisheye)

@@ -1,4 +1,4 @@
-//! Streams of anything: the decoder in any cut, and the calibrator at its end.
+//! Arbitrary streams: the decoder with any cut, and a calibrator as its sink.
 
 use arbitrary::{Arbitrary, Unstructured};
 use stereo_selfcal::link::{Counters, Decoder, Event, FrameCrc, FrameHeader, MatchRecord};
@@ -11,7 +11,7 @@ use super::{Target, config, plausible, solve, usual_cameras};
 /// Records of a generated frame: more than the batch holds.
 const MOST: usize = 48;
 
-/// What comes next on the wire.
+/// Next item on the wire.
 #[derive(Debug, Clone, Arbitrary)]
 enum Piece {
     /// Any bytes.
@@ -24,7 +24,7 @@ enum Piece {
     Cut(Content, u16, u16),
     /// The first bytes of a frame, then another frame.
     Interrupted(Content, u16, Content),
-    /// The frame before once more.
+    /// The previous frame again.
     Again,
 }
 
@@ -37,9 +37,9 @@ struct Content {
     pyramid_ratio: u8,
     grid_step: u16,
     flags: [bool; 2],
-    /// Of the usual cameras, or any.
+    /// Size of the usual cameras, or any.
     size: Option<[u16; 2]>,
-    /// Usual matches, many, or any records.
+    /// Whether it has usual matches, many, or arbitrary records.
     usual: bool,
     records: Vec<[u8; MatchRecord::BYTES]>,
 }
@@ -141,7 +141,7 @@ fn decode(mut stream: &[u8], cuts: &[usize]) -> (Vec<Event>, Counters) {
     (events, *decoder.counters())
 }
 
-/// Frames begin and end, and those that are handed out are in the stream.
+/// Frames start and end, and those handed out are in the stream.
 fn check_order(events: &[Event], stream: &[u8]) {
     let mut open: Option<(FrameHeader, Vec<Correspondence<f32>>)> = None;
     for event in events {
@@ -178,11 +178,9 @@ fn is_in(stream: &[u8], header: &FrameHeader, matches: &[Correspondence<f32>]) -
     })
 }
 
-/// Feeds the stream that `bytes` stand for to a calibrator that solves, fuses, applies, and is switched
-/// off and on.
+/// Feeds the stream that `bytes` encode to a calibrator that solves, fuses, applies, and restarts.
 ///
-/// # Panics
-/// If the decoder or the calibrator violates a property.
+/// # Panics If the decoder or the calibrator violates a property.
 pub fn run_frames(bytes: &[u8]) {
     let mut input = Unstructured::new(bytes);
     let (config, robust, _) = config(&mut input);
@@ -202,7 +200,7 @@ pub fn run_frames(bytes: &[u8]) {
             }
         }
         let act = acts.next().copied().unwrap_or_default();
-        // Where the solve is broken off, the next frame is refused until the batch is cleared.
+        // After an interrupted solve, the next frame is refused until the batch is cleared.
         if act & 1 == 0 {
             let _ = solve(&mut calibrator, robust);
         } else if calibrator.advance_pair().is_none() && act & 2 == 0 {
@@ -222,7 +220,7 @@ pub fn run_frames(bytes: &[u8]) {
     }
 }
 
-/// After the power was lost and came back.
+/// The calibrator after a loss of power.
 pub(super) fn restarted(before: &Target, mut fresh: Target) -> Target {
     let record = before.snapshot();
     if fresh.restore(&record).is_ok() {

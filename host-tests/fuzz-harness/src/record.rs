@@ -66,7 +66,7 @@ pub fn run_record(bytes: &[u8]) {
 }
 
 fn apply(change: &Change, record: &mut Vec<u8>) {
-    // Header and checksum are kept: they have tests of their own.
+    // Header and checksum are kept, because other tests cover them.
     let words = (record.len().saturating_sub(16) / 4).max(1);
     let place = |at: u16| 12 + usize::from(at) % words * 4;
     let get = |record: &[u8], at: u16| -> [u8; 4] {
@@ -110,7 +110,7 @@ fn crc32(bytes: &[u8]) -> u32 {
     })
 }
 
-/// Further pairs, and a look at all that comes of them.
+/// Takes further pairs, and checks all results.
 fn go_on(calibrator: &mut Target, made: &FactoryCalibration<f32>) {
     for pair in 8..12 {
         check_in_use(calibrator, made);

@@ -1,5 +1,5 @@
-//! The flash store on arbitrary flash under any sequence of operations, held to its promises: no panic,
-//! no word is written twice; the last saved record is found until a bit rots, and then no other one.
+//! The flash store on arbitrary flash under any sequence of operations, checked for its guarantees: no panic, no word
+//! written twice; the last saved record is found until a bit changes, and then no other record is.
 
 use std::time::Duration;
 
@@ -19,17 +19,17 @@ type Nor = Flash<8, BLOCK>;
 #[derive(Debug, Clone, Arbitrary)]
 enum Operation {
     Save(bool),
-    /// Closed and opened.
+    /// The store is closed and opened.
     Reopen,
     /// Power is lost after so many words of a save.
     Cut(bool, u8),
-    /// A byte gets other bits.
+    /// A byte changes some bits.
     Rot(u16, u8),
-    /// A block takes no more words, with an error or without; or all do again.
+    /// A block accepts no further word, with or without an error; or all blocks work again.
     WearOut(Option<(u8, bool)>),
 }
 
-/// A store, and the numbers that were saved and must be found.
+/// A store, and the saved numbers that must be found.
 struct Kept {
     store: Store<Nor, f32>,
     fresh: Target,
@@ -37,10 +37,9 @@ struct Kept {
     saved: u16,
 }
 
-/// Runs the operations that `bytes` stand for; how many records were found.
+/// Runs the operations that `bytes` encode; returns the number of records found.
 ///
-/// # Panics
-/// If the store violates a property.
+/// # Panics If the store violates a property.
 #[must_use]
 pub fn run_store(bytes: &[u8]) -> u32 {
     let mut input = Unstructured::new(bytes);
@@ -94,7 +93,7 @@ impl Kept {
         [factory, resumed.then(|| calibrator.in_use().generation as u16)]
     }
 
-    /// Saves the next number; whether that was done.
+    /// Saves the next number; returns whether it was saved.
     fn save(&mut self, state: bool) -> bool {
         self.saved += 1;
         let number = self.saved;
@@ -111,14 +110,14 @@ impl Kept {
     }
 
     fn with_flash(&mut self, change: impl FnOnce(&mut Nor)) {
-        // A store is not taken out of its place: it is opened again over the changed flash.
+        // The store cannot be moved out of its place: a new one opens the changed flash.
         let blank = Nor::of(vec![0xff; 4 * BLOCK], 0);
         let mut flash = std::mem::replace(&mut self.store, open(blank)).close();
         change(&mut flash);
         self.store = open(flash);
     }
 
-    /// Whether the number may be found that was saved last.
+    /// Whether the last saved number may be found.
     fn perform(&mut self, operation: &Operation, is_rotten: &mut bool) -> bool {
         match *operation {
             Operation::Save(state) => {

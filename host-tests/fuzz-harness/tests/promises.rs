@@ -19,7 +19,7 @@ fn random_bytes_into(harness: fn(&[u8]), runs: usize) {
 
 /// Seeds of the fuzzer, and inputs that once violated a property.
 #[test]
-fn the_corpus_breaks_no_promise() {
+fn the_corpus_keeps_the_guarantees() {
     type Harness = fn(&[u8]);
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus");
     let harnesses: [(&str, Harness); 5] = [
@@ -43,27 +43,27 @@ fn the_corpus_breaks_no_promise() {
 }
 
 #[test]
-fn arbitrary_calls_in_any_order_break_no_promise() {
+fn arbitrary_calls_in_any_order_keep_the_guarantees() {
     random_bytes_into(run_calibrator, runs(4_000, 20_000));
 }
 
 #[test]
-fn arbitrary_streams_in_any_cut_break_no_promise_of_the_decoder() {
+fn arbitrary_streams_in_any_cut_keep_the_guarantees_of_the_decoder() {
     random_bytes_into(run_decoder, runs(5_000, 20_000));
 }
 
 #[test]
-fn arbitrary_frames_break_no_promise_of_the_calibrator() {
+fn arbitrary_frames_keep_the_guarantees_of_the_calibrator() {
     random_bytes_into(run_frames, runs(5_000, 20_000));
 }
 
 #[test]
-fn arbitrary_records_break_no_promise() {
+fn arbitrary_records_keep_the_guarantees() {
     random_bytes_into(run_record, runs(2_000, 5_000));
 }
 
 #[test]
-fn any_flash_and_any_operations_break_no_promise_of_the_store() {
+fn any_flash_and_any_operations_keep_the_guarantees_of_the_store() {
     let mut rng = ChaCha8Rng::seed_from_u64(20_261_122);
     let mut loaded = 0_u32;
     let operations = runs(1_000, 4_000);

@@ -1,4 +1,4 @@
-//! What the matches of a run cover of both images, near and far, and what to point the cameras at, in words.
+//! Coverage of both images by the matches of a run, near and far, and advice in words on where to point the cameras.
 
 use host_tests::data::{Dataset, Match};
 use host_tests::run::Estimate;
@@ -9,13 +9,13 @@ use stereo_selfcal::{Cameras, RectifyingRotations, row_offset};
 const ROWS: [&str; 3] = ["upper", "middle", "lower"];
 const COLUMNS: [&str; 3] = ["left", "middle", "right"];
 
-/// Nearer than the first is near, beyond the second is far, baselines.
+/// Limits of near and far, baselines.
 const DEPTHS: [f64; 2] = [15.0, 40.0];
 
 /// A match within this of its row counts, px.
 const IN_ROW_PX: f64 = 2.0;
 
-/// Matches from which a cell, or a depth, is covered.
+/// Matches that cover a cell or a depth.
 const ENOUGH: usize = 5;
 
 /// Matches in a cell of an image.
@@ -23,7 +23,7 @@ const ENOUGH: usize = 5;
 pub struct Cell {
     /// Nearer than 15 baselines.
     pub near: usize,
-    /// Between.
+    /// Between the limits.
     pub between: usize,
     /// Beyond 40 baselines.
     pub far: usize,
@@ -38,9 +38,9 @@ impl Cell {
 /// Matches of a run, by place and depth.
 #[derive(Debug, Clone, Serialize)]
 pub struct Coverage {
-    /// Of the left and the right image: three rows of three cells.
+    /// Cells of the left and the right image: three rows of three cells.
     pub cells: [[[Cell; 3]; 3]; 2],
-    /// What is missing, and what to point the cameras at.
+    /// Missing coverage, and advice on where to point the cameras.
     pub words: Vec<String>,
 }
 

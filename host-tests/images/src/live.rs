@@ -19,14 +19,14 @@ const WIDTH: usize = 30;
 /// Row offset of a full bar, px.
 const FULL_PX: f64 = 10.0;
 
-/// What was skipped is named so many times; all of it is counted.
+/// Largest number of skipped pairs that are named; all are counted.
 const NAMED: usize = 10;
 
 /// Shows a run on standard error.
 #[derive(Debug)]
 pub struct Live {
     terminal: bool,
-    /// Nothing but what was skipped.
+    /// Prints only skipped pairs.
     quiet: bool,
     count: Option<usize>,
     started: Instant,
@@ -35,14 +35,14 @@ pub struct Live {
 }
 
 impl Live {
-    /// A view of a run over so many pairs, where that is known.
+    /// A view of a run over so many pairs, if known.
     #[must_use]
     pub fn new(count: Option<usize>, quiet: bool) -> Self {
         let terminal = io::stderr().is_terminal();
         Self { terminal, quiet, count, started: Instant::now(), drawn: None, skipped: 0 }
     }
 
-    /// Leaves the terminal as it should be.
+    /// Restores the terminal.
     pub fn finish(&mut self) {
         if self.skipped > NAMED {
             self.print(&format!("and {} more skipped", self.skipped - NAMED));
@@ -52,7 +52,7 @@ impl Live {
 
     fn clear(&mut self) {
         if self.drawn.take().is_some() {
-            // Up, and all below away. A terminal that is gone is no reason to stop.
+            // Moves up and clears the lines below. A closed terminal does not end the run.
             let _ = write!(io::stderr(), "\x1b[{LINES}F\x1b[0J");
         }
     }

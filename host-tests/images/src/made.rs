@@ -1,7 +1,7 @@
-//! Made pairs with exact truth: a shipped image, and how a second camera would see it if it lay on planes.
+//! Synthetic pairs with exact truth: a shipped image, and the view of a second camera if the image lay on planes.
 //!
-//! The left image is cut into tiles, each a slanted plane at a depth of its own, and every pixel of the right
-//! image looks through the homographies of the planes for the nearest one. Both images get noise.
+//! The left image is cut into tiles, each a slanted plane at a depth of its own, and every pixel of the right image
+//! takes the nearest plane by the homographies. Both images get noise.
 
 use std::io::BufWriter;
 use std::path::Path;
@@ -52,13 +52,13 @@ pub struct MadePair {
     pub meta: Meta,
 }
 
-/// Plane of a tile: `normal . X = 1`, and the way of a right pixel back to the left image.
+/// Plane of a tile, `normal . X = 1`, and the map from a right pixel back to the left image.
 struct Plane {
     normal: Vector3<f64>,
     back: Matrix3<f64>,
 }
 
-/// What is drawn anew for each scene.
+/// Random draws of a scene.
 struct Draw(ChaCha8Rng);
 
 impl Draw {
@@ -74,8 +74,7 @@ impl Draw {
 impl MadePair {
     /// The scene of that number from an image.
     ///
-    /// # Errors
-    /// If the shipped files are damaged.
+    /// # Errors If the shipped files are damaged.
     pub fn new(images: ShippedImages, scene: u64) -> Result<Self> {
         let files = images.files();
         let [left, _] = &files[scene as usize % files.len()];
@@ -117,10 +116,9 @@ impl MadePair {
             .with_context(|| format!("cannot write {}", path.display()))
     }
 
-    /// Matches of SIFT in the saved images, if `make_pairs.py` has left some there.
+    /// SIFT matches in the saved images, if `make_pairs.py` has written them.
     ///
-    /// # Errors
-    /// If they are damaged.
+    /// # Errors If they are damaged.
     pub fn sift(&self, top: &Path) -> Result<Option<Dataset>> {
         let dir = top.join(&self.name).join("sift");
         dir.exists().then(|| Dataset::load(&dir)).transpose()
@@ -166,7 +164,7 @@ fn planes(meta: &Meta, draw: &mut Draw) -> Result<Vec<Plane>> {
     (0..columns * rows).map(plane).collect()
 }
 
-/// The right image; grey where no plane is seen.
+/// The right image; grey where it shows no plane.
 fn seen(texture: &Picture, planes: &[Plane], rays: &Matrix3<f64>) -> Vec<f64> {
     let [width, height] = texture.size().map(f64::from);
     let [columns, rows] = TILES;
@@ -195,7 +193,7 @@ fn seen(texture: &Picture, planes: &[Plane], rays: &Matrix3<f64>) -> Vec<f64> {
     lines.concat()
 }
 
-/// Between the pixels, cubic (Catmull and Rom): a bilinear value is blurred by its place between them.
+/// Cubic interpolation (Catmull and Rom); bilinear interpolation blurs by the place between the pixels.
 fn cubic(picture: &Picture, [u, v]: [f64; 2]) -> Option<f64> {
     let [width, height] = picture.size().map(usize::from);
     let [left, top] = [u, v].map(|x| (x.floor() as usize).checked_sub(1));

@@ -1,4 +1,4 @@
-//! The matcher against the truth: the shipped images, as they are and with the left one turned.
+//! The matcher against the truth: the shipped images, unchanged and with the left image turned.
 
 use anyhow::{Context, Result};
 use host_tests::data::{Dataset, Match, TurnedView};
@@ -14,10 +14,10 @@ use crate::matcher::{Matcher, MatcherConfig};
 use crate::picture::Picture;
 use crate::shipped::ShippedImages;
 
-/// Within this of its true row, a match is right, px.
+/// Largest row offset of a right match, px.
 pub const RIGHT_PX: f64 = 1.5;
 
-/// How far the left view is turned, degrees.
+/// Angle of the turned left view, degrees.
 pub const DEGREES: f64 = 5.0;
 
 /// Matches against the truth, and the estimate from them.
@@ -27,26 +27,26 @@ pub struct Quality {
     pub matches: f64,
     /// Share within [`RIGHT_PX`] of their true row.
     pub right: f64,
-    /// RMS row offset of those, px.
+    /// RMS row offset of the right matches, px.
     pub noise_px: f64,
     /// Error of the fused estimate.
     pub error: Deviation<f64>,
 }
 
-/// One view of one set: by this matcher and by the SIFT matches of the project.
+/// One view of one set, by this matcher and by the project's SIFT matches.
 #[derive(Debug, Clone)]
 pub struct Measured {
     /// Name of the images.
     pub name: &'static str,
-    /// `None`: as they are.
+    /// `None`: unchanged.
     pub view: Option<TurnedView>,
-    /// Of this matcher.
+    /// Quality of this matcher.
     pub ours: Quality,
-    /// Of the recorded SIFT matches, their points turned.
+    /// Quality of the recorded SIFT matches, with their points turned.
     pub sift: Quality,
 }
 
-/// The views that are measured.
+/// The measured views.
 pub const VIEWS: [Option<TurnedView>; 5] = [
     None,
     Some(TurnedView::Top),
@@ -74,10 +74,9 @@ pub fn measure(
     })
 }
 
-/// Measures a made pair, from a side-by-side rig, beside the SIFT matches if there are any.
+/// Measures a synthetic pair, starting from a side-by-side rig, beside the SIFT matches if there are any.
 ///
-/// # Errors
-/// If no pair can be fused.
+/// # Errors If no pair can be fused.
 pub fn measure_made(
     made: &MadePair,
     sift: Option<&Dataset>,
@@ -141,12 +140,12 @@ fn quality(set: &Dataset, start: &Extrinsics<f64>) -> Result<Quality> {
     })
 }
 
-/// Pixels that a turned view has not seen.
+/// Pixels that a turned view does not show.
 struct Unseen {
     picture: Grey,
 }
 
-/// Half of the window around a match that must be seen, px.
+/// Half of the window around a match that must be visible, px.
 const WINDOW: i32 = 12;
 
 impl Unseen {

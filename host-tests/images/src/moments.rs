@@ -1,4 +1,4 @@
-//! Left and right of different moments: does a left image fit an earlier or later right one better?
+//! Detects left and right images of different moments: a left image fits an earlier or later right image better.
 
 use std::ops::ControlFlow;
 
@@ -9,37 +9,36 @@ use rayon::prelude::*;
 use crate::matcher::Matcher;
 use crate::source::{Frame, Item, Source};
 
-/// Pairs that are looked at.
+/// Number of pairs examined.
 const PAIRS: usize = 8;
 
-/// How far left and right are shifted against each other at most, pairs.
+/// Largest shift of left against right, pairs.
 const REACH: usize = 2;
 
-/// The least pairs that tell.
+/// Least number of pairs for a result.
 pub const LEAST: usize = 3;
 
 /// A match this close to its row agrees, px.
 const IN_ROW_PX: f64 = 2.0;
 
-/// How many times more matches the better shift must have.
+/// Ratio of matches above which the shifted pairs count as better.
 const CLEARLY: f64 = 1.5;
 
-/// Left images fit right ones of other pairs.
+/// Left images that fit right images of other pairs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shift {
-    /// Pairs that the right images come late; negative: early.
+    /// Delay of the right images in pairs; negative if they are early.
     pub pairs: isize,
-    /// Matches of a pair that agree, as the pairs are.
+    /// Matches of a pair that agree, without a shift.
     pub matches: usize,
-    /// The same after the shift.
+    /// Matches of a pair that agree, with the shift.
     pub shifted: usize,
 }
 
 impl Shift {
-    /// Compares shifts over the first pairs; `None` if the pairs as they are fit best, or are too few.
+    /// Compares shifts over the first pairs; `None` if the unshifted pairs fit best, or are too few.
     ///
-    /// # Errors
-    /// If the source cannot be read.
+    /// # Errors If the source cannot be read.
     pub fn look(source: &Source, matcher: &Matcher) -> Result<Option<Self>> {
         let mut pairs: Vec<[Frame; 2]> = Vec::new();
         source.read(&mut |item| {
@@ -52,7 +51,7 @@ impl Shift {
             return Ok(None);
         }
         let count = pairs.len() as isize;
-        // A pair alone fits a rig of its own: two or more must agree.
+        // A single pair fits a rig of its own, so two or more must agree.
         let reach = REACH.min(pairs.len() - 2) as isize;
         let of = |shift: isize| -> usize {
             let both = |left: isize| {
@@ -74,10 +73,9 @@ impl Shift {
     }
 }
 
-/// How many matches of the first pairs agree on a rig under each of two sets of cameras.
+/// Number of matches of the first pairs that agree on a rig, under each of two sets of cameras.
 ///
-/// # Errors
-/// If the source cannot be read.
+/// # Errors If the source cannot be read.
 pub fn fits(source: &Source, matchers: [&Matcher; 2]) -> Result<[usize; 2]> {
     let mut pairs: Vec<[Frame; 2]> = Vec::new();
     source.read(&mut |item| {
@@ -99,8 +97,8 @@ fn matches(matcher: &Matcher, left: &Frame, right: &Frame) -> Vec<Match> {
     matcher.matches(&left, &right).map(|matched| matched.matches).unwrap_or_default()
 }
 
-/// Matches of all pairs in row under the one pair's extrinsics that most agree with: a rig that moves with its
-/// images of different moments has other extrinsics in each pair.
+/// Matches of all pairs in row under the extrinsics of the pair that most matches agree with. A moving rig with images
+/// of different moments has other extrinsics in each pair.
 fn in_agreement(matcher: &Matcher, all: &[Vec<Match>]) -> usize {
     let rigs = all.iter().filter_map(|matches| matcher.rows(matches));
     let agree = |rig| all.iter().map(|matches| matcher.in_row(matches, &rig, IN_ROW_PX)).sum();

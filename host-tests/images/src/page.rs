@@ -1,4 +1,4 @@
-//! The page of a run over images: pictures before and after, the verdict, then the pages of any run.
+//! The page of a run over images: pictures before and after, the verdict, then the common part of all runs.
 
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ use crate::picture::Picture;
 use crate::session::{BestPair, Session};
 use crate::verdict::{Report, Verdict};
 
-/// Pictures are at most this wide, px.
+/// Largest width of pictures, px.
 const WIDE: u16 = 720;
 
 /// Largest disparity searched, px of the picture.
@@ -31,7 +31,7 @@ const DOT: i64 = 3;
 /// Row offset of the brightest colour, px of the image.
 const BRIGHTEST_PX: f64 = 3.0;
 
-/// Where the colours of row offsets begin: the darkest ones are lost on a dim image.
+/// Start of the colours of row offsets: darker ones do not show on a dim image.
 const DARKEST: f64 = 0.3;
 
 const QUALITY: u8 = 85;
@@ -77,24 +77,24 @@ fn verdict(report: &Report, command: &str) -> Section {
     for reason in &report.summary.reasons {
         row("arming, or the last pair", Cell::text(reason));
     }
-    // As text: a number would move its column to the right.
+    // A text, because a number would move to the right of its column.
     row("matches a pair", Cell::text(format!("{:.0}", report.matches_a_pair)));
     if !report.skipped.is_empty() {
         row("skipped", Cell::text(&report.skipped));
     }
     section.table(table.explained(
-        "Good: rows within 1 px that the estimate does not improve by a tenth. Improvable: it does. Recalibrate: rows \
-         1 px off or more. Row offsets are RMS over the matches that fit the estimate.",
+        "Good: rows within 1 px, and the estimate does not improve them by a tenth. Improvable: it does. \
+         Recalibrate: rows 1 px off or more. Row offsets are RMS over the matches that fit the estimate.",
         command,
     ));
     section
 }
 
-/// Pictures of the best pair; a sentence where there is nothing to show.
+/// Pictures of the best pair; a sentence if there is nothing to show.
 fn pictures(session: &Session, command: &str) -> Result<Option<Section>> {
     let (Some(best), Some(fused)) = (&session.best, session.log.fused()) else { return Ok(None) };
     let BestPair { number, frames, matches } = best;
-    // Cameras that do not stand side by side are turned until they do: rows are then level.
+    // If the cameras are not side by side, the pictures are turned until they are, so that rows are level.
     let turns = QuarterTurns::upright(&fused.rig(&session.set.meta));
     let turned = |side: usize| -> Result<Picture> {
         Ok(frames[side].picture()?.turned(orientation(turns.0[side])))
@@ -116,7 +116,7 @@ fn pictures(session: &Session, command: &str) -> Result<Option<Section>> {
     {
         if !panels.add(rig, extrinsics, shown, &kept, range)? {
             section
-                .text(format!("No camera sees what both see after the rectification of: {rig}."));
+                .text(format!("No rectified camera sees the view of both cameras after the rectification of: {rig}."));
         }
     }
     let name = format!("pair {number}, {} and {}", frames[0], frames[1]);
@@ -144,7 +144,7 @@ impl Panels {
         Self { pairs: Row::new(), disparities: Row::new(), offsets: Row::new(), numbers }
     }
 
-    /// The pictures of one rig; `false` if only its matches can be shown, since no rectified camera sees both.
+    /// The pictures of one rig; `false` if it has only its matches to show, because no rectified camera sees both.
     fn add(
         &mut self,
         rig: &str,
@@ -167,7 +167,7 @@ impl Panels {
         Ok(true)
     }
 
-    /// One below the other, with what they show of the pair of that name.
+    /// The rows of pictures, captioned for the pair of that name.
     fn figures(self, name: &str, range: u16, command: &str) -> [Figure; 3] {
         let figure = |panels, caption, csv: &str| Figure {
             panels,
@@ -181,8 +181,8 @@ impl Panels {
              level from a match's end in the left image, and its end in the right image should lie on it."
         );
         let disparities = format!(
-            "Dense disparities of {name}, from yellow (near, {range} px) to dark blue (far, 0 px); grey where left and \
-             right do not agree within 1 px. Semi-global matching, nothing filled in."
+            "Dense disparities of {name}, from yellow (near, {range} px) to dark blue (far, 0 px); grey if \
+             left and right do not agree within 1 px. Semi-global matching, without filling holes."
         );
         let offsets = format!(
             "All matches of {name} in the left image as it is, coloured by their row offset: blue 0, yellow \
@@ -205,7 +205,7 @@ fn orientation(quarters: u8) -> Orientation {
     }
 }
 
-/// A pair halved until it is no wider than pictures are.
+/// A pair, halved until it fits the width of the pictures.
 fn shown(pictures: &[Picture; 2], meta: &Meta, matches: &[Match]) -> Result<StereoImages> {
     let [left, right] = [halved(&pictures[0])?, halved(&pictures[1])?];
     let narrow = |picture: &Picture| picture.size()[0] <= WIDE;
@@ -229,7 +229,7 @@ fn shown(pictures: &[Picture; 2], meta: &Meta, matches: &[Match]) -> Result<Ster
     })
 }
 
-/// The rig of images halved as the pyramid does it: the first pixel stays where it is.
+/// The rig of images halved as in the pyramid: the first pixel stays.
 fn halved_meta(meta: &Meta, scale: f64) -> Meta {
     let mut small = meta.clone();
     for k in [&mut small.k_l, &mut small.k_r] {

@@ -9,10 +9,10 @@ use image::DynamicImage;
 use image::metadata::Orientation;
 use kornia_image::{Image, ImageSize};
 
-/// Share of the pixels of a 16-bit picture that may be brighter than its white.
+/// Share of the pixels of a 16-bit picture that may exceed its white.
 const CLIPPED: f64 = 0.001;
 
-/// A picture whose brightest and darkest pixel differ by no more shows nothing.
+/// Largest difference of brightest and darkest pixel in an empty picture.
 const CONTRAST: u8 = 8;
 
 /// A grey picture; the centre of its top left pixel is at `(0, 0)`.
@@ -34,13 +34,16 @@ impl Picture {
     pub fn try_new(size: [usize; 2], pixels: Vec<u8>) -> Result<Self> {
         let [width, height] = size;
         for length in size {
-            ensure!(u16::try_from(length).is_ok(), "{width} x {height} px: a side may have 65535");
+            ensure!(
+                u16::try_from(length).is_ok(),
+                "{width} x {height} px: a side may have at most 65535"
+            );
         }
         ensure!(width >= 2 && height >= 2, "{width} x {height} px: too small for an image");
         Ok(Self(Image::new(ImageSize { width, height }, pixels)?))
     }
 
-    /// Reads a PNG, JPEG, PGM, TIFF, BMP or WebP file of 8 or 16 bits as it is stored; colours become grey.
+    /// Reads a PNG, JPEG, PGM, TIFF, BMP or WebP file of 8 or 16 bits as stored; colours become grey.
     ///
     /// # Errors
     /// Names the file.
@@ -48,10 +51,9 @@ impl Picture {
         Ok(Self::read_with_orientation(path)?.0)
     }
 
-    /// The same, with the orientation that its EXIF data say.
+    /// The same, with the orientation of its EXIF data.
     ///
-    /// # Errors
-    /// Names the file.
+    /// # Errors Names the file.
     pub fn read_with_orientation(path: &Path) -> Result<(Self, Orientation)> {
         let name = path.display();
         let bytes = std::fs::read(path).with_context(|| format!("cannot read {name}"))?;
@@ -68,7 +70,7 @@ impl Picture {
         Self::of(decoded(bytes)?.0)
     }
 
-    /// The picture after the turn, or the mirror, of an orientation.
+    /// The picture after the turn or mirroring of an orientation.
     #[must_use]
     pub fn turned(self, orientation: Orientation) -> Self {
         if orientation == Orientation::NoTransforms {
@@ -88,7 +90,7 @@ impl Picture {
     /// If its width is odd or too small.
     pub fn half(&self, side: usize) -> Result<Self> {
         let [width, height] = self.size().map(usize::from);
-        ensure!(width % 2 == 0, "{width} px: the width of a picture of both cameras is even");
+        ensure!(width % 2 == 0, "{width} px: the width of a picture of both cameras must be even");
         let begin = side * width / 2;
         let lines = self.pixels().chunks_exact(width);
         Self::try_new(
@@ -127,10 +129,9 @@ impl Picture {
         Self::try_new(size, pixels)
     }
 
-    /// From rows of 16-bit pixels, top first: the brightest become white, whatever bits the camera has.
+    /// From rows of 16-bit pixels, top first: the brightest become white, for any bit depth of the camera.
     ///
-    /// # Errors
-    /// As [`Picture::try_new`].
+    /// # Errors As [`Picture::try_new`].
     pub fn of_16_bits(size: [usize; 2], pixels: &[u16]) -> Result<Self> {
         Self::try_new(size, narrowed(pixels))
     }
@@ -155,7 +156,7 @@ impl Picture {
         Self(image)
     }
 
-    /// Whether it shows anything: all black, all white, a cap on the lens.
+    /// Whether the picture shows anything; false if all is black or white, as with a cap on the lens.
     #[must_use]
     pub fn is_blank(&self) -> bool {
         let (least, most) = self
@@ -171,11 +172,11 @@ fn decoded(bytes: &[u8]) -> Result<(DynamicImage, Orientation)> {
         image::guess_format(bytes).is_ok(),
         "neither PNG nor JPEG nor PGM nor TIFF nor BMP nor WebP: save it as one of them"
     );
-    // Not an `ImageReader`: its decoders are generic, and would be compiled once more here.
+    // Not an `ImageReader`, whose generic decoders would be compiled once more here.
     Ok((image::load_from_memory(bytes)?, orientation(bytes)))
 }
 
-/// That of the EXIF data, if there is one.
+/// The orientation of the EXIF data, if any.
 fn orientation(bytes: &[u8]) -> Orientation {
     let exif = exif::Reader::new().read_from_container(&mut Cursor::new(bytes)).ok();
     exif.and_then(|exif| {
@@ -185,7 +186,7 @@ fn orientation(bytes: &[u8]) -> Orientation {
     .unwrap_or(Orientation::NoTransforms)
 }
 
-/// Of 16 bits, 8: linear from 0 to the level that only few pixels exceed.
+/// 16 bits to 8 bits: linear from 0 to the level that only a few pixels exceed.
 fn narrowed(pixels: &[u16]) -> Vec<u8> {
     let mut counts = vec![0_usize; 1 << 16];
     for &pixel in pixels {
@@ -218,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_image_is_said_so() {
+    fn bytes_that_are_not_an_image_are_refused() {
         let why = |bytes: &[u8]| format!("{:#}", Picture::decode(bytes).unwrap_err());
         assert!(why(b"no image").contains("neither PNG"));
         assert!(Picture::decode(b"P5 4 4 255\n0123").is_err(), "a truncated PGM");

@@ -11,7 +11,7 @@ use crate::matcher::{Matched, Matcher};
 use crate::picture::Picture;
 use crate::source::{Frame, Item, Source};
 
-/// A pair that was matched, or what was skipped.
+/// A matched pair, or a skipped item.
 #[derive(Debug)]
 #[expect(clippy::large_enum_variant, reason = "two frames are no more than their paths")]
 pub enum Done {
@@ -22,36 +22,36 @@ pub enum Done {
         /// Its matches.
         matched: Matched,
     },
-    /// What was skipped, and why.
+    /// A skipped item, and why.
     Skipped {
         /// Kind of reason, for the count.
         kind: Skip,
-        /// In full.
+        /// Full text of the reason.
         why: String,
     },
 }
 
-/// Why something was skipped.
+/// Reason for a skipped item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Skip {
-    /// No partner, or no image.
+    /// It has no partner or no image.
     Alone,
-    /// Cannot be read or decoded.
+    /// It cannot be read or decoded.
     Unreadable,
-    /// Left and right, or the rig, are of different sizes.
+    /// Left and right, or the rig, differ in size.
     Size,
-    /// Nothing to see.
+    /// The image is empty.
     Blank,
     /// Left and right are exchanged.
     Exchanged,
 }
 
 impl Skip {
-    /// All of them.
+    /// All reasons.
     pub const ALL: [Self; 5] =
         [Self::Alone, Self::Unreadable, Self::Size, Self::Blank, Self::Exchanged];
 
-    /// In words, after a number.
+    /// Description that follows a number.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -64,28 +64,28 @@ impl Skip {
     }
 }
 
-/// Which pairs of a source are taken.
+/// Selected pairs of a source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Selection {
-    /// Every so many.
+    /// Take every so many pairs.
     pub every: usize,
-    /// At most so many.
+    /// Take at most so many pairs.
     pub most: usize,
 }
 
-/// The first pair of a source that can be read.
+/// The first readable pair of a source.
 #[derive(Debug, Clone)]
 pub struct First {
     /// Left and right.
     pub frames: [Frame; 2],
-    /// Width and height as they are stored, px.
+    /// Width and height as stored, px.
     pub sizes: [[u16; 2]; 2],
-    /// The turns that their EXIF data ask for.
+    /// The turns of their EXIF data.
     pub turns: [Orientation; 2],
 }
 
 impl First {
-    /// Width and height, px, where the images of these sides are turned as their EXIF data ask.
+    /// Width and height, px, if the images of these sides are turned by their EXIF data.
     #[must_use]
     pub fn sizes_if(&self, upright: [bool; 2]) -> [[u16; 2]; 2] {
         [0, 1].map(|side| {
@@ -133,9 +133,9 @@ pub fn first(source: &Source) -> Result<First> {
     }
 }
 
-/// Matches the pairs of a source; `each` gets them in order, and ends the run by `Break`.
+/// Matches the pairs of a source; `each` receives them in order, and ends the run with `Break`.
 ///
-/// * `sizes`: of the rig's images, left and right, px.
+/// * `sizes`: sizes of the rig's images, left and right, px.
 /// * `stop`: ends the run after the pairs that have begun.
 ///
 /// # Errors
@@ -180,7 +180,7 @@ pub fn run(
         if ended { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
     if !ended {
-        // The rest; nothing follows that a break could end.
+        // The remaining pairs; a break has nothing left to end.
         let _ = flush(&mut waiting);
     }
     Ok(())
@@ -225,7 +225,7 @@ fn unfit(pictures: [&Picture; 2], sizes: [[u16; 2]; 2]) -> Option<(Skip, String)
             return Some((Skip::Size, why));
         }
         if picture.is_blank() {
-            return Some((Skip::Blank, format!("the {side} image shows nothing, all of one grey")));
+            return Some((Skip::Blank, format!("the {side} image is empty: all one grey value")));
         }
     }
     None

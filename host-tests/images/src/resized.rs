@@ -1,9 +1,9 @@
-//! Cameras of images that were cut out of the sensor's, or resampled: region of interest, binning, scale.
+//! Cameras of images that were cropped or resampled: region of interest, binning, scale.
 
 use anyhow::{Result, ensure};
 use host_tests::data::{Meta, Rows};
 
-/// What was done to an image: cut out, then scaled.
+/// Change of an image: cropped, then scaled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Change {
     /// Its first pixel in the whole image, px.
@@ -15,10 +15,9 @@ pub struct Change {
 }
 
 impl Change {
-    /// That of a region of interest, all of it if its width or height is 0, and of a binning, 1 if it is 0.
+    /// The change by a region of interest (the whole image if its width or height is 0) and a binning (1 if it is 0).
     ///
-    /// # Errors
-    /// If the region is not in the image.
+    /// # Errors If the region is not in the image.
     pub fn of_info(
         [width, height]: [u16; 2],
         [x, y, w, h]: [u32; 4],
@@ -37,7 +36,7 @@ impl Change {
         Ok(Self { offset: [x, y].map(f64::from), scale: binning.map(|n| 1.0 / f64::from(n)), size })
     }
 
-    /// Nothing but another scale.
+    /// A change of scale alone.
     #[must_use]
     pub fn scaled(from: [u16; 2], to: [u16; 2]) -> Self {
         Self {
@@ -47,14 +46,14 @@ impl Change {
         }
     }
 
-    /// Cut out of the middle.
+    /// Cropped from the middle.
     #[must_use]
     pub fn centre(from: [u16; 2], to: [u16; 2]) -> Self {
         let offset = [0, 1].map(|i| ((f64::from(from[i]) - f64::from(to[i])) / 2.0).floor());
         Self { offset, scale: [1.0; 2], size: to }
     }
 
-    /// The centre of the first pixel is at 0: a border moves by half a pixel of each.
+    /// The centre of the first pixel is at 0, so scaling moves a border by half a pixel of each image.
     fn camera(&self, [[fx, skew, cx], [zero, fy, cy], bottom]: Rows) -> Rows {
         let [sx, sy] = self.scale;
         let centre = |c: f64, i: usize| (c - self.offset[i] + 0.5) * self.scale[i] - 0.5;
@@ -85,7 +84,7 @@ mod tests {
         let part = changed(&meta, [change; 2]);
         assert_eq!(part.sizes(), [[200, 150]; 2]);
         let [whole, part] = [&meta, &part].map(|meta| meta.cameras::<f64>().unwrap().right);
-        // The pixel (10, 20) of the part has the pixels 120 to 121 and 80 to 81 of the whole.
+        // Pixel (10, 20) of the part covers pixels 120 to 121 and 80 to 81 of the whole.
         let [a, b] = [whole.ray([120.5, 80.5]).unwrap(), part.ray([10.0, 20.0]).unwrap()];
         assert!((a - b).norm() < 1e-12, "{a} {b}");
         let all = Change::of_info([640, 480], [0; 4], [0, 0]).unwrap();

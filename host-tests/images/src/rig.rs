@@ -1,4 +1,4 @@
-//! The rig of some images: given, found beside them, or guessed.
+//! The rig of images: given, found beside them, or guessed.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -16,55 +16,55 @@ use crate::source::{Frame, RigOf};
 /// Diagonal of 35 mm film, mm.
 const FILM_MM: f64 = 43.267;
 
-/// A rig for images of a size, and what must be said about it.
+/// A rig for images of a size, and notes about it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoundRig {
     /// The rig.
     pub meta: Meta,
     /// Whether its intrinsics are a guess.
     pub guessed: bool,
-    /// What the user has to know.
+    /// Notes for the user.
     pub notes: Vec<String>,
-    /// The same where the images were cut out of the middle, if that may be.
+    /// The same if the images were cropped from the middle, where that is possible.
     pub if_cut: Option<Box<Meta>>,
 }
 
-/// How images of another size than the rig's came about.
+/// Origin of images whose size differs from the rig's.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Cut {
-    /// Not said.
+    /// Unspecified.
     #[default]
     Unknown,
     /// They were scaled.
     Scaled,
-    /// They were cut out of the middle.
+    /// They were cropped from the middle.
     Centre,
-    /// They were cut out at a place, px.
+    /// They were cropped at a position, px.
     At([u16; 2]),
 }
 
-/// What the user said about the rig.
+/// The user's options for the rig.
 #[derive(Debug, Clone, Default)]
 pub struct RigRequest {
     /// Files of a calibration.
     pub files: Vec<PathBuf>,
-    /// What the files may lack.
+    /// Values that the files may lack.
     pub unknowns: Unknowns,
     /// Focal length for a guess, px.
     pub focal_px: Option<f64>,
-    /// How images of another size came about.
+    /// Origin of images of another size.
     pub cut: Cut,
 }
 
 impl RigRequest {
-    /// The rig: of the given files, of the focal length, of the source, or of the EXIF data of an image. What is given
-    /// wins, and what comes with the source is then not read.
+    /// The rig: from the given files, the focal length, the source, or the EXIF data of an image. Options override the
+    /// rig of the source, which is then not read.
     ///
-    /// * `sizes`: of the left and the right images, px.
+    /// * `sizes`: sizes of the left and the right images, px.
     /// * `frame`: a left image.
     ///
     /// # Errors
-    /// If there is none, or it is of images of another shape.
+    /// If there is no rig, or it belongs to images of another shape.
     pub fn find(&self, source: &RigOf, sizes: [[u16; 2]; 2], frame: &Frame) -> Result<FoundRig> {
         let unknowns = Unknowns { sizes: self.unknowns.sizes.or(Some(sizes)), ..self.unknowns };
         if !self.files.is_empty() {
@@ -86,12 +86,12 @@ impl RigRequest {
             RigOf::Read(meta) => return self.fitted(meta.as_ref().clone(), sizes),
             RigOf::Infos(infos) => match infos
                 .rig()
-                .with_context(|| format!("{advice}, since that of the bag is none"))?
+                .with_context(|| format!("{advice}, since the bag has no valid one"))?
             {
                 Some(meta) => return self.fitted(meta, sizes),
                 None => infos.missing(),
             },
-            _ => "there is none beside the images".into(),
+            _ => "none lies beside the images".into(),
         };
         match focal_of_exif(frame, sizes[0]) {
             Some(focal) => Ok(guess(focal, sizes, "EXIF")),
@@ -99,7 +99,7 @@ impl RigRequest {
         }
     }
 
-    /// The rig for images of a size: scaled if they are of the same shape, or cut.
+    /// The rig for images of a size: scaled if they have the same shape, or cropped.
     fn fitted(&self, meta: Meta, sizes: [[u16; 2]; 2]) -> Result<FoundRig> {
         let own = meta.sizes();
         if own == sizes {
@@ -128,7 +128,7 @@ impl RigRequest {
                 });
                 ensure!(
                     inside,
-                    "--cut {},{}: images of {} do not lie there in those of the rig, {}",
+                    "--cut {},{}: images of {} there do not fit into those of the rig, {}",
                     at[0],
                     at[1],
                     both(sizes),
@@ -142,14 +142,14 @@ impl RigRequest {
         let same_shape = (0..2).all(|side| cross(side, 0) == cross(side, 1));
         let note = |what: &str| {
             format!(
-                "the rig is of images of {}, these have {}: taken as {what}",
+                "the rig belongs to images of {}, these have {}: taken as {what}",
                 both(own),
                 both(sizes)
             )
         };
         let (meta, note, if_cut) = match self.cut {
-            Cut::Centre => (cut(None)?, note("cut out of the middle"), None),
-            Cut::At([x, y]) => (cut(Some([x, y]))?, note(&format!("cut out at {x}, {y}")), None),
+            Cut::Centre => (cut(None)?, note("cropped from the middle"), None),
+            Cut::At([x, y]) => (cut(Some([x, y]))?, note(&format!("cropped at {x}, {y}")), None),
             Cut::Scaled => (scaled(), note("scaled"), None),
             Cut::Unknown if same_shape => {
                 let by = f64::from(sizes[0][0]) / f64::from(own[0][0]);
@@ -157,15 +157,15 @@ impl RigRequest {
                 (
                     scaled(),
                     format!(
-                        "{} (scaled by {by}); if they were cut out instead, say where: --cut centre, or --cut X,Y",
+                        "{} (scaled by {by}); if they were cropped instead, give the place: --cut centre, or --cut X,Y",
                         note("scaled")
                     ),
                     if_cut,
                 )
             }
             Cut::Unknown => bail!(
-                "the rig is of images of {}, these have {}: not the same shape. If they were cut out, say where: --cut centre, or --cut X,Y; \
-                 else the rig is of another camera",
+                "the rig belongs to images of {}, these have {}: the shapes differ. If they were cropped, give the place: --cut centre, or --cut X,Y; \
+                 otherwise the rig belongs to another camera",
                 both(own),
                 both(sizes)
             ),
@@ -228,7 +228,7 @@ fn focal_in(path: &Path, [width, height]: [u16; 2]) -> Result<Option<f64>> {
     if let Some(film) = number(Tag::FocalLengthIn35mmFilm) {
         return Ok(Some(film / FILM_MM * diagonal));
     }
-    // Pixels to a unit of the sensor: 2 is inches, 3 centimetres.
+    // Length of the sensor's unit: code 2 means inches, 3 centimetres.
     let unit_mm = if number(Tag::FocalPlaneResolutionUnit) == Some(3.0) { 10.0 } else { 25.4 };
     let both = number(Tag::FocalLength).zip(number(Tag::FocalPlaneXResolution));
     Ok(both.map(|(mm, resolution)| mm * resolution / unit_mm))
@@ -259,7 +259,7 @@ mod tests {
         assert!((found.if_cut.unwrap().k_l[0][0] - meta().k_l[0][0]).abs() < 1e-12);
         let refused = request.fitted(meta(), [[640, 360]; 2]).unwrap_err().to_string();
         assert!(
-            refused.contains("not the same shape") && refused.contains("--cut X,Y"),
+            refused.contains("the shapes differ") && refused.contains("--cut X,Y"),
             "{refused}"
         );
         let cut = RigRequest { cut: Cut::At([0, 60]), ..request };
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_guess_says_loudly_what_cannot_be_trusted() {
+    fn a_guess_warns_of_figures_that_cannot_be_trusted() {
         let request = RigRequest { focal_px: Some(500.0), ..RigRequest::default() };
         let frame = Frame::file(PathBuf::from("none.png"));
         let found = request.find(&RigOf::Nothing, [[640, 480]; 2], &frame).unwrap();
@@ -278,7 +278,7 @@ mod tests {
         assert!(nothing.unwrap_err().to_string().contains("--focal"));
     }
 
-    /// A JPEG image with EXIF data of these fields.
+    /// A JPEG image with these EXIF fields.
     fn photograph(path: &Path, fields: &[exif::Field]) {
         let mut writer = exif::experimental::Writer::new();
         for field in fields {
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn the_focal_length_is_that_of_the_exif_data() {
+    fn the_focal_length_comes_from_the_exif_data() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("photograph.jpg");
         let field = |tag: Tag, value: Value| exif::Field { tag, ifd_num: In::PRIMARY, value };

@@ -1,7 +1,7 @@
 //! Candidate calibrations over the same matches: rows, coverage, depths, and whether a difference is significant.
 //!
-//! All are scored on the matches that are within [`SCREEN_PX`] of their rows under at least one of them. With held out
-//! pairs the estimate is made from every other pair and scored, as all candidates are, on the rest.
+//! All candidates are scored on the matches within [`SCREEN_PX`] of their rows under at least one of them. With
+//! held-out pairs the estimate uses every other pair, and all candidates are scored on the rest.
 
 use std::fmt;
 
@@ -12,35 +12,35 @@ use host_tests::stats::{mean, median, rms};
 use serde::Serialize;
 use stereo_selfcal::{Calibration, Config, Extrinsics, LensCorrection, RectifyingRotations};
 
-/// A match within this of its row is in row for coverage, px.
+/// A match this close to its row counts for coverage, px.
 const IN_ROW_PX: f64 = 1.0;
 
-/// Cells of the left image, across and down, and the matches in row from which one is covered.
+/// Cells of the left image, across and down, and the number of matches in row that covers a cell.
 const CELLS: [usize; 2] = [8, 6];
 const COVERED: usize = 3;
 
-/// Parts of an image, across and down, that count on their own where there are few pairs.
+/// Parts of an image, across and down, that count separately if there are few pairs.
 const PARTS: usize = 3;
 
-/// Pairs from which each is one observation; with fewer, each part of each pair is one.
+/// Number of pairs from which each pair is one observation; with fewer, each part of each pair is one.
 const PAIRS: usize = 5;
 
 /// Quantiles of Student's t for 95 %, by degrees of freedom from 1.
 const STUDENT: [f64; 10] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228];
 
-/// A calibration that is scored.
+/// A calibration to score.
 #[derive(Debug, Clone)]
 pub struct Candidate {
-    /// For people.
+    /// Name for the user.
     pub name: String,
     /// Cameras, `R` and `t`.
     pub rig: Meta,
 }
 
-/// How one does.
+/// Score of one candidate.
 #[derive(Debug, Clone, Serialize)]
 pub struct Score {
-    /// For people.
+    /// Name for the user.
     pub name: String,
     /// RMS row offset, px.
     pub rows_px: f64,
@@ -50,41 +50,40 @@ pub struct Score {
     pub depth_off: Option<f64>,
 }
 
-/// The difference of two.
+/// Comparison of two candidates.
 #[derive(Debug, Clone, Serialize)]
 pub struct Comparison {
-    /// The one of smaller row offsets.
+    /// The candidate with the smaller row offsets.
     pub better: String,
-    /// The other one.
+    /// The other candidate.
     pub worse: String,
     /// Difference of the mean squared row offsets, and the limits of its 95 % interval, px^2.
     pub by_px2: [f64; 3],
     /// Whether the interval excludes 0.
     pub significant: bool,
-    /// What is counted: `pairs`, or `parts of pairs`.
+    /// Unit of observation: `pairs`, or `parts of pairs`.
     pub observations: &'static str,
 }
 
-/// All of them.
+/// All scores.
 #[derive(Debug, Clone, Serialize)]
 pub struct Scores {
-    /// Pairs that are scored.
+    /// Number of pairs scored.
     pub pairs: usize,
-    /// Matches that are scored.
+    /// Number of matches scored.
     pub matches: usize,
-    /// Whether the estimate has not seen them.
+    /// Whether the estimate has not used these pairs.
     pub held_out: bool,
-    /// In the order they were given; the estimate last.
+    /// Candidates in the given order; the estimate last.
     pub candidates: Vec<Score>,
-    /// Of the candidates, each with each.
+    /// Comparisons of all candidates with each other.
     pub comparisons: Vec<Comparison>,
 }
 
 impl Scores {
     /// Scores candidates, and the estimate from the pairs with the first of them.
     ///
-    /// # Errors
-    /// If a candidate is not valid, or there are no pairs.
+    /// # Errors If a candidate is not valid, or there are no pairs.
     pub fn of(set: &Dataset, mut candidates: Vec<Candidate>, hold_out: bool) -> Result<Self> {
         let every = |odd: usize| set.pairs.iter().skip(odd).step_by(2).cloned().collect();
         let held_out = hold_out && set.pairs.len() >= 2;
@@ -144,14 +143,14 @@ fn calibration(candidate: &Candidate) -> Result<Calibration<f64>> {
     set.calibration(&extrinsics, &LensCorrection::NONE).with_context(|| candidate.name.clone())
 }
 
-/// A match that is scored: pair and number.
+/// A scored match: pair and number.
 #[derive(Debug, Clone, Copy)]
 struct Kept([usize; 2]);
 
 impl Kept {
     fn of(self, offsets: &[Vec<Option<f64>>]) -> Option<f64> {
         let Self([pair, i]) = self;
-        // One that a candidate has no row for is as bad as the worst that is kept.
+        // A match without a row under a candidate counts like the worst one kept.
         Some(
             offsets
                 .get(pair)?

@@ -1,4 +1,4 @@
-//! A run over a source: matches into the calibrator, and all that comes out of it.
+//! A run over a source: matches into the calibrator, and its results.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -19,48 +19,48 @@ use crate::pipeline::{self, Done, Selection, Skip};
 use crate::rig::FoundRig;
 use crate::source::{Frame, Source};
 
-/// Pairs after which a source whose pairs are all exchanged is given up.
+/// Number of pairs after which a source is given up if all are exchanged.
 const ENOUGH_EXCHANGED: usize = 5;
 
-/// What a run needs.
+/// Inputs of a run.
 #[derive(Debug)]
 pub struct Request<'a> {
-    /// Where the pairs come from.
+    /// Source of the pairs.
     pub source: &'a Source,
     /// Their rig.
     pub rig: &'a FoundRig,
     /// The matcher's parameters.
     pub matcher: MatcherConfig,
-    /// Which pairs.
+    /// Selected pairs.
     pub selection: Selection,
-    /// Where the frames of a matcher go.
+    /// File for the frames of a matcher.
     pub frames: Option<&'a Path>,
-    /// Where rig and matches go as a data set, pair by pair.
+    /// Folder for rig and matches as a data set, pair by pair.
     pub out: Option<&'a Path>,
 }
 
-/// What a run came to.
+/// Results of a run.
 #[derive(Debug)]
 pub struct Session {
-    /// The rig and the matches of all pairs; of a long run of every 2nd, 4th, .. of them.
+    /// The rig and the matches of all pairs; of every 2nd, 4th, .. pair in a long run.
     pub set: Dataset,
     /// Pairs matched.
     pub pairs: usize,
-    /// What the calibrator made of them.
+    /// Log of the calibrator.
     pub log: RunLog,
-    /// Skipped, by reason.
+    /// Number of skipped items by reason.
     pub skipped: HashMap<Skip, usize>,
     /// The pair with the most matches.
     pub best: Option<BestPair>,
-    /// Matches that no frame could carry.
+    /// Matches that do not fit a frame.
     pub left_out: usize,
-    /// Whether left and right are of different moments, if that was looked into.
+    /// Result of the test for different moments, if it was made.
     pub shift: Option<Shift>,
-    /// Whether it was ended before the source was.
+    /// Whether the run ended before the source.
     pub stopped: bool,
 }
 
-/// The pair that pictures show.
+/// The pair for the pictures.
 #[derive(Debug)]
 pub struct BestPair {
     /// Its number, from 0.
@@ -71,15 +71,15 @@ pub struct BestPair {
     pub matches: Vec<Match>,
 }
 
-/// Hears of a run as it goes.
+/// Listener to a run.
 pub trait Listener {
-    /// After each pair.
+    /// Called after each pair.
     fn pair(&mut self, number: usize, step: &Step);
-    /// Of what was skipped.
+    /// Called for each skipped item.
     fn skipped(&mut self, why: &str);
 }
 
-/// Encodes pairs as frames, if asked for.
+/// Encodes pairs as frames, if requested.
 struct Frames(Option<(Sender, BufWriter<File>, PathBuf)>);
 
 impl Frames {
@@ -91,7 +91,7 @@ impl Frames {
         Ok(Self(Some((Sender::new(size, [0.0])?, BufWriter::new(file), path.to_owned()))))
     }
 
-    /// Matches that a frame could not carry.
+    /// Writes a pair; returns the number of matches that do not fit a frame.
     fn write(&mut self, sequence: usize, pair: &[Match]) -> Result<usize> {
         let Some((sender, file, path)) = &mut self.0 else { return Ok(0) };
         let (bytes, left_out) = sender.frame(u32::try_from(sequence)?, pair);
@@ -108,7 +108,7 @@ impl Frames {
 
 /// Runs the calibrator over a source, from the rig's extrinsics.
 ///
-/// * `stop`: ends the run; what is done is kept.
+/// * `stop`: ends the run and keeps the pairs done.
 ///
 /// # Errors
 /// If the rig is not valid, nothing can be read, or left and right are exchanged throughout.
@@ -134,18 +134,18 @@ pub fn run(
     session.checked(&matcher, source)
 }
 
-/// A run that goes on.
+/// A run in progress.
 struct Run {
     running: Running<f32, CAPACITY>,
     frames: Frames,
-    /// Where the matches go as they come, so that a run that is ended loses none.
+    /// Folder for the matches on arrival, so that an interrupted run loses none.
     out: Option<PathBuf>,
-    /// That folder, from the first pair on: a run without one leaves nothing.
+    /// That folder, from the first pair on: a run without pairs leaves nothing.
     folder: Option<PairsFolder>,
     /// Pairs for the figures at the end.
     kept: KeptPairs,
     session: Session,
-    /// What ended it.
+    /// Error that ended it.
     failed: Option<anyhow::Error>,
 }
 
@@ -227,13 +227,13 @@ impl Session {
         if hopeless { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    /// How many were skipped for a reason.
+    /// Number of items skipped for a reason.
     #[must_use]
     pub fn count(&self, kind: Skip) -> usize {
         self.skipped.get(&kind).copied().unwrap_or(0)
     }
 
-    /// What was skipped, in words; empty if nothing.
+    /// The skipped items in words; may be empty.
     #[must_use]
     pub fn skipped_in_words(&self) -> String {
         let all = Skip::ALL.into_iter().map(|kind| (self.count(kind), kind.words()));

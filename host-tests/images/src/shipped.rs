@@ -1,4 +1,4 @@
-//! The images that come with the project.
+//! The images of the project.
 
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ pub enum ShippedImages {
 const CHESS: [u8; 13] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13, 14];
 
 impl ShippedImages {
-    /// All of them.
+    /// All image sets.
     pub const ALL: [Self; 3] = [Self::Chess, Self::Motorcycle, Self::Aloe];
 
     /// The images of that name, unless a file or a folder has it.

@@ -1,4 +1,4 @@
-//! The verdict on a rig, for people and for scripts.
+//! The verdict on a rig, for users and scripts.
 
 use std::fmt;
 
@@ -11,31 +11,31 @@ use crate::coverage::Coverage;
 use crate::moments;
 use crate::session::Session;
 
-/// Row offset from which a matcher that searches along rows misses, px; as the core's bands.
+/// Row offset above which a matcher that searches along rows misses, px; equal to the bands of the core.
 const BAD_PX: f64 = 1.0;
 
-/// The estimate improves the rows if its offset is below this share of what is in use.
+/// The estimate improves the rows if its row offset is below this share of that in use.
 const IMPROVEMENT: f64 = 0.9;
 
-/// Matches in row, as a share of all, below which the pairs fit no rig.
+/// Share of matches in row below which the pairs fit no rig.
 const IN_ROW: f64 = 0.5;
 
-/// What is to be done.
+/// Recommended action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// Rows are aligned, and the estimate would not align them better.
+    /// Rows are aligned, and the estimate does not align them better.
     Good,
     /// Rows are within a pixel, but the estimate aligns them better.
     Improvable,
-    /// Rows are a pixel off or more.
+    /// Row offsets are a pixel or more.
     Recalibrate,
-    /// The images do not tell.
+    /// The images do not decide.
     Unknown,
 }
 
 impl Verdict {
-    /// Exit status of `selfcal check`; 1 is that of an error.
+    /// Exit status of `selfcal check`; 1 stands for an error.
     #[must_use]
     pub fn status(self) -> u8 {
         match self {
@@ -61,21 +61,21 @@ impl fmt::Display for Verdict {
 /// A verdict with its reasons and numbers: the JSON of `selfcal check`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
-    /// What is to be done.
+    /// Recommended action.
     pub verdict: Verdict,
-    /// Why, the worst first.
+    /// Reasons, the worst first.
     pub reasons: Vec<String>,
     /// Whether the intrinsics are a guess.
     pub rig_guessed: bool,
-    /// Skipped, in words.
+    /// Skipped items in words.
     pub skipped: String,
     /// Matches a pair, mean.
     pub matches_a_pair: f64,
     /// Shares of the matches within 3 px of their rows: in use, and with the estimate.
     pub in_row: Option<[f64; 2]>,
-    /// What the matches cover, and what is missing.
+    /// Coverage by the matches, and its gaps.
     pub coverage: Option<Coverage>,
-    /// All other numbers; its `e_theta` and `e_t` are how far the estimate is from the rig file, rad.
+    /// All other numbers; `e_theta` and `e_t` are the distance of the estimate from the rig file, rad.
     #[serde(rename = "run")]
     pub summary: Summary,
 }
@@ -91,7 +91,7 @@ impl Report {
         let verdict = verdict(session, &summary, &mut reasons);
         if session.pairs < moments::LEAST {
             reasons.push(format!(
-                "not tested whether left and right are of one moment: it takes {} pairs",
+                "not tested whether left and right show one moment: the test needs {} pairs",
                 moments::LEAST
             ));
         }
@@ -114,7 +114,7 @@ impl Report {
 fn verdict(session: &Session, summary: &Summary, reasons: &mut Vec<String>) -> Verdict {
     if let Some(shift) = session.shift {
         reasons.push(format!(
-            "left and right are of different moments: right images moved by {} pairs fit {} matches a pair, as they are {}",
+            "left and right show different moments: right images moved by {} pairs fit {} matches a pair, unmoved {}",
             -shift.pairs, shift.shifted, shift.matches
         ));
         return Verdict::Unknown;
@@ -174,7 +174,7 @@ fn of_rows(before: f64, after: f64) -> (Verdict, String) {
 }
 
 impl fmt::Display for Report {
-    /// One line.
+    /// The verdict in one line.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { verdict, reasons, summary, .. } = self;
         write!(f, "{verdict}: {}", reasons.join("; "))?;

@@ -14,10 +14,10 @@ use selfcal_commands::report::Picture;
 /// Colour of a pixel without disparity; no colour of the map is grey.
 const INVALID: Rgb<u8> = Rgb([150, 150, 150]);
 
-/// Colour of a pixel outside of the original image.
+/// Colour of a pixel outside the original image.
 const UNSEEN: Rgb<u8> = Rgb([40, 44, 60]);
 
-/// Horizontal lines over a pair, and matches at most.
+/// Horizontal lines over a pair, and the largest number of matches.
 const LINES: u32 = 12;
 const MATCHES: usize = 16;
 
@@ -26,7 +26,7 @@ const MARK: i64 = 4;
 
 const QUALITY: u8 = 58;
 
-/// Width of an encoded picture at most, px.
+/// Largest width of an encoded picture, px.
 const WIDEST: u32 = 640;
 
 /// Width of a tile of [`before_and_after`], and distance between tiles, px.
@@ -51,8 +51,8 @@ fn disparity_image(rectification: &Rectification) -> RgbImage {
     image
 }
 
-/// Left and right image side by side, with level lines over both, and matches: a dot at either end,
-/// and a line level with the left one that the right one should lie on.
+/// Left and right image side by side, with level lines over both, and matches: a dot at either end, and a level line
+/// from the left dot on which the right dot should lie.
 ///
 /// # Errors
 /// If the picture cannot be encoded.
@@ -108,7 +108,7 @@ pub fn before_and_after(rows: [&Rectification; 2]) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// No wider than a panel of the page shows.
+/// No wider than a panel of the page.
 fn jpeg(image: &RgbImage) -> Result<Picture> {
     let [width, height] = [image.width(), image.height()];
     let shown = width.min(WIDEST);
@@ -118,7 +118,7 @@ fn jpeg(image: &RgbImage) -> Result<Picture> {
     Ok(Picture::Jpeg(bytes))
 }
 
-/// What stands where there is no rectified pair.
+/// Placeholder for a missing rectified pair.
 #[must_use]
 pub fn missing_picture(size: [u16; 2], words: &str) -> Picture {
     let [width, height] = size.map(f64::from);
@@ -162,7 +162,7 @@ fn blend(image: &mut RgbImage, x: u32, y: u32, Rgb(color): Rgb<u8>) {
     }
 }
 
-/// Nothing outside of the image.
+/// Sets a pixel; ignores pixels outside the image.
 fn put(image: &mut RgbImage, [x, y]: [i64; 2], color: Rgb<u8>) {
     let place = u32::try_from(x).ok().zip(u32::try_from(y).ok());
     if let Some(pixel) = place.and_then(|(x, y)| image.get_pixel_mut_checked(x, y)) {

@@ -57,14 +57,14 @@ impl Grey {
         &self.pixels
     }
 
-    /// The pixel in a column and a row; `None` outside of the image, too.
+    /// The pixel in a column and a row; `None` also outside the image.
     #[must_use]
     pub fn at(&self, column: usize, row: usize) -> Option<u8> {
         let inside = column < self.width() && row < usize::from(self.size[1]);
         if inside { self.pixels[row * self.width() + column] } else { None }
     }
 
-    /// Between the pixels, bilinear; `None` where one of those that count is unseen.
+    /// A bilinear value between the pixels; `None` if one of its pixels is unseen.
     #[must_use]
     pub fn sample(&self, [u, v]: [f64; 2]) -> Option<f64> {
         let [right, bottom] = self.size.map(|n| f64::from(n) - 1.0);

@@ -22,11 +22,11 @@ pub struct StereoImages {
     pub cameras: Cameras<f64>,
     /// Matches between them, px.
     pub matches: Vec<Match>,
-    /// Px of the camera's image to a pixel of these images: 1 unless they are smaller.
+    /// Px of the camera's image in a pixel of these images: 1 unless they are smaller.
     pub scale: f64,
 }
 
-/// A pair as one set of extrinsics rectifies it.
+/// A pair, rectified by one set of extrinsics.
 #[derive(Debug, Clone)]
 pub struct Rectification {
     /// Rectified left and right image.
@@ -37,7 +37,7 @@ pub struct Rectification {
     pub camera: RectifiedCamera<f64>,
     /// Disparities of the left image.
     pub disparities: Disparities,
-    /// Range that was searched, px.
+    /// Searched range, px.
     pub range: u16,
     /// Ends of matches in the rectified images, px.
     pub matches: Vec<[[f64; 2]; 2]>,
@@ -69,8 +69,8 @@ impl StereoImages {
         median(kept.iter().filter_map(offset))
     }
 
-    /// Range of disparities that contains nineteen in twenty of some matches with an eighth to spare: a multiple of
-    /// 16, at most `most`, px. `None` without a match or without a common view.
+    /// Range of disparities that contains 95 % of some matches plus a margin of an eighth: a multiple of 16, at most
+    /// `most`, px. `None` without a match or without a common view.
     #[must_use]
     pub fn range(&self, extrinsics: &Extrinsics<f64>, kept: &[usize], most: u16) -> Option<u16> {
         let rotations = RectifyingRotations::from(extrinsics);
@@ -80,9 +80,9 @@ impl StereoImages {
         (16..=most).step_by(16).find(|&n| f64::from(n) > high * 1.125 || n > most - 16)
     }
 
-    /// The pair in the camera in which every rectified pixel is seen by both (alpha 0).
+    /// The pair in the camera in which both cameras see every rectified pixel (alpha 0).
     ///
-    /// * `kept`: indices of the matches whose ends are wanted.
+    /// * `kept`: indices of the matches whose ends are computed.
     /// * `range`: disparities searched, px.
     ///
     /// # Errors
@@ -95,7 +95,7 @@ impl StereoImages {
     ) -> Result<Rectification> {
         let rotations = RectifyingRotations::from(extrinsics);
         let camera = RectifiedCamera::try_choose(&self.cameras, &rotations, 0.0)
-            .context("no camera sees what both see after this rectification")?;
+            .context("no rectified camera sees the view of both cameras")?;
         let [left, right] = &self.images;
         let images = [
             rectified(left, &self.cameras.left, rotations.left(), &camera, left.size()),
@@ -127,7 +127,7 @@ impl StereoImages {
 }
 
 impl Rectification {
-    /// Share of the left pixels whose disparity is found alike from left and right.
+    /// Share of the left pixels whose disparity from the left image agrees with that from the right.
     #[must_use]
     pub fn found(&self) -> f64 {
         self.disparities.valid_share(&self.images[0])

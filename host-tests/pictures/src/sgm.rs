@@ -12,7 +12,7 @@ use crate::grey::Grey;
 /// Census window, half of it, px.
 const REACH: isize = 3;
 
-/// Cost where one of the two pixels is unseen, and of a census bit by chance: half of the 48 bits.
+/// Cost if one of the two pixels is unseen, and expected cost of random census bits: half of the 48 bits.
 const UNSEEN: u8 = 24;
 
 /// Penalties of a disparity that changes by 1 px between neighbours, and by more (eq 13 there).
@@ -22,8 +22,7 @@ const LARGE_STEP: i16 = 80;
 /// Difference allowed between the disparities found from the left and from the right, px.
 const CONSISTENT: usize = 1;
 
-/// By how much any other disparity must cost more, per cent: the middle of what OpenCV recommends for its
-/// `uniquenessRatio`.
+/// Least cost excess of any other disparity, per cent: the middle of OpenCV's recommendation for `uniquenessRatio`.
 const UNIQUE_PERCENT: i32 = 10;
 
 /// Disparities of the left image's pixels, `u_l - u_r`, px.
@@ -31,14 +30,14 @@ const UNIQUE_PERCENT: i32 = 10;
 pub struct Disparities {
     /// Width and height, px.
     pub size: [u16; 2],
-    /// Rows of pixels, top first; `None` where left and right disagree, or nothing is seen.
+    /// Rows of pixels, top first; `None` if left and right disagree or are unseen.
     pub pixels: Vec<Option<f64>>,
 }
 
 impl Disparities {
     /// Disparities of a rectified pair, from 0 to below `range`, px.
     ///
-    /// Both images must be of one size: rows beyond the right one's have none.
+    /// Both images must have the same size: rows beyond the right image have no disparity.
     #[must_use]
     pub fn of(left: &Grey, right: &Grey, range: u16) -> Self {
         let range = usize::from(range.max(1));
@@ -59,14 +58,14 @@ impl Disparities {
     }
 }
 
-/// `part / whole`; 0 of nothing.
+/// `part / whole`; 0 if `whole` is 0.
 #[must_use]
 pub fn share(part: usize, whole: usize) -> f64 {
     let count = |n: usize| u32::try_from(n).map_or(f64::INFINITY, f64::from);
     if whole == 0 { 0.0 } else { count(part) / count(whole) }
 }
 
-/// Which neighbours are darker, bit by bit; `None` where a pixel of the window is unseen.
+/// The darker neighbours as bits; `None` if a pixel of the window is unseen.
 fn census(image: &Grey) -> Vec<Option<u64>> {
     let [width, height] = image.size().map(usize::from);
     let neighbours = || (-REACH..=REACH).flat_map(|dy| (-REACH..=REACH).map(move |dx| (dx, dy)));
@@ -123,8 +122,8 @@ fn aggregate_along(
         |n: usize, forward: bool| (0..n).map(move |i| if forward { i } else { n - 1 - i });
     let mut above = vec![0_i16; stride];
     let mut here = vec![0_i16; stride];
-    // 16 bits with a sign: every processor takes the least of several of these at once.
-    // The path so far, with a place on either side that costs too much to come from.
+    // Signed 16-bit numbers: every processor has vector instructions for the minimum of several. The path so far has an
+    // extra element on either side whose cost is too high to be chosen.
     let mut before = vec![i16::MAX / 2; range + 2];
     for (n, y) in in_order(height, dy >= 0).enumerate() {
         std::mem::swap(&mut above, &mut here);
@@ -153,7 +152,7 @@ fn aggregate_along(
     }
 }
 
-/// One row of disparities: the cheapest, if it is unique and the right image's pixel has the same.
+/// One row of disparities: the cheapest disparity, if it is unique and the right image's pixel has the same.
 fn row(sums: &[i16], pixels: &[Option<u8>], range: usize) -> Vec<Option<f64>> {
     let width = pixels.len();
     let cheapest = |costs: &mut dyn Iterator<Item = i16>| {

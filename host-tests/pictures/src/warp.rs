@@ -1,4 +1,4 @@
-//! Images as another camera would have seen them.
+//! Images as another camera would show them.
 
 use nalgebra::{Matrix3, Rotation3, Vector2, Vector3};
 use rayon::prelude::*;
@@ -6,7 +6,7 @@ use stereo_selfcal::{Camera, RectifiedCamera, Scalar};
 
 use crate::grey::Grey;
 
-/// An image of that size whose pixel at `q` is that of `image` at `source(q)`, bilinear.
+/// An image of that size whose pixel at `q` is the bilinear value of `image` at `source(q)`.
 #[must_use]
 pub fn warp(
     image: &Grey,
@@ -38,8 +38,8 @@ pub fn turned(image: &Grey, camera: &Camera<f64>, rotation: &Matrix3<f64>) -> Gr
 
 /// The image of the rectified camera.
 ///
-/// * `rotation`: of this camera's frame into the rectified one.
-/// * `size`: of the rectified image, px: that of the left one for both.
+/// * `rotation`: rotation of this camera's frame into the rectified one.
+/// * `size`: size of the rectified image, px; that of the left image for both.
 #[must_use]
 pub fn rectified(
     image: &Grey,
@@ -58,7 +58,7 @@ pub fn ray_of(target: &RectifiedCamera<f64>, [u, v]: [f64; 2]) -> Vector3<f64> {
     Vector3::new((u - cx) / target.focal, (v - cy) / target.focal, 1.0)
 }
 
-/// Where a point of the camera's frame is in its image.
+/// Position in the image of a point of the camera's frame.
 #[must_use]
 pub fn projected(camera: &Camera<f64>, p: Vector3<f64>) -> Option<[f64; 2]> {
     if p.z <= 0.0 {

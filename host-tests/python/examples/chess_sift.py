@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Calibrate a rig from OpenCV's SIFT matches
 #
-# Thirteen pairs of a chessboard, of OpenCV's samples, by a rig of two webcams. The cameras are calibrated, the rig is
-# not: the calibrator starts side by side. Afterwards rows of the rectified images agree.
+# Thirteen pairs of a chessboard from OpenCV's samples, taken by two webcams. The cameras are calibrated, the rig is
+# not: the calibrator starts side by side. Afterwards the rows of the rectified images agree.
 
 # %%
 from pathlib import Path
@@ -21,7 +21,7 @@ print(rig)
 # %% [markdown]
 # ## Matches
 #
-# A ratio test and a mutual check, and no geometric test: wrong matches are the calibrator's business.
+# A ratio test and a mutual check, without a geometric test: the calibrator handles wrong matches.
 
 # %%
 def sift_matches(left, right):

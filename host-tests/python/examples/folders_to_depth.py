@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Images of two folders to disparities, before and after
 #
-# OpenCV's block matcher searches along rows. With a rig that is off its rows it finds little; with the calibrated one
-# it finds the scene. Matches are those of this package: no other matcher is needed to calibrate.
+# OpenCV's block matcher searches along rows. With a misaligned rig it finds little; with the calibrated rig it finds
+# the scene. The matches come from this package: calibration needs no other matcher.
 
 # %%
 from pathlib import Path
@@ -60,7 +60,7 @@ assert result.state == "locked" and shares["after"] > 1.2 * shares["before"]
 # %% [markdown]
 # ## Depth
 #
-# In lengths of the baseline, as that of this rig is not known; with ``Rig(.., baseline_m=..)`` in m.
+# In baselines, because the length of this rig's baseline is unknown; with ``Rig(.., baseline_m=..)`` in m.
 
 # %%
 found = disparities(calibration, left_files[0], right_files[0])[1]

@@ -23,7 +23,7 @@ flash = Path(tempfile.mkdtemp()) / "record"
 # %% [markdown]
 # ## The wire
 #
-# Frames of the recorded matches, in pieces as a serial port hands them out; one byte in 50,000 is wrong.
+# Frames of the recorded matches, in pieces as a serial port delivers them; one byte in 50,000 is wrong.
 
 # %%
 def wire(seed):
@@ -68,7 +68,7 @@ print(f"saved: {flash.stat().st_size} bytes; then the power fails")
 # %% [markdown]
 # ## After the loss of power
 #
-# What is restored rectifies at once; it counts as suspect until a pair confirms it.
+# The restored calibration rectifies at once; it counts as suspect until a pair confirms it.
 
 # %%
 restarted = sc.Calibrator(rig)

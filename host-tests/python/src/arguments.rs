@@ -25,12 +25,12 @@ impl Floats {
         let is_array = given.cast::<PyUntypedArray>().is_ok();
         let array = given.py().import("numpy")?.call_method1("asarray", (given,));
         let array = array.map_err(|why| {
-            wrong_type(format!("{name}: no array of floats, but a {}: {why}", given.get_type()))
+            wrong_type(format!("{name}: not an array of floats, but a {}: {why}", given.get_type()))
         })?;
         let untyped = array.cast::<PyUntypedArray>()?;
         let (dtype, shape) = (untyped.dtype(), untyped.shape());
         let kind: char = dtype.getattr("kind")?.extract()?;
-        // Whole numbers of a list are as good as floats; those of an array may be an image.
+        // Whole numbers of a list are accepted as floats; an array of whole numbers may be an image.
         if kind != 'f' && (is_array || kind != 'i') {
             let is_image = shape.len() >= 2 && kind == 'u';
             let hint = if is_image { ": an image? `match` finds points in images" } else { "" };
@@ -43,7 +43,7 @@ impl Floats {
             .ok_or_else(|| wrong_type(format!("{name}: {dtype} is no float")))
     }
 
-    /// `None` if it is no array of this number type.
+    /// `None` unless it is an array of this number type.
     fn read<S: Element + Copy + Into<f64>>(given: &Bound<'_, PyAny>) -> Option<Self> {
         let array = given.cast::<PyArrayDyn<S>>().ok()?.try_readonly().ok()?;
         let view = array.as_array();
@@ -54,7 +54,7 @@ impl Floats {
         Some(Self { shape: array.shape().to_vec(), numbers })
     }
 
-    /// Rows of `K` numbers; `None` of another shape.
+    /// Rows of `K` numbers; `None` for another shape.
     fn rows<const K: usize>(&self) -> Option<&[[f64; K]]> {
         let is_of_rows = matches!(self.shape[..], [_, columns] if columns == K);
         is_of_rows.then(|| self.numbers.as_chunks().0)
@@ -65,7 +65,7 @@ impl Floats {
         self.rows().ok_or_else(wrong)
     }
 
-    /// Points that are finite, and at least one.
+    /// Finite points, at least one.
     fn some_points(&self, name: &str) -> PyResult<&[[f64; 2]]> {
         let points = self.points(name)?;
         if points.is_empty() {
@@ -84,9 +84,9 @@ pub(crate) fn points(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<[f64;
     Ok(Floats::of(name, given)?.points(name)?.to_vec())
 }
 
-/// The matches of a pair; each of the arrays has a row for each.
+/// The matches of a pair; each array has one row for each match.
 ///
-/// * `names`: of the left and the right points.
+/// * `names`: names of the left and the right points.
 pub(crate) fn matches(
     names: [&str; 2],
     left: &Bound<'_, PyAny>,
@@ -131,7 +131,7 @@ fn scores(given: &Bound<'_, PyAny>, rows: usize) -> PyResult<Vec<f64>> {
 /// Names of the points of a pair.
 pub(crate) const POINTS: [&str; 2] = ["uv_left", "uv_right"];
 
-/// Checks that an argument has a row for each match.
+/// Checks that an argument has one row for each match.
 pub(crate) fn same_length(name: &str, rows: usize, expected: usize) -> PyResult<()> {
     if rows == expected {
         return Ok(());

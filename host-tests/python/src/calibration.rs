@@ -1,4 +1,4 @@
-//! `Calibration`: extrinsics with their cameras, and how to rectify with them.
+//! `Calibration`: extrinsics with their cameras, and rectification with them.
 
 use host_tests::data::{in_f64, rows};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
@@ -17,10 +17,10 @@ use crate::errors::{raised, value};
 use crate::pool::install;
 use crate::rig::Rig;
 
-/// Pixel of a rectified pixel that no camera sees: outside every image.
+/// Coordinate of a rectified pixel that no camera sees: outside every image.
 const OUTSIDE: f32 = -1e4;
 
-/// By how much the shape of rectified images may differ from that of the captured ones.
+/// Largest relative difference of the shapes of rectified and captured images.
 const SHAPE: f32 = 0.01;
 
 /// Extrinsics, and the cameras that they belong to.
@@ -163,11 +163,11 @@ impl Calibration {
     }
 }
 
-/// What a pickle has.
+/// State of a pickle.
 type State<'py> = (Rig, Bound<'py, PyBytes>);
 
 impl Calibration {
-    /// Equal calibrations are equal whenever they were put into use: the generation is the calibrator's.
+    /// The generation belongs to the calibrator, so calibrations are equal for any time of their application.
     pub(crate) fn new(rig: &Rig, of: CoreCalibration<f32>) -> Self {
         Self { rig: rig.clone(), of: CoreCalibration { generation: 0, ..of } }
     }
@@ -179,7 +179,8 @@ impl Calibration {
 
     /// The common camera of both rectified views.
     ///
-    /// * `size`: of the rectified images, px, of the shape of the left one; that of the left one by default.
+    /// * `size`: size of the rectified images, px, with the shape of the left image; by default the size of the left
+    ///   image.
     fn rectified(&self, alpha: f64, size: Option<(u16, u16)>) -> PyResult<Rectification> {
         let rotations = RectifyingRotations::from(&self.of.extrinsics);
         let chosen = RectifiedCamera::try_choose(&self.of.cameras, &rotations, alpha as f32);
@@ -194,7 +195,7 @@ impl Calibration {
                     "size: {size:?} px is not of the shape of the left image, {own:?} px"
                 )));
             }
-            // The centre of the first pixel is at 0: the border is half a pixel away.
+            // The centre of the first pixel is at 0, so the border is half a pixel away.
             camera.focal *= x;
             camera.principal = camera.principal.map(|c| (c + 0.5) * x - 0.5);
         }

@@ -209,7 +209,7 @@ impl Calibrator {
     /// Calls the core without the GIL.
     ///
     /// # Errors
-    /// `BusyError` if another thread is in a call, or was at a fork.
+    /// `BusyError` if another thread is in a call, or was in one at a fork.
     fn with<T: Send>(
         &self,
         py: Python<'_>,

@@ -1,4 +1,4 @@
-//! The core's calibrator with its decoder, of any capacity, and what comes of a pair.
+//! The core's calibrator with its decoder, of any capacity, and the results of a pair.
 
 use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
@@ -13,7 +13,7 @@ use stereo_selfcal::{
 use crate::errors::{raised, value, wrong_type};
 use crate::rig::Rig;
 
-/// How a calibrator is made.
+/// Arguments of a calibrator.
 #[derive(Debug)]
 pub(crate) struct Settings {
     pub(crate) rig: Rig,
@@ -23,12 +23,12 @@ pub(crate) struct Settings {
     pub(crate) options: Py<PyDict>,
 }
 
-/// All that comes of one pair.
+/// All results of one pair.
 #[derive(Debug, Clone)]
 pub(crate) struct Outcome {
-    /// The frame that it came in.
+    /// The frame of the pair.
     pub(crate) frame: Option<FrameHeader>,
-    /// Matches: all, those in the batch, those refused.
+    /// Numbers of matches: all, in the batch, refused.
     pub(crate) matches: [usize; 3],
     pub(crate) report: Option<PairReport<f32>>,
     pub(crate) fused: Result<Fused, Rejection>,
@@ -57,7 +57,7 @@ impl Settings {
     }
 }
 
-/// The configuration with an argument of `Calibrator`.
+/// The configuration changed by an argument of `Calibrator`.
 fn with_option(config: Config, name: &str, given: &Bound<'_, PyAny>) -> PyResult<Config> {
     if given.is_none() {
         return Ok(config);
@@ -82,15 +82,15 @@ fn with_option(config: Config, name: &str, given: &Bound<'_, PyAny>) -> PyResult
         "memory_pairs" => {
             config.with_memory_pairs(given.extract().map_err(wrong)?).map_err(raised(name))
         }
-        _ => Err(wrong_type(format!("{name}: no argument of Calibrator"))),
+        _ => Err(wrong_type(format!("{name}: not an argument of Calibrator"))),
     }
 }
 
-/// A calibrator of one capacity, room for what it was before a call, and a decoder.
+/// A calibrator of one capacity, a copy of its state before a call, and a decoder.
 #[derive(Clone)]
 pub(crate) struct Held<const N: usize> {
     pub(crate) calibrator: Box<Calibrator<f32, N>>,
-    /// As given.
+    /// The cameras as given.
     cameras: Cameras<f32>,
     before: Box<Calibrator<f32, N>>,
     pub(crate) decoder: Decoder,
@@ -104,8 +104,7 @@ macro_rules! capacities {
         pub(crate) enum Engine { $($name(Held<$capacity>)),+ }
 
         impl Engine {
-            /// # Errors
-            /// Of another capacity.
+            /// # Errors If the capacity is not available.
             pub(crate) fn new(
                 capacity: usize,
                 config: Config,
@@ -121,7 +120,7 @@ macro_rules! capacities {
 }
 capacities!(N64 = 64, N128 = 128, N256 = 256, N512 = 512, N1024 = 1024, N2048 = 2048);
 
-/// Evaluates a call for the calibrator of an engine, whatever its capacity.
+/// Evaluates a call for the calibrator of an engine, of any capacity.
 macro_rules! each {
     ($engine:expr, $held:ident => $call:expr) => {
         match $engine {
@@ -154,7 +153,7 @@ impl<const N: usize> Held<N> {
     fn push(&mut self, pair: &[Correspondence<f32>]) {
         self.calibrator.discard_pair();
         for correspondence in pair {
-            // The batch counts those that it refuses.
+            // The batch counts the matches that it refuses.
             let _ = self.calibrator.push(correspondence);
         }
     }
@@ -182,14 +181,13 @@ impl<const N: usize> Held<N> {
 
     /// Solves and fuses a pair; the batch is kept.
     ///
-    /// # Errors
-    /// What the caller has to correct; all is as it was.
+    /// # Errors The mistake of the caller; the state is unchanged.
     pub(crate) fn fuse(&mut self, pair: &[Correspondence<f32>]) -> Result<Outcome, Rejection> {
         self.keep();
         self.push(pair);
         let outcome = self.take(pair.len(), None);
         match outcome.fused {
-            // No pair of this rig: arguments are exchanged, or the rig is another one.
+            // The pair does not belong to this rig: arguments are exchanged, or the rig is another one.
             Err(why @ (Rejection::Behind | Rejection::Columns)) => {
                 self.back();
                 Err(why)
@@ -198,7 +196,7 @@ impl<const N: usize> Held<N> {
         }
     }
 
-    /// Solves a pair as the only one.
+    /// Solves a pair alone.
     pub(crate) fn alone(&mut self, pair: &[Correspondence<f32>]) -> Outcome {
         self.calibrator.reset();
         self.push(pair);
@@ -207,8 +205,7 @@ impl<const N: usize> Held<N> {
 
     /// Solves and fuses each frame that ends in these bytes.
     ///
-    /// # Errors
-    /// A frame of other images; all is as it was.
+    /// # Errors A frame of other images; the state is unchanged.
     pub(crate) fn feed(&mut self, mut bytes: &[u8]) -> Result<Vec<Outcome>, FrameRefusal> {
         self.keep();
         let decoder = self.decoder.clone();
@@ -229,17 +226,16 @@ impl<const N: usize> Held<N> {
         }
     }
 
-    /// Whether estimate and calibration in use stay as they are; the record of `load` may have it so.
+    /// Whether estimate and calibration in use are frozen; a record given to `load` may freeze them.
     pub(crate) fn is_frozen(&mut self) -> bool {
-        // A frozen calibrator is the first reason to undo nothing.
+        // A frozen calibrator refuses to undo before any other reason.
         self.keep();
         self.before.undo() == Err(ApplyError::Frozen)
     }
 
     /// Restores a record of a firmware.
     ///
-    /// # Errors
-    /// All is as it was.
+    /// # Errors The state is unchanged.
     pub(crate) fn load(&mut self, record: &[u8]) -> Result<(), RestoreError> {
         self.keep();
         self.calibrator.restore(record).inspect_err(|_| self.back())

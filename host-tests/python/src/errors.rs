@@ -46,7 +46,7 @@ core_errors!(
 
 impl CoreError for Rejection {
     fn class(&self) -> &'static str {
-        // Numbers from 600 on are of pairs that have been solved.
+        // Numbers from 600 on belong to solved pairs.
         if self.code() < 600 { "PairError" } else { "Refusal" }
     }
 
@@ -91,7 +91,7 @@ pub(crate) fn rejection(py: Python<'_>, why: Rejection) -> PyResult<Bound<'_, Py
     exception(py, &why, &why.to_string())
 }
 
-/// Raises an error of the core; names the argument that it is about, if any.
+/// Raises an error of the core; names its argument, if any.
 pub(crate) fn raised<E: CoreError>(argument: &str) -> impl Fn(E) -> PyErr {
     move |why| {
         let separator = if argument.is_empty() { "" } else { ": " };

@@ -1,4 +1,4 @@
-//! `match` and `check`: the matcher and the verdict of `selfcal`; `encode_frame`: matches as a matcher sends them.
+//! `match` and `check`: the matcher and the verdict of `selfcal`; `encode_frame`: matches in the format of a matcher.
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -25,7 +25,7 @@ use crate::errors::{of_file, value, wrong_type};
 use crate::pool::{install, install_until};
 use crate::rig::Rig;
 
-/// By how much the time stamps of a pair may differ, s: as `selfcal check`.
+/// Largest difference of the time stamps of a pair, s, as in `selfcal check`.
 const TOLERANCE_S: f64 = 0.005;
 
 /// Matches of two images.
@@ -84,7 +84,7 @@ fn picture(name: &str, given: &Bound<'_, PyAny>, size: [u16; 2]) -> PyResult<Pic
         )));
     }
     if picture.is_blank() {
-        return Err(value(format!("{name}: the image shows nothing, all of one grey")));
+        return Err(value(format!("{name}: the image is empty: all one grey value")));
     }
     Ok(picture)
 }
@@ -171,7 +171,7 @@ fn paths(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<PathBuf>> {
     })
 }
 
-/// Says nothing of a run.
+/// A listener without output.
 struct Silent;
 
 impl Listener for Silent {
@@ -180,7 +180,7 @@ impl Listener for Silent {
     fn skipped(&mut self, _why: &str) {}
 }
 
-/// Matches as the bytes that a matcher sends.
+/// Encodes matches as the bytes of a matcher.
 #[pyfunction]
 #[pyo3(signature = (sequence, uv_left, uv_right, score=None, *, size))]
 pub(crate) fn encode_frame<'py>(

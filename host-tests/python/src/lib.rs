@@ -1,8 +1,8 @@
 //! Python package `stereo_selfcal`: the calibrator of the vehicle for numpy.
 //!
-//! The core is called in `engine`, `calibrator`, `camera`, `rig` and `calibration`. `outcome` turns what comes of a pair
-//! into the plain data of `python/stereo_selfcal/_results.py`, `errors` into the exceptions of `_errors.py`. Documentation
-//! and types of all that is public are in `_native.pyi`.
+//! The core is called in `engine`, `calibrator`, `camera`, `rig` and `calibration`. `outcome` converts the results of a
+//! pair into the plain data of `python/stereo_selfcal/_results.py`; `errors` converts errors into the exceptions of
+//! `_errors.py`. `_native.pyi` has documentation and types of the public API.
 #![allow(
     clippy::cast_possible_truncation,
     reason = "numbers of Python to those of a vehicle, which checks their range"

@@ -1,4 +1,4 @@
-//! `solve_pairs`: pairs that are solved alone, on all processors.
+//! `solve_pairs`: solves pairs alone, on all processors.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -12,7 +12,7 @@ use crate::outcome::result;
 use crate::pool::install;
 use crate::rig::Rig;
 
-/// Solves each pair from the factory extrinsics, as the only one.
+/// Solves each pair alone, from the factory extrinsics.
 #[pyfunction]
 #[pyo3(signature = (rig, pairs, capacity=256, preset="robust"))]
 pub(crate) fn solve_pairs<'py>(

@@ -1,4 +1,4 @@
-//! What a pair came to, as the plain data of `stereo_selfcal._results`.
+//! Results of a pair as the plain data of `stereo_selfcal._results`.
 
 use std::fmt::{Debug, Write};
 
@@ -52,10 +52,10 @@ macro_rules! made {
     }};
 }
 
-/// A name of the core as Python has names: `KeptApart` is `kept_apart`.
+/// A name of the core in Python's style: `KeptApart` is `kept_apart`.
 pub(crate) fn name(of: &impl Debug) -> String {
     let mut name = Name(String::new());
-    // Ends at the first sign that is of no name.
+    // Ends at the first character that is not part of a name.
     let _ = write!(name, "{of:?}");
     name.0
 }

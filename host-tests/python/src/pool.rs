@@ -1,4 +1,4 @@
-//! Threads for work without the GIL. A child of `os.fork` has none of its parent's threads and gets its own.
+//! Threads for work without the GIL. A child of `os.fork` does not have its parent's threads and gets its own.
 
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,7 +14,7 @@ use crate::errors::value;
 /// Threads, and the process that they belong to.
 static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
-/// How often signals are looked for.
+/// Interval of the checks for signals.
 const SIGNALS: Duration = Duration::from_millis(50);
 
 /// Runs work on the threads of this process, without the GIL.
@@ -23,12 +23,12 @@ pub(crate) fn install<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) 
     Ok(py.detach(|| pool.install(work)))
 }
 
-/// The same, until Ctrl-C: Python sees it in the thread of the caller alone.
+/// The same, until Ctrl-C, which Python reports only in the thread of the caller.
 ///
 /// * `stop`: set by Ctrl-C; the work ends soon after.
 ///
 /// # Errors
-/// `KeyboardInterrupt`, or what else a handler of signals raises.
+/// `KeyboardInterrupt`, or another exception of a signal handler.
 pub(crate) fn install_until<T: Send>(
     py: Python<'_>,
     stop: &AtomicBool,
@@ -64,7 +64,7 @@ fn signals() -> PyResult<()> {
     })
 }
 
-/// Called with the GIL, as `os.fork` is: a child never inherits the lock while it is held.
+/// Called with the GIL, like `os.fork`, so a child never inherits a held lock.
 fn pool() -> PyResult<Arc<ThreadPool>> {
     let mut held = POOL.lock().unwrap_or_else(PoisonError::into_inner);
     let own = process::id();
@@ -72,7 +72,7 @@ fn pool() -> PyResult<Arc<ThreadPool>> {
         return Ok(Arc::clone(pool));
     }
     let pool = Arc::new(ThreadPoolBuilder::new().build().map_err(value)?);
-    // To drop the parent's pool would wait for threads that are not here.
+    // Dropping the parent's pool would wait for threads that this process does not have.
     std::mem::forget(held.replace((own, Arc::clone(&pool))));
     Ok(pool)
 }

@@ -1,4 +1,4 @@
-//! `Rig`: two cameras, and what a calibration in production said of them.
+//! `Rig`: two cameras and their factory calibration.
 
 use std::path::PathBuf;
 
@@ -16,16 +16,16 @@ use crate::calibration::Calibration;
 use crate::camera::{Camera, converted};
 use crate::errors::{of_file, raised, value};
 
-/// A stereo rig before anything is learnt of it.
+/// A stereo rig before the calibrator learns from pairs.
 #[pyclass(frozen, eq, from_py_object, module = "stereo_selfcal")]
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Rig {
     pub(crate) left: Camera,
     pub(crate) right: Camera,
-    /// `None`: no calibration; side by side is a guess.
+    /// `None`: not calibrated; the start is side by side, a guess.
     factory: Option<Extrinsics<f64>>,
     pub(crate) baseline_m: Option<f64>,
-    /// Of the factory extrinsics; `None`: as the core takes it, infinite: a guess.
+    /// Yaw deviation of the factory extrinsics; `None`: the default of the core; infinite: a guess.
     yaw_sd_rad: Option<f64>,
 }
 
@@ -130,7 +130,7 @@ impl Rig {
         Ok(Self { left: Camera(left), right: Camera(right), factory, baseline_m, yaw_sd_rad })
     }
 
-    /// The rig as the host tools have it.
+    /// The rig in the form of the host tools.
     pub(crate) fn meta(&self) -> PyResult<Meta> {
         let [left, right] = [&self.left, &self.right].map(|camera| camera.0.intrinsics().size);
         let lens = |camera: &Camera| match camera.0.lens() {
@@ -169,7 +169,7 @@ impl Rig {
         Ok(Cameras { left: converted(&self.left.0)?, right: converted(&self.right.0)? })
     }
 
-    /// Where every calibration starts.
+    /// Start of every calibration.
     pub(crate) fn start<T: Scalar>(&self) -> PyResult<Extrinsics<T>> {
         let Some(factory) = &self.factory else { return Ok(Extrinsics::SIDE_BY_SIDE) };
         let r = factory.rotation().matrix().map(T::lit);
@@ -220,7 +220,7 @@ pub(crate) fn read_rig(
         let own = meta.sizes();
         anyhow::ensure!(
             sizes.is_none_or(|sizes| sizes == own),
-            "the rig is of images of {} x {} px, not of size={:?}",
+            "the rig belongs to images of {} x {} px, not of size={:?}",
             own[0][0],
             own[0][1],
             size.unwrap_or_default()

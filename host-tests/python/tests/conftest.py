@@ -16,7 +16,7 @@ import stereo_selfcal as sc
 from stereo_selfcal._results import Array
 
 DATA = Path(__file__).resolve().parents[2] / "data"
-# The same examples in every run; many others in a campaign.
+# The same examples in every run; many more in a campaign.
 settings.register_profile("repeatable", deadline=None, derandomize=True)
 settings.register_profile("campaign", deadline=None, max_examples=5000)
 settings.load_profile("campaign" if "CAMPAIGN" in os.environ else "repeatable")

@@ -98,7 +98,7 @@ anything = st.one_of(
 
 @settings(suppress_health_check=[HealthCheck.too_slow])
 @given(left=anything, right=anything, score=anything)
-def test_anything_at_all_gives_a_result_or_an_ordinary_exception(left: Any, right: Any, score: Any) -> None:
+def test_any_argument_gives_a_result_or_an_ordinary_exception(left: Any, right: Any, score: Any) -> None:
     calibrator = sc.Calibrator(MADE.rig)
     for call in (
         lambda: calibrator.fuse(left, right, score),
@@ -117,7 +117,7 @@ def test_anything_at_all_gives_a_result_or_an_ordinary_exception(left: Any, righ
             call()
         except (TypeError, ValueError, OSError, sc.SelfcalError):
             pass
-    # A panic would be a BaseException; and it still works.
+    # A panic would be a BaseException; the calibrator still works.
     assert calibrator.fuse(LEFT, RIGHT).fused == "added"
 
 
@@ -134,7 +134,7 @@ def test_any_finite_matches_give_finite_numbers(values: np.ndarray[Any, np.dtype
 
 
 @given(data=st.binary(max_size=400), cut=st.integers(0, 5000))
-def test_any_bytes_are_no_record_and_no_frame_of_harm(data: bytes, cut: int) -> None:
+def test_random_bytes_do_no_harm_as_record_or_frames(data: bytes, cut: int) -> None:
     calibrator = sc.Calibrator(MADE.rig)
     record = LOCKED.save()
     for bad in (data, record[:cut] + data + record[cut + 1 :]):
@@ -187,7 +187,7 @@ def test_disparities_along_columns_are_an_exception_and_never_lock(mistake: str)
     assert kinds.count("Columns") >= 10
 
 
-def test_a_pair_that_the_scene_spoils_is_no_exception() -> None:
+def test_a_pair_that_the_scene_spoils_raises_no_exception() -> None:
     calibrator = sc.Calibrator(MADE.rig)
     few = calibrator.fuse(LEFT[:5], RIGHT[:5])
     assert isinstance(few.rejection, sc.PairError) and few.rejection.kind == "TooFew"
@@ -196,7 +196,7 @@ def test_a_pair_that_the_scene_spoils_is_no_exception() -> None:
     rng = np.random.default_rng(0)
     noise = [rng.uniform(0, 479, (200, 2)) for _ in range(2)]
     assert calibrator.fuse(*noise).rejection is not None
-    # Outside the image: refused and counted, as on a vehicle.
+    # A pixel outside the image is refused and counted, as on a vehicle.
     outside = calibrator.fuse(np.r_[LEFT, LEFT[:9] + 1e4], np.r_[RIGHT, RIGHT[:9]])
     assert (outside.offered, outside.taken, outside.refused) == (209, 200, 9)
 

@@ -48,7 +48,7 @@ baselines = st.tuples(st.just(-1.0), st.floats(-0.1, 0.1), st.floats(-0.1, 0.1))
 
 @pytest.mark.parametrize("lens", LENSES)
 @given(uv=pixels)
-def test_undistortion_is_that_of_cv2_undistort_points(lens: str, uv: list[tuple[float, float]]) -> None:
+def test_undistortion_matches_cv2_undistort_points(lens: str, uv: list[tuple[float, float]]) -> None:
     dist, points = np.array(LENSES[lens]), np.array(uv)
     rays = sc.Camera.from_opencv(K, dist, SIZE).rays(points)
     expected = cv2.undistortPoints(points[:, None], K, dist, criteria=PRECISE)
@@ -56,7 +56,7 @@ def test_undistortion_is_that_of_cv2_undistort_points(lens: str, uv: list[tuple[
 
 
 @given(uv=pixels)
-def test_undistortion_of_a_fisheye_is_that_of_cv2_fisheye(uv: list[tuple[float, float]]) -> None:
+def test_undistortion_of_a_fisheye_matches_cv2_fisheye(uv: list[tuple[float, float]]) -> None:
     dist, points = np.array(FISHEYE), np.array(uv)
     rays = sc.Camera.from_fisheye(K, dist, SIZE).rays(points)
     expected = cv2.fisheye.undistortPoints(points[:, None], K, dist)
@@ -65,7 +65,7 @@ def test_undistortion_of_a_fisheye_is_that_of_cv2_fisheye(uv: list[tuple[float, 
 
 @pytest.mark.parametrize("lens", [*LENSES, "fisheye"])
 @given(rays=st.lists(st.tuples(st.floats(-0.5, 0.5), st.floats(-0.4, 0.4)), min_size=1, max_size=20))
-def test_projection_is_that_of_cv2_project_points(lens: str, rays: list[tuple[float, float]]) -> None:
+def test_projection_matches_cv2_project_points(lens: str, rays: list[tuple[float, float]]) -> None:
     points, zero = np.array(rays), np.zeros(3)
     if lens == "fisheye":
         camera = sc.Camera.from_fisheye(K, FISHEYE, SIZE)
@@ -85,12 +85,12 @@ def rectified(R: Array, t: Array, dist: list[float]) -> tuple[sc.Calibration, An
 
 
 @given(angles=angles, t=baselines)
-def test_rotations_are_those_of_cv2_stereo_rectify_but_for_a_turn_about_the_baseline(
+def test_rotations_match_cv2_stereo_rectify_but_for_a_turn_about_the_baseline(
     angles: tuple[float, float, float], t: tuple[float, float, float]
 ) -> None:
     calibration, (r1, r2, *_) = rectified(rotation(*angles), np.array(t), LENSES["four"])
     own1, own2, p1, p2, q = calibration.stereo_rectify()
-    # OpenCV takes a rotation below 1e-5 rad for none.
+    # OpenCV ignores a rotation below 1e-5 rad.
     turns = [r1 @ own1.T, r2 @ own2.T]
     for turn in turns:
         np.testing.assert_allclose(turn[0], [1, 0, 0], atol=1.2e-5)
@@ -105,7 +105,7 @@ def test_rotations_are_those_of_cv2_stereo_rectify_but_for_a_turn_about_the_base
 
 
 @given(angles=angles, t=baselines, lens=st.sampled_from(["pinhole", "four", "barrel"]))
-def test_maps_are_those_of_cv2_init_undistort_rectify_map(
+def test_maps_match_cv2_init_undistort_rectify_map(
     angles: tuple[float, float, float], t: tuple[float, float, float], lens: str
 ) -> None:
     calibration, _ = rectified(rotation(*angles), np.array(t), LENSES[lens])
@@ -153,7 +153,7 @@ def test_half_the_size_sees_the_same_rays() -> None:
     calibration = made.rig.calibration()
     whole, half = calibration.rectify_maps(), calibration.rectify_maps((320, 240))
     for a, b in zip(whole[0], half[0], strict=True):
-        # A pixel of half the size is in the middle of four.
+        # A pixel of half the size lies in the middle of four.
         np.testing.assert_allclose(a.reshape(240, 2, 320, 2).mean((1, 3)), b, atol=0.02)
 
 

@@ -1,4 +1,4 @@
-"""The numbers are those of `selfcal replay`, to the bit."""
+"""The numbers equal those of `selfcal replay`, bit for bit."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_frames_come_to_the_bits_of_their_matches() -> None:
     recorded = Recorded.read("opencv_chess_corners")
     by_frames, by_matches = sc.Calibrator(recorded.rig), sc.Calibrator(recorded.rig)
     for i, (left, right, score) in enumerate(recorded.pairs):
-        # Coordinates as the wire has them.
+        # Coordinates in the resolution of the wire.
         left, right = np.round(left * 256) / 256, np.round(right * 256) / 256
         frame = sc.encode_frame(i, left, right, np.ones(len(score)), size=(640, 480))
         assert by_frames.feed_frames(frame[:100]) == []

@@ -1,15 +1,14 @@
 //! Bundle adjustment of all pairs: extrinsics with `|t| = 1` and every point, least robust
 //! reprojection error in both images.
 //!
-//! The points are eliminated exactly (variable projection): for given extrinsics the best point of a
-//! correspondence is the nearest pair of points that meets the epipolar constraint (K. Kanatani,
-//! Y. Sugaya and H. Niitsu, "Triangulation from two views revisited", BMVC 2008), and what it misses
-//! the measured ones by is the residual; as the point is at its optimum, its derivative is that of the
-//! constraint there. Cauchy's loss on both reprojection errors of a match together. Minimised by
-//! MINPACK's Levenberg-Marquardt (crate `levenberg-marquardt`).
+//! The points are eliminated exactly (variable projection): for given extrinsics the best point of a correspondence is
+//! the nearest pair of points that meets the epipolar constraint (K. Kanatani, Y. Sugaya and H. Niitsu, "Triangulation
+//! from two views revisited", BMVC 2008), and its distance from the measured points is the residual. Because the point
+//! is at its optimum, the derivative of the residual equals that of the constraint there. Cauchy's loss applies to both
+//! reprojection errors of a match together. MINPACK's Levenberg-Marquardt (crate `levenberg-marquardt`) minimises it.
 //!
-//! Started at what RANSAC comes to, as in structure from motion: from a start some degrees off among
-//! outliers it may fail. Slow: every pair is solved with all before it.
+//! It starts from the result of RANSAC, as in structure from motion: from a start some degrees off it may fail among
+//! outliers. It is slow, because every pair is solved with all pairs before it.
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{Matrix3, Vector2};
@@ -26,7 +25,7 @@ use host_tests::data::Rays;
 /// Corrections towards the best points; convergence is quadratic.
 const CORRECTIONS: usize = 4;
 
-/// Evaluations over the number of unknowns, as MINPACK counts them.
+/// Factor of the number of unknowns in MINPACK's limit of evaluations.
 const PATIENCE: usize = 20;
 
 /// The method.
@@ -54,7 +53,7 @@ impl Method for Bundle {
     }
 }
 
-/// All correspondences of all pairs adjusted, from `start` or that of the setting.
+/// All correspondences of all pairs adjusted, from `start` or from the start of the setting.
 fn adjusted(
     pairs: &[Vec<Rays>],
     start: Option<&Extrinsics<f64>>,
@@ -71,7 +70,7 @@ fn adjusted(
     end.pose.extrinsics()
 }
 
-/// The least-squares problem that is left without the points.
+/// The least-squares problem after the points are eliminated.
 struct Adjustment {
     rays: Vec<Rays>,
     /// Scale of the loss, unit depth.
@@ -90,7 +89,7 @@ impl Adjustment {
         self.start.moved(&<[f64; 5]>::from(*params).into())
     }
 
-    /// At the parameters, with derivatives by them: the steps of a pose are from where it is.
+    /// Essential matrix at the parameters, with derivatives by them; the steps of a pose start from the pose.
     fn essential(&self) -> Essential {
         const H: f64 = 1e-5;
         let by = std::array::from_fn(|i| {
@@ -104,7 +103,7 @@ impl Adjustment {
     fn robust(&self, d: f64) -> (f64, f64) {
         let squared = (d / self.scale).powi(2);
         let root = squared.ln_1p().sqrt();
-        // Near 0 the quotient has its limit.
+        // Near 0 the quotient takes its limit.
         let by = if squared < 1e-12 { 1.0 } else { d.abs() / self.scale / (1.0 + squared) / root };
         (self.scale * root.copysign(d), by)
     }

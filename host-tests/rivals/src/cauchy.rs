@@ -1,8 +1,8 @@
 //! Common practice: Sampson residuals under Cauchy's loss.
 //!
-//! No publication. Five degrees of freedom, Levenberg-Marquardt with reweighting, the scale of the
-//! loss at the expected noise from the start or annealed, each pair alone; over pairs the chordal mean of `R`
-//! and the mean direction of `t`.
+//! There is no publication. Five degrees of freedom, Levenberg-Marquardt with reweighting, the scale of the loss at the
+//! expected noise from the start or annealed, each pair alone; over pairs the chordal mean of `R` and the mean
+//! direction of `t`.
 
 use stereo_selfcal::Extrinsics;
 
@@ -14,10 +14,10 @@ use super::minimise::{Loss, minimise};
 use super::pose::Pose;
 use host_tests::data::Rays;
 
-/// Scale of the loss in deviations of the noise: 95 % efficient where the noise is normal.
+/// Scale of the loss in deviations of the noise: 95 % efficient for normal noise.
 pub(super) const CAUCHY_SD: f64 = 2.385;
 
-/// Times that the scale of the loss is halved where it is annealed: from 64 times the final one.
+/// Number of halvings of the scale of an annealed loss: it starts at 64 times the final scale.
 const HALVINGS: i32 = 6;
 
 /// The method.

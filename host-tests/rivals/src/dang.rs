@@ -20,7 +20,7 @@ use super::literal_paper;
 use super::method::{Method, Setting, usable};
 use host_tests::data::Rays;
 
-/// Steps of an update at most; most take about ten.
+/// Largest number of steps of an update; most updates take about ten.
 const STEPS: usize = 60;
 
 /// The step below which an update has converged, rad.

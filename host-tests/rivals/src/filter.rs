@@ -1,8 +1,8 @@
 //! The common part of the Kalman filters: a belief in the rig, a constant rig with process
 //! noise, steady or agile, and the rejection of outliers.
 //!
-//! The publications do not give enough of their rejections. All filters use the same one, so that their
-//! figures differ by the filters.
+//! The publications do not describe their rejection of outliers fully. All filters use the same one, so that only the
+//! filters make their figures differ.
 
 use nalgebra::{Matrix5, Vector5};
 use stereo_selfcal::Extrinsics;
@@ -12,10 +12,10 @@ use super::pose::Pose;
 use host_tests::data::Rays;
 use host_tests::stats::median;
 
-/// Standard deviation of the start about each axis, rad: that of the core.
+/// Standard deviation of the start about each axis, rad, as in the core.
 pub(super) const PRIOR_SD: f64 = 0.1;
 
-/// Linearisations of a pair, the same for all filters, each at the result of the one before.
+/// Linearisations of a pair, the same number for all filters, each at the result of the previous one.
 pub(super) const ITERATIONS: usize = 10;
 
 /// A pose, and the covariance of the five unknowns about it, rad^2.
@@ -28,20 +28,20 @@ pub(super) struct Belief {
 }
 
 impl Belief {
-    /// Before the first pair.
+    /// The belief before the first pair.
     fn at(start: &Extrinsics<f64>) -> Self {
         let covariance = Matrix5::identity() * (PRIOR_SD * PRIOR_SD);
         Self { pose: Pose::of(start), covariance }
     }
 
-    /// At the next pair.
+    /// The belief at the next pair.
     fn predicted(mut self, process_sd: f64) -> Self {
         self.covariance += Matrix5::identity() * (process_sd * process_sd);
         self
     }
 
-    /// Corrected by the sums `sum J J^T / s^2` and `sum J e / s^2`, linearised at `at`:
-    /// one step of an iterated filter.
+    /// The belief corrected by the sums `sum J J^T / s^2` and `sum J e / s^2`, linearised at `at`: one step of an
+    /// iterated filter.
     pub(super) fn corrected(
         &self,
         at: &Pose,
@@ -55,8 +55,8 @@ impl Belief {
     }
 }
 
-/// The estimate after each pair of a filter that `update`s its belief; a pair that it makes nothing of
-/// changes nothing but the process noise.
+/// The estimate after each pair of a filter that `update`s its belief. A pair without an update changes only the
+/// process noise.
 pub(super) fn running(
     pairs: &[Vec<Rays>],
     setting: &Setting,
@@ -75,8 +75,8 @@ pub(super) fn running(
     after.collect()
 }
 
-/// The same of an iterated filter: `update` corrects the first belief by a pair that is linearised about
-/// the second, which the one before came to.
+/// The same for an iterated filter: `update` corrects the first belief by a pair that is linearised about the second,
+/// the result of the previous iteration.
 pub(super) fn iterated(
     pairs: &[Vec<Rays>],
     setting: &Setting,

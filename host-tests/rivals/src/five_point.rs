@@ -32,7 +32,7 @@ const MONOMIALS: [[usize; 3]; 20] = [
     [0, 0, 0],
 ];
 
-/// Index of a monomial by its exponents; 20 where there is none.
+/// Index of a monomial by its exponents; 20 for other exponents.
 const INDEX: [[[usize; 4]; 4]; 4] = {
     let mut index = [[[MONOMIALS.len(); 4]; 4]; 4];
     let mut i = 0;
@@ -48,16 +48,16 @@ const INDEX: [[[usize; 4]; 4]; 4] = {
 const LINEAR: usize = 16;
 const QUADRATIC: usize = 10;
 
-/// Iterations allowed to the eigenvalues.
+/// Largest number of iterations for the eigenvalues.
 const SWEEPS: usize = 200;
 
 /// An imaginary part below this is rounding.
 const REAL: f64 = 1e-6;
 
-/// A polynomial of degree 3 at most, by its coefficients.
+/// A polynomial of degree at most 3, by its coefficients.
 type Cubic = SVector<f64, 20>;
 
-/// At most ten matrices of which one is the true one, if all five are.
+/// At most ten matrices, one of which is the true one if all five correspondences are true.
 pub(super) fn five_point(sample: &[Rays; 5]) -> Vec<Matrix3<f64>> {
     essentials(sample).unwrap_or_default()
 }
@@ -67,7 +67,7 @@ fn essentials(sample: &[Rays; 5]) -> Option<Vec<Matrix3<f64>>> {
     let cubics = constraints(&basis);
     let leading = cubics.fixed_columns::<10>(0).into_owned();
     let reduced = leading.lu().solve(&cubics.fixed_columns::<10>(10).into_owned())?;
-    // x times each monomial of degree 2 at most: six are cubic, four are in the list.
+    // x times each monomial of degree at most 2: six products are cubic, four are in the list.
     let mut action = SMatrix::<f64, 10, 10>::zeros();
     for i in 0..6 {
         action.set_row(i, &-reduced.row(i));
@@ -89,7 +89,7 @@ fn essentials(sample: &[Rays; 5]) -> Option<Vec<Matrix3<f64>>> {
 
 /// Four matrices whose combinations satisfy the five constraints.
 fn null_space(sample: &[Rays; 5]) -> Option<[Matrix3<f64>; 4]> {
-    // Filled up with zeros: the decomposition then gives the null space too.
+    // Padded with zeros, so that the decomposition gives the null space too.
     let mut rows = SMatrix::<f64, 9, 9>::zeros();
     for (i, [p_l, p_r]) in sample.iter().enumerate() {
         let outer = p_r * p_l.transpose();
@@ -145,9 +145,9 @@ fn product(a: &Cubic, from_a: usize, b: &Cubic, from_b: usize) -> Cubic {
     product
 }
 
-/// By inverse iteration, two steps.
+/// An eigenvector by two steps of inverse iteration.
 fn eigenvector(action: &SMatrix<f64, 10, 10>, eigenvalue: f64) -> Option<SVector<f64, 10>> {
-    // Off the eigenvalue by a little: the matrix must not be singular.
+    // Slightly off the eigenvalue, so that the matrix is not singular.
     let shift = eigenvalue + 1e-10 * (1.0 + eigenvalue.abs());
     let shifted = (action - SMatrix::identity() * shift).lu();
     let once = shifted.solve(&SVector::repeat(1.0))?.normalize();

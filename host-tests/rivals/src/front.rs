@@ -1,6 +1,6 @@
-//! What stands in front of a method: RANSAC, and the scale of the noise.
+//! Preprocessing for all methods: RANSAC, and the scale of the noise.
 //!
-//! The same for all methods. A pair in which RANSAC finds nothing is passed on whole.
+//! A pair in which RANSAC finds nothing is passed on whole.
 
 use super::method::{MIN_NOISE_PX, Setting, usable};
 use super::pose::Pose;
@@ -13,12 +13,12 @@ use host_tests::stats::median;
 pub struct Front {
     /// Inliers, pair by pair.
     pub inliers: Vec<Vec<Rays>>,
-    /// Noise of a coordinate, px, pair by pair: by the median of the inliers' Sampson residuals.
+    /// Noise of a coordinate, px, pair by pair, from the median of the inliers' Sampson residuals.
     noise_px: Vec<f64>,
 }
 
 impl Front {
-    /// * `setting`: where RANSAC refuses poses, and the noise that it expects.
+    /// * `setting`: the start, from which RANSAC refuses distant poses, and the expected noise.
     #[must_use]
     pub fn new(pairs: &[Vec<Rays>], setting: &Setting) -> Self {
         let of_pair = |(rays, seed): (&Vec<Rays>, u64)| {
@@ -32,7 +32,7 @@ impl Front {
         Self { inliers, noise_px }
     }
 
-    /// The front of one pair of these.
+    /// The preprocessing of one of the pairs.
     #[must_use]
     pub fn pair(&self, k: usize) -> Self {
         let one = |rays: Option<&Vec<Rays>>| rays.into_iter().cloned().collect();
@@ -49,7 +49,7 @@ impl Front {
     }
 }
 
-/// Deviation of a coordinate, unit depth: a Sampson residual has that of one.
+/// Deviation of a coordinate, unit depth, which equals that of a Sampson residual.
 fn noise(pose: &Pose, inliers: &[Rays]) -> f64 {
     let e = pose.essential().e;
     1.4826 * median(inliers.iter().map(|rays| sampson(&e, rays).abs())).unwrap_or_default()

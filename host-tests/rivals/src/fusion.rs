@@ -1,4 +1,4 @@
-//! Estimates of single pairs to one: mean directions as Zhao et al., and the chordal mean.
+//! Fusion of the estimates of single pairs: mean directions as in Zhao et al., and the chordal mean.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use stereo_selfcal::{Extrinsics, so3};

@@ -11,7 +11,7 @@ use super::method::Setting;
 use super::pose::Pose;
 use host_tests::data::Rays;
 
-/// Furthest that `R` and `t` may be from the start, rad: as far as the core corrects.
+/// Largest distance of `R` and `t` from the start, rad, as in the core.
 pub(super) const FURTHEST: f64 = 0.5;
 
 /// Largest standard deviation of any direction, rad.
@@ -19,7 +19,7 @@ const MOST_UNCERTAIN: f64 = 0.12;
 
 /// The estimate of a pair, if the setting has no gate or the pair passes it.
 ///
-/// * `rays`: those that it was estimated from.
+/// * `rays`: rays that it was estimated from.
 pub(super) fn passed(pose: Option<Pose>, rays: &[Rays], setting: &Setting) -> Option<Pose> {
     let admitted = |pose: &Pose| {
         !setting.tuning.gated
@@ -28,7 +28,7 @@ pub(super) fn passed(pose: Option<Pose>, rays: &[Rays], setting: &Setting) -> Op
     pose.filter(admitted)
 }
 
-/// Whether a pose is one that a rig which left production at `start` may have.
+/// Whether a rig that left production at `start` may have a pose.
 pub(super) fn is_near(pose: &Pose, start: &Pose) -> bool {
     let turned = (pose.r * start.r.inverse()).angle();
     turned <= FURTHEST && pose.t.dot(&start.t) >= FURTHEST.cos()
@@ -42,7 +42,7 @@ fn is_certain(pose: &Pose, rays: &[Rays], noise: f64) -> bool {
 
 /// Inverse of the Cramer-Rao bound of a pair, from the matches that fit it.
 ///
-/// * `noise`: of a coordinate, unit depth; more where the matches scatter more.
+/// * `noise`: noise of a coordinate, unit depth; larger if the matches scatter more.
 pub(super) fn information(pose: &Pose, rays: &[Rays], noise: f64) -> Matrix5<f64> {
     let essential = pose.essential();
     let rows: Vec<_> =

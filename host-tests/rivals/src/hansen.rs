@@ -46,13 +46,13 @@ impl Method for Hansen {
         filter::running(pairs, setting, |belief, rays| {
             let pair = gate::passed(single(rays, setting), rays, setting)?;
             let information = gate::information(&pair, rays, setting.noise());
-            // The pair's estimate is the measurement: it is linear, and zero off itself.
+            // The pair's estimate is the measurement: linear, with residual zero.
             belief.corrected(&pair, information, Vector5::zeros())
         })
     }
 }
 
-/// One pair.
+/// Solves one pair.
 fn single(rays: &[Rays], setting: &Setting) -> Option<Pose> {
     let huber = Loss::Huber(HUBER_PX / setting.focal);
     let mut pose = minimise(&Pose::of(&setting.start), rays, Scaling::Distances, huber)?;
@@ -62,7 +62,7 @@ fn single(rays: &[Rays], setting: &Setting) -> Option<Pose> {
     for _ in 0..ROUNDS {
         let essential = pose.essential();
         let size = |rays: &Rays| Scaling::Distances.residual(&essential, rays).abs();
-        // The root of two squared distances is twice a coordinate's deviation.
+        // The root of two squared distances is twice the deviation of a coordinate.
         let limit = limit(rays.iter().map(size), 2.0 * setting.noise());
         let kept: Vec<Rays> = rays.iter().filter(|rays| size(rays) <= limit).copied().collect();
         pose = minimise(&pose, &kept, Scaling::Distances, Loss::Huber(f64::INFINITY))?;

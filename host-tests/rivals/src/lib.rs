@@ -1,7 +1,7 @@
-//! The methods that ours are compared with, in `f64`: those of the literature and common practice.
+//! The rivals of our methods, in `f64`: methods of the literature and common practice.
 //!
-//! Each is written independently of the core, from its publication; details that had to be
-//! filled in or was left out stands in its file, and in [`Method::source`].
+//! Each is written from its publication, independently of the core. Its file and [`Method::source`] name the details
+//! that were filled in or left out.
 
 mod bundle;
 mod cauchy;
@@ -43,8 +43,7 @@ pub use ransac::Ransac;
 pub use tuning::Tuning;
 pub use variant::{Range, Variant, all_variants, variants};
 
-/// All of them, in the order of a table's columns: ours, then by the year of publication, then what
-/// is common practice.
+/// All methods, in the order of a table's columns: ours, then by the year of publication, then common practice.
 #[must_use]
 pub fn all() -> Vec<Box<dyn Method>> {
     vec![
@@ -63,8 +62,7 @@ pub fn all() -> Vec<Box<dyn Method>> {
 
 /// The method of that name.
 ///
-/// # Errors
-/// Lists the names there are.
+/// # Errors Lists the existing names.
 pub fn by_name(name: &str) -> Result<Box<dyn Method>> {
     let all = all();
     let names: Vec<&str> = all.iter().map(|method| method.name()).collect();

@@ -21,8 +21,8 @@ use host_tests::data::Rays;
 /// Huber threshold, px.
 const HUBER_PX: f64 = 1.0;
 
-/// The same in deviations of a coordinate, where those are estimated: 1.345 of the residual, which has the
-/// noise of two coordinates.
+/// The same in deviations of a coordinate, if those are estimated: 1.345 of the residual, which has the noise of two
+/// coordinates.
 const HUBER_SD: f64 = 1.345 * std::f64::consts::SQRT_2;
 
 /// The method.

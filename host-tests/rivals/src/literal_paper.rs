@@ -1,8 +1,8 @@
 //! The paper's single-pair method, transcribed literally: six parameters, the gauge row `e_0`,
 //! Huber weights, Levenberg-Marquardt (eqs 10-19), in `f64`.
 //!
-//! Slow, plain, and sharing no code with the core, which it is there to check. Where the print is
-//! wrong (see the errata tests) the corrected form stands here.
+//! It is slow and plain, and shares no code with the core, because it checks the core. Where the paper is wrong (see
+//! the errata tests), it has the corrected form.
 
 use nalgebra::{Matrix3, Matrix6, RowVector3, Vector3, Vector6};
 
@@ -13,16 +13,16 @@ use host_tests::data::Rays;
 pub struct Options {
     /// `c_t` of eq 18, unit depth.
     pub huber: f64,
-    /// Weight of the gauge row `e_0` in the energy; 1 in the paper. Large: the gauge is exact.
+    /// Weight of the gauge row `e_0` in the energy; 1 in the paper. A large weight makes the gauge exact.
     pub gauge_weight: f64,
-    /// The step below which it has converged, rad.
+    /// Step below which it has converged, rad.
     pub tolerance: f64,
-    /// Steps allowed.
+    /// Largest number of steps.
     pub max_steps: usize,
 }
 
 impl Options {
-    /// The published parameters, with steps up to convergence.
+    /// The published parameters, with enough steps for convergence.
     #[must_use]
     pub fn literal(huber: f64) -> Self {
         Self { huber, gauge_weight: 1.0, tolerance: 1e-12, max_steps: 5000 }
@@ -53,7 +53,7 @@ impl Solution {
         -self.right.row(0).transpose()
     }
 
-    /// `e_0` at the solution: how far the gauge of eq 8 is off.
+    /// `e_0` at the solution: the deviation from the gauge of eq 8.
     #[must_use]
     pub fn gauge(&self) -> f64 {
         gauge(&self.right)
@@ -218,6 +218,6 @@ mod tests {
         let numeric = differences(|_, r| gauge(r));
         let analytic = gauge_jacobian(&right);
         assert!((numeric - analytic).norm() < 1e-9);
-        assert!((numeric + analytic).norm() > 1.0, "erratum 1 cannot be told");
+        assert!((numeric + analytic).norm() > 1.0, "erratum 1 cannot be detected");
     }
 }

@@ -6,12 +6,12 @@ use stereo_selfcal::Extrinsics;
 use super::tuning::Tuning;
 use host_tests::data::Rays;
 
-/// What a method may use beside the correspondences.
+/// Knowledge of a method beside the correspondences.
 #[derive(Debug, Clone, Copy)]
 pub struct Setting {
-    /// Where it starts.
+    /// Its start.
     pub start: Extrinsics<f64>,
-    /// Mean focal length, px: what a pixel is at unit depth.
+    /// Mean focal length, px.
     pub focal: f64,
     /// Expected noise of a coordinate, px.
     pub noise_px: f64,
@@ -28,13 +28,13 @@ impl Setting {
 
 /// A method that estimates extrinsics from correspondences.
 pub trait Method: Sync {
-    /// Short, for a column of a table.
+    /// Short name for a column of a table.
     fn name(&self) -> &'static str;
 
     /// Publication and equations, and departures from them.
     fn source(&self) -> &'static str;
 
-    /// The estimate after each pair, all pairs so far together; `None` while there is none.
+    /// The estimate from all pairs up to each pair; `None` before the first estimate.
     ///
     /// * `pairs`: undistorted rays at unit depth, true matches and false ones.
     fn running(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>>;
@@ -45,13 +45,13 @@ pub trait Method: Sync {
     }
 }
 
-/// Smallest noise believed, px.
+/// Smallest accepted noise, px.
 pub(super) const MIN_NOISE_PX: f64 = 0.01;
 
-/// Largest slope of a ray that counts, unit depth: 87 degrees off the axis.
+/// Largest slope of an accepted ray, unit depth: 87 degrees off the axis.
 const MAX_SLOPE: f64 = 20.0;
 
-/// The correspondences of which both rays are finite, at unit depth, and within what a lens sees.
+/// The correspondences whose rays are both finite, at unit depth, and within the view of a lens.
 pub(super) fn usable(rays: &[Rays]) -> Vec<Rays> {
     let usable = |ray: &Vector3<f64>| {
         (ray.z - 1.0).abs() < 1e-9 && ray.x.abs() <= MAX_SLOPE && ray.y.abs() <= MAX_SLOPE

@@ -34,18 +34,18 @@ impl Loss {
     }
 }
 
-/// Fewest correspondences: as many as unknowns.
+/// Fewest correspondences: the number of unknowns.
 pub(super) const FEWEST: usize = 5;
 
-/// Steps allowed; well-posed pairs take about ten.
+/// Largest number of steps; well-posed pairs take about ten.
 const STEPS: usize = 60;
 
-/// The step below which it has converged, rad.
+/// Step below which it has converged, rad.
 const TOLERANCE: f64 = 1e-9;
 
-/// Where the robust energy is least, near `start`.
+/// The minimum of the robust energy near `start`.
 ///
-/// `None` for too few rays, or where nothing finite can be solved for.
+/// `None` for too few rays, or if there is no finite solution.
 pub(super) fn minimise(start: &Pose, rays: &[Rays], scaling: Scaling, loss: Loss) -> Option<Pose> {
     if rays.len() < FEWEST {
         return None;
@@ -59,13 +59,13 @@ pub(super) fn minimise(start: &Pose, rays: &[Rays], scaling: Scaling, loss: Loss
     let (mut h, mut g) = normal_equations(&pose, rays, scaling, loss);
     let mut damping = 1e-3;
     for _ in 0..STEPS {
-        // Damped in proportion to the diagonal: a free direction stays where it is.
+        // The damping is proportional to the diagonal, so a free direction stays.
         let scale = h.diagonal().add_scalar(h.trace() * 1e-12);
         let damped = h + Matrix5::from_diagonal(&(scale * damping));
         let step = -damped.cholesky()?.solve(&g);
         let moved = pose.moved(&step);
         let moved_energy = energy_of(&moved);
-        // Rejects NaN, unlike a test with `>`.
+        // Unlike a test with `>`, this rejects NaN.
         if moved_energy <= energy {
             (pose, energy) = (moved, moved_energy);
             damping = (damping / 10.0).max(1e-9);

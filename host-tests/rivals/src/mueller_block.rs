@@ -47,7 +47,7 @@ impl Method for MuellerBlock {
 struct Block {
     information: Matrix5<f64>,
     gradient: Vector5<f64>,
-    /// What its measurements miss each other by, whatever the point: root of the reduced square.
+    /// Distance of its measurements for the best point: root of the reduced square.
     miss: f64,
 }
 
@@ -64,7 +64,7 @@ fn updated(prior: &Belief, at: &Pose, rays: &[Rays], noise: f64) -> Option<Belie
     prior.corrected(at, information / variance, gradient / variance)
 }
 
-/// One correspondence; `None` where its point would be behind the right camera.
+/// One correspondence; `None` if its point would be behind the right camera.
 fn block(at: &Pose, [p_l, p_r]: &Rays, noise: f64) -> Option<Block> {
     let turned = at.r * p_l;
     let inverse_depth = inverse_depth(at, &turned, p_r);
@@ -74,10 +74,10 @@ fn block(at: &Pose, [p_l, p_r]: &Rays, noise: f64) -> Option<Block> {
         return None;
     }
     let projection = Matrix2x3::new(1.0, 0.0, -p.x / p.z, 0.0, 1.0, -p.y / p.z) / p.z;
-    // The left coordinates are where they were measured.
+    // The left coordinates equal their measurements.
     let miss = Vector4::new(0.0, 0.0, p.x / p.z - p_r.x, p.y / p.z - p_r.y);
     let r = at.r.matrix();
-    // By the left coordinates and the inverse depth.
+    // Derivatives by the left coordinates and the inverse depth.
     let by_point = Matrix3::from_columns(&[r.column(0).into(), r.column(1).into(), at.t]);
     let mut j_point = Matrix4x3::identity();
     j_point.fixed_rows_mut::<2>(2).copy_from(&(projection * by_point));
@@ -100,7 +100,7 @@ fn block(at: &Pose, [p_l, p_r]: &Rays, noise: f64) -> Option<Block> {
     Some(Block { information, gradient, miss: left.norm() })
 }
 
-/// Where `turned + t rho` comes nearest to the right ray.
+/// The inverse depth at which `turned + t rho` is nearest to the right ray.
 fn inverse_depth(at: &Pose, turned: &Vector3<f64>, p_r: &Vector3<f64>) -> f64 {
     let across = p_r.cross(&at.t);
     let squared = across.norm_squared();
@@ -113,7 +113,7 @@ mod tests {
     use crate::tests::{NOISE, assert_covariance_is_the_bound, clean_pair};
 
     #[test]
-    fn with_its_points_marginalised_a_pair_says_what_its_cramer_rao_bound_allows() {
+    fn with_its_points_marginalised_a_pair_reaches_its_cramer_rao_bound() {
         let (rig, rays) = clean_pair();
         let prior = Belief { pose: Pose::of(&rig), covariance: Matrix5::identity() };
         let updated = updated(&prior, &prior.pose, &rays, NOISE).unwrap();

@@ -48,7 +48,7 @@ impl Method for MuellerUkf {
     }
 }
 
-/// A residual by the sigma points: `e = mean + slope . d`, and the rest of its variance.
+/// A residual linearised over the sigma points: `e = mean + slope . d`, and the rest of its variance.
 struct Linearised {
     mean: f64,
     slope: Vector5<f64>,
@@ -67,7 +67,7 @@ fn updated(prior: &Belief, about: &Belief, rays: &[Rays], noise: f64) -> Option<
     let essentials = steps.map(|step| about.pose.moved(&step).essential());
     let linearise = |rays: &Rays| {
         let seen = essentials.each_ref().map(|e| Scaling::Sampson.residual(e, rays));
-        // All weigh alike: the middle one has no weight at kappa 0.
+        // All have equal weight, except the middle one, which has no weight at kappa 0.
         let weight = 0.5 / SPREAD_SQUARED;
         let mean = weight * seen.iter().sum::<f64>();
         let off = || seen.iter().map(|e| e - mean);
@@ -94,7 +94,7 @@ mod tests {
     use crate::tests::{NOISE, assert_covariance_is_the_bound, clean_pair};
 
     #[test]
-    fn over_narrow_sigma_points_a_pair_says_what_its_cramer_rao_bound_allows() {
+    fn over_narrow_sigma_points_a_pair_reaches_its_cramer_rao_bound() {
         let (rig, rays) = clean_pair();
         let pose = Pose::of(&rig);
         let prior = Belief { pose, covariance: Matrix5::identity() };

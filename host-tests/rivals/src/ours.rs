@@ -8,7 +8,7 @@ use stereo_selfcal::{
 use super::method::{Method, Setting, usable};
 use host_tests::data::{Rays, in_f64};
 
-/// Room for the matches of any pair; the core picks among more.
+/// Capacity for the matches of any pair; the core selects from larger pairs.
 const CAPACITY: usize = 2048;
 
 /// Largest distance of the image's border from its middle, px; pixels beyond are refused.
@@ -66,14 +66,14 @@ fn running(config: Config, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option
             // A refused match does not count, as with any matcher.
             let _ = calibrator.push(&Correspondence { left, right, score: 1.0, grid_step: 0.0 });
         }
-        // A refused pair leaves the estimate as it was.
+        // A refused pair leaves the estimate unchanged.
         let _ = calibrator.solve_pair();
         calibrator.proposal().map(|proposal| in_f64(&proposal.extrinsics))
     });
     after.collect()
 }
 
-/// A pinhole of the setting's focal length whose image holds all rays, the axis in its middle.
+/// A pinhole with the setting's focal length, whose image holds all rays and is centred on the axis.
 fn camera(pairs: &[Vec<Rays>], setting: &Setting) -> Option<Camera<f32>> {
     let focal = f32::lit(setting.focal);
     let reach = |axis: usize| {

@@ -26,7 +26,7 @@ impl Pose {
         Self { r: *extrinsics.rotation(), t: extrinsics.translation().into_inner() }
     }
 
-    /// `None` where it is not finite, or no rig: `t` along an optical axis.
+    /// `None` if it is not finite, or `t` lies along an optical axis.
     pub(super) fn extrinsics(&self) -> Option<Extrinsics<f64>> {
         Extrinsics::try_new(self.r.matrix(), &self.t).ok()
     }
@@ -40,7 +40,7 @@ impl Pose {
         }
     }
 
-    /// The `d` by which [`Self::moved`] comes to `other`, `t` of both in one half space.
+    /// The `d` by which [`Self::moved`] reaches `other`, with both `t` in one half space.
     pub(super) fn step_to(&self, other: &Self) -> Vector5<f64> {
         let w = stereo_selfcal::so3::log(&(other.r * self.r.inverse()));
         let along = self.t.dot(&other.t);
@@ -56,7 +56,7 @@ impl Pose {
         Essential { e: t * r, by: [x, y, z, b, c] }
     }
 
-    /// `B`: two unit directions across `t` and each other.
+    /// `B`: two unit directions, perpendicular to `t` and to each other.
     pub(super) fn across(&self) -> [Vector3<f64>; 2] {
         let aside = if self.t.z.abs() < 0.7 { Vector3::z() } else { Vector3::x() };
         let b = self.t.cross(&aside).normalize();

@@ -1,11 +1,10 @@
 //! Five-point RANSAC with refinement, as is common practice.
 //!
-//! M. A. Fischler and R. C. Bolles, 1981; minimal samples by `five_point`; truncated squares of
-//! Sampson residuals as the score (Torr and Zisserman, MSAC, 2000); samples until an all-true one was
-//! drawn with a probability of 0.999. The best `E` is decomposed by the side the points are on, then
-//! refined on its inliers twice. Each pair alone; over pairs the chordal mean of `R` and the mean
-//! direction of `t`. The start serves to refuse poses that are far from it alone: a plane is seen
-//! alike by two rigs, of which the other is far off.
+//! M. A. Fischler and R. C. Bolles, 1981; minimal samples by `five_point`; truncated squares of Sampson residuals as
+//! the score (Torr and Zisserman, MSAC, 2000); samples until one of true matches only was drawn with a probability of
+//! 0.999. The best `E` is decomposed by the sides of the points, then refined twice on its inliers. Each pair alone;
+//! over pairs the chordal mean of `R` and the mean direction of `t`. The start serves to refuse poses that are far from
+//! it alone: a plane is seen alike by two rigs, of which the other is far off.
 //!
 //! Written here: of the crates, `eight-point` is of 2020 and needs a nalgebra of its time, and
 //! `kornia-3d`, which has all of it, brings 165 crates.
@@ -28,13 +27,13 @@ use host_tests::data::Rays;
 /// A match is an inlier within so many deviations of the noise.
 const INLIER_SD: f64 = 3.0;
 
-/// Chance that no sample was of true matches only.
+/// Probability that no sample had true matches only.
 const MISSED: f64 = 1e-3;
 
-/// Samples drawn at most: enough for 60 % of outliers.
+/// Largest number of samples: enough for 60 % of outliers.
 const MOST_SAMPLES: f64 = 700.0;
 
-/// Rounds of refinement, each on the inliers of the one before.
+/// Rounds of refinement, each on the inliers of the previous one.
 const REFINEMENTS: usize = 2;
 
 /// The method.
@@ -62,9 +61,9 @@ impl Method for Ransac {
     }
 }
 
-/// The inliers of a pair, before any refinement, and their pose; `None` where there is none.
+/// The inliers of a pair, before any refinement, and their pose; `None` if there is no pose.
 ///
-/// * `seed`: of the samples.
+/// * `seed`: seed of the samples.
 pub(super) fn inliers(
     rays: &[Rays],
     setting: &Setting,
@@ -76,10 +75,10 @@ pub(super) fn inliers(
     Some((pose, search.inliers(&pose.essential().e)))
 }
 
-/// One pair.
+/// RANSAC on one pair.
 struct Search<'a> {
     rays: &'a [Rays],
-    /// What a Sampson residual of an inlier is at most.
+    /// Largest Sampson residual of an inlier.
     limit: f64,
     start: Pose,
 }
@@ -89,7 +88,7 @@ impl Search<'_> {
     fn refined(&self, seed: u64) -> Option<Pose> {
         let mut pose = self.best(seed)?;
         for _ in 0..REFINEMENTS {
-            // Quadratic on all that are inliers; linear on what leaves them on the way.
+            // Quadratic on all inliers; linear on matches that stop being inliers on the way.
             let inliers = self.inliers(&pose.essential().e);
             pose = minimise(&pose, &inliers, Scaling::Sampson, Loss::Huber(self.limit))?;
         }
@@ -138,7 +137,7 @@ impl Search<'_> {
         rays.filter(|rays| sampson(e, rays).abs() <= self.limit).copied().collect()
     }
 
-    /// The pose of a matrix, if it is one that the rig may have.
+    /// The pose of a matrix, if the rig may have it.
     fn near_the_start(&self, e: &Matrix3<f64>) -> Option<Pose> {
         let pose = decomposed(e, &self.inliers(e))?;
         gate::is_near(&pose, &self.start).then_some(pose)

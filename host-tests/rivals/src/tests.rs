@@ -138,7 +138,7 @@ fn every_method_gives_one_estimate_a_pair_and_the_last_is_the_fused_one() {
 }
 
 #[test]
-fn no_method_panics_or_returns_what_is_not_finite() {
+fn no_method_panics_or_returns_a_number_that_is_not_finite() {
     for rays in unreasonable() {
         for method in all() {
             for pairs in [vec![rays.clone()], vec![rays.clone(), Vec::new(), rays.clone()]] {
@@ -161,7 +161,7 @@ fn unreasonable() -> Vec<Vec<Rays>> {
     let line = |i: i32| [p(0.01 * f64::from(i), 0.0), p(0.01 * f64::from(i) - 0.02, 0.0)];
     let plane =
         Scene { depth: Depth::Plane { on_axis: 10.0, slope: [0.0, 0.0] }, ..scene(0.0, 0.0) };
-    // Any numbers, the same for ever.
+    // Arbitrary but repeatable numbers.
     let mut state = 1_u32;
     let mut any = || {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);

@@ -1,22 +1,22 @@
-//! Settings of a method that a comparison varies, so that each is shown with those that suit it best.
+//! Settings of a method that a comparison varies, so that each method is shown with its best settings.
 
 /// Standard deviation of the rig's motion from pair to pair that a steady filter expects, rad about each axis.
 const STEADY_SD: f64 = 1e-5;
 
-/// The same of an agile filter: follows a knock within a pair or two, and errs more between knocks.
+/// The same for an agile filter, which follows a knock within a pair or two, and has larger errors between knocks.
 const AGILE_SD: f64 = 1e-3;
 
-/// Which settings a method is run with; the default ones are those of its file's header.
+/// Settings of a method; the header of its file describes the defaults.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[expect(clippy::struct_excessive_bools, reason = "independent choices, each on or off")]
 pub struct Tuning {
-    /// Only the inliers of RANSAC are given to the method.
+    /// The method gets only the inliers of RANSAC.
     pub prefiltered: bool,
-    /// The scale of the noise is estimated from the matches, in place of the one told.
+    /// The scale of the noise is estimated from the matches instead of given.
     pub noise_estimated: bool,
-    /// Pairs alone pass the gate of the paper preset before they are fused.
+    /// Single pairs pass the gate of the paper preset before they are fused.
     pub gated: bool,
-    /// A loss that redescends is entered from a wide scale, halved step by step.
+    /// A redescending loss starts at a wide scale, halved step by step.
     pub annealed: bool,
     /// Outliers are removed by their residual, and the others fitted by least squares.
     pub rejecting: bool,
@@ -30,7 +30,7 @@ impl Tuning {
         if self.agile { AGILE_SD } else { STEADY_SD }
     }
 
-    /// What is set, in the words of a heading: `RANSAC, noise estimated`.
+    /// The changed settings in words for a heading: `RANSAC, noise estimated`.
     #[must_use]
     pub fn words(self) -> String {
         let all = [

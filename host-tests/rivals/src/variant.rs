@@ -1,4 +1,4 @@
-//! A method with its settings: what a comparison runs.
+//! A method with its settings, as a comparison runs it.
 
 use stereo_selfcal::Extrinsics;
 
@@ -26,7 +26,7 @@ impl Variant {
 
     /// The estimate after each pair.
     ///
-    /// * `front`: that of the pairs.
+    /// * `front`: the preprocessed pairs.
     #[must_use]
     pub fn running(
         &self,
@@ -39,7 +39,7 @@ impl Variant {
 
     /// The estimate from all pairs together.
     ///
-    /// * `front`: that of the pairs.
+    /// * `front`: the preprocessed pairs.
     #[must_use]
     pub fn fused(
         &self,
@@ -61,12 +61,12 @@ impl Variant {
     }
 }
 
-/// How many settings of each method are run.
+/// Number of settings of each method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Range {
     /// All.
     All,
-    /// As its file's header has it, and what serves most methods best.
+    /// The settings of its file's header, and the ones that serve most methods best.
     Few,
 }
 
@@ -81,10 +81,9 @@ pub fn variants(method: &str, range: Range) -> Result<Vec<Variant>> {
         .collect()
 }
 
-/// Those of all methods, method by method.
+/// The settings of all methods, method by method.
 ///
-/// # Errors
-/// As [`variants`].
+/// # Errors As [`variants`].
 pub fn all_variants(methods: &[Box<dyn Method>], range: Range) -> Result<Vec<Variant>> {
     let of_each = methods.iter().map(|method| variants(method.name(), range));
     Ok(of_each.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())

@@ -1,4 +1,4 @@
-//! `selfcal`: images, bags or recorded matches to the calibrated rig.
+//! `selfcal`: from images, bags or recorded matches to the calibrated rig.
 #![allow(clippy::doc_markdown, reason = "doc comments of arguments are the help text")]
 
 use std::process::ExitCode;

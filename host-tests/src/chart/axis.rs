@@ -1,18 +1,18 @@
-//! Axes that know their ticks: logarithmic, linear, or groups side by side.
+//! Axes with ticks: logarithmic, linear, or groups side by side.
 
 use std::ops::Range;
 
-/// Decades that a logarithmic axis shows at most.
+/// Largest number of decades on a logarithmic axis.
 const MAX_DECADES: f64 = 6.0;
 
-/// Below so many decades there are ticks between the powers of ten, and below this more of them.
+/// Number of decades below which there are ticks between the powers of ten, and below which there are more of them.
 const FEW_DECADES: f64 = 2.2;
 const ONE_DECADE: f64 = 1.0;
 
 /// Least height of a bar above the start of its axis, decades.
 const LEAST_BAR: f64 = 0.1;
 
-/// Ticks that a linear axis has about, and any axis at most.
+/// Approximate number of ticks of a linear axis, and largest number for any axis.
 const LINEAR_TICKS: f64 = 6.0;
 const MOST_TICKS: i32 = 20;
 
@@ -24,7 +24,7 @@ const ROUNDING: f64 = 1e-9;
 pub struct Axis {
     /// In logarithms, if logarithmic.
     range: Range<f64>,
-    /// Values and words.
+    /// Values and labels.
     ticks: Vec<(f64, String)>,
     log: bool,
 }
@@ -66,7 +66,7 @@ impl Axis {
         Self { range, ticks, log: false }
     }
 
-    /// Groups, each one wide, their names in the middle.
+    /// Groups of width 1, with their names in the middle.
     #[must_use]
     pub fn groups(names: &[&str]) -> Self {
         let left = (0_u32..).map(f64::from);
@@ -82,7 +82,7 @@ impl Axis {
         if self.log { 10_f64.powf(self.range.start) } else { self.range.start }
     }
 
-    /// Whether the value has a place on the axis.
+    /// Whether the value lies on the axis.
     #[must_use]
     pub fn shows(&self, value: f64) -> bool {
         value.is_finite() && (!self.log || value > 0.0)
@@ -107,7 +107,7 @@ fn linear_ticks(range: &Range<f64>, least: f64) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// Powers of ten, with steps between them where there are few.
+/// Powers of ten, with steps between them if there are few.
 fn log_ticks(range: &Range<f64>) -> Vec<(f64, String)> {
     let steps: &[f64] = match range.end - range.start {
         decades if decades < ONE_DECADE => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
@@ -137,13 +137,13 @@ fn nice_step(least: f64) -> f64 {
     steps.into_iter().find(|&step| step >= least).unwrap_or(least)
 }
 
-/// Ticks have few digits; the others are rounding errors.
+/// Ticks have few digits; further digits are rounding errors.
 fn label(tick: f64) -> String {
     format!("{}", (tick * 1e9).round() / 1e9)
 }
 
 impl Axis {
-    /// Place of a value between the ends of the axis, px; beyond its range at the nearer end.
+    /// Position of a value between the ends of the axis, px; a value beyond the range is at the nearer end.
     #[must_use]
     pub fn place(&self, value: f64, [start, end]: [f64; 2]) -> f64 {
         let value = if self.log { value.log10() } else { value };
@@ -151,7 +151,7 @@ impl Axis {
         start + (value.clamp(low, high) - low) / (high - low) * (end - start)
     }
 
-    /// Values of the ticks, and their words.
+    /// Values of the ticks, and their labels.
     #[must_use]
     pub fn ticks(&self) -> &[(f64, String)] {
         &self.ticks

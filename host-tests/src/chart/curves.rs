@@ -1,6 +1,6 @@
 //! Charts of a page: curves and bars, on a logarithmic axis.
 //!
-//! Drawn small, black on nothing: legible on a phone and on a dark page. Their legend stands in the page.
+//! They are small, black on transparent, and legible on a phone and on a dark page. The page has their legend.
 
 use super::axis::Axis;
 use super::palette::{Color, Rgb};
@@ -19,13 +19,13 @@ const BELOW: [f64; 2] = [52.0, 32.0];
 const TITLE: f64 = 15.0;
 const TEXT: f64 = 13.0;
 
-/// Curves of more points than this are drawn without dots.
+/// Largest number of points of a curve with dots.
 const FEW_POINTS: usize = 20;
 
-/// Share of a group's width that its bars take, and of a bar's place that the bar takes.
+/// Share of a group's width for its bars, and share of a bar's place for the bar.
 const FILLED: [f64; 2] = [0.84, 0.88];
 
-/// Colours of ours, of the best rival, and of a third series, wherever these stand side by side.
+/// Colours of ours, of the best rival, and of a third series beside them.
 #[must_use]
 pub fn shade(i: usize) -> Color {
     super::palette::series([0, 1, 2][i % 3])
@@ -34,7 +34,7 @@ pub fn shade(i: usize) -> Color {
 /// The horizontal axis.
 #[derive(Debug, Clone)]
 pub struct Scale {
-    /// What it is, with its unit.
+    /// Its quantity, with the unit.
     pub name: String,
     /// Whether it is logarithmic.
     pub log: bool,
@@ -54,15 +54,15 @@ pub enum Line {
 /// A curve.
 #[derive(Debug, Clone)]
 pub struct Curve {
-    /// Black if none.
+    /// Colour; `None`: black.
     pub color: Option<Color>,
     /// How it is drawn.
     pub line: Line,
-    /// In the order of `x`; a value that is not a positive number is a gap.
+    /// Points in the order of `x`; a value that is not a positive number is a gap.
     pub points: Vec<(f64, Option<f64>)>,
 }
 
-/// Bars of one series, one for each group; a cross where there is none.
+/// Bars of one series, one for each group; a cross for a missing value.
 #[derive(Debug, Clone)]
 pub struct Bars {
     /// Colour of the series.
@@ -148,7 +148,7 @@ fn titled(title: &str) -> Svg {
     svg
 }
 
-/// Axes with grid and words; groups, which have no name, are not divided.
+/// Axes with grid and labels; groups, which have no name, are not divided.
 fn framed<'a>(svg: &'a mut Svg, name: &str, axes: [Axis; 2]) -> Plot<'a> {
     let [left, top, right] = MARGINS;
     let below = BELOW[usize::from(name.is_empty())];

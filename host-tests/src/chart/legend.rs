@@ -1,4 +1,4 @@
-//! Legends of pictures that stand alone.
+//! Legends of stand-alone pictures.
 
 use super::palette::Rgb;
 use super::svg::{Anchor, Point, Style, Svg};

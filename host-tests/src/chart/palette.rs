@@ -1,6 +1,6 @@
-//! Colours of the series, each with a twin for a dark page.
+//! Colours of the series, each with a variant for a dark page.
 //!
-//! The first six are Okabe and Ito's, told apart by colour-blind readers too.
+//! The first six are by Okabe and Ito; colour-blind readers can distinguish them too.
 
 use stereo_selfcal::Scalar;
 
@@ -51,7 +51,7 @@ pub const SERIES: [Color; 10] = [
     color([110, 70, 180], [170, 140, 235]),
 ];
 
-/// The colour of a series, round and round.
+/// The colour of a series; the colours repeat.
 #[must_use]
 pub fn series(i: usize) -> Color {
     SERIES[i % SERIES.len()]
@@ -70,7 +70,7 @@ const VIRIDIS: [[u8; 3]; 9] = [
     [253, 231, 37],
 ];
 
-/// Colour of a share, 0 (dark blue) to 1 (yellow), even in lightness.
+/// Colour of a share, 0 (dark blue) to 1 (yellow), with uniform steps of lightness.
 #[must_use]
 pub fn viridis(share: f64) -> Rgb {
     let place = share.clamp(0.0, 1.0) * 8.0;

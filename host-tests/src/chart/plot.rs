@@ -23,7 +23,7 @@ pub struct Plot<'a> {
 }
 
 impl<'a> Plot<'a> {
-    /// Between the left top and the right bottom corner, px.
+    /// A plot between the top left and the bottom right corner, px.
     #[must_use]
     pub fn new(
         svg: &'a mut Svg,
@@ -33,14 +33,14 @@ impl<'a> Plot<'a> {
         Self { svg, across: [left, right], upwards: [bottom, top], axes }
     }
 
-    /// With its values growing downwards.
+    /// The same with values growing downwards.
     #[must_use]
     pub fn downwards(mut self) -> Self {
         self.upwards.reverse();
         self
     }
 
-    /// Where a value is in the picture, px.
+    /// Position of a value in the picture, px.
     #[must_use]
     pub fn place(&self, [x, y]: Point) -> Point {
         let [x_axis, y_axis] = &self.axes;
@@ -63,7 +63,7 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// A line around.
+    /// Draws a border.
     pub fn border(&mut self) {
         let corners = [[self.across[0], self.upwards[0]], [self.across[1], self.upwards[1]]];
         self.svg.rectangle(corners, Style::line(Rgb::BLACK, 1.0).opacity(BORDER));

@@ -8,10 +8,10 @@ use anyhow::{Context, Result};
 
 use super::palette::Rgb;
 
-/// A place or a size, px: x to the right, y down.
+/// A position or a size, px: x to the right, y down.
 pub type Point = [f64; 2];
 
-/// Colour, opacity, and how an outline is drawn.
+/// Colour, opacity, and style of the outline.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Style {
     color: Rgb,
@@ -179,7 +179,7 @@ impl Svg {
         if words.is_empty() {
             return;
         }
-        // `dominant-baseline` is not understood by all viewers.
+        // Some viewers do not support `dominant-baseline`.
         let baseline = y + 0.35 * size;
         self.tag(format_args!(
             "<text x=\"{}\" y=\"{}\" font-size=\"{}\" text-anchor=\"{}\" fill=\"{}\"{turn}>{}</text>",
@@ -219,7 +219,7 @@ pub fn write(path: &Path, svg: &str) -> Result<()> {
     fs::write(path, svg).with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// A number with two decimals at most.
+/// A number with at most two decimals.
 struct Px(f64);
 
 impl std::fmt::Display for Px {

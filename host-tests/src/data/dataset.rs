@@ -1,10 +1,9 @@
 //! Recorded correspondences with known extrinsics: `meta.json` and `pairs/NNNN.csv`.
 //!
-//! `meta.json`: intrinsics and lens of both cameras (px, OpenCV's order), image size, `R` and unit
-//! `t` of `p_r = R p_l + t`. A pair file: columns `ul,vl,ur,vr,score` and, optionally, `step` (the
-//! matcher's grid), in px of the images as they are, before undistortion. In place of the pair files,
-//! `pairs.csv` may have all of them, with a column `frame`. Where the rig moves, `rigs.csv` has that of
-//! each pair.
+//! `meta.json`: intrinsics and lens of both cameras (px, OpenCV's order), image size, `R` and unit `t` of `p_r = R p_l
+//! + t`. A pair file: columns `ul,vl,ur,vr,score` and, optionally, `step` (the matcher's grid), in px of the captured
+//! images, before undistortion. Instead of the pair files, `pairs.csv` may have all pairs, with a column `frame`. If
+//! the rig moves, `rigs.csv` has the rig of each pair.
 
 use std::fs::{self, File};
 use std::io::BufReader;
@@ -22,37 +21,37 @@ use super::rigs::{self, Rig};
 /// A rig and its pairs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dataset {
-    /// Short name: that of the folder or of the generated scene.
+    /// Short name: the name of the folder or of the generated scene.
     pub name: String,
     /// The rig.
     pub meta: Meta,
     /// Correspondences, pair by pair.
     pub pairs: Vec<Vec<Match>>,
-    /// The rig of each pair; empty where it does not move.
+    /// The rig of each pair; empty if the rig does not move.
     pub rigs: Vec<Rig>,
 }
 
 impl Dataset {
-    /// Folder of the sets that come with the project.
+    /// Folder of the shipped sets.
     #[must_use]
     pub fn shipped() -> PathBuf {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("data")
     }
 
-    /// Names of the sets that come with the project.
+    /// Names of the shipped sets.
     pub const SHIPPED: [&str; 5] =
         ["opencv_chess_corners", "opencv_chess_sift", "motorcycle_sift", "aloe_sift", "oak_sift"];
 
     /// Reads a folder, or the shipped set of that name if there is no such folder.
     ///
     /// # Errors
-    /// As [`Dataset::load`], with the shipped names where nothing was found.
+    /// As [`Dataset::load`], with the shipped names if nothing was found.
     pub fn find(place: &Path) -> Result<Self> {
         let name = place.to_str().filter(|name| Self::SHIPPED.contains(name));
         match name {
             Some(name) if !place.exists() => Self::load(&Self::shipped().join(name)),
             _ if !place.exists() => bail!(
-                "{} does not exist, and is none of the shipped sets ({})",
+                "{} does not exist, and is not one of the shipped sets ({})",
                 place.display(),
                 Self::SHIPPED.join(", ")
             ),
@@ -60,10 +59,9 @@ impl Dataset {
         }
     }
 
-    /// The rig of a `meta.json`, that of a folder, or that of the shipped set of that name.
+    /// The rig of a `meta.json`, of a folder, or of the shipped set of that name.
     ///
-    /// # Errors
-    /// Names the file.
+    /// # Errors Names the file.
     pub fn find_meta(place: &Path) -> Result<Meta> {
         if place.is_file() { Meta::read(place) } else { Ok(Self::find(place)?.meta) }
     }
@@ -71,7 +69,7 @@ impl Dataset {
     /// Reads a folder; pairs in the order of their file names, or of `pairs.csv`.
     ///
     /// # Errors
-    /// Names the file, and the line where there is one.
+    /// Names the file, and the line if known.
     pub fn load(dir: &Path) -> Result<Self> {
         let meta = Meta::read(&dir.join("meta.json"))
             .with_context(|| format!("{} is not a data set", dir.display()))?;
@@ -114,18 +112,16 @@ impl Dataset {
         Ok(Calibration { cameras, extrinsics: *extrinsics, generation: 0 })
     }
 
-    /// True extrinsics of the data set; of the last pair, where the rig moves.
+    /// True extrinsics of the data set; if the rig moves, those of the last pair.
     ///
-    /// # Errors
-    /// As [`Meta::extrinsics`].
+    /// # Errors As [`Meta::extrinsics`].
     pub fn truth<T: Scalar>(&self) -> Result<Extrinsics<T>> {
         self.meta.extrinsics()
     }
 
-    /// The truth of each pair; empty where the rig does not move.
+    /// The truth of each pair; empty if the rig does not move.
     ///
-    /// # Errors
-    /// Names the pair whose rig is not a stereo rig.
+    /// # Errors Names the pair whose rig is not a stereo rig.
     pub fn truths(&self) -> Result<Vec<Extrinsics<f64>>> {
         let truth =
             |(i, rig): (usize, &Rig)| rig.extrinsics().with_context(|| format!("rig of pair {i}"));
@@ -133,7 +129,7 @@ impl Dataset {
     }
 }
 
-/// The pairs of a folder: a file each, or one file of all.
+/// The pairs of a folder: a file for each pair, or one file for all.
 fn pairs(dir: &Path) -> Result<Vec<Vec<Match>>> {
     let (pairs_dir, one_file) = (dir.join("pairs"), dir.join("pairs.csv"));
     if one_file.is_file() {
@@ -160,7 +156,7 @@ mod tests {
     use crate::data::meta::LensModel;
 
     #[test]
-    fn what_is_saved_loads_back_equal_and_nothing_is_overwritten() {
+    fn a_saved_set_loads_back_equal_and_nothing_is_overwritten() {
         for name in Dataset::SHIPPED {
             let set = Dataset::load(&Dataset::shipped().join(name)).unwrap();
             let dir = tempfile::tempdir().unwrap();

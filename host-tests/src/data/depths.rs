@@ -16,7 +16,7 @@ pub struct TrueDepth {
     pub depth_m: f64,
 }
 
-/// Reads the depths of each of so many pairs; `None` where a folder has none. A pair without a file has none.
+/// Reads the depths of each of so many pairs; `None` if the folder has no depths. A pair without a file has no depths.
 ///
 /// # Errors
 /// Names the file.

@@ -1,4 +1,4 @@
-//! The frames that a file has had, as ranges: frames that count up take the memory of one.
+//! The frame numbers of a file so far, as ranges: consecutive numbers take the memory of one.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ impl FrameNumbers {
         self.ranges.is_empty()
     }
 
-    /// Adds a number. `false`: it was there.
+    /// Adds a number; returns `false` if it was present.
     pub(super) fn insert(&mut self, number: u64) -> bool {
         let below = self.ranges.range(..=number).next_back().map(|(first, last)| (*first, *last));
         if below.is_some_and(|(_, last)| number <= last) {

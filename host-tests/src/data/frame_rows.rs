@@ -1,9 +1,9 @@
-//! Matches of many pairs in one CSV file: a row a match, with a column `frame` that names its pair.
+//! Matches of many pairs in one CSV file: one row for each match, with a column `frame` that names its pair.
 //!
-//! The first line names the columns, in any order: `frame,ul,vl,ur,vr`, and optionally `score` (1 without
-//! it) and `step` (0). Numbers as in a pair file. `frame` is a whole number; the rows of a frame follow
-//! each other. Empty lines are passed over. Lines are read here, not by the `csv` crate, which holds a line
-//! of any length: a pipe may never end one.
+//! The first line names the columns, in any order: `frame,ul,vl,ur,vr`, and optionally `score` (1 without it) and
+//! `step` (0). Numbers as in a pair file. `frame` is a whole number; the rows of a frame follow each other. Empty lines
+//! are skipped. This module reads lines instead of the `csv` crate, which accepts lines of any length: a pipe may never
+//! end a line.
 
 use std::collections::BTreeSet;
 use std::io::{BufRead, Read};
@@ -15,18 +15,18 @@ use super::matches::Match;
 /// Names of the columns; the last two may be missing.
 const COLUMNS: [&str; 7] = ["frame", "ul", "vl", "ur", "vr", "score", "step"];
 
-/// Columns that must be there.
+/// Number of required columns.
 const NEEDED: usize = 5;
 
-/// The pairs of such a file, one by one: no more than one is held. Ends after an error.
+/// The pairs of such a file, one at a time in memory. Ends after an error.
 #[derive(Debug)]
 pub struct FrameRows<R> {
     input: R,
     /// Lines read.
     line: u64,
-    /// Where each of [`COLUMNS`] is.
+    /// Position of each of [`COLUMNS`].
     places: [Option<usize>; COLUMNS.len()],
-    /// Fields of the header.
+    /// Number of fields in the header.
     fields: usize,
     /// First row of the next pair.
     ahead: Option<(u64, Match)>,
@@ -37,8 +37,7 @@ pub struct FrameRows<R> {
 impl<R: BufRead> FrameRows<R> {
     /// Reads the header.
     ///
-    /// # Errors
-    /// [`FrameRowsError::Empty`], `Header`, or as reading goes.
+    /// # Errors [`FrameRowsError::Empty`], `Header`, or an error of reading.
     pub fn open(input: R) -> Result<Self, FrameRowsError> {
         let mut rows = Self {
             input,
@@ -58,7 +57,7 @@ impl<R: BufRead> FrameRows<R> {
     fn next_line(&mut self) -> Result<Option<String>, FrameRowsError> {
         loop {
             let mut bytes = Vec::new();
-            // One byte more shows that there is more.
+            // One byte more shows that the line is longer.
             let most = u64::try_from(LONGEST_LINE).unwrap_or(u64::MAX).saturating_add(1);
             let read = (&mut self.input).take(most).read_until(b'\n', &mut bytes);
             if read.map_err(FrameRowsError::Io)? == 0 {
@@ -142,9 +141,9 @@ impl<R: BufRead> Iterator for FrameRows<R> {
     }
 }
 
-/// Where each column is, and how many there are.
+/// Position of each column, and the number of columns.
 fn columns(header: &str) -> Result<([Option<usize>; COLUMNS.len()], usize), String> {
-    // Spreadsheets begin with a byte order mark and put names in quotes.
+    // Spreadsheets start with a byte order mark and quote the names.
     let header = header.trim_start_matches('\u{feff}');
     let names: Vec<&str> =
         header.split(',').map(|name| name.trim().trim_matches('"').trim()).collect();
@@ -152,10 +151,10 @@ fn columns(header: &str) -> Result<([Option<usize>; COLUMNS.len()], usize), Stri
         return Err("there is no header".into());
     }
     if let Some(name) = names.iter().find(|name| !COLUMNS.contains(name)) {
-        return Err(format!("`{name}` is none of the columns"));
+        return Err(format!("`{name}` is not one of the columns"));
     }
     if names.iter().collect::<BTreeSet<_>>().len() != names.len() {
-        return Err("a column is there twice".into());
+        return Err("a column occurs twice".into());
     }
     let places = COLUMNS.map(|column| names.iter().position(|name| *name == column));
     match COLUMNS.iter().zip(places).take(NEEDED).find(|(_, place)| place.is_none()) {
@@ -190,21 +189,21 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named_with_its_line() {
+    fn errors_are_named_with_their_line() {
         let good = "frame,ul,vl,ur,vr\n0,1,2,3,4\n";
         for (text, said) in [
             (String::new(), "empty"),
             ("0,1,2,3,4\n".into(), "line 1: there is no header"),
             ("frame,ul,vl,ur\n".into(), "line 1: there is no column `vr`"),
-            ("frame,ul,vl,ur,vr,scores\n".into(), "`scores` is none"),
+            ("frame,ul,vl,ur,vr,scores\n".into(), "`scores` is not one"),
             ("frame,ul,vl,ur,vr,ul\n".into(), "twice"),
             ("frame,ul,vl,ur,vr\n".into(), "no matches below the header"),
-            (format!("{good}\n0,1,2,3\n"), "line 4: 4 fields, the header has 5"),
+            (format!("{good}\n0,1,2,3\n"), "line 4: 4 fields; the header has 5"),
             (format!("{good}1.5,1,2,3,4\n"), "line 3: frame `1.5` is not a whole number"),
             (format!("{good}-1,1,2,3,4\n"), "line 3: frame `-1` is not a whole number"),
             (format!("{good}0,1,NaN,3,4\n"), "line 3: vl `NaN` is not a finite number"),
             (format!("{good}0,1,2,1e999,4\n"), "line 3: ur `1e999` is not a finite number"),
-            (format!("{good}1,1,2,3,4\n0,1,2,3,4\n"), "line 4: frame 0 comes back"),
+            (format!("{good}1,1,2,3,4\n0,1,2,3,4\n"), "line 4: frame 0 continues"),
             (format!("{good}{}\n", "0".repeat(LONGEST_LINE + 1)), "line 3: no text"),
         ] {
             let error = read(&text).unwrap_err();

@@ -10,34 +10,34 @@ pub const LONGEST_LINE: usize = 4096;
 /// Most rows of a frame.
 pub const MOST_ROWS: usize = 1 << 20;
 
-/// Why a file is not one of matches by frame. Lines are counted from 1.
+/// Why a file is not a file of matches by frame. Lines are counted from 1.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum FrameRowsError {
     /// It cannot be read.
     Io(io::Error),
-    /// There is nothing in it.
+    /// It is empty.
     Empty,
     /// The first line does not name the columns.
     Header(String),
-    /// There are no matches below the header.
+    /// It has no matches below the header.
     NoRows,
-    /// A line is longer than [`LONGEST_LINE`], or no text.
+    /// A line is longer than [`LONGEST_LINE`], or not text.
     Line(u64),
-    /// A line has not as many fields as the header.
+    /// The number of fields of a line differs from the header.
     Fields {
         /// The line.
         line: u64,
-        /// Its fields.
+        /// Number of its fields.
         found: usize,
-        /// Those of the header.
+        /// Number of fields in the header.
         expected: usize,
     },
     /// A frame is not a whole number.
     Frame {
         /// The line.
         line: u64,
-        /// What is there.
+        /// Its text.
         field: String,
     },
     /// A field is not a finite number.
@@ -46,10 +46,10 @@ pub enum FrameRowsError {
         line: u64,
         /// The column.
         column: &'static str,
-        /// What is there.
+        /// Its text.
         field: String,
     },
-    /// A frame comes back after another one.
+    /// A frame continues after another one.
     Returned {
         /// The line.
         line: u64,
@@ -76,10 +76,10 @@ impl fmt::Display for FrameRowsError {
             ),
             Self::NoRows => f.write_str("there are no matches below the header"),
             Self::Line(line) => {
-                write!(f, "line {line}: no text of at most {LONGEST_LINE} bytes")
+                write!(f, "line {line}: not text, or longer than {LONGEST_LINE} bytes")
             }
             Self::Fields { line, found, expected } => {
-                write!(f, "line {line}: {found} fields, the header has {expected}")
+                write!(f, "line {line}: {found} fields; the header has {expected}")
             }
             Self::Frame { line, field } => {
                 write!(f, "line {line}: frame `{field}` is not a whole number from 0")
@@ -89,7 +89,7 @@ impl fmt::Display for FrameRowsError {
             }
             Self::Returned { line, frame } => write!(
                 f,
-                "line {line}: frame {frame} comes back after another one: the rows of a frame must follow \
+                "line {line}: frame {frame} continues after another one: the rows of a frame must follow \
                  each other"
             ),
             Self::TooLong { line, frame } => {

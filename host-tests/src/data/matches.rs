@@ -1,4 +1,4 @@
-//! A correspondence as files have it.
+//! A correspondence in the form of the files.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 use stereo_selfcal::{Correspondence, Scalar};
 
-/// One correspondence, px of the images as they are.
+/// One correspondence, px of the captured images.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Match {
     /// Left column.
@@ -19,7 +19,7 @@ pub struct Match {
     pub vr: f64,
     /// The matcher's confidence, 0 to 1.
     pub score: f64,
-    /// Step of the matcher's grid, px; 0 where the coordinates are continuous.
+    /// Step of the matcher's grid, px; 0 for continuous coordinates.
     #[serde(default)]
     pub step: f64,
 }

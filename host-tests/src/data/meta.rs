@@ -1,4 +1,4 @@
-//! A rig as `meta.json` of a data set has it.
+//! A rig in the form of a data set's `meta.json`.
 
 use std::fs;
 use std::path::Path;
@@ -14,7 +14,7 @@ use stereo_selfcal::{
 use super::geometry::{Rows, matrix};
 use super::sign::WrongSign;
 
-/// A rig as `meta.json` has it.
+/// A rig in the form of `meta.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Meta {
     /// Left camera matrix, px.
@@ -27,32 +27,32 @@ pub struct Meta {
     pub dist_l: Vec<f64>,
     /// Right lens.
     pub dist_r: Vec<f64>,
-    /// Which lens model the coefficients are of.
+    /// Lens model of the coefficients.
     #[serde(default, skip_serializing_if = "LensModel::is_default")]
     pub lens: LensModel,
-    /// That of the right camera, where it is another one.
+    /// Lens model of the right camera, if it differs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lens_r: Option<LensModel>,
     /// Image width, px.
     pub width: u16,
     /// Image height, px.
     pub height: u16,
-    /// Width and height of the right image, px, where they are others.
+    /// Width and height of the right image, px, if they differ.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub size_r: Option<[u16; 2]>,
-    /// Rotation, left to right; of the last pair, where the rig moves. All zero, as `t`, where no reference
-    /// is known: both are absent from the file.
+    /// Rotation, left to right; if the rig moves, that of the last pair. Without a known reference `R` and `t` are
+    /// zero, and absent from the file.
     #[serde(rename = "R", default)]
     pub r: Rows,
-    /// Unit baseline direction, right camera frame; of the last pair, where the rig moves.
+    /// Unit baseline direction, right camera frame; if the rig moves, that of the last pair.
     #[serde(default)]
     pub t: [f64; 3],
-    /// Length of the baseline, m, where it is known.
+    /// Length of the baseline, m, if known.
     pub baseline_m: Option<f64>,
-    /// Where the data come from.
+    /// Source of the data.
     #[serde(default)]
     pub source: String,
-    /// Under which licence.
+    /// Licence of the data.
     #[serde(default)]
     pub license: String,
     /// Standard error of `R` for these intrinsics, degrees.
@@ -67,15 +67,15 @@ pub struct Meta {
 }
 
 impl Meta {
-    /// Key in `other`: standard deviation of the yaw that a run starts from, degrees; null where it is a guess.
+    /// Key in `other`: standard deviation of the yaw of the start, degrees; null for a guess.
     pub const FACTORY_YAW_SD: &str = "factory_yaw_sd_deg";
 
-    /// Key in `other`: apparent yaw `a` of the lenses, rad. The right row is below the left one by `a x y`, where `(x, y)`
-    /// is the rectified left ray at unit depth. No extrinsics remove it. A rectifier by look-up table does: for the
-    /// rectified ray `(x, y)` it samples the left image at `(x, y - a x y)`.
+    /// Key in `other`: apparent yaw `a` of the lenses, rad. The right row is below the left one by `a x y`, where `(x,
+    /// y)` is the rectified left ray at unit depth. Extrinsics cannot remove it. A rectifier with a look-up table can:
+    /// for the rectified ray `(x, y)` it samples the left image at `(x, y - a x y)`.
     pub const LENS_YAW: &str = "lens_yaw";
 
-    /// Value of [`Self::LENS_YAW`]; `None` where there is none.
+    /// Value of [`Self::LENS_YAW`]; `None` if the key is absent.
     #[must_use]
     pub fn lens_yaw(&self) -> Option<f64> {
         self.other.get(Self::LENS_YAW)?.as_f64().filter(|a| *a != 0.0)
@@ -93,7 +93,7 @@ impl Meta {
         read().with_context(|| format!("cannot understand {}", path.display()))
     }
 
-    /// Whether `R` and `t` are both known, or neither, and `t` is of our convention.
+    /// Whether `R` and `t` are both known or both unknown, and `t` follows our convention.
     fn check_reference(&self) -> Result<()> {
         let [r, t] = [self.r.as_flattened(), &self.t].map(|of| of.iter().any(|&x| x != 0.0));
         ensure!(t || !r, "R without t: a reference has both");
@@ -101,11 +101,11 @@ impl Meta {
         Ok(WrongSign::check(&self.r, self.t)?)
     }
 
-    /// Key in `other`: whether `R` and `t` are those of a calibration, from which a run starts. Elsewhere they are
-    /// a reference, which it is compared with.
+    /// Key in `other`: whether a calibration measured `R` and `t`, so that a run starts from them. Otherwise they are
+    /// the reference of a run.
     pub const CALIBRATED: &str = "calibrated";
 
-    /// Whether `R` and `t` are those of a calibration.
+    /// Whether a calibration measured `R` and `t`.
     #[must_use]
     pub fn is_calibrated(&self) -> bool {
         self.has_reference() && self.other.get(Self::CALIBRATED) == Some(&true.into())
@@ -124,7 +124,7 @@ impl Meta {
         [left, self.size_r.unwrap_or(left)]
     }
 
-    /// Gives the right camera a lens model and a size of its own.
+    /// Sets a lens model and a size for the right camera alone.
     pub fn set_right(&mut self, lens: LensModel, size: [u16; 2]) {
         self.lens_r = (lens != self.lens).then_some(lens);
         self.size_r = (size != [self.width, self.height]).then_some(size);
@@ -144,7 +144,7 @@ impl Meta {
         Ok(Cameras { left, right })
     }
 
-    /// The rig with the right lens model corrected, as [`Cameras::corrected`] does it.
+    /// The rig with the right lens model corrected as in [`Cameras::corrected`].
     #[must_use]
     pub fn corrected(&self, correction: &LensCorrection<f64>) -> Self {
         let mut meta = self.clone();
@@ -154,7 +154,7 @@ impl Meta {
         let [[fx, ..], [_, fy, _], _] = &mut meta.k_r;
         (*fx, *fy) = (*fx * (1.0 + correction.focal), *fy * (1.0 + correction.focal));
         let [_, lens] = self.lenses();
-        // A pinhole may come with any number of zeros.
+        // A pinhole may have any number of zeros.
         if lens == LensModel::RadialTangential && meta.dist_r.iter().all(|&k| k == 0.0) {
             meta.dist_r = vec![0.0; 5];
         }
@@ -179,7 +179,7 @@ impl Meta {
     /// `R` and unit `t`.
     ///
     /// # Errors
-    /// If they are not known, or not those of a stereo rig.
+    /// If they are unknown, or do not describe a stereo rig.
     pub fn extrinsics<T: Scalar>(&self) -> Result<Extrinsics<T>> {
         ensure!(self.has_reference(), "no reference: meta.json has no R and t");
         let r = matrix(&self.r).map(T::lit);
@@ -214,10 +214,9 @@ impl LensModel {
     }
 }
 
-/// Whether a matrix is one of a camera: `[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`.
+/// Checks for a camera matrix `[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`.
 ///
-/// # Errors
-/// What it is instead, and what to do.
+/// # Errors Describes the matrix, and the remedy.
 pub fn check_camera_matrix(k: &Rows) -> Result<()> {
     let [[fx, skew, _], [zero, fy, _], bottom] = *k;
     ensure!(

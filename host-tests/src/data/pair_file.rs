@@ -1,8 +1,7 @@
-//! A file of single pairs with the truth of each, as plain numbers that any language writes.
+//! A file of single pairs with the truth of each, in plain numbers that any language can write.
 //!
-//! Little endian: `u32` pairs, `u32` correspondences a pair `n`; then for each pair `n` times
-//! `x_l y_l x_r y_r`, `R` row by row, `t`, all `f64`. Rays are at unit depth, after undistortion;
-//! `p_r = R p_l + t`.
+//! Little endian: `u32` pairs, `u32` correspondences a pair `n`; then for each pair `n` times `x_l y_l x_r y_r`, `R`
+//! row by row, `t`, all `f64`. Rays are at unit depth, after undistortion; `p_r = R p_l + t`.
 
 use std::path::Path;
 
@@ -24,14 +23,14 @@ const HEADER: usize = 8;
 pub struct TruePair {
     /// `x_l y_l x_r y_r` of each correspondence, true or false, unit depth.
     pub rays: Vec<[f64; 4]>,
-    /// What an estimate is compared with.
+    /// The true extrinsics.
     pub truth: Extrinsics<f64>,
 }
 
 /// All pairs of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairFile {
-    /// Each with as many correspondences.
+    /// All pairs have the same number of correspondences.
     pub pairs: Vec<TruePair>,
 }
 
@@ -81,7 +80,7 @@ impl PairFile {
         std::fs::write(path, self.encode()?).with_context(|| format!("cannot write {name}"))
     }
 
-    /// Takes the bytes of a file apart.
+    /// Decodes the bytes of a file.
     ///
     /// # Errors
     /// If the length differs from the header's, the file is empty, a number is not finite, or a
@@ -162,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read() {
+    fn a_written_file_is_read_back() {
         let file = file();
         let read = PairFile::decode(&file.encode().unwrap()).unwrap();
         assert_eq!(read.matches(), 2);
@@ -185,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_file_of_pairs_says_why() {
+    fn a_file_without_pairs_is_refused_with_the_reason() {
         let said = |bytes: &[u8]| format!("{:#}", PairFile::decode(bytes).unwrap_err());
         let whole = file().encode().unwrap();
         assert!(said(&whole[..5]).contains("shorter"));

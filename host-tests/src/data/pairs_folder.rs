@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail};
 use super::matches::Match;
 use super::meta::Meta;
 
-/// A data set that grows: what is written stays, however the run ends.
+/// A data set in progress: the pairs written so far stay if the run is interrupted.
 #[derive(Debug)]
 pub struct PairsFolder {
     pairs_dir: PathBuf,

@@ -1,4 +1,4 @@
-//! Cameras turned about their optical axes by quarters, as their images are.
+//! Cameras turned by quarters about their optical axes, together with their images.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -11,7 +11,8 @@ use super::meta::{LensModel, Meta};
 pub struct QuarterTurns(pub [u8; 2]);
 
 impl QuarterTurns {
-    /// Those that put the right camera to the right of the left one, both upright: none for a plain side-by-side rig.
+    /// The turns that put the right camera to the right of the left one, both upright; zero for a plain side-by-side
+    /// rig.
     #[must_use]
     pub fn upright(meta: &Meta) -> Self {
         let centre = -(matrix(&meta.r).transpose() * Vector3::from(meta.t));
@@ -19,14 +20,14 @@ impl QuarterTurns {
         Self([left, (left + Self::of_right(meta)) % 4])
     }
 
-    /// That of the right image which brings it closest to the left one's roll.
+    /// The turn of the right image that brings its roll closest to that of the left one.
     #[must_use]
     pub fn of_right(meta: &Meta) -> u8 {
         let r = matrix(&meta.r);
         quarters(-r[(1, 0)].atan2(r[(0, 0)]))
     }
 
-    /// Whether nothing turns.
+    /// Whether both turns are zero.
     #[must_use]
     pub fn is_none(self) -> bool {
         self.0 == [0; 2]
@@ -40,7 +41,7 @@ impl QuarterTurns {
         Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0)
     }
 
-    /// A pixel of a turned image as one of the image before its turn, whose size is given.
+    /// Maps a pixel of a turned image to the image before its turn, whose size is given.
     #[must_use]
     pub fn pixel_back(self, side: usize, size: [u16; 2], [u, v]: [f64; 2]) -> [f64; 2] {
         let [right, bottom] = size.map(|n| f64::from(n) - 1.0);
@@ -52,7 +53,7 @@ impl QuarterTurns {
         }
     }
 
-    /// A match of the images as one of the turned images.
+    /// Maps a match of the images to the turned images.
     #[must_use]
     pub fn of_match(self, meta: &Meta, m: &Match) -> Match {
         let back = Self(self.0.map(|quarters| (4 - quarters % 4) % 4));

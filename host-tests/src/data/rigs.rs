@@ -16,7 +16,7 @@ const FILE: &str = "rigs.csv";
 const COLUMNS: [&str; 12] =
     ["r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33", "t1", "t2", "t3"];
 
-/// The rig of one pair, as it is in the file.
+/// The rig of one pair in the form of the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rig {
     /// Rotation, left to right.
@@ -44,7 +44,7 @@ impl From<&Extrinsics<f64>> for Rig {
     }
 }
 
-/// The rigs of a folder; none if there is no such file.
+/// The rigs of a folder; empty without such a file.
 pub(super) fn read(dir: &Path, pairs: usize) -> Result<Vec<Rig>> {
     let path = dir.join(FILE);
     if !path.exists() {

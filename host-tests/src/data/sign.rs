@@ -7,18 +7,18 @@ use nalgebra::Vector3;
 
 use super::geometry::{Rows, matrix};
 
-/// The right camera stands to the left of the left one: `t` is of another convention, or of exchanged images.
+/// The right camera stands to the left of the left one: `t` follows another convention, or the images are exchanged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WrongSign {
-    /// As given, any length.
+    /// The given `t`, of any length.
     pub t: [f64; 3],
     /// Centre of the right camera in the left frame.
     pub centre: [f64; 3],
 }
 
 impl WrongSign {
-    /// Passes an `R` and a `t` of `p_r = R p_l + t`, any length, whose right camera stands to the right, or more above or
-    /// below than to the left. A camera may be mounted upside down: its centre `-R^T t` is looked at.
+    /// Accepts an `R` and a `t` of any length, `p_r = R p_l + t`, if the right camera stands to the right, or further
+    /// above or below than to the left. The test uses its centre `-R^T t`, because a camera may be mounted upside down.
     ///
     /// # Errors
     /// The `t` that was given.
@@ -34,10 +34,10 @@ impl fmt::Display for WrongSign {
         let Self { t: [x, y, z], centre: [a, b, c] } = self;
         write!(
             f,
-            "t = ({x}, {y}, {z}): the right camera would stand at ({a:.4}, {b:.4}, {c:.4}) in the left frame, to the left. With \
-             p_r = R p_l + t a rig side by side has t = (-1, 0, 0). If t points to the right, since it is where the right \
-             camera stands in the left frame, use -R t; if R and t lead from right to left, use R^T and -R^T t; if the \
-             images are exchanged, exchange them"
+            "t = ({x}, {y}, {z}): the right camera would stand at ({a:.4}, {b:.4}, {c:.4}) in the left frame, \
+             to the left. With p_r = R p_l + t a rig side by side has t = (-1, 0, 0). If t points to the \
+             right, because it is the position of the right camera in the left frame, use -R t; if R and t \
+             lead from right to left, use R^T and -R^T t; if the images are exchanged, exchange them"
         )
     }
 }
@@ -56,7 +56,7 @@ mod tests {
         for t in [[1.0, 0.0, 0.0], [0.12, 0.01, -0.3], [1e-7, 1e-7, 0.0]] {
             assert!(WrongSign::check(&PLAIN, t).is_err(), "{t:?}");
         }
-        // To the left, above each other, and what is refused for another reason.
+        // A plain rig, cameras behind or above each other, and extrinsics that other checks refuse.
         for t in [[-1.0, 0.0, 0.0], [-0.1, 0.0, 9.0], [0.1, -1.0, 0.0], [0.0; 3], [f64::NAN; 3]] {
             assert_eq!(WrongSign::check(&PLAIN, t), Ok(()));
         }

@@ -9,7 +9,7 @@ use stereo_selfcal::{Cameras, RayPair, Scalar};
 
 use super::Match;
 
-/// A match in a pair, and in a later one.
+/// A match in a pair and in a later pair.
 pub type Track = [Match; 2];
 
 #[derive(Serialize, Deserialize)]
@@ -24,10 +24,9 @@ struct Row {
     vr2: f64,
 }
 
-/// Reads the tracks that begin with each of so many pairs. A pair without a file has none.
+/// Reads the tracks that start with each of so many pairs. A pair without a file has no tracks.
 ///
-/// # Errors
-/// Names the file.
+/// # Errors Names the file.
 pub fn read(dir: &Path, pairs: usize) -> Result<Vec<Vec<Track>>> {
     (0..pairs).map(|i| of_pair(&dir.join("quads").join(format!("{i:04}.csv")))).collect()
 }

@@ -1,9 +1,9 @@
-//! The paper's turned views: an image turned by a known rotation, as if its camera had been.
+//! The paper's turned views: an image turned by a known rotation, as if its camera had turned.
 //!
-//! Left: `p_l' = Rot p_l`, so `R' = R Rot^T` and `t` stays. Right: `p_r' = Rot p_r`, so `R' = Rot R` and
-//! `t' = Rot t`: a turn across the baseline moves `t`, one about it does not. The paper does not say which
-//! image of the public sets it turns; the script of its authors reads a turned right one. Points that leave
-//! the image are dropped. A rectified data set (R = I) becomes evidence only when it is turned.
+//! Left: `p_l' = Rot p_l`, so `R' = R Rot^T` and `t` stays. Right: `p_r' = Rot p_r`, so `R' = Rot R` and `t' = Rot t`:
+//! a turn across the baseline moves `t`; a turn about the baseline does not. The paper does not say which image of the
+//! public sets it turns; its authors' script reads a turned right image. Points that leave the image are dropped. A
+//! rectified data set (R = I) becomes evidence only when it is turned.
 
 use anyhow::Result;
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -11,7 +11,7 @@ use stereo_selfcal::{Camera, Cameras, so3};
 
 use crate::data::{Dataset, Match, Meta, Rows, matrix, rows};
 
-/// Which way the left view is turned.
+/// Direction of the turned left view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum TurnedView {
     /// About -x: the camera looks up, the scene moves down in the image.
@@ -24,7 +24,7 @@ pub enum TurnedView {
     Right,
 }
 
-/// Which camera is turned.
+/// The turned camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum TurnedCamera {
     /// The left one: `t` stays.
@@ -32,7 +32,7 @@ pub enum TurnedCamera {
     Left,
     /// The right one: `t` moves, unless it is turned about the baseline.
     Right,
-    /// The left one as the view says, the right one as the next of top, right, bottom, left.
+    /// The left one by the view, the right one by the next of top, right, bottom, left.
     Both,
 }
 
@@ -47,10 +47,9 @@ impl TurnedView {
         }
     }
 
-    /// Turns a view, or both, of a data set by an angle.
+    /// Turns one view or both of a data set by an angle.
     ///
-    /// # Errors
-    /// If the data set's cameras are not valid.
+    /// # Errors If the data set's cameras are not valid.
     pub fn turn_camera(self, set: &Dataset, degrees: f64, camera: TurnedCamera) -> Result<Dataset> {
         Ok(Turn::new(&set.meta, self, degrees, camera)?.set(set))
     }
@@ -77,17 +76,17 @@ impl TurnedView {
     }
 }
 
-/// The turn of one view or both: of the rig at once, of the pairs as they come.
+/// Turn of one view or both: the rig at once, the pairs on arrival.
 #[derive(Debug, Clone)]
 pub struct Turn {
     cameras: Cameras<f64>,
     degrees: f64,
-    /// Which way the left and the right view are turned, as far as they are.
+    /// Directions of the left and the right view; `None` for an unturned one.
     views: [Option<TurnedView>; 2],
 }
 
 impl Turn {
-    /// * `camera`: which one is turned.
+    /// * `camera`: the turned camera.
     ///
     /// # Errors
     /// If the cameras of the rig are not valid.
@@ -115,7 +114,7 @@ impl Turn {
         }
     }
 
-    /// The name of what is turned.
+    /// Name of the turned data set or rig.
     #[must_use]
     pub fn name(&self, name: &str) -> String {
         let said = |side: &str, view: Option<TurnedView>| {
@@ -125,7 +124,7 @@ impl Turn {
         format!("{name}{}{}", said("", left), said(" right", right)).to_lowercase()
     }
 
-    /// The rig, turned: no start is its calibration.
+    /// The turned rig; it is not a calibrated start.
     #[must_use]
     pub fn meta(&self, rig: &Meta) -> Meta {
         let mut turned = rig.clone();

@@ -1,7 +1,6 @@
-//! Pairs alone: each solved by a calibrator that has seen no other, as `sigma_t` and `sigma_theta` ask for.
+//! Pairs alone: a fresh calibrator solves each, as `sigma_t` and `sigma_theta` require.
 //!
-//! In a run the robust preset tracks a pair from the running estimate, so that its solution there is not
-//! that of the pair alone.
+//! In a run the robust preset tracks a pair from the running estimate, so its solution there depends on earlier pairs.
 
 use stereo_selfcal::{Calibrator, Config, Extrinsics, FactoryCalibration, Scalar};
 
@@ -14,7 +13,7 @@ pub struct PairSolver<T: Scalar, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> PairSolver<T, N> {
-    /// * `factory`: what every pair starts from.
+    /// * `factory`: start of every pair.
     #[must_use]
     pub fn new(config: Config, factory: &FactoryCalibration<T>) -> Self {
         Self { calibrator: Box::new(Calibrator::new(config, factory)) }

@@ -1,4 +1,4 @@
-//! What a vehicle knows after a pair: what is in use, and whether it may arm.
+//! Knowledge of a vehicle after a pair: the calibration in use, and whether the vehicle may arm.
 
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
@@ -8,49 +8,49 @@ use stereo_selfcal::{
 
 use crate::data::in_f64;
 
-/// State of the calibrator after a pair, in `f64` whatever the scalar of the run.
+/// State of the calibrator after a pair, in `f64` for any scalar of the run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Checked {
     /// State of the calibrator.
     pub state: State,
-    /// Extrinsics in use, after the estimate was applied, if it was.
+    /// Extrinsics in use, after the estimate was applied, if possible.
     pub in_use: Extrinsics<f64>,
-    /// Correction of the cameras that they belong to.
+    /// Correction of the cameras that the extrinsics in use belong to.
     pub correction: LensCorrection<f64>,
     /// Error of the extrinsics in use; `None` without a reference.
     pub error: Option<Deviation<f64>>,
-    /// The likeliest mistake in rig file or matcher, after the pair.
+    /// The likeliest mistake in the rig file or the matcher, after the pair.
     pub cause: Option<Cause>,
-    /// The health over the pair, before the estimate was applied; `None` where there is none.
+    /// The health over the pair, before the estimate was applied; `None` without health.
     pub health: Option<Checks>,
 }
 
-/// A health in `f64`, as far as it is not in the estimate.
+/// A health in `f64`, without the parts that the estimate has.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Checks {
-    /// Yes or no to arming.
+    /// Whether the vehicle may arm.
     pub arming: Arming,
     /// Evidence against the estimate.
     pub doubt: Option<Doubt>,
-    /// What speaks against relying on it, arming or not.
+    /// Reasons against relying on the calibration, also if the vehicle may arm.
     pub reasons: Reasons,
-    /// Verdict on what was in use.
+    /// Verdict on the calibration in use.
     pub band: Band,
-    /// Deviation of the yaw in use, rad: depth is off by `Z^2 / b` times this.
+    /// Deviation of the yaw in use, rad: the error of depth is `Z^2 / b` times this.
     pub yaw_sd: f64,
     /// Matches that fit the estimate.
     pub fit: u32,
-    /// RMS row offset of what was in use, px.
+    /// RMS row offset of the calibration in use, px.
     pub in_use_px: f64,
     /// RMS row offset of the estimate, px.
     pub proposed_px: f64,
 }
 
 impl Checked {
-    /// What a calibrator says.
+    /// The report of a calibrator.
     ///
     /// * `given`: its cameras as given.
-    /// * `truth`: that of the pair, where it is known.
+    /// * `truth`: truth of the pair, if known.
     #[must_use]
     pub fn of<T: Scalar, const N: usize>(
         calibrator: &Calibrator<T, N>,
@@ -76,13 +76,13 @@ impl Checked {
         Self { state, in_use, correction, error, cause, health: health.map(checks) }
     }
 
-    /// Whether the health says yes to arming.
+    /// Whether the health permits arming.
     #[must_use]
     pub fn is_armed(&self) -> bool {
         self.health.is_some_and(|health| health.arming == Arming::Yes)
     }
 
-    /// What speaks against arming, or against the estimate; nothing where all is well.
+    /// Reasons against arming or against the estimate; may be empty.
     #[must_use]
     pub fn reasons(&self) -> Vec<String> {
         let mut all: Vec<_> = match self.health {
@@ -96,7 +96,7 @@ impl Checked {
     }
 }
 
-/// What the cameras in use have beyond the given ones: nothing, to the bit, where they are as given.
+/// Difference of the cameras in use from the given ones: exactly zero if they are as given.
 fn correction<T: Scalar, const N: usize>(
     given: &Cameras<T>,
     calibrator: &Calibrator<T, N>,

@@ -1,4 +1,4 @@
-//! Error of depth: measured where true depths are known, and as the calibrator expects it.
+//! Error of depth: measured if true depths are known, and expected by the calibrator.
 
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
@@ -10,24 +10,24 @@ use super::summary::SCREEN_PX;
 use crate::data::depths::TrueDepth;
 use crate::data::{Dataset, Match};
 
-/// Matches that are off by more with the reference are no matches, px of disparity and of rows.
+/// Largest errors of a match under the reference, px of disparity and of rows; a match beyond them is wrong.
 const WRONG_PX: [f64; 2] = [6.0, 3.0];
 
-/// Disparity below 0 from which on a match is behind infinity, px: a far match has noise.
+/// Disparity below 0 beyond which a match counts as behind infinity, px, because a far match has noise.
 const BEHIND_PX: f64 = 1.0;
 
-/// Depths that errors are given at, m.
+/// Depths at which errors are given, m.
 pub const DEPTHS_M: [f64; 2] = [10.0, 30.0];
 
-/// Expected error of depth by the calibrator's last estimate: how far a yaw is from it, and its own deviation with the
-/// lens uncertain. `None` unless locked.
+/// Expected error of depth by the calibrator's last estimate: the distance of a yaw from it, and its own deviation with
+/// the lens uncertain. `None` unless locked.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ExpectedDepth {
-    /// With the extrinsics that the run starts from, px of disparity.
+    /// With the extrinsics of the start, px of disparity.
     pub before_px: f64,
     /// With those in use after the last pair, px of disparity.
     pub in_use_px: f64,
-    /// `before_px` at [`DEPTHS_M`], m; `None` where the length of the baseline is not known.
+    /// `before_px` at [`DEPTHS_M`], m; `None` if the length of the baseline is unknown.
     pub before_m: Option<[f64; 2]>,
     /// `in_use_px` at [`DEPTHS_M`], m.
     pub in_use_m: Option<[f64; 2]>,
@@ -51,7 +51,7 @@ impl ExpectedDepth {
     }
 }
 
-/// An error of disparity, px, as one of depth at [`DEPTHS_M`], m: `Z^2 / (f b)` times it.
+/// An error of disparity, px, converted to an error of depth at [`DEPTHS_M`], m, by the factor `Z^2 / (f b)`.
 ///
 /// # Errors
 /// If the length of the baseline is not known, or the cameras are not valid.
@@ -64,18 +64,18 @@ pub fn metres(set: &Dataset, px: f64) -> Result<[f64; 2]> {
 /// Median of `|1/Z - 1/Z_true| f b` over all matches of known depth, px of disparity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct DepthErrors {
-    /// With the extrinsics that the run starts from.
+    /// With the extrinsics of the start.
     pub before_px: f64,
     /// With those in use after the last pair.
     pub in_use_px: f64,
-    /// With the reference of the data set, where there is one.
+    /// With the reference of the data set, if there is one.
     pub reference_px: Option<f64>,
-    /// Matches that the medians are over.
+    /// Number of matches in the medians.
     pub matches: usize,
 }
 
 impl DepthErrors {
-    /// Over the pairs whose rig is that of the last pair. `None` without matches of known depth.
+    /// The medians over the pairs with the same rig as the last pair. `None` without matches of known depth.
     ///
     /// # Errors
     /// If the length of the baseline is not known, or the cameras are not valid.
@@ -118,8 +118,8 @@ impl DepthErrors {
     }
 }
 
-/// Share of the matches in row that are behind infinity, with what is in use after the last pair. `None` without matches
-/// in row.
+/// Share of the matches in row that are behind infinity, with the calibration in use after the last pair. `None`
+/// without matches in row.
 pub(super) fn behind_infinity(set: &Dataset, log: &RunLog) -> Result<Option<f64>> {
     let in_use = calibration_in_use(set, log)?;
     let focal = in_use.cameras.mean_focal();
@@ -134,7 +134,7 @@ pub(super) fn behind_infinity(set: &Dataset, log: &RunLog) -> Result<Option<f64>
     Ok((in_row > 0.0).then(|| behind / in_row))
 }
 
-/// What is in use after the last pair.
+/// The calibration in use after the last pair.
 fn calibration_in_use(set: &Dataset, log: &RunLog) -> Result<Calibration<f64>> {
     match log.steps().last().and_then(|step| step.checked) {
         Some(used) => set.calibration(&used.in_use, &used.correction),
@@ -142,7 +142,7 @@ fn calibration_in_use(set: &Dataset, log: &RunLog) -> Result<Calibration<f64>> {
     }
 }
 
-/// Error of disparity and of rows of a match at a known depth, px; `None` where it has no rays.
+/// Error of disparity and of rows of a match at a known depth, px; `None` without rays.
 fn error_px(of: &Calibration<f64>, m: &Match, depth_m: f64, baseline_m: f64) -> Option<[f64; 2]> {
     let [disparity, row, depth] = offsets(of, m)?;
     let focal = of.cameras.mean_focal();

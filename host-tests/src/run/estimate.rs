@@ -12,7 +12,7 @@ use stereo_selfcal::{
 
 use crate::data::{Dataset, Meta, in_f64, rows};
 
-/// A proposal in `f64`, whatever the scalar of the run.
+/// A proposal in `f64`, for any scalar of the run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// Proposed extrinsics.
@@ -25,7 +25,7 @@ pub struct Estimate {
     pub sd_lens: StandardDeviations<f64>,
     /// Whether the baseline direction is observed.
     pub baseline_observed: bool,
-    /// What the pairs show of the lens.
+    /// Lens errors that the pairs show.
     pub lens: Option<Lens>,
     /// Apparent yaw of the lens, rad.
     pub lens_yaw: Finding<f64>,
@@ -100,16 +100,15 @@ impl Estimate {
         }
     }
 
-    /// The extrinsics with the cameras of a data set, corrected.
+    /// The extrinsics with the corrected cameras of a data set.
     ///
-    /// # Errors
-    /// If the cameras are not valid.
+    /// # Errors If the cameras are not valid.
     pub fn calibration(&self, set: &Dataset) -> Result<Calibration<f64>> {
         set.calibration(&self.extrinsics, &self.correction)
     }
 
-    /// A rig with the estimate in place of its extrinsics, the cameras that it belongs to, and the apparent yaw of their
-    /// lenses ([`Meta::LENS_YAW`]), unless it is exactly 0.
+    /// A rig with the estimate instead of its extrinsics, the corrected cameras, and the apparent yaw of their lenses
+    /// ([`Meta::LENS_YAW`]), unless it is exactly 0.
     #[must_use]
     pub fn rig(&self, of: &Meta) -> Meta {
         let r = rows(self.extrinsics.rotation().matrix());

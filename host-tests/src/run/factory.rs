@@ -1,19 +1,19 @@
-//! Whether the extrinsics that a run starts from are those of a calibration.
+//! Whether a calibration measured the extrinsics that a run starts from.
 
 use anyhow::Result;
 use stereo_selfcal::{Extrinsics, FactoryCalibration, Scalar};
 
 use crate::data::Meta;
 
-/// The factory calibration of a rig: its cameras, the extrinsics of the start, and what its file says of them: length of
-/// the baseline, and deviation of the yaw. Where it says nothing of that, the identity is a calibration of recorded images without distortion, which
-/// have been rectified, and a guess of all others.
+/// The factory calibration of a rig: its cameras, the extrinsics of the start, and from its file the length of the
+/// baseline and the deviation of the yaw. Without a deviation in the file, the identity counts as a calibration for
+/// recorded images without distortion, which have been rectified, and as a guess for all others.
 ///
 /// # Errors
 /// If the cameras are not valid.
 pub(super) fn of<T: Scalar>(rig: &Meta, start: Extrinsics<T>) -> Result<FactoryCalibration<T>> {
     let made = FactoryCalibration::new(rig.cameras()?, start);
-    // A length out of range is none.
+    // A length out of range counts as unknown.
     let length = rig.baseline_m.map(f32::lit).and_then(|m| made.with_baseline_m(m).ok());
     let made = length.unwrap_or(made);
     Ok(match rig.other.get(Meta::FACTORY_YAW_SD) {
@@ -27,7 +27,7 @@ pub(super) fn of<T: Scalar>(rig: &Meta, start: Extrinsics<T>) -> Result<FactoryC
     })
 }
 
-/// Whether images were recorded, and rectified since.
+/// Whether images were recorded and then rectified.
 fn is_rectified(rig: &Meta) -> bool {
     let undistorted = rig.dist_l.iter().chain(&rig.dist_r).all(|k| *k == 0.0);
     undistorted && rig.source != "generated"

@@ -1,11 +1,11 @@
-//! Pairs of a run of any length, held for what is computed after it.
+//! Pairs of a run of any length, held for computations after it.
 
 use crate::data::Match;
 
 /// Most matches held.
 const MOST: usize = 1 << 18;
 
-/// All pairs while they are few, then every 2nd, 4th, .. of them, from the first.
+/// All pairs while there are few; then every 2nd, 4th, .. of them, from the first.
 #[derive(Debug, Clone)]
 pub struct KeptPairs {
     pairs: Vec<Vec<Match>>,
@@ -23,7 +23,7 @@ impl Default for KeptPairs {
 }
 
 impl KeptPairs {
-    /// Takes the next pair, or not.
+    /// Offers the next pair, which may be kept.
     pub fn offer(&mut self, pair: &[Match]) {
         if self.offered.is_multiple_of(self.every) {
             self.held += pair.len() + 1;
@@ -63,7 +63,7 @@ mod tests {
         assert_eq!(kept(10), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
         assert_eq!(kept(11), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
         assert_eq!(kept(80), [0.0, 8.0, 16.0, 24.0, 32.0, 40.0, 48.0, 56.0, 64.0, 72.0]);
-        // One pair is kept however long it is.
+        // A single pair is kept for any number of matches.
         let mut one = KeptPairs { most: 10, ..KeptPairs::default() };
         one.offer(&[at(0.0); 99]);
         assert_eq!(one.into_pairs().len(), 1);

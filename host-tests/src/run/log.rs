@@ -1,4 +1,4 @@
-//! What a run of the calibrator came to, pair by pair, against the truth of the data set.
+//! Results of a run of the calibrator, pair by pair, against the truth of the data set.
 
 use anyhow::{Result, bail};
 use stereo_selfcal::metrics::Deviation;
@@ -16,12 +16,12 @@ use crate::data::in_f64;
 /// A run being evaluated.
 #[derive(Debug, Clone)]
 pub struct RunLog {
-    /// True extrinsics of the latest pair; `None` where no reference is known.
+    /// True extrinsics of the latest pair; `None` without a known reference.
     truth: Option<Extrinsics<f64>>,
-    /// True extrinsics of each pair; empty where the rig does not move.
+    /// True extrinsics of each pair; empty if the rig does not move.
     truths: Vec<Extrinsics<f64>>,
     factory: Extrinsics<f64>,
-    /// All pairs, or the latest where earlier ones are forgotten.
+    /// All pairs, or the latest one if earlier ones are forgotten.
     steps: Vec<Step>,
     /// Whether only the latest pair is kept.
     brief: bool,
@@ -61,8 +61,8 @@ impl RunLog {
         self.truth.as_ref().map(|truth| Deviation::between(found, truth))
     }
 
-    /// The same for a rig that moves: pair `i`, and the estimate after it, against `truths[i]`, pairs
-    /// beyond the last against the last.
+    /// The same for a rig that moves: pair `i` and the estimate after it are compared with `truths[i]`; pairs beyond
+    /// the last truth with the last.
     #[must_use]
     pub fn with_truths(self, truths: Vec<Extrinsics<f64>>) -> Self {
         Self { truths, ..self }
@@ -71,7 +71,7 @@ impl RunLog {
     /// Records one pair.
     ///
     /// * `offered`, `taken`: correspondences in the data set and in the batch.
-    /// * `outcome`: what solving and fusing returned.
+    /// * `outcome`: result of solving and fusing.
     /// * `fused`: the estimate after this pair.
     pub fn record<T: Scalar>(
         &mut self,
@@ -122,14 +122,14 @@ impl RunLog {
         }
     }
 
-    /// Notes what became of the witnesses of the pair recorded last.
+    /// Notes the results of the witnesses of the pair recorded last.
     pub fn note_witnessed(&mut self, witnessed: Witnesses) {
         if let Some(step) = self.steps.last_mut() {
             step.witnessed = witnessed;
         }
     }
 
-    /// Notes what the pair recorded last comes to alone.
+    /// Notes the solution of the pair recorded last, solved alone.
     pub fn note_alone(&mut self, extrinsics: Option<Extrinsics<f64>>) {
         let error = extrinsics.and_then(|found| self.error(&found));
         if let Some(step) = self.steps.last_mut() {
@@ -137,7 +137,7 @@ impl RunLog {
         }
     }
 
-    /// Notes what a vehicle knows after the pair recorded last.
+    /// Notes the knowledge of a vehicle after the pair recorded last.
     ///
     /// * `health`: over that pair, before the estimate was applied.
     pub fn check<T: Scalar, const N: usize>(
@@ -176,13 +176,13 @@ impl RunLog {
         totals
     }
 
-    /// Where the run started.
+    /// The start of the run.
     #[must_use]
     pub fn factory(&self) -> &Extrinsics<f64> {
         &self.factory
     }
 
-    /// True extrinsics of the latest pair; `None` where no reference is known.
+    /// True extrinsics of the latest pair; `None` without a known reference.
     #[must_use]
     pub fn truth(&self) -> Option<&Extrinsics<f64>> {
         self.truth.as_ref()
@@ -194,7 +194,7 @@ impl RunLog {
         self.fused.as_ref()
     }
 
-    /// Whether the estimate has begun again with a corrected lens.
+    /// Whether the estimate has restarted with a corrected lens.
     #[must_use]
     pub fn has_begun_again(&self) -> bool {
         self.totals().began_again
@@ -202,13 +202,12 @@ impl RunLog {
 
     /// The estimate at the end.
     ///
-    /// # Errors
-    /// Says why there is none.
+    /// # Errors Says why there is no estimate.
     pub fn try_fused(&self) -> Result<&Estimate> {
         match &self.fused {
             Some(fused) => Ok(fused),
             None if self.has_begun_again() => {
-                bail!("the estimate began again with a corrected lens, and no pair was fused since")
+                bail!("the estimate restarted with a corrected lens, and no pair was fused since")
             }
             None => bail!("none of the {} pairs could be fused", self.totals().pairs),
         }

@@ -1,7 +1,7 @@
-//! Monte Carlo: many runs of a scenario against the best that its data allow.
+//! Monte Carlo: many runs of a scenario against the best possible estimate from its data.
 //!
-//! The yardstick of a run is the joint maximum-likelihood fit of the true matches of all its pairs, on
-//! the same data; that of a single pair is the Cramer-Rao bound of its true matches.
+//! The yardstick of a run is the joint maximum-likelihood fit of the true matches of all its pairs, on the same data.
+//! The yardstick of a single pair is the Cramer-Rao bound of its true matches.
 
 use anyhow::{Context, Result};
 use rayon::prelude::*;
@@ -15,13 +15,13 @@ use crate::bounds::{cramer_rao, joint_fit};
 use crate::data::{Match, Rays, in_f64};
 use crate::synth::{Rangefinder, Scenario, ScenarioPair, Scene, SynthPair};
 
-/// Room for the matches of any scenario.
+/// Capacity for the matches of any scenario.
 pub(super) const CAPACITY: usize = 512;
 
 /// Fewest true matches for a bound.
 pub(super) const FEW: usize = 12;
 
-/// An error above so many reported standard deviations is overconfident.
+/// Number of reported standard deviations above which an error is overconfident.
 pub(super) const TOO_MANY_SD: f64 = 5.0;
 
 /// State of a run after one pair.
@@ -50,11 +50,11 @@ pub struct AfterPair {
 /// One run.
 #[derive(Debug, Clone)]
 pub struct Run {
-    /// Pair by pair; `None` before there is an estimate.
+    /// State after each pair; `None` before the first estimate.
     pub pairs: Vec<Option<AfterPair>>,
-    /// Error of the joint fit of all true matches; `None` where the rig moves or there are none.
+    /// Error of the joint fit of all true matches; `None` if the rig moves or there are no true matches.
     pub joint_fit: Option<Deviation<f64>>,
-    /// Cramer-Rao bound of the last pair's true matches; NaN where there are too few.
+    /// Cramer-Rao bound of the last pair's true matches; NaN for too few.
     pub bound: Deviation<f64>,
 }
 
@@ -71,7 +71,7 @@ impl Run {
         self.pairs.last()?.as_ref()
     }
 
-    /// Pairs in state locked, and those among them whose reported deviation is far too small.
+    /// Number of locked pairs, and of locked pairs whose reported deviation is far too small.
     #[must_use]
     pub fn locked_and_overconfident(&self) -> [usize; 2] {
         let locked = || self.pairs.iter().flatten().filter(|m| m.state == State::Locked);
@@ -110,7 +110,7 @@ pub fn long_run<T: Scalar>(
     let mut calibrator = calibrator::<T>(scenario, config)?;
     let mut kept = Vec::new();
     let mut due = 10;
-    // Not `frames`: it checks the scene of every pair, which takes hours for a million.
+    // Not `frames`, which checks the scene of every pair: that takes hours for a million.
     for (at, pair) in (1..=scenario.pairs).zip(scenario.scene.pairs(seed)) {
         let after_pair = step(&mut calibrator, &pair, &scenario.scene.rig);
         if at == due || at == scenario.pairs {
@@ -158,7 +158,7 @@ fn step<T: Scalar>(
     truth: &Extrinsics<f64>,
 ) -> Option<AfterPair> {
     let outcome = calibrator.take_pair(pair.matches.iter().map(Match::correspondence));
-    // What is not locked yet, or doubted, is not applied.
+    // An estimate that is not locked, or doubted, is not applied.
     let _ = calibrator.apply();
     let (fused, passes) = (outcome.fused.ok(), outcome.pair.map(|report| report.passes));
     let proposal = calibrator.proposal()?;
@@ -228,7 +228,7 @@ pub(super) fn nees<T: Scalar>(proposal: &Proposal<T>, truth: &Extrinsics<f64>) -
 /// 99 % bounds of the mean NEES of `n` consistent estimates, five degrees of freedom.
 #[must_use]
 pub fn nees_band(n: usize) -> [f64; 2] {
-    // Normal for the sums of hundreds: mean 5, variance 10.
+    // The mean is normal for hundreds of terms: each has mean 5, variance 10.
     let sd = (10.0 / f64::from(u32::try_from(n).unwrap_or(u32::MAX))).sqrt();
     [5.0 - 2.576 * sd, 5.0 + 2.576 * sd]
 }

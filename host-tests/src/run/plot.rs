@@ -103,12 +103,12 @@ fn chart<'a>(
 /// Row offsets before and after, counted in bins of one width.
 #[derive(Debug, PartialEq)]
 struct Histogram {
-    /// Half-width, px.
+    /// Half-width of the histogram, px.
     limit: f64,
     /// Matches counted, and all matches.
     counted: [usize; 2],
     before: Counts,
-    /// `None` without an estimate.
+    /// Counts after; `None` without an estimate.
     after: Option<Counts>,
 }
 

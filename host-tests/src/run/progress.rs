@@ -1,4 +1,4 @@
-//! Progress of long work: a bar on a terminal, nothing elsewhere.
+//! Progress of long work: a bar on a terminal; no output elsewhere.
 
 use std::io::{self, IsTerminal, Write};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -23,20 +23,20 @@ pub struct Bar {
 #[derive(Debug)]
 struct State {
     done: u64,
-    /// `None`: not known.
+    /// `None` if unknown.
     length: Option<u64>,
     words: String,
     started: Instant,
     drawn: Option<Instant>,
 }
 
-/// A bar over so many of a thing.
+/// A bar over so many items.
 #[must_use]
 pub fn over(count: usize, things: &str) -> Bar {
     Bar::new(Some(count as u64), things)
 }
 
-/// A count of a thing whose end is not known.
+/// A count of items whose end is unknown.
 #[must_use]
 pub fn counting(things: &str) -> Bar {
     Bar::new(None, things)
@@ -58,17 +58,17 @@ impl Bar {
         Self { state: None }
     }
 
-    /// So many more are done.
+    /// Advances by so many items.
     pub fn inc(&self, count: u64) {
         self.update(|state| state.done += count);
     }
 
-    /// So many more are done, where the end is not known.
+    /// Advances by so many items if the end is unknown.
     pub fn inc_counted(&self, count: u64) {
         self.update(|state| state.done += if state.length.is_none() { count } else { 0 });
     }
 
-    /// So many more are to be done.
+    /// Adds so many items to do.
     pub fn inc_length(&self, count: u64) {
         self.update(|state| state.length = state.length.map(|length| length + count));
     }
@@ -110,7 +110,7 @@ impl Bar {
 impl State {
     fn draw(&mut self) {
         self.drawn = Some(Instant::now());
-        // A terminal that is gone is no reason to stop.
+        // A closed terminal does not end the work.
         let _ = write!(io::stderr(), "{CLEAR}{}", self.line(self.started.elapsed()));
     }
 
@@ -129,7 +129,7 @@ impl State {
         let empty = usize::try_from(WIDTH).unwrap_or(0) - full;
         let left = match done {
             0 => "?".to_owned(),
-            // Whole seconds are exact enough.
+            // Whole seconds are precise enough.
             done => format!("{} s", elapsed.as_secs() * length.saturating_sub(*done) / done),
         };
         format!("{}{} {done}/{length} {words}, {left} left", "#".repeat(full), "-".repeat(empty))

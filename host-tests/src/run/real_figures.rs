@@ -1,4 +1,4 @@
-//! Figures over the runs of one scene: errors, claims, what is in use.
+//! Figures over the runs of one scene: errors, claims, the extrinsics in use.
 
 use stereo_selfcal::State;
 use stereo_selfcal::metrics::Deviation;
@@ -6,10 +6,10 @@ use stereo_selfcal::metrics::Deviation;
 use super::real_rigs::{Claim, RealPair, RealRun};
 use crate::stats::{mean, quantile, rms_deviation};
 
-/// Pairs after which arming is counted, besides the last.
+/// Numbers of pairs after which arming is counted, besides the last.
 const ARMED_AT: [usize; 2] = [10, 50];
 
-/// Figures after so many pairs. Angles in rad; NaN where there is nothing to count.
+/// Figures after so many pairs. Angles in rad; NaN without data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figures {
     /// Runs.
@@ -32,7 +32,7 @@ pub struct Figures {
     pub sd: Deviation<f64>,
     /// Error of `t` over its reported deviation at the end, 95th percentile and worst.
     pub t_in_sd: [f64; 2],
-    /// The same of `R`.
+    /// The same for `R`.
     pub r_in_sd: [f64; 2],
     /// Mean NEES at the end over its five degrees of freedom; 1 if consistent.
     pub nees: f64,
@@ -42,9 +42,9 @@ pub struct Figures {
     pub armed: [f64; 3],
     /// Runs with a locked pair off by more than 5 reported deviations.
     pub bad: usize,
-    /// Share of locked pairs so, and of armed pairs.
+    /// Share of such pairs among locked pairs, and among armed pairs.
     pub beyond: [f64; 2],
-    /// Share of locked pairs off by more than 3 deviations that are reported with the lens as given.
+    /// Share of locked pairs off by more than 3 deviations reported with the lens as given.
     pub beyond_3: f64,
     /// Reported vibration of `R` at the end, least, median and most.
     pub vibration_r: [f64; 3],
@@ -63,7 +63,7 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// Figures after so many pairs of the runs. Joint fit and bound are over whole runs: NaN before.
+    /// Figures after so many pairs of the runs. Joint fit and bound cover whole runs, so they are NaN before the end.
     #[must_use]
     pub fn after(runs: &[RealRun], pairs: usize) -> Self {
         let seen = || runs.iter().map(|run| &run.pairs[..pairs.min(run.pairs.len())]);
@@ -207,13 +207,13 @@ fn share_beyond<'a>(pairs: impl Iterator<Item = &'a RealPair>) -> f64 {
     share(pairs.iter().filter(|pair| beyond(pair)).count(), pairs.len())
 }
 
-/// NaN of nothing.
+/// NaN for an empty whole.
 fn share(part: usize, whole: usize) -> f64 {
     let count = |n: usize| u32::try_from(n).map_or(f64::NAN, f64::from);
     count(part) / count(whole)
 }
 
-/// Numbers without NaN; every figure of them is NaN where none is left.
+/// Numbers without NaN; every figure is NaN if none remains.
 struct Numbers(Vec<f64>);
 
 impl Numbers {

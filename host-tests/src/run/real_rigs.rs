@@ -1,5 +1,5 @@
-//! Runs of the calibrator as a vehicle makes them: the health is read and the estimate applied after
-//! every pair. What is kept of a run is what a claim can be judged by.
+//! Runs of the calibrator as on a vehicle: the health is read and the estimate applied after every pair. A run keeps
+//! the data that judge its claims.
 
 use std::ops::Range;
 
@@ -20,19 +20,19 @@ pub struct RealPair {
     pub state: State,
     /// Whether the pair was fused.
     pub fused: bool,
-    /// Whether the health said yes to arming.
+    /// Whether the health permitted arming.
     pub armed: bool,
-    /// The estimate after the pair; `None` before there is one.
+    /// The estimate after the pair; `None` before the first.
     pub claim: Option<Claim>,
-    /// Vibration by the estimate, rad RMS: of `R`, of `t`.
+    /// Estimated vibration of `R` and of `t`, rad RMS.
     pub vibration: [f64; 2],
-    /// Error of the extrinsics in use, after they were applied.
+    /// Error of the extrinsics in use, after applying.
     pub in_use: Deviation<f64>,
-    /// RMS row offsets by the health, px: in use before the estimate was applied, and proposed.
+    /// RMS row offsets of the health, px: in use before the estimate was applied, and proposed.
     pub rms_px: Option<[f64; 2]>,
 }
 
-/// An estimate, its error, and what it says of itself.
+/// An estimate, its error, and its reported deviations.
 #[derive(Debug, Clone, Copy)]
 pub struct Claim {
     /// Error against the truth of the pair.
@@ -48,13 +48,13 @@ pub struct Claim {
 /// One run.
 #[derive(Debug, Clone)]
 pub struct RealRun {
-    /// Pair by pair.
+    /// Results pair by pair.
     pub pairs: Vec<RealPair>,
     /// Error of `R = I`, `t = (-1, 0, 0)` against the truth of the last pair.
     pub start: Deviation<f64>,
-    /// Error of the joint fit of all true matches; `None` where the rig moves, or there is no fit.
+    /// Error of the joint fit of all true matches; `None` if the rig moves or there is no fit.
     pub joint_fit: Option<Deviation<f64>>,
-    /// Cramer-Rao bound of all true matches, as if all noise were new; `None` where the rig moves.
+    /// Cramer-Rao bound of all true matches, with all noise taken as independent; `None` if the rig moves.
     pub bound: Option<Deviation<f64>>,
 }
 
@@ -83,7 +83,7 @@ impl Claim {
         }
     }
 
-    /// Whether one of the parts is off by far more than it says.
+    /// Whether the error of a part is far above its reported deviation.
     #[must_use]
     pub fn is_overconfident(&self) -> bool {
         let Deviation { translation, rotation } = self.error_in_sd();
@@ -147,7 +147,7 @@ fn step<T: Scalar>(calibrator: &mut Calibrator<T, CAPACITY>, frame: &ScenarioPai
         let _ = calibrator.push_motion(&tracks);
     }
     let health = calibrator.health().ok();
-    // What is not locked yet, or doubted, is not applied.
+    // An estimate that is not locked, or doubted, is not applied.
     let _ = calibrator.apply();
     let truth = &frame.steady;
     let vibration = calibrator.proposal().map(|proposal| proposal.vibration);

@@ -10,7 +10,7 @@ use stereo_selfcal::{
 /// How often each reason occurred.
 pub type CountByReason = BTreeMap<&'static str, usize>;
 
-/// What became of witnesses of the mount yaw, by name: taken, waiting, or why they were refused.
+/// Results of witnesses of the mount yaw, by name: taken, waiting, or the reason of the refusal.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Witnesses {
     /// Range readings.

@@ -17,13 +17,13 @@ use crate::data::{Dataset, Match, Meta, in_f64};
 /// Default capacity of a replay, correspondences a pair.
 pub const CAPACITY: usize = 2048;
 
-/// When the estimate is put into use.
+/// When the estimate is applied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum Apply {
     /// Never: the extrinsics in use stay those of the start.
     #[default]
     Never,
-    /// After every pair, as a vehicle would.
+    /// After every pair, as on a vehicle.
     Each,
 }
 
@@ -40,11 +40,11 @@ pub fn replay<T: Scalar>(
     replay_within::<T, CAPACITY>(set, config, start, Apply::Never, each)
 }
 
-/// A run that goes on: pairs in, one at a time, steps out.
+/// A run in progress: pairs in, one at a time; steps out.
 #[derive(Debug)]
 pub struct Running<T: Scalar, const N: usize> {
     calibrator: Box<Calibrator<T, N>>,
-    /// As given.
+    /// The cameras as given.
     cameras: Cameras<T>,
     alone: PairSolver<T, N>,
     apply: Apply,
@@ -54,7 +54,7 @@ pub struct Running<T: Scalar, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> Running<T, N> {
-    /// A run over the pairs of a rig, compared with its extrinsics where they are known.
+    /// A run over the pairs of a rig, compared with its extrinsics if known.
     ///
     /// * `start`: extrinsics that every pair starts from.
     ///
@@ -99,17 +99,17 @@ impl<T: Scalar, const N: usize> Running<T, N> {
     }
 }
 
-/// The pairs of a run, on their way into it.
+/// The input of a run.
 pub struct Feed<'a> {
     /// Their rig.
     pub rig: &'a Meta,
-    /// True extrinsics of each pair; empty where the rig does not move.
+    /// True extrinsics of each pair; empty if the rig does not move.
     pub truths: Vec<Extrinsics<f64>>,
-    /// The pairs, as they come.
+    /// The pairs on arrival.
     pub pairs: Box<dyn Iterator<Item = Result<Vec<Match>>> + 'a>,
     /// Points of known distance.
     pub ranges: Ranges,
-    /// Matches tracked from each pair to a later one; empty: none.
+    /// Matches tracked from each pair to a later one; may be empty.
     pub tracks: Vec<Vec<Track>>,
     /// Whether the log keeps only the latest pair.
     pub brief: bool,
@@ -150,7 +150,7 @@ pub fn replay_within<T: Scalar, const N: usize>(
 /// Replays pairs through a calibrator of a capacity, which selects from longer pairs.
 ///
 /// * `start`: extrinsics that every pair starts from.
-/// * `apply`: when the estimate is put into use.
+/// * `apply`: when the estimate is applied.
 /// * `each`: called after each pair.
 ///
 /// # Errors
@@ -202,7 +202,7 @@ fn replay_pair<T: Scalar, const N: usize>(
     }
     let health = calibrator.health().ok();
     if apply == Apply::Each {
-        // What is not locked yet, or doubted, is not applied; the health says so.
+        // An estimate that is not locked, or doubted, is not applied; the health says so.
         let _ = calibrator.apply();
     }
     log.record([pair.len(), taken], outcome, calibrator.proposal().as_ref());

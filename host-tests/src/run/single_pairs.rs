@@ -14,10 +14,10 @@ use stereo_selfcal::{
 use crate::data::{PairFile, TruePair, in_f64};
 use crate::stats::{mean, quantile, rms_deviation};
 
-/// A rotation further off than this is a failure, degrees.
+/// Least error of a failed rotation, degrees.
 pub const FAILURE_DEG: f64 = 1.0;
 
-/// Farthest ray that the camera of the benchmark has room for, unit depth.
+/// Slope of the farthest ray that the camera of the benchmark accepts, unit depth.
 const WIDEST: f64 = 10.0;
 
 /// Times and errors over the pairs of a file.
@@ -25,11 +25,11 @@ const WIDEST: f64 = 10.0;
 pub struct SinglePairStats {
     /// Pairs.
     pub pairs: usize,
-    /// Correspondences of each.
+    /// Correspondences of each pair.
     pub matches: usize,
-    /// Time to solve a pair that is in the batch, microseconds: half take no longer.
+    /// Median time to solve a pair that is in the batch, microseconds.
     pub median_us: f64,
-    /// The same: 99 of 100 take no longer.
+    /// 99th percentile of the same time.
     pub p99_us: f64,
     /// Time to take a pair into the batch, median, microseconds.
     pub push_median_us: f64,
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_refused() {
+    fn pairs_that_do_not_fit_are_refused() {
         let file = generated(128);
         let said = |file: &PairFile, focal| {
             format!("{:#}", run::<f32, 64>(file, Config::robust(), focal, 1, || ()).unwrap_err())

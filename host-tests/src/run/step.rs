@@ -1,4 +1,4 @@
-//! What one pair of a run came to.
+//! Results of one pair of a run.
 
 use std::fmt;
 
@@ -20,28 +20,28 @@ pub enum Verdict {
     Failed(Rejection),
 }
 
-/// One pair of a run, in `f64` whatever the scalar of the run.
+/// One pair of a run, in `f64` for any scalar of the run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
     /// Correspondences the data set has for this pair.
     pub offered: usize,
     /// Correspondences that the calibrator took.
     pub taken: usize,
-    /// Correspondences refused by reason, where the run has noted it.
+    /// Correspondences refused by reason, if the run has noted it.
     pub refused: CountByReason,
-    /// What became of range readings and of tracked matches, where the run had any.
+    /// Results of range readings and of tracked matches, if the run had any.
     pub witnessed: Witnesses,
     /// Its outcome.
     pub verdict: Verdict,
     /// The solved pair; the robust preset tracks it from the running estimate.
     pub solved: Option<Solved>,
-    /// The pair solved alone, where the run has noted it.
+    /// The pair solved alone, if the run has noted it.
     pub alone: Option<Alone>,
     /// Error of the running estimate after this pair.
     pub running: Option<Deviation<f64>>,
     /// The running estimate after this pair.
     pub estimate: Option<Estimate>,
-    /// What a vehicle knows after this pair, where the run has noted it.
+    /// Knowledge of a vehicle after this pair, if the run has noted it.
     pub checked: Option<Checked>,
 }
 
@@ -85,7 +85,7 @@ impl fmt::Display for Verdict {
 }
 
 impl Step {
-    /// Error of the pair: alone, where the run has noted it, otherwise as solved in the run.
+    /// Error of the pair: solved alone if the run has noted it, otherwise as solved in the run.
     #[must_use]
     pub fn pair_error(&self) -> Option<Deviation<f64>> {
         match self.alone {
@@ -94,7 +94,7 @@ impl Step {
         }
     }
 
-    /// Estimate of the pair: alone, where the run has noted it, otherwise as solved in the run.
+    /// Estimate of the pair: solved alone if the run has noted it, otherwise as solved in the run.
     #[must_use]
     pub fn pair_extrinsics(&self) -> Option<Extrinsics<f64>> {
         match self.alone {

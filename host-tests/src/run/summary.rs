@@ -16,8 +16,8 @@ use super::refused::{self, CountByReason, Witnesses};
 use crate::data::{Dataset, Match};
 use crate::stats::rms;
 
-/// Matches further than this from the final estimate's rows do not count in RMS row offsets, px:
-/// three Huber thresholds, as the core screens.
+/// Largest row offset under the final estimate of a match that counts in RMS row offsets, px: three Huber thresholds,
+/// as in the core.
 pub const SCREEN_PX: f64 = 3.0;
 
 /// The stable fields of `--json`. Angles in rad; `null` before there is an estimate.
@@ -31,11 +31,11 @@ pub struct Summary {
     pub rejected_pairs: CountByReason,
     /// Matches in all pairs.
     pub matches: usize,
-    /// Those that the calibrator refused, by reason; matches left out of a full batch are none of them.
+    /// Refused matches by reason, without those left out of a full batch.
     pub refused_matches: CountByReason,
     /// `no estimate`, or the state of the calibrator and the doubt about the estimate.
     pub state: String,
-    /// Whether there are `R` and `t` to compare with.
+    /// Whether there is a reference for `R` and `t`.
     #[serde(skip)]
     pub has_reference: bool,
     /// Error of the fused baseline direction.
@@ -46,10 +46,10 @@ pub struct Summary {
     pub sigma_t: Option<f64>,
     /// RMS error of the rotation over the same pairs.
     pub sigma_theta: Option<f64>,
-    /// Pairs that have an estimate alone.
+    /// Number of pairs with an estimate alone.
     pub sigma_pairs: usize,
-    /// RMS error of the baseline direction over the accepted pairs as solved in the run, where the robust
-    /// preset tracks them from the running estimate.
+    /// RMS error of the baseline direction over the accepted pairs as solved in the run, in which the robust preset
+    /// tracks them from the running estimate.
     pub tracked_t: Option<f64>,
     /// RMS error of the rotation over the same pairs.
     pub tracked_theta: Option<f64>,
@@ -64,33 +64,33 @@ pub struct Summary {
     pub sd_translation: Option<f64>,
     /// RMS row offset of the factory extrinsics over the screened matches of all pairs, px.
     pub rms_px_before: Option<f64>,
-    /// The same of the fused extrinsics, px.
+    /// The same for the fused extrinsics, px.
     pub rms_px_after: Option<f64>,
-    /// Pairs that the row offsets are over: all of them, or every 2nd, 4th, .. of a long run that is not held.
+    /// Number of pairs in the row offsets: all pairs, or every 2nd, 4th, .. of a long run that is not held.
     pub rms_pairs: usize,
     /// Shares of all matches within [`SCREEN_PX`] of their row, with the factory extrinsics and with
     /// the fused ones. The RMS covers only matches that fit the latter.
     #[serde(skip)]
     pub in_row: Option<[f64; 2]>,
-    /// Error of depth, where true depths are known.
+    /// Error of depth, if true depths are known.
     pub depth: Option<DepthErrors>,
     /// Error of depth that the calibrator expects; `null` unless locked.
     pub depth_expected: Option<ExpectedDepth>,
-    /// Apparent yaw of the lens, rad: rows are off by `a x y`, and depth needs `R` without it.
+    /// Apparent yaw of the lens, rad: it offsets rows by `a x y`, and depth needs `R` without it.
     pub lens_yaw: Option<f64>,
-    /// Standard deviation of it.
+    /// Standard deviation of `lens_yaw`.
     pub lens_yaw_sd: Option<f64>,
-    /// Standard deviation of the yaw in use, rad, with the lens uncertain: depth is off by `Z^2 / b` times this.
+    /// Standard deviation of the yaw in use, rad, with the lens uncertain: the error of depth is `Z^2 / b` times this.
     pub yaw_sd: Option<f64>,
-    /// What became of range readings and of tracked matches.
+    /// Results of range readings and of tracked matches.
     pub witnesses: Witnesses,
     /// Share of the matches in row that are behind infinity with the extrinsics in use: 1 px of disparity or more below 0.
     pub behind_infinity: Option<f64>,
     /// Extrinsics in use after the last pair.
     pub in_use: Option<InUse>,
-    /// Whether the health over the last pair says yes to arming.
+    /// Whether the health over the last pair permits arming.
     pub armed: bool,
-    /// What speaks against arming or against the estimate.
+    /// Reasons against arming or against the estimate.
     pub reasons: Vec<String>,
     /// First pair, from 0, after which the state was locked.
     pub locked_at: Option<usize>,
@@ -100,14 +100,14 @@ pub struct Summary {
     pub sd_rotation_lens: Option<f64>,
     /// `sd_translation` with the lens uncertain.
     pub sd_translation_lens: Option<f64>,
-    /// What the pairs show of the lens.
+    /// Lens errors that the pairs show.
     pub lens: Option<Lens>,
-    /// Correction of the cameras that `R` and `t` belong to; zeros where the lens is as given.
+    /// Correction of the cameras that `R` and `t` belong to; zero if the lens is as given.
     #[serde(serialize_with = "focal_and_k1")]
     pub correction: LensCorrection<f64>,
-    /// RMS motion of the rig's rotation about the estimate from pair to pair, each axis; 0 without a sign of any.
+    /// RMS motion of the rig's rotation about the estimate from pair to pair, each axis; 0 without detected vibration.
     pub vibration_rotation: Option<f64>,
-    /// The same of the baseline direction.
+    /// The same for the baseline direction.
     pub vibration_translation: Option<f64>,
 }
 
@@ -191,7 +191,7 @@ impl RunLog {
         })
     }
 
-    /// Of the factory extrinsics, the estimate and what is in use; `None` without an estimate.
+    /// Row offsets of the factory extrinsics, the estimate and the calibration in use; `None` without an estimate.
     fn row_offsets(&self, set: &Dataset) -> Result<Option<RowOffsets>> {
         let Some(fused) = self.fused() else { return Ok(None) };
         let factory = set.calibration(self.factory(), &LensCorrection::NONE)?;
@@ -216,7 +216,7 @@ pub fn row_offsets_px(set: &Dataset, calibration: &Calibration<f64>) -> Vec<Vec<
     set.pairs.iter().map(of_pair).collect()
 }
 
-/// Row offsets before and after, and of what is in use, over a whole data set.
+/// Row offsets before and after, and in use, over a whole data set.
 #[derive(Debug, Clone, Copy)]
 struct RowOffsets {
     /// RMS over the matches within [`SCREEN_PX`] after.
@@ -273,14 +273,9 @@ impl fmt::Display for Summary {
         } else {
             self.write_estimate(f)?;
         }
-        // The words of the tables in `golden`.
-        write_angle(
-            f,
-            "sd of t, claimed",
-            "what the estimate says of itself",
-            self.sd_translation,
-        )?;
-        write_angle(f, "sd of R, claimed", "what the estimate says of itself", self.sd_rotation)?;
+        // The tables in `golden` have these words.
+        write_angle(f, "sd of t, claimed", "as the estimate reports", self.sd_translation)?;
+        write_angle(f, "sd of R, claimed", "as the estimate reports", self.sd_rotation)?;
         if !self.correction.is_none() {
             writeln!(f, "cameras corrected  {}", in_words(&self.correction))?;
         }
@@ -323,7 +318,7 @@ impl Summary {
         write_angle(f, "tracked R", "pairs as solved in the run, RMS", self.tracked_theta)
     }
 
-    /// What is known without a reference.
+    /// Writes the figures that need no reference.
     fn write_estimate(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "reference          none: no errors")?;
         if let Some(r) = self.r {

@@ -1,4 +1,4 @@
-//! Sums over the pairs of a run: what remains of pairs that are not kept.
+//! Sums over the pairs of a run, for pairs that are not kept.
 
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Fused, State};
@@ -9,17 +9,17 @@ use super::step::{Step, Verdict};
 /// Sums over pairs.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Totals {
-    /// Pairs.
+    /// Number of pairs.
     pub(super) pairs: usize,
-    /// Pairs fused.
+    /// Number of pairs fused.
     pub(super) accepted: usize,
-    /// Correspondences offered.
+    /// Number of correspondences offered.
     pub(super) matches: usize,
     /// Correspondences refused, by reason.
     pub(super) refused: CountByReason,
     /// Pairs not solved or not fused, by reason.
     pub(super) rejected: CountByReason,
-    /// What became of witnesses of the mount yaw.
+    /// Results of the witnesses of the mount yaw.
     pub(super) witnessed: Witnesses,
     /// Errors of the accepted pairs as solved in the run.
     pub(super) tracked: Squares,
@@ -29,7 +29,7 @@ pub(super) struct Totals {
     pub(super) alone_pairs: usize,
     /// First pair, from 0, after which the state was locked.
     pub(super) locked_at: Option<usize>,
-    /// Whether the estimate has begun again with a corrected lens.
+    /// Whether the estimate has restarted with a corrected lens.
     pub(super) began_again: bool,
 }
 
@@ -79,7 +79,7 @@ impl Squares {
         self.sum.rotation += rotation * rotation;
     }
 
-    /// The bits of [`Deviation::root_mean_square`]; `None` of no deviations.
+    /// [`Deviation::root_mean_square`], bit for bit; `None` without deviations.
     pub(super) fn root_mean(&self) -> Option<Deviation<f64>> {
         let mean_root = |sum: f64| (sum / f64::from(self.count)).sqrt();
         let Deviation { translation, rotation } = self.sum;
@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_root_mean_square_is_that_of_the_core_to_the_bit() {
+    fn the_root_mean_square_matches_the_core_to_the_bit() {
         let deviations =
             [0.1, 0.7, 1e-9, 0.3].map(|x| Deviation { translation: x, rotation: x / 3.0 });
         let mut squares = Squares::default();

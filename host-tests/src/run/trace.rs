@@ -1,4 +1,4 @@
-//! The trace of a run: a row a pair, as `--trace` writes it.
+//! The trace of a run for `--trace`: one row for each pair.
 
 use std::path::Path;
 
@@ -25,7 +25,7 @@ const COLUMNS: [&str; 11] = [
 /// Names of the proposed `R` and `t`, and of those in use.
 const NAMES: [[char; 2]; 2] = [['r', 't'], ['u', 'v']];
 
-/// Names of the corrections of the right camera: that of the proposed `R` and `t`, and that of those in use.
+/// Names of the corrections of the right camera: for the proposed `R` and `t`, and for those in use.
 const CORRECTIONS: [&str; 4] = ["focal", "k1", "used_focal", "used_k1"];
 
 /// Names of the vibration of `R` and `t`, rad RMS.
@@ -34,8 +34,8 @@ const VIBRATION: [&str; 2] = ["vibration_rotation", "vibration_translation"];
 /// Numbers of `R` and `t`.
 const NUMBERS: usize = 12;
 
-/// Writes the trace; an older file is replaced. Angles in rad; what is not known is empty. Where a lens was
-/// corrected, each row ends with the corrections; where the rig vibrates, with that.
+/// Writes the trace; an older file is replaced. Angles in rad; unknown values are empty. If a lens was corrected, the
+/// corrections follow in each row; if the rig vibrates, the vibration follows.
 ///
 /// # Errors
 /// Names the file.
@@ -98,7 +98,7 @@ fn numbers(extrinsics: Option<&Extrinsics<f64>>) -> Vec<String> {
     extrinsics.rotation_row_major().iter().chain(t.iter()).map(f64::to_string).collect()
 }
 
-/// Corrections of the proposal and of what is in use, each `None` where there is none of the two.
+/// Corrections of the proposal and of the calibration in use; `None` without the proposal or calibration.
 fn both(step: &Step) -> [Option<LensCorrection<f64>>; 2] {
     [step.estimate.map(|estimate| estimate.correction), step.checked.map(|used| used.correction)]
 }

@@ -1,4 +1,4 @@
-//! How far the points of a scene are.
+//! Depths of the points of a scene.
 
 use anyhow::{Result, ensure};
 use nalgebra::Vector3;
@@ -16,10 +16,10 @@ pub enum Depth {
         near: [f64; 2],
         /// Share of near points, 0 to 1.
         share: f64,
-        /// Nearest and farthest of the others, in baselines.
+        /// Nearest and farthest of the other points, in baselines.
         far: [f64; 2],
     },
-    /// All on one plane, of normal `(slope, 1)` in the left camera frame.
+    /// All points on one plane, with normal `(slope, 1)` in the left camera frame.
     Plane {
         /// Depth where the left optical axis meets it, in baselines.
         on_axis: f64,
@@ -51,7 +51,7 @@ impl Depth {
         Ok(())
     }
 
-    /// The same with another range: of a mixture, that of the far points; a plane is replaced.
+    /// The same with another range: a mixture changes its far points; a plane is replaced.
     #[must_use]
     pub fn within(self, range: [f64; 2]) -> Self {
         match self {
@@ -68,8 +68,8 @@ impl Depth {
         }
     }
 
-    /// The part that the next point is of. Chosen before it is known whether both cameras see the point:
-    /// the share holds for the points that are seen.
+    /// The part of the next point. It is drawn before the test whether both cameras see the point, so the share holds
+    /// for visible points.
     pub(crate) fn part(self, rng: &mut ChaCha8Rng) -> Self {
         match self {
             Self::Mixture { near, share, far } => {
@@ -79,7 +79,7 @@ impl Depth {
         }
     }
 
-    /// All of it so many times as far.
+    /// The same with all depths multiplied.
     pub(crate) fn times(self, factor: f64) -> Self {
         match self {
             Self::LogUniform(range) => Self::LogUniform(range.map(|z| z * factor)),
@@ -91,7 +91,7 @@ impl Depth {
         }
     }
 
-    /// Depth of a point on a ray of unit depth; `None` where the ray misses the plane.
+    /// Depth of a point on a ray of unit depth; `None` if the ray misses the plane.
     pub(crate) fn along(self, ray: &Vector3<f64>, rng: &mut ChaCha8Rng) -> Option<f64> {
         match self {
             Self::Mixture { .. } => self.part(rng).along(ray, rng),

@@ -1,5 +1,5 @@
-//! What moves the views of a pair against each other without changing the rig: vibration, trigger skew in a turn,
-//! rolling shutters that do not run together.
+//! Disturbances that move the views of a pair against each other without changing the rig: vibration, trigger skew in a
+//! turn, unsynchronised rolling shutters.
 
 use anyhow::{Result, ensure};
 use nalgebra::Vector3;
@@ -11,7 +11,7 @@ use stereo_selfcal::Extrinsics;
 use super::rig::turned;
 use super::scene::{Scene, SynthPair};
 
-/// Stream of the generator: points, and what varies of a scene, are the same without disturbance.
+/// Stream of the generator; without disturbance, the points and the variation of a scene stay the same.
 const STREAM: u64 = 2;
 
 /// Disturbances of a scenario; all 0 by default.
@@ -22,7 +22,7 @@ pub struct Disturbance {
     /// Turn of the vehicle between the two exposures, about one random axis of the run, from the middle of the run
     /// on, degrees: its rate times the trigger skew.
     pub skew_deg: f64,
-    /// The same to and fro in the whole run: its sign changes with every pair.
+    /// The same with an alternating sign from pair to pair, in the whole run, degrees.
     pub alternating_skew_deg: f64,
     /// Shift of the right image's upper and lower border against the middle, along columns and along rows, new
     /// with every pair, px RMS.
@@ -38,7 +38,7 @@ pub(super) struct Disturber {
 }
 
 impl Disturbance {
-    /// Whether there is any.
+    /// Whether there is any disturbance.
     #[must_use]
     pub fn is_none(&self) -> bool {
         *self == Self::default()
@@ -62,7 +62,7 @@ impl Disturber {
         std::array::from_fn(|_| StandardNormal.sample(&mut self.rng))
     }
 
-    /// The rig as the pair of this number sees it.
+    /// The disturbed rig of the pair of this number.
     pub(super) fn rig(&mut self, pair: usize, rig: &Extrinsics<f64>) -> Result<Extrinsics<f64>> {
         if (Disturbance { rolling_px: 0.0, ..self.kind }).is_none() {
             return Ok(*rig);

@@ -1,4 +1,4 @@
-//! Matches on a repeated structure: a fence, whose pickets the matcher takes for each other.
+//! Matches on a repeated structure: a fence, whose pickets the matcher confuses.
 
 use std::str::FromStr;
 
@@ -6,7 +6,7 @@ use anyhow::{Result, ensure};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Matches that agree with each other, and not with the scene.
+/// Matches that agree with each other, but not with the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fence {
     /// Share of all matches, 0 to 1.
@@ -25,7 +25,7 @@ pub(super) struct Place(Option<[f64; 2]>);
 /// Part of the image that a local fence covers.
 const LOCAL: [f64; 2] = [0.5, 2.0 / 3.0];
 
-/// Width of a picket, and the most pickets that a match is off by.
+/// Width of a picket, and the largest number of pickets between true and found match.
 const PICKET_PX: f64 = 12.0;
 const PICKETS: i32 = 5;
 
@@ -42,7 +42,7 @@ impl Fence {
         Place(self.local.then(|| [border(0), border(1)]))
     }
 
-    /// Pixels matched to another picket: some pickets along the row, and the offset across.
+    /// Pixels matched to another picket: some pickets off along the row, plus the offset across.
     pub(super) fn matched(&self, [ul, vl, ur, vr]: [f64; 4], rng: &mut ChaCha8Rng) -> [f64; 4] {
         let pickets = rng.random_range(1..=PICKETS) * if rng.random() { 1 } else { -1 };
         [ul, vl, ur + f64::from(pickets) * PICKET_PX, vr + self.across_px]

@@ -43,7 +43,7 @@ impl Part {
     /// The scene of the pair.
     ///
     /// * `base`: the scene on the ground, before take-off.
-    /// * `axis`: of the knock.
+    /// * `axis`: axis of the knock.
     pub(super) fn scene(
         &self,
         base: &Scene,
@@ -55,7 +55,7 @@ impl Part {
         let flown = f64::from(u32::try_from(pair)?) / f64::from(u32::try_from(pairs)?);
         let warped = turned(&base.rig, &WARP_AXIS.into(), flown * WARP_DEG)?;
         let knocked = turned(&warped, axis, self.knock_deg)?;
-        // Drawn also where it is 0: the rest of the flight is then the same without it.
+        // Drawn also at 0, so that the rest of the flight is the same without it.
         let shake: Vector3<f64> = Vector3::from_fn(|_, _| StandardNormal.sample(rng));
         let rig: Extrinsics<f64> = turned(&knocked, &shake, self.vibration_deg)?;
         let height = CEILING.powf((PI * flown).sin());

@@ -1,4 +1,4 @@
-//! The grid that a matcher's coordinates lie on.
+//! The grid of a matcher's coordinates.
 
 use std::str::FromStr;
 
@@ -6,7 +6,7 @@ use anyhow::{Result, ensure};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Where keypoints can lie, in both images.
+/// Possible places of keypoints, in both images.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Grid {
     /// Anywhere.
@@ -19,7 +19,7 @@ pub enum Grid {
     Pyramid,
 }
 
-/// Steps of the pyramid's levels, px. Products, for `powi` is not the same bits everywhere.
+/// Steps of the pyramid's levels, px, as products, because `powi` gives other bits on other platforms.
 pub(crate) const LEVELS: [f64; 8] = {
     let mut steps = [1.0; 8];
     let mut level = 1;
@@ -40,7 +40,7 @@ impl Grid {
         Ok(())
     }
 
-    /// Step of the grid that the next match lies on, px; 0 for none.
+    /// Step of the next match's grid, px; 0 without a grid.
     pub(crate) fn step(self, rng: &mut ChaCha8Rng) -> f64 {
         match self {
             Self::Continuous => 0.0,

@@ -1,4 +1,4 @@
-//! Errors of the lenses: what the true cameras have beyond the ones that the calibrator is told of.
+//! Errors of the lenses: the true cameras less the ones that the calibrator is given.
 
 use std::str::FromStr;
 
@@ -10,37 +10,37 @@ use rand_distr::{Distribution, StandardNormal};
 /// Stream of the generator for lens errors of the prior.
 const STREAM: u64 = 2;
 
-/// Steps of Newton's method from a pixel to its ray: the tenth changes nothing any more.
+/// Steps of Newton's method from a pixel to its ray; after ten steps nothing changes.
 const STEPS: usize = 10;
 
-/// Error of one camera: true less nominal. The nominal one has no distortion.
+/// Error of one camera: true less nominal. The nominal camera has no distortion.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LensError {
-    /// Of the focal length, relative.
+    /// Error of the focal length, relative.
     pub focal: f64,
-    /// Of the vertical focal length beyond that, relative.
+    /// Further error of the vertical focal length, relative.
     pub aspect: f64,
-    /// Of the principal point, px.
+    /// Error of the principal point, px.
     pub centre: [f64; 2],
     /// `k1 k2`, OpenCV's.
     pub radial: [f64; 2],
     /// `p1 p2`, OpenCV's.
     pub tangential: [f64; 2],
-    /// Rows are off by this times `x y`: what rows cannot tell from yaw.
+    /// Rows are off by this times `x y`, which rows cannot tell from yaw.
     pub rows: f64,
 }
 
-/// Lens errors as a user gives them.
+/// Lens errors as the user gives them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LensErrors {
-    /// Of the left and the right camera.
+    /// Errors of the left and the right camera.
     pub given: [LensError; 2],
-    /// Whether errors drawn from the prior come on top, new for every seed.
+    /// Whether errors drawn from the prior are added, new for every seed.
     pub prior: bool,
 }
 
 impl LensError {
-    /// No error: its pixels are those of the nominal pinhole, to the bit.
+    /// No error: its pixels equal those of the nominal pinhole, bit for bit.
     pub const NONE: Self = Self {
         focal: 0.0,
         aspect: 0.0,
@@ -50,7 +50,7 @@ impl LensError {
         rows: 0.0,
     };
 
-    /// Standard deviations of what a calibration leaves after a year.
+    /// Standard deviations of the errors that a calibration has after a year.
     const PRIOR: Self = Self {
         focal: 0.003,
         aspect: 0.0,
@@ -89,7 +89,7 @@ impl LensError {
         })
     }
 
-    /// Both errors together.
+    /// Sum of both errors.
     pub(crate) fn plus(&self, other: &Self) -> Self {
         let sum = |a: [f64; 2], b: [f64; 2]| [a[0] + b[0], a[1] + b[1]];
         Self {
@@ -104,7 +104,7 @@ impl LensError {
 
     /// Pixel of a ray.
     ///
-    /// * `focal`, `centre`: those of the nominal camera, px.
+    /// * `focal`, `centre`: focal length and principal point of the nominal camera, px.
     /// * `ray`: at unit depth.
     pub(crate) fn pixel(&self, focal: f64, [cx, cy]: [f64; 2], ray: [f64; 2]) -> [f64; 2] {
         let ([x, y], _) = self.distorted(ray);
@@ -200,7 +200,7 @@ impl FromStr for LensErrors {
                 number.parse().map_err(|_| format!("`{value}` is not a number here"))?;
             errors.set(key, number * unit).ok_or_else(|| {
                 format!(
-                    "`{key}` is none of f, aspect, cx, cy, k1, k2, p1, p2, a with _l, _r or _both"
+                    "`{key}` is not one of f, aspect, cx, cy, k1, k2, p1, p2, a with _l, _r or _both"
                 )
             })?;
         }
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_are_read_and_what_is_none_is_named() {
+    fn keys_are_read_and_an_unknown_one_is_named() {
         let errors: LensErrors = "f_both=0.2%, cx_r=1,prior".parse().unwrap();
         assert!(errors.prior && errors.given.iter().all(|e| (e.focal - 0.002).abs() < 1e-15));
         assert_eq!(errors.given.map(|e| e.centre[0].to_bits()), [0.0, 1.0].map(f64::to_bits));
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_of_the_prior_are_those_of_their_seed_and_as_large_as_it() {
+    fn errors_of_the_prior_follow_their_seed_and_the_size_of_the_prior() {
         assert_eq!(LensError::drawn(3), LensError::drawn(3));
         let all: Vec<LensError> = (0..2000).flat_map(LensError::drawn).collect();
         let rms = |part: fn(&LensError) -> f64| rms(all.iter().map(part)).unwrap();

@@ -1,4 +1,4 @@
-//! Points of successive pairs: new, the same again, or landmarks with matching errors of their own.
+//! Points of successive pairs: new, repeated, or landmarks with matching errors of their own.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -6,15 +6,15 @@ use rand_distr::{Distribution, Normal};
 
 use super::scene::{Scene, SynthPair};
 
-/// Points drawn to find one that has just come into view.
+/// Largest number of points drawn to find one that has just come into view.
 const TRIES: usize = 10_000;
 
-/// What the points of a pair are to those of the pair before.
+/// Relation of the points of a pair to those of the previous pair.
 #[derive(Debug, Clone)]
 pub(super) enum Points {
-    /// New ones.
+    /// New points.
     New,
-    /// Those of the first pair, with its outliers.
+    /// The points of the first pair, with its outliers.
     Again(Option<SynthPair>),
     /// Landmarks.
     Landmarks(Landmarks),
@@ -25,11 +25,11 @@ pub(super) enum Points {
 pub(super) struct Landmarks {
     /// Standard deviation of the matching error of each coordinate of a landmark, px; it stays.
     pub(super) error_px: f64,
-    /// Way of each landmark in the left image from pair to pair, px, to the right.
+    /// Motion of each landmark in the left image from pair to pair, px, to the right.
     pub(super) creep_px: f64,
-    /// First pair from which on all landmarks are new in every pair.
+    /// Pair from which all landmarks are new in every pair.
     pub(super) new_from: usize,
-    /// Those in view.
+    /// Landmarks in view.
     pub(super) seen: Vec<Landmark>,
 }
 
@@ -38,7 +38,7 @@ pub(super) struct Landmarks {
 pub(super) struct Landmark {
     /// Noise-free pixels `ul vl ur vr`.
     clean: [f64; 4],
-    /// Along the left optical axis, baselines.
+    /// Depth along the left optical axis, baselines.
     depth: f64,
     /// Distance of the right pixel that is matched from the true one, px; `None` for a true match.
     wrong: Option<[f64; 2]>,
@@ -51,7 +51,7 @@ pub(super) struct Landmark {
 impl Points {
     /// The next pair.
     ///
-    /// * `at`: its number, from 0.
+    /// * `at`: number of the pair, from 0.
     pub(super) fn pair(&mut self, at: usize, scene: &Scene, rng: &mut ChaCha8Rng) -> SynthPair {
         match self {
             Self::New => scene.pair(rng),
@@ -121,7 +121,7 @@ impl Landmark {
     }
 }
 
-/// A point that a pair before was not in view; any point in view where there is next to none.
+/// A point that was not in view in the previous pair; any point in view if such points are too rare.
 fn entered(scene: &Scene, creep_px: f64, rng: &mut ChaCha8Rng) -> ([f64; 4], f64) {
     let mut point = scene.seen_point(rng);
     for _ in 0..TRIES {
@@ -162,7 +162,7 @@ mod tests {
         let mean = |i: usize| mean(pairs[..40].iter().map(|(_, p)| p.matches[i].vl)).unwrap();
         let off = |i: usize| mean(i) - pair.clean[i][1];
         let rms = rms((0..256).map(off)).unwrap();
-        // 0.3 px and what 40 pairs leave of 0.1 px.
+        // The noise of 0.3 px, and the mean of 0.1 px over 40 pairs.
         assert!((0.26..0.34).contains(&rms), "{rms}");
         assert!((0..256).all(|i| (off(i) - seen[i].error[1]).abs() < 0.08));
         let wrong = pair.inlier.iter().filter(|inlier| !**inlier).count();
@@ -182,7 +182,7 @@ mod tests {
                 } else {
                     replaced += 1;
                     assert!(before.clean[0] > 1000.0, "{before:?}");
-                    // In view of both cameras only just: the right one at its left border.
+                    // The point has just come into view of both cameras, at the left border of the right one.
                     assert!(after.clean[0].min(after.clean[2]) < 10.5, "{after:?}");
                 }
             }

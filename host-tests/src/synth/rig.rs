@@ -4,13 +4,13 @@ use anyhow::{Context, Result};
 use nalgebra::Vector3;
 use stereo_selfcal::{Extrinsics, so3};
 
-/// A rig off `R = I`, `t = (-1, 0, 0)`.
+/// A rig that deviates from `R = I`, `t = (-1, 0, 0)`.
 ///
 /// * `rotation_deg`: rotation vector of `R`, degrees.
 /// * `baseline_deg`: turn of `t` about y and z, degrees.
 ///
 /// # Errors
-/// If the baseline comes to lie along an optical axis.
+/// If the baseline lies along an optical axis.
 pub fn rig(rotation_deg: [f64; 3], baseline_deg: [f64; 2]) -> Result<Extrinsics<f64>> {
     let exp = |degrees: Vector3<f64>| {
         so3::exp(&degrees.map(f64::to_radians)).ok_or_else(|| anyhow::anyhow!("not finite"))
@@ -21,10 +21,9 @@ pub fn rig(rotation_deg: [f64; 3], baseline_deg: [f64; 2]) -> Result<Extrinsics<
     Ok(Extrinsics::try_new(r.matrix(), &t)?)
 }
 
-/// A rig 5 degrees off about all axes, `t` 5 degrees off: the rig of the project's figures.
+/// A rig 5 degrees off about all axes, with `t` 5 degrees off: the rig of the project's figures.
 ///
-/// # Panics
-/// Never: it is a rig.
+/// # Panics Never: it is a rig.
 #[must_use]
 pub fn five_degrees_off() -> Extrinsics<f64> {
     let turn = Vector3::repeat(5.0_f64.to_radians());
@@ -34,7 +33,7 @@ pub fn five_degrees_off() -> Extrinsics<f64> {
     Extrinsics::try_new(r.matrix(), &t).expect("a rig")
 }
 
-/// The rig once its right camera has turned about an axis of its own frame: `Q R`, `Q t`.
+/// The rig after a turn of its right camera about an axis of its own frame: `Q R`, `Q t`.
 pub(super) fn turned(
     rig: &Extrinsics<f64>,
     axis: &Vector3<f64>,

@@ -27,12 +27,12 @@ use crate::data::{Dataset, Rig};
 pub struct Scenario {
     /// Quantities that vary over the pairs.
     pub kind: ScenarioKind,
-    /// Constant parameters. Varying `depth`, `matches` and `band` stay within those given; a plane as
-    /// `depth` is kept.
+    /// Constant parameters. Varying `depth`, `matches` and `band` stay within the given ones; a plane as `depth` is
+    /// kept.
     pub scene: Scene,
     /// Pairs of a run.
     pub pairs: usize,
-    /// Turn of the right camera, degrees: in mid run of a step or a flight, per pair of a drift.
+    /// Turn of the right camera, degrees: in mid run for a step or a flight, with every pair for a drift.
     pub turn_deg: f64,
     /// Axis of that turn, right camera frame; `None`: random, new for every seed.
     pub axis: Option<[f64; 3]>,
@@ -42,27 +42,28 @@ pub struct Scenario {
     pub mistake: Option<Mistake>,
     /// Whether the rig starts from a factory calibration: the truth of the first pair.
     pub commissioned: bool,
-    /// What moves the views of a pair against each other; the vibration of a flight is part of its motion.
+    /// Disturbances of a pair; the vibration of a flight is part of its motion.
     pub disturbance: Disturbance,
-    /// Turn of the rig about a random axis, new for every seed, on top of that of the scene, degrees.
+    /// Turn of the rig about a random axis, new for every seed, in addition to that of the scene, degrees.
     pub off_deg: f64,
-    /// Whether lens errors drawn from the prior, new for every seed, come on top of those of the scene.
+    /// Whether lens errors drawn from the prior, new for every seed, are added to those of the scene.
     pub lens_prior: bool,
-    /// Change of the right camera's focal length from the first pair to the last, relative; even.
+    /// Change of the right camera's focal length from the first pair to the last, relative; linear.
     pub lens_warming: f64,
-    /// Standard deviation of the matching error of each coordinate that a landmark keeps, px; of parked
-    /// landmarks and creeping. The noise of the scene comes on top, new in every pair.
+    /// Standard deviation of the matching error of each coordinate that a landmark keeps, px; for parked landmarks and
+    /// creeping. The noise of the scene is added, new in every pair.
     pub landmark_px: f64,
-    /// Way of the landmarks through the images from pair to pair, px; of creeping.
+    /// Motion of the landmarks through the images from pair to pair, px; for creeping.
     pub creep_px: f64,
 }
 
 /// One pair of a scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScenarioPair {
-    /// The scene of this pair, its rig that of the moment.
+    /// The scene of this pair, with its rig at this moment.
     pub scene: Scene,
-    /// The rig without its disturbance: what an estimate over many pairs can follow. A flight's vibrates.
+    /// The rig without its disturbance, which an estimate over many pairs can follow. The rig of a flight includes its
+    /// vibration.
     pub steady: Extrinsics<f64>,
     /// Correspondences and their truth.
     pub pair: SynthPair,
@@ -107,7 +108,7 @@ impl Scenario {
         }
     }
 
-    /// The first pair after mid run: that of a step's turn, and of a flight's knock.
+    /// The first pair after mid run: after the turn of a step, or the knock of a flight.
     #[must_use]
     pub fn turned_from(&self) -> usize {
         self.pairs.div_ceil(2)
@@ -124,8 +125,7 @@ impl Scenario {
     /// The pairs, the same for the same seed.
     ///
     /// # Errors
-    /// Names the parameter that is out of range, or the pair that the cameras would not share a view
-    /// of.
+    /// Names the parameter that is out of range, or the pair without a common view of both cameras.
     pub fn frames(&self, seed: u64) -> Result<impl Iterator<Item = ScenarioPair> + use<>> {
         self.scene.check()?;
         let scenes = self.scenes(seed)?;
@@ -159,7 +159,7 @@ impl Scenario {
         Points::Landmarks(Landmarks { error_px, creep_px, new_from, seen: Vec::new() })
     }
 
-    /// Standard deviation of each coordinate of a true match, px: noise and what its landmark keeps.
+    /// Standard deviation of each coordinate of a true match, px: noise, and the constant error of its landmark.
     #[must_use]
     pub fn noise_px(&self) -> f64 {
         self.scene.noise_px.hypot(self.landmark_px)
@@ -284,7 +284,7 @@ impl Scenario {
     }
 }
 
-/// A scene seen from a share of the way up; the way is even in the logarithm of depth.
+/// A scene at a share of the climb, which is linear in the logarithm of depth.
 fn climbed(base: &Scene, share: f64) -> Scene {
     Scene { depth: base.depth.times(CEILING.powf(share)), ..base.clone() }
 }

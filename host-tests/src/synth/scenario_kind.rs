@@ -17,7 +17,7 @@ pub enum ScenarioKind {
     Near,
     /// 30 to 800 baselines away.
     Far,
-    /// 300 to 3000 baselines away: next to nothing of the baseline is left in the image.
+    /// 300 to 3000 baselines away: the image has hardly any information on the baseline.
     VeryFar,
     /// 1000 to 10000 baselines away, as from high above: disparities drown in the noise.
     Altitude,
@@ -78,7 +78,7 @@ impl ScenarioKind {
         }
     }
 
-    /// `Scenario::turn_deg` unless said otherwise; 0 for a rig that does not move.
+    /// Default of `Scenario::turn_deg`; 0 for a rig that does not move.
     #[must_use]
     pub fn turn_deg(self) -> f64 {
         match self {
@@ -89,7 +89,7 @@ impl ScenarioKind {
         }
     }
 
-    /// [`Disturbance::vibration_deg`] unless said otherwise.
+    /// Default of [`Disturbance::vibration_deg`].
     pub(super) fn vibration_deg(self) -> f64 {
         if self == Self::Flight { flight::VIBRATION_DEG } else { 0.0 }
     }

@@ -1,9 +1,9 @@
 //! Generated scenes: a known rig, points of known depth, Gaussian noise, gross outliers.
 //!
-//! Pinhole cameras, or with lens errors that nobody is told of. Left points uniform in the image (or a vertical
-//! band), depth log-uniform (or a mixture of two, or that of a plane), noise on all four coordinates, points that
-//! miss the right image drawn again. Half of the outliers are uniform in the right image, half within +-60 px (u) and
-//! +-20 px (v) of the truth. Coordinates are rounded to the matcher's grid last.
+//! The cameras are pinholes, or have lens errors that the calibrator does not know. Left points uniform in the image
+//! (or a vertical band), depth log-uniform (or a mixture of two, or of a plane), noise on all four coordinates, points
+//! that miss the right image drawn again. Half of the outliers are uniform in the right image, half within +-60 px (u)
+//! and +-20 px (v) of the truth. Coordinates are rounded to the matcher's grid last.
 
 use anyhow::{Result, ensure};
 use nalgebra::Vector3;
@@ -25,7 +25,7 @@ pub struct Scene {
     pub size: [u16; 2],
     /// Focal length of both cameras, px; the principal point is the middle of the image.
     pub focal: f64,
-    /// Errors of the left and the right camera: what they truly are less `focal` and `size`.
+    /// Errors of the left and the right camera: their true values less `focal` and `size`.
     pub lens_errors: [LensError; 2],
     /// Extrinsics: the truth.
     pub rig: Extrinsics<f64>,
@@ -74,11 +74,11 @@ const TRIES: usize = 10_000;
 pub struct SynthPair {
     /// Correspondences, inliers and outliers in random order.
     pub matches: Vec<Match>,
-    /// Whether each is true.
+    /// Whether each correspondence is true.
     pub inlier: Vec<bool>,
-    /// Noise-free pixels `ul vl ur vr` of the point behind each.
+    /// Noise-free pixels `ul vl ur vr` of the point of each correspondence.
     pub clean: Vec<[f64; 4]>,
-    /// Noise-free pixels that were matched: `clean`, or those of the outlier.
+    /// Noise-free matched pixels: `clean`, or those of the outlier.
     pub matched: Vec<[f64; 4]>,
 }
 
@@ -136,7 +136,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Pairs without end, the same for the same seed.
+    /// An endless sequence of pairs, the same for the same seed.
     pub fn pairs(&self, seed: u64) -> impl Iterator<Item = SynthPair> + '_ {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         std::iter::repeat_with(move || self.pair(&mut rng))
@@ -171,7 +171,7 @@ impl Scene {
         self.size.map(|n| f64::from(n - 1) / 2.0)
     }
 
-    /// The next pair. The scene must have been checked.
+    /// The next pair of a checked scene.
     pub(super) fn pair(&self, rng: &mut ChaCha8Rng) -> SynthPair {
         let mut inlier: Vec<bool> =
             (0..self.matches).map(|_| !rng.random_bool(self.outliers.clamp(0.0, 1.0))).collect();
@@ -185,7 +185,7 @@ impl Scene {
                 (matched, self.observed(matched, step, rng))
             })
             .unzip();
-        // Last: a scene without a fence has the same points.
+        // Drawn last, so that a scene without a fence has the same points.
         if let Some(fence) = &self.fence {
             let place = fence.place(self.size, rng);
             for i in 0..self.matches {
@@ -200,7 +200,7 @@ impl Scene {
         SynthPair { matches, inlier, clean, matched }
     }
 
-    /// Pixels of a point on a fence; elsewhere, where the cameras share too little of it.
+    /// Pixels of a point on a fence; of another point, if the cameras share too little of the fence.
     fn point_at(&self, place: &Place, rng: &mut ChaCha8Rng) -> [f64; 4] {
         let mut seen = self.seen_point(rng).0;
         for _ in 0..TRIES {
@@ -213,7 +213,7 @@ impl Scene {
         seen
     }
 
-    /// The points and outliers of a pair seen again: only the noise is new.
+    /// The points and outliers of a repeated pair, with new noise.
     pub(super) fn pair_again(&self, pair: &SynthPair, rng: &mut ChaCha8Rng) -> SynthPair {
         let again = pair.matched.iter().zip(&pair.matches);
         let matches = again.map(|(&pixels, m)| self.observed(pixels, m.step, rng)).collect();
@@ -222,7 +222,7 @@ impl Scene {
 
     /// Pixels of one point that both cameras see, without noise, and its depth in baselines.
     ///
-    /// Ends with certainty: [`Scene::check`] has found such points.
+    /// The loop ends, because [`Scene::check`] has found such points.
     pub(super) fn seen_point(&self, rng: &mut ChaCha8Rng) -> ([f64; 4], f64) {
         let part = self.depth.part(rng);
         loop {
@@ -234,7 +234,7 @@ impl Scene {
 
     /// Pixels of one point of the left view, if the right camera sees it too.
     ///
-    /// * `depth`: the part of the scene's depth that the point is of.
+    /// * `depth`: the part of the scene's depth for the point.
     fn point(&self, depth: Depth, rng: &mut ChaCha8Rng) -> Option<([f64; 4], f64)> {
         let [width, height] = self.size.map(f64::from);
         let middle = self.band_centre * (height - 1.0);
@@ -284,11 +284,11 @@ impl Scene {
         }
     }
 
-    /// Pixels as the matcher gives them: with noise, on its grid.
+    /// Pixels as the matcher reports them: with noise, on its grid.
     pub(super) fn observed(&self, pixels: [f64; 4], step: f64, rng: &mut ChaCha8Rng) -> Match {
         let normal = Normal::new(0.0, self.noise_px).expect("checked: finite and not negative");
         let last = self.size.map(|n| f64::from(n - 1));
-        // A coordinate pushed out of the image stops at its border, as a matcher's would.
+        // A coordinate that noise moves out of the image stays at its border, as with a matcher.
         let mut coordinate = |i: usize| {
             let last = last[i % 2];
             grid::rounded((pixels[i] + normal.sample(rng)).clamp(0.0, last), step, last)

@@ -21,7 +21,7 @@ impl Scene {
         })
     }
 
-    /// The rig as a data set has it: with the nominal cameras.
+    /// The rig in the form of a data set, with the nominal cameras.
     #[must_use]
     pub fn meta(&self) -> Meta {
         let [cx, cy] = self.centre();

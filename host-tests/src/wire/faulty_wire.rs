@@ -1,18 +1,18 @@
-//! A wire that damages, drops and repeats frames, and knows which ones came through.
+//! A wire that damages, drops and repeats frames, and knows which frames are intact.
 
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// How often what happens to a frame; shares of all frames, 0 to 1.
+/// Rates of the faults; shares of all frames, 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Faults {
-    /// Bits flipped, bytes lost or put in, the end cut off, a run overwritten: one of these.
+    /// One of: flipped bits, lost or inserted bytes, a missing end, an overwritten run.
     pub damaged: f64,
-    /// Not sent at all.
+    /// The frame is not sent.
     pub dropped: f64,
-    /// Sent twice.
+    /// The frame is sent twice.
     pub repeated: f64,
-    /// Followed by idle bytes or noise.
+    /// Idle bytes or noise follow the frame.
     pub noise_after: f64,
 }
 
@@ -26,11 +26,11 @@ impl Faults {
 pub enum Sent {
     /// All its bytes are on the wire, in one piece.
     Intact,
-    /// They are, twice.
+    /// All its bytes are on the wire, twice.
     Repeated,
-    /// Some of them are not.
+    /// Some of its bytes are missing or wrong.
     Damaged,
-    /// None of them is.
+    /// No byte of it is on the wire.
     Dropped,
 }
 
@@ -63,7 +63,7 @@ impl FaultyWire {
         }
         if self.rng.random_bool(self.faults.damaged) {
             let damaged = self.damage(frame.to_vec());
-            // Inserted bytes may equal those that follow.
+            // Inserted bytes may equal the bytes after them.
             let whole = damaged.windows(frame.len()).any(|part| part == frame);
             wire.extend(damaged);
             return if whole { Sent::Intact } else { Sent::Damaged };
@@ -82,7 +82,7 @@ impl FaultyWire {
         let run = run(rng, frame.len() - at);
         match rng.random_range(0..8) {
             0 => frame[at] ^= 1 << rng.random_range(0..8),
-            // A burst, and errors all over.
+            // A burst, and single errors.
             1 => frame[at..at + run].iter_mut().for_each(|byte| *byte ^= rng.random::<u8>()),
             2 => {
                 let rate = 10.0_f64.powf(rng.random_range(-4.0..-0.5));
@@ -115,7 +115,7 @@ impl FaultyWire {
     }
 }
 
-/// Length of a run, short ones most often.
+/// Length of a run; short runs are the most frequent.
 fn run(rng: &mut ChaCha8Rng, most: usize) -> usize {
     let scale = rng.random_range(0.0..1.0_f64);
     #[expect(

@@ -1,4 +1,4 @@
-//! The matcher's side of the link: data sets as frames, and a wire that does to them what wires do.
+//! The matcher's side of the link: data sets as frames, and a wire with faults.
 
 mod faulty_wire;
 mod sender;

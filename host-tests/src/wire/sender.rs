@@ -1,4 +1,4 @@
-//! A data set as the frames that a matcher would send.
+//! A data set as the frames of a matcher.
 
 use anyhow::{Context, Result, ensure};
 use stereo_selfcal::Correspondence;
@@ -25,7 +25,7 @@ impl Sender {
     /// A sender of images of a size, with matches on grid steps, px.
     ///
     /// # Errors
-    /// If no pyramid of 16 levels has all the steps.
+    /// If no pyramid of 16 levels has all these steps.
     pub fn new(image_size: [u16; 2], steps: impl IntoIterator<Item = f64>) -> Result<Self> {
         let mut steps: Vec<f64> = steps.into_iter().collect();
         steps.sort_by(f64::total_cmp);
@@ -42,14 +42,14 @@ impl Sender {
             dropped_before: false,
             more_found: false,
         };
-        // Of all ratios the one whose levels come nearest.
+        // The ratio whose levels are closest to the steps.
         let worst = |header: &FrameHeader| {
             let errors = steps.iter().map(|step| error_of(header, *step));
             errors.reduce(f64::max).unwrap_or(0.0)
         };
         let best = RATIOS.map(header).min_by(|a, b| worst(a).total_cmp(&worst(b)));
         let header = best.context("there are ratios")?;
-        ensure!(worst(&header) < f64::INFINITY, "grid steps {steps:?} px are of no pyramid");
+        ensure!(worst(&header) < f64::INFINITY, "no pyramid has the grid steps {steps:?} px");
         Ok(Self { header })
     }
 
@@ -62,7 +62,7 @@ impl Sender {
         Self::new([set.meta.width, set.meta.height], steps)
     }
 
-    /// A pair as one frame, and how many of its matches no frame can carry: out of range, or beyond 65535.
+    /// A pair as one frame, and the number of its matches that no frame can carry: out of range, or beyond 65535.
     #[must_use]
     pub fn frame(&self, sequence: u32, pair: &[Match]) -> (Vec<u8>, usize) {
         let encode = |m: &Match| MatchRecord::encode(&m.correspondence(), &self.header).ok();
@@ -90,13 +90,13 @@ pub(super) fn seal(header: &FrameHeader, records: &[MatchRecord]) -> Vec<u8> {
     bytes
 }
 
-/// Relative error of a step on the wire; infinite where it is of no level.
+/// Relative error of a step on the wire; infinite if no level has it.
 fn error_of(header: &FrameHeader, step: f64) -> f64 {
     #[expect(clippy::cast_possible_truncation, reason = "the core's scalar")]
     let step = step as f32;
     let Some(level) = header.level_of(step) else { return f64::INFINITY };
     let sent = header.grid_step_px(level);
-    // A step finer than that of the wire is sent as that of the wire.
+    // A step finer than that of the wire is sent as the step of the wire.
     if step <= sent && header.grid_step == 0 { 0.0 } else { f64::from((sent / step - 1.0).abs()) }
 }
 
@@ -105,7 +105,7 @@ fn in_256ths(px: f64) -> u16 {
     (px * 256.0).round().clamp(0.0, 65_535.0) as u16
 }
 
-/// A match of continuous coordinates as the wire carries it; computed independently of the link.
+/// A match of continuous coordinates in the resolution of the wire, computed independently of the link.
 #[must_use]
 pub fn quantised(m: &Match) -> Correspondence<f32> {
     let exact: Correspondence<f32> = m.correspondence();

@@ -1,5 +1,4 @@
-//! Soak test of the link: millions of frames over a wire with faults. A frame comes out as it was sent,
-//! or not at all.
+//! Soak test of the link: millions of frames over a wire with faults. A frame is received as sent, or not at all.
 
 use std::collections::VecDeque;
 
@@ -11,7 +10,7 @@ use stereo_selfcal::link::{Decoder, Event, FrameHeader, MatchRecord};
 use super::faulty_wire::{Faults, FaultyWire, Sent};
 use super::sender::seal;
 
-/// Frames that are on the wire at once: what a piece of damage could possibly touch.
+/// Number of frames that are on the wire at once, which limits the reach of a piece of damage.
 const WINDOW: usize = 8;
 
 /// One decoder's share of a campaign.
@@ -19,43 +18,43 @@ const WINDOW: usize = 8;
 pub struct Soak {
     /// Frames of the sender.
     pub frames: u32,
-    /// How often what happens to them.
+    /// Rates of the faults.
     pub faults: Faults,
-    /// The same frames and faults for the same seed.
+    /// Seed of frames and faults.
     pub seed: u64,
 }
 
 /// Frames counted by their fate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SoakCounts {
-    /// Sent, whole or not.
+    /// Frames sent, whole or not.
     pub frames: u64,
-    /// Bytes that came out of the wire.
+    /// Bytes on the wire.
     pub bytes: u64,
     /// Correspondences of the frames handed out.
     pub correspondences: u64,
-    /// On the wire whole, and handed out.
+    /// Frames on the wire whole, and handed out.
     pub decoded: u64,
-    /// Damaged on the wire.
+    /// Frames damaged on the wire.
     pub damaged: u64,
-    /// Never on the wire.
+    /// Frames that were not put on the wire.
     pub dropped: u64,
-    /// Sent twice.
+    /// Frames sent twice.
     pub repeated: u64,
-    /// Handed out with other content than was sent under that number: must be 0.
+    /// Frames handed out with other content than was sent under their number: must be 0.
     pub wrong: u64,
-    /// Handed out a second time: must be 0.
+    /// Frames handed out a second time: must be 0.
     pub twice: u64,
-    /// Whole on the wire right after a damaged or dropped one, and not handed out: must be 0.
+    /// Frames whole on the wire right after a damaged or dropped one, and not handed out: must be 0.
     pub missed_next: u64,
-    /// Whole on the wire after a whole one, and not handed out: must be 0.
+    /// Frames whole on the wire after a whole one, and not handed out: must be 0.
     pub missed: u64,
-    /// Lost their ends, which the first bytes of the next frames happened to be: handed out as sent.
+    /// Frames that lost their ends, but whose ends equal the first bytes of the next frames: handed out as sent.
     pub mended: u64,
 }
 
 impl SoakCounts {
-    /// The sum of two.
+    /// Sum of both counts.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self {
@@ -74,14 +73,14 @@ impl SoakCounts {
         }
     }
 
-    /// Whether the link kept its promises.
+    /// Whether the link passed: all counts that must be 0 are 0.
     #[must_use]
     pub fn is_good(&self) -> bool {
         [self.wrong, self.twice, self.missed_next, self.missed] == [0; 4]
     }
 }
 
-/// A frame that may still come out.
+/// A frame that may still be handed out.
 struct Expected {
     sequence: u32,
     frame: Vec<u8>,
@@ -93,7 +92,7 @@ struct Expected {
 impl Soak {
     /// Sends all frames.
     ///
-    /// * `each`: called after so many frames, with how many they were.
+    /// * `each`: called after so many frames, with their number.
     #[must_use]
     pub fn run(&self, mut each: impl FnMut(u64)) -> SoakCounts {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
@@ -101,7 +100,7 @@ impl Soak {
         let mut receiver = Receiver::new();
         let mut on_wire = Vec::new();
         let mut whole = true;
-        // Any start: the numbers wrap around.
+        // Any first number, because the numbers wrap around.
         let first = if rng.random() { rng.random() } else { u32::MAX - self.frames / 2 };
         for i in 0..self.frames {
             let sequence = first.wrapping_add(i);
@@ -110,7 +109,7 @@ impl Soak {
             let after_whole =
                 std::mem::replace(&mut whole, matches!(sent, Sent::Intact | Sent::Repeated));
             receiver.expect(Expected { sequence, frame, sent, after_whole, seen: false });
-            // The receiver cuts where it likes, also within the next frame.
+            // The receiver cuts anywhere, also within the next frame.
             let kept = if rng.random_bool(0.3) { rng.random_range(0..=on_wire.len()) } else { 0 };
             let cut = on_wire.len() - kept;
             receiver.take(&on_wire[..cut], &mut rng);
@@ -157,7 +156,7 @@ impl Receiver {
         }
     }
 
-    /// Nothing more can come of the oldest frame.
+    /// Removes the oldest frame, which can no longer be handed out.
     fn settle(&mut self) {
         let Some(oldest) = self.expected.pop_front() else { return };
         let whole = matches!(oldest.sent, Sent::Intact | Sent::Repeated);
@@ -204,7 +203,7 @@ impl Receiver {
     }
 }
 
-/// A frame of any content: few matches most often.
+/// A frame of any content; few matches are the most frequent.
 fn any_frame(rng: &mut ChaCha8Rng, sequence: u32) -> Vec<u8> {
     let most = [4, 16, 64, 512][rng.random_range(0..4)];
     let count = rng.random_range(0..=most);

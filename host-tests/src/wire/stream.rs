@@ -1,4 +1,4 @@
-//! A stream of bytes as the frames and pairs in it.
+//! The frames and pairs in a stream of bytes.
 
 use std::io::{self, BufRead, ErrorKind};
 
@@ -8,7 +8,7 @@ use stereo_selfcal::link::{Counters, Decoder, Event, FrameHeader};
 
 use crate::data::{Match, Meta};
 
-/// The whole frames of a stream, one by one as its bytes come, in the order of their arrival.
+/// The whole frames of a stream, one by one in order of arrival.
 #[derive(Debug)]
 pub struct FrameReader<R> {
     input: R,
@@ -68,15 +68,15 @@ impl<R: BufRead> Iterator for FrameReader<R> {
 }
 
 impl Frame {
-    /// The matches as a pair of a rig, bit-identical to what a calibrator gets from the link.
+    /// The matches as a pair of a rig, bit-identical to the matches that a calibrator gets from the link.
     ///
     /// # Errors
-    /// If the frame is of images of another size.
+    /// If the size of the frame's images differs.
     pub fn pair(&self, rig: &Meta) -> Result<Vec<Match>> {
         let [width, height] = self.header.image_size;
         ensure!(
             [width, height] == [rig.width, rig.height],
-            "frame {} is of images of {width} x {height} px, the rig's have {} x {}",
+            "the images of frame {} have {width} x {height} px, the rig's have {} x {}",
             self.header.sequence,
             rig.width,
             rig.height,
@@ -98,7 +98,7 @@ pub fn counted(c: &Counters) -> String {
         (c.repeats, "repeated"),
         (c.restarts, "restarts of the sender"),
         (c.overruns, "with others dropped before them by the sender"),
-        (c.skipped_bytes, "bytes between frames passed over"),
+        (c.skipped_bytes, "bytes between frames skipped"),
     ];
     let rare = rare.into_iter().filter(|(count, _)| *count > 0);
     rare.fold(format!("{} whole frames", c.good), |text, (n, what)| format!("{text}, {n} {what}"))

@@ -1,7 +1,7 @@
-//! NOR flash that loses power at a chosen word, and rots.
+//! NOR flash that loses power at a chosen word, and loses bits.
 //!
-//! It panics where the store breaks the rules of NOR flash: words written twice, ranges not of whole
-//! words or blocks. An interrupted operation leaves undefined words, as the driver's contract allows.
+//! It panics if the store breaks the rules of NOR flash: words written twice, ranges not of whole words or blocks. An
+//! interrupted operation leaves undefined words, as the driver's contract allows.
 
 use core::cell::Cell;
 use std::rc::Rc;
@@ -12,14 +12,14 @@ use embedded_storage::nor_flash::{
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Why the flash did nothing.
+/// Why an access failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
     /// Power is off.
     NoPower,
     /// The bus does not work.
     Deaf,
-    /// The word was torn, and does not take another one.
+    /// The word was torn, and accepts no further write.
     Torn,
     /// The word was torn, and its ECC does not fit.
     Ecc,
@@ -33,7 +33,7 @@ impl NorFlashError for Fault {
     }
 }
 
-/// What a loss of power leaves of a write.
+/// Effect of a loss of power on a write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tear {
     /// Words up to the cut, then one with some of its bits.
@@ -42,14 +42,14 @@ pub enum Tear {
     Call,
     /// Words up to the cut, then one that reads as erased and is not.
     Hidden,
-    /// As `Word`; and torn words cannot be read.
+    /// As `Word`, but torn words cannot be read.
     Ecc,
 }
 
-/// All of them.
+/// All effects.
 pub const TEARS: [Tear; 4] = [Tear::Word, Tear::Call, Tear::Hidden, Tear::Ecc];
 
-/// What erased words read as.
+/// Content of erased words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Blank {
     /// Ones.
@@ -77,26 +77,26 @@ pub struct Flash<const W: usize, const E: usize> {
     pub power_for: Option<u32>,
     /// Words written and blocks erased.
     pub operations: u32,
-    /// Erasures of each block.
+    /// Number of erasures of each block.
     pub erased: Vec<u32>,
-    /// Block that takes no more words, and whether it reports an error.
+    /// Block that accepts no further word, and whether it reports an error.
     pub worn: Option<(usize, bool)>,
     /// Nothing can be read.
     pub is_deaf: Rc<Cell<bool>>,
     /// One read in so many has a wrong bit.
     pub flaky: Option<u32>,
-    /// A byte that rots after so many reads, and its wrong bits. The store may write onto it unawares.
+    /// A byte that changes after so many reads, and its wrong bits. The store may write onto it without reading it.
     pub rot: Option<(u32, usize, u8)>,
-    /// What a loss of power leaves.
+    /// Effect of a loss of power.
     pub tear: Tear,
-    /// What erased words read as.
+    /// Content of erased words.
     pub blank: Blank,
-    /// Of the tears.
+    /// Random numbers for the torn words.
     pub random: ChaCha8Rng,
 }
 
 impl<const W: usize, const E: usize> Flash<W, E> {
-    /// Never erased.
+    /// A flash that was never erased.
     #[must_use]
     pub fn new(blocks: usize, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -105,7 +105,7 @@ impl<const W: usize, const E: usize> Flash<W, E> {
         Self::of(bytes, seed)
     }
 
-    /// With this content: words of all ones count as erased.
+    /// A flash with this content: words of all ones count as erased.
     #[must_use]
     pub fn of(bytes: Vec<u8>, seed: u64) -> Self {
         let erased = |word: &[u8]| word.iter().all(|byte| *byte == 0xff);
@@ -126,7 +126,7 @@ impl<const W: usize, const E: usize> Flash<W, E> {
         }
     }
 
-    /// Power comes back.
+    /// Restores the power.
     pub fn power_on(&mut self) {
         self.power_for = None;
     }

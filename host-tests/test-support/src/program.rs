@@ -3,14 +3,14 @@
 use std::io::Write;
 use std::process::{Command, Output, Stdio};
 
-/// A call of a program: its arguments, and what it reads.
+/// A call of a program: its arguments and its input.
 #[derive(Debug)]
 pub struct Program {
     command: Command,
     input: Vec<u8>,
 }
 
-/// What a call wrote.
+/// Output of a call.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Ended {
     /// Standard output.
@@ -93,7 +93,8 @@ impl Program {
         let mut child = self.command.spawn().expect("the program does not start");
         let mut stdin = child.stdin.take().expect("standard input is piped");
         let input = std::mem::take(&mut self.input);
-        // Beside the reading of the output: either pipe may fill. A program may end before it has read all.
+        // In a thread beside the reading of the output, because either pipe may fill. A program may end before it has
+        // read all input.
         let writer = std::thread::spawn(move || drop(stdin.write_all(&input)));
         let output = child.wait_with_output().expect("the program does not end");
         writer.join().expect("the writer panicked");

@@ -14,7 +14,7 @@ const IDLE: u8 = 0xff;
 /// Most bytes in a read of the UART.
 const UART_BYTES: usize = 100;
 
-/// Accesses that are remembered.
+/// Number of remembered accesses.
 const REMEMBERED: usize = 32;
 
 /// State of the data-ready line.
@@ -23,9 +23,9 @@ pub enum DataReady {
     /// High while bytes wait.
     #[default]
     Works,
-    /// High though nothing waits.
+    /// High although no byte waits.
     StuckHigh,
-    /// Low whatever waits.
+    /// Low although bytes may wait.
     StuckLow,
     /// Reading the pin fails.
     Unreadable,
@@ -51,12 +51,12 @@ struct State {
     accesses: VecDeque<Access>,
     /// Number of reads before the one that fails.
     good_reads: Option<usize>,
-    /// Whether a read beyond the bytes that wait is a fault of the driver.
+    /// Whether a read beyond the waiting bytes is a fault of the driver.
     exact: bool,
 }
 
 impl Wire {
-    /// A wire that panics where the driver reads more than was sent.
+    /// A wire that panics if the driver reads more than was sent.
     #[must_use]
     pub fn exact() -> Self {
         Self(Rc::new(RefCell::new(State { exact: true, ..State::default() })))
@@ -116,7 +116,7 @@ impl spi::ErrorType for Wire {
     type Error = spi::ErrorKind;
 }
 
-/// It panics where the driver does anything but one read a transaction.
+/// It panics if the driver does anything but one read in a transaction.
 impl SpiDevice for Wire {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), spi::ErrorKind> {
         let [Operation::Read(buffer)] = operations else { panic!("not one read: {operations:?}") };

@@ -1,4 +1,4 @@
-//! Runs as a vehicle makes them, with the lens compensated: a wrong focal length is found, a right one is left alone.
+//! Runs as on a vehicle, with the lens compensated: a wrong focal length is corrected, a right one stays.
 
 use host_tests::data::in_f64;
 use host_tests::stats::quantile;
@@ -15,7 +15,7 @@ const SEEDS: std::ops::Range<u64> = 50_000..50_008;
 /// Largest error in deviations of a locked estimate.
 const MOST_SD: f64 = 5.0;
 
-/// What is known after one pair.
+/// Knowledge after one pair.
 struct After {
     outcome: Outcome<f32>,
     proposal: Option<Proposal<f32>>,
@@ -47,7 +47,7 @@ fn drive(scenario: &Scenario, tracking: LensTracking, seed: u64) -> Vec<After> {
         }
         let outcome = calibrator.solve_pair();
         let armed = calibrator.health().is_ok_and(|health| health.arming == Arming::Yes);
-        // What is not locked yet is not applied.
+        // An estimate that is not locked is not applied.
         let _ = calibrator.apply();
         let proposal = calibrator.proposal();
         let error =
@@ -99,7 +99,7 @@ fn a_right_camera_longer_by_a_thousandth_is_found_and_leaves_little_error() {
 }
 
 #[test]
-fn a_right_lens_is_never_corrected_and_every_bit_is_that_of_report() {
+fn a_right_lens_is_never_corrected_and_every_bit_equals_report() {
     let scenario = scenario(LensErrors::default());
     for seed in SEEDS {
         let compensating = drive(&scenario, LensTracking::Compensate, seed);

@@ -8,7 +8,7 @@ fn set(name: &str) -> Dataset {
     Dataset::load(&Dataset::shipped().join(name)).unwrap()
 }
 
-/// Estimate over pairs of a set, and the verdict after the last one; nothing is applied.
+/// Estimate over pairs of a set, and the verdict after the last one, without applying.
 fn over<'a>(
     set: &Dataset,
     pairs: impl Iterator<Item = &'a Vec<Match>>,
@@ -30,14 +30,14 @@ fn of_every_second(set: &Dataset, first: usize) -> Extrinsics<f64> {
 
 #[test]
 fn deviations_are_those_that_two_halves_of_the_pairs_show() {
-    // Of two halves of n pairs, each of the variance 2 v, the difference has 4 v.
+    // Each half of n pairs has the variance 2 v, so their difference has 4 v.
     let set = set("oak_sift");
     let [even, odd] = [0, 1].map(|first| of_every_second(&set, first));
     let shown = Deviation::between(&even, &odd).translation / 2.0;
     let (proposal, _) = over(&set, set.pairs.iter());
     let reported = f64::from(proposal.sd.translation);
     assert!(reported < 2.0 * shown && reported > shown / 2.0, "{reported} {shown}");
-    // The truth is further off, by an error of the lens.
+    // The truth differs further, by an error of the lens.
     let error = Deviation::between(&proposal.extrinsics, &set.truth().unwrap()).translation;
     assert!(error < 2.5 * proposal.sd_lens.translation, "{error} {:?}", proposal.sd_lens);
 }

@@ -1,5 +1,5 @@
-//! Recorded matches with lens models that are wrong on purpose: the reported deviations cover the error, and a
-//! compensated lens leaves little of it.
+//! Recorded matches with falsified lens models: the reported deviations cover the error, and compensation removes most
+//! of it.
 
 use host_tests::data::Dataset;
 use host_tests::run::{Apply, Estimate, RunLog, replay_within};
@@ -11,10 +11,10 @@ const SETS: [&str; 2] = ["opencv_chess_corners", "opencv_chess_sift"];
 /// Largest error in deviations with the lens uncertain.
 const MOST_SD: f64 = 2.5;
 
-/// Part of a falsification of 0.01 that may be found too much or too little.
+/// Largest relative error of a found falsification of 0.01.
 const MOST_OFF: f64 = 0.15;
 
-/// The same of a smaller one, of which the reported deviation is a fifth to a third.
+/// The same for a smaller falsification, whose reported deviation is a fifth to a third of it.
 const MOST_OFF_SMALL: f64 = 0.25;
 
 /// A falsification of the right camera: relative focal length, `k1`, principal column and row, px.
@@ -53,7 +53,7 @@ fn end(log: &RunLog) -> (Estimate, Deviation<f64>) {
     (last.estimate.unwrap(), last.running.unwrap())
 }
 
-/// Nothing is armed beyond five deviations, and the error at the end is within its deviations.
+/// No estimate arms beyond five deviations, and the error at the end is within its deviations.
 fn assert_covered(log: &RunLog, case: &str) {
     for step in log.steps() {
         let (Some(estimate), Some(error)) = (step.estimate, step.running) else { continue };
@@ -94,8 +94,8 @@ fn a_compensated_lens_is_covered_too_and_an_uncompensated_one_runs_as_reported()
     }
 }
 
-/// Every wrong focal length is corrected. Of `k1` only `opencv_chess_sift` at -0.01 is: elsewhere the deviation of `t`
-/// would not be halved.
+/// Every wrong focal length is corrected. A wrong `k1` is corrected only for `opencv_chess_sift` at -0.01: elsewhere
+/// the correction would not halve the deviation of `t`.
 #[test]
 fn a_compensated_lens_is_found_and_leaves_the_error_of_the_right_one() {
     for name in SETS {
@@ -112,7 +112,7 @@ fn a_compensated_lens_is_found_and_leaves_the_error_of_the_right_one() {
             let most = of_right.translation + 2.0 * right.sd_lens.translation;
             assert!(error.translation <= most, "{case}: {error:?}");
             let (found, true_ratio) = (estimate.correction, 1.0 / (1.0 + focal) - 1.0);
-            // SIFT matches show it late: where three pairs are left, they neither lock nor find it to 15 %.
+            // SIFT matches show it late: sets with three pairs left neither lock nor find it to 15 %.
             if estimate.state != State::Locked {
                 assert_eq!(name, SETS[1], "{case}");
                 continue;

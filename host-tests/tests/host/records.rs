@@ -1,5 +1,5 @@
-//! A restart in the middle of a run: how soon the estimate is locked and armed again, and how good it is against a run
-//! without one. In a campaign 200 runs of each scene.
+//! A restart in the middle of a run: the time until the estimate is locked and armed again, and its error against a run
+//! without a restart. A campaign makes 200 runs of each scene.
 
 use clap::ValueEnum;
 use host_tests::data::Match;
@@ -16,12 +16,12 @@ const FIRST_SEED: u64 = 60_000;
 const BEFORE: usize = 60;
 const AFTER: usize = 10;
 
-/// Pairs after the restart at which estimates are compared, and the largest ratio of their errors: of a campaign, and of the
-/// few runs of a test.
+/// Pairs after the restart at which estimates are compared, and the largest ratio of their errors: for a campaign, and
+/// for the few runs of a test.
 const BOUNDS: [(usize, [f64; 2]); 3] = [(1, [1.05, 1.05]), (3, [1.02, 1.05]), (10, [1.01, 1.05])];
 
-/// Larger bounds of the scenes of which a restart loses something: few matches near enough to fix `t`, and the samples of
-/// the vibration in flight.
+/// Larger bounds for scenes in which a restart loses information: few matches near enough to fix `t`, and the samples
+/// of the vibration in flight.
 fn allowance(kind: ScenarioKind) -> f64 {
     match kind {
         ScenarioKind::Sky => 0.03,
@@ -30,8 +30,8 @@ fn allowance(kind: ScenarioKind) -> f64 {
     }
 }
 
-/// A restart forgets that a scene is the one before, and how the rig drifts. The error of a drifting rig is then larger. Over
-/// a few runs, the errors of a scene at rest differ by chance.
+/// A restart forgets whether a scene repeats the previous one, and how the rig drifts. The error of a drifting rig is
+/// then larger. Over a few runs, the errors of a scene at rest differ by chance.
 fn is_compared(kind: ScenarioKind) -> bool {
     use ScenarioKind::{Creeping, Drift, Flight, Parked, ParkedLandmarks};
     let is_at_rest = matches!(kind, Parked | ParkedLandmarks | Creeping | Flight);
@@ -40,7 +40,7 @@ fn is_compared(kind: ScenarioKind) -> bool {
 
 type Rig = Box<Calibrator<f32, 512>>;
 
-/// Takes a pair; whether the calibrator is locked and armed.
+/// Takes a pair; returns whether the calibrator is locked, and armed.
 fn take(calibrator: &mut Rig, pair: &ScenarioPair) -> [bool; 2] {
     // A pixel beyond the range of the lens is refused.
     let _ = calibrator.take_pair(pair.pair.matches.iter().map(Match::correspondence));
@@ -62,7 +62,7 @@ fn error(calibrator: &Rig, truth: &Extrinsics<f64>) -> Option<[f64; 2]> {
 
 /// One run, with a restart and without.
 struct Run {
-    /// Pairs after the restart until locked, and until armed; of the run without a restart until armed.
+    /// Pairs after the restart until locked, and until armed; and until armed without a restart.
     until: [usize; 3],
     /// Squared errors at the pairs of [`BOUNDS`], without a restart and with one.
     squared: [[[f64; 2]; 2]; 3],
@@ -76,7 +76,7 @@ fn run(kind: ScenarioKind, config: Config, seed: u64) -> Option<Run> {
     let mut unbroken = new();
     let mut pairs = scenario.frames(seed).unwrap();
     let before = pairs.by_ref().take(BEFORE).map(|pair| take(&mut unbroken, &pair)).last()?;
-    // A run that has found nothing has nothing to restore.
+    // A run without an estimate has no state to restore.
     if !before[0] {
         return None;
     }

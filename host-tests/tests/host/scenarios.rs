@@ -1,4 +1,4 @@
-//! Properties of the scenarios; a rig that moves is compared with the truth of each pair.
+//! Properties of the scenarios; the truth of each pair is the reference of a moving rig.
 
 use clap::ValueEnum;
 use host_tests::data::{Dataset, TurnedView};
@@ -238,7 +238,7 @@ fn off_epipolar(frame: &ScenarioPair, scene: &Scene) -> f64 {
 }
 
 #[test]
-fn pixels_are_those_of_the_true_lenses_and_a_data_set_has_the_nominal_ones() {
+fn pixels_come_from_the_true_lenses_and_a_data_set_has_the_nominal_ones() {
     let nominal = Scenario::new(ScenarioKind::Near, 2);
     let mut given = nominal.clone();
     let errors = "f_l=0.3%,cy_r=2,k1_l=0.01,k2_r=0.01,p1_r=0.001,p2_l=-0.001";
@@ -296,7 +296,7 @@ fn pairs_and_estimate_are_compared_with_the_truth_of_their_time() {
     assert!(single.iter().all(|&e| e < 1e-4), "{single:?}");
     assert!(running[..3].iter().all(|&e| e < 1e-4) && running[3] > 0.01, "{running:?}");
     assert_eq!(last.to_bits(), running[5].to_bits());
-    // Against the last truth alone, the pairs before the step are wrong by its degrees.
+    // Against the last truth alone, the pairs before the step are wrong by its angle.
     let ([single, _], _) = errors(&Dataset { rigs: Vec::new(), ..set });
     assert!((single[0] - 2_f64.to_radians()).abs() < 1e-4 && single[5] < 1e-4, "{single:?}");
 }
@@ -308,7 +308,7 @@ fn a_turned_view_turns_the_truth_of_each_pair() {
 }
 
 #[test]
-fn what_a_moving_scenario_saves_loads_back_with_the_rig_of_each_pair() {
+fn a_saved_moving_scenario_loads_back_with_the_rig_of_each_pair() {
     for (kind, rigs) in [(ScenarioKind::Step, 4), (ScenarioKind::Drift, 4), (ScenarioKind::Near, 0)]
     {
         let set = Scenario::new(kind, 4).dataset(1).unwrap();

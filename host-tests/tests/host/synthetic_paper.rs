@@ -1,5 +1,5 @@
-//! Figure 3: on generated scenes without outliers the paper preset is at the Cramer-Rao bound, and
-//! its fusion is compared with the joint fit of all correspondences.
+//! Figure 3: on generated scenes without outliers the paper preset reaches the Cramer-Rao bound, and its fusion is
+//! compared with the joint fit of all correspondences.
 
 use host_tests::bounds;
 use host_tests::data::{Rays, in_f64};
@@ -88,7 +88,7 @@ fn paper_preset_is_at_the_cramer_rao_bound_and_its_fusion_at_the_joint_fit() {
     let [sigma_t, sigma_theta, e_t, e_theta] = efficiency::<f32>();
     println!("over the bound: sigma_t {sigma_t:.3}, sigma_theta {sigma_theta:.3}");
     println!("over the joint fit: e_t {e_t:.3}, e_theta {e_theta:.3}");
-    // Significantly below 1, the bound would be wrong.
+    // If a ratio is significantly below 1, the bound is wrong.
     assert!((0.97..=1.05).contains(&sigma_t) && (0.97..=1.05).contains(&sigma_theta));
     assert!(e_t <= 1.10 && e_theta <= 1.10);
 }

@@ -46,7 +46,7 @@ fn single_pairs(scene: &Scene, seed: u64) -> Single {
     let [mut errors, mut bounds] = [Vec::new(), Vec::new()];
     let mut chi2 = 0.0;
     for pair in scene.pairs(seed).take(trials().into()) {
-        // Each pair alone.
+        // Each pair is solved alone.
         calibrator.reset();
         push(&mut calibrator, &pair);
         let outcome = calibrator.solve_pair();
@@ -141,7 +141,7 @@ fn a_knock_is_followed_in_three_pairs() {
     let runs = monte_carlo::runs::<f32>(&scenario, config, seeds, || ()).unwrap();
     let in_use =
         |pair: usize| rms_deviation(runs.iter().map(|run| run.pairs[pair].unwrap().in_use));
-    // The step comes with pair 30; a fresh estimate has three pairs with pair 2.
+    // The step is at pair 30; a fresh estimate has three pairs at pair 2.
     let fresh = rms_deviation(runs.iter().map(|run| run.pairs[2].unwrap().error));
     let after = in_use(32);
     println!("in use three pairs after the step: {after:?}, fresh after three {fresh:?}");
@@ -161,7 +161,7 @@ fn nothing_but_outliers_is_refused() {
     let mut calibrator = calibrator(&scene);
     let mut solved = 0;
     for mut pair in scene.pairs(77).take(trials().into()) {
-        // Every left point with the right point of another match.
+        // Each left point gets the right point of another match.
         let mut right: Vec<[f64; 2]> = pair.matches.iter().map(|m| [m.ur, m.vr]).collect();
         right.rotate_left(1);
         for (m, [ur, vr]) in pair.matches.iter_mut().zip(right) {

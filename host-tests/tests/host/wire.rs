@@ -1,5 +1,5 @@
-//! Data sets over the link: after a faulty wire the calibrator is bit-identical to one fed the frames
-//! that survive.
+//! Data sets over the link: after a faulty wire the calibrator is bit-identical to one that gets only the surviving
+//! frames.
 
 use host_tests::data::{Dataset, Match};
 use host_tests::wire::{Faults, FaultyWire, Frame, FrameReader, Sender, Sent, counted, quantised};
@@ -28,7 +28,7 @@ fn memory(controller: &Controller) -> Vec<u8> {
 }
 
 #[test]
-fn the_outcome_over_a_faulty_wire_is_that_of_the_frames_that_survive_bit_for_bit() {
+fn the_outcome_over_a_faulty_wire_matches_the_surviving_frames_bit_for_bit() {
     let set = set("opencv_chess_sift");
     let sender = Sender::of(&set).unwrap();
     let one_in_a_hundred = Faults { damaged: 0.01, dropped: 0.01, ..Faults::NONE };
@@ -104,7 +104,7 @@ fn steps_received(steps: &[f64]) -> Vec<f32> {
 }
 
 #[test]
-fn one_grid_is_told_as_it_is_and_none_as_that_of_the_wire() {
+fn a_grid_is_sent_as_it_is_and_no_grid_as_the_step_of_the_wire() {
     for step in [1.0_f32, 0.5, 0.25, 1.0 / 256.0, 40.0] {
         assert_eq!(steps_received(&[step.into(); 2]), [step; 2]);
     }
@@ -123,5 +123,5 @@ fn every_level_of_a_pyramid_has_its_grid_step_within_2_percent() {
         }
     }
     let error = Sender::new([640, 480], [1.0, 1.37, 29.0, 250.0, 255.0]).unwrap_err();
-    assert!(error.to_string().contains("of no pyramid"), "{error}");
+    assert!(error.to_string().contains("no pyramid has"), "{error}");
 }

@@ -85,7 +85,7 @@ fn at_infinity_all_information_on_the_baseline_is_noise_at_any_pose() {
         for (all, noise) in whole.iter().zip(noise.0) {
             assert!((all - noise).abs() < 0.02 * size, "{step:?} {whole:?} {noise:?}");
         }
-        // No slope towards the pose of the evaluation, which a sum with noise has.
+        // No slope towards the pose of the evaluation, as a sum with noise has.
         let slope = normal.gradient.w.hypot(normal.gradient.a);
         assert!(slope < 0.02 * size * y.hypot(z).max(0.1), "{step:?}: {slope} of {size}");
     }
@@ -132,7 +132,7 @@ fn at_infinity_nothing_is_left_of_the_baseline_and_all_of_the_rotation() {
     let frame = frame();
     let biased = noisy(&frame, 0.0).biased_at_frame();
     let left = biased.debiased();
-    // Marginal information on the baseline: that of noise is 100 matches and more.
+    // Marginal information on the baseline; noise alone would give that of 100 matches and more.
     let marginal = |i: &Information<f64>| i.matrix().try_inverse().map_or(0.0, |c| 1.0 / c.m55);
     assert!(marginal(&biased.normal.information) > 100.0);
     let with_prior = left.with_prior(1.0);

@@ -1,4 +1,4 @@
-//! Each part of the detector alone notices the change that it is for.
+//! Each part of the detector alone detects the change that it is made for.
 
 use super::super::hypothesis::Update;
 use super::super::hypothesis::tests::{context, evaluated_at, fused, truth};
@@ -6,7 +6,7 @@ use super::*;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::pair::evaluate::EvaluatedPose;
 
-/// Adds a pair to both; whether the short and the long window alone reject.
+/// Adds a pair to both; returns whether the short and the long window alone reject.
 fn add(
     hypothesis: &mut Hypothesis<f64>,
     detector: &mut ChangeDetector<f64>,
@@ -67,12 +67,12 @@ fn pairs_that_each_pass_the_gate_sum_up_to_a_change() {
     }
     let pair = evaluated_at(&truth(), 70).measurement;
     let still = Vector5::zeros();
-    // 20 less the 9 left out: 60 are exceeded by the sixth.
+    // Each adds 20 less the 9 left out; the sixth exceeds the limit of 60.
     let changed = [20.0; 6].map(|nis| detector.add(&hypothesis, &pair, nis, &still, &context));
     assert_eq!(changed, [false, false, false, false, false, true]);
     let at_limit = ChangeDetector { cumulative: 60.0, ..ChangeDetector::NEW };
     assert!(!at_limit.has_changed(&hypothesis, &NormalEquations::ZERO, &context));
-    // Below what is left out the sum fades to 0, not beyond.
+    // Values below the part left out reduce the sum to 0, not further.
     for _ in 0..20 {
         detector.add(&hypothesis, &pair, 0.0, &still, &context);
     }
@@ -93,6 +93,6 @@ fn a_window_rejects_beyond_its_limit_times_the_reduced_chi_square() {
     };
     assert_eq!([27.0, 29.0].map(|statistic| changes(statistic, 1.0)), [false, true]);
     assert_eq!([111.0, 113.0].map(|statistic| changes(statistic, 4.0)), [false, true]);
-    // Less than chance is none.
+    // Less than chance does not count as a change.
     assert_eq!([27.0, 29.0].map(|statistic| changes(statistic, 0.5)), [false, true]);
 }

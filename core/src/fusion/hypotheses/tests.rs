@@ -1,4 +1,4 @@
-//! What keeps a challenger from being taken for the rig.
+//! Conditions that keep a challenger from replacing the rig.
 
 use super::super::hypothesis::tests::{context, evaluated, evaluated_at, fused, truth};
 use super::*;
@@ -11,7 +11,7 @@ use std::vec::Vec;
 
 extern crate std;
 
-/// A challenger with three pairs behind it, over a champion, or alone.
+/// A challenger with three pairs, over a champion or alone.
 fn hypotheses(champion: Option<&Hypothesis<f64>>, challenger: &Hypothesis<f64>) -> Hypotheses<f64> {
     let champion = champion
         .map(|hypothesis| Champion { hypothesis: *hypothesis, detector: ChangeDetector::NEW });
@@ -63,7 +63,7 @@ fn a_pair_without_a_clear_peak_supports_no_challenger() {
     let alone = hypotheses(None, &fused(&pairs(0.0, 0..4), 1, &context));
     let mut pair = evaluated::<f64>(9);
     assert!(alone.gate_of_challenger(&pair, &context).is_some());
-    // 9 within 2 units and 6 from 2 to 4 are no peak by chance alone, but hardly more.
+    // With 9 within 2 units and 6 from 2 to 4, the peak is hardly more than chance.
     pair.stats.within = [9.0, 12.0, 15.0];
     assert!(!pair.has_clear_peak() && pair.has_peak());
     assert_eq!(alone.gate_of_challenger(&pair, &context), None);
@@ -85,7 +85,7 @@ fn a_pair_passes_a_gate_only_with_a_peak_and_the_usual_share_of_inliers() {
 }
 
 #[test]
-fn the_change_detector_begins_anew_where_a_rig_begins_to_turn_and_where_it_ceases() {
+fn the_change_detector_restarts_when_turns_begin_and_when_they_cease() {
     let rigid = context::<f64>();
     let turning = rigid.vibrating(BlockVariances { rotation: 4e-6, baseline: 4e-6 });
     let hypothesis = fused(&pairs(0.0, 0..20), 1, &rigid);

@@ -1,4 +1,4 @@
-//! What a hypothesis says with something else given: of `R` with a baseline, of the lens.
+//! Conditional estimates of a hypothesis: of `R` with a given baseline, and of the lens.
 
 use nalgebra::Vector5;
 
@@ -13,7 +13,7 @@ use crate::scalar::Scalar;
 use crate::thresholds::OPTIMUM_STEPS;
 
 impl<T: Scalar> Hypothesis<T> {
-    /// Fills the normal equations of the lens at the pose, of a rig at rest, and returns those of the extrinsics.
+    /// Fills the normal equations of the lens at the pose, for a rig at rest, and returns those of the extrinsics.
     #[inline(never)]
     pub(in crate::fusion) fn fill_lens(&self, mut terms: LensTerms<'_, T>) -> BiasedEquations<T> {
         let mut sums = Moments::ZERO;
@@ -28,9 +28,9 @@ impl<T: Scalar> Hypothesis<T> {
         biased
     }
 
-    /// Optimum of `R` for the baseline in use, where the estimated one is doubtful. `None` where there is none, or where
-    /// it fits clearly worse than what is in use, or may not be in use: the descent has left the range of its
-    /// linearisation.
+    /// Optimum of `R` for the baseline in use, if the estimated baseline is doubtful. `None` if there is no optimum, if
+    /// it fits clearly worse than the extrinsics in use, or if it may not be applied because the descent has left the
+    /// range of its linearisation.
     #[inline(never)]
     pub(crate) fn with_baseline_of(
         &self,
@@ -44,7 +44,7 @@ impl<T: Scalar> Hypothesis<T> {
         (!is_worse && context.allows_in_use(&held)).then_some(held)
     }
 
-    /// That optimum. Out of line: its sums are gone before those of the comparison.
+    /// The optimum of `R` for a baseline. Out of line: its sums are gone before those of the comparison.
     #[inline(never)]
     fn descend_with_baseline_of(
         &self,

@@ -8,7 +8,7 @@ use crate::thresholds::{MAX_NIS, MIN_INLIER_RATIO, VIBRATION_RAD};
 
 impl<T: Scalar> Hypothesis<T> {
     /// NIS of a pair: squared distance of its optimum from the estimate, over both covariances and vibration. Without
-    /// vibration chi-square of 5 degrees of freedom.
+    /// vibration it is chi-square of 5 degrees of freedom.
     #[inline(never)]
     pub(in crate::fusion) fn innovation(
         &self,
@@ -23,9 +23,10 @@ impl<T: Scalar> Hypothesis<T> {
         both.inverse_form(&step)
     }
 
-    /// Gates a pair that was tracked from here: its NIS over the reduced chi-square, `None` outside the gate.
+    /// Gates a pair that was tracked from this hypothesis: returns its NIS over the reduced chi-square, `None` outside
+    /// the gate.
     ///
-    /// * `usual`: share of inliers; `slack`: factor of the gate.
+    /// * `usual`: usual share of inliers; `slack`: factor of the gate.
     pub(in crate::fusion) fn gate(
         &self,
         evaluated: &EvaluatedPose<T>,
@@ -41,7 +42,8 @@ impl<T: Scalar> Hypothesis<T> {
         (nis < T::lit(MAX_NIS) * slack).then_some(nis)
     }
 
-    /// Whether this is another rig by more than chance: squared distance over both covariances above [`MAX_NIS`].
+    /// Whether this hypothesis differs from another one by more than chance: squared distance over both covariances
+    /// above [`MAX_NIS`].
     pub(in crate::fusion) fn departs_from(&self, other: &Self, context: &Context<'_, T>) -> bool {
         let covariances = self.covariance(context).zip(other.covariance(context));
         let apart = self.pose.unknowns_to(&other.pose);

@@ -1,4 +1,4 @@
-//! A hypothesis of a rig that vibrates: pairs weigh by what they say of the mean rig.
+//! A hypothesis of a vibrating rig: a pair is weighed by its information on the mean rig.
 
 use nalgebra::Vector5;
 
@@ -14,14 +14,13 @@ use crate::scalar::Scalar;
 use crate::thresholds::{FORGOTTEN_PAIRS, FREEDOM_RAD};
 
 impl<T: Scalar> Hypothesis<T> {
-    /// Whether its pairs weigh as those of a rigid rig.
+    /// Whether its pairs are weighed as for a rigid rig.
     pub(in crate::fusion) fn is_rigid(&self) -> bool {
         !self.marginal.is_used()
     }
 
-    /// Variances of a pair about the estimate, zero of a rigid rig. Once pairs weigh by them it stays so: sums of both
-    /// kinds do not mix.
-    // Out of line: 4 inlined copies took 0.6 kB at opt-level "s".
+    /// Variances of a pair about the estimate, zero for a rigid rig. Once they are not zero they stay so, because sums
+    /// with and without them do not mix.
     #[inline(never)]
     pub(in crate::fusion) fn vibration(&self, context: &Context<'_, T>) -> BlockVariances<T> {
         if self.is_rigid() && context.vibration.is_zero() {
@@ -31,11 +30,11 @@ impl<T: Scalar> Hypothesis<T> {
         }
     }
 
-    /// Begins to settle pairs as of a rig at rest at the frame of the sums, or ends it. Either way the frame becomes the
-    /// estimate: sums at rest have their optimum at the frame, those of pairs as they came at the estimate. Few pairs
-    /// before have the vibration in them and are forgotten.
+    /// Starts or ends settling pairs as if the rig rested at the frame of the sums. Either way the frame becomes the
+    /// estimate: sums at rest have their optimum at the frame, other sums at the estimate. If there were only a few
+    /// pairs, they include the vibration and are dropped.
     ///
-    /// * `variances`: of the vibration; `next`: moments of a pair in the frame of the sums.
+    /// * `variances`: variances of the vibration; `next`: moments of a pair in the frame of the sums.
     #[inline(never)]
     pub(super) fn begin_or_end_settling_at_rest(
         &mut self,
@@ -52,7 +51,7 @@ impl<T: Scalar> Hypothesis<T> {
 
     /// Adds the last pair to the settled ones.
     ///
-    /// * `variances`: of the vibration; zero: the rig is rigid.
+    /// * `variances`: variances of the vibration; zero for a rigid rig.
     #[inline(never)]
     pub(super) fn settle_last(&mut self, variances: &BlockVariances<T>) {
         if let Some(own) = self.shaken_pose(variances) {
@@ -64,7 +63,7 @@ impl<T: Scalar> Hypothesis<T> {
         }
     }
 
-    /// Sets sums to those of all pairs as of a rig at rest. In place: returned, they would take twice the stack.
+    /// Sets sums to those of all pairs as if the rig rested, in place: returning them would take twice the stack.
     #[inline(never)]
     pub(super) fn sum_at_rest(&self, sums: &mut Moments<T>) {
         *sums = self.last;
@@ -74,7 +73,7 @@ impl<T: Scalar> Hypothesis<T> {
         sums.add(&self.settled);
     }
 
-    /// A pose as one of the rig that the sums show at rest.
+    /// Maps a pose to the rig at rest that the sums describe.
     pub(super) fn pose_at_rest(
         &self,
         pose: &RectifyingRotations<T>,
@@ -87,24 +86,24 @@ impl<T: Scalar> Hypothesis<T> {
             .stepped_by(&self.pose.unknowns_to(pose))
     }
 
-    /// Whether a vibration is known, and whether by turns.
+    /// Whether a vibration is known, and whether turns of the cameras explain it.
     pub(in crate::fusion) fn vibration_known(&self) -> (bool, bool) {
         (!self.is_rigid(), self.settles_at_rest())
     }
 
-    /// Whether pairs are settled as of a rig at rest at the frame of the sums.
+    /// Whether pairs are settled as if the rig rested at the frame of the sums.
     pub(super) fn settles_at_rest(&self) -> bool {
         self.marginal.variances.of_turns() > T::ZERO
     }
 
-    /// Extrinsics of the last pair, where turns of the cameras put them off the estimate. In their rectified frame the
-    /// pair is one of a rig that rests at the frame of the sums: what turned the cameras is not in its residuals.
+    /// Extrinsics of the last pair, if turns of the cameras moved them off the estimate. In their rectified frame the
+    /// pair equals one of a rig at rest at the frame of the sums, because the turns do not affect its residuals.
     fn shaken_pose(&self, variances: &BlockVariances<T>) -> Option<RectifyingRotations<T>> {
         let turns = BlockVariances { rotation: variances.of_turns(), baseline: T::ZERO };
         if turns.is_zero() { None } else { self.displaced_optimum(&self.last, &turns) }
     }
 
-    /// Where sums have their optimum, off the estimate by a random effect.
+    /// Optimum of sums whose rig is off the estimate by a random effect.
     #[inline(never)]
     fn displaced_optimum(
         &self,
@@ -143,13 +142,13 @@ impl<T: Scalar> Hypothesis<T> {
         joint.gradient -= self.pose.unknowns_to(&context.factory_pose) * context.prior;
         let step = joint.step()?;
         optimum.pose = self.pose.stepped_by(&step)?;
-        // The sums move in a straight line: a turn far from it would leave their optimum elsewhere.
+        // The sums move in a straight line: for a turn far from that line their optimum would be wrong.
         let off = step - self.pose.unknowns_to(&optimum.pose);
         let squared = off.dot(&optimum.information.times(&off));
         (squared <= T::HALF * T::lit(MAX_INCONSISTENCY)).then_some(())
     }
 
-    /// Applies the rest of such an update.
+    /// Applies the remaining parts of a marginal update.
     ///
     /// * `moved`: step of the pose, rad.
     #[inline(never)]
@@ -162,12 +161,12 @@ impl<T: Scalar> Hypothesis<T> {
         context: &Context<'_, T>,
     ) {
         if self.is_rigid() {
-            // It was the vibration that they showed. Without one of `R` it may be a bias of the matches, which the
-            // reduced chi-square covers in all directions.
+            // The earlier scatter was vibration, so the reduced chi-square restarts at 1. Without vibration of `R` it
+            // may be a bias of the matches, which the reduced chi-square covers in all directions.
             if context.vibration.rotation > T::ZERO {
                 self.reduced_chi_square = T::ONE;
             }
-            // Halves that disagreed already have another reason.
+            // If the halves disagreed already, their disagreement has another cause and is kept.
             if self.halves.agree() {
                 self.halves = ImageHalves::NONE;
             }

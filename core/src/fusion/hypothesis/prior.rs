@@ -1,4 +1,4 @@
-//! A hypothesis as a prior, and a hypothesis that begins with one.
+//! A hypothesis as a prior, and a hypothesis that starts from a prior.
 
 use super::Hypothesis;
 use crate::algebra::disparity_noise::BiasedEquations;
@@ -11,7 +11,7 @@ use crate::fusion::prior::Prior;
 use crate::scalar::Scalar;
 
 impl<T: Scalar> Hypothesis<T> {
-    /// The estimate without its pairs; `None` where it does not exist.
+    /// The estimate without its pairs; `None` if there is no estimate.
     #[inline(never)]
     pub(in crate::fusion) fn as_prior(&self, context: &Context<'_, T>) -> Option<Prior<T>> {
         let mut prior = self.of_sums(context)?;
@@ -41,8 +41,9 @@ impl<T: Scalar> Hypothesis<T> {
         })
     }
 
-    /// Equations with the covariance of the estimate, and without noise: those of a rig that vibrates are weighed pair by
-    /// pair, and the covariance of one that drifts, or whose image halves disagree, is wider than its pairs say.
+    /// Equations with the covariance of the estimate, and without noise. The sums alone are not enough: a vibrating rig
+    /// weighs each pair, and the covariance of a drifting rig, or with disagreeing image halves, is wider than that of
+    /// its pairs.
     #[inline(never)]
     fn of_covariance(&self, context: &Context<'_, T>) -> Option<BiasedEquations<T>> {
         let mut information = self.covariance(context)?.inverse()?;
@@ -52,12 +53,12 @@ impl<T: Scalar> Hypothesis<T> {
         Some(BiasedEquations { normal, ..BiasedEquations::ZERO })
     }
 
-    /// Begins an empty hypothesis with a prior.
+    /// Starts an empty hypothesis with a prior.
     #[inline(never)]
     pub(in crate::fusion) fn resume(&mut self, prior: &Prior<T>, context: &Context<'_, T>) {
         let normal = prior.equations.debiased();
         (self.pose, self.frame, self.information) = (prior.pose, prior.pose, normal.information);
-        // Row offsets scatter by the noise of both views, and `H` of pitch is the sum of the weights.
+        // Row offsets scatter by the noise of both views, and the pitch element of `H` is the sum of the weights.
         let deviation = prior.noise / context.focal;
         let [weights, ..] = prior.equations.normal.information.0.diagonal();
         let squares = weights * deviation * deviation * T::lit(2.0);
@@ -116,7 +117,8 @@ mod tests {
     fn a_prior_has_the_pose_the_covariance_and_the_response_to_the_lens_of_its_pairs() {
         let rigid = context::<f64>();
         let turns = BlockVariances { rotation: 4e-6, baseline: 4e-6 };
-        // The equations of a rig that vibrates are kept without the noise of disparities, which the response has in it.
+        // The record keeps the equations of a vibrating rig without the noise of disparities, which the response
+        // includes.
         for (context, most) in [(rigid, 1e-3), (rigid.vibrating(turns), 0.15)] {
             let pairs: std::vec::Vec<_> = (0..12).map(evaluated).collect();
             let before = fused(&pairs, 2, &context);

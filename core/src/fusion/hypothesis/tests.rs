@@ -1,4 +1,4 @@
-//! Estimates over many pairs against their definitions and against chance.
+//! Estimates over many pairs, compared with their definitions and with chance.
 
 extern crate std;
 
@@ -97,12 +97,12 @@ fn gap<T: Scalar>(hypothesis: &Hypothesis<T>, to: &RectifyingRotations<f64>) -> 
 }
 
 impl<T: Scalar> Hypothesis<T> {
-    /// Has just followed a drift by so many rad.
+    /// The hypothesis after it has just followed a drift by so many rad.
     pub(in crate::fusion) fn drifting(self, drift: Vector5<T>) -> Self {
         Self { drift, ..self }
     }
 
-    /// Of pairs that scatter by more than they report.
+    /// The hypothesis of pairs that scatter by more than they report.
     pub(in crate::fusion) fn scattered(self, reduced_chi_square: T) -> Self {
         Self { reduced_chi_square, ..self }
     }
@@ -120,7 +120,7 @@ fn a_drift_that_was_followed_widens_the_deviation_and_fades() {
     for pair in &pairs[10..] {
         add(&mut hypothesis, pair, false, &context);
     }
-    // 0.9^20 of it is left.
+    // 0.9^20 of the drift remains.
     let after = hypothesis.deviations(&context).unwrap().rotation;
     assert!((0.9..2.0).contains(&(after / still)), "{after} {still}");
 }
@@ -162,7 +162,7 @@ fn another_rig_departs_further_off_where_pairs_scatter_by_more_than_they_report(
     let context = context::<f64>();
     let pairs: Vec<EvaluatedPose<f64>> = (0..10).map(evaluated).collect();
     let estimate = fused(&pairs, 1, &context);
-    // The first turn, in steps of a twentieth, from which a rig departs.
+    // The first turn, in steps of a twentieth, at which a rig departs.
     let first = |reduced_chi_square| {
         let estimate = estimate.scattered(reduced_chi_square);
         let departs = |angle: f64| {
@@ -211,7 +211,7 @@ fn a_hundred_thousand_pairs_in_f32_are_those_in_f64_and_report_the_deviation_of_
     let sd = |hypothesis: &Hypothesis<f32>| {
         hypothesis.information.standard_deviations().unwrap().translation
     };
-    // Halves fade as the whole does.
+    // The halves fade like the whole.
     let [all, left, top] = long.halves.pitch();
     let whole = long.information.matrix().m11;
     assert!((all / whole - 1.0).abs() < 0.05, "{all} {whole}");
@@ -237,7 +237,7 @@ fn the_optimum_is_where_the_slope_of_sums_and_prior_vanishes() {
 }
 
 #[test]
-fn nis_and_reduced_chi_square_of_pairs_that_tell_the_truth_are_those_of_chance() {
+fn nis_and_reduced_chi_square_of_consistent_pairs_match_chance() {
     let context = context::<f64>();
     let pairs: Vec<EvaluatedPose<f64>> = (0..400).map(evaluated).collect();
     let (known, fresh) = pairs.split_at(100);
@@ -251,7 +251,7 @@ fn nis_and_reduced_chi_square_of_pairs_that_tell_the_truth_are_those_of_chance()
         plain += both.inverse_form(&step).unwrap() / 300.0;
         let squared = hypothesis.innovation(measurement, &context).unwrap();
         nis += squared / 300.0;
-        // The 95th of a hundred.
+        // The 95th percentile.
         beyond += f64::from(squared > 11.07) / 300.0;
     }
     // Five degrees of freedom and uniform noise; the allowance for vibration lowers the NIS.
@@ -281,8 +281,8 @@ fn badly_determined(seed: u64) -> Option<(EvaluatedPose<f64>, Extrinsics<f64>)> 
     Some((evaluated, in_use))
 }
 
-/// Of `R` fitted to the baseline in use: whether it is better than what is in use over sums and prior, whether it is not
-/// clearly worse over the sums alone, and whether it may be in use. `None` where there is no fit.
+/// For `R` fitted to the baseline in use: whether it is better than the extrinsics in use over sums and prior; whether
+/// it is not clearly worse over the sums alone; and whether it may be applied. `None` without a fit.
 fn fit_to_baseline_in_use(seed: u64) -> Option<[bool; 3]> {
     let (evaluated, in_use) = badly_determined(seed)?;
     let context = context::<f64>();
@@ -304,7 +304,7 @@ fn fit_to_baseline_in_use(seed: u64) -> Option<[bool; 3]> {
 
 #[test]
 fn rotation_with_the_baseline_in_use_has_the_prior_and_is_left_where_the_descent_fails() {
-    // At 4641 and 8013 it ends clearly worse than what is in use, at 929 and 931 beyond the limit.
+    // At 4641 and 8013 the fit is clearly worse than the extrinsics in use; at 929 and 931 it is beyond the limit.
     let found: Vec<_> = (4400..4800).chain([929, 931, 8013]).map(fit_to_baseline_in_use).collect();
     let fits: Vec<_> = found.into_iter().flatten().collect();
     let better = fits.iter().filter(|[better, ..]| *better).count();
@@ -318,7 +318,7 @@ fn sums_have_their_optimum_at_the_estimate_while_cameras_turn_and_after() {
     let both = 4e-6;
     let turning = rigid.vibrating(BlockVariances { rotation: both, baseline: both });
     let mut rng = ChaCha8Rng::seed_from_u64(8);
-    // Begun 0.2 degrees off the mean, from which the estimate then moves away.
+    // It starts 0.2 degrees off the mean, and the estimate then moves away.
     let mut hypothesis = fused(&[at(4e-3, 0)], 1, &turning);
     let (mut farthest, mut last_turning) = ([0.0_f64; 2], 0.0);
     for seed in 1..80 {
@@ -335,17 +335,17 @@ fn sums_have_their_optimum_at_the_estimate_while_cameras_turn_and_after() {
             *far = far.max(optimum_of_sums_off_estimate(&hypothesis));
         }
     }
-    // The estimate gets better once they cease; what was settled before stays where it was then.
+    // The estimate improves once the turns cease; the pairs settled before keep their old places.
     let [turning, after] = farthest;
     assert!(turning < 1e-6 && after < 2.0 * last_turning, "{farthest:?} {last_turning}");
 }
 
-/// Pair of a rig turned by so many rad about `x`.
+/// A pair of a rig turned by so many rad about `x`.
 pub(super) fn at(turned: f64, seed: u64) -> EvaluatedPose<f64> {
     evaluated_at(&truth().stepped_by(&Vector5::ith(0, turned)).unwrap(), seed)
 }
 
-/// Turn about `x` from the estimate to the optimum of the sums as of a rig at rest, rad.
+/// Turn about `x` from the estimate to the optimum of the sums as if the rig rested, rad.
 fn optimum_of_sums_off_estimate(hypothesis: &Hypothesis<f64>) -> f64 {
     let mut sums = Moments::ZERO;
     hypothesis.sum_at_rest(&mut sums);

@@ -1,4 +1,4 @@
-//! The variances against those that the pairs were made with.
+//! The variances, compared with those that made the pairs.
 
 extern crate std;
 
@@ -18,7 +18,8 @@ fn normal(rng: &mut ChaCha8Rng) -> f64 {
 /// Deviations of one pair, rad.
 const PAIR_SD: [f64; 5] = [1e-4, 4e-4, 1e-4, 1e-3, 5e-4];
 
-/// Feeds optima of a rig that follows `path` and vibrates by `sd` of rotation and baseline; variances after each.
+/// Feeds optima of a rig that follows `path` and vibrates by `sd` of rotation and baseline; returns the variances after
+/// each.
 fn followed(
     pairs: u32,
     [rotation, baseline]: [f64; 2],
@@ -69,7 +70,7 @@ fn a_rigid_rig_a_drift_and_a_knock_are_no_vibration() {
             *told += all.iter().filter(|variances| !variances.is_zero()).count();
         }
     }
-    // Of 2,400 pairs each.
+    // Each has 2,400 pairs.
     assert!(told.iter().all(|told| *told <= 12), "{told:?}");
 }
 

@@ -1,4 +1,4 @@
-//! Putting estimates into use: when it is refused, and how it is taken back.
+//! Applying estimates: when it is refused, and how it is undone.
 
 use crate::api::disturbed::garbage;
 use crate::api::presets::{calibrated, robust};
@@ -64,7 +64,7 @@ fn undo_goes_back_one_change_once_and_keeps_the_estimate() {
     let mut calibrator = locked();
     assert_eq!(calibrator.undo(), Err(ApplyError::NothingToUndo));
     let first = calibrator.apply().unwrap();
-    // The same again is no change.
+    // Applying the same estimate again changes nothing.
     calibrator.apply().unwrap();
     feed(&mut calibrator, ROTATION, 20..25);
     let second = calibrator.apply().unwrap();
@@ -150,7 +150,7 @@ fn a_reset_returns_to_the_factory_and_forgets_the_rest() {
     assert_eq!((calibrator.state(), calibrator.proposal()), (State::Acquiring, None));
     assert!(calibrator.batch().pairs().is_empty());
     assert_eq!(calibrator.undo(), Err(ApplyError::NothingToUndo));
-    // As new: the same pairs give the same bits.
+    // The calibrator is as new: the same pairs give the same bits.
     let mut fresh = calibrated(factory);
     for calibrator in [&mut calibrator, &mut fresh] {
         feed(calibrator, ROTATION, 40..46);

@@ -1,4 +1,4 @@
-//! Whatever comes in: a typed refusal or a counted skip, and the state as it was, bit for bit.
+//! Bad input leads to a typed refusal or a counted skip, and the state stays as it was, bit for bit.
 
 use crate::api::presets::{calibrator, robust};
 use crate::api::scene::{cameras, correspondences, rig, take};
@@ -12,7 +12,7 @@ use stereo_selfcal::{
 
 type Tested = Calibrator<f32, 256>;
 
-/// Everything that is public of the state, as text: floats in full.
+/// All public parts of the state, as text; floats in full.
 fn state(c: &Tested) -> String {
     format!(
         "{:?} {:?} {:?} {}",
@@ -44,7 +44,7 @@ fn at(left: [f32; 2], right: [f32; 2]) -> Correspondence<f32> {
 }
 
 #[test]
-fn correspondences_that_cannot_be_are_refused_and_change_nothing() {
+fn impossible_correspondences_are_refused_and_change_nothing() {
     let mut calibrator = filled(20);
     let before = state(&calibrator);
     let good = at([900.0, 500.0], [880.0, 500.0]);
@@ -121,10 +121,10 @@ fn points_at_infinity_are_never_fused_by_the_paper_preset_with_or_without_noise(
         c.right = c.left;
     }
     refuses_pair(scene.clone(), Rejection::Unobservable);
-    // The noise of the disparities is all there is of them.
+    // The disparities consist of noise only.
     let mut calibrator = calibrator::<f32>();
     for seed in 0..50 {
-        // A rare draw looks like a baseline far from the factory's.
+        // A rare draw looks like a baseline far from the factory extrinsics.
         let refused = matches!(
             take(&mut calibrator, &noisy_infinity(seed)),
             Err(Rejection::CorrectionLimit | Rejection::Unobservable)
@@ -142,7 +142,7 @@ fn points_at_infinity_alone_lock_the_rotation_and_leave_the_baseline_as_it_was()
         take(&mut calibrator, &noisy_infinity(seed)).unwrap();
         let proposal = calibrator.proposal().unwrap();
         assert!(!proposal.baseline_observed, "{seed}");
-        // The prior alone: 0.1 rad about both axes.
+        // The deviation of the prior alone: 0.1 rad about both axes.
         assert!(proposal.sd.translation > 0.9 * 0.1 * 2.0_f32.sqrt(), "{seed}: {:?}", proposal.sd);
         if calibrator.state() == State::Locked {
             let applied = calibrator.apply().unwrap();
@@ -181,7 +181,7 @@ fn points_at_infinity_tell_a_locked_rig_of_its_rotation_and_nothing_of_its_basel
     assert!(after.baseline_observed);
     let moved = Deviation::between(&after.extrinsics, &before.extrinsics);
     assert!(moved.translation < 0.5 * before.sd.translation, "{moved:?} {:?}", before.sd);
-    // Narrower by what a better `R` tells of `t` in the near pairs, at most.
+    // A better `R` narrows `t` of the near pairs by this factor at most.
     assert!(after.sd.translation > 0.7 * before.sd.translation, "{after:?}");
     assert!(after.sd.rotation < 0.7 * before.sd.rotation, "{after:?}");
 }

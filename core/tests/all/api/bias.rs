@@ -1,4 +1,4 @@
-//! Matches that are wrong alike: rounded to a grid, or shifted in one half of the image.
+//! Matches with a common error: rounded to a grid, or shifted in one half of the image.
 
 use crate::api::presets::{robust, with};
 use crate::api::scene::{cameras, correspondences, rig, take};
@@ -26,7 +26,7 @@ fn rounded(mut matches: Vec<Correspondence<f32>>) -> Vec<Correspondence<f32>> {
 
 #[test]
 fn rows_rounded_to_whole_pixels_leave_the_estimate_unbiased() {
-    // Almost rectified: the row offsets gather at few whole numbers.
+    // Almost rectified: the row offsets gather at a few whole numbers.
     let truth = [0.01, 0.0, 0.01];
     let rectified = RectifyingRotations::from(&rig::<f32>(truth, [0.02, 0.01]));
     let mut calibrator = robust::<f32>();
@@ -40,11 +40,11 @@ fn rows_rounded_to_whole_pixels_leave_the_estimate_unbiased() {
     let covariance = proposal.covariance.unwrap();
     let deviations = off.component_div(&covariance.diagonal().map(f32::sqrt));
     assert!(deviations.amax() < 3.5, "{deviations} {proposal:?}");
-    // 0.25 px of row offset at half a pixel of pitch would be 2e-4 rad.
+    // A row offset of 0.25 px at half a pixel of pitch would give 2e-4 rad.
     assert!(off.x.abs() < 5e-5, "{off}");
 }
 
-/// All matches of the left half of the image that much too low in the right one.
+/// Matches of the left half of the image are too low by that much in the right image.
 fn biased(bias_px: f32, seed: u64) -> Vec<Correspondence<f32>> {
     let mut matches = scene(ROTATION, seed);
     for c in matches.iter_mut().filter(|c| c.left[0] < 960.0) {
@@ -53,7 +53,7 @@ fn biased(bias_px: f32, seed: u64) -> Vec<Correspondence<f32>> {
     matches
 }
 
-/// Without a lens prior image halves that disagree block.
+/// A calibrator with an exact lens prior: disagreeing image halves block the estimate.
 fn exact_lens() -> Calibrator<f32, 256> {
     with(Config::robust().without_lens_prior())
 }
@@ -116,7 +116,7 @@ fn where_halves_disagree_a_little_the_baseline_in_use_is_kept_and_the_rotation_f
             seen += 1;
             let applied = calibrator.apply().unwrap();
             assert_eq!(applied.extrinsics.translation(), factory.translation());
-            // Half a pixel and less, in spite of a baseline that is 0.1 degrees off.
+            // Half a pixel and less, although the baseline is 0.1 degrees off.
             let health = calibrator.health().unwrap();
             assert!(health.in_use_px < 0.5 && health.arming == Arming::Yes, "{health:?}");
         }
@@ -124,7 +124,7 @@ fn where_halves_disagree_a_little_the_baseline_in_use_is_kept_and_the_rotation_f
     assert!(seen > 0);
 }
 
-/// So many of 250 matches so far across the rows, as on a fence.
+/// A pair of 250 matches, of which so many are shifted so far across the rows, as on a fence.
 pub(crate) fn fence(matches: usize, across_px: f32, seed: u64) -> Vec<Correspondence<f32>> {
     let mut all = scene(ROTATION, seed);
     for c in all.iter_mut().take(matches) {
@@ -134,7 +134,7 @@ pub(crate) fn fence(matches: usize, across_px: f32, seed: u64) -> Vec<Correspond
 }
 
 #[test]
-fn of_two_crowds_of_matches_the_larger_is_the_scene() {
+fn the_larger_of_two_crowds_of_matches_is_the_scene() {
     for (matches, across) in [(75, 3.0), (100, -3.0)] {
         let mut calibrator = robust::<f32>();
         for seed in 0..12 {
@@ -142,7 +142,7 @@ fn of_two_crowds_of_matches_the_larger_is_the_scene() {
         }
         let proposal = calibrator.proposal().unwrap();
         let off = Deviation::between(&proposal.extrinsics, &rig(ROTATION, BASELINE));
-        // The fence is 2 mrad of pitch off, and what lies between 0.9.
+        // The fence is 2 mrad of pitch off, and poses between the two crowds 0.9.
         assert!(off.rotation < 3e-4, "{matches}: {off:?}");
         assert_eq!((proposal.state, proposal.doubt), (State::Locked, None), "{matches}");
         calibrator.apply().unwrap();
@@ -155,7 +155,7 @@ fn a_second_crowd_as_large_is_doubted_until_it_is_gone() {
     let mut calibrator = robust::<f32>();
     let before = calibrator.in_use().extrinsics;
     for seed in 0..12 {
-        // Some pairs have no answer.
+        // Some pairs have no solution.
         let _ = take(&mut calibrator, &fence(122, 3.0, seed));
         assert!(calibrator.apply().is_err(), "{seed}");
     }
@@ -168,7 +168,7 @@ fn a_second_crowd_as_large_is_doubted_until_it_is_gone() {
     if proposal.state == State::Locked {
         assert_eq!(calibrator.apply(), Err(ApplyError::Doubtful));
     }
-    // A loss of power does not hide it.
+    // A loss of power does not hide the crowd.
     let record = calibrator.snapshot();
     let mut calibrator = robust::<f32>();
     calibrator.restore(&record).unwrap();

@@ -1,4 +1,4 @@
-//! Lens models that are wrong, and compensated.
+//! Wrong lens models, and their compensation.
 
 use crate::api::lens::pair;
 use crate::api::presets::with;
@@ -17,7 +17,7 @@ fn truth() -> Extrinsics<f32> {
     rig([1.0, -0.5, 0.8], [0.5, -0.4])
 }
 
-/// Takes pairs of a wrong right lens, and applies after each; the pairs that corrected the lens.
+/// Takes pairs of a wrong right lens, and applies after each; returns the pairs that corrected the lens.
 fn drive(calibrator: &mut Tested, focal: f32, k1: f32, seeds: core::ops::Range<u64>) -> Vec<u64> {
     let corrects = |seed: &u64| {
         let fused = take(calibrator, &pair(focal, k1, *seed)).unwrap();
@@ -72,7 +72,7 @@ fn a_wrong_right_lens_is_corrected_and_handed_out_with_its_extrinsics() {
 }
 
 #[test]
-fn a_right_lens_stays_as_given_and_every_bit_is_that_of_report() {
+fn a_right_lens_stays_as_given_and_every_bit_equals_report() {
     let [mut compensating, mut reporting] = [COMPENSATE, Config::robust()].map(with);
     for calibrator in [&mut compensating, &mut reporting] {
         assert_eq!(drive(calibrator, 0.0, 0.0, 0..60), [0; 0]);
@@ -88,7 +88,7 @@ fn extrinsics_never_go_with_the_cameras_of_another_lens() {
     let first = *corrected.first().unwrap();
     let mut calibrator: Tested = with(COMPENSATE);
     drive(&mut calibrator, 0.003, 0.0, 0..first + 1);
-    // The estimate begins again; what is in use stays, with the cameras that it was found with.
+    // The estimate restarts; the calibration in use stays, with the cameras that it was found with.
     let before = calibrator.in_use();
     assert_eq!(before.cameras, cameras());
     assert!(off(&before.extrinsics).translation > 5e-3, "that of the given lens");
@@ -109,12 +109,12 @@ fn extrinsics_never_go_with_the_cameras_of_another_lens() {
     );
     calibrator.reset();
     assert_eq!(calibrator.in_use().cameras, cameras());
-    assert_eq!(drive(&mut calibrator, 0.0, 0.0, 0..30), [0; 0], "rays are those of the given lens");
+    assert_eq!(drive(&mut calibrator, 0.0, 0.0, 0..30), [0; 0], "rays use the given lens");
 }
 
 #[test]
 fn a_changed_left_lens_is_covered_by_the_deviations() {
-    // The rows of a left lens that is shorter by as much.
+    // A left lens that is shorter by as much gives the same rows.
     let mut calibrator: Tested = with(COMPENSATE);
     for seed in 0..100 {
         let mut matches = pair(0.0, 0.0, seed);
@@ -146,7 +146,7 @@ fn a_record_resumes_the_corrected_lens() {
     for seed in 40..60 {
         let matches = pair(0.002, 0.0, seed);
         let [_, _] = [&mut before, &mut after].map(|c| take(c, &matches).unwrap());
-        // Either begins again where its lens is corrected further.
+        // Each estimate restarts when its lens is corrected further.
         let [one, other] = [&before, &after].map(Calibrator::proposal);
         let Some((one, other)) = one.zip(other) else { continue };
         let apart = Deviation::between(&one.extrinsics, &other.extrinsics);
@@ -174,13 +174,13 @@ fn a_record_of_corrected_cameras_is_refused_where_the_configuration_only_reports
     assert_ne!(compensating.in_use().cameras, cameras());
     refused(&compensating);
 
-    // What is in use is of the given cameras; the rays are not.
+    // The calibration in use belongs to the given cameras; the rays do not.
     let mut compensating = with(COMPENSATE);
     drive(&mut compensating, 0.003, 0.0, 0..corrected + 1);
     assert_eq!(compensating.in_use().cameras, cameras());
     refused(&compensating);
 
-    // Nothing was corrected.
+    // The lens was not corrected.
     let mut compensating = with(COMPENSATE);
     drive(&mut compensating, 0.0, 0.0, 0..30);
     let mut reporting: Tested = with(Config::robust());
@@ -195,7 +195,7 @@ fn correction(calibrator: &Tested) -> f32 {
     translation.max(rotation)
 }
 
-/// A factory calibration of which only the baseline has changed.
+/// A factory calibration with a changed baseline only.
 fn with_factory(config: Config) -> Tested {
     Tested::new(config, &FactoryCalibration::new(cameras(), rig([1.0, -0.5, 0.8], [0.0, 0.0])))
 }
@@ -214,7 +214,7 @@ fn a_compensated_lens_moves_no_estimate_beyond_the_correction_limit() {
     let limited = COMPENSATE.with_max_correction_rad(limit).unwrap();
     let mut calibrator = with_factory(limited);
     for seed in 0..first + 40 {
-        // At the limit not every pair is accepted.
+        // At the limit some pairs are rejected.
         let _ = take(&mut calibrator, &pair(0.003, 0.0, seed));
         let _ = calibrator.apply();
         assert!(correction(&calibrator) <= limit, "{seed}");

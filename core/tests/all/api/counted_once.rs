@@ -1,4 +1,4 @@
-//! A pair counts once, however it is taken, begun or sent.
+//! A pair counts once for every way to take, begin or send it.
 
 use crate::api::presets::robust;
 use crate::api::scene::{correspondences, fill, rig, take};
@@ -29,7 +29,7 @@ const WAYS: [Way; 4] = [
         assert_eq!([(); 2].map(|()| calibrator.advance_pair()), [None; 2]);
         calibrator.solve_pair()
     },
-    // Another pair is given up for it.
+    // Another pair is discarded for it.
     |calibrator, matches| {
         fill(calibrator, &scene(99));
         assert_eq!(calibrator.advance_pair(), None);
@@ -43,7 +43,7 @@ fn every_way_to_take_a_pair_counts_it_once_and_with_the_same_bits() {
         let mut calibrator = robust();
         for seed in 0..8 {
             assert_eq!(take(&mut calibrator, &scene(seed)).fused, Ok(Fused::Added), "{seed}");
-            // Its matches are of no second pair.
+            // Its matches belong to no second pair.
             assert!(calibrator.clone().solve_pair().fused.is_err());
         }
         let proposal = calibrator.proposal().unwrap();

@@ -1,4 +1,4 @@
-//! Rows that the lens leaves, `a x y`, do not bend the yaw that depth needs.
+//! Row errors `a x y` that the lens leaves do not bend the yaw that depth needs.
 
 use crate::api::presets::robust;
 use crate::api::scene::{cameras, correspondences, fill, rig, take};
@@ -36,7 +36,7 @@ fn warped(of: Knock, a: f32, seed: u64) -> Vec<Correspondence<f32>> {
     pair
 }
 
-/// Factory extrinsics as calibrated.
+/// A calibrator with factory extrinsics of a calibration.
 fn calibrated(config: Config) -> Tested {
     Tested::new(config, &made())
 }
@@ -47,13 +47,13 @@ fn made() -> FactoryCalibration<f32> {
 
 fn run(calibrator: &mut Tested, of: Knock, a: f32, seeds: core::ops::Range<u64>) {
     for seed in seeds {
-        // A knock is taken in from the third pair on.
+        // A knock is followed from the third pair on.
         let _ = take(calibrator, &warped(of, a, seed));
         let _ = calibrator.apply();
     }
 }
 
-/// Unknowns from the true rig to what is in use, rad.
+/// Unknowns from the true rig to the extrinsics in use, rad.
 fn off(calibrator: &Tested, of: Knock) -> Vector5<f32> {
     let truth = knocked(of);
     let [truth, in_use] = [&truth, &calibrator.in_use().extrinsics].map(RectifyingRotations::from);
@@ -73,7 +73,7 @@ fn a_row_error_of_the_lens_leaves_the_yaw_of_the_factory_calibration_and_is_name
         let corner = (a * 960.0 * 600.0 / 1400.0).abs();
         assert!((health.corner_px - corner).abs() < 0.3, "{a}: {health}");
         assert!(health.to_string().contains("rows off by a x y"), "{health}");
-        // Rows alone put it into the yaw.
+        // Rows alone put the error into the yaw.
         let mut rows = Tested::new(Config::robust(), &made().without_yaw());
         run(&mut rows, NONE, a, 0..12);
         assert!((off(&rows, NONE).y - a).abs() < 6e-4, "{a}: {}", off(&rows, NONE));
@@ -85,7 +85,7 @@ fn a_row_error_of_the_lens_leaves_the_yaw_of_the_factory_calibration_and_is_name
 }
 
 #[test]
-fn after_a_knock_about_any_axis_the_yaw_is_that_of_the_mount() {
+fn after_a_knock_about_any_axis_the_yaw_belongs_to_the_mount() {
     for knock in [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]] {
         let a = 0.005;
         for confirmed in [false, true] {
@@ -123,7 +123,7 @@ fn a_knock_before_the_first_pair_is_within_the_reported_deviation_and_not_confir
 }
 
 #[test]
-fn a_rig_without_a_factory_calibration_is_that_of_its_rows_and_says_so() {
+fn without_a_factory_calibration_rows_give_the_yaw_unconfirmed() {
     let mut unknown = robust::<f32>();
     for seed in 0..8 {
         take(&mut unknown, &warped(NONE, 0.0, seed)).unwrap();
@@ -137,7 +137,7 @@ fn a_rig_without_a_factory_calibration_is_that_of_its_rows_and_says_so() {
     assert!(errors[3] > 100.0 * 4e-3 / BASELINE_M, "{errors:?}");
 }
 
-/// The reading of a match, by the true rig without noise, off by a factor.
+/// The range of a match on the true rig, without noise, times a factor.
 fn reading(of: Knock, c: &Correspondence<f32>, factor: f32) -> RangeReading<f32> {
     let rays = cameras::<f32>().rays(c).unwrap();
     let rotations = RectifyingRotations::<f32>::from(&knocked(of));
@@ -172,7 +172,7 @@ fn five_ranges_tell_the_yaw_of_the_mount_after_a_knock_before_the_first_pair() {
         assert!(yaw.abs() < 3e-4, "{knock} {a}: {yaw}");
         assert!(yaw.abs() < 2.5 * health.yaw && health.yaw < 1e-3, "{knock} {a}: {yaw} {health}");
         assert!(!health.reasons.contains(Reason::Yaw), "{health}");
-        // The lens is known from now on: a further knock is followed.
+        // The lens is known from here on: a further knock is followed.
         let again = [0.0, knock - 0.7, 0.0];
         run(&mut calibrator, again, a, 20..34);
         assert!(off(&calibrator, again).y.abs() < 5e-4, "{knock} {a}");
@@ -180,7 +180,7 @@ fn five_ranges_tell_the_yaw_of_the_mount_after_a_knock_before_the_first_pair() {
 }
 
 #[test]
-fn a_reading_that_cannot_be_is_refused_and_a_single_contradiction_moves_nothing() {
+fn an_impossible_reading_is_refused_and_a_single_contradiction_moves_nothing() {
     let mut calibrator = with_baseline();
     run(&mut calibrator, NONE, 0.002, 0..8);
     let pair = warped(NONE, 0.002, 8);
@@ -200,7 +200,7 @@ fn a_reading_that_cannot_be_is_refused_and_a_single_contradiction_moves_nothing(
     let outside = RangeReading { pixel: [-5.0, 3.0], ..good };
     let error = RangeError::Pixel(UndistortError::OutsideImage);
     assert_eq!(calibrator.push_range(&outside), Err(error));
-    // Through a window, and of another point.
+    // A reading through a window, and readings of another point.
     for factor in [0.1, 0.5, 10.0] {
         let near = pair.iter().find(|c| c.left[0] - c.right[0] > 60.0).unwrap();
         let wrong = reading(NONE, near, factor);
@@ -240,7 +240,7 @@ fn mount_and_lens_survive_a_restart() {
 #[test]
 fn readings_that_contradict_wait_until_they_outvote_those_before() {
     let mut calibrator = with_baseline();
-    // Unconfirmed: half of it may be the mount's.
+    // Unconfirmed: half of the turn may belong to the mount.
     run(&mut calibrator, NONE, 0.009, 0..8);
     let pair = warped(NONE, 0.009, 8);
     take(&mut calibrator, &pair).unwrap();
@@ -257,7 +257,7 @@ fn readings_that_contradict_wait_until_they_outvote_those_before() {
     assert!(off(&calibrator, NONE).y.abs() < 1e-3);
 }
 
-/// Matches of points in two pairs between which the rig has moved, so many lengths of the baseline.
+/// Matches of points in two pairs; the rig moves between them by so many baselines.
 fn tracked(of: Knock, a: f64, translation: [f64; 3], turn: f64) -> Vec<[RayPair<f32>; 2]> {
     let rig: Extrinsics<f64> = knocked(of);
     let mut rng = ChaCha8Rng::seed_from_u64(7);
@@ -282,7 +282,7 @@ fn tracked(of: Knock, a: f64, translation: [f64; 3], turn: f64) -> Vec<[RayPair<
             found.push([both.0, both.1]);
         }
     }
-    // One in eight is of another point.
+    // One match in eight belongs to another point.
     for i in (0..found.len() - 1).step_by(8) {
         found[i][1] = found[i + 1][1];
     }
@@ -297,7 +297,7 @@ fn motion_tells_the_yaw_of_the_mount_and_rest_says_nothing() {
         let mut calibrator = calibrated(Config::robust());
         run(&mut calibrator, rig, a, 0..10);
         let a = f64::from(a);
-        // At rest, and in a turn alone.
+        // A rig at rest, and one that only turns.
         for turn in [0.0, 0.05] {
             let still = tracked(rig, a, [0.0; 3], turn);
             assert_eq!(calibrator.push_motion(&still), Err(MotionError::NoMotion), "{turn}");
@@ -318,7 +318,7 @@ fn motion_tells_the_yaw_of_the_mount_and_rest_says_nothing() {
     assert_eq!(nothing, Err(MotionError::NotLocked));
 }
 
-/// Any bits as a number: not finite, tiny, huge, or as a sensor gives it.
+/// A number of random bits: not finite, tiny, huge, or within the range of a sensor.
 fn any_number(rng: &mut ChaCha8Rng) -> f32 {
     match rng.random_range(0..3_u8) {
         0 => f32::from_bits(rng.random()),
@@ -353,7 +353,7 @@ fn witnesses_of_any_bits_leave_a_finite_estimate_or_no_trace() {
 }
 
 #[test]
-fn tracks_of_any_rays_are_no_motion_and_leave_no_trace() {
+fn tracks_of_random_rays_show_no_motion_and_leave_no_trace() {
     let mut rng = ChaCha8Rng::seed_from_u64(39);
     let mut calibrator = calibrated(Config::robust());
     run(&mut calibrator, NONE, 0.005, 0..8);

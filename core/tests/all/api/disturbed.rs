@@ -1,4 +1,4 @@
-//! Correspondences that do not fit a rig, or not as they did.
+//! Correspondences that do not fit a rig, or no longer fit it.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -6,7 +6,7 @@ use stereo_selfcal::{Correspondence, Scalar};
 
 use crate::api::scene::SIZE;
 
-/// One right point in so many belongs to another left one.
+/// Replaces one right point in so many by that of another match.
 pub(crate) fn with_outliers<T: Scalar>(
     mut all: Vec<Correspondence<T>>,
     one_in: usize,

@@ -14,7 +14,7 @@ fn every_feature_is_in_the_table() {
 }
 
 #[test]
-fn the_rust_version_is_that_of_the_manifest() {
+fn the_rust_version_matches_the_manifest() {
     let stated = format!("Minimum supported Rust version: {}.", env!("CARGO_PKG_RUST_VERSION"));
     assert!(CRATE.contains(&stated) && README.contains(&stated), "{stated}");
 }

@@ -10,7 +10,7 @@ use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Calibrator, Correspondence, Reason, State};
 use test_support::runs;
 
-/// Off the factory extrinsics by 1.4 degrees, `t` by half a degree.
+/// Turn from the factory extrinsics, 1.4 degrees; `t` is half a degree off.
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
 const BASELINE: [f64; 2] = [0.4, -0.3];
 
@@ -46,7 +46,7 @@ fn a_far_scene_locks_by_its_rotation_and_keeps_the_baseline_in_use() {
     assert!(off(&calibrator).rotation < 4.0 * sd.rotation && sd.rotation < 2e-4, "{sd:?}");
     let applied = calibrator.apply().unwrap().extrinsics;
     assert_eq!(applied.translation(), factory.translation());
-    // `R` of the best fit with this `t`, in far scenes that with any.
+    // `R` of the best fit with this `t`; in far scenes any `t` gives the same.
     let rotation = Deviation::between(&applied, &rig(ROTATION, BASELINE)).rotation;
     assert!(rotation < 4.0 * sd.rotation, "{rotation} {sd:?}");
 }
@@ -66,7 +66,7 @@ fn a_near_scene_observes_the_baseline_and_applies_it() {
 
 #[test]
 fn few_near_points_before_a_far_scene_determine_the_baseline() {
-    // Some take long: of 400 runs 233 observe the baseline after 30 pairs, of 100 runs 98 after 150.
+    // Some runs take long: 233 of 400 observe the baseline after 30 pairs, 98 of 100 after 150.
     let observes = |run: &u64| {
         let mut calibrator = robust::<f32>();
         let mut fused = 0;
@@ -110,7 +110,7 @@ fn at_regular_places(
     matches
 }
 
-/// Runs of 40 pairs that observe a baseline in any pair, or do not lock.
+/// Runs of 40 pairs in which a pair observes a baseline, or which do not lock.
 fn misled(n: usize, scene: impl Fn(Vec<Correspondence<f32>>) -> Vec<Correspondence<f32>>) -> usize {
     let truth = rig(ROTATION, BASELINE);
     let observes = |run: &u64| {
@@ -128,7 +128,8 @@ fn misled(n: usize, scene: impl Fn(Vec<Correspondence<f32>>) -> Vec<Corresponden
 
 #[test]
 fn outliers_at_regular_places_of_a_far_scene_do_not_observe_the_baseline() {
-    // A survey reads one match of each of 32 parts. A part is as long as the period. A step of a track reads half.
+    // A survey reads one match of each of 32 parts; a part is as long as the period. A step of a track reads half of
+    // the matches.
     let mut runs: Vec<_> = (2..=8)
         .map(|period| misled(32 * period, |matches| at_regular_places(matches, period)))
         .collect();

@@ -1,4 +1,4 @@
-//! Many pairs: the incremental sums against the batch formulas, and what they survive.
+//! Many pairs: the incremental sums against the batch formulas, and their limits.
 
 use crate::api::presets::calibrator;
 use crate::api::scene::{correspondences, rig};
@@ -127,7 +127,7 @@ fn a_million_pairs_in_f32_are_those_in_f64() {
 }
 
 #[test]
-fn near_the_identity_the_axis_is_said_to_mean_nothing() {
+fn near_the_identity_the_axis_is_reported_as_meaningless() {
     let estimate = fused(Central::Mean, &reports::<f32>([0.0; 3], 50)).estimate().unwrap();
     assert!(!estimate.axis_is_meaningful, "{estimate:?}");
     assert!(estimate.axis_concentration < 0.9);

@@ -1,4 +1,4 @@
-//! What a rig's user is told before it moves.
+//! Health: the report to the user before the vehicle moves.
 
 use crate::api::disturbed::garbage;
 use crate::api::presets::{calibrated, robust};
@@ -16,7 +16,7 @@ fn scene(seed: u64) -> Vec<Correspondence<f32>> {
     correspondences(&rig(ROTATION, BASELINE), 250, 0.5, seed)
 }
 
-/// After `pairs` of the rig, the last at hand.
+/// The calibrator after `pairs` of the rig, the last one still in the batch.
 fn after(pairs: u64) -> Calibrator<f32, 256> {
     let mut calibrator = robust();
     for seed in 0..pairs {
@@ -26,7 +26,7 @@ fn after(pairs: u64) -> Calibrator<f32, 256> {
 }
 
 #[test]
-fn there_is_none_without_an_estimate_or_matches_that_fit_it() {
+fn health_needs_an_estimate_and_matches_that_fit_it() {
     assert_eq!(after(0).health(), Err(NoHealth::NoEstimate(None)));
     let mut calibrator = after(5);
     assert!(calibrator.health().is_ok());
@@ -42,7 +42,7 @@ fn the_band_follows_what_is_in_use() {
     let health = calibrator.health().unwrap();
     assert_eq!((health.band, health.in_use_px), (Band::Good, health.proposed_px));
 
-    // Half a pixel of pitch off.
+    // The pitch is off by half a pixel.
     let [x, y, z] = ROTATION;
     let mut calibrator = calibrated(rig([x + 0.02, y, z], BASELINE));
     for seed in 0..6 {
@@ -65,7 +65,7 @@ fn arming_says_why_not() {
     calibrator.apply().unwrap();
     assert_eq!(arming(&calibrator), Arming::Yes);
 
-    // A knock: at once.
+    // A knock shows at once.
     let [x, y, z] = ROTATION;
     let knocked = rig([x + 0.3, y, z], BASELINE);
     take(&mut calibrator, &correspondences(&knocked, 250, 0.5, 10)).unwrap();
@@ -77,7 +77,7 @@ fn arming_says_why_not() {
 }
 
 #[test]
-fn noise_alone_does_not_disarm_and_rows_that_are_off_do() {
+fn noise_alone_does_not_disarm_but_a_row_offset_does() {
     let [x, y, z] = ROTATION;
     // 0.1 degrees of pitch: 2.4 px.
     for (factory, arming) in [(x, Arming::Yes), (x + 0.1, Arming::Misaligned)] {
@@ -90,7 +90,7 @@ fn noise_alone_does_not_disarm_and_rows_that_are_off_do() {
         let health = calibrator.health().unwrap();
         assert_eq!((health.state, health.arming), (State::Locked, arming), "{health:?}");
         assert!(health.proposed_px > 2.0 && health.in_use_px > 2.0);
-        // Nothing of the noise is left out as an outlier.
+        // No match is left out as an outlier.
         assert!(health.fit_proposed > 245, "{health:?}");
         let off = if arming == Arming::Yes { 0.0..1.0 } else { 1.5..3.5 };
         assert!(off.contains(&health.off_px), "{health:?}");
@@ -108,7 +108,7 @@ fn coverage_is_the_share_of_the_image_with_matches_that_fit() {
     let one: Vec<_> = scene(7).into_iter().take(1).collect();
     fill(&mut calibrator, &one);
     assert_eq!(calibrator.health().unwrap().coverage, 1.0 / 48.0);
-    // Outliers elsewhere vouch for nothing.
+    // Outliers elsewhere do not count for coverage.
     let wrong = |c: &Correspondence<f32>| (c.left[1] - c.right[1]).abs() > 100.0;
     let elsewhere = garbage(250, 8).into_iter().filter(|c| wrong(c));
     fill(&mut calibrator, &one.into_iter().chain(elsewhere).collect::<Vec<_>>());
@@ -131,7 +131,7 @@ fn counts_and_rms_are_over_the_matches_that_fit_the_estimate() {
 }
 
 #[test]
-fn the_error_of_depth_is_that_of_yaw_over_the_baseline_times_the_square_of_distance() {
+fn the_error_of_depth_is_yaw_over_the_baseline_times_the_square_of_distance() {
     let mut calibrator = after(6);
     let health = calibrator.health().unwrap();
     let proposal = calibrator.proposal().unwrap();
@@ -162,7 +162,7 @@ fn the_weakest_direction_is_the_largest_of_the_covariance_and_in_a_narrow_band_a
     }
     let proposal = calibrator.proposal().unwrap();
     let (direction, sd) = proposal.weakest().unwrap();
-    // Both move rows by the product with the row, which is small everywhere.
+    // Both move rows by the product of coordinates, which is small everywhere.
     assert!(matches!(direction, Direction::Yaw | Direction::BaselineForward));
     let largest = |covariance: Option<Matrix5<f32>>| {
         covariance.unwrap().map(f64::from).symmetric_eigen().eigenvalues.max().sqrt()
@@ -170,14 +170,14 @@ fn the_weakest_direction_is_the_largest_of_the_covariance_and_in_a_narrow_band_a
     let with_lens = largest(proposal.covariance_lens);
     assert!((f64::from(sd) / with_lens - 1.0).abs() < 0.01, "{sd} {with_lens}");
     assert_eq!(calibrator.health().unwrap().weakest, Some((direction, sd)));
-    // Over the whole image rows know that direction far better; the lens is in neither.
+    // Rows over the whole image know that direction far better; neither deviation includes the lens.
     let whole = largest(after(8).proposal().unwrap().covariance);
     let sd = largest(proposal.covariance);
     assert!(whole < 0.5 * sd, "{whole} {sd}");
 }
 
 #[test]
-fn it_says_why_the_last_pair_was_not_taken_in() {
+fn health_says_why_the_last_pair_was_not_fused() {
     let mut calibrator = after(6);
     let rejection = |calibrator: &Calibrator<f32, 256>| calibrator.health().unwrap().rejection;
     assert_eq!(rejection(&calibrator), None);

@@ -1,4 +1,4 @@
-//! Rectifying homographies and the new camera, as a user of `cv::stereoRectify` expects them.
+//! Rectifying homographies and the new camera, by the conventions of `cv::stereoRectify`.
 
 use crate::api::scene::{FOCAL, SIZE, cameras, correspondences, rig};
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -36,7 +36,7 @@ fn rows_coincide_and_disparity_is_positive_under_the_homographies() {
     }
 }
 
-/// Whether the rectified pixel is seen by the camera.
+/// Whether the camera sees the rectified pixel.
 fn seen(camera: &Camera<f64>, r: &Matrix3<f64>, k: &RectifiedCamera<f64>, pixel: [f64; 2]) -> bool {
     let [cx, cy] = k.principal;
     let [u, v] = pixel;
@@ -102,7 +102,7 @@ fn a_rectified_rig_keeps_its_camera() {
 }
 
 #[test]
-fn what_cannot_be_shown_is_refused() {
+fn views_that_cannot_be_shown_are_refused() {
     let plain = RectifyingRotations::from(&Extrinsics::<f64>::SIDE_BY_SIDE);
     let refused = |rotations: &RectifyingRotations<f64>, alpha| {
         RectifiedCamera::try_choose(&cameras(), rotations, alpha).unwrap_err()

@@ -1,4 +1,4 @@
-//! Health by robust figures: what few matches, noise or the order of pairs must not decide.
+//! Health by robust figures: a few matches, noise and the order of pairs must not decide it.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -51,7 +51,8 @@ fn a_mismatch_with_any_disparity_does_not_decide_the_rows_in_use() {
 
 #[test]
 fn a_noisy_matcher_is_not_a_wrong_calibration() {
-    // Uniform noise of +-1.7 px: rows of 1.4 px RMS. Pitch off by less than it tells in six pairs, and by far more.
+    // Uniform noise of +-1.7 px gives rows of 1.4 px RMS. The pitch is off by less than this noise shows in six pairs,
+    // and by far more.
     let band = |off: f64, seed: u64| {
         let mut calibrator = calibrated(rig([1.0 + off, -0.5, 0.8], [0.5, -0.4]));
         for pair in 0..6 {
@@ -73,7 +74,7 @@ fn a_noisy_matcher_is_not_a_wrong_calibration() {
 #[test]
 fn the_order_of_pairs_does_not_decide_the_band() {
     let truth = rig([1.0, -0.5, 0.8], [0.5, -0.4]);
-    // Rows in use are worse by about a tenth: any single pair may say so, or not.
+    // Rows in use are worse by about a tenth, so a single pair may show it or not.
     let pair = |i: u64| {
         let noise = [0.4, 0.5, 0.8][usize::try_from(i % 3).unwrap()];
         correspondences::<f32>(&truth, 250, noise, i)

@@ -1,4 +1,4 @@
-//! Lens models that are wrong, and how far they are trusted.
+//! Wrong lens models, and the trust in them.
 
 use crate::api::presets::{robust, with};
 use crate::api::scene::{correspondences, rig, take};
@@ -17,12 +17,12 @@ fn single() -> Extrinsics<f32> {
     rig([1.0, -0.5, 0.8], [0.5, -0.4])
 }
 
-/// A pair of a right camera whose focal length is longer than given, relative, with more distortion.
+/// A pair whose right camera has a longer focal length than given, relative, and more distortion.
 pub(crate) fn pair(focal: f32, k1: f32, seed: u64) -> Vec<Correspondence<f32>> {
     pair_of(&truth(), focal, k1, seed)
 }
 
-/// The same of a rig.
+/// The same pair of a given rig.
 pub(crate) fn pair_of(
     rig: &Extrinsics<f64>,
     focal: f32,

@@ -1,4 +1,4 @@
-//! Mistakes of a first day: whatever is wrong with the data or the rig file, nothing arms, and the cause is named.
+//! Mistakes of a first day in the data or the rig file: the calibrator does not arm, and names the cause.
 
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -25,7 +25,7 @@ struct Mistake {
     change: fn(&Correspondence<f32>) -> Correspondence<f32>,
     /// Uniform noise of the right pixel, beside that of the scene, px.
     noise: f32,
-    /// What it is named, if it is one.
+    /// Its expected cause, if it has one.
     cause: Option<Cause>,
 }
 
@@ -127,7 +127,7 @@ fn mistakes(seed: u64) -> [Mistake; 21] {
     ]
 }
 
-/// The match with the mistake in it.
+/// The match with the mistake applied.
 fn mistaken(
     c: &Correspondence<f32>,
     mistake: &Mistake,
@@ -145,16 +145,16 @@ fn mistaken(
     c
 }
 
-/// After the pairs of a run.
+/// The calibrator after the pairs of a run.
 #[derive(Default, Debug)]
 struct Outcome {
     armed: u32,
     locked: u32,
     fused: u32,
     errors: Vec<Rejection>,
-    /// The likeliest cause after the last pair.
+    /// Most likely cause after the last pair.
     cause: Option<Cause>,
-    /// After the last pair.
+    /// Band after the last pair.
     band: Option<Band>,
     named_unfit: u32,
 }
@@ -195,7 +195,7 @@ impl Outcome {
     }
 }
 
-/// Runs of both depths that a mistake locks or arms in, and those that name it.
+/// Number of runs of both depths in which a mistake locks or arms, and of those that name it.
 fn locked_and_named(
     config: Config,
     names: &[&str],
@@ -271,7 +271,7 @@ fn the_same_image_on_both_sides_locks_nothing_and_is_named() {
     }
 }
 
-/// All of them at two depths, 12 seeds each; in short at one.
+/// All runs at two depths, 12 seeds each; the short test has one depth.
 fn runs_of(index: usize) -> (Mistake, Vec<Outcome>) {
     let depths = if is_campaign() { &DEPTHS[..] } else { &DEPTHS[..1] };
     let runs = depths.iter().flat_map(|depths| (0..12).map(move |seed| (*depths, seed)));
@@ -285,13 +285,14 @@ fn no_mistake_arms_and_ten_of_twelve_are_named() {
     for index in 1..mistakes(0).len() {
         let (Mistake { name, cause, .. }, outcomes) = runs_of(index);
         let is_named = |outcome: &&Outcome| {
-            // Turned by more than a quarter, it is nearly exchanged.
+            // A mistake turned by more than a quarter is nearly an exchange.
             let is_nearly = outcome.cause == Some(Cause::Upright) && name.starts_with("t 1");
             outcome.cause == cause || is_nearly
         };
         let armed = outcomes.iter().filter(|outcome| outcome.armed > 0).count();
         let named = outcomes.iter().filter(is_named).count();
-        // Far points show a wrong lens after some pairs only; the few that fit among outliers may be behind the cameras.
+        // Far points show a wrong lens only after some pairs; the few that fit among outliers may lie behind the
+        // cameras.
         let [most_armed, least] = match name {
             "undistorted" => [outcomes.len() / 12, outcomes.len() / 3],
             _ => [0, outcomes.len() * 10 / 12],
@@ -317,7 +318,7 @@ fn the_same_image_under_noise_is_unknown_and_no_calibration() {
 
 #[test]
 fn a_far_scene_of_an_aligned_rig_is_not_the_same_image() {
-    // Rolled by as little as 0.02 degrees, and not at all: then the depths must show.
+    // Rolled by as little as 0.02 degrees, or not at all: then the depths must show it.
     for seed in 0..12 {
         for (turn, least) in [([0.3, 0.2, 0.02], 17), ([0.0; 3], 15)] {
             let truth = rig(turn, [0.1, 0.1]);

@@ -1,5 +1,4 @@
-//! The robust preset: exact where it can be, bounded, the same bits pass by pass, and what its pairs
-//! come to.
+//! The robust preset: exact without noise, bounded, and the same bits pass by pass.
 
 use crate::api::disturbed::garbage;
 use crate::api::presets::{robust, with};
@@ -47,7 +46,7 @@ fn locked<T: Scalar>() -> Calibrator<T, 256> {
 fn exact_correspondences_among_outliers_give_the_rig() {
     let truth = rig(ROTATION, BASELINE);
     let error = Deviation::between(&solved::<f64>(0.0, 1).extrinsics, &truth);
-    // What the prior of 0.1 rad holds against a noise floor of 0.15 px.
+    // The prior of 0.1 rad may bias the result by this much at a noise floor of 0.15 px.
     assert!(error.translation < 2e-4 && error.rotation < 2e-4, "{error:?}");
 }
 
@@ -60,7 +59,7 @@ fn takes_no_more_than_twelve_passes_and_reports_them() {
     assert!((report.noise_px * 12.0_f32.sqrt() - 1.0).abs() < 0.2, "{}", report.noise_px);
 }
 
-/// The report, one pass a call, and how many calls it took.
+/// The report, taken one pass a call, and the number of calls.
 fn stepped(calibrator: &mut Calibrator<f32, 256>) -> (PairReport<f32>, u16) {
     let (outcome, calls) =
         (1..=15).find_map(|calls| Some((calibrator.advance_pair()?, calls))).unwrap();
@@ -103,7 +102,7 @@ fn the_prior_counts_once_however_many_pairs() {
     }
     let proposal = calibrator.proposal().unwrap();
     let error = Deviation::between(&proposal.extrinsics, &truth);
-    // 8.7e-3 off at the start; twice as far off if every pair brought the prior along.
+    // It starts 8.7e-3 off; it would stay twice as far off if every pair added the prior.
     assert!(error.translation < 4e-3 && error.rotation < 6e-4, "{error:?}");
 }
 
@@ -116,7 +115,7 @@ fn the_first_pair_is_its_own_estimate_and_claims_its_own_deviation() {
     let proposal = calibrator.proposal().unwrap();
     let sd = report.information.standard_deviations().unwrap();
     let error = Deviation::between(&proposal.extrinsics, &report.extrinsics);
-    // What the prior of 0.1 rad holds against it.
+    // The prior of 0.1 rad may bias the result by this much.
     assert!(error.translation < 0.1 * sd.translation && error.rotation < 0.1 * sd.rotation);
     assert!((proposal.sd.translation / sd.translation - 1.0).abs() < 0.02);
     assert!((proposal.sd.rotation / sd.rotation - 1.0).abs() < 0.02);
@@ -141,7 +140,7 @@ fn the_covariance_is_of_the_unknowns_to_the_truth_and_sums_up_to_the_deviations(
         assert!((proposal.sd.rotation.powi(2) / r - 1.0).abs() < 1e-9);
         assert!((proposal.sd.translation.powi(2) / t - 1.0).abs() < 1e-9);
     }
-    // Scatter and halves only ever widen.
+    // Scatter and halves only widen the deviations.
     assert!((0.5..1.3).contains(&sum), "{sum}");
 }
 
@@ -165,7 +164,7 @@ fn a_pair_counts_once_and_not_after_a_reset() {
 }
 
 #[test]
-fn a_noise_floor_above_all_noise_is_a_refusal_and_no_panic() {
+fn a_noise_floor_above_all_noise_is_refused_without_a_panic() {
     let config = Config::robust().with_noise_floor_px(50.0).unwrap();
     assert_eq!(filled::<f32>(config, 0.5, 5).solve_pair().fused, Err(Rejection::NoConsensus));
 }
@@ -183,7 +182,7 @@ fn passes_are_bounded_however_many_hypotheses_are_asked() {
         let mut calibrator = with::<f32, 256>(Config::robust().with_max_passes(limit).unwrap());
         let mut most = 0;
         for seed in 0..60 {
-            // Three rigs in turn, with rubbish between: a small batch in doubt starts again.
+            // Three rigs in turn, with outlier-only pairs between: a small doubtful batch starts again.
             let turned = ROTATION.map(|angle| angle - (seed / 5 % 3) as f64);
             let mut matches = correspondences(&rig(turned, BASELINE), 250, 0.5, seed);
             if seed % 7 == 6 {

@@ -40,7 +40,7 @@ pub(crate) fn correspondences<T: Scalar>(
     correspondences_within(rig, [3.0, 80.0], n, noise_px, seed)
 }
 
-/// The same of points at log-uniform depths, baselines.
+/// The same for points at log-uniform depths, in baselines.
 pub(crate) fn correspondences_within<T: Scalar>(
     rig: &Extrinsics<f64>,
     [nearest, farthest]: [f64; 2],
@@ -69,7 +69,7 @@ pub(crate) fn correspondences_within<T: Scalar>(
     found
 }
 
-/// Puts matches in place of those at hand.
+/// Replaces the matches of the batch.
 pub(crate) fn fill<T: Scalar, const N: usize>(
     calibrator: &mut Calibrator<T, N>,
     matches: &[Correspondence<T>],
@@ -80,7 +80,7 @@ pub(crate) fn fill<T: Scalar, const N: usize>(
     }
 }
 
-/// Takes a pair; its matches stay at hand.
+/// Takes a pair; its matches stay in the batch.
 pub(crate) fn take<T: Scalar, const N: usize>(
     calibrator: &mut Calibrator<T, N>,
     matches: &[Correspondence<T>],

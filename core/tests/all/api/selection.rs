@@ -1,4 +1,4 @@
-//! More matches than the batch has room for: which stay, that it is fair, and what it is worth.
+//! More matches than the batch holds: which ones stay, the fairness of the selection, and its value.
 
 use std::collections::HashMap;
 
@@ -25,7 +25,7 @@ fn batch_of<const N: usize>(offered: &[Correspondence<f32>]) -> Batch<f32, N> {
     batch
 }
 
-/// Bits of the rays: what a match is known by.
+/// Bits of the rays, which identify a match.
 fn key(left: [f32; 2], right: [f32; 2]) -> [u32; 4] {
     let [[a, b], [c, d]] = [left, right];
     [a, b, c, d].map(f32::to_bits)
@@ -86,7 +86,7 @@ fn excess(counts: &[u32], share: f64) -> f64 {
 
 #[test]
 fn among_equal_scores_every_match_of_a_cell_has_the_same_chance() {
-    // By the place in the stream, which is the place in the image.
+    // By the position in the stream, which is the position in the image.
     let mut kept = [0; 400];
     // By the disparity: every match is offered with each of 100 equally often.
     let mut kept_by_disparity = [0; 100];
@@ -141,7 +141,7 @@ fn clearing_leaves_nothing_behind() {
 }
 
 #[test]
-fn what_became_of_each_match_is_said_and_counted() {
+fn the_fate_of_each_match_is_reported_and_counted() {
     let mut batch = batch_of::<2>(&[at(500.0, 500.0, 9.0, 0.5), at(510.0, 500.0, 9.0, 0.6)]);
     let mut push = |c| batch.push(&cameras(), &c);
     assert_eq!(push(at(520.0, 500.0, 9.0, 0.4)), Ok(Pushed::LeftOut));
@@ -169,11 +169,11 @@ fn a_match_without_rays_takes_no_place_of_a_full_batch() {
     let before = batch.pairs().to_vec();
     let pixel = |side, why| PushError::Pixel(side, why);
     let cases = [
-        // Better and in a cell of its own: it would stay, had it rays.
+        // Better and in a cell of its own: it would stay if it had rays.
         (at(100.0, 100.0, 9.0, 1.0), pixel(Side::Right, UndistortError::NotInvertible)),
         (at(100.0, f32::NAN, 9.0, 1.0), pixel(Side::Left, UndistortError::NotFinite)),
         (at(100.0, 100.0, 900.0, 1.0), pixel(Side::Right, UndistortError::OutsideImage)),
-        // Left out in any case, and refused all the same.
+        // Refused although it would be left out anyway.
         (at(901.0, 600.0, 9e9, 0.0), pixel(Side::Right, UndistortError::OutsideImage)),
         (Correspondence { grid_step: 256.0, ..at(100.0, 100.0, 9.0, 1.0) }, PushError::GridStep),
     ];

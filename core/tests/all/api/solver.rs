@@ -1,4 +1,4 @@
-//! One pair: where it ends, what it reports, and that it can be taken a pass at a time.
+//! One pair: its end, its report, and solving it pass by pass.
 
 use crate::api::presets::{calibrator, with};
 use crate::api::scene::{cameras, correspondences, rig};
@@ -184,6 +184,6 @@ fn the_noise_of_a_few_correspondences_is_estimated_without_bias() {
         }
         calibrator.discard_pair();
     }
-    // Uniform noise of +-0.5 px on two rows: variance 1/6. Rows count twice a little on the rim.
+    // Uniform noise of +-0.5 px on two rows has variance 1/6. Rows on the rim count slightly more than once.
     assert!((sum / trials * 6.0 - 1.0).abs() < 0.15, "{}", sum / trials * 6.0);
 }

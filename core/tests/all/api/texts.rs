@@ -38,7 +38,7 @@ fn names_align_as_text_does() {
 }
 
 #[test]
-fn extrinsics_from_rows_are_those_of_the_matrix() {
+fn extrinsics_from_rows_match_the_matrix() {
     let given: Extrinsics<f64> = rig([3.0, -2.0, 4.0], [3.0, -3.0]);
     let t = given.translation().into_inner() * 0.12;
     let r = given.rotation_row_major();

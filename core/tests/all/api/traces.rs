@@ -1,5 +1,5 @@
-//! Traces of scripted scenes in `traces/*.txt`, pair by pair: every number that is handed out, and the checksum of
-//! the state. A change of behaviour changes them, which its author commits on purpose.
+//! Traces of scripted scenes in `traces/*.txt`, pair by pair: every reported number, and the checksum of the state. A
+//! change of behaviour changes the traces; its author commits them on purpose.
 //!
 //! Update: `UPDATE_EXPECT=1 cargo test -p stereo-selfcal --test api traces`.
 
@@ -82,7 +82,7 @@ fn health<T: Number>(health: &Health<T>) -> String {
     )
 }
 
-/// A calibrator, and what it has said so far.
+/// A calibrator and its trace so far.
 struct Trace<T: Number> {
     config: Config,
     calibrator: Calibrator<T, 256>,

@@ -66,7 +66,7 @@ fn extrinsics_in_use_that_are_off_are_misaligned_on_a_vibrating_rig_too() {
         for m in correspondences::<f32>(&shaken(0.1, pair), 200, 0.5, 1000 + pair) {
             calibrator.push(&m).unwrap();
         }
-        // Nothing is applied: the factory extrinsics stay in use.
+        // The pair is not applied: the factory extrinsics stay in use.
         let _ = calibrator.solve_pair();
         last = calibrator.health().ok();
         calibrator.discard_pair();
@@ -106,7 +106,7 @@ fn a_rigid_rig_has_no_vibration_and_its_health_does_not_name_one() {
     }
 }
 
-/// The proposal after 60 pairs, and how often the lens was corrected.
+/// The proposal after 60 pairs, and the number of corrections of the lens.
 fn with_lens(vibration_deg: f64, focal: f32, tracking: LensTracking) -> (Proposal<f32>, usize) {
     let mut calibrator: Tested = with(Config::robust().with_lens_tracking(tracking));
     let fused = (0..60).map(|seed| {

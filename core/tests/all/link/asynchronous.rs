@@ -99,7 +99,7 @@ fn a_future_dropped_between_transactions_loses_nothing() {
 }
 
 #[test]
-fn errors_are_those_of_the_blocking_driver() {
+fn errors_match_the_blocking_driver() {
     let wire = Wire::default();
     wire.send([0; 32]);
     let mut matcher = driver(&wire);

@@ -44,7 +44,7 @@ fn the_batch_equals_the_pushed_matches_of_the_frame() {
         let mut calibrator = calibrator::<T>();
         let mut by_hand = calibrator.clone();
         let frame = Frame::plain(1, 100);
-        // The batch holds another pair at first.
+        // The batch first holds another pair.
         feed(&mut Decoder::new(), &Frame::plain(0, 30).bytes(), &mut calibrator).unwrap();
         let received = feed(&mut Decoder::new(), &frame.bytes(), &mut calibrator);
         assert_eq!(received, Ok(Some(Received { header: frame.header, taken: 64 })));
@@ -81,14 +81,14 @@ fn a_damaged_frame_leaves_an_empty_batch() {
     let mut calibrator = calibrator::<f32>();
     assert_eq!(feed(&mut Decoder::new(), &bytes, &mut calibrator), Ok(None));
     assert!(calibrator.batch().pairs().is_empty());
-    // Matches of another source are not those of a frame that still arrives.
+    // Matches of another source do not belong to a frame that still arrives.
     assert_eq!(calibrator.batch().offered(), 0);
     calibrator.push(&Frame::plain(2, 1).matches[0]).unwrap();
     assert_eq!(calibrator.batch().pairs().len(), 1);
 }
 
 #[test]
-fn a_frame_cut_off_anywhere_is_no_pair() {
+fn a_frame_cut_off_anywhere_gives_no_pair() {
     let (old, new) = (Frame::plain(1, 60).bytes(), Frame::plain(2, 50).bytes());
     for cut in 0..=new.len() {
         let mut calibrator = calibrator::<f32>();
@@ -96,7 +96,7 @@ fn a_frame_cut_off_anywhere_is_no_pair() {
         feed(&mut decoder, &old, &mut calibrator).unwrap();
         let fed = feed(&mut decoder, &new[..cut], &mut calibrator).unwrap();
         let held = match (cut < FrameHeader::BYTES, cut < new.len()) {
-            // Before the header is whole, the pair before.
+            // Before the header is whole, the batch holds the pair before.
             (true, _) => 60,
             (false, true) => 0,
             (false, false) => 50,
@@ -106,7 +106,7 @@ fn a_frame_cut_off_anywhere_is_no_pair() {
         let too_few = Err(Rejection::TooFew { usable: 0, needed: 12 });
         assert_eq!(outcome.fused == too_few, held == 0, "{cut}");
         assert_eq!(outcome.pair.map_or(0, |pair| pair.usable), held as u32, "{cut}");
-        // Nothing is lost by asking: the frame goes on.
+        // Asking loses nothing: the frame goes on.
         if held == 0 {
             let rest = feed(&mut decoder, &new[cut..], &mut calibrator).unwrap().unwrap();
             assert_eq!((rest.taken, calibrator.batch().pairs().len()), (50, 50), "{cut}");

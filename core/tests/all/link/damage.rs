@@ -31,7 +31,7 @@ enum Harm {
 }
 
 fn bytes(longest: usize) -> impl Strategy<Value = Vec<u8>> {
-    // The magic and its parts are more frequent than by chance.
+    // The magic and its parts are more frequent than chance makes them.
     let byte = prop_oneof![any::<u8>(), prop::sample::select(&b"SCMF"[..])];
     let piece = prop_oneof![4 => byte.prop_map(|byte| vec![byte]), 1 => Just(b"SCMF".to_vec())];
     prop::collection::vec(piece, 1..longest).prop_map(|pieces| pieces.concat())
@@ -97,7 +97,7 @@ fn harmed(frame: &Frame, harm: &Harm) -> (Vec<u8>, bool) {
     (damaged, whole)
 }
 
-/// A stream of numbered frames, and those that remain whole.
+/// A stream of numbered frames, and the frames that remain whole.
 fn streams() -> impl Strategy<Value = (Vec<u8>, Vec<Frame>)> {
     let each = prop::collection::vec((frames(), harms()), 1..12);
     let by_chance = "what was lost or put in makes no difference";

@@ -49,7 +49,7 @@ fn read_does_not_sample_the_data_ready_pin() {
 }
 
 #[test]
-fn neither_pin_nor_bus_is_accessed_while_the_sink_is_busy() {
+fn pin_and_bus_are_not_accessed_while_the_sink_is_busy() {
     let wire = Wire::default();
     wire.send(Frame::plain(7, 1).bytes());
     let mut matcher = driver(&wire);

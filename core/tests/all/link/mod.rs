@@ -1,4 +1,4 @@
-//! Wire format, decoder and drivers: undamaged frames are received exactly, whatever happens to others.
+//! Wire format, decoder and drivers: undamaged frames are received exactly, for any damage of others.
 
 #[cfg(feature = "async")]
 mod asynchronous;

@@ -1,4 +1,4 @@
-//! The golden vectors: their bytes, and what a receiver makes of them. Update: `UPDATE_EXPECT=1`.
+//! The golden vectors: their bytes, and their effect on a receiver. Update: `UPDATE_EXPECT=1`.
 
 use core::fmt::Write;
 use std::path::Path;
@@ -71,7 +71,7 @@ fn vectors() -> [(&'static str, Vec<u8>); 7] {
     ]
 }
 
-/// What a receiver makes of a vector: counters, then header and matches of the whole frames.
+/// Effect of a vector on a receiver: counters, then header and matches of the whole frames.
 fn meaning(name: &str, bytes: &[u8]) -> String {
     let (mut decoder, mut rest, mut events) = (Decoder::new(), bytes, String::new());
     while let Some(event) = decoder.next(&mut rest) {
@@ -94,7 +94,7 @@ fn expect(file: &str, content: &[u8]) {
 }
 
 #[test]
-fn the_vectors_are_those_of_the_encoder() {
+fn the_vectors_match_the_encoder() {
     for (name, bytes) in vectors() {
         expect(&format!("{name}.bin"), &bytes);
     }

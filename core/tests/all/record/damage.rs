@@ -14,7 +14,7 @@ use test_support::runs;
 
 const CRC_32: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// The checksum at the end made right again.
+/// The record with a corrected checksum at its end.
 fn sealed<const N: usize>(mut record: [u8; N]) -> [u8; N] {
     let (body, sum) = record.split_last_chunk_mut().unwrap();
     *sum = CRC_32.checksum(body).to_le_bytes();
@@ -42,7 +42,7 @@ fn every_flipped_bit_and_every_other_length_is_damage() {
     for length in 0..good.len() {
         assert_eq!(fresh.restore(&good[..length]), Err(RestoreError::Damaged), "{length}");
     }
-    // With a right checksum too.
+    // It is refused with a correct checksum too.
     let longer = sealed(<[u8; 404]>::try_from([&good[..], &[0; 4]].concat()).unwrap());
     assert_eq!(refused(&longer), RestoreError::Damaged);
     assert_eq!(fresh.restore(&good), Ok(()));
@@ -67,7 +67,7 @@ fn a_record_of_something_else_is_refused_by_name() {
     assert_eq!(other.restore(&good), Err(RestoreError::OtherRig));
     let narrow = Config::robust().with_max_correction_rad(0.01).unwrap();
     assert_eq!(with::<f32, 256>(narrow).restore(&good), Err(RestoreError::Config));
-    // Of the other scalar, and read by the other preset: what is in use.
+    // A record of the other scalar, and one read by the other preset: the calibration in use.
     let mut double = restored::<f64>(Config::robust(), &good);
     assert_eq!(double.state(), State::Suspect);
     take(&mut double, &scene(ROTATION, 60)).unwrap();
@@ -95,13 +95,13 @@ fn ranges() -> Vec<f32> {
     parts.concat()
 }
 
-/// A number within a range, of any size.
+/// A number within a range, of any magnitude.
 fn drawn(range: f32, is_signed: bool, rng: &mut ChaCha8Rng) -> f32 {
     let size = range * 10.0_f32.powf(-12.0 * rng.random::<f32>().powi(2));
     if is_signed && rng.random() { -size } else { size }
 }
 
-/// Whether a record is taken, and then leads to the truth within thirty good pairs.
+/// Whether a record is accepted and leads to the truth within thirty good pairs.
 fn recovers(record: &Record, seed: u64) -> bool {
     let mut calibrator = robust::<f32>();
     if calibrator.restore(record).is_err() {
@@ -127,7 +127,7 @@ fn after_random_numbers_within_range_thirty_good_pairs_lock_on_the_truth() {
     for seed in 0..runs(300, 20_000) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut record = good;
-        // One number of another size, a few, or all; the diagonal of the information is positive.
+        // One number of another magnitude, a few, or all; the diagonal of the information is positive.
         let share = *[0.01, 0.1, 1.0].choose(&mut rng).unwrap();
         let diagonal = [0, 2, 5, 9, 14];
         for (k, range) in ranges.iter().enumerate() {
@@ -139,7 +139,7 @@ fn after_random_numbers_within_range_thirty_good_pairs_lock_on_the_truth() {
             let is_information = (22..37).contains(&k);
             let number = match k {
                 _ if is_information && diagonal.contains(&(k - 22)) => drawn(1e15, false, &mut rng),
-                // Not far beyond its diagonal, or none is a covariance.
+                // Not far beyond its diagonal; otherwise no draw is a covariance.
                 _ if is_information => f32::from_le_bytes(*place) * rng.random_range(-1.0..1.0),
                 40 => 0.0,
                 ..22 | 37..=38 | 42..72 | 80 | 81 | 89 | 90 => drawn(*range, true, &mut rng),

@@ -29,7 +29,7 @@ fn word(record: &[u8], at: usize) -> u32 {
 }
 
 #[test]
-fn the_table_of_the_state_is_that_of_its_bytes() {
+fn the_table_of_the_state_matches_its_bytes() {
     let rows = table("State");
     let mut calibrator = after::<f32>(Config::robust(), 12);
     take(&mut calibrator, &scene(ROTATION, 12)).unwrap();
@@ -45,7 +45,7 @@ fn the_table_of_the_state_is_that_of_its_bytes() {
     assert_eq!(t, <[f32; 3]>::from(calibrator.in_use().extrinsics.translation().into_inner()));
     let estimate = place(&rows, "estimate: turn");
     assert_eq!(numbers::<6>(&record, estimate)[3..], t);
-    let before = numbers::<6>(&record, place(&rows, "the calibration before"));
+    let before = numbers::<6>(&record, place(&rows, "the previous calibration"));
     assert_ne!(before, numbers::<6>(&record, estimate));
     let [pitch, ..] = numbers::<15>(&record, place(&rows, "information of the pairs"));
     let expected = proposal.covariance.unwrap().try_inverse().unwrap().m11;
@@ -60,7 +60,7 @@ fn the_table_of_the_state_is_that_of_its_bytes() {
 }
 
 #[test]
-fn the_table_of_the_factory_calibration_is_that_of_its_bytes() {
+fn the_table_of_the_factory_calibration_matches_its_bytes() {
     let rows = table("Factory calibration");
     let extrinsics = rig::<f32>(ROTATION, [0.5, -0.4]);
     let made = FactoryCalibration::new(cameras(), extrinsics).with_yaw_sd_rad(8e-4).unwrap();

@@ -1,4 +1,4 @@
-//! Records: a restart goes on from the estimate, and nothing broken is believed.
+//! Records: a restart continues from the estimate, and a broken record is refused.
 
 mod damage;
 mod format;
@@ -20,7 +20,7 @@ pub(crate) fn scene<T: Scalar>(rotation: [f64; 3], seed: u64) -> Vec<Corresponde
     with_outliers(correspondences(&rig(rotation, BASELINE), 250, 0.5, seed), 4)
 }
 
-/// After so many pairs of the rig, applied if that can be.
+/// A calibrator after so many pairs of the rig, applied if possible.
 pub(crate) fn after<T: Scalar>(config: Config, pairs: u64) -> Tested<T> {
     let mut calibrator = with(config);
     for seed in 0..pairs {
@@ -42,7 +42,7 @@ pub(crate) fn off<T: Scalar>(found: &Extrinsics<T>, rotation: [f64; 3]) -> [f64;
     [rotation.to_f64(), translation.to_f64()]
 }
 
-/// Extrinsics apart by no more than the rounding of a record, and of their own numbers.
+/// Whether extrinsics differ by no more than the rounding of a record and of their own numbers.
 fn same<T: Scalar>(one: &Extrinsics<T>, other: &Extrinsics<T>) -> bool {
     let Deviation { rotation, translation } = Deviation::between(one, other);
     rotation.to_f64().max(translation.to_f64()) < 5e-7
@@ -90,7 +90,7 @@ fn a_rig_that_was_knocked_meanwhile_is_found_within_three_pairs() {
 }
 
 #[test]
-fn frozen_undo_and_generation_survive_and_a_change_unnoticed_is_told() {
+fn frozen_undo_and_generation_survive_and_an_unnoticed_change_is_reported() {
     let mut old = after::<f32>(Config::robust(), 10);
     old.set_frozen(true);
     let mut new = restored::<f32>(Config::robust(), &old.snapshot());
@@ -98,7 +98,7 @@ fn frozen_undo_and_generation_survive_and_a_change_unnoticed_is_told() {
     assert_eq!(new.undo(), Err(ApplyError::Frozen));
     new.set_frozen(false);
     assert_eq!(new.undo().unwrap().extrinsics, Extrinsics::SIDE_BY_SIDE);
-    // Two changes here and two there, to different extrinsics.
+    // Two changes in one calibrator and two in the other, to different extrinsics.
     old.set_frozen(false);
     take(&mut old, &scene(ROTATION, 70)).unwrap();
     old.apply().unwrap();
@@ -114,7 +114,7 @@ fn frozen_undo_and_generation_survive_and_a_change_unnoticed_is_told() {
 }
 
 #[test]
-fn without_a_confirmed_estimate_what_is_in_use_is_kept_alone() {
+fn without_a_confirmed_estimate_only_the_calibration_in_use_is_kept() {
     let new = after::<f32>(Config::robust(), 2);
     let again = restored::<f32>(Config::robust(), &new.snapshot());
     assert_eq!((again.state(), again.proposal()), (State::Acquiring, None));

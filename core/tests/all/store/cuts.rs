@@ -1,4 +1,4 @@
-//! Loss of power at every word of every save, and again in the save after.
+//! Loss of power at every word of every save, and again in the next save.
 
 use super::Kept;
 use crate::api::presets::robust;
@@ -7,10 +7,10 @@ use stereo_selfcal::store::{SavePolicy, Store, StoreError};
 use test_support::flash::{Blank, Flash, TEARS, Tear};
 use test_support::is_campaign;
 
-/// Saves: enough to begin every block again.
+/// Saves: enough to start every block again.
 const SAVES: u32 = 8;
 
-/// Cuts a run of saves at every word; states lost, factory calibrations lost, saves refused afterwards, cuts.
+/// Cuts a run of saves at every word; returns states lost, factory calibrations lost, saves refused afterwards, cuts.
 fn cut<const W: usize, const E: usize>(blocks: usize, blank: Blank, tear: Tear) -> [u32; 4] {
     let (mut counts, every) = ([0; 4], if is_campaign() { 1 } else { 7 });
     let mut prepared = Kept::open(flash::<W, E>(blocks, blank, tear));
@@ -73,7 +73,7 @@ fn cut_all<const W: usize, const E: usize>(blocks: usize) -> u32 {
 }
 
 #[test]
-fn any_word_of_any_save_and_of_the_next_one_may_be_the_last() {
+fn power_may_fail_at_any_word_of_a_save_and_of_the_next() {
     // Two or three slots to a block.
     let cuts = [cut_all::<4, 1024>(2), cut_all::<8, 1024>(3), cut_all::<32, 2048>(2)];
     let rest = if is_campaign() { [cut_all::<8, 4096>(4), cut_all::<1, 512>(2)] } else { [0; 2] };
@@ -81,7 +81,7 @@ fn any_word_of_any_save_and_of_the_next_one_may_be_the_last() {
 }
 
 #[test]
-fn any_word_of_a_factory_save_may_be_the_last_twice() {
+fn power_may_fail_at_any_word_of_a_factory_save_twice() {
     let mut cuts = 0;
     for (blank, tear) in [Blank::Ones, Blank::Zeros, Blank::Unreadable]
         .into_iter()

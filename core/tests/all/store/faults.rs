@@ -1,4 +1,4 @@
-//! Faults of the flash that stand for a while, and flash that holds anything.
+//! Lasting faults of the flash, and flash with any content.
 
 use super::Kept;
 use core::cell::Cell;
@@ -16,7 +16,7 @@ enum Kind {
     ReadFails,
     ReadsZeros,
     ReadsOnes,
-    /// Any bytes.
+    /// Reads return random bytes.
     ReadsNoise,
     WriteFails,
     NoWrite,
@@ -36,7 +36,7 @@ const KINDS: [Kind; 7] = [
 /// A kind of fault of a block, or of all.
 type Standing = (Kind, Option<u32>);
 
-/// Flash with faults that stand as long as they are set.
+/// Flash with faults that last while they are set.
 struct Faulty(Nor, Rc<Cell<[Option<Standing>; 2]>>, ChaCha8Rng);
 
 impl Faulty {
@@ -144,7 +144,7 @@ fn flash_that_holds_anything_takes_records() {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut kept = Kept::open(Nor::new(4, seed));
         assert!(kept.save_factory(1) && kept.save(9));
-        // Records among garbage: parts of true ones, moved.
+        // Records among garbage: moved parts of true records.
         let mut bytes = kept.0.close().bytes;
         for _ in 0..rng.random_range(1..6) {
             let [from, to] = [(); 2].map(|()| 8 * rng.random_range(0..bytes.len() / 8 - 60));

@@ -14,18 +14,18 @@ use stereo_selfcal::store::{SavePolicy, Store};
 
 const CRC_32: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// The store of a rig, with payloads that are told apart by a number.
+/// The store of a rig, whose payloads are identified by a number.
 pub(crate) struct Kept<F>(pub(crate) Store<F, f32>);
 
 impl<F: NorFlash<Error: Debug>> Kept<F> {
-    /// In the first half of the flash the factory calibration, in the other the state.
+    /// The first half of the flash holds the factory calibration, the other half the state.
     pub(crate) fn open(flash: F) -> Self {
         let end = u32::try_from(flash.capacity()).unwrap();
         let (factory, state) = (0..end / 2, end / 2..end);
         Self(Store::open(flash, factory, state, SavePolicy::default()).unwrap())
     }
 
-    /// Whether it was saved.
+    /// Saves a factory calibration; returns whether it was saved.
     pub(crate) fn save_factory(&mut self, number: u16) -> bool {
         let made = FactoryCalibration::guess(cameras());
         let made = made.with_baseline_m(1.0 + f32::from(number)).unwrap();
@@ -38,14 +38,14 @@ impl<F: NorFlash<Error: Debug>> Kept<F> {
         (0..u16::MAX).find(|number| 1.0 + f32::from(*number) >= baseline_m)
     }
 
-    /// Whether it was saved: a state with this generation.
+    /// Saves a state with this generation; returns whether it was saved.
     pub(crate) fn save(&mut self, number: u32) -> bool {
         let mut calibrator = robust::<f32>();
         calibrator.restore(&numbered(number)).unwrap();
         self.0.save(&calibrator, core::time::Duration::ZERO).is_ok()
     }
 
-    /// The generation that is found.
+    /// The generation of the state found.
     pub(crate) fn state(&mut self) -> Option<u32> {
         let mut calibrator = robust::<f32>();
         self.0.resume(&mut calibrator).ok()?.then(|| calibrator.in_use().generation)

@@ -1,4 +1,4 @@
-//! When the policy says to save, and when not.
+//! When the policy asks for a save, and when it does not.
 
 use core::time::Duration;
 
@@ -33,12 +33,12 @@ fn seconds(s: u64) -> Duration {
     Duration::from_secs(s)
 }
 
-/// At most every 100 s.
+/// A policy of at most one save in 100 s.
 fn policy() -> SavePolicy<f32> {
     SavePolicy::new(seconds(100))
 }
 
-/// Reason to save at a time, after a pair in every second from another time on; none before.
+/// Reason to save at a time, after a pair in every second from another time on; `None` before.
 fn due_after(
     policy: &mut SavePolicy<f32>,
     calibrator: &Rig,
@@ -97,7 +97,7 @@ fn an_estimate_that_moved_is_saved_once_it_is_locked_again() {
 }
 
 #[test]
-fn what_was_saved_unlocked_is_saved_again_with_the_lock() {
+fn a_state_saved_unlocked_is_saved_again_once_locked() {
     let mut policy = policy();
     let mut calibrator = robust();
     policy.saved(&calibrator, seconds(0));
@@ -106,7 +106,7 @@ fn what_was_saved_unlocked_is_saved_again_with_the_lock() {
 }
 
 #[test]
-fn little_news_wait_for_thirty_six_intervals() {
+fn small_changes_wait_for_thirty_six_intervals() {
     let mut policy = policy();
     let mut calibrator = locked();
     feed(&mut calibrator, ROTATION, 20..60);
@@ -116,7 +116,7 @@ fn little_news_wait_for_thirty_six_intervals() {
 }
 
 #[test]
-fn after_a_restart_the_first_save_waits_and_a_confirmation_is_no_reason() {
+fn after_a_restart_the_first_save_waits_and_a_confirmation_triggers_none() {
     let mut policy = policy();
     let mut calibrator = locked();
     feed(&mut calibrator, ROTATION, 20..60);
@@ -137,7 +137,7 @@ fn no_clock_permits_two_saves_in_fewer_pairs_than_the_interval_has_seconds() {
         |pair| seconds(pair % 100 * 1_000_000),
         |pair| if pair % 3 == 2 { Duration::ZERO } else { seconds(pair) },
         |pair| if pair % 2 == 0 { Duration::MAX } else { Duration::ZERO },
-        // Wraps, as a 32-bit counter of microseconds.
+        // The clock wraps, as a 32-bit counter of microseconds does.
         |pair| Duration::from_micros(u64::from((50_000_000 * pair) as u32)),
     ];
     for (number, clock) in clocks.into_iter().enumerate() {
@@ -166,7 +166,7 @@ fn a_controller_that_is_reset_again_and_again_saves_once() {
         let mut calibrator = robust();
         let _ = store.resume(&mut calibrator);
         for pair in 0..8 {
-            // Each start learns something else, and applies it.
+            // Each start learns and applies something else.
             feed(&mut calibrator, [1.0 + 0.4 * f64::from(start), -0.5, 0.8], pair..pair + 1);
             let _ = calibrator.apply();
             saves.extend(store.save_if_due(&calibrator, seconds(pair)).unwrap());
@@ -177,7 +177,7 @@ fn a_controller_that_is_reset_again_and_again_saves_once() {
 }
 
 #[test]
-fn however_often_it_is_asked_and_whatever_changes_it_is_due_once_an_interval() {
+fn a_save_is_due_once_an_interval_for_any_calls_and_changes() {
     let mut policy = policy();
     let mut calibrator = locked();
     let mut due = Vec::new();
@@ -202,9 +202,9 @@ fn a_clock_that_stands_still_or_goes_back_permits_no_more_saves() {
     assert!((0..1000).all(|_| policy.due(&calibrator, seconds(5000)).is_none()));
     policy.saved(&calibrator, seconds(5000));
     calibrator.apply().unwrap();
-    // Back, and from there on as ever.
+    // The clock steps back, and runs normally from there on.
     assert_eq!(due_after(&mut policy, &calibrator, 10, 110), Some(SaveReason::InUse));
-    // As far ahead as there is: one pair.
+    // A step as far ahead as possible counts as one pair.
     assert_eq!(policy.due(&calibrator, Duration::MAX), None);
     assert!((0..1000).all(|_| policy.due(&calibrator, Duration::MAX).is_none()));
 }

@@ -34,10 +34,9 @@ impl FrameSink for DiscardingSink {
     fn discard(&mut self) {}
 }
 
-/// Writes a frame; its header.
+/// Writes a frame; returns its header.
 ///
-/// # Panics
-/// If the matches do not fit.
+/// # Panics If the matches do not fit.
 pub(crate) fn encode(sequence: u32, records: &[MatchRecord], bytes: &mut [u8]) -> FrameHeader {
     let count = records.len().try_into().expect("within a frame");
     let header = FrameHeader { count, sequence, ..HEADER };
@@ -71,7 +70,7 @@ pub(crate) fn decode(probe: &Probe, records: &[MatchRecord]) -> Sample {
 /// Content of a stream without a whole frame.
 #[derive(Clone, Copy)]
 pub(crate) enum Damaged {
-    /// The magic of a header again and again: a header may start in each fourth byte.
+    /// The magic of a header repeatedly: a header may start in each fourth byte.
     Magics,
     /// The same after the header of a long frame.
     MagicsWithinFrame,

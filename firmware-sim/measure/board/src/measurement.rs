@@ -93,7 +93,7 @@ fn input<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) {
     row("push radial-tangential at most", "instructions", most);
 }
 
-/// All left pixels in one cell: the longest list that a batch can have.
+/// All left pixels in one cell: the longest list of a batch.
 fn into_one_cell<T: Scalar>(c: Correspondence<T>) -> Correspondence<T> {
     let far_less = |x: T| T::lit(100.0) + x * T::lit(1.0 / 64.0);
     Correspondence { left: c.left.map(far_less), ..c }

@@ -96,7 +96,7 @@ pub(crate) fn process<T: Scalar>(
     cost
 }
 
-/// Processes the batch, of `count` matches, and applies the proposal where possible.
+/// Processes a batch of `count` matches, and applies the proposal if possible.
 pub(crate) fn update<T: Scalar>(
     probe: &Probe,
     calibrator: &mut CalibratorOf<T>,

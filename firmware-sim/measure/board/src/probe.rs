@@ -9,7 +9,7 @@ use crate::stack;
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Sample {
     pub(crate) instructions: u32,
-    /// Stack below that of the caller, bytes.
+    /// Stack below the caller's stack, bytes.
     pub(crate) stack: u32,
 }
 

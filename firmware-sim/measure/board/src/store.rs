@@ -13,7 +13,7 @@ use crate::probe::{Probe, Sample};
 const PAGE: usize = 2048;
 const PAGES: usize = 2;
 
-/// Enough to fill every page, and to begin the first one again.
+/// Enough saves to fill every page and start the first one again.
 const SAVES: u64 = 12;
 
 /// NOR flash in RAM.
@@ -84,7 +84,7 @@ fn resume<T: Scalar>(kept: &mut Kept<'_, T>, calibrator: &mut CalibratorOf<T>) -
 }
 
 /// Measures the calls of the store, the driver of a flash in RAM included: `Store::open`, `save_if_due` of a locked
-/// calibrator, `save` at most, until both pages of the state were full, and `resume`.
+/// calibrator, the most expensive `save` until both pages of the state were full, and `resume`.
 ///
 /// # Panics
 /// If a record is not saved or not found again.

@@ -21,7 +21,7 @@ use super::super::polling::driver;
 const PAGE: usize = 8192;
 const WORD: usize = 8;
 
-/// Largest number of writes and erasures before the power is lost: as long as a save.
+/// Largest number of writes and erasures before the power is lost: the length of a save.
 const LAST_WORDS: u32 = 60;
 
 /// Time between two pairs.
@@ -57,9 +57,9 @@ impl Profile {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Power {
     On,
-    /// It goes down, and the controller detects it.
+    /// The supply fails, and the controller detects it.
     Failing,
-    /// It is cut without warning.
+    /// The supply is cut without warning.
     Lost,
 }
 
@@ -78,7 +78,7 @@ pub(super) struct Hardware {
 impl Hardware {
     /// Hardware with an erased flash.
     ///
-    /// * `seed`: of the faults.
+    /// * `seed`: seed of the faults.
     pub(super) fn new(profile: Profile, sender: Sender, seed: u64) -> Self {
         let flash = Flash::of(vec![0xff; 4 * PAGE], seed);
         Self {

@@ -257,7 +257,7 @@ mod tests {
                 flight(&["--faults", "--seed", seed]);
             let lost = moments.iter().filter(|m| m.verdict.is_none()).count();
             assert!((10..120).contains(&lost), "{lost}: {log}");
-            // A start that restored nothing would be acquiring again.
+            // A start without a restored state would be acquiring again.
             let first_lock = moments.iter().position(|m| m.state == State::Locked).unwrap();
             let forgot = |m: &Moment| m.state == State::Acquiring;
             assert!(!moments[first_lock..].iter().any(forgot), "{log}");

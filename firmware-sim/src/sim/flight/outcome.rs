@@ -22,7 +22,7 @@ pub(super) struct Outcome {
     last: Option<Last>,
 }
 
-/// After the last pair.
+/// The calibration after the last pair.
 #[derive(Debug, PartialEq)]
 struct Last {
     error: Deviation<f64>,

@@ -28,10 +28,9 @@ impl Listener {
         open().map(Self).context("cannot open a port for the line to the controller")
     }
 
-    /// The port as QEMU's option `-serial` takes it.
+    /// The port in the form of QEMU's option `-serial`.
     ///
-    /// # Errors
-    /// If the system does not return the port.
+    /// # Errors If the system does not return the port.
     pub(super) fn serial(&self) -> Result<String> {
         Ok(format!("tcp:{}", self.0.local_addr()?))
     }

@@ -19,7 +19,7 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// * `calibrator`: before the first pair.
+    /// * `calibrator`: calibrator before the first pair.
     ///
     /// # Errors
     /// If the true extrinsics of the data set are invalid.

@@ -13,17 +13,17 @@ use stereo_selfcal::State;
 use super::setup::Setup;
 use super::source::Source;
 
-/// Write a rig as the files of OpenCV, Kalibr or ROS: that of a data set as it stands, or, with
-/// --replayed, with the extrinsics that the calibrator estimates.
+/// Write a rig as files of OpenCV, Kalibr or ROS: the rig of a data set, or, with --replayed, the rig with the
+/// estimated extrinsics.
 ///
-/// Ours: p_r = R p_l + t, |t| = 1, and the baseline in metres beside it; a side-by-side rig has
-/// t = (-1, 0, 0). In OpenCV's files x_2 = R x_1 + T, so T = b t. In Kalibr's T_cn_cnm1 of cam1 is
-/// [R b t; 0 1], with cam0 left. In those of ROS the rectification matrices carry R and t, and the right
-/// camera has `P[0][3] = -fx b`. All lengths are in metres; where the baseline is not known it is written
-/// as 1, with a comment.
+/// Our convention: p_r = R p_l + t, |t| = 1, with the baseline in metres beside it; a side-by-side rig has t = (-1, 0,
+/// 0). In OpenCV's files x_2 = R x_1 + T, so T = b t. In Kalibr's files T_cn_cnm1 of cam1 is [R b t; 0 1], with cam0
+/// left. In ROS files the rectification matrices carry R and t, and the right camera has `P[0][3] = -fx b`. All lengths
+/// are in metres; an unknown baseline is written as 1, with a comment.
 ///
-/// With --replayed, rows that no extrinsics remove are written as lens_yaw, rad: the rectified right row is below the left
-/// one by lens_yaw x y of the left ray (OpenCV: a number; Kalibr and ROS: a comment). A rectifier by look-up table can take it out.
+/// With --replayed, row offsets that no extrinsics remove are written as lens_yaw, rad: the rectified right row is
+/// below the left one by lens_yaw x y of the left ray (OpenCV: a number; Kalibr and ROS: a comment). A rectifier with a
+/// look-up table can remove it.
 ///
 /// Numbers are written with the digits that read back to the same bits.
 #[derive(Debug, Args)]
@@ -40,17 +40,17 @@ pub struct ExportArgs {
     #[arg(long, value_enum)]
     format: Format,
 
-    /// Folder for the files; none of them may exist.
+    /// Folder for the files; none of the files may exist.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
-    /// Replay the recording, and write R and t as the calibrator then proposes them; with --lens
-    /// compensate, also the cameras that they belong to.
+    /// Replay the recording, and write the R and t that the calibrator then proposes; with --lens compensate, also
+    /// their cameras.
     #[arg(long)]
     replayed: bool,
 
-    /// Field of view of the rectified images across, degrees: a part of a fisheye [default: all that both cameras
-    /// see, or of a fisheye that sees too much for a plane the widest part].
+    /// Field of view of the rectified images across, degrees, to show a part of a fisheye [default: all that both
+    /// cameras see; if that is too wide for a plane, the widest part].
     #[arg(long, value_name = "D")]
     field: Option<f64>,
 
@@ -62,7 +62,7 @@ pub struct ExportArgs {
 pub(crate) fn export(args: &ExportArgs) -> Result<()> {
     let meta = args.meta()?;
     if meta.baseline_m.is_none() {
-        eprintln!("the length of the baseline is not known: it is written as 1");
+        eprintln!("the length of the baseline is unknown: it is written as 1");
     }
     let paths = Document::save_all(&args.format.write_part(&meta, args.field)?, &args.out)?;
     let mut out = io::stdout();

@@ -1,4 +1,4 @@
-//! How often what happens on the wire, as arguments.
+//! Rates of the faults on the wire, as arguments.
 
 use clap::Args;
 use host_tests::wire::Faults;
@@ -6,8 +6,8 @@ use host_tests::wire::Faults;
 /// Shares of all frames, 0 to 1.
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct FaultArgs {
-    /// Share of the frames that are damaged: bits flipped, bytes lost, put in or clocked twice, a run
-    /// overwritten, the end cut off.
+    /// Share of the frames that are damaged: flipped bits, lost, inserted or repeated bytes, an overwritten run, a
+    /// missing end.
     #[arg(long, value_name = "SHARE", value_parser = share)]
     damaged: Option<f64>,
 
@@ -19,17 +19,17 @@ pub(super) struct FaultArgs {
     #[arg(long, value_name = "SHARE", value_parser = share)]
     repeated: Option<f64>,
 
-    /// Share of the frames that idle bytes or noise follow.
+    /// Share of the frames that are followed by idle bytes or noise.
     #[arg(long, value_name = "SHARE", value_parser = share)]
     noise_after: Option<f64>,
 
-    /// Seed of the faults: the same for the same seed.
+    /// Seed of the faults.
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
 }
 
 impl FaultArgs {
-    /// Options that are not given are those of `default`.
+    /// The faults; an option that is not given takes the value of `default`.
     pub(super) fn faults(&self, default: Faults) -> Faults {
         Faults {
             damaged: self.damaged.unwrap_or(default.damaged),

@@ -13,10 +13,10 @@ use super::rig_args::{RigArgs, read_rig};
 /// Read the rig in the files of another tool, and write it as the meta.json of a data set,
 /// for `selfcal replay FILE --rig meta.json` or a recording of your own.
 ///
-/// The format is told by the keys; all formats are listed below. T, t and `P[0][3]` are negative in x for a side-by-side
-/// rig, unless the right camera is mounted upside down.
+/// The keys tell the format; all formats are listed below. T, t and `P[0][3]` are negative in x for a side-by-side rig,
+/// unless the right camera is mounted upside down.
 ///
-/// A baseline of 1 stands for one that is not known. Lenses: k1 k2 p1 p2 k3, with k4 k5 k6, or a fisheye of four.
+/// A baseline of 1 stands for an unknown one. Lenses: k1 k2 p1 p2 k3, with k4 k5 k6, or a fisheye of four.
 #[derive(Debug, Args)]
 #[command(after_help = format!("Formats:
 {}
@@ -26,19 +26,19 @@ Examples:
   selfcal import camchain.yaml --out meta.json
   selfcal import camera_info/ --out meta.json", conventions::list()))]
 pub struct ImportArgs {
-    /// The files of one rig; a folder stands for its *.yaml and *.yml, or else for its JSON, XML, TXT or conf.
+    /// The files of one rig. A folder stands for its *.yaml and *.yml; without these for its JSON, XML, TXT or conf.
     #[arg(required = true, value_name = "FILE|DIR")]
     files: Vec<PathBuf>,
 
     #[command(flatten)]
     rig: RigArgs,
 
-    /// Where the rig goes; must not exist.
+    /// File for the rig; must not exist.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
 }
 
-/// Baselines of rigs that are built, m.
+/// Plausible baselines of a rig, m.
 const LIKELY_M: std::ops::Range<f64> = 0.005..10.0;
 
 /// Runs `selfcal import`.
@@ -51,7 +51,7 @@ pub(crate) fn import(args: &ImportArgs) -> Result<()> {
         let [[w, h], [x, y]] = meta.sizes();
         let [[a, b], [c, d]] = given;
         bail!(
-            "{}: is of images of {w} x {h} and {x} x {y} px, --size says {a} x {b} and {c} x {d}: leave --size out",
+            "{}: the images have {w} x {h} and {x} x {y} px, --size says {a} x {b} and {c} x {d}: leave --size out",
             meta.source
         );
     }

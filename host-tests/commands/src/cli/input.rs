@@ -1,4 +1,4 @@
-//! Matches that come pair by pair: from a file, or from standard input.
+//! Matches that arrive pair by pair: from a file, or from standard input.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, IsTerminal, Read};
@@ -10,18 +10,18 @@ use host_tests::data::{Dataset, FrameRows, LONGEST_LINE, Match, Meta, Turn};
 use host_tests::run::progress::{self, Bar};
 use host_tests::wire::{FrameReader, counted};
 
-/// Pairs, as they come.
+/// Pairs in order of arrival.
 type Pairs = Box<dyn Iterator<Item = Result<Vec<Match>>>>;
 
-/// A recording whose pairs come one by one.
+/// A recording whose pairs arrive one by one.
 pub(super) struct Streamed {
-    /// The place it comes from.
+    /// Name of its source.
     pub(super) name: String,
     /// The rig.
     pub(super) meta: Meta,
     /// The pairs.
     pub(super) pairs: Pairs,
-    /// How far it has been read.
+    /// Progress of the reading.
     pub(super) bar: Rc<Bar>,
 }
 
@@ -47,7 +47,7 @@ impl Streamed {
         Ok(Self { name, meta, pairs, bar })
     }
 
-    /// The same with a view turned, or both.
+    /// The same with one or both views turned.
     pub(super) fn turned(self, turn: Turn) -> Self {
         let (name, meta) = (turn.name(&self.name), turn.meta(&self.meta));
         let pairs = Box::new(self.pairs.map(move |pair| Ok(turn.pair(&pair?))));
@@ -62,7 +62,7 @@ impl Streamed {
     }
 }
 
-/// Name, bytes, and a bar over them, or over the pairs where their end is not known.
+/// Name, bytes, and a progress bar over the bytes, or over the pairs if the end is unknown.
 fn source(place: &Path) -> Result<(String, Box<dyn Read>, Rc<Bar>)> {
     let pairs = || Rc::new(progress::counting("pairs"));
     if place == Path::new("-") {
@@ -80,7 +80,7 @@ fn source(place: &Path) -> Result<(String, Box<dyn Read>, Rc<Bar>)> {
     Ok((name, Box::new(Metered { file, bar: bar.clone() }), bar))
 }
 
-/// The first line, or what shows that it is none.
+/// The first line, or the first bytes that are not text.
 fn start(source: &mut impl BufRead) -> io::Result<Vec<u8>> {
     let mut start = Vec::new();
     while start.len() < LONGEST_LINE && is_text(&start) && !start.contains(&b'\n') {
@@ -99,7 +99,7 @@ fn is_text(bytes: &[u8]) -> bool {
     !bytes.iter().any(control) && std::str::from_utf8(bytes).err().is_none_or(cut_off)
 }
 
-/// A file that moves a bar.
+/// A file that moves a progress bar.
 struct Metered {
     file: File,
     bar: Rc<Bar>,
@@ -113,7 +113,7 @@ impl Read for Metered {
     }
 }
 
-/// The pairs of a stream of frames; its counters are said at the end.
+/// The pairs of a stream of frames; its counters are printed at the end.
 struct Frames<R> {
     reader: FrameReader<R>,
     rig: Meta,

@@ -16,17 +16,17 @@ const SHARE: u32 = 20_000;
 /// A bad wire.
 const FAULTS: Faults = Faults { damaged: 0.2, dropped: 0.02, repeated: 0.02, noise_after: 0.05 };
 
-/// Send generated frames over a wire with faults, through the decoder, and check all that comes out.
+/// Send generated frames over a wire with faults, through the decoder, and check its output.
 ///
-/// Frames of 0 to 512 matches with any content, in pieces of any length. Unless said otherwise 20 % of
-/// them are damaged, 2 % dropped, 2 % repeated, and noise follows 5 %. The run fails if anything is
-/// handed out that was not sent so, or if a frame is lost that was on the wire whole.
+/// Frames of 0 to 512 matches with any content, in pieces of any length. By default 20 % of them are damaged, 2 %
+/// dropped, 2 % repeated, and noise follows 5 %. The run fails if the output differs from the input, or if a frame is
+/// lost that was whole on the wire.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal link
   selfcal link --frames 100000 --damaged 0.9 --seed 7
 
-Exit status: 0 if the link kept its promises, 1 if not.")]
+Exit status: 0 if all checks passed, 1 if not.")]
 pub struct LinkArgs {
     /// Frames to send.
     #[arg(long, default_value_t = 10_000_000, value_name = "N",
@@ -51,13 +51,13 @@ pub(crate) fn link(args: &LinkArgs) -> Result<()> {
     let counts = (0..shares).into_par_iter().map(run).reduce(SoakCounts::default, SoakCounts::plus);
     bar.finish_and_clear();
     print(&counts)?;
-    ensure!(counts.is_good(), "the link broke a promise");
+    ensure!(counts.is_good(), "a check of the link failed");
     Ok(())
 }
 
 fn print(counts: &SoakCounts) -> Result<()> {
     let mut out = io::stdout();
-    // A damaged frame passes by chance where it has the checksum of another.
+    // A damaged frame passes by chance if it has the checksum of another.
     #[expect(clippy::cast_precision_loss, reason = "a share of a chance")]
     let by_chance = counts.damaged as f64 / 2.0_f64.powi(32);
     for (what, count) in [
@@ -72,10 +72,10 @@ fn print(counts: &SoakCounts) -> Result<()> {
         ("handed out twice", counts.twice),
         ("received whole and lost, after a whole one", counts.missed),
         ("received whole and lost, after another one", counts.missed_next),
-        ("without its end, which followed, handed out", counts.mended),
+        ("without its end, which the next frame supplied, handed out", counts.mended),
     ] {
         writeln!(out, "{what:<45} {count:>12}")?;
     }
-    writeln!(out, "{:<45} {by_chance:>12.4}", "damaged frames that a CRC-32 passes by chance")?;
+    writeln!(out, "{:<45} {by_chance:>12.4}", "damaged frames that pass a CRC-32 by chance")?;
     Ok(())
 }

@@ -29,17 +29,17 @@ use synth::SynthArgs;
 /// Commands that read no images.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    #[allow(missing_docs, reason = "the arguments define the help text")]
     Replay(ReplayArgs),
-    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    #[allow(missing_docs, reason = "the arguments define the help text")]
     Record(RecordArgs),
-    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    #[allow(missing_docs, reason = "the arguments define the help text")]
     Export(ExportArgs),
-    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    #[allow(missing_docs, reason = "the arguments define the help text")]
     Import(ImportArgs),
-    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    #[allow(missing_docs, reason = "the arguments define the help text")]
     Synth(Box<SynthArgs>),
-    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    #[allow(missing_docs, reason = "the arguments define the help text")]
     Link(LinkArgs),
 }
 

@@ -18,5 +18,5 @@ pub(super) fn numbers<T: FromStr, const N: usize>(text: &str) -> Result<[T; N], 
         .split(',')
         .map(|number| number.trim().parse().map_err(|_| format!("`{number}` is not a number here")))
         .collect::<Result<_, _>>()?;
-    numbers.try_into().map_err(|_| format!("{N} numbers with commas between are needed"))
+    numbers.try_into().map_err(|_| format!("{N} numbers separated by commas are needed"))
 }

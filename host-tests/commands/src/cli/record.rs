@@ -11,11 +11,11 @@ use host_tests::wire::{Faults, FaultyWire, Sender, Sent};
 
 use super::faults::FaultArgs;
 
-/// Write a data set as the bytes that a matcher sends, frame after frame, for `selfcal replay FILE` or a
-/// receiver of your own; over a wire with faults, if you like.
+/// Write a data set as the bytes that a matcher sends, frame after frame, for `selfcal replay FILE` or your own
+/// receiver; optionally over a wire with faults.
 ///
-/// The format is that of stereo_selfcal::link: version 1, coordinates in 1/256 px. The file is what is
-/// on the wire and nothing else, so what a vehicle logged of its matcher is one too.
+/// The format is version 1 of stereo_selfcal::link, coordinates in 1/256 px. The file holds only the bytes on the wire,
+/// so the log of a vehicle's matcher has this format too.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal record opencv_chess_sift flight.scmf
@@ -26,7 +26,7 @@ pub struct RecordArgs {
     #[arg(value_name = "DATASET")]
     set: PathBuf,
 
-    /// Where the bytes go; must not exist.
+    /// File for the bytes; must not exist.
     #[arg(value_name = "FILE")]
     file: PathBuf,
 
@@ -59,7 +59,7 @@ pub(crate) fn record(args: &RecordArgs) -> Result<()> {
     writeln!(out, "{}: {frames} frames of {}, {length} bytes", args.file.display(), set.name)?;
     writeln!(out, "{intact} as sent, {damaged} damaged, {dropped} dropped, {repeated} repeated")?;
     if left_out > 0 {
-        writeln!(out, "{left_out} matches left out: beyond what a frame can carry")?;
+        writeln!(out, "{left_out} matches left out: they do not fit a frame")?;
     }
     Ok(())
 }

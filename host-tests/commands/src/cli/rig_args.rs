@@ -1,4 +1,4 @@
-//! The rig that a command is given, and what its files may lack.
+//! The rig of a command, and values that its files may lack.
 
 use std::path::{Path, PathBuf};
 
@@ -9,26 +9,25 @@ use host_tests::data::{Dataset, Meta};
 use super::parse::{numbers, sizes};
 use crate::conventions::{self, Unknowns};
 
-/// What rig files may lack.
+/// Values that rig files may lack.
 #[derive(Debug, Clone, Default, Args)]
 pub struct RigArgs {
-    /// Size of the images that the rig is of, px, where its files lack it or have several; of left and right where
-    /// they differ.
+    /// Size of the rig's images, px, if its files lack it or have several; of left and right if they differ.
     #[arg(long, value_parser = sizes, value_name = "W,H[,W,H]")]
     size: Option<[[u16; 2]; 2]>,
 
-    /// Unit of T in metres, where it is that of the board: 0.001 for mm [default: 1].
+    /// Unit of T in metres, if T is in units of the board: 0.001 for mm [default: 1].
     #[arg(long, value_name = "M")]
     unit: Option<f64>,
 
-    /// Which cameras of a file are left and right, by their numbers in it: 2,3 for the colour cameras of KITTI
-    /// [default: 0,1, of a Luxonis camera the sockets that its file names].
+    /// Numbers of the left and right camera in a file: 2,3 for the colour cameras of KITTI [default: 0,1; for a Luxonis
+    /// camera the sockets that its file names].
     #[arg(long, value_parser = numbers::<u8, 2>, value_name = "LEFT,RIGHT")]
     cameras: Option<[u8; 2]>,
 }
 
 impl RigArgs {
-    /// As the readers take it.
+    /// The values in the form of the readers.
     #[must_use]
     pub fn unknowns(&self) -> Unknowns {
         Unknowns { sizes: self.size, unit_m: self.unit.unwrap_or(1.0), cameras: self.cameras }

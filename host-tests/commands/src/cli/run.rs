@@ -22,31 +22,30 @@ pub(crate) struct RunArgs {
     #[command(flatten)]
     setup: Setup,
 
-    /// When the estimate is put into use.
+    /// When the estimate is applied.
     #[arg(long, value_enum, default_value_t = Apply::Never)]
     apply: Apply,
 
-    /// Points of known distance: a CSV file with the columns pair,u,v,range_m,sd_m,along. pair: from 0; u, v: pixel of the
-    /// left image, within 3 px of a match; along: ray or axis. They tell yaw from the lens, and need baseline_m.
+    /// Points at known distances: a CSV file with the columns pair,u,v,range_m,sd_m,along. pair: from 0; u, v: pixel of
+    /// the left image, within 3 px of a match; along: ray or axis. They tell yaw from the lens, and need baseline_m.
     #[arg(long, value_name = "FILE")]
     ranges: Option<PathBuf>,
 
     /// Use the tracked matches of quads/NNNN.csv (ul1,vl1,ur1,vr1,ul2,vl2,ur2,vr2): matches of pair NNNN and the same
-    /// ones in a later pair, between which the rig has moved. They tell yaw from the lens.
+    /// matches in a later pair, after a motion of the rig. They tell yaw from the lens.
     #[arg(long)]
     motion: bool,
 
-    /// Print one JSON object and nothing else. Angles in rad, R row-major. correction is added to the
-    /// right camera (focal: relative, k1): R and t belong to the cameras with it.
+    /// Print only one JSON object. Angles in rad, R row-major. correction is added to the right camera (focal:
+    /// relative, k1): R and t belong to the corrected cameras.
     #[arg(long)]
     json: bool,
 
-    /// Write a row a pair into this file: pair, state, verdict, armed, doubt, matches, fit, rms_px_in_use,
-    /// rms_px_proposed, sd_rotation, sd_translation, the estimate (r11..r33,t1,t2,t3) and what is in use
-    /// after the pair (u11..u33,v1,v2,v3). The health behind armed, fit and both RMS is read before the
-    /// estimate is applied. Where a lens was corrected, the corrections of the right camera follow: those that
-    /// the estimate belongs to (focal,k1), and what is in use (used_focal,used_k1). Angles in rad. A file of an
-    /// earlier run is replaced.
+    /// Write one row for each pair into this file: pair, state, verdict, armed, doubt, matches, fit, rms_px_in_use,
+    /// rms_px_proposed, sd_rotation, sd_translation, the estimate (r11..r33,t1,t2,t3) and the extrinsics in use after
+    /// the pair (u11..u33,v1,v2,v3). The health behind armed, fit and both RMS is read before the estimate is applied.
+    /// If a lens was corrected, the corrections of the right camera follow: of the estimate (focal,k1) and in use
+    /// (used_focal,used_k1). Angles in rad. A file of an earlier run is replaced.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
 
@@ -85,7 +84,7 @@ impl RunArgs {
         self.print(set, depths, &log)
     }
 
-    /// The same over pairs that come one by one; all are held only for a page.
+    /// The same over pairs that arrive one by one; all are held only for a page.
     pub(super) fn run_streamed(&self, stream: Streamed) -> Result<()> {
         if self.report.is_some() {
             return self.run(&stream.collect()?);

@@ -1,4 +1,4 @@
-//! How the calibrator is run: what every subcommand that runs it asks for.
+//! Settings of the calibrator, common to every subcommand that runs it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,23 +12,23 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use stereo_selfcal::{Central, Config, Extrinsics, Scalar};
 
-/// How the calibrator is run.
+/// Settings of the calibrator.
 #[derive(Debug, Args)]
 pub(crate) struct Setup {
     /// Parameters of the calibrator.
     #[arg(long, value_enum, default_value_t = Preset::Robust)]
     preset: Preset,
 
-    /// Number type that the core computes in; f32 is what ships.
+    /// Number type of the core; f32 ships.
     #[arg(long, value_enum, default_value_t = Number::F32)]
     scalar: Number,
 
-    /// Correspondences a pair that the calibrator has room for; it selects from longer pairs. 256 is that of the
-    /// firmware examples: a recorded stream comes to the same bits as on a vehicle with this capacity. In f32.
+    /// Capacity of the calibrator in correspondences a pair; it selects from longer pairs. The firmware examples have
+    /// 256: a recorded stream gives the same bits as on a vehicle with the same capacity, in f32.
     #[arg(long, value_enum, default_value_t = Capacity::N2048, value_name = "N")]
     capacity: Capacity,
 
-    /// How far the lens models of the data are trusted, robust preset.
+    /// Trust in the lens models of the data, robust preset.
     #[arg(long, value_enum, default_value_t = LensTracking::Report)]
     lens: LensTracking,
 
@@ -36,11 +36,11 @@ pub(crate) struct Setup {
     #[arg(long, value_enum, default_value_t = Angle::Mean)]
     angle: Angle,
 
-    /// Where every pair starts: `identity` (R = I, t = (-1, 0, 0)); `rig`: R and t of the recording's rig; a JSON
-    /// file with "R" (3 rows) and "t" (3 numbers, any length), such as a meta.json; OpenCV's extrinsics.yml; files or
-    /// folder of any format that `selfcal import` reads. Nothing but R and t is read: those that --lens compensate
-    /// has found belong to corrected cameras, not to those of the data [default: rig, if it was read
-    /// from files of another tool; identity elsewhere: R and t of a data set are what the estimate is compared with].
+    /// Start of every pair: `identity` (R = I, t = (-1, 0, 0)); `rig`: R and t of the recording's rig; a JSON file with
+    /// "R" (3 rows) and "t" (3 numbers, any length), such as a meta.json; OpenCV's extrinsics.yml; files or folder of
+    /// any format that `selfcal import` reads. Only R and t are read; R and t of --lens compensate do not fit, because
+    /// they belong to corrected cameras [default: rig, if it was read from files of another tool; otherwise identity,
+    /// because R and t of a data set are the reference].
     #[arg(long, value_name = "identity|rig|FILE|DIR")]
     initial: Option<PathBuf>,
 }
@@ -48,13 +48,13 @@ pub(crate) struct Setup {
 /// Treatment of the lens models.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum LensTracking {
-    /// As exact: no deviation covers an error of the lens.
+    /// Exact: no deviation covers an error of the lens.
     Given,
-    /// As uncertain: its errors are estimated, reported, and widen the deviations; R and t stay those of the
-    /// given lens.
+    /// Uncertain: errors of the lens are estimated, reported, and widen the deviations; R and t belong to the given
+    /// lens.
     Report,
-    /// As uncertain, and corrected: differences of focal length and of k1 are compensated where that halves the
-    /// deviation of t; R and t belong to the corrected cameras.
+    /// Uncertain and corrected: differences of focal length and of k1 are compensated if that halves the deviation of
+    /// t; R and t belong to the corrected cameras.
     Compensate,
 }
 
@@ -81,7 +81,7 @@ pub enum Preset {
     Paper,
 }
 
-/// Number type that the core computes in.
+/// Number type of the core.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum Number {
     /// Single precision.
@@ -90,7 +90,7 @@ pub enum Number {
     F64,
 }
 
-/// The capacity is part of the type, and each one is compiled: two are enough.
+/// The capacity is part of the type, so each capacity is compiled separately: two are enough.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Capacity {
     #[value(name = "256")]
@@ -125,7 +125,7 @@ impl Setup {
                 if rig.is_calibrated() {
                     "starts from R and t of the rig (--initial identity starts side by side)"
                 } else {
-                    "starts side by side; R and t of the rig are what it is compared with (--initial rig starts from them)"
+                    "starts side by side; R and t of the rig are the reference (--initial rig starts from them)"
                 }
             );
         }
@@ -177,12 +177,12 @@ fn start<T: Scalar>(initial: &Path, rig: &Meta) -> Result<Extrinsics<T>> {
     read().with_context(|| format!("initial extrinsics from {}", initial.display()))
 }
 
-/// `R` and `t` of a JSON file; `None` of a folder or any other file.
+/// `R` and `t` of a JSON file; `None` for a folder or any other file.
 fn plain(place: &Path) -> Option<Initial> {
     serde_json::from_str(&fs::read_to_string(place).ok()?).ok()
 }
 
-/// What a file of initial extrinsics must have; the rest of it is ignored.
+/// Required content of a file of initial extrinsics; the rest is ignored.
 #[derive(Deserialize)]
 struct Initial {
     #[serde(rename = "R")]

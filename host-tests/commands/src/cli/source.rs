@@ -1,4 +1,4 @@
-//! Which recording a subcommand takes.
+//! The recording of a subcommand.
 
 use std::path::{Path, PathBuf};
 
@@ -18,26 +18,25 @@ pub(crate) struct Source {
     #[arg(value_name = "DIR|FILE|-")]
     set: PathBuf,
 
-    /// Rig of a file or of standard input: a meta.json, a data set that has one, or files of any format that
-    /// `selfcal import` reads [default: the meta.json beside the file].
+    /// Rig of a file or of standard input: a meta.json, a data set with one, or files of any format that `selfcal
+    /// import` reads [default: the meta.json beside the file].
     #[arg(long, value_name = "FILE|DIR", num_args = 1..=3)]
     rig: Vec<PathBuf>,
 
     #[command(flatten)]
     lacks: RigArgs,
 
-    /// Turn a view, as if its camera looked up (top), down, left or right: of the left one R becomes R Rot^T,
-    /// of the right one Rot R, and t Rot t. Points that leave the image are dropped. A rectified set is
-    /// evidence only if turned.
+    /// Turn a view, as if its camera looked up (top), down, left or right. For the left view R becomes R Rot^T; for the
+    /// right one R becomes Rot R and t Rot t. Points that leave the image are dropped. A rectified set is evidence only
+    /// if turned.
     #[arg(long, value_enum)]
     view: Option<TurnedView>,
 
-    /// Which camera is turned. Both: the left one as the view says, the right one as the next of top, right,
-    /// bottom, left.
+    /// Which camera is turned. Both: the left one by the view, the right one by the next of top, right, bottom, left.
     #[arg(long, value_enum, default_value_t, requires = "view")]
     turned: TurnedCamera,
 
-    /// By how much the view is turned.
+    /// Angle of the turn.
     #[arg(long, default_value_t = 5.0, requires = "view", value_name = "D")]
     degrees: f64,
 }
@@ -48,7 +47,7 @@ impl Source {
         &self.set
     }
 
-    /// Whether a view is turned, which leaves out matches: rows of a pair are not those of its file.
+    /// Whether a view is turned, which drops matches: then rows of a pair differ from those of its file.
     pub(super) fn is_turned(&self) -> bool {
         self.view.is_some()
     }
@@ -62,7 +61,7 @@ impl Source {
             Recording::Held(set) => (&set.name, &set.meta),
             Recording::Streamed(stream) => (&stream.name, &stream.meta),
         };
-        ensure!(meta.has_reference(), "--view turns R and t, and {name} has none");
+        ensure!(meta.has_reference(), "--view turns R and t, which {name} lacks");
         let turn = Turn::new(meta, view, self.degrees, self.turned)?;
         Ok(match recording {
             Recording::Held(set) => Recording::Held(turn.set(&set)),
@@ -70,7 +69,7 @@ impl Source {
         })
     }
 
-    /// The same with all its pairs at once.
+    /// The same with all its pairs in memory.
     pub(super) fn read(&self) -> Result<Dataset> {
         match self.open()? {
             Recording::Held(set) => Ok(set),
@@ -88,7 +87,7 @@ impl Source {
             return Ok(Recording::Held(Dataset::find(&self.set)?));
         }
         let meta = match self.rig.as_slice() {
-            [] if piped => bail!("standard input has no cameras: --rig says of which they are"),
+            [] if piped => bail!("standard input has no cameras: give them with --rig"),
             [] => rig_beside(&self.set)?,
             places => read_rig(places, self.lacks.unknowns())?,
         };
@@ -96,11 +95,11 @@ impl Source {
     }
 }
 
-/// What a place has.
+/// Kinds of recordings.
 pub(super) enum Recording {
     /// A data set.
     Held(Dataset),
-    /// Pairs one by one.
+    /// Pairs that arrive one by one.
     Streamed(Streamed),
 }
 
@@ -108,10 +107,10 @@ pub(super) enum Recording {
 fn rig_beside(file: &Path) -> Result<Meta> {
     let name = file.display();
     let meta = file.with_file_name("meta.json");
-    ensure!(meta.is_file(), "{name} has no meta.json beside it: --rig says of which cameras");
+    ensure!(meta.is_file(), "{name} has no meta.json beside it: give the cameras with --rig");
     ensure!(
         !file.with_file_name("rigs.csv").exists(),
-        "the rig of {name} moves: replay its folder, whose rigs.csv says how, or give --rig"
+        "the rig of {name} moves: replay its folder, whose rigs.csv has the rig of each pair, or give --rig"
     );
     Dataset::find_meta(&meta)
 }

@@ -25,8 +25,8 @@ const BASELINE_M: f64 = 0.12;
 /// coordinates. Half of the outliers are uniform in the right image, half within 60 px (u) and 20
 /// px (v) of the truth. The same seed gives the same scenes.
 ///
-/// A named scene sets what makes it one; options given beside it win. Where the rig moves (step,
-/// drift, flight), every pair, and the estimate after it, is compared with the rig of its time.
+/// A named scene sets its own options; options on the command line override them. If the rig moves (step, drift,
+/// flight), every pair and the estimate after it are compared with the rig at that pair.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal synth --pairs 100 --rotation 5,0,0
@@ -53,7 +53,7 @@ pub struct SynthArgs {
     #[arg(long, default_value_t = 100)]
     pairs: usize,
 
-    /// Correspondences a pair; the most of them in heterogeneous [default: 256, heterogeneous 512].
+    /// Correspondences a pair; in heterogeneous the maximum [default: 256, heterogeneous 512].
     #[arg(long, value_name = "N")]
     matches: Option<usize>,
 
@@ -67,7 +67,7 @@ pub struct SynthArgs {
     #[arg(long, value_name = "PX")]
     landmark_noise: Option<f64>,
 
-    /// Way of the landmarks through the images from pair to pair, px; scene creeping only [default: 2].
+    /// Motion of the landmarks through the images from pair to pair, px; scene creeping only [default: 2].
     #[arg(long, value_name = "PX", allow_hyphen_values = true)]
     creep_px: Option<f64>,
 
@@ -75,19 +75,18 @@ pub struct SynthArgs {
     #[arg(long, value_name = "SHARE")]
     outliers: Option<f64>,
 
-    /// A repeated structure: share of the matches that are on it, and their offset across the rows, px; along
-    /// them each is up to five steps of 12 px off. With `local`, in a part of the image only.
+    /// A repeated structure: share of the matches on it, and their offset across the rows, px; along the rows each is
+    /// off by up to five steps of 12 px. With `local`, only in a part of the image.
     #[arg(long, value_name = "SHARE,PX[,local]", allow_hyphen_values = true)]
     fence: Option<Fence>,
 
-    /// Nearest and farthest depth, in baselines; of the planes, where they meet the optical axis; at the
-    /// foot of a climb; of the far points in near-few and sky [default: that of the scene, 3,80 where it
-    /// names none].
+    /// Nearest and farthest depth, in baselines; for planes on the optical axis; for a climb at its foot; in near-few
+    /// and sky for the far points [default: the range of the scene, or 3,80].
     #[arg(long, value_parser = numbers::<f64, 2>, value_name = "NEAR,FAR")]
     depth: Option<[f64; 2]>,
 
-    /// Height of the centred band that points come from, in image heights; the most of it in
-    /// heterogeneous [default: 1, narrow-band 0.15].
+    /// Height of the centred band that points come from, in image heights; in heterogeneous the maximum [default: 1,
+    /// narrow-band 0.15].
     #[arg(long, value_name = "SHARE")]
     band: Option<f64>,
 
@@ -127,17 +126,17 @@ pub struct SynthArgs {
     #[arg(long, value_parser = numbers::<f64, 3>, value_name = "X,Y,Z", allow_hyphen_values = true)]
     axis: Option<[f64; 3]>,
 
-    /// Turn of the vehicle between the two exposures (its rate times the trigger skew), about a random axis, in
-    /// the second half of the run, degrees.
+    /// Turn of the vehicle between the two exposures (rate times trigger skew), about a random axis, in the second half
+    /// of the run, degrees.
     #[arg(long, default_value_t = 0.0, value_name = "D", allow_hyphen_values = true)]
     skew: f64,
 
-    /// The same with a sign that changes with every pair, in the whole run, degrees.
+    /// The same with an alternating sign from pair to pair, in the whole run, degrees.
     #[arg(long, default_value_t = 0.0, value_name = "D", allow_hyphen_values = true)]
     alternating_skew: f64,
 
-    /// Shift of the right image's upper and lower border against the middle, new with every pair, px RMS: rolling
-    /// shutters that do not run together.
+    /// Shift of the right image's upper and lower border against the middle, new with every pair, px RMS:
+    /// unsynchronised rolling shutters.
     #[arg(long, default_value_t = 0.0, value_name = "PX")]
     rolling: f64,
 
@@ -155,9 +154,9 @@ pub struct SynthArgs {
     #[arg(long, default_value_t = 1400.0, value_name = "PX")]
     focal: f64,
 
-    /// Errors of the true lenses, which neither the calibrator nor a data set is told of: f (relative),
-    /// aspect (fy, relative), cx, cy (px), k1, k2, p1, p2, a (rows off by a x y), each with _l, _r or _both; or
-    /// drawn by the seed from what a calibration leaves after a year.
+    /// Errors of the true lenses, unknown to the calibrator and absent from a data set: f (relative), aspect (fy,
+    /// relative), cx, cy (px), k1, k2, p1, p2, a (rows off by a x y), each with _l, _r or _both; or `prior`: drawn by
+    /// the seed from the errors that a calibration has after a year.
     #[arg(long, value_name = "f_r=0.1%,k1_r=0.002,...|prior")]
     lens_error: Option<LensErrors>,
 

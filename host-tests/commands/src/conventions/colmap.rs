@@ -1,7 +1,7 @@
 //! Rigs of COLMAP: `cameras.txt` with `rigs.txt`, or with `rig_config.json`.
 //!
-//! `sensor_from_rig` and `cam_from_rig` take points of the rig to a camera; quaternions are `w x y z`. The corner of the
-//! first pixel is at `(0, 0)`, so its centre is at half a pixel. The unit is that of the model.
+//! `sensor_from_rig` and `cam_from_rig` take points of the rig to a camera; quaternions are `w x y z`. The corner of
+//! the first pixel is at `(0, 0)`, so its centre is at half a pixel. Lengths are in the unit of the model.
 
 use anyhow::{Context, Result, bail, ensure};
 
@@ -15,7 +15,7 @@ use host_tests::data::{LensModel, Meta};
 struct Sensor {
     /// Number in `cameras.txt`.
     camera: Option<f64>,
-    /// Its own camera, without size.
+    /// A camera of its own, without size.
     own: Option<(String, Vec<f64>)>,
     from_rig: Rigid,
     place: String,

@@ -1,4 +1,4 @@
-//! Files as text: one that is written, and several that are read together.
+//! Files as text: a file to write, and files that are read together.
 
 use std::fmt;
 use std::fs;
@@ -12,10 +12,10 @@ use super::syntax;
 /// Endings of the rig files of a folder.
 const ENDINGS: [&str; 6] = ["yaml", "yml", "json", "xml", "txt", "conf"];
 
-/// The files of a COLMAP model that are of its rig.
+/// The files of a COLMAP model that describe its rig.
 const COLMAP: [&str; 3] = ["cameras.txt", "rigs.txt", "rig_config.json"];
 
-/// A file of this length is no rig, bytes.
+/// Longest file of a rig, bytes.
 const LONGEST: u64 = 4 << 20;
 
 /// A file to be written.
@@ -30,8 +30,7 @@ pub struct Document {
 impl Document {
     /// Writes documents into a folder, which is made.
     ///
-    /// # Errors
-    /// If one of the files exists, before anything is written, or cannot be written.
+    /// # Errors If one of the files exists, before any is written, or a file cannot be written.
     pub fn save_all(documents: &[Self], dir: &Path) -> Result<Vec<PathBuf>> {
         let paths: Vec<PathBuf> = documents.iter().map(|d| dir.join(d.name)).collect();
         for path in &paths {
@@ -46,7 +45,7 @@ impl Document {
     }
 }
 
-/// Files that tell of one rig together.
+/// Files that describe one rig together.
 #[derive(Debug, Clone)]
 pub struct Files(Vec<File>);
 
@@ -84,10 +83,9 @@ impl Files {
         Self::of(paths.into_iter().map(read).collect::<Result<_>>()?)
     }
 
-    /// Files that are read already, with their names.
+    /// Files in memory, with their names.
     ///
-    /// # Errors
-    /// Names the file, and the line that cannot be understood.
+    /// # Errors Names the file, and the line that cannot be understood.
     pub fn of(texts: Vec<(PathBuf, String)>) -> Result<Self> {
         let parse = |(path, text): (PathBuf, String)| -> Result<File> {
             let name = path.display().to_string();
@@ -98,7 +96,7 @@ impl Files {
         Ok(Self(texts.into_iter().map(parse).collect::<Result<_>>()?))
     }
 
-    /// The files that have one of these keys, which are not blank.
+    /// The files that have one of these keys with a value.
     pub(super) fn with(&self, keys: &[&str]) -> Vec<Value<'_>> {
         self.values().filter(|file| file.get(keys).is_some()).collect()
     }
@@ -130,7 +128,7 @@ impl Files {
         self.0.iter().map(File::value)
     }
 
-    /// One more file of that name beside the others, unless it is among them.
+    /// Adds a file of that name beside the others, unless it is among them.
     pub(super) fn beside(&mut self, name: &str) -> Result<()> {
         let name = Path::new(name);
         let named =
@@ -165,7 +163,7 @@ fn text(path: &Path) -> Result<String> {
     syntax::text_of(fs::read(path)?)
 }
 
-/// The rig files of a folder; where there is YAML, only that.
+/// The rig files of a folder; if there is YAML, only the YAML files.
 fn rigs_of(dir: &Path) -> Result<Vec<PathBuf>> {
     let name = dir.display();
     let entries = fs::read_dir(dir).with_context(|| format!("cannot list {name}"))?;

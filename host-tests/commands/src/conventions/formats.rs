@@ -1,4 +1,4 @@
-//! The formats that are read: how each is told, what it says, and its reader.
+//! The formats that are read: the keys of each, its description, and its reader.
 
 use anyhow::{Context, Result, bail, ensure};
 
@@ -11,24 +11,24 @@ use host_tests::data::Meta;
 /// The unit of a translation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Unit {
-    /// That of the format.
+    /// The unit of the format.
     Own,
-    /// That of the board, or any: `--unit` says it.
+    /// The unit of the board, or any unit: `--unit` gives it.
     Given,
 }
 
 /// A format.
 struct Row {
     name: &'static str,
-    /// A file that has one of these keys is in this format.
+    /// A file with one of these keys is in this format.
     keys: &'static [&'static str],
-    /// Files, direction of the extrinsics and unit, for people.
+    /// Files, direction of the extrinsics and unit, for the user.
     says: &'static str,
     unit: Unit,
     read: fn(&Files, Unknowns) -> Result<Meta>,
 }
 
-/// All of them. The first whose key is found is taken: keys that others have too come last.
+/// All formats. The first whose key is found is taken, so formats whose keys others have too come last.
 const FORMATS: [Row; 19] = [
     Row {
         name: "EuRoC",
@@ -68,14 +68,14 @@ const FORMATS: [Row; 19] = [
     Row {
         name: "RealSense text",
         keys: &["rs intrinsics"],
-        says: "what rs-enumerate-devices -c prints, Infrared or Fisheye 1 and 2; metres",
+        says: "output of rs-enumerate-devices -c, Infrared or Fisheye 1 and 2; metres",
         unit: Unit::Own,
         read: realsense::printed,
     },
     Row {
         name: "RealSense sensors",
         keys: &["rs sensors"],
-        says: "what rs-sensor-control prints of the left stream, of the right one, and of left to right; metres",
+        says: "output of rs-sensor-control: left stream, right stream, left to right; metres",
         unit: Unit::Own,
         read: realsense::sensors,
     },
@@ -125,7 +125,7 @@ const FORMATS: [Row; 19] = [
             "LEFT_CAM_SVGA",
             "STEREO",
         ],
-        says: "SN*.conf, the resolution told by the size; R of (RX, CV, RZ), T = -(Baseline, TY, TZ); millimetres",
+        says: "SN*.conf, the size tells the resolution; R of (RX, CV, RZ), T = -(Baseline, TY, TZ); millimetres",
         unit: Unit::Own,
         read: zed::rig,
     },
@@ -173,14 +173,14 @@ const FORMATS: [Row; 19] = [
     },
 ];
 
-/// The list of the formats, one a line: for the help.
+/// The list of the formats, one a line, for the help.
 #[must_use]
 pub fn list() -> String {
     let line = |row: &Row| format!("  {}: {}", row.name, row.says);
     FORMATS.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// The rig of files, whose format is told by their keys.
+/// The rig of files; their keys tell the format.
 pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let found = FORMATS.iter().find(|row| !files.with(row.keys).is_empty());
     let Some(row) = found else {
@@ -203,7 +203,7 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
             )
         });
         bail!(
-            "{files}: the keys ({}) are of no format that is known. Known by their keys: {}. Write the numbers as K1 D1 K2 D2 R T, \
+            "{files}: the keys ({}) belong to no known format. Known formats: {}. Write the numbers as K1 D1 K2 D2 R T, \
              or see `selfcal import --help`",
             keys.join(", "),
             known.collect::<Vec<_>>().join("; ")

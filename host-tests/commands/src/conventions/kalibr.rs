@@ -1,8 +1,8 @@
-//! Kalibr's `camchain.yaml`: pinhole cameras with radtan or equidistant lenses. `OpenVINS` reads and writes the same.
+//! Kalibr's `camchain.yaml`: pinhole cameras with radtan or equidistant lenses. `OpenVINS` uses the same format.
 //!
-//! `T_cn_cnm1` of a camera takes points of the one before it to it, in metres: `[R b t; 0 1]` for cam1 with cam0 left.
-//! Without it both cameras have `T_cam_imu` (IMU to camera), or `T_imu_cam` (camera to IMU).
-//! Kalibr's radtan is `k1 k2 p1 p2`, without `k3`.
+//! `T_cn_cnm1` of a camera takes points of the previous camera to it, in metres: `[R b t; 0 1]` for cam1 with cam0
+//! left. Without it both cameras have `T_cam_imu` (IMU to camera), or `T_imu_cam` (camera to IMU). Kalibr's radtan is
+//! `k1 k2 p1 p2`, without `k3`.
 
 use std::fmt::Write;
 
@@ -51,7 +51,7 @@ fn pose(chain: &Value, cams: &[Value; 2], [left, right]: [u8; 2]) -> Result<Pose
             ),
         }
     };
-    // The right one first: where T_cn_cnm1 is missing, it is missing there.
+    // The right camera first: if `T_cn_cnm1` is missing, that camera lacks it.
     let right = to_body(&cams[1])?;
     let way = Rigid::left_to_right([to_body(&cams[0])?, right]);
     Pose::of(&way, &format!("{}: T_imu_cam or T_cam_imu", cams[1].place()))
@@ -114,13 +114,13 @@ fn cam(name: &str, lens: LensModel, size: [u16; 2], k: &Rows, dist: &[f64]) -> R
     let (model, coefficients) = match lens {
         LensModel::Fisheye => ("equidistant", dist),
         LensModel::Rational => {
-            bail!("{name} has a rational lens, which Kalibr has not: use opencv or ros")
+            bail!("{name} has a rational lens, which Kalibr lacks: use opencv or ros")
         }
         LensModel::RadialTangential => {
             let (four, k3) = dist.split_at(dist.len().min(4));
             ensure!(
                 k3.iter().all(|&k| k == 0.0),
-                "{name} has a lens coefficient k3, which Kalibr's radtan has not: use opencv or ros"
+                "{name} has a lens coefficient k3, which Kalibr's radtan lacks: use opencv or ros"
             );
             ("radtan", four)
         }

@@ -12,13 +12,13 @@ use super::rig::{self, Pose, Unknowns, View};
 use super::rigid::Rigid;
 use host_tests::data::{LensModel, Meta};
 
-/// Numbers of sockets that stand for none.
+/// Numbers of sockets that stand for no socket.
 const NONE: [i32; 2] = [-1, 255];
 
-/// Sockets of a camera, at most.
+/// Largest number of sockets of a camera.
 const MOST: usize = 16;
 
-/// The sockets that are left and right on the boards of the vendor.
+/// The left and right sockets on the vendor's boards.
 const USUAL: [u8; 2] = [1, 2];
 
 struct Socket<'a> {
@@ -71,7 +71,7 @@ fn sides(file: &Value, unknowns: Unknowns) -> Result<[i32; 2]> {
     })
 }
 
-/// The sockets that a camera leads to, one after the other, and the way to each.
+/// The sockets that a camera leads to, one after the other, and the transform to each.
 fn ways<'a>(sockets: &'a [Socket<'a>], from: &'a Socket<'a>) -> Result<Vec<(i32, Rigid)>> {
     let mut ways = vec![(from.number, Rigid::NONE)];
     let mut here = from;

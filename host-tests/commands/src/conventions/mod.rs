@@ -1,14 +1,14 @@
-//! Rigs in the files of other tools, and, for OpenCV, Kalibr and ROS, out of them.
+//! Reads rigs from files of other tools, and writes those of OpenCV, Kalibr and ROS.
 //!
-//! Ours is `p_r = R p_l + t`, `|t| = 1`, and the length of the baseline beside it, in metres. The table of the formats
-//! that are read, with the convention of each, is in `formats`.
+//! Our convention is `p_r = R p_l + t`, `|t| = 1`, with the length of the baseline beside it, in metres. The table in
+//! `formats` has the formats that are read and the convention of each.
 //!
-//! `T`, the last column of `T_cn_cnm1` and `P[0][3]` are negative in x for a side-by-side rig. All
-//! pixels have the centre of the top left one at `(0, 0)`. Numbers are written with the digits that
-//! read back to the same bits: `R`, `K` and lens of OpenCV and Kalibr survive any number of journeys
-//! unchanged, and so does `T` of a file (see `scale`). ROS has `R` and `t` only through products of
-//! rotations, and keeps them to rounding. The apparent yaw of the lenses ([`Meta::LENS_YAW`]), which none of them has, is
-//! the number `lens_yaw` of OpenCV's extrinsics.yml, and a comment in the files of Kalibr and ROS (left.yaml). A length of 1 stands for a baseline that is not known.
+//! `T`, the last column of `T_cn_cnm1` and `P[0][3]` are negative in x for a side-by-side rig. The centre of the top
+//! left pixel is at `(0, 0)`. Numbers are written with the digits that read back to the same bits: `R`, `K` and lens of
+//! OpenCV and Kalibr survive any number of round trips unchanged, and so does `T` of a file (see `scale`). ROS has `R`
+//! and `t` only through products of rotations, and keeps them to rounding. None of the formats has the apparent yaw of
+//! the lenses ([`Meta::LENS_YAW`]): it is written as the number `lens_yaw` of OpenCV's extrinsics.yml, and as a comment
+//! in the files of Kalibr and ROS (left.yaml). A length of 1 stands for an unknown baseline.
 
 mod basalt;
 mod colmap;
@@ -60,7 +60,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// All of them.
+    /// All formats.
     pub const ALL: [Self; 3] = [Self::Opencv, Self::Kalibr, Self::Ros];
 
     /// Name on the command line.
@@ -82,13 +82,13 @@ impl Format {
         self.write_part(meta, None)
     }
 
-    /// The same; the rectified camera of OpenCV and ROS sees a part of the images, of that field of view across, degrees.
+    /// The same; the rectified camera of OpenCV and ROS sees the part of the images with this field of view across,
+    /// degrees.
     ///
-    /// # Errors
-    /// As [`Format::write`].
+    /// # Errors As [`Format::write`].
     pub fn write_part(self, meta: &Meta, field_deg: Option<f64>) -> Result<Vec<Document>> {
         rig::check(meta)?;
-        // As it will be read, so that derived numbers have the same bits.
+        // The rig as it will be read back, so that derived numbers have the same bits.
         let (t, baseline_m) = scale::split(scale::scaled(meta.t, meta.baseline_m))?;
         let meta = Meta { t, baseline_m, ..meta.clone() };
         match self {
@@ -99,7 +99,7 @@ impl Format {
     }
 }
 
-/// The rig of one or more files, or of all rig files of a folder; the format is told by the keys.
+/// The rig of one or more files, or of all rig files of a folder; the keys tell the format.
 ///
 /// `unknowns`: values that the files may lack.
 ///
@@ -109,18 +109,16 @@ pub fn import(places: &[impl AsRef<Path>], unknowns: Unknowns) -> Result<Meta> {
     rig_of(&Files::read(places)?, unknowns)
 }
 
-/// As [`import`], of files that are read already.
+/// As [`import`], for files in memory.
 ///
-/// # Errors
-/// As [`import`].
+/// # Errors As [`import`].
 pub fn rig_of(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     formats::rig(files, unknowns)
 }
 
-/// The rig of the rectified images of two `camera_info`: `P` is the camera, without distortion and turn.
+/// The rig of the rectified images of two `camera_info`: `P` is the camera, without distortion or turn.
 ///
-/// # Errors
-/// As [`import`].
+/// # Errors As [`import`].
 pub fn rig_of_rectified(files: &Files) -> Result<Meta> {
     ros::of_rectified(files)
 }

@@ -1,4 +1,4 @@
-//! A file of any syntax as a tree, and its values with the way to them: an error names file, key and value.
+//! A file of any syntax as a tree, and its values with their paths: an error names file, key and value.
 
 use std::fmt;
 
@@ -12,7 +12,7 @@ use host_tests::data::Rows;
 /// Characters of a value that an error shows.
 const SHOWN: usize = 60;
 
-/// How far the last row of a transform may be from `0 0 0 1`.
+/// Largest deviation of the last row of a transform from `0 0 0 1`.
 const ROUNDING: f64 = 1e-9;
 
 /// A value of YAML, JSON, XML or a text of names and numbers.
@@ -32,7 +32,7 @@ impl Node {
         all.iter().find(|(name, _)| name == key).map(|(_, node)| node)
     }
 
-    /// A text as what it says: a number, several, or itself.
+    /// The content of a text: a number, several numbers, or the text.
     pub(super) fn of_text(text: &str) -> Self {
         let words: Vec<&str> = text.split_whitespace().collect();
         let numbers: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
@@ -131,7 +131,7 @@ impl<'de> Visitor<'de> for AnyNode {
     }
 }
 
-/// A node, and the way to it: the file, then the keys.
+/// A node and its path: the file, then the keys.
 #[derive(Debug, Clone)]
 pub(super) struct Value<'a> {
     node: &'a Node,
@@ -148,7 +148,7 @@ impl<'a> Value<'a> {
         &self.place
     }
 
-    /// An error that names file, key and value, and says what to do.
+    /// An error that names file, key and value, and the remedy.
     pub(super) fn refuse(&self, why: impl fmt::Display) -> Error {
         let value = self.node.to_string();
         let cut = value.char_indices().nth(SHOWN).map(|(at, _)| at);
@@ -163,13 +163,13 @@ impl<'a> Value<'a> {
         Self { node, place }
     }
 
-    /// The value of the first of these keys that is there and not blank.
+    /// The value of the first of these keys that exists and is not blank.
     pub(super) fn get(&self, keys: &[&str]) -> Option<Self> {
         let here = |key: &&str| Some(self.child(self.node.get(key)?, key));
         keys.iter().filter_map(here).find(|value| *value.node != Node::Null)
     }
 
-    /// The same, which must be there.
+    /// The same for a required key.
     pub(super) fn need(&self, keys: &[&str], what: &str) -> Result<Self> {
         self.get(keys).with_context(|| {
             let keys = keys.join(" or ");
@@ -177,13 +177,13 @@ impl<'a> Value<'a> {
         })
     }
 
-    /// The values of a list, or none.
+    /// The values of a list; empty for other nodes.
     pub(super) fn items(&self) -> Vec<Self> {
         let Node::List(all) = self.node else { return Vec::new() };
         (0..).zip(all).map(|(i, node): (usize, _)| self.child(node, &format!("[{i}]"))).collect()
     }
 
-    /// The keys of a map, or none.
+    /// The keys of a map; empty for other nodes.
     pub(super) fn keys(&self) -> Vec<&'a str> {
         let Node::Map(all) = self.node else { return Vec::new() };
         all.iter().map(|(key, _)| key.as_str()).collect()
@@ -204,7 +204,7 @@ impl<'a> Value<'a> {
         finite.ok_or_else(|| self.refuse("expected a finite number"))
     }
 
-    /// A number of pixels, or of anything that is counted.
+    /// A number of pixels, or any other count.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is in range")]
     pub(super) fn count(&self) -> Result<u16> {
         let number = self.number()?;
@@ -213,7 +213,7 @@ impl<'a> Value<'a> {
         Ok(number as u16)
     }
 
-    /// All numbers, row by row: of a matrix with `rows`, `cols` and `data`, of lists in lists, of a text.
+    /// All numbers, row by row: of a matrix with `rows`, `cols` and `data`, of nested lists, or of a text.
     pub(super) fn numbers(&self) -> Result<Vec<f64>> {
         let data = self.get(&["data"]);
         let mut numbers = Vec::new();
@@ -252,7 +252,7 @@ impl<'a> Value<'a> {
         }
     }
 
-    /// So many numbers, which `what` names.
+    /// So many numbers; `what` names them in errors.
     pub(super) fn array<const N: usize>(&self, what: &str) -> Result<[f64; N]> {
         let numbers = self.numbers()?;
         let len = numbers.len();

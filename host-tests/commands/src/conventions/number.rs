@@ -1,4 +1,4 @@
-//! Numbers as YAML has them.
+//! Numbers in the form of YAML.
 
 /// The fewest digits that read back to the same bits, always with a point, and a sign in the
 /// exponent: YAML 1.1, which Kalibr and ROS read, takes `1e-7` for text.
@@ -10,7 +10,7 @@ pub(super) fn number(x: f64) -> String {
     format!("{digits}{point}e{sign}{exponent}")
 }
 
-/// Numbers with commas between.
+/// Numbers separated by commas.
 pub(super) fn list(numbers: &[f64]) -> String {
     numbers.iter().map(|&x| number(x)).collect::<Vec<_>>().join(", ")
 }
@@ -20,7 +20,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_written_is_a_float_of_yaml_1_1_and_reads_back_to_its_bits() {
+    fn written_numbers_are_floats_of_yaml_1_1_and_read_back_to_their_bits() {
         // The form of YAML 1.1: a point, and a sign in the exponent.
         let numbers = [0.0, -0.0, 1.0, -534.126_673_139_211_6, 1e-7, -2.5e-9, 3e21, 0.1 + 0.2];
         for x in numbers {

@@ -1,8 +1,8 @@
 //! OpenCV's `FileStorage`, as the sample `stereo_calib.cpp` writes it in YAML, XML or JSON, and the same matrices as
-//! plain lists under the names that people give them.
+//! plain lists under common names.
 //!
-//! `x_2 = R x_1 + T` with the left camera first (`cv::stereoCalibrate`), so ours but for the length.
-//! Image size and `fisheye_model` are the keys of the sample `camera_calibration.cpp`.
+//! `x_2 = R x_1 + T` with the left camera first (`cv::stereoCalibrate`): our convention but for the length. Image size
+//! and `fisheye_model` are the keys of the sample `camera_calibration.cpp`.
 
 use std::fmt::Write;
 
@@ -96,7 +96,7 @@ const D: [&[&str]; 2] = [
 const R: &[&str] = &["R", "rotation", "rotation_matrix"];
 const T: &[&str] = &["T", "t", "translation", "translation_vector"];
 
-/// Names of the sizes of the images: of both, or of the right ones.
+/// Names of the sizes of the images: of both, or of the right images.
 const WIDTH: [&[&str]; 2] = [&["image_width", "width"], &["image_width_2", "image_width", "width"]];
 const HEIGHT: [&[&str]; 2] =
     [&["image_height", "height"], &["image_height_2", "image_height", "height"]];
@@ -109,7 +109,7 @@ fn pose(files: &Files) -> Result<Pose> {
     Pose::of(&rigid, t.place())
 }
 
-/// `R` and `T` of files that have no cameras; `None` of others.
+/// `R` and `T` of files without cameras; `None` for other files.
 pub(super) fn pose_alone(files: &Files) -> Option<Result<Pose>> {
     let alone =
         files.get(K[0]).is_none() && files.get(&["R"]).is_some() && files.get(&["T"]).is_some();
@@ -147,7 +147,7 @@ pub(super) fn write(meta: &Meta, field_deg: Option<f64>) -> Result<Vec<Document>
     let fisheyes = lenses.map(|lens| lens == LensModel::Fisheye);
     if fisheyes[0] != fisheyes[1] {
         bail!(
-            "one camera is a fisheye and the other is not, which a file of OpenCV cannot say: use kalibr or ros"
+            "one camera is a fisheye and the other is not, which a file of OpenCV cannot express: use kalibr or ros"
         );
     }
     let mut intrinsics = String::from("%YAML:1.0\n---\n");

@@ -102,8 +102,7 @@ pub(super) fn second(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     if file.get(&["LEFT.K"]).is_some() {
         return raw(&file, unknowns, source);
     }
-    let bf =
-        file.need(&["Camera.bf"], "focal length times baseline, px m: it is that of a stereo rig")?;
+    let bf = file.need(&["Camera.bf"], "focal length times baseline, px m, of a stereo rig")?;
     let (fisheye, _) = model(&file)?;
     let left = view(&file, "Camera", fisheye, size_of(&file, 0, unknowns)?)?;
     let baseline = bf.number()? / left.k[0][0];
@@ -112,7 +111,7 @@ pub(super) fn second(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     rig::meta([left.clone(), left], &pose, source)
 }
 
-/// A rig with `LEFT` and `RIGHT`, as they are before its rectification.
+/// A rig with `LEFT` and `RIGHT`, before its rectification.
 fn raw(file: &Value, unknowns: Unknowns, source: String) -> Result<Meta> {
     let side = |side: usize| -> Result<(View, Matrix3<f64>, [f64; 12])> {
         let name = ["LEFT", "RIGHT"][side];

@@ -1,4 +1,4 @@
-//! Calibrations of `RealSense` cameras: JSON of the structures of the library, and what its tools print.
+//! Calibrations of `RealSense` cameras: JSON of the library's structures, and the output of its tools.
 //!
 //! JSON: the fields of `rs2_intrinsics` under `left` and `right`, those of `rs2_extrinsics` (left to right,
 //! `rotation` by columns, metres) under `extrinsics`. `rs-enumerate-devices -c` prints the rotation by rows.
@@ -33,7 +33,7 @@ fn lens(of: &Value) -> Result<(LensModel, Vec<f64>)> {
         .map(|all| all.numbers())
         .transpose()?
         .unwrap_or_default();
-    // `distortion.brown_conrady`, `Brown Conrady` and `RS2_DISTORTION_BROWN_CONRADY` are one.
+    // `distortion.brown_conrady`, `Brown Conrady` and `RS2_DISTORTION_BROWN_CONRADY` are the same model.
     let name = model.as_ref().map(Value::text).unwrap_or_default().to_lowercase();
     let name = name.rsplit('.').next().unwrap_or_default().replace("rs2_distortion", "");
     let name: String = name.chars().filter(char::is_ascii_alphanumeric).collect();
@@ -61,7 +61,7 @@ pub(super) fn json(files: &Files, _: Unknowns) -> Result<Meta> {
     rig::meta([side("left")?, side("right")?], &pose, format!("RealSense: {files}"))
 }
 
-/// The rig of a text: the streams of a pair, of the size that was given, or the only one.
+/// The rig of a text: the streams of a pair, with the given size or the only one.
 pub(super) fn printed(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let file = files.one(&["rs intrinsics"])?;
     let all = file.need(&["rs intrinsics"], "blocks of intrinsics")?.items();
@@ -86,7 +86,7 @@ pub(super) fn printed(files: &Files, unknowns: Unknowns) -> Result<Meta> {
         let all: Vec<String> = sizes.iter().map(|[w, h]| format!("{w},{h}")).collect();
         let wanted = wanted.with_context(|| {
             format!(
-                "{}: {}: intrinsics of several sizes: choose one of --size {}",
+                "{}: {}: intrinsics of several sizes: choose one with --size {}",
                 file.place(),
                 pair[side],
                 all.join(" or ")

@@ -1,7 +1,7 @@
 //! The rectified rig that OpenCV and ROS files carry beside the extrinsics.
 //!
-//! The rectified frame is upright as the left camera is: of cameras above each other the baseline is along its y, as
-//! `cv::stereoRectify` and ROS have it. A fisheye that sees too much for a plane is rectified in part.
+//! The rectified frame is as upright as the left camera: if the cameras are above each other, the baseline is along its
+//! y, as in `cv::stereoRectify` and ROS. A fisheye image too wide for a plane is rectified in part.
 
 use anyhow::{Context, Result, ensure};
 use nalgebra::{Rotation3, Vector2, Vector3};
@@ -9,30 +9,30 @@ use stereo_selfcal::{Camera, Cameras, RectifiedCamera, RectifyingRotations};
 
 use host_tests::data::{Meta, QuarterTurns, Rows, rows};
 
-/// Fields of view across that are tried where a whole image cannot be rectified, degrees: the widest first.
+/// Fields of view across that are tried if a whole image cannot be rectified, degrees; the widest first.
 const FIELDS: std::ops::RangeInclusive<u16> = 8..=30;
 
-/// Degrees from one to the next.
+/// Step between two fields, degrees.
 const FIELD_STEP: u16 = 5;
 
 /// Points along each border that must be seen.
 const BORDER: u16 = 16;
 
-/// Rotations into the rectified frame, and the camera both views share there.
+/// Rotations into the rectified frame, and the common camera of both views there.
 pub(super) struct Rectified {
     /// `R_l`, `R_r`.
     pub(super) rotations: [Rows; 2],
-    /// `[fx 0 cx 0; 0 fy cy 0; 0 0 1 0]`, and the same with `-fx b` in the last place of the first row, or `-fy b` in that
-    /// of the second one of cameras above each other.
+    /// `[fx 0 cx 0; 0 fy cy 0; 0 0 1 0]`, and the same with `-fx b` at the end of the first row; for cameras above each
+    /// other with `-fy b` at the end of the second row.
     pub(super) projections: [[f64; 12]; 2],
     /// Pixel and disparity to a point in the left rectified frame, homogeneous.
     pub(super) reprojection: [f64; 16],
 }
 
 impl Rectified {
-    /// Every rectified pixel is seen by both cameras (alpha 0).
+    /// Both cameras see every rectified pixel (alpha 0).
     ///
-    /// * `field_deg`: the part that is wanted, as its field of view across the left image; `None`: all that both see.
+    /// * `field_deg`: field of view of the wanted part across the left image; `None`: all that both see.
     pub(super) fn of(meta: &Meta, field_deg: Option<f64>) -> Result<Self> {
         let turns = QuarterTurns::upright(meta);
         let upright = if turns.is_none() { meta.clone() } else { turns.meta(meta) };
@@ -51,7 +51,7 @@ impl Rectified {
         let [cx, cy] = turns.pixel_back(0, size, camera.principal);
         let baseline = meta.baseline_m.unwrap_or(1.0);
         let f = camera.focal;
-        // The way from left to right in the rectified frame, m.
+        // The vector from left to right in the rectified frame, m.
         let along = back * Vector3::x() * baseline;
         let projection = |x: f64, y: f64| [f, 0.0, cx, x, 0.0, f, cy, y, 0.0, 0.0, 1.0, 0.0];
         let shift = [along.x, along.y].map(|b| if b == 0.0 { 0.0 } else { -f * b });
@@ -85,11 +85,11 @@ fn chosen(
     let Err(why) = whole else { return Ok(whole?) };
     let mut fields = FIELDS.rev().map(|n| of_field(cameras, f64::from(n * FIELD_STEP)));
     fields.find(|part| is_seen(cameras, rotations, part)).with_context(|| {
-        format!("no rectified camera can be chosen for this rig: {why}; choose a part (--field DEGREES), or the kalibr format, which needs none")
+        format!("no rectified camera can be chosen for this rig: {why}; choose a part (--field DEGREES), or the kalibr format, which needs no rectified camera")
     })
 }
 
-/// The part of that field of view across an image of the left one's size, its axis in the middle.
+/// The part with this field of view across an image of the left camera's size, centred on its axis.
 fn of_field(cameras: &Cameras<f64>, degrees: f64) -> RectifiedCamera<f64> {
     let last = cameras.left.intrinsics().size.map(|n| f64::from(n) - 1.0);
     let focal = last[0] / 2.0 / (degrees.to_radians() / 2.0).tan();

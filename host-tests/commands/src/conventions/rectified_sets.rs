@@ -13,7 +13,7 @@ use super::rig::{self, Pose, Unknowns, View};
 use super::rigid::Rigid;
 use host_tests::data::{Meta, matrix};
 
-/// The rig of KITTI's cameras 0 (left) and 1, grey, or of those that were chosen: 2 and 3 are the colour ones.
+/// The rig of KITTI's grey cameras 0 (left) and 1, or of the chosen ones: 2 and 3 are the colour cameras.
 pub(super) fn kitti(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let cameras = unknowns.cameras_or([0, 1]);
     let mut views = Vec::new();

@@ -1,4 +1,4 @@
-//! The common part of the formats: two cameras, a pose between them, and the checks of both.
+//! The common part of the formats: two cameras, the pose between them, and their checks.
 
 use anyhow::{Context, Result, anyhow, ensure};
 use nalgebra::Matrix3;
@@ -17,9 +17,9 @@ const RATIONAL: usize = 8;
 pub struct Unknowns {
     /// Width and height of the left and the right images, px: OpenCV's `stereo_calib.cpp` does not write them.
     pub sizes: Option<[[u16; 2]; 2]>,
-    /// Length of the unit of `T`, m: that of the board a rig was calibrated from.
+    /// Length of the unit of `T`, m: the unit of the calibration board.
     pub unit_m: f64,
-    /// Which cameras are left and right, where a file has more than two, by their numbers in the file.
+    /// Numbers of the left and right camera in a file with more than two.
     pub cameras: Option<[u8; 2]>,
 }
 
@@ -30,15 +30,15 @@ impl Default for Unknowns {
 }
 
 impl Unknowns {
-    /// The numbers of the left and the right camera, 0 and 1 unless said otherwise.
+    /// The numbers of the left and the right camera; `usual` by default.
     pub(super) fn cameras_or(self, usual: [u8; 2]) -> [u8; 2] {
         self.cameras.unwrap_or(usual)
     }
 
-    /// The size of a side's images: that of the file, or the one that was given.
+    /// The size of a side's images, from the file or from the arguments.
     pub(super) fn size(self, side: usize, own: Option<[u16; 2]>, place: &str) -> Result<[u16; 2]> {
         own.or(self.sizes.map(|sizes| sizes[side])).with_context(|| {
-            format!("{place}: the size of the images is not in the file: give it (--size W,H)")
+            format!("{place}: the file lacks the size of the images: give it (--size W,H)")
         })
     }
 }
@@ -48,7 +48,7 @@ impl Unknowns {
 pub(super) struct View {
     /// Camera matrix, px.
     pub(super) k: Rows,
-    /// Which lens.
+    /// Lens model.
     pub(super) lens: LensModel,
     /// Its coefficients, OpenCV's order.
     pub(super) dist: Vec<f64>,
@@ -62,7 +62,7 @@ impl View {
         Self { k, lens: LensModel::RadialTangential, dist: vec![0.0; 5], size }
     }
 
-    /// A camera with the coefficients as given: those of a rational lens make it one.
+    /// A camera with the given coefficients; those of a rational lens select that model.
     ///
     /// * `given`: the coefficients; `None` if the file has no such key.
     pub(super) fn of(
@@ -75,7 +75,7 @@ impl View {
         Self::with(k, lens, &given.numbers()?, size).map_err(|why| given.refuse(why))
     }
 
-    /// The same from numbers; the error has no place.
+    /// The same from numbers; the error names no place.
     pub(super) fn with(k: Rows, lens: LensModel, given: &[f64], size: [u16; 2]) -> Result<Self> {
         let dist = coefficients(lens, given)?;
         let lens = if dist.len() == RATIONAL { LensModel::Rational } else { lens };
@@ -107,7 +107,7 @@ pub(super) struct Pose {
     pub(super) r: Rows,
     /// Unit length.
     pub(super) t: [f64; 3],
-    /// `None`: not known.
+    /// `None` if unknown.
     pub(super) baseline_m: Option<f64>,
 }
 
@@ -123,7 +123,7 @@ impl Pose {
         read().with_context(|| place.to_owned())
     }
 
-    /// The same with its length in another unit, m. The scale of 1 is that of 1 m only where the unit is.
+    /// The same with its length in another unit, m. A length of 1 means an unknown baseline only in metres.
     pub(super) fn in_unit(mut self, unit_m: f64) -> Result<Self> {
         ensure!(
             unit_m.is_normal() && unit_m > 0.0,
@@ -173,7 +173,7 @@ pub(super) fn meta([left, right]: [View; 2], pose: &Pose, source: String) -> Res
     Ok(meta)
 }
 
-/// Whether the core would take it.
+/// Whether the core accepts it.
 pub(super) fn check(meta: &Meta) -> Result<()> {
     meta.cameras::<f64>()?;
     Pose { r: meta.r, t: meta.t, baseline_m: meta.baseline_m }.extrinsics()?;
@@ -183,11 +183,11 @@ pub(super) fn check(meta: &Meta) -> Result<()> {
     Ok(())
 }
 
-/// Coefficients as we hold them: five of a radial-tangential lens, eight of a rational one, four of a fisheye.
+/// Coefficients in our form: five for a radial-tangential lens, eight for a rational one, four for a fisheye.
 fn coefficients(lens: LensModel, given: &[f64]) -> Result<Vec<f64>> {
     let len = given.len();
     if lens == LensModel::Fisheye {
-        // The one beyond is a place that a driver has for other lenses.
+        // Some drivers add a zero coefficient, which other lenses use.
         let (four, rest) = given.split_at(len.min(4));
         let whole = four.len() == 4 && rest.iter().all(|k| *k == 0.0);
         ensure!(whole, "{len} lens coefficients: expected the 4 of a fisheye, k1 k2 k3 k4");
@@ -217,17 +217,17 @@ pub(super) fn camera_matrix([fx, fy, cx, cy]: [f64; 4]) -> Rows {
     [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]
 }
 
-/// Comment of a file where the baseline's length is not known.
-pub(super) const NO_SCALE: &str = "# The length of the baseline is not known: it is written as 1. Multiply it by the length in metres.\n";
+/// Comment in a file whose baseline length is unknown.
+pub(super) const NO_SCALE: &str = "# The length of the baseline is unknown: it is written as 1. Multiply it by the length in metres.\n";
 
-/// Comment on the number after it, where the lenses have an apparent yaw.
+/// Comment on the number after it, if the lenses have an apparent yaw.
 pub(super) const LENS_YAW: &str = "\
 # lens_yaw, rad: after rectification the right row is below the left one by lens_yaw x y, (x, y): left ray at unit depth,
 # x = (u - cx) / fx, y = (v - cy) / fy of P. No rotation removes it. A look-up table does: for the rectified left pixel
 # (u, v) take the source pixel of (u, v - fy lens_yaw x y). A table without it leaves these rows; depth is right with both.
 ";
 
-/// The apparent yaw of the lenses as a comment, for a format that has no key for it; empty where there is none.
+/// The apparent yaw of the lenses as a comment, for a format without a key for it; empty without apparent yaw.
 pub(super) fn lens_yaw_comment(meta: &Meta) -> String {
     meta.lens_yaw().map_or_else(String::new, |a| format!("{LENS_YAW}# lens_yaw: {a}\n"))
 }

@@ -3,10 +3,10 @@
 use anyhow::{Result, ensure};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
-/// How far `R^T R` may be from the identity, in any element: a matrix of three decimals passes.
+/// Largest deviation of an element of `R^T R` from the identity: a matrix with three decimals passes.
 const ROTATION: f64 = 2e-3;
 
-/// How far a quaternion's length may be from 1.
+/// Largest deviation of a quaternion's length from 1.
 const UNIT: f64 = 1e-2;
 
 /// `p -> R p + t`.
@@ -41,13 +41,13 @@ impl Rigid {
         let off = (self.r.transpose() * self.r - Matrix3::identity()).amax();
         ensure!(
             off <= ROTATION && self.r.determinant() > 0.0,
-            "R is not a rotation: R^T R is off the identity by {off:.1e}, or it is a reflection; give the R of the \
+            "R is not a rotation: R^T R differs from the identity by {off:.1e}, or it is a reflection; give the R of the \
              calibration as it was written"
         );
         Ok(())
     }
 
-    /// The way back.
+    /// The inverse transform.
     pub(super) fn inverse(&self) -> Self {
         let r = self.r.transpose();
         Self { r, t: -(r * self.t) }
@@ -58,7 +58,7 @@ impl Rigid {
         Self { r: next.r * self.r, t: next.r * self.t + next.t }
     }
 
-    /// From the left camera to the right one, where both lead to a common frame.
+    /// From the left camera to the right one, if both transforms lead to a common frame.
     pub(super) fn left_to_right([left, right]: [Self; 2]) -> Self {
         left.then(&right.inverse())
     }
@@ -69,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn there_and_back_is_nowhere_and_two_frames_meet_in_a_third() {
+    fn a_transform_and_its_inverse_cancel_and_two_frames_meet_in_a_third() {
         let q = [0.5_f64.sqrt(), 0.0, 0.5_f64.sqrt(), 0.0];
         let one = Rigid::of_quaternion(q, [1.0, 2.0, 3.0]).unwrap();
         let back = one.then(&one.inverse());

@@ -1,9 +1,8 @@
-//! ROS `camera_info` of a pair: files as `camera_calibration` writes them, and text as `rostopic echo` and
-//! `ros2 topic echo` print it.
+//! ROS `camera_info` of a pair: files of `camera_calibration`, and the output of `rostopic echo` and `ros2 topic echo`.
 //!
-//! The extrinsics are in the rectification: `R = R_r^T R_l` and `t` is minus the first row of `R_r`,
-//! whatever turn about the baseline the rectified frame has; `P[0][3] = -fx b` of the right camera. Of cameras above
-//! each other `t` is minus the second row, and `P[1][3] = -fy b`.
+//! The extrinsics are in the rectification: `R = R_r^T R_l` and `t` is minus the first row of `R_r`, for any turn of
+//! the rectified frame about the baseline; `P[0][3] = -fx b` of the right camera. If the cameras are above each other,
+//! `t` is minus the second row, and `P[1][3] = -fy b`.
 
 use anyhow::{Result, bail, ensure};
 use nalgebra::Matrix3;
@@ -43,7 +42,7 @@ const ECHO: Keys = Keys {
 
 /// One camera.
 pub(super) struct Info<'a> {
-    /// As the file has it, without region of interest and binning.
+    /// The camera of the file, without region of interest and binning.
     view: View,
     r: Matrix3<f64>,
     p: [f64; 12],
@@ -74,12 +73,12 @@ impl<'a> Info<'a> {
         Ok(Self { view, r, p, place_of_p, value })
     }
 
-    /// `-Tx / fx`, `-Ty / fy`: where the camera stands, m.
+    /// `-Tx / fx`, `-Ty / fy`: position of the camera, m.
     fn stands(&self) -> [f64; 2] {
         [-self.p[3] / self.p[0], -self.p[7] / self.p[5]]
     }
 
-    /// The camera of its rectified images: nothing but `P` is read.
+    /// The camera of its rectified images: only `P` is read.
     fn of_rectified(value: Value<'a>, keys: &Keys) -> Result<Self> {
         let (p, place_of_p) = projection(&value, keys)?;
         let [fx, _, cx, _, _, fy, cy, ..] = p;
@@ -107,7 +106,7 @@ fn projection(value: &Value, keys: &Keys) -> Result<([f64; 12], String)> {
     Ok((numbers, p.place().to_owned()))
 }
 
-/// Left and right, told by the right one's place.
+/// Left and right; the position of the right camera tells them apart.
 fn pair<'a>(
     files: &'a Files,
     keys: &Keys,
@@ -131,14 +130,14 @@ fn sorted([a, b]: [Info<'_>; 2]) -> Result<[Info<'_>; 2]> {
         (true, false) => right_of(a, b),
         (false, true) => right_of(b, a),
         (true, true) => bail!(
-            "{} and {}: P[0][3] = P[1][3] = 0 of both cameras: they were calibrated one by one, as no pair; calibrate them \
+            "{} and {}: P[0][3] = P[1][3] = 0 of both cameras: they were calibrated one by one, not as a pair; calibrate them \
              together, so that the right one has P[0][3] = -fx b",
             a.place_of_p,
             b.place_of_p
         ),
         (false, false) => bail!(
             "{} and {}: P[0][3] = {} and {}, P[1][3] = {} and {}: both cameras have Tx or Ty, so they were calibrated one by one, \
-             not as a pair; P[0][3] must be 0 of the left camera, and -fx b of the right one",
+             not as a pair; P[0][3] must be 0 for the left camera, and -fx b for the right one",
             a.place_of_p,
             b.place_of_p,
             a.p[3],
@@ -153,7 +152,7 @@ fn right_of<'a>(left: Info<'a>, right: Info<'a>) -> Result<[Info<'a>; 2]> {
     let [x, y] = right.stands();
     ensure!(
         x > 0.0 || y.abs() > x.abs(),
-        "{}: P[0][3] = {}: it is -fx b of the right camera, so below 0; if the files are exchanged, exchange them",
+        "{}: P[0][3] = {}: for the right camera it is -fx b, so below 0; if the files are exchanged, exchange them",
         right.place_of_p,
         right.p[3]
     );
@@ -171,7 +170,7 @@ fn pose([left, right]: &[Info<'_>; 2]) -> Result<Pose> {
         &Rigid { r, t: t / length },
         &format!("{} and {}: the rectification matrices", left.value.place(), right.value.place()),
     )?;
-    // The length is that of P: the row is of unit length.
+    // `P` gives the length, because the row has unit length.
     pose.baseline_m = super::scale::known(length);
     Ok(pose)
 }
@@ -181,17 +180,17 @@ fn meta(infos: [Info<'_>; 2], source: String) -> Result<Meta> {
     rig::meta(infos.map(|info| info.view), &pose, source)
 }
 
-/// The whole rig of files.
+/// The whole rig from files.
 pub(super) fn rig(files: &Files, _: Unknowns) -> Result<Meta> {
     meta(pair(files, &FILE, Info::of)?, format!("ROS: {files}"))
 }
 
-/// The whole rig of texts.
+/// The whole rig from texts.
 pub(super) fn echoed(files: &Files, _: Unknowns) -> Result<Meta> {
     meta(pair(files, &ECHO, Info::of)?, format!("ROS: {files}"))
 }
 
-/// The rig of a pair's rectified images: `P` is the camera, without distortion and side by side or above each other.
+/// The rig of a pair's rectified images: `P` is the camera, without distortion, side by side or above each other.
 pub(super) fn of_rectified(files: &Files) -> Result<Meta> {
     meta(pair(files, &FILE, Info::of_rectified)?, format!("ROS, rectified: {files}"))
 }

@@ -1,8 +1,7 @@
 //! A baseline as a vector in metres, and as a direction with a length.
 //!
-//! Most pairs of a unit vector and a length do not survive the way to the product and back, by
-//! rounding. So the way from a vector looks for the nearest pair whose product is the vector to the
-//! bit: a vector from a file is then written back as it was.
+//! Rounding changes most pairs of a unit vector and a length on the way to their product and back. So `split` looks for
+//! the nearest pair whose product is the vector to the bit: a vector from a file is written back unchanged.
 
 use anyhow::{Result, ensure};
 use nalgebra::Vector3;
@@ -10,21 +9,21 @@ use nalgebra::Vector3;
 /// A length this close to 1 was written for a baseline of unknown length.
 const NEAR_ONE: f64 = 1e-12;
 
-/// How many ulps the length is varied by, either way: a few, but where a number's mantissa is nearly that of
-/// the length, rounding hardly varies with it.
+/// Largest variation of the length, in ulps either way. A few are enough, unless the mantissa of a number nearly equals
+/// that of the length: then rounding hardly varies.
 const ULPS: usize = 4096;
 
-/// `T = b t`; 1 for the length that is not known.
+/// `T = b t`; length 1 for an unknown one.
 pub(super) fn scaled(t: [f64; 3], baseline_m: Option<f64>) -> [f64; 3] {
     baseline_m.map_or(t, |b| t.map(|x| x * b))
 }
 
-/// A length, unless it is 1: that stands for one that is not known.
+/// The length, unless it is 1, which stands for an unknown one.
 pub(super) fn known(length: f64) -> Option<f64> {
     ((length - 1.0).abs() >= NEAR_ONE).then_some(length)
 }
 
-/// Unit `t` and length of `T`; no length where it is 1.
+/// Unit `t` and length of `T`; `None` for a length of 1.
 pub(super) fn split(scaled: [f64; 3]) -> Result<([f64; 3], Option<f64>)> {
     let length = Vector3::from(scaled).norm();
     ensure!(
@@ -78,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_direction_is_refused() {
+    fn a_translation_without_direction_is_refused() {
         for t in [[0.0; 3], [f64::NAN, 0.0, 0.0], [f64::INFINITY, 0.0, 0.0]] {
             assert!(split(t).unwrap_err().to_string().contains("no direction"));
         }

@@ -1,5 +1,5 @@
-//! Texts that are neither YAML nor JSON as trees: XML of OpenCV, `name=value`, tables of COLMAP, what the tools of
-//! `RealSense` print.
+//! Trees of texts that are neither YAML nor JSON: XML of OpenCV, `name=value`, tables of COLMAP, output of the
+//! `RealSense` tools.
 
 use std::path::Path;
 
@@ -8,10 +8,10 @@ use roxmltree::{Document, Node as Element};
 
 use super::node::Node;
 
-/// Elements within elements that are followed.
+/// Largest depth of nested elements.
 const DEEPEST: usize = 16;
 
-/// The tree of a text, whatever it is written in.
+/// The tree of a text in any of the syntaxes.
 pub(super) fn parse(name: &str, text: &str) -> Result<Node> {
     let start = text.trim_start_matches('\u{feff}').trim_start();
     if start.starts_with('<') {
@@ -52,7 +52,7 @@ fn rooted(node: Node) -> Node {
     if matches!(node, Node::Map(_)) { node } else { Node::Map(vec![(String::new(), node)]) }
 }
 
-/// The first document of YAML, OpenCV's header passed over.
+/// The first document of YAML, without OpenCV's header.
 fn yaml(text: &str) -> Result<Node> {
     let mut document = String::new();
     for line in text.lines() {
@@ -64,12 +64,12 @@ fn yaml(text: &str) -> Result<Node> {
             break;
         }
         if !mark {
-            // A tab is no space in YAML, but printed as one; OpenCV reads `data:[` too.
+            // YAML does not take a tab for a space, and OpenCV also writes `data:[`.
             document.push_str(&line.replace('\t', "  ").replacen(":[", ": [", 1));
         }
         document.push('\n');
     }
-    // A number that is not finite is refused where it is used, with its key.
+    // A number that is not finite is refused at its use, with its key.
     let options = serde_saphyr::options! {
         non_finite_float_policy: serde_saphyr::options::NonFiniteFloatPolicy::PassThrough
     };
@@ -132,7 +132,7 @@ fn ini(text: &str) -> Node {
     Node::Map(sections)
 }
 
-/// `name=value` a line, of Middlebury and of Python: a value goes on until the next name.
+/// `name=value` a line, of Middlebury and of Python: a value continues to the next name.
 fn assignments(text: &str) -> Node {
     let mut all: Vec<(String, String)> = Vec::new();
     for line in text.lines().filter(|line| !line.trim_start().starts_with('#')) {
@@ -247,7 +247,7 @@ fn sensor_control(text: &str) -> Node {
     ])
 }
 
-/// Reads the text of a file; bytes that are no text are refused.
+/// Reads the text of a file; refuses bytes that are not text.
 pub(super) fn text_of(bytes: Vec<u8>) -> Result<String> {
     String::from_utf8(bytes)
         .ok()

@@ -1,7 +1,8 @@
 //! The factory calibration of a ZED camera, `SN*.conf`.
 //!
 //! `R` has the rotation vector `(RX, CV, RZ)` of the resolution, rad, and `T = -(Baseline, TY, TZ)`, mm: the vendor's
-//! programs hand both to `cv::stereoRectify`, which sees the line of `T` alone. Its sign follows from the side.
+//! programs hand both to `cv::stereoRectify`, which uses only the line of `T`. The side of the right camera gives the
+//! sign.
 
 use anyhow::{Context, Result};
 use nalgebra::{Rotation3, Vector3};
@@ -22,7 +23,7 @@ const RESOLUTIONS: [(&str, [u16; 2]); 6] = [
     ("VGA", [672, 376]),
 ];
 
-/// The rig of the resolution that was asked for.
+/// The rig of the requested resolution.
 pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let file = files.one(&[
         "LEFT_CAM_HD",

@@ -10,7 +10,7 @@ use super::theme::variable;
 use host_tests::chart::legend::Mark;
 use host_tests::chart::palette::{Color, SERIES};
 
-/// More panels than this are small multiples.
+/// Largest number of panels in full size; more are drawn as small multiples.
 const FEW_PANELS: usize = 4;
 
 /// A picture, encoded.
@@ -35,7 +35,7 @@ pub struct Entry {
     pub name: String,
 }
 
-/// Pictures with what explains them.
+/// Pictures with their explanation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Figure {
     /// Pictures with their descriptions.

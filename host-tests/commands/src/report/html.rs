@@ -22,11 +22,10 @@ impl Page {
         page(self).into_string()
     }
 
-    /// Writes `index.html` and `csv/*.csv` into a folder, which is made; files of theirs there are
-    /// replaced. Returns where the page is.
+    /// Writes `index.html` and `csv/*.csv` into a folder, which is made; earlier files of these names are replaced.
+    /// Returns the path of the page.
     ///
-    /// # Errors
-    /// If two tables or figures have one name, or a file cannot be written: names it.
+    /// # Errors If two tables or figures have the same name, or a file cannot be written: names it.
     pub fn write(&self, dir: &Path) -> Result<PathBuf> {
         let mut all: Vec<Csv> = self.sections.iter().flat_map(Section::numbers).collect();
         all.sort_by(|a, b| a.name.cmp(&b.name));
@@ -151,7 +150,7 @@ mod tests {
         let mut table = Table::new(name, ["data".into(), "e_t, rad".into()]);
         table.push(vec![Cell::text("a <b>"), Cell::number(1.0 / 3.0, 2).best()]);
         table.push(vec![Cell::text("c"), Cell::missing("failed", "no estimate")]);
-        table.explained("What it is.", "selfcal evaluate")
+        table.explained("Its description.", "selfcal evaluate")
     }
 
     fn figure(name: &str) -> Figure {
@@ -164,7 +163,7 @@ mod tests {
                 (Picture::Png(vec![1, 2, 3]), "photographed".into()),
             ],
             legend: Vec::new(),
-            caption: "What it shows.".into(),
+            caption: "Its content.".into(),
             command: "selfcal draw".into(),
             numbers,
         }
@@ -179,10 +178,10 @@ mod tests {
     fn tables_and_figures_have_caption_command_and_numbers() {
         let html = page(vec![Block::Table(table("t")), Block::Figure(figure("f"))]).html();
         for part in [
-            "What it is.",
+            "Its description.",
             "<code>selfcal evaluate</code>",
             "href=\"csv/t.csv\"",
-            "What it shows.",
+            "Its content.",
             "<code>selfcal draw</code>",
             "href=\"csv/f.csv\"",
             "viewBox=\"0 0 3 2\"",
@@ -227,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn two_of_one_name_are_refused() {
+    fn two_tables_of_one_name_are_refused() {
         let dir = tempfile::tempdir().unwrap();
         let twice = page(vec![Block::Table(table("t")), Block::Figure(figure("t"))]);
         let error = twice.write(dir.path()).unwrap_err().to_string();

@@ -1,12 +1,12 @@
 //! Charts fitted into a page.
 //!
-//! Charts have fixed colours and a fixed size. In a page black becomes the colour of the text, white that of the
-//! page, series get their twins on a dark page, and the picture shrinks with the page.
+//! Charts have fixed colours and a fixed size. In a page, black becomes the colour of the text and white that of the
+//! page; series get other colours on a dark page; the picture shrinks with the page.
 
 use super::theme::variable;
 use host_tests::chart::palette::SERIES;
 
-/// An SVG picture as it stands in a page.
+/// An SVG picture for a page.
 ///
 /// * `label`: description for screen readers.
 ///
@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_picture_is_empty() {
+    fn text_that_is_not_a_picture_gives_nothing() {
         assert_eq!(inline("", "none"), "");
         assert_eq!(inline("<svg width", "cut off"), "");
     }

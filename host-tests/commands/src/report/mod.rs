@@ -1,7 +1,7 @@
 //! A page of evidence: one HTML file with its pictures inside, and a CSV file of every number.
 //!
-//! A page has sections; a section has paragraphs, tables and figures. A table or a figure comes with
-//! a caption, the command that makes it again, and its numbers. Nothing is loaded from elsewhere.
+//! A page has sections; a section has paragraphs, tables and figures. A table or a figure comes with a caption, the
+//! command that reproduces it, and its numbers. The page loads nothing.
 
 mod figure;
 mod html;

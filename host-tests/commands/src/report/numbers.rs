@@ -17,19 +17,19 @@ pub struct Csv {
 }
 
 impl Csv {
-    /// No rows yet.
+    /// A table without rows.
     #[must_use]
     pub fn new(name: &str, heading: &[&str]) -> Self {
         let heading = heading.iter().map(|&column| column.to_owned()).collect();
         Self { name: name.to_owned(), heading, rows: Vec::new() }
     }
 
-    /// One more row.
+    /// Adds a row.
     pub fn push(&mut self, row: impl IntoIterator<Item = String>) {
         self.rows.push(row.into_iter().collect());
     }
 
-    /// Where the file is, seen from the page.
+    /// Path of the file from the page.
     #[must_use]
     pub fn link(&self) -> String {
         format!("csv/{}.csv", self.name)

@@ -7,11 +7,11 @@ use super::table::Table;
 /// A page of evidence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Page {
-    /// Over the page and in the window's bar.
+    /// Title of the page and of the window.
     pub title: String,
     /// Summary, in a few sentences.
     pub lead: String,
-    /// In the order of the page.
+    /// Sections in order.
     pub sections: Vec<Section>,
 }
 
@@ -20,11 +20,11 @@ pub struct Page {
 pub struct Section {
     /// Its heading.
     pub title: String,
-    /// In order.
+    /// Blocks in order.
     pub blocks: Vec<Block>,
 }
 
-/// What a section is made of.
+/// A part of a section.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Block {
     /// A paragraph.
@@ -45,7 +45,7 @@ pub enum Block {
 }
 
 impl Page {
-    /// Without sections yet.
+    /// A page without sections.
     #[must_use]
     pub fn new(title: impl Into<String>, lead: impl Into<String>) -> Self {
         Self { title: title.into(), lead: lead.into(), sections: Vec::new() }
@@ -53,33 +53,33 @@ impl Page {
 }
 
 impl Section {
-    /// With nothing in it yet.
+    /// An empty section.
     #[must_use]
     pub fn new(title: impl Into<String>) -> Self {
         Self { title: title.into(), blocks: Vec::new() }
     }
 
-    /// One more paragraph.
+    /// Adds a paragraph.
     pub fn text(&mut self, words: impl Into<String>) {
         self.blocks.push(Block::Text(words.into()));
     }
 
-    /// One more paragraph that must not be overlooked.
+    /// Adds a paragraph that must not be overlooked.
     pub fn alarm(&mut self, words: impl Into<String>) {
         self.blocks.push(Block::Alarm(words.into()));
     }
 
-    /// One more table.
+    /// Adds a table.
     pub fn table(&mut self, table: Table) {
         self.blocks.push(Block::Table(table));
     }
 
-    /// One more figure.
+    /// Adds a figure.
     pub fn figure(&mut self, figure: Figure) {
         self.blocks.push(Block::Figure(figure));
     }
 
-    /// One more file.
+    /// Adds a file.
     pub fn listing(&mut self, name: impl Into<String>, text: impl Into<String>) {
         self.blocks.push(Block::Listing { name: name.into(), text: text.into() });
     }

@@ -1,4 +1,4 @@
-//! Tables: rows that sort by a click on their heading, numbers in line.
+//! Tables: a click on a heading sorts the rows; numbers are aligned.
 
 use maud::{Markup, html};
 
@@ -10,20 +10,20 @@ const LONG: usize = 40;
 /// Tables of more columns than this are wider than a phone.
 const WIDE: usize = 3;
 
-/// What one cell shows.
+/// Content of one cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
     shown: String,
     /// In full, for the CSV file.
     full: String,
-    /// What rows are sorted by.
+    /// Sort key.
     number: Option<f64>,
     class: &'static str,
     /// Hint on hovering.
     hint: Option<String>,
 }
 
-/// Rows under headings, with what explains them.
+/// Rows under headings, with their explanation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     /// Name of its CSV file, without its ending.
@@ -61,7 +61,7 @@ impl Cell {
         Self { full: value.to_string(), ..Self::number(number, 0) }
     }
 
-    /// Nothing to show, and why.
+    /// An empty cell with the reason.
     #[must_use]
     pub fn missing(shown: &str, why: impl Into<String>) -> Self {
         let why = why.into();
@@ -69,27 +69,27 @@ impl Cell {
         Self { shown: shown.to_owned(), full, number: None, class: "missing", hint: Some(why) }
     }
 
-    /// Stands out as the best of its row.
+    /// Marks the cell as the best of its row.
     #[must_use]
     pub fn best(self) -> Self {
         Self { class: "number best", ..self }
     }
 
-    /// Stands back: no evidence.
+    /// Greys the cell out, because it is not evidence.
     #[must_use]
     pub fn faint(self) -> Self {
         let class = if self.number.is_some() { "number faint" } else { "faint" };
         Self { class, ..self }
     }
 
-    /// Stands out as a thing to look at.
+    /// Highlights the cell.
     #[must_use]
     pub fn alarming(self) -> Self {
         let class = if self.class == "words" { "words alarm" } else { "alarm" };
         Self { class, ..self }
     }
 
-    /// With a hint on hovering.
+    /// Adds a hint on hovering.
     #[must_use]
     pub fn with_hint(self, hint: impl Into<String>) -> Self {
         Self { hint: Some(hint.into()), ..self }
@@ -110,7 +110,7 @@ impl Cell {
 }
 
 impl Table {
-    /// No rows yet.
+    /// A table without rows.
     #[must_use]
     pub fn new(name: &str, heading: impl IntoIterator<Item = String>) -> Self {
         Self {
@@ -122,12 +122,12 @@ impl Table {
         }
     }
 
-    /// One more row.
+    /// Adds a row.
     pub fn push(&mut self, row: Vec<Cell>) {
         self.rows.push(row);
     }
 
-    /// With a caption and the command that makes it.
+    /// Sets the caption and the command that makes the table.
     #[must_use]
     pub fn explained(self, caption: impl Into<String>, command: impl Into<String>) -> Self {
         Self { caption: caption.into(), command: command.into(), ..self }

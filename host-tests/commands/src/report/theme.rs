@@ -2,7 +2,7 @@
 
 use host_tests::chart::palette::{Color, Rgb, SERIES};
 
-/// What a series is called in the style sheet of the page.
+/// Name of a series in the style sheet of the page.
 pub(super) fn variable(i: usize) -> String {
     format!("--s{i}")
 }

@@ -11,10 +11,10 @@ use host_tests::data::Match;
 /// Cells across the image.
 const COLUMNS: u16 = 24;
 
-/// Width of the picture, px; its height is that of the image's shape.
+/// Width of the picture, px; its height follows from the shape of the image.
 const WIDTH: f64 = 480.0;
 
-/// Matches counted in cells as high as they are wide.
+/// Counts of matches in square cells.
 struct Cells {
     /// Edge of a cell, px of the image.
     edge: f64,
@@ -91,8 +91,8 @@ pub(super) fn section(replayed: &Replayed<'_>) -> Section {
         panels,
         legend: Vec::new(),
         caption: format!(
-            "Matches of all pairs, false ones too, in cells of {edge:.0} px; left image and right image. \
-             Empty: no match; yellow: {most}, the most; colours by the root of the count."
+            "All matches of all pairs, false ones included, in cells of {edge:.0} px; left image and right image. \
+             Empty: no match; yellow: {most}, the largest count; the colour follows the root of the count."
         ),
         command: replayed.command.to_owned(),
         numbers,

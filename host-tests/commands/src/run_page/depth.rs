@@ -1,11 +1,11 @@
-//! Error of depth before and after the run: as the calibrator expects it, and as true depths show it.
+//! Error of depth before and after the run: the calibrator's expectation, and the measurement with true depths.
 
 use host_tests::run::{DEPTHS_M, Summary, metres};
 
 use super::replayed::Replayed;
 use crate::report::{Cell, Section, Table};
 
-/// `None` where depth is neither expected nor measured.
+/// `None` if depth is neither expected nor measured.
 pub(super) fn section(replayed: &Replayed<'_>, summary: &Summary) -> Option<Section> {
     let (expected, measured) = (summary.depth_expected, replayed.depth);
     if expected.is_none() && measured.is_none() {
@@ -40,9 +40,10 @@ pub(super) fn section(replayed: &Replayed<'_>, summary: &Summary) -> Option<Sect
     }
     let mut section = Section::new("Depth");
     section.table(table.explained(
-        "Error of disparity that yaw causes, and the error of depth that it is. Expected: how far the yaw is from the \
-         estimate, with the deviation of the estimate, the lens uncertain (one standard deviation). Measured: median of \
-         |1/Z - 1/Z_true| f b over the matches of known depth; it contains the noise of the matches.",
+        "Error of disparity caused by yaw, and the resulting error of depth. Expected: distance of the yaw \
+         from the estimate, with the deviation of the estimate, the lens uncertain (one standard deviation). \
+         Measured: median of |1/Z - 1/Z_true| f b over the matches of known depth; it includes the noise of \
+         the matches.",
         replayed.command,
     ));
     Some(section)

@@ -1,4 +1,4 @@
-//! The page of one replayed recording: pair by pair and whole.
+//! The page of one replayed recording: pair by pair, and as a whole.
 
 mod coverage;
 mod depth;
@@ -46,11 +46,10 @@ impl Replayed<'_> {
         self.write_page(&self.page()?, dir)
     }
 
-    /// Writes `index.html`, `csv/*.csv` and, where there is an estimate, its rig as the files of other
-    /// tools into `rig/`; files of theirs there are replaced. Returns where the page is.
+    /// Writes `index.html`, `csv/*.csv` and, if there is an estimate, its rig as files of other tools into `rig/`;
+    /// earlier files of these names are replaced. Returns the path of the page.
     ///
-    /// # Errors
-    /// If a file cannot be written: names it.
+    /// # Errors If a file cannot be written: names it.
     pub fn write_page(&self, page: &Page, dir: &Path) -> Result<PathBuf> {
         for (format, documents) in rig::files(self) {
             let folder = dir.join("rig").join(format.name());
@@ -68,9 +67,7 @@ impl Replayed<'_> {
     fn spheres(&self) -> Section {
         let mut section = Section::new("Estimates on their spheres");
         let Some(&reference) = self.log.truth() else {
-            section.text(
-                "Not drawn: they are drawn around a reference, and meta.json has no R and t.",
-            );
+            section.text("Not drawn: the pictures need a reference, and meta.json has no R and t.");
             return section;
         };
         let steps = self.log.steps().iter();

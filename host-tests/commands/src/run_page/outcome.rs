@@ -15,7 +15,7 @@ pub(super) fn section(replayed: &Replayed<'_>, summary: &Summary) -> Section {
     );
     match replayed.log.fused() {
         None if replayed.log.has_begun_again() => section.alarm(
-            "There is no estimate: it began again with a corrected lens, and no pair was fused since.",
+            "There is no estimate: it restarted with a corrected lens, and no pair was fused since.",
         ),
         None => section.alarm("There is no estimate: no pair could be fused."),
         Some(fused) if fused.state != State::Locked || fused.doubt.is_some() => {
@@ -73,7 +73,7 @@ fn table(replayed: &Replayed<'_>, summary: &Summary) -> Table {
     table.explained(
         format!(
             "Proposal of the calibrator after the last pair. Fitting: within {SCREEN_PX} px of their \
-             row under this estimate. The reference is that of the recording's rig, as far as it is \
+             row under this estimate. The reference is the rig of the recording, as far as it is \
              known.{}",
             source(&replayed.set.meta),
         ),
@@ -88,7 +88,7 @@ fn source(meta: &Meta) -> String {
     }
 }
 
-/// `R` beside `t`, as they multiply.
+/// `R` beside `t`, in the layout of their product.
 fn extrinsics(replayed: &Replayed<'_>, found: &Extrinsics<f64>) -> Table {
     let heading = ["row", "R, column 1", "R, column 2", "R, column 3", "t, baselines"];
     let mut table = Table::new("extrinsics", heading.map(Into::into));

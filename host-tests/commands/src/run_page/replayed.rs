@@ -10,7 +10,7 @@ pub struct Replayed<'a> {
     pub set: &'a Dataset,
     /// Results of an evaluation.
     pub log: &'a RunLog,
-    /// Measured error of depth, where true depths are known.
+    /// Measured error of depth, if true depths are known.
     pub depth: Option<DepthErrors>,
     /// The command that replays it.
     pub command: &'a str,

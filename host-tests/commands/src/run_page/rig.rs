@@ -6,7 +6,7 @@ use super::replayed::Replayed;
 use crate::conventions::{Document, Format};
 use crate::report::Section;
 
-/// The estimate in each format, or why it cannot be said there; none without an estimate.
+/// The estimate in each format, or why the format cannot express it; empty without an estimate.
 pub(super) fn files(replayed: &Replayed<'_>) -> Vec<(Format, Result<Vec<Document>>)> {
     let Some(fused) = replayed.log.fused() else { return Vec::new() };
     let meta = fused.rig(&replayed.set.meta);
@@ -24,7 +24,7 @@ pub(super) fn section(replayed: &Replayed<'_>) -> Section {
         section.text("The right camera is the corrected one, which R and t belong to.");
     }
     if replayed.set.meta.baseline_m.is_none() {
-        section.text("The length of the baseline is not known: it is written as 1.");
+        section.text("The length of the baseline is unknown: it is written as 1.");
     }
     for (format, documents) in files(replayed) {
         let name = format.name();

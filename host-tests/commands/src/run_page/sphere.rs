@@ -1,5 +1,5 @@
-//! Estimates of single pairs on the unit sphere, with the fused one and the reference, as the paper
-//! pictures its fusion (its eqs 20-22): baseline directions `t^k` and rotation axes `v^k`.
+//! Estimates of single pairs on the unit sphere, with the fused estimate and the reference, like the figure of the
+//! fusion in the paper (eqs 20-22): baseline directions `t^k` and rotation axes `v^k`.
 
 use std::f64::consts::{PI, TAU};
 
@@ -23,17 +23,17 @@ const SIDES: f64 = 14.0;
 /// Left and bottom margin of axes with words, px.
 const LABELS: [f64; 2] = [62.0, 48.0];
 
-/// Half of what a picture of the surroundings shows at least, rad.
+/// Least half width of a picture of the surroundings, rad.
 const LEAST_REACH: f64 = 1e-4;
 
 /// Spacing of the sphere's grid, degrees, and samples along each of its lines.
 const GRID_DEG: i16 = 30;
 const SAMPLES: i16 = 72;
 
-/// The picture of the whole sphere is not seen along the estimates, which would hide its curvature, rad.
+/// Angle between the view of the whole sphere and the estimates, rad: a view along them would hide the curvature.
 const ASIDE: f64 = 0.5;
 
-/// What a run estimated.
+/// Estimates of a run.
 #[derive(Debug, Clone)]
 pub struct Estimates {
     /// Estimates of single pairs.
@@ -44,7 +44,7 @@ pub struct Estimates {
     pub reference: Extrinsics<f64>,
 }
 
-/// Farthest of the estimates from the reference, rad: along each axis of the pictures of its surroundings.
+/// Largest distance of the estimates from the reference, rad, along each axis of the pictures of its surroundings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
     t: f64,
@@ -52,7 +52,7 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// What holds both: figures that are compared have one scale.
+    /// The larger of both, so that figures to compare have one scale.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self { t: self.t.max(other.t), v: self.v.max(other.v) }
@@ -68,7 +68,7 @@ struct Directions {
 
 /// Four panels: `t^k` on the sphere and around the reference, `v^k` likewise.
 ///
-/// * `name`: of the CSV file; `reach`: of the surroundings.
+/// * `name`: name of the CSV file; `reach`: size of the surroundings.
 #[must_use]
 pub fn sphere_figure(name: &str, estimates: &Estimates, reach: Reach, command: &str) -> Figure {
     let [t, v] = estimates.both();
@@ -92,8 +92,8 @@ pub fn sphere_figure(name: &str, estimates: &Estimates, reach: Reach, command: &
             Entry::new(Mark::Dots, None, "reference (a cross)"),
         ],
         caption: format!(
-            "Every pair's baseline direction t^k and rotation axis v^k on the unit sphere; beside each \
-             globe the surroundings of the reference, by arc length. Hollow: on the far side. The rotation is by \
+            "Every pair's baseline direction t^k and rotation axis v^k on the unit sphere; beside each globe \
+             the surroundings of the reference, by arc length. Hollow: on the far side. The rotation angle is \
              {angle:.2} degrees: the smaller it is, the wider its axes scatter."
         ),
         command: command.to_owned(),
@@ -102,14 +102,14 @@ pub fn sphere_figure(name: &str, estimates: &Estimates, reach: Reach, command: &
 }
 
 impl Estimates {
-    /// Of these estimates alone.
+    /// The reach of these estimates alone.
     #[must_use]
     pub fn reach(&self) -> Reach {
         let [t, v] = self.both().map(|directions| directions.reach());
         Reach { t, v }
     }
 
-    /// Of baseline and rotation axis.
+    /// Directions of baseline and rotation axis.
     fn both(&self) -> [Directions; 2] {
         [
             self.directions(|e| e.translation().into_inner()),
@@ -142,19 +142,19 @@ impl Estimates {
     }
 }
 
-/// Direction of a rotation vector; the optical axis where there is none.
+/// Direction of a rotation vector; the optical axis for a zero vector.
 fn axis(w: &Vector3<f64>) -> Vector3<f64> {
     w.try_normalize(f64::MIN_POSITIVE).unwrap_or(Vector3::z())
 }
 
-/// Two directions across `normal`: as far right and as far down as may be.
+/// Two directions across `normal`, as far right and as far down as possible.
 fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let down = if normal.y.abs() < 0.9 { Vector3::y() } else { Vector3::z() };
     let right = down.cross(normal).normalize();
     [right, normal.cross(&right)]
 }
 
-/// The sphere as seen from afar, the reference a little aside of the middle.
+/// The sphere from afar, with the reference a little off the middle.
 fn globe(directions: &Directions, title: &str) -> String {
     let [right, down] = across(&directions.reference);
     let towards = (directions.reference + (right - down * 0.7) * ASIDE).normalize();
@@ -189,7 +189,7 @@ fn titled(title: &str) -> Svg {
 
 /// By arc length around the reference.
 ///
-/// * `reach`: what is seen at least, rad; `unit`: its name, and how often it is in 1 rad.
+/// * `reach`: least visible range, rad; `unit`: its name, and its number in 1 rad.
 fn zoom(directions: &Directions, title: &str, reach: f64, (unit, factor): (&str, f64)) -> String {
     let by_arc = directions.by_arc();
     let unrolled = |p: &Vector3<f64>| (by_arc(p).map(|x| x * factor), true);
@@ -225,7 +225,7 @@ impl Directions {
         all.fold(0.0, |most: f64, x| most.max(x.abs()))
     }
 
-    /// * `place`: where a direction is in the plane, and whether on the near side.
+    /// * `place`: position of a direction in the plane, and whether it is on the near side.
     fn draw(&self, plot: &mut Plot<'_>, place: impl Fn(&Vector3<f64>) -> (Point, bool)) {
         let [single, fused] = [SERIES[0].light, SERIES[1].light];
         for p in &self.pairs {

@@ -9,7 +9,7 @@ use host_tests::run::{Step, Verdict};
 
 const SIZE: Point = [640.0, 120.0];
 
-/// All states that are drawn, with their colours; none is drawn as nothing.
+/// All drawn states with their colours; other states are not drawn.
 const STATES: [(State, palette::Color); 4] = [
     (State::Acquiring, SERIES[7]),
     (State::Locked, SERIES[2]),
@@ -17,7 +17,7 @@ const STATES: [(State, palette::Color); 4] = [
     (State::Lost, SERIES[1]),
 ];
 
-/// A strip: a field a pair in the colour of the state after it, a cross over pairs that were not fused.
+/// A strip: for each pair a field in the colour of the state after it, with a cross over pairs that were not fused.
 pub(super) fn strip(steps: &[Step]) -> String {
     let count = u32::try_from(steps.len()).unwrap_or(u32::MAX);
     let mut svg = Svg::new(SIZE);

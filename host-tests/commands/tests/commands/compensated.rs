@@ -1,4 +1,4 @@
-//! Output of the command with `--lens compensate`: what comes of an estimate has the cameras that it belongs to.
+//! Output of the command with `--lens compensate`: every output of an estimate has the corrected cameras.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::call::{failure, json, stdout};
 
-/// A right camera that is 0.5 % longer than the data say.
+/// A right camera whose focal length is 0.5 % longer than the data say.
 const WRONG: [&str; 6] = ["synth", "--pairs", "40", "--lens-error", "f_r=0.5%", "--seed"];
 const SEED: &str = "3";
 
@@ -23,7 +23,7 @@ fn synth(options: &[&str]) -> Vec<&'static str> {
 }
 
 #[test]
-fn rows_are_those_of_the_corrected_cameras() {
+fn rows_belong_to_the_corrected_cameras() {
     let compensated = json(&synth(&[&COMPENSATE[..], &["--json"]].concat()));
     let reported = json(&synth(&["--lens", "report", "--apply", "each", "--json"]));
     let focal = number(&compensated["correction"]["focal"]);
@@ -76,7 +76,7 @@ fn a_run_that_ends_as_the_estimate_begins_again_says_so() {
     let mut short = synth(&COMPENSATE);
     short[2] = &pairs;
     let error = failure(&short, 1);
-    assert!(error.contains("began again with a corrected lens"), "{error}");
+    assert!(error.contains("restarted with a corrected lens"), "{error}");
 }
 
 /// A copy of a set with another rig.
@@ -112,7 +112,7 @@ fn exported_rigs_have_the_corrected_cameras() {
         let correction = &found["correction"];
         assert!((ratio - 1.0 - number(&correction["focal"])).abs() < 1e-9, "{format}: {ratio}");
         assert!((number(&exported["dist_r"][0]) - number(&correction["k1"])).abs() < 1e-9);
-        // R and t are right with the cameras beside them.
+        // `R` and `t` are right with their cameras.
         with_rig(Path::new(&set), Path::new(&rig), Path::new(&copy));
         let again = json(&["replay", &copy, "--initial", &rig, "--lens", "given", "--json"]);
         let [after, before] = [&found["rms_px_after"], &again["rms_px_before"]].map(number);

@@ -81,7 +81,7 @@ fn json_has_the_stable_fields_and_no_others() {
 }
 
 #[test]
-fn what_is_applied_is_in_use_and_what_is_not_says_why() {
+fn an_applied_estimate_is_in_use_and_an_unapplied_one_has_a_reason() {
     let scene = ["synth", "--pairs", "12", "--rotation", "3,-2,1", "--json"];
     let never = json(&scene);
     assert_eq!(never["in_use"]["rms_px"], never["rms_px_before"]);
@@ -158,7 +158,7 @@ fn an_initial_file_is_used_and_a_bad_one_is_named() {
 }
 
 #[test]
-fn what_synth_writes_replays_as_what_it_pipes() {
+fn a_scene_of_synth_replays_from_files_as_from_a_pipe() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("scene");
     let out = out.to_str().unwrap();

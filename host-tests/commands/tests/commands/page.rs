@@ -12,7 +12,7 @@ fn csv(dir: &Path, name: &str) -> Vec<Vec<String>> {
 }
 
 #[test]
-fn a_page_of_a_data_set_has_every_part_and_its_numbers_are_those_of_the_run() {
+fn a_page_of_a_data_set_has_every_part_and_the_numbers_of_the_run() {
     let dir = tempfile::tempdir().unwrap();
     let page = dir.path().join("page");
     let json =

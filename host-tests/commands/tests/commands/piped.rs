@@ -12,7 +12,7 @@ use crate::call::{PATH, failure, json, selfcal, stdout};
 
 const SET: &str = "opencv_chess_sift";
 
-/// The rows of pairs as CSV; frames count up in steps, as where a matcher leaves images out.
+/// The rows of pairs as CSV; frame numbers increase in steps, as if a matcher skipped images.
 fn by_frame(pairs: &[Vec<Match>]) -> String {
     let mut text = "frame,ul,vl,ur,vr,score\n".to_owned();
     for (frame, pair) in (100..).step_by(7).zip(pairs) {
@@ -27,12 +27,12 @@ fn shipped() -> Dataset {
     Dataset::load(&Dataset::shipped().join(SET)).unwrap()
 }
 
-/// JSON of a call with something on its standard input.
+/// JSON output of a call with this standard input.
 fn piped(input: impl Into<Vec<u8>>, args: &[&str]) -> Value {
     serde_json::from_str(&selfcal(args).reading(input).stdout()).unwrap()
 }
 
-/// Standard error of a call that fails, with something on its standard input.
+/// Standard error of a failing call with this standard input.
 fn refused(input: impl Into<Vec<u8>>, args: &[&str]) -> String {
     selfcal(args).reading(input).failure(1)
 }
@@ -56,7 +56,7 @@ fn one_file_of_all_pairs_replays_as_the_folder_wherever_it_comes_from() {
         .unwrap();
     assert_eq!(json(&["replay", file, "--json"]), expected);
     assert_eq!(json(&["replay", folder, "--json"]), expected);
-    // Turned as it comes.
+    // Pairs are turned on arrival.
     let turned = ["--view", "left", "--turned", "both", "--json"];
     let expected = json(&[&["replay", SET][..], &turned].concat());
     assert_eq!(piped(text, &[&["replay", "-", "--rig", SET][..], &turned].concat()), expected);
@@ -67,7 +67,7 @@ fn one_file_of_all_pairs_replays_as_the_folder_wherever_it_comes_from() {
 }
 
 #[test]
-fn lines_trace_and_page_of_a_pipe_are_those_of_the_folder() {
+fn lines_trace_and_page_of_a_pipe_match_the_folder() {
     let dir = tempfile::tempdir().unwrap();
     let text = by_frame(&shipped().pairs);
     let place = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
@@ -103,7 +103,7 @@ fn frames_on_standard_input_replay_as_those_of_a_file() {
     assert_eq!(serde_json::from_str::<Value>(&output.out).unwrap(), expected);
     let counters = output.err;
     assert!(counters.contains("whole frames") && counters.contains("checksum"), "{counters}");
-    // Begins in mid frame, as a log does.
+    // The stream starts inside a frame, as a log may.
     assert!(piped(&bytes[9..], &args)["pairs"].as_u64().unwrap() > 3);
     assert!(refused(&bytes[..99], &args).contains("not one whole frame in standard input"));
     let other = ["replay", "-", "--rig", "motorcycle_sift"];
@@ -122,7 +122,7 @@ fn a_pair_is_solved_before_the_input_ends() {
     let mut input = child.stdin.take().unwrap();
     input.write_all(text.as_bytes()).unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map(Result::unwrap);
-    // The last frame may go on.
+    // The last frame may be incomplete.
     assert!(lines.any(|line| line.starts_with("   1 ")));
     drop(input);
     let rest: Vec<String> = lines.collect();
@@ -139,21 +139,21 @@ fn bad_input_is_named() {
         (String::new(), "standard input is empty"),
         ("0,100,100,90,100,1\n".into(), "line 1: there is no header"),
         (header.into(), "no matches below the header"),
-        ("frame,u,v\n".into(), "line 1: `u` is none of the columns"),
+        ("frame,u,v\n".into(), "line 1: `u` is not one of the columns"),
         ("ul,vl,ur,vr,score\n1,2,3,4,1\n".into(), "no column `frame`"),
         (format!("{good}0,100,100,90\n"), "line 3: 4 fields, the header has 6"),
         (format!("{good}1.0,100,100,90,100,1\n"), "line 3: frame `1.0` is not a whole number"),
         (format!("{good}0,100,inf,90,100,1\n"), "line 3: vl `inf` is not a finite number"),
         (format!("{good}0,100,100,90,100,nan\n"), "line 3: score `nan` is not a finite number"),
         (format!("{good}0,x,100,90,100,1\n"), "line 3: ul `x` is not a finite number"),
-        (format!("{good}1,5,5,4,5,1\n\n0,5,5,4,5,1\n"), "line 5: frame 0 comes back"),
+        (format!("{good}1,5,5,4,5,1\n\n0,5,5,4,5,1\n"), "line 5: frame 0 continues"),
     ] {
         let error = refused(text, &args);
         assert!(error.contains(said) && error.contains("standard input"), "{error}");
     }
     let error = refused(good, &["replay", "-"]);
     assert!(error.contains("--rig"), "{error}");
-    // The same of files.
+    // The same for files.
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("bad.csv");
     fs::write(&path, format!("{header}0,1,2,3,4,1\n0,1\n")).unwrap();
@@ -165,7 +165,7 @@ fn bad_input_is_named() {
 }
 
 #[test]
-fn what_is_refused_is_counted_by_reason() {
+fn refused_matches_are_counted_by_reason() {
     let mut pairs = shipped().pairs;
     let count: usize = pairs.iter().map(Vec::len).sum();
     let m = pairs[0][0];
@@ -208,7 +208,7 @@ fn generated_scenes_count_by_reason_too() {
 #[test]
 fn a_long_run_is_thinned_for_its_row_offsets_only() {
     let set = shipped();
-    // Beyond the matches that are held.
+    // The run is longer than the number of matches held.
     let pairs: Vec<Vec<Match>> = set.pairs.iter().cycle().take(1400).cloned().collect();
     assert!(pairs.iter().map(Vec::len).sum::<usize>() > 1 << 18);
     let text = by_frame(&pairs);

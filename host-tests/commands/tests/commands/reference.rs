@@ -1,4 +1,4 @@
-//! What a run is compared with: none, half a one, and one of the other convention.
+//! The reference of a run: absent, incomplete, or in the opposite convention.
 
 use std::fs;
 use std::path::Path;
@@ -40,7 +40,7 @@ fn without_a_reference_the_estimate_is_the_same_and_has_no_errors() {
     assert!(unknown["in_use"]["e_t"].is_null());
     let page = dir.path().join("page");
     stdout(&["replay", &copy, "--report", page.to_str().unwrap()]);
-    assert!(failure(&["replay", &copy, "--view", "top"], 1).contains("has none"));
+    assert!(failure(&["replay", &copy, "--view", "top"], 1).contains("lacks"));
 }
 
 #[test]

@@ -18,7 +18,7 @@ fn selfcal(args: &[&str]) -> (bool, String, String) {
 }
 
 #[test]
-fn a_recorded_stream_replays_as_the_set_it_is_of_and_a_damaged_one_as_what_is_left_of_it() {
+fn a_recorded_stream_replays_as_its_set_and_a_damaged_one_as_its_whole_frames() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let (whole, bad) = (path("whole.scmf"), path("bad.scmf"));

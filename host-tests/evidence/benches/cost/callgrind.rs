@@ -25,8 +25,8 @@ pub(crate) fn is_present() -> bool {
 
 /// Runs each job once, to be counted.
 ///
-/// On a separate stack: that of the main thread begins below the environment, whose size
-/// changed the counts by a few instructions.
+/// On a separate stack: the main thread's stack begins below the environment, whose size would change the counts by a
+/// few instructions.
 pub(crate) fn run_once<J: Send + 'static, A: Send + 'static>(
     jobs: Vec<J>,
     run: fn(J) -> A,

@@ -1,4 +1,4 @@
-//! The rows of the table, and the work that each measures.
+//! The rows of the table, and the measured work of each.
 
 use std::fmt;
 
@@ -21,7 +21,7 @@ const LOCKING: usize = 20;
 /// Passes of a search after the first and before weighting by the noise; for 128 matches and fewer.
 const ANNEALED: [usize; 2] = [4, 8];
 
-/// Seed of the measured pairs; those that lock a calibrator have the next.
+/// Seed of the measured pairs; the pairs that lock a calibrator have the next seed.
 const SEED: u64 = 1;
 
 type Calibrator1024 = Calibrator<f32, 1024>;
@@ -159,7 +159,7 @@ impl From<PairReport<f32>> for Report {
 
 fn solve_and_fuse(calibrator: &mut Calibrator1024) -> Result<Report, Rejection> {
     let outcome = calibrator.solve_pair();
-    // A pair that is kept apart counts.
+    // A pair of a challenger counts.
     let why = outcome.fused.err().unwrap_or(Rejection::NotBegun);
     outcome.pair.map(Report::from).ok_or(why)
 }
@@ -172,7 +172,7 @@ fn fresh(scene: &Scene, config: Config, pair: &SynthPair) -> Result<Job> {
     Ok(Job::Solve(calibrator))
 }
 
-/// A calibrator after the passes of the wide losses: the next one weights by the noise.
+/// A calibrator after the passes of the wide losses: the next pass weights by the noise.
 fn amid(scene: &Scene, pair: &SynthPair) -> Result<Job> {
     let Job::Solve(mut calibrator) = fresh(scene, Config::robust(), pair)? else {
         bail!("a fresh calibrator is to be solved");
@@ -191,7 +191,7 @@ fn locked(scene: &Scene, pairs: impl Iterator<Item = SynthPair>) -> Result<Vec<J
     let mut calibrator = Box::new(Calibrator1024::new(Config::robust(), &factory));
     for pair in scene.pairs(SEED + 1).take(LOCKING) {
         fill(&mut calibrator, &pair)?;
-        // Checked below.
+        // The lock is checked below.
         let _ = solve_and_fuse(&mut calibrator);
     }
     let mut jobs = Vec::with_capacity(PAIRS);

@@ -19,9 +19,9 @@
 //!   without generating the scene and filling the batch; `-` without valgrind. The same build gives
 //!   the same count. They are this host's: a controller's differ;
 //! - `instr/match/pass`: the same over matches and passes; `-` unless all pairs were solved;
-//! - `passes`: mean passes over the batch, evaluations included. Of `lmder`, evaluations of the
+//! - `passes`: mean passes over the batch, evaluations included. For `lmder`, evaluations of the
 //!   residuals; its Jacobians and QR factorisations are in the instructions;
-//! - `solved`: pairs with an answer; of `lmder`, those where it met its tolerances;
+//! - `solved`: pairs with an answer; for `lmder`, pairs within its tolerances;
 //! - `sigma_t`, `sigma_theta`: RMS error of the solved single pairs, rad.
 //!
 //! A harness of its own, because no usual one both times and counts: those that count need a runner
@@ -50,7 +50,7 @@ struct Args {
     /// Passed by cargo.
     #[arg(long, hide = true)]
     bench: bool,
-    /// Only run each pair of this row once, for callgrind to count.
+    /// Run each pair of this row once only, for callgrind to count.
     #[arg(long, hide = true)]
     row: Option<usize>,
 }
@@ -58,7 +58,7 @@ struct Args {
 /// Results of the pairs of a row.
 struct Results {
     pairs: usize,
-    /// Passes of the solved pairs together.
+    /// Sum of the passes of the solved pairs.
     passes: usize,
     /// Jobs with an answer.
     solved: usize,
@@ -132,7 +132,7 @@ fn print_row(case: &Case, us: f64, count: Option<&Count>, results: &Results) {
         sigma.as_ref().map_or("-".into(), |sigma| format!("{:.5}", part(sigma)))
     };
     let instructions = count.map_or("-".into(), |c| format!("{:.0}", c.instructions / pairs));
-    // The passes of a pair without an answer are not known.
+    // The number of passes of a pair without an answer is unknown.
     let per_pass = count.filter(|_| solved == results.pairs);
     let per_pass =
         per_pass.map_or("-".into(), |c| format!("{:.0}", c.instructions / (passes * matches)));

@@ -83,7 +83,7 @@ impl LeastSquaresProblem<f64, Dyn, U6> for RowOffsets {
     fn jacobian(&self) -> Option<OMatrix<f64, Dyn, U6>> {
         let [left, right] = &self.pose;
         let [by_left, by_right] = self.turns().map(|turn| left_jacobian(&turn));
-        // Of v by a left perturbation (eq 15).
+        // Derivative of v by a left perturbation (eq 15).
         let row = |m: &Matrix3<f64>, ray: &Vector3<f64>| {
             let p = m * ray;
             let (u, v) = (p.x / p.z, p.y / p.z);

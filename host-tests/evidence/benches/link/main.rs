@@ -59,7 +59,7 @@ struct Args {
     /// Passed by cargo.
     #[arg(long, hide = true)]
     bench: bool,
-    /// Only receive each frame of this row once, for callgrind to count.
+    /// Receive each frame of this row once only, for callgrind to count.
     #[arg(long, hide = true)]
     row: Option<usize>,
 }
@@ -98,7 +98,7 @@ impl fmt::Display for Work {
 #[derive(Debug, Clone)]
 struct Job {
     bytes: Vec<u8>,
-    /// Records that a stream without a frame is as long as.
+    /// Length of a stream without a frame, in records.
     damaged: Option<usize>,
     piece: usize,
     decoder: Decoder,
@@ -160,7 +160,7 @@ impl Case {
 }
 
 impl Job {
-    /// The measured work: the correspondences of the frame, if it is whole, or the length of a stream without one.
+    /// The measured work: the correspondences of the frame if it is whole, or the length of a stream without a frame.
     fn run(self) -> Option<usize> {
         let Self { bytes, damaged, piece, mut decoder, mut calibrator } = self;
         let mut whole = damaged;

@@ -40,7 +40,7 @@ fn main() {
     decode();
 }
 
-/// All that `Calibrator.fuse` of Python calls: what its time is compared with.
+/// All calls of `Calibrator.fuse` in Python, for comparison with its time.
 fn all_calls(calibrator: &mut Calibrator256, pair: &[Correspondence<f32>]) -> bool {
     let outcome = calibrator.take_pair(pair.iter().copied());
     let _ = black_box((calibrator.proposal(), calibrator.health()));
@@ -58,7 +58,7 @@ fn stage<I, O>(name: &str, input: impl Fn() -> I, work: impl Fn(&mut I) -> O) {
     println!("{name:<32} {:>9.2} us", median(us).unwrap_or(f64::NAN));
 }
 
-/// A generated recording: pairs that lock, then one that is measured.
+/// A generated recording: pairs that lock, then one to measure.
 fn recording() -> Dataset {
     let scene = Scene { rig: five_degrees_off(), outliers: 0.3, ..ScenarioKind::Near.scene() };
     scene.dataset(LOCKING + 1, 1).expect("the scene can be seen")
@@ -86,7 +86,7 @@ fn calibrator(config: Config, fused: usize) -> Box<Calibrator256> {
     calibrator
 }
 
-/// Before the last step of its pair.
+/// The calibrator before the last step of its pair.
 fn solved(mut calibrator: Box<Calibrator256>) -> Box<Calibrator256> {
     let mut before = calibrator.clone();
     while calibrator.advance_pair().is_none() {

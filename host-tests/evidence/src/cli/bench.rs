@@ -18,9 +18,9 @@ use selfcal_commands::setup::{Number, Preset};
 /// x_l y_l x_r y_r, R row by row, t, all f64. Rays are at unit depth, undistorted; p_r = R p_l + t.
 /// `selfcal synth --rays FILE` writes one.
 ///
-/// Every pair is solved alone, from R = I, t = (-1, 0, 0), by a calibrator that knows of no other. The
-/// clock runs over solve_pair, all passes and the evaluation; pushing the matches into the batch is timed
-/// beside it. The file is gone through once before the clock counts.
+/// Every pair is solved alone, from R = I, t = (-1, 0, 0), by a fresh calibrator. The clock covers solve_pair, all
+/// passes and the evaluation; pushing the matches into the batch is timed separately. One untimed round over the file
+/// comes first.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal synth --pairs 1000 --outliers 0.3 --rotation 5,5,5 --baseline 3,4 --rays near.pairs
@@ -35,7 +35,7 @@ pub struct BenchArgs {
     #[arg(long, value_enum, default_value_t = Preset::Robust)]
     preset: Preset,
 
-    /// Number type that the core computes in; f32 is what ships.
+    /// Number type of the core; f32 ships.
     #[arg(long, value_enum, default_value_t = Number::F32)]
     scalar: Number,
 
@@ -43,11 +43,11 @@ pub struct BenchArgs {
     #[arg(long, default_value_t = 1400.0, value_name = "PX")]
     focal: f64,
 
-    /// Times that the file is gone through for the clock.
+    /// Timed rounds over the file.
     #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     rounds: u32,
 
-    /// Print one JSON object and nothing else.
+    /// Print only one JSON object.
     #[arg(long)]
     json: bool,
 }

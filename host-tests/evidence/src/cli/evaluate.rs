@@ -12,10 +12,10 @@ use rivals::Range;
 
 /// Compare the presets with the methods of the literature, and write the evidence as one page.
 ///
-/// Recorded data sets from the paper's views, generated scenes over outliers, pairs, depth and noise, and a
-/// rig that is knocked once; every method gets the same rays and the same start, and each rival is run with
-/// several settings, of which the best counts. The page (index.html) holds its
-/// pictures and loads nothing; every number of it is in a file of csv/ beside it.
+/// Recorded data sets from the paper's views, generated scenes over outliers, pairs, depth and noise, and a rig that is
+/// knocked once; every method gets the same rays and the same start, and each rival runs with several settings, of
+/// which the best counts. The page (index.html) contains its pictures and loads nothing; all its numbers are in the
+/// files of csv/ beside it.
 ///
 /// Measurements are kept in cells.jsonl: an interrupted evaluation resumes where it was,
 /// and the same program measures nothing twice. The same program writes the same
@@ -28,16 +28,16 @@ use rivals::Range;
   selfcal evaluate --methods robust,paper,ling-shen --trials 200
   selfcal evaluate --full")]
 pub struct EvaluateArgs {
-    /// Folder of the page; made if need be. Files of an earlier evaluation in it are replaced.
+    /// Folder of the page; made if missing. Files of an earlier evaluation in it are replaced.
     #[arg(long, value_name = "DIR", default_value = "target/evaluation")]
     out: PathBuf,
 
-    /// Data sets to compare on beside those that come with the project: a data set (a folder with
-    /// meta.json and pairs/*.csv), or a folder of them. May be given more than once.
+    /// Further data sets: a data set (a folder with meta.json and pairs/*.csv), or a folder of data sets. May be given
+    /// more than once.
     #[arg(long, value_name = "DIR")]
     data: Vec<PathBuf>,
 
-    /// Methods to compare, by name; all if not given.
+    /// Methods to compare, by name; all by default.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     methods: Vec<String>,
 
@@ -53,12 +53,12 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
     trials: Option<u64>,
 
-    /// Settings of each method on the recordings: with RANSAC in front or without, noise told or estimated,
-    /// gate, annealing, rejection, filters steady and agile, in all combinations; or a few of them.
+    /// Settings of each method on the recordings: RANSAC or not, noise given or estimated, gate, annealing, rejection,
+    /// steady or agile filters, in all combinations; or a few of them.
     #[arg(long, value_enum, default_value_t = Range::All)]
     settings: Range,
 
-    /// Leave out the pictures of disparities and of spheres, which are made anew each time.
+    /// Leave out the pictures of disparities and of spheres, which are drawn anew each time.
     #[arg(long)]
     no_pictures: bool,
 

@@ -16,11 +16,11 @@ use picture::PictureArgs;
 /// Commands that measure the calibrator.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    #[allow(missing_docs, reason = "the arguments define the help text")]
     Campaign(CampaignArgs),
-    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    #[allow(missing_docs, reason = "the arguments define the help text")]
     Evaluate(EvaluateArgs),
-    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    #[allow(missing_docs, reason = "the arguments define the help text")]
     Bench(BenchArgs),
     #[allow(missing_docs, reason = "the help text is that of the arguments")]
     Picture(PictureArgs),

@@ -1,4 +1,4 @@
-//! One pair rectified by different extrinsics, and what a dense matcher then finds.
+//! One pair rectified by different extrinsics, and the disparities that a dense matcher then finds.
 
 use anyhow::{Context, Result};
 use host_tests::data::{Match, Rays};
@@ -10,37 +10,37 @@ use stereo_selfcal::{Cameras, Config, Extrinsics};
 
 use super::scene::PicturedScene;
 
-/// A disparity further than this from the published one is wrong, px.
+/// Least difference of a wrong disparity from the published one, px.
 pub const WRONG_PX: f64 = 2.0;
 
 /// Largest range of disparities searched, px.
 const MOST_RANGE: u16 = 192;
 
-/// What one set of extrinsics came to.
+/// Result of one set of extrinsics.
 #[derive(Debug, Clone)]
 pub struct Attempt {
-    /// Whose extrinsics.
+    /// Name of the extrinsics.
     pub name: &'static str,
-    /// The rectified pair with its scores, or why there is none.
+    /// The rectified pair with its scores, or the reason for its absence.
     pub outcome: Result<(Rectification, Scores), String>,
 }
 
-/// What a rectification came to.
+/// Scores of a rectification.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scores {
-    /// Share of the left pixels whose disparity is found alike from left and right.
+    /// Share of the left pixels whose disparity from the left image agrees with that from the right.
     pub valid: f64,
     /// Share of the left pixels of known depth whose disparity is found and within [`WRONG_PX`].
     pub right: Option<f64>,
-    /// Median row offset of those matches that are in row under the robust preset's, px.
+    /// Median row offset of the matches that are in row under the robust preset's extrinsics, px.
     pub row_offset_px: f64,
 }
 
-/// The start, the estimate of bundle adjustment, and those of the presets as published and robust, over all
-/// pairs of the scene, each rectifying its images.
+/// The start and the estimates of bundle adjustment, of the paper preset and of the robust preset over all pairs of the
+/// scene; each rectifies the images.
 ///
-/// Each chooses a camera in which every rectified pixel is seen by both (alpha 0). The matches shown and
-/// measured are those that the robust preset keeps within [`SCREEN_PX`](host_tests::run::SCREEN_PX).
+/// Each chooses a camera in which both cameras see every rectified pixel (alpha 0). The matches shown and measured are
+/// those that the robust preset keeps within [`SCREEN_PX`](host_tests::run::SCREEN_PX).
 ///
 /// # Errors
 /// If there is no estimate of ours to measure with, or the scene's cameras are not valid.
@@ -84,7 +84,7 @@ fn calibrated(scene: &PicturedScene, config: Config) -> Result<Extrinsics<f64>> 
     Ok(log.fused().context("no pair of the scene could be fused")?.extrinsics)
 }
 
-/// Bundle adjustment with estimated noise: best of all rivals with one setting on the recordings.
+/// Bundle adjustment with estimated noise: with one setting the best of all rivals on the recordings.
 fn bundle(
     scene: &PicturedScene,
     cameras: &Cameras<f64>,

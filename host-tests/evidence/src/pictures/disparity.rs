@@ -9,13 +9,13 @@ use selfcal_pictures::{Rectification, disparity_picture, missing_picture, pair_p
 use super::comparison::{Attempt, Scores, WRONG_PX, comparison};
 use super::scene::PicturedScene;
 
-/// How far the left view is turned, degrees.
+/// Angle of the turned left view, degrees.
 const DEGREES: f64 = 5.0;
 
-/// Rectified pairs and their disparities: from the start, by bundle adjustment and by both presets.
+/// Rectified pairs and their disparities: at the start, by bundle adjustment and by both presets.
 ///
 /// * `name`: one of [`PicturedScene::SHIPPED`].
-/// * `command`: what makes the page.
+/// * `command`: command that makes the page.
 ///
 /// # Errors
 /// As [`comparison`].
@@ -92,7 +92,7 @@ fn aligned(scores: &Scores) -> String {
     format!("median row offset {:.2} px", scores.row_offset_px)
 }
 
-/// Who could not rectify the pair, and why.
+/// Methods that could not rectify the pair, and why.
 fn failures(all: &[Attempt]) -> String {
     let failed = all.iter().filter_map(|a| Some((a.name, a.outcome.as_ref().err()?)));
     let sentence = |(name, why)| format!(" {name} has nothing to show: {why}.");
@@ -110,10 +110,10 @@ fn disparity_caption(scene: &PicturedScene, all: &[Attempt]) -> String {
         String::new()
     };
     format!(
-        "Dense disparities of {}, pair {}, from yellow (near, {range} px) to dark blue (far, 0 px); grey where left and \
-         right image do not agree within 1 px. The left camera is turned by {DEGREES} degrees, which \
-         R = I does not know; the estimates are from all {} pairs of the recording. Semi-global \
-         matching on 7 x 7 census transforms, nothing filled in, the same for all.{truth}{}",
+        "Dense disparities of {}, pair {}, from yellow (near, {range} px) to dark blue (far, 0 px); grey if \
+         left and right image do not agree within 1 px. The left camera is turned by {DEGREES} degrees, which \
+         R = I does not include; the estimates are from all {} pairs of the recording. Semi-global matching on \
+         7 x 7 census transforms, without filling holes, the same for all.{truth}{}",
         scene.set.name,
         scene.pair,
         scene.set.pairs.len(),

@@ -7,17 +7,17 @@ use stereo_selfcal::{Camera, RectifiedCamera, RectifyingRotations};
 use host_tests::data::{Dataset, TurnedView};
 use selfcal_pictures::{Grey, projected, ray_of, turned};
 
-/// Steps of the published disparities' file in a pixel.
+/// Disparity steps a pixel in the published file.
 const STEPS_PER_PX: f64 = 4.0;
 
-/// A data set, the images of one of its pairs, and, where it is published, the depth.
+/// A data set, the images of one of its pairs, and the published depth, if any.
 #[derive(Debug, Clone)]
 pub struct PicturedScene {
     /// All pairs; the left view is turned.
     pub set: Dataset,
-    /// Which of them the images are of.
+    /// Index of the pair of the images.
     pub pair: usize,
-    /// The left image, turned as the points are.
+    /// The left image, turned like the points.
     pub left: Grey,
     /// The right image.
     pub right: Grey,
@@ -36,7 +36,7 @@ struct Depth {
 }
 
 impl PicturedScene {
-    /// Names of the scenes that come with the project.
+    /// Names of the shipped scenes.
     pub const SHIPPED: [&str; 3] = ["motorcycle_sift", "opencv_chess_sift", "opencv_chess_corners"];
 
     /// A shipped scene, its left view turned up by so many degrees.
@@ -70,8 +70,8 @@ impl PicturedScene {
         })
     }
 
-    /// The disparity that a pixel of the rectified left image should have under the given
-    /// rectification, px; `None` where the depth is not known.
+    /// The true disparity of a pixel of the rectified left image under a rectification, px; `None` if the depth is
+    /// unknown.
     #[must_use]
     pub fn true_disparity(
         &self,

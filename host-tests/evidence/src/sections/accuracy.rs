@@ -10,21 +10,21 @@ use selfcal_commands::report::{Cell, Csv, Entry, Figure, Mark, Picture, Section,
 pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("Every method at its best, cell by cell");
     section.text(
-        "Each method with the settings that are best in that cell: the pointer over a number shows them. All \
-         settings of all methods stand in the CSV file of the figure below. Figures that are no evidence are \
-         faint and counted nowhere.",
+        "Each method with its best settings in that cell; the pointer over a number shows them. The CSV file \
+         of the figure below has all settings of all methods. Figures without evidence are grey and not \
+         counted.",
     );
     let command = findings.request.command.as_str();
     for quantity in Quantity::ALL {
         let caption = match quantity {
             Quantity::ErrorT | Quantity::ErrorTheta => format!(
-                "{}, rad, of all pairs fused; the best of a row is marked, with what is, like it, below the \
-                 reference's standard error. Gated fit: least squares over the matches within 2 px of the \
-                 reference's rows. It is no optimum, as the gate is centred on the reference.",
+                "{}, rad, of all pairs fused. The best of a row is marked; so are others, if both are below \
+                 the reference's standard error. Gated fit: least squares over the matches within 2 px of the \
+                 reference's rows. It is not an optimum, because the gate is centred on the reference.",
                 quantity.name()
             ),
             Quantity::SigmaT | Quantity::SigmaTheta => format!(
-                "{}, rad: RMS error of fresh single pairs, of methods that solve at least half of them.",
+                "{}, rad: RMS error of fresh single pairs, for methods that solve at least half of them.",
                 quantity.name()
             ),
         };
@@ -54,7 +54,7 @@ fn cells(findings: &Findings<'_>, row: &Row<'_>, quantity: Quantity) -> Vec<Cell
         .collect();
     let best = least.iter().flatten().map(|(_, e)| *e).fold(f64::INFINITY, f64::min);
     let sd = row.set.reference.map(|sd| [sd.translation, sd.rotation][part]);
-    // Below the error of the reference nothing is better than anything.
+    // Differences below the error of the reference do not count.
     let best = best.max(sd.unwrap_or(0.0));
     let evidence = row.seen.is_evidence(row.set.reference)[part];
     let shown = |error: f64| {
@@ -84,7 +84,7 @@ fn cells(findings: &Findings<'_>, row: &Row<'_>, quantity: Quantity) -> Vec<Cell
     cells
 }
 
-/// Everything that was measured on the recordings.
+/// All measurements on the recordings.
 fn numbers(findings: &Findings<'_>) -> Csv {
     let heading = [
         "data set",
@@ -136,10 +136,10 @@ fn spread(findings: &Findings<'_>) -> Figure {
     Figure {
         panels: findings.sets.iter().flat_map(|set| panels(findings, &set.digest)).collect(),
         legend: legend.collect(),
-        caption: "Errors of fresh single pairs, root mean square, with the left image turned; a cross where \
-                  fewer than half of the pairs have an estimate. A recording of one pair has its error in place \
-                  of a mean. Figures 2 and 3 of the paper in form. The CSV file has every method with every \
-                  setting, in every view."
+        caption: "Errors of fresh single pairs, root mean square, with the left image turned; a cross if fewer \
+                  than half of the pairs have an estimate. For a recording of one pair its error replaces the \
+                  mean. The form follows figures 2 and 3 of the paper. The CSV file has every method with \
+                  every setting, in every view."
             .into(),
         command: findings.request.command.clone(),
         numbers: numbers(findings),

@@ -1,4 +1,4 @@
-//! The page in short: losses first, each figure computed from what follows.
+//! The page in short: losses first, with each figure computed from the sections below.
 
 use std::collections::BTreeMap;
 
@@ -23,8 +23,8 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
     }
     let count = |outcome| cells.iter().filter(|cell| cell.outcome == outcome).count();
     section.text(format!(
-        "A rival may choose its method and its settings anew in every cell, after seeing the result: nobody \
-         can do so in use. Against this rival {OURS} loses {} of {} cells of the recordings, ties {} within the \
+        "A rival may choose its method and settings anew in every cell, after seeing the result, which nobody \
+         can do in use. Against this rival {OURS} loses {} of {} cells of the recordings, ties {} within the \
          error of the reference, and wins {}. A cell is a data set, a view and a quantity.",
         count(Outcome::Loss),
         cells.len(),
@@ -39,22 +39,21 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
         command,
     ));
     section.table(
-        losses(findings, &cells)
-            .explained("Every cell that is lost, the widest margin first.", command),
+        losses(findings, &cells).explained("Every lost cell, the widest margin first.", command),
     );
     section.text(unsolved(findings, &cells));
     let table = published(findings, &ours);
     if !table.rows.is_empty() {
         section.table(table.explained(
-            "The method of the paper and ling-shen [7] over ours, as published and with what stands in front of \
-             them in use: geometric means over the cells of recordings with outliers. Order: cells in which \
-             robust <= paper <= ling-shen, of all pairs fused.",
+            "The method of the paper and ling-shen [7] over ours, as published and with preprocessing as in \
+             use: geometric means over the cells of recordings with outliers. Order: cells in which robust <= \
+             paper <= ling-shen, with all pairs fused.",
             command,
         ));
     }
     section.table(over_bounds(findings).explained(
-        "Generated scenes: RMS error of robust over the least that the true matches allow, which is 1 within the \
-         chance of so many scenes; and the best rival's, chosen anew in each row.",
+        "Generated scenes: RMS error of robust over the least error that the true matches allow, which is 1 \
+         within the chance of so many scenes; and that of the best rival, chosen anew in each row.",
         command,
     ));
     section
@@ -90,7 +89,7 @@ fn ratio(mean: Option<f64>) -> Cell {
     mean.map_or_else(|| Cell::missing("-", "no cell"), |mean| Cell::number(mean, 2))
 }
 
-/// The rival that is best over all cells with one setting, among those with an estimate in each.
+/// The best rival over all cells with one setting, among those with an estimate in each cell.
 fn best_single<'a>(findings: &Findings<'a>, quantity: Quantity) -> Option<(&'a Variant, f64)> {
     let [ours, rivals] = findings.sides();
     let all = verdict::cells(findings.rows, &ours, &rivals);
@@ -127,7 +126,7 @@ fn losses(findings: &Findings<'_>, cells: &[Judged<'_>]) -> Table {
     table
 }
 
-/// Cells in which doing nothing is better than ours, and than all.
+/// Cells in which doing nothing is better than ours, and better than all methods.
 fn unsolved(findings: &Findings<'_>, cells: &[Judged<'_>]) -> String {
     let worse: Vec<&Judged<'_>> = cells.iter().filter(|c| c.still() < c.ours).collect();
     let by_all = worse.iter().filter(|c| c.still() < c.rival.1).count();
@@ -143,8 +142,8 @@ fn unsolved(findings: &Findings<'_>, cells: &[Judged<'_>]) -> String {
     let none: Vec<String> = none.collect();
     let list = |all: Vec<String>| if all.is_empty() { "none".into() } else { all.join("; ") };
     format!(
-        "Where doing nothing is better than ours: {} cells, in {by_all} of them better than every method \
-         ({}). Generated scenes in which no method has an estimate in half of the trials: {}.",
+        "Cells in which doing nothing is better than ours: {}; in {by_all} of them it is better than every \
+         method ({}). Generated scenes in which no method has an estimate in half of the trials: {}.",
         worse.len(),
         list(names.collect()),
         list(none),
@@ -218,7 +217,7 @@ fn with_outliers<'a>(findings: &Findings<'a>, ours: &[usize], rival: usize) -> V
     all.into_iter().filter(|c| c.row.set.outliers > FEW_OUTLIERS).collect()
 }
 
-/// A recording with fewer outliers than this share is one without.
+/// Share of outliers below which a recording counts as one without outliers.
 const FEW_OUTLIERS: f64 = 0.01;
 
 fn over_bounds(findings: &Findings<'_>) -> Table {
@@ -251,7 +250,7 @@ fn over_bounds(findings: &Findings<'_>) -> Table {
     table
 }
 
-/// Ours, and the rival with the least `e_t`, over the bound.
+/// Errors of ours, and of the rival with the least `e_t`, over the bound.
 fn over_bound(
     findings: &Findings<'_>,
     axis: SweepAxis,

@@ -7,7 +7,7 @@ use rivals::Variant;
 use selfcal_commands::report::{Cell, Section, Table};
 
 pub(super) fn section(findings: &Findings<'_>) -> Section {
-    let mut section = Section::new("What is compared");
+    let mut section = Section::new("Methods and data");
     let command = findings.request.command.as_str();
     section.text(
         "e_t is the angle between the estimated and the true baseline direction, e_theta the distance \
@@ -26,10 +26,10 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
     section.table(settings(findings).explained(
         "Settings. All start at R = I, t = (-1, 0, 0). Gate: pairs more than 0.5 rad from the start, or with a \
          standard deviation above 0.12 rad, are refused. RANSAC: five points, MSAC at 3 noise deviations, the \
-         same for all. Noise: 0.3 px are told on recordings, the true value on generated scenes; or it is \
-         estimated from the inliers of RANSAC. Process noise of a filter, a pair and axis: 1e-5 rad steady, 1e-3 \
-         rad agile. On recordings every combination is run, and each cell shows the best; on generated scenes \
-         those in the last column.",
+         same for all. Noise: methods are given 0.3 px on recordings, and the true value on generated scenes; \
+         or it is estimated from the inliers of RANSAC. Process noise of a filter, for each pair and axis: \
+         1e-5 rad steady, 1e-3 rad agile. On recordings every combination is run, and each cell shows the \
+         best; on generated scenes the combinations of the last column.",
         command,
     ));
     let heading = ["data set", "pairs", "matches", "wrong, %", "sd t, rad", "sd R, rad", "source"];

@@ -65,18 +65,18 @@ fn words(axis: SweepAxis) -> Words {
 pub(super) fn sections(findings: &Findings<'_>) -> Vec<Section> {
     let mut noise = Section::new("Rows and reprojection against matches and noise");
     noise.text(
-        "The supplement of the paper. Generated pairs without outliers, from a rig 5 degrees off about \
-         all axes with t 5 degrees off: how many pixels the true points, without their noise, lie off \
-         their row once rectified by the estimate of one pair, and off their reprojection in each image.",
+        "These figures follow the supplement of the paper. Generated pairs without outliers, from a rig 5 \
+         degrees off about all axes with t 5 degrees off: distance in px of the true, noise-free points from \
+         their row after rectification by the estimate of one pair, and from their reprojection in each image.",
     );
     let mut sections = vec![noise];
     let mut errors = Section::new("Error against outliers, pairs, depth and band");
     errors.text(
-        "The same rig. Curves are root mean squares over the same scenes for all methods, of those in \
-         which a method has an estimate; a curve ends where that is fewer than half of them, and a third panel \
-         shows the share without, where there are any. The broken black line is the Cramer-Rao bound of the true \
-         matches: no unbiased estimate errs less. The best rival is chosen anew at every point. Medians stand in \
-         the CSV files.",
+        "The same rig. Curves are root mean squares over the scenes in which a method has an estimate; the \
+         scenes are the same for all methods. A curve ends where fewer than half of the scenes have an \
+         estimate; a third panel shows the share without one, if any. The dashed black line is the Cramer-Rao \
+         bound of the true matches: no unbiased estimate has a smaller error. The best rival is chosen anew at \
+         every point. The CSV files have the medians.",
     );
     for sweep in &findings.sweeps {
         let place = usize::from(!matches!(sweep.axis, SweepAxis::Matches | SweepAxis::Noise));
@@ -93,7 +93,7 @@ pub(super) fn sections(findings: &Findings<'_>) -> Vec<Section> {
     sections
 }
 
-/// Names and places among the variants: ours, all rivals, the paper's method.
+/// Names and indices among the variants: ours, all rivals, the paper's method.
 fn sides(findings: &Findings<'_>) -> [(&'static str, Vec<usize>, Line); 3] {
     let of = |method| verdict::of_method(findings.few, method);
     [
@@ -147,7 +147,7 @@ fn figure(findings: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of
         if bounded {
             all.push(bound(sweep, part));
         }
-        // Ours on top.
+        // Ours is drawn last, on top.
         all.reverse();
         (Picture::Svg(curves::curves(y, &x, &all)), format!("{y} over {}", words.x))
     };
@@ -177,8 +177,8 @@ fn figure(findings: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of
         panels,
         legend,
         caption: format!(
-            "{} {scenes} scenes a point: by chance alone a curve is off by {:.0} % (1 sd).{} Where curves \
-             coincide, ours is on top.",
+            "{} {scenes} scenes a point: chance alone changes a curve by {:.0} % (1 sd).{} If curves coincide, \
+             ours is on top.",
             words.caption,
             100.0 * chance(scenes),
             if solved { " All curves have an estimate in every scene." } else { "" },
@@ -195,7 +195,7 @@ fn figure(findings: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of
     }
 }
 
-/// `e_t` of every method at its best setting beside ours.
+/// `e_t` of every method at its best setting, as a multiple of ours.
 fn multiples(findings: &Findings<'_>, sweep: &Sweep) -> Figure {
     let words = words(sweep.axis);
     let x = Scale { name: words.x.into(), log: words.log };
@@ -232,7 +232,7 @@ fn multiples(findings: &Findings<'_>, sweep: &Sweep) -> Figure {
     }
 }
 
-/// Relative standard error of a root mean square over so many scenes, of one degree of freedom each.
+/// Relative standard error of a root mean square over so many scenes with one degree of freedom each.
 fn chance(scenes: usize) -> f64 {
     (0.5 / f64::from(u32::try_from(scenes.max(1)).unwrap_or(u32::MAX))).sqrt()
 }
@@ -281,7 +281,7 @@ fn numbers_of(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Vec<f64> {
     trials.iter().flatten().flatten().map(of).collect()
 }
 
-/// `None` where fewer than half of the trials have an estimate.
+/// `None` if fewer than half of the trials have an estimate.
 pub(super) fn rms(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Option<f64> {
     let numbers = numbers_of(trials, of);
     if 2 * numbers.len() < trials.as_ref().map_or(0, Vec::len) {

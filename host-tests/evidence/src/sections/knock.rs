@@ -12,7 +12,7 @@ use selfcal_commands::report::{Cell, Csv, Entry, Figure, Mark, Picture, Section,
 /// The first pair of the turned rig.
 const FIRST: usize = PAIRS / 2;
 
-/// Pairs since the knock at which the table has the error; 0: before it.
+/// Pairs since the knock whose errors are in the table; 0 is the pair before it.
 const AFTER: [usize; 4] = [0, 1, 3, 10];
 
 const PARTS: [&str; 2] = ["e_t", "e_theta"];
@@ -23,7 +23,7 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
         "The right camera turns by {TURN_DEG} degrees about a random axis at pair {FIRST} of {PAIRS}, with 10 % \
          outliers. A mean over all pairs keeps the old rig. A steady filter (process noise 1e-5 rad a pair) \
          forgets it slowly; an agile one (1e-3 rad) follows within a pair or two, and pays with the error \
-         between knocks, which is the first column. The robust preset detects the change and starts anew.",
+         between knocks, which is the first column. The robust preset detects the change and restarts.",
     ));
     let command = findings.request.command.as_str();
     section.table(table(findings).explained(
@@ -59,7 +59,7 @@ fn table(findings: &Findings<'_>) -> Table {
     table
 }
 
-/// Ours, and the steady and the agile filter that are best over the whole run.
+/// Ours, and the best steady and the best agile filter over the whole run.
 fn drawn<'a>(findings: &'a Findings<'_>) -> Vec<(String, &'a StepResponse)> {
     let mean = |response: &StepResponse| {
         let logs = response.iter().flatten().map(|[t, _]| t.ln());

@@ -1,4 +1,4 @@
-//! How methods and views are named.
+//! Names of methods and views.
 
 use crate::on_recorded::Row;
 use rivals::Variant;
@@ -17,7 +17,7 @@ pub(super) fn named(by: &Variant) -> String {
     format!("{}: {}", label(by.method.name()), by.tuning.words())
 }
 
-/// A data set, which camera is turned, and which way.
+/// A data set, the turned camera, and its direction.
 pub(super) fn cell(row: &Row<'_>) -> String {
     format!("{}, {}", row.set.name, row.seen.words())
 }

@@ -33,9 +33,9 @@ pub(super) fn all(findings: &Findings<'_>, counts: &MeasurementCounts) -> Vec<Se
     all
 }
 
-/// What could not be measured, so that nothing is missing in silence.
+/// Failed measurements, so that the page names every gap.
 fn failures(findings: &Findings<'_>, counts: &MeasurementCounts) -> Section {
-    let mut section = Section::new("What failed");
+    let mut section = Section::new("Failed measurements");
     if counts.failed.is_empty() {
         section.text(format!("All {} measurements have an outcome.", counts.measurements));
         return section;
@@ -60,7 +60,7 @@ fn failures(findings: &Findings<'_>, counts: &MeasurementCounts) -> Section {
     section
 }
 
-/// By measurement and reason: the views or scenes that failed.
+/// Failed views or scenes by measurement and reason.
 type Failures<'a> = BTreeMap<(&'a str, &'a str), Vec<&'a str>>;
 
 fn by_measurement(failed: &[(String, String)]) -> Failures<'_> {

@@ -1,4 +1,5 @@
-//! Figure 4 of the paper in form: what a calibration does to depth, and the estimates on their spheres.
+//! Figures in the form of the paper's figure 4: the effect of a calibration on depth, and the estimates on their
+//! spheres.
 
 use anyhow::{Context, Result};
 
@@ -10,17 +11,16 @@ use rivals::by_name;
 use selfcal_commands::report::{Figure, Section};
 use selfcal_commands::run_page::{Estimates, sphere_figure};
 
-/// Data set and view of the spheres: pairs enough, and outliers.
+/// Data set and view of the spheres, which has enough pairs and outliers.
 const SPHERES: [&str; 2] = ["opencv_chess_sift", "top"];
 
 pub(super) fn section(findings: &Findings<'_>) -> Section {
     let command = findings.request.command.as_str();
-    let mut section = Section::new("What it does to depth");
+    let mut section = Section::new("Effect on depth");
     section.text(
-        "A camera that looks 5 degrees too far up, its pair rectified by the start, by bundle adjustment, \
-         which is the best rival with one setting for all recordings, and by both presets; and the \
-         disparities that a plain semi-global matcher finds: where rows do not meet, there are none, or \
-         wrong ones.",
+        "The left camera looks 5 degrees too far up. Its pair is rectified by the start, by bundle adjustment \
+         (the best rival with one setting for all recordings), and by both presets. A plain semi-global \
+         matcher finds the disparities: where rows do not align, it finds no disparities or wrong ones.",
     );
     for name in PicturedScene::SHIPPED {
         match disparity_figures(name, command) {
@@ -30,8 +30,8 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
     }
     let [set, view] = SPHERES;
     section.text(format!(
-        "The estimates of single pairs on the unit sphere, with what is fused of them and the reference: \
-         {set}, {view}. One figure for each method, at the same scale.",
+        "The estimates of single pairs on the unit sphere, with the fused estimate and the reference: {set}, \
+         {view}. One figure for each method, at the same scale.",
     ));
     match spheres(findings, command) {
         Ok(figures) => figures.into_iter().for_each(|figure| section.figure(figure)),

@@ -1,4 +1,4 @@
-//! What the paper reports, rad: `e_t`, `e_theta` of several pairs fused, the best row of each of its tables.
+//! Figures of the paper, rad: `e_t`, `e_theta` of several fused pairs, the best row of each of its tables.
 
 /// Data set, view, and `[e_t, e_theta]` of \[7\] and of the paper's method.
 pub(super) type Reported = (&'static str, &'static str, [[f64; 2]; 2]);
@@ -20,7 +20,7 @@ pub(super) const REPORTED: [Reported; 10] = [
     (MIDDLEBURY, "right", [[0.0200, 0.0006], [0.0048, 0.0008]]),
 ];
 
-/// What the paper reports of data of the same kind: rectified pairs of Middlebury.
+/// The paper's figures for data of the same kind: rectified pairs of Middlebury.
 pub(super) fn comparable(set: &str, view: &str) -> Option<[[f64; 2]; 2]> {
     let of_middlebury = ["motorcycle", "aloe", "middlebury"].iter().any(|name| set.contains(name));
     let of_kitti = set.contains("kitti");

@@ -14,24 +14,24 @@ const FUSED: [Quantity; 2] = [Quantity::ErrorT, Quantity::ErrorTheta];
 pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("Tables I and II of the paper, by data set");
     section.text(format!(
-        "e_t / e_theta in rad, all pairs fused. Each recording as it is (middle) and turned by {TURN_DEG} \
-         degrees up, down, left and right: the left image, the right one, or both, the right one as the next of \
-         top, right, bottom, left. The paper does not say which image of the public sets it turns; the script of \
-         its authors reads a turned right one. Turning the left image leaves t as it is, turning the right one \
-         about the baseline does too. A figure is faint where the truth differs from the start by no more than \
-         the reference's error: it counts nowhere.",
+        "e_t / e_theta in rad, all pairs fused. Each recording unchanged (middle) and turned by {TURN_DEG} \
+         degrees up, down, left and right: the left image, the right one, or both, the right one by the next \
+         of top, right, bottom, left. The paper does not say which image of the public sets it turns; its \
+         authors' script reads a turned right image. A turn of the left image leaves t unchanged, and so does \
+         a turn of the right one about the baseline. A figure is grey, and not counted, if the truth differs \
+         from the start by no more than the reference's error.",
     ));
     section.text(
-        "The last columns are what the paper reports of Middlebury 2021 (or KITTI 2015, of a set of that name): \
-         other scenes than ours, several pairs where ours are one, with other matches. They tell the order of \
-         size, no more.",
+        "The last columns are the paper's figures for Middlebury 2021 (or KITTI 2015, for a set of that name). \
+         Its scenes and matches differ from ours, and it has several pairs where ours has one, so only the \
+         order of magnitude compares.",
     );
     for set in findings.sets {
         let rows: Vec<&Row<'_>> =
             findings.rows.iter().filter(|row| row.set.digest == set.digest).collect();
         let caption = format!(
             "{}. Paper and [7]: with the gate of the paper, and with RANSAC in front as well. Best rival: the \
-             method and settings that are best in that figure of that row.",
+             best method and settings for that figure of that row.",
             set.name
         );
         section.table(table(findings, &rows).explained(caption, &findings.request.command));
@@ -39,7 +39,7 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
     section
 }
 
-/// Columns of one method each, in their settings.
+/// Columns of one method each, with their settings.
 fn columns(findings: &Findings<'_>) -> Vec<(&'static str, Vec<usize>)> {
     let plain = Tuning::default();
     let prefiltered = Tuning { prefiltered: true, ..plain };

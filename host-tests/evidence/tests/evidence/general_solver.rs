@@ -35,7 +35,7 @@ fn the_truth_is_found_on_clean_data() {
 }
 
 #[test]
-fn the_optimum_is_that_of_the_transcription_without_huber_weights() {
+fn the_optimum_matches_the_transcription_without_huber_weights() {
     let rays = rays(0.3);
     let fit = RowOffsets::new(&start(), &rays).minimise();
     let start = start();

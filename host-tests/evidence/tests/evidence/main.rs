@@ -1,4 +1,4 @@
-//! Pictures, and the solver that the timings compare with.
+//! Pictures, and the solver of the timing comparison.
 
 mod general_solver;
 mod pictures;

@@ -21,7 +21,7 @@ fn texture(seed: u64) -> Grey {
     Grey::try_new(SIZE, pixels.map(|_| Some(random.random())).collect()).unwrap()
 }
 
-/// The right image of a scene whose disparity at a pixel of the right image is known.
+/// The right image of a scene with known disparities at the pixels of the right image.
 fn seen_from_the_right(left: &Grey, disparity: impl Fn([f64; 2]) -> f64 + Sync) -> Grey {
     warp(left, left.size(), |[u, v]| Some([u + disparity([u, v]), v]))
 }
@@ -104,7 +104,7 @@ fn rows_of_a_turned_pair_align_and_its_disparities_are_found_after_calibration_o
         for (picture, width) in pictures.into_iter().zip([width, 2 * width]) {
             let Picture::Jpeg(jpeg) = picture else { panic!("no JPEG") };
             let decoded = image::load_from_memory(&jpeg).unwrap();
-            // Of the same shape, no wider than a panel of the page.
+            // The shape of the image is kept, at most as wide as a panel of the page.
             let shown = width.min(640);
             assert_eq!([decoded.width(), decoded.height()], [shown, height * shown / width]);
         }
@@ -165,7 +165,7 @@ fn every_pair_is_on_its_sphere() {
     assert_eq!(figure.numbers.rows.len(), 9);
 }
 
-/// The words of a picture, its numbers at the axes among them.
+/// The words of a picture, and the numbers at its axes.
 fn texts(svg: &str) -> Vec<String> {
     let after = svg.split("<text").skip(1).filter_map(|text| text.split(['>', '<']).nth(1));
     after.map(String::from).collect()

@@ -11,11 +11,12 @@ use clap::Args;
 
 use super::source::{Ran, SourceArgs};
 
-/// One line and an exit status: whether a rig still fits its calibration, for a production line or a nightly job.
+/// Report in one line and by exit status whether a rig still fits its calibration, for a production line or a nightly
+/// job.
 ///
 /// Takes the images and rigs of `selfcal images`. The worst reason comes first. With several --rig, or with --hold-out,
-/// all of them and the estimate are scored on the same matches: row offsets, the share of the image with matches in row,
-/// the difference of the depths, and which is better, if that is significant. The verdict is that on the first one.
+/// all rigs and the estimate are scored on the same matches: row offsets, the share of the image with matches in row,
+/// the difference of the depths, and the better one, if significant. The verdict is about the first rig.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal check chess
@@ -23,12 +24,12 @@ use super::source::{Ran, SourceArgs};
   selfcal check nightly/ --rig factory.yaml --rig calibrated/camchain.yaml --hold-out
 
 Exit status: 0 good; 10 improvable: rows within 1 px, but the estimate aligns them better; 20 recalibrate: rows 1 px
-off or more; 30 unknown: the images do not tell; 1 error.")]
+off or more; 30 unknown: the images do not decide; 1 error.")]
 pub struct CheckArgs {
     #[command(flatten)]
     source: SourceArgs,
 
-    /// Score on pairs that the estimate has not seen: it is made from every other pair.
+    /// Score on pairs that the estimate has not used: it uses every other pair.
     #[arg(long)]
     hold_out: bool,
 
@@ -59,7 +60,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode> {
 }
 
 impl CheckArgs {
-    /// The scores of all rigs, where there is something to compare.
+    /// The scores of all rigs, if there is anything to compare.
     fn scores(&self, ran: &Ran) -> Result<Option<Scores>> {
         let rigs = self.source.rigs();
         if rigs.len() < 2 && !self.hold_out {

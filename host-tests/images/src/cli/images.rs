@@ -11,16 +11,17 @@ use selfcal_commands::conventions::{Document, Format};
 
 use super::source::{Ran, SourceArgs};
 
-/// From images to the calibrated rig: match every pair, run the calibrator over the matches, and say how far the
-/// rig is off.
+/// From images to the calibrated rig: match every pair, run the calibrator over the matches, and report how far the rig
+/// is off.
 ///
-/// A folder is EuRoC (mav0/cam0/data), KITTI (image_0, image_1, or image_2, image_3), Middlebury (im0.png, im1.png), left/ and right/,
-/// or left*.png and right*.png. Images are PNG, JPEG, PGM, TIFF, BMP or WebP of 8 or 16 bits. In a bag they are raw
-/// (mono, colour, Bayer, YUV 4:2:2, NV12) or compressed, and camera_info is the rig: P alone of rectified topics. Images are paired by time stamp (names in nanoseconds, headers of
-/// messages), by the number in their names, or in order.
+/// A folder is EuRoC (mav0/cam0/data), KITTI (image_0, image_1, or image_2, image_3), Middlebury (im0.png, im1.png),
+/// left/ and right/, or left*.png and right*.png. Images are PNG, JPEG, PGM, TIFF, BMP or WebP of 8 or 16 bits. In a
+/// bag they are raw (mono, colour, Bayer, YUV 4:2:2, NV12) or compressed, and camera_info gives the rig (for rectified
+/// topics by P alone). Images are paired by time stamp (names in nanoseconds, headers of messages), by the number in
+/// their names, or in order.
 ///
-/// The calibrator starts from the rig's extrinsics; e_t and e_theta are how far the estimate is from them.
-/// What cannot be read or matched is skipped, named and counted. Ctrl-C ends the run and keeps what is done.
+/// The calibrator starts from the rig's extrinsics; e_t and e_theta are the distance of the estimate from them. Pairs
+/// that cannot be read or matched are skipped, named and counted. Ctrl-C ends the run and keeps the pairs done.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal images chess --report page
@@ -38,11 +39,11 @@ pub struct ImagesArgs {
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
 
-    /// Write the calibrated rig for OpenCV, Kalibr and ROS into folders of this one; none of them may exist.
+    /// Write the calibrated rig for OpenCV, Kalibr and ROS into subfolders of this folder; none of them may exist.
     #[arg(long, value_name = "DIR")]
     rig_out: Option<PathBuf>,
 
-    /// Write rig and matches as a data set for `selfcal replay`, pair by pair; must not exist, or be empty.
+    /// Write rig and matches as a data set for `selfcal replay`, pair by pair; the folder must be empty or not exist.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
@@ -51,7 +52,7 @@ pub struct ImagesArgs {
     #[arg(long, value_name = "FILE")]
     frames: Option<PathBuf>,
 
-    /// Print one JSON object and nothing else on standard output. Angles in rad.
+    /// Print only one JSON object on standard output. Angles in rad.
     #[arg(long)]
     json: bool,
 }
@@ -100,10 +101,7 @@ impl ImagesArgs {
         if let Some(path) = &self.frames {
             written.push(("frames", path.clone()));
             if ran.session.left_out > 0 {
-                eprintln!(
-                    "{} matches left out: beyond what a frame can carry",
-                    ran.session.left_out
-                );
+                eprintln!("{} matches left out: they do not fit a frame", ran.session.left_out);
             }
         }
         if let Some(dir) = &self.out {
@@ -125,7 +123,7 @@ fn rigs(ran: &Ran, dir: &Path) -> Result<Vec<(&'static str, PathBuf)>> {
     let meta = ran.session.log.try_fused()?.rig(&ran.session.set.meta);
     let mut written = Vec::new();
     for format in Format::ALL {
-        // Kalibr has no k3: the others are written all the same.
+        // Kalibr has no k3: the other formats are still written.
         match format.write(&meta) {
             Ok(documents) => {
                 let paths = Document::save_all(&documents, &dir.join(format.name()))?;

@@ -13,10 +13,11 @@ use anyhow::Result;
 use clap::Args;
 use host_tests::stats::geometric_mean;
 
-/// Measure the matcher against the truth of the shipped images, beside the SIFT matches of the project: as they
-/// are, and with the left image warped as if its camera was turned by 5 degrees up, down, left and right.
+/// Measure the matcher against the truth of the shipped images, beside the SIFT matches of the project: unchanged, and
+/// with the left image warped as if its camera were turned by 5 degrees up, down, left and right.
 ///
-/// Right: within 1.5 px of the true row. Noise: RMS of those. e_t, e_theta: fused, rad, from the nominal rig.
+/// Right: within 1.5 px of the true row. Noise: RMS of the right matches. e_t, e_theta: fused, rad, from the nominal
+/// rig.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal matcher
@@ -24,22 +25,22 @@ use host_tests::stats::geometric_mean;
   selfcal matcher --made target/made
   selfcal matcher --time")]
 pub struct MatcherArgs {
-    /// Which images; all of them if none is given.
+    /// Images to measure; all by default.
     #[arg(value_enum)]
     images: Vec<ShippedImages>,
 
-    /// Measure the time a pair takes on one thread: Aloe at 0.3, 1.4 and 6 Mpx, the best of five.
+    /// Measure the time of a pair on one thread: Aloe at 0.3, 1.4 and 6 Mpx, the best of five.
     #[arg(long)]
     time: bool,
 
-    /// Measure with exact truth instead: the shipped images on slanted planes, seen by a second camera, from a
-    /// side-by-side rig. Images and rigs go to NAME-NUMBER/ in this folder, older ones are replaced. SIFT matches
-    /// in NAME-NUMBER/sift, by host-tests/data/recreate/make_pairs.py, are measured beside it.
+    /// Measure with exact truth instead: the shipped images on slanted planes, seen by a second camera, starting from a
+    /// side-by-side rig. Images and rigs go to NAME-NUMBER/ in this folder and replace older ones. SIFT matches in
+    /// NAME-NUMBER/sift, by host-tests/data/recreate/make_pairs.py, are measured too.
     #[arg(long, value_name = "DIR", conflicts_with = "time")]
     made: Option<PathBuf>,
 }
 
-/// Sizes of the pairs that are timed, px.
+/// Sizes of the timed pairs, px.
 const SIZES: [[u32; 2]; 3] = [[640, 554], [1282, 1110], [2632, 2280]];
 
 /// Runs `selfcal matcher`.
@@ -79,7 +80,7 @@ fn head() -> io::Result<()> {
     writeln!(io::stdout(), "{:<11}{:<7} {group}  {sift}  {left:>5} {right:>7}", "images", "view")
 }
 
-/// Errors, and those over SIFT's, so far.
+/// Errors so far, and their ratios to those of SIFT.
 #[derive(Default)]
 struct Ratios {
     errors: Vec<[f64; 2]>,

@@ -18,11 +18,11 @@ use matcher::MatcherArgs;
 /// Commands that read images.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    #[allow(missing_docs, reason = "the arguments define the help text")]
     Images(Box<ImagesArgs>),
-    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    #[allow(missing_docs, reason = "the arguments define the help text")]
     Check(Box<CheckArgs>),
-    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    #[allow(missing_docs, reason = "the arguments define the help text")]
     Matcher(MatcherArgs),
 }
 

@@ -1,13 +1,13 @@
-//! `--rig FILE ..`, as often as there are candidates: the files of each stay together.
+//! `--rig FILE ..`, repeated for each candidate: the files of each candidate stay together.
 
 use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches, value_parser};
 
-/// Most files of one rig.
+/// Largest number of files of one rig.
 const MOST: usize = 3;
 
-/// The files of each rig that was given.
+/// The files of each given rig.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct RigFiles(pub(crate) Vec<Vec<PathBuf>>);
 

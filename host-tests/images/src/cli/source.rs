@@ -1,4 +1,4 @@
-//! Where images, rig and matcher come from: what both commands ask for.
+//! Source of images, rig and matcher: common arguments of both commands.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,9 +25,9 @@ static STOP: AtomicBool = AtomicBool::new(false);
 /// Images and their rig.
 #[derive(Debug, Args)]
 pub(crate) struct SourceArgs {
-    /// A folder, an MCAP file (*.mcap), a ROS 1 bag (*.bag), or the left and the right folder, file or quoted
-    /// pattern. Or images that come with the project: chess, motorcycle, aloe. A folder, or a pattern, of pictures of
-    /// both cameras side by side is one, too.
+    /// A folder, an MCAP file (*.mcap), a ROS 1 bag (*.bag), or the left and the right folder, file or quoted pattern.
+    /// Or images of the project: chess, motorcycle, aloe. Or a folder or pattern of pictures with both cameras side by
+    /// side.
     #[arg(required = true, num_args = 1..=2, value_name = "SOURCE")]
     source: Vec<PathBuf>,
 
@@ -37,11 +37,11 @@ pub(crate) struct SourceArgs {
     #[command(flatten)]
     lacks: RigArgs,
 
-    /// No calibration: a guess from this focal length, px. Where it is left out, too, that of the EXIF data.
+    /// Guess the calibration from this focal length, px. Without it the focal length of the EXIF data is used.
     #[arg(long, value_name = "PX", conflicts_with = "rig")]
     focal: Option<f64>,
 
-    /// Topic of the left images of a bag, where more than one may be.
+    /// Topic of the left images of a bag, if several are possible.
     #[arg(long, value_name = "TOPIC")]
     left_topic: Option<String>,
 
@@ -49,21 +49,22 @@ pub(crate) struct SourceArgs {
     #[arg(long, value_name = "TOPIC")]
     right_topic: Option<String>,
 
-    /// Each picture has both cameras: the left half is the left one. Pictures as wide as two are taken for it without.
+    /// Each picture has both cameras side by side, the left one in the left half. By default this holds for pictures as
+    /// wide as two.
     #[arg(long)]
     side_by_side: bool,
 
-    /// How images of another size than the rig's came about: scaled, cut out of the middle (centre), or cut out at X,Y
-    /// [default: scaled if they are of the same shape, unless many more matches fit as cut out of the middle].
+    /// Origin of images whose size differs from the rig's: scaled, cropped from the middle (centre), or cropped at X,Y
+    /// [default: scaled if they have the same shape, unless many more matches fit a crop from the middle].
     #[arg(long, value_parser = cut, value_name = "scaled|centre|X,Y")]
     cut: Option<Cut>,
 
-    /// Whether image files are turned as their EXIF orientation says [default: upright, unless the rig is of the
-    /// images as they are stored].
+    /// Whether image files are turned by their EXIF orientation [default: upright, unless the rig belongs to the images
+    /// as stored].
     #[arg(long, value_enum)]
     exif: Option<Exif>,
 
-    /// By how much the time stamps of a pair may differ, s.
+    /// Largest difference of the time stamps of a pair, s.
     #[arg(long, default_value_t = 0.005, value_name = "S")]
     tolerance: f64,
 
@@ -75,8 +76,8 @@ pub(crate) struct SourceArgs {
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     pairs: Option<usize>,
 
-    /// How far the cameras may have turned since the rig was calibrated, degrees: half the band that is searched
-    /// around the expected rows.
+    /// Largest turn of the cameras since the rig was calibrated, degrees: half the band that is searched around the
+    /// expected rows.
     #[arg(long, default_value_t = MatcherConfig::default().prior_deg, value_name = "D")]
     prior: f64,
 
@@ -101,19 +102,19 @@ fn cut(text: &str) -> Result<Cut, String> {
     }
 }
 
-/// What is done with the orientation of EXIF.
+/// Treatment of the EXIF orientation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Exif {
-    /// Turned as it says, as most programs show them, and as OpenCV reads them.
+    /// Turned by the EXIF orientation, as most programs show them and OpenCV reads them.
     Upright,
-    /// As they are stored.
+    /// As stored.
     Stored,
 }
 
-/// How many times more matches must fit as cut out for images to be taken so.
+/// Ratio of fitting matches, crop over scaled, above which images count as cropped.
 const CLEARLY: f64 = 1.2;
 
-/// A run that is over.
+/// A finished run.
 pub(crate) struct Ran {
     pub(crate) rig: FoundRig,
     pub(crate) session: Session,
@@ -123,12 +124,12 @@ pub(crate) struct Ran {
 }
 
 impl SourceArgs {
-    /// The files of each rig that was given.
+    /// The files of each given rig.
     pub(crate) fn rigs(&self) -> &[Vec<PathBuf>] {
         &self.rigs.0
     }
 
-    /// What is asked of a rig.
+    /// The request for a rig.
     fn request(&self, source: &Source, files: Vec<PathBuf>) -> RigRequest {
         let given = self.lacks.unknowns();
         RigRequest {
@@ -156,7 +157,7 @@ impl SourceArgs {
 
     /// Runs the calibrator over the images, from the first of the rigs.
     ///
-    /// * `frames`, `out`: where frames and the data set go, pair by pair.
+    /// * `frames`, `out`: targets of frames and data set, pair by pair.
     pub(crate) fn run(
         &self,
         frames: Option<&Path>,
@@ -169,7 +170,7 @@ impl SourceArgs {
             if STOP.swap(true, Ordering::Relaxed) {
                 std::process::exit(130);
             }
-            eprintln!("stopping after the pairs that have begun; again to end at once");
+            eprintln!("stopping after the pairs in progress; press again to end at once");
         });
         let wanted = Wanted {
             left: self.left_topic.clone(),
@@ -202,7 +203,7 @@ impl SourceArgs {
         Ok(Ran { session: session?, rig, source, frame })
     }
 
-    /// The rig, and whether the images of each side are turned as their EXIF data say.
+    /// The rig, and whether the images of each side are turned by their EXIF data.
     fn upright(
         &self,
         request: &RigRequest,
@@ -227,7 +228,7 @@ impl SourceArgs {
         for upright in ways {
             match find(source, upright) {
                 Ok(mut rig) => {
-                    // An image that does not ask stays as it is either way.
+                    // An image without an EXIF turn stays unchanged either way.
                     source.upright = [0, 1].map(|side| upright[side] || !asks[side]);
                     rig.notes.push(turned_in_words(first, upright, asks));
                     return Ok(rig);
@@ -252,7 +253,7 @@ fn turned_in_words(first: &First, upright: [bool; 2], asks: [bool; 2]) -> String
     format!("EXIF orientation: {}; {} (--exif says otherwise)", side(0), side(1))
 }
 
-/// The rig of images that were cut out of the middle, if clearly more matches fit it than that of scaled ones.
+/// The rig of images cropped from the middle, if clearly more matches fit it than the rig of scaled images.
 fn if_cut(mut rig: FoundRig, source: &Source, config: MatcherConfig) -> Result<FoundRig> {
     let Some(cut) = rig.if_cut.take() else { return Ok(rig) };
     let matchers = [Matcher::of(&rig.meta, config)?, Matcher::of(&cut, config)?];
@@ -261,7 +262,7 @@ fn if_cut(mut rig: FoundRig, source: &Source, config: MatcherConfig) -> Result<F
         rig.meta = *cut;
         let [w, h] = rig.meta.sizes()[0];
         rig.notes = vec![format!(
-            "the rig is of larger images: taken as cut out of their middle to {w} x {h} px, since {as_cut} matches fit so, and {scaled} as \
+            "the rig belongs to larger images: taken as cropped from their middle to {w} x {h} px, since {as_cut} matches fit so, and {scaled} as \
              scaled (--cut scaled, or --cut X,Y, says otherwise)"
         )];
     }

@@ -1,8 +1,8 @@
-//! Pictures of unlike cameras made alike: the descriptors and windows of the matcher look the same only where the cameras
-//! stand upright to each other and have about the same focal length.
+//! Makes pictures of unlike cameras alike: the descriptors and windows of the matcher agree only if the cameras have
+//! about the same roll and focal length.
 //!
 //! The right picture is turned by quarters until its roll is least, and the picture of the longer focal length is
-//! resampled to the shorter one. Matches go the same way back.
+//! resampled to the shorter one. Matches are mapped back.
 
 use anyhow::Result;
 use host_tests::data::{Match, Meta, QuarterTurns};
@@ -14,7 +14,7 @@ use crate::resized::{self, Change};
 /// Focal lengths closer than this, as a ratio, are alike.
 const ALIKE: f64 = 1.15;
 
-/// How unlike cameras are made alike.
+/// Changes that make the pictures of unlike cameras alike.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Alike {
     turns: QuarterTurns,
@@ -25,7 +25,7 @@ pub(super) struct Alike {
 }
 
 impl Alike {
-    /// `None` if nothing has to be done.
+    /// `None` if nothing has to change.
     pub(super) fn of(meta: &Meta) -> Option<Self> {
         let turns = QuarterTurns([0, QuarterTurns::of_right(meta)]);
         let focal = [meta.k_l, meta.k_r].map(|k| k[0][0]);
@@ -44,7 +44,7 @@ impl Alike {
         (!turns.is_none() || alike.to != from).then_some(alike)
     }
 
-    /// Both pictures, alike.
+    /// Both pictures, made alike.
     pub(super) fn pictures(&self, [left, right]: [&Picture; 2]) -> Result<[Picture; 2]> {
         let turn = match self.turns.0[1] {
             1 => Orientation::Rotate90,
@@ -58,7 +58,7 @@ impl Alike {
         Ok([sized(left.clone(), self.to[0])?, sized(right.clone().turned(turn), self.to[1])?])
     }
 
-    /// A match of alike pictures as one of the cameras'.
+    /// Maps a match of alike pictures back to the cameras.
     pub(super) fn back(&self, m: &Match) -> Match {
         let back = |side: usize, pixel: [f64; 2]| {
             let whole = self.turns.size(side, self.from[side]).map(f64::from);
@@ -107,12 +107,12 @@ mod tests {
                 let back = alike.back(&Match { ul: u, vl: v, ur: u, vr: v, score: 1.0, step: 0.0 });
                 let left =
                     inner.left.ray([u, v]).unwrap() - outer.left.ray([back.ul, back.vl]).unwrap();
-                // In the left frame, where the turn of the camera is undone.
+                // In the left frame, with the turn of the camera undone.
                 let right = r[0].transpose() * inner.right.ray([u, v]).unwrap().push(1.0)
                     - r[1].transpose() * outer.right.ray([back.ur, back.vr]).unwrap().push(1.0);
                 assert!(left.norm() < 1e-9 && right.norm() < 1e-9, "{degrees}: {left} {right}");
             }
-            // What is left of the roll is within 45 degrees.
+            // The remaining roll is within 45 degrees.
             assert!(r[0][(0, 0)] > 0.7, "{degrees}: {}", r[0]);
         }
     }

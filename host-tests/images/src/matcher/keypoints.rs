@@ -8,17 +8,17 @@ use crate::picture::Picture;
 /// Scale between neighbouring levels of the pyramid.
 pub(super) const STEP: f64 = 1.2;
 
-/// Least difference of a corner from its ring, of full scale.
+/// Least difference of a corner from its ring, as a share of full scale.
 const THRESHOLD: f32 = 12.0 / 255.0;
 
-/// Corners of one image, in px of the image as it is.
+/// Corners of one image, in px of the unscaled image.
 #[derive(Debug, Clone)]
 pub(super) struct Keypoints {
     /// `[u, v]`.
     pub(super) places: Vec<[f64; 2]>,
     /// Level of the pyramid, 0 is the image itself.
     pub(super) levels: Vec<u8>,
-    /// Px of the whole image to a pixel of each level.
+    /// Px of the whole image in a pixel of each level.
     pixels: Vec<f64>,
     /// 256 bits.
     pub(super) descriptors: Vec<[u8; 32]>,
@@ -27,7 +27,7 @@ pub(super) struct Keypoints {
 impl Keypoints {
     /// Corners of an image: FAST with a Harris score, spread by a quadtree, described by rotated BRIEF (ORB).
     ///
-    /// * `scale`: px of the whole image to a pixel of this one.
+    /// * `scale`: px of the whole image in a pixel of this one.
     pub(super) fn of(picture: &Picture, count: usize, levels: usize, scale: f64) -> Result<Self> {
         let detector = OrbDetector {
             n_keypoints: count,
@@ -51,7 +51,7 @@ impl Keypoints {
     }
 }
 
-/// Bits that differ, 0 to 256.
+/// Number of bits that differ, 0 to 256.
 pub(super) fn distance(a: &[u8; 32], b: &[u8; 32]) -> u32 {
     hamming_distance(a, b)
 }

@@ -1,9 +1,9 @@
 //! The matcher: correspondences of a stereo pair in fractions of a pixel.
 //!
-//! Software model of the matcher in the FPGA: corners with binary descriptors, a search along the rows of the
-//! expected rectification within a band, a ratio and a mutual check, and refinement of column and row. Twice:
-//! in small images, in a band as wide as the prior allows; then in the images themselves, in a narrow band
-//! around the rows that the solver finds from the first.
+//! Software model of the matcher in the FPGA: corners with binary descriptors, a search along the rows of the expected
+//! rectification within a band, a ratio and a mutual check, and refinement of column and row. It runs twice: on small
+//! images, in a band as wide as the prior allows; then on the images themselves, in a narrow band around the rows that
+//! the solver finds from the first matches.
 
 mod alike;
 mod keypoints;
@@ -32,17 +32,17 @@ use smooth::smoothed;
 pub struct MatcherConfig {
     /// Corners sought in each image.
     pub keypoints: usize,
-    /// Matches refined at most, spread over the image.
+    /// Largest number of refined matches, spread over the image.
     pub most: usize,
-    /// How far the rig may have turned since it was calibrated, degrees: half the first band around a row.
+    /// Largest turn of the rig since its calibration, degrees: half the first band around a row.
     pub prior_deg: f64,
     /// Largest disparity, as a share of the image's width.
     pub range: f64,
-    /// Correlation of the refined windows that is asked for.
+    /// Least correlation of the refined windows.
     pub correlation: f64,
     /// Largest predicted standard deviation of column or row, px.
     pub sd_px: f64,
-    /// Bits of the best descriptor over those of the second best, at most.
+    /// Largest ratio of the best descriptor distance to the second best.
     pub ratio: f64,
 }
 
@@ -63,45 +63,45 @@ impl Default for MatcherConfig {
 /// Corners sought in the small images, and levels of their pyramid.
 const COARSE: [usize; 2] = [1200, 5];
 
-/// Levels of the pyramid of the images themselves.
+/// Levels of the pyramid of the full images.
 const FINE_LEVELS: usize = 3;
 
-/// The small images are at most this wide, px.
+/// Largest width of the small images, px.
 const SMALL: usize = 720;
 
-/// Most halved levels.
+/// Largest number of halvings.
 const HALVINGS: usize = 3;
 
-/// The narrow band, half of it, as a share of the image's width, and at least, px.
+/// Half of the narrow band, as a share of the image's width, and at least, px.
 const NARROW: (f64, f64) = (0.005, 3.0);
 
-/// Matches that fit the first rows, and their share, that the narrow band asks for.
+/// Least number and share of matches that fit the first rows, for the narrow band.
 const TRUSTED: (u32, f64) = (25, 0.4);
 
 /// Cells of the image along either side, to spread matches over.
 const CELLS: usize = 16;
 
-/// Matches of the first search that the solver has room for.
+/// Capacity of the solver for matches of the first search.
 const ROOM: usize = 1024;
 
-/// Matches with a sign, and the share of negative ones, from which left and right are exchanged.
+/// Least number of signed matches, and least share of negative ones, for which left and right count as exchanged.
 const EXCHANGED: (usize, f64) = (20, 0.8);
 
-/// Refined matches whose left ends are closer than this are one, px.
+/// Refined matches whose left ends are closer than this count as one, px.
 const APART: f64 = 3.0;
 
 /// Matches of one pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matched {
-    /// Refined, the surest first.
+    /// Refined matches, the most certain first.
     pub matches: Vec<Match>,
     /// Corners of the left and of the right image.
     pub corners: [usize; 2],
     /// Matches of the first search, in the wide band.
     pub first: usize,
-    /// Of the first search, matches of clearly positive and of clearly negative disparity.
+    /// Matches of the first search with clearly positive and with clearly negative disparity.
     pub signs: [usize; 2],
-    /// Whether the rows of the first search were trusted: if not, the matches are those of the wide band.
+    /// Whether the rows of the first search were trusted; if not, the matches come from the wide band.
     pub narrowed: bool,
 }
 
@@ -121,11 +121,11 @@ pub struct Matcher {
     cameras: Cameras<f64>,
     extrinsics: Extrinsics<f64>,
     config: MatcherConfig,
-    /// How pictures of unlike cameras are made alike, and the matcher of those.
+    /// How pictures of unlike cameras are made alike, and the matcher for them.
     alike: Option<Box<(Alike, Matcher)>>,
 }
 
-/// A pair on its way.
+/// Intermediate results of a pair.
 struct Work {
     refiner: Refiner,
     smooth: [Halved; 2],
@@ -146,10 +146,10 @@ impl Matcher {
         Self { cameras, extrinsics: *extrinsics, config, alike: None }
     }
 
-    /// A matcher for a rig: a right camera that is rolled, or of another focal length, is made like the left one first.
+    /// A matcher for a rig: a picture of a rolled right camera, or of another focal length, is first made like the left
+    /// one.
     ///
-    /// # Errors
-    /// If the rig is not valid.
+    /// # Errors If the rig is not valid.
     pub fn of(meta: &Meta, config: MatcherConfig) -> Result<Self> {
         let new = Self::new(meta.cameras()?, &meta.extrinsics()?, config);
         let Some(alike) = Alike::of(meta) else { return Ok(new) };
@@ -208,7 +208,7 @@ impl Matcher {
         })
     }
 
-    /// How many matches are within so many px of their rows under some extrinsics.
+    /// Number of matches within so many px of their rows under some extrinsics.
     #[must_use]
     pub fn in_row(&self, matches: &[Match], extrinsics: &Extrinsics<f64>, px: f64) -> usize {
         let rotations = RectifyingRotations::from(extrinsics);
@@ -218,7 +218,7 @@ impl Matcher {
         matches.iter().filter(|m| offset(m).is_some_and(|e: f64| e.abs() <= limit)).count()
     }
 
-    /// As many as asked for, the clearest of each cell of the image.
+    /// The requested number of matches, the clearest of each cell of the image.
     fn chosen(&self, left: &Keypoints, mut all: Vec<Tentative>) -> Vec<Tentative> {
         if all.len() <= self.config.most {
             return all;
@@ -240,12 +240,12 @@ impl Matcher {
         ranked.into_iter().map(|(_, one)| one).collect()
     }
 
-    /// Extrinsics that matches of one pair fit, if enough of them do.
+    /// Extrinsics that fit the matches of one pair, if enough of them fit.
     #[must_use]
     pub fn rows(&self, matches: &[Match]) -> Option<Extrinsics<f64>> {
         let factory = FactoryCalibration::new(self.cameras, self.extrinsics);
         let mut calibrator = Box::new(Calibrator::<f64, ROOM>::new(Config::robust(), &factory));
-        // A match without a ray is of no use.
+        // A match without a ray is skipped.
         let report = calibrator.take_pair(matches.iter().map(Match::correspondence)).pair?;
         let (fit, share) = TRUSTED;
         let trusted = report.screened >= fit
@@ -272,7 +272,7 @@ impl Matcher {
     ) -> Option<Match> {
         let config = &self.config;
         let unit = f64::from(1_u32 << finest);
-        // Whole pixels of the finest level: the window is then that of the image, without interpolation.
+        // Rounded to whole pixels of the finest level: the window then needs no interpolation.
         let left = l.places[tentative.left].map(|x| (x / unit).round() * unit);
         let right = r.places[tentative.right];
         let pixel = l.pixel(tentative.left).max(r.pixel(tentative.right));
@@ -290,7 +290,7 @@ impl Matcher {
     }
 }
 
-/// The image, then halved and halved again, while a window fits.
+/// The image, then halved repeatedly while a window fits.
 pub(crate) fn halved(picture: &Picture) -> Result<Halved> {
     let mut levels = vec![picture.clone()];
     while levels.len() <= HALVINGS {
@@ -313,7 +313,7 @@ fn small(halved: &Halved) -> usize {
     halved.iter().position(fits).unwrap_or(halved.len() - 1)
 }
 
-/// The surest of those whose left ends are too close to be two.
+/// The most certain of matches whose left ends are too close to be distinct.
 fn spread(mut all: Vec<Match>) -> Vec<Match> {
     all.sort_by(|a, b| b.score.total_cmp(&a.score));
     let cell = |m: &Match| [m.ul, m.vl].map(|x| (x / APART).floor() as i32);

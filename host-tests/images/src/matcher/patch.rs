@@ -19,7 +19,7 @@ pub(super) struct Warp {
 impl Warp {
     const PLAIN: [[f32; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
 
-    /// Only moved.
+    /// A translation.
     pub(super) fn at(place: [f32; 2]) -> Self {
         Self { place, shape: Self::PLAIN }
     }
@@ -40,7 +40,7 @@ pub(super) fn window(picture: &Picture, warp: &Warp) -> Option<[f32; AREA]> {
     Some(if warp.shape == Warp::PLAIN { moved(picture, warp.place) } else { mapped(picture, warp) })
 }
 
-/// Without a turn: the fractions are the same everywhere.
+/// For a translation: the fractions are the same for all pixels.
 fn moved(picture: &Picture, place: [f32; 2]) -> [f32; AREA] {
     let width = usize::from(picture.size()[0]);
     let [left, top] = place.map(|x| x as usize - REACH as usize);
@@ -72,7 +72,7 @@ fn mapped(picture: &Picture, warp: &Warp) -> [f32; AREA] {
         for (column, value) in (-REACH..).zip(values) {
             let x = column as f32;
             let (u, v) = (u0 + a * x, v0 + c * x);
-            // 32 bits: a conversion to 64 takes several instructions more.
+            // 32 bits, because a conversion to 64 takes several more instructions.
             let (left, top) = (u as i32, v as i32);
             let (du, dv) = (u - left as f32, v - top as f32);
             let at = top as usize * width + left as usize;
@@ -85,7 +85,7 @@ fn mapped(picture: &Picture, warp: &Warp) -> [f32; AREA] {
     values
 }
 
-/// Sum of products. In lanes: the order of a plain sum keeps the compiler from using vectors.
+/// Sum of products, in lanes: a plain sum has a fixed order, which keeps the compiler from using vectors.
 pub(super) fn dot(a: &[f32; AREA], b: &[f32; AREA]) -> f32 {
     const LANES: usize = 8;
     let (a, a_rest) = a.as_chunks::<LANES>();
@@ -107,7 +107,7 @@ pub(super) fn moments(values: &[f32; AREA], weights: &[f32; AREA]) -> (f32, f32)
     (mean, dot(&squares, weights).sqrt())
 }
 
-/// Bell over the window, sum 1.
+/// Gaussian weights over the window, sum 1.
 pub(super) fn weights(sigma: f32) -> [f32; AREA] {
     let mut weights = [0.0; AREA];
     for (row, weights) in (-REACH..).zip(weights.chunks_exact_mut(SIDE)) {

@@ -1,8 +1,8 @@
 //! Sub-pixel refinement of both coordinates: iterative Lucas-Kanade (inverse compositional) with an affine
 //! map, brightness and contrast free.
 //!
-//! S. Baker, I. Matthews, "Lucas-Kanade 20 Years On", IJCV 2004. The window is a bell around the left
-//! corner. Translation alone first, then the affine map: slanted surfaces and rolled cameras shear the window,
+//! S. Baker, I. Matthews, "Lucas-Kanade 20 Years On", IJCV 2004. The window has Gaussian weights around the left
+//! corner. The translation is fitted first, then the affine map: slanted surfaces and rolled cameras shear the window,
 //! which moves the optimum of a translation by tenths of a pixel.
 
 use nalgebra::{SMatrix, SVector};
@@ -10,7 +10,7 @@ use nalgebra::{SMatrix, SVector};
 use super::patch::{AREA, REACH, SIDE, Warp, dot, moments, weights, window};
 use crate::picture::Picture;
 
-/// Standard deviation of the window's bell, px.
+/// Standard deviation of the window's weights, px.
 const SIGMA: f32 = 4.5;
 
 const TRANSLATIONS: usize = 12;
@@ -22,10 +22,10 @@ const SETTLED: f32 = 0.02;
 /// Least contrast of the window, grey levels.
 const LEAST_CONTRAST: f32 = 4.0;
 
-/// How far the affine map may leave the identity.
+/// Largest deviation of the affine map from the identity.
 const MOST_SHEAR: f32 = 0.5;
 
-/// A refined place.
+/// A refined position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Refined {
     /// In the right image, px.
@@ -37,7 +37,7 @@ pub(super) struct Refined {
 }
 
 impl Refined {
-    /// From px of a halved image to px of the whole one.
+    /// Converts px of a halved image to px of the whole image.
     fn scaled(self, scale: f32) -> Self {
         let scaled = |pair: [f64; 2]| pair.map(|x| x * f64::from(scale));
         Self { place: scaled(self.place), sd: scaled(self.sd), ..self }
@@ -47,13 +47,13 @@ impl Refined {
 /// Levels of an image: the image, then halved and halved again.
 pub(super) type Halved = Vec<Picture>;
 
-/// The window around the left corner, its gradients and what follows from them.
+/// The window around the left corner, its gradients, and values derived from them.
 pub(super) struct Refiner {
     weights: [f32; AREA],
 }
 
 struct Template {
-    /// Mean 0, standard deviation 1.
+    /// Values with mean 0 and standard deviation 1.
     values: [f32; AREA],
     /// Derivatives by x and y.
     gradients: [[f32; AREA]; 2],
@@ -64,9 +64,9 @@ impl Refiner {
         Self { weights: weights(SIGMA) }
     }
 
-    /// Where the right image shows what the left one does at `left`; `None` if nowhere near `right`.
+    /// Position in the right image of the left image's content at `left`; `None` if it is not near `right`.
     ///
-    /// * `levels`: of the halved images, the coarsest, where the search starts, and the finest, where it ends.
+    /// * `levels`: coarsest level of the halved images, where the search starts, and finest, where it ends.
     pub(super) fn refine(
         &self,
         pictures: [&Halved; 2],
@@ -111,7 +111,7 @@ impl Refiner {
         Some(Template { values: values.map(|x| (x - mean) / sd), gradients })
     }
 
-    /// Moves the map until the step is small. `K` is 2 for a translation, 6 for an affine map.
+    /// Updates the map until the step is small. `K` is 2 for a translation, 6 for an affine map.
     fn settle<const K: usize>(
         &self,
         template: &Template,
@@ -159,7 +159,8 @@ impl Refiner {
         inverse: &SMatrix<f32, K, K>,
     ) -> Refined {
         let squares = dot(&product(residuals, residuals), &self.weights);
-        // Residuals of neighbouring pixels are alike: so many independent ones as the bell holds.
+        // Residuals of neighbouring pixels are correlated: the number of independent ones follows from the area of the
+        // weights.
         let independent = 2.0 * std::f32::consts::PI * SIGMA * SIGMA;
         let sd = |i: usize| f64::from((inverse[(i, i)] * squares / independent).sqrt());
         Refined {
@@ -174,7 +175,7 @@ fn product(a: &[f32; AREA], b: &[f32; AREA]) -> [f32; AREA] {
     std::array::from_fn(|i| a[i] * b[i])
 }
 
-/// Derivatives of the template by the parameters of the map: two of the place, four of the shape.
+/// Derivatives of the template by the parameters of the map: two for the position, four for the shape.
 fn columns<const K: usize>(template: &Template) -> [[f32; AREA]; K] {
     let [x, y] = [0, 1].map(|axis| {
         let steps = |i: usize| if axis == 0 { i % SIDE } else { i / SIDE };

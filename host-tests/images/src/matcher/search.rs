@@ -1,4 +1,4 @@
-//! Search along the expected rows: which corners of the two images belong together.
+//! Search along the expected rows for corresponding corners of both images.
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -8,16 +8,16 @@ use stereo_selfcal::{Camera, Cameras, Extrinsics, RectifyingRotations};
 use super::MatcherConfig;
 use super::keypoints::{Keypoints, distance};
 
-/// Bits that may differ at most.
+/// Largest number of differing bits.
 const MOST_BITS: u32 = 70;
 
-/// Levels of the pyramid that two corners may be apart.
+/// Largest difference of the pyramid levels of two corners.
 const MOST_LEVELS: u8 = 2;
 
-/// A second best closer than this is the same corner again, px of the level.
+/// A second best corner closer than this is the same corner, px of the level.
 const SAME_PX: f64 = 3.0;
 
-/// A disparity beyond this has a sign, px of the level.
+/// A disparity beyond this counts as signed, px of the level.
 const CLEAR_PX: f64 = 2.0;
 
 /// Two corners that look alike.
@@ -25,25 +25,25 @@ const CLEAR_PX: f64 = 2.0;
 pub(super) struct Tentative {
     pub(super) left: usize,
     pub(super) right: usize,
-    /// 1 - bits of the best over bits of the second best.
+    /// 1 less the ratio of the best descriptor distance to the second best.
     pub(super) margin: f64,
 }
 
 /// Half of the band around a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Band {
-    /// How far the cameras may have turned.
+    /// Largest turn of the cameras.
     pub(super) rad: f64,
-    /// On top, px.
+    /// Addition, px.
     pub(super) px: f64,
 }
 
-/// What a search came to.
+/// Result of a search.
 #[derive(Debug, Clone)]
 pub(super) struct Found {
     pub(super) matches: Vec<Tentative>,
-    /// Matches of clearly positive and of clearly negative disparity; of the latter, those that the prior
-    /// explains are among the matches.
+    /// Matches of clearly positive and of clearly negative disparity. Negative ones that the prior explains are among
+    /// the matches.
     pub(super) signs: [usize; 2],
 }
 
@@ -95,7 +95,7 @@ impl Search {
         }
     }
 
-    /// Pairs of corners, each the other's best.
+    /// Pairs of corners that are each other's best.
     pub(super) fn tentative(&self, left: &Keypoints, right: &Keypoints) -> Found {
         let l = self.rectified(&self.cameras.left, self.rotations.left().matrix(), left);
         let r = self.rectified(&self.cameras.right, self.rotations.right().matrix(), right);
@@ -120,7 +120,7 @@ impl Search {
         found
     }
 
-    /// Half of the band in the middle of the image, px: also, how negative the disparity of a far point may be.
+    /// Half of the band in the middle of the image, px; also the most negative disparity of a far point.
     fn slack(&self) -> f64 {
         self.focal * self.band.rad.tan() + self.band.px
     }
@@ -154,7 +154,7 @@ impl Search {
         let mut all = vec![None; ours.len()];
         for corner in from {
             let place = [corner.x, corner.y].map(|x| x / self.focal);
-            // A turned camera moves the border of an image by more than its middle.
+            // A turn of a camera moves the border of an image more than its middle.
             let widening = 1.0 + place[0] * place[0] + place[1] * place[1];
             let band = self.slack() * widening;
             let begin = to.partition_point(|other| other.y < corner.y - band);
@@ -177,7 +177,7 @@ impl Search {
     }
 }
 
-/// The best so far, with one more seen.
+/// The best so far, updated with one more candidate.
 fn better(
     best: Option<Best>,
     bits: u32,

@@ -1,17 +1,17 @@
-//! The images that matches are refined in.
+//! The images for the refinement of matches.
 
 use anyhow::Result;
 
 use crate::picture::Picture;
 
-/// Weighted 1 2 1 along rows and columns. Bilinear interpolation blurs by the place between the pixels, which pulls
-/// a refined place towards whole pixels; in a smooth image there is little left to blur.
+/// Smoothed with weights 1 2 1 along rows and columns. Bilinear interpolation blurs by the place between the pixels,
+/// which pulls a refined position towards whole pixels; a smooth image has little left to blur.
 pub(super) fn smoothed(picture: &Picture) -> Result<Picture> {
     let [width, height] = picture.size().map(usize::from);
     let mut across = Vec::with_capacity(width * height);
     for line in picture.pixels().chunks_exact(width) {
         let at = |u: usize| u16::from(line[u]);
-        // The last pixel of a line or column goes on beyond it.
+        // The last pixel of a line or column continues beyond it.
         across.push(3 * at(0) + at(1));
         across.extend(
             line.windows(3).map(|w| w.iter().map(|x| u16::from(*x)).sum::<u16>() + u16::from(w[1])),

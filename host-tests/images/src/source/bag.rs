@@ -12,11 +12,11 @@ use super::partners::{Partner, Partners};
 use super::{Frame, Item, Take};
 use crate::resized::{self, Change};
 
-/// Topics of the left and of the right image; of both at once, the same topic twice.
+/// Topics of the left and of the right image; the same topic twice if it has both.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Topics(pub [Topic; 2]);
 
-/// What was asked for: topics of the left and of the right image, and whether one topic has both side by side.
+/// Requested topics of the left and of the right image, and whether one topic has both side by side.
 #[derive(Debug, Clone, Default)]
 pub struct Wanted {
     /// Topic of the left images.
@@ -36,7 +36,7 @@ pub struct Topic {
     pub compressed: bool,
 }
 
-/// Parts of a name that say which side a topic is of; the first row that two topics differ by alone is taken.
+/// Parts of a name that tell the side of a topic; the first row that is the only difference of two topics applies.
 const SIDES: [[&str; 2]; 24] = [
     ["left", "right"],
     ["Left", "Right"],
@@ -64,10 +64,10 @@ const SIDES: [[&str; 2]; 24] = [
     ["upper", "lower"],
 ];
 
-/// Words of topics that are no pictures of a camera.
+/// Words in topics that are not camera images.
 const OTHERS: [&str; 4] = ["depth", "disparity", "confidence", "mask"];
 
-/// Endings of a topic that say how it is sent, not what it is.
+/// Endings of a topic that name its transport.
 const TRANSPORTS: [&str; 2] = ["/compressed", "/image_compressed"];
 
 impl Topic {
@@ -81,7 +81,7 @@ impl Topic {
         Some(Self { name: name.to_owned(), compressed })
     }
 
-    /// The name without the way it is sent.
+    /// The name without its transport.
     fn stem(&self) -> &str {
         TRANSPORTS.iter().find_map(|ending| self.name.strip_suffix(ending)).unwrap_or(&self.name)
     }
@@ -92,7 +92,7 @@ impl Topic {
         words.any(|word| matches!(word.to_lowercase().as_str(), "rect" | "rectified" | "rectify"))
     }
 
-    /// The topics that its `camera_info` may be on, the likeliest first.
+    /// The possible topics of its `camera_info`, the likeliest first.
     fn infos(&self) -> Vec<String> {
         let name = self.stem();
         let (space, _) = name.rsplit_once('/').unwrap_or(("", name));
@@ -105,7 +105,7 @@ impl Topic {
 }
 
 impl Topics {
-    /// The wanted topics, or those whose names differ by the words left and right alone.
+    /// The requested topics, or topics whose names differ only by the words left and right.
     pub(super) fn choose(all: &[Topic], wanted: &Wanted) -> Result<Self> {
         let names = |all: &[Topic]| {
             all.iter().map(|topic| topic.name.as_str()).collect::<Vec<_>>().join(", ")
@@ -166,7 +166,7 @@ impl Topics {
         }
     }
 
-    /// Which sides a topic is.
+    /// Sides of a topic.
     pub(super) fn is_side(&self, name: &str) -> [bool; 2] {
         self.0.each_ref().map(|topic| topic.name == name)
     }
@@ -178,7 +178,7 @@ impl Topics {
     }
 }
 
-/// Pairs of topics whose names differ by the words of one row alone. A picture that is sent in two ways is one.
+/// Pairs of topics whose names differ only by the words of one row. A picture with two transports counts once.
 fn candidates(all: &[&Topic]) -> Vec<[Topic; 2]> {
     let mut once: Vec<&Topic> = Vec::new();
     for topic in all {
@@ -207,18 +207,18 @@ fn candidates(all: &[&Topic]) -> Vec<[Topic; 2]> {
     Vec::new()
 }
 
-/// The `camera_info` of a bag's topics: read when it is needed, so that a rig given by hand need not mind it.
+/// The `camera_info` of a bag's topics. It is read on demand, so a bad one does no harm if the rig is given.
 #[derive(Debug, Clone)]
 pub struct Infos {
     file: PathBuf,
     topics: Topics,
-    /// Of each side: the topic, and its first message.
+    /// For each side the topic and its first message.
     messages: [Option<(String, Vec<u8>)>; 2],
     encoding: Encoding,
 }
 
 impl Infos {
-    /// Those of the topics, out of all of a bag.
+    /// The messages of these topics, out of all messages of a bag.
     pub(super) fn of(
         file: &Path,
         topics: &Topics,
@@ -237,10 +237,10 @@ impl Infos {
         }
     }
 
-    /// The rig; of rectified images their `P` is the camera. `None` if there is no `camera_info`.
+    /// The rig; for rectified images `P` is the camera. `None` if there is no `camera_info`.
     ///
     /// # Errors
-    /// Names the topic, the key and the value that is no calibration.
+    /// Names the topic, the key and the invalid value.
     pub fn rig(&self) -> Result<Option<Meta>> {
         let [Some(left), Some(right)] = &self.messages else { return Ok(None) };
         let read = |(topic, bytes): &(String, Vec<u8>)| -> Result<(PathBuf, CameraInfo)> {
@@ -271,7 +271,7 @@ impl Infos {
         Ok(Some(resized::changed(&meta, [a?, b?])))
     }
 
-    /// What is known of them, in words: for an image without a rig.
+    /// The known facts about them in words, for an image without a rig.
     #[must_use]
     pub fn missing(&self) -> String {
         let names = self.topics.0.each_ref().map(|topic| topic.infos().remove(0));
@@ -279,7 +279,7 @@ impl Infos {
     }
 }
 
-/// Pairs the images of a bag as they come.
+/// Pairs the images of a bag on arrival.
 pub(super) struct Pairing<'a> {
     topics: &'a Topics,
     partners: Partners<ImageMessage>,
@@ -297,7 +297,7 @@ impl<'a> Pairing<'a> {
         Self { topics, partners: Partners::new(tolerance_s), take, encoding }
     }
 
-    /// One more message of a topic.
+    /// Adds a message of a topic.
     pub(super) fn push(&mut self, topic: &str, bytes: &[u8]) -> ControlFlow<()> {
         let Some(side) = self.topics.is_side(topic).iter().position(|is| *is) else {
             return ControlFlow::Continue(());
@@ -316,11 +316,11 @@ impl<'a> Pairing<'a> {
         }
     }
 
-    /// The end of the bag, and why it ended early, if it did.
+    /// Ends the bag; `early`: why it ended early, if it did.
     pub(super) fn finish(&mut self, early: Option<String>) {
         let rest = self.partners.finish();
         if self.hand_out(rest).is_continue() {
-            // Nothing follows that a break could end.
+            // A break has nothing left to end.
             let _ = early.map(|why| (self.take)(Item::Skipped(why)));
         }
     }

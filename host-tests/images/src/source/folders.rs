@@ -8,7 +8,7 @@ use anyhow::{Context, Result, ensure};
 const ENDINGS: [&str; 10] =
     ["png", "jpg", "jpeg", "pgm", "ppm", "pnm", "tif", "tiff", "bmp", "webp"];
 
-/// Whether the ending is that of an image.
+/// Whether the ending belongs to an image.
 pub(super) fn is_image(path: &Path) -> bool {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
     ENDINGS.contains(&ending.as_str())

@@ -6,14 +6,14 @@ use anyhow::{Result, bail};
 
 use super::folders::images;
 
-/// What was found in a folder.
+/// Files found in a folder.
 #[derive(Debug)]
 pub(super) struct Layout {
     /// Left and right images, each in the order of names.
     pub(super) sides: [Vec<PathBuf>; 2],
-    /// Files of its calibration; may be none.
+    /// Files of its calibration; may be empty.
     pub(super) rig: Vec<PathBuf>,
-    /// Numbers of the two cameras in the calibration, where the folders tell.
+    /// Numbers of the two cameras in the calibration, if the folders tell.
     pub(super) cameras: Option<[u8; 2]>,
 }
 
@@ -43,7 +43,7 @@ const FILES: [[&str; 2]; 5] = [
     ["*_l.*", "*_r.*"],
 ];
 
-/// Files of a calibration, from the top of a data set; all of a row.
+/// Files of a calibration, from the top of a data set; all files of a row are needed.
 const RIGS: [&[&str]; 9] = [
     &["mav0/cam0/sensor.yaml", "mav0/cam1/sensor.yaml"],
     &["cam0/sensor.yaml", "cam1/sensor.yaml"],
@@ -74,7 +74,7 @@ impl Layout {
     }
 }
 
-/// The numbers of two cameras, from the folders of their images: `image_2` and `image_3` are those of KITTI.
+/// The numbers of two cameras, from the folders of their images: KITTI's `image_2` and `image_3` are cameras 2 and 3.
 pub(super) fn cameras(sides: [&[PathBuf]; 2]) -> Option<[u8; 2]> {
     let number = |side: &[PathBuf]| -> Option<u8> {
         let folders =

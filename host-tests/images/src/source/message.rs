@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use crate::picture::Picture;
 
-/// How numbers lie in a message.
+/// Layout of numbers in a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Encoding {
     /// ROS 2.
@@ -93,10 +93,9 @@ impl<'a> Fields<'a> {
 }
 
 impl ImageMessage {
-    /// Takes a message over.
+    /// A message from its bytes.
     ///
-    /// # Errors
-    /// If it has no header.
+    /// # Errors If it has no header.
     pub fn new(topic: &str, encoding: Encoding, compressed: bool, bytes: Vec<u8>) -> Result<Self> {
         let stamp = Fields::new(&bytes, encoding)?.header()?;
         Ok(Self { topic: topic.to_owned(), stamp, encoding, compressed, bytes })
@@ -156,10 +155,10 @@ impl ImageMessage {
     }
 }
 
-/// How the pixels of an encoding lie, and what of them is grey, in 256ths.
+/// Layout of the pixels of an encoding, and grey weights of its channels in 256ths.
 struct Pixels {
     channels: usize,
-    /// Of a channel.
+    /// Bytes of a channel.
     bytes: usize,
     weights: [u32; 4],
     is_mosaic: bool,
@@ -197,10 +196,10 @@ impl Pixels {
     }
 }
 
-/// A mosaic of colours as grey: with the weights 1 2 1 across and down, each pixel has half of green and a quarter of
-/// red and of blue, wherever it is in the pattern.
+/// A colour mosaic as grey: with the weights 1 2 1 across and down, each pixel has half of green and a quarter each of
+/// red and blue, anywhere in the pattern.
 fn without_mosaic(pixels: &[u16], [width, height]: [usize; 2]) -> Vec<u16> {
-    // Beyond a border the next but one is of the same colour.
+    // Beyond a border, the next pixel but one has the same colour.
     let near = |i: usize, length: usize| {
         let after = if i + 1 < length { i + 1 } else { i.saturating_sub(1) };
         [i.checked_sub(1).unwrap_or(after), i, after]
@@ -217,13 +216,13 @@ fn without_mosaic(pixels: &[u16], [width, height]: [usize; 2]) -> Vec<u16> {
     (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| grey(x, y)).collect()
 }
 
-/// A `CameraInfo`: as the YAML file that ROS keeps of it, and what its images are of the sensor's.
+/// A `CameraInfo`: the YAML file that ROS writes for it, and the part of the sensor that its images cover.
 #[derive(Debug, Clone)]
 pub(super) struct CameraInfo {
     pub(super) text: String,
-    /// Pixels that are taken together, across and down.
+    /// Number of pixels combined, across and down.
     pub(super) binning: [u32; 2],
-    /// Region of interest before binning: x, y, width, height, px; width or height 0: all of it.
+    /// Region of interest before binning: x, y, width, height, px; width or height 0 means the whole sensor.
     pub(super) roi: [u32; 4],
 }
 
@@ -252,7 +251,7 @@ pub(super) fn camera_info(bytes: &[u8], encoding: Encoding) -> Result<CameraInfo
         writeln!(text, "{name}:\n  rows: {rows}\n  cols: {cols}\n  data: {numbers:?}")?;
     }
     let mut four = || [0, 1, 2, 3].map(|_| fields.u32().unwrap_or(0));
-    // A message of an older definition ends before them.
+    // A message of an older definition ends before these fields.
     let [binning_x, binning_y, x, y] = four();
     let [roi_height, roi_width, ..] = four();
     Ok(CameraInfo { text, binning: [binning_x, binning_y], roi: [x, y, roi_width, roi_height] })

@@ -1,4 +1,4 @@
-//! Where pairs of images come from: folders, data sets, bags.
+//! Sources of image pairs: folders, data sets, bags.
 
 mod bag;
 mod folders;
@@ -31,7 +31,7 @@ pub struct Frame {
     from: From,
     /// The left (0) or the right (1) half of a picture of both cameras.
     half: Option<usize>,
-    /// Turned as its EXIF data say.
+    /// Whether it is turned by its EXIF data.
     upright: bool,
 }
 
@@ -42,7 +42,7 @@ enum From {
 }
 
 impl Frame {
-    /// An image file as it is stored.
+    /// An image file as stored.
     #[must_use]
     pub fn file(path: PathBuf) -> Self {
         Self { from: From::File(path), half: None, upright: false }
@@ -77,10 +77,9 @@ impl Frame {
         Ok(self.picture_and_turn()?.0)
     }
 
-    /// The same, with the turn that its EXIF data ask for, whether it was made or not.
+    /// The same, with the turn of its EXIF data, applied or not.
     ///
-    /// # Errors
-    /// As [`Frame::picture`].
+    /// # Errors As [`Frame::picture`].
     pub fn picture_and_turn(&self) -> Result<(Picture, Orientation)> {
         let (picture, orientation) = match &self.from {
             From::File(path) => Picture::read_with_orientation(path)?,
@@ -106,16 +105,16 @@ impl fmt::Display for Frame {
     }
 }
 
-/// What a source gives, in order.
+/// Items of a source, in order.
 #[derive(Debug, Clone)]
 pub enum Item {
     /// A pair, left first.
     Pair([Frame; 2]),
-    /// Something that is no pair, and why.
+    /// An item that is not a pair, and why.
     Skipped(String),
 }
 
-/// Who takes the items; `Break` ends the reading.
+/// Receiver of the items; `Break` ends the reading.
 pub type Take<'a> = &'a mut dyn FnMut(Item) -> ControlFlow<()>;
 
 /// A source of pairs.
@@ -123,27 +122,27 @@ pub type Take<'a> = &'a mut dyn FnMut(Item) -> ControlFlow<()>;
 pub struct Source {
     /// Name for people.
     pub name: String,
-    /// The rig that came with it.
+    /// The rig of the source.
     pub rig: RigOf,
-    /// Numbers of its cameras in a calibration of several, where its folders tell.
+    /// Numbers of its cameras in a calibration of several, if its folders tell.
     pub cameras: Option<[u8; 2]>,
-    /// How many pairs it has, where that is known before they are read.
+    /// Number of pairs, if known before they are read.
     pub count: Option<usize>,
-    /// Whether left and right files are turned as their EXIF data say.
+    /// Whether left and right files are turned by their EXIF data.
     pub upright: [bool; 2],
-    /// By how much the time stamps of a pair may differ, s.
+    /// Largest difference of the time stamps of a pair, s.
     tolerance_s: f64,
     kind: Kind,
 }
 
-/// The rig that comes with a source.
+/// The rig of a source.
 #[derive(Debug)]
 pub enum RigOf {
-    /// None.
+    /// No rig.
     Nothing,
     /// Files of a calibration.
     Files(Vec<PathBuf>),
-    /// Read already.
+    /// A rig already read.
     Read(Box<Meta>),
     /// The `camera_info` of a bag.
     Infos(Box<Infos>),
@@ -156,19 +155,19 @@ enum Kind {
     Rosbag { file: PathBuf, topics: Topics },
 }
 
-/// Width over height from which a picture is taken for two side by side: beyond the cinema, below two of 5 : 4.
+/// Ratio of width to height above which a picture counts as two side by side: above cinema formats, below two of 5 : 4.
 const WIDE: f64 = 2.45;
 
-/// Time stamps further apart are not looked at for a tolerance that would do, s.
+/// Largest difference of time stamps for which a sufficient tolerance is suggested, s.
 const FAR_S: f64 = 0.5;
 
 impl Source {
     /// Opens a source: one place, or a left and a right one.
     ///
-    /// * `tolerance_s`: by how much the time stamps of a pair may differ.
+    /// * `tolerance_s`: largest difference of the time stamps of a pair.
     ///
     /// # Errors
-    /// If nothing is there, or it is nothing that is known.
+    /// If the place is empty or its layout unknown.
     pub fn open(places: &[PathBuf], wanted: &Wanted, tolerance_s: f64) -> Result<Self> {
         ensure!(tolerance_s >= 0.0 && tolerance_s.is_finite(), "the tolerance must be 0 s or more");
         match places {
@@ -207,7 +206,7 @@ impl Source {
         let is_pattern = place.to_str().is_some_and(|text| text.contains('*'));
         ensure!(
             place.exists() || is_pattern,
-            "{} does not exist, and is none of the shipped images ({})",
+            "{} does not exist, and is not one of the shipped images ({})",
             place.display(),
             ShippedImages::ALL.map(ShippedImages::name).join(", ")
         );
@@ -259,13 +258,13 @@ impl Source {
                 let images = folders::images(place)?;
                 ensure!(
                     wanted.side_by_side || is_wide(&images),
-                    "{name}: images of one side, or are they pictures of both cameras (--side-by-side)? Of two folders or \
+                    "{name}: images of one side, or are they pictures of both cameras (--side-by-side)? If there are two folders or \
                      patterns, give both"
                 );
                 Ok(Self::side_by_side(name, images, tolerance_s))
             }
             _ => bail!(
-                "{name}: a folder, an MCAP file (*.mcap) or a ROS 1 bag (*.bag) is expected; of two folders or \
+                "{name}: a folder, an MCAP file (*.mcap) or a ROS 1 bag (*.bag) is expected; if there are two folders or \
                  patterns, give both"
             ),
         }
@@ -283,7 +282,7 @@ impl Source {
         Self::new(name, RigOf::Nothing, Kind::Files { found, side_by_side: true }, tolerance_s)
     }
 
-    /// What was chosen of it, in words, where there was a choice.
+    /// The choice in words, if there was one.
     #[must_use]
     pub fn choice(&self) -> Option<String> {
         match &self.kind {
@@ -302,7 +301,7 @@ impl Source {
         }
     }
 
-    /// Why it has no pairs, in words: how far apart the nearest time stamps are.
+    /// Why it has no pairs, in words: the distance of the nearest time stamps.
     #[must_use]
     pub fn without_pairs(&self) -> String {
         let nearest = match &self.kind {
@@ -311,14 +310,14 @@ impl Source {
         };
         let Some(seconds) = nearest else {
             return format!(
-                "no pairs of images in {}: no left and right ones of one time or number",
+                "no pairs of images in {}: no left and right image has the same time or number",
                 self.name
             );
         };
         let [gap, most] = [seconds, self.tolerance_s].map(|s| s * 1000.0);
         format!(
-            "no pairs of images in {}: the nearest left and right ones are {gap:.1} ms apart, and --tolerance is {most:.1} ms. If they \
-             are of one moment, give --tolerance {:.3}",
+            "no pairs of images in {}: the nearest left and right images are {gap:.1} ms apart, and --tolerance is {most:.1} ms. If they \
+             show one moment, give --tolerance {:.3}",
             self.name,
             seconds * 1.25
         )
@@ -344,7 +343,7 @@ impl Source {
     /// Hands out all items, one at a time.
     ///
     /// # Errors
-    /// If a bag cannot be opened. A damaged rest of it is an item that is skipped.
+    /// If a bag cannot be opened. A damaged rest of it is reported as a skipped item.
     pub fn read(&self, take: Take<'_>) -> Result<()> {
         self.read_within(self.tolerance_s, take)
     }

@@ -1,15 +1,15 @@
-//! The numbers in the names of images: which of them counts the frames, or is the time.
+//! The numbers in the names of images: which of them is the frame number or the time.
 
 use std::path::{Path, PathBuf};
 
-/// Seconds since 1970, from 2001 to 2033, in units of which a name has so many to the second.
+/// Range of seconds since 1970, from 2001 to 2033; names have such times in units of various fractions of a second.
 const EPOCH_S: [f64; 2] = [1e9, 2e9];
 const UNITS: [f64; 3] = [1e9, 1e6, 1e3];
 
-/// Digits from which another number is a time in nanoseconds.
+/// Digits from which another number counts as a time in nanoseconds.
 const NANOSECONDS: usize = 16;
 
-/// Apart enough for numbers of frames never to be partners unless they are equal, s.
+/// Spacing of frame numbers as times: far enough that only equal numbers become partners, s.
 const FRAME_S: f64 = 1e9;
 
 /// The numbers of a name, as digits.
@@ -19,15 +19,15 @@ fn runs(path: &Path) -> Option<Vec<String>> {
     Some(all.map(str::to_owned).collect())
 }
 
-/// For each file of both sides a time, s; of numbered frames a number that only the partner has. `None` if the names do
-/// not tell: no numbers, not of one pattern, or twice the same.
+/// A time for each file of both sides, s; for numbered frames a number that only the partner shares. `None` if the
+/// names do not tell: without numbers, with different patterns, or with repetitions.
 pub(super) fn keys(sides: [&[PathBuf]; 2]) -> Option<[Vec<f64>; 2]> {
     let all: [Vec<Vec<String>>; 2] = [numbers(sides[0])?, numbers(sides[1])?];
     let count = all.iter().flatten().next()?.len();
     if count == 0 || all.iter().flatten().any(|numbers| numbers.len() != count) {
         return None;
     }
-    // What is the same in all names of a side is its camera, or its run.
+    // A number that is equal in all names of a side is its camera or its run.
     let varies =
         |i: usize| all.iter().any(|side| side.iter().any(|numbers| numbers[i] != side[0][i]));
     let varying: Vec<usize> = (0..count).filter(|i| varies(*i)).collect();
@@ -47,7 +47,7 @@ fn numbers(side: &[PathBuf]) -> Option<Vec<Vec<String>>> {
     side.iter().map(|path| runs(path)).collect()
 }
 
-/// `sec.frac`: ten digits or so, a point, and a fraction; `sec_nsec` with nine digits, or six.
+/// Forms of time: `sec.frac`, about ten digits, a point and a fraction; or `sec_nsec` with nine digits, or six.
 fn seconds_and_fraction(
     sides: [&[PathBuf]; 2],
     all: &[Vec<Vec<String>>; 2],
@@ -66,7 +66,8 @@ fn seconds_and_fraction(
         numbers[first].parse().is_ok_and(|s: f64| (EPOCH_S[0]..EPOCH_S[1]).contains(&s))
     });
     let longest = all.iter().flatten().map(|numbers| numbers[last].len()).max()?;
-    // `cam0.0001` is a frame of a camera: seconds since the start vary, and have a fraction of three digits or more.
+    // `cam0.0001` is a frame of a camera: in a time since the start the seconds vary, and the fraction has three digits
+    // or more.
     let fine = all.iter().flatten().all(|numbers| numbers[last].len() >= 3);
     let is_time = if is_epoch {
         is_dotted || longest <= 9
@@ -92,7 +93,7 @@ fn seconds_and_fraction(
     Some([times(0)?, times(1)?])
 }
 
-/// One number that varies: a time where it is as long as one, else the number of a frame. Several: counted together.
+/// One varying number is a time if it is long enough, otherwise a frame number. Several varying numbers are combined.
 fn counted(all: &[Vec<Vec<String>>; 2], varying: &[usize]) -> Option<[Vec<f64>; 2]> {
     if let [one] = varying
         && let Some(times) = times(all, *one)

@@ -1,25 +1,25 @@
-//! Which left image belongs to which right one: by time stamp, by the number in the name, or in order.
+//! Partners of left and right images: by time stamp, by the number in the name, or in order.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
 use super::names;
 
-/// Images without a partner that are kept waiting.
+/// Largest number of waiting images without a partner.
 const WAITING: usize = 64;
 
-/// Pairs of files, and what has no partner.
+/// Pairs of files, and files without a partner.
 #[derive(Debug, Default)]
 pub(super) struct PairedFiles {
     pub(super) pairs: Vec<[PathBuf; 2]>,
     pub(super) skipped: Vec<String>,
-    /// Time between the two nearest images of both sides, s, where the names are time stamps.
+    /// Time between the two nearest images of both sides, s, if the names are time stamps.
     pub(super) nearest_s: Option<f64>,
 }
 
 /// Finds the partners of left and right files.
 pub(super) fn of_files([left, right]: [Vec<PathBuf>; 2], tolerance_s: f64) -> PairedFiles {
-    // One of each belongs together whatever its name: im0.png and im1.png.
+    // A single file on each side makes a pair for any names: im0.png and im1.png.
     if left.len() == 1 && right.len() == 1 {
         return in_order(left, right);
     }
@@ -61,12 +61,12 @@ fn alone(side: usize, path: &Path) -> String {
     format!("{}: {this} image without a {other} one", path.display())
 }
 
-/// What became of an image.
+/// Fate of an image.
 #[derive(Debug, PartialEq)]
 pub(super) enum Partner<T> {
     /// Left and right.
     Pair([T; 2]),
-    /// No partner: side and image.
+    /// An image without a partner: side and image.
     Alone(usize, T),
 }
 
@@ -82,7 +82,7 @@ impl<T> Partners<T> {
         Self { tolerance_s, waiting: [VecDeque::new(), VecDeque::new()] }
     }
 
-    /// One more image; out comes whatever is decided by it.
+    /// Adds an image; returns the images whose fate it decides.
     pub(super) fn push(&mut self, side: usize, stamp: f64, image: T) -> Vec<Partner<T>> {
         self.waiting[side].push_back((stamp, image));
         let mut decided = Vec::new();
@@ -107,7 +107,7 @@ impl<T> Partners<T> {
         decided
     }
 
-    /// What still waits at the end.
+    /// Images still waiting at the end.
     pub(super) fn finish(&mut self) -> Vec<Partner<T>> {
         let mut decided = Vec::new();
         for side in 0..2 {

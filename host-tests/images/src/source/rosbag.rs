@@ -13,16 +13,16 @@ use super::Take;
 use super::bag::{Infos, Pairing, Topic, Topics, Wanted};
 use super::message::Encoding;
 
-/// Messages that are looked at for topics and calibrations before the images are read.
+/// Messages that are searched for topics and calibrations before the images are read.
 const LOOK: usize = 4000;
 
-/// Length of the header of a bag with what fills it up, bytes, after the version.
+/// Length of the padded header of a bag after the version, bytes.
 const HEAD: u64 = 4096;
 
 /// A message: topic, type, bytes.
 type Message<'a> = (&'a str, &'a str, &'a [u8]);
 
-/// Hands out all messages; the error where the bag is damaged from there on.
+/// Hands out all messages; an error where the damaged part of the bag starts.
 fn messages(
     bag: &RosBag,
     take: &mut dyn FnMut(Message<'_>) -> ControlFlow<()>,
@@ -52,7 +52,7 @@ fn open(file: &Path) -> Result<RosBag> {
     RosBag::new(file).with_context(|| format!("cannot open the bag {}", file.display()))
 }
 
-/// Refuses a bag without its end, on which the reader would panic: one cut short, or never closed.
+/// Refuses a bag without its end (cut short, or never closed), because the reader would panic.
 fn whole(file: &Path) -> Result<()> {
     const NAME: &[u8] = b"index_pos=";
     let mut bag = File::open(file)?;
@@ -82,7 +82,7 @@ pub(super) fn look(file: &Path, wanted: &Wanted) -> Result<(Topics, Infos)> {
         seen += 1;
         if seen < LOOK { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
-    // A damaged rest is said when it is read.
+    // A damaged rest is reported when it is read.
     let _ = messages(&open(file)?, &mut note);
     let topics = Topics::choose(&all, wanted).with_context(|| file.display().to_string())?;
     let infos = Infos::of(file, &topics, &infos, Encoding::Packed);

@@ -1,8 +1,8 @@
 """Online self-calibration of a stereo rig: matches in, calibrated rig out.
 
-``p_r = R p_l + t`` with ``|t| = 1``; camera frames are x right, y down, z forward. Pixels ``(u, v)`` are those of the
-images before undistortion, and ``(0, 0)`` is the centre of the top left one. Angles are in radians. Numbers are those
-of a vehicle with the same capacity, bit for bit.
+``p_r = R p_l + t`` with ``|t| = 1``; camera frames are x right, y down, z forward. Pixels ``(u, v)`` refer to the
+images before undistortion, and ``(0, 0)`` is the centre of the top left one. Angles are in radians. Numbers equal
+those of a vehicle with the same capacity, bit for bit.
 """
 
 from ._errors import (

@@ -11,9 +11,9 @@ class SelfcalError(Exception):
     kind : str
         Name of the error within its class, as in Rust: ``"TooFew"``.
     code : int
-        Stable number, that of the C API.
+        Stable number, as in the C API.
     advice : str
-        What to do about it.
+        Remedy.
     """
 
     def __init__(self, message: str, kind: str, code: int) -> None:
@@ -28,11 +28,11 @@ class SelfcalError(Exception):
 
 
 class CameraError(SelfcalError, ValueError):
-    """Intrinsics or lens coefficients are those of no camera."""
+    """No camera has these intrinsics or lens coefficients."""
 
 
 class ExtrinsicsError(SelfcalError, ValueError):
-    """``R`` and ``t`` are those of no stereo rig."""
+    """No stereo rig has this ``R`` and ``t``."""
 
 
 class ConfigError(SelfcalError, ValueError):
@@ -52,11 +52,11 @@ class ApplyError(SelfcalError):
 
 
 class RangeError(SelfcalError):
-    """A known distance was not taken."""
+    """A known distance was refused."""
 
 
 class MotionError(SelfcalError):
-    """Tracked matches were not taken."""
+    """Tracked matches were refused."""
 
 
 class RectifyError(SelfcalError, ValueError):
@@ -64,22 +64,22 @@ class RectifyError(SelfcalError, ValueError):
 
 
 class RestoreError(SelfcalError, ValueError):
-    """A record was not read."""
+    """A record was refused."""
 
 
 class FrameRefusal(SelfcalError, ValueError):
-    """A frame is not of this rig."""
+    """A frame does not belong to this rig."""
 
 
 class BusyError(SelfcalError, RuntimeError):
-    """A calibrator is used by two threads at a time."""
+    """Two threads use a calibrator at the same time."""
 
 
 _CAMERA = "Correct the named quantity."
 _CONFIG = "Correct the named parameter."
-_PIXEL = "Drop the match; many of them: wrong image size or lens."
+_PIXEL = "Drop the match; if there are many, the image size or lens is wrong."
 
-#: By code of the core. Tested to be complete against the header of the C API.
+# : Advice by code of the core. A test checks it against the header of the C API.
 ADVICE: dict[int, str] = {
     **dict.fromkeys(range(100, 104), _CAMERA),
     120: _PIXEL,
@@ -92,14 +92,14 @@ ADVICE: dict[int, str] = {
     202: "A baseline along an optical axis cannot be rectified: correct R or t.",
     **dict.fromkeys(range(300, 314), _CONFIG),
     501: "Begin a pair first.",
-    502: "Nothing is wrong: take the next pair, or match more points.",
-    503: "The matches are nearly all wrong: take the next pair; if all fail, look at the matcher.",
+    502: "The pair has too few matches: take the next pair, or match more points.",
+    503: "The matches are nearly all wrong: take the next pair; if all pairs fail, check the matcher.",
     504: "Take a pair with points spread over the image and in depth.",
-    506: "Exchange left and right, or the sign of t; see that no image is mirrored.",
+    506: "Exchange left and right, or change the sign of t; check that no image is mirrored.",
     507: "Pass points as (u, v), and a rig whose cameras stand side by side.",
-    508: "See that left and right are images of two cameras; a plane alone tells nothing.",
+    508: "Check that left and right come from two cameras; a plane alone gives no depth.",
     600: "Take the next pair.",
-    601: "If it comes again and again: the factory extrinsics are wrong, or the mount has moved.",
+    601: "If it repeats, the factory extrinsics are wrong, or the mount has moved.",
     602: "Take the next pair.",
     603: "Take the next pair: three that agree with each other replace the estimate.",
     604: "Fuse each pair once.",
@@ -116,7 +116,7 @@ ADVICE: dict[int, str] = {
     813: "The rig is turned too far to be rectified.",
     823: "The rig is turned too far to be rectified.",
     1000: "Use an older record, or start from the factory calibration.",
-    1001: "It is a record of something else.",
+    1001: "It is another kind of record.",
     1002: "Start from the factory calibration: firmware and this package must have one layout.",
     1003: "Make the calibrator with the rig of the record, or start afresh.",
     1004: "Start from the factory calibration.",
@@ -127,7 +127,7 @@ ADVICE: dict[int, str] = {
     1201: "Normal until the estimate is locked: read again later.",
     1202: "Pass a distance and a standard deviation, m, of a sensor.",
     1203: "Pass a pixel within 3 px of a match of the last pair.",
-    1204: "The sensor saw something else, or its scale is wrong.",
+    1204: "The sensor measured another surface, or its scale is wrong.",
     1210: _PIXEL,
     1211: _PIXEL,
     1212: _PIXEL,

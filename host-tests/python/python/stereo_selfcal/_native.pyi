@@ -33,7 +33,7 @@ class Camera:
 
     @classmethod
     def from_opencv(cls, K: _Floats, dist: _Floats | None = None, size: _Size | None = None) -> Camera:
-        """Make a camera from what ``cv2.calibrateCamera`` returns.
+        """Make a camera from the results of ``cv2.calibrateCamera``.
 
         Parameters
         ----------
@@ -54,7 +54,7 @@ class Camera:
 
     @classmethod
     def from_fisheye(cls, K: _Floats, dist: _Floats, size: _Size) -> Camera:
-        """Make a camera from what ``cv2.fisheye.calibrate`` returns.
+        """Make a camera from the results of ``cv2.fisheye.calibrate``.
 
         Parameters
         ----------
@@ -121,25 +121,26 @@ class Camera:
 
 @final
 class Rig:
-    """Two cameras, and what a calibration in production said of them.
+    """Two cameras and their factory calibration.
 
     Parameters
     ----------
     left, right : Camera
         The left camera stands to the left.
     factory : (array_like, array_like), optional
-        ``R`` (3, 3) and ``t`` (3,) of ``p_r = R p_l + t``, as ``cv2.stereoCalibrate`` returns them; ``t`` of any length.
-        The calibrator starts from them, and trusts their yaw. None: no calibration; side by side is taken as a guess.
+        ``R`` (3, 3) and ``t`` (3,) of ``p_r = R p_l + t``, as ``cv2.stereoCalibrate`` returns them; ``t`` of any
+        length. The calibrator starts from them, and trusts their yaw. None: no calibration; the calibrator starts
+        side by side, as a guess.
     baseline_m : float, optional
         Length of the baseline, m. `Calibrator.push_range` needs it.
     yaw_sd_rad : float, optional
-        Standard deviation of the yaw of `factory`, rad; ``math.inf``: `factory` is a guess. Default: 0.05 degrees, of a
-        calibration with boards.
+        Standard deviation of the yaw of `factory`, rad; ``math.inf``: `factory` is a guess. Default: 0.05 degrees, as
+        for a calibration with boards.
 
     Raises
     ------
     ExtrinsicsError
-        If `factory` is that of no stereo rig.
+        If no stereo rig has this `factory`.
     """
 
     def __new__(
@@ -184,7 +185,7 @@ class Rig:
         Raises
         ------
         RestoreError
-            If it is damaged, or of something else.
+            If it is damaged, or another kind of record.
         """
 
     def __eq__(self, other: object, /) -> bool: ...
@@ -208,7 +209,7 @@ class Calibration:
 
     @property
     def baseline_m(self) -> float | None:
-        """Length of the baseline, m, as the rig was given it."""
+        """Length of the baseline of the rig, m."""
 
     @property
     def left(self) -> Camera:
@@ -247,7 +248,7 @@ class Calibration:
         Parameters
         ----------
         alpha, size
-            As of `rectify_maps`.
+            As in `rectify_maps`.
         """
 
     def stereo_rectify(
@@ -256,16 +257,16 @@ class Calibration:
         """Return ``R1, R2, P1, P2, Q`` in the conventions of ``cv2.stereoRectify`` with ``CALIB_ZERO_DISPARITY``.
 
         ``P2[0, 3]`` is ``-f * baseline_m``, and `Q` gives depth in m; for a baseline of unknown length, in baselines.
-        OpenCV turns both views by another angle about the baseline: rows are equal with either.
+        OpenCV turns both views by another angle about the baseline, which does not change the rows.
 
         Parameters
         ----------
         alpha, size
-            As of `rectify_maps`.
+            As in `rectify_maps`.
         """
 
     def row_offsets(self, uv_left: _Floats, uv_right: _Floats) -> Array:
-        """Return how far matches are from their rows.
+        """Return the row offsets of matches.
 
         Parameters
         ----------
@@ -286,17 +287,18 @@ class Calibration:
 class Calibrator:
     """The calibrator of one rig: pairs in, one at a time, the estimate out.
 
-    Fusing never changes what is in use; `apply` does. The same matches give the bits of a vehicle with this capacity.
-    One thread at a time: a second one gets a `BusyError` at once. The GIL is released while it computes. After
-    ``os.fork`` parent and child have a calibrator each; a child of a fork during a call gets a `BusyError`. A pickle has
-    the record of `save`: what it restores is suspect until a pair confirms it.
+    Fusing never changes the calibration in use; `apply` does. The same matches give the same bits as on a vehicle
+    with this capacity. Only one thread may call it at a time: a second thread gets a `BusyError` at once. The GIL is
+    released while it computes. After ``os.fork`` parent and child each have a calibrator; a child of a fork during a
+    call gets a `BusyError`. A pickle has the record of `save`: the restored estimate is suspect until a pair confirms
+    it.
 
     Parameters
     ----------
     rig : Rig
-        Cameras, and where the estimate starts.
+        Cameras, and start of the estimate.
     capacity : int
-        Matches of a pair that it has room for, 64, 128, .. 2048; of more it selects by image spread and score.
+        Capacity in matches of a pair: 64, 128, .. 2048. From more matches it selects by image spread and score.
     preset : str
         ``"robust"``: up to half of the matches may be wrong. ``"paper"``: the published method.
     lens : str
@@ -332,8 +334,8 @@ class Calibrator:
     ) -> Result:
         """Solve one stereo pair and fuse it into the estimate.
 
-        A pair that the scene spoils is returned with its `Result.rejection`. An error that the caller has to correct is
-        raised, and the calibrator is as it was.
+        A pair that the scene spoils gives a result with `Result.rejection`. A mistake of the caller raises an
+        exception, and the calibrator is unchanged.
 
         Parameters
         ----------
@@ -372,12 +374,12 @@ class Calibrator:
         Returns
         -------
         list of Result
-            One for each frame that is whole now.
+            One for each completed frame.
 
         Raises
         ------
         FrameRefusal
-            If a frame is of images of another size: none of these bytes is taken.
+            If the images of a frame have another size: none of these bytes is taken.
         """
 
     @property
@@ -396,7 +398,7 @@ class Calibrator:
         range_m, sd_m : float
             Distance from the left camera and its standard deviation, m.
         along : str
-            ``"ray"``: as of a laser; ``"axis"``: depth.
+            ``"ray"``: as a laser measures it; ``"axis"``: depth.
 
         Returns
         -------
@@ -423,7 +425,7 @@ class Calibrator:
         Returns
         -------
         str
-            As of `push_range`.
+            As in `push_range`.
 
         Raises
         ------
@@ -432,7 +434,7 @@ class Calibrator:
         """
 
     def apply(self) -> Calibration:
-        """Put the estimate into use.
+        """Apply the estimate.
 
         Raises
         ------
@@ -441,7 +443,7 @@ class Calibrator:
         """
 
     def undo(self) -> Calibration:
-        """Put back what was in use before, once.
+        """Undo the last `apply`, once.
 
         Raises
         ------
@@ -453,23 +455,23 @@ class Calibrator:
         """Forget all pairs: back to the factory extrinsics."""
 
     def health(self) -> Health | None:
-        """Return the fit of what is in use and of the estimate to the last pair; None before the first fused one."""
+        """Return the fit of calibration in use and estimate to the last pair; None before the first fused pair."""
 
     @property
     def in_use(self) -> Calibration:
-        """The calibration of the last `apply`; before it, that of the rig."""
+        """The calibration of the last `apply`; before the first, that of the rig."""
 
     @property
     def state(self) -> State:
-        """How far the estimate can be relied on."""
+        """State of the estimate."""
 
     @property
     def generation(self) -> int:
-        """Number that changes when what is in use does."""
+        """Number that changes with the calibration in use."""
 
     @property
     def frozen(self) -> bool:
-        """Whether estimate and calibration in use stay as they are. May be set."""
+        """Whether the estimate and the calibration in use are frozen. May be set."""
 
     @frozen.setter
     def frozen(self, value: bool, /) -> None: ...
@@ -479,13 +481,13 @@ class Calibrator:
 
     @property
     def capacity(self) -> int:
-        """Matches of a pair that it has room for."""
+        """Capacity in matches of a pair."""
 
     def save(self) -> bytes:
-        """Return the record that a firmware keeps in flash: the estimate and what is in use, without the rig."""
+        """Return the record of a firmware: the estimate and the calibration in use, without the rig."""
 
     def load(self, record: bytes) -> None:
-        """Restore a record of the same rig in place of all that has been learnt.
+        """Restore a record of the same rig; it replaces everything learnt.
 
         The estimate is suspect until a pair confirms it.
 
@@ -511,14 +513,14 @@ def solve_pairs(
     rig : Rig
         Their rig.
     pairs : iterable of (uv_left, uv_right) or (uv_left, uv_right, score)
-        As of `Calibrator.fuse`.
+        As in `Calibrator.fuse`.
     capacity, preset
-        As of `Calibrator`.
+        As in `Calibrator`.
 
     Returns
     -------
     list of Result
-        In the order of the pairs, each as of a calibrator that has seen no other.
+        In the order of the pairs, each solved by a fresh calibrator.
     """
 
 def read_rig(*paths: _Path, size: _Size | None = None, unit_m: float = 1.0) -> Rig:
@@ -536,7 +538,7 @@ def read_rig(*paths: _Path, size: _Size | None = None, unit_m: float = 1.0) -> R
     Raises
     ------
     ValueError
-        Names the file, the key and what is expected.
+        Names the file, the key and the expected value.
     FileNotFoundError
         If there is no such file.
     """
@@ -556,21 +558,21 @@ def match(
     left, right : ndarray, (height, width), or path
         Grey images as captured, 8 or 16 bits.
     rig : Rig
-        Its factory extrinsics say where rows are sought.
+        Its factory extrinsics give the rows to search.
     prior_deg : float
-        How far the cameras may have turned since, degrees, 0.1 to 20.
+        Largest turn of the cameras since the calibration, degrees, 0.1 to 20.
     keypoints : int
         Corners sought in each image.
 
     Returns
     -------
     Matches
-        The surest first: ``calibrator.fuse(*match(left, right, rig))``.
+        The most certain first: ``calibrator.fuse(*match(left, right, rig))``.
 
     Raises
     ------
     ValueError
-        If an image is of another size or shows nothing, or left and right are exchanged.
+        If an image has another size or is empty, or left and right are exchanged.
     """
 
 def check(
@@ -581,7 +583,7 @@ def check(
     every: int = 1,
     pairs: int | None = None,
 ) -> Check:
-    """Say whether a rig still fits its calibration, as ``selfcal check`` does.
+    """Check whether a rig still fits its calibration, as ``selfcal check`` does.
 
     Parameters
     ----------
@@ -590,7 +592,7 @@ def check(
     rig : Rig or path, optional
         The calibration; None: the one beside the images.
     focal_px : float, optional
-        No calibration: a guess from this focal length, px.
+        Guess the calibration from this focal length, px.
     every, pairs : int
         Take every so many pairs, and at most so many.
     """
@@ -598,14 +600,14 @@ def check(
 def encode_frame(
     sequence: int, uv_left: _Floats, uv_right: _Floats, score: _Floats | None = None, *, size: _Size
 ) -> bytes:
-    """Return matches as the frame that a matcher sends, coordinates in 1/256 px; for tests of a receiver.
+    """Encode matches as a matcher sends them, with coordinates in 1/256 px; for tests of a receiver.
 
     Parameters
     ----------
     sequence : int
         Number of the frame.
     uv_left, uv_right, score
-        As of `Calibrator.fuse`.
+        As in `Calibrator.fuse`.
     size : (int, int)
         Image width and height, px.
     """

@@ -14,7 +14,7 @@ from ._results import Result
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: A match within so many pixels of its row fits.
+# : Largest row offset of a match that fits, px.
 FIT_PX = 3.0
 
 
@@ -30,11 +30,11 @@ def plot(
     Parameters
     ----------
     results : sequence of Result
-        What `Calibrator.fuse` returned, in order.
+        Results of `Calibrator.fuse`, in order.
     before, after : Calibration
         For instance ``rig.calibration()`` and ``calibrator.apply()``.
     uv_left, uv_right : array_like, (n, 2)
-        Matches that the offsets are of, px.
+        Matches for the row offsets, px.
 
     Returns
     -------

@@ -12,16 +12,16 @@ from ._errors import PairError, Refusal
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
-#: How far the estimate can be relied on.
+# : State of the estimate, from the first pairs to confirmed.
 State: TypeAlias = Literal["acquiring", "locked", "suspect", "lost"]
 
 
 class Sd(NamedTuple):
     """Standard deviations, rad."""
 
-    #: Of ``R``, root of the summed variances about the three axes.
+    # : Deviation of ``R``: root of the summed variances about the three axes.
     rotation: float
-    #: Of the direction ``t``.
+    # : Deviation of the direction ``t``.
     translation: float
 
 
@@ -44,7 +44,7 @@ class Matches(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """The frame of a matcher that a result is of."""
+    """The frame of a result."""
 
     sequence: int
     #: Time of exposure on the sender's clock, us.
@@ -85,18 +85,18 @@ class Pair:
 
 @dataclass(slots=True, eq=False)
 class Health:
-    """What is in use and the estimate, over the matches of the last pair.
+    """The calibration in use and the estimate, over the matches of the last pair.
 
     Attributes
     ----------
     arming : str
         ``"yes"``, or why not: ``"not_locked"``, ``"doubtful"``, ``"misaligned"``, ``"unfit"``.
     band : str
-        ``"good"``, ``"improvable"``, ``"recalibrate"`` or ``"unknown"``: verdict on what is in use.
+        ``"good"``, ``"improvable"``, ``"recalibrate"`` or ``"unknown"``: verdict on the calibration in use.
     in_use_px, proposed_px, off_px : float
-        RMS row offset of what is in use, of the estimate, and of their difference, px.
+        RMS row offset of the calibration in use, of the estimate, and of their difference, px.
     fit_in_use, fit_proposed : int
-        Matches that fit either.
+        Matches that fit each of both.
     coverage : float
         Share of the cells of an 8 x 6 grid over the image with a match that fits.
     doubt : str or None
@@ -104,7 +104,7 @@ class Health:
     baseline_observed : bool
         Whether pairs have determined ``t``.
     corner_px : float
-        Rows that the apparent yaw of the lenses leaves in the corner of the image, px.
+        Row offset that the apparent yaw of the lenses leaves in the corner of the image, px.
     lens_yaw : Finding
         Apparent yaw of the lenses, rad.
     lens : dict or None
@@ -148,24 +148,24 @@ class Result:
     health : Health or None
         Fit and reliability over this pair's matches; None before the first fused pair.
     reasons : tuple of str
-        What speaks against relying on the calibration, the worst first; empty where nothing does.
+        Reasons against relying on the calibration, the worst first; may be empty.
     cause : str or None
         The likeliest mistake in rig or matcher, in words, once four pairs show one: ``"u and v exchanged"``.
     sd, sd_lens : Sd or None
         Standard deviations of ``R`` and ``t``: with the lens models as given, and with them uncertain.
     fused : str or None
         How the pair was fused: ``"added"``, ``"repeated"``, ``"kept_apart"``, ``"renewed"``, ``"took_over"``,
-        ``"lens_corrected"``. None if it was not: see `rejection`.
+        ``"lens_corrected"``. None if it was not fused: see `rejection`.
     rejection : PairError, Refusal or None
-        Why the pair was not fused. Normal now and then: take the next pair.
+        Why the pair was not fused. This is normal now and then: take the next pair.
     pair : Pair or None
-        The pair as solved; None if it was not.
+        The solved pair; None if it was not solved.
     pairs : int
-        Pairs behind the estimate.
+        Number of pairs in the estimate.
     offered, taken, refused : int
         Matches of this pair: all, those in the batch, and those without a ray or outside the image.
     generation : int
-        Changes when what is in use does.
+        Changes with the calibration in use.
     frame : Frame or None
         The frame, if it came by `Calibrator.feed_frames`.
     """

@@ -64,7 +64,7 @@ fn erratum_5_the_solver_goes_on_until_the_step_is_small() {
     let scene = Scene { rig: tilted(), noise_px: 0.0, ..Scene::default() };
     let log = run(&scene, 1, 5);
     let solved = log.steps()[0].solved.unwrap();
-    // "Insufficiently small" would have stopped it at the first, large step.
+    // By "insufficiently small" it would have stopped at the first, large step.
     assert!(solved.passes > 3, "{}", solved.passes);
     let error = solved.error.unwrap();
     assert!(error.translation < 1e-4 && error.rotation < 1e-4);

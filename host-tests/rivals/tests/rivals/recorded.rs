@@ -1,5 +1,5 @@
-//! The core on every recorded pair, plain and turned: against the literal reference, `f32` against
-//! `f64`, and against the extrinsics that came with the data.
+//! The core on every recorded pair, plain and turned: against the literal reference, `f32` against `f64`, and against
+//! the extrinsics of the data sets.
 
 use host_tests::data::{Dataset, Match, Rays, TurnedView, in_f64};
 use host_tests::run::{CAPACITY, Summary, replay};
@@ -10,10 +10,10 @@ use stereo_selfcal::{
     Calibrator, Config, Extrinsics, FactoryCalibration, PairReport, Rejection, Scalar, Stop, so3,
 };
 
-/// Weight of the literal reference's gauge row that makes eq 8 hold as exactly as the core does.
+/// Weight of the literal reference's gauge row with which eq 8 holds as exactly as in the core.
 const EXACT_GAUGE: f64 = 1e6;
 
-/// Pairs that have two optima of eq 12, of which core and reference find one each.
+/// Pairs with two optima of eq 12: core and reference find one each.
 const TWO_OPTIMA: [&str; 3] =
     ["opencv_chess_sift bottom 5 pair 1", "oak_sift top 5 pair 10", "oak_sift right 5 pair 6"];
 
@@ -82,10 +82,10 @@ fn gap_to(ours: &Extrinsics<f64>, theirs: &Solution) -> f64 {
     r.max(t)
 }
 
-/// Figure 1. The paper's gauge row `e_0` has weight 1 beside residuals of 1e-3: where outliers
-/// abound, the optimum has some `e_0` for smaller residuals, up to 4e-3 rad of gauge and 2e-4 rad of
-/// `R`, `t` (erratum 8). The core keeps eq 8 exactly, so it is compared with the reference whose row is
-/// heavy; on the sets without outliers the weight of 1 must give the same.
+/// Figure 1. The paper's gauge row `e_0` has weight 1 beside residuals of 1e-3: with many outliers, the optimum trades
+/// some `e_0` for smaller residuals: up to 4e-3 rad of gauge and 2e-4 rad of `R`, `t` (erratum 8). The core keeps eq 8
+/// exactly, so it is compared with a reference of a large weight; on the sets without outliers the weight of 1 must
+/// give the same result.
 #[test]
 fn paper_preset_and_literal_reference_reach_the_same_extrinsics_on_every_recorded_pair() {
     let [mut compared, mut beyond_limit] = [0; 2];
@@ -143,7 +143,7 @@ fn f32_agrees_with_f64_within_a_twentieth_of_the_predicted_deviation_on_every_re
     }
 }
 
-/// And the numbers of pairs compared, and refused alike by both.
+/// Worst share, and the numbers of pairs compared and of pairs that both refuse.
 fn worst_share_between_scalars(config: Config) -> (f64, [usize; 2]) {
     let (mut worst, mut counts) = (0.0_f64, [0; 2]);
     for_every_pair(|name, set, pair| {

@@ -30,7 +30,7 @@ pub(crate) fn failure(arguments: &[&str], status: i32) -> String {
     selfcal(arguments).failure(status)
 }
 
-/// `check`: its JSON, null if there is none, and what it wrote.
+/// `check`: its JSON or null, and its output.
 pub(crate) fn check(place: &Path, more: &[&str]) -> (Value, Ended) {
     let arguments = [&["check", place.to_str().unwrap(), "--json", "--keypoints", "500"], more];
     let said = run(&arguments.concat());

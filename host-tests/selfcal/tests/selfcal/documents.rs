@@ -15,7 +15,7 @@ const GUIDE: &str = include_str!("../../README.md");
 const CONTRIBUTING: &str = include_str!("../../../../.github/CONTRIBUTING.md");
 const CHANGELOG: &str = include_str!("../../../../CHANGELOG.md");
 
-/// The documents, each with the folder its links start from.
+/// The documents, each with the base folder of its links.
 const DOCUMENTS: [(&str, &str); 6] = [
     ("", README),
     ("host-tests", EVIDENCE),
@@ -163,7 +163,7 @@ fn cargo_knows_the_tests_and_benches_of_the_documents() {
     }
 }
 
-/// Whether `value` rounds to what a cell shows.
+/// Whether `value` rounds to the number in a cell.
 fn shows(cell: &str, value: &Value) -> bool {
     let decimals = cell.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     format!("{:.decimals$}", value.as_f64().unwrap()) == cell
@@ -202,7 +202,7 @@ fn bytes(n: usize) -> String {
 }
 
 #[test]
-fn sizes_are_those_of_the_types() {
+fn sizes_match_the_types() {
     let calibrator = bytes(size_of::<Calibrator<f32, 256>>());
     assert!(README.contains(&format!("256 matches a pair: {calibrator} bytes")), "{calibrator}");
     assert!(

@@ -19,14 +19,14 @@ fn between<'a>(text: &'a str, start: &'a str, end: &'a str) -> Vec<&'a str> {
 }
 
 #[test]
-fn the_page_stands_alone_and_every_figure_says_how_it_was_made() {
+fn the_page_loads_nothing_and_every_figure_has_its_command() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("page");
     let text = evaluate(&out, &[]);
     assert!(text.contains("0 reused"), "{text}");
     let page = fs::read_to_string(out.join("index.html")).unwrap();
     let figures = between(&page, "<figure", "</figure>");
-    // Five tables and ten figures; one table more where a measurement has no outcome.
+    // Five tables and ten figures; one more table if a measurement has no outcome.
     assert!(figures.len() >= 15, "{}", figures.len());
     for figure in figures {
         assert!(figure.contains("<code>cargo selfcal evaluate --methods robust,paper --trials 1"));

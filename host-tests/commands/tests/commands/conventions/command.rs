@@ -16,14 +16,14 @@ fn a_calibrated_rig_goes_out_and_starts_the_next_run_where_this_one_ended() {
         let json = json(&replay);
         let [before, after] =
             ["rms_px_before", "rms_px_after"].map(|key| json[key].as_f64().unwrap());
-        // From the usual start it is 2.36 px before.
+        // With the usual start it is 2.36 px before.
         assert!(before < 0.2 && (before - after).abs() < 0.01, "{before} {after}");
         assert!(failure(&args, 1).contains("nothing is overwritten"));
     }
 }
 
 #[test]
-fn what_is_exported_imports_as_the_rig_of_a_stream() {
+fn an_exported_rig_imports_as_the_rig_of_a_stream() {
     let dir = tempfile::tempdir().unwrap();
     let path = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
     let (chain, meta, stream) = (path("chain"), path("meta.json"), path("flight.scmf"));
@@ -55,7 +55,7 @@ fn rows_of_a_warp_are_gone_after_rectification_with_the_exported_lens_yaw() {
     let warp = ["--rotation", "0.4,-0.3,0.5", "--lens-error", "a_r=0.008"];
     let set = path("set");
     stdout(&[&["synth", "--pairs", "30", "--out", set.as_str()], &warp[..]].concat());
-    // The start is a calibration of yaw: the rest of the rows is the lens's.
+    // The start is a calibration of yaw, so the lens takes the remaining rows.
     let start = path("set/meta.json");
     for format in ["opencv", "ros", "kalibr"] {
         let out = path(format);
@@ -73,14 +73,14 @@ fn rows_of_a_warp_are_gone_after_rectification_with_the_exported_lens_yaw() {
     let set = host_tests::data::Dataset::find(std::path::Path::new(&set)).unwrap();
     let [[f, _, cx], [_, _, cy], _] = set.meta.k_l;
     let mut squares = [0.0; 2];
-    // Sums that tell how much of the rows goes with x y.
+    // Sums that measure the part of the rows proportional to `x y`.
     let mut with_xy = [0.0; 2];
     for m in set.pairs.iter().flatten() {
         let ray = |u: f64, v: f64| nalgebra::Vector3::new((u - cx) / f, (v - cy) / f, 1.0);
         let [l, r] = [r1 * ray(m.ul, m.vl), r2 * ray(m.ur, m.vr)];
         let [x, y] = [l.x / l.z, l.y / l.z];
         let before = r.y / r.z - y;
-        // The left row of a table that samples at y - a x y.
+        // The left row of a table that samples at `y - a x y`.
         for (i, row) in [before, before - a * x * y].into_iter().enumerate() {
             squares[i] += row * row;
             with_xy[i] += row * x * y;

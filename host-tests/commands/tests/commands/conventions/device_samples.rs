@@ -1,4 +1,4 @@
-//! The rig of `samples` as the tools of cameras write it.
+//! The rig of `samples` in the files of camera vendors' tools.
 
 pub(crate) const ZED: &str = "[LEFT_CAM_HD]
 fx=700.5

@@ -20,7 +20,7 @@ fn near<const N: usize>(a: [f64; N], b: [f64; N]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12)
 }
 
-/// The same sample with a text in place of another, which must be there.
+/// The same sample with one text replaced, which must occur.
 fn with(name: &str, from: &str, to: &str) -> Sample {
     let mut sample = named(name);
     let there = sample.files.iter().any(|(_, text)| text.contains(from));
@@ -60,11 +60,11 @@ fn the_colour_cameras_of_kitti_are_their_own() {
 }
 
 #[test]
-fn lenses_and_cameras_are_those_of_the_files() {
+fn lenses_and_cameras_match_the_files() {
     let basalt = read(&named("Basalt")).unwrap();
     assert_eq!(basalt.lens, LensModel::Fisheye);
     assert_eq!((basalt.k_r[0][0], basalt.dist_l), (381.0, vec![0.01, -0.013, 0.02, -0.01]));
-    // The first pixel's centre is at half a pixel in COLMAP.
+    // In COLMAP the first pixel's centre is at half a pixel.
     for name in ["COLMAP", "COLMAP JSON"] {
         let colmap = read(&named(name)).unwrap();
         assert_eq!((colmap.k_l[0][2], colmap.k_r[1][2]), (367.0, 255.0));
@@ -128,7 +128,7 @@ fn the_sockets_that_a_file_names_and_those_that_are_asked_for_are_taken() {
 
 #[test]
 fn openvins_may_have_the_way_from_the_imu_instead() {
-    // The identity left, and the right camera's way from the IMU: R and T themselves.
+    // The left camera is at the identity, so the transform of the right camera from the IMU is R and T.
     let cam = |n: usize, rows: &str| {
         format!(
             "cam{n}:\n  T_cam_imu:\n{rows}  distortion_model: radtan\n  distortion_coeffs: [0.1, 0.0, 0.0, 0.0]\n  camera_model: pinhole\n  \
@@ -212,7 +212,7 @@ fn cameras_above_each_other_have_ty() {
 }
 
 #[test]
-fn what_was_never_calibrated_is_said_with_file_and_key() {
+fn an_uncalibrated_camera_is_named_with_file_and_key() {
     let zeros = "[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]";
     let why = |sample: &Sample| format!("{:#}", read(sample).unwrap_err());
     let k = why(&with("ROS echo", "[400.0, 0.0, 320.0, 0.0, 401.0, 240.0, 0.0, 0.0, 1.0]", zeros));

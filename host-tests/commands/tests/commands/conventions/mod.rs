@@ -142,7 +142,7 @@ fn ros_has_the_rig_in_its_rectification() {
 }
 
 #[test]
-fn what_is_written_is_what_each_format_means() {
+fn written_files_follow_the_convention_of_their_format() {
     let meta = without_k3(read(OPENCV, SIZE).unwrap());
     let text = |format: Format, name: &str| {
         let documents = format.write(&meta).unwrap();
@@ -189,7 +189,7 @@ fn a_rational_lens_is_read_where_a_file_has_its_coefficients() {
     let meta = read([(name, text.as_str()), extrinsics], SIZE).unwrap();
     assert_eq!(meta.lenses(), [LensModel::RadialTangential, LensModel::Rational]);
     assert_eq!(meta.dist_r, [-0.3, 0.15, -5e-4, 2.5e-4, -0.07, 0.2, 0.1, 0.05]);
-    // The other lens is as it was.
+    // The other lens is unchanged.
     let plain = read(OPENCV, SIZE).unwrap();
     assert_eq!(meta.dist_l, plain.dist_l);
     let pixel = [[20.0, 30.0], [600.0, 400.0]];
@@ -251,7 +251,7 @@ fn refused<'a>(
 }
 
 #[test]
-fn what_is_wrong_in_an_opencv_file_is_named() {
+fn errors_in_an_opencv_file_are_named() {
     refused(OPENCV, "M2:", "M9:", &["intrinsics.yml", "M2", "3 x 3"]);
     refused(OPENCV, "data: [ -0.12", "data: [ .nan", &["extrinsics.yml", "T", "finite"]);
     refused(OPENCV, "data: [ -0.12, ", "data: [ ", &["T:", "2 numbers: expected 3 x 1"]);
@@ -272,7 +272,7 @@ fn what_is_wrong_in_an_opencv_file_is_named() {
 }
 
 #[test]
-fn what_is_wrong_in_a_kalibr_file_is_named() {
+fn errors_in_a_kalibr_file_are_named() {
     let files = || [("camchain.yaml", KALIBR)];
     refused(files(), "camera_model: pinhole", "camera_model: omni", &["cam0", "omni", "pinhole"]);
     refused(files(), "model: radtan", "model: fov", &["camchain.yaml", "fov", "equidistant"]);
@@ -286,7 +286,7 @@ fn what_is_wrong_in_a_kalibr_file_is_named() {
 }
 
 #[test]
-fn what_is_wrong_in_a_ros_file_is_named() {
+fn errors_in_a_ros_file_are_named() {
     refused(ROS, "plumb_bob", "omni", &["left.yaml", "distortion_model: omni"]);
     refused(ROS, "[0.8, 0.6, 0,", "[0.8, 0.7, 0,", &["rectification", "not a rotation"]);
     refused(ROS, "-48.0", "48.0", &["P[0][3]"]);
@@ -315,7 +315,7 @@ fn a_file_cut_off_anywhere_is_refused_or_still_whole_and_never_panics() {
 }
 
 #[test]
-fn what_a_format_cannot_say_is_refused() {
+fn a_rig_that_a_format_cannot_express_is_refused() {
     let chess = &rigs()[0];
     let error = Format::Kalibr.write(chess).unwrap_err().to_string();
     assert!(error.contains("k3") && error.contains("opencv"), "{error}");

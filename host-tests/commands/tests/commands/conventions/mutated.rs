@@ -1,4 +1,4 @@
-//! Damaged files of every format end in a rig or in a refusal that names the file: never a panic, never words of Rust.
+//! Damaged files of every format give a rig or a refusal that names the file, without a panic or Rust debug output.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -8,7 +8,7 @@ use selfcal_commands::conventions::{Files, Format, import, rig_of};
 
 use super::samples::samples;
 
-/// Words that no message for people has.
+/// Words of Rust debug output, which a message for people never has.
 const RUST: [&str; 16] = [
     "Some(",
     "None",
@@ -37,10 +37,10 @@ const ADVICE: [&str; 11] = [
 /// Damaged files of each format: a few, and many where there is time.
 const EACH: [usize; 2] = [40, 200];
 
-/// Every so many rigs that are read are written again.
+/// One in so many rigs read is written again.
 const WRITTEN: usize = 10;
 
-/// One more damage of a text.
+/// Adds a random damage to a text.
 fn damaged(text: &str, random: &mut ChaCha8Rng) -> String {
     let text = if text.is_empty() { "\n" } else { text };
     let lines: Vec<&str> = text.lines().collect();
@@ -131,7 +131,7 @@ fn damaged_files_of_every_format_are_read_or_refused_by_name() {
 }
 
 #[test]
-fn no_text_and_nothing_at_all_are_refused_by_name() {
+fn empty_files_and_binary_files_are_refused_by_name() {
     for bytes in
         [&b""[..], b"\xff\xfe\x00binary", b"hello", b"{", b"[1, 2]", b"<a>", b"a: [", b"---\n---\n"]
     {

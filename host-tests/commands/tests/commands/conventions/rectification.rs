@@ -16,7 +16,7 @@ fn plain() -> Meta {
     read([("camchain.yaml", text.as_str())], Unknowns::default()).unwrap()
 }
 
-/// The right camera rolled by degrees, at a place in the left frame, and a little turned.
+/// The right camera rolled by degrees, at a place in the left frame, and slightly turned.
 fn rig(degrees: f64, centre: [f64; 3]) -> Meta {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let roll = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
@@ -74,7 +74,7 @@ fn rows_of_a_rolled_rig_and_columns_of_a_vertical_one_agree_and_q_leads_back() {
     for (degrees, centre, axis) in cases {
         let meta = rig(degrees, centre);
         let written = opencv(&meta, None);
-        // Upright as the left camera.
+        // The frame is as upright as the left camera.
         assert!(
             written.r[0][(0, 0)] > 0.9 && written.r[0][(1, 1)] > 0.9,
             "{degrees} {}",

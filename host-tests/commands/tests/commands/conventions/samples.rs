@@ -1,15 +1,15 @@
-//! A sample of each format, all of one rig, with numbers of our own.
+//! A sample of each format, all of one made-up rig.
 //!
 //! `R` turns about x by an angle of the 3-4-5 triangle, `T` = (-0.12, 0.01, 0.02) m: the point (0, 0, 5) of the left
-//! camera is at (-0.12, -2.99, 4.02) in the right one, whose centre is (0.12, -0.02, -0.01) in the left frame. Where a
-//! file has a body, the left camera is at (0.1, 0.2, 0.3) in it, its z along the body's x.
+//! camera is at (-0.12, -2.99, 4.02) in the right one, whose centre is (0.12, -0.02, -0.01) in the left frame. If a
+//! file has a body frame, the left camera is at (0.1, 0.2, 0.3) in it, with its z along the body's x.
 
 use selfcal_commands::conventions::Unknowns;
 
 use crate::conventions::device_samples::{LUXONIS, REALSENSE, REALSENSE_TEXT, SENSOR_CONTROL, ZED};
 use crate::conventions::examples::{KALIBR, OPENCV, ROS};
 
-/// A format: its name, its files, what they lack, and whether `R` and `T` are those of the rig above.
+/// A format: its name, its files, the values that they lack, and whether it has `R` and `T` of the rig above.
 pub(crate) struct Sample {
     pub(crate) name: &'static str,
     pub(crate) files: Vec<(&'static str, String)>,

@@ -70,7 +70,7 @@ impl CampaignArgs {
     }
 }
 
-/// Scenario, share of outliers, and matches a pair where they are not the scenario's.
+/// Scenario, share of outliers, and matches a pair if they differ from the scenario's.
 fn fused_cases() -> Vec<(ScenarioKind, f64, Option<usize>)> {
     let mut cases = Vec::new();
     for (kind, outliers) in [

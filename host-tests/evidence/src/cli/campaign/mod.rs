@@ -43,7 +43,7 @@ pub struct CampaignArgs {
     trials: Option<u32>,
 
     /// Pairs of each run; default 1 (single), 100 (fused, garbage, grids), 200 (steps), 1000 (numbers), a million
-    /// (long), that of the case (real).
+    /// (long); for real the number of the case.
     #[arg(long)]
     pairs: Option<usize>,
 
@@ -51,8 +51,7 @@ pub struct CampaignArgs {
     #[arg(long, default_value_t = 1_000_000)]
     seed: u64,
 
-    /// How far the lens models are trusted, real. With compensate the errors of R and t are those of the
-    /// extrinsics of the corrected cameras.
+    /// Trust in the lens models, real. With compensate the errors of R and t refer to the corrected cameras.
     #[arg(long, value_enum, default_value_t = LensTracking::Report)]
     lens: LensTracking,
 
@@ -60,11 +59,11 @@ pub struct CampaignArgs {
     #[arg(long, default_value_t = 0.0, value_name = "D")]
     vibration: f64,
 
-    /// Cases of single and real whose group/name begins so; default all.
+    /// Cases of single and real whose group/name starts with this; default all.
     #[arg(long, value_name = "PREFIX", num_args = 1..)]
     only: Vec<String>,
 
-    /// Write all figures of real into this file, a row a case; angles in rad.
+    /// Write all figures of real into this file, one row for each case; angles in rad.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
 }
@@ -75,13 +74,13 @@ enum What {
     Single,
     /// Pairs fused, against the joint fit of the true matches of all pairs.
     Fused,
-    /// A rig that turns once, or a little with every pair, or not at all.
+    /// A rig that turns once, or a little with every pair, or does not turn.
     Steps,
-    /// Nothing but outliers.
+    /// Outliers only.
     Garbage,
-    /// Coordinates rounded to a grid, or to that of a pyramid's levels.
+    /// Coordinates rounded to a grid, or to the grids of a pyramid's levels.
     Grids,
-    /// Scenes of real rigs, applied after every pair: altitude, and what else a vehicle meets.
+    /// Scenes of real rigs, applied after every pair: altitude, and other situations of a vehicle.
     Real,
     /// f32 against f64.
     Numbers,
@@ -117,7 +116,7 @@ impl CampaignArgs {
         scenario
     }
 
-    /// Whether a case is to be run.
+    /// Whether a case is selected.
     fn takes(&self, name: &str) -> bool {
         self.only.is_empty() || self.only.iter().any(|prefix| name.starts_with(prefix))
     }

@@ -96,7 +96,7 @@ fn line(name: &str, figures: &Figures) -> String {
     )
 }
 
-/// Three digits that count, and no more places than they take.
+/// Three significant digits, in as few places as possible.
 fn short(number: f64) -> String {
     match number.abs() {
         size if size.is_nan() => "-".into(),
@@ -110,7 +110,7 @@ fn short(number: f64) -> String {
     }
 }
 
-/// The file of `--csv`. Complete up to the last case at any time.
+/// The file of `--csv`. At any time it is complete up to the last case.
 struct CsvTable {
     writer: csv::Writer<File>,
     headed: bool,

@@ -7,10 +7,10 @@ use host_tests::synth::{
 };
 use stereo_selfcal::Extrinsics;
 
-/// Share of outliers unless said otherwise.
+/// Default share of outliers.
 const OUTLIERS: f64 = 0.1;
 
-/// A small camera seen from high above: focal length and image size, px.
+/// A small camera from high above: focal length and image size, px.
 const SMALL: (f64, [u16; 2]) = (250.0, [640, 480]);
 
 /// The camera of the project's figures.
@@ -19,13 +19,13 @@ const LARGE: (f64, [u16; 2]) = (1400.0, [1920, 1200]);
 /// One case of the campaign.
 #[derive(Debug, Clone)]
 pub(super) struct Case {
-    /// What it is one of.
+    /// Its group.
     pub(super) group: &'static str,
-    /// Its own name.
+    /// Its name in the group.
     pub(super) name: String,
     /// Its scenes.
     pub(super) scenario: Scenario,
-    /// Figures also after so many pairs.
+    /// Numbers of pairs after which figures are also reported.
     pub(super) also_after: Vec<usize>,
 }
 
@@ -87,7 +87,7 @@ pub(super) fn all() -> Result<Vec<Case>> {
     Ok(cases)
 }
 
-/// The scenes of the project's figures: what a change for real rigs must not cost.
+/// The scenes of the project's figures, which a change for real rigs must not degrade.
 fn ideal() -> Vec<Case> {
     let case = |name, kind| Case::new("ideal", name, kind, 100).with_rig(five_degrees_off());
     vec![
@@ -124,7 +124,7 @@ fn altitude() -> Vec<Case> {
     cases
 }
 
-/// Each lens error alone, and all from the prior.
+/// Each lens error alone, and all lens errors from the prior.
 fn lens() -> Result<Vec<Case>> {
     [
         "none",
@@ -157,8 +157,8 @@ fn lens() -> Result<Vec<Case>> {
     .collect()
 }
 
-/// Rows off by `a x y`, from a factory calibration or from none, with a knock of 1 degree about each axis of the right
-/// camera in mid run or without.
+/// Rows off by `a x y`, with or without a factory calibration, and with or without a knock of 1 degree about each axis
+/// of the right camera in mid run.
 fn depth() -> Result<Vec<Case>> {
     let knocks = [
         ("none", None),
@@ -180,7 +180,7 @@ fn depth() -> Result<Vec<Case>> {
             }
         }
     }
-    // The knock is below the noise of a pair: it is in the sums before it is detected.
+    // The knock is below the noise of a pair, so it is in the sums before it is detected.
     let late = cases.iter().filter(|case| case.name == "0.003-yaw-factory").cloned();
     let few = |mut case: Case| {
         case.name = "few-0.003-yaw-factory".into();
@@ -249,7 +249,7 @@ fn moving() -> Result<Vec<Case>> {
     .collect()
 }
 
-/// Views that move against each other from pair to pair. All but the lens is exact.
+/// Views that move against each other from pair to pair. Everything but the lens is exact.
 fn vibration() -> Vec<Case> {
     let case = |name: String, disturbance: Disturbance| {
         let mut case = Case::new("vibration", name, ScenarioKind::Near, 60);
@@ -274,7 +274,7 @@ fn vibration() -> Vec<Case> {
     cases
 }
 
-/// Matches whose errors stay as long as their landmarks are seen.
+/// Matches whose errors stay while their landmarks are visible.
 fn parked() -> Vec<Case> {
     let mut parked = Case::new("parked", "landmarks", ScenarioKind::ParkedLandmarks, 300);
     parked.also_after = vec![200, 220];
@@ -287,7 +287,7 @@ fn parked() -> Vec<Case> {
     [vec![parked], creeping.to_vec()].concat()
 }
 
-/// Matches that agree with each other and not with the scene.
+/// Matches that agree with each other but not with the scene.
 fn fences() -> Vec<Case> {
     let shapes = [(1.5, false), (3.0, false), (8.0, false), (8.0, true)];
     let fences = [0.2, 0.3, 0.4].into_iter().flat_map(|share| shapes.map(|shape| (share, shape)));

@@ -5,13 +5,13 @@ use host_tests::stats::{mean, rms_deviation};
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Fused, State};
 
-/// Mean and most passes of the pairs that found the calibrator in such a state.
+/// Mean and largest number of passes of the pairs that started in such a state.
 pub(super) fn passes(runs: &[Run], state: impl Fn(State) -> bool) -> [f64; 2] {
     let mut all = Vec::new();
     for run in runs {
         let mut before = State::Acquiring;
         for after_pair in run.pairs.iter().flatten() {
-            // A pair that is rejected takes more, and makes the state suspect.
+            // A rejected pair takes more passes, and makes the state suspect.
             if state(before) && state(after_pair.state) {
                 all.extend(after_pair.passes.map(f64::from));
             }
@@ -22,7 +22,7 @@ pub(super) fn passes(runs: &[Run], state: impl Fn(State) -> bool) -> [f64; 2] {
     [mean(all).unwrap_or(f64::NAN), most]
 }
 
-/// Changes of the estimate by change detection or a challenger.
+/// Changes of the estimate by change detection or by a challenger.
 pub(super) fn changes(run: &Run, pairs: std::ops::Range<usize>) -> usize {
     let changed = |fused: Option<Fused>| matches!(fused, Some(Fused::Renewed | Fused::TookOver));
     run.pairs[pairs].iter().flatten().filter(|m| changed(m.fused)).count()

@@ -1,4 +1,4 @@
-//! Image files as cameras and phones deliver them: turned by EXIF, side by side, BMP and `WebP`, KITTI's colour cameras.
+//! Image files as cameras and phones write them: turned by EXIF, side by side, BMP and `WebP`, KITTI's colour cameras.
 
 use std::fs;
 use std::io::Cursor;
@@ -20,7 +20,7 @@ fn fits(top: &Path, more: &[&str]) -> String {
     said.err
 }
 
-/// A JPEG whose EXIF data say an orientation.
+/// A JPEG with an orientation in its EXIF data.
 fn photograph(image: &GrayImage, orientation: u8, path: &Path) {
     let mut jpeg = Cursor::new(Vec::new());
     let mut encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut jpeg, 95);
@@ -37,7 +37,7 @@ fn photograph(image: &GrayImage, orientation: u8, path: &Path) {
     fs::write(path, [start, &[0xff, 0xe1], &length, &segment, rest].concat()).unwrap();
 }
 
-/// As it is stored by a camera that says this orientation.
+/// The image as stored by a camera with this orientation.
 fn stored(image: &GrayImage, orientation: u8) -> GrayImage {
     match orientation {
         3 => imageops::rotate180(image),
@@ -77,7 +77,7 @@ fn photographs_are_turned_as_their_exif_data_say() {
         let [option, px] = focal();
         let said = fits(dir.path(), &[&option, &px]);
         assert!(said.contains("EXIF orientation"), "{orientations:?}: {said}");
-        // A rig of the upright images.
+        // A rig for the upright images.
         let rig = rig(dir.path());
         fits(dir.path(), &["--rig", &rig]);
     }
@@ -89,7 +89,7 @@ fn photographs_stay_as_stored_where_the_rig_is_of_them_or_the_user_says_so() {
     for name in ["left", "right"] {
         fs::create_dir_all(dir.path().join(name)).unwrap();
     }
-    // The camera stands upright, whatever the tag says: the stored images fit the rig.
+    // The camera is upright in spite of the tag: the stored images fit the rig.
     for (i, pair) in moving(3).iter().enumerate() {
         for (image, name) in pair.iter().zip(["left", "right"]) {
             photograph(image, 6, &dir.path().join(format!("{name}/{i:03}.jpg")));
@@ -113,7 +113,7 @@ fn a_picture_of_both_cameras_is_cut_in_two() {
     }
     let said = fits(dir.path(), &[&option, &px, "--side-by-side"]);
     assert!(said.contains("halves"), "{said}");
-    // 2.3 to 1 may be one wide picture.
+    // A picture of 2.3 to 1 may be one wide picture.
     let (_, said) = check(dir.path(), &[&option, &px]);
     assert!(said.status == 1 && said.err.contains("--side-by-side"), "{}", said.err);
 }
@@ -141,7 +141,7 @@ fn the_colour_cameras_of_kitti_have_their_own_projections() {
         fs::create_dir_all(dir.path().join(folder)).unwrap();
         image.save(dir.path().join(folder).join("000000_10.png")).unwrap();
     }
-    // The grey cameras are others: 40 px lower on the right.
+    // The grey cameras differ: the right one is 40 px lower.
     let p = |n: u8, cy: f64, x: f64| format!("P{n}: {FOCAL} 0 {cx} {x} 0 {FOCAL} {cy} 0 0 0 1 0\n");
     let text = [p(0, cy, 0.0), p(1, cy + 40.0, -200.0), p(2, cy, 40.0), p(3, cy, -300.0)].concat();
     fs::write(dir.path().join("calib.txt"), text).unwrap();
@@ -172,13 +172,13 @@ fn the_colour_cameras_of_kitti_have_their_own_projections() {
 }
 
 #[test]
-fn images_cut_out_of_the_middle_are_told_from_scaled_ones_or_asked_about() {
+fn cropped_images_are_told_from_scaled_ones_or_asked_about() {
     let dir = tempfile::tempdir().unwrap();
     let all = moving(3);
     folders(all.iter().map(|[l, r]| [l, r]), dir.path());
     let [cx, cy] = PRINCIPAL;
     let [w, h] = SIZE.map(f64::from);
-    // Of a sensor of twice the size in each direction: cut out, the focal length stays.
+    // The sensor has twice the size in each direction: after cropping, the focal length stays.
     let k = |roll: f64| {
         format!(
             "[[{FOCAL}, 0, {}], [0, {FOCAL}, {}], [0, 0, 1]]",
@@ -197,13 +197,13 @@ fn images_cut_out_of_the_middle_are_told_from_scaled_ones_or_asked_about() {
     fs::write(&rig, text).unwrap();
     let rig = rig.to_str().unwrap();
     let said = fits(dir.path(), &["--rig", rig, "--cut", "centre"]);
-    assert!(said.contains("cut out of the middle"), "{said}");
+    assert!(said.contains("cropped from the middle"), "{said}");
     let (_, said) = check(dir.path(), &["--rig", rig]);
     assert!(said.err.contains("--cut"), "{}", said.err);
 }
 
 #[test]
-fn three_pairs_of_different_moments_are_told_and_of_two_it_is_said_that_they_were_not_tested() {
+fn three_pairs_of_different_moments_are_detected_and_two_are_reported_as_untested() {
     let all = moving(4);
     let dir = tempfile::tempdir().unwrap();
     folders(all[..3].iter().zip(&all[1..]).map(|([l, _], [_, r])| [l, r]), dir.path());
@@ -213,5 +213,5 @@ fn three_pairs_of_different_moments_are_told_and_of_two_it_is_said_that_they_wer
     let dir = tempfile::tempdir().unwrap();
     folders(all[..2].iter().map(|[l, r]| [l, r]), dir.path());
     let (json, said) = check(dir.path(), &[&option, &px]);
-    assert!(json["reasons"].to_string().contains("of one moment"), "{json} {}", said.err);
+    assert!(json["reasons"].to_string().contains("show one moment"), "{json} {}", said.err);
 }

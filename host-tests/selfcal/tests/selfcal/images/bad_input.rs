@@ -1,4 +1,4 @@
-//! Bad input: each kind is an error that says what is wrong, or a counted skip.
+//! Bad input: each kind gives an error with its reason, or a counted skip.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -62,7 +62,7 @@ fn left_and_right_of_different_moments_are_told_and_those_of_one_are_not() {
 }
 
 #[test]
-fn what_is_black_of_another_size_or_no_image_is_skipped_with_its_name() {
+fn black_misfit_and_broken_images_are_skipped_with_their_names() {
     let dir = tempfile::tempdir().unwrap();
     let [left, right] = small();
     folders((0..5).map(|_| [&left, &right]), dir.path());
@@ -77,9 +77,12 @@ fn what_is_black_of_another_size_or_no_image_is_skipped_with_its_name() {
         "1 without a partner, 1 that cannot be read, 1 of another size, 1 that show nothing"
     );
     assert_eq!(json["run"]["pairs"], 1);
-    for named in
-        ["004.pgm: left image without", "003.pgm", "the right image has 64 x 64", "all of one grey"]
-    {
+    for named in [
+        "004.pgm: left image without",
+        "003.pgm",
+        "the right image has 64 x 64",
+        "all one grey value",
+    ] {
         assert!(err.contains(named), "{named}: {err}");
     }
 }
@@ -90,7 +93,7 @@ fn a_rig_of_another_shape_no_rig_and_no_images_are_errors_that_help() {
     let [left, right] = small();
     folders([[&left, &right]], dir.path());
     let (_, said) = call::check(dir.path(), &["--rig", "opencv_chess_sift"]);
-    assert!(said.status == 1 && said.err.contains("not the same shape"), "{}", said.err);
+    assert!(said.status == 1 && said.err.contains("the shapes differ"), "{}", said.err);
     let Ended { err, status, .. } = run(&["check", dir.path().to_str().unwrap()]);
     assert!(status == 1 && err.contains("--rig FILE") && err.contains("--focal"), "{err}");
     let empty = tempfile::tempdir().unwrap();
@@ -101,7 +104,7 @@ fn a_rig_of_another_shape_no_rig_and_no_images_are_errors_that_help() {
 }
 
 #[test]
-fn a_guess_from_a_focal_length_is_said_loudly() {
+fn a_guess_from_a_focal_length_has_a_clear_warning() {
     let dir = tempfile::tempdir().unwrap();
     let [left, right] = small();
     folders([[&left, &right]], dir.path());

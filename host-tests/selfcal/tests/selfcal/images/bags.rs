@@ -98,7 +98,7 @@ fn info(right: bool) -> Vec<u8> {
 
 /// A bag of five moments: left raw, right compressed and 2 ms late, one right image lost.
 fn bag(path: &Path) {
-    // A chunk is read whole or not at all: small ones, so that a cut leaves some.
+    // A chunk is read whole or not at all, so the chunks are small: a cut then leaves some.
     let options = WriteOptions::new().chunk_size(Some(1 << 16));
     let mut out = options.create(fs::File::create(path).unwrap()).unwrap();
     let mut channel = |topic: &str, kind: &str| {
@@ -126,7 +126,7 @@ fn bag(path: &Path) {
 }
 
 #[test]
-fn a_bag_gives_its_pairs_and_its_rig_and_cut_short_what_is_left_of_it() {
+fn a_bag_gives_its_pairs_and_its_rig_and_a_cut_bag_its_whole_pairs() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("whole.mcap");
     bag(&path);

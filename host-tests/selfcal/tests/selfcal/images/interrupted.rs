@@ -1,4 +1,4 @@
-//! Ctrl-C: the run ends, and what is done is kept.
+//! Ctrl-C ends the run and keeps the pairs done.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader, Read};
@@ -9,7 +9,7 @@ use host_tests::data::Dataset;
 use crate::call::PATH;
 use crate::images::scene::{FOCAL, folders, small};
 
-/// More pairs than are matched before the signal arrives.
+/// More pairs than can be matched before the signal arrives.
 const PAIRS: usize = 60;
 
 #[test]

@@ -86,7 +86,7 @@ fn tiff_of_8_and_16_bits_gives_the_matches_of_pgm() {
     let pgm = matches(".pgm");
     assert!(pgm.len() == 1 && pgm[0].len() > 100, "{}", pgm[0].len());
     assert!(matches("-8.tif") == pgm, "TIFF of 8 bits");
-    // 16 bits are stretched over their range, so the grey values are not those of 8 bits.
+    // 16 bits are stretched over their range, so the grey values differ from those of 8 bits.
     let deep = matches("-16.tiff");
     let alike = |m: &Match| {
         let same = pgm[0].iter().find(|n| (n.ul, n.vl) == (m.ul, m.vl));

@@ -1,4 +1,4 @@
-//! The commands over images and bags, as files that the tests write.
+//! The commands over images and bags, on files that the tests write.
 
 mod as_delivered;
 mod bad_input;

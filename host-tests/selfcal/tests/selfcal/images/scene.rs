@@ -1,4 +1,4 @@
-//! Scenes of the tests: a rig that turns before the Aloe, as files.
+//! Scenes of the tests: a rig that turns before the Aloe image, as files.
 
 use std::path::Path;
 
@@ -43,7 +43,7 @@ fn camera() -> Camera<f64> {
     Camera::try_new(intrinsics, Lens::Pinhole).unwrap()
 }
 
-/// An image as after a turn of its camera, degrees; what is then unseen is grey.
+/// An image after a turn of its camera, degrees; parts that were not visible are grey.
 fn turn(image: &GrayImage, view: TurnedView, degrees: f64) -> GrayImage {
     let size = SIZE.map(|n| u16::try_from(n).unwrap());
     let grey = Grey::try_new(size, image.pixels().map(|p| Some(p.0[0])).collect()).unwrap();
@@ -52,7 +52,7 @@ fn turn(image: &GrayImage, view: TurnedView, degrees: f64) -> GrayImage {
     GrayImage::from_raw(SIZE[0], SIZE[1], pixels).unwrap()
 }
 
-/// Left and right of a rig that turns as a whole, by another angle each moment.
+/// Left and right images of a rig that turns as a whole, by another angle at each moment.
 pub(crate) fn moving(moments: usize) -> Vec<[GrayImage; 2]> {
     let [left, right] = small();
     let angles = [0.0, 0.9, -0.6, 1.4, 0.3, -1.1, 0.7, -0.2, 1.2, -0.9];

@@ -12,7 +12,7 @@ use crate::call::check;
 use crate::images::bags::Cdr;
 use crate::images::scene::{FOCAL, SIZE, camera_info, moving};
 
-/// A topic of images, what it shows, and how it is encoded.
+/// A topic of images, its content, and its encoding.
 struct Images<'a> {
     topic: &'a str,
     side: usize,
@@ -46,7 +46,7 @@ fn info(topic: &str, right: bool) -> Info {
     }
 }
 
-/// As it was before its rectification: another camera, distorted and turned.
+/// The camera before its rectification: other intrinsics, distorted and turned.
 fn raw(mut info: Info) -> Info {
     info.matrices[0] = vec![-0.3, 0.1, 0.001, 0.0, 0.0];
     info.matrices[1] = vec![FOCAL * 1.1, 0.0, 200.0, 0.0, FOCAL * 1.1, 170.0, 0.0, 0.0, 1.0];
@@ -87,7 +87,7 @@ fn encoded(image: &GrayImage, encoding: &str) -> (Vec<u8>, u32) {
         "yuv422" => each(&|u, _, y| vec![if u % 2 == 0 { 90 } else { 170 }, y]),
         "yuv422_yuy2" => each(&|u, _, y| vec![y, if u % 2 == 0 { 90 } else { 170 }]),
         "nv12" => [each(&|_, _, y| vec![y]), vec![128; (width * height / 2) as usize]].concat(),
-        // Red is bright and blue is dark: what a mosaic that is not resolved shows.
+        // Red is bright and blue is dark, so an unresolved mosaic shows.
         "bayer_rggb8" => each(&|u, v, y| {
             vec![match (u % 2, v % 2) {
                 (0, 0) => y.saturating_add(60),
@@ -161,7 +161,7 @@ fn infos(change: impl Fn(Info) -> Info) -> [Info; 2] {
 const RAW: [&str; 2] = ["/stereo/left/image_raw", "/stereo/right/image_raw"];
 const RECT: [&str; 2] = ["/stereo/left/image_rect", "/stereo/right/image_rect"];
 
-/// Rows in use are aligned: the rig is that of the images.
+/// Rows in use are aligned: the rig belongs to the images.
 fn fits(made: &Made, more: &[&str]) {
     let (json, said) = check(&made.path, more);
     let rows = json["run"]["rms_px_before"].as_f64();
@@ -177,7 +177,7 @@ fn refused(made: &Made, more: &[&str], words: &[&str]) {
 }
 
 #[test]
-fn of_rectified_topics_p_is_the_camera() {
+fn p_is_the_camera_of_rectified_topics() {
     let made = made(&[images(RECT[0], 0), images(RECT[1], 1)], &infos(raw), 3);
     fits(&made, &[]);
     let none = |mut info: Info| {
@@ -190,8 +190,8 @@ fn of_rectified_topics_p_is_the_camera() {
 }
 
 #[test]
-fn topics_of_which_several_may_be_meant_are_refused_with_the_list_and_can_be_chosen() {
-    // The right one first: the order of messages decides nothing.
+fn ambiguous_topics_are_refused_with_the_list_and_can_be_chosen() {
+    // The right topic comes first: the order of messages decides nothing.
     let all = [images(RECT[1], 1), images(RAW[0], 0), images(RECT[0], 0), images(RAW[1], 1)];
     let made = made(&all, &infos(raw), 3);
     refused(&made, &[], &[RAW[0], RAW[1], RECT[0], RECT[1], "--left-topic", "--right-topic"]);
@@ -208,7 +208,7 @@ fn left_raw_is_not_paired_with_right_rectified() {
 }
 
 #[test]
-fn a_rig_given_by_hand_wins_over_camera_info_that_is_none() {
+fn a_given_rig_overrides_an_invalid_camera_info() {
     let focal = FOCAL.to_string();
     let pair = [images(RAW[0], 0), images(RAW[1], 1)];
     let zero = |mut info: Info| {
@@ -243,7 +243,7 @@ fn a_rig_given_by_hand_wins_over_camera_info_that_is_none() {
 }
 
 #[test]
-fn a_region_of_interest_and_binning_are_those_of_camera_info() {
+fn region_of_interest_and_binning_follow_camera_info() {
     let pair = [images(RAW[0], 0), images(RAW[1], 1)];
     let region = |mut info: Info| {
         info.size = [SIZE[0] + 200, SIZE[1] + 100];
@@ -286,7 +286,7 @@ fn pixels_are_read_in_the_encodings_of_cameras() {
 }
 
 #[test]
-fn stamps_too_far_apart_are_said_with_the_tolerance_that_would_do() {
+fn stamps_too_far_apart_are_reported_with_a_sufficient_tolerance() {
     let pair = [images(RAW[0], 0), Images { late_ns: 8_000_000, ..images(RAW[1], 1) }];
     let made = made(&pair, &infos(|info| info), 2);
     refused(&made, &[], &["8.0 ms apart", "--tolerance 0.010"]);
@@ -295,7 +295,7 @@ fn stamps_too_far_apart_are_said_with_the_tolerance_that_would_do() {
 
 #[test]
 fn one_topic_may_have_both_cameras() {
-    // Its own image left and right, which no rig fits, but whose halves are read.
+    // The same image left and right, which no rig fits, but whose halves are read.
     let made = made(&[images("/zed/image", 0)], &[], 1);
     refused(&made, &[], &["which topics are left and right", "/zed/image"]);
     let (_, said) = check(&made.path, &["--side-by-side", "--focal", "600"]);

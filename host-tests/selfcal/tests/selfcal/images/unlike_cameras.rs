@@ -1,4 +1,4 @@
-//! Two cameras that differ: in size and focal length, in their lenses, in how they are mounted.
+//! Two cameras that differ in size and focal length, in their lenses, or in their mounting.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use image::{GrayImage, imageops};
 use crate::call::check;
 use crate::images::scene::{FOCAL, PRINCIPAL, SIZE, folders, moving};
 
-/// A Kalibr file: of each camera `fu fv pu pv`, size, and the rows of the transform.
+/// A Kalibr file: for each camera `fu fv pu pv` and size; then the rows of the transform.
 fn rig(top: &Path, cameras: [([f64; 4], [u32; 2]); 2], rows: &str) -> String {
     let cam = |n: usize| {
         let (k, size) = cameras[n];
@@ -22,7 +22,7 @@ fn rig(top: &Path, cameras: [([f64; 4], [u32; 2]); 2], rows: &str) -> String {
     path.to_str().unwrap().to_owned()
 }
 
-/// Turns an image as its camera is.
+/// Turns an image like its camera.
 type Turn = fn(&GrayImage) -> GrayImage;
 
 const PLAIN: &str = "  - [1, 0, 0, -0.12]\n  - [0, 1, 0, 0]\n  - [0, 0, 1, 0]\n";
@@ -59,7 +59,7 @@ fn sizes_and_focal_lengths_may_differ() {
         [fx * scale[0], fy * scale[1], (cx + 0.5) * scale[0] - 0.5, (cy + 0.5) * scale[1] - 0.5];
     let rig = rig(dir.path(), [(k(), SIZE), (small, half)], PLAIN);
     fits(dir.path(), &["--rig", &rig]);
-    // The same from frames on a wire, and as files of other tools.
+    // The same from frames on a wire, and from files of other tools.
     let [frames, page] =
         ["frames.scmf", "page"].map(|name| dir.path().join(name).to_str().unwrap().to_owned());
     let place = dir.path().to_str().unwrap();
@@ -133,7 +133,7 @@ fn cameras_above_each_other_are_calibrated_too() {
     assert_eq!(said.status, 0, "{}", said.err);
     let html = fs::read_to_string(page.join("index.html")).unwrap();
     assert!(
-        html.contains("Dense disparities") && !html.contains("No camera sees"),
+        html.contains("Dense disparities") && !html.contains("No rectified camera sees"),
         "the pictures of a vertical rig"
     );
 }
