@@ -58,7 +58,8 @@
 //! * Scalar: `f32` ships, `f64` is the reference. The same input gives the same bits on every target.
 //! * [`nalgebra`] is part of the public API and is re-exported.
 //!
-//! # Errors and actions
+//! # Errors
+//! and actions
 //!
 //! Every error is a small `Copy` enum, one per operation, with `Display`, [`core::error::Error`] and a stable number
 //! `code()`. No error changes the extrinsics in use.

@@ -174,7 +174,8 @@ impl<T: Scalar> Association<T> {
 
     /// Takes one more pass, unless no stage is left.
     ///
-    /// # Errors [`Rejection`]: the batch has no result.
+    /// # Errors
+    /// [`Rejection`]: the batch has no result.
     pub(super) fn advance(
         &mut self,
         with: &AssociationContext<'_, T>,
@@ -207,7 +208,8 @@ impl<T: Scalar> Association<T> {
     /// Takes one more pass with the baseline turned. If the turned pose fits no better, the challenger is tracked
     /// again.
     ///
-    /// # Errors [`Rejection::Behind`], [`Rejection::Columns`]: a turned baseline fits clearly better than the
+    /// # Errors
+    /// [`Rejection::Behind`], [`Rejection::Columns`]: a turned baseline fits clearly better than the
     /// challenger, or there is no challenger. [`Rejection::NoConsensus`]: it does not fit, and there is no challenger.
     #[inline(never)]
     fn try_turned(
@@ -233,7 +235,8 @@ impl<T: Scalar> Association<T> {
 
     /// Checks that the evaluated pose is an optimum, with most points clearly in front of the cameras.
     ///
-    /// # Errors As [`AssociationContext::check`].
+    /// # Errors
+    /// As [`AssociationContext::check`].
     fn check_scene(&self, with: &AssociationContext<'_, T>) -> Result<(), Rejection> {
         match &self.work {
             Work::Evaluated(evaluated) if evaluated.is_clearly_in_front() => with.check(evaluated),
@@ -243,7 +246,8 @@ impl<T: Scalar> Association<T> {
 
     /// Evaluates the pose of the solver, in the solver's place.
     ///
-    /// # Errors [`Rejection::TooFew`], [`Rejection::Unobservable`].
+    /// # Errors
+    /// [`Rejection::TooFew`], [`Rejection::Unobservable`].
     #[inline(never)]
     fn evaluate(&mut self, matches: &[RayPair<T>]) -> Result<(), Rejection> {
         let Work::Solver(solver) = &self.work else {

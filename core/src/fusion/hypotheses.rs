@@ -29,7 +29,8 @@ impl<T: Scalar> Champion<T> {
 
     /// Adds a pair; returns whether the rig has changed.
     ///
-    /// # Errors [`Rejection`]; the champion is unchanged.
+    /// # Errors
+    /// [`Rejection`]; the champion is unchanged.
     #[inline(never)]
     fn add(
         &mut self,

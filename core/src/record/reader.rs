@@ -16,7 +16,8 @@ pub(super) struct Reader<'a> {
 impl<'a> Reader<'a> {
     /// Checks checksum, header and length; returns a reader behind the header, and the last two bytes of the header.
     ///
-    /// # Errors [`RestoreError::Damaged`], [`RestoreError::Foreign`], [`RestoreError::Layout`].
+    /// # Errors
+    /// [`RestoreError::Damaged`], [`RestoreError::Foreign`], [`RestoreError::Layout`].
     pub(super) fn begin(
         record: &'a [u8],
         kind: Kind,

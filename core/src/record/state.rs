@@ -99,7 +99,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Replaces everything learnt by a record: the calibration in use, and the estimate, which is
     /// [`crate::State::Suspect`] until a pair confirms it, because the rig may have changed meanwhile.
     ///
-    /// # Errors [`RestoreError`]; the calibrator is as after [`Calibrator::reset`].
+    /// # Errors
+    /// [`RestoreError`]; the calibrator is as after [`Calibrator::reset`].
     #[inline(never)]
     pub fn restore(&mut self, record: &[u8]) -> Result<(), RestoreError> {
         let generation = self.generation;

@@ -38,7 +38,8 @@ pub(crate) fn main() -> ExitCode {
 
 /// Runs the command of the command line.
 ///
-/// # Errors Errors of the command.
+/// # Errors
+/// Errors of the command.
 fn run(cli: &Cli, out: &mut impl Write) -> Result<ExitCode> {
     match &cli.command {
         Some(Command::Flight(args)) => flight::run(args, out)?,

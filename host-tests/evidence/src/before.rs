@@ -25,7 +25,8 @@ struct Before {
 
 /// Figures of the rivals that are at least as good as before, and all recorded figures that are measured now.
 ///
-/// # Errors If the record is damaged.
+/// # Errors
+/// If the record is damaged.
 pub fn at_least_as_good(rows: &[Row<'_>], variants: &[Variant]) -> Result<[usize; 2]> {
     let mut counts = [0; 2];
     for before in csv::Reader::from_reader(BEFORE.as_bytes()).into_deserialize() {

@@ -57,7 +57,8 @@ impl Cache {
 
     /// Keeps an outcome for later runs.
     ///
-    /// # Errors If it cannot be written.
+    /// # Errors
+    /// If it cannot be written.
     pub fn put(&self, cell: &str, outcome: Value) -> Result<()> {
         let line = Line { build: self.build.clone(), cell: cell.to_owned(), outcome };
         let line = serde_json::to_string(&line)? + "\n";

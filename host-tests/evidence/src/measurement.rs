@@ -25,7 +25,8 @@ pub trait Measurement: Serialize + Sync {
 
     /// Measures it deterministically: without threads or clock, and with seeded random numbers only.
     ///
-    /// # Errors Why there is no outcome.
+    /// # Errors
+    /// Why there is no outcome.
     fn measure(&self) -> Result<Self::Outcome>;
 }
 

@@ -66,7 +66,8 @@ pub struct SetView {
 impl RecordedSet {
     /// The set from all views.
     ///
-    /// # Errors If its cameras or its extrinsics are not valid.
+    /// # Errors
+    /// If its cameras or its extrinsics are not valid.
     pub fn new(set: &Dataset) -> Result<Self> {
         let views = [
             ("top", TurnedView::Top),

@@ -180,7 +180,8 @@ fn is_in(stream: &[u8], header: &FrameHeader, matches: &[Correspondence<f32>]) -
 
 /// Feeds the stream that `bytes` encode to a calibrator that solves, fuses, applies, and restarts.
 ///
-/// # Panics If the decoder or the calibrator violates a property.
+/// # Panics
+/// If the decoder or the calibrator violates a property.
 pub fn run_frames(bytes: &[u8]) {
     let mut input = Unstructured::new(bytes);
     let (config, robust, _) = config(&mut input);

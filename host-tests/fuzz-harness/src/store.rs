@@ -39,7 +39,8 @@ struct Kept {
 
 /// Runs the operations that `bytes` encode; returns the number of records found.
 ///
-/// # Panics If the store violates a property.
+/// # Panics
+/// If the store violates a property.
 #[must_use]
 pub fn run_store(bytes: &[u8]) -> u32 {
     let mut input = Unstructured::new(bytes);

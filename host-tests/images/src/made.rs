@@ -74,7 +74,8 @@ impl Draw {
 impl MadePair {
     /// The scene of that number from an image.
     ///
-    /// # Errors If the shipped files are damaged.
+    /// # Errors
+    /// If the shipped files are damaged.
     pub fn new(images: ShippedImages, scene: u64) -> Result<Self> {
         let files = images.files();
         let [left, _] = &files[scene as usize % files.len()];
@@ -118,7 +119,8 @@ impl MadePair {
 
     /// SIFT matches in the saved images, if `make_pairs.py` has written them.
     ///
-    /// # Errors If they are damaged.
+    /// # Errors
+    /// If they are damaged.
     pub fn sift(&self, top: &Path) -> Result<Option<Dataset>> {
         let dir = top.join(&self.name).join("sift");
         dir.exists().then(|| Dataset::load(&dir)).transpose()

@@ -76,7 +76,8 @@ pub fn measure(
 
 /// Measures a synthetic pair, starting from a side-by-side rig, beside the SIFT matches if there are any.
 ///
-/// # Errors If no pair can be fused.
+/// # Errors
+/// If no pair can be fused.
 pub fn measure_made(
     made: &MadePair,
     sift: Option<&Dataset>,

@@ -38,7 +38,8 @@ pub struct Shift {
 impl Shift {
     /// Compares shifts over the first pairs; `None` if the unshifted pairs fit best, or are too few.
     ///
-    /// # Errors If the source cannot be read.
+    /// # Errors
+    /// If the source cannot be read.
     pub fn look(source: &Source, matcher: &Matcher) -> Result<Option<Self>> {
         let mut pairs: Vec<[Frame; 2]> = Vec::new();
         source.read(&mut |item| {
@@ -75,7 +76,8 @@ impl Shift {
 
 /// Number of matches of the first pairs that agree on a rig, under each of two sets of cameras.
 ///
-/// # Errors If the source cannot be read.
+/// # Errors
+/// If the source cannot be read.
 pub fn fits(source: &Source, matchers: [&Matcher; 2]) -> Result<[usize; 2]> {
     let mut pairs: Vec<[Frame; 2]> = Vec::new();
     source.read(&mut |item| {

@@ -53,7 +53,8 @@ impl Picture {
 
     /// The same, with the orientation of its EXIF data.
     ///
-    /// # Errors Names the file.
+    /// # Errors
+    /// Names the file.
     pub fn read_with_orientation(path: &Path) -> Result<(Self, Orientation)> {
         let name = path.display();
         let bytes = std::fs::read(path).with_context(|| format!("cannot read {name}"))?;
@@ -131,7 +132,8 @@ impl Picture {
 
     /// From rows of 16-bit pixels, top first: the brightest become white, for any bit depth of the camera.
     ///
-    /// # Errors As [`Picture::try_new`].
+    /// # Errors
+    /// As [`Picture::try_new`].
     pub fn of_16_bits(size: [usize; 2], pixels: &[u16]) -> Result<Self> {
         Self::try_new(size, narrowed(pixels))
     }

@@ -17,7 +17,8 @@ pub struct Change {
 impl Change {
     /// The change by a region of interest (the whole image if its width or height is 0) and a binning (1 if it is 0).
     ///
-    /// # Errors If the region is not in the image.
+    /// # Errors
+    /// If the region is not in the image.
     pub fn of_info(
         [width, height]: [u16; 2],
         [x, y, w, h]: [u32; 4],

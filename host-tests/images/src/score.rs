@@ -83,7 +83,8 @@ pub struct Scores {
 impl Scores {
     /// Scores candidates, and the estimate from the pairs with the first of them.
     ///
-    /// # Errors If a candidate is not valid, or there are no pairs.
+    /// # Errors
+    /// If a candidate is not valid, or there are no pairs.
     pub fn of(set: &Dataset, mut candidates: Vec<Candidate>, hold_out: bool) -> Result<Self> {
         let every = |odd: usize| set.pairs.iter().skip(odd).step_by(2).cloned().collect();
         let held_out = hold_out && set.pairs.len() >= 2;

@@ -33,7 +33,7 @@ const WIDEST: u32 = 640;
 const TILE: u32 = 360;
 const GAP: u32 = 6;
 
-/// Disparities in colour, dark blue for far and yellow for near; grey where there is none.
+/// Disparities in colour, dark blue for far and yellow for near; grey without a disparity.
 ///
 /// # Errors
 /// If the picture cannot be encoded.

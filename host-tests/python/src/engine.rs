@@ -104,7 +104,8 @@ macro_rules! capacities {
         pub(crate) enum Engine { $($name(Held<$capacity>)),+ }
 
         impl Engine {
-            /// # Errors If the capacity is not available.
+            /// # Errors
+            /// If the capacity is not available.
             pub(crate) fn new(
                 capacity: usize,
                 config: Config,
@@ -181,7 +182,8 @@ impl<const N: usize> Held<N> {
 
     /// Solves and fuses a pair; the batch is kept.
     ///
-    /// # Errors The mistake of the caller; the state is unchanged.
+    /// # Errors
+    /// The mistake of the caller; the state is unchanged.
     pub(crate) fn fuse(&mut self, pair: &[Correspondence<f32>]) -> Result<Outcome, Rejection> {
         self.keep();
         self.push(pair);
@@ -205,7 +207,8 @@ impl<const N: usize> Held<N> {
 
     /// Solves and fuses each frame that ends in these bytes.
     ///
-    /// # Errors A frame of other images; the state is unchanged.
+    /// # Errors
+    /// A frame of other images; the state is unchanged.
     pub(crate) fn feed(&mut self, mut bytes: &[u8]) -> Result<Vec<Outcome>, FrameRefusal> {
         self.keep();
         let decoder = self.decoder.clone();
@@ -235,7 +238,8 @@ impl<const N: usize> Held<N> {
 
     /// Restores a record of a firmware.
     ///
-    /// # Errors The state is unchanged.
+    /// # Errors
+    /// The state is unchanged.
     pub(crate) fn load(&mut self, record: &[u8]) -> Result<(), RestoreError> {
         self.keep();
         self.calibrator.restore(record).inspect_err(|_| self.back())

@@ -62,7 +62,8 @@ pub fn all() -> Vec<Box<dyn Method>> {
 
 /// The method of that name.
 ///
-/// # Errors Lists the existing names.
+/// # Errors
+/// Lists the existing names.
 pub fn by_name(name: &str) -> Result<Box<dyn Method>> {
     let all = all();
     let names: Vec<&str> = all.iter().map(|method| method.name()).collect();

@@ -83,7 +83,8 @@ pub fn variants(method: &str, range: Range) -> Result<Vec<Variant>> {
 
 /// The settings of all methods, method by method.
 ///
-/// # Errors As [`variants`].
+/// # Errors
+/// As [`variants`].
 pub fn all_variants(methods: &[Box<dyn Method>], range: Range) -> Result<Vec<Variant>> {
     let of_each = methods.iter().map(|method| variants(method.name(), range));
     Ok(of_each.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())

@@ -1,7 +1,7 @@
 //! Recorded correspondences with known extrinsics: `meta.json` and `pairs/NNNN.csv`.
 //!
-//! `meta.json`: intrinsics and lens of both cameras (px, OpenCV's order), image size, `R` and unit `t` of `p_r = R p_l
-//! + t`. A pair file: columns `ul,vl,ur,vr,score` and, optionally, `step` (the matcher's grid), in px of the captured
+//! `meta.json`: intrinsics and lens of both cameras (px, OpenCV's order), image size, `R` and unit `t` of
+//! `p_r = R p_l + t`. A pair file: columns `ul,vl,ur,vr,score` and, optionally, `step` (the matcher's grid), in px of the captured
 //! images, before undistortion. Instead of the pair files, `pairs.csv` may have all pairs, with a column `frame`. If
 //! the rig moves, `rigs.csv` has the rig of each pair.
 
@@ -61,7 +61,8 @@ impl Dataset {
 
     /// The rig of a `meta.json`, of a folder, or of the shipped set of that name.
     ///
-    /// # Errors Names the file.
+    /// # Errors
+    /// Names the file.
     pub fn find_meta(place: &Path) -> Result<Meta> {
         if place.is_file() { Meta::read(place) } else { Ok(Self::find(place)?.meta) }
     }
@@ -114,14 +115,16 @@ impl Dataset {
 
     /// True extrinsics of the data set; if the rig moves, those of the last pair.
     ///
-    /// # Errors As [`Meta::extrinsics`].
+    /// # Errors
+    /// As [`Meta::extrinsics`].
     pub fn truth<T: Scalar>(&self) -> Result<Extrinsics<T>> {
         self.meta.extrinsics()
     }
 
     /// The truth of each pair; empty if the rig does not move.
     ///
-    /// # Errors Names the pair whose rig is not a stereo rig.
+    /// # Errors
+    /// Names the pair whose rig is not a stereo rig.
     pub fn truths(&self) -> Result<Vec<Extrinsics<f64>>> {
         let truth =
             |(i, rig): (usize, &Rig)| rig.extrinsics().with_context(|| format!("rig of pair {i}"));

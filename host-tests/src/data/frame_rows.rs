@@ -37,7 +37,8 @@ pub struct FrameRows<R> {
 impl<R: BufRead> FrameRows<R> {
     /// Reads the header.
     ///
-    /// # Errors [`FrameRowsError::Empty`], `Header`, or an error of reading.
+    /// # Errors
+    /// [`FrameRowsError::Empty`], `Header`, or an error of reading.
     pub fn open(input: R) -> Result<Self, FrameRowsError> {
         let mut rows = Self {
             input,

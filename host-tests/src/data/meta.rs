@@ -216,7 +216,8 @@ impl LensModel {
 
 /// Checks for a camera matrix `[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`.
 ///
-/// # Errors Describes the matrix, and the remedy.
+/// # Errors
+/// Describes the matrix, and the remedy.
 pub fn check_camera_matrix(k: &Rows) -> Result<()> {
     let [[fx, skew, _], [zero, fy, _], bottom] = *k;
     ensure!(

@@ -26,7 +26,8 @@ struct Row {
 
 /// Reads the tracks that start with each of so many pairs. A pair without a file has no tracks.
 ///
-/// # Errors Names the file.
+/// # Errors
+/// Names the file.
 pub fn read(dir: &Path, pairs: usize) -> Result<Vec<Vec<Track>>> {
     (0..pairs).map(|i| of_pair(&dir.join("quads").join(format!("{i:04}.csv")))).collect()
 }

@@ -49,7 +49,8 @@ impl TurnedView {
 
     /// Turns one view or both of a data set by an angle.
     ///
-    /// # Errors If the data set's cameras are not valid.
+    /// # Errors
+    /// If the data set's cameras are not valid.
     pub fn turn_camera(self, set: &Dataset, degrees: f64, camera: TurnedCamera) -> Result<Dataset> {
         Ok(Turn::new(&set.meta, self, degrees, camera)?.set(set))
     }

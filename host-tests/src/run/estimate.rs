@@ -102,7 +102,8 @@ impl Estimate {
 
     /// The extrinsics with the corrected cameras of a data set.
     ///
-    /// # Errors If the cameras are not valid.
+    /// # Errors
+    /// If the cameras are not valid.
     pub fn calibration(&self, set: &Dataset) -> Result<Calibration<f64>> {
         set.calibration(&self.extrinsics, &self.correction)
     }

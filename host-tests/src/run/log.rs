@@ -202,7 +202,8 @@ impl RunLog {
 
     /// The estimate at the end.
     ///
-    /// # Errors Says why there is no estimate.
+    /// # Errors
+    /// Says why there is no estimate.
     pub fn try_fused(&self) -> Result<&Estimate> {
         match &self.fused {
             Some(fused) => Ok(fused),

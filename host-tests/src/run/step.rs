@@ -103,8 +103,8 @@ impl Step {
         }
     }
 
-    /// Heading over the lines of [`Step`]'s `Display`: px and passes are those of the run, the pair's errors
-    /// those of [`Step::pair_error`].
+    /// Heading over the lines of [`Step`]'s `Display`. Px and passes refer to the run, the pair's errors to
+    /// [`Step::pair_error`].
     pub const HEADING: &str = "matches  rows px before>after  passes   pair e_t  e_theta deg   \
                                running e_t  e_theta deg   verdict";
 }

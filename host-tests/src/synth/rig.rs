@@ -23,7 +23,8 @@ pub fn rig(rotation_deg: [f64; 3], baseline_deg: [f64; 2]) -> Result<Extrinsics<
 
 /// A rig 5 degrees off about all axes, with `t` 5 degrees off: the rig of the project's figures.
 ///
-/// # Panics Never: it is a rig.
+/// # Panics
+/// Never: it is a rig.
 #[must_use]
 pub fn five_degrees_off() -> Extrinsics<f64> {
     let turn = Vector3::repeat(5.0_f64.to_radians());

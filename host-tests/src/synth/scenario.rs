@@ -36,9 +36,9 @@ pub struct Scenario {
     pub turn_deg: f64,
     /// Axis of that turn, right camera frame; `None`: random, new for every seed.
     pub axis: Option<[f64; 3]>,
-    /// What tells yaw from the lens.
+    /// Sensors that tell yaw from the lens.
     pub witnesses: Witnesses,
-    /// What is wrong with all matches.
+    /// A mistake in all matches.
     pub mistake: Option<Mistake>,
     /// Whether the rig starts from a factory calibration: the truth of the first pair.
     pub commissioned: bool,
@@ -181,7 +181,7 @@ impl Scenario {
         Ok(Dataset { name: format!("synth {} seed {seed}", self.kind), meta, pairs, rigs })
     }
 
-    /// What the witnesses measure after each pair.
+    /// Measurements of the witnesses after each pair.
     ///
     /// # Errors
     /// As [`Scenario::frames`].

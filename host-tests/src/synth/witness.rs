@@ -1,4 +1,4 @@
-//! What a vehicle measures beside the pairs, and what tells yaw from the lens: ranges, and its own motion.
+//! Measurements of a vehicle beside the pairs that tell yaw from the lens: ranges, and its own motion.
 
 use nalgebra::{Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -44,7 +44,7 @@ pub struct Witnesses {
     pub motion: Option<Motion>,
 }
 
-/// What they measure after one pair.
+/// Their measurements after one pair.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Witnessed {
     /// Points of known distance.

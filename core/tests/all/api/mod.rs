@@ -24,7 +24,7 @@ mod serialization;
 mod solver;
 mod supervision;
 mod texts;
-// Powers of the generated depths are those of the platform.
+// The powers of the generated depths depend on the platform.
 #[cfg(target_env = "gnu")]
 mod traces;
 mod vibration;

@@ -36,7 +36,8 @@ impl FrameSink for DiscardingSink {
 
 /// Writes a frame; returns its header.
 ///
-/// # Panics If the matches do not fit.
+/// # Panics
+/// If the matches do not fit.
 pub(crate) fn encode(sequence: u32, records: &[MatchRecord], bytes: &mut [u8]) -> FrameHeader {
     let count = records.len().try_into().expect("within a frame");
     let header = FrameHeader { count, sequence, ..HEADER };

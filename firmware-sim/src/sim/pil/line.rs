@@ -30,7 +30,8 @@ impl Listener {
 
     /// The port in the form of QEMU's option `-serial`.
     ///
-    /// # Errors If the system does not return the port.
+    /// # Errors
+    /// If the system does not return the port.
     pub(super) fn serial(&self) -> Result<String> {
         Ok(format!("tcp:{}", self.0.local_addr()?))
     }

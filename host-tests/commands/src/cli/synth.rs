@@ -118,7 +118,7 @@ pub struct SynthArgs {
     #[arg(long, value_parser = numbers::<f64, 2>, value_name = "LENGTHS,DEGREES", allow_hyphen_values = true)]
     travel: Option<[f64; 2]>,
 
-    /// What is wrong with all matches.
+    /// A mistake in all matches.
     #[arg(long, value_enum)]
     mistake: Option<Mistake>,
 

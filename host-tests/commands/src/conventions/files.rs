@@ -30,7 +30,8 @@ pub struct Document {
 impl Document {
     /// Writes documents into a folder, which is made.
     ///
-    /// # Errors If one of the files exists, before any is written, or a file cannot be written.
+    /// # Errors
+    /// If one of the files exists, before any is written, or a file cannot be written.
     pub fn save_all(documents: &[Self], dir: &Path) -> Result<Vec<PathBuf>> {
         let paths: Vec<PathBuf> = documents.iter().map(|d| dir.join(d.name)).collect();
         for path in &paths {
@@ -85,7 +86,8 @@ impl Files {
 
     /// Files in memory, with their names.
     ///
-    /// # Errors Names the file, and the line that cannot be understood.
+    /// # Errors
+    /// Names the file, and the line that cannot be understood.
     pub fn of(texts: Vec<(PathBuf, String)>) -> Result<Self> {
         let parse = |(path, text): (PathBuf, String)| -> Result<File> {
             let name = path.display().to_string();

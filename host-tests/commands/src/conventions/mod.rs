@@ -85,7 +85,8 @@ impl Format {
     /// The same; the rectified camera of OpenCV and ROS sees the part of the images with this field of view across,
     /// degrees.
     ///
-    /// # Errors As [`Format::write`].
+    /// # Errors
+    /// As [`Format::write`].
     pub fn write_part(self, meta: &Meta, field_deg: Option<f64>) -> Result<Vec<Document>> {
         rig::check(meta)?;
         // The rig as it will be read back, so that derived numbers have the same bits.
@@ -111,14 +112,16 @@ pub fn import(places: &[impl AsRef<Path>], unknowns: Unknowns) -> Result<Meta> {
 
 /// As [`import`], for files in memory.
 ///
-/// # Errors As [`import`].
+/// # Errors
+/// As [`import`].
 pub fn rig_of(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     formats::rig(files, unknowns)
 }
 
 /// The rig of the rectified images of two `camera_info`: `P` is the camera, without distortion or turn.
 ///
-/// # Errors As [`import`].
+/// # Errors
+/// As [`import`].
 pub fn rig_of_rectified(files: &Files) -> Result<Meta> {
     ros::of_rectified(files)
 }

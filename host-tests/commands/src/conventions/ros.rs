@@ -55,7 +55,7 @@ impl<'a> Info<'a> {
         let size = size(&value, keys)?;
         let model = value.get(&["distortion_model"]);
         let lens = match model.as_ref().map(Value::text).unwrap_or_default().trim() {
-            // Five or eight coefficients tell the two; none are those of a pinhole.
+            // Five or eight coefficients tell the two models; without coefficients the camera is a pinhole.
             "plumb_bob" | "rational_polynomial" | "rational" | "radtan" | "none" | "" => {
                 LensModel::RadialTangential
             }

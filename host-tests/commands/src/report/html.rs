@@ -25,7 +25,8 @@ impl Page {
     /// Writes `index.html` and `csv/*.csv` into a folder, which is made; earlier files of these names are replaced.
     /// Returns the path of the page.
     ///
-    /// # Errors If two tables or figures have the same name, or a file cannot be written: names it.
+    /// # Errors
+    /// If two tables or figures have the same name, or a file cannot be written: names it.
     pub fn write(&self, dir: &Path) -> Result<PathBuf> {
         let mut all: Vec<Csv> = self.sections.iter().flat_map(Section::numbers).collect();
         all.sort_by(|a, b| a.name.cmp(&b.name));

@@ -49,7 +49,8 @@ impl Replayed<'_> {
     /// Writes `index.html`, `csv/*.csv` and, if there is an estimate, its rig as files of other tools into `rig/`;
     /// earlier files of these names are replaced. Returns the path of the page.
     ///
-    /// # Errors If a file cannot be written: names it.
+    /// # Errors
+    /// If a file cannot be written: names it.
     pub fn write_page(&self, page: &Page, dir: &Path) -> Result<PathBuf> {
         for (format, documents) in rig::files(self) {
             let folder = dir.join("rig").join(format.name());

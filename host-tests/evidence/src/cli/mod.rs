@@ -22,7 +22,7 @@ pub enum Command {
     Evaluate(EvaluateArgs),
     #[allow(missing_docs, reason = "the arguments define the help text")]
     Bench(BenchArgs),
-    #[allow(missing_docs, reason = "the help text is that of the arguments")]
+    #[allow(missing_docs, reason = "the arguments define the help text")]
     Picture(PictureArgs),
 }
 

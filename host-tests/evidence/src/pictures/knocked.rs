@@ -14,7 +14,7 @@ pub const KNOCKED: f64 = 1.0;
 pub struct Knocked {
     /// Two rows of left image, right image and disparities, JPEG.
     pub jpeg: Vec<u8>,
-    /// Of both rows.
+    /// Scores before and after.
     pub scores: [Scores; 2],
 }
 

@@ -112,7 +112,7 @@ fn rows_of_a_turned_pair_align_and_its_disparities_are_found_after_calibration_o
 }
 
 #[test]
-fn the_picture_of_the_readme_is_that_of_the_command() {
+fn the_command_makes_the_picture_of_the_readme() {
     let drawn = image::load_from_memory(&knocked(KNOCKED).unwrap().jpeg).unwrap().into_rgb8();
     let kept = image::load_from_memory(include_bytes!("../../../pictures/knocked.jpg"));
     let kept = kept.unwrap().into_rgb8();

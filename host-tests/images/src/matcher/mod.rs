@@ -149,7 +149,8 @@ impl Matcher {
     /// A matcher for a rig: a picture of a rolled right camera, or of another focal length, is first made like the left
     /// one.
     ///
-    /// # Errors If the rig is not valid.
+    /// # Errors
+    /// If the rig is not valid.
     pub fn of(meta: &Meta, config: MatcherConfig) -> Result<Self> {
         let new = Self::new(meta.cameras()?, &meta.extrinsics()?, config);
         let Some(alike) = Alike::of(meta) else { return Ok(new) };

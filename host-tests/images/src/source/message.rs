@@ -95,7 +95,8 @@ impl<'a> Fields<'a> {
 impl ImageMessage {
     /// A message from its bytes.
     ///
-    /// # Errors If it has no header.
+    /// # Errors
+    /// If it has no header.
     pub fn new(topic: &str, encoding: Encoding, compressed: bool, bytes: Vec<u8>) -> Result<Self> {
         let stamp = Fields::new(&bytes, encoding)?.header()?;
         Ok(Self { topic: topic.to_owned(), stamp, encoding, compressed, bytes })

@@ -79,7 +79,8 @@ impl Frame {
 
     /// The same, with the turn of its EXIF data, applied or not.
     ///
-    /// # Errors As [`Frame::picture`].
+    /// # Errors
+    /// As [`Frame::picture`].
     pub fn picture_and_turn(&self) -> Result<(Picture, Orientation)> {
         let (picture, orientation) = match &self.from {
             From::File(path) => Picture::read_with_orientation(path)?,
