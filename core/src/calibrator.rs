@@ -126,15 +126,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.generation = generation.wrapping_add(changed.into());
     }
 
-    /// As [`Calibrator::install`], before anything was in use: the generation stays. For an API that has a calibrator
-    /// before its cameras.
-    #[doc(hidden)]
-    pub fn install_first(&mut self, factory: &FactoryCalibration<T>) {
-        let generation = self.generation;
-        self.install(factory);
-        self.generation = generation;
-    }
-
     /// Back to the factory calibration; batch, pair and fused pairs are forgotten. Not frozen any more.
     pub fn reset(&mut self) {
         self.replace_in_use(CorrectedExtrinsics::as_given(self.factory.extrinsics));
@@ -192,6 +183,11 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.step = Step::Collecting;
         self.batch.clear();
         self.estimator.discard();
+    }
+
+    /// The factory calibration.
+    pub const fn factory(&self) -> &FactoryCalibration<T> {
+        &self.factory
     }
 
     /// How far the estimate can be relied on.

@@ -5,14 +5,15 @@ use thiserror::Error;
 
 use crate::state::State;
 
-/// Defines stable numbers: existing ones keep their meaning, new ones may follow. Checked all together
-/// in `capi/tests/api/codes.rs`.
+/// Defines the number of each value. Errors with the same remedy have the same number, whichever operation returns them.
+/// `capi/tests/api/codes.rs` checks all of them together.
 macro_rules! codes {
     ($($name:ident $([$($generic:ident),+])? {
         $($variant:ident $({ $($field:tt: $value:ident),+ })? = $code:expr),+ $(,)?
     })+) => {$(
         impl $(<$($generic),+>)? $name $(<$($generic),+>)? {
-            /// Stable number, that of the C API. Errors have numbers of their own, from 100 on.
+            /// Number for a log or a wire. Errors have numbers from 100 on, one for each remedy: two operations that fail for
+            /// the same reason return the same number.
             #[must_use]
             pub const fn code(&self) -> u16 {
                 match self {
@@ -349,42 +350,52 @@ pub enum RectifyError {
     NoCommonView,
 }
 
-/// First number of [`UndistortError`].
-const RAY: u16 = 120;
+/// The estimate is not locked.
+const NOT_LOCKED: u16 = 702;
+/// The calibrator is frozen.
+const FROZEN: u16 = 605;
+/// Too few correspondences.
+const TOO_FEW: u16 = 502;
+/// A witness contradicts mount and lens.
+const CONTRADICTS: u16 = 1204;
+/// No pair has been fused.
+pub(crate) const NO_ESTIMATE: u16 = 700;
+/// No match fits the estimate.
+pub(crate) const NO_MATCH: u16 = 1203;
+/// A pair is being solved.
+pub(crate) const BUSY: u16 = 401;
+/// A score is out of its range.
+pub(crate) const SCORE: u16 = 402;
 
 codes! {
     Side { Left = 0, Right = 1 }
-    // Left camera; the C API adds 10 for the right one.
     CameraError { FocalLength = 100, PrincipalPoint = 101, ImageSize = 102, Distortion = 103 }
-    UndistortError { NotFinite = RAY, OutsideImage = RAY + 1, NotInvertible = RAY + 2 }
-    ProjectError { NotFinite = 130, BeyondLens = 131 }
+    UndistortError { NotFinite = 120, OutsideImage = 121, NotInvertible = 122 }
+    ProjectError { NotFinite = 120, BeyondLens = 123 }
     ExtrinsicsError { NotARotation = 200, NoDirection = 201, AlongOpticalAxis = 202 }
     ConfigError {
         HuberThreshold = 300, MaxPasses = 301, StepTolerance = 302, MinCorrespondences = 303,
         NoiseFloor = 304, PriorStandardDeviation = 305, MaxStandardDeviation = 306, Memory = 307,
         MaxCorrection = 308, LensPrior = 309, FactoryYaw = 311, LensYaw = 312, BaselineLength = 313,
     }
-    PushError {
-        Busy = 401, Score = 402, GridStep = 403,
-        Pixel { 0: side, 1: why } = 410 + 10 * side.code() + why.code() - RAY,
-    }
+    PushError { Busy = BUSY, Score = SCORE, GridStep = 403, Pixel { 1: why } = why.code() }
     RangeError {
-        NoBaseline = 1200, NotLocked = 1201, Reading = 1202, NoMatch = 1203, Contradicts = 1204,
-        Pixel { 0: why } = 1210 + why.code() - RAY,
+        NoBaseline = 1200, NotLocked = NOT_LOCKED, Reading = 1202, NoMatch = NO_MATCH,
+        Contradicts = CONTRADICTS, Pixel { 0: why } = why.code(),
     }
-    MotionError { NotLocked = 1220, TooFew = 1221, NoMotion = 1222, Contradicts = 1223 }
+    MotionError {
+        NotLocked = NOT_LOCKED, TooFew = TOO_FEW, NoMotion = 1222, Contradicts = CONTRADICTS,
+    }
     Rejection {
-        NotBegun = 501, TooFew = 502, NoConsensus = 503, Unobservable = 504, Behind = 506, Columns = 507,
-        NoDepth = 508, TooUncertain = 600, CorrectionLimit = 601, NoRig = 602, Disagrees = 603, Frozen = 605,
+        NotBegun = 501, TooFew = TOO_FEW, NoConsensus = 503, Unobservable = 504, Behind = 506,
+        Columns = 507, NoDepth = 508, TooUncertain = 600, CorrectionLimit = 601, NoRig = 602,
+        Disagrees = 603, Frozen = FROZEN,
     }
     ApplyError {
-        NoProposal = 700, Inconsistent = 701, NotLocked = 702, Doubtful = 703, Frozen = 704,
-        NothingToUndo = 705,
+        NoProposal = NO_ESTIMATE, Inconsistent = 701, NotLocked = NOT_LOCKED, Doubtful = 703,
+        Frozen = FROZEN, NothingToUndo = 705,
     }
-    RectifyError {
-        Alpha = 800, NoCommonView = 801, Behind { 0: side } = 813 + 10 * side.code(),
-        Border { 0: side, 1: why } = 810 + 10 * side.code() + why.code() - RAY,
-    }
+    RectifyError { Alpha = 800, NoCommonView = 801, Behind = 802, Border = 803 }
     RestoreError {
         Damaged = 1000, Foreign = 1001, Layout = 1002, OtherRig = 1003, Absurd = 1004, Config = 1005,
     }

@@ -1,12 +1,9 @@
 //! State and proposal: the estimate over all pairs.
 
-use core::ffi::c_char;
-
 use stereo_selfcal::{
     Direction, Doubt, Finding, LensEstimate, Proposal, StandardDeviations, State, Vibration,
 };
 
-use crate::enumeration::find;
 use crate::error::selfcal_error_t::{self, *};
 use crate::error::status;
 use crate::extrinsics::selfcal_extrinsics_t;
@@ -21,27 +18,27 @@ c_enum! {
         /// acquiring
         ///
         /// Not enough pairs agree yet.
-        SELFCAL_STATE_ACQUIRING = 0,
+        SELFCAL_STATE_ACQUIRING = 13000,
         /// locked
         ///
         /// The last pair agrees with the estimate.
-        SELFCAL_STATE_LOCKED = 1,
+        SELFCAL_STATE_LOCKED = 13001,
         /// suspect
         ///
         /// The last pairs disagree with the estimate, or a challenger gathers pairs.
-        SELFCAL_STATE_SUSPECT = 2,
+        SELFCAL_STATE_SUSPECT = 13002,
         /// lost
         ///
         /// Ten pairs in a row disagree with the estimate, and no three with each other.
-        SELFCAL_STATE_LOST = 3,
+        SELFCAL_STATE_LOST = 13003,
         /// unknown
         ///
         /// A value that this API does not know.
-        SELFCAL_STATE_UNKNOWN = 255,
+        SELFCAL_STATE_UNKNOWN = 13255,
     }
 }
 
-from_core!(State => selfcal_state_t, else SELFCAL_STATE_UNKNOWN);
+from_core!(State => selfcal_state_t from 13000, else SELFCAL_STATE_UNKNOWN);
 
 c_enum! {
     /// Reason not to trust an estimate.
@@ -50,32 +47,32 @@ c_enum! {
         /// none
         ///
         /// No doubt.
-        SELFCAL_DOUBT_NONE = 0,
+        SELFCAL_DOUBT_NONE = 14000,
         /// image halves disagree: t held
         ///
         /// Image halves disagree by more than 3 standard deviations: `t` is not applied.
-        SELFCAL_DOUBT_BASELINE = 1,
+        SELFCAL_DOUBT_BASELINE = 14001,
         /// image halves disagree: not applied
         ///
         /// Image halves disagree by more than 5 standard deviations: nothing is applied.
-        SELFCAL_DOUBT_EVERYTHING = 2,
+        SELFCAL_DOUBT_EVERYTHING = 14002,
         /// axis uncertain
         ///
         /// Paper preset: the rotation is close to the identity or to a half turn; its axis is noise.
-        SELFCAL_DOUBT_AXIS = 3,
+        SELFCAL_DOUBT_AXIS = 14003,
         /// all: a second crowd of matches
         ///
         /// Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Nothing is applied
         /// until the view has changed.
-        SELFCAL_DOUBT_SECOND_MODE = 4,
+        SELFCAL_DOUBT_SECOND_MODE = 14004,
         /// unknown
         ///
         /// A value that this API does not know.
-        SELFCAL_DOUBT_UNKNOWN = 255,
+        SELFCAL_DOUBT_UNKNOWN = 14255,
     }
 }
 
-from_core!(Doubt => selfcal_doubt_t, else SELFCAL_DOUBT_UNKNOWN);
+from_core!(Doubt => selfcal_doubt_t from 14000, else SELFCAL_DOUBT_UNKNOWN);
 
 impl From<Option<Doubt>> for selfcal_doubt_t {
     fn from(doubt: Option<Doubt>) -> Self {
@@ -90,35 +87,35 @@ c_enum! {
         /// none
         ///
         /// Not available in the paper preset.
-        SELFCAL_DIRECTION_NONE = 0,
+        SELFCAL_DIRECTION_NONE = 15000,
         /// pitch
         ///
         /// Rotation of `R` about x: shifts all rows alike.
-        SELFCAL_DIRECTION_PITCH = 1,
+        SELFCAL_DIRECTION_PITCH = 15001,
         /// yaw
         ///
         /// Rotation of `R` about y: shears rows with the product of column and row.
-        SELFCAL_DIRECTION_YAW = 2,
+        SELFCAL_DIRECTION_YAW = 15002,
         /// roll
         ///
         /// Rotation of `R` about z: tilts rows.
-        SELFCAL_DIRECTION_ROLL = 3,
+        SELFCAL_DIRECTION_ROLL = 15003,
         /// baseline forward
         ///
         /// Rotation of the baseline about y: `t_z`.
-        SELFCAL_DIRECTION_BASELINE_FORWARD = 4,
+        SELFCAL_DIRECTION_BASELINE_FORWARD = 15004,
         /// baseline down
         ///
         /// Rotation of the baseline about z: `t_y`.
-        SELFCAL_DIRECTION_BASELINE_DOWN = 5,
+        SELFCAL_DIRECTION_BASELINE_DOWN = 15005,
         /// unknown
         ///
         /// A value that this API does not know.
-        SELFCAL_DIRECTION_UNKNOWN = 255,
+        SELFCAL_DIRECTION_UNKNOWN = 15255,
     }
 }
 
-from_core!(Direction => selfcal_direction_t, else SELFCAL_DIRECTION_UNKNOWN);
+from_core!(Direction => selfcal_direction_t from 15000, else SELFCAL_DIRECTION_UNKNOWN);
 
 /// Reported standard deviations of an estimate.
 #[repr(C)]
@@ -310,22 +307,4 @@ pub unsafe extern "C" fn selfcal_proposal(
         out.set((&proposal).into());
         Ok(())
     })
-}
-
-/// Text of a `selfcal_state_t`, English; never null.
-#[unsafe(no_mangle)]
-pub extern "C" fn selfcal_state_string(state: u32) -> *const c_char {
-    find(selfcal_state_t::TEXTS, state)
-}
-
-/// Text of a `selfcal_doubt_t`, English; never null.
-#[unsafe(no_mangle)]
-pub extern "C" fn selfcal_doubt_string(doubt: u32) -> *const c_char {
-    find(selfcal_doubt_t::TEXTS, doubt)
-}
-
-/// Text of a `selfcal_direction_t`, English; never null.
-#[unsafe(no_mangle)]
-pub extern "C" fn selfcal_direction_string(direction: u32) -> *const c_char {
-    find(selfcal_direction_t::TEXTS, direction)
 }

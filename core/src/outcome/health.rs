@@ -9,7 +9,7 @@ use crate::algebra::information::StandardDeviations;
 use crate::batch::Batch;
 use crate::batch::grid::CellSet;
 use crate::batch::row_offset::row_offset;
-use crate::error::Rejection;
+use crate::error::{NO_ESTIMATE, NO_MATCH, Rejection};
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection, RayChange};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::cause::Cause;
@@ -184,6 +184,7 @@ pub enum Arming {
 }
 
 codes! {
+    NoHealth { NoEstimate = NO_ESTIMATE, NoMatch = NO_MATCH }
     Band { Good = 0, Improvable = 1, Recalibrate = 2, Unknown = 255 }
     Arming { Yes = 0, NotLocked = 1, Doubtful = 2, Misaligned = 3, Unfit = 4 }
 }
