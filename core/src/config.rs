@@ -9,6 +9,8 @@ pub use lens_prior::LensPrior;
 pub use lens_tracking::LensTracking;
 
 use crate::error::ConfigError;
+#[cfg(feature = "paper")]
+use crate::paper::Central;
 use crate::scalar::Scalar;
 
 impl Default for Config {
@@ -16,18 +18,6 @@ impl Default for Config {
     fn default() -> Self {
         Self::robust()
     }
-}
-
-/// Central tendency of the angles of the pairs' rotations, `s*` of eq 22.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Central {
-    /// Arithmetic mean: efficient where no pair is grossly wrong.
-    Mean,
-    /// Median: unmoved by a minority of wrong pairs; exact up to 31 pairs, then a streaming
-    /// estimate in constant memory.
-    Median,
 }
 
 /// How a pair is solved and how pairs are fused.

@@ -150,18 +150,18 @@
 mod error;
 
 mod algebra;
-mod batch;
+pub mod batch;
 mod calibrator;
 mod checksum;
 mod config;
-mod depth;
+pub mod depth;
 mod fusion;
-mod geometry;
+pub mod geometry;
 pub mod link;
-mod outcome;
+pub mod outcome;
 mod pair;
 #[cfg(feature = "paper")]
-mod paper;
+pub mod paper;
 mod record;
 mod scalar;
 mod simd;
@@ -178,37 +178,18 @@ mod readme {}
 
 pub use nalgebra;
 
-pub use algebra::information::{Information, StandardDeviations};
-pub use batch::correspondence::{Cameras, Correspondence, RayPair};
-pub use batch::row_offset::row_offset;
-pub use batch::{Batch, Pushed};
+pub use batch::correspondence::{Cameras, Correspondence};
 pub use calibrator::{Calibration, Calibrator};
-pub use config::{Central, Config, LensPrior, LensTracking};
-pub use depth::mount::Witnessed;
-pub use depth::range::{Range, RangeReading};
-pub use error::{
-    ApplyError, CameraError, ConfigError, ExtrinsicsError, MotionError, ProjectError, PushError,
-    RangeError, RectifyError, Rejection, RestoreError, Side, UndistortError,
-};
+pub use config::{Config, LensPrior, LensTracking};
+pub use error::{ApplyError, ConfigError, PushError, Rejection, RestoreError};
 pub use geometry::camera::{Camera, Intrinsics};
 pub use geometry::extrinsics::Extrinsics;
-pub use geometry::homography::RectifiedCamera;
-pub use geometry::lens::{Fisheye, Lens, RadialTangential};
-pub use geometry::lens_correction::LensCorrection;
-pub use geometry::rational::Rational;
-pub use geometry::rectification::RectifyingRotations;
-pub use geometry::{metrics, so3};
+pub use geometry::lens::Lens;
 pub use outcome::cause::Cause;
-pub use outcome::health::{Arming, Band, DEPTHS_M, Health, NoHealth};
-pub use outcome::lens_estimate::{Finding, LensEstimate};
+pub use outcome::health::{Arming, Band, Health, NoHealth};
 pub use outcome::pair_report::{Fused, Outcome, PairReport};
-pub use outcome::proposal::{Direction, Doubt, Proposal};
+pub use outcome::proposal::{Doubt, Proposal};
 pub use outcome::reasons::{Reason, Reasons};
-pub use outcome::vibration::Vibration;
-#[cfg(feature = "paper")]
-pub use paper::mean_direction::{FusedEstimate, MeanDirection};
-#[cfg(feature = "paper")]
-pub use paper::solver::HuberSolver;
 pub use record::factory::FactoryCalibration;
 pub use scalar::Scalar;
-pub use state::{State, Stop};
+pub use state::State;

@@ -3,7 +3,8 @@
 use core::ffi::CStr;
 
 use nalgebra::Vector2;
-use stereo_selfcal::{Camera, CameraError, Fisheye, Intrinsics, Lens, RadialTangential, Rational};
+use stereo_selfcal::geometry::{CameraError, Fisheye, RadialTangential, Rational};
+use stereo_selfcal::{Camera, Intrinsics, Lens};
 use zerocopy::FromBytes;
 
 use crate::enumeration::text;

@@ -2,7 +2,8 @@
 
 use core::ffi::CStr;
 
-use stereo_selfcal::{Central, Config, ConfigError, LensTracking};
+use stereo_selfcal::paper::Central;
+use stereo_selfcal::{Config, ConfigError, LensTracking};
 use zerocopy::FromBytes;
 
 use crate::error::selfcal_error_t::{self, *};

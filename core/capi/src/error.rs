@@ -1,10 +1,9 @@
 //! The error codes and their texts.
 
+use stereo_selfcal::depth::{MotionError, RangeError};
+use stereo_selfcal::geometry::{ProjectError, RectifyError, UndistortError};
 use stereo_selfcal::link::{EncodeError, FrameRefusal, HeaderError};
-use stereo_selfcal::{
-    ApplyError, MotionError, NoHealth, ProjectError, PushError, RangeError, RectifyError,
-    Rejection, RestoreError, UndistortError,
-};
+use stereo_selfcal::{ApplyError, NoHealth, PushError, Rejection, RestoreError};
 
 c_enum! {
     /// Result of a call: one number for each remedy, whichever function returns it. From 100 on, the numbers are those of

@@ -1,8 +1,7 @@
 //! State and proposal: the estimate over all pairs.
 
-use stereo_selfcal::{
-    Direction, Doubt, Finding, LensEstimate, Proposal, StandardDeviations, State, Vibration,
-};
+use stereo_selfcal::outcome::{Direction, Finding, LensEstimate, StandardDeviations, Vibration};
+use stereo_selfcal::{Doubt, Proposal, State};
 
 use crate::error::selfcal_error_t::{self, *};
 use crate::error::status;

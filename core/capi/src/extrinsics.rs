@@ -2,7 +2,8 @@
 
 use core::ffi::CStr;
 
-use stereo_selfcal::{Extrinsics, ExtrinsicsError};
+use stereo_selfcal::Extrinsics;
+use stereo_selfcal::geometry::ExtrinsicsError;
 use zerocopy::FromBytes;
 
 /// `R` and unit `t` of `p_r = R p_l + t`. A plain side-by-side rig has `R = I`, `t = (-1, 0, 0)`.

@@ -1,6 +1,7 @@
 //! Errors of the given lens models: how large they may be, and how they are corrected.
 
-use stereo_selfcal::{LensCorrection, LensPrior};
+use stereo_selfcal::LensPrior;
+use stereo_selfcal::geometry::LensCorrection;
 use zerocopy::FromBytes;
 
 /// Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact. The defaults are 0.003, 1 px,

@@ -1,6 +1,7 @@
 //! One pair: solve the batch, fuse the result, hand out what became of it.
 
-use stereo_selfcal::{Fused, Outcome, PairReport, Stop};
+use stereo_selfcal::outcome::Stop;
+use stereo_selfcal::{Fused, Outcome, PairReport};
 
 use crate::error::{selfcal_error_t, status};
 use crate::extrinsics::selfcal_extrinsics_t;

@@ -1,6 +1,7 @@
 //! Correspondences into the batch, one by one or as an array.
 
-use stereo_selfcal::{Correspondence, PushError, Pushed};
+use stereo_selfcal::batch::Pushed;
+use stereo_selfcal::{Correspondence, PushError};
 use zerocopy::FromBytes;
 
 use crate::error::{selfcal_error_t, status};

@@ -1,7 +1,8 @@
 //! Input of a rectifier: rotations, common camera, homographies.
 
 use nalgebra::Matrix3;
-use stereo_selfcal::{Cameras, Extrinsics, LensCorrection, RectifiedCamera, RectifyingRotations};
+use stereo_selfcal::geometry::{LensCorrection, RectifiedCamera, RectifyingRotations};
+use stereo_selfcal::{Cameras, Extrinsics};
 use zerocopy::FromBytes;
 
 use crate::error::selfcal_error_t::{self, *};

@@ -1,6 +1,7 @@
 //! Witnesses of the yaw of the mount, which rows alone cannot tell from the lens.
 
-use stereo_selfcal::{Range, RangeReading, RayPair, Witnessed};
+use stereo_selfcal::batch::RayPair;
+use stereo_selfcal::depth::{Range, RangeReading, Witnessed};
 use zerocopy::FromBytes;
 
 use crate::error::{selfcal_error_t, status};

@@ -11,3 +11,7 @@ pub(crate) mod motion;
 pub(crate) mod mount;
 pub(crate) mod range;
 pub(crate) mod yaw;
+
+pub use crate::error::{MotionError, RangeError};
+pub use mount::Witnessed;
+pub use range::{Range, RangeReading};

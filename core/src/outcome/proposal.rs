@@ -38,8 +38,8 @@ pub struct Proposal<T: Scalar> {
     /// beyond it and by the disagreement of image halves. Paper: from the scatter of the pairs and the
     /// disagreement of axis and angle; those of the pair itself while there is only one.
     pub sd: StandardDeviations<T>,
-    /// Covariance of the five unknowns, rad^2, in the order of [`crate::Information`] and as far as
-    /// [`crate::RectifyingRotations::unknowns_to`] measures them; `None` in the paper preset.
+    /// Covariance of the five unknowns, rad^2, in the order of [`crate::outcome::Information`] and as far as
+    /// [`crate::geometry::RectifyingRotations::unknowns_to`] measures them; `None` in the paper preset.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     #[cfg_attr(feature = "serde", serde(with = "rows"))]
     pub covariance: Option<Matrix5<T>>,

@@ -22,7 +22,7 @@ pub enum Reason {
     SecondMode,
     /// [`Doubt::Baseline`], [`Doubt::Everything`]: image halves disagree; the reported deviations contain it.
     ImageHalves,
-    /// The pairs show an error of the lens models ([`crate::LensEstimate`]); the wide deviations contain it.
+    /// The pairs show an error of the lens models ([`crate::outcome::LensEstimate`]); the wide deviations contain it.
     Lens,
     /// Pairs have not determined the baseline direction: that in use is kept.
     Baseline,

@@ -16,7 +16,7 @@ pub(crate) mod residual;
 pub(crate) mod solver;
 
 use crate::batch::Matches;
-use crate::config::{Central, Context};
+use crate::config::Context;
 use crate::error::Rejection;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::lens_estimate::Finding;
@@ -25,8 +25,8 @@ use crate::outcome::proposal::{Doubt, Proposal};
 use crate::outcome::vibration::Vibration;
 use crate::scalar::Scalar;
 use crate::state::State;
-use mean_direction::MeanDirection;
-use solver::HuberSolver;
+pub use mean_direction::{Central, FusedEstimate, MeanDirection};
+pub use solver::HuberSolver;
 
 /// State of the published method.
 #[derive(Debug, Clone)]

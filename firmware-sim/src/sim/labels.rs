@@ -1,6 +1,7 @@
 //! Printed labels of the core's enumerations.
 
-use stereo_selfcal::{Arming, Band, Direction, Doubt};
+use stereo_selfcal::outcome::Direction;
+use stereo_selfcal::{Arming, Band, Doubt};
 
 pub(super) fn band(band: Band) -> &'static str {
     match band {

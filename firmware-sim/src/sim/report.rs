@@ -5,7 +5,8 @@ use std::io::Write;
 use anyhow::Result;
 use host_tests::data::Dataset;
 use host_tests::run::Summary;
-use stereo_selfcal::{ApplyError, DEPTHS_M, Extrinsics, Health, Scalar};
+use stereo_selfcal::outcome::DEPTHS_M;
+use stereo_selfcal::{ApplyError, Extrinsics, Health, Scalar};
 
 use super::labels;
 use super::replay::Run;

@@ -1,8 +1,8 @@
 //! Streams of anything: the decoder in any cut, and the calibrator at its end.
 
 use arbitrary::{Arbitrary, Unstructured};
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::link::{Counters, Decoder, Event, FrameCrc, FrameHeader, MatchRecord};
-use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Correspondence, FactoryCalibration, State};
 
 use super::check::{check_estimate, check_in_use};

@@ -4,7 +4,7 @@ use std::sync::{Mutex, TryLockError};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
-use stereo_selfcal::{Range, RangeReading};
+use stereo_selfcal::depth::{Range, RangeReading};
 
 use crate::arguments::{POINTS, matches, same_length};
 use crate::calibration::Calibration;

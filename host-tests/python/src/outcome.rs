@@ -7,7 +7,8 @@ use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple};
-use stereo_selfcal::{Extrinsics, Health, LensEstimate, PairReport, Reasons, StandardDeviations};
+use stereo_selfcal::outcome::{LensEstimate, StandardDeviations};
+use stereo_selfcal::{Extrinsics, Health, PairReport, Reasons};
 
 use crate::arguments::{to_matrix, to_vector};
 use crate::engine::Outcome;

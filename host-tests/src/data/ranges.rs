@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use serde::Deserialize;
-use stereo_selfcal::{Range, RangeReading};
+use stereo_selfcal::depth::{Range, RangeReading};
 
 /// Readings by the number of their pair, from 0.
 pub type Ranges = BTreeMap<usize, Vec<RangeReading<f64>>>;

@@ -1,9 +1,10 @@
 //! What a vehicle knows after a pair: what is in use, and whether it may arm.
 
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::LensCorrection;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
-    Arming, Band, Calibrator, Camera, Cameras, Cause, Doubt, Extrinsics, Health, Lens,
-    LensCorrection, Reasons, Scalar, State,
+    Arming, Band, Calibrator, Camera, Cameras, Cause, Doubt, Extrinsics, Health, Lens, Reasons,
+    Scalar, State,
 };
 
 use crate::data::in_f64;

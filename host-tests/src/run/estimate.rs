@@ -5,10 +5,9 @@ use std::fmt;
 use anyhow::Result;
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
-use stereo_selfcal::{
-    Calibration, Doubt, Extrinsics, Finding, LensCorrection, LensEstimate, Proposal, Scalar,
-    StandardDeviations, State, Vibration,
-};
+use stereo_selfcal::geometry::LensCorrection;
+use stereo_selfcal::outcome::{Finding, LensEstimate, StandardDeviations, Vibration};
+use stereo_selfcal::{Calibration, Doubt, Extrinsics, Proposal, Scalar, State};
 
 use crate::data::{Dataset, Meta, in_f64, rows};
 

@@ -1,9 +1,10 @@
 //! What a run of the calibrator came to, pair by pair, against the truth of the data set.
 
 use anyhow::{Result, bail};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::outcome::Stop;
 use stereo_selfcal::{
-    Calibrator, Cameras, Extrinsics, Fused, Health, PairReport, Proposal, Rejection, Scalar, Stop,
+    Calibrator, Cameras, Extrinsics, Fused, Health, PairReport, Proposal, Rejection, Scalar,
 };
 
 use super::checked::Checked;

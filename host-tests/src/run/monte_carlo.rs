@@ -5,10 +5,11 @@
 
 use anyhow::{Context, Result};
 use rayon::prelude::*;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::RectifyingRotations;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
     Calibrator, Camera, Cameras, Config, Doubt, Extrinsics, FactoryCalibration, Fused, Intrinsics,
-    Lens, Proposal, RectifyingRotations, Scalar, State,
+    Lens, Proposal, Scalar, State,
 };
 
 use crate::bounds::{cramer_rao, joint_fit};

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use anyhow::{Context, Result};
 use rayon::prelude::*;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Arming, Calibrator, Config, Extrinsics, Proposal, Scalar, State};
 
 use super::monte_carlo::{CAPACITY, FEW, TOO_MANY_SD, calibrator, nees};

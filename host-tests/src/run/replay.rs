@@ -1,10 +1,9 @@
 //! Replay: feeds a data set to the calibrator as on a controller.
 
 use anyhow::Result;
-use stereo_selfcal::{
-    Calibrator, Cameras, Config, Extrinsics, Outcome, Range, RangeReading, RayPair, Rejection,
-    Scalar,
-};
+use stereo_selfcal::batch::RayPair;
+use stereo_selfcal::depth::{Range, RangeReading};
+use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, Outcome, Rejection, Scalar};
 
 use super::alone::PairSolver;
 use super::factory;

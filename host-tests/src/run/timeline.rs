@@ -5,7 +5,8 @@ use std::path::Path;
 
 use anyhow::Result;
 use nalgebra::{Matrix3x2, Matrix5, Vector3};
-use stereo_selfcal::{Extrinsics, Proposal, RectifyingRotations, Scalar, State, so3};
+use stereo_selfcal::geometry::{RectifyingRotations, so3};
+use stereo_selfcal::{Extrinsics, Proposal, Scalar, State};
 
 use crate::chart::legend::{FILL, Key, Mark};
 use crate::chart::palette::{Rgb, SERIES};

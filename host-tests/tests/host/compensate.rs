@@ -3,7 +3,7 @@
 use host_tests::data::in_f64;
 use host_tests::stats::quantile;
 use host_tests::synth::{LensErrors, Scenario, ScenarioKind, ScenarioPair, rig};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
     Arming, Calibration, Calibrator, Config, FactoryCalibration, Fused, LensTracking, Outcome,
     Proposal, State,

@@ -5,7 +5,7 @@ use host_tests::bounds::joint_fit;
 use host_tests::data::{Rays, in_f64};
 use host_tests::stats::rms_deviation;
 use host_tests::synth::{Scenario, ScenarioKind, ScenarioPair, rig};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Arming, Calibrator, Config, FactoryCalibration, Fused, State};
 use test_support::runs;
 

@@ -5,7 +5,7 @@ use clap::ValueEnum;
 use host_tests::data::Match;
 use host_tests::synth::{Scenario, ScenarioKind, ScenarioPair};
 use rayon::prelude::*;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Arming, Calibrator, Config, Extrinsics, FactoryCalibration, State};
 use test_support::{is_campaign, runs};
 

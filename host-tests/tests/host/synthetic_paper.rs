@@ -8,7 +8,7 @@ use host_tests::synth::{Scene, SynthPair, rig};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Calibrator, Config, Extrinsics, FactoryCalibration, Scalar};
 use test_support::runs;
 

@@ -4,13 +4,16 @@ use std::collections::BTreeSet;
 use std::ffi::{CStr, c_char};
 use std::fmt::Debug;
 
+use stereo_selfcal::batch::Pushed;
+use stereo_selfcal::depth::{MotionError, RangeError, Witnessed};
+use stereo_selfcal::geometry::{ProjectError, RectifyError, Side, UndistortError};
 use stereo_selfcal::link::{
     Damage, EncodeError, FrameRefusal, HeaderError, ReceiveError, RecordError,
 };
+use stereo_selfcal::outcome::{Direction, Stop};
 use stereo_selfcal::{
-    ApplyError, Arming, Band, Cause, Direction, Doubt, Fused, MotionError, NoHealth, ProjectError,
-    PushError, Pushed, RangeError, Reason, RectifyError, Rejection, RestoreError, Side, State,
-    Stop, UndistortError, Witnessed,
+    ApplyError, Arming, Band, Cause, Doubt, Fused, NoHealth, PushError, Reason, Rejection,
+    RestoreError, State,
 };
 use stereo_selfcal_capi::selfcal_error_t::{self, *};
 use stereo_selfcal_capi::*;

@@ -4,9 +4,11 @@ use std::ptr;
 
 use host_tests::data::Dataset;
 use nalgebra::Matrix3;
+use stereo_selfcal::batch::Pushed;
+use stereo_selfcal::geometry::{RectifiedCamera, RectifyingRotations};
+use stereo_selfcal::paper::Central;
 use stereo_selfcal::{
-    Calibration, Calibrator, Cameras, Central, Config, Extrinsics, FactoryCalibration, PairReport,
-    Pushed, RectifiedCamera, RectifyingRotations, State,
+    Calibration, Calibrator, Cameras, Config, Extrinsics, FactoryCalibration, PairReport, State,
 };
 use stereo_selfcal_capi::selfcal_error_t::*;
 use stereo_selfcal_capi::*;

@@ -4,10 +4,12 @@ use crate::api::presets::{calibrator, robust};
 use crate::api::scene::{cameras, correspondences, rig, take};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::batch::Pushed;
+use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::geometry::{Side, UndistortError};
 use stereo_selfcal::{
     Calibrator, Camera, Config, Correspondence, Extrinsics, FactoryCalibration, Intrinsics, Lens,
-    PushError, Pushed, Rejection, Side, State, UndistortError,
+    PushError, Rejection, State,
 };
 
 type Tested = Calibrator<f32, 256>;

@@ -2,10 +2,11 @@
 
 use crate::api::presets::{robust, with};
 use crate::api::scene::{cameras, correspondences, rig, take};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::RectifyingRotations;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
     ApplyError, Arming, Calibrator, Config, Correspondence, Doubt, FactoryCalibration, Health,
-    Reason, RectifyingRotations, State,
+    Reason, State,
 };
 
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];

@@ -3,10 +3,11 @@
 use crate::api::lens::pair;
 use crate::api::presets::with;
 use crate::api::scene::{FOCAL, cameras, rig, take};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::LensCorrection;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
     Arming, Calibration, Calibrator, Config, Extrinsics, FactoryCalibration, Fused, Lens,
-    LensCorrection, LensTracking, RestoreError, State,
+    LensTracking, RestoreError, State,
 };
 
 type Tested = Calibrator<f32, 256>;

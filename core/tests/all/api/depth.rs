@@ -4,11 +4,13 @@ use crate::api::presets::robust;
 use crate::api::scene::{cameras, correspondences, fill, rig, take};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::batch::RayPair;
+use stereo_selfcal::depth::{MotionError, Range, RangeError, RangeReading, Witnessed};
+use stereo_selfcal::geometry::{RectifyingRotations, UndistortError, so3};
 use stereo_selfcal::nalgebra::{Vector3, Vector5};
 use stereo_selfcal::{
     Arming, Band, Calibrator, Config, ConfigError, Correspondence, Extrinsics, FactoryCalibration,
-    MotionError, Range, RangeError, RangeReading, RayPair, Reason, RectifyingRotations, Scalar,
-    State, UndistortError, Witnessed, so3,
+    Reason, Scalar, State,
 };
 
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];

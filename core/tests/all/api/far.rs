@@ -6,7 +6,7 @@ use crate::api::scene::{correspondences, correspondences_within, rig, take};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Calibrator, Correspondence, Reason, State};
 use test_support::runs;
 

@@ -3,10 +3,11 @@
 use crate::api::disturbed::garbage;
 use crate::api::presets::{calibrated, robust};
 use crate::api::scene::{correspondences, fill, rig, take};
+use stereo_selfcal::geometry::RectifyingRotations;
 use stereo_selfcal::nalgebra::Matrix5;
+use stereo_selfcal::outcome::{DEPTHS_M, Direction};
 use stereo_selfcal::{
-    Arming, Band, Calibrator, Correspondence, DEPTHS_M, Direction, NoHealth, Reason,
-    RectifyingRotations, Rejection, Scalar, State,
+    Arming, Band, Calibrator, Correspondence, NoHealth, Reason, Rejection, Scalar, State,
 };
 
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];

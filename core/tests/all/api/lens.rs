@@ -2,7 +2,7 @@
 
 use crate::api::presets::{robust, with};
 use crate::api::scene::{correspondences, rig, take};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
     Calibrator, Config, ConfigError, Correspondence, Extrinsics, LensPrior, Reason, State,
 };

@@ -3,9 +3,10 @@
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::geometry::RadialTangential;
 use stereo_selfcal::{
     Arming, Band, Calibrator, Camera, Cameras, Cause, Config, Correspondence, Extrinsics,
-    FactoryCalibration, Intrinsics, Lens, RadialTangential, Reason, Rejection, State,
+    FactoryCalibration, Intrinsics, Lens, Reason, Rejection, State,
 };
 
 use crate::api::disturbed::with_outliers;

@@ -2,7 +2,10 @@
 
 use crate::api::presets::robust;
 use crate::api::scene::{correspondences, rig, take};
-use stereo_selfcal::{Extrinsics, ExtrinsicsError, Fused, Pushed, State, Stop, so3};
+use stereo_selfcal::batch::Pushed;
+use stereo_selfcal::geometry::{ExtrinsicsError, so3};
+use stereo_selfcal::outcome::Stop;
+use stereo_selfcal::{Extrinsics, Fused, State};
 
 #[test]
 fn results_are_one_line_with_units() {

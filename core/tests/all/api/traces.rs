@@ -6,7 +6,7 @@
 use core::fmt::{LowerExp, Write};
 
 use expect_test::expect_file;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
     Calibrator, Config, Correspondence, Extrinsics, Health, LensTracking, PairReport, Proposal,
     Scalar,

@@ -3,9 +3,10 @@
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::geometry::so3;
 use stereo_selfcal::{
-    Arming, Calibrator, Config, Extrinsics, Fused, LensTracking, Proposal, State, so3,
+    Arming, Calibrator, Config, Extrinsics, Fused, LensTracking, Proposal, State,
 };
 
 use crate::api::lens::pair_of;

@@ -13,7 +13,7 @@ use host_tests::data::in_f64;
 use host_tests::run::{Verdict, progress, timeline};
 use host_tests::synth::{Disturbance, Scenario, ScenarioKind, ScenarioPair, Scene, rig};
 use host_tests::wire::Sender;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Camera, Cameras, Extrinsics, Health, Intrinsics, Lens, Scalar, State};
 
 use super::args::FlightArgs;

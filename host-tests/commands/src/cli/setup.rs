@@ -10,7 +10,8 @@ use host_tests::data::{Meta, Rows, WrongSign, matrix};
 use host_tests::run::{Apply, Feed, RunLog, Step, replay_pairs};
 use nalgebra::Vector3;
 use serde::Deserialize;
-use stereo_selfcal::{Central, Config, Extrinsics, Scalar};
+use stereo_selfcal::paper::Central;
+use stereo_selfcal::{Config, Extrinsics, Scalar};
 
 /// How the calibrator is run.
 #[derive(Debug, Args)]

@@ -9,8 +9,9 @@ use host_tests::stats;
 use host_tests::synth::{Scene, rig};
 use nalgebra::{Matrix3, Vector3};
 use rivals::literal_paper::{self, Options};
-use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Config, Doubt, Extrinsics, RectifyingRotations};
+use stereo_selfcal::geometry::RectifyingRotations;
+use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::{Config, Doubt, Extrinsics};
 
 const ROTATION: [f64; 3] = [4.0, -2.0, 3.0];
 const BASELINE: [f64; 2] = [3.0, -5.0];

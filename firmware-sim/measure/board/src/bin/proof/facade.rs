@@ -21,7 +21,6 @@ pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
         if black_box(false) {
             calibrator.reset();
             calibrator.install(&made);
-            calibrator.install_first(&made);
         }
     }
 }
@@ -38,6 +37,7 @@ fn pair(calibrator: &mut Calibrator<f32, 256>) {
 
 fn judge(calibrator: &mut Calibrator<f32, 256>) {
     show(calibrator.state());
+    show(calibrator.factory());
     if let Some(proposal) = calibrator.proposal() {
         show(proposal.weakest());
         show(proposal.correction.is_none());

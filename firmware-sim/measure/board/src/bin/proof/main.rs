@@ -19,7 +19,8 @@ mod witness;
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-use stereo_selfcal::{Central, Config, ConfigError, LensPrior, LensTracking, Scalar};
+use stereo_selfcal::paper::Central;
+use stereo_selfcal::{Config, ConfigError, LensPrior, LensTracking, Scalar};
 
 unsafe extern "C" {
     fn a_panic_is_reachable() -> !;
