@@ -634,60 +634,6 @@ typedef uint32_t selfcal_direction_t;
 #endif // __cplusplus
 
 /**
- * Reason not to trust an estimate.
- */
-enum selfcal_doubt_t
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-    /**
-     * none
-     *
-     * No doubt.
-     */
-    SELFCAL_DOUBT_NONE = 14000,
-    /**
-     * image halves disagree: t held
-     *
-     * Image halves disagree by more than 3 standard deviations: `t` is not applied.
-     */
-    SELFCAL_DOUBT_BASELINE = 14001,
-    /**
-     * image halves disagree: not applied
-     *
-     * Image halves disagree by more than 5 standard deviations: nothing is applied.
-     */
-    SELFCAL_DOUBT_EVERYTHING = 14002,
-    /**
-     * axis uncertain
-     *
-     * Paper preset: the rotation is close to the identity or to a half turn; its axis is noise.
-     */
-    SELFCAL_DOUBT_AXIS = 14003,
-    /**
-     * all: a second crowd of matches
-     *
-     * Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Nothing is applied
-     * until the view has changed.
-     */
-    SELFCAL_DOUBT_SECOND_MODE = 14004,
-    /**
-     * unknown
-     *
-     * A value that this API does not know.
-     */
-    SELFCAL_DOUBT_UNKNOWN = 14255,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum selfcal_doubt_t selfcal_doubt_t;
-#else
-typedef uint32_t selfcal_doubt_t;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
  * Rating of the extrinsics in use: whether the estimate is clearly better, and the RMS row offset.
  */
 enum selfcal_band_t
@@ -725,59 +671,6 @@ enum selfcal_band_t
 typedef enum selfcal_band_t selfcal_band_t;
 #else
 typedef uint32_t selfcal_band_t;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * Result of an arming check, and the reason.
- */
-enum selfcal_arming_t
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-    /**
-     * yes
-     *
-     * The extrinsics in use fit a locked estimate.
-     */
-    SELFCAL_ARMING_YES = 17000,
-    /**
-     * no: not locked
-     *
-     * The estimate is not locked.
-     */
-    SELFCAL_ARMING_NOT_LOCKED = 17001,
-    /**
-     * no: doubtful
-     *
-     * A second crowd of matches, or with exact lenses image halves that disagree: `selfcal_doubt_t` says which.
-     */
-    SELFCAL_ARMING_DOUBTFUL = 17002,
-    /**
-     * no: misaligned
-     *
-     * Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more.
-     */
-    SELFCAL_ARMING_MISALIGNED = 17003,
-    /**
-     * no: matches do not support it
-     *
-     * The matches, or the estimate, show a mistake in rig file or matcher: `selfcal_cause_t` says which.
-     */
-    SELFCAL_ARMING_UNFIT = 17004,
-    /**
-     * unknown
-     *
-     * A value that this API does not know.
-     */
-    SELFCAL_ARMING_UNKNOWN = 17255,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum selfcal_arming_t selfcal_arming_t;
-#else
-typedef uint32_t selfcal_arming_t;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -1006,6 +899,93 @@ enum selfcal_preset_t
 typedef enum selfcal_preset_t selfcal_preset_t;
 #else
 typedef uint32_t selfcal_preset_t;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * One reason not to rely on a calibration: a bit of `reasons`.
+ */
+enum selfcal_reason_t
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * estimate not locked
+     *
+     * The estimate is not confirmed, or the last pairs disagree with it. Forbids arming.
+     */
+    SELFCAL_REASON_NOT_LOCKED = 65536,
+    /**
+     * second crowd of matches
+     *
+     * Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Forbids arming, and
+     * nothing is applied until the view has changed.
+     */
+    SELFCAL_REASON_SECOND_MODE = 262144,
+    /**
+     * matches biased
+     *
+     * Image halves disagree by more than 5 standard deviations, and the lens models are taken as exact. Forbids
+     * arming, and nothing is applied.
+     */
+    SELFCAL_REASON_BIASED = 33554432,
+    /**
+     * matches do not support it
+     *
+     * The matches, or the estimate, show a mistake in rig file or matcher: `selfcal_cause_t` says which. Forbids
+     * arming.
+     */
+    SELFCAL_REASON_UNFIT = 16777216,
+    /**
+     * in use off by 1 px or more
+     *
+     * Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more. Forbids arming.
+     */
+    SELFCAL_REASON_MISALIGNED = 131072,
+    /**
+     * image halves disagree
+     *
+     * Image halves disagree by more than 3 standard deviations; the reported deviations contain it.
+     */
+    SELFCAL_REASON_IMAGE_HALVES = 524288,
+    /**
+     * lens models off
+     *
+     * The pairs show an error of the lens models; the wide deviations contain it.
+     */
+    SELFCAL_REASON_LENS = 1048576,
+    /**
+     * baseline not observed
+     *
+     * Pairs have not determined the baseline direction: that in use is kept.
+     */
+    SELFCAL_REASON_BASELINE = 2097152,
+    /**
+     * repeated scene
+     *
+     * The last pair showed the scene of the one before: it adds no evidence.
+     */
+    SELFCAL_REASON_REPEATED = 4194304,
+    /**
+     * axis of the rotation is noise
+     *
+     * Paper preset: the rotation is close to the identity or to a half turn.
+     */
+    SELFCAL_REASON_AXIS = 8388608,
+    /**
+     * yaw not confirmed
+     *
+     * No witness has told the yaw of the mount from the apparent yaw of the lens; the deviations of yaw and depth
+     * contain both.
+     */
+    SELFCAL_REASON_YAW = 268435456,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum selfcal_reason_t selfcal_reason_t;
+#else
+typedef uint32_t selfcal_reason_t;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -1702,9 +1682,9 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_lens_correction_t correction;
     /**
-     * What `selfcal_apply` puts into use: the best `R`, `t`. Where the baseline is not observed, not
-     * significantly different, or with `SELFCAL_DOUBT_BASELINE`, the `t` in use and the best `R` for
-     * it.
+     * Extrinsics that `selfcal_apply` puts into use: the best `R`, `t`. Where the baseline is not observed, not
+     * significantly different, or with exact lens models and image halves that disagree, the `t` in use and the best `R`
+     * for it.
      */
     struct selfcal_extrinsics_t applicable;
     /**
@@ -1741,6 +1721,10 @@ typedef struct selfcal_proposal_t {
      */
     float covariance[5][5];
     /**
+     * Apparent yaw `a` of the lenses, rad: the right row is below the left one by `a x y`, at unit depth.
+     */
+    struct selfcal_finding_t lens_yaw;
+    /**
      * The least certain direction.
      */
     struct selfcal_weakest_t weakest;
@@ -1753,9 +1737,9 @@ typedef struct selfcal_proposal_t {
      */
     selfcal_state_t state;
     /**
-     * Reason not to trust it.
+     * Reasons not to rely on it: sum of `selfcal_reason_t`.
      */
-    selfcal_doubt_t doubt;
+    uint32_t reasons;
     /**
      * Whether pairs have determined the baseline direction. Points more than some thousand baselines
      * away do not.
@@ -1802,60 +1786,24 @@ typedef struct selfcal_health_t {
      */
     selfcal_state_t state;
     /**
-     * Reason not to trust the estimate.
-     */
-    selfcal_doubt_t doubt;
-    /**
-     * Whether pairs have determined the baseline direction.
-     */
-    bool baseline_observed;
-    /**
-     * Reported standard deviations of the estimate, with the lens models as given.
-     */
-    struct selfcal_sd_t sd;
-    /**
-     * Reported standard deviations with the lens models uncertain.
-     */
-    struct selfcal_sd_t sd_lens;
-    /**
-     * Correction of the cameras that the estimate belongs to.
-     */
-    struct selfcal_lens_correction_t correction;
-    /**
-     * Least certain direction of the estimate.
-     */
-    struct selfcal_weakest_t weakest;
-    /**
      * Expected error of the yaw in use, rad.
      */
     float yaw_rad;
     /**
-     * Apparent yaw `a` of the lenses, rad: the right row is below the left one by `a x y`, at unit depth. These rows are
-     * in neither RMS.
-     */
-    float lens_yaw_rad;
-    /**
-     * Its standard deviation, rad.
-     */
-    float lens_yaw_sd_rad;
-    /**
-     * Those rows in the corner of the image that is furthest from the principal point, px.
+     * Row offset that the apparent yaw of the lenses leaves in the corner of the image that is furthest from the principal
+     * point, px. Neither RMS contains it.
      */
     float corner_px;
-    /**
-     * Motion of the rig about the estimate. It is in both RMS; the arming check leaves it out.
-     */
-    struct selfcal_vibration_t vibration;
     /**
      * Why the last pair was not fused; `SELFCAL_OK` if it was.
      */
     selfcal_error_t rejection;
     /**
-     * Result of an arming check.
+     * Yes or no to an arming check; `reasons` says why not. Vibration is in both RMS; this check leaves it out.
      */
-    selfcal_arming_t arming;
+    bool may_arm;
     /**
-     * What speaks against the calibration, arming or not: sum of `selfcal_reason_t`.
+     * Reasons not to rely on the calibration in use: sum of `selfcal_reason_t`.
      */
     uint32_t reasons;
     /**

@@ -2,7 +2,7 @@
 
 use core::ffi::CStr;
 
-use stereo_selfcal::paper::Central;
+use stereo_selfcal::paper::{Central, Settings};
 use stereo_selfcal::{Config, ConfigError, LensTracking};
 use zerocopy::FromBytes;
 
@@ -148,7 +148,7 @@ impl selfcal_config_t {
                 return Err(ConfigFault::Enumeration(text));
             }
         };
-        let config = self.paper(config)?;
+        let config = config.with_paper(self.paper()?);
         let config = given(config, self.max_passes, Config::with_max_passes)?;
         let config = given(config, self.min_correspondences, Config::with_min_correspondences)?;
         let config = given(config, self.memory_pairs, Config::with_memory_pairs)?;
@@ -166,24 +166,24 @@ impl selfcal_config_t {
         }
     }
 
-    /// With the parameters of the paper preset.
-    fn paper(&self, config: Config) -> Result<Config, ConfigFault> {
+    /// The parameters of the paper preset alone.
+    fn paper(&self) -> Result<Settings, ConfigFault> {
         const MEDIAN: u32 = selfcal_angle_t::SELFCAL_ANGLE_MEDIAN as u32;
-        let config = match self.angle {
-            0 => config,
-            MEDIAN => config.with_angle(Central::Median),
+        let settings = match self.angle {
+            0 => Settings::DEFAULT,
+            MEDIAN => Settings::DEFAULT.with_angle(Central::Median),
             _ => return Err(ConfigFault::Enumeration(c"angle is no value of selfcal_angle_t")),
         };
-        let config = given(config, self.step_tolerance_rad, Config::with_step_tolerance_rad)?;
-        Ok(given(config, self.max_sd_rad, Config::with_max_sd_rad)?)
+        let settings = given(settings, self.step_tolerance_rad, Settings::with_step_tolerance_rad)?;
+        Ok(given(settings, self.max_sd_rad, Settings::with_max_sd_rad)?)
     }
 }
 
 /// With a parameter, unless it is 0.
-fn given<N: Default + PartialEq>(
-    config: Config,
+fn given<C, N: Default + PartialEq>(
+    config: C,
     value: N,
-    with: impl FnOnce(Config, N) -> Result<Config, ConfigError>,
-) -> Result<Config, ConfigError> {
+    with: impl FnOnce(C, N) -> Result<C, ConfigError>,
+) -> Result<C, ConfigError> {
     if value == N::default() { Ok(config) } else { with(config, value) }
 }

@@ -3,8 +3,8 @@
 use core::ffi::{CStr, c_char};
 
 use crate::error::selfcal_error_t;
-use crate::estimate::{selfcal_direction_t, selfcal_doubt_t, selfcal_state_t};
-use crate::health::{selfcal_arming_t, selfcal_band_t, selfcal_cause_t, selfcal_reason_t};
+use crate::estimate::{selfcal_direction_t, selfcal_state_t};
+use crate::health::{selfcal_band_t, selfcal_cause_t, selfcal_reason_t};
 use crate::pair::{selfcal_fused_t, selfcal_stop_t};
 use crate::push::selfcal_pushed_t;
 use crate::witness::selfcal_witnessed_t;
@@ -71,10 +71,8 @@ const ALL: &[&[Text]] = &[
     selfcal_stop_t::TEXTS,
     selfcal_fused_t::TEXTS,
     selfcal_state_t::TEXTS,
-    selfcal_doubt_t::TEXTS,
     selfcal_direction_t::TEXTS,
     selfcal_band_t::TEXTS,
-    selfcal_arming_t::TEXTS,
     selfcal_reason_t::TEXTS,
     selfcal_cause_t::TEXTS,
     selfcal_witnessed_t::TEXTS,

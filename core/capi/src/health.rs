@@ -1,14 +1,11 @@
 //! Health: how far to rely on the calibration, as an arming check asks.
 
-use stereo_selfcal::{Arming, Band, Cause, Health, NoHealth};
+use stereo_selfcal::{Band, Cause, Health, NoHealth, Reasons};
 
 use crate::error::selfcal_error_t::{self, *};
 use crate::error::status;
-use crate::estimate::{
-    selfcal_doubt_t, selfcal_sd_t, selfcal_state_t, selfcal_vibration_t, selfcal_weakest_t,
-};
+use crate::estimate::selfcal_state_t;
 use crate::instance::{selfcal_t, shared};
-use crate::lens::selfcal_lens_correction_t;
 use crate::pointer::Out;
 
 c_enum! {
@@ -37,54 +34,32 @@ c_enum! {
 from_core!(Band => selfcal_band_t from 16000, else SELFCAL_BAND_UNKNOWN);
 
 c_enum! {
-    /// Result of an arming check, and the reason.
-    #[repr(u32)]
-    pub enum selfcal_arming_t {
-        /// yes
-        ///
-        /// The extrinsics in use fit a locked estimate.
-        SELFCAL_ARMING_YES = 17000,
-        /// no: not locked
-        ///
-        /// The estimate is not locked.
-        SELFCAL_ARMING_NOT_LOCKED = 17001,
-        /// no: doubtful
-        ///
-        /// A second crowd of matches, or with exact lenses image halves that disagree: `selfcal_doubt_t` says which.
-        SELFCAL_ARMING_DOUBTFUL = 17002,
-        /// no: misaligned
-        ///
-        /// Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more.
-        SELFCAL_ARMING_MISALIGNED = 17003,
-        /// no: matches do not support it
-        ///
-        /// The matches, or the estimate, show a mistake in rig file or matcher: `selfcal_cause_t` says which.
-        SELFCAL_ARMING_UNFIT = 17004,
-        /// unknown
-        ///
-        /// A value that this API does not know.
-        SELFCAL_ARMING_UNKNOWN = 17255,
-    }
-}
-
-from_core!(Arming => selfcal_arming_t from 17000, else SELFCAL_ARMING_UNKNOWN);
-
-c_enum! {
-    /// One thing that speaks against relying on a calibration: a bit of `selfcal_health_t.reasons`.
+    /// One reason not to rely on a calibration: a bit of `reasons`.
     #[repr(u32)]
     pub enum selfcal_reason_t {
         /// estimate not locked
         ///
-        /// The estimate is not confirmed, or the last pairs disagree with it.
+        /// The estimate is not confirmed, or the last pairs disagree with it. Forbids arming.
         SELFCAL_REASON_NOT_LOCKED = 0x1_0000,
-        /// in use off by 1 px or more
-        ///
-        /// Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more.
-        SELFCAL_REASON_MISALIGNED = 0x2_0000,
         /// second crowd of matches
         ///
-        /// Nearly as many matches agree on another calibration, rows away.
+        /// Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Forbids arming, and
+        /// nothing is applied until the view has changed.
         SELFCAL_REASON_SECOND_MODE = 0x4_0000,
+        /// matches biased
+        ///
+        /// Image halves disagree by more than 5 standard deviations, and the lens models are taken as exact. Forbids
+        /// arming, and nothing is applied.
+        SELFCAL_REASON_BIASED = 0x200_0000,
+        /// matches do not support it
+        ///
+        /// The matches, or the estimate, show a mistake in rig file or matcher: `selfcal_cause_t` says which. Forbids
+        /// arming.
+        SELFCAL_REASON_UNFIT = 0x100_0000,
+        /// in use off by 1 px or more
+        ///
+        /// Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more. Forbids arming.
+        SELFCAL_REASON_MISALIGNED = 0x2_0000,
         /// image halves disagree
         ///
         /// Image halves disagree by more than 3 standard deviations; the reported deviations contain it.
@@ -105,16 +80,17 @@ c_enum! {
         ///
         /// Paper preset: the rotation is close to the identity or to a half turn.
         SELFCAL_REASON_AXIS = 0x80_0000,
-        /// matches do not support it
-        ///
-        /// The matches, or the estimate, show a mistake in rig file or matcher: `selfcal_cause_t` says which.
-        SELFCAL_REASON_UNFIT = 0x100_0000,
         /// yaw not confirmed
         ///
         /// No witness has told the yaw of the mount from the apparent yaw of the lens; the deviations of yaw and depth
         /// contain both.
         SELFCAL_REASON_YAW = 0x1000_0000,
     }
+}
+
+/// Bits of a set of reasons.
+pub(crate) fn bits(reasons: Reasons) -> u32 {
+    u32::from(reasons.bits()) << 16
 }
 
 c_enum! {
@@ -198,34 +174,16 @@ pub struct selfcal_health_t {
     pub band: selfcal_band_t,
     /// State of the estimate.
     pub state: selfcal_state_t,
-    /// Reason not to trust the estimate.
-    pub doubt: selfcal_doubt_t,
-    /// Whether pairs have determined the baseline direction.
-    pub baseline_observed: bool,
-    /// Reported standard deviations of the estimate, with the lens models as given.
-    pub sd: selfcal_sd_t,
-    /// Reported standard deviations with the lens models uncertain.
-    pub sd_lens: selfcal_sd_t,
-    /// Correction of the cameras that the estimate belongs to.
-    pub correction: selfcal_lens_correction_t,
-    /// Least certain direction of the estimate.
-    pub weakest: selfcal_weakest_t,
     /// Expected error of the yaw in use, rad.
     pub yaw_rad: f32,
-    /// Apparent yaw `a` of the lenses, rad: the right row is below the left one by `a x y`, at unit depth. These rows are
-    /// in neither RMS.
-    pub lens_yaw_rad: f32,
-    /// Its standard deviation, rad.
-    pub lens_yaw_sd_rad: f32,
-    /// Those rows in the corner of the image that is furthest from the principal point, px.
+    /// Row offset that the apparent yaw of the lenses leaves in the corner of the image that is furthest from the principal
+    /// point, px. Neither RMS contains it.
     pub corner_px: f32,
-    /// Motion of the rig about the estimate. It is in both RMS; the arming check leaves it out.
-    pub vibration: selfcal_vibration_t,
     /// Why the last pair was not fused; `SELFCAL_OK` if it was.
     pub rejection: selfcal_error_t,
-    /// Result of an arming check.
-    pub arming: selfcal_arming_t,
-    /// What speaks against the calibration, arming or not: sum of `selfcal_reason_t`.
+    /// Yes or no to an arming check; `reasons` says why not. Vibration is in both RMS; this check leaves it out.
+    pub may_arm: bool,
+    /// Reasons not to rely on the calibration in use: sum of `selfcal_reason_t`.
     pub reasons: u32,
     /// Mistake that the matches or the estimate show.
     pub cause: selfcal_cause_t,
@@ -242,20 +200,11 @@ impl From<&Health<f32>> for selfcal_health_t {
             coverage: health.coverage,
             band: health.band.into(),
             state: health.state.into(),
-            doubt: health.doubt.into(),
-            baseline_observed: health.baseline_observed,
-            sd: health.sd.into(),
-            sd_lens: health.sd_lens.into(),
-            correction: health.correction.into(),
-            weakest: health.weakest.into(),
             yaw_rad: health.yaw,
-            lens_yaw_rad: health.lens_yaw.value,
-            lens_yaw_sd_rad: health.lens_yaw.sd,
             corner_px: health.corner_px,
-            vibration: health.vibration.into(),
             rejection: health.rejection.map_or(SELFCAL_OK, Into::into),
-            arming: health.arming.into(),
-            reasons: u32::from(health.reasons.bits()) << 16,
+            may_arm: health.reasons.may_arm(),
+            reasons: bits(health.reasons),
             cause: health.cause.into(),
         }
     }

@@ -1,4 +1,4 @@
-//! Witnesses of the mount yaw: what tells it from the apparent yaw of the lens.
+//! Witnesses of the mount yaw: measurements that tell it from the apparent yaw of the lens.
 
 use super::Calibrator;
 use crate::batch::correspondence::RayPair;
@@ -42,7 +42,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// of the nearest match that fits the estimate, within 3 px in the left image. Five readings of 1 %, or ten of 3 %,
     /// are enough. One pass over the batch.
     ///
-    /// What contradicts the yaw so far is kept until a second reading confirms it ([`Witnessed::Waiting`]).
+    /// A reading that contradicts the yaw so far waits until a second one confirms it ([`Witnessed::Waiting`]).
     ///
     /// # Errors
     /// [`RangeError`]; the estimate is unchanged.

@@ -4,8 +4,8 @@
 //! Rows measure the sum of both. The mount is where the factory calibration says until the rig changes; the lens stays
 //! as it is. A *witness* measures the mount alone.
 //!
-//! - [`yaw`]: the two numbers and their covariance. [`mount`]: what is known of them beside the sums of the pairs.
-//! - [`range`]: the witness of a known distance. [`motion`]: that of tracked matches of a rig that moves.
+//! - `yaw`: the two numbers and their covariance. `mount`: what is known of them beside the sums of the pairs.
+//! - `range`: the witness of a known distance. `motion`: that of tracked matches of a rig that moves.
 
 pub(crate) mod motion;
 pub(crate) mod mount;

@@ -12,22 +12,11 @@ use crate::algebra::information::StandardDeviations;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::so3;
 use crate::outcome::pair_report::PairReport;
+use crate::paper::Central;
 use crate::scalar::Scalar;
 use crate::thresholds::paper::{
     MAX_ANGLE_RAD, MIN_ANGLE_RAD, MIN_CONCENTRATION, MIN_MEAN_BASELINE,
 };
-
-/// Central tendency of the angles of the pairs' rotations, `s*` of eq 22.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Central {
-    /// Arithmetic mean: efficient where no pair is grossly wrong.
-    Mean,
-    /// Median: unmoved by a minority of wrong pairs; exact up to 31 pairs, then a streaming
-    /// estimate in constant memory.
-    Median,
-}
 
 /// Sums over the pairs fused so far. RAM: about 300 bytes in `f32`.
 #[derive(Debug, Clone)]

@@ -5,7 +5,7 @@ use std::io::Write;
 use anyhow::Result;
 use host_tests::data::Dataset;
 use host_tests::run::Summary;
-use stereo_selfcal::outcome::DEPTHS_M;
+use stereo_selfcal::outcome::{DEPTHS_M, Direction};
 use stereo_selfcal::{ApplyError, Extrinsics, Health, Scalar};
 
 use super::labels;
@@ -36,7 +36,7 @@ pub(super) fn evaluation(out: &mut impl Write, set: &Dataset, run: &Run) -> Resu
         writeln!(out, "sd of reference    {t:.4} deg in t, {r:.4} deg in R")?;
     }
     if let Some(h) = run.health {
-        health(out, &h, set.meta.baseline_m.map(f32::lit))?;
+        health(out, &h, run.weakest, set.meta.baseline_m.map(f32::lit))?;
     }
     let left_out: usize = run.log.steps().iter().map(|s| s.offered - s.taken).sum();
     if left_out > 0 {
@@ -54,13 +54,18 @@ fn normalised_errors(summary: &Summary) -> Option<[f64; 2]> {
 }
 
 /// Prints the health for an operator.
-fn health(out: &mut impl Write, h: &Health<f32>, baseline_m: Option<f32>) -> Result<()> {
+fn health(
+    out: &mut impl Write,
+    h: &Health<f32>,
+    weakest: Option<(Direction, f32)>,
+    baseline_m: Option<f32>,
+) -> Result<()> {
     let [used, new] = [h.in_use_px, h.proposed_px];
     let rms = format!("{used:.3} px as in use, {new:.3} px as proposed");
     let counts = format!("{} fit the former, {} the latter", h.fit_in_use, h.fit_proposed);
     writeln!(out, "health, last pair  RMS row offset {rms}; {counts}: {}", labels::band(h.band))?;
-    let doubt = h.doubt.map_or(String::new(), |d| format!(", {}", labels::doubt(d)));
-    let weakest = h.weakest.map_or(String::new(), |(direction, sd)| {
+    let doubt = labels::doubt(h.reasons).map_or(String::new(), |doubt| format!(", {doubt}"));
+    let weakest = weakest.map_or(String::new(), |(direction, sd)| {
         format!(", weakest {} at {:.4} deg", labels::direction(direction), sd.to_degrees())
     });
     writeln!(
@@ -74,7 +79,7 @@ fn health(out: &mut impl Write, h: &Health<f32>, baseline_m: Option<f32>) -> Res
         let errors: Vec<String> = at.map(|(z, e)| format!("{e:.3} m at {z} m")).collect();
         writeln!(out, "depth error        {}, as in use", errors.join(", "))?;
     }
-    writeln!(out, "may arm            {}, as in use", labels::arming(h.arming))?;
+    writeln!(out, "may arm            {}, as in use", labels::arming(h.reasons))?;
     Ok(())
 }
 

@@ -134,8 +134,12 @@ impl Calibrator {
     }
 
     fn health<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let found = self.with(py, |engine| each!(engine, held => held.calibrator.health()))?;
-        found.ok().map(|found| health(py, &found)).transpose()
+        let found = self.with(
+            py,
+            |engine| each!(engine, held => (held.calibrator.health(), held.calibrator.proposal())),
+        )?;
+        let (Ok(found), Some(proposal)) = found else { return Ok(None) };
+        health(py, &found, &proposal).map(Some)
     }
 
     #[getter]

@@ -3,8 +3,7 @@
 use stereo_selfcal::geometry::LensCorrection;
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
-    Arming, Band, Calibrator, Camera, Cameras, Cause, Doubt, Extrinsics, Health, Lens, Reasons,
-    Scalar, State,
+    Band, Calibrator, Camera, Cameras, Cause, Extrinsics, Health, Lens, Reasons, Scalar, State,
 };
 
 use crate::data::in_f64;
@@ -29,11 +28,7 @@ pub struct Checked {
 /// A health in `f64`, as far as it is not in the estimate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Checks {
-    /// Yes or no to arming.
-    pub arming: Arming,
-    /// Evidence against the estimate.
-    pub doubt: Option<Doubt>,
-    /// What speaks against relying on it, arming or not.
+    /// Reasons not to rely on it; they answer an arming check.
     pub reasons: Reasons,
     /// Verdict on what was in use.
     pub band: Band,
@@ -62,8 +57,6 @@ impl Checked {
         let in_use = in_f64(&calibrator.in_use().extrinsics);
         let error = truth.map(|truth| Deviation::between(&in_use, truth));
         let checks = |health: &Health<T>| Checks {
-            arming: health.arming,
-            doubt: health.doubt,
             reasons: health.reasons,
             band: health.band,
             yaw_sd: health.yaw.to_f64(),
@@ -80,7 +73,7 @@ impl Checked {
     /// Whether the health says yes to arming.
     #[must_use]
     pub fn is_armed(&self) -> bool {
-        self.health.is_some_and(|health| health.arming == Arming::Yes)
+        self.health.is_some_and(|health| health.reasons.may_arm())
     }
 
     /// What speaks against arming, or against the estimate; nothing where all is well.

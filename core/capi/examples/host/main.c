@@ -17,7 +17,7 @@ static void print_health(const selfcal_health_t *health)
     printf("row_offset_proposed_px %.3f\n", health->proposed_px);
     printf("coverage %.2f\n", health->coverage);
     printf("band %s\n", selfcal_string(health->band));
-    printf("arming %s\n", selfcal_string(health->arming));
+    printf("may_arm %s\n", health->may_arm ? "yes" : "no");
 }
 
 /* Applies the estimate and prints the input of a rectifier. */

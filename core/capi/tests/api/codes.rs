@@ -12,8 +12,7 @@ use stereo_selfcal::link::{
 };
 use stereo_selfcal::outcome::{Direction, Stop};
 use stereo_selfcal::{
-    ApplyError, Arming, Band, Cause, Doubt, Fused, NoHealth, PushError, Reason, Rejection,
-    RestoreError, State,
+    ApplyError, Band, Cause, Fused, NoHealth, PushError, Reason, Rejection, RestoreError, State,
 };
 use stereo_selfcal_capi::selfcal_error_t::{self, *};
 use stereo_selfcal_capi::*;
@@ -244,15 +243,13 @@ fn every_verdict_of_the_core_is_known() {
         State, selfcal_state_t from 13000: Acquiring Locked Suspect Lost;
         Stop, selfcal_stop_t from 11000: Converged NoDescent PassesSpent;
         Fused, selfcal_fused_t from 12000: Added Repeated KeptApart Renewed TookOver LensCorrected;
-        Doubt, selfcal_doubt_t from 14000: Baseline Everything Axis SecondMode;
         Direction, selfcal_direction_t from 15000: Pitch Yaw Roll BaselineForward BaselineDown;
         Band, selfcal_band_t from 16000: Good Improvable Recalibrate Unknown;
-        Arming, selfcal_arming_t from 17000: Yes NotLocked Doubtful Misaligned Unfit;
         Cause, selfcal_cause_t from 18000: Reversed Upright Transposed SameImage SmallerImages LargerImages FocalLength Lens Mismatches;
         Pushed, selfcal_pushed_t from 10000: Kept Replaced LeftOut;
         Witnessed, selfcal_witnessed_t from 19000: Taken Waiting;
     }
-    assert_eq!(selfcal_doubt_t::from(None), selfcal_doubt_t::SELFCAL_DOUBT_NONE);
+    assert_eq!(selfcal_cause_t::from(None), selfcal_cause_t::SELFCAL_CAUSE_NONE);
 }
 
 #[test]
@@ -284,10 +281,8 @@ fn every_value_has_its_own_number_and_a_text_that_is_its_own_within_its_enumerat
         "selfcal_stop_t",
         "selfcal_fused_t",
         "selfcal_state_t",
-        "selfcal_doubt_t",
         "selfcal_direction_t",
         "selfcal_band_t",
-        "selfcal_arming_t",
         "selfcal_reason_t",
         "selfcal_cause_t",
     ] {

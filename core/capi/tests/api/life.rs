@@ -6,7 +6,7 @@ use host_tests::data::Dataset;
 use nalgebra::Matrix3;
 use stereo_selfcal::batch::Pushed;
 use stereo_selfcal::geometry::{RectifiedCamera, RectifyingRotations};
-use stereo_selfcal::paper::Central;
+use stereo_selfcal::paper::{Central, Settings};
 use stereo_selfcal::{
     Calibration, Calibrator, Cameras, Config, Extrinsics, FactoryCalibration, PairReport, State,
 };
@@ -105,8 +105,9 @@ pub(crate) fn assert_same_estimate(cal: &mut Cal, twin: &Twin) {
     let c = get!(cal, selfcal_proposal).unwrap();
     assert_same(&c.extrinsics, &rust.extrinsics);
     assert_same(&c.applicable, &rust.applicable);
-    assert_eq!((c.pairs, c.state, c.doubt), (rust.pairs, rust.state.into(), rust.doubt.into()));
-    assert_eq!(c.baseline_observed, rust.baseline_observed);
+    assert_eq!((c.pairs, c.state), (rust.pairs, rust.state.into()));
+    assert_eq!(c.reasons, u32::from(rust.reasons().bits()) << 16);
+    assert_eq!((c.baseline_observed, c.lens_yaw), (rust.baseline_observed, rust.lens_yaw.into()));
     let sd = [c.sd.rotation_rad, c.sd.translation_rad];
     assert_eq!(bits(&sd), bits(&[rust.sd.rotation, rust.sd.translation]));
     assert_eq!((c.sd_lens, c.vibration), (rust.sd_lens.into(), rust.vibration.into()));
@@ -133,31 +134,26 @@ fn assert_same_health(cal: &mut Cal, twin: &Twin) {
     };
     let c = c.unwrap();
     assert_eq!(
-        bits(&[c.in_use_px, c.proposed_px, c.off_px, c.coverage, c.yaw_rad, c.weakest.sd_rad]),
+        bits(&[c.in_use_px, c.proposed_px, c.off_px, c.coverage, c.yaw_rad, c.corner_px]),
         bits(&[
             rust.in_use_px,
             rust.proposed_px,
             rust.off_px,
             rust.coverage,
             rust.yaw,
-            rust.weakest.map_or(0.0, |(_, sd)| sd)
+            rust.corner_px
         ])
     );
     assert_eq!((c.fit_in_use, c.fit_proposed), (rust.fit_in_use, rust.fit_proposed));
     assert_eq!(
-        (c.band, c.state, c.doubt, c.arming, c.reasons),
+        (c.band, c.state, c.may_arm, c.reasons),
         (
             rust.band.into(),
             rust.state.into(),
-            rust.doubt.into(),
-            rust.arming.into(),
+            rust.reasons.may_arm(),
             u32::from(rust.reasons.bits()) << 16
         )
     );
-    assert_eq!((c.sd, c.weakest), (rust.sd.into(), rust.weakest.into()));
-    assert_eq!((c.sd_lens, c.correction), (rust.sd_lens.into(), rust.correction.into()));
-    assert_eq!(c.vibration, rust.vibration.into());
-    assert_eq!(c.baseline_observed, rust.baseline_observed);
     assert_eq!(c.cause, rust.cause.into());
     assert_eq!(cause, c.cause);
     assert_eq!(c.rejection, rust.rejection.map_or(SELFCAL_OK, Into::into));
@@ -269,15 +265,15 @@ fn the_paper_preset_with_every_parameter_is_bit_identical_to_rust() {
         memory_pairs: 50,
         ..paper()
     };
+    let settings = Settings::DEFAULT.with_angle(Central::Median);
+    let settings = settings.with_step_tolerance_rad(1e-7).and_then(|s| s.with_max_sd_rad(0.1));
     let rust = Config::paper()
-        .with_angle(Central::Median)
+        .with_paper(settings.unwrap())
         .with_prior_sd_rad(0.05)
         .and_then(|c| c.with_huber_threshold_px(1.5))
         .and_then(|c| c.with_max_passes(40))
-        .and_then(|c| c.with_step_tolerance_rad(1e-7))
         .and_then(|c| c.with_min_correspondences(20))
         .and_then(|c| c.with_noise_floor_px(0.05))
-        .and_then(|c| c.with_max_sd_rad(0.1))
         .and_then(|c| c.with_max_correction_rad(0.4))
         .and_then(|c| c.with_memory_pairs(50))
         .unwrap();

@@ -110,7 +110,9 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
                 if usize::try_from(sequence)? == scenario.turned_from() {
                     log::knock(out, scenario.turn_deg)?;
                 }
-                log.note(out, sequence, verdict, calibrator.state(), health.as_ref())
+                let proposal = calibrator.proposal();
+                let judged = health.as_ref().zip(proposal.as_ref());
+                log.note(out, sequence, verdict, calibrator.state(), judged)
             })?;
             result.record(calibrator, verdict, health.as_ref(), &scene.rig, &calm);
             bar.inc(1);

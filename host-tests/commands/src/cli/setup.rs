@@ -10,7 +10,7 @@ use host_tests::data::{Meta, Rows, WrongSign, matrix};
 use host_tests::run::{Apply, Feed, RunLog, Step, replay_pairs};
 use nalgebra::Vector3;
 use serde::Deserialize;
-use stereo_selfcal::paper::Central;
+use stereo_selfcal::paper::{Central, Settings};
 use stereo_selfcal::{Config, Extrinsics, Scalar};
 
 /// How the calibrator is run.
@@ -153,7 +153,7 @@ impl Setup {
         };
         match self.preset {
             Preset::Robust => self.lens.config(),
-            Preset::Paper => Config::paper().with_angle(angle),
+            Preset::Paper => Config::paper().with_paper(Settings::DEFAULT.with_angle(angle)),
         }
     }
 }

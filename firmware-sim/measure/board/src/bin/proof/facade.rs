@@ -40,6 +40,7 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
     show(calibrator.factory());
     if let Some(proposal) = calibrator.proposal() {
         show(proposal.weakest());
+        show(proposal.reasons().may_arm());
         show(proposal.correction.is_none());
         show(calibrator.in_use().cameras.corrected(&proposal.correction));
         if let Some(lens) = &proposal.lens {
@@ -54,7 +55,7 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
         show(reasons.iter().next());
         show(health);
     }
-    show(calibrator.health().map_err(|none| none.cause()));
+    show(calibrator.health().map_err(|none| (none.cause(), none.code())));
     show(calibrator.apply());
     show(calibrator.undo());
     calibrator.set_frozen(black_box(false));
