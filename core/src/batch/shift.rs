@@ -45,8 +45,8 @@ impl<T: Scalar> Shift<T> {
     /// squares about their means, and its variance where both are noise. Only depth makes the difference.
     pub(super) fn spread(&self) -> [T; 2] {
         let n = T::count(self.count.max(1));
-        let about_mean = |k: usize| self.squares[k] - self.sums[k] * self.sums[k] / n;
-        let [along, across] = [about_mean(0), about_mean(1)];
+        let ([x, y], [xx, yy]) = (self.sums, self.squares);
+        let [along, across] = [xx - x * x / n, yy - y * y / n];
         [along - across, (along * along + across * across) * T::lit(2.0) / n]
     }
 }
